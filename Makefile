@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# The one entry to the project. All output goes under build/ and runs/.
+# The only entry point of the project. All output goes under build/ and runs/.
 #
 # Every folder with C sources becomes one static library; every *_main.c becomes a program in build/bin/. Lines that
 # begin with two number signs are what `make help` prints.
@@ -8,9 +8,10 @@
 ##
 ##   make [all]      build all programs into build/bin/          SANITIZE=1  TSAN=1  CC=gcc|clang  V=1  JOBS=2
 ##   make sim-run    fly a mission, leave its report in runs/    MISSION=rokviss  SCENARIO=telepresence|none  SEED=1
-##                                                               FORM=processes|image  TIME=stepped|real|free
+##                                                               FORM=processes|image  TIME=stepped|real|free  WORLD=
 ##                                                               BUS=shm|vcan|can
 ##                                                               TRANSPORT=udp|tipc  LINKS=shm|udp|tipc  NODES=1|2
+##                                                               DELAY=<ms>: round trip of real-time links by a relay
 ##                                                               PORT=  TOOLS=  OUT=runs/...  STORAGE=<folder to keep>
 ##                                                               KEY=<file>: accept only telecommands protected by it
 ##                                                               BUS=can: ROBOT_IF=can0  JOYSTICK_IF=can1
@@ -24,7 +25,7 @@
 ##   make check-full check, MISRA of the whole flight side, five minutes of each fuzz target, 300 mutants,
 ##                   many deaths in flight, 24 h of flight, times to detect and repair deaths
 ##   make coverage   branches that C unit tests take, compared with test/lint/coverage.txt: build/coverage/index.html
-##                   ONLY=<part of a test's path>  UPDATE=1 raises the marks
+##                   ONLY=<part of a test's path>  UPDATE=1 raises its required values
 ##   make mutants    change the flight sources in COUNT places drawn by SEED, one at a time; count the changes
 ##                   that the C tests detect                 FLY=1 also flies those that they do not detect
 ##                   ONLY=<part of a source's path:line:>  COUNT=20  SEED=1  CHECK=1 fails below 95 % (90 % in a folder)
@@ -34,11 +35,15 @@
 ##                   in build/vm/out             CMD='one command instead'  SECONDS=300  CANS=0  MEMORY=1024  OUT=folder
 ##   make bench      measure, print a table, write build/bench.json         ONLY=<part of a name>  CHECK=1
 ##   make new-subsystem NAME=gripper    begin a subsystem that builds and flies     APID=  MISSION=<an existing one>
+##   make new-robot URDF=arm.urdf       make a mission with that arm, which flies
+##                   NAME=  TOOL=<link>  START=<angles in rad, with commas>  APID=
 ##   make remote-endian   programs of subsystems for the big-endian s390x: build/s390x/bin/
 ##                   S390X=1 make remote-endian-tests: unit tests for that processor: build/s390x/test/
-##   make yamcs      run Yamcs with a mission that flies on this machine     MISSION=  PORT=<its ground port>  HTTP=8090
+##   make yamcs      run Yamcs with a mission that flies on this machine     MISSION=  PORT=<its ground port>  HTTP=8080
 ##   make docs       API reference, architecture and interface control document: build/docs/index.html
-##   make gse        set up the ground segment's command line and show how to call it
+##   make gse        web page of the flight that runs, or of one that it starts     HTTP=8090  OUT=  MISSION=  SCENARIO=
+##                   REPLAY=runs/...: replay this run on the page instead
+##   make report     write the report of a run again, with its film and charts      OUT=runs/latest
 ##   make compile-commands   write build/compile_commands.json, which clangd and other tools read
 ##   make format     clang-format all C sources in place
 ##   make doctor     show what is installed, what is missing, and the next step
@@ -50,9 +55,9 @@ SHELL         := /bin/sh
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
 JOBS ?= 2
-OPTIONS := ALL ANALYZE APID BUS CANS CC CHECK CMD COUNT COVERAGE FLY FORM FUZZ HTTP JOBS JOYSTICK_IF KEY LINKS \
-           MEMORY MISSION NAME NODES ONLY OUT PLACE PORT REMOTE_ENDIAN ROBOT_IF S390X SANITIZE SCENARIO SECONDS \
-           SEED SIM_JOYSTICK_IF SIM_ROBOT_IF STORAGE TIME TOOLS TRANSPORT TSAN UPDATE V
+OPTIONS := ALL ANALYZE APID BUS CANS CC CHECK CMD COUNT COVERAGE DELAY FLY FORM FUZZ HTTP JOBS JOYSTICK_IF KEY LINKS \
+           MEMORY MISSION NAME NODES ONLY OUT PLACE PORT REMOTE_ENDIAN REPLAY ROBOT_IF S390X SANITIZE SCENARIO SECONDS \
+           SEED SIM_JOYSTICK_IF SIM_ROBOT_IF START STORAGE TIME TOOL TOOLS TRANSPORT TSAN UPDATE URDF V WORLD
 ifeq ($(MAKELEVEL),0)
 $(foreach v,$(filter-out $(OPTIONS),$(.VARIABLES)),$(if $(findstring command line,$(origin $v)),\
     $(error $v=$($v): there is no such option; there are: $(OPTIONS): see make help)))
@@ -68,11 +73,11 @@ VENV     := build/venv/bin/python
 
 # The order matters: variables and rules use earlier ones.
 include mk/compiler.mk mk/libraries.mk mk/generated.mk mk/programs.mk mk/tests.mk mk/fuzz.mk mk/setup.mk mk/run.mk \
-        mk/check.mk mk/coverage.mk
+        mk/station.mk mk/check.mk mk/coverage.mk
 
 .PHONY: force all help programs tests thread-tests kernel-tests remote-endian remote-endian-programs \
-        remote-endian-tests benches fuzzers fuzz fuzz-corpus sim-run vm test test-hil check check-full bench \
-        doctor setup clean gse format new-subsystem docs
+        remote-endian-tests benches fuzzers fuzz fuzz-corpus sim-run report vm test test-hil check check-full bench \
+        doctor setup clean gse format new-subsystem new-robot docs
 help:
 	@sed -n 's/^## \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
 

@@ -11,7 +11,7 @@
 #define CAPACITY_SUBSYSTEM_LINKS 8U  ///< Real-time links that begin or end at one subsystem.
 #define CAPACITY_PORT_LINKS 4U       ///< Real-time links that begin at one port: its readers.
 #define CAPACITY_BUSES 8U            ///< CAN buses of a mission.
-#define CAPACITY_NODES 2U            ///< On-board computers.
+#define CAPACITY_COMPUTERS 2U        ///< On-board computers.
 #define CAPACITY_RING_RECORDS 15000U ///< Number of ring records of the packet log in memory.
 /// Room for one report of each HIGH event of a subsystem; other reports never use it [octets].
 #define CAPACITY_HIGH_EVENTS 2048U

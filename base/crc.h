@@ -9,7 +9,8 @@
 /// CRC-16/CCITT-FALSE of ECSS packet error control: polynomial 0x1021, initial value 0xFFFF, no reflection.
 /// Over a packet including its CRC the result is 0. Check value: "123456789" -> 0x29B1.
 uint16_t crc16_ccitt(const uint8_t* octets, size_t size);
-/// The same for octets in several pieces: continued from `start`, which is CRC16_START for the first piece.
+/// CRC-16 of octets in several pieces: `start` is the result for the pieces before, or CRC16_START for the
+/// first piece.
 #define CRC16_START 0xFFFFU
 uint16_t crc16_ccitt_more(uint16_t start, const uint8_t* octets, size_t size);
 

@@ -12,9 +12,9 @@
 
 typedef struct {
     void* context;
-    /// Exactly `size` octets. STATUS_OK, STATUS_TRUNCATED (they go beyond the end), STATUS_IO.
+    /// Read exactly `size` octets. STATUS_OK, STATUS_TRUNCATED (they go beyond the end), STATUS_IO.
     status_t (*read)(void* context, uint64_t offset, uint8_t* octets, size_t size);
-    /// All of it; the medium grows. STATUS_OK, STATUS_FULL (no space), STATUS_IO.
+    /// Write all `size` octets; the medium grows if necessary. STATUS_OK, STATUS_FULL (no space), STATUS_IO.
     status_t (*write)(void* context, uint64_t offset, const uint8_t* octets, size_t size);
     /// STATUS_OK, STATUS_IO.
     status_t (*sync)(void* context);

@@ -6,8 +6,8 @@
 #include <stddef.h>
 #include <string.h>
 
-#define REAL_DIGITS_MAX 15U // Any such integer is exact in a double,
-#define REAL_POWER_MAX 22   // and so is this power of ten: one rounding, hence the correct one.
+#define REAL_DIGITS_MAX 15U // A double represents each integer of so many digits exactly.
+#define REAL_POWER_MAX 22   // It also represents this power of ten exactly: the result is rounded once.
 
 static bool is_digit(const char character)
 {
@@ -132,16 +132,16 @@ static double scaled(const decimal_t* const decimal)
 /// Digits with an optional fraction and exponent, and nothing after them.
 static bool take_decimal(const char** const at, decimal_t* const decimal)
 {
-    bool is_right = take_digits(at, decimal, false);
-    if (is_right && (**at == '.')) {
+    bool is_valid = take_digits(at, decimal, false);
+    if (is_valid && (**at == '.')) {
         (*at)++;
-        is_right = take_digits(at, decimal, true);
+        is_valid = take_digits(at, decimal, true);
     }
-    if (is_right && ((**at == 'e') || (**at == 'E'))) {
+    if (is_valid && ((**at == 'e') || (**at == 'E'))) {
         (*at)++;
-        is_right = take_exponent(at, decimal);
+        is_valid = take_exponent(at, decimal);
     }
-    return is_right && is_word_end(**at);
+    return is_valid && is_word_end(**at);
 }
 
 static bool is_beyond_exact(const decimal_t* const decimal)
@@ -228,7 +228,7 @@ static status_t read_float(const char** const text, float* const memory)
     if (status != STATUS_OK) {
         return status;
     }
-    *memory = (float)value; // Less than 10^37, the most that is read: within the range of float.
+    *memory = (float)value; // number_read_real returns less than 10^37: within the range of float.
     *text   = at;
     return STATUS_OK;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Numbers from text, without locale and without the C library: what descriptors and their initial values
-/// use.
+/// Reads numbers from text, without locale and without the C library, for descriptors and their initial
+/// values.
 ///
 /// Integers: decimal with optional '-', or 0x and hexadecimal digits. Reals: decimal with optional fraction
 /// and exponent, at most 15 significant digits and a power of ten within +-22 after them, so that the result

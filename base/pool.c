@@ -6,8 +6,8 @@
 
 #define INVERSE_BITS 32U
 
-/// Whether a block that is held starts exactly at `block`, and its index.
-static inline bool is_held(const pool_t* const pool, const void* const block, uint16_t* const out_index)
+/// True if a taken block starts exactly at `block`; *out_index is its index.
+static inline bool is_taken(const pool_t* const pool, const void* const block, uint16_t* const out_index)
 {
     // Comparing unrelated pointers with `<` is undefined (C99 6.5.8), so compare addresses as integers. An
     // address below the storage wraps to a huge offset and is refused.
@@ -32,7 +32,7 @@ static void update_warning(pool_t* const pool, const uint16_t taken)
     if (!pool->stats.warning && (taken >= pool->warn_blocks)) {
         pool->stats.warning = true;
         pool->stats.warnings++;
-        pool->is_news = true;
+        pool->is_unpolled = true;
     } else if (pool->stats.warning && (taken <= pool->clear_blocks)) {
         pool->stats.warning = false;
     }
@@ -86,13 +86,13 @@ void pool_set_thresholds(pool_t* const pool, const uint8_t warn_percent, const u
     update_quiet(pool);
 }
 
-/// The first of the free blocks, of which there is one.
+/// Take the first free block. The caller has checked that there is one.
 static inline void* take(pool_t* const pool)
 {
     void* const block       = pool->free_block;
     pool_slot_t* const slot = &pool->slots[pool->free_index];
     FSW_ASSERT(slot->holders == 0U);
-    FSW_ASSERT(take_check_is_marked(block, pool->block_words)); // Else it was written to after its release.
+    FSW_ASSERT(take_check_is_marked(block, pool->block_words)); // No write to the block after its release.
     pool->free_index = slot->next;
     pool->free_block = &pool->storage[pool->slots[slot->next].start];
     slot->holders    = 1U;
@@ -100,7 +100,7 @@ static inline void* take(pool_t* const pool)
     return block;
 }
 
-/// A take that may be refused, or a new peak, or a reason to warn.
+/// Take a block in the cases that pool_take does not handle: refusal, new peak, warning.
 static __attribute__((noinline)) void* take_noted(pool_t* const pool, const uint16_t limit)
 {
     const uint16_t taken = pool->stats.taken;
@@ -132,7 +132,7 @@ status_t pool_retain(pool_t* const pool, void* const block)
 {
     FSW_ASSERT(pool != NULL);
     uint16_t index = 0U;
-    if (!is_held(pool, block, &index)) {
+    if (!is_taken(pool, block, &index)) {
         pool->stats.rejected++;
         return STATUS_NOT_OURS;
     }
@@ -148,7 +148,7 @@ status_t pool_release(pool_t* const pool, void* const block)
 {
     FSW_ASSERT(pool != NULL);
     uint16_t index = 0U;
-    if (!is_held(pool, block, &index)) {
+    if (!is_taken(pool, block, &index)) {
         pool->stats.rejected++;
         return STATUS_NOT_OURS;
     }
@@ -170,9 +170,9 @@ status_t pool_release(pool_t* const pool, void* const block)
 bool pool_poll_warning(pool_t* const pool)
 {
     FSW_ASSERT(pool != NULL);
-    const bool is_news = pool->is_news;
-    pool->is_news      = false;
-    return is_news;
+    const bool is_unpolled = pool->is_unpolled;
+    pool->is_unpolled      = false;
+    return is_unpolled;
 }
 
 bool pool_owns(const pool_t* const pool, const void* const block)

@@ -42,7 +42,7 @@ typedef struct {
 
 typedef struct {      // One per block, placed by the owner. All fields are private.
     uint32_t start;   // Start of the block [octets] in the storage: constant.
-    uint16_t next;    // Next in the list of free blocks; any block in the last one.
+    uint16_t next;    // Index of the next free block; without meaning in the last one.
     uint16_t holders; // 0 = free.
 } pool_slot_t;
 
@@ -59,7 +59,7 @@ typedef struct { // All fields are private, except `stats`: read-only, for house
     uint16_t quiet;      // Below this use a take is neither refused, nor a new peak, nor a reason to warn.
     uint16_t warn_blocks;
     uint16_t clear_blocks;
-    bool is_news; // Warning has risen and was not polled yet.
+    bool is_unpolled; // Warning has risen and was not polled yet.
     struct {
         uint16_t taken;    ///< Blocks out now [blocks, 0..block_count].
         uint16_t peak;     ///< Largest `taken` since pool_init [blocks].
@@ -81,7 +81,7 @@ void pool_set_thresholds(pool_t* pool, uint8_t warn_percent, uint8_t clear_perce
 /// Null if no block is left: then only `refused` changes.
 MUST_USE void* pool_take(pool_t* pool);
 
-/// As pool_take, but may use the reserve: for functions that must work when the pool is full (commanding).
+/// Like pool_take, but may use the reserve: for functions that must work when the pool is full (commanding).
 MUST_USE void* pool_take_reserved(pool_t* pool);
 
 /// One more holder of a taken block. STATUS_OK; STATUS_NOT_OURS if `block` is not a taken block of this pool;

@@ -12,7 +12,7 @@ static void update_warning(quota_t* const quota)
     if (!quota->stats.warning && (quota->stats.used >= quota->warn_at)) {
         quota->stats.warning = true;
         quota->stats.warnings++;
-        quota->is_news = true;
+        quota->is_unpolled = true;
     } else if (quota->stats.warning && (quota->stats.used <= quota->clear_at)) {
         quota->stats.warning = false;
     }
@@ -56,7 +56,7 @@ void quota_give(quota_t* const quota)
 bool quota_poll_warning(quota_t* const quota)
 {
     FSW_ASSERT(quota != NULL);
-    const bool is_news = quota->is_news;
-    quota->is_news     = false;
-    return is_news;
+    const bool is_unpolled = quota->is_unpolled;
+    quota->is_unpolled     = false;
+    return is_unpolled;
 }

@@ -19,7 +19,7 @@ typedef struct { // Private, except `stats`: read-only, for housekeeping telemet
     uint16_t limit;
     uint16_t warn_at;
     uint16_t clear_at;
-    bool is_news;
+    bool is_unpolled;
     struct {
         uint16_t used;     ///< Lent now [0..limit].
         uint16_t peak;     ///< Largest `used` since quota_init.
@@ -29,9 +29,9 @@ typedef struct { // Private, except `stats`: read-only, for housekeeping telemet
     } stats;
 } quota_t;
 
-/// None lent. limit >= 1; the thresholds are those of pools (POOL_WARN_PERCENT, POOL_CLEAR_PERCENT).
+/// All units are free. limit >= 1; the thresholds are those of pools (POOL_WARN_PERCENT, POOL_CLEAR_PERCENT).
 void quota_init(quota_t* quota, uint16_t limit);
-/// Null: no quota, nothing is counted or refused. STATUS_OK, STATUS_EXHAUSTED.
+/// Take one unit. Null: there is no quota, so nothing is counted or refused. STATUS_OK, STATUS_EXHAUSTED.
 MUST_USE status_t quota_take(quota_t* quota);
 /// Return one unit; null: no effect. Returning more than was taken is a coding error.
 void quota_give(quota_t* quota);

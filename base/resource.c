@@ -3,7 +3,7 @@
 
 #include "base/assertion.h"
 
-static bool is_right(const resource_size_t* const sizes, const uint16_t size_count)
+static bool are_sizes_valid(const resource_size_t* const sizes, const uint16_t size_count)
 {
     size_t before = 0U;
     for (uint16_t i = 0U; i < size_count; i++) {
@@ -21,7 +21,7 @@ status_t resource_init(resource_t* const resource, uint64_t* const arena, const 
 {
     FSW_ASSERT((resource != NULL) && (arena != NULL) && (sizes != NULL));
     *resource = (resource_t){.pool_count = 0U};
-    if (!is_right(sizes, size_count)) {
+    if (!are_sizes_valid(sizes, size_count)) {
         return STATUS_INVALID;
     }
     size_t used = 0U;

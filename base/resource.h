@@ -29,7 +29,7 @@
 typedef struct {
     size_t block_octets;  ///< [octets], >= 1, strictly ascending in a list of sizes.
     uint16_t block_count; ///< 1..65534.
-    uint16_t reserve;     ///< As pool_setup_t.reserve; < block_count.
+    uint16_t reserve;     ///< See pool_setup_t.reserve; < block_count.
 } resource_size_t;
 
 typedef struct { // Private, except that `pools[i].stats` may be read.
@@ -43,8 +43,8 @@ typedef struct { // Private, except that `pools[i].stats` may be read.
 MUST_USE status_t resource_init(resource_t* resource, uint64_t* arena, size_t arena_words,
                                 const resource_size_t* sizes, uint16_t size_count);
 
-/// One block of at least `octets`, also of the reserve. STATUS_OK; STATUS_EXHAUSTED; STATUS_TOO_LARGE (no
-/// pool has such blocks).
+/// Take one block of at least `octets`, also from the reserve. STATUS_OK; STATUS_EXHAUSTED; STATUS_TOO_LARGE
+/// (no pool has such blocks).
 MUST_USE status_t resource_take_reserved(resource_t* resource, size_t octets, void** out_block);
 /// STATUS_OK, STATUS_NOT_OURS, STATUS_FULL; see pool_retain.
 MUST_USE status_t resource_retain(resource_t* resource, void* block);

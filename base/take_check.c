@@ -7,15 +7,15 @@
 
 #define FREE_PATTERN 0xFEEDFA11DEADB10CULL
 
-#define ASKERS 128U
+#define OWNERS 128U
 #define NUMBERED 8U
 
 typedef struct {
-    const void* asker;
+    const void* owner;
     uint32_t count;
 } takes_t;
 
-static takes_t takes[ASKERS];
+static takes_t takes[OWNERS];
 static uint32_t count;
 static uint32_t refused;
 
@@ -31,22 +31,22 @@ uint32_t take_check_count(void)
     return count;
 }
 
-/// Number of takes of this caller, this one included.
-static uint32_t takes_of(const void* const asker)
+/// Number of takes of this owner, this one included.
+static uint32_t takes_of(const void* const owner)
 {
-    for (size_t i = 0U; i < ASKERS; i++) {
-        if ((takes[i].asker == asker) || (takes[i].asker == NULL)) {
-            takes[i].asker = asker;
+    for (size_t i = 0U; i < OWNERS; i++) {
+        if ((takes[i].owner == owner) || (takes[i].owner == NULL)) {
+            takes[i].owner = owner;
             takes[i].count++;
             return takes[i].count;
         }
     }
-    return 1U; // The table is full: each take of a further caller counts as the first.
+    return 1U; // The table is full: each take of a further owner counts as the first.
 }
 
-bool take_check_is_refused(const void* const asker)
+bool take_check_is_refused(const void* const owner)
 {
-    if (takes_of(asker) > NUMBERED) {
+    if (takes_of(owner) > NUMBERED) {
         return false;
     }
     count++;
@@ -72,6 +72,6 @@ bool take_check_is_marked(const uint64_t* const block, const size_t words)
 
 #else
 
-typedef int nothing_is_checked_in_flight; // A source file is not empty.
+typedef int nothing_is_checked_in_flight; // C99 requires a declaration in each source file.
 
 #endif

@@ -14,14 +14,15 @@
 #ifdef RESOURCE_CHECKS
 #define TAKES_ARE_CHECKED true
 
-/// Refuse the take of this number, counted from 1 and from now on; 0: none. Only the first 8 takes of each
-/// pool and quota are counted, so that all of them are reached even if one takes a block for each packet.
+/// Refuse the take with this number. Takes are counted from this call on, beginning with 1; 0: refuse none.
+/// Only the first 8 takes of each pool and quota are counted, so that all of them are reached even if one
+/// takes a block for each packet.
 void take_check_refuse(uint32_t number);
 /// Number of takes counted since take_check_refuse, or since the start.
 uint32_t take_check_count(void);
 
-/// Pools and quotas call this for each take; `asker` is the caller. True if this take must be refused.
-bool take_check_is_refused(const void* asker);
+/// Pools and quotas call this for each take; `owner` is the pool or quota. True if this take must be refused.
+bool take_check_is_refused(const void* owner);
 /// Write the pattern into a free block; true if the block still contains it.
 void take_check_mark(uint64_t* block, size_t words);
 bool take_check_is_marked(const uint64_t* block, size_t words);
@@ -29,9 +30,9 @@ bool take_check_is_marked(const uint64_t* block, size_t words);
 #else
 #define TAKES_ARE_CHECKED false
 
-static inline bool take_check_is_refused(const void* const asker)
+static inline bool take_check_is_refused(const void* const owner)
 {
-    (void)asker;
+    (void)owner;
     return false;
 }
 

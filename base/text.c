@@ -40,6 +40,23 @@ void text_add_words(text_t* const text, const char* const* const words)
     }
 }
 
+void text_add_pattern(text_t* const text, const char* const pattern, const char* const one,
+                      const char* const other, const uint64_t number)
+{
+    FSW_ASSERT(pattern != NULL);
+    const char* next = one;
+    for (const char* at = pattern; *at != '\0'; at++) {
+        if (*at == '%') {
+            text_add(text, next);
+            next = other;
+        } else if (*at == '#') {
+            text_add_unsigned(text, number);
+        } else {
+            text_add_character(text, *at);
+        }
+    }
+}
+
 bool text_join(char* const buffer, const size_t capacity, const char* const* const words)
 {
     text_t text = text_in(buffer, capacity);

@@ -21,8 +21,10 @@ typedef struct {
 /// An empty text in `buffer`. capacity >= 1.
 text_t text_in(char* buffer, size_t capacity);
 void text_add(text_t* text, const char* words);
-/// Each word of a list that ends with null.
+/// Append each word of a list that ends with null.
 void text_add_words(text_t* text, const char* const* words);
+/// Append a pattern, in which the first % stands for `one`, the next for `other`, and # for `number`.
+void text_add_pattern(text_t* text, const char* pattern, const char* one, const char* other, uint64_t number);
 /// Join the words of a list that ends with null in `buffer`. False: they were cut.
 bool text_join(char* buffer, size_t capacity, const char* const* words);
 void text_add_character(text_t* text, char character);

@@ -40,7 +40,8 @@ uint64_t value_bits(value_type_t type, const void* memory);
 void value_store(value_type_t type, uint64_t bits, void* memory);
 /// Write one scalar from host memory (aligned for its type) big-endian.
 void value_encode(octet_writer_t* writer, value_type_t type, const void* memory);
-/// The same for `count` scalars one after the other, to a place that has room. Returns the octets written.
+/// Write `count` consecutive scalars from host memory big-endian to `octets`, which must have room for them.
+/// Returns the number of octets written.
 size_t value_put(uint8_t* octets, value_type_t type, const void* memory, size_t count);
 /// Read one scalar into host memory. STATUS_OK, STATUS_TRUNCATED, STATUS_INVALID (BOOL other than 0 and 1);
 /// memory changes only with STATUS_OK.

@@ -17,7 +17,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define ARGUMENTS_MAX 160U ///< With the null at the end.
+#define ARGUMENTS_MAX 160U ///< Capacity of the list, including the null at its end.
 #define ARGUMENTS_TEXT_MAX 8192U
 
 typedef struct { // Private, except list and count: read-only.
@@ -28,11 +28,11 @@ typedef struct { // Private, except list and count: read-only.
 } arguments_t;
 
 void arguments_add(arguments_t* arguments, const char* argument);
-/// The concatenation of two texts as one argument.
+/// Add the concatenation of two texts as one argument.
 void arguments_add_joined(arguments_t* arguments, const char* first, const char* second);
-/// Each word of a list that ends with null.
+/// Add each word of a list that ends with null.
 void arguments_add_words(arguments_t* arguments, const char* const* words);
-/// An option and its value.
+/// Add an option and its value.
 void arguments_add_option(arguments_t* arguments, const char* option, const char* value);
 void arguments_add_number(arguments_t* arguments, const char* option, uint64_t number);
 

@@ -3,6 +3,7 @@
 // by octet rings. The launcher starts it in place of the processes.
 #include "fsw/programs/subsystem_host.h"
 #include "fsw/programs/component_instance.h"
+#include "launcher/link_relay.h"
 #include "launcher/return_budget.h"
 #include "base/assertion.h"
 #include "base/number.h"
@@ -30,6 +31,8 @@ typedef struct { // Storage of the image in addition to that of its components.
     osal_lockstep_t* scheduler;
     mission_descriptor_t mission;
     component_runtime_reader_t reader;
+    component_play_outs_t play_outs;
+    link_relay_t relay;
     message_ring_carrier_t hub;
     component_runtime_t runtimes[MISSION_SUBSYSTEMS_MAX];
     subsystem_descriptor_t own[MISSION_SUBSYSTEMS_MAX];
@@ -104,6 +107,7 @@ static component_runtime_surroundings_t surroundings_of(image_t* const self)
     return (component_runtime_surroundings_t){.run       = self->run,
                                               .mission   = &self->mission,
                                               .reader    = &self->reader,
+                                              .play_outs = &self->play_outs,
                                               .scheduler = self->scheduler,
                                               .hub       = &self->hub};
 }
@@ -151,7 +155,7 @@ static const char* component_runtime_all(image_t* const self)
 
 // ---- Lives ----
 
-/// Like the end of its process: everything open is closed without notice.
+/// Close everything that a component has open, as the end of its process would.
 static void close_component(image_t* const self, const unsigned index)
 {
     if (self->is_open[index]) {
@@ -161,7 +165,7 @@ static void close_component(image_t* const self, const unsigned index)
     }
 }
 
-/// Components whose life has ended in the last turn.
+/// Close the components whose life has ended in the last turn.
 static void close_ended(image_t* const self)
 {
     for (unsigned i = 0U; i < self->run->component_count; i++) {
@@ -190,11 +194,11 @@ static bool may_return(image_t* const self)
 
 static void give_up(image_t* const self, const unsigned participant)
 {
-    osal_lockstep_succeed(self->scheduler, participant, 0U);
+    osal_lockstep_set_succession(self->scheduler, participant, 0U);
     osal_lockstep_end(self->scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE);
 }
 
-/// The life of a component begins: it finds its storage as a new process would.
+/// Begin a life of a component: its storage is zero, as in a new process.
 static void begin_life(image_t* const self, const unsigned participant)
 {
     const unsigned index              = participant - 1U;
@@ -230,12 +234,14 @@ static const char* open_simulator(image_t* const self, const image_options_t* co
             process_faults_name(&self->process_faults, subsystem->name, run_participant(i));
         FSW_ASSERT(is_named); // The table has a place for each participant of the scheduler.
     }
-    simulator_config_t config = {.process_fault   = process_faults_act,
-                                 .process_context = &self->process_faults,
-                                 .scenario_path   = options->scenario,
-                                 .world_path      = options->world,
-                                 .output_path     = self->run->folder,
-                                 .seed            = options->seed};
+    simulator_config_t config = {.process_fault     = process_faults_act,
+                                 .process_context   = &self->process_faults,
+                                 .scenario_path     = options->scenario,
+                                 .world_path        = options->world,
+                                 .output_path       = self->run->folder,
+                                 .flows             = self->run->identity,
+                                 .are_flows_counted = true,
+                                 .seed              = options->seed};
     for (uint16_t i = 0U; (i < self->mission.bus_count) && (i < SIMULATOR_BUSES_MAX); i++) {
         const char* const channel_a = self->mission.buses[i].redundant_to;
         const run_bus_t* const bus  = &self->run->buses[i];
@@ -315,6 +321,9 @@ static void loop(image_t* const self)
     for (unsigned i = 0U; i < self->run->component_count; i++) {
         osal_lockstep_done(self->scheduler, run_participant(i), 0U);
     }
+    if (self->run->relay.delay_us > 0U) {
+        osal_lockstep_done(self->scheduler, run_relay(self->run), 0U);
+    }
     while ((osal_process_stop_count() == 0U) &&
            ((self->abandon_ns == 0U) || (osal_lockstep_now_ns(self->scheduler) < self->abandon_ns))) {
         osal_grant_t grant    = {0U, 0U, 0U};
@@ -325,10 +334,15 @@ static void loop(image_t* const self)
             return;
         } else if (self->running == RUN_SIMULATOR) {
             const uint64_t wake_ns = simulator_step(self->simulator, grant.now_ns);
+            if (simulator_failure(self->simulator) != NULL) {
+                return;
+            }
             osal_lockstep_done(self->scheduler, RUN_SIMULATOR, wake_ns);
             close_ended(self);
         } else if (self->running == run_operator(self->run)) {
             run_operator_turn(self, &grant);
+        } else if (self->running == run_relay(self->run)) {
+            osal_lockstep_done(self->scheduler, self->running, link_relay_step(&self->relay, &grant));
         } else {
             run_component(self, self->running, &grant);
             close_ended(self);
@@ -341,6 +355,10 @@ static int close_all(image_t* const self)
     int code = (self->abandon_ns == 0U) ? 0 : 1;
     for (unsigned i = 0U; i < self->run->component_count; i++) {
         close_component(self, i);
+    }
+    link_relay_close(&self->relay);
+    if (simulator_failure(self->simulator) != NULL) {
+        code = complain(simulator_failure(self->simulator));
     }
     if (simulator_close(self->simulator) != STATUS_OK) {
         code = complain("a log of the simulator is not complete");
@@ -428,6 +446,7 @@ int main(const int argument_count, char* arguments[])
     const char* error = attach(&image, options.run);
     error             = (error != NULL) ? error : component_runtime_all(&image);
     error             = (error != NULL) ? error : open_simulator(&image, &options);
+    error             = (error != NULL) ? error : link_relay_open(&image.relay, image.run, image.scheduler);
     error             = (error != NULL) ? error : open_cosimulation(&image, options.cosimulation);
     if (error != NULL) {
         return complain(error);

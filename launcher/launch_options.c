@@ -17,7 +17,10 @@ const char* launch_options_help(void)
            "  --mission NAME     descriptors/missions/NAME.xml (default rokviss)\n"
            "  --scenario NAME    sim/scenarios/NAME.scn, or a path to another file (default telepresence);\n"
            "                     none: fly until Ctrl-C\n"
-           "  --seed N           of sensor noise and faults (default 1)\n"
+           "  --world NAME       descriptors/worlds/NAME.xml, or a path to another file (default: the "
+           "mission's\n"
+           "                     name)\n"
+           "  --seed N           seed of sensor noise and faults (default 1)\n"
            "  --form processes|image   a process per subsystem (default), or all in one program\n"
            "  --time stepped|real|free   discrete time; the same paced by the wall clock; or every "
            "process\n"
@@ -30,6 +33,9 @@ const char* launch_options_help(void)
            "  --sim-interface BUS=INTERFACE  the simulator's controller on the same wires\n"
            "  --transport udp|tipc     carrier of messages between processes (default: the mission's)\n"
            "  --links shm|udp|tipc     transfer method of real-time links (default: the mission's)\n"
+           "  --delay MS         round trip of the links between subsystems, 1 to 1000: a relay delays their "
+           "frames\n"
+           "                     (jitter 10 %, loss 5 %, drawn from the seed; default: no relay)\n"
            "  --nodes 1|2        on-board computers that the processes are spread over (default 1)\n"
            "  --remote-endian SUBSYSTEM\n"
            "                     its program runs big-endian: built for s390x (make remote-endian),\n"
@@ -37,8 +43,8 @@ const char* launch_options_help(void)
            "  --port N           ground port on 127.0.0.1 (default: the first free from the mission's)\n"
            "  --tools N          serve bus tools on 127.0.0.1 at this port (socketcand; python-can, "
            "SavvyCAN)\n"
-           "  --out FOLDER       for the logs of the run (default: a new folder under runs/)\n"
-           "  --storage FOLDER   lasting data: schedules, definitions, stores, files; a run continues the "
+           "  --out FOLDER       folder of the logs of the run (default: a new one under runs/)\n"
+           "  --storage FOLDER   persistent data: schedules, definitions, stores, files; a run continues the "
            "data\n"
            "                     of an earlier run (default: FOLDER/storage of --out)\n"
            "  --key FILE         accept only telecommands protected with this key (`gse key make "
@@ -79,11 +85,11 @@ static bool is_name(const char* const text)
     return true;
 }
 
-bool launch_scenario_is_path(const char* const scenario)
+bool launch_is_path(const char* const text, const char* const ending)
 {
-    const size_t length = strlen(scenario);
-    return (strchr(scenario, '/') != NULL) ||
-           ((length > 4U) && (strcmp(&scenario[length - 4U], ".scn") == 0));
+    const size_t length = strlen(text);
+    const size_t end    = strlen(ending);
+    return (strchr(text, '/') != NULL) || ((length > end) && (strcmp(&text[length - end], ending) == 0));
 }
 
 /// Options that take a number.
@@ -95,6 +101,7 @@ static const struct {
 } numbers[] = {
     {"--seed", 0U, UINT64_MAX, "expected a number from 0"},
     {"--port", 1U, UINT16_MAX, "expected a port number, 1 to 65535"},
+    {"--delay", 1U, 1000U, "expected the round trip of the links in whole ms, 1 to 1000"},
     {"--tools", 1U, UINT16_MAX, "expected a port number, 1 to 65535"},
     {"--duration", 1U, 10000000U, "expected whole seconds, at least 1"},
 };
@@ -115,6 +122,8 @@ static bool take_number(launch_options_t* const options, const size_t which, con
         options->seed = number;
     } else if (is_word(option, "--duration")) {
         options->duration_ns = number * NS_PER_S;
+    } else if (is_word(option, "--delay")) {
+        options->delay_ms = (uint16_t)number;
     } else {
         *(is_word(option, "--port") ? &options->port : &options->tools) = (uint16_t)number;
     }
@@ -162,7 +171,7 @@ static void keep_word(launch_options_t* const options, const char* const option,
     } else if (is_word(option, "--links")) {
         options->links = value;
     } else if (is_word(option, "--nodes")) {
-        options->nodes = is_word(value, "2") ? 2U : 1U;
+        options->computers = is_word(value, "2") ? 2U : 1U;
     } else {
         options->has_report = is_word(value, "yes");
     }
@@ -180,12 +189,13 @@ static bool take_word(launch_options_t* const options, const size_t choice, cons
     return fail(error, choices[choice].option, value, choices[choice].expected);
 }
 
-/// A mission or a scenario; nothing keeps the default.
+/// A mission, scenario or world; nothing keeps the default.
 static bool take_name(launch_options_t* const options, const char* const option, const char* const value,
                       char error[LAUNCH_ERROR_MAX])
 {
-    const bool is_scenario = (strcmp(option, "--scenario") == 0);
-    const bool is_path     = is_scenario && launch_scenario_is_path(value);
+    const bool is_scenario = is_word(option, "--scenario");
+    const bool is_world    = is_word(option, "--world");
+    const bool is_path     = (is_scenario || is_world) && launch_is_path(value, is_world ? ".xml" : ".scn");
     if (is_path && (strlen(value) >= LAUNCH_PATH_MAX)) {
         return fail(error, option, value, "the path is too long");
     }
@@ -193,8 +203,12 @@ static bool take_name(launch_options_t* const options, const char* const option,
         return fail(error, option, value,
                     "expected a name of letters, digits, - and _, without path or ending");
     }
-    if (value[0] != '\0') {
+    if ((value[0] != '\0') && is_world) {
+        options->world = value;
+    } else if (value[0] != '\0') {
         *(is_scenario ? &options->scenario : &options->mission) = value;
+    } else {
+        // The option was not given.
     }
     return true;
 }
@@ -232,6 +246,11 @@ static bool take_path(launch_options_t* const options, const char* const option,
     return (strlen(value) < (LAUNCH_PATH_MAX - 64U)) || fail(error, option, value, "the path is too long");
 }
 
+static bool is_file_name(const char* const option)
+{
+    return is_word(option, "--mission") || is_word(option, "--scenario") || is_word(option, "--world");
+}
+
 static bool take(launch_options_t* const options, const char* const option, const char* const value,
                  char error[LAUNCH_ERROR_MAX])
 {
@@ -244,7 +263,7 @@ static bool take(launch_options_t* const options, const char* const option, cons
     if (choice < CHOICES) {
         return (value[0] == '\0') || take_word(options, choice, value, error);
     }
-    if ((strcmp(option, "--mission") == 0) || (strcmp(option, "--scenario") == 0)) {
+    if (is_file_name(option)) {
         return take_name(options, option, value, error);
     }
     if (is_word(option, "--interface") || is_word(option, "--sim-interface")) {
@@ -345,8 +364,32 @@ static bool is_remote_endian_sensible(launch_options_t* const options, char erro
                     "its proxy works in stepped time, and an emulated processor keeps no deadline; use "
                     "--time stepped");
     }
-    return (options->nodes == 1U) || fail(error, "--remote-endian", "--nodes 2",
-                                          "a proxy and its program run on one on-board computer");
+    return (options->computers == 1U) || fail(error, "--remote-endian", "--nodes 2",
+                                              "a proxy and its program run on one on-board computer");
+}
+
+/// The relay passes datagrams on in simulated time, beside the subsystems.
+static bool is_delay_sensible(launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
+{
+    if (options->delay_ms == 0U) {
+        return true;
+    }
+    options->links = (options->links[0] == '\0') ? "udp" : options->links;
+    if (strcmp(options->links, "udp") != 0) {
+        return fail(error, "--delay --links", options->links, "the relay passes UDP frames on; use udp");
+    }
+    if (!launch_has_scheduler(options)) {
+        return fail(error, "--delay --time", launch_time_text(options),
+                    "the relay works in simulated time, and this run has no scheduler; use --time stepped or "
+                    "real, with a simulator");
+    }
+    if (options->computers > 1U) {
+        return fail(error, "--delay", "--nodes 2",
+                    "the relay and both ends run on one on-board computer; use --nodes 1");
+    }
+    return (options->remote_endian[0] == '\0') ||
+           fail(error, "--delay --remote-endian", options->remote_endian,
+                "its proxy does not announce frames to the relay");
 }
 
 static bool is_image_sensible(const launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
@@ -362,7 +405,7 @@ static bool is_image_sensible(const launch_options_t* const options, char error[
         return fail(error, "--form image", "--tools",
                     "bus tools need a simulator in a process of its own; use --form processes");
     }
-    if (options->nodes > 1U) {
+    if (options->computers > 1U) {
         return fail(error, "--form image", "--nodes 2",
                     "the image is one program and runs on one on-board computer; use --form processes");
     }
@@ -377,11 +420,12 @@ static bool is_sensible(const launch_options_t* const options, char error[LAUNCH
     if (!is_image_sensible(options, error)) {
         return false;
     }
-    if ((options->nodes > 1U) && (options->bus != LAUNCH_BUS_SHM)) {
+    if ((options->computers > 1U) && (options->bus != LAUNCH_BUS_SHM)) {
         return fail(error, "--nodes 2 --bus", launch_bus_text(options->bus),
-                    "CAN interfaces belong to one network namespace, and nodes to two others; use --bus shm");
+                    "CAN interfaces belong to one network namespace, and the computers are two others; use "
+                    "--bus shm");
     }
-    if (options->is_free && (options->nodes > 1U)) {
+    if (options->is_free && (options->computers > 1U)) {
         return fail(error, "--time free", "--nodes 2",
                     "the simulator's buses are in the memory of one on-board computer; use --nodes 1");
     }
@@ -400,20 +444,21 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
                           launch_options_t* const out_options, char error[LAUNCH_ERROR_MAX])
 {
     FSW_ASSERT((arguments != NULL) && (out_options != NULL) && (error != NULL));
-    *out_options      = (launch_options_t){.mission       = "rokviss",
-                                           .scenario      = "telepresence",
-                                           .seed          = 1U,
-                                           .is_stepped    = true,
-                                           .transport     = "",
-                                           .links         = "",
-                                           .nodes         = 1U,
-                                           .output        = "",
-                                           .storage       = "",
-                                           .key           = "",
-                                           .remote_endian = "",
-                                           .has_report    = true};
-    error[0]          = '\0';
-    bool is_time_said = false;
+    *out_options       = (launch_options_t){.mission       = "rokviss",
+                                            .scenario      = "telepresence",
+                                            .world         = "",
+                                            .seed          = 1U,
+                                            .is_stepped    = true,
+                                            .transport     = "",
+                                            .links         = "",
+                                            .computers     = 1U,
+                                            .output        = "",
+                                            .storage       = "",
+                                            .key           = "",
+                                            .remote_endian = "",
+                                            .has_report    = true};
+    error[0]           = '\0';
+    bool is_time_given = false;
     for (int i = 0; i < argument_count; i += 2) {
         if ((i + 1) == argument_count) {
             return fail(error, arguments[i], "", "a value is missing; see hirosco run --help");
@@ -421,10 +466,14 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
         if (!take(out_options, arguments[i], arguments[i + 1], error)) {
             return false;
         }
-        is_time_said = is_time_said || (is_word(arguments[i], "--time") && (arguments[i + 1][0] != '\0'));
+        is_time_given = is_time_given || (is_word(arguments[i], "--time") && (arguments[i + 1][0] != '\0'));
     }
-    if (!is_time_said) { // Real devices keep real time.
+    if (out_options->world[0] == '\0') {
+        out_options->world = out_options->mission;
+    }
+    if (!is_time_given) { // Real devices keep real time.
         out_options->is_stepped = launch_has_simulator(out_options);
     }
-    return is_remote_endian_sensible(out_options, error) && is_sensible(out_options, error);
+    return is_remote_endian_sensible(out_options, error) && is_delay_sensible(out_options, error) &&
+           is_sensible(out_options, error);
 }

@@ -9,12 +9,13 @@
 #include <string.h>
 
 #define PROGRESS_NS 1000000000ULL      ///< Wall-clock time between lines of progress on a terminal.
-#define PROGRESS_FILE_NS 5000000000ULL ///< The same if the output is not a terminal.
+#define PROGRESS_FILE_NS 5000000000ULL ///< Wall-clock time between lines if the output is no terminal.
 #define LEFT_NS 2000000000ULL   ///< Simulated time for which a mission continues after its operator has left.
+#define OPERATOR_HAS_NO_LINK 3  ///< Exit code of `gse`.
 #define STALL_NS 30000000000ULL ///< Wall-clock time without any progress of simulated time.
-#define START_NS 120000000000ULL ///< The same, until it first moves: all programs have to start.
+#define START_NS 120000000000ULL ///< Wall-clock time until it first moves: all programs must start.
 #define ASK_NS 1000000000ULL     ///< Wall-clock time for a process to end by itself after its last grant.
-#define KILL_NS 2000000000ULL    ///< The same until it is killed.
+#define KILL_NS 2000000000ULL    ///< Wall-clock time until it is killed.
 #define DOWN_NS 30000000000ULL   ///< Simulated time for the mission to shut down; the supervisor needs 12 s.
 #define ABANDONED 1U             ///< Value of abandon_ns: end the run at once, even before time begins.
 
@@ -32,7 +33,7 @@ bool launcher_fail(launcher_t* const launcher, const char* const what, const cha
     return launcher_refuse(launcher, (const char* const[]){what, detail, NULL});
 }
 
-/// Without a simulator, mission time is the machine's.
+/// Mission time: simulated time, or, without a scheduler, the time of the machine.
 uint64_t launcher_now_ns(const launcher_t* const launcher)
 {
     if (launcher->scheduler != NULL) {
@@ -72,12 +73,15 @@ bool launcher_is_flag(const uint32_t* const flag)
 static void request_stop(launcher_t* const launcher)
 {
     __atomic_store_n(&launcher->run->is_stop_requested, 1U, __ATOMIC_RELEASE);
+    if (launcher->scheduler != NULL) {
+        osal_lockstep_hold(launcher->scheduler, false); // A paused mission shuts down, too.
+    }
     if (launcher->abandon_ns == 0U) {
         launcher->abandon_ns = launcher_now_ns(launcher) + DOWN_NS;
     }
 }
 
-/// The run fails because a child has ended.
+/// Let the run fail because a child has ended.
 static void note_end(launcher_t* const launcher, const child_t* const child, const char* const consequence)
 {
     char code[24];
@@ -113,8 +117,8 @@ void launcher_part_lost(launcher_t* const launcher, child_t* const child)
 }
 
 /// The supervisor died: it is started again, at once, after 0.1 s, after 1 s of wall-clock time, as long as
-/// its budget lasts; in stepped time the scheduler has its next life begin after its time of booting. Members
-/// hold meanwhile. False: its budget is used up, or it died before it had begun.
+/// its budget lasts; in stepped time the scheduler begins its next life after its boot time. Meanwhile the
+/// subsystems continue without a supervisor. False: its budget is used up, or it died before it had begun.
 static bool may_return(launcher_t* const launcher, child_t* const child)
 {
     run_component_t* const component = &launcher->run->components[child->component];
@@ -132,21 +136,28 @@ static bool may_return(launcher_t* const launcher, child_t* const child)
     return true;
 }
 
-/// The supervisor is not started again: an expected life ends when it would begin.
+/// The supervisor is not started again: end the life that the scheduler expects, at the instant of its start.
 static void give_supervisor_up(const launcher_t* const launcher, const child_t* const child)
 {
     const bool is_supervisor = (launcher->run->components[child->component].apid == SUPERVISOR_APID);
     if (is_supervisor && (launcher->scheduler != NULL)) {
-        osal_lockstep_succeed(launcher->scheduler, child->participant, 0U);
+        osal_lockstep_set_succession(launcher->scheduler, child->participant, 0U);
         osal_lockstep_end(launcher->scheduler, child->participant, child->life + 1U);
     }
+}
+
+bool launcher_has_ended_well(const launcher_t* const launcher, const child_t* const child)
+{
+    const bool is_cut = launcher->is_ended_by_user && (strcmp(child->name, "operator") == 0) &&
+                        (child->result.code == OPERATOR_HAS_NO_LINK);
+    return !child->result.was_signalled && (is_cut || (child->result.code == 0));
 }
 
 static void child_ended(launcher_t* const launcher, child_t* const child)
 {
     child->is_alive    = false;
     const bool is_over = launcher_is_flag(&launcher->run->is_finished) || (launcher->abandon_ns == ABANDONED);
-    const bool is_good = !child->result.was_signalled && (child->result.code == 0);
+    const bool is_good = launcher_has_ended_well(launcher, child);
     if (child->is_component && !is_over) {
         run_component_t* const component = &launcher->run->components[child->component];
         if ((__atomic_load_n(&component->wanted_life, __ATOMIC_ACQUIRE) != child->life) && is_good) {
@@ -195,8 +206,8 @@ static void reap(launcher_t* const launcher)
     }
 }
 
-/// A process whose life is over. Participants of the scheduler end on their own; others, and those that have
-/// not ended in time, are asked to end; a process that hangs is killed.
+/// End a process whose life is over. Participants of the scheduler end on their own; others, and those that
+/// have not ended in time, are asked to end; a process that hangs is killed.
 static void end_child(child_t* const child, const run_component_t* const component,
                       const bool is_in_scheduler)
 {
@@ -217,8 +228,8 @@ static void end_child(child_t* const child, const run_component_t* const compone
     }
 }
 
-/// Orders of the supervisor: processes to start again or to stop.
-static void obey_supervisor(launcher_t* const launcher)
+/// Carry out the orders of the supervisor: start processes again, or stop them.
+static void perform_orders(launcher_t* const launcher)
 {
     for (size_t i = 0U; i < launcher->child_count; i++) {
         child_t* const child = &launcher->children[i];
@@ -268,11 +279,12 @@ static void show_progress(launcher_t* const launcher, const uint64_t wall_ns)
     launcher->last_simulated_ns = simulated;
 }
 
-/// Simulated time has stopped: a process holds the grant and does not pass it on, or has not joined.
+/// True if simulated time has stopped: a process holds the grant and does not pass it on, or has not joined.
 static bool has_stalled(launcher_t* const launcher, const uint64_t simulated)
 {
     const uint64_t wall_ns = osal_clock_monotonic_ns();
-    if ((simulated != launcher->moved_simulated_ns) || (launcher->moved_wall_ns == 0U) ||
+    const bool is_held     = (launcher->scheduler != NULL) && osal_lockstep_is_held(launcher->scheduler);
+    if ((simulated != launcher->moved_simulated_ns) || (launcher->moved_wall_ns == 0U) || is_held ||
         launcher_is_starved(launcher)) {
         launcher->moved_simulated_ns = simulated;
         launcher->moved_wall_ns      = wall_ns;
@@ -303,8 +315,9 @@ static bool is_over(launcher_t* const launcher, unsigned* const stops_seen)
 {
     const unsigned stops = osal_process_stop_count();
     if (stops > *stops_seen) {
-        *stops_seen            = stops;
-        launcher->is_cut_short = true;
+        *stops_seen                = stops;
+        launcher->is_cut_short     = true;
+        launcher->is_ended_by_user = true;
         request_stop(launcher);
         if (stops >= 3U) {
             (void)launcher_fail(launcher, "interrupted three times: ended at once", "");
@@ -317,7 +330,8 @@ static bool is_over(launcher_t* const launcher, unsigned* const stops_seen)
     const bool is_left = (launcher->options.duration_ns == 0U) && (launcher->left_ns > 0U) &&
                          (simulated >= (launcher->left_ns + LEFT_NS));
     if ((is_due || is_left) && !launcher->is_cut_short) {
-        launcher->is_cut_short = true;
+        launcher->is_cut_short     = true;
+        launcher->is_ended_by_user = is_due;
         request_stop(launcher);
     }
     return launcher_is_flag(&launcher->run->is_finished) || is_abandoned(launcher, simulated) ||
@@ -347,7 +361,7 @@ void launcher_fly(launcher_t* const launcher)
         if (is_over(launcher, &stops_seen)) {
             break;
         }
-        obey_supervisor(launcher);
+        perform_orders(launcher);
         if (launcher->guard != NULL) {
             guard_keep(launcher->guard);
         }

@@ -18,7 +18,7 @@
 #include "osal/include/osal/process.h"
 #include "osal/include/osal/socket.h"
 
-#define LAUNCHER_CHILDREN_MAX (MISSION_SUBSYSTEMS_MAX + 3U)
+#define LAUNCHER_CHILDREN_MAX (MISSION_SUBSYSTEMS_MAX + 4U)
 #define LAUNCHER_REASON_MAX 512U
 
 typedef struct { // Private: one child process.
@@ -27,11 +27,12 @@ typedef struct { // Private: one child process.
     bool is_alive;
     bool has_run;
     bool is_component;
-    unsigned component;       // Index, if it is one.
+    bool is_seen;             // Its output goes to the terminal instead of console.log.
+    unsigned component;       // Index of the component that it runs, if it runs one.
     unsigned participant;     // Number in the scheduler; OSAL_LOCKSTEP_PARTICIPANTS_MAX: none.
     uint32_t life;            // Life of the component that it was started for.
     uint64_t started_ns;      // Wall-clock time at which this life of a component was started.
-    uint64_t asked_to_end_ns; // Wall-clock time at which it was first found unwanted; 0: it is wanted.
+    uint64_t asked_to_end_ns; // Wall-clock time since when it is to end; 0: it is to run.
     bool is_asked;            // Asked by a signal.
     osal_process_result_t result;
     uint64_t memory_high_kib; // Peak of all its lives.
@@ -40,10 +41,10 @@ typedef struct { // Private: one child process.
 typedef struct { // Private: the interfaces of one bus, "" where it has none.
     char flight[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
     char simulator[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
-    char shown[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
+    char published[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
     bool is_fd;
     bool is_flight_made; // Created by this or a killed launcher; to be removed.
-    bool is_shown_made;
+    bool is_published_made;
     osal_can_claim_t claim;
 } launcher_bus_t;
 
@@ -71,6 +72,7 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     char key_path[RUN_PATH_MAX]; // Key of telecommands; "": telecommands need none.
     osal_socket_t messages[MISSION_SUBSYSTEMS_MAX];
     osal_socket_t links[RUN_LINKS_MAX];
+    osal_socket_t relays[RUN_LINKS_MAX]; // Sockets to which the producers send, if there is a relay.
     launcher_bus_t buses[MISSION_BUSES_MAX];
     uint32_t late_frames; // Sum over the counted hand-over of all buses.
     uint32_t lost_frames;
@@ -85,7 +87,7 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     char cosimulation[LAUNCH_PATH_MAX];
     char scenario_path[LAUNCH_PATH_MAX];
     bool has_operator;
-    char world_path[LAUNCH_PATH_MAX]; // What the simulator simulates.
+    char world_path[LAUNCH_PATH_MAX]; // File of the world that the simulator simulates.
     uint64_t first_wall_ns;           // When simulated time first advanced.
     uint64_t first_simulated_ns;
     uint64_t last_wall_ns;
@@ -96,6 +98,7 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     uint64_t moved_wall_ns;
     launcher_watch_t watch;
     bool is_cut_short;       // Ended at an instant that simulated time does not determine.
+    bool is_ended_by_user;   // Ctrl-C or --duration: the script of the operator may lose its link.
     bool is_broken;          // A part died.
     return_budget_t returns; // Budget of the supervisor.
     uint64_t return_wall_ns; // When it is to be started again.

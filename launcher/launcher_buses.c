@@ -32,7 +32,7 @@ static bool refuse_to_make(launcher_t* const launcher, const launcher_bus_t* con
     }
     text_add(&text, (status == STATUS_DENIED) ? "making CAN interfaces is not permitted here; as root, once:"
                                               : "cannot make the CAN interfaces; try as root:");
-    const char* const names[] = {bus->shown, bus->flight};
+    const char* const names[] = {bus->published, bus->flight};
     for (size_t i = 0U; i < (sizeof names / sizeof names[0]); i++) {
         text_add_words(&text, (const char* const[]){" ip link add ", names[i], " mtu ",
                                                     bus->is_fd ? MTU_FD : MTU_CLASSIC,
@@ -155,10 +155,11 @@ static bool have_virtual(launcher_t* const launcher, launcher_bus_t* const bus,
     return is_fit(launcher, wanted, name, &seen);
 }
 
-/// False if the bus has too long a name for it.
+/// False if the name of the bus is too long for the name of an interface.
 static bool name_virtual(launcher_bus_t* const bus, const mission_bus_t* const wanted)
 {
-    return text_join(bus->shown, sizeof bus->shown, (const char* const[]){"vcan-", wanted->name, NULL}) &&
+    return text_join(bus->published, sizeof bus->published,
+                     (const char* const[]){"vcan-", wanted->name, NULL}) &&
            text_join(bus->flight, sizeof bus->flight, (const char* const[]){"fsw-", wanted->name, NULL});
 }
 
@@ -169,14 +170,14 @@ static bool make_vcan(launcher_t* const launcher, launcher_bus_t* const bus,
         return refuse(launcher, "the name of bus ", wanted->name,
                       " is too long: vcan-BUS is the name of an interface, at most 15 characters", "");
     }
-    const status_t status = osal_can_interface_claim(bus->shown, &bus->claim);
+    const status_t status = osal_can_interface_claim(bus->published, &bus->claim);
     if (status != STATUS_OK) {
-        return refuse(launcher, "another run flies on ", bus->shown,
+        return refuse(launcher, "another run flies on ", bus->published,
                       ": wait for its end, or fly in a network namespace of its own (ip netns add, ip netns "
                       "exec)",
                       "");
     }
-    return have_virtual(launcher, bus, wanted, bus->shown, &bus->is_shown_made) &&
+    return have_virtual(launcher, bus, wanted, bus->published, &bus->is_published_made) &&
            have_virtual(launcher, bus, wanted, bus->flight, &bus->is_flight_made);
 }
 
@@ -300,8 +301,8 @@ static bool make_bus(launcher_t* const launcher, const uint16_t index)
         text_join(shared, sizeof shared, (const char* const[]){launcher->run->identity, ".can.", name, NULL});
     write_address(address->flight, bus->flight, shared);
     write_address(address->simulator, (bus->simulator[0] != '\0') ? bus->simulator : bus->flight, shared);
-    if (bus->shown[0] != '\0') {
-        write_address(address->published, bus->shown, "");
+    if (bus->published[0] != '\0') {
+        write_address(address->published, bus->published, "");
     }
     const status_t status = is_whole ? osal_can_create(address->simulator) : STATUS_INVALID;
     return (status == STATUS_OK) ||
@@ -361,12 +362,12 @@ void launcher_remove_buses(launcher_t* const launcher)
         if (bus->is_flight_made) {
             (void)osal_can_interface_remove(bus->flight);
         }
-        if (bus->is_shown_made) {
-            (void)osal_can_interface_remove(bus->shown);
+        if (bus->is_published_made) {
+            (void)osal_can_interface_remove(bus->published);
         }
         osal_can_interface_release(&bus->claim);
-        bus->is_flight_made = false;
-        bus->is_shown_made  = false;
+        bus->is_flight_made    = false;
+        bus->is_published_made = false;
     }
 }
 
@@ -383,9 +384,9 @@ void launcher_adopt_interfaces(launcher_t* const launcher)
         launcher_bus_t* const bus = &launcher->buses[i];
         // A run that has claimed the interfaces since then uses and removes them.
         if (name_virtual(bus, &launcher->mission.buses[i]) &&
-            (osal_can_interface_claim(bus->shown, &bus->claim) == STATUS_OK)) {
-            bus->is_shown_made  = is_left(bus->shown);
-            bus->is_flight_made = is_left(bus->flight);
+            (osal_can_interface_claim(bus->published, &bus->claim) == STATUS_OK)) {
+            bus->is_published_made = is_left(bus->published);
+            bus->is_flight_made    = is_left(bus->flight);
         }
     }
 }

@@ -37,7 +37,7 @@ void launcher_start_child(launcher_t* const launcher, child_t* const child,
                                   .descriptors      = descriptors,
                                   .descriptor_count = descriptor_count,
                                   .processor   = launcher->run->is_stepped ? (osal_process_own_id() % 2) : -1,
-                                  .output_path = output};
+                                  .output_path = child->is_seen ? NULL : output};
     launcher_limit(launcher, child, &start);
     if (osal_process_start(&child->process, &start) == STATUS_OK) {
         run_state_t* const run = launcher->run;
@@ -73,9 +73,9 @@ void launcher_start_component(launcher_t* const launcher, child_t* const child)
         }
     }
     launcher_add_component(launcher, child->component, &arguments);
-    if (launcher_enter_node(launcher, component->node)) {
+    if (launcher_enter_computer(launcher, component->computer)) {
         launcher_start_child(launcher, child, &arguments, descriptors, count);
-        launcher_leave_node(launcher);
+        launcher_leave_computer(launcher);
     }
 }
 
@@ -111,7 +111,8 @@ static void add_buses(arguments_t* const arguments, const launcher_t* const laun
             arguments_add_option(arguments, "--classic-bus", bus->name);
         }
     }
-    for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) { // When all buses are named.
+    // --redundant must name buses that earlier options have added.
+    for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) {
         const mission_bus_t* const bus = &launcher->mission.buses[i];
         const bool is_there            = (launcher->run->buses[i].simulator[0] != '\0');
         if (is_there && (bus->redundant_to[0] != '\0')) {
@@ -146,6 +147,7 @@ static void start_simulator(launcher_t* const launcher)
     add_world(&arguments, launcher);
     arguments_add_option(&arguments, "--out", launcher->run->folder);
     add_buses(&arguments, launcher);
+    arguments_add_option(&arguments, "--flows", launcher->run->identity);
     unsigned communication = 0U;
     if (launcher->scheduler != NULL) {
         FSW_ASSERT(run_name(launcher->run, "scheduler", 0U, name, sizeof name));
@@ -158,9 +160,10 @@ static void start_simulator(launcher_t* const launcher)
         arguments_add_number(&arguments, "--cosimulation-participant", run_operator(launcher->run));
         arguments_add_number(&arguments, "--cosimulation-receiver", run_participant(communication));
     }
-    if (!launcher->options.is_stepped) { // By the wall clock; a scheduler is paced by it.
+    if (!launcher->options.is_stepped) { // Wall-clock time, of the simulator or of the scheduler.
         arguments_add_option(&arguments, "--time", "real");
         arguments_add_number(&arguments, "--origin", launcher->run->origin_ns);
+        arguments_add(&arguments, "--live");
     }
     if (launcher->options.tools != 0U) {
         arguments_add_number(&arguments, "--socketcand", launcher->options.tools);
@@ -168,12 +171,36 @@ static void start_simulator(launcher_t* const launcher)
     launcher_start_child(launcher, new_child(launcher, "simulator", RUN_SIMULATOR), &arguments, NULL, 0U);
 }
 
+/// Add the sockets of the relay's links.
+static size_t add_relay_descriptors(const run_state_t* const run, int* const descriptors, size_t count)
+{
+    for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
+        if (run->relay.descriptors[i] >= 0) {
+            descriptors[count++] = run->relay.descriptors[i];
+        }
+    }
+    return count;
+}
+
+static void start_relay(launcher_t* const launcher)
+{
+    arguments_t arguments = {.count = 0U};
+    char name[RUN_NAME_MAX];
+    int descriptors[RUN_LINKS_MAX];
+    const size_t count = add_relay_descriptors(launcher->run, descriptors, 0U);
+    FSW_ASSERT(run_name(launcher->run, "run", 0U, name, sizeof name));
+    arguments_add_joined(&arguments, launcher->program_folder, "relay");
+    arguments_add_option(&arguments, "--run", name);
+    launcher_start_child(launcher, new_child(launcher, "relay", run_relay(launcher->run)), &arguments,
+                         descriptors, count);
+}
+
 static void start_image(launcher_t* const launcher)
 {
     arguments_t arguments = {.count = 0U};
     char name[RUN_NAME_MAX];
     FSW_ASSERT(run_name(launcher->run, "run", 0U, name, sizeof name));
-    int descriptors[1U + RUN_LINKS_MAX];
+    int descriptors[1U + (2U * RUN_LINKS_MAX)];
     size_t count         = 0U;
     descriptors[count++] = launcher->run->ground_descriptor;
     for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
@@ -181,6 +208,7 @@ static void start_image(launcher_t* const launcher)
             descriptors[count++] = launcher->run->link_descriptors[i];
         }
     }
+    count = add_relay_descriptors(launcher->run, descriptors, count);
     for (unsigned i = 0U; i < launcher->run->component_count; i++) {
         launcher->run->components[i].found_life = 1U;
         launcher->run->components[i].process    = (uint32_t)RUN_PROCESS_RUNNING;
@@ -236,6 +264,9 @@ void launcher_start_all(launcher_t* const launcher)
     } else {
         if (launch_has_simulator(&launcher->options)) {
             start_simulator(launcher);
+        }
+        if (launcher->options.delay_ms > 0U) {
+            start_relay(launcher);
         }
         for (unsigned i = 0U; i < launcher->run->component_count; i++) {
             child_t* const child =

@@ -8,9 +8,9 @@
 #include "osal/include/osal/file.h"
 #include "osal/include/osal/mqueue.h"
 
-/// Wall-clock time that children have to end by themselves before they are asked to, and before they are made
-/// to. An operator that has joined does not react to the request: it ends on its own, slowly on an emulated
-/// or loaded machine.
+/// Wall-clock time after which remaining children are asked to end, and after which they are killed. An
+/// operator that has joined does not react to the request: it ends by itself, slowly on an emulated or loaded
+/// machine.
 #define END_ASKED_NS 500000000ULL
 #define END_FORCED_NS 30000000000ULL
 #define REPORT_FIGURES_FAILED 3 ///< Exit code of the report.
@@ -22,7 +22,7 @@ static bool is_any_alive(launcher_t* const launcher)
         child_t* const child = &launcher->children[i];
         if (launcher_has_ended(launcher, child)) {
             child->is_alive = false;
-            if (child->result.was_signalled || (child->result.code != 0)) {
+            if (!launcher_has_ended_well(launcher, child)) {
                 launcher_part_lost(launcher, child);
             }
         }
@@ -61,7 +61,7 @@ static void end_children(launcher_t* const launcher)
     }
 }
 
-/// Remove names that a killed component has left. A name may be of either kind.
+/// Remove the names of data flows that a killed component has left, whether of memories or of queues.
 static void remove_flows(const run_state_t* const run)
 {
     for (unsigned i = 0U; i < RUN_FLOWS_MAX; i++) {
@@ -83,7 +83,7 @@ void launcher_remove_all(const char* const identity)
     char prefix[RUN_NAME_MAX];
     (void)text_join(prefix, sizeof prefix, (const char* const[]){"/", identity, ".", NULL});
     (void)osal_shm_each(prefix, remove_name, NULL); // The co-simulation port as well.
-    launcher_remove_nodes(identity);
+    launcher_remove_computers(identity);
 }
 
 static void remove_names(launcher_t* const launcher)
@@ -91,6 +91,10 @@ static void remove_names(launcher_t* const launcher)
     char name[RUN_NAME_MAX];
     if (run_name(launcher->run, "remote", 0U, name, sizeof name)) {
         // Left by a remote-endian program that was killed.
+        (void)osal_shm_each(name, remove_name, NULL);
+    }
+    if (run_name(launcher->run, "flow", 0U, name, sizeof name)) {
+        // Left by a simulator that was killed: the device ends of data flows.
         (void)osal_shm_each(name, remove_name, NULL);
     }
     for (unsigned link = 1U; link <= RUN_LINKS_MAX; link++) {
@@ -107,13 +111,16 @@ static void remove_names(launcher_t* const launcher)
         }
     }
     (void)osal_file_remove(launcher->cosimulation);
-    launcher_remove_nodes(launcher->run->identity);
+    launcher_remove_computers(launcher->run->identity);
 }
 
-bool launcher_run_tool(launcher_t* const launcher, const arguments_t* const arguments, const char* const name)
+static bool run_tool(launcher_t* const launcher, const arguments_t* const arguments, const char* const name,
+                     const bool is_seen)
 {
-    child_t child = {
-        .name = name, .process = {.id = 0, .descriptor = -1}, .participant = LAUNCHER_NO_PARTICIPANT};
+    child_t child = {.name        = name,
+                     .process     = {.id = 0, .descriptor = -1},
+                     .participant = LAUNCHER_NO_PARTICIPANT,
+                     .is_seen     = is_seen};
     launcher_start_child(launcher, &child, arguments, NULL, 0U);
     while (child.is_alive) {
         osal_process_t* const process = &child.process;
@@ -124,6 +131,11 @@ bool launcher_run_tool(launcher_t* const launcher, const arguments_t* const argu
     }
     launcher->tool_code = child.result.code;
     return child.has_run && !child.result.was_signalled && (child.result.code == 0);
+}
+
+bool launcher_run_tool(launcher_t* const launcher, const arguments_t* const arguments, const char* const name)
+{
+    return run_tool(launcher, arguments, name, false);
 }
 
 static void complete_logs(launcher_t* const launcher)
@@ -144,11 +156,12 @@ static void draw_report(launcher_t* const launcher)
     arguments_add_words(&report,
                         (const char* const[]){"/usr/bin/env", "PYTHONPATH=gse", launcher_python(), "-m",
                                               "hirosco_gse.report", launcher->run->folder, NULL});
-    if (launcher_run_tool(launcher, &report, "report")) {
+    if (run_tool(launcher, &report, "report", true)) {
         return;
     }
     if (launcher->tool_code == REPORT_FIGURES_FAILED) { // The report writes it into run.json as well.
-        (void)launcher_fail(launcher, "figures out of their bounds", "; see report.html and run.json");
+        (void)launcher_fail(launcher, "figures missing or out of their bounds",
+                            "; see report.html and run.json");
     } else {
         osal_console_complain("the report could not be drawn; see console.log in the run's folder");
     }

@@ -7,8 +7,8 @@
 #include "osal/include/osal/console.h"
 
 #define LOOK_MS 20U     ///< Interval of checks until the run state exists.
-#define STAY_MS 60000U  ///< Afterwards; the end of the launcher ends the wait at once.
-#define GONE_MS 30000U  ///< For killed children to end.
+#define STAY_MS 60000U  ///< Interval afterwards; the end of the launcher ends the wait at once.
+#define GONE_MS 30000U  ///< Time for killed children to end.
 #define OWN_ARGUMENTS 3 ///< Program, word and identity, before the options.
 
 // ---- The launcher's side ----

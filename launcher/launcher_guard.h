@@ -22,7 +22,7 @@ typedef struct guard { // Private, except `starts`.
 /// Start the guard before a run is prepared, with the options of the run, which must stay valid. If it cannot
 /// be started, the run has no guard and the console reports it.
 void guard_start(guard_t* guard, const char* program, int option_count, char* const options[]);
-/// Start another if it has been killed.
+/// Start another guard if it has been killed.
 void guard_keep(guard_t* guard);
 /// The run has ended and is cleaned up: the guard ends.
 void guard_stop(guard_t* guard);

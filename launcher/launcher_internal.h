@@ -12,24 +12,25 @@
 #define LAUNCHER_NO_PARTICIPANT OSAL_LOCKSTEP_PARTICIPANTS_MAX
 
 /// launcher_children.c: starting children.
-/// The project's own Python if it exists, else the system's.
+/// Path of the project's own Python if it exists, otherwise of the system's.
 const char* launcher_python(void);
 void launcher_start_child(launcher_t* launcher, child_t* child, const arguments_t* arguments,
                           const int* descriptors, size_t descriptor_count);
 void launcher_start_component(launcher_t* launcher, child_t* child);
 void launcher_start_all(launcher_t* launcher);
 
-/// launcher_nodes.c: on-board computers, and the sockets of messages and links on them. Check the
+/// launcher_computers.c: on-board computers, and the sockets of messages and links on them. Check the
 /// requirements of the options before anything is made. False: `reason` says what is missing.
 bool launcher_check_system(launcher_t* launcher);
-bool launcher_make_nodes(launcher_t* launcher);
-/// Namespaces of a run that has this identity; no effect where there are none.
-void launcher_remove_nodes(const char* identity);
-/// Every socket of messages and links, where its owner runs. False: `reason` says what is missing.
+bool launcher_make_computers(launcher_t* launcher);
+/// Remove the namespaces of a run with this identity; no effect if there are none.
+void launcher_remove_computers(const char* identity);
+/// Open every socket of messages and links on the on-board computer of its owner. False: `reason` says what
+/// is missing.
 bool launcher_open_sockets(launcher_t* launcher);
-/// Sockets and processes that are created from now on belong to that node; with one node, no effect.
-bool launcher_enter_node(launcher_t* launcher, unsigned node);
-void launcher_leave_node(launcher_t* launcher);
+/// Sockets and processes that are created from now on belong to that computer; no effect with one.
+bool launcher_enter_computer(launcher_t* launcher, unsigned computer);
+void launcher_leave_computer(launcher_t* launcher);
 
 /// launcher_remote_endian.c: a subsystem whose program is that of another processor. False: `reason` says
 /// what is missing and what to do.
@@ -45,14 +46,14 @@ void launcher_limit(const launcher_t* launcher, const child_t* child, osal_proce
 /// Check once whether a child has ended, and note its peak memory. True only once for each end.
 bool launcher_has_ended(const launcher_t* launcher, child_t* child);
 
-/// launcher_prepare.c: the remains of a run whose launcher was killed, to be cleaned up; null: there are none
-/// yet.
+/// launcher_prepare.c: take over the remains of a run whose launcher was killed, to clean them up. `run`
+/// null: there are none yet.
 void launcher_take_over(launcher_t* launcher, const launch_options_t* options, const char* program_folder,
                         run_state_t* run);
 /// Number of the process behind "hirosco-" in an identity, 0 if there is none.
 int32_t launcher_owner_of(const char* identity);
 
-/// launcher_clean_up.c: every name of a run that has this identity.
+/// launcher_clean_up.c: remove every name of a run with this identity.
 void launcher_remove_all(const char* identity);
 /// Run a tool to its end. False if it failed.
 bool launcher_run_tool(launcher_t* launcher, const arguments_t* arguments, const char* name);
@@ -77,10 +78,14 @@ const char* launcher_holder(launcher_t* launcher);
 /// launcher.c: mission time.
 uint64_t launcher_now_ns(const launcher_t* launcher);
 bool launcher_is_flag(const uint32_t* flag);
-/// The run fails, and the words of a list that ends with null are its reason; the first reason counts. False.
+/// Let the run fail, with the words of a list that ends with null as its reason; only the first reason is
+/// kept. Returns false.
 bool launcher_refuse(launcher_t* launcher, const char* const* words);
-/// The same with two words. False, which a step of the preparation returns.
+/// Like launcher_refuse, with two words. Returns false, which a step of the preparation can return.
 bool launcher_fail(launcher_t* launcher, const char* what, const char* detail);
+/// A child ended with exit code 0. A mission that its user ends may end before the script of its operator,
+/// which then loses its link: that is no failure, but a step that failed is one.
+bool launcher_has_ended_well(const launcher_t* launcher, const child_t* child);
 /// A part has ended unexpectedly: the run continues as far as possible, and fails.
 void launcher_part_lost(launcher_t* launcher, child_t* child);
 

@@ -3,6 +3,7 @@
 #include "launcher/launcher_internal.h"
 
 #include "fsw/programs/ground_key.h"
+#include "launcher/link_relay.h"
 #include "launcher/run_summary.h"
 #include "fsw/framework/rtlink/agreement.h"
 #include "fsw/supervisor/checkpoint.h"
@@ -12,8 +13,7 @@
 #include <string.h>
 
 #define IDENTITY "hirosco-"
-#define FAMILY "/" IDENTITY ///< Beginning of the names of all runs.
-#define SLOT_NS 500000ULL
+#define FAMILY "/" IDENTITY          ///< Beginning of the names of all runs.
 #define REAL_PATIENCE_NS 40000000ULL ///< For a process that is stopped in the middle of a hand-over.
 #define PORT_TRIES 200U
 #define FOLDER_TRIES 1000U
@@ -57,8 +57,8 @@ static bool find_programs(launcher_t* const launcher, const char* const mission_
     return true;
 }
 
-/// Carrier of messages and transfer method of links that the mission prefers, unless the command line has
-/// one.
+/// Choose the carrier of messages and the transfer method of links: those of the command line, else those of
+/// the mission.
 static bool choose_methods(launcher_t* const launcher, const char* const mission_path)
 {
     launch_options_t* const options = &launcher->options;
@@ -79,9 +79,9 @@ static bool choose_methods(launcher_t* const launcher, const char* const mission
                 ": <Transports links>: expected SHARED_MEMORY, UDP or TIPC; or give --links shm|udp|tipc");
         }
         static const char* const names[] = {"shm", "tipc", "udp"};
-        const bool is_spread = (options->nodes > 1U) && (links == (uint8_t)RTLINK_METHOD_SHARED_MEMORY);
+        const bool is_spread = (options->computers > 1U) && (links == (uint8_t)RTLINK_METHOD_SHARED_MEMORY);
         options->links       = names[links];
-        if (is_spread) { // Shared memory within a node; between nodes what carries the messages, too.
+        if (is_spread) { // Shared memory within a computer; the carrier of messages between them.
             options->links = (strcmp(options->transport, "tipc") == 0) ? "shm tipc" : "shm udp";
         }
     }
@@ -104,7 +104,7 @@ static bool find_scenario(launcher_t* const launcher)
     if (!launcher->has_operator) {
         return true;
     }
-    const bool is_path = launch_scenario_is_path(launcher->options.scenario);
+    const bool is_path = launch_is_path(launcher->options.scenario, ".scn");
     (void)text_join(launcher->scenario_path, sizeof launcher->scenario_path,
                     (const char* const[]){is_path ? "" : "sim/scenarios/", launcher->options.scenario,
                                           is_path ? "" : ".scn", NULL});
@@ -112,11 +112,13 @@ static bool find_scenario(launcher_t* const launcher)
            launcher_fail(launcher, "no such scenario: ", launcher->scenario_path);
 }
 
-/// The world of the mission; real devices have their own.
+/// Find the world of the mission; a run with real devices has none.
 static bool find_world(launcher_t* const launcher)
 {
+    const bool is_path = launch_is_path(launcher->options.world, ".xml");
     (void)text_join(launcher->world_path, sizeof launcher->world_path,
-                    (const char* const[]){"descriptors/worlds/", launcher->options.mission, ".xml", NULL});
+                    (const char* const[]){is_path ? "" : "descriptors/worlds/", launcher->options.world,
+                                          is_path ? "" : ".xml", NULL});
     return !launch_has_simulator(&launcher->options) || osal_file_exists(launcher->world_path) ||
            launcher_fail(launcher, "no world for the simulator: ", launcher->world_path);
 }
@@ -145,7 +147,7 @@ static bool is_used(const char* const folder)
     return osal_file_exists(path);
 }
 
-/// The folder that was asked for, or the first unused of this scenario, form and seed.
+/// Make the requested folder, or the first unused one of this scenario, form and seed.
 static bool make_folder(launcher_t* const launcher, char* const folder, const size_t capacity)
 {
     const launch_options_t* const options = &launcher->options;
@@ -175,13 +177,14 @@ static bool make_folder(launcher_t* const launcher, char* const folder, const si
     const char* const base = (strncmp(folder, "runs/", 5U) == 0) ? &folder[5] : NULL;
     if (base != NULL) {
         const status_t status = osal_file_link(base, "runs/latest");
-        (void)status; // A convenience: two runs at once may race for it.
+        (void)status; // runs/latest is optional: the link of another run may have been made at the same time.
     }
     return true;
 }
 
-/// The key of the ground link: asked for, or the mission's, whose path begins at the mission's file. It is
-/// opened once before anything runs: a mission with a key must not fly without it.
+/// Find the key of the ground link: that of the command line, else that of the mission, whose path is
+/// relative to the mission's file. Open it once before anything runs: a mission with a key must not fly
+/// without it.
 static bool check_key(launcher_t* const launcher, const char* const mission_path)
 {
     const char* const asked = launcher->options.key;
@@ -211,7 +214,7 @@ static bool check_key(launcher_t* const launcher, const char* const mission_path
     return true;
 }
 
-// ---- Left by others ----
+// ---- Remains of earlier runs ----
 
 int32_t launcher_owner_of(const char* const identity)
 {
@@ -224,7 +227,7 @@ int32_t launcher_owner_of(const char* const identity)
     return owner;
 }
 
-/// Remove a name whose launcher is dead: one that was killed could not clean up.
+/// Remove a name if its launcher has ended: a launcher that was killed could not remove it.
 static void sweep(void* const context, const char* const name)
 {
     (void)context;
@@ -237,7 +240,7 @@ static void sweep(void* const context, const char* const name)
         text_t text = text_in(identity, sizeof identity);
         text_add(&text, &FAMILY[1]);
         text_add_unsigned(&text, (uint64_t)id);
-        launcher_remove_nodes(identity);
+        launcher_remove_computers(identity);
     }
     osal_process_release(&owner);
 }
@@ -272,8 +275,8 @@ static bool check_owner(launcher_t* const launcher, osal_file_t* const file, con
                                                            ": the storage cannot be used: ", path, NULL});
 }
 
-/// Schedules, definitions and stores of one mission name subsystems, modes and services by numbers that mean
-/// others in another mission.
+/// Refuse the storage of another mission: its schedules, definitions and stores identify subsystems, modes
+/// and services by numbers that have another meaning in this mission.
 static bool claim_storage(launcher_t* const launcher)
 {
     char path[LAUNCH_PATH_MAX + 32U];
@@ -317,6 +320,7 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
     (void)text_join(run->key, sizeof run->key, (const char* const[]){launcher->key_path, NULL});
     // Also in wall-clock time: simulated hardware belongs to the scheduler, unless all is free.
     run->is_stepped      = launch_has_scheduler(&launcher->options);
+    run->has_simulator   = launch_has_simulator(&launcher->options);
     run->is_real         = !launcher->options.is_stepped;
     run->link_methods    = link_methods(launcher->options.links);
     run->transport       = (uint8_t)((strcmp(launcher->options.transport, "tipc") == 0) ? RUN_TRANSPORT_TIPC
@@ -335,18 +339,23 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
                         (const char* const[]){subsystem->name, NULL});
     }
     for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
-        run->link_descriptors[i] = -1;
+        run->link_descriptors[i]  = -1;
+        run->relay.descriptors[i] = -1;
     }
+    run->relay.delay_us =
+        ((uint32_t)launcher->options.delay_ms * 1000U) / 2U; // One way is half of the round trip.
+    run->relay.jitter_us = (uint32_t)((double)run->relay.delay_us * LINK_RELAY_JITTER);
+    run->relay.seed      = launcher->options.seed;
     return true;
 }
 
-/// A supervisor that dies is running again after its declared boot time.
+/// Let the scheduler begin the next life of a supervisor that dies after its declared boot time.
 static void let_supervisor_return(const launcher_t* const launcher)
 {
     unsigned index = 0U;
     if (run_state_find(launcher->run, SUPERVISOR_APID, &index)) {
-        osal_lockstep_succeed(launcher->scheduler, run_participant(index),
-                              (uint64_t)launcher->mission.subsystems[index].boot_time_us * 1000U);
+        osal_lockstep_set_succession(launcher->scheduler, run_participant(index),
+                                     (uint64_t)launcher->mission.subsystems[index].boot_time_us * 1000U);
     }
 }
 
@@ -360,7 +369,7 @@ static bool make_scheduler(launcher_t* const launcher)
         (osal_shm_create(&launcher->scheduler_shm, name, OSAL_LOCKSTEP_BYTES) != STATUS_OK)) {
         return launcher_fail(launcher, "cannot make shared memory for the scheduler ", name);
     }
-    launcher->scheduler = osal_lockstep_create(osal_shm_address(&launcher->scheduler_shm), SLOT_NS,
+    launcher->scheduler = osal_lockstep_create(osal_shm_address(&launcher->scheduler_shm), RUN_STEP_NS,
                                                !launcher->options.is_image);
     if (launcher->scheduler == NULL) {
         return launcher_fail(launcher, "this system has no lock that survives the death of its holder", "");
@@ -374,11 +383,14 @@ static bool make_scheduler(launcher_t* const launcher)
             osal_lockstep_expect(launcher->scheduler, participant, 1U, 0U);
         }
     }
+    if (launcher->options.delay_ms > 0U) {
+        osal_lockstep_expect(launcher->scheduler, run_relay(launcher->run), 1U, 0U);
+    }
     let_supervisor_return(launcher);
     return true;
 }
 
-/// The data that a restarted supervisor takes over.
+/// Make the shared memory for the data that a restarted supervisor takes over.
 static bool make_checkpoint(launcher_t* const launcher)
 {
     char name[RUN_NAME_MAX];
@@ -418,7 +430,7 @@ static bool listen_to_ground(launcher_t* const launcher)
     return true;
 }
 
-/// One line of text into a file of the run's folder.
+/// Write one line of text into a file of the run's folder.
 static bool write_line(launcher_t* const launcher, const char* const name, const char* const line)
 {
     char path[LAUNCH_PATH_MAX + 32U];
@@ -435,7 +447,7 @@ static bool write_line(launcher_t* const launcher, const char* const name, const
     return is_written || launcher_fail(launcher, "cannot write ", path);
 }
 
-/// Mission and port, for ground tools that look them up.
+/// Write mission and port for ground tools that look them up.
 static bool write_ground_files(launcher_t* const launcher)
 {
     char digits[16];
@@ -449,9 +461,9 @@ static bool write_ground_files(launcher_t* const launcher)
             launcher_fail(launcher, "no room for run.json in ", launcher->run->folder));
 }
 
-/// Name the co-simulation port in the folder of the run's shared memory: a container with its own /dev/shm
-/// and process numbers from 1 then has its own ports, and what a killed launcher left is removed with the
-/// rest.
+/// Name the co-simulation port in the folder of the run's shared memory. So a container with its own
+/// /dev/shm and process numbers from 1 has its own ports, and the clean-up after a killed launcher removes
+/// them as well.
 static void name_cosimulation(launcher_t* const launcher)
 {
     (void)text_join(launcher->cosimulation, sizeof launcher->cosimulation,
@@ -472,11 +484,12 @@ static void begin(launcher_t* const launcher, const launch_options_t* const opti
         launcher->buses[i].claim.descriptor = -1;
     }
     for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
-        launcher->links[i].descriptor = -1;
+        launcher->links[i].descriptor  = -1;
+        launcher->relays[i].descriptor = -1;
     }
 }
 
-/// The mission, and whether it can be flown here.
+/// Read the mission and check whether it can be flown on this machine.
 static bool read_mission(launcher_t* const launcher, char* const path, const size_t capacity)
 {
     return load_mission(launcher, path, capacity) && choose_methods(launcher, path) &&
@@ -495,7 +508,7 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
         launcher_check_system(launcher) && find_inputs(launcher) && launcher_ready_interfaces(launcher) &&
         make_folder(launcher, folder, sizeof folder) && make_run_state(launcher, mission_path, folder) &&
         make_scheduler(launcher) && make_checkpoint(launcher) && launcher_make_buses(launcher) &&
-        launcher_make_nodes(launcher) && launcher_open_sockets(launcher) && listen_to_ground(launcher) &&
+        launcher_make_computers(launcher) && launcher_open_sockets(launcher) && listen_to_ground(launcher) &&
         write_ground_files(launcher);
     if (is_ready) {
         name_cosimulation(launcher);

@@ -12,7 +12,7 @@
 /// paced by the wall clock, and without.
 #define REAL_HANG_NS (20U * NS_PER_MS)
 #define STEPPED_HANG_NS (5000U * NS_PER_MS)
-#define FREE_HANG_NS (200U * NS_PER_MS) ///< The same where each process has its own clock.
+#define FREE_HANG_NS (200U * NS_PER_MS) ///< In a run in which each process has its own clock.
 /// How long a holder may wait for the operating system, for example for a slow disk.
 #define REAL_WAIT_NS (5000U * NS_PER_MS)
 #define STEPPED_WAIT_NS (20000U * NS_PER_MS)
@@ -31,19 +31,20 @@ static child_t* child_of(launcher_t* const launcher, const unsigned participant)
     return NULL;
 }
 
-/// A process that only waits for a processor does not hang: the load of the machine must not decide.
+/// True if a process hangs. A process that only waits for a processor does not hang: the result must not
+/// depend on the load of the machine.
 static bool is_hanging(const launcher_t* const launcher, const osal_process_look_t* const look,
-                       const uint64_t held_ns)
+                       const uint64_t granted_ns)
 {
     const bool is_stepped  = launcher->options.is_stepped;
-    const uint64_t held    = (launcher->scheduler != NULL) ? REAL_HANG_NS : FREE_HANG_NS;
-    const uint64_t hang_ns = is_stepped ? STEPPED_HANG_NS : held;
+    const uint64_t real_ns = (launcher->scheduler != NULL) ? REAL_HANG_NS : FREE_HANG_NS;
+    const uint64_t hang_ns = is_stepped ? STEPPED_HANG_NS : real_ns;
     const uint64_t wait_ns = is_stepped ? STEPPED_WAIT_NS : REAL_WAIT_NS;
     if (look->is_stopped) {
-        return held_ns >= hang_ns;
+        return granted_ns >= hang_ns;
     }
     return look->is_runnable ? ((look->processor_ns - launcher->watch.processor_ns) >= hang_ns)
-                             : (held_ns >= wait_ns);
+                             : (granted_ns >= wait_ns);
 }
 
 static void complain(const child_t* const child, const char* const what)
@@ -93,7 +94,7 @@ static void watch_holder(launcher_t* const launcher, const uint64_t now_ns)
     }
 }
 
-/// A process that starts and does not join must not delay the others.
+/// Limit the time for which a process that starts and does not join delays the others.
 static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
 {
     const unsigned awaited   = osal_lockstep_awaited(launcher->scheduler);
@@ -125,8 +126,8 @@ static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
     }
 }
 
-/// In free-running time only the launcher detects a process that never steps, because it has promised
-/// nothing.
+/// In free-running time only the launcher detects a restarted process that never makes a step: before its
+/// first step it has announced no wake time that others could watch.
 static void watch_first_steps(launcher_t* const launcher, const uint64_t now_ns)
 {
     for (size_t i = 0U; i < launcher->child_count; i++) {
@@ -170,7 +171,7 @@ static void watch_supervisor(launcher_t* const launcher, const uint64_t now_ns)
 void launcher_watch_lives(launcher_t* const launcher)
 {
     if (launcher->options.is_image) {
-        return; // One loop runs all.
+        return; // One loop runs all components.
     }
     const uint64_t now_ns = osal_clock_monotonic_ns();
     if (!launcher->options.is_stepped) {
@@ -187,8 +188,8 @@ void launcher_watch_lives(launcher_t* const launcher)
 /// The child that was last seen with the grant; null: none.
 static const child_t* holder_of(launcher_t* const launcher)
 {
-    const bool is_held = (launcher->scheduler != NULL) && (launcher->watch.since_ns != 0U);
-    return is_held ? child_of(launcher, launcher->watch.holder) : NULL;
+    const bool has_holder = (launcher->scheduler != NULL) && (launcher->watch.since_ns != 0U);
+    return has_holder ? child_of(launcher, launcher->watch.holder) : NULL;
 }
 
 bool launcher_is_starved(launcher_t* const launcher)

@@ -452,7 +452,7 @@ static void take_parts(archive_t* const archive)
     take_part(archive, "packets.ring", take_lines);
 }
 
-/// Without packets.db: its room goes to packets.log.
+/// Merge without packets.db, so that packets.log gets its disk space.
 static bool merge_in_memory(archive_t* const archive)
 {
     static const char* const names[] = {"packets.db", "packets.db-journal"};

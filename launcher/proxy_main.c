@@ -10,7 +10,7 @@
 #include <string.h>
 
 #define LINE_MAX 512U
-#define SLICE_MS 50U          ///< How long a wait goes without looking whether the run has ended.
+#define SLICE_MS 50U          ///< Interval of checks whether the run has ended.
 #define END_PATIENCE_MS 5000U ///< Wall-clock time that the program has to end by itself.
 
 typedef struct { // All storage of the program.
@@ -206,17 +206,17 @@ static void print_loss(const proxy_t* const self, const osal_process_result_t* c
 
 int main(int argument_count, char* arguments[])
 {
-    static const char usage[] = "usage: --run NAME --component INDEX --program PATH --runner PATH "
-                                "(the launcher `hirosco run --remote-endian SUBSYSTEM` starts it)";
-    proxy_t* const self       = &storage;
-    const bool is_well_called = (argument_count == 9) && (strcmp(arguments[1], "--run") == 0) &&
-                                (strcmp(arguments[3], "--component") == 0) &&
-                                (strcmp(arguments[5], "--program") == 0) &&
-                                (strcmp(arguments[7], "--runner") == 0);
+    static const char usage[]      = "usage: --run NAME --component INDEX --program PATH --runner PATH "
+                                     "(the launcher `hirosco run --remote-endian SUBSYSTEM` starts it)";
+    proxy_t* const self            = &storage;
+    const bool are_arguments_valid = (argument_count == 9) && (strcmp(arguments[1], "--run") == 0) &&
+                                     (strcmp(arguments[3], "--component") == 0) &&
+                                     (strcmp(arguments[5], "--program") == 0) &&
+                                     (strcmp(arguments[7], "--runner") == 0);
     if (osal_console_introduce(argument_count, arguments, "proxy", usage)) {
         return 0;
     }
-    if (!is_well_called) {
+    if (!are_arguments_valid) {
         (void)complain(usage, "");
         return 2;
     }

@@ -17,7 +17,8 @@ typedef struct { // Private. All zeros: it has not died yet.
     unsigned deaths;
 } return_budget_t;
 
-/// The supervisor died. True: start it again after *out_delay_ns of wall-clock time (0, 0.1 s, 1 s).
+/// Note that the supervisor died. True: start it again after *out_delay_ns of wall-clock time (0, 0.1 s, 1
+/// s).
 bool return_budget_take(return_budget_t* budget, uint64_t now_ns, uint64_t* out_delay_ns);
 
 #endif // LAUNCHER_RETURN_BUDGET_H

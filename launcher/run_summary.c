@@ -62,16 +62,35 @@ static void add_options(text_t* const text, const launch_options_t* const option
 {
     add_word(text, "mission", options->mission);
     add_word(text, "scenario", options->scenario);
+    add_word(text, "world", options->world);
     add_number(text, "seed", options->seed);
     add_word(text, "form", options->is_image ? "image" : "processes");
     add_word(text, "time", launch_time_text(options));
     add_word(text, "bus", launch_bus_text(options->bus));
     add_word(text, "transport", options->is_image ? "ring" : options->transport);
-    add_number(text, "nodes", options->nodes);
+    add_number(text, "nodes", options->computers);
     add_word(text, "links", options->links);
     if (options->remote_endian[0] != '\0') {
         add_word(text, "remote_endian", options->remote_endian);
     }
+}
+
+static void add_relay(text_t* const text, const launcher_t* const launcher)
+{
+    const run_relay_t* const relay = &launcher->run->relay;
+    if (launcher->options.delay_ms == 0U) {
+        return;
+    }
+    add_key(text, "relay");
+    text_add(text, "{\"round_trip_ms\": ");
+    text_add_unsigned(text, launcher->options.delay_ms);
+    text_add(text, ", \"delayed\": ");
+    text_add_unsigned(text, relay->delayed);
+    text_add(text, ", \"lost\": ");
+    text_add_unsigned(text, relay->lost);
+    text_add(text, ", \"reordered\": ");
+    text_add_unsigned(text, relay->reordered);
+    text_add(text, "}");
 }
 
 /// Frames of SocketCAN buses that did not arrive as announced, and interfaces that were removed.
@@ -83,7 +102,7 @@ static void add_bus_frames(text_t* const text, const launcher_t* const launcher)
     add_number(text, "bus_interfaces_lost", launcher->bus_cuts);
 }
 
-/// On a clock of its own: how many steps were late by less than 0.1, 1, 10, 100 ms, and by more.
+/// For a component with its own clock: how many steps were late by less than 0.1, 1, 10, 100 ms, and by more.
 static void add_lateness(text_t* const text, const launcher_t* const launcher, const unsigned component)
 {
     if (launcher->scheduler != NULL) {
@@ -187,10 +206,13 @@ static size_t describe_run(const launcher_t* const launcher, char out_summary[SU
                                  (launcher->bus_cuts == 0U) && (launcher->run->is_lossy == 0U);
     add_key(&text, "reproducible");
     text_add(&text, is_reproducible ? "true" : "false");
+    add_key(&text, "cut_short");
+    text_add(&text, launcher->is_cut_short ? "true" : "false");
     add_key(&text, "exit_code");
     text_add_signed(&text, launcher->exit_code);
     add_word(&text, "exit_reason", launcher->reason);
     add_bus_frames(&text, launcher);
+    add_relay(&text, launcher);
     add_key(&text, "versions");
     text_add(&text, "{\"hirosco\": \"" HIROSCO_VERSION "\", \"compiler\": ");
     add_string(&text, __VERSION__);

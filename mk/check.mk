@@ -32,7 +32,7 @@ check-analyzer: build/setup/check
 flight-objects: $(call objects,$(filter-out sim/%,$(SOURCES)))
 	@:
 
-# A source that passed leaves a stamp, which its headers outdate.
+# A source that passed leaves a stamp file; a newer source or header makes it out of date.
 check-tidy: build/setup/check
 	$(PARALLEL) -k tidied && echo 'check: clang-tidy finds nothing'
 tidied: $(patsubst %.c,build/lint/tidy/%.passed,$(SOURCES))
@@ -56,7 +56,7 @@ check-complexity: build/setup/check
 check-flights: build/setup/vm build/setup/full build/setup/peer-spacepackets all remote-endian
 	@LONG=1 SOAK_HOURS=24 $(VENV) -m pytest -q -p no:cacheprovider -m long -n $(JOBS) --dist loadfile \
 	    test/mission test/hil test/conformance && echo 'check: every flight ends as it should'
-# Hangs, deaths and returns in wall-clock time, on a machine that does nothing else.
+# Times to detect and repair hangs and deaths in wall-clock time, on a machine without other load.
 .PHONY: check-times
 check-times: build/setup/test all
 	@$(VENV) test/bench/run_bench.py --only bench_lives --out build/bench-lives.json --check && \

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 # Files generated from descriptors and catalogue; how a source becomes an object.
 
-GENERATOR := $(wildcard gse/generator/*.py)
+GENERATOR := $(wildcard gse/generator/*.py gse/generator/*.lua)
 GENERATED := build/generated/stamp build/generated/programs.h
 MISSIONS := $(sort $(wildcard descriptors/missions/*.xml))
 
-build/generated/stamp: $(GENERATOR) $(wildcard pus/catalogue/*.txt) pus/core/tailoring.h \
+build/generated/stamp: $(GENERATOR) $(wildcard descriptors/*.txt pus/catalogue/*.txt pus/catalogue/private/*.txt) \
+                       pus/core/tailoring.h \
                        $(shell find descriptors -name '*.xml' -o -name '*.xsd' -o -name '*.eds' 2>/dev/null)
 	$(Q)$(PYTHON) gse/generator/generate.py --mission $(MISSIONS) --out build/generated
 	@touch $@
@@ -18,7 +19,8 @@ build/generated/programs.h: $(wildcard fsw/programs/*_program.c) fsw/programs
 	       echo "COMPONENT($$name, \"$$(echo "$$name" | tr _ -)\")"; done; } >$@.part
 	@cmp -s $@.part $@ && rm $@.part || mv $@.part $@
 # The folders whose layer uses the generated files, with their tests.
-SEES_GENERATED := $(foreach p,pus fsw/supervisor fsw/subsystems fsw/programs launcher,$p/% test/unit/$p/%) \
+SEES_GENERATED := $(foreach p,pus fsw/canopen fsw/drives fsw/supervisor fsw/subsystems fsw/programs launcher, \
+                  $p/% test/unit/$p/%) \
                   test/bench/% test/fuzz/%
 $(call objects,$(filter $(SEES_GENERATED),$(SOURCES) $(TESTS) $(BENCHES) $(FUZZ_SOURCES))): | $(GENERATED)
 
@@ -26,7 +28,7 @@ $(call objects,$(filter $(SEES_GENERATED),$(SOURCES) $(TESTS) $(BENCHES) $(FUZZ_
 generated: $(GENERATED)
 	@:
 
-# Other flags, or another compiler, build everything again.
+# After a change of the flags or the compiler everything is built again.
 $B/flags: force
 	@mkdir -p $(@D) && echo '$(CC) $(CPPFLAGS) $(CFLAGS)' | cmp -s - $@ || echo '$(CC) $(CPPFLAGS) $(CFLAGS)' >$@
 force:

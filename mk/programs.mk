@@ -10,7 +10,8 @@ LUA   := $(if $(S390X),,-llua5.4)
 NETTLE := $(if $(S390X),,-lnettle) # No program of another byte order protects frames.
 group = -Wl,--start-group $(filter %.a,$1) -Wl,--end-group
 program_name = $B/bin/$(subst _,-,$(patsubst %_main.c,%,$(notdir $1)))
-libraries_of = $(if $(findstring image,$1),$(LIBRARIES),$(if $(filter sim/%,$1),$(SIM_LIBRARIES),$(FLIGHT_LIBRARIES)))
+libraries_of = $(if $(findstring image,$1)$(findstring relay,$1),$(LIBRARIES),\
+               $(if $(filter sim/%,$1),$(SIM_LIBRARIES),$(FLIGHT_LIBRARIES)))
 externals_of = $(if $(findstring image,$1)$(filter sim/%,$1),-lode -llcm) $(if $(findstring sqlite,$1),-lsqlite3) \
                -lexpat $(if $(filter sim/%,$1),,$(LUA) $(NETTLE)) -lpthread -lm
 

@@ -4,14 +4,20 @@
 # Only options of the command line are passed on; the launcher has the defaults and refuses invalid values.
 option = $(if $(filter command%,$(origin $2)),$(if $($2),--$1 '$($2)'))
 adapter = $(if $(filter command%,$(origin $3)),$(if $($3),--$1 '$2=$($3)'))
+# A flight does not need the packages of the page: its report has film and charts if they are installed.
 sim-run: build/setup/run all $(if $(REMOTE_ENDIAN),remote-endian)
-	@build/bin/hirosco run $(call option,mission,MISSION) $(call option,scenario,SCENARIO) $(call option,seed,SEED) \
+	@test ! -e build/setup/station || $(MAKE) --no-print-directory build/station/page/index.html || true
+	@build/bin/hirosco run $(call option,mission,MISSION) $(call option,scenario,SCENARIO) $(call option,world,WORLD) \
+	    $(call option,seed,SEED) \
 	    $(call option,form,FORM) $(call option,time,TIME) $(call option,bus,BUS) \
 	    $(call option,transport,TRANSPORT) $(call option,nodes,NODES) $(call option,links,LINKS) \
-	    $(call option,port,PORT) $(call option,tools,TOOLS) $(call option,out,OUT) \
+	    $(call option,delay,DELAY) $(call option,port,PORT) $(call option,tools,TOOLS) $(call option,out,OUT) \
 	    $(call option,storage,STORAGE) $(call option,key,KEY) $(call option,remote-endian,REMOTE_ENDIAN) \
 	    $(call adapter,interface,robot,ROBOT_IF) $(call adapter,interface,joystick,JOYSTICK_IF) \
 	    $(call adapter,sim-interface,robot,SIM_ROBOT_IF) $(call adapter,sim-interface,joystick,SIM_JOYSTICK_IF)
+
+report: build/setup/station build/station/page/index.html $(GENERATED)
+	@build/venv/bin/python -m hirosco_gse.report $(or $(OUT),runs/latest) && echo '$(or $(OUT),runs/latest)/report.html'
 
 # The command is passed on unchanged: make does not expand its dollar signs.
 build/vm/initramfs.cpio: build/setup/hil gse/vm/prepare.py gse/vm/init.sh
@@ -23,11 +29,14 @@ vm: build/setup/vm
 	@$(PYTHON) gse/vm/microvm.py $(call option,seconds,SECONDS) $(call option,cans,CANS) $(call option,memory,MEMORY) \
 	    $(call option,out,OUT)
 
-gse: build/setup/run $(GENERATED)
-	@echo 'The ground segment is ready. Call it as:'
-	@echo '    build/venv/bin/gse --help'
-	@echo 'or put it into the path of this shell:'
-	@echo '    . build/venv/bin/activate'
+# The flight that is started, if none is running, is one by the wall clock.
+gse: build/setup/station build/station/page/index.html all
+	@echo 'The command line is build/venv/bin/gse --help'
+	@build/venv/bin/python -m hirosco_gse.station $(call option,http-port,HTTP) $(call option,run,OUT) \
+	    $(call option,replay,REPLAY) \
+	    --fly build/bin/hirosco run --time real $(call option,mission,MISSION) $(call option,scenario,SCENARIO) \
+	    $(call option,world,WORLD) $(call option,seed,SEED) $(call option,port,PORT) $(call option,out,OUT) \
+	    $(call option,key,KEY)
 
 .PHONY: yamcs
 yamcs: build/setup/full $(GENERATED)
@@ -37,6 +46,10 @@ yamcs: build/setup/full $(GENERATED)
 new-subsystem:
 	@$(PYTHON) gse/scaffold/new_subsystem.py $(call option,name,NAME) $(call option,apid,APID) \
 	    $(call option,mission,MISSION)
+
+new-robot:
+	@$(PYTHON) gse/scaffold/new_robot.py $(call option,urdf,URDF) $(call option,name,NAME) $(call option,tool,TOOL) \
+	    $(if $(START),--start='$(START)') $(call option,apid,APID)
 
 docs: build/setup/docs
 	@$(PYTHON) gse/docs/make_docs.py --out build/docs

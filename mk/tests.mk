@@ -51,7 +51,7 @@ $B/obj/unity.o: | build/setup/unit
 	@mkdir -p $(@D)
 	$(Q)$(CC) -std=c99 $(OPTIMIZE) -c build/third_party/unity/src/unity.c -o $@
 $(call objects,$(TESTS)) $(SUPPORT): | build/setup/unit
--include $(patsubst %.o,%.d,$(call objects,$(wildcard test/support/*.c test/bench/*.c test/unit/pus/fixtures/*.c \
+-include $(patsubst %.o,%.d,$(call objects,$(wildcard test/support/*.c test/bench/*.c test/unit/*/fixtures/*.c \
          $(addsuffix *.c,$(sort $(dir $(TESTS)))))))
 
 define bench_rule

@@ -24,6 +24,7 @@ void canopen_cia402_axis_set_goal(canopen_cia402_axis_t* const axis, const canop
     if (goal != axis->goal) {
         axis->was_enabled = false;
     }
+    axis->is_homing       = axis->is_homing && (goal == CIA402_GOAL_ENABLED);
     axis->goal            = goal;
     axis->may_reset_fault = may_reset_fault;
     axis->has_dropped     = false;
@@ -47,6 +48,10 @@ void canopen_cia402_axis_step(canopen_cia402_axis_t* const axis)
     FSW_ASSERT(axis != NULL);
     axis->controlword = canopen_cia402_controlword(canopen_cia402_axis_state(axis), axis->goal,
                                                    axis->may_reset_fault, axis->controlword);
+    if (axis->is_homing && (axis->controlword == CIA402_CONTROL_ENABLE) &&
+        (canopen_cia402_axis_state(axis) == CIA402_OPERATION_ENABLED)) { // A rising edge in operation.
+        axis->controlword |= CIA402_CONTROL_HOMING_START;
+    }
 }
 
 bool canopen_cia402_axis_is_at_goal(const canopen_cia402_axis_t* const axis)
@@ -103,6 +108,42 @@ void canopen_cia402_axis_command_position(canopen_cia402_axis_t* const axis, con
         axis->limited++;
     }
     axis->torque_offset = torque_units(axis, torque_offset_nm);
+}
+
+void canopen_cia402_axis_command_velocity(canopen_cia402_axis_t* const axis, const double velocity_rad_s,
+                                          const double torque_offset_nm)
+{
+    FSW_ASSERT(axis != NULL);
+    if (velocity_rad_s == velocity_rad_s) {
+        axis->target_velocity =
+            (int32_t)to_units(axis, velocity_rad_s, axis->scale.velocity_rad_s, 2147483646.0);
+    } else {
+        axis->target_velocity = 0;
+        axis->limited++;
+    }
+    axis->torque_offset = torque_units(axis, torque_offset_nm);
+}
+
+void canopen_cia402_axis_home(canopen_cia402_axis_t* const axis, const bool is_wanted)
+{
+    FSW_ASSERT(axis != NULL);
+    axis->is_homing = is_wanted;
+}
+
+status_t canopen_cia402_axis_homing(const canopen_cia402_axis_t* const axis)
+{
+    FSW_ASSERT(axis != NULL);
+    if (!axis->is_homing || (canopen_cia402_axis_state(axis) != CIA402_OPERATION_ENABLED)) {
+        return STATUS_EMPTY;
+    }
+    if ((axis->controlword & CIA402_CONTROL_HOMING_START) == 0U) {
+        return STATUS_BUSY; // The statusword is that of an earlier search.
+    }
+    if ((axis->statusword & CIA402_STATUS_HOMING_ERROR) != 0U) {
+        return STATUS_INVALID;
+    }
+    const uint16_t done = CIA402_STATUS_TARGET_REACHED | CIA402_STATUS_HOMING_ATTAINED;
+    return ((axis->statusword & done) == done) ? STATUS_OK : STATUS_BUSY;
 }
 
 void canopen_cia402_axis_command_torque(canopen_cia402_axis_t* const axis, const double torque_nm)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One CiA 402 axis: raw words of its process data, their physical values, and its way to a power state.
+/// One CiA 402 axis: raw words of its process data, their physical values, and the controlwords that lead it
+/// to a power state.
 ///
 /// An axis that leaves OPERATION ENABLED without a command is not switched on again: its goal becomes
 /// DISABLED and `has_dropped` stays set until the next canopen_cia402_axis_set_goal.
@@ -11,6 +12,7 @@
 #define FSW_CANOPEN_AXIS_H
 
 #include "fsw/canopen/cia402.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -38,13 +40,14 @@ typedef struct { // Raw words are written by the process data; the rest is read-
     bool may_reset_fault;
     bool was_enabled; ///< OPERATION ENABLED was reached with this goal.
     bool has_dropped;
+    bool is_homing;
     uint32_t limited; ///< Commands cut at torque_max_nm or at the range of their word [commands, wraps].
 } canopen_cia402_axis_t;
 
-/// Goal DISABLED, all words zero.
+/// Begin with the goal DISABLED and all words zero.
 void canopen_cia402_axis_init(canopen_cia402_axis_t* axis, canopen_cia402_scale_t scale);
 canopen_cia402_state_t canopen_cia402_axis_state(const canopen_cia402_axis_t* axis);
-/// New goal. A fault is reset on the way only with `may_reset_fault`.
+/// Set a new goal. A fault is reset on the way only with `may_reset_fault`.
 void canopen_cia402_axis_set_goal(canopen_cia402_axis_t* axis, canopen_cia402_goal_t goal,
                                   bool may_reset_fault);
 /// Once per cycle, after the process data were received: update the state of the axis.
@@ -56,10 +59,18 @@ bool canopen_cia402_axis_is_at_goal(const canopen_cia402_axis_t* axis);
 double canopen_cia402_axis_position_rad(const canopen_cia402_axis_t* axis);
 double canopen_cia402_axis_torque_nm(const canopen_cia402_axis_t* axis);
 
-/// Commands; cut at the limits (counted), rounded to the nearest unit. Not a number: torque 0, position as
-/// before.
+/// Commands; cut at the limits (counted), rounded to the nearest unit. NaN: torque 0, position unchanged.
 void canopen_cia402_axis_command_position(canopen_cia402_axis_t* axis, double position_rad,
                                           double torque_offset_nm);
+/// Command a velocity (CSV) with a torque offset. NaN: velocity 0.
+void canopen_cia402_axis_command_velocity(canopen_cia402_axis_t* axis, double velocity_rad_s,
+                                          double torque_offset_nm);
+/// Mode homing (0x6060 = 6): in operation, start the search for the reference, or end it. Another goal than
+/// ENABLED ends it, too.
+void canopen_cia402_axis_home(canopen_cia402_axis_t* axis, bool is_wanted);
+/// Homing: STATUS_BUSY; STATUS_OK (reference found); STATUS_INVALID (error of the drive); STATUS_EMPTY (not
+/// started, or not in operation).
+MUST_USE status_t canopen_cia402_axis_homing(const canopen_cia402_axis_t* axis);
 void canopen_cia402_axis_command_torque(canopen_cia402_axis_t* axis, double torque_nm);
 
 #endif // FSW_CANOPEN_AXIS_H

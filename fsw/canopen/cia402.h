@@ -28,7 +28,7 @@ typedef enum {
     CIA402_GOAL_DISABLED,  ///< Down to 0x40, at once.
     CIA402_GOAL_STANDBY,   ///< 0x23.
     CIA402_GOAL_ENABLED,   ///< 0x27.
-    CIA402_GOAL_QUICK_STOP ///< Brake actively, then 0x40; where there is no motion to stop, 0x40.
+    CIA402_GOAL_QUICK_STOP ///< Brake actively, then 0x40; 0x40 at once from states without motion.
 } canopen_cia402_goal_t;
 
 #define CIA402_CONTROL_DISABLE_VOLTAGE 0x0000U
@@ -36,13 +36,18 @@ typedef enum {
 #define CIA402_CONTROL_SHUTDOWN 0x0006U
 #define CIA402_CONTROL_SWITCH_ON 0x0007U
 #define CIA402_CONTROL_ENABLE 0x000FU
+#define CIA402_CONTROL_HOMING_START 0x0010U ///< Bit 4, mode homing.
 #define CIA402_CONTROL_FAULT_RESET 0x0080U
 
-#define CIA402_STATUS_WARNING 0x0080U        ///< Bit 7.
-#define CIA402_STATUS_INTERNAL_LIMIT 0x0800U ///< Bit 11.
-#define CIA402_STATUS_FOLLOWS 0x1000U        ///< Bit 12, CSP and CST: the drive follows the command.
+#define CIA402_STATUS_WARNING 0x0080U         ///< Bit 7.
+#define CIA402_STATUS_INTERNAL_LIMIT 0x0800U  ///< Bit 11.
+#define CIA402_STATUS_TARGET_REACHED 0x0400U  ///< Bit 10.
+#define CIA402_STATUS_HOMING_ATTAINED 0x1000U ///< Bit 12, homing.
+#define CIA402_STATUS_HOMING_ERROR 0x2000U    ///< Bit 13, homing.
+#define CIA402_STATUS_FOLLOWS 0x1000U         ///< Bit 12, CSP and CST: the drive follows the command.
 
 /// Modes of operation, object 0x6060.
+#define CIA402_MODE_HOMING 6
 #define CIA402_MODE_CSP 8
 #define CIA402_MODE_CSV 9
 #define CIA402_MODE_CST 10

@@ -4,6 +4,7 @@
 #include "base/assertion.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #define OBJECT_DEVICE_TYPE 0x1000U
 #define OBJECT_IDENTITY 0x1018U
@@ -13,30 +14,28 @@
 #define OBJECT_RECEIVE_MAPPING 0x1600U
 #define OBJECT_TRANSMIT_PARAMETER 0x1800U
 #define OBJECT_TRANSMIT_MAPPING 0x1A00U
-#define OBJECT_TEMPERATURE 0x2210U
-#define OBJECT_PROFILE_AREA 0x6000U
-#define OBJECT_CONTROLWORD 0x6040U
-#define OBJECT_STATUSWORD 0x6041U
-#define OBJECT_POSITION 0x6064U
-#define OBJECT_VELOCITY 0x606CU
-#define OBJECT_TARGET_TORQUE 0x6071U
 #define OBJECT_MAX_TORQUE 0x6072U
 #define OBJECT_RATED_TORQUE 0x6076U
-#define OBJECT_TORQUE 0x6077U
-#define OBJECT_CURRENT 0x6078U
-#define OBJECT_TARGET_POSITION 0x607AU
-#define OBJECT_TORQUE_OFFSET 0x60B2U
-#define OBJECT_DIGITAL_INPUTS 0x60FDU
-#define OBJECT_TARGET_VELOCITY 0x60FFU
 
 #define PER_MILLE 0.001
 #define MILLI 0.001
+#define HALF 0.5
+#define OCTET_BITS 8U
 
 #define FIRST_UNIT 3U // Place of the units among the accesses that identify a device.
+
+/// A device that has booted has the mapping of its class.
+static void forget_mapping(canopen_device_t* const device)
+{
+    if (device->mapping != NULL) {
+        device->mapping->profile = *device->mapping->class_profile;
+    }
+}
 
 void canopen_device_reset(canopen_device_t* const device)
 {
     FSW_ASSERT(device != NULL);
+    forget_mapping(device);
     const canopen_device_profile_t* const profile = device->profile;
     for (uint8_t i = 0U; i < profile->transmit_count; i++) {
         device->transmit[i] =
@@ -48,12 +47,13 @@ void canopen_device_reset(canopen_device_t* const device)
             (canopen_device_pdo_t){.cob      = (uint16_t)(profile->receive[i].cob_base + device->node),
                                    .is_valid = profile->receive[i].is_valid};
     }
-    for (uint8_t i = 0U; i < PROFILE_AXES_MAX; i++) {
+    for (uint8_t i = 0U; i < profile->axis_count; i++) {
         canopen_cia402_axis_init(&device->axes[i],
-                                 (canopen_cia402_scale_t){.position_rad   = profile->position_rad,
-                                                          .velocity_rad_s = profile->velocity_rad_s,
+                                 (canopen_cia402_scale_t){.position_rad   = profile->axes[i].position_rad,
+                                                          .velocity_rad_s = profile->axes[i].velocity_rad_s,
                                                           .torque_nm      = PER_MILLE});
     }
+    (void)memset(device->values, 0, sizeof device->values);
 }
 
 status_t canopen_device_attach(canopen_device_t* const device, canopen_master_t* const master,
@@ -67,6 +67,15 @@ status_t canopen_device_attach(canopen_device_t* const device, canopen_master_t*
         canopen_device_reset(device);
     }
     return status;
+}
+
+void canopen_device_follow_mapping(canopen_device_t* const device, canopen_mapping_t* const mapping)
+{
+    FSW_ASSERT((device != NULL) && (device->mapping == NULL) && (mapping != NULL));
+    mapping->class_profile = device->profile;
+    mapping->profile       = *device->profile;
+    device->mapping        = mapping;
+    device->profile        = &mapping->profile;
 }
 
 // ---- Commissioning ----
@@ -101,32 +110,48 @@ static void ask_mapping(canopen_device_t* const device, uint16_t* const count, c
     }
 }
 
+static void ask_identity(canopen_device_t* const device, uint16_t* const count)
+{
+    const canopen_device_profile_t* const profile = device->profile;
+    ask_number(device, count, OBJECT_DEVICE_TYPE, 0U, profile->device_type);
+    ask_number(device, count, OBJECT_IDENTITY, IDENTITY_VENDOR, profile->vendor_id);
+    ask_number(device, count, OBJECT_IDENTITY, IDENTITY_PRODUCT, profile->product_code);
+    for (uint8_t i = 0U; i < profile->axis_count; i++) { // take_units finds these in the same order.
+        const uint16_t offset = (uint16_t)(i * PROFILE_AXIS_STEP);
+        if (profile->axes[i].has_torque) {
+            ask(device, count,
+                (canopen_setting_t){
+                    .index = (uint16_t)(OBJECT_RATED_TORQUE + offset), .octets = 4U, .kind = SETTING_READ});
+            ask(device, count,
+                (canopen_setting_t){
+                    .index = (uint16_t)(OBJECT_MAX_TORQUE + offset), .octets = 2U, .kind = SETTING_READ});
+        }
+    }
+}
+
+/// The accesses of the next step: identity and units, then each mapping.
+static void begin_step(canopen_device_t* const device)
+{
+    const canopen_device_profile_t* const profile = device->profile;
+    uint16_t count                                = 0U;
+    if (device->identified == 0U) {
+        ask_identity(device, &count);
+    } else if (device->identified <= profile->transmit_count) {
+        const uint8_t number = (uint8_t)(device->identified - 1U);
+        ask_mapping(device, &count, (uint16_t)(OBJECT_TRANSMIT_MAPPING + number), &profile->transmit[number]);
+    } else {
+        const uint8_t number = (uint8_t)(device->identified - 1U - profile->transmit_count);
+        ask_mapping(device, &count, (uint16_t)(OBJECT_RECEIVE_MAPPING + number), &profile->receive[number]);
+    }
+    canopen_setting_run_begin(&device->run, device->identify, count);
+}
+
 void canopen_device_identify(canopen_device_t* const device)
 {
     FSW_ASSERT(device != NULL);
-    const canopen_device_profile_t* const profile = device->profile;
-    uint16_t count                                = 0U;
-    ask_number(device, &count, OBJECT_DEVICE_TYPE, 0U, profile->device_type);
-    ask_number(device, &count, OBJECT_IDENTITY, IDENTITY_VENDOR, profile->vendor_id);
-    ask_number(device, &count, OBJECT_IDENTITY, IDENTITY_PRODUCT, profile->product_code);
-    FSW_ASSERT(count == FIRST_UNIT);
-    for (uint8_t i = 0U; i < profile->axis_count;
-         i++) { // canopen_device_identify_step finds these by their place.
-        const uint16_t offset = (uint16_t)(i * PROFILE_AXIS_STEP);
-        ask(device, &count,
-            (canopen_setting_t){
-                .index = (uint16_t)(OBJECT_RATED_TORQUE + offset), .octets = 4U, .kind = SETTING_READ});
-        ask(device, &count,
-            (canopen_setting_t){
-                .index = (uint16_t)(OBJECT_MAX_TORQUE + offset), .octets = 2U, .kind = SETTING_READ});
-    }
-    for (uint8_t i = 0U; i < profile->transmit_count; i++) {
-        ask_mapping(device, &count, (uint16_t)(OBJECT_TRANSMIT_MAPPING + i), &profile->transmit[i]);
-    }
-    for (uint8_t i = 0U; i < profile->receive_count; i++) {
-        ask_mapping(device, &count, (uint16_t)(OBJECT_RECEIVE_MAPPING + i), &profile->receive[i]);
-    }
-    canopen_setting_run_begin(&device->run, device->identify, count);
+    forget_mapping(device);
+    device->identified = 0U;
+    begin_step(device);
 }
 
 static canopen_sdo_client_t* client_of(canopen_device_t* const device)
@@ -134,15 +159,14 @@ static canopen_sdo_client_t* client_of(canopen_device_t* const device)
     return &device->master->nodes[device->index].sdo;
 }
 
-status_t canopen_device_identify_step(canopen_device_t* const device)
+/// Torque units that the device has reported. STATUS_OK, STATUS_INVALID (no rated torque).
+static status_t take_units(canopen_device_t* const device)
 {
-    FSW_ASSERT(device != NULL);
-    const status_t status = canopen_setting_run_step(&device->run, client_of(device));
-    if (status != STATUS_OK) {
-        return status;
-    }
+    uint16_t unit = FIRST_UNIT;
     for (uint8_t i = 0U; i < device->profile->axis_count; i++) {
-        const uint16_t unit    = (uint16_t)(FIRST_UNIT + (2U * i));
+        if (!device->profile->axes[i].has_torque) {
+            continue;
+        }
         const double rated_nm  = (double)device->identify[unit].value * MILLI;
         const double max_share = (double)device->identify[unit + 1U].value * PER_MILLE;
         if (!(rated_nm > 0.0)) {
@@ -154,14 +178,48 @@ status_t canopen_device_identify_step(canopen_device_t* const device)
         scale.torque_nm              = rated_nm * PER_MILLE;
         scale.torque_max_nm          = rated_nm * max_share;
         canopen_cia402_axis_init(&device->axes[i], scale);
+        unit = (uint16_t)(unit + 2U);
     }
     return STATUS_OK;
+}
+
+status_t canopen_device_identify_step(canopen_device_t* const device)
+{
+    FSW_ASSERT(device != NULL);
+    const unsigned last = (unsigned)device->profile->transmit_count + device->profile->receive_count;
+    status_t status     = canopen_setting_run_step(&device->run, client_of(device));
+    if ((status == STATUS_OK) && (device->identified == 0U)) {
+        status = take_units(device);
+    }
+    if ((status == STATUS_OK) && (device->identified < last)) {
+        device->identified++;
+        begin_step(device); // Its first access begins in the cycle that ended the step before.
+        status = canopen_setting_run_step(&device->run, client_of(device));
+    }
+    return status;
+}
+
+void canopen_device_clear_outputs(canopen_device_t* const device)
+{
+    FSW_ASSERT(device != NULL);
+    for (uint8_t i = 0U; i < device->profile->value_count; i++) {
+        const bool is_output = canopen_device_profile_is_output(device->profile, i);
+        device->values[i]    = is_output ? 0U : device->values[i];
+    }
 }
 
 void canopen_device_configure(canopen_device_t* const device, canopen_setting_t* const settings,
                               const uint16_t count)
 {
     FSW_ASSERT(device != NULL);
+    // Outputs of an earlier configuration must not act with the first process data of the next. Commands of
+    // axes act only in operation, and before that their controllers have renewed them.
+    canopen_device_clear_outputs(device);
+    if (device->mapping != NULL) {
+        (void)memcpy(device->mapping->earlier, device->profile->receive, sizeof device->mapping->earlier);
+    }
+    device->is_followed = false;
+    device->cleared     = 0U;
     canopen_setting_run_begin(&device->run, settings, count);
 }
 
@@ -178,79 +236,163 @@ static void follow_setting(canopen_device_pdo_t* const pdos, const uint8_t count
     }
 }
 
-status_t canopen_device_configure_step(canopen_device_t* const device)
+static void follow_settings(canopen_device_t* const device)
 {
-    FSW_ASSERT(device != NULL);
-    const status_t status = canopen_setting_run_step(&device->run, client_of(device));
-    for (uint16_t i = 0U; (status == STATUS_OK) && (i < device->run.count); i++) {
+    for (uint16_t i = 0U; i < device->run.count; i++) {
         const canopen_setting_t* const setting = &device->run.settings[i];
         follow_setting(device->transmit, device->profile->transmit_count, OBJECT_TRANSMIT_PARAMETER, setting);
         follow_setting(device->receive, device->profile->receive_count, OBJECT_RECEIVE_PARAMETER, setting);
+        if (device->mapping != NULL) {
+            // The device has accepted it; drives_fit has refused what flight software cannot carry.
+            (void)canopen_device_profile_map(&device->mapping->profile, setting->index, setting->subindex,
+                                             (uint32_t)setting->value);
+        }
+    }
+    device->is_followed = true;
+}
+
+/// True if process data that exist carry the object of an entry.
+static bool is_carried(const canopen_device_t* const device, const canopen_profile_entry_t* const wanted)
+{
+    bool is_found = false;
+    for (uint8_t i = 0U; i < device->profile->receive_count; i++) {
+        const canopen_profile_pdo_t* const pdo = &device->profile->receive[i];
+        for (uint8_t k = 0U; device->receive[i].is_valid && (k < pdo->entry_count); k++) {
+            const canopen_profile_entry_t* const entry = &pdo->entries[k];
+            is_found = is_found || ((entry->index == wanted->index) && (entry->subindex == wanted->subindex));
+        }
+    }
+    return is_found;
+}
+
+/// Begin to set to zero the values that no process data carry any more: a device keeps them, and its next
+/// mode may still use them. CST adds the torque offset (0x60B2) of an earlier CSP, for example. Targets stay:
+/// they act only in their own mode, whose process data carry them.
+static void begin_clearing(canopen_device_t* const device, const uint8_t number)
+{
+    const canopen_profile_pdo_t* const earlier =
+        (device->mapping != NULL) ? device->mapping->earlier : device->profile->receive;
+    const canopen_profile_pdo_t* const pdo = &earlier[number];
+    const bool is_left                     = device->receive[number].is_sent;
+    uint16_t count                         = 0U;
+    for (uint8_t i = 0U; is_left && (i < pdo->entry_count); i++) {
+        const canopen_profile_entry_t* const entry = &pdo->entries[i];
+        const bool acts_in_any_mode =
+            (entry->word == PROFILE_TORQUE_OFFSET) || (entry->word == PROFILE_VALUE);
+        if (acts_in_any_mode && !is_carried(device, entry)) {
+            ask(device, &count,
+                (canopen_setting_t){.index    = entry->index,
+                                    .subindex = entry->subindex,
+                                    .octets   = entry->octets,
+                                    .kind     = SETTING_WRITE});
+        }
+    }
+    canopen_setting_run_begin(&device->run, device->identify, count);
+}
+
+status_t canopen_device_configure_step(canopen_device_t* const device)
+{
+    FSW_ASSERT(device != NULL);
+    status_t status = canopen_setting_run_step(&device->run, client_of(device));
+    if ((status == STATUS_OK) && !device->is_followed) {
+        follow_settings(device);
+    }
+    while ((status == STATUS_OK) && (device->cleared < device->profile->receive_count)) {
+        begin_clearing(device, device->cleared);
+        device->cleared++;
+        status = canopen_setting_run_step(&device->run, client_of(device));
+    }
+    for (uint8_t i = 0U; (status == STATUS_OK) && (i < device->profile->receive_count); i++) {
+        device->receive[i].is_sent = device->receive[i].is_sent && device->receive[i].is_valid;
     }
     return status;
 }
 
 // ---- Process data ----
 
-/// Axis of an object of the profile area, and the object of the first axis that corresponds to it.
-static canopen_cia402_axis_t* axis_of(canopen_device_t* const device, const uint16_t index,
-                                      uint16_t* const out_object)
+/// Axis of an entry that is a word of an axis.
+static uint8_t axis_of(const canopen_profile_entry_t* const entry)
 {
-    const unsigned offset = (unsigned)index - OBJECT_PROFILE_AREA;
-    const unsigned number = offset / PROFILE_AXIS_STEP;
-    FSW_ASSERT((index >= OBJECT_PROFILE_AREA) && (number < device->profile->axis_count));
-    *out_object = (uint16_t)(OBJECT_PROFILE_AREA + (offset % PROFILE_AXIS_STEP));
-    return &device->axes[number];
+    return (entry->word >= PROFILE_STATUSWORD) ? entry->place : 0U;
 }
 
-static void take_object(canopen_device_t* const device, const uint16_t index, const uint32_t value)
+static void take_entry(canopen_device_t* const device, const canopen_profile_entry_t* const entry,
+                       const uint32_t value)
 {
-    if (index == OBJECT_TEMPERATURE) {
-        device->temperature = (int16_t)(uint16_t)value;
-        return;
-    }
-    uint16_t object                   = 0U;
-    canopen_cia402_axis_t* const axis = axis_of(device, index, &object);
-    switch (object) {
-    case OBJECT_STATUSWORD:
+    canopen_cia402_axis_t* const axis = &device->axes[axis_of(entry)];
+    switch (entry->word) {
+    case PROFILE_STATUSWORD:
         axis->statusword = (uint16_t)value;
         break;
-    case OBJECT_POSITION:
+    case PROFILE_POSITION:
         axis->position = (int32_t)value;
         break;
-    case OBJECT_VELOCITY:
+    case PROFILE_VELOCITY:
         axis->velocity = (int32_t)value;
         break;
-    case OBJECT_TORQUE:
+    case PROFILE_TORQUE:
         axis->torque = (int16_t)(uint16_t)value;
         break;
-    case OBJECT_CURRENT:
+    case PROFILE_CURRENT:
         axis->current = (int16_t)(uint16_t)value;
         break;
+    case PROFILE_VALUE:
+        device->values[entry->place] = value;
+        break;
     default:
-        FSW_ASSERT(object == OBJECT_DIGITAL_INPUTS);
-        device->digital_inputs = value;
+        FSW_ASSERT(entry->word == PROFILE_PADDING);
         break;
     }
 }
 
-static uint32_t give_object(canopen_device_t* const device, const uint16_t index)
+static uint32_t give_entry(const canopen_device_t* const device, const canopen_profile_entry_t* const entry)
 {
-    uint16_t object                         = 0U;
-    const canopen_cia402_axis_t* const axis = axis_of(device, index, &object);
-    switch (object) {
-    case OBJECT_CONTROLWORD:
+    const canopen_cia402_axis_t* const axis = &device->axes[axis_of(entry)];
+    switch (entry->word) {
+    case PROFILE_CONTROLWORD:
         return axis->controlword;
-    case OBJECT_TARGET_POSITION:
+    case PROFILE_TARGET_POSITION:
         return (uint32_t)axis->target_position;
-    case OBJECT_TORQUE_OFFSET:
+    case PROFILE_TORQUE_OFFSET:
         return (uint16_t)axis->torque_offset;
-    case OBJECT_TARGET_TORQUE:
+    case PROFILE_TARGET_TORQUE:
         return (uint16_t)axis->target_torque;
-    default:
-        FSW_ASSERT(object == OBJECT_TARGET_VELOCITY);
+    case PROFILE_TARGET_VELOCITY:
         return (uint32_t)axis->target_velocity;
+    case PROFILE_VALUE:
+        return device->values[entry->place];
+    default:
+        FSW_ASSERT(entry->word == PROFILE_PADDING);
+        return 0U;
     }
+}
+
+double canopen_device_value(const canopen_device_t* const device, const uint8_t value)
+{
+    FSW_ASSERT((device != NULL) && (value < device->profile->value_count));
+    const canopen_profile_value_t* const object = &device->profile->values[value];
+    const uint64_t end                          = (uint64_t)1U << (OCTET_BITS * object->octets);
+    const uint64_t bits                         = device->values[value];
+    const bool is_negative                      = object->is_signed && (bits >= (end / 2U));
+    const double number                         = is_negative ? -(double)(end - bits) : (double)bits;
+    return number * object->scale;
+}
+
+void canopen_device_set_value(canopen_device_t* const device, const uint8_t value, const double wanted)
+{
+    FSW_ASSERT((device != NULL) && (value < device->profile->value_count));
+    const canopen_profile_value_t* const object = &device->profile->values[value];
+    const uint64_t end                          = (uint64_t)1U << (OCTET_BITS * object->octets);
+    const uint64_t half                         = end / 2U;
+    const double low                            = object->is_signed ? -(double)half : 0.0;
+    const double high                           = (double)((object->is_signed ? half : end) - 1U);
+    double number                               = wanted / object->scale;
+    if (number != number) {
+        number = 0.0;
+    }
+    number                = (number < low) ? low : ((number > high) ? high : number);
+    const int64_t nearest = (int64_t)(number + ((number < 0.0) ? -HALF : HALF));
+    device->values[value] = (uint32_t)((uint64_t)nearest & (end - 1U));
 }
 
 static void take_process_data(void* const context, const uint16_t cob, const uint8_t* const octets,
@@ -271,7 +413,7 @@ static void take_process_data(void* const context, const uint16_t cob, const uin
     const uint8_t* octet = octets;
     for (uint8_t i = 0U; i < pdo->entry_count; i++) {
         const canopen_profile_entry_t* const entry = &pdo->entries[i];
-        take_object(device, entry->index, (uint32_t)canopen_at(octet, entry->octets));
+        take_entry(device, entry, (uint32_t)canopen_at(octet, entry->octets));
         octet += entry->octets;
     }
     device->transmit[number].is_heard    = true;
@@ -288,7 +430,7 @@ status_t canopen_device_connect(canopen_device_t* const device)
         pdo->heard_count                = device->master->sync_count;
         if (pdo->is_valid) {
             status        = canopen_master_route(device->master, pdo->cob, take_process_data, device);
-            pdo->is_valid = (status == STATUS_OK); // Nothing may be unrouted that belongs to another device.
+            pdo->is_valid = (status == STATUS_OK); // A route of another device must not be removed.
         }
     }
     return status;
@@ -311,9 +453,10 @@ static void emit_pdo(canopen_device_t* const device, const uint8_t number)
     uint8_t length = 0U;
     for (uint8_t i = 0U; i < pdo->entry_count; i++) {
         const canopen_profile_entry_t* const entry = &pdo->entries[i];
-        canopen_put(&octets[length], give_object(device, entry->index), entry->octets);
+        canopen_put(&octets[length], give_entry(device, entry), entry->octets);
         length = (uint8_t)(length + entry->octets);
     }
+    device->receive[number].is_sent = true;
     (void)canopen_master_send_process_data(device->master, device->receive[number].cob, octets, length);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One CiA 402 device on a bus: its axes, its process data in both directions, and how long it has been
-/// silent.
+/// One device on a bus: its axes (CiA 402), the other values of its process data (CiA 401, 404, manufacturer
+/// objects), and how long it has been silent.
 ///
 /// The settings that are written to the device decide which PDOs exist, and under which identifiers.
 ///
@@ -20,19 +20,29 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// Accesses that identify a device: type, vendor, product, units of each axis, and the mapping of each PDO.
+/// Accesses of one step of an identification: type, vendor, product and units of each axis, or a mapping.
+#define DEVICE_IDENTIFY_UNITS (3U + (2U * PROFILE_AXES_MAX))
+#define DEVICE_IDENTIFY_MAPPING (1U + PROFILE_ENTRIES_MAX)
 #define DEVICE_IDENTIFY_MAX                                                                                  \
-    (3U + (2U * PROFILE_AXES_MAX) + (2U * PROFILE_PDOS_MAX * (1U + PROFILE_ENTRIES_MAX)))
+    ((DEVICE_IDENTIFY_UNITS > DEVICE_IDENTIFY_MAPPING) ? DEVICE_IDENTIFY_UNITS : DEVICE_IDENTIFY_MAPPING)
 
 typedef struct {
     uint16_t cob;
     bool is_valid;
+    bool is_sent;         ///< Receive PDO: the device may have values of it that are not yet set to zero.
     bool is_heard;        ///< Transmit PDO: received at least once since canopen_device_connect.
     uint32_t heard_count; ///< Transmit PDO: number of SYNCs sent when it was received last.
 } canopen_device_pdo_t;
 
+typedef struct { // PDO mapping of a device whose settings change it.
+    const canopen_device_profile_t* class_profile;
+    canopen_device_profile_t profile;                ///< That of the class, with the mapping of the settings.
+    canopen_profile_pdo_t earlier[PROFILE_PDOS_MAX]; ///< Receive PDOs of the configuration before.
+} canopen_mapping_t;
+
 typedef struct { // axes may be used as axis.h says; all else is read-only outside.
-    const canopen_device_profile_t* profile;
+    const canopen_device_profile_t* profile; ///< That of the class, or of `mapping`.
+    canopen_mapping_t* mapping;              ///< NULL: PDOs are mapped as in the class.
     canopen_master_t* master;
     uint8_t node;   ///< Node id.
     uint8_t index;  ///< In master->nodes.
@@ -40,17 +50,23 @@ typedef struct { // axes may be used as axis.h says; all else is read-only outsi
     canopen_cia402_axis_t axes[PROFILE_AXES_MAX];
     canopen_device_pdo_t transmit[PROFILE_PDOS_MAX];
     canopen_device_pdo_t receive[PROFILE_PDOS_MAX];
-    int16_t temperature;     ///< [0.1 degC]
-    uint32_t digital_inputs; ///< Object 0x60FD.
-    uint32_t malformed;      ///< Process data of a wrong length, dropped [frames, wraps].
+    uint32_t values[PROFILE_VALUES_MAX]; ///< Bits of each value of the profile.
+    uint32_t malformed;                  ///< Process data of a wrong length, dropped [frames, wraps].
     canopen_setting_t identify[DEVICE_IDENTIFY_MAX];
+    uint8_t identified; ///< Steps of the identification that have ended.
+    bool is_followed;   ///< The settings have been written, and the PDOs have been changed accordingly.
+    uint8_t cleared;    ///< Receive PDOs whose values are set to zero, or need not be set.
     canopen_setting_run_t run;
 } canopen_device_t;
 
-/// Make it known to the master. STATUS_OK, STATUS_EXISTS (node), STATUS_EXHAUSTED, STATUS_INVALID (node id).
+/// Register the device with the master. STATUS_OK, STATUS_EXISTS (node), STATUS_EXHAUSTED, STATUS_INVALID
+/// (node id).
 MUST_USE status_t canopen_device_attach(canopen_device_t* device, canopen_master_t* master,
                                         const canopen_device_profile_t* profile, uint8_t node);
-/// Back to the defaults of its profile, as after a boot-up.
+/// Let settings of mapping objects act on the process data of the device from now on; `mapping` is then the
+/// device's. Without it, settings are written and the process data remain those of the class.
+void canopen_device_follow_mapping(canopen_device_t* device, canopen_mapping_t* mapping);
+/// Return to the defaults of its profile, as after a boot-up.
 void canopen_device_reset(canopen_device_t* device);
 
 /// Start to identify the device; continue with canopen_device_identify_step. STATUS_BUSY; STATUS_OK: type,
@@ -58,8 +74,9 @@ void canopen_device_reset(canopen_device_t* device);
 /// canopen_setting_run_step, and run.position is the access that failed.
 void canopen_device_identify(canopen_device_t* device);
 status_t canopen_device_identify_step(canopen_device_t* device);
-/// Start to write settings; continue with canopen_device_configure_step. Statuses as
-/// canopen_setting_run_step.
+/// Start to write settings; continue with canopen_device_configure_step. The values of the next process data
+/// become zero, and in the device the torque offsets and values that no process data carry any more.
+/// Statuses as canopen_setting_run_step, and run.position is the access that failed.
 void canopen_device_configure(canopen_device_t* device, canopen_setting_t* settings, uint16_t count);
 status_t canopen_device_configure_step(canopen_device_t* device);
 
@@ -67,6 +84,12 @@ status_t canopen_device_configure_step(canopen_device_t* device);
 /// STATUS_EXHAUSTED.
 MUST_USE status_t canopen_device_connect(canopen_device_t* device);
 void canopen_device_disconnect(canopen_device_t* device);
+/// A value of the process data, in its unit; `value` is its number in the profile.
+double canopen_device_value(const canopen_device_t* device, uint8_t value);
+/// Set a value of the next process data, rounded to the nearest value that its object can hold; 0 for NaN.
+void canopen_device_set_value(canopen_device_t* device, uint8_t value, double wanted);
+/// Set all values of the next process data to 0.
+void canopen_device_clear_outputs(canopen_device_t* device);
 /// Send the process data that exist.
 void canopen_device_emit(canopen_device_t* device);
 

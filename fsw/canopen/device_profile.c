@@ -1,62 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/canopen/device_profile.h"
 
+#include "fsw/canopen/cob.h"
 #include "base/assertion.h"
 
 #include <stddef.h>
 #include <string.h>
 
-#define MICRO 1.0e-6
-
-static const canopen_device_profile_t profiles[] = {
-    {.type           = "cia402-drive",
-     .device_type    = 0x00020192U, // CiA 402, servo drive
-     .product_code   = 0x00004010U,
-     .axis_count     = 1U,
-     .position_rad   = MICRO,
-     .velocity_rad_s = MICRO,
-     .transmit_count = 2U,
-     .transmit       = {{.cob_base     = 0x180U,
-                         .is_valid     = true,
-                         .is_each_sync = true,
-                         .entry_count  = 3U,
-                         .entries      = {{0x6041U, 0U, 2U}, {0x6064U, 0U, 4U}, {0x6077U, 0U, 2U}}},
-                        {.cob_base    = 0x280U,
-                         .is_valid    = true,
-                         .entry_count = 3U,
-                         .entries     = {{0x606CU, 0U, 4U}, {0x6078U, 0U, 2U}, {0x2210U, 0U, 2U}}}},
-     .receive_count  = 2U,
-     .receive        = {{.cob_base    = 0x200U,
-                         .is_valid    = true,
-                         .entry_count = 3U,
-                         .entries     = {{0x6040U, 0U, 2U}, {0x607AU, 0U, 4U}, {0x60B2U, 0U, 2U}}},
-                        {.cob_base    = 0x300U,
-                         .is_valid    = false,
-                         .entry_count = 3U,
-                         .entries     = {{0x6040U, 0U, 2U}, {0x6071U, 0U, 2U}, {0x60FFU, 0U, 4U}}}}},
-    {.type           = "joystick",
-     .device_type    = 0xFFFF0192U, // CiA 402, several axes
-     .product_code   = 0x00002015U,
-     .axis_count     = 2U,
-     .position_rad   = MICRO,
-     .velocity_rad_s = MICRO,
-     .transmit_count = 2U,
-     .transmit       = {{.cob_base     = 0x180U,
-                         .is_valid     = true,
-                         .is_each_sync = true,
-                         .entry_count  = 2U,
-                         .entries      = {{0x6064U, 0U, 4U}, {0x6864U, 0U, 4U}}},
-                        {.cob_base     = 0x280U,
-                         .is_valid     = true,
-                         .is_each_sync = true,
-                         .entry_count  = 3U,
-                         .entries      = {{0x6041U, 0U, 2U}, {0x6841U, 0U, 2U}, {0x60FDU, 0U, 4U}}}},
-     .receive_count  = 1U,
-     .receive        = {{.cob_base    = 0x200U,
-                         .is_valid    = true,
-                         .entry_count = 4U,
-                         .entries = {{0x6071U, 0U, 2U}, {0x6871U, 0U, 2U}, {0x6040U, 0U, 2U}, {0x6840U, 0U, 2U}}}}},
-};
+static const canopen_device_profile_t profiles[] = {DEVICE_CLASSES};
 
 const canopen_device_profile_t* canopen_device_profile_find(const char* const type)
 {
@@ -69,6 +20,31 @@ const canopen_device_profile_t* canopen_device_profile_find(const char* const ty
     return NULL;
 }
 
+uint8_t canopen_device_profile_value(const canopen_device_profile_t* const profile, const uint16_t index,
+                                     const uint8_t subindex)
+{
+    FSW_ASSERT(profile != NULL);
+    for (uint8_t i = 0U; i < profile->value_count; i++) {
+        if ((profile->values[i].index == index) && (profile->values[i].subindex == subindex)) {
+            return i;
+        }
+    }
+    return PROFILE_NO_VALUE;
+}
+
+bool canopen_device_profile_is_output(const canopen_device_profile_t* const profile, const uint8_t value)
+{
+    FSW_ASSERT((profile != NULL) && (value < profile->value_count));
+    bool is_output = false;
+    for (uint8_t i = 0U; i < profile->receive_count; i++) {
+        for (uint8_t k = 0U; k < profile->receive[i].entry_count; k++) {
+            const canopen_profile_entry_t* const entry = &profile->receive[i].entries[k];
+            is_output = is_output || ((entry->word == PROFILE_VALUE) && (entry->place == value));
+        }
+    }
+    return is_output;
+}
+
 uint8_t canopen_device_profile_pdo_octets(const canopen_profile_pdo_t* const pdo)
 {
     FSW_ASSERT(pdo != NULL);
@@ -77,4 +53,120 @@ uint8_t canopen_device_profile_pdo_octets(const canopen_profile_pdo_t* const pdo
         octets = (uint8_t)(octets + pdo->entries[i].octets);
     }
     return octets;
+}
+
+// ---- Mapping ----
+
+// Four groups of objects: parameters and mappings of receive PDOs, then those of transmit PDOs.
+#define PDO_PARAMETERS_FIRST 0x1400U
+#define PDO_PARAMETERS_LAST 0x1BFFU
+#define PDO_GROUP 0x200U
+#define COB_ID 1U
+#define BITS 8U
+
+/// Set the number of entries.
+static status_t set_count(canopen_profile_pdo_t* const pdo, const uint32_t count)
+{
+    unsigned octets = 0U;
+    if (count > PROFILE_ENTRIES_MAX) {
+        return STATUS_TOO_LARGE;
+    }
+    for (uint32_t i = 0U; i < count; i++) {
+        if (pdo->entries[i].octets == 0U) {
+            return STATUS_NOT_FOUND;
+        }
+        octets += pdo->entries[i].octets;
+    }
+    if (octets > CANOPEN_PDO_OCTETS_MAX) {
+        return STATUS_TOO_LARGE;
+    }
+    pdo->entry_count = (uint8_t)count;
+    return STATUS_OK;
+}
+
+/// Number of the value of an object, which is new unless process data have it.
+static uint8_t value_of(canopen_device_profile_t* const profile, const canopen_profile_object_t* const object)
+{
+    const uint8_t known = canopen_device_profile_value(profile, object->index, object->subindex);
+    if ((known != PROFILE_NO_VALUE) || (profile->value_count == PROFILE_VALUES_MAX)) {
+        return known;
+    }
+    profile->values[profile->value_count] = (canopen_profile_value_t){.index     = object->index,
+                                                                      .subindex  = object->subindex,
+                                                                      .octets    = object->octets,
+                                                                      .is_signed = object->is_signed,
+                                                                      .scale     = object->scale};
+    profile->value_count++;
+    return (uint8_t)(profile->value_count - 1U);
+}
+
+static const canopen_profile_object_t* find_object(const canopen_device_profile_t* const profile,
+                                                   const uint32_t mapping)
+{
+    for (uint8_t i = 0U; i < profile->object_count; i++) {
+        const canopen_profile_object_t* const object = &profile->objects[i];
+        const uint32_t own = ((uint32_t)object->index << 16) | ((uint32_t)object->subindex << 8) |
+                             ((uint32_t)object->octets * BITS);
+        if (own == mapping) {
+            return object;
+        }
+    }
+    return NULL;
+}
+
+static status_t set_entry(canopen_device_profile_t* const profile, canopen_profile_pdo_t* const pdo,
+                          const bool is_transmit, const uint8_t number, const uint32_t mapping)
+{
+    if (number > PROFILE_ENTRIES_MAX) {
+        return STATUS_TOO_LARGE;
+    }
+    const canopen_profile_object_t* const object = find_object(profile, mapping);
+    const canopen_profile_word_t word =
+        (object == NULL) ? PROFILE_PADDING : (is_transmit ? object->transmit : object->receive);
+    if (word == PROFILE_PADDING) {
+        return STATUS_NOT_FOUND;
+    }
+    const uint8_t place = (word == PROFILE_VALUE) ? value_of(profile, object) : object->axis;
+    if (place == PROFILE_NO_VALUE) {
+        return STATUS_TOO_LARGE;
+    }
+    pdo->entries[number - 1U] = (canopen_profile_entry_t){.index    = object->index,
+                                                          .subindex = object->subindex,
+                                                          .octets   = object->octets,
+                                                          .word     = word,
+                                                          .place    = place};
+    return STATUS_OK;
+}
+
+bool canopen_device_profile_is_mapping(const uint16_t index)
+{
+    return (index >= PDO_PARAMETERS_FIRST) && (index <= PDO_PARAMETERS_LAST) &&
+           ((((index - PDO_PARAMETERS_FIRST) / PDO_GROUP) % 2U) == 1U);
+}
+
+status_t canopen_device_profile_map(canopen_device_profile_t* const profile, const uint16_t index,
+                                    const uint8_t subindex, const uint32_t value)
+{
+    FSW_ASSERT(profile != NULL);
+    if ((index < PDO_PARAMETERS_FIRST) || (index > PDO_PARAMETERS_LAST)) {
+        return STATUS_OK;
+    }
+    const unsigned group             = (index - PDO_PARAMETERS_FIRST) / PDO_GROUP;
+    const unsigned number            = (index - PDO_PARAMETERS_FIRST) % PDO_GROUP;
+    const bool is_transmit           = group >= 2U;
+    const bool is_mapping            = canopen_device_profile_is_mapping(index);
+    canopen_profile_pdo_t* const pdo = is_transmit ? profile->transmit : profile->receive;
+    if (number >= (is_transmit ? profile->transmit_count : profile->receive_count)) {
+        return is_mapping ? STATUS_NOT_FOUND : STATUS_OK;
+    }
+    if (!is_mapping) {
+        pdo[number].is_valid =
+            (subindex == COB_ID) ? ((value & COB_PDO_INVALID) == 0U) : pdo[number].is_valid;
+        return STATUS_OK;
+    }
+    if (pdo[number].is_valid || ((subindex != 0U) && (pdo[number].entry_count != 0U))) {
+        return STATUS_FORBIDDEN;
+    }
+    return (subindex == 0U) ? set_count(&pdo[number], value)
+                            : set_entry(profile, &pdo[number], is_transmit, subindex, value);
 }

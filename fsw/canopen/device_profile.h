@@ -1,50 +1,118 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Classes of CiA 402 devices: which objects their process data carry, and in which units.
+/// Classes of CANopen devices: what their process data carry, and in which units.
 ///
-/// Identity and default mapping of a device class are part of its interface, as its data sheet has them;
-/// commissioning reads both back from each device and refuses one that differs. Node ids, modes and rates are
-/// not part of this table.
+/// The table is made at build time from the data sheets (EDS) in descriptors/devices; a class is named as its
+/// file. Commissioning reads identity and mapping back from each device and refuses one that differs. Node
+/// ids, modes and rates are not part of this table.
 #ifndef FSW_CANOPEN_DEVICE_PROFILE_H
 #define FSW_CANOPEN_DEVICE_PROFILE_H
+
+#include "generated/device_classes.h"
+
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#define PROFILE_AXES_MAX 2U
-#define PROFILE_PDOS_MAX 2U ///< In each direction.
-#define PROFILE_ENTRIES_MAX 4U
+#define PROFILE_AXES_MAX DEVICE_CLASSES_AXES_MAX
+#define PROFILE_PDOS_MAX 4U ///< In each direction.
+#define PROFILE_ENTRIES_MAX 8U
+#define PROFILE_VALUES_MAX 16U
 #define PROFILE_AXIS_STEP 0x800U ///< Objects of axis n lie n times this higher.
+#define PROFILE_NO_VALUE 0xFFU
+
+#define PROFILE_DRIVE 402U ///< CiA 402; 401: input and output modules, 404: measuring devices.
+
+typedef enum { // Kind of a mapped object: a word of an axis, or a value.
+    PROFILE_PADDING,
+    PROFILE_VALUE,
+    PROFILE_STATUSWORD,
+    PROFILE_POSITION,
+    PROFILE_VELOCITY,
+    PROFILE_TORQUE,
+    PROFILE_CURRENT,
+    PROFILE_CONTROLWORD,
+    PROFILE_TARGET_POSITION,
+    PROFILE_TORQUE_OFFSET,
+    PROFILE_TARGET_TORQUE,
+    PROFILE_TARGET_VELOCITY
+} canopen_profile_word_t;
 
 typedef struct {
     uint16_t index;
     uint8_t subindex;
-    uint8_t octets; ///< 2 or 4.
+    uint8_t octets; ///< 1 to 4.
+    canopen_profile_word_t word;
+    uint8_t place; ///< Axis of a word, number of a value.
 } canopen_profile_entry_t;
 
 typedef struct {
     uint16_t cob_base; ///< Default identifier is this plus the node id.
     bool is_valid;     ///< Exists unless a setting says otherwise.
-    bool is_each_sync; ///< Transmit PDO: comes with every SYNC, so that its absence shows a lost device.
+    bool is_each_sync; ///< Transmit PDO: sent at every SYNC, so that its absence shows a lost device.
     uint8_t entry_count;
     canopen_profile_entry_t entries[PROFILE_ENTRIES_MAX];
 } canopen_profile_pdo_t;
 
+typedef struct { // Units of an axis.
+    double position_rad;
+    double velocity_rad_s;
+    bool has_torque; ///< The device has a rated torque; torques are fractions of it.
+} canopen_profile_axis_t;
+
+typedef struct { // An object that the data sheet allows in process data.
+    uint16_t index;
+    uint8_t subindex;
+    uint8_t octets;
+    canopen_profile_word_t transmit; ///< In a transmit PDO; PROFILE_PADDING: not allowed there.
+    canopen_profile_word_t receive;
+    uint8_t axis;
+    bool is_signed;
+    double scale;
+} canopen_profile_object_t;
+
+typedef struct { // An object in the process data that is no word of an axis.
+    uint16_t index;
+    uint8_t subindex;
+    uint8_t octets;
+    bool is_signed;
+    double scale; ///< Its unit, e.g. by the decimal digits of CiA 404; else 1.
+} canopen_profile_value_t;
+
 typedef struct {
     const char* type;      ///< Word in descriptors.
+    uint16_t profile;      ///< CiA number, the lower half of object 0x1000; 0: none.
     uint32_t device_type;  ///< Object 0x1000.
     uint32_t vendor_id;    ///< Object 0x1018:01; 0: none is assigned.
     uint32_t product_code; ///< Object 0x1018:02.
     uint8_t axis_count;
-    double position_rad;    ///< Position unit [rad].
-    double velocity_rad_s;  ///< Velocity unit [rad/s].
+    canopen_profile_axis_t axes[PROFILE_AXES_MAX];
+    uint8_t value_count;
+    canopen_profile_value_t values[PROFILE_VALUES_MAX];
     uint8_t transmit_count; ///< PDOs that the device transmits.
     canopen_profile_pdo_t transmit[PROFILE_PDOS_MAX];
     uint8_t receive_count; ///< PDOs that the device receives.
     canopen_profile_pdo_t receive[PROFILE_PDOS_MAX];
+    uint8_t object_count;
+    const canopen_profile_object_t* objects; ///< Those that mappings may name.
 } canopen_device_profile_t;
 
 /// Profile of a class; null if there is none.
 const canopen_device_profile_t* canopen_device_profile_find(const char* type);
+/// Number of the value of an object; PROFILE_NO_VALUE if the process data do not have it.
+uint8_t canopen_device_profile_value(const canopen_device_profile_t* profile, uint16_t index,
+                                     uint8_t subindex);
+/// True if process data to the device carry the value.
+bool canopen_device_profile_is_output(const canopen_device_profile_t* profile, uint8_t value);
+/// True for the objects of PDO mappings, 0x1600 to 0x17FF and 0x1A00 to 0x1BFF.
+bool canopen_device_profile_is_mapping(uint16_t index);
+/// Follow a write of a communication or mapping parameter of a PDO (0x1400 to 0x1BFF) in the profile of one
+/// device; a write of another object changes nothing. STATUS_OK; STATUS_FORBIDDEN (the PDO exists, or an
+/// entry changes while their number is not 0: the order of CiA 301); STATUS_NOT_FOUND (no such PDO, or an
+/// object that the data sheet does not allow there with this length); STATUS_TOO_LARGE (entries, octets or
+/// values).
+status_t canopen_device_profile_map(canopen_device_profile_t* profile, uint16_t index, uint8_t subindex,
+                                    uint32_t value);
 /// Octets of all entries of a PDO together.
 uint8_t canopen_device_profile_pdo_octets(const canopen_profile_pdo_t* pdo);
 

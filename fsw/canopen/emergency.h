@@ -23,7 +23,7 @@ typedef struct {
     int32_t raw_value; ///< Manufacturer's octets 1..4.
 } canopen_emergency_t;
 
-/// From the 8 octets of a frame.
+/// Decode the 8 octets of a frame.
 canopen_emergency_t canopen_emergency_decode(uint8_t node, const uint8_t octets[EMERGENCY_OCTETS]);
 /// Severity of a code. An unknown code is MEDIUM, because its effect is unknown.
 canopen_emergency_class_t canopen_emergency_class(uint16_t code);

@@ -146,7 +146,7 @@ static void take_frame(canopen_master_t* const master, const osal_can_frame_t* c
         return;
     }
     if (cob == COB_SYNC) {
-        master->counters.foreign_syncs++; // The controller does not receive its own frames.
+        master->counters.conflicting_syncs++; // The controller does not receive its own frames.
         return;
     }
     const uint8_t id    = (uint8_t)(cob & COB_NODE_MASK);

@@ -22,9 +22,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define MASTER_NODES_MAX 8U
-#define MASTER_ROUTES_MAX 32U
-#define MASTER_EMERGENCIES_MAX 16U
+#define MASTER_NODES_MAX 16U
+#define MASTER_ROUTES_MAX (2U * MASTER_NODES_MAX) ///< Transmit PDOs of all nodes.
+#define MASTER_EMERGENCIES_MAX MASTER_NODES_MAX
 #define MASTER_FRAMES_PER_CYCLE 512U ///< Further frames wait for the next cycle.
 
 typedef struct {
@@ -53,14 +53,14 @@ typedef struct { // Private.
     void* context;
 } canopen_master_route_t;
 
-typedef struct {               // [wrap]
-    uint32_t unknown;          ///< Data frames that no receiver expects.
-    uint32_t malformed;        ///< Wrong length or format for their identifier.
-    uint32_t remote;           ///< Remote frames.
-    uint32_t foreign_syncs;    ///< SYNCs of other nodes: this master is the only producer.
-    uint32_t refused;          ///< Frames to be sent that the flow refused.
-    uint32_t emergencies;      ///< Stored for canopen_master_take_emergency.
-    uint32_t emergencies_lost; ///< Not stored: queue full.
+typedef struct {                // [wrap]
+    uint32_t unknown;           ///< Data frames that no receiver expects.
+    uint32_t malformed;         ///< Wrong length or format for their identifier.
+    uint32_t remote;            ///< Remote frames.
+    uint32_t conflicting_syncs; ///< SYNCs of other nodes: this master is the only producer.
+    uint32_t refused;           ///< Frames to be sent that the flow refused.
+    uint32_t emergencies;       ///< Stored for canopen_master_take_emergency.
+    uint32_t emergencies_lost;  ///< Not stored: queue full.
 } canopen_master_counters_t;
 
 typedef struct { // Private, except nodes, sync_count and counters: read-only.

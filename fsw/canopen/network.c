@@ -28,16 +28,17 @@ uint8_t canopen_network_find(const canopen_network_t* const network, const uint8
 {
     FSW_ASSERT(network != NULL);
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        if (network->devices[i].device.node == node) {
+        if (network->devices[i]->device.node == node) {
             return i;
         }
     }
     return NETWORK_NO_DEVICE;
 }
 
-status_t canopen_network_add(canopen_network_t* const network, const char* const type, const uint8_t node)
+status_t canopen_network_add(canopen_network_t* const network, canopen_network_device_t* const place,
+                             const char* const type, const uint8_t node)
 {
-    FSW_ASSERT((network != NULL) && (type != NULL));
+    FSW_ASSERT((network != NULL) && (place != NULL) && (type != NULL));
     const canopen_device_profile_t* const profile = canopen_device_profile_find(type);
     if (profile == NULL) {
         return STATUS_NOT_FOUND;
@@ -45,11 +46,12 @@ status_t canopen_network_add(canopen_network_t* const network, const char* const
     if (network->device_count == NETWORK_DEVICES_MAX) {
         return STATUS_EXHAUSTED;
     }
-    canopen_network_device_t* const place = &network->devices[network->device_count];
     const status_t status = canopen_device_attach(&place->device, &network->master, profile, node);
     if (status == STATUS_OK) {
-        place->missed        = 0U;
-        place->setting_count = 0U;
+        place->missed                           = 0U;
+        place->is_idle                          = false;
+        place->setting_count                    = 0U;
+        network->devices[network->device_count] = place;
         network->device_count++;
     }
     return status;
@@ -79,9 +81,15 @@ status_t canopen_network_open(canopen_network_t* const network, const flow_resol
         (buses[standby] != NULL) &&
         (flow_can_open(&network->flows[standby], resolver, buses[standby]) != STATUS_OK);
     for (uint8_t i = 0U; i < NETWORK_CHANNELS; i++) {
-        network->told[i] = canopen_network_conditions(&network->flows[i]);
+        network->reported[i] = canopen_network_conditions(&network->flows[i]);
     }
     return STATUS_OK;
+}
+
+bool canopen_network_has_channel(const canopen_network_t* const network, const uint8_t channel)
+{
+    FSW_ASSERT((network != NULL) && (channel < NETWORK_CHANNELS));
+    return !flow_can_is_open(network->flow) || flow_can_is_open(&network->flows[channel]);
 }
 
 status_t canopen_network_select_channel(canopen_network_t* const network, const uint8_t channel)
@@ -93,11 +101,10 @@ status_t canopen_network_select_channel(canopen_network_t* const network, const 
     if (channel == network->channel) {
         return STATUS_OK;
     }
-    const bool is_open = flow_can_is_open(network->flow);
-    if (is_open && !flow_can_is_open(&network->flows[channel])) {
+    if (!canopen_network_has_channel(network, channel)) {
         return STATUS_NOT_FOUND;
     }
-    if (is_open) {
+    if (flow_can_is_open(network->flow)) {
         canopen_network_stop(network);
         network->is_booted = false;
     }
@@ -107,27 +114,25 @@ status_t canopen_network_select_channel(canopen_network_t* const network, const 
     return STATUS_OK;
 }
 
-void canopen_network_bus_counters(const canopen_network_t* const network,
-                                  canopen_network_bus_counters_t* const out_counters)
+void canopen_network_add_counters(const canopen_network_t* const network,
+                                  canopen_network_bus_counters_t* const sum)
 {
-    FSW_ASSERT((network != NULL) && (out_counters != NULL));
-    canopen_network_bus_counters_t sum = {.sent = 0U};
+    FSW_ASSERT((network != NULL) && (sum != NULL));
     for (uint8_t i = 0U; i < NETWORK_CHANNELS; i++) {
         const flow_can_t* const flow = &network->flows[i];
-        sum.sent += flow->counters.sent;
-        sum.received += flow->counters.received;
-        sum.refused += flow->counters.refused;
-        sum.full += flow->counters.full;
-        sum.errors += flow->counters.errors;
-        sum.overruns += flow->counters.overruns;
-        sum.bus_offs += flow->errors.bus_offs;
-        sum.restarts += flow->errors.restarts;
-        sum.missing_acknowledges += flow->errors.missing_acknowledges;
-        sum.transmit_timeouts += flow->errors.transmit_timeouts;
-        sum.lost_arbitrations += flow->errors.lost_arbitrations;
-        sum.lost += flow->counters.lost;
+        sum->sent += flow->counters.sent;
+        sum->received += flow->counters.received;
+        sum->refused += flow->counters.refused;
+        sum->full += flow->counters.full;
+        sum->errors += flow->counters.errors;
+        sum->overruns += flow->counters.overruns;
+        sum->bus_offs += flow->errors.bus_offs;
+        sum->restarts += flow->errors.restarts;
+        sum->missing_acknowledges += flow->errors.missing_acknowledges;
+        sum->transmit_timeouts += flow->errors.transmit_timeouts;
+        sum->lost_arbitrations += flow->errors.lost_arbitrations;
+        sum->lost += flow->counters.lost;
     }
-    *out_counters = sum;
 }
 
 // ---- Commissioning ----
@@ -145,7 +150,7 @@ static bool is_call_over(const canopen_network_t* const network, const uint64_t 
     const bool is_late = (now_ns - network->phase_start_ns) >= network->config.call_ns;
     bool have_all      = true;
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        const canopen_master_node_t* const node = &network->master.nodes[network->devices[i].device.index];
+        const canopen_master_node_t* const node = &network->master.nodes[network->devices[i]->device.index];
         have_all                                = have_all && (node->heard_ns > network->phase_start_ns);
     }
     return have_all || is_late;
@@ -154,7 +159,7 @@ static bool is_call_over(const canopen_network_t* const network, const uint64_t 
 static void begin_boot(canopen_network_t* const network, const uint64_t now_ns)
 {
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        canopen_network_device_t* const place = &network->devices[i];
+        canopen_network_device_t* const place = network->devices[i];
         canopen_device_reset(&place->device);
         place->device.boots        = network->master.nodes[place->device.index].boots;
         place->is_lost             = false;
@@ -182,11 +187,11 @@ static bool have_all_booted(canopen_network_t* const network, const uint64_t now
     const bool is_retry = (now_ns - network->phase_start_ns) >= network->config.boot_retry_ns;
     bool have_all       = true;
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        const canopen_device_t* const device = &network->devices[i].device;
+        const canopen_device_t* const device = &network->devices[i]->device;
         if (network->master.nodes[device->index].boots == device->boots) {
             have_all = false;
             if (is_retry) {
-                report_waiting(network, &network->devices[i], REFUSAL_NOT_BOOTED);
+                report_waiting(network, network->devices[i], REFUSAL_NOT_BOOTED);
             }
             if (is_retry && !network->flow->health.is_unacknowledged) {
                 (void)canopen_master_command(&network->master, device->node, NMT_RESET_NODE);
@@ -203,7 +208,7 @@ static status_t identify_all(canopen_network_t* const network)
 {
     bool is_busy = false;
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        canopen_network_device_t* const place = &network->devices[i];
+        canopen_network_device_t* const place = network->devices[i];
         if (network->master.nodes[place->device.index].boots != place->device.boots) {
             canopen_network_report_refusal(network, place, REFUSAL_REBOOTED);
             return STATUS_CLOSED;
@@ -236,7 +241,7 @@ status_t canopen_network_boot(canopen_network_t* const network, const uint64_t n
     if (network->phase == NETWORK_BOOTING) {
         if (have_all_booted(network, now_ns)) {
             for (uint8_t i = 0U; i < network->device_count; i++) {
-                canopen_device_t* const device = &network->devices[i].device;
+                canopen_device_t* const device = &network->devices[i]->device;
                 device->boots                  = network->master.nodes[device->index].boots;
                 canopen_device_identify(device);
             }
@@ -266,15 +271,22 @@ void canopen_network_clear_settings(canopen_network_t* const network)
 {
     FSW_ASSERT(network != NULL);
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        network->devices[i].setting_count = 0U;
+        network->devices[i]->setting_count = 0U;
+        network->devices[i]->is_idle       = true;
     }
+}
+
+void canopen_network_include(canopen_network_t* const network, const uint8_t index)
+{
+    FSW_ASSERT((network != NULL) && (index < network->device_count));
+    network->devices[index]->is_idle = false;
 }
 
 status_t canopen_network_set(canopen_network_t* const network, const uint8_t index,
                              const canopen_setting_t* const setting)
 {
     FSW_ASSERT((network != NULL) && (index < network->device_count) && (setting != NULL));
-    canopen_network_device_t* const place = &network->devices[index];
+    canopen_network_device_t* const place = network->devices[index];
     if (place->setting_count == NETWORK_SETTINGS_MAX) {
         return STATUS_EXHAUSTED;
     }
@@ -292,16 +304,16 @@ status_t canopen_network_configure(canopen_network_t* const network, const uint6
     if (network->phase != NETWORK_CONFIGURING) {
         canopen_network_stop(network);
         for (uint8_t i = 0U; i < network->device_count; i++) {
-            canopen_network_device_t* const place = &network->devices[i];
+            canopen_network_device_t* const place = network->devices[i];
             canopen_device_configure(&place->device, place->settings, place->setting_count);
         }
         enter(network, NETWORK_CONFIGURING, now_ns);
     }
     bool is_busy = false;
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        const status_t status = canopen_device_configure_step(&network->devices[i].device);
+        const status_t status = canopen_device_configure_step(&network->devices[i]->device);
         if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
-            canopen_network_report_access(network, &network->devices[i], status);
+            canopen_network_report_access(network, network->devices[i], status);
             enter(network, NETWORK_RESTING, now_ns);
             return status;
         }
@@ -317,8 +329,8 @@ status_t canopen_network_configure(canopen_network_t* const network, const uint6
 static status_t begin_start(canopen_network_t* const network, const uint64_t now_ns)
 {
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        network->devices[i].is_refusal_reported = false;
-        const status_t status                   = canopen_device_connect(&network->devices[i].device);
+        network->devices[i]->is_refusal_reported = false;
+        const status_t status                    = canopen_device_connect(&network->devices[i]->device);
         if (status != STATUS_OK) {
             canopen_network_stop(network);
             return status;
@@ -346,7 +358,7 @@ status_t canopen_network_start(canopen_network_t* const network, const uint64_t 
     const bool is_late = (now_ns - network->phase_start_ns) >= network->config.silence_reported_ns;
     bool are_all_heard = true;
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        canopen_network_device_t* const place = &network->devices[i];
+        canopen_network_device_t* const place = network->devices[i];
         const bool is_heard                   = canopen_device_is_heard(&place->device);
         are_all_heard                         = are_all_heard && is_heard;
         if (is_late && !is_heard) {
@@ -366,8 +378,8 @@ void canopen_network_stop(canopen_network_t* const network)
     FSW_ASSERT(network != NULL);
     canopen_master_set_sync(&network->master, false);
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        canopen_device_disconnect(&network->devices[i].device);
-        canopen_sdo_client_reset(&network->master.nodes[network->devices[i].device.index].sdo);
+        canopen_device_disconnect(&network->devices[i]->device);
+        canopen_sdo_client_reset(&network->master.nodes[network->devices[i]->device.index].sdo);
     }
     if (flow_can_is_open(network->flow) && !network->flow->health.is_unacknowledged) {
         (void)canopen_master_command(&network->master, ALL_NODES, NMT_PRE_OPERATIONAL);
@@ -405,7 +417,7 @@ void canopen_network_emit(canopen_network_t* const network, const uint64_t now_n
 {
     FSW_ASSERT(network != NULL);
     for (uint8_t i = 0U; network->is_running && (i < network->device_count); i++) {
-        canopen_device_t* const device = &network->devices[i].device;
+        canopen_device_t* const device = &network->devices[i]->device;
         for (uint8_t k = 0U; k < device->profile->axis_count; k++) {
             canopen_cia402_axis_step(&device->axes[k]);
         }
@@ -419,9 +431,11 @@ void canopen_network_set_goal(canopen_network_t* const network, const canopen_ci
 {
     FSW_ASSERT(network != NULL);
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        canopen_device_t* const device = &network->devices[i].device;
+        const bool is_idle                    = network->devices[i]->is_idle;
+        canopen_device_t* const device        = &network->devices[i]->device;
+        const canopen_cia402_goal_t axis_goal = is_idle ? CIA402_GOAL_DISABLED : goal;
         for (uint8_t k = 0U; k < device->profile->axis_count; k++) {
-            canopen_cia402_axis_set_goal(&device->axes[k], goal, may_reset_faults);
+            canopen_cia402_axis_set_goal(&device->axes[k], axis_goal, may_reset_faults && !is_idle);
         }
     }
 }
@@ -430,7 +444,7 @@ bool canopen_network_is_at_goal(const canopen_network_t* const network)
 {
     FSW_ASSERT(network != NULL);
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        const canopen_network_device_t* const place = &network->devices[i];
+        const canopen_network_device_t* const place = network->devices[i];
         for (uint8_t k = 0U; !place->is_lost && (k < place->device.profile->axis_count); k++) {
             if (!canopen_cia402_axis_is_at_goal(&place->device.axes[k])) {
                 return false;
@@ -446,6 +460,9 @@ status_t canopen_network_secure(canopen_network_t* const network, const uint64_t
     if (!network->is_running) { // Outside NMT OPERATIONAL the drives stop by themselves (object 0x6007).
         network->is_securing = false;
         return STATUS_OK;
+    }
+    for (uint8_t i = 0U; i < network->device_count; i++) {
+        canopen_device_clear_outputs(&network->devices[i]->device);
     }
     if (!network->is_securing) {
         network->is_securing     = true;

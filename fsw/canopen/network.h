@@ -9,7 +9,7 @@
 /// With two channels (ECSS-E-ST-50-15C) the master sends on the active one only; _select_channel
 /// selects it. The controller of the other channel is open and watched; its frames are counted and dropped.
 ///
-/// Ownership  The caller places canopen_network_t; it must not be moved.
+/// Ownership  The caller places canopen_network_t and each device; they must not be moved.
 /// Context    One task. Never blocks.
 /// Time       An argument. O(devices + frames).
 /// Errors     Each function lists its statuses. Those that take several cycles return STATUS_BUSY until done.
@@ -26,10 +26,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define NETWORK_DEVICES_MAX 4U
+#define NETWORK_DEVICES_MAX MASTER_NODES_MAX
 #define NETWORK_NO_DEVICE 0xFFU
 #define NETWORK_SETTINGS_MAX 32U
-#define NETWORK_FAULTS_MAX 16U
+#define NETWORK_FAULTS_MAX (3U * NETWORK_DEVICES_MAX) ///< All are lost and faulty, each with an emergency.
 #define NETWORK_CHANNELS 2U
 #define NETWORK_CHANNEL_A 0U
 #define NETWORK_CHANNEL_B 1U
@@ -50,7 +50,7 @@ typedef enum {
     NETWORK_DRIVE_WARNING, ///< Medium-severity emergency.
     NETWORK_BUS_WARNING,   ///< Low-severity emergency (node), or a condition of the bus (node 0).
     NETWORK_DEVICE_REFUSED, ///< Cannot be commissioned: see refusal.
-    NETWORK_FOREIGN_SYNC    ///< Another node sends SYNC. Once, and again after 1 s without.
+    NETWORK_SYNC_CONFLICT   ///< Another node sends SYNC. Once, and again after 1 s without.
 } canopen_network_fault_kind_t;
 
 /// Why a device is not commissioned; the numbers are those of the event DEVICE_REFUSED.
@@ -72,7 +72,7 @@ typedef enum {
     NETWORK_BUS_OFF              = FLOW_CAN_BUS_OFF,
     NETWORK_BUS_OVERRUN          = 4, ///< Frames were received and lost.
     NETWORK_BUS_TRANSMIT_TIMEOUT = 5, ///< A frame could not be sent in time.
-    NETWORK_BUS_RESTARTED        = 6, ///< Our controller is back from bus-off.
+    NETWORK_BUS_RESTARTED        = 6, ///< The master's controller is active again after bus-off.
     NETWORK_BUS_MISSING          = 7  ///< The controller of the other channel could not be opened.
 } canopen_network_bus_condition_t;
 #define NETWORK_BUS_CHANNEL_B 0x100U
@@ -90,13 +90,14 @@ typedef struct { // device.axes may be used as axis.h says; all else is read-onl
     canopen_device_t device;
     bool is_lost;
     bool is_faulty;
+    bool is_idle;             ///< Has no part in the configuration: its axes stay out of operation.
     bool is_refusal_reported; ///< NOT_BOOTED or SILENT, once per boot or start.
     uint32_t missed;          ///< SYNCs left unanswered [wraps].
     canopen_setting_t settings[NETWORK_SETTINGS_MAX];
     uint16_t setting_count;
 } canopen_network_device_t;
 
-typedef struct { // Sums of both channels [frames, error frames, wrap].
+typedef struct { // Sums over channels [frames, error frames, wrap].
     uint32_t sent;
     uint32_t received;
     uint32_t refused; ///< Not sent, for whatever reason.
@@ -108,7 +109,7 @@ typedef struct { // Sums of both channels [frames, error frames, wrap].
     uint32_t missing_acknowledges;
     uint32_t transmit_timeouts;
     uint32_t lost_arbitrations;
-    uint32_t lost; ///< Times that an interface went down or away.
+    uint32_t lost; ///< Times that an interface went down or was removed.
 } canopen_network_bus_counters_t;
 
 typedef struct { // Private: last checked state of a controller.
@@ -123,7 +124,7 @@ typedef struct { // Private: last checked state of a controller.
 typedef struct { // Private: SYNCs of other nodes at the last check.
     uint32_t count;
     uint64_t time_ns; ///< Time of the last such SYNC; 0: none.
-} canopen_network_foreign_sync_t;
+} canopen_network_sync_conflict_t;
 
 typedef enum { // Private.
     NETWORK_RESTING,
@@ -140,7 +141,7 @@ typedef struct { // Read-only outside, but for the axes of its devices.
     uint8_t channel;  ///< The active one.
     flow_can_t* flow; ///< Its flow.
     canopen_master_t master;
-    canopen_network_device_t devices[NETWORK_DEVICES_MAX];
+    canopen_network_device_t* devices[NETWORK_DEVICES_MAX]; ///< The caller's.
     uint8_t device_count;
     canopen_network_phase_t phase;
     bool is_standby_missing; ///< The other channel exists, but could not be opened.
@@ -150,21 +151,22 @@ typedef struct { // Read-only outside, but for the axes of its devices.
     uint64_t phase_start_ns;
     uint64_t secure_start_ns;
     bool was_bus_off; ///< The controller of the active channel left the bus since the last cycle.
-    canopen_network_foreign_sync_t foreign_sync;
-    canopen_network_conditions_t told[NETWORK_CHANNELS];
+    canopen_network_sync_conflict_t sync_conflict;
+    canopen_network_conditions_t reported[NETWORK_CHANNELS];
     canopen_network_fault_t faults[NETWORK_FAULTS_MAX];
     uint8_t fault_first;
     uint8_t fault_count;
     uint32_t faults_lost; ///< Not queued: full [wraps].
 } canopen_network_t;
 
-/// Closed, no devices; counters zero.
+/// Begin closed, without devices; all counters are zero.
 void canopen_network_init(canopen_network_t* network, const canopen_network_config_t* config);
 /// Forget the devices of an earlier open; only while closed.
 void canopen_network_clear(canopen_network_t* network);
-/// Add a device of a class. STATUS_OK, STATUS_NOT_FOUND (class), STATUS_EXISTS, STATUS_EXHAUSTED,
-/// STATUS_INVALID.
-MUST_USE status_t canopen_network_add(canopen_network_t* network, const char* type, uint8_t node);
+/// Add a device of a class, in `place`, which must not be moved until canopen_network_clear. STATUS_OK,
+/// STATUS_NOT_FOUND (class), STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_INVALID.
+MUST_USE status_t canopen_network_add(canopen_network_t* network, canopen_network_device_t* place,
+                                      const char* type, uint8_t node);
 /// Index of a node's device; NETWORK_NO_DEVICE if there is none.
 uint8_t canopen_network_find(const canopen_network_t* network, uint8_t node);
 
@@ -172,23 +174,27 @@ uint8_t canopen_network_find(const canopen_network_t* network, uint8_t node);
 /// absent, unless it is the active one. Statuses of flow_can_open; STATUS_NOT_FOUND also: no channel B.
 MUST_USE status_t canopen_network_open(canopen_network_t* network, const flow_resolver_t* resolver,
                                        const char* bus, const char* redundant_bus);
+/// True if the network is closed, or has the channel: 0 or 1.
+bool canopen_network_has_channel(const canopen_network_t* network, uint8_t channel);
 /// Make a channel the active one: now, with process data stopped, or for the next canopen_network_open. Every
 /// device has to be commissioned again. STATUS_OK; STATUS_OUT_OF_RANGE (no such channel); STATUS_NOT_FOUND
 /// (open, but without that channel).
 status_t canopen_network_select_channel(canopen_network_t* network, uint8_t channel);
-/// Counters of both channels together.
-void canopen_network_bus_counters(const canopen_network_t* network,
-                                  canopen_network_bus_counters_t* out_counters);
-/// With two channels: call the devices to the active one by the master's heartbeat. Reset all nodes, see each
-/// boot, identify it. STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not open, or a node has booted again meanwhile);
-/// statuses of canopen_device_identify_step. canopen_network_take_fault returns the failed device and the
-/// reason as DEVICE_REFUSED, also for the two functions below.
+/// Add the counters of both channels to a sum.
+void canopen_network_add_counters(const canopen_network_t* network, canopen_network_bus_counters_t* sum);
+/// With two channels: call the devices to the active one by the master's heartbeat. Reset all nodes, wait for
+/// the boot-up message of each, and identify it. STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not open, or a node
+/// has booted again meanwhile); statuses of canopen_device_identify_step. canopen_network_take_fault returns
+/// the failed device and the reason as DEVICE_REFUSED, also for the two functions below.
 status_t canopen_network_boot(canopen_network_t* network, uint64_t now_ns);
 
 /// A device is lost if it does not answer `syncs` SYNCs in a row, >= 1.
 void canopen_network_set_patience(canopen_network_t* network, uint32_t syncs);
-/// Forget the settings of all devices; before canopen_network_set.
+/// Forget the settings of all devices; before canopen_network_set. Each is idle until
+/// canopen_network_include: it is supervised, but a goal leaves its axes out of operation.
 void canopen_network_clear_settings(canopen_network_t* network);
+/// The device takes part in the configuration.
+void canopen_network_include(canopen_network_t* network, uint8_t index);
 /// Append a setting for a device. STATUS_OK, STATUS_EXHAUSTED.
 MUST_USE status_t canopen_network_set(canopen_network_t* network, uint8_t index,
                                       const canopen_setting_t* setting);
@@ -208,15 +214,16 @@ void canopen_network_close(canopen_network_t* network);
 void canopen_network_sense(canopen_network_t* network, uint64_t now_ns);
 /// End of a cycle: process data, requests, SYNC.
 void canopen_network_emit(canopen_network_t* network, uint64_t now_ns);
-/// Goal of all axes. A device that is lost takes no part.
+/// Set the goal of all axes. Devices that are lost or idle take no part.
 void canopen_network_set_goal(canopen_network_t* network, canopen_cia402_goal_t goal, bool may_reset_faults);
 /// True if every axis of every device that is not lost has reached its goal, and process data are exchanged.
 bool canopen_network_is_at_goal(const canopen_network_t* network);
-/// Take all axes that can be reached out of operation: quick stop, then no voltage. A lost device does that
-/// by itself. STATUS_BUSY; STATUS_OK. Safe to call in any condition; call again each cycle until STATUS_OK.
+/// Set all outputs to 0, and take all axes that can be reached out of operation: quick stop, then voltage
+/// off. A lost device does both by itself. STATUS_BUSY; STATUS_OK. Safe to call in any condition; call again
+/// each cycle until STATUS_OK.
 status_t canopen_network_secure(canopen_network_t* network, uint64_t now_ns);
 
-/// Oldest fault. STATUS_OK, STATUS_EMPTY.
+/// Take the oldest fault. STATUS_OK, STATUS_EMPTY.
 MUST_USE status_t canopen_network_take_fault(canopen_network_t* network, canopen_network_fault_t* out_fault);
 
 #endif // FSW_CANOPEN_NETWORK_H

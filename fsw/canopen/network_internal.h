@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Between the source files of network.h.
+/// Shared by the source files of network.h; private to them.
 #ifndef FSW_CANOPEN_NETWORK_INTERNAL_H
 #define FSW_CANOPEN_NETWORK_INTERNAL_H
 

@@ -121,7 +121,7 @@ static void take_emergencies(canopen_network_t* const network)
         }
         switch (canopen_emergency_class(emergency.code)) {
         case EMERGENCY_HIGH:
-            report_drive_fault(network, &network->devices[index], emergency.code);
+            report_drive_fault(network, network->devices[index], emergency.code);
             break;
         case EMERGENCY_MEDIUM:
             report_fault(network, NETWORK_DRIVE_WARNING, emergency.node, emergency.code);
@@ -147,58 +147,58 @@ canopen_network_conditions_t canopen_network_conditions(const flow_can_t* const 
 }
 
 static void report_conditions(canopen_network_t* const network, const uint8_t channel,
-                              const canopen_network_conditions_t* const told,
+                              const canopen_network_conditions_t* const reported,
                               const canopen_network_conditions_t* const now)
 {
-    if (now->state > told->state) {
+    if (now->state > reported->state) {
         canopen_network_report_condition(network, channel, (canopen_network_bus_condition_t)now->state);
     }
     const bool is_first =
-        (told->overrun_ns == 0U) || ((now->overrun_ns - told->overrun_ns) >= OVERRUN_QUIET_NS);
-    if ((now->overruns != told->overruns) && is_first) {
+        (reported->overrun_ns == 0U) || ((now->overrun_ns - reported->overrun_ns) >= OVERRUN_QUIET_NS);
+    if ((now->overruns != reported->overruns) && is_first) {
         canopen_network_report_condition(network, channel, NETWORK_BUS_OVERRUN);
     }
-    if (now->transmit_timeouts != told->transmit_timeouts) {
+    if (now->transmit_timeouts != reported->transmit_timeouts) {
         canopen_network_report_condition(network, channel, NETWORK_BUS_TRANSMIT_TIMEOUT);
     }
-    if (now->restarts != told->restarts) {
+    if (now->restarts != reported->restarts) {
         canopen_network_report_condition(network, channel, NETWORK_BUS_RESTARTED);
     }
 }
 
-/// The master's controllers. Their reports before the commissioning of the devices do not matter.
+/// Monitor one of the master's controllers. Changes before the commissioning of the devices are not reported.
 static void watch_bus(canopen_network_t* const network, const uint8_t channel, const uint64_t now_ns)
 {
-    canopen_network_conditions_t* const told = &network->told[channel];
-    canopen_network_conditions_t now         = canopen_network_conditions(&network->flows[channel]);
-    now.overrun_ns                           = (now.overruns != told->overruns) ? now_ns : told->overrun_ns;
+    canopen_network_conditions_t* const reported = &network->reported[channel];
+    canopen_network_conditions_t now             = canopen_network_conditions(&network->flows[channel]);
+    now.overrun_ns = (now.overruns != reported->overruns) ? now_ns : reported->overrun_ns;
     if (network->is_booted) {
-        report_conditions(network, channel, told, &now);
+        report_conditions(network, channel, reported, &now);
     }
     if (channel == network->channel) { // The counter also shows a bus-off that has ended meanwhile.
-        network->was_bus_off = (now.bus_offs != told->bus_offs);
+        network->was_bus_off = (now.bus_offs != reported->bus_offs);
     }
-    *told = now;
+    *reported = now;
 }
 
 /// All devices act on SYNC at once. A SYNC of another node makes them sample and actuate at an instant that
 /// the master did not compute, and their answers belong to no cycle.
 static void watch_sync(canopen_network_t* const network, const uint64_t now_ns)
 {
-    canopen_network_foreign_sync_t* const told = &network->foreign_sync;
-    const uint32_t count                       = network->master.counters.foreign_syncs;
-    if (count == told->count) {
+    canopen_network_sync_conflict_t* const reported = &network->sync_conflict;
+    const uint32_t count                            = network->master.counters.conflicting_syncs;
+    if (count == reported->count) {
         return;
     }
-    const bool is_first = (told->time_ns == 0U) || ((now_ns - told->time_ns) >= SYNC_QUIET_NS);
+    const bool is_first = (reported->time_ns == 0U) || ((now_ns - reported->time_ns) >= SYNC_QUIET_NS);
     if (network->is_booted && is_first) {
-        report_fault(network, NETWORK_FOREIGN_SYNC, 0U, 0U);
+        report_fault(network, NETWORK_SYNC_CONFLICT, 0U, 0U);
     }
-    told->count   = count;
-    told->time_ns = network->is_booted ? now_ns : 0U;
+    reported->count   = count;
+    reported->time_ns = network->is_booted ? now_ns : 0U;
 }
 
-/// The other channel: frames there are not for this master.
+/// Drop the frames on the other channel: they are not for this master.
 static void drain_standby(canopen_network_t* const network)
 {
     osal_can_frame_t frame;
@@ -227,7 +227,7 @@ void canopen_network_sense(canopen_network_t* const network, const uint64_t now_
         watch_bus(network, i, now_ns);
     }
     for (uint8_t i = 0U; network->is_booted && (i < network->device_count); i++) {
-        canopen_network_device_t* const place = &network->devices[i];
+        canopen_network_device_t* const place = network->devices[i];
         watch_presence(network, place);
         if (network->is_running && !place->is_lost) {
             watch_axes(network, place);

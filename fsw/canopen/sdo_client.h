@@ -36,7 +36,7 @@ typedef enum { // Private.
 } canopen_sdo_phase_t;
 
 typedef struct {        // [wrap]
-    uint32_t transfers; ///< Ended well.
+    uint32_t transfers; ///< Successful.
     uint32_t aborted;   ///< Ended by an abort of the server.
     uint32_t timeouts;
     uint32_t violations; ///< Ended by the client: an answer that violates the protocol, or is too long.
@@ -62,7 +62,7 @@ typedef struct { // Private, except counters: read-only.
     canopen_sdo_counters_t counters;
 } canopen_sdo_client_t;
 
-/// Idle; a server must answer each request within timeout_ns.
+/// Begin idle; a server must answer each request within timeout_ns.
 void canopen_sdo_client_init(canopen_sdo_client_t* client, uint64_t timeout_ns);
 /// Abort the transfer without informing the server.
 void canopen_sdo_client_reset(canopen_sdo_client_t* client);
@@ -75,8 +75,8 @@ MUST_USE status_t canopen_sdo_client_download(canopen_sdo_client_t* client, uint
 MUST_USE status_t canopen_sdo_client_upload(canopen_sdo_client_t* client, uint16_t index, uint8_t subindex);
 
 /// Outcome of the last transfer: STATUS_BUSY while it runs; STATUS_OK; STATUS_TIMEOUT; STATUS_FORBIDDEN (the
-/// server aborted: *out_abort_code); STATUS_INVALID (the server broke the protocol); STATUS_TOO_LARGE (upload
-/// longer than SDO_OCTETS_MAX); STATUS_EMPTY (none begun). out_abort_code may be null.
+/// server aborted: *out_abort_code); STATUS_INVALID (the server violated the protocol); STATUS_TOO_LARGE
+/// (upload longer than SDO_OCTETS_MAX); STATUS_EMPTY (none begun). out_abort_code may be null.
 status_t canopen_sdo_client_result(const canopen_sdo_client_t* client, uint32_t* out_abort_code);
 /// Value read by an upload that ended in STATUS_OK; valid until the next transfer.
 const uint8_t* canopen_sdo_client_value(const canopen_sdo_client_t* client, size_t* out_size);

@@ -9,7 +9,6 @@
 #include <stddef.h>
 #include <string.h>
 
-#define OBJECT_MODE_OF_OPERATION 0x6060U
 #define MILLISECOND_NS 1000000ULL
 #define EVENT_OCTETS_MAX 10U
 
@@ -39,7 +38,9 @@ void drives_init(drives_t* const drives, subsystem_t* const generic, const flow_
     FSW_ASSERT((drives != NULL) && (generic != NULL) && (resolver != NULL));
     *drives = (drives_t){
         .generic = generic, .abandon = abandon, .resolver = resolver, .goal = CIA402_GOAL_DISABLED};
-    canopen_network_init(&drives->network, &network_config);
+    for (uint8_t i = 0U; i < DRIVES_BUSES_MAX; i++) {
+        canopen_network_init(&drives->buses[i].network, &network_config);
+    }
 }
 
 static void enter(drives_t* const drives, const drives_activity_t activity)
@@ -53,12 +54,12 @@ static void enter(drives_t* const drives, const drives_activity_t activity)
 
 // ---- Events ----
 
-static void raise_fault(drives_t* const drives, const canopen_network_fault_t* const fault)
+static void raise_fault(drives_t* const drives, const uint8_t bus, const canopen_network_fault_t* const fault)
 {
     static const char* const names[] = {
         [NETWORK_DEVICE_LOST] = "DEVICE_LOST",       [NETWORK_DRIVE_FAULT] = "DRIVE_FAULT",
         [NETWORK_DRIVE_WARNING] = "DRIVE_WARNING",   [NETWORK_BUS_WARNING] = "BUS_WARNING",
-        [NETWORK_DEVICE_REFUSED] = "DEVICE_REFUSED", [NETWORK_FOREIGN_SYNC] = "FOREIGN_SYNC"};
+        [NETWORK_DEVICE_REFUSED] = "DEVICE_REFUSED", [NETWORK_SYNC_CONFLICT] = "SYNC_CONFLICT"};
     const descriptor_event_t* const event =
         descriptor_find_event_name(subsystem_descriptor(drives->generic), names[fault->kind]);
     if (event == NULL) {
@@ -66,12 +67,13 @@ static void raise_fault(drives_t* const drives, const canopen_network_fault_t* c
     }
     uint8_t octets[EVENT_OCTETS_MAX];
     octet_writer_t writer = octet_writer(octets, sizeof octets);
-    const bool has_data   = (event->octets > 0U); // BUS_WARNING may do without.
+    const bool has_data   = (event->octets > 0U); // BUS_WARNING may have no data.
     if (has_data) {
         octet_write_u8(&writer, fault->node);
     }
     if (has_data && (fault->kind != NETWORK_DEVICE_LOST) && (fault->kind != NETWORK_DEVICE_REFUSED)) {
-        octet_write_u16(&writer, fault->code);
+        const unsigned offset = (fault->node == 0U) ? (bus * DRIVES_BUS_CODE) : 0U;
+        octet_write_u16(&writer, (uint16_t)(fault->code + offset));
     }
     if (fault->kind == NETWORK_DEVICE_REFUSED) {
         octet_write_u8(&writer, (uint8_t)fault->refusal);
@@ -84,46 +86,154 @@ static void raise_fault(drives_t* const drives, const canopen_network_fault_t* c
 static void raise_faults(drives_t* const drives)
 {
     canopen_network_fault_t fault;
-    while (canopen_network_take_fault(&drives->network, &fault) == STATUS_OK) {
-        raise_fault(drives, &fault);
+    for (uint8_t i = 0U; i < drives->bus_count; i++) {
+        while (canopen_network_take_fault(&drives->buses[i].network, &fault) == STATUS_OK) {
+            raise_fault(drives, i, &fault);
+        }
     }
+}
+
+// ---- Buses ----
+
+/// True if the buses are open. All are opened and closed together.
+static bool is_open(const drives_t* const drives)
+{
+    return (drives->bus_count > 0U) && flow_can_is_open(drives->buses[0].network.flow);
+}
+
+static void close_buses(drives_t* const drives)
+{
+    for (uint8_t i = 0U; i < DRIVES_BUSES_MAX; i++) {
+        canopen_network_close(&drives->buses[i].network);
+    }
+    drives->step = DRIVES_STEP_NONE;
+}
+
+/// Stop process data on every bus.
+static void stop_buses(drives_t* const drives)
+{
+    for (uint8_t i = 0U; i < drives->bus_count; i++) {
+        canopen_network_stop(&drives->buses[i].network);
+    }
+    drives->step = DRIVES_STEP_NONE;
+}
+
+/// List the buses of the descriptor, each with its first end node.
+static void list_buses(drives_t* const drives)
+{
+    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
+    drives->bus_count                              = 0U;
+    for (uint16_t i = 0U; i < descriptor->device_count; i++) {
+        const descriptor_endnode_t* const endnode = drives_endnode(descriptor, &descriptor->devices[i]);
+        uint8_t bus                               = 0U;
+        while ((bus < drives->bus_count) && (strcmp(drives->buses[bus].endnode->bus, endnode->bus) != 0)) {
+            bus++;
+        }
+        if (bus == drives->bus_count) {
+            FSW_ASSERT(bus < DRIVES_BUSES_MAX); // drives_fit counts them.
+            drives->buses[bus].endnode = endnode;
+            drives->bus_count++;
+        }
+    }
+}
+
+canopen_network_t* drives_network(drives_t* const drives, const descriptor_endnode_t* const endnode)
+{
+    FSW_ASSERT((drives != NULL) && (endnode != NULL));
+    uint8_t bus = 0U;
+    while (strcmp(drives->buses[bus].endnode->bus, endnode->bus) != 0) {
+        bus++;
+        FSW_ASSERT(bus < drives->bus_count); // All are listed.
+    }
+    return &drives->buses[bus].network;
+}
+
+/// Perform a step that each bus ends at its own time, on all that have not ended it. STATUS_BUSY until all
+/// have; STATUS_OK; the first other status.
+static status_t step_buses(drives_t* const drives, const drives_step_t step,
+                           status_t (*const action)(canopen_network_t* network, uint64_t now_ns))
+{
+    const uint64_t now_ns = subsystem_now_ns(drives->generic);
+    const bool is_new     = (drives->step != step);
+    status_t result       = STATUS_OK;
+    drives->step          = step;
+    for (uint8_t i = 0U; i < drives->bus_count; i++) {
+        drives_bus_t* const bus = &drives->buses[i];
+        bus->is_done            = bus->is_done && !is_new;
+        const status_t status   = bus->is_done ? STATUS_OK : action(&bus->network, now_ns);
+        bus->is_done            = (status == STATUS_OK);
+        const bool is_worse     = (result == STATUS_OK) || (result == STATUS_BUSY);
+        result                  = (is_worse && (status != STATUS_OK)) ? status : result;
+    }
+    if (result != STATUS_BUSY) {
+        drives->step = DRIVES_STEP_NONE;
+    }
+    return result;
 }
 
 // ---- Commissioning ----
 
-/// End node of the first device; all are on its bus and the channel B of that. Null: there are no devices.
-static const descriptor_endnode_t* first_endnode(const drives_t* const drives)
+/// Add the device of an end node.
+static status_t add_device(drives_t* const drives, const char* const type,
+                           const descriptor_endnode_t* const endnode)
 {
-    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
-    return (descriptor->device_count > 0U) ? drives_endnode(descriptor, &descriptor->devices[0]) : NULL;
+    FSW_ASSERT(drives->device_count < DRIVES_DEVICES_MAX); // drives_fit counts devices and mappings.
+    canopen_network_device_t* const place = &drives->devices[drives->device_count];
+    const status_t status = canopen_network_add(drives_network(drives, endnode), place, type, endnode->node);
+    drives->device_count  = (uint8_t)(drives->device_count + ((status == STATUS_OK) ? 1U : 0U));
+    if ((status == STATUS_OK) && drives_is_mapped(subsystem_descriptor(drives->generic), endnode->node)) {
+        FSW_ASSERT(drives->mapping_count < DRIVES_MAPPINGS_MAX);
+        canopen_device_follow_mapping(&place->device, &drives->mappings[drives->mapping_count]);
+        drives->mapping_count++;
+    }
+    return status;
 }
 
-/// Every device of every configuration, each node once.
+/// Add every device of every configuration, each node once.
 static status_t add_devices(drives_t* const drives)
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
     status_t status                                = STATUS_OK;
-    canopen_network_clear(&drives->network);
+    for (uint8_t i = 0U; i < drives->bus_count; i++) {
+        canopen_network_clear(&drives->buses[i].network);
+    }
+    drives->device_count  = 0U;
+    drives->mapping_count = 0U;
     for (uint16_t i = 0U; (status == STATUS_OK) && (i < descriptor->device_count); i++) {
-        const uint8_t node = drives_endnode(descriptor, &descriptor->devices[i])->node;
-        if (canopen_network_find(&drives->network, node) == NETWORK_NO_DEVICE) {
-            status = canopen_network_add(&drives->network, descriptor->devices[i].type, node);
+        const descriptor_endnode_t* const endnode = drives_endnode(descriptor, &descriptor->devices[i]);
+        if (drives_find(drives, endnode->node) == NETWORK_NO_DEVICE) {
+            status = add_device(drives, descriptor->devices[i].type, endnode);
         }
     }
     return status;
 }
 
-/// Open the bus, unless it is open.
-static status_t open_bus(drives_t* const drives)
+/// Open all buses or none.
+static status_t open_networks(drives_t* const drives)
 {
-    if (flow_can_is_open(drives->network.flow)) {
+    status_t status = (drives->bus_count > 0U) ? STATUS_OK : STATUS_NOT_FOUND;
+    for (uint8_t i = 0U; (status == STATUS_OK) && (i < drives->bus_count); i++) {
+        drives_bus_t* const bus = &drives->buses[i];
+        const char* const channel_b =
+            (bus->endnode->redundant_bus[0] != '\0') ? bus->endnode->redundant_bus : NULL;
+        status = canopen_network_open(&bus->network, drives->resolver, bus->endnode->bus, channel_b);
+    }
+    if (status != STATUS_OK) {
+        close_buses(drives);
+    }
+    return status;
+}
+
+/// Open the buses, unless they are open.
+static status_t open_buses(drives_t* const drives)
+{
+    if (is_open(drives)) {
         return STATUS_OK;
     }
-    const descriptor_endnode_t* const buses = first_endnode(drives);
-    status_t status                         = (buses != NULL) ? add_devices(drives) : STATUS_NOT_FOUND;
+    list_buses(drives);
+    status_t status = add_devices(drives);
     if (status == STATUS_OK) {
-        const char* const channel_b = (buses->redundant_bus[0] != '\0') ? buses->redundant_bus : NULL;
-        status = canopen_network_open(&drives->network, drives->resolver, buses->bus, channel_b);
+        status = open_networks(drives);
     }
     if (status == STATUS_OK) {
         drives->goal          = CIA402_GOAL_DISABLED;
@@ -136,8 +246,8 @@ static status_t open_bus(drives_t* const drives)
 status_t drives_borrow(drives_t* const drives)
 {
     FSW_ASSERT(drives != NULL);
-    const bool was_open   = flow_can_is_open(drives->network.flow);
-    const status_t status = open_bus(drives);
+    const bool was_open   = is_open(drives);
+    const status_t status = open_buses(drives);
     drives->is_borrowed   = drives->is_borrowed || (!was_open && (status == STATUS_OK));
     return status;
 }
@@ -146,7 +256,7 @@ void drives_give_back(drives_t* const drives)
 {
     FSW_ASSERT(drives != NULL);
     if (drives->is_borrowed) {
-        canopen_network_close(&drives->network);
+        close_buses(drives);
     }
 }
 
@@ -155,17 +265,17 @@ status_t drives_hardware_init(void* const self)
     FSW_ASSERT(self != NULL);
     drives_t* const drives = self;
     enter(drives, DRIVES_RESTING);
-    const status_t opened = open_bus(drives);
+    const status_t opened = open_buses(drives);
     if (opened != STATUS_OK) {
         return opened;
     }
     drives->is_borrowed   = false;
-    const status_t status = canopen_network_boot(&drives->network, subsystem_now_ns(drives->generic));
-    raise_faults(drives); // Before the failure that they explain.
+    const status_t status = step_buses(drives, DRIVES_STEP_BOOT, canopen_network_boot);
+    raise_faults(drives); // The faults are reported before the failure that they explain.
     return status;
 }
 
-/// Value of a setting, with the event timer of an RPDO [ms] as long as the mission gives master and devices.
+/// Value of a setting; an RPDO's event timer [ms] is at least the mission's deadline for devices.
 static uint64_t value_of(const drives_t* const drives, const descriptor_setting_t* const setting)
 {
     const uint64_t deadline_ns = subsystem_device_deadline_ns(drives->generic);
@@ -179,9 +289,14 @@ static uint64_t value_of(const drives_t* const drives, const descriptor_setting_
 static status_t add_settings(drives_t* const drives, const descriptor_device_t* const device)
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
-    const uint8_t node                             = drives_endnode(descriptor, device)->node;
-    const uint8_t index                            = canopen_network_find(&drives->network, node);
-    status_t status = (index != NETWORK_NO_DEVICE) ? STATUS_OK : STATUS_NOT_FOUND;
+    const descriptor_endnode_t* const endnode      = drives_endnode(descriptor, device);
+    if (drives_find(drives, endnode->node) == NETWORK_NO_DEVICE) {
+        return STATUS_NOT_FOUND;
+    }
+    canopen_network_t* const network = drives_network(drives, endnode);
+    const uint8_t index              = canopen_network_find(network, endnode->node);
+    status_t status                  = STATUS_OK;
+    canopen_network_include(network, index);
     for (uint16_t i = 0U; (status == STATUS_OK) && (i < device->setting_count); i++) {
         const descriptor_setting_t* const source = &descriptor->settings[device->first_setting + i];
         const canopen_setting_t setting          = {.index    = source->index,
@@ -189,7 +304,7 @@ static status_t add_settings(drives_t* const drives, const descriptor_device_t* 
                                                     .octets   = (uint8_t)value_size(source->type),
                                                     .kind     = SETTING_WRITE,
                                                     .value    = value_of(drives, source)};
-        status                                   = canopen_network_set(&drives->network, index, &setting);
+        status                                   = canopen_network_set(network, index, &setting);
     }
     return status;
 }
@@ -199,16 +314,20 @@ static void set_patience(drives_t* const drives, const descriptor_configuration_
     const uint64_t deadline_ns = subsystem_device_deadline_ns(drives->generic);
     const uint64_t period_ns   = (uint64_t)configuration->sampling_us * 1000U;
     const uint64_t syncs       = (deadline_ns + period_ns - 1U) / period_ns;
-    canopen_network_set_patience(&drives->network,
-                                 (syncs > LOST_AFTER_SYNCS) ? (uint32_t)syncs : LOST_AFTER_SYNCS);
+    for (uint8_t i = 0U; i < drives->bus_count; i++) {
+        canopen_network_set_patience(&drives->buses[i].network,
+                                     (syncs > LOST_AFTER_SYNCS) ? (uint32_t)syncs : LOST_AFTER_SYNCS);
+    }
 }
 
 static status_t begin_configuration(drives_t* const drives,
                                     const descriptor_configuration_t* const configuration)
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
-    canopen_network_stop(&drives->network);
-    canopen_network_clear_settings(&drives->network);
+    stop_buses(drives);
+    for (uint8_t i = 0U; i < drives->bus_count; i++) {
+        canopen_network_clear_settings(&drives->buses[i].network);
+    }
     drives->configuration = configuration;
     drives->is_written    = false;
     drives->goal          = CIA402_GOAL_DISABLED;
@@ -226,36 +345,23 @@ status_t drives_configure(void* const self, const descriptor_configuration_t* co
     drives_t* const drives = self;
     enter(drives, DRIVES_RESTING);
     const uint64_t now_ns = subsystem_now_ns(drives->generic);
-    const bool is_new     = (drives->configuration != configuration) || drives->network.is_running ||
+    const bool is_new     = (drives->configuration != configuration) || drives_are_running(drives) ||
                         ((now_ns - drives->called_ns) > CONFIGURE_GAP_NS);
     status_t status   = is_new ? begin_configuration(drives, configuration) : STATUS_OK;
     drives->called_ns = now_ns;
     if ((status == STATUS_OK) && !drives->is_written) {
-        status             = canopen_network_configure(&drives->network, now_ns);
+        status             = step_buses(drives, DRIVES_STEP_CONFIGURE, canopen_network_configure);
         drives->is_written = (status == STATUS_OK);
     }
-    if (status == STATUS_OK) {
-        status = canopen_network_start(&drives->network, now_ns);
+    if (status == STATUS_OK) { // On all buses in one cycle, so that their SYNCs leave together.
+        status = step_buses(drives, DRIVES_STEP_START, canopen_network_start);
     }
     raise_faults(drives);
     if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
-        canopen_network_stop(&drives->network);
+        stop_buses(drives);
         drives->configuration = NULL;
     }
     return status;
-}
-
-int drives_mode(const subsystem_descriptor_t* const descriptor, const descriptor_device_t* const device)
-{
-    FSW_ASSERT((descriptor != NULL) && (device != NULL));
-    int mode = 0;
-    for (uint16_t i = 0U; i < device->setting_count; i++) {
-        const descriptor_setting_t* const setting = &descriptor->settings[device->first_setting + i];
-        if ((setting->index == OBJECT_MODE_OF_OPERATION) && (setting->subindex == 0U)) {
-            mode = (int)(int8_t)(uint8_t)setting->bits;
-        }
-    }
-    return mode;
 }
 
 status_t drives_post(void* const self)
@@ -263,7 +369,7 @@ status_t drives_post(void* const self)
     FSW_ASSERT(self != NULL);
     drives_t* const drives = self;
     enter(drives, DRIVES_RESTING);
-    canopen_network_stop(&drives->network);
+    stop_buses(drives);
     drives->configuration = NULL;
     drives->goal          = CIA402_GOAL_DISABLED;
     return STATUS_OK;
@@ -275,15 +381,17 @@ status_t drives_hardware_deinit(void* const self)
     drives_t* const drives = self;
     drives->configuration  = NULL;
     drives->is_borrowed    = false;
-    if (!flow_can_is_open(drives->network.flow)) {
+    if (!is_open(drives)) {
         return STATUS_OK;
     }
     if (!drives->is_closing) {
-        canopen_network_reset_nodes(&drives->network);
+        for (uint8_t i = 0U; i < drives->bus_count; i++) {
+            canopen_network_reset_nodes(&drives->buses[i].network);
+        }
         drives->is_closing = true;
         return STATUS_BUSY;
     }
-    canopen_network_close(&drives->network);
+    close_buses(drives);
     drives->is_closing = false;
     return STATUS_OK;
 }
@@ -292,64 +400,72 @@ void drives_release(void* const self)
 {
     FSW_ASSERT(self != NULL);
     drives_t* const drives = self;
-    canopen_network_close(&drives->network);
+    close_buses(drives);
 }
 
 // ---- The cycle ----
 
-/// All axes to a goal.
-static status_t go(drives_t* const drives, const canopen_cia402_goal_t goal)
+/// Set the goal of all axes. STATUS_BUSY until they have reached it, then STATUS_OK.
+static status_t reach_goal(drives_t* const drives, const canopen_cia402_goal_t goal)
 {
     if (goal != drives->goal) {
         // A fault may be reset on the way out of the safe state, never on the way into operation.
-        canopen_network_set_goal(&drives->network, goal, goal == CIA402_GOAL_STANDBY);
+        for (uint8_t i = 0U; i < drives->bus_count; i++) {
+            canopen_network_set_goal(&drives->buses[i].network, goal, goal == CIA402_GOAL_STANDBY);
+        }
         drives->goal = goal;
+        drives->step = DRIVES_STEP_NONE;
         return STATUS_BUSY; // The statuswords received so far were sent before this command.
     }
-    return canopen_network_is_at_goal(&drives->network) ? STATUS_OK : STATUS_BUSY;
+    bool are_all = (drives->bus_count > 0U);
+    for (uint8_t i = 0U; i < drives->bus_count; i++) {
+        are_all = are_all && canopen_network_is_at_goal(&drives->buses[i].network);
+    }
+    return are_all ? STATUS_OK : STATUS_BUSY;
 }
 
-/// First the axes, then the activity: an activity that needs moving axes must wait until they can move.
-static status_t rise(drives_t* const drives, const canopen_cia402_goal_t goal,
-                     const drives_activity_t activity)
+/// Change first the axes, then the activity: an activity that needs moving axes must wait until they can
+/// move.
+static status_t change_axes_first(drives_t* const drives, const canopen_cia402_goal_t goal,
+                                  const drives_activity_t activity)
 {
-    const status_t status = go(drives, goal);
+    const status_t status = reach_goal(drives, goal);
     if (status == STATUS_OK) {
         enter(drives, activity);
     }
     return status;
 }
 
-/// First the activity, then the axes.
-static status_t descend(drives_t* const drives, const drives_activity_t activity,
-                        const canopen_cia402_goal_t goal)
+/// Change first the activity, then the axes.
+static status_t change_activity_first(drives_t* const drives, const drives_activity_t activity,
+                                      const canopen_cia402_goal_t goal)
 {
     enter(drives, activity);
-    return go(drives, goal);
+    return reach_goal(drives, goal);
 }
 
 status_t drives_start_control(void* const self)
 {
     FSW_ASSERT(self != NULL);
-    return rise(self, CIA402_GOAL_STANDBY, DRIVES_PREPARED);
+    return change_axes_first(self, CIA402_GOAL_STANDBY, DRIVES_PREPARED);
 }
 
 status_t drives_stop_control(void* const self)
 {
     FSW_ASSERT(self != NULL);
-    return descend(self, DRIVES_RESTING, CIA402_GOAL_DISABLED);
+    return change_activity_first(self, DRIVES_RESTING, CIA402_GOAL_DISABLED);
 }
 
 status_t drives_engage(void* const self)
 {
     FSW_ASSERT(self != NULL);
-    return rise(self, CIA402_GOAL_ENABLED, DRIVES_ENGAGED);
+    return change_axes_first(self, CIA402_GOAL_ENABLED, DRIVES_ENGAGED);
 }
 
 status_t drives_disengage(void* const self)
 {
     FSW_ASSERT(self != NULL);
-    return descend(self, DRIVES_PREPARED, CIA402_GOAL_STANDBY);
+    return change_activity_first(self, DRIVES_PREPARED, CIA402_GOAL_STANDBY);
 }
 
 status_t drives_secure(void* const self)
@@ -358,18 +474,37 @@ status_t drives_secure(void* const self)
     drives_t* const drives = self;
     enter(drives, DRIVES_RESTING);
     drives->goal = CIA402_GOAL_DISABLED;
-    return canopen_network_secure(&drives->network, subsystem_now_ns(drives->generic));
+    return step_buses(drives, DRIVES_STEP_SECURE, canopen_network_secure); // On all buses at once.
+}
+
+/// Check that every bus has the channel. STATUS_OK, STATUS_OUT_OF_RANGE, STATUS_NOT_FOUND.
+static status_t check_channel(const drives_t* const drives, const uint8_t channel)
+{
+    status_t status =
+        ((drives->bus_count > 0U) && (channel < NETWORK_CHANNELS)) ? STATUS_OK : STATUS_OUT_OF_RANGE;
+    for (uint8_t i = 0U; (status == STATUS_OK) && (i < drives->bus_count); i++) {
+        const drives_bus_t* const bus = &drives->buses[i];
+        if ((channel == NETWORK_CHANNEL_B) && (bus->endnode->redundant_bus[0] == '\0')) {
+            status = STATUS_OUT_OF_RANGE;
+        } else if (!canopen_network_has_channel(&bus->network, channel)) {
+            status = STATUS_NOT_FOUND;
+        } else {
+            // This bus has the channel; check the next one.
+        }
+    }
+    return status;
 }
 
 status_t drives_select_channel(drives_t* const drives, const uint8_t channel)
 {
     FSW_ASSERT(drives != NULL);
-    const descriptor_endnode_t* const buses = first_endnode(drives);
-    const bool has_channel_b                = (buses != NULL) && (buses->redundant_bus[0] != '\0');
-    if ((channel == NETWORK_CHANNEL_B) && !has_channel_b) {
-        return STATUS_OUT_OF_RANGE;
+    if (!is_open(drives)) {
+        list_buses(drives);
     }
-    const status_t status = canopen_network_select_channel(&drives->network, channel);
+    status_t status = check_channel(drives, channel);
+    for (uint8_t i = 0U; (status == STATUS_OK) && (i < DRIVES_BUSES_MAX); i++) {
+        status = canopen_network_select_channel(&drives->buses[i].network, channel);
+    }
     const descriptor_event_t* const event =
         descriptor_find_event_name(subsystem_descriptor(drives->generic), "CHANNEL_SELECTED");
     if ((status == STATUS_OK) && (event != NULL)) {
@@ -383,13 +518,15 @@ void drives_sense(void* const self)
     FSW_ASSERT(self != NULL);
     drives_t* const drives = self;
     const uint64_t now_ns  = subsystem_now_ns(drives->generic);
-    const bool is_given_up = (drives->configuration != NULL) && !drives->network.is_running &&
+    const bool is_given_up = (drives->configuration != NULL) && !drives_are_running(drives) &&
                              ((now_ns - drives->called_ns) > CONFIGURE_GAP_NS);
-    if (is_given_up) { // Its time was over: no SYNC for devices that are not commissioned.
-        canopen_network_stop(&drives->network);
+    if (is_given_up) { // Commissioning timed out: devices that are not commissioned get no SYNC.
+        stop_buses(drives);
         drives->configuration = NULL;
     }
-    canopen_network_sense(&drives->network, now_ns);
+    for (uint8_t i = 0U; i < drives->bus_count; i++) {
+        canopen_network_sense(&drives->buses[i].network, now_ns);
+    }
     raise_faults(drives);
 }
 
@@ -397,10 +534,23 @@ void drives_emit(void* const self)
 {
     FSW_ASSERT(self != NULL);
     drives_t* const drives = self;
-    canopen_network_emit(&drives->network, subsystem_now_ns(drives->generic));
+    for (uint8_t i = 0U; i < drives->bus_count; i++) {
+        canopen_network_emit(&drives->buses[i].network, subsystem_now_ns(drives->generic));
+    }
 }
 
-/// Index in the network of a device of the applied configuration, or NETWORK_NO_DEVICE.
+uint8_t drives_find(const drives_t* const drives, const uint32_t node)
+{
+    FSW_ASSERT(drives != NULL);
+    for (uint8_t i = 0U; i < drives->device_count; i++) {
+        if (drives->devices[i].device.node == node) {
+            return i;
+        }
+    }
+    return NETWORK_NO_DEVICE;
+}
+
+/// Place in drives_t of a device of the applied configuration, or NETWORK_NO_DEVICE.
 static uint8_t index_of(const drives_t* const drives, const uint16_t position)
 {
     const descriptor_configuration_t* const configuration = drives->configuration;
@@ -409,36 +559,40 @@ static uint8_t index_of(const drives_t* const drives, const uint16_t position)
     }
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
     const descriptor_device_t* const device = &descriptor->devices[configuration->first_device + position];
-    return canopen_network_find(&drives->network, drives_endnode(descriptor, device)->node);
+    return drives_find(drives, drives_endnode(descriptor, device)->node);
 }
 
 canopen_device_t* drives_device(drives_t* const drives, const uint16_t position)
 {
     FSW_ASSERT(drives != NULL);
     const uint8_t index = index_of(drives, position);
-    return (index != NETWORK_NO_DEVICE) ? &drives->network.devices[index].device : NULL;
+    return (index != NETWORK_NO_DEVICE) ? &drives->devices[index].device : NULL;
 }
 
 bool drives_are_running(const drives_t* const drives)
 {
     FSW_ASSERT(drives != NULL);
-    return drives->network.is_running;
+    bool are_all = (drives->bus_count > 0U);
+    for (uint8_t i = 0U; i < drives->bus_count; i++) {
+        are_all = are_all && drives->buses[i].network.is_running;
+    }
+    return are_all;
 }
 
 uint32_t drives_missed(const drives_t* const drives, const uint16_t position)
 {
     FSW_ASSERT(drives != NULL);
     const uint8_t index = index_of(drives, position);
-    return (index != NETWORK_NO_DEVICE) ? drives->network.devices[index].missed : 0U;
+    return (index != NETWORK_NO_DEVICE) ? drives->devices[index].missed : 0U;
 }
 
 uint32_t drives_limited(const drives_t* const drives)
 {
     FSW_ASSERT(drives != NULL);
     uint32_t sum = 0U;
-    for (uint8_t i = 0U; i < drives->network.device_count; i++) {
+    for (uint8_t i = 0U; i < drives->device_count; i++) {
         for (uint8_t k = 0U; k < PROFILE_AXES_MAX; k++) {
-            sum += drives->network.devices[i].device.axes[k].limited;
+            sum += drives->devices[i].device.axes[k].limited;
         }
     }
     return sum;

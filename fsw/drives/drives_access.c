@@ -15,12 +15,12 @@
 #define ABORT_SHIFT 16U
 
 typedef struct {    // An object of a device.
-    uint8_t device; // In the network.
+    uint8_t device; // In drives_t.
     uint8_t subindex;
     uint16_t index;
     uint8_t length;
     bool is_read;
-    const descriptor_quantity_t* quantity; // Null: of no logical device.
+    const descriptor_quantity_t* quantity; // Null: it is not the object of a quantity.
 } object_t;
 
 static bool is_register(const pus_device_action_t* const action)
@@ -80,8 +80,7 @@ static status_t object_of(const drives_t* const drives, const pus_device_action_
         out_object->length   = action->protocol[3];
         out_object->is_read  = (action->kind == PUS_DEVICE_ACQUIRE);
     }
-    out_object->device = (node <= CANOPEN_NODE_MAX) ? canopen_network_find(&drives->network, (uint8_t)node)
-                                                    : NETWORK_NO_DEVICE;
+    out_object->device = drives_find(drives, node);
     if (out_object->device == NETWORK_NO_DEVICE) {
         return STATUS_NOT_FOUND;
     }
@@ -100,7 +99,7 @@ static status_t check(void* const context, const pus_device_action_t* const acti
         return drives_supply_check(drives, action);
     }
     const status_t status = object_of(drives, action, &object);
-    return ((status == STATUS_OK) && !drives->network.is_running) ? STATUS_FORBIDDEN : status;
+    return ((status == STATUS_OK) && !drives_are_running(drives)) ? STATUS_FORBIDDEN : status;
 }
 
 static status_t fail(pus_device_result_t* const out_result, const uint16_t code, const uint32_t detail)
@@ -112,7 +111,8 @@ static status_t fail(pus_device_result_t* const out_result, const uint16_t code,
 
 static canopen_sdo_client_t* client_of(drives_t* const drives, const uint8_t device)
 {
-    return &drives->network.master.nodes[drives->network.devices[device].device.index].sdo;
+    const canopen_device_t* const place = &drives->devices[device].device;
+    return &place->master->nodes[place->index].sdo;
 }
 
 /// Octets to be written, lowest first.
@@ -123,7 +123,7 @@ static void data_of(const pus_device_action_t* const action, const object_t* con
         return;
     }
     if (object->quantity != NULL) {
-        (void)drives_quantity_to_object(object->quantity, action->data, out_octets); // It could be set.
+        (void)drives_quantity_to_object(object->quantity, action->data, out_octets); // `check` has passed.
         return;
     }
     for (uint8_t i = 0U; i < object->length; i++) { // A register has its highest octet first.
@@ -150,7 +150,7 @@ static status_t begin(void* const context, const uint8_t slot, const pus_device_
     if (drives_supply_is(action)) {
         return begin_pulse(drives, slot, action, out_result);
     }
-    if ((object_of(drives, action, &object) != STATUS_OK) || !drives->network.is_running) {
+    if ((object_of(drives, action, &object) != STATUS_OK) || !drives_are_running(drives)) {
         return fail(out_result, DRIVES_ACCESS_CLOSED, DRIVES_ACCESS_CLOSED); // Closed after the check.
     }
     if (drives->access.owners[object.device] != 0U) {
@@ -206,7 +206,7 @@ static status_t poll(void* const context, const uint8_t slot, pus_device_result_
     const canopen_sdo_client_t* const client = client_of(drives, transfer->device);
     uint32_t abort_code                      = 0U;
     status_t status =
-        drives->network.is_running ? canopen_sdo_client_result(client, &abort_code) : STATUS_CLOSED;
+        drives_are_running(drives) ? canopen_sdo_client_result(client, &abort_code) : STATUS_CLOSED;
     if (status == STATUS_BUSY) {
         return status;
     }
@@ -234,7 +234,7 @@ static void abandon(void* const context, const uint8_t slot)
         drives_give_back(drives);
         return;
     }
-    if (drives->network.is_running) { // Otherwise this module may not use the client.
+    if (drives_are_running(drives)) { // Otherwise this module may not use the client.
         canopen_sdo_client_reset(client_of(drives, device));
     }
     drives->access.owners[device] = 0U;

@@ -2,8 +2,8 @@
 /// The port by which ST[02] reaches the drives of a subsystem, by SDO, below the cycle that controls them.
 /// Addresses, protocol-specific data, quantities and return codes: docs/services/st02.md.
 ///
-/// Devices are reached while process data flow. Before that, commissioning has the transfers to itself and
-/// ends a transfer of this port. Pulses are sent in any state, because a device without supply cannot be
+/// Devices are reached while process data flow. Before that, only commissioning uses SDO, and it ends a
+/// transfer of this port. Pulses are sent in any state, because a device without supply cannot be
 /// commissioned. One transfer to a node is under way at a time; others wait.
 #ifndef FSW_DRIVES_DRIVES_ACCESS_H
 #define FSW_DRIVES_DRIVES_ACCESS_H

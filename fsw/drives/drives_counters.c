@@ -48,7 +48,7 @@ static const struct {
     {"RECEIVE_OVERRUNS", offsetof(counts_t, bus.overruns)},
     {"BUS_LOST", offsetof(counts_t, bus.lost)},
     {"TRANSMIT_REFUSED", offsetof(counts_t, bus.refused)},
-    {"FOREIGN_SYNCS", offsetof(counts_t, master.foreign_syncs)},
+    {"CONFLICTING_SYNCS", offsetof(counts_t, master.conflicting_syncs)},
 };
 
 /// The field of a name, or null.
@@ -77,14 +77,25 @@ void drives_counters_place(drives_t* const drives, const parameter_definition_t*
     drives->counters.missed_count         = (missed != NULL) ? missed->count : 0U;
 }
 
+static void add_master(const canopen_master_counters_t* const master, canopen_master_counters_t* const sum)
+{
+    sum->unknown += master->unknown;
+    sum->malformed += master->malformed;
+    sum->remote += master->remote;
+    sum->conflicting_syncs += master->conflicting_syncs;
+    sum->emergencies += master->emergencies;
+}
+
 void drives_counters_publish(drives_t* const drives, const uint32_t limited)
 {
     FSW_ASSERT(drives != NULL);
-    counts_t counts = {.master  = drives->network.master.counters,
-                       .cycles  = subsystem_cycle(drives->generic),
+    counts_t counts = {.cycles  = subsystem_cycle(drives->generic),
                        .limited = limited + drives_limited(drives),
-                       .channel = drives->network.channel};
-    canopen_network_bus_counters(&drives->network, &counts.bus);
+                       .channel = drives->buses[0].network.channel}; // All buses have the same.
+    for (uint8_t i = 0U; i < drives->bus_count; i++) {
+        add_master(&drives->buses[i].network.master.counters, &counts.master);
+        canopen_network_add_counters(&drives->buses[i].network, &counts.bus);
+    }
     subsystem_link_totals(drives->generic, &counts.links);
     subsystem_health(drives->generic, &counts.health);
     counts.refused   = counts.master.unknown + counts.master.malformed + counts.master.remote;

@@ -8,16 +8,23 @@
 #include <stddef.h>
 #include <string.h>
 
+#define OBJECT_MODE_OF_OPERATION 0x6060U
+
 static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const says)
 {
     *misfit = (subsystem_misfit_t){line, says};
     return false;
 }
 
-/// One end node, on CAN. `first` is that of the first device, or null: this is it.
+typedef struct { // Nodes of all configurations, each once, and their buses.
+    const descriptor_endnode_t* nodes[DRIVES_DEVICES_MAX];
+    uint8_t node_count;
+    uint8_t bus_count;
+} nodes_t;
+
+/// One end node, on CAN.
 static bool endnode_fits(const subsystem_descriptor_t* const descriptor,
-                         const descriptor_device_t* const device, const descriptor_endnode_t** const first,
-                         subsystem_misfit_t* const out_misfit)
+                         const descriptor_device_t* const device, subsystem_misfit_t* const out_misfit)
 {
     if (device->endnode_count == 0U) {
         return refuse(out_misfit, device->line, "<Device> has no <Endnode type=\"CAN\">");
@@ -31,13 +38,60 @@ static bool endnode_fits(const subsystem_descriptor_t* const descriptor,
         return refuse(out_misfit, descriptor->endnodes[device->first_endnode + 1U].line,
                       "a second <Endnode>: expected one, channel B is its redundantBus");
     }
-    *first = (*first == NULL) ? endnode : *first;
-    if ((strcmp((*first)->bus, endnode->bus) != 0) ||
-        (strcmp((*first)->redundant_bus, endnode->redundant_bus) != 0)) {
-        return refuse(out_misfit, endnode->line,
-                      "bus of <Endnode>: expected bus and redundantBus of the subsystem's first device");
-    }
     return true;
+}
+
+/// Add a node, unless it is listed.
+static bool node_fits(nodes_t* const nodes, const descriptor_endnode_t* const endnode,
+                      subsystem_misfit_t* const out_misfit)
+{
+    uint8_t on_bus = 0U;
+    for (uint8_t i = 0U; i < nodes->node_count; i++) {
+        const descriptor_endnode_t* const other = nodes->nodes[i];
+        const bool is_same_bus                  = strcmp(other->bus, endnode->bus) == 0;
+        on_bus                                  = (uint8_t)(on_bus + (is_same_bus ? 1U : 0U));
+        if ((strcmp(other->redundant_bus, endnode->bus) == 0) ||
+            (strcmp(other->bus, endnode->redundant_bus) == 0)) {
+            return refuse(out_misfit, endnode->line, "bus of <Endnode>: expected one that is no channel B");
+        }
+        if (is_same_bus && (strcmp(other->redundant_bus, endnode->redundant_bus) != 0)) {
+            return refuse(out_misfit, endnode->line,
+                          "redundantBus of <Endnode>: expected that of the first device on this bus");
+        }
+        if ((other->node == endnode->node) && !is_same_bus) {
+            return refuse(out_misfit, endnode->line,
+                          "node of <Endnode>: expected one that the subsystem has on no other bus");
+        }
+        if (other->node == endnode->node) {
+            return true;
+        }
+    }
+    nodes->bus_count = (uint8_t)(nodes->bus_count + ((on_bus == 0U) ? 1U : 0U));
+    if (nodes->bus_count > DRIVES_BUSES_MAX) {
+        return refuse(out_misfit, endnode->line, "too many buses of one subsystem, at most 4");
+    }
+    if (on_bus == NETWORK_DEVICES_MAX) {
+        return refuse(out_misfit, endnode->line, "too many nodes on one bus, at most 16");
+    }
+    if (nodes->node_count == DRIVES_DEVICES_MAX) {
+        return refuse(out_misfit, endnode->line, "too many nodes of one subsystem, at most 32");
+    }
+    nodes->nodes[nodes->node_count] = endnode;
+    nodes->node_count++;
+    return true;
+}
+
+int drives_mode(const subsystem_descriptor_t* const descriptor, const descriptor_device_t* const device)
+{
+    FSW_ASSERT((descriptor != NULL) && (device != NULL));
+    int mode = 0;
+    for (uint16_t i = 0U; i < device->setting_count; i++) {
+        const descriptor_setting_t* const setting = &descriptor->settings[device->first_setting + i];
+        if ((setting->index == OBJECT_MODE_OF_OPERATION) && (setting->subindex == 0U)) {
+            mode = (int)(int8_t)(uint8_t)setting->bits;
+        }
+    }
+    return mode;
 }
 
 static bool is_one_of(const int* const modes, const int mode)
@@ -50,46 +104,80 @@ static bool is_one_of(const int* const modes, const int mode)
     return false;
 }
 
-static bool configuration_fits(const subsystem_descriptor_t* const descriptor,
-                               const descriptor_configuration_t* const configuration,
-                               const drives_need_t* const need, subsystem_misfit_t* const out_misfit)
+static const char* says_of(const status_t status)
 {
-    const descriptor_device_t* const devices = &descriptor->devices[configuration->first_device];
-    if (configuration->device_count != need->count) {
-        return refuse(out_misfit, configuration->line, need->says_count);
+    if (status == STATUS_FORBIDDEN) {
+        return "<Setting>: expected the order of CiA 301: disable the PDO (bit 31 of its COB-ID), number of "
+               "entries 0, entries, their number";
     }
-    for (uint16_t i = 0U; i < configuration->device_count; i++) {
-        if (strcmp(devices[i].type, need->type) != 0) {
-            return refuse(out_misfit, devices[i].line, need->says_type);
-        }
-        if (devices[i].setting_count > NETWORK_SETTINGS_MAX) {
-            return refuse(out_misfit, devices[i].line, "too many <Setting> of one <Device>, at most 32");
-        }
-        const int mode = drives_mode(descriptor, &devices[i]);
-        if (!is_one_of(need->modes, mode) || (mode != drives_mode(descriptor, &devices[0]))) {
-            return refuse(out_misfit, devices[i].line, need->says_mode);
+    return (status == STATUS_NOT_FOUND) ? "<Setting>: expected a PDO of the class, and an object that its "
+                                          "data sheet allows there, with "
+                                          "its length"
+                                        : "<Setting>: expected at most 8 entries of 8 octets together in a "
+                                          "PDO, and 16 values of a device";
+}
+
+/// Settings of the mapping: each configuration disables a PDO itself before it changes it.
+static bool mapping_fits(const subsystem_descriptor_t* const descriptor,
+                         const descriptor_device_t* const device,
+                         const canopen_device_profile_t* const profile, subsystem_misfit_t* const out_misfit)
+{
+    canopen_device_profile_t own = *profile;
+    for (uint8_t i = 0U; i < PROFILE_PDOS_MAX; i++) {
+        own.transmit[i].is_valid = true;
+        own.receive[i].is_valid  = true;
+    }
+    for (uint16_t i = 0U; i < device->setting_count; i++) {
+        const descriptor_setting_t* const setting = &descriptor->settings[device->first_setting + i];
+        const status_t status =
+            canopen_device_profile_map(&own, setting->index, setting->subindex, (uint32_t)setting->bits);
+        if (status != STATUS_OK) {
+            return refuse(out_misfit, setting->line, says_of(status));
         }
     }
     return true;
 }
 
-/// Every node of every configuration is brought up, each once.
-static bool nodes_fit(const subsystem_descriptor_t* const descriptor, subsystem_misfit_t* const out_misfit)
+/// First setting of a device that changes a mapping; null: none.
+static const descriptor_setting_t* mapping_setting(const subsystem_descriptor_t* const descriptor,
+                                                   const descriptor_device_t* const device)
 {
-    const descriptor_endnode_t* first  = NULL;
-    uint8_t nodes[NETWORK_DEVICES_MAX] = {0U};
-    uint8_t count                      = 0U;
+    for (uint16_t i = 0U; i < device->setting_count; i++) {
+        const descriptor_setting_t* const setting = &descriptor->settings[device->first_setting + i];
+        if (canopen_device_profile_is_mapping(setting->index)) {
+            return setting;
+        }
+    }
+    return NULL;
+}
+
+bool drives_is_mapped(const subsystem_descriptor_t* const descriptor, const uint8_t node)
+{
+    FSW_ASSERT(descriptor != NULL);
+    bool is_mapped = false;
     for (uint16_t i = 0U; i < descriptor->device_count; i++) {
         const descriptor_device_t* const device = &descriptor->devices[i];
-        if (!endnode_fits(descriptor, device, &first, out_misfit)) {
-            return false;
-        }
-        const uint8_t node = descriptor->endnodes[device->first_endnode].node;
-        if (memchr(nodes, node, count) != NULL) {
+        is_mapped = is_mapped || ((drives_endnode(descriptor, device)->node == node) &&
+                                  (mapping_setting(descriptor, device) != NULL));
+    }
+    return is_mapped;
+}
+
+/// Each node of which a configuration changes the mapping, counted once.
+static bool mappings_fit(const subsystem_descriptor_t* const descriptor, subsystem_misfit_t* const out_misfit)
+{
+    uint8_t nodes[DRIVES_MAPPINGS_MAX];
+    uint8_t count = 0U;
+    for (uint16_t i = 0U; i < descriptor->device_count; i++) {
+        const descriptor_setting_t* const setting = mapping_setting(descriptor, &descriptor->devices[i]);
+        const uint8_t node                        = drives_endnode(descriptor, &descriptor->devices[i])->node;
+        if ((setting == NULL) || ((count > 0U) && (memchr(nodes, node, count) != NULL))) {
             continue;
         }
-        if (count == NETWORK_DEVICES_MAX) {
-            return refuse(out_misfit, device->line, "too many nodes of one subsystem, at most 4");
+        if (count == DRIVES_MAPPINGS_MAX) {
+            return refuse(out_misfit, setting->line,
+                          "<Setting> of a mapping: expected at most 8 devices with other mappings than their "
+                          "class");
         }
         nodes[count] = node;
         count++;
@@ -97,11 +185,60 @@ static bool nodes_fit(const subsystem_descriptor_t* const descriptor, subsystem_
     return true;
 }
 
+static bool configuration_fits(const subsystem_descriptor_t* const descriptor,
+                               const descriptor_configuration_t* const configuration,
+                               const drives_need_t* const need, subsystem_misfit_t* const out_misfit)
+{
+    const descriptor_device_t* const devices = &descriptor->devices[configuration->first_device];
+    const bool is_count = (need->count > 0U) ? (configuration->device_count == need->count)
+                                             : (configuration->device_count > 0U);
+    if (!is_count) {
+        return refuse(out_misfit, configuration->line, need->says_count);
+    }
+    for (uint16_t i = 0U; i < configuration->device_count; i++) {
+        const canopen_device_profile_t* const profile = canopen_device_profile_find(devices[i].type);
+        if (profile == NULL) {
+            return refuse(out_misfit, devices[i].line,
+                          "type of <Device>: expected a class of descriptors/devices: " DEVICE_CLASSES_NAMES);
+        }
+        const bool is_module = need->takes_modules && (profile->axis_count == 0U);
+        const bool is_drive  = (profile->profile == PROFILE_DRIVE) && (profile->axis_count == need->axes);
+        if (!is_module && !is_drive) {
+            return refuse(out_misfit, devices[i].line, need->says_type);
+        }
+        if (devices[i].setting_count > NETWORK_SETTINGS_MAX) {
+            return refuse(out_misfit, devices[i].line, "too many <Setting> of one <Device>, at most 32");
+        }
+        if (!mapping_fits(descriptor, &devices[i], profile, out_misfit)) {
+            return false;
+        }
+        const int mode     = drives_mode(descriptor, &devices[i]);
+        const bool is_same = need->takes_modules || (mode == drives_mode(descriptor, &devices[0]));
+        if (!is_module && (!is_one_of(need->modes, mode) || !is_same)) {
+            return refuse(out_misfit, devices[i].line, need->says_mode);
+        }
+    }
+    return true;
+}
+
+/// True if all nodes of all configurations, each counted once, can be brought up together.
+static bool nodes_fit(const subsystem_descriptor_t* const descriptor, subsystem_misfit_t* const out_misfit)
+{
+    nodes_t nodes = {.node_count = 0U};
+    bool fits     = true;
+    for (uint16_t i = 0U; fits && (i < descriptor->device_count); i++) {
+        const descriptor_device_t* const device = &descriptor->devices[i];
+        fits                                    = endnode_fits(descriptor, device, out_misfit) &&
+               node_fits(&nodes, &descriptor->endnodes[device->first_endnode], out_misfit);
+    }
+    return fits;
+}
+
 bool drives_fit(const subsystem_descriptor_t* const descriptor, const drives_need_t* const need,
                 subsystem_misfit_t* const out_misfit)
 {
     FSW_ASSERT((descriptor != NULL) && (need != NULL) && (out_misfit != NULL));
-    bool fits = nodes_fit(descriptor, out_misfit);
+    bool fits = nodes_fit(descriptor, out_misfit) && mappings_fit(descriptor, out_misfit);
     for (uint16_t i = 0U; fits && (i < descriptor->configuration_count); i++) {
         fits = configuration_fits(descriptor, &descriptor->configurations[i], need, out_misfit);
     }

@@ -52,7 +52,7 @@ static double power_of_two(const size_t bits)
 static bool round_to(const double real, const size_t octets, const bool has_sign, uint64_t* const out_bits)
 {
     const double range = power_of_two(octets * OCTET_BITS);
-    const double end   = has_sign ? (range * HALF) : range; // The first that is too large.
+    const double end   = has_sign ? (range * HALF) : range; // The smallest number that is too large.
     const double low   = has_sign ? -end : 0.0;
     const double moved = real + ((real < 0.0) ? -HALF : HALF);
     if (!((moved > (low - 1.0)) && (moved < end))) { // NaN fails both comparisons.

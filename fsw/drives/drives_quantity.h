@@ -15,11 +15,12 @@
 /// device, or none has quantities); STATUS_OUT_OF_RANGE (it has, but not this one).
 MUST_USE status_t drives_quantity_find(const drives_t* drives, uint16_t node, uint32_t id,
                                        const descriptor_quantity_t** out_quantity);
-/// Octets of the object, lowest first, for a value, highest first. False: the object cannot hold it.
+/// Convert a value, most significant octet first, to the octets of the object, least significant first.
+/// False: the object cannot represent the value.
 bool drives_quantity_to_object(const descriptor_quantity_t* quantity,
                                const uint8_t value[DRIVES_QUANTITY_OCTETS],
                                uint8_t out_octets[DRIVES_QUANTITY_OCTETS]);
-/// The value, highest first, of the object's octets, lowest first.
+/// Convert the octets of the object, least significant first, to a value, most significant octet first.
 void drives_quantity_of_object(const descriptor_quantity_t* quantity, const uint8_t* octets,
                                uint8_t out_value[DRIVES_QUANTITY_OCTETS]);
 

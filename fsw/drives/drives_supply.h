@@ -5,8 +5,8 @@
 /// A CPDU is a power unit, by its node id; its output lines are those of the descriptor. An on/off device
 /// address is unit << 8 | line, and means a pulse of DRIVES_SUPPLY_EXPONENT on it. A pulse is one frame of
 /// process data to the unit, 0x200 + its node id: line (u16, lowest octet first), exponent (u8). The unit
-/// makes the pulse and does not answer; the effect shows at the drive. If the bus is closed, it is opened for
-/// the frame, so that a drive can be switched on before its commissioning.
+/// makes the pulse and does not answer; only the drive shows the effect. If the bus is closed, it is opened
+/// for the frame, so that a drive can be switched on before its commissioning.
 #ifndef FSW_DRIVES_DRIVES_SUPPLY_H
 #define FSW_DRIVES_DRIVES_SUPPLY_H
 
@@ -14,14 +14,14 @@
 #include "pus/st02/st02_device_access.h"
 
 #define DRIVES_SUPPLY_EXPONENT 2U
-#define DRIVES_SUPPLY_LEAVE_NS 10000000ULL ///< For a frame to leave.
+#define DRIVES_SUPPLY_LEAVE_NS 10000000ULL ///< Time in which a frame is sent.
 
 /// True if the instruction is a switch or a pulse.
 bool drives_supply_is(const pus_device_action_t* action);
-/// Judge one of these. STATUS_OK, STATUS_NOT_FOUND (on/off address, or CPDU), STATUS_OUT_OF_RANGE (output
-/// line).
+/// Check such an instruction. STATUS_OK, STATUS_NOT_FOUND (on/off address, or CPDU), STATUS_OUT_OF_RANGE
+/// (output line).
 status_t drives_supply_check(const drives_t* drives, const pus_device_action_t* action);
-/// Send the pulse of one that was judged. STATUS_OK, STATUS_FULL, STATUS_CLOSED; statuses of drives_borrow.
+/// Send the pulse of a checked instruction. STATUS_OK, STATUS_FULL, STATUS_CLOSED; statuses of drives_borrow.
 status_t drives_supply_send(drives_t* drives, const pus_device_action_t* action);
 /// STATUS_BUSY for the time that sent frames need to leave, then STATUS_OK: the bus is released.
 status_t drives_supply_poll(drives_t* drives);

@@ -35,10 +35,10 @@
 typedef enum {
     PLAIN,
     KEY,       // Keys that collide.
-    LENGTH,    // The same, for the length of a table.
+    LENGTH,    // Keys that collide, in the search for the length of a table.
     ORDER,     // Two texts.
     EQUALITY,  // Two long texts.
-    STACK,     // As many values as there are.
+    STACK,     // All values on the stack.
     OPERANDS,  // Values joined to a text.
     CONVERSION // Texts that are numbers.
 } dependence_t;
@@ -148,7 +148,7 @@ void procedure_cost_hook(lua_State* const state, lua_Debug* const record)
     procedure_slot_t* const slot = procedure_slot_of(state);
     procedure_charge(slot, price_of(slot, instruction_of(record)));
     if (procedure_must_wait(state)) {
-        (void)lua_yield(state, 0); // The instruction is done, paid for, when there is a budget again.
+        (void)lua_yield(state, 0); // The instruction is paid; it is executed after the next grant.
     }
 }
 
@@ -174,14 +174,16 @@ void procedure_note_text(lua_State* const state, const int index)
 
 // Memory.
 
-/// A table with other keys than numbers in sequence has a list of a power of two of them.
+/// Number of keys in a list of this size; 0 if the size is not that of such a list. A table keeps keys that
+/// are not consecutive numbers in a list whose length is a power of two.
 static uint32_t nodes_in(const size_t size)
 {
     const size_t nodes = size / NODE_OCTETS;
     return (((size % NODE_OCTETS) == 0U) && ((nodes & (nodes - 1U)) == 0U)) ? (uint32_t)nodes : 0U;
 }
 
-/// A table's list, a stack, a function's list: filled again; keys that collide are searched for one by one.
+/// Charge a list of a table or a function, or a stack, that is filled again; keys that collide are searched
+/// for one by one.
 static void charge_list(procedure_slot_t* const slot, const size_t size, const uint32_t nodes)
 {
     const uint64_t price = (size / OCTETS_TAKEN) + (((uint64_t)nodes * nodes) / PAIRS_SEARCHED) + OBJECT;
@@ -217,7 +219,7 @@ static void charge_function(procedure_slot_t* const slot, const size_t size)
     procedure_charge(slot, OBJECT + ((variables * variables) / PAIRS_SEARCHED));
 }
 
-/// A list of values or a stack of a procedure that runs.
+/// True if a running procedure may allocate this list of values or stack.
 static bool may_take_list(procedure_slot_t* const slot, const void* const block, const size_t before,
                           const size_t after)
 {

@@ -27,7 +27,7 @@
     32752U ///< Largest list or stack of a running procedure; 1024 values as it grows [octets].
 #define PROCEDURE_NODES_MAX 256U ///< Most keys in a table that are not numbers in sequence.
 
-/// The count hook; every 1 instruction.
+/// The count hook of the interpreter, called before every instruction.
 void procedure_cost_hook(lua_State* state, lua_Debug* record);
 /// Charge a call of a function of the library. It fails if it costs more than PROCEDURE_ACT_MAX, and waits
 /// for the next budget if this one does not cover it. Returns what `body` returns.
@@ -40,8 +40,8 @@ void procedure_charge(procedure_slot_t* slot, uint64_t price);
 uint32_t procedure_price_of_key(const procedure_slot_t* slot);
 /// Note that a text with NULs in it may exist: comparing such texts is expensive.
 void procedure_note_text(lua_State* state, int index);
-/// True if the interpreter may have this memory; notes and charges it. The kind of object is in `before` for
-/// a new block.
+/// True if the interpreter may allocate or resize this block, which is then noted and charged. For a new
+/// block `before` is the kind of object.
 bool procedure_may_take(procedure_slot_t* slot, const void* block, size_t before, size_t after);
 /// Charge the full garbage collection that follows a refused allocation.
 void procedure_charge_collection(procedure_slot_t* slot);

@@ -62,7 +62,7 @@ static void follow_stack(procedure_slot_t* const slot, const void* const block, 
     }
 }
 
-/// The interpreter's only way to memory.
+/// Allocator of the interpreter, which has no other memory.
 static void* allocate(void* const context, void* const block, const size_t before, const size_t after)
 {
     procedure_slot_t* const slot = context;
@@ -104,7 +104,7 @@ static int prepare(lua_State* const state)
     slot->is_making_thread  = true;
     lua_State* const thread = lua_newthread(state);
     slot->is_making_thread  = false;
-    lua_setfield(state, LUA_REGISTRYINDEX, "procedure"); // Else it would be collected.
+    lua_setfield(state, LUA_REGISTRYINDEX, "procedure"); // Without this reference it would be collected.
     if (luaL_loadbufferx(state, (const char*)beginning->code, beginning->size, name, "t") != LUA_OK) {
         return lua_error(state);
     }
@@ -129,7 +129,7 @@ static uint32_t line_of(const char* const text)
     return (*digit == ':') ? line : 0U;
 }
 
-/// The procedure is over, by the error on top of the stack of `state`.
+/// End the procedure with the error on top of the stack of `state`.
 static void fail(procedure_slot_t* const slot, lua_State* const state)
 {
     const bool is_text = lua_type(state, -1) == LUA_TSTRING;
@@ -235,7 +235,7 @@ static void run(void* const context, const uint16_t index, const pus_answer_t* c
     } else if (status != LUA_YIELD) {
         fail(slot, thread);
     } else {
-        // It has called, or its budget is used up.
+        // It has made a call, or its budget is used up.
     }
     *out_call = slot->call;
 }

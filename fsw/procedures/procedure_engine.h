@@ -21,8 +21,8 @@
 
 typedef struct { // Private.
     bool is_running;
-    void* state;  // The interpreter's main thread,
-    void* thread; // and the procedure's.
+    void* state;  // Main thread of the interpreter.
+    void* thread; // Thread of the procedure.
     procedure_heap_t heap;
     uint64_t* memory;
     size_t memory_size;
@@ -37,8 +37,8 @@ typedef struct { // Private.
     uint32_t largest;    // List [octets].
     uint32_t stack_size; // [octets]
     const void* stack;
-    const void* list; // Taken last,
-    size_t list_size; // and its size.
+    const void* list; // Block allocated last.
+    size_t list_size; // Its size [octets].
     uint32_t code_size;
     bool is_making_thread;
     bool has_nul;     // A text may have a NUL in it.
@@ -54,9 +54,9 @@ typedef struct {
     uint16_t count;
 } procedure_engine_t;
 
-/// Each slot gets `memory_size` octets of `memory`, which has count * memory_size, and of `map`, which has
-/// PROCEDURE_BLOCKS of that. memory_size: a multiple of PROCEDURE_BLOCK up to 1 MiB; what the interpreter
-/// itself needs of it is about 48 KiB.
+/// `memory` has count * memory_size octets, `map` has PROCEDURE_BLOCKS of that number; each slot gets an
+/// equal part of both. memory_size: a multiple of PROCEDURE_BLOCK up to 1 MiB, of which the interpreter
+/// itself needs about 48 KiB.
 void procedure_engine_init(procedure_engine_t* engine, procedure_slot_t* slots, uint16_t count,
                            uint64_t* memory, size_t memory_size, uint8_t* map);
 pus_procedure_port_t procedure_engine_port(procedure_engine_t* engine);

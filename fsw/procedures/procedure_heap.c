@@ -76,7 +76,7 @@ void procedure_heap_init(procedure_heap_t* const heap, uint64_t* const memory, c
     }
 }
 
-/// PROCEDURE_ORDERS if it is more than the largest.
+/// Order of the smallest block that has room for `size` octets; PROCEDURE_ORDERS if none has.
 static uint8_t order_of(const size_t size)
 {
     uint8_t order = 0U;

@@ -23,12 +23,13 @@ typedef struct {      // Private, except `peak` and `refused`.
     uint32_t free[PROCEDURE_ORDERS]; // First free block of each order, + 1; 0 none.
     size_t used;                     // [octets]
     size_t peak;                     ///< Most octets in use at a time.
-    uint32_t refused;                ///< Blocks there was no room for.
+    uint32_t refused;                ///< Allocations refused for lack of room.
 } procedure_heap_t;
 
-/// All is free. size: a multiple of PROCEDURE_BLOCK, up to 1 MiB; `map` has PROCEDURE_BLOCKS(size) octets.
+/// Begin with all memory free. size: a multiple of PROCEDURE_BLOCK, up to 1 MiB; `map` has
+/// PROCEDURE_BLOCKS(size) octets.
 void procedure_heap_init(procedure_heap_t* heap, uint64_t* memory, size_t size, uint8_t* map);
-/// A block of at least `size` octets (>= 1), aligned to 8; null if there is no room.
+/// Take a block of at least `size` octets (>= 1), aligned to 8; null if there is no room.
 void* procedure_heap_take(procedure_heap_t* heap, size_t size);
 /// Give back a block that was taken with this size.
 void procedure_heap_give(procedure_heap_t* heap, void* block, size_t size);

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #define OCTETS_READ 20U   // Octets of a text that are read for one unit.
-#define CODE_SEARCHED 16U // Octets of code that an error's text may need looking at, for a unit.
+#define CODE_SEARCHED 16U // Octets of code that are searched for an error's text, for one unit.
 // Conversions of `format`.
 #define ANY_CONVERSION 20U
 #define FLOAT_CONVERSION 80U
@@ -22,11 +22,11 @@
 typedef enum {
     NOTHING,
     KEY,     // A key is found in a table.
-    LENGTH,  // The end of one.
+    LENGTH,  // The end of a table is searched for.
     ERROR,   // An error may be caught, whose text was made from the code.
     TEXT,    // Makes a text that may have a NUL.
-    RANGE,   // Gives an octet for each place from the second argument to the third.
-    TEMPLATE // Is `format`.
+    RANGE,   // Returns an octet for each position from the second argument to the third.
+    TEMPLATE // The function is `format`.
 } extra_t;
 
 typedef struct {
@@ -65,7 +65,7 @@ static uint64_t octets_at(lua_State* const state, const int index)
     return (lua_type(state, index) == LUA_TSTRING) ? (uint64_t)lua_rawlen(state, index) : 0U;
 }
 
-/// Price of a format's conversions. An address may not be shown.
+/// Price of a format's conversions. A conversion that prints an address is an error.
 static uint64_t price_of_template(lua_State* const state)
 {
     const int count    = lua_gettop(state);

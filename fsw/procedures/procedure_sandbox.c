@@ -30,8 +30,8 @@ void procedure_slot_bind(lua_State* const state, procedure_slot_t* const slot)
     (void)memcpy(lua_getextraspace(state), &address, sizeof(void*)); // Threads inherit it.
 }
 
-// Functions of the language in a form that neither calls back into the procedure, nor runs on without its
-// instructions, nor shows addresses.
+// Functions of the language in a form that does not call back into the procedure, does not run long without
+// being charged, and does not return addresses.
 
 static int make_text(lua_State* const state, const int status, const lua_KContext context)
 {
@@ -287,7 +287,7 @@ static bool is_text_before(lua_State* const state, const int one, const int othe
     return (order < 0) || ((order == 0) && (one_size < other_size));
 }
 
-/// Whether key `one` of the list at index 2 comes before key `other`.
+/// True if key `one` of the list at index 2 comes before key `other`.
 static bool is_before(lua_State* const state, const lua_Integer one, const lua_Integer other)
 {
     (void)lua_rawgeti(state, 2, one);
@@ -323,9 +323,9 @@ static void charge_keys(lua_State* const state, const uint32_t keys)
     procedure_charge(slot, (uint64_t)keys * each);
 }
 
-/// Let a key sink to its place in the heap. It is charged for the whole way, whatever the order of the keys
-/// is: that of text keys in a table depends on the interpreter's hash seed.
-static void sink(lua_State* const state, lua_Integer place, const lua_Integer count)
+/// Sift a key down to its place in the heap. The charge is that of the whole depth, whatever the order of the
+/// keys is, because the order of text keys in a table depends on the interpreter's hash seed.
+static void sift_down(lua_State* const state, lua_Integer place, const lua_Integer count)
 {
     for (lua_Integer level = 2 * place; level <= count; level *= 2) {
         charge_keys(state, 2U);
@@ -354,14 +354,14 @@ static int next_pair(lua_State* const state)
             return 1;
         }
         lua_pushvalue(state, 1);
-    } while (lua_rawget(state, lua_upvalueindex(2)) == LUA_TNIL); // It was taken out meanwhile.
+    } while (lua_rawget(state, lua_upvalueindex(2)) == LUA_TNIL); // The key was removed meanwhile.
     lua_pushinteger(state, place);
     lua_replace(state, lua_upvalueindex(3));
     return 2;
 }
 
-/// Sort the keys in the list at index 2, from step `next` on: first a heap of them, then its largest, one by
-/// one. Then the iterator.
+/// Heap sort of the keys in the list at index 2, from step `next` on: build the heap, then take its largest
+/// key repeatedly. Returns the iterator.
 static int sort_on(lua_State* const state, const int status, const lua_KContext next)
 {
     (void)status;
@@ -372,11 +372,11 @@ static int sort_on(lua_State* const state, const int status, const lua_KContext 
             return lua_yieldk(state, 0, (lua_KContext)step, sort_on);
         }
         if (step < heap) {
-            sink(state, heap - step, count);
+            sift_down(state, heap - step, count);
         } else {
             const lua_Integer left = count - (step - heap);
             exchange(state, 1, left);
-            sink(state, 1, left - 1);
+            sift_down(state, 1, left - 1);
         }
     }
     lua_pushvalue(state, 1);
@@ -385,8 +385,8 @@ static int sort_on(lua_State* const state, const int status, const lua_KContext 
     return 1;
 }
 
-/// Copy the keys of the table at index 1 into the list at index 2, from the one behind that on top of the
-/// stack on. `are_sorted`: so far, and numbers, whose order in a table is always the same.
+/// Copy the keys of the table at index 1 into the list at index 2, beginning after the key on top of the
+/// stack. `are_sorted`: all keys so far are sorted numbers, whose order in a table is always the same.
 static int collect(lua_State* const state, const int status, lua_KContext are_sorted)
 {
     (void)status;
@@ -423,7 +423,7 @@ static int pairs(lua_State* const state)
 
 // The sandbox.
 
-/// Texts have methods but no arithmetic, which would call back.
+/// Texts have methods but no arithmetic, which would call back into the procedure.
 static void protect_strings(lua_State* const state)
 {
     lua_pushliteral(state, "");

@@ -20,9 +20,11 @@ typedef enum {
     PROCEDURE_STRINGS,
     PROCEDURE_MATH
 } procedure_library_t;
-/// Copy them from the table on top of the stack into the one below it, and pop it.
+/// Copy the functions of a library from the table on top of the stack into the table below it, and pop the
+/// upper one.
 void procedure_library_copy(lua_State* state, procedure_library_t library);
-/// Lines of the library's part in Lua, ended by null; it is run with the globals as its argument.
+/// Lines of the part of the library that is written in Lua, ended by null; run it with the table of globals
+/// as argument.
 const char* const* procedure_prelude(void);
 /// Push the values of `octets` (PUS_ANSWER_VALUES). May raise an error.
 void procedure_push_values(lua_State* state, const uint8_t* octets, size_t size);

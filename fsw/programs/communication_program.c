@@ -7,14 +7,14 @@
 #include "osal/include/osal/console.h"
 
 #define OWED_PATIENCE_MS 100U
-#define OWED_TRIES 50U ///< Five seconds of wall-clock time for octets that were announced.
+#define ANNOUNCED_TRIES 50U ///< Five seconds of wall-clock time for octets that were announced.
 
 typedef struct {
     subsystem_host_t host;
     communication_t communication;
     communication_services_t services;
     ground_key_t key;
-    bool has_key; // Open attempted, perhaps without success.
+    bool has_key; // Opening was attempted, possibly without success.
 } communication_program_t;
 
 static communication_program_t storage;
@@ -44,13 +44,13 @@ static void served(void* const context, const uint16_t port)
                                runtime->clock.participant);
 }
 
-static void cut(void* const context, const uint16_t port)
+static void cut_stream(void* const context, const uint16_t port)
 {
     const component_runtime_t* const runtime = (const component_runtime_t*)context;
     osal_lockstep_cut_stream(runtime->clock.scheduler, run_operator(runtime->run), port);
 }
 
-static void intruded(void* const context)
+static void note_intrusion(void* const context)
 {
     const component_runtime_t* const runtime = (const component_runtime_t*)context;
     __atomic_store_n(&runtime->run->is_intruded, 1U, __ATOMIC_RELAXED);
@@ -72,7 +72,7 @@ static void await(communication_program_t* const self)
 static void take_in(communication_program_t* const self, const uint32_t octets_due)
 {
     bool is_missing = communication_take_in(&self->communication, octets_due);
-    for (unsigned attempt = 0U; is_missing && (attempt < OWED_TRIES); attempt++) {
+    for (unsigned attempt = 0U; is_missing && (attempt < ANNOUNCED_TRIES); attempt++) {
         await(self);
         is_missing = communication_take_in(&self->communication, 0U);
     }
@@ -124,7 +124,7 @@ static void close_it(void* const context)
 
 bool communication_open(component_runtime_t* const runtime, component_instance_t* const out_instance)
 {
-    const communication_hooks_t hooks = {runtime, sent, participant_port, served, cut, intruded};
+    const communication_hooks_t hooks = {runtime, sent, participant_port, served, cut_stream, note_intrusion};
     if (!subsystem_host_load(&storage.host, runtime, COMMUNICATION_INTERFACE_HASH,
                              communication_callbacks())) {
         return false;

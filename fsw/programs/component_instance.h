@@ -20,7 +20,7 @@ typedef struct {
     /// Release the system resources that the component has opened, without any message, as at the end of its
     /// process.
     void (*close)(void* self);
-    subsystem_t* component; ///< Whose loops of services may have tasks of their own, or null.
+    subsystem_t* component; ///< Component whose loops of services may have their own tasks, or null.
     void* storage;          ///< All its data; all zeros before it is opened.
     size_t size;
 } component_instance_t;

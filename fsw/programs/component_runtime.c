@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/programs/component_runtime.h"
 
+#include "fsw/programs/flow_address.h"
 #include "base/assertion.h"
 #include "base/text.h"
 #include "osal/include/osal/console.h"
@@ -10,9 +11,9 @@
 #define NS_PER_US 1000U
 #define PUMP_PATIENCE_MS 100U
 #define PUMP_TRIES 50U      ///< Five seconds of wall-clock time for datagrams that the kernel still has.
-#define CUT_PATIENCE_MS 10U ///< The same, where something was lost already: the way may be cut.
+#define CUT_PATIENCE_MS 10U ///< Patience after a loss: the connection may be cut.
 #define CUT_TRIES 1U
-#define CUT_HOPE 16U     ///< After this many intakes without success only one in this many waits.
+#define CUT_INTERVAL 16U ///< After this many intakes without success only one in this many waits.
 #define SWEEP_MAX 4096U  ///< Datagrams of one socket at a time: a flood must not block the reader.
 #define HINTS_EVERY 128U ///< Intakes between two readings of the topology service.
 
@@ -28,34 +29,21 @@ static uint16_t bus_of(const mission_descriptor_t* const mission, const char* co
     return index;
 }
 
-/// Names of the run are made unique by its identity; hosts and devices are those of the descriptor.
 static status_t resolve_flow(void* const context, const flow_endnode_kind_t kind, const char* const name,
                              flow_endnode_address_t* const out_address)
 {
     const component_runtime_t* const runtime = (const component_runtime_t*)context;
-    text_t text                              = text_in(out_address->address, sizeof out_address->address);
-    if (kind == ENDNODE_CAN) {
-        const uint16_t bus = bus_of(runtime->mission, name);
-        if (bus == runtime->mission->bus_count) {
-            return STATUS_NOT_FOUND;
-        }
-        text_add(&text, runtime->run->buses[bus].flight);
-        out_address->is_fd = (runtime->mission->buses[bus].data_bit_rate > 0U);
-        return STATUS_OK;
+    if (kind != ENDNODE_CAN) {
+        return flow_address(runtime->run, kind, name, out_address);
     }
-    if ((kind == ENDNODE_SHM) || (kind == ENDNODE_MQUEUE)) {
-        text_add(&text, "/");
-        text_add(&text, runtime->run->identity);
-        text_add(&text, ".flow.");
-    }
-    text_add(&text, name);
-    if (text.cut) {
+    const uint16_t bus = bus_of(runtime->mission, name);
+    if (bus == runtime->mission->bus_count) {
         return STATUS_NOT_FOUND;
     }
-    const bool is_of_run = (kind == ENDNODE_SHM) || (kind == ENDNODE_MQUEUE);
-    return (is_of_run && (run_state_note_flow(runtime->run, out_address->address) != STATUS_OK))
-               ? STATUS_NOT_FOUND
-               : STATUS_OK;
+    text_t text = text_in(out_address->address, sizeof out_address->address);
+    text_add(&text, runtime->run->buses[bus].flight);
+    out_address->is_fd = (runtime->mission->buses[bus].data_bit_rate > 0U);
+    return STATUS_OK;
 }
 
 static bool link_name(void* const context, const uint16_t link, char* const out_name, const size_t capacity)
@@ -64,15 +52,20 @@ static bool link_name(void* const context, const uint16_t link, char* const out_
     return run_name(runtime->run, "link", link, out_name, capacity);
 }
 
-static uint8_t node_of(const component_runtime_t* const runtime, const uint16_t apid)
+static uint8_t computer_of(const component_runtime_t* const runtime, const uint16_t apid)
 {
     unsigned component = 0U;
-    return run_state_find(runtime->run, apid, &component) ? runtime->run->components[component].node : 0U;
+    return run_state_find(runtime->run, apid, &component) ? runtime->run->components[component].computer : 0U;
 }
 
-static uint32_t node_ipv4(const component_runtime_t* const runtime, const uint16_t apid)
+static uint32_t computer_ipv4(const component_runtime_t* const runtime, const uint16_t apid)
 {
-    return runtime->run->node_ipv4[node_of(runtime, apid)];
+    return runtime->run->computer_ipv4[computer_of(runtime, apid)];
+}
+
+static bool has_relay(const component_runtime_t* const runtime)
+{
+    return runtime->run->relay.delay_us > 0U;
 }
 
 /// APID of the consumer of a link, 0 if there is no such link.
@@ -93,10 +86,31 @@ static bool link_route(void* const context, const uint16_t link, osal_socket_t**
     if ((link == 0U) || (link > RUN_LINKS_MAX) || (runtime->run->link_ports[link - 1U] == 0U)) {
         return false;
     }
-    *out_socket = &runtime->link_sender;
-    *out_consumer =
-        (osal_address_t){node_ipv4(runtime, consumer_of(runtime, link)), runtime->run->link_ports[link - 1U]};
+    const uint16_t* const ports = has_relay(runtime) ? runtime->run->relay.ports : runtime->run->link_ports;
+    *out_socket                 = &runtime->link_sender;
+    *out_consumer = (osal_address_t){computer_ipv4(runtime, consumer_of(runtime, link)), ports[link - 1U]};
     return true;
+}
+
+/// A link keeps its buffer when its consumer is started again in the same program.
+static status_t link_play_out(void* const context, const uint16_t link, rtlink_play_out_t** const out_buffer)
+{
+    const component_runtime_t* const runtime = (const component_runtime_t*)context;
+    component_play_outs_t* const play_outs   = runtime->play_outs;
+    *out_buffer                              = NULL;
+    if (!has_relay(runtime)) {
+        return STATUS_OK;
+    }
+    for (size_t i = 0U; i < COMPONENT_PLAY_OUTS_MAX; i++) {
+        if ((play_outs->links[i] == link) || (play_outs->links[i] == 0U)) {
+            play_outs->links[i]      = link;
+            *out_buffer              = &play_outs->buffers[i];
+            (*out_buffer)->delay_us  = runtime->run->relay.delay_us;
+            (*out_buffer)->budget_us = runtime->run->relay.jitter_us;
+            return STATUS_OK;
+        }
+    }
+    return STATUS_EXHAUSTED;
 }
 
 static bool link_name_route(void* const context, const uint16_t link, osal_socket_t** const out_socket,
@@ -115,27 +129,27 @@ static bool link_name_route(void* const context, const uint16_t link, osal_socke
 static bool is_link_of(const component_runtime_t* const runtime, const mission_link_t* const link,
                        const uint16_t port, const uint16_t number)
 {
-    const bool is_ours = ((link->producer_apid == runtime->apid) && (link->producer_port == port)) ||
-                         ((link->consumer_apid == runtime->apid) && (link->consumer_port == port));
-    return is_ours && ((number == 0U) || (number == link->number));
+    const bool is_of_port = ((link->producer_apid == runtime->apid) && (link->producer_port == port)) ||
+                            ((link->consumer_apid == runtime->apid) && (link->consumer_port == port));
+    return is_of_port && ((number == 0U) || (number == link->number));
 }
 
-/// Shared memory reaches only partners on the same node.
+/// Shared memory reaches only partners on the same on-board computer.
 static uint8_t methods_of_port(void* const context, const uint16_t port, const uint16_t number)
 {
     const component_runtime_t* const runtime = (const component_runtime_t*)context;
     const uint8_t shared_memory              = (uint8_t)(1U << (unsigned)RTLINK_METHOD_SHARED_MEMORY);
     bool has_partner                         = false;
-    bool is_any_here                         = false;
+    bool is_any_on_node                      = false;
     for (uint16_t i = 0U; i < runtime->mission->link_count; i++) {
         const mission_link_t* const link = &runtime->mission->links[i];
         if (is_link_of(runtime, link, port, number)) {
-            has_partner = true;
-            is_any_here = is_any_here ||
-                          (node_of(runtime, link->producer_apid) == node_of(runtime, link->consumer_apid));
+            has_partner    = true;
+            is_any_on_node = is_any_on_node || (computer_of(runtime, link->producer_apid) ==
+                                                computer_of(runtime, link->consumer_apid));
         }
     }
-    const bool is_reached = is_any_here || !has_partner;
+    const bool is_reached = is_any_on_node || !has_partner;
     return is_reached ? runtime->run->link_methods
                       : (uint8_t)(runtime->run->link_methods & (uint8_t)~shared_memory);
 }
@@ -178,7 +192,8 @@ void component_runtime_watch_supervisor(const component_runtime_t* const runtime
     }
 }
 
-/// Messages to the supervisor are for any of its lives: its channels outlive its process.
+/// Life to which messages are sent: for the supervisor any of its lives, because its channels outlive its
+/// process.
 uint32_t component_runtime_life_of(const component_runtime_t* const runtime, const unsigned component)
 {
     return (runtime->run->components[component].apid == SUPERVISOR_APID) ? OSAL_LOCKSTEP_ANY_LIFE
@@ -196,14 +211,20 @@ void component_runtime_delivered(void* const context, const uint16_t to)
     }
 }
 
-/// A consumer that was started again does not take frames of links of its earlier life.
+/// Announce a frame of a link to the scheduler, unless it is of an earlier life of the consumer, which does
+/// not take it.
 static void link_delivered(void* const context, const uint16_t link, const uint32_t epoch)
 {
     component_runtime_t* const runtime = (component_runtime_t*)context;
     const uint16_t apid                = consumer_of(runtime, link);
     unsigned component                 = 0U;
-    if (run_state_find(runtime->run, apid, &component) && (epoch > runtime->peers[component].link_floor)) {
+    if (has_relay(runtime)) {
+        osal_clock_deliver(&runtime->clock, run_relay(runtime->run), OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
+    } else if (run_state_find(runtime->run, apid, &component) &&
+               (epoch > runtime->peers[component].link_floor)) {
         component_runtime_delivered(runtime, apid);
+    } else {
+        // The consumer runs in a later life.
     }
 }
 
@@ -213,10 +234,10 @@ static bool has_ended(const run_component_t* const one, const uint32_t life)
            (__atomic_load_n(&one->process, __ATOMIC_ACQUIRE) != (uint32_t)RUN_PROCESS_RUNNING);
 }
 
-/// The lives of all components, from the run. They change only in grants of the supervisor, so they are
-/// constant during another component's grant. Where time is real, a process may end at any instant: this is
-/// read before the sockets, so that the last messages of a life are received before its end.
-static void learn_lives(component_runtime_t* const runtime)
+/// Read the lives of all components from the run state. They change only in grants of the supervisor, so they
+/// are constant during another component's grant. Where time is real, a process may end at any instant: this
+/// is read before the sockets, so that the last messages of a life are received before its end.
+static void read_lives(component_runtime_t* const runtime)
 {
     for (unsigned i = 0U; i < runtime->run->component_count; i++) {
         const run_component_t* const one = &runtime->run->components[i];
@@ -230,7 +251,7 @@ static void learn_lives(component_runtime_t* const runtime)
     }
 }
 
-/// Packets of this component to the supervisor.
+/// Send a packet of this component to the supervisor.
 static status_t send_up(void* const context, const uint8_t* const packet, const size_t size)
 {
     component_runtime_t* const runtime = (component_runtime_t*)context;
@@ -270,9 +291,10 @@ static status_t open_link_sockets(component_runtime_t* const runtime)
 {
     const run_state_t* const run = runtime->run;
     const bool is_tipc = ((run->link_methods & (uint8_t)(1U << (unsigned)RTLINK_METHOD_TIPC)) != 0U);
-    status_t status = is_tipc ? osal_tipc_open(&runtime->link_sender, OSAL_TIPC_SAMPLE, NULL, OSAL_TIPC_NODE)
-                              : osal_udp_open(&runtime->link_sender,
-                                              (osal_address_t){node_ipv4(runtime, runtime->apid), 0U}, 0U);
+    status_t status    = is_tipc
+                             ? osal_tipc_open(&runtime->link_sender, OSAL_TIPC_SAMPLE, NULL, OSAL_TIPC_NODE)
+                             : osal_udp_open(&runtime->link_sender,
+                                             (osal_address_t){computer_ipv4(runtime, runtime->apid), 0U}, 0U);
     for (uint16_t i = 0U; (i < runtime->mission->link_count) && (status == STATUS_OK); i++) {
         const mission_link_t* const link = &runtime->mission->links[i];
         const unsigned slot              = (unsigned)link->number - 1U;
@@ -296,7 +318,7 @@ static status_t add_peers(component_runtime_t* const runtime)
         const run_component_t* const peer = &runtime->run->components[i];
         const bool is_needed = (runtime->apid == SUPERVISOR_APID) || (peer->apid == SUPERVISOR_APID);
         if ((i == runtime->component) || !is_needed) {
-            continue; // Subsystems talk to the supervisor only.
+            continue; // Subsystems communicate with the supervisor only.
         }
         status = message_add_peer(&runtime->endpoint, peer->apid);
         if ((status != STATUS_OK) || !osal_socket_is_open(&runtime->message_socket)) {
@@ -305,7 +327,7 @@ static status_t add_peers(component_runtime_t* const runtime)
         if (is_by_tipc(runtime)) {
             status = message_tipc_carrier_add_peer(&runtime->tipc, peer->apid, peer->message_identity);
         } else {
-            const osal_address_t address = {node_ipv4(runtime, peer->apid), peer->message_port};
+            const osal_address_t address = {computer_ipv4(runtime, peer->apid), peer->message_port};
             status                       = message_udp_carrier_add_peer(&runtime->udp, peer->apid, address);
         }
     }
@@ -358,7 +380,7 @@ status_t component_runtime_open_inbox(component_runtime_t* const runtime, messag
         return fail(runtime, "cannot open its message socket", status);
     }
     status = add_peers(runtime);
-    learn_lives(runtime);
+    read_lives(runtime);
     return (status == STATUS_OK) ? STATUS_OK : fail(runtime, "too many components", status);
 }
 
@@ -382,6 +404,7 @@ status_t component_runtime_take(component_runtime_t* const runtime,
     runtime->mission    = surroundings->mission;
     runtime->own        = own;
     runtime->reader     = surroundings->reader;
+    runtime->play_outs  = surroundings->play_outs;
     runtime->hub        = surroundings->hub;
     runtime->component  = index;
     runtime->apid       = run->components[index].apid;
@@ -396,6 +419,7 @@ status_t component_runtime_take(component_runtime_t* const runtime,
                                                              .udp_route  = link_route,
                                                              .tipc_route = link_name_route,
                                                              .methods    = methods_of_port,
+                                                             .play_out   = link_play_out,
                                                              .delivered  = link_delivered};
     runtime->uplink                    = (pus_port_t){runtime, send_up};
     if (surroundings->scheduler != NULL) {
@@ -444,7 +468,7 @@ static status_t receive_sample(const component_runtime_t* const runtime, osal_so
                    : osal_udp_receive(socket, &from, frame, LINK_FRAME_MAX, out_size);
 }
 
-/// Datagrams of the message socket. Returns those that were meant for this life.
+/// Receive the datagrams of the message socket. Returns the number of those that were sent to this life.
 static uint32_t sweep_messages(component_runtime_t* const runtime)
 {
     uint32_t taken = 0U;
@@ -460,7 +484,7 @@ static uint32_t sweep_messages(component_runtime_t* const runtime)
     return taken;
 }
 
-/// The same of a link that it consumes.
+/// Receive the datagrams of a link that the component consumes. Returns as sweep_messages.
 static uint32_t sweep_link(component_runtime_t* const runtime, osal_socket_t* const socket,
                            void (*const link_datagram)(void* context, const uint8_t*, size_t),
                            void* const context)
@@ -505,13 +529,15 @@ static void wait_for_more(component_runtime_t* const runtime, const uint32_t pat
     }
 }
 
-/// Number of waits for announced datagrams: none at most intakes if none arrived for long.
+/// Number of waits for announced datagrams: 0 at most intakes if no datagram has arrived for a long time.
 static unsigned tries_of(const component_runtime_t* const runtime)
 {
-    if (runtime->owed == 0U) {
+    if (runtime->outstanding == 0U) {
         return PUMP_TRIES;
     }
-    return ((runtime->vain < CUT_HOPE) || ((runtime->vain % CUT_HOPE) == 0U)) ? CUT_TRIES : 0U;
+    return ((runtime->short_intakes < CUT_INTERVAL) || ((runtime->short_intakes % CUT_INTERVAL) == 0U))
+               ? CUT_TRIES
+               : 0U;
 }
 
 /// Take in announced datagrams, and late ones of earlier announcements. If the connection is cut, simulated
@@ -519,7 +545,7 @@ static unsigned tries_of(const component_runtime_t* const runtime)
 static void take_due(component_runtime_t* const runtime, const uint32_t due,
                      void (*const link_datagram)(void* context, const uint8_t*, size_t), void* const context)
 {
-    const bool is_cut          = (runtime->owed > 0U);
+    const bool is_cut          = (runtime->outstanding > 0U);
     const unsigned tries       = tries_of(runtime);
     const uint32_t patience_ms = is_cut ? CUT_PATIENCE_MS : PUMP_PATIENCE_MS;
     uint32_t taken             = sweep(runtime, link_datagram, context);
@@ -528,10 +554,11 @@ static void take_due(component_runtime_t* const runtime, const uint32_t due,
         taken += sweep(runtime, link_datagram, context);
     }
     if (due > 0U) {
-        runtime->vain = (taken < due) ? (runtime->vain + 1U) : 0U;
+        runtime->short_intakes = (taken < due) ? (runtime->short_intakes + 1U) : 0U;
     }
-    const uint32_t awaited = (due < (UINT32_MAX - runtime->owed)) ? (runtime->owed + due) : UINT32_MAX;
-    runtime->owed          = (taken < awaited) ? (awaited - taken) : 0U;
+    const uint32_t awaited =
+        (due < (UINT32_MAX - runtime->outstanding)) ? (runtime->outstanding + due) : UINT32_MAX;
+    runtime->outstanding = (taken < awaited) ? (awaited - taken) : 0U;
     if (!is_cut && (taken < due)) {
         __atomic_store_n(&runtime->run->is_lossy, 1U, __ATOMIC_RELAXED);
         osal_console_complain("a datagram that was announced has not arrived; the run is not reproducible");
@@ -543,7 +570,7 @@ void component_runtime_pump(component_runtime_t* const runtime, const uint32_t m
                             void* const context)
 {
     FSW_ASSERT((runtime != NULL) && (link_datagram != NULL));
-    learn_lives(runtime);
+    read_lives(runtime);
     if (runtime->clock.mode == OSAL_CLOCK_REAL) {
         (void)sweep(runtime, link_datagram, context);
         return;

@@ -22,12 +22,19 @@
 #define COMPONENT_RUNTIME_SOCKETS_MAX OSAL_CLOCK_SOCKETS_MAX
 #define COMPONENT_RUNTIME_ERROR_MAX 512U
 
-typedef struct { // How descriptors are read: once for all components of a program, one after the other.
+typedef struct { // Reader of descriptors, used by all components of a program, one after the other.
     descriptor_loader_t loader;
     subsystem_descriptor_t model;
     subsystem_descriptor_t*
         spare; ///< A reloaded descriptor is read into it; the component then uses it and returns its old one.
 } component_runtime_reader_t;
+
+#define COMPONENT_PLAY_OUTS_MAX 4U ///< Links with a relay that one program consumes.
+
+typedef struct {                             // Play-out buffers of a program; private, all zero at first.
+    uint16_t links[COMPONENT_PLAY_OUTS_MAX]; // Which link has it; 0: none.
+    rtlink_play_out_t buffers[COMPONENT_PLAY_OUTS_MAX];
+} component_play_outs_t;
 
 typedef struct { // Private, except the members named below.
     run_state_t* run;
@@ -37,6 +44,7 @@ typedef struct { // Private, except the members named below.
     subsystem_descriptor_t*
         own; ///< The component's descriptor, read with the mission; the component may reload it.
     component_runtime_reader_t* reader; ///< Reads a descriptor again.
+    component_play_outs_t* play_outs;
     osal_clock_t clock;
     osal_deliveries_t deliveries; // Used where the scheduler cannot be reached.
     message_endpoint_t endpoint;
@@ -52,8 +60,8 @@ typedef struct { // Private, except the members named below.
         bool is_gone;         // Its process in that life has ended, and its messages were received.
     } peers[MISSION_SUBSYSTEMS_MAX];
     uint32_t pumps;
-    uint32_t owed; // Datagrams that were announced and not received yet: the connection may be cut.
-    uint32_t vain; // Consecutive intakes that received less than was announced.
+    uint32_t outstanding;   // Datagrams that were announced and not received yet: the connection may be cut.
+    uint32_t short_intakes; // Consecutive intakes that received less than was announced.
     osal_socket_t message_socket;
     osal_socket_t link_sockets[CAPACITY_SUBSYSTEM_LINKS]; // Sockets of links that this component consumes.
     uint32_t link_socket_count;                           // Number of link_sockets in use.
@@ -66,15 +74,16 @@ typedef struct { // Private, except the members named below.
     message_ring_carrier_t* hub; // Null: messages by UDP or TIPC, as the run selects.
 } component_runtime_t;
 
-/// Before any component takes a runtime.
+/// Call it before any component takes a runtime.
 void component_runtime_reader_init(component_runtime_reader_t* reader);
 
 typedef struct { // Shared by the components of a program.
     run_state_t* run;
     const mission_descriptor_t* mission;
     component_runtime_reader_t* reader;
-    osal_lockstep_t* scheduler;  ///< Null: real time, or, where the run is stepped, a clock whose grants are
-                                 ///< brought (osal_clock_take_grant).
+    component_play_outs_t* play_outs;
+    osal_lockstep_t*
+        scheduler; ///< Null: real time, or a granted clock (osal_clock_take_grant) in a stepped run.
     message_ring_carrier_t* hub; ///< Null: messages by UDP or TIPC, as the run selects.
 } component_runtime_surroundings_t;
 
@@ -101,7 +110,7 @@ void component_runtime_pump(component_runtime_t* runtime, uint32_t messages,
                             void (*link_datagram)(void* context, const uint8_t*, size_t), void* context);
 /// Announce a message to the scheduler: for another component, in the life to which it was sent.
 void component_runtime_delivered(void* context, uint16_t to);
-/// A message was sent to another component at that time [ns of the run].
+/// Note that a message was sent to another component at that time [ns of the run].
 void component_runtime_note_sent(component_runtime_t* runtime, unsigned component, uint64_t now_ns);
 /// Latest time of the next step of another component: the promise of its last step, or, before the first step
 /// of a life, the beginning of that life. OSAL_LOCKSTEP_NEVER: unknown. The scheduler may be null.

@@ -20,6 +20,7 @@ typedef struct { // All storage that the program itself needs, in addition to it
     mission_descriptor_t mission;
     subsystem_descriptor_t own;
     component_runtime_reader_t reader;
+    component_play_outs_t play_outs;
     osal_shm_t run_shm;
     osal_shm_t scheduler_shm;
     loop_tasks_t loop_tasks;
@@ -62,8 +63,11 @@ static const char* take_runtime(run_state_t* const run, const unsigned component
                                 storage.scope, &storage.mission, &storage.own) != STATUS_OK) {
         return descriptor_error(&storage.reader.loader);
     }
-    const component_runtime_surroundings_t surroundings = {
-        .run = run, .mission = &storage.mission, .reader = &storage.reader, .scheduler = scheduler};
+    const component_runtime_surroundings_t surroundings = {.run       = run,
+                                                           .mission   = &storage.mission,
+                                                           .reader    = &storage.reader,
+                                                           .play_outs = &storage.play_outs,
+                                                           .scheduler = scheduler};
     return (component_runtime_take(&storage.runtime, &surroundings, &storage.own, component) == STATUS_OK)
                ? NULL
                : storage.runtime.error;
@@ -193,10 +197,10 @@ int executive_main(const int argument_count, char* const arguments[], const char
     if (osal_console_introduce(argument_count, arguments, executable, usage)) {
         return 0;
     }
-    storage.scope               = scope;
-    const bool is_well_called   = (argument_count == 5) && (strcmp(arguments[1], "--run") == 0);
-    const bool is_remote_endian = is_well_called && (strcmp(arguments[3], "--proxy") == 0);
-    if (!is_remote_endian && (!is_well_called || (strcmp(arguments[3], "--component") != 0))) {
+    storage.scope                  = scope;
+    const bool are_arguments_valid = (argument_count == 5) && (strcmp(arguments[1], "--run") == 0);
+    const bool is_remote_endian    = are_arguments_valid && (strcmp(arguments[3], "--proxy") == 0);
+    if (!is_remote_endian && (!are_arguments_valid || (strcmp(arguments[3], "--component") != 0))) {
         (void)complain(executable, usage);
         return 2;
     }

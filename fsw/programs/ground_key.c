@@ -32,7 +32,7 @@ static uint8_t nibble_of(const uint8_t digit)
     return ((lower >= (uint8_t)'a') && (lower <= (uint8_t)'f')) ? (uint8_t)(lower - (uint8_t)'a' + 10U) : 16U;
 }
 
-/// 32 octets, or 64 digits and perhaps the end of their line.
+/// Read 32 octets, or 64 hexadecimal digits with an optional line end.
 static bool read_content(const uint8_t* const content, const size_t size, uint8_t key[SDLS_KEY_OCTETS])
 {
     if (size == SDLS_KEY_OCTETS) {

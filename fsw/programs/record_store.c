@@ -42,7 +42,7 @@ static void close_files(record_store_t* const store, const unsigned count)
     }
 }
 
-/// `<storage>/<component>.<kind>`, to which more can be added.
+/// `<storage>/<component>.<kind>`; the caller may append to it.
 static text_t name_of(const component_runtime_t* const runtime, const char* const kind, char* const path)
 {
     text_t text = text_in(path, RUN_PATH_MAX);

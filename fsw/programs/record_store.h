@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Lasting records of one component: a journal on two files in the run's storage folder. A flight that is
+/// Persistent records of one component: a journal on two files in the run's storage folder. A flight that is
 /// given the storage of an earlier one (hirosco run --storage) finds its records there.
 ///
 /// A commit waits for the disk, unless the store is opened otherwise: then acknowledged records survive a
@@ -22,7 +22,8 @@
 
 #define RECORD_STORE_COPIES 4U ///< Number of copies of each damaged medium.
 
-/// Returns the medium that the journal uses in front of its first or second medium; null: none.
+/// Returns the medium through which the journal accesses its first or second one (`medium`). `open` null: it
+/// accesses them directly.
 typedef struct {
     void* context;
     medium_t (*open)(void* context, unsigned index, medium_t medium);

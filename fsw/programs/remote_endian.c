@@ -72,13 +72,13 @@ static status_t open_ring(remote_endian_t* const remote, const unsigned bus)
     return status;
 }
 
-/// The component opens the bus of this address next.
+/// Address of an end node. The component opens it next, so the ring of a CAN bus is made here.
 static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
                         flow_endnode_address_t* const out_address)
 {
     remote_endian_t* const remote = (remote_endian_t*)context;
     if ((kind == ENDNODE_SHM) || (kind == ENDNODE_MQUEUE)) {
-        return STATUS_NOT_FOUND; // A program at the other end has the other byte order.
+        return STATUS_NOT_FOUND; // The program at the other end uses the other byte order.
     }
     status_t status = remote->inner.resolve(remote->inner.context, kind, name, out_address);
     for (unsigned bus = 0U; (status == STATUS_OK) && (kind == ENDNODE_CAN) && (bus < MISSION_BUSES_MAX);

@@ -22,11 +22,11 @@ typedef struct { // Private, except `run` and `component`: read-only.
 /// Receive the data of the run from the proxy, whose stream is the inherited descriptor. STATUS_OK,
 /// STATUS_INVALID (no such descriptor, or another message), STATUS_CLOSED, STATUS_IO.
 MUST_USE status_t remote_endian_join(remote_endian_t* remote, int descriptor);
-/// From here on buses that the component opens are served. After component_runtime_take, before the program
-/// is opened.
+/// Serve the buses that the component opens from now on. Call it after component_runtime_take and before the
+/// program is opened.
 void remote_endian_serve(remote_endian_t* remote, component_runtime_t* runtime);
-/// As osal_clock_wait for the clock of the runtime. STATUS_OK, STATUS_CLOSED (the run ended), STATUS_INVALID,
-/// STATUS_TOO_LARGE, STATUS_IO.
+/// Like osal_clock_wait, for the clock of the runtime. STATUS_OK, STATUS_CLOSED (the run ended),
+/// STATUS_INVALID, STATUS_TOO_LARGE, STATUS_IO.
 MUST_USE status_t remote_endian_wait(remote_endian_t* remote, uint64_t wake_ns);
 /// Remove the names of its rings.
 void remote_endian_leave(remote_endian_t* remote);

@@ -41,7 +41,7 @@ status_t remote_endian_send(remote_endian_wire_t* const wire, const octet_writer
         size_t size = 0U;
         status      = osal_stream_send(&wire->socket, &wire->octets[sent], writer->position - sent, &size);
         sent += size;
-        if (status == STATUS_FULL) { // The peer is reading, since it is its turn to.
+        if (status == STATUS_FULL) { // The peer reads, because it is its turn.
             const status_t waited = osal_socket_wait_readable(&wire->socket, 1U);
             status                = (waited == STATUS_TIMEOUT) ? STATUS_OK : STATUS_CLOSED;
         }
@@ -50,8 +50,9 @@ status_t remote_endian_send(remote_endian_wire_t* const wire, const octet_writer
     return status;
 }
 
-/// Octets that the message is still short of, its size included; 0 if it is whole, or no message.
-static size_t missing(const remote_endian_wire_t* const wire)
+/// Octets of the message, its size field included, that are still missing; 0 if it is complete, or no
+/// message.
+static size_t missing_octets(const remote_endian_wire_t* const wire)
 {
     if (wire->received < SIZE_OCTETS) {
         return SIZE_OCTETS - wire->received;
@@ -66,9 +67,10 @@ static size_t missing(const remote_endian_wire_t* const wire)
 static status_t take_in(remote_endian_wire_t* const wire)
 {
     status_t status = STATUS_OK;
-    while ((missing(wire) > 0U) && (status == STATUS_OK)) {
+    while ((missing_octets(wire) > 0U) && (status == STATUS_OK)) {
         size_t size = 0U;
-        status      = osal_stream_receive(&wire->socket, &wire->octets[wire->received], missing(wire), &size);
+        status =
+            osal_stream_receive(&wire->socket, &wire->octets[wire->received], missing_octets(wire), &size);
         wire->received += size;
     }
     return status;
@@ -87,7 +89,7 @@ status_t remote_endian_receive(remote_endian_wire_t* const wire, const remote_en
         }
         const status_t waited =
             osal_socket_wait_readable(&wire->socket, (uint32_t)(((until_ns - now_ns) / NS_PER_MS) + 1U));
-        (void)waited; // Reading tells what has happened.
+        (void)waited; // Reading gives the status that counts.
         status = take_in(wire);
     }
     if (status != STATUS_OK) {
@@ -133,7 +135,7 @@ void remote_endian_write_run(octet_writer_t* const writer, const run_state_t* co
     write_text(writer, run->storage);
     octet_write_u32(writer, component);
     octet_write_u8(writer, run->link_methods);
-    octet_write_u32(writer, run->node_ipv4[0]);
+    octet_write_u32(writer, run->computer_ipv4[0]);
     octet_write_u16(writer, run->component_count);
     for (unsigned i = 0U; i < run->component_count; i++) {
         const run_component_t* const one = &run->components[i];
@@ -161,8 +163,8 @@ bool remote_endian_read_run(octet_reader_t* const reader, run_state_t* const out
                    read_text(reader, out_run->storage, sizeof out_run->storage);
     *out_component             = octet_read_u32(reader);
     out_run->link_methods      = octet_read_u8(reader);
-    out_run->node_count        = 1U;
-    out_run->node_ipv4[0]      = octet_read_u32(reader);
+    out_run->computer_count    = 1U;
+    out_run->computer_ipv4[0]  = octet_read_u32(reader);
     out_run->ground_descriptor = -1;
     out_run->component_count   = octet_read_u16(reader);
     is_good                    = is_good && (out_run->component_count <= MISSION_SUBSYSTEMS_MAX) &&

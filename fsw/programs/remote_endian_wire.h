@@ -72,7 +72,7 @@ void remote_endian_write_grant(octet_writer_t* writer, const osal_grant_t* grant
 bool remote_endian_read_grant(octet_reader_t* reader, osal_grant_t* out_grant, run_state_t* run);
 /// All frames received at the ends, as the last part of a message.
 void remote_endian_write_frames(octet_writer_t* writer, remote_endian_buses_t* buses);
-/// Send them on the ends of the same numbers.
+/// Send the frames of a message on the ends with the same numbers.
 bool remote_endian_read_frames(octet_reader_t* reader, remote_endian_buses_t* buses);
 
 #endif // FSW_PROGRAMS_REMOTE_ENDIAN_WIRE_H

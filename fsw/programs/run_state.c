@@ -7,13 +7,13 @@
 
 #include <string.h>
 
-// Simulator and operator take part in addition to the subsystems; each link of the mission has its place in
-// the block.
-CAPACITY_CHECK(all_take_part, (MISSION_SUBSYSTEMS_MAX + 2U) <= OSAL_LOCKSTEP_PARTICIPANTS_MAX);
+// Simulator, operator and relay take part in addition to the subsystems; each link of the mission has its
+// place in the block.
+CAPACITY_CHECK(all_take_part, (MISSION_SUBSYSTEMS_MAX + 3U) <= OSAL_LOCKSTEP_PARTICIPANTS_MAX);
 CAPACITY_CHECK(every_link_has_a_route, RUN_LINKS_MAX >= MISSION_LINKS_MAX);
-CAPACITY_CHECK(every_node_has_an_address, RUN_NODES_MAX >= MISSION_NODES_MAX);
+CAPACITY_CHECK(every_computer_has_an_address, RUN_COMPUTERS_MAX >= MISSION_COMPUTERS_MAX);
 
-#define MAGIC 0x48524E35U // Changes with the structure: a program of another build takes no part.
+#define MAGIC 0x48524E36U // Changes with the structure: a program of another build takes no part.
 #define FLOW_FREE 0U
 #define FLOW_TAKEN 1U
 #define FLOW_NOTED 2U

@@ -3,7 +3,8 @@
 /// and the supervisor. Shared memory "/<identity>.run", made by the launcher before any other process starts.
 /// Nothing of it may enter a packet.
 ///
-/// Participants of the scheduler: 0 simulator, then the mission's subsystems in its order, then the operator.
+/// Participants of the scheduler: 0 simulator, then the mission's subsystems in its order, then the operator,
+/// then the relay of links.
 #ifndef FSW_PROGRAMS_RUN_STATE_H
 #define FSW_PROGRAMS_RUN_STATE_H
 
@@ -22,8 +23,9 @@
 #define RUN_PATH_MAX 256U
 #define RUN_NAME_MAX 64U
 #define RUN_PROCESSES_MAX 64U
-#define RUN_SIMULATOR 0U             ///< Participant.
-#define RUN_NODES_MAX CAPACITY_NODES ///< On-board computers.
+#define RUN_SIMULATOR 0U                     ///< Participant.
+#define RUN_COMPUTERS_MAX CAPACITY_COMPUTERS ///< On-board computers.
+#define RUN_STEP_NS 500000U                  ///< Time step of the scheduler [ns].
 
 typedef enum { // Carrier of messages between processes.
     RUN_TRANSPORT_UDP  = 0,
@@ -39,7 +41,7 @@ typedef enum {
 typedef struct {
     uint16_t apid;
     char name[DESCRIPTOR_NAME_MAX + 1U];
-    uint8_t node;              ///< Index of the on-board computer that it runs on.
+    uint8_t computer;          ///< Index of the on-board computer that it runs on.
     int message_descriptor;    ///< UDP or TIPC socket that the process inherits; -1 in the image.
     uint16_t message_port;     ///< UDP.
     uint64_t message_identity; ///< TIPC: of the socket.
@@ -49,16 +51,16 @@ typedef struct {
     uint32_t wanted_life; ///< The life that must run; 0: none.
     uint32_t kill_life;   ///< The last life that must be killed because it hangs.
     /// Written by the launcher:
-    uint32_t found_life; ///< Life of the process that was started last,
-    uint32_t process;    ///< and its state: run_process_t.
+    uint32_t found_life; ///< Life of the process that was started last.
+    uint32_t process;    ///< State of that process: run_process_t.
     uint32_t hung_life;  ///< The last life that was found to hang, and suspended.
 } run_component_t;
 
 #define RUN_LATENESS 5U ///< Classes of lateness.
 
 typedef struct {      // Beat of one component, in its own cache line; written by it.
-    uint64_t step_ns; ///< When it stepped last [ns of the run],
-    uint64_t wake_ns; ///< and when it promised to step again, at the latest.
+    uint64_t step_ns; ///< When it stepped last [ns of the run].
+    uint64_t wake_ns; ///< When it promised to step again, at the latest.
     /// Steps at a promised time that were late by less than 0.1 ms, 1 ms, 10 ms, 100 ms, and more.
     uint32_t late[RUN_LATENESS];
     uint32_t line[7];
@@ -75,20 +77,35 @@ typedef struct {       // A shared memory or message queue that a component make
     char name[RUN_NAME_MAX];
 } run_flow_t;
 
+typedef struct {        // The relay that delays the links; it stands between their producers and consumers.
+    uint32_t delay_us;  ///< Mean delay of a frame; 0: there is no relay.
+    uint32_t jitter_us; ///< The delay of a frame differs by at most this from the mean.
+    uint64_t seed;      ///< Of jitter and loss.
+    int descriptors
+        [RUN_LINKS_MAX]; ///< UDP socket to which the producer of link number i + 1 sends; -1 without.
+    uint16_t ports[RUN_LINKS_MAX];    ///< Its port.
+    uint8_t consumers[RUN_LINKS_MAX]; ///< Component to which it passes the frames on.
+    /// Written by the relay:
+    uint64_t delayed;   ///< Frames passed on.
+    uint64_t lost;      ///< Frames lost.
+    uint64_t reordered; ///< Frames passed on after a later one.
+} run_relay_t;
+
 typedef struct {
     uint32_t magic;
     char identity[RUN_IDENTITY_MAX]; ///< "hirosco-<number>": prefix of every name of this run.
     bool is_stepped;                 ///< The processes take part in the scheduler.
+    bool has_simulator;              ///< Devices are simulated, at addresses of the run.
     bool is_real;                    ///< Time continues while a process waits for a disk.
     uint8_t transport;               ///< run_transport_t.
     uint32_t instance;               ///< Number of this mission instance, part of its TIPC names.
-    uint8_t node_count;
-    uint32_t node_ipv4[RUN_NODES_MAX]; ///< Address of each node: loopback, or its end of the veth.
-    uint8_t link_methods;              ///< Bit set of 1 << rtlink_method_t.
-    uint64_t origin_ns;                ///< Real time: mission time 0 on the machine's monotonic clock.
+    uint8_t computer_count;
+    uint32_t computer_ipv4[RUN_COMPUTERS_MAX]; ///< Address of each: loopback, or its end of the veth.
+    uint8_t link_methods;                      ///< Bit set of 1 << rtlink_method_t.
+    uint64_t origin_ns; ///< Real time: mission time 0 on the machine's monotonic clock.
     char mission_path[RUN_PATH_MAX];
     char folder[RUN_PATH_MAX];  ///< Output folder.
-    char storage[RUN_PATH_MAX]; ///< Folder of lasting data.
+    char storage[RUN_PATH_MAX]; ///< Folder of persistent data.
     char key[RUN_PATH_MAX];     ///< File with the key of telecommands; "": telecommands need none.
     int ground_descriptor;      ///< Listening TCP socket that `communication` inherits.
     uint16_t ground_port;
@@ -100,20 +117,21 @@ typedef struct {
     /// UDP or TIPC socket of the consumer of link number i + 1; -1 without.
     int link_descriptors[RUN_LINKS_MAX];
     uint16_t link_ports[RUN_LINKS_MAX];
+    run_relay_t relay;
     uint32_t is_stop_requested; ///< Ctrl-C: the supervisor shuts the mission down.
     uint32_t is_finished;       ///< The supervisor has shut the mission down.
     uint32_t is_intruded;       ///< A client outside the scheduler has sent telecommands.
     uint32_t is_lossy;          ///< A datagram that was announced has not arrived.
     uint64_t log_records;       ///< Records of the packet log so far, kept or not.
-    uint32_t is_cleaned_up;     ///< Tells the guard that the launcher has cleaned up completely.
-    uint32_t process_count;     ///< Children started so far; the numbers of the last of them:
+    uint32_t is_cleaned_up;     ///< The launcher has cleaned up completely; the guard reads this.
+    uint32_t process_count;     ///< Children started so far; `processes` has the ids of the last ones.
     int32_t processes[RUN_PROCESSES_MAX];
 } run_state_t;
 
 /// The block of a run that the launcher made. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (another version),
 /// STATUS_DENIED, STATUS_IO.
 MUST_USE status_t run_state_attach(osal_shm_t* shm, const char* name, run_state_t** out_block);
-/// Make it. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_DENIED, STATUS_IO.
+/// Make the block of a run. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t run_state_create(osal_shm_t* shm, const char* identity, run_state_t** out_block);
 
 /// Component index of an APID. False if there is none.
@@ -132,6 +150,10 @@ static inline unsigned run_operator(const run_state_t* const block)
 {
     return (unsigned)block->component_count + 1U;
 }
+static inline unsigned run_relay(const run_state_t* const block)
+{
+    return (unsigned)block->component_count + 2U;
+}
 /// Service types of the run's TIPC names: of messages, by APID, and of links, by their number.
 static inline uint32_t run_message_type(const run_state_t* const block)
 {
@@ -142,7 +164,7 @@ static inline uint32_t run_link_type(const run_state_t* const block)
     return 0x4C000000U | (block->instance & 0x00FFFFFFU);
 }
 /// Note the name of a flow before it is made; once for each name. STATUS_OK, STATUS_EXHAUSTED (RUN_FLOWS_MAX,
-/// or longer than RUN_NAME_MAX). Any number of components at a time.
+/// or longer than RUN_NAME_MAX). Several components may call it at the same time.
 MUST_USE status_t run_state_note_flow(run_state_t* block, const char* name);
 /// "/<identity>.<what>" and, if number is not 0, the number after it. False if it does not fit.
 bool run_name(const run_state_t* block, const char* what, unsigned number, char* out_name, size_t capacity);

@@ -16,7 +16,7 @@ static bool name_file(const component_runtime_t* const runtime, const unsigned i
     return !text.cut;
 }
 
-/// All files, and their names on the disk. `path` is that of the last one looked at.
+/// Open all files and force their names to the disk. `path` becomes that of the file handled last.
 static status_t open_all(store_files_t* const stores, const component_runtime_t* const runtime,
                          const unsigned count, char* const path)
 {

@@ -146,8 +146,11 @@ void subsystem_host_take_in(subsystem_host_t* const host, const uint64_t now_ns)
 static void report_damage(subsystem_host_t* const host)
 {
     uint8_t octets[JOURNAL_DAMAGE_SIZE];
+    if (host->has_reported_damage) {
+        return;
+    }
     const descriptor_event_t* const event = descriptor_find_event_name(host->in_force, "JOURNAL_DAMAGED");
-    if (!host->has_reported_damage && (event != NULL) && (event->octets == JOURNAL_DAMAGE_SIZE) &&
+    if ((event != NULL) && (event->octets == JOURNAL_DAMAGE_SIZE) &&
         journal_report_damage(&host->records.journal, host->records_refused, octets)) {
         (void)subsystem_raise(&host->subsystem, event->id, octets, sizeof octets);
     }

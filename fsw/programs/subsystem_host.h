@@ -10,7 +10,7 @@
 #include "fsw/framework/descriptor/descriptor.h"
 #include "fsw/framework/subsystem/subsystem_core.h"
 
-#define SUBSYSTEM_HOST_RECORDS 256U ///< Lasting records of its services.
+#define SUBSYSTEM_HOST_RECORDS 256U ///< Persistent records of its services.
 
 typedef struct { // Private, except `component`.
     component_runtime_t* runtime;
@@ -20,22 +20,22 @@ typedef struct { // Private, except `component`.
     const subsystem_callbacks_t* callbacks;
     char path[RUN_PATH_MAX];
     uint8_t packet[PUS_PACKET_MAX];
-    message_place_t inbox[1]; // From the supervisor.
+    message_place_t inbox[1]; // Messages from the supervisor.
     record_store_t records;
     journal_slot_t slots[JOURNAL_SLOTS(SUBSYSTEM_HOST_RECORDS)];
     pus_persistence_t persistence;
-    uint32_t records_refused; // Lasting records that no service restored.
+    uint32_t records_refused; // Persistent records that no service restored.
     bool has_reported_damage; // Damage to its records was reported.
 } subsystem_host_t;
 
 /// Check that the runtime's descriptor matches the program and requires only what the program supports; open
-/// its lasting records. False: runtime->error has file, line, value and the expected value.
+/// its persistent records. False: runtime->error has file, line, value and the expected value.
 bool subsystem_host_load(subsystem_host_t* host, component_runtime_t* runtime, uint64_t interface_hash,
                          const subsystem_callbacks_t* callbacks);
-/// Begin life in OFFLINE with the loaded descriptor, and the services that it lists with their lasting
+/// Begin life in OFFLINE with the loaded descriptor, and the services that it lists with their persistent
 /// records. `self` is the first argument of the callbacks.
 void subsystem_host_begin(subsystem_host_t* host, void* self, subsystem_services_t services);
-/// Take in all messages, then step.
+/// Take in all messages that have arrived; then call subsystem_host_step.
 void subsystem_host_take_in(subsystem_host_t* host, uint64_t now_ns);
 uint64_t subsystem_host_step(subsystem_host_t* host, uint64_t now_ns);
 /// Release the system resources of the component and its records, without any message.

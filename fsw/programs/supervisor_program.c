@@ -14,7 +14,7 @@
 /// Permitted lateness of a step, for processes with their own clocks: other programs use the computer, too.
 #define REAL_LATENESS_NS 200000000ULL
 #define SLOW_DISK_MS 100U
-#define RECORDS_MAX 20480U ///< Lasting records: schedules, definitions, stores and files.
+#define RECORDS_MAX 20480U ///< Persistent records: schedules, definitions, stores and files.
 
 typedef struct {
     component_runtime_t* runtime;
@@ -198,7 +198,7 @@ static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t 
 static void close_program(void* const context)
 {
     supervisor_program_t* const program = (supervisor_program_t*)context;
-    if (program->runtime->is_kept) { // It died; the program and its channels continue.
+    if (program->runtime->is_kept) { // The component died; the program and its channels continue.
         supervisor_abandon(&program->supervisor);
     } else {
         supervisor_close(&program->supervisor);

@@ -15,8 +15,8 @@ CAPACITY_CHECK(every_link_has_room, LINK_GRAPH_EDGES >= MISSION_LINKS_MAX);
 CAPACITY_CHECK(all_counters_have_room,
                sizeof(supervisor_counters_t) <= (CHECKPOINT_COUNTERS * sizeof(uint32_t)));
 
-#define LOG_RING 2U    ///< Indices of rings: before this one the backlog to ground and released requests.
-#define FIRST_INBOX 4U ///< After FIRST_INBOX the outputs, then the frames of each peer.
+#define LOG_RING 2U    ///< Indices of rings; 0: backlog to ground, 1: released requests, 3: outputs.
+#define FIRST_INBOX 4U ///< Rings of the frames of each peer.
 
 static checkpoint_rings_t rings_of(supervisor_t* const supervisor)
 {
@@ -47,7 +47,7 @@ static void keep_members(const supervisor_t* const supervisor, checkpoint_state_
                                      .phase                   = (uint8_t)entry->phase,
                                      .is_heard                = entry->is_heard,
                                      .restarts                = entry->restarts,
-                                     .is_order_owed           = entry->is_order_owed,
+                                     .is_order_pending        = entry->is_order_pending,
                                      .ordered                 = (uint8_t)entry->ordered,
                                      .order_cause             = (uint8_t)entry->order_cause,
                                      .is_interface_mismatched = entry->is_interface_mismatched,
@@ -78,7 +78,7 @@ static void take_members(supervisor_t* const supervisor, const checkpoint_state_
         entry->state                   = (state_t)subsystem->state;
         entry->phase                   = (state_phase_t)subsystem->phase;
         entry->configuration           = subsystem->configuration;
-        entry->is_order_owed           = subsystem->is_order_owed;
+        entry->is_order_pending        = subsystem->is_order_pending;
         entry->ordered                 = (state_t)subsystem->ordered;
         entry->order_cause             = (pus_cause_t)subsystem->order_cause;
         entry->heard_ns                = subsystem->heard_ns;
@@ -170,7 +170,8 @@ static bool is_going_on(const supervisor_t* const supervisor, const pus_token_t*
            (supervisor->shutdown_token.source == token->source);
 }
 
-/// Keep these requests to the supervisor itself open; end all others and report it.
+/// Divide the requests to the supervisor itself: those that continue stay in `own`; the others go to `left`,
+/// and end_own ends them.
 static void leave_own(supervisor_t* const supervisor)
 {
     supervisor->left = supervisor->own;
@@ -271,7 +272,7 @@ void supervisor_adoption_begin(supervisor_t* const supervisor)
     }
     if ((status == STATUS_INVALID) || is_older) {
         supervisor->checkpoint_damage = (status == STATUS_OK) ? ADOPTION_OLDER : ADOPTION_NOTHING;
-        supervisor->are_checkpoint_kept =
+        supervisor->is_checkpoint_copied =
             (supervisor->config.keep_checkpoint != NULL) &&
             supervisor->config.keep_checkpoint(supervisor->config.platform.context,
                                                supervisor->config.checkpoint);
@@ -280,7 +281,7 @@ void supervisor_adoption_begin(supervisor_t* const supervisor)
 
 // ---- Reports and requests after the takeover ----
 
-/// Requests that the supervisor itself had started and cannot continue: end each with the reason.
+/// End the requests that the previous supervisor had started and that cannot continue. Returns their number.
 static uint16_t end_own(supervisor_t* const supervisor)
 {
     const pus_failure_t failure = pus_failure(PUS_FAILURE_RESTARTED, supervisor->lives);
@@ -330,7 +331,7 @@ void supervisor_adoption_report(supervisor_t* const supervisor)
 {
     if (supervisor->checkpoint_damage != ADOPTION_WHOLE) {
         const uint8_t left            = (supervisor->checkpoint_damage == ADOPTION_OLDER) ? 1U : 0U;
-        const uint8_t octets[2]       = {left, supervisor->are_checkpoint_kept ? 1U : 0U};
+        const uint8_t octets[2]       = {left, supervisor->is_checkpoint_copied ? 1U : 0U};
         supervisor->checkpoint_damage = ADOPTION_WHOLE;
         (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_VITALS_DAMAGED, octets, sizeof octets);
         if (left == 0U) {

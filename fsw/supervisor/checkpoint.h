@@ -40,7 +40,7 @@
 #define CHECKPOINT_RELEASED_OCTETS 65536U
 #define CHECKPOINT_RINGS (4U + MESSAGE_PEERS_MAX)
 #define CHECKPOINT_STATES_MAX 32768U ///< The fields of both banks together [octets].
-/// Octets of all rings of a bank, each as full as can be.
+/// Octets of all rings of a bank if all of them are full.
 #define CHECKPOINT_OCTETS                                                                                    \
     (MESSAGE_INBOX_OCTETS(CAPACITY_SUBSYSTEMS) + GROUND_OCTETS + CHECKPOINT_RELEASED_OCTETS +                \
      PACKET_LOG_RING_OCTETS + OUTPUT_COMMIT_OCTETS)
@@ -66,7 +66,7 @@ typedef struct { // A subsystem of the mission, in its order.
     uint8_t restarts;
     uint8_t ordered;
     bool is_heard;
-    bool is_order_owed;
+    bool is_order_pending;
     bool is_interface_mismatched;
     bool is_restarted;
 } checkpoint_subsystem_t;
@@ -110,7 +110,7 @@ typedef struct {
     uint32_t message_stamp;
     uint32_t link_epoch;
     uint32_t link_transaction;
-    uint32_t renewed; ///< Links of the mission.
+    uint32_t renewed; ///< Bit n: link n + 1 of the mission must be opened again.
     uint16_t subsystem_count;
     uint16_t channel_count;
     uint8_t mode;
@@ -141,7 +141,7 @@ typedef struct {         // Private.
     uint8_t octets[CHECKPOINT_OCTETS]; // Content of the rings, one after the other.
 } checkpoint_bank_t;
 
-typedef struct { // Private: how much, if it belongs to the last commit; else nothing.
+typedef struct { // Private: a count that is valid only if it belongs to the last commit.
     uint64_t generation;
     uint64_t count;
 } checkpoint_mark_t;
@@ -152,7 +152,7 @@ typedef struct { // Private.
 } checkpoint_annex_t;
 
 typedef struct {                 // Private, except the annexes' places.
-    checkpoint_annex_t arrivals; ///< Frames, as message_watch has shown them.
+    checkpoint_annex_t arrivals; ///< Frames that message_watch has passed.
     checkpoint_annex_t undo;     ///< See undo.h.
     checkpoint_mark_t performed;
     checkpoint_bank_t banks[2];
@@ -204,13 +204,14 @@ MUST_USE status_t supervisor_checkpoint_adopt(checkpoint_t* checkpoint, const ch
 /// Add a block in two parts to an annex; the second may be null if its size is 0. False: no room.
 bool supervisor_checkpoint_add(const checkpoint_t* checkpoint, checkpoint_annex_t* annex, const uint8_t* head,
                                size_t head_size, const uint8_t* octets, size_t size);
-/// The first block, and the one after it; null: that was the last. `place` begins at 0.
+/// The next block of an annex, from the first one on; null: there are no more. *place is 0 in the first call.
 const uint8_t* supervisor_checkpoint_next(const checkpoint_t* checkpoint, const checkpoint_annex_t* annex,
                                           size_t* place, size_t* out_size);
-/// The last block, and the one before it; null: that was the first. `place` begins at 0.
+/// The previous block of an annex, from the last one backwards; null: there are no more. *place is 0 in the
+/// first call.
 const uint8_t* supervisor_checkpoint_before(const checkpoint_t* checkpoint, const checkpoint_annex_t* annex,
                                             size_t* place, size_t* out_size);
-/// Note how many outputs of the last commit were performed; and how many that was.
+/// Store, and return, how many outputs of the last commit were performed.
 void supervisor_checkpoint_note_performed(checkpoint_t* checkpoint, uint32_t count);
 uint32_t supervisor_checkpoint_performed(const checkpoint_t* checkpoint);
 /// Content of a ring in the adopted bank, as message_ring_copy wrote it; valid until the next commit.

@@ -68,7 +68,7 @@ static bool is_ordered(const supervisor_t* const supervisor, const registry_entr
 {
     const bool is_recent =
         (entry->order.request_id != 0U) && ((supervisor->now_ns - entry->order.time_ns) < ORDER_STANDS_NS);
-    const bool is_open = entry->is_order_owed ||
+    const bool is_open = entry->is_order_pending ||
                          (is_recent && supervisor_pending_is_open(&supervisor->pending, entry->mission->apid,
                                                                   entry->order.request_id));
     return is_open && is_covered(entry->ordered, state);
@@ -77,14 +77,14 @@ static bool is_ordered(const supervisor_t* const supervisor, const registry_entr
 /// True if a state is lower: a reaction to an error never takes a subsystem to a higher state.
 static bool is_downwards(const state_t from, const state_t to)
 {
-    const bool is_up_there = (from >= STATE_PRE_OPERATIONAL) && (from <= STATE_OPERATIONAL);
+    const bool is_in_operation = (from >= STATE_PRE_OPERATIONAL) && (from <= STATE_OPERATIONAL);
     switch (to) {
     case STATE_OFFLINE:
         return from != STATE_OFFLINE;
     case STATE_ERROR_OPERATIONAL:
         return (from != STATE_OFFLINE) && (from != STATE_ERROR_OPERATIONAL);
     default:
-        return is_up_there && (from > to);
+        return is_in_operation && (from > to);
     }
 }
 
@@ -132,7 +132,7 @@ static plan_run_t run_for(supervisor_t* const supervisor, const failure_t* const
     return run;
 }
 
-/// Report that the plan for one event gives way to the plan for another one.
+/// Report that the plan for one event was replaced by the plan for another one.
 static void report_overruled(supervisor_t* const supervisor, const plan_run_t* const run,
                              const plan_run_t* const other)
 {
@@ -172,8 +172,8 @@ static void order_members(supervisor_t* const supervisor, const plan_run_t* cons
     }
 }
 
-static void act(supervisor_t* const supervisor, const plan_run_t* const run,
-                const mission_action_t* const action)
+static void perform_action(supervisor_t* const supervisor, const plan_run_t* const run,
+                           const mission_action_t* const action)
 {
     if (action->kind == MISSION_ACTION_MODE) {
         supervisor_mode_set(supervisor, action->mode, (uint8_t)PUS_CAUSE_PLAN);
@@ -198,7 +198,7 @@ void supervisor_error_run_plans(supervisor_t* const supervisor)
         const mission_action_t* action =
             supervisor_plan_runner_next(run, supervisor->mission, supervisor->now_ns);
         while (action != NULL) {
-            act(supervisor, run, action);
+            perform_action(supervisor, run, action);
             action = supervisor_plan_runner_next(run, supervisor->mission, supervisor->now_ns);
         }
     }
@@ -206,7 +206,7 @@ void supervisor_error_run_plans(supervisor_t* const supervisor)
 
 // ---- Events ----
 
-static void high(supervisor_t* const supervisor, const failure_t* const failure)
+static void handle_high(supervisor_t* const supervisor, const failure_t* const failure)
 {
     const plan_run_t wanted         = run_for(supervisor, failure);
     const plan_run_t* const present = supervisor_plan_runner_of(&supervisor->plans, failure->apid);
@@ -224,7 +224,7 @@ static void high(supervisor_t* const supervisor, const failure_t* const failure)
 }
 
 /// Run the plan before layer 1: if the plan orders a lower state, layer 1 does not order again.
-static void medium(supervisor_t* const supervisor, const failure_t* const failure)
+static void handle_medium(supervisor_t* const supervisor, const failure_t* const failure)
 {
     if ((failure->plan != NULL) && (supervisor->shutdown_step == 0U)) {
         const plan_run_t wanted = run_for(supervisor, failure);
@@ -234,8 +234,8 @@ static void medium(supervisor_t* const supervisor, const failure_t* const failur
     (void)order_down(supervisor, failure->apid, STATE_SAFE_OPERATIONAL, PUS_CAUSE_OWN_ERROR);
 }
 
-/// LOW and informative: logged, and nothing else without a plan of the mission.
-static void lesser(supervisor_t* const supervisor, const failure_t* const failure)
+/// LOW and informative events are only logged, unless the mission has a plan for them.
+static void handle_low(supervisor_t* const supervisor, const failure_t* const failure)
 {
     if ((failure->plan != NULL) && (supervisor->shutdown_step == 0U)) {
         const plan_run_t wanted = run_for(supervisor, failure);
@@ -250,11 +250,11 @@ static void react(supervisor_t* const supervisor, const failure_t* const failure
         return;
     }
     if (failure->severity == DESCRIPTOR_HIGH) {
-        high(supervisor, failure);
+        handle_high(supervisor, failure);
     } else if (failure->severity == DESCRIPTOR_MEDIUM) {
-        medium(supervisor, failure);
+        handle_medium(supervisor, failure);
     } else {
-        lesser(supervisor, failure);
+        handle_low(supervisor, failure);
     }
 }
 
@@ -289,8 +289,8 @@ static const mission_plan_t* plan_of_finding(const supervisor_t* const superviso
                                      : NULL;
 }
 
-static void found(supervisor_t* const supervisor, const descriptor_severity_t severity, const uint16_t apid,
-                  const uint16_t event_id)
+static void handle_finding(supervisor_t* const supervisor, const descriptor_severity_t severity,
+                           const uint16_t apid, const uint16_t event_id)
 {
     const failure_t failure = {.severity   = severity,
                                .apid       = apid,
@@ -308,13 +308,13 @@ void supervisor_error_member_lost(supervisor_t* const supervisor, const uint16_t
     const mission_plan_t* const plan =
         descriptor_mission_find_plan(supervisor->mission, DESCRIPTOR_HIGH, SUPERVISOR_APID, event_id);
     const bool is_named = (plan != NULL) && (plan->apid == SUPERVISOR_APID);
-    found(supervisor, DESCRIPTOR_HIGH, apid, is_named ? event_id : SUPERVISOR_EVENT_PROCESS_LOST);
+    handle_finding(supervisor, DESCRIPTOR_HIGH, apid, is_named ? event_id : SUPERVISOR_EVENT_PROCESS_LOST);
     supervisor_plan_runner_mark_lost(&supervisor->plans, apid);
 }
 
 void supervisor_error_member_silent(supervisor_t* const supervisor, const uint16_t apid)
 {
-    found(supervisor, DESCRIPTOR_HIGH, apid, SUPERVISOR_EVENT_SUBSYSTEM_SILENT);
+    handle_finding(supervisor, DESCRIPTOR_HIGH, apid, SUPERVISOR_EVENT_SUBSYSTEM_SILENT);
 }
 
 /// The subsystem that an event of the supervisor concerns: its first value, if the descriptor calls it APID
@@ -335,7 +335,7 @@ static uint16_t subject_of(supervisor_t* const supervisor, const pus_tm_t* const
 }
 
 /// True if there is a reaction to an event of the supervisor: a plan, or layer 1 for the subsystem concerned.
-static bool is_worth_a_reaction(const supervisor_t* const supervisor, const own_event_t* const event)
+static bool needs_reaction(const supervisor_t* const supervisor, const own_event_t* const event)
 {
     const descriptor_severity_t severity = (descriptor_severity_t)event->severity;
     const bool is_layer_1 = (event->subject != SUPERVISOR_APID) && (severity >= DESCRIPTOR_MEDIUM);
@@ -364,7 +364,7 @@ void supervisor_error_own_event(supervisor_t* const supervisor, const pus_tm_t* 
                                .subject  = subject_of(supervisor, tm, occurrence->event)};
     // No reaction to informative events: PLAN_STARTED would start plans without end.
     if (is_handled || (event.severity < (uint8_t)PUS_SEVERITY_LOW) || is_noted(supervisor, &event) ||
-        !is_worth_a_reaction(supervisor, &event)) {
+        !needs_reaction(supervisor, &event)) {
         return;
     }
     if (supervisor->own_event_count == SUPERVISOR_OWN_EVENTS) {
@@ -382,6 +382,7 @@ void supervisor_error_own_events(supervisor_t* const supervisor)
     (void)memcpy(events, supervisor->own_events, sizeof events);
     supervisor->own_event_count = 0U; // Events raised by a reaction wait for the next step.
     for (uint16_t i = 0U; i < count; i++) {
-        found(supervisor, (descriptor_severity_t)events[i].severity, events[i].subject, events[i].event_id);
+        handle_finding(supervisor, (descriptor_severity_t)events[i].severity, events[i].subject,
+                       events[i].event_id);
     }
 }

@@ -23,8 +23,8 @@
 #define GROUND_FIRM_OCTETS 32768U
 #define GROUND_PLAIN_OCTETS 16384U
 #define GROUND_BULK_OCTETS 16384U
-/// With less room for FIRM or for PLAIN reports no request is accepted: octets, and the number of smallest
-/// reports.
+/// No request is accepted if FIRM or PLAIN reports have less room than this: octets, and number of the
+/// smallest reports.
 #define GROUND_INTAKE 8192U
 #define GROUND_INTAKE_REPORTS 128U
 #define GROUND_FIRM_REPORTS 512U
@@ -73,7 +73,7 @@ typedef struct { // Private, except `blocks`, to be read.
 } ground_backlog_t;
 
 void supervisor_ground_backlog_init(ground_backlog_t* backlog);
-/// A block for a packet, with one reference; null: none is left. The caller returns it by
+/// Take a block for a packet, with one reference; null: none is left. The caller returns it by
 /// supervisor_ground_backlog_give.
 MUST_USE uint8_t* supervisor_ground_backlog_take(ground_backlog_t* backlog, size_t size);
 void supervisor_ground_backlog_give(ground_backlog_t* backlog, uint8_t* block);
@@ -87,7 +87,7 @@ bool supervisor_ground_backlog_accepts(const ground_backlog_t* backlog, pus_clas
 /// The report to send next; `is_plain_open`: all classes can be sent now. False: no report may be sent.
 bool supervisor_ground_backlog_next(const ground_backlog_t* backlog, bool is_plain_open,
                                     ground_report_t* out_report);
-/// The report has been sent.
+/// Remove a report that has been sent.
 void supervisor_ground_backlog_sent(ground_backlog_t* backlog, const ground_report_t* report);
 /// Copy the waiting reports into an empty ring, in order of arrival.
 void supervisor_ground_backlog_copy(const ground_backlog_t* backlog, message_ring_t* ring);

@@ -55,8 +55,8 @@ void supervisor_ground_flush(supervisor_t* const supervisor)
 bool supervisor_ground_accepts(const supervisor_t* const supervisor, const pus_class_t class,
                                const size_t size)
 {
-    const bool is_away = (supervisor->now_ns - supervisor->ground_moved_ns) > AWAY_NS;
-    return is_away || supervisor_ground_backlog_accepts(&supervisor->ground_backlog, class, size) ||
+    const bool has_stalled = (supervisor->now_ns - supervisor->ground_moved_ns) > AWAY_NS;
+    return has_stalled || supervisor_ground_backlog_accepts(&supervisor->ground_backlog, class, size) ||
            (supervisor_ground_backlog_is_empty(&supervisor->ground_backlog) &&
             is_open_for(supervisor, class));
 }
@@ -79,15 +79,15 @@ static void count_dropped(supervisor_t* const supervisor, const pus_class_t clas
     ground->dropped_plain += (class == PUS_CLASS_PLAIN) ? 1U : 0U;
     ground->dropped_bulk += (class == PUS_CLASS_BULK) ? 1U : 0U;
     if (!supervisor->is_ground_behind) {
-        supervisor->is_ground_behind = true;
-        supervisor->is_ground_news   = true;
+        supervisor->is_ground_behind          = true;
+        supervisor->is_ground_loss_unreported = true;
     }
 }
 
 void supervisor_ground_report(supervisor_t* const supervisor)
 {
-    if (supervisor->is_ground_news) { // Not while a report is being sent.
-        supervisor->is_ground_news = false;
+    if (supervisor->is_ground_loss_unreported) { // Not while a report is being sent.
+        supervisor->is_ground_loss_unreported = false;
         (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_GROUND_BEHIND, NULL, 0U);
     }
 }

@@ -38,7 +38,7 @@ static link_session_t* new_session(supervisor_t* const supervisor, const uint16_
     return NULL;
 }
 
-/// Started by the supervisor itself: there is no request to answer.
+/// True if the supervisor itself has started the session: there is no request to answer.
 static bool is_own(const link_session_t* const session)
 {
     return session->token.source == 0U;
@@ -103,7 +103,7 @@ static status_t close_member(supervisor_t* const supervisor, const uint16_t apid
     return pus_tc_send(&supervisor->requester, &writer, NULL);
 }
 
-/// The link is no longer agreed on or open.
+/// Note that the link is no longer agreed on or open.
 static void drop_link(supervisor_t* const supervisor, const uint16_t link)
 {
     link_edge_t* const accepted = accepted_of(supervisor, link);
@@ -184,7 +184,7 @@ static void refuse(pus_link_answer_t* const answer, const pus_link_reason_t reas
     answer->refuse.supported = *wanted;
 }
 
-/// Null: the link has a session, or there is no room.
+/// Begin to negotiate a link. Null: the link has a session, or there is no room.
 static link_session_t* begin_negotiation(supervisor_t* const supervisor, const mission_link_t* const link,
                                          const pus_link_properties_t* const wanted,
                                          const pus_token_t* const token)
@@ -271,20 +271,21 @@ static pus_reply_t open_link(void* const context, const pus_link_open_t* const o
 
 bool supervisor_link_manager_renew(supervisor_t* const supervisor, const uint16_t link)
 {
-    static const pus_token_t nobody = {.source = 0U};
+    static const pus_token_t no_request = {.source = 0U};
     FSW_ASSERT((link >= 1U) && (link <= supervisor->mission->link_count));
-    const mission_link_t* const of            = &supervisor->mission->links[link - 1U];
+    const mission_link_t* const mission_link  = &supervisor->mission->links[link - 1U];
     const link_edge_t* const accepted         = accepted_of(supervisor, link);
     const pus_link_properties_t* const wanted = &supervisor->wanted[link - 1U];
     if ((session_of_link(supervisor, link) != NULL) || (wanted->layout_size == 0U)) {
         return false;
     }
     if (accepted != NULL) {
-        link_session_t* const session = new_session(supervisor, link, SESSION_OPEN_PRODUCER, &nobody);
+        link_session_t* const session = new_session(supervisor, link, SESSION_OPEN_PRODUCER, &no_request);
         return (session != NULL) && begin_opening(supervisor, session, accepted);
     }
-    return is_configured(supervisor, of->producer_apid) && is_configured(supervisor, of->consumer_apid) &&
-           (begin_negotiation(supervisor, of, wanted, &nobody) != NULL);
+    return is_configured(supervisor, mission_link->producer_apid) &&
+           is_configured(supervisor, mission_link->consumer_apid) &&
+           (begin_negotiation(supervisor, mission_link, wanted, &no_request) != NULL);
 }
 
 static pus_reply_t close_link(void* const context, const pus_link_close_t* const close,
@@ -380,11 +381,11 @@ static void member_refuses(supervisor_t* const supervisor, const uint16_t apid,
     if (session == NULL) {
         return;
     }
-    pus_link_refuse_t told = *refused;
-    told.transaction       = session->asked;
+    pus_link_refuse_t forwarded = *refused;
+    forwarded.transaction       = session->asked;
     if (!is_own(session)) {
-        (void)pus_link_refuse_report(subsystem_process(&supervisor->subsystem), session->token.source, &told,
-                                     supervisor->now_ns);
+        (void)pus_link_refuse_report(subsystem_process(&supervisor->subsystem), session->token.source,
+                                     &forwarded, supervisor->now_ns);
     }
     give_up(supervisor, session, 0U, PUS_FAILURE_LINK_REFUSED,
             ((uint32_t)refused->reason << 8U) | (uint32_t)refused->field);

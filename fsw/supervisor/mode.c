@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The operation mode of the mission. Its lasting record {mode, since} is in the journal from the first step
-// to the end of the shutdown. If a supervisor finds it and has taken over nothing, the previous flight was
-// cut off and the state of the spacecraft is unknown: the mission begins in its fallback mode.
+// The operation mode of the mission. Its persistent record {mode, since} is in the journal from the first
+// step to the end of the shutdown. If a supervisor finds it and has taken over nothing, the previous flight
+// was cut off and the state of the spacecraft is unknown: the mission begins in its fallback mode.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include <string.h>

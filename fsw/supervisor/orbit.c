@@ -9,8 +9,8 @@
 #define NS_PER_MS 1000000ULL
 #define ANGLE_BITS 16U
 
-/// Position relative to the start of the present period.
-static uint64_t way(const uint64_t age_ns, const uint32_t period_ms)
+/// Change of the position in `age_ns` with this period.
+static uint64_t position_change(const uint64_t age_ns, const uint32_t period_ms)
 {
     if (period_ms == 0U) {
         return 0U;
@@ -26,7 +26,7 @@ uint64_t supervisor_orbit_position(orbit_t* const orbit, const uint64_t now_ns, 
 {
     FSW_ASSERT(orbit != NULL);
     const uint64_t age_ns   = (now_ns > orbit->since_ns) ? (now_ns - orbit->since_ns) : 0U;
-    const uint64_t position = orbit->position + way(age_ns, orbit->period_ms);
+    const uint64_t position = orbit->position + position_change(age_ns, orbit->period_ms);
     if (period_ms == orbit->period_ms) {
         return position;
     }
@@ -34,5 +34,5 @@ uint64_t supervisor_orbit_position(orbit_t* const orbit, const uint64_t now_ns, 
     orbit->period_ms    = period_ms;
     orbit->since_ns     = is_first ? 0U : now_ns;
     orbit->position     = position;
-    return orbit->position + way(now_ns - orbit->since_ns, period_ms);
+    return orbit->position + position_change(now_ns - orbit->since_ns, period_ms);
 }

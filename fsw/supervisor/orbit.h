@@ -9,8 +9,8 @@
 
 typedef struct { // Private; all zeros: the first node is at time 0.
     uint32_t period_ms;
-    uint64_t since_ns; ///< When the present period began,
-    uint64_t position; ///< and the position at that time.
+    uint64_t since_ns; ///< When the present period began.
+    uint64_t position; ///< Position at that time.
 } orbit_t;
 
 /// Orbits since mission time 0 << 16 | angle from the ascending node [2^-16 orbits]; period_ms 0: the

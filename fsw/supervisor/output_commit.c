@@ -11,7 +11,7 @@
 
 #include <string.h>
 
-#define NOBODY 0U ///< Stands for the receiver of a frame: the output is an order to a process.
+#define NO_RECEIVER 0U ///< In place of a receiver: the output is an order to a process.
 #define HEAD_OCTETS 2U
 #define ORDER_OCTETS 15U
 
@@ -37,8 +37,8 @@ void supervisor_output_commit_init(supervisor_t* const supervisor)
     message_divert(supervisor->config.endpoint, (message_carrier_t){supervisor, keep_frame});
 }
 
-static void give(supervisor_t* const supervisor, const order_t order, const uint16_t apid,
-                 const uint32_t link_floor, const uint64_t boot_ns)
+static void send_order(supervisor_t* const supervisor, const order_t order, const uint16_t apid,
+                       const uint32_t link_floor, const uint64_t boot_ns)
 {
     uint8_t octets[ORDER_OCTETS];
     octet_writer_t writer = octet_writer(octets, sizeof octets);
@@ -46,27 +46,27 @@ static void give(supervisor_t* const supervisor, const order_t order, const uint
     octet_write_u16(&writer, apid);
     octet_write_u32(&writer, link_floor);
     octet_write_u64(&writer, boot_ns);
-    const status_t status = keep_frame(supervisor, NOBODY, octets, writer.position);
+    const status_t status = keep_frame(supervisor, NO_RECEIVER, octets, writer.position);
     FSW_ASSERT(status == STATUS_OK); // Windows bound the number of frames; the remaining room is for orders.
 }
 
 void supervisor_output_commit_start(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     entry->presumed = PRESUMED_RUNNING;
-    give(supervisor, ORDER_START, entry->mission->apid, supervisor->link_epoch,
-         (uint64_t)entry->mission->boot_time_us * 1000U);
+    send_order(supervisor, ORDER_START, entry->mission->apid, supervisor->link_epoch,
+               (uint64_t)entry->mission->boot_time_us * 1000U);
 }
 
 void supervisor_output_commit_stop(supervisor_t* const supervisor, registry_entry_t* const entry,
                                    const bool is_hung)
 {
     entry->presumed = PRESUMED_GONE;
-    give(supervisor, is_hung ? ORDER_KILL : ORDER_STOP, entry->mission->apid, 0U, 0U);
+    send_order(supervisor, is_hung ? ORDER_KILL : ORDER_STOP, entry->mission->apid, 0U, 0U);
 }
 
 void supervisor_output_commit_finish(supervisor_t* const supervisor)
 {
-    give(supervisor, ORDER_FINISH, SUPERVISOR_APID, 0U, 0U);
+    send_order(supervisor, ORDER_FINISH, SUPERVISOR_APID, 0U, 0U);
 }
 
 bool supervisor_output_commit_is_running(const supervisor_t* const supervisor,
@@ -129,7 +129,7 @@ bool supervisor_output_commit_perform(supervisor_t* const supervisor)
         size -= sizeof head;
         const uint16_t to                   = octets_u16_at(head);
         const registry_entry_t* const entry = supervisor_registry_find(supervisor, to);
-        if (to == NOBODY) {
+        if (to == NO_RECEIVER) {
             carry_out(supervisor, frame, size);
         } else if ((entry != NULL) &&
                    !is_taken(supervisor, &is_full[entry - supervisor->registry], to, frame, size)) {

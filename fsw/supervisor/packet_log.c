@@ -114,7 +114,8 @@ static status_t write_piece(packet_log_t* const log)
     return status;
 }
 
-/// All that may wait for the disk. Called by the writer, or, without one, by the supervisor's loop.
+/// Perform the job, the only code that may wait for the disk. Called by the writer, or, without one, by the
+/// supervisor's loop.
 static void do_job(packet_log_t* const log)
 {
     packet_log_job_t* const job = &log->job;
@@ -222,7 +223,7 @@ static void make_piece(packet_log_t* const log)
     job->is_rest = (place >= log->ring.used);
 }
 
-/// The piece is in the file. While it was written, the ring may have lost some of its records.
+/// Account for a piece that was written. Meanwhile the ring may have lost some of its records.
 static void take_piece(packet_log_t* const log)
 {
     const uint64_t oldest = oldest_number(log);
@@ -355,8 +356,8 @@ static packet_log_job_kind_t next_job(const packet_log_t* const log)
     return (log->now_ns >= (log->looked_ns + LOOK_NS)) ? PACKET_LOG_LOOK : PACKET_LOG_NO_JOB;
 }
 
-/// Without a writer write all that waits; of a ring that was in force one piece in each step.
-static void work(packet_log_t* const log)
+/// Without a writer: write all waiting records; after the ring was in force, one piece in each step.
+static void write_waiting(packet_log_t* const log)
 {
     bool goes_on = !is_busy(log);
     while (goes_on) {
@@ -375,10 +376,10 @@ void supervisor_packet_log_step(packet_log_t* const log, const uint64_t now_ns)
 {
     FSW_ASSERT(log != NULL);
     log->now_ns = now_ns;
-    work(log);
+    write_waiting(log);
 }
 
-/// Hand over all that waits, in one step, and wait for it. Only without a writer.
+/// Write all waiting records in one step. Only without a writer.
 static void flush(packet_log_t* const log)
 {
     while (log->is_open && (log->ring.blocks > 0U)) {

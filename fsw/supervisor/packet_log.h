@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Packet log: every packet that passes the supervisor becomes one numbered record, kept by the selected
 /// strategy. The strategy can be changed at any record. The numbers continue, so the parts merge to one log
-/// at the end of a run, and a missing or doubled record shows. File formats: docs/packet-log.md.
+/// at the end of a run, and a missing or doubled record is detected. File formats: docs/packet-log.md.
 ///
 ///     ASCII       packets.ascii: lines of text
 ///     SQLite      packets.spool: binary records, which a writer process takes into packets.db
@@ -48,10 +48,10 @@ typedef struct { // Private: one job for the file. While busy, the writer owns i
     packet_log_job_kind_t kind;
     packet_log_strategy_t strategy;
     uint64_t since_ns;
-    uint64_t first_number; // Records of the piece,
+    uint64_t first_number; // First and last record of the piece.
     uint64_t last_number;
     size_t octets;
-    bool is_rest;  // and no other record waited when it was made.
+    bool is_rest;  // The piece held all waiting records when it was made.
     uint64_t size; // Size of the file: whole records, before and after.
     // Before: the file may end with a part of a record, which is cut off first. After: it could not be cut
     // off.
@@ -95,7 +95,7 @@ typedef struct {                    // All fields are private, except the first 
     uint8_t ring_storage[PACKET_LOG_RING_OCTETS];
 } packet_log_t;
 
-typedef struct { // State of the log before it is opened: of a program that died, from its last commit.
+typedef struct {          // State of the log of a program that died, from its last commit.
     uint64_t next_number; ///< 1: a new log.
     uint64_t written_number;
     uint64_t sizes[PACKET_LOG_STRATEGIES]; ///< Sizes of the files (`whole`); later octets are cut off.
@@ -114,11 +114,11 @@ MUST_USE status_t supervisor_packet_log_open(packet_log_t* log, const char* fold
 MUST_USE status_t supervisor_packet_log_start_writer(packet_log_t* log);
 /// Close the file without writing, as at the end of the program; the log has no writer.
 void supervisor_packet_log_abandon(packet_log_t* log);
-/// Keep a packet.
+/// Append a packet to the log.
 void supervisor_packet_log_append(packet_log_t* log, uint64_t time_ns, bool is_tc, const uint8_t* packet,
                                   size_t size);
 /// Change the strategy from the next record on, with a writer from the first record that no file has.
-/// STATUS_OK; STATUS_UNSUPPORTED (strategy of no build or unknown); STATUS_DENIED, STATUS_IO,
+/// STATUS_OK; STATUS_UNSUPPORTED (this build does not have the strategy); STATUS_DENIED, STATUS_IO,
 /// STATUS_NOT_FOUND (its file cannot be opened), STATUS_BUSY (the writer waits for the disk; the ring can be
 /// still selected): the old one stays in force.
 MUST_USE status_t supervisor_packet_log_select(packet_log_t* log, packet_log_strategy_t strategy);

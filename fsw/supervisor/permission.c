@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a request may pass: the mission's permission matrix, and for a request of a state also power, links
-// and the states of the other members.
+// Decides whether a request may pass, by the mission's permission matrix, and for a request of a state also
+// by power, links and the states of the other members.
 #include "fsw/supervisor/permission_matrix.h"
 #include "fsw/supervisor/supervisor_internal.h"
 
@@ -80,11 +80,11 @@ static pus_failure_t check_members(supervisor_t* const supervisor, const uint16_
     for (uint16_t i = 1U; i < count; i++) {
         const registry_entry_t* const member = supervisor_registry_find(supervisor, members[i]);
         FSW_ASSERT(member != NULL); // Links are between subsystems of the mission.
-        const bool is_barring = (member->state == state);
-        if (is_barring && !supervisor_doubt_is_about(member)) {
+        const bool is_in_state = (member->state == state);
+        if (is_in_state && !supervisor_doubt_is_about(member)) {
             return pus_failure(PUS_FAILURE_MEMBER_ACTIVE, members[i]);
         }
-        doubted = (supervisor_doubt_is_about(member) && (is_barring || is_certain)) ? members[i] : doubted;
+        doubted = (supervisor_doubt_is_about(member) && (is_in_state || is_certain)) ? members[i] : doubted;
     }
     return (doubted != 0U) ? pus_failure(PUS_FAILURE_STATE_IN_DOUBT, doubted)
                            : pus_failure(PUS_FAILURE_NONE, 0U);

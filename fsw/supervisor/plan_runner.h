@@ -29,8 +29,8 @@ typedef struct {
     uint64_t start_ns;
     descriptor_severity_t severity;
     uint16_t plan;                        ///< Index in the mission's plans, or PLAN_BUILT_IN.
-    uint16_t apid;                        ///< Subsystem that failed,
-    uint16_t event_id;                    ///< by this event.
+    uint16_t apid;                        ///< Subsystem that failed.
+    uint16_t event_id;                    ///< Event that reported the failure.
     uint16_t members[LINK_GRAPH_MEMBERS]; ///< `apid` first; each is a subsystem of the mission.
     uint16_t member_count;                ///< 0: no run.
     uint16_t lost; ///< Bit n: the process of member n died. It starts again in OFFLINE: no action for it.
@@ -54,7 +54,7 @@ const plan_run_t* supervisor_plan_runner_of(const plan_runner_t* runner, uint16_
 bool supervisor_plan_runner_overrule(plan_runner_t* runner, const plan_run_t* wanted, plan_run_t* out_ended);
 /// Start `wanted`, without its members that belong to other runs.
 plan_verdict_t supervisor_plan_runner_start(plan_runner_t* runner, const plan_run_t* wanted);
-/// The process of a subsystem died.
+/// Note that the process of a subsystem died.
 void supervisor_plan_runner_mark_lost(plan_runner_t* runner, uint16_t apid);
 /// True if the actions of `run` apply to a subsystem: false for a member whose process died.
 bool supervisor_plan_runner_concerns(const plan_run_t* run, uint16_t apid);

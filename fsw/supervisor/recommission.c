@@ -83,16 +83,16 @@ static void report_end(supervisor_t* const supervisor, registry_entry_t* const e
 static bool may_pass(supervisor_t* const supervisor, registry_entry_t* const entry, const uint8_t subtype,
                      const uint8_t* const octets, const size_t size)
 {
-    const pus_tc_t tc           = {.apid    = entry->mission->apid,
-                                   .service = PUS_SERVICE_MANAGEMENT,
-                                   .subtype = subtype,
-                                   .data    = octets,
-                                   .size    = size};
-    const pus_failure_t failure = supervisor_permission_of(supervisor, &tc);
-    const bool may_come_true    = (failure.code == PUS_FAILURE_LINK_MISSING) ||
-                               (failure.code == PUS_FAILURE_MEMBER_ACTIVE) ||
-                               (failure.code == PUS_FAILURE_STATE_IN_DOUBT);
-    if ((failure.code != PUS_FAILURE_NONE) && !may_come_true) {
+    const pus_tc_t tc               = {.apid    = entry->mission->apid,
+                                       .service = PUS_SERVICE_MANAGEMENT,
+                                       .subtype = subtype,
+                                       .data    = octets,
+                                       .size    = size};
+    const pus_failure_t failure     = supervisor_permission_of(supervisor, &tc);
+    const bool may_become_permitted = (failure.code == PUS_FAILURE_LINK_MISSING) ||
+                                      (failure.code == PUS_FAILURE_MEMBER_ACTIVE) ||
+                                      (failure.code == PUS_FAILURE_STATE_IN_DOUBT);
+    if ((failure.code != PUS_FAILURE_NONE) && !may_become_permitted) {
         report_end(supervisor, entry, (uint16_t)failure.code);
     }
     return failure.code == PUS_FAILURE_NONE;
@@ -136,8 +136,8 @@ static bool is_linked(supervisor_t* const supervisor, const uint16_t apid)
 {
     for (uint16_t i = 0U; i < supervisor->mission->link_count; i++) {
         const mission_link_t* const link = &supervisor->mission->links[i];
-        const bool is_its                = (link->producer_apid == apid) || (link->consumer_apid == apid);
-        if (is_its && is_to_be_open(supervisor, link->number) &&
+        const bool is_of_subsystem       = (link->producer_apid == apid) || (link->consumer_apid == apid);
+        if (is_of_subsystem && is_to_be_open(supervisor, link->number) &&
             (supervisor_link_graph_find(&supervisor->graph, link->number) == NULL)) {
             return false;
         }
@@ -177,8 +177,8 @@ static void order_next_step(supervisor_t* const supervisor, registry_entry_t* co
 static bool is_free(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     recommission_t* const run = &entry->recommission;
-    const bool is_coming      = (entry->process == PROCESS_RUNNING) || entry->is_start_due;
-    if (!is_coming) {
+    const bool is_restarting  = (entry->process == PROCESS_RUNNING) || entry->is_start_due;
+    if (!is_restarting) {
         report_end(supervisor, entry, PUS_FAILURE_LOST);
         return false;
     }

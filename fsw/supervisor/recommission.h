@@ -25,7 +25,7 @@ typedef struct { // Private: of one subsystem.
     bool has_left_offline; // It has left OFFLINE again.
     state_t target;
     uint16_t configuration;
-    state_t ordered; // Ordered from its present stable state; STATE_COUNT: no order yet.
+    state_t ordered; // State ordered in its present rest state; STATE_COUNT: no order yet.
     state_t seen;
     state_phase_t seen_phase;
     uint64_t since_ns; // Time of the last progress.

@@ -77,7 +77,7 @@ static void learn_from(supervisor_t* const supervisor, const pus_tm_t* const tm)
     }
 }
 
-/// `block`, where the packet lies in one.
+/// `block`: the block that contains the packet; null: it is in no block.
 static void route_report(supervisor_t* const supervisor, const uint16_t from, const uint8_t* const packet,
                          const size_t size, uint8_t* const block)
 {
@@ -127,8 +127,8 @@ static bool is_known_user(const supervisor_t* const supervisor, const uint16_t s
     return false;
 }
 
-/// PUS_FAILURE_NONE if the request may pass, else the reason.
-static pus_failure_t judge(supervisor_t* const supervisor, const pus_tc_t* const tc, const uint16_t from)
+/// PUS_FAILURE_NONE if the request may pass, otherwise the reason of its refusal.
+static pus_failure_t refusal_of(supervisor_t* const supervisor, const pus_tc_t* const tc, const uint16_t from)
 {
     if (!is_known_user(supervisor, tc->source, from)) {
         return pus_failure(PUS_FAILURE_SOURCE, tc->source);
@@ -180,7 +180,7 @@ static void route_request(supervisor_t* const supervisor, const uint16_t from, c
         }
         return;
     }
-    failure = judge(supervisor, &tc, from);
+    failure = refusal_of(supervisor, &tc, from);
     if (failure.code == PUS_FAILURE_NONE) {
         const status_t status = deliver_request(supervisor, &tc, packet, size);
         if (status == STATUS_OK) {
@@ -198,7 +198,7 @@ bool supervisor_router_has_room(const supervisor_t* const supervisor, const uint
     return (apid == SUPERVISOR_APID) || (message_credit_plain(supervisor->config.endpoint, apid) > 0U);
 }
 
-/// The same check for the supervisor's own orders.
+/// Like supervisor_router_has_room, for the supervisor's own orders, which may use the reserve.
 static bool has_firm_room(const supervisor_t* const supervisor, const uint16_t apid)
 {
     return (apid == SUPERVISOR_APID) || (message_credit(supervisor->config.endpoint, apid) > 0U);
@@ -244,9 +244,10 @@ static uint16_t* taken_of(intake_t* const intake, const uint16_t apid)
     return (entry == NULL) ? NULL : &intake->taken[entry - intake->supervisor->registry];
 }
 
-/// A storm of one subsystem fills its own window, not the step of the supervisor. No request of the ground is
-/// accepted while there is no room for its answers: it waits in the window, then in the connection.
-static bool admits(void* const context, const uint16_t peer)
+/// True if a packet of `peer` may be taken now. A flood of packets from one subsystem fills its own window,
+/// not the step of the supervisor. No request of the ground is accepted while there is no room for its
+/// answers: it waits in the window, then in the connection.
+static bool may_receive(void* const context, const uint16_t peer)
 {
     intake_t* const intake              = (intake_t*)context;
     const registry_entry_t* const entry = supervisor_registry_find(intake->supervisor, peer);
@@ -276,7 +277,7 @@ static bool must_wait(supervisor_t* const supervisor, const uint8_t* const head,
         supervisor_router_has_room(supervisor, apid)) {
         supervisor->held_for = 0U;
         if (entry != NULL) {
-            entry->is_clogged = false;
+            entry->is_unresponsive = false;
         }
         return false;
     }
@@ -284,9 +285,9 @@ static bool must_wait(supervisor_t* const supervisor, const uint8_t* const head,
         supervisor->held_for = apid;
         supervisor->held_ns  = supervisor->now_ns;
     }
-    entry->is_clogged =
-        entry->is_clogged || ((supervisor->now_ns - supervisor->held_ns) >= REQUEST_PATIENCE_NS);
-    return !entry->is_clogged;
+    entry->is_unresponsive =
+        entry->is_unresponsive || ((supervisor->now_ns - supervisor->held_ns) >= REQUEST_PATIENCE_NS);
+    return !entry->is_unresponsive;
 }
 
 /// True if the report taken last is of a life that the supervisor has declared over. The requests to that
@@ -302,7 +303,7 @@ static bool is_of_ended_life(supervisor_t* const supervisor, const uint16_t from
 
 /// Take the next packet into a block of its size, log and route it, and release the block: every further
 /// user holds a reference. Without a block the packet is still handled, but cannot wait. STATUS_OK,
-/// STATUS_EMPTY, STATUS_BUSY (the ground's, which waits).
+/// STATUS_EMPTY, STATUS_BUSY (a request of the ground, which waits).
 static status_t take_one(supervisor_t* const supervisor, const message_filter_t* const filter,
                          uint16_t* const out_from)
 {
@@ -342,7 +343,7 @@ static status_t take_one(supervisor_t* const supervisor, const message_filter_t*
 void supervisor_router_take_in(supervisor_t* const supervisor)
 {
     intake_t intake               = {.supervisor = supervisor};
-    const message_filter_t filter = {&intake, admits};
+    const message_filter_t filter = {&intake, may_receive};
     uint16_t from                 = 0U;
     status_t status               = STATUS_OK;
     for (unsigned i = 0U; (i < NO_PACKETS_LIMIT) && (status != STATUS_EMPTY); i++) {
@@ -439,7 +440,7 @@ status_t supervisor_order_state(supervisor_t* const supervisor, const uint16_t a
     pus_token_t token     = {.request_id = 0U};
     const status_t status = pus_tc_send(&supervisor->requester, &writer, &token);
     FSW_ASSERT(entry != NULL); // Only subsystems of the mission receive orders.
-    entry->is_order_owed    = (status == STATUS_FULL);
+    entry->is_order_pending = (status == STATUS_FULL);
     entry->ordered          = target;
     entry->order_cause      = cause;
     entry->order.request_id = token.request_id;
@@ -447,11 +448,11 @@ status_t supervisor_order_state(supervisor_t* const supervisor, const uint16_t a
     return status;
 }
 
-void supervisor_order_owed(supervisor_t* const supervisor)
+void supervisor_send_pending_orders(supervisor_t* const supervisor)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         const registry_entry_t* const entry = &supervisor->registry[i];
-        if (entry->is_order_owed && supervisor_registry_is_there(entry) &&
+        if (entry->is_order_pending && supervisor_registry_is_there(entry) &&
             has_firm_room(supervisor, entry->mission->apid)) {
             (void)supervisor_order_state(supervisor, entry->mission->apid, entry->ordered,
                                          entry->order_cause);

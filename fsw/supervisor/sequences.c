@@ -29,7 +29,7 @@ static bool bring_up(supervisor_t* const supervisor, const registry_entry_t* con
     return false;
 }
 
-/// Without `communication` the ground could not bring it up again.
+/// True if `communication` is OFFLINE: the ground cannot reach it then, so the autostart brings it up again.
 static bool is_ground_cut_off(supervisor_t* const supervisor)
 {
     const registry_entry_t* const entry = supervisor_registry_find(supervisor, COMMUNICATION_APID);

@@ -31,7 +31,7 @@ registry_entry_t* supervisor_registry_find(supervisor_t* const supervisor, const
     return NULL;
 }
 
-/// A stable state other than ERROR_OPERATIONAL.
+/// A rest state other than ERROR_OPERATIONAL.
 static bool is_rest(const registry_entry_t* const entry)
 {
     const bool is_still = (entry->phase == PHASE_IDLE) || (entry->phase == PHASE_UNCONFIGURED) ||
@@ -220,10 +220,10 @@ static void process_lost(supervisor_t* const supervisor, registry_entry_t* const
 {
     const uint16_t apid = entry->mission->apid;
     supervisor_recommission_begin(supervisor, apid); // Before states and links are cleared.
-    entry->process       = PROCESS_LOST;
-    entry->state         = STATE_OFFLINE;
-    entry->phase         = PHASE_IDLE;
-    entry->is_order_owed = false;
+    entry->process          = PROCESS_LOST;
+    entry->state            = STATE_OFFLINE;
+    entry->phase            = PHASE_IDLE;
+    entry->is_order_pending = false;
     supervisor_registry_end_pending(supervisor, apid);
     supervisor_raise_u16(supervisor, event_id, apid);
     supervisor_error_member_lost(supervisor, apid, event_id);

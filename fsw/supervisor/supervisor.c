@@ -169,7 +169,7 @@ static void tick(supervisor_t* const supervisor)
     supervisor_registry_watch(supervisor);
     supervisor_doubt_watch(supervisor);
     supervisor_registry_end_unanswered(supervisor, UNANSWERED_NS);
-    supervisor_order_owed(supervisor);
+    supervisor_send_pending_orders(supervisor);
     supervisor_link_manager_watch(supervisor);
     supervisor_error_run_plans(supervisor);
     supervisor_sequence_autostart(supervisor);
@@ -182,13 +182,13 @@ static void tick(supervisor_t* const supervisor)
 /// Perform the outputs of the step. If one fails, handle that in the same step.
 static void finish_step(supervisor_t* const supervisor)
 {
-    bool is_news = true;
-    for (unsigned round = 0U; is_news && (round < ROUNDS); round++) {
+    bool has_changed = true;
+    for (unsigned round = 0U; has_changed && (round < ROUNDS); round++) {
         supervisor_error_own_events(supervisor);
         supervisor_adoption_commit(supervisor);
         const uint64_t next_number = supervisor->log.next_number;
         supervisor_router_flush_log(supervisor);
-        is_news =
+        has_changed =
             supervisor_output_commit_perform(supervisor) || (supervisor->log.next_number != next_number);
     }
 }
@@ -197,6 +197,8 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
 {
     FSW_ASSERT(supervisor != NULL);
     supervisor->now_ns = now_ns;
+    // Messages are taken in before subsystem_step, and events about them have the time of this step.
+    subsystem_set_time(&supervisor->subsystem, now_ns);
     (void)supervisor_output_commit_perform(supervisor); // Outputs of the step before, or of the life before.
     if (!supervisor->has_begun) {
         supervisor_adoption_reopen(supervisor);

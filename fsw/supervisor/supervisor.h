@@ -88,13 +88,13 @@ typedef struct { // Known data of one subsystem.
     uint16_t configuration;
     uint8_t restarts;
     uint8_t deaths;       ///< Deaths that count against its restart budget.
-    bool is_start_due;    ///< At restart_ns.
+    bool is_start_due;    ///< It is to be started at restart_ns.
     uint64_t restart_ns;  ///< Time of the last start, or of the next one.
     state_t rested;       ///< Last rest state, other than ERROR_OPERATIONAL.
     uint16_t rested_with; ///< The configuration in that state.
     uint64_t error_ns;    ///< When it first reported ERROR_OPERATIONAL.
     recommission_t recommission;
-    bool is_order_owed; ///< The order in `ordered` waits for room in its mailbox.
+    bool is_order_pending; ///< The order in `ordered` waits for room in its mailbox.
     state_t ordered;
     pus_cause_t order_cause;
     struct {
@@ -108,8 +108,8 @@ typedef struct { // Known data of one subsystem.
     uint64_t configuration_hash;
     bool is_interface_mismatched; ///< The interface hash differs from that of the supervisor's descriptor.
     bool is_in_doubt;             ///< Taken over from the previous supervisor, not reported since.
-    bool is_clogged;              ///< Requests to it no longer wait: it has taken no packet for too long.
-    bool are_links_in_doubt;      ///< Taken over, and not yet compared with its own report.
+    bool is_unresponsive;    ///< It has taken no packet for too long: requests to it are refused at once.
+    bool are_links_in_doubt; ///< Taken over, and not yet compared with its own report.
     doubt_t doubt;
     struct {
         uint32_t request_id; ///< TC[129,4], if DOUBT_ASKED.
@@ -134,7 +134,7 @@ typedef struct {
     bool has_log_writer; ///< A task of its own waits for the disk of the packet log.
     uint32_t start_count;
     pus_file_store_t files; ///< Files of ST[23] and of services that load by reference.
-    journal_t* journal;     ///< Open, with the lasting records of earlier lives; null: no lasting records.
+    journal_t* journal; ///< Open, with the persistent records of earlier lives; null: no persistent records.
     subsystem_services_t optional; ///< Services that its descriptor lists.
     const medium_t* store_media;   ///< SPACECRAFT_STORES media for packet stores; null: nothing fits.
     bool is_endpoint_kept;         ///< The endpoint is that of the supervisor that died, unchanged.
@@ -166,12 +166,12 @@ typedef struct supervisor { // All fields are private.
     bool is_log_failure_reported;
     pending_table_t pending;
     pending_table_t own;  // Requests to the supervisor itself.
-    pending_table_t left; // Of these, requests of the previous supervisor that cannot continue.
+    pending_table_t left; // Requests of `own` that the previous supervisor began and that cannot continue.
     uint32_t lives;       // Number of supervisor lives in this run.
     bool is_adopted;      // Taken over from the previous one, not reported yet.
     bool is_continued;    // Taken over after the autostart: bring up only the supervisor itself.
     adoption_damage_t checkpoint_damage;
-    bool are_checkpoint_kept;
+    bool is_checkpoint_copied;
     uint8_t log_strategy; // First strategy of the packet log.
     packet_log_past_t log_past;
     checkpoint_state_t kept;
@@ -213,20 +213,21 @@ typedef struct supervisor { // All fields are private.
     message_ring_t ground_kept; // Copy of the backlog for the next life.
     // Addressee of the ground's next request, if that addressee has no room for it; 0: none.
     uint16_t held_for;
-    uint64_t held_ns;         // Time since which it has had no room.
-    message_ring_t outputs;   // Outputs of this step, and those that were not taken yet.
-    uint32_t performed;       // Outputs of the last commit.
-    uint64_t ground_moved_ns; // When a waiting report was sent last, or no report waited.
-    bool is_ground_behind;    // Reports were dropped since the backlog was empty.
-    bool is_ground_news;      // The loss was not reported yet.
+    uint64_t held_ns;               // Time since which it has had no room.
+    message_ring_t outputs;         // Outputs of this step, and those that were not taken yet.
+    uint32_t performed;             // Outputs of the last commit.
+    uint64_t ground_moved_ns;       // When a waiting report was sent last, or no report waited.
+    bool is_ground_behind;          // Reports were dropped since the backlog was empty.
+    bool is_ground_loss_unreported; // That loss was not reported yet.
     packet_log_t log;
     uint8_t ground_storage[GROUND_OCTETS];
     uint8_t output_storage[OUTPUT_COMMIT_OCTETS];
     uint8_t packet[PUS_PACKET_MAX];
 } supervisor_t;
 
-/// Opens the packet log. `supervisor` is all zeros, as static storage is when a program begins: to clear
-/// these megabytes would touch them all at start. STATUS_OK, or the status of supervisor_packet_log_open.
+/// Set up the supervisor and open the packet log. `supervisor` must be all zeros, as static storage is when a
+/// program begins: clearing it here would touch several megabytes at start. STATUS_OK, or the status of
+/// supervisor_packet_log_open.
 MUST_USE status_t supervisor_init(supervisor_t* supervisor, const supervisor_config_t* config);
 /// Process received messages and run the work that is due. Returns the time of the next wake [ns of the run].
 uint64_t supervisor_step(supervisor_t* supervisor, uint64_t now_ns);

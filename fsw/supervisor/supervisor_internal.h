@@ -12,12 +12,12 @@ void supervisor_output_commit_init(supervisor_t* supervisor);
 void supervisor_output_commit_start(supervisor_t* supervisor, registry_entry_t* entry);
 void supervisor_output_commit_stop(supervisor_t* supervisor, registry_entry_t* entry, bool is_hung);
 bool supervisor_output_commit_is_running(const supervisor_t* supervisor, const registry_entry_t* entry);
-/// The mission is over.
+/// Tell the platform that the mission is over.
 void supervisor_output_commit_finish(supervisor_t* supervisor);
 /// Perform all outputs, which must be committed. True: a peer did not take a frame; the next call performs
 /// the rest, which must be committed again.
 bool supervisor_output_commit_perform(supervisor_t* supervisor);
-/// Leave out the outputs of the adopted commit that were performed.
+/// Skip the outputs of the adopted commit that were already performed.
 void supervisor_output_commit_resume(supervisor_t* supervisor);
 
 /// router.c
@@ -38,12 +38,12 @@ status_t supervisor_router_send_time(void* context, const uint8_t* packet, size_
 bool supervisor_router_has_room(const supervisor_t* supervisor, uint16_t apid);
 /// Route a request that a service on board has released, like one that its source has sent.
 void supervisor_router_route_released(supervisor_t* supervisor, const uint8_t* packet, size_t size);
-/// Order to a subsystem of the mission: TC[129,8], with its cause. If the mailbox has no room, the order is
-/// kept and sent later, unless another one replaces it or the process dies. Statuses of pus_tc_send.
+/// Order a subsystem of the mission to a state by TC[129,8], with the cause. If the mailbox has no room, the
+/// order is kept and sent later, unless another one replaces it or the process dies. Statuses of pus_tc_send.
 status_t supervisor_order_state(supervisor_t* supervisor, uint16_t apid, state_t target, pus_cause_t cause);
 /// Send the kept orders for which there is room now.
-void supervisor_order_owed(supervisor_t* supervisor);
-/// Order to a subsystem: TC[129,3].
+void supervisor_send_pending_orders(supervisor_t* supervisor);
+/// Order a subsystem to apply a configuration by TC[129,3].
 status_t supervisor_order_configuration(supervisor_t* supervisor, uint16_t apid, uint16_t configuration);
 
 /// Route a request that was assembled from parts, from the user that sent them. STATUS_OK, STATUS_FULL (no
@@ -64,7 +64,7 @@ bool supervisor_ground_accepts(const supervisor_t* supervisor, pus_class_t class
 bool supervisor_ground_is_waiting(const supervisor_t* supervisor);
 /// True if requests of the ground may be accepted: there is room for the answers.
 bool supervisor_ground_takes_requests(const supervisor_t* supervisor);
-/// Copy the reports that wait for the ground for the next life of the supervisor; restore them.
+/// Copy the reports that wait for the ground for the next life of the supervisor; in that life, restore them.
 void supervisor_ground_keep(supervisor_t* supervisor);
 void supervisor_ground_resume(supervisor_t* supervisor);
 /// Raise GROUND_BEHIND, once whenever reports begin to wait for the ground.
@@ -87,7 +87,7 @@ void supervisor_registry_report(supervisor_t* supervisor, const pus_tm_t* tm);
 void supervisor_registry_end_pending(supervisor_t* supervisor, uint16_t apid);
 /// End every request whose addressee runs but has not accepted it within `patience_ns`.
 void supervisor_registry_end_unanswered(supervisor_t* supervisor, uint64_t patience_ns);
-/// Check processes and heartbeats; once per tick.
+/// Check processes and heartbeats; every 10 ms.
 void supervisor_registry_watch(supervisor_t* supervisor);
 /// Electrical power [W] of all subsystems, with one of them in another state.
 uint32_t supervisor_registry_power_w(const supervisor_t* supervisor, uint16_t apid, state_t state);
@@ -109,7 +109,7 @@ void supervisor_adoption_compare(supervisor_t* supervisor, registry_entry_t* ent
 
 /// doubt.c: true if the state of a subsystem may differ from the known one; no decision may depend on it.
 bool supervisor_doubt_is_about(const registry_entry_t* entry);
-/// Request the status of subsystems whose reports arrive again after a silence; once per tick.
+/// Request the status of subsystems whose reports arrive again after a silence; every 10 ms.
 void supervisor_doubt_watch(supervisor_t* supervisor);
 /// End the doubt about a subsystem that has answered.
 void supervisor_doubt_verification(supervisor_t* supervisor, const pus_tm_t* tm,
@@ -152,7 +152,7 @@ void supervisor_raise_u16_u16(supervisor_t* supervisor, uint16_t event_id, uint1
 void supervisor_mode_set(supervisor_t* supervisor, uint8_t mode, uint8_t cause);
 /// Enter the fallback mode of the mission.
 void supervisor_mode_fall_back(supervisor_t* supervisor);
-/// Restore the lasting record of the mode. STATUS_OK, STATUS_INVALID.
+/// Restore the persistent record of the mode. STATUS_OK, STATUS_INVALID.
 status_t supervisor_mode_restore(supervisor_t* supervisor, const uint8_t* octets, size_t size);
 /// In the first step: enter the fallback mode if the previous flight was interrupted, and store the record.
 void supervisor_mode_begin(supervisor_t* supervisor);

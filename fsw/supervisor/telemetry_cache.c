@@ -93,7 +93,7 @@ static void take(telemetry_cache_t* const cache, const uint16_t index, octet_rea
 {
     telemetry_cache_value_t* const value = &cache->values[index];
     (void)memcpy(&cache->octets[value->offset], octet_read_octets(reader, value->size), value->size);
-    if (value->is_known && (time_ns > value->taken_ns)) { // Not a further sample of the same report.
+    if (value->is_known && (time_ns > value->taken_ns)) { // Not another sample of the same report.
         value->interval_ns = time_ns - value->taken_ns;
     }
     value->is_known = true;
@@ -244,8 +244,8 @@ static void observe_definition(telemetry_cache_t* const cache, const pus_tm_t* c
         (uint8_t)((tm->subtype == (uint8_t)HOUSEKEEPING_CONTENT) ? HOUSEKEEPING_REPORT : DIAGNOSTIC_REPORT);
     octet_reader_t reader = octet_reader(tm->data, tm->size);
     const uint16_t id     = octet_read_u16(&reader);
-    (void)octet_read_u8(&reader);  // Periodic or not,
-    (void)octet_read_u32(&reader); // and how often, is not needed.
+    (void)octet_read_u8(&reader);  // Whether it is periodic: not needed.
+    (void)octet_read_u32(&reader); // Its interval: not needed.
     if (supervisor_telemetry_cache_define(cache, tm->apid, subtype, id, &reader) == STATUS_INVALID) {
         cache->counters.unfitting++;
     }

@@ -4,7 +4,7 @@
 /// parameters of other components from it by pus_parameter_port_t; nothing is settable.
 ///
 /// Definitions list the values of a report: supervisor_telemetry_cache_define, or TM[3,10] and TM[3,12] as
-/// they pass. Of a super-commutated set the last sample is kept. The size of a scalar is in the layout bits
+/// they pass. The last sample of a super-commutated set is kept. The size of a scalar is in the layout bits
 /// of its id; `size_of` gives the others. Reports of unknown structures are ignored; so are reports whose
 /// length differs from the definition, which are counted, and values of TM[20,2] after one of unknown size.
 ///

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A medium whose writes since the last commit of the checkpoint can be undone: before each write, what it
-/// overwrites goes into an annex of the checkpoint. When the next life opens the medium, it is as it was at
-/// the last commit. A write that goes beyond the end needs only the old size. Not saved: octets beyond
-/// UNDO_CUT_MAX of one truncation (a medium that is emptied has no content that matters), and what does not
-/// fit into the annex.
+/// A medium whose writes since the last commit of the checkpoint can be undone: before each write, the octets
+/// that it overwrites are saved in an annex of the checkpoint. When the next life opens the medium, it is as
+/// it was at the last commit. A write that goes beyond the end needs only the old size. Not saved: octets
+/// beyond UNDO_CUT_MAX of one truncation (a medium that is emptied has no content that matters), and what
+/// does not fit into the annex.
 ///
 /// Ownership  The caller places undo_medium_t.
 /// Context    One loop.

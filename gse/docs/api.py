@@ -69,7 +69,7 @@ def link_names(text, places, own=()):
 
 
 def code_block(entry, places):
-    """Declaration with its comments and keywords in their colours."""
+    """HTML of a declaration with coloured comments and keywords."""
     lines = []
     body = entry.code
     if entry.is_private and len(body) > 3:
@@ -120,7 +120,7 @@ def prose(lines, places):
 
 
 def ticks(text):
-    """`name` as code."""
+    """HTML in which each `name` is marked as code."""
     return re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
 
 

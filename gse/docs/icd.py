@@ -7,7 +7,7 @@ from ground_dictionary import dictionary
 from page import escape, shell, table
 from source import STATES
 
-LINKS = "<p>One writer, any readers: a port that is provided may have several links, each opened, closed and lost by itself.</p>"
+LINKS = "<p>A provided port has one writer and any number of readers. Each of its links is opened, closed and lost independently.</p>"
 TELECOMMANDS = {
     (3, 1): "create a housekeeping structure", (3, 3): "delete structures", (3, 5): "enable reports", (3, 6): "disable reports",
     (3, 27): "one-shot report", (3, 31): "modify the interval", (5, 5): "enable event reports", (5, 6): "disable event reports",
@@ -23,20 +23,34 @@ def mono(text):
     return f'<span class="mono">{escape(text)}</span>'
 
 
-def type_of(item):
-    """DOUBLE[2]."""
-    return mono(item["type"] + (f"[{item['count']}]" if item.get("count", 1) > 1 else ""))
+def type_of(item, subsystem=None):
+    """Type of a field, such as DOUBLE[2], with its enumeration."""
+    text = mono(item["type"] + (f"[{item['count']}]" if item.get("count", 1) > 1 else ""))
+    if "enumeration" not in item:
+        return text
+    return f'{text} <a class="mono" href="#{subsystem["name"].lower()}-enumeration-{item["enumeration"].lower()}">{item["enumeration"]}</a>'
 
 
 def number(value):
-    """A bound, or nothing."""
+    """Text of a bound; empty for None."""
     return "" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def bounds(item):
-    """min .. max of a field."""
+    """Text `min .. max` of a field; empty without bounds, and for an enumeration, which lists its numbers."""
+    if "enumeration" in item:
+        return ""
     low, high = number(item.get("min")), number(item.get("max"))
     return f"{low} .. {high}" if low or high else ""
+
+
+def initially(subsystem, item):
+    """Initial value of a field, with the names of an enumeration."""
+    text = item["init"] or ""
+    if "enumeration" in item:
+        words = {str(number): word for word, number in subsystem["enumerations"][item["enumeration"]].items()}
+        text = " ".join(words[number] for number in text.split())
+    return escape(text)
 
 
 def octets_of(item, sizes):
@@ -56,21 +70,36 @@ def parameters(subsystem, sizes):
             at = 0
             for field in item["fields"]:
                 size = octets_of(field, sizes)
-                rows.append([mono(field["name"]), "", type_of(field), at, size, escape(field["unit"]), bounds(field), escape(field["init"] or "")])
+                rows.append([mono(field["name"]), "", type_of(field, subsystem), at, size, escape(field["unit"]), bounds(field), initially(subsystem, field)])
                 kinds.append("in")
                 at += size
         else:
-            rows.append([*first, type_of(item), "0", item["size"], escape(item["unit"]), bounds(item), escape(item["init"] or "")])
+            rows.append([*first, type_of(item, subsystem), "0", item["size"], escape(item["unit"]), bounds(item), initially(subsystem, item)])
             kinds.append("")
     return table(["parameter", "id", "type", "at", "octets", "unit", "range", "initially"], rows, (3, 4), kinds)
 
 
-def layout(fields, sizes, start=0):
+def enumerations(subsystem, _):
+    """Table of enumerations with their numbers."""
+    rows = []
+    for name, numbers in subsystem["enumerations"].items():
+        place = f'<a id="{subsystem["name"].lower()}-enumeration-{name.lower()}"></a>'
+        rows.append([place + mono(name), "<br>".join(f"{number}: {mono(word)}" for word, number in numbers.items())])
+    return table(["enumeration", "numbers"], rows)
+
+
+def failures(subsystem, _):
+    """Table of failure codes of its own."""
+    rows = [[mono(f"0x{item['code']:04X}"), mono(item["name"]), escape(item["detail"])] for item in subsystem["failures"]]
+    return table(["failure code", "meaning", "detail"], rows)
+
+
+def layout(subsystem, fields, sizes, start=0):
     """Packet layout of consecutive fields."""
     rows, at = [], start
     for item in fields:
         size = octets_of(item, sizes)
-        rows.append([at, size, mono(item["name"]), type_of(item), escape(item.get("unit") or "")])
+        rows.append([at, size, mono(item["name"]), type_of(item, subsystem), escape(item.get("unit") or "")])
         at += size
     return table(["at", "octets", "value", "type", "unit"], rows, (0, 1))
 
@@ -87,7 +116,7 @@ def events(subsystem, sizes):
         at, parts = 0, []
         for value in item["parameters"]:
             if isinstance(value, dict):
-                parts.append(f"{at}: {mono(value['name'])} {type_of(value)} {escape(value['unit'])}")
+                parts.append(f"{at}: {mono(value['name'])} {type_of(value, subsystem)} {escape(value['unit'])}")
                 at += octets_of(value, sizes)
             else:
                 parts.append(f"{at}: {refer(subsystem, value)}, sampled")
@@ -103,7 +132,7 @@ def functions(subsystem, sizes):
     rows = []
     for item in subsystem["functions"]:
         arguments = [
-            f"{argument['id']}: {mono(argument['name'])} {type_of(argument)} {escape(argument['unit'])} {bounds(argument)}"
+            f"{argument['id']}: {mono(argument['name'])} {type_of(argument, subsystem)} {escape(argument['unit'])} {bounds(argument)}"
             for argument in item["arguments"]
         ]
         states = "any" if len(item["states"]) == len(STATES) else "<br>".join(item["states"])
@@ -131,14 +160,14 @@ def structure(subsystem, item):
     return f"<p>Structure <b>{item['id']}</b>: {every}; {at} octets</p>" + table(["at", "octets", "parameter", "sampled"], rows, (0, 1))
 
 
-def ports(title, items, sizes):
+def ports(subsystem, title, items, sizes):
     """Ports of a configuration with the layout of their samples."""
     parts = []
     for item in items:
         needs = "" if title == "provides" else f", {'required' if item['required'] else 'optional'}, stale after {item['stale_us'] / 1000:g} ms"
         head = f"{title} <b class='mono'>{item['name']}</b>, port {item['id']}: {item['octets']} octets each {item['period_us'] / 1000:g} ms{needs}"
         code = mono(f"0x{item['layout_hash']:08X}")
-        parts.append(f"<p>{head}; by {', '.join(item['methods'])}; layout hash {code}</p>" + layout(item["layout"], sizes))
+        parts.append(f"<p>{head}; by {', '.join(item['methods'])}; layout hash {code}</p>" + layout(subsystem, item["layout"], sizes))
     return "".join(parts)
 
 
@@ -160,14 +189,17 @@ def configuration(subsystem, item, sizes):
         for loop in item["loops"])
     head = f'<h3 id="{place}">Configuration {item["name"]}, id {item["id"]}</h3><p>Cycle {item["sampling_us"] / 1000:g} ms, priority {item["priority"]}.{loops}</p>'
     reports = "".join(structure(subsystem, part) for part in item["housekeeping"])
-    return head + reports + ports("provides", item["provides"], sizes) + ports("requires", item["requires"], sizes) + devices(item["devices"])
+    return head + reports + ports(subsystem, "provides", item["provides"], sizes) + ports(subsystem, "requires", item["requires"], sizes) + devices(item["devices"])
 
 
 def subsystem_section(subsystem, sizes):
     name = subsystem["name"]
     hashes = f"interface {mono(subsystem['interface_hash'])}, configuration {mono(subsystem['configuration_hash'])}"
     parts = [f'<h2 id="{name.lower()}">{name}</h2><p class="sub">APID {subsystem["apid"]}, executable <code>{subsystem["executable"]}</code>; {hashes}</p>']
-    for title, items, show in (("Parameters", "parameters", parameters), ("Events", "events", events), ("Functions", "functions", functions)):
+    for title, items, show in (
+        ("Enumerations", "enumerations", enumerations), ("Parameters", "parameters", parameters), ("Events", "events", events),
+        ("Functions", "functions", functions), ("Failure codes", "failures", failures),
+    ):
         if subsystem[items]:
             parts.append(f"<h3>{title}</h3>{show(subsystem, sizes)}")
     parts += [configuration(subsystem, item, sizes) for item in subsystem["configurations"]]
@@ -184,7 +216,7 @@ def permissions(content):
 
 
 def link_drawing(links):
-    """The links as a drawing: a port that is provided and its readers, an arrow to each; dashed where it is not required."""
+    """Drawing of the links: an arrow from each producer to each consumer, dashed if the link is not required."""
     lines = ['digraph{rankdir=LR;bgcolor="transparent";node[shape=box,style="rounded,filled",color="#c9d0d8",fillcolor="#eaf1fa",'
              'fontname="Helvetica",fontsize=11];edge[color="#9aa5b1",arrowsize=.6,fontname="Helvetica",fontsize=9]']
     for link in links:

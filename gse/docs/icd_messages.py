@@ -38,7 +38,7 @@ class _Rows:
         if "repeat" in entry:
             least = "at least one" if entry["least"] else "or none"
             size = "1" if self.direction == "TC" else "2"
-            self.rows.append([indent + _mono(entry["repeat"]), size, f"count, {least}; so many times:"])
+            self.rows.append([indent + _mono(entry["repeat"]), size, f"count, {least}; repeated that many times:"])
             self.add(entry["fields"], depth + 1)
         elif "choice" in entry:
             for number, case in entry["cases"].items():

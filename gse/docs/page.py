@@ -55,7 +55,7 @@ def anchor(text):
 
 
 def table(head, rows, numeric=(), classes=()):
-    """Table of HTML cells; columns in `numeric` are set to the right."""
+    """Table of HTML cells; columns in `numeric` are right-aligned."""
     side = ["n" if index in numeric else "" for index in range(len(head))]
     mark = [f' class="{name}"' if name else "" for name in side]
     top = "".join(f"<th{m}>{cell}</th>" for m, cell in zip(mark, head))
@@ -83,7 +83,7 @@ def shell(name, title, body, contents=()):
 
 
 def colour_diff(found):
-    """Lines of a block of changes in their colours."""
+    """HTML of a diff block with coloured lines."""
     lines = []
     for line in found[1].splitlines():
         kind = "c" if line[:4] in ("--- ", "+++ ") else {"+": "p", "-": "m", "@": "c"}.get(line[:1], "")

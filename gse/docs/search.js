@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Look words up in searchIndex, which gse/docs/search.py has made. ECMAScript 5, no library.
+// Search words in searchIndex, which gse/docs/search.py generates. ECMAScript 5, no library.
 
 function searchWords(text) {
     return text.toLowerCase().match(/[a-z0-9]+/g) || [];
 }
 
-// Sections that have all words of the question, the best first. A word matches by its beginning; one in a title counts 4, a
-// whole one 2 more.
+// Sections that contain all words of the question, best first. A word of the question matches each word that begins with it; a
+// match in a title scores 4 more, a match of the whole word 2 more.
 function searchFind(index, question) {
     var wanted = searchWords(question), scores = {}, i;
     for (i = 0; i < wanted.length; i += 1) {
@@ -25,7 +25,7 @@ function searchFind(index, question) {
     });
 }
 
-// Scores of the sections with one more word; `before` has those with the words so far, null at the first.
+// Scores of the sections that also contain the next word; `before` has the scores for the previous words, null for the first word.
 function searchScore(index, wanted, before) {
     var best = {}, scores = {};
     Object.keys(index.words).forEach(function (word) {

@@ -35,7 +35,7 @@ class Sections(html.parser.HTMLParser):
         self.feed(text.partition("<main>")[2].partition("</main>")[0])
 
     def handle_starttag(self, tag, attributes):
-        """A heading gives its text as title, another element its id."""
+        """Begin a section at an element with an id; its title is the text of the heading, or the id of another element."""
         place = dict(attributes).get("id")
         if place:
             self.found.append([place, "" if tag in HEADINGS else place, ""])
@@ -43,11 +43,11 @@ class Sections(html.parser.HTMLParser):
         self.found[-1][2] += " "
 
     def handle_endtag(self, tag):
-        """What follows a heading is text."""
+        """After the end of a heading, collect the text of the section."""
         self.is_heading = self.is_heading and tag not in HEADINGS
 
     def handle_data(self, data):
-        """Text of the section or of its heading."""
+        """Append text to the section or to its heading."""
         self.found[-1][1 if self.is_heading else 2] += data
 
 
@@ -72,7 +72,7 @@ def index_of(pages):
 
 
 def write(out, pages):
-    """The files of the search; the text of its page is returned."""
+    """Write the files of the search; returns the text of its page."""
     index = json.dumps(index_of(pages), separators=(",", ":"), ensure_ascii=False, sort_keys=True)
     (out / "search-index.js").write_text(f"var searchIndex={index};\n", encoding="utf-8")
     (out / "search.js").write_text(SCRIPT.read_text(encoding="utf-8"), encoding="utf-8")

@@ -64,6 +64,7 @@ class _Writer:
                 self.add("enum {")
                 self.add(*(f"    {self.upper}_{kind}_{item.name} = {item.id}," for item in items))
                 self.add("};", "")
+        self.enumerations()
         for event in self.subsystem.events:
             size = sum(item.size for item in event.fields + event.references)
             if size:
@@ -73,6 +74,23 @@ class _Writer:
                 self.add(f"#define {self.upper}_EVENT_{event.name}_OCTETS {size}U ///< {layout}")
         if any(event.fields or event.references for event in self.subsystem.events):
             self.add("")
+
+    def enumerations(self):
+        """Constants of failure codes and of the numbers of enumerations."""
+        if self.subsystem.failures:
+            self.add("enum { ///< Failure codes of its own.")
+            self.add(*(f"    {self.upper}_FAILURE_{failure.name} = 0x{failure.code:04X}," for failure in self.subsystem.failures))
+            self.add("};", "")
+        taken = {}
+        for enumeration in self.subsystem.enumerations:
+            self.add(f"enum {{ ///< {enumeration.name}.")
+            for name, number in enumeration.numbers.items():
+                constant = f"{self.upper}_VALUE_{enumeration.name}_{name}"
+                if constant in taken:
+                    enumeration.element.fail(f"the constant {constant} is that of <Enumeration> {taken[constant]}")
+                taken[constant] = enumeration.name
+                self.add(f"    {constant} = {number},")
+            self.add("};", "")
 
     def structure(self, name, fields, meaning):
         self.add(f"typedef struct {{ ///< {meaning}")
@@ -89,7 +107,7 @@ class _Writer:
         self.add(f"}} {name};", "")
 
     def close_groups(self, groups, kept):
-        """End structures within a structure until so many are open."""
+        """Close nested structures until `kept` of them are open."""
         while len(groups) > kept:
             self.add(f"{'    ' * len(groups)}}} {groups.pop().lower()};")
 

@@ -18,7 +18,7 @@ FIELD = re.compile(r"([a-z_0-9]+) ([a-z_0-9]+)(?: of ([a-z_]+))?( \?)?\Z")
 
 @dataclass
 class Message:
-    """One message: fields are dictionaries of name and kind, of a repetition, or of a choice."""
+    """One message: each field is a dictionary that describes a name with its kind, a repetition, or a choice."""
 
     service: int
     subtype: int
@@ -26,6 +26,8 @@ class Message:
     name: str
     confidence: str
     answer: int
+    identifier: str
+    is_critical: bool
     fields: list = field(default_factory=list)
 
 
@@ -68,7 +70,7 @@ def kinds(path):
 
 
 def failures(path, names):
-    """[(number, name, words, detail)] of all failure codes; names: names by number, as tailoring.h has them."""
+    """[(number, name, words, detail)] of all failure codes; names: names by number, as tailoring.h defines them."""
     reader, found = Reader(path), {}
     while (line := reader.next()) is not None:
         matched = re.match(r"([A-Z_]+): ([^|\"\\]+?)(?: \| (.+))?\Z", line)
@@ -137,7 +139,19 @@ class _Parser:
         return {"choice": name, "cases": cases}
 
 
-def _service(path, known):
+def identifiers(path):
+    """Names of messages for the ground, and true for the critical ones, by (service, subtype)."""
+    reader, found = Reader(path), {}
+    while (line := reader.next()) is not None:
+        matched = re.match(r"(\d+),(\d+) ([A-Z][A-Z0-9_]*)( critical)?\Z", line)
+        key = (int(matched[1]), int(matched[2])) if matched else None
+        if not matched or key in found or matched[3] in [name for name, _ in found.values()]:
+            reader.wrong(line, "`service,subtype NAME` with a new message and a new name")
+        found[key] = matched[3], matched[4] is not None
+    return found
+
+
+def _service(path, known, names):
     reader = Reader(path)
     parser = _Parser(reader, known)
     head = re.match(r"service (\d+) (.+)\Z", reader.next() or "")
@@ -154,7 +168,10 @@ def _service(path, known):
         if not matched:
             reader.wrong(line, "`TC|TM subtype name [confidence] -> answer`")
         direction, subtype, name, confidence, answer = matched.groups()
-        message = Message(int(head[1]), int(subtype), direction, name, confidence or "high", int(answer or 0))
+        if (int(head[1]), int(subtype)) not in names:
+            reader.wrong(line, "a message with a name in names.txt")
+        known_as = names[int(head[1]), int(subtype)]
+        message = Message(int(head[1]), int(subtype), direction, name, confidence or "high", int(answer or 0), *known_as)
         message.fields, line = parser.fields(lambda line: line is None or HEAD.match(line))
         made["messages"].append(message)
     return int(head[1]), made
@@ -162,8 +179,16 @@ def _service(path, known):
 
 def load(folder):
     """Kinds, and services by number, each with name, enumerations and messages."""
-    known = kinds(folder / "kinds.txt")
-    services = dict(_service(path, known) for path in sorted(folder.glob("st*.txt")))
+    known, names = kinds(folder / "kinds.txt"), identifiers(folder / "names.txt")
+    services = dict(_service(path, known, names) for path in sorted(folder.glob("st*.txt")))
+    return known, services
+
+
+def private(folder):
+    """The mission's own services, as `load`."""
+    known = kinds(folder / "kinds.txt") | kinds(folder / "private" / "kinds.txt")
+    names = identifiers(folder / "names.txt")
+    services = dict(_service(path, known, names) for path in sorted((folder / "private").glob("st*.txt")))
     return known, services
 
 

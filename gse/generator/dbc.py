@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """CAN database (DBC) of a bus: every frame that flight software and devices exchange, from descriptors and data sheets.
 
-Process data come from the mapping of each device in its data sheet, as the settings of every configuration
-change it; NMT, SYNC, TIME, emergencies, SDO and heartbeats are those of CiA 301. Physical values are in SI units.
+Process data have the PDO mapping in the data sheet of each device, as changed by the settings of every configuration;
+NMT, SYNC, TIME, emergencies, SDO and heartbeats are those of CiA 301. Physical values are in SI units.
 """
 
 import re
 from dataclasses import dataclass, field
 
 import sheet
+from sheet import AXIS_STEP, UNIT_POSITION, UNIT_VELOCITY
 from source import read_number
 
 PDO_OBJECTS = ((0x1400, 0x1600, "RPDO"), (0x1800, 0x1A00, "TPDO"))
@@ -17,8 +18,8 @@ PDO_INVALID = 1 << 31
 IDENTIFIER_MASK = 0x7FF
 CONSUMER_HEARTBEAT, SYNC_OVERFLOW = (0x1016, 1), (0x1019, 0)
 SYNC_COB, EMCY_COB, SDO_REQUEST_COB, SDO_RESPONSE_COB = (0x1005, 0), (0x1014, 0), (0x1200, 1), (0x1200, 2)
-AXIS_STEP, PROFILE_FIRST, PROFILE_LAST = 0x800, 0x6000, 0x9FFF
-RATED_CURRENT_MA, RATED_TORQUE_MNM, UNIT_POSITION, UNIT_VELOCITY = 0x6075, 0x6076, 0x60A8, 0x60A9
+PROFILE_FIRST, PROFILE_LAST = 0x6000, 0x9FFF
+RATED_CURRENT_MA, RATED_TORQUE_MNM = 0x6075, 0x6076
 POSITIONS = {0x6062, 0x6064, 0x6065, 0x607A, 0x60F4}
 VELOCITIES = {0x606B, 0x606C, 0x60B1, 0x60FF}
 TORQUES = {0x6071, 0x6072, 0x6074, 0x6077, 0x60B2, 0x60E0, 0x60E1}
@@ -50,13 +51,13 @@ class Signal:
     factor: float = 1.0
     unit: str = ""
     words: dict = field(default_factory=dict)
-    selects: bool = False  # Others depend on its value ...
-    when: tuple = ()  # ... these, which are present for these values of it.
+    selects: bool = False  # The value of this signal decides which other signals are present.
+    when: tuple = ()  # Values of the selecting signal for which this signal is present; empty: always.
 
 
 @dataclass
 class Message:
-    """A message; two configurations that use one identifier must agree on all of it."""
+    """A message; configurations that use the same identifier must define the same message."""
 
     identifier: int
     name: str
@@ -113,10 +114,27 @@ def _nodes(mission, bus):
                 ends = [end for end in device.endnodes if end.text("type") == "CAN" and bus in (end.text("bus"), end.text("redundantBus"))]
                 for end in ends[:1]:
                     number = end.unsigned("node", 1, 127)
-                    loaded = sheet.of_class(device.element, device.type)
+                    loaded = _sheet_of(device)
+                    _check_objects(device, loaded)
                     values = loaded.defaults(number)
                     values.update(_settings(device))
                     yield Node(device.element, device.name, number, loaded, values)
+
+
+def _sheet_of(device):
+    """Sheet of the device's class: a file of that name."""
+    classes = sorted(path.stem for path in sheet.FOLDER.glob("*.eds"))
+    if device.type not in classes:
+        device.element.wrong("type", "a class with a data sheet: " + " ".join(classes))
+    return sheet.load(sheet.FOLDER / f"{device.type}.eds")
+
+
+def _check_objects(device, loaded):
+    """A setting or quantity of an object that the device does not have would be refused in flight only."""
+    for child in [*device.element.all("Setting"), *device.element.all("Quantity")]:
+        index, _, subindex = child.text("object").partition(":")
+        if (int(index, 16), int(subindex, 16)) not in loaded.entries:
+            child.wrong("object", f"an object of {loaded.path.name}")
 
 
 def _settings(device):
@@ -193,9 +211,7 @@ def _sdo(commands, segment, toggles):
 def _process_data(node, name, is_fd, place):
     parameter, mapping, kind = place
     signals, position = [], 0
-    for number in range(1, node.values.get((mapping, 0), 0) + 1):
-        entry = node.values.get((mapping, number), 0)
-        index, subindex, bits = entry >> 16, (entry >> 8) & 0xFF, entry & 0xFF
+    for index, subindex, bits in sheet.mapped(node.values, mapping):
         if index >= 0x20:  # Smaller numbers are data types: padding.
             signals.append(_mapped(node, index, subindex, position, bits))
         position += bits
@@ -225,26 +241,24 @@ def _scale(values, index):
         return 1.0, ""
     axis = (index - PROFILE_FIRST) // AXIS_STEP * AXIS_STEP
     of_first = index - axis
-    for objects, unit in ((POSITIONS, UNIT_POSITION), (VELOCITIES, UNIT_VELOCITY)):
+    for number, objects, code, unit in ((0, POSITIONS, UNIT_POSITION, "rad"), (1, VELOCITIES, UNIT_VELOCITY, "rad/s")):
         if of_first in objects:
-            return _si(values.get((unit + axis, 0), 0))
+            factor = sheet.units(values, axis // AXIS_STEP)[number]
+            return _si(values.get((code + axis, 0), 0)) if factor is None else (factor, unit)
     for objects, rated, unit in ((TORQUES, RATED_TORQUE_MNM, "Nm"), (CURRENTS, RATED_CURRENT_MA, "A")):
         if of_first in objects and (rated + axis, 0) in values:
-            return values[(rated + axis, 0)] / 1_000_000, unit  # per mille of a thousandth
+            return values[(rated + axis, 0)] / 1_000_000, unit  # The object is in per mille of the rated value, which is in mA or mNm.
     return 1.0, ""
 
 
 def _si(code):
     """Factor and unit of a unit object: prefix, numerator and denominator in its upper octets."""
-    prefix, numerator, denominator = (code >> 24) & 0xFF, (code >> 16) & 0xFF, (code >> 8) & 0xFF
-    exponent = prefix - 256 if prefix > 127 else prefix
-    unit = SI_UNITS.get(numerator, "")
-    per = SI_UNITS.get(denominator)
-    return float(f"1e{exponent}"), f"{unit}/{per}" if per else unit
+    unit, per = SI_UNITS.get(code >> 16 & 0xFF, ""), SI_UNITS.get(code >> 8 & 0xFF)
+    return sheet.prefix(code), f"{unit}/{per}" if per else unit
 
 
 def _identifier(name):
-    """PositionActualValueAxis2 of "Position actual value axis 2"."""
+    """Signal name of an object: PositionActualValueAxis2 for "Position actual value axis 2"."""
     words = re.findall(r"[A-Za-z0-9]+", name)
     return "".join(word[0].upper() + word[1:] for word in words)[:NAME_MAX]
 

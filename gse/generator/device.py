@@ -5,14 +5,15 @@ from dataclasses import dataclass
 
 from source import NUMBER_OUT_OF_RANGE, TYPES, read_number
 
+RECORDS = ("checksum", "silence", "retry", "retryLongest")
 ENDNODES = {  # type: required and optional attributes; all others are refused
     "CAN": (("bus", "node"), ()),
-    "SHM": (("name",), ("order",)),
-    "MQUEUE": (("name",), ("order",)),
-    "UDP": (("address", "port"), ("order",)),
-    "TCP": (("address", "port"), ("framing", "order")),
-    "SERIAL": (("name",), ("framing", "order", "baud")),
-    "FILE": (("name",), ("framing", "order", "direction")),
+    "SHM": (("name",), ("order", *RECORDS)),
+    "MQUEUE": (("name",), ("order", *RECORDS)),
+    "UDP": (("address", "port"), ("order", *RECORDS)),
+    "TCP": (("address", "port"), ("framing", "order", *RECORDS)),
+    "SERIAL": (("name",), ("framing", "order", "baud", *RECORDS)),
+    "FILE": (("name",), ("framing", "order", "direction", *RECORDS)),
 }
 FLOW_FORMAT = {
     "framing": ("RAW", "LENGTH", "SLIP", "LINE"),
@@ -45,6 +46,8 @@ def device_of(element):
             _quantity(child)
         elif child.name == "Supply":
             _supply(child)
+        elif child.name == "Field":
+            _field(child)
         else:
             _endnode(child)
             device.endnodes.append(child)
@@ -66,11 +69,16 @@ def _setting(element):
         element.wrong("value", f"a number of type {kind}")
 
 
+def _unit(element):
+    if len(element.text("unit", "")) > 16:
+        element.wrong("unit", "at most 16 characters")
+
+
 def _quantity(element):
     element.identifier()
     element.unsigned("id", 0, 65535)
     _object(element)
-    element.text("unit", "")
+    _unit(element)
     element.flag("settable")
     if read_number(element.attributes["scale"], "DOUBLE") in (None, NUMBER_OUT_OF_RANGE, 0.0):
         element.wrong("scale", "a number other than 0")
@@ -80,6 +88,36 @@ def _supply(element):
     element.unsigned("unit", 1, 127)
     if element.unsigned("on", 1, 255) == element.unsigned("off", 1, 255):
         element.wrong("off", "another line than on")
+
+
+def _field(element):
+    """A field of the records of a stream device."""
+    element.identifier()
+    direction = element.word("direction", ("IN", "OUT"))
+    element.word("type", tuple(name for name in TYPES if name != "BOOL"))
+    _unit(element)
+    for attribute in ("scale", "offset", "safe"):
+        if attribute in element.attributes and read_number(element.attributes[attribute], "DOUBLE") in (None, NUMBER_OUT_OF_RANGE):
+            element.wrong(attribute, "a number of type DOUBLE")
+    if read_number(element.attributes.get("scale", "1"), "DOUBLE") == 0.0:
+        element.wrong("scale", "a number other than 0")
+    if direction == "IN" and "safe" in element.attributes:
+        element.fail("<Field> of direction IN has no attribute safe")
+
+
+def _records(element, may_have):
+    """What an end node says about the records that it carries."""
+    kind = element.attributes["type"]
+    for attribute in RECORDS:
+        if attribute in element.attributes and attribute not in may_have:
+            element.fail(f"<Endnode> of type {kind} has no attribute {attribute}")
+    if kind == "CAN":
+        return
+    element.flag("checksum")
+    element.time_us("silence", 100, 60000000, 100000)
+    retry = element.time_us("retry", 100, 60000000, 10000)
+    if retry > element.time_us("retryLongest", 100, 60000000, 1000000):
+        element.fail(f"<Endnode>: expected a retryLongest of at least retry, {retry} us")
 
 
 def _endnode(element):
@@ -92,6 +130,7 @@ def _endnode(element):
         if attribute in element.attributes and attribute not in may_have:
             element.fail(f"<Endnode> of type {element.attributes['type']} has no attribute {attribute}")
         element.word(attribute, words)
+    _records(element, may_have)
     if "redundantBus" in element.attributes and "bus" not in needs:
         element.fail(f"<Endnode> of type {element.attributes['type']} has no attribute redundantBus")
     if "bus" in needs:

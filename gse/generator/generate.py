@@ -4,7 +4,7 @@
 
     python3 gse/generator/generate.py --mission descriptors/missions/*.xml --out build/generated
 
-A subsystem may fly in several missions with one descriptor; it has one header.
+Several missions may use the descriptor of a subsystem; one header is generated for it.
 
 Needs only Python's standard library; checks the files against their XML schemas, too, if xmllint is installed.
 A file is only written when its content changes. An error reads file:line, value found, what is expected; exit 1.
@@ -21,15 +21,21 @@ from xml.parsers import expat
 
 import catalogue
 import dbc
+import descriptions
+import device_class
+import dissector
 import mission as mission_descriptor
 import xtce
+import yamcs_displays
 import services
 from c_header import header
 from ground_dictionary import dictionary
+from sheet import SheetError
 from source import DescriptorError
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCHEMAS = ROOT / "descriptors" / "schema"
+DESCRIPTIONS = ROOT / "descriptors" / "descriptions.txt"
 CATALOGUE = ROOT / "pus" / "catalogue"
 TAILORING = ROOT / "pus" / "core" / "tailoring.h"
 
@@ -46,7 +52,7 @@ def validate(path, schema):
 
 
 def check_world(path):
-    """The simulator checks what a schema cannot."""
+    """Check a world against its schema, and its name; the simulator checks the rest when it reads the file."""
     validate(path, "world.xsd")
     parser = expat.ParserCreate()
 
@@ -58,7 +64,7 @@ def check_world(path):
     parser.StartElementHandler = start
     try:
         parser.Parse(path.read_bytes(), True)
-    except expat.ExpatError as error:  # Without xmllint nothing has refused it yet.
+    except expat.ExpatError as error:  # Without xmllint this is the first check.
         raise DescriptorError(path, error.lineno, f"not well-formed: {expat.ErrorString(error.code)}") from error
 
 
@@ -77,7 +83,7 @@ def generate(path, out, described, messages, failures):
     loaded = mission_descriptor.load(path)
     validate(path, "mission.xsd")
     world = path.parent.parent / "worlds" / path.name
-    if world.exists():  # Without it the mission flies with real devices only.
+    if world.exists():  # A mission without a world has real devices only.
         check_world(world)
     if loaded.name != path.stem:
         loaded.element.wrong("name", f"{path.stem}, as the file is named")
@@ -89,11 +95,15 @@ def generate(path, out, described, messages, failures):
         validate(source, "subsystem.xsd")
         write(out / f"{subsystem.name.lower()}_descriptor.h", header(subsystem, source.name))
         write(out / f"{subsystem.name.lower()}_services.h", services.header(subsystem, source.name))
-    content = dictionary(loaded) | {"catalogue": messages}
+    content = descriptions.describe(dictionary(loaded), descriptions.load(DESCRIPTIONS)) | {"catalogue": messages}
     write(out / f"{loaded.name}.json", json.dumps(content, indent=1) + "\n")
     text, events = xtce.database(content, failures)
     write(out / f"{loaded.name}.xtce.xml", text)
+    write(out / f"{loaded.name}.lua", dissector.script(content))
     write(out / f"{loaded.name}.events.json", json.dumps(events, indent=1) + "\n")
+    for folder, files in (("displays", yamcs_displays.displays(content)), ("stacks", yamcs_displays.stacks(content))):
+        for name, one in files.items():
+            write(out / "yamcs" / loaded.name / folder / name, json.dumps(one, indent=1) + "\n")
     for bus, text in dbc.databases(loaded).items():
         write(out / f"{loaded.name}-{bus}.dbc", text)
 
@@ -105,7 +115,8 @@ def generate_messages(out, failures):
     write(out / "pus/failure_words.h", catalogue.failures_header(words))
     for number, service in services.items():
         write(out / f"pus/st{number:02}_request_formats.h", catalogue.formats_header(number, service, known))
-    return catalogue.ground(known, services) | {"failures": {number: [what, detail] for number, _, what, detail in words}}
+    ground = catalogue.ground(known, services) | {"private": catalogue.ground(*catalogue.private(CATALOGUE))}
+    return ground | {"failures": {number: [what, detail] for number, _, what, detail in words}}
 
 
 def main(arguments=None):
@@ -117,9 +128,10 @@ def main(arguments=None):
     try:
         failures = xtce.failure_names(TAILORING.read_text(encoding="utf-8"))
         messages = generate_messages(options.out, failures)
+        write(options.out / "device_classes.h", device_class.header())
         for path in options.mission:
             generate(path, options.out, described, messages, failures)
-    except DescriptorError as error:
+    except (DescriptorError, SheetError) as error:
         print(error, file=sys.stderr)
         return 1
     except OSError as error:

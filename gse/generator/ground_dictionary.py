@@ -46,9 +46,13 @@ def _children(element, name):
     return container.children if container else []
 
 
+def _value(item):
+    entry = {"name": item.name, "type": item.type, "count": item.count, "unit": item.unit}
+    return {**entry, "enumeration": item.enumeration.name} if item.enumeration else entry
+
+
 def _field(item):
-    entry = {"name": item.name, "id": item.id, "type": item.type, "count": item.count, "unit": item.unit}
-    return {**entry, "min": item.min, "max": item.max, "init": item.init}
+    return {**_value(item), "id": item.id, "min": item.min, "max": item.max, "init": item.init}
 
 
 def _parameter(parameter):
@@ -63,14 +67,15 @@ def _parameter(parameter):
     if parameter.layout == LAYOUT_STRUCT:
         return {**entry, "type": "STRUCT", "count": 1, "unit": "", "fields": [_field(item) for item in parameter.fields]}
     item = _field(parameter.fields[0])
-    return {**entry, **{key: item[key] for key in ("type", "count", "unit", "min", "max", "init")}}
+    del item["id"]
+    return {**item, **entry}
 
 
 def _port(port):
     return {
         "name": port.name,
         "id": port.id,
-        "layout": [{"name": f.name, "type": f.type, "count": f.count, "unit": f.unit} for f in port.fields],
+        "layout": [_value(item) for item in port.fields],
         "layout_hash": port.layout_hash,
         "octets": port.size,
         "required": port.required,
@@ -120,7 +125,7 @@ def _configuration(configuration):
 
 
 def _event(event):
-    own = [{"name": f.name, "type": f.type, "count": f.count, "unit": f.unit} for f in event.fields]
+    own = [_value(item) for item in event.fields]
     return {
         "name": event.name,
         "id": event.id,
@@ -137,6 +142,8 @@ def _subsystem(listed, loaded):
         "configuration_hash": f"0x{loaded.configuration_hash:016X}",
         "executable": listed.text("executable"),
         "autostart": listed.flag("autostart"),
+        "enumerations": {enumeration.name: enumeration.numbers for enumeration in loaded.enumerations},
+        "failures": [{"name": failure.name, "code": failure.code, "detail": failure.detail} for failure in loaded.failures],
         "parameters": [_parameter(parameter) for parameter in loaded.parameters],
         "events": [_event(event) for event in loaded.events],
         "functions": [

@@ -8,8 +8,7 @@ import re
 from dataclasses import dataclass, field
 
 import subsystem as subsystem_descriptor
-from source import METHODS, REST_STATES, SEVERITIES, STATES, canonical, fnv64, read
-from subsystem import unique
+from source import METHODS, REST_STATES, SEVERITIES, STATES, canonical, fnv64, read, unique
 
 TABLE = {
     ("", "Mission"): "name! epoch! power! timeReports",
@@ -283,7 +282,7 @@ def _check_action(mission, action):
 
 
 def _take_bus(mission, subsystem, endnode, attribute):
-    """A bus has one master: SYNC and network management of two would act on each other's devices."""
+    """Record which subsystem uses a bus. A bus has one master, because SYNC and NMT of a second one would act on its devices."""
     if endnode.text(attribute) is not None:
         owner = mission.bus_owners.setdefault(endnode.text(attribute), subsystem)
         if owner is not subsystem:
@@ -338,7 +337,7 @@ def _resolve_plan(mission, element):
 
 
 def _check_room(mission, element, producer, consumer):
-    """One writer and several readers, at most as many links as the capacities of both ends."""
+    """Check that a link adds a reader to a writer: each reader has one link, and a writer at most PORT_LINKS."""
     if producer is consumer:
         element.wrong("to", "a port of another subsystem")
     if any(link["to"] == element.attributes["to"] for link in mission.links):

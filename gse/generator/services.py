@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Services that a subsystem may offer in addition to those that all have, and the header with storage for the listed ones.
+"""Optional services of a subsystem, and the generated header with the storage of those that its descriptor lists.
 
 A service is added by fsw/framework/subsystem/<name>_service.{h,c}: <name>_service_t is its storage, and
 subsystem_<name>_service_add(component, service, entries, number of them, ..) puts it into a component.

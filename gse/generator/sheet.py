@@ -1,21 +1,30 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Electronic data sheets of devices (CiA 306): objects with their names, types and defaults."""
+"""Electronic data sheets of devices (CiA 306): objects with their names, types and defaults; process data and units.
+
+The only reader of data sheets on the ground: the generator imports it, and so does the reader of a run's bus logs."""
 
 import configparser
+import math
 import pathlib
 import re
 from dataclasses import dataclass
 
-from source import DescriptorError
-
 FOLDER = pathlib.Path(__file__).resolve().parents[2] / "descriptors" / "devices"
-# Device class of a descriptor -> sheet. The flight side's table of classes is fsw/canopen/device_profile.c.
-CLASSES = {"cia402-drive": "joint-drive.eds", "joystick": "joystick.eds"}
 SECTION = re.compile(r"([0-9A-Fa-f]{4})(?:sub([0-9A-Fa-f]{1,2}))?\Z")
 TERM = re.compile(r"(?:\$NODEID\s*\+\s*)?(-?(?:0x[0-9A-Fa-f]+|[0-9]+))\Z", re.IGNORECASE)
 # Data type of CiA 301 -> bits, signed. Process data contain no others.
 INTEGERS = {1: (1, False), 2: (8, True), 3: (16, True), 4: (32, True), 5: (8, False), 6: (16, False), 7: (32, False),
-            0x15: (64, True), 0x1B: (64, False)}
+            0x10: (24, True), 0x15: (64, True), 0x16: (24, False), 0x1B: (64, False)}
+UNIT_POSITION, UNIT_VELOCITY, ENCODER, GEAR, AXIS_STEP = 0x60A8, 0x60A9, 0x608F, 0x6091, 0x800
+RADIANS = {0x10: 1.0, 0x41: math.pi / 180.0, 0xB4: 2.0 * math.pi}  # CiA 303-2: rad, degree, revolution.
+SECONDS = {0x03: 1.0, 0x47: 60.0}
+
+
+class SheetError(Exception):
+    """An error in a data sheet: file, line (0: unknown) and what is wrong."""
+
+    def __init__(self, path, line, says):
+        super().__init__(f"{path}:{line}: {says}")
 
 
 @dataclass
@@ -25,6 +34,8 @@ class Entry:
     name: str
     kind: int
     default: str
+    access: str = ""
+    is_mappable: bool = False
 
     def value(self, node):
         """Default as a number; $NODEID is the node id. None if it is not a number."""
@@ -48,15 +59,15 @@ class Sheet:
 
 
 def load(path):
-    """Sheet of a file. Raises DescriptorError."""
+    """Sheet of a file. Raises SheetError."""
     reader = configparser.ConfigParser(interpolation=None, comment_prefixes=(";",), strict=True)
     try:
         with path.open(encoding="utf-8") as file:
             reader.read_file(file)
     except OSError as error:
-        raise DescriptorError(path, 0, f"cannot read: {error.strerror}") from error
+        raise SheetError(path, 0, f"cannot read: {error.strerror}") from error
     except configparser.Error as error:
-        raise DescriptorError(path, getattr(error, "lineno", None) or 0, f"not a data sheet: {error.message}") from error
+        raise SheetError(path, getattr(error, "lineno", None) or 0, f"not a data sheet: {error.message}") from error
     entries = {}
     for name in reader.sections():
         match, section = SECTION.match(name), reader[name]
@@ -64,14 +75,36 @@ def load(path):
             try:
                 kind = int(section["datatype"], 0)
             except ValueError as error:
-                raise DescriptorError(path, 0, f"[{name}] DataType={section['datatype']}: expected a number") from error
+                raise SheetError(path, 0, f"[{name}] DataType={section['datatype']}: expected a number") from error
             key = (int(match[1], 16), int(match[2] or "0", 16))
-            entries[key] = Entry(section.get("parametername", name), kind, section.get("defaultvalue", ""))
+            entries[key] = Entry(section.get("parametername", name), kind, section.get("defaultvalue", ""),
+                                 section.get("accesstype", "").lower(), section.get("pdomapping", "0").strip() == "1")
     return Sheet(path, entries)
 
 
-def of_class(element, name):
-    """Sheet of a device class that a descriptor's element names."""
-    if name not in CLASSES:
-        element.wrong("type", "a class with a data sheet: " + " ".join(CLASSES))
-    return load(FOLDER / CLASSES[name])
+def mapped(values, record):
+    """(index, subindex, bits) of each entry of a mapping record."""
+    codes = (values.get((record, number), 0) for number in range(1, values.get((record, 0), 0) + 1))
+    return [(code >> 16, code >> 8 & 0xFF, code & 0xFF) for code in codes]
+
+
+def units(values, axis=0):
+    """Units of position [rad] and velocity [rad/s] of an axis: 0x60A8 and 0x60A9, or increments of 0x608F behind the gear
+    0x6091. None: the sheet does not define it."""
+    offset = axis * AXIS_STEP
+    position, velocity = (values.get((index + offset, 0), 0) for index in (UNIT_POSITION, UNIT_VELOCITY))
+    ratios = [values.get((index + offset, sub), 0) for index in (ENCODER, GEAR) for sub in (1, 2)]
+    counts = 2.0 * math.pi * ratios[1] * ratios[3] / (ratios[0] * ratios[2]) if all(ratios) else None
+    angle = counts if position == 0 else _factor(position, RADIANS.get(position >> 16 & 0xFF), 1.0 if position >> 8 & 0xFF == 0 else None)
+    speed = angle if velocity == 0 else _factor(velocity, RADIANS.get(velocity >> 16 & 0xFF), SECONDS.get(velocity >> 8 & 0xFF))
+    return angle, speed
+
+
+def prefix(code):
+    """Power of ten of a unit."""
+    exponent = code >> 24 & 0xFF
+    return float(f"1e{exponent - 256 if exponent > 127 else exponent}")
+
+
+def _factor(code, numerator, denominator):
+    return None if numerator is None or denominator is None else prefix(code) * numerator / denominator

@@ -116,7 +116,7 @@ class Element:
         return value
 
     def flag(self, attribute, default=False):
-        """true or false."""
+        """Value of an attribute that is true or false."""
         value = self.attributes.get(attribute)
         if value is None:
             return default
@@ -141,6 +141,20 @@ class Element:
         return found
 
 
+def unique(elements, *attributes):
+    """Refuse duplicates. Names are compared as written, ids as numbers."""
+    for attribute in attributes:
+        seen = {}
+        for element in elements:
+            text = element.attributes.get(attribute)
+            if text is None:
+                continue
+            key = read_unsigned(text) if attribute == "id" else text
+            if key in seen:
+                element.fail(f"{attribute}=\"{text}\" of <{element.name}> is taken in line {seen[key]}")
+            seen[key] = element.line
+
+
 def read_unsigned(text):
     """Unsigned number of a word, or None."""
     if not INTEGER.match(text) or text.startswith("-"):
@@ -150,7 +164,7 @@ def read_unsigned(text):
 
 
 def read_number(text, kind):
-    """Scalar of a type from a word; None if it is none, NUMBER_OUT_OF_RANGE if it does not fit."""
+    """Scalar of a type from a word; None if the word is not a number, NUMBER_OUT_OF_RANGE if it does not fit."""
     if kind == "BOOL":
         return {"true": 1, "false": 0, "1": 1, "0": 0}.get(text)
     if kind in ("FLOAT", "DOUBLE"):

@@ -5,6 +5,7 @@ import binascii
 import re
 from dataclasses import dataclass, field
 
+import names
 from device import device_of
 from loop import loop_of, services_once
 from services import compiled, service_of
@@ -20,27 +21,31 @@ from source import (
     fnv64,
     read,
     read_number,
-    read_unsigned,
+    unique,
 )
 
-FIELD = "name! id type! count unit init min max"
-PORT_FIELD = "name! type! count unit"
+FIELD = "name! id type! count unit init min max enumeration"
+PORT_FIELD = "name! type! count unit enumeration"
 TABLE = {
     ("", "Subsystem"): "name! id! samplingTime",
     ("Subsystem", "Resources"): "poolWarning poolClear",
     ("Subsystem", "States"): "",
     ("States", "State"): "name! timeout!",
+    ("Subsystem", "Enumerations"): "",
+    ("Enumerations", "Enumeration"): "name! first values!",
+    ("Subsystem", "Failures"): "",
+    ("Failures", "Failure"): "name! id! detail",
     ("Subsystem", "Parameters"): "",
     ("Parameters", "StructRef"): "name! id! type! settable",
     ("StructRef", "ParamRef"): FIELD,
     ("StructRef", "StructRef"): "name! id type!",
-    ("Parameters", "ParamRef"): "name! id! type! count unit init min max settable",
+    ("Parameters", "ParamRef"): "name! id! type! count unit init min max enumeration settable",
     ("Subsystem", "Events"): "",
     ("Events", "Event"): "name! id! severity! rate burst",
-    ("Event", "ParamRef"): "name! type count unit",
+    ("Event", "ParamRef"): "name! type count unit enumeration",
     ("Subsystem", "Functions"): "",
     ("Functions", "Function"): "name! id! states! configurations",
-    ("Function", "Argument"): "name! id! type! count unit min max",
+    ("Function", "Argument"): "name! id! type! count unit min max enumeration",
     ("Subsystem", "Services"): "",
     ("Services", "Service"): "type! capacity functional",
     ("Subsystem", "Configuration"): "name! id! priority! samplingTime!",
@@ -61,7 +66,8 @@ TABLE = {
     ("Device", "Setting"): "object! type! value!",
     ("Device", "Quantity"): "name! id! object! type! scale! unit settable",
     ("Device", "Supply"): "unit! on! off!",
-    ("Device", "Endnode"): "type! bus redundantBus node name address port framing order direction baud",
+    ("Device", "Field"): "name! direction! type! scale offset safe unit",
+    ("Device", "Endnode"): "type! bus redundantBus node name address port framing order direction baud checksum silence retry retryLongest",
 }
 REPORT_OCTETS = 4000
 NESTING = 3  # structures within the structure of a parameter
@@ -69,7 +75,7 @@ CONFIGURATION_LOOPS = 2
 SERVICES = 16
 PORT_OCTETS = 1024
 AUXILIARY_OCTETS = 1024
-HIGH_EVENT_HEAD = 27  # Of a report that is kept, without its auxiliary data.
+HIGH_EVENT_HEAD = 27  # Octets of a stored report without its auxiliary data.
 HIGH_EVENTS_OCTETS = 2048
 RATE = re.compile(r"([1-9][0-9]{0,3})/s\Z")
 
@@ -87,6 +93,7 @@ class Field:
     init: str = None
     min: float = None
     max: float = None
+    enumeration: names.Enumeration = None
 
     @property
     def size(self):
@@ -154,7 +161,7 @@ class Structure:
     enabled: bool
     once: list
     repeated: list  # of (nrep, parameters)
-    loop: str  # name, or None: the configuration's own
+    loop: str  # name, or None: the main loop
 
 
 @dataclass
@@ -206,6 +213,8 @@ class Subsystem:
     element: object
     name: str
     apid: int
+    enumerations: list = field(default_factory=list)
+    failures: list = field(default_factory=list)
     parameters: list = field(default_factory=list)
     events: list = field(default_factory=list)
     functions: list = field(default_factory=list)
@@ -232,10 +241,10 @@ def load(path):
     root = read(path, TABLE, "Subsystem")
     subsystem = Subsystem(root, root.identifier(), root.unsigned("id", 1, 2046))
     root.time_us("samplingTime", 100, 10000000)
-    _once(root, "Resources", "States", "Parameters", "Events", "Functions", "Services")
+    _once(root, "Resources", "States", "Enumerations", "Failures", "Parameters", "Events", "Functions", "Services")
     _resources(root.first("Resources"))
     _states(root.first("States"))
-    for container, build in (("Parameters", _parameters), ("Events", _events), ("Functions", _functions)):
+    for container, build in (("Enumerations", names.enumerations), ("Failures", names.failures), ("Parameters", _parameters), ("Events", _events), ("Functions", _functions)):
         if root.first(container):
             build(subsystem, root.first(container))
     for element in root.first("Services").children if root.first("Services") else ():
@@ -273,6 +282,8 @@ def interface_text(subsystem):
         for port in configuration.ports:
             lines.append(f"port {port.name} {port.id} {'provides' if port.provided else 'requires'}")
             lines += [f"field {f.name} {f.type} {f.count}" for f in port.fields]
+    lines += [f"enumeration {each.name} {each.first} {' '.join(each.numbers)}" for each in subsystem.enumerations]
+    lines += [f"failure {failure.name} {failure.id}" for failure in subsystem.failures]
     return "\n".join(lines) + "\n"
 
 
@@ -280,20 +291,6 @@ def _once(root, *names):
     for name in names:
         for element in root.all(name)[1:]:
             element.fail(f"a second <{name}>")
-
-
-def unique(elements, *attributes):
-    """Refuse duplicates. Names are compared as written, ids as numbers."""
-    for attribute in attributes:
-        seen = {}
-        for element in elements:
-            text = element.attributes.get(attribute)
-            if text is None:
-                continue
-            key = read_unsigned(text) if attribute == "id" else text
-            if key in seen:
-                element.fail(f"{attribute}=\"{text}\" of <{element.name}> is taken in line {seen[key]}")
-            seen[key] = element.line
 
 
 def _resources(element):
@@ -310,7 +307,7 @@ def _states(element):
     unique(element.children if element else (), "name")
 
 
-def _field(element, index, with_id):
+def _field(subsystem, element, index, with_id):
     name = element.identifier()
     kind = element.word("type", tuple(TYPES))
     count = element.unsigned("count", 1, 256, 1)
@@ -326,23 +323,30 @@ def _field(element, index, with_id):
             setattr(item, bound, value)
     if item.min is not None and item.max is not None and item.min > item.max:
         element.wrong("min", f"at most max={element.attributes['max']}")
+    names.enumerate_field(subsystem, element, item)
     if item.init is not None:
-        check_values(element, "init", item, item.init)
+        item.init = numbers(element, "init", item, item.init)
     return item
 
 
-def check_values(element, attribute, item, text):
-    """Values of a field: as many as its count, of its type, in its bounds."""
+def numbers(element, attribute, item, text):
+    """Text with the values of a field, of an enumeration by name: as many as its count, of its type, within its bounds."""
     words = text.split(" ")
+    if item.enumeration:
+        known = item.enumeration.numbers
+        if len(words) != item.count or not all(word in known for word in words):
+            element.wrong(attribute, f"{item.count} name(s) of {item.enumeration.name}, one space between: {' '.join(known)}")
+        return " ".join(str(known[word]) for word in words)
     for word in words if len(words) == item.count else (None,):
         value = None if word is None else read_number(word, item.type)
         if value is None or value is NUMBER_OUT_OF_RANGE:
             element.wrong(attribute, f"{item.count} number(s) of type {item.type}, one space between")
         if (item.min is not None and value < item.min) or (item.max is not None and value > item.max):
             element.wrong(attribute, f"numbers within min and max of {item.name}")
+    return text
 
 
-def _members(element, group, depth, first):
+def _members(subsystem, element, group, depth, first):
     """Fields of a structure, those of nested structures as GROUP.NAME, counted from `first`."""
     fields = []
     for child in element.children:
@@ -352,9 +356,9 @@ def _members(element, group, depth, first):
             child.unsigned("id", 0, 65535, 0)
             if depth == NESTING:
                 child.fail(f"structures nested more than {NESTING} deep")
-            fields += _members(child, f"{group}{name}.", depth + 1, first + len(fields))
+            fields += _members(subsystem, child, f"{group}{name}.", depth + 1, first + len(fields))
         else:
-            item = _field(child, first + len(fields), True)
+            item = _field(subsystem, child, first + len(fields), True)
             item.name = group + item.name
             fields.append(item)
     if not fields:
@@ -369,10 +373,10 @@ def _parameters(subsystem, container):
         settable = element.flag("settable")
         if element.name == "StructRef":
             element.word("type", ("STRUCT",))
-            fields = _members(element, "", 0, 0)
+            fields = _members(subsystem, element, "", 0, 0)
             layout = LAYOUT_STRUCT
         else:
-            fields = [_field(element, 0, False)]
+            fields = [_field(subsystem, element, 0, False)]
             layout = LAYOUT_ARRAY if fields[0].count > 1 else TYPES[fields[0].type][0]
         parameter = Parameter(element, name, number, layout, subsystem.apid, fields, settable)
         if parameter.size > REPORT_OCTETS:
@@ -408,9 +412,9 @@ def _events(subsystem, container):
             if ("type" in child.attributes) != ("type" in element.children[0].attributes):
                 child.fail("either all <ParamRef> of an <Event> have a type, or none has")
             if "type" in child.attributes:
-                event.fields.append(_field(child, index, False))
-            elif "count" in child.attributes or "unit" in child.attributes:
-                child.fail("<ParamRef> without type has no count and no unit")
+                event.fields.append(_field(subsystem, child, index, False))
+            elif any(each in child.attributes for each in ("count", "unit", "enumeration")):
+                child.fail("<ParamRef> without type has no count, no unit and no enumeration")
             else:
                 event.references.append(_reference(subsystem, child))
         unique(element.children, "name")
@@ -428,7 +432,7 @@ def _functions(subsystem, container):
     for element in container.children:
         states = list(STATES) if element.attributes["states"] == "*" else element.words("states", STATES)
         name = element.identifier(longest=8)
-        arguments = [_field(child, index, True) for index, child in enumerate(element.children)]
+        arguments = [_field(subsystem, child, index, True) for index, child in enumerate(element.children)]
         unique(element.children, "name", "id")
         size = sum(item.size + 2 for item in arguments)
         if size > AUXILIARY_OCTETS:
@@ -465,13 +469,14 @@ def _configuration(subsystem, element):
             unique(element.all("HKService")[: len(configuration.structures)], "id")
         elif child.name == "RTLinkService":
             for port in child.children:
-                configuration.ports.append(_port(port, configuration.sampling_us))
+                configuration.ports.append(_port(subsystem, port, configuration.sampling_us))
                 unique(child.children[: len(configuration.ports)], "name", "id")
         else:
             for device in child.children:
                 configuration.devices.append(device_of(device))
                 for attribute in ("name", "id"):
                     unique(device.all("Quantity"), attribute)
+                unique(device.all("Field"), "name")
                 unique(child.children[: len(configuration.devices)], "name")
     return configuration
 
@@ -490,7 +495,7 @@ def _initial(subsystem, element, seen):
     if (name, wanted) in seen:
         element.fail(f"{name} {wanted} has an initial value in this configuration already")
     seen.add((name, wanted))
-    check_values(element, "value", item, element.attributes["value"])
+    numbers(element, "value", item, element.attributes["value"])
 
 
 def _sampled(subsystem, element):
@@ -525,13 +530,13 @@ def _structure(subsystem, element, loops):
     return structure
 
 
-def _port(element, sampling_us):
+def _port(subsystem, element, sampling_us):
     provided = element.name == "Provides"
     name, number = element.identifier(), element.unsigned("id", 1, 65535)
     methods = element.words("methods", METHODS)
     required = not provided and element.flag("required", True)
     stale = 0 if provided else element.time_us("staleAfter", 100, 60000000, 4 * sampling_us)
-    fields = [_field(child, index, False) for index, child in enumerate(element.children)]
+    fields = [_field(subsystem, child, index, False) for index, child in enumerate(element.children)]
     port = Port(element, name, number, provided, required, fields, methods, sampling_us, stale)
     if not fields:
         element.fail(f"<{element.name}> has no <ParamRef>")

@@ -23,16 +23,31 @@ def failure_names(tailoring):
 
 
 def _catalogue(dictionary, failures):
-    """The catalogue with the values of its fields in this mission."""
-    parameters, events = {}, set()
+    """The catalogue, the mission's own services included, with the values of its fields in this mission."""
+    parameters, events, own = {}, set(), {}
+    standard, private = dictionary["catalogue"], dictionary["catalogue"]["private"]
     for subsystem in dictionary["subsystems"]:
+        for failure in subsystem["failures"]:  # A code may be that of several subsystems.
+            own.setdefault(failure["code"], []).append(f"{subsystem['name']}.{failure['name']}")
         parameters |= {one["parameter_id"]: f"{subsystem['name']}.{one['name']}" for one in subsystem["parameters"]}
         events |= {event["id"] for event in subsystem["events"]}
-    return dictionary["catalogue"] | {
+    return {
+        "kinds": standard["kinds"] | private["kinds"],
+        "services": {int(number): service for number, service in (standard["services"] | private["services"]).items()},
+        "words": _words(dictionary),
         "parameters": parameters,
         "events": {0: "NONE"} | {number: f"EVENT_{number}" for number in events},
         "layouts": {entry["code"]: name for name, entry in dictionary["types"].items()},
-        "failures": failures,
+        "failures": failures | {code: " or ".join(names) for code, names in own.items()},
+    }
+
+
+def _words(dictionary):
+    """Words for the numbers of a kind in this mission."""
+    return {
+        "apid": {subsystem["apid"]: subsystem["name"] for subsystem in dictionary["subsystems"]},
+        "mode8": {mode["id"]: mode["name"] for mode in dictionary["modes"]},
+        "link_id": {link["number"]: link["name"] for link in dictionary["links"]},
     }
 
 
@@ -45,24 +60,28 @@ def database(dictionary, failures):
     """(text of the XTCE file, rows of the event templates)."""
     catalogue = _catalogue(dictionary, failures)
     root = xt.System(dictionary["mission"], description=f"interface {dictionary['interface_hash']}")
-    reports.headers(root)
+    reports.headers(root, catalogue)
     services = {}
-    for number, service in sorted(catalogue["services"].items(), key=lambda item: int(item[0])):
-        services[int(number)] = system = xt.System(f"ST{int(number):02}", root, service["name"])
+    for number, service in sorted(catalogue["services"].items()):
+        services[number] = system = xt.System(f"ST{number:02}", root, service["name"])
         for message in service["messages"]:
             make = reports.report if message["direction"] == "TM" else commands.request
             make(system, catalogue, message)
-    commands.base(root, services[1].path, _source(dictionary))
+    commands.base(root, services[1].path, _source(dictionary), catalogue)
     rows = []
     for subsystem in dictionary["subsystems"]:
         system = xt.System(subsystem["name"], root)
+        system.enumerations = subsystem["enumerations"]
         for parameter in subsystem["parameters"]:
             known = {parameter["name"]: parameter}
             reports.parameter_path(system, known, parameter["name"])
-        reports.housekeeping(system, subsystem, services[3])
-        rows += reports.events(system, subsystem, services[5], SEVERITIES)
+        reports.housekeeping(system, subsystem, reports.name_of(catalogue, 3, 25), services[3])
+        rows += reports.events(system, subsystem, catalogue, services[5], SEVERITIES)
         commands.functions(system, subsystem)
         commands.settings(system, subsystem)
+        commands.management(system, subsystem, catalogue)
+    for link in dictionary["links"]:
+        commands.link_request(services[130], dictionary, link)
     tree = root.tree()
     tree.set("xmlns", xt.NAMESPACE)
     tree.set("xmlns:xsi", "http://www.w3.org/2001/XMLSchema-instance")

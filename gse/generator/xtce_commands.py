@@ -4,13 +4,29 @@
 Each case of a choice is a command of its own. Repeated groups are an array; if a group contains a choice, or a value whose type
 depends on the id before it, the command has one group, and such values are hexadecimal."""
 
+import struct
+
 import xtce_types as xt
-from xtce_reports import bits, fields_within, kind_type
+from xtce_reports import application_process, bits, fields_within, kind_type
 from xtce_types import element
 
 HEADER = (("apid", 11), ("ack", 4), ("service", 8), ("subtype", 8), ("source", 16))
 ACK_ALL, UNSEGMENTED, PUS_VERSION = 15, 3, 2
-STAGES = (("Accepted", "AcceptedVerifier", 1, 30), ("Started", "ExecutionVerifier", 3, 60), ("Completed", "CompleteVerifier", 7, 600))
+# Name, element, subtype of the success, subtypes of failures, time limit [s].
+STAGES = (
+    ("Accepted", "AcceptedVerifier", 1, (2, 10), 30), ("Started", "ExecutionVerifier", 3, (4,), 60),
+    ("Completed", "CompleteVerifier", 7, (6, 8), 600),
+)
+# A script of ours instead of the verifier for PUS in Yamcs, which knows neither TM[1,10] nor APIDs with names.
+VERIFIER = """
+if (!sent_apid || !sent_sequence || !apid || !sequence || !subtype) return null;
+if (sent_apid.rawValue != apid.rawValue || sent_sequence.value != sequence.rawValue) return null;
+if (subtype.rawValue == %d) return true;
+return [%s].indexOf(Number(subtype.rawValue)) < 0 ? null : String(failure_code.value);
+"""
+SUPERVISOR = "SUPERVISOR"
+METHOD_ANY = 0xFF
+LINK_REQUEST = ">IHHHHHIIBIHBBI"
 
 
 def _fixed(name, octets, count=None):
@@ -21,12 +37,12 @@ def _argument_entry(name):
     return element("ArgumentRefEntry", argumentRef=name)
 
 
-def base(root, service_path, source):
+def base(root, service_path, source, catalogue):
     """The base command of all others: both headers, and the verifiers."""
     initial = {"ack": ACK_ALL, "source": source}
+    types = {name: bits(root, "Argument", count) for name, count in HEADER} | {"apid": application_process(root, "Argument", catalogue)}
     arguments = [
-        element("Argument", name=name, argumentTypeRef=bits(root, "Argument", count), initialValue=initial.get(name))
-        for name, count in HEADER
+        element("Argument", name=name, argumentTypeRef=types[name], initialValue=initial.get(name)) for name, _ in HEADER
     ]
     entries = [
         _fixed("version_type_flag", b"\x03", 5), _argument_entry("apid"), _fixed("sequence_flags", bytes([UNSEGMENTED]), 2),
@@ -43,26 +59,26 @@ def base(root, service_path, source):
     )
 
 
-def _verifier(root, service_path, name, tag, stage, seconds):
-    """Verifier of one stage of ST[01] with an algorithm of Yamcs; the order of its inputs is significant."""
+def _verifier(root, service_path, name, tag, success, failures, seconds):
+    """Verifier of one stage of ST[01]."""
     inputs = (
         ("/yamcs/cmd/arg/apid", "sent_apid"), ("/yamcs/cmdHist/ccsds-seqcount", "sent_sequence"),
         (f"{service_path}/request_apid", "apid"), (f"{service_path}/request_sequence_count", "sequence"),
         (f"{root}/subtype", "subtype"), (f"{service_path}/failure_code", "failure_code"),
     )
     listed = [element("InputParameterInstanceRef", parameterRef=path, inputName=name) for path, name in inputs]
-    text = f'org.yamcs.pus.Pus1Verifier({{stage: {stage}, template: "{{failure_code}}"}})'
+    text = VERIFIER % (success, ", ".join(map(str, failures)))
     algorithm = element(
-        "CustomAlgorithm", element("AlgorithmText", text, language="Java"), element("InputSet", *listed),
+        "CustomAlgorithm", element("AlgorithmText", text, language="JavaScript"), element("InputSet", *listed),
         name=f"verify_{name.lower()}",
     )
-    ends = {"yamcs.onFail": "FAIL"} | ({"yamcs.onSuccess": "SUCCESS", "yamcs.onTimeout": "FAIL"} if stage == 7 else {})
+    ends = {"yamcs.onFail": "FAIL"} | ({"yamcs.onSuccess": "SUCCESS", "yamcs.onTimeout": "FAIL"} if name == "Completed" else {})
     data = [element("AncillaryData", value, name=key) for key, value in ends.items()]
     window = element("CheckWindow", timeToStopChecking=f"PT{seconds}S", timeWindowIsRelativeTo="commandRelease")
     return element(tag, element("AncillaryDataSet", *data), algorithm, window, name=name)
 
 
-def command(system, name, assignments, arguments, entries, description):
+def command(system, name, assignments, arguments, entries, description, alias, is_critical=False):
     """A command that refines the base: its own arguments (name, type, element) and entries."""
     given = [element("ArgumentAssignment", argumentName=key, argumentValue=value) for key, value in assignments.items()]
     root = system.root.path
@@ -71,8 +87,13 @@ def command(system, name, assignments, arguments, entries, description):
     holder = element(
         "CommandContainer", element("EntryList", *entries), element("BaseContainer", containerRef=f"{root}/pus_tc"), name=name
     )
+    words = "wrongly sent, it can endanger the spacecraft or delete what it has stored"
+    significance = element("DefaultSignificance", consequenceLevel="critical", reasonForWarning=words) if is_critical else None
     system.commands.append(
-        element("MetaCommand", parent, listed if arguments else None, holder, name=name, shortDescription=description)
+        element(
+            "MetaCommand", xt.aliases(alias), parent, listed if arguments else None, holder, significance,
+            name=name, shortDescription=description,
+        )
     )
 
 
@@ -106,7 +127,7 @@ class Request:
         self.system, self.catalogue, self.message = system, catalogue, message
 
     def fields(self, fields, variants):
-        """All variants after these fields."""
+        """Extend all variants by these fields; returns the resulting variants."""
         selectors = {field["choice"] for field in fields if "choice" in field}
         for field in fields:
             if field.get("name") in selectors:
@@ -137,7 +158,8 @@ class Request:
     def choice(self, field, fields, variants):
         """A variant for each case."""
         selector = next(one for one in fields if one.get("name") == field["choice"])
-        words = self.catalogue["services"][str(self.message["service"])]["enumerations"].get(field["choice"], {})
+        words = self.catalogue["services"][self.message["service"]]["enumerations"].get(field["choice"], {})
+        words = {int(number): word for number, word in words.items()}
         found = []
         for number, case in field["cases"].items():
             started = [variant.copy() for variant in variants]
@@ -189,10 +211,11 @@ def request(system, catalogue, message):
     """Commands of one request of the catalogue."""
     service, subtype = message["service"], message["subtype"]
     for variant in Request(system, catalogue, message).fields(message["fields"], [Variant()]):
-        suffix = "".join("_" + "".join(c if c.isalnum() else "_" for c in word) for word in variant.words)
-        description = f"TC[{service},{subtype}] {message['name']}" + "".join(f", {word}" for word in variant.words)
+        suffix = "".join("_" + "".join(c if c.isalnum() else "_" for c in word).upper() for word in variant.words)
+        description = message["name"] + "".join(f", {word}" for word in variant.words)
         assignments = {"service": service, "subtype": subtype}
-        command(system, f"TC_{service}_{subtype}{suffix}", assignments, variant.arguments, variant.entries, description)
+        name = message["identifier"] + suffix
+        command(system, name, assignments, variant.arguments, variant.entries, description, f"TC[{service},{subtype}]", message["is_critical"])
 
 
 def _typed(system, owner, field):
@@ -208,8 +231,8 @@ def functions(system, subsystem):
         for one in given:
             entries += [_fixed(f"{one['name']}_id", one["id"].to_bytes(2, "big")), _argument_entry(one["name"])]
             arguments.append((one["name"], _typed(system, function["name"], one)))
-        assignments = {"apid": subsystem["apid"], "service": 8, "subtype": 1}
-        command(system, function["name"], assignments, arguments, entries, f"in {', '.join(function['states'])}")
+        assignments = {"apid": subsystem["name"], "service": 8, "subtype": 1}
+        command(system, function["name"], assignments, arguments, entries, f"in {', '.join(function['states'])}", "TC[8,1]")
 
 
 def settings(system, subsystem):
@@ -222,5 +245,42 @@ def settings(system, subsystem):
         for one in parameter.get("fields", [parameter]):
             entries.append(_argument_entry(one["name"]))
             arguments.append((one["name"], _typed(system, f"set_{parameter['name']}", one)))
-        assignments = {"apid": subsystem["apid"], "service": 20, "subtype": 3}
-        command(system, f"SET_{parameter['name']}", assignments, arguments, entries, f"set {parameter['name']}")
+        assignments = {"apid": subsystem["name"], "service": 20, "subtype": 3}
+        command(system, f"SET_{parameter['name']}", assignments, arguments, entries, f"set {parameter['name']}", "TC[20,3]")
+
+
+def management(system, subsystem, catalogue):
+    """Commands of service 129 with the words of one subsystem; an infrastructure subsystem has no states to be requested."""
+    apid = {"apid": subsystem["name"], "service": 129}
+    configurations = {one["id"]: one["name"] for one in subsystem["configurations"]}
+    states = catalogue["services"][129]["enumerations"]["target"]
+    target = system.root.type("Argument", "state_request", lambda made: xt.enumeration("Argument", made, states, 8))
+    selected = system.type("Argument", "configuration", lambda made: xt.enumeration("Argument", made, configurations, 16))
+    for name, subtype, arguments, words in (
+        ("REQUEST_STATE", 1, [("target", target)], "request a state"),
+        ("SELECT_CONFIGURATION", 3, [("configuration", selected)], "select a configuration"),
+        ("REPORT_STATUS", 4, [], "report state, phase, configuration and hashes"),
+        ("RELOAD", 6, [], "read the descriptor again"),
+    ):
+        if arguments and subsystem["autostart"]:
+            continue
+        entries = [_argument_entry(argument) for argument, _ in arguments]
+        command(system, name, apid | {"subtype": subtype}, arguments, entries, words, f"TC[129,{subtype}]", name in ("REQUEST_STATE", "RELOAD"))
+
+
+def link_request(system, dictionary, link):
+    """The request for one link of the mission: TC[130,3] with the properties of its ports, as `gse link open` sends it."""
+    ports = {}
+    for subsystem in dictionary["subsystems"]:
+        for configuration in subsystem["configurations"]:
+            for role in ("provides", "requires"):
+                ports |= {(subsystem["apid"], role, port["id"]): port for port in configuration[role]}
+    producer = ports[link["producer_apid"], "provides", link["producer_port"]]
+    consumer = ports[link["consumer_apid"], "requires", link["consumer_port"]]
+    octets = struct.pack(
+        LINK_REQUEST, link["number"], 0, link["producer_apid"], link["producer_port"], link["consumer_apid"], link["consumer_port"],
+        producer["layout_hash"], producer["octets"], 0, producer["period_us"], 0, METHOD_ANY, 1, consumer["stale_us"],
+    )
+    assignments = {"apid": SUPERVISOR, "service": 130, "subtype": 3}
+    description = f"request the link {link['from']} to {link['to']}; LINK_OPEN opens it"
+    command(system, f"LINK_REQUEST_{link['name']}", assignments, [], [_fixed("link", octets)], description, "TC[130,3]")

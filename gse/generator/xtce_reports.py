@@ -12,6 +12,7 @@ from xtce_types import element
 
 TM_HEADER, PRIMARY, CRC = 21, 6, 2
 LAYOUT_BITS, NUMBER_BITS, ID_BITS = 5, 16, 32
+APID_BITS = 11
 COUNT_BITS = 12  # No packet contains more groups.
 NUMBERS = {"u8": "UINT8", "u16": "UINT16", "u32": "UINT32", "u64": "UINT64"}
 NUMBERS |= {"i16": "INT16", "i32": "INT32", "i64": "INT64", "f64": "DOUBLE"}
@@ -30,6 +31,16 @@ REQUEST = (
 )
 
 
+def name_of(catalogue, service, subtype):
+    """Name of a message."""
+    return next(one["identifier"] for one in catalogue["services"][service]["messages"] if one["subtype"] == subtype)
+
+
+def application_process(root, what, catalogue):
+    """Path of the type of an application process in a primary header."""
+    return root.type(what, "application_process", lambda name: xt.enumeration(what, name, catalogue["words"]["apid"], APID_BITS))
+
+
 def bits(root, what, count):
     """Path of the type of an unsigned number with this number of bits."""
     return root.type(what, f"bits{count}", lambda name: xt.integer(what, name, count))
@@ -39,7 +50,9 @@ def kind_type(system, what, catalogue, service, field):
     """Path of the type of a field of fixed size; None if its size depends on the message."""
     root, kind = system.root, catalogue["kinds"][field["kind"]]
     coding, name = kind["coding"], field["kind"]
-    words = catalogue["services"][str(service)]["enumerations"].get(field["name"])
+    words = catalogue["services"][service]["enumerations"].get(field["name"])
+    if catalogue["words"].get(name):
+        return root.type(what, name, lambda made: xt.enumeration(what, made, catalogue["words"][name], 8 * OCTETS[coding]))
     if name == "failure_code":
         return root.type(what, name, lambda made: xt.enumeration(what, made, catalogue["failures"], 16))
     if name == "bool8":
@@ -85,8 +98,8 @@ def comparison(path, value):
     return element("Comparison", parameterRef=path, value=value, useCalibratedValue="false")
 
 
-def container(name, entries, base=None, restrictions=(), description=None, period_s=None):
-    """A container that is derived from another if all restrictions are met."""
+def container(name, entries, base=None, restrictions=(), description=None, period_s=None, alias=None):
+    """A container that is derived from another if all restrictions are met; alias: the type of the message."""
     parent = None
     if base:
         held = [comparison(path, value) for path, value in restrictions]
@@ -94,9 +107,18 @@ def container(name, entries, base=None, restrictions=(), description=None, perio
         parent = element("BaseContainer", element("RestrictionCriteria", criteria), containerRef=base)
     rate = element("DefaultRateInStream", basis="perSecond", minimumValue=1 / period_s) if period_s else None
     return element(
-        "SequenceContainer", rate, element("EntryList", *entries), parent,
+        "SequenceContainer", xt.aliases(alias), rate, element("EntryList", *entries), parent,
         name=name, shortDescription=description,
     )
+
+
+def _meaning(word):
+    """Description of an entry that the catalogue describes by its place only."""
+    if "__" in word:
+        return "serves to find the entries behind it"
+    if word in ("n", "n1", "n2", "n3", "nfa"):
+        return "number of groups"
+    return "groups, as many as the number before them" if word.endswith("_groups") else word.replace("_", " ")
 
 
 class Message:
@@ -106,7 +128,7 @@ class Message:
         self.system, self.catalogue, self.message, self.prefix = system, catalogue, message, prefix
         self.is_group = is_group
         self.entries, self.conditions, self.taken = [], [], set()
-        self.offset = TM_HEADER  # Of the next entry [octets]; None after an entry of variable size.
+        self.offset = TM_HEADER  # Offset of the next entry [octets]; None after an entry of variable size.
         self.layouts, self.numbers, self.shift = {}, {}, 0
 
     def name(self, word):
@@ -133,14 +155,14 @@ class Message:
         instance = child if repeat is None else None
         self.entries.append(element(tag, location, repeat, include, instance, **reference))
 
-    def parameter(self, word, type_path, extra=()):
+    def parameter(self, word, type_path, extra=(), description=None):
         """Enter a new parameter; its path."""
-        path = self.system.parameter(self.name(word), type_path)
+        path = self.system.parameter(self.name(word), type_path, description or _meaning(word))
         self.enter("ParameterRefEntry", extra=extra, parameterRef=path)
         return path
 
     def fields(self, fields):
-        """Enter all of a group."""
+        """Enter all fields of a group."""
         for field in fields:
             if "repeat" in field:
                 self.repeat(field)
@@ -162,7 +184,7 @@ class Message:
         if type_path is None:
             self.variable(kind["coding"], name)
             return
-        path = self.parameter(name, type_path)
+        path = self.parameter(name, type_path, description=kind["meaning"])
         self.numbers[name] = path
         size = kind["size"] if kind["coding"] == "octets" else OCTETS.get(kind["coding"])
         self.offset = None if self.offset is None or size is None else self.offset + size
@@ -252,7 +274,7 @@ class Message:
             return
         shift = self.shift
         for code, kind in self.catalogue["layouts"].items():
-            self.shift = shift  # Only the present one is entered.
+            self.shift = shift  # A packet contains only one of these parameters, at the same place.
             type_path = xt.scalar(self.system.root, "Parameter", kind)
             self.parameter(f"{field['name']}_{kind}", type_path, extra=((layout, code),))
         self.offset = None
@@ -269,13 +291,18 @@ def fields_within(fields):
     return found
 
 
-def headers(root):
+def headers(root, catalogue):
     """Containers of the primary header, of a report and of the time packet."""
-    entries = [_entry(root.parameter(name, bits(root, "Parameter", count))) for name, count in HEADER]
+    root.parameter("apid", application_process(root, "Parameter", catalogue), "application process that has made the packet")
+
+    def header(name, count):
+        return _entry(root.parameter(name, bits(root, "Parameter", count), f"{name.replace('_', ' ')} of the header"))
+
+    entries = [header(name, count) for name, count in HEADER]
     root.containers.append(container("ccsds", entries, description="space packet"))
-    entries = [_entry(root.parameter(name, bits(root, "Parameter", count))) for name, count in SECONDARY]
+    entries = [header(name, count) for name, count in SECONDARY]
     time = root.type("Parameter", "time_abs", lambda made: xt.cuc_time("Parameter", made))
-    entries.append(_entry(root.parameter("time", time)))
+    entries.append(_entry(root.parameter("time", time, "time of the packet")))
     flag = f"{root.path}/secondary_header_flag"
     root.containers.append(
         container("pus_tm", entries, f"{root.path}/ccsds", [(flag, 1)], description="report of PUS-C")
@@ -298,14 +325,15 @@ def report(system, catalogue, message):
         fields = fields[1:]
     if service == 5 and subtype <= 4:
         words = system.type("Parameter", "event_definition_id", lambda made: xt.enumeration("Parameter", made, catalogue["events"], 16))
-        writer.parameter("event_definition_id", words)
+        writer.parameter("event_definition_id", words, description="event")
         fields = []
     if service == 3 and "values" in fields[-1]:
         fields = fields[:1]
     writer.fields(fields)
     restrictions = [(f"{root}/service", service), (f"{root}/subtype", subtype)]
-    name = f"TM_{service}_{subtype}"
-    system.containers.append(container(name, writer.entries, f"{root}/pus_tm", restrictions, description=message["name"]))
+    system.containers.append(
+        container(message["identifier"], writer.entries, f"{root}/pus_tm", restrictions, description=message["name"], alias=f"TM[{service},{subtype}]")
+    )
 
 
 # ---- layouts of the descriptors ----
@@ -315,7 +343,9 @@ def parameter_type(system, parameter):
     """Path of the type of a parameter of the descriptors."""
     if "fields" not in parameter:
         return xt.field_type(system, "Parameter", "", parameter)
-    members = [(one["name"], xt.field_type(system, "Parameter", parameter["name"], one)) for one in parameter["fields"]]
+    members = [
+        (one["name"], xt.field_type(system, "Parameter", parameter["name"], one), one.get("description", "")) for one in parameter["fields"]
+    ]
     return system.type("Parameter", f"{parameter['name']}_struct", lambda made: xt.aggregate("Parameter", made, members))
 
 
@@ -324,10 +354,11 @@ def parameter_path(system, known, name):
     head, _, tail = name.partition(".")
     parameter = known[head]
     if not tail:
-        path = system.parameter(name, parameter_type(system, parameter), alias=parameter["parameter_id"])
+        words = parameter.get("description") or f"{', '.join(one['name'] for one in parameter.get('fields', [parameter]))}"
+        path = system.parameter(name, parameter_type(system, parameter), words, parameter["parameter_id"])
         return path, parameter["size"]
     field = next(one for one in parameter["fields"] if one["name"] == tail)
-    path = system.parameter(f"{head}_{tail}", xt.field_type(system, "Parameter", head, field))
+    path = system.parameter(f"{head}_{tail}".replace(".", "_"), xt.field_type(system, "Parameter", head, field), field.get("description"))
     return path, field["count"] * octets(field["type"])
 
 
@@ -336,12 +367,15 @@ def octets(kind):
 
 
 def _layout(system, known, structure):
-    """Entries of a housekeeping structure, and its octets."""
+    """Entries of a housekeeping structure, and its octets. The fields of structures are parameters of their own, because Yamcs
+    raises no alarm for a member of an aggregate."""
     entries, total = [], 0
     for name in structure["once"]:
-        path, size = parameter_path(system, known, name)
-        entries.append(_entry(path))
-        total += size
+        fields = known[name].get("fields") if "." not in name else None
+        for part in [f"{name}.{one['name']}" for one in fields] if fields else [name]:
+            path, size = parameter_path(system, known, part)
+            entries.append(_entry(path))
+            total += size
     for number, repeated in enumerate(structure["repeated"], 1):
         members = []
         for name in repeated["parameters"]:
@@ -352,11 +386,11 @@ def _layout(system, known, structure):
         item = system.type("Parameter", f"{own}_sample", lambda made, m=members: xt.aggregate("Parameter", made, m))
         own, times = f"{own}_x{repeated['nrep']}", repeated["nrep"]
         many = system.type("Parameter", own, lambda made, i=item, n=times: xt.array("Parameter", made, i, n))
-        entries.append(_entry(system.parameter(own, many)))
+        entries.append(_entry(system.parameter(own, many, f"{times} samples in the order of time")))
     return entries, total
 
 
-def housekeeping(system, subsystem, base):
+def housekeeping(system, subsystem, report_name, base):
     """Containers of a subsystem's structures; structures with the same id are distinguished by the length of the packet."""
     known = {parameter["name"]: parameter for parameter in subsystem["parameters"]}
     found = {}
@@ -374,10 +408,10 @@ def housekeeping(system, subsystem, base):
                 restrictions.append((f"{root}/packet_length", length))
                 name += f"_{configuration}"
             period = structure["period_us"] / 1e6 or None
-            system.containers.append(container(name, entries, f"{base.path}/TM_3_25", restrictions, period_s=period))
+            system.containers.append(container(name, entries, f"{base.path}/{report_name}", restrictions, period_s=period))
 
 
-def events(system, subsystem, base, severities):
+def events(system, subsystem, catalogue, base, severities):
     """Containers of a subsystem's events; rows of the event templates for Yamcs."""
     known = {parameter["name"]: parameter for parameter in subsystem["parameters"]}
     rows = []
@@ -386,7 +420,7 @@ def events(system, subsystem, base, severities):
         for one in event["parameters"]:
             if isinstance(one, dict):
                 name = f"{event['name']}_{one['name']}"
-                path = system.parameter(name, xt.field_type(system, "Parameter", event["name"], one))
+                path = system.parameter(name, xt.field_type(system, "Parameter", event["name"], one), f"{one['name']} of the event {event['name']}")
                 shown.append(f"{one['name'].lower()} {{{name}}}")
             else:
                 path, _ = parameter_path(system, known, one)
@@ -396,7 +430,7 @@ def events(system, subsystem, base, severities):
             (f"{system.root.path}/apid", subsystem["apid"]), (f"{base.path}/event_definition_id", event["id"])
         ]
         system.containers.append(
-            container(f"EVENT_{event['name']}", entries, f"{base.path}/TM_5_{subtype}", restrictions)
+            container(f"EVENT_{event['name']}", entries, f"{base.path}/{name_of(catalogue, 5, subtype)}", restrictions)
         )
         text = " ".join([subsystem["name"], event["name"], *shown])
         rows.append({"eventId": f"EVENT_{event['id']}-{subsystem['apid']}", "template": text})

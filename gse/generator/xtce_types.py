@@ -8,6 +8,7 @@ SCHEMA = "https://www.omg.org/spec/XTCE/20180204/SpaceSystem.xsd"
 SCALARS = {"UINT8": (8, False), "UINT16": (16, False), "UINT32": (32, False), "UINT64": (64, False)}
 SCALARS |= {"INT8": (8, True), "INT16": (16, True), "INT32": (32, True), "INT64": (64, True)}
 REALS = {"FLOAT": 32, "DOUBLE": 64}
+OPEN_WORDS = "words_"  # Begins the name of an enumerated type whose parameters may have numbers without a word.
 TEXT_MAX_BITS = 8 * 4096
 P_FIELD, CUC_FRACTION = 0x1F, 2.0**-24
 
@@ -23,6 +24,11 @@ def element(tag, *children, **attributes):
     return made
 
 
+def aliases(alias, space="type"):
+    """Another name of an element; None if there is none."""
+    return None if alias is None else element("AliasSet", element("Alias", nameSpace=space, alias=alias))
+
+
 class System:
     """One space system; its sets are filled in any order and written in the order of the schema."""
 
@@ -30,6 +36,7 @@ class System:
         self.name, self.parent, self.description = name, parent, description
         self.path = f"{parent.path if parent else ''}/{name}"
         self.types = {"Parameter": {}, "Argument": {}}
+        self.enumerations = {}  # of the subsystem's descriptor: name -> {word: number}
         self.parameters, self.containers, self.commands, self.children = {}, [], [], []
         if parent:
             parent.children.append(self)
@@ -47,9 +54,8 @@ class System:
     def parameter(self, name, type_path, description=None, alias=None):
         """Path of a parameter, created on first use."""
         if name not in self.parameters:
-            aliases = element("AliasSet", element("Alias", nameSpace="id", alias=alias)) if alias is not None else None
             self.parameters[name] = element(
-                "Parameter", aliases, name=name, parameterTypeRef=type_path, shortDescription=description
+                "Parameter", aliases(alias, "id"), name=name, parameterTypeRef=type_path, shortDescription=description
             )
         return f"{self.path}/{name}"
 
@@ -100,7 +106,7 @@ def reference(path):
 
 
 def dynamic(instance, intercept, slope=1):
-    """A number from another field."""
+    """A number that is computed from another field: slope * value + intercept."""
     return element("DynamicValue", instance, element("LinearAdjustment", intercept=intercept, slope=slope))
 
 
@@ -151,10 +157,10 @@ def boolean(what, name):
     return element(f"Boolean{what}Type", _integer_encoding(8), name=name)
 
 
-def enumeration(what, name, words, bits):
+def enumeration(what, name, words, bits, signed=False, unit=""):
     """Numbers with words."""
-    listed = [element("Enumeration", value=number, label=word) for number, word in sorted(words.items())]
-    return element(f"Enumerated{what}Type", _integer_encoding(bits), element("EnumerationList", *listed), name=name)
+    listed = [element("Enumeration", value=number, label=word) for number, word in sorted((int(number), word) for number, word in words.items())]
+    return element(f"Enumerated{what}Type", _unit(unit), _integer_encoding(bits, signed), element("EnumerationList", *listed), name=name)
 
 
 def label(what, name, octets):
@@ -210,8 +216,10 @@ def cuc_time(what, name):
 
 
 def aggregate(what, name, members):
-    """Members of (name, path of the type)."""
-    listed = [element("Member", name=member, typeRef=path) for member, path in members]
+    """Members of (name, path of the type) and perhaps a description."""
+    listed = [
+        element("Member", name=member, typeRef=path, shortDescription=" ".join(words) or None) for member, path, *words in members
+    ]
     return element(f"Aggregate{what}Type", element("MemberList", *listed), name=name)
 
 
@@ -248,10 +256,24 @@ def _word(text):
 
 
 def field_type(system, what, owner, field):
-    """Path of the type of a field of the descriptors: name, type, count, unit, min, max."""
+    """Path of the type of a field of the descriptors: name, type, count, unit, min, max, enumeration; and what the ground
+    shows of it: quantity, words, warning."""
     name = f"{owner}_{field['name']}" if owner else field["name"]
-    limits = (None, None) if field["type"] == "BOOL" else (field.get("min"), field.get("max"))
-    item = scalar(system.root, what, field["type"], field["unit"], *limits, own=(system, f"{name}_item"))
+    kind, unit = field["type"], field["unit"] or field.get("quantity", "")
+    if "enumeration" in field:
+        words = {number: word for word, number in system.enumerations[field["enumeration"]].items()}
+        own = f"{field['enumeration']}_{kind}_enumeration" + (f"_{_word(field['unit'])}" if field["unit"] else "")
+        item = system.type(what, own, lambda made: enumeration(what, made, words, *SCALARS[kind], field["unit"]))
+    elif "words" in field:
+        words = field["words"]
+        item = system.root.type(
+            what, f"{OPEN_WORDS}{words['name']}_{kind}", lambda made: enumeration(what, made, words["numbers"], *SCALARS[kind])
+        )
+    else:
+        limits = (None, None) if kind == "BOOL" else (field.get("min"), field.get("max"))
+        if what == "Parameter" and "warning" in field:
+            limits = (limits[0], field["warning"])
+        item = scalar(system.root, what, kind, unit, *limits, own=(system, f"{name}_item"))
     if field["count"] == 1:
         return item
     return system.type(what, f"{name}_array", lambda made: array(what, made, item, field["count"]))

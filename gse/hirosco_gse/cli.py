@@ -7,86 +7,34 @@ Exit codes: 0 success, 1 rejected or failed (with the reason in words), 2 usage,
 import argparse
 import contextlib
 import json
+import math
 import os
 import pathlib
 import re
 import signal
 import sys
-import time
 
-from . import __version__, commands, gateway, link, sdls, telemetry
+from . import __version__, commands, completion, decode, frames, gateway, link, live, packet_log, pcap, sdls, telemetry, usage, visits
+from .colours import coloured
 from .commands import UsageError
 from .dictionary import STATES, Dictionary, DictionaryError
+from .place import DEFAULT_PORT, LATEST, LOOPBACK, ROOT, Place
 from .script import Script, ScriptError, ScriptFailure, link_entry
-from .session import LinkLost, Session, SessionError, TimedOut
+from .session import LinkLost, SessionError, TimedOut
+from .shell import Shell
+from .spacecraft import Spacecraft
 
 SUCCESS, FAILED, USAGE, NO_LINK, TIMED_OUT = range(5)
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-LOOPBACK = "127.0.0.1"
-DEFAULT_PORT = 10015
-DEFAULT_MISSION = "rokviss"
+EXIT_CODES = "exit codes: 0 success, 1 rejected or failed, 2 usage, 3 no link, 4 time-out"
 LISTEN_S = 2.0
 PATIENCE_S = 10.0  # a script may be started together with the mission
-
-
-def _default_port(run):
-    try:
-        return int((run / "ground.port").read_text(encoding="ascii"))
-    except (OSError, ValueError):
-        return DEFAULT_PORT
-
-
-def _mission_of(run):
-    """Name of the mission of a run, as the launcher wrote it; otherwise that of the default mission."""
-    try:
-        return (run / "ground.mission").read_text(encoding="utf-8").strip() or DEFAULT_MISSION
-    except OSError:
-        return DEFAULT_MISSION
-
-
-def _default_key(run, host, port):
-    """Key file of the connected run, as the launcher wrote it; for another run that of the environment. None: telecommands
-    are not protected."""
-    if host != LOOPBACK or not (run / "ground.port").exists() or port != _default_port(run):
-        return os.environ.get("GSE_KEY")
-    try:
-        return (run / "ground.key-file").read_text(encoding="utf-8").strip() or None
-    except OSError:
-        return None
-
-
-def _default_dictionary(run):
-    return ROOT / "build" / "generated" / f"{_mission_of(run)}.json"
-
-
-def _epilog():
-    lines = ["commands:"]
-    for _, usage, about in commands.VERBS.values():
-        lines += [f"  {part.strip()}" for part in usage.split(", hk ")[:1]] + [f"        {about}"]
-    lines += [
-        "  hk [-f] [SUBSYSTEM]",
-        "        show housekeeping reports as they arrive; -f continues until Ctrl-C",
-        "  events [-f] [SUBSYSTEM]",
-        "        show events and state transitions as they arrive; -f continues until Ctrl-C",
-        "  permissions",
-        "        permitted requests by mode and state (from the dictionary)",
-        "  script FILE [--cosimulation PATH] [--run DIR]",
-        "        fly the operator's lines of a scenario",
-        "  key make FILE",
-        "        make a key for authenticated telecommands, with its marks FILE.sent and FILE.received",
-        "  gateway [--listen PORT]",
-        "        accept packets from programs on this machine, such as Yamcs, protect them with the key and forward them",
-        "",
-        "exit codes: 0 success, 1 rejected or failed, 2 usage, 3 no link, 4 time-out",
-    ]
-    return "\n".join(lines)
 
 
 def _parser():
     parser = argparse.ArgumentParser(
         prog="gse",
         description="Command a mission from the ground: telecommands over TCP, verification in words.",
-        epilog=_epilog(),
+        epilog=f"{usage.overview()}\n\ngse COMMAND --help: one command, with an example\n{EXIT_CODES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"gse {__version__}")
@@ -97,17 +45,21 @@ def _parser():
     parser.add_argument("--key", metavar="FILE", help="protect telecommands with this key (default: that of the run; for other runs $GSE_KEY)")
     parser.add_argument("--listen", type=int, metavar="PORT", help=f"gateway: port on this machine (default {gateway.PORT})")
     parser.add_argument("--json", action="store_true", help="one JSON object per line instead of text")
-    parser.add_argument("-f", "--follow", action="store_true", help="hk, events: go on until Ctrl-C")
+    parser.add_argument("-f", "--follow", action="store_true", help="hk, events: continue until Ctrl-C")
     parser.add_argument("--cosimulation", help="script: UNIX socket of the scheduler (stepped time)")
     parser.add_argument("--run", help="script: folder for operator.log (default: runs/latest, for reading only)")
-    parser.add_argument("command", metavar="COMMAND", help="see below")
+    parser.add_argument("command", metavar="COMMAND", nargs="?", help="see below")
     parser.add_argument("words", metavar="WORD", nargs="*", help="arguments of the command")
     return parser
 
 
-def _print(arguments, entry):
-    text = json.dumps(entry, default=str) if arguments.json else entry["text"]
+def _print(arguments, entry, meaning=None):
+    text = json.dumps(entry, default=str) if arguments.json else coloured(entry["text"], meaning)
     print(text, flush=True)
+
+
+def _complain(text, meaning="failed"):
+    print(coloured(f"gse: {text}", meaning, sys.stderr), file=sys.stderr)
 
 
 def _report(line):
@@ -119,84 +71,155 @@ class _Console:
 
     def __init__(self, arguments):
         self.arguments = arguments
-        self.run = pathlib.Path(arguments.run) if arguments.run else ROOT / "runs" / "latest"
-        self.port = arguments.port or _default_port(self.run)
-        self.key = arguments.key or _default_key(self.run, arguments.host, self.port)
-        self.dictionary = Dictionary.load(arguments.dictionary or _default_dictionary(self.run))
-        self.sender = None
+        self.run = pathlib.Path(arguments.run or LATEST)
 
-    def connect(self, first_sequence=None, patience_s=0.0):
-        """(stream, session) of a new connection."""
-        self.sender = sdls.Sender(self.key) if self.key else None
-        stream = link.connect(self.arguments.host, self.port, patience_s)
-        return stream, Session(self.dictionary, first_sequence, protect=self.sender or bytes)
-
-    def reconnect(self):
-        """The next connection of the same session."""
-        if self.sender:
-            self.sender.begin_anew()
-        return link.connect(self.arguments.host, self.port)
+    def spacecraft(self, **options):
+        """The client, not yet connected."""
+        given = self.arguments
+        return Spacecraft(
+            self.run, host=given.host, port=given.port, key=given.key, dictionary=given.dictionary, timeout_s=given.timeout, **options
+        )
 
     def gateway(self):
         """Serve until Ctrl-C."""
         if self.arguments.words:
             raise UsageError("usage: gateway [--listen PORT] [--key FILE]")
-        if not self.key:
+        place = Place.of(self.run, self.arguments.host, self.arguments.port, self.arguments.key)
+        if not place.key:
             raise UsageError("gateway: telecommands of this run need no key; connect to its ground port, or give --key FILE")
-        sdls.read_key(self.key)
-        gateway.serve(self.arguments.listen or gateway.PORT, (self.arguments.host, self.port), lambda: sdls.Sender(self.key), _report)
+        sdls.read_key(place.key)
+        gateway.serve(self.arguments.listen or gateway.PORT, (place.host, place.port), lambda: sdls.Sender(place.key), _report)
         return SUCCESS
 
     def command(self):
-        """Plan first: a usage error needs no link."""
-        command = commands.plan([self.arguments.command, *self.arguments.words], self.dictionary)
-        stream, session = self.connect()
-        driver = link.RealDriver(stream, session)
-        with stream:
-            for entry in driver.run(command.procedure(session, int(self.arguments.timeout * 1e9))):
+        """Perform one command. It is planned before the connection, so that a usage error is reported without a link."""
+        craft = self.spacecraft()
+        words = [self.arguments.command, *self.arguments.words]
+        commands.plan(words, craft.dictionary)
+        with craft:
+            for entry in craft.do(*words):
                 _print(self.arguments, entry)
-        for problem in session.mismatches.values():
-            print(f"gse: warning: {problem}", file=sys.stderr)
+        for problem in craft.session.mismatches.values():
+            _complain(f"warning: {problem}", "warning")
         return SUCCESS
 
     def listen(self, wanted):
         """Print reports as they arrive."""
         if len(self.arguments.words) > 1:
             raise UsageError(f"usage: {self.arguments.command} [-f] [SUBSYSTEM]")
-        only = self.dictionary.subsystem(self.arguments.words[0]).apid if self.arguments.words else None
-        stream, session = self.connect()
-        epoch_ns = self.dictionary.epoch_ns
+        craft = self.spacecraft()
+        dictionary = craft.dictionary
+        only = dictionary.subsystem(self.arguments.words[0]).apid if self.arguments.words else None
 
         def show(packet, decoded):
             if wanted(packet) and only in (None, packet.apid):
-                seconds = (packet.time_ns - epoch_ns) / 1e9
-                text = f"{seconds:12.6f}  {telemetry.describe(packet, decoded, self.dictionary)}"
-                subsystem = self.dictionary.name_of_apid(packet.apid)
-                _print(self.arguments, {"text": text, "time": seconds, "subsystem": subsystem, **decoded})
+                seconds = (packet.time_ns - dictionary.epoch_ns) / 1e9
+                text = f"{seconds:12.6f}  {telemetry.describe(packet, decoded, dictionary)}"
+                _print(self.arguments, {"text": text, "time": seconds, "subsystem": dictionary.name_of_apid(packet.apid), **decoded}, decoded.get("severity"))
 
-        session.listeners.append(show)
-        driver = link.RealDriver(stream, session)
-        end = time.monotonic() + LISTEN_S
-        with stream:
-            while self.arguments.follow or time.monotonic() < end:
-                driver.run(session.wait_until(session.now_ns + 100_000_000))
+        craft.session.listeners.append(show)
+        with craft:
+            craft.listen(math.inf if self.arguments.follow else LISTEN_S)
+        return SUCCESS
+
+    def shell(self):
+        """Commands at a prompt."""
+        if self.arguments.words:
+            raise UsageError("usage: shell")
+        with self.spacecraft() as craft:
+            Shell(craft).run()
+        return SUCCESS
+
+    def monitor(self):
+        """The live view in the terminal."""
+        if not sys.stdout.isatty():
+            raise UsageError("monitor: found no terminal, expected one; `hk -f` and `events -f` write to files")
+        try:
+            from .monitor import Monitor
+        except ImportError as error:
+            python = ROOT / "build" / "venv" / "bin" / "python"
+            if sys.executable == str(python) or not python.exists():
+                raise UsageError(f"monitor: {error}; run make, then build/venv/bin/gse monitor") from error
+            os.execv(python, [str(python), "-m", "hirosco_gse", *sys.argv[1:]])
+        given = self.arguments
+        Monitor(self.run, host=given.host, port=given.port, key=given.key, dictionary=given.dictionary).run()
         return SUCCESS
 
     def permissions(self):
-        """The matrix of the mission descriptor."""
-        for rule in self.dictionary.permissions:
+        """Print the permitted requests of the mission descriptor."""
+        for rule in self.spacecraft().dictionary.permissions:
             request = f"TC[{rule['service']},{rule['subtype']}]"
             states = "any state" if len(rule["states"]) == len(STATES) else " ".join(rule["states"])
             text = f"{request:<9} {rule['select']:<17} to {rule['to']:<14} {' '.join(rule['modes']):<13} {states}"
             _print(self.arguments, {"text": text, **rule})
         return SUCCESS
 
+    def live(self):
+        """Send one line to the live port of the run."""
+        line = " ".join([self.arguments.command, *(word.strip() for word in self.arguments.words)])
+        with live.LiveWorld(self.run) as world:
+            seconds, is_paused = world.ask(line)
+        text = f"{line}: at {seconds:.4f} s{', paused' if is_paused else ''}"
+        _print(self.arguments, {"text": text, "time": seconds, "line": line, "paused": is_paused})
+        return SUCCESS
+
+    def decode(self):
+        """Print recorded octets in words."""
+        if not self.arguments.words:
+            raise UsageError("usage: decode FILE|-|HEX ...")
+        place = Place.of(self.run, dictionary=self.arguments.dictionary, port=self.arguments.port)
+        for row in decode.rows([word.strip() for word in self.arguments.words], Dictionary.load(place.dictionary), place.dictionary.parent, place.port):
+            _print(self.arguments, row, "failed" if "error" in row else row.get("content", {}).get("severity"))
+        return SUCCESS
+
+    def record(self):
+        """Print the scenario that repeats a flight."""
+        if len(self.arguments.words) > 1:
+            raise UsageError("usage: record [RUN]")
+        run = pathlib.Path(self.arguments.words[0]) if self.arguments.words else self.run
+        try:
+            name = json.loads((run / "run.json").read_text(encoding="utf-8"))["scenario"]
+        except (OSError, ValueError, KeyError) as error:
+            raise UsageError(f"{run}: no run.json of a flight that has ended: {error}") from error
+        known = ROOT / "sim" / "scenarios" / f"{name}.scn"
+        print(live.recording(run, None if name == "none" else known if known.exists() else name), end="")
+        return SUCCESS
+
+    def pcap(self):
+        """Write the packets of a run as a capture."""
+        if len(self.arguments.words) > 1:
+            raise UsageError("usage: pcap [RUN]")
+        try:
+            path, count = pcap.write(self.arguments.words[0] if self.arguments.words else self.run)
+        except packet_log.LogError as error:
+            raise UsageError(str(error)) from error
+        _print(self.arguments, {"text": f"{path}: {count} packets", "path": str(path), "packets": count})
+        return SUCCESS
+
+    def mcap(self):
+        """Write a run as an MCAP file."""
+        if len(self.arguments.words) > 1:
+            raise UsageError("usage: mcap [RUN]")
+        try:
+            from . import mcap_export  # Needs packages, which no other command needs.
+        except ImportError as error:
+            raise UsageError(f"mcap: {error}; after make setup call build/venv/bin/gse mcap") from error
+        try:
+            path, count, problems = mcap_export.write(self.arguments.words[0] if self.arguments.words else self.run)
+        except mcap_export.ExportError as error:
+            raise UsageError(str(error)) from error
+        for problem in problems:
+            print(f"gse: warning: {problem}", file=sys.stderr)
+        _print(self.arguments, {"text": f"{path}: {count} messages", "path": str(path), "messages": count, "problems": problems})
+        return SUCCESS
+
     def script(self):
-        """Fly a scenario."""
+        """Perform the operator's lines of a scenario."""
         if len(self.arguments.words) != 1:
             raise UsageError("usage: script FILE [--cosimulation PATH] [--run DIR]")
-        script = Script.load(self.arguments.words[0], self.dictionary)
-        if not script.steps:
+        craft = self.spacecraft(first_sequence=0)
+        script = Script.load(self.arguments.words[0], craft.dictionary)
+        if not script.steps and not script.visits:
             print(f"{self.arguments.words[0]}: no line for the operator")
             return SUCCESS
         with contextlib.ExitStack() as stack:
@@ -204,29 +227,24 @@ class _Console:
             if self.arguments.run:
                 path = pathlib.Path(self.arguments.run) / "operator.log"
                 log = stack.enter_context(path.open("wb", buffering=0))
-            return self._fly(script, log)
+            return self._fly(craft, script, log)
 
-    def _fly(self, script, log):
-        stream, session = self.connect(first_sequence=0, patience_s=PATIENCE_S)
-
-        def tell(entry):
+    def _fly(self, craft, script, log):
+        def record(entry):
             nonlocal log
-            _try_to_say(json.dumps(entry, default=str) if self.arguments.json else entry["text"])
+            _print_if_possible(json.dumps(entry, default=str) if self.arguments.json else entry["text"])
             if log and not _append(log, json.dumps(entry, default=str) + "\n"):
                 log = None
 
-        with stream:
+        clock = None
+        with craft.connect(PATIENCE_S):
             if self.arguments.cosimulation:
-                local_port = stream.getsockname()[1]
-                clock = link.StepClock(self.arguments.cosimulation, local_port, patience_s=PATIENCE_S)
-                driver = link.StepDriver(stream, session, clock, self.reconnect, lambda text: tell(link_entry(session, text)))
-            else:
-                clock = None
-                driver = link.RealDriver(stream, session, self.dictionary.epoch_ns)
-            if self.arguments.run:  # The launcher, which ends the run, waits for the end of this process, the interpreter's included.
+                others = visits.Visits(script.visits, lambda: link.connect(craft.place.host, craft.place.port))
+                clock = craft.join(self.arguments.cosimulation, lambda text: record(link_entry(craft.session, text)), others, PATIENCE_S)
+            if self.arguments.run:  # Ignore SIGTERM of the launcher, which waits until the interpreter has ended.
                 signal.signal(signal.SIGTERM, signal.SIG_IGN)
             try:
-                driver.run(script.procedure(session, int(self.arguments.timeout * 1e9), tell))
+                craft.run(script.procedure(craft.session, int(self.arguments.timeout * 1e9), record))
             finally:
                 if clock:
                     clock.leave()
@@ -242,12 +260,12 @@ def _append(log, text):
     except OSError as error:
         with contextlib.suppress(OSError):
             os.ftruncate(log.fileno(), whole)
-        _try_to_say(f"gse: {log.name}: {error.strerror}; later steps are not in it")
+        _print_if_possible(f"gse: {log.name}: {error.strerror}; later steps are not in it")
         return False
     return True
 
 
-def _try_to_say(text):
+def _print_if_possible(text):
     """Print to the console, which may be redirected to a full disk."""
     try:
         print(text, flush=True)
@@ -268,18 +286,50 @@ def _key(words):
     return SUCCESS
 
 
+def _completion(words):
+    """Print the completion for a shell."""
+    scripts = {"bash": completion.BASH, "zsh": completion.ZSH}
+    if len(words) != 1 or words[0] not in scripts:
+        raise UsageError("usage: completion bash|zsh")
+    print(scripts[words[0]], end="")
+    return SUCCESS
+
+
+def _complete(words):
+    """Print the candidates for the last word; a shell calls this at each Tab."""
+
+    def load(options):
+        place = Place.of(options.get("--run"), dictionary=options.get("--dictionary"))
+        return Dictionary.load(place.dictionary)
+
+    print("\n".join(completion.complete(words, load)))
+    return SUCCESS
+
+
 def _run(arguments):
+    if arguments.command is None:
+        raise UsageError("no command; gse --help lists them")
     if arguments.command == "key":
         return _key(arguments.words)
+    if arguments.command == "completion":
+        return _completion(arguments.words)
     console = _Console(arguments)
     special = {
         "script": console.script,
         "permissions": console.permissions,
+        "shell": console.shell,
         "gateway": console.gateway,
+        "record": console.record,
+        "decode": console.decode,
+        "pcap": console.pcap,
+        "mcap": console.mcap,
+        **dict.fromkeys(live.VERBS, console.live),
         "events": lambda: console.listen(_is_event),
     }
     if arguments.command in special:
         return special[arguments.command]()
+    if arguments.command == "monitor" and not arguments.words:
+        return console.monitor()
     if arguments.command == "hk" and len(arguments.words) < 2:
         return console.listen(lambda packet: packet.message == (3, 25))
     return console.command()
@@ -290,31 +340,40 @@ def _words(argv):
     return [" " + word if re.match(r"-[\d.]", word) else word for word in argv]
 
 
+_PROBLEMS = {  # the exit code of each; the first kind that fits
+    UsageError: USAGE,
+    DictionaryError: USAGE,
+    ScriptError: USAGE,
+    visits.VisitError: USAGE,
+    sdls.SecurityError: USAGE,
+    LinkLost: NO_LINK,
+    TimedOut: TIMED_OUT,
+    SessionError: FAILED,
+    ScriptFailure: FAILED,
+    decode.DecodeError: FAILED,
+    frames.DatabaseError: FAILED,
+    OSError: USAGE,
+}
+
+
 def main(argv=None):
     """Entry point; returns the exit code."""
-    parser = _parser()
+    argv = sys.argv[1:] if argv is None else argv
     try:
-        arguments = parser.parse_intermixed_args(_words(sys.argv[1:] if argv is None else argv))
-        return _run(arguments)
+        if argv[:2] == ["complete", "--"]:
+            return _complete(argv[2:])
+        asked = [word for word in argv if word in usage.table()]
+        if asked and {"-h", "--help"} & set(argv):
+            print(usage.help_of(asked[0]))
+            return SUCCESS
+        return _run(_parser().parse_intermixed_args(_words(argv)))
     except SystemExit as end:  # argparse: 0 after --help, 2 after a usage error
         return end.code if isinstance(end.code, int) else USAGE
-    except (UsageError, DictionaryError, ScriptError, sdls.SecurityError) as problem:
-        print(f"gse: {problem}", file=sys.stderr)
-        return USAGE
-    except LinkLost as problem:
-        print(f"gse: {problem}", file=sys.stderr)
-        return NO_LINK
-    except TimedOut as problem:
-        print(f"gse: time-out: {problem}", file=sys.stderr)
-        return TIMED_OUT
-    except (SessionError, ScriptFailure) as problem:
-        print(f"gse: {problem}", file=sys.stderr)
-        return FAILED
     except KeyboardInterrupt:
         return SUCCESS
     except BrokenPipeError:
         sys.stderr.close()
         return SUCCESS
-    except OSError as problem:
-        print(f"gse: {problem}", file=sys.stderr)
-        return USAGE
+    except tuple(_PROBLEMS) as problem:
+        _complain(f"time-out: {problem}" if isinstance(problem, TimedOut) else problem)
+        return next(code for kind, code in _PROBLEMS.items() if isinstance(problem, kind))

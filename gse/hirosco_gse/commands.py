@@ -9,7 +9,7 @@ import itertools
 import shlex
 import struct
 
-from . import file_commands, packets, service_commands
+from . import file_commands, packets, service_commands, telemetry
 from .command import REPLY_NS, Command, UsageError, answers, asking, line, need, reply, rows_of, simple
 from .dictionary import STATES, STRATEGIES, SUPERVISOR_APID, DictionaryError, Structure
 from .session import Rejected, Request, SessionError, TimedOut
@@ -18,7 +18,7 @@ from .values import ValueProblem
 EMBEDDED_FIRST = 0x2000  # Requests within requests use the upper half of the sequence counts; scripts count their own from 0.
 
 _embedded_counts = itertools.count()
-METHOD_ANY = 0xFF  # Transfer method of a link: whatever both ends offer.
+METHOD_ANY = 0xFF  # Transfer method of a link: any that both ends offer.
 ERROR_OPERATIONAL = STATES.index("ERROR_OPERATIONAL")
 REST_STATES = ("OFFLINE", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL")
 LINK_DEADLINE_MS = 1000
@@ -38,9 +38,9 @@ def _ping(dictionary, words):
         answer = []
         for target in targets:
             request = Request(target.apid, 17, 1, text=f"ping {target.name}")
-            start = session.now_ns
+            start = session.now_ns - session.slipped_ns
             yield from answers(session, request, (17, 2), timeout_ns)
-            seconds = (session.now_ns - start) / 1e9
+            seconds = (session.now_ns - session.slipped_ns - start) / 1e9
             answer.append({"text": f"{target.name} is alive", "subsystem": target.name, "seconds": seconds})
         return answer
 
@@ -49,7 +49,7 @@ def _ping(dictionary, words):
 
 
 def _cmd(dictionary, words):
-    usage = "cmd SUBSYSTEM.FUNCTION [argument=value ...]"
+    usage = "cmd SUBSYSTEM.FUNCTION [ARGUMENT=VALUE ...]"
     if not words or "." not in words[0]:
         raise UsageError(f"usage: {usage}")
     subsystem_name, _, function_name = words[0].partition(".")
@@ -64,7 +64,7 @@ def _cmd(dictionary, words):
     data = function.name.encode("ascii").ljust(8, b"\0") + bytes([len(function.arguments)])
     for argument in function.arguments:
         if argument.name.upper() not in given:
-            names = " ".join(f"{a.name}={a.type}[{a.count}] {a.unit}".strip() for a in function.arguments)
+            names = " ".join(f"{a.name}={'|'.join(a.words.values()) if a.words else a.type}[{a.count}] {a.unit}".strip() for a in function.arguments)
             raise UsageError(f"argument {argument.name} is missing; {function.name} takes: {names}")
         data += struct.pack(">H", argument.id) + argument.encode_text(given.pop(argument.name.upper()))
     if given:
@@ -83,7 +83,7 @@ def _state_number(word):
 
 
 def _state(dictionary, words):
-    need(words, 2, "state SUBSYSTEM|all TARGET")
+    need(words, 2, "state SUBSYSTEM|all STATE")
     target = _state_number(words[1])
     return simple(
         *(
@@ -94,7 +94,7 @@ def _state(dictionary, words):
 
 
 def _config(dictionary, words):
-    need(words, 2, "config SUBSYSTEM NAME")
+    need(words, 2, "config SUBSYSTEM CONFIGURATION")
     subsystem = dictionary.subsystem(words[0])
     configuration = subsystem.configuration(words[1])
     data = struct.pack(">H", configuration.id)
@@ -191,7 +191,7 @@ def _link_list():
 
 
 def _link(dictionary, words):
-    usage = "link open|close NAME, link list"
+    usage = "link open|close LINK, link list"
     if words == ["list"]:
         return _link_list()
     if len(words) != 2 or words[0] not in ("open", "close"):
@@ -200,7 +200,7 @@ def _link(dictionary, words):
 
 
 def _mode(dictionary, words):
-    need(words, 1, "mode NAME")
+    need(words, 1, "mode MODE")
     mode = dictionary.mode(words[0])
     return simple(Request(SUPERVISOR_APID, 131, 1, bytes([mode]), f"mode {words[0].upper()}"))
 
@@ -214,27 +214,63 @@ def _log(_dictionary, words):
 
 
 def _parameter(dictionary, word, usage):
+    """(subsystem, parameter, name of a field of it or "")."""
     subsystem_name, dot, parameter_name = word.partition(".")
     if not dot:
         raise UsageError(f"usage: {usage}")
     subsystem = dictionary.subsystem(subsystem_name)
-    return subsystem, subsystem.parameter(parameter_name)
+    head, _, field = parameter_name.partition(".")
+    return subsystem, subsystem.parameter(head), field
+
+
+def _values(subsystem, parameter):
+    """Request for the value of a parameter."""
+    data = struct.pack(">BI", 1, parameter.parameter_id)
+    return Request(subsystem.apid, 20, 1, data, f"get {subsystem.name}.{parameter.name}")
 
 
 def _set(dictionary, words):
-    usage = "set SUBSYSTEM.PARAMETER VALUE"
+    usage = "set SUBSYSTEM.PARAMETER[.FIELD] VALUE"
     need(words, 2, usage)
-    subsystem, parameter = _parameter(dictionary, words[0], usage)
-    data = struct.pack(">BI", 1, parameter.parameter_id) + parameter.encode_text(words[1])
-    return simple(Request(subsystem.apid, 20, 3, data, f"set {subsystem.name}.{parameter.name} {words[1]}"))
+    subsystem, parameter, field = _parameter(dictionary, words[0], usage)
+    text = ".".join(filter(None, (f"set {subsystem.name}", parameter.name, field.upper()))) + f" {words[1]}"
+
+    def request(octets):
+        return Request(subsystem.apid, 20, 3, struct.pack(">BI", 1, parameter.parameter_id) + octets, text)
+
+    if not field:
+        return simple(request(parameter.encode_text(words[1])))
+    item, offset = parameter.field(field)
+    octets = item.encode_text(words[1])
+
+    def procedure(session, timeout_ns):
+        """Read the structure, and write it with this field; a request contains whole parameters only."""
+        reports = yield from answers(session, _values(subsystem, parameter), (20, 2), timeout_ns)
+        value = reports[-1][0].data[6:]  # After the number of values and the id.
+        changed = value[:offset] + octets + value[offset + item.size :]
+        return (yield from simple(request(changed)).procedure(session, timeout_ns))
+
+    return Command(text, procedure)
 
 
 def _get(dictionary, words):
-    usage = "get SUBSYSTEM.PARAMETER"
+    usage = "get SUBSYSTEM.PARAMETER[.FIELD]"
     need(words, 1, usage)
-    subsystem, parameter = _parameter(dictionary, words[0], usage)
-    data = struct.pack(">BI", 1, parameter.parameter_id)
-    return asking(Request(subsystem.apid, 20, 1, data, f"get {subsystem.name}.{parameter.name}"), (20, 2))
+    subsystem, parameter, field = _parameter(dictionary, words[0], usage)
+    request = _values(subsystem, parameter)
+    if not field:
+        return asking(request, (20, 2))
+    item, _ = parameter.field(field)
+
+    def procedure(session, timeout_ns):
+        _, decoded = (yield from answers(session, request, (20, 2), timeout_ns))[-1]
+        if "error" in decoded:
+            raise SessionError(f"{request.text}: {decoded['error']}")
+        value = decoded["values"][parameter.name][item.name]
+        name = f"{parameter.name}.{item.name}"
+        return [{"text": f"{subsystem.name}: {telemetry.measured({name: value}, subsystem.parameters)}", "values": {name: value}}]
+
+    return Command(f"{request.text}.{item.name}", procedure, (request,))
 
 
 def _number(word, what):
@@ -245,8 +281,8 @@ def _number(word, what):
 
 
 _HK_USAGE = (
-    "hk enable|disable|once|report|delete SUBSYSTEM ID, hk interval SUBSYSTEM ID CYCLES, "
-    "hk create SUBSYSTEM ID CYCLES PARAMETER [...] [NREP:PARAMETER,PARAMETER ...]"
+    "hk enable|disable|once|report|delete SUBSYSTEM STRUCTURE, hk interval SUBSYSTEM STRUCTURE CYCLES, "
+    "hk create SUBSYSTEM STRUCTURE CYCLES PARAMETER|NREP:PARAMETER,PARAMETER [...]"
 )
 _HK_SUBTYPES = {"delete": 3, "enable": 5, "disable": 6, "report": 9, "once": 27}
 
@@ -401,17 +437,17 @@ def _raw(_dictionary, words):
 
 VERBS = {
     "ping": (_ping, "ping [SUBSYSTEM|all]", "TC[17,1] to one or all subsystems"),
-    "cmd": (_cmd, "cmd SUBSYSTEM.FUNCTION [argument=value ...]", "perform a function; arrays as 0.5,-0.3"),
-    "state": (_state, "state SUBSYSTEM|all TARGET", "ask for a state"),
-    "config": (_config, "config SUBSYSTEM NAME", "select a configuration"),
+    "cmd": (_cmd, "cmd SUBSYSTEM.FUNCTION [ARGUMENT=VALUE ...]", "perform a function; arrays as 0.5,-0.3"),
+    "state": (_state, "state SUBSYSTEM|all STATE", "ask for a state"),
+    "config": (_config, "config SUBSYSTEM CONFIGURATION", "select a configuration"),
     "reload": (_reload, "reload SUBSYSTEM", "reload its descriptor, at its next PRE_OPERATIONAL or OFFLINE"),
-    "link": (_link, "link open|close NAME, link list", "real-time links"),
-    "mode": (_mode, "mode NAME", "set the mission mode"),
+    "link": (_link, "link open|close LINK, link list", "real-time links"),
+    "mode": (_mode, "mode MODE", "set the mission mode"),
     "log": (_log, "log ascii|sqlite|ring", "switch the packet log"),
-    "set": (_set, "set SUBSYSTEM.PARAMETER VALUE", "set a parameter"),
-    "get": (_get, "get SUBSYSTEM.PARAMETER", "read a parameter"),
+    "set": (_set, "set SUBSYSTEM.PARAMETER[.FIELD] VALUE", "set a parameter, or one field of a structure"),
+    "get": (_get, "get SUBSYSTEM.PARAMETER[.FIELD]", "read a parameter, or one field of a structure"),
     "hk": (_hk, _HK_USAGE, "housekeeping reports"),
-    "event": (_event_reports, "event enable|disable SUBSYSTEM EVENT", "event reports on and off"),
+    "event": (_event_reports, "event enable|disable SUBSYSTEM EVENT", "enable or disable event reports"),
     "status": (_status, "status", "processes, states and configurations of all subsystems"),
     "networks": (_networks, "networks", "real-time networks and their members"),
     "process": (_process, "process start|stop SUBSYSTEM", "start or stop a process"),

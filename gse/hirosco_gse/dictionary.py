@@ -45,21 +45,33 @@ class Field:
     count: int = 1
     unit: str = ""
     id: int = 0
+    words: dict = None  # of an enumeration: number -> word
+    min: float = None
+    max: float = None
 
     @property
     def size(self):
         return values.size_of(self.type, self.count)
 
     def decode(self, octets, offset):
-        """Value (a list) at the offset, and the offset behind it."""
-        return values.decode(self.type, self.count, octets, offset)
+        """Value (a list; words of an enumeration, or numbers that have none) at the offset, and the offset after it."""
+        return _decode(self, octets, offset)
 
     def encode_text(self, text):
         """Octets of a value as written by a user."""
         try:
-            return values.encode(self.type, values.from_text(self.type, self.count, text))
+            return _encode(self, text)
         except ValueProblem as problem:
             raise ValueProblem(f"{self.name}: {problem}") from problem
+
+
+def _decode(item, octets, offset):
+    found, offset = values.decode(item.type, item.count, octets, offset)
+    return ([item.words.get(number, number) for number in found] if item.words else found), offset
+
+
+def _encode(item, text):
+    return values.encode(item.type, values.from_text(item.type, item.count, text, item.words))
 
 
 @dataclass(frozen=True)
@@ -75,25 +87,35 @@ class Parameter:
     min: float = None
     max: float = None
     fields: tuple = ()
+    words: dict = None  # of an enumeration: number -> word
 
     @property
     def size(self):
         return sum(item.size for item in self.fields) if self.fields else values.size_of(self.type, self.count)
 
     def decode(self, octets, offset):
-        """Value (a list, or a dict of lists) at the offset, and the offset behind it."""
+        """Value (a list, or a dict of lists) at the offset, and the offset after it."""
         if not self.fields:
-            return values.decode(self.type, self.count, octets, offset)
+            return _decode(self, octets, offset)
         members = {}
         for item in self.fields:
             members[item.name], offset = item.decode(octets, offset)
         return members, offset
 
+    def field(self, name):
+        """(field of a structure by name, its octet offset)."""
+        offset = 0
+        for item in self.fields:
+            if item.name.upper() == name.upper():
+                return item, offset
+            offset += item.size
+        raise _not_found(f"field of {self.name}", name, [item.name for item in self.fields])
+
     def encode_text(self, text):
         """Octets of a value as written: 0.5,-0.3; the members of a structure follow each other in order."""
         try:
             if not self.fields:
-                return values.encode(self.type, values.from_text(self.type, self.count, text))
+                return _encode(self, text)
             words, octets, at = text.split(","), b"", 0
             if len(words) != sum(item.count for item in self.fields):
                 raise ValueProblem(f"'{text}' has {len(words)} values, {sum(i.count for i in self.fields)} expected")
@@ -106,7 +128,7 @@ class Parameter:
 
 
 def defined_on_board(parameter_id):
-    """Parameter that a request has defined (ST[20]): a scalar of the type in its layout bits, named by its id; or None."""
+    """Parameter that a request of ST[20] has defined: a scalar of the type in its layout bits, with its id as name; or None."""
     layout = parameter_id >> 16 & 0x1F
     kinds = tuple(values.FORMATS)
     return Parameter(f"0x{parameter_id:08X}", parameter_id, kinds[layout]) if layout < len(kinds) else None
@@ -221,6 +243,7 @@ class Subsystem:
     events: dict
     functions: dict
     configurations: dict
+    failures: dict = field(default_factory=dict)  # own failure codes: code -> (name, name of the detail)
     interface_hash: int = 0
     is_infrastructure: bool = False  # is started automatically and shut down last
     created: dict = field(default_factory=dict)  # structures created by this ground, id -> Structure
@@ -284,14 +307,21 @@ def _lookup(table, name, what):
     raise _not_found(what, name, table)
 
 
-def _fields(items):
+def _words(item, enumerations):
+    """Words of the field's enumeration by number, or None."""
+    numbers = enumerations.get(item.get("enumeration"))
+    return {number: word for word, number in numbers.items()} if numbers else None
+
+
+def _fields(items, enumerations):
     return tuple(
-        Field(item["name"], item["type"], int(item.get("count", 1)), item.get("unit") or "", int(item.get("id", 0)))
+        Field(item["name"], item["type"], int(item.get("count", 1)), item.get("unit") or "", int(item.get("id", 0)),
+              _words(item, enumerations), item.get("min"), item.get("max"))
         for item in items
     )
 
 
-def _parameter(item):
+def _parameter(item, enumerations):
     return Parameter(
         name=item["name"],
         parameter_id=int(item["parameter_id"]),
@@ -301,7 +331,8 @@ def _parameter(item):
         settable=bool(item.get("settable", False)),
         min=item.get("min"),
         max=item.get("max"),
-        fields=_fields(item.get("fields") or ()),
+        fields=_fields(item.get("fields") or (), enumerations),
+        words=_words(item, enumerations),
     )
 
 
@@ -313,7 +344,7 @@ def _member(parameters, reference):
     head, _, tail = name.partition(".")
     for item in parameters[head].fields if head in parameters else ():
         if item.name == tail:
-            return Parameter(name, 0, item.type, item.count, item.unit)
+            return Parameter(name, 0, item.type, item.count, item.unit, words=item.words)
     raise _not_found("parameter", name, parameters)
 
 
@@ -326,22 +357,22 @@ def _structure(parameters, item):
     return Structure(int(item["id"]), int(item.get("interval", 0)), once, repeated)
 
 
-def _event(parameters, item):
+def _event(parameters, item, enumerations):
     auxiliary = []
     for reference in item.get("parameters", ()):
         if isinstance(reference, dict) and "type" in reference:
-            auxiliary.append(_fields([reference])[0])
+            auxiliary.append(_fields([reference], enumerations)[0])
         else:
             auxiliary.append(_member(parameters, reference))
     return Event(item["name"], int(item["id"]), item["severity"], tuple(auxiliary))
 
 
-def _ports(items):
+def _ports(items, enumerations):
     return tuple(
         Port(
             item["name"],
             int(item["id"]),
-            _fields(item.get("layout", ())),
+            _fields(item.get("layout", ()), enumerations),
             int(item.get("period_us", 0)),
             int(item.get("stale_us", 0)),
         )
@@ -349,24 +380,25 @@ def _ports(items):
     )
 
 
-def _configuration(parameters, item):
+def _configuration(parameters, item, enumerations):
     structures = [_structure(parameters, part) for part in item.get("housekeeping", ())]
     return Configuration(
         name=item["name"],
         id=int(item["id"]),
         sampling_us=int(item.get("sampling_us", 0)),
         structures={structure.id: structure for structure in structures},
-        provides=_ports(item.get("provides")),
-        requires=_ports(item.get("requires")),
+        provides=_ports(item.get("provides"), enumerations),
+        requires=_ports(item.get("requires"), enumerations),
     )
 
 
 def _subsystem(item):
-    parameters = {part["name"]: _parameter(part) for part in item.get("parameters", ())}
+    words = item.get("enumerations", {})
+    parameters = {part["name"]: _parameter(part, words) for part in item.get("parameters", ())}
     functions = {
         part["name"]: Function(
             part["name"],
-            _fields(part.get("arguments", ())),
+            _fields(part.get("arguments", ()), words),
             tuple(part.get("states", ())),
             tuple(part.get("configurations", ())),
         )
@@ -376,9 +408,10 @@ def _subsystem(item):
         name=item["name"],
         apid=int(item["apid"]),
         parameters=parameters,
-        events={part["name"]: _event(parameters, part) for part in item.get("events", ())},
+        events={part["name"]: _event(parameters, part, words) for part in item.get("events", ())},
         functions=functions,
-        configurations={part["name"]: _configuration(parameters, part) for part in item.get("configurations", ())},
+        configurations={part["name"]: _configuration(parameters, part, words) for part in item.get("configurations", ())},
+        failures={part["code"]: (part["name"], part["detail"]) for part in item.get("failures", ())},
         interface_hash=int(str(item.get("interface_hash", "0")), 0),
         is_infrastructure=bool(item.get("autostart", False)),
     )
@@ -394,6 +427,7 @@ class Dictionary:
         self.configuration_hash = content.get("configuration_hash", "")
         self.epoch_ns = int(content["epoch"]) * 1_000_000_000  # packet time of mission time 0
         self.modes = content.get("modes", [])
+        self.buses = content.get("buses", [])
         self.links = [
             Link(
                 item["name"],

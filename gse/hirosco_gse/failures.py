@@ -40,15 +40,19 @@ def _link(detail, dictionary):
 
 
 def _parameter(detail, dictionary):
-    if detail <= 0xFFFF:  # No parameter has so low an id.
+    if detail <= 0xFFFF:  # All parameter ids are greater.
         return f"event {detail}"
     subsystem = dictionary.subsystem_of_apid(detail >> 21)
     parameter = subsystem.parameter_of_id(detail) if subsystem else None
     return parameter.name if parameter else f"0x{detail:08X}"
 
 
-def _explain(code, detail, dictionary):
-    """What failed, with its detail, in the words of pus/catalogue/failures.txt."""
+def _explain(code, detail, dictionary, apid):
+    """What failed, with its detail, in the words of pus/catalogue/failures.txt, or of the sender's descriptor."""
+    sender = dictionary.subsystem_of_apid(apid)
+    if sender and code in sender.failures:
+        name, of = sender.failures[code]
+        return f"{name}, {of} {detail}" if of else name
     if code not in dictionary.catalogue.failures:
         return f"reason not known to this ground (detail {detail})"
     what, more = dictionary.catalogue.failures[code]
@@ -79,17 +83,18 @@ class Failure:
     instruction: int
     detail: int
     step: int = None
+    apid: int = None  # of the sender, whose own codes may be known
 
     @classmethod
-    def decode(cls, subtype, octets):
-        """Decode the octets behind the request id."""
+    def decode(cls, subtype, octets, apid=None):
+        """Decode the octets after the request id."""
         step = None
         if subtype == 6:
             step, octets = int.from_bytes(octets[:2], "big"), octets[2:]
         code, instruction, detail = struct.unpack(">HHI", octets)
-        return cls(subtype, code, instruction, detail, step)
+        return cls(subtype, code, instruction, detail, step, apid)
 
     def words(self, dictionary):
         entry = f", instruction {self.instruction}" if self.instruction else ""
         step = f" at step {name_of(STATES, self.step)}" if self.step is not None else ""
-        return f"{STAGES[self.stage]}{step}: {_explain(self.code, self.detail, dictionary)} [0x{self.code:04X}{entry}]"
+        return f"{STAGES[self.stage]}{step}: {_explain(self.code, self.detail, dictionary, self.apid)} [0x{self.code:04X}{entry}]"

@@ -6,30 +6,32 @@ flight whose table requires it has then failed), and "why" names the reason.
 """
 
 import itertools
+import pathlib
 
 import numpy as np
 
+from . import contact_figures, delay_figures, tool_figures
 from . import run as runs
+from .figures_common import FORCE_SCALE, HOLD_LEAST_US, HOLD_US, POSITION_SCALE, SETTLED_US, Missing, filled, segment
 from .run import CYCLE_US, ENABLE_OPERATION, OPERATION_ENABLED, STATE_MASK
 
-POSITION_SCALE = 2.0  # joint angle per joystick angle
-FORCE_SCALE = 0.03  # joystick torque per external joint torque
 CIRCLE_PERIODS = 4
-HOLD_US, SETTLED_US, HOLD_LEAST_US = 10_000_000, 2_000_000, 5_000_000
-TICKS_LEAST, TICK_GAP, TICK_CLEAR = 100, 4, 40
 ROWS_LEAST = 1000
 SIGNIFICANT = 6.0  # standard deviations
 SMALLEST_TORQUE_NM = 2.0
 BRAKE_WATCH_US, ENGAGE_WATCH_US, UNPLUG_WATCH_US = 500_000, 10_000, 1_000_000
 JOINT_STIFFNESS_NM_RAD = 4000.0  # of the joint loop in torque mode
-FORWARD_LAGS, BACK_LAGS = range(-3, 6), range(-3, 8)
+FORWARD_LAGS, LOOP_LAGS = range(-3, 30), range(12)
+BACK_LAGS, DAMPING_LAGS = range(-3, 8), range(50)
+FINE_COUNT_RAD = 2e-5  # an encoder of 20 bit has 6e-6, one of 16 bit 9.6e-5
 
+# Of the scenario telepresence.
 BOUNDS = {
     "latency_forward_cycles": ("<=", 2),
     "latency_back_cycles": ("<=", 2),
     "tracking_error": ("<", 0.01),
     "reflection_error": ("<", 0.01),
-    "reflection_error_contour": ("<", 0.02),
+    "reflection_error_contour": ("<", 0.01),
     "hold_motion_rad": ("<", 0.001),
     "contact_share": (">=", 0.99),
     "contact_force_max_n": ("<=", 25),
@@ -38,26 +40,33 @@ BOUNDS = {
     "link_lost": ("<=", 0),
     "unplug_reaction_s": ("<=", 0.005),
     "torque_limit_reaction_cycles": ("<=", 2),
+    "free_drag_nm": ("<=", 0.015),
+    "press_ripple_nm": ("<=", 0.5),
+    "passivity_local_j": (">=", -1e-4),
 }
-
-
-class Missing(Exception):
-    """The logs do not contain the data for a figure."""
-
-
-def _segment(run, verb, before):
-    """(first, end) cycle of the first segment `verb` that comes later than a segment of one of `before`."""
-    seen = before is None
-    for name, first, end in run.segments():
-        if name == verb and seen:
-            return first, end
-        seen = seen or (before is not None and name == before)
-    raise Missing(f"the hand never did '{verb}'" + (f" after '{before}'" if before else ""))
+# Of the scenario press.
+PRESS_BOUNDS = {
+    "press_hold_oscillation_rad": ("<=", 2e-4),
+    "press_hold_motion_rad": ("<=", 1e-4),
+    "hold_force_ripple_nm": ("<=", 5e-3),
+    "hold_contact_share": (">=", 0.99),
+    "hold_force_peak": ("<=", 1.1),
+    "hold_energy_j": (">=", -5e-5),
+    "dynamic_transparency": ("<=", 0.07),
+    "passivity_local_j": (">=", -1e-4),
+}
+# Of the scenario press. With 16 bits one count causes a torque spike by the damping: the stick oscillates within one count.
+COARSE_BOUNDS = {
+    "press_hold_motion_rad": ("<=", 2e-4),
+    "hold_force_ripple_nm": ("<=", 0.06),
+    "hold_energy_j": (">=", -6e-3),
+    "passivity_local_j": (">=", -6e-3),
+}
 
 
 def _hold_window(run, before):
     """Last 10 s of the hold after a verb, from 2 s after the intended position stops changing."""
-    first, end = _segment(run, "hold", before)
+    first, end = segment(run, "hold", before)
     intent = run.at_cycles("OPERATOR", "intent_rad")[first:end]
     moving = np.flatnonzero(np.abs(np.diff(intent, axis=0)).max(axis=1) > 1e-9)
     still = first + (int(moving[-1]) + 1 if len(moving) else 0)
@@ -75,95 +84,100 @@ def _contour_window(run):
     return _hold_window(run, "follow")
 
 
-def _filled(cycles, name, start, end):
-    """Words of a PDO in a window, a missing word replaced by the one before; Missing if there are gaps."""
-    seen = cycles.seen[start:end]
-    if not len(seen) or seen.mean() < 0.999:
-        raise Missing(f"PDOs are missing between {start * CYCLE_US / 1e6:.1f} and {end * CYCLE_US / 1e6:.1f} s")
-    index = np.maximum.accumulate(np.where(seen, np.arange(len(seen)), 0))
-    return cycles[name][start:end][index]
-
-
 def _robot_word(run, joint, start, end):
     """Command word of a joint in a window: torque in CST, position in CSP."""
     cst, csp = run.joint_cst[joint], run.joint_csp[joint]
     if cst.seen[start:end].sum() >= csp.seen[start:end].sum():
-        return _filled(cst, "torque", start, end)
-    return _filled(csp, "position", start, end)
-
-
-def _ticks(position):
-    """Increments larger than half an encoder count, else 0."""
-    step = np.diff(position, prepend=position[:1]) * runs.POSITION_RAD
-    return np.where(np.abs(step) > runs.COUNT_RAD / 2, np.sign(step), 0.0)
-
-
-def _alone(ticks, gap):
-    """Cycles with a tick and no other tick within `gap` cycles before and after."""
-    count = np.convolve(ticks != 0, np.ones(2 * gap + 1), "same")
-    return np.flatnonzero((ticks != 0) & (count == 1))
+        return filled(cst, "torque", start, end)
+    return filled(csp, "position", start, end)
 
 
 def _free_space(run):
     """From the start of the circle to the end of the last free segment before contact."""
-    first, end = _segment(run, "circle", None)
+    first, end = segment(run, "circle", None)
     touch = np.flatnonzero(run.at_cycles("CONTACT", "in_contact")[first:] > 0)
     limit = first + int(touch[0]) if len(touch) else run.count
     following = [item for item in run.segments() if item[1] >= end and item[0] in ("move", "rest", "home")]
     return first, min(limit, following[0][2] if following else end)
 
 
+def _increments(words):
+    return np.diff(words.astype(float), prepend=float(words[0]))
+
+
+def _response(answer, cause, lags, others):
+    """Least-squares fit of an answer by a cause at each lag and by all `others`: (signal, lags).
+
+    Returns the weights of the cause and their significance in standard deviations.
+    """
+    parts = [(cause, lags), *others]
+    first = max(max(steps) for _, steps in parts)
+    rows = np.arange(first, len(answer) + min(0, min(lags)))
+    if len(rows) < ROWS_LEAST:
+        raise Missing(f"{len(rows)} cycles, {ROWS_LEAST} are needed")
+    matrix = np.stack([signal[rows - lag] for signal, steps in parts for lag in steps], axis=1)
+    inverse = np.linalg.pinv(matrix.T @ matrix, hermitian=True)
+    found = inverse @ (matrix.T @ answer[rows])
+    variance = np.mean((answer[rows] - matrix @ found) ** 2) * np.diag(inverse)
+    size = len(lags)
+    return np.abs(found[:size]), np.abs(found[:size]) / np.sqrt(np.maximum(variance[:size], 1e-30))
+
+
+def _clear_lag(answers, lags, name):
+    """The lag whose weight, summed over both axes, is clearly the largest: (lag, least significance of an axis)."""
+    weights = sum(weights for weights, _ in answers)
+    best = int(np.argmax(weights))
+    rest = float(np.delete(weights, best).max())
+    sure = float(min(significance[best] for _, significance in answers))
+    if weights[best] < 2 * rest or sure <= SIGNIFICANT:
+        raise Missing(f"no clear answer to {name}: {weights[best]:.3f} at lag {list(lags)[best]}, {rest:.3f} elsewhere")
+    return list(lags)[best], sure
+
+
 def latency_forward(run):
-    """Joystick sample to robot command, on the buses."""
+    """Latency from joystick sample to robot command, measured on the buses in free space; the counts of the encoder are the
+    excitation.
+
+    The fit contains the increments of the joint's own sensors, to separate the response of the joint's loop.
+    """
     start, end = _free_space(run)
-    jumps = {lag: [] for lag in FORWARD_LAGS}
+    answers = []
     for axis in range(2):
-        ticks = _ticks(_filled(run.stick_tpdo, str(axis), start, end))
-        word = _robot_word(run, axis, start, end).astype(float)
-        at = _alone(ticks, TICK_GAP)
-        at = at[(at >= 4) & (at < len(word) - 6)]
-        for lag in FORWARD_LAGS:
-            jumps[lag].append(ticks[at] * (word[at + lag] - word[at + lag - 1]))
-    jumps = {lag: np.concatenate(parts) for lag, parts in jumps.items()}
-    events = len(jumps[0])
-    if events < TICKS_LEAST:
-        raise Missing(f"{events} isolated encoder ticks in free space, {TICKS_LEAST} are needed")
-    means = {lag: float(values.mean()) for lag, values in jumps.items()}
-    best = max(means, key=means.get)
-    rest = max(mean for lag, mean in means.items() if lag != best)
-    noise = float(jumps[best].std()) / np.sqrt(events)
-    if means[best] < 2 * rest or means[best] <= SIGNIFICANT * noise:
-        raise Missing(f"no clear answer to encoder ticks: {means[best]:.2f} at lag {best}, {rest:.2f} elsewhere")
-    return {"latency_forward_cycles": best, "latency_forward_ticks": events}
+        stick = _increments(filled(run.stick_tpdo, str(axis), start, end))
+        joint = [_increments(filled(run.joint_tpdo[axis], name, start, end)) for name in ("position", "torque")]
+        word = _increments(_robot_word(run, axis, start, end))
+        answers.append(_response(word, stick, FORWARD_LAGS, [(signal, LOOP_LAGS) for signal in joint]))
+    lag, sure = _clear_lag(answers, FORWARD_LAGS, "encoder counts")
+    return {"latency_forward_cycles": lag, "latency_forward_significance": sure}
 
 
 def latency_back(run):
-    """Joint torque sample to joystick torque command, on the buses; the sensor's noise is the excitation."""
+    """Latency from joint torque sample to joystick torque command, measured on the buses with the sensor's noise as excitation.
+
+    The fit contains the increments of the joystick's own position, to separate the response of the damping.
+    """
     start, end = _spring_window(run)
-    weights, variance = np.zeros(len(BACK_LAGS)), 0.0
-    ticks = sum(np.abs(_ticks(_filled(run.stick_tpdo, str(axis), start, end))) for axis in range(2))
-    busy = np.convolve(ticks > 0, np.ones(2 * TICK_CLEAR + 1), "same") > 0.5
+    answers = []
     for axis in range(2):
-        answer = np.diff(_filled(run.stick_rpdo, str(axis), start, end).astype(float), prepend=0.0)
-        cause = np.diff(_filled(run.joint_tpdo[axis], "torque", start, end).astype(float), prepend=0.0)
-        rows = np.flatnonzero(~busy)
-        rows = rows[(rows > max(BACK_LAGS)) & (rows < len(cause) + min(BACK_LAGS))]
-        if len(rows) < ROWS_LEAST:
-            raise Missing(f"{len(rows)} quiet cycles in the spring hold, {ROWS_LEAST} are needed")
-        matrix = np.stack([cause[rows - lag] for lag in BACK_LAGS], axis=1)
-        found = np.linalg.lstsq(matrix, answer[rows], rcond=None)[0]
-        weights += np.abs(found)
-        variance += np.mean((answer[rows] - matrix @ found) ** 2) / max(1.0, np.sum(matrix[:, 0] ** 2))
-    best = int(np.argmax(weights))
-    rest = float(np.delete(weights, best).max())
-    if weights[best] < 2 * rest or weights[best] <= max(1e-9, SIGNIFICANT * np.sqrt(variance)):
-        raise Missing(f"no clear answer to torque noise: {weights[best]:.3f} against {rest:.3f}")
-    return {"latency_back_cycles": list(BACK_LAGS)[best]}
+        felt = _increments(filled(run.stick_rpdo, str(axis), start, end))
+        torque = _increments(filled(run.joint_tpdo[axis], "torque", start, end))
+        stick = _increments(filled(run.stick_tpdo, str(axis), start, end))
+        answers.append(_response(felt, torque, BACK_LAGS, [(stick, DAMPING_LAGS)]))
+    lag, sure = _clear_lag(answers, BACK_LAGS, "torque noise")
+    return {"latency_back_cycles": lag, "latency_back_significance": sure}
+
+
+def joystick_count(run):
+    """Resolution of the joystick's encoder: the smallest step of its position."""
+    steps = np.abs(np.concatenate([np.diff(run.stick_tpdo[str(axis)][run.stick_tpdo.seen]) for axis in range(2)]))
+    if not steps.any():
+        raise Missing("the joystick did not move")
+    return {"joystick_count_rad": float(steps[steps > 0].min() * runs.POSITION_RAD)}
 
 
 def _circle_window(run):
-    """Whole periods of constant amplitude, at most four, the last ones."""
-    first, end = _segment(run, "circle", None)
+    """The last whole periods of constant amplitude, at most four: first and last cycle, and frequency [Hz]."""
+    first, end = segment(run, "circle", None)
     intent = run.at_cycles("OPERATOR", "intent_rad")[first:end]
     away = intent - intent[0]
     radius = np.hypot(away[:, 0], away[:, 1])
@@ -199,8 +213,8 @@ def tracking(run):
     worst, worst_link = (0.0, 0.0), 0.0
     link = run.at_cycles("JOINTS", "position_rad")
     for joint in range(2):
-        stick = _filled(run.stick_tpdo, str(joint), low, high) * runs.POSITION_RAD
-        motor = _filled(run.joint_tpdo[joint], "position", low, high) * runs.POSITION_RAD
+        stick = filled(run.stick_tpdo, str(joint), low, high) * runs.POSITION_RAD
+        motor = filled(run.joint_tpdo[joint], "position", low, high) * runs.POSITION_RAD
         reference = POSITION_SCALE * stick
         worst = max(worst, _best_lag(reference, motor, start - low, end - low))
         if link is not None:
@@ -215,6 +229,13 @@ def tracking(run):
     }
 
 
+def free_drag(run):
+    """Torque that the hand has to apply in free space: rms in the circle of constant amplitude."""
+    start, end, _ = _circle_window(run)
+    felt = [filled(run.stick_rpdo, str(axis), start, end) * runs.STICK_TORQUE_NM for axis in range(2)]
+    return {"free_drag_nm": float(max(np.sqrt(np.mean(torque**2)) for torque in felt))}
+
+
 def _reflection(run, window):
     start, end = window
     external = run.at_cycles("CONTACT", "external_torque_nm")[start:end] * FORCE_SCALE
@@ -223,7 +244,7 @@ def _reflection(run, window):
         expected = external[:, axis]
         if abs(expected.mean()) / FORCE_SCALE < SMALLEST_TORQUE_NM:
             continue
-        felt = _filled(run.stick_rpdo, str(axis), start, end) * runs.STICK_TORQUE_NM
+        felt = filled(run.stick_rpdo, str(axis), start, end) * runs.STICK_TORQUE_NM
         worst = max(worst or 0.0, float(abs(felt.mean() - expected.mean()) / abs(expected.mean())))
         size = 1_000_000 // CYCLE_US
         for at in range(0, len(felt) - size + 1, size):
@@ -250,7 +271,7 @@ def hold_motion(run):
     """Joystick motion in the holds, peak to peak."""
     spans = {}
     for name, window in (("spring", _spring_window(run)), ("contour", _contour_window(run))):
-        positions = [_filled(run.stick_tpdo, str(axis), *window) for axis in range(2)]
+        positions = [filled(run.stick_tpdo, str(axis), *window) for axis in range(2)]
         spans[name] = float(max(np.ptp(position) for position in positions) * runs.POSITION_RAD)
     return {
         "hold_motion_rad": max(spans.values()),
@@ -260,13 +281,13 @@ def hold_motion(run):
 
 
 def contact(run):
-    """Contact kept while following and holding; largest contact force from the touch on."""
+    """Share of the time with contact while following and holding; largest contact force from the first touch on."""
     touched = run.at_cycles("CONTACT", "in_contact")
     if touched is None:
         raise Missing("no truth of the contact")
-    press, _ = _segment(run, "press", None)
-    follow, _ = _segment(run, "follow", "press")
-    _, hold_end = _segment(run, "hold", "follow")
+    press, _ = segment(run, "press", None)
+    follow, _ = segment(run, "follow", "press")
+    _, hold_end = segment(run, "hold", "follow")
     force = np.linalg.norm(run.at_cycles("CONTACT", "contact_force_n")[press:hold_end], axis=1)
     return {
         "contact_share": float(np.nanmean(touched[follow:hold_end] > 0)),
@@ -293,7 +314,7 @@ def brake_drop(run):
         raise Missing("no truth of the joints")
     worst, count = 0.0, 0
     for (bus, _, _), entries in _drives(run).items():
-        if bus != "robot":
+        if bus not in {joint.bus for joint in run.joints}:
             continue
         for number, (before, after) in enumerate(itertools.pairwise(entries)):
             if not _is_enabled(before) or _is_enabled(after):
@@ -312,7 +333,7 @@ def brake_drop(run):
 
 
 def _position_step(run, joint, at):
-    """Position mode: first target in force against the drive's position before; None in torque mode."""
+    """Position mode: difference between the first effective target and the drive's position before; None in torque mode."""
     csp = run.joint_csp[joint]
     commanded = csp.seen[at : at + 3] & (csp["control"][at : at + 3] & 0xF == ENABLE_OPERATION)
     if not commanded.any():
@@ -322,7 +343,7 @@ def _position_step(run, joint, at):
 
 
 def _torque_step(run, joint, at):
-    """Torque mode: first command against the torque that the brake held, as the position it stands for."""
+    """Torque mode: difference between the first command and the torque that the brake held, converted to a position."""
     cst = run.joint_cst[joint]
     enabling = np.flatnonzero(cst.seen[at - 3 : at + 3] & (cst["control"][at - 3 : at + 3] & 0xF == ENABLE_OPERATION))
     if not len(enabling):
@@ -353,7 +374,7 @@ def engagement_step(run):
 
 
 def link_lost(run):
-    """Samples lost of all links, from the last TM[130,9] of each link and the members' counters."""
+    """Lost samples of all links, from the last TM[130,9] of each link and the members' counters."""
     status = {}
     for _, packet, decoded in run.reports_of("links"):
         for row in decoded["rows"]:
@@ -369,7 +390,7 @@ def link_lost(run):
 
 
 def _times_left(drives, cut):
-    """When each drive that was enabled at the cut left operation-enabled after it; None for one that did not."""
+    """Time at which each drive that was enabled at the cut left operation-enabled; None for a drive that did not."""
     left = []
     for entries in drives.values():
         before = [entry for entry in entries if entry["time_us"] <= cut]
@@ -401,22 +422,22 @@ def unplug(run):
 
 
 def _members_reported(run):
-    """Every member went to ERROR_OPERATIONAL within 0.1 s of each unplug, according to TM[129,2]."""
+    """True if every member reported ERROR_OPERATIONAL (TM[129,2]) within 0.1 s after each unplug."""
     cuts = [fault["time_us"] for fault in run.truth["FAULT"] if fault["kind"] == "unplug" and fault["active"]]
     members = {packet.apid for _, packet, _ in run.reports_of("link transition")}
     for cut in cuts:
-        told = {
+        reported = {
             packet.apid
             for time_ns, packet, decoded in run.reports_of("transition")
             if decoded["state"] == "ERROR_OPERATIONAL" and cut <= time_ns // 1000 <= cut + 100_000
         }
-        if not members or not members <= told:
+        if not members or not members <= reported:
             return False
     return bool(cuts)
 
 
 def _limits(run):
-    """Telecommanded torque limits: list of (time_us, [Nm, Nm]) of successful-looking TC[20,3]."""
+    """Telecommanded torque limits: list of (time_us, [Nm, Nm]) of TC[20,3] with this parameter alone."""
     found = []
     for time_ns, direction, packet, _ in run.packets:
         if direction != "TC" or packet is None or packet.message != (20, 3) or run.dictionary is None:
@@ -458,6 +479,7 @@ def torque_limit(run):
     return {"torque_limit_reaction_cycles": worst, "torque_limits_exceeded": count}
 
 
+ALWAYS = ((joystick_count, ("joystick_count_rad",)), (contact_figures.passivity, ("passivity_local_j",)))
 FIGURES = (
     (latency_forward, ("latency_forward_cycles",)),
     (latency_back, ("latency_back_cycles",)),
@@ -471,25 +493,73 @@ FIGURES = (
     (link_lost, ("link_lost",)),
     (unplug, ("unplug_reaction_s",)),
     (torque_limit, ("torque_limit_reaction_cycles",)),
+    (free_drag, ("free_drag_nm",)),
+    (contact_figures.press_ripple, ("press_ripple_nm",)),
+    (contact_figures.follow_transparency, ("follow_transparency",)),
+    *ALWAYS,
 )
+PRESS_FIGURES = (
+    (
+        contact_figures.press_hold,
+        (
+            "press_hold_oscillation_rad",
+            "press_hold_motion_rad",
+            "hold_force_ripple_nm",
+            "hold_contact_share",
+            "hold_force_peak",
+            "hold_energy_j",
+        ),
+    ),
+    (contact_figures.dynamic_transparency, ("dynamic_transparency",)),
+    *ALWAYS,
+)
+
+
+def scenario_of(facts):
+    """Name of the scenario flown, without folders and ending."""
+    return pathlib.Path(str(facts.get("scenario", ""))).stem
+
+
+def bounds_of(facts):
+    """Dict name -> (relation, bound) of the figures by which a run is judged; empty for most scenarios."""
+    is_coarse = (facts.get("joystick_count_rad") or 1.0) > FINE_COUNT_RAD
+    press = {**PRESS_BOUNDS, **COARSE_BOUNDS} if is_coarse else PRESS_BOUNDS
+    return {
+        "telepresence": BOUNDS,
+        "press": press,
+        "relay": delay_figures.bounds_of(facts),
+        "ur5e-telepresence": tool_figures.BOUNDS,
+    }.get(scenario_of(facts), {})
 
 
 def compute(run):
     """(figures, reasons): every figure by name, None with a reason if the logs do not contain its data."""
     figures, reasons = {}, {}
-    for function, names in FIGURES:
+    own = {"press": PRESS_FIGURES, "relay": delay_figures.FIGURES, "ur5e-telepresence": tool_figures.FIGURES}
+    for function, names in own.get(scenario_of(run.facts), FIGURES):
         try:
             figures.update(function(run))
-        except (Missing, IndexError, ValueError, TypeError) as problem:
+        except (Missing, IndexError, ValueError, TypeError, np.linalg.LinAlgError) as problem:
             for name in names:
                 figures[name] = None
                 reasons[name] = str(problem) or type(problem).__name__
     return figures, reasons
 
 
-def holds(name, value):
+def holds(name, value, bounds=BOUNDS):
     """True if a figure is within its bound; False also for None."""
-    relation, bound = BOUNDS[name]
+    relation, bound = bounds[name]
     if value is None:
         return False
     return {"<": value < bound, "<=": value <= bound, ">=": value >= bound}[relation]
+
+
+def failures(facts):
+    """A line for each figure of a run that is missing or out of its bound. A run that was ended early may miss some."""
+    lines = []
+    for name, (relation, bound) in (bounds := bounds_of(facts)).items():
+        value = facts.get(name)
+        if not holds(name, value, bounds) and not (value is None and facts.get("cut_short")):
+            found = f"{value:.4g}" if value is not None else f"missing: {facts.get('figures_missing', {}).get(name, '?')}"
+            lines.append(f"{name} {relation} {bound:g}: {found}")
+    return lines

@@ -10,7 +10,7 @@ from .session import Rejected, Request, SessionError
 
 BUFFER = 3  # Memory id.
 BUFFER_OCTETS = 131072
-PIECE_OCTETS = 3840  # Of one request, whose packet has at most 4096 octets.
+PIECE_OCTETS = 3840  # Octets of a file in one request, whose packet has at most 4096 octets.
 VERIFY = 0x0401  # Failure: the octets differ; its detail is their checksum.
 USAGE = "file upload FILE PATH, file download PATH FILE, file list [FOLDER], file delete PATH"
 
@@ -130,4 +130,4 @@ def _file(dictionary, words):
     return form(dictionary, *words[1:])
 
 
-VERBS = {"file": (_file, USAGE, "files on board: send them up and down through the supervisor's buffer")}
+VERBS = {"file": (_file, USAGE, "upload, download, list or delete files on board, through the supervisor's buffer")}

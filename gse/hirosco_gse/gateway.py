@@ -41,7 +41,7 @@ def _up(client, spacecraft, protect):
             spacecraft.sendall(protect(packet))
 
 
-def _connect(client, name, target, make_sender, tell):
+def _connect(client, name, target, make_sender, report):
     """Serve one client until its connection ends."""
     try:
         with client, link.connect(*target) as spacecraft:
@@ -54,16 +54,16 @@ def _connect(client, name, target, make_sender, tell):
             finally:
                 _hang_up(spacecraft, client)
                 telemetry.join()
-        tell(f"gateway: {name} has disconnected")
+        report(f"gateway: {name} has disconnected")
     except (OSError, SecurityError, LinkLost) as problem:
-        tell(f"gateway: {name}: {problem}")
+        report(f"gateway: {name}: {problem}")
 
 
-def serve(port, target, make_sender, tell):
+def serve(port, target, make_sender, report):
     """Accept clients at a port of this machine (0: any free one) until it is interrupted. make_sender() returns an sdls.Sender for each."""
     with socket.create_server(("127.0.0.1", port)) as listener:
-        tell(f"gateway: packets at 127.0.0.1:{listener.getsockname()[1]}, frames to {target[0]}:{target[1]}")
+        report(f"gateway: packets at 127.0.0.1:{listener.getsockname()[1]}, frames to {target[0]}:{target[1]}")
         while True:
             client, address = listener.accept()
             name = f"{address[0]}:{address[1]}"
-            threading.Thread(target=_connect, args=(client, name, target, make_sender, tell), daemon=True).start()
+            threading.Thread(target=_connect, args=(client, name, target, make_sender, report), daemon=True).start()

@@ -53,7 +53,7 @@ def _send(stream, outbox):
 
 
 def _reporting(run, procedure):
-    """Run; a lost link raises an exception in the procedure, which may have expected it."""
+    """Run a procedure. LinkLost is raised in the procedure, too, because it may expect the end of the link."""
     try:
         return run(procedure)
     except LinkLost as lost:
@@ -156,7 +156,7 @@ class StepClock:
         return int(words[1]), int(words[3]), int(words[4]) == self._port != 0
 
     def moved(self, local_port):
-        """Another connection is used from the end of this grant on."""
+        """Use another connection from the end of this grant on."""
         self._port = local_port
 
     def done(self, wake_ns, sent):
@@ -169,7 +169,7 @@ class StepClock:
         try:
             self._write("leave")
         except LinkLost:
-            pass  # the run was over first
+            pass  # the run has already ended
         self._lines.close()
         self._socket.close()
 
@@ -177,10 +177,12 @@ class StepClock:
 class StepDriver:
     """Runs procedures within the grants of a StepClock."""
 
-    def __init__(self, stream, session, clock, reconnect=None, tell=lambda text: None):
-        """reconnect(): opens another connection; None: a lost connection ends the procedure. tell(text): reports changes of the connection."""
+    def __init__(self, stream, session, clock, reconnect=None, report=lambda text: None, visits=None):
+        """reconnect(): opens another connection; None: a lost connection ends the procedure. report(text) is called at each
+        change of the connection. visits: what other users do at their times (visits.Visits)."""
+        self._visits = visits
         self._stream, self._session, self._clock = stream, session, clock
-        self._reconnect, self._report = reconnect, tell
+        self._reconnect, self._report = reconnect, report
         self._is_served = self._was_lost = False
 
     def _receive(self, octets):
@@ -189,7 +191,7 @@ class StepDriver:
                 part = self._stream.recv(octets)
             except OSError:
                 part = b""
-            if not part:  # A process that was killed from outside, before the scheduler knows.
+            if not part:  # The process was killed from outside; the scheduler has not reported it yet.
                 self._lose()
                 return
             octets -= len(part)
@@ -232,6 +234,8 @@ class StepDriver:
             session.now_ns, octets, is_served = self._clock.grant()
             self._follow(is_served)
             self._receive(octets)
+            if self._visits is not None:
+                self._visits.act(session.now_ns)
             try:
                 wake = procedure.send(None)
                 while wake is not None and wake <= session.now_ns:
@@ -240,7 +244,12 @@ class StepDriver:
                 self._clock.done(session.now_ns, self._send())
                 self._leave()
                 return end.value
-            self._clock.done(wake, self._send())
+            self._clock.done(self._earlier(wake), self._send())
+
+    def _earlier(self, wake):
+        """The earlier of the procedure's wake time and the next visit; None: no time."""
+        visit = self._visits.next_ns if self._visits is not None else None
+        return min((time for time in (wake, visit) if time is not None), default=None)
 
     def _leave(self):
         """Close the connection and leave within one more grant, so that the spacecraft notices it at a defined time."""
@@ -249,6 +258,6 @@ class StepDriver:
             _, octets, _ = self._clock.grant()
             self._receive(octets)
         except LinkLost:
-            pass  # the run was over first
+            pass  # the run has already ended
         self._stream.close()
         self._clock.leave()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Readers of a run's raw logs: bus logs (candump -L text), truth (LCM event log) and packets.log.
+"""Readers of a run's raw logs: bus logs (candump -L text) and truth (LCM event log).
 
 Bus logs of a flight have millions of lines: they are decoded column by column in numpy, not line by line.
 If a log ends in the middle of a line or an event (a crashed run), the readers return everything before it.
@@ -11,22 +11,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import large, packets
+from .packet_log import LogError
 
 LCM_SYNC = 0xEDA1DA01
 _LCM_HEADER = struct.Struct(">IQQII")
+REPETITIONS = 4096  # Groups of events that are compared at once.
 _HEX = np.full(256, 255, np.uint8)
 for _digit in range(16):
     _HEX[ord("0123456789ABCDEF"[_digit])] = _HEX[ord("0123456789abcdef"[_digit])] = _digit
 
 
-class LogError(ValueError):
-    """A log that cannot be read."""
-
-
 @dataclass
 class BusLog:
-    """Frames of one bus in order of the log; data is zero-filled to eight octets."""
+    """Frames of one bus in order of the log; data is zero-filled to eight octets, or to those of the longest frame."""
 
     time_us: np.ndarray
     id: np.ndarray
@@ -69,8 +66,9 @@ def _hex(text, at, count):
 
 
 def _octets(text, at, digits):
-    data = np.zeros((len(at), 8), np.uint8)
-    for column in range(8):
+    width = max(8, int(digits.max(initial=0)) // 2)
+    data = np.zeros((len(at), width), np.uint8)
+    for column in range(width):
         rows = np.flatnonzero(digits >= 2 * column + 2)
         where = at[rows] + 2 * column
         data[rows, column] = _HEX[text[where]] << 4 | _HEX[text[where + 1]]
@@ -104,7 +102,7 @@ def parse_bus(text):
 
 
 def _second_space(text, starts, ends):
-    """Index of the space behind the interface name; names of one log may differ in length."""
+    """Index of the space after the interface name; names of one log may differ in length."""
     found = np.zeros(len(starts), np.int64)
     open_rows = np.arange(len(starts))
     for width in range(1, 20):
@@ -129,74 +127,63 @@ def read_bus(path):
         raise LogError(f"{path}: {error}") from error
 
 
-def parse_packets(lines, path="packets.log"):
-    """List of (time_ns, direction, Packet or None, raw) of `<s, 9 decimals> TC|TM <hex>` lines."""
-    found = []
-    for number, line in enumerate(lines, 1):
-        words = line.split()
-        if not words:
-            continue
-        try:
-            stamp, direction, text = words
-            seconds, fraction = stamp.split(".")
-            raw = bytes.fromhex(text)
-            if direction not in ("TC", "TM") or len(fraction) != 9:
-                raise ValueError
-            time_ns = int(seconds) * 1_000_000_000 + int(fraction)
-        except ValueError as error:
-            if not line.endswith("\n"):
-                break  # the run ended while this line was written
-            raise LogError(f"{path}:{number}: not a packet line: {line[:80]!r}") from error
-        try:
-            packet = packets.parse(raw)
-        except packets.PacketError:
-            packet = None  # the log contains a refused malformed telecommand with its received octets
-        found.append((time_ns, direction, packet, raw))
-    return found
+def _event(octets, offset):
+    """(channel, time [us], size of the header with the channel, size of the whole) of an event of an LCM log; None if it is cut."""
+    sync, _, time_us, name_size, data_size = _LCM_HEADER.unpack_from(octets, offset)
+    if sync != LCM_SYNC:
+        raise LogError(f"no event at octet {offset} (sync word 0x{sync:08X})")
+    head = _LCM_HEADER.size + name_size
+    if offset + head + data_size > len(octets):
+        return None
+    return octets[offset + _LCM_HEADER.size : offset + head], time_us, head, head + data_size
 
 
-def with_whole(found):
-    """The same list, with each packet that was transferred in parts (ST[13]) inserted after its last part."""
-    assembler, rows = large.Assembler(), []
-    for row in found:
-        rows.append(row)
-        time_ns, direction, packet, _ = row
-        whole = assembler.take(packet) if packet is not None and large.is_part(packet) else None
-        if whole is not None:
-            rows.append((time_ns, direction, whole, whole.raw))
-    return rows
+def _group(octets, offset):
+    """The events from an offset until a channel comes again, each with its place in the group; and the size of the group."""
+    events, at = {}, 0
+    while offset + at + _LCM_HEADER.size <= len(octets):
+        event = _event(octets, offset + at)
+        if event is None or event[0] in events:
+            break
+        events[event[0]] = (at, event)
+        at += event[3]
+    return events, at
 
 
-def read_packets(path):
-    """As parse_packets and with_whole, of a file; empty if there is none."""
-    try:
-        with open(path, encoding="ascii") as log:
-            return with_whole(parse_packets(log, path))
-    except FileNotFoundError:
-        return []
+def _repetitions(whole, offset, events, size):
+    """How often a group follows itself: with the same channels, sizes and order."""
+    fixed = [range(at, at + 4) for at, _ in events.values()]
+    fixed += [range(at + _LCM_HEADER.size - 8, at + event[2]) for at, event in events.values()]
+    columns = np.concatenate([np.array(part) for part in fixed])
+    first, count, most = whole[offset + columns], 0, (len(whole) - offset) // size
+    while count < most:
+        part = min(REPETITIONS, most - count)
+        start = offset + count * size
+        same = (whole[start : start + part * size].reshape(part, size)[:, columns] == first).all(axis=1)
+        if not same.all():
+            return count + int(np.argmin(same))
+        count += part
+    return count
 
 
 def parse_lcm(octets):
-    """Dict channel -> (array of times [us], list of event octets) of an LCM event log."""
-    channels, offset, size = {}, 0, len(octets)
-    unpack, header_size = _LCM_HEADER.unpack_from, _LCM_HEADER.size
-    view = memoryview(octets)
-    while offset + header_size <= size:
-        sync, _, time_us, name_size, data_size = unpack(octets, offset)
-        if sync != LCM_SYNC:
-            raise LogError(f"no event at octet {offset} (sync word 0x{sync:08X})")
-        body = offset + header_size
-        end = body + name_size + data_size
-        if end > size:
+    """Dict channel -> (array of times [us], list of event octets) of an LCM event log. Its events come in groups, one for each step of the
+    simulation, of which many are alike: these are taken together."""
+    channels, offset = {}, 0
+    whole, view = np.frombuffer(octets, np.uint8), memoryview(octets)
+    while True:
+        events, size = _group(octets, offset)
+        if not events:
             break
-        name = octets[body : body + name_size]
-        entry = channels.get(name)
-        if entry is None:
-            entry = channels[name] = ([], [])
-        entry[0].append(time_us)
-        entry[1].append(view[body + name_size : end])
-        offset = end
-    return {name.decode("ascii"): (np.array(times, np.int64), events) for name, (times, events) in channels.items()}
+        count = _repetitions(whole, offset, events, size)
+        rows = whole[offset : offset + count * size].reshape(count, size)
+        for name, (at, (_, _, head, length)) in events.items():
+            times, found = channels.setdefault(name, ([], []))
+            times.append(np.ascontiguousarray(rows[:, at + 12 : at + 20]).view(">i8").ravel())
+            starts = range(offset + at + head, offset + count * size, size)
+            found += [view[start : start + length - head] for start in starts]
+        offset += count * size
+    return {name.decode("ascii"): (np.concatenate(times).astype(np.int64), events) for name, (times, events) in channels.items()}
 
 
 def read_lcm(path):

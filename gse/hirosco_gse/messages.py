@@ -2,7 +2,7 @@
 """Every message of the standard's services, encoded and decoded with the catalogue in the mission dictionary.
 
 Values are those of JSON. A field is given by its name, a repetition by the name of its count as a list of groups (a
-group of one field may be given as that field's value alone), the fields of a choice beside their selector. Enumerations are
+group of one field may be given as that field's value alone), the fields of a choice at the level of their selector. Enumerations are
 words or numbers; absolute times are seconds of mission time, relative ones seconds, positions orbits; a parameter is
 SUBSYSTEM.NAME or its id; octets are hexadecimal; a request is hexadecimal, or words as an operator types them.
 """
@@ -155,7 +155,7 @@ class _Writer:
         self.catalogue, self.entry = catalogue, entry
         self.count_size = 1 if entry["direction"] == "TC" else 2
         self.seen = {}  # Numbers, for choices.
-        self.layouts = {}  # Parameter ids, or layouts in their place, for values.
+        self.layouts = {}  # Parameter ids, or layouts shifted to their place in an id, for the values that refer to them.
         self.bits, self.bit_count = 0, 0
 
     def group(self, fields, given):
@@ -179,6 +179,8 @@ class _Writer:
 
     def repeat(self, field, given):
         groups = given.pop(field["repeat"], [])
+        if not isinstance(groups, list):
+            raise MessageProblem(f"{field['repeat']}: '{groups}' is not a list of groups in JSON, such as {field['repeat']}=[1,2]")
         if len(groups) >= 1 << (8 * self.count_size):
             raise MessageProblem(f"{field['repeat']}: {len(groups)} groups do not fit the count")
         octets = len(groups).to_bytes(self.count_size, "big")
@@ -237,7 +239,7 @@ class _Writer:
         """A value in the type of its parameter, layout or argument; hexadecimal if only a definition on board contains its type."""
         of = self.layouts.get(field["of"])
         parameter = self.catalogue.parameter(of) if of is not None and of >> 21 else None
-        if parameter is not None and (parameter.fields or parameter.count > 1):
+        if parameter is not None and (parameter.fields or parameter.count > 1 or parameter.words):
             return parameter.encode_text(",".join(map(str, value)) if isinstance(value, list) else str(value))
         layout = (of >> LAYOUT_SHIFT) & LAYOUT_MASK if of is not None else len(LAYOUTS)
         if isinstance(value, str) and layout >= len(LAYOUTS):
@@ -316,7 +318,7 @@ class _Reader:
         self.structure, self.auxiliary = structure, auxiliary
         self.count_size = 1 if entry["direction"] == "TC" else 2
         self.seen = {}  # Numbers, for choices.
-        self.layouts = {}  # Parameter ids, or layouts in their place, for values.
+        self.layouts = {}  # Parameter ids, or layouts shifted to their place in an id, for the values that refer to them.
 
     def group(self, fields):
         found = {}

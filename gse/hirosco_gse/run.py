@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A run's raw logs as arrays over simulated time, aligned by the cycles of the control loop.
 
-Cycle k is the slot [k, k+1) x 500 us in which SYNC k was sent. A frame belongs to the cycle of the last SYNC
+Cycle k is the time step [k, k+1) x 500 us in which SYNC k was sent. A frame belongs to the cycle of the last SYNC
 on its bus before it: TPDO(k) was sampled at SYNC k; RPDO(k) was sent after SYNC k (computed from samples of
 cycle k or before) and is applied at SYNC k+1. Frame and SYNC leave the controller in one burst, RPDOs first.
 """
@@ -11,124 +11,56 @@ import pathlib
 from dataclasses import dataclass
 
 import numpy as np
+from generator import sheet
 
-from . import logs, telemetry
+from . import logs, packet_log, place, process_data, telemetry
+from . import truth as truth_log
+from . import world as worlds
 from .dictionary import Dictionary, DictionaryError
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 CYCLE_US = 500
 SYNC = 0x080
-JOINT_NODES = (0x11, 0x12)
-STICK_NODE = 0x21
-JOINT_TORQUE_NM = 0.01
+NO_DEVICE = worlds.Device("", "", "", 0)
+JOINT_TORQUE_NM = 0.01  # Units of the words of Run, whatever those of the device are.
 STICK_TORQUE_NM = 1e-4
 POSITION_RAD = 1e-6
-COUNT_RAD = 2 * np.pi / 65536  # one count of the joystick's encoder
 STATE_MASK = 0x6F
 OPERATION_ENABLED = 0x27
 ENABLE_OPERATION = 0x0F
 
-_TRUTH = {
-    "JOINTS": [
-        ("position_rad", ">f8", 2),
-        ("velocity_rad_s", ">f8", 2),
-        ("motor_position_rad", ">f8", 2),
-        ("motor_torque_nm", ">f8", 2),
-        ("joint_torque_nm", ">f8", 2),
-        ("friction_nm", ">f8", 2),
-        ("brake_engaged", "u1", 2),
-    ],
-    "STICK": [
-        ("position_rad", ">f8", 2),
-        ("velocity_rad_s", ">f8", 2),
-        ("motor_torque_nm", ">f8", 2),
-        ("hand_torque_nm", ">f8", 2),
-    ],
-    "CONTACT": [
-        ("tip_m", ">f8", 3),
-        ("in_contact", "u1"),
-        ("spring_hooked", "u1"),
-        ("contact_point_m", ">f8", 3),
-        ("contact_force_n", ">f8", 3),
-        ("spring_force_n", ">f8", 3),
-        ("external_torque_nm", ">f8", 2),
-    ],
-    "OPERATOR": [
-        ("intent_rad", ">f8", 2),
-        ("wanted_tip_m", ">f8", 2),
-        ("expected_torque_nm", ">f8", 2),
-        ("grip", ">f8"),
-        ("verb", "string"),
-    ],
-    "DRIVE": [
-        ("bus", "string"),
-        ("node", ">i4"),
-        ("axis", ">i4"),
-        ("statusword", ">i4"),
-        ("plugged", "u1"),
-        ("brake_engaged", "u1"),
-    ],
-    "FAULT": [("kind", "string"), ("target", "string"), ("active", "u1")],
-}
-_HEADER = [("fingerprint", "V8"), ("time_ns", ">i8")]
 
-
-def _item(field):
-    name, kind, *shape = field
-    return (name, kind, *((size,) for size in shape))
-
-
-def _fixed(events, fields):
-    """Structured array of messages without text members."""
-    return np.frombuffer(b"".join(events), np.dtype(_HEADER + [_item(field) for field in fields]))
-
-
-def _with_texts(event, fields):
-    """Tuple of a message's members, texts as str."""
-    members, offset = [], 16
-    for name, kind, *shape in fields:
-        if kind == "string":
-            size = int.from_bytes(event[offset : offset + 4], "big")
-            members.append(bytes(event[offset + 4 : offset + 4 + size - 1]).decode("ascii", "replace"))
-            offset += 4 + size
-        else:
-            part = np.dtype([_item((name, kind, *shape))])
-            members.append(np.frombuffer(event, part, 1, offset)[name][0])
-            offset += part.itemsize
-    return members
-
-
-def _operator(events):
-    """The text of OPERATOR is its last member: everything before it has a fixed size; equal endings are decoded once."""
-    fields = _TRUTH["OPERATOR"][:-1]
-    part = np.dtype(_HEADER + [_item(field) for field in fields])
-    heads = np.frombuffer(b"".join(event[: part.itemsize] for event in events), part)
-    endings = {}
-    verbs = [endings.setdefault(bytes(event[part.itemsize + 4 : -1]), len(endings)) for event in events]
-    names = np.array([ending.decode("ascii", "replace") for ending in endings])
-    columns = {name: heads[name].astype(float) for name, *_ in fields}
-    return {"time_us": heads["time_ns"] // 1000, **columns, "verb": names[verbs] if len(names) else names}
+def _scene(truth):
+    """The first contact and the first spring of the world, and the torques of all contacts and springs on the joints."""
+    contact, spring, joints = (truth.get(name) for name in ("CONTACT", "SPRING", "JOINTS"))
+    known = [table for table in (contact, spring, joints) if table is not None]
+    if contact is None and spring is None:
+        return None
+    count = min(len(table["time_us"]) for table in known)
+    empty = np.zeros((count, 3))
+    found = {"time_us": known[0]["time_us"][:count], "external_torque_nm": np.zeros((count, 0))}
+    found["tip_m"] = (contact or spring)["place_m"][:count, 0]
+    for name, table, column in (
+        ("contact_point_m", contact, "point_m"),
+        ("contact_force_n", contact, "force_n"),
+        ("spring_force_n", spring, "force_n"),
+    ):
+        found[name] = table[column][:count, 0] if table else empty
+    for name, table, column in (("in_contact", contact, "is_touching"), ("spring_hooked", spring, "is_hooked")):
+        found[name] = table[column][:count, 0] if table else np.zeros(count, bool)
+    if joints is not None:
+        found["external_torque_nm"] = joints["external_torque_nm"][:count]
+    return found
 
 
 def decode_truth(channels):
-    """Dict channel -> dict of arrays (with "time_us"); DRIVE and FAULT are lists of dicts."""
-    truth = {}
-    for name in ("JOINTS", "STICK", "CONTACT"):
-        if name in channels:
-            table = _fixed(channels[name][1], _TRUTH[name])
-            columns = {
-                field: np.ascontiguousarray(table[field]).astype(bool if kind == "u1" else float)
-                for field, kind, *_ in _TRUTH[name]
-            }
-            truth[name] = {"time_us": table["time_ns"] // 1000, **columns}
-    if "OPERATOR" in channels:
-        truth["OPERATOR"] = _operator(channels["OPERATOR"][1])
-    for name in ("DRIVE", "FAULT"):
-        names = [field[0] for field in _TRUTH[name]]
-        truth[name] = [
-            {"time_us": int.from_bytes(event[8:16], "big") // 1000, **dict(zip(names, _with_texts(event, _TRUTH[name])))}
-            for event in channels.get(name, ((), ()))[1]
-        ]
-    return truth
+    """As truth.decode, with DRIVE and FAULT in any case. CONTACT has the first contact and the first spring of the world, in one table."""
+    decoded = {"DRIVE": [], "FAULT": [], **truth_log.decode(channels)}
+    scene = _scene(decoded)
+    decoded.pop("CONTACT", None)
+    if scene is not None:
+        decoded["CONTACT"] = scene
+    return decoded
 
 
 @dataclass
@@ -143,17 +75,17 @@ class Cycles:
 
 
 def _cycles_of(bus, rows, sync_us):
-    """Cycle of each frame: slot of the last SYNC before it; -1 before the first."""
+    """Cycle of each frame: that of the last SYNC before it; -1 before the first."""
     order = np.searchsorted(sync_us, bus.time_us[rows], side="right") - 1
-    slots = sync_us // CYCLE_US
-    return np.where(order >= 0, slots[np.maximum(order, 0)] if len(slots) else -1, -1)
+    cycles = sync_us // CYCLE_US
+    return np.where(order >= 0, cycles[np.maximum(order, 0)] if len(cycles) else -1, -1)
 
 
-def pdo(bus, identifier, layout, count):
+def pdo(bus, identifier, layout, count, octets=8):
     """Cycles of a PDO; layout is a list of (name, offset, dtype)."""
     sync_us = bus.time_us[bus.frames(SYNC)]
     rows = bus.frames(identifier)
-    rows = rows[bus.length[rows] == 8]
+    rows = rows[bus.length[rows] == octets]
     cycle = _cycles_of(bus, rows, sync_us)
     keep = (cycle >= 0) & (cycle < count)
     rows, cycle = rows[keep], cycle[keep]
@@ -169,20 +101,27 @@ def pdo(bus, identifier, layout, count):
 class Run:
     """The logs of a run; a missing log is empty."""
 
-    def __init__(self, folder, dictionary=None):
+    def __init__(self, folder, dictionary=None, has_buses=True):
+        """has_buses False: without the frames of the buses, which take the longest to read."""
         self.folder = pathlib.Path(folder)
         self.problems = []
         self.facts = self._json("run.json") or {}
-        self.robot = self._read(logs.read_bus, "can-robot.log")
-        self.joystick = self._read(logs.read_bus, "can-joystick.log")
-        self.packets = self._read(logs.read_packets, "packets.log") or []
+        self.buses = self._read_buses(dictionary) if has_buses else {}
+        self.packets = self._read(packet_log.read_packets, "packets.log") or []
         channels = self._read(logs.read_lcm, "truth.lcm") or {}
+        if "CUT" in channels:
+            self.problems.append(f"truth.lcm: cut at {channels['CUT'][0][0] / 1e6:.3f} s, where it reached its bound")
         try:
+            truth_log.check(channels)
             self.truth = decode_truth(channels)
-        except ValueError as error:
-            self.problems.append(f"truth.lcm: {error}")
+        except (ValueError, IndexError, OverflowError) as error:
+            self.problems.append(f"truth.lcm: not the format of this version, or damaged ({error})")
             self.truth = decode_truth({})
         self.operator = self._operator_log()
+        self.world = self._world()
+        devices = self.world.devices if self.world else []
+        self.joints = [device for device in devices if device.kind in ("Drive", "Gripper")]
+        self.stick = next((device for device in devices if device.kind == "Joystick"), NO_DEVICE)
         self.dictionary = dictionary
         self._align()
         self._interpret()
@@ -193,6 +132,23 @@ class Run:
         except (logs.LogError, OSError) as error:
             self.problems.append(str(error))
             return None if reader is not logs.read_bus else logs.parse_bus(b"")
+
+    def _read_buses(self, dictionary):
+        names = {bus["name"] for bus in dictionary.buses} if dictionary else set()
+        names |= {path.stem.removeprefix("can-") for path in self.folder.glob("can-*.log")}
+        return {name: self._read(logs.read_bus, f"can-{name}.log") for name in sorted(names)}
+
+    def _world(self):
+        """The world of the flight; None if its file is gone."""
+        name = str(self.facts.get("world") or mission_of(self.folder, self.facts))
+        path = pathlib.Path(name) if name.endswith(".xml") else ROOT / "descriptors" / "worlds" / f"{name}.xml"
+        beside = path.parent.parent / "devices"
+        self.sheets = beside if beside.is_dir() else ROOT / "descriptors" / "devices"
+        try:
+            return worlds.read(path)
+        except worlds.WorldError as problem:
+            self.problems.append(str(problem))
+            return None
 
     def _json(self, name):
         try:
@@ -217,19 +173,36 @@ class Run:
         return entries
 
     def _align(self):
-        last = [bus.time_us[-1] for bus in (self.robot, self.joystick) if len(bus)]
+        last = [bus.time_us[-1] for bus in self.buses.values() if len(bus)]
         last += [table["time_us"][-1] for table in self.truth.values() if isinstance(table, dict) and len(table["time_us"])]
         self.count = int(max(last, default=0)) // CYCLE_US + 1
-        status = [("status", 0, "u2"), ("position", 2, "i4"), ("torque", 6, "i2")]
-        csp = [("control", 0, "u2"), ("position", 2, "i4"), ("offset", 6, "i2")]
-        cst = [("control", 0, "u2"), ("torque", 2, "i2"), ("velocity", 4, "i4")]
-        self.joint_tpdo = [pdo(self.robot, 0x180 + node, status, self.count) for node in JOINT_NODES]
-        self.joint_csp = [pdo(self.robot, 0x200 + node, csp, self.count) for node in JOINT_NODES]
-        self.joint_cst = [pdo(self.robot, 0x300 + node, cst, self.count) for node in JOINT_NODES]
-        self.stick_tpdo = pdo(self.joystick, 0x180 + STICK_NODE, [("0", 0, "i4"), ("1", 4, "i4")], self.count)
-        self.stick_status = pdo(self.joystick, 0x280 + STICK_NODE, [("0", 0, "u2"), ("1", 2, "u2")], self.count)
-        torque = [("0", 0, "i2"), ("1", 2, "i2"), ("control0", 4, "u2"), ("control1", 6, "u2")]
-        self.stick_rpdo = pdo(self.joystick, 0x200 + STICK_NODE, torque, self.count)
+        self.joint_tpdo = [self._pdo(joint, JOINT_TORQUE_NM, status=0x6041, position=0x6064, torque=0x6077) for joint in self.joints]
+        self.joint_csp = [self._pdo(joint, JOINT_TORQUE_NM, control=0x6040, position=0x607A, offset=0x60B2) for joint in self.joints]
+        self.joint_cst = [self._pdo(joint, JOINT_TORQUE_NM, control=0x6040, torque=0x6071) for joint in self.joints]
+        self.stick_tpdo = self._pdo(self.stick, STICK_TORQUE_NM, **{"0": 0x6064, "1": 0x6864})
+        self.stick_status = self._pdo(self.stick, STICK_TORQUE_NM, **{"0": 0x6041, "1": 0x6841})
+        self.stick_rpdo = self._pdo(self.stick, STICK_TORQUE_NM, **{"0": 0x6071, "1": 0x6871, "control0": 0x6040, "control1": 0x6840})
+
+    def _pdo(self, device, torque_nm, **objects):
+        """Words of the PDO that has these objects, by their names: positions in POSITION_RAD, torques in `torque_nm`."""
+        found, factors = None, {}
+        words = {"position": POSITION_RAD, "torque": torque_nm}
+        kinds = {name: "position" if index % 0x800 in (0x64, 0x7A) else "torque" if index % 0x800 in (0x71, 0x77, 0xB2) else None
+                 for name, index in objects.items()}
+        if device.eds:
+            try:
+                loaded = sheet.load(self.sheets / device.eds)
+                found = process_data.layout(loaded, *objects.values(), mapping=process_data.mapping_of(self.dictionary, device.bus, device.node))
+                factors = {name: process_data.unit(loaded, kind) / words[kind] for name, kind in kinds.items() if found and kind}
+            except sheet.SheetError as problem:
+                self.problems.append(str(problem))
+        base, octets, places = found or (0, 0, [(0, "u1")] * len(objects))
+        bus = self.buses.get(device.bus, logs.parse_bus(b"")) if found else logs.parse_bus(b"")
+        cycles = pdo(bus, base + device.node, [(name, *place) for name, place in zip(objects, places)], self.count, octets)
+        for name, factor in factors.items():
+            if abs(factor - 1.0) > 1e-9:
+                cycles.words[name] = np.rint(cycles.words[name] * factor).astype(np.int64)
+        return cycles
 
     def _interpret(self):
         """Reports of the packet log: (time_ns, Packet, decoded)."""
@@ -283,20 +256,24 @@ class Run:
         return [(str(verbs[a]), int(cycles[a]), int(cycles[b - 1]) + 1) for a, b in zip(starts, ends)]
 
 
-def load(folder, dictionary_path=None):
+def mission_of(folder, facts):
+    """Name of the mission flown; run.json has it when the run has ended, before that the launcher's file."""
+    return str(facts.get("mission") or place.mission_of(folder))
+
+
+def load(folder, dictionary_path=None, has_buses=True):
     """Run of a folder, with the dictionary if there is one."""
     dictionary, problem = None, None
-    root = pathlib.Path(__file__).resolve().parents[2]
     try:
         facts = json.loads((pathlib.Path(folder) / "run.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         facts = {}
-    path = dictionary_path or root / "build" / "generated" / f"{facts.get('mission', 'rokviss')}.json"
+    path = dictionary_path or ROOT / "build" / "generated" / f"{mission_of(pathlib.Path(folder), facts)}.json"
     try:
         dictionary = Dictionary.load(path)
     except DictionaryError as error:
         problem = str(error)
-    run = Run(folder, dictionary)
+    run = Run(folder, dictionary, has_buses)
     if problem:
         run.problems.append(problem)
     return run

@@ -9,7 +9,8 @@ unless it starts with `nowait`. Besides the commands of commands.py there are
     try COMMAND ...                        as the command alone, but the script continues if it is refused or fails,
                                            has no answer within 2 s, or the link is lost; the log contains the outcome. The outcome of
                                            `try nowait` is not checked
-    expect-refusal CODE COMMAND ...        the command must be refused with this failure code
+    expect-refusal CODE COMMAND ...        the command must be refused with this failure code: a number, or a name that the
+                                           descriptor of the addressee has
     wait-state SUBSYSTEM STATE SECONDS     until the subsystem has reported the state
     wait-event SUBSYSTEM EVENT SECONDS     until the event is received (or was received, not yet awaited)
     expect-event SUBSYSTEM EVENT           the event must have been received, not yet awaited
@@ -18,15 +19,17 @@ unless it starts with `nowait`. Besides the commands of commands.py there are
 """
 
 import pathlib
+import re
 import shlex
 from dataclasses import dataclass
 
-from . import commands
+from . import commands, visits
 from .commands import Command, UsageError
 from .dictionary import STATES, DictionaryError
-from .session import LinkLost, Rejected, RequestLost, SessionError, TimedOut
+from .session import LinkLost, Rejected, RequestLost, SessionError
 
-ACTORS = ("operator", "hand", "fault")
+ACTORS = ("operator", "hand", "fault", "ground")
+CODE = re.compile(r"0[xX][0-9A-Fa-f]+|[0-9]+|[A-Z][A-Z0-9_]*")  # Failure code, or its name.
 TRY_NS = 2_000_000_000  # Longest wait for an optional answer.
 
 
@@ -70,6 +73,20 @@ def _time_ns(word, place):
     return round(seconds * 1e9)
 
 
+def _failure_code(step, command, dictionary):
+    """Number of the failure code that a step expects."""
+    word = step.words[0]
+    addressees = [dictionary.subsystem_of_apid(request.apid) for request in command.requests]
+    own = {name: code for one in addressees if one for code, (name, _) in one.failures.items()}
+    if word in own:
+        return own[word]
+    try:
+        return int(word, 0)
+    except ValueError as error:
+        known = f", or of: {', '.join(own)}" if own else ""
+        raise ScriptError(f"{step.place}: found '{word}', expected a failure code such as 0x0111{known}") from error
+
+
 def _check_state(word, place):
     if word not in STATES:
         raise ScriptError(f"{place}: no state '{word}'; there are: {', '.join(STATES)}")
@@ -94,11 +111,10 @@ def _checked(step, dictionary):
     elif verb == "expect-refusal":
         if len(words) < 2:
             raise ScriptError(f"{step.place}: usage: expect-refusal CODE COMMAND ...")
-        try:
-            int(words[0], 0)
-        except ValueError as error:
-            raise ScriptError(f"{step.place}: found '{words[0]}', expected a failure code such as 0x0111") from error
+        if not CODE.fullmatch(words[0]):
+            raise ScriptError(f"{step.place}: found '{words[0]}', expected a failure code such as 0x0111")
         command = commands.plan(words[1:], dictionary)
+        _failure_code(step, command, dictionary)
     elif verb == "try":
         if not words:
             raise ScriptError(f"{step.place}: usage: try COMMAND ...")
@@ -116,12 +132,21 @@ def _checked(step, dictionary):
     return Step(step.path, step.line, step.time_ns, verb, words, command)
 
 
+def _visit(place, time_ns, words, before):
+    if before and time_ns < before[-1].time_ns:
+        raise ScriptError(f"{place}: time {time_ns / 1e9:g} is before the line of `ground` above")
+    try:
+        return visits.parse(place, time_ns, words)
+    except visits.VisitError as error:
+        raise ScriptError(str(error)) from error
+
+
 class Script:
     """The operator's part of a scenario."""
 
-    def __init__(self, steps):
-        self.steps = steps
-        self._awaited = {}
+    def __init__(self, steps, visits=()):
+        """visits: lines of the actor `ground` (visits.py)."""
+        self.steps, self.visits = steps, visits
         self._open = []
 
     @classmethod
@@ -135,7 +160,7 @@ class Script:
 
     @classmethod
     def parse(cls, text, path, dictionary):
-        steps, last = [], 0
+        steps, others, last = [], [], 0
         for number, line in enumerate(text.splitlines(), 1):
             words = shlex.split(line, comments=True)
             if not words:
@@ -145,6 +170,8 @@ class Script:
             if len(words) < 3 or words[1] not in ACTORS:
                 found = words[1] if len(words) > 1 else "nothing"
                 raise ScriptError(f"{place}: found '{found}', expected <time> {'|'.join(ACTORS)} <verb> ...")
+            if words[1] == "ground":
+                others.append(_visit(place, time_ns, words[2:], others))
             if words[1] != "operator":
                 continue
             if time_ns < last:
@@ -155,10 +182,10 @@ class Script:
                 steps.append(_checked(step, dictionary))
             except (UsageError, DictionaryError) as error:
                 raise ScriptError(f"{place}: {error}") from error
-        return cls(steps)
+        return cls(steps, others)
 
-    def procedure(self, session, timeout_ns, tell=lambda entry: None):
-        """Procedure: all steps; tell(entry) is called after each. Raises ScriptFailure."""
+    def procedure(self, session, timeout_ns, report=lambda entry: None):
+        """Procedure: all steps; report(entry) is called after each. Raises ScriptFailure."""
         is_going_down = False
         for step in self.steps:
             start = session.now_ns
@@ -169,13 +196,13 @@ class Script:
                 outcome = yield from self._run(step, session, timeout_ns)
             except (SessionError, DictionaryError) as problem:
                 if is_going_down and isinstance(problem, (LinkLost, RequestLost)):
-                    tell(_entry(step, start, session, "the ground port went down with the mission"))
+                    report(_entry(step, start, session, "the ground port went down with the mission"))
                     return
                 if isinstance(problem, LinkLost):
                     raise
-                tell(_entry(step, start, session, f"FAILED: {problem}"))
+                report(_entry(step, start, session, f"FAILED: {problem}"))
                 raise ScriptFailure(f"{step.place}: {problem}") from problem
-            tell(_entry(step, start, session, outcome))
+            report(_entry(step, start, session, outcome))
             if step.verb == "end":
                 break
         self._check_open(session)
@@ -226,7 +253,7 @@ class Script:
         return "\n".join(line["text"] for line in answer) if answer else "ok"
 
     def _refused(self, step, session, timeout_ns):
-        expected = int(step.words[0], 0)
+        expected = _failure_code(step, step.command, session.dictionary)
         try:
             yield from step.command.procedure(session, timeout_ns)
         except Rejected as rejected:
@@ -237,30 +264,16 @@ class Script:
 
     def _event(self, step, session, wait_ns):
         subsystem = session.dictionary.subsystem(step.words[0])
-        name = subsystem.event(step.words[1]).name
-        key = subsystem.apid, name
-
-        def came():
-            found = [d for p, d in session.events if p.apid == subsystem.apid and d.get("event") == name]
-            return found[self._awaited.get(key, 0) :]
-
-        try:
-            found = yield from session.wait_for(came, wait_ns, f"event {name} of {subsystem.name}")
-        except TimedOut as problem:
-            if not session.events:
-                raise TimedOut(f"{problem}; there was no event at all") from problem
-            packet, last = session.events[-1]
-            source = session.dictionary.name_of_apid(packet.apid)
-            raise TimedOut(f"{problem}; the last event was {last.get('event')} of {source}") from problem
-        self._awaited[key] = self._awaited.get(key, 0) + 1
-        return f"{found[0]['severity']} {name}"
+        event = subsystem.event(step.words[1])
+        _, decoded = yield from session.wait_event(subsystem.apid, event.name, wait_ns)
+        return f"{decoded['severity']} {event.name}"
 
 
 def _entry(step, start_ns, session, outcome):
-    """Entry of the operator's log about a line of the scenario, with the packets that were asked to be sent for it."""
+    """Entry of the operator's log about a line of the scenario, with the APID and sequence count of each packet that was queued for it."""
     end_ns, asked = session.now_ns, [list(key) for key in session.asked]
     session.asked.clear()
-    lines = outcome.split("\n")  # Several: each on a line of its own, after that of the step.
+    lines = outcome.split("\n")  # If there are several, each has a separate line after that of the step.
     said = f" {outcome}" if len(lines) == 1 else "".join(f"\n    {line}" for line in lines)
     text = f"[{end_ns / 1e9:9.4f} s] {step.text}:{said}"
     return {

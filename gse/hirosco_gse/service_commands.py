@@ -39,7 +39,7 @@ def _planned(dictionary, apid, message, given, text):
 
 
 def _tc(dictionary, words):
-    usage = "tc SUBSYSTEM SERVICE,SUBTYPE [field=value ...]"
+    usage = "tc SUBSYSTEM SERVICE,SUBTYPE [FIELD=VALUE ...]"
     numbers = words[1].split(",") if len(words) > 1 else []
     if len(numbers) != 2 or not all(number.isdigit() for number in numbers):
         raise UsageError(f"usage: {usage}")
@@ -102,7 +102,7 @@ def _schedule(dictionary, words):
 
 
 _MONITOR_USAGE = (
-    "monitor limit SUBSYSTEM ID PARAMETER LOW HIGH EVENT_LOW EVENT_HIGH, monitor enable|disable|delete SUBSYSTEM ID, "
+    "monitor limit SUBSYSTEM ID PARAMETER LOW HIGH EVENT EVENT, monitor enable|disable|delete SUBSYSTEM ID, "
     "monitor start|stop|list|violations SUBSYSTEM"
 )
 _MONITOR_ALL = {"start": (12, 15), "stop": (12, 16), "list": (12, 13), "violations": (12, 10)}
@@ -157,8 +157,8 @@ def _action(dictionary, words):
 
 
 _STORE_USAGE = (
-    "store create NAME OCTETS, store keep NAME SUBSYSTEM [SERVICE], store enable|disable|delete|summary NAME, "
-    "store get NAME FROM TO, store list"
+    "store create STORE OCTETS, store keep STORE SUBSYSTEM [SERVICE], store enable|disable|delete|summary STORE, "
+    "store get STORE FROM TO, store list"
 )
 _STORE_ONE = {"enable": (15, 1), "disable": (15, 2), "delete": (15, 21), "summary": (15, 12)}
 
@@ -184,11 +184,11 @@ def _store(dictionary, words):
 
 
 _PROCEDURE_USAGE = (
-    "procedure load NAME FILE, procedure run|activate NAME [TYPE:VALUE ...], procedure tell NAME TYPE:VALUE ..., "
-    "procedure suspend|resume|stop|abort|unload NAME, procedure engine start|stop, procedure status"
+    "procedure load PROCEDURE FILE, procedure run|activate PROCEDURE [TYPE:VALUE ...], procedure tell PROCEDURE TYPE:VALUE ..., "
+    "procedure suspend|resume|stop|abort|unload PROCEDURE, procedure engine start|stop, procedure status"
 )
 _PROCEDURE_ONE = {"suspend": (18, 5), "resume": (18, 6), "stop": (18, 4), "abort": (18, 12), "unload": (18, 2)}
-_CODE_MAX = 16384  # Of a procedure on board; code longer than a packet is transferred in parts.
+_CODE_MAX = 16384  # Octets of a procedure on board; code longer than a packet is transferred in parts.
 _AT_A_STEP = ("suspend", "stop")
 _PROCEDURE_ALL = {"procedure status": (18, 8), "procedure engine start": (18, 21), "procedure engine stop": (18, 22)}
 
@@ -246,7 +246,7 @@ def _procedure(dictionary, words):
 
 
 VERBS = {
-    "tc": (_tc, "tc SUBSYSTEM SERVICE,SUBTYPE [field=value ...]", "any request of the standard; groups as JSON"),
+    "tc": (_tc, "tc SUBSYSTEM SERVICE,SUBTYPE [FIELD=VALUE ...]", "any request of the standard; groups as JSON"),
     "at": (_at, "at [+]SECONDS [SUB-SCHEDULE.GROUP] COMMAND ...", "schedule a command for a mission time, or from now"),
     "schedule": (_schedule, _SCHEDULE_USAGE, "the schedule of commands"),
     "monitor": (_monitor, _MONITOR_USAGE, "limits of parameters, watched on board"),

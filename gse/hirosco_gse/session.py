@@ -11,11 +11,12 @@ import collections
 import random
 from dataclasses import dataclass, field
 
-from . import large, packets, telemetry
+from . import large, packets, telecommands, telemetry
 from .dictionary import STATES, SUPERVISOR_APID
 from .failures import Failure
 
 GROUND_USER = 1
+OUT_OF_RANGE = 0x0203
 FINAL_SUBTYPES = (2, 4, 7, 8, 10)
 ENDED = 32  # Requests whose reports may still arrive in parts.
 ASKED = 0x4000  # Packets that are remembered until a script logs them.
@@ -29,7 +30,8 @@ class Rejected(SessionError):
     """The spacecraft refused the request or failed to perform it."""
 
     def __init__(self, request, failure, dictionary):
-        super().__init__(f"{request.text}: {failure.words(dictionary)}")
+        limits = telecommands.beyond_limits(request, dictionary) if failure.code == OUT_OF_RANGE else ""
+        super().__init__(f"{request.text}: {failure.words(dictionary)}{f': {limits}' if limits else ''}")
         self.request, self.failure = request, failure
 
 
@@ -68,7 +70,7 @@ class Verification:
     failures: list = field(default_factory=list)  # A request of several instructions may have several.
     is_finished: bool = False
     lost_ns: int = None  # When the connection ended before the end of verification arrived.
-    replies: list = field(default_factory=list)  # other reports addressed to us, since the request was sent
+    replies: list = field(default_factory=list)  # other reports to this user, since the request was sent
     whole: object = None  # The Verification of the long request of which this request contains a part.
 
 
@@ -93,6 +95,7 @@ class Session:
         self.asked = collections.deque(maxlen=ASKED)  # (APID, sequence count) of each packet of a request, in order.
         self.malformed = []
         self.mismatches = {}  # APID -> error text: the flying interface differs from that of the dictionary
+        self._awaited = collections.Counter()  # (APID, name of the event) -> events that wait_event has returned
         self._splitter = packets.Splitter()
         self._first = first_sequence
         self._sequences = {}
@@ -201,12 +204,12 @@ class Session:
             return
         verification.stages.append(packet.subtype)
         if packet.subtype in (2, 4, 6, 8, 10):
-            verification.failure = Failure.decode(packet.subtype, packet.data[4:])
+            verification.failure = Failure.decode(packet.subtype, packet.data[4:], packet.apid)
             verification.failures.append(verification.failure)
         if packet.subtype in FINAL_SUBTYPES:
             verification.is_finished = True
             is_of_instruction = packet.subtype == 4 and verification.failure.instruction > 0
-            if is_of_instruction:  # Others may follow, and the end of the whole: or nothing, if it was the last one.
+            if is_of_instruction:  # Reports of other instructions and of the end may follow, or none.
                 self._forget_refused()
             else:
                 del self._open[packet.data[:4]]
@@ -215,7 +218,7 @@ class Session:
                 self._give_up(verification.whole, verification.failure)
 
     def _forget_refused(self):
-        """Keep the newest of the requests that may end without a report: each one kept receives all reports of its subsystem."""
+        """Keep only the newest requests that may end without a report, because an open request stores all reports of its subsystem."""
         for verification in [found for found in self._open.values() if found.is_finished][:-ENDED]:
             del self._open[verification.request_id]
 
@@ -226,19 +229,11 @@ class Session:
             whole.failures.append(failure)
             whole.is_finished = True
 
-    def _compare(self, packet, decoded):
-        subsystem = self.dictionary.subsystem_of_apid(packet.apid)
-        flown = int(decoded["interface_hash"], 0)
-        if subsystem and subsystem.interface_hash not in (0, flown):
-            self.mismatches[packet.apid] = (
-                f"{subsystem.name} flies interface 0x{flown:016x}, the dictionary has "
-                f"0x{subsystem.interface_hash:016x}: names and values may be wrong; run make"
-            )
-
     def _remember(self, packet, decoded):
         kind = decoded["kind"]
-        if kind == "status" and "error" not in decoded:
-            self._compare(packet, decoded)
+        problem = telemetry.interface_problem(packet, decoded, self.dictionary)
+        if problem:
+            self.mismatches[packet.apid] = problem
         if kind in ("transition", "status") and "error" not in decoded:
             self.states[packet.apid] = decoded["state"]
             self.configurations[packet.apid] = decoded["configuration_id"]
@@ -303,3 +298,21 @@ class Session:
                 f"{self.dictionary.name_of_apid(apid)} did not reach {name} within "
                 f"{timeout_ns / 1e9:g} s; its state is {now}"
             ) from error
+
+    def wait_event(self, apid, name, timeout_ns):
+        """Procedure: the first event of this name that no earlier call has returned, as (packet, decoded)."""
+
+        def came():
+            found = [(packet, decoded) for packet, decoded in self.events if packet.apid == apid and decoded.get("event") == name]
+            return found[self._awaited[apid, name] :]
+
+        try:
+            found = yield from self.wait_for(came, timeout_ns, f"event {name} of {self.dictionary.name_of_apid(apid)}")
+        except TimedOut as problem:
+            if not self.events:
+                raise TimedOut(f"{problem}; there was no event at all") from problem
+            packet, last = self.events[-1]
+            source = self.dictionary.name_of_apid(packet.apid)
+            raise TimedOut(f"{problem}; the last event was {last.get('event')} of {source}") from problem
+        self._awaited[apid, name] += 1
+        return found[0]

@@ -58,14 +58,14 @@ class Reader:
         self.octets, self.offset = octets, 0
 
     def take(self, layout):
-        """Next fields of a struct layout; one field comes alone."""
+        """Next fields of a struct layout as a tuple; a single field as its value."""
         layout = ">" + layout
         found = struct.unpack_from(layout, self.octets, self.offset)
         self.offset += struct.calcsize(layout)
         return found[0] if len(found) == 1 else found
 
     def end(self):
-        """All octets must have been used."""
+        """Raise ValueProblem if octets are left."""
         if self.offset != len(self.octets):
             raise values.ValueProblem(f"{len(self.octets) - self.offset} octets too many")
 
@@ -97,7 +97,7 @@ def _verification(packet, dictionary, _):
         "stage": VERIFICATION.get(packet.subtype, str(packet.subtype)),
     }
     if packet.subtype in (2, 4, 6, 8, 10):
-        failure = Failure.decode(packet.subtype, packet.data[4:])
+        failure = Failure.decode(packet.subtype, packet.data[4:], packet.apid)
         found.update(code=failure.code, instruction=failure.instruction, detail=failure.detail)
         found["words"] = failure.words(dictionary)
         return found
@@ -404,6 +404,50 @@ def decode(packet, dictionary, configurations=None):
         return {"kind": decoder.__name__.strip("_"), "error": f"{packet.title} does not decode: {error}"}
 
 
+def leaves(values_by_name):
+    """Leaves of housekeeping values: NAME or NAME.FIELD -> list of scalars; of repeated samples the last."""
+    found = {}
+    for name, value in values_by_name.items():
+        if isinstance(value, dict):
+            found.update({f"{name}.{key}": list(item) for key, item in value.items()})
+        elif value and isinstance(value[0], (list, tuple, dict)):
+            found.update(leaves({name: value[-1]}))
+        else:
+            found[name] = list(value)
+    return found
+
+
+def _with_unit(value, item):
+    unit = f" {item.unit}" if item is not None and item.unit else ""
+    return f"{values.to_text(value)}{unit}"
+
+
+def measured(values_by_name, items):
+    """Names, values and units in one line. items: name -> Parameter or Field."""
+    words = []
+    for name, value in values_by_name.items():
+        head, _, tail = name.partition(".")
+        item = items.get(name) or items.get(head)
+        fields = {field.name: field for field in getattr(item, "fields", ())}
+        if isinstance(value, dict):
+            members = ", ".join(f"{key}: {_with_unit(member, fields.get(key))}" for key, member in value.items())
+            words.append(f"{name}={{{members}}}")
+        else:
+            words.append(f"{name}={_with_unit(value, fields.get(tail, item) if tail else item)}")
+    return "  ".join(words)
+
+
+def interface_problem(packet, decoded, dictionary):
+    """Text if a status report has another interface than the dictionary; otherwise None."""
+    subsystem = dictionary.subsystem_of_apid(packet.apid)
+    if decoded["kind"] != "status" or "error" in decoded or subsystem is None:
+        return None
+    flown, known = int(decoded["interface_hash"], 0), subsystem.interface_hash
+    if known in (0, flown):
+        return None
+    return f"{subsystem.name} flies interface 0x{flown:016x}, the dictionary has 0x{known:016x}: names and values may be wrong; run make"
+
+
 def _flat(content):
     skipped = ("kind", "rows", "interface_hash", "configuration_hash", "configuration_id", "epoch")
     return "  ".join(f"{name}={values.to_text(value)}" for name, value in content.items() if name not in skipped)
@@ -415,8 +459,9 @@ def describe(packet, decoded, dictionary):
     if "error" in decoded:
         return f"{source}: {decoded['error']}"
     kind = decoded["kind"]
+    subsystem = dictionary.subsystem_of_apid(packet.apid)
     if kind == "event":
-        aux = _flat(decoded["values"])
+        aux = measured(decoded["values"], {item.name: item for item in subsystem.event(decoded["event"]).parameters})
         return f"{source}: {decoded['severity']} {decoded['event']}" + (f"  {aux}" if aux else "")
     if kind == "transition":
         return (
@@ -429,7 +474,7 @@ def describe(packet, decoded, dictionary):
         step = f" {name_of(STATES, decoded['step'])}" if "step" in decoded else ""
         return f"{source}: request {decoded['request_sequence']} to {target} {decoded['stage']}{step}{words}"
     if kind in ("housekeeping", "parameters"):
-        return f"{source}: {_flat(decoded['values'])}"
+        return f"{source}: {measured(decoded['values'], subsystem.parameters if subsystem else {})}"
     if "rows" in decoded:
         return f"{source}: {kind}: " + "; ".join(_flat(row) for row in decoded["rows"])
     return f"{source}: {kind}" + (f"  {_flat(decoded)}" if len(decoded) > 1 else "")

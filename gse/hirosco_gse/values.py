@@ -37,7 +37,7 @@ def encode(kind, values):
 
 
 def decode(kind, count, octets, offset):
-    """List of `count` scalars at the offset, and the offset behind them."""
+    """List of `count` scalars at the offset, and the offset after them."""
     layout = f">{count}{FORMATS[kind]}"
     end = offset + struct.calcsize(layout)
     if end > len(octets):
@@ -58,12 +58,20 @@ def scalar_from_text(kind, text):
         raise ValueProblem(f"'{text}' is not a {kind} value") from error
 
 
-def from_text(kind, count, text):
-    """List of exactly `count` scalars, separated by commas."""
+def number_of(words, text):
+    """Number of a word of an enumeration, or a number that has a word."""
+    for number, word in words.items():
+        if text.strip().upper() == word or text.strip() == str(number):
+            return number
+    raise ValueProblem(f"no '{text.strip()}'; there are: {', '.join(words.values())}")
+
+
+def from_text(kind, count, text, enumeration=None):
+    """List of exactly `count` scalars, separated by commas; with an enumeration (number -> word), of its words."""
     words = text.split(",")
     if len(words) != count:
         raise ValueProblem(f"'{text}' has {len(words)} value{'s' if len(words) != 1 else ''}, {count} expected")
-    return [scalar_from_text(kind, word) for word in words]
+    return [number_of(enumeration, word) if enumeration else scalar_from_text(kind, word) for word in words]
 
 
 def to_text(values):

@@ -55,7 +55,7 @@ def expect(condition, option, value, expected):
 
 
 def relative(path):
-    """Path from the project's folder, as people write it."""
+    """Path relative to the project's folder, for messages."""
     return str(path.relative_to(ROOT))
 
 
@@ -71,7 +71,7 @@ def taken_apids():
 
 
 def choose_apid(wanted):
-    """The APID asked for, or the first free one."""
+    """The requested APID, or the first free one."""
     taken = taken_apids()
     free = next((apid for apid in range(FIRST_APID, LAST_APID + 1) if apid not in taken), None)
     if wanted is None:
@@ -127,7 +127,7 @@ def fill(text, names):
 
 
 def insert_before(text, pattern, what, addition, path):
-    """`addition` before the first line that matches."""
+    """The text with `addition` inserted before the first line that matches."""
     found = re.search(pattern, text, re.MULTILINE)
     if not found:
         raise Refusal(f"{relative(path)}: expected {what}, to insert the new lines before it")

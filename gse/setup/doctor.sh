@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Show what this machine has of what the project needs, and the next step. Changes nothing.
+# Show which of the packages and files that the project needs are on this machine, and the next step. Changes nothing.
 set -eu
 
 row() { printf '  %-22s %-26s %-7s %s\n' "$1" "$2" "$3" "$4"; }
@@ -34,7 +34,7 @@ python_packages() {
 
 cache=${XDG_CACHE_HOME:-${HOME:-/tmp}/.cache}/hirosco
 
-# A row of a download: in build/, in the cache of the user, or neither.
+# Print the row of a download: it is in build/, in the cache of the user, or not yet fetched.
 download() {
     if [ -f "$2" ]; then
         state=present
@@ -46,7 +46,7 @@ download() {
     row "$1" "$state" "$4" "$5"
 }
 
-# What the kernel and the account offer beyond the need of discrete-time flights.
+# Print the downloads, and the properties of kernel and account that only some targets need.
 machine() {
     row MACHINE STATE LEVEL 'NEEDED FOR'
     download Unity build/third_party/unity/src/unity.c 'cjson-*' unit 'unit tests of the portable core'

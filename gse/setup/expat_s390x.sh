@@ -1,9 +1,9 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Fetch the XML parser expat, built for the big-endian s390x, into build/third_party/expat-s390x/: what a remote-endian
-# program is linked with. The package client fetches and verifies it from wherever this machine gets its packages, with
-# package lists of its own: those of the machine, and what is installed on it, stay as they are. The package is kept in the
-# user's cache for other clones and for work without a network.
+# Fetch the XML parser expat, built for the big-endian s390x, into build/third_party/expat-s390x/. Programs for that
+# processor are linked with it. apt-get fetches and verifies it from the package sources of this machine, with separate
+# package lists: the lists and the installed packages of the machine do not change. The package is kept in the user's cache
+# for other clones and for work without a network.
 set -eu
 
 target=build/third_party/expat-s390x
@@ -19,13 +19,13 @@ fetch() {
     cd "$work"
     set -- -qq -o APT::Architecture=s390x -o APT::Architectures::=s390x -o Dir::State::Lists="$work/lists" \
         -o Dir::State::status="$work/status" -o Dir::Cache="$work/cache" -o APT::Sandbox::User="$(id -un)"
-    apt-get "$@" update || true # A source without this architecture is no reason to stop.
+    apt-get "$@" update || true # A package source may not have this architecture.
     apt-get "$@" download libexpat1-dev &&
         dpkg-deb -x libexpat1-dev_*_s390x.deb unpacked || {
         echo 'setup: the package libexpat1-dev of s390x cannot be fetched; is there a network?' >&2
         exit 1
     }
-    # Without a place for a cache the package serves this time only.
+    # If no cache can be created, the package is used for this clone only.
     mkdir -p "${cached%/*}" 2>/dev/null && cp libexpat1-dev_*_s390x.deb "$cached.$$" 2>/dev/null &&
         mv "$cached.$$" "$cached" || true
 }

@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Install the peers that `make bench` measures beside our own, as far as this machine lets it: what cannot be had is
-# told here, and skipped there. `peers.sh spacepackets` builds that one of the Rust registry only, which the conformance
-# tests need too. Never asks, never fails.
+# Install the peers with which `make bench` compares this project, as far as this machine permits. A peer that cannot be
+# installed is reported here and skipped there. `peers.sh spacepackets` builds only that peer, from the Rust registry; the
+# conformance tests need it, too. The script never asks and never fails.
 set -u
 
 # The versions are exact; the lock files stay in build/.
@@ -38,7 +38,7 @@ if [ -n "$missing" ]; then
     $as_root env DEBIAN_FRONTEND=noninteractive apt-get update -qq || true
     for name in $missing; do
         $as_root env DEBIAN_FRONTEND=noninteractive apt-get install --no-install-recommends -y -qq "$name" \
-            </dev/null >/dev/null || echo "setup: $name cannot be had; what needs it is skipped"
+            </dev/null >/dev/null || echo "setup: $name cannot be installed; what needs it is skipped"
     done
 fi
 

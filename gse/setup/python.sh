@@ -12,7 +12,7 @@ lists=$*
 options=''
 for list; do options="$options -r $list"; done
 
-# Packages of the lists for which there is nothing in these folders.
+# Print the packages of the lists that are in none of these folders.
 lacking() {
     # shellcheck disable=SC2086 # lists of words
     grep -hv '^#' $lists | while read -r wanted; do
@@ -41,7 +41,7 @@ if [ -n "$(lacking "$cache")" ]; then
     fetch || true
     is_fetched=1
 fi
-# A cached wheel may be damaged, or one be absent that no list names.
+# A cached wheel may be damaged, or a dependency that no list names may be missing.
 if ! install && { [ -n "$is_fetched" ] || ! fetch || ! install; }; then
     {
         sed -n 's/^ERROR: /setup: /p' "$part/said"

@@ -1,26 +1,27 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Install what a target needs: `setup.sh LEVEL`. Each level contains those it builds on. Quick when all is there. Installs
+# Install what a target needs: `setup.sh LEVEL`. Each level contains those it builds on. Quick if all is installed. Installs
 # as root or through `sudo -n`; otherwise prints the exact command and stops. Never asks.
 #
 #   build   the programs              run     a flight: Python packages    unit    C tests
 #   clang   data races, fuzz targets  s390x   big-endian programs          pytest  tests in Python
 #   docs    the documentation         test    tests of whole programs      hil     the micro-VM
-#   check   analysers                 full    all of them, and Yamcs
+#   check   analysers                 station packages of the web page     full    all of them, and Yamcs
 set -eu
 
-level=${1:?usage: setup.sh build|run|unit|clang|pytest|s390x|docs|test|hil|check|full}
+level=${1:?usage: setup.sh build|run|unit|clang|pytest|s390x|docs|station|test|hil|check|full}
 here=gse/setup
 case $level in
 build) levels='build' ;;
 run | unit | clang) levels="build $level" ;;
 docs) levels='build run docs' ;;
+station) levels='build run station' ;;
 s390x) levels='build unit s390x' ;;
 pytest) levels='build run unit pytest' ;;
-test) levels='build run unit clang pytest docs test' ;;
-hil) levels='build run unit clang pytest docs test hil' ;;
+test) levels='build run unit clang pytest docs station test' ;;
+hil) levels='build run unit clang pytest docs station test hil' ;;
 check) levels='build run unit clang pytest check' ;;
-full) levels='build run unit clang s390x pytest docs test hil check full' ;;
+full) levels='build run unit clang s390x pytest docs station test hil check full' ;;
 *) echo "setup: unknown level '$level'" >&2 && exit 2 ;;
 esac
 
@@ -32,7 +33,8 @@ missing_packages() {
         awk -v level="$wanted" '$1 !~ /^#/ && $2 == level { print $1 }' "$here/packages.txt"
     done | while read -r name; do
         status=$(dpkg-query -W -f '${db:Status-Status}' "$name" 2>/dev/null || true)
-        [ "$status" = installed ] || echo "$name"
+        # The packages of Node.js itself contain npm.
+        [ "$status" = installed ] || { [ "$name" = npm ] && command -v npm >/dev/null; } || echo "$name"
     done
 }
 
@@ -56,7 +58,7 @@ install_packages() {
     fi
     echo "setup: installing $missing"
     environment='env DEBIAN_FRONTEND=noninteractive'
-    # A source that cannot be read is no reason to stop: the installation below decides.
+    # Continue if a package source cannot be read: the installation below fails if a package is missing.
     $as_root $environment apt-get update -qq || true
     # shellcheck disable=SC2086 # a list of words
     $as_root $environment apt-get -o DPkg::Lock::Timeout=300 install --no-install-recommends -y -qq $missing </dev/null || {
@@ -66,7 +68,7 @@ install_packages() {
     }
 }
 
-# Each part is tried, so that all that is missing is said at once.
+# Each part is attempted, so that everything that is missing is reported at once.
 mkdir -p build/setup
 failed=''
 install_packages || failed=1
@@ -77,6 +79,9 @@ elif has run; then
 fi
 if has unit; then
     sh "$here/unity.sh" || failed=1
+fi
+if has station; then
+    sh "$here/station.sh" || failed=1
 fi
 if has s390x; then
     sh "$here/expat_s390x.sh" || failed=1

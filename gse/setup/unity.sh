@@ -1,9 +1,9 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Fetch the unit test framework Unity into build/third_party/unity/. It travels inside Debian's source package
-# `cjson`; the package client fetches that from wherever this machine gets its packages, with package lists of its
-# own, so that those of the machine stay as they are. The archive is pinned by its checksum, and kept in the user's
-# cache for other clones and for work without a network (docs/decisions/0044).
+# Fetch the unit test framework Unity into build/third_party/unity/. It is part of Debian's source package `cjson`.
+# apt-get fetches that package from the package sources of this machine, with separate package lists, so that those of
+# the machine do not change. The archive is pinned by its checksum, and kept in the user's cache for other clones and
+# for work without a network (docs/decisions/0044).
 set -eu
 
 target=build/third_party/unity
@@ -41,7 +41,7 @@ fetch() {
         exit 1
     }
     archive=$1
-    # Without a place for a cache the archive serves this time only.
+    # If no cache can be created, the archive is used for this clone only.
     mkdir -p "${cached%/*}" 2>/dev/null && cp "$archive" "$cached.$$" 2>/dev/null && mv "$cached.$$" "$cached" || true
 }
 
@@ -57,4 +57,4 @@ tar -xf "$archive" -C "$work/unpacked"
 cp -r "$work"/unpacked/cJSON-*/tests/unity/src "$work"/unpacked/cJSON-*/tests/unity/docs/license.txt "$target.part/"
 cp "$work"/unpacked/cJSON-*/tests/unity/examples/unity_config.h "$target.part/examples/"
 rm -rf "$target" "$work"
-mv "$target.part" "$target" # Whole or not at all.
+mv "$target.part" "$target" # The folder appears only when it is complete.

@@ -1,7 +1,7 @@
 #!/bin/busybox sh
 # SPDX-License-Identifier: Apache-2.0
-# First process of the micro-VM. Puts an overlay that is forgotten over the machine's own file system, runs what the
-# control folder says in it, leaves its exit code there, and switches the power off. What fails is told on the console.
+# First process of the micro-VM. Mounts a temporary overlay over the file system of the machine, runs the script of the
+# control folder in it, writes its exit code to that folder, and switches the power off. Errors are reported on the console.
 export PATH=/bin:/sbin
 
 end() {
@@ -41,7 +41,7 @@ mount -t tmpfs -o mode=1777 tmpfs /guest/dev/shm
 mount -t tmpfs -o mode=755 tmpfs /guest/run
 mkdir -p /guest/run/lock /guest/run/vm
 case $directory/ in
-/tmp/*) ;; # The project itself is there: seen through the overlay like all else.
+/tmp/*) ;; # The project is in /tmp: keep it visible through the overlay.
 *) mount -t tmpfs -o mode=1777 tmpfs /guest/tmp ;;
 esac
 [ -d /guest/lib/modules ] || mkdir -p /guest/lib/modules
@@ -55,7 +55,7 @@ hostname hirosco-vm
 ip link set lo up
 [ "$cans" -eq 0 ] || modprobe kvaser_pci || fail 'no driver for the CAN controllers (kvaser_pci)'
 
-# The exit code appears whole or not at all.
+# Write the exit code atomically, and end.
 leave() {
     echo "$1" >/control/code.part && mv /control/code.part /control/code
     end
@@ -74,8 +74,8 @@ if [ "$interactive" = yes ]; then
     leave $?
 fi
 
-# Pipes, so that programs may open /dev/stdout and /dev/stderr anew; what is left of the command's processes is ended,
-# so that the pipes end too and all that was written is on the share before the exit code.
+# Pipes, so that programs may open /dev/stdout and /dev/stderr again. The remaining processes of the command are killed, so
+# that the pipes end and all output is on the share before the exit code.
 mkfifo /stdout /stderr
 cat /stdout >/control/stdout &
 out_writer=$!

@@ -107,7 +107,7 @@ def guest_script(command, directory, out, environment):
 
 
 def greeting(out):
-    return (f"micro-VM with vcan, vxcan and TIPC. What is written is forgotten, but for $OUT = {out}\n"
+    return (f"micro-VM with vcan, vxcan and TIPC. Changes to files are lost, except in $OUT = {out}\n"
             "As a first step: ip link add vcan0 type vcan && ip link set vcan0 up. Ctrl-D or exit ends it.")
 
 
@@ -274,7 +274,7 @@ def parse(words):
     parser.add_argument("--cans", type=int, default=0, help="emulated CAN controllers (kvaser_pci) on one bus: can0, can1 ...")
     parser.add_argument("--memory", type=int, default=MEMORY_MB, help="MB, which also holds the changes to files")
     parser.add_argument("--out", help="output folder that stays; build/vm/out if not given")
-    parser.add_argument("--append", default="", help="more for the kernel's command line")
+    parser.add_argument("--append", default="", help="additional parameters of the kernel's command line")
     parser.add_argument("command", nargs="*", help="shell command; without it an interactive shell")
     options = parser.parse_args(words)
     if options.seconds is not None and not options.seconds > 0:

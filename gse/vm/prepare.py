@@ -140,7 +140,7 @@ def dependencies(modules, wanted):
 
 
 def make_initramfs(modules, target, at_boot=AT_BOOT):
-    """Write the initial file system: busybox, our init, the modules. `at_boot`: what init loads."""
+    """Write the initial file system: busybox, init.sh, the modules. `at_boot`: the modules that init.sh loads."""
     busybox = shutil.which("busybox", path="/usr/bin:/bin")
     if not busybox:
         raise Unavailable("there is no busybox; install the package busybox-static, then run again: make build/setup/vm")

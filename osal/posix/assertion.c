@@ -6,7 +6,7 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
-/// One part of the line; the cast only drops const: writev does not write to it.
+/// One part of the line. memcpy drops the const; writev does not write to the text.
 static struct iovec part_of(const char* const text)
 {
     struct iovec part;

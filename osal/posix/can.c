@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The contract of osal/can.h over its carriers: which one an address means, lengths, filters.
+// Implements osal/can.h on its carriers: selects the carrier from the address, checks lengths, applies
+// filters.
 #include "osal/include/osal/can.h"
 
 #include "base/assertion.h"
@@ -12,7 +13,7 @@
 #define ADDRESS_LENGTH_MAX 64U
 #define CLASSIC_LENGTH_MAX 8U
 
-typedef struct {                          // An address taken apart. Empty texts: it has no such part.
+typedef struct {                          // Parts of an address. Empty: it has no such part.
     char shared[ADDRESS_LENGTH_MAX + 1U]; ///< Name of the shared memory, "/NAME".
     char interface[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
 } place_t;
@@ -133,7 +134,7 @@ status_t osal_can_filter(osal_can_t* const can, const osal_can_filter_t* const f
     }
     can->filter_count = (uint8_t)count;
     can->is_filtered  = true;
-    // Counted frames must arrive before they can be dropped.
+    // A counted bus must receive every frame to count it: the kernel must not filter.
     return (can->shared == NULL) ? can_socket_filter(can) : STATUS_OK;
 }
 
@@ -151,7 +152,7 @@ static bool passes(const osal_can_t* const can, const osal_can_frame_t* const fr
     return false;
 }
 
-/// A length that a frame on the bus can have.
+/// True if the frame has a length that is possible on the bus.
 static bool is_length(const osal_can_frame_t* const frame)
 {
     if ((frame->flags & OSAL_CAN_FLAG_FD) == 0U) {

@@ -74,7 +74,7 @@ static void add_text(request_t* const request, const unsigned short type, const 
     (void)add(request, type, text, strlen(text) + 1U);
 }
 
-/// errno of the kernel's answer, 0 for a good one.
+/// errno in the kernel's answer, 0 for success.
 static int error_of(const answer_t* const answer)
 {
     const struct nlmsghdr* const header = &answer->message.header;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private to the source files of osal/can.h: the interfaces of its two carriers.
+/// Private to the source files of osal/can.h: the interfaces of its carriers.
 #ifndef OSAL_POSIX_CAN_PORT_H
 #define OSAL_POSIX_CAN_PORT_H
 
@@ -22,7 +22,7 @@ void can_socket_close(osal_can_t* can);
 status_t can_socket_filter(const osal_can_t* can);
 status_t can_socket_send(osal_can_t* can, const osal_can_frame_t* frame);
 status_t can_socket_receive(osal_can_t* can, osal_can_frame_t* out_frame);
-/// Wait until a frame has arrived, at most until_ns (monotonic). False: none has.
+/// Wait until a frame has arrived, at most until_ns (monotonic). False: no frame has arrived.
 bool can_socket_wait(const osal_can_t* can, uint64_t until_ns);
 
 /// can_counted.c: SocketCAN with a counted hand-over in the shared memory of that name.

@@ -79,7 +79,8 @@ uint64_t osal_clock_now_ns(const osal_clock_t* const clock)
     return (now_ns > clock->origin_ns) ? (now_ns - clock->origin_ns) : 0U;
 }
 
-/// Sleep until a socket is readable, a stop signal comes, or the absolute monotonic time (NEVER: no limit).
+/// Sleep until a socket is readable, a stop signal arrives, or the absolute monotonic time is reached (NEVER:
+/// no limit).
 static void poll_until(const uint64_t until_ns, osal_socket_t* const* const sockets,
                        const size_t socket_count)
 {

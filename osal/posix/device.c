@@ -6,6 +6,8 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/stat.h>
 #include <time.h>
@@ -122,6 +124,17 @@ status_t osal_device_read(osal_device_t* const device, uint8_t* const octets, co
         return STATUS_EMPTY;
     }
     return is_gone(errno) ? STATUS_CLOSED : STATUS_IO;
+}
+
+status_t osal_device_wait_readable(osal_device_t* const device, const uint32_t timeout_ms)
+{
+    FSW_ASSERT((device != NULL) && (timeout_ms <= (uint32_t)INT_MAX));
+    struct pollfd watched = {.fd = device->descriptor, .events = POLLIN};
+    int ready             = 0;
+    do {
+        ready = poll(&watched, 1U, (int)timeout_ms);
+    } while ((ready < 0) && (errno == EINTR));
+    return (ready > 0) ? STATUS_OK : STATUS_TIMEOUT;
 }
 
 void osal_device_close(osal_device_t* const device)

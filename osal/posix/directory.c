@@ -65,7 +65,8 @@ static void leave(const place_t* const place)
 
 /// Open the parent folder of a path; the caller closes it. STATUS_OK, STATUS_INVALID (the root has
 /// none), STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
-static status_t go_to(const osal_directory_t* const root, const char* const path, place_t* const out_place)
+static status_t open_parent(const osal_directory_t* const root, const char* const path,
+                            place_t* const out_place)
 {
     FSW_ASSERT((root != NULL) && (path != NULL));
     const char* rest = next_name(path, out_place->name);
@@ -83,15 +84,16 @@ static status_t go_to(const osal_directory_t* const root, const char* const path
     return status;
 }
 
-/// Open the folder that a path names. Statuses of go_to.
-static status_t go_into(const osal_directory_t* const root, const char* const path, int* const out_folder)
+/// Open the folder that a path names. Statuses of open_parent.
+static status_t open_folder_of_path(const osal_directory_t* const root, const char* const path,
+                                    int* const out_folder)
 {
     FSW_ASSERT((root != NULL) && (path != NULL));
     if (path[0] == '\0') {
         return open_folder(root->descriptor, ".", out_folder);
     }
     place_t place;
-    status_t status = go_to(root, path, &place);
+    status_t status = open_parent(root, path, &place);
     if (status == STATUS_OK) {
         status = open_folder(place.folder, place.name, out_folder);
         leave(&place);
@@ -121,7 +123,7 @@ static status_t open_file(const osal_directory_t* const root, const char* const 
 {
     osal_directory_about_t about;
     place_t place;
-    status_t status = go_to(root, path, &place);
+    status_t status = open_parent(root, path, &place);
     if (status != STATUS_OK) {
         return status;
     }
@@ -141,12 +143,12 @@ static status_t open_file(const osal_directory_t* const root, const char* const 
     return status;
 }
 
-/// After a change of names in a folder: force them to the disk, if the change was made, and leave.
-static status_t settle(const place_t* const place, const status_t status)
+/// After a change of names in a folder: if the change was made, force it to the disk. Close the folder.
+static status_t sync_and_leave(const place_t* const place, const status_t status)
 {
-    const bool is_sure = (status != STATUS_OK) || (fsync(place->folder) == 0);
+    const bool is_synced = (status != STATUS_OK) || (fsync(place->folder) == 0);
     leave(place);
-    return is_sure ? status : STATUS_IO;
+    return is_synced ? status : STATUS_IO;
 }
 
 status_t osal_directory_open(osal_directory_t* const root, const char* const path)
@@ -174,7 +176,7 @@ status_t osal_directory_describe(const osal_directory_t* const root, const char*
         return STATUS_OK;
     }
     place_t place;
-    status_t status = go_to(root, path, &place);
+    status_t status = open_parent(root, path, &place);
     if (status == STATUS_OK) {
         status = look_at(place.folder, place.name, out_about);
         leave(&place);
@@ -195,20 +197,20 @@ static status_t status_of_making(const int error)
 status_t osal_directory_make(const osal_directory_t* const root, const char* const path)
 {
     place_t place;
-    const status_t status = go_to(root, path, &place);
+    const status_t status = open_parent(root, path, &place);
     if (status != STATUS_OK) {
         return status;
     }
     const bool is_made = mkdirat(place.folder, place.name, 0755U) == 0;
-    return settle(&place, is_made ? STATUS_OK : status_of_making(errno));
+    return sync_and_leave(&place, is_made ? STATUS_OK : status_of_making(errno));
 }
 
-/// Take a name away. `flags` of unlinkat.
+/// Remove a name. `flags` are those of unlinkat.
 static status_t remove_name(const osal_directory_t* const root, const char* const path, const int flags)
 {
     osal_directory_about_t about;
     place_t place;
-    status_t status = go_to(root, path, &place);
+    status_t status = open_parent(root, path, &place);
     if (status != STATUS_OK) {
         return status;
     }
@@ -219,7 +221,7 @@ static status_t remove_name(const osal_directory_t* const root, const char* cons
     if ((status == STATUS_OK) && (unlinkat(place.folder, place.name, flags) != 0)) {
         status = ((errno == ENOTEMPTY) || (errno == EEXIST)) ? STATUS_FORBIDDEN : file_status_of(errno);
     }
-    return settle(&place, status);
+    return sync_and_leave(&place, status);
 }
 
 status_t osal_directory_remove(const osal_directory_t* const root, const char* const path)
@@ -232,7 +234,7 @@ status_t osal_directory_remove_file(const osal_directory_t* const root, const ch
     return remove_name(root, path, 0);
 }
 
-/// Set room aside in a new file. STATUS_OK, STATUS_FULL, STATUS_IO.
+/// Reserve disk space for a new file. STATUS_OK, STATUS_FULL, STATUS_IO.
 static status_t set_aside(const int descriptor, const uint64_t room)
 {
     struct statvfs disk;
@@ -259,7 +261,7 @@ status_t osal_directory_make_file(const osal_directory_t* const root, const char
 {
     int descriptor = -1;
     place_t place;
-    status_t status = go_to(root, path, &place);
+    status_t status = open_parent(root, path, &place);
     if (status != STATUS_OK) {
         return status;
     }
@@ -274,7 +276,7 @@ status_t osal_directory_make_file(const osal_directory_t* const root, const char
             (void)unlinkat(place.folder, place.name, 0);
         }
     }
-    return settle(&place, status);
+    return sync_and_leave(&place, status);
 }
 
 /// Rename without replacing an existing file.
@@ -302,18 +304,18 @@ status_t osal_directory_rename(const osal_directory_t* const root, const char* c
     osal_directory_about_t about;
     place_t from;
     place_t to;
-    status_t status = go_to(root, path, &from);
+    status_t status = open_parent(root, path, &from);
     if (status != STATUS_OK) {
         return status;
     }
     status = look_at(from.folder, from.name, &about);
     if (status == STATUS_OK) {
-        status = go_to(root, new_path, &to);
+        status = open_parent(root, new_path, &to);
     }
     if (status == STATUS_OK) {
-        status = settle(&to, rename_in(&from, &to));
+        status = sync_and_leave(&to, rename_in(&from, &to));
     }
-    return settle(&from, status);
+    return sync_and_leave(&from, status);
 }
 
 /// Collected names of a listing: the first names after a given one, in order.
@@ -359,7 +361,7 @@ status_t osal_directory_list(const osal_directory_t* const root, const char* con
     listing_t listing = {.after = after, .entries = entries, .capacity = capacity};
     int folder        = -1;
     *out_count        = 0U;
-    status_t status   = go_into(root, path, &folder);
+    status_t status   = open_folder_of_path(root, path, &folder);
     if (status != STATUS_OK) {
         return status;
     }
@@ -399,7 +401,7 @@ status_t osal_directory_read(const osal_directory_t* const root, const char* con
         *out_size         = (status == STATUS_OK) ? part : 0U;
     }
     osal_file_close(&file);
-    return (status == STATUS_OK) ? STATUS_OK : STATUS_IO; // Cut meanwhile: an error like any other.
+    return (status == STATUS_OK) ? STATUS_OK : STATUS_IO; // The file may have been cut meanwhile.
 }
 
 status_t osal_directory_write(const osal_directory_t* const root, const char* const path,

@@ -3,17 +3,17 @@
 
 #include "base/assertion.h"
 
-uint64_t lockstep_next_slot_ns(const osal_lockstep_t* const scheduler)
+uint64_t lockstep_next_step_ns(const osal_lockstep_t* const scheduler)
 {
-    const uint64_t into_slot = scheduler->now_ns % scheduler->slot_ns;
-    const uint64_t rest      = scheduler->slot_ns - into_slot;
+    const uint64_t into_step = scheduler->now_ns % scheduler->step_ns;
+    const uint64_t rest      = scheduler->step_ns - into_step;
     return (scheduler->now_ns < (OSAL_LOCKSTEP_NEVER - rest)) ? (scheduler->now_ns + rest)
                                                               : OSAL_LOCKSTEP_NEVER;
 }
 
 bool lockstep_is_turn_to_come(const osal_lockstep_t* const scheduler, const uint32_t participant)
 {
-    return (scheduler->last == NOBODY) || (participant > scheduler->last);
+    return (scheduler->last == NO_PARTICIPANT) || (participant > scheduler->last);
 }
 
 uint64_t lockstep_earlier(const uint64_t a_ns, const uint64_t b_ns)
@@ -37,19 +37,19 @@ static void admit_new(osal_lockstep_t* const scheduler)
         if ((one->state == OSAL_LOCKSTEP_JOINED) && one->is_new) {
             if (one->wake_ns <= scheduler->now_ns) {
                 one->wake_ns = lockstep_is_turn_to_come(scheduler, i) ? scheduler->now_ns
-                                                                      : lockstep_next_slot_ns(scheduler);
+                                                                      : lockstep_next_step_ns(scheduler);
             }
             one->is_new = false;
         }
     }
 }
 
-void lockstep_rouse(osal_lockstep_t* const scheduler, const uint32_t participant)
+void lockstep_schedule_wake(osal_lockstep_t* const scheduler, const uint32_t participant)
 {
     participant_t* const one   = &scheduler->participants[participant];
     const uint64_t reported_ns = lockstep_is_turn_to_come(scheduler, participant)
                                      ? scheduler->now_ns
-                                     : lockstep_next_slot_ns(scheduler);
+                                     : lockstep_next_step_ns(scheduler);
     one->wake_ns               = lockstep_not_before_begin(
                       one, lockstep_earlier(lockstep_pending_wake_ns(scheduler, participant), reported_ns));
 }
@@ -57,10 +57,10 @@ void lockstep_rouse(osal_lockstep_t* const scheduler, const uint32_t participant
 void lockstep_cut_stream(osal_lockstep_t* const scheduler, const uint32_t participant)
 {
     participant_t* const one = &scheduler->participants[participant];
-    one->octets              = 0U; // Simulated time decides, even if the system still holds some of them.
-    one->stream_port         = 0U;
-    one->stream_server       = 0U;
-    lockstep_rouse(scheduler, participant);
+    one->octets        = 0U; // The stream ends now in simulated time, even if octets are still in the socket.
+    one->stream_port   = 0U;
+    one->stream_server = 0U;
+    lockstep_schedule_wake(scheduler, participant);
 }
 
 void lockstep_leave(osal_lockstep_t* const scheduler, const uint32_t participant)
@@ -89,12 +89,12 @@ void lockstep_leave(osal_lockstep_t* const scheduler, const uint32_t participant
     self->is_failed    = false;
     self->is_suspended = false;
     if (scheduler->running == participant) {
-        __atomic_store_n(&scheduler->running, NOBODY, __ATOMIC_RELEASE);
+        __atomic_store_n(&scheduler->running, NO_PARTICIPANT, __ATOMIC_RELEASE);
     }
 }
 
-/// When `participant` has its next turn, as far as it can have one: an expected one has it when its life
-/// begins.
+/// Time of the participant's next turn: for an expected one the start of its life; never if it is absent or
+/// suspended.
 static uint64_t turn_ns(const participant_t* const one)
 {
     if (one->state == OSAL_LOCKSTEP_EXPECTED) {
@@ -103,49 +103,43 @@ static uint64_t turn_ns(const participant_t* const one)
     return ((one->state == OSAL_LOCKSTEP_JOINED) && !one->is_suspended) ? one->wake_ns : OSAL_LOCKSTEP_NEVER;
 }
 
-/// The smallest (time, order) of the next turns, or NOBODY.
-static uint32_t first_turn(const osal_lockstep_t* const scheduler)
+/// The smallest (time, order) of the next turns, or NO_PARTICIPANT. *out_awaited: an expected participant
+/// whose life begins at that time, or NO_PARTICIPANT. Orders do not matter for it: no participant runs at the
+/// instant at which a life begins before that life has joined.
+static uint32_t first_turn(const osal_lockstep_t* const scheduler, uint32_t* const out_awaited)
 {
-    uint32_t chosen   = NOBODY;
+    uint32_t chosen   = NO_PARTICIPANT;
     uint64_t least_ns = OSAL_LOCKSTEP_NEVER;
+    *out_awaited      = NO_PARTICIPANT;
     for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
-        const uint64_t time_ns = turn_ns(&scheduler->participants[i]);
+        const participant_t* const one = &scheduler->participants[i];
+        const uint64_t time_ns         = turn_ns(one);
         if (time_ns < least_ns) {
-            chosen   = i;
-            least_ns = time_ns;
+            chosen       = i;
+            least_ns     = time_ns;
+            *out_awaited = NO_PARTICIPANT;
+        }
+        if ((time_ns == least_ns) && (*out_awaited == NO_PARTICIPANT) &&
+            (one->state == OSAL_LOCKSTEP_EXPECTED)) {
+            *out_awaited = i;
         }
     }
     return chosen;
 }
 
-/// An expected participant whose life begins not later than the wake time of `chosen`, or NOBODY. Orders do
-/// not matter: no participant runs at the instant at which a life begins before that life has joined.
-static uint32_t awaited_before(const osal_lockstep_t* const scheduler, const uint32_t chosen)
-{
-    const uint64_t limit_ns =
-        (chosen != NOBODY) ? turn_ns(&scheduler->participants[chosen]) : OSAL_LOCKSTEP_NEVER;
-    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
-        const participant_t* const one = &scheduler->participants[i];
-        if ((one->state == OSAL_LOCKSTEP_EXPECTED) && (one->begin_ns <= limit_ns)) {
-            return i;
-        }
-    }
-    return NOBODY;
-}
-
 void lockstep_grant_next(osal_lockstep_t* const scheduler)
 {
-    scheduler->awaited = NOBODY;
-    if ((scheduler->running != NOBODY) || (scheduler->is_closed != 0U)) {
+    scheduler->awaited = NO_PARTICIPANT;
+    if ((scheduler->running != NO_PARTICIPANT) || (scheduler->is_closed != 0U)) {
         return;
     }
     admit_new(scheduler);
     // Each round either ends a life that failed to begin, or is the last.
     for (uint32_t round = 0U; round <= PARTICIPANTS; round++) {
-        const uint32_t chosen  = first_turn(scheduler);
-        const uint32_t awaited = awaited_before(scheduler, chosen);
-        const uint32_t first   = (awaited != NOBODY) ? awaited : chosen;
-        if (first == NOBODY) {
+        uint32_t awaited      = NO_PARTICIPANT;
+        const uint32_t chosen = first_turn(scheduler, &awaited);
+        const uint32_t first  = (awaited != NO_PARTICIPANT) ? awaited : chosen;
+        if (first == NO_PARTICIPANT) {
             return;
         }
         participant_t* const one = &scheduler->participants[first];
@@ -153,7 +147,7 @@ void lockstep_grant_next(osal_lockstep_t* const scheduler)
             lockstep_leave(scheduler, first);
             continue;
         }
-        if (awaited != NOBODY) {
+        if (awaited != NO_PARTICIPANT) {
             scheduler->awaited = awaited;
             return;
         }
@@ -173,8 +167,8 @@ uint64_t lockstep_not_before_begin(const participant_t* const one, const uint64_
     return (!one->is_begun && (wake_ns < one->begin_ns)) ? one->begin_ns : wake_ns;
 }
 
-bool lockstep_rest(osal_lockstep_t* const scheduler, const uint32_t participant, const uint32_t life,
-                   const uint64_t wake_ns)
+bool lockstep_end_turn(osal_lockstep_t* const scheduler, const uint32_t participant, const uint32_t life,
+                       const uint64_t wake_ns)
 {
     participant_t* const self = &scheduler->participants[participant];
     if ((life != OSAL_LOCKSTEP_ANY_LIFE) && ((self->life != life) || (self->state == OSAL_LOCKSTEP_ABSENT))) {
@@ -195,9 +189,9 @@ bool lockstep_rest(osal_lockstep_t* const scheduler, const uint32_t participant,
         return false; // It was suspended while it held the grant, and was resumed.
     }
     const uint64_t delivered_ns = lockstep_pending_wake_ns(scheduler, participant);
-    const uint64_t asked_ns     = (wake_ns > scheduler->now_ns) ? wake_ns : lockstep_next_slot_ns(scheduler);
+    const uint64_t asked_ns     = (wake_ns > scheduler->now_ns) ? wake_ns : lockstep_next_step_ns(scheduler);
     self->wake_ns               = lockstep_earlier(asked_ns, delivered_ns);
-    __atomic_store_n(&scheduler->running, NOBODY, __ATOMIC_RELEASE);
+    __atomic_store_n(&scheduler->running, NO_PARTICIPANT, __ATOMIC_RELEASE);
     return true;
 }
 

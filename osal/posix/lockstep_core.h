@@ -8,7 +8,7 @@
 #include "osal/include/osal/mutex.h"
 
 #define LOCKSTEP_MAGIC 0x6C6F636B73746570ULL // "lockstep" in ASCII.
-#define NOBODY UINT32_MAX
+#define NO_PARTICIPANT UINT32_MAX
 #define PARTICIPANTS OSAL_LOCKSTEP_PARTICIPANTS_MAX
 
 typedef struct {
@@ -33,23 +33,24 @@ typedef struct {
 
 struct osal_lockstep {
     uint64_t magic;
-    uint64_t slot_ns;
+    uint64_t step_ns;
     uint64_t now_ns;
-    uint32_t running; ///< Holder of the grant, or NOBODY. Commits a hand-over.
+    uint32_t running; ///< Holder of the grant, or NO_PARTICIPANT. Commits a hand-over.
     uint32_t last;    ///< Last holder: at the present instant only higher orders still have their turn.
     uint32_t is_closed;
     uint32_t is_shared;
     uint32_t grants;  ///< So far [wraps].
-    uint32_t awaited; ///< Expected participant that time waits for, or NOBODY.
+    uint32_t awaited; ///< Expected participant that time waits for, or NO_PARTICIPANT.
     uint64_t patience_ns;
-    uint64_t reserved;
+    uint32_t is_held;
+    uint32_t reserved;
     osal_mutex_t mutex;
     participant_t participants[PARTICIPANTS];
 };
 
 typedef char lockstep_fits_its_storage[(sizeof(osal_lockstep_t) <= OSAL_LOCKSTEP_BYTES) ? 1 : -1];
 
-uint64_t lockstep_next_slot_ns(const osal_lockstep_t* scheduler);
+uint64_t lockstep_next_step_ns(const osal_lockstep_t* scheduler);
 /// True if `participant` still has its turn at the present instant.
 bool lockstep_is_turn_to_come(const osal_lockstep_t* scheduler, uint32_t participant);
 uint64_t lockstep_earlier(uint64_t a_ns, uint64_t b_ns);
@@ -59,16 +60,16 @@ uint64_t lockstep_pending_wake_ns(const osal_lockstep_t* scheduler, uint32_t par
 void lockstep_leave(osal_lockstep_t* scheduler, uint32_t participant);
 /// The stream of the participant has ended: remove it and wake the participant.
 void lockstep_cut_stream(osal_lockstep_t* scheduler, uint32_t participant);
-/// Wake a joined participant: at the present instant if its turn is still to come, else in the next slot.
-void lockstep_rouse(osal_lockstep_t* scheduler, uint32_t participant);
-/// Give the grant to the participant with the smallest (wake time, order). Leaves `running` at NOBODY if
-/// there is none, if an expected participant has not joined, or if the run is over.
+/// Wake a joined participant: at the present instant if its turn is still to come, else one time step later.
+void lockstep_schedule_wake(osal_lockstep_t* scheduler, uint32_t participant);
+/// Give the grant to the participant with the smallest (wake time, order). `running` remains NO_PARTICIPANT
+/// if there is none, if an expected participant has not joined, or if the run is over.
 void lockstep_grant_next(osal_lockstep_t* scheduler);
 /// The later of `wake_ns` and the start of the life: deliveries do not bring a grant before it begins.
 uint64_t lockstep_not_before_begin(const participant_t* one, uint64_t wake_ns);
-/// The participant is done (or joins): note when it wants to run again. False: this life has ended, or has
-/// lost its grant.
-bool lockstep_rest(osal_lockstep_t* scheduler, uint32_t participant, uint32_t life, uint64_t wake_ns);
+/// The turn of a participant is over, or it joins: note when it wants to run again. False: this life has
+/// ended, or has lost its grant.
+bool lockstep_end_turn(osal_lockstep_t* scheduler, uint32_t participant, uint32_t life, uint64_t wake_ns);
 void lockstep_add_saturating(uint32_t* sum, uint32_t more);
 void lockstep_take_grant(osal_lockstep_t* scheduler, uint32_t participant, osal_grant_t* out_grant);
 

@@ -24,7 +24,7 @@
 
 // ---- Process form: lock and hand-over ----
 
-/// A later process takes part with its own life.
+/// True if the process takes part with a life of its own.
 static bool has_life(const osal_lockstep_t* const scheduler, const int32_t process)
 {
     bool is_found = false;
@@ -41,9 +41,9 @@ static int32_t stopped_inside(const osal_lockstep_t* const scheduler)
     return (has_life(scheduler, process) && (osal_process_state(process) == 'T')) ? process : 0;
 }
 
-/// The next process can continue from the state of a holder that died inside: see the top of this file. A
-/// holder that is stopped inside is killed. It is checked twice, because a terminal may continue it together
-/// with the caller, a moment later.
+/// Take the lock. The next process can continue from the state of a holder that died: see the top of this
+/// file. A holder that is stopped by a signal while it holds the lock is killed. It is checked twice, because
+/// a terminal may continue it together with the caller, a moment later.
 static void lock(osal_lockstep_t* const scheduler)
 {
     int32_t seen = 0;
@@ -78,11 +78,11 @@ static void wake(osal_lockstep_t* const scheduler, const uint32_t participant)
 /// Under the lock: if the grant is free, give it. Returns the participant to wake after the unlock.
 static uint32_t pass_on(osal_lockstep_t* const scheduler)
 {
-    if ((scheduler->is_shared != 0U) && (scheduler->running == NOBODY)) {
+    if ((scheduler->is_shared != 0U) && (scheduler->running == NO_PARTICIPANT)) {
         lockstep_grant_next(scheduler);
         return scheduler->running;
     }
-    return NOBODY;
+    return NO_PARTICIPANT;
 }
 
 /// After a change: give the grant if it is free, and unlock.
@@ -90,7 +90,7 @@ static void unlock_and_pass_on(osal_lockstep_t* const scheduler)
 {
     const uint32_t next = pass_on(scheduler);
     unlock(scheduler);
-    if (next != NOBODY) {
+    if (next != NO_PARTICIPANT) {
         wake(scheduler, next);
     }
 }
@@ -113,17 +113,17 @@ static bool sleep_until_granted(osal_lockstep_t* const scheduler, const uint32_t
     }
 }
 
-// ---- The contract ----
+// ---- Functions of osal/lockstep_scheduler.h ----
 
-osal_lockstep_t* osal_lockstep_create(void* const storage, const uint64_t slot_ns, const bool is_shared)
+osal_lockstep_t* osal_lockstep_create(void* const storage, const uint64_t step_ns, const bool is_shared)
 {
-    FSW_ASSERT((storage != NULL) && (((uintptr_t)storage % 64U) == 0U) && (slot_ns >= 1U));
+    FSW_ASSERT((storage != NULL) && (((uintptr_t)storage % 64U) == 0U) && (step_ns >= 1U));
     osal_lockstep_t* const scheduler = storage;
     (void)memset(scheduler, 0, sizeof *scheduler);
-    scheduler->slot_ns     = slot_ns;
-    scheduler->running     = NOBODY;
-    scheduler->last        = NOBODY;
-    scheduler->awaited     = NOBODY;
+    scheduler->step_ns     = step_ns;
+    scheduler->running     = NO_PARTICIPANT;
+    scheduler->last        = NO_PARTICIPANT;
+    scheduler->awaited     = NO_PARTICIPANT;
     scheduler->is_shared   = is_shared ? 1U : 0U;
     scheduler->patience_ns = OSAL_LOCKSTEP_PATIENCE_NS;
     if (is_shared && (osal_mutex_create(&scheduler->mutex, true) != STATUS_OK)) {
@@ -182,7 +182,7 @@ static void end_life(osal_lockstep_t* const scheduler, const unsigned participan
     unlock(scheduler);
     wake(scheduler, participant);
     // The process may have died after it passed the grant on and before it woke the new holder.
-    if (running != NOBODY) {
+    if (running != NO_PARTICIPANT) {
         wake(scheduler, running);
     }
 }
@@ -194,7 +194,7 @@ void osal_lockstep_end(osal_lockstep_t* const scheduler, const unsigned particip
     lock(scheduler);
     const bool is_to_begin = is_of_life(one, life) && (one->state != OSAL_LOCKSTEP_ABSENT) &&
                              !one->is_begun && (one->begin_ns > scheduler->now_ns);
-    if (is_to_begin) { // When in wall-clock time it died must not show: it ends when it would have begun.
+    if (is_to_begin) { // Wall-clock time must have no effect: the life ends when it would have begun.
         one->is_failed = true;
         (void)pass_on(scheduler);
     }
@@ -202,7 +202,7 @@ void osal_lockstep_end(osal_lockstep_t* const scheduler, const unsigned particip
     unlock(scheduler);
     if (!is_to_begin) {
         end_life(scheduler, participant, life, false);
-    } else if (running != NOBODY) {
+    } else if (running != NO_PARTICIPANT) {
         wake(scheduler, running);
     } else {
         // Time waits for another expected participant, too.
@@ -221,8 +221,8 @@ void osal_lockstep_kill(osal_lockstep_t* const scheduler, const unsigned partici
     end_life(scheduler, participant, life, true);
 }
 
-void osal_lockstep_succeed(osal_lockstep_t* const scheduler, const unsigned participant,
-                           const uint64_t delay_ns)
+void osal_lockstep_set_succession(osal_lockstep_t* const scheduler, const unsigned participant,
+                                  const uint64_t delay_ns)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
     lock(scheduler);
@@ -238,7 +238,7 @@ void osal_lockstep_suspend(osal_lockstep_t* const scheduler, const unsigned part
     if ((one->state == OSAL_LOCKSTEP_JOINED) && (scheduler->now_ns >= one->begin_ns)) {
         one->is_suspended = true;
         if (scheduler->running == participant) {
-            __atomic_store_n(&scheduler->running, NOBODY, __ATOMIC_RELEASE);
+            __atomic_store_n(&scheduler->running, NO_PARTICIPANT, __ATOMIC_RELEASE);
         }
     }
     unlock_and_pass_on(scheduler);
@@ -254,7 +254,7 @@ void osal_lockstep_resume(osal_lockstep_t* const scheduler, const unsigned parti
         if (one->wake_ns <= scheduler->now_ns) {
             one->wake_ns = lockstep_is_turn_to_come(scheduler, participant)
                                ? scheduler->now_ns
-                               : lockstep_next_slot_ns(scheduler);
+                               : lockstep_next_step_ns(scheduler);
         }
     }
     unlock_and_pass_on(scheduler);
@@ -275,9 +275,10 @@ bool osal_lockstep_is_closed(const osal_lockstep_t* const scheduler)
     return __atomic_load_n(&scheduler->is_closed, __ATOMIC_ACQUIRE) != 0U;
 }
 
-/// A process killed at an instant of simulated time does nothing after it, as if the kernel had killed it at
-/// once.
-static void obey_kill(const osal_lockstep_t* const scheduler, const uint32_t participant, const uint32_t life)
+/// End this process if its life was killed: it must do nothing after that instant of simulated time, as if
+/// the kernel had killed it at once.
+static void end_if_killed(const osal_lockstep_t* const scheduler, const uint32_t participant,
+                          const uint32_t life)
 {
     if ((life != OSAL_LOCKSTEP_ANY_LIFE) &&
         (__atomic_load_n(&scheduler->participants[participant].killed_life, __ATOMIC_ACQUIRE) == life)) {
@@ -297,15 +298,15 @@ status_t osal_lockstep_wait(osal_lockstep_t* const scheduler, const unsigned par
         scheduler->participants[participant].process = (int32_t)getpid();
     }
     lock(scheduler);
-    const bool is_resting      = lockstep_rest(scheduler, participant, life, wake_ns);
+    const bool is_turn_over    = lockstep_end_turn(scheduler, participant, life, wake_ns);
     const uint32_t incarnation = scheduler->participants[participant].incarnation;
-    const uint32_t next        = is_resting ? pass_on(scheduler) : NOBODY;
+    const uint32_t next        = is_turn_over ? pass_on(scheduler) : NO_PARTICIPANT;
     unlock(scheduler);
-    if ((next != NOBODY) && (next != participant)) {
+    if ((next != NO_PARTICIPANT) && (next != participant)) {
         wake(scheduler, next);
     }
-    if (!is_resting || !sleep_until_granted(scheduler, participant, incarnation)) {
-        obey_kill(scheduler, participant, life);
+    if (!is_turn_over || !sleep_until_granted(scheduler, participant, incarnation)) {
+        end_if_killed(scheduler, participant, life);
         return STATUS_CLOSED;
     }
     lock(scheduler);
@@ -317,24 +318,24 @@ status_t osal_lockstep_wait(osal_lockstep_t* const scheduler, const unsigned par
 void osal_lockstep_done(osal_lockstep_t* const scheduler, const unsigned participant, const uint64_t wake_ns)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS) && (scheduler->is_shared == 0U));
-    const bool is_resting = lockstep_rest(scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE, wake_ns);
-    FSW_ASSERT(is_resting); // Only the holder of the grant can be done.
+    const bool is_turn_over = lockstep_end_turn(scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE, wake_ns);
+    FSW_ASSERT(is_turn_over); // Only the holder of the grant can be done.
 }
 
 status_t osal_lockstep_next(osal_lockstep_t* const scheduler, unsigned* const out_participant,
                             osal_grant_t* const out_grant)
 {
     FSW_ASSERT((scheduler != NULL) && (out_participant != NULL) && (out_grant != NULL));
-    FSW_ASSERT((scheduler->is_shared == 0U) && (scheduler->running == NOBODY));
+    FSW_ASSERT((scheduler->is_shared == 0U) && (scheduler->running == NO_PARTICIPANT));
     if (scheduler->is_closed != 0U) {
         return STATUS_CLOSED;
     }
     lockstep_grant_next(scheduler);
-    if (scheduler->awaited != NOBODY) {
+    if (scheduler->awaited != NO_PARTICIPANT) {
         *out_participant = scheduler->awaited;
         return STATUS_BUSY;
     }
-    if (scheduler->running == NOBODY) {
+    if (scheduler->running == NO_PARTICIPANT) {
         return STATUS_EMPTY;
     }
     *out_participant = scheduler->running;
@@ -352,7 +353,7 @@ void osal_lockstep_deliver(osal_lockstep_t* const scheduler, const unsigned send
         const bool is_still_now = (receiver > sender) && lockstep_is_turn_to_come(scheduler, receiver);
         lockstep_add_saturating(&one->messages, messages);
         lockstep_add_saturating(&one->octets, octets);
-        const uint64_t reported_ns = is_still_now ? scheduler->now_ns : lockstep_next_slot_ns(scheduler);
+        const uint64_t reported_ns = is_still_now ? scheduler->now_ns : lockstep_next_step_ns(scheduler);
         one->wake_ns               = lockstep_not_before_begin(
                           one, lockstep_earlier(lockstep_pending_wake_ns(scheduler, receiver), reported_ns));
     }
@@ -396,7 +397,7 @@ unsigned osal_lockstep_awaited(const osal_lockstep_t* const scheduler)
 {
     FSW_ASSERT(scheduler != NULL);
     const uint32_t awaited = __atomic_load_n(&scheduler->awaited, __ATOMIC_ACQUIRE);
-    return (awaited != NOBODY) ? awaited : PARTICIPANTS;
+    return (awaited != NO_PARTICIPANT) ? awaited : PARTICIPANTS;
 }
 
 void osal_lockstep_postpone(osal_lockstep_t* const scheduler, const unsigned participant, const uint32_t life,
@@ -418,7 +419,19 @@ unsigned osal_lockstep_holder(osal_lockstep_t* const scheduler, uint32_t* const 
     const uint32_t running = scheduler->running;
     *out_grants            = scheduler->grants;
     unlock(scheduler);
-    return (running != NOBODY) ? running : PARTICIPANTS;
+    return (running != NO_PARTICIPANT) ? running : PARTICIPANTS;
+}
+
+void osal_lockstep_hold(osal_lockstep_t* const scheduler, const bool is_held)
+{
+    FSW_ASSERT(scheduler != NULL);
+    __atomic_store_n(&scheduler->is_held, is_held ? 1U : 0U, __ATOMIC_RELEASE);
+}
+
+bool osal_lockstep_is_held(const osal_lockstep_t* const scheduler)
+{
+    FSW_ASSERT(scheduler != NULL);
+    return __atomic_load_n(&scheduler->is_held, __ATOMIC_ACQUIRE) != 0U;
 }
 
 void osal_lockstep_set_stream_port(osal_lockstep_t* const scheduler, const unsigned participant,
@@ -442,7 +455,7 @@ void osal_lockstep_serve_stream(osal_lockstep_t* const scheduler, const unsigned
     lock(scheduler);
     if ((port != 0U) && (one->stream_port == port)) {
         one->stream_server = server + 1U;
-        lockstep_rouse(scheduler, participant);
+        lockstep_schedule_wake(scheduler, participant);
     }
     unlock(scheduler);
 }

@@ -11,8 +11,8 @@
 
 #define NS_PER_S 1000000000ULL
 
-// In this C library zeros are a working lock, in others not: the last word records whether the lock was
-// initialized.
+// A mutex of zeros is a working lock in this C library, but not in others. Therefore the last word records
+// whether the lock was initialized.
 #define MARK_WORD (OSAL_MUTEX_WORDS - 1U)
 #define MARK 0x6D757465782E2E2EULL // "mutex..."
 
@@ -64,7 +64,7 @@ status_t osal_mutex_lock_within(osal_mutex_t* const mutex, const uint64_t wait_n
     FSW_ASSERT((mutex != NULL) && (mutex->storage[MARK_WORD] == MARK));
     int result = pthread_mutex_trylock(native(mutex));
     if (result == EBUSY) {
-        struct timespec until = {0, 0}; // By the only clock that a mutex with priority inheritance takes.
+        struct timespec until = {0, 0}; // The only clock for a mutex with priority inheritance.
         (void)clock_gettime(CLOCK_REALTIME, &until);
         const uint64_t end_ns = (uint64_t)until.tv_nsec + (wait_ns % NS_PER_S);
         until.tv_sec += (time_t)((wait_ns / NS_PER_S) + (end_ns / NS_PER_S));
@@ -77,8 +77,8 @@ status_t osal_mutex_lock_within(osal_mutex_t* const mutex, const uint64_t wait_n
 int32_t osal_mutex_holder(const osal_mutex_t* const mutex)
 {
     FSW_ASSERT((mutex != NULL) && (mutex->storage[MARK_WORD] == MARK));
-    // The first word of a mutex with priority inheritance is shared with the kernel, which has a layout for
-    // it.
+    // The first word of a mutex with priority inheritance is shared with the kernel, which defines its
+    // layout.
     const uint32_t* const word = (const uint32_t*)(const void*)mutex->storage;
     return (int32_t)(__atomic_load_n(word, __ATOMIC_ACQUIRE) & FUTEX_TID_MASK);
 }

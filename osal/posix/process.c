@@ -59,7 +59,8 @@ static bool limit_resources(const osal_process_start_t* const start)
            ((start->descriptor_limit == 0U) || limit_to(RLIMIT_NOFILE, start->descriptor_limit));
 }
 
-/// Count round the processors that this process may use, which may be fewer than there are.
+/// Pin to processor `number` modulo the number of processors that this process may use, which may be fewer
+/// than the machine has.
 static void pin(const int number)
 {
     cpu_set_t set;
@@ -114,8 +115,8 @@ static void default_signals(void)
     (void)sigprocmask(SIG_SETMASK, &none, NULL);
 }
 
-/// Become the program. Returns only on failure, with errno.
-static void become(const osal_process_start_t* const start, const pid_t parent)
+/// Replace this process by the program. Returns only on failure, with errno.
+static void execute_program(const osal_process_start_t* const start, const pid_t parent)
 {
     if (start->outlives) {
         (void)setsid(); // Signals to the parent's session or group do not reach it.
@@ -189,7 +190,7 @@ static void run_child(const osal_process_start_t* start, pid_t parent, int pipe_
     __attribute__((noreturn));
 static void run_child(const osal_process_start_t* const start, const pid_t parent, const int pipe_end)
 {
-    become(start, parent);
+    execute_program(start, parent);
     const int error = errno;
     if (write(pipe_end, &error, sizeof error) < 0) {
         _exit(EXIT_NOT_STARTED + 1);
@@ -303,7 +304,7 @@ status_t osal_process_suspend(osal_process_t* const process)
     return send_signal(process, SIGSTOP);
 }
 
-/// State letter of /proc/<id>/stat: "id (program) state ...", and a program's name may hold anything.
+/// State letter of /proc/<id>/stat: "id (program) state ...", and the name may contain any character.
 char osal_process_state(const int32_t id)
 {
     char path[32];
@@ -417,7 +418,7 @@ void osal_process_catch_stop(void)
     (void)sigaction(SIGINT, &action, NULL);
     (void)sigaction(SIGTERM, &action, NULL);
     (void)sigaction(SIGHUP, &action, NULL);
-    (void)signal(SIGXFSZ, SIG_IGN); // The write reports a file at its size limit.
+    (void)signal(SIGXFSZ, SIG_IGN); // A write beyond the limit returns an error instead.
 }
 
 unsigned osal_process_stop_count(void)

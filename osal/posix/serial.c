@@ -63,6 +63,6 @@ status_t osal_serial_open(osal_device_t* const line, const char* const path, con
         osal_device_close(line);
         return status;
     }
-    (void)ioctl(line->descriptor, TIOCEXCL); // Does not bind a privileged program.
+    (void)ioctl(line->descriptor, TIOCEXCL); // Has no effect on a privileged program.
     return STATUS_OK;
 }

@@ -100,7 +100,7 @@ status_t osal_shm_open(osal_shm_t* const shm, const char* const name)
         status = map(shm, descriptor, (size_t)about.st_size);
         status = (status == STATUS_EXHAUSTED) ? STATUS_IO : status;
     } else {
-        // Nothing to map yet.
+        // The creator has not set the size yet.
     }
     (void)close(descriptor);
     return status;

@@ -21,7 +21,7 @@
 #define LOCAL_PATH_MAX 100U
 #define BACKLOG 16
 #define NS_PER_MS 1000000ULL
-#define LOOKS_SELDOM 127U // Polling in one of up to 128 waits.
+#define LOOKS_SELDOM 127U // After unsuccessful polling at most 127 waits skip it.
 
 static struct sockaddr_in native(const osal_address_t address)
 {
@@ -222,21 +222,26 @@ status_t osal_tcp_accept(osal_socket_t* const listener, osal_socket_t* const out
         struct sockaddr_in internet;
         struct sockaddr_un local;
     } peer;
-    int descriptor = -1;
+    int descriptor      = -1;
+    struct pollfd queue = {.fd = listener->descriptor, .events = POLLIN};
+    *out_client         = (osal_socket_t)OSAL_SOCKET_CLOSED;
+    *out_peer           = (osal_address_t){0U, 0U};
+    if (poll(&queue, 1U, 0) == 0) {
+        return STATUS_EMPTY; // Faster than accept4, which makes a socket before it checks.
+    }
     (void)memset(&peer, 0, sizeof peer);
     do {
         socklen_t size = (socklen_t)sizeof peer;
         descriptor     = accept4(listener->descriptor, (struct sockaddr*)(void*)&peer, &size,
                                  SOCK_CLOEXEC | SOCK_NONBLOCK);
     } while ((descriptor < 0) && ((errno == EINTR) || (errno == ECONNABORTED)));
-    *out_client = (osal_socket_t){.descriptor = descriptor};
-    *out_peer   = (osal_address_t){0U, 0U};
     if (descriptor < 0) {
         if (is_short_of_descriptors(errno)) {
             return STATUS_EXHAUSTED;
         }
         return is_again(errno) ? STATUS_EMPTY : STATUS_IO;
     }
+    *out_client = (osal_socket_t){.descriptor = descriptor};
     if (peer.internet.sin_family == AF_INET) {
         set_option(descriptor, IPPROTO_TCP, TCP_NODELAY, 1);
         *out_peer = osal_address(&peer.internet);
@@ -326,7 +331,7 @@ status_t osal_stream_receive(osal_socket_t* const sock, uint8_t* const octets, c
 
 // ---- Local streams ----
 
-/// False if the path does not fit the contract.
+/// False if the path is empty or too long.
 static bool local_address(const char* const path, struct sockaddr_un* const out_address)
 {
     const size_t length = strlen(path);
@@ -362,7 +367,8 @@ status_t osal_local_pair(osal_socket_t* const sock, osal_socket_t* const out_pee
 
 // ---- Any socket ----
 
-/// Poll for octets, unless polling was unsuccessful recently. Like poll: 1 octets or an error, 0 none yet.
+/// Poll for octets, unless polling was unsuccessful recently. Result as of poll: 1 if there are octets or an
+/// error, 0 if there is nothing yet.
 static int look_for_octets(osal_socket_t* const sock, struct pollfd* const watched)
 {
     if (sock->blind > 0U) {
@@ -393,6 +399,20 @@ status_t osal_socket_wait_readable(osal_socket_t* const sock, const uint32_t tim
         if (ready == 0) {
             return STATUS_TIMEOUT;
         }
+    }
+    return ((ready > 0) && ((watched.revents & POLLNVAL) == 0)) ? STATUS_OK : STATUS_IO;
+}
+
+status_t osal_socket_wait_writable(osal_socket_t* const sock, const uint32_t timeout_ms)
+{
+    FSW_ASSERT((sock != NULL) && (timeout_ms <= (uint32_t)INT_MAX));
+    struct pollfd watched = {.fd = sock->descriptor, .events = POLLOUT};
+    int ready             = 0;
+    do {
+        ready = poll(&watched, 1U, (int)timeout_ms);
+    } while ((ready < 0) && (errno == EINTR));
+    if (ready == 0) {
+        return STATUS_TIMEOUT;
     }
     return ((ready > 0) && ((watched.revents & POLLNVAL) == 0)) ? STATUS_OK : STATUS_IO;
 }

@@ -7,7 +7,7 @@
 
 #include <sys/socket.h>
 
-/// As recvmsg without waiting; honours osal_socket_defer.
+/// Like recvmsg, without waiting; respects osal_socket_defer.
 ssize_t socket_receive(osal_socket_t* sock, struct msghdr* message);
 
 #endif // OSAL_POSIX_SOCKET_RECEIVE_H

@@ -223,7 +223,7 @@ bool pus_app_process_has_firm_room(const pus_app_process_t* const process)
     return room_of(&process->firm) >= (PUS_FIRM_OF_REQUEST + PUS_FIRM_STANDING + PUS_FIRM_EVENTS);
 }
 
-/// Not an answer: an event, a status, a notice.
+/// True if a report is not an answer: an event, a status, a notice.
 static bool is_unsolicited(const uint8_t* const packet)
 {
     return (octets_u16_at(&packet[OFFSET_DESTINATION]) == PUS_USER_GROUND) ||
@@ -245,7 +245,7 @@ static bool follows_answer(const pus_app_process_t* const process, const uint8_t
     return is_found;
 }
 
-/// The ring whose reports precede the one that was built, and in which that one is kept.
+/// The ring that keeps the built report; the reports in it are sent before the built one.
 static pus_kept_t* ring_of(pus_app_process_t* const process, const pus_class_t of_report)
 {
     const bool is_first = (of_report == PUS_CLASS_FIRM) && !follows_answer(process, process->building);

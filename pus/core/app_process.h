@@ -28,8 +28,8 @@
 /// The longest verification report, kept: request id, step, failure notice.
 #define PUS_FIRM_REPORT 48U
 #define PUS_FIRM_OF_REQUEST (8U * PUS_FIRM_REPORT) ///< All that a request reports until its end.
-/// Room that remains for requests under way when a new request is taken in: 16 requests under way with an end
-/// each, a passage through 10 states with a transition and a step each, 8 links that change twice.
+/// Room that stays reserved when a new request is accepted: 16 requests in progress with a completion report
+/// each, transitions through 10 states with TM[129,2] and TM[1,5] each, 8 links that change state twice.
 #define PUS_FIRM_STANDING ((16U + (10U * 2U) + (8U * 2U)) * PUS_FIRM_REPORT)
 #define PUS_FIRM_EVENTS CAPACITY_HIGH_EVENTS ///< Each HIGH event is kept once at most, or its notice.
 #define PUS_FIRM_SIZE 5632U                  ///< Ring of FIRM reports [octets].
@@ -41,14 +41,14 @@ CAPACITY_CHECK(firm_ring_holds_what_may_come,
 CAPACITY_CHECK(high_event_has_its_head, CAPACITY_HIGH_EVENT_HEAD >= (PUS_KEPT_PREFIX + PUS_TM_MIN + 2U));
 CAPACITY_CHECK(plain_ring_holds_an_answer_and_others, PUS_PLAIN_SIZE >= (PUS_ANSWER_ROOM + 2048U));
 
-/// Where packets go. `send` copies the packet or refuses it; it may not call back into the process.
+/// Port that takes packets. `send` copies the packet or refuses it; it may not call back into the process.
 typedef struct {
     void* context;
     /// STATUS_OK, or any other status: not taken, try again later.
     status_t (*send)(void* context, const uint8_t* packet, size_t size);
 } pus_port_t;
 
-/// Where reports that may be longer than a packet are built and sent from: ST[13].
+/// Port that builds and sends reports that may be longer than a packet: ST[13].
 typedef struct {
     void* context;
     size_t data_max; ///< Source data of the longest one [octets].
@@ -108,7 +108,8 @@ void pus_app_process_init(pus_app_process_t* process, uint16_t apid, uint32_t ep
 
 /// From now on the process keeps reports that the port refuses. Call it before the first report.
 void pus_app_process_keep(pus_app_process_t* process, pus_rings_t* rings);
-/// The same with one ring of `size` octets for all classes, for ports that do not distinguish them.
+/// As pus_app_process_keep, with one ring of `size` octets for all classes, for ports that do not distinguish
+/// them.
 void pus_app_process_keep_in_order(pus_app_process_t* process, uint8_t* octets, size_t size);
 /// Allow reports longer than a packet.
 void pus_app_process_lengthen(pus_app_process_t* process, const pus_long_port_t* port);
@@ -117,13 +118,14 @@ void pus_app_process_lengthen(pus_app_process_t* process, const pus_long_port_t*
 octet_writer_t pus_tm_begin(pus_app_process_t* process, uint8_t service, uint8_t subtype,
                             uint16_t destination, uint64_t now_ns);
 /// Finish and send. STATUS_OK, STATUS_FULL (the port refused it, or a report before it), STATUS_TOO_LARGE
-/// (writer failed), STATUS_INVALID (nothing was begun). In every case the report is over.
+/// (writer failed), STATUS_INVALID (nothing was begun). In every case no report is being built afterwards.
 MUST_USE status_t pus_tm_send(pus_app_process_t* process, octet_writer_t* writer);
 /// Finish and send, or keep. STATUS_OK (sent or kept), STATUS_EXHAUSTED (no room to keep it, or BULK: lost,
 /// counted), STATUS_TOO_LARGE, STATUS_INVALID.
 status_t pus_tm_post(pus_app_process_t* process, octet_writer_t* writer);
-/// Send, or keep, a report that another process of the same APID has built: it gets this one's numbers and
-/// keeps its time. `packet` is whole, checksum included. Statuses of pus_tm_post but STATUS_INVALID.
+/// Send, or keep, a report that another process of the same APID has built: it gets the counts of this
+/// process and keeps its time. `packet` is whole, checksum included. Statuses of pus_tm_post but
+/// STATUS_INVALID.
 status_t pus_tm_forward(pus_app_process_t* process, const uint8_t* packet, size_t size);
 /// Source data of the longest report of the process [octets]: PUS_TM_DATA_MAX, or more with ST[13].
 size_t pus_tm_data_max(const pus_app_process_t* process);
@@ -132,14 +134,14 @@ size_t pus_tm_data_max(const pus_app_process_t* process);
 MUST_USE status_t pus_tm_begin_sized(pus_app_process_t* process, uint8_t service, uint8_t subtype,
                                      uint16_t destination, uint64_t now_ns, size_t size,
                                      octet_writer_t* out_writer);
-/// Finish and send, or keep, a report begun so: statuses of pus_tm_post.
+/// Finish and send, or keep, a report begun by pus_tm_begin_sized. Statuses of pus_tm_post.
 status_t pus_tm_post_sized(pus_app_process_t* process, octet_writer_t* writer);
-/// Begin a report that may be larger than a packet in a buffer of the caller, independent of the one that is
-/// being built. capacity >= PUS_TM_MIN.
+/// Begin a report that may be larger than a packet in a buffer of the caller, independent of the report in
+/// the buffer of the process. capacity >= PUS_TM_MIN.
 octet_writer_t pus_tm_begin_large(const pus_app_process_t* process, uint8_t* octets, size_t capacity,
                                   uint8_t service, uint8_t subtype, uint16_t destination, uint64_t now_ns);
-/// Finish it there; it is not sent. It is counted, and carries the sequence count of the next packet that is
-/// sent. STATUS_OK, STATUS_TOO_LARGE (writer failed, or longer than PUS_LARGE_MAX).
+/// Finish a report of pus_tm_begin_large; it is not sent. It is counted, and carries the sequence count of
+/// the next packet that is sent. STATUS_OK, STATUS_TOO_LARGE (writer failed, or longer than PUS_LARGE_MAX).
 MUST_USE status_t pus_tm_close_large(pus_app_process_t* process, octet_writer_t* writer, size_t* out_size);
 /// Discard the report begun.
 void pus_tm_cancel(pus_app_process_t* process);

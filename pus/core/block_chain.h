@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Octet strings of any size in chains of equal blocks: where services keep the requests they are given.
 ///
-/// Ownership  The caller places blocks and slots; both outlive the chains. A chain is a value of its keeper.
+/// Ownership  The caller places blocks and slots; both outlive the chains. A chain is owned by its user.
 /// Context    One loop.
 /// Time       O(octets); no search for room.
-/// Errors     No room is a status; nothing else can fail.
+/// Errors     A status reports that there are not enough blocks; nothing else can fail.
 #ifndef PUS_CORE_BLOCK_CHAIN_H
 #define PUS_CORE_BLOCK_CHAIN_H
 
@@ -54,7 +54,7 @@ void pus_block_chain_free(pus_block_chains_t* chains, pus_block_chain_t* chain);
 pus_block_chain_reader_t pus_block_chain_reader(const pus_block_chain_t* chain);
 /// The next octets, `size` or as many as are left; returns how many.
 size_t pus_block_chain_read(pus_block_chain_reader_t* reader, uint8_t* out_octets, size_t size);
-/// Pass over `size` octets, or as many as are left.
+/// Skip `size` octets, or as many as are left.
 void pus_block_chain_skip(pus_block_chain_reader_t* reader, size_t size);
 
 #endif // PUS_CORE_BLOCK_CHAIN_H

@@ -2,7 +2,7 @@
 /// Sequence counts and message type counters of an application, as plain numbers: a restarted process
 /// continues with those of its predecessor, so that no number is used twice.
 ///
-/// Context    As the process and the requester.
+/// Context    The loop of the process and the requester.
 /// Time       O(counters).
 #ifndef PUS_CORE_COUNTS_H
 #define PUS_CORE_COUNTS_H

@@ -25,7 +25,7 @@ static void put(pus_due_heap_t* const self, const uint16_t place, const pus_due_
 }
 
 /// Put an item where it belongs between `place` and the top.
-static void rise(pus_due_heap_t* const self, uint16_t place, const pus_due_t item)
+static void move_up(pus_due_heap_t* const self, uint16_t place, const pus_due_t item)
 {
     while (place > 0U) {
         const uint16_t parent = (uint16_t)((place - 1U) / 2U);
@@ -39,7 +39,7 @@ static void rise(pus_due_heap_t* const self, uint16_t place, const pus_due_t ite
 }
 
 /// Put an item where it belongs between `place` and the bottom.
-static void sink(pus_due_heap_t* const self, uint16_t place, const pus_due_t item)
+static void move_down(pus_due_heap_t* const self, uint16_t place, const pus_due_t item)
 {
     uint32_t child = (2U * (uint32_t)place) + 1U;
     while (child < self->count) {
@@ -59,9 +59,9 @@ static void sink(pus_due_heap_t* const self, uint16_t place, const pus_due_t ite
 /// Fill the hole at `place` with an item that may belong above or below it.
 static void fill(pus_due_heap_t* const self, const uint16_t place, const pus_due_t item)
 {
-    sink(self, place, item);
+    move_down(self, place, item);
     if (self->places[item.entry] == (place + 1U)) {
-        rise(self, place, item);
+        move_up(self, place, item);
     }
 }
 
@@ -73,7 +73,7 @@ void pus_due_set(pus_due_heap_t* const self, const uint16_t entry, const uint64_
         fill(self, (uint16_t)(self->places[entry] - 1U), item);
     } else {
         self->count++;
-        rise(self, (uint16_t)(self->count - 1U), item);
+        move_up(self, (uint16_t)(self->count - 1U), item);
     }
 }
 
@@ -107,5 +107,5 @@ void pus_due_repeat(pus_due_heap_t* const self, const uint64_t now, const uint64
     pus_due_t item = self->heap[0];
     item.due += ((now - item.due) / interval) * interval;
     item.due += interval;
-    sink(self, 0U, item);
+    move_down(self, 0U, item);
 }

@@ -23,9 +23,9 @@ typedef struct { // Private.
 } pus_due_heap_t;
 
 void pus_due_init(pus_due_heap_t* self, pus_due_t* heap, uint16_t* places, uint16_t capacity);
-/// Let an entry be due in cycle `due`, whether it is in the heap or not.
+/// Set the cycle in which an entry is due; insert the entry if it is not in the heap.
 void pus_due_set(pus_due_heap_t* self, uint16_t entry, uint64_t due);
-/// Take an entry out, if it is in.
+/// Remove an entry, if it is in the heap.
 void pus_due_remove(pus_due_heap_t* self, uint16_t entry);
 /// Whether an entry is due in cycle `now`; *out_entry is the first of them. It stays in the heap.
 bool pus_due_next(const pus_due_heap_t* self, uint64_t now, uint16_t* out_entry);

@@ -152,10 +152,10 @@ bool pus_file_pattern_read(octet_reader_t* const reader, char* const out_pattern
 
 bool pus_file_pattern_matches(const char* const pattern, const char* const name)
 {
-    size_t at       = 0U; // In the pattern,
-    size_t place    = 0U; // and in the name.
-    size_t star     = 0U; // Behind the last star; 0: there was none.
-    size_t resume   = 0U; // Where that star ends in the name.
+    size_t at       = 0U; // Position in the pattern.
+    size_t place    = 0U; // Position in the name.
+    size_t star     = 0U; // Position after the last star in the pattern; 0: no star yet.
+    size_t resume   = 0U; // Position in the name after the characters that this star matches.
     bool is_matched = true;
     while (is_matched && (name[place] != '\0')) {
         if (pattern[at] == '*') {
@@ -165,7 +165,7 @@ bool pus_file_pattern_matches(const char* const pattern, const char* const name)
         } else if ((pattern[at] == '?') || (pattern[at] == name[place])) {
             at++;
             place++;
-        } else if (star > 0U) { // Let the star take one more.
+        } else if (star > 0U) { // The star matches one more character.
             resume++;
             at    = star;
             place = resume;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Paths of the file service: names with `/` between them from the root on, the root itself being "". A name
-/// has 1 to PUS_FILE_NAME_MAX printable ASCII characters; it does not begin with a dot, and holds neither `/`
-/// nor a wildcard. So no path leaves the root, and each file has one path only.
+/// Paths of the file service: names separated by `/`, beginning at the root; the root itself is "". A name
+/// has 1 to PUS_FILE_NAME_MAX printable ASCII characters; it does not begin with a dot, and contains neither
+/// `/` nor a wildcard. So no path leaves the root, and each file has one path only.
 ///
 /// On the wire a repository path may begin with a `/`, and does in reports; names are joined to it.
 ///
@@ -20,20 +20,21 @@ typedef struct {
     char text[PUS_FILE_PATH_SIZE];
 } pus_file_path_t;
 
-/// True if a text that may be longer is a name.
+/// True if a text is a name; the text may be longer than a name.
 bool pus_file_name_is_good(const char* name);
 /// Read a repository path. False: malformed.
 bool pus_file_path_read(octet_reader_t* reader, pus_file_path_t* out_path);
 /// Read a name and append it to the folder *path. False: malformed, or the path becomes too long.
 bool pus_file_path_read_name(octet_reader_t* reader, pus_file_path_t* path);
-/// Go to a name in the folder that *path is; the name is good. False: too far away; *path stays.
+/// Append a name, which is well-formed, to the folder *path. False: the path would be too long; *path does
+/// not change.
 bool pus_file_path_enter(pus_file_path_t* path, const char* name);
-/// The last name of a path, "" of the root.
+/// The last name of a path; "" for the root.
 const char* pus_file_path_name(const pus_file_path_t* path);
-/// Go to the folder that holds a file or folder other than the root.
+/// Remove the last name: the path of the parent folder. *path is not the root.
 void pus_file_path_leave(pus_file_path_t* path);
 bool pus_file_path_is_same(const pus_file_path_t* a, const pus_file_path_t* b);
-/// True if a path is that of the folder or leads through it.
+/// True if a path is the folder or below it.
 bool pus_file_path_is_within(const pus_file_path_t* path, const pus_file_path_t* folder);
 
 /// Write a name or a pattern.

@@ -21,13 +21,14 @@ typedef struct {
     /// Open an existing file for reading, of *out_size octets. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID
     /// (path or name), STATUS_FORBIDDEN (may not be read), STATUS_EXHAUSTED (too many are open), STATUS_IO.
     status_t (*open)(void* context, const pus_file_name_t* name, uint32_t* out_file, uint32_t* out_size);
-    /// Create a file for writing, which may not be there yet. The same, and STATUS_EXISTS.
+    /// Create a file for writing, which must not exist. Statuses of open, and STATUS_EXISTS.
     status_t (*create)(void* context, const pus_file_name_t* name, uint32_t* out_file);
-    /// Exactly `size` octets from `offset` on. STATUS_OK, STATUS_TRUNCATED (beyond the end), STATUS_IO.
+    /// Read exactly `size` octets from `offset` on. STATUS_OK, STATUS_TRUNCATED (beyond the end), STATUS_IO.
     status_t (*read)(void* context, uint32_t file, uint32_t offset, uint8_t* octets, size_t size);
-    /// All of it; the file grows. STATUS_OK, STATUS_FULL (no space), STATUS_IO.
+    /// Write all octets; the file grows. STATUS_OK, STATUS_FULL (no space), STATUS_IO.
     status_t (*write)(void* context, uint32_t file, uint32_t offset, const uint8_t* octets, size_t size);
-    /// The written octets are lasting afterwards. STATUS_OK, STATUS_IO. Of either, the file is closed.
+    /// Make the written octets persistent and close the file. STATUS_OK, STATUS_IO; it is closed in both
+    /// cases.
     status_t (*close)(void* context, uint32_t file);
 } pus_file_port_t;
 

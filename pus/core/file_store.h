@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The port by which the file service reaches files. Paths are those of pus/core/file_path.h as texts, below
-/// a root that no path can leave. Acknowledged creations, removals and renamings outlast a power cut; written
-/// data do after `sync`.
+/// a root that no path can leave. Acknowledged creations, removals and renamings survive a power cut; written
+/// data survive it after `sync`.
 #ifndef PUS_CORE_FILE_STORE_H
 #define PUS_CORE_FILE_STORE_H
 
@@ -25,7 +25,7 @@ typedef struct {
 typedef struct {
     void* context;
     status_t (*describe)(void* context, const char* path, pus_file_about_t* out_about);
-    /// Make an empty file, with room set aside. STATUS_EXISTS, STATUS_FULL.
+    /// Make an empty file, with `room` octets reserved. STATUS_EXISTS, STATUS_FULL.
     status_t (*make_file)(void* context, const char* path, uint64_t room);
     status_t (*remove_file)(void* context, const char* path);
     /// STATUS_EXISTS, STATUS_FULL.
@@ -38,7 +38,7 @@ typedef struct {
     /// there are no more. capacity 1..PUS_FILE_BATCH.
     status_t (*list)(void* context, const char* path, const char* after, pus_file_entry_t* entries,
                      size_t capacity, size_t* out_count);
-    /// Up to `size` octets; fewer at the end only.
+    /// Read up to `size` octets; fewer only at the end of the file.
     status_t (*read)(void* context, const char* path, uint64_t offset, uint8_t* octets, size_t size,
                      size_t* out_size);
     /// STATUS_FULL.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A report that is a list, over as many packets as its entries need: each packet begins with the same
-/// octets, if any, and the count of its own entries. There is at least one packet, with count 0 if need be.
+/// octets, if any, and the count of its own entries. There is at least one packet, with count 0 if there is
+/// no entry.
 ///
 ///     pus_list_report_t list;
 ///     pus_list_report_begin(&list, &target, NULL, 0U);
@@ -44,7 +45,7 @@ pus_list_target_t pus_list_answer(pus_request_t* request, uint8_t subtype);
 void pus_list_report_begin(pus_list_report_t* list, const pus_list_target_t* target, const uint8_t* prefix,
                            size_t prefix_size);
 /// Begin an entry of at most `size` octets (<= PUS_LIST_ENTRY_MAX), in a new packet if the present one has
-/// not the room. The writer is good until the next call.
+/// no room for it. The writer is valid until the next call.
 octet_writer_t* pus_list_report_entry(pus_list_report_t* list, size_t size);
 /// Send the last packet. PUS_DONE; PUS_STARTED: it continues in a later step; PUS_FAILED with
 /// PUS_FAILURE_SOME_FAILED and the number of packets that were lost, since neither port nor process took

@@ -73,10 +73,10 @@ bool pus_packet_is_tc(const uint8_t* octets, size_t size);
 /// STATUS_TOO_LARGE (longer than PUS_PACKET_MAX), STATUS_CHECKSUM, STATUS_INVALID (any other).
 MUST_USE status_t pus_tc_decode(const uint8_t* octets, size_t size, pus_tc_t* out_tc,
                                 pus_failure_t* out_failure);
-/// The same for a request larger than a packet, up to PUS_LARGE_MAX, as ST[13] puts it together.
+/// As pus_tc_decode, for a request larger than a packet, up to PUS_LARGE_MAX, as ST[13] assembles it.
 MUST_USE status_t pus_tc_decode_large(const uint8_t* octets, size_t size, pus_tc_t* out_tc,
                                       pus_failure_t* out_failure);
-/// The same as the first for a report; a P-field other than the mission's is STATUS_INVALID with
+/// As pus_tc_decode, for a report; a P-field other than the mission's is STATUS_INVALID with
 /// PUS_FAILURE_DATA.
 MUST_USE status_t pus_tm_decode(const uint8_t* octets, size_t size, pus_tm_t* out_tm,
                                 pus_failure_t* out_failure);

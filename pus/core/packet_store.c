@@ -92,7 +92,7 @@ uint64_t pus_packet_store_head(const pus_packet_store_t* const store)
 }
 
 /// Count the failures of the medium.
-static status_t noted(pus_packet_store_t* const store, const status_t status)
+static status_t count_failure(pus_packet_store_t* const store, const status_t status)
 {
     store->counters.failed += (status != STATUS_OK) ? 1U : 0U;
     return status;
@@ -103,14 +103,14 @@ static status_t write_at(pus_packet_store_t* const store, const uint64_t place, 
 {
     const medium_t* const medium = &store->config.medium;
     store->is_dirty              = true;
-    return noted(store, medium->write(medium->context, place, octets, size));
+    return count_failure(store, medium->write(medium->context, place, octets, size));
 }
 
 status_t pus_packet_store_sync(pus_packet_store_t* const store)
 {
     const medium_t* const medium = &store->config.medium;
-    const status_t status        = store->is_dirty ? noted(store, medium->sync(medium->context)) : STATUS_OK;
-    store->is_dirty              = store->is_dirty && (status != STATUS_OK);
+    const status_t status = store->is_dirty ? count_failure(store, medium->sync(medium->context)) : STATUS_OK;
+    store->is_dirty       = store->is_dirty && (status != STATUS_OK);
     return status;
 }
 
@@ -138,8 +138,8 @@ static status_t read_record(pus_packet_store_t* const store, const uint64_t addr
     if (most <= FRAME_SIZE) {
         return STATUS_CHECKSUM;
     }
-    const status_t status =
-        noted(store, medium->read(medium->context, place_on_medium(slot, offset), &buffer[SEED_SIZE], most));
+    const status_t status = count_failure(
+        store, medium->read(medium->context, place_on_medium(slot, offset), &buffer[SEED_SIZE], most));
     if (status != STATUS_OK) {
         return STATUS_IO;
     }
@@ -211,7 +211,7 @@ static uint16_t free_slot(const pus_packet_store_t* const store)
     return slot;
 }
 
-/// Give up the oldest block for a new one.
+/// Delete the oldest block, to make room for a new one.
 static void overwrite_oldest(pus_packet_store_t* const store)
 {
     store->counters.overwritten += block_of(store, store->first)->packets;
@@ -353,7 +353,7 @@ uint64_t pus_packet_store_find(pus_packet_store_t* const store, const uint64_t f
 uint64_t pus_packet_store_find_after(pus_packet_store_t* const store, const uint64_t time_ns)
 {
     uint64_t place = store->tail;
-    bool is_behind = false; // No further block.
+    bool is_behind = false; // A later packet was found.
     while (!is_behind && is_there(store, &place)) {
         const pus_store_block_t* const block = block_of(store, number_of(place));
         uint64_t cursor                      = place;
@@ -433,7 +433,7 @@ static void read_closing(const pus_packet_store_t* const store, const uint8_t* c
     }
 }
 
-/// Read which block is in a slot, and note it unless a newer one has its number.
+/// Read which block is in a slot, and enter it in the index unless its entry belongs to a newer block.
 static status_t look_at_slot(pus_packet_store_t* const store, const uint16_t slot, const size_t present)
 {
     const medium_t* const medium = &store->config.medium;
@@ -441,7 +441,7 @@ static status_t look_at_slot(pus_packet_store_t* const store, const uint16_t slo
     (void)memset(octets, 0, RECORDS_AT);
     const size_t size = (present < RECORDS_AT) ? present : RECORDS_AT;
     const status_t status =
-        noted(store, medium->read(medium->context, place_on_medium(slot, 0U), octets, size));
+        count_failure(store, medium->read(medium->context, place_on_medium(slot, 0U), octets, size));
     const uint64_t number          = (status == STATUS_OK) ? number_in_header(store, octets) : 0U;
     pus_store_block_t* const block = block_of(store, number);
     if (number > block->number) {
@@ -515,7 +515,7 @@ static status_t recover(pus_packet_store_t* const store, const uint64_t tail)
 {
     const medium_t* const medium = &store->config.medium;
     uint64_t medium_size         = 0U;
-    status_t status              = noted(store, medium->size(medium->context, &medium_size));
+    status_t status              = count_failure(store, medium->size(medium->context, &medium_size));
     for (uint16_t slot = 0U; (status == STATUS_OK) && (slot < store->config.block_capacity) &&
                              (size_of_slot(medium_size, slot) > 0U);
          slot++) {

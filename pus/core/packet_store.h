@@ -43,18 +43,18 @@ typedef struct {
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_packet_store_config_t config;
     uint32_t generation;
-    uint16_t limit; // Blocks it may have.
+    uint16_t limit; // Maximum number of blocks.
     bool is_circular;
     bool is_dirty;  // Written since the last sync.
-    uint64_t first; // Number of the oldest block,
-    uint64_t last;  // and of the newest; less than `first` if there is none.
+    uint64_t first; // Number of the oldest block.
+    uint64_t last;  // Number of the newest block; less than `first` if there is none.
     uint64_t tail;  // Address of the oldest packet.
     uint64_t newest_ns;
     struct {
         uint32_t stored;      ///< Packets.
         uint32_t refused;     ///< Packets a full bounded store did not take.
         uint32_t overwritten; ///< Packets that a circular store has overwritten by newer ones.
-        uint32_t failed;      ///< Reads, writes and syncs that the medium failed.
+        uint32_t failed;      ///< Reads, writes and syncs that failed.
         uint32_t damaged;     ///< Blocks that could no longer be reached, or not read to their end.
     } counters;
 } pus_packet_store_t;
@@ -83,10 +83,10 @@ uint16_t pus_packet_store_blocks_used(const pus_packet_store_t* store);
 /// bounded store, or no space on the medium), STATUS_IO: it is not stored.
 MUST_USE status_t pus_packet_store_append(pus_packet_store_t* store, uint64_t time_ns, const uint8_t* packet,
                                           size_t size);
-/// Make it last. STATUS_OK, STATUS_IO: try again.
+/// Make the stored packets persistent. STATUS_OK, STATUS_IO: try again.
 status_t pus_packet_store_sync(pus_packet_store_t* store);
 
-/// Addresses of the oldest packet and after the newest; equal if there is none.
+/// Address of the oldest packet, and address after the newest packet; equal if the store is empty.
 uint64_t pus_packet_store_tail(const pus_packet_store_t* store);
 uint64_t pus_packet_store_head(const pus_packet_store_t* store);
 /// The address that a reader at *cursor reads next: the oldest packet if the packet there was deleted, else

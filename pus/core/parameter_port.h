@@ -14,7 +14,7 @@ typedef struct {
     void* context;
     /// Resolve a parameter id to the port's handle and the size of its value on the wire [octets, >= 1].
     /// STATUS_OK, STATUS_NOT_FOUND (unknown), STATUS_FORBIDDEN (known, not readable); a port to parameters of
-    /// others also STATUS_EMPTY (known, handle and size are set; no value yet).
+    /// other processes also STATUS_EMPTY (known, handle and size are set; no value yet).
     status_t (*find)(void* context, uint32_t parameter_id, uint16_t* out_handle, uint16_t* out_size);
     /// Write the present value, exactly the size found. A parameter withdrawn meanwhile writes zeros.
     /// May not send reports.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The port by which services store lasting data: records by table and key; a new record replaces the
-/// previous one. Changes since the last commit become lasting with the next one, all of them or none. The
+/// The port by which services store persistent data: records by table and key; a new record replaces the
+/// previous one. A commit makes the changes since the last commit persistent, all of them or none. The
 /// dispatcher commits after each request, before it reports completion, so that acknowledged changes are
-/// lasting; a service that changes records in its step commits itself.
+/// persistent; a service that changes records in its step commits itself.
 ///
 /// At start the owner passes each record to the service of its table, in the order in which they were last
 /// put. The service refuses a record that it cannot use with a status, which is counted and reported, never
@@ -19,12 +19,12 @@
 
 typedef struct {
     void* context;
-    /// Keep a record; `octets` is copied. STATUS_OK; STATUS_FULL (no room), STATUS_TOO_LARGE,
+    /// Store a record; `octets` is copied. STATUS_OK; STATUS_FULL (no room), STATUS_TOO_LARGE,
     /// STATUS_IO: nothing changed.
     status_t (*put)(void* context, uint8_t table, uint32_t key, const uint8_t* octets, size_t size);
-    /// Forget a record. STATUS_OK, STATUS_NOT_FOUND, STATUS_IO.
+    /// Erase a record. STATUS_OK, STATUS_NOT_FOUND, STATUS_IO.
     status_t (*erase)(void* context, uint8_t table, uint32_t key);
-    /// Commit. STATUS_OK, STATUS_IO: no change since the last commit is certain to last.
+    /// Commit. STATUS_OK; STATUS_IO: changes since the last commit may be lost at a power cut.
     status_t (*commit)(void* context);
 } pus_persistence_t;
 

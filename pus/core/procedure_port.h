@@ -19,11 +19,11 @@ typedef enum {
     PUS_CALL_WAIT,       ///< For `seconds` (0 .. 1e9).
     PUS_CALL_SEND,       ///< Release a request of `apid`, `service`, `subtype` and `octets`; answer: result.
     PUS_CALL_GET,        ///< Value of parameter `number`; answer value, or missing.
-    PUS_CALL_GET_NAMED,  ///< The same by `text`.
+    PUS_CALL_GET_NAMED,  ///< Value of the parameter with the name `text`; answer as for PUS_CALL_GET.
     PUS_CALL_EVENT,      ///< Raise event `number`; answer: result.
     PUS_CALL_PARAMETERS, ///< Communicated parameters, for `seconds` at most; answer values, or missing.
     PUS_CALL_ENDED,      ///< The procedure is done; the slot is free.
-    PUS_CALL_FAILED      ///< It ended in an error, at line `number` (0: unknown): `text`; the slot is free.
+    PUS_CALL_FAILED      ///< It ended with an error, at line `number` (0: unknown): `text`; the slot is free.
 } pus_call_kind_t;
 
 typedef struct {
@@ -34,16 +34,16 @@ typedef struct {
     uint8_t service;
     uint8_t subtype;
     bool does_wait;        ///< For a request: wait for its end.
-    const uint8_t* octets; ///< Until the slot runs again.
+    const uint8_t* octets; ///< Valid until the slot runs again.
     size_t size;
-    const char* text; ///< Ended by NUL, never null; until the slot runs again.
+    const char* text; ///< NUL-terminated, never null; valid until the slot runs again.
 } pus_call_t;
 
 typedef enum {
     PUS_ANSWER_NONE,
     PUS_ANSWER_VERDICT, ///< Good if `code` is 0; else failure code and detail.
     PUS_ANSWER_VALUE,   ///< `bits` of `type`.
-    PUS_ANSWER_VALUES,  ///< `octets`: count u8 and so often layout u8 and value, as in TC[18,3].
+    PUS_ANSWER_VALUES,  ///< `octets`: count u8, then count x {layout u8, value}, as in TC[18,3].
     PUS_ANSWER_MISSING
 } pus_answer_kind_t;
 
@@ -60,8 +60,8 @@ typedef struct {
 typedef struct {
     void* context;
     uint16_t slots; ///< Procedures that run at the same time.
-    /// Begin a procedure in a free slot. `name` is of its errors; `arguments` as in PUS_ANSWER_VALUES, well-
-    /// formed. Code and arguments are not needed after the call. STATUS_OK, STATUS_INVALID (no program:
+    /// Begin a procedure in a free slot. Its errors contain `name`; `arguments` as in PUS_ANSWER_VALUES,
+    /// well- formed. Code and arguments are not needed after the call. STATUS_OK, STATUS_INVALID (no program:
     /// *out_call is PUS_CALL_FAILED; the slot stays free), STATUS_EXHAUSTED (no memory; the same).
     status_t (*start)(void* context, uint16_t slot, const char* name, const uint8_t* code, size_t size,
                       const uint8_t* arguments, size_t arguments_size, pus_call_t* out_call);

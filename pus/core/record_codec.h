@@ -6,7 +6,7 @@
 ///                                          PUS_CODEC_FIELD(pus_transition_t, code), PUS_CODEC_END};
 ///     static const pus_layout_t layout  = {PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_TRANSITION, fields};
 ///
-/// Members are unsigned integers of 1, 2, 4 or 8 octets; they may lie in a struct within the struct.
+/// Members are unsigned integers of 1, 2, 4 or 8 octets; they may belong to a nested struct.
 ///
 /// Ownership  Tables are constant.
 /// Context    Any.
@@ -29,7 +29,7 @@ typedef struct {
 #define PUS_UNSIGNED_OF(octets)                                                                              \
     (((octets) == 8U) ? VALUE_UINT64                                                                         \
                       : (((octets) == 4U) ? VALUE_UINT32 : (((octets) == 2U) ? VALUE_UINT16 : VALUE_UINT8)))
-/// A member of a struct that lies at `place` in the one that the table is for.
+/// A member of a nested struct, which begins at offset `place` of the struct that the table describes.
 #define PUS_CODEC_FIELD_IN(place, record, member)                                                            \
     {                                                                                                        \
         (uint8_t)((place) + offsetof(record, member)),                                                       \

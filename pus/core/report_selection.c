@@ -5,9 +5,9 @@
 
 #include <string.h>
 
-// A key is list (2 bits), process (11), whether there is an identifier, identifier (16): for types service <<
-// 8 | subtype. A key without identifier means the whole process, one with subtype 0 the whole service; it
-// precedes all keys that it includes.
+// A key consists of list (2 bits), process (11), flag "has an identifier" (1) and identifier (16; for types:
+// service << 8 | subtype). A key without identifier means the whole process, a key with subtype 0 the whole
+// service; it precedes all keys that it includes.
 
 #define LIST_SHIFT 28U
 #define APID_SHIFT 17U
@@ -24,7 +24,7 @@
 #define DIAGNOSTIC_REPORT 26U
 #define EVENT_REPORTS 4U // Subtypes 1 to this.
 
-#define ENTRY_SIZE 6U // Size of a lasting record [octets].
+#define ENTRY_SIZE 6U // Size of a persistent record [octets].
 #define GROUP_ROOM 8U // Largest size of an entry in a report [octets].
 #define NO_KEY UINT32_MAX
 
@@ -74,7 +74,7 @@ static bool has(const pus_selection_t* const selection, const uint32_t key)
     return entry_of(selection, key) != NULL;
 }
 
-/// Remove the entries from `place` on that are not beyond `last`. Returns how many.
+/// Remove the entries from `place` on whose key is at most `last`. Returns their number.
 static uint16_t remove_range(pus_selection_t* const selection, const uint16_t place, const uint32_t last)
 {
     uint16_t end = place;
@@ -199,7 +199,7 @@ static bool is_controlled(const pus_selection_editor_t* const editor, const uint
     return false;
 }
 
-/// Add; PUS_FAILURE_NONE or why not.
+/// Add an entry. PUS_FAILURE_NONE, or the failure.
 static uint16_t add(edit_t* const edit, const selection_target_t* const target, const uint16_t apid)
 {
     pus_selection_t* const selection   = &edit->selection;
@@ -370,7 +370,7 @@ pus_reply_t pus_selection_delete(const pus_selection_editor_t* const editor, pus
     return change(editor, selection, list, key, request, false);
 }
 
-// ---- Lasting records ----
+// ---- Persistent records ----
 
 status_t pus_selection_put(const pus_selection_editor_t* const editor, const pus_selection_t* const selection,
                            const uint32_t key)
@@ -489,7 +489,7 @@ static void write_entry(page_t* const page, const pus_selection_list_t list,
         page->ids_at = begin_count(writer);
     }
     if (entry->key == process) {
-        return; // All of it.
+        return; // The entry of a whole process has no identifiers.
     }
     if (list == PUS_SELECTED_TYPES) {
         write_type(page, entry->key);

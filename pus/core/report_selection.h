@@ -13,7 +13,7 @@
 #include "pus/core/persistence.h"
 #include "pus/core/service.h"
 
-#define PUS_SELECTION_ENTRIES_MAX 1300U ///< Sum over all lists, which fit a lasting record.
+#define PUS_SELECTION_ENTRIES_MAX 1300U ///< Sum over all lists: they fit a persistent record.
 
 typedef enum {
     PUS_SELECTED_TYPES = 0,
@@ -40,7 +40,7 @@ void pus_selection_init(pus_selection_t* selection, pus_selection_entry_t* entri
 /// Select all of a process: types and structures, no event blocked. STATUS_OK; STATUS_EXHAUSTED: nothing
 /// changed. Existing entries stay.
 MUST_USE status_t pus_selection_add_process(pus_selection_t* selection, uint16_t apid);
-/// Decide about a report; counts it where its structure is subsampled.
+/// True if a report is selected; counts the report if its structure is subsampled.
 bool pus_selection_takes(pus_selection_t* selection, const pus_tm_t* tm);
 
 /// Changes of selections: a change is made in `candidate`, which all selections share, before it is stored.
@@ -49,7 +49,7 @@ typedef struct {
     uint16_t apid_count;
     pus_selection_entry_t* candidate;     ///< As many as the largest selection has.
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
-    uint8_t table;                        ///< Table of the lasting records.
+    uint8_t table;                        ///< Table of the persistent records.
 } pus_selection_editor_t;
 
 /// Perform the instructions of a request, whose reader is at the count of processes, and put the whole

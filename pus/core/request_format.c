@@ -32,7 +32,7 @@ static uint8_t operand(interpreter_t* const interpreter)
     return value;
 }
 
-/// Enter the body, or go past it if the count is 0.
+/// Enter the body, or skip it if the count is 0.
 static bool count(interpreter_t* const interpreter)
 {
     const uint8_t least  = operand(interpreter);
@@ -52,7 +52,7 @@ static bool count(interpreter_t* const interpreter)
     return true;
 }
 
-/// At the end of a body: once more, or out of it.
+/// At the end of a body: repeat it, or leave it.
 static void repeat(interpreter_t* const interpreter)
 {
     while ((interpreter->depth > 0U) &&

@@ -39,7 +39,7 @@ typedef struct pus_requester { // All fields are private, except `counters`.
 /// apid: of the user itself, 1..2046.
 void pus_requester_init(pus_requester_t* requester, uint16_t apid, const pus_port_t* port);
 /// Take sequence counts from `other`, the same user with another port, which outlives it: together they use
-/// each count once, so that verification reports are of one request only.
+/// each count once, so that a verification report identifies one request.
 void pus_requester_count_with(pus_requester_t* requester, pus_requester_t* other);
 /// Begin a request to `apid`; the writer takes up to PUS_TC_DATA_MAX octets. A begin discards an unfinished
 /// one.

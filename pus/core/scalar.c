@@ -96,14 +96,15 @@ static bool has_sign(const value_type_t type)
     return (type >= VALUE_INT8) && (type <= VALUE_INT64);
 }
 
-/// Two's complement of the type's size, in 64 bits.
+/// Extend the sign of a value to 64 bits.
 static uint64_t extend(const value_type_t type, const uint64_t bits)
 {
     const uint64_t sign = 1ULL << ((8U * value_size(type)) - 1U);
     return (bits ^ sign) - sign;
 }
 
-/// Map an integer to an unsigned number; the order and the differences of integers of one type stay.
+/// Map an integer to an unsigned number, so that the order and the differences of integers of one type do not
+/// change.
 static uint64_t rank_of(const value_type_t type, const uint64_t bits)
 {
     return has_sign(type) ? (extend(type, bits) ^ SIGN) : bits;
@@ -155,21 +156,21 @@ pus_comparison_t pus_scalar_compare_delta(const value_type_t type, const uint64_
         const double delta = pus_scalar_as_double(type, last) - pus_scalar_as_double(type, first);
         return order_of_reals(delta / count, pus_scalar_as_double(delta_type, threshold));
     }
-    const uint64_t from      = rank_of(type, first);
-    const uint64_t to        = rank_of(type, last);
-    const uint64_t limit     = extend(delta_type, threshold);
-    const bool falls         = to < from;
-    const bool limit_falls   = (limit & SIGN) != 0U;
-    const uint64_t way       = falls ? (from - to) : (to - from);
-    const uint64_t limit_way = limit_falls ? (0U - limit) : limit;
+    const uint64_t from         = rank_of(type, first);
+    const uint64_t to           = rank_of(type, last);
+    const uint64_t limit        = extend(delta_type, threshold);
+    const bool falls            = to < from;
+    const bool limit_falls      = (limit & SIGN) != 0U;
+    const uint64_t amount       = falls ? (from - to) : (to - from);
+    const uint64_t limit_amount = limit_falls ? (0U - limit) : limit;
     if (falls != limit_falls) {
         return falls ? PUS_LESS : PUS_GREATER;
     }
     // The whole change is compared with `count` times the threshold; a product beyond 64 bits exceeds any.
-    const bool is_beyond = limit_way > (UINT64_MAX / count);
-    const uint64_t whole = is_beyond ? UINT64_MAX : (limit_way * count);
-    if (is_beyond || (way < whole)) {
+    const bool is_beyond = limit_amount > (UINT64_MAX / count);
+    const uint64_t whole = is_beyond ? UINT64_MAX : (limit_amount * count);
+    if (is_beyond || (amount < whole)) {
         return falls ? PUS_GREATER : PUS_LESS;
     }
-    return order_of_ranks(falls ? whole : way, falls ? way : whole);
+    return order_of_ranks(falls ? whole : amount, falls ? amount : whole);
 }

@@ -2,7 +2,8 @@
 /// Values of scalar parameters as their bits, compared exactly: 64-bit integers without rounding, and NaN
 /// without order. Used by monitoring and statistics.
 ///
-/// Bits are those of base/value.h: the value's octets, the first of the wire the highest.
+/// Bits are those of base/value.h: the octets of the value, the first octet on the wire being the most
+/// significant.
 ///
 /// Context    Any; no state.
 /// Time       O(1).
@@ -17,7 +18,7 @@ typedef enum {
     PUS_LESS,
     PUS_EQUAL,
     PUS_GREATER,
-    PUS_UNORDERED ///< One of both is not a number.
+    PUS_UNORDERED ///< At least one of the two is NaN.
 } pus_comparison_t;
 
 /// A scalar parameter of the port.
@@ -45,7 +46,7 @@ void pus_scalar_write(octet_writer_t* writer, value_type_t type, uint64_t bits);
 /// As a double; 64-bit integers may round.
 double pus_scalar_as_double(value_type_t type, uint64_t bits);
 
-/// `one` against `other`.
+/// Compare `one` with `other`.
 pus_comparison_t pus_scalar_compare(value_type_t type, uint64_t one, uint64_t other);
 /// Type of the difference of two values of a type: that of the same size with a sign.
 value_type_t pus_scalar_delta_type(value_type_t type);

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-// Keys of lasting records.
+// Keys of persistent records.
 #define KEY_STATE 0U     // Function, sub-schedules and groups.
 #define KEY_RELEASING 1U // Identifiers of the requests under release.
 #define KEY_ACTIVITY 0x01000000U
@@ -130,7 +130,7 @@ status_t schedule_add(pus_schedule_t* const schedule, const uint16_t slot,
     return status;
 }
 
-/// Out of the schedule; its request stays.
+/// Remove an activity from the schedule, but keep its request.
 static void take_out(pus_schedule_t* const schedule, const uint16_t slot)
 {
     pus_activity_t* const activity = &schedule->config.activities[slot];
@@ -180,7 +180,7 @@ pus_activity_id_t schedule_read_id(octet_reader_t* const reader)
     return id;
 }
 
-// Lasting records.
+// Persistent records.
 
 static status_t put(const pus_schedule_t* const schedule, const uint32_t key, const size_t size)
 {
@@ -197,7 +197,7 @@ static status_t erase(const pus_schedule_t* const schedule, const uint32_t key)
     return (status == STATUS_NOT_FOUND) ? STATUS_OK : status;
 }
 
-/// Count a change of a step that could not be kept.
+/// Count a change of a step that could not be stored.
 static void note(pus_schedule_t* const schedule, const status_t status)
 {
     schedule->counters.unsaved += (status != STATUS_OK) ? 1U : 0U;

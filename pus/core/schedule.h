@@ -115,7 +115,7 @@ typedef struct { // Private, except `counters` and `count`: read-only, for telem
         uint32_t inserted;
         uint32_t released;
         uint32_t deferred; ///< Times the port did not take a request that was due.
-        uint32_t dropped;  ///< Activities that came due while disabled.
+        uint32_t dropped;  ///< Activities that became due while disabled.
         uint32_t lost;     ///< Activities that a restart found under release.
         uint32_t refused;  ///< Requests and instructions.
         uint32_t unsaved;  ///< Changes in steps that could not be kept.
@@ -125,8 +125,8 @@ typedef struct { // Private, except `counters` and `count`: read-only, for telem
 /// `self` is the service, for kind->now and its own requests.
 void pus_schedule_init(pus_schedule_t* schedule, const pus_schedule_kind_t* kind, void* self,
                        const pus_schedule_config_t* config);
-/// Restore a lasting record; before the first request and step. STATUS_OK, STATUS_INVALID (malformed),
-/// STATUS_EXISTS (its place is taken), STATUS_EXHAUSTED (no room for it).
+/// Restore a persistent record; call it before the first request and step. STATUS_OK, STATUS_INVALID
+/// (malformed), STATUS_EXISTS (its slot is in use), STATUS_EXHAUSTED (no room for it).
 MUST_USE status_t pus_schedule_restore(pus_schedule_t* schedule, uint32_t key, const uint8_t* octets,
                                        size_t size);
 /// Release due activities, and continue a report.
@@ -136,7 +136,7 @@ void pus_schedule_step(pus_schedule_t* schedule, uint64_t now_ns);
 bool pus_schedule_is_waiting(const pus_schedule_t* schedule);
 /// Tag of the next activity; UINT64_MAX if there is none.
 uint64_t pus_schedule_next(const pus_schedule_t* schedule);
-/// Keep a record of the service itself in addition to those of the schedule. PUS_DONE; PUS_FAILED
+/// Store a record of the service itself in addition to those of the schedule. PUS_DONE; PUS_FAILED
 /// (PUS_FAILURE_IO, status).
 pus_reply_t pus_schedule_keep_own(pus_schedule_t* schedule, const uint8_t* octets, size_t size);
 #define PUS_SCHEDULE_KEY_OWN 2U ///< Its key; pus_schedule_restore refuses it.

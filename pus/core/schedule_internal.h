@@ -26,24 +26,24 @@ uint64_t schedule_now(const pus_schedule_t* schedule, uint64_t now_ns);
 MUST_USE status_t schedule_add(pus_schedule_t* schedule, uint16_t slot, const activity_draft_t* draft);
 /// Identifier of a decoded request.
 pus_activity_id_t schedule_id_of(const pus_tc_t* tc);
-/// Take an activity out of the schedule, and forget it.
+/// Remove an activity from the schedule and free its slot.
 void schedule_drop(pus_schedule_t* schedule, uint16_t slot);
-/// Keep an activity as if it had this tag. Status of the port.
+/// Store an activity with this tag. Status of the port.
 MUST_USE status_t schedule_put(pus_schedule_t* schedule, uint16_t slot, uint64_t tag);
 /// Erase the record of an activity. STATUS_OK, STATUS_IO.
 MUST_USE status_t schedule_erase(const pus_schedule_t* schedule, uint16_t slot);
 /// Clear the requests under release, and their record. STATUS_OK, STATUS_IO.
 MUST_USE status_t schedule_abandon(pus_schedule_t* schedule);
-/// Keep the status of function, sub-schedules and groups. PUS_DONE; PUS_FAILED (PUS_FAILURE_IO, status).
+/// Store the status of function, sub-schedules and groups. PUS_DONE; PUS_FAILED (PUS_FAILURE_IO, status).
 pus_reply_t schedule_put_state(pus_schedule_t* schedule);
-/// An activity gets another tag. It keeps its place among equal ones.
+/// Give an activity another tag. Its serial number, which orders equal tags, does not change.
 void schedule_retag(pus_schedule_t* schedule, uint16_t slot, uint64_t tag);
 /// First activity with this request identifier, or the next after `slot`; NO_SLOT if there is none (left).
 uint16_t schedule_find(const pus_schedule_t* schedule, const pus_activity_id_t* id);
 uint16_t schedule_find_next(const pus_schedule_t* schedule, uint16_t slot);
 /// Copy the request of an activity to `out_octets` (PUS_PACKET_MAX). Returns its size.
 size_t schedule_request(const pus_schedule_t* schedule, uint16_t slot, uint8_t* out_octets);
-/// Read a request identifier; and as the detail of a failure.
+/// Read a request identifier; convert one to the detail of a failure.
 pus_activity_id_t schedule_read_id(octet_reader_t* reader);
 uint32_t schedule_id_detail(const pus_activity_id_t* id);
 

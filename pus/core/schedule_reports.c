@@ -9,7 +9,7 @@ enum {
     DETAIL_OF_ALL    = 16
 };
 
-/// The first entry at or after (tag, serial).
+/// Write the first entry at or after (tag, serial).
 static bool write_entry(void* const object, pus_report_cursor_t* const cursor, octet_writer_t* const writer)
 {
     pus_schedule_t* const schedule      = object;
@@ -49,7 +49,7 @@ void schedule_report_go_on(pus_schedule_t* const schedule, const uint64_t now_ns
     pus_long_report_go_on(&schedule->report, schedule->config.process, &entries, now_ns);
 }
 
-/// Which report a request asks for.
+/// Subtype of the report that a request asks for.
 static uint8_t subtype_of(const pus_request_t* const request)
 {
     const uint8_t asked = request->token.subtype;

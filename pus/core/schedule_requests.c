@@ -82,7 +82,7 @@ pus_reply_t pus_schedule_reset(void* const object, pus_request_t* const request)
 
 // Insertion.
 
-/// The first reason to refuse an instruction. `draft` is complete but for the identifier, which is
+/// The first reason to refuse an instruction. `draft` is complete except for the identifier, which is
 /// taken from the embedded request.
 static pus_failure_t check(const pus_schedule_t* const schedule, activity_draft_t* const draft,
                            const bool is_tag, const size_t tag_offset, const size_t request_offset,
@@ -227,7 +227,7 @@ pus_reply_t pus_schedule_delete_filtered(void* const object, pus_request_t* cons
 
 // Shift.
 
-/// The activities that an instruction is for.
+/// Activities that an instruction or a request shifts.
 typedef struct {
     uint16_t first;
     uint64_t tag_min;

@@ -57,7 +57,7 @@ void pus_request_refuse(pus_request_t* const request, const uint16_t instruction
     const pus_failure_t failure = {.code = code, .instruction = instruction, .detail = detail};
     request->refused++;
     if (request->is_resumed) {
-        return; // Told before.
+        return; // It was reported in an earlier execution.
     }
     if ((request->refused > 1U) && pus_app_process_is_waiting(request->process) &&
         !pus_app_process_has_firm_room(request->process)) {
@@ -80,7 +80,7 @@ void pus_answer_send(pus_request_t* const request, octet_writer_t* const writer)
     FSW_ASSERT((request != NULL) && (writer != NULL));
     request->packets++;
     if (request->is_unfinished || (request->packets <= request->packets_out)) {
-        pus_tm_cancel(request->process); // Behind one that waits, or sent before.
+        pus_tm_cancel(request->process); // An earlier packet waits, or this one was sent before.
         return;
     }
     const status_t status =
@@ -219,7 +219,7 @@ static void complete(pus_request_t* const request)
 }
 
 /// Reports that follow from a service's reply.
-static void settle(pus_request_t* const request, const pus_reply_t* const reply)
+static void report_reply(pus_request_t* const request, const pus_reply_t* const reply)
 {
     switch (reply->kind) {
     case PUS_DONE:
@@ -263,7 +263,7 @@ static pus_reply_kind_t execute(pus_request_t* const request, const pus_service_
     } else {
         // The reply of the service is final.
     }
-    settle(request, &reply);
+    report_reply(request, &reply);
     return reply.kind;
 }
 
@@ -360,7 +360,7 @@ static status_t dispatch(pus_dispatcher_t* const dispatcher, const uint8_t* cons
             put_off(&dispatcher->unfinished, &request, service, subtype, &tc);
         }
     } else {
-        settle(&request, &reply);
+        report_reply(&request, &reply);
     }
     dispatcher->counters.refused += (reply.kind == PUS_REFUSED) ? 1U : 0U;
     return STATUS_OK;

@@ -23,12 +23,12 @@
 #include "pus/core/app_process.h"
 
 typedef enum {
-    PUS_DONE,    ///< Performed: TM[1,3], TM[1,7] as asked.
-    PUS_LATER,   ///< Started: TM[1,3] as asked; the service keeps the token and completes.
-    PUS_STARTED, ///< As PUS_LATER, but the service has sent TM[1,3] itself, since reports of progress
+    PUS_DONE,    ///< Performed: TM[1,3], TM[1,7] as requested.
+    PUS_LATER,   ///< Started: TM[1,3] as requested; the service keeps the token and completes.
+    PUS_STARTED, ///< As PUS_LATER, but the service has sent TM[1,3] itself, because reports of progress
                  ///< followed it.
     PUS_REFUSED, ///< Not started: TM[1,4].
-    PUS_FAILED   ///< Started and failed: TM[1,3] as asked, TM[1,8].
+    PUS_FAILED   ///< Started and failed: TM[1,3] as requested, TM[1,8].
 } pus_reply_kind_t;
 
 /// Answer of a service, or of a service's port, to a request.
@@ -51,16 +51,16 @@ typedef struct {
     pus_app_process_t* process; ///< For reports in answer.
     uint16_t performed;         ///< Private: instructions performed.
     uint16_t refused;           ///< Private: instructions refused.
-    bool is_started;            ///< Private: TM[1,3] is out.
+    bool is_started;            ///< Private: TM[1,3] was sent.
     bool may_resume;            ///< Private: the dispatcher can execute it again in a later step.
-    bool is_resumed;            ///< Private: it does.
+    bool is_resumed;            ///< Private: this is such an execution.
     bool is_unfinished;         ///< Private: the port did not take a packet of the answer.
-    uint16_t packets;           ///< Private: of the answer, in this execution.
-    uint16_t packets_out;       ///< Private: of these, sent or lost in this or an earlier execution.
-    uint16_t packets_lost;      ///< Private: neither sent nor kept.
+    uint16_t packets;           ///< Private: packets of the answer, in this execution.
+    uint16_t packets_out;       ///< Private: packets sent or lost, in this or an earlier execution.
+    uint16_t packets_lost;      ///< Private: packets neither sent nor kept.
 } pus_request_t;
 
-/// Note that an instruction is about to be performed; the first sends TM[1,3] as asked.
+/// Note that an instruction is about to be performed; the first call sends TM[1,3] if requested.
 void pus_request_perform(pus_request_t* request);
 /// Refuse one instruction with TM[1,4]. instruction >= 1. While reports wait and room is short, only the
 /// first refusal has its own report; TM[1,8] has the number of all.
@@ -73,9 +73,10 @@ void pus_request_refuse(pus_request_t* request, uint16_t instruction, uint16_t c
 void pus_answer_send(pus_request_t* request, octet_writer_t* writer);
 /// Begin a report of the request's service in answer to it; the request's process finishes it.
 octet_writer_t pus_answer_begin(const pus_request_t* request, uint8_t subtype);
-/// The same for a list, whose count comes first and is written when its entries are known.
+/// Begin a report that is a list: its count comes first, and pus_list_end writes it.
 octet_writer_t pus_list_begin(const pus_request_t* request, uint8_t subtype);
-/// Finish and post it. PUS_DONE; PUS_FAILED with PUS_FAILURE_TABLE_FULL if it is too long for a packet.
+/// Finish a list and post it. PUS_DONE; PUS_FAILED with PUS_FAILURE_TABLE_FULL if it is too long for a
+/// packet.
 pus_reply_t pus_list_end(const pus_request_t* request, octet_writer_t* writer, uint16_t count);
 
 /// Performs requests of some services later, in another loop, with pus_perform.
@@ -115,7 +116,7 @@ typedef struct {
     void (*step)(void* self, uint64_t now_ns, uint32_t cycle);
 } pus_service_t;
 
-/// A service without steps, for the functions of services that make theirs. Pointers may not be null.
+/// An entry without a step, from which each service makes its own entry. Pointers may not be null.
 pus_service_t pus_service_of(uint8_t type, const pus_subtype_t* subtypes, size_t subtype_count, void* self);
 
 /// Formats for `has_format`: no data; one u8; one u16.
@@ -168,13 +169,13 @@ void pus_perform(pus_app_process_t* process, const pus_service_t* service, const
 /// Verify one packet and pass it on. STATUS_OK (accepted; verification reports the rest), STATUS_INVALID
 /// (rejected with TM[1,2]), STATUS_TRUNCATED (too short to name its request: ignored, counted).
 status_t pus_dispatch(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_t size, uint64_t now_ns);
-/// The same with a request that may be larger than a packet, as ST[13] has put it together.
+/// As pus_dispatch, for a request that may be larger than a packet, as ST[13] has assembled it.
 status_t pus_dispatch_large(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_t size,
                             uint64_t now_ns);
-/// Send the reports that the process keeps, then continue an answer that is not sent completely. True if it
-/// still is not: a second request of that kind then fails if the port does not take its answer.
+/// Send the reports that the process keeps, then continue an answer that is not sent completely. True if the
+/// answer is still incomplete: a second request of that kind then fails if the port does not take its answer.
 bool pus_dispatcher_resume(pus_dispatcher_t* dispatcher, uint64_t now_ns);
-/// The same without trying.
+/// True if an answer is not sent completely; sends nothing.
 bool pus_dispatcher_is_answering(const pus_dispatcher_t* dispatcher);
 
 #endif // PUS_CORE_SERVICE_H

@@ -16,7 +16,7 @@ void pus_sorted_index_init(pus_sorted_index_t* const order, pus_sorted_index_nod
     *order = (pus_sorted_index_t){.nodes = nodes, .root = NONE, .first = NONE};
 }
 
-/// Place of a slot in the heap: a hash that neighbouring slots do not share (finalizer of MurmurHash3).
+/// Priority of a slot in the heap: a hash, which differs for neighbouring slots (finalizer of MurmurHash3).
 static uint32_t rank_of(const uint16_t slot)
 {
     uint32_t hash = slot + 0x9E3779B9U;
@@ -45,7 +45,7 @@ static void replace(pus_sorted_index_t* const order, const uint16_t parent, cons
     }
 }
 
-/// Exchange a slot with its parent, such that the order stays.
+/// Exchange a slot with its parent; the order does not change.
 static void rotate_up(pus_sorted_index_t* const order, const uint16_t slot)
 {
     pus_sorted_index_node_t* const node  = &order->nodes[slot];

@@ -3,8 +3,7 @@
 /// serial numbers. A treap: a binary tree by (tag, serial) that is a heap by a hash of the slot, so its depth
 /// stays logarithmic, whatever the order of arrival of the tags.
 ///
-/// Ownership  The caller places the nodes; they outlive the order. A slot is in the order or not; the caller
-///            knows.
+/// Ownership  The caller places the nodes; they outlive the index. The caller knows which slots are in it.
 /// Context    One loop.
 /// Time       Insert, remove, lower bound and next O(log count); first O(1). No recursion.
 #ifndef PUS_CORE_SORTED_INDEX_H
@@ -27,17 +26,17 @@ typedef struct { // Private.
     uint16_t first;
 } pus_sorted_index_t;
 
-/// An empty order. `nodes` has one node for each slot, PUS_SORTED_INDEX_NONE at most.
+/// An empty index. `nodes` has one node for each slot, PUS_SORTED_INDEX_NONE at most.
 void pus_sorted_index_init(pus_sorted_index_t* order, pus_sorted_index_node_t* nodes);
-/// Put a slot that is not in the order.
+/// Insert a slot that is not in the index.
 void pus_sorted_index_insert(pus_sorted_index_t* order, uint16_t slot, uint64_t tag, uint64_t serial);
-/// Take a slot out that is in the order.
+/// Remove a slot that is in the index.
 void pus_sorted_index_remove(pus_sorted_index_t* order, uint16_t slot);
 /// First slot; PUS_SORTED_INDEX_NONE if there is none.
 uint16_t pus_sorted_index_first(const pus_sorted_index_t* order);
 /// First slot at or after (tag, serial); PUS_SORTED_INDEX_NONE if there is none.
 uint16_t pus_sorted_index_from(const pus_sorted_index_t* order, uint64_t tag, uint64_t serial);
-/// The slot after a slot that is in the order; PUS_SORTED_INDEX_NONE after the last.
+/// The slot after a slot that is in the index; PUS_SORTED_INDEX_NONE after the last.
 uint16_t pus_sorted_index_next(const pus_sorted_index_t* order, uint16_t slot);
 
 #endif // PUS_CORE_SORTED_INDEX_H

@@ -134,4 +134,7 @@ enum {
     PUS_FAILURE_RESTARTED    = 0x040B  ///< lives of the application in this run
 };
 
+/// Added to the id of a reason of the sender's own, which its descriptor names (<Failure>); any stage.
+#define PUS_FAILURE_OWN 0x8000U
+
 #endif // PUS_CORE_TAILORING_H

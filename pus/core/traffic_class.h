@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Class of a packet: its priority, and whether it is kept, when the connection to its receiver is full.
 ///
-///     FIRM awaited or requiring a reaction: ST[01], transitions of states, links and modes
+///     FIRM   packets that a receiver awaits or must react to: ST[01], transitions of states, links and modes
 ///            (TM[129,2], [130,10], [131,2]), HIGH events and their notices, orders of the supervisor
 ///     PLAIN  other events and notices, answers that fit one packet, other requests
 ///     BULK   housekeeping, diagnostics, statistics, lists over many packets, dumps, parts: their sender
-///     continues later, or counts the lost packets
+///            continues later, or counts the lost packets
 ///
 /// Context    Any.
 /// Time       O(1).

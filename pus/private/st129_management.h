@@ -42,7 +42,7 @@ typedef enum {
     PUS_CAUSE_SUPERVISOR_LOST = 6
 } pus_cause_t;
 
-/// TC[129,8]; of TC[129,1] the cause is PUS_CAUSE_REQUEST.
+/// TC[129,8]. For TC[129,1] the cause is PUS_CAUSE_REQUEST.
 typedef struct {
     uint8_t target;
     uint8_t cause; ///< pus_cause_t.
@@ -77,7 +77,7 @@ typedef struct {
     uint8_t severity; ///< pus_severity_t.
 } pus_event_notice_t;
 
-/// All of it is mandatory.
+/// All functions are mandatory.
 typedef struct {
     void* context;
     pus_reply_t (*request_state)(void* context, const pus_state_order_t* order, const pus_token_t* token,

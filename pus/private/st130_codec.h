@@ -11,11 +11,11 @@
 #define LINK_PROPERTIES 8U
 #define LINK_ENDS 4U
 extern const pus_codec_field_t link_request_fields[LINK_ENDS + LINK_PROPERTIES + 3U];
-extern const pus_codec_field_t link_accept_fields[LINK_PROPERTIES + 3U]; ///< Behind them an endpoint.
+extern const pus_codec_field_t link_accept_fields[LINK_PROPERTIES + 3U]; ///< An endpoint follows them.
 extern const pus_codec_field_t link_refuse_fields[LINK_PROPERTIES + 4U];
-extern const pus_codec_field_t link_open_fields[3U]; ///< Behind them an endpoint and the deadline.
+extern const pus_codec_field_t link_open_fields[3U]; ///< An endpoint and the deadline follow them.
 extern const pus_codec_field_t link_close_fields[3U];
-extern const pus_codec_field_t link_transition_fields[5U]; ///< Behind them a time.
+extern const pus_codec_field_t link_transition_fields[5U]; ///< A time follows them.
 extern const pus_codec_field_t link_offer_fields[LINK_PROPERTIES + 3U];
 extern const pus_codec_field_t link_status_fields[LINK_ENDS + LINK_PROPERTIES + 8U];
 

@@ -4,7 +4,7 @@
 #include "base/assertion.h"
 #include "pus/private/st130_codec.h"
 
-#define ENTRY_MAX 64U // No entry is longer [octets].
+#define ENTRY_MAX 64U // Maximum size of an entry [octets].
 
 void pus_rtlink_init(pus_rtlink_t* const rtlink, const pus_rtlink_port_t* const port)
 {

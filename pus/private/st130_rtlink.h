@@ -175,7 +175,7 @@ typedef struct {
     pus_link_refuse_t refuse; ///< transaction is filled by the service.
 } pus_link_answer_t;
 
-/// All of it is mandatory.
+/// All functions are mandatory.
 typedef struct {
     void* context;
     /// Offer number `index` (0, 1, ...); false past the last. May not send reports.
@@ -200,12 +200,13 @@ typedef struct { // Private.
 void pus_rtlink_init(pus_rtlink_t* rtlink, const pus_rtlink_port_t* port);
 pus_service_t pus_rtlink_service(pus_rtlink_t* rtlink);
 
-/// Reports. Status of pus_tm_post.
+/// Send TM[130,4], TM[130,5]. Status of pus_tm_post.
 status_t pus_link_accept_report(pus_app_process_t* process, uint16_t destination,
                                 const pus_link_accept_t* accept, uint64_t now_ns);
 status_t pus_link_refuse_report(pus_app_process_t* process, uint16_t destination,
                                 const pus_link_refuse_t* refuse, uint64_t now_ns);
-/// Sent to all ground users; the supervisor, which routes it, also evaluates it.
+/// Send TM[130,10] to all ground users; the supervisor, which routes it, also evaluates it. Status of
+/// pus_tm_post.
 status_t pus_link_transition_report(pus_app_process_t* process, const pus_link_transition_t* transition,
                                     uint64_t now_ns);
 
@@ -222,7 +223,7 @@ MUST_USE status_t pus_link_refuse_read(octet_reader_t* reader, pus_link_refuse_t
 MUST_USE status_t pus_link_open_read(octet_reader_t* reader, pus_link_open_t* out_open);
 MUST_USE status_t pus_link_close_read(octet_reader_t* reader, pus_link_close_t* out_close);
 MUST_USE status_t pus_link_transition_read(octet_reader_t* reader, pus_link_transition_t* out_transition);
-/// TM[130,9]: read the count first (*out_count, checked against the octets left), then so many entries, in
+/// TM[130,9]: read the count first (*out_count, checked against the octets left), then that many entries, in
 /// order. STATUS_OK, STATUS_INVALID.
 MUST_USE status_t pus_link_statuses_read(octet_reader_t* reader, uint16_t* out_count);
 void pus_link_status_read(octet_reader_t* reader, pus_link_status_t* out_status);

@@ -70,7 +70,7 @@ typedef struct {
     const uint16_t* links;   ///< Link ids.
 } pus_network_entry_t;
 
-/// All of it is mandatory.
+/// All functions are mandatory.
 typedef struct {
     void* context;
     pus_reply_t (*set_mode)(void* context, uint8_t mode, const pus_token_t* token, uint64_t now_ns);

@@ -41,7 +41,7 @@ typedef struct {
     pus_failure_t failure; ///< Subtypes 2, 4, 6, 8 and 10, else code PUS_FAILURE_NONE.
 } pus_verification_t;
 
-/// STATUS_OK, STATUS_NOT_FOUND (no report of ST[01]), STATUS_INVALID (octets missing or left over).
+/// STATUS_OK, STATUS_NOT_FOUND (not a report of ST[01]), STATUS_INVALID (octets missing or left over).
 MUST_USE status_t pus_verification_read(const pus_tm_t* tm, pus_verification_t* out_verification);
 /// True if the report ends the request's chain: completion, or a failure of any stage but progress. A step
 /// that failed is followed by others or by TM[1,8].

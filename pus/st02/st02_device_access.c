@@ -16,13 +16,13 @@ enum { // Reports.
 enum { // Phases of a request.
     FREE,
     NEXT,      // The next instruction is due.
-    BEGINNING, // The port takes it not yet.
-    GOING_ON,
-    REPORTING, // The process takes no report now.
+    BEGINNING, // The port has not taken the instruction yet.
+    GOING_ON,  // The port performs the instruction.
+    REPORTING, // The report of the instruction has to be sent.
     ENDING
 };
 
-#define MOVES_MAX 96U // In one step of a request: about thirty instructions that end at once.
+#define TRANSITIONS_MAX 96U // Limit for a request in one step: about thirty instructions that end at once.
 #define REGISTER_SIZE 4U
 #define LINE_SHIFT 4U // In a pulse: line 12 bits, reserved 1, exponent 3.
 #define PULSE_RESERVED 0x8U
@@ -54,7 +54,7 @@ static void read_sized(octet_reader_t* const reader, pus_device_action_t* const 
     action->data = octet_read_octets(reader, action->size);
 }
 
-/// A pulse; the reserved bit shows in its exponent.
+/// Read a pulse; a set reserved bit makes the exponent invalid.
 static void read_pulse(pus_device_cursor_t* const cursor, pus_device_action_t* const action)
 {
     if (cursor->inner == 0U) {
@@ -128,9 +128,10 @@ static uint32_t name_of(const pus_device_action_t* const action)
     return is_register ? action->address : action->device;
 }
 
-/// Why an instruction cannot be performed, or PUS_FAILURE_NONE.
-static pus_failure_t judge(const pus_device_access_t* const access, const pus_device_cursor_t* const cursor,
-                           const pus_device_action_t* const action)
+/// The failure for which an instruction is refused, or PUS_FAILURE_NONE.
+static pus_failure_t check_instruction(const pus_device_access_t* const access,
+                                       const pus_device_cursor_t* const cursor,
+                                       const pus_device_action_t* const action)
 {
     const pus_device_port_t* const port = &access->config.port;
     const bool is_malformed             = action->exponent > PULSE_EXPONENT;
@@ -166,16 +167,16 @@ static bool is_command(const uint8_t kind)
     return (kind == PUS_DEVICE_COMMAND) || (kind == PUS_DEVICE_LOGICAL_COMMAND);
 }
 
-/// Judge all instructions and refuse the faulty ones. PUS_DONE: all of them were; PUS_LATER: there is
-/// something to do; PUS_REFUSED: the request as a whole.
-static pus_reply_t judge_all(pus_device_access_t* const access, pus_request_t* const request,
+/// Check all instructions and refuse the faulty ones. PUS_DONE: all were refused; PUS_LATER: some are to be
+/// performed; PUS_REFUSED: the request is refused as a whole.
+static pus_reply_t check_all(pus_device_access_t* const access, pus_request_t* const request,
                              pus_device_operation_t* const operation)
 {
     const uint8_t kind         = request->token.subtype;
     pus_device_cursor_t cursor = cursor_of(&request->reader, kind);
     pus_device_action_t action;
     while (read_next(&cursor, &action)) {
-        pus_reply_t reply = {PUS_REFUSED, judge(access, &cursor, &action)};
+        pus_reply_t reply = {PUS_REFUSED, check_instruction(access, &cursor, &action)};
         if (reply.failure.code == PUS_FAILURE_NONE) {
             continue;
         }
@@ -210,7 +211,7 @@ static pus_reply_t take(void* const self, pus_request_t* const request)
     operation->size    = request->reader.size;
     (void)memset(operation->left_out, 0, sizeof operation->left_out);
     (void)memcpy(operation->data, request->reader.octets, operation->size);
-    const pus_reply_t reply = judge_all(access, request, operation);
+    const pus_reply_t reply = check_all(access, request, operation);
     if (reply.kind == PUS_LATER) {
         const octet_reader_t reader = octet_reader(operation->data, operation->size);
         operation->cursor           = cursor_of(&reader, request->token.subtype);
@@ -220,7 +221,7 @@ static pus_reply_t take(void* const self, pus_request_t* const request)
     return reply;
 }
 
-/// The report of an acquisition. False: the process takes none now.
+/// Report an acquisition. False: the process does not take the report now.
 static bool report_acquired(const pus_device_access_t* const access,
                             const pus_device_operation_t* const operation, const uint64_t now_ns)
 {
@@ -236,7 +237,7 @@ static bool report_acquired(const pus_device_access_t* const access,
     return pus_tm_send(access->config.process, &writer) == STATUS_OK;
 }
 
-/// The report of registers. False: the process takes none now.
+/// Report registers. False: the process does not take the report now.
 static bool report_registers(const pus_device_access_t* const access,
                              const pus_device_operation_t* const operation, const uint64_t now_ns)
 {
@@ -258,9 +259,9 @@ static bool report_registers(const pus_device_access_t* const access,
     return pus_tm_send(access->config.process, &writer) == STATUS_OK;
 }
 
-/// An instruction has ended; an acquisition is reported, whether it succeeded or failed.
-static void settle(pus_device_access_t* const access, pus_device_operation_t* const operation,
-                   const status_t status, const uint64_t now_ns)
+/// End an instruction; an acquisition is reported, whether it succeeded or failed.
+static void end_instruction(pus_device_access_t* const access, pus_device_operation_t* const operation,
+                            const status_t status, const uint64_t now_ns)
 {
     const uint8_t kind    = operation->cursor.kind;
     const uint16_t number = operation->cursor.number;
@@ -309,8 +310,8 @@ static void take_next(pus_device_access_t* const access, pus_device_operation_t*
 }
 
 /// Begin an instruction or poll it. False: it waits, or has ended.
-static bool pursue(pus_device_access_t* const access, pus_device_operation_t* const operation,
-                   const uint64_t now_ns)
+static bool begin_or_poll(pus_device_access_t* const access, pus_device_operation_t* const operation,
+                          const uint64_t now_ns)
 {
     const pus_device_port_t* const port = &access->config.port;
     const uint8_t slot                  = slot_of(access, operation);
@@ -324,7 +325,7 @@ static bool pursue(pus_device_access_t* const access, pus_device_operation_t* co
         return true;
     }
     if (!waits) {
-        settle(access, operation, status, now_ns);
+        end_instruction(access, operation, status, now_ns);
         return true;
     }
     if (now_ns < operation->deadline_ns) {
@@ -334,7 +335,7 @@ static bool pursue(pus_device_access_t* const access, pus_device_operation_t* co
         port->abandon(port->context, slot);
     }
     operation->result.return_code = PUS_DEVICE_TIMED_OUT;
-    settle(access, operation, STATUS_TIMEOUT, now_ns);
+    end_instruction(access, operation, STATUS_TIMEOUT, now_ns);
     return true;
 }
 
@@ -356,9 +357,9 @@ static bool end(pus_device_access_t* const access, pus_device_operation_t* const
     return false;
 }
 
-/// One move of a request. False: it waits, or has ended.
-static bool move(pus_device_access_t* const access, pus_device_operation_t* const operation,
-                 const uint64_t now_ns)
+/// Advance a request by one transition. False: it waits, or has ended.
+static bool advance(pus_device_access_t* const access, pus_device_operation_t* const operation,
+                    const uint64_t now_ns)
 {
     switch (operation->phase) {
     case NEXT:
@@ -366,7 +367,7 @@ static bool move(pus_device_access_t* const access, pus_device_operation_t* cons
         return true;
     case BEGINNING:
     case GOING_ON:
-        return pursue(access, operation, now_ns);
+        return begin_or_poll(access, operation, now_ns);
     case REPORTING:
         if (!report_acquired(access, operation, now_ns)) {
             return false;
@@ -385,7 +386,7 @@ void pus_device_access_step(pus_device_access_t* const access, const uint64_t no
     for (pus_device_operation_t* operation = access->config.operations; left > 0U; operation++) {
         if (operation->phase != FREE) {
             left--;
-            for (unsigned i = 0U; (i < MOVES_MAX) && move(access, operation, now_ns); i++) {
+            for (unsigned i = 0U; (i < TRANSITIONS_MAX) && advance(access, operation, now_ns); i++) {
             }
         }
     }

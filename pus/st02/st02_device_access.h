@@ -18,7 +18,7 @@
 
 #define PUS_DEVICE_DATA_MAX 512U          ///< Maximum size of the data of one acquisition [octets].
 #define PUS_DEVICE_PROTOCOL_SIZE 4U       ///< Protocol-specific data [octets].
-#define PUS_DEVICE_INSTRUCTIONS_MAX 2048U ///< More than fit any request.
+#define PUS_DEVICE_INSTRUCTIONS_MAX 2048U ///< More than any request can contain.
 #define PUS_DEVICE_TIMED_OUT 0xFFFFU      ///< Return code.
 
 /// Kind of an instruction: the subtype of its request.
@@ -57,13 +57,14 @@ typedef struct {
     /// Check without effect. STATUS_OK, STATUS_NOT_FOUND (device), STATUS_OUT_OF_RANGE (another field),
     /// STATUS_FORBIDDEN (not now).
     status_t (*check)(void* context, const pus_device_action_t* action);
-    /// Begin it as number `slot`, 0..operations - 1, which is free. STATUS_OK, STATUS_FULL (try again in the
+    /// Begin an instruction in a free `slot`, 0..operations - 1. STATUS_OK, STATUS_FULL (try again in the
     /// next step), STATUS_IO (failed: *out_result is the reason).
     status_t (*begin)(void* context, uint8_t slot, const pus_device_action_t* action,
                       pus_device_result_t* out_result);
-    /// Look at it. STATUS_BUSY, STATUS_OK (done, *out_result has the data), STATUS_IO (failed).
+    /// Poll the instruction of a slot. STATUS_BUSY, STATUS_OK (done, *out_result has the data), STATUS_IO
+    /// (failed).
     status_t (*poll)(void* context, uint8_t slot, pus_device_result_t* out_result);
-    /// Time is up: forget it.
+    /// Called at the time-out: forget the instruction, the slot is free.
     void (*abandon)(void* context, uint8_t slot);
 } pus_device_port_t;
 

@@ -47,7 +47,7 @@ static pus_hk_member_t* member_of(pus_hk_functional_t* const definition, const b
     return NULL;
 }
 
-// Lasting data.
+// Persistent data.
 
 static status_t keep(const pus_hk_t* const hk, const pus_hk_functional_t* const definition)
 {
@@ -278,7 +278,7 @@ pus_reply_t hk_functional_report(void* const self, pus_request_t* const request)
     return pus_done();
 }
 
-/// Give its structures the properties of a definition. Number of those that could not have them.
+/// Apply a definition to its structures. Returns the number of structures to which it cannot be applied.
 static uint32_t apply(const pus_hk_t* const hk, const pus_hk_functional_t* const definition)
 {
     uint32_t failures = 0U;

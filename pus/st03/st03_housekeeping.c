@@ -29,7 +29,7 @@ void pus_hk_init(pus_hk_t* const hk, const pus_hk_config_t* const config)
 void hk_guard(const pus_hk_t* const hk)
 {
     if (hk->config.guard != NULL) {
-        (void)osal_mutex_lock(hk->config.guard); // A holder that dies takes this process with it.
+        (void)osal_mutex_lock(hk->config.guard); // Cannot fail: a task that dies ends the process.
     }
 }
 
@@ -118,7 +118,7 @@ static void read_entries(const pus_hk_t* const hk, const pus_hk_structure_t* con
         const pus_hk_entry_t* const entry = &structure->entries[first + i];
         const size_t end                  = writer->position + entry->size;
         port->read(port->context, entry->handle, writer);
-        FSW_ASSERT(writer->position == end); // The port promised this size.
+        FSW_ASSERT(writer->position == end); // The size that the port stated.
     }
 }
 
@@ -189,7 +189,7 @@ static void collect(pus_hk_t* const hk, pus_hk_structure_t* const structure, uin
         structure->is_collecting = true;
         restart(structure, cycle - 1U);
     }
-    const uint32_t elapsed = cycle - structure->start; // Unsigned: right across the wrap of the counter.
+    const uint32_t elapsed = cycle - structure->start; // Unsigned: correct also when the counter wraps.
     const bool is_complete = elapsed >= structure->interval;
     for (uint8_t k = 0U; k < structure->set_count; k++) {
         sample_set(hk, structure, &structure->sets[k], is_complete ? structure->interval : elapsed, samples);
@@ -197,7 +197,7 @@ static void collect(pus_hk_t* const hk, pus_hk_structure_t* const structure, uin
     if (is_complete) {
         hand_over(hk, structure, samples, now_ns, outlet);
         restart(structure,
-                cycle - (elapsed % structure->interval)); // Keeps the rhythm if cycles were missed.
+                cycle - (elapsed % structure->interval)); // Keeps the phase if cycles were missed.
     }
 }
 

@@ -94,7 +94,7 @@ typedef struct {
     uint16_t structure_count;
     uint8_t* samples;                ///< structure_count * sample_size octets.
     uint16_t sample_size;            ///< Largest report's values [octets], <= PUS_TM_DATA_MAX - 2.
-    osal_mutex_t* guard;             ///< Null: there is no loop but that of the process.
+    osal_mutex_t* guard;             ///< Null: the process has no other loop.
     pus_hk_functional_t* functional; ///< Room for functional reporting definitions.
     uint16_t functional_count;
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
@@ -102,8 +102,8 @@ typedef struct {
 
 typedef struct { // Receiver of the finished reports of a loop.
     void* context;
-    /// The values of structure `id`, taken at now_ns. Structures of other loops than that of the process come
-    /// from the configuration, and are housekeeping ones.
+    /// Take the values of structure `id`, sampled at now_ns. It is a housekeeping structure from the
+    /// configuration, as all structures of such loops.
     void (*put)(void* context, uint16_t id, uint64_t now_ns, const uint8_t* values, size_t size);
     uint8_t* values; ///< Room for one report's values: sample_size octets, of this loop alone.
 } pus_hk_outlet_t;
@@ -111,7 +111,7 @@ typedef struct { // Receiver of the finished reports of a loop.
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_hk_config_t config;
     pus_hk_structure_t candidate;
-    pus_failure_t verdict;          // On the candidate: the first failure stays.
+    pus_failure_t verdict;          // First failure of the candidate.
     pus_hk_functional_t functional; // Being changed.
     struct {
         uint32_t reports; ///< TM[3,25] and [3,26] sent.
@@ -134,8 +134,8 @@ void pus_hk_clear(pus_hk_t* hk);
 /// Take due samples and send complete reports. `cycle` may jump forward; missed samples are then taken late,
 /// with the present values.
 void pus_hk_step(pus_hk_t* hk, uint64_t now_ns, uint32_t cycle);
-/// The same for the structures of another loop (1..255), in that loop, which holds the guard; `cycle` is its
-/// own.
+/// As pus_hk_step, for the structures of another loop (1..255). Called in that loop, which holds the guard;
+/// `cycle` counts the cycles of that loop.
 void pus_hk_loop_step(pus_hk_t* hk, uint8_t loop, uint64_t now_ns, uint32_t cycle,
                       const pus_hk_outlet_t* outlet);
 /// Send a report of another loop, stamped with the time its values were taken.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests of ST[03] about structures: for each kind of structure one half of the subtypes.
+// Requests of ST[03] about structures; each exists twice, for housekeeping and for diagnostic structures.
 #include "generated/pus/st03_request_formats.h"
 #include "pus/st03/st03_structures.h"
 
@@ -14,7 +14,8 @@ static bool is_diagnostic(const pus_request_t* const request)
     return is_one;
 }
 
-/// Add the parameters and sets of a request to the candidate, which takes its place if all of it is good.
+/// Add the parameters and sets of a request to the candidate, which becomes the structure `place` if all are
+/// valid.
 static pus_reply_t add_requested(pus_hk_t* const hk, octet_reader_t* const reader,
                                  pus_hk_structure_t* const place)
 {
@@ -64,9 +65,9 @@ static pus_reply_t append(void* const self, pus_request_t* const request)
     return add_requested(hk, &request->reader, structure);
 }
 
-/// Perform a request for one of its structures.
+/// What a request does with each structure that it names.
 typedef struct {
-    bool needs_disabled; // Not while its periodic generation is enabled.
+    bool needs_disabled; // Refused while the periodic generation is enabled.
     bool has_interval;   // An interval follows each id.
     void (*perform)(pus_hk_t*, pus_hk_structure_t*, pus_request_t*, uint32_t interval);
 } operation_t;
@@ -170,7 +171,7 @@ static void sample_one(pus_hk_t* const hk, pus_hk_structure_t* const structure, 
     hk_sample_now(hk, structure, request);
 }
 
-/// Only the existence of the structure matters.
+/// Do nothing: the caller only has to know that the structure exists.
 static void note_one(pus_hk_t* const hk, pus_hk_structure_t* const structure, pus_request_t* const request,
                      const uint32_t interval)
 {

@@ -95,7 +95,7 @@ void hk_candidate_add_to_set(pus_hk_t* const hk, const uint32_t parameter_id)
     }
 }
 
-/// Octets of the values of some entries.
+/// Size of the values of some entries [octets].
 static uint32_t size_of(const pus_hk_structure_t* const structure, const uint8_t first, const uint8_t count)
 {
     uint32_t size = 0U;
@@ -122,7 +122,8 @@ void hk_candidate_lay_out(pus_hk_t* const hk, const unsigned entries, const uint
         const uint32_t sample   = size_of(candidate, set->first, set->count);
         set->offset             = (uint16_t)size;
         set->size               = (uint16_t)sample;
-        // Instead of the product: 65535 repetitions of 64 values of 65535 octets overflow 32 bits.
+        // A division, because the product of 65535 repetitions and 64 values of 65535 octets overflows 32
+        // bits.
         size += (sample > ((room - size) / set->repetitions)) ? (room + 1U) : (sample * set->repetitions);
     }
     if (size > room) {

@@ -10,8 +10,8 @@
 
 /// Structure of a kind with this id, or null.
 pus_hk_structure_t* hk_structure_of(const pus_hk_t* hk, bool is_diagnostic, uint16_t id);
-/// Begin an empty candidate. Its verdict is whether there may be such a structure; *out_place is where it
-/// goes. After a failure nothing more is added, and the verdict stays.
+/// Begin an empty candidate. Its verdict says whether such a structure is possible; *out_place is its
+/// place in the table. After a failure nothing more is added, and the verdict does not change.
 void hk_candidate_begin(pus_hk_t* hk, bool is_diagnostic, uint16_t id, uint32_t interval,
                         pus_hk_structure_t** out_place);
 /// Begin a candidate with the contents of an existing structure.
@@ -21,14 +21,14 @@ void hk_candidate_add(pus_hk_t* hk, uint32_t parameter_id);
 /// Open a set of `count` parameters, which follow by hk_candidate_add_to_set. `offset`: detail of a failure.
 void hk_candidate_add_set(pus_hk_t* hk, uint16_t repetitions, uint8_t count, uint32_t offset);
 void hk_candidate_add_to_set(pus_hk_t* hk, uint32_t parameter_id);
-/// All that there is to add, `entries` parameters and sets, has been added: place the samples of the
-/// candidate in a sample buffer. `offset`: detail of the failure if it was nothing.
+/// Called after the last addition, `entries` parameters and sets in all: assign offsets in the sample buffer
+/// to the candidate. `offset`: detail of the failure if nothing was added.
 void hk_candidate_lay_out(pus_hk_t* hk, unsigned entries, uint32_t offset);
 
 /// The candidate becomes a structure if there was no failure.
 void hk_candidate_settle(const pus_hk_t* hk, pus_hk_structure_t* place);
 
-/// No other loop samples in between, while structures change.
+/// Lock and unlock the guard, so that no other loop samples while structures change.
 void hk_guard(const pus_hk_t* hk);
 void hk_release(const pus_hk_t* hk);
 /// Enable or disable periodic generation; an interval begins with the next step.

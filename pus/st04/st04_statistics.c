@@ -13,9 +13,8 @@ enum {
     DEFINITION_REPORT = 9
 };
 
-#define INTERVAL_KEY                                                                                         \
-    0U // Key of the record of the reporting interval; other keys are parameter ids, which are not 0.
-#define ENTRY_MAX 60U // Largest entry of TM[4,2] [octets].
+#define INTERVAL_KEY 0U // Key of the record of the reporting interval; no parameter id is 0.
+#define ENTRY_MAX 60U   // Largest entry of TM[4,2] [octets].
 #define NS_PER_S 1000000000U
 
 void pus_statistics_init(pus_statistics_t* const self, const pus_statistics_config_t* const config)
@@ -108,7 +107,7 @@ static void sample(pus_statistics_t* const self, pus_statistic_t* const statisti
         self->counters.samples++;
         add_sample(statistic, bits, value, self->config.process->epoch_ns + now_ns);
     } else {
-        // It is full.
+        // The counter of samples is at its maximum.
     }
 }
 
@@ -194,7 +193,7 @@ static pus_failure_t keep(pus_statistics_t* const self, const uint32_t key, cons
     return pus_failure((status == STATUS_OK) ? PUS_FAILURE_NONE : PUS_FAILURE_IO, (uint32_t)status);
 }
 
-/// Find a place for a definition. `offset`: of it in the request.
+/// Find a place for a definition. `offset`: its offset in the request.
 static pus_failure_t prepare(const pus_statistics_t* const self, pus_statistic_t* const candidate,
                              pus_statistic_t** const out_place, const uint32_t offset)
 {
@@ -272,8 +271,8 @@ status_t pus_statistics_restore(pus_statistics_t* const self, const uint32_t key
 
 // Requests.
 
-static void settle(pus_statistics_t* const self, pus_request_t* const request, const uint16_t instruction,
-                   const pus_failure_t* const failure)
+static void perform_or_refuse(pus_statistics_t* const self, pus_request_t* const request,
+                              const uint16_t instruction, const pus_failure_t* const failure)
 {
     if (failure->code == PUS_FAILURE_NONE) {
         pus_request_perform(request);
@@ -345,7 +344,7 @@ static pus_reply_t add_definitions(void* const context, pus_request_t* const req
         pus_statistic_t candidate   = {.in_use = true, .scalar = {.id = octet_read_u32(&request->reader)}};
         candidate.interval_ticks    = pus_relative_time_read(&request->reader);
         const pus_failure_t failure = add(self, &candidate, offset);
-        settle(self, request, i, &failure);
+        perform_or_refuse(self, request, i, &failure);
     }
     return pus_done();
 }
@@ -388,7 +387,7 @@ static pus_reply_t delete_definitions(void* const context, pus_request_t* const 
         pus_statistic_t* const statistic = find(self, id);
         const pus_failure_t failure =
             (statistic == NULL) ? pus_failure(PUS_FAILURE_UNKNOWN_ID, id) : delete_statistic(self, statistic);
-        settle(self, request, i, &failure);
+        perform_or_refuse(self, request, i, &failure);
     }
     return pus_done();
 }

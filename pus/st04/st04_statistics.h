@@ -3,7 +3,7 @@
 /// smallest value with their times, mean and standard deviation. All 9 messages. Sampling and reports:
 /// docs/services/st04.md.
 ///
-/// Definitions and the reporting interval are lasting; samples are not.
+/// Definitions and the reporting interval are persistent; samples are not.
 ///
 /// Ownership  The caller places all storage.
 /// Context    The loop of the process.
@@ -54,7 +54,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     struct {
         uint32_t samples;    ///< Samples taken.
         uint32_t missing;    ///< Samples not taken because the parameter was unavailable.
-        uint32_t not_finite; ///< Values that were no finite number.
+        uint32_t not_finite; ///< Values that were not finite.
         uint32_t lost;       ///< Periodic reports that were not sent completely.
         uint32_t refused;    ///< Instructions and requests refused.
         uint32_t unsaved;    ///< Records that could not be stored; their changes were refused.
@@ -65,7 +65,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 void pus_statistics_init(pus_statistics_t* self, const pus_statistics_config_t* config);
 /// The service's entry for a dispatcher; subtypes and step included.
 pus_service_t pus_statistics_service(pus_statistics_t* self);
-/// Restore one record. STATUS_OK, STATUS_INVALID (malformed, no scalar, or an interval out of range),
+/// Restore one record. STATUS_OK, STATUS_INVALID (malformed, not a scalar, or an interval out of range),
 /// STATUS_EXHAUSTED (no room). The parameter may come later.
 MUST_USE status_t pus_statistics_restore(pus_statistics_t* self, uint32_t key, const uint8_t* octets,
                                          size_t size);

@@ -48,7 +48,7 @@ static status_t report(const pus_events_t* const events, const pus_event_definit
     return pus_tm_post(events->process, &writer);
 }
 
-/// TC[5,6] takes the report away, not the reaction: recovery plans and ST[19] act on the notice.
+/// TC[5,6] disables the report, not the reactions: recovery plans and ST[19] act on the notice.
 static status_t notice(const pus_events_t* const events, const pus_event_definition_t* const definition,
                        const uint64_t now_ns)
 {
@@ -56,8 +56,8 @@ static status_t notice(const pus_events_t* const events, const pus_event_definit
     return pus_event_notice_report(events->process, &content, now_ns);
 }
 
-/// True if the limiter lets the event pass, which it then has noted. Times are compared modulo their range: a
-/// time further ahead than a burst can reach has wrapped, and is past.
+/// True if the limiter lets the event pass; the event is then included in due_ms. Times are compared modulo
+/// 2^32 ms: a due_ms that is further ahead than a whole burst is in the past.
 static bool passes(const pus_events_t* const events, const pus_event_definition_t* const definition,
                    pus_event_state_t* const state, const uint64_t now_ns)
 {
@@ -81,14 +81,15 @@ static bool passes(const pus_events_t* const events, const pus_event_definition_
 void pus_events_report_suppressed_by(pus_events_t* const events, const uint16_t event_id)
 {
     FSW_ASSERT(events != NULL);
-    events->teller = event_id;
+    events->reporter_id = event_id;
 }
 
-/// The next event, after the one reported last, with suppressed occurrences. There is one.
+/// The next event with suppressed occurrences, after the one reported last. The caller has checked that there
+/// is one.
 static uint16_t next_suppressed(const pus_events_t* const events)
 {
-    uint16_t index = (uint16_t)((events->told + 1U) % events->count);
-    while ((index != events->told) && (events->states[index].suppressed == 0U)) {
+    uint16_t index = (uint16_t)((events->last_reported + 1U) % events->count);
+    while ((index != events->last_reported) && (events->states[index].suppressed == 0U)) {
         index = (uint16_t)((index + 1U) % events->count);
     }
     return index;
@@ -97,7 +98,7 @@ static uint16_t next_suppressed(const pus_events_t* const events)
 bool pus_events_step(pus_events_t* const events, const uint64_t now_ns)
 {
     FSW_ASSERT(events != NULL);
-    if ((events->teller == 0U) || (events->untold == 0U)) {
+    if ((events->reporter_id == 0U) || (events->unreported == 0U)) {
         return false;
     }
     if (now_ns < events->next_report_ns) {
@@ -108,13 +109,13 @@ bool pus_events_step(pus_events_t* const events, const uint64_t now_ns)
     uint8_t octets[PUS_SUPPRESSED_AUX];
     octets_put_u16(octets, events->definitions[index].id);
     octets_put_u32(&octets[sizeof(uint16_t)], state->suppressed);
-    if (pus_event_raise(events, events->teller, octets, sizeof octets, now_ns) == STATUS_OK) {
-        state->suppressed = 0U;
-        events->told      = index;
-        events->untold--;
+    if (pus_event_raise(events, events->reporter_id, octets, sizeof octets, now_ns) == STATUS_OK) {
+        state->suppressed     = 0U;
+        events->last_reported = index;
+        events->unreported--;
     }
     events->next_report_ns = now_ns + PUS_SUPPRESSED_REPORT_NS;
-    return events->untold > 0U;
+    return events->unreported > 0U;
 }
 
 status_t pus_event_raise(pus_events_t* const events, const uint16_t event_id, const uint8_t* const aux,
@@ -133,7 +134,8 @@ status_t pus_event_raise(pus_events_t* const events, const uint16_t event_id, co
     }
     events->states[index].raised++;
     if (!passes(events, definition, &events->states[index], now_ns)) {
-        events->untold = (uint16_t)(events->untold + ((events->states[index].suppressed == 0U) ? 1U : 0U));
+        events->unreported =
+            (uint16_t)(events->unreported + ((events->states[index].suppressed == 0U) ? 1U : 0U));
         events->states[index].suppressed++;
         events->counters.suppressed++;
         return STATUS_OK;

@@ -47,9 +47,9 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     const pus_event_definition_t* definitions;
     pus_event_state_t* states;
     uint16_t count;
-    uint16_t told;   // Index of the event whose suppressed occurrences were reported last.
-    uint16_t untold; // Events with suppressed occurrences that were not reported yet.
-    uint16_t teller; // Event that reports them; 0: there is none.
+    uint16_t last_reported; // Index of the event whose suppressed occurrences were reported last.
+    uint16_t unreported;    // Events with suppressed occurrences that were not reported yet.
+    uint16_t reporter_id;   // Event that reports them; 0: there is none.
     uint64_t next_report_ns;
     struct {
         uint32_t suppressed; ///< Occurrences that the limiter did not let pass.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A file of its own: only programs that react to events of others need it, not those that raise events.
+// A separate file, because only programs that react to events of other processes need this code.
 #include "base/assertion.h"
 #include "pus/st05/st05_events.h"
 #include "pus/private/st129_management.h"

@@ -60,9 +60,9 @@ bool memory_is_inside(const memory_target_t* const target, const uint32_t addres
     return is_inside && (((target->origin + address) % access) == 0U) && ((length % access) == 0U);
 }
 
-pus_failure_t memory_judge(const pus_memory_service_t* const service, const memory_target_t* const target,
-                           const uint32_t address, const uint32_t length, const bool is_write,
-                           const size_t place)
+pus_failure_t memory_check_access(const pus_memory_service_t* const service,
+                                  const memory_target_t* const target, const uint32_t address,
+                                  const uint32_t length, const bool is_write, const size_t place)
 {
     const pus_memory_t* const memory = target->memory;
     if (length == 0U) {

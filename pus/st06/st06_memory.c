@@ -63,7 +63,7 @@ static pus_reply_t load(void* const self, pus_request_t* const request, const bo
         const uint8_t* const octets = octet_read_octets(reader, size);
         const uint16_t checksum     = octet_read_u16(reader);
         const uint16_t computed     = crc16_ccitt(octets, size);
-        failure                     = memory_judge(service, &target, address, size, true, place);
+        failure                     = memory_check_access(service, &target, address, size, true, place);
         if ((failure.code == PUS_FAILURE_NONE) && (computed != checksum)) {
             failure = memory_fail(service, PUS_FAILURE_DATA_CHECKSUM, computed);
         }
@@ -91,7 +91,7 @@ static pus_reply_t load_raw(void* const self, pus_request_t* const request)
     return load(self, request, false);
 }
 
-/// The bits of a mask, in one write.
+/// Load the bits that a mask selects, in one write.
 static pus_reply_t load_atomic(void* const self, pus_request_t* const request)
 {
     pus_memory_service_t* const service = self;
@@ -106,7 +106,7 @@ static pus_reply_t load_atomic(void* const self, pus_request_t* const request)
     const uint32_t address    = octet_read_u32(reader);
     const uint8_t* const mask = octet_read_octets(reader, PUS_MEMORY_ATOMIC);
     const uint8_t* const data = octet_read_octets(reader, PUS_MEMORY_ATOMIC);
-    failure                   = memory_judge(service, &target, address, PUS_MEMORY_ATOMIC, true, place);
+    failure = memory_check_access(service, &target, address, PUS_MEMORY_ATOMIC, true, place);
     if ((failure.code == PUS_FAILURE_NONE) && ((address % PUS_MEMORY_ATOMIC) != 0U)) {
         failure = memory_fail(service, PUS_FAILURE_ADDRESS, address);
     }

@@ -28,11 +28,11 @@ typedef struct {
     uint32_t base;  ///< First address.
     uint32_t size;  ///< [octets], >= 1; base + size <= 2^32.
     void* context;
-    /// `size` octets from an address on, within the memory and aligned. STATUS_OK or the error.
+    /// Read `size` octets from an address on, within the memory and aligned. STATUS_OK or the error.
     status_t (*read)(void* context, uint32_t address, uint8_t* octets, size_t size);
-    /// The same for writing; of up to PUS_MEMORY_ATOMIC octets without an interruption. Null: read-only.
+    /// Write `size` octets, up to PUS_MEMORY_ATOMIC of them without interruption. Null: read-only.
     status_t (*write)(void* context, uint32_t address, const uint8_t* octets, size_t size);
-    /// Let the hardware find and mend errors there. Null: this memory cannot be scrubbed.
+    /// Let the hardware find and correct errors there. Null: this memory cannot be scrubbed.
     void (*scrub)(void* context, uint32_t address, size_t size);
     /// Begin and size of an object, inside the memory. STATUS_OK, STATUS_NOT_FOUND. Null: there are none.
     status_t (*object)(void* context, uint32_t base_id, uint32_t* out_address, uint32_t* out_size);
@@ -47,7 +47,7 @@ typedef struct { // Private.
 typedef struct {  // Private: a request under way.
     uint8_t kind; // 0: free.
     bool is_object;
-    uint8_t memory; // Its place in the list.
+    uint8_t memory; // Its index in the list.
     uint8_t phase;  // Phase of a load by reference.
     uint8_t count;  // Areas.
     uint8_t index;  // Area under way, from 0.

@@ -21,7 +21,7 @@ enum { // Phases of an area that is loaded by reference.
 };
 
 #define AREA_SIZE 8U       // Address and length of an area in a request [octets].
-#define FILE_AREA_SIZE 14U // The same with its place in a file, and checksum.
+#define FILE_AREA_SIZE 14U // Address, offset in the file, length and checksum [octets].
 
 static pus_failure_t none(void)
 {
@@ -76,7 +76,7 @@ static void finish(pus_memory_service_t* const service, pus_memory_operation_t* 
     pus_verify_ended(service->config.process, &operation->token, failure, now_ns);
 }
 
-/// The area under way is done with; on to the next.
+/// Go on to the next area.
 static void next_area(pus_memory_operation_t* const operation)
 {
     operation->done     = 0U;
@@ -85,7 +85,7 @@ static void next_area(pus_memory_operation_t* const operation)
     operation->index++;
 }
 
-/// The area under way failed.
+/// Note that the present area failed, and go on to the next.
 static void fail_area(pus_memory_service_t* const service, pus_memory_operation_t* const operation,
                       const pus_failure_t* const failure)
 {
@@ -133,13 +133,13 @@ static octet_writer_t begin_report(const pus_memory_service_t* const service,
     return writer;
 }
 
-/// The count at `place`, when it is known.
+/// Write the number of entries at `place`.
 static void put_count(octet_writer_t* const writer, const size_t place, const uint16_t count)
 {
     octets_put_u16(&writer->octets[place], count);
 }
 
-/// One report of a dump: as much of the areas as a slice takes. False: the process takes none now.
+/// Send one report of a dump, with one slice of the areas. False: the process does not take it now.
 static bool dump(pus_memory_service_t* const service, pus_memory_operation_t* const operation,
                  const uint64_t now_ns)
 {
@@ -189,7 +189,7 @@ static bool dump(pus_memory_service_t* const service, pus_memory_operation_t* co
     return true;
 }
 
-/// Read a slice of the area under way into the checksum. False: the area ended with it, or failed.
+/// Include a slice of the present area in its checksum. *room: octets left of the slice.
 static void check_slice(pus_memory_service_t* const service, pus_memory_operation_t* const operation,
                         uint32_t* const room)
 {
@@ -212,7 +212,7 @@ static void check_slice(pus_memory_service_t* const service, pus_memory_operatio
     }
 }
 
-/// The report of a check. False: the process takes none now.
+/// Report a check. False: the process does not take the report now.
 static bool report_checks(const pus_memory_service_t* const service,
                           const pus_memory_operation_t* const operation, const uint64_t now_ns)
 {
@@ -245,7 +245,7 @@ static bool report_checks(const pus_memory_service_t* const service,
     return pus_tm_send(service->config.process, &writer) == STATUS_OK;
 }
 
-/// A slice of a file: first into the checksum, then, from the begin again, into the memory.
+/// Read a slice of a file: a first pass computes the checksum of the area, a second one loads it.
 static void load_slice(pus_memory_service_t* const service, pus_memory_operation_t* const operation,
                        uint32_t* const room)
 {
@@ -281,11 +281,11 @@ static void load_slice(pus_memory_service_t* const service, pus_memory_operation
         operation->phase = PHASE_LOAD;
         operation->done  = 0U;
     } else {
-        // More of it in the next step.
+        // The rest follows in the next step.
     }
 }
 
-/// A slice of memory to the end of a file.
+/// Append a slice of memory to a file.
 static void dump_slice(pus_memory_service_t* const service, pus_memory_operation_t* const operation,
                        uint32_t* const room)
 {
@@ -312,7 +312,7 @@ static void dump_slice(pus_memory_service_t* const service, pus_memory_operation
     }
 }
 
-/// Move an operation on by a slice. True: it has ended.
+/// Advance an operation by a slice. True: it has ended.
 static bool advance(pus_memory_service_t* const service, pus_memory_operation_t* const operation,
                     const uint64_t now_ns)
 {
@@ -401,7 +401,7 @@ static pus_file_name_t read_name(octet_reader_t* const reader)
     return name;
 }
 
-/// Why a file cannot be opened; `place`: octet offset of its name.
+/// The failure for a status of opening a file; `place`: octet offset of its name.
 static pus_failure_t failure_of(const status_t status, const size_t place)
 {
     switch (status) {
@@ -419,16 +419,17 @@ static pus_failure_t failure_of(const status_t status, const size_t place)
     }
 }
 
-/// Refuse the areas that cannot be touched. False: that is all of them.
-static bool judge_areas(pus_memory_service_t* const service, pus_request_t* const request,
+/// Refuse the areas that may not be accessed. False: all were refused.
+static bool check_areas(pus_memory_service_t* const service, pus_request_t* const request,
                         pus_memory_operation_t* const operation, const memory_target_t* const target,
                         const uint32_t file_size)
 {
     const bool is_load = (operation->kind == (uint8_t)MEMORY_LOAD_FILE);
     for (uint8_t i = 0U; i < operation->count; i++) {
-        const area_t area     = area_of(operation, i);
-        const size_t place    = operation->list + ((size_t)i * operation->entry);
-        pus_failure_t failure = memory_judge(service, target, area.address, area.length, is_load, place);
+        const area_t area  = area_of(operation, i);
+        const size_t place = operation->list + ((size_t)i * operation->entry);
+        pus_failure_t failure =
+            memory_check_access(service, target, area.address, area.length, is_load, place);
         const bool is_in_file = (area.offset <= file_size) && (area.length <= (file_size - area.offset));
         if ((failure.code == PUS_FAILURE_NONE) && is_load && !is_in_file) {
             failure = pus_failure(PUS_FAILURE_OUT_OF_RANGE, (uint32_t)place);
@@ -443,7 +444,8 @@ static bool judge_areas(pus_memory_service_t* const service, pus_request_t* cons
     return operation->refused < operation->count;
 }
 
-/// Make an operation of a request, whose areas follow; or of the one area that is the whole object.
+/// Set up an operation for a request. Its areas follow in the request; MEMORY_CHECK_OBJECT has one area, the
+/// whole object.
 static void take(pus_memory_operation_t* const operation, const pus_request_t* const request,
                  const memory_kind_t kind, const memory_target_t* const target)
 {
@@ -473,8 +475,8 @@ static void take(pus_memory_operation_t* const operation, const pus_request_t* c
     }
 }
 
-/// Open or create the file of an operation and check its areas. PUS_FAILURE_NONE, or the reason; without any
-/// area left the operation ends.
+/// Open or create the file of an operation and check its areas. PUS_FAILURE_NONE, or the failure. If all
+/// areas are refused, the operation ends.
 static pus_failure_t begin_areas(pus_memory_service_t* const service, pus_request_t* const request,
                                  pus_memory_operation_t* const operation, const memory_target_t* const target,
                                  const pus_file_name_t* const name, const size_t place)
@@ -486,10 +488,10 @@ static pus_failure_t begin_areas(pus_memory_service_t* const service, pus_reques
     if (is_load) {
         status = files->open(files->context, name, &operation->file, &size);
     }
-    if ((status == STATUS_OK) && !judge_areas(service, request, operation, target, size)) {
+    if ((status == STATUS_OK) && !check_areas(service, request, operation, target, size)) {
         operation->kind = 0U;
         if (is_load) {
-            (void)files->close(files->context, operation->file); // Nothing was done with it.
+            (void)files->close(files->context, operation->file); // Nothing was written.
         }
         return none();
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private part of ST[06]: areas of a request and whether they may be touched, and the operations that take
+/// Private part of ST[06]: areas of a request, the checks of an access to them, and the operations that take
 /// several steps.
 #ifndef PUS_ST06_ST06_OPERATIONS_H
 #define PUS_ST06_ST06_OPERATIONS_H
@@ -14,12 +14,12 @@ typedef enum {
     MEMORY_DUMP_FILE
 } memory_kind_t;
 
-/// Read memory id and, for objects, base id. PUS_FAILURE_NONE, or why the request is refused.
+/// Read memory id and, for objects, base id. PUS_FAILURE_NONE, or the failure that refuses the request.
 pus_failure_t memory_target(const pus_memory_service_t* service, octet_reader_t* reader, bool is_object,
                             memory_target_t* out_target);
-/// Why an area may not be touched, or PUS_FAILURE_NONE. `place`: octet offset of its entry.
-pus_failure_t memory_judge(const pus_memory_service_t* service, const memory_target_t* target,
-                           uint32_t address, uint32_t length, bool is_write, size_t place);
+/// The failure that refuses the access to an area, or PUS_FAILURE_NONE. `place`: octet offset of its entry.
+pus_failure_t memory_check_access(const pus_memory_service_t* service, const memory_target_t* target,
+                                  uint32_t address, uint32_t length, bool is_write, size_t place);
 /// Read back `size` octets and compare. PUS_FAILURE_NONE, PUS_FAILURE_VERIFY or PUS_FAILURE_IO.
 pus_failure_t memory_verify(pus_memory_service_t* service, const pus_memory_t* memory, uint32_t address,
                             const uint8_t* expected, size_t size);

@@ -31,7 +31,7 @@ void pus_functions_init(pus_functions_t* const functions, const pus_function_t* 
         .functions = table, .count = count, .port = *port, .area = (uint8_t*)area, .area_size = area_size};
 }
 
-/// Index of the function named, or `count` if there is none; null names none.
+/// Index of the function with this name, or `count` if there is none or the name is null.
 static uint16_t function_of(const pus_functions_t* const functions, const uint8_t* const name)
 {
     uint16_t index = 0U;
@@ -108,7 +108,7 @@ static bool decode_argument(const pus_functions_t* const functions, const pus_ar
 static bool decode(const pus_functions_t* const functions, const pus_function_t* const function,
                    octet_reader_t* const reader, pus_reply_t* const out_reply)
 {
-    uint32_t seen       = 0U; // One bit an argument.
+    uint32_t seen       = 0U; // One bit for each argument.
     const uint8_t count = octet_read_u8(reader);
     (void)memset(functions->area, 0, functions->area_size);
     for (uint8_t i = 0U; i < count; i++) {

@@ -5,7 +5,7 @@
 ///
 /// A report is sent in the first step at or after each multiple of its period on the clock of the mission,
 /// once, however far the clock jumps. A report that the port refuses is built again in the next step, with
-/// the time of that step. The rate is one lasting record, key 0.
+/// the time of that step. The rate is one persistent record, key 0.
 ///
 /// Ownership  The caller places it.
 /// Context    One loop.
@@ -46,8 +46,8 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 } pus_time_t;
 
 void pus_time_init(pus_time_t* time, const pus_time_config_t* config);
-/// Restore the lasting record. STATUS_OK; STATUS_NOT_FOUND (key other than 0), STATUS_INVALID: the rate does
-/// not change.
+/// Restore the persistent record. STATUS_OK; STATUS_NOT_FOUND (key other than 0), STATUS_INVALID: the rate
+/// does not change.
 MUST_USE status_t pus_time_restore(pus_time_t* time, uint32_t key, const uint8_t* octets, size_t size);
 /// Send a report if one is due.
 void pus_time_step(pus_time_t* time, uint64_t now_ns);

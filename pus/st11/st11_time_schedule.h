@@ -21,7 +21,7 @@ typedef struct { // Private, except schedule.counters and schedule.count.
 void pus_time_schedule_init(pus_time_schedule_t* self, uint32_t epoch_s, const pus_schedule_config_t* config);
 /// The service's entry for a dispatcher, without a step.
 pus_service_t pus_time_schedule_service(pus_time_schedule_t* self);
-/// Restore a lasting record. Statuses of pus_schedule_restore.
+/// Restore a persistent record. Statuses of pus_schedule_restore.
 MUST_USE status_t pus_time_schedule_restore(pus_time_schedule_t* self, uint32_t key, const uint8_t* octets,
                                             size_t size);
 /// Release due activities, and continue a report.

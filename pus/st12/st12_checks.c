@@ -133,9 +133,9 @@ static void change(pus_monitoring_t* const self, pus_pmon_t* const pmon, const u
     }
 }
 
-// Judging.
+// Checks of a value.
 
-static uint8_t judge_limit(const pus_pmon_t* const pmon, const uint64_t value)
+static uint8_t check_limit(const pus_pmon_t* const pmon, const uint64_t value)
 {
     const pus_comparison_t low = pus_scalar_compare(pmon->scalar.type, value, pmon->low);
     if ((low == PUS_LESS) || (low == PUS_UNORDERED)) {
@@ -145,8 +145,8 @@ static uint8_t judge_limit(const pus_pmon_t* const pmon, const uint64_t value)
                                                                                      : PUS_CHECK_NOMINAL;
 }
 
-/// Unchecked as long as the block of differences is not complete.
-static uint8_t judge_delta(pus_pmon_t* const pmon, const uint64_t value)
+/// Result of a delta check: PUS_CHECK_UNCHECKED until the block of differences is complete.
+static uint8_t check_delta(pus_pmon_t* const pmon, const uint64_t value)
 {
     if (!pmon->has_first) {
         pmon->has_first   = true;
@@ -171,13 +171,13 @@ static uint8_t judge_delta(pus_pmon_t* const pmon, const uint64_t value)
     return (high == PUS_GREATER) ? PUS_CHECK_HIGH : PUS_CHECK_NOMINAL;
 }
 
-static uint8_t judge(pus_pmon_t* const pmon, const uint64_t value)
+static uint8_t check_value(pus_pmon_t* const pmon, const uint64_t value)
 {
     if (pmon->check_type == (uint8_t)PUS_CHECK_EXPECTED) {
         return ((value & pmon->low) == pmon->high) ? PUS_CHECK_NOMINAL : PUS_CHECK_LOW;
     }
-    return (pmon->check_type == (uint8_t)PUS_CHECK_LIMIT) ? judge_limit(pmon, value)
-                                                          : judge_delta(pmon, value);
+    return (pmon->check_type == (uint8_t)PUS_CHECK_LIMIT) ? check_limit(pmon, value)
+                                                          : check_delta(pmon, value);
 }
 
 static void check(pus_monitoring_t* const self, pus_pmon_t* const pmon, const uint64_t now_ns)
@@ -195,7 +195,7 @@ static void check(pus_monitoring_t* const self, pus_pmon_t* const pmon, const ui
         }
         return;
     }
-    const uint8_t verdict = judge(pmon, value);
+    const uint8_t verdict = check_value(pmon, value);
     if (verdict == (uint8_t)PUS_CHECK_UNCHECKED) {
         return;
     }
@@ -223,7 +223,7 @@ void pus_monitoring_step(pus_monitoring_t* const self, const uint64_t now_ns, co
         pus_due_repeat(&self->due, self->cycle, pmon->interval);
         check(self, pmon, now_ns);
     }
-    monitoring_judge_touched(self, now_ns);
+    monitoring_evaluate_touched(self, now_ns);
     if ((self->transition_count == self->config.transition_capacity) ||
         ((self->transition_count > 0U) &&
          ((self->cycle - self->transitions_since) >= self->reporting_delay))) {

@@ -106,9 +106,9 @@ void monitoring_write_transition(octet_writer_t* const writer, const pus_check_t
     pus_time_write(writer, transition->time_ns);
 }
 
-// Whether a definition is consistent.
+// Checks of a definition.
 
-/// A parameter that a record names may not be there yet.
+/// Find a parameter; one that a record names may not exist yet.
 static pus_failure_t find(const pus_monitoring_t* const self, const monitoring_origin_t origin,
                           pus_scalar_t* const scalar)
 {
@@ -144,7 +144,7 @@ pus_failure_t monitoring_check_event(const pus_monitoring_t* const self, const u
     return pus_failure(is_filled ? PUS_FAILURE_NONE : PUS_FAILURE_ACCESS, event_id);
 }
 
-/// Whether a value can ever be nominal by the criteria.
+/// True if some value satisfies the criteria.
 static bool has_sense(const pus_pmon_t* const pmon)
 {
     pus_comparison_t order = PUS_EQUAL;

@@ -94,7 +94,7 @@ bool monitoring_is_protected(pus_monitoring_t* const self, const pus_pmon_t* con
     return is_protected;
 }
 
-// Judging.
+// Evaluation.
 
 static uint16_t failing(const pus_monitoring_t* const self, const pus_fmon_t* const fmon)
 {
@@ -121,7 +121,7 @@ static void fail(pus_monitoring_t* const self, const pus_fmon_t* const fmon, con
     }
 }
 
-static void judge(pus_monitoring_t* const self, pus_fmon_t* const fmon, const uint64_t now_ns)
+static void evaluate(pus_monitoring_t* const self, pus_fmon_t* const fmon, const uint64_t now_ns)
 {
     if (!monitoring_is_valid(self, &fmon->validity)) {
         fmon->status = PUS_FMON_INVALID;
@@ -138,13 +138,13 @@ static void judge(pus_monitoring_t* const self, pus_fmon_t* const fmon, const ui
     }
 }
 
-void monitoring_judge_touched(pus_monitoring_t* const self, const uint64_t now_ns)
+void monitoring_evaluate_touched(pus_monitoring_t* const self, const uint64_t now_ns)
 {
     for (uint16_t i = 0U; i < self->touched_count; i++) {
         pus_fmon_t* const fmon = &self->config.fmons[self->config.touched[i]];
         fmon->is_touched       = false;
         if (self->is_functional && fmon->is_enabled) { // It may have been disabled meanwhile.
-            judge(self, fmon, now_ns);
+            evaluate(self, fmon, now_ns);
         }
     }
     self->touched_count = 0U;
@@ -186,7 +186,7 @@ static bool read_fmon(octet_reader_t* const reader, const monitoring_origin_t or
     return true;
 }
 
-/// As an entry of TM[12,26], and a record. The members are those in the table.
+/// Write a definition as an entry of TM[12,26] and as a record. `members`: its entries in the table.
 static void write_fmon(octet_writer_t* const writer, const pus_fmon_t* const fmon,
                        const pus_fmon_member_t* const members)
 {
@@ -220,7 +220,7 @@ static pus_failure_t check_fmon(const pus_monitoring_t* const self, const monito
                : monitoring_check_validity(self, origin, &fmon->validity, offset);
 }
 
-/// Put the ids of the members into the place of the definition to be.
+/// Enter the ids of the members in the table, for a new definition.
 static pus_failure_t take_members(const pus_monitoring_t* const self, candidate_t* const candidate,
                                   pus_fmon_member_t* const members)
 {
@@ -343,7 +343,7 @@ static pus_failure_t set(pus_monitoring_t* const self, const uint16_t id, const 
                          const bool is_protected)
 {
     pus_fmon_t* const fmon = fmon_of(self, id);
-    FSW_ASSERT(fmon != NULL); // Found before.
+    FSW_ASSERT(fmon != NULL); // The caller has found it.
     pus_fmon_t changed   = *fmon;
     changed.is_enabled   = is_enabled;
     changed.is_protected = is_protected;

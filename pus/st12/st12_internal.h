@@ -25,16 +25,16 @@ typedef enum {
 
 // Definitions of parameter monitoring (st12_definitions.c).
 
-/// Read a definition. False: no scalar, or no such check type.
+/// Read a definition. False: not a scalar, or no such check type.
 bool monitoring_read_pmon(octet_reader_t* reader, monitoring_origin_t origin, pus_pmon_t* out_pmon);
-/// Write a definition as in TM[12,9] and in a lasting record.
+/// Write a definition as in TM[12,9] and in a persistent record.
 void monitoring_write_pmon(octet_writer_t* writer, const pus_pmon_t* pmon);
 /// Write a transition as in TM[12,11] and TM[12,12].
 void monitoring_write_transition(octet_writer_t* writer, const pus_check_transition_t* transition);
 bool monitoring_read_validity(octet_reader_t* reader, pus_validity_t* out_validity);
 void monitoring_write_validity(octet_writer_t* writer, const pus_validity_t* validity);
-/// Find events and, for a request, parameters; check the definition. `offset`: of it, for the
-/// failure.
+/// Find events and, for a request, parameters; check the definition. `offset`: offset of the definition, for
+/// the failure.
 pus_failure_t monitoring_check_pmon(const pus_monitoring_t* self, monitoring_origin_t origin,
                                     pus_pmon_t* pmon, uint32_t offset);
 pus_failure_t monitoring_check_validity(const pus_monitoring_t* self, monitoring_origin_t origin,
@@ -45,7 +45,7 @@ pus_failure_t monitoring_check_event(const pus_monitoring_t* self, uint16_t even
 
 /// Null if there is none.
 pus_pmon_t* monitoring_pmon(const pus_monitoring_t* self, uint16_t id);
-/// Keep a record. PUS_FAILURE_NONE or PUS_FAILURE_IO.
+/// Store or erase a record. PUS_FAILURE_NONE or PUS_FAILURE_IO.
 pus_failure_t monitoring_save(pus_monitoring_t* self, uint32_t kind, uint16_t id, const uint8_t* octets,
                               size_t size);
 pus_failure_t monitoring_forget(pus_monitoring_t* self, uint32_t kind, uint16_t id);
@@ -69,17 +69,17 @@ status_t monitoring_status(const pus_failure_t* failure);
 bool monitoring_is_valid(const pus_monitoring_t* self, const pus_validity_t* validity);
 /// Let a PMON be checked from the next cycle on, if it and the function are enabled.
 void monitoring_schedule(pus_monitoring_t* self, const pus_pmon_t* pmon);
-/// Check it no more; its status is unchecked.
+/// Stop checking a PMON; its status becomes unchecked.
 void monitoring_uncheck(pus_monitoring_t* self, pus_pmon_t* pmon);
 
 // Functional monitoring (st12_functional.c).
 
 /// Update in each PMON which FMONs name it, if that has changed.
 void monitoring_link(pus_monitoring_t* self);
-/// The FMONs that name a PMON are to be judged.
+/// Mark the FMONs that name a PMON for evaluation.
 void monitoring_touch(pus_monitoring_t* self, const pus_pmon_t* pmon);
-/// Judge the FMONs that were touched.
-void monitoring_judge_touched(pus_monitoring_t* self, uint64_t now_ns);
+/// Evaluate the FMONs that were marked.
+void monitoring_evaluate_touched(pus_monitoring_t* self, uint64_t now_ns);
 /// Whether a protected FMON names a PMON.
 bool monitoring_is_protected(pus_monitoring_t* self, const pus_pmon_t* pmon);
 status_t monitoring_restore_fmon(pus_monitoring_t* self, octet_reader_t* reader);

@@ -248,7 +248,7 @@ static pus_failure_t look_up(pus_monitoring_t* const self, const uint16_t id)
     return pus_failure((monitoring_pmon(self, id) == NULL) ? PUS_FAILURE_UNKNOWN_ID : PUS_FAILURE_NONE, id);
 }
 
-/// The record first: a change that cannot be stored is not made.
+/// Store the record first: a change that cannot be stored is not made.
 static pus_failure_t set_enabled(pus_monitoring_t* const self, pus_pmon_t* const pmon, const bool is_enabled)
 {
     const bool was_enabled      = pmon->is_enabled;
@@ -339,7 +339,7 @@ static pus_reply_t change_delay(void* const context, pus_request_t* const reques
     return monitoring_reply(self, &failure);
 }
 
-/// Each is deleted as if it were disabled: the function is.
+/// Delete all definitions, also enabled ones: the function is disabled.
 static pus_reply_t delete_all(void* const context, pus_request_t* const request)
 {
     (void)request;

@@ -2,8 +2,8 @@
 /// ST[12] on-board monitoring: parameter monitoring (PMON) and functional monitoring (FMON) definitions. All
 /// 28 messages. Checks, statuses, events and restrictions: docs/services/st12.md.
 ///
-/// Definitions with their statuses, both functions and the reporting delay are lasting; results of checks are
-/// not.
+/// Definitions with their statuses, the statuses of both functions and the reporting delay are persistent;
+/// results of checks are not.
 ///
 /// Ownership  The caller places all storage.
 /// Context    The loop of the process.
@@ -71,8 +71,8 @@ typedef struct { // Private.
     uint8_t check_type;
     bool is_enabled;
     uint8_t status;
-    uint8_t verdict;      // The last one.
-    uint16_t verdicts;    // In a row, at most `repetition`.
+    uint8_t verdict;      // Result of the last check.
+    uint16_t verdicts;    // Equal results in a row, at most `repetition`.
     uint16_t differences; // Number of differences in the present block.
     bool has_first;       // The block has its first value.
     uint64_t first;
@@ -89,7 +89,7 @@ typedef struct { // Private.
     bool in_use;
     bool is_enabled;
     bool is_protected;
-    bool is_touched; // To be judged.
+    bool is_touched; // To be evaluated.
     pus_validity_t validity;
 } pus_fmon_t;
 
@@ -132,7 +132,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     bool is_functional; // The FMON function is enabled.
     bool is_unlinked;   // `members` is not up to date.
     struct {
-        uint32_t checks;      ///< Samples judged, valid or not.
+        uint32_t checks;      ///< Samples checked, valid or not.
         uint32_t transitions; ///< Changes of status.
         uint32_t lost;        ///< Transitions that were never reported: list full, and the port refused.
         uint32_t failures;    ///< FMONs that became failed.

@@ -153,8 +153,8 @@ static pus_large_uplink_t* find_uplink(const pus_large_t* const large, const boo
     return NULL;
 }
 
-/// Longest permitted size of the request in assembly, and in *out_size its size as far as it is
-/// known.
+/// Maximum size of the request that is being assembled. *out_size: its size by its length field, 0 until that
+/// has arrived.
 static size_t limit_of(const pus_large_t* const large, const pus_large_uplink_t* const uplink,
                        size_t* const out_size)
 {
@@ -212,8 +212,8 @@ static pus_reply_t take_first(void* const self, pus_request_t* const request)
     return append(large, uplink, request, octet_read_octets(&request->reader, size), size);
 }
 
-/// Offset of the first field that makes the assembled octets no acceptable request of this source; 0: they
-/// are one.
+/// Offset of the first field for which the assembled octets are not an acceptable request of this source; 0:
+/// they are acceptable.
 static uint32_t fault_of(const pus_large_t* const large, const pus_large_uplink_t* const uplink)
 {
     pus_tc_t tc;

@@ -17,7 +17,7 @@
 
 #define PUS_LARGE_PART 512U ///< Size of a part of a report; the last may be shorter [octets].
 
-#define PUS_LARGE_LAST_DOWN 3U ///< Subtype of a report's last part; the others lie below.
+#define PUS_LARGE_LAST_DOWN 3U ///< Subtype of a report's last part; the others have smaller ones.
 
 typedef enum {
     PUS_LARGE_TIMEOUT       = 1,
@@ -55,9 +55,9 @@ typedef struct {
     size_t uplink_size;  ///< Longest request that is assembled [octets], up to PUS_LARGE_MAX.
     uint64_t timeout_ns; ///< Longest time between two parts, and until `take` takes it.
     void* context;
-    /// How long a request to an application may be [octets]; more than `uplink_size` is as that.
+    /// Maximum size of a request to an application [octets]; `uplink_size` limits it.
     size_t (*limit)(void* context, uint16_t apid);
-    /// Take a whole request in, like one that was received. STATUS_OK, or any other status: try again later.
+    /// Accept a whole request, like one that was received. STATUS_OK, or any other status: try again later.
     status_t (*take)(void* context, const uint8_t* packet, size_t size, uint64_t now_ns);
 } pus_large_config_t;
 
@@ -83,8 +83,8 @@ void pus_large_init(pus_large_t* large, const pus_large_config_t* config);
 MUST_USE status_t pus_large_begin(pus_large_t* large, uint8_t service, uint8_t subtype, uint16_t destination,
                                   uint64_t now_ns, octet_writer_t* out_writer);
 /// Finish it: send it if it fits a packet (and keep it as pus_tm_post does), else send it in parts from the
-/// next step on. STATUS_OK, STATUS_TOO_LARGE (longer than the buffer: over), STATUS_EXHAUSTED (short, and the
-/// backlog is full: lost, counted).
+/// next step on. STATUS_OK, STATUS_TOO_LARGE (longer than the buffer: discarded), STATUS_EXHAUSTED (short,
+/// and the backlog is full: lost, counted).
 status_t pus_large_post(pus_large_t* large, octet_writer_t* writer);
 
 /// Send parts, pass complete requests on, abort uplinks that wait too long; call once per cycle.

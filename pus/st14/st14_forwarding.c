@@ -6,7 +6,7 @@
 
 #define RECORD_KEY 0U
 
-// Each list has four subtypes in a row: a first and a second that change it, one that asks and the answer.
+// Each list has four consecutive subtypes: two that change it, the request for its content and the report.
 #define SUBTYPES_PER_LIST 4U
 #define ANSWER_OFFSET 1U // Offset of an answer's subtype from the request's.
 

@@ -8,7 +8,7 @@
 /// ground deletes TM[1,x] of a process, it gets no verification of its requests to that process. At first all
 /// reports of the controlled processes are forwarded. Spacecraft time packets (APID 0) are not controlled.
 ///
-/// The configuration is one lasting record, key 0. A content report that is longer than a packet is split
+/// The configuration is one persistent record, key 0. A content report that is longer than a packet is split
 /// into several reports, each complete in itself.
 ///
 /// Ownership  The caller places entries and process list, which outlive the service.
@@ -39,8 +39,8 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 
 /// Forward everything of the controlled processes.
 void pus_forwarding_init(pus_forwarding_t* forwarding, const pus_forwarding_config_t* config);
-/// Restore the lasting record. STATUS_OK; STATUS_NOT_FOUND (key other than 0), STATUS_INVALID (malformed),
-/// STATUS_EXHAUSTED (more entries than there is room for): the configuration stays.
+/// Restore the persistent record. STATUS_OK; STATUS_NOT_FOUND (key other than 0), STATUS_INVALID (malformed),
+/// STATUS_EXHAUSTED (more entries than the capacity): nothing changed.
 MUST_USE status_t pus_forwarding_restore(pus_forwarding_t* forwarding, uint32_t key, const uint8_t* octets,
                                          size_t size);
 /// Decide about one report, and count it. True: it goes to ground now.

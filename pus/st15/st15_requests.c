@@ -96,7 +96,7 @@ static bool is_in_use(const order_t* const order)
            st15_is_copying(order->storage, order->number);
 }
 
-// Each decides about an instruction for a store and makes its next state: PUS_FAILURE_NONE or why not.
+// Each checks an instruction for a store and computes its next state. PUS_FAILURE_NONE, or the failure.
 
 static uint16_t enable(const order_t* const order, pus_store_state_t* const next)
 {
@@ -405,7 +405,7 @@ static pus_selection_list_t list_of(const uint8_t subtype)
     return (pus_selection_list_t)(((subtype - first) / 2U) + 1U); // Two subtypes for each list.
 }
 
-/// The store that a request begins with, store_count if there is none.
+/// Read the name of a store. Returns the number of the store, or store_count if there is none.
 static uint8_t read_store(const pus_storage_t* const storage, pus_request_t* const request,
                           const uint8_t** const out_name)
 {
@@ -422,7 +422,7 @@ static pus_reply_t execute_selection(void* const self, pus_request_t* const requ
     if (number == storage->config.store_count) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, id_of(name));
     }
-    // Additions have odd subtypes, but for events, where the deletion comes first.
+    // Additions have odd subtypes, except for events, where the subtype of the deletion comes first.
     const pus_selection_list_t list  = list_of(subtype);
     const bool is_addition           = ((subtype % 2U) == 1U) != (list == PUS_BLOCKED_EVENTS);
     pus_selection_t* const selection = &storage->stores[number].selection;

@@ -27,8 +27,8 @@ typedef struct {
     uint64_t to_ns;
 } window_t;
 
-/// Read the next packet in a window. STATUS_OK; STATUS_BUSY (the packet read is not of the window, or what is
-/// there is damaged: continue); STATUS_EMPTY (no more); STATUS_IO.
+/// Read the next packet in a window. STATUS_OK; STATUS_BUSY (the packet is outside of the window, or the
+/// rest of the block is damaged: continue); STATUS_EMPTY (no more); STATUS_IO.
 static status_t next_in(pus_packet_store_t* const log, const window_t* const window, uint64_t* const cursor,
                         budget_t* const budget, pus_stored_packet_t* const out_packet)
 {
@@ -69,7 +69,7 @@ static uint8_t next_store(const pus_storage_t* const storage)
     return best;
 }
 
-/// A packet of the retrieval has been passed on: note how far it is.
+/// Store the position of a retrieval after a packet was sent, or skipped if `packet` is null.
 static void advance(pus_store_t* const store, const uint64_t cursor, const pus_stored_packet_t* const packet)
 {
     pus_store_state_t* const state = &store->state;
@@ -92,7 +92,7 @@ static void pause(pus_storage_t* const storage, pus_store_t* const store)
     if (store->state.retrieval == (uint8_t)PUS_RETRIEVAL_RANGE) {
         store->state.retrieval     = (uint8_t)PUS_RETRIEVAL_NONE;
         store->is_moved            = true;
-        storage->is_checkpoint_due = true; // Keep at once that it is over.
+        storage->is_checkpoint_due = true; // Store at once that it has ended.
     }
 }
 
@@ -110,7 +110,7 @@ static void serve(pus_storage_t* const storage, const uint8_t number, budget_t* 
     } else if (state->is_seeking) {
         window.from_ns = state->open_tag_ns;
     } else {
-        // All that comes.
+        // An open retrieval sends all packets that follow.
     }
     pus_stored_packet_t packet;
     const status_t status = next_in(&store->log, &window, &cursor, budget, &packet);

@@ -8,7 +8,7 @@
 
 #define PRINTABLE_FIRST 0x21U
 #define PRINTABLE_LAST 0x7EU
-#define STATE_SIZE 79U // Size of a lasting record [octets].
+#define STATE_SIZE 79U // Size of a persistent record [octets].
 
 uint32_t st15_blocks_of(const uint32_t size)
 {
@@ -55,7 +55,7 @@ bool st15_is_copying(const pus_storage_t* const storage, const uint8_t number)
     return copy->is_active && ((copy->source == number) || (copy->target == number));
 }
 
-// ---- Lasting records ----
+// ---- Persistent records ----
 
 static status_t put_state(const pus_storage_t* const storage, const uint8_t number,
                           const pus_store_state_t* const state)
@@ -133,7 +133,7 @@ status_t pus_storage_restore(pus_storage_t* const storage, const uint32_t key, c
     return is_good ? STATUS_OK : STATUS_INVALID;
 }
 
-/// Bring a store's log in line with its state.
+/// Make the log of a store consistent with its state.
 static void adopt(pus_storage_t* const storage, const uint8_t number)
 {
     pus_store_t* const store             = &storage->stores[number];
@@ -232,7 +232,7 @@ status_t pus_storage_start(pus_storage_t* const storage)
 
 // ---- Storage ----
 
-/// A time as it will be on the wire, so that ground can name it.
+/// Round a time to the resolution of the wire, so that ground can refer to it exactly.
 static uint64_t time_on_wire(const uint64_t time_ns)
 {
     uint8_t octets[PUS_TIME_SIZE];
@@ -260,7 +260,7 @@ void pus_storage_observe(pus_storage_t* const storage, const pus_tm_t* const tm,
     }
 }
 
-/// Sync stored packets when it is time.
+/// Sync stored packets when the sync interval has passed.
 static void sync_stores(pus_storage_t* const storage, const uint64_t now_ns)
 {
     if ((now_ns - storage->synced_ns) >= storage->config.sync_interval_ns) {
@@ -271,7 +271,7 @@ static void sync_stores(pus_storage_t* const storage, const uint64_t now_ns)
     }
 }
 
-/// Keep how far retrievals are, when it is time.
+/// Store the positions of retrievals when the checkpoint interval has passed.
 static void keep_places(pus_storage_t* const storage, const uint64_t now_ns)
 {
     const pus_persistence_t* const persistence = storage->config.persistence;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[15] on-board storage and retrieval: packet stores, the selection of reports for each of them, and
-/// retrieval. All 37 messages. Stores, retrieval, copies, lasting records and refusals:
+/// retrieval. All 37 messages. Stores, retrieval, copies, persistent records and refusals:
 /// docs/services/st15.md.
 ///
 /// pus_storage_observe is called with every report on board. Each enabled store whose selection
@@ -42,9 +42,9 @@ typedef struct {
     uint8_t virtual_channels; ///< Number of them: 0..virtual_channels - 1.
     pus_retrieval_port_t port;
     uint16_t packets_per_step;            ///< Sent or copied at most, >= 1.
-    uint32_t octets_per_step;             ///< Read in a step after which it ends, >= 1.
+    uint32_t octets_per_step;             ///< A step ends when it has read these, >= 1.
     uint64_t sync_interval_ns;            ///< Between syncs of stored packets; 0: in each step.
-    uint64_t checkpoint_interval_ns;      ///< Between records of how far retrievals are; 0: in each step.
+    uint64_t checkpoint_interval_ns;      ///< Between checkpoints of retrievals; 0: in each step.
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
 } pus_storage_config_t;
 
@@ -54,7 +54,7 @@ typedef enum { // Private.
     PUS_RETRIEVAL_RANGE
 } pus_retrieval_t;
 
-typedef struct { // Private: the lasting data of a store.
+typedef struct { // Private: the persistent data of a store.
     bool is_there;
     uint8_t name[PUS_NAME_SIZE];
     uint32_t size;
@@ -110,14 +110,14 @@ typedef struct { // Private, except `counters` and `stores`: read-only, for tele
     struct {
         uint32_t lost;    ///< Selected reports that could not be stored.
         uint32_t refused; ///< Sends that the port refused.
-        uint32_t unkept;  ///< Checkpoints that could not be kept.
+        uint32_t unkept;  ///< Checkpoints that could not be stored.
     } counters;
 } pus_storage_t;
 
 void pus_storage_init(pus_storage_t* storage, const pus_storage_config_t* config);
-/// Restore a lasting record, between pus_storage_init and pus_storage_start. STATUS_OK; STATUS_NOT_FOUND (no
-/// such store), STATUS_INVALID (malformed, or not possible here), STATUS_EXHAUSTED (a selection longer than
-/// there is room for): nothing changed.
+/// Restore a persistent record, between pus_storage_init and pus_storage_start. STATUS_OK; STATUS_NOT_FOUND
+/// (no such store), STATUS_INVALID (malformed, or not possible here), STATUS_EXHAUSTED (a selection longer
+/// than there is room for): nothing changed.
 MUST_USE status_t pus_storage_restore(pus_storage_t* storage, uint32_t key, const uint8_t* octets,
                                       size_t size);
 /// Recover the content of the stores. STATUS_OK; STATUS_CHECKSUM: some packets that were not deleted can no
@@ -129,8 +129,8 @@ void pus_storage_observe(pus_storage_t* storage, const pus_tm_t* tm, const uint8
                          uint64_t now_ns);
 /// Send and copy a slice; sync stores and save states when due.
 void pus_storage_step(pus_storage_t* storage, uint64_t now_ns);
-/// When a step has something to do [ns of the run]: now_ns or earlier if it has now (or found the port busy),
-/// UINT64_MAX if nothing before something is stored or requested.
+/// Time of the next step that has something to do [ns of the run]: now_ns or earlier if there is something
+/// now, or the port was busy; UINT64_MAX if there is nothing until something is stored or requested.
 uint64_t pus_storage_due_ns(const pus_storage_t* storage, uint64_t now_ns);
 /// The service's entry for a dispatcher. It has no step: call pus_storage_step once per cycle.
 pus_service_t pus_storage_service(pus_storage_t* storage);

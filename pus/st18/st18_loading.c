@@ -78,7 +78,7 @@ static status_t put_part(const pus_procedures_t* const self, const pus_procedure
                       writer.position);
 }
 
-/// Forget the first records of a procedure.
+/// Erase the first `parts` records of a procedure.
 static status_t erase_parts(const pus_procedures_t* const self, const pus_procedure_t* const procedure,
                             const uint32_t parts)
 {
@@ -92,7 +92,7 @@ static status_t erase_parts(const pus_procedures_t* const self, const pus_proced
     return result;
 }
 
-/// All parts, or none.
+/// Store all parts, or none.
 static pus_failure_t save(pus_procedures_t* const self, const pus_procedure_t* const procedure)
 {
     if (self->config.persistence == NULL) {
@@ -168,7 +168,7 @@ status_t pus_procedures_restore(pus_procedures_t* const self, const uint32_t key
 
 // Loading.
 
-/// A place for new code of this size.
+/// Find a place for new code of this size.
 static pus_failure_t prepare(const pus_procedures_t* const self, const uint8_t* const id, const size_t size,
                              pus_procedure_t** const out_place)
 {
@@ -187,8 +187,8 @@ static pus_failure_t prepare(const pus_procedures_t* const self, const uint8_t* 
 }
 
 /// Complete the loading of a procedure whose code is in `place`.
-static pus_failure_t settle(pus_procedures_t* const self, pus_procedure_t* const place,
-                            const uint8_t* const id, const size_t size)
+static pus_failure_t complete_loading(pus_procedures_t* const self, pus_procedure_t* const place,
+                                      const uint8_t* const id, const size_t size)
 {
     (void)memcpy(place->id, id, PUS_NAME_SIZE);
     place->size     = (uint16_t)size;
@@ -217,7 +217,7 @@ pus_failure_t procedures_load(pus_procedures_t* const self, const uint8_t* const
         return pus_failure(PUS_FAILURE_DATA_CHECKSUM, crc16_ccitt(octets, size));
     }
     (void)memcpy(place->code, octets, size);
-    return settle(self, place, id, size);
+    return complete_loading(self, place, id, size);
 }
 
 static pus_failure_t failure_of_file(const status_t status)
@@ -254,7 +254,7 @@ pus_failure_t procedures_load_file(pus_procedures_t* const self, const uint8_t* 
         failure = failure_of_file(files->read(files->context, file, 0U, place->code, size));
     }
     (void)files->close(files->context, file); // Nothing was written.
-    return (failure.code == PUS_FAILURE_NONE) ? settle(self, place, id, size) : failure;
+    return (failure.code == PUS_FAILURE_NONE) ? complete_loading(self, place, id, size) : failure;
 }
 
 pus_failure_t procedures_unload(pus_procedures_t* const self, pus_procedure_t* const procedure)

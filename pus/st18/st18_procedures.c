@@ -56,7 +56,7 @@ static const uint8_t* read_id(pus_request_t* const request)
     return octet_read_octets(&request->reader, PUS_NAME_SIZE);
 }
 
-/// The procedure that a request names; it must be active, or inactive.
+/// Find the procedure that a request names; `is_active`: it must be active, otherwise inactive.
 static pus_failure_t find(const pus_procedures_t* const self, const uint8_t* const id, const bool is_active,
                           pus_procedure_t** const out_procedure)
 {
@@ -181,7 +181,7 @@ static pus_reply_t stop_and_unload(void* const self, pus_request_t* const reques
     return stop_at(self, request, true);
 }
 
-/// The run of an active procedure that is held, or is not.
+/// Find an active procedure; `is_held`: it must be suspended, otherwise running.
 static pus_failure_t find_run(const pus_procedures_t* const self, const uint8_t* const id, const bool is_held,
                               pus_procedure_t** const out_procedure)
 {
@@ -282,7 +282,7 @@ static pus_reply_t abort_and_report(void* const context, pus_request_t* const re
     pus_procedures_t* const self = context;
     pus_list_target_t target     = pus_list_answer(request, 18U);
     pus_list_report_t list;
-    target.request = NULL; // Procedures are aborted once: it cannot be executed again.
+    target.request = NULL; // The request cannot be executed again: it aborts the procedures only once.
     pus_request_perform(request);
     abort_all(self, request->now_ns);
     pus_list_report_begin(&list, &target, NULL, 0U);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[18] on-board control procedures: loading, running, holding. All 20 messages. The engine behind
-/// pus/core/procedure_port.h decides the language of a procedure. Loading, running, holding, requests,
-/// observation, refusals: docs/services/st18.md.
+/// ST[18] on-board control procedures: loading, running, suspending ("held"). All 20 messages. The engine
+/// behind pus/core/procedure_port.h defines the language of a procedure. Rules, observation and refusals:
+/// docs/services/st18.md.
 ///
-/// Loaded code is lasting, and whether the engine runs; after a restart no procedure runs.
+/// Loaded code and the status of the engine (running or stopped) are persistent; after a restart no procedure
+/// runs.
 ///
 /// Ownership  The caller places all storage.
 /// Context    The loop of the process.
@@ -87,7 +88,7 @@ typedef struct { // Private: where a procedure is to be stopped or suspended.
 typedef struct {        // Private: a slot of the engine.
     uint16_t procedure; // PUS_PROCEDURE_NONE: free.
     bool is_held;
-    bool unloads; // When it has stopped.
+    bool unloads; // The procedure is unloaded when it has stopped.
     uint16_t step;
     pus_hold_t stop;
     pus_hold_t suspension;
@@ -97,7 +98,7 @@ typedef struct {        // Private: a slot of the engine.
     uint32_t request_id; // Id of the request for which it waits.
     pus_call_t call;
     pus_answer_t answer;
-    uint16_t communicated; // Octets that wait.
+    uint16_t communicated; // Octets in `values` that the procedure has not taken.
     uint8_t values[PUS_PROCEDURE_ARGUMENTS_MAX];
     uint8_t taken[PUS_PROCEDURE_ARGUMENTS_MAX];
 } pus_procedure_run_t;
@@ -130,7 +131,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     struct {
         uint32_t started;
         uint32_t ended;
-        uint32_t failed;  ///< Ended in an error, or could not be begun.
+        uint32_t failed;  ///< Ended with an error, or could not be started.
         uint32_t aborted; ///< Stopped or aborted.
         uint32_t sent;    ///< Requests released.
         uint32_t refused; ///< Instructions and requests refused.
@@ -145,7 +146,7 @@ pus_service_t pus_procedures_service(pus_procedures_t* self);
 /// (no room). A procedure is loaded when all its records are back.
 MUST_USE status_t pus_procedures_restore(pus_procedures_t* self, uint32_t key, const uint8_t* octets,
                                          size_t size);
-/// See a report: a verification that a procedure waits for is its answer.
+/// Pass a report: a verification that a procedure waits for becomes its answer.
 void pus_procedures_observe(pus_procedures_t* self, const pus_tm_t* tm);
 /// Continue running procedures. `cycle` may jump forward.
 void pus_procedures_step(pus_procedures_t* self, uint64_t now_ns, uint32_t cycle);

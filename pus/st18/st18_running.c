@@ -102,7 +102,7 @@ pus_reply_t procedures_activate(pus_procedures_t* const self, const pus_request_
     return pus_later();
 }
 
-/// The procedure is inactive again; its request ends with this failure, or well.
+/// Make a procedure inactive, and end its request with this failure, or successfully.
 static void release(pus_procedures_t* const self, pus_procedure_t* const procedure,
                     const pus_failure_t failure)
 {
@@ -122,7 +122,7 @@ void procedures_end(pus_procedures_t* const self, pus_procedure_t* const procedu
     procedures_report(self, procedure, PUS_OBSERVE_PROCEDURE, what, 0U);
     release(self, procedure, pus_failure(PUS_FAILURE_ABORTED, 0U));
     if (unloads) {
-        (void)procedures_unload(self, procedure); // A failed erasure is counted; it stays loaded.
+        (void)procedures_unload(self, procedure); // A failed erasure is counted; the procedure stays loaded.
     }
 }
 
@@ -140,9 +140,10 @@ static void fail(pus_procedures_t* const self, pus_procedure_t* const procedure,
     release(self, procedure, pus_failure(PUS_FAILURE_PROCEDURE, call->number));
 }
 
-// Calls. Each returns whether the procedure continues in this cycle.
+// Calls. The functions that return a bool return true if the procedure continues in this cycle.
+/// Answer a call with a result.
 
-static void judge(pus_procedure_run_t* const run, const uint16_t code, const uint32_t detail)
+static void set_result(pus_procedure_run_t* const run, const uint16_t code, const uint32_t detail)
 {
     run->answer  = (pus_answer_t){.kind = PUS_ANSWER_VERDICT, .code = code, .detail = detail};
     run->waiting = PUS_WAITS_NOT;
@@ -171,7 +172,7 @@ static bool begin_step(pus_procedures_t* const self, pus_procedure_t* const proc
     return !run->is_held;
 }
 
-/// Wait for a number of seconds. Returns whether there is nothing to wait for.
+/// Wait for a number of seconds. True if the waiting time is 0.
 static bool wait_for(const pus_procedures_t* const self, pus_procedure_run_t* const run,
                      const pus_waiting_t waiting)
 {
@@ -199,13 +200,13 @@ static bool send(pus_procedures_t* const self, const pus_procedure_t* const proc
         return false;
     }
     if (status != STATUS_OK) {
-        judge(run, PUS_FAILURE_TABLE_FULL, PUS_ADDRESSEES);
+        set_result(run, PUS_FAILURE_TABLE_FULL, PUS_ADDRESSEES);
         return true;
     }
     self->counters.sent++;
     procedures_report(self, procedure, PUS_OBSERVE_ALL, PUS_OBSERVED_SENT,
                       ((uint32_t)call->service << 8U) | call->subtype);
-    judge(run, PUS_FAILURE_NONE, 0U);
+    set_result(run, PUS_FAILURE_NONE, 0U);
     if (call->does_wait) {
         run->waiting    = PUS_WAITS_VERIFICATION;
         run->request_id = token.request_id;
@@ -233,16 +234,16 @@ static void raise_own(const pus_procedures_t* const self, const pus_procedure_t*
     uint8_t octets[OWN_EVENT_SIZE];
     octet_writer_t writer = octet_writer(octets, sizeof octets);
     if (!events->is_known(events->context, event)) {
-        judge(run, PUS_FAILURE_UNKNOWN_ID, event);
+        set_result(run, PUS_FAILURE_UNKNOWN_ID, event);
         return;
     }
     octet_write_octets(&writer, procedure->id, PUS_NAME_SIZE);
     octet_write_u16(&writer, run->step);
     events->raise(events->context, event, octets, sizeof octets, self->now_ns);
-    judge(run, PUS_FAILURE_NONE, 0U);
+    set_result(run, PUS_FAILURE_NONE, 0U);
 }
 
-/// Whether parameters were there to be taken.
+/// Take parameters that were communicated. True if there were any.
 static bool take_parameters(const pus_procedures_t* const self, const pus_procedure_t* const procedure,
                             pus_procedure_run_t* const run)
 {
@@ -299,9 +300,9 @@ static bool perform(pus_procedures_t* const self, pus_procedure_t* const procedu
     }
 }
 
-/// Check whether the end of a procedure's waiting, or its time-out, is reached.
-static void look(pus_procedures_t* const self, const pus_procedure_t* const procedure,
-                 pus_procedure_run_t* const run)
+/// End the waiting of a procedure if its condition is met or its time is over.
+static void check_waiting(pus_procedures_t* const self, const pus_procedure_t* const procedure,
+                          pus_procedure_run_t* const run)
 {
     if (run->waiting == PUS_WAITS_PORT) {
         (void)send(self, procedure, run);
@@ -313,15 +314,15 @@ static void look(pus_procedures_t* const self, const pus_procedure_t* const proc
     const bool is_over = self->cycle >= run->until;
     if (is_over && (run->waiting == PUS_WAITS_VERIFICATION)) {
         const uint64_t ms = (self->config.verification_cycles * self->config.cycle_ns) / NS_PER_MS;
-        judge(run, PUS_FAILURE_TIMEOUT, (uint32_t)ms);
+        set_result(run, PUS_FAILURE_TIMEOUT, (uint32_t)ms);
     }
     if (is_over && (run->waiting != PUS_WAITS_PORT)) {
         run->waiting = PUS_WAITS_NOT;
     }
 }
 
-/// Whether others notice a call: it makes a report or a request.
-static bool is_noticed(const pus_call_kind_t kind)
+/// True if a call has an effect outside of the procedure: a report or a request.
+static bool has_effect(const pus_call_kind_t kind)
 {
     return (kind == PUS_CALL_STEP) || (kind == PUS_CALL_EVENT) || (kind == PUS_CALL_SEND);
 }
@@ -333,7 +334,7 @@ static uint32_t step_run(pus_procedures_t* const self, const uint16_t slot, cons
     pus_procedure_run_t* const run           = &self->config.runs[slot];
     pus_procedure_t* const procedure         = &self->config.procedures[run->procedure];
     if (run->waiting != PUS_WAITS_NOT) {
-        look(self, procedure, run);
+        check_waiting(self, procedure, run);
     }
     const bool runs = (run->waiting == PUS_WAITS_NOT) && !run->is_held && (share > 0U);
     bool goes_on    = runs;
@@ -343,7 +344,7 @@ static uint32_t step_run(pus_procedures_t* const self, const uint16_t slot, cons
     }
     while (goes_on) {
         engine->run(engine->context, slot, &run->answer, &run->call);
-        calls   = (uint16_t)(calls + (is_noticed(run->call.kind) ? 1U : 0U));
+        calls   = (uint16_t)(calls + (has_effect(run->call.kind) ? 1U : 0U));
         goes_on = perform(self, procedure, run) && (calls < self->config.calls);
     }
     return runs ? engine->used(engine->context, slot) : 0U;
@@ -354,7 +355,7 @@ void pus_procedures_step(pus_procedures_t* const self, const uint64_t now_ns, co
     FSW_ASSERT(self != NULL);
     const pus_persistence_t* const store = self->config.persistence;
     const uint32_t budget                = self->config.budget;
-    uint32_t excess                      = 0U; // Units used beyond the share: the others have less.
+    uint32_t excess                      = 0U; // Units used beyond the share: the next procedures have less.
     bool unloads                         = false;
     self->cycle += (uint32_t)(cycle - self->last_cycle);
     self->last_cycle = cycle;
@@ -385,7 +386,7 @@ void pus_procedures_observe(pus_procedures_t* const self, const pus_tm_t* const 
         pus_procedure_run_t* const run = &self->config.runs[slot];
         if ((run->procedure != PUS_PROCEDURE_NONE) && (run->waiting == PUS_WAITS_VERIFICATION) &&
             (run->request_id == verification.request_id)) {
-            judge(run, verification.failure.code, verification.failure.detail);
+            set_result(run, verification.failure.code, verification.failure.detail);
         }
     }
 }

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-// Keys of lasting records.
+// Keys of persistent records.
 #define KEY_STATE 0U
 #define KEY_DEFINITION 0x01000000U
 #define SLOT_MASK 0xFFFFU
@@ -43,7 +43,7 @@ static uint16_t* bucket_of(const event_action_t* const self, const uint16_t apid
     return &self->config.buckets[hash & (self->config.bucket_count - 1U)];
 }
 
-/// The place in a list at which the definition hangs, or at which the list ends.
+/// The link of the list that leads to the definition, or that ends the list.
 uint16_t* event_action_place(const event_action_t* const self, const uint16_t apid, const uint16_t event)
 {
     uint16_t* place = bucket_of(self, apid, event);
@@ -54,12 +54,12 @@ uint16_t* event_action_place(const event_action_t* const self, const uint16_t ap
     return place;
 }
 
-/// Take a definition from the free list to its bucket.
+/// Move a definition from the free list to its bucket.
 void event_action_enter(event_action_t* const self, const uint16_t slot, const definition_t* const content)
 {
     definition_t* const definition = &self->config.definitions[slot];
     uint16_t* place                = &self->free;
-    while (*place != slot) { // The first but when records come back.
+    while (*place != slot) { // It is the first, except when records are restored.
         place = &self->config.definitions[*place].next;
     }
     *place                 = definition->next;
@@ -100,7 +100,7 @@ size_t event_action_request(const definition_t* const definition, uint8_t* const
     return pus_block_chain_read(&reader, out_octets, PUS_PACKET_MAX);
 }
 
-// Lasting records.
+// Persistent records.
 
 static status_t put(const event_action_t* const self, const uint32_t key, const size_t size)
 {
@@ -124,7 +124,7 @@ status_t event_action_erase(const event_action_t* const self, const uint16_t slo
     return (status == STATUS_NOT_FOUND) ? STATUS_OK : status;
 }
 
-/// Keep a definition as if its status were this.
+/// Store a definition with this status.
 status_t event_action_put(event_action_t* const self, const uint16_t slot, const bool is_enabled)
 {
     const definition_t* const definition = &self->config.definitions[slot];

@@ -95,8 +95,8 @@ static void refuse(event_action_t* const self, pus_request_t* const request, con
 }
 
 /// Perform an instruction, or refuse it.
-static void settle(event_action_t* const self, pus_request_t* const request, const uint16_t instruction,
-                   const pus_failure_t failure)
+static void perform_or_refuse(event_action_t* const self, pus_request_t* const request,
+                              const uint16_t instruction, const pus_failure_t failure)
 {
     if (failure.code == (uint16_t)PUS_FAILURE_NONE) {
         pus_request_perform(request);
@@ -115,7 +115,7 @@ static pus_failure_t io_failure(const status_t status)
     return (status == STATUS_OK) ? no_failure() : pus_failure(PUS_FAILURE_IO, (uint32_t)status);
 }
 
-/// Another request for an existing disabled definition.
+/// Replace the request of an existing disabled definition.
 static pus_failure_t replace(event_action_t* const self, const uint16_t slot,
                              const pus_block_chain_t* const request)
 {
@@ -147,7 +147,7 @@ static pus_failure_t add(event_action_t* const self, const definition_t* const c
     return io_failure(status);
 }
 
-/// Reason to refuse a definition, before room is taken for its request.
+/// The failure for which a definition is refused, checked before room is allocated for its request.
 static pus_failure_t check(const event_action_t* const self, const definition_t* const content,
                            const uint32_t offset, const uint8_t* const octets, const size_t size)
 {
@@ -191,7 +191,7 @@ static pus_reply_t add_definitions(void* const object, pus_request_t* const requ
     event_action_t* const self = object;
     const uint8_t count        = octet_read_u8(&request->reader);
     for (uint16_t i = 1U; i <= count; i++) {
-        settle(self, request, i, add_one(self, &request->reader));
+        perform_or_refuse(self, request, i, add_one(self, &request->reader));
     }
     return pus_done();
 }
@@ -230,7 +230,7 @@ static pus_reply_t delete_definitions(void* const object, pus_request_t* const r
     event_action_t* const self = object;
     const uint8_t count        = octet_read_u8(&request->reader);
     for (uint16_t i = 1U; i <= count; i++) {
-        settle(self, request, i, delete_one(self, &request->reader));
+        perform_or_refuse(self, request, i, delete_one(self, &request->reader));
     }
     return pus_done();
 }
@@ -307,7 +307,7 @@ static pus_reply_t set_statuses(event_action_t* const self, pus_request_t* const
         if (failure.code == (uint16_t)PUS_FAILURE_NONE) {
             failure = io_failure(set_status(self, *place, is_enabled));
         }
-        settle(self, request, i, failure);
+        perform_or_refuse(self, request, i, failure);
     }
     return pus_done();
 }
@@ -324,7 +324,7 @@ static pus_reply_t disable(void* const object, pus_request_t* const request)
 
 // Reports.
 
-/// The entry of the definition at or after the cursor.
+/// Write the entry of the definition at or after the cursor.
 static bool write_entry(void* const object, pus_report_cursor_t* const cursor, octet_writer_t* const writer)
 {
     event_action_t* const self = object;
@@ -390,7 +390,7 @@ static pus_reply_t report_definitions(void* const object, pus_request_t* const r
     for (uint16_t i = 1U; i <= count; i++) {
         uint16_t* place             = NULL;
         const pus_failure_t failure = find(self, &request->reader, &place);
-        settle(self, request, i, failure);
+        perform_or_refuse(self, request, i, failure);
         if (failure.code == (uint16_t)PUS_FAILURE_NONE) {
             self->config.definitions[*place].report = self->report_number;
         }

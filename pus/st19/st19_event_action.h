@@ -61,17 +61,16 @@ typedef struct { // Private, except `counters` and `count`: read-only, for telem
         uint32_t observed; ///< Events that enabled definitions waited for.
         uint32_t released;
         uint32_t deferred; ///< Times the port did not take a request.
-        uint32_t
-            dropped; ///< Requests that waited when function or definition were disabled, or too many waited.
-        uint32_t refused; ///< Requests and instructions.
+        uint32_t dropped;  ///< Waiting requests: function or definition was disabled, or too many waited.
+        uint32_t refused;  ///< Requests and instructions.
     } counters;
 } pus_event_action_t;
 
 void pus_event_action_init(pus_event_action_t* self, const pus_event_action_config_t* config);
 /// The service's entry for a dispatcher, without a step.
 pus_service_t pus_event_action_service(pus_event_action_t* self);
-/// Restore a lasting record; before the first request and event. STATUS_OK, STATUS_INVALID (malformed),
-/// STATUS_EXISTS (its place is taken, or there is such a definition), STATUS_EXHAUSTED (no room for it).
+/// Restore a persistent record; call it before the first request and event. STATUS_OK, STATUS_INVALID
+/// (malformed), STATUS_EXISTS (its slot is in use, or the definition exists), STATUS_EXHAUSTED (no room).
 MUST_USE status_t pus_event_action_restore(pus_event_action_t* self, uint32_t key, const uint8_t* octets,
                                            size_t size);
 /// Process a report or notice of an event: release the request of its definition, if any.

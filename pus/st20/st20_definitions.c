@@ -13,17 +13,6 @@
 #define LAYOUT_SHIFT 16U
 #define LAYOUT_MASK 0x1FU
 #define RECORD_SIZE 6U // Memory id, address, type.
-#define PTC_OCTETS 7U
-
-static const struct { // For each scalar type.
-    uint8_t ptc;
-    uint16_t pfc;
-} codes[VALUE_SCALARS] = {
-    [VALUE_UINT8] = {3U, 4U},   [VALUE_UINT16] = {3U, 12U}, [VALUE_UINT32] = {3U, 14U},
-    [VALUE_UINT64] = {3U, 16U}, [VALUE_INT8] = {4U, 4U},    [VALUE_INT16] = {4U, 12U},
-    [VALUE_INT32] = {4U, 14U},  [VALUE_INT64] = {4U, 16U},  [VALUE_FLOAT] = {5U, 1U},
-    [VALUE_DOUBLE] = {5U, 2U},  [VALUE_BOOL] = {1U, 0U},
-};
 
 void pus_parameter_definitions_init(pus_parameter_definitions_t* const definitions,
                                     const pus_parameter_definitions_config_t* const config)
@@ -115,21 +104,15 @@ static status_t write(void* const context, const uint16_t handle, const uint8_t*
     return (memory->write(memory->context, place->address, own, size) == STATUS_OK) ? STATUS_OK : STATUS_BUSY;
 }
 
-pus_parameter_port_t pus_parameter_definitions_port(pus_parameter_definitions_t* const definitions)
-{
-    FSW_ASSERT(definitions != NULL);
-    return (pus_parameter_port_t){.context = definitions, .find = find, .read = read, .write = write};
-}
-
 // Definitions.
 
-/// No other loop reads an entry while it changes.
+/// Change an entry under the guard, so that no other loop reads it meanwhile.
 static void put(const pus_parameter_definitions_t* const definitions, pus_parameter_place_t* const place,
                 const pus_parameter_place_t* const wanted)
 {
     osal_mutex_t* const guard = definitions->config.guard;
     if (guard != NULL) {
-        (void)osal_mutex_lock(guard); // If a holder dies, this process ends as well.
+        (void)osal_mutex_lock(guard); // Cannot fail: a task that dies ends the process.
     }
     *place = *wanted;
     if (guard != NULL) {
@@ -137,9 +120,10 @@ static void put(const pus_parameter_definitions_t* const definitions, pus_parame
     }
 }
 
-/// Keep a definition, then put it into force.
-static pus_failure_t settle(const pus_parameter_definitions_t* const definitions,
-                            pus_parameter_place_t* const place, const pus_parameter_place_t* const wanted)
+/// Store a definition, then put it into force.
+static pus_failure_t store_definition(const pus_parameter_definitions_t* const definitions,
+                                      pus_parameter_place_t* const place,
+                                      const pus_parameter_place_t* const wanted)
 {
     const pus_persistence_t* const persistence = definitions->config.persistence;
     uint8_t record[RECORD_SIZE];
@@ -157,8 +141,8 @@ static pus_failure_t settle(const pus_parameter_definitions_t* const definitions
     return pus_no_failure();
 }
 
-/// Reason to refuse a definition because of its id, PTC or PFC.
-static pus_failure_t judge_id(const pus_parameter_definitions_t* const definitions, const uint32_t id,
+/// The failure for which a definition is refused because of its id, PTC or PFC.
+static pus_failure_t check_id(const pus_parameter_definitions_t* const definitions, const uint32_t id,
                               const uint8_t ptc, const uint16_t pfc, const size_t place)
 {
     const pus_parameter_port_t* const port = &definitions->config.port;
@@ -171,25 +155,24 @@ static pus_failure_t judge_id(const pus_parameter_definitions_t* const definitio
     if ((id >> APID_SHIFT) != definitions->config.apid) {
         return pus_failure(PUS_FAILURE_UNKNOWN_ID, id);
     }
-    const bool is_type =
-        (layout < (uint32_t)VALUE_SCALARS) && (codes[layout].ptc == ptc) && (codes[layout].pfc == pfc);
+    const pus_parameter_code_t code = pus_parameter_code_of(id);
+    const bool is_type = (layout < (uint32_t)VALUE_SCALARS) && (code.ptc == ptc) && (code.pfc == pfc);
     return is_type ? pus_no_failure() : pus_failure(PUS_FAILURE_OUT_OF_RANGE, (uint32_t)place);
 }
 
-pus_failure_t pus_parameter_define(pus_parameter_definitions_t* const definitions,
-                                   octet_reader_t* const reader, const bool is_object)
+static pus_failure_t define(void* const context, octet_reader_t* const reader, const bool is_object)
 {
-    FSW_ASSERT((definitions != NULL) && (reader != NULL));
-    const size_t begin           = reader->position;
-    const uint32_t id            = octet_read_u32(reader);
-    octet_reader_t memory_reader = *reader;
-    memory_target_t target       = {0};
-    pus_parameter_place_t* place = place_of(definitions, id);
+    const pus_parameter_definitions_t* const definitions = context;
+    const size_t begin                                   = reader->position;
+    const uint32_t id                                    = octet_read_u32(reader);
+    octet_reader_t memory_reader                         = *reader;
+    memory_target_t target                               = {0};
+    pus_parameter_place_t* place                         = place_of(definitions, id);
     (void)octet_read_octets(reader, is_object ? 5U : 1U); // Memory and base.
     const uint32_t address = octet_read_u32(reader);
     const uint8_t ptc      = octet_read_u8(reader);
     const uint16_t pfc     = octet_read_u16(reader);
-    pus_failure_t failure  = judge_id(definitions, id, ptc, pfc, begin);
+    pus_failure_t failure  = check_id(definitions, id, ptc, pfc, begin);
     if (failure.code == PUS_FAILURE_NONE) {
         failure = memory_find(definitions->config.memories, definitions->config.memory_count, &memory_reader,
                               is_object, &target);
@@ -210,31 +193,24 @@ pus_failure_t pus_parameter_define(pus_parameter_definitions_t* const definition
                                           .type    = (uint8_t)type,
                                           .id      = id,
                                           .address = target.origin + address};
-    return settle(definitions, place, &wanted);
+    return store_definition(definitions, place, &wanted);
 }
 
-bool pus_parameter_place_of(const pus_parameter_definitions_t* const definitions, const uint32_t id,
-                            pus_parameter_definition_t* const out_definition)
+static void locate(const void* const context, const uint32_t id, uint8_t* const out_memory_id,
+                   uint32_t* const out_address)
 {
-    FSW_ASSERT(out_definition != NULL);
-    const pus_parameter_place_t* const place = (definitions != NULL) ? place_of(definitions, id) : NULL;
-    const uint32_t layout                    = (id >> LAYOUT_SHIFT) & LAYOUT_MASK;
-    *out_definition                          = (pus_parameter_definition_t){.ptc = PTC_OCTETS};
-    if (layout < (uint32_t)VALUE_SCALARS) {
-        out_definition->ptc = codes[layout].ptc;
-        out_definition->pfc = codes[layout].pfc;
-    }
+    const pus_parameter_definitions_t* const definitions = context;
+    const pus_parameter_place_t* const place             = place_of(definitions, id);
     if (place != NULL) {
-        out_definition->memory_id = definitions->config.memories[place->memory].id;
-        out_definition->address   = place->address;
+        *out_memory_id = definitions->config.memories[place->memory].id;
+        *out_address   = place->address;
     }
-    return place != NULL;
 }
 
-status_t pus_parameter_definitions_restore(pus_parameter_definitions_t* const definitions, const uint32_t key,
-                                           const uint8_t* const octets, const size_t size)
+static status_t restore(void* const context, const uint32_t key, const uint8_t* const octets,
+                        const size_t size)
 {
-    FSW_ASSERT((definitions != NULL) && (octets != NULL));
+    const pus_parameter_definitions_t* const definitions = context;
     if ((size != RECORD_SIZE) || (octets[RECORD_SIZE - 1U] != ((key >> LAYOUT_SHIFT) & LAYOUT_MASK)) ||
         (octets[RECORD_SIZE - 1U] >= (uint8_t)VALUE_SCALARS)) {
         return STATUS_INVALID;
@@ -258,4 +234,14 @@ status_t pus_parameter_definitions_restore(pus_parameter_definitions_t* const de
         .in_use = true, .memory = target.index, .type = (uint8_t)type, .id = key, .address = address};
     put(definitions, place, &kept);
     return STATUS_OK;
+}
+
+pus_parameter_definer_t pus_parameter_definitions_definer(pus_parameter_definitions_t* const definitions)
+{
+    FSW_ASSERT(definitions != NULL);
+    return (pus_parameter_definer_t){
+        .port    = {.context = definitions, .find = find, .read = read, .write = write},
+        .define  = define,
+        .locate  = locate,
+        .restore = restore};
 }

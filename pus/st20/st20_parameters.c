@@ -12,11 +12,14 @@ enum {
 };
 
 #define ID_SIZE 4U // Size of a parameter id before its value [octets].
+#define LAYOUT_SHIFT 16U
+#define LAYOUT_MASK 0x1FU
+#define PTC_OCTETS 7U
 
 void pus_parameters_init(pus_parameters_t* const parameters, const pus_parameter_port_t* const port)
 {
     FSW_ASSERT((parameters != NULL) && (port != NULL) && (port->find != NULL) && (port->read != NULL));
-    *parameters = (pus_parameters_t){.port = *port};
+    *parameters = (pus_parameters_t){.definer = {.port = *port}};
 }
 
 static void refuse(pus_parameters_t* const parameters, pus_request_t* const request,
@@ -45,13 +48,13 @@ static void decide(pus_parameters_t* const parameters, pus_request_t* const requ
     }
 }
 
-/// Read the ids of a request and decide about each: refuse what cannot be reported or does not fit,
-/// and perform the rest; or, with a writer, write {id, value} of that rest, by the same decisions. Returns
-/// the source data that rest takes [octets].
+/// Read the ids of a request. Without a writer: refuse each id that cannot be reported or does not fit, and
+/// perform the others. With a writer: write {id, value} of these others. Returns the size of their source
+/// data [octets].
 static size_t report_or_write_values(pus_parameters_t* const parameters, pus_request_t* const request,
                                      octet_writer_t* const writer)
 {
-    const pus_parameter_port_t* const port = &parameters->port;
+    const pus_parameter_port_t* const port = &parameters->definer.port;
     const uint8_t count                    = octet_read_u8(&request->reader);
     const size_t most                      = pus_tm_data_max(request->process);
     size_t room                            = most - sizeof(uint16_t);
@@ -69,10 +72,10 @@ static size_t report_or_write_values(pus_parameters_t* const parameters, pus_req
             octet_write_u32(writer, id);
             const size_t end = writer->position + size;
             port->read(port->context, handle, writer);
-            FSW_ASSERT(writer->position == end); // The port promised this size.
+            FSW_ASSERT(writer->position == end); // The size that the port stated.
             parameters->counters.read++;
         } else {
-            // Refused before.
+            // It was refused before.
         }
     }
     return most - room;
@@ -102,10 +105,10 @@ static uint16_t size_of_value(const pus_parameters_t* const parameters, const ui
                               uint16_t* const out_handle, status_t* const out_status)
 {
     uint16_t size   = 0U;
-    *out_status     = parameters->port.find(parameters->port.context, id, out_handle, &size);
+    *out_status     = parameters->definer.port.find(parameters->definer.port.context, id, out_handle, &size);
     const bool good = (*out_status == STATUS_OK) && (size > 0U);
     if (!good) {
-        const uint32_t layout = (id >> 16U) & 0x1FU;
+        const uint32_t layout = (id >> LAYOUT_SHIFT) & LAYOUT_MASK;
         size                  = (layout < VALUE_SCALARS) ? (uint16_t)value_size((value_type_t)layout) : 0U;
     }
     return size;
@@ -153,7 +156,7 @@ static void set_one(pus_parameters_t* const parameters, pus_request_t* const req
                     const uint16_t instruction, const uint32_t id, const uint16_t handle,
                     const uint8_t* const value, const uint16_t size)
 {
-    const pus_parameter_port_t* const port = &parameters->port;
+    const pus_parameter_port_t* const port = &parameters->definer.port;
     const status_t status =
         (port->write != NULL) ? port->write(port->context, handle, value, size) : STATUS_READ_ONLY;
     if (status == STATUS_OK) {
@@ -186,32 +189,43 @@ static pus_reply_t set_values(void* const self, pus_request_t* const request)
     return pus_done();
 }
 
-void pus_parameters_define(pus_parameters_t* const parameters, pus_parameter_definitions_t* const definitions)
+void pus_parameters_define(pus_parameters_t* const parameters, const pus_parameter_definer_t* const definer)
 {
-    FSW_ASSERT((parameters != NULL) && (definitions != NULL));
-    parameters->definitions = definitions;
-    parameters->port        = pus_parameter_definitions_port(definitions);
+    FSW_ASSERT((parameters != NULL) && (definer != NULL) && (definer->define != NULL));
+    parameters->definer = *definer;
 }
 
 status_t pus_parameters_restore(pus_parameters_t* const parameters, const uint32_t key,
                                 const uint8_t* const octets, const size_t size)
 {
     FSW_ASSERT((parameters != NULL) && (octets != NULL));
-    return (parameters->definitions != NULL)
-               ? pus_parameter_definitions_restore(parameters->definitions, key, octets, size)
-               : STATUS_UNSUPPORTED;
+    const pus_parameter_definer_t* const definer = &parameters->definer;
+    return (definer->restore != NULL) ? definer->restore(definer->port.context, key, octets, size)
+                                      : STATUS_UNSUPPORTED;
+}
+
+pus_parameter_code_t pus_parameter_code_of(const uint32_t id)
+{
+    static const pus_parameter_code_t codes[VALUE_SCALARS] = {
+        [VALUE_UINT8] = {3U, 4U},   [VALUE_UINT16] = {3U, 12U}, [VALUE_UINT32] = {3U, 14U},
+        [VALUE_UINT64] = {3U, 16U}, [VALUE_INT8] = {4U, 4U},    [VALUE_INT16] = {4U, 12U},
+        [VALUE_INT32] = {4U, 14U},  [VALUE_INT64] = {4U, 16U},  [VALUE_FLOAT] = {5U, 1U},
+        [VALUE_DOUBLE] = {5U, 2U},  [VALUE_BOOL] = {1U, 0U},
+    };
+    const uint32_t layout = (id >> LAYOUT_SHIFT) & LAYOUT_MASK;
+    return (layout < (uint32_t)VALUE_SCALARS) ? codes[layout] : (pus_parameter_code_t){.ptc = PTC_OCTETS};
 }
 
 static pus_reply_t define(pus_parameters_t* const parameters, pus_request_t* const request,
                           const bool is_object)
 {
-    const uint8_t count = octet_read_u8(&request->reader);
-    if (parameters->definitions == NULL) {
+    const pus_parameter_definer_t* const definer = &parameters->definer;
+    const uint8_t count                          = octet_read_u8(&request->reader);
+    if (definer->define == NULL) {
         return pus_refused(PUS_FAILURE_ACCESS, octet_read_u32(&request->reader));
     }
     for (uint16_t i = 1U; i <= count; i++) {
-        const pus_failure_t failure =
-            pus_parameter_define(parameters->definitions, &request->reader, is_object);
+        const pus_failure_t failure = definer->define(definer->port.context, &request->reader, is_object);
         if (failure.code == PUS_FAILURE_NONE) {
             pus_request_perform(request);
         } else {
@@ -234,7 +248,7 @@ static pus_reply_t define_object(void* const self, pus_request_t* const request)
 static pus_reply_t report_definitions(void* const self, pus_request_t* const request)
 {
     pus_parameters_t* const parameters     = self;
-    const pus_parameter_port_t* const port = &parameters->port;
+    const pus_parameter_port_t* const port = &parameters->definer.port;
     const uint8_t count                    = octet_read_u8(&request->reader);
     octet_reader_t list                    = request->reader;
     uint16_t handle                        = 0U;
@@ -255,13 +269,17 @@ static pus_reply_t report_definitions(void* const self, pus_request_t* const req
     for (uint16_t i = 0U; i < count; i++) {
         const uint32_t id = octet_read_u32(&list);
         if (port->find(port->context, id, &handle, &size) == STATUS_OK) {
-            pus_parameter_definition_t definition;
-            (void)pus_parameter_place_of(parameters->definitions, id, &definition);
+            const pus_parameter_code_t code = pus_parameter_code_of(id);
+            uint8_t memory_id               = 0U; // Of a parameter of the dictionary.
+            uint32_t address                = 0U;
+            if (parameters->definer.locate != NULL) {
+                parameters->definer.locate(port->context, id, &memory_id, &address);
+            }
             octet_write_u32(&writer, id);
-            octet_write_u8(&writer, definition.memory_id);
-            octet_write_u32(&writer, definition.address);
-            octet_write_u8(&writer, definition.ptc);
-            octet_write_u16(&writer, definition.pfc);
+            octet_write_u8(&writer, memory_id);
+            octet_write_u32(&writer, address);
+            octet_write_u8(&writer, code.ptc);
+            octet_write_u16(&writer, code.pfc);
         }
     }
     return pus_list_end(request, &writer, request->performed);

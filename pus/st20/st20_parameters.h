@@ -14,13 +14,29 @@
 
 #include "pus/core/parameter_port.h"
 #include "pus/core/service.h"
-#include "pus/st20/st20_definitions.h"
 
 #define PUS_PARAMETERS_REPORT 1U ///< Subtype of a request for values; the other sets them.
 
-typedef struct { // Private, except `counters`: read-only, for telemetry.
-    pus_parameter_port_t port;
-    pus_parameter_definitions_t* definitions; // Null: none can be made.
+/// Definition of parameters by request, as st20_definitions.h offers it. The functions get the context of
+/// `port`.
+typedef struct {
+    pus_parameter_port_t port; ///< To all parameters.
+    /// Read one instruction of TC[20,4], or [20,5] if `is_object`, and perform it.
+    pus_failure_t (*define)(void* context, octet_reader_t* reader, bool is_object);
+    /// Place of a parameter that was defined by request. For any other parameter the outputs do not change.
+    void (*locate)(const void* context, uint32_t id, uint8_t* out_memory_id, uint32_t* out_address);
+    /// Restore a record. STATUS_OK, STATUS_INVALID (no such record), STATUS_NOT_FOUND (its memory),
+    /// STATUS_EXHAUSTED.
+    status_t (*restore)(void* context, uint32_t key, const uint8_t* octets, size_t size);
+} pus_parameter_definer_t;
+
+typedef struct { // Type of a parameter in the terms of PUS.
+    uint8_t ptc;
+    uint16_t pfc;
+} pus_parameter_code_t;
+
+typedef struct {                     // Private, except `counters`: read-only, for telemetry.
+    pus_parameter_definer_t definer; // Its port always, the rest only if parameters may be defined.
     struct {
         uint32_t read;    ///< Values reported.
         uint32_t set;     ///< Values set.
@@ -29,9 +45,11 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 } pus_parameters_t;
 
 void pus_parameters_init(pus_parameters_t* parameters, const pus_parameter_port_t* port);
-/// From now on parameters may be defined by request; their port takes the place of the one given before.
-void pus_parameters_define(pus_parameters_t* parameters, pus_parameter_definitions_t* definitions);
-/// Restore a record. Statuses of pus_parameter_definitions_restore; STATUS_UNSUPPORTED (no definitions).
+/// From now on parameters may be defined by request; the port of `definer` replaces the one given before.
+void pus_parameters_define(pus_parameters_t* parameters, const pus_parameter_definer_t* definer);
+/// PTC and PFC of the type in the layout bits of an id; of a structure or an array, those of octets.
+pus_parameter_code_t pus_parameter_code_of(uint32_t id);
+/// Restore a record. Statuses of `restore` of the definer; STATUS_UNSUPPORTED (no definitions).
 MUST_USE status_t pus_parameters_restore(pus_parameters_t* parameters, uint32_t key, const uint8_t* octets,
                                          size_t size);
 pus_service_t pus_parameters_service(pus_parameters_t* parameters);

@@ -5,8 +5,8 @@
 
 #include <string.h>
 
-#define KEY_PART                                                                                             \
-    0x01000000U // Bit in the key of a record; the others are slot << 16 and the number of the part.
+// Bit in the key of a record; the others are slot << 16 and the number of the part.
+#define KEY_PART 0x01000000U
 #define SLOT_SHIFT 16U
 #define PART_MASK 0xFFFFU
 #define LENGTH_OFFSET 4U // Offset of the length field in a packet [octets].
@@ -39,7 +39,8 @@ uint16_t sequences_find(const sequences_t* const self, const uint64_t id)
     return NO_SEQUENCE;
 }
 
-/// A place for a sequence, which may hold one that was not restored whole. NO_SEQUENCE if there is none.
+/// Find a slot for a sequence; it may contain a sequence that was not restored completely. NO_SEQUENCE if
+/// there is none.
 static uint16_t find_place(const sequences_t* const self)
 {
     for (uint16_t i = 0U; i < self->config.sequence_count; i++) {
@@ -84,7 +85,7 @@ size_t sequences_read_entry(pus_block_chain_reader_t* const reader, uint8_t* con
     return size;
 }
 
-/// The first thing that is wrong with a content, with its offset.
+/// The first error in a content, with its offset.
 static pus_failure_t check(sequences_t* const self, const sequence_t* const sequence)
 {
     uint8_t count                   = 0U;
@@ -109,7 +110,7 @@ static pus_failure_t check(sequences_t* const self, const sequence_t* const sequ
                                : pus_failure(PUS_FAILURE_OUT_OF_RANGE, sequence->content.size - reader.left);
 }
 
-// Lasting records: a content in parts, each after the identifier and the size of the whole.
+// Persistent records: a content in parts, each after the identifier and the size of the whole.
 
 static uint32_t parts_of(const uint32_t size)
 {
@@ -167,7 +168,7 @@ status_t sequences_unload(sequences_t* const self, const uint16_t slot)
     return status;
 }
 
-/// Restore a sequence from a record.
+/// Part of a sequence, from a record.
 typedef struct {
     uint64_t id;
     uint32_t expected; // Octets of the whole content.
@@ -230,7 +231,7 @@ status_t pus_sequences_restore(sequences_t* const self, const uint32_t key, cons
 
 // Loading.
 
-/// 1..8 printable characters, and NUL behind them.
+/// True if an id is 1..8 printable characters, padded with NUL.
 static bool is_name(const uint64_t id)
 {
     bool is_good  = (id >> 56U) != 0U;
@@ -244,7 +245,7 @@ static bool is_name(const uint64_t id)
     return is_good;
 }
 
-/// A place for a new sequence, empty. PUS_DONE, PUS_REFUSED.
+/// Find an empty slot for a new sequence. PUS_DONE, PUS_REFUSED.
 static pus_reply_t begin(sequences_t* const self, const uint64_t id, const size_t size,
                          uint16_t* const out_slot)
 {
@@ -275,7 +276,7 @@ static pus_reply_t append(sequences_t* const self, const uint16_t slot, const ui
                : pus_refused(PUS_FAILURE_TABLE_FULL, self->config.chains->pool.block_count);
 }
 
-/// With all of its content in place, if `reply` is PUS_DONE, check and keep a sequence; else forget it.
+/// If `reply` is PUS_DONE, the content is complete: check it and store the sequence. Otherwise discard it.
 static pus_reply_t end(sequences_t* const self, const uint16_t slot, const size_t offset,
                        const pus_reply_t reply)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private to pus/st21_*.c: the contents of sequences, and their lasting records.
+/// Private to pus/st21_*.c: the contents of sequences, and their persistent records.
 #ifndef PUS_ST21_ST21_CONTENT_H
 #define PUS_ST21_ST21_CONTENT_H
 
@@ -13,15 +13,15 @@ typedef pus_sequence_t sequence_t;
 bool sequences_is_loaded(const sequence_t* sequence);
 /// The loaded sequence of an identifier; NO_SEQUENCE.
 uint16_t sequences_find(const sequences_t* self, uint64_t id);
-/// Its short form for failures.
+/// The first four octets of an identifier, for failures.
 uint32_t sequences_detail(uint64_t id);
 /// Load from octets; `offset` is where they begin in the application data. PUS_DONE, PUS_REFUSED, PUS_FAILED.
 pus_reply_t sequences_load(sequences_t* self, uint64_t id, const uint8_t* octets, size_t size, size_t offset,
                            uint16_t* out_slot);
-/// Load from a file. The same.
+/// Load from a file. Replies of sequences_load.
 pus_reply_t sequences_load_file(sequences_t* self, uint64_t id, const pus_file_name_t* name,
                                 uint16_t* out_slot);
-/// Forget a sequence and its records. Status of the port.
+/// Delete a sequence and its records. Status of the port.
 MUST_USE status_t sequences_unload(sequences_t* self, uint16_t slot);
 /// Read the request at a reader to `out_octets` (PUS_PACKET_MAX) and its delay [ticks]. Returns the size of
 /// the request, 0 if none is complete.

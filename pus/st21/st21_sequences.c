@@ -24,7 +24,7 @@ static uint64_t ns_of(const int64_t delay)
            (((ticks % PUS_TIME_TICKS_PER_S) * NS_PER_S) / PUS_TIME_TICKS_PER_S);
 }
 
-/// Make the sequence due at this uptime, after those that are due at the same time.
+/// Make a sequence due at this uptime, after those that are already due at that time.
 static void set_due(sequences_t* const self, const uint16_t slot, const uint64_t uptime_ns)
 {
     pus_sorted_index_insert(&self->due, slot, uptime_ns, self->serial);
@@ -36,7 +36,7 @@ static void activate_slot(sequences_t* const self, const uint16_t slot)
     sequence_t* const sequence = &self->config.sequences[slot];
     sequence->next             = sequences_entries(sequence, &sequence->left);
     sequence->is_active        = true;
-    sequence->is_late          = true; // The next step is the begin.
+    sequence->is_late          = true; // The delays run from the next step.
     set_due(self, slot, self->uptime_ns);
     self->counters.activated++;
 }
@@ -203,7 +203,7 @@ static pus_reply_t abort_all(void* const object, pus_request_t* const request)
     return pus_list_end(request, &writer, aborted);
 }
 
-// Reports. Those that list sequences fit a packet, since there are 255 at most.
+// Reports. A list of sequences fits a packet: there are 255 at most.
 
 static pus_reply_t report_status(void* const object, pus_request_t* const request)
 {
@@ -244,7 +244,7 @@ static pus_reply_t report_checksum(void* const object, pus_request_t* const requ
     return pus_done();
 }
 
-/// The entry at this offset of the content.
+/// Write the entry at this offset of the content.
 static bool write_entry(void* const object, pus_report_cursor_t* const cursor, octet_writer_t* const writer)
 {
     sequences_t* const self          = object;
@@ -265,7 +265,7 @@ static bool write_entry(void* const object, pus_report_cursor_t* const cursor, o
 
 static pus_reply_t report_content(void* const object, pus_request_t* const request)
 {
-    static const pus_report_cursor_t first = {.first = 1U}; // Behind the count.
+    static const pus_report_cursor_t first = {.first = 1U}; // After the count.
     sequences_t* const self                = object;
     const pus_report_entries_t entries     = {.self = self, .write = write_entry};
     uint8_t front[sizeof(uint64_t)];

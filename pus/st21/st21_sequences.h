@@ -4,7 +4,7 @@
 ///
 /// Delays run on `uptime_ns`, the number of cycles as a time, which is independent of corrections of mission
 /// time. While the port does not take a request, the sequence waits; the next delay starts when the request
-/// is taken. Loaded sequences outlive a power cut; no sequence is under execution after it.
+/// is taken. Loaded sequences survive a power cut; no sequence is under execution after it.
 ///
 /// Ownership  The caller places all arrays.
 /// Context    One loop.
@@ -32,7 +32,7 @@ typedef struct { // Private.
     uint32_t expected; // Octets of the content once all of its records are back.
     bool in_use;
     bool is_active;
-    bool is_late; // The next delay runs from when the request is taken.
+    bool is_late; // The next delay runs from the time at which the port takes the request.
     uint8_t left; // Requests not released yet.
     pus_block_chain_reader_t next;
 } pus_sequence_t;
@@ -71,12 +71,13 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 void pus_sequences_init(pus_sequences_t* self, const pus_sequences_config_t* config);
 /// The service's entry for a dispatcher, without a step.
 pus_service_t pus_sequences_service(pus_sequences_t* self);
-/// Restore a lasting record; before the first request. STATUS_OK, STATUS_INVALID (malformed, or not the
-/// next of its sequence), STATUS_EXISTS (there is such a sequence), STATUS_EXHAUSTED (no room for it).
+/// Restore a persistent record; call it before the first request. STATUS_OK, STATUS_INVALID (malformed, or
+/// not the next of its sequence), STATUS_EXISTS (there is such a sequence), STATUS_EXHAUSTED (no room for
+/// it).
 MUST_USE status_t pus_sequences_restore(pus_sequences_t* self, uint32_t key, const uint8_t* octets,
                                         size_t size);
-/// Release due requests, and continue a report. uptime_ns: counts of cycles since the start, as a time; never
-/// goes back. now_ns stamps reports.
+/// Release due requests, and continue a report. uptime_ns: number of cycles since the start, as a time; never
+/// decreases. now_ns stamps reports.
 void pus_sequences_step(pus_sequences_t* self, uint64_t now_ns, uint64_t uptime_ns);
 /// Uptime at which the next step has something to release; UINT64_MAX if nothing is under execution.
 uint64_t pus_sequences_next_ns(const pus_sequences_t* self);

@@ -37,7 +37,7 @@ uint64_t pus_position_schedule_now(pus_position_schedule_t* const self)
     const uint64_t position = self->port.read(self->port.context);
     const uint32_t orbit    = (uint32_t)(position >> ANGLE_BITS);
     if (self->is_pending && (orbit < self->orbit)) {
-        self->orbit = orbit; // The source counted backwards: the next orbit has another number.
+        self->orbit = orbit; // The count of the source has decreased: the next orbit has another count.
     }
     if (self->is_pending && (orbit > self->orbit)) {
         self->is_pending = false;

@@ -4,7 +4,7 @@
 ///
 /// A port gives the position: the number of orbits that its source has counted, and the angle. It may stand
 /// still and it may jump, like time in ST[11]. TC[22,28] sets the number of the next orbit; until then the
-/// old count continues. The number outlives a power cut, if the source's count does.
+/// old count continues. The number survives a power cut if the count of the source does.
 ///
 /// Ownership, context, time: as pus/core/schedule.h.
 #ifndef PUS_ST22_ST22_POSITION_SCHEDULE_H
@@ -33,7 +33,7 @@ void pus_position_schedule_init(pus_position_schedule_t* self, const pus_positio
                                 const pus_schedule_config_t* config);
 /// The service's entry for a dispatcher, without a step.
 pus_service_t pus_position_schedule_service(pus_position_schedule_t* self);
-/// Restore a lasting record. Statuses of pus_schedule_restore.
+/// Restore a persistent record. Statuses of pus_schedule_restore.
 MUST_USE status_t pus_position_schedule_restore(pus_position_schedule_t* self, uint32_t key,
                                                 const uint8_t* octets, size_t size);
 /// Release due activities, and continue a report. now_ns stamps reports.

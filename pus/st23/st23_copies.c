@@ -6,7 +6,7 @@
 #include <string.h>
 
 enum {
-    SUSPEND         = 16, // The same of a path 3 further on.
+    SUSPEND         = 16, // The subtype for a path is OF_PATH higher.
     RESUME          = 17,
     ABORT           = 18,
     OF_PATH         = 3,
@@ -17,7 +17,7 @@ enum {
 #define QUARTERS 4U
 #define PERCENT 100U
 
-/// Copies of this life, which requests can name, without those of an earlier one.
+/// True if a copy belongs to this life, so that requests can name it.
 static bool is_active(const pus_file_copy_t* const copy)
 {
     return copy->status < PUS_FILE_COPY_FREE;
@@ -79,7 +79,7 @@ typedef struct {
     uint16_t id;
     st23_place_t source;
     st23_place_t target;
-    pus_file_about_t about; ///< The source.
+    pus_file_about_t about; ///< Attributes of the source.
 } order_t;
 
 /// Read an order and check that its source exists and its target does not. A reply other than PUS_DONE is
@@ -115,7 +115,7 @@ static pus_reply_t read_order(pus_files_t* const files, pus_request_t* const req
     } else if (status == STATUS_NOT_FOUND) {
         status = STATUS_OK;
     } else {
-        // The store does not support it.
+        // The store has failed.
     }
     return st23_reply_of(files, status, out_order->target.name_offset);
 }
@@ -177,17 +177,15 @@ pus_reply_t st23_move(void* const self, pus_request_t* const request)
 
 // ---- Changing ----
 
-/// Forget a copy, and its part unless it has become the target.
+/// Delete a copy, and its temporary file if there is one.
 static void forget(pus_files_t* const files, pus_file_copy_t* const copy, const bool has_part)
 {
     const pus_file_store_t* const store = &files->config.store;
     if (has_part) {
         (void)store->remove_file(store->context, copy->part.text);
     }
-    (void)st23_forget(
-        files,
-        key_of(files,
-               copy)); // Otherwise the next life would search for a temporary file that does not exist.
+    // Otherwise the next life would search for a temporary file that does not exist.
+    (void)st23_forget(files, key_of(files, copy));
     copy->status = PUS_FILE_COPY_FREE;
 }
 
@@ -384,7 +382,7 @@ static void report_progress(pus_files_t* const files, pus_file_copy_t* const cop
     }
 }
 
-/// The copy has failed in the step under way.
+/// Report that a copy has failed in its present step, and end it.
 static void fail_copy(pus_files_t* const files, pus_file_copy_t* const copy, const status_t status,
                       const uint64_t now_ns)
 {
@@ -413,7 +411,7 @@ static void step_copy(pus_files_t* const files, pus_file_copy_t* const copy, con
         (void)st23_commit(files); // If this fails, the record has no effect.
     } else if (is_whole) {
         files->counters.copied++;
-        copy->is_begun = false; // It is the target now.
+        copy->is_begun = false; // The temporary file has become the target.
         end_copy(files, copy, pus_no_failure(), files->config.process, now_ns);
         (void)st23_commit(files); // If this fails, the record has no effect.
     } else {

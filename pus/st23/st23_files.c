@@ -140,14 +140,14 @@ static status_t take_lock(const pus_files_t* const files, pus_file_lock_t* const
 }
 
 /// Release a lock. STATUS_OK; STATUS_IO: it is still taken.
-static status_t give_lock(const pus_files_t* const files, pus_file_lock_t* const lock)
+static status_t release_lock(const pus_files_t* const files, pus_file_lock_t* const lock)
 {
     lock->is_used = st23_forget(files, key_of(files, lock)) != STATUS_OK;
     return lock->is_used ? STATUS_IO : STATUS_OK;
 }
 
 /// In the first step: delete the lock of a new file whose creation a power cut has prevented.
-static void drop_idle_locks(const pus_files_t* const files)
+static void drop_unused_locks(const pus_files_t* const files)
 {
     for (size_t i = 0U; i < files->config.lock_count; i++) {
         pus_file_lock_t* const lock = &files->config.locks[i];
@@ -155,8 +155,8 @@ static void drop_idle_locks(const pus_files_t* const files)
         const bool is_unsure = lock->is_used && lock->is_restored;
         lock->is_restored    = false;
         if (is_unsure && (st23_look(files, &lock->path, false, &about) == STATUS_NOT_FOUND)) {
-            (void)give_lock(files, lock);
-            (void)st23_commit(files); // Else the next life drops it.
+            (void)release_lock(files, lock);
+            (void)st23_commit(files); // If this fails, the next life deletes the lock.
         }
     }
 }
@@ -202,7 +202,7 @@ static pus_reply_t unlock_file(void* const self, pus_request_t* const request)
         status = st23_look(files, &place.path, false, &about);
         status = (status == STATUS_OK) ? STATUS_FORBIDDEN : status;
     } else {
-        status = give_lock(files, lock);
+        status = release_lock(files, lock);
     }
     return st23_reply_of(files, status, place.name_offset);
 }
@@ -224,7 +224,7 @@ static status_t make_locked_file(const pus_files_t* const files, const pus_file_
         status = st23_commit(files);
         status = (status == STATUS_OK) ? store->make_file(store->context, path->text, room) : status;
         if (status != STATUS_OK) {
-            (void)give_lock(files, lock);
+            (void)release_lock(files, lock);
         }
     }
     return status;
@@ -403,7 +403,7 @@ void pus_files_step(pus_files_t* const files, const uint64_t now_ns, const uint3
     FSW_ASSERT(files != NULL);
     if (files->is_restored) {
         files->is_restored = false;
-        drop_idle_locks(files);
+        drop_unused_locks(files);
     }
     st23_step_copies(files, now_ns, cycle);
     st23_step_searches(files, now_ns);

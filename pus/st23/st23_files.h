@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[23] file management: files, directories and copies below the root of a store. All 21 messages.
-/// Requests, copies, lasting records and refusals: docs/services/st23.md. Paths are those of
+/// Requests, copies, persistent records and refusals: docs/services/st23.md. Paths are those of
 /// pus/core/file_path.h.
 ///
 /// Copies take turns, one slice each, `slices` per step. A copy is made under a name that no request can
@@ -21,7 +21,7 @@
 
 typedef struct { // Private.
     bool is_used;
-    bool is_restored; // Its file may never have been made.
+    bool is_restored; // Restored from a record: its file may not exist.
     pus_file_path_t path;
 } pus_file_lock_t;
 
@@ -51,8 +51,8 @@ typedef struct { // Private.
     bool is_summary; // TC 12 instead of TC 7.
     pus_token_t token;
     pus_file_path_t root;
-    pus_file_path_t folder;             // Where it is,
-    char after[PUS_FILE_NAME_MAX + 1U]; // behind which name.
+    pus_file_path_t folder;             // Folder of the search.
+    char after[PUS_FILE_NAME_MAX + 1U]; // The search continues after this name.
     char pattern[PUS_FILE_NAME_MAX + 1U];
     uint16_t count; // Number of entries in `data`.
     size_t size;
@@ -80,7 +80,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     uint32_t interval; // Interval of the status report [cycles]; 0: none.
     uint32_t reported_cycle;
     bool is_interval_new;
-    bool is_restored; // Locks were.
+    bool is_restored; // Some locks were restored.
     uint8_t slice[PUS_FILE_SLICE];
     struct {
         uint32_t refused; ///< Requests and instructions refused.
@@ -94,11 +94,11 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 
 /// No file is locked, no copy runs.
 void pus_files_init(pus_files_t* files, const pus_files_config_t* config);
-/// Restore a lasting record. STATUS_OK; STATUS_NOT_FOUND (no such key), STATUS_INVALID (malformed).
+/// Restore a persistent record. STATUS_OK; STATUS_NOT_FOUND (no such key), STATUS_INVALID (malformed).
 MUST_USE status_t pus_files_restore(pus_files_t* files, uint32_t key, const uint8_t* octets, size_t size);
 /// Copy, search, report; call once per cycle. `cycle` counts minimum sampling intervals and may jump forward.
 void pus_files_step(pus_files_t* files, uint64_t now_ns, uint32_t cycle);
-/// True if the next step has something to do but the status report.
+/// True if the next step has something to do besides the status report.
 bool pus_files_is_busy(const pus_files_t* files);
 /// The service's entry for a dispatcher.
 pus_service_t pus_files_service(pus_files_t* files);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Between the parts of the file service: files and directories, copies, searches. Each `execute` function is
-/// one of the service's table; its format has been checked.
+/// Shared by the files of ST[23]: files and directories, copies, searches. Each function that takes a request
+/// belongs to the service's table; the format of the request has been checked.
 #ifndef PUS_ST23_ST23_INTERNAL_H
 #define PUS_ST23_ST23_INTERNAL_H
 
 #include "pus/st23/st23_files.h"
 
-/// Keys of lasting records.
+/// Keys of persistent records.
 #define ST23_KEY_LOCK 0U            ///< + index of the lock: its path.
 #define ST23_KEY_COPY 0x10000U      ///< + index of the copy: the path of its part.
 #define ST23_KEY_REPORTING 0x20000U ///< Interval u32.
@@ -15,9 +15,9 @@
 pus_reply_t st23_refuse(pus_files_t* files, uint16_t code, uint32_t detail);
 /// The reply for a status of the store concerning the field at `offset`: done, refused or failed.
 pus_reply_t st23_reply_of(pus_files_t* files, status_t status, uint32_t offset);
-/// Keep a record, if records are kept. Statuses of `put`.
+/// Store a record if the service has a persistence port. Statuses of `put`.
 status_t st23_keep(const pus_files_t* files, uint32_t key, const uint8_t* octets, size_t size);
-/// Forget one. Statuses of `erase`.
+/// Erase a record. Statuses of `erase`.
 status_t st23_forget(const pus_files_t* files, uint32_t key);
 
 /// A file named by a repository path and a name, and their offsets in the application data.
@@ -30,7 +30,7 @@ typedef struct {
 
 /// False: one of the fields is malformed.
 bool st23_read_place(pus_request_t* request, st23_place_t* out_place);
-/// Look at a file (or a directory). STATUS_OK; STATUS_NOT_FOUND, also if it is the other kind.
+/// Describe a file (or a directory). STATUS_OK; STATUS_NOT_FOUND, also if it is the other kind.
 status_t st23_look(const pus_files_t* files, const pus_file_path_t* path, bool is_directory,
                    pus_file_about_t* out_about);
 

@@ -117,7 +117,7 @@ static bool add(const pus_files_t* const files, pus_file_search_t* const search,
 
 /// Outcome for an entry.
 typedef enum {
-    PASSED,  ///< It is done with.
+    PASSED,  ///< It has been handled.
     ENTERED, ///< The search continues in it.
     WAITING  ///< Its report was not taken.
 } passage_t;
@@ -156,7 +156,7 @@ static bool leave(pus_file_search_t* const search)
     return true;
 }
 
-/// Send the last report and end the request; again in the next step if the report is not taken.
+/// Send the last report and end the request; if the report is not taken, try again in the next step.
 static void finish(const pus_files_t* const files, pus_file_search_t* const search, const uint64_t now_ns)
 {
     if (send(files, search, now_ns)) {
@@ -165,7 +165,7 @@ static void finish(const pus_files_t* const files, pus_file_search_t* const sear
     }
 }
 
-/// One reading of a directory.
+/// Read one batch of entries of a directory.
 static void step_search(pus_files_t* const files, pus_file_search_t* const search, const uint64_t now_ns)
 {
     const pus_file_store_t* const store = &files->config.store;

@@ -146,7 +146,7 @@ static void put_value(decoder_t* const decoder, const char* const name, const ch
     }
 }
 
-/// The item after the list whose body begins at `body`.
+/// Returns the layout after the list whose body begins at `body`.
 static const char* after_list(const char* body)
 {
     unsigned open = 1U;

@@ -95,17 +95,17 @@ status_t dump_time_read(octet_reader_t* const reader, uint8_t* const out_p_field
 static bool check_primary(dump_packet_t* const packet, const uint16_t word0, const uint16_t word1,
                           const uint16_t length)
 {
-    const size_t told   = (size_t)length + LENGTH_OFFSET;
+    const size_t stated = (size_t)length + LENGTH_OFFSET;
     const bool has_flag = (word0 & 0x0800U) != 0U;
     const bool may_lack_it =
         !packet->is_tc && ((packet->apid == PUS_APID_TIME) || (packet->apid == PUS_APID_IDLE));
     const unsigned version   = word0 >> 13U;
     const unsigned seq_flags = word1 >> 14U;
-    const bool is_too_long   = told > PUS_PACKET_MAX;
-    if (told != packet->size) {
-        dump_packet_add_problem(packet, "length field says %zu octets, %zu are there", told, packet->size);
+    const bool is_too_long   = stated > PUS_PACKET_MAX;
+    if (stated != packet->size) {
+        dump_packet_add_problem(packet, "length field says %zu octets, %zu are there", stated, packet->size);
     } else if (is_too_long) {
-        dump_packet_add_problem(packet, "%zu octets, largest packet is %u", told, PUS_PACKET_MAX);
+        dump_packet_add_problem(packet, "%zu octets, largest packet is %u", stated, PUS_PACKET_MAX);
     } else {
         // The length is right.
     }
@@ -167,13 +167,13 @@ static void check_crc(dump_packet_t* const packet)
     if (packet->size < (PUS_PRIMARY_HEADER_SIZE + PUS_CRC_SIZE)) {
         return;
     }
-    const size_t end    = packet->size - PUS_CRC_SIZE;
-    const unsigned told = ((unsigned)packet->octets[end] << 8U) | packet->octets[end + 1U];
-    const unsigned real = crc16_ccitt(packet->octets, end);
-    packet->has_crc     = true;
-    packet->crc_is_good = (told == real);
-    if (told != real) {
-        dump_packet_add_problem(packet, "checksum 0x%04X, computed 0x%04X", told, real);
+    const size_t end        = packet->size - PUS_CRC_SIZE;
+    const unsigned stated   = ((unsigned)packet->octets[end] << 8U) | packet->octets[end + 1U];
+    const unsigned computed = crc16_ccitt(packet->octets, end);
+    packet->has_crc         = true;
+    packet->crc_is_good     = (stated == computed);
+    if (stated != computed) {
+        dump_packet_add_problem(packet, "checksum 0x%04X, computed 0x%04X", stated, computed);
     }
 }
 
@@ -199,7 +199,7 @@ void dump_packet_read(const uint8_t* const octets, const size_t size, dump_packe
     } else if (out_packet->apid == PUS_APID_TIME) {
         read_spacecraft_time(out_packet, &reader);
     } else {
-        // Without a secondary header there is nothing more to take out.
+        // Without a secondary header there are no further fields.
     }
     const bool is_read = !reader.failed && (out_packet->is_tc || out_packet->has_time);
     const size_t left  = octet_reader_left(&reader);

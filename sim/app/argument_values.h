@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// Say what is wrong with an option. Always false.
+/// Report an invalid value of an option on the console. Always returns false.
 bool argument_refuse(const char* option, const char* value, const char* expected);
 /// A whole number from 0 to `limit`, decimal, octal (0...) or hexadecimal (0x...).
 bool argument_count(const char* option, const char* text, uint64_t limit, uint64_t* out_value);

@@ -7,8 +7,8 @@
 #include "sim/app/simulator.h"
 #include "sim/devices/node.h"
 
-/// Create the channels of the configuration. out_channel_b has `count` places, one per segment, null at
-/// first. STATUS_OK; else `error` is filled: STATUS_INVALID (no such bus, or it has a channel B already).
+/// Create the channels B of the configuration. out_channel_b has `count` entries, one per segment, initially
+/// null. STATUS_OK; else `error` is filled: STATUS_INVALID (no such bus, or it has a channel B already).
 MUST_USE status_t channels_pair(const segment_t* segments, unsigned count, const simulator_config_t* config,
                                 bus_t** out_channel_b, char error[SIMULATOR_ERROR_MAX]);
 /// Connect a node to channel B of its bus; null: the bus has none. STATUS_OK; else `error` is filled:

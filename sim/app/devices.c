@@ -2,6 +2,8 @@
 #include "sim/app/devices.h"
 
 #include "sim/app/channels.h"
+#include "sim/app/sensors.h"
+#include "sim/devices/valve_box.h"
 #include "sim/plant/motor_bench.h"
 #include "sim/plant/parameters.h"
 
@@ -10,16 +12,31 @@
 #include <string.h>
 
 #define PATH_OCTETS 4096U
+#define NS_PER_S 1.0e9
 
+typedef struct device device_t;
+
+/// What a kind of device does; each may be null.
 typedef struct {
+    void (*report)(const device_t* device, uint64_t now_ns);
+    void (*act)(const device_t* device, plant_input_t* out_input);
+    void (*end_step)(device_t* device, uint64_t now_ns, uint64_t end_ns);
+} device_kind_t;
+
+struct device {
     devices_t* devices;
     const world_device_t* place;
-    drive_t* drive;       // Null: a joystick.
-    joystick_t* joystick; // Null: a drive.
-    unsigned joint;       // PLANT_JOINTS: none, the drive is on its bench.
+    const device_kind_t* kind;
+    device_model_t model; // Set by the creator.
+    drive_t* drive;       // Null: no drive.
+    joystick_t* joystick; // Null: no joystick.
+    bool is_bench;
+    double most_nm; // Largest torque of a drive's motor; 0: that of its EDS.
+    unsigned joint; // Joint, or number of the joystick or wheel, in the plant; of the valve box in the world.
     motor_bench_t bench;
     plant_drive_t bench_drive;
-} device_t;
+    sensor_t sensor;
+};
 
 struct devices {
     devices_config_t config;
@@ -29,11 +46,11 @@ struct devices {
 
 // ---- Inputs and outputs of devices ----
 
-static void look_at_drive(void* const context, drive_truth_t* const out_truth)
+static void read_drive_truth(void* const context, drive_truth_t* const out_truth)
 {
     const device_t* device          = context;
     const plant_truth_t* truth      = device->devices->config.truth;
-    const bool is_bench             = device->joint == PLANT_JOINTS;
+    const bool is_bench             = device->is_bench;
     const plant_rotor_t* rotor      = is_bench ? &device->bench.rotor : &truth->motor[device->joint];
     out_truth->motor_position_rad   = rotor->position_rad;
     out_truth->motor_velocity_rad_s = rotor->velocity_rad_s;
@@ -41,18 +58,13 @@ static void look_at_drive(void* const context, drive_truth_t* const out_truth)
         is_bench ? device->bench.output_torque_nm : truth->joint_torque_nm[device->joint];
 }
 
-static void look_at_stick(void* const context, joystick_truth_t* const out_truth)
+static void read_stick_truth(void* const context, joystick_truth_t* const out_truth)
 {
     const device_t* device     = context;
-    const plant_truth_t* truth = device->devices->config.truth;
+    const plant_stick_t* stick = &device->devices->config.truth->stick[device->joint];
     out_truth->buttons         = 0U;
-    memcpy(out_truth->position_rad, truth->stick_position_rad, sizeof out_truth->position_rad);
-    memcpy(out_truth->velocity_rad_s, truth->stick_velocity_rad_s, sizeof out_truth->velocity_rad_s);
-}
-
-static node_t* node_of(const device_t* const device)
-{
-    return (device->drive != NULL) ? drive_node(device->drive) : joystick_node(device->joystick);
+    memcpy(out_truth->position_rad, stick->position_rad, sizeof out_truth->position_rad);
+    memcpy(out_truth->velocity_rad_s, stick->velocity_rad_s, sizeof out_truth->velocity_rad_s);
 }
 
 static void report(const device_t* const device, const uint64_t now_ns, const unsigned axis,
@@ -63,7 +75,7 @@ static void report(const device_t* const device, const uint64_t now_ns, const un
                                       .node          = (uint8_t)device->place->node,
                                       .axis          = (uint8_t)axis,
                                       .statusword    = statusword,
-                                      .plugged       = node_is_plugged(node_of(device)),
+                                      .plugged       = node_is_plugged(device->model.node),
                                       .brake_engaged = brake};
     config->changed(config->context, now_ns, &event);
 }
@@ -75,43 +87,335 @@ static void on_axis(void* const context, const uint8_t node, const unsigned axis
     report(context, now_ns, axis, statusword, brake);
 }
 
-// ---- Opening and closing ----
+// ---- Drives ----
 
-static status_t create_drive(device_t* const device, const world_drive_type_t* const type,
-                             const char* const path, char reason[EDS_ERROR_MAX])
+static void destroy_drive(void* const model)
 {
+    drive_destroy(model);
+}
+
+static void set_drive_error(void* const model, const uint16_t code, const bool is_present,
+                            const uint64_t now_ns)
+{
+    drive_set_error(model, code, is_present, now_ns);
+}
+
+static status_t create_drive(device_t* const device, const void* const kind, const char* const path,
+                             char reason[EDS_ERROR_MAX])
+{
+    const world_drive_type_t* type = kind;
     const devices_config_t* config = &device->devices->config;
     const uint64_t step_ns         = (uint64_t)config->world->step_ns;
     const drive_config_t wanted    = {.seed             = config->seed,
                                       .sensor_device    = (device->place->bus << 8) | device->place->node,
                                       .step_ns          = step_ns,
                                       .substep_ns       = step_ns / PLANT_SUBSTEPS,
+                                      .most_nm          = device->most_nm,
                                       .torque_sensor    = torque_sensor_of(type),
                                       .encoder          = encoder_of(type),
-                                      .look             = look_at_drive,
-                                      .look_context     = device,
+                                      .read_truth       = read_drive_truth,
+                                      .truth_context    = device,
                                       .observer         = on_axis,
                                       .observer_context = device};
-    return drive_create(config->segments[device->place->bus].bus, path, (uint8_t)device->place->node, &wanted,
-                        &device->drive, reason);
+    const status_t status          = drive_create(config->segments[device->place->bus].bus, path,
+                                                  (uint8_t)device->place->node, &wanted, &device->drive, reason);
+    if (status == STATUS_OK) {
+        device->model =
+            (device_model_t){device->drive, drive_node(device->drive), destroy_drive, set_drive_error};
+    }
+    return status;
 }
 
-static status_t create_joystick(device_t* const device, const world_joystick_t* const joystick,
-                                const char* const path, char reason[EDS_ERROR_MAX])
+static void report_drive(const device_t* const device, const uint64_t now_ns)
 {
-    const joystick_config_t wanted = {.encoder          = stick_encoder_of(joystick),
-                                      .look             = look_at_stick,
-                                      .look_context     = device,
-                                      .observer         = on_axis,
-                                      .observer_context = device};
-    return joystick_create(device->devices->config.segments[device->place->bus].bus, path,
-                           (uint8_t)device->place->node, &wanted, &device->joystick, reason);
+    report(device, now_ns, 0U, drive_statusword(device->drive), drive_brake_is_engaged(device->drive));
 }
 
-/// The next device: a drive of a type, or a joystick if that is null.
-static status_t add(devices_t* const devices, const device_t* const wanted,
-                    const world_drive_type_t* const type, const world_joystick_t* const joystick,
-                    char error[SIMULATOR_ERROR_MAX])
+static void act_drive(const device_t* const device, plant_input_t* const out_input)
+{
+    out_input->brake_engaged[device->joint] = drive_brake_is_engaged(device->drive);
+}
+
+static void end_drive(device_t* const device, const uint64_t now_ns, const uint64_t end_ns)
+{
+    (void)now_ns;
+    drive_end_step(device->drive, end_ns);
+}
+
+static const device_kind_t drives = {.report = report_drive, .act = act_drive, .end_step = end_drive};
+
+static void end_bench(device_t* const device, const uint64_t now_ns, const uint64_t end_ns)
+{
+    const double h_s = (double)(end_ns - now_ns) * 1.0e-9 / (double)PLANT_SUBSTEPS;
+    const bool brake = drive_brake_is_engaged(device->drive);
+    for (unsigned k = 0U; k < PLANT_SUBSTEPS; k++) {
+        const plant_rotor_t* rotor = &device->bench.rotor;
+        const double torque_nm = drive_regulate(device->drive, rotor->position_rad, rotor->velocity_rad_s);
+        motor_bench_step(&device->bench, brake, torque_nm, h_s);
+    }
+    drive_end_step(device->drive, end_ns);
+}
+
+static const device_kind_t benches = {.report = report_drive, .end_step = end_bench};
+
+// ---- Joysticks ----
+
+static void destroy_joystick(void* const model)
+{
+    joystick_destroy(model);
+}
+
+static void set_joystick_error(void* const model, const uint16_t code, const bool is_present,
+                               const uint64_t now_ns)
+{
+    joystick_set_error(model, code, is_present, now_ns);
+}
+
+static status_t create_joystick(device_t* const device, const void* const kind, const char* const path,
+                                char reason[EDS_ERROR_MAX])
+{
+    const world_joystick_t* joystick = kind;
+    if (joystick->axes != JOYSTICK_AXES) {
+        return document_refuse(device->devices->config.world->path, joystick->device.line,
+                               joystick->device.name, "a joystick of two axes", reason);
+    }
+    const joystick_config_t wanted = {.encoder          = stick_encoder_of(joystick),
+                                      .read_truth       = read_stick_truth,
+                                      .truth_context    = device,
+                                      .observer         = on_axis,
+                                      .observer_context = device};
+    const status_t status = joystick_create(device->devices->config.segments[device->place->bus].bus, path,
+                                            (uint8_t)device->place->node, &wanted, &device->joystick, reason);
+    if (status == STATUS_OK) {
+        device->model = (device_model_t){device->joystick, joystick_node(device->joystick), destroy_joystick,
+                                         set_joystick_error};
+    }
+    return status;
+}
+
+static void report_joystick(const device_t* const device, const uint64_t now_ns)
+{
+    for (unsigned axis = 0U; axis < JOYSTICK_AXES; axis++) {
+        report(device, now_ns, axis, joystick_statusword(device->joystick, axis), false);
+    }
+}
+
+static void act_joystick(const device_t* const device, plant_input_t* const out_input)
+{
+    joystick_torque(device->joystick, out_input->stick_torque_nm[device->joint]);
+}
+
+static void end_joystick(device_t* const device, const uint64_t now_ns, const uint64_t end_ns)
+{
+    (void)now_ns;
+    joystick_end_step(device->joystick, end_ns);
+}
+
+static const device_kind_t joysticks = {
+    .report = report_joystick, .act = act_joystick, .end_step = end_joystick};
+
+// ---- Reaction wheels ----
+
+static void read_wheel_truth(void* const context, wheel_truth_t* const out_truth)
+{
+    const device_t* device     = context;
+    const plant_wheel_t* wheel = &device->devices->config.truth->wheel[device->joint];
+    *out_truth                 = (wheel_truth_t){wheel->momentum_nms, wheel->torque_nm, wheel->carrier_rad_s};
+}
+
+/// A wheel has no brake.
+static void on_wheel(void* const context, const uint8_t node, const unsigned axis, const uint16_t statusword,
+                     const bool brake, const uint64_t now_ns)
+{
+    (void)node;
+    (void)brake;
+    report(context, now_ns, axis, statusword, false);
+}
+
+static void destroy_wheel(void* const model)
+{
+    wheel_destroy(model);
+}
+
+static void set_wheel_error(void* const model, const uint16_t code, const bool is_present,
+                            const uint64_t now_ns)
+{
+    wheel_set_error(model, code, is_present, now_ns);
+}
+
+static status_t create_wheel(device_t* const device, const void* const kind, const char* const path,
+                             char reason[EDS_ERROR_MAX])
+{
+    const world_wheel_t* place  = kind;
+    wheel_t* wheel              = NULL;
+    const wheel_config_t wanted = {.momentum_nms     = place->momentum,
+                                   .read_truth       = read_wheel_truth,
+                                   .truth_context    = device,
+                                   .observer         = on_wheel,
+                                   .observer_context = device};
+    const status_t status       = wheel_create(device->devices->config.segments[device->place->bus].bus, path,
+                                               (uint8_t)device->place->node, &wanted, &wheel, reason);
+    if (status == STATUS_OK) {
+        device->model = (device_model_t){wheel, wheel_node(wheel), destroy_wheel, set_wheel_error};
+    }
+    return status;
+}
+
+static void report_wheel(const device_t* const device, const uint64_t now_ns)
+{
+    report(device, now_ns, 0U, wheel_statusword(device->model.model), false);
+}
+
+static void act_wheel(const device_t* const device, plant_input_t* const out_input)
+{
+    out_input->wheel_torque_nm[device->joint] = wheel_torque(device->model.model);
+}
+
+static void end_wheel(device_t* const device, const uint64_t now_ns, const uint64_t end_ns)
+{
+    (void)now_ns;
+    wheel_end_step(device->model.model, end_ns);
+}
+
+static const device_kind_t wheels = {.report = report_wheel, .act = act_wheel, .end_step = end_wheel};
+
+// ---- Valve boxes ----
+
+/// Number of the valve at an output of a box in the world; the number of all valves if there is none.
+static unsigned valve_at(const device_t* const device, const unsigned output)
+{
+    const world_t* world = device->devices->config.world;
+    unsigned valve       = 0U;
+    while ((valve < world->valve_count) &&
+           ((world->valve[valve].box != device->joint) || (world->valve[valve].output != (output + 1U)))) {
+        valve++;
+    }
+    return valve;
+}
+
+static void on_valve(void* const context, const unsigned output, const bool is_open, const uint64_t now_ns)
+{
+    const device_t* device         = context;
+    const devices_config_t* config = &device->devices->config;
+    const unsigned valve           = valve_at(device, output);
+    if (valve < config->world->valve_count) {
+        const truth_valve_t event = {.name = config->world->valve[valve].name, .is_open = is_open};
+        config->valve_changed(config->context, now_ns, &event);
+    }
+}
+
+static void destroy_box(void* const model)
+{
+    valve_box_destroy(model);
+}
+
+static void set_box_error(void* const model, const uint16_t code, const bool is_present,
+                          const uint64_t now_ns)
+{
+    if (is_present) {
+        node_raise(valve_box_node(model), code, 0U, 0, now_ns);
+    } else {
+        node_clear(valve_box_node(model), code, 0U, now_ns);
+    }
+}
+
+static status_t create_box(device_t* const device, const void* const kind, const char* const path,
+                           char reason[EDS_ERROR_MAX])
+{
+    const world_t* world      = kind;
+    valve_box_t* box          = NULL;
+    valve_box_config_t wanted = {.changed = on_valve, .context = device};
+    for (unsigned i = 0U; i < VALVE_BOX_OUTPUTS; i++) {
+        const unsigned valve  = valve_at(device, i);
+        wanted.shortest_ns[i] = (valve < world->valve_count) ? (uint64_t)world->valve[valve].shortest_ns : 0U;
+    }
+    const status_t status = valve_box_create(device->devices->config.segments[device->place->bus].bus, path,
+                                             (uint8_t)device->place->node, &wanted, &box, reason);
+    if (status == STATUS_OK) {
+        device->model = (device_model_t){box, valve_box_node(box), destroy_box, set_box_error};
+    }
+    return status;
+}
+
+static void act_box(const device_t* const device, plant_input_t* const out_input)
+{
+    const world_t* world = device->devices->config.world;
+    for (unsigned i = 0U; i < VALVE_BOX_OUTPUTS; i++) {
+        const unsigned valve = valve_at(device, i);
+        if (valve < world->valve_count) {
+            out_input->valve_open[valve] = valve_box_is_open(device->model.model, i);
+        }
+    }
+}
+
+static void end_box(device_t* const device, const uint64_t now_ns, const uint64_t end_ns)
+{
+    (void)now_ns;
+    valve_box_end_step(device->model.model, end_ns);
+}
+
+static const device_kind_t valve_boxes = {.act = act_box, .end_step = end_box};
+
+// ---- Sensors ----
+
+static void destroy_sensor(void* const model)
+{
+    measuring_device_destroy(model);
+}
+
+static void set_sensor_error(void* const model, const uint16_t code, const bool is_present,
+                             const uint64_t now_ns)
+{
+    measuring_device_set_error(model, code, is_present, now_ns);
+}
+
+static status_t create_sensor(device_t* const device, const void* const kind, const char* const path,
+                              char reason[EDS_ERROR_MAX])
+{
+    const world_sensor_t* place     = kind;
+    const devices_config_t* config  = &device->devices->config;
+    measuring_device_t* model       = NULL;
+    const measuring_config_t wanted = {
+        .value_count = sensor_values(place->kind),
+        .period_ns   = (place->rate_hz > 0.0) ? (uint64_t)(NS_PER_S / place->rate_hz) : 0U,
+        .delay_ns    = (uint64_t)place->delay_ns,
+        .step_ns     = (uint64_t)config->world->step_ns,
+        .measure     = sensor_measure,
+        .context     = &device->sensor};
+    device->sensor        = (sensor_t){.plant  = config->plant,
+                                       .place  = place,
+                                       .seed   = config->seed,
+                                       .device = (device->place->bus << 8) | device->place->node};
+    const status_t status = measuring_device_create(config->segments[device->place->bus].bus, path,
+                                                    (uint8_t)device->place->node, &wanted, &model, reason);
+    if (status == STATUS_OK) {
+        device->model =
+            (device_model_t){model, measuring_device_node(model), destroy_sensor, set_sensor_error};
+    }
+    return status;
+}
+
+static void report_sensor(const device_t* const device, const uint64_t now_ns)
+{
+    report(device, now_ns, 0U, 0U, false);
+}
+
+static void end_sensor(device_t* const device, const uint64_t now_ns, const uint64_t end_ns)
+{
+    (void)now_ns;
+    measuring_device_end_step(device->model.model, end_ns);
+}
+
+static const device_kind_t sensors = {.report = report_sensor, .end_step = end_sensor};
+
+// ---- Opening and closing ----
+
+/// Creates the model of a device from its EDS at `path`; `kind` is its element of the world.
+typedef status_t (*create_fn)(device_t* device, const void* kind, const char* path,
+                              char reason[EDS_ERROR_MAX]);
+
+static status_t add(devices_t* const devices, const device_t* const wanted, const create_fn create,
+                    const void* const kind, char error[SIMULATOR_ERROR_MAX])
 {
     char path[PATH_OCTETS];
     char reason[EDS_ERROR_MAX];
@@ -121,14 +425,13 @@ static status_t add(devices_t* const devices, const device_t* const wanted,
     const unsigned bus     = device->place->bus;
     bus_t* const channel_b = devices->config.channel_b[bus];
     (void)snprintf(path, sizeof path, "%s/%s", devices->config.folder, device->place->eds);
-    const status_t status = (type != NULL) ? create_drive(device, type, path, reason)
-                                           : create_joystick(device, joystick, path, reason);
+    const status_t status = create(device, kind, path, reason);
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: %s", reason);
         return status;
     }
     devices->count++;
-    return channels_connect(node_of(device), channel_b, devices->config.world->bus[bus], error);
+    return channels_connect(device->model.node, channel_b, devices->config.world->bus[bus], error);
 }
 
 static status_t add_bench(devices_t* const devices, const world_bench_t* const bench,
@@ -136,10 +439,11 @@ static status_t add_bench(devices_t* const devices, const world_bench_t* const b
 {
     const world_drive_type_t* type = &devices->config.world->drive_type[bench->type];
     const device_t wanted          = {.place       = &bench->device,
-                                      .joint       = PLANT_JOINTS,
+                                      .kind        = &benches,
+                                      .is_bench    = true,
                                       .bench_drive = plant_drive_of(type, -bench->range, bench->range)};
     device_t* device               = &devices->device[devices->count];
-    const status_t status          = add(devices, &wanted, type, NULL, error);
+    const status_t status          = add(devices, &wanted, create_drive, type, error);
     motor_bench_init(&device->bench, &device->bench_drive, bench->contact, bench->stiffness);
     return status;
 }
@@ -150,15 +454,32 @@ static status_t add_all(devices_t* const devices, char error[SIMULATOR_ERROR_MAX
     status_t status      = STATUS_OK;
     for (size_t i = 0U; (i < world->drive_count) && (status == STATUS_OK); i++) {
         const world_drive_t* drive = &world->drive[i];
-        const device_t wanted      = {.place = &drive->device, .joint = drive->joint};
-        status                     = add(devices, &wanted, &world->drive_type[drive->type], NULL, error);
+        const device_t wanted      = {.place   = &drive->device,
+                                      .kind    = &drives,
+                                      .most_nm = drive->force,
+                                      .joint   = plant_joint(world, drive->robot, drive->joint)};
+        status = add(devices, &wanted, create_drive, &world->drive_type[drive->type], error);
     }
     for (size_t i = 0U; (i < world->joystick_count) && (status == STATUS_OK); i++) {
-        const device_t wanted = {.place = &world->joystick[i].device, .joint = PLANT_JOINTS};
-        status                = add(devices, &wanted, NULL, &world->joystick[i], error);
+        const device_t wanted = {
+            .place = &world->joystick[i].device, .kind = &joysticks, .joint = (unsigned)i};
+        status = add(devices, &wanted, create_joystick, &world->joystick[i], error);
     }
     for (size_t i = 0U; (i < world->bench_count) && (status == STATUS_OK); i++) {
         status = add_bench(devices, &world->bench[i], error);
+    }
+    for (size_t i = 0U; (i < world->wheel_count) && (status == STATUS_OK); i++) {
+        const device_t wanted = {.place = &world->wheel[i].device, .kind = &wheels, .joint = (unsigned)i};
+        status                = add(devices, &wanted, create_wheel, &world->wheel[i], error);
+    }
+    for (size_t i = 0U; (i < world->valve_box_count) && (status == STATUS_OK); i++) {
+        const device_t wanted = {
+            .place = &world->valve_box[i].device, .kind = &valve_boxes, .joint = (unsigned)i};
+        status = add(devices, &wanted, create_box, world, error);
+    }
+    for (size_t i = 0U; (i < world->sensor_count) && (status == STATUS_OK); i++) {
+        const device_t wanted = {.place = &world->sensor[i].device, .kind = &sensors};
+        status                = add(devices, &wanted, create_sensor, &world->sensor[i], error);
     }
     return status;
 }
@@ -185,8 +506,8 @@ status_t devices_open(const devices_config_t* const config, devices_t** const ou
 void devices_close(devices_t* const devices)
 {
     for (size_t i = 0U; (devices != NULL) && (i < devices->count); i++) {
-        drive_destroy(devices->device[i].drive);
-        joystick_destroy(devices->device[i].joystick);
+        const device_model_t* model = &devices->device[i].model;
+        model->destroy(model->model);
     }
     free(devices);
 }
@@ -206,14 +527,9 @@ drive_t* device_drive(const devices_t* const devices, const size_t index)
     return devices->device[index].drive;
 }
 
-joystick_t* device_joystick(const devices_t* const devices, const size_t index)
+const device_model_t* device_model(const devices_t* const devices, const size_t index)
 {
-    return devices->device[index].joystick;
-}
-
-node_t* device_node(const devices_t* const devices, const size_t index)
-{
-    return node_of(&devices->device[index]);
+    return &devices->device[index].model;
 }
 
 // ---- One step ----
@@ -221,7 +537,7 @@ node_t* device_node(const devices_t* const devices, const size_t index)
 void devices_power_on(devices_t* const devices)
 {
     for (size_t i = 0U; i < devices->count; i++) {
-        node_power_on(node_of(&devices->device[i]));
+        node_power_on(devices->device[i].model.node);
     }
 }
 
@@ -229,12 +545,8 @@ void devices_report(devices_t* const devices, const uint64_t now_ns)
 {
     for (size_t i = 0U; i < devices->count; i++) {
         const device_t* device = &devices->device[i];
-        if (device->drive != NULL) {
-            report(device, now_ns, 0U, drive_statusword(device->drive),
-                   drive_brake_is_engaged(device->drive));
-        }
-        for (unsigned axis = 0U; (device->joystick != NULL) && (axis < JOYSTICK_AXES); axis++) {
-            report(device, now_ns, axis, joystick_statusword(device->joystick, axis), false);
+        if (device->kind->report != NULL) {
+            device->kind->report(device, now_ns);
         }
     }
 }
@@ -243,24 +555,20 @@ void devices_act(const devices_t* const devices, plant_input_t* const out_input)
 {
     for (size_t i = 0U; i < devices->count; i++) {
         const device_t* device = &devices->device[i];
-        if (device->joystick != NULL) {
-            joystick_torque(device->joystick, out_input->stick_torque_nm);
-        } else if (device->joint < PLANT_JOINTS) {
-            out_input->brake_engaged[device->joint] = drive_brake_is_engaged(device->drive);
-        } else {
-            // The plant does not know benches.
+        if (device->kind->act != NULL) {
+            device->kind->act(device, out_input);
         }
     }
 }
 
-void devices_regulate(void* const context, const unsigned substep, const plant_rotor_t motor[PLANT_JOINTS],
-                      double out_torque_nm[PLANT_JOINTS])
+void devices_regulate(void* const context, const unsigned substep, const plant_rotor_t* const motor,
+                      double* const out_torque_nm)
 {
     const devices_t* devices = context;
     (void)substep;
     for (size_t i = 0U; i < devices->count; i++) {
         const device_t* device = &devices->device[i];
-        if (device->joint < PLANT_JOINTS) {
+        if ((device->drive != NULL) && !device->is_bench) {
             const plant_rotor_t* rotor = &motor[device->joint];
             out_torque_nm[device->joint] =
                 drive_regulate(device->drive, rotor->position_rad, rotor->velocity_rad_s);
@@ -268,28 +576,12 @@ void devices_regulate(void* const context, const unsigned substep, const plant_r
     }
 }
 
-static void move_bench(device_t* const device, const double h_s)
-{
-    const bool brake = drive_brake_is_engaged(device->drive);
-    for (unsigned k = 0U; k < PLANT_SUBSTEPS; k++) {
-        const plant_rotor_t* rotor = &device->bench.rotor;
-        const double torque_nm = drive_regulate(device->drive, rotor->position_rad, rotor->velocity_rad_s);
-        motor_bench_step(&device->bench, brake, torque_nm, h_s);
-    }
-}
-
 void devices_end_step(devices_t* const devices, const uint64_t now_ns, const uint64_t end_ns)
 {
-    const double h_s = (double)(end_ns - now_ns) * 1.0e-9 / (double)PLANT_SUBSTEPS;
     for (size_t i = 0U; i < devices->count; i++) {
         device_t* device = &devices->device[i];
-        if (device->joystick != NULL) {
-            joystick_end_step(device->joystick, end_ns);
-            continue;
+        if (device->kind->end_step != NULL) {
+            device->kind->end_step(device, now_ns, end_ns);
         }
-        if (device->joint == PLANT_JOINTS) {
-            move_bench(device, h_s);
-        }
-        drive_end_step(device->drive, end_ns);
     }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The devices of a world on the buses of a run, each made from its EDS: drives of the robots' joints,
-/// joysticks, and drives on benches (sim/plant/motor_bench.h), in this order.
+/// joysticks, drives on benches (sim/plant/motor_bench.h), reaction wheels, valve boxes, and sensors, in this
+/// order.
 ///
 /// Ownership  devices_open allocates, devices_close frees. World, plant and buses outlive the devices.
 /// Context    One task.
@@ -10,6 +11,8 @@
 #include "sim/app/segment.h"
 #include "sim/devices/drive.h"
 #include "sim/devices/joystick.h"
+#include "sim/devices/measuring_device.h"
+#include "sim/devices/wheel.h"
 #include "sim/plant/plant.h"
 #include "sim/truth/truth.h"
 #include "sim/world/world.h"
@@ -17,24 +20,37 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define DEVICES_MAX (WORLD_DRIVES_MAX + WORLD_JOYSTICKS_MAX + WORLD_BENCHES_MAX)
+#define DEVICES_MAX                                                                                          \
+    (WORLD_DRIVES_MAX + WORLD_JOYSTICKS_MAX + WORLD_BENCHES_MAX + WORLD_WHEELS_MAX + WORLD_VALVE_BOXES_MAX + \
+     WORLD_SENSORS_MAX)
 
 typedef struct devices devices_t;
+
+/// The model of a device behind its node, of any kind.
+typedef struct {
+    void* model;
+    node_t* node;
+    void (*destroy)(void* model);
+    /// Set by a scenario: an error of the device appears or disappears.
+    void (*set_error)(void* model, uint16_t code, bool is_present, uint64_t now_ns);
+} device_model_t;
 
 typedef struct {
     const world_t* world;
     const char* folder; ///< Folder of the EDS files.
     const plant_truth_t* truth;
+    const plant_t* plant;    ///< For sensors.
     segment_t* segments;     ///< The first are the buses of the world, in its order.
     bus_t* const* channel_b; ///< Redundant channel of each segment, or null.
     uint64_t seed;
     /// Called for every change of state of a device.
     void (*changed)(void* context, uint64_t now_ns, const truth_drive_t* drive);
+    void (*valve_changed)(void* context, uint64_t now_ns, const truth_valve_t* valve);
     void* context;
 } devices_config_t;
 
 /// Returns STATUS_OK; else *out_devices is null and `error` is filled: STATUS_EXHAUSTED (memory, nodes of a
-/// bus), statuses of node_create.
+/// bus), STATUS_INVALID (a joystick of other than two axes), statuses of node_create.
 MUST_USE status_t devices_open(const devices_config_t* config, devices_t** out_devices,
                                char error[SIMULATOR_ERROR_MAX]);
 /// Null is allowed.
@@ -42,22 +58,19 @@ void devices_close(devices_t* devices);
 
 size_t devices_count(const devices_t* devices);
 const world_device_t* device_place(const devices_t* devices, size_t index);
-/// Null: it is a joystick.
+/// The drive at an index; null: the device is no drive.
 drive_t* device_drive(const devices_t* devices, size_t index);
-/// Null: it is a drive.
-joystick_t* device_joystick(const devices_t* devices, size_t index);
-node_t* device_node(const devices_t* devices, size_t index);
+const device_model_t* device_model(const devices_t* devices, size_t index);
 
 void devices_power_on(devices_t* devices);
 /// Report the state of every device to the listener.
 void devices_report(devices_t* devices, uint64_t now_ns);
 
-/// What brakes and motors do to the plant in the next step.
+/// Set the plant inputs that brakes and joystick motors determine in the next step.
 void devices_act(const devices_t* devices, plant_input_t* out_input);
 /// plant_input_t.drive; the context is the devices.
-void devices_regulate(void* context, unsigned substep, const plant_rotor_t motor[PLANT_JOINTS],
-                      double out_torque_nm[PLANT_JOINTS]);
-/// The plant has moved from `now_ns` to `end_ns`; benches do so here.
+void devices_regulate(void* context, unsigned substep, const plant_rotor_t* motor, double* out_torque_nm);
+/// Update the devices after a step of the plant from `now_ns` to `end_ns`; this also moves the benches.
 void devices_end_step(devices_t* devices, uint64_t now_ns, uint64_t end_ns);
 
 #endif // SIM_APP_DEVICES_H

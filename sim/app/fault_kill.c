@@ -17,8 +17,8 @@
 #define VERB_AT 2U
 #define TEXT_OCTETS 512U
 
-/// Beginning of a /proc file of a process, with a NUL at its end. Returns its octets; 0: the process has
-/// ended.
+/// Read the beginning of a /proc file of a process, followed by NUL. Returns the number of octets; 0: the
+/// process has ended.
 static size_t read_of(const char* const id, const char* const file, char out_text[TEXT_OCTETS])
 {
     char path[64];
@@ -33,7 +33,8 @@ static size_t read_of(const char* const id, const char* const file, char out_tex
     return octets;
 }
 
-/// "id (program) state parent ..."; the name of a program may contain any character.
+/// True if the process is a child of this process's parent. Its /proc file is "id (program) state parent
+/// ...", and the name of a program may contain any character.
 static bool is_sibling(const char* const id)
 {
     char text[TEXT_OCTETS];

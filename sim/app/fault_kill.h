@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Death of a process of the run at an instant of simulated time: the scenario's `fault kill`.
+/// Termination of a process of the run at an instant of simulated time: the scenario's `fault kill`.
 ///
-/// With a scheduler the simulator holds the grant when it applies a fault, so no other process runs: a
-/// process killed then has done all of its work before that instant, and none after it.
+/// With a scheduler the simulator holds the grant when it applies a fault, so no other process runs: the
+/// killed process has done all of its work before that instant, and none after it.
 #ifndef SIM_APP_FAULT_KILL_H
 #define SIM_APP_FAULT_KILL_H
 

@@ -16,9 +16,9 @@ typedef struct {
     const fault_world_t* world;
 } loader_t;
 
-/// Arguments of a fault in their order: B bus, b bus or channel B of it, n node, m node or none, p
-/// probability, u us, s on or off, c code, j joint, t Nm, k degC, f frames, q frames of a queue, r way to
-/// restart, x process.
+/// Arguments of a fault in their order: B bus, P bus or instrument, i instrument, b bus or channel B of it,
+/// n node, m node or none, p probability, u us, s on or off, c code, j joint, t Nm, k degC, f frames, q
+/// frames of a queue, r way to restart, x process.
 typedef struct {
     const char* word;
     const char* arguments;
@@ -26,8 +26,8 @@ typedef struct {
 } grammar_t;
 
 static const grammar_t grammar[FAULT_KIND_COUNT] = {
-    [FAULT_UNPLUG]        = {"unplug", "Bm", "unplug <bus> [node]"},
-    [FAULT_PLUG]          = {"plug", "Bm", "plug <bus> [node]"},
+    [FAULT_UNPLUG]        = {"unplug", "Pm", "unplug <bus> [node], or unplug <instrument>"},
+    [FAULT_PLUG]          = {"plug", "Pm", "plug <bus> [node], or plug <instrument>"},
     [FAULT_CUT]           = {"cut", "bm", "cut <bus> [node]"},
     [FAULT_MEND]          = {"mend", "bm", "mend <bus> [node]"},
     [FAULT_LOSS]          = {"loss", "bp", "loss <bus> <probability 0..1>"},
@@ -45,6 +45,8 @@ static const grammar_t grammar[FAULT_KIND_COUNT] = {
     [FAULT_ERROR]         = {"error", "Bncs", "error <bus> <node> <code> on|off"},
     [FAULT_TORQUE_OFFSET] = {"torque-offset", "jt", "torque-offset <joint> <Nm>"},
     [FAULT_TEMPERATURE]   = {"temperature", "jk", "temperature <joint> <degC>"},
+    [FAULT_SILENT]        = {"silent", "is", "silent <instrument> on|off"},
+    [FAULT_GARBAGE]       = {"garbage", "is", "garbage <instrument> on|off"},
     [FAULT_KILL]          = {"kill", "x", "kill <process>"},
     [FAULT_HANG]          = {"hang", "x", "hang <process>"},
     [FAULT_RESUME]        = {"resume", "x", "resume <process>"},
@@ -53,7 +55,7 @@ static const grammar_t grammar[FAULT_KIND_COUNT] = {
 static const char* const verbs_expected =
     "unplug, plug, cut, mend, loss, corruption, duplication, delay, "
     "babble, sync, stuck, overflow, bus-off, restart, arbitration, reset, "
-    "error, torque-offset, temperature, kill, hang or resume";
+    "error, torque-offset, temperature, silent, garbage, kill, hang or resume";
 
 const char* fault_word(const fault_kind_t kind)
 {
@@ -92,7 +94,7 @@ static void list(char words[WORDS_MAX], const char* const name)
     (void)snprintf(&words[used], WORDS_MAX - used, " %s", name);
 }
 
-/// A device by its name or id. It must be on the fault's bus.
+/// Find a device by its name or id. It must be on the fault's bus.
 static bool parse_device(const fault_world_t* const world, const char* const word, const unsigned bus,
                          unsigned* const out_device)
 {
@@ -170,7 +172,7 @@ static status_t take_code(const scenario_line_t* const line, const size_t index,
     return is_code ? STATUS_OK : scenario_error(line, word, "an emergency code 0x0001..0xFFFF", error);
 }
 
-/// A bus by its name, or channel B of one where that is allowed.
+/// Find a bus by its name, or channel B of a bus where that is allowed.
 static status_t take_bus(const loader_t* const loader, const scenario_line_t* const line, const size_t index,
                          const bool may_be_b, fault_t* const fault, char error[SCENARIO_ERROR_MAX])
 {
@@ -192,12 +194,42 @@ static status_t take_bus(const loader_t* const loader, const scenario_line_t* co
     return scenario_error(line, word, expected, error);
 }
 
-/// A device of the bus named in the argument before it, or flight.
+/// An instrument by its name.
+static bool find_instrument(const fault_world_t* const world, const char* const word, fault_t* const fault)
+{
+    for (unsigned i = 0U; i < world->instrument_count; i++) {
+        if (strcmp(word, world->instrument[i].name) == 0) {
+            fault->bus    = FAULT_BUSES_MAX;
+            fault->device = i;
+            return true;
+        }
+    }
+    return false;
+}
+
+static status_t take_instrument(const loader_t* const loader, const scenario_line_t* const line,
+                                const size_t index, fault_t* const fault, char error[SCENARIO_ERROR_MAX])
+{
+    const fault_world_t* world = loader->world;
+    char expected[WORDS_MAX]   = "an instrument:";
+    if (find_instrument(world, line->word[index], fault)) {
+        return STATUS_OK;
+    }
+    for (size_t i = 0U; i < world->instrument_count; i++) {
+        list(expected, world->instrument[i].name);
+    }
+    return scenario_error(line, line->word[index], expected, error);
+}
+
+/// Find a device of the bus that the argument before it names, or the controller of the flight software.
 static status_t take_node(const loader_t* const loader, const scenario_line_t* const line, const size_t index,
                           fault_t* const fault, char error[SCENARIO_ERROR_MAX])
 {
     const fault_world_t* world = loader->world;
     char expected[WORDS_MAX]   = "a device of this bus, or its id:";
+    if (fault->bus == FAULT_BUSES_MAX) {
+        return scenario_error(line, line->word[index], "no word after an instrument", error);
+    }
     if (parse_device(world, line->word[index], fault->bus, &fault->device)) {
         return STATUS_OK;
     }
@@ -210,7 +242,7 @@ static status_t take_node(const loader_t* const loader, const scenario_line_t* c
     return scenario_error(line, line->word[index], expected, error);
 }
 
-/// A drive, on any bus, by its name.
+/// Find a drive on any bus by its name.
 static status_t take_drive(const loader_t* const loader, const scenario_line_t* const line,
                            const size_t index, fault_t* const fault, char error[SCENARIO_ERROR_MAX])
 {
@@ -238,6 +270,12 @@ static status_t take_argument(const loader_t* const loader, const scenario_line_
     case 'B':
     case 'b':
         return take_bus(loader, line, index, kind == 'b', fault, error);
+    case 'P':
+        return find_instrument(loader->world, line->word[index], fault)
+                   ? STATUS_OK
+                   : take_bus(loader, line, index, false, fault, error);
+    case 'i':
+        return take_instrument(loader, line, index, fault, error);
     case 'm':
     case 'n':
         return take_node(loader, line, index, fault, error);
@@ -258,11 +296,11 @@ static status_t take_argument(const loader_t* const loader, const scenario_line_
     }
 }
 
-/// "robot 0x11"-like text for logs: the arguments that name the target.
+/// Write the arguments that name the target, for logs; for example "robot 0x11".
 static void name_target(const scenario_line_t* const line, const char* const arguments, fault_t* const fault)
 {
     size_t used = 0U;
-    for (size_t i = 1U; (i < line->word_count) && (strchr("Bbnmjx", arguments[i - 1U]) != NULL); i++) {
+    for (size_t i = 1U; (i < line->word_count) && (strchr("BPbinmjx", arguments[i - 1U]) != NULL); i++) {
         const int more = snprintf(&fault->target[used], sizeof fault->target - used, "%s%s",
                                   (used == 0U) ? "" : " ", line->word[i]);
         used += (more > 0) ? (size_t)more : 0U;
@@ -272,23 +310,18 @@ static void name_target(const scenario_line_t* const line, const char* const arg
     }
 }
 
-static status_t take_line(void* const context, const scenario_line_t* const line,
-                          char error[SCENARIO_ERROR_MAX])
+status_t faults_add(faults_t* const faults, const fault_world_t* const world,
+                    const scenario_line_t* const line, char error[SCENARIO_ERROR_MAX])
 {
-    const loader_t* loader = context;
-    faults_t* faults       = loader->faults;
-    size_t kind            = 0U;
+    const loader_t loader = {.faults = faults, .world = world};
+    size_t kind           = 0U;
     while ((kind < FAULT_KIND_COUNT) && (strcmp(line->word[0], grammar[kind].word) != 0)) {
         kind++;
     }
     if (kind == FAULT_KIND_COUNT) {
         return scenario_error(line, line->word[0], verbs_expected, error);
     }
-    if (faults->count == FAULTS_MAX) {
-        return scenario_error(line, line->word[0], "at most 256 faults", error);
-    }
-    fault_t* fault = &faults->fault[faults->count];
-    *fault = (fault_t){.time_ns = line->time_ns, .kind = (fault_kind_t)kind, .device = FAULT_DEVICE_ALL};
+    fault_t fault = {.time_ns = line->time_ns, .kind = (fault_kind_t)kind, .device = FAULT_DEVICE_ALL};
     const char* arguments = grammar[kind].arguments;
     const size_t most     = strlen(arguments);
     const size_t least    = (arguments[most - 1U] == 'm') ? (most - 1U) : most;
@@ -298,33 +331,44 @@ static status_t take_line(void* const context, const scenario_line_t* const line
     }
     status_t status = STATUS_OK;
     for (size_t i = 0U; (i < given) && (status == STATUS_OK); i++) {
-        status = take_argument(loader, line, i + 1U, arguments[i], fault, error);
+        status = take_argument(&loader, line, i + 1U, arguments[i], &fault, error);
     }
-    name_target(line, arguments, fault);
-    faults->count += (status == STATUS_OK) ? 1U : 0U;
+    name_target(line, arguments, &fault);
+    status = (status == STATUS_OK) ? scenario_insert(faults, &fault, sizeof fault) : status;
+    if (status == STATUS_EXHAUSTED) {
+        (void)scenario_error(line, line->word[0], "memory for one more fault", error);
+    }
     return status;
+}
+
+static status_t take_line(void* const context, const scenario_line_t* const line,
+                          char error[SCENARIO_ERROR_MAX])
+{
+    const loader_t* loader = context;
+    return faults_add(loader->faults, loader->world, line, error);
 }
 
 status_t faults_load(faults_t* const faults, const fault_world_t* const world,
                      const char* const scenario_path, char error[SCENARIO_ERROR_MAX])
 {
     loader_t loader = {.faults = faults, .world = world};
-    faults->count   = 0U;
-    faults->next    = 0U;
+    *faults         = (faults_t){0};
     if (scenario_path == NULL) {
         return STATUS_OK;
     }
     return scenario_read(scenario_path, "fault", take_line, &loader, error);
 }
 
-uint64_t faults_next_ns(const faults_t* const faults)
+void faults_free(faults_t* const faults)
 {
-    return (faults->next < faults->count) ? faults->fault[faults->next].time_ns : UINT64_MAX;
+    free(faults->record);
+    *faults = (faults_t){0};
 }
 
-static node_t* node_of(const fault_device_t* const device)
+uint64_t faults_next_ns(const faults_t* const faults)
 {
-    return (device->drive != NULL) ? drive_node(device->drive) : joystick_node(device->joystick);
+    const fault_t* const fault = faults->record;
+    return (faults->next < faults->count) ? fault[faults->next].time_ns : UINT64_MAX;
 }
 
 static void switch_flight(const fault_channel_t* const channel, const bool connects)
@@ -350,13 +394,17 @@ static void switch_device(node_t* const node, const fault_t* const fault)
     } else if ((fault->kind == FAULT_UNPLUG) && node_is_plugged(node)) {
         node_unplug(node);
     } else {
-        // The channel is already as ordered.
+        // The channel is already in the commanded state.
     }
 }
 
-/// Unplugging concerns both channels, a cut one of them.
+/// Connect or disconnect a node: both channels for unplug and plug, one channel for cut and mend.
 static void switch_node(const fault_world_t* const world, const fault_t* const fault)
 {
+    if (fault->bus == FAULT_BUSES_MAX) {
+        instrument_plug(world->instrument[fault->device].instrument, fault->kind == FAULT_PLUG);
+        return;
+    }
     const bool connects    = (fault->kind == FAULT_PLUG) || (fault->kind == FAULT_MEND);
     const bool is_one_only = (fault->kind == FAULT_CUT) || (fault->kind == FAULT_MEND);
     for (unsigned i = 0U; (fault->device == FAULT_DEVICE_FLIGHT) && (i < NODE_CHANNELS); i++) {
@@ -367,16 +415,16 @@ static void switch_node(const fault_world_t* const world, const fault_t* const f
     for (unsigned i = 0U; i < world->device_count; i++) {
         const fault_device_t* device = &world->device[i];
         if ((fault->device == i) || ((fault->device == FAULT_DEVICE_ALL) && (device->bus == fault->bus))) {
-            switch_device(node_of(device), fault);
+            switch_device(device->node, fault);
         }
     }
 }
 
-/// Index on its bus of the node a fault names; BUS_NODES_MAX: absent.
+/// Index on its bus of the node that a fault names; BUS_NODES_MAX: absent.
 static unsigned bus_node(const fault_world_t* const world, const fault_t* const fault)
 {
     return (fault->device < world->device_count)
-               ? node_bus_index(node_of(&world->device[fault->device]), fault->channel)
+               ? node_bus_index(world->device[fault->device].node, fault->channel)
                : world->channel[fault->bus][fault->channel].flight_node;
 }
 
@@ -387,11 +435,7 @@ static void set_error(const fault_world_t* const world, const fault_t* const fau
         return; // The fault names the controller of the flight software.
     }
     const fault_device_t* device = &world->device[fault->device];
-    if (device->drive != NULL) {
-        drive_set_error(device->drive, fault->code, is_on, fault->time_ns);
-    } else {
-        joystick_set_error(device->joystick, fault->code, is_on, fault->time_ns);
-    }
+    device->set_error(device->model, fault->code, is_on, fault->time_ns);
 }
 
 static void order_restart(bus_t* const bus, const unsigned node, const fault_t* const fault)
@@ -403,16 +447,16 @@ static void order_restart(bus_t* const bus, const unsigned node, const fault_t* 
     }
 }
 
-/// SYNC of a node that is not the master: all devices of the bus act on it.
+/// Send SYNC from a node that is not the master: all devices of the bus act on it.
 static void send_syncs(bus_t* const bus, const unsigned node, const fault_t* const fault)
 {
     const osal_can_frame_t sync = {.id = SYNC_ID};
     for (unsigned i = 0U; i < (unsigned)fault->value; i++) {
-        (void)bus_submit(bus, node, &sync, 0U); // Not from a node in bus-off.
+        (void)bus_submit(bus, node, &sync, 0U); // Refused if the node is in bus-off.
     }
 }
 
-/// Faults of one controller.
+/// Apply a fault of one controller.
 static void apply_to_controller(const fault_world_t* const world, const fault_t* const fault)
 {
     bus_t* bus          = world->channel[fault->bus][fault->channel].bus;
@@ -437,7 +481,7 @@ static void apply_to_controller(const fault_world_t* const world, const fault_t*
     }
 }
 
-/// Faults of the wire of one channel.
+/// Apply a fault of the wire of one channel.
 static void apply_to_wire(const fault_world_t* const world, const fault_t* const fault)
 {
     bus_t* bus = world->channel[fault->bus][fault->channel].bus;
@@ -458,7 +502,7 @@ static void apply_to_wire(const fault_world_t* const world, const fault_t* const
 static void reset_node(const fault_world_t* const world, const fault_t* const fault)
 {
     if (fault->device < world->device_count) {
-        node_power_on(node_of(&world->device[fault->device]));
+        node_power_on(world->device[fault->device].node);
     }
 }
 
@@ -470,6 +514,16 @@ static void offset_torque(const fault_world_t* const world, const fault_t* const
 static void set_temperature(const fault_world_t* const world, const fault_t* const fault)
 {
     drive_set_temperature(world->device[fault->device].drive, fault->value, fault->time_ns);
+}
+
+static void act_on_instrument(const fault_world_t* const world, const fault_t* const fault)
+{
+    instrument_t* const instrument = world->instrument[fault->device].instrument;
+    if (fault->kind == FAULT_SILENT) {
+        instrument_set_silent(instrument, fault->value != 0.0);
+    } else {
+        instrument_set_garbage(instrument, fault->value != 0.0);
+    }
 }
 
 static void act_on_process(const fault_world_t* const world, const fault_t* const fault)
@@ -501,11 +555,13 @@ const fault_t* faults_apply_next(faults_t* const faults, const fault_world_t* co
         [FAULT_BUS_OFF]       = apply_to_controller,
         [FAULT_RESTART]       = apply_to_controller,
         [FAULT_ARBITRATION]   = apply_to_controller,
+        [FAULT_SILENT]        = act_on_instrument,
+        [FAULT_GARBAGE]       = act_on_instrument,
         [FAULT_KILL]          = act_on_process,
         [FAULT_HANG]          = act_on_process,
         [FAULT_RESUME]        = act_on_process,
     };
-    const fault_t* fault = &faults->fault[faults->next];
+    const fault_t* fault = &((const fault_t*)faults->record)[faults->next];
     faults->next++;
     apply[fault->kind](world, fault);
     return fault;

@@ -7,18 +7,18 @@
 #include "base/status.h"
 #include "sim/bus/bus.h"
 #include "sim/devices/drive.h"
-#include "sim/devices/joystick.h"
+#include "sim/devices/instrument.h"
 #include "sim/operator/scenario.h"
 #include "sim/truth/truth.h"
 
 #include <stddef.h>
 #include <stdint.h>
 
-#define FAULTS_MAX 256U
 #define FAULT_BUSES_MAX 8U
-#define FAULT_DEVICES_MAX 48U
+#define FAULT_DEVICES_MAX 96U
 #define FAULT_DEVICE_ALL FAULT_DEVICES_MAX ///< All devices of the bus.
 #define FAULT_DEVICE_FLIGHT (FAULT_DEVICES_MAX + 1U)
+#define FAULT_INSTRUMENTS_MAX 16U
 #define FAULT_TARGET_MAX 48U
 
 typedef enum {
@@ -41,6 +41,8 @@ typedef enum {
     FAULT_ERROR,
     FAULT_TORQUE_OFFSET,
     FAULT_TEMPERATURE,
+    FAULT_SILENT,
+    FAULT_GARBAGE,
     FAULT_KILL,
     FAULT_HANG,
     FAULT_RESUME,
@@ -56,22 +58,18 @@ typedef enum {
 typedef struct {
     uint64_t time_ns;
     fault_kind_t kind;
-    unsigned bus;     ///< Index in fault_world_t.
+    unsigned bus;     ///< Index in fault_world_t; FAULT_BUSES_MAX: the fault names an instrument.
     unsigned channel; ///< NODE_CHANNEL_A, _B.
-    unsigned device;  ///< Index in fault_world_t, FAULT_DEVICE_ALL or _FLIGHT.
+    unsigned device;  ///< Index in fault_world_t, FAULT_DEVICE_ALL or _FLIGHT; of an instrument its index.
     double value;     ///< Probability, us, Nm, degC, frames; 1 or 0 for on or off; fault_restart_t.
     uint16_t code;    ///< EMCY code.
     char target[FAULT_TARGET_MAX];
 } fault_t;
 
-typedef struct { // Read-only for others.
-    fault_t fault[FAULTS_MAX];
-    size_t count;
-    size_t next; ///< First one not yet applied.
-} faults_t;
+typedef scenario_lines_t faults_t; ///< Of fault_t; read-only for others.
 
 typedef struct {
-    const char* name;     ///< Null: no line can name it.
+    const char* name;     ///< Null: scenario lines cannot name it.
     bus_t* bus;           ///< Null: the bus has no such channel.
     unsigned flight_node; ///< BUS_NODES_MAX: there is none.
 } fault_channel_t;
@@ -80,31 +78,47 @@ typedef struct {
     const char* name;
     unsigned bus;
     unsigned id;
-    drive_t* drive;       ///< Null: it is none.
-    joystick_t* joystick; ///< Null: it is none.
+    node_t* node;
+    drive_t* drive; ///< Null: the device is no drive.
+    /// An error of the device appears or disappears.
+    void (*set_error)(void* model, uint16_t code, bool is_present, uint64_t now_ns);
+    void* model;
 } fault_device_t;
 
-/// The world that faults change.
+typedef struct {
+    const char* name;
+    instrument_t* instrument;
+} fault_instrument_t;
+
+/// The buses, devices and processes that faults change.
 typedef struct {
     fault_channel_t channel[FAULT_BUSES_MAX][NODE_CHANNELS];
     fault_device_t device[FAULT_DEVICES_MAX];
     size_t device_count;
+    fault_instrument_t instrument[FAULT_INSTRUMENTS_MAX];
+    size_t instrument_count;
     /// FAULT_KILL, FAULT_HANG or FAULT_RESUME of a process. Null: the world has none.
     void (*process)(void* context, fault_kind_t kind, const char* process);
     void* process_context;
 } fault_world_t;
 
-/// Read the fault lines of a scenario, whose buses and devices are those of the world. Returns STATUS_OK,
-/// or a status of scenario_read with `error` filled.
+/// Read the fault lines of a scenario, whose buses and devices are those of the world; without a scenario
+/// there are none. faults_free frees them, also after an error. Returns STATUS_OK, or a status of
+/// scenario_read with `error` filled; STATUS_EXHAUSTED: no memory.
 MUST_USE status_t faults_load(faults_t* faults, const fault_world_t* world, const char* scenario_path,
                               char error[SCENARIO_ERROR_MAX]);
+/// Add one line of the actor `fault`; its time must not be before that of the last fault applied. A refused
+/// line changes nothing. STATUS_OK; else `error` is filled: STATUS_INVALID, STATUS_EXHAUSTED (no memory).
+MUST_USE status_t faults_add(faults_t* faults, const fault_world_t* world, const scenario_line_t* line,
+                             char error[SCENARIO_ERROR_MAX]);
+void faults_free(faults_t* faults);
 /// Time of the next fault not yet applied; UINT64_MAX if there is none.
 uint64_t faults_next_ns(const faults_t* faults);
 /// Apply the next fault; the buses have run to its time. Returns it.
 const fault_t* faults_apply_next(faults_t* faults, const fault_world_t* world);
 /// The verb of the scenario for a kind.
 const char* fault_word(fault_kind_t kind);
-/// True if the fault begins something, false if it ends it.
+/// True if the fault begins an effect, false if it ends one.
 bool fault_is_onset(const fault_t* fault);
 
 #endif // SIM_APP_FAULTS_H

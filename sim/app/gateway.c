@@ -49,25 +49,25 @@ void gateway_close(gateway_t* const gateway)
     }
 }
 
-static void lose(gateway_t* const gateway)
+static void close_lost(gateway_t* const gateway)
 {
     osal_can_close(&gateway->can);
     gateway->is_lost = true;
 }
 
-void gateway_show(gateway_t* const gateway, const uint32_t senders, const osal_can_frame_t* const frame)
+void gateway_publish(gateway_t* const gateway, const uint32_t senders, const osal_can_frame_t* const frame)
 {
     if ((gateway->node != BUS_NODES_MAX) && (senders == ((uint32_t)1U << gateway->node))) {
         return;
     }
     const status_t status = gateway->is_lost ? STATUS_CLOSED : osal_can_send(&gateway->can, frame);
     if (status == STATUS_OK) {
-        gateway->counters.shown++;
+        gateway->counters.published++;
         return;
     }
-    gateway->counters.unshown++;
+    gateway->counters.unpublished++;
     if (!gateway->is_lost && (status == STATUS_CLOSED)) {
-        lose(gateway);
+        close_lost(gateway);
     }
 }
 
@@ -82,15 +82,15 @@ static void reopen(gateway_t* const gateway, const uint64_t now_ns)
 
 static void submit(gateway_t* const gateway, const osal_can_frame_t* const frame, const uint64_t now_ns)
 {
-    const bus_callbacks_t deaf = {.on_frame = NULL}; // Tools receive frames as the gateway publishes them.
-    status_t status            = STATUS_OK;
+    const bus_callbacks_t no_callbacks = {.on_frame = NULL}; // Tools receive frames on the interface.
+    status_t status                    = STATUS_OK;
     gateway->counters.from_tools++;
     if ((frame->id & OSAL_CAN_ERROR) != 0U) {
         gateway->report(gateway->context, frame);
         return;
     }
     if (gateway->node == BUS_NODES_MAX) {
-        status = bus_add_node(gateway->bus, &deaf, &gateway->node);
+        status = bus_add_node(gateway->bus, &no_callbacks, &gateway->node);
     }
     if (status == STATUS_OK) {
         status = bus_submit(gateway->bus, gateway->node, frame, now_ns);
@@ -108,7 +108,7 @@ void gateway_take(gateway_t* const gateway, const uint64_t now_ns)
                                  (bus_queued(gateway->bus, gateway->node) < BUS_QUEUE_FRAMES))) {
         const status_t status = osal_can_receive(&gateway->can, &frame);
         if (status == STATUS_CLOSED) {
-            lose(gateway);
+            close_lost(gateway);
         }
         if (status != STATUS_OK) {
             break;

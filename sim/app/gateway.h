@@ -5,7 +5,7 @@
 /// first such frame arrives. An error frame that a tool sends goes to the flight software as a report of the
 /// flight software's controller.
 ///
-/// If the interface goes down or disappears, frames are counted as unshown until it can be opened again.
+/// If the interface goes down or disappears, frames are counted as unpublished until it can be opened again.
 ///
 /// Ownership  gateway_open allocates, gateway_close frees.
 /// Context    One task.
@@ -24,9 +24,9 @@ typedef struct gateway gateway_t;
 typedef void (*gateway_report_t)(void* context, const osal_can_frame_t* frame);
 
 typedef struct { // Read-only for others [frames].
-    uint64_t shown;
-    uint64_t unshown;    ///< The interface did not take them.
-    uint64_t from_tools; ///< Sent by tools, error frames included.
+    uint64_t published;
+    uint64_t unpublished; ///< Frames that the interface did not accept.
+    uint64_t from_tools;  ///< Sent by tools, error frames included.
     /// Of these, refused by the bus: no node is free, the tools' controller is bus-off, or the frame is not
     /// valid on this bus.
     uint64_t refused;
@@ -39,7 +39,7 @@ MUST_USE status_t gateway_open(const char* address, bus_t* bus, gateway_report_t
 void gateway_close(gateway_t* gateway);
 /// Publish a frame that was on the bus (bus_tap_t). A frame that only tools have sent is not published: all
 /// tools on the interface have received it already.
-void gateway_show(gateway_t* gateway, uint32_t senders, const osal_can_frame_t* frame);
+void gateway_publish(gateway_t* gateway, uint32_t senders, const osal_can_frame_t* frame);
 /// Receive the frames that tools have sent to the interface, and submit them to the bus.
 void gateway_take(gateway_t* gateway, uint64_t now_ns);
 const gateway_counters_t* gateway_counters(const gateway_t* gateway);

@@ -15,8 +15,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#define PROCESS_FAULTS_NAMES_MAX                                                                             \
-    ((size_t)2U * OSAL_LOCKSTEP_PARTICIPANTS_MAX) ///< Each process may have two names.
+/// Each process may have two names.
+#define PROCESS_FAULTS_NAMES_MAX ((size_t)2U * OSAL_LOCKSTEP_PARTICIPANTS_MAX)
 
 typedef struct { // Private, except `scheduler`: null if there is none.
     osal_lockstep_t* scheduler;
@@ -27,7 +27,7 @@ typedef struct { // Private, except `scheduler`: null if there is none.
     } process[PROCESS_FAULTS_NAMES_MAX];
 } process_faults_t;
 
-/// Enter a name of the process of a participant; `name` must outlive the table. False if the table is full.
+/// Add a name of the process of a participant; `name` must outlive the table. False if the table is full.
 bool process_faults_name(process_faults_t* faults, const char* name, unsigned participant);
 /// Apply a fault to a process; used as fault_world_t.process. `context` is a process_faults_t. If no such
 /// process is running, a message on the console says so.

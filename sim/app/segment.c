@@ -6,7 +6,7 @@
 #define NOMINAL_BIT_RATE 1000000U
 #define DATA_BIT_RATE 5000000U
 #define REOPEN_NS 10000000U ///< Simulated time between attempts.
-// Time after which the driver of flight's controller takes a frame for stuck.
+// Time after which the driver of the flight software's controller reports that a frame cannot be sent.
 #define TRANSMIT_TIMEOUT_NS 100000000U
 
 static void pass_to_flight(void* const context, const osal_can_frame_t* const frame)
@@ -15,28 +15,31 @@ static void pass_to_flight(void* const context, const osal_can_frame_t* const fr
     if (segment->is_lost) {
         return;
     }
-    // The wire end counts a full ring as an overrun of flight's controller.
+    // The wire end counts a full ring as an overrun of the flight software's controller.
     if (osal_can_send(&segment->can, frame) == STATUS_CLOSED) {
         osal_can_close(&segment->can);
         segment->is_lost = true;
     }
 }
 
-static void tap(void* const context, const uint32_t senders, const osal_can_frame_t* const frame)
+static void publish_frame(void* const context, const uint32_t senders, const osal_can_frame_t* const frame)
 {
     segment_t* segment = context;
     if (segment->log != NULL) {
         frame_log_write(segment->log, frame);
     }
     if (segment->gateway != NULL) {
-        gateway_show(segment->gateway, senders, frame);
+        gateway_publish(segment->gateway, senders, frame);
+    }
+    if (segment->live != NULL) {
+        live_frame(segment->live, segment->name, frame);
     }
     if ((segment->listen != NULL) && (senders != 0U)) {
         segment->listen(segment->listener, frame);
     }
 }
 
-/// An error frame of a tool: flight's controller reports it, as if it had seen it.
+/// Pass an error frame of a tool to the flight software, as if its controller had detected the error.
 static void report_of_tool(void* const context, const osal_can_frame_t* const frame)
 {
     segment_t* segment = context;
@@ -122,7 +125,7 @@ status_t segment_open(segment_t* const segment, const segment_config_t* const co
     if ((status == STATUS_OK) && is_given(config->published)) {
         status = open_gateway(segment, config->published, error);
     }
-    bus_set_tap(segment->bus, tap, segment, segment->flight_node);
+    bus_set_tap(segment->bus, publish_frame, segment, segment->flight_node);
     return status;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A bus of the simulator with flight's controller, its log, and its publication to tools.
+/// A bus of the simulator with the controller of the flight software ("flight"), its log, and its publication
+/// to tools.
 ///
 /// Ownership  The caller places segment_t; it must not be moved. segment_close frees what segment_open made.
 /// Context    One task.
@@ -8,6 +9,7 @@
 
 #include "osal/include/osal/can.h"
 #include "sim/app/gateway.h"
+#include "sim/app/live.h"
 #include "sim/app/simulator.h"
 #include "sim/bus/bus.h"
 #include "sim/logs/frame_log.h"
@@ -18,24 +20,26 @@
 typedef struct { // Private, except name, bus, flight_node and the listener.
     const char* name;
     bus_t* bus;
-    unsigned flight_node; ///< BUS_NODES_MAX: there is no flight.
-    osal_can_t can;       // Wire end of flight's controller.
+    unsigned flight_node; ///< BUS_NODES_MAX: flight software has no controller on this bus.
+    osal_can_t can;       // Wire end of the flight software's controller.
     bool has_flight;
     const char* address; // Address of the wire end.
     bool is_lost;        // The interface to flight software is removed or down.
     uint64_t retry_ns;
-    uint64_t refused; ///< Frames of flight that the bus did not take.
+    uint64_t refused; ///< Frames of the flight software that the bus did not accept.
     frame_log_t* log;
     gateway_t* gateway;
     /// Called for every frame on the wire, without a node on the bus; null: none.
     void (*listen)(void* context, const osal_can_frame_t* frame);
     void* listener;
+    live_t* live; // Null: there is no live port.
 } segment_t;
 
 typedef struct {
-    const char* name;        ///< Outlives the segment.
-    const char* address;     ///< Address of flight's controller, outlives the segment; null or "": no flight.
-    const char* published;   ///< Interface where tools see the bus; null or "": none.
+    const char* name; ///< Outlives the segment.
+    const char*
+        address; ///< Address of the flight software's controller, outlives the segment; null or "": none.
+    const char* published;   ///< Interface on which tools see the bus; null or "": none.
     const char* output_path; ///< Folder of the log; null: none is written.
     bool is_classic;
     uint64_t seed;
@@ -47,7 +51,7 @@ MUST_USE status_t segment_open(segment_t* segment, const segment_config_t* confi
                                char error[SIMULATOR_ERROR_MAX]);
 /// Returns STATUS_OK, or STATUS_IO: the log is not complete.
 status_t segment_close(segment_t* segment);
-/// Fill the controllers' transmit queues with what flight and tools have sent since.
+/// Move the frames that flight software and tools have sent to the controllers' transmit queues.
 void segment_take(segment_t* segment, uint64_t now_ns);
 
 #endif // SIM_APP_SEGMENT_H

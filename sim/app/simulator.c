@@ -3,10 +3,13 @@
 
 #include "sim/app/channels.h"
 #include "sim/app/devices.h"
+#include "sim/app/instrument_set.h"
+#include "sim/app/live.h"
+#include "sim/app/plant_log.h"
 #include "sim/app/segment.h"
+#include "sim/app/spread.h"
 #include "sim/app/supply.h"
 #include "sim/operator/hand.h"
-#include "sim/plant/parameters.h"
 #include "sim/plant/plant.h"
 #include "sim/socketcand/socketcand.h"
 #include "sim/truth/truth.h"
@@ -15,7 +18,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define BUS_SEEDS 2U ///< Distance of the seeds of two runs.
+#define BUS_SEEDS 2U ///< The seeds of the buses of a run begin at its seed times this.
 #define DEFAULT_QUANTUM_NS 5000000U
 #define TOOL_PATIENCE_MS 20000U ///< For a tool in lock-step; shorter than the launcher's for simulated time.
 #define PATH_OCTETS 4096U
@@ -27,6 +30,7 @@ struct simulator {
     unsigned bus_count;
     world_t place;
     devices_t* devices;
+    instrument_set_t* instruments; // Null: there are none.
     plant_t* plant;
     const plant_truth_t* truth;
     plant_input_t input;
@@ -35,17 +39,18 @@ struct simulator {
     bool is_truth_broken;
     faults_t faults;
     fault_world_t world;
+    live_t* live; // Null: there is no live port.
     power_unit_t supply;
     socketcand_t* tools;
     bool tools_in_step;
-    uint64_t tools_lost; // In lock-step, and not done with a step in time.
+    uint64_t tools_lost; // Tools in lock-step that were dropped because they did not finish a step in time.
     uint64_t tool_quantum_ns;
     uint64_t tool_credit_ns; // Time up to which the tool has sent frames.
 };
 
 // ---- Truth ----
 
-static void note(simulator_t* const simulator, const status_t status)
+static void note_status(simulator_t* const simulator, const status_t status)
 {
     simulator->is_truth_broken = simulator->is_truth_broken || (status != STATUS_OK);
 }
@@ -54,50 +59,26 @@ static void log_change(void* const context, const uint64_t now_ns, const truth_d
 {
     simulator_t* simulator = context;
     if (simulator->truth_log != NULL) {
-        note(simulator, truth_drive(simulator->truth_log, now_ns, event));
+        note_status(simulator, truth_drive(simulator->truth_log, now_ns, event));
     }
 }
 
-static void log_arm(simulator_t* const simulator, const uint64_t now_ns)
+static void log_valve(void* const context, const uint64_t now_ns, const truth_valve_t* const event)
 {
-    const plant_truth_t* truth = simulator->truth;
-    truth_joints_t joints;
-    truth_contact_t contact = {.in_contact = truth->in_contact, .spring_hooked = truth->spring_hooked};
-    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
-        joints.position_rad[i]       = truth->link_position_rad[i];
-        joints.velocity_rad_s[i]     = truth->link_velocity_rad_s[i];
-        joints.motor_position_rad[i] = truth->motor[i].position_rad;
-        joints.motor_torque_nm[i]    = truth->motor_torque_nm[i];
-        joints.joint_torque_nm[i]    = truth->joint_torque_nm[i];
-        joints.friction_nm[i]        = truth->friction_nm[i];
-        joints.brake_engaged[i]      = truth->brake_engaged[i];
+    simulator_t* simulator = context;
+    if (simulator->truth_log != NULL) {
+        note_status(simulator, truth_valve(simulator->truth_log, now_ns, event));
     }
-    memcpy(contact.tip_m, truth->tip_m, sizeof contact.tip_m);
-    memcpy(contact.contact_point_m, truth->contact_point_m, sizeof contact.contact_point_m);
-    memcpy(contact.contact_force_n, truth->contact_force_n, sizeof contact.contact_force_n);
-    memcpy(contact.spring_force_n, truth->spring_force_n, sizeof contact.spring_force_n);
-    memcpy(contact.external_torque_nm, truth->external_torque_nm, sizeof contact.external_torque_nm);
-    note(simulator, truth_joints(simulator->truth_log, now_ns, &joints));
-    note(simulator, truth_contact(simulator->truth_log, now_ns, &contact));
 }
 
 static void log_operator(simulator_t* const simulator, const uint64_t now_ns)
 {
-    const plant_truth_t* truth  = simulator->truth;
     const hand_intent_t* intent = hand_intent(simulator->hand);
-    truth_stick_t stick;
-    truth_operator_t operator_ = {.grip = intent->grip, .verb = intent->verb};
-    for (unsigned i = 0U; i < PLANT_AXES; i++) {
-        stick.position_rad[i]    = truth->stick_position_rad[i];
-        stick.velocity_rad_s[i]  = truth->stick_velocity_rad_s[i];
-        stick.motor_torque_nm[i] = truth->stick_torque_nm[i];
-        stick.hand_torque_nm[i]  = truth->hand_torque_nm[i];
-    }
+    truth_operator_t operator_  = {.grip = intent->grip, .verb = intent->verb};
     memcpy(operator_.intent_rad, intent->intent_rad, sizeof operator_.intent_rad);
     memcpy(operator_.wanted_tip_m, intent->wanted_tip_m, sizeof operator_.wanted_tip_m);
     memcpy(operator_.expected_torque_nm, intent->expected_torque_nm, sizeof operator_.expected_torque_nm);
-    note(simulator, truth_stick(simulator->truth_log, now_ns, &stick));
-    note(simulator, truth_operator(simulator->truth_log, now_ns, &operator_));
+    note_status(simulator, truth_operator(simulator->truth_log, now_ns, &operator_));
 }
 
 // ---- One step ----
@@ -119,7 +100,7 @@ static void run_faults(simulator_t* const simulator, const uint64_t until_ns)
         }
         const truth_fault_t event = {
             .kind = fault_word(fault->kind), .target = fault->target, .active = fault_is_onset(fault)};
-        note(simulator, truth_fault(simulator->truth_log, fault->time_ns, &event));
+        note_status(simulator, truth_fault(simulator->truth_log, fault->time_ns, &event));
         if ((fault->kind >= FAULT_UNPLUG) && (fault->kind <= FAULT_MEND)) {
             devices_report(simulator->devices, fault->time_ns);
         }
@@ -140,13 +121,18 @@ static void run_tools(simulator_t* const simulator)
 static void move_plant(simulator_t* const simulator, const uint64_t end_ns)
 {
     devices_act(simulator->devices, &simulator->input);
-    hand_step(simulator->hand, simulator->time_ns);
+    if (simulator->hand != NULL) {
+        hand_step(simulator->hand, simulator->time_ns);
+    }
     plant_step(simulator->plant, &simulator->input, end_ns - simulator->time_ns);
     devices_end_step(simulator->devices, simulator->time_ns, end_ns);
 }
 
 static void run_step(simulator_t* const simulator, const uint64_t end_ns)
 {
+    if (simulator->live != NULL) {
+        live_take(simulator->live, simulator->time_ns);
+    }
     if ((simulator->tools != NULL) && !simulator->tools_in_step) {
         run_tools(simulator);
     }
@@ -161,20 +147,43 @@ static void run_step(simulator_t* const simulator, const uint64_t end_ns)
         simulator->tools_lost += socketcand_end_step(simulator->tools, end_ns, TOOL_PATIENCE_MS);
     }
     move_plant(simulator, end_ns);
+    instrument_set_step(simulator->instruments, simulator->time_ns, end_ns);
     simulator->time_ns = end_ns;
+    if (simulator->live != NULL) {
+        live_report(simulator->live);
+    }
     if (simulator->truth_log != NULL) {
-        log_arm(simulator, end_ns);
-        log_operator(simulator, end_ns);
+        note_status(simulator, plant_log_state(simulator->truth_log, &simulator->place, simulator->truth));
+        if (simulator->hand != NULL) {
+            log_operator(simulator, end_ns);
+        }
     }
 }
 
 uint64_t simulator_step(simulator_t* const simulator, const uint64_t now_ns)
 {
     const uint64_t step_ns = (uint64_t)simulator->place.step_ns;
-    while ((simulator->time_ns + step_ns) <= now_ns) {
+    while (((simulator->time_ns + step_ns) <= now_ns) && (plant_failure(simulator->plant) == NULL)) {
         run_step(simulator, simulator->time_ns + step_ns);
     }
     return simulator->time_ns + step_ns;
+}
+
+const char* simulator_failure(const simulator_t* const simulator)
+{
+    return plant_failure(simulator->plant);
+}
+
+simulator_pace_t simulator_pace(simulator_t* const simulator)
+{
+    if (simulator->live == NULL) {
+        return (simulator_pace_t){.speed = 1.0};
+    }
+    if (live_is_held(simulator->live, simulator->time_ns)) { // Else the next step takes them.
+        live_take(simulator->live, simulator->time_ns);
+    }
+    return (simulator_pace_t){.is_held = live_is_held(simulator->live, simulator->time_ns),
+                              .speed   = live_speed(simulator->live)};
 }
 
 bool simulator_may_step(simulator_t* const simulator, const uint32_t timeout_ms)
@@ -202,7 +211,7 @@ static bool is_of_world(const world_t* const world, const char* const name)
     return index < world->bus_count;
 }
 
-/// Name of bus `index`: those of the world, then the others as they are given.
+/// Name of bus `index`: first the buses of the world, then the others in the order of the configuration.
 static const char* bus_name(const world_t* const world, const simulator_config_t* const config,
                             const unsigned index)
 {
@@ -254,28 +263,37 @@ static status_t open_segments(simulator_t* const simulator, const simulator_conf
     return status;
 }
 
+/// Create the operator's hand if the world has one.
+static status_t open_hand(simulator_t* const simulator, const simulator_config_t* const config,
+                          char reason[DOCUMENT_ERROR_MAX])
+{
+    const world_t* world = &simulator->place;
+    scene_t scene;
+    if (world->hand_count == 0U) {
+        return STATUS_OK;
+    }
+    const hand_parameters_t hand = hand_parameters_of(&world->hand[0]);
+    const unsigned joystick      = world->hand[0].joystick;
+    const bool knows_scene       = world->hand[0].knows_scene;
+    status_t status              = knows_scene ? scene_of(world, &scene, reason) : STATUS_OK;
+    if (status == STATUS_OK) {
+        status =
+            hand_load(&hand, knows_scene ? &scene : NULL, config->scenario_path, &simulator->hand, reason);
+    }
+    simulator->input.hand[joystick]         = hand_act;
+    simulator->input.hand_context[joystick] = simulator->hand;
+    return status;
+}
+
 static status_t open_plant(simulator_t* const simulator, const simulator_config_t* const config,
                            char error[SIMULATOR_ERROR_MAX])
 {
     char reason[DOCUMENT_ERROR_MAX];
-    plant_parameters_t parameters;
-    const plant_options_t options = {.gravity = true, .seed = (uint32_t)config->seed};
-    const hand_parameters_t hand  = hand_parameters_of(&simulator->place.hand[0]);
-    status_t status               = plant_parameters_take(&simulator->place, &parameters, reason);
-    if ((status == STATUS_OK) && (simulator->place.hand_count == 0U)) {
-        status = document_refuse(simulator->place.path, 1U, "no Hand", "a Hand on the joystick", reason);
-    }
-    if (status == STATUS_OK) {
-        status = hand_load(&hand, &parameters, config->scenario_path, &simulator->hand, reason);
-    }
+    status_t status = plant_create(&simulator->place, &simulator->plant, reason);
+    status          = (status == STATUS_OK) ? open_hand(simulator, config, reason) : status;
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: %s", reason);
         return status;
-    }
-    simulator->plant = plant_create(&parameters, &options);
-    if (simulator->plant == NULL) {
-        (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: out of memory");
-        return STATUS_EXHAUSTED;
     }
     simulator->truth = plant_truth(simulator->plant);
     return STATUS_OK;
@@ -284,24 +302,24 @@ static status_t open_plant(simulator_t* const simulator, const simulator_config_
 static status_t open_devices(simulator_t* const simulator, const simulator_config_t* const config,
                              char error[SIMULATOR_ERROR_MAX])
 {
-    const devices_config_t wanted = {.world     = &simulator->place,
-                                     .folder    = (config->devices_path != NULL) ? config->devices_path
-                                                                                 : "descriptors/devices",
-                                     .truth     = simulator->truth,
-                                     .segments  = simulator->segment,
-                                     .channel_b = simulator->channel_b,
-                                     .seed      = config->seed,
-                                     .changed   = log_change,
-                                     .context   = simulator};
-    const status_t status         = devices_open(&wanted, &simulator->devices, error);
-    simulator->input              = (plant_input_t){.drive         = devices_regulate,
-                                                    .drive_context = simulator->devices,
-                                                    .hand          = hand_act,
-                                                    .hand_context  = simulator->hand};
+    const devices_config_t wanted  = {.valve_changed = log_valve,
+                                      .world         = &simulator->place,
+                                      .folder        = (config->devices_path != NULL) ? config->devices_path
+                                                                                      : "descriptors/devices",
+                                      .truth         = simulator->truth,
+                                      .plant         = simulator->plant,
+                                      .segments      = simulator->segment,
+                                      .channel_b     = simulator->channel_b,
+                                      .seed          = config->seed,
+                                      .changed       = log_change,
+                                      .context       = simulator};
+    simulator->input.drive         = devices_regulate;
+    const status_t status          = devices_open(&wanted, &simulator->devices, error);
+    simulator->input.drive_context = simulator->devices;
     return status;
 }
 
-/// Buses and devices by the names that scenarios use.
+/// Enter buses and devices with the names that scenarios use.
 static void name_targets(simulator_t* const simulator)
 {
     fault_world_t* world = &simulator->world;
@@ -322,11 +340,20 @@ static void name_targets(simulator_t* const simulator)
     world->device_count = devices_count(simulator->devices);
     for (unsigned i = 0U; i < world->device_count; i++) {
         const world_device_t* place = device_place(simulator->devices, i);
-        world->device[i]            = (fault_device_t){.name     = place->name,
-                                                       .bus      = place->bus,
-                                                       .id       = place->node,
-                                                       .drive    = device_drive(simulator->devices, i),
-                                                       .joystick = device_joystick(simulator->devices, i)};
+        const device_model_t* model = device_model(simulator->devices, i);
+        world->device[i]            = (fault_device_t){.name      = place->name,
+                                                       .bus       = place->bus,
+                                                       .id        = place->node,
+                                                       .node      = model->node,
+                                                       .drive     = device_drive(simulator->devices, i),
+                                                       .set_error = model->set_error,
+                                                       .model     = model->model};
+    }
+    world->instrument_count = instrument_set_count(simulator->instruments);
+    for (unsigned i = 0U; i < world->instrument_count; i++) {
+        world->instrument[i] =
+            (fault_instrument_t){.name       = instrument_set_name(simulator->instruments, i),
+                                 .instrument = instrument_set_at(simulator->instruments, i)};
     }
 }
 
@@ -349,7 +376,9 @@ static status_t read_world(simulator_t* const simulator, const simulator_config_
     const status_t status = world_read(config->world_path, &simulator->place, reason);
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: %s", reason);
+        return status;
     }
+    spread_apply(&simulator->place, config->seed);
     return status;
 }
 
@@ -361,7 +390,8 @@ static status_t open_truth(simulator_t* const simulator, const simulator_config_
         return STATUS_OK;
     }
     (void)snprintf(path, sizeof path, "%s/truth.lcm", config->output_path);
-    const status_t status = truth_open(path, &simulator->truth_log);
+    status_t status = truth_open(path, TRUTH_OCTETS_MAX, &simulator->truth_log);
+    status = (status == STATUS_OK) ? plant_log_names(simulator->truth_log, &simulator->place) : status;
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX,
                        "simulator: cannot write truth.lcm in '%s'; does the folder exist?",
@@ -394,6 +424,31 @@ static status_t open_tools(simulator_t* const simulator, const simulator_config_
     return status;
 }
 
+static status_t open_live(simulator_t* const simulator, const simulator_config_t* const config,
+                          char error[SIMULATOR_ERROR_MAX])
+{
+    const live_config_t wanted = {.folder   = config->output_path,
+                                  .hand     = simulator->hand,
+                                  .faults   = &simulator->faults,
+                                  .world    = &simulator->world,
+                                  .place    = &simulator->place,
+                                  .truth    = simulator->truth,
+                                  .is_paced = config->is_paced};
+    if (!config->is_live) {
+        return STATUS_OK;
+    }
+    const status_t status = live_open(&wanted, &simulator->live);
+    if (status != STATUS_OK) {
+        (void)snprintf(error, SIMULATOR_ERROR_MAX,
+                       "simulator: cannot open the live port, or write live.port and live.scn in '%s'",
+                       config->output_path);
+    }
+    for (unsigned i = 0U; i < simulator->bus_count; i++) {
+        simulator->segment[i].live = simulator->live;
+    }
+    return status;
+}
+
 static void power_on(simulator_t* const simulator)
 {
     devices_power_on(simulator->devices);
@@ -420,9 +475,13 @@ status_t simulator_open(const simulator_config_t* const config, simulator_t** co
                                             : status;
     status          = (status == STATUS_OK) ? open_plant(simulator, config, error) : status;
     status          = (status == STATUS_OK) ? open_devices(simulator, config, error) : status;
-    status          = (status == STATUS_OK) ? open_faults(simulator, config, error) : status;
-    status          = (status == STATUS_OK) ? open_truth(simulator, config, error) : status;
-    status          = (status == STATUS_OK) ? open_tools(simulator, config, error) : status;
+    if (status == STATUS_OK) {
+        status = instrument_set_open(&simulator->place, config, &simulator->instruments, error);
+    }
+    status = (status == STATUS_OK) ? open_faults(simulator, config, error) : status;
+    status = (status == STATUS_OK) ? open_truth(simulator, config, error) : status;
+    status = (status == STATUS_OK) ? open_tools(simulator, config, error) : status;
+    status = (status == STATUS_OK) ? open_live(simulator, config, error) : status;
     if (status != STATUS_OK) {
         (void)simulator_close(simulator);
         return status;
@@ -440,11 +499,14 @@ status_t simulator_close(simulator_t* const simulator)
         return STATUS_OK;
     }
     bool is_complete = (truth_close(simulator->truth_log) == STATUS_OK) && !simulator->is_truth_broken;
+    is_complete      = (live_close(simulator->live) == STATUS_OK) && is_complete;
     socketcand_close(simulator->tools);
+    is_complete = (instrument_set_close(simulator->instruments) == STATUS_OK) && is_complete;
     devices_close(simulator->devices);
     for (unsigned i = 0U; i < simulator->bus_count; i++) {
         is_complete = (segment_close(&simulator->segment[i]) == STATUS_OK) && is_complete;
     }
+    faults_free(&simulator->faults);
     hand_destroy(simulator->hand);
     plant_destroy(simulator->plant);
     free(simulator);
@@ -472,7 +534,7 @@ void simulator_statistics(const simulator_t* const simulator, simulator_statisti
         if (simulator->segment[i].gateway != NULL) {
             const gateway_counters_t* gateway = gateway_counters(simulator->segment[i].gateway);
             out_statistics->tool_frames += gateway->from_tools;
-            out_statistics->unshown += gateway->unshown;
+            out_statistics->unpublished += gateway->unpublished;
         }
     }
 }
@@ -484,4 +546,5 @@ void simulator_flush(simulator_t* const simulator)
             frame_log_flush(simulator->segment[i].log);
         }
     }
+    instrument_set_flush(simulator->instruments);
 }

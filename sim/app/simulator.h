@@ -2,9 +2,9 @@
 /// The simulator of a mission: the world of a file with its plant, devices, buses and operator's hand;
 /// faults of the scenario; logs.
 ///
-/// One step covers the time since the last step: it takes what flight has queued on its controllers, lets the
-/// buses run, applies the scenario's faults at their exact times, then moves the plant. A caller drives it by
-/// pushed time, in a process of its own (simulator_main.c) or inside the image.
+/// One step covers the time since the last step: it takes the frames that flight software has queued on its
+/// controllers, runs the buses, applies the scenario's faults at their exact times, then moves the plant. The
+/// caller determines the time of each step, in a separate process (simulator_main.c) or inside the image.
 ///
 /// Ownership  simulator_open allocates everything, simulator_close frees it and completes the logs.
 /// Context    One task.
@@ -25,10 +25,10 @@
 
 typedef struct {
     const char* name;
-    const char* address;      ///< Flight's controller there (osal/can.h); null or "": no flight.
-    const char* published;    ///< Interface where tools see the bus ("can:vcan-robot"); null or "": none.
+    const char* address;      ///< Flight software's controller (osal/can.h); null or "": none.
+    const char* published;    ///< Interface on which tools see the bus ("can:vcan-robot"); null or "": none.
     bool is_classic;          ///< 1 Mbit/s classic instead of FD 1/5.
-    const char* redundant_to; ///< This is channel B of the bus of that name; null: a bus of its own.
+    const char* redundant_to; ///< This is channel B of the bus of that name; null: a separate bus.
 } simulator_bus_t;
 
 typedef struct {
@@ -39,23 +39,27 @@ typedef struct {
     /// Scenario faults of processes (kill, hang, resume). Null: there are none.
     void (*process_fault)(void* context, fault_kind_t kind, const char* process);
     void* process_context;
-    simulator_bus_t bus[SIMULATOR_BUSES_MAX]; ///< Those of the world are always there.
+    simulator_bus_t bus[SIMULATOR_BUSES_MAX]; ///< The buses of the world always exist.
     size_t bus_count;
+    const char* flows;      ///< Identity of the run, part of the addresses of its instruments; null: none.
+    bool are_flows_counted; ///< Stepped time: osal/hand_over.h.
     uint64_t seed;
     bool classic_bus;         ///< All buses 1 Mbit/s classic.
     bool serve_tools;         ///< Open the socketcand port.
+    bool is_live;             ///< Open the live port (sim/app/live.h); needs output_path.
+    bool is_paced;            ///< The caller holds simulated time as simulator_pace says.
     bool tools_in_step;       ///< Time waits until the tool sends; for deterministic tests.
     uint16_t tool_port;       ///< 0: any free port, see simulator_tool_port.
     uint64_t tool_quantum_ns; ///< In step: time by which each frame of the tool advances the run; 0: 5 ms.
 } simulator_config_t;
 
 typedef struct {
-    uint64_t busy_ns[SIMULATOR_BUSES_MAX]; ///< One for each bus: first those of the world, in its order.
-    uint64_t refused; ///< Frames of flight that found the controller's queue full or the node cut off.
+    uint64_t busy_ns[SIMULATOR_BUSES_MAX]; ///< Per bus: first the buses of the world, in its order.
+    uint64_t refused; ///< Frames of flight software lost: transmit queue full or node disconnected.
     uint64_t tool_dropped;
-    uint64_t tools_lost;  ///< Tools in lock-step that were not done with a step in 20 s.
-    uint64_t tool_frames; ///< Sent by tools on the interfaces where buses are shown.
-    uint64_t unshown;     ///< Frames that such an interface did not take.
+    uint64_t tools_lost;  ///< Tools in lock-step that did not finish a step within 20 s.
+    uint64_t tool_frames; ///< Frames of tools on the interfaces that publish buses.
+    uint64_t unpublished; ///< Frames that such an interface did not accept.
 } simulator_statistics_t;
 
 typedef struct simulator simulator_t;
@@ -65,24 +69,36 @@ typedef struct simulator simulator_t;
 MUST_USE status_t simulator_open(const simulator_config_t* config, simulator_t** out_simulator,
                                  char error[SIMULATOR_ERROR_MAX]);
 
-/// Simulate [last step, now_ns). Returns the time of the next step wanted: the next whole step.
+/// Simulate [last step, now_ns). Returns the requested time of the next step: the next whole step. A world
+/// that diverges (simulator_failure) is not simulated further.
 uint64_t simulator_step(simulator_t* simulator, uint64_t now_ns);
+
+/// Why the run has to end: the world diverges (plant_failure). Null: it does not.
+const char* simulator_failure(const simulator_t* simulator);
 
 /// With tools_in_step: wait (wall-clock, at most timeout_ms) until the tool has sent frames for the next
 /// step. Returns true if the next step may be taken; always without tools_in_step.
 bool simulator_may_step(simulator_t* simulator, uint32_t timeout_ms);
 
+typedef struct {
+    bool is_held; ///< The next step is not to be taken yet.
+    double speed; ///< Simulated time per wall-clock time; 0: as fast as possible.
+} simulator_pace_t;
+
+/// The pace that lines of the live port ask for: 1 without it. While it is held, they are taken here.
+simulator_pace_t simulator_pace(simulator_t* simulator);
+
 /// Flush and close the logs, free everything. Null is allowed. Returns STATUS_OK, or STATUS_IO: a log is
 /// not complete.
 status_t simulator_close(simulator_t* simulator);
 
-/// Name of a bus, as in simulator_statistics_t; null behind the last.
+/// Name of a bus, in the order of simulator_statistics_t; null if there are fewer buses.
 const char* simulator_bus_name(const simulator_t* simulator, unsigned index);
 /// Port of the socketcand server; 0 when there is none.
 uint16_t simulator_tool_port(const simulator_t* simulator);
 void simulator_statistics(const simulator_t* simulator, simulator_statistics_t* out_statistics);
 
-/// Write buffered log records out: for a run that is about to be stopped from outside.
+/// Write buffered log records: for a run that is about to be killed from outside.
 void simulator_flush(simulator_t* simulator);
 
 #endif // SIM_APP_SIMULATOR_H

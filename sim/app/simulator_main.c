@@ -8,9 +8,12 @@
 #include "osal/include/osal/shm.h"
 #include "osal/include/osal/task.h"
 #include "sim/app/argument_values.h"
+#include "sim/app/pace_control.h"
 #include "sim/app/process_faults.h"
 #include "sim/app/simulator.h"
+#include "sim/app/usage.h"
 #include "sim/clock/cosimulation_port.h"
+#include "sim/plant/plant.h"
 
 #include <getopt.h>
 #include <signal.h>
@@ -21,10 +24,10 @@
 #define EXIT_USAGE 2
 #define NS_PER_S 1000000000U
 #define TOOL_WAIT_MS 100U
-#define COSIMULATION_PORT_PATIENCE_MS 200000U ///< Longer than the launcher waits for simulated time to move.
+#define COSIMULATION_PORT_PATIENCE_MS                                                                        \
+    200000U ///< Longer than the launcher waits for simulated time to advance.
 #define REAL_PRIORITY 80
 #define NO_LIMIT UINT64_MAX
-#define LAG_MAX_NS 20000000ULL ///< Largest delay behind the wall clock that is caught up.
 
 typedef enum {
     PACE_SCHEDULER, ///< By grants of the run's scheduler.
@@ -38,7 +41,7 @@ typedef struct {
     pace_t pace;
     bool is_stepped;
     bool is_free;
-    bool is_held_back; ///< The scheduler does not run ahead of the wall clock.
+    bool waits_for_wall_clock; ///< Simulated time of the scheduler does not pass the wall clock.
     const char* scheduler_name;
     unsigned participant;
     uint64_t origin_ns;
@@ -62,37 +65,6 @@ typedef struct {
 
 static simulator_t* dying_simulator; // For the signal handler only.
 
-static const char usage_text[] =
-    "usage: simulator [options]\n"
-    "  the run\n"
-    "    --scheduler NAME       take part in the stepped run of this shared memory\n"
-    "    --participant N       as this participant (default 0)\n"
-    "    --time stepped|real   as fast as possible (default), or by the wall clock; with a scheduler: paced "
-    "by it\n"
-    "    --origin NS           real: monotonic time of the run's time 0 (default now)\n"
-    "    --duration S          end after this much simulated time\n"
-    "    --free-run S          without flight: run for S seconds; --time stepped: as fast as possible\n"
-    "    --process NAME=N      the process of participant N, for the scenario's kill, hang and resume\n"
-    "    --bus NAME=ADDRESS    flight's controller on a bus, e.g. BUS=shm:run1.BUS\n"
-    "    --redundant NAME=OF   that bus is channel B of bus OF\n"
-    "    --publish NAME=ADDRESS  publish that bus to tools, e.g. BUS=can:vcan-BUS\n"
-    "    --classic             1 Mbit/s classic CAN instead of FD 1/5 on all buses\n"
-    "    --classic-bus NAME    the same on that bus\n"
-    "  the world\n"
-    "    --world FILE          robots, devices and what is around them; needed\n"
-    "    --scenario FILE       hand and faults (default: none)\n"
-    "    --seed N              of noise and faults (default 1)\n"
-    "    --devices DIR         EDS files (default descriptors/devices)\n"
-    "    --out DIR             write can-*.log, can-*.pcap, truth.lcm there\n"
-    "  tools\n"
-    "    --socketcand PORT|off serve the socketcand protocol on 127.0.0.1, 0 for any free port (default "
-    "off)\n"
-    "    --in-step             time stands still until the tool sends\n"
-    "    --quantum US          in step: simulated time for each frame (default 5000)\n"
-    "  the operator's co-simulation port into the scheduler\n"
-    "    --cosimulation PATH  --cosimulation-name NAME (default operator)  --cosimulation-participant N  "
-    "--cosimulation-receiver N\n";
-
 enum {
     OPTION_SCHEDULER = 256,
     OPTION_PARTICIPANT,
@@ -104,6 +76,7 @@ enum {
     OPTION_BUS,
     OPTION_PUBLISH,
     OPTION_REDUNDANT,
+    OPTION_FLOWS,
     OPTION_CLASSIC,
     OPTION_CLASSIC_BUS,
     OPTION_WORLD,
@@ -111,6 +84,7 @@ enum {
     OPTION_SEED,
     OPTION_DEVICES,
     OPTION_OUT,
+    OPTION_LIVE,
     OPTION_SOCKETCAND,
     OPTION_IN_STEP,
     OPTION_QUANTUM,
@@ -132,6 +106,7 @@ static const struct option long_options[] = {
     {"bus", required_argument, NULL, OPTION_BUS},
     {"publish", required_argument, NULL, OPTION_PUBLISH},
     {"redundant", required_argument, NULL, OPTION_REDUNDANT},
+    {"flows", required_argument, NULL, OPTION_FLOWS},
     {"classic", no_argument, NULL, OPTION_CLASSIC},
     {"classic-bus", required_argument, NULL, OPTION_CLASSIC_BUS},
     {"scenario", required_argument, NULL, OPTION_SCENARIO},
@@ -139,6 +114,7 @@ static const struct option long_options[] = {
     {"seed", required_argument, NULL, OPTION_SEED},
     {"devices", required_argument, NULL, OPTION_DEVICES},
     {"out", required_argument, NULL, OPTION_OUT},
+    {"live", no_argument, NULL, OPTION_LIVE},
     {"socketcand", required_argument, NULL, OPTION_SOCKETCAND},
     {"in-step", no_argument, NULL, OPTION_IN_STEP},
     {"quantum", required_argument, NULL, OPTION_QUANTUM},
@@ -151,7 +127,7 @@ static const struct option long_options[] = {
 
 // ---- Command line ----
 
-/// The bus of that name, added if it is new; null if there are too many.
+/// Find the bus of that name, or add it; null if there are too many.
 static simulator_bus_t* bus_of(options_t* const options, const char* const name)
 {
     simulator_config_t* config = &options->simulator;
@@ -168,8 +144,8 @@ static simulator_bus_t* bus_of(options_t* const options, const char* const name)
     return &config->bus[config->bus_count - 1U];
 }
 
-/// "NAME=ADDRESS" of flight's controller, or of the interface that publishes the bus; the name is cut off in
-/// place.
+/// Parse "NAME=ADDRESS" of the flight software's controller, or of the interface that publishes the bus; the
+/// text is split in place.
 static bool take_bus(options_t* const options, const char* const option, char* const text)
 {
     char* equals = strchr(text, '=');
@@ -212,7 +188,7 @@ static bool take_classic_bus(options_t* const options, const char* const name)
     return true;
 }
 
-/// "NAME=OF" for a bus that was given before; the name is cut off in place.
+/// Parse "NAME=OF" for a bus that an earlier option names; the text is split in place.
 static bool take_redundant(options_t* const options, char* const text)
 {
     simulator_config_t* config = &options->simulator;
@@ -246,6 +222,9 @@ static bool take_tool_option(options_t* const options, const int option, const c
     switch (option) {
     case OPTION_SOCKETCAND:
         return take_tools(options, text);
+    case OPTION_LIVE:
+        options->simulator.is_live = true;
+        return true;
     case OPTION_IN_STEP:
         options->simulator.tools_in_step = true;
         return true;
@@ -303,6 +282,9 @@ static bool take_option(options_t* const options, const int option, char* const 
         return take_process(options, text);
     case OPTION_PUBLISH:
         return take_bus(options, "publish", text);
+    case OPTION_FLOWS:
+        options->simulator.flows = text;
+        return true;
     case OPTION_CLASSIC_BUS:
         return take_classic_bus(options, text);
     case OPTION_REDUNDANT:
@@ -333,6 +315,7 @@ static bool take_option(options_t* const options, const int option, char* const 
 
 static bool check_options(options_t* const options)
 {
+    options->simulator.are_flows_counted = (options->scheduler_name != NULL);
     if (options->simulator.world_path == NULL) {
         osal_console_complain("simulator: give --world FILE, e.g. one of descriptors/worlds/ (see --help)");
         return false;
@@ -343,8 +326,8 @@ static bool check_options(options_t* const options)
             return argument_refuse("free-run", options->scheduler_name, "either --free-run or --scheduler");
         }
     } else if (options->scheduler_name != NULL) {
-        options->pace         = PACE_SCHEDULER;
-        options->is_held_back = !options->is_stepped;
+        options->pace                 = PACE_SCHEDULER;
+        options->waits_for_wall_clock = !options->is_stepped;
     } else if (options->is_stepped) {
         osal_console_complain(
             "simulator: give --scheduler NAME, or --time real, or --free-run SECONDS (see --help)");
@@ -363,6 +346,11 @@ static bool check_options(options_t* const options)
     if (options->simulator.tools_in_step) {
         options->pace = PACE_NONE;
     }
+    if (options->simulator.is_live && (options->simulator.output_path == NULL)) {
+        osal_console_complain("simulator: --live needs --out DIR, where live.port and live.scn are written");
+        return false;
+    }
+    options->simulator.is_paced = options->waits_for_wall_clock;
     return true;
 }
 
@@ -376,7 +364,7 @@ static int parse(options_t* const options, const int count, char* arguments[])
             break;
         }
         if (option == OPTION_HELP) {
-            osal_console_put(usage_text);
+            osal_console_put(simulator_usage);
             return EXIT_SUCCESS + 1;
         }
         if (option == '?') {
@@ -396,7 +384,7 @@ static int parse(options_t* const options, const int count, char* arguments[])
 
 // ---- The run ----
 
-/// A simulator that crashes writes the buffered log records.
+/// Write the buffered log records when the simulator crashes.
 static void save_logs(const int signal_number)
 {
     if (dying_simulator != NULL) {
@@ -449,32 +437,20 @@ static void close_cosimulation(port_server_t* const server, osal_lockstep_t* con
     }
 }
 
-/// Wait until the wall clock has reached `now_ns`. A run that is very late does not catch up: its time
-/// continues from here.
-static void hold_back(osal_clock_t* const wall, const uint64_t now_ns)
-{
-    const uint64_t wall_ns = osal_clock_now_ns(wall);
-    if (wall_ns > (now_ns + LAG_MAX_NS)) {
-        osal_clock_open_real(wall, osal_clock_monotonic_ns() - now_ns);
-    } else if (osal_clock_wait(wall, now_ns, NULL, 0U) != STATUS_OK) {
-        osal_console_complain("simulator: the wall clock cannot be waited for");
-    } else {
-        // The wait ended in time.
-    }
-}
-
 /// Step until the run is over.
-static void run(simulator_t* const simulator, const options_t* const options, osal_clock_t* const clock)
+static void run(simulator_t* const simulator, const options_t* const options, osal_clock_t* const clock,
+                osal_lockstep_t* const scheduler)
 {
-    uint64_t now_ns    = 0U;
-    uint64_t wake_ns   = 0U;
-    uint64_t flush_ns  = NS_PER_S;
-    const bool is_free = options->pace == PACE_NONE;
-    osal_clock_t wall  = {0};
-    if (options->is_held_back) {
-        osal_clock_open_real(&wall, options->has_origin ? options->origin_ns : osal_clock_monotonic_ns());
+    uint64_t now_ns     = 0U;
+    uint64_t wake_ns    = 0U;
+    uint64_t flush_ns   = NS_PER_S;
+    const bool is_free  = options->pace == PACE_NONE;
+    pace_control_t pace = {.speed = 1.0};
+    if (options->waits_for_wall_clock) {
+        pace_control_open(&pace, options->has_origin ? options->origin_ns : osal_clock_monotonic_ns());
     }
-    while ((now_ns < options->end_ns) && (osal_process_stop_count() == 0U)) {
+    while ((now_ns < options->end_ns) && (osal_process_stop_count() == 0U) &&
+           (simulator_failure(simulator) == NULL)) {
         if (is_free) {
             if (!simulator_may_step(simulator, TOOL_WAIT_MS)) {
                 continue;
@@ -485,11 +461,11 @@ static void run(simulator_t* const simulator, const options_t* const options, os
         } else {
             now_ns = osal_clock_now_ns(clock);
         }
-        if (options->is_held_back) {
-            hold_back(&wall, now_ns);
+        if (options->waits_for_wall_clock) {
+            pace_control_wait(&pace, simulator, scheduler, now_ns);
         }
         wake_ns = simulator_step(simulator, now_ns);
-        if (now_ns >= flush_ns) { // Then little is missing if the simulator is killed.
+        if (now_ns >= flush_ns) { // At most one second is lost if the simulator is killed.
             simulator_flush(simulator);
             flush_ns = now_ns + NS_PER_S;
         }
@@ -521,6 +497,19 @@ static void complain_of_tools(const simulator_t* const simulator)
     }
 }
 
+/// True if the world has diverged.
+static bool complain_of_world(const simulator_t* const simulator)
+{
+    const char* failure = simulator_failure(simulator);
+    char line[PLANT_FAILURE_MAX + 16U];
+    if (failure == NULL) {
+        return false;
+    }
+    (void)snprintf(line, sizeof line, "simulator: %s", failure);
+    osal_console_complain(line);
+    return true;
+}
+
 static int fly(options_t* const options, osal_lockstep_t* const scheduler)
 {
     static port_server_t server;
@@ -549,9 +538,9 @@ static int fly(options_t* const options, osal_lockstep_t* const scheduler)
             const status_t status = osal_task_set_priority(REAL_PRIORITY);
             (void)status; // Without the permission the simulator keeps its priority.
         }
-        run(simulator, options, &clock);
+        run(simulator, options, &clock, scheduler);
         complain_of_tools(simulator);
-        code = EXIT_SUCCESS;
+        code = complain_of_world(simulator) ? EXIT_FAILURE : EXIT_SUCCESS;
     }
     close_cosimulation(&server, scheduler);
     if (scheduler != NULL) {

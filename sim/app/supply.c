@@ -3,9 +3,9 @@
 
 #include <string.h>
 
-static void hear(void* const context, const osal_can_frame_t* const frame)
+static void receive_frame(void* const context, const osal_can_frame_t* const frame)
 {
-    power_unit_hear(context, frame);
+    power_unit_receive(context, frame);
 }
 
 void supply_open(power_unit_t* const unit, const world_power_unit_t* const place, segment_t* const segments,
@@ -14,14 +14,14 @@ void supply_open(power_unit_t* const unit, const world_power_unit_t* const place
     power_unit_init(unit, (uint8_t)place->device.node);
     for (unsigned i = 0U; i < segment_count; i++) {
         if ((i == place->device.bus) || ((channel_b != NULL) && (segments[i].bus == channel_b))) {
-            segments[i].listen   = hear;
+            segments[i].listen   = receive_frame;
             segments[i].listener = unit;
         }
     }
     for (size_t i = 0U; i < place->supply_count; i++) {
         for (size_t k = 0U; k < devices_count(devices); k++) {
             if (strcmp(device_place(devices, k)->name, place->supply[i]) == 0) {
-                power_unit_add(unit, device_node(devices, k));
+                power_unit_add(unit, device_model(devices, k)->node);
             }
         }
     }

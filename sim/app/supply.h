@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The power unit of a world: on both channels of its bus, without a node there.
+/// The power unit of a world: it receives on both channels of its bus without a node on the bus.
 #ifndef SIM_APP_SUPPLY_H
 #define SIM_APP_SUPPLY_H
 
@@ -7,8 +7,8 @@
 #include "sim/app/segment.h"
 #include "sim/devices/power_unit.h"
 
-/// Let it listen on its segment and on that of `channel_b` (null: there is none), and supply its devices in
-/// their order. The unit must not be moved afterwards.
+/// Connect the unit to its segment and to that of `channel_b` (null: there is none), and to the devices that
+/// it supplies, in their order. The unit must not be moved afterwards.
 void supply_open(power_unit_t* unit, const world_power_unit_t* place, segment_t* segments,
                  unsigned segment_count, const bus_t* channel_b, const devices_t* devices);
 

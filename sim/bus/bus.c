@@ -9,7 +9,7 @@
 #include <string.h>
 
 #define NS_PER_S 1000000000U
-#define ERROR_FLAG_BITS 12U // Own flag and those it provokes.
+#define ERROR_FLAG_BITS 12U // Longest superposition of the error flags of all nodes.
 #define ERROR_DELIMITER_BITS 8U
 #define REPORT_RECEIVE_OVERFLOW 0x01U // data[1] of a SocketCAN controller report.
 #define SUSPEND_BITS 8U               // An error-passive transmitter waits, so that others can start first.
@@ -226,10 +226,10 @@ static void account_all(bus_t* const bus, const controller_event_t sender_event,
     }
 }
 
-/// When the node's next frame is ready to start; BUS_NEVER if it has none.
+/// Time at which the node's next frame is ready to start; BUS_NEVER if it has none.
 static uint64_t ready_ns(const bus_node_t* const node, const uint64_t idle_ns)
 {
-    if (!is_on_bus(node) || (!node->is_babbling && (node->count == 0U))) {
+    if (((node->count == 0U) && !node->is_babbling) || !is_on_bus(node)) {
         return BUS_NEVER;
     }
     const uint64_t ready = node->is_babbling ? idle_ns : node->queue[node->head].ready_ns;
@@ -257,7 +257,7 @@ static bool is_equal(const osal_can_frame_t* const a, const osal_can_frame_t* co
            (memcmp(a->data, b->data, a->length) == 0);
 }
 
-/// Find the senders: the lowest arbitration field; several if their fields are equal. Sets senders and
+/// Find the nodes with the lowest arbitration field (several if their fields are equal). Sets senders and
 /// outcome.
 static const bus_node_t* arbitrate(bus_t* const bus, const uint64_t start_ns)
 {
@@ -296,7 +296,8 @@ static bool has_receiver(const bus_t* const bus)
     return false;
 }
 
-/// Nodes that had a frame ready and stopped at the first bit that differs from the winner's.
+/// Report a lost arbitration to each node that had a frame ready, with the first bit that differs from the
+/// winner's frame.
 static void report_lost_arbitration(bus_t* const bus, const uint64_t start_ns, const uint32_t winning_key)
 {
     for (unsigned i = 0U; i < bus->node_count; i++) {
@@ -342,15 +343,15 @@ static void start_frame(bus_t* const bus, const uint64_t start_ns)
     }
 }
 
-/// The wire is free `bits` after now; passive senders wait longer.
+/// Let the wire become free `bits` after now; error-passive senders wait longer.
 static void end_frame(bus_t* const bus, const uint64_t bits)
 {
     bus->is_sending = false;
     bus->idle_ns    = bus->now_ns + (bits * bus->nominal_ns);
     bus->statistics.busy_ns += bus->idle_ns - bus->start_ns;
     for (unsigned i = 0U; i < bus->node_count; i++) {
-        const bool is_passive = bus->node[i].controller.state == CONTROLLER_STATE_PASSIVE;
-        if (is_passive && ((bus->senders & (1U << i)) != 0U)) {
+        if (((bus->senders & (1U << i)) != 0U) &&
+            (bus->node[i].controller.state == CONTROLLER_STATE_PASSIVE)) {
             bus->node[i].suspend_ns = bus->idle_ns + (SUSPEND_BITS * bus->nominal_ns);
         }
     }
@@ -421,7 +422,7 @@ static void finish_frame(bus_t* const bus)
     }
 }
 
-/// A dominant wire counts eight for each octet of bits, in senders and receivers.
+/// Eight dominant bits of a stuck wire have passed: count one error in every sender and receiver.
 static void tick_stuck(bus_t* const bus)
 {
     bus->stuck_ticks++;
@@ -430,7 +431,7 @@ static void tick_stuck(bus_t* const bus)
     account_all(bus, CONTROLLER_TRANSMIT_ERROR, CONTROLLER_RECEIVE_ERROR);
 }
 
-/// The oldest frame has waited too long, or is another one by now.
+/// Check whether the oldest frame has waited too long; it may be a later frame than the one that was watched.
 static void watch_queue(bus_t* const bus, const unsigned index, const uint64_t now_ns)
 {
     bus_node_t* node = &bus->node[index];
@@ -453,7 +454,7 @@ static void wake_node(bus_t* const bus, const unsigned index, const uint64_t now
         watch_queue(bus, index, now_ns);
     }
     if (node->recover_ns <= now_ns) {
-        if (bus->is_stuck) { // No recessive bits to count.
+        if (bus->is_stuck) { // A stuck wire has no recessive bits to count.
             node->recover_ns = now_ns + (CONTROLLER_RECOVERY_BITS * bus->nominal_ns);
         } else {
             node->recover_ns = BUS_NEVER;

@@ -3,13 +3,13 @@
 /// times, acknowledge, error confinement, and seeded faults.
 ///
 /// Frames of a node leave in the order of submission. When the bus is idle and heads of queues are ready, the
-/// lowest arbitration field wins; equal identifiers with equal content merge, with different content they
-/// destroy each other. A frame arrives at the end of its end-of-frame field, at all nodes but the sender; the
-/// next may start three bits later. A frame that ends later than the call stays on the wire.
+/// lowest arbitration field wins. Equal identifiers with equal content become one frame on the wire; with
+/// different content they destroy each other. A frame arrives at the end of its end-of-frame field, at all
+/// nodes but the sender; the next may start three bits later. A frame may end after the call.
 ///
-/// Callbacks run inside bus_run_until in order of simulated time (node order at one instant) and may submit
-/// and set wake times, not earlier than the present; on_wake may also plug and unplug its own node. They must
-/// not run or destroy the bus.
+/// Callbacks run inside bus_run_until in order of simulated time (node order at one instant). They may submit
+/// frames and set wake times, not in the past, and must not run or destroy the bus. on_wake may also plug and
+/// unplug its own node.
 ///
 /// Ownership  bus_create allocates everything; bus_destroy frees it.
 /// Context    One task. Results depend on calls and seed only.
@@ -44,8 +44,8 @@ typedef struct {
     void* context;
 } bus_callbacks_t;
 
-/// Everything that is on the wire (and, for `node`'s controller, error reports), for logs.
-/// `senders`: bit set of the nodes that have sent it, 1 << node; 0: a report.
+/// Called for every frame on the wire and for the error reports of one node's controller, for logs.
+/// `senders`: bit set of the nodes that have sent the frame, 1 << node; 0: an error report.
 typedef void (*bus_tap_t)(void* context, uint32_t senders, const osal_can_frame_t* frame);
 
 typedef struct {
@@ -54,10 +54,10 @@ typedef struct {
     uint64_t busy_ns;    ///< Time the wire was not idle, intermission included.
     uint64_t lost;       ///< Receptions suppressed by the loss fault.
     uint64_t refused;    ///< Submissions refused: queue full, bus-off or unplugged.
-    uint64_t longest_ns; ///< Longest wait of a frame from ready to start of frame.
+    uint64_t longest_ns; ///< Longest time of a frame from being ready to its start of frame.
 } bus_statistics_t;
 
-/// Returns null when memory is out or a bit rate does not divide 10^9.
+/// Returns null if there is not enough memory or a bit rate does not divide 10^9.
 bus_t* bus_create(const bus_config_t* config);
 void bus_destroy(bus_t* bus);
 
@@ -80,16 +80,16 @@ uint64_t bus_now_ns(const bus_t* bus);
 /// True on a bus with FD bit timing.
 bool bus_is_fd(const bus_t* bus);
 
-/// Cut a node off: its frame on the wire breaks, its queue is lost, it neither sends nor receives. Wakes
-/// continue.
+/// Disconnect a node: its frame on the wire is destroyed, its queue is lost, and it neither sends nor
+/// receives. Its on_wake is still called.
 void bus_unplug(bus_t* bus, unsigned node);
 /// Connect it again with counters at zero.
 void bus_plug(bus_t* bus, unsigned node);
 bool bus_is_plugged(const bus_t* bus, unsigned node);
 const controller_t* bus_controller(const bus_t* bus, unsigned node);
 
-/// Faults, until set back to zero or false. Probabilities per frame 0..1.
-void bus_set_loss(bus_t* bus, double probability);       ///< Each receiver misses the frame by itself.
+/// Faults. Each lasts until it is set back to zero or false. Probabilities per frame 0..1.
+void bus_set_loss(bus_t* bus, double probability);       ///< For each receiver separately.
 void bus_set_corruption(bus_t* bus, double probability); ///< Error frame, then repetition.
 void bus_set_duplication(bus_t* bus,
                          double probability); ///< Error in the last bit: repeated though received.
@@ -100,8 +100,8 @@ void bus_lose_next(bus_t* bus, unsigned node,
                    unsigned frames);           ///< Its receiver overflows this number of times.
 void bus_force_off(bus_t* bus, unsigned node); ///< Transmit errors take its controller off the bus.
 
-/// Behaviour of a controller's driver. Bus-off ends by itself after 128 times 11 bits (the default), or only
-/// that long after bus_restart.
+/// Set how a controller's driver ends bus-off: automatically after 128 times 11 bits (the default), or 128
+/// times 11 bits after bus_restart.
 void bus_set_restart(bus_t* bus, unsigned node, bool is_automatic);
 void bus_restart(bus_t* bus, unsigned node);
 /// Report each arbitration that the node loses (off by default, as with most drivers).

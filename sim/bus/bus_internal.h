@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Inside of a bus, shared by bus.c (frames on the wire) and bus_faults.c (ordered faults).
+/// Internal data of a bus, shared by bus.c (frames on the wire) and bus_faults.c (commanded faults).
 #ifndef SIM_BUS_BUS_INTERNAL_H
 #define SIM_BUS_BUS_INTERNAL_H
 
@@ -16,20 +16,20 @@ typedef struct {
     bool is_used;
     bool is_plugged;
     bool is_babbling;
-    bool restarts_by_order;   // Bus-off does not end by itself.
+    bool restarts_by_order;   // Bus-off ends only after bus_restart.
     bool reports_arbitration; // Reports lost arbitrations to its software.
-    unsigned overflows;       // Frames still to be lost in its receiver.
+    unsigned overflows;       // Number of frames that its receiver still has to lose.
     controller_t controller;
     bus_callbacks_t callbacks;
     uint64_t wake_ns;
     uint64_t recover_ns; // End of bus-off.
-    uint64_t suspend_ns; // May not start a frame before.
+    uint64_t suspend_ns; // Earliest start of its next frame.
     uint64_t delay_ns;
     uint64_t timeout_ns; // A frame that waits longer is reported; 0: none is.
     uint64_t watch_ns;   // When to check the oldest frame; BUS_NEVER: no frame waits.
-    queued_t queue[BUS_QUEUE_FRAMES];
     unsigned head;
     unsigned count;
+    queued_t queue[BUS_QUEUE_FRAMES];
 } bus_node_t;
 
 typedef enum {
@@ -42,7 +42,7 @@ struct bus {
     uint64_t nominal_ns; // One bit.
     uint64_t data_ns;    // One bit of the fast part; 0 on a classic bus.
     uint64_t now_ns;
-    uint64_t idle_ns; // The wire is free from then on.
+    uint64_t idle_ns; // Time from which the wire is free.
     uint64_t next_wake_ns;
     uint64_t stuck_tick_ns;
     unsigned stuck_ticks;
@@ -51,7 +51,7 @@ struct bus {
     outcome_t outcome;
     uint32_t senders; // Bit set of nodes whose frame is on the wire.
     uint64_t start_ns;
-    uint64_t event_ns; // Frame ends or breaks.
+    uint64_t event_ns; // Time at which the frame ends or is destroyed.
     osal_can_frame_t wire;
     double loss;
     double corruption;
@@ -69,7 +69,7 @@ struct bus {
 void bus_account(bus_t* bus, unsigned index, controller_event_t event);
 /// Report the state of a controller to its software and to the tap.
 void bus_report(bus_t* bus, unsigned index, osal_can_frame_t* report);
-/// The frame on the wire breaks.
+/// Destroy the frame on the wire.
 void bus_break_frame(bus_t* bus, controller_event_t sender_event);
 void bus_find_next_wake(bus_t* bus);
 void bus_drop_queue(bus_t* bus, unsigned index);

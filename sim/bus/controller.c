@@ -5,7 +5,7 @@
 
 #define TRANSMIT_STEP 8U
 #define RECEIVE_LIMIT 255U
-#define AFTER_PASSIVE 127U // A success takes a passive receiver back to below the limit.
+#define AFTER_PASSIVE 127U // Count of an error-passive receiver after a success.
 
 // data[1] of a SocketCAN controller report.
 #define REPORT_RX_WARNING 0x04U
@@ -100,10 +100,10 @@ static controller_state_t present_state(const controller_t* const controller)
 
 osal_can_frame_t controller_report(const controller_t* const controller, const uint32_t classes)
 {
-    const uint32_t shown = (controller->transmit_errors < 255U) ? controller->transmit_errors : 255U;
+    const uint32_t limited = (controller->transmit_errors < 255U) ? controller->transmit_errors : 255U;
     return (osal_can_frame_t){.id     = OSAL_CAN_ERROR | classes,
                               .length = 8U,
-                              .data   = {[6] = (uint8_t)shown, [7] = (uint8_t)controller->receive_errors}};
+                              .data   = {[6] = (uint8_t)limited, [7] = (uint8_t)controller->receive_errors}};
 }
 
 bool controller_apply(controller_t* const controller, const controller_event_t event,
@@ -111,12 +111,12 @@ bool controller_apply(controller_t* const controller, const controller_event_t e
 {
     const controller_state_t before = controller->state;
     if ((before == CONTROLLER_STATE_BUS_OFF) && (event != CONTROLLER_RECOVERED)) {
-        return false; // Takes no part in the bus.
+        return false; // The controller takes no part in the traffic.
     }
     if (((event == CONTROLLER_TRANSMITTED) && (controller->transmit_errors == 0U) &&
          !controller->ack_reported) ||
         ((event == CONTROLLER_RECEIVED) && (controller->receive_errors == 0U))) {
-        return false; // The ordinary case: nothing to count down.
+        return false; // The usual case: no counter changes.
     }
     count(controller, event);
     controller->state = present_state(controller);

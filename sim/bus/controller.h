@@ -35,7 +35,7 @@ typedef struct {              // Read-only for others.
 } controller_t;
 
 typedef enum {
-    CONTROLLER_TRANSMITTED,    ///< Own frame went through.
+    CONTROLLER_TRANSMITTED,    ///< Own frame transmitted successfully.
     CONTROLLER_RECEIVED,       ///< Frame of another node received.
     CONTROLLER_TRANSMIT_ERROR, ///< Bit, stuff, form or CRC error seen while transmitting.
     CONTROLLER_RECEIVE_ERROR,  ///< Error seen while receiving.

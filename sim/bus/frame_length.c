@@ -30,23 +30,10 @@ typedef struct {
     uint32_t stuffed;
 } stuffing_t;
 
-/// Send the low `count` bits of `bits`, most significant first.
-static void stuff_bits(stuffing_t* const stuffing, const uint64_t bits, uint32_t count)
+static void take(stuffing_t* const stuffing, const uint32_t next)
 {
-    uint32_t state   = stuffing->state;
-    uint32_t stuffed = stuffing->stuffed;
-    for (; (count % 4U) != 0U; count--) {
-        const uint32_t next = bit_step[state][(bits >> (count - 1U)) & 1U];
-        state               = next & STATE_MASK;
-        stuffed += next >> 3;
-    }
-    for (; count != 0U; count -= 4U) {
-        const uint32_t next = nibble_step[state][(bits >> (count - 4U)) & 15U];
-        state               = next & STATE_MASK;
-        stuffed += next >> 3;
-    }
-    stuffing->state   = state;
-    stuffing->stuffed = stuffed;
+    stuffing->state = next & STATE_MASK;
+    stuffing->stuffed += next >> 3;
 }
 
 /// Two nibbles at once: state | stuff bits << 3, for each state and octet. Filled by the first use.
@@ -63,18 +50,33 @@ static const uint8_t* octet_steps(void)
     return steps;
 }
 
+/// Send the low `count` bits of `bits`, most significant first.
+static void stuff_bits(stuffing_t* const stuffing, const uint64_t bits, uint32_t count)
+{
+    const uint8_t* steps = octet_steps();
+    stuffing_t now       = *stuffing;
+    for (; (count % 4U) != 0U; count--) {
+        take(&now, bit_step[now.state][(bits >> (count - 1U)) & 1U]);
+    }
+    if ((count % 8U) != 0U) {
+        count -= 4U;
+        take(&now, nibble_step[now.state][(bits >> count) & 15U]);
+    }
+    while (count != 0U) {
+        count -= 8U;
+        take(&now, steps[(now.state << 8) | ((bits >> count) & 255U)]);
+    }
+    *stuffing = now;
+}
+
 static void stuff_octets(stuffing_t* const stuffing, const uint8_t* const octets, const size_t size)
 {
     const uint8_t* steps = octet_steps();
-    uint32_t state       = stuffing->state;
-    uint32_t stuffed     = stuffing->stuffed;
+    stuffing_t now       = *stuffing;
     for (size_t i = 0U; i < size; i++) {
-        const uint32_t next = steps[(state << 8) | octets[i]];
-        state               = next & STATE_MASK;
-        stuffed += next >> 3;
+        take(&now, steps[(now.state << 8) | octets[i]]);
     }
-    stuffing->state   = state;
-    stuffing->stuffed = stuffed;
+    *stuffing = now;
 }
 
 static uint32_t crc15_bits(uint32_t crc, const uint64_t bits, uint32_t count)

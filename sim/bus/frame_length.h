@@ -3,7 +3,7 @@
 ///
 /// Classic: dynamic stuffing from start of frame to the end of the 15-bit CRC. FD with bit rate switch:
 /// dynamic stuffing from start of frame to the end of the data field, then the fixed stuff bits of the CRC
-/// field as ISO 11898-1:2015 has them (one in front of the stuff count and one after each fourth bit). A
+/// field as ISO 11898-1:2015 defines them (one in front of the stuff count and one after each fourth bit). A
 /// dynamic stuff bit due right at the end of the data field is the first fixed stuff bit.
 ///
 /// Time  About 50 ns for a PDO; by tables of 256 entries per state of the stuffing rule.

@@ -10,12 +10,12 @@
 #include <string.h>
 
 #define NS_PER_MS 1000000ULL
-#define SLICE_MS 50U   ///< How long a wait goes without looking whether the run has ended.
+#define SLICE_MS 50U   ///< Longest wait between two checks whether the run has ended.
 #define ACCEPT_MS 500U ///< One round of cosimulation_port_serve.
 
 // ---- Lines ----
 
-/// Decimal number up to `max` at *text, ended by `end`; moves *text behind it.
+/// Read a decimal number up to `max` at *text, followed by `end`; moves *text past `end`.
 static bool take_number(const char** const text, const char end, const uint64_t max,
                         uint64_t* const out_value)
 {
@@ -35,7 +35,7 @@ static bool take_number(const char** const text, const char end, const uint64_t 
     return is_good;
 }
 
-/// True if *text begins with `word`; moves *text behind it.
+/// True if *text begins with `word`: then *text is moved past it.
 static bool take_word(const char** const text, const char* const word)
 {
     const size_t length = strlen(word);
@@ -84,7 +84,7 @@ static bool parse_done(const char* const line, uint64_t* const out_wake_ns, uint
 
 // ---- The client ----
 
-static void let_go(cosimulation_port_t* const cosimulation, uint32_t* const reason)
+static void disconnect_client(cosimulation_port_t* const cosimulation, uint32_t* const reason)
 {
     (*reason)++;
     osal_socket_close(&cosimulation->client);
@@ -92,7 +92,7 @@ static void let_go(cosimulation_port_t* const cosimulation, uint32_t* const reas
     cosimulation->stream_port = 0U;
 }
 
-/// Move one whole line out of what was received, its end replaced by '\0'. False if there is none yet.
+/// Move one whole line out of the received octets, its end replaced by '\0'. False if there is none yet.
 static bool take_line(cosimulation_port_t* const cosimulation, char* const out_line)
 {
     const char* const end = memchr(cosimulation->line, '\n', cosimulation->line_size);
@@ -104,18 +104,18 @@ static bool take_line(cosimulation_port_t* const cosimulation, char* const out_l
     out_line[length] = '\0';
     cosimulation->line_size -= length + 1U;
     memmove(cosimulation->line, &cosimulation->line[length + 1U], cosimulation->line_size);
-    return strlen(out_line) == length; // With a '\0' inside it is no line of text.
+    return strlen(out_line) == length; // A line that contains '\0' is refused.
 }
 
-/// Wait for a line. STATUS_OK, STATUS_TIMEOUT (the client is still there), STATUS_CLOSED (it was let go, or
-/// the run ended).
+/// Wait for a line. STATUS_OK, STATUS_TIMEOUT (the client is still connected), STATUS_CLOSED (it was
+/// disconnected, or the run ended).
 static status_t wait_for_line(cosimulation_port_t* const cosimulation, char* const out_line,
                               const uint64_t until_ns)
 {
     while (memchr(cosimulation->line, '\n', cosimulation->line_size) == NULL) {
         size_t size = 0U;
         if (cosimulation->line_size == COSIMULATION_PORT_LINE_BYTES) {
-            let_go(cosimulation, &cosimulation->count.malformed);
+            disconnect_client(cosimulation, &cosimulation->count.malformed);
             return STATUS_CLOSED;
         }
         const status_t status =
@@ -132,33 +132,33 @@ static status_t wait_for_line(cosimulation_port_t* const cosimulation, char* con
             }
             (void)!osal_socket_wait_readable(&cosimulation->client, SLICE_MS);
         } else if (status != STATUS_OK) {
-            let_go(cosimulation, &cosimulation->count.vanished);
+            disconnect_client(cosimulation, &cosimulation->count.vanished);
             return STATUS_CLOSED;
         } else {
             // Octets were received: search for a line again.
         }
     }
     if (!take_line(cosimulation, out_line)) {
-        let_go(cosimulation, &cosimulation->count.malformed);
+        disconnect_client(cosimulation, &cosimulation->count.malformed);
         return STATUS_CLOSED;
     }
     return STATUS_OK;
 }
 
-/// The same for as long as the co-simulation port has patience. False: the client was let go, or the run
-/// ended.
+/// Wait for a line, at most for the patience of the co-simulation port. False: the client was disconnected,
+/// or the run ended.
 static bool receive_line(cosimulation_port_t* const cosimulation, char* const out_line)
 {
     const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)cosimulation->patience_ms * NS_PER_MS);
     const status_t status   = wait_for_line(cosimulation, out_line, until_ns);
     if (status == STATUS_TIMEOUT) {
-        let_go(cosimulation, &cosimulation->count.silent);
+        disconnect_client(cosimulation, &cosimulation->count.silent);
     }
     return status == STATUS_OK;
 }
 
-/// A client has connected. STATUS_OK: it has joined correctly; STATUS_TIMEOUT: it has not joined yet and has
-/// time left; STATUS_CLOSED: it was disconnected, or the run ended.
+/// Wait for the connected client to join. STATUS_OK: it has joined correctly; STATUS_TIMEOUT: it has not
+/// joined yet and has time left; STATUS_CLOSED: it was disconnected, or the run ended.
 static status_t admit(cosimulation_port_t* const cosimulation, const uint64_t until_ns)
 {
     char line[COSIMULATION_PORT_LINE_BYTES];
@@ -166,14 +166,14 @@ static status_t admit(cosimulation_port_t* const cosimulation, const uint64_t un
     const status_t status =
         wait_for_line(cosimulation, line, (until_ns < patience_ns) ? until_ns : patience_ns);
     if ((status == STATUS_TIMEOUT) && (osal_clock_monotonic_ns() >= patience_ns)) {
-        let_go(cosimulation, &cosimulation->count.silent);
+        disconnect_client(cosimulation, &cosimulation->count.silent);
         return STATUS_CLOSED;
     }
     if (status != STATUS_OK) {
         return status;
     }
     if (!parse_join(line, cosimulation->participant, &cosimulation->stream_port)) {
-        let_go(cosimulation, &cosimulation->count.malformed);
+        disconnect_client(cosimulation, &cosimulation->count.malformed);
         return STATUS_CLOSED;
     }
     cosimulation->count.joined++;
@@ -211,7 +211,7 @@ void cosimulation_port_close(cosimulation_port_t* const cosimulation)
 }
 
 /// Accept a waiting client, or wait for one. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
-static status_t let_in(cosimulation_port_t* const cosimulation, const uint64_t until_ns)
+static status_t accept_client(cosimulation_port_t* const cosimulation, const uint64_t until_ns)
 {
     osal_address_t peer;
     const status_t status = osal_tcp_accept(&cosimulation->listener, &cosimulation->client, &peer);
@@ -233,7 +233,7 @@ status_t cosimulation_port_accept(cosimulation_port_t* const cosimulation, const
     const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)timeout_ms * NS_PER_MS);
     for (;;) {
         status_t status =
-            osal_socket_is_open(&cosimulation->client) ? STATUS_OK : let_in(cosimulation, until_ns);
+            osal_socket_is_open(&cosimulation->client) ? STATUS_OK : accept_client(cosimulation, until_ns);
         if (osal_lockstep_is_closed(cosimulation->scheduler)) {
             osal_socket_close(&cosimulation->client);
             return STATUS_CLOSED;
@@ -259,21 +259,21 @@ status_t cosimulation_port_exchange(cosimulation_port_t* const cosimulation, con
     if (!osal_socket_is_open(&cosimulation->client)) {
         return STATUS_CLOSED;
     }
-    // One line is outstanding at most: if the socket does not take all of it, the client does not read.
+    // At most one line is unread. If the socket does not take all of this one, the client does not read.
     if ((osal_stream_send(&cosimulation->client, (const uint8_t*)line, (size_t)length, &sent) != STATUS_OK) ||
         (sent != (size_t)length)) {
-        let_go(cosimulation, &cosimulation->count.vanished);
+        disconnect_client(cosimulation, &cosimulation->count.vanished);
         return STATUS_CLOSED;
     }
     if (!receive_line(cosimulation, line)) {
         return STATUS_CLOSED;
     }
     if (strcmp(line, "leave") == 0) {
-        let_go(cosimulation, &cosimulation->count.left);
+        disconnect_client(cosimulation, &cosimulation->count.left);
         return STATUS_CLOSED;
     }
     if (!parse_done(line, out_wake_ns, out_octets_sent, &cosimulation->stream_port)) {
-        let_go(cosimulation, &cosimulation->count.malformed);
+        disconnect_client(cosimulation, &cosimulation->count.malformed);
         return STATUS_CLOSED;
     }
     return STATUS_OK;
@@ -318,7 +318,7 @@ status_t cosimulation_port_serve(cosimulation_port_t* const cosimulation, osal_l
         }
     }
     osal_socket_close(&cosimulation->client);
-    // The client has disconnected, or its place was ended otherwise.
+    // The client has disconnected, or has lost its place for another reason.
     const bool is_ended =
         (status == STATUS_NOT_FOUND) || ((status == STATUS_CLOSED) && !osal_lockstep_is_closed(scheduler));
     return is_ended ? STATUS_OK : status;

@@ -8,9 +8,9 @@
 ///     client: leave                               (instead of done)
 ///
 /// The client receives exactly the messages and octets of its grant before it runs, and sends only while its
-/// stream is served. When a stream is no longer served, it has ended, whatever the state of the socket: the
-/// client closes it. A client that vanishes, sends another line, or is silent for longer than the patience
-/// loses its place; that is counted and never stops or fails the run.
+/// stream is served. A stream that is no longer served has ended, and the client closes its socket. A client
+/// that disconnects, sends another line, or is silent for longer than the patience (given to _open) loses its
+/// place in the scheduler; that is counted and never stops or fails the run.
 ///
 /// Ownership  The caller places cosimulation_port_t; it borrows the scheduler and the texts given to _open.
 /// Context    One task (processes: a task that runs _serve) or the loop of the image program.
@@ -35,7 +35,7 @@ typedef struct { // All fields are private, except stream_port and count: read-o
     uint32_t patience_ms;
     char line[COSIMULATION_PORT_LINE_BYTES]; ///< Received and not yet used.
     size_t line_size;
-    uint64_t came_ns;     ///< When the client connected (wall-clock).
+    uint64_t came_ns;     ///< Time at which the client connected (wall-clock).
     uint16_t stream_port; ///< Port of the client that takes part; 0: it has no stream.
     struct {
         uint32_t joined;
@@ -55,18 +55,18 @@ MUST_USE status_t cosimulation_port_open(cosimulation_port_t* cosimulation, cons
 /// Disconnect the client, stop listening, remove the path.
 void cosimulation_port_close(cosimulation_port_t* cosimulation);
 
-/// Wait (wall-clock) for a client that joins, at most timeout_ms. No other client may take part; one that
-/// has connected and not joined yet is waited for by the next call, as long as the co-simulation port has
-/// patience. STATUS_OK, STATUS_TIMEOUT, STATUS_CLOSED (the run ended), STATUS_IO.
+/// Wait (wall-clock) for a client that joins, at most timeout_ms. Only one client may take part. If a client
+/// has connected and not joined yet, the next call continues to wait for it until the patience of the
+/// co-simulation port ends. STATUS_OK, STATUS_TIMEOUT, STATUS_CLOSED (the run ended), STATUS_IO.
 MUST_USE status_t cosimulation_port_accept(cosimulation_port_t* cosimulation, uint32_t timeout_ms);
 /// Send the grant to the client and wait for its answer; `served_port`: of osal_lockstep_served_port.
 /// STATUS_OK, STATUS_CLOSED (it left, was removed, or the run ended; it no longer takes part).
 MUST_USE status_t cosimulation_port_exchange(cosimulation_port_t* cosimulation, const osal_grant_t* grant,
                                              uint16_t served_port, uint64_t* out_wake_ns,
                                              uint32_t* out_octets_sent);
-/// The turn of the client, which is `order` of the scheduler and has been granted:
-/// cosimulation_port_exchange, and the messages that the client reports as sent are delivered to `receiver`.
-/// If the client has disconnected, its place in the scheduler is ended. STATUS_OK, STATUS_NOT_FOUND (the
+/// Run the turn of the client, which is participant `order` of the scheduler and has its grant: call
+/// cosimulation_port_exchange and deliver the messages that the client reports as sent to `receiver`. If the
+/// client has disconnected, its place in the scheduler is ended. STATUS_OK, STATUS_NOT_FOUND (the
 /// client has disconnected), STATUS_CLOSED (the run ended).
 MUST_USE status_t cosimulation_port_turn(cosimulation_port_t* cosimulation, osal_lockstep_t* scheduler,
                                          unsigned order, unsigned receiver, const osal_grant_t* grant,

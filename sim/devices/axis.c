@@ -3,6 +3,8 @@
 
 #include <stddef.h>
 
+#define PI 3.14159265358979323846
+
 #define BIT_SWITCH_ON 0x01U
 #define BIT_ENABLE_VOLTAGE 0x02U
 #define BIT_QUICK_STOP 0x04U // 0 means stop.
@@ -80,6 +82,53 @@ bool axis_moves(const axis_state_t state)
     return (state == AXIS_ENABLED) || (state == AXIS_QUICK_STOP) || (state == AXIS_FAULT_REACTION);
 }
 
+// ---- Units ----
+
+/// Number of an object with an offset, 0 if it is missing.
+static uint64_t number_of(node_t* const node, const unsigned index, const uint8_t subindex)
+{
+    const object_t* const object = node_object(node, (uint16_t)index, subindex);
+    return (object != NULL) ? object->value : 0U;
+}
+
+/// Factor of a unit object (CiA 303-2): an angle, or an angle by a time; 0: another unit.
+static double factor_of(const uint64_t code, const bool is_velocity)
+{
+    const int8_t exponent     = (int8_t)(uint8_t)(code >> 24);
+    const uint8_t numerator   = (uint8_t)(code >> 16);
+    const uint8_t denominator = (uint8_t)(code >> 8);
+    const bool is_by_second   = is_velocity && (denominator == 0x03U);
+    const bool is_by_minute   = is_velocity && (denominator == 0x47U);
+    double factor             = (numerator == 0x10U)
+                                    ? 1.0
+                                    : ((numerator == 0x41U) ? (PI / 180.0) : ((numerator == 0xB4U) ? (2.0 * PI) : 0.0));
+    double power              = 1.0;
+    for (int i = (exponent < 0) ? -exponent : exponent; i > 0; i--) {
+        power *= 10.0;
+    }
+    factor = (exponent < 0) ? (factor / power) : (factor * power);
+    if (is_by_minute) {
+        factor /= 60.0;
+    }
+    return (is_by_second || is_by_minute || (!is_velocity && (denominator == 0U))) ? factor : 0.0;
+}
+
+bool axis_units(node_t* const node, const uint8_t number, double* const out_position_rad,
+                double* const out_velocity_rad_s)
+{
+    const unsigned offset   = number * AXIS_STRIDE;
+    const uint64_t position = number_of(node, 0x60A8U + offset, 0U);
+    const uint64_t velocity = number_of(node, 0x60A9U + offset, 0U);
+    const double counts =
+        (double)number_of(node, 0x608FU + offset, 1U) * (double)number_of(node, 0x6091U + offset, 1U);
+    const double turns =
+        (double)number_of(node, 0x608FU + offset, 2U) * (double)number_of(node, 0x6091U + offset, 2U);
+    const double increment = (counts > 0.0) ? (2.0 * PI * turns / counts) : 0.0;
+    *out_position_rad      = (position != 0U) ? factor_of(position, false) : increment;
+    *out_velocity_rad_s    = (velocity != 0U) ? factor_of(velocity, true) : *out_position_rad;
+    return (*out_position_rad > 0.0) && (*out_velocity_rad_s > 0.0);
+}
+
 bool axis_init(axis_t* const axis, node_t* const node, const uint8_t number)
 {
     const uint16_t offset = (uint16_t)(number * AXIS_STRIDE);
@@ -102,7 +151,7 @@ void axis_observe(axis_t* const axis, const axis_observer_t observer, void* cons
     axis->observer_context = context;
 }
 
-static void show(axis_t* const axis)
+static void update_statusword(axis_t* const axis)
 {
     axis->statusword->value = (uint64_t)axis_state_bits(axis->state) | axis->flags;
 }
@@ -113,7 +162,7 @@ static void enter(axis_t* const axis, const axis_state_t state, const uint64_t n
     if (state != AXIS_ENABLED) {
         axis->flags &= AXIS_STATUS_WARNING;
     }
-    show(axis);
+    update_statusword(axis);
     if (axis->observer != NULL) {
         axis->observer(axis->observer_context, node_id(axis->node), axis->number,
                        (uint16_t)axis->statusword->value, !axis_moves(state), now_ns);
@@ -214,5 +263,32 @@ void axis_ramp_done(axis_t* const axis, const uint64_t now_ns)
 void axis_flag(axis_t* const axis, const uint16_t flag, const bool on)
 {
     axis->flags = (uint16_t)(on ? (axis->flags | flag) : (axis->flags & (uint16_t)~flag));
-    show(axis);
+    update_statusword(axis);
+}
+
+void axis_set_error(axis_t* const axis, const uint16_t code, const bool is_present, const uint64_t now_ns)
+{
+    static const uint16_t faults[]   = {EMERGENCY_OVER_CURRENT, EMERGENCY_UNDER_VOLTAGE,
+                                        EMERGENCY_POSITION_SENSOR, EMERGENCY_TORQUE_SENSOR};
+    static const uint16_t warnings[] = {EMERGENCY_EXCESS_TORQUE, EMERGENCY_DEVICE_TEMPERATURE,
+                                        EMERGENCY_DRIVE_TEMPERATURE};
+    bool is_fault                    = false;
+    bool warns                       = false;
+    if (is_present) {
+        node_raise(axis->node, code, 0U, 0, now_ns);
+    } else {
+        node_clear(axis->node, code, 0U, now_ns);
+    }
+    axis->has_fault = false;
+    for (unsigned i = 0U; i < (sizeof faults / sizeof faults[0]); i++) {
+        axis->has_fault = axis->has_fault || node_has_error(axis->node, faults[i], 0U);
+        is_fault        = is_fault || (code == faults[i]);
+    }
+    for (unsigned i = 0U; i < (sizeof warnings / sizeof warnings[0]); i++) {
+        warns = warns || node_has_error(axis->node, warnings[i], 0U);
+    }
+    axis_flag(axis, AXIS_STATUS_WARNING, warns);
+    if (is_present && is_fault) {
+        axis_fault(axis, code, now_ns);
+    }
 }

@@ -2,8 +2,9 @@
 /// State machine of a CiA 402 power drive system, one per axis, and its objects controlword, statusword,
 /// mode.
 ///
-/// axis_next is the table of the standard as a pure function; axis_t joins it with the objects of a node
-/// (axis 2 lies 0x800 higher). The device queries the state and reports the end of a ramp.
+/// axis_next is the transition table of the standard as a pure function; axis_t connects it with the objects
+/// of a node (the indices of axis 2 are 0x800 higher). The device queries the state and reports the end of a
+/// ramp.
 #ifndef SIM_DEVICES_AXIS_H
 #define SIM_DEVICES_AXIS_H
 
@@ -14,6 +15,7 @@
 
 #define AXIS_STRIDE 0x800U ///< Distance of the objects of two axes.
 
+#define AXIS_MODE_HOMING 6
 #define AXIS_MODE_CSP 8
 #define AXIS_MODE_CSV 9
 #define AXIS_MODE_CST 10
@@ -32,15 +34,18 @@ typedef enum {
 
 /// Statusword bits in addition to the state.
 #define AXIS_STATUS_WARNING 0x0080U
+#define AXIS_STATUS_TARGET_REACHED 0x0400U ///< Homing.
 #define AXIS_STATUS_INTERNAL_LIMIT 0x0800U
 #define AXIS_STATUS_FOLLOWS 0x1000U
+#define AXIS_STATUS_HOMING_ATTAINED 0x1000U
 #define AXIS_STATUS_FOLLOWING_ERROR 0x2000U
+#define AXIS_STATUS_HOMING_ERROR 0x2000U
 
 /// State after a controlword. `before` is the controlword before this one: fault reset acts on its edge.
 axis_state_t axis_next(axis_state_t state, uint16_t controlword, uint16_t before);
 /// Bits 0..6 and 9 of the statusword in a state, voltage present.
 uint16_t axis_state_bits(axis_state_t state);
-/// True where the holding brake is off.
+/// True in the states in which the holding brake is released.
 bool axis_moves(axis_state_t state);
 
 /// Called for every change of state (brake included) at its time.
@@ -53,7 +58,7 @@ typedef struct { // Read-only for others.
     axis_state_t state;
     uint16_t last_controlword;
     uint16_t flags; ///< AXIS_STATUS_*.
-    bool has_fault; ///< A cause of fault is still there: no fault reset.
+    bool has_fault; ///< A cause of fault is still present: fault reset has no effect.
     object_t* controlword;
     object_t* statusword;
     object_t* error_code;
@@ -65,27 +70,33 @@ typedef struct { // Read-only for others.
     void* observer_context;
 } axis_t;
 
+/// Units of position [rad] and velocity [rad/s] of an axis: 0x60A8 and 0x60A9, or increments of 0x608F behind
+/// the gear 0x6091. Returns false if the objects give neither.
+bool axis_units(node_t* node, uint8_t number, double* out_position_rad, double* out_velocity_rad_s);
 /// Find the objects. Returns false if one is missing.
 bool axis_init(axis_t* axis, node_t* node, uint8_t number);
 void axis_observe(axis_t* axis, axis_observer_t observer, void* context);
-/// Power-on: switch on disabled, brake engaged.
+/// Set the state after power-on: switch on disabled, brake engaged.
 void axis_reset(axis_t* axis, uint64_t now_ns);
 
-/// Obey the controlword object. Returns true if the state has changed.
+/// Execute the command in the controlword object. Returns true if the state has changed.
 bool axis_command(axis_t* axis, uint64_t now_ns);
-/// Take the mode object over to its display. Returns true if the mode has changed.
+/// Copy the mode of operation to its display object. Returns true if the mode has changed.
 bool axis_select_mode(axis_t* axis);
 /// Abort code for a mode of operation, or 0.
 uint32_t axis_check_mode(const axis_t* axis, int64_t mode);
 int axis_mode(const axis_t* axis);
 
-/// Abort-connection option 0x6007: quick stop, disable voltage or fault, if the axis is enabled.
+/// Execute the abort-connection option 0x6007 if the axis is enabled: quick stop, disable voltage or fault.
 void axis_connection_lost(axis_t* axis, uint64_t now_ns);
-/// A fault with its code: fault reaction if the axis moves, else fault.
+/// Enter a fault with its code: fault reaction active if the axis is enabled, else fault.
 void axis_fault(axis_t* axis, uint16_t code, uint64_t now_ns);
-/// The ramp of quick stop or fault reaction is at its end.
+/// Report that the ramp of quick stop or fault reaction has ended.
 void axis_ramp_done(axis_t* axis, uint64_t now_ns);
-/// Set or clear a flag; shown in the statusword.
+/// Set by a scenario: an error of README.md's table appears or disappears. Faults stop the axis; other errors
+/// only set the warning flag. For nodes of one axis.
+void axis_set_error(axis_t* axis, uint16_t code, bool is_present, uint64_t now_ns);
+/// Set or clear a flag of the statusword.
 void axis_flag(axis_t* axis, uint16_t flag, bool on);
 
 #endif // SIM_DEVICES_AXIS_H

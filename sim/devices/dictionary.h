@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Object dictionary of a CANopen device: the objects an EDS file lists, with their present values.
 ///
-/// Numbers are held as their bits in a 64-bit word (two's complement cut to the object's size); text and
+/// Numbers are stored as their bits in a 64-bit word (two's complement cut to the object's size); text and
 /// octet strings in storage of their own. Objects stay where they are, so that a device may keep pointers to
 /// those it uses in every cycle.
 ///
@@ -57,7 +57,7 @@ typedef struct {
 
 void dictionary_destroy(dictionary_t* dictionary);
 
-/// Objects from `first` to `last` index back to their initial values.
+/// Set the objects with index `first` to `last` back to their initial values.
 void dictionary_reset_range(dictionary_t* dictionary, uint16_t first, uint16_t last);
 
 /// Null if there is no such object.

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/devices/drive.h"
 
+#include "sim/devices/homing.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
-#define POSITION_UNIT 1e-6 // Unit of objects: rad, rad/s.
+#define POSITION_GAIN 4000.0 // Gains of a drive whose data sheet gives none [Nm/rad], [Nms/rad].
+#define VELOCITY_GAIN 60.0
 #define MNM 1e-3
 #define PER_MILLE 1000.0
 #define STANDSTILL_RAD_S 0.02
-#define RAMP_LIMIT_NS 200000000U // A stop that does not reach standstill still ends with the brake.
+#define RAMP_LIMIT_NS 200000000U // After this time the brake is applied even if the motor still moves.
 #define HOT_CELSIUS 80.0
 #define COOL_CELSIUS 75.0
 #define TENTH 0.1
@@ -45,7 +48,8 @@ typedef struct {
     object_t* rated_torque;
 } drive_objects_t;
 
-/// Objects in SI units, renewed when one is written, so that the regulator only multiplies and adds.
+/// Values of the objects in SI units, updated when one is written, so that the regulator only multiplies and
+/// adds.
 typedef struct {
     double torque_unit_nm;
     double target_nm;
@@ -68,12 +72,16 @@ struct drive {
     torque_sensor_t sensor;
     double extra_offset_nm;
     drive_objects_t objects;
+    double position_unit; // Of its objects [rad].
+    double velocity_unit; // [rad/s]
     drive_settings_t settings;
+    homing_t homing;
+    double zero_rad; // Position of the motor that the drive calls zero.
 
     // Regulator.
-    double position_rad; // Position of the motor, as read last.
+    double position_rad; // Last reading of the position of the motor, from its zero.
     double velocity_rad_s;
-    double torque_nm; // Torque commanded last.
+    double torque_nm; // Last commanded torque.
     double from_rad;  // Interpolation between two targets.
     double to_rad;
     uint32_t substep;
@@ -85,7 +93,8 @@ struct drive {
     bool is_limited;
     bool is_clamped; // Target outside the software limits.
     uint64_t ramp_ns;
-    uint64_t error_since_ns; // Following error out of its window; UINT64_MAX: inside.
+    uint64_t
+        error_since_ns; // Time since which the following error is outside its window; UINT64_MAX: inside.
 };
 
 static int64_t rounded(const double value)
@@ -102,7 +111,7 @@ static void refresh_velocity(drive_t* const drive)
 {
     const int64_t wanted =
         object_signed(drive->objects.target_velocity) + object_signed(drive->objects.velocity_offset);
-    drive->settings.target_rad_s = (double)wanted * POSITION_UNIT;
+    drive->settings.target_rad_s = (double)wanted * drive->velocity_unit;
 }
 
 static void refresh_settings(drive_t* const drive)
@@ -116,13 +125,15 @@ static void refresh_settings(drive_t* const drive)
     settings->torque_unit_nm       = unit;
     settings->target_nm            = (double)object_signed(objects->target_torque) * unit;
     settings->offset_nm            = (double)object_signed(objects->torque_offset) * unit;
-    settings->position_gain        = (double)objects->position_gain->value;
-    settings->velocity_gain        = (double)objects->velocity_gain->value * MNM;
-    settings->upper_nm             = unit * ((positive < maximum) ? positive : maximum);
-    settings->lower_nm             = -unit * ((negative < maximum) ? negative : maximum);
-    settings->low_rad              = (double)object_signed(objects->low_position) * POSITION_UNIT;
-    settings->high_rad             = (double)object_signed(objects->high_position) * POSITION_UNIT;
-    settings->deceleration_rad_s2  = (double)objects->stop_deceleration->value * POSITION_UNIT;
+    const bool has_gains           = (objects->position_gain != NULL) && (objects->velocity_gain != NULL);
+    settings->position_gain        = has_gains ? (double)objects->position_gain->value : POSITION_GAIN;
+    settings->velocity_gain       = has_gains ? ((double)objects->velocity_gain->value * MNM) : VELOCITY_GAIN;
+    const double most             = (drive->config.most_nm > 0.0) ? drive->config.most_nm : (unit * maximum);
+    settings->upper_nm            = fmin(unit * ((positive < maximum) ? positive : maximum), most);
+    settings->lower_nm            = -fmin(unit * ((negative < maximum) ? negative : maximum), most);
+    settings->low_rad             = (double)object_signed(objects->low_position) * drive->position_unit;
+    settings->high_rad            = (double)object_signed(objects->high_position) * drive->position_unit;
+    settings->deceleration_rad_s2 = (double)objects->stop_deceleration->value * drive->velocity_unit;
 
     refresh_velocity(drive);
 
@@ -134,14 +145,15 @@ static void refresh_settings(drive_t* const drive)
     settings->period_substeps = (substeps > 1) ? (uint32_t)substeps : 1U;
 }
 
-static void look(drive_t* const drive, drive_truth_t* const out_truth)
+static void read_truth(drive_t* const drive, drive_truth_t* const out_truth)
 {
-    drive->config.look(drive->config.look_context, out_truth);
+    drive->config.read_truth(drive->config.truth_context, out_truth);
+    out_truth->motor_position_rad -= drive->zero_rad;
     drive->position_rad   = out_truth->motor_position_rad;
     drive->velocity_rad_s = out_truth->motor_velocity_rad_s;
 }
 
-/// From the present position of the motor, without a command.
+/// Take the present position of the motor as reference, without a command.
 static void hold_here(drive_t* const drive)
 {
     drive->from_rad        = drive->position_rad;
@@ -156,8 +168,8 @@ static void hold_here(drive_t* const drive)
 static void take_target(drive_t* const drive)
 {
     const drive_settings_t* settings = &drive->settings;
-    double target_rad                = (double)object_signed(drive->objects.target_position) * POSITION_UNIT;
-    drive->is_clamped                = (target_rad < settings->low_rad) || (target_rad > settings->high_rad);
+    double target_rad = (double)object_signed(drive->objects.target_position) * drive->position_unit;
+    drive->is_clamped = (target_rad < settings->low_rad) || (target_rad > settings->high_rad);
     if (drive->is_clamped) {
         target_rad = (target_rad < settings->low_rad) ? settings->low_rad : settings->high_rad;
     }
@@ -166,20 +178,49 @@ static void take_target(drive_t* const drive)
     drive->substep  = 0U;
 }
 
-static void obey(drive_t* const drive, const uint64_t now_ns)
+static bool is_homing(const drive_t* const drive)
+{
+    return (drive->axis.state == AXIS_ENABLED) && (axis_mode(&drive->axis) == AXIS_MODE_HOMING);
+}
+
+static void change_state(drive_t* const drive, const uint64_t now_ns)
 {
     const axis_state_t before = drive->axis.state;
     if (!axis_command(&drive->axis, now_ns)) {
         return;
     }
+    homing_reset(&drive->homing);
     if (drive->axis.state == AXIS_ENABLED) {
         drive_truth_t truth;
-        look(drive, &truth);
+        read_truth(drive, &truth);
         hold_here(drive);
-        axis_flag(&drive->axis, AXIS_STATUS_FOLLOWS, true);
+        axis_flag(&drive->axis, AXIS_STATUS_FOLLOWS, !is_homing(drive));
     }
     if (before == AXIS_FAULT) {
         node_clear(drive->node, EMERGENCY_FOLLOWING_ERROR, 0U, now_ns);
+    }
+}
+
+static void execute_controlword(drive_t* const drive, const uint64_t now_ns)
+{
+    change_state(drive, now_ns);
+    if (is_homing(drive)) {
+        homing_command(&drive->homing, (uint16_t)drive->axis.controlword->value);
+        homing_show(&drive->homing, &drive->axis);
+    }
+}
+
+/// Start another mode at the present position of the axis.
+static void select_mode(drive_t* const drive)
+{
+    if (!axis_select_mode(&drive->axis)) {
+        return;
+    }
+    hold_here(drive);
+    homing_reset(&drive->homing);
+    if (drive->axis.state == AXIS_ENABLED) {
+        axis_flag(&drive->axis, AXIS_STATUS_TARGET_REACHED | AXIS_STATUS_HOMING_ERROR, false);
+        axis_flag(&drive->axis, AXIS_STATUS_FOLLOWS, !is_homing(drive));
     }
 }
 
@@ -187,7 +228,7 @@ static void on_written(void* const context, const object_t* const object, const 
 {
     drive_t* drive = context;
     if (object == drive->axis.controlword) {
-        obey(drive, now_ns);
+        execute_controlword(drive, now_ns);
     } else if (object == drive->objects.target_position) {
         if ((drive->axis.state == AXIS_ENABLED) && (axis_mode(&drive->axis) == AXIS_MODE_CSP)) {
             take_target(drive);
@@ -199,9 +240,7 @@ static void on_written(void* const context, const object_t* const object, const 
     } else if (object == drive->objects.target_velocity) {
         refresh_velocity(drive);
     } else if (object == drive->axis.mode) {
-        if (axis_select_mode(&drive->axis)) {
-            hold_here(drive);
-        }
+        select_mode(drive);
     } else {
         refresh_settings(drive);
     }
@@ -213,23 +252,26 @@ static void on_sample(void* const context, const uint64_t now_ns)
     const drive_objects_t* objects = &drive->objects;
     const double unit              = drive->settings.torque_unit_nm;
     drive_truth_t truth;
-    look(drive, &truth);
+    read_truth(drive, &truth);
     if (!axis_moves(drive->axis.state)) {
         hold_here(drive); // Not controlled: the target follows the actual position.
     }
     const uint64_t step = now_ns / drive->config.step_ns;
     const double torque =
         torque_sensor_read(&drive->sensor, step, now_ns, truth.joint_torque_nm) + drive->extra_offset_nm;
-    const double shown = encoder_read(&drive->config.encoder, truth.motor_position_rad);
-    object_set(objects->position, rounded(shown / POSITION_UNIT));
-    object_set(objects->velocity, clamped(truth.motor_velocity_rad_s / POSITION_UNIT, INT32_MAX));
+    const double measured_rad = encoder_read(&drive->config.encoder, truth.motor_position_rad);
+    object_set(objects->position, rounded(measured_rad / drive->position_unit));
+    object_set(objects->velocity, clamped(truth.motor_velocity_rad_s / drive->velocity_unit, INT32_MAX));
     object_set(objects->torque, clamped(torque / unit, INT16_MAX));
     object_set(objects->current, clamped(drive->torque_nm / unit, INT16_MAX));
     object_set(objects->torque_demand, clamped(drive->torque_nm / unit, INT16_MAX));
-    object_set(objects->position_demand, rounded(drive->reference_rad / POSITION_UNIT));
-    object_set(objects->velocity_demand, rounded(drive->reference_rad_s / POSITION_UNIT));
-    object_set(objects->following_error, rounded((drive->reference_rad - shown) / POSITION_UNIT));
-    objects->brake->value = axis_moves(drive->axis.state) ? 0U : 1U;
+    object_set(objects->position_demand, rounded(drive->reference_rad / drive->position_unit));
+    object_set(objects->velocity_demand, rounded(drive->reference_rad_s / drive->velocity_unit));
+    object_set(objects->following_error,
+               rounded((drive->reference_rad - measured_rad) / drive->position_unit));
+    if (objects->brake != NULL) {
+        objects->brake->value = axis_moves(drive->axis.state) ? 0U : 1U;
+    }
 }
 
 static uint32_t on_check(void* const context, const object_t* const object, const int64_t value)
@@ -249,6 +291,8 @@ static void on_reset(void* const context, const uint64_t now_ns)
     drive_t* drive    = context;
     drive->torque_nm  = 0.0;
     drive->is_ramping = false;
+    drive->zero_rad   = 0.0; // Of its encoder, which knows it.
+    homing_reset(&drive->homing);
     refresh_settings(drive);
     hold_here(drive);
     axis_reset(&drive->axis, now_ns);
@@ -256,7 +300,7 @@ static void on_reset(void* const context, const uint64_t now_ns)
 
 // ---- Plant side ----
 
-/// Reference of a stop: speed runs down to zero, position with it.
+/// Update the reference of a stop: the speed decreases to zero, and the position is its integral.
 static void run_ramp(drive_t* const drive)
 {
     const double dt_s      = (double)drive->config.substep_ns * 1e-9;
@@ -289,9 +333,9 @@ static void interpolate(drive_t* const drive)
         return;
     }
     drive->substep++;
-    const double way       = drive->to_rad - drive->from_rad;
-    drive->reference_rad   = drive->from_rad + (way * ((double)drive->substep / (double)count));
-    drive->reference_rad_s = way / ((double)count * (double)drive->config.substep_ns * 1e-9);
+    const double distance_rad = drive->to_rad - drive->from_rad;
+    drive->reference_rad      = drive->from_rad + (distance_rad * ((double)drive->substep / (double)count));
+    drive->reference_rad_s    = distance_rad / ((double)count * (double)drive->config.substep_ns * 1e-9);
 }
 
 static double position_loop(const drive_t* const drive, const double forward_nm)
@@ -315,6 +359,10 @@ static double wanted_torque(drive_t* const drive)
     case AXIS_MODE_CSP:
         interpolate(drive);
         return position_loop(drive, settings->offset_nm);
+    case AXIS_MODE_HOMING:
+        drive->reference_rad_s = homing_advance(&drive->homing, (double)drive->config.substep_ns * 1e-9);
+        drive->reference_rad += drive->reference_rad_s * (double)drive->config.substep_ns * 1e-9;
+        return position_loop(drive, settings->offset_nm);
     case AXIS_MODE_CSV:
         drive->reference_rad   = drive->position_rad;
         drive->reference_rad_s = settings->target_rad_s;
@@ -331,7 +379,7 @@ static double wanted_torque(drive_t* const drive)
 
 double drive_regulate(drive_t* const drive, const double position_rad, const double velocity_rad_s)
 {
-    drive->position_rad   = position_rad;
+    drive->position_rad   = position_rad - drive->zero_rad;
     drive->velocity_rad_s = velocity_rad_s;
     if (!axis_moves(drive->axis.state)) {
         drive->is_ramping = false;
@@ -354,7 +402,7 @@ static void watch_following_error(drive_t* const drive, const uint64_t now_ns)
 {
     const double error_rad = fabs(drive->reference_rad - drive->position_rad);
     const bool is_outside  = (axis_mode(&drive->axis) == AXIS_MODE_CSP) &&
-                            (error_rad > ((double)drive->objects.window->value * POSITION_UNIT));
+                            (error_rad > ((double)drive->objects.window->value * drive->position_unit));
     if (!is_outside) {
         drive->error_since_ns = UINT64_MAX;
     } else if (drive->error_since_ns == UINT64_MAX) {
@@ -363,14 +411,29 @@ static void watch_following_error(drive_t* const drive, const uint64_t now_ns)
     axis_flag(&drive->axis, AXIS_STATUS_FOLLOWING_ERROR, is_outside);
     const uint64_t allowed_ns = drive->objects.window_time->value * 1000000U;
     if (is_outside && ((now_ns - drive->error_since_ns) >= allowed_ns)) {
-        node_raise(drive->node, EMERGENCY_FOLLOWING_ERROR, 0U, (int32_t)rounded(error_rad / POSITION_UNIT),
-                   now_ns);
+        node_raise(drive->node, EMERGENCY_FOLLOWING_ERROR, 0U,
+                   (int32_t)rounded(error_rad / drive->position_unit), now_ns);
         axis_fault(&drive->axis, EMERGENCY_FOLLOWING_ERROR, now_ns);
     }
 }
 
+/// At the reference, the axis gets its zero and stays where it is.
+static void end_homing_step(drive_t* const drive)
+{
+    if (homing_end_step(&drive->homing, drive->is_limited, drive->config.step_ns)) {
+        drive_truth_t truth;
+        drive->zero_rad += drive->position_rad - homing_position_rad(&drive->homing);
+        read_truth(drive, &truth);
+        hold_here(drive);
+    }
+    homing_show(&drive->homing, &drive->axis);
+}
+
 void drive_end_step(drive_t* const drive, const uint64_t now_ns)
 {
+    if (is_homing(drive)) {
+        end_homing_step(drive);
+    }
     if (drive->axis.state == AXIS_ENABLED) {
         axis_flag(&drive->axis, AXIS_STATUS_INTERNAL_LIMIT, drive->is_limited || drive->is_clamped);
         watch_following_error(drive, now_ns);
@@ -391,44 +454,23 @@ uint16_t drive_statusword(const drive_t* const drive)
     return (uint16_t)drive->axis.statusword->value;
 }
 
-// ---- By scenario ----
+// ---- Faults set by a scenario ----
 
 void drive_set_torque_offset(drive_t* const drive, const double offset_nm)
 {
     drive->extra_offset_nm = offset_nm;
 }
 
-static bool is_fault(const uint16_t code)
-{
-    return (code == EMERGENCY_OVER_CURRENT) || (code == EMERGENCY_UNDER_VOLTAGE) ||
-           (code == EMERGENCY_POSITION_SENSOR) || (code == EMERGENCY_TORQUE_SENSOR);
-}
-
 void drive_set_error(drive_t* const drive, const uint16_t code, const bool is_present, const uint64_t now_ns)
 {
-    static const uint16_t faults[] = {EMERGENCY_OVER_CURRENT, EMERGENCY_UNDER_VOLTAGE,
-                                      EMERGENCY_POSITION_SENSOR, EMERGENCY_TORQUE_SENSOR};
-    if (is_present) {
-        node_raise(drive->node, code, 0U, 0, now_ns);
-    } else {
-        node_clear(drive->node, code, 0U, now_ns);
-    }
-    drive->axis.has_fault = false;
-    for (unsigned i = 0U; i < (sizeof faults / sizeof faults[0]); i++) {
-        drive->axis.has_fault = drive->axis.has_fault || node_has_error(drive->node, faults[i], 0U);
-    }
-    const bool warns = node_has_error(drive->node, EMERGENCY_EXCESS_TORQUE, 0U) ||
-                       node_has_error(drive->node, EMERGENCY_DEVICE_TEMPERATURE, 0U) ||
-                       node_has_error(drive->node, EMERGENCY_DRIVE_TEMPERATURE, 0U);
-    axis_flag(&drive->axis, AXIS_STATUS_WARNING, warns);
-    if (is_present && is_fault(code)) {
-        axis_fault(&drive->axis, code, now_ns);
-    }
+    axis_set_error(&drive->axis, code, is_present, now_ns);
 }
 
 void drive_set_temperature(drive_t* const drive, const double celsius, const uint64_t now_ns)
 {
-    object_set(drive->objects.temperature, clamped(celsius / TENTH, INT16_MAX));
+    if (drive->objects.temperature != NULL) {
+        object_set(drive->objects.temperature, clamped(celsius / TENTH, INT16_MAX));
+    }
     if (celsius >= HOT_CELSIUS) {
         drive_set_error(drive, EMERGENCY_DRIVE_TEMPERATURE, true, now_ns);
     } else if (celsius < COOL_CELSIUS) {
@@ -438,8 +480,9 @@ void drive_set_temperature(drive_t* const drive, const double celsius, const uin
 
 // ---- Creation ----
 
-static bool find_objects(drive_t* const drive)
+static bool find_objects(void* const context)
 {
+    drive_t* drive           = context;
     drive_objects_t* objects = &drive->objects;
     const struct {
         object_t** place;
@@ -476,12 +519,15 @@ static bool find_objects(drive_t* const drive)
         {&objects->rated_torque, 0x6076U, 0U},
     };
     for (size_t i = 0U; i < (sizeof wanted / sizeof wanted[0]); i++) {
-        *wanted[i].place = node_object(drive->node, wanted[i].index, wanted[i].subindex);
-        if (*wanted[i].place == NULL) {
+        *wanted[i].place    = node_object(drive->node, wanted[i].index, wanted[i].subindex);
+        const bool is_maker = (wanted[i].index < 0x6000U); // Another maker's drive may be without it.
+        if ((*wanted[i].place == NULL) && !is_maker) {
             return false;
         }
     }
-    return axis_init(&drive->axis, drive->node, 0U);
+    return axis_units(drive->node, 0U, &drive->position_unit, &drive->velocity_unit) &&
+           axis_init(&drive->axis, drive->node, 0U) &&
+           homing_init(&drive->homing, &drive->axis, drive->position_unit, drive->velocity_unit);
 }
 
 status_t drive_create(bus_t* const bus, const char* const eds_path, const uint8_t id,
@@ -494,20 +540,18 @@ status_t drive_create(bus_t* const bus, const char* const eds_path, const uint8_
         (void)snprintf(error, EDS_ERROR_MAX, "%s: out of memory", eds_path);
         return STATUS_EXHAUSTED;
     }
-    const node_application_t application = {.sample          = on_sample,
+    const node_application_t application = {.name            = "a joint drive",
+                                            .find            = find_objects,
+                                            .sample          = on_sample,
                                             .written         = on_written,
                                             .check           = on_check,
                                             .connection_lost = on_connection_lost,
                                             .reset           = on_reset,
                                             .context         = drive};
     drive->config                        = *config;
-    status_t status                      = node_create(bus, eds_path, id, &application, &drive->node, error);
-    if ((status == STATUS_OK) && !find_objects(drive)) {
-        (void)snprintf(error, EDS_ERROR_MAX, "%s: an object that a joint drive needs is missing", eds_path);
-        status = STATUS_INVALID;
-    }
+    const status_t status                = node_create(bus, eds_path, id, &application, &drive->node, error);
     if (status != STATUS_OK) {
-        drive_destroy(drive);
+        free(drive);
         return status;
     }
     torque_sensor_init(&drive->sensor, &config->torque_sensor, config->seed, config->sensor_device);

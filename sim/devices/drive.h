@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Joint drive (joint-drive.eds): CiA 402 with CSP, CSV and CST, an 8 kHz regulator, a holding brake, a
-/// torque sensor after the gear and an encoder on the motor.
+/// Joint drive (joint-drive.eds): CiA 402 with CSP, CSV, CST and homing, an 8 kHz regulator, a holding brake,
+/// a torque sensor after the gear and an encoder on the motor.
 ///
 /// The bus side runs by the node's callbacks; the plant side calls drive_regulate in every rotor substep and
 /// drive_end_step after each plant step. Sensor errors and quantisation are those of sim/plant/sensor.h.
@@ -30,10 +30,11 @@ typedef struct {
     uint32_t sensor_device; ///< Unique in the run: keys the sensor noise.
     uint64_t step_ns;       ///< Step of the plant: the sensor's clock.
     uint64_t substep_ns;    ///< Period of the regulator.
+    double most_nm;         ///< Largest torque of the motor, below the limits of the objects; 0: none.
     torque_sensor_parameters_t torque_sensor;
     encoder_parameters_t encoder;
-    void (*look)(void* context, drive_truth_t* out_truth);
-    void* look_context;
+    void (*read_truth)(void* context, drive_truth_t* out_truth);
+    void* truth_context;
     axis_observer_t observer; ///< May be null.
     void* observer_context;
 } drive_config_t;
@@ -53,11 +54,13 @@ void drive_end_step(drive_t* drive, uint64_t now_ns);
 bool drive_brake_is_engaged(const drive_t* drive);
 uint16_t drive_statusword(const drive_t* drive);
 
-/// By scenario: an extra offset of the torque sensor [Nm].
+/// Set by a scenario: an extra offset of the torque sensor [Nm].
 void drive_set_torque_offset(drive_t* drive, double offset_nm);
-/// By scenario: an error of README.md's table appears or disappears. Faults stop the drive, others warn.
+/// Set by a scenario: an error of README.md's table appears or disappears. Faults stop the drive; other
+/// errors only set the warning flag.
 void drive_set_error(drive_t* drive, uint16_t code, bool is_present, uint64_t now_ns);
-/// By scenario: temperature shown in 0x2210 [degC]; from 80 up EMCY 0x4310, below 75 the error is over.
+/// Set by a scenario: temperature in 0x2210 [degC]. At 80 or more EMCY 0x4310 is present; below 75 the error
+/// has ended.
 void drive_set_temperature(drive_t* drive, double celsius, uint64_t now_ns);
 
 #endif // SIM_DEVICES_DRIVE_H

@@ -77,7 +77,7 @@ static bool parse_term(const reader_t* const reader, const char* const text, con
     }
     char* end = NULL;
     errno     = 0;
-    // Base 0 reads a leading 0x; a leading 0 is decimal in an EDS unless it is octal by intention: none is.
+    // Base 0 accepts a leading 0x. It would read a leading 0 as octal: no EDS file of this project has one.
     if (start[0] == '-') {
         *out_value = strtoll(start, &end, 0);
     } else {
@@ -171,7 +171,7 @@ static status_t append(reader_t* const reader, const object_t* const object)
     return STATUS_OK;
 }
 
-/// Take the object of the section that ends here into the dictionary.
+/// Add the object of the section that ends here to the dictionary.
 static status_t close_section(reader_t* const reader)
 {
     section_t* section = &reader->section;
@@ -198,7 +198,7 @@ static status_t close_section(reader_t* const reader)
     return status;
 }
 
-/// Name of an object's section: four hexadecimal digits, and perhaps "sub" and one or two more.
+/// Parse the name of an object's section: four hexadecimal digits, optionally "sub" and one or two digits.
 static bool parse_section_name(const char* const name, object_t* const out_object,
                                bool* const out_has_subindex)
 {

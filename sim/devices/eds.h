@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Reader of electronic data sheets (CiA 306): makes the object dictionary of a device from its EDS file.
 ///
-/// Taken from each object: ParameterName (must be there), ObjectType, DataType, AccessType, LowLimit,
+/// Keys that are read for each object: ParameterName (mandatory), ObjectType, DataType, AccessType, LowLimit,
 /// HighLimit, DefaultValue (decimal, hexadecimal, or with $NODEID), PDOMapping. Sections that describe no
 /// object are skipped. Keys and values are not case-sensitive.
 #ifndef SIM_DEVICES_EDS_H

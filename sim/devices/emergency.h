@@ -45,7 +45,7 @@ typedef struct { // All fields are private.
 } emergencies_t;
 
 void emergencies_init(emergencies_t* emergencies, const dictionary_t* dictionary);
-/// Forget all errors; the history stays.
+/// Clear all errors; the history is kept.
 void emergencies_reset(emergencies_t* emergencies);
 
 /// An error appears. Returns true and the message to send if it was not present.

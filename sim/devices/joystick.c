@@ -4,10 +4,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#define POSITION_UNIT 1e-6 // rad, rad/s
 #define MNM 1e-3
 #define PER_MILLE 1000.0
-#define STOP_NS 1000000U // In quick stop the torque is off at once; the state follows.
+#define STOP_NS 1000000U // In quick stop the torque is off at once; the state changes after this time.
 #define BUTTON_SHIFT 16U
 #define BUTTON_MASK 3U
 
@@ -24,8 +23,10 @@ typedef struct {
     object_t* torque;
     object_t* torque_demand;
     object_t* current;
+    double position_unit; // [rad]
+    double velocity_unit; // [rad/s]
     double torque_unit_nm;
-    double torque_nm; // Wanted, inside the limits.
+    double torque_nm; // Commanded torque, within the limits.
     bool is_limited;
     bool is_stopping;
     uint64_t stop_ns; // End of the quick stop.
@@ -91,13 +92,13 @@ static void on_sample(void* const context, const uint64_t now_ns)
     joystick_t* joystick = context;
     joystick_truth_t truth;
     (void)now_ns;
-    joystick->config.look(joystick->config.look_context, &truth);
+    joystick->config.read_truth(joystick->config.truth_context, &truth);
     for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
-        stick_axis_t* axis   = &joystick->axis[i];
-        const double shown   = encoder_read(&joystick->config.encoder, truth.position_rad[i]);
-        const int64_t torque = rounded(given_torque(axis) / axis->torque_unit_nm);
-        object_set(axis->position, rounded(shown / POSITION_UNIT));
-        object_set(axis->velocity, rounded(truth.velocity_rad_s[i] / POSITION_UNIT));
+        stick_axis_t* axis    = &joystick->axis[i];
+        const double measured = encoder_read(&joystick->config.encoder, truth.position_rad[i]);
+        const int64_t torque  = rounded(given_torque(axis) / axis->torque_unit_nm);
+        object_set(axis->position, rounded(measured / axis->position_unit));
+        object_set(axis->velocity, rounded(truth.velocity_rad_s[i] / axis->velocity_unit));
         object_set(axis->torque, torque);
         object_set(axis->torque_demand, torque);
         object_set(axis->current, torque);
@@ -217,12 +218,14 @@ static bool find_axis(joystick_t* const joystick, const unsigned number)
             return false;
         }
     }
-    return axis_init(&axis->machine, joystick->node, (uint8_t)number);
+    return axis_units(joystick->node, (uint8_t)number, &axis->position_unit, &axis->velocity_unit) &&
+           axis_init(&axis->machine, joystick->node, (uint8_t)number);
 }
 
-static bool find_objects(joystick_t* const joystick)
+static bool find_objects(void* const context)
 {
-    joystick->inputs = node_object(joystick->node, 0x60FDU, 0U);
+    joystick_t* joystick = context;
+    joystick->inputs     = node_object(joystick->node, 0x60FDU, 0U);
     return (joystick->inputs != NULL) && find_axis(joystick, 0U) && find_axis(joystick, 1U);
 }
 
@@ -236,21 +239,18 @@ status_t joystick_create(bus_t* const bus, const char* const eds_path, const uin
         (void)snprintf(error, EDS_ERROR_MAX, "%s: out of memory", eds_path);
         return STATUS_EXHAUSTED;
     }
-    const node_application_t application = {.sample          = on_sample,
+    const node_application_t application = {.name            = "a two-axis joystick",
+                                            .find            = find_objects,
+                                            .sample          = on_sample,
                                             .written         = on_written,
                                             .check           = on_check,
                                             .connection_lost = on_connection_lost,
                                             .reset           = on_reset,
                                             .context         = joystick};
     joystick->config                     = *config;
-    status_t status = node_create(bus, eds_path, id, &application, &joystick->node, error);
-    if ((status == STATUS_OK) && !find_objects(joystick)) {
-        (void)snprintf(error, EDS_ERROR_MAX, "%s: an object that a two-axis joystick needs is missing",
-                       eds_path);
-        status = STATUS_INVALID;
-    }
+    const status_t status = node_create(bus, eds_path, id, &application, &joystick->node, error);
     if (status != STATUS_OK) {
-        joystick_destroy(joystick);
+        free(joystick);
         return status;
     }
     for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Force-reflecting joystick (joystick.eds): two torque axes at one node, encoders on the axes, buttons.
 ///
-/// An enabled axis gives the commanded torque; any other has none. Quick stop takes the torque away and ends
-/// after 1 ms.
+/// An enabled axis produces the commanded torque; in every other state the torque is zero. Quick stop sets
+/// the torque to zero and ends after 1 ms.
 #ifndef SIM_DEVICES_JOYSTICK_H
 #define SIM_DEVICES_JOYSTICK_H
 
@@ -24,8 +24,8 @@ typedef struct {
 
 typedef struct {
     encoder_parameters_t encoder;
-    void (*look)(void* context, joystick_truth_t* out_truth);
-    void* look_context;
+    void (*read_truth)(void* context, joystick_truth_t* out_truth);
+    void* truth_context;
     axis_observer_t observer; ///< May be null.
     void* observer_context;
 } joystick_config_t;
@@ -45,7 +45,7 @@ void joystick_torque(const joystick_t* joystick, double out_torque_nm[JOYSTICK_A
 void joystick_end_step(joystick_t* joystick, uint64_t now_ns);
 uint16_t joystick_statusword(const joystick_t* joystick, unsigned axis);
 
-/// By scenario: an error of README.md's table appears or disappears, on both axes.
+/// Set by a scenario: an error of README.md's table appears or disappears, on both axes.
 void joystick_set_error(joystick_t* joystick, uint16_t code, bool is_present, uint64_t now_ns);
 
 #endif // SIM_DEVICES_JOYSTICK_H

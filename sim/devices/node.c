@@ -117,7 +117,7 @@ static void reset(node_t* const node, const uint16_t first, const uint16_t last,
     node_wake_by(node, node->boot_ns);
 }
 
-/// As reset; only power-on forgets the channel of the master.
+/// NMT reset of the node: reset all objects except Bdefault, which only power-on resets.
 static void reset_by_master(node_t* const node)
 {
     const int64_t channel = (node->default_channel != NULL) ? (int64_t)node->default_channel->value : 0;
@@ -305,7 +305,7 @@ static uint64_t run_heartbeats(node_t* const node, const uint64_t now_ns)
     return next_ns;
 }
 
-// ---- Life on the bus ----
+// ---- Power and connection to the bus ----
 
 static void on_frame(void* const context, const osal_can_frame_t* const frame)
 {
@@ -437,13 +437,18 @@ status_t node_create(bus_t* const bus, const char* const eds_path, const uint8_t
     node->boot_ns     = BUS_NEVER;
     node->wake_ns     = BUS_NEVER;
     node->toggle_ns   = BUS_NEVER;
+    *out_node         = node;
     status_t status   = connect_node(node, eds_path, error);
+    if ((status == STATUS_OK) && (application->find != NULL) && !application->find(application->context)) {
+        (void)snprintf(error, EDS_ERROR_MAX, "%s: an object that %s needs is missing, zero or without units",
+                       eds_path, application->name);
+        status = STATUS_INVALID;
+    }
     if (status != STATUS_OK) {
         node_destroy(node);
-        return status;
+        *out_node = NULL;
     }
-    *out_node = node;
-    return STATUS_OK;
+    return status;
 }
 
 void node_destroy(node_t* const node)
@@ -495,6 +500,12 @@ bool node_is_plugged(const node_t* const node)
 object_t* node_object(const node_t* const node, const uint16_t index, const uint8_t subindex)
 {
     return dictionary_find(&node->dictionary, index, subindex);
+}
+
+uint32_t node_syncs(const node_t* const node, uint64_t* const out_last_ns)
+{
+    *out_last_ns = node->last_sync_ns;
+    return node->syncs;
 }
 
 uint8_t node_id(const node_t* const node)

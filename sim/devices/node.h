@@ -7,9 +7,9 @@
 ///
 /// A node may have a second channel (cold redundant): it uses one at a time and follows the heartbeat of the
 /// master (0x1016:01) by the rules of object 0x2000. From power-on, from a reset, and from the loss of that
-/// heartbeat it changes channel every Ttoggle consumer heartbeat times, Ntoggle times at most; then it rests.
-/// On arrival it sends its own heartbeat at once. Bdefault follows the channel on which the master was heard,
-/// survives an NMT reset, and is that of the EDS after power-on.
+/// heartbeat it changes channel every Ttoggle consumer heartbeat times, at most Ntoggle times; then it stays
+/// on its channel. After each change it sends its own heartbeat at once. Bdefault is set to the channel on
+/// which the master was heard; an NMT reset keeps it, power-on sets it to the value of the EDS.
 ///
 /// Ownership  node_create allocates, node_destroy frees. The buses outlive the node.
 #ifndef SIM_DEVICES_NODE_H
@@ -32,7 +32,7 @@
 #define NODE_CHANNEL_A 0U
 #define NODE_CHANNEL_B 1U
 
-#define NODE_BOOT_NS 1000000U     ///< From power to boot-up; and 10 us x node id on top.
+#define NODE_BOOT_NS 1000000U     ///< From power-on to boot-up, plus 10 us x node id.
 #define NODE_ANSWER_NS 200000U    ///< SDO server's time to answer.
 #define NODE_PROCESSING_NS 10000U ///< From SYNC to the TPDO being ready.
 
@@ -44,9 +44,13 @@ typedef enum {
     NODE_PRE_OPERATIONAL = 127
 } node_state_t;
 
-/// The callbacks of the device. Only `check` may be null.
+/// The callbacks of the device. Only `check` and `find` may be null.
 typedef struct {
-    /// Bring the process values in the objects up to date.
+    const char* name; ///< What the device is, for errors; only with `find`.
+    /// Find the objects that the device needs, when node_create has set its node. False: one is missing, or
+    /// the device cannot use its value.
+    bool (*find)(void* context);
+    /// Update the process values in the objects.
     void (*sample)(void* context, uint64_t now_ns);
     /// An object was written by RPDO or SDO.
     void (*written)(void* context, const object_t* object, uint64_t now_ns);
@@ -61,15 +65,15 @@ typedef struct {
 
 typedef struct node node_t;
 
-/// Make a node from its EDS file and connect it to the bus, without power. Returns STATUS_OK; else *out_node
-/// is null and `error` is filled: statuses of eds_load, STATUS_EXHAUSTED (memory, nodes of the bus),
-/// STATUS_INVALID (an object that every device needs is missing).
+/// Create a node from its EDS file and connect it to the bus, without power. Returns STATUS_OK; else
+/// *out_node is null and `error` is filled: statuses of eds_load, STATUS_EXHAUSTED (memory, nodes of the
+/// bus), STATUS_INVALID (an object that every device or this one needs is missing).
 MUST_USE status_t node_create(bus_t* bus, const char* eds_path, uint8_t node_id,
                               const node_application_t* application, node_t** out_node,
                               char error[EDS_ERROR_MAX]);
 void node_destroy(node_t* node);
 
-/// Give it a channel B, before power-on. Returns STATUS_OK, STATUS_EXHAUSTED (nodes of the bus).
+/// Add a channel B to the node, before power-on. Returns STATUS_OK, STATUS_EXHAUSTED (nodes of the bus).
 MUST_USE status_t node_add_channel(node_t* node, bus_t* bus);
 
 /// Power on at the bus's present time: objects to their initial values, boot-up after NODE_BOOT_NS.
@@ -78,16 +82,19 @@ void node_power_on(node_t* node);
 /// node_power_on. Plugs can be moved in the meantime.
 void node_power_off(node_t* node);
 bool node_is_powered(const node_t* node);
-/// Cut the node off its bus, both channels; it keeps its power, and its deadlines expire.
+/// Disconnect the node from both channels of its bus; it keeps its power, and its deadlines expire.
 void node_unplug(node_t* node);
 /// Connect it again after a power cycle; without power it stays off.
 void node_plug(node_t* node);
 bool node_is_plugged(const node_t* node);
-/// Cut one channel only, or connect it again.
+/// Disconnect one channel only, or connect it again.
 void node_cut(node_t* node, unsigned channel, bool is_cut);
 
 object_t* node_object(const node_t* node, uint16_t index, uint8_t subindex);
 uint8_t node_id(const node_t* node);
+/// SYNCs received since the node became operational, and the time of the last one; without one the time at
+/// which it became operational.
+uint32_t node_syncs(const node_t* node, uint64_t* out_last_ns);
 /// Index of the node on the bus of a channel; BUS_NODES_MAX: it has no such channel.
 unsigned node_bus_index(const node_t* node, unsigned channel);
 

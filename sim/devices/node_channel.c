@@ -29,7 +29,8 @@ static uint64_t heartbeat_time_ns(const node_t* const node)
     return (node->consumer[0].entry->value & 0xFFFFU) * NS_PER_MS;
 }
 
-/// A node is electrically there on one channel at most: the active one.
+/// Connect the node to the bus of the active channel if it has power and the channel is not cut; else
+/// disconnect it.
 static void connect_active(node_t* const node)
 {
     const bool wanted = node->is_plugged && node->is_powered && !node->channel[node->active].is_cut;
@@ -38,7 +39,7 @@ static void connect_active(node_t* const node)
     } else if (!wanted && bus_is_plugged(node->bus, node->bus_index)) {
         bus_unplug(node->bus, node->bus_index);
     } else {
-        // The channel is already connected as it should be.
+        // The channel is already in the wanted state.
     }
 }
 
@@ -56,11 +57,11 @@ static void use_channel(node_t* const node, const unsigned channel, const uint64
     node->bus_index = node->channel[channel].index;
     node->wake_ns   = BUS_NEVER;
     connect_active(node);
-    node_wake_by(node, now_ns); // The wake-up finds everything that is due.
+    node_wake_by(node, now_ns); // The wake-up handles everything that is due.
 }
 
-/// The master defines the active channel by its heartbeat.
-static void settle(node_t* const node)
+/// Keep the channel on which the heartbeat of the master was received, and end the search.
+static void keep_channel(node_t* const node)
 {
     node->toggle_ns = BUS_NEVER;
     object_set(node->default_channel, (int64_t)node->active);
@@ -79,7 +80,7 @@ void node_select_default_channel(node_t* const node, const uint64_t now_ns)
 void node_master_heard(node_t* const node)
 {
     if (may_search(node)) {
-        settle(node);
+        keep_channel(node);
         object_set(node->toggle_count, 0);
     }
 }
@@ -101,12 +102,12 @@ uint64_t node_run_search(node_t* const node, const uint64_t now_ns)
     if (may_search(node) && (node->toggle_count->value < node->toggle_limit->value)) {
         use_channel(node, 1U - node->active, now_ns);
         object_set(node->toggle_count, (int64_t)node->toggle_count->value + 1);
-        // A heartbeat on the new channel at once.
+        // Send a heartbeat on the new channel at once.
         node->heartbeat_ns = (node->heartbeat_ns != BUS_NEVER) ? now_ns : BUS_NEVER;
         node->toggle_ns    = now_ns + (heartbeat_time_ns(node) * node->toggle_factor->value);
     }
     if (may_search(node) && (node->toggle_count->value >= node->toggle_limit->value)) {
-        settle(node); // No master was found: stay on this channel.
+        keep_channel(node); // No master was found: stay on this channel.
     }
     return node->toggle_ns;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Inside of a node, shared by node.c (life, NMT, SDO, heartbeat), node_process.c (SYNC and PDOs) and
+/// Internal data of a node, shared by node.c (power, NMT, SDO, heartbeat), node_process.c (SYNC and PDOs) and
 /// node_channel.c (redundancy).
 #ifndef SIM_DEVICES_NODE_INTERNAL_H
 #define SIM_DEVICES_NODE_INTERNAL_H
@@ -26,7 +26,7 @@ struct node {
     object_t* toggle_factor;
     object_t* toggle_limit;
     object_t* toggle_count;
-    uint64_t toggle_ns; ///< Next change of channel; BUS_NEVER: the master is heard, or the node rests.
+    uint64_t toggle_ns; ///< Next change of channel; BUS_NEVER: the master is heard, or the search has ended.
     uint8_t id;
     bool is_plugged;
     bool is_powered;
@@ -37,6 +37,8 @@ struct node {
     uint64_t boot_ns;
     uint64_t wake_ns; ///< Value passed to bus_set_wake.
 
+    uint32_t syncs; ///< Received since the node became operational.
+    uint64_t last_sync_ns;
     object_t* sync_cob;
     object_t* sync_counter; ///< 0x1019
     uint32_t sync_id;       ///< Copy of the identifier in 0x1005.
@@ -73,14 +75,14 @@ void node_supply(node_t* node, bool is_powered);
 /// Change to the channel of Bdefault, and begin to search for the master.
 void node_select_default_channel(node_t* node, uint64_t now_ns);
 void node_master_heard(node_t* node);
-/// The heartbeat time of the master has run out.
+/// Begin the search: the heartbeat time of the master has expired.
 void node_master_lost(node_t* node, uint64_t now_ns);
 /// Change the channel if it is time to. Returns the next time.
 uint64_t node_run_search(node_t* node, uint64_t now_ns);
 
 /// node_process.c
 bool node_find_pdos(node_t* node);
-/// Take changed parameters over; forget what was received.
+/// Read the changed PDO parameters from the objects, and discard received RPDOs.
 void node_configure_pdos(node_t* node);
 /// Start the PDOs (OPERATIONAL entered), or stop them.
 void node_start_pdos(node_t* node, uint64_t now_ns);

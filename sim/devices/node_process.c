@@ -15,7 +15,7 @@ bool node_find_pdos(node_t* const node)
                     &node->dictionary)) {
         node->transmit_count++;
     }
-    return (node->receive_count != 0U) && (node->transmit_count != 0U);
+    return node->transmit_count != 0U; // A device that only measures receives none.
 }
 
 void node_configure_pdos(node_t* const node)
@@ -48,6 +48,8 @@ static void send_pdo(node_t* const node, pdo_t* const pdo, const uint64_t now_ns
 
 void node_start_pdos(node_t* const node, const uint64_t now_ns)
 {
+    node->syncs        = 0U;
+    node->last_sync_ns = now_ns;
     node->application.sample(node->application.context, now_ns);
     for (unsigned i = 0U; i < node->transmit_count; i++) {
         pdo_t* pdo      = &node->transmit[i];
@@ -118,6 +120,8 @@ void node_take_sync(node_t* const node, const osal_can_frame_t* const frame)
     if (node->state != NODE_OPERATIONAL) {
         return;
     }
+    node->syncs++;
+    node->last_sync_ns = now_ns;
     for (unsigned i = 0U; i < node->receive_count; i++) {
         if (node->receive[i].is_pending) {
             apply_pdo(node, &node->receive[i], now_ns);

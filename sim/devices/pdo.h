@@ -2,7 +2,7 @@
 /// Process data objects of CiA 301: communication and mapping parameters of one PDO, packing and unpacking.
 ///
 /// A pdo_t is refreshed from its objects (pdo_configure) whenever one of them has been written; in the cycle
-/// only cached values are used. Mapped objects are whole octets, at most eight together.
+/// only cached values are used. Mapped objects have whole octets, at most eight octets in total.
 #ifndef SIM_DEVICES_PDO_H
 #define SIM_DEVICES_PDO_H
 
@@ -18,7 +18,7 @@
 #define PDO_NO_REMOTE 0x40000000U ///< In the COB-ID entry: no remote requests.
 #define PDO_EXTENDED 0x20000000U  ///< In the COB-ID entry: 29-bit identifier.
 
-#define PDO_SYNCHRONOUS_MAX 240U ///< Types 0..240 go with SYNC.
+#define PDO_SYNCHRONOUS_MAX 240U ///< Types 0..240 are sent or applied at SYNC.
 #define PDO_EVENT_MANUFACTURER 254U
 
 typedef enum {
@@ -26,7 +26,7 @@ typedef enum {
     PDO_TRANSMIT ///< 0x1800, 0x1A00
 } pdo_direction_t;
 
-typedef struct { // Read-only for others, but for the fields of the running PDO.
+typedef struct { // Read-only for other modules, except the fields of the running PDO.
     pdo_direction_t direction;
     uint16_t number; ///< 0-based.
     object_t* cob_entry;
@@ -47,14 +47,14 @@ typedef struct { // Read-only for others, but for the fields of the running PDO.
     // State of the running PDO.
     bool is_pending;      ///< Received, to be applied at the next SYNC.
     uint8_t sync_count;   ///< SYNCs since the last transmission.
-    bool is_waiting;      ///< For its SYNC start value.
-    uint64_t deadline_ns; ///< Event timer runs out; UINT64_MAX: not running.
+    bool is_waiting;      ///< Waits for its SYNC start value.
+    uint64_t deadline_ns; ///< Time at which the event timer expires; UINT64_MAX: not running.
     uint8_t data[PDO_OCTETS_MAX];
 } pdo_t;
 
 /// Find the objects of PDO `number`. Returns false if the dictionary does not have it.
 bool pdo_init(pdo_t* pdo, pdo_direction_t direction, uint16_t number, const dictionary_t* dictionary);
-/// Take parameters and mapping over from the objects.
+/// Read parameters and mapping from the objects.
 void pdo_configure(pdo_t* pdo, const dictionary_t* dictionary);
 /// True if the object is a parameter of this PDO.
 bool pdo_owns(const pdo_t* pdo, const object_t* object);

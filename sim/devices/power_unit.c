@@ -21,7 +21,7 @@ void power_unit_add(power_unit_t* const unit, node_t* const node)
     }
 }
 
-void power_unit_hear(power_unit_t* const unit, const osal_can_frame_t* const frame)
+void power_unit_receive(power_unit_t* const unit, const osal_can_frame_t* const frame)
 {
     if ((frame->id != (PROCESS_DATA_ID + unit->id)) || (frame->length != PULSE_OCTETS) ||
         (frame->data[2] > EXPONENT_MAX)) {

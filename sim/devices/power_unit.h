@@ -2,15 +2,15 @@
 /// A power unit: latching relays that switch the supply of nodes, each with a coil to close and one to open
 /// it.
 ///
-/// It listens to the process data at 0x200 + its node id and sends nothing, no acknowledge either. Such a
-/// frame is a pulse on an output line: line (u16, lowest octet first), exponent (u8, 0..7); it lasts
+/// It receives the process data at 0x200 + its node id and sends nothing, not even an acknowledge bit. Such a
+/// frame commands a pulse on an output line: line (u16, lowest octet first), exponent (u8, 0..7); it lasts
 /// POWER_UNIT_PULSE_NS x 2^exponent. Line 2k - 1 closes the relay of the k-th node, line 2k opens it. A relay
-/// moves when its coil has had current for POWER_UNIT_LATCH_NS, so that a shorter pulse does nothing. Other
+/// moves when its coil has had current for POWER_UNIT_LATCH_NS, so that a shorter pulse has no effect. Other
 /// frames are ignored.
 ///
 /// Ownership  The caller places it; nodes outlive it.
 /// Context    One task.
-/// Time       That of the frames.
+/// Time       Simulated time, as an argument or that of the frame.
 #ifndef SIM_DEVICES_POWER_UNIT_H
 #define SIM_DEVICES_POWER_UNIT_H
 
@@ -31,12 +31,12 @@ typedef struct { // Private.
     uint64_t move_ns[2U * POWER_UNIT_RELAYS_MAX]; // Time of the next move of each line; BUS_NEVER: no pulse.
 } power_unit_t;
 
-/// All relays closed.
+/// Initialize the unit with all relays closed.
 void power_unit_init(power_unit_t* unit, uint8_t id);
-/// The next relay supplies this node; at most POWER_UNIT_RELAYS_MAX.
+/// Connect the next relay to the supply of this node; at most POWER_UNIT_RELAYS_MAX relays.
 void power_unit_add(power_unit_t* unit, node_t* node);
-/// What is on a bus of the unit.
-void power_unit_hear(power_unit_t* unit, const osal_can_frame_t* frame);
+/// Process a frame on a bus of the unit.
+void power_unit_receive(power_unit_t* unit, const osal_can_frame_t* frame);
 /// Move the relays that are due at `now_ns`, the present of the nodes' buses.
 void power_unit_step(power_unit_t* unit, uint64_t now_ns);
 

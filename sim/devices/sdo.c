@@ -75,7 +75,7 @@ static uint32_t number_check(const sdo_access_t* const access, const object_t* c
     return (access->check != NULL) ? access->check(access->context, object, value) : 0U;
 }
 
-/// Take octets into an object. Returns an abort code or 0.
+/// Write octets into an object. Returns an abort code or 0.
 static uint32_t store(const sdo_access_t* const access, object_t* const object, const uint8_t* const octets,
                       const size_t size)
 {
@@ -203,7 +203,8 @@ static void upload_segment(sdo_server_t* const server, uint8_t reply[SDO_OCTETS]
     }
 }
 
-/// Segments belong to a running transfer of their direction, in alternation.
+/// Check that a segment belongs to a running transfer of its direction and that its toggle bit alternates.
+/// Returns an abort code or 0.
 static uint32_t segment_check(const sdo_server_t* const server, const sdo_state_t wanted,
                               const uint8_t command)
 {

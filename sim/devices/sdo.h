@@ -51,7 +51,7 @@ typedef struct { // All fields are private.
     object_t* object;
     uint8_t toggle;
     bool has_size;
-    size_t size; // Announced by the client, or to be sent.
+    size_t size; // Octets announced by the client, or to be sent.
     size_t offset;
     uint8_t buffer[OBJECT_TEXT_MAX];
 } sdo_server_t;

@@ -1,39 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/logs/frame_log.h"
 
-#include <errno.h>
-#include <fcntl.h>
+#include "sim/logs/record_file.h"
+
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
-#define BUFFER_OCTETS 32768U // Stays in the processor's cache.
 #define PATH_OCTETS 4096U
 #define NS_PER_S 1000000000U
 #define NS_PER_US 1000U
-#define SECOND_DIGITS 10U
-#define MICROSECOND_DIGITS 6U
+#define SECOND_PAIRS 5U // Number of pairs of digits.
+#define MICROSECOND_PAIRS 3U
 
 #define PCAP_HEADER_OCTETS 24U
 #define PCAP_FD_FRAME 0x04U
 
-typedef struct {
-    int descriptor;
-    bool is_broken;
-    off_t size; ///< Size of the file: whole lines or records.
-    size_t used;
-    uint8_t octets[BUFFER_OCTETS];
-} sink_t;
-
 struct frame_log {
     char interface[FRAME_LOG_INTERFACE_MAX];
-    sink_t text;
-    sink_t pcap;
+    record_file_t text;
+    record_file_t pcap;
 };
 
-static const char hexadecimal[] = "0123456789ABCDEF";
+static const char hexadecimal[]   = "0123456789ABCDEF";
+static const char decimal_pairs[] = "0001020304050607080910111213141516171819"
+                                    "2021222324252627282930313233343536373839"
+                                    "4041424344454647484950515253545556575859"
+                                    "6061626364656667686970717273747576777879"
+                                    "8081828384858687888990919293949596979899";
 
 static char* put_hex(char* const text, uint32_t value, const unsigned digits)
 {
@@ -44,14 +39,14 @@ static char* put_hex(char* const text, uint32_t value, const unsigned digits)
     return text + digits;
 }
 
-static char* put_decimal(char* const text, uint32_t value, const unsigned digits)
+/// Write a number with 2 * `pairs` digits.
+static char* put_decimal(char* const text, uint32_t value, const size_t pairs)
 {
-    (void)memset(text, '0', digits);
-    for (unsigned i = digits; value != 0U; i--) {
-        text[i - 1U] = (char)('0' + (char)(value % 10U));
-        value /= 10U;
+    for (size_t i = pairs; i > 0U; i--) {
+        memcpy(&text[2U * (i - 1U)], &decimal_pairs[(size_t)2U * (value % 100U)], 2U);
+        value /= 100U;
     }
-    return text + digits;
+    return text + (2U * pairs);
 }
 
 /// Two hexadecimal digits at once: spread the nibbles of `octets` (up to 4, first one highest) to characters.
@@ -102,13 +97,15 @@ size_t frame_log_line(const osal_can_frame_t* const frame, const char* const int
 {
     char* end                = text;
     const uint64_t time_ns   = frame->time_ns;
+    const uint32_t seconds   = (uint32_t)(time_ns / NS_PER_S);
+    const uint32_t time_us   = (uint32_t)(time_ns % NS_PER_S) / NS_PER_US;
     const size_t name_octets = strlen(interface);
     *end++                   = '(';
-    end                      = put_decimal(end, (uint32_t)(time_ns / NS_PER_S), SECOND_DIGITS);
+    end                      = put_decimal(end, seconds, SECOND_PAIRS);
     *end++                   = '.';
-    end    = put_decimal(end, (uint32_t)(time_ns % NS_PER_S) / NS_PER_US, MICROSECOND_DIGITS);
-    *end++ = ')';
-    *end++ = ' ';
+    end                      = put_decimal(end, time_us, MICROSECOND_PAIRS);
+    *end++                   = ')';
+    *end++                   = ' ';
     memcpy(end, interface, name_octets); // NOLINT(bugprone-not-null-terminated-result): the line goes on.
     end += name_octets;
     *end++ = ' ';
@@ -165,69 +162,38 @@ size_t frame_log_record(const osal_can_frame_t* const frame, uint8_t* const octe
     return (size_t)(end - octets) + data_octets;
 }
 
-static void flush_sink(sink_t* const sink)
-{
-    size_t done = 0U;
-    while ((done < sink->used) && !sink->is_broken) {
-        const ssize_t written = write(sink->descriptor, &sink->octets[done], sink->used - done);
-        if (written > 0) {
-            done += (size_t)written;
-        } else if (errno != EINTR) {
-            sink->is_broken = true;
-        }
-    }
-    if (!sink->is_broken) {
-        sink->size += (off_t)done;
-    } else if (ftruncate(sink->descriptor, sink->size) != 0) {
-        // The file ends within a line: close reports an incomplete log.
-    } else {
-        // The file ends with a whole line.
-    }
-    sink->used = 0U;
-}
-
-/// Room for `octets` more at the end of the buffer.
-static uint8_t* reserve(sink_t* const sink, const size_t octets)
-{
-    if ((sink->used + octets) > BUFFER_OCTETS) {
-        flush_sink(sink);
-    }
-    return &sink->octets[sink->used];
-}
-
 void frame_log_write(frame_log_t* const log, const osal_can_frame_t* const frame)
 {
-    char* line = (char*)reserve(&log->text, FRAME_LOG_LINE_MAX);
-    log->text.used += frame_log_line(frame, log->interface, line);
-    uint8_t* record = reserve(&log->pcap, FRAME_LOG_RECORD_MAX);
-    log->pcap.used += frame_log_record(frame, record);
+    char* const line = (char*)record_file_room(&log->text, FRAME_LOG_LINE_MAX);
+    record_file_add(&log->text, frame_log_line(frame, log->interface, line));
+    uint8_t* const record = record_file_room(&log->pcap, FRAME_LOG_RECORD_MAX);
+    record_file_add(&log->pcap, frame_log_record(frame, record));
 }
 
 void frame_log_flush(frame_log_t* const log)
 {
-    flush_sink(&log->text);
-    flush_sink(&log->pcap);
+    record_file_flush(&log->text);
+    record_file_flush(&log->pcap);
 }
 
-static bool open_sink(sink_t* const sink, const char* const folder, const char* const interface,
+static bool open_file(record_file_t* const file, const char* const folder, const char* const interface,
                       const char* const suffix)
 {
     char path[PATH_OCTETS];
     (void)snprintf(path, sizeof path, "%s/can-%s.%s", folder, interface, suffix);
-    sink->descriptor = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-    return sink->descriptor >= 0;
+    return record_file_open(file, path);
 }
 
-static void write_pcap_header(sink_t* const sink)
+static void write_pcap_header(record_file_t* const file)
 {
-    uint8_t* end = reserve(sink, PCAP_HEADER_OCTETS);
+    uint8_t* end = record_file_room(file, PCAP_HEADER_OCTETS);
     end          = put_u32(end, 0xA1B23C4DU); // Nanoseconds.
     end          = put_u32(end, 2U | (4U << 16));
     end          = put_u32(end, 0U);
     end          = put_u32(end, 0U);
     end          = put_u32(end, 0x40000U);
     (void)put_u32(end, 227U);
-    sink->used += PCAP_HEADER_OCTETS;
+    record_file_add(file, PCAP_HEADER_OCTETS);
 }
 
 status_t frame_log_open(const char* const folder, const char* const interface, frame_log_t** const out_log)
@@ -242,8 +208,8 @@ status_t frame_log_open(const char* const folder, const char* const interface, f
     }
     (void)strcpy(log->interface, interface);
     log->pcap.descriptor = -1;
-    if (!open_sink(&log->text, folder, interface, "log") ||
-        !open_sink(&log->pcap, folder, interface, "pcap")) {
+    if (!open_file(&log->text, folder, interface, "log") ||
+        !open_file(&log->pcap, folder, interface, "pcap")) {
         (void)frame_log_close(log);
         return STATUS_IO;
     }
@@ -252,22 +218,13 @@ status_t frame_log_open(const char* const folder, const char* const interface, f
     return STATUS_OK;
 }
 
-static bool close_sink(sink_t* const sink)
-{
-    if (sink->descriptor < 0) {
-        return true;
-    }
-    flush_sink(sink);
-    return (close(sink->descriptor) == 0) && !sink->is_broken;
-}
-
 status_t frame_log_close(frame_log_t* const log)
 {
     if (log == NULL) {
         return STATUS_OK;
     }
-    const bool has_text = close_sink(&log->text);
-    const bool has_pcap = close_sink(&log->pcap);
+    const bool has_text = record_file_close(&log->text);
+    const bool has_pcap = record_file_close(&log->pcap);
     free(log);
     return (has_text && has_pcap) ? STATUS_OK : STATUS_IO;
 }

@@ -5,7 +5,7 @@
 /// Lines and records are formatted by hand into a buffer each; a full buffer is written by one system call.
 ///
 /// Ownership  frame_log_open allocates, frame_log_close writes the rest and frees.
-/// Context    One task; frame_log_flush may also be called from a signal handler of a dying program.
+/// Context    One task; frame_log_flush may also be called from the signal handler of a program that crashes.
 /// Time       About 0.1 us per frame.
 #ifndef SIM_LOGS_FRAME_LOG_H
 #define SIM_LOGS_FRAME_LOG_H
@@ -22,19 +22,20 @@
 
 typedef struct frame_log frame_log_t;
 
-/// Make `<folder>/can-<interface>.log` and `.pcap`. Returns STATUS_OK; else *out_log is null: STATUS_IO (a
-/// file cannot be made), STATUS_EXHAUSTED (memory), STATUS_INVALID (name too long).
+/// Create `<folder>/can-<interface>.log` and `.pcap`. Returns STATUS_OK; else *out_log is null: STATUS_IO (a
+/// file cannot be created), STATUS_EXHAUSTED (memory), STATUS_INVALID (name too long).
 MUST_USE status_t frame_log_open(const char* folder, const char* interface, frame_log_t** out_log);
 /// Append a data or error frame with its time.
 void frame_log_write(frame_log_t* log, const osal_can_frame_t* frame);
 /// Pass buffered records to the operating system.
 void frame_log_flush(frame_log_t* log);
-/// Null is allowed. Returns STATUS_OK, STATUS_IO: something was not written.
+/// Write the rest, close the files and free the log. Null is allowed. Returns STATUS_OK, STATUS_IO: something
+/// was not written.
 status_t frame_log_close(frame_log_t* log);
 
-/// The line for a frame, with line end, into text[FRAME_LOG_LINE_MAX]. Returns its length.
+/// Write the line for a frame, with line end, into text[FRAME_LOG_LINE_MAX]. Returns its length.
 size_t frame_log_line(const osal_can_frame_t* frame, const char* interface, char* text);
-/// The pcap record for a frame into octets[FRAME_LOG_RECORD_MAX]. Returns its length.
+/// Write the pcap record for a frame into octets[FRAME_LOG_RECORD_MAX]. Returns its length.
 size_t frame_log_record(const osal_can_frame_t* frame, uint8_t* octets);
 
 #endif // SIM_LOGS_FRAME_LOG_H

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/operator/hand.h"
 
-#include "sim/operator/scene.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define COMMANDS_MAX 256U
 #define ARGUMENTS_MAX 5U
 #define PI 3.14159265358979323846
 
@@ -46,17 +43,19 @@ struct verb {
 
 struct hand {
     hand_parameters_t parameters; // The verb `grip` changes stiffness and damping.
-    plant_parameters_t scene;
+    bool knows_scene;
+    scene_t scene; // All zero if the hand knows none.
     plane_t home;
-    command_t command[COMMANDS_MAX];
-    size_t count;
-    size_t next;
-    const command_t* current; // Null before the first command.
+    scenario_lines_t commands; // Of command_t.
+    command_t current;         // Its verb is null before the first command.
     uint64_t time_ns;
+    bool aiming;                 // The intent is stick_rad: from `aim` until the next motion.
+    double stick_rad[HAND_AXES]; // Rest point of the stick in `aim`.
+    double from_stick_rad[HAND_AXES];
     plane_t tip;                         // Wanted position of the tip.
-    double joint_rad[PLANT_JOINTS];      // Wanted joint angles.
+    double joint_rad[SCENE_JOINTS];      // Wanted joint angles.
     plane_t from;                        // Value of `tip` when the current command began.
-    double from_joint_rad[PLANT_JOINTS]; // And of `joint_rad`.
+    double from_joint_rad[SCENE_JOINTS]; // Value of `joint_rad` when the current command began.
     double force_n;                      // Force of `press` and `follow`.
     bool gripping;                       // The hand holds the stick.
     bool expecting;                      // The hand compensates the torque that it expects.
@@ -169,6 +168,28 @@ static void play_home(hand_t* const hand, const command_t* const command, const 
     go_towards(hand, hand->home, elapsed_s / command->argument[0]);
 }
 
+/// The person at the stick sees and feels the robot, so the hand of `aim` expects no force. Later motions
+/// begin without an expected force, too, which rises slowly: the intent does not jump.
+static void begin_aim(hand_t* const hand, const command_t* const command)
+{
+    (void)command;
+    hand->aiming      = true;
+    hand->pulling     = false;
+    hand->expecting   = false;
+    hand->expectation = 0.0;
+}
+
+static void play_aim(hand_t* const hand, const command_t* const command, const double elapsed_s)
+{
+    const double share = fmin(1.0, elapsed_s / command->argument[HAND_AXES]);
+    for (unsigned i = 0U; i < HAND_AXES; i++) {
+        hand->stick_rad[i] =
+            hand->from_stick_rad[i] + share * (command->argument[i] - hand->from_stick_rad[i]);
+        hand->joint_rad[i] = hand->scene.home_rad[i] + hand->parameters.position_scale * hand->stick_rad[i];
+    }
+    hand->tip = scene_tip(&hand->scene, hand->joint_rad);
+}
+
 static void begin_grip(hand_t* const hand, const command_t* const command)
 {
     hand->parameters.grip_stiffness_nm_rad = command->argument[0];
@@ -221,6 +242,12 @@ static const verb_t verbs[] = {
     {"release", "release <duration>", 1U, {DURATION}, NULL, play_release},
     {"home", "home <duration>", 1U, {DURATION}, NULL, play_home},
     {"let_go", "let_go", 0U, {{0}}, begin_let_go, NULL},
+    {"aim",
+     "aim <stick 1> <stick 2> <duration>",
+     3U,
+     {{"stick angle [rad]", -0.6, 0.6}, {"stick angle [rad]", -0.6, 0.6}, {"duration [s]", 0.0005, 10.0}},
+     begin_aim,
+     play_aim},
 };
 
 #define VERB_COUNT (sizeof verbs / sizeof verbs[0])
@@ -235,6 +262,12 @@ static const verb_t* find_verb(const char* const name)
         }
     }
     return NULL;
+}
+
+/// Verbs that name places and forces of the scene.
+static bool needs_scene(const verb_t* const verb)
+{
+    return (verb->play != NULL) && (verb->play != play_circle) && (verb->play != play_aim);
 }
 
 /// Targets out of reach are reported when the script is read, not during the flight.
@@ -254,36 +287,48 @@ static status_t check_reach(const hand_t* const hand, const scenario_line_t* con
                : scenario_error(line, line->word[1], "a target within reach of the arm", error);
 }
 
-static status_t take_line(void* const context, const scenario_line_t* const line,
-                          char error[SCENARIO_ERROR_MAX])
+status_t hand_add(hand_t* const hand, const scenario_line_t* const line, char error[SCENARIO_ERROR_MAX])
 {
-    hand_t* const hand       = context;
     const verb_t* const verb = find_verb(line->word[0]);
     if (verb == NULL) {
-        return scenario_error(line, line->word[0],
-                              "rest, grip, circle, move, press, follow, hold, pull, release, home or let_go",
-                              error);
+        return scenario_error(
+            line, line->word[0],
+            "rest, grip, circle, move, press, follow, hold, pull, release, home, let_go or aim", error);
     }
-    if (hand->count == COMMANDS_MAX) {
-        (void)scenario_error(line, line->word[0], "at most 256 lines for the hand", error);
-        return STATUS_EXHAUSTED;
+    if (needs_scene(verb) && !hand->knows_scene) {
+        return scenario_error(
+            line, line->word[0],
+            "rest, grip, circle, hold, let_go or aim: the Hand of this world knows no scene", error);
     }
-    command_t* const command = &hand->command[hand->count];
-    command->time_ns         = line->time_ns;
-    command->verb            = verb;
-    status_t status          = scenario_arguments(line, verb->count, verb->usage, error);
+    command_t command = {.time_ns = line->time_ns, .verb = verb};
+    status_t status   = scenario_arguments(line, verb->count, verb->usage, error);
     for (size_t i = 0U; (i < verb->count) && (status == STATUS_OK); i++) {
         const argument_t* argument = &verb->argument[i];
         status = scenario_number(line, i + 1U, argument->name, argument->low, argument->high,
-                                 &command->argument[i], error);
+                                 &command.argument[i], error);
     }
-    status = (status == STATUS_OK) ? check_reach(hand, line, command, error) : status;
-    hand->count += (status == STATUS_OK) ? 1U : 0U;
+    status = (status == STATUS_OK) ? check_reach(hand, line, &command, error) : status;
+    status = (status == STATUS_OK) ? scenario_insert(&hand->commands, &command, sizeof command) : status;
+    if (status == STATUS_EXHAUSTED) {
+        (void)scenario_error(line, line->word[0], "memory for one more line of the hand", error);
+    }
     return status;
+}
+
+static status_t take_line(void* const context, const scenario_line_t* const line,
+                          char error[SCENARIO_ERROR_MAX])
+{
+    return hand_add(context, line, error);
 }
 
 hand_parameters_t hand_parameters_of(const world_hand_t* const hand)
 {
+    if (!hand->knows_scene) { // Joints of its own, which are the axes of the stick.
+        return (hand_parameters_t){.grip_stiffness_nm_rad = hand->stiffness,
+                                   .grip_damping_nms_rad  = hand->damping,
+                                   .position_scale        = 1.0,
+                                   .arm_stiffness_nm_rad  = 1.0};
+    }
     return (hand_parameters_t){.grip_stiffness_nm_rad = hand->stiffness,
                                .grip_damping_nms_rad  = hand->damping,
                                .position_scale        = hand->position_scale,
@@ -293,7 +338,7 @@ hand_parameters_t hand_parameters_of(const world_hand_t* const hand)
 
 static void update_intent(hand_t* hand);
 
-status_t hand_load(const hand_parameters_t* const parameters, const plant_parameters_t* const scene,
+status_t hand_load(const hand_parameters_t* const parameters, const scene_t* const scene,
                    const char* const path, hand_t** const out_hand, char error[SCENARIO_ERROR_MAX])
 {
     *out_hand    = NULL;
@@ -304,12 +349,15 @@ status_t hand_load(const hand_parameters_t* const parameters, const plant_parame
         return STATUS_EXHAUSTED;
     }
     hand->parameters  = *parameters;
-    hand->scene       = *scene;
-    hand->home        = scene_tip(scene, scene->home_rad);
     hand->gripping    = true;
     hand->grip        = 1.0;
     hand->intent.verb = verbs[0].name;
-    want_tip(hand, hand->home);
+    if (scene != NULL) {
+        hand->knows_scene = true;
+        hand->scene       = *scene;
+        hand->home        = scene_tip(scene, scene->home_rad);
+        want_tip(hand, hand->home);
+    }
     update_intent(hand);
 
     const status_t status = (path != NULL) ? scenario_read(path, "hand", take_line, hand, error) : STATUS_OK;
@@ -323,7 +371,10 @@ status_t hand_load(const hand_parameters_t* const parameters, const plant_parame
 
 void hand_destroy(hand_t* const hand)
 {
-    free(hand);
+    if (hand != NULL) {
+        free(hand->commands.record);
+        free(hand);
+    }
 }
 
 // ---- Playing ----
@@ -342,8 +393,10 @@ static void begin_command(hand_t* const hand, const command_t* const command)
         return;
     }
     // After a rest the hand no longer expects the spring.
-    hand->pulling           = hand->pulling && hand->expecting;
-    hand->current           = command;
+    hand->pulling = hand->pulling && hand->expecting;
+    hand->current = *command;
+    memcpy(hand->from_stick_rad, hand->intent.intent_rad, sizeof hand->from_stick_rad);
+    hand->aiming            = hand->aiming && (command->verb->play == NULL);
     hand->from              = hand->tip;
     hand->from_joint_rad[0] = hand->joint_rad[0];
     hand->from_joint_rad[1] = hand->joint_rad[1];
@@ -356,15 +409,17 @@ static void begin_command(hand_t* const hand, const command_t* const command)
 }
 
 /// Joint torques that the hand expects from contour and spring at the wanted pose.
-static void update_expected(hand_t* const hand, double out_torque_nm[PLANT_JOINTS])
+static void update_expected(hand_t* const hand, double out_torque_nm[SCENE_JOINTS])
 {
-    double contact[PLANT_JOINTS];
-    double spring[PLANT_JOINTS] = {0.0, 0.0};
-    scene_contact_torque(&hand->scene, hand->tip, hand->slide, contact);
+    double contact[SCENE_JOINTS] = {0.0, 0.0};
+    double spring[SCENE_JOINTS]  = {0.0, 0.0};
+    if (hand->knows_scene) {
+        scene_contact_torque(&hand->scene, hand->tip, hand->slide, contact);
+    }
     if (hand->pulling) {
         scene_spring_torque(&hand->scene, hand->tip, spring);
     }
-    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
+    for (unsigned i = 0U; i < SCENE_JOINTS; i++) {
         out_torque_nm[i] = hand->expectation * (contact[i] + spring[i]);
     }
 }
@@ -375,7 +430,7 @@ static void update_intent(hand_t* const hand)
     hand_intent_t* intent               = &hand->intent;
 
     update_expected(hand, intent->expected_torque_nm);
-    for (unsigned i = 0U; i < PLANT_AXES; i++) {
+    for (unsigned i = 0U; i < HAND_AXES; i++) {
         // The load deflects the arm; force_scale times the load acts on the stick.
         const double load   = intent->expected_torque_nm[i];
         const double joint  = hand->joint_rad[i] - load / parameters->arm_stiffness_nm_rad;
@@ -383,7 +438,7 @@ static void update_intent(hand_t* const hand)
         const double recoil = parameters->force_scale * load / parameters->grip_stiffness_nm_rad;
 
         intent->wanted_joint_rad[i] = hand->joint_rad[i];
-        intent->intent_rad[i]       = stick - recoil;
+        intent->intent_rad[i]       = hand->aiming ? hand->stick_rad[i] : (stick - recoil);
     }
     intent->wanted_tip_m[0] = hand->tip.x;
     intent->wanted_tip_m[1] = hand->tip.z;
@@ -394,7 +449,7 @@ static void update_intent(hand_t* const hand)
 /// `slide` below SLIDING_M_S, 0 without contact.
 static double slide_target(const hand_t* const hand, const double speed_m_s)
 {
-    if (!scene_touching(&hand->scene, hand->tip)) {
+    if (!hand->knows_scene || !scene_touching(&hand->scene, hand->tip)) {
         return 0.0;
     }
     return (fabs(speed_m_s) < SLIDING_M_S) ? hand->slide : ((speed_m_s > 0.0) ? 1.0 : -1.0);
@@ -406,13 +461,15 @@ void hand_step(hand_t* const hand, const uint64_t time_ns)
     const plane_t before = hand->tip;
     hand->time_ns        = time_ns;
 
-    while ((hand->next < hand->count) && (hand->command[hand->next].time_ns <= time_ns)) {
-        begin_command(hand, &hand->command[hand->next]);
-        hand->next++;
+    const command_t* const commands = hand->commands.record;
+    while ((hand->commands.next < hand->commands.count) &&
+           (commands[hand->commands.next].time_ns <= time_ns)) {
+        begin_command(hand, &commands[hand->commands.next]);
+        hand->commands.next++;
     }
-    if ((hand->current != NULL) && (hand->current->verb->play != NULL)) {
-        const double elapsed_s = (double)(time_ns - hand->current->time_ns) * 1.0e-9;
-        hand->current->verb->play(hand, hand->current, elapsed_s);
+    if ((hand->current.verb != NULL) && (hand->current.verb->play != NULL)) {
+        const double elapsed_s = (double)(time_ns - hand->current.time_ns) * 1.0e-9;
+        hand->current.verb->play(hand, &hand->current, elapsed_s);
     }
     if (dt_s > 0.0) {
         hand->slide =
@@ -426,19 +483,19 @@ void hand_step(hand_t* const hand, const uint64_t time_ns)
     update_intent(hand);
 }
 
-void hand_torque(const hand_t* const hand, const double stick_position_rad[PLANT_AXES],
-                 const double stick_velocity_rad_s[PLANT_AXES], double out_torque_nm[PLANT_AXES])
+void hand_torque(const hand_t* const hand, const double stick_position_rad[HAND_AXES],
+                 const double stick_velocity_rad_s[HAND_AXES], double out_torque_nm[HAND_AXES])
 {
     const hand_parameters_t* parameters = &hand->parameters;
-    for (unsigned i = 0U; i < PLANT_AXES; i++) {
+    for (unsigned i = 0U; i < HAND_AXES; i++) {
         const double pull =
             parameters->grip_stiffness_nm_rad * (hand->intent.intent_rad[i] - stick_position_rad[i]);
         out_torque_nm[i] = hand->grip * (pull - parameters->grip_damping_nms_rad * stick_velocity_rad_s[i]);
     }
 }
 
-void hand_act(void* const context, const unsigned substep, const double stick_position_rad[PLANT_AXES],
-              const double stick_velocity_rad_s[PLANT_AXES], double out_torque_nm[PLANT_AXES])
+void hand_act(void* const context, const unsigned substep, const double* const stick_position_rad,
+              const double* const stick_velocity_rad_s, double* const out_torque_nm)
 {
     (void)substep;
     hand_torque(context, stick_position_rad, stick_velocity_rad_s, out_torque_nm);

@@ -3,9 +3,10 @@
 /// lines of the actor `hand` are listed in docs/scenarios.md.
 ///
 /// A hand that only follows positions never reaches the intended force. So the hand models the scene: it
-/// expects the torque of contour and spring at the wanted pose and leans against it,
+/// expects the torque of contour and spring at the wanted pose and moves its rest point to produce it,
 ///     intent = (wanted joint position - home) / s_p - s_f x expected torque / grip stiffness,
-/// with the wanted position corrected by the arm's own compliance.
+/// with the wanted position corrected by the arm's own compliance. A hand without a scene leads its intent
+/// itself (`aim`, `circle`) and expects nothing.
 ///
 /// Ownership  hand_load allocates, hand_destroy frees.
 /// Use        hand_step once per plant step, hand_torque in each rotor substep (hand_act fits
@@ -15,11 +16,13 @@
 
 #include "base/status.h"
 #include "sim/operator/scenario.h"
-#include "sim/plant/plant.h"
+#include "sim/operator/scene.h"
 #include "sim/world/world.h"
 
 #include <stdbool.h>
 #include <stdint.h>
+
+#define HAND_AXES SCENE_JOINTS ///< Each axis of the stick leads one joint.
 
 typedef struct {
     double grip_stiffness_nm_rad; ///< Valid until the first `grip`.
@@ -31,10 +34,10 @@ typedef struct {
 
 /// What the hand is doing now, for the truth log.
 typedef struct {
-    double intent_rad[PLANT_AXES];
+    double intent_rad[HAND_AXES];
     double wanted_tip_m[2]; ///< x, z.
-    double wanted_joint_rad[PLANT_JOINTS];
-    double expected_torque_nm[PLANT_JOINTS]; ///< On the arm, by contour and spring.
+    double wanted_joint_rad[SCENE_JOINTS];
+    double expected_torque_nm[SCENE_JOINTS]; ///< On the arm, by contour and spring.
     double grip;                             ///< 0 (off the stick) .. 1.
     const char* verb;                        ///< Static text; "rest" before the first line.
 } hand_intent_t;
@@ -43,28 +46,32 @@ typedef struct hand hand_t;
 
 hand_parameters_t hand_parameters_of(const world_hand_t* hand);
 
-/// A hand that plays the `hand` lines of a scenario; with `path` null it rests. The plant's parameters are
-/// the scene of its model. Both parameter structs are copied. Returns STATUS_OK; else *out_hand is null and
-/// `error` holds file:line, value and what is expected: STATUS_NOT_FOUND, STATUS_INVALID, STATUS_EXHAUSTED
-/// (more than 256 lines or no memory).
-MUST_USE status_t hand_load(const hand_parameters_t* parameters, const plant_parameters_t* scene,
-                            const char* path, hand_t** out_hand, char error[SCENARIO_ERROR_MAX]);
+/// Create a hand that plays the `hand` lines of a scenario; with `path` null it rests. Parameters and scene
+/// (null: none is known) are copied. Returns STATUS_OK; else *out_hand is null and `error` holds file:line,
+/// value and what is expected: STATUS_NOT_FOUND, STATUS_INVALID, STATUS_EXHAUSTED (no memory).
+MUST_USE status_t hand_load(const hand_parameters_t* parameters, const scene_t* scene, const char* path,
+                            hand_t** out_hand, char error[SCENARIO_ERROR_MAX]);
+
+/// Add one line of the actor `hand`; its time must not be before that of the last hand_step. It begins after
+/// the lines of the same time that were there before. A refused line changes nothing. STATUS_OK; else `error`
+/// is filled: STATUS_INVALID, STATUS_EXHAUSTED (no memory).
+MUST_USE status_t hand_add(hand_t* hand, const scenario_line_t* line, char error[SCENARIO_ERROR_MAX]);
 
 /// Null is allowed.
 void hand_destroy(hand_t* hand);
 
-/// Move the intent on to `time_ns`; steps do not go backwards.
+/// Advance the intent to `time_ns`, which must not be earlier than that of the last call.
 void hand_step(hand_t* hand, uint64_t time_ns);
 
 /// Torque on the stick for its position and velocity, at the present intent.
-void hand_torque(const hand_t* hand, const double stick_position_rad[PLANT_AXES],
-                 const double stick_velocity_rad_s[PLANT_AXES], double out_torque_nm[PLANT_AXES]);
+void hand_torque(const hand_t* hand, const double stick_position_rad[HAND_AXES],
+                 const double stick_velocity_rad_s[HAND_AXES], double out_torque_nm[HAND_AXES]);
 
 /// hand_torque in the form of plant_input_t.hand; context is the hand_t.
-void hand_act(void* context, unsigned substep, const double stick_position_rad[PLANT_AXES],
-              const double stick_velocity_rad_s[PLANT_AXES], double out_torque_nm[PLANT_AXES]);
+void hand_act(void* context, unsigned substep, const double* stick_position_rad,
+              const double* stick_velocity_rad_s, double* out_torque_nm);
 
-/// Present intent; renewed by hand_step.
+/// Present intent; updated by hand_step.
 const hand_intent_t* hand_intent(const hand_t* hand);
 
 #endif // SIM_OPERATOR_HAND_H

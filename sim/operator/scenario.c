@@ -3,15 +3,15 @@
 
 #include <errno.h>
 #include <math.h>
-#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define SEPARATORS " \t\r\n"
-#define LATEST_S 1.0e6 ///< Eleven days; beyond it is a typing error.
+#define ROOM_FIRST 64U ///< Records for which memory is allocated first.
+#define LATEST_S 1.0e6 ///< Eleven days; a later time is refused as a typing error.
 
-static const char* const actors[] = {"hand", "fault", "operator"};
+static const char* const actors[] = {"hand", "fault", "operator", "ground"};
 #define ACTOR_COUNT (sizeof actors / sizeof actors[0])
 
 status_t scenario_error(const scenario_line_t* const line, const char* const found,
@@ -64,37 +64,37 @@ static bool is_actor(const char* const word)
     return false;
 }
 
-/// Cut line->text into words, comment removed; time and actor go into out_head, the rest into line->word.
-/// Returns the number of words in all, SCENARIO_WORDS_MAX + 3 at most.
-static size_t split(scenario_line_t* const line, const char* out_head[2])
+/// Split text into at most `most` words, without the comment. Returns the number of words, most + 1 if there
+/// are more.
+static size_t split(char* const text, const char** const out_words, const size_t most)
 {
-    char* const comment = strchr(line->text, '#');
+    char* const comment = strchr(text, '#');
     if (comment != NULL) {
         *comment = '\0';
     }
     size_t count = 0U;
     char* rest   = NULL;
-    for (char* word = strtok_r(line->text, SEPARATORS, &rest); word != NULL;
+    for (char* word = strtok_r(text, SEPARATORS, &rest); word != NULL;
          word       = strtok_r(NULL, SEPARATORS, &rest)) {
-        if (count < 2U) {
-            out_head[count] = word;
-        } else if (count < SCENARIO_WORDS_MAX + 2U) {
-            line->word[count - 2U] = word;
-        } else {
-            return count + 1U;
+        if (count == most) {
+            return most + 1U;
         }
-        count++;
+        out_words[count++] = word;
     }
     return count;
 }
 
-/// Meaning of a line: *out_mine is true if it belongs to `actor`.
-static status_t parse(scenario_line_t* const line, const char* const actor, bool* const out_mine,
-                      char error[SCENARIO_ERROR_MAX])
+void scenario_words(scenario_line_t* const line)
 {
-    const char* head[2] = {NULL, NULL};
-    const size_t count  = split(line, head);
-    *out_mine           = false;
+    line->word_count = split(line->text, line->word, SCENARIO_WORDS_MAX);
+}
+
+status_t scenario_interpret(scenario_line_t* const line, const char* const actor, bool* const out_mine,
+                            char error[SCENARIO_ERROR_MAX])
+{
+    const char* head[SCENARIO_WORDS_MAX + 2U];
+    const size_t count = split(line->text, head, SCENARIO_WORDS_MAX + 2U);
+    *out_mine          = false;
     if (count == 0U) {
         return STATUS_OK;
     }
@@ -106,11 +106,11 @@ static status_t parse(scenario_line_t* const line, const char* const actor, bool
     }
     if ((count < 2U) || !is_actor(head[1])) {
         return scenario_error(line, (count < 2U) ? "end of line" : head[1],
-                              "an actor: hand, fault or operator", error);
+                              "an actor: hand, fault, operator or ground", error);
     }
     *out_mine = strcmp(head[1], actor) == 0;
     if (!*out_mine) {
-        return STATUS_OK; // Its own reader judges the rest.
+        return STATUS_OK; // The reader of that actor checks the rest.
     }
     if (count < 3U) {
         return scenario_error(line, "end of line", "a verb", error);
@@ -119,7 +119,8 @@ static status_t parse(scenario_line_t* const line, const char* const actor, bool
         return scenario_error(line, "too many words", "at most 11 arguments", error);
     }
     line->word_count = count - 2U;
-    line->time_ns    = (uint64_t)llround(time_s * 1.0e9);
+    memcpy(line->word, &head[2], line->word_count * sizeof line->word[0]);
+    line->time_ns = (uint64_t)llround(time_s * 1.0e9);
     return STATUS_OK;
 }
 
@@ -133,7 +134,7 @@ static status_t read_lines(FILE* const file, scenario_line_t* const line, const 
             return scenario_error(line, "a line too long", "at most 510 characters", error);
         }
         bool mine       = false;
-        status_t status = parse(line, actor, &mine, error);
+        status_t status = scenario_interpret(line, actor, &mine, error);
         if ((status == STATUS_OK) && mine) {
             if (line->time_ns < latest_ns) {
                 return scenario_error(line, "an earlier time", "times that do not decrease", error);
@@ -161,4 +162,49 @@ status_t scenario_read(const char* const path, const char* const actor, const sc
     const status_t status = read_lines(file, &line, actor, take, context, error);
     (void)fclose(file);
     return status;
+}
+
+static bool make_room(scenario_lines_t* const lines, const size_t octets)
+{
+    uint8_t* const records = lines->record;
+    if (lines->count < lines->room) {
+        return true;
+    }
+    if ((lines->next * 2U) > lines->room) {
+        lines->count -= lines->next;
+        memmove(records, &records[lines->next * octets], lines->count * octets);
+        lines->next = 0U;
+        return true;
+    }
+    const size_t room  = (lines->room == 0U) ? ROOM_FIRST : (lines->room * 2U);
+    void* const bigger = realloc(lines->record, room * octets);
+    if (bigger == NULL) {
+        return false;
+    }
+    lines->record = bigger;
+    lines->room   = room;
+    return true;
+}
+
+static uint64_t time_of(const uint8_t* const record)
+{
+    uint64_t time_ns = 0U;
+    memcpy(&time_ns, record, sizeof time_ns);
+    return time_ns;
+}
+
+status_t scenario_insert(scenario_lines_t* const lines, const void* const record, const size_t octets)
+{
+    if (!make_room(lines, octets)) {
+        return STATUS_EXHAUSTED;
+    }
+    uint8_t* const records = lines->record;
+    size_t place           = lines->count;
+    while ((place > lines->next) && (time_of(&records[(place - 1U) * octets]) > time_of(record))) {
+        place--;
+    }
+    memmove(&records[(place + 1U) * octets], &records[place * octets], (lines->count - place) * octets);
+    memcpy(&records[place * octets], record, octets);
+    lines->count++;
+    return STATUS_OK;
 }

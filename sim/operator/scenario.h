@@ -2,15 +2,16 @@
 /// Reader of scenario files: one command per line, `<time s> <actor> <verb> <argument...>`, `#` starts a
 /// comment.
 ///
-/// Actors of the simulator are `hand` and `fault`; `operator` belongs to the ground segment. Each reader
-/// takes the lines of its actor and skips the others; a line with an unknown actor or without a time is an
-/// error for every reader. Times of one actor do not decrease. Errors name file:line, the value found and the
-/// expected one.
+/// Actors of the simulator are `hand` and `fault`; `operator` and `ground` belong to the ground segment.
+/// Each reader takes the lines of its actor and skips the others; a line with an unknown actor or without a
+/// time is an error for every reader. Times of one actor do not decrease. Errors name file:line, the value
+/// found and the expected one.
 #ifndef SIM_OPERATOR_SCENARIO_H
 #define SIM_OPERATOR_SCENARIO_H
 
 #include "base/status.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -18,7 +19,7 @@
 #define SCENARIO_LINE_MAX 512U
 #define SCENARIO_ERROR_MAX 320U
 
-/// A line of the wanted actor. Words point into `text`.
+/// A line of the requested actor. Words point into `text`.
 typedef struct {
     const char* path;
     unsigned line;
@@ -28,13 +29,13 @@ typedef struct {
     char text[SCENARIO_LINE_MAX];
 } scenario_line_t;
 
-/// Taker of one line. On STATUS_INVALID or STATUS_OUT_OF_RANGE it has filled `error` by scenario_error.
+/// Handler of one line. On STATUS_INVALID or STATUS_OUT_OF_RANGE it has filled `error` by scenario_error.
 typedef status_t (*scenario_taker_t)(void* context, const scenario_line_t* line,
                                      char error[SCENARIO_ERROR_MAX]);
 
-/// Hand every line of `actor` in `path` to `take`, in order; the first error ends it.
+/// Pass every line of `actor` in `path` to `take`, in order; the first error ends the reading.
 /// Returns STATUS_OK, STATUS_NOT_FOUND (file), STATUS_INVALID, STATUS_OUT_OF_RANGE, STATUS_EXHAUSTED (from
-/// the taker); on anything but STATUS_OK `error` holds the message.
+/// the handler); for every status except STATUS_OK `error` contains the message.
 MUST_USE status_t scenario_read(const char* path, const char* actor, scenario_taker_t take, void* context,
                                 char error[SCENARIO_ERROR_MAX]);
 
@@ -42,12 +43,34 @@ MUST_USE status_t scenario_read(const char* path, const char* actor, scenario_ta
 status_t scenario_error(const scenario_line_t* line, const char* found, const char* expected,
                         char error[SCENARIO_ERROR_MAX]);
 
-/// Word `index` as a number in [low, high]; `name` is used in the message.
+/// Interpret line->text, whose path and number are set: *out_mine is true if it is a line of `actor`, whose
+/// words are then in `line`. Returns STATUS_OK (also for an empty line), STATUS_INVALID (error is filled).
+MUST_USE status_t scenario_interpret(scenario_line_t* line, const char* actor, bool* out_mine,
+                                     char error[SCENARIO_ERROR_MAX]);
+
+/// Split line->text into line->word, without a comment. word_count is 0 for an empty line, and
+/// SCENARIO_WORDS_MAX + 1 if there are more words.
+void scenario_words(scenario_line_t* line);
+
+/// The lines of an actor in the order of their times; those before `next` have been played.
+typedef struct {
+    void* record; ///< Array of `count` records, room for `room`.
+    size_t count;
+    size_t next;
+    size_t room;
+} scenario_lines_t;
+
+/// Insert a record of `octets` octets that begins with its time (uint64_t, ns): after those of the same time,
+/// and not before `next`. A full array loses what has been played, or grows. STATUS_OK, STATUS_EXHAUSTED (no
+/// memory; nothing is changed).
+MUST_USE status_t scenario_insert(scenario_lines_t* lines, const void* record, size_t octets);
+
+/// Read word `index` as a number in [low, high]; `name` is used in the message.
 /// Returns STATUS_OK, STATUS_INVALID (missing, not a number, outside the range; error is filled).
 MUST_USE status_t scenario_number(const scenario_line_t* line, size_t index, const char* name, double low,
                                   double high, double* out_value, char error[SCENARIO_ERROR_MAX]);
 
-/// Verb plus exactly `count` arguments? Returns STATUS_OK or STATUS_INVALID (error is filled).
+/// Check that the verb has exactly `count` arguments. Returns STATUS_OK or STATUS_INVALID (error is filled).
 MUST_USE status_t scenario_arguments(const scenario_line_t* line, size_t count, const char* usage,
                                      char error[SCENARIO_ERROR_MAX]);
 

@@ -6,7 +6,7 @@
 #define REACH_MARGIN_M 0.01
 #define HALVINGS 40U ///< Halvings of a few centimetres: far below the steps of any encoder.
 
-/// Contact with one part of the contour: direction away from it, depth of the finger in it.
+/// Contact with one part of the contour: direction away from the contour, depth of the finger in it.
 typedef struct {
     plane_t normal;
     double depth_m;
@@ -14,7 +14,7 @@ typedef struct {
 
 #define SHAPES 2U
 
-bool scene_reachable(const plant_parameters_t* const scene, const plane_t tip)
+bool scene_reachable(const scene_t* const scene, const plane_t tip)
 {
     const double upper    = scene->link_length_m[0];
     const double lower    = scene->link_length_m[1];
@@ -22,7 +22,7 @@ bool scene_reachable(const plant_parameters_t* const scene, const plane_t tip)
     return (distance >= fabs(upper - lower) + REACH_MARGIN_M) && (distance <= upper + lower - REACH_MARGIN_M);
 }
 
-plane_t scene_tip(const plant_parameters_t* const scene, const double joint_rad[PLANT_JOINTS])
+plane_t scene_tip(const scene_t* const scene, const double joint_rad[SCENE_JOINTS])
 {
     const double sum = joint_rad[0] + joint_rad[1];
     return (plane_t){
@@ -31,8 +31,7 @@ plane_t scene_tip(const plant_parameters_t* const scene, const double joint_rad[
     };
 }
 
-void scene_joints(const plant_parameters_t* const scene, const plane_t tip,
-                  double out_joint_rad[PLANT_JOINTS])
+void scene_joints(const scene_t* const scene, const plane_t tip, double out_joint_rad[SCENE_JOINTS])
 {
     const double upper  = scene->link_length_m[0];
     const double lower  = scene->link_length_m[1];
@@ -42,7 +41,7 @@ void scene_joints(const plant_parameters_t* const scene, const plane_t tip,
     out_joint_rad[0]    = atan2(tip.z, tip.x) - atan2(lower * sin(out_joint_rad[1]), upper + lower * cosine);
 }
 
-static void touches(const plant_parameters_t* const scene, const plane_t tip, touch_t out_touch[SHAPES])
+static void touches(const scene_t* const scene, const plane_t tip, touch_t out_touch[SHAPES])
 {
     const double reach   = scene->bump_radius_m + scene->tip_radius_m;
     const plane_t offset = {
@@ -56,7 +55,7 @@ static void touches(const plant_parameters_t* const scene, const plane_t tip, to
         (touch_t){.normal = {offset.x / distance, offset.z / distance}, .depth_m = reach - distance};
 }
 
-static double press_force(const plant_parameters_t* const scene, const plane_t tip)
+static double press_force(const scene_t* const scene, const plane_t tip)
 {
     touch_t touch[SHAPES];
     plane_t force = {0.0, 0.0};
@@ -69,14 +68,14 @@ static double press_force(const plant_parameters_t* const scene, const plane_t t
     return sqrt(force.x * force.x + force.z * force.z);
 }
 
-bool scene_touching(const plant_parameters_t* const scene, const plane_t tip)
+bool scene_touching(const scene_t* const scene, const plane_t tip)
 {
     return press_force(scene, tip) > 0.0;
 }
 
-double scene_press_height(const plant_parameters_t* const scene, const double x_m, const double force_n)
+double scene_press_height(const scene_t* const scene, const double x_m, const double force_n)
 {
-    // The force falls with height, so halve between "surely deeper" and "surely free".
+    // The force decreases with height: bisect between a height that is too low and one without contact.
     const double depth = force_n / scene->contour_stiffness_n_m;
     double low         = scene->contour_top_m + scene->tip_radius_m - 2.0 * depth - 1.0e-6;
     double high        = scene->contour_top_m + scene->bump_height_m + scene->tip_radius_m + 1.0e-6;
@@ -92,10 +91,10 @@ double scene_press_height(const plant_parameters_t* const scene, const double x_
 }
 
 /// Torques about both joints of a force at a point, for the arm whose tip is at `tip`.
-static void add_torque(const plant_parameters_t* const scene, const plane_t tip, const plane_t point,
-                       const plane_t force, double torque_nm[PLANT_JOINTS])
+static void add_torque(const scene_t* const scene, const plane_t tip, const plane_t point,
+                       const plane_t force, double torque_nm[SCENE_JOINTS])
 {
-    double joint_rad[PLANT_JOINTS];
+    double joint_rad[SCENE_JOINTS];
     scene_joints(scene, tip, joint_rad);
     const plane_t elbow = {scene->link_length_m[0] * cos(joint_rad[0]),
                            scene->link_length_m[0] * sin(joint_rad[0])};
@@ -103,8 +102,8 @@ static void add_torque(const plant_parameters_t* const scene, const plane_t tip,
     torque_nm[1] += (point.x - elbow.x) * force.z - (point.z - elbow.z) * force.x;
 }
 
-void scene_contact_torque(const plant_parameters_t* const scene, const plane_t tip, const double slide,
-                          double out_torque_nm[PLANT_JOINTS])
+void scene_contact_torque(const scene_t* const scene, const plane_t tip, const double slide,
+                          double out_torque_nm[SCENE_JOINTS])
 {
     touch_t touch[SHAPES];
     touches(scene, tip, touch);
@@ -124,8 +123,7 @@ void scene_contact_torque(const plant_parameters_t* const scene, const plane_t t
     }
 }
 
-void scene_spring_torque(const plant_parameters_t* const scene, const plane_t tip,
-                         double out_torque_nm[PLANT_JOINTS])
+void scene_spring_torque(const scene_t* const scene, const plane_t tip, double out_torque_nm[SCENE_JOINTS])
 {
     const plane_t along  = {tip.x - scene->hook_m[0], tip.z - (scene->hook_m[1] - scene->cable_m)};
     const double length  = sqrt(along.x * along.x + along.z * along.z);

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-/// Torque that tries to stop a rotor at this speed: Coulomb with the Stribeck rise, and the brake.
+/// Largest torque of dry friction at this speed: Coulomb friction with the Stribeck rise, and the brake.
 static double dry_friction(const plant_drive_t* const drive, const double velocity_rad_s, const bool brake)
 {
     const double ratio  = velocity_rad_s / drive->stribeck_rad_s;
@@ -43,13 +43,12 @@ double joint_rotor_step(const plant_drive_t* const drive, plant_rotor_t* const r
     return (free - next) * inertia / h_s + viscous;
 }
 
-void stick_step(const plant_parameters_t* const parameters, const double torque_nm, const double h_s,
+void stick_step(const world_joystick_t* const joystick, const double torque_nm, const double h_s,
                 double* const position_rad, double* const velocity_rad_s)
 {
-    const double stop =
-        end_stop(*position_rad, *velocity_rad_s, -parameters->stick_range_rad, parameters->stick_range_rad,
-                 parameters->stick_stop_nm_rad, parameters->stick_stop_nms_rad);
-    const double sum = torque_nm + stop - parameters->stick_friction_nms_rad * *velocity_rad_s;
-    *velocity_rad_s += h_s * sum / parameters->stick_inertia_kgm2;
+    const double stop = end_stop(*position_rad, *velocity_rad_s, -joystick->range, joystick->range,
+                                 joystick->stop_stiffness, joystick->stop_damping);
+    const double sum  = torque_nm + stop - joystick->friction * *velocity_rad_s;
+    *velocity_rad_s += h_s * sum / joystick->inertia;
     *position_rad += h_s * *velocity_rad_s;
 }

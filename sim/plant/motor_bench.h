@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A motor on its own: the rotor of a joint with friction, brake and end stops, whose output touches an
-/// elastic object at an angle. Sufficient for a gripper, a lamp's shutter, a drive on a table.
+/// A motor without a robot: the rotor of a joint with friction, brake and end stops, whose output touches an
+/// elastic object at an angle. Sufficient for a gripper, the shutter of a lamp, or a drive on a table.
 ///
 /// Ownership  The caller places motor_bench_t.
 /// Context    One task.
@@ -15,7 +15,7 @@
 typedef struct { // Read-only for others.
     const plant_drive_t* drive;
     plant_rotor_t rotor;
-    double contact_rad;      ///< Where the output meets something, in the positive direction.
+    double contact_rad;      ///< Angle above which the output touches the object.
     double stiffness_nm_rad; ///< Stiffness of the elastic object; 0: none.
     double output_torque_nm; ///< Gear torque on the output, as the drive's torque sensor measures it.
 } motor_bench_t;

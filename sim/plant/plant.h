@@ -1,28 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The physical world: a two-joint arm in a vertical plane with a finger, a contour to touch, a cable
-/// spring to pull, and the operator's two-axis force-feedback joystick.
+/// The physics of a world (sim/world/world.h): its robots, contacts, cable springs and joysticks.
 ///
-/// Links, contour and contact live in an ODE world (dWorldStep). Rotors, gear elasticity, friction, brakes
-/// and the joystick are integrated PLANT_SUBSTEPS times per step outside of ODE, because they are stiff.
+/// Bodies, joints and contacts live in an ODE world (dWorldStep). Rotors, gear elasticity, friction, brakes
+/// and joysticks are integrated PLANT_SUBSTEPS times per step outside of ODE, because they are stiff.
 ///
-/// Frame      x forward, z up, y = 0 is the plane of the arm, origin on the axis of joint 1. Joint angles are
-///            geometric: tip = (l1 cos q1 + l2 cos(q1 + q2), 0, l1 sin q1 + l2 sin(q1 + q2)).
-/// Ownership  plant_create allocates, plant_destroy frees. Parameters are copied. Any number of plants may
-///            live in one process; one thread steps a given plant.
-/// Results    Bit-identical in every repeat of the same calls: no clock, no thread, no random choice. The
-///            floating point mode of the caller is untouched; inside a step denormals count as zero.
-/// Time       About 3 us per step of 0.5 ms with contact.
+/// Joints     A Drive moves its joint by a rotor and an elastic gear; its end stops act on the rotor. Without
+///            a Drive there is no friction: the caller's torque acts, and the limits stop without a bounce.
+/// Wheels     A wheel is modelled as an angular momentum about an axis of its link, without a body.
+/// Indices    plant_joint gives those of joints; contacts, springs, joysticks have those of the world.
+/// Units      For a prismatic joint, read m, N and kg where names contain rad, Nm and kgm2.
+/// Ownership  plant_create allocates, plant_destroy frees. The world outlives the plant. Any number of plants
+///            may live in one process; one thread steps a given plant.
+/// Results    Bit-identical in every repeat of the same calls. A step restores the floating point mode of the
+///            caller; inside it denormals count as zero.
+/// Time       About 3 us per step of 0.5 ms for two joints with a contact.
 #ifndef SIM_PLANT_PLANT_H
 #define SIM_PLANT_PLANT_H
+
+#include "sim/world/world.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#define PLANT_JOINTS 2U   ///< Joints of the arm.
-#define PLANT_AXES 2U     ///< Axes of the joystick.
+#define PLANT_JOINTS_MAX (WORLD_ROBOTS_MAX * ROBOT_JOINTS_MAX)
+#define PLANT_AXES_MAX 8U ///< Of a joystick.
+#define PLANT_FAILURE_MAX 512U
 #define PLANT_SUBSTEPS 4U ///< Rotor steps per plant step: 8 kHz at 0.5 ms.
 
-/// Motor, gear, brake and end stops of a joint, on the side of the joint.
+/// Motor, gear, brake and end stops of a joint, referred to the joint.
 typedef struct {
     double gear_ratio;            ///< N: motor turns per joint turn.
     double rotor_inertia_kgm2;    ///< J_motor N^2.
@@ -32,109 +37,103 @@ typedef struct {
     double stiction_nm;           ///< Friction at zero speed, >= coulomb_nm.
     double stribeck_rad_s;        ///< Speed at which the excess of stiction has halved.
     double viscous_nms_rad;       ///< Friction growing with speed.
-    double brake_torque_nm;       ///< What the holding brake can take.
+    double brake_torque_nm;       ///< Largest torque of the holding brake.
     double lower_rad;             ///< Position of the end stops.
     double upper_rad;
     double stop_nm_rad; ///< Stiffness of the end stops, acting on the rotor.
     double stop_nms_rad;
 } plant_drive_t;
 
-/// Engineering values of the world; sim/plant/parameters.h takes them from its file.
-typedef struct {
-    double link_length_m[PLANT_JOINTS];
-    double link_mass_kg[PLANT_JOINTS];
-    double link_com_m[PLANT_JOINTS];        ///< Centre of mass from the joint, along the link.
-    double link_inertia_kgm2[PLANT_JOINTS]; ///< About the centre of mass, across the link.
-    double link_twist_kgm2[PLANT_JOINTS];   ///< About the long axis of the link.
-    double base_mass_kg;                    ///< Only felt when the base is free.
-    double base_inertia_kgm2;               ///< About any axis through the centre of mass; at joint 1.
-    double home_rad[PLANT_JOINTS];          ///< Pose at creation.
-    plant_drive_t drive[PLANT_JOINTS];
-    double gravity_m_s2;           ///< Downwards, if switched on at creation.
-    double tip_radius_m;           ///< Metal finger: a sphere around the tip.
-    double contour_top_m;          ///< Height of the flat part.
-    double contour_start_m;        ///< First x of the contour.
-    double contour_end_m;          ///< Last x of the contour.
-    double contour_depth_m;        ///< Thickness of the flat part.
-    double contour_width_m;        ///< Across the plane.
-    double bump_x_m;               ///< Top of the bump.
-    double bump_height_m;          ///< Above the flat part.
-    double bump_radius_m;          ///< A cylinder across the plane.
-    double contour_stiffness_n_m;  ///< Normal contact stiffness.
-    double contour_damping_ns_m;   ///< Normal contact damping.
-    double contour_friction;       ///< Coulomb coefficient, finger on contour.
-    double hook_m[2];              ///< x, z of the spring's hook at rest.
-    double hook_catch_m;           ///< The finger must pass the hook within this distance in x.
-    double cable_m;                ///< Rest length of the cable, straight down from the hook.
-    double spring_stiffness_n_m;   ///< Beyond the preload.
-    double spring_preload_n;       ///< Reached over the first spring_preload_m.
-    double spring_preload_m;       ///< Travel that builds up the preload.
-    double spring_limit_n;         ///< The hook slips off beyond this force.
-    double stick_inertia_kgm2;     ///< Each axis.
-    double stick_friction_nms_rad; ///< Viscous, each axis.
-    double stick_range_rad;        ///< End stop at +- range.
-    double stick_stop_nm_rad;      ///< Stiffness of the end stop.
-    double stick_stop_nms_rad;     ///< Damping of the end stop.
-} plant_parameters_t;
-
-/// Differences between two worlds of the same robot.
-typedef struct {
-    bool gravity;                ///< Laboratory (true) or orbit (false).
-    bool free_base;              ///< Base floats instead of being bolted to the world.
-    double base_velocity_m_s[3]; ///< Initial, whole assembly; only with free_base.
-    double base_rate_rad_s[3];   ///< Initial, whole assembly; only with free_base.
-    uint32_t seed;               ///< Passed to ODE, although it has no effect on dWorldStep.
-} plant_options_t;
-
-/// Motor of a joint, referred to the joint (motor angle / N).
+/// Motor of a joint, referred to the joint (motor angle / N); of a joint without a Drive the joint itself.
 typedef struct {
     double position_rad;
     double velocity_rad_s;
 } plant_rotor_t;
 
+/// The operator's hand on a joystick. Called before each rotor step (substep 0 .. PLANT_SUBSTEPS-1): its
+/// torque on each axis of the stick.
+typedef void (*plant_hand_t)(void* context, unsigned substep, const double* stick_position_rad,
+                             const double* stick_velocity_rad_s, double* out_torque_nm);
+
+/// A reaction wheel. Its momentum is that of the rotor about its axis in the world; it includes the rotation
+/// of the link.
+typedef struct {
+    double momentum_nms;
+    double torque_nm;     ///< On the rotor in the last step, after the limits of torque and momentum.
+    double carrier_rad_s; ///< Rate of its link about its axis.
+} plant_wheel_t;
+
 /// Inputs of the world during one step.
 typedef struct {
-    /// Called before each rotor step (substep 0 .. PLANT_SUBSTEPS-1): the torque of each motor on the joint
-    /// side for that substep. May be null: motors without current.
-    void (*drive)(void* context, unsigned substep, const plant_rotor_t motor[PLANT_JOINTS],
-                  double out_torque_nm[PLANT_JOINTS]);
+    /// Called before each rotor step; gives the torque of each motor on the joint side for that substep.
+    /// Null: the motors have no current.
+    void (*drive)(void* context, unsigned substep, const plant_rotor_t* motor, double* out_torque_nm);
     void* drive_context;
-    /// Called before each rotor step: torque of the operator's hand on the stick. May be null: no hand.
-    void (*hand)(void* context, unsigned substep, const double stick_position_rad[PLANT_AXES],
-                 const double stick_velocity_rad_s[PLANT_AXES], double out_torque_nm[PLANT_AXES]);
-    void* hand_context;
-    bool brake_engaged[PLANT_JOINTS];   ///< Holding brake of the rotor, during the whole step.
-    double stick_torque_nm[PLANT_AXES]; ///< Motor torque of the joystick, during the whole step.
+    plant_hand_t hand[WORLD_JOYSTICKS_MAX]; ///< Null: no hand on that joystick.
+    void* hand_context[WORLD_JOYSTICKS_MAX];
+    bool brake_engaged[PLANT_JOINTS_MAX]; ///< Holding brake of the rotor, during the whole step.
+    bool valve_open[WORLD_VALVES_MAX];    ///< During the whole step.
+    /// Motor torques of the joysticks, during the whole step.
+    double stick_torque_nm[WORLD_JOYSTICKS_MAX][PLANT_AXES_MAX];
+    double wheel_torque_nm[WORLD_WHEELS_MAX]; ///< Motor torques of the wheels, during the whole step.
 } plant_input_t;
+
+/// State of a Contact of the world.
+typedef struct {
+    double place_m[3]; ///< Origin of its link `a`.
+    bool is_touching;
+    double point_m[3]; ///< Centre of its points, weighted by force; zero without contact.
+    double force_n[3]; ///< On `a`, sum over all points.
+} plant_contact_t;
+
+/// State of a CableSpring of the world.
+typedef struct {
+    double place_m[3]; ///< Origin of the link that pulls it.
+    bool is_hooked;
+    double force_n[3]; ///< On the link, at its origin.
+} plant_spring_t;
+
+typedef struct {
+    double position_rad[PLANT_AXES_MAX];
+    double velocity_rad_s[PLANT_AXES_MAX];
+    double torque_nm[PLANT_AXES_MAX];      ///< Motor torque as given.
+    double hand_torque_nm[PLANT_AXES_MAX]; ///< Mean over the step.
+} plant_stick_t;
+
+/// The root link of a robot with a free base, or another frame, in the axes of the world.
+typedef struct {
+    double position_m[3];
+    double rotation[4]; ///< Unit quaternion: w, x, y, z.
+    double velocity_m_s[3];
+    double rate_rad_s[3];
+} plant_base_t;
 
 /// The true state at the end of the last step; forces are those of the last step.
 typedef struct {
     uint64_t time_ns;
-    plant_rotor_t motor[PLANT_JOINTS];
-    double link_position_rad[PLANT_JOINTS];
-    double link_velocity_rad_s[PLANT_JOINTS];
-    double motor_torque_nm[PLANT_JOINTS]; ///< Mean over the step, as the drives gave it.
-    double joint_torque_nm[PLANT_JOINTS]; ///< Gear torque on the link, as the sensor measures it.
-    double friction_nm[PLANT_JOINTS];     ///< On the rotor, brake included; opposes motion.
-    bool brake_engaged[PLANT_JOINTS];
-    double tip_m[3];           ///< Centre of the finger's sphere.
-    bool in_contact;           ///< Finger on the contour.
-    double contact_point_m[3]; ///< On the sphere's surface; zero without contact.
-    double contact_force_n[3]; ///< On the finger, sum over all contact points.
-    bool spring_hooked;
-    double spring_force_n[3];                ///< On the finger, at the tip.
-    double external_torque_nm[PLANT_JOINTS]; ///< J^T F of contact and spring, at their true points.
-    double stick_position_rad[PLANT_AXES];
-    double stick_velocity_rad_s[PLANT_AXES];
-    double stick_torque_nm[PLANT_AXES]; ///< Motor torque of the joystick as given.
-    double hand_torque_nm[PLANT_AXES];  ///< Mean over the step.
+    unsigned joint_count;
+    plant_rotor_t motor[PLANT_JOINTS_MAX];
+    double link_position_rad[PLANT_JOINTS_MAX];
+    double link_velocity_rad_s[PLANT_JOINTS_MAX];
+    double motor_torque_nm[PLANT_JOINTS_MAX]; ///< Mean over the step, as the drives gave it.
+    double joint_torque_nm[PLANT_JOINTS_MAX]; ///< Gear torque on the link, as the sensor measures it.
+    double friction_nm[PLANT_JOINTS_MAX];     ///< On the rotor, brake included; opposes motion.
+    bool brake_engaged[PLANT_JOINTS_MAX];
+    double external_torque_nm[PLANT_JOINTS_MAX]; ///< J^T F of contacts and springs, at their true points.
+    plant_contact_t contact[WORLD_CONTACTS_MAX];
+    plant_spring_t spring[WORLD_SPRINGS_MAX];
+    plant_stick_t stick[WORLD_JOYSTICKS_MAX];
+    plant_wheel_t wheel[WORLD_WHEELS_MAX];
+    unsigned base_count; ///< Robots with a free base, in the order of the world.
+    plant_base_t base[WORLD_ROBOTS_MAX];
 } plant_truth_t;
 
 typedef struct plant plant_t;
 
-/// A world at rest in its home pose, gears relaxed, brakes as in the input of the first step, stick at zero.
-/// Returns null when memory is out.
-plant_t* plant_create(const plant_parameters_t* parameters, const plant_options_t* options);
+/// A world at rest in its start pose, gears relaxed, brakes as in the input of the first step, sticks at
+/// zero. Returns STATUS_OK; else *out_plant is null and `error` is filled: STATUS_INVALID (file and line of
+/// what the plant does not support), STATUS_EXHAUSTED.
+MUST_USE status_t plant_create(const world_t* world, plant_t** out_plant, char error[DOCUMENT_ERROR_MAX]);
 
 /// Free the world. Null is allowed.
 void plant_destroy(plant_t* plant);
@@ -142,7 +141,17 @@ void plant_destroy(plant_t* plant);
 /// Advance by dt_ns (500 000 in the mission; tests use others).
 void plant_step(plant_t* plant, const plant_input_t* input, uint64_t dt_ns);
 
+/// Why the world diverges: which body, when, and what to look at. plant_step changes nothing from then on.
+/// Null: it does not.
+const char* plant_failure(const plant_t* plant);
+
 /// State after the last step; valid until plant_destroy, renewed by each plant_step.
 const plant_truth_t* plant_truth(const plant_t* plant);
+
+/// Pose and motion of the frame of a link of a robot, at the end of the last step.
+void plant_frame(const plant_t* plant, unsigned robot, unsigned frame, plant_base_t* out_frame);
+
+/// Index of a joint of a robot of the world.
+unsigned plant_joint(const world_t* world, unsigned robot, unsigned joint);
 
 #endif // SIM_PLANT_PLANT_H

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Errors of the sensors: from the true state to the measured value.
+/// Sensor errors: computes the measured value from the true state.
 ///
 /// Noise is a function of (seed, device, step) only: adding a device or omitting a sample does not change the
-/// noise of the others. No libm in the noise: the same on every machine.
+/// noise of the others. The noise does not use libm, so it is the same on every machine.
 #ifndef SIM_PLANT_SENSOR_H
 #define SIM_PLANT_SENSOR_H
 
@@ -16,8 +16,8 @@ double sensor_uniform(uint64_t seed, uint32_t device, uint64_t step);
 
 typedef struct {
     double noise_rms_nm;
-    double offset_max_nm;  ///< The sensor's offset is drawn from +- this.
-    double drift_max_nm_s; ///< The sensor's drift is drawn from +- this.
+    double offset_max_nm;  ///< The offset is drawn from +- this.
+    double drift_max_nm_s; ///< The drift is drawn from +- this.
     double range_nm;       ///< Saturates at +- this.
 } torque_sensor_parameters_t;
 

@@ -3,38 +3,39 @@
 
 #include <math.h>
 
-/// Pull of a cable stretched by `stretch_m`: slack pulls nothing, the preload builds up over its first
-/// travel.
-static double cable_pull(const plant_parameters_t* const parameters, const double stretch_m)
+#define ROUNDING_M 1e-9 // Smaller distances from the plane of a planar robot are rounding errors: no force.
+
+/// Force of a cable stretched by `stretch_m`: zero while it is slack; the preload is reached over `travel`.
+static double cable_pull(const world_spring_t* const wire, const double stretch_m)
 {
     if (stretch_m <= 0.0) {
         return 0.0;
     }
-    const double share =
-        (stretch_m < parameters->spring_preload_m) ? stretch_m / parameters->spring_preload_m : 1.0;
-    return share * parameters->spring_preload_n + parameters->spring_stiffness_n_m * stretch_m;
+    const double share = (stretch_m < wire->travel) ? stretch_m / wire->travel : 1.0;
+    return share * wire->preload + wire->stiffness * stretch_m;
 }
 
-void spring_force(const plant_parameters_t* const parameters, spring_t* const spring, const double tip_m[3],
+void spring_force(const world_spring_t* const wire, spring_t* const spring, const double place_m[3],
                   double out_force_n[3])
 {
-    const double anchor_x = parameters->hook_m[0];
-    const double anchor_z = parameters->hook_m[1] - parameters->cable_m;
-    const double along_x  = tip_m[0] - anchor_x;
-    const double along_z  = tip_m[2] - anchor_z;
-    const double length   = sqrt(along_x * along_x + along_z * along_z);
-    const double pull     = cable_pull(parameters, length - parameters->cable_m);
-    const bool below      = tip_m[2] < parameters->hook_m[1];
+    const double along_x = place_m[0] - wire->hook[0];
+    const double along_y = place_m[1] - wire->hook[1];
+    const double along_z = place_m[2] - (wire->hook[2] - wire->length);
+    const double aside   = (fabs(along_y) > ROUNDING_M) ? along_y : 0.0;
+    const double length  = sqrt(along_x * along_x + along_z * along_z + aside * aside);
+    const double pull    = cable_pull(wire, length - wire->length);
+    const bool below     = place_m[2] < wire->hook[2];
 
     if (!spring->hooked) {
-        spring->hooked = spring->below && !below && (fabs(along_x) <= parameters->hook_catch_m);
-    } else if ((pull <= 0.0) || (pull > parameters->spring_limit_n)) {
+        const double off = sqrt(along_x * along_x + aside * aside);
+        spring->hooked   = spring->below && !below && (off <= wire->catch);
+    } else if ((pull <= 0.0) || (pull > wire->limit)) {
         spring->hooked = false;
     }
     spring->below = below;
 
     const double share = spring->hooked ? -pull / length : 0.0;
     out_force_n[0]     = share * along_x;
-    out_force_n[1]     = 0.0;
+    out_force_n[1]     = (aside == 0.0) ? 0.0 : share * aside;
     out_force_n[2]     = share * along_z;
 }

@@ -33,7 +33,8 @@ size_t socketcand_message(const osal_can_frame_t* const frame, char* const text)
     return size + 2U;
 }
 
-/// Next blank-separated hexadecimal word. Returns false if there is none or it is no number up to `limit`.
+/// Read the next blank-separated hexadecimal word. Returns false if there is none, or if it is not a number
+/// up to `limit`.
 static bool next_number(const char** const text, const unsigned long limit, unsigned long* const out_value,
                         size_t* const out_digits)
 {

@@ -12,8 +12,8 @@
 
 #define INPUT_OCTETS 4096U
 #define OUTPUT_OCTETS 65536U
-#define ACCEPT_INTERVAL                                                                                      \
-    64U // Calls of socketcand_receive between two checks for new clients, while there is none.
+// Calls of socketcand_receive between two checks for new clients, while there is no client.
+#define ACCEPT_INTERVAL 64U
 #define NO_NODE BUS_NODES_MAX
 #define STEPS_MAX 1000U
 #define NS_PER_S 1000000000U
@@ -24,13 +24,13 @@
 typedef struct {
     socketcand_t* server;
     bool is_used;
-    bool is_raw; // Frames may flow.
-    // The client has read the answer to rawmode: it has sent something since, or its time is over.
+    bool is_raw; // In raw mode: frames are exchanged.
+    // The client has read the answer to rawmode: it has sent something since, or OK_PATIENCE_NS has passed.
     bool has_heard_ok;
     // In lock-step: number of steps after which time waits for it. 0: time does not wait.
     unsigned step_every;
-    unsigned steps_owed; // Steps reported that it has not finished yet.
-    uint64_t raw_ns;     // Wall-clock time of rawmode.
+    unsigned steps_unfinished; // Number of reported steps that it has not finished yet.
+    uint64_t raw_ns;           // Wall-clock time of rawmode.
     osal_socket_t socket;
     bus_t* bus;
     unsigned node;
@@ -121,8 +121,9 @@ static void reply(client_t* const client, const char* const text)
     queue_text(client, text, strlen(text));
 }
 
-/// Clients compare all they read with the answer to rawmode: a frame directly after it would confuse them.
-static bool may_show(client_t* const client)
+/// True if frames may be sent to the client. Some clients compare everything that one read returns with the
+/// answer to rawmode, so no frame may follow that answer directly.
+static bool may_send_frames(client_t* const client)
 {
     client->has_heard_ok =
         client->has_heard_ok || ((osal_clock_monotonic_ns() - client->raw_ns) > OK_PATIENCE_NS);
@@ -133,7 +134,7 @@ static void on_frame(void* const context, const osal_can_frame_t* const frame)
 {
     client_t* client = context;
     char text[SOCKETCAND_MESSAGE_MAX];
-    if (client->is_raw && may_show(client)) {
+    if (client->is_raw && may_send_frames(client)) {
         queue_text(client, text, socketcand_message(frame, text));
     }
 }
@@ -154,7 +155,7 @@ static void open_bus(client_t* const client, const char* const name)
     reply(client, (client->node != NO_NODE) ? "< ok >" : "< error could not open bus >");
 }
 
-/// `N` of `< step N >`.
+/// Handle `< step N >`; `text` is N.
 static void take_step(client_t* const client, const char* const text)
 {
     char* end                 = NULL;
@@ -163,11 +164,11 @@ static void take_step(client_t* const client, const char* const text)
         reply(client, "< error syntax of step >");
         return;
     }
-    client->steps_owed -= (client->steps_owed > 0U) ? 1U : 0U;
+    client->steps_unfinished -= (client->steps_unfinished > 0U) ? 1U : 0U;
     client->step_every = (unsigned)every;
 }
 
-/// Handle one message, brackets and outer blanks already off.
+/// Handle one message, without its brackets and outer blanks.
 static void handle(client_t* const client, const char* const text)
 {
     osal_can_frame_t frame;
@@ -219,18 +220,18 @@ static void handle_input(client_t* const client)
     }
     const size_t left = client->input_size - (size_t)(rest - client->input);
     memmove(client->input, rest, left);
-    client->input_size = (left < INPUT_OCTETS) ? left : 0U; // Discard: no message is that long.
+    client->input_size = (left < INPUT_OCTETS) ? left : 0U; // Discard them: no message is so long.
 }
 
 static void receive_from(client_t* const client)
 {
-    // Read while the bus takes frames; the rest waits in the socket, and finally in the client.
+    // Read while the transmit queue has room; the rest waits in the socket, and finally in the client.
     while (client->is_used) {
         size_t size = 0U;
         if ((client->node != NO_NODE) && (bus_queued(client->bus, client->node) > (BUS_QUEUE_FRAMES / 2U))) {
             return;
         }
-        // A short piece at a time, so that the frames in it find room in the transmit queue.
+        // Read short pieces, so that there is room for their frames in the transmit queue.
         const size_t room  = INPUT_OCTETS - client->input_size;
         const size_t piece = (room < 128U) ? room : 128U;
         const status_t status =
@@ -247,7 +248,7 @@ static void receive_from(client_t* const client)
     }
 }
 
-static void let_in(socketcand_t* const server)
+static void accept_clients(socketcand_t* const server)
 {
     osal_socket_t socket = OSAL_SOCKET_CLOSED;
     osal_address_t peer  = {0};
@@ -257,16 +258,16 @@ static void let_in(socketcand_t* const server)
         while (client->is_used) {
             client++;
         }
-        client->server       = server;
-        client->is_used      = true;
-        client->is_raw       = false;
-        client->has_heard_ok = false;
-        client->step_every   = 0U;
-        client->steps_owed   = 0U;
-        client->socket       = socket;
-        client->node         = NO_NODE;
-        client->input_size   = 0U;
-        client->output_size  = 0U;
+        client->server           = server;
+        client->is_used          = true;
+        client->is_raw           = false;
+        client->has_heard_ok     = false;
+        client->step_every       = 0U;
+        client->steps_unfinished = 0U;
+        client->socket           = socket;
+        client->node             = NO_NODE;
+        client->input_size       = 0U;
+        client->output_size      = 0U;
         server->client_count++;
         reply(client, "< hi >");
     }
@@ -277,7 +278,7 @@ unsigned socketcand_receive(socketcand_t* const server)
     server->submitted = 0U;
     if (server->countdown == 0U) {
         server->countdown = ACCEPT_INTERVAL;
-        let_in(server);
+        accept_clients(server);
     }
     server->countdown--;
     for (unsigned i = 0U; (server->client_count != 0U) && (i < SOCKETCAND_CLIENTS_MAX); i++) {
@@ -313,14 +314,15 @@ void socketcand_send(socketcand_t* const server)
     }
 }
 
-/// True when the client has finished the step, or its frames fill its controller: the bus has to run first.
+/// True if the client has finished the step, or if its frames fill half of its transmit queue: then the bus
+/// has to run first.
 static bool is_done(const client_t* const client)
 {
-    return !client->is_used || (client->steps_owed == 0U) ||
+    return !client->is_used || (client->steps_unfinished == 0U) ||
            ((client->node != NO_NODE) && (bus_queued(client->bus, client->node) > (BUS_QUEUE_FRAMES / 2U)));
 }
 
-/// Returns false if the client was dropped for being late.
+/// Wait until the client has finished the step. Returns false if it was dropped at the deadline.
 static bool await_client(client_t* const client, const uint64_t deadline_ns)
 {
     while (!is_done(client)) {
@@ -333,7 +335,7 @@ static bool await_client(client_t* const client, const uint64_t deadline_ns)
         if (client->is_used) {
             const status_t status = osal_socket_wait_readable(
                 &client->socket, (uint32_t)((deadline_ns - now_ns) / NS_PER_MS) + 1U);
-            (void)status; // Time is up: seen above.
+            (void)status; // A timeout is detected at the beginning of the loop.
             receive_from(client);
         }
     }
@@ -350,7 +352,7 @@ unsigned socketcand_end_step(socketcand_t* const server, const uint64_t now_ns, 
     for (unsigned i = 0U; (server->client_count != 0U) && (i < SOCKETCAND_CLIENTS_MAX); i++) {
         client_t* client = &server->client[i];
         if (client->is_used && (client->step_every > 0U) && ((server->steps % client->step_every) == 0U)) {
-            client->steps_owed++;
+            client->steps_unfinished++;
             reply(client, text);
             const uint64_t deadline_ns = osal_clock_monotonic_ns() + (timeout_ms * (uint64_t)NS_PER_MS);
             dropped += await_client(client, deadline_ns) ? 0U : 1U;
@@ -366,11 +368,11 @@ void socketcand_wait(socketcand_t* const server, const uint32_t timeout_ms)
     osal_socket_t* socket = &server->listener;
     for (unsigned i = 0U; i < SOCKETCAND_CLIENTS_MAX; i++) {
         if (server->client[i].is_used) {
-            socket = &server->client[i].socket; // In step there is one tool.
+            socket = &server->client[i].socket; // In lock-step there is only one tool.
         }
     }
     const status_t status = osal_socket_wait_readable(socket, timeout_ms);
-    (void)status; // Time is up: poll once more.
+    (void)status; // After a timeout the caller polls again.
 }
 
 void socketcand_close(socketcand_t* const server)

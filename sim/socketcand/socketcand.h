@@ -3,11 +3,13 @@
 /// one more node of a simulated bus. One TCP port; the bus is chosen by `< open NAME >`; raw mode.
 ///
 /// Time stamps are simulated. Messages that a slow client does not read are dropped and counted; it never
-/// delays the simulation. FD frames go out as plain frames, as the protocol has no flag for them.
+/// delays the simulation. FD frames are sent as frames without a flag, because the protocol has none for
+/// them.
 ///
-/// One message is an addition: a client that sends `< step N >` (1 to 1000) is in lock-step from then on. It
-/// gets `< step SEC.USEC >` after the frames of every N-th step, and time waits until it sends `< step
-/// N >` again: frames sent meanwhile are on the bus in the next step, however slow the client is.
+/// One message extends the protocol: a client that sends `< step N >` (1 to 1000) is in lock-step from then
+/// on. It receives `< step SEC.USEC >` after the frames of every N-th step, and simulated time waits until it
+/// sends `< step N >` again. The frames that it sends before are on the bus in the next step, however slow
+/// the client is.
 ///
 /// Ownership  socketcand_open allocates; the buses outlive the server.
 /// Context    The task that runs the buses, between two runs.
@@ -34,7 +36,7 @@ typedef struct socketcand socketcand_t;
 /// (port in use), STATUS_EXHAUSTED (memory), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t socketcand_open(uint16_t port, const socketcand_bus_t* buses, size_t bus_count,
                                   socketcand_t** out_server);
-/// Clients' nodes leave their buses. Null is allowed.
+/// Close the server and remove the clients' nodes from their buses. Null is allowed.
 void socketcand_close(socketcand_t* server);
 uint16_t socketcand_port(const socketcand_t* server);
 
@@ -43,17 +45,18 @@ uint16_t socketcand_port(const socketcand_t* server);
 unsigned socketcand_receive(socketcand_t* server);
 /// Send the frames that the clients' nodes have received.
 void socketcand_send(socketcand_t* server);
-/// End of a step at now_ns: report it to the clients in lock-step, and wait (wall-clock, at most timeout_ms)
-/// until each has finished it. One that is not is dropped. Returns the number of those.
+/// End a step at now_ns: report it to the clients in lock-step, and wait (wall-clock, at most timeout_ms)
+/// until each has finished it. A client that has not is dropped. Returns the number of dropped clients.
 unsigned socketcand_end_step(socketcand_t* server, uint64_t now_ns, uint32_t timeout_ms);
 /// Wait (wall-clock) until a client has sent something or connects, at most timeout_ms.
 void socketcand_wait(socketcand_t* server, uint32_t timeout_ms);
 
 unsigned socketcand_clients(const socketcand_t* server);
-/// Messages dropped because a client did not fetch them.
+/// Number of messages that were dropped because a client did not read them.
 uint64_t socketcand_dropped(const socketcand_t* server);
 
-/// The message for a received frame, with terminator, into text[SOCKETCAND_MESSAGE_MAX]. Returns its length.
+/// Write the message for a received frame, with terminator, into text[SOCKETCAND_MESSAGE_MAX]. Returns its
+/// length.
 #define SOCKETCAND_MESSAGE_MAX 192U
 size_t socketcand_message(const osal_can_frame_t* frame, char* text);
 /// Read a `send` message without its brackets ("send 123 2 a b"). Returns STATUS_OK or STATUS_INVALID.

@@ -8,22 +8,34 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define EVENT_MAX 512U
-#define BUFFER_OCTETS 262144U
-#define CHANNEL_MAX 16U ///< Names of channels are shorter.
-#define TEXT_MAX 96U    ///< Longer words are cut.
+#define EVENT_MAX 16384U // Longest event: the names of a world with all entries.
+#define BUFFER_OCTETS 131072U
+#define HEADER_OCTETS 28U // Octets of an event before the name of its channel.
+#define CHANNEL_MAX 16U   ///< Names of channels are shorter.
+#define TEXT_MAX 96U      ///< Longer texts are cut.
 
 // What lcm-gen computes from the .lcm files; a test compares them.
-#define JOINTS_FINGERPRINT 0x0b0870ea2bd9c736U
-#define STICK_FINGERPRINT 0x8924374ffa747569U
-#define CONTACT_FINGERPRINT 0x1cd1395f138a451aU
+#define WORLD_FINGERPRINT 0x887e8e9e77de14a2U
+#define SPRING_FINGERPRINT 0xa89b5a445320e88aU
+#define BASE_FINGERPRINT 0x2ae373c47d896116U
+#define NAMES_FINGERPRINT 0x0a16769a90c1072dU
+#define WHEEL_FINGERPRINT 0xfc7c75bdfc75624eU
+#define CUT_FINGERPRINT 0x82eedeeaec5cb47eU
+#define JOINTS_FINGERPRINT 0x155462f69b65a80dU
+#define STICK_FINGERPRINT 0x179a3fc0f9b09d08U
+#define CONTACT_FINGERPRINT 0xec3f64684bc9faf9U
 #define OPERATOR_FINGERPRINT 0x9c09812942901a56U
 #define DRIVE_FINGERPRINT 0x234a7675b50e9ae7U
+#define VALVE_FINGERPRINT 0x203d8547f783828aU
 #define FAULT_FINGERPRINT 0x80b9c8e8a82d7e4aU
 
 struct truth {
     lcm_eventlog_t* log;
+    uint64_t octets;
+    uint64_t most_octets;
+    bool is_cut;
     bool failed;
+    char buffer[BUFFER_OCTETS]; // glibc ignores the size of a buffer that it allocates itself.
 };
 
 /// One event under construction: big-endian, as LCM encodes.
@@ -32,17 +44,31 @@ typedef struct {
     size_t used;
 } event_t;
 
-static void put(event_t* const event, const uint64_t value, const unsigned octets)
+static void put_u8(event_t* const event, const uint8_t value)
 {
-    for (unsigned i = octets; i > 0U; i--) {
-        event->octet[event->used] = (uint8_t)(value >> (8U * (i - 1U)));
-        event->used++;
-    }
+    event->octet[event->used] = value;
+    event->used++;
+}
+
+static void put_u32(event_t* const event, const uint32_t value)
+{
+    uint8_t* const octet = &event->octet[event->used];
+    octet[0]             = (uint8_t)(value >> 24);
+    octet[1]             = (uint8_t)(value >> 16);
+    octet[2]             = (uint8_t)(value >> 8);
+    octet[3]             = (uint8_t)value;
+    event->used += 4U;
+}
+
+static void put_u64(event_t* const event, const uint64_t value)
+{
+    put_u32(event, (uint32_t)(value >> 32));
+    put_u32(event, (uint32_t)value);
 }
 
 static void put_bool(event_t* const event, const bool value)
 {
-    put(event, value ? 1U : 0U, 1U);
+    put_u8(event, value ? 1U : 0U);
 }
 
 static void put_doubles(event_t* const event, const double* const value, const unsigned count)
@@ -50,32 +76,29 @@ static void put_doubles(event_t* const event, const double* const value, const u
     for (unsigned i = 0U; i < count; i++) {
         uint64_t bits;
         memcpy(&bits, &value[i], sizeof bits);
-        put(event, bits, 8U);
+        put_u64(event, bits);
     }
 }
 
 static void put_text(event_t* const event, const char* const text)
 {
     const size_t length = (strlen(text) < TEXT_MAX) ? strlen(text) : TEXT_MAX;
-    put(event, length + 1U, 4U);
+    put_u32(event, (uint32_t)length + 1U);
     memcpy(&event->octet[event->used], text, length);
     event->used += length;
-    put(event, 0U, 1U);
+    put_u8(event, 0U);
 }
 
 static void begin(event_t* const event, const uint64_t fingerprint, const uint64_t time_ns)
 {
     event->used = 0U;
-    put(event, fingerprint, 8U);
-    put(event, time_ns, 8U);
+    put_u64(event, fingerprint);
+    put_u64(event, time_ns);
 }
 
-static status_t write_event(truth_t* const truth, const char* const channel, const uint64_t time_ns,
-                            event_t* const event)
+static status_t write_record(truth_t* const truth, const char* const channel, const uint64_t time_ns,
+                             event_t* const event)
 {
-    if (truth->failed) {
-        return STATUS_IO;
-    }
     char name[CHANNEL_MAX]; // The library requires a writable text.
     const size_t length = strlen(channel);
     memcpy(name, channel, length + 1U);
@@ -86,11 +109,35 @@ static status_t write_event(truth_t* const truth, const char* const channel, con
         .channel    = name,
         .data       = event->octet,
     };
+    truth->octets += HEADER_OCTETS + length + event->used;
     truth->failed = lcm_eventlog_write_event(truth->log, &record) != 0;
     return truth->failed ? STATUS_IO : STATUS_OK;
 }
 
-status_t truth_open(const char* const path, truth_t** const out_truth)
+/// The last event of a log that has reached its bound.
+static status_t cut(truth_t* const truth, const uint64_t time_ns)
+{
+    event_t event;
+    begin(&event, CUT_FINGERPRINT, time_ns);
+    put_u64(&event, truth->octets);
+    truth->is_cut = true;
+    return write_record(truth, "CUT", time_ns, &event);
+}
+
+static status_t write_event(truth_t* const truth, const char* const channel, const uint64_t time_ns,
+                            event_t* const event)
+{
+    if (truth->failed) {
+        return STATUS_IO;
+    }
+    if (truth->is_cut) {
+        return STATUS_OK;
+    }
+    const bool is_full = (truth->octets + HEADER_OCTETS + CHANNEL_MAX + event->used) > truth->most_octets;
+    return is_full ? cut(truth, time_ns) : write_record(truth, channel, time_ns, event);
+}
+
+status_t truth_open(const char* const path, const uint64_t most_octets, truth_t** const out_truth)
 {
     *out_truth     = NULL;
     truth_t* truth = calloc(1U, sizeof *truth);
@@ -102,10 +149,11 @@ status_t truth_open(const char* const path, truth_t** const out_truth)
         free(truth);
         return STATUS_IO;
     }
-    // One task writes thousands of small pieces a second: no lock for each, and few calls of the system.
+    // One task writes thousands of small pieces a second: it takes no lock for each, and uses a large buffer.
     (void)__fsetlocking(truth->log->f, FSETLOCKING_BYCALLER);
-    (void)setvbuf(truth->log->f, NULL, _IOFBF, BUFFER_OCTETS);
-    *out_truth = truth;
+    (void)setvbuf(truth->log->f, truth->buffer, _IOFBF, sizeof truth->buffer);
+    truth->most_octets = most_octets;
+    *out_truth         = truth;
     return STATUS_OK;
 }
 
@@ -120,18 +168,46 @@ status_t truth_close(truth_t* const truth)
     return failed ? STATUS_IO : STATUS_OK;
 }
 
+static void put_bools(event_t* const event, const bool* const value, const unsigned count)
+{
+    for (unsigned i = 0U; i < count; i++) {
+        put_bool(event, value[i]);
+    }
+}
+
+static void put_names(event_t* const event, const truth_names_t* const names)
+{
+    put_u32(event, names->count);
+    for (unsigned i = 0U; i < names->count; i++) {
+        put_text(event, names->name[i]);
+    }
+}
+
+status_t truth_world(truth_t* const truth, const uint64_t time_ns, const truth_world_t* const world)
+{
+    event_t event;
+    begin(&event, WORLD_FINGERPRINT, time_ns);
+    put_names(&event, &world->joints);
+    put_names(&event, &world->axes);
+    put_names(&event, &world->contacts);
+    put_names(&event, &world->springs);
+    put_names(&event, &world->bases);
+    return write_event(truth, "WORLD", time_ns, &event);
+}
+
 status_t truth_joints(truth_t* const truth, const uint64_t time_ns, const truth_joints_t* const joints)
 {
     event_t event;
     begin(&event, JOINTS_FINGERPRINT, time_ns);
-    put_doubles(&event, joints->position_rad, TRUTH_JOINTS);
-    put_doubles(&event, joints->velocity_rad_s, TRUTH_JOINTS);
-    put_doubles(&event, joints->motor_position_rad, TRUTH_JOINTS);
-    put_doubles(&event, joints->motor_torque_nm, TRUTH_JOINTS);
-    put_doubles(&event, joints->joint_torque_nm, TRUTH_JOINTS);
-    put_doubles(&event, joints->friction_nm, TRUTH_JOINTS);
-    put_bool(&event, joints->brake_engaged[0]);
-    put_bool(&event, joints->brake_engaged[1]);
+    put_u32(&event, joints->count);
+    put_doubles(&event, joints->position_rad, joints->count);
+    put_doubles(&event, joints->velocity_rad_s, joints->count);
+    put_doubles(&event, joints->motor_position_rad, joints->count);
+    put_doubles(&event, joints->motor_torque_nm, joints->count);
+    put_doubles(&event, joints->joint_torque_nm, joints->count);
+    put_doubles(&event, joints->friction_nm, joints->count);
+    put_doubles(&event, joints->external_torque_nm, joints->count);
+    put_bools(&event, joints->brake_engaged, joints->count);
     return write_event(truth, "JOINTS", time_ns, &event);
 }
 
@@ -139,34 +215,106 @@ status_t truth_stick(truth_t* const truth, const uint64_t time_ns, const truth_s
 {
     event_t event;
     begin(&event, STICK_FINGERPRINT, time_ns);
-    put_doubles(&event, stick->position_rad, TRUTH_AXES);
-    put_doubles(&event, stick->velocity_rad_s, TRUTH_AXES);
-    put_doubles(&event, stick->motor_torque_nm, TRUTH_AXES);
-    put_doubles(&event, stick->hand_torque_nm, TRUTH_AXES);
+    put_u32(&event, stick->count);
+    put_doubles(&event, stick->position_rad, stick->count);
+    put_doubles(&event, stick->velocity_rad_s, stick->count);
+    put_doubles(&event, stick->motor_torque_nm, stick->count);
+    put_doubles(&event, stick->hand_torque_nm, stick->count);
     return write_event(truth, "STICK", time_ns, &event);
 }
 
-status_t truth_contact(truth_t* const truth, const uint64_t time_ns, const truth_contact_t* const contact)
+status_t truth_contacts(truth_t* const truth, const uint64_t time_ns, const truth_touch_t* const contact,
+                        const unsigned count)
 {
     event_t event;
     begin(&event, CONTACT_FINGERPRINT, time_ns);
-    put_doubles(&event, contact->tip_m, 3U);
-    put_bool(&event, contact->in_contact);
-    put_bool(&event, contact->spring_hooked);
-    put_doubles(&event, contact->contact_point_m, 3U);
-    put_doubles(&event, contact->contact_force_n, 3U);
-    put_doubles(&event, contact->spring_force_n, 3U);
-    put_doubles(&event, contact->external_torque_nm, TRUTH_JOINTS);
+    put_u32(&event, count);
+    for (unsigned i = 0U; i < count; i++) {
+        put_doubles(&event, contact[i].place_m, 3U);
+    }
+    for (unsigned i = 0U; i < count; i++) {
+        put_doubles(&event, contact[i].point_m, 3U);
+    }
+    for (unsigned i = 0U; i < count; i++) {
+        put_doubles(&event, contact[i].force_n, 3U);
+    }
+    for (unsigned i = 0U; i < count; i++) {
+        put_bool(&event, contact[i].is_active);
+    }
     return write_event(truth, "CONTACT", time_ns, &event);
+}
+
+status_t truth_springs(truth_t* const truth, const uint64_t time_ns, const truth_touch_t* const spring,
+                       const unsigned count)
+{
+    event_t event;
+    begin(&event, SPRING_FINGERPRINT, time_ns);
+    put_u32(&event, count);
+    for (unsigned i = 0U; i < count; i++) {
+        put_doubles(&event, spring[i].place_m, 3U);
+    }
+    for (unsigned i = 0U; i < count; i++) {
+        put_doubles(&event, spring[i].force_n, 3U);
+    }
+    for (unsigned i = 0U; i < count; i++) {
+        put_bool(&event, spring[i].is_active);
+    }
+    return write_event(truth, "SPRING", time_ns, &event);
+}
+
+status_t truth_bases(truth_t* const truth, const uint64_t time_ns, const truth_base_t* const base,
+                     const unsigned count)
+{
+    event_t event;
+    begin(&event, BASE_FINGERPRINT, time_ns);
+    put_u32(&event, count);
+    for (unsigned i = 0U; i < count; i++) {
+        put_doubles(&event, base[i].position_m, 3U);
+    }
+    for (unsigned i = 0U; i < count; i++) {
+        put_doubles(&event, base[i].rotation, 4U);
+    }
+    for (unsigned i = 0U; i < count; i++) {
+        put_doubles(&event, base[i].velocity_m_s, 3U);
+    }
+    for (unsigned i = 0U; i < count; i++) {
+        put_doubles(&event, base[i].rate_rad_s, 3U);
+    }
+    return write_event(truth, "BASE", time_ns, &event);
+}
+
+status_t truth_wheels(truth_t* const truth, const uint64_t time_ns, const truth_wheel_t* const wheel,
+                      const unsigned count)
+{
+    event_t event;
+    begin(&event, WHEEL_FINGERPRINT, time_ns);
+    put_u32(&event, count);
+    for (unsigned i = 0U; i < count; i++) {
+        put_doubles(&event, &wheel[i].momentum_nms, 1U);
+    }
+    for (unsigned i = 0U; i < count; i++) {
+        put_doubles(&event, &wheel[i].torque_nm, 1U);
+    }
+    return write_event(truth, "WHEEL", time_ns, &event);
+}
+
+status_t truth_names(truth_t* const truth, const uint64_t time_ns, const char* const channel,
+                     const truth_names_t* const names)
+{
+    event_t event;
+    begin(&event, NAMES_FINGERPRINT, time_ns);
+    put_text(&event, channel);
+    put_names(&event, names);
+    return write_event(truth, "NAMES", time_ns, &event);
 }
 
 status_t truth_operator(truth_t* const truth, const uint64_t time_ns, const truth_operator_t* const operator_)
 {
     event_t event;
     begin(&event, OPERATOR_FINGERPRINT, time_ns);
-    put_doubles(&event, operator_->intent_rad, TRUTH_AXES);
+    put_doubles(&event, operator_->intent_rad, 2U);
     put_doubles(&event, operator_->wanted_tip_m, 2U);
-    put_doubles(&event, operator_->expected_torque_nm, TRUTH_JOINTS);
+    put_doubles(&event, operator_->expected_torque_nm, 2U);
     put_doubles(&event, &operator_->grip, 1U);
     put_text(&event, operator_->verb);
     return write_event(truth, "OPERATOR", time_ns, &event);
@@ -177,12 +325,21 @@ status_t truth_drive(truth_t* const truth, const uint64_t time_ns, const truth_d
     event_t event;
     begin(&event, DRIVE_FINGERPRINT, time_ns);
     put_text(&event, drive->bus);
-    put(&event, drive->node, 4U);
-    put(&event, drive->axis, 4U);
-    put(&event, drive->statusword, 4U);
+    put_u32(&event, drive->node);
+    put_u32(&event, drive->axis);
+    put_u32(&event, drive->statusword);
     put_bool(&event, drive->plugged);
     put_bool(&event, drive->brake_engaged);
     return write_event(truth, "DRIVE", time_ns, &event);
+}
+
+status_t truth_valve(truth_t* const truth, const uint64_t time_ns, const truth_valve_t* const valve)
+{
+    event_t event;
+    begin(&event, VALVE_FINGERPRINT, time_ns);
+    put_text(&event, valve->name);
+    put_bool(&event, valve->is_open);
+    return write_event(truth, "VALVE", time_ns, &event);
 }
 
 status_t truth_fault(truth_t* const truth, const uint64_t time_ns, const truth_fault_t* const fault)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The simulator's truth as an LCM event log, stamped with simulated time: the figures of a run are computed
-/// against it. Two runs of one seed give the same file, octet for octet.
+/// The true state of the simulator as an LCM event log, stamped with simulated time. The figures of a run
+/// compare telemetry with it. Two runs of one seed give the same file, octet for octet.
 ///
 /// Types are the .lcm files in the folder of this header; encoding follows LCM's wire format. Channels and
 /// rates are in sim/truth/README.md. Writing costs about 0.4 us per event, without waiting for the disk.
@@ -14,52 +14,80 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define TRUTH_JOINTS 2
-#define TRUTH_AXES 2
+#define TRUTH_OCTETS_MAX 4294967296U ///< A log of this size ends with an event CUT.
 
 typedef struct truth truth_t;
 
-/// Create or overwrite the log. Returns STATUS_OK or STATUS_IO (then *out_truth is null).
-MUST_USE status_t truth_open(const char* path, truth_t** out_truth);
+/// Create or overwrite the log, of at most this many octets. Returns STATUS_OK or STATUS_IO (then *out_truth
+/// is null).
+MUST_USE status_t truth_open(const char* path, uint64_t most_octets, truth_t** out_truth);
 
 /// Flush and close; null is allowed. Returns STATUS_OK or STATUS_IO: something was not written.
 status_t truth_close(truth_t* truth);
 
-/// Channel JOINTS, every step.
+/// Channel JOINTS, every step: arrays of `count`.
 typedef struct {
-    double position_rad[TRUTH_JOINTS];       ///< Link side.
-    double velocity_rad_s[TRUTH_JOINTS];     ///< Link side.
-    double motor_position_rad[TRUTH_JOINTS]; ///< Referred to the joint.
-    double motor_torque_nm[TRUTH_JOINTS];
-    double joint_torque_nm[TRUTH_JOINTS];
-    double friction_nm[TRUTH_JOINTS];
-    bool brake_engaged[TRUTH_JOINTS];
+    unsigned count;
+    const double* position_rad;       ///< Link side.
+    const double* velocity_rad_s;     ///< Link side.
+    const double* motor_position_rad; ///< Referred to the joint.
+    const double* motor_torque_nm;
+    const double* joint_torque_nm;
+    const double* friction_nm;
+    const double* external_torque_nm; ///< Caused by contacts and springs.
+    const bool* brake_engaged;
 } truth_joints_t;
 
-/// Channel STICK, every step.
+/// Channel STICK, every step: arrays of `count` axes.
 typedef struct {
-    double position_rad[TRUTH_AXES];
-    double velocity_rad_s[TRUTH_AXES];
-    double motor_torque_nm[TRUTH_AXES];
-    double hand_torque_nm[TRUTH_AXES];
+    unsigned count;
+    const double* position_rad;
+    const double* velocity_rad_s;
+    const double* motor_torque_nm;
+    const double* hand_torque_nm;
 } truth_stick_t;
 
-/// Channel CONTACT, every step.
+/// A contact; a spring, whose force acts at its place.
 typedef struct {
-    double tip_m[3];
-    bool in_contact;
-    bool spring_hooked;
-    double contact_point_m[3];
-    double contact_force_n[3];
-    double spring_force_n[3];
-    double external_torque_nm[TRUTH_JOINTS];
-} truth_contact_t;
+    double place_m[3];
+    double point_m[3];
+    double force_n[3];
+    bool is_active; ///< It touches; it is hooked.
+} truth_touch_t;
 
-/// Channel OPERATOR, every 20th step (100 Hz).
+/// The root link of a free robot.
 typedef struct {
-    double intent_rad[TRUTH_AXES];
+    double position_m[3];
+    double rotation[4]; ///< w, x, y, z.
+    double velocity_m_s[3];
+    double rate_rad_s[3];
+} truth_base_t;
+
+/// Channel WORLD, once: the names of the entries of the other channels.
+typedef struct {
+    unsigned count;
+    const char* const* name;
+} truth_names_t;
+
+typedef struct {
+    truth_names_t joints;
+    truth_names_t axes;
+    truth_names_t contacts;
+    truth_names_t springs;
+    truth_names_t bases;
+} truth_world_t;
+
+/// A reaction wheel: channel WHEEL, every step.
+typedef struct {
+    double momentum_nms;
+    double torque_nm;
+} truth_wheel_t;
+
+/// Channel OPERATOR, every step.
+typedef struct {
+    double intent_rad[2];
     double wanted_tip_m[2];
-    double expected_torque_nm[TRUTH_JOINTS];
+    double expected_torque_nm[2];
     double grip;
     const char* verb;
 } truth_operator_t;
@@ -74,6 +102,12 @@ typedef struct {
     bool brake_engaged;
 } truth_drive_t;
 
+/// Channel VALVE, on every change.
+typedef struct {
+    const char* name;
+    bool is_open;
+} truth_valve_t;
+
 /// Channel FAULT, on every injected fault and its end.
 typedef struct {
     const char* kind;   ///< Verb of the scenario line: "unplug", "loss", ...
@@ -81,12 +115,20 @@ typedef struct {
     bool active;
 } truth_fault_t;
 
-/// Write one event. Returns STATUS_OK or STATUS_IO; after a failure nothing more is written.
+/// Write one event. Returns STATUS_OK or STATUS_IO. After a failure nothing more is written; nor after the
+/// log has reached its bound, which returns STATUS_OK.
+status_t truth_world(truth_t* truth, uint64_t time_ns, const truth_world_t* world);
 status_t truth_joints(truth_t* truth, uint64_t time_ns, const truth_joints_t* joints);
 status_t truth_stick(truth_t* truth, uint64_t time_ns, const truth_stick_t* stick);
-status_t truth_contact(truth_t* truth, uint64_t time_ns, const truth_contact_t* contact);
+status_t truth_contacts(truth_t* truth, uint64_t time_ns, const truth_touch_t* contact, unsigned count);
+status_t truth_springs(truth_t* truth, uint64_t time_ns, const truth_touch_t* spring, unsigned count);
+status_t truth_bases(truth_t* truth, uint64_t time_ns, const truth_base_t* base, unsigned count);
+status_t truth_wheels(truth_t* truth, uint64_t time_ns, const truth_wheel_t* wheel, unsigned count);
+/// Channel NAMES: the names of the entries of another channel.
+status_t truth_names(truth_t* truth, uint64_t time_ns, const char* channel, const truth_names_t* names);
 status_t truth_operator(truth_t* truth, uint64_t time_ns, const truth_operator_t* operator_);
 status_t truth_drive(truth_t* truth, uint64_t time_ns, const truth_drive_t* drive);
+status_t truth_valve(truth_t* truth, uint64_t time_ns, const truth_valve_t* valve);
 status_t truth_fault(truth_t* truth, uint64_t time_ns, const truth_fault_t* fault);
 
 #endif // SIM_TRUTH_TRUTH_H

@@ -56,8 +56,8 @@ static element_t element_here(const reader_t* const reader, const char* const na
                        .error      = reader->error};
 }
 
-/// The first error ends the reading.
-static void judge(reader_t* const reader, const status_t status)
+/// Keep the first error, which ends the reading.
+static void note_status(reader_t* const reader, const status_t status)
 {
     if ((reader->status == STATUS_OK) && (status != STATUS_OK)) {
         reader->status = status;
@@ -76,10 +76,10 @@ static void XMLCALL on_start(void* const context, const XML_Char* const name,
     }
     const element_t element = element_here(reader, name, (const char* const*)attributes);
     if (reader->depth > DOCUMENT_DEPTH_MAX) {
-        judge(reader, element_refuse(&element, name, "fewer elements in each other"));
+        note_status(reader, element_refuse(&element, name, "fewer elements in each other"));
         return;
     }
-    judge(reader, reader->handler->start(reader->handler->context, &element, &is_skipped));
+    note_status(reader, reader->handler->start(reader->handler->context, &element, &is_skipped));
     reader->skipped_depth = is_skipped ? reader->depth : 0U;
 }
 
@@ -89,11 +89,11 @@ static void XMLCALL on_end(void* const context, const XML_Char* const name)
     reader_t* reader                = context;
     if (reader->skipped_depth == 0U) {
         const element_t element = element_here(reader, name, none);
-        judge(reader, reader->handler->end(reader->handler->context, &element));
+        note_status(reader, reader->handler->end(reader->handler->context, &element));
     } else if (reader->skipped_depth == reader->depth) {
         reader->skipped_depth = 0U;
     } else {
-        // Inside of what is skipped.
+        // The element is inside a skipped one.
     }
     reader->depth--;
 }
@@ -105,7 +105,7 @@ static void XMLCALL on_text(void* const context, const XML_Char* const text, con
         if (strchr(" \t\r\n", text[i]) == NULL) {
             const char found[2]     = {text[i], '\0'};
             const element_t element = element_here(reader, "", NULL);
-            judge(reader, element_refuse(&element, found, "no text between elements"));
+            note_status(reader, element_refuse(&element, found, "no text between elements"));
             return;
         }
     }
@@ -120,7 +120,7 @@ static void XMLCALL on_doctype(void* const context, const XML_Char* const name,
     (void)system_id;
     (void)public_id;
     (void)has_internal;
-    judge(reader, element_refuse(&element, name, "no document type declaration"));
+    note_status(reader, element_refuse(&element, name, "no document type declaration"));
 }
 
 // ---- The file ----
@@ -188,7 +188,8 @@ const char* element_attribute(const element_t* const element, const char* const 
     return NULL;
 }
 
-/// The number that `text` begins with; null: it begins with none. Neither hexadecimal nor infinite.
+/// Read the decimal number at the beginning of `text`, and return its end. Null: `text` does not begin with a
+/// finite decimal number.
 static const char* scan_number(const char* const text, double* const out_value)
 {
     char* end    = NULL;
@@ -199,7 +200,7 @@ static const char* scan_number(const char* const text, double* const out_value)
 
 static bool is_inside(const double value, const double low, const double high)
 {
-    return (value >= low) && (value <= high); // False for what is not a number.
+    return (value >= low) && (value <= high); // False for NaN.
 }
 
 bool document_number(const char* const text, const double low, const double high, double* const out_value)

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reader of the XML files of a world: hands each element with its line to a handler, and takes attributes by
-/// a table into a record.
+/// Reader of the XML files of a world: passes each element with its line to a handler, and copies attributes
+/// into a record as a table of fields describes.
 ///
-/// Refused, each with file and line: what is not well-formed, document type declarations (and with them
-/// entities), text between elements, an element deeper than DOCUMENT_DEPTH_MAX, a file of more than
-/// DOCUMENT_OCTETS_MAX octets; an attribute that a table does not have, or that is missing, malformed or
+/// Refused, each with file and line: a document that is not well-formed, document type declarations (and with
+/// them entities), text between elements, an element deeper than DOCUMENT_DEPTH_MAX, a file of more than
+/// DOCUMENT_OCTETS_MAX octets; an attribute that the table does not have, or that is missing, malformed or
 /// outside its range.
 ///
-/// Ownership  Elements and their texts live until the handler returns; records have copies.
+/// Ownership  Elements and their texts are valid until the handler returns; records contain copies.
 /// Context    One task.
 /// Errors     "file:line: found 'x', expected y" in the buffer given to document_read.
 #ifndef SIM_WORLD_DOCUMENT_H
@@ -34,15 +34,15 @@ typedef struct {
 } element_t;
 
 typedef struct {
-    /// *out_is_skipped set: nothing inside of this element is handed over, nor its end.
+    /// If the handler sets *out_is_skipped, it gets neither the elements inside this one nor its end.
     status_t (*start)(void* context, const element_t* element, bool* out_is_skipped);
     status_t (*end)(void* context, const element_t* element); ///< The element has no attributes here.
     void* context;
 } document_handler_t;
 
 /// Read a file. A status of the handler other than STATUS_OK ends it and is returned. Else STATUS_OK,
-/// STATUS_NOT_FOUND (file), STATUS_INVALID (content), STATUS_TOO_LARGE, STATUS_EXHAUSTED (memory); on
-/// anything but STATUS_OK `error` is filled.
+/// STATUS_NOT_FOUND (file), STATUS_INVALID (content), STATUS_TOO_LARGE, STATUS_EXHAUSTED (memory); for every
+/// status except STATUS_OK `error` is filled.
 MUST_USE status_t document_read(const char* path, const document_handler_t* handler,
                                 char error[DOCUMENT_ERROR_MAX]);
 
@@ -53,7 +53,7 @@ status_t element_refuse(const element_t* element, const char* found, const char*
 
 typedef enum {
     FIELD_NAME,     ///< char[DOCUMENT_TEXT_MAX]: a letter, then letters, digits, '_' and '-'.
-    FIELD_TEXT,     ///< char[DOCUMENT_TEXT_MAX]: any text but an empty one.
+    FIELD_TEXT,     ///< char[DOCUMENT_TEXT_MAX]: a text that is not empty.
     FIELD_NUMBER,   ///< double.
     FIELD_VECTOR,   ///< double[3], each in the range.
     FIELD_UNSIGNED, ///< unsigned, decimal or hexadecimal.
@@ -66,12 +66,12 @@ typedef struct {
     size_t offset; ///< Offset in the record.
     double low;    ///< Smallest allowed number.
     double high;
-    bool is_optional; ///< Without it the record keeps its value.
+    bool is_optional; ///< If the attribute is missing, the record keeps its value.
 } field_t;
 
-/// Take the attributes of an element into a record. STATUS_OK or STATUS_INVALID.
+/// Copy the attributes of an element into a record. STATUS_OK or STATUS_INVALID.
 MUST_USE status_t element_take(const element_t* element, const field_t* fields, size_t count, void* record);
-/// A number in a range. False: it is none, or outside.
+/// Read a number. False: `text` is not a number, or it is outside the range.
 bool document_number(const char* text, double low, double high, double* out_value);
 /// Value of an attribute, or null.
 const char* element_attribute(const element_t* element, const char* name);

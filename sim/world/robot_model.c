@@ -27,7 +27,7 @@ static matrix_t multiply(const matrix_t* const a, const matrix_t* const b)
     return product;
 }
 
-static void transform(const pose_t* const pose, const double point[3], double out[3])
+void pose_apply(const pose_t* const pose, const double point[3], double out[3])
 {
     for (unsigned i = 0U; i < 3U; i++) {
         const double* row = pose->rotation.at[i];
@@ -52,13 +52,13 @@ pose_t pose_of(const double position_m[3], const double rpy_rad[3])
 pose_t pose_compose(const pose_t* const outer, const pose_t* const inner)
 {
     pose_t pose = {.rotation = multiply(&outer->rotation, &inner->rotation)};
-    transform(outer, inner->position_m, pose.position_m);
+    pose_apply(outer, inner->position_m, pose.position_m);
     return pose;
 }
 
 // ---- Masses ----
 
-/// The same inertia in the axes in which `rotation` is given: R I R^T.
+/// Rotate an inertia tensor into the axes in which `rotation` is given: R I R^T.
 static matrix_t turn_inertia(const matrix_t* const rotation, const matrix_t* const inertia)
 {
     const matrix_t half = multiply(rotation, inertia);
@@ -87,7 +87,7 @@ void robot_mass_add(robot_mass_t* const body, const pose_t* const pose, const ro
     if (more->mass_kg == 0.0) {
         return;
     }
-    transform(pose, more->com_m, moved.com_m);
+    pose_apply(pose, more->com_m, moved.com_m);
     moved.inertia_kgm2 = turn_inertia(&pose->rotation, &more->inertia_kgm2);
     if (body->mass_kg == 0.0) {
         *body = moved;
@@ -148,7 +148,7 @@ static status_t check_motion(const builder_t* const builder, urdf_joint_t* const
     return STATUS_OK;
 }
 
-/// Which links a joint connects.
+/// Find the two links that a joint connects, and check the joint.
 static status_t connect(builder_t* const builder, const unsigned index)
 {
     urdf_joint_t* joint = &builder->urdf.joint[index];
@@ -170,7 +170,7 @@ static status_t connect(builder_t* const builder, const unsigned index)
     return check_motion(builder, joint);
 }
 
-/// Give the link at the end of a joint its place: in the body of its parent, or in a body of its own.
+/// Assign the child link of a joint to the body of its parent (fixed joint) or to a new body.
 static status_t place_link(builder_t* const builder, const urdf_joint_t* const joint)
 {
     robot_model_t* model      = builder->model;
@@ -201,7 +201,7 @@ static status_t place_link(builder_t* const builder, const urdf_joint_t* const j
     return STATUS_OK;
 }
 
-/// Place all links, parents first, else in the order of the file.
+/// Assign all links to bodies: parents before children, otherwise in the order of the file.
 static status_t place_links(builder_t* const builder)
 {
     status_t status = STATUS_OK;
@@ -247,6 +247,35 @@ static status_t place_root(builder_t* const builder)
                                            builder->error);
 }
 
+/// Find the joint that a mimic follows.
+static status_t lead(const builder_t* const builder, const urdf_joint_t* const joint)
+{
+    robot_model_t* model  = builder->model;
+    const size_t follower = robot_model_joint(model, joint->name);
+    const size_t leader   = robot_model_joint(model, joint->leader_name);
+    if (follower == model->joint_count) {
+        return document_refuse(builder->path, joint->leader_line, "mimic", "no mimic in a fixed joint",
+                               builder->error);
+    }
+    if (leader == model->joint_count) {
+        return document_refuse(builder->path, joint->leader_line, joint->leader_name,
+                               "a joint of the file that moves", builder->error);
+    }
+    for (size_t i = 0U; i < builder->urdf.joint_count; i++) {
+        const urdf_joint_t* other = &builder->urdf.joint[i];
+        if ((other->leader_name[0] != '\0') && (strcmp(other->name, joint->leader_name) == 0)) {
+            return document_refuse(builder->path, joint->leader_line, joint->leader_name,
+                                   "a joint that mimics no joint", builder->error);
+        }
+    }
+    robot_joint_t* moving = &model->joint[follower];
+    moving->is_mimic      = true;
+    moving->leader        = (unsigned)leader;
+    moving->multiplier    = joint->multiplier;
+    moving->offset        = joint->offset;
+    return STATUS_OK;
+}
+
 static status_t assemble(builder_t* const builder)
 {
     status_t status = STATUS_OK;
@@ -255,6 +284,10 @@ static status_t assemble(builder_t* const builder)
     }
     status = (status == STATUS_OK) ? place_root(builder) : status;
     status = (status == STATUS_OK) ? place_links(builder) : status;
+    for (size_t i = 0U; (i < builder->urdf.joint_count) && (status == STATUS_OK); i++) {
+        const urdf_joint_t* joint = &builder->urdf.joint[i];
+        status                    = (joint->leader_name[0] != '\0') ? lead(builder, joint) : STATUS_OK;
+    }
     for (size_t i = 0U; (i < builder->model->joint_count) && (status == STATUS_OK); i++) {
         const robot_joint_t* joint = &builder->model->joint[i];
         if (builder->model->body[i + 1U].mass_kg == 0.0) {

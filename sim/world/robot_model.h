@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reader of robots: a subset of URDF that holds all of a robot's mechanics.
+/// Reader of robots: a subset of URDF that describes the complete mechanics of a robot.
 ///
-/// Taken: robot, link, inertial (origin, mass, inertia), collision (origin, geometry: box, sphere, cylinder),
-/// joint of type revolute, continuous, prismatic or fixed (origin, parent, child, axis, limit). Skipped:
-/// visual, material, transmission. Every other element or attribute is refused by file and line: it would
-/// carry physics that the simulator does not have. Friction belongs to drives, so `dynamics` must be zero.
+/// Used: robot, link, inertial (origin, mass, inertia), collision (origin, geometry: box, sphere,
+/// cylinder), joint of type revolute, continuous, prismatic or fixed (origin, parent, child, axis, limit,
+/// mimic). Skipped: visual, material, transmission. All others are refused with file and line: they would
+/// describe physics that the simulator does not have. Friction belongs to drives: `dynamics` must be zero.
 ///
 /// Links that fixed joints connect become one body, in the frame of its topmost link; its inertia is that of
 /// all of them. Each link of the file stays a frame, by its name. Refused as well: a link with two parents, a
-/// loop, more than one root, a mass or principal moment of inertia that is not positive, moments of which two
-/// are less than the third, and a moving body without mass.
+/// loop, more than one root, a mimic of a joint that is unknown, fixed or itself a mimic, a mass or principal
+/// moment of inertia that is not positive, moments of which two are less than the third, and a moving body
+/// without mass.
 ///
 /// Ownership  The caller places robot_model_t; it has no pointers.
 /// Context    One task.
@@ -22,16 +23,16 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#define ROBOT_JOINTS_MAX 12U ///< Those that move.
+#define ROBOT_JOINTS_MAX 12U ///< Joints that are not fixed.
 #define ROBOT_BODIES_MAX (ROBOT_JOINTS_MAX + 1U)
-#define ROBOT_LINKS_MAX 32U ///< Of the file.
+#define ROBOT_LINKS_MAX 32U ///< Links of a file.
 #define ROBOT_SHAPES_MAX 32U
 
 typedef struct {
     double at[3][3];
 } matrix_t;
 
-/// A place in a frame: p_outer = rotation * p_inner + position.
+/// Position and orientation in a frame: p_outer = rotation * p_inner + position.
 typedef struct {
     matrix_t rotation;
     double position_m[3];
@@ -39,7 +40,7 @@ typedef struct {
 
 /// Mass properties in the axes of the body; the inertia is about the centre of mass.
 typedef struct {
-    double mass_kg; ///< 0: none.
+    double mass_kg; ///< 0: the body has no mass.
     double com_m[3];
     matrix_t inertia_kgm2;
 } robot_mass_t;
@@ -59,11 +60,15 @@ typedef struct {
     unsigned parent; ///< Index of the parent body.
     pose_t origin;   ///< Pose of the moved body in the parent at joint position 0.
     double axis[3];  ///< In the moved body, of length 1.
-    double lower;    ///< [rad] or [m]; not of continuous joints.
+    double lower;    ///< [rad] or [m]; not used for continuous joints.
     double upper;
+    bool is_mimic;   ///< Its position is multiplier * position of the leader + offset.
+    unsigned leader; ///< Index of a joint that is no mimic.
+    double multiplier;
+    double offset;
 } robot_joint_t;
 
-/// A link of the file: where its frame is.
+/// The frame of a link of the file.
 typedef struct {
     char name[DOCUMENT_TEXT_MAX];
     unsigned body;
@@ -78,8 +83,8 @@ typedef enum {
 
 typedef struct {
     shape_kind_t kind;
-    unsigned frame; ///< Of a robot: the link that it belongs to.
-    pose_t pose;    ///< In the frame; of a fixture in the world.
+    unsigned frame; ///< For a shape of a robot: the link that it belongs to.
+    pose_t pose;    ///< Pose in the frame; for a shape of a fixture in the world.
     double size_m[3];
     double radius_m;
     double length_m;
@@ -95,17 +100,20 @@ typedef struct {
     shape_t shape[ROBOT_SHAPES_MAX];
 } robot_model_t;
 
-/// Statuses of document_read; STATUS_INVALID, too, if the file has more than the model holds.
+/// Read a robot. Statuses of document_read; STATUS_INVALID also if the file has more elements than the model
+/// can store.
 MUST_USE status_t robot_model_read(const char* path, robot_model_t* out_model,
                                    char error[DOCUMENT_ERROR_MAX]);
 
-/// Index of a joint or frame; their count if there is none of that name.
+/// Index of a joint or frame; the number of joints or frames if none has that name.
 size_t robot_model_joint(const robot_model_t* model, const char* name);
 size_t robot_model_frame(const robot_model_t* model, const char* name);
 
-/// The pose of roll, pitch and yaw (about fixed x, y, z, in that order) at a position.
+/// Pose with a position and the angles roll, pitch and yaw (about fixed x, y, z, in that order).
 pose_t pose_of(const double position_m[3], const double rpy_rad[3]);
-/// `inner` in the frame in which `outer` is given.
+/// Express a point, given in the frame `pose`, in the frame in which `pose` is given.
+void pose_apply(const pose_t* pose, const double point[3], double out[3]);
+/// Express `inner`, a pose in the frame `outer`, in the frame in which `outer` is given.
 pose_t pose_compose(const pose_t* outer, const pose_t* inner);
 
 #endif // SIM_WORLD_ROBOT_MODEL_H

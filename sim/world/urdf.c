@@ -19,7 +19,7 @@ typedef enum {
     IN_JOINT
 } place_t;
 
-/// The moments as URDF names them.
+/// Inertia tensor, with the names of URDF.
 typedef struct {
     double xx;
     double xy;
@@ -43,8 +43,8 @@ typedef struct {
 
 // ---- Moments of inertia ----
 
-/// All principal minors of a symmetric matrix are at least `least` (of first order), its square and cube (of
-/// second and third order).
+/// True if all principal minors of a symmetric matrix are at least `least` (first order), `least` squared
+/// with its sign (second order) and `least` cubed (third order).
 static bool has_minors(const moments_t* const m, const double least)
 {
     const double xy = m->xx * m->yy - m->xy * m->xy;
@@ -58,9 +58,10 @@ static bool has_minors(const moments_t* const m, const double least)
            (yz >= two) && (whole >= three);
 }
 
-/// Moments of a body that can exist: all positive, and no one more than the sum of the others, so that half
-/// the trace less the moments is not negative.
-static const char* judge_moments(const moments_t* const m)
+/// Check that a body can have these moments of inertia: all principal moments are positive, and none is
+/// greater than the sum of the other two (half the trace minus the tensor is positive semi-definite). Returns
+/// null, or the expectation that is not met.
+static const char* check_moments(const moments_t* const m)
 {
     const double half      = 0.5 * (m->xx + m->yy + m->zz);
     const moments_t spread = {half - m->xx, -m->xy, -m->xz, half - m->yy, -m->yz, half - m->zz};
@@ -113,7 +114,7 @@ static status_t start_joint(reader_t* const reader, const element_t* const eleme
         return element_refuse(element, "one more joint", "at most 31");
     }
     urdf_joint_t* joint   = &reader->urdf->joint[reader->urdf->joint_count];
-    *joint                = (urdf_joint_t){.line = element->line, .axis = {1.0, 0.0, 0.0}};
+    *joint                = (urdf_joint_t){.line = element->line, .axis = {1.0, 0.0, 0.0}, .multiplier = 1.0};
     const status_t status = element_take(element, fields, 2U, joint);
     if (status != STATUS_OK) {
         return status;
@@ -200,7 +201,7 @@ static status_t start_in_inertial(reader_t* const reader, const element_t* const
     }
     reader->has_moments   = true;
     const status_t status = element_take(element, moments, 6U, &reader->moments);
-    const char* fault     = (status == STATUS_OK) ? judge_moments(&reader->moments) : NULL;
+    const char* fault     = (status == STATUS_OK) ? check_moments(&reader->moments) : NULL;
     return (fault != NULL) ? element_refuse(element, element->name, fault) : status;
 }
 
@@ -270,15 +271,22 @@ static status_t start_in_joint(reader_t* const reader, const element_t* const el
         {"dynamics",
          {{"damping", FIELD_NUMBER, offsetof(urdf_joint_t, unused[2]), 0.0, 0.0, true},
           {"friction", FIELD_NUMBER, offsetof(urdf_joint_t, unused[3]), 0.0, 0.0, true}},
-         2U}};
+         2U},
+        {"mimic",
+         {{"joint", FIELD_TEXT, offsetof(urdf_joint_t, leader_name), 0.0, 0.0, false},
+          {"multiplier", FIELD_NUMBER, offsetof(urdf_joint_t, multiplier), -FAR_M, FAR_M, true},
+          {"offset", FIELD_NUMBER, offsetof(urdf_joint_t, offset), -FAR_M, FAR_M, true}},
+         3U}};
     urdf_joint_t* joint = &reader->urdf->joint[reader->urdf->joint_count - 1U];
     joint->has_limit    = joint->has_limit || (strcmp(element->name, "limit") == 0);
+    joint->leader_line  = (strcmp(element->name, "mimic") == 0) ? element->line : joint->leader_line;
     for (size_t i = 0U; i < (sizeof elements / sizeof elements[0]); i++) {
         if (strcmp(element->name, elements[i].name) == 0) {
             return element_take(element, elements[i].field, elements[i].count, joint);
         }
     }
-    return element_refuse(element, element->name, "origin, parent, child, axis, limit or zero dynamics");
+    return element_refuse(element, element->name,
+                          "origin, parent, child, axis, limit, mimic or zero dynamics");
 }
 
 static status_t start_robot(reader_t* const reader, const element_t* const element)
@@ -290,7 +298,7 @@ static status_t start_robot(reader_t* const reader, const element_t* const eleme
                                                  : element_refuse(element, element->name, "robot");
 }
 
-/// Depth of the element that is open in a place.
+/// Depth of the open element while the reader is in `place`.
 static unsigned depth_of(const place_t place)
 {
     static const unsigned depths[] = {
@@ -355,7 +363,7 @@ static status_t on_end(void* const context, const element_t* const element)
 {
     reader_t* reader = context;
     if (element->depth != depth_of(reader->place)) {
-        return STATUS_OK; // An element that can have no others inside.
+        return STATUS_OK; // An element that cannot contain others: the place is not changed.
     }
     switch (reader->place) {
     case IN_NOTHING:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The elements of a URDF file as they stand there, checked one by one. Private to sim/world.
+/// The elements of a URDF file with the values of the file, each checked separately. Private to sim/world.
 #ifndef SIM_WORLD_URDF_H
 #define SIM_WORLD_URDF_H
 
@@ -17,7 +17,7 @@ typedef struct {
     char name[DOCUMENT_TEXT_MAX];
     unsigned line;
     robot_mass_t mass; ///< In the link's frame.
-    unsigned joint;    ///< That has it as its child; URDF_ROOT: none.
+    unsigned joint;    ///< Joint that has this link as its child; URDF_ROOT: none.
     bool is_placed;
 } urdf_link_t;
 
@@ -33,8 +33,12 @@ typedef struct {
     double lower;
     double upper;
     bool has_limit;
+    char leader_name[DOCUMENT_TEXT_MAX]; ///< The joint that this one mimics; empty: none.
+    unsigned leader_line;
+    double multiplier;
+    double offset;
     double unused[4]; ///< Effort and velocity are for controllers; damping and friction are zero.
-    unsigned parent;  ///< Links.
+    unsigned parent;  ///< Indices of the two links.
     unsigned child;
 } urdf_joint_t;
 
@@ -50,8 +54,8 @@ typedef struct {
 /// Statuses of document_read.
 MUST_USE status_t urdf_read(const char* path, urdf_t* out_urdf, char error[DOCUMENT_ERROR_MAX]);
 
-/// Add to `body` what is rigidly connected to it at a pose. A body that had no mass takes the numbers as
-/// they are.
+/// Add to `body` the mass that is rigidly connected to it at a pose. If the body has no mass, the numbers are
+/// copied unchanged.
 void robot_mass_add(robot_mass_t* body, const pose_t* pose, const robot_mass_t* more);
 
 #endif // SIM_WORLD_URDF_H

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/world/world.h"
 
+#include "sim/world/world_attitude.h"
+#include "sim/world/world_instrument.h"
+#include "sim/world/world_valve.h"
+#include "sim/world/world_internal.h"
+#include "sim/world/world_state.h"
+
 #include <stdio.h>
 #include <string.h>
 
-#define FAR_M 1e4
-#define TURNS_RAD 1e3
-#define GREAT 1e9 // No stiffness, torque or force of a robot is greater.
-#define NODE_MIN 2.0
-#define NODE_MAX 127.0
 #define LEVELS 3U
 
 typedef struct kind kind_t;
@@ -19,138 +20,22 @@ typedef struct {
     unsigned depth;
 } reader_t;
 
-/// An element: where its attributes go, and what is to be done with them.
+/// A kind of element: the record for its attributes, and the functions that process them.
 struct kind {
     const char* name;
-    const char* parent; // "": the document.
+    const char* parent; // Name of the parent element; "": the document.
     const field_t* fields;
     size_t field_count;
-    size_t array; // In world_t.
+    size_t array; // Offset of the array of records in world_t.
     size_t stride;
-    size_t count; // In world_t.
+    size_t count; // Offset of the number of records in world_t.
     size_t most;
-    /// After the attributes are in the record. May be null.
+    /// Called when the attributes are in the record. May be null.
     status_t (*finish)(world_t* world, const element_t* element, void* record);
-    /// In place of all that. Null but for elements without an array in world_t.
+    /// For elements without an array in world_t: processes the element instead of the members above. Else
+    /// null.
     status_t (*take)(world_t* world, const element_t* element);
 };
-
-#define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
-#define NAME(type, attribute, member)                                                                        \
-    {                                                                                                        \
-        attribute, FIELD_NAME, offsetof(type, member), 0.0, 0.0, false                                       \
-    }
-#define TEXT(type, attribute, member)                                                                        \
-    {                                                                                                        \
-        attribute, FIELD_TEXT, offsetof(type, member), 0.0, 0.0, false                                       \
-    }
-#define NUMBER(type, attribute, member, low, high)                                                           \
-    {                                                                                                        \
-        attribute, FIELD_NUMBER, offsetof(type, member), low, high, false                                    \
-    }
-#define VECTOR(type, attribute, member)                                                                      \
-    {                                                                                                        \
-        attribute, FIELD_VECTOR, offsetof(type, member), -FAR_M, FAR_M, false                                \
-    }
-#define UNSIGNED(type, attribute, member, low, high)                                                         \
-    {                                                                                                        \
-        attribute, FIELD_UNSIGNED, offsetof(type, member), low, high, false                                  \
-    }
-#define ADDRESS(type)                                                                                        \
-    NAME(type, "name", device.name), NAME(type, "bus", device.bus_name),                                     \
-        UNSIGNED(type, "node", device.node, NODE_MIN, NODE_MAX)
-
-// ---- Names ----
-
-/// "robot.thing": index of the robot, and the thing's own name. Null: there is no such robot.
-static const char* find_robot(const world_t* const world, const char* const name, unsigned* const out_robot)
-{
-    const char* dot = strchr(name, '.');
-    for (size_t i = 0U; (dot != NULL) && (i < world->robot_count); i++) {
-        const char* robot = world->robot[i].name;
-        if ((strlen(robot) == (size_t)(dot - name)) && (strncmp(robot, name, strlen(robot)) == 0)) {
-            *out_robot = (unsigned)i;
-            return &dot[1];
-        }
-    }
-    return NULL;
-}
-
-static status_t find_frame(const world_t* const world, const element_t* const element, const char* const name,
-                           unsigned* const out_robot, unsigned* const out_frame)
-{
-    const char* link = find_robot(world, name, out_robot);
-    if (link != NULL) {
-        const robot_model_t* model = &world->robot[*out_robot].model;
-        *out_frame                 = (unsigned)robot_model_frame(model, link);
-        if (*out_frame < model->frame_count) {
-            return STATUS_OK;
-        }
-    }
-    return element_refuse(element, name, "robot.link of a robot above");
-}
-
-static status_t find_type(const world_t* const world, const element_t* const element, const char* const name,
-                          unsigned* const out_type)
-{
-    for (size_t i = 0U; i < world->drive_type_count; i++) {
-        if ((strcmp(world->drive_type[i].name, name) == 0) && world->drive_type[i].has_torque_sensor) {
-            *out_type = (unsigned)i;
-            return STATUS_OK;
-        }
-    }
-    return element_refuse(element, name, "a DriveType above that has a TorqueSensor");
-}
-
-/// The device of index `index`, over all kinds; null behind the last.
-static const world_device_t* device_at(const world_t* const world, size_t index)
-{
-    if (index < world->drive_count) {
-        return &world->drive[index].device;
-    }
-    index -= world->drive_count;
-    if (index < world->joystick_count) {
-        return &world->joystick[index].device;
-    }
-    index -= world->joystick_count;
-    if (index < world->bench_count) {
-        return &world->bench[index].device;
-    }
-    index -= world->bench_count;
-    return (index < world->power_unit_count) ? &world->power_unit[index].device : NULL;
-}
-
-/// Check the name and address of a device, and find its bus; a bus that no device before has is a new one.
-static status_t take_device(world_t* const world, const element_t* const element,
-                            world_device_t* const device)
-{
-    const world_device_t* other = NULL;
-    device->line                = element->line;
-    device->bus                 = 0U;
-    while ((device->bus < world->bus_count) && (strcmp(world->bus[device->bus], device->bus_name) != 0)) {
-        device->bus++;
-    }
-    for (size_t i = 0U; (other = device_at(world, i)) != NULL; i++) {
-        if (other == device) {
-            continue;
-        }
-        if (strcmp(other->name, device->name) == 0) {
-            return element_refuse(element, device->name, "a name that no device above has");
-        }
-        if ((other->bus == device->bus) && (other->node == device->node)) {
-            return element_refuse(element, element_attribute(element, "node"),
-                                  "a node id that no device above has on this bus");
-        }
-    }
-    if (device->bus == world->bus_count) {
-        if (world->bus_count == WORLD_BUSES_MAX) {
-            return element_refuse(element, device->bus_name, "at most 8 buses");
-        }
-        memcpy(world->bus[device->bus], device->bus_name, sizeof world->bus[0]);
-        world->bus_count++;
-    }
-    return STATUS_OK;
-}
 
 // ---- Elements ----
 
@@ -167,6 +52,23 @@ static status_t take_world(world_t* const world, const element_t* const element)
 static const field_t robot_fields[] = {NAME(world_robot_t, "name", name), TEXT(world_robot_t, "urdf", urdf),
                                        NAME(world_robot_t, "base", base)};
 
+/// Start the mimics where their leaders start. Returns the first that is outside of its limits, or null.
+static const robot_joint_t* start_mimics(world_robot_t* const robot)
+{
+    const robot_joint_t* outside = NULL;
+    for (size_t i = 0U; i < robot->model.joint_count; i++) {
+        const robot_joint_t* joint = &robot->model.joint[i];
+        if (joint->is_mimic) {
+            const double start    = (joint->multiplier * robot->start[joint->leader]) + joint->offset;
+            const bool is_bounded = joint->kind != ROBOT_JOINT_CONTINUOUS;
+            const bool is_outside = is_bounded && ((start < joint->lower) || (start > joint->upper));
+            robot->start[i]       = start;
+            outside               = (is_outside && (outside == NULL)) ? joint : outside;
+        }
+    }
+    return outside;
+}
+
 static status_t finish_robot(world_t* const world, const element_t* const element, void* const record)
 {
     world_robot_t* robot = record;
@@ -175,6 +77,7 @@ static status_t finish_robot(world_t* const world, const element_t* const elemen
     const int folder  = (slash != NULL) ? (int)(slash - world->path) + 1 : 0;
     robot->line       = element->line;
     robot->is_free    = strcmp(robot->base, "free") == 0;
+    robot->pose       = pose_of((const double[3]){0.0}, (const double[3]){0.0});
     if (!robot->is_free && (strcmp(robot->base, "fixed") != 0)) {
         return element_refuse(element, robot->base, "base fixed or free");
     }
@@ -188,10 +91,11 @@ static status_t finish_robot(world_t* const world, const element_t* const elemen
     if ((status == STATUS_OK) && robot->is_free && (robot->model.body[0].mass_kg == 0.0)) {
         return element_refuse(element, robot->name, "a free base that has a mass");
     }
+    (void)start_mimics(robot); // Without a Start, as of every joint, limits are not asked for.
     return status;
 }
 
-/// Attributes are joints of the robot.
+/// Read an element whose attributes are named as joints of the robot.
 static status_t take_start(world_t* const world, const element_t* const element)
 {
     world_robot_t* robot = &world->robot[world->robot_count - 1U];
@@ -199,6 +103,9 @@ static status_t take_start(world_t* const world, const element_t* const element)
         const size_t index = robot_model_joint(&robot->model, element->attributes[i]);
         if (index == robot->model.joint_count) {
             return element_refuse(element, element->attributes[i], "a joint of this robot that moves");
+        }
+        if (robot->model.joint[index].is_mimic) {
+            return element_refuse(element, element->attributes[i], "a joint that mimics no joint");
         }
         const robot_joint_t* joint = &robot->model.joint[index];
         const bool is_bounded      = joint->kind != ROBOT_JOINT_CONTINUOUS;
@@ -208,7 +115,10 @@ static status_t take_start(world_t* const world, const element_t* const element)
                                   "a number inside of the limits of the joint");
         }
     }
-    return STATUS_OK;
+    const robot_joint_t* outside = start_mimics(robot);
+    return (outside == NULL)
+               ? STATUS_OK
+               : element_refuse(element, outside->name, "a mimic that starts inside of its limits");
 }
 
 static const field_t drive_type_fields[] = {
@@ -261,20 +171,42 @@ static const field_t drive_fields[] = {ADDRESS(world_drive_t), TEXT(world_drive_
 static status_t finish_drive(world_t* const world, const element_t* const element, void* const record)
 {
     world_drive_t* drive = record;
-    const char* name     = find_robot(world, drive->joint_name, &drive->robot);
+    const char* name     = world_find_robot(world, drive->joint_name, &drive->robot);
     if (name != NULL) {
         drive->joint = (unsigned)robot_model_joint(&world->robot[drive->robot].model, name);
     }
     if ((name == NULL) || (drive->joint == world->robot[drive->robot].model.joint_count)) {
         return element_refuse(element, drive->joint_name, "robot.joint of a robot above");
     }
+    if (world->robot[drive->robot].model.joint[drive->joint].is_mimic) {
+        return element_refuse(element, drive->joint_name, "a joint that mimics no joint");
+    }
     for (const world_drive_t* other = world->drive; other < drive; other++) {
         if ((other->robot == drive->robot) && (other->joint == drive->joint)) {
             return element_refuse(element, drive->joint_name, "a joint that no drive above moves");
         }
     }
-    const status_t status = find_type(world, element, drive->type_name, &drive->type);
-    return (status == STATUS_OK) ? take_device(world, element, &drive->device) : status;
+    const status_t status = world_find_type(world, element, drive->type_name, &drive->type);
+    return (status == STATUS_OK) ? world_take_device(world, element, &drive->device) : status;
+}
+
+static const field_t gripper_fields[] = {
+    ADDRESS(world_drive_t), TEXT(world_drive_t, "eds", device.eds), TEXT(world_drive_t, "joint", joint_name),
+    NAME(world_drive_t, "type", type_name), NUMBER(world_drive_t, "force", force, 1e-6, GREAT)};
+
+/// A gripper is the drive of a joint that other joints mimic.
+static status_t finish_gripper(world_t* const world, const element_t* const element, void* const record)
+{
+    const world_drive_t* drive = record;
+    const status_t status      = finish_drive(world, element, record);
+    const robot_model_t* model = &world->robot[drive->robot].model;
+    bool is_mimicked           = false;
+    for (size_t i = 0U; (status == STATUS_OK) && (i < model->joint_count); i++) {
+        is_mimicked = is_mimicked || (model->joint[i].is_mimic && (model->joint[i].leader == drive->joint));
+    }
+    return ((status == STATUS_OK) && !is_mimicked)
+               ? element_refuse(element, drive->joint_name, "the joint of a finger that other fingers mimic")
+               : status;
 }
 
 static const field_t bench_fields[] = {ADDRESS(world_bench_t),
@@ -287,8 +219,8 @@ static const field_t bench_fields[] = {ADDRESS(world_bench_t),
 static status_t finish_bench(world_t* const world, const element_t* const element, void* const record)
 {
     world_bench_t* bench  = record;
-    const status_t status = find_type(world, element, bench->type_name, &bench->type);
-    return (status == STATUS_OK) ? take_device(world, element, &bench->device) : status;
+    const status_t status = world_find_type(world, element, bench->type_name, &bench->type);
+    return (status == STATUS_OK) ? world_take_device(world, element, &bench->device) : status;
 }
 
 static const field_t fixture_fields[] = {NAME(world_fixture_t, "name", name),
@@ -317,40 +249,61 @@ static status_t take_shape(world_t* const world, const element_t* const element)
     const field_t box[]      = {{"size", FIELD_VECTOR, offsetof(placed_t, shape.size_m), 1e-6, FAR_M, false},
                                 VECTOR(placed_t, "at", at),
                                 rpy};
+    const field_t sphere[]   = {NUMBER(placed_t, "radius", shape.radius_m, 1e-6, FAR_M),
+                                VECTOR(placed_t, "at", at)};
     const field_t cylinder[] = {NUMBER(placed_t, "radius", shape.radius_m, 1e-6, FAR_M),
                                 NUMBER(placed_t, "length", shape.length_m, 1e-6, FAR_M),
                                 VECTOR(placed_t, "at", at), rpy};
+    const struct {
+        const char* name;
+        const field_t* fields;
+        size_t count;
+    } kinds_of_shape[]       = {[SHAPE_BOX]      = {"Box", box, COUNT_OF(box)},
+                                [SHAPE_SPHERE]   = {"Sphere", sphere, COUNT_OF(sphere)},
+                                [SHAPE_CYLINDER] = {"Cylinder", cylinder, COUNT_OF(cylinder)}};
     world_fixture_t* fixture = &world->fixture[world->fixture_count - 1U];
-    const bool is_box        = strcmp(element->name, "Box") == 0;
-    placed_t placed          = {.shape = {.kind = is_box ? SHAPE_BOX : SHAPE_CYLINDER}};
+    shape_kind_t kind        = SHAPE_BOX;
+    while ((kind < SHAPE_CYLINDER) && (strcmp(element->name, kinds_of_shape[kind].name) != 0)) {
+        kind++;
+    }
+    placed_t placed = {.shape = {.kind = kind}};
     if (fixture->shape_count == WORLD_FIXTURE_SHAPES_MAX) {
         return element_refuse(element, "one more shape", "at most 8");
     }
     const status_t status =
-        element_take(element, is_box ? box : cylinder, is_box ? COUNT_OF(box) : COUNT_OF(cylinder), &placed);
+        element_take(element, kinds_of_shape[kind].fields, kinds_of_shape[kind].count, &placed);
     placed.shape.pose                    = pose_of(placed.at, placed.rpy);
     fixture->shape[fixture->shape_count] = placed.shape;
     fixture->shape_count++;
     return status;
 }
 
-static const field_t contact_fields[] = {TEXT(world_contact_t, "a", a), NAME(world_contact_t, "b", b),
-                                         NUMBER(world_contact_t, "stiffness", stiffness, 1e-3, GREAT),
-                                         NUMBER(world_contact_t, "damping", damping, 0.0, GREAT),
-                                         NUMBER(world_contact_t, "friction", friction, 0.0, 10.0)};
+static const field_t contact_fields[] = {
+    TEXT(world_contact_t, "a", a),
+    TEXT(world_contact_t, "b", b),
+    NUMBER(world_contact_t, "stiffness", stiffness, 1e-3, GREAT),
+    NUMBER(world_contact_t, "damping", damping, 0.0, GREAT),
+    NUMBER(world_contact_t, "friction", friction, 0.0, 10.0),
+    OPTIONAL(world_contact_t, "shear", shear, 0.0, GREAT),
+    OPTIONAL(world_contact_t, "shearDamping", shear_damping, 0.0, GREAT)};
 
 static status_t finish_contact(world_t* const world, const element_t* const element, void* const record)
 {
     world_contact_t* contact = record;
+    world_side_t* other      = &contact->side[1];
     contact->line            = element->line;
-    while ((contact->fixture < world->fixture_count) &&
-           (strcmp(world->fixture[contact->fixture].name, contact->b) != 0)) {
-        contact->fixture++;
+    while ((other->fixture < world->fixture_count) &&
+           (strcmp(world->fixture[other->fixture].name, contact->b) != 0)) {
+        other->fixture++;
     }
-    if (contact->fixture == world->fixture_count) {
-        return element_refuse(element, contact->b, "a Fixture above");
+    other->is_fixture = other->fixture < world->fixture_count;
+    if (!other->is_fixture) {
+        other->fixture = 0U;
+        if (world_find_frame(world, element, contact->b, &other->robot, &other->frame) != STATUS_OK) {
+            return element_refuse(element, contact->b, "a Fixture, or robot.link of a robot above");
+        }
     }
-    return find_frame(world, element, contact->a, &contact->robot, &contact->frame);
+    return world_find_frame(world, element, contact->a, &contact->side[0].robot, &contact->side[0].frame);
 }
 
 static const field_t spring_fields[] = {TEXT(world_spring_t, "on", on),
@@ -366,7 +319,7 @@ static status_t finish_spring(world_t* const world, const element_t* const eleme
 {
     world_spring_t* spring = record;
     spring->line           = element->line;
-    return find_frame(world, element, spring->on, &spring->robot, &spring->frame);
+    return world_find_frame(world, element, spring->on, &spring->robot, &spring->frame);
 }
 
 static const field_t joystick_fields[] = {
@@ -382,15 +335,15 @@ static const field_t joystick_fields[] = {
 
 static status_t finish_joystick(world_t* const world, const element_t* const element, void* const record)
 {
-    return take_device(world, element, &((world_joystick_t*)record)->device);
+    return world_take_device(world, element, &((world_joystick_t*)record)->device);
 }
 
 static const field_t hand_fields[] = {NAME(world_hand_t, "joystick", joystick_name),
                                       NUMBER(world_hand_t, "stiffness", stiffness, 1e-3, GREAT),
                                       NUMBER(world_hand_t, "damping", damping, 0.0, GREAT),
-                                      NUMBER(world_hand_t, "positionScale", position_scale, 1e-3, 1e3),
-                                      NUMBER(world_hand_t, "forceScale", force_scale, 0.0, 1e3),
-                                      NUMBER(world_hand_t, "jointStiffness", joint_stiffness, 1e-3, GREAT)};
+                                      OPTIONAL(world_hand_t, "positionScale", position_scale, 1e-3, 1e3),
+                                      OPTIONAL(world_hand_t, "forceScale", force_scale, 1e-9, 1e3),
+                                      OPTIONAL(world_hand_t, "jointStiffness", joint_stiffness, 1e-3, GREAT)};
 
 static status_t finish_hand(world_t* const world, const element_t* const element, void* const record)
 {
@@ -399,6 +352,12 @@ static status_t finish_hand(world_t* const world, const element_t* const element
     while ((hand->joystick < world->joystick_count) &&
            (strcmp(world->joystick[hand->joystick].device.name, hand->joystick_name) != 0)) {
         hand->joystick++;
+    }
+    hand->knows_scene = (hand->position_scale > 0.0);
+    if (((hand->force_scale > 0.0) != hand->knows_scene) ||
+        ((hand->joint_stiffness > 0.0) != hand->knows_scene)) {
+        return element_refuse(element, "Hand",
+                              "all of positionScale, forceScale and jointStiffness, or none");
     }
     return (hand->joystick < world->joystick_count)
                ? STATUS_OK
@@ -409,7 +368,7 @@ static const field_t power_unit_fields[] = {ADDRESS(world_power_unit_t)};
 
 static status_t finish_power_unit(world_t* const world, const element_t* const element, void* const record)
 {
-    return take_device(world, element, &((world_power_unit_t*)record)->device);
+    return world_take_device(world, element, &((world_power_unit_t*)record)->device);
 }
 
 static status_t take_supply(world_t* const world, const element_t* const element)
@@ -428,7 +387,7 @@ static status_t take_supply(world_t* const world, const element_t* const element
     if (unit->supply_count == WORLD_SUPPLIES_MAX) {
         return element_refuse(element, supply.device, "at most 4 devices");
     }
-    for (size_t i = 0U; (device = device_at(world, i)) != NULL; i++) {
+    for (size_t i = 0U; (device = world_device_at(world, i)) != NULL; i++) {
         if ((device->eds[0] != '\0') && (strcmp(device->name, supply.device) == 0)) {
             memcpy(unit->supply[unit->supply_count], supply.device, sizeof supply.device);
             unit->supply_count++;
@@ -455,6 +414,7 @@ static const kind_t kinds[] = {
     RECORDS("Robot", robot_fields, robot, WORLD_ROBOTS_MAX, finish_robot),
     RECORDS("DriveType", drive_type_fields, drive_type, WORLD_DRIVE_TYPES_MAX, finish_drive_type),
     RECORDS("Drive", drive_fields, drive, WORLD_DRIVES_MAX, finish_drive),
+    RECORDS("Gripper", gripper_fields, drive, WORLD_DRIVES_MAX, finish_gripper),
     RECORDS("Bench", bench_fields, bench, WORLD_BENCHES_MAX, finish_bench),
     RECORDS("Fixture", fixture_fields, fixture, WORLD_FIXTURES_MAX, finish_fixture),
     RECORDS("Contact", contact_fields, contact, WORLD_CONTACTS_MAX, finish_contact),
@@ -462,11 +422,29 @@ static const kind_t kinds[] = {
     RECORDS("Joystick", joystick_fields, joystick, WORLD_JOYSTICKS_MAX, finish_joystick),
     RECORDS("Hand", hand_fields, hand, WORLD_HANDS_MAX, finish_hand),
     RECORDS("PowerUnit", power_unit_fields, power_unit, WORLD_POWER_UNITS_MAX, finish_power_unit),
+    {"Wheel", "World", world_wheel_fields, WORLD_WHEEL_FIELDS, offsetof(world_t, wheel),
+     sizeof(world_wheel_t), offsetof(world_t, wheel_count), WORLD_WHEELS_MAX, world_wheel_finish, NULL},
+    {"ValveBox", "World", world_valve_box_fields, WORLD_VALVE_BOX_FIELDS, offsetof(world_t, valve_box),
+     sizeof(world_valve_box_t), offsetof(world_t, valve_box_count), WORLD_VALVE_BOXES_MAX,
+     world_valve_box_finish, NULL},
+    {"Gyro", "World", world_gyro_fields, WORLD_GYRO_FIELDS, offsetof(world_t, sensor), sizeof(world_sensor_t),
+     offsetof(world_t, sensor_count), WORLD_SENSORS_MAX, world_gyro_finish, NULL},
+    {"StarTracker", "World", world_tracker_fields, WORLD_TRACKER_FIELDS, offsetof(world_t, sensor),
+     sizeof(world_sensor_t), offsetof(world_t, sensor_count), WORLD_SENSORS_MAX, world_tracker_finish, NULL},
+    {"PoseCamera", "World", world_camera_fields, WORLD_CAMERA_FIELDS, offsetof(world_t, sensor),
+     sizeof(world_sensor_t), offsetof(world_t, sensor_count), WORLD_SENSORS_MAX, world_camera_finish, NULL},
+    {"Instrument", "World", world_instrument_fields, WORLD_INSTRUMENT_FIELDS, offsetof(world_t, instrument),
+     sizeof(world_instrument_t), offsetof(world_t, instrument_count), WORLD_INSTRUMENTS_MAX,
+     world_instrument_finish, NULL},
+    PART("State", "Robot", world_take_state),
+    PART("Spread", "Robot", world_take_spread),
     PART("Start", "Robot", take_start),
     PART("TorqueSensor", "DriveType", take_torque_sensor),
     PART("Box", "Fixture", take_shape),
+    PART("Sphere", "Fixture", take_shape),
     PART("Cylinder", "Fixture", take_shape),
-    PART("Supply", "PowerUnit", take_supply)};
+    PART("Supply", "PowerUnit", take_supply),
+    PART("Valve", "ValveBox", world_valve_take)};
 
 static status_t refuse_kind(const element_t* const element, const char* const parent)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Reader of worlds (descriptors/worlds/<mission>.xml, schema descriptors/schema/world.xsd): the robots of a
-/// mission, what is around them, and which device on which bus moves or measures what.
+/// mission, the objects around them, and the devices on each bus with what they move or measure.
 ///
 /// A name is defined before it is used. Joints and links are named robot.joint and robot.link. Refused, with
 /// file and line: unknown elements and attributes, values outside their range, unknown or repeated names, two
@@ -22,7 +22,7 @@
 #define WORLD_PATH_MAX 256U
 #define WORLD_BUSES_MAX 8U
 #define WORLD_ROBOTS_MAX 4U
-#define WORLD_DRIVE_TYPES_MAX 8U
+#define WORLD_DRIVE_TYPES_MAX 12U
 #define WORLD_DRIVES_MAX 24U
 #define WORLD_BENCHES_MAX 16U
 #define WORLD_FIXTURES_MAX 8U
@@ -32,16 +32,29 @@
 #define WORLD_JOYSTICKS_MAX 2U
 #define WORLD_HANDS_MAX 1U
 #define WORLD_POWER_UNITS_MAX 1U
-#define WORLD_SUPPLIES_MAX 4U ///< Of a power unit.
+#define WORLD_INSTRUMENTS_MAX 16U
+#define WORLD_WHEELS_MAX 8U
+#define WORLD_VALVE_BOXES_MAX 4U
+#define WORLD_VALVES_MAX 32U
+#define WORLD_VALVE_OUTPUTS 16U ///< Of a valve box.
+#define WORLD_SENSORS_MAX 12U
+#define WORLD_SUPPLIES_MAX 4U ///< Devices that one power unit supplies.
 
 typedef struct {
     char name[DOCUMENT_TEXT_MAX];
     char urdf[DOCUMENT_TEXT_MAX];
     char base[DOCUMENT_TEXT_MAX];
     unsigned line;
-    bool is_free; ///< Not bolted to the world.
+    bool is_free; ///< The base is not fixed to the world.
     robot_model_t model;
     double start[ROBOT_JOINTS_MAX]; ///< Joint positions at time 0.
+    pose_t pose;                    ///< Pose of the root link at time 0.
+    double velocity_m_s[3];         ///< Of the root link; the robot moves as one rigid body at time 0.
+    double rate_rad_s[3];           ///< In the axes of the world.
+    double valid_ns;                ///< The state is that at this time, if nothing acts on the robot before.
+    double spread_mass;             ///< Share by which the true mass of each body differs at most.
+    double spread_inertia;          ///< Share by which its inertia differs, in addition to that of its mass.
+    double spread_com;              ///< Distance by which its centre of mass differs along each axis [m].
 } world_robot_t;
 
 /// Motor, gear, sensors and brake of a joint.
@@ -56,8 +69,8 @@ typedef struct {
     double stiction;         ///< At zero speed, >= coulomb [Nm].
     double stribeck;         ///< Speed at which the excess of stiction has halved [rad/s].
     double viscous;          ///< [Nms/rad]
-    double brake;            ///< What the holding brake can take, on the joint side [Nm].
-    double stop_stiffness;   ///< Of the joint's end stops, acting on the rotor [Nm/rad].
+    double brake;            ///< Largest torque of the holding brake, on the joint side [Nm].
+    double stop_stiffness;   ///< Stiffness of the end stops, which act on the rotor [Nm/rad].
     double stop_damping;     ///< [Nms/rad]
     unsigned encoder_counts; ///< Per turn of the motor.
     bool has_torque_sensor;
@@ -67,7 +80,7 @@ typedef struct {
     double torque_range;  ///< Readings saturate at +- this [Nm].
 } world_drive_type_t;
 
-/// What every device has.
+/// Attributes that every device has.
 typedef struct {
     char name[DOCUMENT_TEXT_MAX]; ///< Its name in scenarios.
     char bus_name[DOCUMENT_TEXT_MAX];
@@ -84,14 +97,15 @@ typedef struct {
     unsigned robot;
     unsigned joint;
     unsigned type;
+    double force; ///< Largest force of the motor of a Gripper on the joint [N]; 0: it is a Drive.
 } world_drive_t;
 
-/// A drive on a table: its output touches an elastic object from an angle on.
+/// A drive on a test bench: its output touches an elastic object above a given angle.
 typedef struct {
     world_device_t device;
     char type_name[DOCUMENT_TEXT_MAX];
     unsigned type;
-    double contact;   ///< [rad]
+    double contact;   ///< Angle above which the output touches the object [rad].
     double stiffness; ///< Stiffness of the object [Nm/rad]; 0: there is no object.
     double range;     ///< End stops at +- this [rad].
 } world_bench_t;
@@ -104,17 +118,25 @@ typedef struct {
     shape_t shape[WORLD_FIXTURE_SHAPES_MAX]; ///< Poses are relative to `at`.
 } world_fixture_t;
 
-/// Collision shapes of a link against a fixture.
+/// A link of a robot, or a fixture.
+typedef struct {
+    bool is_fixture;
+    unsigned robot;
+    unsigned frame;
+    unsigned fixture;
+} world_side_t;
+
+/// Collision shapes of a link against those of a fixture or of another link.
 typedef struct {
     char a[DOCUMENT_TEXT_MAX];
     char b[DOCUMENT_TEXT_MAX];
     unsigned line;
-    unsigned robot;
-    unsigned frame;
-    unsigned fixture;
-    double stiffness; ///< [N/m]
+    world_side_t side[2];
+    double stiffness; ///< Stiffness of two shapes along the normal [N/m].
     double damping;   ///< [Ns/m]
     double friction;
+    double shear;         ///< Stiffness along the surface while friction holds [N/m]; 0: rigid.
+    double shear_damping; ///< [Ns/m]
 } world_contact_t;
 
 /// A cable with a spring at its end; a link that passes the hook from below pulls it.
@@ -143,23 +165,105 @@ typedef struct {
     unsigned encoder_counts;
 } world_joystick_t;
 
-/// The operator's hand on a joystick, with what he has learned of the robot's control.
+/// The operator's hand on a joystick, with the operator's knowledge of the robot's control. An operator
+/// without that knows no scene either (sim/operator/scene.h).
 typedef struct {
     char joystick_name[DOCUMENT_TEXT_MAX];
     unsigned line;
     unsigned joystick;
-    double stiffness;       ///< Stiffness of the grip [Nm/rad].
-    double damping;         ///< Damping of the grip [Nms/rad].
+    double stiffness; ///< Stiffness of the grip [Nm/rad].
+    double damping;   ///< Damping of the grip [Nms/rad].
+    bool knows_scene;
     double position_scale;  ///< Joint angle per stick angle.
     double force_scale;     ///< Stick torque per joint torque.
     double joint_stiffness; ///< Stiffness of a controlled joint [Nm/rad].
 } world_hand_t;
 
 typedef struct {
-    world_device_t device; ///< No EDS.
+    world_device_t device; ///< A power unit has no EDS.
     size_t supply_count;
     char supply[WORLD_SUPPLIES_MAX][DOCUMENT_TEXT_MAX]; ///< Names of devices.
 } world_power_unit_t;
+
+/// A reaction wheel: a momentum about an axis of a link. The inertia of the link in its URDF contains the
+/// wheel without its moment about the axis.
+typedef struct {
+    world_device_t device;
+    char on[DOCUMENT_TEXT_MAX];
+    unsigned robot;
+    unsigned frame;
+    double axis[3];  ///< In the frame of the link, of length 1.
+    double momentum; ///< Largest momentum, at the largest speed of its EDS [Nms].
+    double torque;   ///< Largest torque of the motor [Nm].
+    double start;    ///< Momentum at time 0 [Nms].
+} world_wheel_t;
+
+typedef struct {
+    world_device_t device;
+} world_valve_box_t;
+
+/// A thruster and its valve: while the valve is open, the thruster pushes its link.
+typedef struct {
+    char name[DOCUMENT_TEXT_MAX];
+    char on[DOCUMENT_TEXT_MAX];
+    unsigned line;
+    unsigned robot;
+    unsigned frame;
+    double at[3];        ///< In the link.
+    double direction[3]; ///< Direction of the force on the link, in the link; length 1.
+    double force;        ///< [N]
+    double shortest_ns;  ///< Shortest pulse.
+    unsigned box;
+    unsigned output; ///< From 1.
+} world_valve_t;
+
+typedef enum {
+    SENSOR_GYRO,
+    SENSOR_STAR_TRACKER,
+    SENSOR_POSE_CAMERA
+} world_sensor_kind_t;
+
+/// A sensor of motion, attitude or pose, in the frame of a link. Noise is a standard deviation.
+typedef struct {
+    world_device_t device;
+    world_sensor_kind_t kind;
+    char on[DOCUMENT_TEXT_MAX];
+    unsigned robot;
+    unsigned frame;
+    double rate_hz;    ///< Exposures; 0: at each SYNC.
+    double gyro_noise; ///< [rad/s]
+    double bias;       ///< Bias of each axis of a gyro, drawn from +- this [rad/s].
+    double noise[3];   ///< For a tracker, of the angles about its axes [rad]; for a camera, of positions [m].
+    double angle_noise[3];        ///< Of a camera [rad].
+    double at[3];                 ///< Of a camera in the frame of the link [m].
+    double rpy[3];                ///< [rad]
+    char sees[DOCUMENT_TEXT_MAX]; ///< The link whose pose a camera measures.
+    unsigned seen_robot;
+    unsigned seen_frame;
+    double delay_ns;
+    double loss; ///< Probability that a pose is not found.
+} world_sensor_t;
+
+/// A simple axis that exchanges records over an end node (sim/devices/instrument.h).
+typedef struct {
+    char name[DOCUMENT_TEXT_MAX]; ///< Its name in scenarios.
+    char type_name[DOCUMENT_TEXT_MAX];
+    char channel[DOCUMENT_TEXT_MAX];
+    char framing[DOCUMENT_TEXT_MAX];
+    char order[DOCUMENT_TEXT_MAX];
+    char checksum[DOCUMENT_TEXT_MAX];
+    char value_name[DOCUMENT_TEXT_MAX];
+    unsigned line;
+    unsigned type;  ///< stream_port_kind_t.
+    unsigned value; ///< instrument_value_t.
+    bool is_slip;
+    bool is_little;
+    bool has_checksum;
+    double period_ns;
+    double scale;
+    double offset;
+    double speed; ///< [1/s]
+} world_instrument_t;
 
 typedef struct {
     char path[WORLD_PATH_MAX];
@@ -188,9 +292,20 @@ typedef struct {
     world_hand_t hand[WORLD_HANDS_MAX];
     size_t power_unit_count;
     world_power_unit_t power_unit[WORLD_POWER_UNITS_MAX];
+    size_t wheel_count;
+    world_wheel_t wheel[WORLD_WHEELS_MAX];
+    size_t valve_box_count;
+    world_valve_box_t valve_box[WORLD_VALVE_BOXES_MAX];
+    size_t valve_count;
+    world_valve_t valve[WORLD_VALVES_MAX];
+    size_t sensor_count;
+    world_sensor_t sensor[WORLD_SENSORS_MAX];
+    size_t instrument_count;
+    world_instrument_t instrument[WORLD_INSTRUMENTS_MAX];
 } world_t;
 
-/// Read a world and the robots that it names. Statuses of document_read; the error names the file at fault.
+/// Read a world and the robots that it names. Statuses of document_read; the error names the file that
+/// contains it.
 MUST_USE status_t world_read(const char* path, world_t* out_world, char error[DOCUMENT_ERROR_MAX]);
 
 #endif // SIM_WORLD_WORLD_H

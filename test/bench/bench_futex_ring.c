@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cost of a hand-over: five processes on one processor pass a token round, once with only a futex in shared
-// memory (the baseline), once as participants of the scheduler, each requesting the next slot.
+// memory (the baseline), once as participants of the scheduler, each requesting the next time step.
 #define _GNU_SOURCE
 #include "osal/include/osal/lockstep_scheduler.h"
 #include "osal/include/osal/clock.h"
@@ -19,7 +19,7 @@
 
 #define MEMBERS 5U
 #define ROUNDS 40000U
-#define SLOT_NS 500000U
+#define STEP_NS 500000U
 
 typedef struct {
     struct {
@@ -63,7 +63,7 @@ static void take_part(unsigned member)
     osal_grant_t grant               = {0U, 0U, 0U};
     for (uint32_t round = 0U; round < ROUNDS; round++) {
         const status_t status =
-            osal_lockstep_wait(scheduler, member, OSAL_LOCKSTEP_ANY_LIFE, (uint64_t)round * SLOT_NS, &grant);
+            osal_lockstep_wait(scheduler, member, OSAL_LOCKSTEP_ANY_LIFE, (uint64_t)round * STEP_NS, &grant);
         if (status != STATUS_OK) {
             _exit(1);
         }
@@ -133,7 +133,7 @@ int main(void)
     for (unsigned i = 0U; i < (unsigned)REPEATS; i++) {
         // In alternation, so that both see the same other load.
         bare_us[i]                       = measure(pass_token, begin_token);
-        osal_lockstep_t* const scheduler = osal_lockstep_create(shared->scheduler, SLOT_NS, true);
+        osal_lockstep_t* const scheduler = osal_lockstep_create(shared->scheduler, STEP_NS, true);
         for (unsigned k = 0U; k < MEMBERS; k++) {
             osal_lockstep_expect(scheduler, k, 1U, 0U);
         }

@@ -5,7 +5,7 @@
                 baseline: the bare ODE plant loop (bound 4)
     processes   the same as processes; baseline: the image plus one round of a bare futex ring of five (bound 1.5)
 
-Medians over the rounds; the ratio is that of each round's neighbours."""
+The result is the median over the rounds. Each flight is divided by the baseline measured in the same round."""
 
 import json
 import pathlib

@@ -2,13 +2,13 @@
 // The bare plant loop, baseline of the flight image: arm, hand and simple regulators through the free space,
 // contact and spring part of the mission, no bus, no software.
 #include "sim/operator/hand.h"
-#include "sim/plant/parameters.h"
 #include "sim/plant/plant.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
 
+#define JOINTS 2U
 #define BEGIN_STEP 12000U // 6 s: the brakes open.
 #define STEPS 128000U     // 64 s: up to the first fault.
 #define REPEATS 3U
@@ -16,16 +16,15 @@
 
 /// Joint targets of one step, and the gravity torques at home.
 typedef struct {
-    double wanted_rad[PLANT_JOINTS];
-    double weight_nm[PLANT_JOINTS];
+    double wanted_rad[JOINTS];
+    double weight_nm[JOINTS];
 } regulator_t;
 
-static void regulate(void* context, unsigned substep, const plant_rotor_t motor[PLANT_JOINTS],
-                     double out_torque_nm[PLANT_JOINTS])
+static void regulate(void* context, unsigned substep, const plant_rotor_t* motor, double* out_torque_nm)
 {
     const regulator_t* regulator = context;
     (void)substep;
-    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
+    for (unsigned i = 0U; i < JOINTS; i++) {
         out_torque_nm[i] = regulator->weight_nm[i] +
                            4000.0 * (regulator->wanted_rad[i] - motor[i].position_rad) -
                            100.0 * motor[i].velocity_rad_s;
@@ -46,36 +45,36 @@ static double fly(unsigned* out_contact, unsigned* out_hooked)
     static const char* const scenario = "sim/scenarios/telepresence.scn";
     regulator_t regulator             = {.weight_nm = {5.9, 2.1}};
     char error[SCENARIO_ERROR_MAX];
-    hand_t* hand                  = NULL;
-    const plant_options_t options = {.gravity = true};
+    hand_t* hand   = NULL;
+    plant_t* plant = NULL;
     static world_t world;
-    plant_parameters_t parameters;
+    scene_t scene;
     if ((world_read("descriptors/worlds/rokviss.xml", &world, error) != STATUS_OK) ||
-        (plant_parameters_take(&world, &parameters, error) != STATUS_OK)) {
+        (scene_of(&world, &scene, error) != STATUS_OK) ||
+        (plant_create(&world, &plant, error) != STATUS_OK)) {
         (void)fprintf(stderr, "%s\n", error);
         exit(1);
     }
     const hand_parameters_t grip = hand_parameters_of(&world.hand[0]);
-    if (hand_load(&grip, &parameters, scenario, &hand, error) != STATUS_OK) {
+    if (hand_load(&grip, &scene, scenario, &hand, error) != STATUS_OK) {
         (void)fprintf(stderr, "%s\n", error);
         exit(1);
     }
-    plant_t* const plant             = plant_create(&parameters, &options);
     const plant_truth_t* const truth = plant_truth(plant);
     plant_input_t input              = {
-                     .drive = regulate, .drive_context = &regulator, .hand = hand_act, .hand_context = hand};
+                     .drive = regulate, .drive_context = &regulator, .hand = {hand_act}, .hand_context = {hand}};
     const double begin = microseconds();
     for (unsigned step = 0U; step < STEPS; step++) {
         hand_step(hand, truth->time_ns);
-        for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
-            regulator.wanted_rad[i] = parameters.home_rad[i] + 2.0 * truth->stick_position_rad[i];
+        for (unsigned i = 0U; i < JOINTS; i++) {
+            regulator.wanted_rad[i] = scene.home_rad[i] + 2.0 * truth->stick[0].position_rad[i];
             input.brake_engaged[i]  = step < BEGIN_STEP;
-            input.stick_torque_nm[i] =
-                0.03 * truth->external_torque_nm[i] - 0.9 * truth->stick_velocity_rad_s[i];
+            input.stick_torque_nm[0][i] =
+                0.03 * truth->external_torque_nm[i] - 0.9 * truth->stick[0].velocity_rad_s[i];
         }
         plant_step(plant, &input, STEP_NS);
-        *out_contact += truth->in_contact ? 1U : 0U;
-        *out_hooked += truth->spring_hooked ? 1U : 0U;
+        *out_contact += truth->contact[0].is_touching ? 1U : 0U;
+        *out_hooked += truth->spring[0].is_hooked ? 1U : 0U;
     }
     const double used = microseconds() - begin;
     plant_destroy(plant);

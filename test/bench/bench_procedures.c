@@ -12,8 +12,8 @@
 #include <time.h>
 
 #define SLOTS SPACECRAFT_PROCEDURE_SLOTS
-#define WARM_UP 200U // Cycles in which a program reaches its loop,
-#define LOOK 300U    // and in which they are compared.
+#define WARM_UP 200U // Cycles in which a program reaches its loop.
+#define LOOK 300U    // Cycles in which the programs are compared.
 #define NS_PER_US 1000.0
 #define NS_PER_S 1e9
 

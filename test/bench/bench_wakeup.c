@@ -63,7 +63,7 @@ static void loop(void (*wait)(uint64_t wake_ns), lateness_t* lateness, unsigned 
     lateness->p99_us[round] = late_us[(CYCLES * 99U) / 100U];
 }
 
-/// From cyclictest's histogram of whole microseconds. False if it is not installed.
+/// Measure with cyclictest, from its histogram of whole microseconds. False if it is not installed.
 static bool cyclictest(lateness_t* lateness, unsigned round)
 {
     FILE* const pipe = popen(COMMAND, "r");

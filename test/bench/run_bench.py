@@ -67,6 +67,8 @@ def verdict(row, relation, limit):
         return None, "not measured"
     if "skipped" in row:
         return None, f"skipped: {row['skipped']}"
+    if relation == ">=":
+        return row["value"] >= limit, f"{row['value']:.4g} {row['unit']}, at least {limit:g}"
     if relation == "faster":
         return row["ratio"] * limit <= 1.0, f"{1.0 / row['ratio']:.2f} times faster, at least {limit:g}"
     return row["ratio"] <= limit, f"{row['ratio']:.2f}, at most {limit:g}"

@@ -12,6 +12,7 @@ import canopen
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SIMULATOR = ROOT / "build/bin/simulator"
 WORLD = ROOT / "descriptors/worlds/rokviss.xml"
+CUBE = ROOT / "test/conformance/worlds/cube.xml"
 SHEETS = ROOT / "descriptors/devices"
 SYNC = 0x080
 BOUND_S = 300.0  # Wall-clock limit for waits only: devices are in simulated time.
@@ -20,9 +21,9 @@ BOUND_S = 300.0  # Wall-clock limit for waits only: devices are in simulated tim
 class Simulator:
     """The simulator, its tool port, and the folder of its logs."""
 
-    def __init__(self, folder, *options):
+    def __init__(self, folder, *options, world=WORLD):
         self.folder = folder
-        arguments = [SIMULATOR, "--world", WORLD, "--free-run", "3600", "--socketcand", "0", "--out", folder, *options]
+        arguments = [SIMULATOR, "--world", world, "--free-run", "3600", "--socketcand", "0", "--out", folder, *options]
         self.process = subprocess.Popen(arguments, cwd=ROOT, stdout=subprocess.PIPE, text=True)
         line = self.process.stdout.readline()
         self.port = int(re.search(r"127\.0\.0\.1:(\d+)", line).group(1))

@@ -92,6 +92,23 @@ def test_quick_stop_ends_in_switch_on_disabled(drive):
     stop_cycle(drive)
 
 
+def test_homing_ends_at_the_stop_and_moves_the_zero(drive):
+    drive.sdo[0x6098].raw = -1
+    drive.sdo[0x6099][1].raw = 500000
+    drive.sdo[0x607C].raw = -1234
+    enable(drive, 6)
+    bits = []
+    drive.tpdo[1].add_callback(lambda pdo: bits.append(pdo["Statusword"].raw & 0x3400))
+    until(lambda: bits and bits[-1] == 0x0400, "a search that was not started")
+    drive.controlword = 0x001F
+    until(lambda: bits[-1] == 0x1400, "the end of the search")
+    assert 0x0000 in bits
+    assert sorted(set(bits)) == [0x0000, 0x0400, 0x1400]
+    assert drive.is_homed()
+    assert abs(drive.tpdo[1]["Position actual value"].raw - 1234) < 15000  # It yields to gravity by load over gain.
+    stop_cycle(drive)
+
+
 def tshark(path, *options):
     """(protocol, info) of every frame, with CANopen on top of CAN."""
     arguments = ["tshark", "-r", str(path), "-d", "can.subdissector,canopen", "-T", "fields",
@@ -187,3 +204,11 @@ def test_the_world_is_needed(options, words):
     assert ended.returncode in (1, 2)
     assert len(ended.stderr.splitlines()) == 1
     assert words in ended.stderr
+
+
+def test_a_world_that_diverges_ends_the_run_with_its_reason(tmp_path):
+    (tmp_path / "rokviss.urdf").write_text(WORLD.with_suffix(".urdf").read_text())
+    (tmp_path / "w.xml").write_text(WORLD.read_text().replace('damping="8"', 'damping="80000"'))
+    done = subprocess.run([SIMULATOR, "--world", tmp_path / "w.xml", "--free-run", "1"], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert re.search(r"w\.xml:\d+: link arm\.\w+ gets a .*: the world diverges; look at the DriveType of its joint", done.stderr)

@@ -8,9 +8,13 @@ import subprocess
 import sys
 
 import lcm
+import numpy as np
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "gse"))
+from hirosco_gse import truth  # noqa: E402
+
 WRITER = ROOT / "build/test/unit/sim/truth/test_truth"
 TYPES = sorted((ROOT / "sim/truth").glob("*.lcm"))
 
@@ -43,11 +47,32 @@ def test_each_channel_has_its_type(events):
     assert {f"{channel.lower()}_t" for channel in events} == {path.stem for path in TYPES}
 
 
-@pytest.mark.parametrize("channel", ["JOINTS", "STICK", "CONTACT", "OPERATOR", "DRIVE", "FAULT"])
+@pytest.mark.parametrize("channel", ["WORLD", "JOINTS", "STICK", "CONTACT", "SPRING", "BASE", "WHEEL", "NAMES", "OPERATOR", "DRIVE", "VALVE", "FAULT", "CUT"])
 def test_every_octet_belongs_to_a_member(types, events, channel):
     message = decode(types, events, channel)
     assert message.encode() == events[channel].data
     assert message.time_ns // 1000 == events[channel].timestamp
+
+
+def test_the_reader_of_the_ground_has_the_fingerprints_of_lcm_gen(types):
+    assert truth.types().keys() == {path.stem.removesuffix("_t").upper() for path in TYPES}
+    for channel, kind in truth.types().items():
+        made = getattr(types, f"{channel.lower()}_t")
+        assert kind.fingerprint.to_bytes(8, "big") == made._get_packed_fingerprint(), channel
+
+
+def test_the_reader_of_the_ground_finds_the_same_members(types, events):
+    read = truth.decode({channel: ((), [event.data]) for channel, event in events.items()})
+    for channel in events:
+        message = decode(types, events, channel)
+        for member in truth.types()[channel].members:
+            if isinstance(read[channel], list):
+                found = read[channel][0][member.name]
+            elif member.name in read[channel]:
+                found = read[channel][member.name][0]
+            else:
+                continue  # The count of the arrays.
+            assert np.array_equal(found, getattr(message, member.name)), (channel, member.name)
 
 
 def test_joints(types, events):
@@ -59,6 +84,7 @@ def test_joints(types, events):
     assert tuple(joints.motor_torque_nm) == (4.1, 4.2)
     assert tuple(joints.joint_torque_nm) == (5.1, 5.2)
     assert tuple(joints.friction_nm) == (6.1, -6.2)
+    assert tuple(joints.external_torque_nm) == (7.1, 7.2)
     assert [bool(value) for value in joints.brake_engaged] == [True, False]
 
 
@@ -70,14 +96,36 @@ def test_stick(types, events):
     assert tuple(stick.hand_torque_nm) == (0.7, -1e-300)
 
 
-def test_contact(types, events):
+def test_world(types, events):
+    world = decode(types, events, "WORLD")
+    assert (world.joint, world.axis) == (["arm.joint1", "arm.joint2"], ["STICK", "STICK"])
+    assert (world.contact, world.spring, world.base) == (["arm.finger", "arm.tip"], ["arm.finger"], ["arm"])
+
+
+def test_contact_and_spring(types, events):
     contact = decode(types, events, "CONTACT")
-    assert tuple(contact.tip_m) == (0.1, 0.2, 0.3)
-    assert (contact.in_contact, contact.spring_hooked) == (True, False)
-    assert tuple(contact.contact_point_m) == (1.1, 1.2, 1.3)
-    assert tuple(contact.contact_force_n) == (2.1, 2.2, 2.3)
-    assert tuple(contact.spring_force_n) == (3.1, 3.2, 3.3)
-    assert tuple(contact.external_torque_nm) == (4.1, 4.2)
+    assert [tuple(place) for place in contact.place_m] == [(0.1, 0.2, 0.3), (0.4, 0.5, 0.6)]
+    assert [tuple(point) for point in contact.point_m] == [(1.1, 1.2, 1.3), (1.4, 1.5, 1.6)]
+    assert [tuple(force) for force in contact.force_n] == [(2.1, 2.2, 2.3), (2.4, 2.5, 2.6)]
+    assert [bool(value) for value in contact.is_touching] == [True, False]
+    spring = decode(types, events, "SPRING")
+    assert (tuple(spring.place_m[0]), tuple(spring.force_n[0])) == ((0.1, 0.2, 0.3), (3.1, 3.2, 3.3))
+    assert [bool(value) for value in spring.is_hooked] == [True]
+
+
+def test_base_and_cut(types, events):
+    base = decode(types, events, "BASE")
+    assert (tuple(base.position_m[0]), tuple(base.rotation[0])) == ((1, 2, 3), (0.5, 0.5, -0.5, 0.5))
+    assert (tuple(base.velocity_m_s[0]), tuple(base.rate_rad_s[0])) == ((4, 5, 6), (7, 8, 9))
+    cut = decode(types, events, "CUT")
+    assert cut.time_ns == 96_000_000_000 and 1000 < cut.octets < 1482
+
+
+def test_wheel_and_names(types, events):
+    wheel = decode(types, events, "WHEEL")
+    assert (tuple(wheel.momentum_nms), tuple(wheel.torque_nm)) == ((1.5, -2.5), (0.1, -0.2))
+    names = decode(types, events, "NAMES")
+    assert (names.channel, names.name) == ("WHEEL", ["arm.finger"])
 
 
 def test_operator(types, events):
@@ -88,9 +136,11 @@ def test_operator(types, events):
     assert (operator.grip, operator.verb) == (0.75, "follow")
 
 
-def test_drive_and_fault(types, events):
+def test_drive_valve_and_fault(types, events):
     drive = decode(types, events, "DRIVE")
     assert (drive.bus, drive.node, drive.axis, drive.statusword) == ("robot", 0x12, 1, 0x8627)
     assert (drive.plugged, drive.brake_engaged) == (True, False)
+    valve = decode(types, events, "VALVE")
+    assert (valve.name, valve.is_open) == ("PUSH1", True)
     fault = decode(types, events, "FAULT")
     assert (fault.kind, fault.target, fault.active) == ("unplug", "robot 0x11", True)

@@ -37,7 +37,7 @@ from message_values import Values
 from tm_packets import build_tm
 
 pytestmark = pytest.mark.long
-MISSION = "rokviss"
+MISSION, APID = "rokviss", 16  # That of the manipulator.
 PATIENCE_S = 300.0
 TAI_1970_S, LEAP_S = 378_691_200, 37  # From 1958 to 1970; UTC behind TAI.
 LATER_NS = 10**9 * 10**7  # Mission time of synthetic reports, different from that of all reports of the flight.
@@ -55,6 +55,7 @@ SYNTHETIC = """
     packetPreprocessorArgs:
       errorDetection: {type: CRC-16-CCIIT}
       timeEncoding: {type: CUC, epoch: TAI}
+      checkSequence: false
 mdb:"""
 
 
@@ -211,21 +212,86 @@ def test_it_loads_the_database_without_a_message_and_links_up(yamcs):
 def test_requests_complete_with_their_verifiers(yamcs):
     until(lambda: all(link["status"] == "OK" for link in yamcs.ask("links/mission")["links"]), "the links")
     for name, arguments in (
-        ("ST17/TC_17_1", {"apid": 16}),
-        ("ST20/TC_20_1", {"apid": 16, "n_groups": ["MANIPULATOR.DES_POSITION", "MANIPULATOR.TORQUE_LIMIT"]}),
+        ("ST17/PING", {"apid": "MANIPULATOR"}),
+        ("ST20/PARAMETER_REPORT", {"apid": "MANIPULATOR", "n_groups": ["MANIPULATOR.DES_POSITION", "MANIPULATOR.TORQUE_LIMIT"]}),
         ("MANIPULATOR/SET_TORQUE_LIMIT", {"TORQUE_LIMIT": [1.25, 0.75]}),
-        ("ST03/TC_3_27", {"apid": 1, "n_groups": [1]}),
+        ("ST03/HK_REPORT_ONCE", {"apid": "SUPERVISOR", "n_groups": [1]}),
     ):
         history = yamcs.carried_out(name, **arguments)
         stages = [history.get(f"Verifier_{stage}_Status") for stage in ("Accepted", "Started", "Completed")]
         assert stages == ["OK", "OK", "OK"] and history["CommandComplete_Status"] == "OK", (name, {k: v for k, v in history.items() if "Message" in k})
-    refused = yamcs.carried_out("ST03/TC_3_27", apid=1, n_groups=[4711])
+    refused = yamcs.carried_out("ST03/HK_REPORT_ONCE", apid="SUPERVISOR", n_groups=[4711])
     assert refused["CommandComplete_Status"] == "NOK" and refused["Verifier_Started_Message"] == "UNKNOWN_ID", refused
     with pytest.raises(AssertionError, match="not in the range"):
         yamcs.command("MANIPULATOR/SET_DES_POSITION", DES_POSITION=[9.0, 0.0])
     parameter = f"processors/mission/realtime/parameters/{MISSION}/MANIPULATOR/TORQUE_LIMIT"
-    yamcs.carried_out("ST20/TC_20_1", apid=16, n_groups=["MANIPULATOR.TORQUE_LIMIT"])
+    yamcs.carried_out("ST20/PARAMETER_REPORT", apid="MANIPULATOR", n_groups=["MANIPULATOR.TORQUE_LIMIT"])
     until(lambda: plain(yamcs.ask(parameter).get("engValue")) == [1.25, 0.75], "the value that was set")
+
+
+def test_the_missions_own_services_have_commands_with_words(yamcs):
+    """States, modes, configurations, links and processes by name; a request that cannot be routed fails by TM[1,10]."""
+    for name, arguments in (
+        ("MANIPULATOR/SELECT_CONFIGURATION", {"configuration": "STAND_ALONE"}), ("JOYSTICK/REPORT_STATUS", {}),
+        ("ST131/SUBSYSTEMS_REPORT", {"apid": "SUPERVISOR"}), ("ST131/NETWORKS_REPORT", {"apid": "SUPERVISOR"}),
+        ("ST130/LINK_REPORT_STATUS", {"apid": "SUPERVISOR", "n_groups": []}),
+    ):
+        history = yamcs.carried_out(name, **arguments)
+        assert history["CommandComplete_Status"] == "OK", (name, history)
+    refused = yamcs.carried_out("ST130/LINK_OPEN", apid="SUPERVISOR", link="HAND_POSITION", epoch=0, peer=0, deadline=2000)
+    assert refused["CommandComplete_Status"] == "NOK", refused
+    with pytest.raises(AssertionError, match="FLYING"):
+        yamcs.command("ST131/MODE_SET", apid="SUPERVISOR", mode="FLYING")
+    stopped = yamcs.carried_out("ST131/PROCESS_STOP", apid="SUPERVISOR", process_of="JOYSTICK")
+    assert stopped["CommandComplete_Status"] == "OK", stopped
+    unroutable = yamcs.carried_out("ST17/PING", apid="JOYSTICK")
+    assert unroutable["Verifier_Accepted_Message"] == "UNAVAILABLE" and unroutable["CommandComplete_Status"] == "NOK", unroutable
+    assert any(packets.parse(base64.b64decode(one[3])).message == (1, 10) for one in yamcs.packets())
+    started = yamcs.carried_out("ST131/PROCESS_START", apid="SUPERVISOR", process_of="JOYSTICK")
+    assert started["CommandComplete_Status"] == "OK", started
+
+
+def test_stacks_and_displays_are_there_and_the_steps_of_a_stack_complete(yamcs):
+    """In the buckets that its pages show; each parameter of a table and each command of a stack is in the database."""
+    shown = {name: {one["name"] for one in yamcs.ask(f"storage/buckets/{name}/objects")["objects"]} for name in ("displays", "stacks")}
+    assert shown["displays"] == {"SUPERVISOR.par", "COMMUNICATION.par", "JOYSTICK.par", "MANIPULATOR.par"}
+    pages = [yamcs.ask(f"mdb/mission/parameters?limit=1000&details=false&pos={start}") for start in range(0, 5000, 1000)]
+    known = {one["qualifiedName"] for page in pages for one in page.get("parameters", [])}
+    for name in shown["displays"]:
+        assert set(yamcs.ask(f"storage/buckets/displays/objects/{name}")["parameters"]) <= known
+    assert "JOYSTICK-STAND_ALONE.ycs" in shown["stacks"]
+    for step in yamcs.ask("storage/buckets/stacks/objects/JOYSTICK-STAND_ALONE.ycs")["steps"]:
+        arguments = {one["name"]: one["value"] for one in step["arguments"]}
+        history = yamcs.carried_out(step["name"].removeprefix(f"/{MISSION}/"), **arguments)
+        assert history["CommandComplete_Status"] == "OK", (step, history)
+    state = f"processors/mission/realtime/parameters/{MISSION}/JOYSTICK/CUR_VALUES_STATE"
+    until(lambda: plain(yamcs.ask(state).get("engValue")) == "OPERATIONAL", "the state in words")
+    yamcs.carried_out("ST03/HK_REPORT_ONCE", apid="SUPERVISOR", n_groups=[1])
+    malformed = f"processors/mission/realtime/parameters/{MISSION}/SUPERVISOR/COUNTERS_TM_MALFORMED"
+    until(lambda: yamcs.ask(malformed).get("monitoringResult") == "IN_LIMITS", "a value that was compared with its warning limit")
+    for target in ("SAFE_OPERATIONAL", "PRE_OPERATIONAL", "OFFLINE"):
+        assert yamcs.carried_out("JOYSTICK/REQUEST_STATE", target=target)["CommandComplete_Status"] == "OK"
+
+
+def test_another_ground_user_leaves_no_gap_and_finishes_no_command_of_yamcs(yamcs, flight):
+    for _ in range(3):
+        done = flying.gse(flight, "ping", "all", timeout=PATIENCE_S)
+        assert done.returncode == 0, done.stderr
+        history = yamcs.carried_out("ST17/PING", apid="SUPERVISOR")
+        assert history["CommandComplete_Status"] == "OK", history
+    warned = [one for one in yamcs.ask("archive/mission/events?limit=1000").get("events", []) if "JUMP" in one.get("type", "") + one["message"]]
+    assert not warned and "SEQ_COUNT_JUMP" not in yamcs.told()
+
+
+def test_its_database_is_compared_with_what_flies(flight, dictionary, monkeypatch, tmp_path):
+    assert yamcs_run.compare(MISSION, flight.port(), PATIENCE_S) == [f"the mission flies the interface of the database, {dictionary.interface_hash}"]
+    content = json.loads((ROOT / "build" / "generated" / f"{MISSION}.json").read_text(encoding="utf-8"))
+    content["subsystems"][0]["interface_hash"] = content["interface_hash"] = "0x00000000000000AA"
+    (tmp_path / f"{MISSION}.json").write_text(json.dumps(content), encoding="utf-8")
+    shutil.copy2(ROOT / "build" / "generated" / f"{MISSION}.xtce.xml", tmp_path)
+    monkeypatch.setattr(yamcs_run, "GENERATED", tmp_path)
+    told = yamcs_run.compare(MISSION, flight.port(), PATIENCE_S)
+    assert len(told) == 2 and "run make" in told[0] and re.fullmatch(r"\w+ flies interface 0x\w{16}, the database has 0x00000000000000AA: .*", told[1])
 
 
 def test_it_commands_a_mission_with_a_key_through_the_gateway(place, synthetic_link):
@@ -239,7 +305,7 @@ def test_it_commands_a_mission_with_a_key_through_the_gateway(place, synthetic_l
     try:
         until(server.has_started, "start of Yamcs")
         until(lambda: all(link["status"] == "OK" for link in server.ask("links/mission")["links"]), "the links")
-        history = server.carried_out("ST17/TC_17_1", apid=16)
+        history = server.carried_out("ST17/PING", apid="MANIPULATOR")
         assert history["CommandComplete_Status"] == "OK", history
     finally:
         server.end()
@@ -349,7 +415,7 @@ def test_made_up_reports_have_the_values_that_were_put_in(yamcs, synthetic_link,
         if message is None:
             continue
         entry = dictionary.catalogue.find("TM", *message)
-        assert name.endswith(f"/TM_{message[0]}_{message[1]}"), name
+        assert name.endswith(f"/{entry['identifier']}"), name
         expected, theirs = Expected(dictionary, entry).fields(entry["fields"], given), seen(yamcs.extract(name, stamp, sequence))
         compared.add(message)
         if expected != theirs:
@@ -403,8 +469,8 @@ class KnownValues(Values):
             return "MANIPULATOR.TORQUE_LIMIT"
         if field["kind"] == "value" and self.layouts.get(field["of"]) == "REALS":
             return [1.5, -2.0]
-        if field["kind"] == "bool8":
-            return 1
+        if field["kind"] in ("bool8", "apid"):
+            return {"bool8": 1, "apid": APID}[field["kind"]]
         return super().value(entry, field)
 
 
@@ -412,8 +478,8 @@ class Command:
     """Name and arguments of the generated command for values of a request of the catalogue."""
 
     def __init__(self, catalogue, entry, given):
-        self.catalogue, self.entry, self.found = catalogue, entry, {"apid": 16}
-        self.name = f"ST{entry['service']:02}/TC_{entry['service']}_{entry['subtype']}"
+        self.catalogue, self.entry, self.found = catalogue, entry, {"apid": "MANIPULATOR"}
+        self.name = f"ST{entry['service']:02}/{entry['identifier']}"
         self.given = self.fields(entry["fields"], given)
 
     def fields(self, fields, given):
@@ -422,7 +488,7 @@ class Command:
         for field in fields:
             if "choice" in field:
                 word = str(given[field["choice"]])
-                self.name += "_" + re.sub(r"[^A-Za-z0-9]", "_", word)
+                self.name += "_" + re.sub(r"[^A-Za-z0-9]", "_", word).upper()
                 number = self.catalogue.number_of(self.entry["service"], field["choice"], word)
                 kept |= self.fields(field["cases"][str(number)], {k: v for k, v in given.items() if k in names(field["cases"][str(number)])})
             elif "repeat" in field and has_one_group(field["fields"]):
@@ -460,8 +526,8 @@ class Command:
         if field["kind"] == "value" and not isinstance(value, str):
             kind = "DOUBLE" if isinstance(value, list) else given[field["of"]]
             return values.encode(kind, value if isinstance(value, list) else [value]).hex()
-        if field["kind"] == "bool8":
-            return bool(value)
+        if field["kind"] in ("bool8", "apid"):
+            return {"bool8": bool(value), "apid": "MANIPULATOR"}[field["kind"]]
         coding = self.catalogue.kinds.get(field["kind"], {}).get("coding")
         if coding in ("reltime", "position"):
             return round(value * 2 ** {"reltime": 24, "position": 16}[coding])

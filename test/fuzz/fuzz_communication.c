@@ -28,7 +28,7 @@ typedef struct { // Octets sent on one connection; they may go up long after the
     uint16_t port;
     uint8_t sent[STREAM_MAX];
     size_t sent_size;
-    size_t judged; // Octets that have gone up or were no requests.
+    size_t processed; // Octets that were forwarded or were no requests.
 } stream_t;
 
 static stream_t streams[STREAMS];
@@ -44,7 +44,7 @@ static struct {
 /// The next request in the octets of a client must be this packet. Reports in between are skipped.
 static bool is_next_of(stream_t* const stream, const uint8_t* const packet, const size_t size)
 {
-    size_t at = stream->judged;
+    size_t at = stream->processed;
     for (;;) {
         const uint8_t* const octets = &stream->sent[at];
         if ((stream->sent_size - at) < 6U) {
@@ -56,7 +56,7 @@ static bool is_next_of(stream_t* const stream, const uint8_t* const packet, cons
         }
         if ((octets[0] & 0x10U) != 0U) {
             const bool is_same = (length == size) && (memcmp(octets, packet, size) == 0);
-            stream->judged     = is_same ? (at + length) : stream->judged;
+            stream->processed  = is_same ? (at + length) : stream->processed;
             return is_same;
         }
         at += length;
@@ -161,7 +161,7 @@ static void speak(const unsigned client, const uint8_t* const octets, const size
         clients[client].stream            = &streams[stream_count];
         clients[client].stream->port      = local.port;
         clients[client].stream->sent_size = 0U;
-        clients[client].stream->judged    = 0U;
+        clients[client].stream->processed = 0U;
         clients[client].read_size         = 0U;
         stream_count++;
     }

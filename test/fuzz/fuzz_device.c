@@ -30,7 +30,7 @@ static void hear(void* const context, const osal_can_frame_t* const frame)
     boots += ((frame->id == (0x700U + NODE)) && (frame->length == 1U) && (frame->data[0] == 0U)) ? 1U : 0U;
 }
 
-static void look(void* const context, drive_truth_t* const out_truth)
+static void read_truth(void* const context, drive_truth_t* const out_truth)
 {
     (void)context;
     *out_truth = (drive_truth_t){0.1, 0.0, 1.0};
@@ -49,7 +49,7 @@ static void begin(void)
                                                          .drift_max_nm_s = 2e-4,
                                                          .range_nm       = 60.0},
                                        .encoder       = {.counts_per_turn = 65536U, .gear_ratio = 160.0},
-                                       .look          = look};
+                                       .read_truth    = read_truth};
     char error[EDS_ERROR_MAX];
     boots = 0U;
     bus   = bus_create(&config);

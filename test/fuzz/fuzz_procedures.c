@@ -14,7 +14,7 @@
 #define CODE_MAX 16384U
 /// Memory that is requested, refused and collected is charged afterwards.
 #define OVERSHOOT ((4U * PROCEDURE_ACT_MAX) + PROCEDURE_GRACE)
-/// Of a cycle; the most expensive known program takes 0.1 ms. Before functions were charged, one took 236 ms.
+/// Limit of a cycle [ns]. The most expensive known program takes 0.1 ms.
 #define CYCLE_NS_MAX 20000000.0
 #define NS_PER_S 1e9
 

@@ -55,7 +55,7 @@ static status_t resolve(void* const context, const flow_endnode_kind_t kind, con
     return STATUS_OK;
 }
 
-/// As a program does: the model that is not in force is read again.
+/// Read the model that is not in force again, as a program does.
 static status_t reload(void* const context, const subsystem_descriptor_t** const out_descriptor)
 {
     (void)context;

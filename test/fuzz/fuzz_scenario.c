@@ -4,7 +4,7 @@
 #include "sim/app/faults.h"
 #include "sim/operator/hand.h"
 #include "sim/operator/scenario.h"
-#include "sim/plant/parameters.h"
+#include "sim/operator/scene.h"
 #include "test/fuzz/fuzz.h"
 
 #include <math.h>
@@ -36,9 +36,9 @@ static void check_error(const status_t status, const char* const path, const cha
 
 static void play(hand_t* const hand)
 {
-    const double position[PLANT_AXES] = {0.1, -0.1};
-    const double velocity[PLANT_AXES] = {0.0, 0.0};
-    double torque[PLANT_AXES];
+    const double position[HAND_AXES] = {0.1, -0.1};
+    const double velocity[HAND_AXES] = {0.0, 0.0};
+    double torque[HAND_AXES];
     for (uint64_t i = 0U; i < STEPS; i++) {
         hand_step(hand, i * STEP_NS);
         hand_torque(hand, position, velocity, torque);
@@ -46,9 +46,9 @@ static void play(hand_t* const hand)
     }
 }
 
-static plant_parameters_t parameters;
+static scene_t scene;
 static hand_parameters_t grip;
-static drive_t* drive; // Named by the scenarios, not used by them here.
+static drive_t* drive; // The scenarios name it; it is not used here.
 static fault_world_t targets;
 
 static void begin(void)
@@ -59,7 +59,7 @@ static void begin(void)
     const bus_config_t config   = {.nominal_bit_rate = 1000000U, .seed = 1U};
     const drive_config_t wanted = {.step_ns = 500000U, .substep_ns = 125000U};
     FUZZ_CHECK(world_read("descriptors/worlds/rokviss.xml", &world, error) == STATUS_OK);
-    FUZZ_CHECK(plant_parameters_take(&world, &parameters, error) == STATUS_OK);
+    FUZZ_CHECK(scene_of(&world, &scene, error) == STATUS_OK);
     grip = hand_parameters_of(&world.hand[0]);
     FUZZ_CHECK(drive_create(bus_create(&config), "descriptors/devices/joint-drive.eds", 0x11U, &wanted,
                             &drive, sheet) == STATUS_OK);
@@ -84,13 +84,14 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
     check_error(status, path, error);
     status = faults_load(&faults, &targets, path, error);
     check_error(status, path, error);
-    FUZZ_CHECK(faults.count <= FAULTS_MAX);
+    const fault_t* const fault = faults.record;
     for (size_t i = 0U; (status == STATUS_OK) && (i < faults.count); i++) {
-        FUZZ_CHECK((faults.fault[i].kind < FAULT_KIND_COUNT) && (faults.fault[i].bus < FAULT_BUSES_MAX));
-        FUZZ_CHECK(isfinite(faults.fault[i].value));
+        FUZZ_CHECK((fault[i].kind < FAULT_KIND_COUNT) && (fault[i].bus < FAULT_BUSES_MAX));
+        FUZZ_CHECK(isfinite(fault[i].value));
     }
+    faults_free(&faults);
     hand_t* hand = NULL;
-    status       = hand_load(&grip, &parameters, path, &hand, error);
+    status       = hand_load(&grip, &scene, path, &hand, error);
     check_error(status, path, error);
     FUZZ_CHECK((status == STATUS_OK) == (hand != NULL));
     if (status == STATUS_OK) {

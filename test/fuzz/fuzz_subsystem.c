@@ -30,8 +30,8 @@ static uint64_t now_ns;
 static unsigned steps_left;
 static unsigned refusals; // Number of reports that the port refuses before it takes one.
 
-// Requests accepted and not ended: an end without one, or a second end, is an error. Only while the numbers
-// of requests under way differ.
+// Requests accepted and not ended: an end without one, or a second end, is an error. This is checked only
+// while the numbers of requests under way differ.
 static uint32_t open_requests[TOKENS];
 static unsigned open_count;
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Worlds and robots: refused with file and line, or records in which every index is in range, every tree
 // has its parents first, and every number is finite.
-#include "sim/plant/parameters.h"
+#include "sim/operator/scene.h"
+#include "sim/plant/plant.h"
 #include "sim/world/world.h"
 #include "test/fuzz/fuzz.h"
 
@@ -39,6 +40,8 @@ static void check_robot(const robot_model_t* const model)
         FUZZ_CHECK((body->mass_kg > 0.0) && isfinite(body->mass_kg) && isfinite(body->com_m[2]));
         FUZZ_CHECK(isfinite(body->inertia_kgm2.at[0][0]) && isfinite(body->inertia_kgm2.at[1][2]));
         FUZZ_CHECK(robot_model_joint(model, joint->name) <= i);
+        FUZZ_CHECK(!joint->is_mimic ||
+                   ((joint->leader < model->joint_count) && !model->joint[joint->leader].is_mimic));
     }
     for (size_t i = 0U; i < model->frame_count; i++) {
         FUZZ_CHECK((model->frame[i].body <= model->joint_count) &&
@@ -53,6 +56,16 @@ static void check_device(const world_device_t* const device)
 {
     FUZZ_CHECK((device->bus < world.bus_count) && (device->node >= 2U) && (device->node <= 127U));
     FUZZ_CHECK((device->name[0] != '\0') && (memchr(device->eds, '\0', sizeof device->eds) != NULL));
+}
+
+static void check_side(const world_side_t* const side)
+{
+    if (side->is_fixture) {
+        FUZZ_CHECK(side->fixture < world.fixture_count);
+        return;
+    }
+    FUZZ_CHECK((side->robot < world.robot_count) &&
+               (side->frame < world.robot[side->robot].model.frame_count));
 }
 
 static void check_world(void)
@@ -76,8 +89,9 @@ static void check_world(void)
     }
     for (size_t i = 0U; i < world.contact_count; i++) {
         const world_contact_t* contact = &world.contact[i];
-        FUZZ_CHECK((contact->robot < world.robot_count) && (contact->fixture < world.fixture_count) &&
-                   (contact->frame < world.robot[contact->robot].model.frame_count));
+        check_side(&contact->side[0]);
+        check_side(&contact->side[1]);
+        FUZZ_CHECK(!contact->side[0].is_fixture);
     }
     for (size_t i = 0U; i < world.hand_count; i++) {
         FUZZ_CHECK(world.hand[i].joystick < world.joystick_count);
@@ -93,7 +107,8 @@ static void check_error(const status_t status, const char* const error)
 int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
 {
     char error[DOCUMENT_ERROR_MAX];
-    plant_parameters_t parameters;
+    scene_t scene;
+    plant_t* plant = NULL;
     (void)fuzz_file(data, size);
     status_t status = robot_model_read(path, &robot, error);
     if (status == STATUS_OK) {
@@ -104,8 +119,11 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
     status = world_read(path, &world, error);
     if (status == STATUS_OK) {
         check_world();
-        status = plant_parameters_take(&world, &parameters, error);
-        FUZZ_CHECK((status != STATUS_OK) || isfinite(parameters.bump_height_m));
+        status = scene_of(&world, &scene, error);
+        FUZZ_CHECK((status != STATUS_OK) || isfinite(scene.bump_height_m));
+        status = plant_create(&world, &plant, error);
+        FUZZ_CHECK((status == STATUS_OK) == (plant != NULL));
+        plant_destroy(plant);
     }
     if (status != STATUS_OK) {
         check_error(status, error);

@@ -218,6 +218,13 @@ def seeds_of_dump():
         yield bytes([3 + style]) + both[0] + both[1]
 
 
+def seeds_of_records():
+    """Fields of each type, in both byte orders, with and without a checksum."""
+    types = bytes(range(10))
+    yield from (bytes([flags | 9]) + types + bytes(range(42 + (2 if flags & 0x80 else 0))) for flags in (0, 0x40, 0x80, 0xC0))
+    yield from (bytes([0, kind]) + bytes([0xFF]) * size for kind, size in enumerate((1, 2, 4, 8, 1, 2, 4, 8, 4, 8)))
+
+
 def files(*patterns):
     for pattern in patterns:
         yield from (path.read_bytes() for path in sorted(pathlib.Path().glob(pattern)))
@@ -228,7 +235,7 @@ VECTORS = {
     "eds": lambda: files("descriptors/devices/*.eds"), "flow_stream": seeds_of_streams, "link_frame": seeds_of_links, "message": seeds_of_messages,
     "mission_descriptor": lambda: files("descriptors/missions/*.xml"), "packet": seeds_of_packets,
     "packet_archive": seeds_of_archive, "procedures": seeds_of_procedures, "pusdump": seeds_of_dump, "reload": seeds_of_reload,
-    "sdls": seeds_of_sdls, "scenario": lambda: files("sim/scenarios/*.scn"), "socketcand": seeds_of_socketcand,
+    "sdls": seeds_of_sdls, "scenario": lambda: files("sim/scenarios/*.scn"), "socketcand": seeds_of_socketcand, "stream_record": seeds_of_records,
     "subsystem": seeds_of_subsystem, "subsystem_descriptor": lambda: files("descriptors/subsystems/*.xml"),
     "supervisor": seeds_of_supervisor, "text": seeds_of_text, "udp_carrier": seeds_of_datagrams,
     "world": lambda: files("descriptors/worlds/*"), "xml": lambda: files("descriptors/*/*.xml"),

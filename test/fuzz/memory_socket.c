@@ -266,6 +266,13 @@ status_t osal_socket_wait_readable(osal_socket_t* const socket, const uint32_t t
     return ((end->held > 0U) || (end->waiting_count > 0U)) ? STATUS_OK : STATUS_TIMEOUT;
 }
 
+status_t osal_socket_wait_writable(osal_socket_t* const socket, const uint32_t timeout_ms)
+{
+    (void)socket;
+    (void)timeout_ms;
+    return STATUS_OK;
+}
+
 status_t osal_socket_local_address(const osal_socket_t* const socket, osal_address_t* const out_local)
 {
     const end_t* const end = end_of(socket);

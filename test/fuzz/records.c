@@ -47,10 +47,10 @@ bool fuzz_next(fuzz_input_t* const input, fuzz_record_t* const out_record)
     }
     const uint8_t* const head = &input->data[input->position];
     const size_t left         = input->size - input->position - FUZZ_RECORD_HEADER;
-    const size_t told         = ((size_t)head[2] << 8U) | head[3];
+    const size_t stated       = ((size_t)head[2] << 8U) | head[3];
     out_record->kind          = head[0];
     out_record->argument      = head[1];
-    out_record->size          = (told < left) ? told : left;
+    out_record->size          = (stated < left) ? stated : left;
     input->copy               = malloc((out_record->size > 0U) ? out_record->size : 1U);
     FUZZ_CHECK(input->copy != NULL);
     (void)memcpy(input->copy, &head[FUZZ_RECORD_HEADER], out_record->size);
@@ -71,9 +71,9 @@ static size_t find_records(const uint8_t* const data, const size_t size, place_t
     size_t count    = 0U;
     size_t position = 0U;
     while ((count < RECORDS_MAX) && ((size - position) >= FUZZ_RECORD_HEADER)) {
-        const size_t left = size - position - FUZZ_RECORD_HEADER;
-        const size_t told = ((size_t)data[position + 2U] << 8U) | data[position + 3U];
-        places[count]     = (place_t){position, (told < left) ? told : left};
+        const size_t left   = size - position - FUZZ_RECORD_HEADER;
+        const size_t stated = ((size_t)data[position + 2U] << 8U) | data[position + 3U];
+        places[count]       = (place_t){position, (stated < left) ? stated : left};
         position += FUZZ_RECORD_HEADER + places[count].size;
         count++;
     }

@@ -41,7 +41,7 @@ def place(request, hil_folder):
 
 
 def pytest_sessionfinish(session):
-    """A worker passes it to the process that writes the summary."""
+    """A worker passes the place to the process that writes the summary."""
     chosen = session.config.stash.get(CHOSEN, None)
     if chosen and hasattr(session.config, "workeroutput"):
         session.config.workeroutput["place"] = chosen

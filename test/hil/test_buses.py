@@ -10,7 +10,7 @@ import pytest
 
 import place as places
 import reports
-from hirosco_gse import dictionary, logs
+from hirosco_gse import dictionary, logs, packet_log
 from hirosco_gse import run as runs
 from recordings import assert_database_knows_all, assert_wireshark_names_all, frames, of_interface
 
@@ -93,7 +93,7 @@ def test_a_flood_is_counted(group):
     group.check("a_flood_on_the_wire_ends_in_a_safe_state")
     arm = dictionary.Dictionary.load(places.ROOT / "build" / "generated" / "classic.json").subsystem("MANIPULATOR")
     structure = arm.configuration("CLASSIC").structures[COUNTERS]
-    told = [raw[23:-2] for _, direction, _, raw in logs.read_packets(group.result.folder / "flood" / "packets.log")
+    told = [raw[23:-2] for _, direction, _, raw in packet_log.read_packets(group.result.folder / "flood" / "packets.log")
                   if direction == "TM" and raw[7:9] == b"\x03\x19" and int.from_bytes(raw[21:23], "big") == COUNTERS]
     counters = [structure.decode(octets)["COUNTERS"] for octets in told]
     before, after = ([entry[name][0] for name in ("TRANSMIT_FULL", "RECEIVE_OVERRUNS", "FRAMES_REFUSED")]

@@ -14,7 +14,7 @@ import types
 import deaths
 import flying
 import pytest
-from hirosco_gse import logs
+from hirosco_gse import logs, packet_log
 from hirosco_gse import run as runs
 from place import ARITHMETIC, PYTHON
 
@@ -94,7 +94,7 @@ def judge(case, end, folder, undisturbed):
     assert [(int(f["time_us"]), f"{f['kind']} {f['target']}") for f in faults] == [(case.time_us, case.fault)]
     assert len(drives) == DRIVES
     assert not [drive for drive, history in drives.items() if is_enabled(history[-1])], "in operation at the end"
-    packets = logs.read_packets(folder / "packets.log")
+    packets = packet_log.read_packets(folder / "packets.log")
     if case.victim is None:
         judge_pull(case, end, facts, drives, packets)
         if case.fault == "cut robot-b":
@@ -114,7 +114,7 @@ def judge_before(case, log, undisturbed):
 
 def judge_packets(folder):
     """The archive has every packet of the log, in order and without a gap."""
-    packets = logs.read_packets(folder / "packets.log")
+    packets = packet_log.read_packets(folder / "packets.log")
     with sqlite3.connect(f"file:{folder}/packets.db?mode=ro", uri=True) as database:
         rows = database.execute("SELECT number, raw FROM packet ORDER BY number").fetchall()
     assert [number for number, _ in rows] == list(range(1, len(packets) + 1))

@@ -71,7 +71,7 @@ def contract_breaches(path, lines):
             yield f"{path}:2: contract of {length} lines, {CONTRACT_LINES} allowed: move details to docs/"
 
 
-SOURCES = {"base", "osal", "pus", "fsw", "launcher", "sim"}
+SOURCES = {"base", "osal", "pus", "fsw", "launcher", "sim", "test"}
 BANNER = re.compile(r"// ---- [A-Z][^-]*(-[^-]+)* ----$")
 COMMENT = re.compile(r"(?:^|\s)///?<? (.*)$")
 

@@ -18,6 +18,7 @@ EXEMPT = {
     ("sim/world/world.c", "joystick"): "attribute of Hand",
     ("sim/devices/axis.c", "0x21"): "bits of a statusword",
     ("sim/app/simulator_main.c", "classic"): "option: bit rate of classic CAN",
+    ("sim/app/usage.c", "classic"): "option: bit rate of classic CAN",
     ("sim/truth/truth.c", "STICK"): "channel of the log",
 }
 COMMON = {"classic"}  # Missions whose names are words of the sources, too: refused as text constants only.
@@ -31,7 +32,7 @@ def names_of(folder):
         for element in ElementTree.parse(path).getroot():
             texts |= {element.get(key) for key in ("bus", "eds", "urdf") if element.get(key)}
             nodes |= {int(element.get("node"), 0)} if element.get("node") else set()
-            if element.tag in ("Robot", "Drive", "Joystick", "Bench", "PowerUnit"):
+            if element.tag in ("Robot", "Drive", "Gripper", "Joystick", "Bench", "PowerUnit", "ValveBox"):
                 texts.add(element.get("name"))
             if element.tag == "Robot":
                 texts |= {joint.get("name") for joint in ElementTree.parse(folder / element.get("urdf")).getroot().iter("joint")}

@@ -17,7 +17,7 @@ DEVICES = (("robot", "JOINT1"), ("robot", "JOINT2"), ("joystick", "STICK"))
 SHORTEST_S, LONGEST_S = 10.0, 60.0
 SETTLE_S = 6.0  # From the last fault to the end of the flight: every time-out of a request is over by then.
 AGAIN_S = 2.5  # The operator brings up everything again this long after the middle of the flight.
-OUTAGE_S = 0.083  # A hang is found after 31 ms; the supervisor is back after its boot time and three slots.
+OUTAGE_S = 0.083  # A hang is found after 31 ms; the supervisor is back after its boot time and three time steps.
 STORM = "for i = 1, {0} do event(16) end"
 DAMAGES = ("flip", "zero", "cut", "empty", "noise")
 OPENED = 3  # Number of writes into a record store after which it is complete.
@@ -178,7 +178,7 @@ BEGIN = (
 
 
 def _routine(rng, until_s):
-    """Ordinary requests of an operator that leave traces in the lasting records."""
+    """Ordinary requests of an operator that change persistent records."""
     steps = [f"ping {name}" for name in (*MEMBERS, "SUPERVISOR")] * 2
     steps += ["at +0.7 ping MANIPULATOR", "at +1.3 ping JOYSTICK", "hk once MANIPULATOR 4711", "get MANIPULATOR.TORQUE_OFFSET", "status", "link list",
               "networks", "schedule list", "event disable MANIPULATOR OPERATOR_NOTE", "event enable MANIPULATOR OPERATOR_NOTE",

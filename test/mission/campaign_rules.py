@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from campaign_faults import OUTAGE_S
 
 NS_PER_S = 1_000_000_000
-SLOT_NS = 500_000
+STEP_NS = 500_000
 ROUNDING_NS = 1000  # Offset of the time field in a packet.
 APIDS = {"JOYSTICK": 17, "MANIPULATOR": 16, "SUPERVISOR": 1, "COMMUNICATION": 2}
 PARTNER = {17: 16, 16: 17}
@@ -20,7 +20,7 @@ ON_BOARD = 0x8000  # Lowest number of users on board.
 CUT_S = 0.2  # Before the end of the flight: the mission may shut down before the last requests are answered.
 UPLINK_NS = NS_PER_S  # A request that was sent less than this before the connection was lost may be lost with it.
 MOVING = (0x27, 0x07)  # Statuswords of CiA 402: operation enabled, quick stop active.
-REACTION_NS = 2 * SLOT_NS
+REACTION_NS = 2 * STEP_NS
 SILENCE_NS = 10_000_000  # A stale link: the limit, one cycle, and the time for the report.
 OPERATIONAL, ERROR_OPERATIONAL = 5, 6
 DEVICE_BUS = {"robot": 16, "joystick": 17}  # Owner of the drives.
@@ -28,8 +28,8 @@ DEVICE_BUS = {"robot": 16, "joystick": 17}  # Owner of the drives.
 EMERGENCY = re.compile(r"^\((\d+)\.(\d{6})\) (?:robot|joystick) 0(?:91|92|A1)#5082", re.MULTILINE)
 COMPLAINTS = re.compile(r"assertion|[0-9]+ missing|[1-9][0-9]* doubled|runtime error|Sanitizer", re.IGNORECASE)
 # Descriptors that a program may have open at its end.
-DESCRIPTORS = {"hirosco": 10, "packet-archive-sqlite": 4, "simulator": 4}
-COMPONENT_DESCRIPTORS = 9  # Two of these are links over sockets.
+DESCRIPTORS = {"hirosco": 12, "packet-archive-sqlite": 4, "simulator": 4}
+COMPONENT_DESCRIPTORS = 11  # Four of these are links over sockets.
 
 
 @dataclass
@@ -189,9 +189,9 @@ def every_request_arrives(seen):
         if sent_ns + UPLINK_NS >= end_ns:
             continue
         for key in map(tuple, entry.get("asked", ())):
-            # The log has the time of the slot; a long step sends its last request at its end.
+            # The log has the start of the time step; an entry of the operator's script may send its last request when it ends.
             until_ns = max(sent_ns, round(entry["end"] * NS_PER_S)) + UPLINK_NS
-            if not any(asked_ns - SLOT_NS <= time_ns <= until_ns for time_ns in logged.get(key, ())):
+            if not any(asked_ns - STEP_NS <= time_ns <= until_ns for time_ns in logged.get(key, ())):
                 yield f"request {key}, sent at {sent_ns / NS_PER_S} s, is not in the packet log"
 
 
@@ -223,7 +223,7 @@ def _brakes_hold(seen):
 
 
 def _is_supervisor_away(seen, at_ns):
-    return any(apid == APIDS["SUPERVISOR"] and time_ns <= at_ns + SLOT_NS and at_ns <= time_ns + OUTAGE_S * NS_PER_S for time_ns, apid in seen.ends_of_lives())
+    return any(apid == APIDS["SUPERVISOR"] and time_ns <= at_ns + STEP_NS and at_ns <= time_ns + OUTAGE_S * NS_PER_S for time_ns, apid in seen.ends_of_lives())
 
 
 def _high_comes_in_its_cycle(seen):
@@ -234,14 +234,14 @@ def _high_comes_in_its_cycle(seen):
             continue
         apid, at_ns = _apid(raw), _stamp(time_ns, raw)
         what = f"HIGH event {int.from_bytes(raw[21:23], 'big')} of APID {apid} at {at_ns / NS_PER_S} s"
-        if time_ns > at_ns + SLOT_NS + ROUNDING_NS and not seen.has_cut and not _is_supervisor_away(seen, at_ns):
+        if time_ns > at_ns + STEP_NS + ROUNDING_NS and not seen.has_cut and not _is_supervisor_away(seen, at_ns):
             yield f"{what} reported at {time_ns / NS_PER_S} s"
         if apid not in PARTNER or seen.has_cut:
             continue
         before_ns, until_ns = at_ns - ROUNDING_NS, at_ns + REACTION_NS
-        if seen.state_at(apid, before_ns, at_ns + SLOT_NS) != OPERATIONAL:
+        if seen.state_at(apid, before_ns, at_ns + STEP_NS) != OPERATIONAL:
             continue
-        if not seen.is_secured(apid, before_ns, at_ns + SLOT_NS):
+        if not seen.is_secured(apid, before_ns, at_ns + STEP_NS):
             yield f"{what}: the member itself is not in ERROR_OPERATIONAL in its cycle"
         if seen.state_at(PARTNER[apid], before_ns, until_ns) == OPERATIONAL and not seen.is_secured(PARTNER[apid], before_ns, until_ns):
             yield f"{what}: APID {PARTNER[apid]} is not in ERROR_OPERATIONAL two cycles later"

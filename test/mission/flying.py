@@ -180,11 +180,11 @@ def fly(folder, *options, limit_s=FLIGHT_LIMIT_S, **how):
     return start(folder, *options, **how).wait(limit_s)
 
 
-def fly_in_both_forms(folder, name, path):
+def fly_in_both_forms(folder, name, path, *options):
     """Fly a scenario to its end in the image and in processes: form -> Flight."""
     found = {}
     for form in ("image", "processes"):
-        found[form] = fly(folder / f"{name}-{form}", "--scenario", path, "--form", form)
+        found[form] = fly(folder / f"{name}-{form}", "--scenario", path, "--form", form, *options)
         assert found[form].code == 0, found[form].told()
     return found
 

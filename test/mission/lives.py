@@ -6,7 +6,7 @@ import hashlib
 
 import flying
 
-SLOT_NS = 500_000
+STEP_NS = 500_000
 BUS_LOGS = ("can-robot.log", "can-joystick.log", "can-robot-b.log", "can-joystick-b.log")
 MANIPULATOR = 16
 PING = b"\x11\x01"
@@ -35,12 +35,12 @@ def scenario(path):
 
 
 def assert_in_order(flight):
-    """The flight ended; every ping was answered within two slots, and no step of the operator failed."""
+    """The flight ended; every ping was answered within two time steps, and no step of the operator failed."""
     assert flight.facts["reproducible"], flight.told()
     assert "FAILED" not in flight.console, flight.told()
     answers = list(_answers(flight))
     assert len(answers) == ASKED
-    assert max(answers) <= 2 * SLOT_NS
+    assert max(answers) <= 2 * STEP_NS
     flying.assert_clean(flight)
 
 

@@ -3,6 +3,7 @@
 HAND_POSITION. It is the manipulator's code, compiled for a descriptor with a name and an id of its own;
 its two joints are motor benches on a bus of their own."""
 
+import pathlib
 import shutil
 import subprocess
 import sys
@@ -14,6 +15,7 @@ sys.path.insert(0, str(flying.ROOT / "gse" / "generator"))
 import c_header
 import subsystem
 
+FLIGHT = ("base", "fsw", "osal", "pus")
 MEMBERS = ("JOYSTICK", "MANIPULATOR", "SHADOW")
 READERS = {"MANIPULATOR": "HAND_POSITION", "SHADOW": "SHADOWED"}
 LISTED = '    <Subsystem name="SHADOW" id="18" executable="shadow" descriptor="../subsystems/shadow.xml" restarts="5"/>\n'
@@ -53,19 +55,39 @@ def _descriptors(place):
     return shadow
 
 
-def _compile(place, descriptor):
-    """The manipulator's sources, with the ids of another descriptor under the same names."""
-    model = subsystem.load(descriptor)
-    model.name = "MANIPULATOR"
-    names = place / "build" / "shadow" / "generated"
-    names.mkdir(parents=True)
-    (names / "manipulator_descriptor.h").write_text(c_header.header(model, descriptor.name), encoding="utf-8")
-    sources = [*flying.ROOT.glob("fsw/programs/manipulator_*.c"), *flying.ROOT.glob("fsw/subsystems/manipulator/*.c")]
-    libraries = [path for kind in ("base", "fsw_", "osal_", "pus_") for path in sorted(flying.ROOT.glob(f"build/lib/lib{kind}*.a"))]
-    command = ["gcc", "-std=c99", "-D_POSIX_C_SOURCE=200809L", "-O1", f"-I{names.parent}", f"-I{flying.ROOT}", f"-I{flying.ROOT / 'build'}", "-o",
-               place / "build" / "bin" / "shadow", *sources, "-Wl,--start-group", *libraries, "-Wl,--end-group", "-lexpat", "-llua5.4", "-lpthread", "-lm"]
+def _gcc(place, *words):
+    include = [f"-I{folder}" for folder in (place / "build" / "shadow", flying.ROOT, flying.ROOT / "build")]
+    command = ["gcc", "-std=c99", "-D_POSIX_C_SOURCE=200809L", "-O1", *include, *words]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def _link(name, place, tops, objects, *externals):
+    folders = {path.parent.relative_to(flying.ROOT) for top in tops for path in (flying.ROOT / top).rglob("*.c")}
+    libraries = [flying.ROOT / "build" / "lib" / f"lib{'_'.join(folder.parts)}.a" for folder in sorted(folders)]
+    _gcc(place, "-o", place / "build" / "bin" / name, *objects, "-Wl,--start-group", *filter(pathlib.Path.exists, libraries), "-Wl,--end-group", "-Wl,--as-needed", *externals,
+         "-lexpat", "-llua5.4", "-lnettle", "-lpthread", "-lm")
+
+
+def _compile(place, descriptor):
+    """The manipulator's sources, with the ids of another descriptor under the same names, as a program and in an image."""
+    model = subsystem.load(descriptor)
+    model.name = "MANIPULATOR"
+    made = place / "build" / "shadow"
+    (made / "generated").mkdir(parents=True)
+    (made / "generated" / "manipulator_descriptor.h").write_text(c_header.header(model, descriptor.name), encoding="utf-8")
+    listed = (flying.ROOT / "build" / "generated" / "programs.h").read_text(encoding="utf-8")
+    (made / "generated" / "programs.h").write_text(listed + 'COMPONENT(shadow, "shadow")\n', encoding="utf-8")
+    own = [path for path in flying.ROOT.glob("fsw/programs/manipulator_*.c") if not path.name.endswith("_main.c")]
+    arm = [*own, *flying.ROOT.glob("fsw/subsystems/manipulator/*.c")]
+    main = [path for path in flying.ROOT.glob("fsw/programs/manipulator_*.c") if path.name.endswith("_main.c")]
+    _link("shadow", place, FLIGHT, [*arm, *main])
+    # In the image, beside the manipulator: only what opens the component has a name that others see.
+    _gcc(place, "-r", "-o", made / "arm.o", *arm)
+    command = ["objcopy", "--redefine-sym", "manipulator_open=shadow_open", "--keep-global-symbol=shadow_open", made / "arm.o", made / "shadow.o"]
+    subprocess.run(command, check=True)
+    image = [flying.ROOT / "fsw" / "programs" / "component_instance.c", flying.ROOT / "launcher" / "image_main.c"]
+    _link("image", place, (*FLIGHT, "launcher", "sim"), [made / "shadow.o", *image], "-lode", "-llcm", "-lsqlite3")
 
 
 def build(place):
@@ -87,5 +109,5 @@ def build(place):
 
 
 def fly(place, folder, scenario, *options):
-    """Fly a scenario in that folder, as processes, to its end."""
+    """Fly a scenario in that folder to its end."""
     return flying.fly(folder, "--mission", "shadow", "--scenario", scenario, *options, root=place)

@@ -34,7 +34,7 @@ STATES = ("OFFLINE", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERRO
 UNLOGGED = ("truth.lcm", *(f"can-{bus}.{kind}" for bus in ("robot", "joystick", "robot-b", "joystick-b") for kind in ("log", "pcap")))
 HANDS = 200  # Movements of the hand, spread over the flight.
 SAMPLE_S = 1.0
-# From the second quarter of the flight to the last: static buffers count only after they were first used.
+# Growth from the second quarter of the flight to the last: static buffers count only after they were first used.
 GROWTH_KIB = 1024
 # Names, descriptors, sockets: their number depends on the moment, for example while a bus or a process
 # starts.

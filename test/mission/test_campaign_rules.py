@@ -15,7 +15,7 @@ JOYSTICK, MANIPULATOR, SUPERVISOR = 17, 16, 1
 USER = 2
 OPERATIONAL, ERROR_OPERATIONAL = 5, 6
 END_S = 10.0
-SLOT_S = 0.0005
+STEP_S = 0.0005
 DEATH_S = 4.0
 DEATH = f"{DEATH_S:.6f} fault kill JOYSTICK"
 ON_BUS = "(0000000004.002163) joystick 0A1#5082110000000000\n"
@@ -227,12 +227,12 @@ def test_a_death_that_the_bus_does_not_show_is_judged_by_its_own_time():
 
 # ---- HIGH ----
 
-SECURED = [_became(5.0, JOYSTICK, OPERATIONAL, ERROR_OPERATIONAL), _became(5.0 + 2 * SLOT_S, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)]
+SECURED = [_became(5.0, JOYSTICK, OPERATIONAL, ERROR_OPERATIONAL), _became(5.0 + 2 * STEP_S, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)]
 
 
 def test_high_in_its_cycle():
     assert _violations([_event(5.0, JOYSTICK), *SECURED]) == []
-    assert _violations([_event(5.0, JOYSTICK, logged_s=5.0 + SLOT_S), *SECURED]) == []
+    assert _violations([_event(5.0, JOYSTICK, logged_s=5.0 + STEP_S), *SECURED]) == []
     assert _violations([_event(5.0, SUPERVISOR)]) == []  # The event does not name the subsystem concerned.
 
 
@@ -242,8 +242,8 @@ def test_high_in_its_cycle():
         ([], "the member itself"),
         (SECURED[:1], "two cycles later"),
         (SECURED[1:], "the member itself"),
-        ([SECURED[0], _became(5.0 + 3 * SLOT_S, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)], "two cycles later"),
-        ([_became(5.0 + 2 * SLOT_S, JOYSTICK, OPERATIONAL, ERROR_OPERATIONAL), SECURED[1]], "the member itself"),
+        ([SECURED[0], _became(5.0 + 3 * STEP_S, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)], "two cycles later"),
+        ([_became(5.0 + 2 * STEP_S, JOYSTICK, OPERATIONAL, ERROR_OPERATIONAL), SECURED[1]], "the member itself"),
     ],
 )
 def test_high_event_without_reaction_in_time(reaction, word):
@@ -253,7 +253,7 @@ def test_high_event_without_reaction_in_time(reaction, word):
 
 
 def test_high_that_comes_late():
-    late = [_event(5.0, SUPERVISOR, logged_s=5.0 + 2 * SLOT_S)]
+    late = [_event(5.0, SUPERVISOR, logged_s=5.0 + 2 * STEP_S)]
     assert len(_violations(late)) == 1
     assert _violations(late, has_cut=True) == []
     # The supervisor was dead and could not receive it.
@@ -286,8 +286,8 @@ def test_high_outside_of_operation_asks_for_no_reaction():
         {"numbers": [1, 1]},
         {"numbers": [1]},
         {"numbers": [1, 2, 3]},
-        {"ends": "supervisor 10"},
-        {"ends": "hirosco 11"},
+        {"ends": "supervisor 12"},
+        {"ends": "hirosco 13"},
         {"ends": "simulator 5"},
     ],
 )
@@ -298,7 +298,7 @@ def test_violations_outside_the_packets_are_found(how):
 @pytest.mark.parametrize(
     "how",
     [
-        {"ends": "supervisor 9\nhirosco 10\nsimulator 4\npython3.11 99\n"},
+        {"ends": "supervisor 11\nhirosco 12\nsimulator 4\npython3.11 99\n"},
         {"console": "[ 1.0 s] try state X: not carried out: required real-time link missing"},
         {"facts": {"simulated_s": END_S, "exit_reason": "", "reproducible": False}, "is_determined": False},
     ],

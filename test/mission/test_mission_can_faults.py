@@ -8,9 +8,9 @@ import re
 import flying
 import pytest
 
-SLOT_S = 2.0
+INTERVAL_S = 2.0
 FIRST_S = 0.3
-FAULT_S = 0.9  # after the start of a slot
+FAULT_S = 0.9  # after the start of an interval
 OFFLINE, OPERATIONAL, ERROR = 0, 5, 6
 MANIPULATOR, DEVICE_LOST, DRIVE_FAULT, BUS_WARNING = 16, 1, 2, 8
 BOTH = {"11", "12"}
@@ -47,7 +47,7 @@ def _bring_up(at):
 
 
 def _slots():
-    return {name: FIRST_S + number * SLOT_S for number, name in enumerate(FAULTS)}
+    return {name: FIRST_S + number * INTERVAL_S for number, name in enumerate(FAULTS)}
 
 
 def _scenario(path):
@@ -67,7 +67,7 @@ def _scenario(path):
             ]
         else:
             lines += [f"{at + 0.3:.6f} operator expect-state MANIPULATOR OPERATIONAL", f"{at + 0.4:.6f} operator state MANIPULATOR OFFLINE"]
-    end = FIRST_S + len(FAULTS) * SLOT_S
+    end = FIRST_S + len(FAULTS) * INTERVAL_S
     lines += [*_bring_up(end), f"{end + 0.8:.6f} operator hk once MANIPULATOR 4712", f"{end + 0.9:.6f} operator shutdown"]
     return flying.write_scenario(path, *lines)
 
@@ -91,7 +91,7 @@ def told(flights):
     return found
 
 
-def _in_slot(told, name, seconds=SLOT_S - FAULT_S):
+def _in_interval(told, name, seconds=INTERVAL_S - FAULT_S):
     at = round((_slots()[name] + FAULT_S) * 1e6)
     return [(t - at, *rest) for t, *rest in told if at <= t < at + round(seconds * 1e6)]
 
@@ -106,7 +106,7 @@ def test_lost_devices_end_in_the_safe_state(told, name):
     """Each lost device: a HIGH event, ERROR_OPERATIONAL in that cycle, OFFLINE by the plan. Without a lost
     device the arm keeps its state."""
     _, lost, _, _ = FAULTS[name]
-    inside = _in_slot(told, name)
+    inside = _in_interval(told, name)
     high = [(t, event, data) for t, service, subtype, event, data in inside if (service, subtype) == (5, 4)]
     states = [(t, state) for t, service, _, state, _ in inside if service == 129]
     assert {data for _, event, data in high if event == DEVICE_LOST} == lost
@@ -123,7 +123,7 @@ def test_lost_devices_end_in_the_safe_state(told, name):
 @pytest.mark.parametrize("name", FAULTS)
 def test_controller_conditions_are_reported_by_low_events(told, name):
     _, _, wanted, _ = FAULTS[name]
-    low = [data for _, service, subtype, event, data in _in_slot(told, name) if (service, subtype, event) == (5, 2, BUS_WARNING)]
+    low = [data for _, service, subtype, event, data in _in_interval(told, name) if (service, subtype, event) == (5, 2, BUS_WARNING)]
     own = [data for data in low if data.startswith("00")]
     assert wanted <= set(own), own
     assert set(own) <= wanted | {WARNING, PASSIVE, TIMEOUT}, own
@@ -172,15 +172,15 @@ def test_controller_that_waits_for_an_order(hangar):
     assert flight.code == 0, flight.told()
 
 
-FOREIGN_SYNC = 15
+SYNC_CONFLICT = 15
 MANY, APART_S = 200, 0.005
 
 
 @pytest.fixture(scope="module")
-def foreign_sync(hangar):
+def sync_conflict(hangar):
     """Another node sends SYNC: once, 200 times within a second, and once more after two seconds without one."""
     path = flying.write_scenario(
-        hangar / "foreign-sync.scn",
+        hangar / "sync-conflict.scn",
         "0.0 hand rest",
         *_bring_up(0.2),
         "0.9 operator hk once MANIPULATOR 4712",
@@ -194,17 +194,17 @@ def foreign_sync(hangar):
         "4.8 operator hk once MANIPULATOR 4712",
         "4.9 operator shutdown",
     )
-    return flying.fly_in_both_forms(hangar, "foreign-sync", path)
+    return flying.fly_in_both_forms(hangar, "sync-conflict", path)
 
 
-def test_sync_of_another_node_takes_the_arm_out_of_operation_and_is_reported_once(foreign_sync):
+def test_sync_of_another_node_takes_the_arm_out_of_operation_and_is_reported_once(sync_conflict):
     """MEDIUM: SAFE_OPERATIONAL in that cycle. While the fault lasts it is not reported again, and a command
     up is still possible."""
-    flight = foreign_sync["image"]
+    flight = sync_conflict["image"]
     told, states = [], []
     for time_ns, direction, raw in flight.packets:
         if direction == "TM" and int.from_bytes(raw[:2], "big") & 0x7FF == MANIPULATOR:
-            if raw[7] == 5 and int.from_bytes(raw[21:23], "big") == FOREIGN_SYNC:
+            if raw[7] == 5 and int.from_bytes(raw[21:23], "big") == SYNC_CONFLICT:
                 told.append((time_ns, raw[8]))
             elif raw[7:9] == b"\x81\x02" and raw[21] != raw[22]:
                 states.append((time_ns, raw[22]))
@@ -214,7 +214,7 @@ def test_sync_of_another_node_takes_the_arm_out_of_operation_and_is_reported_onc
         after = next((when, state) for when, state in states if when >= time_ns)
         assert after[1] == 4 and after[0] - time_ns <= 2_000_000
     assert [state for when, state in states if 1.5e9 < when < 4.5e9] == [OPERATIONAL]
-    before, after = (counters["FOREIGN_SYNCS"] for counters in _counters(flight))
+    before, after = (counters["CONFLICTING_SYNCS"] for counters in _counters(flight))
     assert after - before == MANY + 2
     for name in flying.TRACED:
-        assert flight.octets(name) == foreign_sync["processes"].octets(name), name
+        assert flight.octets(name) == sync_conflict["processes"].octets(name), name

@@ -277,7 +277,7 @@ def test_kill_of_the_simulator_keeps_the_logs_of_before(folder, scenario):
     flight = _die(folder, scenario, "simulator", len(STEPS) - 4)
     told = max(int(float(json.loads(line)["end"])) for line in flight.read("operator.log").splitlines())
     run = runs.load(flight.folder)
-    for log in (run.robot, run.joystick):
+    for log in (run.buses["robot"], run.buses["joystick"]):
         assert log.time_us[-1] / 1e6 > told - 2.5
     assert not [problem for problem in run.problems if "truth" in problem or "can-" in problem]
 

@@ -90,12 +90,13 @@ JOINT = '<Endnode type="CAN" bus="robot" redundantBus="robot-b" node="0x11"/>'
 @pytest.mark.parametrize(
     ("path", "old", "new", "words"),
     [
-        (JOYSTICK, 'type="joystick"', 'type="joypad"', "type of <Device>: expected joystick"),
-        (MANIPULATOR, 'type="cia402-drive"', 'type="gyro"', "type of <Device>: expected cia402-drive"),
+        (JOYSTICK, 'type="joystick"', 'type="joypad"', "type of <Device>: expected a class of descriptors/devices: gyro"),
+        (MANIPULATOR, 'type="joint-drive"', 'type="gyroscope"', "type of <Device>: expected a class of descriptors/devices: gyro"),
+        (MANIPULATOR, 'type="joint-drive"', 'type="joystick"', "type of <Device>: expected a class of CiA 402 with one axis"),
         (JOYSTICK, STICK, '<Endnode type="UDP" address="127.0.0.1" port="9"/>', "type of <Endnode>: expected CAN"),
         (MANIPULATOR, JOINT, '<Endnode type="SHM" name="joint"/>', "type of <Endnode>: expected CAN"),
         (MANIPULATOR, JOINT, '<Endnode type="SERIAL" name="/dev/ttyS0" baud="19200"/>', "type of <Endnode>: expected CAN"),
-        (MANIPULATOR, JOINT.replace("0x11", "0x12"), '<Endnode type="CAN" bus="robot" node="0x12"/>', "bus of <Endnode>: expected bus and redundantBus"),
+        (MANIPULATOR, JOINT.replace("0x11", "0x12"), '<Endnode type="CAN" bus="robot" node="0x12"/>', "redundantBus of <Endnode>: expected that of the first device"),
         (JOYSTICK, STICK, '<Endnode type="CAN" bus="robot" redundantBus="robot-b" node="0x21"/>', "expected a bus of its own"),
     ],
 )

@@ -46,7 +46,7 @@ def test_network_goes_to_error_operational_and_the_plan_runs(disabled):
     plan = [t for t, data in _of(disabled, SUPERVISOR, 5, 1) if data[:2] == PLAN_STARTED.to_bytes(2, "big")]
     notice = _of(disabled, MANIPULATOR, 129, 7)[0][0]
     assert len(shut) == len(plan) == 1
-    assert shut[0] - notice <= 1_000_000, "in the same slot, or the next"
+    assert shut[0] - notice <= 1_000_000, "in the same time step, or the next"
     for apid in (MANIPULATOR, JOYSTICK):
         states = [data[1] for _, data in _of(disabled, apid, 129, 2) if data[0] != data[1]]
         assert states == [ERROR_OPERATIONAL, 7, 8, 9, 0]

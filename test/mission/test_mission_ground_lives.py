@@ -28,7 +28,7 @@ SCHEDULE = (
     "tc SUPERVISOR 11,20 n=[1]",
     "schedule enable",
 )
-# In the slot after the end of each life that served the operator, or as soon as its hang is detected.
+# In the time step after the end of each life that served the operator, or as soon as its hang is detected.
 LINK_LOST = (3.0, 4.0, 5.5, 6.5, 7.6)
 
 

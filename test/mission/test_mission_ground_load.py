@@ -15,7 +15,7 @@ from spacepackets.ecss import PusTc
 
 OPERATOR, USER = 1, 2
 SUPERVISOR, MANIPULATOR, JOYSTICK = 1, 16, 17
-SLOT_S = 0.0005
+STEP_S = 0.0005
 GROUND_MISUSED = struct.pack(">H", 22)
 
 
@@ -127,11 +127,11 @@ def _delays_s(flight):
 
 def test_burst_to_one_subsystem_does_not_delay_others(folder, tmp_path):
     """Requests that fill the mailbox of one subsystem wait in the connection; a request to another one passes
-    within few slots."""
+    within few time steps."""
     flight, answers, asked = _fly_under_burst(folder, tmp_path / "flood.scn")
     assert answers == {(1, 1): asked, (1, 3): asked, (17, 2): asked, (1, 7): asked}
     delays = _delays_s(flight)
-    assert len(delays) == PINGS and max(delays) <= 20 * SLOT_S, max(delays)
+    assert len(delays) == PINGS and max(delays) <= 20 * STEP_S, max(delays)
 
 
 def test_burst_to_a_subsystem_that_hangs_delays_others_once(folder, tmp_path):
@@ -141,8 +141,8 @@ def test_burst_to_a_subsystem_that_hangs_delays_others_once(folder, tmp_path):
     assert sum(answers[1, subtype] for subtype in (2, 7, 8, 10)) == asked
     assert answers[1, 7] == answers[17, 2] < asked
     delays = _delays_s(flight)
-    assert len(delays) == PINGS and max(delays) <= PATIENCE_S + 20 * SLOT_S, max(delays)
-    assert sum(delay > 20 * SLOT_S for delay in delays) <= 2 * PATIENCE_S / SPACING_S
+    assert len(delays) == PINGS and max(delays) <= PATIENCE_S + 20 * STEP_S, max(delays)
+    assert sum(delay > 20 * STEP_S for delay in delays) <= 2 * PATIENCE_S / SPACING_S
 
 
 def test_operator_gets_the_place_of_an_idle_client(mission):

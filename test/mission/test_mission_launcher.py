@@ -260,3 +260,23 @@ def test_latest_points_to_a_run_under_runs():
     latest = flying.ROOT / "runs" / "latest"
     assert latest.is_symlink()
     shutil.rmtree(flying.ROOT / name)
+
+
+@pytest.mark.parametrize("form", ["processes", "image"])
+def test_a_duration_shorter_than_the_scenario_is_no_failure(hangar, folder, form):
+    scenario = hangar / f"endless-{form}.scn"
+    scenario.write_text("0 operator ping all\n900000 operator ping all\n", encoding="utf-8")
+    flight = flying.fly(folder, "--scenario", scenario, "--duration", "7", "--form", form, "--report", "no")
+    assert flight.code == 0, flight.told()
+    assert flight.facts["cut_short"] is True
+    assert 7.0 <= flight.facts["simulated_s"] < 900000
+
+
+@pytest.mark.parametrize("form", ["processes", "image"])
+@pytest.mark.parametrize("words", [(), ("--duration", "7")])
+def test_a_failed_step_fails_the_run_however_the_mission_ends(hangar, folder, form, words):
+    scenario = hangar / f"failing-{form}-{len(words)}.scn"
+    scenario.write_text("0 operator ping all\n1 operator expect-state JOYSTICK OPERATIONAL\n", encoding="utf-8")
+    flight = flying.fly(folder, "--scenario", scenario, "--form", form, "--report", "no", *words)
+    assert flight.code == 1, flight.told()
+    assert flight.facts["exit_reason"].startswith("operator ended with exit code 1"), flight.told()

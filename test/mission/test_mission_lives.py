@@ -57,10 +57,10 @@ def test_twenty_repeats_give_one_sum(folder, forms):
 
 
 def _stops_under_way(path):
-    """The arm is stopped and started again, ten times, while three pings are sent to it in each slot."""
+    """The arm is stopped and started again, ten times, while three pings are sent to it in each time step."""
     lines = ["0.0 hand rest"]
     for stop_s in (1.0 + number * 0.1005 for number in range(10)):
-        lines += [f"{stop_s + slot * 0.0005:.4f} operator try nowait ping MANIPULATOR" for slot in range(-8, 8) for _ in range(3)]
+        lines += [f"{stop_s + step * 0.0005:.4f} operator try nowait ping MANIPULATOR" for step in range(-8, 8) for _ in range(3)]
         lines += [f"{stop_s:.4f} operator process stop MANIPULATOR", f"{stop_s + 0.02:.4f} operator process start MANIPULATOR"]
     lines += ["3.0 operator ping all", "3.1 operator shutdown"]
     return flying.write_scenario(path, *sorted(lines, key=lambda line: float(line.split()[0])))

@@ -7,6 +7,7 @@ import json
 import struct
 import subprocess
 
+import dissection
 import flying
 import pytest
 from database_reading import check
@@ -74,6 +75,13 @@ def packets(flight):
     return [_independent(*packet) for packet in flight.packets]
 
 
+def test_wireshark_dissects_every_packet_to_the_values_of_the_ground(flight, tmp_path):
+    dictionary = Dictionary.load(flying.ROOT / "build/generated/rokviss.json")
+    script = flying.ROOT / "build/generated/rokviss.lua"
+    compared = dissection.compare(script, tmp_path / "packets.pcap", [raw for _, _, raw in flight.packets], dictionary)
+    assert all(compared[title] for title in ("TC[8,1]", "TM[1,7]", "TM[3,25]", "TM[5,1]", "TM[129,2]", "TM[130,9]")), compared
+
+
 def _reports(packets, service, subtype, apid=None):
     return [p for p in packets if p.direction == "TM" and (p.service, p.subtype) == (service, subtype) and apid in (None, p.apid)]
 
@@ -126,7 +134,7 @@ def test_pusdump_reads_all_and_agrees(flight, packets):
 
 
 def test_packet_time_is_epoch_and_simulated_time(packets):
-    """A report has the time at which it was made: at most a few slots before it was logged."""
+    """A report has the time at which it was made: at most a few time steps before it was logged."""
     for packet in packets:
         if packet.direction == "TM":
             seconds, fraction = int.from_bytes(packet.raw[14:18], "big"), int.from_bytes(packet.raw[18:21], "big")

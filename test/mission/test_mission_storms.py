@@ -84,7 +84,7 @@ def test_each_event_of_a_storm_is_counted_and_each_ping_is_answered(station):
 
 # ---- A subsystem that raises 100 000 events of LOW severity per second (storm.c) ----
 
-SLOT_NS = 500_000
+STEP_NS = 500_000
 EACH, CYCLES_PER_S = 50, 2000
 MANIPULATOR, ERROR_OPERATIONAL = 16, 6
 NOTE, STALE, PLAN_STARTED = b"\x00\x09", b"\x00\x06", b"\x00\x06"  # OPERATOR_NOTE, LINK_STALE; the supervisor's PLAN_STARTED
@@ -141,13 +141,13 @@ def _assert_storm_hides_nothing(flight, seconds):
     assert _made(flight) == seconds * CYCLES_PER_S * EACH
     waits = _pings(flight)
     assert len(waits) == seconds * 10
-    assert max(waits) <= 3 * SLOT_NS, max(waits)
+    assert max(waits) <= 3 * STEP_NS, max(waits)
     ((high_ns, high),) = _events(flight, JOYSTICK, STALE)
     ((plan_ns, _),) = _events(flight, 1, PLAN_STARTED)
     assert high.subtype == 4
-    assert plan_ns - high_ns <= 2 * SLOT_NS
+    assert plan_ns - high_ns <= 2 * STEP_NS
     orders = [at for at, p in flight.parsed if p.direction == "TC" and p.apid == MANIPULATOR and p.service == 129 and p.data[:1] == bytes([ERROR_OPERATIONAL])]
-    assert orders and orders[0] - high_ns <= 2 * SLOT_NS
+    assert orders and orders[0] - high_ns <= 2 * STEP_NS
 
 
 def test_a_storm_of_a_subsystem_delays_neither_its_answers_nor_its_high_event(folder, stormy):
@@ -183,7 +183,7 @@ def test_a_fault_within_a_storm(folder, stormy, fault):
     assert len(_pings(flight)) == 30
     ((high_ns, _),) = _events(flight, JOYSTICK, STALE)
     ((plan_ns, _),) = _events(flight, 1, PLAN_STARTED)
-    assert plan_ns - high_ns <= 2 * SLOT_NS
+    assert plan_ns - high_ns <= 2 * STEP_NS
     assert len(_events(flight, 1, RESTARTED)) == (1 if ends else 0)
     counts = [p.sequence for _, p in flight.parsed if p.direction == "TM" and p.apid == JOYSTICK]
     assert counts == list(range(len(counts)))
@@ -194,7 +194,7 @@ def test_the_process_that_raises_a_storm_dies(folder, stormy):
     other component is affected."""
     flight = _fly_storm(folder, stormy, 3, "3.05 fault kill joystick")
     first_ns = _events(flight, JOYSTICK, NOTE)[0][0]
-    raised = round((3_050_000_000 - first_ns) / SLOT_NS) * EACH
+    raised = round((3_050_000_000 - first_ns) / STEP_NS) * EACH
     assert 0 <= raised - _made(flight) <= CYCLES_PER_S * EACH
     sent = [p.raw[:4] for _, p in flight.parsed if p.direction == "TC" and p.message == (17, 1) and p.apid == JOYSTICK]
     ended = [p.data[:4] for _, p in flight.parsed if p.direction == "TM" and p.message in ((1, 7), (1, 8), (1, 10)) and p.user == 1]

@@ -19,7 +19,7 @@ import flying
 import pytest
 from hirosco_gse import packets
 
-SLOT_S = 0.0005
+STEP_S = 0.0005
 BOOT_S = 0.050  # Boot time of the supervisor if its mission gives none.
 FOUND_S = 0.031  # Its promised step, 20 ms more, and the step of a member.
 BRINGING_UP_S = (0.1, 1.5)
@@ -81,16 +81,16 @@ def undisturbed(hangar):
 
 def _fly(folder, points, form="processes"):
     folder.mkdir(exist_ok=True)
-    name = f"{round(points[0] / SLOT_S)}-{form}"
+    name = f"{round(points[0] / STEP_S)}-{form}"
     return flying.fly(folder / name, "--scenario", _write(folder, name, points), "--form", form, "--port", flying.free_port())
 
 
 def _draw(count, seed, part=BUSY_S):
     """Pairs of instants of a part of the flight."""
     drawn, pairs = random.Random(seed), []
-    first, last = (round(time_s / SLOT_S) for time_s in part)
+    first, last = (round(time_s / STEP_S) for time_s in part)
     while len(pairs) < count:
-        pair = sorted(drawn.randrange(first, last) * SLOT_S for _ in range(2))
+        pair = sorted(drawn.randrange(first, last) * STEP_S for _ in range(2))
         if pair[1] - pair[0] >= APART_S:
             pairs.append(pair)
     return pairs
@@ -189,13 +189,13 @@ def _assert_goes_on(flight, deaths, end_s=END_S):
 def _assert_goes_on_after(flight, points, end_s=END_S):
     _assert_goes_on(flight, len(points), end_s)
     for (back_s, _), point in zip(_returns_s(flight), points):
-        assert back_s - point <= BOOT_S + 3 * SLOT_S + 1e-9
+        assert back_s - point <= BOOT_S + 3 * STEP_S + 1e-9
 
 
 def _assert_goes_on_after_call(flight):
     _assert_goes_on(flight, 1)
     for back_s, last_s in _returns_s(flight):
-        assert back_s - last_s <= TICK_S + BOOT_S + 3 * SLOT_S + 1e-9
+        assert back_s - last_s <= TICK_S + BOOT_S + 3 * STEP_S + 1e-9
 
 
 def _assert_nobody_notices(flight, undisturbed):
@@ -271,7 +271,7 @@ def test_a_supervisor_that_hangs_is_killed_and_comes_back(folder):
             assert sum(direction == "TM" and raw[7:9] == bytes([5, 2]) and raw[21:23] == RESTARTED for _, direction, raw in flight.packets) == ends
             flying.assert_clean(flight)
         if ends:
-            assert _returns_s(flights[0])[0][0] - 2.5 <= FOUND_S + BOOT_S + 3 * SLOT_S + 1e-9
+            assert _returns_s(flights[0])[0][0] - 2.5 <= FOUND_S + BOOT_S + 3 * STEP_S + 1e-9
         assert flights[0].octets("packets.log") == flights[1].octets("packets.log")
 
 

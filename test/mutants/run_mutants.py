@@ -236,6 +236,8 @@ class Run:
             shutil.copy(ROOT / "build" / name, copy)
             began = time.monotonic()
             is_sound = program_passes(name, SECONDS)
+            if not is_sound:
+                print(f"  {name} fails without a mutant: it is left out", flush=True)
             self.seconds[name] = min(SECONDS, 10 + PATIENCE * (time.monotonic() - began)) if is_sound else None
             copy.unlink()
         return self.seconds[name]

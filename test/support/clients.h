@@ -21,7 +21,7 @@ static inline status_t connect_tcp(osal_socket_t* const sock, const osal_address
     return status;
 }
 
-/// To a socket of osal_local_listen. STATUS_OK, STATUS_CLOSED (no listener).
+/// Connect to a socket of osal_local_listen. STATUS_OK, STATUS_CLOSED (no listener).
 static inline status_t connect_local(osal_socket_t* const sock, const char* const path)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};

@@ -15,7 +15,7 @@ static inline bool message_is_consistent(const message_endpoint_t* endpoint)
         const message_inbox_t* const inbox     = &channel->inbox;
         is_sound                               = is_sound && octet_ring_is_consistent(&inbox->blocks) &&
                    (inbox->place <= inbox->blocks.used) &&
-                   ((inbox->place == inbox->blocks.used) == (inbox->judged == inbox->arrived)) &&
+                   ((inbox->place == inbox->blocks.used) == (inbox->checked == inbox->arrived)) &&
                    ((channel->position.sent - channel->position.credited) <= MESSAGE_WINDOW);
     }
     return is_sound;

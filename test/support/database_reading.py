@@ -74,7 +74,9 @@ def check_housekeeping(found, packet, dictionary):
     ours = fitting[0].decode(packet.data, 2)
     expected = _samples(fitting[0], ours)
     for parameter in fitting[0].once:
-        expected |= flattened(parameter.name.replace(".", "_"), ours[parameter.name])
+        value = ours[parameter.name]
+        for name, one in value.items() if isinstance(value, dict) else [("", value)]:
+            expected |= flattened(f"{parameter.name}_{name}".strip("_").replace(".", "_"), one)
     prefix = f"/{dictionary.mission}/{subsystem.name}/"
     theirs = {path.removeprefix(prefix): value for path, value in found.items() if path.startswith(prefix)}
     assert same(theirs, expected), (theirs, expected)

@@ -11,7 +11,7 @@ from space_packet_parser.xtce.definitions import XtcePacketDefinition
 
 SPACE = "{http://www.omg.org/spec/XTCE/20180204}"
 ROOT_CONTAINER = "ccsds"
-OPEN = ("parameter_id", "failure_code")  # Enumerations that may get numbers without a label, which the library refuses.
+OPEN = ("application_process", "apid", "failure_code", "parameter_id")  # Enumerations that may get numbers without a label, which the library refuses.
 
 
 def _tag(element):
@@ -79,7 +79,8 @@ class Flattened:
             for child in list(holder):
                 if _tag(child) == "TerminationChar":
                     holder.remove(child)
-        if made.get("name").rpartition("/")[2] in OPEN:
+        name = made.get("name").rpartition("/")[2]
+        if name in OPEN or name.startswith("words_"):
             plain = ET.Element(f"{SPACE}IntegerParameterType", name=made.get("name"))
             plain.append(made.find(f"{SPACE}IntegerDataEncoding"))
             return plain

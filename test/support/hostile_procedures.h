@@ -11,8 +11,8 @@
 
 typedef struct {
     const char* name;
-    const char* before; ///< Done once,
-    const char* again;  ///< and in an endless loop.
+    const char* before; ///< Code that runs once.
+    const char* again;  ///< Code of an endless loop after it.
 } hostile_procedure_t;
 
 #define HOSTILE_TEXTS                                                                                        \

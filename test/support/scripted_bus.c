@@ -95,6 +95,16 @@ static void give_joystick(scripted_node_t* const node)
     map(node, 0x1600U, command);
 }
 
+static void give_valves(scripted_node_t* const node)
+{
+    static const uint32_t inputs[]  = {0x60000108U, 0x60000208U, 0U};
+    static const uint32_t outputs[] = {0x62000108U, 0x62000208U, 0x21000010U, 0U};
+    give(node, 0x1000U, 0U, 4U, 0x00030191U);
+    give(node, 0x1018U, 2U, 4U, 0x00004030U);
+    map(node, 0x1A00U, inputs);
+    map(node, 0x1600U, outputs);
+}
+
 scripted_node_t* scripted_bus_add(scripted_bus_t* const bus, const scripted_kind_t kind, const uint8_t id)
 {
     if (bus->node_count == SCRIPTED_NODES) {
@@ -110,6 +120,8 @@ scripted_node_t* scripted_bus_add(scripted_bus_t* const bus, const scripted_kind
     node->status[1]  = 0x0250U;
     if (kind == SCRIPTED_DRIVE) {
         give_drive(node);
+    } else if (kind == SCRIPTED_VALVES) {
+        give_valves(node);
     } else {
         give_joystick(node);
     }
@@ -264,7 +276,9 @@ static void take_pdo(scripted_node_t* const node, const unsigned number, const u
 {
     node->pdos_received++;
     node->last_pdo = number;
-    if (node->kind == SCRIPTED_JOYSTICK) {
+    if (node->kind == SCRIPTED_VALVES) {
+        memcpy(node->outputs, octets, sizeof node->outputs);
+    } else if (node->kind == SCRIPTED_JOYSTICK) {
         node->target_torque[0] = (int16_t)u16(octets);
         node->target_torque[1] = (int16_t)u16(&octets[2]);
         move(node, 0U, u16(&octets[4]));
@@ -273,9 +287,12 @@ static void take_pdo(scripted_node_t* const node, const unsigned number, const u
         move(node, 0U, u16(octets));
         node->target_position = (int32_t)u32(&octets[2]);
         node->torque_offset   = (int16_t)u16(&octets[6]);
+        give(node, 0x60B2U, 0U, 2U, u16(&octets[6]));
     } else {
         move(node, 0U, u16(octets));
         node->target_torque[0] = (int16_t)u16(&octets[2]);
+        give(node, 0x6071U, 0U, 2U, u16(&octets[2]));
+        give(node, 0x60FFU, 0U, 4U, u32(&octets[4]));
     }
 }
 
@@ -297,6 +314,8 @@ static void answer_sync(scripted_bus_t* const bus, const scripted_node_t* const 
         put(&octets[2], (uint32_t)node->position[0], 4U);
         put(&octets[6], (uint16_t)node->torque[0], 2U);
         scripted_bus_deliver(bus, 0x180U + node->id, octets, sizeof octets);
+    } else if (node->kind == SCRIPTED_VALVES) {
+        scripted_bus_deliver(bus, 0x180U + node->id, node->outputs, 2U);
     } else {
         put(octets, (uint32_t)node->position[0], 4U);
         put(&octets[4], (uint32_t)node->position[1], 4U);

@@ -11,14 +11,15 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define SCRIPTED_NODES 4U
+#define SCRIPTED_NODES 16U
 #define SCRIPTED_OBJECTS 64U
 #define SCRIPTED_FRAMES 256U
 #define SCRIPTED_AXES 2U
 
 typedef enum {
-    SCRIPTED_DRIVE,   ///< Process data of the class "cia402-drive".
-    SCRIPTED_JOYSTICK ///< Process data of the class "joystick".
+    SCRIPTED_DRIVE,    ///< Process data of the class "joint-drive".
+    SCRIPTED_JOYSTICK, ///< Process data of the class "joystick".
+    SCRIPTED_VALVES    ///< Process data of the class "valve-box"; its inputs are its outputs.
 } scripted_kind_t;
 
 typedef struct {
@@ -46,6 +47,7 @@ typedef struct { // The test may read and write all fields.
     int32_t target_position;
     int16_t torque_offset;
     int16_t target_torque[SCRIPTED_AXES];
+    uint8_t outputs[4]; ///< Process data to a valve box.
     unsigned pdos_received;
     unsigned last_pdo; ///< 1 or 2.
     scripted_object_t objects[SCRIPTED_OBJECTS];

@@ -12,7 +12,7 @@
 #define DOUBLE_EVENTS 64U
 #define DOUBLE_RESULTS 16U
 #define DOUBLE_PORTS 8U
-#define DOUBLE_PAYLOAD 64U
+#define DOUBLE_PAYLOAD 128U
 
 typedef struct {
     uint16_t id;

@@ -3,6 +3,7 @@
 
 #include <stdint.h>
 
+#define PI 3.14159265358979323846
 #define TWO_OVER_PI 0.63661977236758134308
 #define ANGLE_MAX_RAD 1.0e6
 
@@ -12,6 +13,7 @@
 #define HALF_PI_LOW 2.02226624879595063154e-21
 
 #define TERMS 7U
+#define SETTLED 1.0e-30
 
 /// Horner's scheme, highest term first.
 static double series(const double y, const double coefficients[TERMS])
@@ -65,6 +67,32 @@ control_sine_cosine_t control_sine_cosine(const double angle_rad)
     }
 }
 
+/// Angle of a slope from 0 to 1: a first estimate within 0.004, then two iterations, each of which cubes the
+/// error.
+static double angle_of_slope(const double slope)
+{
+    double angle = slope * (0.25 * PI + (0.273 * (1.0 - slope)));
+    for (unsigned i = 0U; i < 2U; i++) {
+        const double sine   = sine_of_eighth(angle);
+        const double cosine = cosine_of_eighth(angle);
+        angle += ((slope * cosine) - sine) / (cosine + (slope * sine));
+    }
+    return angle;
+}
+
+double control_angle(const double sine, const double cosine)
+{
+    const double opposite = control_absolute(sine);
+    const double adjacent = control_absolute(cosine);
+    if (!((opposite + adjacent) > 0.0)) {
+        return 0.0;
+    }
+    double angle = (opposite <= adjacent) ? angle_of_slope(opposite / adjacent)
+                                          : ((0.5 * PI) - angle_of_slope(adjacent / opposite));
+    angle        = (cosine < 0.0) ? (PI - angle) : angle;
+    return (sine < 0.0) ? -angle : angle;
+}
+
 double control_tanh(const double x)
 {
     if (!(x < 20.0)) {
@@ -99,4 +127,9 @@ double control_clamp(const double x, const double low, const double high)
         return low;
     }
     return (x < high) ? x : high;
+}
+
+double control_settle(const double x)
+{
+    return (control_absolute(x) < SETTLED) ? 0.0 : x;
 }

@@ -12,15 +12,22 @@ typedef struct {
     double cosine;
 } control_sine_cosine_t;
 
-/// Both for an angle [rad]. Within 1e-15 for |angle| <= 1000; beyond 1e6 the result is sine 0, cosine 1 (no
-/// joint gets there).
+/// Sine and cosine of an angle [rad]. Within 1e-15 for |angle| <= 1000; beyond 1e6 the result is sine 0,
+/// cosine 1 (no joint reaches such an angle).
 control_sine_cosine_t control_sine_cosine(double angle_rad);
 
 /// Hyperbolic tangent, within 2e-15.
 double control_tanh(double x);
 
+/// Angle in [-pi, pi] of a point with these coordinates, which need not be on the unit circle, within 1e-15.
+/// 0 for the origin and for NaN.
+double control_angle(double sine, double cosine);
+
 double control_absolute(double x);
-/// x, or the bound that it passes. A value that is not a number becomes `low`. low <= high.
+/// x, limited to low..high. NaN becomes `low`. low <= high.
 double control_clamp(double x, double low, double high);
+/// x, or zero if |x| < 1e-30. Otherwise a decaying value would become subnormal, and processors compute many
+/// times slower with subnormal numbers.
+double control_settle(double x);
 
 #endif // FSW_FRAMEWORK_CONTROL_ELEMENTARY_H

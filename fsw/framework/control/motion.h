@@ -15,7 +15,7 @@ typedef struct { // All fields are private.
     double distance; ///< Distance of the motion; for a stop, the position of its end.
     double duration_s;
     double elapsed_s;
-    double speed; ///< At the beginning of a stop, with sign; 0 in a whole motion.
+    double speed; ///< Speed at the beginning of a stop, with sign; 0: not a stop.
 } control_motion_t;
 
 typedef struct {
@@ -24,9 +24,9 @@ typedef struct {
     double acceleration;
 } control_motion_point_t;
 
-/// At rest at a position.
+/// Set the motion to rest at a position.
 void control_motion_rest(control_motion_t* motion, double position);
-/// From start to goal. duration_s > 0.
+/// Begin a motion from start to goal. duration_s > 0.
 void control_motion_begin(control_motion_t* motion, double start, double goal, double duration_s);
 /// Stop from a point of a motion. deceleration > 0.
 void control_motion_brake(control_motion_t* motion, const control_motion_point_t* from, double deceleration);

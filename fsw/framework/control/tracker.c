@@ -2,6 +2,7 @@
 #include "fsw/framework/control/tracker.h"
 
 #include "base/assertion.h"
+#include "fsw/framework/control/elementary.h"
 
 #include <stddef.h>
 
@@ -17,6 +18,7 @@ void control_tracker_step(control_tracker_t* const tracker, const double sample,
     FSW_ASSERT(tracker != NULL);
     const double error    = sample - tracker->position;
     tracker->acceleration = omega_rad_s * omega_rad_s * error;
-    tracker->position += period_s * (tracker->velocity + (2.0 * omega_rad_s * error));
-    tracker->velocity += period_s * tracker->acceleration;
+    const double step     = period_s * (tracker->velocity + (2.0 * omega_rad_s * error));
+    tracker->position     = control_settle(tracker->position + step);
+    tracker->velocity     = control_settle(tracker->velocity + (period_s * tracker->acceleration));
 }

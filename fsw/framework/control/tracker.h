@@ -14,9 +14,9 @@ typedef struct {
     double acceleration;
 } control_tracker_t;
 
-/// At rest at a position.
+/// Set the tracker to rest at a position.
 void control_tracker_reset(control_tracker_t* tracker, double position);
-/// One sample. omega_rad_s x period_s < 0.5, or the tracker rings.
+/// Process one sample. omega_rad_s x period_s must be below 0.5; otherwise the tracker oscillates.
 void control_tracker_step(control_tracker_t* tracker, double sample, double omega_rad_s, double period_s);
 
 #endif // FSW_FRAMEWORK_CONTROL_TRACKER_H

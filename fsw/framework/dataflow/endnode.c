@@ -14,7 +14,9 @@ status_t flow_endnode_resolve(const flow_resolver_t* const resolver, const flow_
     if (resolver->resolve(resolver->context, kind, name, out_address) != STATUS_OK) {
         return STATUS_NOT_FOUND;
     }
-    return (memchr(out_address->address, '\0', ENDNODE_ADDRESS_MAX) != NULL) ? STATUS_OK : STATUS_INVALID;
+    const bool ends = (memchr(out_address->address, '\0', ENDNODE_ADDRESS_MAX) != NULL) &&
+                      (memchr(out_address->counts, '\0', ENDNODE_ADDRESS_MAX) != NULL);
+    return ends ? STATUS_OK : STATUS_INVALID;
 }
 
 /// Decimal number up to `limit` at *text; moves past it. False if there is none or it is too large.
@@ -53,10 +55,22 @@ status_t flow_endnode_socket_address(const char* const text, osal_address_t* con
     return STATUS_OK;
 }
 
+status_t flow_endnode_open_counts(const flow_endnode_address_t* const address,
+                                  osal_hand_over_t* const out_counts)
+{
+    FSW_ASSERT((address != NULL) && (out_counts != NULL));
+    *out_counts = (osal_hand_over_t)OSAL_HAND_OVER_CLOSED;
+    return (address->counts[0] != '\0') ? osal_hand_over_open(out_counts, address->counts) : STATUS_OK;
+}
+
 status_t flow_endnode_resolve_socket(const flow_resolver_t* const resolver, const flow_endnode_kind_t kind,
-                                     const char* const name, osal_address_t* const out_address)
+                                     const char* const name, osal_address_t* const out_address,
+                                     osal_hand_over_t* const out_counts)
 {
     flow_endnode_address_t address;
-    const status_t status = flow_endnode_resolve(resolver, kind, name, &address);
-    return (status == STATUS_OK) ? flow_endnode_socket_address(address.address, out_address) : status;
+    status_t status = flow_endnode_resolve(resolver, kind, name, &address);
+    if (status == STATUS_OK) {
+        status = flow_endnode_socket_address(address.address, out_address);
+    }
+    return (status == STATUS_OK) ? flow_endnode_open_counts(&address, out_counts) : status;
 }

@@ -15,6 +15,7 @@
 #define FSW_FRAMEWORK_DATAFLOW_ENDNODE_H
 
 #include "base/status.h"
+#include "osal/include/osal/hand_over.h"
 #include "osal/include/osal/socket.h"
 
 #include <stdbool.h>
@@ -34,7 +35,8 @@ typedef enum {
 
 typedef struct {
     char address[ENDNODE_ADDRESS_MAX];
-    bool is_fd; ///< CAN: process data travels in FD frames with bit rate switch.
+    char counts[ENDNODE_ADDRESS_MAX]; ///< Streams, datagrams: counts of octets in stepped time; "": none.
+    bool is_fd;                       ///< CAN: process data travels in FD frames with bit rate switch.
 } flow_endnode_address_t;
 
 /// Port to the resolver of the addresses of this run.
@@ -45,13 +47,18 @@ typedef struct {
                         flow_endnode_address_t* out_address);
 } flow_resolver_t;
 
-/// Ask the resolver. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (an address that does not end).
+/// Ask the resolver. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (an address without NUL).
 MUST_USE status_t flow_endnode_resolve(const flow_resolver_t* resolver, flow_endnode_kind_t kind,
                                        const char* name, flow_endnode_address_t* out_address);
 
-/// The same of an end node that is a socket address.
+/// Ask the resolver for an end node whose address is a socket address, and open its counts, if it has any.
+/// Statuses of flow_endnode_resolve; STATUS_NOT_FOUND also: the device is not present.
 MUST_USE status_t flow_endnode_resolve_socket(const flow_resolver_t* resolver, flow_endnode_kind_t kind,
-                                              const char* name, osal_address_t* out_address);
+                                              const char* name, osal_address_t* out_address,
+                                              osal_hand_over_t* out_counts);
+/// Open the counts of an end node; if it has none, *out_counts is closed. Statuses of osal_hand_over_open.
+MUST_USE status_t flow_endnode_open_counts(const flow_endnode_address_t* address,
+                                           osal_hand_over_t* out_counts);
 
 /// "A.B.C.D:PORT" as a socket address. STATUS_OK, STATUS_INVALID.
 MUST_USE status_t flow_endnode_socket_address(const char* text, osal_address_t* out_address);

@@ -220,7 +220,7 @@ static void take_error_frame(flow_can_t* const flow, const osal_can_frame_t* con
     }
 }
 
-/// Add the frames that the carrier has dropped since; it counts from its last report on.
+/// Add the frames that the carrier has dropped since the last call.
 static void count_overruns(flow_can_t* const flow)
 {
     flow->counters.overruns += flow->can.overruns - flow->queue_overruns;

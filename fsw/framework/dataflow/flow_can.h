@@ -90,8 +90,8 @@ void flow_can_attend(flow_can_t* flow, uint64_t now_ns);
 /// Queue a classic data frame, 0..8 octets, 11-bit identifier.
 /// STATUS_OK, STATUS_FULL, STATUS_INVALID (length, identifier), STATUS_CLOSED.
 status_t flow_can_send(flow_can_t* flow, uint16_t identifier, const uint8_t* octets, uint8_t length);
-/// The same for process data: an FD frame with bit rate switch if the bus supports it; 0..8, 12, 16, 20, 24,
-/// 32, 48, 64 octets then, otherwise 0..8. Statuses as flow_can_send.
+/// Queue process data: as an FD frame with bit rate switch if the bus carries FD (0..8, 12, 16, 20, 24, 32,
+/// 48, 64 octets), otherwise as a classic frame (0..8 octets). Statuses as flow_can_send.
 status_t flow_can_send_process_data(flow_can_t* flow, uint16_t identifier, const uint8_t* octets,
                                     uint8_t length);
 

@@ -124,6 +124,6 @@ void flow_mqueue_close(flow_mqueue_t* const flow)
     const bool was_open = flow_mqueue_is_open(flow);
     flow_link_close(&flow->link);
     if (was_open && flow->setup.is_receiver) {
-        (void)osal_mqueue_remove(flow->address); // Another receiver may have been faster.
+        (void)osal_mqueue_remove(flow->address); // Fails if another receiver has removed it already.
     }
 }

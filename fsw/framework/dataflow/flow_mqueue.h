@@ -38,7 +38,7 @@ typedef struct { // [messages, wrap]
     uint32_t sent;
     uint32_t received;
     uint32_t refused; ///< Not sent: no queue, full, or too large.
-    uint32_t unfit;   ///< Received, but no such record.
+    uint32_t unfit;   ///< Received, but not a record of the expected layout.
 } flow_mqueue_counters_t;
 
 typedef struct { // Private; read-only for housekeeping: counters, link.
@@ -51,7 +51,7 @@ typedef struct { // Private; read-only for housekeeping: counters, link.
 } flow_mqueue_t;
 
 void flow_mqueue_init(flow_mqueue_t* flow, const flow_mqueue_setup_t* setup, const flow_resolver_t* resolver);
-/// Make or open the queue if it is time. STATUS_OK (open), STATUS_CLOSED (`link.failure` says why:
+/// Make or open the queue if an attempt is due. STATUS_OK (open), STATUS_CLOSED (`link.failure` says why:
 /// STATUS_NOT_FOUND resolver, or no receiver yet; STATUS_INVALID name, or a queue of shorter messages;
 /// STATUS_EXHAUSTED quota or limits of the system; STATUS_EXISTS, STATUS_UNSUPPORTED, STATUS_DENIED,
 /// STATUS_IO).
@@ -66,12 +66,12 @@ MUST_USE status_t flow_mqueue_receive(flow_mqueue_t* flow, uint8_t* octets, size
 MUST_USE status_t flow_mqueue_send_record(flow_mqueue_t* flow, const flow_record_layout_t* layout,
                                           const void* record);
 /// The next message as a struct, which changes only with STATUS_OK; message_octets <= RECORD_OCTETS_MAX.
-/// Statuses of flow_mqueue_receive; STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_INVALID: it was no such
-/// record, and is dropped and counted.
+/// Statuses of flow_mqueue_receive; STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_INVALID: the message is not
+/// such a record; it is dropped and counted.
 MUST_USE status_t flow_mqueue_receive_record(flow_mqueue_t* flow, const flow_record_layout_t* layout,
                                              void* out_record);
 bool flow_mqueue_is_open(const flow_mqueue_t* flow);
-/// The receiver removes the name with it.
+/// Close the queue; the receiver also removes its name.
 void flow_mqueue_close(flow_mqueue_t* flow);
 
 #endif // FSW_FRAMEWORK_DATAFLOW_FLOW_MQUEUE_H

@@ -82,7 +82,7 @@ static bool is_alive(const osal_shm_t* const shm)
            (__atomic_load_n(&region->magic, __ATOMIC_ACQUIRE) == MAGIC);
 }
 
-/// Tell the readers of a memory that it gets no more values.
+/// Mark a memory as ended: its readers get no more values.
 static void end_region(const osal_shm_t* const shm)
 {
     if (is_alive(shm)) {
@@ -178,7 +178,7 @@ void flow_shm_close(flow_shm_t* const flow)
 {
     FSW_ASSERT(flow != NULL);
     if (flow->link.is_open && flow->setup.is_writer &&
-        is_alive(&flow->shm)) { // Else a successor has the name.
+        is_alive(&flow->shm)) { // Otherwise a successor has the name.
         end_region(&flow->shm);
         (void)osal_shm_remove(flow->address);
     }

@@ -2,7 +2,7 @@
 /// Data flow through shared memory between two components: the latest value, or a queue of values.
 ///
 /// Latest: one writer, any readers; a reader gets the newest complete value, or STATUS_BUSY if the writer
-/// kept overtaking it. Queue: one writer, one reader, nothing lost; a full queue is refused.
+/// kept overtaking it. Queue: one writer, one reader, nothing lost; a write to a full queue is refused.
 ///
 /// The writer of an end node is one component: memory that exists when it starts was left by its predecessor,
 /// and is replaced. A reader reads the remaining values, gets STATUS_CLOSED, and opens the new memory; a
@@ -53,7 +53,7 @@ typedef struct { // [wrap]
     uint32_t read;
     uint32_t refused; ///< Not written: no memory, or the queue is full.
     uint32_t torn;    ///< The writer kept overtaking this reader.
-    uint32_t unfit;   ///< Read, but no such record.
+    uint32_t unfit;   ///< Read, but not a record of the expected layout.
 } flow_shm_counters_t;
 
 typedef struct { // Private; read-only for housekeeping: counters, link.
@@ -66,15 +66,16 @@ typedef struct { // Private; read-only for housekeeping: counters, link.
     flow_shm_counters_t counters;
 } flow_shm_t;
 
-/// Closed. A shape out of its range is a coding error.
+/// The flow begins closed. A shape out of its range is a coding error.
 void flow_shm_init(flow_shm_t* flow, const flow_shm_setup_t* setup, const flow_resolver_t* resolver);
-/// Make or open the memory if it is time. STATUS_OK (open), STATUS_CLOSED (`link.failure` says why:
+/// Make or open the memory if an attempt is due. STATUS_OK (open), STATUS_CLOSED (`link.failure` says why:
 /// STATUS_NOT_FOUND resolver, or no writer yet; STATUS_INVALID name, or another layout of the writer;
 /// STATUS_EXHAUSTED quota or memory; STATUS_EXISTS another program makes it at this moment; STATUS_DENIED,
 /// STATUS_IO).
 status_t flow_shm_step(flow_shm_t* flow, uint64_t now_ns);
 
-/// Write one value of value_octets. STATUS_OK, STATUS_FULL (queue), STATUS_CLOSED (no memory, or a reader).
+/// Write one value of value_octets. STATUS_OK, STATUS_FULL (queue), STATUS_CLOSED (no memory, or this end is
+/// a reader).
 MUST_USE status_t flow_shm_write(flow_shm_t* flow, const void* value);
 /// LATEST: the newest value not read before. QUEUE: the oldest. STATUS_OK, STATUS_EMPTY (nothing new),
 /// STATUS_BUSY (LATEST: overtaken, try in the next cycle), STATUS_CLOSED (no memory, its writer has closed it
@@ -85,7 +86,7 @@ MUST_USE status_t flow_shm_read(flow_shm_t* flow, void* out_value);
 MUST_USE status_t flow_shm_write_record(flow_shm_t* flow, const flow_record_layout_t* layout,
                                         const void* record);
 /// The value of flow_shm_read as a struct, which changes only with STATUS_OK; the layout as above. Statuses
-/// of flow_shm_read; STATUS_INVALID: it was no such record, and is dropped and counted.
+/// of flow_shm_read; STATUS_INVALID: the value is not such a record; it is dropped and counted.
 MUST_USE status_t flow_shm_read_record(flow_shm_t* flow, const flow_record_layout_t* layout,
                                        void* out_record);
 bool flow_shm_is_open(const flow_shm_t* flow);

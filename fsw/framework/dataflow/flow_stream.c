@@ -24,23 +24,26 @@ static status_t connect(flow_stream_t* const flow)
         return osal_tcp_connect_result(&flow->socket);
     }
     osal_address_t to = {0U, 0U};
-    status_t status   = flow_endnode_resolve_socket(flow->resolver, ENDNODE_TCP, flow->setup.name, &to);
+    status_t status =
+        flow_endnode_resolve_socket(flow->resolver, ENDNODE_TCP, flow->setup.name, &to, &flow->counts);
     if (status == STATUS_OK) {
-        status                = osal_tcp_connect_begin(&flow->socket, to);
-        flow->link.is_pending = (status == STATUS_BUSY);
+        status = osal_tcp_connect_begin(&flow->socket, to);
     }
+    if ((status == STATUS_BUSY) && osal_hand_over_is_open(&flow->counts) &&
+        (osal_socket_wait_writable(&flow->socket, OSAL_HAND_OVER_PATIENCE_MS) == STATUS_OK)) {
+        status = osal_tcp_connect_result(&flow->socket);
+    }
+    flow->link.is_pending = (status == STATUS_BUSY);
     return status;
 }
 
-static status_t open_endnode(void* const context)
+static status_t open_device(flow_stream_t* const flow)
 {
-    flow_stream_t* const flow = context;
-    if (flow->setup.kind == ENDNODE_TCP) {
-        return connect(flow);
-    }
     flow_endnode_address_t address;
-    const status_t status =
-        flow_endnode_resolve(flow->resolver, flow->setup.kind, flow->setup.name, &address);
+    status_t status = flow_endnode_resolve(flow->resolver, flow->setup.kind, flow->setup.name, &address);
+    if (status == STATUS_OK) {
+        status = flow_endnode_open_counts(&address, &flow->counts);
+    }
     if (status != STATUS_OK) {
         return status;
     }
@@ -49,11 +52,22 @@ static status_t open_endnode(void* const context)
                : osal_device_open(&flow->device, address.address, direction_of(&flow->setup.format));
 }
 
+static status_t open_endnode(void* const context)
+{
+    flow_stream_t* const flow = context;
+    const status_t status     = (flow->setup.kind == ENDNODE_TCP) ? connect(flow) : open_device(flow);
+    if (status == STATUS_OK) {
+        osal_hand_over_begin(&flow->counts);
+    }
+    return status;
+}
+
 static void close_endnode(void* const context)
 {
     flow_stream_t* const flow = context;
     osal_device_close(&flow->device);
     osal_socket_close(&flow->socket);
+    osal_hand_over_close(&flow->counts);
     flow->counters.discarded += (uint32_t)flow->outbox_held;
     flow->outbox_held = 0U;
     flow->chunk_size  = 0U;
@@ -84,14 +98,45 @@ static status_t write_some(flow_stream_t* const flow, size_t* const out_sent)
                : osal_device_write(&flow->device, flow->setup.outbox, flow->outbox_held, out_sent);
 }
 
-static status_t read_some(flow_stream_t* const flow, size_t* const out_size)
+static status_t read_at_once(flow_stream_t* const flow, size_t* const out_size)
 {
     return (flow->setup.kind == ENDNODE_TCP)
                ? osal_stream_receive(&flow->socket, flow->chunk, sizeof flow->chunk, out_size)
                : osal_device_read(&flow->device, flow->chunk, sizeof flow->chunk, out_size);
 }
 
-/// Pass the outbox to the system, as much as it takes.
+static status_t wait_readable(flow_stream_t* const flow)
+{
+    return (flow->setup.kind == ENDNODE_TCP)
+               ? osal_socket_wait_readable(&flow->socket, OSAL_HAND_OVER_PATIENCE_MS)
+               : osal_device_wait_readable(&flow->device, OSAL_HAND_OVER_PATIENCE_MS);
+}
+
+/// Read octets; in stepped time, wait for those that the device has announced.
+static status_t read_some(flow_stream_t* const flow, size_t* const out_size)
+{
+    status_t status = read_at_once(flow, out_size);
+    if ((status == STATUS_EMPTY) && (osal_hand_over_due(&flow->counts) > 0U)) {
+        if (wait_readable(flow) == STATUS_OK) {
+            status = read_at_once(flow, out_size);
+        } else {
+            osal_hand_over_give_up(&flow->counts);
+        }
+    }
+    osal_hand_over_take(&flow->counts, (uint32_t)*out_size);
+    return status;
+}
+
+/// End the link as soon as the counts of stepped time show that the device is gone; the kernel may report it
+/// later.
+static void look_for_device(flow_stream_t* const flow)
+{
+    if (flow->link.is_open && !osal_hand_over_is_present(&flow->counts)) {
+        flow_link_lose(&flow->link, STATUS_CLOSED);
+    }
+}
+
+/// Pass as many octets of the outbox to the system as it accepts.
 static void flush(flow_stream_t* const flow)
 {
     while (flow->link.is_open && (flow->outbox_held > 0U)) {
@@ -104,6 +149,7 @@ static void flush(flow_stream_t* const flow)
             flow_link_lose(&flow->link, status);
             return;
         }
+        osal_hand_over_announce(&flow->counts, (uint32_t)sent);
         flow->counters.octets_out += (uint32_t)sent;
         flow->outbox_held -= sent;
         (void)memmove(flow->setup.outbox, &flow->setup.outbox[sent], flow->outbox_held);
@@ -113,6 +159,7 @@ static void flush(flow_stream_t* const flow)
 status_t flow_stream_step(flow_stream_t* const flow, const uint64_t now_ns)
 {
     FSW_ASSERT(flow != NULL);
+    look_for_device(flow);
     const status_t status = flow_link_step(&flow->link, now_ns);
     if (status != STATUS_OK) {
         return status;
@@ -201,6 +248,14 @@ bool flow_stream_is_connected(const flow_stream_t* const flow)
 {
     FSW_ASSERT(flow != NULL);
     return flow->link.is_open;
+}
+
+void flow_stream_give_up(flow_stream_t* const flow)
+{
+    FSW_ASSERT(flow != NULL);
+    if (flow->link.is_open) {
+        flow_link_lose(&flow->link, STATUS_TIMEOUT);
+    }
 }
 
 void flow_stream_close(flow_stream_t* const flow)

@@ -2,13 +2,13 @@
 /// Data flow of octet streams that this end opens: a serial line, a TCP connection as client, a file or I/O
 /// device. Frames go in and out; after a loss it reconnects without limit, with back-off.
 ///
-/// Call flow_stream_step once a cycle, then send and receive. Before the first connection and between two of
-/// them both answer STATUS_CLOSED; a frame that was cut by the end of a connection is lost in both
-/// directions.
+/// Call flow_stream_step once a cycle, then send and receive. Before the first connection and between two
+/// connections, send and receive return STATUS_CLOSED; a frame that was cut by the end of a connection is
+/// lost in both directions.
 ///
 /// Ownership  The caller places flow_stream_t and the buffers; the name, the resolver and the quota outlive
 ///            it.
-/// Context    One task. Never blocks.
+/// Context    One task. Blocks only in stepped time, until announced octets have arrived (osal/hand_over.h).
 /// Time       O(octets), bounded in each call.
 /// Errors     Each function lists its statuses; each refusal is counted.
 ///
@@ -50,7 +50,7 @@ typedef struct {        // [wrap]
     uint32_t received;  ///< Frames.
     uint32_t refused;   ///< Frames not taken: no connection, outbox full, or malformed.
     uint32_t discarded; ///< Octets in the outbox when a connection ended.
-    uint32_t unfit;     ///< Frames received that were no such record.
+    uint32_t unfit;     ///< Frames received that were not records of the expected layout.
     uint32_t octets_in;
     uint32_t octets_out;
 } flow_stream_counters_t;
@@ -60,6 +60,7 @@ typedef struct { // Private; read-only for housekeeping: counters, link, assembl
     const flow_resolver_t* resolver;
     osal_device_t device;
     osal_socket_t socket;
+    osal_hand_over_t counts;
     flow_link_t link;
     flow_frame_assembler_t assembler;
     uint8_t chunk[FLOW_STREAM_CHUNK];
@@ -71,8 +72,8 @@ typedef struct { // Private; read-only for housekeeping: counters, link, assembl
 
 /// Not connected, counters zero. A wrong kind or missing buffer is a coding error.
 void flow_stream_init(flow_stream_t* flow, const flow_stream_setup_t* setup, const flow_resolver_t* resolver);
-/// Connect if it is time, and pass queued octets to the system. STATUS_OK (connected), STATUS_BUSY (the
-/// partner has not answered), STATUS_CLOSED (not connected; `link.failure` says why: STATUS_NOT_FOUND
+/// Connect if an attempt is due, and pass queued octets to the system. STATUS_OK (connected), STATUS_BUSY
+/// (the partner has not answered), STATUS_CLOSED (not connected; `link.failure` says why: STATUS_NOT_FOUND
 /// resolver or device, STATUS_INVALID address or device, STATUS_OUT_OF_RANGE bit rate, STATUS_BUSY in use,
 /// STATUS_CLOSED refused, STATUS_EXHAUSTED quota or descriptors, STATUS_DENIED, STATUS_IO).
 status_t flow_stream_step(flow_stream_t* flow, uint64_t now_ns);
@@ -86,10 +87,13 @@ MUST_USE status_t flow_stream_receive(flow_stream_t* flow, const uint8_t** out_p
 MUST_USE status_t flow_stream_send_record(flow_stream_t* flow, const flow_record_layout_t* layout,
                                           const void* record);
 /// The next frame as a struct, which changes only with STATUS_OK. Statuses of flow_stream_receive;
-/// STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_INVALID: it was no such record, and is dropped and counted.
+/// STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_INVALID: the frame is not such a record; it is dropped and
+/// counted.
 MUST_USE status_t flow_stream_receive_record(flow_stream_t* flow, const flow_record_layout_t* layout,
                                              void* out_record);
 bool flow_stream_is_connected(const flow_stream_t* flow);
+/// End the connection, if there is one, and drop an incomplete frame; connect again after the delay.
+void flow_stream_give_up(flow_stream_t* flow);
 /// End the connection; the next step connects again.
 void flow_stream_close(flow_stream_t* flow);
 

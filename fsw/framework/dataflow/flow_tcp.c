@@ -86,7 +86,8 @@ static unsigned free_place(const flow_tcp_t* const flow)
     return place;
 }
 
-/// A place for a new connection, perhaps that of a client which has to go; `capacity`: none.
+/// Find a place for a new connection; if all are taken, the user may choose a client whose connection is
+/// ended. Returns `capacity` if there is no place.
 static unsigned take_place(flow_tcp_t* const flow, const flow_tcp_user_t* const user)
 {
     const unsigned place = free_place(flow);
@@ -184,7 +185,7 @@ static size_t read_client(flow_tcp_t* const flow, const flow_tcp_user_t* const u
     if ((client->held > 0U) && (state == OFFER_MORE)) {
         state = offer(flow, user, index); // The framer may now take the remaining octets.
     }
-    // A client that never pauses does not keep the others waiting.
+    // The limit keeps a client that never pauses from delaying the others.
     while ((total < limit) && (total < flow->buffer_octets) && (state == OFFER_MORE)) {
         const size_t room   = flow->buffer_octets - client->held;
         const size_t wanted = (room < (limit - total)) ? room : (limit - total);

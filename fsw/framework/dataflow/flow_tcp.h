@@ -38,7 +38,7 @@ typedef struct { // Private; `epoch` counts the connections this place has seen.
 typedef struct {     // [wrap]
     uint32_t failed; ///< Attempts to listen that were refused.
     uint32_t accepted;
-    uint32_t turned_away; ///< Connections closed at once: no place, or no quota, was left.
+    uint32_t turned_away; ///< Connections closed at once: no place was free, or the quota was used up.
     uint32_t evicted;     ///< Connections ended to make room for a new one.
     uint32_t ended;       ///< Connections that the peer, an error or the caller ended.
     uint32_t malformed; ///< Connections ended because the framer gave up or its frame did not fit the buffer.
@@ -46,15 +46,16 @@ typedef struct {     // [wrap]
     uint32_t octets_out;
 } flow_tcp_counters_t;
 
-/// Reactions of the caller to connections and octets. `client` is 0..capacity-1. Null callbacks are left out.
+/// Reactions of the caller to connections and octets. `client` is 0..capacity-1. A null callback is not
+/// called.
 typedef struct {
     void* context;
     void (*connected)(void* context, unsigned client);
     void (*disconnected)(void* context, unsigned client);
     /// Take whole frames off the front of `octets`; the result is the number of octets taken, 0..size.
-    /// FLOW_TCP_MALFORMED ends the connection. FLOW_TCP_BUSY: there is a frame, but not now; it is shown
-    /// again in the next step, and no more is read from this client before. Called as long as it takes
-    /// something.
+    /// FLOW_TCP_MALFORMED ends the connection. FLOW_TCP_BUSY: the first frame cannot be taken now; it is
+    /// passed again in the next step, and until then no more is read from this client. Called repeatedly as
+    /// long as it takes octets.
     size_t (*frame)(void* context, unsigned client, const uint8_t* octets, size_t size);
     /// Octets that may be read from a client in this step; null: as many as there are.
     size_t (*allowance)(void* context, unsigned client);
@@ -79,7 +80,8 @@ typedef struct { // Private, except counters: read-only.
 /// Closed, no clients. `buffers` holds capacity x buffer_octets octets; buffer_octets >= the longest frame.
 void flow_tcp_init(flow_tcp_t* flow, flow_tcp_client_t* clients, unsigned capacity, uint8_t* buffers,
                    size_t buffer_octets);
-/// Count the listening socket and every connection in `quota`, which outlives the flow. Before it is opened.
+/// Count the listening socket and every connection in `quota`, which outlives the flow. Call it before
+/// flow_tcp_adopt.
 void flow_tcp_set_quota(flow_tcp_t* flow, quota_t* quota);
 /// Listen with a socket inherited from the parent. STATUS_OK, STATUS_EXISTS (open already), STATUS_INVALID
 /// (no such descriptor), STATUS_EXHAUSTED (quota).

@@ -3,22 +3,32 @@
 
 #include "base/assertion.h"
 
-#define DATAGRAMS_PER_CALL 64U // Passed over at most before the caller gets its turn back.
+#define DATAGRAMS_PER_CALL 64U // Most datagrams that one call skips.
 
 static status_t open_socket(void* const context)
 {
     flow_udp_t* const flow = context;
     osal_address_t local   = {0U, 0U};
-    status_t status = flow_endnode_resolve_socket(flow->resolver, ENDNODE_UDP, flow->setup.local, &local);
+    status_t status =
+        flow_endnode_resolve_socket(flow->resolver, ENDNODE_UDP, flow->setup.local, &local, &flow->counts);
     if (status == STATUS_OK) {
-        status = flow_endnode_resolve_socket(flow->resolver, ENDNODE_UDP, flow->setup.peer, &flow->peer);
+        status = flow_endnode_resolve_socket(flow->resolver, ENDNODE_UDP, flow->setup.peer, &flow->peer,
+                                             &flow->counts);
     }
-    return (status == STATUS_OK) ? osal_udp_open(&flow->socket, local, flow->setup.receive_octets) : status;
+    if (status == STATUS_OK) {
+        status = osal_udp_open(&flow->socket, local, flow->setup.receive_octets);
+    }
+    if (status == STATUS_OK) {
+        osal_hand_over_begin(&flow->counts);
+    }
+    return status;
 }
 
 static void close_socket(void* const context)
 {
-    osal_socket_close(&((flow_udp_t*)context)->socket);
+    flow_udp_t* const flow = context;
+    osal_socket_close(&flow->socket);
+    osal_hand_over_close(&flow->counts);
 }
 
 void flow_udp_init(flow_udp_t* const flow, const flow_udp_setup_t* const setup,
@@ -59,9 +69,25 @@ status_t flow_udp_send(flow_udp_t* const flow, const uint8_t* const octets, cons
         status = STATUS_CLOSED;
     }
     if (status == STATUS_OK) {
+        osal_hand_over_announce(&flow->counts, 1U);
         flow->counters.sent++;
     } else {
         flow->counters.refused++;
+    }
+    return status;
+}
+
+/// Receive the next datagram; in stepped time, wait for one that the sender has announced.
+static status_t take_datagram(flow_udp_t* const flow, osal_address_t* const out_from, uint8_t* const octets,
+                              const size_t capacity, size_t* const out_size)
+{
+    status_t status = osal_udp_receive(&flow->socket, out_from, octets, capacity, out_size);
+    if ((status == STATUS_EMPTY) && (osal_hand_over_due(&flow->counts) > 0U)) {
+        if (osal_socket_wait_readable(&flow->socket, OSAL_HAND_OVER_PATIENCE_MS) == STATUS_OK) {
+            status = osal_udp_receive(&flow->socket, out_from, octets, capacity, out_size);
+        } else {
+            osal_hand_over_give_up(&flow->counts);
+        }
     }
     return status;
 }
@@ -73,8 +99,9 @@ status_t flow_udp_receive(flow_udp_t* const flow, uint8_t* const octets, const s
     *out_size = 0U;
     for (unsigned i = 0U; flow_udp_is_open(flow) && (i < DATAGRAMS_PER_CALL); i++) {
         osal_address_t from   = {0};
-        const status_t status = osal_udp_receive(&flow->socket, &from, octets, capacity, out_size);
+        const status_t status = take_datagram(flow, &from, octets, capacity, out_size);
         if (status == STATUS_TOO_LARGE) {
+            osal_hand_over_take(&flow->counts, 1U);
             flow->counters.oversize++;
         } else if (status == STATUS_IO) {
             flow_link_lose(&flow->link, status);
@@ -84,6 +111,7 @@ status_t flow_udp_receive(flow_udp_t* const flow, uint8_t* const octets, const s
         } else if ((from.ipv4 != flow->peer.ipv4) || (from.port != flow->peer.port)) {
             flow->counters.other_senders++;
         } else {
+            osal_hand_over_take(&flow->counts, 1U);
             flow->counters.received++;
             return STATUS_OK;
         }

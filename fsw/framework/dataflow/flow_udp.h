@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Data flow of datagrams: one bound socket, one peer. If the port is in use or the socket fails, the flow
-/// retries with back-off. A datagram without a receiver is refused or lost; the next one is sent all the
-/// same. Call flow_udp_step once a cycle, then send and receive.
+/// retries with back-off. A datagram without a receiver is refused or lost, and the flow stays open. Call
+/// flow_udp_step once a cycle, then send and receive.
 ///
 /// Ownership  The caller places flow_udp_t; names, the resolver and the quota outlive it.
-/// Context    One task, never blocks.
-/// Errors     Status and counter each.
+/// Context    One task. Blocks only in stepped time, until announced octets have arrived (osal/hand_over.h).
+/// Errors     Each function lists its statuses; each refusal is counted.
 #ifndef FSW_FRAMEWORK_DATAFLOW_FLOW_UDP_H
 #define FSW_FRAMEWORK_DATAFLOW_FLOW_UDP_H
 
@@ -21,7 +21,7 @@
 #include <stdint.h>
 
 typedef struct {
-    const char* local;       ///< End node that is bound,
+    const char* local;       ///< End node that is bound.
     const char* peer;        ///< The only peer. The resolver gives both addresses.
     flow_order_t order;      ///< Byte order of a number, in records.
     size_t receive_octets;   ///< Receive buffer requested from the system; 0: default.
@@ -36,7 +36,7 @@ typedef struct { // [datagrams, wrap]
     uint32_t refused;       ///< Not sent: kernel buffer full, no receiver, too large, closed.
     uint32_t other_senders; ///< Received from another address than the peer's, dropped.
     uint32_t oversize;      ///< Received, longer than the caller's buffer, dropped.
-    uint32_t unfit;         ///< Received, but no such record.
+    uint32_t unfit;         ///< Received, but not a record of the expected layout.
 } flow_udp_counters_t;
 
 typedef struct { // Private; read-only for housekeeping: counters, link.
@@ -44,26 +44,29 @@ typedef struct { // Private; read-only for housekeeping: counters, link.
     const flow_resolver_t* resolver;
     osal_socket_t socket;
     osal_address_t peer;
+    osal_hand_over_t counts;
     flow_link_t link;
     flow_udp_counters_t counters;
 } flow_udp_t;
 
 void flow_udp_init(flow_udp_t* flow, const flow_udp_setup_t* setup, const flow_resolver_t* resolver);
-/// Open the socket if it is time. STATUS_OK (open), STATUS_CLOSED (`link.failure` says why: STATUS_NOT_FOUND,
-/// STATUS_INVALID address; STATUS_EXISTS port in use; STATUS_EXHAUSTED quota; STATUS_DENIED, STATUS_IO).
+/// Open the socket if an attempt is due. STATUS_OK (open), STATUS_CLOSED (`link.failure` says why:
+/// STATUS_NOT_FOUND, STATUS_INVALID address; STATUS_EXISTS port in use; STATUS_EXHAUSTED quota;
+/// STATUS_DENIED, STATUS_IO).
 status_t flow_udp_step(flow_udp_t* flow, uint64_t now_ns);
 
-/// STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (no socket, or no way there).
+/// STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (no socket, or no route).
 MUST_USE status_t flow_udp_send(flow_udp_t* flow, const uint8_t* octets, size_t size);
-/// One datagram of the peer; those of other senders and oversize ones are counted and passed over.
-/// STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (no socket).
+/// One datagram of the peer; those of other senders and oversize ones are counted and skipped. STATUS_OK,
+/// STATUS_EMPTY, STATUS_CLOSED (no socket).
 MUST_USE status_t flow_udp_receive(flow_udp_t* flow, uint8_t* octets, size_t capacity, size_t* out_size);
 /// One struct as one datagram, in the flow's byte order. A layout of more than RECORD_OCTETS_MAX is a coding
 /// error. Statuses of flow_udp_send.
 MUST_USE status_t flow_udp_send_record(flow_udp_t* flow, const flow_record_layout_t* layout,
                                        const void* record);
 /// The next datagram as a struct, which changes only with STATUS_OK. Statuses of flow_udp_receive;
-/// STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_INVALID: it was no such record, and is dropped and counted.
+/// STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_INVALID: the datagram is not such a record; it is dropped and
+/// counted.
 MUST_USE status_t flow_udp_receive_record(flow_udp_t* flow, const flow_record_layout_t* layout,
                                           void* out_record);
 bool flow_udp_is_open(const flow_udp_t* flow);

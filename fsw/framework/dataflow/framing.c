@@ -58,7 +58,7 @@ static void keep(flow_frame_assembler_t* const assembler, const uint8_t octet)
     assembler->held++;
 }
 
-/// True if the frame has ended with this octet; so for the next three.
+/// True if the frame has ended with this octet, as for the other take_ functions below.
 static bool take_length(flow_frame_assembler_t* const assembler, const uint8_t octet)
 {
     if (assembler->prefix < LENGTH_OCTETS) {
@@ -96,7 +96,7 @@ static bool take_slip(flow_frame_assembler_t* const assembler, const uint8_t oct
             assembler->counters.malformed++;
             assembler->is_skipping = true;
         } else {
-            // Passed over.
+            // The rest of this frame is skipped.
         }
     } else if (octet == SLIP_ESCAPE) {
         assembler->is_escaped = true;
@@ -182,7 +182,7 @@ static bool is_line(const uint8_t* const payload, const size_t size)
     return true;
 }
 
-/// Octets that the frame has more than its payload.
+/// Octets of the frame beyond its payload.
 static size_t overhead(const flow_framing_t framing, const uint8_t* const payload, const size_t size)
 {
     if (framing == FLOW_FRAMING_LENGTH) {

@@ -34,9 +34,9 @@ typedef struct { // Private, except counters: read-only.
     uint8_t* buffer;
     size_t capacity;
     size_t held;      ///< Octets of the present frame in the buffer.
-    uint32_t length;  ///< LENGTH: octets the present frame has.
-    uint8_t prefix;   ///< LENGTH: octets of the length that were seen.
-    bool is_skipping; ///< The rest of the present frame is passed over.
+    uint32_t length;  ///< LENGTH: payload octets of the present frame.
+    uint8_t prefix;   ///< LENGTH: octets of the length field received so far.
+    bool is_skipping; ///< The rest of the present frame is skipped.
     bool is_escaped;  ///< SLIP: the octet before was an escape.
     bool is_done;     ///< The buffer contains a frame that was returned.
     flow_frame_counters_t counters;
@@ -47,9 +47,9 @@ void flow_frame_assembler_init(flow_frame_assembler_t* assembler, const flow_for
                                uint8_t* buffer, size_t capacity);
 /// Forget the present frame: the stream ended, another begins.
 void flow_frame_assembler_reset(flow_frame_assembler_t* assembler);
-/// Look at octets up to the end of the next frame; *out_taken of them are done with. STATUS_OK: the payload
-/// is `buffer`, *out_size octets (0 or more), until the next call. STATUS_EMPTY: all were taken, no frame has
-/// ended.
+/// Process octets up to the end of the next frame; *out_taken is the number of processed octets. STATUS_OK:
+/// the payload is `buffer`, *out_size octets (0 or more), until the next call. STATUS_EMPTY: all were taken,
+/// no frame has ended.
 MUST_USE status_t flow_frame_assembler_feed(flow_frame_assembler_t* assembler, const uint8_t* octets,
                                             size_t size, size_t* out_taken, size_t* out_size);
 

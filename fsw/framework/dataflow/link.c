@@ -21,7 +21,7 @@ static void release(flow_link_t* const link)
     link->is_pending = false;
 }
 
-/// One attempt, or the result of the one that lasts.
+/// Begin an attempt, or ask for the result of the pending one.
 static void attempt(flow_link_t* const link)
 {
     status_t status      = link->is_pending ? STATUS_OK : quota_take(link->quota);

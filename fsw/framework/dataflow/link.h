@@ -18,10 +18,10 @@
 #include <stdint.h>
 
 typedef struct {
-    /// STATUS_OK, or why not. An attempt that lasts sets `is_pending` of its link and returns STATUS_BUSY; it
-    /// is called again in each step until it returns another status.
+    /// STATUS_OK, or the reason of the failure. An attempt that takes several steps sets `is_pending` of its
+    /// link and returns STATUS_BUSY; it is called again in each step until it returns another status.
     status_t (*open)(void* flow);
-    void (*close)(void* flow); ///< Also after a failed `open`.
+    void (*close)(void* flow); ///< Called also after a failed `open`.
 } flow_link_actions_t;
 
 typedef struct { // Private; read-only for the flow: is_open, is_pending (see open), failure, reconnect.
@@ -38,7 +38,8 @@ typedef struct { // Private; read-only for the flow: is_open, is_pending (see op
 /// Closed, an attempt is due. Delays as flow_reconnect_init; `quota` may be null.
 void flow_link_init(flow_link_t* link, const flow_link_actions_t* actions, void* flow, quota_t* quota,
                     uint64_t retry_first_ns, uint64_t retry_longest_ns);
-/// Open if it is time. STATUS_OK (open), STATUS_BUSY (an attempt lasts), STATUS_CLOSED (`failure` says why).
+/// Open if an attempt is due. STATUS_OK (open), STATUS_BUSY (an attempt is pending), STATUS_CLOSED (`failure`
+/// says why).
 status_t flow_link_step(flow_link_t* link, uint64_t now_ns);
 /// The object has failed: close it, and try again later.
 void flow_link_lose(flow_link_t* link, status_t why);

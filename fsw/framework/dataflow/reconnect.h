@@ -24,14 +24,14 @@ typedef struct { // Private, except the counters: read-only.
     uint32_t lost;      ///< Connections that ended [wraps].
 } flow_reconnect_t;
 
-/// Due at once. 1 <= first_ns <= longest_ns.
+/// The first attempt is due at once. 1 <= first_ns <= longest_ns.
 void flow_reconnect_init(flow_reconnect_t* reconnect, uint64_t first_ns, uint64_t longest_ns);
 /// True if there is no connection and it is time to try.
 bool flow_reconnect_is_due(const flow_reconnect_t* reconnect, uint64_t now_ns);
-/// Tell how an attempt ended.
+/// Report how an attempt ended.
 void flow_reconnect_succeeded(flow_reconnect_t* reconnect, uint64_t now_ns);
 void flow_reconnect_failed(flow_reconnect_t* reconnect, uint64_t now_ns);
-/// Tell that the connection ended. No effect without one.
+/// Report that the connection ended. No effect without a connection.
 void flow_reconnect_lost(flow_reconnect_t* reconnect, uint64_t now_ns);
 
 #endif // FSW_FRAMEWORK_DATAFLOW_RECONNECT_H

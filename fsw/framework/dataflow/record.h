@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Serialisation: a struct of scalars to octets and back, field after field without gaps, in the flow's
-/// order. Flows have functions for records; with a flow only the layout is needed.
+/// order. Flows have functions that send and receive records by their layout.
 ///
 ///     typedef struct { uint16_t counter; double angle_rad[2]; } sample_t;
 ///     static const flow_record_field_t fields[] = {RECORD_FIELD(sample_t, counter, VALUE_UINT16, 1U),

@@ -48,7 +48,7 @@ void descriptor_configuration_builder_initial(source_t* const source)
     if (field == NULL) {
         return;
     }
-    descriptor_subsystem_builder_check_values(source, "value", field);
+    initial->text                     = descriptor_subsystem_builder_values(source, "value", field);
     initial->parameter                = (uint16_t)(parameter - descriptor->parameters);
     initial->field                    = (uint16_t)(field - descriptor->fields);
     const descriptor_initial_t* other = initial - source->order;
@@ -61,7 +61,7 @@ void descriptor_configuration_builder_initial(source_t* const source)
 
 // ---- Loops and housekeeping ----
 
-/// The services of every subsystem that stay in the loop of the control, and why.
+/// Report a service that must stay in the main loop, and why.
 static void refuse_bound_services(source_t* const source, const char* const services)
 {
     static const char* const bound[][2] = {{"1", "the loop that performs a request verifies it"},
@@ -200,12 +200,7 @@ static uint32_t layout_hash(const subsystem_descriptor_t* const descriptor,
     text_t text = text_in(lines, sizeof lines);
     for (uint16_t i = 0U; i < port->field_count; i++) {
         const descriptor_field_t* const field = &descriptor->fields[port->first_field + i];
-        text_add(&text, field->name);
-        text_add(&text, ":");
-        text_add(&text, value_type_name(field->type));
-        text_add(&text, ":");
-        text_add_unsigned(&text, field->count);
-        text_add(&text, "\n");
+        text_add_pattern(&text, "%:%:#\n", field->name, value_type_name(field->type), field->count);
     }
     *out_is_cut = text.cut;
     return crc32_iso((const uint8_t*)lines, text.length);
@@ -307,7 +302,7 @@ static uint16_t configurations_of(source_t* const source, const char* const chos
     return (uint16_t)bits;
 }
 
-/// A port that several configurations have is the same port.
+/// Check that a port that several configurations have is the same in all of them.
 static void check_same_ports(source_t* const source)
 {
     const subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);

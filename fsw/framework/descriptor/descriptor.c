@@ -41,7 +41,7 @@ static status_t feed_file(descriptor_loader_t* const loader, source_t* const sou
     return (read != STATUS_OK) ? read : fed;
 }
 
-/// Octets, or without them the file that the source names.
+/// Parse `octets`, or, if they are null, the file that the source names.
 static status_t parse(descriptor_loader_t* const loader, source_t* const source, const void* const octets,
                       const size_t size)
 {
@@ -122,7 +122,7 @@ static status_t load_listed(descriptor_loader_t* const loader, mission_builder_t
                : status;
 }
 
-/// One after the other; that of `own` comes last, so that its model stays.
+/// Load the descriptors one after the other, that of subsystem `own` last: its model remains in *out_own.
 static status_t load_all(descriptor_loader_t* const loader, mission_builder_t* const builder,
                          const uint16_t own, subsystem_descriptor_t* const out_own)
 {
@@ -193,10 +193,7 @@ status_t descriptor_refuse(descriptor_loader_t* const loader, const char* const 
 {
     FSW_ASSERT((loader != NULL) && (path != NULL) && (says != NULL));
     text_t error = text_in(loader->error, sizeof loader->error);
-    text_add(&error, path);
-    text_add(&error, ":");
-    text_add_unsigned(&error, line);
-    text_add(&error, ": ");
+    text_add_pattern(&error, "%:#: ", path, NULL, line);
     text_add(&error, says);
     return STATUS_UNSUPPORTED;
 }

@@ -41,8 +41,8 @@ void descriptor_loader_init(descriptor_loader_t* loader);
 /// STATUS_TOO_LARGE, STATUS_EXHAUSTED (content: see descriptor_error).
 MUST_USE status_t descriptor_load_subsystem(descriptor_loader_t* loader, const char* path,
                                             subsystem_descriptor_t* out_descriptor);
-/// The same from memory; errors contain `name` as the file.
-/// STATUS_OK, STATUS_INVALID, STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_EXHAUSTED.
+/// Like descriptor_load_subsystem, but from memory; error texts give `name` as the file. STATUS_OK,
+/// STATUS_INVALID, STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_EXHAUSTED.
 MUST_USE status_t descriptor_parse_subsystem(descriptor_loader_t* loader, const char* name,
                                              const void* octets, size_t size,
                                              subsystem_descriptor_t* out_descriptor);

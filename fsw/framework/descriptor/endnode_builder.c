@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// End nodes of a device: address and octet format of a data flow.
+// End nodes of a device: address and octet format of a data flow, fields of its records.
 #include "fsw/framework/descriptor/subsystem_builder.h"
 
 // Attributes in their order, as bits: bus, redundantBus, node, name, address, port, framing, order,
-// direction, baud.
+// direction, baud, checksum, silence, retry, retryLongest.
 #define BUS 0x005U
 #define REDUNDANT_BUS 0x002U
 #define NAME 0x008U
@@ -12,7 +12,8 @@
 #define ORDER 0x080U
 #define DIRECTION 0x100U
 #define BAUD 0x200U
-#define ATTRIBUTES 10U
+#define STREAM 0x3C00U
+#define ATTRIBUTES 14U
 
 typedef struct { // Attributes that an endnode of a type must have, and those it may have; it has no others.
     uint16_t needed;
@@ -21,12 +22,12 @@ typedef struct { // Attributes that an endnode of a type must have, and those it
 
 static const endnode_rule_t rules[] = {
     [DESCRIPTOR_ENDNODE_CAN]    = {BUS, REDUNDANT_BUS},
-    [DESCRIPTOR_ENDNODE_SHM]    = {NAME, ORDER},
-    [DESCRIPTOR_ENDNODE_MQUEUE] = {NAME, ORDER},
-    [DESCRIPTOR_ENDNODE_UDP]    = {PORT, ORDER},
-    [DESCRIPTOR_ENDNODE_TCP]    = {PORT, FRAMING | ORDER},
-    [DESCRIPTOR_ENDNODE_SERIAL] = {NAME, FRAMING | ORDER | BAUD},
-    [DESCRIPTOR_ENDNODE_FILE]   = {NAME, FRAMING | ORDER | DIRECTION},
+    [DESCRIPTOR_ENDNODE_SHM]    = {NAME, ORDER | STREAM},
+    [DESCRIPTOR_ENDNODE_MQUEUE] = {NAME, ORDER | STREAM},
+    [DESCRIPTOR_ENDNODE_UDP]    = {PORT, ORDER | STREAM},
+    [DESCRIPTOR_ENDNODE_TCP]    = {PORT, FRAMING | ORDER | STREAM},
+    [DESCRIPTOR_ENDNODE_SERIAL] = {NAME, FRAMING | ORDER | BAUD | STREAM},
+    [DESCRIPTOR_ENDNODE_FILE]   = {NAME, FRAMING | ORDER | DIRECTION | STREAM},
 };
 
 /// Octet format; defaults: raw, most significant octet first, both ways, 115200 bit/s.
@@ -48,5 +49,37 @@ void descriptor_endnode_builder_start(source_t* const source)
                                      descriptor_source_raw(source, "type"), name, 0U);
         }
     }
+    if (endnode->retry_us > endnode->longest_us) {
+        descriptor_source_refuse(source, source->line,
+                                 "<Endnode>: expected a retryLongest of at least retry, # us", NULL, NULL,
+                                 endnode->retry_us);
+    }
     endnode->format.baud = ((rule->allowed & BAUD) != 0U) ? bit_rates[endnode->format.baud] : 0U;
+}
+
+static double real_of(source_t* const source, const char* const attribute, const double otherwise)
+{
+    double real = otherwise;
+    if (descriptor_source_has(source, attribute)) {
+        (void)descriptor_source_number(source, attribute, VALUE_DOUBLE, &real);
+    }
+    return real;
+}
+
+void descriptor_endnode_builder_field(source_t* const source)
+{
+    descriptor_record_field_t* const field = source->item;
+    field->scale                           = real_of(source, "scale", 1.0);
+    field->offset                          = real_of(source, "offset", 0.0);
+    field->safe                            = real_of(source, "safe", 0.0);
+    if (field->scale == 0.0) {
+        descriptor_source_wrong(source, "scale", "a number other than 0");
+    }
+    if (!field->is_out && descriptor_source_has(source, "safe")) {
+        descriptor_source_refuse(source, source->line, "<Field> of direction IN has no attribute %", "safe",
+                                 NULL, 0U);
+    }
+    if (field->type == VALUE_BOOL) {
+        descriptor_source_wrong(source, "type", "an integer type, FLOAT or DOUBLE");
+    }
 }

@@ -14,7 +14,7 @@ static uint32_t days_of(const uint32_t year, const uint32_t month, const uint32_
     if ((year < EPOCH_FIRST_YEAR) || (year > EPOCH_LAST_YEAR) || (month < 1U) || (month > 12U)) {
         return UINT32_MAX;
     }
-    const bool is_leap      = (year % 4U) == 0U; // So in all years that the epoch can have.
+    const bool is_leap      = (year % 4U) == 0U; // True for all years that the epoch can have.
     const uint32_t leap_day = (is_leap && (month == 2U)) ? 1U : 0U;
     if ((day < 1U) || (day > ((before[month] - before[month - 1U]) + leap_day))) {
         return UINT32_MAX;
@@ -29,7 +29,7 @@ static bool read_numbers(const char* const words, uint32_t* const out_numbers)
 {
     static const char shape[] = "0000-00-00T00:00:00";
     size_t number             = 0U;
-    for (size_t i = 0U; i < sizeof shape; i++) { // With the NUL at the end.
+    for (size_t i = 0U; i < sizeof shape; i++) { // The NUL at the end is compared, too.
         if (shape[i] != '0') {
             number++;
             if (words[i] != shape[i]) {

@@ -17,7 +17,7 @@ struct mission_scope { // Further work of a reader of the whole mission.
     /// A descriptor, read from `path`, was added to the model.
     void (*take)(mission_builder_t* builder, mission_subsystem_t* subsystem, const char* path,
                  const subsystem_descriptor_t* descriptor);
-    void (*resolve)(mission_builder_t* builder); ///< All were added.
+    void (*resolve)(mission_builder_t* builder); ///< All descriptors were added.
 };
 
 enum { // Kinds of elements.
@@ -70,7 +70,7 @@ MUST_USE status_t descriptor_mission_builder_resolve(mission_builder_t* builder)
 extern const source_list_t descriptor_mission_subsystems;
 extern const source_list_t descriptor_mission_modes;
 #define MISSION_SUBSYSTEM_WORDS                                                                              \
-    ((MISSION_SUBSYSTEMS_MAX + 1U) * (DESCRIPTOR_NAME_MAX + 1U)) ///< And " SELF NETWORK".
+    ((MISSION_SUBSYSTEMS_MAX + 1U) * (DESCRIPTOR_NAME_MAX + 1U)) ///< With room for " SELF NETWORK".
 #define MISSION_MODE_WORDS (MISSION_MODES_MAX * (DESCRIPTOR_NAME_MAX + 1U))
 
 static inline mission_builder_t* descriptor_mission_builder_of(const source_t* const source)
@@ -83,17 +83,19 @@ void descriptor_mission_builder_mission(source_t* source);
 void descriptor_mission_builder_whole(source_t* source); ///< The scope's handler, if there is a scope.
 void descriptor_mission_builder_end(source_t* source);
 void descriptor_mission_builder_link(source_t* source); // mission_resolver.c
-/// The words of an attribute name nothing of the kind expected; `expected` begins with the element's name.
+/// Report that the words of an attribute name nothing of the expected kind; `expected` begins with the
+/// element's name.
 void descriptor_mission_builder_refuse(source_t* source, uint32_t line, const char* attribute,
                                        const char* words, const char* expected);
 // Checks of the whole mission: mission_checks.c
 void descriptor_mission_check_element(source_t* source);
 void descriptor_mission_copy_ports(source_t* source, mission_subsystem_t* subsystem,
                                    const subsystem_descriptor_t* descriptor);
-/// Every bus that an endnode names is a bus of the mission, and its redundant bus is channel B of that.
+/// Check that every bus that an endnode names is a bus of the mission, and that its redundant bus is channel
+/// B of that bus.
 void descriptor_mission_check_buses(mission_builder_t* builder, const mission_subsystem_t* subsystem,
                                     const char* path, const subsystem_descriptor_t* descriptor);
-/// Both ends of a link are ports that fit each other. The links before this one have been looked at.
+/// Check that both ends of a link are ports that fit each other. The links before this one have been checked.
 void descriptor_mission_check_link(mission_builder_t* builder, uint16_t index);
 // Handlers of permissions and plans: mission_rules.c
 void descriptor_mission_rules_allow(source_t* source);

@@ -90,7 +90,7 @@ static const mission_bus_t* find_bus(const mission_descriptor_t* const mission, 
     return descriptor_named(mission->buses, mission->bus_count, sizeof mission->buses[0], name);
 }
 
-/// Each redundant bus is the one redundant bus of another.
+/// Check that each redundant bus belongs to another bus, and is its only one.
 static void end_buses(source_t* const source)
 {
     const mission_descriptor_t* const mission = source->item;
@@ -129,7 +129,8 @@ static void take_bus(mission_builder_t* const builder, const mission_bus_t* cons
     *owner = subsystem;
 }
 
-/// Every bus that an endnode names is a bus of the mission, and its redundant bus is channel B of that.
+/// Check that every bus that an endnode names is a bus of the mission, and that its redundant bus is channel
+/// B of that bus.
 void descriptor_mission_check_buses(mission_builder_t* const builder,
                                     const mission_subsystem_t* const subsystem, const char* const path,
                                     const subsystem_descriptor_t* const descriptor)
@@ -158,7 +159,7 @@ void descriptor_mission_check_buses(mission_builder_t* const builder,
         } else if (redundant != NULL) {
             take_bus(builder, redundant, subsystem, path, endnode->line, "redundantBus");
         } else {
-            // One channel.
+            // The bus has one channel.
         }
     }
 }
@@ -209,7 +210,7 @@ static const mission_port_t* resolve_end(mission_builder_t* const builder, const
         (subsystem != NULL) ? descriptor_named(subsystem->ports, subsystem->port_count,
                                                sizeof subsystem->ports[0], &words[strcspn(words, ".") + 1U])
                             : NULL;
-    if ((port != NULL) && (port->is_provided == is_provided)) { // So in all configurations.
+    if ((port != NULL) && (port->is_provided == is_provided)) { // It is the same in all configurations.
         return port;
     }
     descriptor_mission_builder_refuse(&builder->source, link->line, is_provided ? "from" : "to", words,
@@ -218,7 +219,7 @@ static const mission_port_t* resolve_end(mission_builder_t* const builder, const
     return NULL;
 }
 
-/// Links among the first `count` whose end names the same port.
+/// Number of links, among the first `count`, whose end names the same port.
 static uint16_t links_of_port(const mission_builder_t* const builder, const uint16_t count,
                               const unsigned end, const char* const words)
 {
@@ -229,8 +230,8 @@ static uint16_t links_of_port(const mission_builder_t* const builder, const uint
     return found;
 }
 
-/// One writer, any readers, and no more of them than the ends can hold. The links before this one are
-/// resolved.
+/// Check that a consumer has one producer, and that neither end has more links than it has room for. The
+/// links before this one are resolved.
 static void check_room(mission_builder_t* const builder, const uint16_t index)
 {
     source_t* const source           = &builder->source;

@@ -30,7 +30,7 @@
 #define MISSION_CONFIGURATIONS_MAX 8U ///< Per subsystem.
 #define MISSION_PORTS_MAX 16U         ///< Per subsystem.
 #define MISSION_USERS_MAX 8U
-#define MISSION_NODES_MAX CAPACITY_NODES ///< On-board computers.
+#define MISSION_COMPUTERS_MAX CAPACITY_COMPUTERS ///< On-board computers.
 
 #define MISSION_ANY_TARGET 0xFFFFU ///< mission_rule_t.target: every subsystem.
 #define MISSION_SELF 0xFFFEU       ///< mission_action_t.target: the subsystem that raised the event.
@@ -65,7 +65,7 @@ typedef struct {
     uint32_t device_deadline_us;     ///< Between devices and master, with real clocks; 0: none.
     uint32_t hang_after_us;          ///< Delay of a step after which its process is killed [us].
     uint32_t supervisor_patience_us; ///< How long it stays OPERATIONAL without the supervisor [us].
-    uint8_t node; ///< On-board computer that it runs on, from 1, where the run has more than one.
+    uint8_t computer; ///< On-board computer that it runs on, from 1, where the run has more than one.
     uint32_t power_w[DESCRIPTOR_STATES];
     uint64_t interface_hash;
     uint64_t configuration_hash;
@@ -143,7 +143,7 @@ typedef struct {
 } mission_bus_t;
 
 typedef enum {
-    MISSION_LOG_ASCII      = 0, // As in TC[131,3].
+    MISSION_LOG_ASCII      = 0, // Values of TC[131,3].
     MISSION_LOG_SQLITE     = 1,
     MISSION_LOG_POSTGRESQL = 2,
     MISSION_LOG_RING       = 3
@@ -167,12 +167,12 @@ typedef struct {
     mission_log_t log_strategy;
     uint32_t log_ring_records;
     uint8_t message_method; ///< descriptor_method_t of messages between processes.
-    uint8_t link_method;    ///< Preferred one of real-time links.
+    uint8_t link_method;    ///< Preferred method of real-time links.
     uint16_t ground_port;
     uint8_t is_ground_open; ///< The port is open to other machines; there is a key then.
-    const char* ground_key; ///< File with the key of telecommands, from this file's folder; "": none.
+    const char* ground_key; ///< File with the key of telecommands, relative to this file; "": none.
 
-    mission_subsystem_t subsystems[MISSION_SUBSYSTEMS_MAX]; ///< In slot order.
+    mission_subsystem_t subsystems[MISSION_SUBSYSTEMS_MAX]; ///< In the order of their turns in a time step.
     uint16_t subsystem_count;
     mission_mode_t modes[MISSION_MODES_MAX];
     uint16_t mode_count;

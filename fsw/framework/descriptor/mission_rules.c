@@ -4,7 +4,7 @@
 #include <string.h>
 
 static const uint8_t rest_states[] = {0U, 3U, 4U, 5U, 6U};
-#define REST_STATES 0x79U ///< The same as bits.
+#define REST_STATES 0x79U ///< Bits of rest_states.
 
 // Telecommands whose rules can select: service and subtype.
 #define TC_FUNCTION 0x0801U
@@ -62,7 +62,7 @@ static uint8_t rest_state_of(source_t* const source, const char* const attribute
     return rest_states[descriptor_source_word(source, attribute, words)];
 }
 
-/// APID of a subsystem of the mission, or one of the numbers of the words behind them.
+/// APID of a subsystem of the mission, or the number of one of the words in `behind`.
 static uint16_t target_of(source_t* const source, const char* const attribute, const char* const behind,
                           const uint16_t* const numbers)
 {

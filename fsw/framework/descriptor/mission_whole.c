@@ -96,9 +96,9 @@ static void check_room(mission_builder_t* const builder, const uint16_t link, co
     const mission_descriptor_t* const mission = builder->mission;
     uint32_t count                            = 0U;
     for (uint16_t i = 0U; i <= link; i++) {
-        const bool is_its =
+        const bool is_of_subsystem =
             (mission->links[i].producer_apid == apid) || (mission->links[i].consumer_apid == apid);
-        count += is_its ? 1U : 0U;
+        count += is_of_subsystem ? 1U : 0U;
     }
     if (count > CAPACITY_SUBSYSTEM_LINKS) {
         descriptor_source_refuse(

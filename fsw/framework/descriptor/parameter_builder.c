@@ -77,8 +77,8 @@ static size_t shared_groups(const char* const one, const char* const other)
     return shared;
 }
 
-/// The aligned offset if all groups of `name` beyond its first `kept` characters begin or
-/// end: each group is aligned as a structure, and is a multiple of that long.
+/// The aligned offset if all groups of `name` beyond its first `kept` characters begin or end: each group is
+/// aligned as a structure, and its size is a multiple of its alignment.
 static uint32_t pass_groups(const subsystem_descriptor_t* const descriptor, const uint16_t first,
                             const uint16_t count, const char* const name, const size_t kept,
                             const uint32_t offset)
@@ -149,8 +149,8 @@ void descriptor_parameter_builder_struct(source_t* const source)
     parameter->is_struct                    = true;
 }
 
-/// Full name of the element, in `characters`: the groups around it, then its own. Refuses one that a field of
-/// the same structure before `newest` has, or a group.
+/// Full name of the element, in `characters`: the groups around it, then its own. Refuses a name that a
+/// group, or a field of the same structure before `newest`, has already.
 static text_t path_of(source_t* const source, char* const characters,
                       const descriptor_parameter_t* const parameter, const descriptor_field_t* const newest)
 {

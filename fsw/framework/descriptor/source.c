@@ -12,17 +12,8 @@
 void descriptor_source_say(source_t* const source, const char* const pattern, const char* const one,
                            const char* const other, const uint32_t number)
 {
-    FSW_ASSERT((number == 0U) || (strchr(pattern, '#') != NULL));
-    const char* next = one;
-    for (const char* at = pattern; source->is_reporting && (*at != '\0'); at++) {
-        if (*at == '%') {
-            text_add(source->error, next);
-            next = other;
-        } else if (*at == '#') {
-            text_add_unsigned(source->error, number);
-        } else {
-            text_add_character(source->error, *at);
-        }
+    if (source->is_reporting) {
+        text_add_pattern(source->error, pattern, one, other, number);
     }
 }
 
@@ -165,7 +156,7 @@ void descriptor_source_names(const source_t* const source, const source_list_t* 
     }
 }
 
-/// Whether two items have the same in an attribute.
+/// True if two items have the same value of an attribute.
 static bool is_same(const uint8_t* const one, const uint8_t* const other,
                     const source_attribute_t* const attribute)
 {
@@ -256,8 +247,8 @@ static const source_row_t* row_of(const source_t* const source, const uint8_t pa
     return NULL;
 }
 
-/// Count an element in its parent; in itself nothing has been read yet.
-static void see(source_t* const source, const source_row_t* const row)
+/// Note that the parent has this element; no child of the element has been read yet.
+static void mark_seen(source_t* const source, const source_row_t* const row)
 {
     uint64_t* const seen = &source->seen[source->depth - 1U];
     if (((seen[0] >> row->kind) & row->times & 1U) != 0U) {
@@ -267,7 +258,7 @@ static void see(source_t* const source, const source_row_t* const row)
     seen[1] = 0U;
 }
 
-/// Refuse an element without one that must be in it.
+/// Refuse an element that lacks a required child.
 static void check_seen(source_t* const source, const source_row_t* const row)
 {
     for (size_t i = 1U; i < source->row_count; i++) { // The first row is the document itself.
@@ -314,7 +305,7 @@ static status_t on_start(void* const context, const xml_element_t* const element
     hash_words(source, element->name);
     hash_words(source, "\n");
     hash_attributes(source, element);
-    see(source, row);
+    mark_seen(source, row);
     if (source->status == STATUS_OK) {
         read_element(source, row);
     }

@@ -29,15 +29,16 @@
 typedef struct source source_t;
 
 // Forms of an attribute.
-#define SOURCE_FREE 0U     ///< As written; its element's handler reads it.
+#define SOURCE_FREE 0U     ///< Any text; the handler of its element reads it.
 #define SOURCE_UPPER 1U    ///< Upper-case identifier of at most `high` characters.
 #define SOURCE_LOWER 2U    ///< Lower-case identifier of at most `high` characters.
-#define SOURCE_TEXT 3U     ///< Any text of at most `high` characters.
-#define SOURCE_UNSIGNED 4U ///< Number from `low` to `high`.
-#define SOURCE_TIME 5U     ///< Time with its unit, from `low` to `high` [us].
-#define SOURCE_WORD 6U     ///< One of `words`: its place among them, from `low` on.
-#define SOURCE_FLAG 7U     ///< true or false.
-#define SOURCE_TYPE 8U     ///< Scalar type: value_type_t.
+#define SOURCE_NAMES 3U    ///< SOURCE_UPPER, one or more, each once, with single spaces between.
+#define SOURCE_TEXT 4U     ///< Any text of at most `high` characters.
+#define SOURCE_UNSIGNED 5U ///< Number from `low` to `high`.
+#define SOURCE_TIME 6U     ///< Time with its unit, from `low` to `high` [us].
+#define SOURCE_WORD 7U     ///< One of `words`: its place among them, from `low` on.
+#define SOURCE_FLAG 8U     ///< true or false.
+#define SOURCE_TYPE 9U     ///< Scalar type: value_type_t.
 #define SOURCE_FORMS 0x3FU
 #define SOURCE_UNIQUE 0x40U ///< No earlier item of the list, or of its range, has the same value.
 #define SOURCE_NEEDED 0x80U ///< Required. Otherwise an absent text is "", an absent number is `otherwise`.
@@ -73,7 +74,7 @@ typedef struct {
         .name = (id), .form = (form_of), .low = (from), .high = (to), .otherwise = (unset),                  \
         SOURCE_TO(type, place)                                                                               \
     }
-/// SOURCE_UPPER, SOURCE_LOWER or SOURCE_TEXT.
+/// SOURCE_UPPER, SOURCE_LOWER, SOURCE_NAMES or SOURCE_TEXT.
 #define SOURCE_STRING(id, form_of, longest, type, place)                                                     \
     {                                                                                                        \
         .name = (id), .form = (form_of), .high = (longest), SOURCE_TO(type, place)                           \
@@ -153,8 +154,8 @@ xml_handler_t descriptor_source_handler(source_t* source);
 
 /// Errors. Each begins a text, to which more is added with descriptor_source_say; if it is not the first
 /// error, all of it is dropped. In a pattern the first % is replaced by `one`, the next by `other`, and # by
-/// `number`: one call instead of one for each piece. `fail` takes a message as it is; `wrong` names an
-/// present attribute, its value and the expected value; `taken` an earlier line.
+/// `number`: one call instead of one for each piece. `fail` takes a message as it is; `wrong` names a present
+/// attribute, its value and the expected value; `taken` an earlier line.
 void descriptor_source_refuse(source_t* source, uint32_t line, const char* pattern, const char* one,
                               const char* other, uint32_t number);
 void descriptor_source_say(source_t* source, const char* pattern, const char* one, const char* other,
@@ -162,11 +163,11 @@ void descriptor_source_say(source_t* source, const char* pattern, const char* on
 void descriptor_source_fail(source_t* source, uint32_t line, const char* message);
 void descriptor_source_wrong(source_t* source, const char* attribute, const char* expected);
 void descriptor_source_taken(source_t* source, const char* attribute, const char* value, uint32_t line);
-/// "<octets><what>, at most <most>", if there are more.
+/// The error "<octets><what>, at most <most>" if octets > most.
 void descriptor_source_limit(source_t* source, uint32_t octets, uint32_t most, const char* what);
-/// True if a list has room for one more; else the error.
+/// True if a list has room for one more; otherwise it reports the error.
 bool descriptor_source_has_room(source_t* source, uint32_t count, uint32_t capacity, const char* what);
-/// Other statuses than STATUS_INVALID.
+/// Like descriptor_source_fail, with another status than STATUS_INVALID.
 void descriptor_source_fail_as(source_t* source, uint32_t line, status_t status, const char* message);
 
 /// New, cleared item of a list, in the range that `around` has; NULL after an error.
@@ -174,7 +175,8 @@ void* descriptor_source_add(source_t* source, const source_list_t* list, void* a
 /// Read attributes into the members of an item.
 void descriptor_source_read(source_t* source, void* item, const source_attribute_t* attributes,
                             size_t number);
-/// Both, with a check of the unique attributes; NULL after an error.
+/// descriptor_source_add and descriptor_source_read, with a check of the unique attributes; NULL after an
+/// error.
 void* descriptor_source_item(source_t* source, const source_list_t* list, void* around,
                              const source_attribute_t* attributes, size_t number);
 /// Names of the items of a list, with single spaces between, into `out_words`.
@@ -194,9 +196,9 @@ uint32_t descriptor_source_word(source_t* source, const char* attribute, const c
 /// Places of the words of a value, in their order; each known, none twice. Returns their number.
 uint32_t descriptor_source_words(source_t* source, const char* attribute, const char* words,
                                  uint8_t* out_places);
-/// The same as bits of the places; all sixteen for "*".
+/// Bits of the places of the words of a value; all sixteen for "*".
 uint16_t descriptor_source_bits(source_t* source, const char* attribute, const char* words);
-/// The same of states of a subsystem, by their numbers.
+/// Bits of the states of a subsystem that a value names; bit n: state n.
 uint16_t descriptor_source_states(source_t* source, const char* attribute);
 /// One number of a type as 64 bits: two's complement or IEEE 754 in the low octets; *out_real as double.
 uint64_t descriptor_source_number(source_t* source, const char* attribute, value_type_t type,
@@ -204,8 +206,8 @@ uint64_t descriptor_source_number(source_t* source, const char* attribute, value
 
 /// Place in `words` of a word of `length` characters, or UINT32_MAX.
 uint32_t descriptor_source_place(const char* word, size_t length, const char* words);
-/// Places in `words` of those in `chosen`, in their order; 0 if one is unknown, occurs twice, or there is
-/// none.
+/// Places in `words` of the words in `chosen`, in their order; returns their number, or 0 if one is unknown,
+/// occurs twice, or there is none.
 uint32_t descriptor_source_places(const char* chosen, const char* words, uint8_t* out_places);
 /// True if the words are separated by single spaces, with none before and behind.
 bool descriptor_source_is_spaced(const char* words);

@@ -40,18 +40,38 @@ static bool is_digit(const char character)
     return (character >= '0') && (character <= '9');
 }
 
-static bool is_identifier(const char* const name, const bool is_upper)
+/// True if `length` characters, at least one, are an identifier.
+static bool is_identifier(const char* const name, const size_t length, const bool is_upper)
 {
     const char first = is_upper ? 'A' : 'a';
-    size_t i         = 0U;
-    for (; name[i] != '\0'; i++) {
+    for (size_t i = 0U; i < length; i++) {
         const bool is_letter = (name[i] >= first) && (name[i] <= (first + ('Z' - 'A')));
         const bool is_joint  = is_digit(name[i]) || (name[i] == '_') || (!is_upper && (name[i] == '-'));
         if (!is_letter && ((i == 0U) || !is_joint)) {
             return false;
         }
     }
-    return i > 0U;
+    return length > 0U;
+}
+
+/// True for identifiers of at most `longest` characters, as many as the form has.
+static bool are_identifiers(const char* const value, const uint8_t form, const uint32_t longest)
+{
+    uint32_t order        = 0U;
+    const char* at        = value;
+    const char* separator = (form == SOURCE_NAMES) ? " " : "";
+    for (;;) {
+        const size_t length = strcspn(at, separator);
+        if (!is_identifier(at, length, form != SOURCE_LOWER) || (length > longest) ||
+            ((form == SOURCE_NAMES) && (descriptor_source_place(at, length, value) != order))) {
+            return false;
+        }
+        if (at[length] == '\0') {
+            return true;
+        }
+        at += length + 1U;
+        order++;
+    }
 }
 
 const char* descriptor_source_text(source_t* const source, const char* const attribute, const uint8_t form,
@@ -61,12 +81,14 @@ const char* descriptor_source_text(source_t* const source, const char* const att
     if (value == NULL) {
         return "";
     }
-    const bool is_right = (form == SOURCE_TEXT) || is_identifier(value, form == SOURCE_UPPER);
-    if (!is_right || (strlen(value) > longest)) {
-        descriptor_source_wrong(source, attribute,
-                                (form == SOURCE_TEXT)    ? "a text"
-                                : (form == SOURCE_UPPER) ? "an upper-case identifier"
-                                                         : "a lower-case identifier");
+    static const char* const forms[] = {[SOURCE_UPPER] = "an upper-case identifier",
+                                        [SOURCE_LOWER] = "a lower-case identifier",
+                                        [SOURCE_NAMES] = "different upper-case identifiers",
+                                        [SOURCE_TEXT]  = "a text"};
+    const bool is_right =
+        (form == SOURCE_TEXT) ? (strlen(value) <= longest) : are_identifiers(value, form, longest);
+    if (!is_right) {
+        descriptor_source_wrong(source, attribute, forms[form]);
         descriptor_source_say(source, " of at most # characters", NULL, NULL, longest);
     }
     return descriptor_source_keep(source, value);
@@ -277,7 +299,7 @@ uint16_t descriptor_source_states(source_t* const source, const char* const attr
 
 bool descriptor_source_is_spaced(const char* const words)
 {
-    bool is_space = true; // A space before the first word is one too many.
+    bool is_space = true; // A space before the first word is not permitted.
     for (size_t i = 0U; words[i] != '\0'; i++) {
         if ((words[i] == ' ') && is_space) {
             return false;

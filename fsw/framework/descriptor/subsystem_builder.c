@@ -9,6 +9,7 @@
 #include <string.h>
 
 #define AUXILIARY_OCTETS_MAX 1024U
+#define NUMBERS_CHARACTERS 512U // Initial values by name, as numbers.
 #define RATE_DIGITS_MAX 4U
 #define RATE_MAX 1000U   // Maximum rate of an event [1/s].
 #define RATE_DEFAULT 10U // [1/s]
@@ -45,10 +46,39 @@ static void read_bound(source_t* const source, const char* const attribute, cons
     }
 }
 
-void descriptor_subsystem_builder_check_values(source_t* const source, const char* const attribute,
-                                               const descriptor_field_t* const field)
+/// The numbers of the names of an enumeration in `names`, as text.
+static const char* numbers_of(source_t* const source, const char* const attribute,
+                              const descriptor_field_t* const field, const char* const names)
 {
-    const char* at = descriptor_source_raw(source, attribute);
+    char characters[NUMBERS_CHARACTERS];
+    text_t text     = text_in(characters, sizeof characters);
+    const char* at  = names;
+    size_t length   = 0U;
+    uint32_t place  = 0U;
+    uint16_t number = 0U;
+    do {
+        length = strcspn(at, " ");
+        place  = descriptor_source_place(at, length, field->enumeration->values);
+        text_add_unsigned(&text, (uint64_t)field->enumeration->first + place);
+        text_add_character(&text, at[length]);
+        at += length + 1U;
+        number++;
+    } while ((place != UINT32_MAX) && (at[-1] != '\0') && (number < field->count));
+    if ((place == UINT32_MAX) || (at[-1] != '\0') || (number < field->count)) {
+        descriptor_source_wrong(source, attribute, "");
+        descriptor_source_say(source, "# of: %", field->enumeration->values, NULL, field->count);
+    }
+    return descriptor_source_keep(source, characters);
+}
+
+const char* descriptor_subsystem_builder_values(source_t* const source, const char* const attribute,
+                                                const descriptor_field_t* const field)
+{
+    const char* const values = descriptor_source_raw(source, attribute);
+    if (field->enumeration != NULL) {
+        return numbers_of(source, attribute, field, values);
+    }
+    const char* at = values;
     bool is_right  = descriptor_source_is_spaced(at);
     bool is_within = true;
     for (uint16_t i = 0U; is_right && (i < field->count); i++) {
@@ -63,7 +93,32 @@ void descriptor_subsystem_builder_check_values(source_t* const source, const cha
                               value_type_name(field->type), NULL, field->count);
     } else if (!is_within) {
         descriptor_source_wrong(source, attribute, "numbers within min and max");
+    } else {
+        // As expected.
     }
+    return descriptor_source_keep(source, values);
+}
+
+/// Take the enumeration that a field names: its numbers are the bounds, and fit the type.
+static bool enumerate(source_t* const source, descriptor_field_t* const field)
+{
+    const subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);
+    field->enumeration =
+        descriptor_named(descriptor->enumerations, descriptor->enumeration_count,
+                         sizeof descriptor->enumerations[0], descriptor_source_raw(source, "enumeration"));
+    if ((field->enumeration == NULL) || (field->type > VALUE_INT64) || (field->min > -DBL_MAX) ||
+        (field->max < DBL_MAX)) {
+        return false;
+    }
+    uint64_t last = field->enumeration->first;
+    for (const char* at = field->enumeration->values; *at != '\0'; at++) {
+        last += (*at == ' ') ? 1U : 0U;
+    }
+    field->min = field->enumeration->first;
+    field->max = (double)last;
+    // Shifted in two steps, since one by all 64 bits is undefined.
+    const size_t bits = (8U * value_size(field->type)) - ((field->type >= VALUE_INT8) ? 1U : 0U);
+    return ((last >> (bits - 1U)) >> 1U) == 0U;
 }
 
 void descriptor_subsystem_builder_complete(source_t* const source, descriptor_field_t* const field)
@@ -73,9 +128,12 @@ void descriptor_subsystem_builder_complete(source_t* const source, descriptor_fi
     if (field->min > field->max) {
         descriptor_source_wrong(source, "min", "at most max");
     }
+    if (descriptor_source_has(source, "enumeration") && !enumerate(source, field)) {
+        descriptor_source_wrong(source, "enumeration",
+                                "an <Enumeration> above that fits the type, no min, no max");
+    }
     if (descriptor_source_has(source, "init")) {
-        descriptor_subsystem_builder_check_values(source, "init", field);
-        field->init = descriptor_source_keep(source, descriptor_source_raw(source, "init"));
+        field->init = descriptor_subsystem_builder_values(source, "init", field);
     }
 }
 
@@ -197,8 +255,10 @@ void descriptor_subsystem_builder_event_value(source_t* const source)
         if (source->item != NULL) {
             descriptor_subsystem_builder_field(source);
         }
-    } else if (descriptor_source_has(source, "count") || descriptor_source_has(source, "unit")) {
-        descriptor_source_fail(source, source->line, "<ParamRef> without type has no count and no unit");
+    } else if (descriptor_source_has(source, "count") || descriptor_source_has(source, "unit") ||
+               descriptor_source_has(source, "enumeration")) {
+        descriptor_source_fail(source, source->line,
+                               "<ParamRef> without type has no count, no unit and no enumeration");
     } else {
         descriptor_subsystem_builder_refer(source, &descriptor_subsystem_event_references);
     }

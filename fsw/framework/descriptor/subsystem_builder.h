@@ -29,7 +29,7 @@ extern const source_list_t descriptor_subsystem_event_fields;
 extern const source_list_t descriptor_subsystem_event_references;
 extern const source_list_t descriptor_subsystem_structure_references;
 extern const source_list_t descriptor_subsystem_sampled_references;
-#define SUBSYSTEM_FIELD_ATTRIBUTES 4U
+#define SUBSYSTEM_FIELD_ATTRIBUTES 5U
 extern const source_attribute_t descriptor_subsystem_field_attributes[SUBSYSTEM_FIELD_ATTRIBUTES];
 
 static inline subsystem_builder_t* descriptor_subsystem_builder_of(const source_t* const source)
@@ -42,18 +42,19 @@ static inline subsystem_descriptor_t* descriptor_subsystem_builder_model(const s
     return source->items[0];
 }
 
-/// Bounds and initial values of a field, whose other attributes are read.
+/// Enumeration, bounds and initial values of a field, whose other attributes are read.
 void descriptor_subsystem_builder_complete(source_t* source, descriptor_field_t* field);
-/// Check `count` numbers of a field's type within its bounds.
-void descriptor_subsystem_builder_check_values(source_t* source, const char* attribute,
-                                               const descriptor_field_t* field);
+/// Text of an attribute with `count` numbers of a field's type within its bounds, or with names of its
+/// enumeration, in whose place the text has their numbers. "" after an error.
+const char* descriptor_subsystem_builder_values(source_t* source, const char* attribute,
+                                                const descriptor_field_t* field);
 /// Offsets of a range of fields as the compiler lays out the structure of them; returns its size.
 uint32_t descriptor_subsystem_builder_lay_out(subsystem_descriptor_t* descriptor, uint16_t first,
                                               uint16_t count);
 /// Octets of a range of fields on the wire.
 uint32_t descriptor_subsystem_builder_octets(const subsystem_descriptor_t* descriptor, uint16_t first,
                                              uint16_t count);
-/// The same of a range of references.
+/// Octets of a range of references to parameters on the wire.
 uint32_t descriptor_subsystem_builder_referred(const subsystem_descriptor_t* descriptor, uint16_t first,
                                                uint16_t count);
 /// The parameter that an attribute names; NULL after an error.
@@ -99,11 +100,12 @@ void descriptor_configuration_builder_quantity(source_t* source);
 void descriptor_configuration_builder_supply(source_t* source);
 // End nodes: endnode_builder.c
 void descriptor_endnode_builder_start(source_t* source);
+void descriptor_endnode_builder_field(source_t* source); ///< A field of a record.
 
 /// End of the document: functions' configurations, ports that several configurations share, interface hash.
 void descriptor_configuration_builder_resolve(source_t* source);
 
-/// FNV-1a over the interface part, one line per thing; gse/generator hashes the same text.
+/// FNV-1a over the interface part, one line per entry; gse/generator hashes the same text.
 uint64_t descriptor_subsystem_interface_hash(const subsystem_descriptor_t* descriptor);
 
 #endif // FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_BUILDER_H

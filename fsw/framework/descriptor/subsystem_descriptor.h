@@ -5,11 +5,11 @@
 /// a structure, a function or a port owns the range [first, first + count) of the list it names.
 ///
 /// Two kinds of content, never mixed: the interface part (names, ids, types, counts of parameters, events,
-/// functions, services, configurations, ports) is compiled into the program and guarded by interface_hash;
-/// all else is configuration, read at run time, guarded by configuration_hash (docs/descriptors.md defines
-/// both).
+/// functions, services, configurations, ports; enumerations and failures) is compiled into the program and
+/// guarded by interface_hash; all else is configuration, read at run time, guarded by configuration_hash
+/// (docs/descriptors.md defines both).
 ///
-/// Ownership  The caller places the model (static; about 32 KiB).
+/// Ownership  The caller places the model (static; about 71 KiB).
 /// Context    Any, read-only after loading.
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H
 #define FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H
@@ -26,6 +26,9 @@
 
 #define DESCRIPTOR_TEXT_OCTETS 6144U
 #define DESCRIPTOR_FIELDS_MAX 160U
+#define DESCRIPTOR_ENUMERATIONS_MAX 16U
+#define DESCRIPTOR_FAILURES_MAX 32U
+#define DESCRIPTOR_FAILURE_IDS 0x7FFFU ///< Highest id of a failure.
 #define DESCRIPTOR_PARAMETERS_MAX 64U
 #define DESCRIPTOR_EVENTS_MAX 48U
 #define DESCRIPTOR_FUNCTIONS_MAX 32U
@@ -38,11 +41,12 @@
 #define DESCRIPTOR_LOOPS_MAX 16U
 #define DESCRIPTOR_CONFIGURATION_LOOPS_MAX 2U ///< Loops of services of one configuration.
 #define DESCRIPTOR_PORTS_MAX 16U
-#define DESCRIPTOR_DEVICES_MAX 32U
-#define DESCRIPTOR_SETTINGS_MAX 128U
-#define DESCRIPTOR_QUANTITIES_MAX 64U
+#define DESCRIPTOR_DEVICES_MAX 128U ///< In all configurations together: 32 in each of four.
+#define DESCRIPTOR_SETTINGS_MAX 640U
+#define DESCRIPTOR_QUANTITIES_MAX 128U
 #define DESCRIPTOR_SUPPLIES_MAX 32U
-#define DESCRIPTOR_ENDNODES_MAX 32U
+#define DESCRIPTOR_ENDNODES_MAX DESCRIPTOR_DEVICES_MAX
+#define DESCRIPTOR_RECORD_FIELDS_MAX 128U
 #define DESCRIPTOR_STATES 10U
 #define DESCRIPTOR_STATE_WORDS 192U ///< Characters of the names of all states with a space behind each.
 #define DESCRIPTOR_METHODS 5U
@@ -71,6 +75,19 @@ typedef enum {
 #define DESCRIPTOR_METHOD_WORDS "SHARED_MEMORY TIPC UDP STREAM MESSAGE_QUEUE"
 #define DESCRIPTOR_SEVERITY_WORDS "INFORMATIVE LOW MEDIUM HIGH" ///< From DESCRIPTOR_INFORMATIVE on.
 
+typedef struct { // Names for the numbers of a field.
+    const char* name;
+    uint16_t first; ///< Number of the first name; the others have the numbers after it.
+    uint32_t line;
+    const char* values; ///< The names, with single spaces between.
+} descriptor_enumeration_t;
+
+typedef struct { // A failure of functions that the subsystem defines itself.
+    const char* name;
+    uint16_t id; ///< Its failure code is PUS_FAILURE_OWN + id.
+    uint32_t line;
+} descriptor_failure_t;
+
 typedef struct { // One field of a parameter, an argument of a function, or an element of a port's layout.
     const char* name; ///< Name of a structure within the parameter: "GROUP.NAME".
     value_type_t type;
@@ -78,10 +95,11 @@ typedef struct { // One field of a parameter, an argument of a function, or an e
     uint16_t count;  ///< >= 1.
     uint32_t offset; ///< [octets] in the generated C structure of its owner, as this compiler lays it out.
     uint32_t line;
-    const char* unit; ///< "" if none.
-    const char* init; ///< Text of `count` numbers, or NULL (zero).
-    double min;       ///< -DBL_MAX if none.
-    double max;       ///< DBL_MAX if none.
+    const char* unit;                            ///< "" if none.
+    const char* init;                            ///< Text of `count` numbers, or NULL (zero).
+    double min;                                  ///< -DBL_MAX if none; of an enumeration its first number.
+    double max;                                  ///< DBL_MAX if none; for an enumeration, its last number.
+    const descriptor_enumeration_t* enumeration; ///< Enumeration of the same model; NULL: none.
 } descriptor_field_t;
 
 typedef struct {
@@ -134,7 +152,7 @@ typedef struct {
 
 typedef struct { // Service in addition to those that all subsystems have.
     uint8_t type;
-    /// Of a subsystem: entries of the service, for which the program has room. Of the whole spacecraft:
+    /// Service of a subsystem: entries for which the program has room. Service of the whole spacecraft:
     /// entries granted, no more than the maximum above; this is configuration.
     uint16_t capacity;
     uint16_t functional; ///< ST[12]: functional monitoring definitions; others 0.
@@ -149,7 +167,7 @@ typedef struct {        // Initial value of one field that a configuration overr
     uint32_t line;
 } descriptor_initial_t;
 
-typedef struct { // Super-commutated set: all its parameters, sample by sample, nrep times an interval.
+typedef struct { // Super-commutated set: its parameters are sampled nrep times per interval.
     uint16_t nrep;
     uint16_t first_reference;
     uint16_t reference_count;
@@ -183,7 +201,7 @@ typedef struct { // Port of a real-time link.
     const char* name;
     uint16_t id;
     bool is_provided; ///< Producer side; otherwise required (consumer side).
-    bool is_required; ///< Consumer: bars SAFE_OPERATIONAL while the link is missing.
+    bool is_required; ///< Consumer: SAFE_OPERATIONAL is refused while the link is missing.
     uint16_t first_field;
     uint16_t field_count;
     uint32_t layout_hash; ///< CRC-32 over the lines "name:type:count\n".
@@ -207,7 +225,7 @@ typedef struct { // Value of one object of a device, written when the configurat
 typedef struct { // A quantity of a device in engineering units: an object times a scale.
     const char* name;
     const char* unit;
-    uint16_t id; ///< Differs within the device.
+    uint16_t id; ///< Unique within the device.
     uint16_t index;
     uint8_t subindex;
     value_type_t type; ///< Type of the object: an integer type or FLOAT.
@@ -215,6 +233,17 @@ typedef struct { // A quantity of a device in engineering units: an object times
     bool is_settable;
     uint32_t line;
 } descriptor_quantity_t;
+
+typedef struct { // A field of the record that a stream device sends (IN) or takes (OUT), in this order.
+    const char* name;
+    const char* unit;
+    bool is_out;
+    value_type_t type; ///< Raw value on the wire; engineering value = raw value * scale + offset.
+    double scale;      ///< Not 0.
+    double offset;
+    double safe; ///< OUT: engineering value of the safe record.
+    uint32_t line;
+} descriptor_record_field_t;
 
 typedef struct {  // The supply of a device: two output lines of a power unit on its bus switch it.
     uint8_t unit; ///< Node id of the power unit.
@@ -233,7 +262,7 @@ typedef enum {
     DESCRIPTOR_ENDNODE_FILE
 } descriptor_endnode_type_t;
 
-typedef struct { // Address of a data flow; which fields count depends on the type.
+typedef struct { // Address of a data flow; which fields are used depends on the type.
     descriptor_endnode_type_t type;
     const char* bus;           ///< CAN: name of the bus, channel A.
     const char* redundant_bus; ///< CAN: name of its channel B, or "".
@@ -242,18 +271,24 @@ typedef struct { // Address of a data flow; which fields count depends on the ty
     const char* address;       ///< UDP, TCP: host.
     uint16_t port;             ///< UDP, TCP.
     flow_format_t format;
+    bool has_checksum;   ///< A record ends with its CRC-16/CCITT-FALSE, in the order of the flow.
+    uint32_t silence_us; ///< A device that sends no record for so long is lost.
+    uint32_t retry_us;   ///< First delay before the next attempt to connect.
+    uint32_t longest_us; ///< The delay doubles up to this one.
     uint32_t line;
 } descriptor_endnode_t;
 
 typedef struct {
     const char* name;
-    const char* type; ///< Device class, e.g. "cia402-drive".
+    const char* type; ///< Device class, e.g. "joint-drive".
     uint16_t first_setting;
     uint16_t setting_count;
     uint16_t first_quantity;
     uint16_t quantity_count;
     uint16_t first_supply;
     uint16_t supply_count;
+    uint16_t first_record_field;
+    uint16_t record_field_count;
     uint16_t first_endnode;
     uint16_t endnode_count;
     uint32_t line;
@@ -287,6 +322,10 @@ typedef struct {
     uint32_t timeout_us[DESCRIPTOR_STATES]; ///< Longest entry action of each state.
     uint32_t sampling_us;                   ///< Step period while no configuration is applied.
 
+    descriptor_enumeration_t enumerations[DESCRIPTOR_ENUMERATIONS_MAX];
+    uint16_t enumeration_count;
+    descriptor_failure_t failures[DESCRIPTOR_FAILURES_MAX];
+    uint16_t failure_count;
     descriptor_field_t fields[DESCRIPTOR_FIELDS_MAX];
     uint16_t field_count;
     descriptor_parameter_t parameters[DESCRIPTOR_PARAMETERS_MAX];
@@ -319,6 +358,8 @@ typedef struct {
     uint16_t quantity_count;
     descriptor_supply_t supplies[DESCRIPTOR_SUPPLIES_MAX];
     uint16_t supply_count;
+    descriptor_record_field_t record_fields[DESCRIPTOR_RECORD_FIELDS_MAX];
+    uint16_t record_field_count;
     descriptor_endnode_t endnodes[DESCRIPTOR_ENDNODES_MAX];
     uint16_t endnode_count;
 

@@ -9,6 +9,10 @@ enum { // Kinds of elements.
     KIND_RESOURCES,
     KIND_STATES,
     KIND_STATE,
+    KIND_ENUMERATIONS,
+    KIND_ENUMERATION,
+    KIND_FAILURES,
+    KIND_FAILURE,
     KIND_PARAMETERS,
     KIND_STRUCT,
     KIND_GROUP,
@@ -36,6 +40,7 @@ enum { // Kinds of elements.
     KIND_DEVICE,
     KIND_SETTING,
     KIND_ENDNODE,
+    KIND_RECORD_FIELD,
     KIND_SERVICES,
     KIND_SERVICE,
     KIND_QUANTITY,
@@ -55,6 +60,11 @@ enum { // Kinds of elements.
 #define REFERENCES                                                                                           \
     .what = "references to parameters", LIST(references, reference_count, DESCRIPTOR_REFERENCES_MAX, uint16_t)
 
+static const source_list_t enumerations = {
+    .what = "enumerations",
+    LINED(enumerations, enumeration_count, DESCRIPTOR_ENUMERATIONS_MAX, descriptor_enumeration_t)};
+static const source_list_t failures = {
+    .what = "failures", LINED(failures, failure_count, DESCRIPTOR_FAILURES_MAX, descriptor_failure_t)};
 static const source_list_t parameters = {
     .what = "parameters",
     LINED(parameters, parameter_count, DESCRIPTOR_PARAMETERS_MAX, descriptor_parameter_t)};
@@ -113,6 +123,10 @@ static const source_list_t supplies = {
     .what = "<Supply>",
     LINED(supplies, supply_count, DESCRIPTOR_SUPPLIES_MAX, descriptor_supply_t),
     RANGE(descriptor_device_t, first_supply, supply_count)};
+static const source_list_t record_fields = {
+    .what = "<Field>",
+    LINED(record_fields, record_field_count, DESCRIPTOR_RECORD_FIELDS_MAX, descriptor_record_field_t),
+    RANGE(descriptor_device_t, first_record_field, record_field_count)};
 static const source_list_t endnodes = {
     .what = "<Endnode>",
     LINED(endnodes, endnode_count, DESCRIPTOR_ENDNODES_MAX, descriptor_endnode_t),
@@ -144,6 +158,16 @@ static const source_attribute_t state_attributes[] = {
     SOURCE_REQUIRED("name"),
     {.name = "timeout", .form = SOURCE_TIME | SOURCE_NEEDED, .low = 1000U, .high = 600000000U},
 };
+static const source_attribute_t enumeration_attributes[] = {
+    SOURCE_NAMED(SOURCE_UPPER, descriptor_enumeration_t),
+    SOURCE_WITHIN("first", SOURCE_UNSIGNED, 0U, 65535U, 0U, descriptor_enumeration_t, first),
+    SOURCE_STRING("values", SOURCE_NAMES | SOURCE_NEEDED, DESCRIPTOR_NAME_MAX, descriptor_enumeration_t,
+                  values)};
+static const source_attribute_t failure_attributes[] = {
+    SOURCE_NAMED(SOURCE_UPPER, descriptor_failure_t),
+    SOURCE_NUMBERED(1U, DESCRIPTOR_FAILURE_IDS, descriptor_failure_t, id),
+    {.name = "detail", .form = SOURCE_UPPER, .high = DESCRIPTOR_NAME_MAX}, // For the ground.
+};
 static const source_attribute_t struct_attributes[] = {
     SOURCE_NAMED(SOURCE_UPPER, descriptor_parameter_t),
     SOURCE_WITHIN("id", SOURCE_UNSIGNED | SOURCE_NEEDED, 0U, 65535U, 0U, descriptor_parameter_t, number),
@@ -164,6 +188,7 @@ static const source_attribute_t member_attributes[] = {
     SOURCE_OPTION("init"),
     SOURCE_OPTION("min"),
     SOURCE_OPTION("max"),
+    SOURCE_OPTION("enumeration"),
 };
 static const source_attribute_t parameter_attributes[] = {
     SOURCE_NAMED(SOURCE_UPPER, descriptor_parameter_t),
@@ -174,12 +199,13 @@ static const source_attribute_t parameter_attributes[] = {
     SOURCE_OPTION("init"),
     SOURCE_OPTION("min"),
     SOURCE_OPTION("max"),
+    SOURCE_OPTION("enumeration"),
     SOURCE_SWITCH("settable", 0U, descriptor_parameter_t, is_settable),
 };
 const source_attribute_t descriptor_subsystem_field_attributes[SUBSYSTEM_FIELD_ATTRIBUTES] = {
     SOURCE_NAMED(SOURCE_UPPER, descriptor_field_t), TYPE(descriptor_field_t),
     SOURCE_WITHIN("count", SOURCE_UNSIGNED, 1U, 256U, 1U, descriptor_field_t, count),
-    SOURCE_STRING("unit", SOURCE_TEXT, 16U, descriptor_field_t, unit)};
+    SOURCE_STRING("unit", SOURCE_TEXT, 16U, descriptor_field_t, unit), SOURCE_OPTION("enumeration")};
 static const source_attribute_t event_attributes[] = {
     SOURCE_NAMED(SOURCE_UPPER, descriptor_event_t),
     SOURCE_NUMBERED(1U, 65535U, descriptor_event_t, id),
@@ -189,7 +215,8 @@ static const source_attribute_t event_attributes[] = {
     SOURCE_WITHIN("burst", SOURCE_UNSIGNED, 1U, 255U, 20U, descriptor_event_t, burst),
 };
 static const source_attribute_t event_value_attributes[] = {SOURCE_REQUIRED("name"), SOURCE_OPTION("type"),
-                                                            SOURCE_OPTION("count"), SOURCE_OPTION("unit")};
+                                                            SOURCE_OPTION("count"), SOURCE_OPTION("unit"),
+                                                            SOURCE_OPTION("enumeration")};
 static const source_attribute_t function_attributes[]    = {
        SOURCE_STRING("name", SOURCE_UPPER | SOURCE_NEEDED | SOURCE_UNIQUE, DESCRIPTOR_FUNCTION_NAME_MAX,
                      descriptor_function_t, name),
@@ -206,6 +233,7 @@ static const source_attribute_t argument_attributes[] = {
     SOURCE_STRING("unit", SOURCE_TEXT, 16U, descriptor_field_t, unit),
     SOURCE_OPTION("min"),
     SOURCE_OPTION("max"),
+    SOURCE_OPTION("enumeration"),
 };
 static const source_attribute_t service_attributes[] = {SOURCE_REQUIRED("type"), SOURCE_OPTION("capacity"),
                                                         SOURCE_OPTION("functional")};
@@ -219,7 +247,7 @@ static const source_attribute_t configuration_attributes[] = {
 static const source_attribute_t initial_attributes[] = {
     SOURCE_REQUIRED("parameter"),
     SOURCE_OPTION("field"),
-    SOURCE_STRING("value", SOURCE_TEXT | SOURCE_NEEDED, UINT32_MAX, descriptor_initial_t, text),
+    SOURCE_REQUIRED("value"),
 };
 static const source_attribute_t loop_attributes[] = {
     SOURCE_NAMED(SOURCE_UPPER, descriptor_loop_t),
@@ -267,6 +295,16 @@ static const source_attribute_t supply_attributes[] = {
     SOURCE_WITHIN("on", SOURCE_UNSIGNED | SOURCE_NEEDED, 1U, 255U, 0U, descriptor_supply_t, on),
     SOURCE_WITHIN("off", SOURCE_UNSIGNED | SOURCE_NEEDED, 1U, 255U, 0U, descriptor_supply_t, off),
 };
+static const source_attribute_t record_field_attributes[] = {
+    SOURCE_NAMED(SOURCE_UPPER, descriptor_record_field_t),
+    SOURCE_CHOICE("direction", SOURCE_WORD | SOURCE_NEEDED, "IN OUT", 0U, 0U, descriptor_record_field_t,
+                  is_out),
+    TYPE(descriptor_record_field_t),
+    SOURCE_OPTION("scale"),
+    SOURCE_OPTION("offset"),
+    SOURCE_OPTION("safe"),
+    SOURCE_STRING("unit", SOURCE_TEXT, 16U, descriptor_record_field_t, unit),
+};
 // The order of `type` and of the others is known to endnode_builder.c.
 static const source_attribute_t endnode_attributes[] = {
     SOURCE_CHOICE("type", SOURCE_WORD | SOURCE_NEEDED, "CAN SHM MQUEUE UDP TCP SERIAL FILE", 0U, 0U,
@@ -284,6 +322,10 @@ static const source_attribute_t endnode_attributes[] = {
                   format.direction),
     SOURCE_CHOICE("baud", SOURCE_WORD, "9600 19200 38400 57600 115200 230400 460800 921600", 0U, 4U,
                   descriptor_endnode_t, format.baud),
+    SOURCE_SWITCH("checksum", 0U, descriptor_endnode_t, has_checksum),
+    SOURCE_WITHIN("silence", SOURCE_TIME, 100U, 60000000U, 100000U, descriptor_endnode_t, silence_us),
+    SOURCE_WITHIN("retry", SOURCE_TIME, 100U, 60000000U, 10000U, descriptor_endnode_t, retry_us),
+    SOURCE_WITHIN("retryLongest", SOURCE_TIME, 100U, 60000000U, 1000000U, descriptor_endnode_t, longest_us),
 };
 
 // ---- Elements ----
@@ -300,6 +342,11 @@ static const source_row_t rows[] = {
     {KIND_SUBSYSTEM, KIND_STATES, SOURCE_ONCE, PLAIN("States"), NULL, NULL, NULL},
     {KIND_STATES, KIND_STATE, SOURCE_ANY, WITH("State", state_attributes), NULL,
      descriptor_subsystem_builder_state, NULL},
+    {KIND_SUBSYSTEM, KIND_ENUMERATIONS, SOURCE_ONCE, PLAIN("Enumerations"), NULL, NULL, NULL},
+    {KIND_ENUMERATIONS, KIND_ENUMERATION, SOURCE_ANY, WITH("Enumeration", enumeration_attributes),
+     &enumerations, NULL, NULL},
+    {KIND_SUBSYSTEM, KIND_FAILURES, SOURCE_ONCE, PLAIN("Failures"), NULL, NULL, NULL},
+    {KIND_FAILURES, KIND_FAILURE, SOURCE_ANY, WITH("Failure", failure_attributes), &failures, NULL, NULL},
     {KIND_SUBSYSTEM, KIND_PARAMETERS, SOURCE_ONCE, PLAIN("Parameters"), NULL, NULL, NULL},
     {KIND_PARAMETERS, KIND_STRUCT, SOURCE_ANY, WITH("StructRef", struct_attributes), &parameters,
      descriptor_parameter_builder_struct, descriptor_parameter_builder_struct_end},
@@ -358,6 +405,8 @@ static const source_row_t rows[] = {
      descriptor_configuration_builder_quantity, NULL},
     {KIND_DEVICE, KIND_SUPPLY, SOURCE_ANY, WITH("Supply", supply_attributes), &supplies,
      descriptor_configuration_builder_supply, NULL},
+    {KIND_DEVICE, KIND_RECORD_FIELD, SOURCE_ANY, WITH("Field", record_field_attributes), &record_fields,
+     descriptor_endnode_builder_field, NULL},
     {KIND_DEVICE, KIND_ENDNODE, SOURCE_ANY, WITH("Endnode", endnode_attributes), &endnodes,
      descriptor_endnode_builder_start, NULL},
 };

@@ -62,16 +62,16 @@ static status_t failed(journal_t* const journal)
 static status_t append(journal_t* const journal, const journal_record_t* const record)
 {
     const medium_t* const medium = active_of(journal);
-    if (journal->is_ragged) {
+    if (journal->is_tail_unclean) {
         // A failed write may have left octets here that could be valid after other ones.
         if (medium->resize(medium->context, journal->tail.offset) != STATUS_OK) {
             return STATUS_IO;
         }
-        journal->is_ragged = false;
+        journal->is_tail_unclean = false;
     }
-    const status_t status = journal_write_record(medium, &journal->tail, record, journal->buffer);
-    journal->is_ragged    = (status != STATUS_OK);
-    journal->stats.used   = journal->tail.offset;
+    const status_t status    = journal_write_record(medium, &journal->tail, record, journal->buffer);
+    journal->is_tail_unclean = (status != STATUS_OK);
+    journal->stats.used      = journal->tail.offset;
     return status;
 }
 
@@ -128,7 +128,7 @@ static void go_on(journal_t* const journal, const size_t index, const uint32_t g
 {
     journal->active           = index;
     journal->is_provisional   = true;
-    journal->is_ragged        = false;
+    journal->is_tail_unclean  = false;
     journal->is_suspect       = false;
     journal->tail             = *tail;
     journal->synced           = journal_first_place(generation);
@@ -165,7 +165,7 @@ static status_t make_room(journal_t* const journal, const size_t size)
     if (has_room(journal, journal->tail.offset, size)) {
         return STATUS_OK;
     }
-    const bool has_other = !journal->is_provisional; // Else it holds the last commit.
+    const bool has_other = !journal->is_provisional; // Otherwise the other medium holds the last commit.
     if (!has_other || !has_room(journal, JOURNAL_HEAD_SIZE + journal->stats.live, size)) {
         return STATUS_FULL;
     }
@@ -321,7 +321,7 @@ static status_t build_index(journal_t* const journal)
         } else if ((record.kind == JOURNAL_ERASE) && (slot != NULL)) {
             note_erased(journal, slot);
         } else {
-            // A commit: all up to the tail is known to count.
+            // A commit: all records up to the tail are known to be committed.
         }
     }
     return STATUS_OK;
@@ -342,14 +342,14 @@ static status_t cut_tail(journal_t* const journal)
 }
 
 /// Begin an empty journal. Its head is synced before anything else is written, so that later a medium without
-/// a head is damaged; before that, the content of an earlier life must be removed and synced. STATUS_OK,
+/// a head is damaged; before that, the content of an earlier journal must be removed and synced. STATUS_OK,
 /// STATUS_FULL, STATUS_IO.
 static status_t begin_journal(journal_t* const journal, const journal_survey_t surveys[2])
 {
     const journal_place_t tail = journal_first_place(1U);
     status_t status            = STATUS_OK;
     go_on(journal, 0U, 1U, &tail);
-    if (surveys[1].size > 0U) { // A mark of an earlier life must not be used later.
+    if (surveys[1].size > 0U) { // A mark of an earlier journal must not be used later.
         status = empty_medium(medium_of(journal, 1U));
     }
     if ((status == STATUS_OK) && (surveys[0].size > 0U)) {
@@ -373,7 +373,7 @@ static size_t valid_of(const journal_survey_t surveys[2])
 }
 
 /// Read both media. STATUS_OK, STATUS_IO.
-static status_t look(journal_t* const journal, journal_survey_t surveys[2])
+static status_t read_media(journal_t* const journal, journal_survey_t surveys[2])
 {
     status_t status = STATUS_OK;
     for (size_t i = 0U; (i < 2U) && (status == STATUS_OK); i++) {
@@ -397,7 +397,7 @@ status_t journal_open(journal_t* const journal, const journal_configuration_t* c
     (void)memset(configuration->slots, 0, journal->slot_count * sizeof configuration->slots[0]);
 
     journal_survey_t surveys[2];
-    if (look(journal, surveys) != STATUS_OK) {
+    if (read_media(journal, surveys) != STATUS_OK) {
         return STATUS_IO;
     }
     if (journal->damage.is_damaged && (configuration->keep != NULL)) {

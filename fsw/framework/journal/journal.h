@@ -25,17 +25,17 @@
 #include <stdint.h>
 
 #define JOURNAL_RECORD_MAX 8192U ///< Largest record [octets].
-/// Slots of the index for a number of records: three in four are used at most.
+/// Slots of the index for a number of records: at most three in four are used.
 #define JOURNAL_SLOTS(records) ((records) + ((records) / 3U) + 1U)
 
-/// Octets that a record of `size`, a head, an erased record and a commit take on a medium.
+/// Size on a medium of a record with `size` octets (an erasure and a commit have none), and of the head.
 #define JOURNAL_RECORD_SIZE(size) (20U + (size))
 #define JOURNAL_HEAD_SIZE 16U
 
 typedef struct { // One per slot, placed by the owner. Private.
     uint32_t key;
     uint32_t offset; // Offset of the record on the valid medium.
-    uint32_t moved;  // The same on the other one, during compaction.
+    uint32_t moved;  // Its offset on the other medium, during compaction.
     uint16_t size;   // Size of the record's octets.
     uint8_t table;
     bool is_taken;
@@ -71,12 +71,12 @@ typedef struct { // Private, except `stats`, read-only, for telemetry, and `dama
     size_t slot_count;
     size_t active;          // Index of the medium that is written to.
     bool is_provisional;    // Its generation holds no commit yet.
-    bool is_ragged;         // Octets may lie behind `tail`.
+    bool is_tail_unclean;   // Octets may lie behind `tail`.
     bool is_suspect;        // Octets after `synced` may be lost, even if a read returns them.
     bool is_replaying;      // The buffer is lent to the callback.
-    uint32_t changes;       // Changes since the last commit that counted.
+    uint32_t changes;       // Changes since the last valid commit.
     journal_place_t tail;   // Tail of the next record.
-    journal_place_t synced; // Behind the last commit that counted.
+    journal_place_t synced; // Behind the last valid commit.
     uint8_t buffer[JOURNAL_RECORD_SIZE(JOURNAL_RECORD_MAX)];
     journal_damage_t damage; ///< Found when it was opened. Read-only.
     struct {
@@ -84,11 +84,11 @@ typedef struct { // Private, except `stats`, read-only, for telemetry, and `dama
         uint32_t records;     ///< Live ones.
         uint32_t live;        ///< Octets of live records.
         uint32_t used;        ///< Octets of the medium.
-        uint32_t commits;     ///< Commits that counted and changed something.
+        uint32_t commits;     ///< Valid commits that changed something.
         uint32_t compactions; ///< Generations begun.
         uint32_t full;        ///< Puts refused for lack of room.
-        uint32_t unknown;     ///< Records to be erased that were not there.
-        uint32_t failed;      ///< Calls that a medium's error has failed.
+        uint32_t unknown;     ///< Erasures of records that did not exist.
+        uint32_t failed;      ///< Calls that failed because of an error of a medium.
         uint32_t unmarked;    ///< Commits whose mark could not be written.
         uint64_t discarded;   ///< Octets after the last commit, cut off at open.
     } stats;
@@ -104,10 +104,10 @@ MUST_USE status_t journal_open(journal_t* journal, const journal_configuration_t
 /// nothing to report.
 bool journal_report_damage(const journal_t* journal, uint32_t refused, uint8_t octets[JOURNAL_DAMAGE_SIZE]);
 
-/// Takes a record back. It may not call the journal; `octets` live during the call only.
+/// Restores a record. It may not call the journal; `octets` live during the call only.
 typedef void (*journal_take_t)(void* context, uint8_t table, uint32_t key, const uint8_t* octets,
                                size_t size);
-/// Hand out each live record once, in the order in which they were last put. STATUS_OK, STATUS_IO.
+/// Pass each live record once to `take`, in the order in which they were last put. STATUS_OK, STATUS_IO.
 MUST_USE status_t journal_replay(journal_t* journal, journal_take_t take, void* context);
 
 // The functions of a port to records: `context` is the journal.
@@ -118,7 +118,8 @@ status_t journal_put(void* context, uint8_t table, uint32_t key, const uint8_t* 
 /// Erase a record. STATUS_OK; STATUS_NOT_FOUND, STATUS_IO: nothing has changed. There is always room for it.
 status_t journal_erase(void* context, uint8_t table, uint32_t key);
 /// Commit all puts and erasures since the last commit. STATUS_OK (at once if there were none), STATUS_IO: no
-/// change since the last commit is certain to last; the next commit tries again with all of them.
+/// change since the last commit is certain to survive a power cut; the next commit tries again with all of
+/// them.
 status_t journal_commit(void* context);
 
 #endif // FSW_FRAMEWORK_JOURNAL_JOURNAL_H

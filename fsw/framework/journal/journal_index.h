@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Where the live records of a journal are: a hash table with linear probing and without gravestones. For the
-/// journal only. A slot's address is good until the next insertion or removal.
+/// Index of the live records of a journal: a hash table with linear probing and without tombstones. For the
+/// journal only. A slot's address is valid until the next insertion or removal.
 ///
 /// Time       O(1) expected, with at most three in four slots taken.
 #ifndef FSW_FRAMEWORK_JOURNAL_JOURNAL_INDEX_H

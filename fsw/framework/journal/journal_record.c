@@ -17,7 +17,7 @@ enum { // Offsets in a record.
     CHAIN    = 12
 };
 
-/// Make a head; its checksum.
+/// Make a head; returns its checksum.
 static uint32_t make_head(const uint32_t generation, uint8_t* const head)
 {
     octets_put_u32(head, MAGIC);
@@ -42,7 +42,7 @@ status_t journal_write_head(const medium_t* const medium, const uint32_t generat
     return medium->write(medium->context, 0U, head, sizeof head);
 }
 
-/// Read from a medium, where its end is no error but STATUS_EMPTY.
+/// Read from a medium; at its end the status is STATUS_EMPTY.
 static status_t read_up_to_end(const medium_t* const medium, const uint32_t offset, uint8_t* const octets,
                                const size_t size)
 {

@@ -43,7 +43,7 @@ status_t journal_write_mark(const medium_t* medium, const journal_mark_t* mark);
 status_t journal_read_mark(const medium_t* medium, journal_mark_t* out_mark);
 
 /// Write a record whose octets are in the buffer already, and advance past it. Statuses of the medium's
-/// `write`; then the place stays.
+/// `write`; after an error the place is unchanged.
 status_t journal_write_record(const medium_t* medium, journal_place_t* place, const journal_record_t* record,
                               uint8_t* buffer);
 /// Read a complete record into the buffer, and advance past it. STATUS_OK, STATUS_EMPTY (not the next record:

@@ -9,7 +9,7 @@
 #define FIRST_PROBE 4U         ///< Refusals in a row after which the endpoint sends a SYNC to the peer.
 #define STRAYS_MAX 3U          ///< Frames outside of the window in a row after which SYNC is sent.
 #define SYNC_SPACING 1024U     ///< Strays or refusals between two SYNCs, at most.
-#define LOST_AT_ONCE_MAX 4096U ///< A larger gap is no loss: one of both numbers was forged or damaged.
+#define LOST_AT_ONCE_MAX 4096U ///< A larger gap is not a loss: a number was forged or damaged.
 #define FIRST_LIFE 1U
 
 static message_channel_t* channel_of(const message_endpoint_t* const endpoint, const uint16_t peer)
@@ -71,16 +71,16 @@ static status_t send_frame(message_endpoint_t* const endpoint, message_channel_t
     const status_t status = endpoint->outlet.send(endpoint->outlet.context, channel->position.peer, frame,
                                                   MESSAGE_HEADER_OCTETS + size);
     if (status == STATUS_OK) {
-        channel->position.told   = channel->position.taken;
-        channel->position.untold = 0U;
-        channel->is_introduced   = true;
+        channel->position.acknowledged   = channel->position.taken;
+        channel->position.unacknowledged = 0U;
+        channel->is_introduced           = true;
     }
     endpoint->counters.unreachable += ((status != STATUS_OK) && (status != STATUS_FULL)) ? 1U : 0U;
     return status;
 }
 
-/// Blocks that may be sent while a number of blocks and octets stay free: none if the largest one would not
-/// fit.
+/// Number of blocks that may be sent so that `blocks` and `octets` of the window stay free: 0 if the largest
+/// block would not fit.
 static uint32_t credit_of(const message_channel_t* const channel, const uint32_t blocks,
                           const uint32_t octets)
 {
@@ -91,7 +91,7 @@ static uint32_t credit_of(const message_channel_t* const channel, const uint32_t
                : (left - blocks);
 }
 
-/// The peer has taken all frames before number `taken`.
+/// Note that the peer has taken all frames before number `taken`.
 static void credit_up_to(message_channel_t* const channel, const uint32_t taken)
 {
     for (; channel->position.credited != taken; channel->position.credited++) {
@@ -109,8 +109,8 @@ static void sync(message_endpoint_t* const endpoint, message_channel_t* const ch
     }
 }
 
-/// The more refusals, the rarer the SYNCs, down to one in SYNC_SPACING: they must not fill a congested
-/// connection.
+/// Send a SYNC more rarely as refusals go on, down to one in SYNC_SPACING refusals: SYNCs must not fill a
+/// congested connection.
 static void refused_for_credit(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
     endpoint->counters.no_credit++;
@@ -200,7 +200,7 @@ static message_channel_t* channel_of_frame(const message_endpoint_t* const endpo
                                            const uint8_t* const frame, const size_t size)
 {
     FSW_ASSERT((endpoint != NULL) && ((frame != NULL) || (size == 0U)));
-    return message_frame_is_well_made(frame, size, endpoint->self)
+    return message_frame_is_well_formed(frame, size, endpoint->self)
                ? channel_of(endpoint, message_frame_from(frame))
                : NULL;
 }
@@ -221,32 +221,33 @@ status_t message_deliver(message_endpoint_t* const endpoint, const uint8_t* cons
         // The last frames of an earlier life were not taken, and are removed now.
         endpoint->counters.stale += has_room ? 1U : 0U;
     }
-    if (status != STATUS_OK) { // No true sender sends beyond its window.
+    if (status != STATUS_OK) { // A correct sender never sends beyond its window.
         endpoint->counters.overruns++;
         return STATUS_FULL;
     }
     endpoint->stamp++;
-    endpoint->is_news = true;
+    endpoint->has_arrivals = true;
     if (endpoint->arrival.arrived != NULL) {
         endpoint->arrival.arrived(endpoint->arrival.context, frame, size);
     }
     return STATUS_OK;
 }
 
-/// Another life of the peer: both directions are numbered from 0 again. Only a peer in its first life may
-/// have taken what was sent before it was heard of.
-static void meet(message_endpoint_t* const endpoint, message_channel_t* const channel, const uint32_t life)
+/// Begin with another life of the peer: both directions are numbered from 0 again. Only a peer in its first
+/// life may have taken frames that were sent before its first frame arrived.
+static void begin_peer_life(message_endpoint_t* const endpoint, message_channel_t* const channel,
+                            const uint32_t life)
 {
-    const bool is_restart       = (channel->position.peer_life != 0U) || (life > FIRST_LIFE);
-    channel->position.peer_life = life;
-    channel->position.expected  = 0U;
-    channel->position.taken     = 0U;
-    channel->position.told      = 0U;
-    channel->position.untold    = 0U;
-    channel->is_syncing         = false;
-    channel->strays             = 0U;
-    channel->sync_at            = STRAYS_MAX;
-    channel->refusals           = 0U;
+    const bool is_restart            = (channel->position.peer_life != 0U) || (life > FIRST_LIFE);
+    channel->position.peer_life      = life;
+    channel->position.expected       = 0U;
+    channel->position.taken          = 0U;
+    channel->position.acknowledged   = 0U;
+    channel->position.unacknowledged = 0U;
+    channel->is_syncing              = false;
+    channel->strays                  = 0U;
+    channel->sync_at                 = STRAYS_MAX;
+    channel->refusals                = 0U;
     if (is_restart) { // Frames on the way to the earlier life are lost.
         endpoint->counters.abandoned += channel->position.sent - channel->position.credited;
         channel->position.sent      = 0U;
@@ -263,67 +264,67 @@ void message_set_life(message_endpoint_t* const endpoint, const uint16_t peer, c
         return;
     }
     if (life != channel->position.peer_life) {
-        meet(endpoint, channel, life);
+        begin_peer_life(endpoint, channel, life);
     }
-    channel->is_life_said = true;
+    channel->is_life_set = true;
 }
 
-/// The numbers of a frame are impossible. One frame may be late; several in a row show that both sides count
-/// differently.
-static void out_of_step(message_endpoint_t* const endpoint, message_channel_t* const channel)
+/// Count a frame whose numbers are impossible. One frame may be late; several in a row show that both sides
+/// count differently.
+static void count_mismatch(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
     channel->strays++;
     const bool is_due = (channel->strays >= channel->sync_at);
     if (is_due) {
         channel->sync_at += (channel->strays < SYNC_SPACING) ? channel->strays : SYNC_SPACING;
     }
-    if (is_due || (!channel->is_life_said && !channel->is_introduced)) {
+    if (is_due || (!channel->is_life_set && !channel->is_introduced)) {
         sync(endpoint, channel);
     }
 }
 
-/// A frame that is outside of the window, or names another life of this component.
-static void stray(message_endpoint_t* const endpoint, message_channel_t* const channel)
+/// Count and drop a frame that is outside of the window, or names another life of this component.
+static void drop_stray(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
     endpoint->counters.stale++;
-    out_of_step(endpoint, channel);
+    count_mismatch(endpoint, channel);
 }
 
-static void in_step(message_channel_t* const channel)
+static void clear_mismatch(message_channel_t* const channel)
 {
     channel->strays  = 0U;
     channel->sync_at = STRAYS_MAX;
 }
 
-/// The present life of the peer answers a SYNC: if it is an earlier life than the known one,
-/// the later one was read from a forged or damaged frame. Another exchange determines the numbers.
+/// Return to an earlier life of the peer. The present life answers a SYNC: if it is earlier than the known
+/// one, the known one was read from a forged or damaged frame. Another exchange determines the numbers.
 static void correct_life(message_endpoint_t* const endpoint, message_channel_t* const channel,
                          const message_frame_t* const frame)
 {
-    meet(endpoint, channel, frame->from_life);
-    channel->position.expected = frame->sequence;
-    channel->position.taken    = frame->sequence;
-    channel->position.told     = frame->sequence;
+    begin_peer_life(endpoint, channel, frame->from_life);
+    channel->position.expected     = frame->sequence;
+    channel->position.taken        = frame->sequence;
+    channel->position.acknowledged = frame->sequence;
     sync(endpoint, channel);
 }
 
-/// Bring the channel up to the life of its peer. False if the frame is of another one.
+/// Update the channel to the life of its peer. False if the frame is of another life.
 static bool is_of_this_life(message_endpoint_t* const endpoint, message_channel_t* const channel,
                             const message_frame_t* const frame)
 {
-    if (channel->is_life_said) {
+    if (channel->is_life_set) {
         endpoint->counters.stale += (frame->from_life != channel->position.peer_life) ? 1U : 0U;
         return frame->from_life == channel->position.peer_life;
     }
     if (frame->from_life > channel->position.peer_life) {
-        meet(endpoint, channel, frame->from_life);
+        begin_peer_life(endpoint, channel, frame->from_life);
     } else if (frame->from_life == channel->position.peer_life) {
         // The life is the known one.
     } else if ((frame->kind == MESSAGE_SYNC_ACK) && channel->is_syncing) {
         correct_life(endpoint, channel, frame);
         return false;
     } else {
-        stray(endpoint, channel);
+        drop_stray(endpoint, channel);
         return false;
     }
     return true;
@@ -337,17 +338,18 @@ static void answer(message_endpoint_t* const endpoint, message_channel_t* const 
     }
 }
 
-/// A sender that has not heard of this endpoint may have meant its predecessor, if there was one.
+/// True if the frame is for this life. A sender that has not received a frame of this endpoint may have sent
+/// to its predecessor, if there was one.
 static bool is_own_life(const message_endpoint_t* const endpoint, const uint32_t life)
 {
     return (life == endpoint->life) || ((life == 0U) && (endpoint->life == FIRST_LIFE));
 }
 
-/// A frame to another life of this endpoint.
+/// True for a frame to another life of this endpoint.
 static bool is_of_past(message_endpoint_t* const endpoint, const uint8_t* const frame, const size_t size)
 {
     const message_channel_t* const channel = channel_of_frame(endpoint, frame, size);
-    const bool is_past                     = (channel != NULL) && channel->is_life_said &&
+    const bool is_past                     = (channel != NULL) && channel->is_life_set &&
                          !is_own_life(endpoint, message_frame_read(frame, MESSAGE_DATA, size).to_life);
     endpoint->counters.stale += is_past ? 1U : 0U;
     return is_past;
@@ -371,7 +373,7 @@ status_t message_accept(message_endpoint_t* const endpoint, const status_t recei
     return STATUS_OK;
 }
 
-/// Bring the channel up to date with a frame of its peer. False if the frame is to be dropped.
+/// Update the channel with a frame of its peer. False if the frame is to be dropped.
 static bool is_current(message_endpoint_t* const endpoint, message_channel_t* const channel,
                        const message_frame_t* const frame)
 {
@@ -385,13 +387,13 @@ static bool is_current(message_endpoint_t* const endpoint, message_channel_t* co
         return false;
     }
     if (!is_for_us) {
-        stray(endpoint, channel);
+        drop_stray(endpoint, channel);
         return false;
     }
     return true;
 }
 
-/// Lost blocks give their credit back once the caller has taken all before them.
+/// Return the credit of lost blocks once the caller has taken all blocks before them.
 static void catch_up(message_channel_t* const channel)
 {
     uint32_t stamp = 0U;
@@ -400,7 +402,7 @@ static void catch_up(message_channel_t* const channel)
     }
 }
 
-/// Both sides have exchanged their numbers; no earlier frame is under way.
+/// Adopt the numbers of the peer: both sides have exchanged them, and no earlier frame is under way.
 static void resync(message_endpoint_t* const endpoint, message_channel_t* const channel,
                    const message_frame_t* const frame)
 {
@@ -410,7 +412,7 @@ static void resync(message_endpoint_t* const endpoint, message_channel_t* const 
     channel->position.expected = frame->sequence;
     catch_up(channel);
     if (ahead > LOST_AT_ONCE_MAX) {
-        channel->position.told = channel->position.taken;
+        channel->position.acknowledged = channel->position.taken;
     }
     if ((under_way <= MESSAGE_WINDOW) && (under_way <= channel->position.sent)) {
         channel->position.credited  = frame->taken;
@@ -420,7 +422,7 @@ static void resync(message_endpoint_t* const endpoint, message_channel_t* const 
         }
     }
     channel->is_syncing = channel->is_syncing && (frame->kind != MESSAGE_SYNC_ACK);
-    in_step(channel);
+    clear_mismatch(channel);
     answer(endpoint, channel, frame);
 }
 
@@ -437,13 +439,13 @@ static bool is_in_sequence(message_endpoint_t* const endpoint, message_channel_t
         credit_up_to(channel, frame->taken);
     }
     if (ahead > limit) { // No sender may be further ahead than its credit, or have a lower number.
-        stray(endpoint, channel);
+        drop_stray(endpoint, channel);
         return false;
     }
     if (is_claim_good) {
-        in_step(channel);
-    } else { // More than was sent, or less than before: the block is valid nevertheless.
-        out_of_step(endpoint, channel);
+        clear_mismatch(channel);
+    } else { // The credit is impossible, but the block is valid.
+        count_mismatch(endpoint, channel);
     }
     endpoint->counters.lost += ahead;
     channel->position.expected = frame->sequence + ((frame->kind == MESSAGE_DATA) ? 1U : 0U);
@@ -453,8 +455,8 @@ static bool is_in_sequence(message_endpoint_t* const endpoint, message_channel_t
 static void return_credit(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
     FSW_ASSERT(channel != NULL);
-    if (((channel->position.taken - channel->position.told) >= (MESSAGE_WINDOW / 2U)) ||
-        (channel->position.untold >= (MESSAGE_WINDOW_OCTETS / 2U))) {
+    if (((channel->position.taken - channel->position.acknowledged) >= (MESSAGE_WINDOW / 2U)) ||
+        (channel->position.unacknowledged >= (MESSAGE_WINDOW_OCTETS / 2U))) {
         (void)send_frame(endpoint, channel, MESSAGE_CREDIT, NULL,
                          0U); // If refused, again at the next receive.
     }
@@ -474,13 +476,13 @@ static bool is_block(message_endpoint_t* const endpoint, message_channel_t* cons
     return is_in_sequence(endpoint, channel, frame);
 }
 
-static void judge_all_of(message_endpoint_t* const endpoint, message_channel_t* const channel)
+static void process_all_of(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
     uint8_t header[MESSAGE_HEADER_OCTETS];
     uint8_t kind = MESSAGE_DATA;
     size_t size  = 0U;
     bool waits   = false;
-    while (message_inbox_has_news(&channel->inbox) &&
+    while (message_inbox_has_arrivals(&channel->inbox) &&
            message_inbox_next(&channel->inbox, header, &kind, &size)) {
         const message_frame_t frame = message_frame_read(header, kind, size);
         if (is_block(endpoint, channel, &frame)) {
@@ -488,7 +490,7 @@ static void judge_all_of(message_endpoint_t* const endpoint, message_channel_t* 
         } else if (kind == MESSAGE_DATA) {
             message_inbox_drop(&channel->inbox);
         } else {
-            // Taken note of.
+            // The frame had no block; the channel is updated.
         }
     }
     if (!waits) {
@@ -499,14 +501,14 @@ static void judge_all_of(message_endpoint_t* const endpoint, message_channel_t* 
     }
 }
 
-static void judge_news(message_endpoint_t* const endpoint)
+static void process_arrivals(message_endpoint_t* const endpoint)
 {
-    for (size_t i = 0U; endpoint->is_news && (i < endpoint->channel_count); i++) {
-        if (message_inbox_has_news(&endpoint->places[i].channel.inbox)) {
-            judge_all_of(endpoint, &endpoint->places[i].channel);
+    for (size_t i = 0U; endpoint->has_arrivals && (i < endpoint->channel_count); i++) {
+        if (message_inbox_has_arrivals(&endpoint->places[i].channel.inbox)) {
+            process_all_of(endpoint, &endpoint->places[i].channel);
         }
     }
-    endpoint->is_news = false;
+    endpoint->has_arrivals = false;
 }
 
 static void return_all_credit(message_endpoint_t* const endpoint)
@@ -519,7 +521,7 @@ static void return_all_credit(message_endpoint_t* const endpoint)
 void message_take_control(message_endpoint_t* const endpoint)
 {
     FSW_ASSERT(endpoint != NULL);
-    judge_news(endpoint);
+    process_arrivals(endpoint);
     return_all_credit(endpoint);
 }
 
@@ -546,7 +548,7 @@ status_t message_next(message_endpoint_t* const endpoint, const message_filter_t
                       uint16_t* const out_from, const uint8_t** const out_head, size_t* const out_size)
 {
     FSW_ASSERT((endpoint != NULL) && (out_from != NULL) && (out_head != NULL) && (out_size != NULL));
-    judge_news(endpoint);
+    process_arrivals(endpoint);
     const message_channel_t* const channel = next_channel(endpoint, filter);
     if (channel == NULL) {
         return_all_credit(endpoint);
@@ -566,7 +568,7 @@ status_t message_receive_if(message_endpoint_t* const endpoint, const message_fi
 {
     FSW_ASSERT((endpoint != NULL) && (out_from != NULL) && (octets != NULL) && (out_size != NULL));
     *out_size = 0U;
-    judge_news(endpoint);
+    process_arrivals(endpoint);
     message_channel_t* const channel = next_channel(endpoint, filter);
     if (channel == NULL) {
         return_all_credit(endpoint);
@@ -576,9 +578,9 @@ status_t message_receive_if(message_endpoint_t* const endpoint, const message_fi
     size_t size           = 0U;
     const status_t status = message_inbox_take(&channel->inbox, header, octets, capacity, &size);
     endpoint->is_past     = (message_frame_life(header) != channel->position.peer_life);
-    if (!endpoint->is_past) { // Last words of an earlier life give no credit to this one.
+    if (!endpoint->is_past) { // A block of an earlier life gives no credit to this one.
         channel->position.taken = message_frame_sequence(header) + 1U;
-        channel->position.untold += (uint32_t)size;
+        channel->position.unacknowledged += (uint32_t)size;
     }
     catch_up(channel);
     endpoint->counters.received++;

@@ -42,7 +42,7 @@ typedef struct {
     status_t (*send)(void* context, uint16_t to, const uint8_t* frame, size_t size);
 } message_carrier_t;
 
-/// Shown each frame that is kept, before the carrier forgets it.
+/// Called with each frame that is kept, before the carrier releases it.
 typedef struct {
     void* context;
     void (*arrived)(void* context, const uint8_t* frame, size_t size);
@@ -61,15 +61,15 @@ typedef struct {
     uint32_t abandoned;   ///< Blocks sent to an earlier life of a peer and not credited by it.
 } message_counters_t;
 
-typedef struct {        // Position of a channel: all that another process needs to continue it.
-    uint32_t peer_life; // 0: not heard of yet.
-    uint32_t sent;      // Data frames sent in this incarnation of the channel.
-    uint32_t credited;  // Sent frames that the peer has taken.
-    uint32_t expected;  // Next sequence number from the peer.
-    uint32_t taken;     // Data frames taken here by the caller, lost ones included.
-    uint32_t told;      // `taken` as last sent to the peer.
-    uint32_t under_way; // Octets of frames that were sent and not credited.
-    uint32_t untold;    // Octets of frames taken since credit was last sent.
+typedef struct {             // Position of a channel: all that another process needs to continue it.
+    uint32_t peer_life;      // 0: no frame of the peer has arrived.
+    uint32_t sent;           // Data frames sent in this incarnation of the channel.
+    uint32_t credited;       // Sent frames that the peer has taken.
+    uint32_t expected;       // Next sequence number from the peer.
+    uint32_t taken;          // Data frames taken here by the caller, lost ones included.
+    uint32_t acknowledged;   // `taken` as last sent to the peer.
+    uint32_t under_way;      // Octets of frames that were sent and not credited.
+    uint32_t unacknowledged; // Octets of frames taken since credit was last sent.
     uint16_t peer;
     uint16_t reserved;
     uint16_t sizes[MESSAGE_WINDOW]; // Sizes of the frames under way, by their number.
@@ -78,7 +78,7 @@ typedef struct {        // Position of a channel: all that another process needs
 typedef struct { // Private.
     message_position_t position;
     message_inbox_t inbox; // Frames from this peer.
-    bool is_life_said;     // Set by message_set_life: received frames do not change it.
+    bool is_life_set;      // Set by message_set_life: received frames do not change it.
     bool is_introduced;    // The peer was sent a frame in this life of the endpoint.
     bool is_syncing;       // A SYNC was sent and not answered yet.
     uint32_t strays;       // Frames dropped in a row.
@@ -102,7 +102,7 @@ typedef struct { // Private, except `counters`.
     size_t place_count;
     size_t channel_count; // Places in use, the first ones.
     uint32_t stamp;       // Stamp of the next frame that arrives.
-    bool is_news;         // Frames have arrived that were not checked yet.
+    bool has_arrivals;    // Frames have arrived that were not checked yet.
     bool is_past;         // The block taken last was sent by an earlier life of its peer.
     uint8_t frame[MESSAGE_FRAME_MAX];
     message_counters_t counters;
@@ -126,7 +126,7 @@ void message_set_life(message_endpoint_t* endpoint, uint16_t peer, uint32_t life
 /// STATUS_OK; STATUS_FULL: no credit or carrier full, nothing sent; STATUS_NOT_FOUND: no such peer;
 /// STATUS_TOO_LARGE: more than MESSAGE_PAYLOAD_MAX octets; STATUS_CLOSED: the carrier cannot reach the peer.
 MUST_USE status_t message_send(message_endpoint_t* endpoint, uint16_t to, const uint8_t* octets, size_t size);
-/// The same for a block that may wait: STATUS_FULL also if only the reserve of the window is left.
+/// Like message_send, for a block that may wait: STATUS_FULL also if only the reserve of the window is left.
 MUST_USE status_t message_send_plain(message_endpoint_t* endpoint, uint16_t to, const uint8_t* octets,
                                      size_t size);
 /// For carriers: a frame has arrived. STATUS_OK: kept, or malformed and counted; STATUS_FULL: beyond the
@@ -134,15 +134,15 @@ MUST_USE status_t message_send_plain(message_endpoint_t* endpoint, uint16_t to, 
 MUST_USE status_t message_deliver(message_endpoint_t* endpoint, const uint8_t* frame, size_t size);
 /// Process everything in the arrived frames except their blocks: credit, SYNC, lives. Sends the answers.
 void message_take_control(message_endpoint_t* endpoint);
-/// The same, then take the block that arrived first. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (dropped);
-/// after the last two the content of `octets` is undefined.
+/// Do the work of message_take_control, then take the block that arrived first. STATUS_OK, STATUS_EMPTY,
+/// STATUS_TOO_LARGE (dropped); after the last two the content of `octets` is undefined.
 MUST_USE status_t message_receive(message_endpoint_t* endpoint, uint16_t* out_from, uint8_t* octets,
                                   size_t capacity, size_t* out_size);
 /// Sender, size and first octets (up to MESSAGE_HEAD_OCTETS) of the block that message_receive_if would take;
 /// the octets are valid until the next call for this endpoint. STATUS_OK, STATUS_EMPTY.
 MUST_USE status_t message_next(message_endpoint_t* endpoint, const message_filter_t* filter,
                                uint16_t* out_from, const uint8_t** out_head, size_t* out_size);
-/// As message_receive, but only from peers that the filter admits. Blocks of other peers wait, and their
+/// Like message_receive, but only from peers that the filter admits. Blocks of other peers wait, and their
 /// credit is not returned.
 MUST_USE status_t message_receive_if(message_endpoint_t* endpoint, const message_filter_t* filter,
                                      uint16_t* out_from, uint8_t* octets, size_t capacity, size_t* out_size);
@@ -158,7 +158,7 @@ MUST_USE status_t message_accept(message_endpoint_t* endpoint, status_t received
 /// Blocks that may be sent to a peer now, as long as their octets fit. If this is not 0, the next block fits,
 /// whatever its size. 0 for an unknown peer.
 uint32_t message_credit(const message_endpoint_t* endpoint, uint16_t peer);
-/// The same without the reserve, for message_send_plain.
+/// Like message_credit, but without the reserve, for message_send_plain.
 uint32_t message_credit_plain(const message_endpoint_t* endpoint, uint16_t peer);
 
 #endif // FSW_FRAMEWORK_MESSAGE_MESSAGE_H

@@ -44,7 +44,7 @@ message_frame_t message_frame_read(const uint8_t header[MESSAGE_HEADER_OCTETS], 
                              .size      = size - MESSAGE_HEADER_OCTETS};
 }
 
-bool message_frame_is_well_made(const uint8_t* const octets, const size_t size, const uint16_t self)
+bool message_frame_is_well_formed(const uint8_t* const octets, const size_t size, const uint16_t self)
 {
     return (size >= MESSAGE_HEADER_OCTETS) && (size <= MESSAGE_FRAME_MAX) &&
            (octets_u16_at(&octets[AT_MAGIC]) == MAGIC) && (octets[AT_VERSION] == VERSION) &&

@@ -48,6 +48,6 @@ static inline uint32_t message_frame_sequence(const uint8_t header[MESSAGE_HEADE
     return octets_u32_at(&header[16]);
 }
 /// False for octets that are not a frame to component `self`.
-bool message_frame_is_well_made(const uint8_t* octets, size_t size, uint16_t self);
+bool message_frame_is_well_formed(const uint8_t* octets, size_t size, uint16_t self);
 
 #endif // FSW_FRAMEWORK_MESSAGE_MESSAGE_FRAME_H

@@ -8,7 +8,7 @@
 
 #define AT_STAMP 0U // In the ring, in place of magic, version and kind, which were checked.
 #define STAMP_OCTETS 4U
-#define AT_DROPPED 6U // In place of the addressee's low octet: 1 where the frame was dropped.
+#define AT_DROPPED 6U // Replaces the low octet of the addressee: 1 if the frame was dropped.
 #define AT_LIFE 8U    // Offset of the sender's life.
 #define KIND_DATA 0U
 
@@ -53,7 +53,7 @@ static message_note_t* next_note(message_inbox_t* const inbox)
     }
     for (uint8_t i = 0U; i < MESSAGE_INBOX_NOTES; i++) {
         message_note_t* const note = &inbox->notes[i];
-        const bool is_due          = note->is_set && ((inbox->judged - note->after) < (UINT32_MAX / 2U));
+        const bool is_due          = note->is_set && ((inbox->checked - note->after) < (UINT32_MAX / 2U));
         if (is_due && ((found == NULL) || ((found->stamp - note->stamp) < (UINT32_MAX / 2U)))) {
             found = note;
         }
@@ -74,12 +74,12 @@ bool message_inbox_next(message_inbox_t* const inbox, uint8_t header[MESSAGE_INB
         *out_size = sizeof note->header;
         return true;
     }
-    if (inbox->judged == inbox->arrived) {
+    if (inbox->checked == inbox->arrived) {
         return false;
     }
     inbox->last  = inbox->place;
     inbox->place = message_ring_look(&inbox->blocks, inbox->place, header, MESSAGE_INBOX_HEADER, out_size);
-    inbox->judged++;
+    inbox->checked++;
     *out_kind = KIND_DATA;
     return true;
 }
@@ -94,7 +94,7 @@ void message_inbox_drop(message_inbox_t* const inbox)
     message_ring_overwrite(&inbox->blocks, inbox->last, mark, sizeof mark);
 }
 
-/// Take the first block of the ring away.
+/// Remove the first block of the ring.
 static void remove_first(message_inbox_t* const inbox)
 {
     uint8_t none          = 0U;
@@ -106,7 +106,7 @@ static void remove_first(message_inbox_t* const inbox)
     if (inbox->place >= gone) {
         inbox->place -= gone;
     } else { // Removed before it was checked.
-        inbox->judged++;
+        inbox->checked++;
     }
 }
 

@@ -33,7 +33,7 @@ typedef struct { // Private. A frame without data.
 typedef struct {           // Private, except `blocks`, to be read.
     message_ring_t blocks; ///< Frames with data, the checked ones first.
     uint32_t arrived;      // Frames with data so far.
-    uint32_t judged;       // Arrived frames that were checked.
+    uint32_t checked;      // Arrived frames that were checked.
     size_t place;          // Position of the next frame to check, from the first octet of the ring.
     size_t last;           // Place of the frame that was checked last.
     uint32_t notes_set;    // Number of notes that are set.
@@ -51,15 +51,15 @@ bool message_inbox_next(message_inbox_t* inbox, uint8_t header[MESSAGE_INBOX_HEA
                         size_t* out_size);
 /// Drop the frame with data that was checked last; the caller does not get it.
 void message_inbox_drop(message_inbox_t* inbox);
-/// Make room: remove the oldest block if it belongs to a life before `life`, checked or not. False if it does
-/// not, or there is none.
+/// Make room: remove the oldest block, checked or not, if it belongs to a life before `life`. False if no
+/// block was removed.
 bool message_inbox_forget(message_inbox_t* inbox, uint32_t life);
 /// Stamp of the oldest block that was checked and not dropped. False if there is none.
 bool message_inbox_oldest(message_inbox_t* inbox, uint32_t* out_stamp);
 /// True if a frame waits to be checked.
-static inline bool message_inbox_has_news(const message_inbox_t* inbox)
+static inline bool message_inbox_has_arrivals(const message_inbox_t* inbox)
 {
-    return (inbox->judged != inbox->arrived) || (inbox->notes_set > 0U);
+    return (inbox->checked != inbox->arrived) || (inbox->notes_set > 0U);
 }
 /// Take the block that message_inbox_oldest has found. STATUS_OK, STATUS_TOO_LARGE (dropped, but `header` is
 /// filled).

@@ -24,19 +24,19 @@ bool message_position_is_sound(const message_position_t* const position)
     }
     return (frames <= MESSAGE_WINDOW) && (octets == position->under_way) &&
            ((position->expected - position->taken) <= MESSAGE_WINDOW) &&
-           ((position->taken - position->told) <= MESSAGE_WINDOW) &&
-           (position->untold <= MESSAGE_WINDOW_OCTETS);
+           ((position->taken - position->acknowledged) <= MESSAGE_WINDOW) &&
+           (position->unacknowledged <= MESSAGE_WINDOW_OCTETS);
 }
 
-/// A peer may have begun another life after the position was noted. If its life was set, that one counts: the
-/// channel to it begins at 0, as message_set_life has left it.
+/// A peer may have begun another life after the position was noted. If message_set_life has set its life,
+/// that life is valid: the channel to it begins at 0.
 static void resume(message_channel_t* const channel, const message_position_t* const position)
 {
-    if (!channel->is_life_said || (channel->position.peer_life == position->peer_life)) {
+    if (!channel->is_life_set || (channel->position.peer_life == position->peer_life)) {
         channel->position = *position;
     }
-    channel->inbox.arrived = channel->inbox.blocks.blocks; // All that waits was judged.
-    channel->inbox.judged  = channel->inbox.arrived;
+    channel->inbox.arrived = channel->inbox.blocks.blocks; // All waiting frames were checked.
+    channel->inbox.checked = channel->inbox.arrived;
     channel->inbox.place   = channel->inbox.blocks.used;
 }
 

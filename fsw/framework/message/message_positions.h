@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Positions of the channels of a message endpoint, as plain numbers. With them the endpoint of a new process
-/// continues the channels of a process that died, in the same life, and no peer notices. Frames that are sent
-/// and received can be kept for it.
+/// continues the channels of a process that died, in the same life, and no peer notices. The caller can keep
+/// the frames that are sent and received for that process.
 ///
 /// Ownership  The caller places positions.
 /// Context    As the endpoint.
@@ -36,7 +36,7 @@ void message_divert(message_endpoint_t* endpoint, message_carrier_t outlet);
 /// missing.
 MUST_USE status_t message_forward(message_endpoint_t* endpoint, uint16_t to, const uint8_t* frame,
                                   size_t size);
-/// Show each frame that arrives from now on.
+/// Call `arrival` with each frame that arrives from now on.
 void message_watch(message_endpoint_t* endpoint, message_arrival_t arrival);
 
 #endif // FSW_FRAMEWORK_MESSAGE_MESSAGE_POSITIONS_H

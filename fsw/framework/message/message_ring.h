@@ -28,13 +28,14 @@ typedef struct { // All fields are private, except the counters.
 void message_ring_init(message_ring_t* ring, uint8_t* storage, size_t capacity);
 /// Append a block of 0..65535 octets. STATUS_OK, STATUS_FULL (counted).
 MUST_USE status_t message_ring_put(message_ring_t* ring, const uint8_t* octets, size_t size);
-/// The same with a block in two parts; a part of size 0 may be null.
+/// Like message_ring_put, with a block in two parts; a part of size 0 may be null.
 MUST_USE status_t message_ring_put_parts(message_ring_t* ring, const uint8_t* head, size_t head_size,
                                          const uint8_t* octets, size_t size);
 /// Take the oldest block. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (it does not fit `capacity`; dropped).
 MUST_USE status_t message_ring_take(message_ring_t* ring, uint8_t* octets, size_t capacity, size_t* out_size);
-/// The same in two parts: the first `head_size` octets of the block, or all it has, go to `head`, the rest to
-/// `octets`. *out_size counts both; it and the head are set also if the rest does not fit.
+/// Like message_ring_take, in two parts: the first `head_size` octets of the block, or all that it has, go to
+/// `head`, the rest to `octets`. *out_size counts both; it and the head are set also if the rest does not
+/// fit.
 MUST_USE status_t message_ring_take_parts(message_ring_t* ring, uint8_t* head, size_t head_size,
                                           uint8_t* octets, size_t capacity, size_t* out_size);
 /// Copy the beginning of the oldest block, `capacity` octets at most, and leave it where it is; *out_size is
@@ -53,7 +54,7 @@ void message_ring_overwrite(message_ring_t* ring, size_t place, const uint8_t* o
 size_t message_ring_copy(const message_ring_t* ring, uint8_t* octets, size_t capacity);
 /// Append the blocks of such a sequence. A block that is cut or has no room is refused (counted).
 void message_ring_refill(message_ring_t* ring, const uint8_t* octets, size_t size);
-/// Octets a block may have to be taken now.
+/// Size of the largest block that message_ring_put would take now.
 size_t message_ring_room(const message_ring_t* ring);
 
 #endif // FSW_FRAMEWORK_MESSAGE_MESSAGE_RING_H

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-#define LENGTH_OCTETS sizeof(uint32_t) // As message_ring.c writes it before each block.
+#define LENGTH_OCTETS sizeof(uint32_t) // Size field that message_ring.c writes before each block.
 #define BLOCK_MAX 65535U
 
 void message_ring_refill(message_ring_t* const ring, const uint8_t* const octets, const size_t size)

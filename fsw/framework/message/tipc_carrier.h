@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Carrier of message frames over TIPC: one datagram a frame, one socket a component, each addressed by the
-/// name {mission instance, component}, independent of its node.
+/// name {mission instance, component}, independent of its on-board computer.
 ///
 /// A returned frame was never taken: it is counted, and the sequence numbers show its receiver the loss. The
 /// kernel's topology service reports names that disappear and appear: when the name of a peer appears again,
@@ -34,7 +34,7 @@ typedef struct { // Private, except the counters.
     message_delivery_notice_t notice;
     uint32_t other_senders; ///< Datagrams of a socket that is no peer's, dropped.
     uint32_t returned;      ///< Returned frames: no room at the receiver, or no receiver.
-    uint32_t withdrawn;     ///< Times a peer's name went away.
+    uint32_t withdrawn;     ///< Times that the name of a peer disappeared.
 } message_tipc_carrier_t;
 
 /// `type`: service type of the mission instance. `watch` of that type (osal_tipc_watch_open), or null: no

@@ -18,8 +18,8 @@ typedef union { // Any one scalar, aligned for all of them.
 
 static void lock(parameter_dictionary_t* const dictionary)
 {
-    // STATUS_CLOSED means that the last holder died inside; the mutex lies in this process, so it died with
-    // us.
+    // STATUS_CLOSED, the death of a holder, cannot occur: the mutex belongs to this process, so a holder dies
+    // with it.
     (void)osal_mutex_lock(&dictionary->mutex);
 }
 
@@ -230,7 +230,7 @@ static status_t take_scalar(const parameter_entry_t* const entry, const uint16_t
     return STATUS_OK;
 }
 
-/// Values of one field from text, stored only if `is_for_real`; without text they are zero.
+/// Read the values of one field from text and store them only if `is_for_real`; without text they are zero.
 static status_t take_text(const parameter_entry_t* const entry, const uint16_t index, const char* text,
                           const bool is_for_real)
 {
@@ -312,7 +312,8 @@ status_t parameter_read(parameter_dictionary_t* const dictionary, const uint32_t
 }
 
 #ifdef THREAD_CHECKS
-/// Where the thread sanitizer looks for values that change without the lock, every reader takes it.
+/// In a build with the thread sanitizer every reader takes the lock: the sanitizer would report the values
+/// that change while they are read without it.
 static bool read_unlocked(const parameter_dictionary_t* const dictionary,
                           const parameter_entry_t* const entry, octet_writer_t* const writer)
 {

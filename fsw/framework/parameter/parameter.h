@@ -113,7 +113,8 @@ MUST_USE status_t parameter_set_initial(parameter_dictionary_t* dictionary, uint
 /// Append the complete parameter to the writer. STATUS_OK; STATUS_NOT_FOUND; STATUS_TOO_LARGE (nothing is
 /// written, and `failed` of the writer is not set).
 MUST_USE status_t parameter_read(parameter_dictionary_t* dictionary, uint32_t id, octet_writer_t* writer);
-/// The same for an entry found before, as housekeeping does in each cycle. STATUS_OK, STATUS_TOO_LARGE.
+/// Like parameter_read, for an entry found before, as housekeeping does in each cycle. STATUS_OK,
+/// STATUS_TOO_LARGE.
 MUST_USE status_t parameter_read_entry(parameter_dictionary_t* dictionary, const parameter_entry_t* entry,
                                        octet_writer_t* writer);
 

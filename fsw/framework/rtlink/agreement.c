@@ -33,7 +33,8 @@ rtlink_verdict_t rtlink_negotiate(const rtlink_terms_t* const producer, const rt
         return RTLINK_REFUSED_ORDER;
     }
     if ((producer->period_us == 0U) || (consumer->period_us == 0U) ||
-        ((consumer->period_us % producer->period_us) != 0U)) {
+        (((consumer->period_us % producer->period_us) != 0U) &&
+         ((producer->period_us % consumer->period_us) != 0U))) {
         return RTLINK_REFUSED_PERIOD;
     }
     const uint8_t known  = (uint8_t)((1U << (unsigned)RTLINK_METHOD_COUNT) - 1U);
@@ -41,7 +42,8 @@ rtlink_verdict_t rtlink_negotiate(const rtlink_terms_t* const producer, const rt
     if (common == 0U) {
         return RTLINK_REFUSED_METHOD;
     }
-    out_agreed->methods    = lowest_bit(common);
-    out_agreed->decimation = consumer->period_us / producer->period_us;
+    out_agreed->methods = lowest_bit(common);
+    out_agreed->decimation =
+        (consumer->period_us > producer->period_us) ? (consumer->period_us / producer->period_us) : 1U;
     return RTLINK_ACCEPTED;
 }

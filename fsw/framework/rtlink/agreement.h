@@ -39,16 +39,17 @@ typedef struct {            // Terms that one end offers or wants and, after neg
     uint8_t order;          ///< rtlink_order_t.
     uint32_t period_us;     ///< Sampling period [us], >= 1.
     uint8_t methods;        ///< Offer: bit set of 1 << rtlink_method_t. Agreement: exactly one bit.
-    uint32_t
-        decimation; ///< Agreement: consumer's period over producer's, >= 1. Offer: not used. Not on the wire.
-    uint32_t max_age_us; ///< Age beyond which a sample is stale [us]; consumer decides.
+    uint32_t decimation;    ///< Agreement: samples in a period of the consumer, >= 1. Not on the wire.
+    uint32_t max_age_us;    ///< Age beyond which a sample is stale [us]; consumer decides.
 } rtlink_terms_t;
 
 /// Byte order of this machine.
 rtlink_order_t rtlink_native_order(void);
-/// Agree on the terms of a link. Layouts must be equal; the byte order is the producer's; the consumer's
-/// period must be an integer multiple of the producer's (decimation); the method is the lowest common bit.
-/// RTLINK_ACCEPTED with *out_agreed, else the reason, and *out_agreed contains acceptable terms.
+/// Agree on the terms of a link. Layouts must be equal; the byte order is the producer's; one of the periods
+/// must be an integer multiple of the other: a slower consumer reads every n-th sample (decimation), a faster
+/// one each sample several times; the method is the lowest common bit.
+/// Returns RTLINK_ACCEPTED and the agreed terms, or the reason of the refusal and terms that would be
+/// accepted.
 rtlink_verdict_t rtlink_negotiate(const rtlink_terms_t* producer, const rtlink_terms_t* consumer,
                                   rtlink_terms_t* out_agreed);
 

@@ -176,20 +176,53 @@ status_t rtlink_consumer_open(rtlink_consumer_t* const consumer, const rtlink_re
         consumer->slot    = consumer->is_open ? osal_shm_address(&consumer->shm) : NULL;
         return (status == STATUS_INVALID) ? STATUS_NOT_FOUND : status;
     }
-    consumer->is_open = comes_by_datagram(agreed);
-    return consumer->is_open ? STATUS_OK : STATUS_NOT_FOUND;
+    if (!comes_by_datagram(agreed)) {
+        return STATUS_NOT_FOUND;
+    }
+    const status_t status = (resolver->play_out != NULL)
+                                ? resolver->play_out(resolver->context, link, &consumer->play_out)
+                                : STATUS_OK;
+    if (consumer->play_out != NULL) {
+        rtlink_play_out_clear(consumer->play_out, agreed->layout_octets);
+    }
+    consumer->is_open = (status == STATUS_OK);
+    return status;
 }
 
-/// Samples missed by a step of `ahead` in the sequence: of those the decimation lets through, so that a
-/// reader that comes a little early or late misses none.
-static uint32_t missing(const uint32_t ahead, const uint32_t decimation)
+/// Samples missed by a step of `ahead` in the sequence. Only those that the decimation selects are counted,
+/// so that a reader that runs a little early or late misses none.
+static uint32_t missed_samples(const uint32_t ahead, const uint32_t decimation)
 {
     const uint32_t passed = (decimation > 1U) ? (ahead / decimation) : ahead;
     return (passed > 0U) ? (passed - 1U) : 0U;
 }
 
-/// Take a sample over if it belongs to this opening of the link and is newer than the last. `decoded` tells
-/// whether its header and checksum are in order.
+/// A repeated or overtaken sample.
+static bool is_old(const rtlink_consumer_t* const consumer, const uint32_t sequence)
+{
+    const uint32_t ahead = sequence - consumer->sequence;
+    return consumer->has_sample && ((ahead == 0U) || (ahead > (UINT32_MAX / 2U)));
+}
+
+/// The reader has this sample from now on.
+static void take_sample(rtlink_consumer_t* const consumer, const rtlink_frame_header_t* const header,
+                        const uint8_t* const payload)
+{
+    if (consumer->has_sample) {
+        consumer->counters.lost +=
+            missed_samples(header->sequence - consumer->sequence, consumer->terms.decimation);
+    }
+    (void)memcpy(consumer->payload, payload, consumer->terms.layout_octets);
+    consumer->has_sample             = true;
+    consumer->sequence               = header->sequence;
+    consumer->peer_state             = header->producer_state;
+    consumer->sample_time_ns         = header->time_ns;
+    consumer->counters.last_sequence = header->sequence;
+    consumer->counters.frames++;
+}
+
+/// Accept a sample if it belongs to this opening of the link and is newer than the last. `decoded` is the
+/// status of its decoding: header and checksum.
 static status_t accept(rtlink_consumer_t* const consumer, const status_t decoded,
                        const rtlink_frame_header_t* const header, const uint8_t* const payload)
 {
@@ -199,21 +232,29 @@ static status_t accept(rtlink_consumer_t* const consumer, const status_t decoded
         consumer->counters.refused++;
         return STATUS_INVALID;
     }
-    if (consumer->has_sample) {
-        const uint32_t ahead = header->sequence - consumer->sequence;
-        if ((ahead == 0U) || (ahead > (UINT32_MAX / 2U))) {
-            return STATUS_OK; // The same again, or overtaken.
-        }
-        consumer->counters.lost += missing(ahead, consumer->terms.decimation);
+    if (is_old(consumer, header->sequence)) {
+        return STATUS_OK;
     }
-    (void)memcpy(consumer->payload, payload, consumer->terms.layout_octets);
-    consumer->has_sample             = true;
-    consumer->sequence               = header->sequence;
-    consumer->peer_state             = header->producer_state;
-    consumer->sample_time_ns         = header->time_ns;
-    consumer->counters.last_sequence = header->sequence;
-    consumer->counters.frames++;
+    if (consumer->play_out != NULL) {
+        rtlink_play_out_put(consumer->play_out, header, payload);
+    } else {
+        take_sample(consumer, header, payload);
+    }
     return STATUS_OK;
+}
+
+/// Play the samples that are due, in the order of their sequence numbers, so that each missing sample is
+/// counted once. The time stamps of a faulty producer may contradict its sequence: a sample older than one
+/// that was played is dropped.
+static void take_played_out(rtlink_consumer_t* const consumer, const uint64_t now_ns)
+{
+    rtlink_frame_header_t header = {0};
+    const uint8_t* payload       = NULL;
+    while (rtlink_play_out_take(consumer->play_out, now_ns, &header, &payload)) {
+        if (!is_old(consumer, header.sequence)) {
+            take_sample(consumer, &header, payload);
+        }
+    }
 }
 
 /// One attempt to copy the slot whole. *guard is the guard of the previous copy; an unchanged slot is not
@@ -266,11 +307,14 @@ status_t rtlink_consumer_read(rtlink_consumer_t* const consumer, const uint64_t 
     if (consumer->slot != NULL) {
         take_from_slot(consumer);
     }
+    if (consumer->play_out != NULL) {
+        take_played_out(consumer, now_ns);
+    }
     if (!consumer->has_sample) {
         return STATUS_EMPTY;
     }
     const uint64_t age_ns = (now_ns > consumer->sample_time_ns) ? (now_ns - consumer->sample_time_ns) : 0U;
-    if (age_ns > ((uint64_t)consumer->terms.max_age_us * 1000U)) {
+    if (age_ns > (rtlink_consumer_patience_us(consumer) * 1000U)) {
         consumer->counters.late++;
         return STATUS_STALE;
     }
@@ -293,6 +337,19 @@ status_t rtlink_consumer_deliver(rtlink_consumer_t* const consumer, const uint8_
     const status_t status =
         rtlink_frame_decode(frame, size, consumer->terms.layout_octets, true, &header, &payload);
     return accept(consumer, status, &header, payload);
+}
+
+uint64_t rtlink_consumer_patience_us(const rtlink_consumer_t* const consumer)
+{
+    FSW_ASSERT(consumer != NULL);
+    const rtlink_play_out_t* const play_out = consumer->play_out;
+    if (play_out == NULL) {
+        return consumer->terms.max_age_us;
+    }
+    const uint64_t budgets_us = (uint64_t)RTLINK_PLAY_OUT_BUDGETS * play_out->budget_us;
+    const uint64_t agreed_us  = consumer->terms.max_age_us;
+    return (uint64_t)play_out->delay_us + play_out->budget_us +
+           ((budgets_us > agreed_us) ? budgets_us : agreed_us);
 }
 
 void rtlink_consumer_close(rtlink_consumer_t* const consumer)

@@ -2,6 +2,8 @@
 /// Data plane of one real-time link: one producer; a reader gets the complete latest sample, which is stale
 /// above an age.
 ///
+/// The reader of a link of datagrams may have a play-out buffer, which makes the delay constant (play_out.h).
+///
 /// Shared memory: a sequence lock around one frame; any number of readers, wait-free for the writer. UDP and
 /// TIPC: the program pumps datagrams into rtlink_consumer_deliver. Frames of an old producer are refused by
 /// their epoch; sequence numbers show losses. A consumer whose period is a multiple of the producer's sees
@@ -17,6 +19,7 @@
 #include "base/status.h"
 #include "fsw/framework/rtlink/agreement.h"
 #include "fsw/framework/rtlink/link_frame.h"
+#include "fsw/framework/rtlink/play_out.h"
 #include "osal/include/osal/shm.h"
 #include "osal/include/osal/socket.h"
 #include "osal/include/osal/tipc.h"
@@ -46,17 +49,20 @@ typedef struct {
     /// Called after each frame of that epoch sent by UDP or TIPC, so the program can announce it to the
     /// scheduler. May be null.
     void (*delivered)(void* context, uint16_t link, uint32_t epoch);
-    /// As udp_route, over TIPC. May be null: there is none.
+    /// Like udp_route, over TIPC. May be null: there is no route over TIPC.
     bool (*tipc_route)(void* context, uint16_t link, osal_socket_t** out_socket,
                        osal_tipc_name_t* out_consumer);
     /// Methods by which the partner of a port can be reached over a link, or any of its partners (link 0):
     /// bit set of 1 << rtlink_method_t. May be null: all.
     uint8_t (*methods)(void* context, uint16_t port, uint16_t link);
+    /// Play-out buffer for the consumer of a link of datagrams; null: its samples are read as they arrive.
+    /// STATUS_OK, STATUS_EXHAUSTED (it needs one, and there is none). May be null: no link needs one.
+    status_t (*play_out)(void* context, uint16_t link, rtlink_play_out_t** out_buffer);
 } rtlink_resolver_t;
 
 typedef struct {
     uint32_t frames;  ///< Sent, or received and used.
-    uint32_t lost;    ///< Missing in the sequence, of those that the decimation selects.
+    uint32_t lost;    ///< Missing in the sequence, of those that the decimation selects, when they were due.
     uint32_t late;    ///< Read when older than allowed [reads].
     uint32_t torn;    ///< Reads that failed because the writer was always busy.
     uint32_t refused; ///< Frames of another epoch, link or layout, or with a wrong CRC.
@@ -85,8 +91,9 @@ typedef struct { // Private, except counters, peer_state and sample_time_ns.
     bool is_open;
     bool has_sample;
     osal_shm_t shm;
-    struct link_slot* slot; // In the shared memory; null: its samples arrive as datagrams.
-    uint32_t guard;         // Value of the guard when the last sample was read.
+    struct link_slot* slot;      // In the shared memory; null: its samples arrive as datagrams.
+    rtlink_play_out_t* play_out; // Null: none.
+    uint32_t guard;              // Value of the guard when the last sample was read.
     uint32_t sequence;
     uint8_t peer_state;      ///< State number of the producer in its last frame.
     uint64_t sample_time_ns; ///< Time of the last sample [ns of the run].
@@ -106,7 +113,7 @@ status_t rtlink_producer_write(rtlink_producer_t* producer, uint8_t state, uint6
 void rtlink_producer_close(rtlink_producer_t* producer);
 
 /// STATUS_OK, STATUS_NOT_FOUND (nothing to open, or a method that is not in this build), STATUS_DENIED,
-/// STATUS_IO.
+/// STATUS_IO, STATUS_EXHAUSTED (no play-out buffer).
 MUST_USE status_t rtlink_consumer_open(rtlink_consumer_t* consumer, const rtlink_resolver_t* resolver,
                                        uint16_t link, const rtlink_terms_t* agreed, uint32_t epoch);
 /// Read the newest sample. STATUS_OK (sample in payload, not stale), STATUS_EMPTY (none yet), STATUS_STALE,
@@ -114,6 +121,8 @@ MUST_USE status_t rtlink_consumer_open(rtlink_consumer_t* consumer, const rtlink
 status_t rtlink_consumer_read(rtlink_consumer_t* consumer, uint64_t now_ns);
 /// A datagram for this link has arrived. STATUS_OK, STATUS_INVALID (refused and counted), STATUS_CLOSED.
 status_t rtlink_consumer_deliver(rtlink_consumer_t* consumer, const uint8_t* frame, size_t size);
+/// Age beyond which a sample of an open link is stale [us].
+uint64_t rtlink_consumer_patience_us(const rtlink_consumer_t* consumer);
 void rtlink_consumer_close(rtlink_consumer_t* consumer);
 
 #endif // FSW_FRAMEWORK_RTLINK_LINK_CHANNEL_H

@@ -15,7 +15,7 @@
 #include <stdint.h>
 
 #define LINK_FRAME_HEADER_OCTETS 24U
-#define LINK_FRAME_HEADER_WORDS 3U ///< The same as numbers of 64 bits.
+#define LINK_FRAME_HEADER_WORDS 3U ///< Size of the header in 64-bit words.
 #define LINK_FRAME_CRC_OCTETS 4U
 #define LINK_FRAME_MAX (LINK_FRAME_HEADER_OCTETS + RTLINK_PAYLOAD_MAX + LINK_FRAME_CRC_OCTETS)
 
@@ -27,7 +27,7 @@ typedef struct {
     uint64_t time_ns;
 } rtlink_frame_header_t;
 
-/// The header as numbers, for memory that both sides share: nothing of it depends on the order of octets.
+/// Write the header as numbers, for memory that both sides share: no value depends on the byte order.
 void rtlink_frame_pack(const rtlink_frame_header_t* header, uint64_t out_words[LINK_FRAME_HEADER_WORDS]);
 /// STATUS_OK, STATUS_INVALID (magic, version or flags).
 MUST_USE status_t rtlink_frame_unpack(const uint64_t words[LINK_FRAME_HEADER_WORDS],

@@ -82,7 +82,7 @@ static bool is_authentic(sdls_receiver_t* const self, sdls_session_t* const sess
     return is_right;
 }
 
-/// Whether this is the one number that is next on this connection.
+/// True if the frame has the number that is next on this connection.
 static bool is_next(const sdls_receiver_t* const self, const sdls_session_t* const session,
                     const uint8_t* const octets)
 {
@@ -99,7 +99,7 @@ static bool is_next(const sdls_receiver_t* const self, const sdls_session_t* con
 static bool is_part_expected(const sdls_session_t* const session, const uint8_t part)
 {
     const bool is_first = (part == PART_FIRST) || (part == PART_WHOLE);
-    const bool is_more  = (part == PART_MIDDLE) || (part == PART_LAST); // Else of another MAP.
+    const bool is_more  = (part == PART_MIDDLE) || (part == PART_LAST); // Otherwise it is of another MAP.
     return (session->held == 0U) ? is_first : is_more;
 }
 
@@ -113,7 +113,7 @@ static status_t refuse(sdls_receiver_t* const self, const sdls_refusal_t reason)
     return statuses[reason];
 }
 
-/// The first frame of a session: from now on no other session of this number is accepted.
+/// Handle the first frame of a session: from now on no other session of this number is accepted.
 static bool bind_session(sdls_receiver_t* const self, sdls_session_t* const session, const uint32_t number)
 {
     if (session->is_bound) {

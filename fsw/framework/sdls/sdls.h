@@ -45,7 +45,7 @@ typedef enum {
 
 typedef struct { // Private, except the counters.
     struct gcm_aes256_ctx cipher;
-    bool is_open; // Else every frame is refused.
+    bool is_open; // False: every frame is refused.
     sdls_session_mark_t mark;
     uint32_t accepted;               ///< Frames [wraps].
     uint32_t refused[SDLS_REFUSALS]; ///< Frames, by reason [wraps].
@@ -57,7 +57,7 @@ typedef struct { // Private: one connection.
     uint32_t next;    // Count of the next frame.
     bool is_spent;    // The last count was used.
     size_t held;      // Octets of the packet so far.
-    size_t candidate; // Octets of the frame that is shown but not taken.
+    size_t candidate; // Octets of the frame that sdls_look returned and that is not accepted yet.
     bool is_last;     // It ends the packet.
     uint8_t packet[SDLS_PACKET_MAX];
 } sdls_session_t;
@@ -74,7 +74,7 @@ void sdls_close(sdls_receiver_t* receiver);
 /// STATUS_OK; STATUS_INVALID, STATUS_FULL, STATUS_IO as sdls_session_mark_open: it stays closed.
 MUST_USE status_t sdls_open(sdls_receiver_t* receiver, const uint8_t key[SDLS_KEY_OCTETS],
                             const medium_t* medium);
-/// A new connection.
+/// Begin a new connection.
 void sdls_begin(sdls_session_t* session);
 /// Check the frame at the start of `octets`. STATUS_OK: it is authentic and the next one; call sdls_accept to
 /// accept it, or check the same octets again later. STATUS_TRUNCATED: it is incomplete. Refused and counted:

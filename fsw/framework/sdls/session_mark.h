@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The highest session number that was ever accepted under one key, on a medium that outlives a power cut.
+/// The highest session number that was ever accepted under one key, on a medium that survives a power cut.
 ///
 /// The medium holds the record twice: a write torn by a power cut destroys at most one copy, and if one copy
 /// is damaged later the other remains. The number never decreases: a session is valid only after both copies
 /// are on the disk, and if no copy can be read the mark is not opened. The program that makes a key also
-/// makes its mark, with session 0; an empty medium is a lost mark.
+/// makes its mark, with session 0; an empty medium means that the mark was lost.
 ///
 ///     copy at octet 0 and at octet 512: "SDLS" | version 1 | 3 zeros | session (4) | check of the key (8) |
 ///                                       8 zeros | CRC-32 (4); big-endian
@@ -17,7 +17,7 @@
 #include "base/medium.h"
 
 #define SESSION_MARK_RECORD 32U ///< Octets of a copy.
-#define SESSION_MARK_APART 512U ///< From one copy to the other: they share no sector.
+#define SESSION_MARK_APART 512U ///< Distance of the copies [octets]: they share no sector.
 #define SESSION_MARK_CHECK 8U   ///< Octets that distinguish keys.
 
 typedef struct { // Private, except `session`.

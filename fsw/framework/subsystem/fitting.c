@@ -74,11 +74,34 @@ static bool housekeeping_fits(const subsystem_descriptor_t* const descriptor,
     return fits;
 }
 
+/// True if all devices are on CAN or the subsystem has none: for a subsystem that does not check its devices
+/// itself.
+static bool devices_fit(const subsystem_descriptor_t* const descriptor,
+                        const subsystem_callbacks_t* const callbacks, subsystem_misfit_t* const out_misfit)
+{
+    for (uint16_t i = 0U; i < descriptor->device_count; i++) {
+        const descriptor_device_t* const device = &descriptor->devices[i];
+        if (callbacks->sense == NULL) {
+            return refuse(out_misfit, device->line, "<Device>: expected none, this subsystem has no devices");
+        }
+        if (device->endnode_count == 0U) {
+            return refuse(out_misfit, device->line, "<Device> has no <Endnode type=\"CAN\">");
+        }
+        const descriptor_endnode_t* const endnode = &descriptor->endnodes[device->first_endnode];
+        if (endnode->type != DESCRIPTOR_ENDNODE_CAN) {
+            return refuse(out_misfit, endnode->line,
+                          "type of <Endnode>: expected CAN, by which this subsystem reaches its devices");
+        }
+    }
+    return true;
+}
+
 bool subsystem_fits(const subsystem_descriptor_t* const descriptor,
                     const subsystem_callbacks_t* const callbacks, subsystem_misfit_t* const out_misfit)
 {
     FSW_ASSERT((descriptor != NULL) && (callbacks != NULL) && (out_misfit != NULL));
     return services_fit(descriptor, callbacks, out_misfit) && functions_fit(descriptor, out_misfit) &&
            housekeeping_fits(descriptor, out_misfit) &&
-           ((callbacks->fits == NULL) || callbacks->fits(descriptor, out_misfit));
+           ((callbacks->fits == NULL) ? devices_fit(descriptor, callbacks, out_misfit)
+                                      : callbacks->fits(descriptor, out_misfit));
 }

@@ -35,8 +35,8 @@ static uint8_t* parameter_at(const subsystem_t* const subsystem, const uint32_t 
     return NULL;
 }
 
-/// Copy from parameters, or into them if `from` is given. Between two of them is only padding, which an
-/// access may not touch.
+/// Copy from parameters, or into them if `from` is given. An access that includes padding between two
+/// parameters is refused.
 static status_t copy_parameters(subsystem_t* const subsystem, const uint32_t address,
                                 const uint8_t* const from, uint8_t* const into, const size_t size)
 {
@@ -157,7 +157,8 @@ static void define_parameters(subsystem_t* const subsystem, memory_service_t* co
                                                             .persistence  = subsystem_persistence(subsystem),
                                                             .guard        = &subsystem->loop_guard};
     pus_parameter_definitions_init(&service->definitions, &definitions);
-    pus_parameters_define(&subsystem->parameters, &service->definitions);
+    const pus_parameter_definer_t definer = pus_parameter_definitions_definer(&service->definitions);
+    pus_parameters_define(&subsystem->parameters, &definer);
 }
 
 void subsystem_memory_service_add(subsystem_t* const subsystem, memory_service_t* const service,

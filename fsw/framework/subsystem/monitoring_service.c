@@ -24,9 +24,9 @@ static void raise_event(void* const context, const uint16_t event_id, const uint
 {
     subsystem_t* const subsystem          = context;
     const descriptor_event_t* const event = descriptor_find_event(subsystem->descriptor, event_id);
-    const bool is_theirs                  = (event != NULL) && (event->octets == size);
+    const bool is_own_data                = (event != NULL) && (event->octets == size);
     (void)now_ns; // The component's own time.
-    (void)subsystem_raise(subsystem, event_id, is_theirs ? auxiliary : NULL, is_theirs ? size : 0U);
+    (void)subsystem_raise(subsystem, event_id, is_own_data ? auxiliary : NULL, is_own_data ? size : 0U);
 }
 
 static status_t restore(void* const self, const uint32_t key, const uint8_t* const octets, const size_t size)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[12] of a subsystem (`<Service type="12" capacity="64" functional="8"/>` of its descriptor): monitoring
-/// of its own scalar parameters, or those that its callback `watched` gives, raising its own events. Capacity
-/// counts parameter monitoring definitions, functional the functional ones. The
+/// of its own scalar parameters, or of those that its callback `watched` gives; it raises its own events.
+/// `capacity` is the number of parameter monitoring definitions, `functional` that of functional ones. The
 /// auxiliary data of a raised event is that of pus/st12/st12_monitoring.h, or parameters that the event
 /// definition samples, or nothing; a monitor may not name an event with other values.
 ///

@@ -15,8 +15,9 @@
 
 #include "fsw/framework/subsystem/subsystem_core.h"
 
-/// Put a service into the component's list, during subsystem_init. `restore` takes back one record that the
-/// service has put (table = its type); null: it keeps none. At most SUBSYSTEM_OPTIONAL_SERVICES.
+/// Put a service into the component's list, during subsystem_init. `restore` restores one record that the
+/// service has put (table = its type); null: the service keeps no records. At most
+/// SUBSYSTEM_OPTIONAL_SERVICES.
 void subsystem_add_service(subsystem_t* subsystem, const pus_service_t* service, subsystem_restore_t restore);
 /// The port to the component's parameters; a parameter is known from SOFTWARE_INIT to SOFTWARE_DEINIT.
 pus_parameter_port_t subsystem_parameter_port(subsystem_t* subsystem);

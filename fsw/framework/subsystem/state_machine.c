@@ -21,7 +21,7 @@ typedef enum {
     BUSY,
     DONE,          ///< Already in that state.
     GO,            ///< Go towards it, one transition after the other.
-    GO_CONFIGURED, ///< The same as GO, if a configuration is applied.
+    GO_CONFIGURED, ///< GO if a configuration is applied, otherwise NO.
     UNDO,          ///< Turn back: the de-init states down to OFFLINE.
     RETARGET       ///< On the way down already: end in OFFLINE.
 } verdict_t;
@@ -83,7 +83,7 @@ typedef enum {
     TURN_BACK,  ///< Undo what was initialised, down to OFFLINE.
     TO_ERROR,   ///< ERROR_OPERATIONAL at once.
     TO_SAFE,    ///< SAFE_OPERATIONAL.
-    TO_OFFLINE, ///< The same as a request for OFFLINE.
+    TO_OFFLINE, ///< Like a request for OFFLINE.
     END_OFFLINE ///< On the way down already: end in OFFLINE.
 } reaction_t;
 
@@ -161,7 +161,7 @@ static void advance(state_machine_t* const machine)
 /// Abort the present transition and start one to another target.
 static void set_off(state_machine_t* const machine, const state_t target, const state_cause_t cause)
 {
-    machine->is_superseded  = (machine->action != ACTION_NONE); // At rest the target is reached.
+    machine->is_superseded  = (machine->action != ACTION_NONE); // At rest there is no request to supersede.
     machine->target         = target;
     machine->cause          = cause;
     machine->has_failed     = false;

@@ -2,7 +2,7 @@
 /// The ten-state machine that every subsystem obeys, as one table of data (docs/states.md; paper figure 4).
 ///
 /// Pure: no time, no messages, no device. The generic subsystem feeds requests, events and the outcomes of
-/// entry actions, and carries out the action that the machine names. The state it reports is the true one.
+/// entry actions, and carries out the action that the machine names. It always reports its actual state.
 ///
 /// Ownership  The caller places state_machine_t.
 /// Context    One task.
@@ -68,7 +68,7 @@ typedef enum { // Next action of the generic subsystem.
 typedef enum {
     EVENT_OWN_HIGH = 0,   ///< A high-severity error of its own.
     EVENT_NETWORK_FAILED, ///< A member of its real-time network failed.
-    EVENT_MEDIUM_ORDER,   ///< Medium severity: order of the supervisor, or by itself after 4 cycles.
+    EVENT_MEDIUM_ORDER,   ///< Medium severity: the supervisor's order, or 4 cycles without one.
     EVENT_SUPERVISOR_LOST,
     EVENT_SHUTDOWN, ///< Request for OFFLINE that overrides a network member in OPERATIONAL.
     STATE_EVENT_COUNT
@@ -110,8 +110,8 @@ typedef struct { // Read-only outside; changed by the functions below.
     uint8_t transition_count;
 } state_machine_t;
 
-/// OFFLINE, at rest; or OFFLINE / PHASE_INVALID if the descriptor was refused (nothing but requests for 0 is
-/// accepted).
+/// Begin in OFFLINE, at rest; or in OFFLINE / PHASE_INVALID if the descriptor was refused (nothing but
+/// requests for 0 is accepted).
 void subsystem_state_machine_init(state_machine_t* machine, bool is_descriptor_valid);
 /// A valid descriptor replaces the refused one: OFFLINE / PHASE_INVALID becomes stable.
 void subsystem_state_machine_validate(state_machine_t* machine);
@@ -121,7 +121,7 @@ state_answer_t subsystem_state_machine_request(state_machine_t* machine, state_t
 state_answer_t subsystem_state_machine_verdict(const state_machine_t* machine, state_t target);
 /// Ask for (re)configuration in PRE_OPERATIONAL. ANSWER_STARTED, ANSWER_BUSY, ANSWER_NO.
 state_answer_t subsystem_state_machine_configure(state_machine_t* machine);
-/// An event of the second table. Returns true if it changed anything.
+/// Process an event of the table "Events" (docs/states.md). Returns true if it changed anything.
 bool subsystem_state_machine_event(state_machine_t* machine, state_event_t event, state_cause_t cause);
 /// The running action has ended. The next action, if any, is in machine->action.
 void subsystem_state_machine_outcome(state_machine_t* machine, state_outcome_t outcome);

@@ -11,7 +11,8 @@ static status_t restore(void* const self, const uint32_t key, const uint8_t* con
     return pus_statistics_restore(self, key, octets, size);
 }
 
-/// The component's cycles are longer or shorter by configuration; an interval of time is not.
+/// The period of a cycle depends on the configuration, so sampling intervals are counted in time, not in
+/// cycles.
 static void step(void* const self, const uint64_t now_ns, const uint32_t cycle)
 {
     (void)cycle;

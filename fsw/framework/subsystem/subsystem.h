@@ -91,7 +91,8 @@ typedef struct {
     /// be null.
     void (*release)(void* self);
     /// True if the subsystem can drive the devices of a descriptor; else *out_misfit says what it cannot do.
-    /// Null: every descriptor is accepted. Called before the subsystem is set up.
+    /// Null: it can drive devices on CAN, if it has the callback sense. Called before the subsystem is set
+    /// up.
     bool (*fits)(const subsystem_descriptor_t* descriptor, subsystem_misfit_t* out_misfit);
 } subsystem_callbacks_t;
 
@@ -114,32 +115,34 @@ parameter_dictionary_t* subsystem_dictionary(subsystem_t* subsystem);
 /// Publish one parameter in software_init. Statuses of parameter_publish.
 MUST_USE status_t subsystem_publish(subsystem_t* subsystem, const parameter_definition_t* definition,
                                     void* storage);
-/// Publish all parameters of the generated header: its definitions and places, and where its storage is.
+/// Publish all parameters of the generated header: `definitions` and `places` are its tables, `storage` is
+/// the structure of all parameters.
 MUST_USE status_t subsystem_publish_all(subsystem_t* subsystem, const parameter_definition_t* definitions,
                                         const size_t* places, size_t count, void* storage);
 
 /// Raise an event of the descriptor with auxiliary octets (big-endian, as its ParamRefs say). With none
-/// given, the parameters that the event names are sampled now. HIGH takes the subsystem to ERROR_OPERATIONAL
-/// in this cycle, before anything else is emitted; MEDIUM waits for the supervisor's order and acts by itself
-/// after 4 cycles without one. STATUS_OK, STATUS_NOT_FOUND (no such event).
+/// given, the parameters that the event names are sampled now. After an event of severity HIGH the subsystem
+/// goes to ERROR_OPERATIONAL in this cycle, before anything else is emitted; after one of severity MEDIUM it
+/// waits 4 cycles for an order of the supervisor, then acts by itself. STATUS_OK, STATUS_NOT_FOUND (no such
+/// event).
 status_t subsystem_raise(subsystem_t* subsystem, uint16_t event_id, const uint8_t* auxiliary, size_t size);
 /// Raise an event by command, without data. Only events of severity LOW: the others have consequences.
 /// STATUS_OK, STATUS_OUT_OF_RANGE (another severity, or no such event).
 status_t subsystem_raise_by_command(subsystem_t* subsystem, uint16_t event_id);
 
 /// End a function command that perform left running: code 0 is success, else a failure code and detail.
-/// Inside perform it ends the command under way; the status that perform returns is ignored then. Token 0
-/// and one that has ended have no effect.
+/// Inside perform it ends the command under way; the status that perform returns is ignored then. No effect
+/// for token 0 and for a token that has ended.
 void subsystem_function_done(subsystem_t* subsystem, uint32_t call_token, uint16_t failure_code,
                              uint32_t detail);
 
-/// Latest sample of a required port into `payload` (generated struct, its exact size).
-/// STATUS_OK, STATUS_EMPTY (nothing yet), STATUS_STALE (sample delivered, but older than allowed),
-/// STATUS_CLOSED (no link; payload untouched), STATUS_NOT_FOUND (no such port in this configuration).
+/// Copy the latest sample of a required port into `payload` (generated struct, its exact size). STATUS_OK,
+/// STATUS_EMPTY (nothing yet), STATUS_STALE (sample delivered, but older than allowed), STATUS_CLOSED (no
+/// link; payload untouched), STATUS_NOT_FOUND (no such port in this configuration).
 MUST_USE status_t subsystem_link_read(subsystem_t* subsystem, uint16_t port, void* payload, size_t size);
 /// State of the producer of a required port from its last frame; STATE_OFFLINE without a link.
 state_t subsystem_link_peer_state(const subsystem_t* subsystem, uint16_t port);
-/// Age of the last sample [us]; UINT32_MAX without one, or if that is too small.
+/// Age of the last sample [us]; UINT32_MAX if there is no sample or if it is older than that.
 uint32_t subsystem_link_age_us(const subsystem_t* subsystem, uint16_t port);
 typedef struct { // Over all links this subsystem has consumed since it started [wrap].
     uint32_t received;

@@ -9,7 +9,7 @@
 #include <string.h>
 
 #define AUXILIARY_MAX 256U
-#define IDLE_PERIOD_NS 10000000ULL ///< Where the descriptor has none.
+#define IDLE_PERIOD_NS 10000000ULL ///< If the descriptor has none.
 
 void subsystem_set_pool_thresholds(subsystem_t* const subsystem)
 {
@@ -208,7 +208,7 @@ void subsystem_set_time(subsystem_t* const subsystem, const uint64_t now_ns)
     subsystem->now_ns = now_ns;
 }
 
-/// In OFFLINE only optional services have work.
+/// True if the main loop has cycles: in OFFLINE only for optional services.
 static bool is_cyclic(const subsystem_t* const subsystem)
 {
     return (subsystem->machine.state != STATE_OFFLINE) || (subsystem->optional_count > 0U);
@@ -229,7 +229,7 @@ static uint64_t step_own_loop(subsystem_t* const subsystem)
     subsystem_take_reload(subsystem);
     watch_supervisor(subsystem);
     watch_pools(subsystem);
-    (void)pus_events_step(&subsystem->events, now_ns); // Others wait for the step of a status report.
+    (void)pus_events_step(&subsystem->events, now_ns); // The rest follows in later steps.
     if (now_ns >= subsystem->next_status_ns) {
         report_status(subsystem);
         subsystem->next_status_ns = next_on_grid(now_ns, subsystem->config.status_interval_ns);
@@ -248,7 +248,7 @@ uint64_t subsystem_step(subsystem_t* const subsystem, const uint64_t now_ns)
     subsystem->now_ns = now_ns;
     (void)subsystem_step_loops(subsystem);
     const uint64_t own_ns   = step_own_loop(subsystem);
-    const uint64_t loops_ns = subsystem_step_loops(subsystem); // Those that there are now.
+    const uint64_t loops_ns = subsystem_step_loops(subsystem); // The configuration may have changed.
     return (loops_ns < own_ns) ? loops_ns : own_ns;
 }
 

@@ -77,12 +77,12 @@ typedef struct {
 typedef struct {
     const subsystem_descriptor_t* descriptor;
     bool is_descriptor_valid; ///< False: stay in OFFLINE / INVALID; only apid and name of the descriptor
-                              ///< count.
+                              ///< are used.
     const subsystem_callbacks_t* callbacks;
     void* self;                      ///< First argument of the callbacks.
     uint32_t mission_epoch_s;        ///< Mission time 0 [s of TAI since 1958].
     uint64_t device_deadline_ns;     ///< See subsystem_device_deadline_ns.
-    uint64_t supervisor_patience_ns; ///< A supervisor not heard for longer is lost; 0: it is itself one.
+    uint64_t supervisor_patience_ns; ///< A supervisor silent for longer is lost; 0: this is the supervisor.
     uint64_t status_interval_ns;     ///< Time between two unsolicited status reports.
     uint32_t start_count;            ///< 1 for the first start of this component in the run.
     pus_port_t port;                 ///< Where its packets go.
@@ -93,7 +93,7 @@ typedef struct {
     size_t service_count;
     subsystem_services_t optional;        ///< Services that the descriptor lists.
     const pus_persistence_t* persistence; ///< Where records of services are kept; null: nothing is.
-    /// TC[129,6]: read the descriptor again, in the next stable state PRE_OPERATIONAL without a
+    /// TC[129,6]: read the descriptor again, in the next rest state PRE_OPERATIONAL without a
     /// configuration, or OFFLINE. STATUS_OK with the model to use from now on; else the old one stays in
     /// force.
     status_t (*reload)(void* context, const subsystem_descriptor_t** out_descriptor);
@@ -109,7 +109,7 @@ typedef struct {        // Private: a loop of services. `mutex` guards inbox and
     osal_mutex_t mutex;
     message_ring_t inbox;   // Accepted requests: token, application data.
     message_ring_t mailbox; // Finished: structure id, time of the values, values; or 0, 0, a whole report.
-    uint32_t lost;          // Housekeeping that had no room there and is not counted yet.
+    uint32_t lost;          // Housekeeping reports without room in the mailbox, not counted yet.
     uint32_t reports_lost;  // Other reports.
     uint8_t inbox_storage[SUBSYSTEM_INBOX_OCTETS];
     uint8_t storage[SUBSYSTEM_MAILBOX_OCTETS];
@@ -212,22 +212,23 @@ struct subsystem { // Private. The most frequently used members come first.
     subsystem_link_totals_t closed_links; // Counters of links that are closed.
 };
 
-/// OFFLINE, services registered. The configuration is copied.
+/// Begin in OFFLINE, with all services registered. The configuration is copied.
 void subsystem_init(subsystem_t* subsystem, const subsystem_config_t* config);
 /// True if a request may be accepted: there is room for its reports. While it is false, leave packets in
 /// their inbox, so that their senders wait. It becomes true again in a later step, after the port accepts the
 /// reports of the component.
 bool subsystem_may_accept(subsystem_t* subsystem);
-/// Take in one packet (request or report). Nothing about it is trusted.
+/// Take in one packet (request or report). All its content is checked.
 void subsystem_accept(subsystem_t* subsystem, const uint8_t* packet, size_t size, uint64_t now_ns);
 /// Take in one request that may be longer than a packet, as ST[13] has put it together.
 void subsystem_accept_large(subsystem_t* subsystem, const uint8_t* packet, size_t size, uint64_t now_ns);
-/// The time, for a program that lets callbacks of its own raise events between two steps.
+/// Set the time, for a program whose own callbacks raise events between two steps.
 void subsystem_set_time(subsystem_t* subsystem, uint64_t now_ns);
 /// Run the work that is due. Returns the time of the next wake [ns of the run].
 uint64_t subsystem_step(subsystem_t* subsystem, uint64_t now_ns);
 /// Priority of the loop that runs subsystem_step, 1..99: that of the applied configuration; before one is
-/// applied, the highest of all. The devices run from HARDWARE_INIT on, and expect heartbeats.
+/// applied, the highest of all. The highest is necessary because the devices run from HARDWARE_INIT on and
+/// expect heartbeats.
 uint8_t subsystem_component_priority(const subsystem_t* subsystem);
 /// The program ends: close everything that the component and its subsystem have open, without any message.
 void subsystem_release(subsystem_t* subsystem);
@@ -241,11 +242,11 @@ uint8_t subsystem_loop_priority(subsystem_t* subsystem, uint8_t loop);
 /// it.
 MUST_USE status_t subsystem_restore(subsystem_t* subsystem, uint8_t table, uint32_t key,
                                     const uint8_t* octets, size_t size);
-/// Datagram of a real-time link.
+/// Take in a datagram of a real-time link.
 void subsystem_link_datagram(subsystem_t* subsystem, const uint8_t* frame, size_t size);
 /// Its application process, for further services.
 pus_app_process_t* subsystem_process(subsystem_t* subsystem);
-/// Ask the component itself for a state, without a request of anybody (the supervisor's own start).
+/// Ask the component itself for a state, without a request packet (the supervisor's own start).
 state_answer_t subsystem_request(subsystem_t* subsystem, state_t target, state_cause_t cause);
 state_answer_t subsystem_select(subsystem_t* subsystem, uint16_t configuration_id);
 

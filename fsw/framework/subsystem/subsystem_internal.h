@@ -5,7 +5,8 @@
 
 #include "fsw/framework/subsystem/subsystem_core.h"
 
-/// subsystem_core.c: the cycle without a configuration, and when pools warn, as the descriptor has them.
+/// subsystem_core.c: set the period without a configuration, and the thresholds of pools, from the
+/// descriptor.
 void subsystem_set_idle_period(subsystem_t* subsystem);
 void subsystem_set_pool_thresholds(subsystem_t* subsystem);
 /// subsystem_core.c: raise an event without auxiliary data of its own, if the descriptor has it.
@@ -29,20 +30,20 @@ size_t subsystem_sample_auxiliary(subsystem_t* subsystem, const descriptor_event
 
 /// subsystem_loops.c: loops begin when their configuration is applied, and end before it is revoked: then
 /// none samples, waiting requests are performed, and housekeeping that waits in the mailboxes is dropped and
-/// counted. their instance of ST[20] reads `values`.
+/// counted. Their instance of ST[20] reads `values`.
 void subsystem_init_loops(subsystem_t* subsystem, const pus_parameter_port_t* values);
 /// Call it before any service is set up, because a service may lock loop_guard at once.
 void subsystem_create_guards(subsystem_t* subsystem);
 void subsystem_begin_loops(subsystem_t* subsystem);
 void subsystem_end_loops(subsystem_t* subsystem);
-/// Step them all in their order, where they have no tasks of their own; returns the earliest wake.
+/// Step all loops of services in their order, if they have no tasks of their own; returns the earliest wake.
 uint64_t subsystem_step_loops(subsystem_t* subsystem);
 /// Send the reports that the loops have finished.
 void subsystem_empty_mailboxes(subsystem_t* subsystem);
 
 /// subsystem_state.c: run the entry action that is due; report changes.
 void subsystem_run_action(subsystem_t* subsystem);
-/// Make the machine's last transitions known: TM[129,2], progress, end of the pending request.
+/// Report the last transitions of the machine: TM[129,2], progress, end of the pending request.
 void subsystem_after_change(subsystem_t* subsystem);
 pus_reply_t subsystem_request_state(void* context, const pus_state_order_t* order, const pus_token_t* token,
                                     uint64_t now_ns);

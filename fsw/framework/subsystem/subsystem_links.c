@@ -11,7 +11,7 @@
 
 // ---- Terms ----
 
-/// For one link of the port, or for any of its links (0).
+/// Methods for one link of the port, or for any of its links (0).
 static uint8_t methods_of(const subsystem_t* const subsystem, const descriptor_port_t* const port,
                           const uint16_t link)
 {
@@ -68,7 +68,7 @@ static void read_terms(const pus_link_properties_t* const properties, rtlink_ter
     out_terms->period_us     = properties->period_us;
     out_terms->decimation    = 1U;
     out_terms->max_age_us    = properties->age_max_us;
-    out_terms->methods       = 0U; // A method this build does not know is in no set.
+    out_terms->methods       = 0U; // An unknown method is not in any set.
     if (properties->method == METHOD_ANY) {
         out_terms->methods = 0xFFU;
     } else if (properties->method < (uint8_t)RTLINK_METHOD_COUNT) {
@@ -250,7 +250,7 @@ static pus_reply_t request_link(void* const context, const pus_link_request_t* c
     rtlink_terms_t agreed = {.methods = 0U};
     rtlink_terms_t wanted;
     read_terms(&request->properties, &wanted);
-    const rtlink_terms_t* supported = &wanted; // Without a port: the wanted terms.
+    const rtlink_terms_t* supported = &wanted; // If there is no such port: the wanted terms.
     if ((subsystem->machine.phase == PHASE_CONFIGURED) && (subsystem->config.links != NULL)) {
         port    = port_of_request(subsystem, request, &is_producer);
         verdict = RTLINK_REFUSED_PORT;
@@ -307,7 +307,8 @@ static pus_reply_t open_link(void* const context, const pus_link_open_t* const o
     return pus_done();
 }
 
-/// docs/states.md: a required link lost or stale is an error in OPERATIONAL and a note in the states below.
+/// docs/states.md: a required link that is lost or stale is an error in OPERATIONAL and an event without
+/// reaction below it.
 static void report_lost(subsystem_t* const subsystem, const descriptor_port_t* const port)
 {
     const state_t state = subsystem->machine.state;
@@ -381,10 +382,10 @@ static void report_stale(subsystem_t* const subsystem, subsystem_link_t* const l
     }
 }
 
-/// A link that was opened has to bring a first sample within the age that is allowed to all others.
+/// True if an opened link has not delivered its first sample within the maximum age of samples.
 static bool is_overdue(const subsystem_t* const subsystem, const subsystem_link_t* const link)
 {
-    return (subsystem->now_ns - link->opened_ns) > ((uint64_t)link->terms.max_age_us * 1000U);
+    return (subsystem->now_ns - link->opened_ns) > (rtlink_consumer_patience_us(&link->consumer) * 1000U);
 }
 
 static void watch_consumer(subsystem_t* const subsystem, subsystem_link_t* const link)
@@ -398,7 +399,7 @@ static void watch_consumer(subsystem_t* const subsystem, subsystem_link_t* const
     } else {
         // Still fresh, or the first sample is not overdue yet.
     }
-    const bool is_live      = (subsystem->machine.state <= STATE_OPERATIONAL); // Before, there are no links.
+    const bool is_live = (subsystem->machine.state <= STATE_OPERATIONAL); // Earlier states have no links.
     const bool peer_is_lost = (status == STATUS_OK) && (link->consumer.peer_state == STATE_ERROR_OPERATIONAL);
     if (is_live && peer_is_lost && link->port->is_required) {
         subsystem_machine_event(subsystem, EVENT_NETWORK_FAILED, CAUSE_NETWORK, 0U);
@@ -428,7 +429,7 @@ bool subsystem_has_required_links(subsystem_t* const subsystem, uint16_t* const 
 {
     const descriptor_configuration_t* const configuration = subsystem->configuration;
     if (configuration == NULL) {
-        return true; // Barred by the state machine: nothing is configured.
+        return true; // The state machine refuses it: nothing is configured.
     }
     for (uint16_t i = 0U; i < configuration->port_count; i++) {
         const descriptor_port_t* const port = &subsystem->descriptor->ports[configuration->first_port + i];
@@ -447,9 +448,9 @@ void subsystem_link_datagram(subsystem_t* const subsystem, const uint8_t* const 
     FSW_ASSERT((subsystem != NULL) && (frame != NULL));
     for (size_t i = 0U; i < SUBSYSTEM_LINKS; i++) {
         subsystem_link_t* const link = &subsystem->links[i];
-        const bool is_it             = link->is_used && !link->is_producer && (size >= 6U) &&
-                           (link->link == (uint16_t)(((uint16_t)frame[4] << 8U) | frame[5]));
-        if (is_it) {
+        const bool is_addressee      = link->is_used && !link->is_producer && (size >= 6U) &&
+                                  (link->link == (uint16_t)(((uint16_t)frame[4] << 8U) | frame[5]));
+        if (is_addressee) {
             (void)rtlink_consumer_deliver(&link->consumer, frame, size);
         }
     }
@@ -457,7 +458,7 @@ void subsystem_link_datagram(subsystem_t* const subsystem, const uint8_t* const 
 
 // ---- Called by specific subsystems (subsystem.h) ----
 
-/// Payload between host memory and the wire order of the link, field by field.
+/// Convert a payload between host order and the byte order of the link, field by field.
 static void swap_payload(const subsystem_t* const subsystem, const descriptor_port_t* const port,
                          uint8_t* const payload)
 {

@@ -12,7 +12,7 @@
 
 static void lock(osal_mutex_t* const mutex)
 {
-    (void)osal_mutex_lock(mutex); // A holder that dies takes this process with it.
+    (void)osal_mutex_lock(mutex); // A holder belongs to this process: they die together.
 }
 
 /// A loop puts each finished report into its mailbox, after a header.
@@ -35,7 +35,7 @@ static status_t put_report(void* const context, const uint8_t* const packet, con
     return put((subsystem_t*)context, REPORT, 0U, packet, size);
 }
 
-/// Values of housekeeping, which are already in place; reports without room are lost and counted.
+/// Put the values of a housekeeping report into the mailbox; a report without room is lost and counted.
 static void put_housekeeping(void* const context, const uint16_t id, const uint64_t now_ns,
                              const uint8_t* const values, const size_t size)
 {
@@ -48,7 +48,7 @@ static void put_housekeeping(void* const context, const uint16_t id, const uint6
     }
 }
 
-/// The loop that performs a request; null: the component's own.
+/// The loop of services that performs a request; null: the main loop.
 static subsystem_loop_t* loop_for(subsystem_t* const subsystem, const pus_token_t* const token)
 {
     const bool is_test = (token->service == PUS_SERVICE_TEST) && (token->subtype == PUS_TEST_ARE_YOU_ALIVE);
@@ -107,8 +107,8 @@ void subsystem_init_loops(subsystem_t* const subsystem, const pus_parameter_port
                                   sizeof subsystem->loop_kept);
     pus_test_init(&subsystem->loop_test, NULL);
     pus_parameters_init(&subsystem->loop_parameters, &read_only);
-    if (subsystem->parameters.definitions != NULL) {
-        pus_parameters_define(&subsystem->loop_parameters, subsystem->parameters.definitions);
+    if (subsystem->parameters.definer.define != NULL) {
+        pus_parameters_define(&subsystem->loop_parameters, &subsystem->parameters.definer);
     }
     subsystem->loop_services[0] = pus_test_service(&subsystem->loop_test);
     subsystem->loop_services[1] = pus_parameters_service(&subsystem->loop_parameters);
@@ -163,7 +163,7 @@ static bool perform_one(subsystem_t* const subsystem, subsystem_loop_t* const lo
     return true;
 }
 
-/// Send the oldest that a loop has finished. False if there is none.
+/// Send the oldest report that a loop has finished. False if there is none.
 static bool forward_one(subsystem_t* const subsystem, subsystem_loop_t* const loop, const bool has_ended)
 {
     size_t size = 0U;

@@ -191,7 +191,7 @@ static bool is_function_allowed(const subsystem_t* const subsystem,
     if ((function->states & (1U << (unsigned)subsystem->machine.state)) == 0U) {
         return false;
     }
-    if (subsystem->configuration == NULL) { // Only the requests that every configuration allows.
+    if (subsystem->configuration == NULL) { // Only functions that every configuration allows.
         const unsigned all = (1U << subsystem->descriptor->configuration_count) - 1U;
         return (function->configurations & all) == all;
     }
@@ -232,7 +232,7 @@ static uint32_t open_call_token(subsystem_t* const subsystem, const pus_token_t*
         return 0U;
     }
     uint32_t i = 0U;
-    while (subsystem->open_call_tokens[i] != NULL) { // Each open one holds a block, and there was one more.
+    while (subsystem->open_call_tokens[i] != NULL) { // The pool had a free block, so there is a free place.
         i++;
         FSW_ASSERT(i < SUBSYSTEM_CALL_TOKENS);
     }
@@ -371,16 +371,17 @@ static void init_tabulated(subsystem_t* const subsystem)
     const pus_function_port_t functions = {subsystem, perform_function};
     pus_events_init(&subsystem->events, &subsystem->process, subsystem->event_definitions,
                     subsystem->event_states, subsystem->descriptor->event_count);
-    const descriptor_event_t* const teller =
+    const descriptor_event_t* const reporter =
         descriptor_find_event_name(subsystem->descriptor, "EVENTS_SUPPRESSED");
     pus_events_report_suppressed_by(
-        &subsystem->events, ((teller != NULL) && (teller->octets == PUS_SUPPRESSED_AUX)) ? teller->id : 0U);
+        &subsystem->events,
+        ((reporter != NULL) && (reporter->octets == PUS_SUPPRESSED_AUX)) ? reporter->id : 0U);
     pus_functions_init(&subsystem->functions, subsystem->function_table,
                        subsystem->descriptor->function_count, &functions, subsystem->argument_area,
                        sizeof subsystem->argument_area);
 }
 
-/// STATUS_OK, or why the old descriptor stays in force.
+/// STATUS_OK, or the reason for which the old descriptor stays in force.
 static status_t change_descriptor(subsystem_t* const subsystem)
 {
     const subsystem_descriptor_t* descriptor = NULL;

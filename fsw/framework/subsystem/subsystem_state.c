@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Walks the state machine: runs entry actions with their time-outs and reports every change.
+// Executes the state machine: runs entry actions with their time-outs and reports every change.
 #include "fsw/framework/subsystem/subsystem_internal.h"
 
 #include "base/assertion.h"
@@ -111,7 +111,7 @@ static void abort_call_tokens(subsystem_t* const subsystem)
 
 /// docs/states.md: devices that cannot be secured, and failures on the way down, are events; other failures
 /// end the request that led to them. STATE_TIMEOUT is the event's name in every descriptor.
-static bool is_worth_an_event(const state_action_t action)
+static bool needs_event(const state_action_t action)
 {
     return (action == ACTION_SECURE) || (action == ACTION_POST) || (action == ACTION_HARDWARE_DEINIT) ||
            (action == ACTION_SOFTWARE_DEINIT);
@@ -130,7 +130,7 @@ static void end_action(subsystem_t* const subsystem, const state_action_t action
         subsystem_revoke_configuration(subsystem);
     }
     subsystem_after_change(subsystem); // The transition is reported before the event.
-    if ((outcome != OUTCOME_DONE) && is_worth_an_event(action)) {
+    if ((outcome != OUTCOME_DONE) && needs_event(action)) {
         subsystem_raise_named(subsystem, "STATE_TIMEOUT");
     }
 }
@@ -141,7 +141,7 @@ void subsystem_run_action(subsystem_t* const subsystem)
     FSW_ASSERT(action != ACTION_NONE);
     const status_t status = perform(subsystem, action);
     if (subsystem->machine.action != action) {
-        return; // The action itself raised an error that took the machine elsewhere.
+        return; // The action itself raised an error, which changed the state.
     }
     subsystem->is_action_fresh = false;
     const uint64_t limit_ns = (uint64_t)subsystem->descriptor->timeout_us[subsystem->machine.state] * 1000U;

@@ -156,8 +156,8 @@ status_t xml_begin(xml_parser_t* const parser, const xml_handler_t* const handle
     XML_Parser const expat = XML_ParserCreate_MM("UTF-8", &memory, NULL);
     parser->expat          = expat;
     if (expat != NULL) {
-        // A fixed salt: hashing must not differ from run to run, and hostile names only hit their own
-        // document.
+        // A fixed salt: hashing must not differ from run to run; colliding names of a hostile document slow
+        // down only that document.
         (void)XML_SetHashSalt(expat, 1UL);
         XML_SetUserData(expat, parser);
         XML_SetElementHandler(expat, on_start, on_end);

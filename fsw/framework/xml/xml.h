@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Sequential XML parser on a static arena: checks that a document is well-formed and hands its elements, one
-/// by one, to a handler. The handler checks their meaning.
+/// Sequential XML parser on a static arena: checks that a document is well-formed and passes its elements,
+/// one by one, to a handler. The handler checks their meaning.
 ///
 /// Refused in addition to documents that are not well-formed: document type declarations (and with them
 /// entities and external references), versions other than 1.0, encodings other than UTF-8, text between

@@ -12,7 +12,7 @@
 void xml_arena_enter(xml_arena_t* arena);
 void xml_arena_leave(void);
 
-/// Everything is free again.
+/// Free all blocks of the arena.
 void xml_arena_reset(xml_arena_t* arena);
 
 /// The three functions of XML_Memory_Handling_Suite; null when the arena has no room.

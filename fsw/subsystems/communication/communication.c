@@ -173,7 +173,7 @@ static size_t frame(void* const context, const unsigned client, const uint8_t* c
 static size_t allowance(void* const context, const unsigned client)
 {
     const communication_t* const self = (const communication_t*)context;
-    return is_participant(self, client) ? self->owed : FLOW_TCP_UNLIMITED;
+    return is_participant(self, client) ? self->outstanding : FLOW_TCP_UNLIMITED;
 }
 
 static unsigned participant_client(const communication_t* const self)
@@ -198,9 +198,10 @@ static unsigned make_room(void* const context)
     if ((participant == NO_CLIENT) && (self->hooks.participant_port(self->hooks.context) != 0U)) {
         return oldest(self, self->connected_ns, 0U); // The newcomer may be the participant.
     }
-    const unsigned stranger = communication_ground_security_stranger(&self->security, participant);
-    if (stranger < COMMUNICATION_CLIENTS) {
-        return stranger;
+    const unsigned unauthenticated =
+        communication_ground_security_unauthenticated(&self->security, participant);
+    if (unauthenticated < COMMUNICATION_CLIENTS) {
+        return unauthenticated;
     }
     const unsigned silent = oldest(self, self->heard_ns, COMMUNICATION_IDLE_NS);
     return ((silent == NO_CLIENT) && (self->security.receiver == NULL))
@@ -220,7 +221,7 @@ static flow_tcp_user_t user_of(communication_t* const self)
 
 /// True while the connection of a participant that has left the scheduler is open. It disconnects before it
 /// leaves, but the kernel may report that later, and the reports about it have a defined simulated time.
-static bool is_hanging_up(communication_t* const self)
+static bool is_disconnecting(communication_t* const self)
 {
     osal_address_t peer = {0U, 0U};
     for (unsigned client = 0U; (self->participant != 0U) && (client < COMMUNICATION_CLIENTS); client++) {
@@ -235,13 +236,13 @@ static bool is_hanging_up(communication_t* const self)
 
 /// The participant has named `port` and has connected before; the kernel may report it later. Returns whether
 /// that connection is still expected.
-static bool is_coming(communication_t* const self, const uint16_t port, const bool is_connected)
+static bool is_expected(communication_t* const self, const uint16_t port, const bool is_connected)
 {
     if (is_connected && (self->participant != port)) {
         self->participant = port;
         self->hooks.served(self->hooks.context, port);
     } else if (!is_connected && (self->participant == port)) {
-        self->owed = 0U;
+        self->outstanding = 0U;
         self->hooks.cut(self->hooks.context, port);
     } else {
         // The connection is as before.
@@ -263,7 +264,7 @@ bool communication_take_in(communication_t* const self, const uint32_t octets_du
     const uint32_t of_client   = (before != NO_CLIENT) ? flow_tcp_octets_in(&self->flow, before) : 0U;
     const uint32_t of_all      = self->flow.counters.octets_in;
     size_t taken               = 0U;
-    self->owed += octets_due;
+    self->outstanding += octets_due;
     self->is_uplink_full = false;
     if (flow_tcp_step(&self->flow, &user, FLOW_TCP_UNLIMITED, &taken) != STATUS_OK) {
         return false; // Not listening in this state; pending connections wait in the kernel.
@@ -271,14 +272,16 @@ bool communication_take_in(communication_t* const self, const uint32_t octets_du
     self->parameters.counters.octets_received += (uint64_t)(self->flow.counters.octets_in - of_all);
     const unsigned client = participant_client(self);
     const uint16_t port   = self->hooks.participant_port(self->hooks.context);
-    const bool is_awaited = (port != 0U) ? is_coming(self, port, client != NO_CLIENT) : is_hanging_up(self);
+    const bool is_awaited =
+        (port != 0U) ? is_expected(self, port, client != NO_CLIENT) : is_disconnecting(self);
     if (client == NO_CLIENT) {
-        self->owed = (before == NO_CLIENT) ? self->owed : 0U; // The participant has closed its connection.
+        self->outstanding =
+            (before == NO_CLIENT) ? self->outstanding : 0U; // The participant has closed its connection.
         return is_awaited;
     }
-    self->owed -= flow_tcp_octets_in(&self->flow, client) - of_client;
+    self->outstanding -= flow_tcp_octets_in(&self->flow, client) - of_client;
     // Received octets then wait until the supervisor has room.
-    return (self->owed > 0U) && !self->is_uplink_full;
+    return (self->outstanding > 0U) && !self->is_uplink_full;
 }
 
 // ---- Down: reports ----
@@ -435,7 +438,7 @@ static void update_status(void* const context)
 
 /// As at the end of the process: end every connection without notice on board; the listening socket belongs
 /// to the launcher.
-static void hang_up(void* const context)
+static void end_connections(void* const context)
 {
     communication_t* const self  = (communication_t*)context;
     const flow_tcp_user_t nobody = {.context = self};
@@ -451,7 +454,7 @@ const subsystem_callbacks_t* communication_callbacks(void)
                                                     .configure     = listen,
                                                     .control       = update_status,
                                                     .report        = report,
-                                                    .release       = hang_up};
+                                                    .release       = end_connections};
     return &callbacks;
 }
 

@@ -61,8 +61,8 @@ typedef struct { // Private.
     } users[COMMUNICATION_USERS];
     // Last port that was connected or abandoned; 0: none, or the participant has closed the connection.
     uint16_t participant;
-    uint32_t owed;       // Octets of the participant that are announced and not received yet.
-    bool is_uplink_full; // A request could not go up in this step.
+    uint32_t outstanding; // Octets of the participant that are announced and not received yet.
+    bool is_uplink_full;  // A request could not go up in this step.
     bool is_drop_reported;
     uint64_t connected_ns[COMMUNICATION_CLIENTS];
     uint64_t heard_ns[COMMUNICATION_CLIENTS]; // Connection, or last valid telecommand.

@@ -23,20 +23,20 @@ void communication_ground_security_connected(communication_ground_security_t* co
     self->since[client]    = self->cycle;
 }
 
-unsigned communication_ground_security_stranger(const communication_ground_security_t* const self,
-                                                const unsigned spared)
+unsigned communication_ground_security_unauthenticated(const communication_ground_security_t* const self,
+                                                       const unsigned spared)
 {
     FSW_ASSERT(self != NULL);
-    unsigned stranger = GROUND_CLIENTS;
-    uint32_t longest  = 0U; // A client accepted in this cycle could not send yet.
+    unsigned found   = GROUND_CLIENTS;
+    uint32_t longest = 0U; // A client accepted in this cycle could not send yet.
     for (unsigned client = 0U; (self->receiver != NULL) && (client < GROUND_CLIENTS); client++) {
         const uint32_t age = self->cycle - self->since[client];
         if ((client != spared) && !self->sessions[client].is_bound && (age > longest)) {
-            stranger = client;
-            longest  = age;
+            found   = client;
+            longest = age;
         }
     }
-    return stranger;
+    return found;
 }
 
 static status_t next_packet(const uint8_t* const octets, const size_t size,
@@ -128,14 +128,14 @@ void communication_ground_security_report(communication_ground_security_t* const
         all += self->receiver->refused[reason];
     }
     self->quiet -= (self->quiet > 0U) ? 1U : 0U;
-    if ((self->quiet > 0U) || (all == self->told)) {
+    if ((self->quiet > 0U) || (all == self->reported)) {
         return;
     }
     const uint32_t lost  = self->receiver->refused[SDLS_REFUSED_NOT_KEPT];
     const uint16_t event = (lost != self->lost) ? (uint16_t)COMMUNICATION_EVENT_TC_NOT_KEPT
                                                 : (uint16_t)COMMUNICATION_EVENT_TC_NOT_AUTHENTIC;
     self->quiet          = GROUND_TELLING_CYCLES;
-    self->told           = all;
+    self->reported       = all;
     self->lost           = lost;
     (void)subsystem_raise(generic, event, NULL, 0U); // The first event shows the counters as they are now.
 }

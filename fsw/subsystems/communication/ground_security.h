@@ -22,9 +22,9 @@ typedef struct {               // Private.
     uint8_t refusals[GROUND_CLIENTS];
     uint32_t since[GROUND_CLIENTS]; // Cycle of the connection.
     uint32_t cycle;
-    uint32_t told;  // Refused frames reported by events so far.
-    uint32_t lost;  // Number of those that could not be kept.
-    uint32_t quiet; // Cycles until the next event.
+    uint32_t reported; // Refused frames reported by events so far.
+    uint32_t lost;     // Number of those that could not be kept.
+    uint32_t quiet;    // Cycles until the next event.
 } communication_ground_security_t;
 
 typedef struct {
@@ -39,8 +39,8 @@ void communication_ground_security_connected(communication_ground_security_t* se
 /// The client to replace by a new one: of the clients that have sent no authentic frame although the receiver
 /// was ready to read, the one that is connected longest; never `spared`. GROUND_CLIENTS: there is none, or no
 /// key is needed.
-unsigned communication_ground_security_stranger(const communication_ground_security_t* security,
-                                                unsigned spared);
+unsigned communication_ground_security_unauthenticated(const communication_ground_security_t* security,
+                                                       unsigned spared);
 /// The unit at the start of a client's octets. STATUS_OK; STATUS_TRUNCATED: it is incomplete.
 /// STATUS_CLOSED: end the connection.
 MUST_USE status_t communication_ground_security_next(communication_ground_security_t* security,

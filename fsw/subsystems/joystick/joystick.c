@@ -29,11 +29,14 @@ static status_t software_init(void* const self)
 
 static status_t configure(void* const self, const descriptor_configuration_t* const configuration)
 {
-    joystick_t* const joystick = self;
-    joystick->is_reflecting    = descriptor_find_port(subsystem_descriptor(joystick->generic), configuration,
-                                                      JOYSTICK_PORT_ROBOT_STATE) != NULL;
-    joystick->felt_nm[0]       = 0.0;
-    joystick->felt_nm[1]       = 0.0;
+    joystick_t* const joystick                     = self;
+    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(joystick->generic);
+    joystick->is_remote =
+        descriptor_find_port(descriptor, configuration, JOYSTICK_PORT_ROBOT_CONTACT) != NULL;
+    joystick->robot_port    = joystick->is_remote ? JOYSTICK_PORT_ROBOT_CONTACT : JOYSTICK_PORT_ROBOT_STATE;
+    joystick->is_reflecting = descriptor_find_port(descriptor, configuration, joystick->robot_port) != NULL;
+    joystick->felt_nm[0]    = 0.0;
+    joystick->felt_nm[1]    = 0.0;
     joystick_stick_control_init(&joystick->control);
     joystick_force_display_clear(&joystick->display);
     return drives_configure(joystick, configuration);
@@ -43,6 +46,8 @@ static status_t engage(void* const self)
 {
     joystick_t* const joystick = self;
     joystick->share            = 0.0; // The torque of the robot is faded in.
+    control_port_energy_reset(&joystick->energy);
+    joystick_remote_contact_reset(&joystick->contact);
     return drives_engage(joystick);
 }
 
@@ -50,8 +55,8 @@ static bool fits(const subsystem_descriptor_t* const descriptor, subsystem_misfi
 {
     static const int modes[]         = {CIA402_MODE_CST, 0};
     static const drives_need_t stick = {
-        .type       = "joystick",
-        .says_type  = "type of <Device>: expected joystick, the class of the force-reflecting stick",
+        .axes       = 2U,
+        .says_type  = "type of <Device>: expected a class of CiA 402 with two axes, a force-reflecting stick",
         .count      = 1U,
         .says_count = "<Configuration>: expected one <Device>, the stick",
         .modes      = modes,

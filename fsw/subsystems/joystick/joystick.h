@@ -2,8 +2,10 @@
 /// The subsystem JOYSTICK: a force-reflecting joystick of two axes.
 ///
 /// TELEPRESENCE sends the hand's position to the robot and reflects the robot's external torque to the hand;
+/// TELEPRESENCE_REMOTE does the same through a link with delay, with a local model of the contact;
 /// STAND_ALONE displays a commanded torque (FORCE, or DES_TORQUE by telecommand). A configuration with the
-/// required port ROBOT_STATE reflects, one without displays. All tunable values are the parameter CONTROL.
+/// required port ROBOT_STATE or ROBOT_CONTACT reflects, one without displays. All tunable values are the
+/// parameters CONTROL and REMOTE.
 ///
 /// Ownership  The program places joystick_t and the generic subsystem; both must not be moved.
 /// Context    The task of the generic subsystem; its callbacks never block.
@@ -19,6 +21,8 @@
 #include "fsw/drives/drives.h"
 #include "fsw/framework/subsystem/subsystem.h"
 #include "fsw/subsystems/joystick/force_display.h"
+#include "fsw/framework/control/port_energy.h"
+#include "fsw/subsystems/joystick/remote_contact.h"
 #include "fsw/subsystems/joystick/stick_control.h"
 
 #include "generated/joystick_descriptor.h"
@@ -32,9 +36,13 @@ typedef struct {     // All fields are private.
     subsystem_t* generic;
     joystick_parameters_t parameters;
     bool is_reflecting; ///< The configuration reflects the torque of a robot.
+    bool is_remote;     ///< The link to that robot has a delay.
+    uint16_t robot_port;
     joystick_stick_control_t control;
-    double felt_nm[STICK_AXES]; ///< External torque of the robot; falls to zero without fresh samples.
-    double share;               ///< Share of the reflection, 0..1; grows while both sides are operational.
+    double felt_nm[STICK_AXES];   ///< External torque of the robot; falls to zero without fresh samples.
+    control_port_energy_t energy; ///< Of the port to the hand.
+    joystick_remote_contact_t contact;
+    double share; ///< Share of the reflection, 0..1; grows while both sides are operational.
     joystick_force_display_t display;
     uint32_t force_call_token; ///< Function FORCE under way; 0 none.
 } joystick_t;

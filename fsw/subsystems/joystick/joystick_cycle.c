@@ -4,6 +4,7 @@
 
 #include "fsw/canopen/axis.h"
 #include "fsw/drives/drives_counters.h"
+#include "base/octets.h"
 #include "fsw/framework/control/elementary.h"
 
 #include <stddef.h>
@@ -15,15 +16,56 @@ static double period_s(const joystick_t* const joystick)
     return (double)subsystem_period_ns(joystick->generic) * 1.0e-9;
 }
 
+/// Returns false without a fresh sample.
+static bool read_robot(joystick_t* const joystick)
+{
+    subsystem_t* const generic = joystick->generic;
+    joystick_robot_state_payload_t near;
+    joystick_robot_contact_payload_t far;
+    bool is_fresh = false;
+    if (joystick->is_remote) {
+        is_fresh = subsystem_link_read(generic, JOYSTICK_PORT_ROBOT_CONTACT, &far, sizeof far) == STATUS_OK;
+        if (is_fresh) {
+            joystick_remote_contact_feel(&joystick->parameters.remote, &far, joystick->control.position_rad,
+                                         joystick->felt_nm);
+            control_reserve_told(&joystick->contact.reserve, far.energy);
+        }
+    } else {
+        is_fresh = subsystem_link_read(generic, JOYSTICK_PORT_ROBOT_STATE, &near, sizeof near) == STATUS_OK;
+        if (is_fresh) {
+            joystick->felt_nm[0] = near.external_torque[0];
+            joystick->felt_nm[1] = near.external_torque[1];
+        }
+    }
+    return is_fresh;
+}
+
 static void take_felt_torque(joystick_t* const joystick)
 {
-    joystick_robot_state_payload_t robot;
-    const status_t status =
-        subsystem_link_read(joystick->generic, JOYSTICK_PORT_ROBOT_STATE, &robot, sizeof robot);
-    const double kept = 1.0 - control_clamp(FORGET_1_S * period_s(joystick), 0.0, 1.0);
-    for (unsigned i = 0U; i < STICK_AXES; i++) {
-        joystick->felt_nm[i] =
-            (status == STATUS_OK) ? robot.external_torque[i] : (kept * joystick->felt_nm[i]);
+    if (!read_robot(joystick)) {
+        const double kept = 1.0 - control_clamp(FORGET_1_S * period_s(joystick), 0.0, 1.0);
+        for (unsigned i = 0U; i < STICK_AXES; i++) {
+            joystick->felt_nm[i] = control_settle(kept * joystick->felt_nm[i]);
+        }
+    }
+}
+
+/// The command of the last cycle is still in `control`.
+static void watch_energy(joystick_t* const joystick)
+{
+    const joystick_passivity_t* const passivity = &joystick->parameters.passivity;
+    const control_port_watch_t watch            = {.limit_j  = passivity->limit,
+                                                   .time_s   = passivity->time,
+                                                   .rest_rad = passivity->rest,
+                                                   .period_s = period_s(joystick)};
+    const double driven[STICK_AXES] = {-joystick->control.command_nm[0], -joystick->control.command_nm[1]};
+    const double given =
+        control_port_energy_step(&joystick->energy, &watch, driven, joystick->control.position_rad);
+    if (given > 0.0) {
+        uint8_t octets[JOYSTICK_EVENT_PASSIVITY_OCTETS];
+        octet_writer_t writer = octet_writer(octets, sizeof octets);
+        octet_write_f64(&writer, given);
+        (void)subsystem_raise(joystick->generic, JOYSTICK_EVENT_PASSIVITY, octets, writer.position);
     }
 }
 
@@ -39,6 +81,9 @@ void joystick_sense(void* const self)
                                          canopen_cia402_axis_position_rad(&device->axes[1])};
     joystick_stick_control_sense(&joystick->control, &joystick->parameters.control, period_s(joystick),
                                  position);
+    if (joystick->drives.activity == DRIVES_ENGAGED) {
+        watch_energy(joystick);
+    }
     if (joystick->is_reflecting) {
         take_felt_torque(joystick);
     }
@@ -50,16 +95,26 @@ static double fade(joystick_t* const joystick, const double period)
 {
     const double fade_time = joystick->parameters.control.fade_time;
     const bool is_coupled =
-        (subsystem_link_peer_state(joystick->generic, JOYSTICK_PORT_ROBOT_STATE) == STATE_OPERATIONAL);
+        (subsystem_link_peer_state(joystick->generic, joystick->robot_port) == STATE_OPERATIONAL);
     const double rate = is_coupled ? (1.0 / fade_time) : -FORGET_1_S;
     joystick->share   = control_clamp(joystick->share + (rate * period), 0.0, 1.0);
     return joystick->share * joystick->share * (3.0 - (2.0 * joystick->share));
+}
+
+/// The energy of the port is that of the torques that have acted, and so is the debt that damping pays back.
+static double damping(joystick_t* const joystick, const double period)
+{
+    const joystick_stick_control_t* const control = &joystick->control;
+    const double velocity[STICK_AXES] = {control->motion[0].velocity, control->motion[1].velocity};
+    return joystick_remote_contact_damp(&joystick->contact, &joystick->parameters.remote, period,
+                                        joystick->energy.taken_j, velocity);
 }
 
 static void command(joystick_t* const joystick, canopen_device_t* const device)
 {
     const joystick_control_t* const gains = &joystick->parameters.control;
     const double period                   = period_s(joystick);
+    joystick->control.added_damping       = joystick->is_remote ? damping(joystick, period) : 0.0;
     if (joystick->is_reflecting) {
         joystick_stick_control_reflect(&joystick->control, gains, period, joystick->felt_nm,
                                        fade(joystick, period));
@@ -86,9 +141,24 @@ static void publish(joystick_t* const joystick, const canopen_device_t* const de
         parameters->cur_values.statusword[i]  = (device != NULL) ? device->axes[i].statusword : 0U;
         parameters->des_torque[i] = joystick->is_reflecting ? 0.0 : joystick->display.torque_nm[i];
     }
+    parameters->energy.taken = joystick->energy.taken_j;
+    parameters->energy.given = joystick->energy.given_j;
     drives_counters_publish(&joystick->drives, control->limited);
-    parameters->link_age = subsystem_link_age_us(joystick->generic, JOYSTICK_PORT_ROBOT_STATE);
+    parameters->link_age = subsystem_link_age_us(joystick->generic, joystick->robot_port);
     parameter_unlock(dictionary);
+}
+
+static void write_link(joystick_t* const joystick)
+{
+    const double* const position = joystick->control.position_rad;
+    if (joystick->is_remote) {
+        const joystick_hand_motion_payload_t motion = {.position = {position[0], position[1]},
+                                                       .energy   = joystick->energy.received_j};
+        (void)subsystem_link_write(joystick->generic, JOYSTICK_PORT_HAND_MOTION, &motion, sizeof motion);
+    } else {
+        const joystick_hand_position_payload_t payload = {.position = {position[0], position[1]}};
+        (void)subsystem_link_write(joystick->generic, JOYSTICK_PORT_HAND_POSITION, &payload, sizeof payload);
+    }
 }
 
 void joystick_control(void* const self)
@@ -98,8 +168,6 @@ void joystick_control(void* const self)
     if (drives_are_running(&joystick->drives) && (device != NULL) && joystick->control.is_started) {
         command(joystick, device);
     }
-    const joystick_hand_position_payload_t payload = {
-        .position = {joystick->control.position_rad[0], joystick->control.position_rad[1]}};
-    (void)subsystem_link_write(joystick->generic, JOYSTICK_PORT_HAND_POSITION, &payload, sizeof payload);
+    write_link(joystick);
     publish(joystick, device);
 }

@@ -29,7 +29,7 @@ void joystick_display_step(joystick_t* const joystick, const double period_s)
     if (!joystick->display.is_active) {
         return;
     }
-    // With a ceiling of zero the torque is zero; the display then runs its time at the smallest rate.
+    // A ceiling of zero makes the torque zero; the display then lasts for its time, with the smallest rate.
     const double rate = gains->torque_ceiling / gains->ramp_time;
     joystick_force_display_step(&joystick->display, period_s, (rate > 0.0) ? rate : 1.0);
     if (!joystick->display.is_active) {

@@ -27,8 +27,8 @@ void joystick_stick_control_sense(joystick_stick_control_t* const control,
     control->is_started = true;
 }
 
-static void give(joystick_stick_control_t* const control, const joystick_control_t* const gains,
-                 const unsigned axis, const double torque_nm, const double damping_nms_rad)
+static void command_torque(joystick_stick_control_t* const control, const joystick_control_t* const gains,
+                           const unsigned axis, const double torque_nm, const double damping_nms_rad)
 {
     const double wanted       = torque_nm - (damping_nms_rad * control->motion[axis].velocity);
     control->command_nm[axis] = control_clamp(wanted, -gains->torque_ceiling, gains->torque_ceiling);
@@ -40,13 +40,20 @@ void joystick_stick_control_reflect(joystick_stick_control_t* const control,
                                     const double felt_nm[STICK_AXES], const double share)
 {
     FSW_ASSERT((control != NULL) && (gains != NULL));
+    double largest = 0.0;
     for (unsigned i = 0U; i < STICK_AXES; i++) {
-        const double excess = control_absolute(felt_nm[i]) - gains->contact_threshold;
-        const double target = control_clamp(excess / gains->contact_range, 0.0, 1.0);
-        const double rate   = (target > control->contact[i]) ? gains->contact_attack : gains->contact_decay;
-        control->contact[i] += control_clamp(rate * period_s, 0.0, 1.0) * (target - control->contact[i]);
-        const double damping = gains->damping_free + (gains->damping_contact * control->contact[i]);
-        give(control, gains, i, share * gains->force_scale * felt_nm[i], damping);
+        const double size = control_absolute(felt_nm[i]);
+        largest           = (size > largest) ? size : largest;
+    }
+    const double excess = largest - gains->contact_threshold;
+    const double target = control_clamp(excess / gains->contact_range, 0.0, 1.0);
+    const double rate   = (target > control->contact) ? gains->contact_attack : gains->contact_decay;
+    const double gain   = control_clamp(rate * period_s, 0.0, 1.0);
+    control->contact    = control_settle(control->contact + (gain * (target - control->contact)));
+    const double damping =
+        gains->damping_free + (gains->damping_contact * control->contact) + control->added_damping;
+    for (unsigned i = 0U; i < STICK_AXES; i++) {
+        command_torque(control, gains, i, share * gains->force_scale * felt_nm[i], damping);
     }
 }
 
@@ -54,8 +61,8 @@ void joystick_stick_control_display(joystick_stick_control_t* const control,
                                     const joystick_control_t* const gains, const double torque_nm[STICK_AXES])
 {
     FSW_ASSERT((control != NULL) && (gains != NULL));
+    control->contact = 0.0;
     for (unsigned i = 0U; i < STICK_AXES; i++) {
-        control->contact[i] = 0.0;
-        give(control, gains, i, torque_nm[i], gains->damping_free);
+        command_torque(control, gains, i, torque_nm[i], gains->damping_free);
     }
 }

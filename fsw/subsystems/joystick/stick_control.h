@@ -2,9 +2,10 @@
 /// Torque of the force-reflecting joystick: the external torque of the robot, and damping that grows in
 /// contact.
 ///
-///     u = s_f r - (b0 + b1 s) v        s per axis: 0 in free space .. 1 in contact; rises fast, falls slowly
+///     u = s_f r - (b0 + b1 s) v        s: 0 in free space .. 1 in contact; rises fast, falls slowly
 ///
-/// The loop over the robot is stable because of the damping; free space needs little, contact more.
+/// The damping keeps the loop over the robot stable; free space needs little, contact more. The larger torque
+/// gives s for both axes: while friction holds a joint of the robot, its external torque shows no contact.
 ///
 /// Ownership  The caller places joystick_stick_control_t. Gains are the parameter CONTROL.
 /// Context    One task.
@@ -24,7 +25,8 @@ typedef struct { // Read-only outside.
     bool is_started;
     double position_rad[STICK_AXES];
     control_tracker_t motion[STICK_AXES];
-    double contact[STICK_AXES]; ///< s
+    double contact;       ///< s
+    double added_damping; ///< In the reflection, set by the caller [Nms/rad].
     double command_nm[STICK_AXES];
     unsigned limited; ///< Commands cut at the ceiling [commands, wraps].
 } joystick_stick_control_t;

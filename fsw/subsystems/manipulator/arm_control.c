@@ -34,10 +34,9 @@ void manipulator_arm_control_sense(manipulator_arm_control_t* const control,
         control_tracker_step(&control->motor[i], motor_rad[i], setup->gains->velocity_bandwidth,
                              setup->period_s);
     }
-    control->is_started                          = true;
-    const manipulator_arm_observer_gains_t gains = {.bandwidth_rad_s = setup->gains->observer_bandwidth,
-                                                    .gain_1_s        = setup->gains->observer_gain,
-                                                    .period_s        = setup->period_s};
+    control->is_started = true;
+    const manipulator_arm_observer_gains_t gains =
+        manipulator_arm_observer_gains(setup->gains, setup->period_s);
     manipulator_arm_observer_step(&control->observer, setup->model, &gains, control->link_rad, free_torque);
 }
 
@@ -47,6 +46,7 @@ void manipulator_arm_control_hold(manipulator_arm_control_t* const control,
     FSW_ASSERT((control != NULL) && (setup != NULL));
     const manipulator_arm_terms_t terms = manipulator_arm_terms(setup->model, control->link_rad);
     control->is_coupled                 = (hand_rad != NULL);
+    control->yielding                   = 0.0;
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
         const double link         = control->link_rad[i];
         const double gravity      = terms.gravity_nm[i];
@@ -54,6 +54,7 @@ void manipulator_arm_control_hold(manipulator_arm_control_t* const control,
         control->link_zero_rad[i] = link;
         control->goal_rad[i]      = link;
         control_tracker_reset(&control->reference[i], link);
+        control->slow_nm[i]    = control->observer.external_nm[i];
         control->offset_rad[i] = control->motor_rad[i] - (link + (gravity / setup->model->stiffness[i]));
         control->bias_nm[i]    = (control->torque_nm[i] - control->zero_nm[i]) - gravity;
         control->motor_target_rad[i] = control->motor_rad[i];
@@ -78,6 +79,22 @@ static void lead_goal(manipulator_arm_control_t* const control, const manipulato
     control->goal_rad[joint] += control_clamp(reach - control->goal_rad[joint], -step, step);
 }
 
+/// How far a joint gives way to the fast part of the external torque.
+static double yield(manipulator_arm_control_t* const control, const manipulator_arm_setup_t* const setup,
+                    const unsigned joint)
+{
+    const manipulator_control_t* const gains = setup->gains;
+    const double fast                        = control->observer.external_nm[joint] - control->slow_nm[joint];
+    control->slow_nm[joint] += control_clamp(gains->compliance_corner * setup->period_s, 0.0, 1.0) * fast;
+    return control->yielding * gains->compliance * fast;
+}
+
+/// Share of what differs at engagement that is left after one period.
+static double remaining_share(const manipulator_arm_setup_t* const setup)
+{
+    return 1.0 - control_clamp(setup->period_s / setup->gains->fade_time, 0.0, 1.0);
+}
+
 manipulator_arm_motion_t manipulator_arm_control_follow(manipulator_arm_control_t* const control,
                                                         const manipulator_arm_setup_t* const setup,
                                                         const double* const hand_rad)
@@ -97,11 +114,12 @@ manipulator_arm_motion_t manipulator_arm_control_follow(manipulator_arm_control_
         control_tracker_t* const reference = &control->reference[i];
         control_tracker_step(reference, control->goal_rad[i], setup->gains->reference_bandwidth,
                              setup->period_s);
-        desired.position_rad[i]        = reference->position;
+        desired.position_rad[i]        = reference->position + yield(control, setup, i);
         desired.velocity_rad_s[i]      = reference->velocity;
         desired.acceleration_rad_s2[i] = reference->acceleration;
     }
     control->is_coupled = control->is_coupled || (hand_rad != NULL);
+    control->yielding   = 1.0 - (remaining_share(setup) * (1.0 - control->yielding));
     return desired;
 }
 
@@ -113,7 +131,7 @@ void manipulator_arm_control_step(manipulator_arm_control_t* const control,
     const manipulator_control_t* const gains = setup->gains;
     const manipulator_model_t* const model   = setup->model;
     const manipulator_arm_terms_t terms      = manipulator_arm_terms(model, desired->position_rad);
-    const double fade = 1.0 - control_clamp(setup->period_s / gains->fade_time, 0.0, 1.0);
+    const double fade                        = remaining_share(setup);
     double inertial[ARM_JOINTS];
     double coriolis[ARM_JOINTS];
     manipulator_arm_inertia_times(&terms, desired->acceleration_rad_s2, inertial);
@@ -124,8 +142,8 @@ void manipulator_arm_control_step(manipulator_arm_control_t* const control,
         const double friction =
             (gains->friction_share * model->coulomb[i] * control_tanh(speed / FRICTION_SPEED_RAD_S)) +
             (model->viscous[i] * speed);
-        control->offset_rad[i] *= fade;
-        control->bias_nm[i] *= fade;
+        control->offset_rad[i] = control_settle(control->offset_rad[i] * fade);
+        control->bias_nm[i]    = control_settle(control->bias_nm[i] * fade);
         control->motor_target_rad[i] =
             desired->position_rad[i] + (rigid / model->stiffness[i]) + control->offset_rad[i];
         control->feed_forward_nm[i] = rigid + (model->rotor_inertia[i] * desired->acceleration_rad_s2[i]) +

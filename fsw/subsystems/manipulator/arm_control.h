@@ -2,14 +2,8 @@
 /// Joint control of the arm: from sensors and desired motion to the commands of the drives.
 ///
 /// Each cycle calls manipulator_arm_control_sense, then _hold (actuators off: the law is computed for the
-/// present pose, so that engaging makes no step) or _step. Torque mode closes the loop here; in
-/// position mode the drive does, with the motor angle and the torque fed forward.
-///
-///     motor target  th_d = q_d + (M a_d + C + g) / K + offset
-///     feed-forward  u_ff = M a_d + C + g + J a_d + friction(v_d)
-///     torque        u    = u_ff + bias + Kp (th_d - th) + Kd (v_d - v)
-///
-/// offset, bias: by how much pose and torque at engagement differ from the model; both decay to zero.
+/// present pose, so that engaging makes no step) or _follow and _step. Torque mode closes the loop here; in
+/// position mode the drive does, with the motor angle and the torque fed forward. Laws: docs/control.md.
 ///
 /// Ownership  The caller places manipulator_arm_control_t. Gains and model: parameters CONTROL and MODEL.
 /// Context    One task.
@@ -47,7 +41,9 @@ typedef struct { // Read-only outside.
     double zero_nm[ARM_JOINTS];       ///< Zero point of the torque sensors.
     double hand_zero_rad[ARM_JOINTS]; ///< Joystick angle that corresponds to link_zero_rad.
     double link_zero_rad[ARM_JOINTS];
-    double goal_rad[ARM_JOINTS]; ///< Where the reference is led to, limited in speed and range.
+    double goal_rad[ARM_JOINTS]; ///< Goal of the reference, limited in speed and range.
+    double slow_nm[ARM_JOINTS];  ///< Low-pass external torque.
+    double yielding;             ///< 0 at engagement .. 1: share of the compliance in force.
     double offset_rad[ARM_JOINTS];
     double bias_nm[ARM_JOINTS];
     double motor_target_rad[ARM_JOINTS];

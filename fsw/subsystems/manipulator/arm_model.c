@@ -54,3 +54,14 @@ void manipulator_arm_coriolis_transposed(const manipulator_arm_terms_t* const te
     out_nm[0]       = 0.0;
     out_nm[1]       = -terms->h * ((v1 * v1) + (v1 * v2));
 }
+
+void manipulator_arm_jacobian(const manipulator_model_t* const model, const double angle_rad[ARM_JOINTS],
+                              double out[CONTROL_PLANAR_ENTRIES])
+{
+    const control_sine_cosine_t shoulder = control_sine_cosine(angle_rad[0]);
+    const control_sine_cosine_t forearm  = control_sine_cosine(angle_rad[0] + angle_rad[1]);
+    out[1]                               = -model->link_length[1] * forearm.sine;
+    out[3]                               = model->link_length[1] * forearm.cosine;
+    out[0]                               = out[1] - (model->link_length[0] * shoulder.sine);
+    out[2]                               = out[3] + (model->link_length[0] * shoulder.cosine);
+}

@@ -9,6 +9,8 @@
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_ARM_MODEL_H
 #define FSW_SUBSYSTEMS_MANIPULATOR_ARM_MODEL_H
 
+#include "fsw/framework/control/planar.h"
+
 #include "generated/manipulator_descriptor.h"
 
 #define ARM_JOINTS 2U
@@ -33,5 +35,8 @@ void manipulator_arm_coriolis(const manipulator_arm_terms_t* terms, const double
 /// C(q, v)^T v for the momentum observer [Nm].
 void manipulator_arm_coriolis_transposed(const manipulator_arm_terms_t* terms,
                                          const double velocity_rad_s[ARM_JOINTS], double out_nm[ARM_JOINTS]);
+/// Jacobian of the tip, as in fsw/framework/control/planar.h.
+void manipulator_arm_jacobian(const manipulator_model_t* model, const double angle_rad[ARM_JOINTS],
+                              double out[CONTROL_PLANAR_ENTRIES]);
 
 #endif // FSW_SUBSYSTEMS_MANIPULATOR_ARM_MODEL_H

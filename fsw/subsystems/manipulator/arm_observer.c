@@ -5,6 +5,14 @@
 
 #include <stddef.h>
 
+manipulator_arm_observer_gains_t manipulator_arm_observer_gains(const manipulator_control_t* const gains,
+                                                                const double period_s)
+{
+    FSW_ASSERT(gains != NULL);
+    return (manipulator_arm_observer_gains_t){
+        .bandwidth_rad_s = gains->observer_bandwidth, .gain_1_s = gains->observer_gain, .period_s = period_s};
+}
+
 void manipulator_arm_observer_step(manipulator_arm_observer_t* const observer,
                                    const manipulator_model_t* const model,
                                    const manipulator_arm_observer_gains_t* const gains,

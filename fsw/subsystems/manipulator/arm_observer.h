@@ -28,6 +28,9 @@ typedef struct {
     double period_s;
 } manipulator_arm_observer_gains_t;
 
+/// Those of the parameter CONTROL.
+manipulator_arm_observer_gains_t manipulator_arm_observer_gains(const manipulator_control_t* gains,
+                                                                double period_s);
 /// One cycle: link angle, and joint torque free of the sensor's offset. Before the first cycle the observer
 /// is all zero.
 void manipulator_arm_observer_step(manipulator_arm_observer_t* observer, const manipulator_model_t* model,

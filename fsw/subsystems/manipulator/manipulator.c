@@ -22,8 +22,16 @@ void manipulator_init(manipulator_t* const manipulator, subsystem_t* const gener
 manipulator_arm_setup_t manipulator_setup(const manipulator_t* const manipulator)
 {
     return (manipulator_arm_setup_t){.gains    = &manipulator->parameters.control,
-                                     .model    = &manipulator->parameters.model,
+                                     .model    = &manipulator->model,
                                      .period_s = (double)subsystem_period_ns(manipulator->generic) * 1.0e-9};
+}
+
+void manipulator_take_model(manipulator_t* const manipulator)
+{
+    FSW_ASSERT(manipulator != NULL);
+    manipulator->model = manipulator->parameters.model;
+    manipulator_arm_identification_init(&manipulator->identification, &manipulator->parameters.identification,
+                                        &manipulator->model);
 }
 
 static status_t software_init(void* const self)
@@ -40,6 +48,7 @@ static status_t hardware_init(void* const self)
     manipulator_t* const manipulator = self;
     manipulator->has_zero            = false;
     manipulator_arm_tare_init(&manipulator->tare);
+    manipulator_take_model(manipulator);
     return drives_hardware_init(manipulator);
 }
 
@@ -50,6 +59,8 @@ static status_t configure(void* const self, const descriptor_configuration_t* co
     const descriptor_device_t* const first         = &descriptor->devices[configuration->first_device];
     // All devices have the mode of the first, see fits.
     manipulator->is_torque_mode = (drives_mode(descriptor, first) == CIA402_MODE_CST);
+    manipulator->is_remote =
+        descriptor_find_port(descriptor, configuration, MANIPULATOR_PORT_HAND_MOTION) != NULL;
     manipulator_arm_control_init(&manipulator->control);
     manipulator->control.zero_nm[0] = manipulator->tare.offset_nm[0];
     manipulator->control.zero_nm[1] = manipulator->tare.offset_nm[1];
@@ -81,6 +92,7 @@ static status_t engage(void* const self)
     if (status == STATUS_OK) {
         manipulator->is_beyond_limit[0] = false;
         manipulator->is_beyond_limit[1] = false;
+        control_port_energy_reset(&manipulator->energy);
     }
     return status;
 }
@@ -89,8 +101,8 @@ static bool fits(const subsystem_descriptor_t* const descriptor, subsystem_misfi
 {
     static const int modes[]         = {CIA402_MODE_CST, CIA402_MODE_CSP, 0};
     static const drives_need_t joint = {
-        .type       = "cia402-drive",
-        .says_type  = "type of <Device>: expected cia402-drive, the class of the arm's joints",
+        .axes       = 1U,
+        .says_type  = "type of <Device>: expected a class of CiA 402 with one axis, a joint of the arm",
         .count      = ARM_JOINTS,
         .says_count = "<Configuration>: expected two <Device>, one for each joint",
         .modes      = modes,

@@ -2,8 +2,10 @@
 /// The subsystem MANIPULATOR: a two-joint torque-sensed arm.
 ///
 /// STAND_ALONE (drives close the position loop) executes MOVE_TO; TELEPRESENCE (torque loop here) follows the
-/// joystick and sends it the external torque at the joints. The mode of operation of its devices decides
-/// which of the two a configuration is. All tunable values are the parameters CONTROL, MODEL, TORQUE_LIMIT.
+/// joystick and sends it the external torque at the joints; TELEPRESENCE_REMOTE does so through a link with
+/// delay. The mode of operation of its devices decides whether a configuration follows, and the port
+/// HAND_MOTION whether the link has delay. All tunable values are the parameters CONTROL, MODEL, REMOTE and
+/// TORQUE_LIMIT.
 ///
 /// Ownership  The program places manipulator_t and the generic subsystem; both must not be moved.
 /// Context    The task of the generic subsystem; its callbacks never block.
@@ -18,9 +20,12 @@
 #include "base/capacities.h"
 #include "fsw/drives/drives.h"
 #include "fsw/framework/control/motion.h"
+#include "fsw/framework/control/port_energy.h"
 #include "fsw/framework/subsystem/subsystem.h"
 #include "fsw/subsystems/manipulator/arm_control.h"
+#include "fsw/subsystems/manipulator/arm_identification.h"
 #include "fsw/subsystems/manipulator/arm_tare.h"
+#include "fsw/subsystems/manipulator/arm_yield.h"
 
 #include "generated/manipulator_descriptor.h"
 
@@ -33,12 +38,18 @@ typedef struct {     // All fields are private.
     subsystem_t* generic;
     manipulator_parameters_t parameters;
     bool is_torque_mode;
+    bool is_remote; ///< The joystick is behind a link with delay.
     manipulator_arm_control_t control;
+    control_port_energy_t energy; ///< Of the port to the environment.
     manipulator_arm_tare_t tare;
-    bool has_zero;       ///< A tare has succeeded since HARDWARE_INIT.
-    uint32_t tare_token; ///< Function TARE under way; 0 none.
-    bool has_hand;       ///< The joystick's angle is known in this cycle.
-    manipulator_hand_position_payload_t hand;
+    manipulator_arm_identification_t identification;
+    manipulator_model_t model; ///< In force: that of the parameters, with the identified masses.
+    bool has_zero;             ///< A tare has succeeded since HARDWARE_INIT.
+    uint32_t tare_token;       ///< Function TARE under way; 0 none.
+    bool has_hand;             ///< The joystick's angle is known in this cycle.
+    double hand_rad[ARM_JOINTS];
+    double paid_j; ///< Sum of energy that the joystick tells; of a remote one only.
+    manipulator_arm_yield_t yield;
     control_motion_t motion[ARM_JOINTS];
     control_motion_point_t point[ARM_JOINTS];
     bool is_moving;

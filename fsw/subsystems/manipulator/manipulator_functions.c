@@ -129,6 +129,10 @@ void manipulator_parameter_set(void* const self, const uint32_t parameter_id)
     if (parameter_id == MANIPULATOR_PARAMETER_DES_POSITION) {
         go_to_parameter(manipulator);
     }
+    if ((parameter_id == MANIPULATOR_PARAMETER_MODEL) ||
+        (parameter_id == MANIPULATOR_PARAMETER_IDENTIFICATION)) {
+        manipulator_take_model(manipulator);
+    }
 }
 
 static void end_tare(manipulator_t* const manipulator, const uint16_t failure_code, const uint32_t detail)

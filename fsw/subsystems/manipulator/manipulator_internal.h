@@ -7,6 +7,8 @@
 
 /// Gains, model and period of this cycle.
 manipulator_arm_setup_t manipulator_setup(const manipulator_t* manipulator);
+/// Begin the identification anew, with the model of the parameters.
+void manipulator_take_model(manipulator_t* manipulator);
 
 /// manipulator_cycle.c: the cyclic callbacks.
 void manipulator_sense(void* self);

@@ -10,7 +10,7 @@
 #define SPACECRAFT_FILE_LOCKS DESCRIPTOR_FILE_LOCKS_MAX
 #define SPACECRAFT_FILE_COPIES 8U
 #define SPACECRAFT_FILE_SEARCHES 4U
-#define SPACECRAFT_FILES_OPEN 4U           ///< By other services, at once.
+#define SPACECRAFT_FILES_OPEN 4U           ///< Files that other services have open at once.
 #define SPACECRAFT_FILE_SIZE_MAX 67108864U ///< [octets]
 #define SPACECRAFT_FILE_SLICES 4U          ///< Number of slices of copies in a step.
 

@@ -38,10 +38,10 @@ struct supervisor;
 
 /// Functions that connect a service to the supervisor. Null: nothing to do.
 typedef struct {
-    uint8_t type; ///< Service type, and the table of its lasting records.
-    /// Initialise without lasting records; returns the entry for the dispatcher, whose `step` is null.
+    uint8_t type; ///< Service type, and the table of its persistent records.
+    /// Initialise without persistent records; returns the entry for the dispatcher, whose `step` is null.
     pus_service_t (*open)(struct supervisor* supervisor);
-    /// Restore a lasting record. STATUS_OK, or the refusal of the service.
+    /// Restore a persistent record. STATUS_OK, or the refusal of the service.
     status_t (*restore)(struct supervisor* supervisor, uint32_t key, const uint8_t* octets, size_t size);
     /// Start, after all records are restored. STATUS_OK, or the status for a RECORD_REFUSED event.
     status_t (*start)(struct supervisor* supervisor);
@@ -112,19 +112,19 @@ extern const spacecraft_binding_t spacecraft_time;
 extern const spacecraft_binding_t spacecraft_procedures;
 extern const spacecraft_binding_t spacecraft_large_packets;
 
-/// Where services keep their lasting records; null if nothing is kept.
+/// Where services keep their persistent records; null if nothing is kept.
 const pus_persistence_t* spacecraft_persistence(struct supervisor* supervisor);
 /// Entries that the descriptor grants a service of the whole spacecraft; `most` (the capacity) if it does not
 /// say.
 uint16_t spacecraft_capacity(const struct supervisor* supervisor, uint8_t type, uint16_t most);
 /// Open all bindings; their services go to `services` (room for SPACECRAFT_SERVICES). Returns their number.
 size_t spacecraft_open(struct supervisor* supervisor, pus_service_t* services);
-/// Restore the lasting records of all services, then start the services. A refused record is counted and
+/// Restore the persistent records of all services, then start the services. A refused record is counted and
 /// reported by the event RECORD_REFUSED.
 void spacecraft_restore(struct supervisor* supervisor);
-/// Raise an event: a lasting record was not restored, or not written.
+/// Raise an event: a persistent record was not restored, or not written.
 void spacecraft_report_refused(struct supervisor* supervisor, uint8_t table, uint32_t key, status_t status);
-/// In the first step: raise JOURNAL_DAMAGED and enter the fallback mode if lasting records were lost.
+/// In the first step: raise JOURNAL_DAMAGED and enter the fallback mode if persistent records were lost.
 void spacecraft_report_damage(struct supervisor* supervisor);
 /// Step all services, then route the requests that they have released. Returns the time of the next wake.
 uint64_t spacecraft_step(struct supervisor* supervisor, uint64_t now_ns);

@@ -21,7 +21,7 @@ static status_t software_init(void* const self)
                                  &own->parameters);
 }
 
-/// The value stays where it is until the next command.
+/// Keep the present value until the next command.
 static void hold(@name@_t* const own)
 {
     parameter_lock(subsystem_dictionary(own->generic));
@@ -36,7 +36,7 @@ static status_t engage(void* const self)
     return STATUS_OK;
 }
 
-/// One step of the value. True if it has arrived with this step.
+/// Move the value by one step. True if it arrives with this step.
 static bool follow(@name@_t* const own)
 {
     const double period_s    = (double)subsystem_period_ns(own->generic) * 1.0e-9;

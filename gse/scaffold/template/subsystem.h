@@ -15,10 +15,10 @@
 
 typedef struct { // All fields are private.
     subsystem_t* generic;
-    const flow_resolver_t* resolver; ///< For devices: what a bus of the descriptor is in this run.
+    const flow_resolver_t* resolver; ///< For devices: gives the address of an end node in this run.
     @name@_parameters_t parameters;
     double value;
-    bool is_under_way; ///< Has not arrived yet.
+    bool is_under_way; ///< The value has not arrived yet.
 } @name@_t;
 
 /// Once, before the generic subsystem runs. Pointers are kept.

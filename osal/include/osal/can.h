@@ -28,7 +28,7 @@
 #define OSAL_CAN_ERROR 0x20000000U    ///< Error frame; the low bits are the error classes.
 #define OSAL_CAN_ID_MASK 0x1FFFFFFFU
 
-#define OSAL_CAN_ERROR_TX_TIMEOUT 0x001U       ///< By the driver: a frame did not leave in time.
+#define OSAL_CAN_ERROR_TX_TIMEOUT 0x001U       ///< Set by the driver: a frame was not sent in time.
 #define OSAL_CAN_ERROR_LOST_ARBITRATION 0x002U ///< data[0]: the bit, 0 if unknown.
 /// data[1]: 0x01/0x02 overflow rx/tx, 0x04/0x08 warning, 0x10/0x20 passive, 0x40 active again.
 #define OSAL_CAN_ERROR_CONTROLLER 0x004U
@@ -46,9 +46,9 @@
 #define OSAL_CAN_FLAG_FD 0x04U  ///< CAN FD frame.
 
 #define OSAL_CAN_DATA_MAX 64U
-#define OSAL_CAN_RING_FRAMES 256U ///< Frames on the way in each direction of a stepped bus.
+#define OSAL_CAN_RING_FRAMES 256U ///< Capacity of each direction of a stepped bus [frames].
 #define OSAL_CAN_FILTERS_MAX 16U
-#define OSAL_CAN_PATIENCE_MS 500U ///< Wall-clock time for a frame that was announced.
+#define OSAL_CAN_PATIENCE_MS 2000U ///< Longest wait for an announced frame, wall-clock time [ms].
 
 typedef struct {
     uint64_t time_ns; ///< Received: "shm:": end of frame, the wire end's stamp; SocketCAN: by the kernel on
@@ -86,38 +86,39 @@ typedef struct { // All fields are private, except the last four: read-only.
 
 typedef struct {       // Counts of a counted hand-over, both directions [frames, wrap].
     uint32_t frames;   ///< Handed over.
-    uint32_t late;     ///< Of these, received late, but within OSAL_CAN_PATIENCE_MS.
+    uint32_t late;     ///< Frames of `frames` received late, within OSAL_CAN_PATIENCE_MS.
     uint32_t lost;     ///< Announced but never received.
     uint32_t external; ///< Received but not announced: another program sends on the interface.
-    uint32_t cuts;     ///< Times that an end found its interface down or away [calls].
+    uint32_t cuts;     ///< Calls that found the interface of their end down or removed.
 } osal_can_hand_over_t;
 
 /// Make the shared memory of a "shm:" or counted bus. Exactly one process does it, before either end opens.
-/// The interface of a counted bus is the wire end's. Returns STATUS_OK, STATUS_EXISTS, STATUS_INVALID
-/// (address, or one without shared memory), STATUS_NOT_FOUND (interface), STATUS_UNSUPPORTED (no SocketCAN
-/// here), STATUS_DENIED, STATUS_IO.
+/// For a counted bus the address names the interface of the wire end. Returns STATUS_OK, STATUS_EXISTS,
+/// STATUS_INVALID (address, or one without shared memory), STATUS_NOT_FOUND (interface), STATUS_UNSUPPORTED
+/// (no SocketCAN here), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_can_create(const char* address);
-/// Remove it. Open ends stay usable. Returns STATUS_OK, STATUS_NOT_FOUND.
+/// Remove the shared memory of a bus. Open ends stay usable. Returns STATUS_OK, STATUS_NOT_FOUND.
 status_t osal_can_destroy(const char* address);
-/// How the hand-over of a counted bus went so far. Returns STATUS_OK, STATUS_NOT_FOUND (no such counted bus).
+/// Read the counts of a counted bus. Returns STATUS_OK, STATUS_NOT_FOUND (no such counted bus).
 MUST_USE status_t osal_can_hand_over(const char* address, osal_can_hand_over_t* out_counts);
 
-/// Count frames as external that reached the bus from outside of the run by another way. No effect on a
-/// carrier that does not count.
+/// Add to the count of external frames: these reached the bus from outside of the run by another way. No
+/// effect on a carrier that does not count.
 void osal_can_add_external(osal_can_t* can, uint32_t frames);
 
-/// Open one end. A node end begins with nothing received. Returns STATUS_OK, STATUS_NOT_FOUND (no such bus),
-/// STATUS_INVALID (address, or an interface name of more than 15 characters), STATUS_CLOSED (the interface is
-/// down), STATUS_UNSUPPORTED (no SocketCAN here, or no CAN interface), STATUS_DENIED, STATUS_IO.
+/// Open one end. The receive queue of a node end is empty after opening. Returns STATUS_OK, STATUS_NOT_FOUND
+/// (no such bus), STATUS_INVALID (address, or an interface name of more than 15 characters), STATUS_CLOSED
+/// (the interface is down), STATUS_UNSUPPORTED (no SocketCAN here, or no CAN interface), STATUS_DENIED,
+/// STATUS_IO.
 MUST_USE status_t osal_can_open(osal_can_t* can, const char* address, osal_can_end_t end);
 void osal_can_close(osal_can_t* can);
 /// Receive only frames that pass one of the filters; without filters: only error frames. After opening all
 /// frames pass. Returns STATUS_OK, STATUS_INVALID (more than OSAL_CAN_FILTERS_MAX), STATUS_CLOSED, STATUS_IO.
 MUST_USE status_t osal_can_filter(osal_can_t* can, const osal_can_filter_t* filters, size_t count);
 
-/// Queue a frame. Returns STATUS_OK, STATUS_FULL (counted in `refused`), STATUS_INVALID (a length no such
-/// frame has, or FD on an interface without), STATUS_UNSUPPORTED (an error frame, where the interface is a
-/// controller), STATUS_CLOSED (not open, or the interface is down or gone).
+/// Queue a frame. Returns STATUS_OK, STATUS_FULL (counted in `refused`), STATUS_INVALID (a length that no CAN
+/// frame has, or an FD frame on an interface that does not carry FD), STATUS_UNSUPPORTED (an error frame,
+/// where the interface is a controller), STATUS_CLOSED (not open, or the interface is down or gone).
 MUST_USE status_t osal_can_send(osal_can_t* can, const osal_can_frame_t* frame);
 /// Take the oldest received frame. Returns STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (not open, or the interface
 /// is down or removed: close; when it exists again, open again).

@@ -24,26 +24,26 @@ typedef struct {
     bool is_bus_off;                     ///< The controller has left the bus.
     bool carries_fd;                     ///< The mtu is that of CAN FD.
     uint32_t bit_rate;                   ///< Nominal [bit/s]; 0: none or unknown.
-    uint32_t data_bit_rate;              ///< CAN FD data phase [bit/s]; 0: as above.
+    uint32_t data_bit_rate;              ///< CAN FD data phase [bit/s]; 0: none or unknown.
     char label[OSAL_CAN_LABEL_MAX + 1U]; ///< Argument of osal_can_interface_make, cut if longer.
 } osal_can_interface_t;
 
-/// Hold on an interface for one run. It ends with osal_can_interface_release, or with the process.
+/// Claim on an interface for one run. It ends with osal_can_interface_release, or with the process.
 typedef struct { // Private; -1: none.
     int descriptor;
 } osal_can_claim_t;
 
-/// Returns STATUS_OK, STATUS_INVALID (name empty, longer than 15 characters, or with a '/' or a space),
-/// STATUS_UNSUPPORTED (no SocketCAN in this kernel), STATUS_NOT_FOUND (no such interface), STATUS_NOT_OURS
-/// (an interface, but not for CAN), STATUS_DENIED, STATUS_IO.
+/// Query the properties of an interface. Returns STATUS_OK, STATUS_INVALID (name empty, longer than 15
+/// characters, or with a '/' or a space), STATUS_UNSUPPORTED (no SocketCAN in this kernel), STATUS_NOT_FOUND
+/// (no such interface), STATUS_NOT_OURS (an interface, but not for CAN), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_can_interface_look(const char* name, osal_can_interface_t* out_interface);
 
 /// Make a vcan interface, classic or FD, with a label, and bring it up. Returns STATUS_OK, STATUS_EXISTS,
-/// STATUS_DENIED (takes CAP_NET_ADMIN), STATUS_UNSUPPORTED (no SocketCAN or no vcan in this kernel),
+/// STATUS_DENIED (CAP_NET_ADMIN is required), STATUS_UNSUPPORTED (no SocketCAN or no vcan in this kernel),
 /// STATUS_INVALID (name, or a label that is too long), STATUS_IO.
 MUST_USE status_t osal_can_interface_make(const char* name, bool carries_fd, const char* label);
-/// Returns STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED, STATUS_INVALID, STATUS_UNSUPPORTED (it is hardware),
-/// STATUS_IO.
+/// Remove a virtual interface. Returns STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED, STATUS_INVALID,
+/// STATUS_UNSUPPORTED (it is hardware), STATUS_IO.
 status_t osal_can_interface_remove(const char* name);
 
 /// Claim an interface against other claims on this machine (network namespace), whether it exists or not.

@@ -3,7 +3,7 @@
 ///
 /// Real: monotonic time from a common origin, absolute sleep, woken early by a socket. Stepped: simulated
 /// time from the scheduler. Granted: for a program that cannot reach the scheduler's memory (one of another
-/// byte order); its caller brings the grants and takes its deliveries.
+/// byte order); its caller supplies the grants and collects its deliveries.
 ///
 /// In stepped time only osal_clock_wait waits for simulated time. Other calls of this layer that may wait
 /// (osal_event_wait, osal_mutex_lock, osal_task_join, osal_socket_wait_readable, osal_process_start,
@@ -33,7 +33,7 @@ typedef enum {
 } osal_clock_mode_t;
 
 typedef struct {
-    bool is_memory_locked; ///< No page of the program is written out.
+    bool is_memory_locked; ///< No page of the program is swapped out.
     bool is_slack_minimal; ///< Wake-ups are not combined with later ones.
 } osal_clock_attributes_t;
 
@@ -57,12 +57,12 @@ typedef struct { // All fields are private, except `attributes`: read-only.
 /// Real clock; time 0 is `origin_ns` of osal_clock_monotonic_ns. Requests timer slack 1 ns and locked memory;
 /// `attributes` says which of them were permitted.
 void osal_clock_open_real(osal_clock_t* clock, uint64_t origin_ns);
-/// Stepped clock: that life of `participant` of the scheduler.
+/// Stepped clock for life `life` of `participant` of the scheduler.
 void osal_clock_open_stepped(osal_clock_t* clock, osal_lockstep_t* scheduler, unsigned participant,
                              uint32_t life);
 
-/// Granted clock: stepped time 0, nothing due. Deliveries are noted in `deliveries`, which must outlive it
-/// and is cleared.
+/// Granted clock: it begins with stepped time 0 and no delivery. Deliveries are noted in `deliveries`, which
+/// must outlive it and is cleared.
 void osal_clock_open_granted(osal_clock_t* clock, osal_deliveries_t* deliveries);
 /// Granted clocks only: the next grant. Clears the noted deliveries.
 void osal_clock_take_grant(osal_clock_t* clock, const osal_grant_t* grant);
@@ -72,14 +72,15 @@ uint64_t osal_clock_monotonic_ns(void);
 /// Time of the run [ns]: real time since the origin, or the time of the present grant.
 uint64_t osal_clock_now_ns(const osal_clock_t* clock);
 
-/// Wait until `wake_ns` or until one of `sockets` (0..8 of them, open) has something to read, or, stepped,
-/// until a delivery. Stepped: the present grant ends. Real: a caught stop signal (osal_process_catch_stop)
-/// ends the wait early, too; if the wake time has passed, the sockets are still polled. A granted clock
-/// cannot wait: that is a coding error. Returns STATUS_OK, STATUS_CLOSED (the run ended).
+/// Wait until `wake_ns` or until one of `sockets` (0..OSAL_CLOCK_SOCKETS_MAX, all open) has something to
+/// read, or, stepped, until a delivery. Stepped: the present grant ends. Real: a caught stop signal
+/// (osal_process_catch_stop) ends the wait early, too; if the wake time has passed, the sockets are still
+/// polled. A granted clock cannot wait: that is a coding error. Returns STATUS_OK, STATUS_CLOSED (the run
+/// ended).
 MUST_USE status_t osal_clock_wait(osal_clock_t* clock, uint64_t wake_ns, osal_socket_t* const* sockets,
                                   size_t socket_count);
 
-/// Tell the scheduler of deliveries to that life of another participant. Real clock: no effect.
+/// Announce deliveries to life `life` of another participant to the scheduler. Real clock: no effect.
 void osal_clock_deliver(osal_clock_t* clock, unsigned receiver, uint32_t life, uint32_t messages,
                         uint32_t octets);
 /// Deliveries announced with the present grant; 0 for a real clock.

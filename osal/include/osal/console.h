@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The console of a program: whole lines to standard output or error. Never blocks the caller for long;
-/// a line is written by one call so that lines of several processes do not mix.
+/// The console of a program: whole lines to standard output or error. One call writes a whole line, so that
+/// lines of several processes do not mix. Text is dropped if the reader takes nothing for 100 ms.
 #ifndef OSAL_CONSOLE_H
 #define OSAL_CONSOLE_H
 
@@ -8,13 +8,14 @@
 
 /// Write `line` and a line end to standard output.
 void osal_console_say(const char* line);
-/// The same to standard error.
+/// Write `line` and a line end to standard error.
 void osal_console_complain(const char* line);
 /// Write text without a line end (progress).
 void osal_console_put(const char* text);
 bool osal_console_is_terminal(void);
 /// If the only argument is --version, write `name version`; if it is --help, write the usage. With no usage
-/// (null) --help is left to the program. True: something was written, and the program ends with 0.
+/// (null) --help is left to the program. True: something was written, and the program must end with exit
+/// code 0.
 bool osal_console_introduce(int argument_count, char* const arguments[], const char* name, const char* usage);
 
 #endif // OSAL_CONSOLE_H

@@ -4,7 +4,7 @@
 /// serial line (serial.h) is opened as one of these.
 ///
 /// Ownership  The caller places osal_device_t; closed by osal_device_close.
-/// Context    One task. Never blocks.
+/// Context    One task. Only osal_device_wait_readable blocks.
 /// Errors     Each function lists its statuses; interrupted calls are repeated inside. A null argument is a
 ///            coding error (FSW_ASSERT).
 #ifndef OSAL_DEVICE_H
@@ -45,6 +45,9 @@ MUST_USE status_t osal_device_write(osal_device_t* device, const uint8_t* octets
 /// Read the available octets. STATUS_OK with *out_size >= 1, STATUS_EMPTY (nothing now; or the end of a
 /// file, which may grow), STATUS_CLOSED (the partner, or the device, is gone), STATUS_IO.
 MUST_USE status_t osal_device_read(osal_device_t* device, uint8_t* octets, size_t capacity, size_t* out_size);
+/// Wait (wall-clock) until octets can be read or the partner is gone, at most timeout_ms. STATUS_OK,
+/// STATUS_TIMEOUT.
+MUST_USE status_t osal_device_wait_readable(osal_device_t* device, uint32_t timeout_ms);
 void osal_device_close(osal_device_t* device);
 
 #endif // OSAL_DEVICE_H

@@ -6,7 +6,8 @@
 /// before it, and symbolic links are not followed, so no path leaves the tree, whatever other programs do to
 /// it meanwhile. Links, devices, pipes and sockets are treated as absent, but their names cannot be used.
 ///
-/// When a call that changes names returns STATUS_OK, the change is on the disk. STATUS_INVALID: no path.
+/// When a call that changes names returns STATUS_OK, the change is on the disk. STATUS_INVALID: the argument
+/// is not such a path.
 ///
 /// Ownership  The caller places the handle.
 /// Context    Any.
@@ -56,7 +57,7 @@ MUST_USE status_t osal_directory_make_file(const osal_directory_t* root, const c
 /// STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_remove_file(const osal_directory_t* root, const char* path);
 /// Give a file or folder another path; at any moment it has one of the two. STATUS_OK, STATUS_NOT_FOUND (it,
-/// or the folder of the new path), STATUS_EXISTS, STATUS_INVALID (or a folder would come to lie in itself),
+/// or the folder of the new path), STATUS_EXISTS, STATUS_INVALID (or a folder would be moved into itself),
 /// STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_rename(const osal_directory_t* root, const char* path, const char* new_path);
 /// The files and folders whose names come first after `after` ("": from the beginning), in the order of their

@@ -27,7 +27,8 @@ MUST_USE status_t osal_file_write(osal_file_t* file, const void* octets, size_t 
 MUST_USE status_t osal_file_read(osal_file_t* file, void* octets, size_t capacity, size_t* out_size);
 /// Whole file into the buffer. STATUS_OK, STATUS_NOT_FOUND, STATUS_TOO_LARGE, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_file_load(const char* path, void* octets, size_t capacity, size_t* out_size);
-/// The same for a secret: STATUS_FORBIDDEN if group or others have any permission for the file.
+/// Like osal_file_load, but for a secret: also STATUS_FORBIDDEN if group or others have any permission for
+/// the file.
 MUST_USE status_t osal_file_load_secret(const char* path, void* octets, size_t capacity, size_t* out_size);
 /// Open for reading and writing anywhere; made if missing. Same statuses as create.
 MUST_USE status_t osal_file_update(osal_file_t* file, const char* path);
@@ -46,7 +47,7 @@ MUST_USE status_t osal_file_size(osal_file_t* file, uint64_t* out_size);
 MUST_USE status_t osal_file_resize(osal_file_t* file, uint64_t size);
 /// Reserve disk space for the first `size` octets, so that writing there cannot fail for lack of space. The
 /// file grows to `size`. STATUS_OK, STATUS_FULL (no space, or beyond what a file can have),
-/// STATUS_UNSUPPORTED (this file system cannot tell), STATUS_IO.
+/// STATUS_UNSUPPORTED (this file system cannot reserve space), STATUS_IO.
 MUST_USE status_t osal_file_reserve(osal_file_t* file, uint64_t size);
 /// True while the file has a name in the file system. If it was removed, its content is lost on close.
 bool osal_file_is_named(const osal_file_t* file);

@@ -2,10 +2,10 @@
 /// The lock-step scheduler: grants the processor to one participant at a time, at the simulated time
 /// each asked for, in participant order within one instant. A participant runs only during its grant.
 ///
-/// Time has slots of `slot_ns`; a participant asks for its next wake time when it is done. A delivery
-/// (osal_lockstep_deliver) wakes the receiver in the current slot if its order is higher than that of the
-/// running one, else at the start of the next slot. A participant learns the number of deliveries since its
-/// last grant.
+/// Time advances in time steps of `step_ns`; a participant asks for its next wake time when it is done. A
+/// delivery (osal_lockstep_deliver) wakes the receiver in the current time step if its order is higher than
+/// that of the running one, else at the start of the next time step. A participant learns the number of
+/// deliveries since its last grant.
 ///
 /// The storage is plain memory: shared memory with one process per participant (futex hand-off), or memory of
 /// one program that calls osal_lockstep_next in a loop (image form). Both give the same sequence of grants.
@@ -25,10 +25,10 @@
 #include <stdint.h>
 
 #define OSAL_LOCKSTEP_PARTICIPANTS_MAX CAPACITY_PARTICIPANTS
-#define OSAL_LOCKSTEP_NEVER UINT64_MAX ///< "Wake me only for a delivery."
-#define OSAL_LOCKSTEP_ANY_LIFE 0U      ///< As a life: the present one. Lives are 1, 2, ...
-#define OSAL_LOCKSTEP_BYTES 4096U      ///< Storage of one scheduler.
-#define OSAL_LOCKSTEP_PATIENCE_NS 5000000000ULL
+#define OSAL_LOCKSTEP_NEVER UINT64_MAX          ///< "Wake me only for a delivery."
+#define OSAL_LOCKSTEP_ANY_LIFE 0U               ///< In place of a life: the present one. Lives are 1, 2, ...
+#define OSAL_LOCKSTEP_BYTES 4096U               ///< Storage of one scheduler.
+#define OSAL_LOCKSTEP_PATIENCE_NS 5000000000ULL ///< Default of osal_lockstep_set_patience.
 
 typedef struct osal_lockstep osal_lockstep_t;
 
@@ -45,15 +45,15 @@ typedef struct {
 } osal_grant_t;
 
 /// Make a scheduler in `storage` (aligned to 64, OSAL_LOCKSTEP_BYTES). All participants are ABSENT; time is
-/// 0. slot_ns >= 1. `is_shared`: participants live in tasks or processes of their own and use
+/// 0. step_ns >= 1. `is_shared`: participants live in tasks or processes of their own and use
 /// osal_lockstep_wait; else one loop uses osal_lockstep_next and _done. Null if the system has no lock for
 /// it.
-osal_lockstep_t* osal_lockstep_create(void* storage, uint64_t slot_ns, bool is_shared);
-/// A process that is stopped by a signal inside one of these calls keeps all others out. If such a process
-/// has a life and keeps another one out for `patience_ns` of wall-clock time, it is killed and treated like
-/// any death; processes without a life are waited for. The initial value is OSAL_LOCKSTEP_PATIENCE_NS.
+osal_lockstep_t* osal_lockstep_create(void* storage, uint64_t step_ns, bool is_shared);
+/// A process that is stopped by a signal inside one of these calls blocks the calls of all others. If such a
+/// process has a life and blocks another one for `patience_ns` of wall-clock time, it is killed and treated
+/// like any death; processes without a life are waited for. The initial value is OSAL_LOCKSTEP_PATIENCE_NS.
 void osal_lockstep_set_patience(osal_lockstep_t* scheduler, uint64_t patience_ns);
-/// The scheduler in storage that another process made. Null if there is none.
+/// The scheduler that another process has made in `storage`. Null if there is none.
 osal_lockstep_t* osal_lockstep_attach(void* storage);
 
 /// Life `life` of the participant begins at `at_ns`, or now if that is past: it gets its first grant then.
@@ -67,16 +67,16 @@ void osal_lockstep_expect(osal_lockstep_t* scheduler, unsigned participant, uint
 void osal_lockstep_end(osal_lockstep_t* scheduler, unsigned participant, uint32_t life);
 /// Called by the holder of the grant: that life gets no further grant. Its wait returns STATUS_CLOSED.
 void osal_lockstep_dismiss(osal_lockstep_t* scheduler, unsigned participant, uint32_t life);
-/// As osal_lockstep_dismiss, but the process that waits in that life is killed and does nothing more.
+/// Like osal_lockstep_dismiss, but the process that waits in that life is killed and does nothing more.
 void osal_lockstep_kill(osal_lockstep_t* scheduler, unsigned participant, uint32_t life);
 /// From this call on, when a life of the participant ends, its next life begins `delay_ns` later. Both happen
 /// in one operation, so no other participant gets a grant in between. The next life gets the deliveries that
 /// were not yet reported to the ended one. `delay_ns` 0: no further life begins automatically.
-void osal_lockstep_succeed(osal_lockstep_t* scheduler, unsigned participant, uint64_t delay_ns);
+void osal_lockstep_set_succession(osal_lockstep_t* scheduler, unsigned participant, uint64_t delay_ns);
 /// The participant gets no grant until it is resumed; its deliveries and its wake time are kept. If it held
 /// the grant, the next participant gets the grant, and later calls of the suspended one have no effect, as
 /// those of an ended life. No effect on a participant that is absent, or before the instant at which its life
-/// begins: whether it has joined by then is a matter of wall-clock time.
+/// begins: whether it has joined by then depends on wall-clock time.
 void osal_lockstep_suspend(osal_lockstep_t* scheduler, unsigned participant);
 /// End a suspension. If the participant was due in the meantime, it wakes at once.
 void osal_lockstep_resume(osal_lockstep_t* scheduler, unsigned participant);
@@ -84,10 +84,11 @@ void osal_lockstep_resume(osal_lockstep_t* scheduler, unsigned participant);
 void osal_lockstep_close(osal_lockstep_t* scheduler);
 bool osal_lockstep_is_closed(const osal_lockstep_t* scheduler);
 
-/// Done: give the grant back, ask for `wake_ns` (or earlier by a delivery), block until granted again. A
-/// wake time that is not after now means the next slot. The first call joins: the participant takes its place
-/// when the present grant ends, in the same instant if its turn is still to come. `life`: the caller's; a
-/// participant that was not expected joins with OSAL_LOCKSTEP_ANY_LIFE. Returns STATUS_OK, STATUS_CLOSED.
+/// End the turn: give the grant back, ask for `wake_ns` (or earlier by a delivery), wait for the next grant.
+/// A wake time that is not after now means the next time step. The first call joins: the participant takes
+/// its place when the present grant ends, in the same instant if its turn is still to come. `life`: the
+/// caller's; a participant that was not expected joins with OSAL_LOCKSTEP_ANY_LIFE. Returns STATUS_OK,
+/// STATUS_CLOSED.
 MUST_USE status_t osal_lockstep_wait(osal_lockstep_t* scheduler, unsigned participant, uint32_t life,
                                      uint64_t wake_ns, osal_grant_t* out_grant);
 
@@ -119,6 +120,11 @@ void osal_lockstep_postpone(osal_lockstep_t* scheduler, unsigned participant, ui
 /// For a watchdog: the holder of the grant (OSAL_LOCKSTEP_PARTICIPANTS_MAX: none) and the number of grants so
 /// far [wraps].
 unsigned osal_lockstep_holder(osal_lockstep_t* scheduler, uint32_t* out_grants);
+
+/// True: the holder of the grant keeps it, simulated time stands still, and a watchdog is to accept that.
+/// Initially false. Others may set it to false; the holder then continues.
+void osal_lockstep_hold(osal_lockstep_t* scheduler, bool is_held);
+bool osal_lockstep_is_held(const osal_lockstep_t* scheduler);
 
 /// The local TCP port of the stream of a participant that joined through the co-simulation port (0: none).
 /// Another port than before is another stream, which no participant serves yet.

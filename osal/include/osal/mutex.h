@@ -19,11 +19,11 @@ typedef struct { // Private; may lie in shared memory.
 
 /// STATUS_OK, STATUS_UNSUPPORTED.
 MUST_USE status_t osal_mutex_create(osal_mutex_t* mutex, bool is_shared);
-/// STATUS_OK; STATUS_CLOSED: locked, but the last holder died inside.
+/// STATUS_OK; STATUS_CLOSED: locked, but the last holder died while it held the lock.
 status_t osal_mutex_lock(osal_mutex_t* mutex);
-/// As osal_mutex_lock, but wait (wall-clock) for `wait_ns` at most: STATUS_TIMEOUT, not locked.
+/// Like osal_mutex_lock, but wait (wall-clock) for `wait_ns` at most: STATUS_TIMEOUT, not locked.
 MUST_USE status_t osal_mutex_lock_within(osal_mutex_t* mutex, uint64_t wait_ns);
-/// System's number of the task that holds it now; 0: none.
+/// Thread id of the task that holds the mutex now; 0: none.
 int32_t osal_mutex_holder(const osal_mutex_t* mutex);
 void osal_mutex_unlock(osal_mutex_t* mutex);
 

@@ -17,9 +17,9 @@ typedef struct { // Private: the stack to return to.
 /// `home` keeps the previous one. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED (no privilege),
 /// STATUS_UNSUPPORTED, STATUS_IO; on failure nothing has changed.
 MUST_USE status_t osal_network_enter(osal_network_t* home, const char* path);
-/// Back to where osal_network_enter was called. STATUS_OK, STATUS_DENIED, STATUS_IO.
+/// Return to the stack that was used before osal_network_enter. STATUS_OK, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_network_leave(osal_network_t* home);
-/// Take the name of a namespace away: it ends when its last process and socket do. STATUS_OK,
+/// Remove the name of a namespace. The namespace ends with its last process and socket. STATUS_OK,
 /// STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
 status_t osal_network_remove(const char* path);
 

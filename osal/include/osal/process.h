@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Child processes. A child dies with its parent, unless it is started to clean up after it, and inherits
-/// only what is named.
+/// Child processes. A child dies with its parent, unless it is started with `outlives`, and inherits only the
+/// named descriptors.
 ///
 /// Context  "Parent" is the task that started the child: when that task ends, the child is killed
 ///          unless it `outlives`.
@@ -17,7 +17,7 @@
 #define OSAL_PROCESS_WAIT_MAX 64U ///< Processes for which one osal_process_wait_any waits.
 
 typedef struct {    // Private, except id.
-    int32_t id;     ///< Process id; for messages to people, never in a packet.
+    int32_t id;     ///< Process id; for text output only, never in a packet.
     int descriptor; ///< pidfd, -1 when not running.
 } osal_process_t;
 
@@ -27,13 +27,13 @@ typedef struct {
     size_t descriptor_count;
     uint64_t memory_limit_bytes; ///< Address space limit; 0, or a build with sanitizers: none.
     uint32_t descriptor_limit;   ///< It can open no higher descriptor number; 0: the parent's limit.
-    int processor;           ///< Pin to one (where permitted), counted round those we may use; -1: anywhere.
+    int processor;           ///< Pin to processor n modulo those that this process may use; -1: not pinned.
     const char* output_path; ///< Standard output and error are appended to this file; null: inherited.
     bool outlives;           ///< Continues when its parent ends, in its own session.
 } osal_process_start_t;
 
-#define OSAL_SIGNAL_KILL 9 ///< As a result's code: SIGKILL,
-#define OSAL_SIGNAL_END 15 ///< SIGTERM.
+#define OSAL_SIGNAL_KILL 9 ///< Code of a result: SIGKILL.
+#define OSAL_SIGNAL_END 15 ///< Code of a result: SIGTERM.
 
 typedef struct {
     bool has_ended;
@@ -49,7 +49,7 @@ typedef struct {
     uint64_t processor_ns; ///< Processor time it has used.
 } osal_process_look_t;
 
-/// STATUS_OK, STATUS_NOT_FOUND (no such executable, or folder of output_path), STATUS_DENIED,
+/// Start a child. STATUS_OK, STATUS_NOT_FOUND (no such executable, or folder of output_path), STATUS_DENIED,
 /// STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t osal_process_start(osal_process_t* process, const osal_process_start_t* start);
 /// Octets of memory that an executable needs when it is loaded, without its shared libraries. STATUS_OK,
@@ -59,9 +59,10 @@ MUST_USE status_t osal_process_loaded_size(const char* path, uint64_t* out_octet
 /// end was reported).
 MUST_USE status_t osal_process_poll(osal_process_t* process, osal_process_result_t* out_result);
 /// Wait (wall-clock) until any of the processes has ended or a stop signal has come, at most timeout_ms.
-/// At most OSAL_PROCESS_WAIT_MAX. STATUS_OK, STATUS_TIMEOUT.
+/// `count` is at most OSAL_PROCESS_WAIT_MAX. STATUS_OK, STATUS_TIMEOUT.
 status_t osal_process_wait_any(osal_process_t* const* processes, size_t count, uint32_t timeout_ms);
-/// Ask to end (SIGTERM), or end (SIGKILL). STATUS_OK, STATUS_NOT_FOUND (has ended), STATUS_DENIED.
+/// Request the process to end (SIGTERM), or kill it (SIGKILL). STATUS_OK, STATUS_NOT_FOUND (has ended),
+/// STATUS_DENIED.
 status_t osal_process_stop(osal_process_t* process, bool by_force);
 /// Suspend it (SIGSTOP) until it is ended. Same statuses as osal_process_stop.
 status_t osal_process_suspend(osal_process_t* process);
@@ -81,11 +82,11 @@ const char* osal_process_environment(const char* name);
 /// size does not end it either. osal_process_stop_count returns the number of stop signals so far.
 void osal_process_catch_stop(void);
 unsigned osal_process_stop_count(void);
-/// For the waiting functions of this layer: descriptor that is readable when a stop signal has come (-1: not
-/// caught), and its clearing.
+/// For the waiting functions of this layer: a descriptor that is readable when a stop signal has come (-1:
+/// stop signals are not caught), and the function that makes it unreadable again.
 int osal_process_stop_descriptor(void);
 void osal_process_take_stop(void);
-/// Leave Ctrl-C to the parent: this process ignores SIGINT and SIGPIPE.
+/// This process ignores SIGINT and SIGPIPE from now on: the parent handles Ctrl-C.
 void osal_process_ignore_interrupt(void);
 
 #endif // OSAL_PROCESS_H

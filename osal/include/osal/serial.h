@@ -3,7 +3,7 @@
 /// 1 stop bit. Every octet passes unchanged in both directions. Read, write and close it as a device.
 ///
 /// Ownership  As device.h.
-/// Context    One task. Never blocks, also not for a modem's carrier.
+/// Context    One task. Never blocks; does not wait for the carrier of a modem either.
 #ifndef OSAL_SERIAL_H
 #define OSAL_SERIAL_H
 

@@ -4,7 +4,7 @@
 /// repeated inside.
 ///
 /// Ownership  The caller places osal_socket_t; closed by osal_socket_close.
-/// Errors     Each lists its own.
+/// Errors     Each function lists its statuses.
 #ifndef OSAL_SOCKET_H
 #define OSAL_SOCKET_H
 
@@ -19,7 +19,7 @@ typedef struct { // Private; descriptor < 0 when closed.
     uint8_t blind; // Further waits that skip polling.
     uint8_t pause; // Waits skipped after the last unsuccessful polling.
     bool is_deferred;
-    bool is_held; // The datagram that was received last is still in the socket.
+    bool is_kept; // The datagram that was received last is still in the socket.
 } osal_socket_t;
 
 typedef struct {
@@ -28,6 +28,10 @@ typedef struct {
 } osal_address_t;
 
 #define OSAL_IPV4_LOOPBACK 0x7F000001U
+/// Loopback address of the devices of a run, and of its flight software: all of 127.0.0.0/8 is loopback, so
+/// that the ports of a descriptor are free in each run. `run` is its number, below 2^22.
+#define OSAL_IPV4_OF_DEVICES(run) (0x7F400000U + ((run)&0x3FFFFFU))
+#define OSAL_IPV4_OF_FLIGHT(run) (0x7F800000U + ((run)&0x3FFFFFU))
 #define OSAL_SOCKET_LOOK_NS 20000U
 
 /// Closed socket, for initialisation.
@@ -82,6 +86,9 @@ MUST_USE status_t osal_local_pair(osal_socket_t* socket, osal_socket_t* out_peer
 /// since waking a sleeping processor takes longer. After unsuccessful polling the next waits skip
 /// it, up to 127 of 128. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
 MUST_USE status_t osal_socket_wait_readable(osal_socket_t* socket, uint32_t timeout_ms);
+/// Wait (wall-clock) until writable, that is, until a begun connection has a result, at most timeout_ms. Same
+/// statuses.
+MUST_USE status_t osal_socket_wait_writable(osal_socket_t* socket, uint32_t timeout_ms);
 /// Local address of a bound socket. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_socket_local_address(const osal_socket_t* socket, osal_address_t* out_local);
 /// The descriptor number, for osal_process_start_t.descriptors and osal_socket_adopt in the child; -1:

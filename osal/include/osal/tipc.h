@@ -7,7 +7,7 @@
 /// non-blocking; interrupted ones are repeated inside.
 ///
 /// Ownership  The caller places osal_socket_t; closed by osal_socket_close.
-/// Errors     Each lists its own.
+/// Errors     Each function lists its statuses.
 #ifndef OSAL_TIPC_H
 #define OSAL_TIPC_H
 
@@ -27,7 +27,7 @@ typedef struct {
 
 typedef enum {
     OSAL_TIPC_NODE,   ///< The name is known on this node only.
-    OSAL_TIPC_CLUSTER ///< On all nodes that the node's bearers reach.
+    OSAL_TIPC_CLUSTER ///< The name is known on all nodes that the bearers of this node reach.
 } osal_tipc_scope_t;
 
 typedef enum {
@@ -54,8 +54,8 @@ MUST_USE status_t osal_tipc_send(osal_socket_t* socket, osal_tipc_name_t to, con
 /// or has ended; its content is lost), STATUS_IO.
 MUST_USE status_t osal_tipc_receive(osal_socket_t* socket, uint64_t* out_from, uint8_t* octets,
                                     size_t capacity, size_t* out_size);
-/// Number of a socket that no other in the cluster has. Stays the same as long as the socket and the address
-/// of its node. STATUS_OK, STATUS_IO.
+/// Number of a socket, unique in the cluster. It does not change while the socket is open and its node keeps
+/// its address. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_tipc_identity(const osal_socket_t* socket, uint64_t* out_identity);
 
 /// Receive notices of the names of one service type that appear and disappear, beginning with the existing

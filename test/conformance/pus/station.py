@@ -12,12 +12,10 @@ these records."""
 
 import collections
 import os
-import time
 
 import flying
-from hirosco_gse import link
-from hirosco_gse.dictionary import Dictionary
-from hirosco_gse.session import Request, Session
+from hirosco_gse.session import LinkLost, Request, TimedOut
+from hirosco_gse.spacecraft import Spacecraft, merged
 
 PATIENCE_S = 120.0  # Ends waits without end only.
 USER = 2
@@ -56,54 +54,34 @@ class Notes:
         return os.environ.get("PYTEST_CURRENT_TEST", "").split(" ")[0].split("::")[-1].split("[")[0]
 
 
-class Station:
+class Station(Spacecraft):
     """One ground user of a flight."""
 
     def __init__(self, flight, notes, mission="rokviss"):
+        dictionary = flying.ROOT / "build" / "generated" / f"{mission}.json"
+        super().__init__(flight.folder, port=flight.port(), dictionary=dictionary, user=USER, timeout_s=PATIENCE_S, first_sequence=0)
         self.flight, self.notes = flight, notes
-        self.dictionary = Dictionary.load(flying.ROOT / "build" / "generated" / f"{mission}.json")
         self.catalogue = self.dictionary.catalogue
-        self.session = Session(self.dictionary, first_sequence=0, source=USER)
         self.session.listeners.append(self._note)
-        self.stream = link.connect("127.0.0.1", flight.port(), PATIENCE_S)
         self.reports = []  # (packet, decoded) since the last clear()
         self.undecoded = []
+        self.connect(PATIENCE_S)
 
     def _note(self, packet, decoded):
         self.reports.append((packet, decoded))
         if "error" in decoded:
             self.undecoded.append((packet.title, decoded["error"], packet.raw.hex()))
 
-    def close(self):
-        """Close the connection."""
-        self.stream.close()
-
     # ---- waiting ----
-
-    def pump(self, seconds=0.01):
-        """Take in packets for this time; true if any has arrived."""
-        self.stream.settimeout(seconds)
-        try:
-            if self.session.outbox:
-                self.stream.sendall(self.session.outbox)
-                self.session.outbox.clear()
-            octets = self.stream.recv(1 << 16)
-        except TimeoutError:
-            return False
-        except ConnectionError:
-            octets = b""
-        if not octets:
-            raise LinkClosed(f"the spacecraft closed the link\n{self.flight.told()}")
-        self.session.feed(octets)
-        return True
 
     def wait(self, condition, what):
         """Wait until the condition holds; its value."""
-        end = time.monotonic() + PATIENCE_S
-        while not (found := condition()):
-            assert time.monotonic() < end, f"{what} did not come within {PATIENCE_S} s"
-            self.pump(0.5)
-        return found
+        try:
+            return self.wait_for(condition, what)
+        except TimedOut as problem:
+            raise AssertionError(str(problem)) from problem
+        except LinkLost as problem:
+            raise LinkClosed(f"{problem}\n{self.flight.told()}") from problem
 
     def now(self):
         """Mission time [s] of the last report."""
@@ -136,7 +114,7 @@ class Station:
         return self.send_data(apid, service, subtype, data)
 
     def send_data(self, apid, service, subtype, data):
-        """Send a request with any application data; its outcome."""
+        """Send a request with any application data, when the station waits next; its outcome."""
         request = Request(apid, service, subtype, bytes(data), f"TC[{service},{subtype}] to {apid}")
         return self.session.send(request)
 
@@ -184,19 +162,7 @@ class Station:
 
     def command(self, *words):
         """A command of an operator, run to its end; lines of its answer."""
-        done = flying.gse(self.flight, *words, timeout=PATIENCE_S)
-        assert done.returncode == 0, f"gse {' '.join(map(str, words))}: {done.stdout}{done.stderr}"
-        return done.stdout
-
-
-def merged(parts):
-    """Fields of an answer that came in several packets: their groups one after the other."""
-    whole = dict(parts[0])
-    for part in parts[1:]:
-        for name, value in part.items():
-            if isinstance(value, list) and name.startswith("n"):
-                whole[name] = whole[name] + value
-    return whole
+        return "".join(f"{row['text']}\n" for row in super(Station, self).do(*words))
 
 
 def launch(folder, *options, **how):

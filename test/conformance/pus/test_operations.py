@@ -50,6 +50,8 @@ def test_every_example_works_as_it_stands(real_time, tmp_path, monkeypatch):
         for line in commands.splitlines():
             words = shlex.split(line)
             assert words[0] == "gse/gse", line
-            said += real_time.command(*words[1:])
+            done = flying.gse(real_time.flight, *words[1:])
+            assert done.returncode == 0, f"{line}: {done.stdout}{done.stderr}"
+            said += done.stdout
         if expected is not None:
             assert _pattern(expected).search(said), f"{commands}\nsaid:\n{said}\nexpected:\n{expected}"

@@ -2,7 +2,7 @@
 """Power cuts in flight, at any change of the storage: the next flight has everything that was acknowledged,
 none of it twice, and nothing else but, complete, the one request that was under way.
 
-A campaign is drawn from its seed: requests with lasting effects one after the other, and the number of
+A campaign is drawn from its seed: requests with persistent effects one after the other, and the number of
 changes of the storage after which the power is cut (power_cut.c, which also undoes what a disk would have
 lost). Each next flight gets the storage of the one before, reports its content, and continues."""
 

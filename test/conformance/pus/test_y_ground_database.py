@@ -4,14 +4,18 @@ decodes the reports of the whole flight of these tests, and synthetic reports of
 values as our ground."""
 
 import collections
+import json
 import random
 import struct
+import sys
+import xml.etree.ElementTree as ET
 
 import flying
+import named_dictionary
 import pytest
 from database_reading import check
 from flat_xtce import Flattened
-from hirosco_gse import packets
+from hirosco_gse import packets, telemetry, values
 from hirosco_gse.dictionary import Dictionary
 from message_values import Values
 from space_packet_parser.xtce.validation import validate_xtce
@@ -76,17 +80,89 @@ def test_made_up_reports_of_every_kind_read_the_same(definition, dictionary):
             assert check(definition, packets.parse(raw), dictionary)
 
 
-def test_made_up_housekeeping_and_events_of_all_subsystems_read_the_same(definition, dictionary):
+def _made_up(chance, items):
+    """Octets of parameters or fields: random, of an enumeration those of its numbers."""
+    octets = b""
+    for item in items:
+        if getattr(item, "fields", ()):
+            octets += _made_up(chance, item.fields)
+        elif item.words:
+            octets += b"".join(values.encode(item.type, [chance.choice(sorted(item.words))]) for _ in range(item.count))
+        else:
+            octets += chance.randbytes(item.size)
+    return octets
+
+
+def _check_made_up_reports(definition, dictionary):
     chance, severities = random.Random(2), ("INFORMATIVE", "LOW", "MEDIUM", "HIGH")
     for subsystem in dictionary.subsystems.values():
         for configuration in subsystem.configurations.values():
             for structure in configuration.structures.values():
-                size = sum(p.size for p in structure.once) + sum(n * sum(p.size for p in ps) for n, ps in structure.repeated)
-                data = struct.pack(">H", structure.id) + chance.randbytes(size)
+                data = struct.pack(">H", structure.id) + _made_up(chance, structure.once)
+                data += b"".join(_made_up(chance, ps) for n, ps in structure.repeated for _ in range(n))
                 raw = build_tm(subsystem.apid, 1, 3, 25, data, 0, dictionary.epoch_ns, 0)
                 assert check(definition, packets.parse(raw), dictionary)
         for event in subsystem.events.values():
-            data = struct.pack(">H", event.id) + chance.randbytes(sum(p.size for p in event.parameters))
+            data = struct.pack(">H", event.id) + _made_up(chance, event.parameters)
             subtype = severities.index(event.severity) + 1
             raw = build_tm(subsystem.apid, 1, 5, subtype, data, 0, dictionary.epoch_ns, 0)
             assert check(definition, packets.parse(raw), dictionary)
+
+
+def test_made_up_housekeeping_and_events_of_all_subsystems_read_the_same(definition, dictionary):
+    _check_made_up_reports(definition, dictionary)
+
+
+@pytest.mark.parametrize("mission", ["ur5e", "zoo"])
+def test_names_for_numbers_of_other_missions_read_the_same(mission, tmp_path):
+    flattened = Flattened(GENERATED / f"{mission}.xtce.xml")
+    _check_made_up_reports(flattened.definition(tmp_path), Dictionary.load(GENERATED / f"{mission}.json"))
+
+
+@pytest.fixture(scope="module")
+def names(tmp_path_factory):
+    """(database, dictionary) of rokviss with names for numbers in parameters, arguments, fields and values of events."""
+    sys.path.insert(0, str(flying.ROOT / "gse" / "generator"))
+    import xtce
+
+    content = named_dictionary.named(json.loads((GENERATED / f"{MISSION}.json").read_text(encoding="utf-8")))
+    failures = xtce.failure_names((flying.ROOT / "pus" / "core" / "tailoring.h").read_text(encoding="utf-8"))
+    path = tmp_path_factory.mktemp("names") / "names.xtce.xml"
+    path.write_text(xtce.database(content, failures)[0], encoding="utf-8")
+    return path, Dictionary(content)
+
+
+def test_names_for_numbers_keep_to_the_schema_and_read_the_same(names, tmp_path):
+    path, dictionary = names
+    found = validate_xtce(path, level="schema", print_results=False, raise_on_error=False)
+    assert found.valid, [str(error) for error in found.errors[:5]]
+    _check_made_up_reports(Flattened(path).definition(tmp_path), dictionary)
+
+
+def _labels(tree, what, name):
+    """Label by number of an enumerated type, and its encoding."""
+    space = "{http://www.omg.org/spec/XTCE/20180204}"
+    kind = next(one for one in tree.iter(f"{space}Enumerated{what}Type") if one.get("name") == name)
+    encoding = kind.find(f"{space}IntegerDataEncoding")
+    return {int(one.get("value")): one.get("label") for one in kind.iter(f"{space}Enumeration")}, encoding.get("sizeInBits")
+
+
+def test_names_for_numbers_are_types_of_parameters_and_arguments(names):
+    tree = ET.parse(names[0])
+    words = {3: "SLOW", 4: "QUICK"}
+    for what, name, bits in (("Parameter", "PACE_UINT16_enumeration", "16"), ("Parameter", "PACE_UINT32_enumeration", "32"),
+                             ("Parameter", "PACE_INT8_enumeration", "8"), ("Argument", "PACE_UINT16_enumeration", "16")):
+        assert _labels(tree, what, name) == (words, bits)
+    space = "{http://www.omg.org/spec/XTCE/20180204}"
+    for command, argument, kind in (("MOVE_TO", "DURATION", "PACE_UINT16_enumeration"), ("SET_CHOICE", "CHOICE", "CHOICE_array")):
+        made = next(one for one in tree.iter(f"{space}MetaCommand") if one.get("name") == command)
+        (typed,) = [one.get("argumentTypeRef") for one in made.iter(f"{space}Argument") if one.get("name") == argument]
+        assert typed.endswith(kind), typed
+
+
+def test_failure_codes_of_subsystems_are_labels(names):
+    labels, _ = _labels(ET.parse(names[0]), "Parameter", "failure_code")
+    assert labels[0x8001] == "MANIPULATOR.TOO_FAR" and labels[0x8002] == "MANIPULATOR.TOO_FAST" and labels[0x0203] == "OUT_OF_RANGE"
+    raw = build_tm(16, 1, 1, 8, bytes(4) + struct.pack(">HHI", 0x8001, 0, 2), 0, 0, 0)
+    decoded = telemetry.decode(packets.parse(raw), names[1])
+    assert decoded["words"] == "failed at completion: TOO_FAR, JOINT 2 [0x8001]"

@@ -16,7 +16,7 @@
 #include "unity.h"
 
 #define MS 1000000ULL
-#define SLOT_NS 500000U
+#define STEP_NS 500000U
 
 static osal_clock_t wall;
 
@@ -40,6 +40,15 @@ static void test_real_time_counts_from_its_origin(void)
     TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_octets_due(&wall));
     osal_clock_deliver(&wall, 3U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 1U); // No effect, no fault.
     TEST_ASSERT_EQUAL(1, prctl(PR_GET_TIMERSLACK));
+}
+
+/// Times after the origin may be later than the origin itself.
+static void test_a_wait_ends_with_an_early_origin(void)
+{
+    osal_clock_open_real(&wall, 1U);
+    const uint64_t wake_ns = osal_clock_now_ns(&wall) + MS;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, wake_ns, NULL, 0U));
+    TEST_ASSERT_TRUE(osal_clock_now_ns(&wall) >= wake_ns);
 }
 
 /// Each cycle works for half its period. Absolute sleep compensates for that, and for any delay of the
@@ -193,7 +202,7 @@ static void partner(void* context)
 
 static void test_stepped_time_is_that_of_the_grant(void)
 {
-    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, SLOT_NS, true);
+    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, true);
     osal_task_t task;
     osal_clock_t clock;
     osal_clock_open_stepped(&clock, scheduler, 1U, OSAL_LOCKSTEP_ANY_LIFE);
@@ -205,7 +214,7 @@ static void test_stepped_time_is_that_of_the_grant(void)
     for (uint32_t i = 1U; i <= 100U; i++) {
         osal_clock_deliver(&clock, 2U, OSAL_LOCKSTEP_ANY_LIFE, 1U, i);
         TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&clock, OSAL_CLOCK_NEVER, NULL, 0U));
-        TEST_ASSERT_EQUAL_UINT64((uint64_t)i * SLOT_NS, osal_clock_now_ns(&clock));
+        TEST_ASSERT_EQUAL_UINT64((uint64_t)i * STEP_NS, osal_clock_now_ns(&clock));
         TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_messages_due(&clock));
         TEST_ASSERT_EQUAL_UINT32(10U * i, osal_clock_octets_due(&clock));
     }
@@ -217,32 +226,32 @@ static void test_stepped_time_is_that_of_the_grant(void)
 
 static void test_the_clock_returns_the_granted_time(void)
 {
-    const osal_grant_t first  = {SLOT_NS, 2U, 3U};
-    const osal_grant_t second = {2U * SLOT_NS, 0U, 0U};
-    osal_deliveries_t told    = {.messages = {7U}};
+    const osal_grant_t first   = {STEP_NS, 2U, 3U};
+    const osal_grant_t second  = {2U * STEP_NS, 0U, 0U};
+    osal_deliveries_t reported = {.messages = {7U}};
     osal_clock_t clock;
-    osal_clock_open_granted(&clock, &told);
+    osal_clock_open_granted(&clock, &reported);
     TEST_ASSERT_EQUAL(OSAL_CLOCK_STEPPED, clock.mode);
     TEST_ASSERT_EQUAL_UINT64(0U, osal_clock_now_ns(&clock));
     TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_messages_due(&clock));
-    TEST_ASSERT_EQUAL_UINT32(0U, told.messages[0]);
+    TEST_ASSERT_EQUAL_UINT32(0U, reported.messages[0]);
     osal_clock_take_grant(&clock, &first);
-    TEST_ASSERT_EQUAL_UINT64(SLOT_NS, osal_clock_now_ns(&clock));
+    TEST_ASSERT_EQUAL_UINT64(STEP_NS, osal_clock_now_ns(&clock));
     TEST_ASSERT_EQUAL_UINT32(2U, osal_clock_messages_due(&clock));
     TEST_ASSERT_EQUAL_UINT32(3U, osal_clock_octets_due(&clock));
     osal_clock_deliver(&clock, 1U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
     osal_clock_deliver(&clock, 1U, 3U, 1U, 20U);
-    TEST_ASSERT_EQUAL_UINT32(3U, told.lives[1]); // The life of the last delivery.
+    TEST_ASSERT_EQUAL_UINT32(3U, reported.lives[1]); // The life of the last delivery.
     osal_clock_deliver(&clock, OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U, OSAL_LOCKSTEP_ANY_LIFE, UINT32_MAX, 5U);
     osal_clock_deliver(&clock, OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
-    TEST_ASSERT_EQUAL_UINT32(0U, told.messages[0]);
-    TEST_ASSERT_EQUAL_UINT32(2U, told.messages[1]);
-    TEST_ASSERT_EQUAL_UINT32(20U, told.octets[1]);
-    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, told.messages[OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U]);
-    TEST_ASSERT_EQUAL_UINT32(5U, told.octets[OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U]);
+    TEST_ASSERT_EQUAL_UINT32(0U, reported.messages[0]);
+    TEST_ASSERT_EQUAL_UINT32(2U, reported.messages[1]);
+    TEST_ASSERT_EQUAL_UINT32(20U, reported.octets[1]);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, reported.messages[OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U]);
+    TEST_ASSERT_EQUAL_UINT32(5U, reported.octets[OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U]);
     osal_clock_take_grant(&clock, &second);
-    TEST_ASSERT_EQUAL_UINT32(0U, told.messages[1]);
-    TEST_ASSERT_EQUAL_UINT32(0U, told.octets[OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U]);
+    TEST_ASSERT_EQUAL_UINT32(0U, reported.messages[1]);
+    TEST_ASSERT_EQUAL_UINT32(0U, reported.octets[OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U]);
     TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_octets_due(&clock));
 }
 
@@ -251,6 +260,7 @@ int main(void)
     osal_process_catch_stop(); // The descriptor stays open as long as the process.
     UNITY_BEGIN();
     RUN_TEST(test_real_time_counts_from_its_origin);
+    RUN_TEST(test_a_wait_ends_with_an_early_origin);
     RUN_TEST(test_absolute_sleep_does_not_drift_with_and_without_sockets);
     RUN_TEST(test_a_refused_memory_lock_or_timer_slack_is_reported);
     RUN_TEST(test_real_wait_is_never_early_with_and_without_sockets);

@@ -108,6 +108,9 @@ static void test_folders_are_made_and_removed_when_empty(void)
     TEST_ASSERT_TRUE(about.is_directory);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "a"));
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_directory_make(&root, "a"));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_describe(&root, "a", &about));
+    TEST_ASSERT_TRUE(about.is_directory);
+    TEST_ASSERT_EQUAL_UINT64(0U, about.size);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_make(&root, "b/c"));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "a/b"));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make_file(&root, "a/b/file", 0U));

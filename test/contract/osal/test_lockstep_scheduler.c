@@ -16,7 +16,7 @@
 
 #include "unity.h"
 
-#define SLOT_NS 500U
+#define STEP_NS 500U
 #define PARTICIPANTS 6U
 #define DELIVERIES 60U ///< In one grant: most of its time then passes under the lock.
 #define PATIENCE_NS 20000000000ULL
@@ -50,7 +50,7 @@ static uint64_t table_storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(6
 
 static osal_lockstep_t* table(unsigned participants)
 {
-    osal_lockstep_t* const scheduler = osal_lockstep_create(table_storage, SLOT_NS, false);
+    osal_lockstep_t* const scheduler = osal_lockstep_create(table_storage, STEP_NS, false);
     for (unsigned i = 0U; i < participants; i++) {
         osal_lockstep_done(scheduler, i, 0U);
     }
@@ -82,7 +82,7 @@ static void test_without_a_wake_time_next_is_empty(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_lockstep_next(scheduler, &participant, &grant));
 }
 
-static void test_delivery_wakes_later_participants_now_and_earlier_ones_in_the_next_slot(void)
+static void test_delivery_wakes_later_participants_now_and_earlier_ones_in_the_next_time_step(void)
 {
     osal_lockstep_t* const scheduler = table(3U);
     (void)next_is(scheduler, 0U, 0U);
@@ -96,32 +96,32 @@ static void test_delivery_wakes_later_participants_now_and_earlier_ones_in_the_n
     TEST_ASSERT_EQUAL_UINT32(1U, grant.messages);
     TEST_ASSERT_EQUAL_UINT32(7U, grant.octets);
     osal_lockstep_deliver(scheduler, 2U, 2U, OSAL_LOCKSTEP_ANY_LIFE, 1U,
-                          0U); // To itself: in the next slot, before its requested wake time.
-    osal_lockstep_done(scheduler, 2U, 10U * SLOT_NS);
-    grant = next_is(scheduler, 0U, SLOT_NS);
+                          0U); // To itself: in the next time step, before its requested wake time.
+    osal_lockstep_done(scheduler, 2U, 10U * STEP_NS);
+    grant = next_is(scheduler, 0U, STEP_NS);
     TEST_ASSERT_EQUAL_UINT32(3U, grant.messages);
     TEST_ASSERT_EQUAL_UINT32(5U, grant.octets);
     osal_lockstep_done(scheduler, 0U, OSAL_LOCKSTEP_NEVER);
-    grant = next_is(scheduler, 2U, SLOT_NS);
+    grant = next_is(scheduler, 2U, STEP_NS);
     TEST_ASSERT_EQUAL_UINT32(1U, grant.messages);
-    osal_lockstep_done(scheduler, 2U, 10U * SLOT_NS);
-    grant = next_is(scheduler, 2U, 10U * SLOT_NS);
+    osal_lockstep_done(scheduler, 2U, 10U * STEP_NS);
+    grant = next_is(scheduler, 2U, 10U * STEP_NS);
     TEST_ASSERT_EQUAL_UINT32(0U, grant.messages);
 }
 
-static void test_next_slot_is_on_the_grid_when_now_is_not(void)
+static void test_next_time_step_is_on_the_grid_when_now_is_not(void)
 {
     osal_lockstep_t* const scheduler = table(2U);
     (void)next_is(scheduler, 0U, 0U);
     osal_lockstep_done(scheduler, 0U, OSAL_LOCKSTEP_NEVER);
     (void)next_is(scheduler, 1U, 0U);
-    osal_lockstep_done(scheduler, 1U, 2U * SLOT_NS + 123U);
-    (void)next_is(scheduler, 1U, 2U * SLOT_NS + 123U);
+    osal_lockstep_done(scheduler, 1U, 2U * STEP_NS + 123U);
+    (void)next_is(scheduler, 1U, 2U * STEP_NS + 123U);
     osal_lockstep_deliver(scheduler, 1U, 0U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
     osal_lockstep_done(scheduler, 1U, 1U); // Long past.
-    (void)next_is(scheduler, 0U, 3U * SLOT_NS);
+    (void)next_is(scheduler, 0U, 3U * STEP_NS);
     osal_lockstep_done(scheduler, 0U, OSAL_LOCKSTEP_NEVER);
-    (void)next_is(scheduler, 1U, 3U * SLOT_NS);
+    (void)next_is(scheduler, 1U, 3U * STEP_NS);
 }
 
 static void test_expected_participant_holds_time_until_it_joins_or_ends(void)
@@ -133,18 +133,18 @@ static void test_expected_participant_holds_time_until_it_joins_or_ends(void)
     (void)next_is(scheduler, 0U, 0U);
     osal_lockstep_expect(scheduler, 5U, 1U, 0U);
     osal_lockstep_deliver(scheduler, 0U, 5U, OSAL_LOCKSTEP_ANY_LIFE, 4U, 0U);
-    osal_lockstep_done(scheduler, 0U, SLOT_NS);
+    osal_lockstep_done(scheduler, 0U, STEP_NS);
     TEST_ASSERT_EQUAL(STATUS_BUSY, osal_lockstep_next(scheduler, &participant, &grant));
     TEST_ASSERT_FALSE(osal_lockstep_is_present(scheduler, 5U));
-    osal_lockstep_done(scheduler, 5U, 7U * SLOT_NS);
+    osal_lockstep_done(scheduler, 5U, 7U * STEP_NS);
     (void)next_is(scheduler, 1U, 0U);
     osal_lockstep_done(scheduler, 1U, OSAL_LOCKSTEP_NEVER);
     TEST_ASSERT_EQUAL_UINT32(4U, next_is(scheduler, 5U, 0U).messages);
     osal_lockstep_expect(scheduler, 6U, 1U, 0U);
-    osal_lockstep_done(scheduler, 5U, 7U * SLOT_NS);
+    osal_lockstep_done(scheduler, 5U, 7U * STEP_NS);
     TEST_ASSERT_EQUAL(STATUS_BUSY, osal_lockstep_next(scheduler, &participant, &grant));
     osal_lockstep_end(scheduler, 6U, OSAL_LOCKSTEP_ANY_LIFE);
-    (void)next_is(scheduler, 0U, SLOT_NS);
+    (void)next_is(scheduler, 0U, STEP_NS);
 }
 
 static void test_deliveries_to_absent_or_ended_participants_are_dropped(void)
@@ -166,17 +166,17 @@ static void test_deliveries_to_absent_or_ended_participants_are_dropped(void)
     TEST_ASSERT_EQUAL_UINT32(0U, next_is(scheduler, 9U, 0U).messages);
 }
 
-static void test_late_joiner_of_a_lower_order_waits_for_the_next_slot(void)
+static void test_late_joiner_of_a_lower_order_waits_for_the_next_time_step(void)
 {
     osal_lockstep_t* const scheduler = table(0U);
     osal_lockstep_done(scheduler, 4U, 0U);
     (void)next_is(scheduler, 4U, 0U);
     osal_lockstep_done(scheduler, 2U, 0U);
     osal_lockstep_done(scheduler, 7U, 0U);
-    osal_lockstep_done(scheduler, 4U, SLOT_NS);
+    osal_lockstep_done(scheduler, 4U, STEP_NS);
     (void)next_is(scheduler, 7U, 0U);
     osal_lockstep_done(scheduler, 7U, OSAL_LOCKSTEP_NEVER);
-    (void)next_is(scheduler, 2U, SLOT_NS);
+    (void)next_is(scheduler, 2U, STEP_NS);
 }
 
 static void test_counts_saturate(void)
@@ -201,6 +201,18 @@ static void test_end_of_time_is_not_passed(void)
     (void)next_is(scheduler, 0U, OSAL_LOCKSTEP_NEVER - 1U);
     osal_lockstep_done(scheduler, 0U, 0U);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_lockstep_next(scheduler, &participant, &grant));
+}
+
+static void test_a_hold_is_seen_by_all_and_ended_by_anyone(void)
+{
+    static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
+    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, 1U, true);
+    osal_lockstep_t* const other     = osal_lockstep_attach(storage);
+    TEST_ASSERT_FALSE(osal_lockstep_is_held(scheduler));
+    osal_lockstep_hold(scheduler, true);
+    TEST_ASSERT_TRUE(osal_lockstep_is_held(other));
+    osal_lockstep_hold(other, false);
+    TEST_ASSERT_FALSE(osal_lockstep_is_held(scheduler));
 }
 
 static void test_attach_needs_a_scheduler(void)
@@ -254,7 +266,7 @@ static void await_presence(const osal_lockstep_t* scheduler, unsigned participan
 static void test_close_and_end_release_sleepers(void)
 {
     void* const storage              = shared_memory(OSAL_LOCKSTEP_BYTES);
-    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, SLOT_NS, true);
+    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, true);
     const pid_t ended                = child(sleep_for_ever, scheduler, 1U);
     const pid_t closed               = child(sleep_for_ever, scheduler, 2U);
     osal_grant_t grant;
@@ -271,7 +283,7 @@ static void test_close_and_end_release_sleepers(void)
 static void test_delivery_from_outside_wakes_a_sleeping_run(void)
 {
     void* const storage              = shared_memory(OSAL_LOCKSTEP_BYTES);
-    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, SLOT_NS, true);
+    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, true);
     const pid_t sleeper              = child(sleep_for_ever, scheduler, 1U);
     await_presence(scheduler, 1U);
     osal_lockstep_deliver(scheduler, 0U, 1U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
@@ -302,7 +314,7 @@ static void hammer(osal_lockstep_t* scheduler, unsigned participant)
         for (unsigned i = 0U; i < DELIVERIES; i++) {
             osal_lockstep_deliver(scheduler, participant, i % PARTICIPANTS, OSAL_LOCKSTEP_ANY_LIFE, 1U, 1U);
         }
-        wake_ns = grant.now_ns + SLOT_NS;
+        wake_ns = grant.now_ns + STEP_NS;
         record->grants[participant]++;
         if (record->inside != participant) {
             record->faults++;
@@ -331,7 +343,7 @@ static bool goes_on(void)
 static void test_a_kill_at_any_moment_never_stops_time(void)
 {
     void* const storage              = shared_memory(OSAL_LOCKSTEP_BYTES);
-    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, SLOT_NS, true);
+    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, true);
     pid_t ids[PARTICIPANTS];
     bool is_going = true;
     record        = shared_memory(sizeof(*record));
@@ -380,27 +392,27 @@ static void test_a_succession_is_one_operation(void)
     osal_lockstep_t* const scheduler = table(1U);
     osal_lockstep_expect(scheduler, 1U, 1U, 0U);
     osal_lockstep_done(scheduler, 1U, 0U);
-    osal_lockstep_succeed(scheduler, 1U, 10U * SLOT_NS);
+    osal_lockstep_set_succession(scheduler, 1U, 10U * STEP_NS);
     (void)next_is(scheduler, 0U, 0U);
-    osal_lockstep_done(scheduler, 0U, SLOT_NS);
+    osal_lockstep_done(scheduler, 0U, STEP_NS);
     (void)next_is(scheduler, 1U, 0U);
     osal_lockstep_done(scheduler, 1U, OSAL_LOCKSTEP_NEVER);
-    (void)next_is(scheduler, 0U, SLOT_NS);
+    (void)next_is(scheduler, 0U, STEP_NS);
     osal_lockstep_deliver(scheduler, 0U, 1U, OSAL_LOCKSTEP_ANY_LIFE, 2U, 0U);
     osal_lockstep_kill(scheduler, 1U, 1U);
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, osal_lockstep_presence(scheduler, 1U, &life));
     TEST_ASSERT_EQUAL_UINT32(2U, life);
     osal_lockstep_deliver(scheduler, 0U, 1U, OSAL_LOCKSTEP_ANY_LIFE, 3U, 0U);
     osal_lockstep_end(scheduler, 1U, 1U); // Its process was seen to die: known already.
-    osal_lockstep_done(scheduler, 0U, 20U * SLOT_NS);
+    osal_lockstep_done(scheduler, 0U, 20U * STEP_NS);
     TEST_ASSERT_EQUAL(STATUS_BUSY, osal_lockstep_next(scheduler, &participant, &grant));
     TEST_ASSERT_EQUAL_UINT(1U, participant);
     osal_lockstep_done(scheduler, 1U, 0U);
-    grant = next_is(scheduler, 1U, 11U * SLOT_NS);
+    grant = next_is(scheduler, 1U, 11U * STEP_NS);
     TEST_ASSERT_EQUAL_UINT32(5U, grant.messages);
     osal_lockstep_done(scheduler, 1U, OSAL_LOCKSTEP_NEVER);
-    osal_lockstep_succeed(scheduler, 1U, 0U); // From here on an end counts.
-    (void)next_is(scheduler, 0U, 20U * SLOT_NS);
+    osal_lockstep_set_succession(scheduler, 1U, 0U); // From here on an end counts.
+    (void)next_is(scheduler, 0U, 20U * STEP_NS);
     osal_lockstep_kill(scheduler, 1U, 2U);
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, osal_lockstep_presence(scheduler, 1U, &life));
 }
@@ -411,13 +423,13 @@ static void test_a_succession_that_is_given_up_ends_when_it_would_begin(void)
     osal_lockstep_t* const scheduler = table(1U);
     osal_lockstep_expect(scheduler, 1U, 1U, 0U);
     osal_lockstep_done(scheduler, 1U, OSAL_LOCKSTEP_NEVER);
-    osal_lockstep_succeed(scheduler, 1U, 10U * SLOT_NS);
+    osal_lockstep_set_succession(scheduler, 1U, 10U * STEP_NS);
     (void)next_is(scheduler, 0U, 0U);
     osal_lockstep_kill(scheduler, 1U, 1U);
-    osal_lockstep_succeed(scheduler, 1U, 0U);
+    osal_lockstep_set_succession(scheduler, 1U, 0U);
     osal_lockstep_end(scheduler, 1U, 2U);
-    osal_lockstep_done(scheduler, 0U, 20U * SLOT_NS);
-    (void)next_is(scheduler, 0U, 20U * SLOT_NS);
+    osal_lockstep_done(scheduler, 0U, 20U * STEP_NS);
+    (void)next_is(scheduler, 0U, 20U * STEP_NS);
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, osal_lockstep_presence(scheduler, 1U, &life));
 }
 
@@ -425,13 +437,14 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_without_a_wake_time_next_is_empty);
-    RUN_TEST(test_delivery_wakes_later_participants_now_and_earlier_ones_in_the_next_slot);
-    RUN_TEST(test_next_slot_is_on_the_grid_when_now_is_not);
+    RUN_TEST(test_delivery_wakes_later_participants_now_and_earlier_ones_in_the_next_time_step);
+    RUN_TEST(test_next_time_step_is_on_the_grid_when_now_is_not);
     RUN_TEST(test_expected_participant_holds_time_until_it_joins_or_ends);
     RUN_TEST(test_deliveries_to_absent_or_ended_participants_are_dropped);
-    RUN_TEST(test_late_joiner_of_a_lower_order_waits_for_the_next_slot);
+    RUN_TEST(test_late_joiner_of_a_lower_order_waits_for_the_next_time_step);
     RUN_TEST(test_counts_saturate);
     RUN_TEST(test_end_of_time_is_not_passed);
+    RUN_TEST(test_a_hold_is_seen_by_all_and_ended_by_anyone);
     RUN_TEST(test_attach_needs_a_scheduler);
     RUN_TEST(test_a_succession_is_one_operation);
     RUN_TEST(test_a_succession_that_is_given_up_ends_when_it_would_begin);

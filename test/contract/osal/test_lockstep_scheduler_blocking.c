@@ -31,7 +31,7 @@
 #include "test/support/clients.h"
 #include "unity.h"
 
-#define SLOT_NS 1000U
+#define STEP_NS 1000U
 #define WAIT_MS 5U
 
 static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
@@ -52,12 +52,12 @@ static const char* named(const char* begin)
     return name;
 }
 
-/// Wants to run in every slot.
+/// A participant that asks to run in every time step.
 static void run_other(void* context)
 {
     osal_clock_t clock;
     osal_clock_open_stepped(&clock, context, 2U, OSAL_LOCKSTEP_ANY_LIFE);
-    while (osal_clock_wait(&clock, osal_clock_now_ns(&clock) + SLOT_NS, NULL, 0U) == STATUS_OK) {
+    while (osal_clock_wait(&clock, osal_clock_now_ns(&clock) + STEP_NS, NULL, 0U) == STATUS_OK) {
         (void)__atomic_add_fetch(&other_runs, 1U, __ATOMIC_ACQ_REL);
     }
 }
@@ -65,12 +65,12 @@ static void run_other(void* context)
 void setUp(void)
 {
     other_runs = 0U;
-    scheduler  = osal_lockstep_create(storage, SLOT_NS, true);
+    scheduler  = osal_lockstep_create(storage, STEP_NS, true);
     osal_clock_open_stepped(&clock_of_test, scheduler, 1U, OSAL_LOCKSTEP_ANY_LIFE);
     osal_lockstep_expect(scheduler, 1U, 1U, 0U);
     osal_lockstep_expect(scheduler, 2U, 1U, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&other_task, run_other, scheduler, 0));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&clock_of_test, 10U * SLOT_NS, NULL, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&clock_of_test, 10U * STEP_NS, NULL, 0U));
 }
 
 void tearDown(void)
@@ -373,7 +373,7 @@ static void test_every_wait_but_that_of_the_clock_keeps_the_grant(void)
         TEST_ASSERT_EQUAL_UINT64(now_ns, osal_lockstep_now_ns(scheduler));
         TEST_ASSERT_EQUAL_UINT64(now_ns, osal_clock_now_ns(&clock_of_test));
         TEST_ASSERT_EQUAL_UINT64(runs, __atomic_load_n(&other_runs, __ATOMIC_ACQUIRE));
-        TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&clock_of_test, now_ns + (10U * SLOT_NS), NULL, 0U));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&clock_of_test, now_ns + (10U * STEP_NS), NULL, 0U));
         TEST_ASSERT_EQUAL_UINT64(runs + 10U, __atomic_load_n(&other_runs, __ATOMIC_ACQUIRE));
     }
 }

@@ -15,7 +15,7 @@
 
 #include "unity.h"
 
-#define SLOT_NS 500U
+#define STEP_NS 500U
 #define PARTICIPANTS 6U
 #define TRACE_MAX 600U
 #define DELIVERIES_MAX 3U
@@ -71,9 +71,9 @@ static uint64_t wake_for(uint64_t dice, unsigned participant, uint64_t now_ns)
     case 2U:
         return now_ns + (dice % 3000U); // Off the grid.
     case 3U:
-        return (participant == 0U) ? (now_ns + SLOT_NS) : OSAL_LOCKSTEP_NEVER;
+        return (participant == 0U) ? (now_ns + STEP_NS) : OSAL_LOCKSTEP_NEVER;
     default:
-        return (((now_ns / SLOT_NS) + 1U + (dice % 3U)) * SLOT_NS);
+        return (((now_ns / STEP_NS) + 1U + (dice % 3U)) * STEP_NS);
     }
 }
 
@@ -102,7 +102,7 @@ static decision_t decide(uint64_t seed, const trace_t* trace, unsigned participa
 
 static uint64_t first_wake(uint64_t seed, unsigned participant)
 {
-    return (scramble(seed + participant) % 5U) * SLOT_NS;
+    return (scramble(seed + participant) % 5U) * STEP_NS;
 }
 
 static void note(trace_t* trace, unsigned participant, const osal_grant_t* grant)
@@ -131,11 +131,11 @@ typedef struct {
 
 static uint64_t model_slot_after(uint64_t now_ns)
 {
-    uint64_t slot_ns = 0U;
-    while (slot_ns <= now_ns) {
-        slot_ns += SLOT_NS;
+    uint64_t step_ns = 0U;
+    while (step_ns <= now_ns) {
+        step_ns += STEP_NS;
     }
-    return slot_ns;
+    return step_ns;
 }
 
 static void model_join(model_t* model, unsigned participant, uint64_t wake_ns)
@@ -243,7 +243,7 @@ static void act(osal_lockstep_t* scheduler, unsigned participant, const decision
 static void run_loop(uint64_t seed, uint32_t length, trace_t* trace)
 {
     static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
-    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, SLOT_NS, false);
+    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, false);
     osal_grant_t grant;
     unsigned participant = 0U;
     memset(trace, 0, sizeof(*trace));
@@ -315,7 +315,7 @@ static void live(uint64_t seed, uint32_t length, trace_t* trace, osal_lockstep_t
 static void run_processes(uint64_t seed, uint32_t length, trace_t* trace)
 {
     void* const storage              = shared_memory(OSAL_LOCKSTEP_BYTES);
-    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, SLOT_NS, true);
+    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, true);
     int request[2];
     TEST_ASSERT_EQUAL(0, pipe(request));
     memset(trace, 0, sizeof(*trace));

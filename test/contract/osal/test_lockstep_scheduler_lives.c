@@ -12,7 +12,7 @@
 #include "test/support/assertion.h"
 #include "unity.h"
 
-#define SLOT_NS 500U
+#define STEP_NS 500U
 #define FIRST 0U
 #define SECOND 1U
 #define THIRD 2U
@@ -22,7 +22,7 @@ static osal_lockstep_t* scheduler;
 
 void setUp(void)
 {
-    scheduler = osal_lockstep_create(storage, SLOT_NS, false);
+    scheduler = osal_lockstep_create(storage, STEP_NS, false);
     osal_lockstep_done(scheduler, FIRST, 0U);
 }
 
@@ -156,7 +156,7 @@ static void test_grants_due_during_a_suspension_follow_it(void)
     (void)next_is(SECOND, 10000U); // Past the time at which the first one wanted to wake.
     osal_lockstep_resume(scheduler, FIRST);
     osal_lockstep_done(scheduler, SECOND, 20000U);
-    (void)next_is(FIRST, 10500U); // Its turn had passed: in the next slot.
+    (void)next_is(FIRST, 10500U); // Its turn had passed: in the next time step.
 }
 
 static void test_a_suspended_participant_ends_as_any_other(void)
@@ -210,7 +210,7 @@ static void test_the_holder_is_reported(void)
 
 #define PLACES OSAL_LOCKSTEP_PARTICIPANTS_MAX
 
-/// Every place has a life 1, which has joined at 0 and wakes in each slot.
+/// Every place has a life 1, which has joined at 0 and wakes in each time step.
 static void take_all_places(void)
 {
     for (unsigned i = 0U; i < PLACES; i++) {
@@ -221,13 +221,13 @@ static void take_all_places(void)
     }
 }
 
-/// One slot, in which all but one (PLACES: all) have their turn in order, once.
-static void run_slot(uint64_t now_ns, unsigned without)
+/// One time step, in which all but one (PLACES: all) have their turn in order, once.
+static void run_time_step(uint64_t now_ns, unsigned without)
 {
     for (unsigned i = 0U; i < PLACES; i++) {
         if (i != without) {
             (void)next_is(i, now_ns);
-            osal_lockstep_done(scheduler, i, now_ns + SLOT_NS);
+            osal_lockstep_done(scheduler, i, now_ns + STEP_NS);
         }
     }
 }
@@ -236,16 +236,16 @@ static void run_slot(uint64_t now_ns, unsigned without)
 static void test_an_expected_life_does_not_replace_a_present_one(void)
 {
     take_all_places();
-    run_slot(0U, PLACES);
+    run_time_step(0U, PLACES);
     for (unsigned i = 0U; i < PLACES; i++) {
-        (void)next_is(i, SLOT_NS);
-        for (unsigned k = 0U; k < PLACES; k++) { // In the middle of the slot, too.
-            osal_lockstep_expect(scheduler, k, 2U, SLOT_NS);
+        (void)next_is(i, STEP_NS);
+        for (unsigned k = 0U; k < PLACES; k++) { // In the middle of the time step, too.
+            osal_lockstep_expect(scheduler, k, 2U, STEP_NS);
             TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_JOINED, presence(k, (k == FIRST) ? 0U : 1U));
         }
-        osal_lockstep_done(scheduler, i, 2U * SLOT_NS);
+        osal_lockstep_done(scheduler, i, 2U * STEP_NS);
     }
-    run_slot(2U * SLOT_NS, PLACES);
+    run_time_step(2U * STEP_NS, PLACES);
     TEST_ASSERT_EQUAL(PLACES, osal_lockstep_awaited(scheduler)); // Time waits for no participant.
 }
 
@@ -265,7 +265,7 @@ static void test_one_place_too_many_is_a_coding_error(void)
     take_all_places();
     TEST_ASSERT_TRUE(assertion_fails(expect_one_too_many));
     TEST_ASSERT_TRUE(assertion_fails(deliver_to_one_too_many));
-    run_slot(0U, PLACES);
+    run_time_step(0U, PLACES);
 }
 
 /// Each in turn: the others keep order and time, the next life gets nothing of the ended one.
@@ -274,32 +274,32 @@ static void test_a_place_that_was_freed_is_taken_again(void)
     take_all_places();
     uint64_t now_ns = 0U;
     for (unsigned i = 0U; i < PLACES; i++) {
-        run_slot(now_ns, PLACES);
+        run_time_step(now_ns, PLACES);
         osal_lockstep_deliver(scheduler, (i + 1U) % PLACES, i, OSAL_LOCKSTEP_ANY_LIFE, 5U, 7U);
         osal_lockstep_end(scheduler, i, OSAL_LOCKSTEP_ANY_LIFE);
-        now_ns += SLOT_NS;
-        run_slot(now_ns, i);
-        now_ns += SLOT_NS;
+        now_ns += STEP_NS;
+        run_time_step(now_ns, i);
+        now_ns += STEP_NS;
         osal_lockstep_expect(scheduler, i, 9U, now_ns);
         awaited_is(i);
         osal_lockstep_done(scheduler, i, now_ns);
         for (unsigned k = 0U; k < PLACES; k++) {
             const osal_grant_t grant = next_is(k, now_ns);
             TEST_ASSERT_EQUAL_UINT32(0U, grant.messages + grant.octets);
-            osal_lockstep_done(scheduler, k, now_ns + SLOT_NS);
+            osal_lockstep_done(scheduler, k, now_ns + STEP_NS);
         }
         TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_JOINED, presence(i, 9U));
-        now_ns += SLOT_NS;
+        now_ns += STEP_NS;
     }
-    run_slot(now_ns, PLACES);
+    run_time_step(now_ns, PLACES);
 }
 
 /// All but one are expected at one instant and fail before it: each ends there, and the one continues.
 static void test_all_places_may_fail_to_begin_at_once(void)
 {
     for (uint32_t life = 1U; life <= 3U; life++) {
-        const uint64_t begin_ns = 10U * life * SLOT_NS;
-        (void)next_is(FIRST, begin_ns - (10U * SLOT_NS));
+        const uint64_t begin_ns = 10U * life * STEP_NS;
+        (void)next_is(FIRST, begin_ns - (10U * STEP_NS));
         for (unsigned i = 1U; i < PLACES; i++) {
             osal_lockstep_expect(scheduler, i, life, begin_ns);
             osal_lockstep_end(scheduler, i, life);
@@ -307,7 +307,7 @@ static void test_all_places_may_fail_to_begin_at_once(void)
         }
         osal_lockstep_done(scheduler, FIRST, begin_ns);
     }
-    (void)next_is(FIRST, 30U * SLOT_NS);
+    (void)next_is(FIRST, 30U * STEP_NS);
     for (unsigned i = 1U; i < PLACES; i++) {
         TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, presence(i, 3U));
     }
@@ -324,7 +324,7 @@ static osal_lockstep_t* shared_scheduler(void)
     void* const memory =
         mmap(NULL, OSAL_LOCKSTEP_BYTES, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     TEST_ASSERT_TRUE(memory != MAP_FAILED);
-    return osal_lockstep_create(memory, SLOT_NS, true);
+    return osal_lockstep_create(memory, STEP_NS, true);
 }
 
 /// A process that waits as life 1 of the second participant, and exits with 7 when its wait returns that it

@@ -99,6 +99,21 @@ static void a_path_that_is_no_namespace_is_reported(void)
     TEST_ASSERT_EQUAL(before, stack_now());
 }
 
+/// No descriptor stays open, not even 0, which is the next free one in a program without standard input.
+static void an_unsuccessful_entry_closes_what_it_opened(void)
+{
+    const int input = dup(STDIN_FILENO);
+    TEST_ASSERT_TRUE(input > 0);
+    (void)close(STDIN_FILENO);
+    const status_t status = osal_network_enter(&home, "/nowhere/net");
+    const bool is_open    = (fcntl(STDIN_FILENO, F_GETFD) >= 0);
+    (void)dup2(input, STDIN_FILENO);
+    (void)close(input);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, status);
+    TEST_ASSERT_EQUAL(-1, home.descriptor);
+    TEST_ASSERT_FALSE(is_open);
+}
+
 static void a_name_is_removed_with_or_without_its_mount(void)
 {
     char path[] = "/tmp/hirosco-test-network-XXXXXX";
@@ -126,6 +141,7 @@ int main(void)
     } else {
         RUN_TEST(a_socket_belongs_to_where_it_was_opened);
         RUN_TEST(a_path_that_is_no_namespace_is_reported);
+        RUN_TEST(an_unsuccessful_entry_closes_what_it_opened);
         RUN_TEST(a_name_is_removed_with_or_without_its_mount);
     }
     end_keeper();

@@ -124,7 +124,7 @@ static void test_udp_datagram_stays_until_the_next_receive(void)
     TEST_ASSERT_EQUAL(0U, size);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof(in), &size));
     TEST_ASSERT_EQUAL(1U, in[0]);
-    a.is_held = false; // The process has died, and another one has its socket.
+    a.is_kept = false; // The process has died, and another one has its socket.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof(in), &size));
     TEST_ASSERT_EQUAL(1U, in[0]);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof(in), &size));

@@ -17,7 +17,6 @@ sys.path[:0] = [str(ROOT / "test" / "hil" / "guest"), str(ROOT / "test" / "missi
 import cases
 import flying
 import lives
-import second_reader
 import test_mission_fan_out as fan_out
 
 METHOD = sys.argv[1] if len(sys.argv) > 1 else "udp"
@@ -180,8 +179,7 @@ def case_repeats_give_one_sum():
 
 def case_one_port_feeds_readers_on_both_computers():
     """Whatever happens to one reader, the other loses no sample."""
-    house = second_reader.build(run("shadow"))
-    judged = fan_out.fly(house, run("shadowed"), *NODES, "--links", METHOD)
+    judged = fan_out.fly(pathlib.Path(os.environ["SECOND_READER"]), run("shadowed"), *NODES, "--links", METHOD)
     fan_out.judge(judged)
     assert judged.facts["transport"] == METHOD
 

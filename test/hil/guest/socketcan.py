@@ -81,9 +81,8 @@ def last_of(path):
 
 @contextlib.contextmanager
 def recorder(path, probe, *interfaces, backlog=BACKLOG):
-    """candump of these interfaces, or all, on the processor that the flight does not use: nothing lost,
-    nothing missed at either end, even if it is served late, while the backlog [octets of each interface] is
-    not full."""
+    """Record these interfaces, or all, with candump, on the processor that the flight does not use. It records every
+    frame from the probe to the sentinel, as long as the backlog [octets of each interface] is not full."""
     filters = [f"{interface},0:0,#FFFFFFFF" for interface in interfaces or ("any",)]
     with open(path, "w") as file:
         process = subprocess.Popen(["taskset", hex(1 << max(os.sched_getaffinity(0))), "candump", "-L", "-d", "-r", str(backlog), *filters],
@@ -310,8 +309,7 @@ def case_real_devices_have_no_simulator():
 
 
 def case_a_burst_on_a_controller_is_counted():
-    """The emulated controller sends at once; a real one needs time, and its queue fills: this one is slowed
-    down like it."""
+    """The emulated controller sends at once, so it is slowed down here like a real one, whose queue fills."""
     program = "build/test/unit/fsw/framework/dataflow/test_flow_can_socket"
     subprocess.run(["tc", "qdisc", "replace", "dev", "can0", "root", "netem", "limit", "5", "delay", "20ms"], check=True,
                    timeout=BOUND_S)

@@ -89,7 +89,7 @@ static void reads_the_ends_of_each_integer_type(void)
     }
 }
 
-static void refuses_reals_it_could_not_round_rightly(void)
+static void refuses_reals_that_it_cannot_round_correctly(void)
 {
     static const char* const too_long[] = {
         "1234567890123456", "1e23", "1e-23", "0.00000000000000000000001", "1.2345678901234567", "1e9999"};
@@ -219,7 +219,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(reads_unsigned_words);
     RUN_TEST(reads_the_ends_of_each_integer_type);
-    RUN_TEST(refuses_reals_it_could_not_round_rightly);
+    RUN_TEST(refuses_reals_that_it_cannot_round_correctly);
     RUN_TEST(rounds_as_the_c_library_does);
     RUN_TEST(the_entries_of_a_list_are_read_in_order);
     RUN_TEST(reads_zeros_and_both_exponent_signs);

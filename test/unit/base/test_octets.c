@@ -125,7 +125,7 @@ static void after_a_read_past_the_end_the_reader_stays_failed(void)
     }
 }
 
-static void octets_are_lent_not_copied(void)
+static void a_reader_returns_octets_without_a_copy(void)
 {
     static const uint8_t octets[4] = {1U, 2U, 3U, 4U};
     octet_reader_t reader          = octet_reader(octets, sizeof octets);
@@ -234,7 +234,7 @@ int main(void)
     RUN_TEST(reals_are_ieee_754);
     RUN_TEST(bits_of_odd_reals_survive);
     RUN_TEST(after_a_read_past_the_end_the_reader_stays_failed);
-    RUN_TEST(octets_are_lent_not_copied);
+    RUN_TEST(a_reader_returns_octets_without_a_copy);
     RUN_TEST(sizes_near_the_limit_of_size_t_do_not_wrap);
     RUN_TEST(a_write_that_does_not_fit_and_all_later_ones_change_nothing);
     RUN_TEST(exactly_full_is_no_failure);

@@ -102,6 +102,24 @@ static void refuses_sizes_that_make_no_sense(void)
     TEST_ASSERT_EQUAL(STATUS_OK, resource_init(&memory, arena, ARENA_WORDS, many, RESOURCE_SIZES_MAX));
 }
 
+/// With as many pools as possible, no octet behind the last one is taken for a pool.
+static void refuses_a_block_larger_than_the_last_of_all_pools(void)
+{
+    static const resource_size_t all[RESOURCE_SIZES_MAX] = {{8U, 1U, 0U},  {16U, 1U, 0U}, {24U, 1U, 0U},
+                                                            {32U, 1U, 0U}, {40U, 1U, 0U}, {48U, 1U, 0U}};
+    static struct {
+        resource_t full;
+        uint8_t behind[sizeof(pool_t)];
+    } storage;
+    static uint64_t own_arena[64];
+    void* block = &storage;
+    (void)memset(&storage, 0xFF, sizeof storage);
+    TEST_ASSERT_EQUAL(STATUS_OK, resource_init(&storage.full, own_arena, 64U, all, RESOURCE_SIZES_MAX));
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, resource_take_reserved(&storage.full, 49U, &block));
+    TEST_ASSERT_NULL(block);
+    TEST_ASSERT_EQUAL_UINT32(1U, storage.full.oversized);
+}
+
 static void damage_in_any_pool_is_found(void)
 {
     for (size_t i = 0U; i < 3U; i++) {
@@ -121,6 +139,7 @@ int main(void)
     RUN_TEST(gives_back_to_the_right_pool);
     RUN_TEST(refuses_an_arena_that_is_too_small_at_every_size);
     RUN_TEST(refuses_sizes_that_make_no_sense);
+    RUN_TEST(refuses_a_block_larger_than_the_last_of_all_pools);
     RUN_TEST(damage_in_any_pool_is_found);
     return UNITY_END();
 }

@@ -56,9 +56,10 @@ static void options_that_are_not_given_have_their_defaults(void)
     TEST_ASSERT_EQUAL_UINT(0U, options.interface_count + options.sim_interface_count);
     TEST_ASSERT_EQUAL_STRING("", options.transport);
     TEST_ASSERT_EQUAL_STRING("", options.links);
-    TEST_ASSERT_EQUAL_UINT8(1U, options.nodes);
+    TEST_ASSERT_EQUAL_UINT8(1U, options.computers);
     TEST_ASSERT_EQUAL_UINT16(0U, options.port);
     TEST_ASSERT_EQUAL_UINT16(0U, options.tools);
+    TEST_ASSERT_EQUAL_UINT16(0U, options.delay_ms);
     TEST_ASSERT_EQUAL_STRING("", options.output);
     TEST_ASSERT_EQUAL_STRING("", options.storage);
     TEST_ASSERT_EQUAL_STRING("", options.remote_endian);
@@ -69,10 +70,10 @@ static void options_that_are_not_given_have_their_defaults(void)
 /// A Makefile passes all options.
 static void an_empty_value_counts_as_not_given(void)
 {
-    static char* names[] = {"--mission",   "--scenario",      "--seed",      "--form",         "--time",
-                            "--bus",       "--port",          "--tools",     "--links",        "--report",
-                            "--transport", "--nodes",         "--out",       "--storage",      "--key",
-                            "--duration",  "--remote-endian", "--interface", "--sim-interface"};
+    static char* names[] = {"--mission",   "--scenario",      "--seed",      "--form",          "--time",
+                            "--bus",       "--port",          "--tools",     "--links",         "--report",
+                            "--transport", "--nodes",         "--out",       "--storage",       "--key",
+                            "--duration",  "--remote-endian", "--interface", "--sim-interface", "--world"};
     static char empty[]  = "";
     launch_options_t defaults;
     TEST_ASSERT_TRUE(parse(""));
@@ -83,6 +84,7 @@ static void an_empty_value_counts_as_not_given(void)
         TEST_ASSERT_EQUAL_UINT64(defaults.seed, options.seed);
         TEST_ASSERT_EQUAL_STRING(defaults.mission, options.mission);
         TEST_ASSERT_EQUAL_STRING(defaults.scenario, options.scenario);
+        TEST_ASSERT_EQUAL_STRING(defaults.world, options.world);
         TEST_ASSERT_EQUAL(defaults.is_stepped, options.is_stepped);
         TEST_ASSERT_EQUAL(defaults.has_report, options.has_report);
         TEST_ASSERT_EQUAL_UINT64(defaults.duration_ns, options.duration_ns);
@@ -102,6 +104,20 @@ static void a_name_has_letters_digits_hyphen_and_underscore_only(void)
             (strchr("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_", character) != NULL);
         TEST_ASSERT_EQUAL_MESSAGE(is_letter, launch_options_parse(2, words, &options, error), value);
     }
+}
+
+static void a_world_is_that_of_the_mission_unless_it_is_given(void)
+{
+    TEST_ASSERT_TRUE(parse("--mission classic"));
+    TEST_ASSERT_EQUAL_STRING("classic", options.world);
+    TEST_ASSERT_TRUE(parse("--world fine --mission classic"));
+    TEST_ASSERT_EQUAL_STRING("fine", options.world);
+    TEST_ASSERT_TRUE(parse("--world /tmp/w.xml"));
+    TEST_ASSERT_EQUAL_STRING("/tmp/w.xml", options.world);
+    TEST_ASSERT_TRUE(launch_is_path("w.xml", ".xml") && launch_is_path("a/b", ".xml"));
+    TEST_ASSERT_FALSE(launch_is_path(".xml", ".xml") || launch_is_path("w.scn", ".xml"));
+    TEST_ASSERT_FALSE(parse("--world w.scn"));
+    TEST_ASSERT_NOT_NULL(strstr(error, "--world w.scn: expected a name"));
 }
 
 static void a_path_is_limited_in_length(void)
@@ -137,6 +153,35 @@ static void a_number_is_accepted_within_its_bounds_only(void)
     TEST_ASSERT_EQUAL_UINT64(1000000000U, options.duration_ns);
 }
 
+/// The relay passes UDP frames on in simulated time.
+static void a_delay_needs_a_scheduler_and_links_by_udp(void)
+{
+    static const struct {
+        const char* line;
+        const char* refusal;
+    } refused[] = {
+        {"--delay 0", "--delay 0: expected the round trip of the links in whole ms, 1 to 1000"},
+        {"--delay 1001", "--delay 1001: expected the round trip of the links in whole ms, 1 to 1000"},
+        {"--delay 20ms", "--delay 20ms: expected the round trip"},
+        {"--delay 20 --links shm", "--delay --links shm: the relay passes UDP frames on; use udp"},
+        {"--delay 20 --links tipc", "--delay --links tipc: the relay passes UDP frames on; use udp"},
+        {"--delay 20 --time free", "--delay --time free: the relay works in simulated time"},
+        {"--delay 20 --bus can --interface robot=can0", "--delay --time real: the relay works in"},
+        {"--delay 20 --nodes 2", "--delay --nodes 2: the relay and both ends run on one"},
+        {"--delay 20 --remote-endian JOYSTICK", "--delay --remote-endian JOYSTICK: its proxy"},
+    };
+    TEST_ASSERT_TRUE(parse("--delay 1"));
+    TEST_ASSERT_EQUAL_UINT16(1U, options.delay_ms);
+    TEST_ASSERT_EQUAL_STRING("udp", options.links);
+    TEST_ASSERT_TRUE(parse("--delay 1000 --links udp --form image"));
+    TEST_ASSERT_EQUAL_UINT16(1000U, options.delay_ms);
+    TEST_ASSERT_TRUE(parse("--delay 20 --time real"));
+    for (size_t i = 0U; i < (sizeof refused / sizeof refused[0]); i++) {
+        TEST_ASSERT_FALSE_MESSAGE(parse(refused[i].line), refused[i].line);
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, refused[i].refusal), error);
+    }
+}
+
 static void each_option_takes_its_value(void)
 {
     TEST_ASSERT_TRUE(parse("--mission docking-2 --scenario pick_UP9 --seed 18446744073709551606 --form image "
@@ -146,19 +191,19 @@ static void each_option_takes_its_value(void)
     TEST_ASSERT_EQUAL_UINT64(UINT64_MAX - 9U, options.seed);
     TEST_ASSERT_TRUE(options.is_image);
     TEST_ASSERT_EQUAL_UINT64(10000000000000000U, options.duration_ns);
-    TEST_ASSERT_EQUAL_UINT8(1U, options.nodes);
+    TEST_ASSERT_EQUAL_UINT8(1U, options.computers);
     TEST_ASSERT_TRUE(parse("--form processes --time real --transport udp --links tipc --nodes 2 --port 1 "
                            "--tools 65535"));
     TEST_ASSERT_FALSE(options.is_image || options.is_stepped || options.is_free);
     TEST_ASSERT_EQUAL_STRING("real", launch_time_text(&options));
     TEST_ASSERT_EQUAL_STRING("udp", options.transport);
     TEST_ASSERT_EQUAL_STRING("tipc", options.links);
-    TEST_ASSERT_EQUAL_UINT8(2U, options.nodes);
+    TEST_ASSERT_EQUAL_UINT8(2U, options.computers);
     TEST_ASSERT_EQUAL_UINT16(1U, options.port);
     TEST_ASSERT_EQUAL_UINT16(65535U, options.tools);
     TEST_ASSERT_TRUE(parse("--time stepped --nodes 1 --out a/b --storage c/d --report no"));
     TEST_ASSERT_EQUAL_STRING("stepped", launch_time_text(&options));
-    TEST_ASSERT_EQUAL_UINT8(1U, options.nodes);
+    TEST_ASSERT_EQUAL_UINT8(1U, options.computers);
     TEST_ASSERT_EQUAL_STRING("a/b", options.output);
     TEST_ASSERT_EQUAL_STRING("c/d", options.storage);
     TEST_ASSERT_FALSE(options.has_report);
@@ -177,14 +222,14 @@ static void a_scenario_is_a_name_or_a_path(void)
                      {"long.name.scn", true}, {"a.scn.txt", false}, {"/", true},
                      {"./none", true},        {"x/y", true}};
     for (size_t i = 0U; i < (sizeof scenarios / sizeof scenarios[0]); i++) {
-        TEST_ASSERT_EQUAL_MESSAGE(scenarios[i].is_path, launch_scenario_is_path(scenarios[i].scenario),
+        TEST_ASSERT_EQUAL_MESSAGE(scenarios[i].is_path, launch_is_path(scenarios[i].scenario, ".scn"),
                                   scenarios[i].scenario);
     }
     TEST_ASSERT_TRUE(parse("--scenario x/y.scn"));
     TEST_ASSERT_EQUAL_STRING("x/y.scn", options.scenario);
 }
 
-/// What was given is shown, a long value by its beginning.
+/// A refusal shows the given value; of a long value, its beginning.
 static void a_refusal_shows_the_option_and_its_value(void)
 {
     TEST_ASSERT_FALSE(parse("--form box"));
@@ -246,7 +291,7 @@ static void contradictory_options_are_refused_with_the_reason(void)
 {
     static const struct {
         const char* line;
-        const char* told;
+        const char* reported;
     } cases[] = {
         {"--bus can0", "expected shm, vcan or can"},
         {"--bus can", "name flight's controllers"},
@@ -296,7 +341,7 @@ static void contradictory_options_are_refused_with_the_reason(void)
     };
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         TEST_ASSERT_FALSE_MESSAGE(parse(cases[i].line), cases[i].line);
-        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, cases[i].told), error);
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, cases[i].reported), error);
     }
 }
 
@@ -342,8 +387,10 @@ int main(void)
     RUN_TEST(options_that_are_not_given_have_their_defaults);
     RUN_TEST(an_empty_value_counts_as_not_given);
     RUN_TEST(a_name_has_letters_digits_hyphen_and_underscore_only);
+    RUN_TEST(a_world_is_that_of_the_mission_unless_it_is_given);
     RUN_TEST(a_path_is_limited_in_length);
     RUN_TEST(a_number_is_accepted_within_its_bounds_only);
+    RUN_TEST(a_delay_needs_a_scheduler_and_links_by_udp);
     RUN_TEST(each_option_takes_its_value);
     RUN_TEST(a_scenario_is_a_name_or_a_path);
     RUN_TEST(a_refusal_shows_the_option_and_its_value);

@@ -357,7 +357,7 @@ static void interfaces_that_cannot_be_made_are_named_with_the_commands(void** st
     expect_claim("vcan-robot", STATUS_OK);
     expect_make("vcan-robot", false, STATUS_IO);
     assert_refused("cannot make the CAN interfaces; try as root: ip link add vcan-robot mtu 16");
-    assert_false(launcher.buses[0].is_shown_made);
+    assert_false(launcher.buses[0].is_published_made);
     expect_claim("vcan-robot", STATUS_EXISTS);
     assert_refused("another run flies on vcan-robot");
     launcher.mission.buses[0].name = "elevenchars";
@@ -375,7 +375,7 @@ static void a_guard_takes_over_the_interfaces_that_the_run_has_made(void** state
     expect_look("vcan-robot", &left, STATUS_OK);
     expect_look("fsw-robot", &can_fd, STATUS_OK);
     launcher_adopt_interfaces(&launcher);
-    assert_true(launcher.buses[0].is_shown_made);
+    assert_true(launcher.buses[0].is_published_made);
     assert_false(launcher.buses[0].is_flight_made);
     (void)memset(launcher.buses, 0, sizeof launcher.buses);
     expect_claim("vcan-robot", STATUS_EXISTS); // Another run uses them.
@@ -384,7 +384,7 @@ static void a_guard_takes_over_the_interfaces_that_the_run_has_made(void** state
     expect_look("vcan-robot", &left, STATUS_NOT_FOUND);
     expect_look("fsw-robot", &left, STATUS_OK);
     launcher_adopt_interfaces(&launcher);
-    assert_false(launcher.buses[0].is_shown_made);
+    assert_false(launcher.buses[0].is_published_made);
     assert_true(launcher.buses[0].is_flight_made);
 }
 
@@ -407,7 +407,7 @@ static void each_end_of_a_bus_has_its_address(void** state)
     assert_string_equal("", run.buses[0].published);
     launcher.mission.bus_count = 1U;
     (void)strcpy(launcher.buses[0].flight, "fsw-robot");
-    (void)strcpy(launcher.buses[0].shown, "vcan-robot");
+    (void)strcpy(launcher.buses[0].published, "vcan-robot");
     launcher.options.bus = LAUNCH_BUS_VCAN;
     expect_bus("can:fsw-robot@hirosco-1.can.robot", STATUS_OK);
     assert_true(launcher_make_buses(&launcher));

@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #define NS_PER_MS 1000000ULL
-#define NOBODY OSAL_LOCKSTEP_PARTICIPANTS_MAX
+#define NO_PARTICIPANT OSAL_LOCKSTEP_PARTICIPANTS_MAX
 #define SUPERVISOR 0U ///< Components, and their children.
 #define ARM 1U
 #define SIMULATOR 2U ///< Child that is no component.
@@ -146,7 +146,7 @@ static int set_up(void** state)
     look_status  = STATUS_OK;
     holder       = run_participant(ARM);
     grants       = 5U;
-    awaited      = NOBODY;
+    awaited      = NO_PARTICIPANT;
     simulated_ns = 1U;
     return 0;
 }
@@ -244,7 +244,7 @@ static void each_grant_begins_the_time_of_its_holder(void** state)
     watch_at(BEGIN_NS);
     assert_int_equal(BEGIN_NS - 77U, launcher.watch.join_ns);
     grants++;
-    awaited = NOBODY;
+    awaited = NO_PARTICIPANT;
     watch_at(BEGIN_NS + (4000U * NS_PER_MS));
     assert_int_equal(BEGIN_NS + (4000U * NS_PER_MS), launcher.watch.since_ns);
     assert_int_equal(grants, launcher.watch.grants);
@@ -253,7 +253,7 @@ static void each_grant_begins_the_time_of_its_holder(void** state)
     watch_at(BEGIN_NS + (8000U * NS_PER_MS));
     assert_int_equal(holder, launcher.watch.holder);
     assert_string_equal("supervisor", launcher_holder(&launcher));
-    holder = NOBODY;
+    holder = NO_PARTICIPANT;
     watch_at(BEGIN_NS + (16000U * NS_PER_MS));
     assert_int_equal(0U, launcher.watch.since_ns);
     assert_string_equal("nobody", launcher_holder(&launcher));
@@ -286,7 +286,7 @@ static void a_child_that_has_ended_is_not_the_holder(void** state)
 static void a_process_that_does_not_join_is_killed_after_ten_seconds(void** state)
 {
     (void)state;
-    holder  = NOBODY;
+    holder  = NO_PARTICIPANT;
     awaited = run_participant(ARM);
     watch_at(BEGIN_NS);
     assert_int_equal(BEGIN_NS, launcher.watch.join_ns);
@@ -306,14 +306,14 @@ static void a_process_that_does_not_join_is_killed_after_ten_seconds(void** stat
 static void the_time_to_join_ends_with_the_wait_and_does_not_begin_before_the_run(void** state)
 {
     (void)state;
-    holder       = NOBODY;
+    holder       = NO_PARTICIPANT;
     awaited      = run_participant(ARM);
     simulated_ns = 0U; // All programs are starting.
     watch_at(BEGIN_NS);
     assert_int_equal(0U, launcher.watch.join_ns);
     simulated_ns = 1U;
     watch_at(BEGIN_NS);
-    awaited = NOBODY;
+    awaited = NO_PARTICIPANT;
     watch_at(BEGIN_NS + 1U);
     assert_int_equal(0U, launcher.watch.join_ns);
 }
@@ -325,7 +325,7 @@ static void in_real_time_the_begin_of_a_life_is_postponed(void** state)
     run_state_beat(&run, ARM, 0U, 1U);
     run_state_beat(&run, SUPERVISOR, 0U, 1U);
     launcher.options.is_stepped = false;
-    holder                      = NOBODY;
+    holder                      = NO_PARTICIPANT;
     awaited                     = run_participant(ARM);
     simulated_ns                = 123U;
     expect_value(__wrap_osal_lockstep_postpone, participant, run_participant(ARM));

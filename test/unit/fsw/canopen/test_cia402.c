@@ -238,6 +238,59 @@ static void commands_never_pass_the_limits(void)
     TEST_ASSERT_EQUAL_INT16(0, axis.target_torque);
 }
 
+static void a_velocity_is_commanded_with_a_torque_offset(void)
+{
+    canopen_cia402_axis_command_velocity(&axis, -0.25, 1.5);
+    TEST_ASSERT_EQUAL_INT32(-250000, axis.target_velocity);
+    TEST_ASSERT_EQUAL_INT16(150, axis.torque_offset);
+    canopen_cia402_axis_command_velocity(&axis, 1.0e9, 0.0);
+    TEST_ASSERT_EQUAL_INT32(2147483646, axis.target_velocity);
+    TEST_ASSERT_EQUAL_UINT32(1U, axis.limited);
+    canopen_cia402_axis_command_velocity(&axis, (double)NAN, 0.0);
+    TEST_ASSERT_EQUAL_INT32(0, axis.target_velocity);
+    TEST_ASSERT_EQUAL_UINT32(2U, axis.limited);
+}
+
+/// The start bit is set in operation only, and a reference found before does not count.
+static void homing_is_started_in_operation_and_ends_by_the_drive(void)
+{
+    canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
+    canopen_cia402_axis_home(&axis, true);
+    cycle(CIA402_SWITCHED_ON);
+    TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_ENABLE, axis.controlword);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, canopen_cia402_axis_homing(&axis));
+    axis.statusword = 0x1627U; // In operation, with the result of an earlier search.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
+    cycle(CIA402_OPERATION_ENABLED);
+    TEST_ASSERT_EQUAL_HEX16(0x001FU, axis.controlword);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
+    axis.statusword = 0x0627U; // At rest, without reference.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
+    axis.statusword = 0x1227U; // Found, still moving.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
+    axis.statusword = 0x1627U;
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_cia402_axis_homing(&axis));
+    axis.statusword = 0x2227U;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_cia402_axis_homing(&axis));
+    canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_QUICK_STOP, false);
+    cycle(CIA402_OPERATION_ENABLED);
+    TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_QUICK_STOP, axis.controlword);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, canopen_cia402_axis_homing(&axis));
+    canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false); // The search is forgotten.
+    cycle(CIA402_OPERATION_ENABLED);
+    TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_ENABLE, axis.controlword);
+    canopen_cia402_axis_home(&axis, true);
+    axis.statusword = 0x2627U; // The error of the last search does not count for the next,
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
+    cycle(CIA402_OPERATION_ENABLED);
+    axis.statusword = 0x2627U;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_cia402_axis_homing(&axis)); // but that of this one.
+    canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
+    TEST_ASSERT_TRUE(axis.is_homing);
+    canopen_cia402_axis_home(&axis, false);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, canopen_cia402_axis_homing(&axis));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -248,5 +301,7 @@ int main(void)
     RUN_TEST(an_axis_that_was_ordered_to_leave_operation_is_no_fault);
     RUN_TEST(values_are_scaled_and_rounded);
     RUN_TEST(commands_never_pass_the_limits);
+    RUN_TEST(a_velocity_is_commanded_with_a_torque_offset);
+    RUN_TEST(homing_is_started_in_operation_and_ends_by_the_drive);
     return UNITY_END();
 }

@@ -131,7 +131,8 @@ static void a_master_that_begins_anew_sends_its_heartbeat_at_once(void)
     TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus, 0x701U));
 }
 
-/// From then on its heartbeat is not monitored and no answer is expected; for the others nothing changes.
+/// After the reset of a node its heartbeat is not monitored and no answer is expected; other nodes do not
+/// change.
 static void a_reset_counts_for_the_nodes_that_it_reaches(void)
 {
     uint8_t index = 0U;
@@ -255,7 +256,7 @@ static void frames_of_the_wrong_kind_are_counted_and_dropped(void)
     TEST_ASSERT_EQUAL_UINT32(1U, master.counters.remote);
     TEST_ASSERT_EQUAL_UINT32(4U, master.counters.malformed);
     TEST_ASSERT_EQUAL_UINT32(3U, master.counters.unknown);
-    TEST_ASSERT_EQUAL_UINT32(1U, master.counters.foreign_syncs);
+    TEST_ASSERT_EQUAL_UINT32(1U, master.counters.conflicting_syncs);
     TEST_ASSERT_EQUAL_UINT32(1U, master.flow->can.filtered); // The extended one.
     TEST_ASSERT_EQUAL_UINT32(1U, master.nodes[0].sdo.counters.unasked);
     TEST_ASSERT_FALSE(master.nodes[0].has_heartbeat);

@@ -20,8 +20,8 @@ static void drives_come_up_run_and_go_down(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
     TEST_ASSERT_EQUAL_UINT(1U, joints[0]->boots);
-    TEST_ASSERT_TRUE(network.devices[0].device.axes[0].scale.torque_nm == 0.01);
-    TEST_ASSERT_TRUE(network.devices[1].device.axes[0].scale.torque_max_nm == 40.0);
+    TEST_ASSERT_TRUE(network.devices[0]->device.axes[0].scale.torque_nm == 0.01);
+    TEST_ASSERT_TRUE(network.devices[1]->device.axes[0].scale.torque_max_nm == 40.0);
     TEST_ASSERT_TRUE(now_ns < 50000000U); // Identification does not take long.
     set_torque_mode();
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
@@ -41,7 +41,7 @@ static void drives_come_up_run_and_go_down(void)
     TEST_ASSERT_EQUAL_HEX16(0x0237U, joints[1]->status[0]);
     idle(100U);
     expect_no_fault();
-    TEST_ASSERT_EQUAL_UINT32(0U, network.devices[0].missed);
+    TEST_ASSERT_EQUAL_UINT32(0U, network.devices[0]->missed);
     go(CIA402_GOAL_STANDBY);
     canopen_network_stop(&network);
     idle(2U);
@@ -55,7 +55,7 @@ static void drives_come_up_run_and_go_down(void)
 static void process_data_go_both_ways(void)
 {
     run_to(CIA402_GOAL_ENABLED);
-    canopen_cia402_axis_t* const axis = &network.devices[1].device.axes[0];
+    canopen_cia402_axis_t* const axis = &network.devices[1]->device.axes[0];
     joints[1]->position[0]            = -1234567;
     joints[1]->torque[0]              = -321;
     canopen_cia402_axis_command_position(axis, 0.25, -1.5);
@@ -69,7 +69,7 @@ static void process_data_go_both_ways(void)
     idle(1U);
     TEST_ASSERT_EQUAL_INT32(1000000, axis->velocity);
     TEST_ASSERT_EQUAL_INT16(16, axis->current);
-    TEST_ASSERT_EQUAL_INT16(300, network.devices[1].device.temperature);
+    TEST_ASSERT_TRUE(canopen_device_value(&network.devices[1]->device, 0U) == 300.0);
 }
 
 static void a_joystick_has_two_axes_behind_one_node(void)
@@ -79,10 +79,10 @@ static void a_joystick_has_two_axes_behind_one_node(void)
     scripted_bus_close(&bus);
     scripted_bus_open(&bus, "test-network");
     scripted_node_t* const stick = scripted_bus_add(&bus, SCRIPTED_JOYSTICK, 0x21U);
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "joystick", 0x21U));
+    TEST_ASSERT_EQUAL(STATUS_OK, add_device("joystick", 0x21U));
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", NULL));
     run_to(CIA402_GOAL_ENABLED);
-    canopen_device_t* const device = &network.devices[0].device;
+    canopen_device_t* const device = &network.devices[0]->device;
     TEST_ASSERT_TRUE(device->axes[1].scale.torque_max_nm == 1.5);
     stick->position[0] = 1000;
     stick->position[1] = -2000;
@@ -93,22 +93,33 @@ static void a_joystick_has_two_axes_behind_one_node(void)
     TEST_ASSERT_EQUAL_INT32(-2000, device->axes[1].position);
     TEST_ASSERT_EQUAL_INT16(1000, stick->target_torque[0]);
     TEST_ASSERT_EQUAL_INT16(-2000, stick->target_torque[1]);
-    TEST_ASSERT_EQUAL_HEX32(0x00010000U, device->digital_inputs);
+    TEST_ASSERT_EQUAL_UINT8(0U, canopen_device_profile_value(device->profile, 0x60FDU, 0U));
+    TEST_ASSERT_TRUE(canopen_device_value(device, 0U) == 65536.0);
     stick->status[1] = 0x0218U; // One of the two axes is in fault.
     idle(2U);
     expect_fault(NETWORK_DRIVE_FAULT, 0x21U, 0x0218U);
     expect_no_fault();
 }
 
+/// A device that has no mapping besides those of its data sheet is identified.
+static void only_the_mappings_of_its_profile_are_read(void)
+{
+    scripted_object(joints[0], 0x1602U, 0U)->abort_code = 0x06020000U;
+    scripted_object(joints[0], 0x1A02U, 0U)->abort_code = 0x06020000U;
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
+    expect_no_fault();
+}
+
 static void the_network_checks_each_added_node(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, canopen_network_add(&network, "toaster", 0x13U));
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, canopen_network_add(&network, "cia402-drive", 0x11U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_network_add(&network, "cia402-drive", 0x80U));
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x13U));
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x14U));
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, canopen_network_add(&network, "cia402-drive", 0x15U));
-    TEST_ASSERT_EQUAL_UINT8(NETWORK_NO_DEVICE, canopen_network_find(&network, 0x15U));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, add_device("toaster", 0x13U));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, add_device("joint-drive", 0x11U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, add_device("joint-drive", 0x80U));
+    for (uint8_t node = 0x13U; node < (0x11U + NETWORK_DEVICES_MAX); node++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, add_device("joint-drive", node));
+    }
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, add_device("joint-drive", 0x21U));
+    TEST_ASSERT_EQUAL_UINT8(NETWORK_NO_DEVICE, canopen_network_find(&network, 0x21U));
     TEST_ASSERT_EQUAL(STATUS_EXISTS, canopen_network_open(&network, &resolver, "robot", NULL));
     const canopen_setting_t setting = {.index = 0x6060U, .octets = 1U};
     for (unsigned i = 0U; i < NETWORK_SETTINGS_MAX; i++) {
@@ -117,6 +128,39 @@ static void the_network_checks_each_added_node(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, canopen_network_set(&network, 0U, &setting));
     canopen_network_clear_settings(&network);
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_set(&network, 0U, &setting));
+}
+
+/// A network with the maximum number of devices is in operation within 50 ms, like one with two.
+static void a_full_network_comes_up_and_is_secured(void)
+{
+    for (uint8_t i = 2U; i < NETWORK_DEVICES_MAX; i++) {
+        canopen_network_close(&network);
+        (void)scripted_bus_add(&bus, SCRIPTED_DRIVE, (uint8_t)(0x11U + i));
+        TEST_ASSERT_EQUAL(STATUS_OK, add_device("joint-drive", (uint8_t)(0x11U + i)));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", NULL));
+    run_to(CIA402_GOAL_ENABLED);
+    TEST_ASSERT_TRUE(now_ns < 50000000U);
+    TEST_ASSERT_EQUAL_UINT8(MASTER_ROUTES_MAX, network.master.route_count);
+    for (uint8_t i = 0U; i < NETWORK_DEVICES_MAX; i++) {
+        bus.nodes[i].position[0] = 1000 + i;
+        canopen_cia402_axis_command_torque(&network.devices[i]->device.axes[0], -0.5);
+        canopen_cia402_axis_command_position(&network.devices[i]->device.axes[0], 0.001 * (double)i, 0.0);
+    }
+    idle(2U);
+    for (uint8_t i = 0U; i < NETWORK_DEVICES_MAX; i++) {
+        TEST_ASSERT_EQUAL_INT32(1000 + i, network.devices[i]->device.axes[0].position);
+        TEST_ASSERT_EQUAL_INT32(1000 * i, bus.nodes[i].target_position);
+    }
+    bus.nodes[15].is_plugged = false;
+    idle(5U);
+    expect_fault(NETWORK_DEVICE_LOST, 0x20U, 0U);
+    expect_no_fault();
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
+    for (uint8_t i = 0U; i < (NETWORK_DEVICES_MAX - 1U); i++) {
+        TEST_ASSERT_EQUAL_HEX16(0x0240U, bus.nodes[i].status[0] & 0x026FU);
+    }
+    expect_no_fault();
 }
 
 static void functions_called_out_of_order_are_refused(void)
@@ -245,6 +289,59 @@ static void it_can_be_configured_again_for_another_mode(void)
     expect_no_fault();
 }
 
+/// RPDO1 carries position and torque offset, RPDO2 torque and velocity: the offset would act with the torque.
+static void nothing_commanded_in_one_configuration_acts_in_the_next(void)
+{
+    canopen_cia402_axis_t* const axis = &network.devices[0]->device.axes[0];
+    run_to(CIA402_GOAL_ENABLED);
+    canopen_cia402_axis_command_position(axis, 0.5, -3.0);
+    idle(2U);
+    TEST_ASSERT_EQUAL_HEX32((uint16_t)-300, scripted_object(joints[0], 0x60B2U, 0U)->value);
+    go(CIA402_GOAL_DISABLED);
+    set_torque_mode();
+    scripted_object(joints[0], 0x60B2U, 0U)->abort_code = 0x08000022U;
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, run_action(canopen_network_configure));
+    expect_refusal(0x11U, REFUSAL_ABORTED, 0x60B200U, 0x08000022U);
+    scripted_object(joints[0], 0x60B2U, 0U)->abort_code = 0U;
+    unsigned writes                                     = joints[0]->writes;
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure)); // The settings and one more.
+    TEST_ASSERT_EQUAL_UINT(writes + 4U + 1U, joints[0]->writes);
+    TEST_ASSERT_EQUAL_HEX32(0U, scripted_object(joints[0], 0x60B2U, 0U)->value);
+    TEST_ASSERT_EQUAL_UINT8(2U, scripted_object(joints[0], 0x60B2U, 0U)->octets);
+    writes = joints[0]->writes;
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure)); // It is zero by now.
+    TEST_ASSERT_EQUAL_UINT(writes + 4U, joints[0]->writes);
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_start));
+    go(CIA402_GOAL_STANDBY);
+    go(CIA402_GOAL_ENABLED);
+    canopen_cia402_axis_command_torque(axis, 2.0);
+    canopen_cia402_axis_command_velocity(axis, 0.25, 0.0);
+    idle(2U);
+    canopen_network_clear_settings(&network);
+    set(0U, 0x1401U, 1U, 4U, 0x80000311U);
+    set(0U, 0x1400U, 1U, 4U, 0x00000211U);
+    writes = joints[0]->writes;
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure)); // Targets act in no other mode.
+    TEST_ASSERT_EQUAL_UINT(writes + 2U, joints[0]->writes);
+    expect_no_fault();
+}
+
+static void an_idle_device_stays_out_of_operation(void)
+{
+    run_to(CIA402_GOAL_DISABLED);
+    canopen_network_clear_settings(&network);
+    canopen_network_include(&network, 0U);
+    go(CIA402_GOAL_STANDBY);
+    go(CIA402_GOAL_ENABLED);
+    TEST_ASSERT_EQUAL_HEX16(0x0237U, joints[0]->status[0]);
+    TEST_ASSERT_EQUAL_HEX16(0x0250U, joints[1]->status[0]);
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
+    canopen_network_include(&network, 1U);
+    go(CIA402_GOAL_STANDBY);
+    TEST_ASSERT_EQUAL_HEX16(0x0233U, joints[1]->status[0]);
+    expect_no_fault();
+}
+
 /// Cycles until the first fault, which is this refusal.
 static unsigned cycles_to_refusal(const action_t action, const uint8_t node,
                                   const canopen_network_refusal_t refusal)
@@ -324,7 +421,7 @@ static void a_value_of_another_size_is_a_refusal_for_its_format(void)
 static void axes_that_a_device_does_not_have_take_no_part(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
-    canopen_cia402_axis_t* const other = &network.devices[0].device.axes[1];
+    canopen_cia402_axis_t* const other = &network.devices[0]->device.axes[1];
     canopen_cia402_axis_set_goal(other, CIA402_GOAL_STANDBY, false);
     other->statusword      = 0x0218U; // Fault, not standby.
     const double torque_nm = other->scale.torque_max_nm;
@@ -349,7 +446,7 @@ static void only_the_identifiers_of_its_own_pdos_move_a_device(void)
         uint8_t subindex;
     } others[]                           = {{0x13FFU, 1U}, {0x1402U, 1U}, {0x1400U, 0U}, {0x1401U, 2U},
                                             {0x17FFU, 1U}, {0x1802U, 1U}, {0x1800U, 0U}, {0x1801U, 2U}};
-    const canopen_device_t* const device = &network.devices[0].device;
+    const canopen_device_t* const device = &network.devices[0]->device;
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
     for (size_t i = 0U; i < (sizeof others / sizeof others[0]); i++) {
         set(0U, others[i].index, others[i].subindex, 4U, 0x80000155U);
@@ -377,7 +474,7 @@ static void two_devices_cannot_send_under_one_identifier(void)
     idle(2U);
     TEST_ASSERT_EQUAL_UINT(0U, bus.syncs);
     // A device that could not be connected does not take away the route of the other one.
-    canopen_device_t* const devices[2] = {&network.devices[0].device, &network.devices[1].device};
+    canopen_device_t* const devices[2] = {&network.devices[0]->device, &network.devices[1]->device};
     devices[1]->transmit[1].is_valid   = true;
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_device_connect(devices[0]));
     TEST_ASSERT_EQUAL(STATUS_EXISTS, canopen_device_connect(devices[1]));
@@ -443,13 +540,13 @@ static void settings_of_an_earlier_configuration_do_not_move_pdos(void)
     set(0U, 0x6065U, 0U, 4U, 1U);
     set(0U, 0x1400U, 1U, 4U, 0x80000211U);
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
-    TEST_ASSERT_FALSE(network.devices[0].device.receive[0].is_valid);
+    TEST_ASSERT_FALSE(network.devices[0]->device.receive[0].is_valid);
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
-    TEST_ASSERT_TRUE(network.devices[0].device.receive[0].is_valid);
+    TEST_ASSERT_TRUE(network.devices[0]->device.receive[0].is_valid);
     canopen_network_clear_settings(&network);
     set(0U, 0x6065U, 0U, 4U, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
-    TEST_ASSERT_TRUE(network.devices[0].device.receive[0].is_valid);
+    TEST_ASSERT_TRUE(network.devices[0]->device.receive[0].is_valid);
 }
 
 int main(void)
@@ -458,7 +555,9 @@ int main(void)
     RUN_TEST(drives_come_up_run_and_go_down);
     RUN_TEST(process_data_go_both_ways);
     RUN_TEST(a_joystick_has_two_axes_behind_one_node);
+    RUN_TEST(only_the_mappings_of_its_profile_are_read);
     RUN_TEST(the_network_checks_each_added_node);
+    RUN_TEST(a_full_network_comes_up_and_is_secured);
     RUN_TEST(functions_called_out_of_order_are_refused);
     RUN_TEST(a_node_that_does_not_boot_is_reported_again);
     RUN_TEST(a_device_of_another_type_is_refused);
@@ -469,6 +568,8 @@ int main(void)
     RUN_TEST(an_abort_and_silence_end_commissioning);
     RUN_TEST(starting_waits_for_the_process_data_of_each_device);
     RUN_TEST(it_can_be_configured_again_for_another_mode);
+    RUN_TEST(nothing_commanded_in_one_configuration_acts_in_the_next);
+    RUN_TEST(an_idle_device_stays_out_of_operation);
     RUN_TEST(a_boot_is_repeated_every_300_ms_at_the_missing_node_only);
     RUN_TEST(no_reset_is_repeated_while_no_node_acknowledges);
     RUN_TEST(a_silent_device_is_reported_after_100_ms_of_each_start);

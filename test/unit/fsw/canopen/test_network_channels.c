@@ -17,6 +17,7 @@
 static scripted_bus_t bus[NETWORK_CHANNELS];
 static scripted_node_t* nodes[NETWORK_CHANNELS][2];
 static canopen_network_t network;
+static canopen_network_device_t places[2];
 static uint64_t now_ns;
 static bool is_a_missing;
 static bool is_b_missing;
@@ -46,7 +47,7 @@ static const canopen_network_config_t config = {.master              = {.node_id
                                                 .silence_reported_ns = 300000000U,
                                                 .quick_stop_limit_ns = 200000000U};
 
-/// Both devices are on one channel, or on none.
+/// Plug both devices into one channel, or into none.
 static void devices_on(const unsigned channel)
 {
     for (unsigned i = 0U; i < 2U; i++) {
@@ -58,9 +59,19 @@ static void devices_on(const unsigned channel)
 static void open_network(void)
 {
     canopen_network_clear(&network);
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x11U));
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x12U));
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      canopen_network_add(&network, &places[network.device_count], "joint-drive", 0x11U));
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      canopen_network_add(&network, &places[network.device_count], "joint-drive", 0x12U));
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", "robot-b"));
+}
+
+/// Counters of both channels together.
+static canopen_network_bus_counters_t counters_now(void)
+{
+    canopen_network_bus_counters_t sum = {.sent = 0U};
+    canopen_network_add_counters(&network, &sum);
+    return sum;
 }
 
 void setUp(void)
@@ -240,21 +251,19 @@ static void frames_of_a_node_on_the_wrong_channel_are_dropped(void)
     const uint8_t stray[8] = {0x37U, 0x02U};
     open_network();
     run();
-    canopen_network_bus_counters_t before;
-    canopen_network_bus_counters_t after;
-    const uint32_t boots = network.master.nodes[0].boots;
-    canopen_network_bus_counters(&network, &before);
+    const uint32_t boots                        = network.master.nodes[0].boots;
+    const canopen_network_bus_counters_t before = counters_now();
     scripted_bus_deliver(&bus[B], 0x711U, stray, 1U);
     scripted_bus_deliver(&bus[B], 0x191U, stray, 8U);
     scripted_bus_emergency(&bus[B], 0x11U, 0x7305U);
     scripted_bus_error(&bus[B], OSAL_CAN_ERROR_BUS_OFF, 0U);
     idle(5U);
-    canopen_network_bus_counters(&network, &after);
+    const canopen_network_bus_counters_t after = counters_now();
     TEST_ASSERT_EQUAL_UINT32(boots, network.master.nodes[0].boots);
     TEST_ASSERT_TRUE(after.received >= (before.received + 3U));
     TEST_ASSERT_EQUAL_UINT32(before.bus_offs + 1U, after.bus_offs);
     TEST_ASSERT_EQUAL_UINT(1U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_OFF + NETWORK_BUS_CHANNEL_B));
-    TEST_ASSERT_EQUAL_UINT32(0U, network.devices[0].is_lost ? 1U : 0U);
+    TEST_ASSERT_EQUAL_UINT32(0U, network.devices[0]->is_lost ? 1U : 0U);
 }
 
 static void a_missing_channel_b_is_reported_and_cannot_be_selected(void)
@@ -291,9 +300,8 @@ static void conditions_of_a_controller_are_reported_and_counted(void)
     scripted_bus_error(&bus[A], OSAL_CAN_ERROR_RESTARTED, 0U);
     idle(1U);
     TEST_ASSERT_EQUAL_UINT(1U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_RESTARTED));
-    TEST_ASSERT_TRUE(network.devices[0].is_lost && network.devices[1].is_lost); // Even a short loss counts.
-    canopen_network_bus_counters_t counters;
-    canopen_network_bus_counters(&network, &counters);
+    TEST_ASSERT_TRUE(network.devices[0]->is_lost && network.devices[1]->is_lost); // Even a short loss counts.
+    const canopen_network_bus_counters_t counters = counters_now();
     TEST_ASSERT_EQUAL_UINT32(1U, counters.overruns);
     TEST_ASSERT_EQUAL_UINT32(1U, counters.transmit_timeouts);
     TEST_ASSERT_EQUAL_UINT32(1U, counters.lost_arbitrations);
@@ -305,14 +313,12 @@ static void conditions_of_a_controller_are_reported_and_counted(void)
 static void unsent_frames_are_counted_with_the_reason(void)
 {
     static const uint8_t octets[8] = {0U};
-    canopen_network_bus_counters_t before;
-    canopen_network_bus_counters_t after;
-    is_b_missing = true;
+    is_b_missing                   = true;
     open_network();
     run();
-    canopen_network_bus_counters(&network, &before);
+    const canopen_network_bus_counters_t before = counters_now();
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_can_send(&network.flows[B], 0x7F0U, octets, 8U));
-    canopen_network_bus_counters(&network, &after);
+    canopen_network_bus_counters_t after = counters_now();
     TEST_ASSERT_EQUAL_UINT32(before.refused + 1U, after.refused);
     TEST_ASSERT_EQUAL_UINT32(before.full, after.full);
     status_t status = STATUS_OK;
@@ -320,7 +326,7 @@ static void unsent_frames_are_counted_with_the_reason(void)
         status = flow_can_send(&network.flows[A], 0x7F0U, octets, 8U); // No node takes the frames.
     }
     TEST_ASSERT_EQUAL(STATUS_FULL, status);
-    canopen_network_bus_counters(&network, &after);
+    after = counters_now();
     TEST_ASSERT_EQUAL_UINT32(before.refused + 2U, after.refused);
     TEST_ASSERT_EQUAL_UINT32(before.full + 1U, after.full);
 }
@@ -328,7 +334,6 @@ static void unsent_frames_are_counted_with_the_reason(void)
 /// Each of both controllers counts for itself.
 static void the_counters_of_both_channels_are_summed(void)
 {
-    canopen_network_bus_counters_t sum;
     for (unsigned i = 0U; i < NETWORK_CHANNELS; i++) {
         const uint32_t unit                          = (i == A) ? 1U : 100U;
         network.flows[i].counters.sent               = 1U * unit;
@@ -344,7 +349,7 @@ static void the_counters_of_both_channels_are_summed(void)
         network.flows[i].errors.transmit_timeouts    = 11U * unit;
         network.flows[i].errors.lost_arbitrations    = 12U * unit;
     }
-    canopen_network_bus_counters(&network, &sum);
+    const canopen_network_bus_counters_t sum = counters_now();
     TEST_ASSERT_EQUAL_UINT32(101U, sum.sent);
     TEST_ASSERT_EQUAL_UINT32(202U, sum.received);
     TEST_ASSERT_EQUAL_UINT32(303U, sum.refused);
@@ -415,7 +420,8 @@ static void a_missing_channel_a_is_reported_without_the_offset_of_b(void)
 static void a_channel_that_does_not_exist_is_not_missing(void)
 {
     canopen_network_clear(&network);
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x11U));
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      canopen_network_add(&network, &places[network.device_count], "joint-drive", 0x11U));
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", NULL));
     run();
     TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_MISSING + NETWORK_BUS_CHANNEL_B));

@@ -40,7 +40,7 @@ static void two_missing_answers_are_tolerated(void)
     }
     idle(1U);
     expect_no_fault();
-    TEST_ASSERT_EQUAL_UINT32(40U, network.devices[1].missed);
+    TEST_ASSERT_EQUAL_UINT32(40U, network.devices[1]->missed);
 }
 
 static void process_data_of_a_wrong_length_count_as_missing(void)
@@ -53,7 +53,7 @@ static void process_data_of_a_wrong_length_count_as_missing(void)
         idle(1U);
     }
     expect_fault(NETWORK_DEVICE_LOST, 0x11U, 0U);
-    TEST_ASSERT_EQUAL_UINT32(4U, network.devices[0].device.malformed);
+    TEST_ASSERT_EQUAL_UINT32(4U, network.devices[0]->device.malformed);
 }
 
 static void bus_off_makes_every_device_lost_in_the_same_cycle(void)
@@ -124,6 +124,31 @@ static void a_fault_is_reported_once_with_its_code(void)
     expect_no_fault();
 }
 
+/// The last statusword of a device that is lost is no news.
+static void only_a_device_that_is_present_can_be_faulty(void)
+{
+    canopen_cia402_axis_t* const axis = &network.devices[0]->device.axes[0];
+    run_to(CIA402_GOAL_ENABLED);
+    joints[0]->is_plugged = false;
+    idle(5U);
+    expect_fault(NETWORK_DEVICE_LOST, 0x11U, 0U);
+    axis->statusword = 0x0218U;
+    idle(5U);
+    expect_no_fault();
+}
+
+static void only_a_device_with_process_data_can_be_faulty(void)
+{
+    canopen_cia402_axis_t* const axis = &network.devices[0]->device.axes[0];
+    run_to(CIA402_GOAL_ENABLED);
+    canopen_network_stop(&network);
+    idle(5U);
+    expect_no_fault();
+    axis->statusword = 0x0218U;
+    idle(5U);
+    expect_no_fault();
+}
+
 static void a_drive_that_leaves_operation_without_a_command_is_faulty(void)
 {
     run_to(CIA402_GOAL_ENABLED);
@@ -170,16 +195,23 @@ static void a_fault_is_reset_only_for_the_goal_standby(void)
     TEST_ASSERT_EQUAL_HEX16(0x0233U, joints[0]->status[0]);
 }
 
+/// Emergencies of medium severity with codes from `first` on, in each cycle as many as the master keeps.
+static void deliver_warnings(const unsigned count, const uint16_t first)
+{
+    for (unsigned i = 0U; i < count; i++) {
+        scripted_bus_emergency(&bus, 0x11U, (uint16_t)(first + i)); // Unknown codes are of medium severity.
+        if (((i + 1U) % MASTER_EMERGENCIES_MAX) == 0U) {
+            idle(1U);
+        }
+    }
+    idle(1U);
+}
+
 static void faults_that_find_the_queue_full_are_counted(void)
 {
     run_to(CIA402_GOAL_DISABLED);
-    for (unsigned k = 0U; k < 2U; k++) {
-        for (unsigned i = 0U; i < 12U; i++) {
-            scripted_bus_emergency(&bus, 0x11U, 0x4310U);
-        }
-        idle(1U);
-    }
-    TEST_ASSERT_EQUAL_UINT32(24U - NETWORK_FAULTS_MAX, network.faults_lost);
+    deliver_warnings(NETWORK_FAULTS_MAX + 8U, 0x4310U);
+    TEST_ASSERT_EQUAL_UINT32(8U, network.faults_lost);
 }
 
 // ---- Safe state ----
@@ -266,8 +298,8 @@ static void unplugged_devices_work_again_after_commissioning(void)
     joints[0]->is_plugged = true;
     joints[1]->is_plugged = true;
     canopen_network_clear(&network);
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x11U));
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x12U));
+    TEST_ASSERT_EQUAL(STATUS_OK, add_device("joint-drive", 0x11U));
+    TEST_ASSERT_EQUAL(STATUS_OK, add_device("joint-drive", 0x12U));
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", NULL));
     expect_no_fault(); // Faults from before canopen_network_close are not reported.
     run_to(CIA402_GOAL_ENABLED);
@@ -285,9 +317,9 @@ static void a_sync_of_another_node_is_reported_once_while_it_continues(void)
         scripted_bus_deliver(&bus, 0x080U, NULL, 0U);
         idle(1U);
     }
-    expect_fault(NETWORK_FOREIGN_SYNC, 0U, 0U);
+    expect_fault(NETWORK_SYNC_CONFLICT, 0U, 0U);
     expect_no_fault();
-    TEST_ASSERT_EQUAL_UINT32(401U, network.master.counters.foreign_syncs);
+    TEST_ASSERT_EQUAL_UINT32(401U, network.master.counters.conflicting_syncs);
     idle(1998U); // Cycles of 0.5 ms: the next SYNC comes less than one second later.
     scripted_bus_deliver(&bus, 0x080U, NULL, 0U);
     idle(1U);
@@ -295,29 +327,22 @@ static void a_sync_of_another_node_is_reported_once_while_it_continues(void)
     idle(1999U); // The next cycle completes exactly one second.
     scripted_bus_deliver(&bus, 0x080U, NULL, 0U);
     idle(1U);
-    expect_fault(NETWORK_FOREIGN_SYNC, 0U, 0U);
+    expect_fault(NETWORK_SYNC_CONFLICT, 0U, 0U);
 }
 
 static void faults_keep_their_order_beyond_the_end_of_the_queue(void)
 {
-    uint16_t sent  = 0x4300U; // Unknown codes are of medium severity.
     uint16_t taken = 0x4300U;
     run_to(CIA402_GOAL_DISABLED);
     for (unsigned round = 0U; round < 5U; round++) {
-        for (unsigned i = 0U; i < (NETWORK_FAULTS_MAX - 3U); i++) {
-            scripted_bus_emergency(&bus, 0x11U, sent++);
-        }
-        idle(1U);
+        deliver_warnings(NETWORK_FAULTS_MAX - 3U, taken);
         for (unsigned i = 0U; i < (NETWORK_FAULTS_MAX - 3U); i++) {
             expect_fault(NETWORK_DRIVE_WARNING, 0x11U, taken++);
         }
         expect_no_fault();
     }
     TEST_ASSERT_EQUAL_UINT32(0U, network.faults_lost);
-    for (unsigned i = 0U; i < NETWORK_FAULTS_MAX; i++) {
-        scripted_bus_emergency(&bus, 0x11U, 0x4310U);
-    }
-    idle(1U);
+    deliver_warnings(NETWORK_FAULTS_MAX, 0x4300U);
     TEST_ASSERT_EQUAL_UINT32(0U, network.faults_lost); // The queue is exactly full.
 }
 
@@ -401,6 +426,8 @@ int main(void)
     RUN_TEST(a_node_that_boots_again_is_lost);
     RUN_TEST(a_missing_heartbeat_makes_a_device_lost_without_process_data);
     RUN_TEST(a_fault_is_reported_once_with_its_code);
+    RUN_TEST(only_a_device_that_is_present_can_be_faulty);
+    RUN_TEST(only_a_device_with_process_data_can_be_faulty);
     RUN_TEST(a_drive_that_leaves_operation_without_a_command_is_faulty);
     RUN_TEST(an_emergency_is_reported_by_the_class_of_its_code);
     RUN_TEST(an_emergency_before_the_reset_is_no_fault);

@@ -34,6 +34,12 @@ const canopen_network_config_t config = {.master              = {.node_id       
                                          .silence_reported_ns = 100000000U,
                                          .quick_stop_limit_ns = 200000000U};
 
+status_t add_device(const char* const type, const uint8_t node)
+{
+    static canopen_network_device_t places[NETWORK_DEVICES_MAX + 1U];
+    return canopen_network_add(&network, &places[network.device_count], type, node);
+}
+
 void two_drives_open(void)
 {
     scripted_bus_open(&bus, "test-network");
@@ -41,8 +47,8 @@ void two_drives_open(void)
     joints[1] = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x12U);
     now_ns    = 0U;
     canopen_network_init(&network, &config);
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x11U));
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x12U));
+    TEST_ASSERT_EQUAL(STATUS_OK, add_device("joint-drive", 0x11U));
+    TEST_ASSERT_EQUAL(STATUS_OK, add_device("joint-drive", 0x12U));
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", NULL));
 }
 

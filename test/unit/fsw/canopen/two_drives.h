@@ -20,6 +20,8 @@ extern const canopen_network_config_t config;
 /// One cycle of a transition: STATUS_BUSY until it is complete.
 typedef status_t (*action_t)(canopen_network_t* network, uint64_t now_ns);
 
+/// Add a device to the network.
+status_t add_device(const char* type, uint8_t node);
 /// Both drives on the bus and in the network, nothing sent yet.
 void two_drives_open(void);
 void two_drives_close(void);

@@ -2,6 +2,7 @@
 // Mismatches between a descriptor and a bus; normal operation is tested with the subsystems that use the
 // library.
 #include "fsw/drives/drives_counters.h"
+#include "fsw/drives/drives_fitting.h"
 #include "test/support/scripted_bus.h"
 #include "test/support/subsystem_double.h"
 
@@ -29,7 +30,7 @@ static const char document[] =
     "  <Functions/>\n"
     "  <Configuration name=\"ONE\" id=\"1\" priority=\"80\" samplingTime=\"500us\">\n"
     "    <Devices>\n"
-    "      <Device name=\"A\" type=\"cia402-drive\">\n"
+    "      <Device name=\"A\" type=\"joint-drive\">\n"
     "        <Setting object=\"0x6060:00\" type=\"INT8\" value=\"-3\"/>\n"
     "        <Endnode type=\"CAN\" bus=\"robot\" node=\"0x11\"/>\n"
     "      </Device>\n"
@@ -37,11 +38,11 @@ static const char document[] =
     "  </Configuration>\n"
     "  <Configuration name=\"TWO\" id=\"2\" priority=\"80\" samplingTime=\"500us\">\n"
     "    <Devices>\n"
-    "      <Device name=\"B\" type=\"cia402-drive\">\n"
+    "      <Device name=\"B\" type=\"joint-drive\">\n"
     "        <Setting object=\"0x6065:00\" type=\"UINT32\" value=\"0x12345678\"/>\n"
     "        <Endnode type=\"CAN\" bus=\"robot\" node=\"0x12\"/>\n"
     "      </Device>\n"
-    "      <Device name=\"A\" type=\"cia402-drive\">\n"
+    "      <Device name=\"A\" type=\"joint-drive\">\n"
     "        <Setting object=\"0x1400:05\" type=\"UINT16\" value=\"2\"/>\n"
     "        <Endnode type=\"CAN\" bus=\"robot\" node=\"0x11\"/>\n"
     "      </Device>\n"
@@ -85,7 +86,6 @@ static status_t resolve(void* const context, const flow_endnode_kind_t kind, con
 }
 
 static bool has_channel_b;
-
 static const flow_resolver_t resolver = {NULL, resolve};
 
 static void load(void)
@@ -116,7 +116,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    canopen_network_close(&drives.network);
+    drives_release(&drives);
     scripted_bus_close(&bus);
 }
 
@@ -155,7 +155,7 @@ static void select(const uint16_t id)
 static void devices_of_all_configurations_are_brought_up_once(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
-    TEST_ASSERT_EQUAL_UINT8(2U, drives.network.device_count);
+    TEST_ASSERT_EQUAL_UINT8(2U, drives.device_count);
     TEST_ASSERT_NULL(drives_device(&drives, 0U));
     TEST_ASSERT_FALSE(drives_are_running(&drives));
     TEST_ASSERT_EQUAL_UINT(1U, nodes[0]->boots);
@@ -179,7 +179,7 @@ static void a_deadline_of_the_mission_holds_at_both_ends(void)
         generic.device_deadline_ns = cases[i].deadline_ns;
         select(2U);
         TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
-        TEST_ASSERT_EQUAL_UINT32(cases[i].syncs, drives.network.config.lost_after_syncs);
+        TEST_ASSERT_EQUAL_UINT32(cases[i].syncs, drives.buses[0].network.config.lost_after_syncs);
         TEST_ASSERT_EQUAL_UINT32(cases[i].event_ms, scripted_object(nodes[0], 0x1400U, 5U)->value);
         select(1U);
         TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
@@ -256,25 +256,25 @@ static void a_drive_that_drops_out_raises_an_event_with_its_statusword(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_start_control));
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_engage));
-    generic.state        = STATE_OPERATIONAL;
-    nodes[0]->status[0]  = 0x0218U;
-    const uint8_t told[] = {0x11U, 0x02U, 0x18U};
+    generic.state                 = STATE_OPERATIONAL;
+    nodes[0]->status[0]           = 0x0218U;
+    const uint8_t expected_data[] = {0x11U, 0x02U, 0x18U};
     (void)cycle(NULL);
     (void)cycle(NULL);
     TEST_ASSERT_EQUAL_UINT(1U, double_events(&generic, 2U));
     TEST_ASSERT_EQUAL_UINT64(3U, generic.events[0].size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(told, generic.events[0].octets, 3U);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected_data, generic.events[0].octets, 3U);
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, generic.state);
     TEST_ASSERT_EQUAL_HEX16(0x0002U, nodes[1]->control[0]); // The other one brakes in the same cycle.
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_secure));
 }
 
 /// Last event DEVICE_REFUSED, the only one.
-static void expect_refusal(const uint8_t told[10])
+static void expect_refusal(const uint8_t expected_data[10])
 {
     TEST_ASSERT_EQUAL_UINT(1U, double_events(&generic, 3U));
     TEST_ASSERT_EQUAL_UINT64(10U, double_last_event(&generic, 3U)->size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(told, double_last_event(&generic, 3U)->octets, 10U);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected_data, double_last_event(&generic, 3U)->octets, 10U);
     generic.event_count = 0U;
 }
 
@@ -361,12 +361,12 @@ static void limited_commands_of_all_axes_are_summed(void)
     for (uint8_t device = 0U; device < NETWORK_DEVICES_MAX; device++) {
         for (uint8_t axis = 0U; axis < PROFILE_AXES_MAX; axis++) {
             // Powers of two, so that each counter shows in the sum exactly once.
-            drives.network.devices[device].device.axes[axis].limited = next;
-            sum += (device < drives.network.device_count) ? next : 0U;
+            drives.devices[device].device.axes[axis].limited = next;
+            sum += (device < drives.device_count) ? next : 0U;
             next *= 2U;
         }
     }
-    TEST_ASSERT_EQUAL_UINT(2U, drives.network.device_count);
+    TEST_ASSERT_EQUAL_UINT(2U, drives.device_count);
     TEST_ASSERT_EQUAL_UINT32(sum, drives_limited(&drives));
 }
 
@@ -420,17 +420,17 @@ static void counters_are_published_where_the_descriptor_names_them(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     select(2U);
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
-    drives.network.devices[0].missed                      = 11U;
-    drives.network.devices[1].missed                      = 12U; // Node 0x12 is the first of configuration 2.
-    drives.network.devices[0].device.axes[0].limited      = 3U;
-    drives.network.flows[0].counters.sent                 = 1000U;
-    drives.network.flows[NETWORK_CHANNEL_B].counters.sent = 1U;
+    drives.devices[0].missed                       = 11U;
+    drives.devices[1].missed                       = 12U; // Node 0x12 is the first of configuration 2.
+    drives.devices[0].device.axes[0].limited       = 3U;
+    drives.buses[0].network.flows[0].counters.sent = 1000U;
+    drives.buses[0].network.flows[NETWORK_CHANNEL_B].counters.sent = 1U;
     drives_counters_publish(&drives, 4U);
     const uint32_t expected[9] = {untouched, 1001U,     12U,       11U,      generic.cycle,
                                   7U,        untouched, untouched, untouched};
     TEST_ASSERT_EQUAL_HEX32_ARRAY(expected, storage, 9U);
     drives_counters_place(&drives, &none, storage);
-    drives.network.flows[0].counters.sent = 2000U;
+    drives.buses[0].network.flows[0].counters.sent = 2000U;
     drives_counters_publish(&drives, 5U);
     TEST_ASSERT_EQUAL_HEX32_ARRAY(expected, storage, 9U);
 }
@@ -440,15 +440,15 @@ static void a_release_closes_the_bus_without_a_reset(void)
 {
     static drives_t unused; // Released before it was used.
     drives_release(&unused);
-    TEST_ASSERT_NULL(unused.network.flow);
+    TEST_ASSERT_NULL(unused.buses[0].network.flow);
     drives_release(&drives); // It has no bus yet.
-    TEST_ASSERT_FALSE(flow_can_is_open(drives.network.flow));
+    TEST_ASSERT_FALSE(flow_can_is_open(drives.buses[0].network.flow));
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
-    TEST_ASSERT_TRUE(flow_can_is_open(drives.network.flow));
+    TEST_ASSERT_TRUE(flow_can_is_open(drives.buses[0].network.flow));
     const unsigned boots = nodes[0]->boots;
     for (unsigned i = 0U; i < 2U; i++) {
         drives_release(&drives);
-        TEST_ASSERT_FALSE(flow_can_is_open(drives.network.flow));
+        TEST_ASSERT_FALSE(flow_can_is_open(drives.buses[0].network.flow));
     }
     scripted_bus_run(&bus);
     TEST_ASSERT_EQUAL_UINT(boots, nodes[0]->boots); // No reset, which an orderly end would send.
@@ -456,7 +456,7 @@ static void a_release_closes_the_bus_without_a_reset(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init)); // The hardware can be initialised again.
 }
 
-/// What the subsystem was asked to do with the devices ends 20 ms after it was asked for the last time.
+/// A configuration is aborted 20 ms after the last call of drives_configure.
 static void a_configuration_is_given_up_after_20_ms_without_a_call(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
@@ -531,7 +531,7 @@ static void a_goal_is_commanded_again_after_each_stop(void)
     }
 }
 
-/// Only on the way out of the safe state is a fault of a drive reset.
+/// A fault of a drive is reset only on the way out of the safe state.
 static void a_fault_is_reset_by_starting_the_control_only(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));

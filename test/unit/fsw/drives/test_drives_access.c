@@ -17,7 +17,7 @@ void setUp(void)
 {
     memset(&result, 0, sizeof result);
     two_nodes_run(&drives);
-    client = &drives.network.master.nodes[drives.network.devices[0].device.index].sdo;
+    client = &drives.buses[0].network.master.nodes[drives.devices[0].device.index].sdo;
     port   = drives_access_port(&drives);
 }
 
@@ -131,8 +131,8 @@ static void a_command_with_an_invalid_device_or_address_is_refused(void)
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         TEST_ASSERT_EQUAL(cases[i].status, port.check(port.context, &cases[i].action));
     }
-    const pus_device_action_t good = command(PUS_DEVICE_COMMAND, FIRST_NODE, protocol, "abcd");
-    drives.network.is_running      = false;
+    const pus_device_action_t good     = command(PUS_DEVICE_COMMAND, FIRST_NODE, protocol, "abcd");
+    drives.buses[0].network.is_running = false;
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, port.check(port.context, &good));
     TEST_ASSERT_EQUAL(STATUS_IO, begin(0U, &good));
     TEST_ASSERT_EQUAL_UINT32(DRIVES_ACCESS_CLOSED, result.detail);
@@ -189,13 +189,13 @@ static void commissioning_ends_a_transfer(void)
     TEST_ASSERT_EQUAL(STATUS_IO, poll(0U));
     TEST_ASSERT_EQUAL_HEX16(DRIVES_ACCESS_CLOSED, result.return_code);
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
-    drives.network.is_running = false;
+    drives.buses[0].network.is_running = false;
     TEST_ASSERT_EQUAL(STATUS_IO, poll(0U));
     TEST_ASSERT_EQUAL_HEX16(DRIVES_ACCESS_CLOSED, result.return_code);
-    drives.network.is_running = true;
+    drives.buses[0].network.is_running = true;
     canopen_sdo_client_reset(client);
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
-    drives.network.is_running = false;
+    drives.buses[0].network.is_running = false;
     port.abandon(port.context, 0U);
     // The client may serve another transfer by now.
     TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_sdo_client_result(client, NULL));
@@ -215,10 +215,10 @@ static void each_end_of_a_transfer_frees_its_device(void)
         canopen_sdo_client_reset(client);
     }
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
-    drives.network.is_running = false; // Abandoned while the network is stopped.
+    drives.buses[0].network.is_running = false; // Abandoned while the network is stopped.
     port.abandon(port.context, 0U);
     canopen_sdo_client_reset(client);
-    drives.network.is_running = true;
+    drives.buses[0].network.is_running = true;
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
 }
 

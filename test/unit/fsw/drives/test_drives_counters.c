@@ -28,7 +28,7 @@ static void each_counter_is_the_one_of_its_name(void)
     static const char* const names[] = {
         "FRAMES_RECEIVED",   "FRAMES_REFUSED",   "EMERGENCIES",  "TRANSMIT_FULL",    "CHANNEL",
         "ERROR_FRAMES",      "BUS_OFF",          "BUS_RESTARTS", "NO_ACKNOWLEDGE",   "TRANSMIT_TIMEOUTS",
-        "ARBITRATIONS_LOST", "RECEIVE_OVERRUNS", "BUS_LOST",     "TRANSMIT_REFUSED", "FOREIGN_SYNCS"};
+        "ARBITRATIONS_LOST", "RECEIVE_OVERRUNS", "BUS_LOST",     "TRANSMIT_REFUSED", "CONFLICTING_SYNCS"};
     enum {
         NAMES = sizeof names / sizeof names[0]
     };
@@ -39,15 +39,15 @@ static void each_counter_is_the_one_of_its_name(void)
     }
     const parameter_definition_t definition = {"COUNTERS", 1U, fields, NAMES, sizeof storage, sizeof storage};
     drives_counters_place(&drives, &definition, storage);
-    canopen_master_counters_t* const master = &drives.network.master.counters;
-    flow_can_t* const flow                  = &drives.network.flows[0];
+    canopen_master_counters_t* const master = &drives.buses[0].network.master.counters;
+    flow_can_t* const flow                  = &drives.buses[0].network.flows[0];
     flow->counters.received                 = 1U;
     master->unknown                         = 1U;
     master->malformed                       = 10U;
     master->remote                          = 100U;
     master->emergencies                     = 3U;
     flow->counters.full                     = 4U;
-    drives.network.channel                  = 1U;
+    drives.buses[0].network.channel         = 1U;
     flow->counters.errors                   = 6U;
     flow->errors.bus_offs                   = 7U;
     flow->errors.restarts                   = 8U;
@@ -57,7 +57,7 @@ static void each_counter_is_the_one_of_its_name(void)
     flow->counters.overruns                 = 12U;
     flow->counters.lost                     = 13U;
     flow->counters.refused                  = 14U;
-    master->foreign_syncs                   = 15U;
+    master->conflicting_syncs               = 15U;
     drives_counters_publish(&drives, 0U);
     static const uint32_t expected[NAMES] = {1U, 111U, 3U,  4U,  1U,  6U,  7U, 8U,
                                              9U, 10U,  11U, 12U, 13U, 14U, 15U};

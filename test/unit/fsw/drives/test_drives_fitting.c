@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Devices that a subsystem cannot drive are refused with their line before it starts.
+#include "fsw/drives/drives.h"
 #include "fsw/drives/drives_fitting.h"
 
 #include "fsw/framework/descriptor/descriptor.h"
@@ -14,21 +15,26 @@
 #define END "</Devices></Configuration>\n</Subsystem>"
 #define MODE "<Setting object='0x6060:00' type='INT8' value='10'/>\n"
 #define ENDNODE(more) "<Endnode type='CAN' bus='robot'" more "/></Device>\n"
-#define DEVICE(name, node) "<Device name='" name "' type='cia402-drive'>\n" MODE ENDNODE(" node='" node "'")
+#define DEVICE(name, node) "<Device name='" name "' type='joint-drive'>\n" MODE ENDNODE(" node='" node "'")
 
 static descriptor_loader_t loader;
 static subsystem_descriptor_t descriptor;
 static subsystem_misfit_t misfit;
 
-static bool fits(const char* document)
+static bool fits_count(const char* document, const uint16_t count)
 {
-    static const int modes[]         = {10, 8, 0};
-    static const drives_need_t joint = {"cia402-drive", "type", 2U, "count", modes, "mode"};
+    static const int modes[]  = {10, 8, 0};
+    const drives_need_t joint = {1U, false, "type", count, "count", modes, "mode"};
     TEST_ASSERT_EQUAL_MESSAGE(
         STATUS_OK, descriptor_parse_subsystem(&loader, "arm.xml", document, strlen(document), &descriptor),
         descriptor_error(&loader));
     misfit = (subsystem_misfit_t){0U, ""};
     return drives_fit(&descriptor, &joint, &misfit);
+}
+
+static bool fits(const char* document)
+{
+    return fits_count(document, 2U);
 }
 
 static void expect_refused(const char* document, uint32_t line, const char* says)
@@ -59,17 +65,21 @@ static void one_drive_is_refused_where_two_are_needed(void)
 
 static void another_class_is_refused(void)
 {
-    expect_refused(BEGIN DEVICE("A", "0x11") "<Device name='B' type='gyro'>\n" MODE ENDNODE(" node='0x12'")
-                       END,
-                   7U, "type");
+    expect_refused(
+        BEGIN DEVICE("A", "0x11") "<Device name='B' type='gyroscope'>\n" MODE ENDNODE(" node='0x12'") END, 7U,
+        "expected a class of descriptors/devices: gyro");
+    expect_refused(
+        BEGIN DEVICE("A", "0x11") "<Device name='B' type='joystick'>\n" MODE ENDNODE(" node='0x12'") END, 7U,
+        "type");
+    TEST_ASSERT_EQUAL_STRING("type", misfit.says);
 }
 
 static void another_mode_is_refused_and_so_are_two(void)
 {
-    expect_refused(BEGIN DEVICE("A", "0x11") "<Device name='B' type='cia402-drive'>\n" ENDNODE(" node='0x12'")
+    expect_refused(BEGIN DEVICE("A", "0x11") "<Device name='B' type='joint-drive'>\n" ENDNODE(" node='0x12'")
                        END,
                    7U, "mode");
-    expect_refused(BEGIN DEVICE("A", "0x11") "<Device name='B' type='cia402-drive'>\n"
+    expect_refused(BEGIN DEVICE("A", "0x11") "<Device name='B' type='joint-drive'>\n"
                                              "<Setting object='0x6060:00' type='INT8' value='8'/>\n" ENDNODE(
                                                  " node='0x12'") END,
                    7U, "mode");
@@ -77,7 +87,7 @@ static void another_mode_is_refused_and_so_are_two(void)
 
 static void every_device_has_one_end_node_on_can(void)
 {
-    expect_refused(BEGIN DEVICE("A", "0x11") "<Device name='B' type='cia402-drive'/>" END, 7U,
+    expect_refused(BEGIN DEVICE("A", "0x11") "<Device name='B' type='joint-drive'/>" END, 7U,
                    "has no <Endnode");
     static const char* const others[] = {"type='SHM' name='x'", "type='UDP' address='127.0.0.1' port='9'",
                                          "type='SERIAL' name='/dev/ttyS0'", "type='FILE' name='/dev/adc0'"};
@@ -85,45 +95,145 @@ static void every_device_has_one_end_node_on_can(void)
         char document[1024];
         (void)snprintf(
             document, sizeof document,
-            BEGIN DEVICE("A", "0x11") "<Device name='B' type='cia402-drive'>\n<Endnode %s/></Device>" END,
+            BEGIN DEVICE("A", "0x11") "<Device name='B' type='joint-drive'>\n<Endnode %s/></Device>" END,
             others[i]);
         expect_refused(document, 8U, "type of <Endnode>: expected CAN");
     }
     expect_refused(
-        BEGIN "<Device name='A' type='cia402-drive'>\n<Endnode type='CAN' bus='robot' node='1'/>\n" ENDNODE(
+        BEGIN "<Device name='A' type='joint-drive'>\n<Endnode type='CAN' bus='robot' node='1'/>\n" ENDNODE(
             " node='2'") END,
         6U, "a second <Endnode>");
 }
 
-static void all_devices_are_on_one_bus(void)
+static void each_bus_has_one_channel_b_and_each_node_one_bus(void)
 {
-    expect_refused(BEGIN DEVICE("A", "0x11") "<Device name='B' type='cia402-drive'>\n"
-                                             "<Endnode type='CAN' bus='other' node='0x12'/></Device>" END,
-                   8U, "bus of <Endnode>");
-    expect_refused(BEGIN DEVICE("A", "0x11") "<Device name='B' type='cia402-drive'>\n" ENDNODE(
+    expect_refused(BEGIN DEVICE("A", "0x11") "<Device name='B' type='joint-drive'>\n" ENDNODE(
                        " redundantBus='robot-b' node='0x12'") END,
-                   8U, "bus of <Endnode>");
+                   8U, "redundantBus of <Endnode>");
+    expect_refused(BEGIN DEVICE("A", "0x11") "<Device name='B' type='joint-drive'>\n"
+                                             "<Endnode type='CAN' bus='b' redundantBus='robot' "
+                                             "node='0x12'/></Device>" END,
+                   8U, "is no channel B");
+    expect_refused(BEGIN "<Device name='A' type='joint-drive'>\n" MODE ENDNODE(
+                       " redundantBus='b' node='1'") "<Device name='B' type='joint-drive'>\n"
+                                                     "<Endnode type='CAN' bus='b' node='2'/></Device>" END,
+                   8U, "is no channel B");
+    static const char other_bus[] = MODE "<Endnode type='CAN' bus='other' node='0x12'/></Device>";
+    char document[2048]           = BEGIN DEVICE("A", "0x11") "<Device name='B' type='joint-drive'>\n";
+    (void)strcat(strcat(document, other_bus), END);
+    TEST_ASSERT_TRUE_MESSAGE(fits(document), misfit.says);
+    expect_refused(BEGIN DEVICE("A", "0x12") "<Device name='B' type='joint-drive'>\n"
+                                             "<Endnode type='CAN' bus='other' node='0x12'/></Device>" END,
+                   8U, "node of <Endnode>");
 }
 
-static void a_bus_has_room_for_four_nodes_of_all_configurations(void)
+static void add_device(char* const document, const size_t size, const unsigned node, const char* const bus)
 {
-    expect_refused(BEGIN DEVICE("A", "1") DEVICE("B", "2") DEVICE("C", "3") DEVICE("D", "4") DEVICE("E", "5")
-                       END,
-                   16U, "too many nodes");
+    const size_t length = strlen(document);
+    (void)snprintf(&document[length], size - length,
+                   "<Device name='D%u' type='joint-drive'>\n" MODE
+                   "<Endnode type='CAN' bus='%s' node='%u'/></Device>\n",
+                   node, bus, node);
+}
+
+/// A node of two configurations counts once.
+static void a_bus_has_room_for_sixteen_nodes_of_all_configurations(void)
+{
+    char document[8192] = BEGIN;
+    for (unsigned node = 2U; node < (2U + NETWORK_DEVICES_MAX); node++) {
+        add_device(document, sizeof document, node, "robot");
+    }
+    static char full[8192];
+    (void)strcat(strcpy(full, document), END);
+    TEST_ASSERT_TRUE_MESSAGE(fits_count(full, NETWORK_DEVICES_MAX), misfit.says);
+    add_device(document, sizeof document, 2U + NETWORK_DEVICES_MAX, "robot");
+    (void)strcat(document, END);
+    expect_refused(document, 6U + (3U * NETWORK_DEVICES_MAX), "too many nodes");
     static const char again[] = BEGIN DEVICE("A", "1")
         DEVICE("B", "2") "</Devices></Configuration><Configuration name='D' id='2' priority='1' "
                          "samplingTime='1ms'><Devices>" DEVICE("A", "1") DEVICE("B", "2") END;
     TEST_ASSERT_TRUE(fits(again));
 }
 
+static void a_subsystem_has_room_for_four_buses_and_thirty_two_nodes(void)
+{
+    static char document[16384];
+    static char full[16384];
+    static const char* const buses[] = {"a", "b", "c", "d", "e"};
+    (void)strcpy(document, BEGIN);
+    for (unsigned i = 0U; i < DRIVES_DEVICES_MAX; i++) {
+        add_device(document, sizeof document, 2U + i, buses[i % DRIVES_BUSES_MAX]);
+    }
+    (void)strcat(strcpy(full, document), END);
+    TEST_ASSERT_TRUE_MESSAGE(fits_count(full, 0U), misfit.says);
+    add_device(document, sizeof document, 100U, "a");
+    (void)strcat(document, END);
+    expect_refused(document, 6U + (3U * DRIVES_DEVICES_MAX), "too many nodes of one subsystem, at most 32");
+    (void)strcpy(document, BEGIN);
+    for (unsigned i = 0U; i <= DRIVES_BUSES_MAX; i++) {
+        add_device(document, sizeof document, 2U + i, buses[i]);
+    }
+    (void)strcat(document, END);
+    expect_refused(document, 6U + (3U * DRIVES_BUSES_MAX), "too many buses of one subsystem, at most 4");
+}
+
+static void any_number_of_devices_begins_with_one(void)
+{
+    TEST_ASSERT_TRUE(fits_count(BEGIN DEVICE("A", "1") END, 0U));
+    TEST_ASSERT_FALSE(fits_count(BEGIN END, 0U));
+    TEST_ASSERT_EQUAL_STRING("count", misfit.says);
+}
+
 static void a_device_has_room_for_its_settings(void)
 {
-    char document[8192] = BEGIN DEVICE("A", "1") "<Device name='B' type='cia402-drive'>\n";
+    char document[8192] = BEGIN DEVICE("A", "1") "<Device name='B' type='joint-drive'>\n";
     for (unsigned i = 0U; i < 33U; i++) {
         (void)strcat(document, MODE);
     }
     (void)strcat(document, ENDNODE(" node='0x12'") END);
     expect_refused(document, 7U, "too many <Setting>");
+}
+
+#define MAPPED(settings)                                                                                     \
+    BEGIN DEVICE("A", "0x11") "<Device name='B' type='joint-drive'>\n" MODE settings ENDNODE(" node='0x12'") \
+        END
+#define SET(object, type, value) "<Setting object='" object "' type='" type "' value='" value "'/>\n"
+#define DISABLE SET("0x1800:01", "UINT32", "0x80000192") SET("0x1A00:00", "UINT8", "0")
+
+static void a_mapping_that_the_data_sheet_allows_fits(void)
+{
+    TEST_ASSERT_TRUE(
+        fits(MAPPED(DISABLE SET("0x1A00:01", "UINT32", "0x60770010") SET("0x1A00:02", "UINT32", "0x60640020")
+                        SET("0x1A00:00", "UINT8", "2") SET("0x1800:01", "UINT32", "0x192"))));
+}
+
+#define REMAPPED(name, node)                                                                                 \
+    "<Device name='" name "' type='joint-drive'>\n" MODE DISABLE ENDNODE(" node='" node "'")
+
+/// A node counts once, however many configurations map it.
+static void mappings_are_as_many_as_there_is_room_for(void)
+{
+    static const char* const nine =
+        BEGIN REMAPPED("A", "1") REMAPPED("B", "2") REMAPPED("C", "3") REMAPPED("D", "4") REMAPPED("E", "5")
+            REMAPPED("F", "6") REMAPPED("G", "7") REMAPPED("H", "8") REMAPPED("I", "9") END;
+    static const char* const twice = BEGIN REMAPPED("A", "1") REMAPPED("B", "2") REMAPPED("C", "3")
+        REMAPPED("D", "4") REMAPPED("E", "5") REMAPPED("F", "6") REMAPPED("G", "7") REMAPPED("H", "8")
+            DEVICE("I", "9") "</Devices></Configuration>\n<Configuration name='D' id='2' priority='1' "
+                             "samplingTime='1ms'>\n<Devices>\n" REMAPPED("A", "1") END;
+    TEST_ASSERT_FALSE(fits_count(nine, 0U));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.says, "at most 8 devices"), misfit.says);
+    TEST_ASSERT_EQUAL_UINT32(47U, misfit.line);
+    TEST_ASSERT_TRUE_MESSAGE(fits_count(twice, 0U), misfit.says);
+    TEST_ASSERT_TRUE(drives_is_mapped(&descriptor, 8U));
+    TEST_ASSERT_FALSE(drives_is_mapped(&descriptor, 9U));
+}
+
+static void another_mapping_is_refused_with_its_line(void)
+{
+    expect_refused(MAPPED(SET("0x1A00:00", "UINT8", "0")), 9U, "order of CiA 301");
+    expect_refused(MAPPED(DISABLE SET("0x1A00:01", "UINT32", "0x10180120")), 11U, "data sheet allows");
+    expect_refused(MAPPED(DISABLE SET("0x1A07:00", "UINT8", "0")), 11U, "a PDO of the class");
+    expect_refused(MAPPED(DISABLE SET("0x1A00:00", "UINT8", "9")), 11U, "at most 8 entries");
 }
 
 int main(void)
@@ -134,8 +244,13 @@ int main(void)
     RUN_TEST(another_class_is_refused);
     RUN_TEST(another_mode_is_refused_and_so_are_two);
     RUN_TEST(every_device_has_one_end_node_on_can);
-    RUN_TEST(all_devices_are_on_one_bus);
-    RUN_TEST(a_bus_has_room_for_four_nodes_of_all_configurations);
+    RUN_TEST(each_bus_has_one_channel_b_and_each_node_one_bus);
+    RUN_TEST(a_bus_has_room_for_sixteen_nodes_of_all_configurations);
+    RUN_TEST(a_subsystem_has_room_for_four_buses_and_thirty_two_nodes);
+    RUN_TEST(any_number_of_devices_begins_with_one);
     RUN_TEST(a_device_has_room_for_its_settings);
+    RUN_TEST(a_mapping_that_the_data_sheet_allows_fits);
+    RUN_TEST(mappings_are_as_many_as_there_is_room_for);
+    RUN_TEST(another_mapping_is_refused_with_its_line);
     return UNITY_END();
 }

@@ -14,12 +14,12 @@
 static const char document[] =
     "<Subsystem name='ARM' id='20'><Parameters/><Events/><Functions/>\n"
     "<Configuration name='ONE' id='1' priority='80' samplingTime='500us'><Devices>\n"
-    "<Device name='A' type='cia402-drive'>\n"
+    "<Device name='A' type='joint-drive'>\n"
     "<Quantity name='HEAT' id='1' object='0x2210:00' type='INT16' scale='0.1' unit='degC' settable='true'/>\n"
     "<Quantity name='BRAKE' id='2' object='0x2220:00' type='UINT8' scale='1'/>\n"
     "<Quantity name='GAIN' id='3' object='0x2230:01' type='FLOAT' scale='-2' settable='true'/>\n"
     "<Endnode type='CAN' bus='robot' node='0x11'/></Device>\n"
-    "<Device name='B' type='cia402-drive'><Endnode type='CAN' bus='robot' node='0x12'/></Device>\n"
+    "<Device name='B' type='joint-drive'><Endnode type='CAN' bus='robot' node='0x12'/></Device>\n"
     "</Devices></Configuration></Subsystem>\n";
 
 static descriptor_loader_t loader;
@@ -134,7 +134,7 @@ static void objects_become_values(void)
 static void answer(uint8_t frame[SDO_FRAME_OCTETS], const uint8_t first, const uint8_t low)
 {
     canopen_sdo_client_t* const client =
-        &drives.network.master.nodes[drives.network.devices[0].device.index].sdo;
+        &drives.buses[0].network.master.nodes[drives.devices[0].device.index].sdo;
     TEST_ASSERT_TRUE(canopen_sdo_client_request(client, 1U, frame));
     const uint8_t reply[SDO_FRAME_OCTETS] = {first, frame[1], frame[2], frame[3], low, 0U, 0U, 0U};
     canopen_sdo_client_answer(client, reply, sizeof reply);

@@ -14,9 +14,9 @@
 static const char document[] =
     "<Subsystem name='ARM' id='20'><Parameters/><Events/><Functions/>\n"
     "<Configuration name='ONE' id='1' priority='80' samplingTime='500us'><Devices>\n"
-    "<Device name='A' type='cia402-drive'><Supply unit='0x1F' on='1' off='2'/>\n"
+    "<Device name='A' type='joint-drive'><Supply unit='0x1F' on='1' off='2'/>\n"
     "<Endnode type='CAN' bus='robot' node='0x11'/></Device>\n"
-    "<Device name='B' type='cia402-drive'><Supply unit='31' on='3' off='255'/>\n"
+    "<Device name='B' type='joint-drive'><Supply unit='31' on='3' off='255'/>\n"
     "<Endnode type='CAN' bus='robot' node='0x12'/></Device>\n"
     "</Devices></Configuration></Subsystem>\n";
 
@@ -65,7 +65,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    canopen_network_close(&drives.network);
+    drives_release(&drives);
     scripted_bus_close(&bus);
 }
 
@@ -123,7 +123,7 @@ static void a_pulse_is_a_frame_on_the_open_bus(void)
     generic.now_ns += DRIVES_SUPPLY_LEAVE_NS;
     TEST_ASSERT_EQUAL(STATUS_OK, poll(0U));
     TEST_ASSERT_EQUAL(STATUS_OK, poll(1U));
-    TEST_ASSERT_TRUE(flow_can_is_open(drives.network.flow));
+    TEST_ASSERT_TRUE(flow_can_is_open(drives.buses[0].network.flow));
 }
 
 static void a_closed_bus_is_borrowed(void)
@@ -137,7 +137,7 @@ static void a_closed_bus_is_borrowed(void)
     scripted_bus_run(&bus);
     TEST_ASSERT_EQUAL_UINT(2U, scripted_bus_count(&bus, 0x21FU));
     TEST_ASSERT_EQUAL(STATUS_OK, poll(0U));
-    TEST_ASSERT_FALSE(flow_can_is_open(drives.network.flow));
+    TEST_ASSERT_FALSE(flow_can_is_open(drives.buses[0].network.flow));
     TEST_ASSERT_EQUAL(STATUS_OK, poll(1U));
 }
 
@@ -147,14 +147,14 @@ static void hardware_init_keeps_the_borrowed_resources(void)
     TEST_ASSERT_EQUAL(STATUS_BUSY, drives_hardware_init(&drives));
     generic.now_ns += DRIVES_SUPPLY_LEAVE_NS;
     TEST_ASSERT_EQUAL(STATUS_OK, poll(0U));
-    TEST_ASSERT_TRUE(flow_can_is_open(drives.network.flow));
+    TEST_ASSERT_TRUE(flow_can_is_open(drives.buses[0].network.flow));
 }
 
 static void an_abandoned_pulse_releases_the_bus(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, begin(2U, turn(0x1F01U)));
     port.abandon(port.context, 2U);
-    TEST_ASSERT_FALSE(flow_can_is_open(drives.network.flow));
+    TEST_ASSERT_FALSE(flow_can_is_open(drives.buses[0].network.flow));
 }
 
 static void without_a_bus_the_command_fails(void)
@@ -181,13 +181,13 @@ static void a_frame_has_10_ms_to_leave(void)
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, turn(0x1F01U)));
     generic.now_ns += 10U * MS - 1U;
     TEST_ASSERT_EQUAL(STATUS_BUSY, poll(0U));
-    TEST_ASSERT_TRUE(flow_can_is_open(drives.network.flow));
+    TEST_ASSERT_TRUE(flow_can_is_open(drives.buses[0].network.flow));
     generic.now_ns += 1U;
     TEST_ASSERT_EQUAL(STATUS_OK, poll(0U));
-    TEST_ASSERT_FALSE(flow_can_is_open(drives.network.flow));
+    TEST_ASSERT_FALSE(flow_can_is_open(drives.buses[0].network.flow));
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, turn(0x1F01U))); // It can be borrowed again,
     port.abandon(port.context, 0U);
-    TEST_ASSERT_FALSE(flow_can_is_open(drives.network.flow)); // and given back again.
+    TEST_ASSERT_FALSE(flow_can_is_open(drives.buses[0].network.flow)); // and given back again.
 }
 
 /// An end of the hardware takes the bus over: a pulse that ends afterwards does not close it too early.
@@ -196,16 +196,16 @@ static void hardware_deinit_keeps_the_bus_until_its_reset_has_left(void)
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, turn(0x1F01U)));
     TEST_ASSERT_EQUAL(STATUS_BUSY, drives_hardware_deinit(&drives));
     port.abandon(port.context, 0U);
-    TEST_ASSERT_TRUE(flow_can_is_open(drives.network.flow));
+    TEST_ASSERT_TRUE(flow_can_is_open(drives.buses[0].network.flow));
     TEST_ASSERT_EQUAL(STATUS_OK, drives_hardware_deinit(&drives));
-    TEST_ASSERT_FALSE(flow_can_is_open(drives.network.flow));
+    TEST_ASSERT_FALSE(flow_can_is_open(drives.buses[0].network.flow));
 }
 
 static void pulses_wait_while_the_transmit_queue_is_full(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, drives_borrow(&drives));
-    while (flow_can_send(drives.network.flow, 0x7F0U, NULL, 0U) == STATUS_OK) {
-        TEST_ASSERT_TRUE(drives.network.flow->counters.sent <= OSAL_CAN_RING_FRAMES);
+    while (flow_can_send(drives.buses[0].network.flow, 0x7F0U, NULL, 0U) == STATUS_OK) {
+        TEST_ASSERT_TRUE(drives.buses[0].network.flow->counters.sent <= OSAL_CAN_RING_FRAMES);
     }
     TEST_ASSERT_EQUAL(STATUS_FULL, begin(0U, turn(0x1F01U)));
     scripted_bus_run(&bus);

@@ -17,8 +17,13 @@ void two_nodes_run(drives_t* drives)
                                                     .call_ns             = 1U,
                                                     .quick_stop_limit_ns = 1U};
     memset(drives, 0, sizeof *drives);
-    canopen_network_init(&drives->network, &config);
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&drives->network, "cia402-drive", FIRST_NODE));
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&drives->network, "cia402-drive", SECOND_NODE));
-    drives->network.is_running = true;
+    canopen_network_t* const network = &drives->buses[0].network;
+    canopen_network_init(network, &config);
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      canopen_network_add(network, &drives->devices[0], "joint-drive", FIRST_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      canopen_network_add(network, &drives->devices[1], "joint-drive", SECOND_NODE));
+    network->is_running  = true;
+    drives->device_count = 2U;
+    drives->bus_count    = 1U;
 }

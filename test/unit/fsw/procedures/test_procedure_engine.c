@@ -13,7 +13,7 @@ void tearDown(void)
 {
 }
 
-/// Whatever the procedure does, it uses its budgets and no more, and can be killed.
+/// A procedure without an end uses its budgets and no more, and can be killed.
 static void expect_endless(const char* const code)
 {
     host.call = (pus_call_t){.kind = PUS_CALL_PAUSED};
@@ -98,6 +98,25 @@ static void errors_contain_their_line(void)
     expect_error("error('c:99999999999:', 0)", "c:");
     expect_error("error(('yz'):rep(2000), 0)", "yzyz");
     TEST_ASSERT_EQUAL_UINT64(PROCEDURE_TEXT_MAX - 1U, strlen(host.call.text));
+}
+
+/// An error names the procedure by at most thirty characters of its name.
+static void errors_contain_the_name_of_their_procedure(void)
+{
+    static const char code[]    = "error('x')";
+    static const uint8_t none[] = {0};
+    for (unsigned length = 29U; length <= 32U; length++) {
+        char name[40]     = "";
+        char expected[40] = "";
+        (void)memset(name, 'n', length);
+        (void)memset(expected, 'n', (length < 30U) ? length : 30U);
+        (void)strcat(expected, ":1: x");
+        host.port.kill(host.port.context, 0U);
+        TEST_ASSERT_EQUAL(STATUS_OK, host.port.start(host.port.context, 0U, name, (const uint8_t*)code,
+                                                     sizeof code - 1U, none, 1U, &host.call));
+        TEST_ASSERT_TRUE(host_run(10U));
+        TEST_ASSERT_EQUAL_STRING(expected, host.call.text);
+    }
 }
 
 static void arguments_of_calls_are_checked(void)
@@ -364,6 +383,7 @@ int main(void)
     RUN_TEST(a_call_returns_the_request_of_the_procedure);
     RUN_TEST(arguments_have_their_types);
     RUN_TEST(errors_contain_their_line);
+    RUN_TEST(errors_contain_the_name_of_their_procedure);
     RUN_TEST(arguments_of_calls_are_checked);
     RUN_TEST(an_endless_loop_uses_up_its_budget_only);
     RUN_TEST(deep_recursion_is_an_error);

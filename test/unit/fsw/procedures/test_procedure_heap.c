@@ -21,7 +21,7 @@ void tearDown(void)
 {
 }
 
-static void all_of_it_can_be_taken_and_given_back(void)
+static void the_whole_heap_can_be_taken_and_given_back(void)
 {
     void* blocks[100];
     for (unsigned round = 0U; round < 2U; round++) {
@@ -114,7 +114,7 @@ static void blocks_never_overlap(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(all_of_it_can_be_taken_and_given_back);
+    RUN_TEST(the_whole_heap_can_be_taken_and_given_back);
     RUN_TEST(a_block_that_is_too_large_is_refused);
     RUN_TEST(blocks_grow_and_shrink_with_their_content);
     RUN_TEST(blocks_never_overlap);

@@ -55,7 +55,7 @@ status_t __wrap_osal_file_resize(osal_file_t* called, uint64_t size)
     return mock_type(status_t);
 }
 
-static void each_answer_of_the_file_is_the_medium_s(void** state)
+static void the_medium_passes_on_each_status_of_the_file(void** state)
 {
     static const status_t answers[] = {STATUS_OK, STATUS_FULL, STATUS_TRUNCATED, STATUS_IO};
     (void)state;
@@ -78,6 +78,6 @@ static void each_answer_of_the_file_is_the_medium_s(void** state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(each_answer_of_the_file_is_the_medium_s)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(the_medium_passes_on_each_status_of_the_file)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -178,7 +178,7 @@ static void requests_do_their_work_on_disk(void)
     TEST_ASSERT_FALSE(osal_file_exists(real("root/logs")));
 }
 
-static void hostile_requests_touch_nothing(void)
+static void hostile_requests_change_no_file(void)
 {
     static const char* const hostile[][2] = {{"..", "secret"},
                                              {"", "../secret"},
@@ -227,6 +227,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(requests_do_their_work_on_disk);
-    RUN_TEST(hostile_requests_touch_nothing);
+    RUN_TEST(hostile_requests_change_no_file);
     return UNITY_END();
 }

@@ -88,7 +88,7 @@ static void octets_and_digits_are_keys(void)
     opens();
 }
 
-/// Of the key file and the key itself nothing stays in memory but what the receiver holds.
+/// All copies of the key file and of the key in memory are wiped, except the one that the receiver uses.
 static void copies_of_the_key_are_wiped(void)
 {
     const char* const digits = "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f\n";

@@ -169,7 +169,7 @@ static void without_loops_in_the_configuration_the_tasks_do_not_run(void)
 static void a_priority_that_is_not_permitted_is_noted(void)
 {
     int ends[2];
-    char told[256] = "";
+    char console_text[256] = "";
     if (geteuid() != 0U) {
         TEST_IGNORE_MESSAGE("only a privileged process can test the refusal");
     }
@@ -189,9 +189,9 @@ static void a_priority_that_is_not_permitted_is_noted(void)
     TEST_ASSERT_EQUAL(child, waitpid(child, &how, 0));
     TEST_ASSERT_EQUAL(0, how);
     (void)close(ends[1]);
-    TEST_ASSERT_TRUE(read(ends[0], told, sizeof told - 1U) > 0);
+    TEST_ASSERT_TRUE(read(ends[0], console_text, sizeof console_text - 1U) > 0);
     (void)close(ends[0]);
-    TEST_ASSERT_NOT_NULL(strstr(told, "note: real-time priorities are not permitted here\n"));
+    TEST_ASSERT_NOT_NULL(strstr(console_text, "note: real-time priorities are not permitted here\n"));
 }
 
 static void tasks_end_only_when_ordered(void)

@@ -31,7 +31,7 @@ status_t __wrap_osal_task_start(osal_task_t* task, void (*entry)(void* context),
 
 void __wrap_osal_task_join(osal_task_t* task)
 {
-    assert_true(tasks.is_over); // Otherwise it waits for ever.
+    assert_true(tasks.is_over); // Otherwise the wait has no end.
     check_expected_ptr(task);
 }
 

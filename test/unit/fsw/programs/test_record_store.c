@@ -124,7 +124,8 @@ static medium_t show(void* const context, const unsigned index, const medium_t m
     return medium;
 }
 
-/// A store that waits writes to the disk, which fails for a closed file; the other leaves that to the system.
+/// The store has closed its files. sync of a store that waits for the disk therefore fails; sync of a store
+/// that does not wait makes no call, and succeeds.
 static void only_a_store_that_waits_writes_to_the_disk(void)
 {
     store.guard = (record_store_guard_t){&found, show};
@@ -201,7 +202,7 @@ static void put(const uint32_t key, const char* const octets)
     TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&store.journal));
 }
 
-/// Damaged media are kept as they were found: the first ones permanently, of later ones the last.
+/// Damaged media are copied unchanged. The first three copies are permanent; a later one replaces the fourth.
 static void damaged_media_are_kept(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
@@ -273,8 +274,8 @@ static void media_that_cannot_be_kept_are_reported(void)
 static int console = -1;
 static char said[1024];
 
-/// Lines for the console go to a file from now on,
-static void listen(void)
+/// Redirect lines for the console to a file.
+static void redirect_console(void)
 {
     char path[128];
     (void)snprintf(path, sizeof path, "%s/console", folder);
@@ -285,8 +286,8 @@ static void listen(void)
     (void)fclose(to);
 }
 
-/// and until here.
-static void end_listening(void)
+/// End the redirection; `said` gets the lines.
+static void restore_console(void)
 {
     char path[128];
     (void)snprintf(path, sizeof path, "%s/console", folder);
@@ -302,17 +303,17 @@ static void end_listening(void)
 static void the_console_names_the_damaged_file_and_its_copy(void)
 {
     char expected[512];
-    listen();
+    redirect_console();
     const bool is_kept = record_store_keep(&runtime, "checkpoint", (const uint8_t*)"xyz", 3U);
-    end_listening();
+    restore_console();
     TEST_ASSERT_TRUE(is_kept);
     (void)snprintf(expected, sizeof expected,
                    "damaged: %s/ARM.checkpoint; a copy is %s/ARM.checkpoint.damaged.0\n", folder, folder);
     TEST_ASSERT_EQUAL_STRING(expected, said);
     (void)strcpy(run.storage, "/nowhere");
-    listen();
+    redirect_console();
     const bool is_kept_nowhere = record_store_keep(&runtime, "checkpoint", (const uint8_t*)"xyz", 3U);
-    end_listening();
+    restore_console();
     TEST_ASSERT_FALSE(is_kept_nowhere);
     TEST_ASSERT_EQUAL_STRING("damaged: /nowhere/ARM.checkpoint; no copy: not found\n", said);
 }

@@ -31,8 +31,8 @@ static run_state_t sample_run(void)
 {
     run_state_t run   = {.identity          = "hirosco-1",
                          .is_stepped        = true,
-                         .node_count        = 1U,
-                         .node_ipv4         = {OSAL_IPV4_LOOPBACK},
+                         .computer_count    = 1U,
+                         .computer_ipv4     = {OSAL_IPV4_LOOPBACK},
                          .link_methods      = 4U,
                          .mission_path      = "descriptors/missions/rokviss.xml",
                          .folder            = "runs/x",
@@ -73,10 +73,10 @@ static void a_run_is_reported(void)
     TEST_ASSERT_EQUAL_STRING(run.folder, heard.folder);
     TEST_ASSERT_EQUAL_STRING(run.storage, heard.storage);
     TEST_ASSERT_EQUAL_HEX8(4U, heard.link_methods);
-    TEST_ASSERT_EQUAL_HEX32(OSAL_IPV4_LOOPBACK, heard.node_ipv4[0]);
+    TEST_ASSERT_EQUAL_HEX32(OSAL_IPV4_LOOPBACK, heard.computer_ipv4[0]);
     TEST_ASSERT_EQUAL_UINT16(2U, heard.component_count);
     TEST_ASSERT_EQUAL(RUN_TRANSPORT_UDP, heard.transport);
-    TEST_ASSERT_EQUAL_UINT8(1U, heard.node_count);
+    TEST_ASSERT_EQUAL_UINT8(1U, heard.computer_count);
     TEST_ASSERT_EQUAL_INT(-1, heard.ground_descriptor);
     TEST_ASSERT_EQUAL_STRING("SUPERVISOR", heard.components[0].name);
     TEST_ASSERT_EQUAL_UINT16(1U, heard.components[0].apid);
@@ -307,7 +307,7 @@ static void a_message_that_does_not_fit_is_not_sent(void)
 }
 
 /// A bus of this process, both ends.
-static void open_bus(char* const address, const char* const name, osal_can_t* const node,
+static void open_bus(char* const address, const char* const name, osal_can_t* const computer,
                      osal_can_t* const wire)
 {
     char digits[16];
@@ -322,7 +322,7 @@ static void open_bus(char* const address, const char* const name, osal_can_t* co
     (void)strcat(address, name);
     (void)osal_can_destroy(address);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_create(address));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(node, address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(computer, address, OSAL_CAN_NODE));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(wire, address, OSAL_CAN_WIRE));
 }
 

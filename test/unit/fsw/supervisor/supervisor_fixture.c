@@ -297,7 +297,7 @@ void fixture_step(void)
     fixture.next_status_ns   = is_status_due ? (fixture.now_ns + 500000000U) : fixture.next_status_ns;
     for (unsigned i = 0U; i < FIXTURE_MEMBERS; i++) {
         fixture_member_t* const member = &fixture.members[i];
-        if (member->is_running && !member->is_deaf) {
+        if (member->is_running && !member->takes_nothing) {
             take_in(member);
         }
         if (member->is_running && !member->is_silent && is_status_due) {
@@ -437,7 +437,7 @@ void fixture_fill(unsigned member)
 {
     fixture_member_t* const full = &fixture.members[member];
     const uint8_t ack            = fixture.ack;
-    full->is_deaf                = true;
+    full->takes_nothing          = true;
     fixture.ack                  = 0U;
     while (message_credit_plain(&fixture.endpoint, full->apid) > 0U) {
         (void)fixture_tc(full->apid, PUS_SERVICE_TEST, 1U, NULL, 0U);

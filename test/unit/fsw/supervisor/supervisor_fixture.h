@@ -48,7 +48,7 @@ typedef struct {
     unsigned heartbeats; ///< Reports of the supervisor that reached it.
     bool is_running;
     bool is_silent;        ///< Sends no status.
-    bool is_deaf;          ///< Takes nothing in.
+    bool takes_nothing;    ///< Takes no packets.
     bool is_passive;       ///< Takes in, but answers nothing.
     uint8_t refuses_links; ///< Reason of TM[130,5]; 0: accepts.
     bool ignores_links;    ///< Answers no request of service 130.
@@ -78,6 +78,7 @@ typedef struct {
     uint64_t promise_ns;
     unsigned starts;
     unsigned stops;
+    uint64_t event_ns; ///< Time of the last event of the supervisor that reached the ground.
 } fixture_t;
 
 extern fixture_t fixture;

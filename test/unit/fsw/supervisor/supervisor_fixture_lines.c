@@ -55,6 +55,9 @@ static void report_line(const uint8_t* packet, size_t size)
     if (tm.apid != SUPERVISOR_APID) {
         (void)snprintf(who, sizeof who, "G/%u", tm.apid);
     }
+    if ((tm.apid == SUPERVISOR_APID) && (tm.service == PUS_SERVICE_EVENTS)) {
+        fixture.event_ns = tm.time_ns - ((uint64_t)fixture.supervisor.mission->epoch_s * 1000000000U);
+    }
     const bool is_status = (tm.service == PUS_SERVICE_MANAGEMENT) && (tm.subtype == PUS_MANAGEMENT_STATUS);
     const bool is_housekeeping = (tm.service == PUS_SERVICE_HOUSEKEEPING) && (tm.subtype == 25U);
     if (tm.service == PUS_SERVICE_VERIFICATION) {

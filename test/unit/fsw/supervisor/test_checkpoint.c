@@ -277,7 +277,7 @@ static void an_impossible_subsystem_is_refused(void)
     REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].ordered, STATE_COUNT);
     REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].phase, PHASE_UNSECURED + 1);
     NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_heard);
-    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_order_owed);
+    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_order_pending);
     NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_interface_mismatched);
     NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_restarted);
     REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].rested, STATE_COUNT);
@@ -388,9 +388,9 @@ static void a_checkpoint_with_invalid_packet_numbers_is_refused(void)
     REFUSED(CHECKPOINT_CHANNEL, channels[0].peer, 99U);
     REFUSED(CHECKPOINT_CHANNEL, channels[0].sent, 38U + MESSAGE_WINDOW + 1U);
     REFUSED(CHECKPOINT_CHANNEL, channels[0].under_way, 91U);
-    REFUSED(CHECKPOINT_CHANNEL, channels[0].told, 8U);
+    REFUSED(CHECKPOINT_CHANNEL, channels[0].acknowledged, 8U);
     REFUSED(CHECKPOINT_CHANNEL, channels[0].expected, 8U + MESSAGE_WINDOW);
-    REFUSED(CHECKPOINT_CHANNEL, channels[0].untold, MESSAGE_WINDOW_OCTETS + 1U);
+    REFUSED(CHECKPOINT_CHANNEL, channels[0].unacknowledged, MESSAGE_WINDOW_OCTETS + 1U);
     REFUSED(CHECKPOINT_RING, rings[0].used, CHECKPOINT_OCTETS + 1U);
     REFUSED(CHECKPOINT_RING, rings[0].blocks, 0U);
     REFUSED(CHECKPOINT_RING, rings[1].blocks, 1U);

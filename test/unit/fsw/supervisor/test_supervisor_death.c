@@ -33,7 +33,7 @@ static void note_arrival(void* context, const uint8_t* frame, size_t size)
     TEST_ASSERT_TRUE(supervisor_checkpoint_add(context, &checkpoint.arrivals, frame, size, NULL, 0U));
 }
 
-/// As the program does: received blocks outlive it.
+/// Watch received messages as the program does: the blocks outlive the supervisor.
 static void watch(void)
 {
     message_watch(&fixture.endpoint, (message_arrival_t){&checkpoint, note_arrival});
@@ -238,11 +238,11 @@ static void a_negotiation_continues(void)
 {
     fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
     fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
-    fixture.members[FIXTURE_ARM].is_deaf = true;
-    const uint16_t number                = fixture_request_link(LINK_ARM_STATE);
+    fixture.members[FIXTURE_ARM].takes_nothing = true;
+    const uint16_t number                      = fixture_request_link(LINK_ARM_STATE);
     fixture_step();
     die();
-    fixture.members[FIXTURE_ARM].is_deaf = false;
+    fixture.members[FIXTURE_ARM].takes_nothing = false;
     fixture_forget();
     fixture_run(5U);
     char completed[16];

@@ -32,8 +32,8 @@ static const registry_entry_t* arm(void)
 static void cut_off_arm(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
-    fixture.members[FIXTURE_ARM].is_silent = true;
-    fixture.members[FIXTURE_ARM].is_deaf   = true;
+    fixture.members[FIXTURE_ARM].is_silent     = true;
+    fixture.members[FIXTURE_ARM].takes_nothing = true;
     run_ms(1700);
     fixture.members[FIXTURE_ARM].state = STATE_ERROR_OPERATIONAL;
     fixture.members[FIXTURE_ARM].phase = PHASE_SECURED;
@@ -72,7 +72,7 @@ static void a_subsystem_heard_again_is_queried_and_then_trusted(void)
     (void)fixture_request_state(HAND, STATE_OFFLINE);
     fixture_run(1U);
     TEST_ASSERT_TRUE(fixture_has("G 1.2 #4 0115 10"));
-    fixture.members[FIXTURE_ARM].is_deaf = false;
+    fixture.members[FIXTURE_ARM].takes_nothing = false;
     fixture_run(3U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.4 from 8001"));
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, arm()->state);
@@ -93,7 +93,7 @@ static void an_answer_that_does_not_come_is_asked_for_again(void)
     TEST_ASSERT_EQUAL(DOUBT_ASKED, arm()->doubt);
     run_ms(1200);
     TEST_ASSERT_TRUE(fixture.supervisor.reactions.asked >= 2U);
-    fixture.members[FIXTURE_ARM].is_deaf = false;
+    fixture.members[FIXTURE_ARM].takes_nothing = false;
     run_ms(1200);
     TEST_ASSERT_EQUAL(DOUBT_NONE, arm()->doubt);
     run_ms(5000);
@@ -136,10 +136,10 @@ static void only_the_completion_of_the_query_ends_the_doubt(void)
 static void a_subsystem_that_returns_offline_has_no_links(void)
 {
     cut_off_arm();
-    fixture.members[FIXTURE_ARM].state     = STATE_OFFLINE;
-    fixture.members[FIXTURE_ARM].phase     = PHASE_IDLE;
-    fixture.members[FIXTURE_ARM].is_silent = false;
-    fixture.members[FIXTURE_ARM].is_deaf   = false;
+    fixture.members[FIXTURE_ARM].state         = STATE_OFFLINE;
+    fixture.members[FIXTURE_ARM].phase         = PHASE_IDLE;
+    fixture.members[FIXTURE_ARM].is_silent     = false;
+    fixture.members[FIXTURE_ARM].takes_nothing = false;
     run_ms(1000);
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.graph.count);
     TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 0001"));

@@ -73,6 +73,16 @@ static void notice(unsigned member, uint8_t severity, uint16_t event)
                       pus_event_notice_report(&fixture.members[member].process, &content, fixture.now_ns));
 }
 
+static void an_event_about_a_message_has_the_time_of_the_step_that_takes_it_in(void)
+{
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture.now_ns += FIXTURE_TICK_NS / 2U; // A message wakes the supervisor between two ticks.
+    notice(FIXTURE_ARM, 4U, GRIPLESS);
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has("G 5.1 000600100005"));
+    TEST_ASSERT_UINT64_WITHIN(1000U, fixture.now_ns, fixture.event_ns);
+}
+
 static void an_event_whose_report_is_disabled_has_the_same_reaction(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
@@ -245,6 +255,19 @@ static void low_and_informative_events_are_only_logged(void)
     fixture_expect("G/16 5.2 0004\nG/16 5.1 0004\n");
 }
 
+/// The supervisor reacts to its own findings when it makes them, not to their reports.
+static void only_events_of_other_subsystems_of_the_mission_have_a_reaction(void)
+{
+    static const uint16_t others[] = {SUPERVISOR_APID, 99U};
+    fixture_link_up(STATE_OPERATIONAL);
+    for (size_t i = 0U; i < 2U; i++) {
+        const pus_event_occurrence_t high = {.apid = others[i], .severity = 4U, .event = BROKEN};
+        supervisor_error_event(&fixture.supervisor, &high);
+        run_ms(100);
+        fixture_expect("");
+    }
+}
+
 static void an_event_without_a_number_is_ignored(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
@@ -296,7 +319,7 @@ static void a_process_that_hangs_is_killed_and_started_again(void)
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
 }
 
-/// At its next check the supervisor sees a process that is this much later than its mission allows.
+/// Let the supervisor find, at its next check, a process that is later by this than its mission allows.
 static void see_late(uint16_t apid, uint64_t by_ns)
 {
     fixture_tick();
@@ -539,6 +562,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_high_error_shuts_the_network_down_in_the_same_step);
+    RUN_TEST(an_event_about_a_message_has_the_time_of_the_step_that_takes_it_in);
     RUN_TEST(an_event_whose_report_is_disabled_has_the_same_reaction);
     RUN_TEST(one_failure_has_one_plan);
     RUN_TEST(failures_of_separate_networks_have_separate_plans);
@@ -550,6 +574,7 @@ int main(void)
     RUN_TEST(a_medium_error_never_orders_a_higher_state);
     RUN_TEST(a_plan_may_take_a_member_to_its_safe_state);
     RUN_TEST(low_and_informative_events_are_only_logged);
+    RUN_TEST(only_events_of_other_subsystems_of_the_mission_have_a_reaction);
     RUN_TEST(an_event_without_a_number_is_ignored);
     RUN_TEST(a_process_that_dies_is_started_again);
     RUN_TEST(a_process_that_hangs_is_killed_and_started_again);

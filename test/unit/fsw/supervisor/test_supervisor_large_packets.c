@@ -116,8 +116,8 @@ static void a_request_to_another_subsystem_fits_a_packet(void)
 /// ARM's mailbox is full: the request waits for it.
 static void a_request_waits_for_room(void)
 {
-    fixture.members[FIXTURE_ARM].is_deaf = true;
-    fixture.ack                          = 0U;
+    fixture.members[FIXTURE_ARM].takes_nothing = true;
+    fixture.ack                                = 0U;
     for (unsigned i = 0U; i < MESSAGE_WINDOW; i++) {
         (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, "", 0U);
         fixture_step();
@@ -126,7 +126,7 @@ static void a_request_waits_for_room(void)
     send_request();
     fixture_run(2U);
     TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.spacecraft.large_packets.service.counters.requests);
-    fixture.members[FIXTURE_ARM].is_deaf = false;
+    fixture.members[FIXTURE_ARM].takes_nothing = false;
     fixture_run(3U);
     TEST_ASSERT_EQUAL_UINT32(1U, fixture.supervisor.spacecraft.large_packets.service.counters.requests);
     TEST_ASSERT_TRUE(fixture_has("G/16 1.1 #99"));
@@ -174,8 +174,8 @@ static void a_report_longer_than_a_packet_goes_in_parts(void)
 /// They leave the credit that others need, and are not lost themselves.
 static void parts_wait_for_ground(void)
 {
-    const pus_large_t* const service        = &fixture.supervisor.spacecraft.large_packets.service;
-    fixture.members[FIXTURE_GROUND].is_deaf = true;
+    const pus_large_t* const service              = &fixture.supervisor.spacecraft.large_packets.service;
+    fixture.members[FIXTURE_GROUND].takes_nothing = true;
     for (unsigned i = 0U; i < 8U; i++) {
         ask_for_values();
         fixture_run(2U);
@@ -184,8 +184,8 @@ static void parts_wait_for_ground(void)
     TEST_ASSERT_TRUE(supervisor_ground_backlog_room(&fixture.supervisor.ground_backlog, PUS_CLASS_FIRM) >
                      16384U);
     // A request without a buffer is reported.
-    const uint32_t lost                     = service->counters.refused;
-    fixture.members[FIXTURE_GROUND].is_deaf = false;
+    const uint32_t lost                           = service->counters.refused;
+    fixture.members[FIXTURE_GROUND].takes_nothing = false;
     fixture_run(100U);
     TEST_ASSERT_EQUAL_UINT32(8U - lost, service->counters.reports);
     TEST_ASSERT_EQUAL_UINT32((8U - lost) * REPORT_PARTS, service->counters.parts);

@@ -351,10 +351,10 @@ static void a_log_that_fails_is_reported_once_and_continues_in_the_ring(void)
     TEST_ASSERT_EQUAL(0, symlink("/dev/full", path));
     select_log(PACKET_LOG_SQLITE);
     fixture_run(300U);
-    const char* const told = fixture_look();
-    TEST_ASSERT_EQUAL(1U, count_lines(told, "G 5.4 000801")); // LOG_FAILED, strategy 1.
-    TEST_ASSERT_EQUAL(1U, count_lines(told, "G 131.4 0103")); // The ring in its place,
-    TEST_ASSERT_NOT_NULL(strstr(told, "0404"));               // because of PUS_FAILURE_IO.
+    const char* const reported = fixture_look();
+    TEST_ASSERT_EQUAL(1U, count_lines(reported, "G 5.4 000801")); // LOG_FAILED, strategy 1.
+    TEST_ASSERT_EQUAL(1U, count_lines(reported, "G 131.4 0103")); // The ring in its place,
+    TEST_ASSERT_NOT_NULL(strstr(reported, "0404"));               // because of PUS_FAILURE_IO.
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.log.failures);
     select_log(PACKET_LOG_ASCII);
     TEST_ASSERT_TRUE(fixture_has("G 131.4 0300"));

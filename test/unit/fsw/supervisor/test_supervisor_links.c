@@ -294,7 +294,7 @@ static void closing_a_link_closes_both_ends(void)
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0201 1\n"));
 }
 
-static void closing_ends_although_nobody_answers(void)
+static void closing_ends_although_no_member_answers(void)
 {
     char expected[64];
     fixture_link_up(STATE_PRE_OPERATIONAL);
@@ -458,7 +458,7 @@ static void the_manager_reports_its_links(void)
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "G 131.11 00010010000200100011000200010002"));
 }
 
-/// Only a higher state has conditions.
+/// Only a request for a higher state requires open links.
 static void a_request_for_the_present_state_needs_no_link(void)
 {
     fixture_place(FIXTURE_ARM, STATE_SAFE_OPERATIONAL);
@@ -469,7 +469,7 @@ static void a_request_for_the_present_state_needs_no_link(void)
     TEST_ASSERT_FALSE(fixture_has("G 1.2"));
 }
 
-/// A mission with as many links as there can be: all is well with the last one, too.
+/// In a mission with the maximum number of links, the last one is negotiated, opened and closed as any other.
 static void the_last_link_of_a_mission_is_negotiated_opened_and_closed(void)
 {
     static const uint16_t last          = MISSION_LINKS_MAX;
@@ -526,7 +526,7 @@ int main(void)
     RUN_TEST(an_end_that_does_not_open_leaves_the_other_closed);
     RUN_TEST(a_producer_that_fails_to_open_ends_it);
     RUN_TEST(closing_a_link_closes_both_ends);
-    RUN_TEST(closing_ends_although_nobody_answers);
+    RUN_TEST(closing_ends_although_no_member_answers);
     RUN_TEST(a_negotiated_link_can_be_given_up);
     RUN_TEST(closing_one_end_closes_the_other);
     RUN_TEST(an_end_that_closes_by_itself_receives_no_order_to_close);

@@ -202,8 +202,8 @@ static void procedures_without_end_use_only_their_share(void)
 /// tenth of a second at most.
 static void requests_to_a_subsystem_that_takes_nothing_end_in_time(void)
 {
-    fixture.members[FIXTURE_ARM].is_deaf     = true;
-    fixture.members[FIXTURE_LONE].is_running = false;
+    fixture.members[FIXTURE_ARM].takes_nothing = true;
+    fixture.members[FIXTURE_LONE].is_running   = false;
     fixture_run(20U);
     load("SPIN\0\0\0\0", "while true do send(16, 17, 1) send(18, 17, 1) send(99, 17, 1) end");
     activate("SPIN\0\0\0\0");

@@ -45,7 +45,7 @@ static const failure_t failures[] = {
 
 #define FAILURES (sizeof failures / sizeof failures[0])
 
-/// As a subsystem acts by itself: HIGH takes it to ERROR_OPERATIONAL before it is reported.
+/// Act as a failed subsystem: after a HIGH event it is in ERROR_OPERATIONAL before it reports the event.
 static void fail(const failure_t* failure)
 {
     if (failure->severity == 4U) {
@@ -183,7 +183,7 @@ static void a_pending_order_is_not_replaced_by_one_of_lower_severity(void)
     fixture_fill(FIXTURE_ARM);
     fixture_event(FIXTURE_HAND, 4U, 1U);
     fixture_run(2U);
-    TEST_ASSERT_TRUE(fixture.supervisor.registry[0].is_order_owed);
+    TEST_ASSERT_TRUE(fixture.supervisor.registry[0].is_order_pending);
     fixture_event(FIXTURE_ARM, 3U, 3U);
     fixture_run(2U);
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, fixture.supervisor.registry[0].ordered);

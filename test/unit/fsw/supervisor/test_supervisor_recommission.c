@@ -341,14 +341,14 @@ static void hang(unsigned member)
     const unsigned kills        = fixture.kills;
     fixture.late_apid           = one->apid;
     fixture.promise_ns          = fixture.now_ns;
-    one->is_deaf                = true;
+    one->takes_nothing          = true;
     one->is_silent              = true;
     fixture_run(3U);
     TEST_ASSERT_EQUAL(kills, fixture.kills); // As long as its mission allows.
     fixture_run(1U);
     TEST_ASSERT_EQUAL(kills + 1U, fixture.kills);
-    one->is_deaf   = false;
-    one->is_silent = false;
+    one->takes_nothing = false;
+    one->is_silent     = false;
 }
 
 static unsigned deaths_of(uint16_t apid)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lasting records of the supervisor's services, their state after a power cut, and the reports about records
-// that are lost.
+// Persistent records of the supervisor's services, their state after a power cut, and the reports about
+// records that are lost.
 #include "fsw/supervisor/supervisor_internal.h"
 #include "test/support/recorded_media.h"
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -153,8 +153,7 @@ static void after_a_power_cut_the_spacecraft_starts_in_the_fallback_mode(void)
     TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, fixture.supervisor.mode);
     power_cut();
     TEST_ASSERT_EQUAL_UINT8(MODE_SAFE, fixture.supervisor.mode);
-    TEST_ASSERT_TRUE(
-        fixture_has(INTERRUPTED "010000000000000000\n")); // In the mode in which it had begun, from 0 on.
+    TEST_ASSERT_TRUE(fixture_has(INTERRUPTED "010000000000000000\n")); // Mode 1 since time 0.
     TEST_ASSERT_TRUE(fixture_has("G 131.2 010001\n"));
     fixture_forget();
     power_cut();
@@ -164,7 +163,7 @@ static void after_a_power_cut_the_spacecraft_starts_in_the_fallback_mode(void)
     set_mode(MODE_NOMINAL);
     fixture_forget();
     power_cut();
-    TEST_ASSERT_TRUE(fixture_has(INTERRUPTED "01000000003B9ACA00\n")); // Since 1 s.
+    TEST_ASSERT_TRUE(fixture_has(INTERRUPTED "01000000003B9ACA00\n")); // Mode 1 since 1 s.
     fixture_forget();
     fixture_run(20U);
     TEST_ASSERT_FALSE(fixture_has(INTERRUPTED));
@@ -179,7 +178,7 @@ static void after_a_shutdown_the_spacecraft_starts_in_the_initial_mode(void)
     TEST_ASSERT_FALSE(fixture_has("G 5."));
 }
 
-/// An unnecessary flight in the fallback mode is better than a missing one.
+/// If the record of an interrupted flight cannot be erased, the next flight begins in the fallback mode.
 static void the_record_stays_when_the_disk_refuses_to_erase_it(void)
 {
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);

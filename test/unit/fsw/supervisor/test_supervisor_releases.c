@@ -82,7 +82,7 @@ static void a_request_waits_for_its_addressee_and_others_behind_it(void)
     release_at(fixture.now_ns + (6U * MS), HAND, 1U);
     fixture_run(5U);
     fixture_expect("");
-    fixture.members[FIXTURE_LONE].is_deaf = false;
+    fixture.members[FIXTURE_LONE].takes_nothing = false;
     fixture_run(5U);
     TEST_ASSERT_TRUE(fixture_has(LONE_REACHED));
     TEST_ASSERT_TRUE(fixture_has("17 TC 17.1 from 1"));

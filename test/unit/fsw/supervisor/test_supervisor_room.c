@@ -56,7 +56,7 @@ static void a_link_is_not_opened_if_an_end_has_no_room(void)
     fixture_run(2U);
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0402 10\n"));
     expect_no_session();
-    fixture.members[FIXTURE_ARM].is_deaf = false;
+    fixture.members[FIXTURE_ARM].takes_nothing = false;
     fixture_run(3U);
     fixture_fill(FIXTURE_HAND);
     (void)fixture_open_link(LINK_ARM_STATE);

@@ -65,7 +65,7 @@ static size_t good_request(uint8_t packet[64])
     return size;
 }
 
-/// As CRC-16 of the standard, bit by bit.
+/// Compute the CRC-16 of the standard bit by bit.
 static void checksum(uint8_t* packet, size_t size)
 {
     uint16_t crc = 0xFFFFU;
@@ -188,7 +188,7 @@ static void a_request_to_an_unknown_addressee_is_reported_as_unrouted(void)
 /// The ground's next request waits while its addressee has no room, and so do all after it.
 static void a_request_waits_for_room_at_its_addressee(void)
 {
-    fixture.members[FIXTURE_ARM].is_deaf = true;
+    fixture.members[FIXTURE_ARM].takes_nothing = true;
     for (unsigned i = 0U; i < (PLAIN_WINDOW + 2U); i++) {
         (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
         fixture_step();
@@ -196,8 +196,8 @@ static void a_request_waits_for_room_at_its_addressee(void)
     (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(PATIENCE_TICKS - 1U);
     fixture_expect("");
-    fixture.members[FIXTURE_ARM].is_deaf    = false; // Before the time-out.
-    fixture.members[FIXTURE_ARM].is_passive = true;
+    fixture.members[FIXTURE_ARM].takes_nothing = false; // Before the time-out.
+    fixture.members[FIXTURE_ARM].is_passive    = true;
     fixture_run(3U);
     const char* text = fixture_look();
     for (unsigned i = 0U; i < (PLAIN_WINDOW + 2U); i++) {
@@ -212,7 +212,7 @@ static void a_request_waits_for_room_at_its_addressee(void)
 /// Others are delayed once, for a limited time; reports and orders never.
 static void a_subsystem_that_takes_nothing_in_does_not_delay_others(void)
 {
-    fixture.members[FIXTURE_ARM].is_deaf = true;
+    fixture.members[FIXTURE_ARM].takes_nothing = true;
     for (unsigned i = 0U; i < PLAIN_WINDOW; i++) {
         (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
         fixture_step();
@@ -235,7 +235,7 @@ static void a_subsystem_that_takes_nothing_in_does_not_delay_others(void)
     fixture_run(1U);
     (void)snprintf(expected, sizeof expected, "G 1.10 #%u 0109 10\n", third);
     TEST_ASSERT_TRUE(fixture_has(expected) && fixture_has("17 TC 17.1 from 1"));
-    fixture.members[FIXTURE_ARM].is_deaf = false; // It takes in again, and requests to it may wait again.
+    fixture.members[FIXTURE_ARM].takes_nothing = false; // Requests to it may wait again.
     fixture_run(2U);
     fixture_forget();
     for (unsigned i = 0U; i < (2U * PLAIN_WINDOW); i++) {
@@ -249,7 +249,7 @@ static void a_subsystem_that_takes_nothing_in_does_not_delay_others(void)
 /// A process that has ended delays no request.
 static void a_request_to_an_ended_process_does_not_wait(void)
 {
-    fixture.members[FIXTURE_ARM].is_deaf = true;
+    fixture.members[FIXTURE_ARM].takes_nothing = true;
     for (unsigned i = 0U; i < (PLAIN_WINDOW + 1U); i++) {
         (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
         fixture_step();
@@ -263,8 +263,8 @@ static void a_request_to_an_ended_process_does_not_wait(void)
 
 static void reports_wait_for_the_ground_in_order(void)
 {
-    char expected[4096]                     = "";
-    fixture.members[FIXTURE_GROUND].is_deaf = true;
+    char expected[4096]                           = "";
+    fixture.members[FIXTURE_GROUND].takes_nothing = true;
     for (unsigned i = 0U; i < 100U; i++) {
         const uint8_t data[1] = {(uint8_t)i};
         fixture_report(FIXTURE_ARM, PUS_SERVICE_HOUSEKEEPING, 26U, data, 1U);
@@ -272,7 +272,7 @@ static void reports_wait_for_the_ground_in_order(void)
         fixture_step();
     }
     fixture_expect("");
-    fixture.members[FIXTURE_GROUND].is_deaf = false;
+    fixture.members[FIXTURE_GROUND].takes_nothing = false;
     for (unsigned i = 0U; i < 10U; i++) {
         fixture_step();
     }
@@ -503,7 +503,7 @@ static void an_order_without_room_stays_pending(void)
     fixture_event(FIXTURE_ARM, 4U, 3U);
     fixture_run(1U);
     fixture_forget();
-    fixture.members[FIXTURE_HAND].is_deaf = false;
+    fixture.members[FIXTURE_HAND].takes_nothing = false;
     fixture_run(4U);
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0602 from 8001"));
 }
@@ -512,21 +512,21 @@ static void an_order_without_room_stays_pending(void)
 static void an_order_does_not_wait_behind_requests(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
-    fixture.members[FIXTURE_HAND].is_deaf = true;
-    fixture.ack                           = 0U;
+    fixture.members[FIXTURE_HAND].takes_nothing = true;
+    fixture.ack                                 = 0U;
     for (unsigned i = 0U; i < 40U; i++) {
         (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
         fixture_step();
     }
     fixture_event(FIXTURE_ARM, 4U, 3U);
     fixture_step();
-    TEST_ASSERT_FALSE(supervisor_registry_find(&fixture.supervisor, HAND)->is_order_owed);
+    TEST_ASSERT_FALSE(supervisor_registry_find(&fixture.supervisor, HAND)->is_order_pending);
     TEST_ASSERT_TRUE(message_credit(&fixture.endpoint, HAND) < MESSAGE_RESERVE);
 }
 
 static void answers_wait_by_class_and_requests_with_them(void)
 {
-    fixture.members[FIXTURE_GROUND].is_deaf = true;
+    fixture.members[FIXTURE_GROUND].takes_nothing = true;
     for (unsigned i = 0U; i < 1000U; i++) { // Firm ones of a subsystem: all its verifications.
         const uint8_t data[6] = {0x18U, 16U, 0xC0U, 0U, 0U, 0U};
         fixture_report(FIXTURE_ARM, PUS_SERVICE_VERIFICATION, 7U, data, 4U);
@@ -536,21 +536,21 @@ static void answers_wait_by_class_and_requests_with_them(void)
     TEST_ASSERT_TRUE(fixture.supervisor.ground.dropped_bulk > 0U);
     TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.counters.tc_unroutable); // It counts requests only.
     TEST_ASSERT_FALSE(supervisor_ground_accepts(&fixture.supervisor, PUS_CLASS_BULK, 40U));
-    fixture.members[FIXTURE_GROUND].is_deaf = false;
+    fixture.members[FIXTURE_GROUND].takes_nothing = false;
     fixture_run(100U);
     TEST_ASSERT_TRUE(supervisor_ground_backlog_is_empty(&fixture.supervisor.ground_backlog));
-    unsigned told = 0U;
+    unsigned reported = 0U;
     for (const char* p = strstr(fixture_look(), "G 5.2 0028"); p != NULL; p = strstr(p + 1U, "G 5.2 0028")) {
-        told++;
+        reported++;
     }
-    TEST_ASSERT_EQUAL(1U, told); // GROUND_BEHIND, once.
+    TEST_ASSERT_EQUAL(1U, reported); // GROUND_BEHIND, once.
     TEST_ASSERT_TRUE(supervisor_ground_takes_requests(&fixture.supervisor));
 }
 
 static void requests_wait_while_their_answers_have_no_room(void)
 {
-    fixture.members[FIXTURE_GROUND].is_deaf = true;
-    const uint8_t data[4]                   = {0x18U, 16U, 0xC0U, 0U};
+    fixture.members[FIXTURE_GROUND].takes_nothing = true;
+    const uint8_t data[4]                         = {0x18U, 16U, 0xC0U, 0U};
     for (unsigned i = 0U; i < 450U; i++) {
         fixture_report(FIXTURE_ARM, PUS_SERVICE_VERIFICATION, 7U, data, 4U);
         fixture_step();
@@ -560,7 +560,7 @@ static void requests_wait_while_their_answers_have_no_room(void)
     (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(5U);
     TEST_ASSERT_EQUAL_UINT32(routed, fixture.supervisor.counters.tc_routed);
-    fixture.members[FIXTURE_GROUND].is_deaf = false;
+    fixture.members[FIXTURE_GROUND].takes_nothing = false;
     fixture_run(30U);
     TEST_ASSERT_EQUAL_UINT32(routed + 1U, fixture.supervisor.counters.tc_routed);
     TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.ground.dropped_firm);

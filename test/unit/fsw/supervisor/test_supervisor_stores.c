@@ -75,14 +75,14 @@ static void retrieved_reports_wait_for_ground(void)
     open_store();
     report("ab");
     fixture_expect("G/16 3.26 6162\n");
-    fixture.members[FIXTURE_GROUND].is_deaf = true;
+    fixture.members[FIXTURE_GROUND].takes_nothing = true;
     for (unsigned i = 0U; i < 40U; i++) { // Until there is no credit, and reports wait.
         fixture_report(FIXTURE_HAND, PUS_SERVICE_HOUSEKEEPING, 26U, "ef", 2U);
         fixture_step();
     }
     REQUEST(15U, "\1" RING "\0");
     TEST_ASSERT_TRUE(fixture.supervisor.spacecraft.storage.service.counters.refused > 0U);
-    fixture.members[FIXTURE_GROUND].is_deaf = false;
+    fixture.members[FIXTURE_GROUND].takes_nothing = false;
     fixture_run(5U);
     const char* const lines = fixture_look();
     const char* const again = strstr(lines, "G/16 3.26 6162\n");
@@ -114,9 +114,9 @@ static void time_is_reported_as_often_as_asked(void)
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_TIME, 1U, "\1", 1U);
     fixture_run(400U); // Four seconds.
     fixture_expect("G time 1\nG time 1\n");
-    fixture.members[FIXTURE_GROUND].is_deaf = true;
+    fixture.members[FIXTURE_GROUND].takes_nothing = true;
     fixture_run(1200U); // Until there is no credit: a refused time report is not sent late.
-    fixture.members[FIXTURE_GROUND].is_deaf = false;
+    fixture.members[FIXTURE_GROUND].takes_nothing = false;
     fixture_forget();
     fixture_run(600U);
     TEST_ASSERT_TRUE(fixture_has("G time 1"));

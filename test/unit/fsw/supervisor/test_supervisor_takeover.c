@@ -89,6 +89,7 @@ static void requests_plans_and_counters_are_there_again(void)
     TEST_ASSERT_EQUAL_UINT64(was.path.position, is->path.position);
     TEST_ASSERT_EQUAL_UINT32(was.lives + 1U, is->lives);
     TEST_ASSERT_EQUAL_UINT64(was.now_ns, is->now_ns);
+    TEST_ASSERT_EQUAL_UINT64(was.now_ns, subsystem_now_ns(&is->subsystem));
     TEST_ASSERT_EQUAL(MODE_SAFE, is->mode);
     TEST_ASSERT_TRUE(is->is_continued);
     TEST_ASSERT_EQUAL_UINT64(was.log.next_number, is->log.next_number);
@@ -103,7 +104,7 @@ static void expect_same_state(const registry_entry_t* before, const registry_ent
     TEST_ASSERT_EQUAL(before->state, after->state);
     TEST_ASSERT_EQUAL(before->phase, after->phase);
     TEST_ASSERT_EQUAL(before->configuration, after->configuration);
-    TEST_ASSERT_EQUAL(before->is_order_owed, after->is_order_owed);
+    TEST_ASSERT_EQUAL(before->is_order_pending, after->is_order_pending);
     TEST_ASSERT_EQUAL(before->ordered, after->ordered);
     TEST_ASSERT_EQUAL(before->order_cause, after->order_cause);
     TEST_ASSERT_EQUAL(before->process == PROCESS_RUNNING, after->is_in_doubt);
@@ -142,7 +143,7 @@ static void members_are_known_again(void)
 
 static void reports_that_wait_for_the_ground_wait_again(void)
 {
-    fixture.members[FIXTURE_GROUND].is_deaf = true;
+    fixture.members[FIXTURE_GROUND].takes_nothing = true;
     for (unsigned i = 0U; i < 200U; i++) {
         fixture_report(FIXTURE_HAND, PUS_SERVICE_HOUSEKEEPING, 25U, "abc", 3U);
         fixture_run(1U);

@@ -58,7 +58,7 @@ static void a_member_is_silent_after_more_than_three_seconds(void)
     step_at(heard_ns + (3000U * MS) + TICK, LONE);
     TEST_ASSERT_TRUE(has_event(SUPERVISOR_EVENT_SUBSYSTEM_SILENT, LONE));
     fixture_forget();
-    step_at(heard_ns + (6000U * MS) + TICK, LONE); // The next event comes as long after that one.
+    step_at(heard_ns + (6000U * MS) + TICK, LONE); // The next event: again after more than 3 s.
     TEST_ASSERT_FALSE(has_event(SUPERVISOR_EVENT_SUBSYSTEM_SILENT, LONE));
     step_at(heard_ns + (6000U * MS) + (2U * TICK), LONE);
     TEST_ASSERT_TRUE(has_event(SUPERVISOR_EVENT_SUBSYSTEM_SILENT, LONE));
@@ -128,7 +128,7 @@ static void a_restart_waits_for_its_pause(void)
     TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
 }
 
-static void a_life_of_the_restart_period_forgets_earlier_deaths(void)
+static void earlier_deaths_do_not_count_after_a_life_of_the_restart_period(void)
 {
     mission_subsystem_t* const mission = (mission_subsystem_t*)entry_of(ARM)->mission;
     mission->restart_period_us         = 5000000U;
@@ -169,11 +169,11 @@ static void a_request_waits_for_room_for_a_tenth_of_a_second(void)
     fixture_forget();
     step_at(held_ns + (100U * MS) - 1U, 0U);
     TEST_ASSERT_FALSE(fixture_has("G 1.10"));
-    TEST_ASSERT_FALSE(entry_of(ARM)->is_clogged);
+    TEST_ASSERT_FALSE(entry_of(ARM)->is_unresponsive);
     step_at(held_ns + (100U * MS), 0U);
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has("G 1.10"));
-    TEST_ASSERT_TRUE(entry_of(ARM)->is_clogged);
+    TEST_ASSERT_TRUE(entry_of(ARM)->is_unresponsive);
 }
 
 static void senders_wait_for_the_ground_for_a_second(void)
@@ -207,7 +207,8 @@ static void a_recommissioning_without_progress_ends_after_more_than_five_seconds
     TEST_ASSERT_TRUE(has_event(SUPERVISOR_EVENT_RECOMMISSION_STOPPED, ARM));
 }
 
-/// HAND is in error for so long when ARM dies: it failed by the same cause, or before by itself.
+/// ARM dies after HAND has gone to ERROR_OPERATIONAL. Within 0.1 s both have the same cause, and both are
+/// recommissioned; later, HAND has failed by itself.
 static void a_partner_in_error_is_recommissioned_up_to_a_tenth_of_a_second(void)
 {
     for (unsigned i = 0U; i < 2U; i++) {
@@ -252,8 +253,8 @@ static void a_request_that_is_not_accepted_ends_after_more_than_ten_seconds(void
     TEST_ASSERT_TRUE(fixture_has("G 1.8 #0 0406 2710")); // 10000 ms.
 }
 
-/// Not a time, but as exact: the power of all members in their states and of one in the next.
-static void the_power_of_the_mission_may_be_used_up(void)
+/// An exact bound of power: a request is granted if all members, in the states after it, need all the power.
+static void a_request_may_use_all_the_power_of_the_mission(void)
 {
     mission_descriptor_t* const mission = (mission_descriptor_t*)fixture.supervisor.mission;
     const uint32_t available_w          = mission->power_available_w;
@@ -278,7 +279,7 @@ int main(void)
     RUN_TEST(a_state_is_in_doubt_after_a_second_and_a_half);
     RUN_TEST(a_process_hangs_when_its_time_is_exceeded);
     RUN_TEST(a_restart_waits_for_its_pause);
-    RUN_TEST(a_life_of_the_restart_period_forgets_earlier_deaths);
+    RUN_TEST(earlier_deaths_do_not_count_after_a_life_of_the_restart_period);
     RUN_TEST(a_negotiation_ends_at_its_deadline);
     RUN_TEST(a_request_waits_for_room_for_a_tenth_of_a_second);
     RUN_TEST(senders_wait_for_the_ground_for_a_second);
@@ -286,6 +287,6 @@ int main(void)
     RUN_TEST(a_partner_in_error_is_recommissioned_up_to_a_tenth_of_a_second);
     RUN_TEST(a_step_of_the_shutdown_is_given_up_after_more_than_three_seconds);
     RUN_TEST(a_request_that_is_not_accepted_ends_after_more_than_ten_seconds);
-    RUN_TEST(the_power_of_the_mission_may_be_used_up);
+    RUN_TEST(a_request_may_use_all_the_power_of_the_mission);
     return UNITY_END();
 }

@@ -42,6 +42,19 @@ static void the_status_counts_members_links_networks_requests_and_records(void)
     TEST_ASSERT_EQUAL(2U, status->networks);
 }
 
+/// A message of an ended life is counted as stale; one without octets is always counted as malformed.
+static void a_message_without_octets_is_malformed_whoever_has_sent_it(void)
+{
+    const uint32_t malformed               = fixture.supervisor.counters.tm_malformed;
+    const uint32_t stale                   = fixture.endpoint.counters.stale;
+    fixture.supervisor.registry[0].process = PROCESS_LOST;
+    fixture_send(FIXTURE_ARM, (const uint8_t*)"", 0U);
+    fixture_send(FIXTURE_ARM, (const uint8_t*)"\x08", 1U);
+    fixture_step();
+    TEST_ASSERT_EQUAL_UINT32(malformed + 1U, fixture.supervisor.counters.tm_malformed);
+    TEST_ASSERT_EQUAL_UINT32(stale + 1U, fixture.endpoint.counters.stale);
+}
+
 static void packets_are_counted_by_what_became_of_them(void)
 {
     const supervisor_counters_t* const counters = &fixture.supervisor.counters;
@@ -112,8 +125,8 @@ static void figures_of_its_parts_are_published(void)
 
 static void a_pool_that_runs_short_is_an_event_once(void)
 {
-    static bool* const news[] = {&fixture.supervisor.spacecraft.schedules.chains.pool.is_news,
-                                 &fixture.supervisor.spacecraft.sequences.chains.pool.is_news};
+    static bool* const news[] = {&fixture.supervisor.spacecraft.schedules.chains.pool.is_unpolled,
+                                 &fixture.supervisor.spacecraft.sequences.chains.pool.is_unpolled};
     for (unsigned i = 0U; i < 2U; i++) {
         *news[i] = true;
         fixture_run(2U);
@@ -148,7 +161,7 @@ static void reports_that_wait_for_the_ground_are_counted_in_octets(void)
 {
     const supervisor_ground_t* const ground = &fixture.supervisor.ground;
     TEST_ASSERT_EQUAL_UINT32(0U, ground->waiting_firm + ground->waiting_plain + ground->waiting_bulk);
-    fixture.members[FIXTURE_GROUND].is_deaf = true;
+    fixture.members[FIXTURE_GROUND].takes_nothing = true;
     for (unsigned i = 0U; i < 200U; i++) {
         fixture_report(FIXTURE_ARM, PUS_SERVICE_HOUSEKEEPING, 25U, "abcdef", 6U);
         fixture_report(FIXTURE_ARM, PUS_SERVICE_TEST, 2U, NULL, 0U);
@@ -199,6 +212,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(each_reported_phase_is_known);
     RUN_TEST(the_status_counts_members_links_networks_requests_and_records);
+    RUN_TEST(a_message_without_octets_is_malformed_whoever_has_sent_it);
     RUN_TEST(packets_are_counted_by_what_became_of_them);
     RUN_TEST(figures_of_its_parts_are_published);
     RUN_TEST(a_pool_that_runs_short_is_an_event_once);

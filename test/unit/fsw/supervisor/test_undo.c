@@ -11,8 +11,8 @@ static checkpoint_t checkpoint;
 static checkpoint_state_t state;
 static undo_medium_t places[2];
 static medium_t inner;
-static medium_t medium; // Guarded.
-static bool is_deaf;    // Reads fail, and some queries of the size.
+static medium_t medium;    // Guarded.
+static bool takes_nothing; // Reads fail, and some queries of the size.
 static uint32_t random_state = 5U;
 
 static uint32_t draw(uint32_t below)
@@ -23,12 +23,12 @@ static uint32_t draw(uint32_t below)
 
 static status_t read_inner(void* context, uint64_t offset, uint8_t* octets, size_t size)
 {
-    return is_deaf ? STATUS_IO : recorded_medium(0U).read(context, offset, octets, size);
+    return takes_nothing ? STATUS_IO : recorded_medium(0U).read(context, offset, octets, size);
 }
 
 static status_t size_of_inner(void* context, uint64_t* out_size)
 {
-    return (is_deaf && (draw(2U) == 0U)) ? STATUS_IO : recorded_medium(0U).size(context, out_size);
+    return (takes_nothing && (draw(2U) == 0U)) ? STATUS_IO : recorded_medium(0U).size(context, out_size);
 }
 
 static void open_medium(void)
@@ -47,10 +47,10 @@ void setUp(void)
     static const image_t empty[2];
     recorded_clear(empty);
     (void)memset(&checkpoint, 0, sizeof checkpoint);
-    inner      = recorded_medium(0U);
-    inner.read = read_inner;
-    inner.size = size_of_inner;
-    is_deaf    = false;
+    inner         = recorded_medium(0U);
+    inner.read    = read_inner;
+    inner.size    = size_of_inner;
+    takes_nothing = false;
     commit();
     open_medium();
 }
@@ -133,12 +133,12 @@ static void a_medium_that_fails_is_written_all_the_same(void)
 {
     write_text(0U, "abcdef");
     commit();
-    is_deaf = true;
+    takes_nothing = true;
     for (unsigned i = 0U; i < 50U; i++) {
         write_text(1U, "X");
     }
     open_medium();
-    is_deaf = false;
+    takes_nothing = false;
     expect_text("aXcdef");
 }
 

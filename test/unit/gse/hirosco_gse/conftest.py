@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fixtures of the ground segment's tests: the dictionary made from the descriptors, and a synthetic flight."""
 
+import functools
 import pathlib
 import subprocess
 import sys
@@ -16,13 +17,24 @@ from hirosco_gse.dictionary import Dictionary
 
 
 @pytest.fixture(scope="session")
-def dictionary_path(tmp_path_factory):
-    """Dictionary of rokviss, made now from the descriptors."""
-    out = tmp_path_factory.mktemp("generated")
-    generator = ROOT / "gse" / "generator" / "generate.py"
-    mission = ROOT / "descriptors" / "missions" / "rokviss.xml"
-    subprocess.run([sys.executable, generator, "--mission", mission, "--out", out], check=True, cwd=ROOT)
-    return out / "rokviss.json"
+def dictionary_path_of(tmp_path_factory):
+    """Function: path of the dictionary of a mission, made now from the descriptors."""
+
+    @functools.cache
+    def make(name):
+        out = tmp_path_factory.mktemp("generated")
+        generator = ROOT / "gse" / "generator" / "generate.py"
+        mission = ROOT / "descriptors" / "missions" / f"{name}.xml"
+        subprocess.run([sys.executable, generator, "--mission", mission, "--out", out], check=True, cwd=ROOT)
+        return out / f"{name}.json"
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def dictionary_path(dictionary_path_of):
+    """Dictionary of rokviss."""
+    return dictionary_path_of("rokviss")
 
 
 @pytest.fixture

@@ -49,8 +49,11 @@ class Spacecraft:
                 answer = self._answer(packet)
                 if answer is None:
                     return  # close the connection
-                for apid, service, subtype, data, user in answer:
-                    stream.sendall(build_tm(apid, 0, service, subtype, data, user, self._epoch_ns + 10**9))
+                reports = [build_tm(apid, 0, service, subtype, data, user, self._epoch_ns + 10**9) for apid, service, subtype, data, user in answer]
+                try:
+                    stream.sendall(b"".join(reports))
+                except OSError:
+                    return
 
     def close(self):
         """Accept no more connections."""

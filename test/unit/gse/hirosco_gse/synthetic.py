@@ -9,7 +9,7 @@ import json
 import struct
 
 import numpy as np
-from hirosco_gse import packets
+from hirosco_gse import packets, truth
 from tm_packets import build_tm
 
 DT = 0.0005
@@ -89,7 +89,10 @@ class Flight:
         gravity = np.array([5.0, 1.0])
         self.torque_word = np.round((gravity - self.external + self.noise_nm) / 0.01).astype(int)
         step = np.diff(self.stick, axis=0, prepend=self.stick[:1]) / COUNT_RAD
-        command = gravity + 0.1 * np.sin(self.time)[:, None] + 1.6 * np.roll(step, FORWARD, axis=0)
+        # The joint loop answers a count at once, then less and less.
+        fading = np.exp(-np.arange(200) / 16)
+        answer = np.stack([np.convolve(step[:, axis], fading)[:COUNT] for axis in range(2)], axis=1)
+        command = gravity + 0.1 * np.sin(self.time)[:, None] + 1.6 * np.roll(answer, FORWARD, axis=0)
         self.command_word = np.round(command / 0.01).astype(int)
         error = np.where(self.time > 25.5, REFLECTION_ERROR, REFLECTION_ERROR_CONTOUR)[:, None]
         heard = np.roll(self.noise_nm, BACK, axis=0)
@@ -181,7 +184,7 @@ def truth_log(flight):
 
     def add(time_us, channel, body):
         nonlocal number
-        data = b"\x11" * 8 + struct.pack(">q", time_us * 1000) + body
+        data = struct.pack(">Q", truth.types()[channel.decode()].fingerprint) + struct.pack(">q", time_us * 1000) + body
         events.append(struct.pack(">IQQII", 0xEDA1DA01, number, time_us, len(channel), len(data)) + channel + data)
         number += 1
 
@@ -197,12 +200,13 @@ def truth_log(flight):
             else:
                 add(stamp, b"FAULT", _text(entry[1]) + _text(entry[2]) + bytes([entry[3]]))
         brake = 0 if flight.status[k] & 0x6F == 0x27 else 1
-        joints = (*flight.joint[k], 0, 0, *flight.joint[k], 0, 0, 0, 0, 0, 0)
-        add(t, b"JOINTS", struct.pack(">12d2B", *joints, brake, brake))
-        add(t, b"STICK", struct.pack(">8d", *flight.stick[k], *[0.0] * 6))
-        contact = struct.pack(">3d2?3d", *flight.tip[k], bool(flight.in_contact[k]), bool(flight.hooked[k]), 0, 0, 0)
-        forces = struct.pack(">8d", *flight.contact_force[k], *flight.spring_force[k], *flight.external[k])
-        add(t, b"CONTACT", contact + forces)
+        joints = (*flight.joint[k], 0, 0, *flight.joint[k], 0, 0, 0, 0, 0, 0, *flight.external[k])
+        add(t, b"JOINTS", struct.pack(">i14d2B", 2, *joints, brake, brake))
+        felt = 0.03 * flight.external[k]
+        add(t, b"STICK", struct.pack(">i8d", 2, *flight.intent[k], 0.0, 0.0, *felt, 0.0, 0.0))
+        place = flight.tip[k]
+        add(t, b"CONTACT", struct.pack(">i9d?", 1, *place, 0, 0, 0, *flight.contact_force[k], bool(flight.in_contact[k])))
+        add(t, b"SPRING", struct.pack(">i6d?", 1, *place, *flight.spring_force[k], bool(flight.hooked[k])))
         add(t, b"OPERATOR", struct.pack(">7d", *flight.intent[k], *[0.0] * 4, 1.0) + _text(verbs[k]))
     return b"".join(events)
 

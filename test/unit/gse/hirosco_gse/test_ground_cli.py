@@ -7,6 +7,7 @@ import struct
 import subprocess
 import sys
 
+import named_dictionary
 import pytest
 from hirosco_gse import packets
 from hirosco_gse.cli import main
@@ -48,6 +49,96 @@ def test_ping_all_as_json(console):
         "JOYSTICK", "MANIPULATOR", "SUPERVISOR", "COMMUNICATION",
     }
     assert len(received) == 4
+
+
+@pytest.fixture
+def named(dictionary_path, tmp_path, capsys):
+    """run(answer, *words) as console, with the names of named_dictionary."""
+    content = named_dictionary.named(json.loads(dictionary_path.read_text(encoding="utf-8")))
+    path = tmp_path / "named.json"
+    path.write_text(json.dumps(content), encoding="utf-8")
+    crafts = []
+
+    def run(answer, *words):
+        craft = Spacecraft(answer)
+        crafts.append(craft)
+        code = main(["--port", str(craft.port), "--dictionary", str(path), "--timeout", "0.5", *words])
+        out, err = capsys.readouterr()
+        assert "Traceback" not in err
+        return code, out, err, craft.received
+
+    yield run
+    for craft in crafts:
+        craft.close()
+
+
+def test_numbers_are_written_by_their_names(named):
+    assert named(success, "set", "MANIPULATOR.CHOICE", "quick,3")[3][0].data[5:] == struct.pack(">HH", 4, 3)
+    move = named(success, "cmd", "MANIPULATOR.MOVE_TO", "position=0,0", "duration=SLOW")[3][0]
+    assert move.data.endswith(struct.pack(">HH", 2, 3))
+    request = named(success, "tc", "MANIPULATOR", "20,3", 'n=[{"parameter_id": "MANIPULATOR.CHOICE", "parameter_value": ["SLOW", "QUICK"]}]')[3][0]
+    assert request.data[5:] == struct.pack(">HH", 3, 4)
+
+
+def test_one_field_of_a_structure_is_set_and_read_by_its_name(named, dictionary):
+    control = dictionary.subsystem("MANIPULATOR").parameter("CONTROL")
+    item, offset = control.field("FADE_TIME")
+    value = bytes(range(control.size % 256)) if control.size < 256 else bytes(number % 251 for number in range(control.size))
+    report = struct.pack(">HI", 1, control.parameter_id) + value
+
+    def answer(packet):
+        return success(packet, (20, 2, report)) if packet.message == (20, 1) else success(packet)
+
+    code, _, _, received = named(answer, "set", "manipulator.control.fade_time", "0.5")
+    assert code == 0 and [packet.message for packet in received] == [(20, 1), (20, 3)]
+    changed = received[1].data[5:]
+    assert received[1].data[:5] == struct.pack(">BI", 1, control.parameter_id)
+    assert changed[offset : offset + item.size] == struct.pack(">d", 0.5)
+    assert changed[:offset] + changed[offset + 8 :] == value[:offset] + value[offset + 8 :]
+    code, out, _, received = named(answer, "get", "MANIPULATOR.CONTROL.FADE_TIME", "--json")
+    shown = json.loads(out.splitlines()[-1])["values"]["CONTROL.FADE_TIME"]
+    assert code == 0 and struct.pack(">d", *shown) == value[offset : offset + 8]
+
+
+def test_a_field_of_an_enumeration_is_set_and_read_by_name(named, dictionary):
+    counters = dictionary.subsystem("MANIPULATOR").parameter("COUNTERS")
+    report = struct.pack(">HI", 1, counters.parameter_id) + struct.pack(">I", 4) + bytes(counters.size - 4)
+
+    def answer(packet):
+        return success(packet, (20, 2, report)) if packet.message == (20, 1) else success(packet)
+
+    assert "COUNTERS.CYCLES=QUICK" in named(answer, "get", "MANIPULATOR.COUNTERS.CYCLES")[1]
+    assert named(answer, "set", "MANIPULATOR.COUNTERS.CYCLES", "SLOW")[3][1].data[5:9] == struct.pack(">I", 3)
+    code, _, err, received = named(answer, "set", "MANIPULATOR.COUNTERS.CYCLES", "FAST")
+    assert code == 2 and not received and "there are: SLOW, QUICK" in err
+
+
+def test_unknown_fields_are_refused_with_the_right_ones(named):
+    for verb in (("get", "MANIPULATOR.ENERGY.LOST"), ("set", "MANIPULATOR.ENERGY.LOST", "1")):
+        code, _, err, received = named(success, *verb)
+        assert code == 2 and not received and "no field of ENERGY 'LOST'; there are: TAKEN, GIVEN" in err
+    assert "no field of DES_POSITION 'X'; there are: none" in named(success, "get", "MANIPULATOR.DES_POSITION.X")[2]
+
+
+def test_unknown_names_are_refused_with_the_right_ones(named):
+    for words in (("set", "MANIPULATOR.CHOICE", "SLOW,FAST"), ("set", "MANIPULATOR.CHOICE", "SLOW,5"),
+                  ("cmd", "MANIPULATOR.MOVE_TO", "position=0,0", "duration=FAST")):
+        code, _, err, received = named(success, *words)
+        assert code == 2 and not received
+        assert "there are: SLOW, QUICK" in err
+    assert "DURATION=SLOW|QUICK[1]" in named(success, "cmd", "MANIPULATOR.MOVE_TO", "position=0,0")[2]
+
+
+def test_numbers_are_shown_by_their_names(named):
+    value = struct.pack(">HIHH", 1, named_dictionary.CHOICE_ID, 4, 7)
+    code, out, _, _ = named(lambda p: success(p, (20, 2, value)), "get", "MANIPULATOR.CHOICE")
+    assert code == 0 and "CHOICE=[QUICK, 7]" in out.replace(": ", "=")
+
+
+@pytest.mark.parametrize(("number", "words"), [(0x8001, "TOO_FAR, JOINT 2 [0x8001]"), (0x8002, "TOO_FAST [0x8002]"), (0x8003, "not known to this ground")])
+def test_failures_of_a_subsystem_are_shown_by_their_names(named, number, words):
+    code, _, err, _ = named(lambda p: failure(p, 8, number, 2), "cmd", "MANIPULATOR.STOP")
+    assert code == 1 and words in err
 
 
 def test_function_with_arguments(console):

@@ -2,12 +2,14 @@
 """Figures on synthetic logs with known answers; every figure must be able to fail."""
 
 import copy
+import struct
 
 import numpy as np
 import pytest
 import synthetic
-from hirosco_gse import figures, logs
+from hirosco_gse import figures, logs, packet_log
 from hirosco_gse import run as runs
+from hirosco_gse import truth as truth_log
 from hirosco_gse.dictionary import Dictionary
 
 
@@ -43,6 +45,9 @@ def test_known_answers(flown):
     assert found["torque_limit_reaction_cycles"] == synthetic.LIMIT_REACTION
     assert found["brake_engagements"] == 4
     assert found["engagements"] == 4
+    assert found["free_drag_nm"] < 0.005
+    assert found["press_ripple_nm"] < 0.05
+    assert found["follow_transparency"] < 0.02
 
 
 def _later(cycles, names, lag):
@@ -70,7 +75,7 @@ def test_no_answer_to_ticks_gives_no_latency(run):
         cycles.words["torque"][:] = np.random.default_rng(3).normal(0, 100, run.count)
     found, reasons = figures.compute(run)
     assert found["latency_forward_cycles"] is None
-    assert "no clear answer" in reasons["latency_forward_cycles"]
+    assert "no clear answer to encoder counts" in reasons["latency_forward_cycles"]
     assert not figures.holds("latency_forward_cycles", None)
 
 
@@ -229,14 +234,14 @@ def test_packet_log_lines(dictionary):
 
     raw = packets.build_tc(16, 0, 17, 1)
     line = f"12.000500000 TC {raw.hex()}\n"
-    found = logs.parse_packets([line, "\n", f"13.000000000 TC {raw.hex()[:-1]}0\n", "14.0000"])
+    found = packet_log.parse_packets([line, "\n", f"13.000000000 TC {raw.hex()[:-1]}0\n", "14.0000"])
     assert found[0][0] == 12_000_500_000
     assert found[0][2].message == (17, 1)
     assert found[1][2] is None
     assert len(found) == 2
     for wrong in ("x\n", "1.0 TC 00\n", "1.000000000 TX 00\n", "1.000000000 TC zz\n"):
         with pytest.raises(logs.LogError, match=":1:"):
-            logs.parse_packets([wrong])
+            packet_log.parse_packets([wrong])
 
 
 def test_truth_cut_off_in_the_middle(flight_folder, tmp_path):
@@ -245,6 +250,58 @@ def test_truth_cut_off_in_the_middle(flight_folder, tmp_path):
     assert len(channels["JOINTS"][0]) > 1000
     with pytest.raises(logs.LogError, match="no event at octet 0"):
         logs.parse_lcm(b"\0" * 100)
+
+
+def _event(body):
+    return b"\x11" * 8 + struct.pack(">q", 500_000) + body
+
+
+def test_truth_has_all_joints_and_what_is_in_the_world():
+    joints = _event(struct.pack(">i21d3B", 3, *range(21), 0, 1, 0))
+    bases = _event(struct.pack(">i26d", 2, *range(26)))
+    wheels = _event(struct.pack(">i4d", 2, *range(4)))
+    names = _event(struct.pack(">I6sII3s", 6, b"WHEEL\0", 1, 3, b"W1\0"))
+    truth = runs.decode_truth({"NAMES": ([0], [names]), "JOINTS": ([0], [joints]), "BASE": ([0], [bases]), "WHEEL": ([0], [wheels])})
+    assert truth["WHEEL"]["momentum_nms"].tolist() == [[0, 1]] and truth["WHEEL"]["torque_nm"].tolist() == [[2, 3]]
+    assert truth["JOINTS"]["velocity_rad_s"].tolist() == [[3, 4, 5]]
+    assert truth["JOINTS"]["external_torque_nm"].tolist() == [[18, 19, 20]]
+    assert truth["JOINTS"]["brake_engaged"].tolist() == [[False, True, False]]
+    assert truth["BASE"]["rotation"].tolist() == [[[6, 7, 8, 9], [10, 11, 12, 13]]]
+    assert "CONTACT" not in truth and "STICK" not in truth
+    springs = _event(struct.pack(">i12d2?", 2, *range(12), True, False))
+    scene = runs.decode_truth({"JOINTS": ([0], [joints]), "SPRING": ([0], [springs])})["CONTACT"]
+    assert scene["tip_m"].tolist() == [[0, 1, 2]] and scene["spring_force_n"].tolist() == [[6, 7, 8]]
+    assert scene["spring_hooked"].tolist() == [True] and scene["in_contact"].tolist() == [False]
+
+
+def test_a_cut_truth_log_is_a_problem_of_the_run(tmp_path):
+    cut = _event(struct.pack(">q", 4096))
+    (tmp_path / "truth.lcm").write_bytes(struct.pack(">IQQII", 0xEDA1DA01, 0, 2_500_000, 3, len(cut)) + b"CUT" + cut)
+    assert any("truth.lcm: cut at 2.500 s" in problem for problem in runs.load(tmp_path).problems)
+
+
+def test_a_run_that_has_not_ended_is_read_with_the_mission_that_the_launcher_names(tmp_path):
+    (tmp_path / "ground.mission").write_text("ur5e\n", encoding="utf-8")
+    run = runs.load(tmp_path)
+    assert run.problems == []
+    assert run.dictionary.mission == run.world.name == "ur5e"
+    assert {joint.bus for joint in run.joints} == {"arm-1", "arm-2"}
+
+
+def test_a_truth_log_of_other_types_is_a_problem_of_the_run(tmp_path):
+    joints = _event(struct.pack(">i", 0))
+    for name, told in ((b"JOINTS", "channel JOINTS has the fingerprint 0x1111111111111111"), (b"NOTHING", "channel NOTHING has no type")):
+        head = struct.pack(">IQQII", 0xEDA1DA01, 0, 500, len(name), len(joints))
+        (tmp_path / "truth.lcm").write_bytes(head + name + joints)
+        run = runs.load(tmp_path)
+        assert any(told in problem for problem in run.problems), run.problems
+        assert run.truth == {"DRIVE": [], "FAULT": []}
+
+
+@pytest.mark.parametrize("text", ["", "struct a_t { int32_t x; }", "struct a_t { int64_t time_ns; other_t x; }"])
+def test_a_type_that_this_ground_cannot_read_is_refused(text):
+    with pytest.raises(truth_log.TruthError, match="a_t.lcm: expected a struct"):
+        truth_log.parse(text, "a_t.lcm")
 
 
 def test_truth_is_read_as_lcm_reads_it(flight_folder):

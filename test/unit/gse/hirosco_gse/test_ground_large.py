@@ -5,7 +5,7 @@ import random
 import struct
 
 import pytest
-from hirosco_gse import large, logs, packets
+from hirosco_gse import large, packet_log, packets
 from hirosco_gse.session import Request, Session
 from tm_packets import build_tm
 
@@ -54,7 +54,7 @@ def test_parts_of_several_reports_may_be_mixed_but_not_missing():
 def test_a_log_shows_packets_behind_their_parts():
     raw = build_tm(SUPERVISOR, 1, 20, 2, bytes(5000), USER)
     lines = [f"{number}.000000000 TM {part.raw.hex()}\n" for number, part in enumerate(_parts(raw))]
-    rows = logs.with_whole(logs.parse_packets([*lines, "99.000000000 TC 00\n"]))
+    rows = packet_log.with_whole(packet_log.parse_packets([*lines, "99.000000000 TC 00\n"]))
     assert rows[-2][1:] == ("TM", packets.parse(raw), raw) and rows[-2][0] == rows[-3][0]
     assert len(rows) == len(lines) + 2
 

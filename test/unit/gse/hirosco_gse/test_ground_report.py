@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report: complete for a flight, and made from any incomplete one."""
 
+import base64
+import gzip
 import hashlib
 import json
 import re
@@ -8,6 +10,7 @@ import shutil
 
 import pytest
 from hirosco_gse import figures, report
+from hirosco_gse import run as runs
 
 
 @pytest.fixture(scope="module")
@@ -33,23 +36,57 @@ def test_run_json_is_complete(written):
 
 def test_page_holds_everything_it_shows(written):
     page = (written / "report.html").read_text()
-    assert not re.findall(r'(?:src|href)=["\'](?!data:)', page)
-    assert page.count("<img") == page.count("data:image/png;base64,") == len(report_pngs(written))
+    assert not re.findall(r'(?:src|href)=["\'](?!data:)', re.sub(r"<script>.*?</script>", "", page, flags=re.S))
+    assert "default-src 'none'" in page
     for name in figures.BOUNDS:
         assert name in page
     assert "flown to the end; all figures hold" in page
 
 
-def report_pngs(folder):
-    return sorted(folder.glob("*.png"))
+def test_size_and_time_of_the_report_are_figures(written):
+    facts = json.loads((written / "run.json").read_text())["report"]
+    assert facts["octets"] == (written / "report.html").stat().st_size
+    assert facts["seconds"] > 0
 
 
-def test_every_plot_is_a_png_beside(written):
-    names = {path.stem for path in report_pngs(written)}
-    assert names == {"scene", "states", "positions", "torques", "contact", "links", "bus_load"}
-    for path in report_pngs(written):
-        assert path.read_bytes().startswith(b"\x89PNG")
-        assert path.stat().st_size > 10_000
+@pytest.fixture
+def built(tmp_path):
+    """A page of the station as it is built, with a bundle that would end its own element."""
+    folder = tmp_path / "page"
+    folder.mkdir()
+    (folder / "station.js").write_text('draw("</script>");')
+    (folder / "station.css").write_text('@font-face{src:url("./plex.woff2")format("woff2"),url()format("woff")}')
+    (folder / "plex.woff2").write_bytes(b"wOF2")
+    return folder
+
+
+def test_the_page_of_the_station_and_the_recording_are_inside(flight_folder, dictionary_path, built):
+    run = runs.load(flight_folder, dictionary_path)
+    page = report.page(run, report.complete_facts(run), built)
+    assert page.count("</script>") == page.count("<script") == 2
+    assert f'url(data:font/woff2;base64,{base64.b64encode(b"wOF2").decode()})format("woff2")}}' in page
+    inside = base64.b64decode(re.search(r'id="recording" type="text/plain">([^<]*)<', page)[1])
+    whole = gzip.decompress(inside)
+    assert b"DEVICE_LOST" in whole and b'"hello"' in whole
+
+
+def test_without_a_built_page_the_next_step_is_said(flight_folder, dictionary_path, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(report, "PAGE", tmp_path / "none")
+    for path in flight_folder.iterdir():
+        shutil.copy(path, tmp_path)
+    assert report.main([str(tmp_path), str(dictionary_path)]) == 0
+    assert f"make report OUT={tmp_path}" in capsys.readouterr().out
+    page = (tmp_path / "report.html").read_text()
+    assert f"make report OUT={tmp_path}" in page and "16 of 16 figures hold" in page
+
+
+@pytest.mark.parametrize(
+    ("value", "bound", "unit", "words"),
+    [(0.0045, 0.01, "", "0.45 1 %"), (0.00019, 0.001, "rad", "0.19 1 mrad"), (0, 0, "samples", "0 0 samples"), (-1e-6, -1e-4, "J", "−0.001 −0.1 mJ")],
+)
+def test_numbers_are_those_that_people_read(value, bound, unit, words):
+    shown, limit, unit = report._shown(value, bound, unit)
+    assert f"{report._number(shown)} {report._number(limit)} {unit}" == words
 
 
 @pytest.mark.parametrize("kept", [[], ["run.json"], ["packets.log"], ["can-robot.log", "run.json"], ["truth.lcm"], ["can-joystick.log", "packets.log"]])
@@ -57,7 +94,8 @@ def test_a_report_is_made_of_an_incomplete_run(flight_folder, dictionary_path, t
     for name in kept:
         octets = (flight_folder / name).read_bytes()
         (tmp_path / name).write_bytes(octets if name == "run.json" else octets[: len(octets) // 3 + 1])
-    assert report.main([str(tmp_path), str(dictionary_path)]) == 0
+    is_judged = "run.json" in kept  # it names the scenario
+    assert report.main([str(tmp_path), str(dictionary_path)]) == (report.FIGURES_FAILED if is_judged else 0)
     assert json.loads((tmp_path / "run.json").read_text())["tracking_error"] is None
     assert "</html>" in (tmp_path / "report.html").read_text()
 
@@ -75,7 +113,7 @@ def test_a_crash_is_reported(flight_folder, dictionary_path, tmp_path):
     assert facts["report_problems"]
 
 
-def test_a_figure_out_of_its_bound_fails_the_run(flight_folder, dictionary_path, tmp_path, monkeypatch):
+def test_a_figure_out_of_its_bound_fails_the_run(flight_folder, dictionary_path, tmp_path, monkeypatch, capsys):
     for path in flight_folder.iterdir():
         shutil.copy(path, tmp_path)
     name = next(iter(figures.BOUNDS))
@@ -83,15 +121,31 @@ def test_a_figure_out_of_its_bound_fails_the_run(flight_folder, dictionary_path,
     assert report.main([str(tmp_path), str(dictionary_path)]) == report.FIGURES_FAILED == 3
     facts = json.loads((tmp_path / "run.json").read_text())
     assert facts["exit_code"] == 1
-    assert facts["exit_reason"] == f"figures out of their bounds: {name}"
-    assert f"figures out of their bounds: {name}" in (tmp_path / "report.html").read_text()
+    assert facts["exit_reason"] == f"figures missing or out of their bounds: {name}"
+    assert f"figures missing or out of their bounds: {name}" in (tmp_path / "report.html").read_text()
+    assert f"figure {name} >= 1e+09: {facts[name]:.4g}" in capsys.readouterr().out.splitlines()
+    monkeypatch.undo()  # a later report judges anew
+    assert report.main([str(tmp_path), str(dictionary_path)]) == 0
+    assert json.loads((tmp_path / "run.json").read_text())["exit_code"] == 0
+
+
+def test_a_missing_figure_fails_the_run_unless_it_was_ended_early(flight_folder, dictionary_path, tmp_path, capsys):
+    for path in flight_folder.iterdir():
+        if path.name != "truth.lcm":
+            shutil.copy(path, tmp_path)
+    assert report.main([str(tmp_path), str(dictionary_path)]) == report.FIGURES_FAILED
+    facts = json.loads((tmp_path / "run.json").read_text())
+    assert facts["exit_code"] == 1
+    assert "figure tracking_error < 0.01: missing: the hand never did 'circle'" in capsys.readouterr().out.splitlines()
+    (tmp_path / "run.json").write_text(json.dumps({**facts, "cut_short": True}))
+    assert report.main([str(tmp_path), str(dictionary_path)]) == 0
 
 
 def test_another_scenario_is_not_measured_by_these_figures(tmp_path, dictionary_path):
     (tmp_path / "run.json").write_text(json.dumps({"scenario": "commissioning", "exit_code": 0}))
     assert report.main([str(tmp_path), str(dictionary_path)]) == 0
     assert "figures_hold" not in json.loads((tmp_path / "run.json").read_text())
-    assert "<h2>Figures</h2>" not in (tmp_path / "report.html").read_text()
+    assert "This scenario has no figures with bounds." in (tmp_path / "report.html").read_text()
 
 
 def test_no_folder(tmp_path, capsys):

@@ -14,8 +14,9 @@ import types
 import pytest
 from hirosco_gse import packets
 from hirosco_gse.cli import main
+from hirosco_gse.dictionary import Dictionary
 from hirosco_gse.link import RealDriver, StepClock, StepDriver
-from hirosco_gse.script import Script, ScriptError, ScriptFailure
+from hirosco_gse.script import Script, ScriptError, ScriptFailure, _failure_code
 from hirosco_gse.session import LinkLost, Request, RequestLost, Session, TimedOut
 from spacecraft import Spacecraft, failure, success
 from tm_packets import build_tm
@@ -25,8 +26,22 @@ SECOND = 1_000_000_000
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "sim" / "scenarios").glob("*.scn")), ids=lambda path: path.stem)
-def test_the_scenarios_of_the_repository_load(path, dictionary):
-    Script.load(path, dictionary)
+def test_the_scenarios_of_the_repository_load(path, dictionary_path_of):
+    """With the dictionary of the mission of their name, or of the first word of it, else with that of rokviss."""
+    missions = {file.stem for file in (ROOT / "descriptors" / "missions").glob("*.xml")}
+    mission = next((name for name in (path.stem, path.stem.split("-")[0]) if name in missions), "rokviss")
+    Script.load(path, Dictionary.load(dictionary_path_of(mission)))
+
+
+def test_an_expected_refusal_may_have_a_name_of_the_addressee(dictionary_path_of, tmp_path):
+    ur5e = Dictionary.load(dictionary_path_of("ur5e"))
+    path = tmp_path / "some.scn"
+    path.write_text("0 operator expect-refusal LINE cmd UR5E.STOP\n", encoding="utf-8")
+    (step,) = Script.load(path, ur5e).steps
+    assert _failure_code(step, step.command, ur5e) == 0x8003
+    path.write_text("0 operator expect-refusal LIME cmd UR5E.STOP\n", encoding="utf-8")
+    with pytest.raises(ScriptError, match="found 'LIME', expected a failure code such as 0x0111, or of: JOINT_RANGE, JOINT_SPEED, LINE"):
+        Script.load(path, ur5e)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Requests of the port to rtnetlink, octet for octet, and its reaction to each answer: the system calls are
-// mocked, so that kernels without CAN test it, too. test/contract/osal/test_can_socket.c has the tests with a
-// real kernel.
+// mocked, so that the test also runs without CAN in the kernel. test/contract/osal/test_can_socket.c tests
+// with a real kernel.
 #define _GNU_SOURCE
 #include "osal/include/osal/can_interface.h"
 
@@ -187,12 +187,12 @@ static void end(message_t* message)
 /// The kernel's answer number `at`: an error, 0 for success.
 static void will_answer(const unsigned at, const int error)
 {
-    const struct nlmsghdr header = {.nlmsg_type = NLMSG_ERROR};
-    const struct nlmsgerr told   = {.error = -error};
-    answers[at]                  = (message_t){.size = 0U};
-    errors[at]                   = 0;
+    const struct nlmsghdr header       = {.nlmsg_type = NLMSG_ERROR};
+    const struct nlmsgerr kernel_error = {.error = -error};
+    answers[at]                        = (message_t){.size = 0U};
+    errors[at]                         = 0;
     append(&answers[at], &header, sizeof header);
-    append(&answers[at], &told, sizeof told);
+    append(&answers[at], &kernel_error, sizeof kernel_error);
     end(&answers[at]);
 }
 
@@ -398,45 +398,45 @@ static const struct {
     status_t look;
     status_t make;
     status_t remove;
-} told[] = {{EPERM, STATUS_DENIED, STATUS_DENIED, STATUS_DENIED},
-            {EACCES, STATUS_DENIED, STATUS_DENIED, STATUS_DENIED},
-            {EEXIST, STATUS_IO, STATUS_EXISTS, STATUS_IO},
-            {ENODEV, STATUS_NOT_FOUND, STATUS_IO, STATUS_NOT_FOUND},
-            {EOPNOTSUPP, STATUS_IO, STATUS_UNSUPPORTED, STATUS_UNSUPPORTED},
-            {EAFNOSUPPORT, STATUS_IO, STATUS_UNSUPPORTED, STATUS_UNSUPPORTED},
-            {EPROTONOSUPPORT, STATUS_IO, STATUS_UNSUPPORTED, STATUS_UNSUPPORTED},
-            {EIO, STATUS_IO, STATUS_IO, STATUS_IO},
-            {ENOBUFS, STATUS_IO, STATUS_IO, STATUS_IO}};
+} kernel_error[] = {{EPERM, STATUS_DENIED, STATUS_DENIED, STATUS_DENIED},
+                    {EACCES, STATUS_DENIED, STATUS_DENIED, STATUS_DENIED},
+                    {EEXIST, STATUS_IO, STATUS_EXISTS, STATUS_IO},
+                    {ENODEV, STATUS_NOT_FOUND, STATUS_IO, STATUS_NOT_FOUND},
+                    {EOPNOTSUPP, STATUS_IO, STATUS_UNSUPPORTED, STATUS_UNSUPPORTED},
+                    {EAFNOSUPPORT, STATUS_IO, STATUS_UNSUPPORTED, STATUS_UNSUPPORTED},
+                    {EPROTONOSUPPORT, STATUS_IO, STATUS_UNSUPPORTED, STATUS_UNSUPPORTED},
+                    {EIO, STATUS_IO, STATUS_IO, STATUS_IO},
+                    {ENOBUFS, STATUS_IO, STATUS_IO, STATUS_IO}};
 
 /// All three requests; the kernel refuses the first.
 static void expect_refusals(const unsigned i, const unsigned socket_options)
 {
     osal_can_interface_t seen;
     expect_function_calls(__wrap_setsockopt, (int)(3U * socket_options));
-    assert_int_equal(told[i].look, look(&seen));
+    assert_int_equal(kernel_error[i].look, look(&seen));
     asked_count = 0U;
-    assert_int_equal(told[i].make, osal_can_interface_make("can7", true, ""));
+    assert_int_equal(kernel_error[i].make, osal_can_interface_make("can7", true, ""));
     assert_true(asked_count <= 1U); // An interface that was not made is not removed: it may belong to others.
     asked_count = 0U;
-    assert_int_equal(told[i].remove, osal_can_interface_remove("can7"));
+    assert_int_equal(kernel_error[i].remove, osal_can_interface_remove("can7"));
     assert_int_equal(0, open_count);
 }
 
 static void errors_of_the_kernel_are_reported(void** state)
 {
     (void)state;
-    for (unsigned i = 0U; i < COUNT(told); i++) {
-        will_answer(0U, told[i].error);
+    for (unsigned i = 0U; i < COUNT(kernel_error); i++) {
+        will_answer(0U, kernel_error[i].error);
         expect_refusals(i, 1U);
         will_answer(0U, 0);
-        send_error = told[i].error;
+        send_error = kernel_error[i].error;
         expect_refusals(i, 1U);
         send_error   = 0;
-        socket_error = told[i].error;
+        socket_error = kernel_error[i].error;
         osal_can_interface_t seen;
-        assert_int_equal(told[i].look, look(&seen));
-        assert_int_equal(told[i].make, osal_can_interface_make("can7", true, ""));
-        assert_int_equal(told[i].remove, osal_can_interface_remove("can7"));
+        assert_int_equal(kernel_error[i].look, look(&seen));
+        assert_int_equal(kernel_error[i].make, osal_can_interface_make("can7", true, ""));
+        assert_int_equal(kernel_error[i].remove, osal_can_interface_remove("can7"));
         assert_int_equal(0, open_count);
         socket_error = 0;
     }
@@ -488,9 +488,9 @@ static void an_interface_that_gets_no_label_is_removed(void** state)
 {
     message_t expected;
     (void)state;
-    for (unsigned i = 0U; i < COUNT(told); i++) {
+    for (unsigned i = 0U; i < COUNT(kernel_error); i++) {
         asked_count = 0U;
-        will_answer(1U, told[i].error);
+        will_answer(1U, kernel_error[i].error);
         expect_function_calls(__wrap_setsockopt, 3);
         assert_int_equal(STATUS_IO, osal_can_interface_make("can7", true, "label"));
         assert_int_equal(3U, asked_count);

@@ -44,7 +44,7 @@ static struct {
         int level;
         int type;
     } other; // Instead of all others; no level: none.
-} told;
+} reported;
 
 /// The next answer of a call: its result, or the negative number of its error.
 static int answer(const int result)
@@ -133,22 +133,22 @@ ssize_t __wrap_recvmsg(int descriptor, struct msghdr* message, int flags)
     (void)memcpy(message->msg_iov[0].iov_base, &raw, sizeof raw);
     size_t used          = 0U;
     struct cmsghdr* part = CMSG_FIRSTHDR(message);
-    if ((told.other.level != 0) && (part != NULL)) {
-        *part = (struct cmsghdr){CMSG_LEN(sizeof told.stamp), told.other.level, told.other.type};
-        (void)memset(CMSG_DATA(part), 1, sizeof told.stamp);
-        message->msg_controllen = CMSG_SPACE(sizeof told.stamp);
+    if ((reported.other.level != 0) && (part != NULL)) {
+        *part = (struct cmsghdr){CMSG_LEN(sizeof reported.stamp), reported.other.level, reported.other.type};
+        (void)memset(CMSG_DATA(part), 1, sizeof reported.stamp);
+        message->msg_controllen = CMSG_SPACE(sizeof reported.stamp);
         return answer(mock_type(int));
     }
-    if ((told.stamp.tv_sec != 0) && (part != NULL)) {
-        *part = (struct cmsghdr){CMSG_LEN(sizeof told.stamp), SOL_SOCKET, SO_TIMESTAMPNS};
-        (void)memcpy(CMSG_DATA(part), &told.stamp, sizeof told.stamp);
-        used += CMSG_SPACE(sizeof told.stamp);
+    if ((reported.stamp.tv_sec != 0) && (part != NULL)) {
+        *part = (struct cmsghdr){CMSG_LEN(sizeof reported.stamp), SOL_SOCKET, SO_TIMESTAMPNS};
+        (void)memcpy(CMSG_DATA(part), &reported.stamp, sizeof reported.stamp);
+        used += CMSG_SPACE(sizeof reported.stamp);
         part = (struct cmsghdr*)(void*)((uint8_t*)message->msg_control + used);
     }
-    if (told.has_overruns && (part != NULL)) {
-        *part = (struct cmsghdr){CMSG_LEN(sizeof told.overruns), SOL_SOCKET, SO_RXQ_OVFL};
-        (void)memcpy(CMSG_DATA(part), &told.overruns, sizeof told.overruns);
-        used += CMSG_SPACE(sizeof told.overruns);
+    if (reported.has_overruns && (part != NULL)) {
+        *part = (struct cmsghdr){CMSG_LEN(sizeof reported.overruns), SOL_SOCKET, SO_RXQ_OVFL};
+        (void)memcpy(CMSG_DATA(part), &reported.overruns, sizeof reported.overruns);
+        used += CMSG_SPACE(sizeof reported.overruns);
     }
     message->msg_controllen = used;
     return answer(mock_type(int));
@@ -172,14 +172,14 @@ int __wrap_clock_gettime(clockid_t clock, struct timespec* out_time)
 static int set_up(void** state)
 {
     (void)state;
-    can               = (osal_can_t){.descriptor = DESCRIPTOR};
-    raw               = (struct canfd_frame){0};
-    told.stamp        = (struct timespec){0, 0};
-    told.has_overruns = false;
-    told.other.level  = 0;
-    interface.family  = ARPHRD_CAN;
-    interface.flags   = IFF_UP;
-    interface.mtu     = CANFD_MTU;
+    can                   = (osal_can_t){.descriptor = DESCRIPTOR};
+    raw                   = (struct canfd_frame){0};
+    reported.stamp        = (struct timespec){0, 0};
+    reported.has_overruns = false;
+    reported.other.level  = 0;
+    interface.family      = ARPHRD_CAN;
+    interface.flags       = IFF_UP;
+    interface.mtu         = CANFD_MTU;
     return 0;
 }
 
@@ -372,7 +372,7 @@ static void a_frame_is_received_with_its_time(void** state)
     raw = (struct canfd_frame){.can_id = 0x181U, .len = 8U, .flags = CANFD_BRS, .data = {[7] = 3U, [8] = 4U}};
     will_return(__wrap_recvmsg, -EINTR);
     for (unsigned i = 0U; i < (sizeof times / sizeof times[0]); i++) {
-        told.stamp = times[i].stamp;
+        reported.stamp = times[i].stamp;
         will_return(__wrap_recvmsg, CAN_MTU);
         assert_int_equal(STATUS_OK, can_socket_receive(&can, &frame));
         assert_int_equal(times[i].time_ns, frame.time_ns);
@@ -383,8 +383,8 @@ static void a_frame_is_received_with_its_time(void** state)
         assert_int_equal(0U, frame.data[8]); // A classic frame ends there.
         assert_int_equal(0U, can.overruns);
     }
-    told.has_overruns = true;
-    told.overruns     = 17U;
+    reported.has_overruns = true;
+    reported.overruns     = 17U;
     will_return(__wrap_recvmsg, CANFD_MTU);
     assert_int_equal(STATUS_OK, can_socket_receive(&can, &frame));
     assert_int_equal(OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS, frame.flags);
@@ -402,8 +402,8 @@ static void control_data_of_others_is_not_taken(void** state)
     osal_can_frame_t frame;
     (void)state;
     for (unsigned i = 0U; i < (sizeof others / sizeof others[0]); i++) {
-        told.other.level = others[i].level;
-        told.other.type  = others[i].type;
+        reported.other.level = others[i].level;
+        reported.other.type  = others[i].type;
         will_return(__wrap_recvmsg, CAN_MTU);
         assert_int_equal(STATUS_OK, can_socket_receive(&can, &frame));
         assert_int_equal(NOW_NS, frame.time_ns);

@@ -23,7 +23,7 @@
 typedef struct {
     int error;
     status_t status;
-} told_t;
+} error_case_t;
 
 static osal_file_t file;
 static char octets[100];
@@ -159,9 +159,9 @@ static void an_interrupted_opening_is_repeated(void** state)
 
 static void why_a_file_does_not_open_is_reported(void** state)
 {
-    static const told_t errors[] = {{ENOENT, STATUS_NOT_FOUND}, {ENOTDIR, STATUS_NOT_FOUND},
-                                    {EACCES, STATUS_DENIED},    {EPERM, STATUS_DENIED},
-                                    {EROFS, STATUS_DENIED},     {EMFILE, STATUS_IO}};
+    static const error_case_t errors[] = {{ENOENT, STATUS_NOT_FOUND}, {ENOTDIR, STATUS_NOT_FOUND},
+                                          {EACCES, STATUS_DENIED},    {EPERM, STATUS_DENIED},
+                                          {EROFS, STATUS_DENIED},     {EMFILE, STATUS_IO}};
     (void)state;
     for (size_t i = 0U; i < COUNT(errors); i++) {
         expect_value(__wrap_open, flags, O_RDONLY | O_CLOEXEC);
@@ -173,7 +173,7 @@ static void why_a_file_does_not_open_is_reported(void** state)
 
 // ---- Writing ----
 
-static const told_t write_errors[] = {
+static const error_case_t write_errors[] = {
     {ENOSPC, STATUS_FULL}, {EDQUOT, STATUS_FULL}, {EFBIG, STATUS_FULL}, {EIO, STATUS_IO}};
 
 static void expect_write(const size_t done, const int result)

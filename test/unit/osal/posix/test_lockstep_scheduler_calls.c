@@ -84,7 +84,7 @@ static void lock_and_unlock(void)
 {
     will_return(__wrap_osal_mutex_lock_within, STATUS_OK);
     expect_function_call(__wrap_osal_mutex_unlock);
-    osal_lockstep_succeed(&memory.scheduler, 0U, 5U);
+    osal_lockstep_set_succession(&memory.scheduler, 0U, 5U);
 }
 
 static void a_holder_that_runs_or_waits_is_not_killed(void** state)
@@ -122,7 +122,7 @@ static void a_process_without_a_place_in_the_run_is_never_killed(void** state)
         expect_timeout(HOLDER + 1, '\0');
     }
     for (unsigned i = 0U; i < 3U; i++) {
-        expect_timeout(0, '\0'); // Nobody holds it now.
+        expect_timeout(0, '\0'); // No thread holds the lock now.
     }
     lock_and_unlock();
 }

@@ -28,7 +28,7 @@
 typedef struct {
     int error;
     status_t status;
-} told_t;
+} error_case_t;
 
 static uint64_t memory[8];
 static off_t fallocated = sizeof memory; // Size that the port must request.
@@ -235,11 +235,11 @@ int __wrap_pthread_setschedparam(pthread_t thread, int policy, const struct sche
 #define CREATE (O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC)
 #define OPEN (O_RDWR | O_CLOEXEC)
 
-static const told_t shm_errors[] = {{EEXIST, STATUS_EXISTS},    {ENOENT, STATUS_NOT_FOUND},
-                                    {EACCES, STATUS_DENIED},    {EPERM, STATUS_DENIED},
-                                    {ENOMEM, STATUS_EXHAUSTED}, {ENOSPC, STATUS_EXHAUSTED},
-                                    {EFBIG, STATUS_EXHAUSTED},  {EMFILE, STATUS_EXHAUSTED},
-                                    {ENFILE, STATUS_EXHAUSTED}, {EIO, STATUS_IO}};
+static const error_case_t shm_errors[] = {{EEXIST, STATUS_EXISTS},    {ENOENT, STATUS_NOT_FOUND},
+                                          {EACCES, STATUS_DENIED},    {EPERM, STATUS_DENIED},
+                                          {ENOMEM, STATUS_EXHAUSTED}, {ENOSPC, STATUS_EXHAUSTED},
+                                          {EFBIG, STATUS_EXHAUSTED},  {EMFILE, STATUS_EXHAUSTED},
+                                          {ENFILE, STATUS_EXHAUSTED}, {EIO, STATUS_IO}};
 
 static void memory_that_cannot_be_made_leaves_nothing(void** state)
 {
@@ -291,7 +291,7 @@ static void memory_that_cannot_be_opened_is_reported(void** state)
         assert_int_equal(wanted, osal_shm_open(&shm, NAME));
         assert_null(osal_shm_address(&shm));
     }
-    static const told_t unfinished[] = {{0, STATUS_NOT_FOUND}, {EIO, STATUS_IO}};
+    static const error_case_t unfinished[] = {{0, STATUS_NOT_FOUND}, {EIO, STATUS_IO}};
     for (size_t i = 0U; i < COUNT(unfinished); i++) {
         // Its creator has not set a size, or the size is unknown.
         length = 0;
@@ -327,7 +327,7 @@ static void names_that_cannot_be_removed_or_listed_are_reported(void** state)
 
 static void queues_that_cannot_be_opened_are_reported(void** state)
 {
-    static const told_t errors[] = {
+    static const error_case_t errors[] = {
         {EEXIST, STATUS_EXISTS},       {ENOENT, STATUS_NOT_FOUND},   {EACCES, STATUS_DENIED},
         {EPERM, STATUS_DENIED},        {EINVAL, STATUS_EXHAUSTED},   {EMFILE, STATUS_EXHAUSTED},
         {ENFILE, STATUS_EXHAUSTED},    {ENOMEM, STATUS_EXHAUSTED},   {ENOSPC, STATUS_EXHAUSTED},
@@ -350,9 +350,9 @@ static void queues_that_cannot_be_opened_are_reported(void** state)
 
 static void each_error_of_a_queue_has_its_status(void** state)
 {
-    static const told_t sendings[] = {
+    static const error_case_t sendings[] = {
         {0, STATUS_OK}, {EAGAIN, STATUS_FULL}, {EMSGSIZE, STATUS_TOO_LARGE}, {EBADF, STATUS_IO}};
-    static const told_t takings[] = {
+    static const error_case_t takings[] = {
         {EAGAIN, STATUS_EMPTY}, {EMSGSIZE, STATUS_TOO_LARGE}, {EBADF, STATUS_IO}};
     osal_mqueue_t queue = {.descriptor = DESCRIPTOR, .is_open = true};
     uint8_t octets[64]  = {0U};
@@ -439,7 +439,7 @@ static void a_task_starts_without_a_priority_that_is_not_permitted(void** state)
 
 static void a_task_that_does_not_start_is_reported(void** state)
 {
-    static const told_t errors[] = {{EAGAIN, STATUS_EXHAUSTED}, {EINVAL, STATUS_IO}};
+    static const error_case_t errors[] = {{EAGAIN, STATUS_EXHAUSTED}, {EINVAL, STATUS_IO}};
     osal_task_t task;
     (void)state;
     for (size_t i = 0U; i < COUNT(errors); i++) {

@@ -28,7 +28,7 @@
 typedef struct {
     int error;
     status_t status;
-} told_t;
+} error_case_t;
 
 static long failing_call = -1; // The number of a system call that fails, and its error.
 static int failing_error;
@@ -113,11 +113,11 @@ static osal_process_start_t command(const char* const words[])
 
 static void a_start_without_resources_leaves_nothing_behind(void** state)
 {
-    static const told_t errors[]     = {{EMFILE, STATUS_EXHAUSTED}, {ENFILE, STATUS_EXHAUSTED},
-                                        {ENOMEM, STATUS_EXHAUSTED}, {EAGAIN, STATUS_EXHAUSTED},
-                                        {EPERM, STATUS_DENIED},     {EINVAL, STATUS_IO}};
-    const char* const words[]        = {"/bin/sleep", "1000", NULL};
-    const osal_process_start_t start = command(words);
+    static const error_case_t errors[] = {{EMFILE, STATUS_EXHAUSTED}, {ENFILE, STATUS_EXHAUSTED},
+                                          {ENOMEM, STATUS_EXHAUSTED}, {EAGAIN, STATUS_EXHAUSTED},
+                                          {EPERM, STATUS_DENIED},     {EINVAL, STATUS_IO}};
+    const char* const words[]          = {"/bin/sleep", "1000", NULL};
+    const osal_process_start_t start   = command(words);
     osal_process_t process;
     for (size_t i = 0U; i < COUNT(errors); i++) {
         (void)set_up(state);
@@ -196,7 +196,7 @@ static void a_named_descriptor_that_is_not_open_is_an_error(void** state)
     assert_int_equal(-1, waitpid(-1, NULL, WNOHANG));
 }
 
-/// What the parent ignores does not pass on to the child.
+/// Signals that the parent ignores are not ignored in the child.
 static void signals_that_the_parent_ignores_end_the_child(void** state)
 {
     static const struct {
@@ -242,9 +242,9 @@ static void a_process_is_looked_at_also_with_closed_standard_input(void** state)
 
 static void a_signal_that_is_not_sent_is_reported(void** state)
 {
-    static const told_t errors[] = {{ESRCH, STATUS_NOT_FOUND}, {EPERM, STATUS_DENIED}};
-    osal_process_t process       = {.id = 1, .descriptor = DESCRIPTOR};
-    osal_process_t none          = {.id = 1, .descriptor = -1};
+    static const error_case_t errors[] = {{ESRCH, STATUS_NOT_FOUND}, {EPERM, STATUS_DENIED}};
+    osal_process_t process             = {.id = 1, .descriptor = DESCRIPTOR};
+    osal_process_t none                = {.id = 1, .descriptor = -1};
     (void)state;
     failing_call = SYS_pidfd_send_signal;
     for (size_t i = 0U; i < COUNT(errors); i++) {

@@ -15,6 +15,7 @@
 #include <stddef.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <time.h>
 
 #include <cmocka.h>
@@ -25,7 +26,7 @@
 typedef struct {
     int error;
     status_t status;
-} told_t;
+} error_case_t;
 
 typedef struct {
     int level;
@@ -95,8 +96,10 @@ int __wrap_getsockopt(int descriptor, int level, int option, void* value, sockle
 int __wrap_bind(int descriptor, const struct sockaddr* address, socklen_t octets_of_address)
 {
     assert_int_equal(DESCRIPTOR, descriptor);
-    assert_int_equal(AF_INET, address->sa_family);
-    assert_int_equal(sizeof(struct sockaddr_in), octets_of_address);
+    assert_true((address->sa_family == AF_INET) || (address->sa_family == AF_UNIX));
+    assert_int_equal((address->sa_family == AF_INET) ? sizeof(struct sockaddr_in)
+                                                     : sizeof(struct sockaddr_un),
+                     octets_of_address);
     return answer(mock_type(int));
 }
 
@@ -207,11 +210,11 @@ static int set_up(void** state)
 
 static void a_socket_that_does_not_open_is_reported_and_closed(void** state)
 {
-    static const told_t binds[] = {{EADDRINUSE, STATUS_EXISTS},
-                                   {EEXIST, STATUS_EXISTS},
-                                   {EACCES, STATUS_DENIED},
-                                   {EPERM, STATUS_DENIED},
-                                   {EINVAL, STATUS_IO}};
+    static const error_case_t binds[] = {{EADDRINUSE, STATUS_EXISTS},
+                                         {EEXIST, STATUS_EXISTS},
+                                         {EACCES, STATUS_DENIED},
+                                         {EPERM, STATUS_DENIED},
+                                         {EINVAL, STATUS_IO}};
     (void)state;
     will_return_count(__wrap_socket, -EMFILE, 3);
     assert_int_equal(STATUS_IO, osal_udp_open(&sock, somewhere, 0U));
@@ -228,17 +231,30 @@ static void a_socket_that_does_not_open_is_reported_and_closed(void** state)
         assert_int_equal(binds[i].status, osal_tcp_listen(&sock, somewhere));
         assert_int_equal(-1, sock.descriptor);
     }
+    will_return(__wrap_socket, DESCRIPTOR);
+    will_return(__wrap_bind, 0);
+    will_return(__wrap_listen, 0);
+    assert_int_equal(STATUS_OK, osal_local_listen(&sock, "mocked"));
+    assert_int_equal(DESCRIPTOR, sock.descriptor);
 }
 
 static void the_reason_for_an_unaccepted_connection_is_reported(void** state)
 {
-    static const told_t errors[] = {{EAGAIN, STATUS_EMPTY},     {EMFILE, STATUS_EXHAUSTED},
-                                    {ENFILE, STATUS_EXHAUSTED}, {ENOBUFS, STATUS_EXHAUSTED},
-                                    {ENOMEM, STATUS_EXHAUSTED}, {EBADF, STATUS_IO}};
+    static const error_case_t errors[] = {{EAGAIN, STATUS_EMPTY},     {EMFILE, STATUS_EXHAUSTED},
+                                          {ENFILE, STATUS_EXHAUSTED}, {ENOBUFS, STATUS_EXHAUSTED},
+                                          {ENOMEM, STATUS_EXHAUSTED}, {EBADF, STATUS_IO}};
     osal_socket_t client;
     osal_address_t peer;
     (void)state;
+    expect_value_count(__wrap_poll, timeout_ms, 0, (int)COUNT(errors) + 2);
+    will_return(__wrap_poll, 0); // No client waits: no call of accept4.
+    assert_int_equal(STATUS_EMPTY, osal_tcp_accept(&sock, &client, &peer));
+    assert_int_equal(-1, client.descriptor);
+    will_return(__wrap_poll, -ENOMEM); // Unknown: accept4 decides.
+    will_return(__wrap_accept4, -EAGAIN);
+    assert_int_equal(STATUS_EMPTY, osal_tcp_accept(&sock, &client, &peer));
     for (size_t i = 0U; i < COUNT(errors); i++) {
+        will_return(__wrap_poll, 1);
         will_return(__wrap_accept4, -EINTR);
         will_return(__wrap_accept4, -ECONNABORTED); // The client has closed its connection: the next one.
         will_return(__wrap_accept4, -errors[i].error);
@@ -249,15 +265,15 @@ static void the_reason_for_an_unaccepted_connection_is_reported(void** state)
 
 // ---- Connecting ----
 
-static const told_t refusals[] = {{ECONNREFUSED, STATUS_CLOSED},
-                                  {EHOSTUNREACH, STATUS_CLOSED},
-                                  {ENETUNREACH, STATUS_CLOSED},
-                                  {ETIMEDOUT, STATUS_CLOSED},
-                                  {EINVAL, STATUS_IO}};
+static const error_case_t refusals[] = {{ECONNREFUSED, STATUS_CLOSED},
+                                        {EHOSTUNREACH, STATUS_CLOSED},
+                                        {ENETUNREACH, STATUS_CLOSED},
+                                        {ETIMEDOUT, STATUS_CLOSED},
+                                        {EINVAL, STATUS_IO}};
 
 static void a_connection_that_is_begun_is_asked_for_its_end(void** state)
 {
-    static const told_t begins[] = {{0, STATUS_OK}, {EINPROGRESS, STATUS_BUSY}, {EINTR, STATUS_BUSY}};
+    static const error_case_t begins[] = {{0, STATUS_OK}, {EINPROGRESS, STATUS_BUSY}, {EINTR, STATUS_BUSY}};
     (void)state;
     will_return(__wrap_socket, -EMFILE);
     assert_int_equal(STATUS_EXHAUSTED, osal_tcp_connect_begin(&sock, somewhere));
@@ -301,32 +317,32 @@ static void a_connection_that_is_begun_is_asked_for_its_end(void** state)
 
 // ---- Octets ----
 
-static const told_t sendings[] = {{EAGAIN, STATUS_FULL},
-                                  {ENOBUFS, STATUS_FULL},
-                                  {ENOMEM, STATUS_FULL},
-                                  {EMSGSIZE, STATUS_TOO_LARGE},
-                                  {EPIPE, STATUS_CLOSED},
-                                  {ECONNRESET, STATUS_CLOSED},
-                                  {ECONNREFUSED, STATUS_CLOSED},
-                                  {ECONNABORTED, STATUS_CLOSED},
-                                  {EHOSTUNREACH, STATUS_CLOSED},
-                                  {ENETUNREACH, STATUS_CLOSED},
-                                  {ENOTCONN, STATUS_CLOSED},
-                                  {ETIMEDOUT, STATUS_CLOSED},
-                                  {EINVAL, STATUS_IO}};
+static const error_case_t sendings[] = {{EAGAIN, STATUS_FULL},
+                                        {ENOBUFS, STATUS_FULL},
+                                        {ENOMEM, STATUS_FULL},
+                                        {EMSGSIZE, STATUS_TOO_LARGE},
+                                        {EPIPE, STATUS_CLOSED},
+                                        {ECONNRESET, STATUS_CLOSED},
+                                        {ECONNREFUSED, STATUS_CLOSED},
+                                        {ECONNABORTED, STATUS_CLOSED},
+                                        {EHOSTUNREACH, STATUS_CLOSED},
+                                        {ENETUNREACH, STATUS_CLOSED},
+                                        {ENOTCONN, STATUS_CLOSED},
+                                        {ETIMEDOUT, STATUS_CLOSED},
+                                        {EINVAL, STATUS_IO}};
 
 static void why_octets_are_not_sent_is_reported(void** state)
 {
     (void)state;
     for (size_t i = 0U; i < COUNT(sendings); i++) {
-        const status_t told = sendings[i].status;
+        const status_t reported = sendings[i].status;
         will_return(__wrap_sendto, -EINTR);
         will_return(__wrap_sendto, -sendings[i].error);
-        assert_int_equal(told, osal_udp_send(&sock, somewhere, octets, sizeof octets));
+        assert_int_equal(reported, osal_udp_send(&sock, somewhere, octets, sizeof octets));
         size = 9U;
         will_return(__wrap_send, -EINTR);
         will_return(__wrap_send, -sendings[i].error);
-        assert_int_equal((told == STATUS_TOO_LARGE) ? STATUS_IO : told, // A stream has no messages.
+        assert_int_equal((reported == STATUS_TOO_LARGE) ? STATUS_IO : reported, // A stream has no messages.
                          osal_stream_send(&sock, octets, sizeof octets, &size));
         assert_int_equal(0U, size);
     }
@@ -410,7 +426,7 @@ static void a_deferred_datagram_is_taken_out_by_the_next_call(void** state)
 // ---- Waiting ----
 
 /// One unsuccessful wait: `looks` polls without waiting before the call that waits.
-static void wait_in_vain(const int looks)
+static void wait_unsuccessfully(const int looks)
 {
     if (looks > 0) {
         expect_value_count(__wrap_poll, timeout_ms, 0, looks);
@@ -428,9 +444,9 @@ static void a_wait_polls_less_often_after_unsuccessful_polls(void** state)
     (void)state;
     passing_ns = OSAL_SOCKET_LOOK_NS; // One poll takes all the time for polling.
     for (unsigned left_out = 1U; left_out <= 7U; left_out = (2U * left_out) + 1U) {
-        wait_in_vain(1);
+        wait_unsuccessfully(1);
         for (unsigned i = 0U; i < left_out; i++) {
-            wait_in_vain(0);
+            wait_unsuccessfully(0);
         }
     }
     expect_value(__wrap_poll, timeout_ms, 0);
@@ -440,7 +456,7 @@ static void a_wait_polls_less_often_after_unsuccessful_polls(void** state)
     expect_value(__wrap_poll, timeout_ms, 0);
     will_return(__wrap_poll, 1); // It finds a datagram: from now on every wait polls.
     assert_int_equal(STATUS_OK, osal_socket_wait_readable(&sock, 10U));
-    wait_in_vain(1);
+    wait_unsuccessfully(1);
 }
 
 static void a_wait_continues_after_a_signal_and_ends_with_an_error(void** state)
@@ -462,6 +478,22 @@ static void a_wait_continues_after_a_signal_and_ends_with_an_error(void** state)
     expect_value(__wrap_poll, timeout_ms, 0); // With a time-out of 0 there is no polling.
     will_return(__wrap_poll, 0);
     assert_int_equal(STATUS_TIMEOUT, osal_socket_wait_readable(&sock, 0U));
+}
+
+static void a_wait_for_room_ends_like_one_for_octets(void** state)
+{
+    (void)state;
+    expect_value_count(__wrap_poll, timeout_ms, 10, 5);
+    will_return(__wrap_poll, -EINTR);
+    will_return(__wrap_poll, 1);
+    assert_int_equal(STATUS_OK, osal_socket_wait_writable(&sock, 10U));
+    will_return(__wrap_poll, 0);
+    assert_int_equal(STATUS_TIMEOUT, osal_socket_wait_writable(&sock, 10U));
+    will_return(__wrap_poll, -ENOMEM);
+    assert_int_equal(STATUS_IO, osal_socket_wait_writable(&sock, 10U));
+    events_to_come = POLLNVAL;
+    will_return(__wrap_poll, 1);
+    assert_int_equal(STATUS_IO, osal_socket_wait_writable(&sock, 10U));
 }
 
 static void expect_options(const unsigned count, const option_t* const expected)
@@ -503,12 +535,16 @@ static void each_kind_of_socket_has_its_options(void** state)
     will_return(__wrap_listen, 0);
     assert_int_equal(STATUS_OK, osal_tcp_listen(&sock, somewhere));
     expect_options(1U, again);
+    expect_value(__wrap_poll, timeout_ms, 0);
+    will_return(__wrap_poll, 1);
     will_return(__wrap_accept4, DESCRIPTOR);
     assert_int_equal(STATUS_OK, osal_tcp_accept(&sock, &client, &peer));
     expect_options(0U, NULL); // Of this machine.
     assert_int_equal(0U, peer.port);
     caller =
         (struct sockaddr_in){.sin_family = AF_INET, .sin_port = htons(9U), .sin_addr = {htonl(0x0A000001U)}};
+    expect_value(__wrap_poll, timeout_ms, 0);
+    will_return(__wrap_poll, 1);
     will_return(__wrap_accept4, DESCRIPTOR);
     assert_int_equal(STATUS_OK, osal_tcp_accept(&sock, &client, &peer));
     expect_options(1U, at_once);
@@ -552,6 +588,7 @@ int main(void)
         cmocka_unit_test_setup(a_deferred_datagram_is_taken_out_by_the_next_call, set_up),
         cmocka_unit_test_setup(a_wait_polls_less_often_after_unsuccessful_polls, set_up),
         cmocka_unit_test_setup(a_wait_continues_after_a_signal_and_ends_with_an_error, set_up),
+        cmocka_unit_test_setup(a_wait_for_room_ends_like_one_for_octets, set_up),
         cmocka_unit_test_setup(each_kind_of_socket_has_its_options, set_up),
         cmocka_unit_test_setup(a_pair_has_two_ends_or_is_not_opened, set_up),
     };

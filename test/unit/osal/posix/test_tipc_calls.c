@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// System calls of the TIPC port, and its reaction to each answer: the calls are mocked, so that kernels
-// without TIPC test it, too. test/contract/osal/test_tipc.c has the tests with a real kernel.
+// System calls of the TIPC port, and its reaction to each answer: the calls are mocked, so that the test also
+// runs without TIPC in the kernel. test/contract/osal/test_tipc.c tests with a real kernel.
 #include "osal/include/osal/tipc.h"
 
 #include <errno.h>
@@ -23,7 +23,7 @@
 typedef struct {
     int error;
     status_t status;
-} told_t;
+} error_case_t;
 
 static osal_socket_t sock;
 static uint8_t octets[100];
@@ -40,7 +40,7 @@ static int kind_of_control; // 0: no control data.
 /// The next answer of a call: its result, or the negative number of its error.
 static int answer(const int result)
 {
-    errno = (result < 0) ? -result : EINTR; // Success leaves it as it was: here, as of an interrupted call.
+    errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.
     return (result < 0) ? -1 : result;
 }
 
@@ -187,21 +187,21 @@ static void a_sample_socket_has_its_kind_and_name(void** state)
     assert_int_equal(TIPC_NODE_SCOPE, bound.scope);
     will_open(SOCK_DGRAM, DESCRIPTOR);
     assert_int_equal(STATUS_OK,
-                     osal_tipc_open(&sock, OSAL_TIPC_SAMPLE, NULL, OSAL_TIPC_NODE)); // Nobody finds it.
+                     osal_tipc_open(&sock, OSAL_TIPC_SAMPLE, NULL, OSAL_TIPC_NODE)); // It has no name.
 }
 
 static void a_socket_that_does_not_open_is_reported_and_closed(void** state)
 {
-    static const told_t openings[] = {{EAFNOSUPPORT, STATUS_UNSUPPORTED},
-                                      {EPROTONOSUPPORT, STATUS_UNSUPPORTED},
-                                      {ESOCKTNOSUPPORT, STATUS_UNSUPPORTED},
-                                      {EACCES, STATUS_DENIED},
-                                      {EPERM, STATUS_DENIED},
-                                      {EMFILE, STATUS_EXHAUSTED},
-                                      {ENFILE, STATUS_EXHAUSTED},
-                                      {ENOBUFS, STATUS_EXHAUSTED},
-                                      {ENOMEM, STATUS_EXHAUSTED},
-                                      {EINVAL, STATUS_IO}};
+    static const error_case_t openings[] = {{EAFNOSUPPORT, STATUS_UNSUPPORTED},
+                                            {EPROTONOSUPPORT, STATUS_UNSUPPORTED},
+                                            {ESOCKTNOSUPPORT, STATUS_UNSUPPORTED},
+                                            {EACCES, STATUS_DENIED},
+                                            {EPERM, STATUS_DENIED},
+                                            {EMFILE, STATUS_EXHAUSTED},
+                                            {ENFILE, STATUS_EXHAUSTED},
+                                            {ENOBUFS, STATUS_EXHAUSTED},
+                                            {ENOMEM, STATUS_EXHAUSTED},
+                                            {EINVAL, STATUS_IO}};
     (void)state;
     for (size_t i = 0U; i < COUNT(openings); i++) {
         const int result = -openings[i].error;
@@ -232,11 +232,11 @@ static void a_socket_that_does_not_open_is_reported_and_closed(void** state)
 
 static void a_message_goes_to_a_name(void** state)
 {
-    static const told_t sendings[] = {{EAGAIN, STATUS_FULL},         {ENOBUFS, STATUS_FULL},
-                                      {ENOMEM, STATUS_FULL},         {EMSGSIZE, STATUS_TOO_LARGE},
-                                      {EHOSTUNREACH, STATUS_CLOSED}, {ENETUNREACH, STATUS_CLOSED},
-                                      {ECONNREFUSED, STATUS_CLOSED}, {ECONNRESET, STATUS_CLOSED},
-                                      {EPIPE, STATUS_CLOSED},        {EINVAL, STATUS_IO}};
+    static const error_case_t sendings[] = {{EAGAIN, STATUS_FULL},         {ENOBUFS, STATUS_FULL},
+                                            {ENOMEM, STATUS_FULL},         {EMSGSIZE, STATUS_TOO_LARGE},
+                                            {EHOSTUNREACH, STATUS_CLOSED}, {ENETUNREACH, STATUS_CLOSED},
+                                            {ECONNREFUSED, STATUS_CLOSED}, {ECONNRESET, STATUS_CLOSED},
+                                            {EPIPE, STATUS_CLOSED},        {EINVAL, STATUS_IO}};
     (void)state;
     expect_value_count(__wrap_sendto, count, 5, 3);
     will_return_count(__wrap_sendto, -EINTR, 2);

@@ -58,7 +58,7 @@ static void entries_come_by_cycle_then_by_number(void)
     expect_none(5U);
 }
 
-static void an_entry_repeats_in_its_rhythm(void)
+static void an_entry_repeats_with_its_period(void)
 {
     pus_due_set(&heap, 0U, 10U);
     pus_due_repeat(&heap, 10U, 5U);
@@ -116,7 +116,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(nothing_is_due_before_its_cycle);
     RUN_TEST(entries_come_by_cycle_then_by_number);
-    RUN_TEST(an_entry_repeats_in_its_rhythm);
+    RUN_TEST(an_entry_repeats_with_its_period);
     RUN_TEST(the_sorted_index_agrees_with_a_plain_table);
     return UNITY_END();
 }

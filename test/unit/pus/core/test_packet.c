@@ -244,7 +244,7 @@ static void time_is_seconds_and_a_rounded_down_fraction(void)
     }
 }
 
-static void time_survives_within_one_unit_and_then_exactly(void)
+static void a_time_changes_by_less_than_one_unit_when_encoded_and_then_no_more(void)
 {
     uint64_t previous = 0U;
     for (uint64_t time_ns = 0U; time_ns < 2000000000U; time_ns += 499979U) {
@@ -306,7 +306,7 @@ int main(void)
     RUN_TEST(the_largest_packet_passes_and_the_next_does_not);
     RUN_TEST(a_stream_is_framed_by_its_length_fields);
     RUN_TEST(time_is_seconds_and_a_rounded_down_fraction);
-    RUN_TEST(time_survives_within_one_unit_and_then_exactly);
+    RUN_TEST(a_time_changes_by_less_than_one_unit_when_encoded_and_then_no_more);
     RUN_TEST(only_the_missions_time_code_is_read);
     RUN_TEST(acknowledgement_bits_are_pinned);
     return UNITY_END();

@@ -96,7 +96,7 @@ static void judge(const unsigned synced, const unsigned oldest)
     recorded_clear(after);
     open_store();
     read_all(&first, &again);
-    // Nothing is doubled, and no packet from before the cut reappears.
+    // No packet is stored twice, and no packet from before the cut reappears.
     TEST_ASSERT_EQUAL_UINT(last + MORE, again);
 }
 

@@ -141,7 +141,7 @@ static void without_flags_only_failures_are_reported(void)
     }
 }
 
-static void each_instruction_is_judged_independently(void)
+static void each_instruction_is_checked_independently(void)
 {
     served.instructions = 4U;
     served.faulty       = 0x5U; // Instructions 1 and 3.
@@ -396,7 +396,7 @@ int main(void)
     RUN_TEST(a_longer_request_is_completed_with_its_token);
     RUN_TEST(a_refused_start_and_a_failed_execution_are_distinguished);
     RUN_TEST(without_flags_only_failures_are_reported);
-    RUN_TEST(each_instruction_is_judged_independently);
+    RUN_TEST(each_instruction_is_checked_independently);
     RUN_TEST(unknown_services_and_subtypes_are_rejected);
     RUN_TEST(an_unknown_apid_is_rejected);
     RUN_TEST(a_malformed_packet_is_rejected_if_its_request_id_is_readable);

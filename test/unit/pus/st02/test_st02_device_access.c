@@ -231,11 +231,11 @@ static void registers_are_loaded(void)
 static void expect_progress_failure(const size_t index, const uint16_t number)
 {
     const pus_tm_t tm = bench_report(index);
-    pus_verification_t told;
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_verification_read(&tm, &told));
-    TEST_ASSERT_EQUAL_UINT8(6U, told.subtype);
-    TEST_ASSERT_EQUAL_UINT16(number, told.step);
-    TEST_ASSERT_EQUAL_UINT16(number, told.failure.instruction);
+    pus_verification_t last_verification;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_verification_read(&tm, &last_verification));
+    TEST_ASSERT_EQUAL_UINT8(6U, last_verification.subtype);
+    TEST_ASSERT_EQUAL_UINT16(number, last_verification.step);
+    TEST_ASSERT_EQUAL_UINT16(number, last_verification.failure.instruction);
 }
 
 static void registers_are_dumped_but_those_that_fail(void)

@@ -105,7 +105,7 @@ static void samples_are_spread_over_the_interval(void)
     TEST_ASSERT_EQUAL_UINT32(2U, hk.counters.reports);
 }
 
-static void missed_cycles_are_sampled_late_and_the_rhythm_is_kept(void)
+static void missed_cycles_are_sampled_late_and_the_interval_is_kept(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, add_structure(5U, true));
     run(3U);
@@ -574,7 +574,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(samples_are_spread_over_the_interval);
-    RUN_TEST(missed_cycles_are_sampled_late_and_the_rhythm_is_kept);
+    RUN_TEST(missed_cycles_are_sampled_late_and_the_interval_is_kept);
     RUN_TEST(the_cycle_counter_may_wrap);
     RUN_TEST(repetitions_that_do_not_divide_the_interval_are_all_taken);
     RUN_TEST(a_refused_report_is_dropped_and_counted);

@@ -225,7 +225,7 @@ static void an_event_without_a_rate_always_passes(void)
     TEST_ASSERT_EQUAL_UINT32(0U, events.counters.suppressed);
 }
 
-static uint32_t told(const size_t index, const uint16_t id)
+static uint32_t count_reported(const size_t index, const uint16_t id)
 {
     octet_reader_t reader = bench_data(index);
     TEST_ASSERT_EQUAL_UINT16(TELLER, octet_read_u16(&reader));
@@ -242,16 +242,16 @@ static void suppressed_events_are_reported_once_a_second(void)
     bench_clear();
     TEST_ASSERT_TRUE(pus_events_step(&events, MS)); // One event at a time, in turn.
     TEST_ASSERT_EQUAL_UINT64(1U, bench.count);
-    TEST_ASSERT_EQUAL_UINT32(2U, told(0U, 2U));
+    TEST_ASSERT_EQUAL_UINT32(2U, count_reported(0U, 2U));
     (void)passed(2U, 4U, 2U * MS);
     (void)passed(1U, 7U, 2U * MS);
     bench_clear();
     TEST_ASSERT_TRUE(pus_events_step(&events, 1000U * MS));
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count); // It is too early.
     TEST_ASSERT_TRUE(pus_events_step(&events, 1001U * MS));
-    TEST_ASSERT_EQUAL_UINT32(12U, told(0U, 1U));
+    TEST_ASSERT_EQUAL_UINT32(12U, count_reported(0U, 1U));
     TEST_ASSERT_FALSE(pus_events_step(&events, 2001U * MS));
-    TEST_ASSERT_EQUAL_UINT32(3U, told(1U, 2U));
+    TEST_ASSERT_EQUAL_UINT32(3U, count_reported(1U, 2U));
     TEST_ASSERT_FALSE(pus_events_step(&events, 9000U * MS));
     TEST_ASSERT_EQUAL_UINT64(2U, bench.count);
 }
@@ -270,7 +270,7 @@ static void the_number_of_suppressed_events_is_reported_later_if_there_is_no_roo
     TEST_ASSERT_EQUAL(STATUS_OK, pus_app_process_flush(&bench.process));
     bench_clear();
     TEST_ASSERT_FALSE(pus_events_step(&events, 3000U * MS));
-    TEST_ASSERT_EQUAL_UINT32(10U, told(0U, 1U));
+    TEST_ASSERT_EQUAL_UINT32(10U, count_reported(0U, 1U));
 }
 
 static void without_the_event_nothing_is_reported(void)
@@ -312,7 +312,7 @@ static void all_occurrences_of_a_storm_add_up(void)
         (void)passed(1U, 100U, ms * MS);
         (void)pus_events_step(&events, ms * MS);
         for (size_t i = 0U; i < bench.count; i++) {
-            sum += (bench_report(i).data[1] == TELLER) ? told(i, 1U) : 1U;
+            sum += (bench_report(i).data[1] == TELLER) ? count_reported(i, 1U) : 1U;
         }
         bench_clear();
     }

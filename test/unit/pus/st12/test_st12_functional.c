@@ -141,7 +141,7 @@ static void a_monitor_without_its_validity_condition_is_invalid(void)
     expect_status(1U, 0U, 1U, PUS_FMON_FAILED);
 }
 
-static void nothing_is_judged_while_disabled(void)
+static void nothing_is_checked_while_disabled(void)
 {
     scalar_set(LEVEL, 30U);
     fmon_added(1U, 0U, 1U, 1U, 1U);
@@ -425,7 +425,7 @@ int main(void)
     RUN_TEST(a_functional_monitor_fails_when_enough_of_its_monitors_fail);
     RUN_TEST(a_monitor_that_is_disabled_does_not_fail);
     RUN_TEST(a_monitor_without_its_validity_condition_is_invalid);
-    RUN_TEST(nothing_is_judged_while_disabled);
+    RUN_TEST(nothing_is_checked_while_disabled);
     RUN_TEST(after_disabling_the_function_the_monitor_is_unchecked);
     RUN_TEST(functional_monitoring_needs_parameter_monitoring);
     RUN_TEST(a_protected_functional_monitor_and_its_monitors_are_not_deleted);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parameters defined by their place in memory: TC[20,4] to [20,6], and their values.
-#include "pus/st20/st20_parameters.h"
+#include "pus/st20/st20_definitions.h"
 
 #include "base/value.h"
 #include "test/unit/pus/fixtures/memories.h"
@@ -38,7 +38,8 @@ static void start(void)
     pus_parameters_init(&parameters, &port);
     memset(places, 0xA5, sizeof(places));
     pus_parameter_definitions_init(&definitions, &config);
-    pus_parameters_define(&parameters, &definitions);
+    const pus_parameter_definer_t definer = pus_parameter_definitions_definer(&definitions);
+    pus_parameters_define(&parameters, &definer);
     bench_serve(pus_parameters_service(&parameters));
     pus_dispatcher_persist(&bench.dispatcher, records_port());
 }
@@ -266,14 +267,14 @@ static void definitions_outlive_a_power_cut(void)
     expect_failure(1U, 4U, PUS_FAILURE_IO, 1U, STATUS_FULL);
 }
 
-static void records_that_are_none_are_refused(void)
+static void invalid_records_are_refused(void)
 {
     uint8_t record[] = {ROM, 0, 0, 0, 3, VALUE_BOOL};
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_parameters_restore(&parameters, NEW_BOOL, record, 5U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_parameters_restore(&parameters, NEW_U32, record, sizeof record));
     record[5] = 24U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_parameters_restore(&parameters, P_STRUCT, record, sizeof record));
-    record[5] = VALUE_SCALARS; // The first that is none.
+    record[5] = VALUE_SCALARS; // The smallest invalid type.
     TEST_ASSERT_EQUAL(
         STATUS_INVALID,
         pus_parameters_restore(&parameters, ((uint32_t)VALUE_SCALARS << 16U) | 700U, record, sizeof record));
@@ -302,6 +303,6 @@ int main(void)
     RUN_TEST(definitions_of_all_parameters_are_reported);
     RUN_TEST(without_memories_no_parameter_can_be_defined);
     RUN_TEST(definitions_outlive_a_power_cut);
-    RUN_TEST(records_that_are_none_are_refused);
+    RUN_TEST(invalid_records_are_refused);
     return UNITY_END();
 }

@@ -111,7 +111,7 @@ static void a_request_that_the_port_refuses_waits_and_its_delay_begins_later(voi
     EXPECT_RELEASED(2);
 }
 
-/// Also a request in the middle: the delay behind it counts from its release, not from when it was due.
+/// The delay after a request counts from its release, not from the time at which it was due.
 static void a_later_request_that_waits_delays_the_next_one(void)
 {
     st21_fixture_load('a', 1U, 3U);

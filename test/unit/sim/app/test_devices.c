@@ -20,7 +20,7 @@ static bus_t* channel_b[3];
 static devices_t* devices;
 static plant_truth_t truth;
 static char error[SIMULATOR_ERROR_MAX];
-static unsigned told[3];
+static unsigned reported[3];
 static unsigned heard[0x800];
 
 static void changed(void* context, uint64_t now_ns, const truth_drive_t* drive)
@@ -28,8 +28,19 @@ static void changed(void* context, uint64_t now_ns, const truth_drive_t* drive)
     (void)context;
     (void)now_ns;
     for (unsigned i = 0U; i < world.bus_count; i++) {
-        told[i] += (strcmp(drive->bus, world.bus[i]) == 0) ? 1U : 0U;
+        reported[i] += (strcmp(drive->bus, world.bus[i]) == 0) ? 1U : 0U;
     }
+}
+
+static char moved[64]; // Valve that changed last.
+static bool is_open;
+
+static void valve_changed(void* context, uint64_t now_ns, const truth_valve_t* valve)
+{
+    (void)context;
+    (void)now_ns;
+    (void)snprintf(moved, sizeof moved, "%s", valve->name);
+    is_open = valve->is_open;
 }
 
 static void on_frame(void* context, const osal_can_frame_t* frame)
@@ -42,6 +53,7 @@ static void on_frame(void* context, const osal_can_frame_t* frame)
 void setUp(void)
 {
     char reason[DOCUMENT_ERROR_MAX];
+    moved[0] = '\0';
     (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
     const char* path = temporary_variant(
         "w.xml", WORLD, "</World>",
@@ -49,7 +61,7 @@ void setUp(void)
         "contact=\"0.6\" stiffness=\"400\" range=\"2\"/>\n</World>");
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(path, &world, reason), reason);
     memset(heard, 0, sizeof heard);
-    memset(told, 0, sizeof told);
+    memset(reported, 0, sizeof reported);
     memset(&truth, 0, sizeof truth);
     memset(channel_b, 0, sizeof channel_b);
     for (unsigned i = 0U; i < 3U; i++) {
@@ -70,12 +82,13 @@ void tearDown(void)
 
 static status_t open_from(const char* folder)
 {
-    const devices_config_t config = {.world     = &world,
-                                     .folder    = folder,
-                                     .truth     = &truth,
-                                     .segments  = segments,
-                                     .channel_b = channel_b,
-                                     .changed   = changed};
+    const devices_config_t config = {.world         = &world,
+                                     .folder        = folder,
+                                     .truth         = &truth,
+                                     .segments      = segments,
+                                     .channel_b     = channel_b,
+                                     .changed       = changed,
+                                     .valve_changed = valve_changed};
     error[0]                      = '\0';
     return devices_open(&config, &devices, error);
 }
@@ -100,31 +113,77 @@ static void each_device_boots_on_its_bus_and_is_reported(void)
     TEST_ASSERT_EQUAL_UINT(4U, devices_count(devices));
     TEST_ASSERT_EQUAL_STRING("JOINT2", device_place(devices, 1U)->name);
     TEST_ASSERT_NULL(device_drive(devices, 2U));
-    TEST_ASSERT_NOT_NULL(device_joystick(devices, 2U));
     TEST_ASSERT_EQUAL_STRING("MOTOR", device_place(devices, 3U)->name);
     devices_power_on(devices);
     run(200U);
     TEST_ASSERT_TRUE(heard[0x731] > 1U);      // Boot-up and heartbeats.
     TEST_ASSERT_EQUAL_UINT(0U, heard[0x711]); // That device is on another bus.
-    memset(told, 0, sizeof told);
+    memset(reported, 0, sizeof reported);
     devices_report(devices, 100000000U);
-    TEST_ASSERT_EQUAL_UINT(2U, told[0]);
-    TEST_ASSERT_EQUAL_UINT(2U, told[1]); // Two axes.
-    TEST_ASSERT_EQUAL_UINT(1U, told[2]);
+    TEST_ASSERT_EQUAL_UINT(2U, reported[0]);
+    TEST_ASSERT_EQUAL_UINT(2U, reported[1]); // Two axes.
+    TEST_ASSERT_EQUAL_UINT(1U, reported[2]);
 }
 
 static void without_power_brakes_hold_and_motors_rest(void)
 {
-    plant_input_t input            = {.stick_torque_nm = {1.0, 1.0}};
-    const plant_rotor_t motor[2]   = {{0.1, 0.0}, {0.2, 0.0}};
-    double torque_nm[PLANT_JOINTS] = {1.0, 1.0};
+    static plant_input_t input;
+    const plant_rotor_t motor[2] = {{0.1, 0.0}, {0.2, 0.0}};
+    double torque_nm[2]          = {1.0, 1.0};
+    input                        = (plant_input_t){.stick_torque_nm = {{1.0, 1.0}}};
     TEST_ASSERT_EQUAL_INT(STATUS_OK, open_from("descriptors/devices"));
     devices_act(devices, &input);
     devices_regulate(devices, 0U, motor, torque_nm);
-    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
+    for (unsigned i = 0U; i < 2U; i++) {
         TEST_ASSERT_TRUE(input.brake_engaged[i]);
         EXPECT_WITHIN(0.0, 0.0, torque_nm[i]);
-        EXPECT_WITHIN(0.0, 0.0, input.stick_torque_nm[i]);
+        EXPECT_WITHIN(0.0, 0.0, input.stick_torque_nm[0][i]);
+    }
+}
+
+static void send(const unsigned node, const uint32_t id, const uint8_t length, const uint8_t* data)
+{
+    osal_can_frame_t frame = {.id = id, .length = length};
+    memcpy(frame.data, data, length);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_submit(segments[0].bus, node, &frame, bus_now_ns(segments[0].bus)));
+    run(4U);
+}
+
+static void valves_are_open_as_their_outputs_say(void)
+{
+    static plant_input_t input;
+    static const uint8_t start[2]       = {1U, 0U};
+    static const uint8_t commands[2][4] = {{0x02U, 0x01U, 0U, 0U}, {0x00U, 0x81U, 0U, 0U}};
+    const bus_callbacks_t listening     = {.on_frame = on_frame};
+    unsigned node                       = 0U;
+    char reason[DOCUMENT_ERROR_MAX];
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, world_read("descriptors/worlds/actuators.xml", &world, reason));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_add_node(segments[0].bus, &listening, &node));
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, open_from("descriptors/devices"), error);
+    TEST_ASSERT_EQUAL_STRING("VALVES", device_place(devices, 1U)->name);
+    devices_power_on(devices);
+    run(10U);
+    send(node, 0U, 2U, start);
+    send(node, 0x23AU, 4U, commands[0]);
+    send(node, 0x080U, 0U, commands[0]);
+    devices_act(devices, &input);
+    TEST_ASSERT_FALSE(input.valve_open[0]);
+    TEST_ASSERT_TRUE(input.valve_open[1]); // Output 2
+    TEST_ASSERT_TRUE(input.valve_open[2]); // and output 9.
+    TEST_ASSERT_EQUAL_STRING("TURN1", moved);
+    TEST_ASSERT_TRUE(is_open);
+    run(60U);
+    send(node, 0x23AU, 4U, commands[1]);
+    send(node, 0x080U, 0U, commands[1]);
+    devices_act(devices, &input);
+    TEST_ASSERT_FALSE(input.valve_open[1]);
+    TEST_ASSERT_TRUE(input.valve_open[2]);
+    TEST_ASSERT_EQUAL_STRING("PUSH2", moved); // No valve is at output 16.
+    TEST_ASSERT_FALSE(is_open);
+    const device_model_t* model = device_model(devices, 1U);
+    for (unsigned i = 0U; i < 2U; i++) {
+        model->set_error(model->model, EMERGENCY_OVER_CURRENT, i == 0U, bus_now_ns(segments[0].bus));
+        TEST_ASSERT_EQUAL(i == 0U, node_has_error(model->node, EMERGENCY_OVER_CURRENT, 0U));
     }
 }
 
@@ -153,16 +212,17 @@ static void the_power_unit_switches_the_devices_that_the_world_names(void)
     segments[0].listen(segments[0].listener,
                        &(osal_can_frame_t){.id = 0x21FU, .length = 3U, .data = {2U, 0U, 1U}});
     power_unit_step(&unit, 100000000U);
-    TEST_ASSERT_FALSE(node_is_powered(device_node(devices, 3U)));
-    TEST_ASSERT_TRUE(node_is_powered(device_node(devices, 0U)));
+    TEST_ASSERT_FALSE(node_is_powered(device_model(devices, 3U)->node));
+    TEST_ASSERT_TRUE(node_is_powered(device_model(devices, 0U)->node));
 }
 
 static void a_bus_with_a_second_channel_has_its_devices_on_both(void)
 {
     channel_b[2] = segments[1].bus;
     TEST_ASSERT_EQUAL_INT(STATUS_OK, open_from("descriptors/devices"));
-    TEST_ASSERT_LESS_THAN_UINT(BUS_NODES_MAX, node_bus_index(device_node(devices, 3U), NODE_CHANNEL_B));
-    TEST_ASSERT_EQUAL_UINT(BUS_NODES_MAX, node_bus_index(device_node(devices, 0U), NODE_CHANNEL_B));
+    TEST_ASSERT_LESS_THAN_UINT(BUS_NODES_MAX,
+                               node_bus_index(device_model(devices, 3U)->node, NODE_CHANNEL_B));
+    TEST_ASSERT_EQUAL_UINT(BUS_NODES_MAX, node_bus_index(device_model(devices, 0U)->node, NODE_CHANNEL_B));
 }
 
 int main(void)
@@ -170,6 +230,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(each_device_boots_on_its_bus_and_is_reported);
     RUN_TEST(without_power_brakes_hold_and_motors_rest);
+    RUN_TEST(valves_are_open_as_their_outputs_say);
     RUN_TEST(a_missing_data_sheet_is_reported);
     RUN_TEST(the_power_unit_switches_the_devices_that_the_world_names);
     RUN_TEST(a_bus_with_a_second_channel_has_its_devices_on_both);

@@ -43,7 +43,7 @@ static pid_t start(const char* name, const char* word)
     return id;
 }
 
-/// Another child of ours orders the death.
+/// Another child of this process gives the order to kill.
 static void kill_by_sibling(const char* name)
 {
     int how        = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The fault lines of a scenario: every verb, every error with its line, and their effects.
 #include "sim/app/faults.h"
+#include "sim/devices/joystick.h"
 #include "unity.h"
 
 #include <stdio.h>
@@ -10,9 +11,20 @@
 
 static faults_t faults;
 static fault_world_t world;
+static joystick_t* joystick;
 static bus_t* elsewhere; // Of the devices: flight's controllers stay alone.
 static char error[SCENARIO_ERROR_MAX];
 static char path[] = "/tmp/hirosco-scn-XXXXXX";
+
+static void set_drive_error(void* model, uint16_t code, bool is_present, uint64_t now_ns)
+{
+    drive_set_error(model, code, is_present, now_ns);
+}
+
+static void set_joystick_error(void* model, uint16_t code, bool is_present, uint64_t now_ns)
+{
+    joystick_set_error(model, code, is_present, now_ns);
+}
 
 /// Two channels of bus robot with flight's controller on each, and two drives; bus joystick without flight
 /// and without a channel B, and a joystick.
@@ -43,17 +55,23 @@ static void open_world(void)
         TEST_ASSERT_EQUAL_INT(STATUS_OK,
                               drive_create(elsewhere, "descriptors/devices/joint-drive.eds",
                                            (uint8_t)(0x11U + i), &wanted, &world.device[i].drive, reason));
+        world.device[i].node      = drive_node(world.device[i].drive);
+        world.device[i].model     = world.device[i].drive;
+        world.device[i].set_error = set_drive_error;
     }
     TEST_ASSERT_EQUAL_INT(STATUS_OK, joystick_create(elsewhere, "descriptors/devices/joystick.eds", 0x21U,
                                                      &(joystick_config_t){.encoder = {.counts_per_turn = 1U}},
-                                                     &world.device[2].joystick, reason));
+                                                     &joystick, reason));
+    world.device[2].node      = joystick_node(joystick);
+    world.device[2].model     = joystick;
+    world.device[2].set_error = set_joystick_error;
 }
 
 static void close_world(void)
 {
     drive_destroy(world.device[0].drive);
     drive_destroy(world.device[1].drive);
-    joystick_destroy(world.device[2].joystick);
+    joystick_destroy(joystick);
     bus_destroy(elsewhere);
     bus_destroy(world.channel[0][0].bus);
     bus_destroy(world.channel[0][1].bus);
@@ -72,7 +90,13 @@ void setUp(void)
 void tearDown(void)
 {
     close_world();
+    faults_free(&faults);
     (void)unlink(path);
+}
+
+static const fault_t* fault_at(const size_t index)
+{
+    return &((const fault_t*)faults.record)[index];
 }
 
 static status_t load(const char* text)
@@ -81,6 +105,7 @@ static status_t load(const char* text)
     TEST_ASSERT_NOT_NULL(file);
     (void)fputs(text, file);
     (void)fclose(file);
+    faults_free(&faults);
     return faults_load(&faults, &world, path, error);
 }
 
@@ -107,19 +132,19 @@ static void test_every_verb(void)
                                   error);
     TEST_ASSERT_EQUAL_UINT(14U, faults.count);
     TEST_ASSERT_EQUAL_UINT64(2500000000U, faults_next_ns(&faults));
-    TEST_ASSERT_EQUAL_INT(FAULT_UNPLUG, faults.fault[0].kind);
-    TEST_ASSERT_EQUAL_INT(FAULT_DEVICE_ALL, faults.fault[0].device);
-    TEST_ASSERT_EQUAL_UINT(1U, faults.fault[0].bus);
-    TEST_ASSERT_EQUAL_STRING("joystick", faults.fault[0].target);
-    TEST_ASSERT_EQUAL_UINT64(2500125000U, faults.fault[1].time_ns);
-    TEST_ASSERT_EQUAL_STRING("robot JOINT1", faults.fault[1].target);
-    TEST_ASSERT_EQUAL_INT(1U, faults.fault[2].device);
-    TEST_ASSERT_FALSE(fault_is_onset(&faults.fault[2]));
-    TEST_ASSERT_TRUE(fault_is_onset(&faults.fault[3]));
-    TEST_ASSERT_FALSE(fault_is_onset(&faults.fault[5]));
-    TEST_ASSERT_EQUAL_HEX16(0x4310U, faults.fault[10].code);
-    TEST_ASSERT_EQUAL_STRING("temperature", fault_word(faults.fault[12].kind));
-    TEST_ASSERT_EQUAL_INT(FAULT_DEVICE_FLIGHT, faults.fault[13].device);
+    TEST_ASSERT_EQUAL_INT(FAULT_UNPLUG, fault_at(0)->kind);
+    TEST_ASSERT_EQUAL_INT(FAULT_DEVICE_ALL, fault_at(0)->device);
+    TEST_ASSERT_EQUAL_UINT(1U, fault_at(0)->bus);
+    TEST_ASSERT_EQUAL_STRING("joystick", fault_at(0)->target);
+    TEST_ASSERT_EQUAL_UINT64(2500125000U, fault_at(1)->time_ns);
+    TEST_ASSERT_EQUAL_STRING("robot JOINT1", fault_at(1)->target);
+    TEST_ASSERT_EQUAL_INT(1U, fault_at(2)->device);
+    TEST_ASSERT_FALSE(fault_is_onset(fault_at(2)));
+    TEST_ASSERT_TRUE(fault_is_onset(fault_at(3)));
+    TEST_ASSERT_FALSE(fault_is_onset(fault_at(5)));
+    TEST_ASSERT_EQUAL_HEX16(0x4310U, fault_at(10)->code);
+    TEST_ASSERT_EQUAL_STRING("temperature", fault_word(fault_at(12)->kind));
+    TEST_ASSERT_EQUAL_INT(FAULT_DEVICE_FLIGHT, fault_at(13)->device);
 }
 
 static void expect_error(const char* line, const char* words)
@@ -172,6 +197,7 @@ static void test_scenarios_of_the_mission_are_read(void)
     static const char* const scenarios[] = {
         "sim/scenarios/telepresence.scn", "sim/scenarios/commissioning.scn", "sim/scenarios/standalone.scn"};
     for (unsigned i = 0U; i < 3U; i++) {
+        faults_free(&faults);
         TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, faults_load(&faults, &world, scenarios[i], error), error);
     }
 }
@@ -215,7 +241,7 @@ static void test_a_node_sends_sync_as_often_as_it_is_reported(void)
     TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_add_node(bus, &callbacks, &listener));
     TEST_ASSERT_EQUAL_INT(STATUS_OK, load("1 fault sync robot FLIGHT 1\n2 fault sync robot FLIGHT 32\n"
                                           "3 fault sync joystick FLIGHT 1\n"));
-    TEST_ASSERT_TRUE(fault_is_onset(&faults.fault[0]));
+    TEST_ASSERT_TRUE(fault_is_onset(fault_at(0)));
     apply_next();
     bus_run_until(bus, 1000000U);
     TEST_ASSERT_EQUAL_UINT(1U, count);
@@ -232,8 +258,8 @@ static void test_a_cut_takes_one_channel(void)
         STATUS_OK, load("1 fault cut robot-b FLIGHT\n2 fault cut robot FLIGHT\n3 fault mend robot-b FLIGHT\n"
                         "4 fault cut joystick-b FLIGHT\n5 fault stuck joystick-b on\n"
                         "6 fault bus-off joystick-b FLIGHT\n"));
-    TEST_ASSERT_TRUE(fault_is_onset(&faults.fault[0]));
-    TEST_ASSERT_FALSE(fault_is_onset(&faults.fault[2]));
+    TEST_ASSERT_TRUE(fault_is_onset(fault_at(0)));
+    TEST_ASSERT_FALSE(fault_is_onset(fault_at(2)));
     apply_next();
     TEST_ASSERT_TRUE(bus_is_plugged(world.channel[0][0].bus, 0U));
     TEST_ASSERT_FALSE(bus_is_plugged(world.channel[0][1].bus, 0U));
@@ -255,8 +281,8 @@ static void test_bus_off_ends_by_order(void)
                           load("1 fault restart robot FLIGHT order\n2 fault bus-off robot FLIGHT\n"
                                "3 fault restart robot FLIGHT now\n4 fault restart robot FLIGHT auto\n"
                                "5 fault arbitration robot FLIGHT on\n6 fault overflow robot FLIGHT 3\n"));
-    TEST_ASSERT_TRUE(fault_is_onset(&faults.fault[0]));
-    TEST_ASSERT_FALSE(fault_is_onset(&faults.fault[2]));
+    TEST_ASSERT_TRUE(fault_is_onset(fault_at(0)));
+    TEST_ASSERT_FALSE(fault_is_onset(fault_at(2)));
     apply_next();
     apply_next();
     bus_run_until(bus, 10000000U);

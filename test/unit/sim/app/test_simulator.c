@@ -428,7 +428,7 @@ static void test_faults_reach_every_device_and_bus_of_the_world(void)
     temporary_files_remove();
 }
 
-static void test_a_world_without_a_hand_is_refused(void)
+static void test_a_joystick_without_a_hand_rests(void)
 {
     char error[SIMULATOR_ERROR_MAX] = "";
     (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
@@ -437,10 +437,36 @@ static void test_a_world_without_a_hand_is_refused(void)
                           "<Hand joystick=\"STICK\" stiffness=\"3\" damping=\"0.1\" positionScale=\"2\" "
                           "forceScale=\"0.03\" jointStiffness=\"2667\"/>",
                           "");
-    TEST_ASSERT_EQUAL_INT(STATUS_INVALID,
-                          simulator_open(&(simulator_config_t){.world_path = path}, &simulator, error));
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "expected a Hand on the joystick"), error);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(
+        STATUS_OK, simulator_open(&(simulator_config_t){.world_path = path}, &simulator, error), error);
+    TEST_ASSERT_EQUAL_UINT64(100500000U, simulator_step(simulator, 100000000U));
     temporary_files_remove();
+}
+
+static void test_a_world_that_diverges_is_not_simulated_further(void)
+{
+    char error[SIMULATOR_ERROR_MAX] = "";
+    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    const char* path = temporary_variant("w.xml", WORLD, "damping=\"8\"", "damping=\"80000\"");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(
+        STATUS_OK, simulator_open(&(simulator_config_t){.world_path = path}, &simulator, error), error);
+    TEST_ASSERT_NULL(simulator_failure(simulator));
+    TEST_ASSERT_TRUE(simulator_step(simulator, 100000000U) < 100000000U);
+    TEST_ASSERT_NOT_NULL(simulator_failure(simulator));
+    TEST_ASSERT_NOT_NULL(strstr(simulator_failure(simulator), "the world diverges"));
+    temporary_files_remove();
+}
+
+static void test_an_operator_of_any_robot_knows_no_scene(void)
+{
+    char error[SIMULATOR_ERROR_MAX] = "";
+    TEST_ASSERT_EQUAL_INT_MESSAGE(
+        STATUS_OK,
+        simulator_open(&(simulator_config_t){.world_path    = "descriptors/worlds/ur5e-telepresence.xml",
+                                             .scenario_path = "sim/scenarios/ur5e-telepresence.scn"},
+                       &simulator, error),
+        error);
+    TEST_ASSERT_EQUAL_UINT64(100500000U, simulator_step(simulator, 100000000U));
 }
 
 int main(void)
@@ -457,6 +483,8 @@ int main(void)
     RUN_TEST(test_a_file_or_bus_that_cannot_be_opened_is_reported_in_one_line);
     RUN_TEST(test_it_catches_up_when_called_late);
     RUN_TEST(test_faults_reach_every_device_and_bus_of_the_world);
-    RUN_TEST(test_a_world_without_a_hand_is_refused);
+    RUN_TEST(test_a_joystick_without_a_hand_rests);
+    RUN_TEST(test_a_world_that_diverges_is_not_simulated_further);
+    RUN_TEST(test_an_operator_of_any_robot_knows_no_scene);
     return UNITY_END();
 }

@@ -16,7 +16,7 @@
 #include "test/support/clients.h"
 #include "unity.h"
 
-#define SLOT_NS 500000U
+#define STEP_NS 500000U
 #define PATIENCE_MS 20000U
 
 static char path[64];
@@ -35,7 +35,7 @@ static void open_cosimulation(uint32_t patience_ms)
 void setUp(void)
 {
     (void)snprintf(path, sizeof path, "/tmp/cosimulation-test-%d", (int)getpid());
-    scheduler    = osal_lockstep_create(storage, SLOT_NS, true);
+    scheduler    = osal_lockstep_create(storage, STEP_NS, true);
     cosimulation = (cosimulation_port_t){.listener = OSAL_SOCKET_CLOSED, .client = OSAL_SOCKET_CLOSED};
     open_cosimulation(PATIENCE_MS);
 }
@@ -97,7 +97,7 @@ static void test_join_reports_the_port(void)
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.joined);
 }
 
-static void test_join_out_of_form_is_turned_away(void)
+static void test_a_malformed_join_is_refused(void)
 {
     static const char* const bad[] = {
         "join operator\n",    "join operator 65536\n",
@@ -137,7 +137,7 @@ static void test_endless_line_and_zeros_are_malformed(void)
     TEST_ASSERT_EQUAL_UINT32(2U, cosimulation.count.malformed);
 }
 
-static void test_silent_and_vanished_visitors(void)
+static void test_clients_that_are_silent_or_disconnect_before_they_join(void)
 {
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, cosimulation_port_accept(&cosimulation, 0U));
     cosimulation.patience_ms = 20U;
@@ -150,7 +150,7 @@ static void test_silent_and_vanished_visitors(void)
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.vanished);
 }
 
-static void test_visitor_may_take_several_rounds_to_say_its_name(void)
+static void test_a_join_may_arrive_in_pieces(void)
 {
     come_in("join oper");
     for (unsigned round = 0U; round < 3U; round++) {
@@ -162,7 +162,7 @@ static void test_visitor_may_take_several_rounds_to_say_its_name(void)
     TEST_ASSERT_EQUAL_UINT32(0U, cosimulation.count.silent);
 }
 
-static void test_answers_in_form(void)
+static void test_well_formed_answers(void)
 {
     uint64_t wake_ns = 0U;
     uint32_t octets  = 0U;
@@ -188,7 +188,7 @@ static void test_answers_in_form(void)
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.left);
 }
 
-static void test_answers_out_of_form_cost_the_place(void)
+static void test_a_malformed_answer_disconnects_the_client(void)
 {
     static const char* const bad[] = {
         "done\n",           "done 1\n",
@@ -211,7 +211,7 @@ static void test_answers_out_of_form_cost_the_place(void)
     }
 }
 
-static void test_client_that_vanishes_or_keeps_silent_loses_its_place(void)
+static void test_a_client_that_disconnects_or_is_silent_loses_its_place(void)
 {
     const osal_grant_t grant = {0U, 0U, 0U};
     uint64_t wake_ns         = 0U;
@@ -278,20 +278,20 @@ static void serve_twice(void* context)
     served->second         = cosimulation_port_serve(&cosimulation, scheduler, OPERATOR, COMMUNICATION);
 }
 
-/// The operator, a process of its own: in its n-th grant it sends 10 n octets and asks for ten slots later;
-/// in the fifth it leaves instead.
+/// The operator, a process of its own: in its n-th grant it sends 10 n octets and asks for a grant ten time
+/// steps later; in the fifth it leaves instead.
 static void operate(const char* farewell)
 {
     char line[COSIMULATION_PORT_LINE_BYTES];
     (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
     come_in("join operator 4711\n");
     for (uint64_t i = 1U; i <= 5U; i++) {
-        const uint64_t now_ns = (i - 1U) * 10U * SLOT_NS;
+        const uint64_t now_ns = (i - 1U) * 10U * STEP_NS;
         (void)snprintf(line, sizeof line, "grant %llu 0 %u 4711\n", (unsigned long long)now_ns,
                        (i > 1U) ? 7U : 0U);
         hear(line);
         (void)snprintf(line, sizeof line, "done %llu %llu 4711\n",
-                       (unsigned long long)(now_ns + (10U * SLOT_NS)), (unsigned long long)(10U * i));
+                       (unsigned long long)(now_ns + (10U * STEP_NS)), (unsigned long long)(10U * i));
         say((i < 5U) ? line : farewell);
     }
     _exit((Unity.CurrentTestFailed != 0U) ? 1 : 0);
@@ -305,11 +305,11 @@ static void communicate(osal_clock_t* clock)
     osal_lockstep_serve_stream(scheduler, OPERATOR, 4711U, COMMUNICATION);
     for (uint32_t i = 1U; i < 5U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(clock, OSAL_CLOCK_NEVER, NULL, 0U));
-        TEST_ASSERT_EQUAL_UINT64(((uint64_t)(i - 1U) * 10U + 1U) * SLOT_NS, osal_clock_now_ns(clock));
+        TEST_ASSERT_EQUAL_UINT64(((uint64_t)(i - 1U) * 10U + 1U) * STEP_NS, osal_clock_now_ns(clock));
         TEST_ASSERT_EQUAL_UINT32(10U * i, osal_clock_octets_due(clock));
         TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_messages_due(clock));
         TEST_ASSERT_EQUAL_UINT16(4711U, osal_lockstep_stream_port(scheduler, OPERATOR));
-        TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(clock, (uint64_t)i * 10U * SLOT_NS, NULL, 0U));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(clock, (uint64_t)i * 10U * STEP_NS, NULL, 0U));
         osal_clock_deliver(clock, OPERATOR, OSAL_LOCKSTEP_ANY_LIFE, 0U, 7U);
     }
 }
@@ -330,8 +330,8 @@ static void run_with(const char* farewell)
     osal_clock_open_stepped(&clock, scheduler, COMMUNICATION, OSAL_LOCKSTEP_ANY_LIFE);
     communicate(&clock);
     // Time continues without the operator.
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&clock, 1000U * SLOT_NS, NULL, 0U));
-    TEST_ASSERT_EQUAL_UINT64(1000U * SLOT_NS, osal_clock_now_ns(&clock));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&clock, 1000U * STEP_NS, NULL, 0U));
+    TEST_ASSERT_EQUAL_UINT64(1000U * STEP_NS, osal_clock_now_ns(&clock));
     TEST_ASSERT_FALSE(osal_lockstep_is_present(scheduler, OPERATOR));
     TEST_ASSERT_EQUAL_UINT16(0U, osal_lockstep_stream_port(scheduler, OPERATOR));
     osal_lockstep_close(scheduler);
@@ -348,13 +348,13 @@ static void test_operator_takes_part_and_leaves(void)
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.left);
 }
 
-static void test_operator_takes_part_and_vanishes(void)
+static void test_operator_takes_part_and_disconnects(void)
 {
     run_with("done");
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.vanished);
 }
 
-static void test_operator_takes_part_and_babbles(void)
+static void test_operator_takes_part_and_sends_a_malformed_line(void)
 {
     run_with("done tomorrow\n");
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.malformed);
@@ -364,17 +364,17 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_join_reports_the_port);
-    RUN_TEST(test_join_out_of_form_is_turned_away);
+    RUN_TEST(test_a_malformed_join_is_refused);
     RUN_TEST(test_endless_line_and_zeros_are_malformed);
-    RUN_TEST(test_silent_and_vanished_visitors);
-    RUN_TEST(test_visitor_may_take_several_rounds_to_say_its_name);
-    RUN_TEST(test_answers_in_form);
-    RUN_TEST(test_answers_out_of_form_cost_the_place);
-    RUN_TEST(test_client_that_vanishes_or_keeps_silent_loses_its_place);
+    RUN_TEST(test_clients_that_are_silent_or_disconnect_before_they_join);
+    RUN_TEST(test_a_join_may_arrive_in_pieces);
+    RUN_TEST(test_well_formed_answers);
+    RUN_TEST(test_a_malformed_answer_disconnects_the_client);
+    RUN_TEST(test_a_client_that_disconnects_or_is_silent_loses_its_place);
     RUN_TEST(test_end_of_the_run_ends_every_wait);
     RUN_TEST(test_path_is_taken_and_given_back);
     RUN_TEST(test_operator_takes_part_and_leaves);
-    RUN_TEST(test_operator_takes_part_and_vanishes);
-    RUN_TEST(test_operator_takes_part_and_babbles);
+    RUN_TEST(test_operator_takes_part_and_disconnects);
+    RUN_TEST(test_operator_takes_part_and_sends_a_malformed_line);
     return UNITY_END();
 }

@@ -33,7 +33,7 @@ static uint64_t first_ns;
 static uint16_t changed_statusword; // Last one.
 static bool changed_brake;
 
-static void look(void* context, drive_truth_t* out_truth)
+static void read_truth(void* context, drive_truth_t* out_truth)
 {
     (void)context;
     *out_truth = (drive_truth_t){.motor_position_rad   = motor.position_rad,
@@ -148,15 +148,16 @@ static void select_mode(uint32_t mode)
     master_nmt(&master, 1U, ID);
 }
 
-void setUp(void)
+static void open_drive(double most_nm)
 {
     const drive_config_t config = {.seed          = 1U,
+                                   .most_nm       = most_nm,
                                    .sensor_device = ID,
                                    .step_ns       = STEP_NS,
                                    .substep_ns    = STEP_NS / SUBSTEPS,
                                    .torque_sensor = {.range_nm = 60.0},
                                    .encoder       = {.counts_per_turn = 65536U, .gear_ratio = 160.0},
-                                   .look          = look,
+                                   .read_truth    = read_truth,
                                    .observer      = observe};
     memset(&motor, 0, sizeof motor);
     motor.position_rad = 0.5;
@@ -167,6 +168,11 @@ void setUp(void)
     node_power_on(drive_node(drive));
     master_wait(&master, 2U * MASTER_MS);
     master_nmt(&master, 1U, ID);
+}
+
+void setUp(void)
+{
+    open_drive(0.0);
 }
 
 void tearDown(void)
@@ -192,6 +198,24 @@ static void test_the_way_to_operation_enabled_and_back(void)
         TEST_ASSERT_EQUAL_UINT64(way[i].brake ? 1U : 0U, node_object(drive_node(drive), 0x2220U, 0U)->value);
         TEST_ASSERT_EQUAL(way[i].brake, changed_brake);
     }
+}
+
+/// A gripper of 4 Nm asks for less than its objects allow.
+static void test_a_motor_has_its_own_limit(void)
+{
+    tearDown();
+    open_drive(4.0);
+    enable_csp(0.0);
+    csp_cycles(20U, 0x0FU, motor.position_rad - 0.02, 0.0);
+    csp_cycles(1U, 0x0FU, motor.position_rad - 0.02, 0.0);
+    EXPECT_WITHIN(-4.0, 1e-12, motor.torque_nm);
+    TEST_ASSERT_BITS_HIGH(AXIS_STATUS_INTERNAL_LIMIT, statusword());
+    csp_cycles(1U, 0x0FU, motor.position_rad + 0.02, 0.0);
+    csp_cycles(1U, 0x0FU, motor.position_rad + 0.02, 0.0);
+    EXPECT_WITHIN(4.0, 1e-12, motor.torque_nm);
+    TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x6072U, 0U, 100U, 2U)); // 1 Nm
+    csp_cycles(1U, 0x0FU, motor.position_rad + 0.02, 0.0);
+    EXPECT_WITHIN(1.0, 1e-12, motor.torque_nm);
 }
 
 static void test_no_torque_and_no_motion_with_the_brake_on(void)
@@ -323,7 +347,7 @@ static void test_a_target_beyond_the_software_limits_is_cut(void)
 
 static void test_modes_of_operation(void)
 {
-    static const uint32_t refused[] = {1U, 3U, 4U, 6U, 7U, 11U, 0xFFU};
+    static const uint32_t refused[] = {1U, 3U, 4U, 7U, 11U, 0xFFU};
     for (size_t i = 0U; i < (sizeof refused / sizeof refused[0]); i++) {
         TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_VALUE, master_write(&master, ID, 0x6060U, 0U, refused[i], 1U));
     }
@@ -527,6 +551,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_the_way_to_operation_enabled_and_back);
+    RUN_TEST(test_a_motor_has_its_own_limit);
     RUN_TEST(test_no_torque_and_no_motion_with_the_brake_on);
     RUN_TEST(test_position_units_and_quantum);
     RUN_TEST(test_torque_is_the_sensors_in_hundredths);

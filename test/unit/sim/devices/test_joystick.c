@@ -17,7 +17,7 @@ static joystick_t* joystick;
 static joystick_truth_t stick;
 static char error[EDS_ERROR_MAX];
 
-static void look(void* context, joystick_truth_t* out_truth)
+static void read_truth(void* context, joystick_truth_t* out_truth)
 {
     (void)context;
     *out_truth = stick;
@@ -25,8 +25,8 @@ static void look(void* context, joystick_truth_t* out_truth)
 
 void setUp(void)
 {
-    const joystick_config_t config = {.encoder = {.counts_per_turn = 65536U, .gear_ratio = 1.0},
-                                      .look    = look};
+    const joystick_config_t config = {.encoder    = {.counts_per_turn = 65536U, .gear_ratio = 1.0},
+                                      .read_truth = read_truth};
     memset(&stick, 0, sizeof stick);
     master_open(&master, false);
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK,
@@ -67,7 +67,7 @@ static void enable(void)
     cycle(0x0FU, 0x0FU, 0.0, 0.0);
 }
 
-static void test_both_axes_walk_by_themselves(void)
+static void test_each_axis_has_its_own_state_machine(void)
 {
     cycle(0x06U, 0x00U, 0.1, 0.1);
     TEST_ASSERT_EQUAL_HEX16(0x21U, statusword(0U) & 0x6FU);
@@ -196,8 +196,8 @@ static void test_warnings_show_in_both_statuswords(void)
 
 static void test_on_a_classic_bus_pdos_are_classic(void)
 {
-    const joystick_config_t config = {.encoder = {.counts_per_turn = 65536U, .gear_ratio = 1.0},
-                                      .look    = look};
+    const joystick_config_t config = {.encoder    = {.counts_per_turn = 65536U, .gear_ratio = 1.0},
+                                      .read_truth = read_truth};
     tearDown();
     master_open(&master, true);
     TEST_ASSERT_EQUAL_INT(STATUS_OK, joystick_create(master.bus, SHEET, ID, &config, &joystick, error));
@@ -211,7 +211,7 @@ static void test_on_a_classic_bus_pdos_are_classic(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_both_axes_walk_by_themselves);
+    RUN_TEST(test_each_axis_has_its_own_state_machine);
     RUN_TEST(test_only_an_enabled_axis_gives_its_torque);
     RUN_TEST(test_torque_stops_at_its_limit);
     RUN_TEST(test_positions_and_buttons);

@@ -424,7 +424,7 @@ static void test_switching_from_csp_to_cst_pdos(void)
     TEST_ASSERT_EQUAL_UINT64(1000U, node_object(node, 0x6071U, 0U)->value);
 }
 
-static void test_a_node_without_power_is_dead_and_boots_with_it(void)
+static void test_a_node_without_power_is_silent_and_boots_when_powered(void)
 {
     start();
     send_rpdo(1U);
@@ -531,7 +531,7 @@ int main(void)
     RUN_TEST(test_sync_start_value_holds_a_pdo_back);
     RUN_TEST(test_remapping_follows_the_order_of_the_standard);
     RUN_TEST(test_switching_from_csp_to_cst_pdos);
-    RUN_TEST(test_a_node_without_power_is_dead_and_boots_with_it);
+    RUN_TEST(test_a_node_without_power_is_silent_and_boots_when_powered);
     RUN_TEST(test_an_unplugged_node_is_mute_and_boots_when_plugged);
     RUN_TEST(test_emergencies_fill_register_and_history);
     RUN_TEST(test_answers_take_200_us_and_reads_are_fresh);

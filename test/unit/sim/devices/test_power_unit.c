@@ -55,7 +55,7 @@ static void pulse(uint32_t id, unsigned line, uint8_t exponent, uint8_t length)
                                     .length  = length,
                                     .data    = {(uint8_t)line, (uint8_t)(line >> 8U), exponent},
                                     .time_ns = bus_now_ns(master.bus)};
-    power_unit_hear(&unit, &frame);
+    power_unit_receive(&unit, &frame);
 }
 
 static void wait(uint64_t ns)

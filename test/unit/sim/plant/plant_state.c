@@ -28,10 +28,30 @@ static void add_body_momentum(const dBodyID body, double linear[3], double angul
 
     dVector3 local;
     dVector3 spin;
+    double own[3];
     dBodyVectorFromWorld(body, rate[0], rate[1], rate[2], local);
-    dBodyVectorToWorld(body, mass.I[0] * local[0], mass.I[5] * local[1], mass.I[10] * local[2], spin);
+    for (unsigned i = 0U; i < 3U; i++) {
+        own[i] =
+            mass.I[4U * i] * local[0] + mass.I[(4U * i) + 1U] * local[1] + mass.I[(4U * i) + 2U] * local[2];
+    }
+    dBodyVectorToWorld(body, own[0], own[1], own[2], spin);
     for (unsigned i = 0U; i < 3U; i++) {
         angular[i] += orbital[i] + spin[i];
+    }
+}
+
+static void add_rotor_momentum(const plant_t* const plant, const unsigned index, double angular[3])
+{
+    const joint_t* joint = &plant->joint[index];
+    if ((joint->drive_of == NULL) || (joint->model->kind == ROBOT_JOINT_PRISMATIC)) {
+        return;
+    }
+    const double spin =
+        joint->drive.rotor_inertia_kgm2 / joint->drive.gear_ratio * plant->truth.motor[index].velocity_rad_s;
+    dVector3 axis;
+    dJointGetHingeAxis(joint->ode, axis);
+    for (unsigned k = 0U; k < 3U; k++) {
+        angular[k] += spin * axis[k];
     }
 }
 
@@ -39,18 +59,22 @@ void plant_momentum(const plant_t* const plant, double out_linear[3], double out
 {
     memset(out_linear, 0, 3U * sizeof(double));
     memset(out_angular, 0, 3U * sizeof(double));
-    if (plant->base != NULL) {
-        add_body_momentum(plant->base, out_linear, out_angular);
-    }
-    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
-        const double spin = plant->parameters.drive[i].rotor_inertia_kgm2 /
-                            plant->parameters.drive[i].gear_ratio * plant->truth.motor[i].velocity_rad_s;
-        dVector3 axis;
-        dJointGetHingeAxis(plant->hinge[i], axis);
-        for (unsigned k = 0U; k < 3U; k++) {
-            out_angular[k] += spin * axis[k];
+    for (unsigned r = 0U; r < plant->world->robot_count; r++) {
+        for (unsigned i = 0U; i < ROBOT_BODIES_MAX; i++) {
+            if (plant->robot[r].body[i] != NULL) {
+                add_body_momentum(plant->robot[r].body[i], out_linear, out_angular);
+            }
         }
-        add_body_momentum(plant->link[i], out_linear, out_angular);
+    }
+    for (unsigned i = 0U; i < plant->truth.joint_count; i++) {
+        add_rotor_momentum(plant, i, out_angular);
+    }
+    for (unsigned i = 0U; i < plant->world->wheel_count; i++) {
+        double axis[3];
+        wheel_axis(plant, i, axis);
+        for (unsigned k = 0U; k < 3U; k++) {
+            out_angular[k] += plant->truth.wheel[i].momentum_nms * axis[k];
+        }
     }
 }
 
@@ -78,17 +102,31 @@ static uint64_t hash_body(uint64_t hash, const dBodyID body)
 uint64_t plant_hash(const plant_t* const plant)
 {
     const plant_truth_t* truth = &plant->truth;
-    const double flag[]        = {plant->spring.hooked ? 1.0 : 0.0, plant->spring.below ? 1.0 : 0.0};
     uint64_t hash              = 0xCBF29CE484222325U;
 
-    hash = (plant->base != NULL) ? hash_body(hash, plant->base) : hash;
-    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
+    for (unsigned r = 0U; r < plant->world->robot_count; r++) {
+        for (unsigned i = 0U; i < ROBOT_BODIES_MAX; i++) {
+            hash = (plant->robot[r].body[i] != NULL) ? hash_body(hash, plant->robot[r].body[i]) : hash;
+        }
+    }
+    for (unsigned i = 0U; i < truth->joint_count; i++) {
         const double rotor[] = {truth->motor[i].position_rad, truth->motor[i].velocity_rad_s,
                                 truth->link_position_rad[i]};
-        hash                 = hash_body(hash, plant->link[i]);
         hash                 = hash_numbers(hash, rotor, 3U);
     }
-    hash = hash_numbers(hash, truth->stick_position_rad, PLANT_AXES);
-    hash = hash_numbers(hash, truth->stick_velocity_rad_s, PLANT_AXES);
-    return hash_numbers(hash, flag, 2U);
+    for (unsigned i = 0U; i < plant->contacts.pair_count; i++) {
+        hash = hash_numbers(hash, plant->contacts.pair[i].stretch_m, 3U);
+    }
+    for (unsigned i = 0U; i < plant->world->spring_count; i++) {
+        const double flag[] = {plant->spring[i].hooked ? 1.0 : 0.0, plant->spring[i].below ? 1.0 : 0.0};
+        hash                = hash_numbers(hash, flag, 2U);
+    }
+    for (unsigned i = 0U; i < plant->world->wheel_count; i++) {
+        hash = hash_numbers(hash, &truth->wheel[i].momentum_nms, 1U);
+    }
+    for (unsigned i = 0U; i < plant->world->joystick_count; i++) {
+        hash = hash_numbers(hash, truth->stick[i].position_rad, PLANT_AXES_MAX);
+        hash = hash_numbers(hash, truth->stick[i].velocity_rad_s, PLANT_AXES_MAX);
+    }
+    return hash;
 }

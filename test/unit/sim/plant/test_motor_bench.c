@@ -29,47 +29,46 @@ static void push(double torque_nm, bool brake, double time_s)
 
 static void a_torque_below_friction_moves_nothing(void)
 {
-    motor_bench_init(&bench, &rokviss()->plant.drive[0], 0.5, 400.0);
-    push(0.5 * rokviss()->plant.drive[0].coulomb_nm, false, 1.0);
+    motor_bench_init(&bench, &rokviss()->drive, 0.5, 400.0);
+    push(0.5 * rokviss()->drive.coulomb_nm, false, 1.0);
     EXPECT_WITHIN(0.0, 0.0, bench.rotor.position_rad);
     EXPECT_WITHIN(0.0, 0.0, bench.output_torque_nm);
 }
 
 static void a_free_rotor_accelerates_as_newton_says(void)
 {
-    motor_bench_init(&bench, &rokviss()->plant.drive[0], 0.5, 400.0);
+    motor_bench_init(&bench, &rokviss()->drive, 0.5, 400.0);
     push(10.0, false, 0.1);
     // Between the result without friction and the one with permanent stiction.
-    const double most = 10.0 * 0.1 / rokviss()->plant.drive[0].rotor_inertia_kgm2;
-    const double least =
-        (10.0 - rokviss()->plant.drive[0].stiction_nm - rokviss()->plant.drive[0].viscous_nms_rad * most) *
-        0.1 / rokviss()->plant.drive[0].rotor_inertia_kgm2;
+    const double most  = 10.0 * 0.1 / rokviss()->drive.rotor_inertia_kgm2;
+    const double least = (10.0 - rokviss()->drive.stiction_nm - rokviss()->drive.viscous_nms_rad * most) *
+                         0.1 / rokviss()->drive.rotor_inertia_kgm2;
     TEST_ASSERT_TRUE(bench.rotor.velocity_rad_s < most);
     TEST_ASSERT_TRUE(bench.rotor.velocity_rad_s > least);
 }
 
 static void pushed_against_something_elastic_it_rests_in_balance(void)
 {
-    motor_bench_init(&bench, &rokviss()->plant.drive[0], 0.5, 400.0);
+    motor_bench_init(&bench, &rokviss()->drive, 0.5, 400.0);
     push(8.0, false, 20.0);
     EXPECT_WITHIN(0.0, 1e-9, bench.rotor.velocity_rad_s);
     TEST_ASSERT_TRUE(bench.rotor.position_rad > 0.5);
     // Motor and output differ by no more than what dry friction holds.
-    EXPECT_WITHIN(8.0, rokviss()->plant.drive[0].stiction_nm + 1e-9, bench.output_torque_nm);
+    EXPECT_WITHIN(8.0, rokviss()->drive.stiction_nm + 1e-9, bench.output_torque_nm);
     EXPECT_WITHIN(400.0 * (bench.rotor.position_rad - 0.5), 1e-9, bench.output_torque_nm);
 }
 
 static void without_stiffness_there_is_no_contact_force(void)
 {
-    motor_bench_init(&bench, &rokviss()->plant.drive[0], 0.5, 0.0);
+    motor_bench_init(&bench, &rokviss()->drive, 0.5, 0.0);
     push(8.0, false, 5.0);
-    TEST_ASSERT_TRUE(bench.rotor.position_rad > rokviss()->plant.drive[0].upper_rad); // At the end stop.
+    TEST_ASSERT_TRUE(bench.rotor.position_rad > rokviss()->drive.upper_rad); // At the end stop.
     EXPECT_WITHIN(0.0, 0.0, bench.output_torque_nm);
 }
 
 static void the_brake_holds_a_squeezed_load(void)
 {
-    motor_bench_init(&bench, &rokviss()->plant.drive[0], 0.5, 400.0);
+    motor_bench_init(&bench, &rokviss()->drive, 0.5, 400.0);
     push(8.0, false, 20.0);
     const double squeezed = bench.rotor.position_rad;
     push(0.0, true, 5.0);
@@ -82,7 +81,7 @@ static void the_same_forces_give_the_same_octets(void)
 {
     double position[2];
     for (unsigned i = 0U; i < 2U; i++) {
-        motor_bench_init(&bench, &rokviss()->plant.drive[0], 0.1, 300.0);
+        motor_bench_init(&bench, &rokviss()->drive, 0.1, 300.0);
         push(9.0, false, 0.7);
         push(-7.0, false, 0.7);
         position[i] = bench.rotor.position_rad;

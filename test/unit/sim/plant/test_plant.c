@@ -15,43 +15,55 @@
 #endif
 
 #define STEP_NS 500000U
+#define JOINTS 2U
 
 /// Motors that hold a pose: proportional, damping, and a constant torque on top.
 typedef struct {
-    double wanted_rad[PLANT_JOINTS];
-    double extra_nm[PLANT_JOINTS];
+    double wanted_rad[JOINTS];
+    double extra_nm[JOINTS];
     double stiffness;
     double damping;
 } holder_t;
 
+static world_t world; // That of the mission, with the changes of a test.
 static plant_t* plant;
 static plant_input_t input;
 static holder_t holder;
 
-static void hold_pose(void* context, unsigned substep, const plant_rotor_t motor[PLANT_JOINTS],
-                      double out_torque_nm[PLANT_JOINTS])
+static void hold_pose(void* context, unsigned substep, const plant_rotor_t* motor, double* out_torque_nm)
 {
     const holder_t* own = context;
     (void)substep;
-    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
+    for (unsigned i = 0U; i < JOINTS; i++) {
         out_torque_nm[i] = own->extra_nm[i] + own->stiffness * (own->wanted_rad[i] - motor[i].position_rad) -
                            own->damping * motor[i].velocity_rad_s;
     }
 }
 
-static void begin_with(const plant_parameters_t* parameters, bool gravity)
+static plant_t* plant_in(const world_t* place)
 {
-    const plant_options_t options = {.gravity = gravity};
+    char error[DOCUMENT_ERROR_MAX];
+    plant_t* made = NULL;
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, plant_create(place, &made, error), error);
+    return made;
+}
+
+static void begin(bool gravity)
+{
+    if (!gravity) {
+        memset(world.gravity, 0, sizeof world.gravity);
+    }
     plant_destroy(plant);
-    plant  = plant_create(parameters, &options);
+    plant  = plant_in(&world);
     holder = (holder_t){.stiffness = 4000.0, .damping = 100.0};
-    memcpy(holder.wanted_rad, parameters->home_rad, sizeof(holder.wanted_rad));
+    memcpy(holder.wanted_rad, world.robot[0].start, sizeof(holder.wanted_rad));
     input = (plant_input_t){.drive = hold_pose, .drive_context = &holder};
 }
 
 void setUp(void)
 {
-    begin_with(&rokviss()->plant, true);
+    world = rokviss()->world;
+    begin(true);
 }
 
 void tearDown(void)
@@ -77,8 +89,8 @@ static void push(double first_nm, double second_nm)
 /// Joint angles for a tip, elbow up, by the law of cosines.
 static void aim(double x, double z)
 {
-    const double l1 = rokviss()->plant.link_length_m[0];
-    const double l2 = rokviss()->plant.link_length_m[1];
+    const double l1 = rokviss()->scene.link_length_m[0];
+    const double l2 = rokviss()->scene.link_length_m[1];
     const double d2 = x * x + z * z;
     const double d  = sqrt(d2);
 
@@ -126,14 +138,14 @@ static void test_tip_follows_from_the_joint_angles(void)
     const plant_truth_t* truth = plant_truth(plant);
     const double q1            = truth->link_position_rad[0];
     const double q12           = q1 + truth->link_position_rad[1];
-    EXPECT_WITHIN(0.22 * cos(q1) + 0.25 * cos(q12), 1e-7, truth->tip_m[0]);
-    EXPECT_WITHIN(0.22 * sin(q1) + 0.25 * sin(q12), 1e-7, truth->tip_m[2]);
-    EXPECT_WITHIN(0.0, 1e-9, truth->tip_m[1]);
+    EXPECT_WITHIN(0.22 * cos(q1) + 0.25 * cos(q12), 1e-7, truth->contact[0].place_m[0]);
+    EXPECT_WITHIN(0.22 * sin(q1) + 0.25 * sin(q12), 1e-7, truth->contact[0].place_m[2]);
+    EXPECT_WITHIN(0.0, 1e-9, truth->contact[0].place_m[1]);
 }
 
 static void test_stiction_holds_below_and_yields_above(void)
 {
-    begin_with(&rokviss()->plant, false);
+    begin(false);
     const double start = plant_truth(plant)->motor[0].position_rad;
     push(1.9, -1.9);
     run(2.0);
@@ -149,9 +161,8 @@ static void test_stiction_holds_below_and_yields_above(void)
 
 static void test_moving_rotor_meets_coulomb_and_viscous_friction(void)
 {
-    plant_parameters_t parameters = rokviss()->plant;
-    parameters.drive[0].upper_rad = 100.0;
-    begin_with(&parameters, false);
+    world.robot[0].model.joint[0].upper = 100.0;
+    begin(false);
     push(2.6, 0.0);
     run(8.0);
     const plant_truth_t* truth = plant_truth(plant);
@@ -205,13 +216,13 @@ static void test_brake_holds_against_gravity(void)
 static void test_brake_holds_against_the_spring(void)
 {
     pull_spring();
-    EXPECT_BELOW(-30.0, plant_truth(plant)->spring_force_n[2]);
+    EXPECT_BELOW(-30.0, plant_truth(plant)->spring[0].force_n[2]);
     EXPECT_BELOW(1e-4, brake_drop(10.0));
 }
 
 static void test_brake_stops_a_moving_joint(void)
 {
-    begin_with(&rokviss()->plant, false);
+    begin(false);
     push(10.0, 0.0);
     run(0.05);
     const plant_truth_t* truth = plant_truth(plant);
@@ -227,10 +238,10 @@ static void test_brake_stops_a_moving_joint(void)
 
 static void test_joint_stops_at_its_range(void)
 {
-    begin_with(&rokviss()->plant, false);
+    begin(false);
     push(10.0, 0.0);
     run(4.0);
-    EXPECT_WITHIN(rokviss()->plant.drive[0].upper_rad, 2e-3, plant_truth(plant)->motor[0].position_rad);
+    EXPECT_WITHIN(world.robot[0].model.joint[0].upper, 2e-3, plant_truth(plant)->motor[0].position_rad);
     EXPECT_WITHIN(0.0, 1e-3, plant_truth(plant)->motor[0].velocity_rad_s);
 }
 
@@ -248,16 +259,16 @@ static void test_contact_is_a_spring_of_the_given_stiffness(void)
 {
     const double stiffness[] = {2000.0, 5000.0, 20000.0};
     for (unsigned i = 0U; i < 3U; i++) {
-        plant_parameters_t parameters    = rokviss()->plant;
-        parameters.contour_stiffness_n_m = stiffness[i];
-        begin_with(&parameters, true);
+        world.contact[0].stiffness = stiffness[i];
+        begin(true);
         press_at(0.25, 0.005);
         const plant_truth_t* truth = plant_truth(plant);
-        const double depth         = parameters.contour_top_m + parameters.tip_radius_m - truth->tip_m[2];
-        TEST_ASSERT_TRUE(truth->in_contact);
-        EXPECT_ABOVE(5.0, truth->contact_force_n[2]);
-        EXPECT_WITHIN(1.0, 1e-3, truth->contact_force_n[2] / (stiffness[i] * depth));
-        EXPECT_WITHIN(truth->tip_m[2] - 0.012, 1e-6, truth->contact_point_m[2]);
+        const double depth =
+            rokviss()->scene.contour_top_m + rokviss()->scene.tip_radius_m - truth->contact[0].place_m[2];
+        TEST_ASSERT_TRUE(truth->contact[0].is_touching);
+        EXPECT_ABOVE(5.0, truth->contact[0].force_n[2]);
+        EXPECT_WITHIN(1.0, 1e-3, truth->contact[0].force_n[2] / (stiffness[i] * depth));
+        EXPECT_WITHIN(truth->contact[0].place_m[2] - 0.012, 1e-6, truth->contact[0].point_m[2]);
     }
 }
 
@@ -268,26 +279,28 @@ static void test_contact_only_pushes(void)
     for (unsigned i = 0U; i < lift; i++) {
         aim(0.25, -0.035 + 0.02 * (double)i / lift);
         plant_step(plant, &input, STEP_NS);
-        TEST_ASSERT_TRUE(plant_truth(plant)->contact_force_n[2] >= 0.0);
+        TEST_ASSERT_TRUE(plant_truth(plant)->contact[0].force_n[2] >= 0.0);
     }
-    TEST_ASSERT_FALSE(plant_truth(plant)->in_contact);
-    EXPECT_WITHIN(0.0, 0.0, plant_truth(plant)->contact_point_m[0]);
+    TEST_ASSERT_FALSE(plant_truth(plant)->contact[0].is_touching);
+    EXPECT_WITHIN(0.0, 0.0, plant_truth(plant)->contact[0].point_m[0]);
 }
 
 // ODE takes the limit of friction from the normal force as it was before friction acted back on it: 1 % here.
 static void test_friction_stays_in_its_cone_and_opposes_the_motion(void)
 {
+    world.contact[0].shear = 0.0; // It slides as soon as it moves.
+    begin(true);
     press_at(0.22, 0.005);
     const plant_truth_t* truth = plant_truth(plant);
     unsigned sliding           = 0U;
     for (unsigned i = 0U; i < 4000U; i++) { // 50 mm along the flat part in 2 s, with stick-slip of the rotors
-        const double before = truth->tip_m[0];
+        const double before = truth->contact[0].place_m[0];
         aim(0.22 + 0.05 * (double)i / 4000.0, -0.035);
         plant_step(plant, &input, STEP_NS);
-        const double normal  = truth->contact_force_n[2];
-        const double tangent = truth->contact_force_n[0];
+        const double normal  = truth->contact[0].force_n[2];
+        const double tangent = truth->contact[0].force_n[0];
         EXPECT_BELOW(0.303 * normal + 1e-6, fabs(tangent));
-        if (truth->tip_m[0] - before > 2.0e-6) { // 4 mm/s
+        if (truth->contact[0].place_m[0] - before > 2.0e-6) { // 4 mm/s
             EXPECT_WITHIN(-0.3 * normal, 0.004 * normal, tangent);
             sliding++;
         }
@@ -299,28 +312,27 @@ static void test_sticking_finger_does_not_creep(void)
 {
     press_at(0.25, 0.005);
     run(2.0);
-    const double x = plant_truth(plant)->tip_m[0];
+    const double x = plant_truth(plant)->contact[0].place_m[0];
     run(5.0);
-    EXPECT_WITHIN(x, 1e-6, plant_truth(plant)->tip_m[0]);
+    EXPECT_WITHIN(x, 1e-6, plant_truth(plant)->contact[0].place_m[0]);
 }
 
 static void test_bump_pushes_along_its_own_normal(void)
 {
-    plant_parameters_t parameters = rokviss()->plant;
-    parameters.contour_friction   = 0.0;
-    begin_with(&parameters, true);
+    world.contact[0].friction = 0.0;
+    begin(true);
     glide(0.3265, 0.0655, 0.345, 0.0, 1.0);
     glide(0.345, 0.0, 0.345, -0.03, 1.0);
     run(1.0);
     const plant_truth_t* truth = plant_truth(plant);
-    const double x             = truth->tip_m[0] - 0.325;
-    const double z             = truth->tip_m[2] - (-0.042 + 0.007 - 0.10);
+    const double x             = truth->contact[0].place_m[0] - 0.325;
+    const double z             = truth->contact[0].place_m[2] - (-0.042 + 0.007 - 0.10);
     const double depth         = 0.112 - sqrt(x * x + z * z);
     EXPECT_ABOVE(0.0, depth);
-    EXPECT_WITHIN(x / z, 1e-6, truth->contact_force_n[0] / truth->contact_force_n[2]);
+    EXPECT_WITHIN(x / z, 1e-6, truth->contact[0].force_n[0] / truth->contact[0].force_n[2]);
     EXPECT_WITHIN(5000.0 * depth, 0.02,
-                  sqrt(truth->contact_force_n[0] * truth->contact_force_n[0] +
-                       truth->contact_force_n[2] * truth->contact_force_n[2]));
+                  sqrt(truth->contact[0].force_n[0] * truth->contact[0].force_n[0] +
+                       truth->contact[0].force_n[2] * truth->contact[0].force_n[2]));
 }
 
 static void test_external_torque_balances_gear_and_gravity(void)
@@ -345,7 +357,7 @@ static double pull_at(spring_t* spring, double x, double z)
 {
     const double tip[3] = {x, 0.0, z};
     double force[3];
-    spring_force(&rokviss()->plant, spring, tip, force);
+    spring_force(&world.spring[0], spring, tip, force);
     return -force[2];
 }
 
@@ -368,7 +380,7 @@ static void test_spring_pulls_towards_its_anchor(void)
     const double tip[3] = {0.340, 0.0, 0.200};
     double force[3];
     (void)pull_at(&spring, 0.330, 0.155);
-    spring_force(&rokviss()->plant, &spring, tip, force);
+    spring_force(&world.spring[0], &spring, tip, force);
     EXPECT_WITHIN((0.340 - 0.327) / (0.200 - 0.005), 1e-12, force[0] / force[2]);
     EXPECT_BELOW(0.0, force[0]);
 }
@@ -396,18 +408,18 @@ static void test_arm_feels_the_spring(void)
 {
     pull_spring();
     const plant_truth_t* truth = plant_truth(plant);
-    TEST_ASSERT_TRUE(truth->spring_hooked);
-    const double force = truth->spring_force_n[2];
-    EXPECT_WITHIN(5.0 + 500.0 * (truth->tip_m[2] - 0.155), 0.05, -force);
-    EXPECT_WITHIN(truth->tip_m[0] * force, 0.1, truth->external_torque_nm[0]);
+    TEST_ASSERT_TRUE(truth->spring[0].is_hooked);
+    const double force = truth->spring[0].force_n[2];
+    EXPECT_WITHIN(5.0 + 500.0 * (truth->contact[0].place_m[2] - 0.155), 0.05, -force);
+    EXPECT_WITHIN(truth->contact[0].place_m[0] * force, 0.1, truth->external_torque_nm[0]);
     EXPECT_BELOW(-10.0, truth->external_torque_nm[0]);
     EXPECT_BELOW(-7.0, truth->external_torque_nm[1]);
 }
 
 // ---- Joystick ----
 
-static void push_stick(void* context, unsigned substep, const double stick_position_rad[PLANT_AXES],
-                       const double stick_velocity_rad_s[PLANT_AXES], double out_torque_nm[PLANT_AXES])
+static void push_stick(void* context, unsigned substep, const double* stick_position_rad,
+                       const double* stick_velocity_rad_s, double* out_torque_nm)
 {
     (void)context;
     (void)substep;
@@ -417,33 +429,33 @@ static void push_stick(void* context, unsigned substep, const double stick_posit
 
 static void test_stick_balances_hand_and_motor(void)
 {
-    input.hand               = push_stick;
-    input.stick_torque_nm[0] = -0.15;
+    input.hand[0]               = push_stick;
+    input.stick_torque_nm[0][0] = -0.15;
     run(3.0);
     const plant_truth_t* truth = plant_truth(plant);
-    EXPECT_WITHIN(0.05, 1e-5, truth->stick_position_rad[0]);
-    EXPECT_WITHIN(0.15, 1e-4, truth->hand_torque_nm[0]);
-    EXPECT_WITHIN(-0.15, 0.0, truth->stick_torque_nm[0]);
-    EXPECT_WITHIN(0.0, 0.0, truth->stick_position_rad[1]);
+    EXPECT_WITHIN(0.05, 1e-5, truth->stick[0].position_rad[0]);
+    EXPECT_WITHIN(0.15, 1e-4, truth->stick[0].hand_torque_nm[0]);
+    EXPECT_WITHIN(-0.15, 0.0, truth->stick[0].torque_nm[0]);
+    EXPECT_WITHIN(0.0, 0.0, truth->stick[0].position_rad[1]);
 }
 
 static void test_stick_accelerates_by_its_inertia(void)
 {
-    input.stick_torque_nm[1] = 0.02; // 10 rad/s2
+    input.stick_torque_nm[0][1] = 0.02; // 10 rad/s2
     run(0.1);
-    EXPECT_WITHIN(1.0, 0.3, plant_truth(plant)->stick_velocity_rad_s[1]);
+    EXPECT_WITHIN(1.0, 0.3, plant_truth(plant)->stick[0].velocity_rad_s[1]);
     EXPECT_WITHIN(0.02 / 0.01 * (1.0 - exp(-0.1 * 0.01 / 2e-3)), 2e-3,
-                  plant_truth(plant)->stick_velocity_rad_s[1]);
+                  plant_truth(plant)->stick[0].velocity_rad_s[1]);
 }
 
 static void test_stick_stops_at_its_range(void)
 {
-    input.stick_torque_nm[0] = 1.5;
-    input.stick_torque_nm[1] = -1.5;
+    input.stick_torque_nm[0][0] = 1.5;
+    input.stick_torque_nm[0][1] = -1.5;
     run(1.0);
     const plant_truth_t* truth = plant_truth(plant);
-    EXPECT_WITHIN(rokviss()->plant.stick_range_rad + 1.5 / 200.0, 1e-4, truth->stick_position_rad[0]);
-    EXPECT_WITHIN(-rokviss()->plant.stick_range_rad - 1.5 / 200.0, 1e-4, truth->stick_position_rad[1]);
+    EXPECT_WITHIN(world.joystick[0].range + 1.5 / 200.0, 1e-4, truth->stick[0].position_rad[0]);
+    EXPECT_WITHIN(-world.joystick[0].range - 1.5 / 200.0, 1e-4, truth->stick[0].position_rad[1]);
 }
 
 // ---- Repeatability ----
@@ -451,8 +463,8 @@ static void test_stick_stops_at_its_range(void)
 /// A motion with all effects; the checksum of the state at its end.
 static uint64_t eventful_run(void)
 {
-    begin_with(&rokviss()->plant, true);
-    input.hand = push_stick;
+    begin(true);
+    input.hand[0] = push_stick;
     press_at(0.28, 0.003);
     glide(0.28, -0.033, 0.36, -0.033, 1.0);
     glide(0.36, -0.033, 0.327, 0.145, 1.0);
@@ -470,10 +482,9 @@ static void test_repeats_are_bit_identical(void)
 
 static void test_worlds_do_not_disturb_each_other(void)
 {
-    const uint64_t alone          = eventful_run();
-    const plant_options_t options = {.gravity = true, .seed = 99U};
-    plant_t* const other          = plant_create(&rokviss()->plant, &options);
-    const plant_input_t idle      = {0};
+    const uint64_t alone     = eventful_run();
+    plant_t* const other     = plant_in(&world);
+    const plant_input_t idle = {0};
     for (unsigned i = 0U; i < 500U; i++) {
         plant_step(other, &idle, STEP_NS);
     }
@@ -481,7 +492,7 @@ static void test_worlds_do_not_disturb_each_other(void)
     for (unsigned i = 0U; i < 500U; i++) {
         plant_step(other, &idle, STEP_NS);
     }
-    plant_t* const again = plant_create(&rokviss()->plant, &options);
+    plant_t* const again = plant_in(&world);
     for (unsigned i = 0U; i < 1000U; i++) {
         plant_step(again, &idle, STEP_NS);
     }
@@ -505,11 +516,14 @@ static void test_no_denormals_after_a_contact(void)
     press_at(0.25, 0.003);
     glide(0.25, -0.033, 0.327, 0.06, 1.0);
     run(20.0);
-    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
+    for (unsigned i = 0U; i < JOINTS; i++) {
         for (unsigned axis = 0U; axis < 3U; axis++) {
-            TEST_ASSERT_FALSE(fpclassify(dBodyGetLinearVel(plant->link[i])[axis]) == FP_SUBNORMAL);
-            TEST_ASSERT_FALSE(fpclassify(dBodyGetAngularVel(plant->link[i])[axis]) == FP_SUBNORMAL);
-            TEST_ASSERT_FALSE(fpclassify(dBodyGetPosition(plant->link[i])[axis]) == FP_SUBNORMAL);
+            TEST_ASSERT_FALSE(fpclassify(dBodyGetLinearVel(plant->robot[0].body[i + 1U])[axis]) ==
+                              FP_SUBNORMAL);
+            TEST_ASSERT_FALSE(fpclassify(dBodyGetAngularVel(plant->robot[0].body[i + 1U])[axis]) ==
+                              FP_SUBNORMAL);
+            TEST_ASSERT_FALSE(fpclassify(dBodyGetPosition(plant->robot[0].body[i + 1U])[axis]) ==
+                              FP_SUBNORMAL);
         }
         TEST_ASSERT_FALSE(fpclassify(plant_truth(plant)->motor[i].velocity_rad_s) == FP_SUBNORMAL);
     }
@@ -517,8 +531,7 @@ static void test_no_denormals_after_a_contact(void)
 
 static unsigned mode_inside;
 
-static void look_at_mode(void* context, unsigned substep, const plant_rotor_t motor[PLANT_JOINTS],
-                         double out_torque_nm[PLANT_JOINTS])
+static void look_at_mode(void* context, unsigned substep, const plant_rotor_t* motor, double* out_torque_nm)
 {
     (void)context;
     (void)substep;

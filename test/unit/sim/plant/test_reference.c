@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The plant against mechanics written down independently: a planar elastic arm integrated by Runge-Kutta, and
 // the momenta of a free-floating robot.
+#include "sim/plant/parameters.h"
 #include "sim/plant/plant.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/fixtures/rokviss.h"
@@ -11,6 +12,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#define JOINTS 2U
 #define HALF_TURN 3.14159265358979323846
 
 static uint64_t now_ns;  // Time of the plant under test.
@@ -28,32 +30,42 @@ void tearDown(void)
 
 // ---- An elastic arm in a plane ----
 
-/// The mission's arm hanging down, without dry friction (which no Runge-Kutta method would follow) and
-/// without obstacles.
-static plant_parameters_t hanging_arm(void)
+static world_t world;
+static plant_drive_t drive; // Of all joints.
+
+static plant_t* plant_in_world(void)
 {
-    plant_parameters_t arm = rokviss()->plant;
-    arm.home_rad[0]        = -HALF_TURN / 2.0;
-    arm.home_rad[1]        = 0.0;
-    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
-        arm.drive[i].lower_rad   = -100.0;
-        arm.drive[i].upper_rad   = 100.0;
-        arm.drive[i].coulomb_nm  = 0.0;
-        arm.drive[i].stiction_nm = 0.0;
-    }
-    arm.contour_top_m = -10.0;
-    arm.hook_m[0]     = 10.0;
-    return arm;
+    char error[DOCUMENT_ERROR_MAX];
+    plant_t* plant = NULL;
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, plant_create(&world, &plant, error), error);
+    return plant;
 }
 
-static void prescribed(double time_s, double torque_nm[PLANT_JOINTS])
+/// The mission's arm hanging down, without dry friction (which no Runge-Kutta method would follow) and
+/// without obstacles.
+static void hang_arm(void)
+{
+    world                        = rokviss()->world;
+    world.robot[0].start[0]      = -HALF_TURN / 2.0;
+    world.robot[0].start[1]      = 0.0;
+    world.contact_count          = 0U;
+    world.spring_count           = 0U;
+    world.drive_type[0].coulomb  = 0.0;
+    world.drive_type[0].stiction = 0.0;
+    for (unsigned i = 0U; i < JOINTS; i++) {
+        world.robot[0].model.joint[i].kind = ROBOT_JOINT_CONTINUOUS;
+    }
+    drive = plant_drive_of(&world.drive_type[0], 0.0, 0.0);
+}
+
+static void prescribed(double time_s, double torque_nm[JOINTS])
 {
     torque_nm[0] = 4.0 * sin(2.1 * time_s) + 1.5 * sin(5.3 * time_s);
     torque_nm[1] = 1.5 * sin(3.7 * time_s) - 1.0 * cos(1.1 * time_s);
 }
 
-static void drive_prescribed(void* context, unsigned substep, const plant_rotor_t motor[PLANT_JOINTS],
-                             double out_torque_nm[PLANT_JOINTS])
+static void drive_prescribed(void* context, unsigned substep, const plant_rotor_t* motor,
+                             double* out_torque_nm)
 {
     (void)context;
     (void)motor;
@@ -64,34 +76,34 @@ static void drive_prescribed(void* context, unsigned substep, const plant_rotor_
 
 /// Lagrange's equations of two rods with elastic gears; the acceleration of the second rotor acts on the
 /// first link.
-static void derivative(const plant_parameters_t* arm, double time_s, const double y[STATES],
-                       double dy[STATES])
+static void derivative(double time_s, const double y[STATES], double dy[STATES])
 {
-    const double l1  = arm->link_length_m[0];
-    const double c1  = arm->link_com_m[0];
-    const double c2  = arm->link_com_m[1];
-    const double m1  = arm->link_mass_kg[0];
-    const double m2  = arm->link_mass_kg[1];
-    const double m22 = arm->link_inertia_kgm2[1] + m2 * c2 * c2;
-    const double m12 = m22 + m2 * l1 * c2 * cos(y[1]);
-    const double m11 =
-        arm->link_inertia_kgm2[0] + m1 * c1 * c1 + m22 + m2 * (l1 * l1 + 2.0 * l1 * c2 * cos(y[1]));
-    const double h  = m2 * l1 * c2 * sin(y[1]);
-    const double g2 = m2 * arm->gravity_m_s2 * c2 * cos(y[0] + y[1]);
-    const double g1 = (m1 * c1 + m2 * l1) * arm->gravity_m_s2 * cos(y[0]) + g2;
+    const robot_model_t* arm = &world.robot[0].model;
+    const double gravity     = -world.gravity[2];
+    const double l1          = arm->joint[1].origin.position_m[0];
+    const double c1          = arm->body[1].com_m[0];
+    const double c2          = arm->body[2].com_m[0];
+    const double m1          = arm->body[1].mass_kg;
+    const double m2          = arm->body[2].mass_kg;
+    const double i1          = arm->body[1].inertia_kgm2.at[1][1];
+    const double m22         = arm->body[2].inertia_kgm2.at[1][1] + m2 * c2 * c2;
+    const double m12         = m22 + m2 * l1 * c2 * cos(y[1]);
+    const double m11         = i1 + m1 * c1 * c1 + m22 + m2 * (l1 * l1 + 2.0 * l1 * c2 * cos(y[1]));
+    const double h           = m2 * l1 * c2 * sin(y[1]);
+    const double g2          = m2 * gravity * c2 * cos(y[0] + y[1]);
+    const double g1          = (m1 * c1 + m2 * l1) * gravity * cos(y[0]) + g2;
 
-    double motor[PLANT_JOINTS];
-    double gear[PLANT_JOINTS];
-    double spin[PLANT_JOINTS];
+    double motor[JOINTS];
+    double gear[JOINTS];
+    double spin[JOINTS];
     prescribed(time_s, motor);
-    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
-        gear[i] = arm->drive[0].gear_stiffness_nm_rad * (y[2U + i] - y[i]) +
-                  arm->drive[0].gear_damping_nms_rad * (y[6U + i] - y[4U + i]);
-        spin[i] = (motor[i] - gear[i] - arm->drive[0].viscous_nms_rad * y[6U + i]) /
-                  arm->drive[0].rotor_inertia_kgm2;
+    for (unsigned i = 0U; i < JOINTS; i++) {
+        gear[i] = drive.gear_stiffness_nm_rad * (y[2U + i] - y[i]) +
+                  drive.gear_damping_nms_rad * (y[6U + i] - y[4U + i]);
+        spin[i] = (motor[i] - gear[i] - drive.viscous_nms_rad * y[6U + i]) / drive.rotor_inertia_kgm2;
     }
     const double r1 = gear[0] + h * (2.0 * y[4] * y[5] + y[5] * y[5]) - g1 -
-                      arm->drive[0].rotor_inertia_kgm2 / arm->drive[0].gear_ratio * spin[1];
+                      drive.rotor_inertia_kgm2 / drive.gear_ratio * spin[1];
     const double r2  = gear[1] - h * y[4] * y[4] - g2;
     const double det = m11 * m22 - m12 * m12;
     memcpy(dy, &y[4], 4U * sizeof(double));
@@ -101,17 +113,17 @@ static void derivative(const plant_parameters_t* arm, double time_s, const doubl
     dy[7] = spin[1];
 }
 
-static void runge_kutta(const plant_parameters_t* arm, double time_s, double h, double y[STATES])
+static void runge_kutta(double time_s, double h, double y[STATES])
 {
     double k[4][STATES];
     double z[STATES];
-    derivative(arm, time_s, y, k[0]);
+    derivative(time_s, y, k[0]);
     for (unsigned stage = 1U; stage < 4U; stage++) {
         const double reach = (stage == 3U) ? h : h / 2.0;
         for (unsigned i = 0U; i < STATES; i++) {
             z[i] = y[i] + reach * k[stage - 1U][i];
         }
-        derivative(arm, time_s + reach, z, k[stage]);
+        derivative(time_s + reach, z, k[stage]);
     }
     for (unsigned i = 0U; i < STATES; i++) {
         y[i] += h / 6.0 * (k[0][i] + 2.0 * k[1][i] + 2.0 * k[2][i] + k[3][i]);
@@ -127,26 +139,26 @@ typedef struct {
 /// Plant and reference side by side under the prescribed torques.
 static deviation_t deviation(uint64_t dt_ns, uint64_t duration_ns)
 {
-    const plant_parameters_t arm  = hanging_arm();
-    const plant_options_t options = {.gravity = true};
-    const plant_input_t input     = {.drive = drive_prescribed};
-    plant_t* const plant          = plant_create(&arm, &options);
-    double y[STATES]              = {arm.home_rad[0], arm.home_rad[1], arm.home_rad[0], arm.home_rad[1]};
-    deviation_t result            = {0.0, 0.0, 0.0};
-    double samples                = 0.0;
+    hang_arm();
+    const double* home        = world.robot[0].start;
+    const plant_input_t input = {.drive = drive_prescribed};
+    plant_t* const plant      = plant_in_world();
+    double y[STATES]          = {home[0], home[1], home[0], home[1]};
+    deviation_t result        = {0.0, 0.0, 0.0};
+    double samples            = 0.0;
 
     now_ns  = 0U;
     step_ns = dt_ns;
     while (now_ns < duration_ns) {
         plant_step(plant, &input, dt_ns);
         for (unsigned part = 0U; part < dt_ns / 25000U; part++) {
-            runge_kutta(&arm, (double)now_ns * 1.0e-9 + part * 25.0e-6, 25.0e-6, y);
+            runge_kutta((double)now_ns * 1.0e-9 + part * 25.0e-6, 25.0e-6, y);
         }
         now_ns += dt_ns;
-        for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
+        for (unsigned i = 0U; i < JOINTS; i++) {
             const double error = fabs(plant_truth(plant)->link_position_rad[i] - y[i]);
             result.worst_rad   = fmax(result.worst_rad, error);
-            result.travel_rad  = fmax(result.travel_rad, fabs(y[i] - arm.home_rad[i]));
+            result.travel_rad  = fmax(result.travel_rad, fabs(y[i] - home[i]));
             result.rms_rad += error * error;
             samples += 1.0;
         }
@@ -176,16 +188,25 @@ static void test_error_falls_with_the_step(void)
 
 // ---- A robot in free fall ----
 
-static void drive_swinging(void* context, unsigned substep, const plant_rotor_t motor[PLANT_JOINTS],
-                           double out_torque_nm[PLANT_JOINTS])
+static void drive_swinging(void* context, unsigned substep, const plant_rotor_t* motor, double* out_torque_nm)
 {
     (void)context;
     (void)substep;
     const double time_s = (double)now_ns * 1.0e-9;
-    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
-        const double wanted = rokviss()->plant.home_rad[i] + 0.5 * sin((0.7 + 0.4 * i) * time_s);
+    for (unsigned i = 0U; i < JOINTS; i++) {
+        const double wanted = rokviss()->scene.home_rad[i] + 0.5 * sin((0.7 + 0.4 * i) * time_s);
         out_torque_nm[i]    = 400.0 * (wanted - motor[i].position_rad) - 20.0 * motor[i].velocity_rad_s;
     }
+}
+
+/// The mission's arm, unbolted, far from everything.
+static void float_arm(void)
+{
+    world                  = rokviss()->world;
+    world.robot[0].is_free = true;
+    world.contact_count    = 0U;
+    world.spring_count     = 0U;
+    memset(world.gravity, 0, sizeof world.gravity);
 }
 
 static double length(const double v[3])
@@ -195,14 +216,17 @@ static double length(const double v[3])
 
 static void test_momenta_stay_without_gravity(void)
 {
-    plant_parameters_t robot = rokviss()->plant;
-    robot.base_mass_kg       = 150.0;
-    robot.base_inertia_kgm2  = 15.0;
+    float_arm();
+    robot_mass_t* base = &world.robot[0].model.body[0];
+    base->mass_kg      = 150.0;
+    for (unsigned i = 0U; i < 3U; i++) {
+        base->inertia_kgm2.at[i][i] = 15.0;
+    }
     // Tumbling about all axes, so that the effect of the rotors on their parents counts, and moving away.
-    const plant_options_t options = {
-        .free_base = true, .base_velocity_m_s = {1e-3, -2e-3, 1e-3}, .base_rate_rad_s = {0.01, 0.02, -0.01}};
+    memcpy(world.robot[0].velocity_m_s, (const double[3]){1e-3, -2e-3, 1e-3}, 3U * sizeof(double));
+    memcpy(world.robot[0].rate_rad_s, (const double[3]){0.01, 0.02, -0.01}, 3U * sizeof(double));
     const plant_input_t input = {.drive = drive_swinging};
-    plant_t* const plant      = plant_create(&robot, &options);
+    plant_t* const plant      = plant_in_world();
     double p0[3];
     double l0[3];
     double worst_linear  = 0.0;
@@ -232,9 +256,9 @@ static void test_spinning_rotor_turns_the_base(void)
 {
     // From rest: whatever the arm does, the sum stays zero, so the base must have turned in the other
     // direction.
-    const plant_options_t options = {.free_base = true};
-    const plant_input_t input     = {.drive = drive_swinging};
-    plant_t* const plant          = plant_create(&rokviss()->plant, &options);
+    float_arm();
+    const plant_input_t input = {.drive = drive_swinging};
+    plant_t* const plant      = plant_in_world();
     double linear[3];
     double angular[3];
     for (unsigned step = 0U; step < 4000U; step++) {

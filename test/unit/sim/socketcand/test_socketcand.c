@@ -113,7 +113,7 @@ static void test_frames_both_ways(void)
     TEST_ASSERT_EQUAL_UINT(0U, socketcand_clients(server));
 }
 
-static void test_messages_in_pieces_and_in_heaps(void)
+static void test_messages_in_pieces_and_several_at_once(void)
 {
     osal_socket_t client = join_raw();
     say(&client, "< send 12");
@@ -163,7 +163,7 @@ static void test_wrong_words_are_answered_with_an_error(void)
     osal_socket_close(&client);
 }
 
-static void test_a_client_that_does_not_read_loses_messages_and_stalls_nobody(void)
+static void test_a_client_that_does_not_read_loses_messages_and_delays_no_other(void)
 {
     osal_socket_t client         = join_raw();
     const osal_can_frame_t frame = {.id = 0x100U, .length = 8U};
@@ -268,9 +268,9 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_frames_both_ways);
-    RUN_TEST(test_messages_in_pieces_and_in_heaps);
+    RUN_TEST(test_messages_in_pieces_and_several_at_once);
     RUN_TEST(test_wrong_words_are_answered_with_an_error);
-    RUN_TEST(test_a_client_that_does_not_read_loses_messages_and_stalls_nobody);
+    RUN_TEST(test_a_client_that_does_not_read_loses_messages_and_delays_no_other);
     RUN_TEST(test_four_clients_and_no_more);
     RUN_TEST(test_clients_hear_each_other);
     RUN_TEST(test_time_waits_for_a_client_in_lock_step);

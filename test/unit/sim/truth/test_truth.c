@@ -9,7 +9,8 @@
 #include <string.h>
 #include <unistd.h>
 
-#define SAMPLE_EVENTS 6U
+#define SAMPLE_EVENTS 13U
+#define SAMPLE_OCTETS 1482U // Up to the first fault.
 
 static char path[256];
 
@@ -32,47 +33,57 @@ void tearDown(void)
 /// One event of each kind; the numbers identify the members, so that a reader detects exchanged ones.
 static void write_sample(const char* where)
 {
-    const truth_joints_t joints = {
-        .position_rad       = {1.1, 1.2},
-        .velocity_rad_s     = {2.1, 2.2},
-        .motor_position_rad = {3.1, 3.2},
-        .motor_torque_nm    = {4.1, 4.2},
-        .joint_torque_nm    = {5.1, 5.2},
-        .friction_nm        = {6.1, -6.2},
-        .brake_engaged      = {true, false},
-    };
-    const truth_stick_t stick     = {{0.1, 0.2}, {0.3, 0.4}, {0.5, 0.6}, {0.7, -1e-300}};
-    const truth_contact_t contact = {
-        .tip_m              = {0.1, 0.2, 0.3},
-        .in_contact         = true,
-        .spring_hooked      = false,
-        .contact_point_m    = {1.1, 1.2, 1.3},
-        .contact_force_n    = {2.1, 2.2, 2.3},
-        .spring_force_n     = {3.1, 3.2, 3.3},
-        .external_torque_nm = {4.1, 4.2},
-    };
+    static const char* const names[]  = {"arm.joint1", "arm.joint2", "STICK", "STICK",
+                                         "arm.finger", "arm.tip",    "arm"};
+    static const double numbers[7][2] = {{1.1, 1.2}, {2.1, 2.2},  {3.1, 3.2}, {4.1, 4.2},
+                                         {5.1, 5.2}, {6.1, -6.2}, {7.1, 7.2}};
+    static const double sticks[4][2]  = {{0.1, 0.2}, {0.3, 0.4}, {0.5, 0.6}, {0.7, -1e-300}};
+    static const bool brakes[]        = {true, false};
+    const truth_world_t world         = {
+                {2U, names}, {2U, &names[2]}, {2U, &names[4]}, {1U, &names[4]}, {1U, &names[6]}};
+    const truth_joints_t joints    = {2U,         numbers[0], numbers[1], numbers[2], numbers[3],
+                                      numbers[4], numbers[5], numbers[6], brakes};
+    const truth_stick_t stick      = {2U, sticks[0], sticks[1], sticks[2], sticks[3]};
+    const truth_touch_t contacts[] = {{{0.1, 0.2, 0.3}, {1.1, 1.2, 1.3}, {2.1, 2.2, 2.3}, true},
+                                      {{0.4, 0.5, 0.6}, {1.4, 1.5, 1.6}, {2.4, 2.5, 2.6}, false}};
+    const truth_touch_t spring     = {{0.1, 0.2, 0.3}, {0.0}, {3.1, 3.2, 3.3}, true};
+    const truth_base_t base      = {{1.0, 2.0, 3.0}, {0.5, 0.5, -0.5, 0.5}, {4.0, 5.0, 6.0}, {7.0, 8.0, 9.0}};
+    const truth_wheel_t wheels[] = {{1.5, 0.1}, {-2.5, -0.2}};
     const truth_operator_t intent = {{0.1, 0.2}, {0.3, 0.4}, {0.5, 0.6}, 0.75, "follow"};
     const truth_drive_t drive     = {"robot", 0x12U, 1U, 0x8627U, true, false};
+    const truth_valve_t valve     = {"PUSH1", true};
     const truth_fault_t fault     = {"unplug", "robot 0x11", true};
     truth_t* truth                = NULL;
 
-    TEST_ASSERT_EQUAL(STATUS_OK, truth_open(where, &truth));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_open(where, SAMPLE_OCTETS, &truth));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_world(truth, 0U, &world));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_names(truth, 0U, "WHEEL", &world.springs));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_joints(truth, 500000U, &joints));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_stick(truth, 500000U, &stick));
-    TEST_ASSERT_EQUAL(STATUS_OK, truth_contact(truth, 1000000U, &contact));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_wheels(truth, 500000U, wheels, 2U));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_contacts(truth, 1000000U, contacts, 2U));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_springs(truth, 1000000U, &spring, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_bases(truth, 1000000U, &base, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_operator(truth, 1500000U, &intent));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_drive(truth, 1500123U, &drive));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_valve(truth, 1500500U, &valve));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_fault(truth, 95000000000U, &fault));
+    // The log is full now: its last event is CUT, and later events are not written.
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_fault(truth, 96000000000U, &fault));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_fault(truth, 97000000000U, &fault));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_close(truth));
 }
 
 static void test_lcm_reads_channels_and_simulated_time(void)
 {
-    static const char* const channel[SAMPLE_EVENTS] = {"JOINTS",   "STICK", "CONTACT",
-                                                       "OPERATOR", "DRIVE", "FAULT"};
-    static const int64_t time_us[SAMPLE_EVENTS]     = {500, 500, 1000, 1500, 1500, 95000000};
-    static const int32_t octets[SAMPLE_EVENTS]      = {16 + 96 + 2,  16 + 64,      16 + 112 + 2,
-                                                       16 + 56 + 11, 16 + 10 + 14, 16 + 11 + 15 + 1};
+    static const char* const channel[SAMPLE_EVENTS] = {"WORLD",   "NAMES",  "JOINTS", "STICK",    "WHEEL",
+                                                       "CONTACT", "SPRING", "BASE",   "OPERATOR", "DRIVE",
+                                                       "VALVE",   "FAULT",  "CUT"};
+    static const int64_t time_us[SAMPLE_EVENTS]     = {0,    0,    500,  500,  500,      1000,    1000,
+                                                       1000, 1500, 1500, 1500, 95000000, 96000000};
+    static const int32_t octets[SAMPLE_EVENTS]      = {
+             0,        20 + 10 + 15, 20 + 7 * 16 + 2, 20 + 64,     20 + 32,          20 + 2 * 73, 20 + 49,
+             20 + 104, 16 + 56 + 11, 16 + 10 + 14,    16 + 10 + 1, 16 + 11 + 15 + 1, 16 + 8};
     write_sample(path);
     lcm_eventlog_t* log = lcm_eventlog_create(path, "r");
     TEST_ASSERT_NOT_NULL(log);
@@ -83,7 +94,7 @@ static void test_lcm_reads_channels_and_simulated_time(void)
         TEST_ASSERT_EQUAL_INT64(time_us[i], event->timestamp);
         TEST_ASSERT_EQUAL_INT32((int32_t)strlen(channel[i]), event->channellen);
         TEST_ASSERT_EQUAL_STRING(channel[i], event->channel);
-        TEST_ASSERT_EQUAL_INT32(octets[i], event->datalen);
+        TEST_ASSERT_TRUE((octets[i] == 0) || (octets[i] == event->datalen));
         lcm_eventlog_free_event(event);
     }
     TEST_ASSERT_NULL(lcm_eventlog_read_next_event(log));
@@ -117,7 +128,7 @@ static void test_long_words_are_cut(void)
     memset(word, 'x', sizeof word - 1U);
     const truth_fault_t fault = {word, word, false};
     truth_t* truth            = NULL;
-    TEST_ASSERT_EQUAL(STATUS_OK, truth_open(path, &truth));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_open(path, TRUTH_OCTETS_MAX, &truth));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_fault(truth, 0U, &fault));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_close(truth));
     write_sample(path); // Keeps the sample for other readers.
@@ -125,22 +136,23 @@ static void test_long_words_are_cut(void)
 
 static void test_failures_are_reported(void)
 {
-    truth_t* truth            = NULL;
-    const truth_stick_t stick = {{0.0}, {0.0}, {0.0}, {0.0}};
-    TEST_ASSERT_EQUAL(STATUS_IO, truth_open("/nowhere/truth.lcm", &truth));
+    truth_t* truth = NULL;
+    static const double zero[2];
+    const truth_stick_t stick = {2U, zero, zero, zero, zero};
+    TEST_ASSERT_EQUAL(STATUS_IO, truth_open("/nowhere/truth.lcm", TRUTH_OCTETS_MAX, &truth));
     TEST_ASSERT_NULL(truth);
     TEST_ASSERT_EQUAL(STATUS_OK, truth_close(NULL));
 
     // A full disk is detected at the latest when the log is closed.
-    TEST_ASSERT_EQUAL(STATUS_OK, truth_open("/dev/full", &truth));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_open("/dev/full", TRUTH_OCTETS_MAX, &truth));
     status_t written = STATUS_OK;
-    for (unsigned i = 0U; (i < 1000U) && (written == STATUS_OK); i++) {
+    for (unsigned i = 0U; (i < 10000U) && (written == STATUS_OK); i++) {
         written = truth_stick(truth, i, &stick);
     }
     TEST_ASSERT_EQUAL(STATUS_IO, written);
     TEST_ASSERT_EQUAL(STATUS_IO, truth_stick(truth, 1U, &stick));
     TEST_ASSERT_EQUAL(STATUS_IO, truth_close(truth));
-    TEST_ASSERT_EQUAL(STATUS_OK, truth_open("/dev/full", &truth));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_open("/dev/full", TRUTH_OCTETS_MAX, &truth));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_stick(truth, 1U, &stick));
     TEST_ASSERT_EQUAL(STATUS_IO, truth_close(truth));
 }

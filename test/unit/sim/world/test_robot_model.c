@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Robots of URDF files: what is taken, links that become one body, and every refusal with its line.
+// Robots of URDF files: values that are read, links that become one body, and every refusal with its line.
 #include "sim/world/robot_model.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/fixtures/temporary_file.h"
@@ -61,7 +61,7 @@ static void the_arm_of_the_mission_has_the_numbers_of_its_file(void)
     TEST_ASSERT_EQUAL_UINT(2U, robot_model_joint(&model, "tip")); // It does not move.
     const robot_frame_t* finger = &model.frame[robot_model_frame(&model, "finger")];
     TEST_ASSERT_EQUAL_UINT(2U, finger->body);
-    // To the last bit: the flight depends on it.
+    // Equal to the last bit: the octets of a flight depend on them.
     EXPECT_WITHIN(0.25, 0.0, finger->pose.position_m[0]);
     EXPECT_WITHIN(0.22, 0.0, model.joint[1].origin.position_m[0]);
     EXPECT_WITHIN(0.125, 0.0, model.body[2].com_m[0]);
@@ -137,8 +137,8 @@ static void what_carries_unknown_physics_is_refused(void)
         2U, "'mesh', expected one box, sphere or cylinder");
     expect_refusal("\n\n<link name=\"a\"><collision><contact/></collision></link>\n", 4U,
                    "expected origin or geometry");
-    expect_refusal(LINK("a") LINK("b") "<joint name=\"j\" type=\"revolute\"><mimic joint=\"k\"/></joint>\n",
-                   4U, "'mimic', expected origin, parent, child, axis, limit or zero dynamics");
+    expect_refusal(LINK("a") LINK("b") "<joint name=\"j\" type=\"revolute\"><calibration/></joint>\n", 4U,
+                   "'calibration', expected origin, parent, child, axis, limit, mimic or zero dynamics");
     expect_refusal(LINK("a") LINK("b") JOINT("j", "floating", "a", "b", ""), 4U,
                    "'floating', expected revolute, continuous, prismatic or fixed");
     expect_refusal(LINK("a") LINK("b") JOINT("j", "continuous", "a", "b", "<dynamics damping=\"0.1\"/>"), 4U,
@@ -184,7 +184,7 @@ static void masses_that_cannot_be_are_refused(void)
         (void)snprintf(body, sizeof body, "\n<link name=\"a\">%s</link>\n", bad[i].inertial);
         expect_refusal(body, 3U, bad[i].words);
     }
-    // A thin rod has two equal moments, and the third is small: that exists.
+    // A thin rod, which is accepted: two equal moments, and a small third one.
     expect_robot(
         "<link name=\"rod\"><inertial><mass value=\"1\"/>"
         "<inertia ixx=\"1e-6\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>\n");
@@ -227,6 +227,44 @@ static void joints_that_cannot_move_are_refused(void)
     expect_refusal(LINK("a") "<link name=\"b\"/>\n" JOINT("j", "continuous", "a", "b", ""), 4U,
                    "'j', expected a joint that moves a mass");
     expect_refusal("<link name=\"a\"><collision/></link>\n", 2U, "'collision', expected a geometry in it");
+}
+
+static void a_joint_follows_another(void)
+{
+    // The follower comes first in the file.
+    expect_robot(LINK("a") LINK("b") LINK("c") JOINT(
+        "k", "prismatic", "a", "c", LIMIT "<mimic joint=\"j\" multiplier=\"-0.5\" offset=\"0.1\"/>")
+                     JOINT("j", "continuous", "a", "b", ""));
+    TEST_ASSERT_TRUE(model.joint[0].is_mimic);
+    TEST_ASSERT_EQUAL_UINT(1U, model.joint[0].leader);
+    EXPECT_WITHIN(-0.5, 0.0, model.joint[0].multiplier);
+    EXPECT_WITHIN(0.1, 0.0, model.joint[0].offset);
+    TEST_ASSERT_FALSE(model.joint[1].is_mimic);
+    expect_robot(LINK("a") LINK("b") LINK("c") JOINT("j", "continuous", "a", "b", "")
+                     JOINT("k", "continuous", "b", "c", "<mimic joint=\"j\"/>"));
+    EXPECT_WITHIN(1.0, 0.0, model.joint[1].multiplier);
+    EXPECT_WITHIN(0.0, 0.0, model.joint[1].offset);
+}
+
+static void a_mimic_that_cannot_follow_is_refused(void)
+{
+#define PAIR(first, second)                                                                                  \
+    LINK("a")                                                                                                \
+    LINK("b") LINK("c") JOINT("j", "continuous", "a", "b", first) JOINT("k", "continuous", "b", "c", second)
+    expect_refusal(PAIR("", "\n\n<mimic joint=\"m\"/>"), 8U, "'m', expected a joint of the file that moves");
+    expect_refusal(PAIR("", "<mimic joint=\"k\"/>"), 6U, "'k', expected a joint that mimics no joint");
+    expect_refusal(PAIR("<mimic joint=\"k\"/>", "<mimic joint=\"j\"/>"), 5U,
+                   "'k', expected a joint that mimics no joint");
+    expect_refusal(PAIR("", "<mimic joint=\"j\"/>") LINK("d")
+                       JOINT("l", "continuous", "c", "d", "<mimic joint=\"k\" multiplier=\"2\"/>"),
+                   8U, "'k', expected a joint that mimics no joint");
+    expect_refusal(PAIR("", "") LINK("d") JOINT("l", "fixed", "c", "d", "<mimic joint=\"k\"/>"), 8U,
+                   "'mimic', expected no mimic in a fixed joint");
+    expect_refusal(PAIR("", "") LINK("d") JOINT("m", "fixed", "c", "d", "") LINK("e")
+                       JOINT("n", "continuous", "d", "e", "<mimic joint=\"m\"/>"),
+                   10U, "'m', expected a joint of the file that moves");
+    expect_refusal(PAIR("", "<mimic multiplier=\"1\"/>"), 6U, "'mimic', expected an attribute joint");
+    expect_refusal(PAIR("", "<mimic joint=\"j\" multiplier=\"nan\"/>"), 6U, "multiplier=\"nan\"'");
 }
 
 static void more_than_the_model_holds_is_refused(void)
@@ -285,6 +323,8 @@ int main(void)
     RUN_TEST(masses_that_cannot_be_are_refused);
     RUN_TEST(what_is_no_tree_is_refused);
     RUN_TEST(joints_that_cannot_move_are_refused);
+    RUN_TEST(a_joint_follows_another);
+    RUN_TEST(a_mimic_that_cannot_follow_is_refused);
     RUN_TEST(more_than_the_model_holds_is_refused);
     RUN_TEST(broken_files_are_refused);
     return UNITY_END();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Worlds: what is taken, and every refusal with file and line.
+// Worlds: values that are read, and every refusal with file and line.
 #include "sim/world/world.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/fixtures/temporary_file.h"
@@ -9,6 +9,10 @@
 #include <string.h>
 
 #define ROKVISS "descriptors/worlds/rokviss.xml"
+#define STICK                                                                                                \
+    "<Joystick name=\"S\" bus=\"b\" node=\"9\" eds=\"joystick.eds\" axes=\"2\" inertia=\"1\" "               \
+    "friction=\"0\" "                                                                                        \
+    "range=\"1\" stopStiffness=\"1\" stopDamping=\"0\" encoderCounts=\"9\"/>\n"
 #define WORLD(body) "<World name=\"w\" step=\"1ms\" gravity=\"0 0 0\">\n" body "</World>\n"
 #define ROBOT "<Robot name=\"arm\" urdf=\"one.urdf\" base=\"fixed\"/>\n"
 #define TYPE                                                                                                 \
@@ -74,7 +78,7 @@ static void the_world_of_the_mission_is_taken_whole(void)
     EXPECT_WITHIN(-1.5707963267948966, 0.0, world.robot[0].start[1]);
     TEST_ASSERT_EQUAL_UINT(2U, world.fixture[0].shape_count);
     EXPECT_WITHIN(-0.093, 0.0, world.fixture[0].shape[1].pose.position_m[2]);
-    TEST_ASSERT_EQUAL_STRING("finger", world.robot[0].model.frame[world.contact[0].frame].name);
+    TEST_ASSERT_EQUAL_STRING("finger", world.robot[0].model.frame[world.contact[0].side[0].frame].name);
     EXPECT_WITHIN(0.002, 0.0, world.spring[0].travel);
     TEST_ASSERT_EQUAL_UINT(1U, world.joystick[0].device.bus);
     EXPECT_WITHIN(2667.0, 0.0, world.hand[0].joint_stiffness);
@@ -97,14 +101,49 @@ static void several_robots_buses_and_benches_have_their_own_places(void)
     EXPECT_WITHIN(1e6, 0.0, world.step_ns);
 }
 
+static void robots_have_a_place_and_free_ones_a_motion(void)
+{
+    (void)temporary_file(
+        "body.urdf",
+        "<robot name=\"one\"><link name=\"foot\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" "
+        "ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link></robot>");
+    expect_world(WORLD("<Robot name=\"r\" urdf=\"body.urdf\" base=\"free\"><State at=\"1 2 3\" rpy=\"0 0 "
+                       "1.5707963267948966\" "
+                       "velocity=\"4 5 6\" rate=\"7 8 9\"/></Robot>\n"
+                       "<Robot name=\"s\" urdf=\"one.urdf\" base=\"fixed\"/>\n"));
+    EXPECT_WITHIN(2.0, 0.0, world.robot[0].pose.position_m[1]);
+    EXPECT_WITHIN(1.0, 1e-15, world.robot[0].pose.rotation.at[1][0]);
+    EXPECT_WITHIN(5.0, 0.0, world.robot[0].velocity_m_s[1]);
+    EXPECT_WITHIN(9.0, 0.0, world.robot[0].rate_rad_s[2]);
+    EXPECT_WITHIN(1.0, 0.0, world.robot[1].pose.rotation.at[2][2]);
+}
+
+static void a_contact_is_with_a_fixture_or_with_a_link(void)
+{
+    expect_world(WORLD(
+        ROBOT "<Fixture name=\"ball\" at=\"0 0 0\"><Sphere radius=\"0.5\" at=\"0 0 1\"/></Fixture>\n"
+              "<Contact a=\"arm.lever\" b=\"ball\" stiffness=\"1\" damping=\"1\" friction=\"1\" shear=\"2\" "
+              "shearDamping=\"3\"/>\n"
+              "<Contact a=\"arm.lever\" b=\"arm.foot\" stiffness=\"1\" damping=\"1\" friction=\"1\"/>\n"));
+    TEST_ASSERT_TRUE(world.contact[0].side[1].is_fixture);
+    TEST_ASSERT_EQUAL_INT(SHAPE_SPHERE, world.fixture[0].shape[0].kind);
+    EXPECT_WITHIN(0.5, 0.0, world.fixture[0].shape[0].radius_m);
+    EXPECT_WITHIN(2.0, 0.0, world.contact[0].shear);
+    EXPECT_WITHIN(0.0, 0.0, world.contact[1].shear_damping);
+    TEST_ASSERT_FALSE(world.contact[1].side[1].is_fixture);
+    TEST_ASSERT_EQUAL_STRING("foot", world.robot[0].model.frame[world.contact[1].side[1].frame].name);
+}
+
 static void unknown_elements_and_attributes_are_refused(void)
 {
     expect_refusal("<Mission/>", 1U, "'Mission', expected World");
-    expect_refusal(WORLD("<Gripper/>\n"), 2U,
-                   "'Gripper', expected Robot DriveType Drive Bench Fixture Contact");
-    expect_refusal(WORLD("\n<Wheel on=\"x\"/>\n"), 3U, "'Wheel'");
-    expect_refusal(WORLD("<Fixture name=\"f\" at=\"0 0 0\">\n<Sphere radius=\"1\"/></Fixture>\n"), 3U,
-                   "'Sphere', expected Box Cylinder");
+    expect_refusal(WORLD("<Gripper/>\n"), 2U, "'Gripper', expected an attribute name");
+    expect_refusal(WORLD("\n<Propeller on=\"x\"/>\n"), 3U, "'Propeller'");
+    expect_refusal(WORLD("<Fixture name=\"f\" at=\"0 0 0\">\n<Mesh file=\"1\"/></Fixture>\n"), 3U,
+                   "'Mesh', expected Box Sphere Cylinder");
+    expect_refusal(
+        WORLD("<Robot name=\"r\" urdf=\"one.urdf\" base=\"fixed\">\n<State rate=\"0 0 1\"/></Robot>\n"), 3U,
+        "'r', expected a robot with a free base");
     expect_refusal(
         WORLD("<Fixture name=\"f\" at=\"0 0 0\"><Box size=\"1 1 1\" at=\"0 0 0\"><Box/></Box></Fixture>\n"),
         2U, "'Box', expected no element inside of this one");
@@ -150,7 +189,7 @@ static void names_that_are_not_defined_above_are_refused(void)
     expect_refusal(WORLD(ROBOT DRIVE("A", "arm.axle", "b", "5") TYPE), 3U, "'t', expected a DriveType above");
     expect_refusal(
         WORLD("<Contact a=\"arm.lever\" b=\"wall\" stiffness=\"1\" damping=\"1\" friction=\"1\"/>\n"), 2U,
-        "'wall', expected a Fixture above");
+        "'wall', expected a Fixture, or robot.link");
     expect_refusal(WORLD(ROBOT "<CableSpring on=\"arm.hand\" hook=\"0 0 0\" catch=\"1\" length=\"1\" "
                                "stiffness=\"1\" preload=\"1\" "
                                "travel=\"1\" limit=\"1\"/>\n"),
@@ -159,6 +198,11 @@ static void names_that_are_not_defined_above_are_refused(void)
         WORLD("<Hand joystick=\"STICK\" stiffness=\"1\" damping=\"1\" positionScale=\"1\" forceScale=\"1\" "
               "jointStiffness=\"1\"/>\n"),
         2U, "'STICK', expected a Joystick above");
+    expect_refusal(WORLD(STICK "<Hand joystick=\"S\" stiffness=\"1\" damping=\"1\" positionScale=\"1\" "
+                               "forceScale=\"1\"/>\n"),
+                   3U, "expected all of positionScale, forceScale and jointStiffness, or none");
+    expect_refusal(WORLD(STICK "<Hand joystick=\"S\" stiffness=\"1\" damping=\"1\" forceScale=\"1\"/>\n"), 3U,
+                   "expected all of positionScale, forceScale and jointStiffness, or none");
     expect_refusal(WORLD("<PowerUnit name=\"P\" bus=\"b\" node=\"9\"><Supply device=\"A\"/></PowerUnit>\n"),
                    2U, "'A', expected a device above");
     // A power unit does not supply itself.
@@ -166,7 +210,7 @@ static void names_that_are_not_defined_above_are_refused(void)
                    2U, "'P', expected a device above");
 }
 
-static void what_stands_twice_is_refused(void)
+static void repeated_names_are_refused(void)
 {
     expect_refusal(WORLD(ROBOT ROBOT), 3U, "'arm', expected a name that no robot above has");
     expect_refusal(WORLD(TYPE TYPE), 3U, "'t', expected a name that no DriveType above has");
@@ -181,6 +225,114 @@ static void what_stands_twice_is_refused(void)
                    "'f', expected a name that no Fixture above has");
     expect_refusal(WORLD(TYPE BENCH("C", "b", "5") "<PowerUnit name=\"P\" bus=\"b\" node=\"5\"/>\n"), 4U,
                    "'5', expected a node id");
+}
+
+#define WHEEL(more)                                                                                          \
+    "<Wheel name=\"W\" bus=\"b\" node=\"7\" eds=\"e\" torque=\"0.2\" momentum=\"12\" " more "/>\n"
+
+static void wheels_are_taken_and_checked(void)
+{
+    expect_world(WORLD(ROBOT WHEEL("on=\"arm.lever\" axis=\"0 3 4\" start=\"-5\"")));
+    TEST_ASSERT_EQUAL_UINT(1U, world.wheel_count);
+    EXPECT_WITHIN(0.8, 1e-15, world.wheel[0].axis[2]);
+    EXPECT_WITHIN(-5.0, 0.0, world.wheel[0].start);
+    TEST_ASSERT_EQUAL_STRING("b", world.bus[world.wheel[0].device.bus]);
+    expect_refusal(WORLD(ROBOT WHEEL("on=\"arm.rim\" axis=\"0 0 1\"")), 3U,
+                   "'arm.rim', expected robot.link of a robot above");
+    expect_refusal(WORLD(ROBOT WHEEL("on=\"arm.lever\" axis=\"0 0 0\"")), 3U,
+                   "'0 0 0', expected an axis that has a direction");
+    expect_refusal(WORLD(ROBOT WHEEL("on=\"arm.lever\" axis=\"0 0 1\" start=\"13\"")), 3U,
+                   "'13', expected a start of at most momentum");
+    expect_refusal(WORLD(ROBOT WHEEL("on=\"arm.lever\"")), 3U, "'Wheel', expected an attribute axis");
+    expect_refusal(WORLD(ROBOT TYPE BENCH("C", "b", "7") WHEEL("on=\"arm.lever\" axis=\"0 0 1\"")), 5U,
+                   "'7', expected a node id that no device above");
+}
+
+#define FREE(name, more) "<Robot name=\"" name "\" urdf=\"body.urdf\" base=\"free\">" more "</Robot>\n"
+
+static void a_state_is_relative_to_a_link_and_valid_at_a_time(void)
+{
+    (void)temporary_file(
+        "body.urdf", "<robot name=\"b\"><link name=\"base\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" "
+                     "ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link></robot>");
+    expect_world(WORLD(
+        "<Robot name=\"arm\" urdf=\"one.urdf\" base=\"fixed\"><State at=\"1 2 3\" rpy=\"0 0 "
+        "1.5707963267948966\"/><Start axle=\"1.5707963267948966\"/></Robot>\n" FREE(
+            "r",
+            "<State at=\"0 1 0\" velocity=\"0 0.5 0\" rate=\"0 0 1\" relativeTo=\"arm.lever\" valid=\"75s\"/>"
+            "<Spread mass=\"0.02\" com=\"0.001\"/>")));
+    const world_robot_t* robot = &world.robot[1];
+    const double place[3]      = {1.0, 2.0, 4.0}; // The lever's y is the z of the world.
+    for (unsigned i = 0U; i < 3U; i++) {
+        EXPECT_WITHIN(place[i], 1e-12, robot->pose.position_m[i]);
+    }
+    EXPECT_WITHIN(0.5, 1e-12, robot->velocity_m_s[2]);
+    EXPECT_WITHIN(1.0, 1e-12, robot->rate_rad_s[0]);
+    EXPECT_WITHIN(75e9, 0.0, robot->valid_ns);
+    EXPECT_WITHIN(0.02, 0.0, robot->spread_mass);
+    EXPECT_WITHIN(0.0, 0.0, robot->spread_inertia);
+    expect_refusal(WORLD(FREE("r", "\n<State relativeTo=\"r.base\"/>")), 3U,
+                   "'r.base', expected robot.link of another");
+    expect_refusal(WORLD(FREE("r", "\n<State relativeTo=\"q.base\"/>")), 3U,
+                   "'q.base', expected robot.link of another");
+    expect_refusal(WORLD(FREE("r", "<State valid=\"1s\"/>") FREE("q", "<State relativeTo=\"r.base\"/>")), 3U,
+                   "'r.base', expected robot.link of another robot above, whose State");
+    expect_refusal(
+        WORLD("<Robot name=\"arm\" urdf=\"one.urdf\" base=\"fixed\">\n<State valid=\"1s\"/></Robot>\n"), 3U,
+        "'1s', expected no time in a robot");
+    expect_refusal(WORLD(FREE("r", "\n<State valid=\"-1s\"/>")), 3U, "valid=\"-1s\"'");
+    expect_refusal(WORLD(FREE("r", "\n<Spread mass=\"0.6\"/>")), 3U,
+                   "mass=\"0.6\"', expected a number from 0 to 0.5");
+    expect_refusal(WORLD(FREE("r", "\n<Spread size=\"0.1\"/>")), 3U,
+                   "size=\"0.1\"', expected mass inertia com");
+}
+
+static void a_relative_state_follows_a_prismatic_joint(void)
+{
+    (void)temporary_file(
+        "slide.urdf",
+        "<robot name=\"s\"><link name=\"foot\"/><link name=\"rod\"><inertial><mass value=\"1\"/>"
+        "<inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>"
+        "<joint name=\"axle\" type=\"prismatic\"><parent link=\"foot\"/><child link=\"rod\"/><axis xyz=\"0 0 "
+        "1\"/>"
+        "<limit lower=\"-1\" upper=\"2\" effort=\"1\" velocity=\"1\"/></joint></robot>");
+    expect_world(WORLD("<Robot name=\"s\" urdf=\"slide.urdf\" base=\"fixed\"><Start axle=\"0.5\"/></Robot>\n"
+                       "<Robot name=\"arm\" urdf=\"one.urdf\" base=\"fixed\"><State at=\"0 0 1\" "
+                       "relativeTo=\"s.rod\"/></Robot>\n"));
+    EXPECT_WITHIN(1.5, 1e-12, world.robot[1].pose.position_m[2]);
+}
+
+#define SENSOR(kind, more) "<" kind " name=\"S\" bus=\"b\" node=\"7\" eds=\"e\" on=\"arm.lever\" " more "/>\n"
+#define CAMERA(delay)                                                                                        \
+    SENSOR("PoseCamera", "sees=\"arm.foot\" rate=\"20\" delay=\"" delay                                      \
+                         "\" noise=\"1 2 3\" angleNoise=\"4 5 6\" loss=\"0.5\" at=\"7 8 9\"")
+
+static void sensors_are_taken_and_checked(void)
+{
+    expect_world(WORLD(ROBOT SENSOR("Gyro", "noise=\"1e-5\" bias=\"2e-6\"")));
+    TEST_ASSERT_EQUAL_INT(SENSOR_GYRO, world.sensor[0].kind);
+    EXPECT_WITHIN(0.0, 0.0, world.sensor[0].rate_hz);
+    EXPECT_WITHIN(2e-6, 0.0, world.sensor[0].bias);
+    expect_world(WORLD(ROBOT SENSOR("StarTracker", "rate=\"5\" noise=\"1 2 3\"")));
+    TEST_ASSERT_EQUAL_INT(SENSOR_STAR_TRACKER, world.sensor[0].kind);
+    EXPECT_WITHIN(3.0, 0.0, world.sensor[0].noise[2]);
+    expect_world(WORLD(ROBOT CAMERA("80ms")));
+    TEST_ASSERT_EQUAL_INT(SENSOR_POSE_CAMERA, world.sensor[0].kind);
+    EXPECT_WITHIN(80e6, 0.0, world.sensor[0].delay_ns);
+    EXPECT_WITHIN(6.0, 0.0, world.sensor[0].angle_noise[2]);
+    EXPECT_WITHIN(9.0, 0.0, world.sensor[0].at[2]);
+    TEST_ASSERT_EQUAL_UINT(0U, world.sensor[0].seen_frame);
+    expect_refusal(WORLD(ROBOT CAMERA("500ms")), 3U, "'500ms', expected a delay of at most 8 exposures");
+    expect_refusal(
+        WORLD(ROBOT SENSOR("PoseCamera", "sees=\"arm.hand\" rate=\"20\" delay=\"1ms\" noise=\"0 0 0\" "
+                                         "angleNoise=\"0 0 0\" loss=\"0\"")),
+        3U, "'arm.hand', expected robot.link");
+    expect_refusal(WORLD(ROBOT SENSOR("Gyro", "noise=\"-1\" bias=\"0\"")), 3U,
+                   "noise=\"-1\"', expected a number from 0");
+    expect_refusal(WORLD(ROBOT SENSOR("StarTracker", "noise=\"0 0 0\"")), 3U, "expected an attribute rate");
+    expect_refusal(WORLD(ROBOT SENSOR("StarTracker", "rate=\"0\" noise=\"0 0 0\"")), 3U, "rate=\"0\"'");
+    expect_refusal(WORLD(SENSOR("Gyro", "noise=\"1\" bias=\"0\"") ROBOT), 2U,
+                   "'arm.lever', expected robot.link");
 }
 
 static void robots_are_checked(void)
@@ -275,6 +427,45 @@ static void more_than_the_world_holds_is_refused(void)
     expect_refusal(text, 13U, "'B4', expected at most 4 devices");
 }
 
+#define INSTRUMENT(more)                                                                                     \
+    "<Instrument name=\"I\" type=\"UDP\" channel=\"h:1\" period=\"5ms\" value=\"INT16\" speed=\"1\"" more    \
+    "/>\n"
+
+static void instruments_are_read_with_all_attributes(void)
+{
+    expect_world(WORLD(INSTRUMENT(
+        "") "<Instrument name=\"J\" type=\"SERIAL\" channel=\"/dev/x\" framing=\"SLIP\" order=\"LITTLE\" "
+            "checksum=\"true\" period=\"1s\" value=\"DOUBLE\" scale=\"-2\" offset=\"3\" speed=\"4\"/>\n"));
+    TEST_ASSERT_EQUAL_UINT64(2U, world.instrument_count);
+    const world_instrument_t* plain = &world.instrument[0];
+    const world_instrument_t* other = &world.instrument[1];
+    TEST_ASSERT_EQUAL_UINT(2U, plain->type);
+    TEST_ASSERT_EQUAL_UINT(0U, plain->value);
+    TEST_ASSERT_FALSE(plain->is_slip || plain->is_little || plain->has_checksum);
+    TEST_ASSERT_TRUE((plain->scale == 1.0) && (plain->offset == 0.0) && (plain->period_ns == 5e6));
+    TEST_ASSERT_EQUAL_UINT(4U, other->type);
+    TEST_ASSERT_EQUAL_UINT(3U, other->value);
+    TEST_ASSERT_TRUE(other->is_slip && other->is_little && other->has_checksum);
+    TEST_ASSERT_TRUE((other->scale == -2.0) && (other->offset == 3.0) && (other->speed == 4.0));
+}
+
+static void attributes_of_an_instrument_are_checked(void)
+{
+    expect_refusal(WORLD(INSTRUMENT(" framing=\"RAW\"")), 2U, "'RAW', expected LENGTH or SLIP");
+    expect_refusal(WORLD(INSTRUMENT(" order=\"MIDDLE\"")), 2U, "'MIDDLE', expected BIG or LITTLE");
+    expect_refusal(WORLD(INSTRUMENT(" checksum=\"yes\"")), 2U, "'yes', expected true or false");
+    expect_refusal(WORLD(INSTRUMENT(" scale=\"0\"")), 2U, "expected a scale other than 0");
+    expect_refusal(
+        WORLD(
+            "<Instrument name=\"I\" type=\"CAN\" channel=\"x\" period=\"5ms\" value=\"INT16\" speed=\"1\"/>"),
+        2U, "'CAN', expected SHM MQUEUE UDP TCP SERIAL or FILE");
+    expect_refusal(
+        WORLD(
+            "<Instrument name=\"I\" type=\"UDP\" channel=\"x\" period=\"5ms\" value=\"INT64\" speed=\"1\"/>"),
+        2U, "'INT64', expected INT16 INT32 FLOAT or DOUBLE");
+    expect_refusal(WORLD(INSTRUMENT("") INSTRUMENT("")), 3U, "a name that no Instrument above has");
+}
+
 static void broken_files_are_refused(void)
 {
     char path[300];
@@ -293,13 +484,21 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(the_world_of_the_mission_is_taken_whole);
     RUN_TEST(several_robots_buses_and_benches_have_their_own_places);
+    RUN_TEST(robots_have_a_place_and_free_ones_a_motion);
+    RUN_TEST(a_contact_is_with_a_fixture_or_with_a_link);
     RUN_TEST(unknown_elements_and_attributes_are_refused);
     RUN_TEST(malformed_values_are_refused);
     RUN_TEST(names_that_are_not_defined_above_are_refused);
-    RUN_TEST(what_stands_twice_is_refused);
+    RUN_TEST(repeated_names_are_refused);
+    RUN_TEST(wheels_are_taken_and_checked);
+    RUN_TEST(a_state_is_relative_to_a_link_and_valid_at_a_time);
+    RUN_TEST(a_relative_state_follows_a_prismatic_joint);
+    RUN_TEST(sensors_are_taken_and_checked);
     RUN_TEST(robots_are_checked);
     RUN_TEST(drive_types_are_checked);
     RUN_TEST(more_than_the_world_holds_is_refused);
+    RUN_TEST(instruments_are_read_with_all_attributes);
+    RUN_TEST(attributes_of_an_instrument_are_checked);
     RUN_TEST(broken_files_are_refused);
     return UNITY_END();
 }

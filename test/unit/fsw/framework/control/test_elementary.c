@@ -92,6 +92,30 @@ static void clamp_takes_bounds_and_turns_nan_into_the_lower_one(void)
     TEST_ASSERT_TRUE(control_absolute(-3.0) == 3.0);
 }
 
+static void a_value_settles_at_zero_from_both_sides(void)
+{
+    TEST_ASSERT_TRUE(control_settle(9.9e-31) == 0.0);
+    TEST_ASSERT_TRUE(control_settle(-9.9e-31) == 0.0);
+    TEST_ASSERT_TRUE(control_settle(1.0e-30) == 1.0e-30);
+    TEST_ASSERT_TRUE(control_settle(-1.0e-30) == -1.0e-30);
+    TEST_ASSERT_TRUE(isnan(control_settle((double)NAN)));
+}
+
+static void an_angle_is_that_of_the_c_library_in_all_directions(void)
+{
+    for (int i = -40000; i <= 40000; i++) {
+        const double angle = 3.14159265358979 * (double)i / 40000.0;
+        for (double radius = 1.0e-3; radius < 1.0e4; radius *= 100.0) {
+            const double y = radius * sin(angle);
+            const double x = radius * cos(angle);
+            TEST_ASSERT_TRUE(fabs(control_angle(y, x) - atan2(y, x)) < 1.0e-15);
+        }
+    }
+    TEST_ASSERT_TRUE(control_angle(0.0, 0.0) == 0.0);
+    TEST_ASSERT_TRUE(control_angle((double)NAN, 1.0) == 0.0);
+    TEST_ASSERT_TRUE(fabs(control_angle(0.0, -2.0) - acos(-1.0)) < 1.0e-15);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -100,6 +124,8 @@ int main(void)
     RUN_TEST(sine_and_cosine_lie_on_the_circle_and_are_odd_and_even);
     RUN_TEST(angles_that_are_huge_or_not_finite_are_harmless);
     RUN_TEST(tanh_agrees_with_the_c_library);
+    RUN_TEST(an_angle_is_that_of_the_c_library_in_all_directions);
     RUN_TEST(clamp_takes_bounds_and_turns_nan_into_the_lower_one);
+    RUN_TEST(a_value_settles_at_zero_from_both_sides);
     return UNITY_END();
 }

@@ -62,11 +62,17 @@ static void a_motion_stops_from_full_speed(void)
     const control_motion_point_t from = point;
     control_motion_brake(&motion, &from, 4.0);
     double before = from.position;
+    double speed  = from.velocity;
     while (!control_motion_is_done(&motion)) {
         point = control_motion_step(&motion, PERIOD_S);
         TEST_ASSERT_TRUE(point.position >= before);
         EXPECT_BELOW((from.velocity * PERIOD_S) + 1.0e-12, point.position - before);
+        if (!control_motion_is_done(&motion)) { // The last period ends within the stop.
+            EXPECT_WITHIN(0.5 * (point.velocity + speed), 1.0e-9, (point.position - before) / PERIOD_S);
+            EXPECT_WITHIN(-4.0, 1.0e-9, point.acceleration);
+        }
         before = point.position;
+        speed  = point.velocity;
     }
     EXPECT_WITHIN(from.position + (from.velocity * from.velocity / 8.0), 1.0e-9, point.position);
     TEST_ASSERT_TRUE(point.velocity == 0.0);

@@ -75,6 +75,19 @@ static void the_filter_has_its_stated_bandwidth(void)
     EXPECT_WITHIN(sqrt(5.0) / 2.0, 0.03, largest);
 }
 
+/// At zero no last digit ends the decay.
+static void what_comes_to_rest_at_zero_does_not_become_subnormal(void)
+{
+    control_tracker_reset(&tracker, 0.1);
+    for (unsigned i = 0U; i < 20000U; i++) {
+        control_tracker_step(&tracker, 0.0, 300.0, PERIOD_S);
+        TEST_ASSERT_FALSE(fpclassify(tracker.position) == FP_SUBNORMAL);
+        TEST_ASSERT_FALSE(fpclassify(tracker.velocity) == FP_SUBNORMAL);
+        TEST_ASSERT_FALSE(fpclassify(tracker.acceleration) == FP_SUBNORMAL);
+    }
+    TEST_ASSERT_TRUE((tracker.position == 0.0) && (fabs(tracker.velocity) < 1.0e-25));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -82,5 +95,6 @@ int main(void)
     RUN_TEST(a_ramp_is_followed_without_lag);
     RUN_TEST(a_step_response_settles_without_oscillation);
     RUN_TEST(the_filter_has_its_stated_bandwidth);
+    RUN_TEST(what_comes_to_rest_at_zero_does_not_become_subnormal);
     return UNITY_END();
 }

@@ -112,7 +112,7 @@ static void lose_and_find(const bool by_sending)
     assert_int_equal(STATUS_CLOSED, status);
     assert_int_equal(0, open_count);
     assert_int_equal(FLOW_CAN_BUS_OFF, flow.health.state);
-    assert_true(flow_can_is_open(&flow)); // For its user it is a bus without anybody.
+    assert_true(flow_can_is_open(&flow)); // For its user it is a bus without other nodes.
     assert_int_equal(STATUS_CLOSED, flow_can_send(&flow, 0x080U, NULL, 0U));
     assert_int_equal(STATUS_CLOSED, flow_can_receive(&flow, &frame));
     for (unsigned i = 0U; i < 1000U; i++) { // Half a second at 2 kHz: a few attempts, not a thousand.
@@ -139,11 +139,19 @@ static void lose_and_find(const bool by_sending)
     assert_int_equal(STATUS_OK, flow_can_send(&flow, 0x080U, NULL, 0U));
     flow_can_attend(&flow, now_ns + (10000U * (uint64_t)MS));
     assert_int_equal(in_advance + 1U, attempts); // Nothing to open any more.
+    now_ns += 10000U * (uint64_t)MS;
+    is_there = false;
+    assert_int_equal(STATUS_CLOSED, flow_can_send(&flow, 0x080U, NULL, 0U));
+    flow_can_attend(&flow, now_ns);
+    assert_int_equal(in_advance + 1U, attempts); // After the next loss it waits again.
+    is_there = true;
+    flow_can_attend(&flow, now_ns + (1000U * (uint64_t)MS));
+    assert_int_equal(2U, flow.counters.reopened);
     flow_can_close(&flow);
     flow_can_close(&flow);
     assert_int_equal(0, open_count);
     flow_can_attend(&flow, now_ns + (20000U * (uint64_t)MS));
-    assert_int_equal(in_advance + 1U, attempts);
+    assert_int_equal(in_advance + 2U, attempts);
 }
 
 static void an_interface_lost_while_sending_is_opened_again(void** state)
@@ -174,7 +182,7 @@ static void an_interface_that_opens_only_in_part_is_closed(void** state)
     assert_false(flow_can_is_open(&flow));
     is_there      = true;
     filter_status = STATUS_OK;
-    left          = 100000U; // A sender that never pauses does not hold the opening.
+    left          = 100000U; // A sender that never pauses does not delay the opening.
     assert_int_equal(STATUS_OK, flow_can_open(&flow, &resolver, "robot"));
     assert_int_equal(100000U - OSAL_CAN_RING_FRAMES, left);
     assert_int_equal(STATUS_EXISTS, flow_can_open(&flow, &resolver, "robot"));
@@ -183,7 +191,7 @@ static void an_interface_that_opens_only_in_part_is_closed(void** state)
     assert_int_equal(0, open_count);
 }
 
-/// A controller that reports errors without end does not hold its user.
+/// A controller that reports errors without end does not block its user.
 static void a_flood_of_error_frames_is_taken_in_piecewise(void** state)
 {
     osal_can_frame_t frame;

@@ -55,8 +55,45 @@ status_t __wrap_osal_device_write(osal_device_t* device, const uint8_t* octets, 
     return __real_osal_device_write(device, octets, taken, out_written);
 }
 
+static struct {
+    uint32_t announced; ///< Octets that the partner has announced; 0: as they are.
+    const char* late;   ///< What the partner sends during a wait; null: nothing.
+    unsigned socket_waits;
+    unsigned device_waits;
+} partner;
+
+uint32_t __real_osal_hand_over_due(const osal_hand_over_t* hand_over);
+uint32_t __wrap_osal_hand_over_due(const osal_hand_over_t* hand_over)
+{
+    return (partner.announced > 0U) ? partner.announced : __real_osal_hand_over_due(hand_over);
+}
+
+/// Time limit of a wait during which the partner sends.
+static uint32_t send_late(const uint32_t timeout_ms)
+{
+    if (partner.late != NULL) {
+        TEST_ASSERT_EQUAL((ssize_t)strlen(partner.late), write(far, partner.late, strlen(partner.late)));
+    }
+    return ((partner.announced > 0U) && (partner.late == NULL)) ? 1U : timeout_ms;
+}
+
+status_t __real_osal_socket_wait_readable(osal_socket_t* sock, uint32_t timeout_ms);
+status_t __wrap_osal_socket_wait_readable(osal_socket_t* sock, uint32_t timeout_ms)
+{
+    partner.socket_waits += (partner.announced > 0U) ? 1U : 0U;
+    return __real_osal_socket_wait_readable(sock, send_late(timeout_ms));
+}
+
+status_t __real_osal_device_wait_readable(osal_device_t* device, uint32_t timeout_ms);
+status_t __wrap_osal_device_wait_readable(osal_device_t* device, uint32_t timeout_ms)
+{
+    partner.device_waits++;
+    return __real_osal_device_wait_readable(device, send_late(timeout_ms));
+}
+
 void setUp(void)
 {
+    (void)memset(&partner, 0, sizeof partner);
     write_limit = 0U;
     far         = -1;
     now_ns      = 0U;
@@ -428,6 +465,42 @@ static void a_quota_that_is_used_up_is_a_refusal(void)
     TEST_ASSERT_EQUAL(STATUS_OK, step_on());
 }
 
+// ---- Announced octets ----
+
+static void expect_announced(void)
+{
+    const uint8_t* payload = NULL;
+    size_t held            = 0U;
+    expect_nothing(STATUS_EMPTY);
+    TEST_ASSERT_EQUAL_UINT(0U, partner.socket_waits + partner.device_waits); // Nothing is announced.
+    partner.announced = 4U;
+    expect_nothing(STATUS_EMPTY); // They do not come.
+    partner.late = "two\n";
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_stream_receive(&flow, &payload, &held));
+    TEST_ASSERT_EQUAL_UINT64(3U, held);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY("two", payload, 3U);
+}
+
+/// Octets that were announced and have not arrived are waited for at the flow's own end node, and the first
+/// call returns their frame.
+static void announced_octets_are_waited_for(void)
+{
+    begin_line();
+    begin(ENDNODE_SERIAL, "imu", (flow_format_t){.framing = FLOW_FRAMING_LINE, .baud = 115200U});
+    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
+    expect_announced();
+    TEST_ASSERT_TRUE((partner.device_waits == 2U) && (partner.socket_waits == 0U));
+    flow_stream_close(&flow);
+    (void)close(far);
+    (void)memset(&partner, 0, sizeof partner);
+    listen_at(0U);
+    begin(ENDNODE_TCP, "server", (flow_format_t){.framing = FLOW_FRAMING_LINE});
+    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
+    accept_far();
+    expect_announced();
+    TEST_ASSERT_TRUE((partner.device_waits == 0U) && (partner.socket_waits == 2U));
+}
+
 // ---- Files and devices ----
 
 static void a_file_is_read_as_it_grows(void)
@@ -515,6 +588,7 @@ int main(void)
     RUN_TEST(octets_in_the_outbox_are_discarded_with_their_connection);
     RUN_TEST(frames_that_cannot_be_sent_are_refused);
     RUN_TEST(a_quota_that_is_used_up_is_a_refusal);
+    RUN_TEST(announced_octets_are_waited_for);
     RUN_TEST(a_file_is_read_as_it_grows);
     RUN_TEST(a_fifo_waits_for_its_reader);
     RUN_TEST(raw_octets_of_a_device);

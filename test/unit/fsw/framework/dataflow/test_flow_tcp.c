@@ -107,7 +107,7 @@ static void wait(osal_socket_t* const socket)
     TEST_ASSERT_TRUE((status == STATUS_OK) || (status == STATUS_TIMEOUT));
 }
 
-/// Step when something has come, or after a while; returns the octets taken in.
+/// Step when octets have arrived, or after a short wait; returns the octets taken in.
 static size_t step(const size_t limit)
 {
     size_t octets = 0U;
@@ -234,7 +234,7 @@ static void waiting_clients_are_served_in_turn_up_to_the_number_of_places(void)
     TEST_ASSERT_EQUAL_UINT32(2U, clients[0].epoch);
 }
 
-/// Of three that have sent much, the next one is served after the one that was served last.
+/// Three clients have sent more than one poll takes: each poll begins after the client that was served last.
 static void clients_are_served_in_turn(void)
 {
     enum {

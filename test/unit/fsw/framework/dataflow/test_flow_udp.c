@@ -118,7 +118,7 @@ static void datagrams_of_unknown_peers_and_too_long_ones_are_skipped(void)
     TEST_ASSERT_EQUAL_UINT64(0U, size);
 }
 
-/// A sender that never pauses does not hold up the cycle.
+/// A sender that never pauses does not delay the cycle.
 static void one_call_skips_a_limited_number_of_datagrams_of_other_senders(void)
 {
     uint8_t octets[16] = {0U};

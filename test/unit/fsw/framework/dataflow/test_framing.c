@@ -232,6 +232,11 @@ static void raw_octets_are_handed_on_as_they_come(void)
 {
     static const flow_format_t raw = {.framing = FLOW_FRAMING_RAW};
     octets_t expected              = {.size = 0U};
+    uint8_t octets[4];
+    size_t size = 0U;
+    TEST_ASSERT_EQUAL(STATUS_FULL, flow_frame_encode(&raw, (const uint8_t*)"01234", 5U, octets, 4U, &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_frame_encode(&raw, (const uint8_t*)"0123", 4U, octets, 4U, &size));
+    TEST_ASSERT_EQUAL_UINT64(4U, size);
     begin(&raw);
     feed((const uint8_t*)"0123456789", 10U);
     feed(NULL, 0U);
@@ -248,6 +253,7 @@ static void the_end_of_a_stream_discards_its_incomplete_frame(void)
         octets_t expected = {.size = 0U};
         put(&stream, &formats[f], "abc\333", 4U);
         add_frame(&expected, "abc\333", 4U);
+        const size_t before = (stream.octets[0] == 0300U) ? 1U : 0U; // An end octet begins no frame.
         for (size_t cut = 0U; cut < stream.size; cut++) {
             begin(&formats[f]);
             feed(stream.octets, cut);
@@ -255,7 +261,7 @@ static void the_end_of_a_stream_discards_its_incomplete_frame(void)
             feed(stream.octets, stream.size);
             TEST_ASSERT_EQUAL_UINT64(expected.size, seen.size);
             TEST_ASSERT_EQUAL_HEX8_ARRAY(expected.octets, seen.octets, seen.size);
-            TEST_ASSERT_TRUE(assembler.counters.cut <= 1U);
+            TEST_ASSERT_EQUAL_UINT32((cut > before) ? 1U : 0U, assembler.counters.cut);
         }
         TEST_ASSERT_EQUAL_UINT32(1U, assembler.counters.cut);
         flow_frame_assembler_reset(&assembler); // After a whole frame nothing is cut.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Attempts, losses and quota of a link whose object opens by the test's orders.
+// Attempts, losses and quota of a link. The test determines whether its object opens.
 #include "fsw/framework/dataflow/link.h"
 
 #include "unity.h"
@@ -61,7 +61,7 @@ static void an_object_that_is_lost_is_opened_again_after_the_delay(void)
 
 static void a_failed_attempt_is_closed_and_returns_its_quota(void)
 {
-    object.result = STATUS_BUSY; // Another program uses the object: this is no lasting attempt.
+    object.result = STATUS_BUSY; // Another program uses the object: the attempt is over.
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_link_step(&link, 0U));
     TEST_ASSERT_EQUAL(STATUS_BUSY, link.failure);
     TEST_ASSERT_EQUAL_UINT(1U, object.closed);
@@ -75,7 +75,7 @@ static void a_failed_attempt_is_closed_and_returns_its_quota(void)
     TEST_ASSERT_EQUAL_UINT32(2U, link.reconnect.failed);
 }
 
-static void an_attempt_that_lasts_takes_its_quota_once(void)
+static void an_attempt_of_several_steps_takes_its_quota_once(void)
 {
     object.lasts  = true;
     object.result = STATUS_BUSY;
@@ -89,7 +89,7 @@ static void an_attempt_that_lasts_takes_its_quota_once(void)
     TEST_ASSERT_FALSE(link.is_pending);
 }
 
-static void an_attempt_that_lasts_can_fail(void)
+static void an_attempt_of_several_steps_can_fail(void)
 {
     object.lasts  = true;
     object.result = STATUS_BUSY;
@@ -101,7 +101,7 @@ static void an_attempt_that_lasts_can_fail(void)
     TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
 }
 
-static void closing_ends_an_attempt_that_lasts_and_makes_the_next_one_due(void)
+static void closing_ends_an_attempt_of_several_steps_and_makes_the_next_one_due(void)
 {
     flow_link_close(&link); // Nothing is open.
     TEST_ASSERT_EQUAL_UINT(0U, object.closed);
@@ -124,8 +124,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(an_object_that_is_lost_is_opened_again_after_the_delay);
     RUN_TEST(a_failed_attempt_is_closed_and_returns_its_quota);
-    RUN_TEST(an_attempt_that_lasts_takes_its_quota_once);
-    RUN_TEST(an_attempt_that_lasts_can_fail);
-    RUN_TEST(closing_ends_an_attempt_that_lasts_and_makes_the_next_one_due);
+    RUN_TEST(an_attempt_of_several_steps_takes_its_quota_once);
+    RUN_TEST(an_attempt_of_several_steps_can_fail);
+    RUN_TEST(closing_ends_an_attempt_of_several_steps_and_makes_the_next_one_due);
     return UNITY_END();
 }

@@ -51,13 +51,15 @@ const char arm_document[] =
     "<ParamRef name='POSITION' type='DOUBLE' count='2'/></Requires>\n"
     "</RTLinkService>\n"
     "<Devices>\n"
-    "<Device name='JOINT1' type='cia402-drive'>\n"
+    "<Device name='JOINT1' type='joint-drive'>\n"
     "<Setting object='0x6060:00' type='INT8' value='-8'/>\n" // 45
     "<Setting object='0x1600:0A' type='UINT32' value='0x60400010'/>\n"
     "<Endnode type='CAN' bus='robot' node='0x11'/></Device>\n"
     "<Device name='GROUND' type='ground-port'><Endnode type='TCP' address='127.0.0.1' "
     "port='10015' framing='LENGTH' order='LITTLE'/><Endnode type='SERIAL' name='/dev/ttyS0' framing='SLIP' "
-    "baud='19200'/><Endnode type='FILE' name='/dev/adc0' direction='READ'/></Device>\n"
+    "baud='19200'/><Endnode type='FILE' name='/dev/adc0' direction='READ' silence='3ms'/>"
+    "<Field name='RATE' direction='IN' type='INT16' scale='-1e-3' offset='2' unit='1/s'/><Field name='ON' "
+    "direction='OUT' type='UINT8' safe='1'/></Device>\n"
     "</Devices>\n"
     "</Configuration>\n" // 50
     "</Subsystem>\n";

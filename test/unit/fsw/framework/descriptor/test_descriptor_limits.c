@@ -70,12 +70,12 @@ static const struct {
     {"", "<Configuration name='C%u' id='%u' priority='1' samplingTime='1ms'/>", "",
      DESCRIPTOR_CONFIGURATIONS_MAX, "too many configurations, at most 8"},
     {CONFIGURATION "<Devices>", "<Device name='D%u' type='x'/>", "</Devices></Configuration>",
-     DESCRIPTOR_DEVICES_MAX, "too many devices, at most 32"},
+     DESCRIPTOR_DEVICES_MAX, "too many devices, at most 128"},
     {CONFIGURATION "<Devices><Device name='D' type='x'>",
      "<Setting object='0x6060:00' type='INT16' value='%u'/>", "</Device></Devices></Configuration>",
-     DESCRIPTOR_SETTINGS_MAX, "too many <Setting>, at most 128"},
+     DESCRIPTOR_SETTINGS_MAX, "too many <Setting>, at most 640"},
     {CONFIGURATION "<Devices><Device name='D' type='x'>", "<Endnode type='SHM' name='n%u'/>",
-     "</Device></Devices></Configuration>", DESCRIPTOR_ENDNODES_MAX, "too many <Endnode>, at most 32"},
+     "</Device></Devices></Configuration>", DESCRIPTOR_ENDNODES_MAX, "too many <Endnode>, at most 128"},
     {CONFIGURATION "<RTLinkService>",
      "<Provides name='P%u' id='%u' methods='UDP'><ParamRef name='A' type='INT8'/></Provides>",
      "</RTLinkService></Configuration>", DESCRIPTOR_PORTS_MAX, "too many ports, at most 16"},
@@ -235,6 +235,14 @@ static void texts_beyond_the_models_room_are_refused(void)
                              descriptor_error(&loader));
 }
 
+static void the_bounds_of_a_field_are_within(void)
+{
+    const char* const text = damaged(arm_document, "value='0.25 0.5'", "value='-1.5 1.5'");
+    TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK,
+                              descriptor_parse_subsystem(&loader, "arm.xml", text, strlen(text), &arm),
+                              descriptor_error(&loader));
+}
+
 static void a_port_may_be_in_several_configurations(void)
 {
     static const char* const port =
@@ -251,7 +259,8 @@ static void a_port_may_be_in_several_configurations(void)
     TEST_ASSERT_EQUAL_UINT32(2000U, arm.ports[1].period_us);
 }
 
-/// Too small for the parser itself, and then for the document. setUp initializes the loader again.
+/// The arena is too small for the parser itself, and then for the document. setUp initializes the loader
+/// again.
 static void an_arena_that_is_used_up_is_reported(void)
 {
     loader.parser.arena.capacity = 1024U;
@@ -273,6 +282,7 @@ int main(void)
     RUN_TEST(more_octets_than_allowed_are_refused_with_their_number);
     RUN_TEST(high_events_fill_their_room_exactly);
     RUN_TEST(texts_beyond_the_models_room_are_refused);
+    RUN_TEST(the_bounds_of_a_field_are_within);
     RUN_TEST(a_port_may_be_in_several_configurations);
     RUN_TEST(an_arena_that_is_used_up_is_reported);
     return UNITY_END();

@@ -418,7 +418,7 @@ static void a_bus_has_the_devices_of_one_subsystem(void)
 static void devices_of_one_subsystem_share_its_bus(void)
 {
     write_file("arm.xml", damaged(arm_document, "node='0x11'/></Device>\n",
-                                  "node='0x11'/></Device>\n<Device name='JOINT2' type='cia402-drive'>"
+                                  "node='0x11'/></Device>\n<Device name='JOINT2' type='joint-drive'>"
                                   "<Endnode type='CAN' bus='robot' node='0x12'/></Device>\n"));
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, load(flight_document), descriptor_error(&loader));
 }

@@ -203,6 +203,38 @@ static void reads_ports_and_devices_of_a_configuration(void)
     TEST_ASSERT_NULL(device_of(coupled, "JOINT2"));
 }
 
+static void reads_quantities_of_a_device(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      load(damaged(arm_document, "<Endnode type='CAN' bus='robot'",
+                                   "<Quantity name='Q' id='3' object='0x2210:0B' type='INT16' scale='-0.5'/>"
+                                   "<Endnode type='CAN' bus='robot'")));
+    TEST_ASSERT_EQUAL_UINT16(1U, arm.quantity_count);
+    TEST_ASSERT_EQUAL_HEX16(0x2210U, arm.quantities[0].index);
+    TEST_ASSERT_EQUAL_HEX8(0x0BU, arm.quantities[0].subindex);
+    TEST_ASSERT_TRUE(arm.quantities[0].scale == -0.5);
+}
+
+static void reads_the_records_of_a_device_and_the_times_of_its_end_node(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, load(arm_document));
+    const descriptor_device_t* const device = device_of(descriptor_find_configuration(&arm, 2U), "GROUND");
+    const descriptor_endnode_t* const file  = &arm.endnodes[device->first_endnode + 2U];
+    TEST_ASSERT_EQUAL_UINT16(2U, device->record_field_count);
+    const descriptor_record_field_t* const fields = &arm.record_fields[device->first_record_field];
+    TEST_ASSERT_EQUAL_STRING("RATE", fields[0].name);
+    TEST_ASSERT_EQUAL_STRING("1/s", fields[0].unit);
+    TEST_ASSERT_FALSE(fields[0].is_out);
+    TEST_ASSERT_EQUAL(VALUE_INT16, fields[0].type);
+    TEST_ASSERT_TRUE((fields[0].scale == -1e-3) && (fields[0].offset == 2.0));
+    TEST_ASSERT_TRUE(fields[1].is_out);
+    TEST_ASSERT_TRUE((fields[1].scale == 1.0) && (fields[1].offset == 0.0) && (fields[1].safe == 1.0));
+    TEST_ASSERT_EQUAL_UINT32(3000U, file->silence_us);
+    TEST_ASSERT_EQUAL_UINT32(10000U, file->retry_us);
+    TEST_ASSERT_EQUAL_UINT32(1000000U, file->longest_us);
+    TEST_ASSERT_FALSE(file->has_checksum);
+}
+
 static void reads_each_bit_rate_of_a_serial_line(void)
 {
     static const uint32_t rates[] = {9600U, 19200U, 38400U, 57600U, 115200U, 230400U, 460800U, 921600U};
@@ -261,7 +293,7 @@ static const damage_t damages[] = {
     // Structure: which elements may stand where, and with which attributes.
     {"<Subsystem ", "<Mission ", 1U, "<Mission>: expected <Subsystem>"},
     {"<Parameters>", "<Parameter>", 4U,
-     "<Parameter> in <Subsystem>: expected <Resources> or <States> or <Parameters> or "},
+     "<Parameter> in <Subsystem>: expected <Resources> or <States> or <Enumerations> or <Failures> or "},
     {"<State name", "<Mode name", 3U, "<Mode> in <States>: expected <State>"},
     {"<Event name='LOST' id='1' severity='HIGH'/>", "<ParamRef name='A'/>", 14U, "<ParamRef> in <Events>"},
     {" poolClear='70'", " clear='70'", 2U,
@@ -317,9 +349,9 @@ static const damage_t damages[] = {
     {"<ParamRef name='COUNT'/></Event>", "<ParamRef name='N' type='UINT8'/></Event>", 18U,
      "either all <ParamRef>"},
     {"<ParamRef name='COUNT'/></Event>", "<ParamRef name='COUNT' unit='m'/></Event>", 18U,
-     "no count and no unit"},
+     "no count, no unit and no enumeration"},
     {"<ParamRef name='COUNT'/></Event>", "<ParamRef name='COUNT' count='2'/></Event>", 18U,
-     "no count and no unit"},
+     "no count, no unit and no enumeration"},
     // Functions.
     {"states='OPERATIONAL'", "states='OPERATING'", 21U, "of OFFLINE SOFTWARE_INIT"},
     {"states='OPERATIONAL'", "states='OPERATIONAL OPERATIONAL'", 21U, "each once"},
@@ -439,6 +471,18 @@ static const damage_t damages[] = {
     {"bus='robot' node", "bus='robot' framing='RAW' node", 47U,
      "<Endnode> of type CAN has no attribute framing"},
     {"bus='robot' node", "bus='robot' order='BIG' node", 47U, "<Endnode> of type CAN has no attribute order"},
+    {"bus='robot' node", "bus='robot' checksum='true' node", 47U,
+     "<Endnode> of type CAN has no attribute checksum"},
+    {"bus='robot' node", "bus='robot' retry='1ms' node", 47U, "<Endnode> of type CAN has no attribute retry"},
+    {"silence='3ms'", "silence='3'", 48U, "a time like"},
+    {"silence='3ms'", "checksum='yes'", 48U, "true or false"},
+    {"silence='3ms'", "retry='2s' retryLongest='1s'", 48U, "a retryLongest of at least retry, 2000000 us"},
+    {"direction='IN'", "direction='UP'", 48U, "one of IN OUT"},
+    {"direction='IN' type='INT16'", "direction='IN' type='BOOL'", 48U, "an integer type, FLOAT or DOUBLE"},
+    {"scale='-1e-3'", "scale='0'", 48U, "a number other than 0"},
+    {"scale='-1e-3'", "scale='much'", 48U, "a number of type DOUBLE"},
+    {"offset='2'", "safe='2'", 48U, "<Field> of direction IN has no attribute safe"},
+    {"name='ON'", "name='RATE'", 48U, "name RATE is taken in line 48"},
     {"name='GROUND'", "name='JOINT1'", 48U, "name JOINT1 is taken in line 44"},
 };
 
@@ -534,6 +578,8 @@ int main(void)
     RUN_TEST(reads_events_of_both_kinds);
     RUN_TEST(reads_functions);
     RUN_TEST(reads_housekeeping_as_in_the_paper);
+    RUN_TEST(reads_quantities_of_a_device);
+    RUN_TEST(reads_the_records_of_a_device_and_the_times_of_its_end_node);
     RUN_TEST(reads_each_bit_rate_of_a_serial_line);
     RUN_TEST(reads_loops_of_a_configuration);
     RUN_TEST(reads_ports_and_devices_of_a_configuration);

@@ -211,16 +211,16 @@ static void a_full_medium_refuses_puts_and_still_erases(void)
 
 static void a_commit_drops_octets_of_replaced_records(void)
 {
-    configuration.slack = 1000U;
+    uint64_t most       = 0U;
+    configuration.slack = 1044U; // Some put and its commit use it up to its last octet.
     TEST_ASSERT_EQUAL(STATUS_OK, journal_open(&journal, &configuration));
-    TEST_ASSERT_EQUAL(STATUS_OK, put(77U, 10U, 9U));
-    TEST_ASSERT_EQUAL(STATUS_OK, put(78U, 10U, 8U));
+    TEST_ASSERT_TRUE((put(77U, 10U, 9U) == STATUS_OK) && (put(78U, 10U, 8U) == STATUS_OK));
     for (uint32_t i = 0U; i < 1000U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 80U, (uint8_t)i));
         commit();
-        TEST_ASSERT_TRUE(journal.stats.used <= ((2U * (journal.stats.live + 16U)) + 1000U + COMMIT_SIZE));
+        most = (journal.stats.used > most) ? journal.stats.used : most;
     }
-    TEST_ASSERT_TRUE((journal.stats.compactions > 50U) && (journal.stats.compactions < 200U));
+    TEST_ASSERT_EQUAL_UINT64((2U * (journal.stats.live + 16U)) + 1044U, most);
     TEST_ASSERT_EQUAL_UINT32(journal.stats.compactions + 1U, journal.stats.generation);
     reopen_durable();
     TEST_ASSERT_EQUAL_UINT64(3U, kept_count);

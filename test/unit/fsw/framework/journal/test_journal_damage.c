@@ -29,7 +29,7 @@ static size_t found_size;
 static unsigned kept_calls;
 static uint32_t random_state = 1U;
 static unsigned long tried;
-static unsigned long told;
+static unsigned long damage_reports;
 
 static uint32_t random_below(const uint32_t bound)
 {
@@ -139,7 +139,7 @@ static void judge(const char* const what, const size_t place)
     TEST_ASSERT_TRUE_MESSAGE(is_reported || ((journal.damage.octets == 0U) && (journal.damage.records == 0U)),
                              message);
     tried++;
-    told += is_reported ? 1U : 0U;
+    damage_reports += is_reported ? 1U : 0U;
     if ((tried % 16U) == 0U) { // The journal continues, and reports the damage once.
         const size_t left = found_size;
         recorded_copy(work, recorded.image);
@@ -192,9 +192,9 @@ static void damage_everywhere(void)
 
 void setUp(void)
 {
-    random_state = 1U;
-    tried        = 0U;
-    told         = 0U;
+    random_state   = 1U;
+    tried          = 0U;
+    damage_reports = 0U;
 }
 
 void tearDown(void)
@@ -211,8 +211,9 @@ static void damage_at_any_octet_is_reported_or_harmless(void)
     write_journal(14U);
     TEST_ASSERT_TRUE(journal.stats.generation > 1U);
     damage_everywhere();
-    TEST_ASSERT_TRUE((told > 1000U) && (told < tried));
-    (void)snprintf(text, sizeof text, "%lu damages, %lu told, the others did no harm", tried, told);
+    TEST_ASSERT_TRUE((damage_reports > 1000U) && (damage_reports < tried));
+    (void)snprintf(text, sizeof text, "%lu damages, %lu damage_reports, the others did no harm", tried,
+                   damage_reports);
     UnityPrint(text);
     UNITY_PRINT_EOL();
 }
@@ -316,7 +317,7 @@ static void the_last_record_behind_the_damage_is_counted(void)
     TEST_ASSERT_EQUAL_UINT32(1U, journal.damage.records);
 }
 
-/// With both media damaged, their content shows it, without a mark.
+/// If both media are damaged, their content shows the damage, without a mark.
 static void damage_of_both_media_is_reported(void)
 {
     write_journal(3U);

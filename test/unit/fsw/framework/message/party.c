@@ -36,13 +36,13 @@ static status_t send(void* context, uint16_t to, const uint8_t* frame, size_t si
     party_member_t* const member = context;
     party_t* const party         = member->party;
     const unsigned index         = to - party_id(0U);
-    const status_t fate =
-        (party->fate != NULL) ? party->fate(party, member->index, index, frame, size) : STATUS_OK;
-    if (fate == STATUS_EMPTY) {
+    const status_t outcome =
+        (party->outcome != NULL) ? party->outcome(party, member->index, index, frame, size) : STATUS_OK;
+    if (outcome == STATUS_EMPTY) {
         return STATUS_OK;
     }
     const status_t status =
-        (fate == STATUS_OK) ? member->carrier.send(member->carrier.context, to, frame, size) : fate;
+        (outcome == STATUS_OK) ? member->carrier.send(member->carrier.context, to, frame, size) : outcome;
     if (status == STATUS_OK) {
         party->frames[member->index][index]++;
     }

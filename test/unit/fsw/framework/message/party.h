@@ -45,7 +45,7 @@ struct party {
     unsigned frames[PARTY_MEMBERS][PARTY_MEMBERS]; ///< Taken by the carrier, from and to.
     /// What happens to a frame: STATUS_OK passes it on, STATUS_EMPTY loses it on the way, any other is the
     /// carrier's refusal. May be null.
-    status_t (*fate)(party_t* party, unsigned from, unsigned to, const uint8_t* frame, size_t size);
+    status_t (*outcome)(party_t* party, unsigned from, unsigned to, const uint8_t* frame, size_t size);
 };
 
 /// Forms that this kernel carries: the first so many.

@@ -306,19 +306,19 @@ static status_t refuse_some(party_t* self, unsigned from, unsigned to, const uin
     return ((number >= refused_from) && (number < refused_to)) ? refusal : STATUS_OK;
 }
 
-static void set_fate(unsigned sender, unsigned from, unsigned to, status_t status)
+static void set_outcome(unsigned sender, unsigned from, unsigned to, status_t status)
 {
     frames_seen    = 0U;
     refused_sender = sender;
     refused_from   = from;
     refused_to     = to;
     refusal        = status;
-    party.fate     = refuse_some;
+    party.outcome  = refuse_some;
 }
 
 static void meet_a_full_carrier(void)
 {
-    set_fate(0U, 1U, 4U, STATUS_FULL);
+    set_outcome(0U, 1U, 4U, STATUS_FULL);
     TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, 0U));
     for (unsigned i = 0U; i < 3U; i++) {
         TEST_ASSERT_EQUAL(STATUS_FULL, send_number(0U, 1U, 1U));
@@ -338,7 +338,7 @@ static void a_block_refused_by_a_full_carrier_can_be_sent_again(void)
 
 static void send_to_an_unreachable_receiver(void)
 {
-    set_fate(0U, 0U, 2U, STATUS_CLOSED);
+    set_outcome(0U, 0U, 2U, STATUS_CLOSED);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, send_number(0U, 1U, 0U));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, send_number(0U, 1U, 0U));
     TEST_ASSERT_EQUAL(2U, end(0U)->counters.unreachable);
@@ -355,7 +355,7 @@ static void an_unreachable_peer_is_reported_and_counted(void)
 
 static void lose_some(void)
 {
-    set_fate(0U, 3U, 8U, STATUS_EMPTY);
+    set_outcome(0U, 3U, 8U, STATUS_EMPTY);
     for (uint32_t i = 0U; i < 20U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
     }
@@ -378,7 +378,7 @@ static void lost_blocks_are_counted_and_give_their_credit_back(void)
 
 static void lose_all_but_the_last(void)
 {
-    set_fate(0U, 0U, MESSAGE_WINDOW - 1U, STATUS_EMPTY);
+    set_outcome(0U, 0U, MESSAGE_WINDOW - 1U, STATUS_EMPTY);
     for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
     }
@@ -395,7 +395,7 @@ static void the_last_block_of_a_window_is_received_if_all_others_are_lost(void)
 
 static void lose_a_whole_window(void)
 {
-    set_fate(0U, 0U, MESSAGE_WINDOW, STATUS_EMPTY);
+    set_outcome(0U, 0U, MESSAGE_WINDOW, STATUS_EMPTY);
     for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
     }
@@ -421,7 +421,7 @@ static void the_sender_continues_after_the_loss_of_a_window(void)
 
 static void refuse_all_credit(void)
 {
-    set_fate(1U, 0U, UINT32_MAX, STATUS_FULL);
+    set_outcome(1U, 0U, UINT32_MAX, STATUS_FULL);
     for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(2U, 1U, i));
     }
@@ -431,7 +431,7 @@ static void refuse_all_credit(void)
     expect_nothing(2U);
     TEST_ASSERT_EQUAL(STATUS_FULL, send_number(2U, 1U, 99U));
     TEST_ASSERT_EQUAL(0U, credit(2U, 1U));
-    set_fate(1U, 0U, 0U, STATUS_OK); // The carrier has room: credit is sent again, without new data.
+    set_outcome(1U, 0U, 0U, STATUS_OK); // The carrier has room: credit is sent again, without new data.
     expect_nothing(1U);
     expect_nothing(2U);
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(2U, 1U));

@@ -117,9 +117,9 @@ static status_t catch_frame(party_t* self, unsigned from, unsigned to, const uin
 static void hear_an_old_sender_late(void)
 {
     exchange(0U, 1U, 0U, 2U);
-    party.fate = catch_frame;
+    party.outcome = catch_frame;
     send_number(0U, 1U, 50U); // Overtaken by the first frame of its successor.
-    party.fate = NULL;
+    party.outcome = NULL;
     party_restart(&party, 0U, 2U);
     send_number(0U, 1U, 60U);
     TEST_ASSERT_EQUAL(60U, next_number(1U));
@@ -312,7 +312,7 @@ static void the_frame_has_the_layout_of_its_header_file(void)
     party_open(&party, PARTY_RING);
     uint8_t expected[64];
     const uint8_t payload[3] = {0U, 1U, 2U};
-    party.fate               = catch_frame;
+    party.outcome            = catch_frame;
     TEST_ASSERT_EQUAL(STATUS_OK, party_send(&party, 0U, 1U, payload, sizeof payload));
     TEST_ASSERT_EQUAL(write_frame(&good, expected, sizeof payload), caught_size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, caught, caught_size);

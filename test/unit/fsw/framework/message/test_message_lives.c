@@ -26,7 +26,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    party.fate = NULL;
+    party.outcome = NULL;
 }
 
 static uint32_t draw(uint32_t below)
@@ -146,7 +146,7 @@ static void other_lives_than_that_change_nothing(void)
     party_in_each_form(&party, hear_other_lives);
 }
 
-/// Without lives from the run, the first frame to a life that was never heard cannot be judged.
+/// Without lives from the run, the first frame to a life that was never heard cannot be classified.
 static void send_to_a_life_that_was_never_heard(void)
 {
     party_restart(&party, 1U, 2U);
@@ -226,8 +226,8 @@ static void expect_all_counted(unsigned from, uint32_t sent)
 static void lose_at_random(void)
 {
     for (unsigned round = 0U; round < 400U; round++) {
-        party.fate  = lose_some;
-        losses_left = draw(201U);
+        party.outcome = lose_some;
+        losses_left   = draw(201U);
         for (unsigned i = 0U; (losses_left > 0U) && (i < 2000U); i++) {
             const unsigned who = draw(2U);
             (void)send_number(who, 1U - who, i);
@@ -235,7 +235,7 @@ static void lose_at_random(void)
                 (void)next_number(draw(2U));
             }
         }
-        party.fate = NULL;
+        party.outcome = NULL;
         take_all(0U);
         take_all(1U);
         for (unsigned who = 0U; who < 2U; who++) { // SYNC in both directions.

@@ -153,7 +153,7 @@ static void exchange(unsigned rounds)
 static uint32_t lose_both_windows(void)
 {
     uint32_t lost = 0U;
-    party.fate    = lose;
+    party.outcome = lose;
     while (message_credit(&party.members[0].endpoint, party_id(1U)) > 0U) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_numbered(0U, 1U, lost));
         TEST_ASSERT_EQUAL(STATUS_OK, send_numbered(1U, 0U, lost));
@@ -163,7 +163,7 @@ static uint32_t lose_both_windows(void)
         TEST_ASSERT_EQUAL(STATUS_FULL, send_numbered(0U, 1U, 0U));
         TEST_ASSERT_EQUAL(STATUS_FULL, send_numbered(1U, 0U, 0U));
     }
-    party.fate = NULL;
+    party.outcome = NULL;
     return lost;
 }
 
@@ -215,7 +215,7 @@ static void a_hint_starts_a_query_at_once(void)
     party_in_each_form(&party, ask_after_a_hint);
 }
 
-/// Only frames of credit are lost, here those from 1 to 0.
+/// Lose only the frames of credit from 1 to 0.
 static status_t lose_answers(party_t* cut, unsigned from, unsigned to, const uint8_t* frame, size_t size)
 {
     (void)cut;
@@ -227,12 +227,12 @@ static status_t lose_answers(party_t* cut, unsigned from, unsigned to, const uin
 
 static void offer_the_same_credit_again(void)
 {
-    party.fate = lose_answers;
+    party.outcome = lose_answers;
     for (uint32_t i = 0U; message_credit(&party.members[0].endpoint, party_id(1U)) > 0U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_numbered(0U, 1U, i));
         TEST_ASSERT_EQUAL(i, take_numbered(1U));
     }
-    party.fate        = NULL;
+    party.outcome     = NULL;
     unsigned attempts = 0U;
     while ((send_numbered(0U, 1U, 9U) != STATUS_OK) && (attempts < PATIENCE)) {
         TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(1U));
@@ -263,17 +263,17 @@ static void repeated_queries_do_not_fill_the_carrier(void)
     party_in_each_form(&party, flood_a_receiver_that_sleeps);
 }
 
-/// However long the connection was cut, the ends detect it within a bounded number of attempts.
+/// The ends detect a cut of any length within a bounded number of attempts.
 static void cut_for_long(void)
 {
     exchange(3U);
     const uint32_t lost = lose_both_windows();
-    party.fate          = lose;
+    party.outcome       = lose;
     for (unsigned i = 0U; i < 100000U; i++) {
         TEST_ASSERT_EQUAL(STATUS_FULL, send_numbered(0U, 1U, 0U));
         TEST_ASSERT_EQUAL(STATUS_FULL, send_numbered(1U, 0U, 0U));
     }
-    party.fate        = NULL;
+    party.outcome     = NULL;
     unsigned attempts = 0U;
     while ((send_numbered(0U, 1U, 77U) != STATUS_OK) && (attempts < 1100U)) {
         TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(1U));

@@ -105,23 +105,23 @@ static void a_block_comes_in_two_parts(void)
             const size_t first = (size < head_size) ? size : head_size;
             uint8_t head[8]    = {0};
             uint8_t rest[8]    = {0};
-            size_t told        = 99U;
+            size_t size_out    = 99U;
             TEST_ASSERT_EQUAL(STATUS_OK,
                               message_ring_put_parts(&ring, octets, first, &octets[first], size - first));
             TEST_ASSERT_EQUAL(STATUS_OK,
-                              message_ring_take_parts(&ring, head, head_size, rest, size - first, &told));
-            TEST_ASSERT_EQUAL(size, told);
+                              message_ring_take_parts(&ring, head, head_size, rest, size - first, &size_out));
+            TEST_ASSERT_EQUAL(size, size_out);
             TEST_ASSERT_TRUE(memcmp(octets, head, first) == 0);
             TEST_ASSERT_TRUE(memcmp(&octets[first], rest, size - first) == 0);
             if (size > first) { // No room for the whole rest: the head is there, the next block is unchanged.
                 TEST_ASSERT_EQUAL(STATUS_OK, message_ring_put(&ring, octets, size));
                 TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, message_ring_take_parts(&ring, head, head_size, rest,
-                                                                            size - first - 1U, &told));
-                TEST_ASSERT_EQUAL(size, told);
+                                                                            size - first - 1U, &size_out));
+                TEST_ASSERT_EQUAL(size, size_out);
                 TEST_ASSERT_TRUE(memcmp(octets, head, first) == 0);
             }
-            TEST_ASSERT_EQUAL(STATUS_EMPTY, message_ring_take_parts(&ring, head, 8U, rest, 8U, &told));
-            TEST_ASSERT_EQUAL(0U, told);
+            TEST_ASSERT_EQUAL(STATUS_EMPTY, message_ring_take_parts(&ring, head, 8U, rest, 8U, &size_out));
+            TEST_ASSERT_EQUAL(0U, size_out);
         }
     }
 }

@@ -67,8 +67,8 @@ static void drop_again(uint32_t count)
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
 }
 
-/// The network delivers each frame of half a window again: at once, after the window was taken in, and while
-/// the next one waits behind it.
+/// The network delivers each frame of half a window twice: at once, after the frames were received, and while
+/// the next frames wait.
 static void deliver_twice(void)
 {
     exchange(0U, 1U, 0U, 3U);
@@ -107,9 +107,9 @@ static void deliver_twice(void)
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.overruns);
     exchange(0U, 1U, 300U, 3U);
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(0U));
-    TEST_ASSERT_EQUAL(MESSAGE_WINDOW,
-                      message_credit(end(0U), party_id(1U)) + (end(1U)->places[0].channel.position.taken -
-                                                               end(1U)->places[0].channel.position.told));
+    TEST_ASSERT_EQUAL(MESSAGE_WINDOW, message_credit(end(0U), party_id(1U)) +
+                                          (end(1U)->places[0].channel.position.taken -
+                                           end(1U)->places[0].channel.position.acknowledged));
 }
 
 static void a_duplicated_frame_is_delivered_once(void)

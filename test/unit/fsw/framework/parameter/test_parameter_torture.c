@@ -110,7 +110,7 @@ void tearDown(void)
     TEST_ASSERT_TRUE(parameter_is_consistent(&dictionary));
 }
 
-/// By id, by an entry found before, and by name, in turn.
+/// Read the parameters by id, by an entry found before, and by name, in turn.
 static void read_all(void* context)
 {
     party_t* const self = context;

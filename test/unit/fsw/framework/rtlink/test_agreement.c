@@ -4,6 +4,7 @@
 
 #include "unity.h"
 
+#include <stdbool.h>
 #include <string.h>
 
 void setUp(void)
@@ -49,7 +50,7 @@ static rtlink_terms_t offer(uint32_t n)
     return terms;
 }
 
-// Rows are the producer's period, columns the consumer's: who can read every n-th sample.
+// Rows are the one period, columns the other, which is a multiple of it.
 static const uint8_t is_multiple[PERIODS][PERIODS] = {
     {0U, 0U, 0U, 0U, 0U, 0U}, {0U, 1U, 1U, 1U, 1U, 1U}, {0U, 0U, 1U, 1U, 0U, 1U},
     {0U, 0U, 0U, 1U, 0U, 1U}, {0U, 0U, 0U, 0U, 1U, 0U}, {0U, 0U, 0U, 0U, 0U, 1U},
@@ -72,7 +73,8 @@ static rtlink_verdict_t expected_verdict(uint32_t producer_number, uint32_t cons
     if ((producer.order != 0U) && (producer.order != 1U)) {
         return RTLINK_REFUSED_ORDER;
     }
-    if (is_multiple[period_index(producer_number)][period_index(consumer_number)] == 0U) {
+    if ((is_multiple[period_index(producer_number)][period_index(consumer_number)] == 0U) &&
+        (is_multiple[period_index(consumer_number)][period_index(producer_number)] == 0U)) {
         return RTLINK_REFUSED_PERIOD;
     }
     return ((producer.methods & consumer.methods & 0x7U) == 0U) ? RTLINK_REFUSED_METHOD : RTLINK_ACCEPTED;
@@ -110,7 +112,9 @@ static void every_pair_of_offers(void)
                 TEST_ASSERT_TRUE((agreed.methods == 1U) || (agreed.methods == 2U) || (agreed.methods == 4U));
                 TEST_ASSERT_TRUE((agreed.methods & common) != 0U);
                 TEST_ASSERT_EQUAL(0U, common & (agreed.methods - 1U));
-                TEST_ASSERT_EQUAL(offers[k].period_us, offers[i].period_us * agreed.decimation);
+                const bool is_slower = (offers[k].period_us > offers[i].period_us);
+                TEST_ASSERT_EQUAL(is_slower ? (offers[k].period_us / offers[i].period_us) : 1U,
+                                  agreed.decimation);
             }
         }
     }
@@ -121,22 +125,22 @@ static void every_pair_of_offers(void)
 
 static void a_refusal_names_the_acceptable_value(void)
 {
-    rtlink_terms_t wanted = plain;
-    rtlink_terms_t told   = {0};
+    rtlink_terms_t wanted   = plain;
+    rtlink_terms_t reported = {0};
     wanted.layout_hash++;
     wanted.methods    = 0x2U;
     wanted.period_us  = 700U;
     wanted.max_age_us = 9U;
-    TEST_ASSERT_EQUAL(RTLINK_REFUSED_LAYOUT, rtlink_negotiate(&plain, &wanted, &told));
-    TEST_ASSERT_EQUAL(plain.layout_hash, told.layout_hash);
-    TEST_ASSERT_EQUAL(plain.period_us, told.period_us);
-    TEST_ASSERT_EQUAL(plain.methods, told.methods);
+    TEST_ASSERT_EQUAL(RTLINK_REFUSED_LAYOUT, rtlink_negotiate(&plain, &wanted, &reported));
+    TEST_ASSERT_EQUAL(plain.layout_hash, reported.layout_hash);
+    TEST_ASSERT_EQUAL(plain.period_us, reported.period_us);
+    TEST_ASSERT_EQUAL(plain.methods, reported.methods);
     wanted.layout_hash = plain.layout_hash;
-    TEST_ASSERT_EQUAL(RTLINK_REFUSED_PERIOD, rtlink_negotiate(&plain, &wanted, &told));
-    wanted.period_us = told.period_us;
-    TEST_ASSERT_EQUAL(RTLINK_REFUSED_METHOD, rtlink_negotiate(&plain, &wanted, &told));
-    wanted.methods = told.methods;
-    TEST_ASSERT_EQUAL(RTLINK_ACCEPTED, rtlink_negotiate(&plain, &wanted, &told));
+    TEST_ASSERT_EQUAL(RTLINK_REFUSED_PERIOD, rtlink_negotiate(&plain, &wanted, &reported));
+    wanted.period_us = reported.period_us;
+    TEST_ASSERT_EQUAL(RTLINK_REFUSED_METHOD, rtlink_negotiate(&plain, &wanted, &reported));
+    wanted.methods = reported.methods;
+    TEST_ASSERT_EQUAL(RTLINK_ACCEPTED, rtlink_negotiate(&plain, &wanted, &reported));
 }
 
 static void the_native_order_is_this_machine_s(void)

@@ -147,7 +147,7 @@ static void two_kilohertz_for_thirty_minutes(void)
 
 // ---- Two processes, in turn by a scheduler ----
 
-#define SLOT_NS 100000U ///< 10 kHz.
+#define STEP_NS 100000U ///< 10 kHz.
 #define MINUTE 600000U  ///< Samples.
 
 typedef struct { // In shared memory.
@@ -173,7 +173,7 @@ enum { // How a process ended.
 /// Run the scheduler up to sample `number`. Returns WELL, or the failure.
 static int await(osal_lockstep_t* scheduler, unsigned participant, uint32_t number)
 {
-    const uint64_t wake_ns = (uint64_t)number * SLOT_NS;
+    const uint64_t wake_ns = (uint64_t)number * STEP_NS;
     osal_grant_t grant     = {0U, 0U, 0U};
     if (osal_lockstep_wait(scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE, wake_ns, &grant) != STATUS_OK) {
         return NOT_GRANTED;
@@ -184,13 +184,13 @@ static int await(osal_lockstep_t* scheduler, unsigned participant, uint32_t numb
 /// All findings go into the figures. Returns its exit code.
 static int consume(osal_lockstep_t* scheduler, figures_t* figures)
 {
-    const rtlink_terms_t agreed = terms(RTLINK_METHOD_SHARED_MEMORY, SLOT_NS / 1000U);
+    const rtlink_terms_t agreed = terms(RTLINK_METHOD_SHARED_MEMORY, STEP_NS / 1000U);
     int code                    = await(scheduler, CONSUMER, 0U);
     if ((code == WELL) && !open_readers(&agreed)) { // The producer, whose turn was before, has opened it.
         return NOT_OPENED;
     }
     for (uint32_t number = 0U; (number < MINUTE) && (code == WELL); number++) {
-        read_all(number, (uint64_t)number * SLOT_NS, figures);
+        read_all(number, (uint64_t)number * STEP_NS, figures);
         code = await(scheduler, CONSUMER, number + 1U);
     }
     close_figures(MINUTE, figures);
@@ -200,7 +200,7 @@ static int consume(osal_lockstep_t* scheduler, figures_t* figures)
 
 static int produce(osal_lockstep_t* scheduler)
 {
-    const rtlink_terms_t agreed = terms(RTLINK_METHOD_SHARED_MEMORY, SLOT_NS / 1000U);
+    const rtlink_terms_t agreed = terms(RTLINK_METHOD_SHARED_MEMORY, STEP_NS / 1000U);
     if (rtlink_producer_open(&producer, &links, LINK, &agreed, EPOCH) != STATUS_OK) {
         return NOT_OPENED;
     }
@@ -208,7 +208,7 @@ static int produce(osal_lockstep_t* scheduler)
     for (uint32_t number = 0U; (number < MINUTE) && (code == WELL); number++) {
         uint32_t payload[WORDS];
         fill(number, payload);
-        code = (rtlink_producer_write(&producer, (uint8_t)(number % 10U), (uint64_t)number * SLOT_NS,
+        code = (rtlink_producer_write(&producer, (uint8_t)(number % 10U), (uint64_t)number * STEP_NS,
                                       (const uint8_t*)payload) == STATUS_OK)
                    ? await(scheduler, PRODUCER, number + 1U)
                    : NOT_WRITTEN;
@@ -227,7 +227,7 @@ static pid_t start(unsigned participant, osal_lockstep_t* scheduler, figures_t* 
     return process;
 }
 
-/// However long the processes wait for a processor, only they themselves end the run; if one ends badly, the
+/// The run has no time-out, because the processes may wait long for a processor. If one of them fails, the
 /// other is released.
 static void ten_kilohertz_for_one_minute_between_processes(void)
 {
@@ -237,7 +237,7 @@ static void ten_kilohertz_for_one_minute_between_processes(void)
     links_name(2U, name);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&shm, name, sizeof(meeting_t)));
     meeting_t* const meeting         = osal_shm_address(&shm);
-    osal_lockstep_t* const scheduler = osal_lockstep_create(meeting->scheduler, SLOT_NS, true);
+    osal_lockstep_t* const scheduler = osal_lockstep_create(meeting->scheduler, STEP_NS, true);
     TEST_ASSERT_NOT_NULL(scheduler);
     osal_lockstep_expect(scheduler, PRODUCER, 1U, 0U);
     osal_lockstep_expect(scheduler, CONSUMER, 1U, 0U);

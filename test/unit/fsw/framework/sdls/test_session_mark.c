@@ -45,7 +45,7 @@ static void test_numbers_stay(void)
     open_it(UINT32_MAX);
 }
 
-/// Also for a mark that stays open: each number is on the disk in both copies only.
+/// While a mark stays open, too, a number is in force only when both copies of it are on the disk.
 static void test_both_copies_follow(void)
 {
     const uint8_t* const octets = recorded.image[0].octets;

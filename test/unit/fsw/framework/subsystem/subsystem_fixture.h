@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A test fixture for one generic subsystem: a descriptor of its own, callbacks that do as they are told, a
-/// port that writes down every report as one line of text, and simulated time.
+/// A test fixture for one generic subsystem: a descriptor of its own, callbacks whose results the test sets,
+/// a port that writes down every report as one line of text, and simulated time.
 ///
 ///     fixture_open(NULL);
 ///     fixture_state(STATE_PRE_OPERATIONAL);     // A telecommand; the first has number 0.
@@ -23,7 +23,7 @@
 #define FIXTURE_APID 16U
 #define FIXTURE_USER 1U
 #define FIXTURE_SUPERVISOR 0x8001U
-/// Of both configurations; without a configuration it is ten times as long.
+/// Sampling time of both configurations; without a configuration the cycle is ten times as long.
 #define FIXTURE_PERIOD_NS 1000000ULL
 #define FIXTURE_ALONE 1U
 #define FIXTURE_LINKED 2U

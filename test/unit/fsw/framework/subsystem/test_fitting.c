@@ -231,6 +231,42 @@ static void without_a_descriptor_nothing_is_asked(void)
     TEST_ASSERT_TRUE(assertion_fails(fit_nothing));
 }
 
+// ---- Devices ----
+
+static void look(void* self)
+{
+    (void)self;
+}
+
+static void devices_without_an_end_node_on_can_are_refused(void)
+{
+    static const char* const types[] = {
+        "SHM' name='x",    "MQUEUE' name='x", "UDP' address='h' port='1", "TCP' address='h' port='1",
+        "SERIAL' name='x", "FILE' name='x"};
+    callbacks.sense = look;
+    for (size_t i = 0U; i < (sizeof types / sizeof types[0]); i++) {
+        begin();
+        add(CONFIGURATION "<Devices><Device name='D' type='x'>\n<Endnode type='");
+        add(types[i]);
+        add("'/></Device></Devices></Configuration>");
+        expect(false, 5U, "type of <Endnode>: expected CAN, by which this subsystem reaches its devices");
+    }
+    begin();
+    add(CONFIGURATION "<Devices>\n<Device name='D' type='x'/></Devices></Configuration>");
+    expect(false, 5U, "<Device> has no <Endnode type=\"CAN\">");
+    begin();
+    add(CONFIGURATION "<Devices>\n<Device name='D' type='x'><Endnode type='CAN' bus='b' node='3'/></Device>"
+                      "</Devices></Configuration>");
+    expect(true, 0U, "");
+}
+
+static void a_subsystem_that_senses_nothing_has_no_devices(void)
+{
+    add(CONFIGURATION "<Devices>\n<Device name='D' type='x'><Endnode type='CAN' bus='b' node='3'/></Device>"
+                      "</Devices></Configuration>");
+    expect(false, 5U, "<Device>: expected none, this subsystem has no devices");
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -244,5 +280,7 @@ int main(void)
     RUN_TEST(a_subsystem_can_refuse_its_descriptor);
     RUN_TEST(the_refusal_is_an_error_with_file_and_line);
     RUN_TEST(without_a_descriptor_nothing_is_asked);
+    RUN_TEST(devices_without_an_end_node_on_can_are_refused);
+    RUN_TEST(a_subsystem_that_senses_nothing_has_no_devices);
     return UNITY_END();
 }

@@ -21,7 +21,8 @@ void tearDown(void)
 static const state_t requests[COLUMNS] = {STATE_OFFLINE, STATE_PRE_OPERATIONAL, STATE_SAFE_OPERATIONAL,
                                           STATE_OPERATIONAL, STATE_ERROR_OPERATIONAL};
 
-// "in \ request". Row 7 is on its way to 3 when the request comes; 8 and 9 can only be on their way to 0.
+// Row: present state; column: requested state. In row 7 the machine was going to state 3 when the request
+// arrived; in rows 8 and 9 it was going to state 0, the only possible target there.
 static const char* const request_rows[STATE_COUNT][COLUMNS] = {
     {"done", "1 2 3", "no", "no", "no"},    {"9 0", "busy", "no", "no", "9 0"},
     {"8 9 0", "busy", "no", "no", "8 9 0"}, {"7 8 9 0", "done", "4", "no", "6"},
@@ -240,7 +241,7 @@ static void on_the_way_down_nothing_stops_a_failure(void)
             (void)subsystem_state_machine_request(&machine, STATE_OFFLINE, CAUSE_SHUTDOWN);
             char states_passed[STATES_TEXT];
             machine_finish(&machine, (state_outcome_t)outcome, states_passed);
-            // Actuators that cannot be switched off end in 6, where the next request finds them.
+            // If the actuators cannot be switched off, the machine ends in state 6.
             TEST_ASSERT_EQUAL((state == STATE_OPERATIONAL) ? STATE_ERROR_OPERATIONAL : STATE_OFFLINE,
                               machine.state);
             TEST_ASSERT_TRUE(machine.has_failed);

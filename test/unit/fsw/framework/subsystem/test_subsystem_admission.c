@@ -126,9 +126,9 @@ static void of_many_refused_instructions_the_first_and_their_number_are_reported
     const char* const lines = fixture_look();
     TEST_ASSERT_EQUAL(taken, count_lines(lines, "1.8 #"));
     TEST_ASSERT_EQUAL(taken, count_lines(lines, " 0407 FE\n"));
-    const unsigned told = count_lines(lines, "1.4 #");
-    TEST_ASSERT_TRUE((told >= taken) && (told < 254U));
-    TEST_ASSERT_EQUAL((254U * taken) - told, reports_lost());
+    const unsigned reported = count_lines(lines, "1.4 #");
+    TEST_ASSERT_TRUE((reported >= taken) && (reported < 254U));
+    TEST_ASSERT_EQUAL((254U * taken) - reported, reports_lost());
     fixture_forget();
     (void)fixture_command(PUS_SERVICE_EVENTS, 6U, ids, sizeof ids); // All of them, once the port takes them.
     TEST_ASSERT_EQUAL(254U, count_lines(fixture_look(), "1.4 #"));

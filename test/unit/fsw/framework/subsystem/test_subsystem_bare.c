@@ -160,13 +160,13 @@ static void the_time_between_events_follows_from_their_rate(void)
 }
 
 /// Raise many events of one kind, with an event of this layout that reports suppressed ones.
-static void suppress(const char* const teller)
+static void suppress(const char* const reporter)
 {
     static char events[512];
     (void)snprintf(events, sizeof events,
                    "<Event name='INFO' id='4' severity='INFORMATIVE'/>"
                    "<Event name='EVENTS_SUPPRESSED' id='20' severity='LOW'>%s</Event>",
-                   teller);
+                   reporter);
     fixture_open_with("<Event name='INFO' id='4' severity='INFORMATIVE'/>", events);
     fixture_bring(STATE_PRE_OPERATIONAL, 0U);
     for (unsigned i = 0U; i < 100U; i++) {
@@ -179,11 +179,11 @@ static void suppressed_events_are_reported_by_an_event_with_fitting_fields(void)
 {
     suppress("<ParamRef name='EVENT' type='UINT16'/><ParamRef name='COUNT' type='UINT32'/>");
     TEST_ASSERT_TRUE(fixture_has("5.2 event 20 aux 000400000050\n"));
-    TEST_ASSERT_EQUAL_UINT16(20U, fixture.subsystem.events.teller);
+    TEST_ASSERT_EQUAL_UINT16(20U, fixture.subsystem.events.reporter_id);
     fixture_close();
     suppress("<ParamRef name='EVENT' type='UINT16'/>"); // The event has no room for the number.
     TEST_ASSERT_FALSE(fixture_has("5.2 event 20"));
-    TEST_ASSERT_EQUAL_UINT16(0U, fixture.subsystem.events.teller);
+    TEST_ASSERT_EQUAL_UINT16(0U, fixture.subsystem.events.reporter_id);
 }
 
 static void a_pool_warns_only_where_there_is_an_event_for_it(void)
@@ -267,6 +267,26 @@ static void an_initial_value_that_does_not_fit_refuses_the_configuration(void)
     wide.initials[0].text        = "5000000000";
     fixture.subsystem.descriptor = &wide;
     expect_refused_configuration();
+}
+
+/// Each set of a structure has its own parameters.
+static void a_structure_may_have_several_sets(void)
+{
+    static char xml[8192];
+    const char* const whole = fixture_descriptor();
+    const char* const last  = strstr(whole, "</HKService>");
+    (void)snprintf(xml, sizeof xml,
+                   "%.*s<SampledNREPTimes nrep='2'><ParamRef name='LIMIT'/></SampledNREPTimes>%s",
+                   (int)(last - whole), whole, last);
+    fixture_close();
+    fixture_open(xml);
+    fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
+    fixture.shows_status = true;
+    fixture.count        = 0xABCDU;
+    fixture_run(20U);
+    fixture_forget();
+    fixture_run(10U); // LIMIT is 7, COUNT its five samples.
+    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "ABCDABCDABCDABCDABCD401C000000000000401C000000000000\n"));
 }
 
 static void more_sets_than_a_report_can_have_refuse_the_configuration(void)
@@ -363,6 +383,7 @@ int main(void)
     RUN_TEST(a_field_that_the_program_does_not_publish_is_accepted);
     RUN_TEST(an_initial_value_that_does_not_fit_ends_the_initialisation);
     RUN_TEST(an_initial_value_that_does_not_fit_refuses_the_configuration);
+    RUN_TEST(a_structure_may_have_several_sets);
     RUN_TEST(more_sets_than_a_report_can_have_refuse_the_configuration);
     RUN_TEST(without_a_loader_there_is_nothing_to_reload);
     RUN_TEST(a_descriptor_that_is_refused_later_ends_its_request);

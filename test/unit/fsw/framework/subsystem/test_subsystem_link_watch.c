@@ -18,7 +18,7 @@ static void required_links_are_needed_for_safe_operational(void)
     open(1U, 5U);
     fixture_run(1U);
     fixture_forget();
-    (void)fixture_state(STATE_SAFE_OPERATIONAL); // Open, but nothing has come yet.
+    (void)fixture_state(STATE_SAFE_OPERATIONAL); // The link is open, but no sample has arrived.
     fixture_expect("1.1 #4\n1.4 #4 0111 100002\n");
     run(1U);
     (void)fixture_state(STATE_SAFE_OPERATIONAL);
@@ -134,7 +134,7 @@ static void a_closed_link_is_as_lost_as_a_stale_one(void)
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "0111 100002\n"));
 }
 
-/// With an open link that is not required, as the third, and the component in this state.
+/// Bring the component into this state, with a third open link, which is not required.
 static void bring_with_extra(state_t state)
 {
     const rtlink_terms_t terms = terms_of(PORT_EXTRA);

@@ -48,7 +48,7 @@ static void each_refusal_names_its_field(void)
     spoiled                       = request_of(PORT_IN, 1U);
     spoiled.properties.byte_order = 2U;
     expect_refusal(&spoiled, 2U, 3U);
-    static const uint32_t periods[] = {0U, 700U, 2000U, UINT32_MAX}; // The consumer's is 1000.
+    static const uint32_t periods[] = {0U, 700U, 1500U, UINT32_MAX}; // The consumer's is 1000.
     for (unsigned i = 0U; i < 4U; i++) {
         spoiled                      = request_of(PORT_IN, 1U);
         spoiled.properties.period_us = periods[i];

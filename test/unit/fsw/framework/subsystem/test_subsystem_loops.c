@@ -204,7 +204,7 @@ static void the_component_leaves_loops_with_tasks_alone(void)
     fixture_expect(expected);
 }
 
-static void a_loop_runs_each_of_its_cycles_once_and_keeps_its_rhythm_when_late(void)
+static void a_loop_runs_each_of_its_cycles_once_and_keeps_its_period_when_late(void)
 {
     begin_with_tasks();
     const uint64_t at_ns = step_loop(FAST, FAST_NS, 4U);
@@ -292,7 +292,7 @@ int main(void)
     RUN_TEST(without_its_configuration_a_loop_rests);
     RUN_TEST(requests_reach_structures_of_every_loop);
     RUN_TEST(the_component_leaves_loops_with_tasks_alone);
-    RUN_TEST(a_loop_runs_each_of_its_cycles_once_and_keeps_its_rhythm_when_late);
+    RUN_TEST(a_loop_runs_each_of_its_cycles_once_and_keeps_its_period_when_late);
     RUN_TEST(a_full_mailbox_refuses_and_counts);
     RUN_TEST(queued_samples_are_dropped_and_counted_when_the_configuration_ends);
     RUN_TEST(a_port_that_refuses_is_counted_as_in_every_loop);

@@ -318,7 +318,7 @@ static void stops_where_the_handler_refuses(void)
     TEST_ASSERT_EQUAL(STATUS_OK, parse(sample)); // And forgotten with the next document.
 }
 
-/// From an arena in which the first allocation fails to one in which none does.
+/// Arenas of all sizes, from one in which the first allocation fails to one in which no allocation fails.
 static void an_arena_of_any_size_parses_the_document_or_is_reported_as_used_up(void)
 {
     unsigned refused = 0U;

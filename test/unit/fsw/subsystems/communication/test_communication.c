@@ -428,7 +428,7 @@ static void a_participant_waits_for_room_without_a_timeout(void)
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 13000U)); // Not missing: refused above.
     fixture.is_uplink_full = false;
     fixture_run_until_requests(1000U);
-    TEST_ASSERT_EQUAL(0U, fixture.communication.owed);
+    TEST_ASSERT_EQUAL(0U, fixture.communication.outstanding);
 }
 
 static void no_reply_is_awaited_from_a_disconnected_participant(void)
@@ -440,7 +440,7 @@ static void no_reply_is_awaited_from_a_disconnected_participant(void)
     for (unsigned i = 0U; (i < 100U) && flow_tcp_is_connected(&fixture.communication.flow, 0U); i++) {
         fixture_step();
     }
-    TEST_ASSERT_EQUAL(0U, fixture.communication.owed);
+    TEST_ASSERT_EQUAL(0U, fixture.communication.outstanding);
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
 }
 
@@ -462,7 +462,7 @@ static void the_end_of_a_participant_that_left_is_awaited(void)
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
 }
 
-static void a_client_that_vanished_is_disconnected(void)
+static void a_client_that_disappeared_is_disconnected(void)
 {
     fixture_connect(1U);
     fixture_connect(0U);
@@ -485,7 +485,7 @@ static void the_connection_of_a_participant_is_awaited_and_reported(void)
     communication_let_go(&fixture.communication);
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
     TEST_ASSERT_EQUAL(1U, fixture.cut);
-    TEST_ASSERT_EQUAL(0U, fixture.communication.owed);
+    TEST_ASSERT_EQUAL(0U, fixture.communication.outstanding);
     fixture_connect(0U);
     fixture.participant = fixture.ports[0];
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
@@ -503,7 +503,7 @@ static void a_participant_whose_connection_is_ended_is_reported(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&fixture.communication.clients[0].socket, 1000U));
     (void)communication_take_in(&fixture.communication, 20U);
     TEST_ASSERT_EQUAL(1U, fixture.cut);
-    TEST_ASSERT_EQUAL(0U, fixture.communication.owed);
+    TEST_ASSERT_EQUAL(0U, fixture.communication.outstanding);
     fixture_connect(1U); // It connects again.
     fixture.participant = fixture.ports[1];
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
@@ -535,7 +535,7 @@ int main(void)
     RUN_TEST(a_participant_waits_for_room_without_a_timeout);
     RUN_TEST(no_reply_is_awaited_from_a_disconnected_participant);
     RUN_TEST(the_end_of_a_participant_that_left_is_awaited);
-    RUN_TEST(a_client_that_vanished_is_disconnected);
+    RUN_TEST(a_client_that_disappeared_is_disconnected);
     RUN_TEST(the_connection_of_a_participant_is_awaited_and_reported);
     RUN_TEST(a_participant_whose_connection_is_ended_is_reported);
     return UNITY_END();

@@ -239,7 +239,7 @@ static unsigned misuses_after(const unsigned steps)
     return fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED] - before;
 }
 
-/// Whatever is counted leads to one event, 1 s after the last one at the earliest.
+/// Each counter of misuse, and any set of them, raises one event, 1 s after the last one at the earliest.
 static void each_kind_of_misuse_is_reported_alone_and_with_any_other(void)
 {
     flow_tcp_counters_t* const counters = &fixture.communication.flow.counters;

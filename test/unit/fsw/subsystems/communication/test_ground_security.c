@@ -198,10 +198,11 @@ static void many_refusals_are_few_events(void)
     }
     fixture_run(GROUND_TELLING_CYCLES);
     TEST_ASSERT_EQUAL_UINT32(40U, fixture.communication.parameters.security.no_frame);
-    const unsigned told = fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC];
-    TEST_ASSERT_TRUE((told >= 2U) && (told <= 4U)); // The first at once, the last when all are counted.
+    const unsigned reported = fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC];
+    TEST_ASSERT_TRUE((reported >= 2U) &&
+                     (reported <= 4U)); // The first at once, the last when all are counted.
     fixture_run(2U * GROUND_TELLING_CYCLES);
-    TEST_ASSERT_EQUAL(told, fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC]);
+    TEST_ASSERT_EQUAL(reported, fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC]);
 }
 
 static void a_counter_that_cannot_be_stored_is_reported(void)

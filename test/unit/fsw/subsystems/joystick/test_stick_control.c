@@ -17,12 +17,12 @@ static joystick_force_display_t display;
 void setUp(void)
 {
     gains = (joystick_control_t){.force_scale        = 0.03,
-                                 .damping_free       = 0.4,
-                                 .damping_contact    = 0.5,
-                                 .contact_threshold  = 0.6,
-                                 .contact_range      = 3.0,
+                                 .damping_free       = 0.05,
+                                 .damping_contact    = 0.85,
+                                 .contact_threshold  = 0.3,
+                                 .contact_range      = 1.0,
                                  .contact_attack     = 1600.0,
-                                 .contact_decay      = 40.0,
+                                 .contact_decay      = 15.0,
                                  .velocity_bandwidth = 1500.0,
                                  .torque_ceiling     = 1.5,
                                  .ramp_time          = 0.2};
@@ -71,9 +71,9 @@ static double at_speed(const double speed_rad_s, const double felt_nm)
 
 static void free_space_is_damped_little_and_contact_more(void)
 {
-    EXPECT_WITHIN(-0.4 * 0.5, 1.0e-9, at_speed(0.5, 0.0));
-    EXPECT_WITHIN((0.03 * 0.5) - (0.4 * 0.5), 1.0e-9, at_speed(0.5, 0.5));  // Below the threshold.
-    EXPECT_WITHIN((0.03 * 2.1) - (0.65 * 0.5), 1.0e-6, at_speed(0.5, 2.1)); // Half way into it.
+    EXPECT_WITHIN(-0.05 * 0.5, 1.0e-9, at_speed(0.5, 0.0));
+    EXPECT_WITHIN((0.03 * 0.2) - (0.05 * 0.5), 1.0e-9, at_speed(0.5, 0.2));  // Below the threshold.
+    EXPECT_WITHIN((0.03 * 0.8) - (0.475 * 0.5), 1.0e-6, at_speed(0.5, 0.8)); // Half way into it.
     EXPECT_WITHIN((0.03 * 9.0) - (0.9 * 0.5), 1.0e-6, at_speed(0.5, 9.0));
     EXPECT_WITHIN((-0.03 * 9.0) + (0.9 * 0.5), 1.0e-6, at_speed(-0.5, -9.0)); // Both signs.
 }
@@ -82,19 +82,41 @@ static void contact_rises_fast_and_falls_slowly(void)
 {
     still();
     reflect(9.0, 0.0);
-    EXPECT_WITHIN(0.8, 1.0e-12, control.contact[0]);
-    EXPECT_WITHIN(0.0, 1.0e-12, control.contact[1]); // The axes are independent.
+    EXPECT_WITHIN(0.8, 1.0e-12, control.contact);
     reflect(9.0, 0.0);
-    EXPECT_ABOVE(0.95, control.contact[0]);
-    for (unsigned i = 0U; i < 50U; i++) { // 25 ms = one time constant.
+    EXPECT_ABOVE(0.95, control.contact);
+    for (unsigned i = 0U; i < 133U; i++) { // 67 ms = one time constant.
         reflect(0.0, 0.0);
     }
-    EXPECT_WITHIN(exp(-1.0), 0.02, control.contact[0]);
+    EXPECT_WITHIN(exp(-1.0), 0.02, control.contact);
     gains.contact_attack = 1.0e9; // Whatever the rate, s stays within 0..1.
     for (unsigned i = 0U; i < 50U; i++) {
         reflect(1.0e9, -1.0e9);
-        TEST_ASSERT_TRUE((control.contact[0] >= 0.0) && (control.contact[0] <= 1.0));
+        TEST_ASSERT_TRUE((control.contact >= 0.0) && (control.contact <= 1.0));
     }
+}
+
+static void contact_ends_without_subnormal_numbers(void)
+{
+    still();
+    reflect(9.0, 0.0);
+    for (unsigned i = 0U; i < 200000U; i++) { // 100 s of free space.
+        reflect(0.0, 0.0);
+        TEST_ASSERT_FALSE(fpclassify(control.contact) == FP_SUBNORMAL);
+    }
+    TEST_ASSERT_TRUE(control.contact == 0.0);
+}
+
+/// A finger that friction holds sideways presses along one joint only: the other axis is damped, too.
+static void an_axis_that_feels_nothing_is_damped_with_the_other(void)
+{
+    for (unsigned i = 0U; i < 2000U; i++) {
+        const double position[2] = {0.0, 0.5 * PERIOD_S * (double)i};
+        joystick_stick_control_sense(&control, &gains, PERIOD_S, position);
+        reflect(-9.0, 0.0);
+    }
+    EXPECT_WITHIN(-0.9 * 0.5, 1.0e-6, control.command_nm[1]);
+    EXPECT_WITHIN(-0.03 * 9.0, 1.0e-6, control.command_nm[0]);
 }
 
 static void the_ceiling_holds_whatever_is_felt(void)
@@ -108,7 +130,7 @@ static void the_ceiling_holds_whatever_is_felt(void)
     }
     TEST_ASSERT_EQUAL_UINT(10U, control.limited);
     reflect(1.0, 1.0); // Nothing of it remains.
-    TEST_ASSERT_TRUE(control.contact[0] == control.contact[0]);
+    TEST_ASSERT_TRUE(control.contact == control.contact);
 }
 
 static void damping_takes_energy_from_a_swinging_stick(void)
@@ -233,7 +255,7 @@ static void contact_ends_when_a_torque_is_displayed(void)
     still();
     reflect(9.0, -9.0);
     joystick_stick_control_display(&control, &gains, torque);
-    TEST_ASSERT_TRUE((control.contact[0] == 0.0) && (control.contact[1] == 0.0));
+    TEST_ASSERT_TRUE(control.contact == 0.0);
 }
 
 static void a_cleared_force_is_zero_at_once(void)
@@ -255,6 +277,8 @@ int main(void)
     RUN_TEST(a_motionless_stick_feels_the_scaled_torque);
     RUN_TEST(free_space_is_damped_little_and_contact_more);
     RUN_TEST(contact_rises_fast_and_falls_slowly);
+    RUN_TEST(contact_ends_without_subnormal_numbers);
+    RUN_TEST(an_axis_that_feels_nothing_is_damped_with_the_other);
     RUN_TEST(the_ceiling_holds_whatever_is_felt);
     RUN_TEST(damping_takes_energy_from_a_swinging_stick);
     RUN_TEST(a_displayed_torque_has_its_damping);

@@ -59,7 +59,7 @@ void rig_set_up(void)
 
 void rig_tear_down(void)
 {
-    canopen_network_close(&rig_manipulator.drives.network);
+    drives_release(&rig_manipulator.drives);
     scripted_bus_close(&rig_bus);
     scripted_bus_close(&channel_b);
 }

@@ -21,7 +21,9 @@ const manipulator_control_t rigid_arm_gains = {.kp                  = {4000.0, 4
                                                .speed_limit         = 1.0,
                                                .tare_time           = 0.7,
                                                .tare_ceiling        = 1.0,
-                                               .fade_time           = 0.25};
+                                               .fade_time           = 0.25,
+                                               .compliance          = 0.001,
+                                               .compliance_corner   = 50.0};
 
 const manipulator_model_t rigid_arm_model = {.link_length   = {0.22, 0.25},
                                              .link_mass     = {3.0, 2.0},

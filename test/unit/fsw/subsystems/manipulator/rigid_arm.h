@@ -18,7 +18,7 @@ typedef struct {
     bool is_braked;        ///< The rotors are held.
 } rigid_arm_t;
 
-/// At rest in a pose, gears carrying gravity.
+/// Place the arm at rest in a pose; the gears carry gravity.
 void rigid_arm_init(rigid_arm_t* arm, const manipulator_model_t* model, const double pose_rad[2]);
 /// One control period of 0.5 ms with constant motor torque.
 void rigid_arm_run(rigid_arm_t* arm, const double torque_nm[2]);

@@ -296,6 +296,48 @@ static void the_ceiling_of_the_torque_holds(void)
     TEST_ASSERT_TRUE(limited > 100U);
 }
 
+/// One period of following; how far the first joint yields.
+static double yielded(void)
+{
+    const double hand[2] = {0.0, 0.0};
+    sense();
+    const manipulator_arm_motion_t desired = manipulator_arm_control_follow(&control, &setup, hand);
+    manipulator_arm_control_step(&control, &setup, &desired);
+    rigid_arm_run(&arm, control.command_nm);
+    return desired.position_rad[0] - control.reference[0].position;
+}
+
+static void a_following_arm_yields_to_fast_torques_and_stays_stiff(void)
+{
+    const double hand[2] = {0.0, 0.0};
+    double peak          = 0.0;
+    hold(hand);
+    for (unsigned i = 0U; i < 4000U; i++) {
+        (void)yielded();
+    }
+    arm.external_nm[0] = -5.0;
+    for (unsigned i = 0U; i < 4000U; i++) {
+        peak = fmin(peak, yielded());
+    }
+    EXPECT_BELOW(-0.7 * 0.001 * 5.0, peak); // Low pass of 50 rad/s behind an estimate of 400 rad/s: 0.74.
+    EXPECT_ABOVE(-0.001 * 5.0, peak);
+    EXPECT_WITHIN(0.0, 1.0e-6, yielded());
+}
+
+static void an_arm_just_engaged_does_not_yield(void)
+{
+    const double hand[2] = {0.0, 0.0};
+    double peak          = 0.0;
+    hold(hand);
+    arm.external_nm[0] = -5.0;
+    for (unsigned i = 0U; i < 20U; i++) { // 10 ms of a fade time of 250 ms.
+        peak = fmin(peak, yielded());
+    }
+    EXPECT_ABOVE(-0.04 * 0.001 * 5.0, peak);
+    hold(hand); // A torque that the arm carries when it is engaged is no change.
+    EXPECT_WITHIN(0.0, 1.0e-12, control.slow_nm[0] - control.observer.external_nm[0]);
+}
+
 static void without_a_hand_the_arm_is_held(void)
 {
     double hand[2] = {0.0, 0.0};
@@ -443,6 +485,8 @@ int main(void)
     RUN_TEST(range_and_speed_are_limited);
     RUN_TEST(a_hand_position_that_is_not_a_number_is_ignored);
     RUN_TEST(the_ceiling_of_the_torque_holds);
+    RUN_TEST(a_following_arm_yields_to_fast_torques_and_stays_stiff);
+    RUN_TEST(an_arm_just_engaged_does_not_yield);
     RUN_TEST(without_a_hand_the_arm_is_held);
     RUN_TEST(a_joystick_that_connects_late_takes_over_at_the_position_of_the_arm);
     RUN_TEST(the_command_has_every_term_of_the_law);

@@ -177,6 +177,33 @@ static void the_home_pose_needs_the_expected_holding_torques(void)
     EXPECT_WITHIN(terms.m12, 0.0, product[1]);
 }
 
+static void tip(const double q[2], double out[2])
+{
+    out[0] = (model.link_length[0] * cos(q[0])) + (model.link_length[1] * cos(q[0] + q[1]));
+    out[1] = (model.link_length[0] * sin(q[0])) + (model.link_length[1] * sin(q[0] + q[1]));
+}
+
+static void the_jacobian_is_the_derivative_of_the_tip(void)
+{
+    for (double first = -1.2; first < 1.5; first += 0.3) {
+        for (unsigned joint = 0U; joint < 2U; joint++) {
+            const double q[2]      = {first, 0.7 - (2.0 * first)};
+            const double ahead[2]  = {q[0] + ((joint == 0U) ? STEP : 0.0),
+                                      q[1] + ((joint == 1U) ? STEP : 0.0)};
+            const double behind[2] = {q[0] - ((joint == 0U) ? STEP : 0.0),
+                                      q[1] - ((joint == 1U) ? STEP : 0.0)};
+            double a[2];
+            double b[2];
+            double jacobian[4];
+            tip(ahead, a);
+            tip(behind, b);
+            manipulator_arm_jacobian(&model, q, jacobian);
+            EXPECT_WITHIN((a[0] - b[0]) / (2.0 * STEP), 1.0e-9, jacobian[joint]);
+            EXPECT_WITHIN((a[1] - b[1]) / (2.0 * STEP), 1.0e-9, jacobian[2U + joint]);
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -184,5 +211,6 @@ int main(void)
     RUN_TEST(gravity_is_the_gradient_of_the_potential_energy);
     RUN_TEST(velocity_terms_follow_from_the_mass_matrix);
     RUN_TEST(the_home_pose_needs_the_expected_holding_torques);
+    RUN_TEST(the_jacobian_is_the_derivative_of_the_tip);
     return UNITY_END();
 }

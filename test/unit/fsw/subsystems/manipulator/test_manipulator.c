@@ -97,11 +97,11 @@ static void a_release_closes_the_bus(void)
 {
     rig_callbacks->release(&rig_manipulator); // Before it has one.
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_PRE_OPERATIONAL);
-    TEST_ASSERT_TRUE(flow_can_is_open(rig_manipulator.drives.network.flow));
+    TEST_ASSERT_TRUE(flow_can_is_open(rig_manipulator.drives.buses[0].network.flow));
     rig_callbacks->release(&rig_manipulator);
-    TEST_ASSERT_FALSE(flow_can_is_open(rig_manipulator.drives.network.flow));
+    TEST_ASSERT_FALSE(flow_can_is_open(rig_manipulator.drives.buses[0].network.flow));
     rig_generic.state = STATE_HARDWARE_DEINIT;
-    // At once: there is no device to be reset.
+    // It succeeds at once: there is no device to be reset.
     TEST_ASSERT_EQUAL(STATUS_OK, rig_cycle(rig_callbacks->hardware_deinit));
 }
 
@@ -118,7 +118,7 @@ static void only_a_descriptor_of_two_joints_fits(void)
     wrong.configurations[0].device_count++;
     wrong.devices[wrong.configurations[0].first_device].type = "joystick";
     TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
-    TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected cia402-drive"));
+    TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected a class of CiA 402 with one axis"));
 }
 
 static void joints_in_two_modes_do_not_fit(void)
@@ -148,8 +148,8 @@ static void the_sensors_are_tared_on_the_brake(void)
         (void)rig_cycle(NULL);
     }
     TEST_ASSERT_EQUAL_UINT64(700000000U, rig_generic.now_ns - begun_ns);
-    EXPECT_WITHIN(0.2, 0.02, rig_manipulator.parameters.torque_offset[0]);
-    EXPECT_WITHIN(-0.15, 0.02, rig_manipulator.parameters.torque_offset[1]);
+    EXPECT_WITHIN(0.2, 0.02, rig_manipulator.tare.offset_nm[0]);
+    EXPECT_WITHIN(-0.15, 0.02, rig_manipulator.tare.offset_nm[1]);
     const double_event_t* const event = double_last_event(&rig_generic, MANIPULATOR_EVENT_TARE_DONE);
     octet_reader_t reader             = octet_reader(event->octets, event->size);
     EXPECT_WITHIN(0.2, 0.02, octet_read_f64(&reader));
@@ -320,8 +320,8 @@ static void emergencies_become_events(void)
                              double_last_event(&rig_generic, MANIPULATOR_EVENT_BUS_WARNING)->size);
     scripted_bus_deliver(&rig_bus, 0x080U, NULL, 0U); // SYNC of another node.
     rig_idle(1U);
-    TEST_ASSERT_EQUAL_UINT(1U, double_events(&rig_generic, MANIPULATOR_EVENT_FOREIGN_SYNC));
-    TEST_ASSERT_EQUAL_UINT32(1U, rig_manipulator.parameters.counters.foreign_syncs);
+    TEST_ASSERT_EQUAL_UINT(1U, double_events(&rig_generic, MANIPULATOR_EVENT_SYNC_CONFLICT));
+    TEST_ASSERT_EQUAL_UINT32(1U, rig_manipulator.parameters.counters.conflicting_syncs);
     scripted_bus_emergency(&rig_bus, 0x12U, 0x7305U);
     rig_idle(1U);
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, rig_generic.state);
@@ -376,7 +376,8 @@ static void current_values_and_counters_are_published(void)
     TEST_ASSERT_EQUAL_UINT32(4U, counters->pool_refused);
     TEST_ASSERT_EQUAL_UINT32(5U, counters->tc_refused);
     TEST_ASSERT_EQUAL_UINT32(0U, counters->frames_refused + counters->transmit_full + counters->emergencies);
-    TEST_ASSERT_EQUAL(STATUS_INVALID, flow_can_send(rig_manipulator.drives.network.flow, 0x800U, NULL, 0U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID,
+                      flow_can_send(rig_manipulator.drives.buses[0].network.flow, 0x800U, NULL, 0U));
     scripted_bus_deliver(&rig_bus, 0x123U, NULL, 0U);
     scripted_bus_deliver(&rig_bus, 0x191U | OSAL_CAN_REMOTE, NULL, 0U);
     scripted_bus_emergency(&rig_bus, 0x11U, 0x8120U);
@@ -440,13 +441,15 @@ static void initialising_the_hardware_forgets_the_zero(void)
     rig_show(GRAVITY1 + 0.2, GRAVITY2 - 0.15);
     rig_hand_at(0.0, 0.0);
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
-    EXPECT_WITHIN(0.2, 0.02, rig_manipulator.control.zero_nm[0]);
+    EXPECT_WITHIN(0.2, 0.02, rig_manipulator.tare.offset_nm[0]);
+    EXPECT_ABOVE(3.03, rig_manipulator.model.link_mass[0]);
     TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->post));
     rig_idle(1U);
     TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->hardware_deinit));
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_PRE_OPERATIONAL);
     TEST_ASSERT_FALSE(rig_manipulator.has_zero);
     EXPECT_WITHIN(0.0, 0.0, rig_manipulator.control.zero_nm[0]);
+    TEST_ASSERT_TRUE(rig_manipulator.model.link_mass[0] == 3.0);
     EXPECT_WITHIN(0.0, 0.0, rig_manipulator.control.zero_nm[1]);
 }
 
@@ -468,7 +471,7 @@ static void the_torque_limit_is_watched_anew_after_each_engagement(void)
     }
 }
 
-/// At the limit itself nothing is reported; the excess is over at 95 % of it.
+/// A torque at the limit is not reported; an excess has ended when the torque is below 95 % of the limit.
 static void the_torque_limit_is_the_largest_torque_that_is_allowed(void)
 {
     rig_hand_at(0.0, 0.0);

@@ -165,7 +165,7 @@ static void a_motion_ends_once(void)
 /// The ends of the range and the shortest duration are allowed.
 static void a_motion_may_use_the_whole_range_and_the_shortest_time(void)
 {
-    const manipulator_control_t* const gains = &rig_manipulator.parameters.control;
+    manipulator_control_t* const gains = &rig_manipulator.parameters.control;
     rig_bring(MANIPULATOR_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
     for (unsigned i = 0U; i < 2U; i++) {
         for (double sign = -1.0; sign <= 1.0; sign += 2.0) {
@@ -181,6 +181,10 @@ static void a_motion_may_use_the_whole_range_and_the_shortest_time(void)
     TEST_ASSERT_EQUAL(STATUS_OK, rig_perform(MANIPULATOR_FUNCTION_STOP, NULL, 2U));
     here.duration = 0.0999;
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &here, 1U));
+    gains->home[0]                            = 0.0; // The ends of the range are exactly numbers.
+    gains->home[1]                            = 0.0;
+    const manipulator_move_to_arguments_t end = {{gains->range[0], -gains->range[1]}, 100.0};
+    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &end, 1U));
 }
 
 /// Half of the speed limit, by the slower joint.

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Homing: the search of the axes for the references of their positions (CiA 402). The descriptor asks for it
+/// by a configuration with the mode of operation 6 (0x6060); method, speeds and offset are settings, too.
+///
+/// Only axes in operation search; an axis that leaves operation, for whatever reason, ends its search.
+///
+/// Context    The subsystem's task.
+/// Time       O(devices and axes of the configuration).
+#ifndef FSW_DRIVES_DRIVES_HOMING_H
+#define FSW_DRIVES_DRIVES_HOMING_H
+
+#include "fsw/drives/drives.h"
+
+/// Start or end the search of all axes whose devices are in mode homing. STATUS_OK; STATUS_NOT_FOUND (none
+/// is).
+status_t drives_home(drives_t* drives, bool is_wanted);
+/// STATUS_BUSY; STATUS_OK (all have found their references); STATUS_INVALID (*out_node has not, by an error);
+/// STATUS_EMPTY (not started, or an axis is not in operation).
+status_t drives_homing(drives_t* drives, uint8_t* out_node);
+
+#endif // FSW_DRIVES_DRIVES_HOMING_H

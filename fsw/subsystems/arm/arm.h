@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The subsystem of any arm: a chain of 1 to 12 joints, each with a drive. Its descriptor has the model of
+/// the arm, its limits and its gains (docs/arm.md); no line of this program is about one robot.
+///
+/// MOVE_TO moves all joints at once, LINE_TO the tool along a straight line, STOP ends a motion. The drives
+/// close the loop of the joints (mode of operation CSP), or the subsystem does (CST), then also with a tool
+/// that yields. A motion that the arm cannot do is refused with a reason: arm_refusal_reason_t.
+///
+/// A configuration with the port HAND_POSITION is for telepresence: there the hand of an operator leads the
+/// tool (arm_hand.h), and the force on the tool goes back through the port ROBOT_STATE.
+///
+/// Ownership  The program places arm_t and the generic subsystem; both must not be moved.
+/// Context    The task of the generic subsystem; its callbacks never block.
+#ifndef FSW_SUBSYSTEMS_ARM_ARM_H
+#define FSW_SUBSYSTEMS_ARM_ARM_H
+
+#include "base/capacities.h"
+#include "fsw/drives/drives.h"
+#include "fsw/framework/subsystem/subsystem.h"
+#include "fsw/subsystems/arm/arm_control.h"
+#include "fsw/subsystems/arm/arm_force.h"
+#include "fsw/subsystems/arm/arm_hand.h"
+#include "fsw/subsystems/arm/arm_parameters.h"
+#include "fsw/subsystems/arm/arm_path.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/// Storage of the program for optional services: the largest capacities that a descriptor may list.
+#define ARM_DEVICE_REQUESTS 4U
+#define ARM_STATISTICS 64U
+#define ARM_MEMORY_OPERATIONS 4U
+#define ARM_MONITORS 64U
+#define ARM_FUNCTIONAL_MONITORS 16U
+
+typedef struct {     // All fields are private.
+    drives_t drives; ///< First: the callbacks of drives.h have the same context.
+    subsystem_t* generic;
+    arm_definitions_t definitions;
+    arm_parameters_t parameters;
+    arm_model_t model;
+    arm_limits_t limits;
+    arm_control_t control;
+    bool is_torque_mode;
+    uint16_t hand_port; ///< Ports of the configuration ..
+    uint16_t robot_port;
+    bool is_telepresence; ///< .. if it is for telepresence.
+    arm_hand_settings_t hand_settings;
+    arm_hand_t hand;
+    bool has_hand; ///< There is a fresh sample in hand_rad.
+    double hand_rad[ARM_HAND_AXES];
+    arm_force_t force;
+    arm_motion_t motion; ///< Desired.
+    arm_path_t path;
+    arm_path_t line; ///< Being checked.
+    arm_line_check_t check;
+    bool is_checking;
+    bool is_moving;
+    bool is_stopping;    ///< The motion under way ends before its goal.
+    uint32_t move_token; ///< Function under way; 0 none.
+} arm_t;
+CAPACITY_CHECK(arm_begins_with_drives, offsetof(arm_t, drives) == 0U);
+
+/// Call once, before the generic subsystem runs. Pointers are kept.
+void arm_init(arm_t* arm, subsystem_t* generic, const flow_resolver_t* resolver);
+/// Callbacks for the generic subsystem; their context is the arm_t.
+const subsystem_callbacks_t* arm_callbacks(void);
+
+#endif // FSW_SUBSYSTEMS_ARM_ARM_H

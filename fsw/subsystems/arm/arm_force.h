@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Force of the environment on the tool, from the torque sensors of the joints and the model of the arm.
+///
+///     tau    = M(q) a - low-pass(sensor - zero - h(q, v))     torques that the environment gives the joints
+///     J^T F  = tau in the least squares                       J: of the position of the tool
+///
+/// a is the acceleration of a tracker of the link angles with the bandwidth of the low-pass: both lag
+/// alike. h: gravity, centrifugal and Coriolis torques. What acts is taken to be a force at the tool,
+/// without a moment; a direction in which no joint has a lever of 1 cm is not felt. While the actuators
+/// are off, the arm learns the zero of the sensors, up to a limit: if it touches something, it feels what
+/// is beyond the limit.
+///
+/// Ownership  The caller places arm_force_t.
+/// Context    One task.
+/// Time       O(joints).
+#ifndef FSW_SUBSYSTEMS_ARM_ARM_FORCE_H
+#define FSW_SUBSYSTEMS_ARM_ARM_FORCE_H
+
+#include "fsw/subsystems/arm/arm_control.h"
+
+#include <stdbool.h>
+
+typedef struct { // Read-only outside.
+    bool is_started;
+    double zero_nm[ARM_JOINTS_MAX];
+    control_tracker_t link[ARM_JOINTS_MAX];
+    double first_nm[ARM_JOINTS_MAX]; ///< Low-pass of second order: first stage ..
+    double slow_nm[ARM_JOINTS_MAX];  ///< .. and second.
+    arm_vector_t force_n;            ///< On the tool, in the axes of the base.
+} arm_force_t;
+
+void arm_force_init(arm_force_t* force);
+/// Take in the sensors of `control`. `is_at_rest`: the actuators are off, learn the zero.
+void arm_force_sense(arm_force_t* force, const arm_setup_t* setup, const arm_control_t* control,
+                     bool is_at_rest);
+
+#endif // FSW_SUBSYSTEMS_ARM_ARM_FORCE_H

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+// Function commands of the arm, and the motion that they ask for.
+#include "fsw/subsystems/arm/arm_internal.h"
+
+#include "base/assertion.h"
+#include "base/octets.h"
+#include "pus/core/tailoring.h"
+
+#include <stddef.h>
+#include <string.h>
+
+/// Failure code of a motion that is refused: the descriptor names its reasons by the same numbers.
+static uint16_t code_of(const arm_refusal_t refusal)
+{
+    return (uint16_t)(PUS_FAILURE_OWN + (unsigned)refusal.reason);
+}
+
+/// Joint that a refused or ended motion concerns, from 1; 0: none.
+static uint32_t joint_of(const arm_refusal_t refusal)
+{
+    const bool has_joint = (refusal.reason == ARM_REFUSAL_POSITION) || (refusal.reason == ARM_REFUSAL_SPEED);
+    return has_joint ? (refusal.joint + 1U) : 0U;
+}
+
+static void end_move(arm_t* const arm, const uint16_t failure_code, const uint32_t detail)
+{
+    arm->is_moving   = false;
+    arm->is_checking = false;
+    arm->is_stopping = false;
+    subsystem_function_done(arm->generic, arm->move_token, failure_code, detail);
+    arm->move_token = 0U;
+}
+
+static void begin_path(arm_t* const arm, const arm_path_t* const path)
+{
+    arm->path        = *path;
+    arm->is_checking = false;
+    arm->is_moving   = true;
+}
+
+/// Part of the check of a line; then the line begins, or is refused.
+static void check_line(arm_t* const arm)
+{
+    arm_refusal_t refusal = {ARM_REFUSAL_NONE, 0U};
+    const status_t status = arm_line_check_step(&arm->check, &arm->model, &arm->limits, &refusal);
+    if (status == STATUS_OK) {
+        begin_path(arm, &arm->line);
+    } else if (status != STATUS_BUSY) {
+        end_move(arm, code_of(refusal), joint_of(refusal));
+    } else {
+        // The check continues in the next cycle.
+    }
+}
+
+/// A line that cannot be followed further: the joints brake from where they are.
+static void abort_line(arm_t* const arm, const arm_refusal_t refusal)
+{
+    uint8_t octets[2];
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    octet_write_u8(&writer, (uint8_t)refusal.reason);
+    octet_write_u8(&writer, (uint8_t)joint_of(refusal));
+    const descriptor_event_t* const event =
+        descriptor_find_event_name(subsystem_descriptor(arm->generic), "MOTION_ENDED");
+    if (event != NULL) {
+        (void)subsystem_raise(arm->generic, event->id, octets, writer.position);
+    }
+    arm_path_brake(&arm->path, &arm->model, &arm->limits, &arm->motion);
+    arm->is_stopping = true;
+}
+
+void arm_motion_step(arm_t* const arm, const double period_s)
+{
+    FSW_ASSERT(arm != NULL);
+    if (arm->is_checking) {
+        check_line(arm);
+    }
+    const arm_refusal_t refusal =
+        arm_path_step(&arm->path, &arm->model, &arm->limits, period_s, &arm->motion);
+    if (refusal.reason != ARM_REFUSAL_NONE) {
+        abort_line(arm, refusal);
+    } else if (arm->is_moving && arm_path_is_done(&arm->path)) {
+        arm_path_rest(&arm->path, &arm->model, &arm->motion);
+        end_move(arm, arm->is_stopping ? PUS_FAILURE_ABORTED : PUS_FAILURE_NONE, 0U);
+    } else {
+        // In motion, or at rest.
+    }
+}
+
+void arm_abandon(void* const self)
+{
+    FSW_ASSERT(self != NULL);
+    arm_t* const arm = self;
+    for (unsigned i = 0U; i < arm->model.joint_count; i++) { // At rest where the arm is.
+        arm->motion.position_rad[i]        = arm->control.link_rad[i];
+        arm->motion.velocity_rad_s[i]      = 0.0;
+        arm->motion.acceleration_rad_s2[i] = 0.0;
+    }
+    arm_path_rest(&arm->path, &arm->model, &arm->motion);
+    end_move(arm, PUS_FAILURE_ABORTED, 0U);
+}
+
+// ---- Functions ----
+
+/// Values of an argument.
+static const double* argument_of(const arm_t* const arm, const subsystem_function_t* const function,
+                                 const descriptor_function_t* const described, const unsigned index)
+{
+    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(arm->generic);
+    const uint32_t offset = descriptor->fields[described->first_argument + index].offset;
+    return (const double*)(const void*)((const uint8_t*)function->arguments + offset);
+}
+
+static status_t refuse(arm_t* const arm, const uint32_t call_token, const arm_refusal_t refusal)
+{
+    subsystem_function_done(arm->generic, call_token, code_of(refusal), joint_of(refusal));
+    return STATUS_OUT_OF_RANGE;
+}
+
+static status_t move_to(arm_t* const arm, const subsystem_function_t* const function,
+                        const descriptor_function_t* const described)
+{
+    arm_path_t path;
+    const double* const goal_rad = argument_of(arm, function, described, 0U);
+    const double share           = *argument_of(arm, function, described, 1U);
+    const arm_refusal_t refusal =
+        arm_path_begin_joints(&path, &arm->model, &arm->limits, &arm->motion, goal_rad, share);
+    if (refusal.reason != ARM_REFUSAL_NONE) {
+        return refuse(arm, function->call_token, refusal);
+    }
+    begin_path(arm, &path);
+    arm->move_token = function->call_token;
+    return STATUS_BUSY;
+}
+
+static status_t line_to(arm_t* const arm, const subsystem_function_t* const function,
+                        const descriptor_function_t* const described)
+{
+    static const arm_rotation_t none = {{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
+    const arm_pose_t goal            = {
+                   .rotation   = arm_rotation_turned_by(&none, arm_vector(argument_of(arm, function, described, 1U))),
+                   .position_m = arm_vector(argument_of(arm, function, described, 0U))};
+    const double share = *argument_of(arm, function, described, 2U);
+    arm_path_begin_line(&arm->line, &arm->model, &arm->limits, &arm->motion, &goal, share);
+    arm_line_check_begin(&arm->check, &arm->line, &arm->motion);
+    arm->is_checking = true;
+    arm->move_token  = function->call_token;
+    return STATUS_BUSY;
+}
+
+static status_t stop(arm_t* const arm)
+{
+    if (arm->drives.activity != DRIVES_ENGAGED) {
+        return STATUS_FORBIDDEN;
+    }
+    if (arm->is_checking) {
+        end_move(arm, PUS_FAILURE_ABORTED, 0U);
+    } else if (arm->is_moving && !arm->is_stopping) {
+        arm_path_stop(&arm->path, &arm->model, &arm->limits, &arm->motion);
+        arm->is_stopping = true;
+    } else {
+        // The arm is at rest already, or is stopping.
+    }
+    return STATUS_OK;
+}
+
+status_t arm_perform(void* const self, const subsystem_function_t* const function)
+{
+    FSW_ASSERT((self != NULL) && (function != NULL));
+    arm_t* const arm                               = self;
+    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(arm->generic);
+    const descriptor_function_t* const described   = (const descriptor_function_t*)descriptor_numbered(
+          descriptor->functions, descriptor->function_count, sizeof descriptor->functions[0],
+          function->function_id);
+    if (described == NULL) {
+        return STATUS_NOT_FOUND;
+    }
+    if (arm->is_telepresence) { // The hand leads.
+        return STATUS_FORBIDDEN;
+    }
+    if (strcmp(described->name, "STOP") == 0) {
+        return stop(arm);
+    }
+    if ((arm->drives.activity != DRIVES_ENGAGED) || arm->is_moving || arm->is_checking) {
+        return STATUS_FORBIDDEN;
+    }
+    return (strcmp(described->name, "MOVE_TO") == 0) ? move_to(arm, function, described)
+                                                     : line_to(arm, function, described);
+}

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Shared by the source files of the arm; private to them.
+#ifndef FSW_SUBSYSTEMS_ARM_ARM_INTERNAL_H
+#define FSW_SUBSYSTEMS_ARM_ARM_INTERNAL_H
+
+#include "fsw/subsystems/arm/arm.h"
+
+/// arm_cycle.c: the cyclic callbacks.
+void arm_sense(void* self);
+void arm_cycle(void* self);
+
+/// arm_functions.c: function commands, and the motion they ask for.
+status_t arm_perform(void* self, const subsystem_function_t* function);
+/// Next point of the desired motion; ends its function command.
+void arm_motion_step(arm_t* arm, double period_s);
+/// Abort everything commanded; the hook of drives.h.
+void arm_abandon(void* self);
+
+#endif // FSW_SUBSYSTEMS_ARM_ARM_INTERNAL_H

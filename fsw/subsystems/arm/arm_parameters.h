@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Parameters of the subsystem ARM. Their names, types and order are fixed; how many joints an arm has is the
+/// number of devices of its configurations, and the lengths of the lists in its descriptor follow from that.
+/// No header is generated for an arm: its descriptor is checked here instead, when the program starts.
+/// Single values of CUR_VALUES may be parameters of their own, for services that take scalars only: TORQUE_2
+/// is the second value of TORQUE.
+///
+/// Ownership  The caller places the structures.
+/// Context    Any.
+#ifndef FSW_SUBSYSTEMS_ARM_ARM_PARAMETERS_H
+#define FSW_SUBSYSTEMS_ARM_ARM_PARAMETERS_H
+
+#include "fsw/framework/descriptor/subsystem_descriptor.h"
+#include "fsw/framework/parameter/parameter.h"
+#include "fsw/framework/subsystem/subsystem.h"
+#include "fsw/subsystems/arm/arm_hand.h"
+#include "fsw/subsystems/arm/arm_model.h"
+#include "fsw/subsystems/arm/arm_path.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct { // CUR_VALUES
+    int32_t state;
+    double position_rad[ARM_JOINTS_MAX];
+    double velocity_rad_s[ARM_JOINTS_MAX];
+    double torque_nm[ARM_JOINTS_MAX];
+    double command[ARM_JOINTS_MAX]; ///< Position mode: motor angles [rad]; torque mode: torques [Nm].
+    double desired_rad[ARM_JOINTS_MAX];
+    double tool_position_m[3];
+    double tool_rotation_rad[3]; ///< Rotation vector in the frame of the base.
+    double tool_error[2];        ///< Measured from the desired pose [m, rad].
+    double tool_force_n[3];      ///< On the tool, in the axes of the base.
+    uint16_t statusword[ARM_JOINTS_MAX];
+} arm_cur_values_t;
+
+typedef struct { // LIMITS, settable
+    double lower[ARM_JOINTS_MAX];
+    double upper[ARM_JOINTS_MAX];
+    double speed[ARM_JOINTS_MAX];
+    double acceleration[ARM_JOINTS_MAX];
+    double torque[ARM_JOINTS_MAX];
+    double tool_speed;
+    double tool_acceleration;
+    double tool_rate;
+    double tool_angular_acceleration;
+    double tolerance;
+} arm_limit_values_t;
+
+typedef struct { // CONTROL, settable
+    double kp[ARM_JOINTS_MAX];
+    double kd[ARM_JOINTS_MAX];
+    double velocity_bandwidth;
+    double friction_share;
+    double fade_time;
+    double singular_limit;
+    double singular_damping;
+    bool is_compliant; ///< In torque mode the tool is held by springs and dampers, not the joints.
+    double tool_stiffness[6];
+    double tool_damping[6];
+    double joint_damping;
+    double torque_gain; ///< Gain of measured joint torques, while the tool yields: 1 + gain divides friction.
+} arm_control_values_t;
+
+typedef struct { // GEOMETRY
+    double origin[3U * ARM_JOINTS_MAX];
+    double rpy[3U * ARM_JOINTS_MAX];
+    double axis[3U * ARM_JOINTS_MAX];
+    double tool[3];
+    double tool_rpy[3];
+    bool is_prismatic[ARM_JOINTS_MAX]; ///< Without this member in the descriptor, all joints turn.
+} arm_geometry_values_t;
+
+typedef struct { // MASSES
+    double mass[ARM_JOINTS_MAX];
+    double centre[3U * ARM_JOINTS_MAX];
+    double inertia[6U * ARM_JOINTS_MAX]; ///< ixx, ixy, ixz, iyy, iyz, izz of each link.
+    double gravity[3];
+} arm_mass_values_t;
+
+typedef struct {                          // DRIVES
+    double rotor_inertia[ARM_JOINTS_MAX]; ///< On the side of the joint.
+    double stiffness[ARM_JOINTS_MAX];     ///< Gear and torque sensor; 0: rigid.
+    double coulomb[ARM_JOINTS_MAX];
+    double viscous[ARM_JOINTS_MAX];
+} arm_drive_values_t;
+
+typedef struct { // COUNTERS
+    uint32_t cycles;
+    uint32_t frames_received;
+    uint32_t frames_sent;
+    uint32_t pdo_missed[ARM_JOINTS_MAX];
+    uint32_t emergencies;
+    uint32_t command_limited;
+    uint32_t tc_refused;
+    uint32_t parameter_refused;
+} arm_counter_values_t;
+
+typedef struct {          // TELEPRESENCE, settable
+    double directions[6]; ///< Direction of the tool for each axis of the hand, in the axes of the base.
+    double position_scale;
+    double dead_band;
+    double range;
+    double bandwidth;
+    double force_scale;
+    double force_bandwidth;
+    double tare_limit; ///< Share of the torque limit of a joint.
+} arm_telepresence_values_t;
+
+typedef struct { // HAND
+    double position_rad[ARM_HAND_AXES];
+    double offset_m[ARM_HAND_AXES]; ///< Desired, from the pose in which the arm was engaged.
+    uint8_t state;                  ///< arm_hand_state_t
+} arm_hand_values_t;
+
+typedef struct {
+    arm_cur_values_t cur_values;
+    arm_limit_values_t limits;
+    arm_control_values_t control;
+    arm_geometry_values_t geometry;
+    arm_mass_values_t masses;
+    arm_drive_values_t drives;
+    arm_counter_values_t counters;
+    arm_telepresence_values_t telepresence;
+    arm_hand_values_t hand;
+} arm_parameters_t;
+
+#define ARM_PARAMETERS 9U         ///< Structures.
+#define ARM_SCALARS 48U           ///< At most, in addition: single values of CUR_VALUES.
+#define ARM_FIELDS 66U            ///< Of the structures.
+#define ARM_PARAMETER_COUNTERS 6U ///< Places in the definitions.
+#define ARM_PARAMETER_TELEPRESENCE 7U
+
+typedef struct { // Private.
+    size_t count;
+    parameter_field_t fields[ARM_FIELDS + ARM_SCALARS];
+    parameter_definition_t definitions[ARM_PARAMETERS + ARM_SCALARS];
+    size_t places[ARM_PARAMETERS + ARM_SCALARS];
+} arm_definitions_t;
+
+/// Joints of the arm of a descriptor; 0 if it has no configuration.
+unsigned arm_joint_count(const subsystem_descriptor_t* descriptor);
+/// True if the descriptor has exactly these parameters, and single values of CUR_VALUES; else *out_misfit is
+/// the first difference.
+bool arm_parameters_fit(const subsystem_descriptor_t* descriptor, subsystem_misfit_t* out_misfit);
+/// Definitions of the parameters of a descriptor that fits; their storage is an arm_parameters_t.
+void arm_definitions_make(arm_definitions_t* definitions, const subsystem_descriptor_t* descriptor);
+
+/// The model of the arm and the limits of its motions from the parameters.
+void arm_model_of_parameters(const arm_parameters_t* parameters, unsigned joint_count,
+                             arm_model_t* out_model);
+void arm_limits_of_parameters(const arm_parameters_t* parameters, unsigned joint_count,
+                              arm_limits_t* out_limits);
+void arm_hand_settings_of_parameters(const arm_parameters_t* parameters, arm_hand_settings_t* out_settings);
+
+#endif // FSW_SUBSYSTEMS_ARM_ARM_PARAMETERS_H

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Device classes of flight software, from the data sheets (EDS) in descriptors/devices: identity, process data, units.
+
+A class is named as its file. Its profile is that of object 0x1000: CiA 402 (drives), 401 (input and output modules),
+404 (measuring devices), or another number. Units of an axis are those of 0x60A8 and 0x60A9; without them, increments of
+0x608F behind the gear 0x6091. The rated torque, 0x6076, is read from each device."""
+
+import sheet
+from sheet import AXIS_STEP, SheetError
+
+DEVICE_TYPE, VENDOR, PRODUCT = (0x1000, 0), (0x1018, 1), (0x1018, 2)
+AXES_MAX, PDOS_MAX, ENTRIES_MAX, VALUES_MAX = 8, 4, 8, 16
+CONTROLWORD, RATED_TORQUE, MAX_TORQUE = 0x6040, 0x6076, 0x6072
+DECIMAL_DIGITS, ANALOGUE_INPUTS = 0x6132, {0x6130, 0x7130, 0x9130}  # CiA 404: value in 8, 16 and 32 bits.
+PDO_INVALID, IDENTIFIER_MASK, EACH_SYNC = 1 << 31, 0x7FF, 1
+PROFILE_FIRST, PROFILE_LAST, DATA_TYPES_END = 0x6000, 0x9FFF, 0x20
+TORQUES = {0x6071, 0x6077, 0x60B2}
+TRANSMITTED = {0x6041: "STATUSWORD", 0x6064: "POSITION", 0x606C: "VELOCITY", 0x6077: "TORQUE", 0x6078: "CURRENT"}
+RECEIVED = {0x6040: "CONTROLWORD", 0x607A: "TARGET_POSITION", 0x60B2: "TORQUE_OFFSET", 0x6071: "TARGET_TORQUE",
+            0x60FF: "TARGET_VELOCITY"}
+READ, WRITTEN = ("ro", "rw", "rwr", "const"), ("rw", "wo", "rww")  # Access of objects of transmit and receive PDOs.
+HEAD = """/* Device classes from the data sheets in descriptors/devices. Made by gse/generator; do not edit. */
+#ifndef GENERATED_DEVICE_CLASSES_H
+#define GENERATED_DEVICE_CLASSES_H
+"""
+
+
+class _Class:
+    """The device class of one data sheet, and its row of the table."""
+
+    def __init__(self, loaded):
+        self.sheet = loaded
+        self.values = loaded.defaults(0)
+        self.profile = self._number(DEVICE_TYPE) & 0xFFFF
+        self.slots = []
+        self.axes = 0
+        while self.profile == 402 and (CONTROLWORD + self.axes * AXIS_STEP, 0) in loaded.entries:
+            self.axes += 1
+        if self.axes > AXES_MAX:
+            self.fail(f"{self.axes} axes: expected at most {AXES_MAX}")
+        if self.profile == 402 and self.axes == 0:
+            self.fail("CiA 402 in 0x1000, but no controlword 0x6040")
+        self.units = [self._units(axis) for axis in range(self.axes)]
+        self.transmit = self._pdos(0x1800, 0x1A00, TRANSMITTED)
+        self.receive = self._pdos(0x1400, 0x1600, RECEIVED)
+        self.objects = list(self._mappable())
+
+    def fail(self, says):
+        raise SheetError(self.sheet.path, 0, says)
+
+    def _number(self, key):
+        if key not in self.values:
+            self.fail(f"no default of {key[0]:#06x}:{key[1]:02x}, which identifies the class")
+        return self.values[key]
+
+    def _units(self, axis):
+        position, velocity = sheet.units(self.values, axis)
+        if position is None or velocity is None:
+            self.fail(f"units of axis {axis + 1}: expected angles in 0x60A8 and 0x60A9, or 0x608F and 0x6091")
+        rated = (RATED_TORQUE + axis * AXIS_STEP, 0) in self.values
+        return position, velocity, rated
+
+    def _pdos(self, parameters, mappings, words):
+        pdos = []
+        while (parameters + len(pdos), 1) in self.sheet.entries:
+            pdos.append(self._pdo(parameters + len(pdos), mappings + len(pdos), words))
+        if len(pdos) > PDOS_MAX:
+            self.fail(f"{len(pdos)} PDOs from {parameters:#06x}: expected at most {PDOS_MAX}")
+        return pdos
+
+    def _pdo(self, parameter, mapping, words):
+        identifier = self._number((parameter, 1))
+        if "$NODEID" not in self.sheet.entries[parameter, 1].default.upper():
+            self.fail(f"{parameter:#06x}:01: expected $NODEID in its default")
+        entries = [self._entry(*entry, words) for entry in sheet.mapped(self.values, mapping)]
+        if len(entries) > ENTRIES_MAX or sum(entry[2] for entry in entries) > 8:
+            self.fail(f"{mapping:#06x}: expected at most 8 octets")
+        is_each_sync = self.values.get((parameter, 2), 255) == EACH_SYNC
+        return identifier & IDENTIFIER_MASK, not identifier & PDO_INVALID, is_each_sync, entries
+
+    def _entry(self, index, subindex, bits, words):
+        """(index, subindex, octets, word, place) of a mapped object."""
+        if bits % 8 or not 0 < bits <= 32:
+            self.fail(f"{bits} bits of {index:#06x}:{subindex:02x} in a PDO: expected 8, 16, 24 or 32")
+        if index < DATA_TYPES_END:  # Padding.
+            return index, subindex, bits // 8, "PADDING", 0
+        entry = self.sheet.entries.get((index, subindex))
+        if entry is None:
+            self.fail(f"{index:#06x}:{subindex:02x} in a PDO: expected an object of the sheet")
+        axis, first = divmod(index - PROFILE_FIRST, AXIS_STEP)
+        first += PROFILE_FIRST
+        if PROFILE_FIRST <= index <= PROFILE_LAST and axis < self.axes and first in words and subindex == 0:
+            if first in TORQUES and not self.units[axis][2]:
+                self.fail(f"torque {index:#06x} in a PDO: expected the rated torque, 0x6076")
+            return index, subindex, bits // 8, words[first], axis
+        signed = sheet.INTEGERS.get(entry.kind, (bits, False))[1]
+        slot = (index, subindex, bits // 8, signed, self._scale(index, subindex))
+        if slot not in self.slots:
+            self.slots.append(slot)
+        if len(self.slots) > VALUES_MAX:
+            self.fail(f"too many values in PDOs, at most {VALUES_MAX}")
+        return index, subindex, bits // 8, "VALUE", self.slots.index(slot)
+
+    def _mappable(self):
+        """Objects that the sheet allows in PDOs: (index, subindex, octets, words in both directions, axis, signed, scale)."""
+        for (index, subindex), entry in sorted(self.sheet.entries.items()):
+            bits, signed = sheet.INTEGERS.get(entry.kind, (0, False))
+            if not entry.is_mappable or bits not in (8, 16, 24, 32):
+                continue
+            axis, first = divmod(index - PROFILE_FIRST, AXIS_STEP)
+            first += PROFILE_FIRST
+            is_of_axis = PROFILE_FIRST <= index <= PROFILE_LAST and axis < self.axes and subindex == 0
+            if is_of_axis and first in TORQUES and not self.units[axis][2]:
+                continue
+            transmit, receive = (words.get(first, "VALUE") if is_of_axis else "VALUE" for words in (TRANSMITTED, RECEIVED))
+            transmit = transmit if entry.access in READ else "PADDING"
+            is_commanded = receive != "VALUE" or not is_of_axis  # Flight software would send 0 for other words of an axis.
+            receive = receive if entry.access in WRITTEN and is_commanded else "PADDING"
+            yield index, subindex, bits // 8, transmit, receive, axis if is_of_axis else 0, signed, self._scale(index, subindex)
+
+    def _scale(self, index, subindex):
+        """Unit of a value: CiA 404 has decimal digits."""
+        digits = self.values.get((DECIMAL_DIGITS, subindex), 0) if self.profile == 404 and index in ANALOGUE_INPUTS else 0
+        return float(f"1e{-digits}")
+
+    def row(self):
+        """Initializer of canopen_device_profile_t."""
+        lines = [f'.type = "{self.sheet.path.stem}", .profile = {self.profile}U,',
+                 f".device_type = {self._number(DEVICE_TYPE):#010x}U, .vendor_id = {self._number(VENDOR):#010x}U, "
+                 f".product_code = {self._number(PRODUCT):#010x}U,", f".axis_count = {self.axes}U,"]
+        if self.units:
+            axes = ", ".join(f"{{{position!r}, {velocity!r}, {str(rated).lower()}}}" for position, velocity, rated in self.units)
+            lines.append(f".axes = {{{axes}}},")
+        lines.append(f".value_count = {len(self.slots)}U,")
+        if self.slots:
+            slots = ", ".join(f"{{{index:#06x}U, {subindex}U, {octets}U, {str(signed).lower()}, {scale!r}}}"
+                              for index, subindex, octets, signed, scale in self.slots)
+            lines.append(f".values = {{{slots}}},")
+        for name, pdos in (("transmit", self.transmit), ("receive", self.receive)):
+            lines.append(f".{name}_count = {len(pdos)}U,")
+            if pdos:
+                lines.append(f".{name} = {{{', '.join(map(_pdo_row, pdos))}}},")
+        lines.append(f".object_count = {len(self.objects)}U,")
+        if self.objects:
+            objects = ", ".join(f"{{{index:#06x}U, {subindex}U, {octets}U, PROFILE_{transmit}, PROFILE_{receive}, {axis}U, {str(signed).lower()}, {scale!r}}}"
+                                for index, subindex, octets, transmit, receive, axis, signed, scale in self.objects)
+            lines.append(f".objects = (const canopen_profile_object_t[]){{{objects}}},")
+        return lines
+
+
+def _pdo_row(pdo):
+    base, is_valid, is_each_sync, entries = pdo
+    rows = ", ".join(f"{{{index:#06x}U, {subindex}U, {octets}U, PROFILE_{word}, {place}U}}" for index, subindex, octets, word, place in entries)
+    listed = f", .entries = {{{rows}}}" if entries else ""
+    return (f"{{.cob_base = {base:#05x}U, .is_valid = {str(is_valid).lower()}, .is_each_sync = {str(is_each_sync).lower()}, "
+            f".entry_count = {len(entries)}U{listed}}}")
+
+
+def header(folder=sheet.FOLDER):
+    """Text of the table of all classes."""
+    classes = [_Class(sheet.load(path)) for path in sorted(folder.glob("*.eds"), key=lambda path: path.stem)]
+    axes = max((each.axes for each in classes), default=1) or 1
+    lines = [HEAD, f"#define DEVICE_CLASSES_AXES_MAX {axes}U",
+             f'#define DEVICE_CLASSES_NAMES "{" ".join(each.sheet.path.stem for each in classes)}"', "#define DEVICE_CLASSES \\"]
+    lines += [f"    {{{' '.join(each.row())}}}, \\" for each in classes]
+    return "\n".join([*lines, "", "#endif", ""])

@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Wireshark dissector of a mission's packets (Lua): tables of names and layouts from the dictionary, followed by dissector.lua."""
+
+import pathlib
+
+ENGINE = pathlib.Path(__file__).with_name("dissector.lua")
+LARGEST_WORD = (1 << 31) - 1  # Lua's value strings have no larger numbers.
+KIND_OF = {"u8": "UINT8", "u16": "UINT16", "u32": "UINT32", "u64": "UINT64", "i16": "INT16", "i32": "INT32", "i64": "INT64",
+           "f64": "DOUBLE", "id": "UINT32", "layout": "UINT8", "bits": "UINT16", "time": "DOUBLE", "reltime": "DOUBLE",
+           "position": "DOUBLE", "cds": "DOUBLE", "name": "STRING", "text": "STRING"}  # Others are octets.
+HEADER = {
+    "type": ("UINT8", "Type", "type"), "apid": ("UINT16", "APID", "apid"), "sequence": ("UINT16", "Sequence count", None),
+    "length": ("UINT16", "Length less 7", None), "service": ("UINT8", "Service", None), "subtype": ("UINT8", "Subtype", None),
+    "ack": ("UINT8", "Acknowledgement flags", None), "source": ("UINT16", "Source", "user"), "counter": ("UINT16", "Message counter", None),
+    "destination": ("UINT16", "Destination", "user"), "time": ("DOUBLE", "Mission time [s]", None), "crc": ("UINT16", "Checksum", None),
+    "message": ("STRING", "Message", None), "event": ("STRING", "Event", None), "octets": ("OCTETS", "Octets", None),
+}
+
+
+def script(dictionary):
+    """Text of the dissector of a mission."""
+    tables = _Tables(dictionary)
+    about = (f"mission {dictionary['mission']}; interface {dictionary['interface_hash']}, configuration "
+             f"{dictionary['configuration_hash']}")
+    lines = ["-- SPDX-License-Identifier: Apache-2.0",
+             f"-- Wireshark dissector of PUS packets, {about}. Made by gse/generator; do not edit.",
+             f"-- tshark -X lua_script:{dictionary['mission']}.lua -r packets.pcap; in a TCP stream at port {dictionary['ground']['port']}", ""]
+    lines += [f"local {name} = {_lua(table)}" for name, table in tables.all().items()]
+    return "\n".join(lines) + "\n" + ENGINE.read_text(encoding="utf-8")
+
+
+def _lua(value):
+    """A value as an expression of Lua, with one entry of the outermost table per line."""
+    if isinstance(value, dict):
+        return "{\n" + "".join(f"  [{_inner(key)}] = {_inner(item)},\n" for key, item in value.items()) + "}"
+    return _inner(value)
+
+
+def _inner(value):
+    if value is None:
+        return "false"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (int, float)):
+        return repr(value)
+    if isinstance(value, str):
+        return '"' + "".join(c if " " <= c <= "~" and c not in '"\\' else f"\\{ord(c):03d}" for c in value) + '"'
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"[{_inner(key)}] = {_inner(item)}" for key, item in value.items()) + "}"
+    return "{" + ", ".join(map(_inner, value)) + "}"
+
+
+class _Tables:
+    """All tables of one dictionary."""
+
+    def __init__(self, dictionary):
+        self.dictionary = dictionary
+        catalogue = dictionary["catalogue"]
+        own = catalogue.get("private", {})  # Services of the mission.
+        self.kinds = catalogue["kinds"] | own.get("kinds", {})
+        self.services = catalogue["services"] | own.get("services", {})
+        apids = {one["apid"]: one["name"] for one in dictionary["subsystems"]}
+        self.words = {"type": {0: "TM", 1: "TC"}, "apid": apids, "user": {0: "all", **{one["id"]: one["name"] for one in dictionary["users"]}}}
+        self.fields = dict(HEADER)
+        self.parameters, self.structures, self.events, self.functions = {}, {}, {}, {}
+        for subsystem in dictionary["subsystems"]:
+            self._subsystem(subsystem)
+        self._common_words(catalogue)
+        self.messages = {}
+        for number, service in sorted(self.services.items(), key=lambda item: int(item[0])):
+            for message in service["messages"]:
+                self._message_fields(int(number), service, message["fields"])
+                self.messages[f"{message['direction']}[{number},{message['subtype']}]"] = {"name": message["name"], "fields": message["fields"]}
+
+    def all(self):
+        dictionary = self.dictionary
+        mission = {"name": dictionary["mission"], "epoch": int(dictionary["epoch"]), "port": dictionary["ground"]["port"],
+                   "apids": self.words["apid"]}
+        used = sorted({field["kind"] for field in self._leaves()} - {"value", "auxiliary"} | {"part"})
+        kinds = {name: {key: self.kinds[name][key] for key in ("coding", "size") if key in self.kinds[name]} for name in used}
+        return {
+            "MISSION": mission,
+            "INTERFACES": {one["apid"]: f"{int(one['interface_hash'], 16):016X}" for one in dictionary["subsystems"]},
+            "LAYOUTS": {entry["code"]: name for name, entry in dictionary["types"].items()},
+            "WORDS": dict(sorted(self.words.items())),
+            "FIELDS": dict(sorted(self.fields.items())),
+            "PARAMETERS": self.parameters, "STRUCTURES": self.structures, "EVENTS": self.events, "FUNCTIONS": self.functions,
+            "CATALOGUE": {"kinds": kinds, "messages": self.messages},
+        }
+
+    def _leaves(self):
+        waiting = [message["fields"] for message in self.messages.values()]
+        while waiting:
+            for field in waiting.pop():
+                waiting += [field.get("fields", []), *field.get("cases", {}).values()]
+                if "kind" in field:
+                    yield field
+
+    def _common_words(self, catalogue):
+        failures = {int(number): words[0] for number, words in catalogue["failures"].items()}
+        for subsystem in self.dictionary["subsystems"]:
+            for failure in subsystem["failures"]:
+                name = f"{subsystem['name']}.{failure['name']}"
+                known = failures.get(failure["code"])
+                failures[failure["code"]] = f"{known} or {name}" if known else name
+        self.words["failure_code"] = failures
+        self.words["layout"] = {entry["code"]: name for name, entry in self.dictionary["types"].items()}
+        self.words["mode8"] = {mode["id"]: mode["name"] for mode in self.dictionary["modes"]}
+        self.words["link_id"] = {link["number"]: link["name"] for link in self.dictionary["links"]}
+
+    # ---- layouts of the descriptors ----
+
+    def _item(self, place, owner, one):
+        """{field, type, count} of a field of a descriptor, registered under a place."""
+        words = None
+        numbers = owner["enumerations"].get(one.get("enumeration"))
+        if numbers and max(numbers.values()) <= LARGEST_WORD and one["type"] != "UINT64":
+            words = f"{owner['name']}.{one['enumeration']}"
+            self.words[words] = {number: word for word, number in numbers.items()}
+        unit = f" [{one['unit']}]" if one.get("unit") else ""
+        place = place.lower()
+        self.fields[place] = (one["type"], f"{place.rpartition('.')[2].upper()}{unit}", words)
+        return [place, one["type"], one.get("count", 1)]
+
+    def _parameter(self, owner, parameter):
+        place = f"{owner['name']}.{parameter['name']}"
+        if "fields" in parameter:
+            return [self._item(f"{place}.{one['name']}", owner, one) for one in parameter["fields"]]
+        return [self._item(place, owner, parameter)]
+
+    def _subsystem(self, owner):
+        items = {}
+        for parameter in owner["parameters"]:
+            items[parameter["name"]] = self._parameter(owner, parameter)
+            name = f"{owner['name']}.{parameter['name']}"
+            self.parameters[parameter["parameter_id"]] = {"name": name, "items": items[parameter["name"]]}
+            for one, item in zip(parameter.get("fields", ()), items[parameter["name"]]):
+                items[f"{parameter['name']}.{one['name']}"] = [item]
+
+        def listed(names):
+            return [item for name in names for item in items[name]]
+
+        structures = self.structures.setdefault(owner["apid"], {})
+        for configuration in owner["configurations"]:
+            for structure in configuration["housekeeping"]:
+                layout = listed(structure["once"]) + [[part["nrep"], listed(part["parameters"])] for part in structure["repeated"]]
+                structures.setdefault(structure["id"], []).append({"configuration": configuration["id"], "items": layout})
+        events = self.events.setdefault(owner["apid"], {})
+        for event in owner["events"]:
+            layout = []
+            for one in event["parameters"]:
+                layout += [self._item(f"{owner['name']}.{event['name']}.{one['name']}", owner, one)] if isinstance(one, dict) else items[one]
+            events[event["id"]] = {"name": event["name"], "items": layout}
+        self.functions[owner["apid"]] = {
+            function["name"]: {one["id"]: self._item(f"{owner['name']}.{function['name']}.{one['name']}", owner, one)
+                               for one in function["arguments"]}
+            for function in owner["functions"]
+        }
+
+    # ---- messages of the catalogue ----
+
+    def _message_fields(self, number, service, fields):
+        for field in fields:
+            name = field.get("name") or field.get("repeat")
+            place = f"st{number}.{name}"
+            if "repeat" in field:
+                self._register(place, "UINT16", name)
+                self._message_fields(number, service, field["fields"])
+            elif "choice" in field:
+                for case in field["cases"].values():
+                    self._message_fields(number, service, case)
+            elif field.get("kind") == "value":
+                self._register(place, "OCTETS", name)
+                for kind in self.dictionary["types"]:
+                    self._register(f"{place}.{kind.lower()}", kind, name)
+            elif field.get("kind") and field["kind"] != "auxiliary":
+                self._kind_field(place, service, field)
+
+    def _kind_field(self, place, service, field):
+        kind = self.kinds[field["kind"]]
+        words = field["kind"] if field["kind"] in self.words else None
+        listed = service["enumerations"].get(field["name"])
+        if listed:
+            words = place
+            self.words[place] = {int(number): word for number, word in listed.items()}
+        elif field["kind"] == "bool8":
+            words = "bool8"
+            self.words[words] = {0: "false", 1: "true"}
+        self._register(place, KIND_OF.get(kind["coding"], "OCTETS"), field["name"], words)
+
+    def _register(self, place, kind, label, words=None):
+        """A field; a message that uses the name for another type of number has the wider one."""
+        known = self.fields.get(place)
+        if known and known[0] != kind:
+            raise ValueError(f"{place} is {known[0]} in one message and {kind} in another")
+        self.fields[place] = (kind, label.replace("_", " "), words or (known[2] if known else None))

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Colours of texts on a terminal: only where they have a meaning, not in files and pipes, not with NO_COLOR (no-color.org)."""
+
+import os
+import sys
+
+SEVERITIES = {"INFORMATIVE": None, "LOW": "36", "MEDIUM": "33", "HIGH": "1;31"}
+CODES = {"failed": "31", "warning": "33", "ok": None, **SEVERITIES}
+
+
+def is_coloured(stream=None):
+    """Whether texts on a stream (standard output) are coloured."""
+    stream = stream or sys.stdout
+    return bool(stream and stream.isatty()) and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def coloured(text, meaning, stream=None):
+    """The text in the colour of its meaning: a severity of events, "failed", "warning"; unchanged without a colour."""
+    code = CODES.get(meaning)
+    return f"\x1b[{code}m{text}\x1b[0m" if code and is_coloured(stream) else text

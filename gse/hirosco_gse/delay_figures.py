@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of a flight whose links have delay: motion and contact in the two holds, reflected torque, largest force, error at
+the end, torque of the joystick in free space.
+"""
+
+import numpy as np
+
+from . import contact_figures
+from .contact_figures import FAST, SLOW, _felt, _mean, _true
+from .figures_common import FORCE_SCALE, POSITION_SCALE, SETTLED_US, Missing, segment
+from .run import CYCLE_US
+
+HOLD_CYCLES = 7_000_000 // CYCLE_US
+END_CYCLES = 500_000 // CYCLE_US
+LINKS_M = (0.22, 0.25)
+
+# By the round trip up to which they hold [ms].
+BOUNDS = {
+    100: {
+        "delay_hold_oscillation_rad": ("<=", 2e-4),
+        "delay_after_follow_rad": ("<=", 2e-4),
+        "delay_contact_share": (">=", 0.99),
+        "delay_force_peak_n": ("<=", 25),
+        "delay_end_error_m": ("<=", 1.5e-3),
+        "delay_free_drag_nm": ("<=", 0.015),
+        "passivity_local_j": (">=", -1e-4),
+    },
+    300: {
+        "delay_hold_oscillation_rad": ("<=", 3e-4),
+        "delay_after_follow_rad": ("<=", 1e-3),
+        "delay_contact_share": (">=", 0.99),
+        "delay_force_peak_n": ("<=", 30),
+        "delay_free_drag_nm": ("<=", 0.015),
+        "passivity_local_j": (">=", -0.03),
+    },
+}
+
+
+def bounds_of(facts):
+    """Bounds of a run, selected by its round-trip time; empty without delay, and for a delay that is longer than any with bounds."""
+    delay_ms = facts.get("relay", {}).get("round_trip_ms")
+    return next((BOUNDS[limit] for limit in sorted(BOUNDS) if delay_ms is not None and delay_ms <= limit), {})
+
+
+def _hold(run, before):
+    """Last 7 s of the hold after a verb; the hold must last 2 s longer than that."""
+    first, end = segment(run, "hold", before)
+    if end - first < HOLD_CYCLES + SETTLED_US // CYCLE_US:
+        raise Missing(f"the hold after '{before}' is too short: {(end - first) * CYCLE_US / 1e6:.1f} s")
+    return end - HOLD_CYCLES, end
+
+
+def _oscillation(run, start, end):
+    stick = _true(run, "STICK", "position_rad")[start - SLOW : end + SLOW]
+    return float(np.ptp((stick - _mean(stick, SLOW))[SLOW : SLOW + end - start], axis=0).max())
+
+
+def holds(run):
+    """Figures of both holds: oscillation of the stick, share of contact, error of the reflected torque, largest force."""
+    (start, end), (after, last) = _hold(run, "press"), _hold(run, "follow")
+    press, _ = segment(run, "press", None)
+    touched = _true(run, "CONTACT", "in_contact") > 0
+    external = _true(run, "CONTACT", "external_torque_nm")[start:end].mean(axis=0) * FORCE_SCALE
+    error = _felt(run, start, end).mean(axis=0) - external
+    force = np.linalg.norm(_true(run, "CONTACT", "contact_force_n")[press:last], axis=1)
+    return {
+        "delay_hold_oscillation_rad": _oscillation(run, start, end),
+        "delay_after_follow_rad": _oscillation(run, after, last - SLOW - FAST),
+        "delay_reflection_error": float(np.linalg.norm(error) / np.linalg.norm(external)),
+        "delay_contact_share": float(min(touched[start:end].mean(), touched[after:last].mean())),
+        "delay_force_peak_n": float(np.nanmax(force)),
+    }
+
+
+def _tip(joints):
+    return np.stack([LINKS_M[0] * wave(joints[0]) + LINKS_M[1] * wave(joints[0] + joints[1]) for wave in (np.cos, np.sin)])
+
+
+def end_error(run):
+    """Distance at the end between the tip and its commanded place: the scaled motion of the stick since the first move."""
+    first, _ = segment(run, "move", None)
+    end = max(end for verb, _, end in run.segments() if verb == "home")
+    stick, joints = _true(run, "STICK", "position_rad"), _true(run, "JOINTS", "position_rad")
+    late = slice(end, end + END_CYCLES)
+    asked = joints[first] + POSITION_SCALE * (stick[late].mean(axis=0) - stick[first])
+    return {"delay_end_error_m": float(np.linalg.norm(_tip(joints[late].mean(axis=0)) - _tip(asked)))}
+
+
+def free_drag(run):
+    """Torque that the hand has to overcome in the circle, its first and last 2 s left out; the larger axis."""
+    first, end = segment(run, "circle", None)
+    window = slice(first + SETTLED_US // CYCLE_US, end - SETTLED_US // CYCLE_US)
+    torque = _felt(run, window.start, window.stop)
+    return {"delay_free_drag_nm": float(np.sqrt(np.mean(torque**2, axis=0)).max())}
+
+
+FIGURES = (
+    (
+        holds,
+        (
+            "delay_hold_oscillation_rad",
+            "delay_after_follow_rad",
+            "delay_reflection_error",
+            "delay_contact_share",
+            "delay_force_peak_n",
+        ),
+    ),
+    (end_error, ("delay_end_error_m",)),
+    (free_drag, ("delay_free_drag_nm",)),
+    (contact_figures.passivity, ("passivity_local_j",)),
+)

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`gse monitor`: a live view of the flight in a terminal, also over ssh: states, modes, links, housekeeping with units and age, events, and
+commands with their verification. It reads the hub of the light station, as a ground user of its own. Needs the package textual."""
+
+import asyncio
+import contextlib
+import shlex
+
+from rich.markup import escape
+from rich.text import Text
+from textual.app import App
+from textual.containers import Horizontal, Vertical
+from textual.suggester import Suggester
+from textual.widgets import DataTable, Input, RichLog, Static
+
+from . import completion, values
+from .command import UsageError
+from .session import GROUND_USER
+from .station.hub import LIGHTS, Hub
+
+REFRESH_S = 0.25
+STALE_S = 5.0  # without an interval in the dictionary
+COMMANDS_SHOWN = 50
+STYLES = {"INFORMATIVE": "", "LOW": "cyan", "MEDIUM": "yellow", "HIGH": "bold red"}
+STATE_STYLES = {"OPERATIONAL": "green", "ERROR_OPERATIONAL": "bold red"}
+MARKS = {"done": "+", "failed": "x", "waiting": ".", "none": "-", "empty": " "}
+
+
+class _Names(Suggester):
+    """Completes the command that is typed by the dictionary of the flight."""
+
+    def __init__(self, hub):
+        super().__init__(use_cache=False, case_sensitive=True)
+        self._hub = hub
+
+    async def get_suggestion(self, value):
+        if self._hub.dictionary is None:
+            return None
+        words = value.split(" ")
+        found = completion.candidates([word for word in words[:-1] if word] + words[-1:], self._hub.dictionary)
+        return f"{' '.join([*words[:-1], ''])}{found[0]}" if found and words[-1] else None
+
+
+class Monitor(App):
+    """The dashboard of one run folder."""
+
+    CSS = """
+    #head { height: 1; background: $primary-background; }
+    #views { height: 2fr; }
+    #left { width: 1fr; }
+    #states, #links { height: 1fr; border: round $primary; }
+    #housekeeping { width: 1fr; border: round $primary; }
+    #events, #commands { height: 1fr; border: round $primary; }
+    """
+    BINDINGS = [("ctrl+q", "quit", "leave")]
+    ENABLE_COMMAND_PALETTE = False
+
+    def __init__(self, run, **given):
+        """run: run folder, or a link to it; given: host of the ground port, its port, key and dictionary where they differ."""
+        super().__init__()
+        self.hub = Hub(run, self._take, user=GROUND_USER, **given)
+        self._new_events, self._task = [], None
+
+    def compose(self):
+        """The views."""
+        yield Static(id="head")
+        with Horizontal(id="views"):
+            with Vertical(id="left"):
+                yield DataTable(id="states", cursor_type="none")
+                yield DataTable(id="links", cursor_type="none")
+            yield DataTable(id="housekeeping", cursor_type="none")
+        yield RichLog(id="events", max_lines=1000)
+        yield DataTable(id="commands", cursor_type="none", show_header=False)
+        yield Input(id="command", suggester=_Names(self.hub))
+
+    def on_mount(self):
+        """Begin."""
+        titles = {"states": ("subsystem", "state", "phase", "configuration", "since [s]"), "links": ("link", "state", "sent", "received", "lost", "late"),
+                  "housekeeping": ("parameter", "value", "unit", "age [s]"), "commands": ("at [s]", "text", *LIGHTS, "result")}
+        for name, columns in titles.items():
+            table = self.query_one(f"#{name}", DataTable)
+            table.border_title = name
+            for column in columns:
+                table.add_column(column, key=column)
+        self.query_one("#events").border_title = "events"
+        entry = self.query_one("#command")
+        entry.border_title = "a command of gse, for example: ping all (Ctrl Q leaves)"
+        entry.focus()
+        self._task = asyncio.create_task(self.hub.serve())
+        self.set_interval(REFRESH_S, self._refresh)
+
+    async def on_unmount(self):
+        """End the connection."""
+        self._task.cancel()
+        with contextlib.suppress(asyncio.CancelledError, BaseExceptionGroup):
+            await self._task
+
+    def on_input_submitted(self, message):
+        """A command."""
+        if not message.value.strip():
+            return
+        line = message.value
+        message.input.value = ""
+        message.input.border_subtitle = ""
+        try:
+            if shlex.split(line)[0] in ("hand", "fault", "pause", "resume", "step", "speed"):
+                self.run_worker(self._live(line))
+            else:
+                self.hub.command(line)
+        except (UsageError, ValueError) as problem:
+            message.input.border_subtitle = escape(str(problem))
+
+    async def _live(self, line):
+        answer = await self.hub.live(line)
+        said = f"refused: {answer['refused']}" if "refused" in answer else f"at {answer['time']:.4f} s"
+        self.query_one("#command", Input).border_subtitle = escape(f"{line}: {said}")
+
+    def _take(self, message):
+        if message["kind"] == "event":
+            self._new_events.append(message)
+        elif message["kind"] == "hello":
+            self._new_events.append(message)
+
+    # What is shown ------------------------------------------------------------------------------------------
+
+    def _refresh(self):
+        if not self.query("#head"):
+            return  # The application ends.
+        hub = self.hub
+        mission = hub.dictionary.mission if hub.dictionary else "no flight"
+        mode = hub.session.mode if hub.session else None
+        pace = "paused" if hub.pace["is_paused"] else f"x{hub.pace['speed']:g}" if hub.pace["is_there"] else ""
+        time = f"{hub.seconds:.1f} s" if hub.seconds is not None else "-"
+        link = Text(hub.link["text"], "green" if hub.link["is_live"] else "bold red")
+        self.query_one("#head", Static).update(Text("  ").join([Text(mission, "bold"), Text(f"mode {mode or '-'}"), Text(time), Text(pace), link]))
+        self._fill("states", {name: self._state_row(state) for name, state in hub.states.items()})
+        rows = hub.links["rows"] if hub.links else []
+        self._fill("links", {row["name"]: [row["name"], row["state"], *(row.get(key, "") for key in ("sent", "received", "lost", "late"))] for row in rows})
+        self._fill("housekeeping", self._housekeeping_rows())
+        self._fill("commands", {str(call.number): self._command_row(call) for call in reversed(list(hub.commands)[-COMMANDS_SHOWN:])})
+        log = self.query_one("#events", RichLog)
+        for event in self._new_events:
+            if event["kind"] == "hello":
+                log.clear()
+            else:
+                text = f"{event['time']:12.6f}  {event['severity']:<11} {event['subsystem']}.{event['event']}  {event['text']}"
+                log.write(Text(text, STYLES.get(event["severity"], "")))
+        self._new_events.clear()
+
+    def _fill(self, name, rows):
+        """Show these rows; only cells that have changed are drawn, so that little goes over a slow line."""
+        table = self.query_one(f"#{name}", DataTable)
+        if [key.value for key in table.rows] != list(rows):
+            table.clear()
+            for key, row in rows.items():
+                table.add_row(*row, key=key)
+            return
+        for key, row in rows.items():
+            for column, cell in zip(table.columns, row):
+                if table.get_cell(key, column) != cell:
+                    table.update_cell(key, column, cell, update_width=True)
+
+    @staticmethod
+    def _state_row(state):
+        since = "-" if state["since"] is None else f"{state['since']:.1f}"
+        return [state["subsystem"], Text(state["state"], STATE_STYLES.get(state["state"], "")), state["phase"], state["configuration"], since]
+
+    def _housekeeping_rows(self):
+        newest = {}
+        for (subsystem, _), report in self.hub.housekeeping.items():
+            for leaf, value in report["values"].items():
+                key = f"{subsystem}.{leaf}"
+                if key not in newest or newest[key][0] < report["time"]:
+                    newest[key] = (report["time"], value, subsystem, leaf)
+        subsystems = self.hub.dictionary.subsystems if newest else {}
+        order = sorted(newest, key=lambda key: (subsystems[newest[key][2]].is_infrastructure, key))
+        return {key: self._value_row(key, *newest[key]) for key in order}
+
+    def _value_row(self, key, seconds, value, subsystem, leaf):
+        head, _, tail = leaf.partition(".")
+        item = self.hub.dictionary.subsystem(subsystem).parameter(head)
+        item = item.field(tail)[0] if tail else item
+        numbers = [number for number in value if isinstance(number, (int, float))]
+        is_beyond = any((item.min is not None and number < item.min) or (item.max is not None and number > item.max) for number in numbers)
+        age = self.hub.seconds - seconds
+        return [key, Text(values.to_text(value), "bold red" if is_beyond else ""), item.unit, Text(f"{age:.1f}", "dim" if age > STALE_S else "")]
+
+    @staticmethod
+    def _command_row(call):
+        message = call.message()
+        lights = [Text(f"{MARKS[light]} {name}" if light != "empty" else "", "red" if light == "failed" else "") for name, light in zip(LIGHTS, message["lights"])]
+        result = Text(message.get("words") or "; ".join(message["answer"]), "red" if "words" in message else "")
+        return ["-" if message["time"] is None else f"{message['time']:.1f}", message["text"], *lights, result]

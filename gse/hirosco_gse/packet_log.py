@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reader of the packet log of a run. Needs no third-party packages."""
+
+from . import large, packets
+
+
+class LogError(ValueError):
+    """A log that cannot be read."""
+
+
+def parse_packets(lines, path="packets.log"):
+    """List of (time_ns, direction, Packet or None, raw) of `<s, 9 decimals> TC|TM <hex>` lines."""
+    found = []
+    for number, line in enumerate(lines, 1):
+        words = line.split()
+        if not words:
+            continue
+        try:
+            stamp, direction, text = words
+            seconds, fraction = stamp.split(".")
+            raw = bytes.fromhex(text)
+            if direction not in ("TC", "TM") or len(fraction) != 9:
+                raise ValueError
+            time_ns = int(seconds) * 1_000_000_000 + int(fraction)
+        except ValueError as error:
+            if not line.endswith("\n"):
+                break  # the run ended while this line was written
+            raise LogError(f"{path}:{number}: not a packet line: {line[:80]!r}, expected <seconds, 9 decimals> TC|TM <octets in hex>") from error
+        try:
+            packet = packets.parse(raw)
+        except packets.PacketError:
+            packet = None  # the log contains a refused malformed telecommand with its received octets
+        found.append((time_ns, direction, packet, raw))
+    return found
+
+
+def with_whole(found):
+    """The same list, with each packet that was transferred in parts (ST[13]) inserted after its last part."""
+    assembler, rows = large.Assembler(), []
+    for row in found:
+        rows.append(row)
+        time_ns, direction, packet, _ = row
+        whole = assembler.take(packet) if packet is not None and large.is_part(packet) else None
+        if whole is not None:
+            rows.append((time_ns, direction, whole, whole.raw))
+    return rows
+
+
+def read_packets(path):
+    """As parse_packets and with_whole, of a file; empty if there is none."""
+    try:
+        with open(path, encoding="ascii") as log:
+            return with_whole(parse_packets(log, path))
+    except FileNotFoundError:
+        return []

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Ground port, mission and key of a flight, from the files that the launcher writes into the run folder."""
+
+import os
+import pathlib
+from dataclasses import dataclass
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+LOOPBACK = "127.0.0.1"
+DEFAULT_PORT = 10015
+DEFAULT_MISSION = "rokviss"
+LATEST = ROOT / "runs" / "latest"
+
+
+def default_port(run):
+    """Ground port of a run."""
+    try:
+        return int((run / "ground.port").read_text(encoding="ascii"))
+    except (OSError, ValueError):
+        return DEFAULT_PORT
+
+
+def mission_of(run):
+    """Name of the mission of a run, as the launcher wrote it; otherwise that of the default mission."""
+    try:
+        return (run / "ground.mission").read_text(encoding="utf-8").strip() or DEFAULT_MISSION
+    except OSError:
+        return DEFAULT_MISSION
+
+
+def default_key(run, host, port):
+    """Key file of the connected run, as the launcher wrote it; for another run that of the environment. None: telecommands
+    are not protected."""
+    if host != LOOPBACK or not (run / "ground.port").exists() or port != default_port(run):
+        return os.environ.get("GSE_KEY")
+    try:
+        return (run / "ground.key-file").read_text(encoding="utf-8").strip() or None
+    except OSError:
+        return None
+
+
+def default_dictionary(run):
+    """Dictionary of the mission of a run."""
+    return ROOT / "build" / "generated" / f"{mission_of(run)}.json"
+
+
+@dataclass(frozen=True)
+class Place:
+    """How a ground user reaches a flight: run folder, ground port, key file (None: telecommands are not protected), dictionary."""
+
+    run: pathlib.Path
+    host: str
+    port: int
+    key: str
+    dictionary: pathlib.Path
+
+    @classmethod
+    def of(cls, run=None, host=LOOPBACK, port=None, key=None, dictionary=None):
+        """The place of a run. Arguments that are not given come from the run folder, or else from the default mission."""
+        run = pathlib.Path(run or LATEST)
+        port = port or default_port(run)
+        return cls(run, host, port, key or default_key(run, host, port), pathlib.Path(dictionary or default_dictionary(run)))

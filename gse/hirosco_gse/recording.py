@@ -1,0 +1,277 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A run in one compact form for the page of the station: what its store knows of a flight, over time.
+
+The form is a gzip stream of: length of the head (u32, little-endian), head (JSON), columns. A column of a table contains one number of each
+row. Its numbers, times "per", are whole 32-bit numbers; what is stored are their differences, zigzag coded, first the lowest octets of
+all rows, then the next. A column without "per" contains 64-bit floating point numbers, little-endian, in the same order of octets.
+The smallest 32-bit number is not a number."""
+
+import gzip
+import json
+import struct
+import sys
+
+import numpy as np
+
+from . import run as runs
+from . import telemetry
+from .dictionary import STATES
+from .failures import name_of
+from .station.about import hello
+from .station.geometry import as_lists
+from .station.hub import lights_of
+
+TRUTH_HZ = 50
+GROUND_USERS = 0x8000  # Those below are on the ground.
+FINEST = 1_000_000
+WIDEST = 2**31 - 2
+NONE = -(2**31)
+FINAL = (2, 4, 7, 8, 10)
+
+
+def _per(numbers):
+    """By what to multiply the numbers of a column; None if 32 bits do not hold them well."""
+    known = numbers[np.isfinite(numbers)]
+    most = float(np.abs(known).max(initial=0.0))
+    if len(known) < len(numbers) and not np.isnan(numbers[~np.isfinite(numbers)]).all():
+        return None
+    if most <= WIDEST and not (known % 1).any():
+        return 1
+    return FINEST if most * FINEST <= WIDEST else None
+
+
+def column(numbers):
+    """(per, octets) of a column."""
+    numbers = np.asarray(numbers, float)
+    per = _per(numbers)
+    if per is None:
+        return None, numbers.astype("<f8").view(np.uint8).reshape(-1, 8).T.tobytes()
+    whole = np.where(np.isnan(numbers), NONE, np.rint(np.nan_to_num(numbers) * per)).astype(np.int64)
+    step = np.diff(whole, prepend=0).astype(np.int32)  # It wraps, and so does the sum of the reader.
+    coded = (step.astype(np.uint32) << 1) ^ (step >> 31).astype(np.uint32)
+    return per, coded.astype("<u4").view(np.uint8).reshape(-1, 4).T.tobytes()
+
+
+class _Tables:
+    """Tables of columns: their description, and their octets in the same order."""
+
+    def __init__(self):
+        self.described, self.parts = [], []
+
+    def add(self, about, times, leaves):
+        """A table of rows at `times`; `leaves`: name -> array of one row of numbers for each time."""
+        per, octets = column(times)
+        self.parts.append(octets)
+        described = []
+        for name, rows in leaves.items():
+            columns = [column(numbers) for numbers in np.asarray(rows, float).reshape(len(times), -1).T]
+            described.append([name, [part for part, _ in columns]])
+            self.parts += [part for _, part in columns]
+        self.described.append({**about, "rows": len(times), "per": per, "leaves": described})
+
+
+class _Commands:
+    """Telecommands of users on the ground with what their verification lights showed over time."""
+
+    def __init__(self, run):
+        self.rows, self._open = [], {}
+        self._dictionary = run.dictionary
+        self._steps = {}  # (APID, sequence count) of a telecommand -> step of the operator's script
+        for step in run.operator:
+            for asked in step.get("asked") or []:
+                self._steps.setdefault(tuple(asked), []).append(step)
+
+    def send(self, seconds, packet):
+        """A telecommand in the log."""
+        if packet.user >= GROUND_USERS:
+            return
+        key = (packet.apid, packet.sequence)
+        step = next((item for item in self._steps.get(key, ()) if item["time"] - 0.1 <= seconds <= item["end"] + 0.1), None)
+        row = next((item for item in self.rows[-8:] if step is not None and item["step"] is step), None)
+        if row is None:
+            text = " ".join([step["verb"], *step["words"]]) if step else _words(packet, self._dictionary)
+            row = {"step": step, "time": seconds, "text": text, "requests": [], "lights": [], "words": None, "code": None}
+            self.rows.append(row)
+        request = _Sent()
+        row["requests"].append(request)
+        self._open[key] = (row, request)
+        self._light(row, seconds)
+
+    def verify(self, seconds, packet, decoded):
+        """A report of verification in the log."""
+        row, request = self._open.get((decoded["request_apid"], decoded["request_sequence"]), (None, None))
+        if row is None:
+            return
+        request.stages.append(packet.subtype)
+        request.is_finished = request.is_finished or packet.subtype in FINAL
+        if "words" in decoded:
+            row["words"], row["code"] = decoded["words"], decoded["code"]
+        self._light(row, seconds)
+
+    @staticmethod
+    def _light(row, seconds):
+        row["lights"].append([round(seconds, 4), "".join(cell[0] for cell in lights_of(row["requests"]))])
+
+    def as_lists(self):
+        kept = ("time", "text", "lights", "words", "code")
+        return [{key: row[key] for key in kept if row[key] is not None} for row in self.rows]
+
+
+class _Sent:
+    def __init__(self):
+        self.stages, self.is_finished = [], False
+
+
+def _words(packet, dictionary):
+    """A telecommand as an operator would type it, or its name in the standard."""
+    name = dictionary.name_of_apid(packet.apid)
+    subsystem = dictionary.subsystem_of_apid(packet.apid)
+    data = packet.data
+    if packet.message == (129, 1) and data:
+        return f"state {name} {name_of(STATES, data[0])}"
+    if packet.message == (129, 3) and len(data) >= 2 and subsystem:
+        return f"config {name} {subsystem.configuration_name(int.from_bytes(data[:2], 'big'))}"
+    if packet.message == (131, 1) and data:
+        return f"mode {next((mode['name'] for mode in dictionary.modes if mode['id'] == data[0]), data[0])}"
+    decoded = telemetry.decode(packet, dictionary)
+    if "function_id" in decoded:
+        return f"cmd {name}.{decoded['function_id']}"
+    return f"{packet.title if 'error' in decoded else decoded['kind']}: {name}"
+
+
+class _Telemetry:
+    """The reports of a run, sorted by what they tell."""
+
+    def __init__(self, run):
+        self.dictionary = run.dictionary
+        self.states, self.events, self.modes, self.links = [], [], [], []
+        self.heard, self.tables = {}, {}
+        self._present = {}
+        for time_ns, packet, decoded in run.reports:
+            taker = getattr(self, f"_{decoded['kind'].replace(' ', '_')}", None)
+            if taker and "error" not in decoded:
+                taker(round(time_ns / 1e9, 6), packet, decoded)
+
+    def _state(self, seconds, packet, decoded):
+        name = self.dictionary.name_of_apid(packet.apid)
+        self.heard.setdefault(name, []).append(seconds)
+        self._say(seconds, name, decoded, decoded.get("cause"))
+
+    _transition = _status = _state
+
+    def _subsystems(self, seconds, _packet, decoded):
+        for row in decoded["rows"]:
+            self._say(seconds, row["subsystem"], row, None)
+
+    def _say(self, seconds, name, decoded, cause):
+        present = (decoded["state"], decoded["phase"], decoded["configuration"])
+        if self._present.get(name) != present:
+            self._present[name] = present
+            self.states.append([seconds, name, *present, cause])
+
+    def _event(self, seconds, packet, decoded):
+        text = telemetry.describe(packet, decoded, self.dictionary).split(decoded["event"], 1)[-1].strip()
+        self.events.append([seconds, self.dictionary.name_of_apid(packet.apid), decoded["severity"], decoded["event"], text])
+
+    def _mode(self, seconds, _packet, decoded):
+        self.modes.append([seconds, decoded["mode"]])
+
+    def _link_transition(self, seconds, _packet, decoded):
+        self._say_link(seconds, decoded["link"], {"state": decoded["state"]})
+
+    def _links(self, seconds, packet, decoded):
+        for row in decoded["rows"]:
+            if row["consumer"] == packet.apid:
+                self._say_link(seconds, row["link"], {name: row[name] for name in ("state", "received", "lost", "late")})
+
+    def _say_link(self, seconds, number, facts):
+        self.links += [[seconds, link.name, facts] for link in self.dictionary.links if link.number == number]
+
+    def _housekeeping(self, seconds, packet, decoded):
+        name = self.dictionary.name_of_apid(packet.apid)
+        self.heard.setdefault(name, []).append(seconds)
+        leaves = {leaf: value for leaf, value in telemetry.leaves(decoded["values"]).items() if all(isinstance(one, (int, float)) for one in value)}
+        key = (name, decoded["structure"], tuple((leaf, len(value)) for leaf, value in leaves.items()))
+        self.tables.setdefault(key, []).append((seconds, leaves))
+
+    def put(self, tables):
+        """Add the tables of housekeeping, and of when each subsystem was heard."""
+        for (name, structure, leaves), rows in self.tables.items():
+            times = [seconds for seconds, _ in rows]
+            columns = {leaf: np.array([values[leaf] for _, values in rows], float) for leaf, _ in leaves}
+            tables.add({"kind": "housekeeping", "subsystem": name, "structure": structure}, times, columns)
+        for name, times in self.heard.items():
+            tables.add({"kind": "heard", "subsystem": name}, times, {})
+
+
+def _truth(run, tables):
+    """Add what the simulator knows of robots and joystick, TRUTH_HZ times a second."""
+    known = {name: table for name, table in run.truth.items() if isinstance(table, dict) and len(table["time_us"])}
+    if "JOINTS" not in known:
+        return
+    times_us = known["JOINTS"]["time_us"]
+    picked = np.searchsorted(times_us, np.arange(times_us[0], times_us[-1] + 1, 1_000_000 // TRUTH_HZ))
+    wanted = times_us[picked]
+
+    def at(channel, name):
+        table = known[channel]
+        index = np.searchsorted(table["time_us"], wanted)
+        found = table[name][np.minimum(index, len(table["time_us"]) - 1)].astype(float)
+        found[index >= len(table["time_us"])] = np.nan
+        return found.reshape(len(wanted), -1)
+
+    leaves = {"POSITION": at("JOINTS", "position_rad"), "VELOCITY": at("JOINTS", "velocity_rad_s"), "TORQUE": at("JOINTS", "joint_torque_nm"),
+              "EXTERNAL_TORQUE": at("JOINTS", "external_torque_nm"), "BRAKE": at("JOINTS", "brake_engaged")}
+    if "CONTACT" in known:
+        leaves["FORCE"] = at("CONTACT", "contact_force_n") + at("CONTACT", "spring_force_n")
+        leaves["HOOKED"] = at("CONTACT", "spring_hooked")
+    if "STICK" in known:
+        leaves["STICK"], leaves["FELT"] = at("STICK", "position_rad"), at("STICK", "motor_torque_nm")
+    if "BASE" in known:
+        leaves["BASE"] = np.concatenate([at("BASE", "position_m"), at("BASE", "rotation")], axis=1)
+    tables.add({"kind": "truth"}, wanted / 1e6, leaves)
+
+
+def _phases(run):
+    """What the hand of the scenario does, until a fault is injected: [from, to, words]."""
+    parts = [[first * runs.CYCLE_US / 1e6, end * runs.CYCLE_US / 1e6, verb] for verb, first, end in run.segments()]
+    faults = [(fault["time_us"] / 1e6, f"{fault['kind']} {fault['target']}") for fault in run.truth["FAULT"] if fault["active"]]
+    found = []
+    for start, end, verb in parts:
+        for at, words in [(start, verb), *((at, words) for at, words in faults if start < at < end)]:
+            if found and found[-1][0] >= start:
+                found[-1][1] = at
+            found.append([at, end, words])
+    return found
+
+
+def make(run, about=None):
+    """Octets of the recording of a run (hirosco_gse.run.Run); `about` is passed on to the page."""
+    tables = _Tables()
+    head = {"hello": None, "about": about, "end": run.count * runs.CYCLE_US / 1e6, "phases": _phases(run)}
+    if run.dictionary is not None:
+        told, commands = _Telemetry(run), _Commands(run)
+        decoded_of = {id(packet): decoded for _, packet, decoded in run.reports}
+        for time_ns, direction, packet, _ in run.packets:
+            if packet is not None and direction == "TC":
+                commands.send(time_ns / 1e9, packet)
+            elif packet is not None and packet.service == 1 and "error" not in decoded_of[id(packet)]:
+                commands.verify(time_ns / 1e9, packet, decoded_of[id(packet)])
+        told.put(tables)
+        last = max((time_ns for time_ns, *_ in run.packets), default=0) / 1e9
+        head.update(hello=hello(run.dictionary, str(run.folder), as_lists(run.world) if run.world else None), end=max(head["end"], last),
+                    states=told.states, events=told.events, modes=told.modes, links=told.links, commands=commands.as_lists())
+    _truth(run, tables)
+    text = json.dumps({**head, "tables": tables.described}, separators=(",", ":"), default=float).encode()
+    return gzip.compress(b"".join([struct.pack("<I", len(text)), text, *tables.parts]), 6, mtime=0)
+
+
+def main(argv=None):
+    """Write the recording of a run folder to the standard output."""
+    folder, = sys.argv[1:] if argv is None else argv
+    run = runs.load(folder, has_buses=False)
+    sys.stdout.buffer.write(make(run, {"facts": run.facts}))
+
+
+if __name__ == "__main__":
+    main()

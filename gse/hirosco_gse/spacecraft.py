@@ -1,0 +1,278 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A client of a flying spacecraft, for scripts and tests.
+
+    from hirosco_gse.spacecraft import Spacecraft
+
+    with Spacecraft() as craft:                                         # the flight in runs/latest
+        craft.do("state all PRE_OPERATIONAL")                           # any command of `gse`
+        craft.cmd("MANIPULATOR.MOVE_TO", position=[0.9, -1.3], duration=2)
+        craft.wait_state("MANIPULATOR", "OPERATIONAL")
+        print(craft.get("MANIPULATOR.TORQUE_LIMIT"))                    # [38.0, 38.0]
+        craft.wait_event("MANIPULATOR", "TARE_DONE")
+        craft.wait_value("MANIPULATOR.CUR_VALUES.POSITION", lambda joints: joints[0] > 0.8)
+        craft.hand("aim", 0.1, 0, 0.5)                                  # the simulated world, with TIME=real
+
+Names are those of the mission dictionary and are not case-sensitive; values are numbers, words of enumerations, or lists of them.
+A parameter or argument of one element is a scalar, one of several a list, a structure a dict.
+
+Every call returns when its result is known, and raises otherwise:
+
+    UsageError, DictionaryError    no such name, or a value that does not fit; nothing was sent
+    Rejected                       the spacecraft refused the request or failed to perform it, with the reason in words
+    TimedOut                       an expected report did not come within the time, which is that of the wall clock
+    LinkLost                       no connection, or the spacecraft has closed it
+    live.LiveRefused               the simulator refused a line of the live world
+
+A Spacecraft has one connection and belongs to one thread; several may command the same flight. Telemetry is taken in while a call waits,
+so events and states between two calls are known at the end of the second call. A server, or a scenario in stepped time, cannot wait in
+a call: there the same procedures run on a `session.Session` with another driver, station/hub.py with asyncio, or link.StepDriver within
+the grants of the scheduler.
+"""
+
+import math
+import shlex
+
+from . import commands, link, live, sdls, telemetry
+from .dictionary import Dictionary
+from .place import LOOPBACK, Place
+from .session import GROUND_USER, LinkLost, Request, Session, TimedOut
+
+TIMEOUT_S = 20.0
+
+
+def merged(parts):
+    """Fields of an answer that came in several packets: their groups one after the other."""
+    whole = dict(parts[0])
+    for part in parts[1:]:
+        for name, value in part.items():
+            if isinstance(value, list) and name.startswith("n"):
+                whole[name] = whole[name] + value
+    return whole
+
+
+def _plain(value):
+    """A value as this module returns it."""
+    if isinstance(value, dict):
+        return {name: _plain(item) for name, item in value.items()}
+    return value[0] if len(value) == 1 else list(value)
+
+
+def _text(value):
+    """A value as the operator's commands take it."""
+    if isinstance(value, (list, tuple)):
+        return ",".join(map(_text, value))
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _words(words):
+    return shlex.split(words[0]) if len(words) == 1 else [_text(word) for word in words]
+
+
+class Spacecraft:
+    """One ground user of a flight (see above)."""
+
+    def __init__(self, run=None, *, host=LOOPBACK, port=None, key=None, dictionary=None, user=GROUND_USER, timeout_s=TIMEOUT_S, first_sequence=None):
+        """run: folder of the flight, by default runs/latest; it names port, key file and dictionary where they are not given.
+        user: its id in the packets; first_sequence: first sequence count of each APID, None: at random. Raises DictionaryError, SecurityError."""
+        self.place = Place.of(run, host, port, key, dictionary)
+        self.dictionary = Dictionary.load(self.place.dictionary)
+        self.timeout_s = timeout_s
+        self._sender = sdls.Sender(self.place.key) if self.place.key else None
+        self.session = Session(self.dictionary, first_sequence, user, self._sender or bytes)
+        self.session.listeners.append(self._take)
+        self.values = {}  # SUBSYSTEM.PARAMETER[.FIELD] -> (mission time [s], last value) of housekeeping
+        self._stream = self._driver = self._world = None
+
+    # Connection ---------------------------------------------------------------------------------------------
+
+    def connect(self, patience_s=0.0):
+        """Open the connection, with attempts for patience_s; returns self. Raises LinkLost."""
+        self._stream = self._open(patience_s)
+        self._driver = link.RealDriver(self._stream, self.session, self.dictionary.epoch_ns)
+        return self
+
+    @property
+    def is_connected(self):
+        """Whether there is a connection; the spacecraft may have closed it since the last call."""
+        return self._stream is not None
+
+    def _open(self, patience_s=0.0):
+        if self._sender:
+            self._sender.begin_anew()
+        return link.connect(self.place.host, self.place.port, patience_s)
+
+    def join(self, cosimulation, report, visits, patience_s):
+        """From now on take part in the scheduler of a flight in stepped time. The next `run` is the last one."""
+        clock = link.StepClock(cosimulation, self._stream.getsockname()[1], patience_s=patience_s)
+        self._driver = link.StepDriver(self._stream, self.session, clock, self._open, report, visits)
+        return clock
+
+    def close(self):
+        """Close the connection."""
+        if self._world:
+            self._world.close()
+        if self._stream:
+            self._stream.close()
+        self._stream = self._driver = self._world = None
+
+    def __enter__(self):
+        return self if self._stream else self.connect()
+
+    def __exit__(self, *unused):
+        self.close()
+
+    def run(self, procedure):
+        """Run a procedure of this session (session.py); returns its value."""
+        if self._driver is None:
+            raise LinkLost("not connected; call connect() or use `with`")
+        return self._driver.run(procedure)
+
+    def _ns(self, timeout_s):
+        return int((self.timeout_s if timeout_s is None else timeout_s) * 1e9)
+
+    # Commands -----------------------------------------------------------------------------------------------
+
+    def plan(self, *words):
+        """The command (command.Command) of these words of `gse`; nothing is sent. Raises UsageError."""
+        return commands.plan(_words(words), self.dictionary)
+
+    def do(self, *words, timeout_s=None):
+        """Perform a command of `gse`, given as one line or as words; the lines of its answer, each a dict with "text"."""
+        return self._perform(self.plan(*words), timeout_s)
+
+    def _perform(self, command, timeout_s):
+        return self.run(command.procedure(self.session, self._ns(timeout_s)))
+
+    def _call(self, function, arguments):
+        return self.plan("cmd", function, *(f"{name}={_text(value)}" for name, value in arguments.items()))
+
+    def cmd(self, function, *, timeout_s=None, **arguments):
+        """Perform SUBSYSTEM.FUNCTION to its completion."""
+        self._perform(self._call(function, arguments), timeout_s)
+
+    def send(self, function, **arguments):
+        """Send SUBSYSTEM.FUNCTION without waiting; its session.Verification, which `finish` waits for."""
+        return self.send_request(self._call(function, arguments).requests[0])
+
+    def send_request(self, request):
+        """Send a session.Request without waiting; its session.Verification."""
+        verification = self.session.send(request)
+        self.run(self.session.wait_until(0))  # Sends what is queued.
+        return verification
+
+    def finish(self, verification, timeout_s=None):
+        """Wait for the completion of a request; its verification. Raises Rejected."""
+        return self.run(self.session.finish(verification, self._ns(timeout_s)))
+
+    def tc(self, subsystem, service, subtype, *, timeout_s=None, **fields):
+        """Perform any request of the standard, with its fields by name; the fields of its answer, {} without one."""
+        entry = self.dictionary.catalogue.find("TC", service, subtype)
+        data = self.dictionary.catalogue.encode("TC", service, subtype, fields)
+        request = Request(self.dictionary.subsystem(subsystem).apid, service, subtype, data, f"TC[{service},{subtype}] to {subsystem}")
+        verification = self.finish(self.send_request(request), timeout_s)
+        message = (service, entry["answer"])
+
+        def answers():  # An answer longer than a packet comes in parts, after the completion of its request.
+            return [decoded for packet, decoded in verification.replies if packet.message == message]
+
+        what = f"TM[{service},{entry['answer']}] in answer to {request.text}"
+        return merged(self.wait_for(answers, what, timeout_s)) if entry["answer"] else {}
+
+    # Parameters ---------------------------------------------------------------------------------------------
+
+    def get(self, parameter, timeout_s=None):
+        """Present value of SUBSYSTEM.PARAMETER[.FIELD], as of this call."""
+        rows = self._perform(self.plan("get", parameter), timeout_s)
+        return _plain(next(iter(rows[-1]["values"].values())))
+
+    def set(self, parameter, value, timeout_s=None):
+        """Set SUBSYSTEM.PARAMETER[.FIELD]."""
+        self._perform(self.plan("set", parameter, value), timeout_s)
+
+    def wait_value(self, parameter, is_wanted=lambda value: True, timeout_s=None):
+        """Wait until the last value of SUBSYSTEM.PARAMETER[.FIELD] in housekeeping is wanted; returns the value."""
+        subsystem_name, _, name = parameter.upper().partition(".")
+        subsystem = self.dictionary.subsystem(subsystem_name)
+        head, _, field = name.partition(".")
+        found = subsystem.parameter(head)
+        if found.fields:
+            found.field(field)
+        key = f"{subsystem.name}.{name}"
+
+        def reported():
+            last = self.values.get(key)
+            return [last[1]] if last and is_wanted(last[1]) else None
+
+        try:
+            return self.wait_for(reported, f"the wanted value of {key}", timeout_s)[0]
+        except TimedOut as problem:
+            raise TimedOut(f"{problem}; the last was {self.values[key][1] if key in self.values else 'not reported'}") from problem
+
+    # Reports ------------------------------------------------------------------------------------------------
+
+    def _take(self, packet, decoded):
+        if decoded["kind"] == "housekeeping" and "error" not in decoded:
+            subsystem = self.dictionary.name_of_apid(packet.apid)
+            for name, value in telemetry.leaves(decoded["values"]).items():
+                self.values[f"{subsystem}.{name}"] = (packet.time_ns - self.dictionary.epoch_ns) / 1e9, _plain(value)
+
+    def wait_for(self, condition, what, timeout_s=None):
+        """Wait until condition() is true, and return its value; it is checked whenever telemetry has arrived. TimedOut names `what`."""
+        return self.run(self.session.wait_for(condition, self._ns(timeout_s), what))
+
+    def listen(self, seconds):
+        """Receive telemetry for this time; math.inf: until Ctrl-C."""
+
+        def waiting():
+            end = self.session.now_ns - self.session.slipped_ns + seconds * 1e9
+            while self.session.now_ns - self.session.slipped_ns < end:
+                yield None if math.isinf(end) else end + self.session.slipped_ns
+
+        self.run(waiting())
+
+    def state(self, subsystem):
+        """Last reported state of a subsystem, None before the first report."""
+        return self.session.states.get(self.dictionary.subsystem(subsystem).apid)
+
+    def wait_state(self, subsystem, state, timeout_s=None):
+        """Wait until a subsystem has reported a state."""
+        self.run(self.session.wait_state(self.dictionary.subsystem(subsystem).apid, state.upper(), self._ns(timeout_s)))
+
+    def wait_event(self, subsystem, event, timeout_s=None):
+        """Wait for the first event of this name since the connection that no earlier call has returned; its values."""
+        source = self.dictionary.subsystem(subsystem)
+        _, decoded = self.run(self.session.wait_event(source.apid, source.event(event).name, self._ns(timeout_s)))
+        return {name: _plain(value) for name, value in decoded["values"].items()}
+
+    # The simulated world of a flight by the wall clock ------------------------------------------------------
+
+    def live(self, *words):
+        """Send a line to the live port (docs/live.md); the simulated time [s] at which it acts. Raises LiveRefused, LinkLost."""
+        self._world = self._world or live.LiveWorld(self.place.run)
+        return self._world.ask(" ".join(map(str, words)))[0]
+
+    def hand(self, *words):
+        """Move the simulated hand: a verb of `hand` in docs/scenarios.md and its words."""
+        return self.live("hand", *words)
+
+    def fault(self, *words):
+        """Cause a fault: a verb of `fault` in docs/scenarios.md and its words."""
+        return self.live("fault", *words)
+
+    def pause(self):
+        """Simulated time stands still from now on."""
+        return self.live("pause")
+
+    def resume(self):
+        """Simulated time continues."""
+        return self.live("resume")
+
+    def step(self, seconds):
+        """Let this simulated time pass; returns when simulated time stands still again."""
+        began = self.live("step", f"{seconds:.4f}")
+        self._world.stand_still()
+        return began
+
+    def speed(self, factor):
+        """Pace of simulated time: 0.1 to 100 times the wall clock; 0: as fast as possible."""
+        return self.live("speed", factor)

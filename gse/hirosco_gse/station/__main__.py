@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`make gse`: the light ground station beside a flight; starts a flight by the wall clock if none is running."""
+
+import argparse
+import contextlib
+import os
+import pathlib
+import signal
+import socket
+import subprocess
+import sys
+
+from aiohttp import web
+
+from ..place import LOOPBACK, ROOT, default_port
+from .server import Station
+
+PORT = 8090
+PORTS = 20
+
+
+def _parser():
+    parser = argparse.ArgumentParser(prog="station", description="The light ground station: a web page beside a flight.")
+    parser.add_argument("--run", type=pathlib.Path, default=ROOT / "runs" / "latest", help="run folder (default runs/latest)")
+    parser.add_argument("--http-port", type=int, help=f"port of the page (default: the first free from {PORT})")
+    parser.add_argument("--page", type=pathlib.Path, default=ROOT / "build" / "station" / "page", help="the built page")
+    parser.add_argument("--replay", type=pathlib.Path, help="replay the run of this folder; no flight is started or followed")
+    parser.add_argument("--fly", nargs=argparse.REMAINDER, help="start this command if no flight answers")
+    return parser
+
+
+def _listen(wanted):
+    """Listening socket on this machine."""
+    for port in [wanted] if wanted is not None else range(PORT, PORT + PORTS):
+        listener = socket.socket()
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((LOOPBACK, port))
+            return listener
+        except OSError:
+            listener.close()
+    raise SystemExit(f"station: no free port for the page from {wanted or PORT}")
+
+
+def _is_flying(run):
+    with contextlib.suppress(OSError), socket.create_connection((LOOPBACK, default_port(run.resolve())), timeout=1.0):
+        return True
+    return False
+
+
+def main(argv=None):
+    """Serve until Ctrl-C."""
+    arguments = _parser().parse_args(argv)
+    if not (arguments.page / "index.html").exists():
+        raise SystemExit(f"station: {arguments.page} has no page; run make gse")
+    if arguments.replay and not arguments.replay.is_dir():
+        raise SystemExit(f"station: there is no run folder {arguments.replay}")
+    listener = _listen(arguments.http_port)
+    host = f"{LOOPBACK}:{listener.getsockname()[1]}"
+    flight = None
+    if arguments.fly and not arguments.replay and not _is_flying(arguments.run):
+        flight = subprocess.Popen(arguments.fly, start_new_session=True)
+    print(f"The ground station is at http://{host}/ (Ctrl-C ends it{' and its flight' if flight else ''}).", flush=True)
+    try:
+        web.run_app(Station(arguments.run, arguments.page, arguments.replay).application(host), sock=listener, print=None)
+    finally:
+        if flight and flight.poll() is None:
+            os.killpg(flight.pid, signal.SIGINT)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                flight.wait(30)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

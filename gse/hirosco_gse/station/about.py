@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the page must know of a mission: its part of the dictionary."""
+
+from .. import commands
+from ..dictionary import STATES
+
+
+def _leaves(parameters, name):
+    """Names of the leaves of a parameter, or of one field of it."""
+    fields = next((item.get("fields") for item in parameters if item["name"] == name), None)
+    return [f"{name}.{item['name']}" for item in fields] if fields else [name]
+
+
+def _structure(parameters, item):
+    """A housekeeping structure of a configuration for the page."""
+    names = [reference["name"] if isinstance(reference, dict) else reference
+             for group in [item["once"], *(part["parameters"] for part in item["repeated"])] for reference in group]
+    return {"id": item["id"], "period_us": item["period_us"], "enabled": item["enabled"],
+            "leaves": [leaf for name in names for leaf in _leaves(parameters, name)]}
+
+
+def hello(dictionary, flight, world):
+    """The mission of a flight as a message; `world` as lists, or None."""
+    content = dictionary.content
+    kept = ("mission", "modes", "links", "power_available_w", "interface_hash", "buses")
+    return {
+        "kind": "hello",
+        "flight": flight,
+        "epoch": dictionary.epoch_ns // 1_000_000_000,
+        "states": STATES,
+        **{key: content.get(key) for key in kept},
+        "subsystems": [about(item) for item in content["subsystems"]],
+        "verbs": {name: usage for name, (_, usage, _) in commands.VERBS.items()},
+        "world": world,
+    }
+
+
+def _configuration(item, part):
+    ends = [end for device in part.get("devices", []) for end in device["endnodes"]]
+    return {
+        "name": part["name"],
+        "id": part["id"],
+        "devices": [device["name"] for device in part.get("devices", [])],
+        "sampling_us": part.get("sampling_us", 0),
+        "buses": sorted({end[key] for end in ends for key in ("bus", "redundantBus") if end.get(key)}),
+        "structures": [_structure(item["parameters"], hk) for hk in part.get("housekeeping", [])],
+    }
+
+
+def about(item):
+    """Part of the dictionary of a subsystem that the page needs."""
+    parameters = []
+    for parameter in item["parameters"]:
+        for leaf in parameter.get("fields") or [parameter]:
+            name = leaf["name"] if leaf is parameter else f"{parameter['name']}.{leaf['name']}"
+            bounds = {key: leaf[key] for key in ("min", "max") if leaf.get(key) is not None}
+            parameters.append({"name": name, "type": leaf["type"], "count": leaf.get("count", 1), "unit": leaf.get("unit") or "",
+                               "settable": bool(parameter.get("settable")) and leaf is parameter,
+                               "words": item.get("enumerations", {}).get(leaf.get("enumeration")), **bounds})
+    return {
+        "name": item["name"],
+        "apid": item["apid"],
+        "infrastructure": bool(item.get("autostart")),
+        "parameters": parameters,
+        "functions": item.get("functions", []),
+        "configurations": [_configuration(item, part) for part in item["configurations"]],
+    }

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The world of a mission as plain lists, for the scene of the page. Poses are 16 numbers, row by row."""
+
+import math
+
+
+def _pose(matrix):
+    return [float(number) for number in matrix.flatten()]
+
+
+def _bound(value):
+    return float(value) if math.isfinite(value) else None
+
+
+def _shape(shape):
+    return {
+        "kind": shape.kind,
+        "pose": _pose(shape.pose),
+        "size": list(shape.size),
+        "radius": shape.radius,
+        "length": shape.length,
+    }
+
+
+def _joint(joint):
+    return {
+        "name": joint.name,
+        "kind": joint.kind,
+        "parent": joint.parent,
+        "child": joint.child,
+        "pose": _pose(joint.pose),
+        "axis": [float(number) for number in joint.axis],
+        "lower": _bound(joint.lower),
+        "upper": _bound(joint.upper),
+    }
+
+
+def _robot(robot):
+    return {
+        "name": robot.name,
+        "root": robot.root,
+        "start": robot.start,
+        "links": {name: [_shape(shape) for shape in link.shapes] for name, link in robot.links.items()},
+        "joints": [_joint(joint) for joint in robot.joints],
+    }
+
+
+def as_lists(world):
+    """Robots, fixtures, springs and drives of a world (hirosco_gse.world.World)."""
+    return {
+        "name": world.name,
+        "robots": [_robot(robot) for robot in world.robots],
+        "fixtures": {name: [_shape(shape) for shape in shapes] for name, shapes in world.fixtures.items()},
+        "springs": [{"hook": list(spring["hook"]), "length": list(spring["length"])} for spring in world.springs],
+        "drives": {device.name: device.joint for device in world.devices if device.joint},
+    }

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Serves the page and its WebSocket on this machine only.
+
+Browser -> station, JSON: {"do": "command", "text": ...}, {"do": "plan", "text": ...}, {"do": "live", "line": ...},
+{"do": "structures", "subsystem": ...}, {"do": "forms"}, {"do": "script"}, {"do": "watch", "bus": name or null},
+{"do": "ask", "text": ...}, {"do": "upload", "words": [...], "data": base64}, each with an "id" that the answer repeats. Instead of "text", a
+command may have "form" and "values" (forms.py). Station -> browser: the messages of the hub, and answers {"kind": "answer", "id": ...}."""
+
+import asyncio
+import base64
+import contextlib
+import json
+import shlex
+import sys
+
+from aiohttp import WSMsgType, web
+
+from .. import packets
+from ..command import UsageError
+from .forms import is_critical, script_of
+from .hub import Hub
+
+QUEUE = 400  # Messages that wait for a slow browser; then the oldest housekeeping is dropped.
+MESSAGE_MAX = 1 << 18  # A file of 128 KiB in base64.
+POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+HEADERS = {"Content-Security-Policy": POLICY, "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer", "Cache-Control": "no-cache"}
+
+
+class _Browser:
+    """One open page."""
+
+    def __init__(self, socket):
+        self.socket = socket
+        self.waiting = []
+        self.bus = None  # Its frames are on the page.
+        self.dropped = 0
+        self._wake = asyncio.Event()
+
+    def put(self, message):
+        if len(self.waiting) >= QUEUE:
+            old = next((n for n, text in enumerate(self.waiting) if text.startswith('{"kind": "housekeeping"')), 0)
+            del self.waiting[old]
+            self.dropped += 1
+        self.waiting.append(message)
+        self._wake.set()
+
+    async def send(self):
+        """Send what waits, until the connection ends."""
+        while True:
+            await self._wake.wait()
+            self._wake.clear()
+            while self.waiting:
+                await self.socket.send_str(self.waiting.pop(0))
+
+
+class Station:
+    """The web application: hub and browsers."""
+
+    def __init__(self, run, page, replayed=None):
+        """replayed: folder of a run that is replayed; then no flight is followed."""
+        self.hub = Hub(run, self.publish)
+        self.browsers = set()
+        self._replayed, self._recorded = replayed, (None, b"")
+        self._page = page
+        self._host = None
+
+    def publish(self, message):
+        text = json.dumps(message)
+        for browser in self.browsers:
+            browser.put(text)
+
+    def application(self, host):
+        """aiohttp application for browsers that address it as `host` (address:port)."""
+        self._host = host
+        application = web.Application(middlewares=[self._guard])
+        application.router.add_get("/", self._index)
+        application.router.add_get("/ws", self._socket)
+        application.router.add_get("/recording", self._recording)
+        application.router.add_static("/page/", self._page)
+        if not self._replayed:
+            application.cleanup_ctx.append(self._run_hub)
+        return application
+
+    async def _run_hub(self, _application):
+        task = asyncio.create_task(self.hub.serve())
+        yield
+        await self.hub.leave()
+        task.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await task
+
+    @web.middleware
+    async def _guard(self, request, handler):
+        """Refuse requests of other pages in the same browser, under any name of this address: they must not command a spacecraft."""
+        known = (self._host, self._host.replace("127.0.0.1", "localhost"))
+        origin = request.headers.get("Origin")
+        if request.host not in known or origin is not None and origin != f"http://{request.host}":
+            raise web.HTTPForbidden(text="this station serves its own page only")
+        response = await handler(request)
+        if not response.prepared:
+            response.headers.update(HEADERS)
+        return response
+
+    async def _recording(self, _request):
+        """The recording of the run that is replayed, or of the flight that has ended; made in a process of its own."""
+        if not self._replayed and (self.hub.flight is None or self.hub.link["is_live"]):
+            raise web.HTTPConflict(text="there is no flight that has ended")
+        folder = str(self._replayed or self.hub.flight[0])
+        if self._recorded[0] != folder:
+            words = (sys.executable, "-m", "hirosco_gse.recording", folder)
+            maker = await asyncio.create_subprocess_exec(*words, stdout=asyncio.subprocess.PIPE)
+            octets, _ = await maker.communicate()
+            if maker.returncode:
+                raise web.HTTPInternalServerError(text=f"{folder} cannot be replayed")
+            self._recorded = (folder, octets)
+        return web.Response(body=self._recorded[1], content_type="application/octet-stream")
+
+    async def _index(self, request):
+        if self._replayed and "replay" not in request.query:
+            raise web.HTTPFound("/?replay")
+        return web.FileResponse(self._page / "index.html", headers=HEADERS)
+
+    async def _socket(self, request):
+        if "Origin" not in request.headers:
+            raise web.HTTPForbidden(text="no origin")
+        socket = web.WebSocketResponse(heartbeat=10, max_msg_size=MESSAGE_MAX, compress=False)
+        await socket.prepare(request)
+        browser = _Browser(socket)
+        for message in self.hub.snapshot():
+            browser.waiting.append(json.dumps(message))
+        browser.put(json.dumps({"kind": "ready"}))
+        self.browsers.add(browser)
+        self._look()
+        sender, tasks = asyncio.create_task(browser.send()), set()
+        try:
+            async for message in socket:
+                if message.type == WSMsgType.TEXT:
+                    if message.data.startswith('{"do":"ask"'):  # It lasts; the page may ask for more meanwhile.
+                        tasks.add(task := asyncio.create_task(self._ask(message.data, browser)))
+                        task.add_done_callback(tasks.discard)
+                        continue
+                    answer = await self._perform(message.data, browser)
+                    if answer:
+                        browser.put(json.dumps(answer))
+        finally:
+            self.browsers.discard(browser)
+            self._look()
+            sender.cancel()
+            with contextlib.suppress(asyncio.CancelledError, ConnectionError):
+                await sender
+        return socket
+
+    def _look(self):
+        self.hub.look(len(self.browsers))
+        self.hub.taps.watch({browser.bus for browser in self.browsers} - {None})
+
+    async def _perform(self, text, browser):
+        try:
+            order = json.loads(text)
+            do, number = order["do"], order.get("id")
+            if do == "live":
+                return {**await self.hub.live(str(order["line"])), "id": number}
+            if do == "command":
+                return {"kind": "answer", "id": number, "command": self.hub.command(self._text(order), bool(order.get("display")))}
+            if do == "structures":
+                self.hub.ask_structures(str(order["subsystem"]))
+                return {"kind": "answer", "id": number}
+            if do == "plan":
+                return {"kind": "answer", "id": number, **self._preview(self._text(order))}
+            if do == "upload":
+                octets = base64.b64decode(order["data"], validate=True)
+                return {"kind": "answer", "id": number, "command": self.hub.upload([str(word) for word in order["words"]], octets)}
+            if do == "watch":
+                browser.bus = order["bus"] and str(order["bus"])
+                self._look()
+                return {"kind": "answer", "id": number}
+            if do == "forms":
+                return {"kind": "answer", "id": number, **(self.hub.forms.message() if self.hub.dictionary else {"refused": "no flight"})}
+            if do == "script":
+                return {"kind": "answer", "id": number, "text": script_of(self.hub.commands)}
+            return {"kind": "answer", "id": number, "refused": f"unknown request '{do}'"}
+        except UsageError as problem:
+            return {"kind": "answer", "id": number, "refused": str(problem)}
+        except (ValueError, KeyError, TypeError, AttributeError) as problem:
+            return {"kind": "answer", "refused": f"not understood: {problem!r}"}
+
+    async def _ask(self, text, browser):
+        order = {}
+        try:
+            order = json.loads(text)
+            answer = {"rows": await self.hub.ask(str(order["text"]))}
+        except (UsageError, ValueError, KeyError) as problem:
+            answer = {"refused": str(problem)}
+        browser.put(json.dumps({"kind": "answer", "id": order.get("id"), **answer}, default=str))
+
+    def _text(self, order):
+        return self.hub.text_of(str(order["form"]), order["values"]) if "form" in order else str(order["text"])
+
+    def _preview(self, text):
+        planned = self.hub.plan(text)
+        octets = [
+            packets.build_tc(request.apid, 0, request.service, request.subtype, request.data, self.hub.session.source)
+            for request in planned.requests
+        ]
+        return {"text": planned.text, "line": text, "critical": is_critical(shlex.split(text)), "octets": [octet.hex() for octet in octets],
+                "messages": [f"TC[{request.service},{request.subtype}]" for request in planned.requests]}

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The simulator's live port (live.py) without blocking: one connection, opened when it is needed."""
+
+import asyncio
+import time
+
+from .. import live
+from ..frames import Database, DatabaseError
+from ..link import LinkLost
+from ..place import ROOT
+from .bus_tap import BusTap
+
+ANSWER_S = 2.0
+SHOW_S = 0.25
+RETRY_S = 0.5
+
+
+class WorldPort:
+    """Sends lines to the live port of a run folder."""
+
+    def __init__(self, name="station"):
+        self._name = name
+        self._run = self._reader = self._writer = None
+        self._turn = asyncio.Lock()
+
+    def _close(self):
+        if self._writer:
+            self._writer.close()
+        self._reader = self._writer = None
+
+    def move_to(self, run):
+        """Use the live port of another run."""
+        self._close()
+        self._run = run
+
+    async def _open(self):
+        if self._run is None:
+            raise LinkLost("no flight is known")
+        self._reader, self._writer = await asyncio.open_connection("127.0.0.1", live.port_of(self._run))
+        await self._exchange(f"name {self._name}")
+
+    async def _exchange(self, line):
+        self._writer.write(live.octets_of(line))
+        answer = (await asyncio.wait_for(self._reader.readline(), ANSWER_S)).decode("utf-8", "replace").split()
+        if not answer:
+            raise LinkLost("the flight has ended")
+        return answer
+
+    async def ask(self, line):
+        """(simulated time [s] at which the line acts, whether simulated time is paused). Raises LiveRefused, LinkLost."""
+        live.octets_of(line)
+        async with self._turn:
+            try:
+                if self._writer is None:
+                    await self._open()
+                answer = await self._exchange(line)
+            except LinkLost:
+                self._close()
+                raise
+            except (OSError, asyncio.TimeoutError) as error:
+                self._close()
+                raise LinkLost(f"the simulator does not answer: {error or 'time-out'}") from error
+            except asyncio.CancelledError:
+                self._close()  # An answer may still come; it belongs to no later line.
+                raise
+        return live.taken(answer)
+
+
+class Taps:
+    """Frames of the buses that somebody looks at, by the listen-only tap of the live port: it changes nothing on them."""
+
+    def __init__(self, publish):
+        self._publish, self._tasks = publish, {}
+        self._run = self._dictionary = None
+
+    def move_to(self, run, dictionary):
+        """Follow the buses of another run."""
+        self._run, self._dictionary = run, dictionary
+
+    def watch(self, names):
+        """Follow these buses from now on, and no others."""
+        known = {bus["name"] for bus in self._dictionary.buses} if self._dictionary else set()
+        for name in set(self._tasks) - names:
+            self._tasks.pop(name).cancel()
+        for name in (names & known) - set(self._tasks):
+            self._tasks[name] = asyncio.create_task(self._follow(name))
+
+    async def _follow(self, name):
+        while True:
+            try:
+                await self._read(self._tap(name))
+                problem = "the flight has ended"
+            except (OSError, LinkLost, StopIteration) as error:
+                problem = str(error)
+            self._publish({"kind": "bus", "bus": name, "problem": problem})
+            await asyncio.sleep(RETRY_S)
+
+    def _tap(self, name):
+        about = next(bus for bus in self._dictionary.buses if bus["name"] == name)
+        try:
+            database = Database(ROOT / "build" / "generated" / f"{self._dictionary.mission}-{name}.dbc")
+        except DatabaseError:
+            database = None  # Frames are shown in hexadecimal.
+        return BusTap(name, about.get("bit_rate") or 1e6, about.get("data_bit_rate") or 5e6, database)
+
+    async def _read(self, tap):
+        reader, writer = await asyncio.open_connection("127.0.0.1", live.port_of(self._run))
+        try:
+            writer.write(live.octets_of("name station-frames") + live.octets_of(f"frames {tap.name} on"))
+            shown = time.monotonic()
+            while octets := await reader.read(1 << 16):
+                tap.feed(octets)
+                if time.monotonic() - shown >= SHOW_S:
+                    shown = time.monotonic()
+                    self._publish(tap.message())
+        finally:
+            writer.close()

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reader of a robot's URDF: its links and joints as they stand in the file, with their lines.
+
+The simulator reads the same file with sim/world/urdf.c, which knows what it can simulate. Units are SI; roll, pitch and yaw are about the
+fixed axes x, y, z."""
+
+import math
+import xml.parsers.expat
+from dataclasses import dataclass, field
+
+ZERO = (0.0, 0.0, 0.0)
+MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
+class UrdfError(Exception):
+    """File, line, what is there, and what is expected."""
+
+
+@dataclass
+class Origin:
+    xyz: tuple = ZERO
+    rpy: tuple = ZERO
+
+
+@dataclass
+class Inertial:
+    """Mass, its centre with axes, and moments of inertia in these axes."""
+
+    mass: float
+    origin: Origin
+    moments: tuple
+
+
+@dataclass
+class Shape:
+    """A collision shape: box (size), cylinder (radius, length along z) or sphere (radius)."""
+
+    kind: str
+    origin: Origin
+    size: tuple = ()
+    radius: float = 0.0
+    length: float = 0.0
+
+
+@dataclass
+class Link:
+    name: str
+    line: int
+    inertial: Inertial | None = None
+    shapes: list = field(default_factory=list)
+
+
+@dataclass
+class Joint:
+    """Connects the link `child` to `parent`; `axis` has length 1. `limit` has those of lower, upper, velocity and effort that are given."""
+
+    name: str
+    kind: str
+    line: int
+    parent: str
+    child: str
+    origin: Origin
+    axis: tuple
+    limit: dict
+
+
+@dataclass
+class Document:
+    name: str
+    links: list
+    joints: list
+
+
+class Element:
+    """An element with its attributes, children and line."""
+
+    def __init__(self, path, line, name, attributes):
+        self.path, self.line, self.name, self.attributes, self.children = path, line, name, attributes, []
+
+    def fail(self, message):
+        """Raise an error at this element."""
+        raise UrdfError(f"{self.path}:{self.line}: {message}")
+
+    def all(self, name):
+        return [child for child in self.children if child.name == name]
+
+    def first(self, name):
+        """First child of a name, or None."""
+        return next(iter(self.all(name)), None)
+
+    def need(self, name):
+        """First child of a name."""
+        return self.first(name) or self.fail(f"<{self.name}>: expected <{name}>")
+
+    def text(self, key):
+        return self.attributes[key] if key in self.attributes else self.fail(f"<{self.name}>: expected {key}=")
+
+    def numbers(self, key, count=1, default=None):
+        """Values of an attribute."""
+        if key not in self.attributes and default is not None:
+            return default
+        try:
+            values = tuple(float(word) for word in self.text(key).split())
+        except ValueError:
+            values = ()
+        if len(values) != count or not all(map(math.isfinite, values)):
+            self.fail(f'{key}="{self.attributes[key]}" of <{self.name}>: expected {count} number{"s" if count > 1 else ""}')
+        return values
+
+    def number(self, key, default=None):
+        return self.numbers(key, 1, None if default is None else (default,))[0]
+
+
+def _parse(path):
+    """Root element of a file."""
+    parser, open_elements = xml.parsers.expat.ParserCreate(), [Element(path, 1, "", {})]
+
+    def begin(name, attributes):
+        element = Element(path, parser.CurrentLineNumber, name, attributes)
+        open_elements[-1].children.append(element)
+        open_elements.append(element)
+
+    parser.StartElementHandler, parser.EndElementHandler = begin, lambda name: open_elements.pop()
+    try:
+        with open(path, "rb") as file:
+            parser.ParseFile(file)
+    except OSError as error:
+        raise UrdfError(f"{path}: cannot read: {error.strerror}") from error
+    except xml.parsers.expat.ExpatError as error:
+        raise UrdfError(f"{path}:{error.lineno}: {xml.parsers.expat.errors.messages[error.code]}: expected XML") from error
+    return open_elements[0].children[0]
+
+
+def _origin(element):
+    """Pose of the element's <origin>; without one, the pose of the frame itself."""
+    origin = element.first("origin")
+    return Origin(origin.numbers("xyz", 3, ZERO), origin.numbers("rpy", 3, ZERO)) if origin else Origin()
+
+
+def _shape(collision):
+    geometry = collision.need("geometry")
+    if not geometry.children:
+        geometry.fail("<geometry>: expected a shape")
+    shape = geometry.children[0]
+    return Shape(shape.name, _origin(collision), shape.numbers("size", 3, ()), shape.number("radius", 0.0), shape.number("length", 0.0))
+
+
+def _link(element):
+    inertial = element.first("inertial")
+    mass = None
+    if inertial:
+        moments = inertial.need("inertia")
+        mass = Inertial(inertial.need("mass").number("value"), _origin(inertial), tuple(moments.number(key) for key in MOMENTS))
+    return Link(element.text("name"), element.line, mass, [_shape(collision) for collision in element.all("collision")])
+
+
+def _joint(element):
+    axis, limit = element.first("axis"), element.first("limit")
+    direction = axis.numbers("xyz", 3) if axis else (1.0, 0.0, 0.0)
+    length = math.hypot(*direction)
+    if length == 0.0:
+        axis.fail("<axis>: expected a direction")
+    limits = {key: limit.number(key) for key in ("lower", "upper", "velocity", "effort") if limit and key in limit.attributes}
+    return Joint(element.text("name"), element.text("type"), element.line, element.need("parent").text("link"),
+                 element.need("child").text("link"), _origin(element), tuple(x / length for x in direction), limits)
+
+
+def read(path):
+    """Links and joints of a file. Raises UrdfError."""
+    root = _parse(path)
+    if root.name != "robot":
+        root.fail(f"<{root.name}>: expected <robot>")
+    return Document(root.text("name"), [_link(element) for element in root.all("link")], [_joint(element) for element in root.all("joint")])

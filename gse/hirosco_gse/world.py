@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reader of the world of a mission: robots (URDF), fixtures, springs, drives and joysticks of descriptors/worlds/<mission>.xml.
+
+The simulator reads the same files and reports errors with file and line; this reader expects files that the simulator accepts.
+Units are SI. A pose is a 4 x 4 matrix from a frame to its parent."""
+
+import pathlib
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from . import urdf
+
+
+class WorldError(Exception):
+    """There is no world, or it cannot be read."""
+
+
+@dataclass
+class Shape:
+    """A collision shape: box (size), cylinder (radius, length along z) or sphere (radius), in the frame of its owner."""
+
+    kind: str
+    pose: np.ndarray
+    size: tuple = ()
+    radius: float = 0.0
+    length: float = 0.0
+
+
+@dataclass
+class Link:
+    name: str
+    shapes: list = field(default_factory=list)
+
+
+@dataclass
+class Joint:
+    """Connects the link `child` to `parent`; `pose` is that of the child at position 0, in the frame of the parent."""
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    pose: np.ndarray
+    axis: np.ndarray
+    lower: float = -np.inf
+    upper: float = np.inf
+    velocity: float = np.inf
+    effort: float = np.inf
+
+    @property
+    def moves(self):
+        return self.kind != "fixed"
+
+
+@dataclass
+class Robot:
+    """A tree of links. `joints` are in the order of the file; `moving` are those that are not fixed."""
+
+    name: str
+    links: dict
+    joints: list
+    start: dict = field(default_factory=dict)
+    base: str = "fixed"
+
+    @property
+    def moving(self):
+        return [joint for joint in self.joints if joint.moves]
+
+    @property
+    def root(self):
+        children = {joint.child for joint in self.joints}
+        return next(name for name in self.links if name not in children)
+
+    def poses(self, positions, base=None):
+        """Dict link name -> pose in the frame of the world; positions of the moving joints in their order."""
+        values = dict(zip([joint.name for joint in self.moving], positions))
+        found = {self.root: np.eye(4) if base is None else base}
+        waiting = list(self.joints)
+        while waiting:
+            ready = [joint for joint in waiting if joint.parent in found]
+            for joint in ready:
+                found[joint.child] = found[joint.parent] @ joint.pose @ motion(joint, values.get(joint.name, 0.0))
+            if not ready:
+                raise WorldError(f"robot {self.name}: joint {waiting[0].name} has no parent link {waiting[0].parent}")
+            waiting = [joint for joint in waiting if joint.child not in found]
+        return found
+
+
+@dataclass
+class Device:
+    """A device on a bus. `kind` is the name of its element, `joint` that of a drive's joint (`robot.joint`)."""
+
+    kind: str
+    name: str
+    bus: str
+    node: int
+    eds: str = ""
+    joint: str = ""
+
+
+@dataclass
+class World:
+    name: str
+    path: pathlib.Path
+    robots: list
+    fixtures: dict
+    springs: list
+    devices: list
+
+
+def rotation(rpy):
+    """Rotation matrix of roll, pitch and yaw about the fixed axes x, y, z."""
+    (a, b, c), (sa, sb, sc) = np.cos(rpy), np.sin(rpy)
+    return np.array([[c * b, c * sb * sa - sc * a, c * sb * a + sc * sa],
+                     [sc * b, sc * sb * sa + c * a, sc * sb * a - c * sa],
+                     [-sb, b * sa, b * a]])
+
+
+def pose(at=(0, 0, 0), rpy=(0, 0, 0)):
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = rotation(rpy), at
+    return matrix
+
+
+def motion(joint, value):
+    """Pose of the child at a position of the joint, relative to its pose at position 0."""
+    if joint.kind == "fixed":
+        return np.eye(4)
+    if joint.kind == "prismatic":
+        return pose(joint.axis * value)
+    x, y, z = joint.axis
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    matrix = np.eye(4)
+    matrix[:3, :3] += np.sin(value) * cross + (1 - np.cos(value)) * (cross @ cross)
+    return matrix
+
+
+def _numbers(text, default):
+    return tuple(float(word) for word in text.split()) if text is not None else default
+
+
+def _shape(element, where, size="size"):
+    if element.tag.lower() == "box":
+        return Shape("box", where, size=_numbers(element.get(size), ()))
+    return Shape(element.tag.lower(), where, radius=float(element.get("radius")), length=float(element.get("length", 0)))
+
+
+def _joint(joint):
+    return Joint(joint.name, joint.kind, joint.parent, joint.child, pose(joint.origin.xyz, joint.origin.rpy), np.array(joint.axis),
+                 **joint.limit)
+
+
+def read_urdf(path, name=None):
+    """Robot of a URDF file."""
+    try:
+        document = urdf.read(path)
+    except urdf.UrdfError as problem:
+        raise WorldError(str(problem)) from problem
+    links = {link.name: Link(link.name, [Shape(shape.kind, pose(shape.origin.xyz, shape.origin.rpy), shape.size, shape.radius, shape.length)
+                                         for shape in link.shapes])
+             for link in document.links}
+    return Robot(name or document.name, links, [_joint(joint) for joint in document.joints])
+
+
+def _parse(path):
+    try:
+        return ET.parse(path).getroot()
+    except (OSError, ET.ParseError) as problem:
+        raise WorldError(f"{path}: {problem}") from problem
+
+
+def _robot(element, folder):
+    robot = read_urdf(folder / element.get("urdf"), element.get("name"))
+    robot.base = element.get("base", "fixed")
+    start = element.find("Start")
+    robot.start = {key: float(value) for key, value in start.attrib.items()} if start is not None else {}
+    return robot
+
+
+def _fixture(element):
+    own = pose(_numbers(element.get("at"), (0, 0, 0)), _numbers(element.get("rpy"), (0, 0, 0)))
+    return [_shape(shape, own @ pose(_numbers(shape.get("at"), (0, 0, 0)), _numbers(shape.get("rpy"), (0, 0, 0)))) for shape in element]
+
+
+def read(path):
+    """World of a file."""
+    path = pathlib.Path(path)
+    root = _parse(path)
+    devices = [Device(element.tag, element.get("name"), element.get("bus"), int(element.get("node", "0"), 0), element.get("eds", ""),
+                      element.get("joint", ""))
+               for element in root if element.get("bus") is not None]
+    return World(root.get("name"), path, [_robot(element, path.parent) for element in root.findall("Robot")],
+                 {element.get("name"): _fixture(element) for element in root.findall("Fixture")},
+                 [{key: _numbers(element.get(key), ()) for key in ("hook", "length")} for element in root.findall("CableSpring")],
+                 devices)

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// Small helpers: elements, symbols, numbers.
+
+const SVG = "http://www.w3.org/2000/svg";
+
+export function el(tag, attributes = {}, ...children) {
+  const node = document.createElement(tag);
+  set(node, attributes);
+  node.append(...children.filter((child) => child !== null && child !== undefined));
+  return node;
+}
+
+export function svg(tag, attributes = {}, ...children) {
+  const node = document.createElementNS(SVG, tag);
+  set(node, attributes);
+  node.append(...children);
+  return node;
+}
+
+function set(node, attributes) {
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
+    else if (value === true) node.setAttribute(name, "");
+    else if (value !== false && value !== null && value !== undefined) node.setAttribute(name, value);
+  }
+}
+
+export function text(node, words) {
+  if (node.textContent !== words) node.textContent = words;
+}
+
+const fill = (name) => ({ style: `fill:var(--${name}-fill);stroke:var(--${name}-edge);stroke-width:1` });
+const ring = (name) => ({ style: `fill:none;stroke:var(--${name});stroke-width:2.6` });
+
+const SHAPES = {
+  critical: () => [svg("path", { d: "M0.5 1.5h13L7 13z", ...fill("critical") })],
+  serious: () => [svg("path", { d: "M7 0.5 13.5 7 7 13.5 0.5 7z", ...fill("serious") })],
+  caution: () => [svg("rect", { x: 1.5, y: 1.5, width: 11, height: 11, ...fill("caution") })],
+  normal: () => [svg("circle", { cx: 7, cy: 7, r: 5.5, ...fill("normal") })],
+  standby: () => [svg("circle", { cx: 7, cy: 7, r: 4.6, ...ring("standby") })],
+  passing: () => [svg("circle", { cx: 7, cy: 7, r: 4.6, "stroke-dasharray": "4.2 3", ...ring("standby") })],
+  off: () => [svg("circle", { cx: 7, cy: 7, r: 4.8, style: "fill:none;stroke:var(--off);stroke-width:1.6" }),
+    svg("path", { d: "M3.8 10.2 10.2 3.8", style: "stroke:var(--off);stroke-width:1.6" })],
+  stale: () => [svg("circle", { cx: 7, cy: 7, r: 5, "stroke-dasharray": "3 2", style: "fill:none;stroke:var(--off);stroke-width:1.6" }),
+    svg("path", { d: "M7 4v3h2.4", style: "fill:none;stroke:var(--off);stroke-width:1.4" })],
+  informative: () => [svg("circle", { cx: 7, cy: 7, r: 2.2, style: "fill:var(--fg2)" })],
+};
+
+export function symbol(name, word) {
+  const node = svg("svg", { class: name === "passing" ? "sym turns" : "sym", viewBox: "0 0 14 14", role: "img", "aria-label": word ?? name });
+  node.append(...SHAPES[name]());
+  return node;
+}
+
+export function padlock() {
+  return svg("svg", { viewBox: "0 0 10 12", width: 10, height: 12, role: "img", "aria-label": "barred" },
+    svg("path", { d: "M3 5V3.5a2 2 0 0 1 4 0V5", style: "fill:none;stroke:currentColor;stroke-width:1.4" }),
+    svg("path", { d: "M1 5h8v6.5H1z", style: "fill:currentColor;stroke:none" }));
+}
+
+export function show(holder, name, word) {
+  if (holder.dataset.symbol === `${name}/${word}`) return;
+  holder.dataset.symbol = `${name}/${word}`;
+  holder.replaceChildren(symbol(name, word));
+}
+
+export const OF_STATE = { OFFLINE: "off", PRE_OPERATIONAL: "standby", SAFE_OPERATIONAL: "standby", OPERATIONAL: "normal", ERROR_OPERATIONAL: "critical" };
+export const OF_SEVERITY = { HIGH: "critical", MEDIUM: "serious", LOW: "caution", INFORMATIVE: "informative" };
+export const stateSymbol = (state) => OF_STATE[state] ?? "passing";
+
+const DIGITS = { rad: 4, "rad/s": 3, Nm: 2, N: 1, mm: 1, s: 3, J: 2, kg: 3 };
+
+// Fixed number of digits for a unit; the sign has its own place, so that numbers do not jump.
+export function number(value, unit, type) {
+  if (value === undefined || value === null) return "–";
+  if (!(type ?? "DOUBLE").startsWith("DOUBLE") && !(type ?? "").startsWith("FLOAT")) return String(value);
+  if (!Number.isFinite(value)) return "not a number";
+  const words = Math.abs(value).toFixed(DIGITS[unit] ?? 4);
+  return (value < 0 && Number(words) !== 0 ? "−" : " ") + words;
+}
+
+export function clock(seconds) {
+  const whole = Math.max(0, seconds);
+  const minutes = Math.floor(whole / 60);
+  return `${String(minutes).padStart(2, "0")}:${(whole - 60 * minutes).toFixed(3).padStart(6, "0")}`;
+}
+
+export const age = (seconds) => (seconds === null ? "–" : `${seconds < 10 ? seconds.toFixed(2) : Math.round(seconds)} s`);
+
+const LIGHT = {
+  done: () => [svg("rect", { x: 0.5, y: 0.5, width: 15, height: 13, rx: 2, style: "fill:none;stroke:var(--fg1)" }),
+    svg("path", { d: "M4 7l3 3 5-6", style: "fill:none;stroke:var(--fg0);stroke-width:1.6" })],
+  failed: () => [svg("rect", { x: 0.5, y: 0.5, width: 15, height: 13, rx: 2, style: "fill:#d0241b;stroke:var(--critical)" }),
+    svg("path", { d: "M5 4l6 6M11 4l-6 6", style: "stroke:#fff;stroke-width:1.8" })],
+  waiting: () => [svg("rect", { x: 0.5, y: 0.5, width: 15, height: 13, rx: 2, "stroke-dasharray": "3 2", style: "fill:none;stroke:var(--standby)" }),
+    svg("circle", { cx: 8, cy: 7, r: 2, style: "fill:var(--standby)" })],
+  none: () => [svg("rect", { x: 0.5, y: 0.5, width: 15, height: 13, rx: 2, style: "fill:none;stroke:var(--line2)" }),
+    svg("path", { d: "M5 7h6", style: "stroke:var(--fg2)" })],
+  empty: () => [svg("rect", { x: 0.5, y: 0.5, width: 15, height: 13, rx: 2, style: "fill:none;stroke:var(--line2)" })],
+};
+const STAGES = ["accepted", "started", "step", "completed"];
+const LIGHT_WORDS = { done: "done", failed: "failed", waiting: "waiting", none: "not reported", empty: "not reached" };
+
+export function lights(cells) {
+  const words = cells.map((cell, n) => `${STAGES[n]} ${LIGHT_WORDS[cell]}`).join(", ");
+  const node = el("span", { class: "lights", role: "img", "aria-label": words });
+  node.append(...cells.map((cell) => svg("svg", { viewBox: "0 0 16 14", "aria-hidden": "true" }, ...LIGHT[cell]())));
+  return node;
+}
+
+// Tabs of a panel: [name, panel element] pairs; returns the list element and a function that opens one.
+export function tabs(prefix, pairs) {
+  const list = el("div", { role: "tablist", "aria-label": prefix });
+  const idOf = (name) => `${prefix}-${name.replace(" ", "-")}`;
+  const open = (wanted) => {
+    for (const [name, panel] of pairs) {
+      const tab = list.querySelector(`#${idOf(name)}`);
+      tab.setAttribute("aria-selected", String(name === wanted));
+      tab.tabIndex = name === wanted ? 0 : -1;
+      panel.hidden = name !== wanted;
+    }
+  };
+  for (const [name, panel] of pairs) {
+    const tab = el("button", { role: "tab", id: idOf(name), "aria-controls": `${idOf(name)}-panel`, onclick: () => open(name) }, name);
+    tab.addEventListener("keydown", (event) => {
+      const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+      if (!step) return;
+      const names = pairs.map(([item]) => item);
+      const next = names[(names.indexOf(name) + step + names.length) % names.length];
+      open(next);
+      list.querySelector(`#${idOf(next)}`).focus();
+    });
+    panel.setAttribute("role", "tabpanel");
+    panel.id = `${idOf(name)}-panel`;
+    panel.setAttribute("aria-labelledby", tab.id);
+    list.append(tab);
+  }
+  open(pairs[0][0]);
+  return { list, open };
+}

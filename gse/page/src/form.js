@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tab Command: the forms that the station makes of the dictionary; search, check, arm, send, repeat, save as script.
+
+import { store } from "./store.js";
+import { el, lights, text } from "./dom.js";
+
+const ARMED_MS = 10000;
+const FOUND_MAX = 60, RECENT_MAX = 6;
+const AS_TYPED = { fields: [], kind: "as typed" };
+
+// Names that an input suggests, one list for all inputs of a kind.
+function suggestions(kinds) {
+  return Object.entries(kinds ?? {}).map(([kind, items]) => el("datalist", { id: `suggest-${kind}` }, ...items.map((item) => el("option", { value: item.value }, item.name))));
+}
+
+function hintOf(field) {
+  const range = field.min !== undefined ? `${field.min} to ${field.max ?? "…"}` : "";
+  const many = field.count > 1 ? `${field.count} values` : "";
+  return [many, range, field.unit, field.hint ?? (field.coding ? "" : field.type?.toLowerCase())].filter(Boolean).join(", ");
+}
+
+// Inputs of a group of fields. `values()` are the texts in them; `changed` is called at each change.
+class Fields {
+  constructor(fields, changed, outer = null) {
+    this.changed = changed;
+    this.outer = outer;
+    this.parts = fields.map((field) => (field.repeat ? this.repeat(field) : field.choice ? this.choice(field) : this.input(field)));
+    this.node = el("div", { class: "fields" }, ...this.parts.map((part) => part.node));
+    for (const part of this.parts) part.follow?.();
+  }
+
+  input(field) {
+    const input = field.options ? el("select", {}, ...field.options.map((option) => el("option", { value: option.value }, option.name)))
+      : el("input", { autocomplete: "off", list: field.suggest && `suggest-${field.suggest}` });
+    input.addEventListener("input", () => { for (const part of this.parts) part.follow?.(); this.changed(); });
+    return { name: field.name, value: () => input.value, put: (value) => { input.value = value; },
+      node: el("label", {}, el("span", {}, field.unit ? `${field.name}, ${field.unit}` : field.name), input, el("span", { class: "hint range" }, hintOf(field))) };
+  }
+
+  repeat(field) {
+    const groups = [];
+    const list = el("div", { class: "groups" });
+    const draw = () => { list.replaceChildren(...groups.map((group, n) => el("div", { class: "group", role: "group", "aria-label": `${field.name} ${n + 1}` }, group.node,
+      el("button", { "aria-label": `Remove ${field.name} ${n + 1}`, onclick: () => { groups.splice(n, 1); draw(); this.changed(); } }, "−")))); };
+    const add = () => { groups.push(new Fields(field.fields, this.changed, this)); draw(); };
+    for (let n = 0; n < field.least; n++) add();
+    return { name: field.name, value: () => groups.map((group) => group.values()), node: el("div", { class: "repeat" },
+      el("div", { class: "acts" }, el("span", {}, field.name), el("button", { "aria-label": `Add ${field.name}`, onclick: () => { add(); this.changed(); } }, "+")), list) };
+  }
+
+  // The fields of the value that another field has now.
+  choice(field) {
+    const node = el("div");
+    let shown = null, inner = null;
+    const follow = () => {
+      const value = this.valueOf(field.choice);
+      if (value === shown) return;
+      shown = value;
+      inner = new Fields(field.cases[value] ?? [], this.changed, this);
+      node.replaceChildren(inner.node);
+    };
+    return { follow, values: () => inner?.values() ?? {}, node };
+  }
+
+  valueOf(name) {
+    const part = this.parts.find((one) => one.name === name);
+    return part ? part.value() : this.outer?.valueOf(name);
+  }
+
+  values() {
+    return Object.assign({}, ...this.parts.map((part) => (part.name ? { [part.name]: part.value() } : part.values())));
+  }
+}
+
+export class CommandForm {
+  constructor() {
+    this.find = el("input", { type: "search", id: "find", autocomplete: "off", oninput: () => this.search() });
+    this.list = el("div", { class: "choices", role: "group", "aria-label": "Commands found" });
+    this.title_ = el("h2");
+    this.fields = el("div");
+    this.lists = el("div", { hidden: true });
+    this.octets = el("div", { class: "mono octets" });
+    this.line = el("div", { class: "mono octets" });
+    this.checked = el("span");
+    this.arm = el("button", { onclick: () => this.toggleArm() }, "Arm");
+    this.go = el("button", { class: "go", onclick: () => this.send() }, "Send");
+    this.hint = el("span", { class: "hint" });
+    this.left = el("i");
+    this.runs = el("div", { class: "runs", "aria-hidden": "true" }, this.left);
+    this.result = el("div", { "aria-live": "polite" });
+    this.node = el("div", { class: "form scroll", tabindex: 0, role: "group", "aria-label": "Command form" },
+      el("label", {}, el("span", {}, "Find a command ", el("kbd", {}, "/")), this.find), this.list, this.title_, this.fields, this.lists,
+      el("div", { class: "line" }, el("span", {}, "Octets"), this.octets), el("div", { class: "line" }, el("span", {}, "Words"), this.line), el("div", { class: "line" }, el("span", {}, "Checked"), this.checked),
+      el("div", { class: "acts" }, this.arm, this.go, this.hint), this.runs, this.result,
+      el("div", { class: "acts" }, el("button", { onclick: () => this.save() }, "Save as script"), el("span", { class: "hint" }, "all commands of this flight, for gse script")));
+    this.forms = [];
+    this.pick(null);
+    store.on("hello", () => this.load());
+    store.on("prepare", (words) => this.prepare(words));
+    store.on("again", (line) => this.again(line));
+    store.on("link", () => { if (!store.link.is_live) this.disarm(); this.judge(); });
+    store.on("command", (call) => { if (call.number === this.sent) this.report(call); if (call.over) this.search(); });
+    document.addEventListener("keydown", (event) => {
+      if (event.key === "Escape") this.disarm();
+      if (event.key === "Enter" && event.ctrlKey) this.send();
+    });
+    setInterval(() => this.tick(), 200);
+  }
+
+  async load() {
+    const answer = await store.ask({ do: "forms" });
+    this.forms = answer.forms ?? [];
+    this.lists.replaceChildren(...suggestions(answer.suggestions));
+    this.search();
+  }
+
+  // Recents first, then what is called so; what begins with a verb may be sent as it was typed.
+  search() {
+    const typed = this.find.value.trim();
+    const words = typed.toLowerCase().split(/\s+/);
+    const fits = (name) => words.every((word) => name.toLowerCase().includes(word));
+    const lines = [...new Set([...store.commands.values()].reverse().map((call) => call.line).filter(Boolean))].filter(fits).slice(0, RECENT_MAX);
+    const found = this.forms.filter((form) => fits(form.name)).slice(0, FOUND_MAX);
+    const isTyped = store.hello?.verbs[typed.split(/\s+/)[0]];
+    const button = (name, kind, act) => el("button", { onclick: act }, el("span", { class: "what" }, name), el("span", { class: "hint" }, kind));
+    this.list.replaceChildren(...(isTyped ? [button(`as typed: ${typed}`, "text", () => this.again(typed))] : []),
+      ...found.slice(0, typed ? FOUND_MAX : 0).map((form) => button(form.name, form.kind, () => this.pick(form))),
+      ...lines.map((line) => button(line, "again", () => this.again(line))),
+      ...(typed ? [] : found.map((form) => button(form.name, form.kind, () => this.pick(form)))));
+    if (!this.list.children.length) this.list.append(el("p", { class: "reason" }, "Nothing is called so."));
+  }
+
+  // From another place of the page: the words of a form, and the value of its first field.
+  prepare(words) {
+    const [verb, name, value] = words.split(" ");
+    const form = this.forms.find((one) => one.id === `${verb} ${name}`);
+    if (!form) return;
+    this.pick(form);
+    if (value && form.fields[0]) this.inputs.parts[0].put(value);
+    this.judge();
+  }
+
+  // A command in words, as it was sent before or typed.
+  again(line) { this.pick({ ...AS_TYPED, name: line, line }); }
+
+  pick(form) {
+    this.form = form;
+    this.disarm();
+    text(this.title_, form ? form.name : "No command chosen");
+    this.inputs = new Fields(form?.fields ?? [], () => { this.disarm(); this.judge(); });
+    this.fields.replaceChildren(this.inputs.node);
+    this.result.replaceChildren();
+    this.judge();
+  }
+
+  order() { return this.form.line ? { text: this.form.line } : { form: this.form.id, values: this.inputs.values() }; }
+
+  // The station encodes the command as it would be sent and says what is wrong with it.
+  async judge() {
+    this.isFit = this.isCritical = false;
+    if (!this.form) {
+      for (const node of [this.octets, this.line, this.checked]) text(node, "");
+    } else {
+      const order = this.order(), asked = JSON.stringify(order);
+      const answer = await store.ask({ do: "plan", ...order });
+      if (!this.form || asked !== JSON.stringify(this.order())) return;
+      text(this.octets, (answer.octets ?? []).map((one) => one.toUpperCase().replace(/(.{4})/g, "$1 ").trim()).join(" / "));
+      text(this.line, answer.line ?? "");
+      text(this.checked, answer.refused ?? `${(answer.messages ?? []).join(", ") || "procedure"}: complete, in range`);
+      this.isFit = !answer.refused;
+      this.isCritical = Boolean(answer.critical);
+    }
+    this.tick();
+  }
+
+  toggleArm() { if (this.armed) this.disarm(); else { this.armed = performance.now(); this.tick(); } }
+  disarm() { this.armed = null; }
+
+  tick() {
+    const rest = this.armed ? ARMED_MS - (performance.now() - this.armed) : 0;
+    if (this.armed && rest <= 0) this.disarm();
+    const isFit = this.isFit && store.link.is_live;
+    this.arm.hidden = !this.isCritical;
+    this.arm.disabled = !isFit;
+    text(this.arm, this.armed ? "Disarm" : "Arm");
+    this.go.disabled = !isFit || (this.isCritical && !this.armed);
+    text(this.hint, store.barrier() ? store.barrier() : this.isCritical ? "critical: arm, then send within 10 s" : "Ctrl Enter");
+    this.left.style.width = `${Math.max(0, rest / ARMED_MS * 100)}%`;
+  }
+
+  async send() {
+    if (this.go.disabled || !this.form) return;
+    this.disarm();
+    this.sent = null;
+    this.result.replaceChildren();
+    const answer = await store.ask({ do: "command", ...this.order() });
+    if (answer.refused) { this.result.replaceChildren(el("div", { class: "refusal" }, answer.refused)); return; }
+    this.sent = answer.command;
+    const known = store.commands.get(this.sent);
+    if (known) this.report(known);
+    this.tick();
+  }
+
+  report(call) {
+    const shown = call.words ? el("div", { class: "refusal" }, el("div", { class: "acts" }, lights(call.lights), el("strong", {}, "Refused or failed")),
+      el("div", {}, call.words.replace(/ \[0x[0-9A-Fa-f]+.*?\]$/, "")), el("div", { class: "mono" }, call.code !== undefined && call.code !== null ? `code 0x${call.code.toString(16).toUpperCase().padStart(4, "0")}` : ""))
+      : el("div", {}, el("div", { class: "acts" }, lights(call.lights), call.over ? "completed" : "under way"), ...call.answer.slice(0, 12).map((line) => el("div", { class: "mono" }, line)));
+    this.result.replaceChildren(shown);
+  }
+
+  async save() {
+    const answer = await store.ask({ do: "script" });
+    if (answer.refused) { this.result.replaceChildren(el("div", { class: "refusal" }, answer.refused)); return; }
+    const address = URL.createObjectURL(new Blob([answer.text], { type: "text/plain" }));
+    el("a", { href: address, download: `${store.hello?.mission ?? "commands"}.scn` }).click();
+    setTimeout(() => URL.revokeObjectURL(address), 1000);
+  }
+}

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// Forward kinematics of a robot of the world, and the force at its tip from the external torques of its joints.
+
+const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+
+export function multiply(a, b) {
+  const found = new Array(16);
+  for (let row = 0; row < 4; row++) for (let column = 0; column < 4; column++) {
+    let sum = 0;
+    for (let k = 0; k < 4; k++) sum += a[4 * row + k] * b[4 * k + column];
+    found[4 * row + column] = sum;
+  }
+  return found;
+}
+
+export function motion(joint, value) {
+  const [x, y, z] = joint.axis;
+  if (joint.kind === "fixed") return IDENTITY;
+  if (joint.kind === "prismatic") return [1, 0, 0, x * value, 0, 1, 0, y * value, 0, 0, 1, z * value, 0, 0, 0, 1];
+  const c = Math.cos(value), s = Math.sin(value), k = 1 - c;
+  return [c + x * x * k, x * y * k - z * s, x * z * k + y * s, 0, y * x * k + z * s, c + y * y * k, y * z * k - x * s, 0,
+    z * x * k - y * s, z * y * k + x * s, c + z * z * k, 0, 0, 0, 0, 1];
+}
+
+export const moving = (robot) => robot.joints.filter((joint) => joint.kind !== "fixed");
+
+// Pose of each link, and of each joint before its motion, by name.
+export function poses(robot, positions) {
+  const values = new Map(moving(robot).map((joint, n) => [joint.name, positions[n] ?? 0]));
+  const links = new Map([[robot.root, IDENTITY]]);
+  const joints = new Map();
+  for (let round = 0; round < robot.joints.length; round++) for (const joint of robot.joints) {
+    if (!links.has(joint.parent) || links.has(joint.child)) continue;
+    const at = multiply(links.get(joint.parent), joint.pose);
+    joints.set(joint.name, at);
+    links.set(joint.child, multiply(at, motion(joint, values.get(joint.name) ?? 0)));
+  }
+  return { links, joints };
+}
+
+export const place = (pose) => [pose[3], pose[7], pose[11]];
+
+export function tipOf(robot) {
+  const parents = new Set(robot.joints.map((joint) => joint.parent));
+  return Object.keys(robot.links).filter((name) => !parents.has(name)).pop() ?? robot.root;
+}
+
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+
+// Column of the Jacobian of the tip for each moving joint.
+function jacobian(robot, found, tip) {
+  return moving(robot).map((joint) => {
+    const pose = found.joints.get(joint.name);
+    const [x, y, z] = joint.axis;
+    const axis = [0, 1, 2].map((row) => pose[4 * row] * x + pose[4 * row + 1] * y + pose[4 * row + 2] * z);
+    return joint.kind === "prismatic" ? axis : cross(axis, tip.map((value, n) => value - place(pose)[n]));
+  });
+}
+
+// Smallest force on the tip that gives these torques: J^T F = torque, by least squares with a little damping.
+export function tipForce(robot, row) {
+  const positions = row["CUR_VALUES.POSITION"], torque = row["CUR_VALUES.EXTERNAL_TORQUE"];
+  if (!robot || !positions) return null;
+  const found = poses(robot, positions);
+  const tip = place(found.links.get(tipOf(robot)));
+  if (row.FORCE) return { force: row.FORCE, at: tip, size: Math.hypot(...row.FORCE) };
+  if (!torque) return null;
+  const columns = jacobian(robot, found, tip);
+  const matrix = [0, 1, 2].map((i) => [0, 1, 2].map((j) => columns.reduce((sum, column) => sum + column[i] * column[j], i === j ? 1e-6 : 0)));
+  const right = [0, 1, 2].map((i) => columns.reduce((sum, column, n) => sum + column[i] * (torque[n] ?? 0), 0));
+  const determinant = dot(matrix[0], cross(matrix[1], matrix[2]));
+  const solve = (n) => {
+    const changed = matrix.map((line, i) => line.map((value, j) => (j === n ? right[i] : value)));
+    return dot(changed[0], cross(changed[1], changed[2])) / determinant;
+  };
+  const force = [solve(0), solve(1), solve(2)];
+  return { force, at: tip, size: Math.hypot(...force) };
+}

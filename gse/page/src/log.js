@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// Events, commands, and the time line of the flight.
+
+import { store } from "./store.js";
+import { el, lights, OF_SEVERITY, svg, symbol, tabs, text } from "./dom.js";
+import { lanes, marks, shownMembers, ticks } from "./lanes.js";
+
+const SHOWN = 120;
+
+class Log extends HTMLElement {
+  connectedCallback() {
+    this.eventList = el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Events" });
+    this.commandList = el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Commands" });
+    this.lists = [["Events", this.eventList], ["Commands", this.commandList]];
+    if (document.body.classList.contains("report")) this.lists.push(["Run", this.facts = el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Content of run.json" })]);
+    this.pages = tabs("log", this.lists.map(([name, list]) => [name, el("div", {}, list)]));
+    this.append(this.pages.list, ...this.lists.map(([, list]) => list.parentElement));
+    store.on("hello event command seen ready", () => this.plan());
+    store.on("event", (event) => {
+      if (event.severity === "HIGH") document.getElementById("alarm-said").textContent = `${event.subsystem} ${event.event}, high`;
+    });
+    document.addEventListener("keydown", (event) => {
+      if (event.target.closest("input, select, textarea") || event.ctrlKey || event.altKey) return;
+      const page = { E: "Events", C: "Commands" }[event.key.toUpperCase()];
+      if (page) this.pages.open(page);
+    });
+  }
+
+  plan() {
+    if (this.planned) return;
+    this.planned = true;
+    setTimeout(() => { this.planned = false; this.draw(); }, 200);
+  }
+
+  // Events before and after the instant of a replay.
+  around() {
+    const present = store.events.length;
+    return store.replay.events.slice(Math.max(0, present - SHOWN / 2), present + SHOWN / 2);
+  }
+
+  entry(event, isUnseen) {
+    const sym = symbol(OF_SEVERITY[event.severity], event.severity);
+    if (isUnseen) sym.classList.add("unseen-high");
+    const parts = [el("span", { class: "mono" }, event.time.toFixed(4)), sym,
+      el("span", {}, el("span", { class: "name" }, `${event.subsystem} ${event.event}`), event.text ? `  ${event.text}` : "")];
+    if (!store.replay) return el("div", { class: isUnseen ? "entry critical" : "entry" }, ...parts);
+    const isPast = event.number < store.events.length;
+    return el("button", { class: isPast ? "entry" : "entry to-come", "aria-current": event.number === store.events.length - 1 ? "true" : null, onclick: () => store.replay.seek(event.time) }, ...parts);
+  }
+
+  draw() {
+    text(this.pages.list.querySelector("#log-Events"), `Events ${store.replay ? store.replay.events.length : store.events.length}`);
+    text(this.pages.list.querySelector("#log-Commands"), `Commands ${store.commands.size}`);
+    const newest = store.events.slice(-SHOWN).reverse();
+    const unseen = newest.filter((event) => event.severity === "HIGH" && store.events.indexOf(event) >= store.seen);
+    const ordered = [...unseen, ...newest.filter((event) => !unseen.includes(event))];
+    const shown = store.replay ? this.around() : ordered;
+    this.eventList.replaceChildren(...(shown.length ? shown.map((event) => this.entry(event, unseen.includes(event))) : [el("p", { class: "reason" }, "No event yet.")]));
+    this.eventList.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
+    if (this.facts && store.replay && !this.facts.firstChild) this.drawFacts();
+    const commands = [...store.commands.values()].slice(-SHOWN).reverse();
+    this.commandList.replaceChildren(...(commands.length ? commands.map((call) => el("div", { class: "entry" },
+      el("span", { class: "mono" }, (call.time ?? 0).toFixed(4)), lights(call.lights),
+      el("span", {}, call.line ? el("button", { class: "again", title: "Prepare it again", onclick: () => store.tell("again", call.line) }, call.text) : call.text, call.words ? el("span", { class: "words" }, ` ${call.words.replace(`${call.text}: `, "")}`) : ""))) : [el("p", { class: "reason" }, "No command of this station yet.")]));
+  }
+
+  drawFacts() {
+    const words = (value) => (value !== null && typeof value === "object" ? JSON.stringify(value) : String(value));
+    this.facts.append(el("table", {}, el("tbody", {}, ...Object.entries(store.replay.about?.facts ?? {}).map(([name, value]) =>
+      el("tr", {}, el("td", { class: "name" }, name), el("td", { class: "mono words" }, words(value)))))));
+  }
+}
+customElements.define("station-log", Log);
+
+class TimeLine extends HTMLElement {
+  connectedCallback() {
+    this.names = el("div", { class: "name", style: "font-weight:500" });
+    this.drawing = svg("svg", { role: "img", "aria-label": "Flight so far" });
+    this.mark = el("a", { class: "live-mark" }, "LIVE");
+    this.append(el("div", {}, el("div", { class: "hint" }, "Flight so far: states and events"), this.names), this.drawing, this.mark);
+    setInterval(() => this.draw(), 500);
+  }
+
+  draw() {
+    this.mark.classList.toggle("is-off", !store.link.is_live);
+    text(this.mark, store.link.is_live ? "LIVE" : "Replay");
+    if (store.link.is_live || !store.hello) this.mark.removeAttribute("href"); else this.mark.href = "/?replay";
+    const members = shownMembers();
+    this.names.replaceChildren(...members.map((name) => el("div", { style: "line-height:14px" }, name)));
+    const width = this.drawing.clientWidth || 800;
+    const now = store.now();
+    const end = Math.max(60, now * 1.15);
+    const x = (t) => (t / end) * width;
+    const parts = [...ticks(x, end, 2, width), ...lanes(x, members, now, 30), ...marks(x, store.events.slice(-300), 17)];
+    parts.push(svg("path", { d: `M${x(now)} 4v54`, style: "stroke:var(--fg0);stroke-width:2" }), svg("path", { d: `M${x(now) - 5} 0h10l-5 7z`, style: "fill:var(--fg0)" }));
+    this.drawing.replaceChildren(...parts);
+  }
+}
+customElements.define("station-timeline", TimeLine);

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the page knows: the messages of the station, in order. Elements subscribe to kinds of messages.
+
+const EVENTS_KEPT = 10000;
+const HISTORY_S = 600;
+const RETRY_MS = 500;
+const LEAST_PERIOD_MS = 350;  // Faster reports may arrive in groups.
+
+class Store {
+  constructor() {
+    this.listeners = new Map();
+    this.waiting = new Map();
+    this.next = 1;
+    this.offset = null;  // Mission time minus the clock of the page [s].
+    this.hasSocket = false;
+    this.replay = null;
+    this.clear();
+  }
+
+  clear() {
+    this.hello = null;
+    this.link = { is_live: false, text: "connecting" };
+    this.pace = { is_there: false, is_paused: false, speed: 1 };
+    this.mode = null;
+    this.links = [];
+    this.states = new Map();
+    this.values = new Map();   // "SUBSYSTEM" -> Map(leaf -> {value, time, at, period})
+    this.history = new Map();  // "SUBSYSTEM" or "SUBSYSTEM/ID" -> {t: [], rows: [values or null]}
+    this.reports = new Map();  // "SUBSYSTEM/ID" -> the last report of a housekeeping structure
+    this.enabled = new Map();  // "SUBSYSTEM/ID" -> whether the structure is enabled on board, and its interval
+    this.buses = new Map();    // Name -> what the tap of a bus has said last
+    this.charted = new Map();  // Key -> line that the user has put into the strip charts
+    this.counts = {};          // SUBSYSTEM -> received and lost packets
+    this.heard = new Map();    // "SUBSYSTEM" -> clock of the page at its last report
+    this.lanes = new Map();    // "SUBSYSTEM" -> [[time, state], ...]
+    this.events = [];
+    this.commands = new Map();
+    this.time = 0;
+    this.selected = null;
+    this.seen = 0;
+  }
+
+  on(kinds, call) {
+    for (const kind of kinds.split(" ")) {
+      if (!this.listeners.has(kind)) this.listeners.set(kind, []);
+      this.listeners.get(kind).push(call);
+    }
+  }
+
+  tell(kind, message) {
+    for (const call of this.listeners.get(kind) ?? []) call(message);
+  }
+
+  connect() {
+    const socket = new WebSocket(`ws://${location.host}/ws`);
+    socket.onopen = () => { this.hasSocket = true; this.socket = socket; };
+    socket.onmessage = (event) => this.take(JSON.parse(event.data));
+    socket.onclose = () => {
+      this.hasSocket = false;
+      for (const answer of this.waiting.values()) answer({ refused: "the station does not answer" });
+      this.waiting.clear();
+      this.link = { is_live: false, text: "no station, trying again" };
+      this.tell("link", this.link);
+      setTimeout(() => this.connect(), RETRY_MS);
+    };
+  }
+
+  // Ask the station; resolves with its answer.
+  ask(order) {
+    return new Promise((resolve) => {
+      if (!this.hasSocket) { resolve({ refused: this.replay ? this.link.text : "the station does not answer" }); return; }
+      const id = this.next++;
+      this.waiting.set(id, resolve);
+      this.socket.send(JSON.stringify({ ...order, id }));
+    });
+  }
+
+  command(text) { return this.ask({ do: "command", text }); }
+  live(line) { return this.ask({ do: "live", line }); }
+
+  select(name) {
+    this.selected = name;
+    this.tell("select", name);
+  }
+
+  subsystem(name) { return this.hello?.subsystems.find((item) => item.name === name); }
+  members() { return this.hello?.subsystems.filter((item) => !item.infrastructure) ?? []; }
+
+  // As all lists show them: what moves the robot first, infrastructure last.
+  ordered() {
+    return [...(this.hello?.subsystems ?? [])].sort((a, b) => a.infrastructure - b.infrastructure || this.drives(b) - this.drives(a));
+  }
+
+  // Time between two reports of a subsystem [ms]: members report their status each second, all their housekeeping.
+  period(name) {
+    const about = this.subsystem(name);
+    const part = this.configuration(name) ?? about?.configurations[0];
+    const intervals = (part?.structures ?? []).map((one) => one.period_us / 1000).filter((ms) => ms > 0);
+    return Math.max(1000, about?.infrastructure ? Math.min(60000, ...intervals) : 1000) / (this.pace.speed || 1);
+  }
+
+  configuration(name) {
+    const present = this.states.get(name)?.configuration;
+    return this.subsystem(name)?.configurations.find((item) => item.name === present);
+  }
+
+  // What the ages of values count from [ms]: the clock of the page, in a replay that of the mission.
+  clock() { return this.replay ? this.time * 1000 : performance.now(); }
+
+  // Why nothing can be commanded now; null if it can.
+  barrier() { return this.link.is_live ? null : this.replay ? this.link.text : "no link"; }
+
+  // A housekeeping structure of the present configuration, or of the first if none is selected.
+  structure(name, id) {
+    const part = this.configuration(name) ?? this.subsystem(name)?.configurations[0];
+    return part?.structures.find((one) => one.id === id);
+  }
+
+  // Time between two reports of a structure [ms of the page]: its interval on board, or what was observed.
+  periodOf(name, id) {
+    const known = this.structure(name, id)?.period_us ?? 0;
+    return (known ? known / 1000 : this.reports.get(`${name}/${id}`)?.gap ?? 1000) / (this.pace.speed || 1);
+  }
+
+  // Freshness of a report: "live", "late" from 2 periods, "stale" from 3, "never".
+  freshness(name, id) {
+    const report = this.reports.get(`${name}/${id}`);
+    if (!report) return "never";
+    if (this.pace.is_paused) return "live";
+    const periods = (this.clock() - report.at) / Math.max(LEAST_PERIOD_MS, this.periodOf(name, id));
+    return periods < 2 ? "live" : periods < 3 ? "late" : "stale";
+  }
+
+  // Mission time now: runs between reports, stands in a pause.
+  now() {
+    if (this.offset === null) return this.time;
+    if (this.pace.is_paused || !this.link.is_live) return this.time;
+    return Math.max(this.time, this.time + Math.min(1, performance.now() / 1000 - this.arrived) * (this.pace.speed || 1));
+  }
+
+  advance(time) {
+    if (time !== null && time !== undefined && time > this.time) {
+      this.time = time;
+      this.arrived = performance.now() / 1000;
+      this.offset = time - this.arrived;
+    }
+  }
+
+  take(message) {
+    if (message.id !== undefined && this.waiting.has(message.id)) {
+      this.waiting.get(message.id)(message);
+      this.waiting.delete(message.id);
+      return;
+    }
+    const taker = this[`take_${message.kind}`];
+    if (taker) taker.call(this, message);
+    this.tell(message.kind, message);
+  }
+
+  take_hello(message) {
+    this.clear();
+    this.hello = message;
+    this.selected = message.subsystems.find((item) => !item.infrastructure && this.drives(item))?.name ?? message.subsystems[0].name;
+  }
+
+  // Whether a subsystem moves the first robot of the world: it has a drive of one of its joints.
+  drives(item) {
+    const drives = this.hello?.world?.drives ?? {};
+    return item.configurations.some((part) => part.devices.some((device) => drives[device]));
+  }
+
+  take_link(message) { this.link = message; }
+  take_pace(message) { this.pace = message; }
+  take_mode(message) { this.mode = message.mode; }
+  take_links(message) { this.links = message.rows; }
+
+  take_state(message) {
+    this.advance(message.time);
+    const lane = this.lanes.get(message.subsystem) ?? [];
+    if (!lane.length || lane[lane.length - 1][1] !== message.state) lane.push([message.since ?? this.time, message.state]);
+    this.lanes.set(message.subsystem, lane);
+    this.states.set(message.subsystem, message);
+    if (message.time !== null) this.heard.set(message.subsystem, performance.now());
+  }
+
+  take_housekeeping(message) {
+    this.advance(message.time);
+    const now = performance.now();
+    this.heard.set(message.subsystem, now);
+    if (!this.values.has(message.subsystem)) this.values.set(message.subsystem, new Map());
+    const values = this.values.get(message.subsystem);
+    for (const [leaf, value] of Object.entries(message.values)) {
+      const old = values.get(leaf);
+      if (old && old.time > message.time) continue;
+      const gap = old ? (message.time - old.time) * 1000 : 0;
+      values.set(leaf, { value, time: message.time, at: now, period: gap > 0 ? gap : old?.period ?? 1000 });
+    }
+    this.remember(message, now);
+    this.record(message);
+  }
+
+  take_structures(message) {
+    for (const row of message.rows) this.enabled.set(`${message.subsystem}/${row.id}`, row);
+  }
+
+  take_bus(message) { this.buses.set(message.bus, message); }
+
+  take_counts(message) { this.counts = message.rows; }
+
+  // Each structure by itself: its values, and the curve of each of them.
+  remember(message, now) {
+    const key = `${message.subsystem}/${message.structure}`;
+    const old = this.reports.get(key);
+    const gap = old && message.time > old.time ? (message.time - old.time) * 1000 : old?.gap ?? 1000;
+    this.reports.set(key, { subsystem: message.subsystem, id: message.structure, time: message.time, at: now, gap, count: (old?.count ?? 0) + 1, values: message.values });
+    const known = this.structure(message.subsystem, message.structure)?.period_us;
+    this.append(key, message, 3 * (known ? known / 1e6 : (old?.gap ?? 1000) / 1000) + 0.2);
+  }
+
+  // The curves come from the fastest report of a subsystem: that with its positions.
+  record(message) {
+    if (message.values["CUR_VALUES.POSITION"]) this.append(message.subsystem, message, 1);
+  }
+
+  append(key, message, gap) {
+    let history = this.history.get(key);
+    if (!history) { history = { t: [], rows: [] }; this.history.set(key, history); }
+    const last = history.t[history.t.length - 1] ?? -1;
+    if (message.time <= last) return;
+    if (last >= 0 && message.time - last > gap) { history.t.push(last + 0.001); history.rows.push(null); }
+    history.t.push(message.time);
+    history.rows.push(message.values);
+    if (history.t[0] < message.time - HISTORY_S - 60) {
+      const cut = history.t.findIndex((t) => t > message.time - HISTORY_S);
+      history.t.splice(0, cut);
+      history.rows.splice(0, cut);
+    }
+  }
+
+  take_event(message) {
+    this.advance(message.time);
+    this.events.push(message);
+    if (this.events.length > EVENTS_KEPT) { this.events.shift(); this.seen = Math.max(0, this.seen - 1); }
+  }
+
+  take_command(message) { this.commands.set(message.number, message); }
+
+  value(subsystem, leaf) { return this.values.get(subsystem)?.get(leaf)?.value; }
+}
+
+export const store = new Store();

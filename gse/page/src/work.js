@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+// Right column: the hand and the fastest housekeeping (Operate), the form of a command (Command), all housekeeping (Telemetry).
+
+import { store } from "./store.js";
+import { el, number, show, svg, tabs, text } from "./dom.js";
+import { CommandForm } from "./form.js";
+import { Board } from "./board.js";
+import { Bus } from "./bus.js";
+import { Fastest, Telemetry } from "./telemetry.js";
+
+const RANGE_RAD = 0.35;
+const AIM_MS = 20, AIM_S = 0.03;
+const IDLE_MS = 2000;
+const FIELD = 80;  // Radius of the round field in its own units.
+const CEILING_NM = 1.5;
+const TRACE_MS = 2000;
+
+class Hand {
+  constructor() {
+    this.aim = null;
+    this.trace = [];
+    const path = (style) => svg("path", { style });
+    this.traceLine = path("fill:none;stroke:var(--measured);stroke-width:1.5");
+    this.arrow = path("fill:none;stroke:var(--force);stroke-width:4");
+    this.tip = path("fill:var(--force);stroke:none");
+    this.arc = path("fill:none;stroke:var(--force);stroke-width:3");
+    this.ring = svg("circle", { r: 8, style: "fill:var(--bg1);stroke:var(--fg0);stroke-width:2.5" });
+    this.dot = svg("circle", { r: 2.5, style: "fill:var(--fg0);stroke:none" });
+    this.field = svg("svg", { class: "field", viewBox: "-92 -92 184 184", role: "img", "aria-label": "Hand on the joystick" },
+      svg("circle", { r: FIELD, style: "fill:var(--bg2)" }), svg("circle", { r: FIELD / 2, style: "stroke:var(--line)" }), svg("path", { d: "M-6 0h12M0 -6v12" }),
+      this.traceLine, this.arrow, this.tip, this.arc, this.ring, this.dot);
+    this.sym = el("span");
+    this.source = el("span", { class: "name" });
+    this.words = el("p");
+    this.cells = [0, 1].map(() => [el("td", { class: "value num" }), el("td", { class: "value num", style: "color:var(--force)" })]);
+    this.take = el("button", { onclick: () => this.toggle() }, "Take the hand ", el("kbd", {}, "H"));
+    this.node = el("div", { class: "hand" }, this.field, el("div", { class: "side" },
+      el("div", { style: "display:flex;gap:8px;align-items:center" }, this.sym, this.source), this.words,
+      el("table", {}, el("thead", {}, el("tr", {}, el("th", {}, "Axis"), el("th", { class: "num" }, "Hand rad"), el("th", { class: "num", style: "color:var(--force)" }, "Felt Nm"))),
+        el("tbody", {}, ...this.cells.map((cells, n) => el("tr", {}, el("td", {}, String(n + 1)), ...cells)))),
+      el("div", { class: "acts", style: "margin-top:auto" }, this.take, el("span", { class: "hint" }, "drag or arrow keys; Shift: fine"))));
+    this.listen();
+  }
+
+  listen() {
+    this.field.addEventListener("pointerdown", (event) => {
+      if (!this.aim) return;
+      this.field.setPointerCapture(event.pointerId);
+      this.from = { x: event.clientX, y: event.clientY, aim: [...this.aim] };
+    });
+    this.field.addEventListener("pointermove", (event) => {
+      if (!this.aim || !this.from) return;
+      const scale = RANGE_RAD / (this.field.clientWidth * FIELD / 184) * (event.shiftKey ? 0.25 : 1);
+      this.move(this.from.aim[0] + (event.clientX - this.from.x) * scale, this.from.aim[1] - (event.clientY - this.from.y) * scale);
+    });
+    for (const kind of ["pointerup", "pointercancel"]) this.field.addEventListener(kind, () => { this.from = null; });
+    window.addEventListener("blur", () => this.release("the window lost the focus"));
+    store.on("link", () => { if (!store.link.is_live) this.release("link lost"); });
+    this.keys = new Set();
+    document.addEventListener("keyup", (event) => this.keys.delete(event.key));
+    document.addEventListener("keydown", (event) => {
+      if (event.key === "Escape") { this.release("Esc"); return; }
+      if (event.target.closest("input, select, textarea, [role=tab]") || event.ctrlKey || event.altKey) return;
+      if (event.key.toUpperCase() === "H") this.toggle();
+      if (this.aim && event.key.startsWith("Arrow")) { this.keys.add(event.key); event.preventDefault(); }
+    });
+    setInterval(() => this.send(), AIM_MS);
+  }
+
+  toggle() {
+    if (this.aim) { this.release("released"); return; }
+    if (this.take.disabled) return;
+    const at = this.position() ?? [0, 0];
+    this.aim = [...at];
+    this.at = performance.now();
+    this.note = "This flight is no longer that of its scenario alone.";
+    this.draw();
+  }
+
+  move(x, y) {
+    const size = Math.hypot(x, y), most = RANGE_RAD;
+    this.aim = size > most ? [x / size * most, y / size * most] : [x, y];
+    this.at = performance.now();
+  }
+
+  // The hand goes home by the spring of the simulated arm of the operator.
+  release(why) {
+    if (!this.aim) return;
+    this.aim = this.from = null;
+    this.keys.clear();
+    store.live("hand rest");
+    this.note = `Hand given back: ${why}.`;
+    this.draw();
+  }
+
+  async send() {
+    if (!this.aim) return;
+    if (performance.now() - this.at > IDLE_MS && !this.from && !this.keys.size) { this.release("2 s without input"); return; }
+    const step = 0.05 * AIM_MS / 1000;
+    for (const key of this.keys) {
+      const [x, y] = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] }[key] ?? [0, 0];
+      this.move(this.aim[0] + x, this.aim[1] + y);
+    }
+    if (this.isAsking) return;
+    this.isAsking = true;
+    const answer = await store.live(`hand aim ${this.aim[0].toFixed(5)} ${this.aim[1].toFixed(5)} ${AIM_S}`);
+    this.isAsking = false;
+    if (answer.refused && this.aim) { this.aim = null; this.note = `The simulator refuses the hand: ${answer.refused}`; this.draw(); }
+  }
+
+  // The subsystem that reports a felt torque.
+  source_() { return store.members().find((item) => item.parameters.some((leaf) => leaf.name === "CUR_VALUES.FELT_TORQUE"))?.name; }
+  position() { return store.value(this.source_(), "CUR_VALUES.POSITION"); }
+
+  draw() {
+    const source = this.source_();
+    const known = store.values.get(source)?.get("CUR_VALUES.POSITION");
+    const position = known?.value ?? [0, 0];
+    const felt = store.value(source, "CUR_VALUES.FELT_TORQUE") ?? [0, 0];
+    const isFresh = known && store.clock() - known.at < Math.max(600, 3 * known.period) || store.pace.is_paused;
+    const state = store.states.get(source)?.state;
+    const isThere = Boolean(source) && store.pace.is_there && store.link.is_live;
+    this.take.disabled = !isThere;
+    this.take.firstChild.textContent = this.aim ? "Give back " : "Take the hand ";
+    this.field.classList.toggle("taken", Boolean(this.aim));
+    this.field.classList.toggle("idle", state !== "OPERATIONAL");
+    show(this.sym, this.aim ? "normal" : isThere ? "standby" : "off", this.aim ? "taken" : "not taken");
+    text(this.source, this.aim ? "Your hand" : source ? "Scripted hand" : "No joystick in this mission");
+    const why = !source ? "" : store.barrier() ? store.barrier() : !store.pace.is_there ? "this flight has no live port" : this.note ?? (state === "OPERATIONAL" ? "moves the robot" : `${source} is ${state ?? "not heard"}: leads nowhere`);
+    text(this.words, why);
+    const xy = ([a, b], scale) => [a * scale, -b * scale];
+    const [x, y] = xy(position, FIELD / RANGE_RAD);
+    for (const circle of [this.ring, this.dot]) { circle.setAttribute("cx", x); circle.setAttribute("cy", y); }
+    if (isFresh) this.trace.push([store.clock(), x, y]);
+    while (this.trace.length && (this.trace[0][0] < store.clock() - TRACE_MS || this.trace[0][0] > store.clock())) this.trace.shift();
+    this.traceLine.setAttribute("d", this.trace.map(([, a, b], n) => `${n ? "L" : "M"}${a.toFixed(1)} ${b.toFixed(1)}`).join(""));
+    this.drawForce(x, y, xy(felt, 150), Math.hypot(...felt));
+    position.slice(0, 2).forEach((value, n) => {
+      text(this.cells[n][0], known ? number(value, "rad") : "–");
+      text(this.cells[n][1], known ? number(felt[n], "Nm") : "–");
+    });
+  }
+
+  drawForce(x, y, [fx, fy], size) {
+    const length = Math.hypot(fx, fy);
+    const isShown = length > 4;
+    for (const part of [this.arrow, this.tip, this.arc]) part.style.display = isShown ? "" : "none";
+    if (!isShown) return;
+    const [ux, uy] = [fx / length, fy / length];
+    const shaft = Math.max(0, length - 8);
+    this.arrow.setAttribute("d", `M${x + ux * 8} ${y + uy * 8}L${x + ux * shaft} ${y + uy * shaft}`);
+    const [hx, hy] = [x + ux * length, y + uy * length];
+    this.tip.setAttribute("d", `M${hx} ${hy}L${hx - ux * 14 - uy * 7} ${hy - uy * 14 + ux * 7}L${hx - ux * 14 + uy * 7} ${hy - uy * 14 - ux * 7}z`);
+    const share = Math.min(0.999, size / CEILING_NM), angle = share * 2 * Math.PI, r = 13;
+    this.arc.style.stroke = size >= CEILING_NM ? "var(--critical)" : "var(--force)";
+    this.arc.setAttribute("d", `M${x} ${y - r}A${r} ${r} 0 ${share > 0.5 ? 1 : 0} 1 ${x + r * Math.sin(angle)} ${y - r * Math.cos(angle)}`);
+  }
+}
+
+class Work extends HTMLElement {
+  connectedCallback() {
+    this.hand = new Hand();
+    this.table = new Fastest();
+    this.form = new CommandForm();
+    this.telemetry = new Telemetry();
+    this.bus = new Bus();
+    this.board = new Board();
+    const panels = [["Operate", el("div", {}, this.hand.node, this.table.node)], ["Command", el("div", {}, this.form.node)], ["Telemetry", el("div", {}, this.telemetry.node)],
+      ["Bus", el("div", {}, this.bus.node)], ["On board", el("div", {}, this.board.node)]];
+    this.pages = tabs("work", panels);
+    this.append(this.pages.list, ...panels.map(([, panel]) => panel));
+    store.on("parameter", () => { this.pages.open("Telemetry"); this.telemetry.find.focus(); });
+    store.on("prepare again", () => this.pages.open("Command"));
+    store.on("select hello", () => this.draw());
+    document.addEventListener("keydown", (event) => {
+      if (event.key !== "/" || event.target.closest("input, select, textarea")) return;
+      event.preventDefault();
+      this.pages.open("Command");
+      this.form.find.focus();
+    });
+    setInterval(() => this.hand.draw(), 50);
+    setInterval(() => this.table.draw(), 200);
+  }
+
+  draw() { this.hand.draw(); this.table.draw(); }
+}
+customElements.define("station-work", Work);

@@ -1,0 +1,397 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Create a mission for an arm from its URDF: descriptor, world, mission and scenario, which fly without changes and without C.
+
+    make new-robot URDF=my-arm.urdf                  all files are named after the robot of the URDF
+    make new-robot URDF=my-arm.urdf NAME=arm7        .. or after this name
+    make new-robot URDF=my-arm.urdf TOOL=flange      the tool is this link, not the last one of the file
+    make new-robot URDF=my-arm.urdf START=0,-1.5,1   the arm starts in this pose, not in one that suits motions
+    make new-robot URDF=my-arm.urdf APID=40          with this APID instead of the first free one
+
+The program arm flies any chain of 1 to 12 joints (docs/arm.md). It writes new files only; on an error it changes nothing.
+"""
+
+import argparse
+import math
+import pathlib
+import random
+import re
+import sys
+
+import urdf
+from new_subsystem import ROOT, Refusal, check_name, choose_apid, expect, fill, relative, write_all
+
+TEMPLATES = pathlib.Path(__file__).resolve().parent / "robot"
+GRAVITY = (0.0, 0.0, -9.81)
+STEP_S = 0.0005
+JOINTS_OF_A_BUS = 4
+FIRST_NODE = 0x51
+# Values of a drive per Nm of its largest torque. They are those of the drives of rokviss, which have 40 Nm.
+ROTOR, STIFFNESS, DAMPING, COULOMB, STICTION, VISCOUS, BRAKE = 0.0064, 50.0, 0.05, 0.05, 0.06, 0.025, 2.5
+KP, KD = 100.0, 1.5
+# The same per N of a linear axis, if they are others: its gear gives way by 0.2 mm under the largest force.
+LINEAR_STIFFNESS, LINEAR_DAMPING, LINEAR_KP, LINEAR_KD = 5000.0, 5.0, 125.0, 3.1
+# Units of values of joints: of arms whose joints turn, of linear axes, of arms with both.
+UNITS = {"rad": "m", "rad/s": "m/s", "rad/s2": "m/s2", "Nm": "N", "Nm/rad": "N/m", "Nms/rad": "Ns/m", "kgm2": "kg"}
+LED_JOINTS_MAX = 10  # A descriptor has at most 640 <Setting>, 16 of each joint in each configuration.
+# The ports of the subsystem of a joystick, from the arm's side.
+PORTS = """
+    <RTLinkService>
+      <Provides name="ROBOT_STATE" id="1" methods="SHARED_MEMORY TIPC UDP">
+        <ParamRef name="POSITION" type="DOUBLE" count="2" unit="rad"/>
+        <ParamRef name="EXTERNAL_TORQUE" type="DOUBLE" count="2" unit="Nm"/>
+      </Provides>
+      <Requires name="HAND_POSITION" id="2" methods="SHARED_MEMORY TIPC UDP" required="true" staleAfter="5ms">
+        <ParamRef name="POSITION" type="DOUBLE" count="2" unit="rad"/>
+      </Requires>
+    </RTLinkService>"""
+SEED, POSES = 1, 400
+LOAD_MAX = 0.5
+
+
+def text(values):
+    """Numbers as words of a file."""
+    return " ".join(f"{value:.10g}" for value in values)
+
+
+def hexadecimal(value, digits):
+    return f"0x{value:0{digits}X}"
+
+
+def poses_of(robot, angles):
+    """Pose of each link, and the axis of its joint, in the base."""
+    pose = (urdf.ZERO, urdf.IDENTITY)
+    for joint, angle in zip(robot.joints, angles):
+        moved = (urdf.ZERO, urdf.rotation_about(joint.axis, angle))
+        if joint.is_prismatic:
+            moved = (tuple(angle * a for a in joint.axis), urdf.IDENTITY)
+        pose = urdf.composed(urdf.composed(pose, joint.origin), moved)
+        yield pose, urdf.turned(pose[1], joint.axis)
+
+
+def load_of(robot, angles):
+    """Largest share of its torque that a joint needs to carry the arm, and that joint."""
+    poses = list(poses_of(robot, angles))
+    centres = [urdf.composed(pose, (joint.link.centre, urdf.IDENTITY))[0] for joint, (pose, _) in zip(robot.joints, poses)]
+    loads = []
+    for i, (joint, (pose, axis)) in enumerate(zip(robot.joints, poses)):
+        torque = 0.0
+        for carried, centre in zip(robot.joints[i:], centres[i:]):
+            moment = [carried.link.mass * g for g in GRAVITY]
+            if not joint.is_prismatic:
+                moment = urdf.cross([p - q for p, q in zip(centre, pose[0])], moment)
+            torque -= sum(a * b for a, b in zip(moment, axis))
+        loads.append((abs(torque) / joint.effort, joint))
+    return max(loads, key=lambda load: load[0])
+
+
+def jacobian_columns(robot, angles):
+    """Pose of the tool, and the columns of its Jacobian: the velocity that a unit velocity of each joint gives the tool."""
+    poses = list(poses_of(robot, angles))
+    tool = urdf.composed(poses[-1][0], robot.tool)
+
+    def column(joint, place, axis):
+        if joint.is_prismatic:
+            return (*axis, *urdf.ZERO)
+        return (*urdf.cross(axis, [p - q for p, q in zip(tool[0], place)]), *axis)
+
+    return tool, [column(joint, pose[0], axis) for joint, (pose, axis) in zip(robot.joints, poses)]
+
+
+def manipulability(columns):
+    """Determinant of J^T J, or of J J^T if the arm has more joints than the tool has directions."""
+    rows = columns if len(columns) <= 6 else list(zip(*columns))
+    square = [[sum(a * b for a, b in zip(p, q)) for q in rows] for p in rows]
+    result = 1.0
+    for i, row in enumerate(square):
+        result *= max(row[i], 0.0)
+        if row[i] <= 0.0:
+            return 0.0
+        for below in square[i + 1 :]:
+            share = below[i] / row[i]
+            for k in range(i, len(square)):
+                below[k] -= share * row[k]
+    return result
+
+
+def start_pose(robot):
+    """The random pose with the best manipulability, within 90 degrees of the middle of the ranges, among those in which each joint needs
+    less than LOAD_MAX of its torque to carry the arm."""
+    generator = random.Random(SEED)
+
+    def pose():
+        for joint in robot.joints:
+            middle, half = (joint.lower + joint.upper) / 2.0, (joint.upper - joint.lower) / 2.0
+            reach = 0.8 * half if joint.is_prismatic else min(0.5 * math.pi, 0.8 * half)
+            yield round(middle + generator.uniform(-1.0, 1.0) * reach, 2)
+
+    poses = [tuple(pose()) for _ in range(POSES)]
+    easy = [angles for angles in poses if load_of(robot, angles)[0] < LOAD_MAX]
+    if not easy:
+        share, joint = min((load_of(robot, angles) for angles in poses), key=lambda load: load[0])
+        raise Refusal(f"joint {joint.name}: carries {share:.0%} of its effort in the best of {POSES} poses, expected less than {LOAD_MAX:.0%}")
+    return max(easy, key=lambda angles: manipulability(jacobian_columns(robot, angles)[1]))
+
+
+def wanted_pose(robot, given):
+    """The start pose of the option START."""
+    words = given.split(",")
+    inside = len(words) == len(robot.joints) and all(re.fullmatch(r"-?[0-9]+(\.[0-9]*)?", word) for word in words)
+    inside = inside and all(joint.lower <= float(word) <= joint.upper for joint, word in zip(robot.joints, words))
+    expect(inside, "START", given, f"{len(robot.joints)} positions in rad or m within the ranges of the joints, with commas between them")
+    return tuple(map(float, words))
+
+
+def drive_of(joint):
+    """Values of the drive of a joint, from its torque; the simulator's step limits the stiffness of a gear with a light link."""
+    effort = joint.effort
+    inertia = sum(a * b for a, b in zip(joint.axis, urdf.turned(joint.link.inertia, joint.axis)))
+    inertia = joint.link.mass if joint.is_prismatic else inertia
+    stiffness = min((LINEAR_STIFFNESS if joint.is_prismatic else STIFFNESS) * effort, inertia * (0.5 / STEP_S) ** 2)
+    damping = min((LINEAR_DAMPING if joint.is_prismatic else DAMPING) * effort, 0.5 * inertia / STEP_S)
+    return {
+        "ratio": "100", "rotorInertia": ROTOR * effort, "stiffness": stiffness, "damping": damping,
+        "coulomb": COULOMB * effort, "stiction": STICTION * effort, "stribeck": "0.02", "viscous": VISCOUS * effort, "brake": BRAKE * effort,
+        "stopStiffness": 500.0 * effort, "stopDamping": 5.0 * effort, "encoderCounts": "65536",
+    }
+
+
+def attributes(values):
+    return " ".join(f'{key}="{value if isinstance(value, str) else format(value, ".6g")}"' for key, value in values.items())
+
+
+def eds_of(joint):
+    """EDS of a drive that is strong enough."""
+    return "joint-drive.eds" if joint.effort <= 40.0 else "joint-drive-large.eds"
+
+
+def places(robot):
+    """(bus, node) of each joint: up to four on a bus."""
+    count = len(robot.joints)
+    buses = -(-count // JOINTS_OF_A_BUS)
+    each = -(-count // buses)
+    return [(f"arm-{i // each + 1}", FIRST_NODE + i) for i in range(count)]
+
+
+def world(robot, names, start):
+    types, drives = {}, []
+    for number, (joint, (bus, node)) in enumerate(zip(robot.joints, places(robot)), 1):
+        effort = joint.effort
+        sensor = attributes({"noise": 5e-4 * effort, "offset": 5e-3 * effort, "drift": 5e-6 * effort, "range": 1.5 * effort})
+        kind = types.setdefault(f"{attributes(drive_of(joint))}>\n    <TorqueSensor {sensor}/>\n  </DriveType>", f"drive{len(types) + 1}")
+        drives.append(f'  <Drive name="JOINT{number}" joint="arm.{joint.name}" type="{kind}" bus="{bus}" '
+                      f'node="{hexadecimal(node, 2)}" eds="{eds_of(joint)}"/>')
+    return names | {
+        "gravity": text(GRAVITY),
+        "start": " ".join(f'{joint.name}="{angle:.10g}"' for joint, angle in zip(robot.joints, start)),
+        "drive_types": "\n".join(f'  <DriveType name="{name}" {rest}' for rest, name in types.items()),
+        "drives": "\n".join(drives),
+    }
+
+
+def gains_of(joint):
+    """Proportional and derivative gain of its loop."""
+    kp, kd = (LINEAR_KP, LINEAR_KD) if joint.is_prismatic else (KP, KD)
+    return kp * joint.effort, kd * joint.effort
+
+
+def device(joint, place, number, mode):
+    """A joint's drive in a configuration: CSP by the first RPDO or CST by the second, one each millisecond."""
+    bus, node = place
+    kp, kd = gains_of(joint)
+    limit = round(joint.effort / (0.01 if eds_of(joint) == "joint-drive.eds" else 0.04))
+    by_first, by_second = (0, 0x80000000) if mode == 8 else (0x80000000, 0)
+    settings = [
+        ("0x1401:01", "UINT32", hexadecimal(0x80000300 + node, 8)),
+        ("0x1400:01", "UINT32", hexadecimal(0x80000200 + node, 8)),
+        ("0x1400:05", "UINT16", "4"),
+        ("0x1401:05", "UINT16", "4"),
+        ("0x1400:01", "UINT32", hexadecimal(by_first + 0x200 + node, 8)),
+        ("0x1401:01", "UINT32", hexadecimal(by_second + 0x300 + node, 8)),
+        ("0x6060:00", "INT8", str(mode)),
+        ("0x60B2:00", "INT16", "0"),  # The drive adds it to each torque; an earlier configuration may have set it.
+        ("0x60C2:01", "UINT8", "10"),
+        ("0x6072:00", "UINT16", str(limit)),
+        ("0x60E0:00", "UINT16", str(limit)),
+        ("0x60E1:00", "UINT16", str(limit)),
+        ("0x607D:01", "INT32", str(round(joint.lower * 1e6))),
+        ("0x607D:02", "INT32", str(round(joint.upper * 1e6))),
+        ("0x2230:01", "UINT32", str(round(kp))),
+        ("0x2230:02", "UINT32", str(round(1000.0 * kd))),
+    ]
+    lines = [f'      <Device name="JOINT{number}" type="{eds_of(joint).removesuffix(".eds")}">']
+    lines += [f'        <Setting object="{name}" type="{kind}" value="{value}"/>' for name, kind, value in settings]
+    return "\n".join([*lines, f'        <Endnode type="CAN" bus="{bus}" node="{hexadecimal(node, 2)}"/>', "      </Device>"])
+
+
+def configuration(robot, number, name, mode, initial, is_led=False):
+    devices = (device(joint, place, i, mode) for i, (joint, place) in enumerate(zip(robot.joints, places(robot)), 1))
+    initials = "".join(f'\n    <Initial parameter="CONTROL" field="{field}" value="{value}"/>' for field, value in initial.items())
+    template = (TEMPLATES / "configuration.xml").read_text(encoding="utf-8").rstrip("\n")
+    words = {"configuration": name, "number": str(number), "initial": initials, "devices": "\n".join(devices)}
+    words |= {"hand": '\n        <ParamRef name="HAND"/>' if is_led else "", "ports": PORTS if is_led else ""}
+    return fill(template, words)
+
+
+def limits_of(robot):
+    """Lists with a value for each joint."""
+    joints = robot.joints
+    return {
+        "lower": (joint.lower for joint in joints),
+        "upper": (joint.upper for joint in joints),
+        "speed": (joint.speed for joint in joints),
+        "acceleration": (2.0 * joint.speed for joint in joints),
+        "effort": (joint.effort for joint in joints),
+        "kp": (gains_of(joint)[0] for joint in joints),
+        "kd": (gains_of(joint)[1] for joint in joints),
+    }
+
+
+def model_of(robot):
+    """Lists with one, three or six values for each joint."""
+    joints = robot.joints
+    return {
+        "origin": (x for joint in joints for x in joint.origin[0]),
+        "rpy": (x for joint in joints for x in urdf.rpy_of(joint.origin[1])),
+        "axis": (x for joint in joints for x in joint.axis),
+        "mass": (joint.link.mass for joint in joints),
+        "centre": (x for joint in joints for x in joint.link.centre),
+        "inertia": (joint.link.inertia[i][k] for joint in joints for i, k in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))),
+    }
+
+
+def of_drives(robot):
+    drives = [drive_of(joint) for joint in robot.joints]
+    keys = {"rotor": "rotorInertia", "stiffness": "stiffness", "coulomb": "coulomb", "viscous": "viscous"}
+    return {name: [drive[key] for drive in drives] for name, key in keys.items()}
+
+
+def scalars(robot):
+    """Position and torque of each joint as parameters of their own."""
+    return "\n".join(f'    <ParamRef name="{name}_{number}" id="{first + number}" type="DOUBLE" unit="{UNITS[unit] if joint.is_prismatic else unit}"/>'
+                     for first, name, unit in ((100, "POSITION", "rad"), (200, "TORQUE", "Nm"))
+                     for number, joint in enumerate(robot.joints, 1))
+
+
+def units_of(robot):
+    """Units of the values of all joints, as words of the template."""
+    linear = {joint.is_prismatic for joint in robot.joints}
+    return {f"unit_{turning.replace('/', '_')}": turning if linear == {False} else shifting if linear == {True} else f"{turning} or {shifting}"
+            for turning, shifting in UNITS.items()}
+
+
+def prismatic(robot):
+    """Which joints are linear axes; without this member all joints turn."""
+    flags = " ".join("1" if joint.is_prismatic else "0" for joint in robot.joints)
+    return f'\n      <ParamRef name="PRISMATIC" type="BOOL" count="{len(robot.joints)}" init="{flags}"/>' if "1" in flags else ""
+
+
+def descriptor(robot, names):
+    count = len(robot.joints)
+    lists = limits_of(robot) | model_of(robot) | of_drives(robot)
+    lists |= {"tool": robot.tool[0], "tool_rpy": urdf.rpy_of(robot.tool[1]), "gravity": GRAVITY}
+    configurations = [
+        configuration(robot, 1, "POSITION", 8, {}),
+        configuration(robot, 2, "TORQUE", 10, {}),
+        configuration(robot, 3, "COMPLIANT", 10, {"COMPLIANT": "1"}),
+    ]
+    if count <= LED_JOINTS_MAX:
+        configurations.append(configuration(robot, 4, "TELEPRESENCE", 10, {"COMPLIANT": "1"}, is_led=True))
+    words = {"joints": str(count), "joints3": str(3 * count), "joints6": str(6 * count), "configurations": "\n".join(configurations), "scalars": scalars(robot), "prismatic": prismatic(robot)}
+    return names | units_of(robot) | words | {name: text(values) for name, values in lists.items()}
+
+
+def scenario(robot, names, start):
+    """Motions that any arm can perform from its start pose: towards the middle of the ranges, along a line and back, and a refusal."""
+    away = [angle + math.copysign(min(0.3, 0.2 * (joint.upper - joint.lower)), (joint.upper + joint.lower) / 2.0 - angle)
+            for joint, angle in zip(robot.joints, start)]
+    tool, _ = jacobian_columns(robot, start)
+    rotation = urdf.rotation_vector_of(tool[1])
+    reach = sum(math.hypot(*joint.origin[0]) for joint in robot.joints)
+    goal = [tool[0][0], tool[0][1], tool[0][2] + 0.05 * reach]
+    far = [3.0 * reach, 0.0, 0.0]
+    at = {key: ",".join(f"{value:.6g}" for value in values) for key, values in
+          {"away": away, "start": start, "rotation": rotation, "tool": tool[0], "goal": goal, "far": far}.items()}
+    name, lines, time = names["NAME"], [], 0.2
+
+    def step(command, seconds):
+        nonlocal time
+        lines.append(f"{time:4.1f}  operator {command}")
+        time += seconds
+
+    def motions():
+        step(f"cmd {name}.MOVE_TO POSITION={at['away']} SHARE=0.5", 3.0)
+        step(f"cmd {name}.MOVE_TO POSITION={at['start']} SHARE=0.5", 3.0)
+        if len(robot.joints) >= 6:
+            step(f"cmd {name}.LINE_TO POSITION={at['goal']} ROTATION={at['rotation']} SHARE=0.5", 3.0)
+            step(f"cmd {name}.LINE_TO POSITION={at['tool']} ROTATION={at['rotation']} SHARE=0.5", 3.0)
+
+    step(f"state {name} PRE_OPERATIONAL", 1.0)
+    for configuration_name in ("POSITION", "TORQUE"):
+        step(f"config {name} {configuration_name}", 1.0)
+        step(f"state {name} SAFE_OPERATIONAL", 0.5)
+        step(f"state {name} OPERATIONAL", 0.5)
+        motions()
+        if configuration_name == "POSITION" and len(robot.joints) >= 6:
+            step(f"expect-refusal LINE cmd {name}.LINE_TO POSITION={at['far']} ROTATION={at['rotation']} SHARE=0.5", 0.5)
+        step(f"hk once {name} 11" if configuration_name == "POSITION" else f"hk once {name} 21", 0.3)
+        step(f"state {name} SAFE_OPERATIONAL", 0.5)
+        step(f"state {name} PRE_OPERATIONAL", 0.5)
+    step(f"state {name} OFFLINE", 1.0)
+    step("shutdown", 0.0)
+    in_space = " and along lines," if len(robot.joints) >= 6 else ","
+    return names | {"steps": "\n".join(lines), "in_space": in_space, "end": f"{time:.0f}"}
+
+
+def plan(path, name, tool, start_given, apid):
+    """Dict path -> text of the new files, and the mission's path."""
+    try:
+        robot = urdf.read(path, tool)
+        source = pathlib.Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError, urdf.UrdfError) as error:
+        raise Refusal(f"URDF: {error}") from error
+    name = name or re.sub(r"[^a-z0-9]+", "_", robot.name.lower()).strip("_")
+    check_name(name)
+    for joint in robot.joints:
+        expect(0.0 < joint.effort <= 320.0 and joint.speed > 0.0, "URDF", path, f"joint {joint.name} with an effort up to 320 Nm or 320 N, and a velocity")
+    file = name.replace("_", "-")
+    names = {"name": file, "NAME": name.upper(), "file": file, "apid": str(choose_apid(apid)), "urdf": pathlib.Path(path).name}
+    start = wanted_pose(robot, start_given) if start_given else start_pose(robot)
+    buses = sorted({bus for bus, _ in places(robot)})
+    values = {
+        f"descriptors/subsystems/{file}.xml": ("descriptor.xml", descriptor(robot, names)),
+        f"descriptors/worlds/{file}.xml": ("world.xml", world(robot, names, start)),
+        f"sim/scenarios/{file}.scn": ("scenario.scn", scenario(robot, names, start)),
+        f"descriptors/missions/{file}.xml": (
+            "mission.xml",
+            names | {"buses": "\n".join(f'    <Bus name="{bus}" bitRate="1000000" dataBitRate="5000000"/>' for bus in buses)},
+        ),
+    }
+    files = {ROOT / place: fill((TEMPLATES / template).read_text(encoding="utf-8"), words) for place, (template, words) in values.items()}
+    own_urdf = ROOT / f"descriptors/worlds/{file}.urdf"
+    if own_urdf != pathlib.Path(path).resolve():
+        files[own_urdf] = source
+    there = [relative(place) for place in files if place.exists()]
+    expect(not there, "NAME", name, f"a name that is new; there is already {', '.join(there)}")
+    return files, ROOT / f"descriptors/missions/{file}.xml", file, robot
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(prog="make new-robot", description=__doc__.splitlines()[0])
+    for option in ("urdf", "name", "tool", "start", "apid"):
+        parser.add_argument(f"--{option}")
+    options = parser.parse_args(arguments)
+    try:
+        expect(options.urdf, "URDF", "", "a file: make new-robot URDF=my-arm.urdf")
+        files, mission, file, robot = plan(options.urdf, options.name, options.tool, options.start, options.apid)
+        write_all(files, mission, True)
+    except Refusal as refusal:
+        print(f"new-robot: {refusal}", file=sys.stderr)
+        return 1
+    made = "\n".join(f"  {relative(path)}" for path in files)
+    print(f"{file}: {len(robot.joints)} joints, tool {robot.tool_name}:\n{made}\nNext:\n  make sim-run MISSION={file} SCENARIO={file}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The model that flies, from a robot's URDF: one chain of joints, and the link at its end. Links that fixed joints connect
+become one link."""
+
+import math
+import pathlib
+import sys
+from dataclasses import dataclass, field
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+from hirosco_gse.urdf import ZERO, UrdfError
+from hirosco_gse.urdf import read as read_file
+
+IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+JOINTS_MAX = 12
+
+
+@dataclass
+class Mass:
+    """Mass, centre of mass, and inertia about it, in the axes of the link."""
+
+    mass: float = 0.0
+    centre: tuple = ZERO
+    inertia: tuple = ((0.0,) * 3,) * 3
+
+
+@dataclass
+class Joint:
+    """A joint with the link that it moves; of a prismatic one, the values are in m and N."""
+
+    name: str
+    origin: tuple  # Position and rotation of the link in the previous one.
+    axis: tuple
+    lower: float
+    upper: float
+    effort: float
+    speed: float
+    is_prismatic: bool = False
+    link: Mass = field(default_factory=Mass)
+
+
+@dataclass
+class Robot:
+    """A chain of joints; `tool` is a pose in the last link."""
+
+    name: str
+    joints: list
+    tool: tuple
+    tool_name: str
+
+
+def product(a, b):
+    """Of two matrices."""
+    return tuple(tuple(sum(a[i][k] * b[k][j] for k in range(3)) for j in range(3)) for i in range(3))
+
+
+def transposed(a):
+    return tuple(zip(*a))
+
+
+def turned(a, v):
+    return tuple(sum(a[i][k] * v[k] for k in range(3)) for i in range(3))
+
+
+def rotation_of(rpy):
+    """Rotation of roll, pitch, yaw."""
+    (sr, cr), (sp, cp), (sy, cy) = ((math.sin(angle), math.cos(angle)) for angle in rpy)
+    return (
+        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        (-sp, cp * sr, cp * cr),
+    )
+
+
+def rpy_of(a):
+    """Roll, pitch, yaw of a rotation; with a pitch of 90 degrees, roll is 0."""
+    pitch = math.atan2(-a[2][0], math.hypot(a[0][0], a[1][0]))
+    if abs(math.cos(pitch)) < 1e-9:
+        return (0.0, pitch, math.atan2(-a[0][1], a[1][1]))
+    return (math.atan2(a[2][1], a[2][2]), pitch, math.atan2(a[1][0], a[0][0]))
+
+
+def cross(a, b):
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def rotation_about(axis, angle):
+    """Rotation by an angle about an axis of length 1."""
+    sine, cosine = math.sin(angle), math.cos(angle)
+    skew = ((0.0, -axis[2], axis[1]), (axis[2], 0.0, -axis[0]), (-axis[1], axis[0], 0.0))
+    return tuple(
+        tuple((cosine if i == k else 0.0) + (1.0 - cosine) * axis[i] * axis[k] + sine * skew[i][k] for k in range(3)) for i in range(3)
+    )
+
+
+def rotation_vector_of(a):
+    """Axis times angle of a rotation."""
+    w = math.sqrt(max(0.0, 1.0 + a[0][0] + a[1][1] + a[2][2])) / 2.0
+    sides = [math.copysign(math.sqrt(max(0.0, 1.0 + 2.0 * a[i][i] - a[0][0] - a[1][1] - a[2][2])) / 2.0, sign)
+             for i, sign in enumerate((a[2][1] - a[1][2], a[0][2] - a[2][0], a[1][0] - a[0][1]))]
+    length = math.hypot(*sides)
+    return tuple(side * 2.0 * math.atan2(length, w) / length for side in sides) if length > 0.0 else ZERO
+
+
+def composed(outer, inner):
+    """Pose `inner` in the frame in which `outer` is given."""
+    return (tuple(p + q for p, q in zip(outer[0], turned(outer[1], inner[0]))), product(outer[1], inner[1]))
+
+
+def parallel(mass, arm):
+    """Inertia of a point mass at a distance."""
+    square = sum(x * x for x in arm)
+    return [[mass * ((square if i == k else 0.0) - arm[i] * arm[k]) for k in range(3)] for i in range(3)]
+
+
+def joined(a, b, pose):
+    """Mass a with mass b at a pose."""
+    centre_b, rotation = composed(pose, (b.centre, IDENTITY))
+    if b.mass == 0.0:
+        return a
+    mass = a.mass + b.mass
+    centre = tuple((a.mass * p + b.mass * q) / mass for p, q in zip(a.centre, centre_b))
+    turned_b = product(product(rotation, b.inertia), transposed(rotation))
+    shift_a = parallel(a.mass, [p - q for p, q in zip(a.centre, centre)])
+    shift_b = parallel(b.mass, [p - q for p, q in zip(centre_b, centre)])
+    inertia = tuple(tuple(a.inertia[i][k] + turned_b[i][k] + shift_a[i][k] + shift_b[i][k] for k in range(3)) for i in range(3))
+    return Mass(mass, centre, inertia)
+
+
+def pose_of(origin):
+    """Position and rotation of an origin."""
+    return (origin.xyz, rotation_of(origin.rpy))
+
+
+def mass_of(link):
+    """Mass properties of a link, in its own axes."""
+    inertial = link.inertial
+    if inertial is None:
+        return Mass()
+    position, rotation = pose_of(inertial.origin)
+    xx, xy, xz, yy, yz, zz = inertial.moments
+    return Mass(inertial.mass, position, product(product(rotation, ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))), transposed(rotation)))
+
+
+class _Chain:
+    """Walks from the root to the tool."""
+
+    def __init__(self, path, document, tool):
+        self.path, self.tool = path, tool
+        self.links = {link.name: mass_of(link) for link in document.links}
+        self.children = {}
+        for joint in document.joints:
+            for end in (joint.parent, joint.child):
+                if end not in self.links:
+                    self.refuse(joint, f"{end}: expected a link of the robot")
+            self.children.setdefault(joint.parent, []).append(joint)
+        self.moved = {joint.child for joint in document.joints}
+
+    def refuse(self, joint, message):
+        """Raise an error at a joint."""
+        raise UrdfError(f"{self.path}:{joint.line}: joint {joint.name}: {message}")
+
+    def root(self):
+        roots = [name for name in self.links if name not in self.moved]
+        if len(roots) != 1:
+            raise UrdfError(f"{self.path}: roots {' '.join(roots)}: expected one link without a parent")
+        return roots[0]
+
+    def rigid(self, link):
+        """Mass of a link with what fixed joints connect to it, the joints that leave it, and the frames on it."""
+        mass, leaving, frames, pending = Mass(), [], {}, [(link, (ZERO, IDENTITY))]
+        while pending:
+            name, pose = pending.pop(0)
+            frames[name] = pose
+            mass = joined(mass, self.links[name], pose)
+            for joint in self.children.get(name, []):
+                placed = composed(pose, pose_of(joint.origin))
+                if joint.kind == "fixed":
+                    pending.append((joint.child, placed))
+                else:
+                    leaving.append((joint, placed))
+        return mass, leaving, frames
+
+    def joint_of(self, joint, placed):
+        if joint.kind not in ("revolute", "continuous", "prismatic"):
+            self.refuse(joint, f'type="{joint.kind}": expected revolute, continuous or prismatic, the joints that the program arm drives')
+        bounds = ("effort", "velocity") if joint.kind == "continuous" else ("effort", "velocity", "lower", "upper")
+        if not set(bounds) <= set(joint.limit):
+            self.refuse(joint, f"expected <limit> with {', '.join(bounds)}, which bound motion and torque")
+        limit = {"lower": -2.0 * math.pi, "upper": 2.0 * math.pi} | ({} if joint.kind == "continuous" else joint.limit)
+        return Joint(joint.name, placed, joint.axis, limit["lower"], limit["upper"], joint.limit["effort"], joint.limit["velocity"],
+                     joint.kind == "prismatic")
+
+    def walk(self):
+        joints = []
+        _, leaving, frames = self.rigid(self.root())
+        while leaving:
+            if len(leaving) > 1:
+                self.refuse(leaving[1][0], f"expected one joint behind a link, an arm is a chain; there is {leaving[0][0].name}")
+            found, placed = leaving[0]
+            joint = self.joint_of(found, placed)
+            joint.link, leaving, frames = self.rigid(found.child)
+            joints.append(joint)
+        if not 1 <= len(joints) <= JOINTS_MAX:
+            raise UrdfError(f"{self.path}: {len(joints)} joints that move: expected 1 to {JOINTS_MAX}")
+        tool = self.tool or list(frames)[-1]
+        if tool not in frames:
+            raise UrdfError(f"{self.path}: tool {tool}: expected a link behind the last joint: {' '.join(frames)}")
+        return joints, frames[tool], tool
+
+
+def read(path, tool=None):
+    """The robot of a file; `tool` names the link whose frame is that of the tool, by default the last one behind the last joint."""
+    document = read_file(path)
+    joints, pose, name = _Chain(path, document, tool).walk()
+    return Robot(document.name, joints, pose, name)

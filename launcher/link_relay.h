@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The relay of a run stands between the producers and the consumers of its links: it delays, loses and
+/// reorders their frames (sim/relay/relay.h). It is a participant of the scheduler, in a process of its own
+/// or in the image.
+///
+/// Ownership  The program places link_relay_t.
+/// Context    One task.
+#ifndef LAUNCHER_LINK_RELAY_H
+#define LAUNCHER_LINK_RELAY_H
+
+#include "fsw/programs/run_state.h"
+#include "osal/include/osal/lockstep_scheduler.h"
+#include "osal/include/osal/socket.h"
+#include "sim/relay/relay.h"
+
+#define LINK_RELAY_JITTER 0.1 ///< Share of the delay.
+#define LINK_RELAY_LOSS 0.05
+
+typedef struct { // Private.
+    run_state_t* run;
+    osal_lockstep_t* scheduler;
+    osal_socket_t sockets[RUN_LINKS_MAX]; // From the producers.
+    osal_socket_t sender;
+    relay_t relay;
+} link_relay_t;
+
+/// Take over the sockets of the run's relay; without one, no effect. Null, or the error.
+const char* link_relay_open(link_relay_t* self, run_state_t* run, osal_lockstep_t* scheduler);
+/// One turn: receive the frames that the producers have announced, and pass on those that are due when the
+/// consumers run next. Returns when the next turn is needed [ns of the run].
+uint64_t link_relay_step(link_relay_t* self, const osal_grant_t* grant);
+void link_relay_close(link_relay_t* self);
+
+#endif // LAUNCHER_LINK_RELAY_H

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Counted hand-over of a stream or of datagrams in stepped time. The kernel may deliver octets after the
+/// call that sent them has returned. Both ends therefore count in a shared memory what they send. The
+/// receiver reads until it has taken all announced octets or datagrams; it waits for those that the kernel
+/// has not delivered yet.
+///
+/// The device end makes the memory and sets whether the device is present; the flight end opens it for each
+/// connection, which resets both counts.
+///
+/// Names      As in shm.h.
+/// Ownership  The caller places osal_hand_over_t. On a closed one the operations have no effect and nothing
+///            is due, so that a flow without counts needs no case of its own.
+/// Context    One task per end; the scheduler of the run grants one end at a time.
+/// Time       O(1).
+#ifndef OSAL_HAND_OVER_H
+#define OSAL_HAND_OVER_H
+
+#include "base/status.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define OSAL_HAND_OVER_PATIENCE_MS 2000U ///< Longest wait for what was announced, wall-clock time [ms].
+
+typedef struct { // Private.
+    void* shared;
+    bool is_device;
+} osal_hand_over_t;
+
+#define OSAL_HAND_OVER_CLOSED                                                                                \
+    {                                                                                                        \
+        NULL, false                                                                                          \
+    }
+
+/// Make the memory, as the device end; the device is present. STATUS_OK and statuses of osal_shm_create.
+MUST_USE status_t osal_hand_over_create(osal_hand_over_t* hand_over, const char* name);
+/// Open it as the flight end. STATUS_OK, STATUS_NOT_FOUND (no memory, or the device is not present) and other
+/// statuses of osal_shm_open.
+MUST_USE status_t osal_hand_over_open(osal_hand_over_t* hand_over, const char* name);
+void osal_hand_over_close(osal_hand_over_t* hand_over);
+bool osal_hand_over_is_open(const osal_hand_over_t* hand_over);
+
+/// Flight end: begin a connection; nothing is under way.
+void osal_hand_over_begin(osal_hand_over_t* hand_over);
+/// Device end: true if the flight end has begun a connection and not closed it.
+bool osal_hand_over_is_connected(const osal_hand_over_t* hand_over);
+/// Number of connections begun so far [wraps].
+uint32_t osal_hand_over_connection(const osal_hand_over_t* hand_over);
+/// Device end: set whether the device is present.
+void osal_hand_over_set_present(osal_hand_over_t* hand_over, bool is_present);
+/// True if the device is present, or nothing is counted.
+bool osal_hand_over_is_present(const osal_hand_over_t* hand_over);
+
+/// Announce `count` octets or datagrams that this end has sent.
+void osal_hand_over_announce(osal_hand_over_t* hand_over, uint32_t count);
+/// Number of octets or datagrams announced by the other end and not taken yet.
+uint32_t osal_hand_over_due(const osal_hand_over_t* hand_over);
+/// Note that this end has received `count` octets or datagrams.
+void osal_hand_over_take(osal_hand_over_t* hand_over, uint32_t count);
+/// Do not wait any more for what is due: it is lost.
+void osal_hand_over_give_up(osal_hand_over_t* hand_over);
+/// Number given up so far, of both directions [wraps]. Other than 0: the run is not reproducible.
+uint32_t osal_hand_over_lost(const osal_hand_over_t* hand_over);
+
+#endif // OSAL_HAND_OVER_H

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What the sensors of a world measure: the truth with noise, bias and losses drawn by the seed.
+///
+/// A gyro has three values, the rate in the axes of its link [rad/s]. A star tracker has four, the quaternion
+/// w, x, y, z from the axes of its link to those of the world, w >= 0. A pose camera has six, the position of
+/// the link that it sees [m] and x, y, z of its quaternion (w >= 0), both in the axes of the camera.
+///
+/// Ownership  The caller places sensor_t. Plant and world outlive it.
+#ifndef SIM_APP_SENSORS_H
+#define SIM_APP_SENSORS_H
+
+#include "sim/plant/plant.h"
+#include "sim/world/world.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define SENSOR_VALUES_MAX 8U ///< Values of a sensor, at most.
+
+typedef struct {
+    const plant_t* plant;
+    const world_sensor_t* place;
+    uint64_t seed;
+    uint32_t device; ///< Unique in the run: keys the noise.
+} sensor_t;
+
+/// Number of values of a kind of sensor.
+unsigned sensor_values(world_sensor_kind_t kind);
+/// measuring_config_t.measure; the context is a sensor_t. False: a pose camera found no pose.
+bool sensor_measure(void* context, uint64_t number, double* out_values);
+
+#endif // SIM_APP_SENSORS_H

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/devices/measuring_device.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define NS_PER_US 1000U
+#define INVALID 1U
+#define ERRORS_MAX 8U
+
+typedef struct {
+    uint64_t available_ns;
+    uint32_t syncs;
+    uint64_t after_sync_ns;
+    double value[MEASURING_VALUES_MAX];
+} measurement_t;
+
+struct measuring_device {
+    node_t* node;
+    measuring_config_t config;
+    object_t* value[MEASURING_VALUES_MAX];
+    object_t* status[MEASURING_VALUES_MAX]; // Manufacturer-specific device: one for all values.
+    double factor[MEASURING_VALUES_MAX];
+    object_t* counter;
+    object_t* stamp_syncs; // Null: without a stamp.
+    object_t* stamp_us;
+    uint64_t next_ns;
+    measurement_t delayed[MEASURING_DELAYED_MAX]; // From the oldest to the newest.
+    unsigned delayed_count;
+    uint16_t error[ERRORS_MAX]; // Present ones that make measurements invalid; 0: none.
+};
+
+static bool is_failed(const measuring_device_t* const device)
+{
+    bool is_failed = false;
+    for (unsigned i = 0U; i < ERRORS_MAX; i++) {
+        is_failed = is_failed || (device->error[i] != 0U);
+    }
+    return is_failed;
+}
+
+static void set_status(measuring_device_t* const device, const unsigned status)
+{
+    for (unsigned i = 0U; i < device->config.value_count; i++) {
+        object_set(device->status[i], (int64_t)status);
+    }
+}
+
+static void publish(measuring_device_t* const device, const measurement_t* const measurement)
+{
+    for (unsigned i = 0U; i < device->config.value_count; i++) {
+        const double scaled = measurement->value[i] * device->factor[i];
+        object_set(device->value[i], (int64_t)llround(fmax(INT32_MIN, fmin(INT32_MAX, scaled))));
+    }
+    object_set(device->counter, (int64_t)device->counter->value + 1);
+    if (device->stamp_syncs != NULL) {
+        object_set(device->stamp_syncs, (int64_t)measurement->syncs);
+        object_set(device->stamp_us, (int64_t)(measurement->after_sync_ns / NS_PER_US));
+    }
+    set_status(device, 0U);
+}
+
+static void expose(measuring_device_t* const device, const uint64_t number, const uint64_t now_ns)
+{
+    measurement_t measurement = {.available_ns = now_ns + device->config.delay_ns};
+    uint64_t sync_ns          = 0U;
+    if (is_failed(device) || (device->delayed_count == MEASURING_DELAYED_MAX) ||
+        !device->config.measure(device->config.context, number, measurement.value)) {
+        return;
+    }
+    measurement.syncs                      = node_syncs(device->node, &sync_ns);
+    measurement.after_sync_ns              = (now_ns > sync_ns) ? (now_ns - sync_ns) : 0U;
+    device->delayed[device->delayed_count] = measurement;
+    device->delayed_count++;
+}
+
+/// Publish the measurements whose delay has ended.
+static void take_delayed(measuring_device_t* const device, const uint64_t now_ns)
+{
+    unsigned taken = 0U;
+    while ((taken < device->delayed_count) && (device->delayed[taken].available_ns <= now_ns)) {
+        publish(device, &device->delayed[taken]);
+        taken++;
+    }
+    device->delayed_count -= taken;
+    memmove(device->delayed, &device->delayed[taken], device->delayed_count * sizeof device->delayed[0]);
+}
+
+static void on_sample(void* const context, const uint64_t now_ns)
+{
+    measuring_device_t* device = context;
+    if (device->config.period_ns == 0U) {
+        expose(device, now_ns / device->config.step_ns, now_ns);
+    }
+    take_delayed(device, now_ns);
+    if (is_failed(device)) {
+        set_status(device, INVALID);
+    }
+}
+
+static void on_written(void* const context, const object_t* const object, const uint64_t now_ns)
+{
+    (void)context;
+    (void)object;
+    (void)now_ns;
+}
+
+static void on_connection_lost(void* const context, const uint64_t now_ns)
+{
+    (void)context; // It continues to measure.
+    (void)now_ns;
+}
+
+static void on_reset(void* const context, const uint64_t now_ns)
+{
+    measuring_device_t* device = context;
+    (void)now_ns;
+    device->delayed_count = 0U;
+    memset(device->error, 0, sizeof device->error);
+}
+
+void measuring_device_end_step(measuring_device_t* const device, const uint64_t now_ns)
+{
+    const uint64_t period_ns = device->config.period_ns;
+    if ((period_ns == 0U) || (now_ns < device->next_ns)) {
+        return;
+    }
+    const uint64_t number = now_ns / period_ns;
+    device->next_ns       = (number + 1U) * period_ns;
+    if (node_is_powered(device->node)) {
+        expose(device, number, now_ns);
+    }
+}
+
+void measuring_device_set_error(measuring_device_t* const device, const uint16_t code, const bool is_present,
+                                const uint64_t now_ns)
+{
+    const bool warns = (code == EMERGENCY_DEVICE_TEMPERATURE) || (code == EMERGENCY_DRIVE_TEMPERATURE);
+    unsigned place   = 0U;
+    if (is_present) {
+        node_raise(device->node, code, 0U, 0, now_ns);
+    } else {
+        node_clear(device->node, code, 0U, now_ns);
+    }
+    while ((place < ERRORS_MAX) && (device->error[place] != code)) {
+        place++;
+    }
+    for (unsigned i = 0U; (place == ERRORS_MAX) && is_present && !warns && (i < ERRORS_MAX); i++) {
+        place = (device->error[i] == 0U) ? i : place;
+    }
+    if (place < ERRORS_MAX) {
+        device->error[place] = is_present ? code : 0U;
+    }
+}
+
+// ---- Creation ----
+
+static bool find_value(measuring_device_t* const device, const unsigned index)
+{
+    const uint8_t member   = (uint8_t)(index + 1U);
+    node_t* node           = device->node;
+    const bool is_404      = node_object(node, 0x9130U, 1U) != NULL;
+    const object_t* digits = node_object(node, is_404 ? 0x6132U : 0x2101U, member);
+    device->value[index]   = node_object(node, is_404 ? 0x9130U : 0x2100U, member);
+    device->status[index]  = is_404 ? node_object(node, 0x6150U, member) : node_object(node, 0x2102U, 0U);
+    if ((digits == NULL) || (device->value[index] == NULL) || (device->status[index] == NULL)) {
+        return false;
+    }
+    device->factor[index] = pow(10.0, (double)object_signed(digits));
+    return true;
+}
+
+static bool find_objects(void* const context)
+{
+    measuring_device_t* device = context;
+    bool is_whole              = true;
+    device->counter            = node_object(device->node, 0x2103U, 0U);
+    device->stamp_syncs        = node_object(device->node, 0x2104U, 1U);
+    device->stamp_us           = node_object(device->node, 0x2104U, 2U);
+    for (unsigned i = 0U; i < device->config.value_count; i++) {
+        is_whole = is_whole && find_value(device, i);
+    }
+    return is_whole && (device->counter != NULL) &&
+           ((device->stamp_syncs == NULL) == (device->stamp_us == NULL));
+}
+
+status_t measuring_device_create(bus_t* const bus, const char* const eds_path, const uint8_t id,
+                                 const measuring_config_t* const config,
+                                 measuring_device_t** const out_device, char error[EDS_ERROR_MAX])
+{
+    *out_device                = NULL;
+    measuring_device_t* device = calloc(1U, sizeof *device);
+    if (device == NULL) {
+        (void)snprintf(error, EDS_ERROR_MAX, "%s: out of memory", eds_path);
+        return STATUS_EXHAUSTED;
+    }
+    const node_application_t application = {.name            = "a measuring device",
+                                            .find            = find_objects,
+                                            .sample          = on_sample,
+                                            .written         = on_written,
+                                            .connection_lost = on_connection_lost,
+                                            .reset           = on_reset,
+                                            .context         = device};
+    device->config                       = *config;
+    const status_t status                = node_create(bus, eds_path, id, &application, &device->node, error);
+    if (status != STATUS_OK) {
+        free(device);
+        return status;
+    }
+    *out_device = device;
+    return STATUS_OK;
+}
+
+void measuring_device_destroy(measuring_device_t* const device)
+{
+    if (device != NULL) {
+        node_destroy(device->node);
+        free(device);
+    }
+}
+
+node_t* measuring_device_node(measuring_device_t* const device)
+{
+    return device->node;
+}

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Frames of messages in a stream of octets, at the device's end: a length of 16 bits before each message, or
+/// SLIP (RFC 1055).
+///
+/// Context    One task.
+#ifndef SIM_DEVICES_STREAM_FRAME_H
+#define SIM_DEVICES_STREAM_FRAME_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define STREAM_FRAME_MESSAGE_MAX 64U
+#define STREAM_FRAME_OCTETS(message) ((2U * (message)) + 2U) ///< Longest frame of a message.
+
+typedef struct {
+    bool is_slip;   ///< SLIP, else LENGTH.
+    bool is_little; ///< Byte order of a length.
+} stream_framing_t;
+
+/// Frame a message. Returns the octets of the frame.
+size_t stream_frame_put(const stream_framing_t* framing, const uint8_t* message, size_t size, uint8_t* frame);
+/// Remove the first message from the *held octets. False: none is complete. If its length is not that of any
+/// message, all octets are dropped.
+bool stream_frame_take(const stream_framing_t* framing, uint8_t* octets, size_t* held, uint8_t* message,
+                       size_t* out_size);
+
+#endif // SIM_DEVICES_STREAM_FRAME_H

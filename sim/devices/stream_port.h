@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The device's end of a data flow: it sends and receives the messages of a device, on each type of end node
+/// but CAN. Formats and names are those of fsw/framework/dataflow in a separate implementation, so that a
+/// coding error on one side becomes visible.
+///
+///     SHM, MQUEUE   queues /RUN.flow.NAME.in (to flight) and .out
+///     UDP, TCP      the device's address in this run (osal/socket.h) with the port of the channel
+///     SERIAL, FILE  a pseudo-terminal; flight opens the link /dev/shm/RUN.flow.PATH to it
+///
+/// In stepped time octets and datagrams are counted (osal/hand_over.h), and the counts show whether the
+/// device is plugged in.
+///
+/// Ownership  stream_port_open allocates, stream_port_close frees and removes the names.
+/// Context    One task.
+#ifndef SIM_DEVICES_STREAM_PORT_H
+#define SIM_DEVICES_STREAM_PORT_H
+
+#include "base/status.h"
+#include "sim/devices/stream_frame.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define STREAM_PORT_MESSAGE_MAX STREAM_FRAME_MESSAGE_MAX
+#define STREAM_PORT_ERROR_MAX 200U
+
+typedef enum {
+    STREAM_PORT_SHM,
+    STREAM_PORT_MQUEUE,
+    STREAM_PORT_UDP,
+    STREAM_PORT_TCP,
+    STREAM_PORT_SERIAL,
+    STREAM_PORT_FILE,
+    STREAM_PORT_KINDS
+} stream_port_kind_t;
+
+typedef struct {
+    stream_port_kind_t kind;
+    const char* run;     ///< Identity of the run, "NAME-NUMBER".
+    const char* channel; ///< Name, path, or "HOST:PORT".
+    stream_framing_t framing;
+    bool is_counted;   ///< Stepped time.
+    size_t octets_out; ///< Octets of a message to flight.
+    size_t octets_in;  ///< Octets of a message to the device.
+} stream_port_config_t;
+
+typedef struct stream_port stream_port_t;
+
+/// Plugged in. STATUS_OK; else *out_port is null and `error` is filled.
+MUST_USE status_t stream_port_open(const stream_port_config_t* config, stream_port_t** out_port,
+                                   char error[STREAM_PORT_ERROR_MAX]);
+void stream_port_plug(stream_port_t* port, bool is_plugged);
+bool stream_port_is_plugged(const stream_port_t* port);
+/// Accept connections. Once a step, before receiving.
+void stream_port_step(stream_port_t* port);
+/// Send a message, framed as the end node requires. If flight has not opened its end, the message is lost.
+void stream_port_send(stream_port_t* port, const uint8_t* message, size_t size);
+/// Send octets as they are; on queues, of the size of a message.
+void stream_port_send_raw(stream_port_t* port, const uint8_t* octets, size_t size);
+/// The next message into STREAM_PORT_MESSAGE_MAX octets. False: there is none.
+bool stream_port_receive(stream_port_t* port, uint8_t* message, size_t* out_size);
+/// Announced messages and octets that never arrived [wraps]; if not 0, the run is not reproducible.
+uint32_t stream_port_lost(const stream_port_t* port);
+/// Null is allowed.
+void stream_port_close(stream_port_t* port);
+
+#endif // SIM_DEVICES_STREAM_PORT_H

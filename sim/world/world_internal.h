@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Names, places and fields that the kinds of elements of a world share. Private to sim/world.
+#ifndef SIM_WORLD_WORLD_INTERNAL_H
+#define SIM_WORLD_WORLD_INTERNAL_H
+
+#include "sim/world/world.h"
+
+#define FAR_M 1e4
+#define TURNS_RAD 1e3
+#define GREAT 1e9 // Upper limit of every stiffness, torque and force in a world.
+#define NODE_MIN 2.0
+#define NODE_MAX 127.0
+
+#define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
+#define NAME(type, attribute, member)                                                                        \
+    {                                                                                                        \
+        attribute, FIELD_NAME, offsetof(type, member), 0.0, 0.0, false                                       \
+    }
+#define TEXT(type, attribute, member)                                                                        \
+    {                                                                                                        \
+        attribute, FIELD_TEXT, offsetof(type, member), 0.0, 0.0, false                                       \
+    }
+#define NUMBER(type, attribute, member, low, high)                                                           \
+    {                                                                                                        \
+        attribute, FIELD_NUMBER, offsetof(type, member), low, high, false                                    \
+    }
+#define OPTIONAL(type, attribute, member, low, high)                                                         \
+    {                                                                                                        \
+        attribute, FIELD_NUMBER, offsetof(type, member), low, high, true                                     \
+    }
+#define VECTOR(type, attribute, member)                                                                      \
+    {                                                                                                        \
+        attribute, FIELD_VECTOR, offsetof(type, member), -FAR_M, FAR_M, false                                \
+    }
+#define UNSIGNED(type, attribute, member, low, high)                                                         \
+    {                                                                                                        \
+        attribute, FIELD_UNSIGNED, offsetof(type, member), low, high, false                                  \
+    }
+#define ADDRESS(type)                                                                                        \
+    NAME(type, "name", device.name), NAME(type, "bus", device.bus_name),                                     \
+        UNSIGNED(type, "node", device.node, NODE_MIN, NODE_MAX)
+
+/// Split "robot.name": the index of the robot, and the part after the dot. Null: there is no such robot.
+const char* world_find_robot(const world_t* world, const char* name, unsigned* out_robot);
+/// Find the frame that robot.link names. STATUS_OK, or STATUS_INVALID with the error.
+MUST_USE status_t world_find_frame(const world_t* world, const element_t* element, const char* name,
+                                   unsigned* out_robot, unsigned* out_frame);
+/// Find a DriveType. STATUS_OK, or STATUS_INVALID with the error.
+MUST_USE status_t world_find_type(const world_t* world, const element_t* element, const char* name,
+                                  unsigned* out_type);
+/// Device number `index`, counted over all kinds; null if there are fewer.
+const world_device_t* world_device_at(const world_t* world, size_t index);
+/// Check the name and address of a device, and find its bus; add the bus if no earlier device has it.
+/// STATUS_OK, or STATUS_INVALID with the error.
+MUST_USE status_t world_take_device(world_t* world, const element_t* element, world_device_t* device);
+
+#endif // SIM_WORLD_WORLD_INTERNAL_H

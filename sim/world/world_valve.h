@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Reader of the elements ValveBox and Valve of a world.
+#ifndef SIM_WORLD_WORLD_VALVE_H
+#define SIM_WORLD_WORLD_VALVE_H
+
+#include "sim/world/world.h"
+
+#define WORLD_VALVE_BOX_FIELDS 4U
+extern const field_t world_valve_box_fields[WORLD_VALVE_BOX_FIELDS];
+
+/// Check the address of a ValveBox. STATUS_OK, or STATUS_INVALID with the error.
+status_t world_valve_box_finish(world_t* world, const element_t* element, void* record);
+/// Take a Valve of the last ValveBox. Statuses of element_take.
+status_t world_valve_take(world_t* world, const element_t* element);
+
+#endif // SIM_WORLD_WORLD_VALVE_H

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Each parameter of each mission has a description, and a unit or words for its numbers, in dictionary and XTCE database; each
+message has a name."""
+
+import json
+import pathlib
+import sys
+import xml.etree.ElementTree as ET
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SPACE = "{http://www.omg.org/spec/XTCE/20180204}"
+MISSIONS = [path.stem for path in sorted((ROOT / "descriptors" / "missions").glob("*.xml"))]
+sys.path.insert(0, str(ROOT / "gse" / "generator"))
+
+import catalogue
+import descriptions
+from source import DescriptorError
+
+
+def _leaves(mission):
+    content = json.loads((ROOT / "build" / "generated" / f"{mission}.json").read_text(encoding="utf-8"))
+    for subsystem in content["subsystems"]:
+        for parameter in subsystem["parameters"]:
+            for leaf in parameter.get("fields", [parameter]):
+                yield f"{subsystem['name']}.{parameter['name']}.{leaf['name']}", leaf
+
+
+@pytest.mark.parametrize("mission", MISSIONS)
+def test_each_parameter_has_a_description_and_a_unit_or_words(mission):
+    leaves = dict(_leaves(mission))
+    meant = ("quantity", "words", "enumeration")
+    bare = [name for name, leaf in leaves.items() if leaf["type"] != "BOOL" and not leaf["unit"] and not any(key in leaf for key in meant)]
+    assert len(leaves) > 60 and not bare, bare
+    assert not [name for name, leaf in leaves.items() if not leaf.get("description")]
+    assert sum("warning" in leaf for leaf in leaves.values()) > 15
+
+
+@pytest.mark.parametrize("mission", MISSIONS)
+def test_the_database_describes_each_parameter_of_housekeeping(mission):
+    tree = ET.parse(ROOT / "build" / "generated" / f"{mission}.xtce.xml").getroot()
+    assert not [one.get("name") for one in tree.iter(f"{SPACE}Parameter") if not one.get("shortDescription")]
+    described, alarms = {}, 0
+    for system in tree.findall(f"{SPACE}SpaceSystem"):
+        for one in system.findall(f"{SPACE}TelemetryMetaData/{SPACE}ParameterSet/{SPACE}Parameter"):
+            described[f"/{tree.get('name')}/{system.get('name')}/{one.get('name')}"] = one.get("shortDescription")
+        alarms += len(system.findall(f"{SPACE}TelemetryMetaData/{SPACE}ParameterTypeSet/*/{SPACE}DefaultAlarm"))
+    entered = {
+        entry.get("parameterRef") for container in tree.iter(f"{SPACE}SequenceContainer") if container.get("name").startswith("HK_")
+        for entry in container.iter(f"{SPACE}ParameterRefEntry") if "/ST03/" not in entry.get("parameterRef")
+    }
+    assert len(entered) > 30 and not [path for path in entered if "_samples_" not in path and not described[path]]
+    assert alarms > 15
+
+
+def test_each_request_and_report_has_a_name_and_its_type_as_alias():
+    tree = ET.parse(ROOT / "build" / "generated" / "rokviss.xtce.xml").getroot()
+    aliases = {}
+    for tag in ("MetaCommand", "SequenceContainer"):
+        for one in tree.iter(f"{SPACE}{tag}"):
+            for alias in one.iter(f"{SPACE}Alias"):
+                aliases.setdefault(alias.get("alias"), set()).add(one.get("name"))
+    assert aliases["TC[15,24]"] and all(name.startswith("STORAGE_COPY_PACKETS_") for name in aliases["TC[15,24]"])
+    assert aliases["TM[131,9]"] == {"SUBSYSTEMS"} and aliases["TC[129,1]"] == {"STATE_REQUEST", "REQUEST_STATE"}
+    known, services = catalogue.load(ROOT / "pus" / "catalogue")
+    private_kinds, private = catalogue.private(ROOT / "pus" / "catalogue")
+    assert set(known) < set(private_kinds)
+    messages = [one for service in (services | private).values() for one in service["messages"]]
+    for one in messages:
+        assert f"{one.direction}[{one.service},{one.subtype}]" in aliases
+    assert len({one.identifier for one in messages}) == len(messages) > 340
+
+
+@pytest.mark.parametrize("line", ["CUR_VALUES.STATE | =state", "A | 1 | a | much", "A | 1 | a\nA | 1 | b"])
+def test_a_line_of_descriptions_that_cannot_be_read_is_refused(line, tmp_path):
+    path = tmp_path / "descriptions.txt"
+    path.write_text(line + "\n", encoding="utf-8")
+    with pytest.raises(DescriptorError, match=r"descriptions.txt:\d: .*expected a new"):
+        descriptions.load(path)

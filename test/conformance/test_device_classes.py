@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The table of device classes that flight software gets from data sheets: modules of CiA 401 and 404, manufacturer
+objects, units of drives; and the sheets that it refuses."""
+
+import math
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "gse" / "generator"))
+
+import dbc
+import device_class
+import sheet
+from sheet import SheetError
+
+PRINTER = r"""
+#include "base/assertion.h"
+#include "fsw/canopen/device_profile.h"
+#include <stdio.h>
+#include <stdlib.h>
+void fsw_assertion_failed(const char* file, int line) { printf("%s:%d", file, line); exit(1); }
+int main(int count, char** names)
+{
+    for (int n = 1; n < count; n++) {
+        const canopen_device_profile_t* p = canopen_device_profile_find(names[n]);
+        printf("%s %u %x %x %u", p->type, p->profile, p->vendor_id, p->product_code, p->axis_count);
+        for (int i = 0; i < p->axis_count; i++) { printf(" axis %.9g %.9g %d", p->axes[i].position_rad, p->axes[i].velocity_rad_s, p->axes[i].has_torque); }
+        for (int i = 0; i < p->value_count; i++) { printf(" value %x:%x %u %d %g", p->values[i].index, p->values[i].subindex, p->values[i].octets, p->values[i].is_signed, p->values[i].scale); }
+        for (int i = 0; i < p->transmit_count; i++) { printf(" T%x %u %u", p->transmit[i].cob_base, canopen_device_profile_pdo_octets(&p->transmit[i]), p->transmit[i].is_each_sync); }
+        for (int i = 0; i < p->receive_count; i++) { printf(" R%x %u %u", p->receive[i].cob_base, canopen_device_profile_pdo_octets(&p->receive[i]), p->receive[i].is_valid); }
+        printf("\n");
+    }
+    return 0;
+}
+"""
+
+
+def _sheet(objects, pdos=()):
+    """Text of an EDS: {(index, sub): (data type, default)}, and PDOs as (parameter index, COB-ID, type, mapped objects)."""
+    objects = {(0x1018, 1): (7, "0x3E7"), (0x1018, 2): (7, "0x15"), **objects}
+    for parameter, identifier, kind, mapped in pdos:
+        objects |= {(parameter, 1): (7, identifier), (parameter, 2): (5, str(kind)), (parameter + 0x200, 0): (5, str(len(mapped)))}
+        objects |= {(parameter + 0x200, number): (7, f"0x{entry:08X}") for number, entry in enumerate(mapped, 1)}
+    return "".join(f"[{index:04X}{f'sub{sub:x}' if sub else ''}]\nParameterName=x\nObjectType=0x7\nDataType={kind:#06x}\nDefaultValue={value}\n"
+                   for (index, sub), (kind, value) in objects.items())
+
+
+VALVES = _sheet({(0x1000, 0): (7, "0x00020191"), (0x6000, 1): (5, "0"), (0x6200, 1): (5, "0"), (0x2100, 0): (6, "0")},
+                [(0x1800, "$NODEID+0x180", 1, [0x60000108]), (0x1400, "$NODEID+0x200", 1, [0x62000108, 0x00050008, 0x21000010])])
+GYRO = _sheet({(0x1000, 0): (7, "0x00020194"), **{(0x9130, n): (4, "0") for n in (1, 2, 3)}, **{(0x6132, n): (5, "6") for n in (1, 2)}},
+              [(0x1800, "$NODEID+0x180", 1, [0x91300120, 0x91300220]), (0x1801, "$NODEID + 0x280", 240, [0x91300320])])
+TRACKER = _sheet({(0x1000, 0): (7, "0"), (0x2000, 1): (0x10, "0"), (0x2000, 2): (4, "0")}, [(0x1800, "$NODEID+0x80000180", 255, [0x20000118, 0x20000220])])
+DRIVE = {(0x1000, 0): (7, "0x00420192"), (0x6040, 0): (6, "0"), (0x6041, 0): (6, "0"), (0x6064, 0): (4, "0"), (0x6071, 0): (3, "0")}
+TURNS = {(0x608F, 1): (7, "4000"), (0x608F, 2): (7, "1"), (0x6091, 1): (7, "50"), (0x6091, 2): (7, "2")}
+RPM = {(0x60A8, 0): (7, "0xFD410000"), (0x60A9, 0): (7, "0x00B44700")}
+
+
+def _table(tmp_path, **sheets):
+    for name, text in sheets.items():
+        (tmp_path / f"{name}.eds").write_text(text, encoding="utf-8")
+    return device_class.header(tmp_path)
+
+
+def test_flight_finds_what_the_sheets_say(tmp_path):
+    counts = _sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [0x60410010, 0x60640020])])
+    degrees = _sheet(DRIVE | RPM | {(0x6076, 0): (7, "1000")}, [(0x1400, "$NODEID+0x200", 1, [0x60400010, 0x60710010])])
+    text = _table(tmp_path, valves=VALVES, gyro=GYRO, tracker=TRACKER, counts=counts, degrees=degrees)
+    (tmp_path / "generated").mkdir()
+    (tmp_path / "generated" / "device_classes.h").write_text(text, encoding="utf-8")
+    (tmp_path / "print.c").write_text(PRINTER, encoding="utf-8")
+    command = ["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", f"-I{tmp_path}", f"-I{ROOT}",
+               "-o", tmp_path / "print", tmp_path / "print.c", ROOT / "fsw/canopen/device_profile.c"]
+    subprocess.run(command, check=True)
+    printed = subprocess.run([tmp_path / "print", "valves", "gyro", "tracker", "counts", "degrees"], stdout=subprocess.PIPE, text=True, check=True)
+    assert printed.stdout.splitlines() == [
+        "valves 401 3e7 15 0 value 6000:1 1 0 1 value 6200:1 1 0 1 value 2100:0 2 0 1 T180 1 1 R200 4 1",
+        "gyro 404 3e7 15 0 value 9130:1 4 1 1e-06 value 9130:2 4 1 1e-06 value 9130:3 4 1 1 T180 8 1 T280 4 0",
+        "tracker 0 3e7 15 0 value 2000:1 3 1 1 value 2000:2 4 1 1 T180 7 0",
+        "counts 402 3e7 15 1 axis 6.28318531e-05 6.28318531e-05 0 T180 6 1",
+        "degrees 402 3e7 15 1 axis 1.74532925e-05 0.104719755 1 R200 4 1",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (_sheet({}), "no default of 0x1000:00"),
+        (_sheet({(0x1000, 0): (7, "0x192")}), "no controlword 0x6040"),
+        (_sheet(DRIVE), "units of axis 1: expected angles in 0x60A8 and 0x60A9, or 0x608F and 0x6091"),
+        (_sheet(DRIVE | {(0x60A8, 0): (7, "0xFA010000")}), "units of axis 1"),  # Metres.
+        (_sheet(DRIVE | TURNS, [(0x1400, "$NODEID+0x200", 1, [0x60710010])]), "torque 0x6071 in a PDO: expected the rated torque"),
+        (_sheet(DRIVE | TURNS, [(0x1400, "0x211", 1, [0x60400010])]), "0x1400:01: expected $NODEID"),
+        (_sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [0x60410010, 0x60640020, 0x60640020])]), "0x1a00: expected at most 8 octets"),
+        (_sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [0x60410004])]), "4 bits of 0x6041:00 in a PDO"),
+        (_sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [0x606C0020])]), "0x606c:00 in a PDO: expected an object of the sheet"),
+        (_sheet(DRIVE | TURNS, [(0x1800 + n, f"$NODEID+{0x180 + 0x100 * n:#x}", 1, [0x60410010]) for n in range(5)]), "5 PDOs from 0x1800: expected at most 4"),
+        (_sheet({(0x1000, 0): (7, "0")} | {(0x2000, n): (5, "0") for n in range(1, 18)},
+                [(0x1800 + n, f"$NODEID+{0x180 + 0x100 * n:#x}", 1, [0x20000008 + (8 * n + k << 8) for k in range(1, 9) if 8 * n + k < 18]) for n in range(3)]),
+         "too many values in PDOs, at most 16"),
+    ],
+)
+def test_a_sheet_that_flight_cannot_use_is_refused_with_its_file(tmp_path, text, says):
+    with pytest.raises(SheetError) as refused:
+        _table(tmp_path, wrong=text)
+    assert "wrong.eds" in str(refused.value) and says in str(refused.value)
+
+
+@pytest.mark.parametrize("index, unit", [(0x6064, "rad"), (0x606C, "rad/s")])
+def test_the_database_has_si_units_of_a_drive_with_increments(index, unit):
+    values = sheet.load(sheet.FOLDER / "servo-drive.eds").defaults(0)
+    turns = values[0x608F, 2] * values[0x6091, 2] / (values[0x608F, 1] * values[0x6091, 1])
+    assert dbc._scale(values, index) == (pytest.approx(2.0 * math.pi * turns), unit)

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the generator makes of the descriptors: the same octets each time, in every file the interface that it is made for, and the
+tables of a dissector as expected."""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+GENERATOR = ROOT / "gse" / "generator"
+MISSIONS = [ROOT / "descriptors" / "missions" / f"{name}.xml" for name in ("rokviss", "ur5e")]
+
+sys.path.insert(0, str(GENERATOR))
+import dissector  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Two folders, made with another order of sets and dicts by hash, from other working directories."""
+    folders = []
+    for seed in ("1", "2"):
+        out = tmp_path_factory.mktemp(f"made-{seed}")
+        command = [sys.executable, GENERATOR / "generate.py", "--mission", *MISSIONS, "--out", out]
+        subprocess.run(command, check=True, cwd=out, env={**os.environ, "PYTHONHASHSEED": seed})
+        folders.append({path.relative_to(out): path.read_bytes() for path in out.rglob("*") if path.is_file()})
+    return folders
+
+
+def test_the_same_descriptors_give_the_same_octets(made):
+    assert made[0] == made[1]
+    assert {path.suffix for path in made[0]} == {".h", ".json", ".xml", ".lua", ".dbc", ".par", ".ycs"}
+
+
+def test_every_file_of_a_mission_has_the_interface_that_it_is_made_for(made):
+    for mission in MISSIONS:
+        content = json.loads(made[0][pathlib.Path(f"{mission.stem}.json")])
+        files = [path for path in made[0] if path.name.startswith((f"{mission.stem}.", f"{mission.stem}-"))]
+        assert len(files) >= 6
+        for path in files:
+            if not path.name.endswith(".events.json"):  # A list in the format of Yamcs, used with the XTCE database only.
+                assert content["interface_hash"].encode() in made[0][path], path
+        for subsystem in content["subsystems"]:
+            header = made[0][pathlib.Path(f"{subsystem['name'].lower()}_descriptor.h")].decode()
+            assert subsystem["interface_hash"][2:].lower() in header.lower()
+
+
+SMALL = {
+    "mission": "small", "interface_hash": "0x0123456789ABCDEF", "configuration_hash": "0x02", "epoch": 100, "ground": {"port": 10015},
+    "types": {"UINT8": {"code": 0}, "FLOAT": {"code": 8}}, "modes": [{"id": 1, "name": "NOMINAL"}], "users": [{"id": 1, "name": "CLI"}],
+    "links": [], "subsystems": [{
+        "name": "LAMP", "apid": 16, "interface_hash": "0xFE", "enumerations": {"LIGHT": {"DARK": 0, "BRIGHT": 1}},
+        "failures": [{"name": "BURNT", "code": 0x8001, "detail": ""}],
+        "parameters": [
+            {"name": "LIGHT", "parameter_id": 0x02000001, "type": "UINT8", "count": 1, "unit": "", "enumeration": "LIGHT"},
+            {"name": "HEAT", "parameter_id": 0x02180002, "type": "STRUCT", "fields": [{"name": "CORE", "type": "FLOAT", "count": 2, "unit": "K"}]},
+        ],
+        "events": [{"name": "HOT", "id": 3, "parameters": ["HEAT.CORE", {"name": "PART", "type": "UINT8", "count": 1, "unit": ""}]}],
+        "functions": [{"name": "DIM", "arguments": [{"name": "TO", "id": 1, "type": "UINT8", "count": 1, "unit": "", "enumeration": "LIGHT"}]}],
+        "configurations": [{"id": 7, "housekeeping": [{"id": 5, "once": ["LIGHT"], "repeated": [{"nrep": 4, "parameters": ["HEAT"]}]}]}],
+    }],
+    "catalogue": {
+        "kinds": {"id": {"coding": "u16", "meaning": ""}, "part": {"coding": "rest", "meaning": ""}},
+        "failures": {"1": ["no route", ""]},
+        "services": {"17": {"enumerations": {"of": {"2": "two"}}, "messages": [
+            {"direction": "TC", "subtype": 1, "name": "say \"hello\"", "fields": [{"repeat": "n", "fields": [{"name": "of", "kind": "id"}]}]}]}},
+    },
+}
+TABLES = '''local MISSION = {
+  ["name"] = "small",
+  ["epoch"] = 100,
+  ["port"] = 10015,
+  ["apids"] = {[16] = "LAMP"},
+}
+local INTERFACES = {
+  [16] = "00000000000000FE",
+}
+local LAYOUTS = {
+  [0] = "UINT8",
+  [8] = "FLOAT",
+}
+local WORDS = {
+  ["LAMP.LIGHT"] = {[0] = "DARK", [1] = "BRIGHT"},
+  ["apid"] = {[16] = "LAMP"},
+  ["failure_code"] = {[1] = "no route", [32769] = "LAMP.BURNT"},
+  ["layout"] = {[0] = "UINT8", [8] = "FLOAT"},
+  ["link_id"] = {},
+  ["mode8"] = {[1] = "NOMINAL"},
+  ["st17.of"] = {[2] = "two"},
+  ["type"] = {[0] = "TM", [1] = "TC"},
+  ["user"] = {[0] = "all", [1] = "CLI"},
+}
+'''
+FIELDS = '''  ["lamp.dim.to"] = {"UINT8", "TO", "LAMP.LIGHT"},
+  ["lamp.heat.core"] = {"FLOAT", "CORE [K]", false},
+  ["lamp.hot.part"] = {"UINT8", "PART", false},
+  ["lamp.light"] = {"UINT8", "LIGHT", "LAMP.LIGHT"},
+'''
+LAYOUTS = '''local PARAMETERS = {
+  [33554433] = {["name"] = "LAMP.LIGHT", ["items"] = {{"lamp.light", "UINT8", 1}}},
+  [35127298] = {["name"] = "LAMP.HEAT", ["items"] = {{"lamp.heat.core", "FLOAT", 2}}},
+}
+local STRUCTURES = {
+  [16] = {[5] = {{["configuration"] = 7, ["items"] = {{"lamp.light", "UINT8", 1}, {4, {{"lamp.heat.core", "FLOAT", 2}}}}}}},
+}
+local EVENTS = {
+  [16] = {[3] = {["name"] = "HOT", ["items"] = {{"lamp.heat.core", "FLOAT", 2}, {"lamp.hot.part", "UINT8", 1}}}},
+}
+local FUNCTIONS = {
+  [16] = {["DIM"] = {[1] = {"lamp.dim.to", "UINT8", 1}}},
+}
+local CATALOGUE = {
+  ["kinds"] = {["id"] = {["coding"] = "u16"}, ["part"] = {["coding"] = "rest"}},
+  ["messages"] = {["TC[17,1]"] = {["name"] = "say \\034hello\\034", ["fields"] = {{["repeat"] = "n", ["fields"] = {{["name"] = "of", ["kind"] = "id"}}}}}},
+}
+'''
+
+
+def test_the_tables_of_a_dissector():
+    text = dissector.script(SMALL)
+    assert text.splitlines()[1] == (
+        "-- Wireshark dissector of PUS packets, mission small; interface 0x0123456789ABCDEF, configuration 0x02. Made by gse/generator; "
+        "do not edit.")
+    for part in (TABLES, FIELDS, LAYOUTS):
+        assert part in text, text[:6000]

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Worlds and scenarios of press and hold with other values than those of the mission."""
+
+import random
+import re
+
+import flying
+
+CASES = 60
+WORLDS = flying.ROOT / "descriptors" / "worlds"
+SCENARIO = flying.ROOT / "sim" / "scenarios" / "press.scn"
+
+
+def _set(text, element, **attributes):
+    """Change attributes of the only element of a name."""
+    for name, value in attributes.items():
+        text, count = re.subn(rf'(<{element} [^>]*\b{name}=")[^"]*"', rf'\g<1>{value:.12g}"', text)
+        assert count == 1, (element, name)
+    return text
+
+
+def write_world(folder, base="rokviss", masses=(1.0, 1.0), contact=None, hand=None, drive=None):
+    """A world like `base` in a folder; masses are factors of both links. Returns the path of the world."""
+    folder.mkdir(parents=True, exist_ok=True)
+    urdf = (WORLDS / "rokviss.urdf").read_text(encoding="utf-8")
+    parts = iter(masses)
+    scaled = []
+    for link in re.split(r"(?=<link )", urdf):
+        if "<mass" in link and 'name="base"' not in link:
+            factor = next(parts)
+            link = re.sub(r'((?:mass value|ixx|iyy|izz)=")([^"]*)"', lambda found, factor=factor: f'{found[1]}{float(found[2]) * factor!r}"', link)
+        scaled.append(link)
+    assert next(parts, None) is None
+    (folder / "rokviss.urdf").write_text("".join(scaled), encoding="utf-8")
+    text = (WORLDS / f"{base}.xml").read_text(encoding="utf-8")
+    text = _set(text, "Contact", **(contact or {}))
+    text = _set(text, "Hand", **(hand or {}))
+    text = _set(text, "DriveType", **(drive or {}))
+    path = folder / "world.xml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def write_scenario(folder, x, force):
+    """press.scn at another place with another force. Returns its path."""
+    text = SCENARIO.read_text(encoding="utf-8")
+    text = text.replace("move 0.28 -0.020", f"move {x:.4f} -0.020").replace("press 15 ", f"press {force:.3f} ")
+    path = folder / "press.scn"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def random_case(folder, seed, base="rokviss"):
+    """World and scenario of a random case: (world, scenario, force)."""
+    chance = random.Random(seed)
+    x, force = chance.uniform(0.23, 0.39), chance.uniform(3, 30)
+    stiffness = 2000 * 10 ** chance.uniform(0, 1)
+    friction = chance.uniform(0.6, 1.0)
+    is_rigid = chance.random() < 0.5
+    world = write_world(
+        folder,
+        base,
+        masses=(chance.uniform(0.95, 1.05), chance.uniform(0.95, 1.05)),
+        contact={
+            "stiffness": stiffness,
+            "friction": chance.uniform(0.1, 0.4),
+            "shear": 0 if is_rigid else 0.8 * stiffness,
+            "shearDamping": 80,
+        },
+        hand={"stiffness": chance.uniform(1.5, 4.5), "damping": chance.uniform(0.05, 0.15)},
+        drive={"coulomb": 2 * friction, "stiction": 2.4 * friction},
+    )
+    return world, write_scenario(folder, x, force), force

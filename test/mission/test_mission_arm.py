@@ -1,0 +1,351 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The six-joint arm ur5e, which is descriptors, a world and a URDF only: its motions against the truth, and its refusals."""
+
+import re
+import shutil
+import struct
+import subprocess
+import sys
+
+import canopen
+import cantools
+import flying
+import numpy as np
+import pytest
+from hirosco_gse import figures, report, tool_figures
+from hirosco_gse import run as runs
+from hirosco_gse.dictionary import Dictionary
+from test_tutorial import copy_of_tree
+
+sys.path.insert(0, str(flying.ROOT / "gse" / "scaffold"))
+
+import new_robot
+import urdf
+
+URDF = flying.ROOT / "descriptors" / "worlds" / "ur5e.urdf"
+OPERATIONAL = 5
+DELAY_US = 1000  # Values of a cycle are those sampled at the SYNC of the cycle before.
+# Largest errors from the desired motion while the arm moves at up to 0.9 rad/s and 0.12 m/s. With the drives' loop a position
+# lags by 1.6 cycles of 1 ms.
+GANTRY_BOUNDS = {"POSITION": (0.001, 0.003), "TORQUE": (0.001, 0.003)}  # Its slide [m], its other joints [rad].
+BOUNDS = {"POSITION": (0.0025, 0.002), "TORQUE": (0.0015, 0.001)}  # Joint [rad], tool [m].
+
+
+@pytest.fixture(scope="module")
+def flights(hangar):
+    """The scenario in both forms."""
+    return flying.fly_in_both_forms(hangar, "ur5e", "ur5e", "--mission", "ur5e")
+
+
+@pytest.fixture(scope="module")
+def run(flights):
+    return runs.load(flights["image"].folder)
+
+
+def samples(run, configuration):
+    """Time [us] and CUR_VALUES of each report in operation, in a configuration."""
+    names = {11: "POSITION", 21: "TORQUE"}
+    found = []
+    for time_ns, _, decoded in run.reports_of("housekeeping"):
+        values = decoded["values"].get("CUR_VALUES")
+        if values and names.get(decoded["structure"]) == configuration and np.ravel(values["STATE"])[0] == OPERATIONAL:
+            found.append((time_ns // 1000, values))
+    assert len(found) > 100
+    return [time for time, _ in found], {name: np.array([values[name] for _, values in found]) for name in found[0][1]}
+
+
+def tools(poses):
+    """Position of the tool in each pose, by the URDF."""
+    robot = urdf.read(URDF)
+    return np.array([new_robot.jacobian_columns(robot, angles)[0][0] for angles in poses])
+
+
+def test_no_line_of_c_is_about_this_arm():
+    name = re.compile(r"ur5e", re.IGNORECASE)
+    sources = [path for layer in ("base", "osal", "pus", "fsw", "launcher", "sim") for path in (flying.ROOT / layer).rglob("*.[ch]")]
+    assert sources and not [path for path in sources if name.search(path.read_text(encoding="utf-8"))]
+
+
+def test_both_forms_fly_the_same_octets(flights):
+    for name in ("packets.log", "can-arm-1.log", "can-arm-2.log", "truth.lcm"):
+        assert flights["image"].octets(name) == flights["processes"].octets(name), name
+
+
+@pytest.mark.parametrize("configuration", BOUNDS)
+def test_joints_and_tool_follow_the_desired_motion(run, configuration):
+    """Telemetry has the desired motion, the truth has all links."""
+    times, values = samples(run, configuration)
+    joint_bound, tool_bound = BOUNDS[configuration]
+    desired = values["DESIRED"]
+    assert np.ptp(desired, axis=0).min() > 0.25  # Every joint has moved.
+    assert np.abs(values["POSITION"] - desired).max() < joint_bound
+    assert values["TOOL_ERROR"][:, 0].max() < tool_bound
+    truth = run.truth["JOINTS"]
+    true = truth["position_rad"][np.searchsorted(truth["time_us"], np.array(times) - DELAY_US)]
+    assert np.abs(true - desired).max() < joint_bound
+    assert np.linalg.norm(tools(true) - tools(desired), axis=1).max() < tool_bound
+    assert np.abs(true - values["POSITION"]).max() < 0.0005  # What the arm measures is true.
+
+
+def test_the_tool_moves_along_a_straight_line(run):
+    """The path of the tool, computed from the desired motion and the URDF; the scenario has a line straight up and back."""
+    times, values = samples(run, "POSITION")
+    tool = tools(values["DESIRED"])
+    during = (np.array(times) > 9_300_000) & (np.array(times) < 10_000_000)
+    assert during.sum() > 10
+    line = tool[during]
+    assert np.ptp(line[:, 2]) > 0.05
+    assert np.ptp(line[:, :2], axis=0).max() < 1e-5
+
+
+@pytest.fixture(scope="module")
+def pressed(hangar):
+    """A flight with the compliant tool, whose target lies below the top of a table."""
+    flight = flying.fly(hangar / "ur5e-press", "--mission", "ur5e", "--scenario", "ur5e-press", "--form", "image")
+    assert flight.code == 0, flight.told()
+    return runs.load(flight.folder)
+
+
+def test_a_tool_that_yields_lies_on_the_table_with_the_force_of_its_springs(pressed):
+    """28.6 mm below the table at 1000 N/m; friction of the joints and offsets of the torque sensors cause the difference."""
+    contact = pressed.truth["CONTACT"]
+    force = contact["contact_force_n"][:, 2]
+    held = (contact["time_us"] > 9_000_000) & (contact["time_us"] < 12_000_000)
+    assert contact["in_contact"][held].all()
+    times = [time_ns for time_ns, _, decoded in pressed.reports_of("housekeeping") if decoded["structure"] == 31]
+    values = [decoded["values"]["CUR_VALUES"] for _, _, decoded in pressed.reports_of("housekeeping") if decoded["structure"] == 31]
+    below = np.mean([value["TOOL_ERROR"][0] for time_ns, value in zip(times, values) if 9e9 < time_ns < 12e9])
+    assert 0.025 < below < 0.03
+    assert abs(force[held].mean() / (1000.0 * below) - 1.0) < 0.15
+    assert np.ptp(force[held]) < 0.1  # It lies still.
+    assert force.max() < 1.25 * force[held].mean()
+
+
+def test_a_joystick_leads_the_tool_and_feels_the_table(hangar):
+    """Unchanged subsystem of the joystick; all figures of the run have bounds."""
+    flights = flying.fly_in_both_forms(hangar, "ur5e-telepresence", "ur5e-telepresence", "--mission", "ur5e-telepresence")
+    for name in ("packets.log", "can-arm-1.log", "can-arm-2.log", "can-joystick.log", "truth.lcm"):
+        assert flights["image"].octets(name) == flights["processes"].octets(name), name
+    run = runs.load(flights["image"].folder)
+    found, _ = figures.compute(run)
+    assert not figures.failures(run.facts | found)
+    assert set(figures.bounds_of(run.facts)) == set(tool_figures.BOUNDS) <= set(report.TEXTS) and found["tool_force_n"] > 10.0
+    states = {int(np.ravel(decoded["values"]["HAND"]["STATE"])[0]) for _, _, decoded in run.reports_of("housekeeping")
+              if "HAND" in decoded["values"]}
+    assert states == {0, 1}  # It leads, or is missing.
+
+
+def test_what_is_out_of_reach_is_refused_with_its_reason(run):
+    said = [str(entry) for entry in run.operator if "expect-refusal" in str(entry)]
+    assert said and "failed at completion: LINE [0x8003]" in said[-1]
+
+
+def fields_of(run, service, subtype):
+    """Decoded reports of one kind."""
+    found = [decoded for _, packet, decoded in run.reports if packet.message == (service, subtype)]
+    assert not [fields for fields in found if "error" in fields]
+    return found
+
+
+def snake(path, count):
+    """URDF of a chain of equal links that turn about y and z in turn, with a fixed flange."""
+    lines = ['<robot name="snake"><link name="link0"/>']
+    for i in range(count):
+        axis = "0 1 0" if i % 2 else "0 0 1"
+        lines.append(
+            f'<link name="link{i + 1}"><inertial><origin xyz="0.08 0 0"/><mass value="0.5"/>'
+            '<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>'
+            f'<joint name="joint{i + 1}" type="revolute"><origin xyz="{0.16 if i else 0} 0 0"/><parent link="link{i}"/>'
+            f'<child link="link{i + 1}"/><axis xyz="{axis}"/><limit lower="-2" upper="2" effort="150" velocity="2"/></joint>'
+        )
+    lines.append(f'<link name="hand"/><joint name="flange" type="fixed"><origin xyz="0.16 0 0"/><parent link="link{count}"/>'
+                 '<child link="hand"/></joint></robot>')
+    path.write_text("".join(lines), encoding="utf-8")
+    return path
+
+
+STRUCTURE, LIMITS = 24, 1  # Layout and number of a parameter.
+NODE = 0x52  # Drive of its second joint.
+def gantry(path):
+    """URDF of a linear axis that carries an arm of three joints."""
+    lines = ['<robot name="gantry"><link name="rail"/>']
+    joints = [("slide", "prismatic", "0 0 0.2", "1 0 0", (-0.4, 0.6, 300, 0.4), 6.0), ("turn", "revolute", "0 0 0.1", "0 0 1", (-2, 2, 60, 1.5), 3.0),
+              ("shoulder", "revolute", "0 0 0.1", "0 1 0", (-1.5, 1.5, 60, 1.5), 2.0), ("elbow", "revolute", "0.3 0 0", "0 1 0", (-2, 2, 40, 2), 1.5)]
+    for i, (name, kind, place, axis, (lower, upper, effort, speed), mass) in enumerate(joints):
+        parent = joints[i - 1][0] + "_link" if i else "rail"
+        lines.append(
+            f'<link name="{name}_link"><inertial><origin xyz="{0.12 if i > 1 else 0} 0 0"/><mass value="{mass}"/>'
+            '<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link>'
+            f'<joint name="{name}" type="{kind}"><origin xyz="{place}"/><parent link="{parent}"/><child link="{name}_link"/>'
+            f'<axis xyz="{axis}"/><limit lower="{lower}" upper="{upper}" effort="{effort}" velocity="{speed}"/></joint>'
+        )
+    lines.append('<link name="tip"/><joint name="flange" type="fixed"><origin xyz="0.25 0 0"/><parent link="elbow_link"/>'
+                 '<child link="tip"/></joint></robot>')
+    path.write_text("".join(lines), encoding="utf-8")
+    return path
+
+
+# Another mapping of the slide's drive: the words of its first PDO in each direction in another order.
+REMAPPED = {
+    0x1A00: (("0x1800:01", "UINT32", "0x800001D1"), ("0x1A00:00", "UINT8", "0"), ("0x1A00:01", "UINT32", "0x60770010"),
+             ("0x1A00:02", "UINT32", "0x60410010"), ("0x1A00:03", "UINT32", "0x60640020"), ("0x1A00:00", "UINT8", "3"),
+             ("0x1800:01", "UINT32", "0x000001D1")),
+    0x1600: (("0x1400:01", "UINT32", "0x80000251"), ("0x1600:00", "UINT8", "0"), ("0x1600:01", "UINT32", "0x60B20010"),
+             ("0x1600:02", "UINT32", "0x607A0020"), ("0x1600:03", "UINT32", "0x60400010"), ("0x1600:00", "UINT8", "3")),
+}
+
+
+def remap(path):
+    """Write the settings of REMAPPED before those of the slide, in each configuration."""
+    settings = "".join(f'<Setting object="{name}" type="{kind}" value="{value}"/>' for group in REMAPPED.values() for name, kind, value in group)
+    text, count = re.subn(r'(<Device name="JOINT1" [^>]*>)', rf"\1{settings}", path.read_text(encoding="utf-8"))
+    assert count == 4
+    path.write_text(text, encoding="utf-8")
+
+
+def frames(path, identifier):
+    """(time [us], data) of each frame of a bus log."""
+    found = re.findall(rf"(?m)^\((\d+)\.(\d+)\) \S+ {identifier:03X}(?:##\w|#)([0-9A-F]*)$", path.read_text(encoding="ascii"))
+    return [(int(seconds) * 1_000_000 + int(fraction), bytes.fromhex(data)) for seconds, fraction, data in found]
+
+
+# While the first joint moves: its angle is monitored, and its statistics are taken; the torque of the second one violates its limits at
+# once. Then memory, where ranges of the first joints are, and the identity of a drive.
+SERVICES = """
+ 2.8  operator monitor limit SNAKE 1 POSITION_1 {low} {high} VALUE_OUT_OF_LIMITS VALUE_OUT_OF_LIMITS
+ 2.8  operator monitor limit SNAKE 2 TORQUE_2 0.001 0.002 VALUE_OUT_OF_LIMITS VALUE_OUT_OF_LIMITS
+ 2.8  operator monitor enable SNAKE 1
+ 2.8  operator monitor enable SNAKE 2
+ 2.9  operator tc SNAKE 4,6 'n=[{{"parameter_id":"SNAKE.POSITION_1","sampling_interval":0.01}}]'
+ 3.0  operator monitor start SNAKE
+ 3.0  operator tc SNAKE 4,3
+{moves}
+ 6.0  operator tc SNAKE 4,1 reset_flag=0
+ 6.0  operator tc SNAKE 6,3 memory_id=1 base_id={base} 'n=[{{"offset":0,"length":16}}]'
+ 6.0  operator tc SNAKE 2,8 'n=[{{"transaction_id":5,"physical_device_id":{node},"protocol_specific_data":"10180104"}}]'
+"""
+
+
+def make(place, path):
+    """make new-robot in a copy of the project; the finished process."""
+    command = [sys.executable, "gse/scaffold/new_robot.py", "--urdf", path]
+    return subprocess.run(command, cwd=place, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def made_robots(hangar):
+    """A copy of the project with two robots made from their URDF; and the refusal to overwrite one of them."""
+    place = copy_of_tree(hangar / "robot")
+    for path in (snake(hangar / "snake.urdf", 12), gantry(hangar / "gantry.urdf")):
+        made = make(place, path)
+        assert made.returncode == 0, made.stderr
+    again = make(place, hangar / "snake.urdf")
+    remap(place / "descriptors" / "subsystems" / "gantry.xml")
+    missions = sorted(map(str, (place / "descriptors" / "missions").glob("*.xml")))
+    subprocess.run([sys.executable, "gse/generator/generate.py", "--mission", *missions, "--out", "build/generated"], cwd=place, check=True)
+    yield place, again
+    shutil.rmtree(place)
+
+
+@pytest.fixture(scope="module")
+def flown_snake(hangar, made_robots):
+    """A robot made from its URDF, which flies with services of its descriptor; and how often the tool refused to overwrite."""
+    place, again = made_robots
+    scenario = place / "sim" / "scenarios" / "snake.scn"
+    before, first, after = re.split(r"(?m)^( 3\.2 .*\n)", scenario.read_text(encoding="utf-8"))
+    start, goal = (float(re.search(r"POSITION=([-0-9.]+)", line)[1]) for line in (after.splitlines()[0], first))
+    dictionary = Dictionary.load(place / "build" / "generated" / "snake.json")
+    base = dictionary.subsystem("SNAKE").apid << 21 | STRUCTURE << 16 | LIMITS
+    low, high = sorted((start + 0.5 * (goal - start), start - (goal - start)))
+    added = SERVICES.format(low=low, high=high, moves=first.rstrip(), base=base, node=NODE)
+    scenario.write_text(before + added.lstrip("\n") + after, encoding="utf-8")
+    flight = flying.fly(hangar / "snake", "--mission", "snake", "--scenario", "snake", "--form", "image", root=place)
+    return flight, again, dictionary, (start, goal)
+
+
+def test_a_robot_of_twelve_joints_flies_from_its_urdf(flown_snake):
+    """As after make new-robot, on three buses; files that exist are not overwritten."""
+    flight, again, _, _ = flown_snake
+    assert again.returncode == 1 and "there is already descriptors/subsystems/snake.xml" in again.stderr
+    assert flight.code == 0, flight.told()
+    assert len(list(flight.folder.glob("can-arm-*.log"))) == 3
+
+
+def test_services_of_a_descriptor_fly_without_a_line_of_c(flown_snake):
+    """Monitoring of an angle and a torque, statistics of an angle, a dump of memory and an object of a drive."""
+    flight, _, dictionary, (start, goal) = flown_snake
+    run = runs.Run(flight.folder, dictionary)
+    (statistics,) = fields_of(run, 4, 2)
+    (entry,) = statistics["n"]
+    assert sorted((entry["min_value"], entry["max_value"])) == pytest.approx(sorted((start, goal)), abs=0.004)
+    assert min(start, goal) < entry["mean_value"] < max(start, goal) and entry["standard_deviation"] > 0.05
+    assert 100 < entry["number_of_samples"] < 400
+    (dump,) = fields_of(run, 6, 4)
+    assert struct.unpack("=2d", bytes.fromhex(dump["n"][0]["data"])) == (-2.0, -2.0)  # LOWER
+    (acquired,) = fields_of(run, 2, 9)
+    eds = (flying.ROOT / "descriptors" / "devices" / "joint-drive-large.eds").read_text(encoding="utf-8")
+    vendor = int(re.search(r"(?m)^VendorNumber=(\S+)", eds)[1], 0)
+    assert int.from_bytes(bytes.fromhex(acquired["data_block"]), "little") == vendor
+    violations = [event["values"] for event in fields_of(run, 5, 2) if event["event"] == "VALUE_OUT_OF_LIMITS"]
+    angle, torque = ([np.ravel(values["VALUE"])[0] for values in violations if np.ravel(values["MONITOR"])[0] == number] for number in (1, 2))
+    crossed = start + 0.5 * (goal - start)  # Two cycles of 1 ms at most behind the limit, at up to 1 rad/s.
+    assert angle and abs(angle[0] - crossed) < 0.002 and (angle[0] - crossed) * (goal - start) > 0.0
+    assert torque and not 0.001 <= torque[0] <= 0.002
+
+
+@pytest.fixture(scope="module")
+def flown_gantry(hangar, made_robots):
+    place, _ = made_robots
+    flight = flying.fly(hangar / "gantry", "--mission", "gantry", "--scenario", "gantry", "--form", "image", root=place)
+    assert flight.code == 0, flight.told()
+    return flight
+
+
+def test_a_linear_axis_follows_as_the_joints_that_turn_do(flown_gantry, made_robots):
+    """The slide of the gantry moves with the arm that it carries, in both loops; its units are metres."""
+    place, flight = made_robots[0], flown_gantry
+    dictionary = Dictionary.load(place / "build" / "generated" / "gantry.json")
+    run = runs.Run(flight.folder, dictionary)
+    units = {name: parameter.unit for name, parameter in dictionary.subsystem("GANTRY").parameters.items()}
+    assert (units["POSITION_1"], units["TORQUE_1"], units["POSITION_2"], units["TORQUE_2"]) == ("m", "N", "rad", "Nm")
+    truth = run.truth["JOINTS"]
+    for configuration, (slide_bound, joint_bound) in GANTRY_BOUNDS.items():
+        times, values = samples(run, configuration)
+        desired = values["DESIRED"]
+        true = truth["position_rad"][np.searchsorted(truth["time_us"], np.array(times) - DELAY_US)]
+        errors = np.abs(true - desired).max(axis=0)
+        assert np.ptp(desired[:, 0]) > 0.15 and np.ptp(desired, axis=0).min() > 0.15
+        assert errors[0] < slide_bound and errors[1:].max() < joint_bound, (configuration, errors)
+
+
+def test_process_data_have_the_mapping_of_the_descriptor(flown_gantry, made_robots):
+    """python-canopen takes the settings from the bus in their order, and reads the process data by them; so does the CAN database."""
+    log = flown_gantry.folder / "can-arm-1.log"
+    drive = canopen.LocalNode(0x51, str(flying.ROOT / "descriptors" / "devices" / "joint-drive-large.eds"))
+    network = canopen.Network()
+    network[0x51] = drive
+    written = [(data[1] | data[2] << 8, data[3], data[4:8 - (data[0] >> 2 & 3)]) for _, data in frames(log, 0x651) if data[0] & 0xE0 == 0x20]
+    for index, group in REMAPPED.items():
+        expected = [(int(name[2:6], 16), int(name[7:], 16), int(value, 0)) for name, _, value in group]
+        on_bus = [(at, sub, int.from_bytes(data, "little")) for at, sub, data in written if at in (index, index - 0x200)]
+        assert on_bus[: len(expected)] == expected
+        for at, sub, value in expected:
+            drive.set_data(at, sub, value.to_bytes(1 if sub == 0 else 4, "little"), check_writable=True)
+    run = runs.Run(flown_gantry.folder, None)
+    truth = run.truth["JOINTS"]
+    database = cantools.database.load_file(made_robots[0] / "build" / "generated" / "gantry-arm-1.dbc")
+    message = database.get_message_by_frame_id(0x1D1)
+    for pdo, identifier, index, bound in ((drive.tpdo[1], 0x1D1, 0x6064, 5e-4), (drive.rpdo[1], 0x251, 0x607A, 2e-3)):
+        pdo.read()
+        (variable,) = (entry for entry in pdo.map if entry.index == index)
+        moving = [(time, data) for time, data in frames(log, identifier) if 5_000_000 < time < 7_000_000]
+        assert len(moving) == 2000 and len(moving[0][1]) == 8
+        read = []
+        for _, data in moving:
+            pdo.data = bytearray(data)
+            read.append(variable.raw * 1e-6)
+        true = truth["position_rad"][np.searchsorted(truth["time_us"], [time for time, _ in moving]), 0]
+        assert np.ptp(true) > 0.05 and np.abs(np.array(read) - true).max() < bound
+        if identifier == 0x1D1:
+            (name,) = (signal.name for signal in message.signals if signal.start == 32)
+            assert message.decode(moving[-1][1])[name] == pytest.approx(read[-1], abs=1e-9)

@@ -1,0 +1,239 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The live port, and other users: hand, faults and the pace of simulated time during a flight by the wall clock, and its recording."""
+
+import random
+import re
+import select
+import signal
+import socket
+import time
+
+import flying
+import pytest
+from hirosco_gse.link import LinkLost
+from hirosco_gse.live import LiveRefused, LiveWorld
+from hirosco_gse.session import Rejected
+from hirosco_gse.spacecraft import Spacecraft
+
+LOGS = ("packets.log", "can-robot.log", "can-joystick.log", "can-robot-b.log", "can-joystick-b.log", "truth.lcm")
+PAUSE_S = 33.0
+SCENARIO = """
+0.0 hand rest
+0.1 operator state JOYSTICK PRE_OPERATIONAL
+0.1 operator state MANIPULATOR PRE_OPERATIONAL
+0.2 operator config JOYSTICK TELEPRESENCE
+0.2 operator config MANIPULATOR TELEPRESENCE
+0.3 operator link open HAND_POSITION
+0.3 operator link open ROBOT_STATE
+0.4 operator state JOYSTICK SAFE_OPERATIONAL
+0.4 operator state MANIPULATOR SAFE_OPERATIONAL
+0.5 operator cmd MANIPULATOR.TARE
+0.5 operator wait-event MANIPULATOR TARE_DONE 1
+1.1 operator state JOYSTICK OPERATIONAL
+1.1 operator state MANIPULATOR OPERATIONAL
+5.0 hand home 1
+40.0 operator state JOYSTICK SAFE_OPERATIONAL
+40.0 operator state MANIPULATOR SAFE_OPERATIONAL
+40.1 operator shutdown
+"""
+
+
+def _world(flight):
+    flying.wait_until(lambda: (flight.folder / "live.port").exists() and (flight.folder / "live.port").read_text(), "a live port")
+    return LiveWorld(flight.folder, "test")
+
+
+def _sleeper(flight):
+    """A client that asks for all frames and the true state, and does not read."""
+    sleeper = socket.create_connection(("127.0.0.1", int((flight.folder / "live.port").read_text(encoding="ascii"))))
+    sleeper.sendall(b"frames robot on\nframes joystick on\ntruth 1000\n")
+    return sleeper
+
+
+def _until(world, seconds):
+    while world.ask("time")[0] < seconds:
+        time.sleep(0.01)
+
+
+def _advance(world, seconds):
+    """So much simulated time passes, however fast the machine is."""
+    world.ask(f"step {seconds:.4f}")
+    world.stand_still()
+
+
+def _dropped(sleeper, world):
+    """Read until the simulator says how many lines this client has lost: with the first line that has room again."""
+    while True:
+        while select.select([sleeper], [], [], 0.1)[0]:
+            octets = sleeper.recv(1 << 20)
+            assert octets, "the flight has ended"
+            found = re.search(rb"^dropped (\d+)$", octets, re.MULTILINE)
+            if found:
+                return int(found[1])
+        world.ask("step 0.001")
+
+
+@pytest.fixture(scope="module")
+def flight(hangar):
+    """A flight in which somebody aims the hand 150 times, presses, causes faults, pauses, steps and changes the speed."""
+    scenario = hangar / "live.scn"
+    scenario.write_text(SCENARIO, encoding="utf-8")
+    flight = flying.start(hangar / "live", "--time", "real", "--scenario", scenario)
+    draw, flight.answers = random.Random(1), []
+    with _world(flight) as world, _world(flight) as listener, _sleeper(flight) as sleeper:
+        world.ask("speed 0")
+        began, _ = world.ask("pause")
+        _advance(world, 1.5 - began)
+        listener.ask("frames robot on")
+        listener.ask("truth 100")
+        for _ in range(150):
+            world.ask(f"hand aim {draw.uniform(-0.1, 0.1):.4f} {draw.uniform(-0.1, 0.1):.4f} {draw.uniform(0.005, 0.04):.4f}")
+            _advance(world, draw.uniform(0.0005, 0.02))
+            listener.ask("time")
+        listener.ask("frames robot off")
+        listener.ask("truth 0")
+        flight.heard = list(listener.reports)
+        world.ask("fault loss robot 0.01")
+        _advance(world, 0.5)
+        world.ask("fault loss robot 0")
+        world.ask("hand move 0.30 0.02 0.5")
+        _advance(world, 2)
+        world.ask("hand press 10 0.05")
+        _advance(world, 2)
+        flight.missed = _dropped(sleeper, world)
+        world.ask("speed 1")
+        world.ask("resume")
+        with Spacecraft(flight.folder) as craft:
+            craft.do("ping all")
+            craft.do("status")
+            flight.answers += [craft.get("MANIPULATOR.TORQUE_OFFSET"), craft.state("JOYSTICK")]
+            with pytest.raises(Rejected) as refusal:
+                craft.do("state JOYSTICK PRE_OPERATIONAL")
+            flight.answers.append(str(refusal.value))
+            craft.wait_value("MANIPULATOR.CUR_VALUES.STATE")
+            craft.speed(0)
+    yield flight.wait()
+    flight.abandon()
+
+
+def test_the_flight_ends_well(flight):
+    assert flight.code == 0, flight.told()
+    assert len([line for line in flight.read("live.scn").splitlines() if " hand aim " in line]) == 150
+
+
+def test_every_line_is_recorded_with_who_gave_it(flight):
+    lines = flight.read("live.scn").splitlines()
+    assert all(line.endswith("# test") for line in lines if " aim " in line or " press " in line)
+    times = [float(line.split()[0]) for line in lines]
+    assert times == sorted(times)
+
+
+def test_another_user_commands_the_flight(flight):
+    """The last request is refused: the joystick is OPERATIONAL."""
+    offset, state, refusal = flight.answers
+    assert len(offset) == 2 and any(offset)
+    assert state == "OPERATIONAL"
+    assert "another member of the real-time network is operational: MANIPULATOR" in refusal
+
+
+def test_a_client_listens_to_the_frames_of_a_bus(flight):
+    """The frames of the log, all of them, in their order; that it changes nothing is seen in the comparison with the recording."""
+    heard = [line.removeprefix("frame ") for line in flight.heard if line.startswith("frame ")]
+    logged = flight.read("can-robot.log").splitlines()
+    first = logged.index(heard[0])
+    assert len(heard) > 1000
+    assert heard == logged[first : first + len(heard)]
+
+
+def test_a_client_sees_the_true_state(flight):
+    columns = next(line for line in flight.heard if line.startswith("columns ")).split()[1:]
+    rows = [[float(word) for word in line.split()[1:]] for line in flight.heard if line.startswith("truth ")]
+    assert {"time", "arm.joint1.position", "arm.joint2.torque", "STICK.1.hand", "arm.finger.contact-z"} <= set(columns)
+    assert all(len(row) == len(columns) for row in rows)
+    times = [row[0] for row in rows[1:]]  # the first one was sent at once
+    assert all(abs(late - early - 0.01) < 1e-6 for early, late in zip(times, times[1:], strict=False))
+    assert 0.9 < rows[0][columns.index("arm.joint1.position")] < 1.2
+
+
+def test_a_client_that_does_not_read_loses_lines_and_is_told_how_many(flight):
+    assert flight.missed > 100
+
+
+@pytest.mark.parametrize("form", ["processes", "image"])
+def test_the_recording_repeats_the_flight_octet_for_octet(flight, hangar, form):
+    recorded = flying.gse(flight, "record", flight.folder)
+    assert recorded.returncode == 0, recorded
+    path = hangar / f"recorded-{form}.scn"
+    path.write_text(recorded.stdout, encoding="utf-8")
+    again = flying.fly(hangar / f"again-{form}", "--scenario", path, "--form", form)
+    assert again.code == 0, again.told()
+    for name in LOGS:
+        assert again.octets(name) == flight.octets(name), name
+
+
+def test_a_person_moves_the_hand_and_is_refused_in_words(folder):
+    """By the command line: time, refusal, pause, and a hand that is left alone holds and lets go."""
+    flight = flying.start(folder, "--time", "real", "--scenario", "none")
+    try:
+        with _world(flight) as world:
+            world.ask("speed 0")
+        refused = flying.gse(flight, "--run", folder, "fault", "unplug", "robot", "JOINT9")
+        assert refused.returncode == 1
+        assert refused.stderr == "gse: refused: found 'JOINT9', expected a device of this bus, or its id: JOINT1 JOINT2 FLIGHT\n"
+        assert flying.gse(flight, "--run", folder, "hand", "aim", "0.1", "-0.1", "0.2").returncode == 0
+        flying.wait_until(lambda: "hand let_go" in flight.read("live.scn"), "the hand lets go")
+        took, held, left = [line.split() for line in flight.read("live.scn").splitlines()]
+        assert (held[1:3], left[1:3]) == (["hand", "hold"], ["hand", "let_go"])
+        assert -1e-6 < float(held[0]) - float(took[0]) - 0.5 < 0.002
+        assert -1e-6 < float(left[0]) - float(took[0]) - 5.0 < 0.002
+        assert "paused" in flying.gse(flight, "--run", folder, "pause").stdout
+    finally:
+        flight.process.send_signal(signal.SIGINT)
+        flight.wait()
+    assert flight.code == 0, flight.told()  # A paused mission shuts down, too.
+
+
+def test_a_refused_or_endless_line_changes_nothing(folder):
+    """Lines that are no lines, too many clients, clients that leave in the middle of a line."""
+    flight = flying.start(folder, "--time", "real", "--scenario", "none")
+    try:
+        with _world(flight) as world:
+            for line in ("", "time\ntime", "dance", "hand", "hand aim 9 0 1", "speed 0.01", "speed -1", "step 0", "pause now", "fault kill", "name " + "x" * 24, " ".join(["time"] * 13)):
+                with pytest.raises(LiveRefused):
+                    world.ask(line)
+            others = [_world(flight) for _ in range(7)]
+            with pytest.raises(LiveRefused, match="at most 8"):
+                _world(flight)
+            others[0]._socket.sendall(b"hand aim 0.1")
+            for other in others:
+                other.close()
+            world.ask("time")
+            with _world(flight) as endless, pytest.raises(LinkLost):
+                endless._socket.sendall(b"x" * 600)
+                endless.ask("time")
+            world.ask("time")
+        assert flight.read("live.scn") == ""
+    finally:
+        flight.process.send_signal(signal.SIGINT)
+        flight.wait()
+    assert flight.code == 0, flight.told()
+
+
+@pytest.mark.long
+def test_a_pause_may_be_longer_than_the_launcher_waits_for_simulated_time(folder):
+    """The launcher ends a run whose simulated time has stopped for 30 s, except in a pause."""
+    flight = flying.start(folder, "--time", "real", "--scenario", "none")
+    try:
+        with _world(flight) as world:
+            began = world.ask("pause")[0]
+            time.sleep(PAUSE_S)
+            assert world.ask("resume")[0] - began < 0.01
+            _until(world, began + 0.1)
+    finally:
+        flight.process.send_signal(signal.SIGINT)
+        flight.wait()
+    assert flight.code == 0, flight.told()
+
+
+def test_stepped_flights_have_no_live_port(hangar, flight):
+    assert not list((hangar / "again-image").glob("live.*"))

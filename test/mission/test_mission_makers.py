@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drives of another maker instead of the arm's (another vendor, product, unit, rated torque, mapping), or on two buses. Only world and
+descriptor change: no C code, no build."""
+
+import re
+import shutil
+
+import flying
+import pytest
+from hirosco_gse import figures
+from hirosco_gse import run as runs
+
+DESCRIPTOR = "descriptors/subsystems/manipulator.xml"
+WORLD = "descriptors/worlds/rokviss.xml"
+INCREMENT = "2.9960562e-7"  # 2 pi / (131072 x 160) rad.
+VENDOR = 0x101801
+
+
+@pytest.fixture
+def house(folder):
+    """A copy of the descriptors in a folder that otherwise refers to the project."""
+    folder.mkdir()
+    shutil.copytree(flying.ROOT / "descriptors", folder / "descriptors")
+    for name in ("build", "sim", "gse"):
+        (folder / name).symlink_to(flying.ROOT / name)
+    return folder
+
+
+def _swap_in_world(house, joints):
+    text = (house / WORLD).read_text(encoding="utf-8")
+    for joint in joints:
+        text, count = re.subn(rf'(<Drive name="{joint}"[^>]*eds=")joint-drive', r"\1servo-drive", text)
+        assert count == 1
+    (house / WORLD).write_text(text, encoding="utf-8")
+
+
+def _swap_in_descriptor(house, joints):
+    text = (house / DESCRIPTOR).read_text(encoding="utf-8")
+    swapped = re.sub(r'      <Device name="(\w+)".*?</Device>\n', lambda found: _device(found[0]) if found[1] in joints else found[0],
+                     text, flags=re.DOTALL)
+    assert swapped.count('type="servo-drive"') == 4 * len(joints)
+    (house / DESCRIPTOR).write_text(swapped, encoding="utf-8")
+
+
+def _device(text):
+    """A servo drive takes torques by its first RPDO and positions by its second one; it has no temperature and no brake state."""
+    text = text.replace('type="joint-drive"', 'type="servo-drive"').replace('scale="1e-6"', f'scale="{INCREMENT}"')
+    text = re.sub(r"0x140([01]):", lambda found: f"0x140{1 - int(found[1])}:", text)
+    text = re.sub(r'"0x([08])0000([23])(1[12])"', lambda found: f'"0x{found[1]}0000{5 - int(found[2])}{found[3]}"', text)
+    return re.sub(r' *<Quantity name="(?:TEMPERATURE|BRAKE)".*\n', "", text)
+
+
+def _fly(house, scenario, form="image"):
+    return flying.fly(house / "out", "--scenario", scenario, "--form", form, "--world", house / WORLD, root=house)
+
+
+@pytest.mark.parametrize(("joints", "form"), [(("JOINT1", "JOINT2"), "processes"), (("JOINT2",), "image")], ids=["both", "one"])
+def test_drives_of_another_maker_fly_the_mission(house, joints, form):
+    """All figures hold; the bus has the other layout."""
+    _swap_in_world(house, joints)
+    _swap_in_descriptor(house, joints)
+    flight = _fly(house, "telepresence", form)
+    assert flight.code == 0, flight.told()
+    found, reasons = figures.compute(runs.load(flight.folder))
+    assert not reasons
+    assert [name for name in figures.BOUNDS if not figures.holds(name, found[name])] == []
+    log = (flight.folder / "can-robot.log").read_text(encoding="utf-8")
+    lengths = {node: {len(words) // 2 for words in re.findall(rf" 2{node:02X}##1([0-9A-F]+)", log)} for node in (0x11, 0x12)}
+    assert lengths[0x12] == {4}, "torque and controlword"
+    assert (lengths[0x11] == {4}) == ("JOINT1" in joints)
+    flying.assert_clean(flight)
+
+
+@pytest.mark.parametrize("swap", [_swap_in_world, _swap_in_descriptor])
+def test_another_maker_than_the_descriptor_names_is_refused_by_its_vendor(house, swap):
+    """Commissioning reads the vendor before anything moves."""
+    swap(house, ("JOINT1",))
+    flight = _fly(house, "commissioning")
+    assert flight.code != 0
+    refused = [raw[23:33] for _, direction, raw in flight.packets
+               if direction == "TM" and raw[7] == 5 and raw[1] == 16 and raw[23:25] == b"\x11\x04"]
+    assert refused, flight.told()
+    assert int.from_bytes(refused[0][2:6], "big") == VENDOR
+    assert int.from_bytes(refused[0][6:10], "big") == (0xFFFFFF01 if swap is _swap_in_world else 0)
+
+
+ELBOW = '    <Bus name="elbow" bitRate="1000000" dataBitRate="5000000"/>\n'
+
+
+def _replace(house, path, old, new):
+    text = (house / path).read_text(encoding="utf-8")
+    assert old in text
+    (house / path).write_text(text.replace(old, new), encoding="utf-8")
+
+
+def test_the_arm_flies_with_its_joints_on_two_buses(house):
+    """All figures hold; SYNC leaves on both buses at the same instants."""
+    _replace(house, "descriptors/missions/rokviss.xml", '    <Bus name="robot-b"', ELBOW + '    <Bus name="robot-b"')
+    _replace(house, WORLD, 'type="light" bus="robot" node="0x12"', 'type="light" bus="elbow" node="0x12"')
+    _replace(house, WORLD, '    <Supply device="JOINT2"/>\n', "")
+    _replace(house, DESCRIPTOR, 'bus="robot" redundantBus="robot-b" node="0x12"', 'bus="elbow" node="0x12"')
+    _replace(house, DESCRIPTOR, '        <Supply unit="0x1F" on="3" off="4"/>\n', "")
+    flight = _fly(house, "telepresence")
+    assert flight.code == 0, flight.told()
+    found, reasons = figures.compute(runs.load(flight.folder))
+    assert not reasons
+    assert [name for name in figures.BOUNDS if not figures.holds(name, found[name])] == []
+    first, second = (re.findall(r"\((\S+)\) \w+ 080#", (flight.folder / f"can-{bus}.log").read_text(encoding="utf-8")) for bus in ("robot", "elbow"))
+    assert first[:50000] == second[:50000]
+    assert len(first) > 100000
+    flying.assert_clean(flight)

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Press and hold, with joysticks of 16 and of 20 bit: the contact without motion along the contour."""
+
+import flying
+import pressing
+import pytest
+from hirosco_gse import figures
+from hirosco_gse import run as runs
+
+WORLDS = ("rokviss", "rokviss-20bit")
+
+
+@pytest.mark.parametrize("world", WORLDS)
+def test_press_and_hold_is_quiet(folder, world):
+    flight = flying.fly(folder, "--scenario", "press", "--form", "image", "--world", world, report="yes")
+    assert flight.code == 0, flight.told()
+    facts = flight.facts
+    assert facts["world"] == world
+    assert facts["figures_hold"] is True
+    assert facts["figures_missing"] == {}
+    assert facts["joystick_count_rad"] == pytest.approx(6e-6 if world == "rokviss-20bit" else 9.5e-5, abs=1.5e-6)
+    assert "Energy taken from the hand" in flight.read("report.html")
+
+
+def test_telepresence_with_a_joystick_of_20_bit(folder):
+    """The device differs by XML only; every figure is defined with it as well."""
+    flight = flying.fly(folder, "--world", "rokviss-20bit", "--form", "image")
+    assert flight.code == 0, flight.told()
+    run = runs.load(folder)
+    found, reasons = figures.compute(run)
+    assert not figures.failures({**run.facts, **found, "figures_missing": reasons})
+    assert found["hold_motion_rad"] < 1e-4  # 0.19 mrad with 16 bit
+
+
+# Random place, force, wall, friction, hand and masses; half of the cases with friction that is rigid along the surface.
+CASES = [*range(1, 4), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(4, pressing.CASES + 1))]
+
+
+@pytest.mark.parametrize("seed", CASES)
+@pytest.mark.parametrize("world", WORLDS)
+def test_a_random_press_is_quiet(folder, world, seed):
+    place, scenario, force = pressing.random_case(folder, seed, world)
+    flight = flying.fly(folder / "out", "--scenario", scenario, "--world", place, "--seed", seed, "--form", "image")
+    assert flight.code == 0, flight.told()
+    found, reasons = figures.compute(runs.load(folder / "out"))
+    assert not reasons
+    assert found["hold_contact_share"] >= 0.99
+    assert found["hold_force_peak"] * found["hold_force_mean_n"] <= 1.1 * force
+    if world == "rokviss-20bit":
+        assert found["press_hold_oscillation_rad"] <= 6e-5
+        assert found["press_hold_motion_rad"] <= 1e-4
+        assert found["hold_force_ripple_nm"] <= 5e-3
+        assert found["hold_energy_j"] >= -5e-5
+    else:  # a rotor may slip within its stiction: two to four counts of creep, which are not an oscillation
+        assert found["press_hold_oscillation_rad"] <= 2e-4
+
+
+@pytest.mark.parametrize("masses", [(1.05, 1.05), (0.95, 0.95), (1.05, 0.95), (0.95, 1.05)])
+def test_masses_of_the_model_may_be_wrong(folder, masses):
+    world = pressing.write_world(folder, masses=masses)
+    flight = flying.fly(folder / "out", "--world", world, "--form", "image")
+    assert flight.code == 0, flight.told()
+    run = runs.load(folder / "out")
+    found, reasons = figures.compute(run)
+    assert not figures.failures({**run.facts, **found, "figures_missing": reasons})
+    assert found["reflection_error_contour"] < 0.01

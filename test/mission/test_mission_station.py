@@ -1,0 +1,345 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The light station in a browser, beside a flight by the wall clock: what the page shows of telecommands, refusals, hand and lost link."""
+
+import json
+import re
+import signal
+import subprocess
+
+import flying
+import pytest
+from hirosco_gse import run as runs
+from playwright.sync_api import sync_playwright
+
+CHROMIUM = "/usr/bin/chromium"
+WITHOUT_SCREEN = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+AXE = flying.ROOT / "build" / "station" / "node_modules" / "axe-core" / "axe.min.js"
+LIMIT_MS = flying.MOMENT_S * 1000
+REPORT_OCTETS = 1_200_000
+SIZES = {"laptop": (1440, 900), "tablet": (1024, 768), "phone": (390, 844)}
+TABS = {("laptop", "dark"): "Telemetry", ("laptop", "light"): "On-board", ("tablet", "dark"): "Command", ("tablet", "light"): "Bus",
+        ("phone", "dark"): "Operate", ("phone", "light"): "Operate"}
+SCENARIO = """
+0.0 hand rest
+0.2 operator state MANIPULATOR PRE_OPERATIONAL
+0.2 operator state JOYSTICK PRE_OPERATIONAL
+1.0 operator config MANIPULATOR STAND_ALONE
+1.0 operator config JOYSTICK STAND_ALONE
+1.5 operator state MANIPULATOR SAFE_OPERATIONAL
+1.5 operator state JOYSTICK SAFE_OPERATIONAL
+2.0 operator state MANIPULATOR OPERATIONAL
+2.0 operator state JOYSTICK OPERATIONAL
+3600 operator shutdown
+"""
+
+
+@pytest.fixture(scope="module")
+def flight(hangar):
+    subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
+    scenario = hangar / "station.scn"
+    scenario.write_text(SCENARIO, encoding="utf-8")
+    flight = flying.start(hangar / "station", "--time", "real", "--scenario", scenario)
+    flight.port()
+    yield flight
+    flight.abandon()
+
+
+@pytest.fixture(scope="module")
+def address(flight):
+    """Address of a station beside the flight."""
+    words = [flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.station", "--run", flight.folder, "--http-port", "0"]
+    process = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
+    yield re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline()).group()
+    process.send_signal(signal.SIGINT)
+    process.wait(flying.MOMENT_S)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with sync_playwright() as playwright, playwright.chromium.launch(executable_path=CHROMIUM, args=WITHOUT_SCREEN) as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def page(address, browser):
+    """The page, with joints that telemetry has placed. Anything it asks of another machine is in page.foreign, errors in page.faults."""
+    page = browser.new_page(viewport={"width": 1440, "height": 900})
+    page.set_default_timeout(LIMIT_MS)
+    page.foreign, page.faults = [], []
+    page.on("request", lambda request: request.url.startswith((address, "data:")) or page.foreign.append(request.url))
+    page.on("pageerror", lambda error: page.faults.append(str(error)))
+    page.on("console", lambda line: line.type == "error" and page.faults.append(line.text))
+    page.goto(address)
+    until(page, "window.station.store.states.get('MANIPULATOR')?.state === 'OPERATIONAL' && window.station.scene.last")
+    yield page
+
+
+def until(page, expression):
+    """Wait until an expression of the page is true. The page's own policy forbids Playwright's way of it, which compiles text there."""
+    flying.wait_until(lambda: page.evaluate(expression), expression)
+
+
+def choose(page, name):
+    """Open the form of a command."""
+    page.click("#work-Command")
+    page.fill("#find", name)
+    page.click(".choices button >> nth=0")
+
+
+def test_a_telecommand_moves_the_joint_of_the_scene(page):
+    choose(page, "MANIPULATOR.MOVE_TO")
+    page.fill("label:has-text('POSITION') input", "0.9,-1.3")
+    page.fill("label:has-text('DURATION') input", "2")
+    page.click("button.go:not(:disabled)")
+    until(page, "Math.abs(window.station.scene.joints[0] - 0.9) < 0.002 && Math.abs(window.station.scene.joints[1] + 1.3) < 0.002")
+    page.wait_for_selector("station-work [aria-label='accepted done, started done, step not reported, completed done']")
+
+
+def test_a_value_out_of_range_is_not_sent(page):
+    choose(page, "MANIPULATOR.MOVE_TO")
+    page.fill("label:has-text('POSITION') input", "9,0")
+    page.fill("label:has-text('DURATION') input", "0.5")
+    page.wait_for_selector("text=POSITION, rad: 9 rad is above 2.8 rad")
+    assert page.is_disabled("button.go")
+
+
+def test_a_refusal_says_why(page):
+    choose(page, "MANIPULATOR.TARE")
+    page.click("button.go:not(:disabled)")
+    page.wait_for_selector(".refusal:has-text('refused')")
+    assert "0x" in page.inner_text(".refusal .mono")
+
+
+def test_a_critical_command_is_armed_first(page):
+    choose(page, "mission mode")
+    page.select_option("label select", "NOMINAL")
+    page.wait_for_selector("button:has-text('Arm'):not(:disabled)")
+    assert page.is_disabled("button.go")
+    page.click("button:has-text('Arm')")
+    assert page.is_enabled("button.go")
+    page.keyboard.press("Escape")
+    page.wait_for_selector("button.go:disabled")
+
+
+def test_a_request_of_the_catalogue_is_filled_in_and_repeated(page):
+    """A request with a group of fields, and the same once more from the list of commands."""
+    choose(page, "TC[3,5]")
+    page.select_option("label:has-text('Subsystem') select", "MANIPULATOR")
+    page.fill("label:has-text('hk_structure_id') input", "4711")
+    page.wait_for_selector("text=TC[3,5]: complete, in range")
+    page.click("button.go:not(:disabled)")
+    page.wait_for_selector("station-work [aria-label='accepted done, started done, step not reported, completed done']")
+    page.click("#log-Commands")
+    page.click("station-log button.again:has-text('tc MANIPULATOR 3,5') >> nth=0")
+    page.wait_for_selector("text=TC[3,5]: complete, in range")
+    page.wait_for_selector("text=tc MANIPULATOR 3,5 'n=[{\"hk_structure_id\": 4711}]' >> nth=0")
+
+
+def section(page, name):
+    """Table of a housekeeping structure in the tab Telemetry."""
+    return page.locator(f"section[aria-label='{name}']")
+
+
+def test_every_structure_is_a_table_with_age_and_switch(page):
+    """A structure that is disabled is shown as stale, and its switch enables it again."""
+    page.click("#work-Telemetry")
+    page.fill("[aria-label='Filter of parameters']", "velocity")
+    until(page, "document.querySelectorAll('section:has(.chart)').length >= 4")
+    table = section(page, "JOYSTICK 4711")
+    table.locator("button:has-text('Disable')").click()
+    table.locator("tr.stale >> nth=0").wait_for()
+    table.locator("button:has-text('Enable')").click()
+    table.locator("tbody tr:not(.stale) >> nth=0").wait_for()
+    page.fill("[aria-label='Filter of parameters']", "")
+    section(page, "COMMUNICATION 1").locator("text=TM_DROPPED").wait_for()
+
+
+def test_a_parameter_goes_into_the_strip_charts(page):
+    """Four lines of one unit fill a strip; the fifth begins another one."""
+    page.click("#work-Telemetry")
+    page.fill("[aria-label='Filter of parameters']", "9003 velocity")
+    until(page, "document.querySelectorAll('section:has(.chart)').length === 2")
+    buttons = page.locator("section button.chart")
+    assert buttons.count() == 4
+    for number in range(4):
+        buttons.nth(number).click()
+    page.fill("[aria-label='Filter of parameters']", "joystick 4711 velocity")
+    until(page, "document.querySelectorAll('section:has(.chart)').length === 1")
+    buttons.nth(0).click()
+    assert page.locator(".strip").count() == 5
+    until(page, "window.station.strips.strips[3].plot.data[4].some((value) => typeof value === 'number')")
+    for button in page.locator("button.away").all()[::-1]:
+        button.click()
+    assert page.locator(".strip").count() == 3
+    page.fill("[aria-label='Filter of parameters']", "")
+
+
+def test_frames_of_a_bus_are_decoded_while_the_tab_is_open(page, flight):
+    """The tap is no node and no line of the recording."""
+    page.click("#work-Bus")
+    page.wait_for_selector(".frames td:has-text('JOINT1_TPDO1')")
+    page.wait_for_selector(".frames .below td:has-text('PositionActualValue') >> nth=0")
+    until(page, "/^[1-9][0-9]? %$/.test(document.querySelector('.four .value').textContent)")
+    page.click("#work-Operate")
+    assert "frames" not in flight.read("live.scn")
+
+
+def test_a_procedure_and_a_file_are_uploaded_and_listed(page):
+    """A command on a listed procedure is prepared in the tab Command."""
+    page.click("#work-On-board")
+    page.set_input_files("section[aria-label='Upload'] input[type=file]", {"name": "a.lua", "mimeType": "text/plain", "buffer": b"local a = 1\n"})
+    for path, kind, section_ in (("STATION", "as procedure", "Procedures"), ("/station.lua", "as file", "Files")):
+        page.fill("[aria-label='Name of a procedure, or path on board']", path)
+        page.click(f"button:has-text('{kind}')")
+        section(page, section_).locator(f"td:has-text('{path.strip('/')}')").wait_for()
+    page.click("[aria-label='procedure run STATION']")
+    page.wait_for_selector("text=TC[18,3]: complete, in range")
+
+
+def test_a_stale_force_is_not_drawn(page):
+    shown = page.evaluate("""() => {
+      const scene = window.station.scene, at = scene.last.at;
+      scene.last.at = performance.now() - 5000;
+      scene.dim();
+      const found = [scene.veil.hidden, scene.shaft.visible, scene.forceLabel.hidden, scene.values.force.textContent];
+      scene.last.at = at;
+      return found;
+    }""")
+    assert shown == [False, False, True, "–"]
+    page.wait_for_selector(".veil", state="hidden")
+
+
+def pulled(page):
+    """Whether the stick follows; takes the hand and drags it if the page has given it back since, after 2 s without input."""
+    if not page.evaluate("document.querySelector('station-work').hand.aim"):
+        page.mouse.up()
+        page.click("button:has-text('Take the hand')")
+        box = page.locator(".field").bounding_box()
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x + 30, y, steps=5)
+    return page.evaluate("window.station.store.value('JOYSTICK', 'CUR_VALUES.POSITION')[0] > 0.05")
+
+
+def test_the_hand_moves_the_stick(page, flight):
+    page.click("#work-Operate")
+    page.wait_for_selector("button:has-text('Take the hand'):not(:disabled)")
+    flying.wait_until(lambda: pulled(page), "the stick does not follow the hand")
+    page.mouse.up()
+    page.keyboard.press("Escape")
+    flying.wait_until(lambda: "hand rest # station" in flight.read("live.scn"), "the hand is not given back")
+    assert " hand aim " in flight.read("live.scn")
+
+
+def test_time_stands_still_at_the_wish_of_the_page(page):
+    page.click("[aria-label='Pause the world (Space)']")
+    page.wait_for_selector("[aria-label='Pause the world (Space)'][aria-pressed='true']")
+    page.click("[aria-label='Pause the world (Space)']")
+    page.wait_for_selector("[aria-label='Pause the world (Space)'][aria-pressed='false']")
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+@pytest.mark.parametrize("size", SIZES)
+def test_everybody_can_use_the_page(page, theme, size, hangar):
+    page.set_viewport_size(dict(zip(("width", "height"), SIZES[size])))
+    page.evaluate("theme => { document.documentElement.dataset.theme = theme; window.station.store.tell('theme'); }", theme)
+    page.evaluate(AXE.read_text(encoding="utf-8"))
+    tab = TABS[size, theme]
+    page.evaluate("tab => document.getElementById(`work-${tab}`).click()", tab)
+    found = page.evaluate("axe.run(document, {runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'best-practice']})")
+    serious = [f"{rule['id']}: {rule['nodes'][0]['html']}" for rule in found["violations"] if rule["impact"] in ("serious", "critical")]
+    page.screenshot(path=str(hangar / f"page-{size}-{theme}-{tab}.png"))
+    page.set_viewport_size({"width": 1440, "height": 900})
+    assert not serious
+
+
+def test_only_the_present_state_is_marked(page):
+    """States that were passed do not keep their symbols."""
+    for state in ("SAFE_OPERATIONAL", "PRE_OPERATIONAL"):
+        page.evaluate("state => window.station.store.command(`state MANIPULATOR ${state}`)", state)
+        until(page, f"window.station.store.states.get('MANIPULATOR').state === '{state}'")
+        assert page.locator("station-states .box .mark:has(svg[aria-label='present'])").count() == 1
+
+
+def test_a_lost_link_is_shown(page, flight):
+    """The last test: it ends the flight."""
+    flight.process.send_signal(signal.SIGINT)
+    flight.wait()
+    page.wait_for_selector(".slot.critical:has-text('Link lost')")
+    page.wait_for_selector(".veil:has-text('last seen')")
+    assert page.is_disabled(".stop")
+
+
+def test_nothing_leaves_the_machine_and_nothing_fails(page):
+    assert page.foreign == [] and page.faults == []
+
+
+def nearest(times, seconds):
+    return min(range(len(times)), key=lambda n: abs(times[n] - seconds))
+
+
+def test_the_flight_that_has_ended_is_replayed(page, address, flight):
+    """Scene, states and housekeeping at any instant are those of the logs; commands are barred, with the reason."""
+    page.goto(f"{address}?replay")
+    until(page, "Boolean(window.station?.replay?.film)")
+    run = runs.load(flight.folder, has_buses=False)
+    truth = run.truth["JOINTS"]
+    end = truth["time_us"][-1] / 1e6
+    for share in (0.9, 0.3, 0.5, 0.0, 0.7):
+        seconds = page.evaluate("time => { station.replay.seek(time); return station.store.time; }", end * share)
+        row = nearest(truth["time_us"] / 1e6, seconds)
+        assert page.evaluate("station.scene.joints") == pytest.approx(list(truth["position_rad"][row]), abs=2e-3)
+        for name, history in run.states().items():
+            past = [state for time, state in history if time <= seconds]
+            assert page.evaluate("name => station.store.states.get(name)?.state", name) == (past[-1] if past else None)
+    reports = [(time_ns / 1e9, decoded) for time_ns, packet, decoded in run.reports_of("housekeeping")
+               if run.dictionary.name_of_apid(packet.apid) == "MANIPULATOR" and "CUR_VALUES" in decoded["values"]]
+    page.evaluate("station.replay.use('telemetry')")
+    for seconds, decoded in reports[:: len(reports) // 5]:
+        page.evaluate("time => station.replay.seek(time)", seconds + 1e-6)
+        wanted = pytest.approx(list(decoded["values"]["CUR_VALUES"]["POSITION"]), abs=1e-5)
+        assert page.evaluate("station.scene.joints") == wanted
+        assert page.evaluate("station.store.value('MANIPULATOR', 'CUR_VALUES.POSITION')") == wanted
+    assert page.is_disabled(".stop")
+    assert "takes no commands" in page.inner_text("station-states .reason")
+    assert not page.faults
+
+
+def test_the_player_plays_and_seeks(page):
+    """Follows the test before it, on the same page."""
+    page.evaluate("station.replay.seek(1)")
+    page.click("station-player button[aria-label='Play (Space)']")
+    until(page, "station.store.time > 1.05")
+    page.click("station-player button[aria-label='Pause (Space)']")
+    page.focus("[role=slider]")
+    page.keyboard.press("End")
+    assert page.get_attribute("[role=slider]", "aria-valuenow") == page.get_attribute("[role=slider]", "aria-valuemax")
+    box = page.locator("[role=slider]").bounding_box()
+    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    assert page.evaluate("station.store.time / station.replay.end") == pytest.approx(0.5, abs=0.01)
+
+
+def test_a_report_is_one_file(browser, fleet, hangar):
+    """Nothing is loaded but the file itself; film and figures are there, and both sizes and themes can be used by everybody."""
+    flight = fleet.flight(again=1, report="yes")
+    subprocess.run([flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.report", flight.folder], cwd=flying.ROOT, check=True)
+    assert json.loads(flight.read("run.json"))["report"]["octets"] < REPORT_OCTETS
+    with browser.new_context(viewport={"width": 1440, "height": 900}, color_scheme="dark", bypass_csp=True) as context:
+        page = context.new_page()
+        page.set_default_timeout(LIMIT_MS)
+        asked, faults = [], []
+        page.on("request", lambda request: asked.append(request.url))
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.goto((flight.folder / "report.html").resolve().as_uri())
+        until(page, "Boolean(window.station?.replay?.film)")
+        page.evaluate("station.replay.seek(26)")
+        truth = runs.load(flight.folder, has_buses=False).truth["JOINTS"]
+        row = nearest(truth["time_us"] / 1e6, 26.0)
+        assert page.evaluate("station.scene.joints") == pytest.approx(list(truth["position_rad"][row]), abs=1e-3)
+        assert page.locator(".figures tr.holds").count() == 16
+        page.screenshot(path=str(hangar / "report-dark.png"))
+        page.evaluate(AXE.read_text(encoding="utf-8"))
+        found = page.evaluate("axe.run(document, {runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'best-practice']})")
+        assert not [f"{rule['id']}: {rule['nodes'][0]['html']}" for rule in found["violations"] if rule["impact"] in ("serious", "critical")]
+        assert len(asked) == 1 and not faults

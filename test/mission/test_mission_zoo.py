@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Stream devices in flight: one on each type of end node but CAN, in stepped time; devices moved from one end node to
+another by XML only; devices unplugged, silent and sending invalid octets."""
+
+import re
+import shutil
+
+import flying
+import pytest
+
+INSTRUMENTS = "descriptors/subsystems/instruments.xml"
+WORLD = "descriptors/worlds/zoo.xml"
+NAMES = ("MIRROR", "SHUTTER", "FILTER", "COVER", "ANTENNA", "BAFFLE")
+KINDS = ("SHM", "UDP", "MQUEUE", "TCP", "SERIAL", "FILE")
+LOGS = ("packets.log", "records.log")
+# Attributes of the address in the descriptor, and the channel in the world, of each type.
+ADDRESSES = {
+    "SHM": ('name="moved"', "moved"),
+    "MQUEUE": ('name="moved"', "moved"),
+    "UDP": ('address="10.1.2.3" port="15077"', "10.1.2.3:15077"),
+    "TCP": ('address="10.1.2.3" port="15078" framing="SLIP"', "10.1.2.3:15078"),
+    "SERIAL": ('name="/dev/ttyS7" framing="SLIP" baud="9600"', "/dev/ttyS7"),
+    "FILE": ('name="/dev/adc7" framing="SLIP"', "/dev/adc7"),
+}
+UP = (
+    "0.2 operator state INSTRUMENTS PRE_OPERATIONAL",
+    "0.6 operator config INSTRUMENTS NOMINAL",
+    "0.8 operator state INSTRUMENTS SAFE_OPERATIONAL",
+    "1.0 operator state INSTRUMENTS OPERATIONAL",
+)
+
+
+def _fly(folder, scenario="zoo", form="image", root=flying.ROOT):
+    return flying.fly(folder, "--mission", "zoo", "--scenario", scenario, "--form", form, root=root)
+
+
+def _records(flight, name, mark):
+    """(time s, octets) of the records that an instrument has sent (>) or taken (<)."""
+    lines = (line.split(" ") for line in flight.read("records.log").splitlines())
+    return [(float(time), bytes.fromhex(octets)) for time, who, way, octets in lines if (who, way) == (name, mark)]
+
+
+@pytest.fixture(scope="module")
+def flights(hangar):
+    """Two flights as processes, two as an image."""
+    found = [_fly(hangar / f"zoo-{form}-{number}", form=form) for form in ("processes", "image") for number in range(2)]
+    for flight in found:
+        assert flight.code == 0, flight.told()
+    return found
+
+
+def test_every_end_node_flies_with_the_same_octets_in_each_form_and_repeat(flights):
+    for log in LOGS:
+        assert len({flight.octets(log) for flight in flights}) == 1, log
+
+
+def test_every_device_is_heard_and_commanded(flights):
+    for name in NAMES:
+        assert len(_records(flights[0], name, ">")) > 400
+        taken = _records(flights[0], name, "<")
+        assert len(taken) > 4000
+        enabled = [time for time, octets in taken if octets[0] == 1]
+        assert 2.0 < min(enabled) < 2.02
+        assert taken[-1][1][0] == 0, "the last record is the safe one"
+
+
+def test_a_run_leaves_no_names(flights):
+    for flight in flights:
+        flying.assert_clean(flight)
+
+
+@pytest.fixture
+def house(tmp_path):
+    """Copies of the descriptors; programs and scenarios are those of the project."""
+    root = tmp_path / "house"
+    root.mkdir()
+    shutil.copytree(flying.ROOT / "descriptors", root / "descriptors")
+    for name in ("build", "sim", "gse"):
+        (root / name).symlink_to(flying.ROOT / name)
+    return root
+
+
+def _edit(root, path, pattern, new):
+    text = (root / path).read_text(encoding="utf-8")
+    changed, count = re.subn(pattern, new, text, flags=re.DOTALL)
+    assert count == 1, pattern
+    (root / path).write_text(changed, encoding="utf-8")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", ["MIRROR", "ANTENNA"])
+def test_a_device_moves_to_another_end_node_by_xml_only(house, tmp_path, name, kind):
+    address, channel = ADDRESSES[kind]
+    order = ' order="LITTLE"' if name == "ANTENNA" else ""
+    framing = ' framing="SLIP"' if kind in ("TCP", "SERIAL", "FILE") else ""
+    _edit(
+        house,
+        INSTRUMENTS,
+        rf'(<Device name="{name}".*?)<Endnode [^>]*/>',
+        rf'\1<Endnode type="{kind}" {address}{order} checksum="true" silence="50ms"/>',
+    )
+    _edit(
+        house,
+        WORLD,
+        rf'<Instrument name="{name}" .*?(period=[^>]*/>)',
+        rf'<Instrument name="{name}" type="{kind}" channel="{channel}"{order}{framing} checksum="true" \1',
+    )
+    flight = _fly(tmp_path / "run", root=house)
+    assert flight.code == 0, flight.told()
+    assert len(_records(flight, name, "<")) > 4000
+    flying.assert_clean(flight)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (r'framing="LENGTH" checksum="true" silence="20ms" retry="5ms"', 'silence="20ms" retry="5ms"', "expected LENGTH or SLIP"),
+        (r'(name="/dev/baffle") framing="SLIP"', r'\1 framing="SLIP" direction="READ"', "direction of <Endnode>"),
+        (r'<Device name="MIRROR" type="stream">', '<Device name="MIRROR" type="gyro">', 'expected "stream"'),
+    ],
+)
+def test_what_cannot_fly_is_refused_before_the_flight(house, tmp_path, old, new, words):
+    _edit(house, INSTRUMENTS, old, new)
+    flight = _fly(tmp_path / "run", root=house)
+    assert flight.code == 1
+    assert re.search(r"instruments\.xml:\d+: [^\n]*" + re.escape(words), flight.output + flight.console), flight.told()
+    flying.assert_clean(flight)
+
+
+@pytest.mark.parametrize(
+    ("fault", "end", "cause"),
+    [("unplug {}", "plug {}", {"UDP": 2}), ("silent {} on", "silent {} off", dict.fromkeys(KINDS, 2)), ("garbage {} on", "garbage {} off", dict.fromkeys(KINDS, 3))],
+    ids=["unplug", "silent", "garbage"],
+)
+def test_a_faulty_device_is_lost_with_its_cause_and_returns(hangar, fault, end, cause):
+    """Each device in turn: DEVICE_LOST, out of operation, DEVICE_RETURNED, and the same octets in both forms."""
+    lines = list(UP)
+    for index, name in enumerate(NAMES):
+        start = 2.0 + index * 1.5
+        lines += [
+            f"{start:.4f} fault {fault.format(name)}",
+            f"{start:.4f} operator wait-event INSTRUMENTS DEVICE_LOST 0.2",
+            f"{start + 0.3:.4f} fault {end.format(name)}",
+            f"{start + 0.3:.4f} operator wait-event INSTRUMENTS DEVICE_RETURNED 0.8",
+            f"{start + 1.2:.4f} operator wait-state INSTRUMENTS SAFE_OPERATIONAL 0.1",
+            f"{start + 1.2:.4f} operator state INSTRUMENTS OPERATIONAL",
+        ]
+    lines.append("12.0 operator shutdown")
+    name = fault.split(" ")[0]
+    path = flying.write_scenario(hangar / f"zoo-{name}.scn", *lines)
+    flights = [_fly(hangar / f"zoo-{name}-{form}", str(path), form) for form in ("processes", "image")]
+    for flight in flights:
+        assert flight.code == 0, flight.told()
+    for log in LOGS:
+        assert flights[0].octets(log) == flights[1].octets(log)
+    lost = [octets for _, way, octets in flights[0].packets if way == "TM" and octets[7:9] == bytes((5, 3))]
+    lost = [octets for octets in lost if octets[:2] == bytes((0x08, 40))]
+    seen = [tuple(octets[-4:-2]) for octets in lost]
+    assert seen == [(index, cause.get(kind, 1)) for index, kind in enumerate(KINDS)], seen
+
+
+@pytest.mark.parametrize("at", [0.1, 0.4, 0.7, 0.9, 1.5], ids=["offline", "initialized", "configured", "safe", "operational"])
+@pytest.mark.parametrize("name", NAMES)
+def test_a_device_unplugged_in_each_state_is_commissioned_again(tmp_path, name, at):
+    """The device is out for 0.5 s; afterwards all are brought up from OFFLINE."""
+    lines = sorted(
+        [
+            f"{at:.4f} fault unplug {name}",
+            f"{at + 0.5:.4f} fault plug {name}",
+            "3.0 operator state INSTRUMENTS OFFLINE",
+            "3.5 operator state INSTRUMENTS PRE_OPERATIONAL",
+            "4.0 operator config INSTRUMENTS NOMINAL",
+            "4.2 operator state INSTRUMENTS SAFE_OPERATIONAL",
+            "4.4 operator state INSTRUMENTS OPERATIONAL",
+            "5.0 operator shutdown",
+            *UP[:1],
+        ],
+        key=lambda line: float(line.split(" ")[0]),
+    )
+    path = flying.write_scenario(tmp_path / "out.scn", *lines)
+    flight = _fly(tmp_path / "run", str(path))
+    assert flight.code == 0, flight.told()
+    flying.assert_clean(flight)

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Made-up reports whose layouts are those of the descriptors: housekeeping and events of every subsystem of a mission."""
+
+import struct
+
+from hirosco_gse import values
+from tm_packets import build_tm
+
+SEVERITIES = ("INFORMATIVE", "LOW", "MEDIUM", "HIGH")
+
+
+def _octets(chance, items):
+    """Octets of parameters or fields: random, of an enumeration those of its numbers."""
+    octets = b""
+    for item in items:
+        if getattr(item, "fields", ()):
+            octets += _octets(chance, item.fields)
+        elif item.words:
+            octets += b"".join(values.encode(item.type, [chance.choice(sorted(item.words))]) for _ in range(item.count))
+        else:
+            octets += chance.randbytes(item.size)
+    return octets
+
+
+def reports_of(dictionary, chance):
+    """Octets of one report of each structure of each configuration, and of each event."""
+    for subsystem in dictionary.subsystems.values():
+        for configuration in subsystem.configurations.values():
+            for structure in configuration.structures.values():
+                data = struct.pack(">H", structure.id) + _octets(chance, structure.once)
+                data += b"".join(_octets(chance, parameters) for times, parameters in structure.repeated for _ in range(times))
+                yield build_tm(subsystem.apid, 1, 3, 25, data, 0, dictionary.epoch_ns, 0)
+        for event in subsystem.events.values():
+            data = struct.pack(">H", event.id) + _octets(chance, event.parameters)
+            yield build_tm(subsystem.apid, 1, 5, SEVERITIES.index(event.severity) + 1, data, 0, dictionary.epoch_ns, 0)

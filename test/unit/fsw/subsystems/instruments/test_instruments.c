@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// INSTRUMENTS with its real descriptor reduced to the device MIRROR, whose other end the test is.
+#include "fsw/subsystems/instruments/instruments.h"
+#include "test/support/subsystem_double.h"
+
+#include "base/crc.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#define MS_NS 1000000U
+#define RECORD_OCTETS 9U
+#define COMMAND_OCTETS 7U
+
+static descriptor_loader_t loader;
+static subsystem_descriptor_t descriptor;
+static subsystem_t generic;
+static instruments_t own;
+static flow_shm_t to_flight;
+static flow_shm_t to_device;
+static int32_t value; ///< Of the axis [1e-6 rad].
+
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
+{
+    (void)context;
+    (void)kind;
+    (void)snprintf(out_address->address, ENDNODE_ADDRESS_MAX, "/test-instruments-%d.%.20s", (int)getpid(),
+                   name);
+    return STATUS_OK;
+}
+
+static const flow_resolver_t resolver = {NULL, resolve};
+
+/// The device: sends a record of its value, and takes the last command.
+static void live(uint8_t command[COMMAND_OCTETS])
+{
+    static uint16_t count;
+    const uint32_t raw            = (uint32_t)value;
+    uint8_t record[RECORD_OCTETS] = {
+        (uint8_t)(count >> 8U), (uint8_t)count,       0U,          (uint8_t)(raw >> 24U),
+        (uint8_t)(raw >> 16U),  (uint8_t)(raw >> 8U), (uint8_t)raw};
+    const uint16_t checksum = crc16_ccitt(record, RECORD_OCTETS - 2U);
+    record[7]               = (uint8_t)(checksum >> 8U);
+    record[8]               = (uint8_t)checksum;
+    count++;
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write(&to_flight, record));
+    (void)flow_shm_step(&to_device, generic.now_ns);
+    while (flow_shm_read(&to_device, command) == STATUS_OK) {
+    }
+}
+
+static void fly(status_t (*const action)(void* self), const unsigned cycles, uint8_t command[COMMAND_OCTETS])
+{
+    for (unsigned i = 0U; i < cycles; i++) {
+        live(command);
+        (void)double_cycle(&generic, action, generic.state != STATE_HARDWARE_INIT);
+        generic.now_ns += MS_NS;
+    }
+    live(command);
+}
+
+static status_t configure(void* const self)
+{
+    return generic.callbacks->configure(self, &descriptor.configurations[0]);
+}
+
+void setUp(void)
+{
+    const flow_shm_setup_t writer = {.name             = "mirror.in",
+                                     .is_writer        = true,
+                                     .shape            = {FLOW_SHM_QUEUE, RECORD_OCTETS, FLOW_DEPTH},
+                                     .retry_first_ns   = 1U,
+                                     .retry_longest_ns = 1U};
+    const flow_shm_setup_t reader = {.name             = "mirror.out",
+                                     .shape            = {FLOW_SHM_QUEUE, COMMAND_OCTETS, FLOW_DEPTH},
+                                     .retry_first_ns   = 1U,
+                                     .retry_longest_ns = 1U};
+    uint8_t command[COMMAND_OCTETS];
+    descriptor_loader_init(&loader);
+    TEST_ASSERT_EQUAL(
+        STATUS_OK, descriptor_load_subsystem(&loader, "descriptors/subsystems/instruments.xml", &descriptor));
+    descriptor.device_count                   = 1U;
+    descriptor.configurations[0].device_count = 1U;
+    value                                     = 0;
+    double_init(&generic, &descriptor, instruments_callbacks(), &own);
+    instruments_init(&own, &generic, &resolver);
+    TEST_ASSERT_EQUAL(STATUS_OK, double_software_init(&generic));
+    flow_shm_init(&to_flight, &writer, &resolver);
+    flow_shm_init(&to_device, &reader, &resolver);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&to_flight, 0U));
+    generic.now_ns    = MS_NS;
+    generic.period_ns = MS_NS;
+    generic.state     = STATE_HARDWARE_INIT;
+    fly(generic.callbacks->hardware_init, 5U, command);
+    generic.state = STATE_PRE_OPERATIONAL;
+    fly(configure, 2U, command);
+    generic.state = STATE_OPERATIONAL;
+    TEST_ASSERT_EQUAL(STATUS_OK, generic.callbacks->engage(&own));
+}
+
+void tearDown(void)
+{
+    generic.callbacks->release(&own);
+    flow_shm_close(&to_flight);
+    flow_shm_close(&to_device);
+}
+
+static void test_the_axis_is_commanded_and_its_arrival_is_reported_once(void)
+{
+    uint8_t command[COMMAND_OCTETS] = {0U};
+    const uint8_t expected[5]       = {1U, 0x00U, 0x07U, 0xA1U, 0x20U}; // Enabled, to 500000.
+    own.parameters.target[0]        = 0.5;
+    fly(NULL, 3U, command);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, command, 5U);
+    TEST_ASSERT_EQUAL_UINT(0U, double_events(&generic, INSTRUMENTS_EVENT_ARRIVED));
+    value = 499000;
+    fly(NULL, 10U, command);
+    TEST_ASSERT_EQUAL_UINT(1U, double_events(&generic, INSTRUMENTS_EVENT_ARRIVED));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.499, own.parameters.cur_values.value[0]);
+    TEST_ASSERT_EQUAL_UINT8(0U, own.parameters.cur_values.lost[0]);
+    TEST_ASSERT_TRUE(own.parameters.counters.received[0] > 10U);
+    TEST_ASSERT_TRUE(own.parameters.counters.sent[0] > 10U);
+}
+
+static void test_out_of_operation_the_axis_is_disabled(void)
+{
+    uint8_t command[COMMAND_OCTETS] = {1U};
+    generic.state                   = STATE_SAFE_OPERATIONAL;
+    own.parameters.target[0]        = 0.5;
+    fly(NULL, 3U, command);
+    TEST_ASSERT_EQUAL_HEX8(0U, command[0]);
+    TEST_ASSERT_EQUAL_UINT(0U, double_events(&generic, INSTRUMENTS_EVENT_ARRIVED));
+}
+
+static void test_stop_holds_the_present_value(void)
+{
+    uint8_t command[COMMAND_OCTETS]  = {0U};
+    const subsystem_function_t stop  = {.function_id = INSTRUMENTS_FUNCTION_STOP};
+    const subsystem_function_t other = {.function_id = 99U};
+    own.parameters.target[0]         = 0.5;
+    value                            = 100000;
+    fly(NULL, 3U, command);
+    TEST_ASSERT_EQUAL(STATUS_OK, generic.callbacks->perform(&own, &stop));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.1, own.parameters.target[0]);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, generic.callbacks->perform(&own, &other));
+}
+
+static void test_its_descriptor_fits(void)
+{
+    subsystem_misfit_t misfit = {0U, ""};
+    TEST_ASSERT_TRUE_MESSAGE(generic.callbacks->fits(&descriptor, &misfit), misfit.says);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_the_axis_is_commanded_and_its_arrival_is_reported_once);
+    RUN_TEST(test_out_of_operation_the_axis_is_disabled);
+    RUN_TEST(test_stop_holds_the_present_value);
+    RUN_TEST(test_its_descriptor_fits);
+    return UNITY_END();
+}

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The live view in the terminal, with a simulated spacecraft: by textual's pilot, and on a pseudo-terminal."""
+
+import asyncio
+import fcntl
+import os
+import pty
+import select
+import struct
+import sys
+import termios
+import time
+
+import pytest
+from conftest import ROOT
+from hirosco_gse.cli import main
+from hirosco_gse.monitor import Monitor
+from spacecraft import Spacecraft as Simulated
+from spacecraft import failure, success
+from textual.widgets import DataTable, Input, RichLog, Static
+
+MANIPULATOR, PATIENCE_S = 16, 60.0
+
+
+@pytest.fixture
+def reached(dictionary, dictionary_path, tmp_path):
+    """What Monitor needs to reach a spacecraft whose every answer comes with a state, an event and housekeeping."""
+    manipulator = dictionary.subsystem("MANIPULATOR")
+    event = manipulator.event("TORQUE_LIMIT")
+    reports = [
+        (MANIPULATOR, 129, 5, struct.pack(">BBBHQQII", 5, 0, 5, 1, manipulator.interface_hash, 0, 0, 0), 0),
+        (MANIPULATOR, 3, 25, struct.pack(">H", 4712) + bytes(manipulator.parameter("COUNTERS").size) + struct.pack(">4d", 38, 99, 0, 0.5), 0),
+        (MANIPULATOR, 5, 3, struct.pack(">HBdd", event.id, 1, 39.5, 38.0), 0),
+    ]
+
+    def answer(packet):
+        if packet.message == (131, 8):
+            return success(packet, (131, 9, struct.pack(">HHBBBHB", 1, 17, 1, 0, 0, 0, 0))) + reports
+        if packet.message == (129, 1):
+            return failure(packet, 4, 0x0204, 0x0305)
+        return success(packet)
+
+    simulated = Simulated(answer, dictionary.epoch_ns)
+    yield {"port": simulated.port, "dictionary": dictionary_path}, tmp_path, simulated
+    simulated.close()
+
+
+def _text(table):
+    return [" | ".join(str(cell) for cell in table.get_row(key)) for key in table.rows]
+
+
+async def _until(pilot, condition, what):
+    end = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < end, what
+        await pilot.pause(0.05)
+
+
+def test_the_flight_is_shown_and_commanded(reached):
+    """States, values with unit, one beyond its limit, an event; a refused and a completed command with their lights."""
+    given, run, simulated = reached
+
+    async def look():
+        app = Monitor(run, **given)
+        async with app.run_test(size=(160, 50)) as pilot:
+            tables = {name: app.query_one(f"#{name}", DataTable) for name in ("states", "housekeeping", "commands")}
+            await _until(pilot, lambda: tables["housekeeping"].row_count and app.query_one("#events", RichLog).lines, "no telemetry")
+            await _until(pilot, lambda: any("MANIPULATOR | OPERATIONAL" in row for row in _text(tables["states"])), "no state")
+            assert any(row.startswith("JOYSTICK | OFFLINE") for row in _text(tables["states"]))
+            values = _text(tables["housekeeping"])
+            assert any(row.startswith("MANIPULATOR.TORQUE_LIMIT | [38, 99] | Nm | 0.0") for row in values)
+            assert tables["housekeeping"].get_row("MANIPULATOR.TORQUE_LIMIT")[1].style == "bold red"
+            assert tables["housekeeping"].get_row("MANIPULATOR.TORQUE_OFFSET")[1].style == ""
+            line = app.query_one("#events", RichLog).lines[0].text
+            assert "MEDIUM" in line and "MANIPULATOR.TORQUE_LIMIT" in line and "TORQUE=39.5 Nm" in line
+            head = str(app.query_one("#head", Static).render())
+            assert "rokviss" in head and f"127.0.0.1:{given['port']}" in head and "1.0 s" in head
+            entry = app.query_one("#command", Input)
+            for text in ("state manipulator pre_operational", "cmd MANIPULATOR.TARE"):
+                entry.value = text
+                await pilot.press("enter")
+            await _until(pilot, lambda: all(call.is_over for call in app.hub.commands) and tables["commands"].row_count == 2, "no end")
+            await pilot.pause(0.5)
+            tare, state = _text(tables["commands"])
+            assert "+ accepted | + started |  | + completed" in tare.replace("- step", "")
+            assert "x started" in state and "not allowed in the present state" in state
+            for wrong, words in (("dance", "no command 'dance'"), ("'", "No closing quotation"), ("pause", "refused")):
+                entry.value = wrong
+                await pilot.press("enter")
+                await _until(pilot, lambda words=words: words in str(entry.border_subtitle), words)
+            assert await entry.suggester.get_suggestion("state MANI") == "state MANIPULATOR "
+            assert await entry.suggester.get_suggestion("dance ") is None
+            simulated.close()
+        assert [packet.message for packet in simulated.received if packet.message[0] == 3] == [(3, 27)]  # It creates no housekeeping.
+
+    asyncio.run(look())
+
+
+def test_it_runs_in_a_terminal(reached):
+    given, run, _ = reached
+    child, terminal = pty.fork()
+    if child == 0:
+        command = [sys.executable, "-m", "hirosco_gse", "--run", str(run), "--port", str(given["port"]), "--dictionary", str(given["dictionary"]), "monitor"]
+        os.execve(command[0], command, {**os.environ, "TERM": "xterm-256color", "PYTHONPATH": str(ROOT / "gse")})
+    fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 50, 160, 0, 0))
+    shown = ""
+    try:
+        while not ("TORQUE_LIMIT" in shown and "OPERATIONAL" in shown):
+            assert select.select([terminal], [], [], PATIENCE_S)[0], shown[-2000:]
+            shown += os.read(terminal, 65536).decode("utf-8", "replace")
+        os.write(terminal, b"\x11")
+        try:
+            while os.read(terminal, 65536):
+                pass
+        except OSError:
+            pass  # The end of the program.
+    finally:
+        os.close(terminal)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+
+
+def test_without_a_terminal_it_says_what_else_there_is(capsys):
+    assert main(["monitor"]) == 2
+    assert "found no terminal, expected one; `hk -f`" in capsys.readouterr().err

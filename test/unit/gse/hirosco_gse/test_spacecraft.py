@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The client class with a simulated spacecraft: what it sends, what it returns, what it raises; and its fixture."""
+
+import socket
+import struct
+import threading
+
+import pytest
+from conftest import ROOT
+from hirosco_gse import dictionary as dictionary_module
+from hirosco_gse.command import UsageError
+from hirosco_gse.live import LiveRefused
+from hirosco_gse.session import LinkLost, Rejected, TimedOut
+from hirosco_gse.spacecraft import Spacecraft
+from spacecraft import Spacecraft as Simulated
+from spacecraft import failure, success
+
+pytest_plugins = ["pytester"]
+MANIPULATOR = 16
+
+
+@pytest.fixture
+def crafts(dictionary_path, tmp_path):
+    """connect(answer, **options) -> (client, simulated spacecraft)."""
+    made = []
+
+    def connect(answer, **options):
+        simulated = Simulated(answer, dictionary_module.Dictionary.load(dictionary_path).epoch_ns)
+        craft = Spacecraft(tmp_path, port=simulated.port, dictionary=dictionary_path, timeout_s=0.5, **options).connect()
+        made.extend((craft, simulated))
+        return craft, simulated
+
+    yield connect
+    for one in made:
+        one.close()
+
+
+def test_a_function_is_performed_with_named_arguments(crafts):
+    craft, simulated = crafts(success, user=7, first_sequence=3)
+    craft.cmd("manipulator.move_to", position=[0.5, -0.25], duration=2)
+    request = simulated.received[0]
+    assert (request.user, request.sequence) == (7, 3)
+    assert request.data == b"MOVE_TO\0" + struct.pack(">BHddHd", 2, 1, 0.5, -0.25, 2, 2.0)
+
+
+@pytest.mark.parametrize("call", [
+    lambda craft: craft.cmd("MANIPULATOR.DANCE"),
+    lambda craft: craft.cmd("MANIPULATOR.MOVE_TO", position=1),
+    lambda craft: craft.do("state MANIPULATOR"),
+    lambda craft: craft.set("MANIPULATOR.TORQUE_LIMIT", [1, "x"]),
+    lambda craft: craft.get("MANIPULATOR.NOTHING"),
+    lambda craft: craft.wait_value("MANIPULATOR.CUR_VALUES.NOTHING"),
+    lambda craft: craft.wait_event("MANIPULATOR", "NOTHING"),
+])
+def test_what_the_dictionary_does_not_have_is_not_sent(crafts, call):
+    craft, simulated = crafts(success)
+    with pytest.raises((UsageError, dictionary_module.DictionaryError)):
+        call(craft)
+    assert not simulated.received
+
+
+def test_a_refusal_has_its_reason_in_words(crafts):
+    craft, _ = crafts(lambda packet: failure(packet, 4, 0x0110, 1 << 8 | 3))
+    with pytest.raises(Rejected, match="not permitted in mode NOMINAL while in state PRE_OPERATIONAL"):
+        craft.cmd("MANIPULATOR.TARE")
+
+
+def test_several_requests_are_under_way_at_once(crafts):
+    """The first one completes with the second: the simulated spacecraft answers both then."""
+    waiting = []
+
+    def answer(packet):
+        waiting.append(packet)
+        return [report for one in waiting for report in success(one)] if len(waiting) == 2 else []
+
+    craft, simulated = crafts(answer)
+    first = craft.send("MANIPULATOR.TARE")
+    second = craft.send("MANIPULATOR.STOP")
+    assert not first.is_finished and not second.is_finished
+    assert craft.finish(first).stages == craft.finish(second).stages == [1, 3, 7]
+    assert [packet.data[:4] for packet in simulated.received] == [b"TARE", b"STOP"]
+
+
+def test_parameters_are_scalars_lists_and_dicts(crafts, dictionary):
+    manipulator = dictionary.subsystem("MANIPULATOR")
+    octets = {name: struct.pack(">HI", 1, item.parameter_id) + bytes(item.size) for name, item in manipulator.parameters.items()}
+
+    def answer(packet):
+        asked = next(item for item in manipulator.parameters.values() if item.parameter_id == int.from_bytes(packet.data[1:5], "big"))
+        return success(packet, (20, 2, octets[asked.name]))
+
+    craft, _ = crafts(answer)
+    assert craft.get("MANIPULATOR.LINK_AGE") == 0
+    assert craft.get("MANIPULATOR.TORQUE_LIMIT") == [0.0, 0.0]
+    assert craft.get("MANIPULATOR.CUR_VALUES")["POSITION"] == [0.0, 0.0]
+    assert craft.get("MANIPULATOR.CUR_VALUES.POSITION") == [0.0, 0.0]
+
+
+def test_any_request_of_the_standard_is_answered(crafts):
+    craft, simulated = crafts(lambda packet: success(packet, (12, 14, struct.pack(">H", 0))))
+    assert craft.tc("MANIPULATOR", 12, 13)["n"] == []
+    assert simulated.received[0].message == (12, 13)
+
+
+def _reporting(dictionary):
+    """Reports with each answer: a state, an event, and housekeeping with the number of requests as DES_POSITION."""
+    manipulator = dictionary.subsystem("MANIPULATOR")
+    structure = manipulator.configurations["STAND_ALONE"].structures[4711]
+    numbers = []
+
+    def answer(packet):
+        numbers.append(len(numbers))
+        current = bytes(structure.once[0].size) + struct.pack(">10d", *[0.0] * 8, numbers[-1], 2.5)
+        event = manipulator.event("TARE_DONE")
+        reports = [
+            (MANIPULATOR, 129, 5, struct.pack(">BBBHQQII", 5, 0, 5, 1, 0, 0, 0, 0), 0),
+            (MANIPULATOR, 3, 25, struct.pack(">H", 4711) + current, 0),
+            (MANIPULATOR, 5, 1, struct.pack(">Hdd", event.id, numbers[-1], 0.25), 0),
+        ]
+        return success(packet) + reports
+
+    return answer
+
+
+def test_states_events_and_values_are_waited_for(crafts, dictionary):
+    craft, _ = crafts(_reporting(dictionary))
+    assert craft.state("MANIPULATOR") is None
+    craft.send("MANIPULATOR.TARE")
+    craft.wait_state("MANIPULATOR", "operational")
+    assert craft.state("manipulator") == "OPERATIONAL"
+    assert craft.wait_value("MANIPULATOR.DES_POSITION") == [0.0, 2.5]
+    assert craft.wait_event("MANIPULATOR", "tare_done") == {"OFFSET": [0.0, 0.25]}
+    craft.send("MANIPULATOR.TARE")
+    assert craft.wait_value("MANIPULATOR.DES_POSITION", lambda value: value[0] == 1) == [1.0, 2.5]
+    assert craft.wait_event("MANIPULATOR", "TARE_DONE") == {"OFFSET": [1.0, 0.25]}  # The next one, not the first again.
+    with pytest.raises(TimedOut, match="the last event was TARE_DONE of MANIPULATOR"):
+        craft.wait_event("MANIPULATOR", "TARE_DONE", 0.05)
+    with pytest.raises(TimedOut, match=r"the last was \[1.0, 2.5\]"):
+        craft.wait_value("MANIPULATOR.DES_POSITION", lambda value: value[0] == 9, 0.05)
+
+
+def test_a_jump_of_mission_time_is_no_time_out(crafts, dictionary):
+    """The first packet says mission time 1 s; the wait of 0.5 s goes on by the wall clock."""
+    craft, _ = crafts(lambda packet: success(packet))
+    craft.cmd("MANIPULATOR.TARE")
+    craft.cmd("MANIPULATOR.TARE")
+    assert craft.session.now_ns >= 1_000_000_000
+
+
+def test_without_a_link(crafts, dictionary_path):
+    with pytest.raises(LinkLost, match="no link"):
+        Spacecraft(port=1, dictionary=dictionary_path).connect()
+    craft = Spacecraft(port=1, dictionary=dictionary_path)
+    assert craft.plan("ping", "all").text.startswith("ping JOYSTICK")
+    with pytest.raises(LinkLost, match="not connected"):
+        craft.cmd("MANIPULATOR.TARE")
+    lost, _ = crafts(lambda packet: None)
+    with pytest.raises(LinkLost, match="closed the link"):
+        lost.cmd("MANIPULATOR.TARE")
+
+
+@pytest.fixture
+def world(tmp_path):
+    """A simulated live port: takes all but `fault`, is paused at every second question for the time; the lines it has received."""
+    server, lines = socket.create_server(("127.0.0.1", 0)), []
+    (tmp_path / "live.port").write_text(str(server.getsockname()[1]), encoding="ascii")
+
+    def serve():
+        stream, _ = server.accept()
+        with stream, stream.makefile("r", encoding="utf-8") as given:
+            for line in given:
+                lines.append(line.strip())
+                is_paused = lines.count("time") == 2
+                answer = "refused live:1: no such device" if line.startswith("fault") else f"ok 2.5{' paused' if is_paused else ''}"
+                stream.sendall(answer.encode() + b"\n")
+
+    threading.Thread(target=serve, daemon=True).start()
+    yield lines
+    server.close()
+
+
+def test_the_live_world_obeys(crafts, world):
+    craft, _ = crafts(success)
+    assert craft.hand("aim", 0.1, 0, 0.5) == 2.5
+    craft.pause()
+    craft.step(0.25)
+    craft.speed(0.5)
+    craft.resume()
+    with pytest.raises(LiveRefused, match="refused: no such device"):
+        craft.fault("unplug", "robot", "JOINT9")
+    assert world == ["name gse", "hand aim 0.1 0 0.5", "pause", "step 0.2500", "time", "time", "speed 0.5", "resume", "fault unplug robot JOINT9"]
+
+
+def test_a_flight_without_a_live_port_has_no_live_world(crafts):
+    craft, _ = crafts(success)
+    with pytest.raises(LinkLost, match="TIME=real"):
+        craft.pause()
+
+
+def test_users_write_tests_with_the_fixture(pytester, dictionary_path):
+    """In a folder of their own, with the plug-in and the option, and with a run folder of their own."""
+    simulated = Simulated(success)
+    run = pytester.mkdir("run")
+    (run / "ground.port").write_text(str(simulated.port), encoding="ascii")
+    pytester.makepyfile(f"""
+        import pytest
+        from hirosco_gse import place
+        place.default_dictionary = lambda run: {str(dictionary_path)!r}
+
+        def test_one(spacecraft):
+            spacecraft.cmd("MANIPULATOR.TARE")
+    """)
+    pytester.syspathinsert(ROOT / "gse")
+    done = pytester.runpytest_inprocess("-p", "hirosco_gse.pytest_plugin", "--spacecraft-run", run, "-p", "no:xdist")
+    simulated.close()
+    done.assert_outcomes(passed=1)
+    assert [packet.message for packet in simulated.received] == [(8, 1)]

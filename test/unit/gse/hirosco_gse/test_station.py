@@ -1,0 +1,392 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The light station with a simulated spacecraft: what browsers are told, what the spacecraft is asked, who is refused."""
+
+import asyncio
+import base64
+import json
+import re
+import struct
+from contextlib import asynccontextmanager
+
+import pytest
+from aiohttp import ClientSession, WSServerHandshakeError, web
+from conftest import ROOT
+from hirosco_gse import place as place_module
+from hirosco_gse import telemetry
+from hirosco_gse.dictionary import STATES
+from hirosco_gse.packets import Packet
+from hirosco_gse.script import Script
+from hirosco_gse.session import Session, Verification
+from hirosco_gse.station import hub as hub_module
+from hirosco_gse.station import targets as targets_module
+from hirosco_gse.station.server import QUEUE, Station, _Browser
+from spacecraft import Spacecraft, failure, success
+
+PATIENCE_S = 30.0
+MANIPULATOR, JOYSTICK = 16, 17
+TELEPRESENCE = 2
+
+
+def status(state, configuration):
+    """Data of TM[129,5]; the interface hash is not compared here."""
+    return struct.pack(">BBBHQQII", state, 0, state, configuration, 0, 0, 0, 0)
+
+
+def answer(packet):
+    """Performs everything; says with each answer to a ping that the manipulator is in PRE_OPERATIONAL with a configuration."""
+    if packet.message == (17, 1):
+        reports = [(MANIPULATOR, 129, 5, status(3, TELEPRESENCE), 1)] if packet.apid == MANIPULATOR else []
+        return success(packet, (17, 2, b"")) + reports
+    if packet.message == (129, 1):
+        return failure(packet, 4, 0x0204, 0x0305)
+    if packet.message == (131, 8):
+        return success(packet, (131, 9, struct.pack(">H", 0)))
+    return success(packet)
+
+
+@pytest.fixture
+def spacecraft():
+    made = Spacecraft(answer)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def place(tmp_path, spacecraft, dictionary_path, monkeypatch):
+    """Run folder `latest`, a link to a flight."""
+    monkeypatch.setattr(place_module, "default_dictionary", lambda run: dictionary_path)
+    begin(tmp_path, "first", spacecraft.port)
+    (tmp_path / "page").mkdir()
+    (tmp_path / "page" / "index.html").write_text("<title>page</title>")
+    return tmp_path
+
+
+def begin(place, name, port):
+    """A flight begins: its run folder is the latest."""
+    (place / name).mkdir()
+    (place / name / "ground.port").write_text(f"{port}\n")
+    (place / "new").symlink_to(name)
+    (place / "new").rename(place / "latest")
+
+
+@asynccontextmanager
+async def station_of(place):
+    """A station that serves; yields (station, address)."""
+    station = Station(place / "latest", place / "page")
+    runner = web.AppRunner(station.application("127.0.0.1:0"))
+    await runner.setup()
+    site = web.TCPSite(runner, "127.0.0.1", 0)
+    await site.start()
+    host = "127.0.0.1:%d" % runner.addresses[0][1]
+    station._host = host
+    try:
+        yield station, f"http://{host}"
+    finally:
+        await runner.cleanup()
+
+
+class Page:
+    """What a browser has heard."""
+
+    def __init__(self, socket):
+        self.socket, self.heard = socket, []
+
+    async def until(self, condition):
+        """First message after the last call that fulfils the condition."""
+        while True:
+            message = json.loads((await self.socket.receive(PATIENCE_S)).data)
+            self.heard.append(message)
+            if condition(message):
+                return message
+
+    async def ask(self, **order):
+        await self.socket.send_json({**order, "id": 7})
+        return await self.until(lambda message: message.get("id") == 7)
+
+
+def visit(place, story):
+    """Run `story(page, station)` with an open page."""
+
+    async def run():
+        async with station_of(place) as (station, address), ClientSession() as session:
+            async with session.ws_connect(f"{address}/ws", headers={"Origin": address}) as socket:
+                page = Page(socket)
+                await page.until(lambda message: message["kind"] == "link" and message["is_live"])
+                return await story(page, station)
+
+    return asyncio.run(run())
+
+
+def test_a_command_shows_its_lights_and_its_end(place):
+    async def story(page, _):
+        await page.ask(do="command", text="ping MANIPULATOR")
+        return await page.until(lambda message: message["kind"] == "command" and message["over"])
+
+    last = visit(place, story)
+    assert last["lights"] == ["done", "done", "none", "done"]
+    assert last["answer"] == ["MANIPULATOR is alive"] and "words" not in last
+
+
+def test_a_refused_command_says_why(place):
+    async def story(page, _):
+        await page.ask(do="command", text="state MANIPULATOR OPERATIONAL")
+        return await page.until(lambda message: message["kind"] == "command" and message["over"])
+
+    last = visit(place, story)
+    assert last["lights"] == ["empty", "failed", "empty", "empty"] and last["code"] == 0x0204
+    assert "refused at start of execution" in last["words"]
+
+
+def test_the_words_of_a_command_are_checked_before_they_are_sent(place, spacecraft):
+    async def story(page, _):
+        return [await page.ask(do="plan", text=text) for text in ("cmd MANIPULATOR.MOVE_TO POSITION=0.5,0.1", "state MANIPULATOR SAFE_OPERATIONAL", "'")]
+
+    missing, good, open_quote = visit(place, story)
+    assert "DURATION is missing" in missing["refused"] and "refused" in open_quote
+    assert good["messages"] == ["TC[129,1]"] and bytes.fromhex(good["octets"][0])[11:12] == bytes([4])
+    assert (129, 1) not in [packet.message for packet in spacecraft.received]
+
+
+def test_the_commands_of_a_flight_are_a_script_that_gse_runs(place, dictionary):
+    """What was refused is tried only; commands of forms are in words."""
+
+    async def story(page, _):
+        for order in ({"form": "config MANIPULATOR", "values": {"Configuration": "TELEPRESENCE"}}, {"text": "state MANIPULATOR OPERATIONAL"}):
+            await page.ask(do="command", **order)
+            await page.until(lambda message: message["kind"] == "command" and message["over"])
+        plan = await page.ask(do="plan", form="tc 11,3", values={"Subsystem": "SUPERVISOR"})
+        return await page.ask(do="script"), plan, await page.ask(do="forms")
+
+    script, planned, forms = visit(place, story)
+    steps = Script.parse(script["text"], "saved.scn", dictionary).steps
+    assert [step.text for step in steps] == ["config MANIPULATOR TELEPRESENCE", "try state MANIPULATOR OPERATIONAL"]
+    assert planned["line"] == "tc SUPERVISOR 11,3" and planned["critical"] is False
+    assert len(forms["forms"]) > 300 and forms["suggestions"]["events"]
+
+
+def test_a_file_of_the_page_is_uploaded_and_a_list_is_asked_for(place, spacecraft):
+    """The command with a file cannot be repeated, so no script has it; a list is not among the commands."""
+    code = b"local a = 1\n"
+    listed = struct.pack(">H8sHB", 1, b"STATION", 7, 1)
+    spacecraft._answer = lambda packet: success(packet, (18, 9, listed)) if packet.message == (18, 8) else answer(packet)
+
+    async def story(page, _):
+        await page.ask(do="upload", words=["procedure", "load", "STATION", "{}"], data=base64.b64encode(code).decode())
+        last = await page.until(lambda message: message["kind"] == "command" and message["over"])
+        await page.socket.send_str('{"do":"ask","text":"procedure status","id":8}')
+        listing = await page.until(lambda message: message.get("id") == 8)
+        script = await page.ask(do="script")
+        await page.socket.send_json({"do": "upload", "words": ["file", "upload", "{}", "x"], "data": "?"})
+        return last, listing, script, await page.until(lambda message: "refused" in message)
+
+    last, listing, script, refused = visit(place, story)
+    sent, = [packet.data for packet in spacecraft.received if packet.message == (18, 1)]
+    assert code in sent and last["number"] == 1 and last["lights"][3] == "done"
+    assert [row["obcp_id"] for row in listing["rows"][0]["n"]] == ["STATION"]
+    assert "procedure" not in script["text"] and "not understood" in refused["refused"]
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", "null", '{"do": "fly"}', '{"do": "command"}', '{"do": "live", "line": "time\\npause"}'])
+def test_orders_that_are_none_are_refused(place, text):
+    async def story(page, _):
+        await page.socket.send_str(text)
+        return await page.until(lambda message: "refused" in message)
+
+    assert visit(place, story)["refused"]
+
+
+def test_display_housekeeping_is_created_and_enabled_once_and_disabled_at_the_end(place, spacecraft):
+    async def story(page, station):
+        for _ in range(2):
+            await page.ask(do="command", text="ping MANIPULATOR")
+            await page.until(lambda message: message["kind"] == "command" and message["over"])
+            while not any(packet.message == (3, 5) for packet in spacecraft.received):
+                await asyncio.sleep(0.01)
+                station.hub._keep_display()
+
+    visit(place, story)
+    made = [packet for packet in spacecraft.received if packet.service == 3 and packet.apid == MANIPULATOR]
+    assert [packet.subtype for packet in made] == [1, 5, 6]
+    assert made[0].data[:6] == struct.pack(">HI", hub_module.DISPLAY_ID, 100)
+    assert all(packet.user == hub_module.WEB_USER for packet in spacecraft.received)
+
+
+def test_what_was_enabled_for_pages_is_disabled_when_the_last_one_leaves(place, spacecraft, monkeypatch):
+    """That is the display structure, and a structure that a page has enabled in its tables; not one that an operator has enabled."""
+    monkeypatch.setattr(hub_module, "LEAVE_S", 0.0)
+
+    async def story(page, station):
+        for order in ({"text": "hk enable MANIPULATOR 4712", "display": True}, {"text": "hk enable MANIPULATOR 4711"}, {"text": "ping MANIPULATOR"}):
+            await page.ask(do="command", **order)
+            await page.until(lambda message: message["kind"] == "command" and message["over"])
+        while ("MANIPULATOR", hub_module.DISPLAY_ID) not in station.hub._for_display:
+            await asyncio.sleep(0.01)
+        await page.socket.close()
+        while len(disabled(spacecraft)) < 2:
+            await asyncio.sleep(0.01)
+
+    visit(place, story)
+    assert sorted(disabled(spacecraft)) == [4712, hub_module.DISPLAY_ID]
+
+
+def disabled(spacecraft):
+    """Ids of the structures that were disabled."""
+    return [int.from_bytes(packet.data[1:3], "big") for packet in spacecraft.received if packet.message == (3, 6)]
+
+
+def test_the_page_hears_which_structures_are_enabled(place, spacecraft):
+    properties = {4711: 1, 4712: 0}
+
+    def asked(packet):
+        if packet.message == (3, 33):
+            number = int.from_bytes(packet.data[1:3], "big")
+            return success(packet, (3, 35, struct.pack(">HHBI", 1, number, properties[number], 500))) if number in properties else failure(packet, 4, 0x0201, 0)
+        return answer(packet)
+
+    spacecraft._answer = asked
+
+    async def story(page, _):
+        await page.ask(do="command", text="ping MANIPULATOR")
+        await page.until(lambda message: message["kind"] == "command" and message["over"])
+        await page.ask(do="structures", subsystem="MANIPULATOR")
+        return await page.until(lambda message: message["kind"] == "structures")
+
+    rows = visit(place, story)["rows"]
+    assert [(row["id"], row["enabled"]) for row in rows] == [(4711, True), (4712, False)]
+
+
+def test_a_gap_in_the_counters_of_messages_is_a_loss(dictionary):
+    hub = hub_module.Hub("nowhere", lambda message: None)
+    for counter, user in ((7, 1), (8, 1), (11, 1), (3, 3), (5, 3), (9, 2), (30, 2), (0, 1), (60000, 1), (60001, 1)):
+        hub._count(Packet("TM", MANIPULATOR, 0, 3, 25, user, b"", b"", counter=counter), "MANIPULATOR")
+    assert hub.counts["rows"] == {"MANIPULATOR": {"received": 10, "lost": 3}}
+
+
+def test_a_flight_that_ends_and_the_next(place, spacecraft):
+    """The page hears that the link is lost, then everything of the next flight, and commands reach that one."""
+    second = Spacecraft(answer)
+
+    async def story(page, station):
+        begin(place, "second", second.port)
+        spacecraft.close()
+        station.hub._writer.transport.abort()
+        await page.until(lambda message: message["kind"] == "link" and not message["is_live"])
+        hello = await page.until(lambda message: message["kind"] == "hello")
+        await page.until(lambda message: message["kind"] == "link" and message["is_live"])
+        await page.ask(do="command", text="ping JOYSTICK")
+        await page.until(lambda message: message["kind"] == "command" and message["over"])
+        return hello, [message["kind"] for message in station.hub.snapshot()]
+
+    hello, kinds = visit(place, story)
+    second.close()
+    assert hello["flight"].endswith("second") and kinds.count("command") == 1
+    assert (17, 1) in [packet.message for packet in second.received]
+
+
+def test_another_flight_at_the_port_of_one_that_has_ended_is_left_alone(place, spacecraft):
+    """The launcher gives the first free port: after a flight, its port may be that of a flight with another run folder."""
+
+    async def story(page, station):
+        (place / "first" / "run.json").write_text("{}")
+        station.hub._writer.transport.abort()
+        return await page.until(lambda message: message["kind"] == "link" and "ended" in message["text"])
+
+    assert visit(place, story) == {"kind": "link", "is_live": False, "text": "the flight of first has ended"}
+
+
+def test_a_command_under_way_ends_with_the_link(place, spacecraft):
+    """Such a command ends, and the page shows the reason."""
+
+    def silent(packet):
+        return None if packet.message == (17, 1) else answer(packet)
+
+    spacecraft._answer = silent
+
+    async def story(page, _):
+        await page.ask(do="command", text="ping MANIPULATOR")
+        return await page.until(lambda message: message["kind"] == "command" and message["over"])
+
+    assert "the link was lost" in visit(place, story)["words"]
+
+
+def test_only_the_page_of_the_station_is_served(place):
+    """A page of another origin, a client without one, and a name that leads here are refused."""
+
+    async def run():
+        async with station_of(place) as (_, address), ClientSession() as session:
+            found = []
+            for headers in ({"Origin": "http://elsewhere.example"}, {}, {"Origin": "null"}, {"Host": "elsewhere.example", "Origin": "http://elsewhere.example"}):
+                with pytest.raises(WSServerHandshakeError) as refused:
+                    await session.ws_connect(f"{address}/ws", headers=headers)
+                found.append(refused.value.status)
+            async with session.get(f"{address}/", headers={"Host": "elsewhere.example"}) as reply:
+                found.append(reply.status)
+            async with session.get(f"{address}/page/../secret") as reply:
+                found.append(reply.status)
+            async with session.get(f"{address}/") as reply:
+                return found, reply.status, reply.headers["Content-Security-Policy"], await reply.text()
+
+    (*refused, outside), code, policy, text = asyncio.run(run())
+    assert refused == [403] * 5 and outside == 404
+    assert code == 200 and policy.startswith("default-src 'self'") and "page" in text
+
+
+def test_a_slow_browser_loses_housekeeping_only():
+    browser = _Browser(None)
+    browser.put('{"kind": "event"}')
+    for number in range(QUEUE + 50):
+        browser.put(json.dumps({"kind": "housekeeping", "n": number}))
+    assert len(browser.waiting) == QUEUE and browser.dropped == 51
+    assert browser.waiting[0] == '{"kind": "event"}' and json.loads(browser.waiting[-1])["n"] == QUEUE + 49
+
+
+def test_requestable_states_are_those_of_the_documentation():
+    text = (ROOT / "docs" / "states.md").read_text(encoding="utf-8")
+    table = text.split("<!-- table: requests -->")[1].split("<!-- end -->")[0]
+    rest = (0, 3, 4, 5, 6)
+    for row in re.findall(r"^\| (\d) \w+ \|(.*)\|$", table, re.MULTILINE):
+        cells = [cell.strip() for cell in row[1].split("|")]
+        legal = {target for target, cell in zip(rest, cells) if cell not in ("no", "done", "busy")}
+        assert set(targets_module.LEGAL[int(row[0])]) == legal
+
+
+@pytest.mark.parametrize(
+    "mode, configuration, links, state, partner, target, reason",
+    [
+        ("NOMINAL", TELEPRESENCE, {"ROBOT_STATE", "HAND_POSITION"}, 3, 3, 4, None),
+        ("SAFE", TELEPRESENCE, {"ROBOT_STATE", "HAND_POSITION"}, 3, 3, 4, "not permitted in mode SAFE"),
+        ("NOMINAL", 0, set(), 3, 3, 4, "no configuration is selected"),
+        ("NOMINAL", TELEPRESENCE, {"ROBOT_STATE"}, 3, 3, 4, "link HAND_POSITION is not open"),
+        ("NOMINAL", TELEPRESENCE, {"ROBOT_STATE", "HAND_POSITION"}, 5, 5, 0, "JOYSTICK is still OPERATIONAL"),
+        ("NOMINAL", TELEPRESENCE, {"ROBOT_STATE", "HAND_POSITION"}, 5, 4, 0, None),
+        ("NOMINAL", TELEPRESENCE, {"ROBOT_STATE", "HAND_POSITION"}, 5, 5, 6, None),
+    ],
+)
+def test_barred_states_say_by_what(dictionary, mode, configuration, links, state, partner, target, reason):
+    session = Session(dictionary)
+    session.mode = mode
+    session.configurations[MANIPULATOR] = configuration
+    session.states.update({MANIPULATOR: STATES[state], JOYSTICK: STATES[partner]})
+    assert targets_module.targets(session, dictionary.subsystem("MANIPULATOR"), links)[target] == reason
+
+
+@pytest.mark.parametrize(
+    "stages, is_finished, cells",
+    [
+        ([], False, ["waiting", "empty", "empty", "empty"]),
+        ([1], False, ["done", "waiting", "empty", "empty"]),
+        ([1, 3], False, ["done", "done", "empty", "waiting"]),
+        ([1, 3, 5, 7], True, ["done", "done", "done", "done"]),
+        ([1, 3, 7], True, ["done", "done", "none", "done"]),
+        ([2], True, ["failed", "empty", "empty", "empty"]),
+        ([1, 3, 8], True, ["done", "done", "empty", "failed"]),
+    ],
+)
+def test_lights(stages, is_finished, cells):
+    verification = Verification(None, b"", 0, stages, is_finished=is_finished)
+    assert hub_module.lights_of([verification]) == cells
+
+
+def test_leaves_of_housekeeping():
+    values = {"CUR": {"A": [1.0, 2.0], "B": [3]}, "SAMPLED": [[1.0, 2.0], [3.0, 4.0]], "ONE": (5,)}
+    assert telemetry.leaves(values) == {"CUR.A": [1.0, 2.0], "CUR.B": [3], "SAMPLED": [3.0, 4.0], "ONE": [5]}

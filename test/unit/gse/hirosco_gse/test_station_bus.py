@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Frames of a bus on the page: the newest of each identifier, decoded, with its rate; errors in words."""
+
+import pytest
+from conftest import ROOT
+from hirosco_gse.frames import Database
+from hirosco_gse.station.bus_tap import BusTap, error_of
+
+
+def test_the_newest_of_each_identifier_with_its_rate():
+    tap = BusTap("robot", 1e6, 5e6, Database(ROOT / "build" / "generated" / "rokviss-robot.dbc"))
+    tap.message()
+    tap.feed(b"ok 1.000000000\nframe (0000000001.000000) robot 080#\nframe (00000000")
+    tap.message()
+    lines = b"".join(b"frame (0000000001.%06d) robot 191##1%02X\n" % (n * 1000, n) for n in range(1, 101))
+    tap.feed(b"01.000500) robot 080#\n" + lines + b"dropped 12\n")
+    said = tap.message()
+    sync, joint = said["frames"]
+    tap.feed(b"frame (0000000002.000000) robot 191##137121600F4010A00\n")
+    assert "PositionActualValue" in tap.message()["frames"][1]["words"]
+    assert (sync["id"], sync["name"], joint["id"], joint["octets"]) == ("080", "SYNC", "191", "64")
+    assert joint["rate"] == pytest.approx(1000, rel=0.02) and said["dropped"] == 12
+    assert said["load"] == pytest.approx(100 * (30 * 1.08 + 39 * 1.08 / 5) / 1e5, rel=0.05)
+
+
+def test_error_frames_are_single_and_in_words():
+    tap = BusTap("robot", 1e6, 5e6, None)
+    tap.feed(b"frame (0000000064.000039) robot 20000220#0000000000008000\nframe (0000000064.000725) robot 20000204#0008000000006000\n")
+    said = tap.message()
+    assert [(error["name"], error["symbol"]) for error in said["errors"]] == [("NO_ACK", "critical"), ("CONTROLLER", "caution")]
+    assert said["errors"][0]["words"] == "no node acknowledges; tx errors 128, rx errors 0"
+    assert said["errors"][1]["words"] == "transmit errors: error warning; tx errors 96, rx errors 0"
+    assert (said["error_count"], said["transmit_errors"]) == (2, 96)
+    assert error_of(0x20000040, bytes(8))[0] == "BUS_OFF" and error_of(0x20000400, b"")[2] == "error"

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Forms of the light station: every entry of every mission's dictionary has one, and what it sends are the octets of the command line."""
+
+import json
+import shlex
+
+import pytest
+from conftest import ROOT
+from hirosco_gse import commands, packets
+from hirosco_gse.command import UsageError
+from hirosco_gse.dictionary import Dictionary
+from hirosco_gse.station import forms as forms_module
+from hirosco_gse.station.forms import Forms
+
+PING = packets.build_tc(1, 7, 17, 1).hex()
+TYPED = {"f64": "1.5", "time": "12.25", "reltime": "0.5", "cds": "3", "position": "0.25", "name": "12", "text": "12", "packet": PING, "rest": "12", "id": str(16 << 21 | 2 << 16 | 900)}
+
+
+@pytest.fixture(scope="module", params=["rokviss", "classic", "zoo", "ur5e"])
+def mission(request):
+    return Dictionary.load(ROOT / "build" / "generated" / f"{request.param}.json")
+
+
+def entries(dictionary):
+    """Ids of the forms that a dictionary must have."""
+    for item in dictionary.content["subsystems"]:
+        name = item["name"]
+        yield from (f"cmd {name}.{one['name']}" for one in item["functions"])
+        yield from (f"set {name}.{one['name']}" for one in item["parameters"] if one["settable"])
+        yield from (f"get {name}.{one['name']}" for one in item["parameters"])
+        yield f"config {name}"
+    yield from (f"state {item.name}" for item in dictionary.members)
+    yield from (f"link {verb} {link.name}" for link in dictionary.links for verb in ("open", "close"))
+    yield from (f"tc {entry['service']},{entry['subtype']}" for entry in dictionary.catalogue.all("TC"))
+    yield "mode"
+
+
+def test_every_entry_of_the_dictionary_has_a_form(mission):
+    assert set(entries(mission)) - set(Forms(mission).by_id) == set()
+    json.dumps(Forms(mission).message())
+
+
+def octets(requests):
+    return [packets.build_tc(one.apid, 0, one.service, one.subtype, one.data) for one in requests]
+
+
+def sample(field):
+    """A text that fits a field that is no group."""
+    if field.get("options"):
+        return field["options"][-1]["value"]
+    if "coding" in field:
+        if field["coding"] == "octets":
+            return "12345678" if "CANopen" in field["hint"] or "width" in field["hint"] else "12"
+        return TYPED.get(field["coding"]) or str(field.get("max", 1))
+    number = field.get("max", 1)
+    return ",".join([f"{number:g}" if field["type"] in ("FLOAT", "DOUBLE") else str(int(number))] * field.get("count", 1))
+
+
+def test_what_a_form_sends_are_the_octets_of_the_command_line(mission):
+    made = Forms(mission)
+    for identity, form in made.by_id.items():
+        if identity.startswith("tc "):
+            continue
+        typed = [sample(field) for field in form.fields]
+        words = shlex.split(identity)
+        if words[0] == "cmd":
+            words += [f"{field['name']}={text}" for field, text in zip(form.fields, typed)]
+        elif words[0] == "set":
+            words.append(",".join(typed))
+        else:
+            words += typed
+        text = made.text(identity, {field["name"]: value for field, value in zip(form.fields, typed)})
+        assert octets(commands.plan(shlex.split(text), mission).requests) == octets(commands.plan(words, mission).requests), identity
+
+
+def filled(fields, case):
+    """(values typed, values for the encoder) of the fields of a message; `case` selects in its choices."""
+    typed, given = {}, {}
+    for field in fields:
+        if "repeat" in field:
+            groups = [filled(field["fields"], case) for _ in range(2)]
+            typed[field["name"]], given[field["name"]] = [group[0] for group in groups], [group[1] for group in groups]
+        elif "choice" in field:
+            inner = filled(field["cases"].get(typed[field["choice"]], []), case)
+            typed |= inner[0]
+            given |= inner[1]
+        else:
+            text = sample(field)
+            if field.get("options"):
+                text = field["options"][case % len(field["options"])]["value"]
+            if field["name"] in ("parameter_value", "argument_value") or field.get("hint", "").startswith("in the type"):
+                text = "10"
+            typed[field["name"]] = text
+            is_number = field.get("coding", "")[:1] in ("u", "i", "b") and field["coding"] != "id" and text.isdigit()
+            given[field["name"]] = int(text) if is_number else text
+    return typed, given
+
+
+@pytest.mark.parametrize("case", range(3))
+def test_a_request_of_the_catalogue_has_the_octets_of_its_encoder(mission, case):
+    made = Forms(mission)
+    for entry in mission.catalogue.all("TC"):
+        message = entry["service"], entry["subtype"]
+        form = made.by_id["tc {},{}".format(*message)]
+        typed, given = filled(form.fields[1:], case)
+        try:
+            expected = mission.catalogue.encode("TC", *message, json.loads(json.dumps(given)))
+        except ValueError as refusal:
+            with pytest.raises(UsageError, match=str(refusal)[:20].replace("[", ".")):
+                commands.plan(shlex.split(made.text(form.id, {"Subsystem": "SUPERVISOR", **typed})), mission)
+            continue
+        request, = commands.plan(shlex.split(made.text(form.id, {"Subsystem": "SUPERVISOR", **typed})), mission).requests
+        assert (request.apid, request.service, request.subtype, request.data) == (1, *message, expected), form.id
+
+
+@pytest.mark.parametrize(
+    "identity, values, words",
+    [
+        ("cmd MANIPULATOR.MOVE_TO", {"POSITION": "9,0", "DURATION": "1"}, "POSITION, rad: 9 rad is above 2.8 rad"),
+        ("cmd MANIPULATOR.MOVE_TO", {"POSITION": "0,0", "DURATION": "0.05"}, "DURATION, s: 0.05 s is below 0.1 s"),
+        ("cmd MANIPULATOR.MOVE_TO", {"POSITION": "0,0", "DURATION": " "}, "DURATION is missing"),
+        ("tc 8,1", {"Subsystem": "MANIPULATOR"}, "function_id is missing"),
+        ("tc 17,3", {"Subsystem": "SUPERVISOR", "apid": "2048"}, "apid: 2048 is above 2047"),
+        ("tc 3,5", {"Subsystem": "MANIPULATOR", "n": []}, "n: at least 1 group"),
+        ("tc 3,5", {"Subsystem": "MANIPULATOR", "n": ["4711"]}, "expected values by name"),
+        ("tc 200,1", {}, "no form"),
+    ],
+)
+def test_what_is_missing_or_out_of_range_is_said(dictionary, identity, values, words):
+    with pytest.raises(UsageError, match=words):
+        Forms(dictionary).text(identity, values)
+
+
+@pytest.mark.parametrize(
+    "text, is_critical",
+    [("state MANIPULATOR OPERATIONAL", True), ("state MANIPULATOR OFFLINE", False), ("state MANIPULATOR ERROR_OPERATIONAL", False), ("link open X", True), ("link list", False),
+     ("mode SAFE", True), ("process stop MANIPULATOR", True), ("process start MANIPULATOR", False), ("tc SUPERVISOR 6,2", True), ("tc SUPERVISOR 11,1", False),
+     ("ping", False), ("raw 1801", True), ("shutdown", True), ("stop", False)],
+)
+def test_critical_commands(text, is_critical):
+    assert forms_module.is_critical(text.split()) == is_critical

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reader of worlds, and worlds as the page gets them."""
+
+import json
+import pathlib
+
+import numpy as np
+import pytest
+from hirosco_gse import world
+from hirosco_gse.station import geometry
+
+ROOT = pathlib.Path(__file__).resolve().parents[4]
+WORLDS = sorted((ROOT / "descriptors" / "worlds").glob("*.xml"))
+URDF = """<robot name="r"><link name="a"/><link name="b"><collision><origin xyz="0 0 1"/><geometry><box size="2 4 6"/></geometry></collision></link>
+<link name="c"/><link name="d"/>
+<joint name="slide" type="prismatic"><parent link="b"/><child link="c"/><origin xyz="0 0 1"/><axis xyz="0 0 2"/></joint>
+<joint name="turn" type="revolute"><parent link="a"/><child link="b"/><origin xyz="1 0 0" rpy="0 0 1.5707963267948966"/>
+<axis xyz="0 1 0"/><limit lower="-1" upper="2" effort="3" velocity="4"/></joint>
+<joint name="weld" type="fixed"><parent link="c"/><child link="d"/><origin xyz="0 1 0"/></joint></robot>"""
+
+
+@pytest.mark.parametrize("path", WORLDS, ids=lambda path: path.stem)
+def test_the_page_can_read_every_world(path):
+    """JSON without numbers that JSON does not have."""
+    found = world.read(path)
+    lists = json.loads(json.dumps(geometry.as_lists(found), allow_nan=False))
+    assert [len(robot["joints"]) for robot in lists["robots"]] == [len(robot.joints) for robot in found.robots]
+
+
+def test_the_tip_of_rokviss_is_where_its_two_links_put_it():
+    robot = world.read(ROOT / "descriptors" / "worlds" / "rokviss.xml").robots[0]
+    for first, second in ((0.0, 0.0), (1.0472, -1.5708), (0.3, -2.0)):
+        tip = robot.poses([first, second])["finger"][:3, 3]
+        both = first + second
+        assert tip == pytest.approx([0.22 * np.cos(first) + 0.25 * np.cos(both), 0, 0.22 * np.sin(first) + 0.25 * np.sin(both)])
+
+
+def test_joints_in_any_order_of_the_file_move_in_the_frame_of_their_parent(tmp_path):
+    path = tmp_path / "r.urdf"
+    path.write_text(URDF, encoding="utf-8")
+    robot = world.read_urdf(path)
+    assert robot.root == "a"
+    assert [joint.name for joint in robot.moving] == ["slide", "turn"]
+    assert (robot.joints[1].lower, robot.joints[1].upper, robot.joints[1].effort, robot.joints[1].velocity) == (-1, 2, 3, 4)
+    # b is at (1, 0, 0), turned by 90 degrees about z and then about its y: its z points along the y of a.
+    poses = robot.poses([0.5, np.pi / 2])
+    assert poses["b"][:3, 2] == pytest.approx([0, 1, 0], abs=1e-12)
+    assert poses["c"][:3, 3] == pytest.approx([1, 1.5, 0], abs=1e-12)
+    assert poses["d"][:3, 3] == pytest.approx([0, 1.5, 0], abs=1e-12)
+    for pose in poses.values():
+        assert pose[:3, :3] @ pose[:3, :3].T == pytest.approx(np.eye(3))
+    assert robot.links["b"].shapes[0].size == (2.0, 4.0, 6.0)
+
+
+def test_what_cannot_be_read_is_named(tmp_path):
+    with pytest.raises(world.WorldError, match="none.xml"):
+        world.read(tmp_path / "none.xml")
+    path = tmp_path / "r.urdf"
+    path.write_text(URDF.replace('parent link="a"', 'parent link="z"'), encoding="utf-8")
+    with pytest.raises(world.WorldError, match="has no parent link"):
+        world.read_urdf(path).poses([0, 0])

@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+// Homing of the joint drive (CiA 402 mode 6) over the bus; its motor is a mass between two end stops.
+#include "sim/devices/drive.h"
+#include "sim/devices/homing.h"
+#include "test/support/bounds.h"
+#include "test/unit/sim/devices/master.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define ID 0x11U
+#define SHEET "descriptors/devices/joint-drive.eds"
+#define STEP_NS 500000U
+#define SUBSTEPS 4U
+#define INERTIA 0.25 // kgm2
+#define FRICTION 5.0 // Nms/rad
+#define STOP_NM_RAD 20000.0
+#define STOP_RAD 0.3 // To both sides of the start.
+#define START_RAD 0.5
+#define SPEED 0.1 // rad/s, of the data sheet.
+
+#define ENABLE 0x0FU
+#define SEARCH 0x1FU
+#define HALT 0x11FU
+#define ATTAINED 0x1000U
+#define REACHED 0x0400U
+#define FAILED 0x2000U
+#define BITS (ATTAINED | REACHED | FAILED)
+
+static master_t master;
+static drive_t* drive;
+
+static struct {
+    double position_rad;
+    double velocity_rad_s;
+} motor;
+
+static void read_truth(void* context, drive_truth_t* out_truth)
+{
+    (void)context;
+    *out_truth = (drive_truth_t){.motor_position_rad   = motor.position_rad,
+                                 .motor_velocity_rad_s = motor.velocity_rad_s};
+}
+
+static double stop_torque_nm(void)
+{
+    const double away = motor.position_rad - START_RAD;
+    const double deep =
+        (away > STOP_RAD) ? (away - STOP_RAD) : ((away < -STOP_RAD) ? (away + STOP_RAD) : 0.0);
+    return -STOP_NM_RAD * deep;
+}
+
+static void move(void)
+{
+    const bool is_held = drive_brake_is_engaged(drive);
+    for (unsigned i = 0U; i < SUBSTEPS; i++) {
+        const double torque_nm = drive_regulate(drive, motor.position_rad, motor.velocity_rad_s);
+        const double sum_nm    = torque_nm + stop_torque_nm() - (FRICTION * motor.velocity_rad_s);
+        motor.velocity_rad_s   = is_held ? 0.0 : (motor.velocity_rad_s + (sum_nm / INERTIA * 125e-6));
+        motor.position_rad += motor.velocity_rad_s * 125e-6;
+    }
+    drive_end_step(drive, bus_now_ns(master.bus));
+}
+
+/// Cycles with a controlword, and a target position that counts in CSP only.
+static void cycles(const unsigned count, const uint16_t controlword, const int32_t target)
+{
+    for (unsigned i = 0U; i < count; i++) {
+        const uint32_t bits   = (uint32_t)target;
+        const uint8_t data[8] = {(uint8_t)controlword, (uint8_t)(controlword >> 8), (uint8_t)bits,
+                                 (uint8_t)(bits >> 8), (uint8_t)(bits >> 16),       (uint8_t)(bits >> 24)};
+        master_forget(&master);
+        master_send(&master, 0x200U + ID, data, 8U);
+        master_send(&master, 0x080U, NULL, 0U);
+        master_wait(&master, STEP_NS);
+        move();
+    }
+}
+
+static void seconds(const double s, const uint16_t controlword)
+{
+    cycles((unsigned)(s / 0.0005), controlword, 0);
+}
+
+static uint16_t statusword(void)
+{
+    return octets_u16(master_last(&master, 0x180U + ID)->data);
+}
+
+static double position_rad(void)
+{
+    return 1e-6 * (double)(int32_t)octets_u32(&master_last(&master, 0x180U + ID)->data[2]);
+}
+
+static void expect_bits(const uint16_t bits)
+{
+    TEST_ASSERT_EQUAL_HEX16(bits, statusword() & BITS);
+}
+
+static void set(const uint16_t index, const uint8_t subindex, const uint32_t value, const uint8_t size)
+{
+    TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, index, subindex, value, size));
+}
+
+/// Powered, in mode homing with a method, and in operation.
+static void prepare(const uint32_t method)
+{
+    set(0x1400U, 5U, 0U, 2U); // No deadline: SDO transfers may come between cycles.
+    set(0x6060U, 0U, 6U, 1U);
+    set(0x6098U, 0U, method & 0xFFU, 1U);
+    cycles(1U, 0x06U, 0);
+    cycles(1U, 0x07U, 0);
+    cycles(4U, ENABLE, 0);
+    TEST_ASSERT_EQUAL_HEX16(0x27U, statusword() & 0x6FU);
+    expect_bits(REACHED); // Not started.
+}
+
+void setUp(void)
+{
+    const drive_config_t config = {.seed          = 1U,
+                                   .sensor_device = ID,
+                                   .step_ns       = STEP_NS,
+                                   .substep_ns    = STEP_NS / SUBSTEPS,
+                                   .torque_sensor = {.range_nm = 60.0},
+                                   .encoder       = {.counts_per_turn = 65536U, .gear_ratio = 160.0},
+                                   .read_truth    = read_truth};
+    char error[EDS_ERROR_MAX];
+    memset(&motor, 0, sizeof motor);
+    motor.position_rad = START_RAD;
+    master_open(&master, false);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, drive_create(master.bus, SHEET, ID, &config, &drive, error),
+                                  error);
+    node_power_on(drive_node(drive));
+    master_wait(&master, 2U * MASTER_MS);
+    master_nmt(&master, 1U, ID);
+}
+
+void tearDown(void)
+{
+    drive_destroy(drive);
+    master_close(&master);
+}
+
+static void test_the_present_position_becomes_the_reference(void)
+{
+    static const uint32_t methods[] = {35U, 37U};
+    for (size_t i = 0U; i < 2U; i++) {
+        set(0x607CU, 0U, 200000U, 4U);
+        prepare(methods[i]);
+        cycles(2U, SEARCH, 0);
+        expect_bits(ATTAINED | REACHED);
+        EXPECT_WITHIN(-0.2, 2e-6, position_rad());
+        EXPECT_WITHIN(START_RAD, 1e-3, motor.position_rad);
+        cycles(1U, 0x00U, 0);
+        expect_bits(0U);
+    }
+}
+
+/// The zero is 0.1 rad from where the axis stood, and the targets of CSP count from it.
+static void test_positions_count_from_the_new_zero(void)
+{
+    set(0x607CU, 0U, (uint32_t)-100000, 4U);
+    prepare(37U);
+    cycles(2U, SEARCH, 0);
+    EXPECT_WITHIN(0.1, 2e-6, position_rad());
+    set(0x6060U, 0U, 8U, 1U);
+    cycles(1U, ENABLE, 100000);
+    TEST_ASSERT_EQUAL_HEX16(ATTAINED, statusword() & BITS); // Bit 12 of CSP: it follows.
+    for (int32_t i = 0; i < 500; i++) {
+        cycles(1U, ENABLE, 100000 - (100 * i));
+    }
+    cycles(100U, ENABLE, 50000);
+    EXPECT_WITHIN(0.05, 1e-3, position_rad());
+    EXPECT_WITHIN(START_RAD - 0.05, 1e-3, motor.position_rad);
+    node_power_off(drive_node(drive)); // The encoder still knows its own zero.
+    node_power_on(drive_node(drive));
+    master_wait(&master, 2U * MASTER_MS);
+    master_nmt(&master, 1U, ID);
+    cycles(2U, 0x00U, 0);
+    EXPECT_WITHIN(motor.position_rad, 1e-5, position_rad());
+}
+
+static void test_an_end_stop_is_found_from_both_sides(void)
+{
+    static const struct {
+        uint32_t method;
+        double stop_rad;
+    } cases[] = {{0xFFU, START_RAD - STOP_RAD}, {0xFEU, START_RAD + STOP_RAD}};
+    for (size_t i = 0U; i < 2U; i++) {
+        motor.position_rad = START_RAD;
+        prepare(cases[i].method);
+        seconds(1.0, SEARCH);
+        expect_bits(0U);
+        EXPECT_WITHIN(SPEED, 1e-3, (i == 0U) ? -motor.velocity_rad_s : motor.velocity_rad_s);
+        seconds(3.0, SEARCH);
+        expect_bits(ATTAINED | REACHED);
+        EXPECT_WITHIN(cases[i].stop_rad, 3e-3, motor.position_rad);
+        EXPECT_WITHIN(0.0, 3e-3, position_rad()); // It has yielded since.
+        EXPECT_WITHIN(0.0, 1e-3, motor.velocity_rad_s);
+        seconds(0.1, ENABLE);
+        expect_bits(ATTAINED | REACHED); // The result stays.
+        cycles(1U, 0x00U, 0);
+    }
+}
+
+static void test_a_search_can_be_interrupted_and_halted(void)
+{
+    prepare(0xFFU);
+    seconds(1.0, SEARCH);
+    seconds(0.5, HALT);
+    expect_bits(REACHED);
+    EXPECT_WITHIN(0.0, 1e-3, motor.velocity_rad_s);
+    const double halted_rad = motor.position_rad;
+    TEST_ASSERT_TRUE(halted_rad < (START_RAD - 0.08));
+    seconds(0.5, HALT);
+    EXPECT_WITHIN(halted_rad, 1e-4, motor.position_rad);
+    seconds(0.5, SEARCH); // It continues,
+    expect_bits(0U);
+    TEST_ASSERT_TRUE(motor.position_rad < (halted_rad - 0.03));
+    seconds(0.5, ENABLE); // and ends without a result.
+    expect_bits(REACHED);
+    const double ended_rad = motor.position_rad;
+    seconds(0.5, ENABLE);
+    EXPECT_WITHIN(ended_rad, 1e-4, motor.position_rad);
+    EXPECT_WITHIN(motor.position_rad, 1e-4, position_rad()); // No other zero.
+    seconds(4.0, SEARCH);
+    expect_bits(ATTAINED | REACHED);
+}
+
+static void test_a_search_without_a_stop_fails_at_the_end_of_the_range(void)
+{
+    set(0x607DU, 1U, 400000U, 4U);
+    set(0x607DU, 2U, 500000U, 4U);
+    prepare(0xFEU);
+    seconds(1.3, SEARCH);
+    expect_bits(FAILED); // It still moves,
+    seconds(0.3, SEARCH);
+    expect_bits(FAILED | REACHED); // and has stopped.
+    EXPECT_WITHIN(START_RAD + 0.11, 0.01, motor.position_rad);
+    EXPECT_WITHIN(motor.position_rad, 1e-4, position_rad());
+    cycles(2U, ENABLE, 0);
+    expect_bits(FAILED | REACHED);
+    cycles(2U, SEARCH, 0); // Another attempt.
+    expect_bits(0U);
+}
+
+static void test_a_method_that_the_drive_does_not_have_fails(void)
+{
+    static const uint32_t methods[] = {0U, 17U, 0xFDU};
+    for (size_t i = 0U; i < 3U; i++) {
+        prepare(methods[i]);
+        cycles(2U, SEARCH, 0);
+        expect_bits(FAILED | REACHED);
+        EXPECT_WITHIN(START_RAD, 1e-4, motor.position_rad);
+        cycles(1U, 0x00U, 0);
+    }
+}
+
+static void test_a_fault_ends_the_search(void)
+{
+    prepare(0xFFU);
+    seconds(1.0, SEARCH);
+    drive_set_error(drive, EMERGENCY_OVER_CURRENT, true, bus_now_ns(master.bus));
+    seconds(0.5, SEARCH);
+    TEST_ASSERT_EQUAL_HEX16(0x08U, statusword() & 0x4FU);
+    expect_bits(0U);
+    drive_set_error(drive, EMERGENCY_OVER_CURRENT, false, bus_now_ns(master.bus));
+    cycles(1U, 0x80U, 0);
+    const double after_rad = motor.position_rad;
+    prepare(0xFFU);
+    seconds(0.2, ENABLE);
+    EXPECT_WITHIN(after_rad, 1e-4, motor.position_rad);
+    EXPECT_WITHIN(motor.position_rad, 1e-4, position_rad());
+}
+
+static void test_a_drive_that_is_disabled_forgets_the_search(void)
+{
+    prepare(0xFEU);
+    seconds(1.0, SEARCH);
+    cycles(1U, 0x07U, 0);
+    TEST_ASSERT_TRUE(drive_brake_is_engaged(drive));
+    expect_bits(0U);
+    const double after_rad = motor.position_rad;
+    cycles(1U, ENABLE, 0);
+    expect_bits(REACHED);
+    seconds(0.2, ENABLE);
+    EXPECT_WITHIN(after_rad, 1e-4, motor.position_rad);
+    cycles(1U, 0x07U, 0);
+    seconds(0.3, SEARCH); // Enabled and started by one controlword.
+    expect_bits(0U);
+    TEST_ASSERT_TRUE(motor.position_rad > (after_rad + 0.01));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_the_present_position_becomes_the_reference);
+    RUN_TEST(test_positions_count_from_the_new_zero);
+    RUN_TEST(test_an_end_stop_is_found_from_both_sides);
+    RUN_TEST(test_a_search_can_be_interrupted_and_halted);
+    RUN_TEST(test_a_search_without_a_stop_fails_at_the_end_of_the_range);
+    RUN_TEST(test_a_method_that_the_drive_does_not_have_fails);
+    RUN_TEST(test_a_fault_ends_the_search);
+    RUN_TEST(test_a_drive_that_is_disabled_forgets_the_search);
+    return UNITY_END();
+}

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+// Devices that only measure: values at SYNC and by their own clock, delays, stamps, errors and losses.
+#include "sim/devices/measuring_device.h"
+#include "test/unit/sim/devices/master.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define ID 0x39U
+#define GYRO "descriptors/devices/gyro.eds"
+#define TRACKER "descriptors/devices/star-tracker.eds"
+#define STEP_NS 500000U
+
+static master_t master;
+static measuring_device_t* device;
+static char error[EDS_ERROR_MAX];
+static double truth;
+static uint64_t numbers[64];
+static unsigned measured;
+static bool is_lost;
+
+static bool measure(void* context, uint64_t number, double* out_values)
+{
+    numbers[measured % 64U] = number;
+    measured++;
+    for (unsigned i = 0U; i < *(const unsigned*)context; i++) {
+        out_values[i] = truth * (1.0 + i);
+    }
+    return !is_lost;
+}
+
+static status_t create(const char* sheet, unsigned values, uint64_t period_ns, uint64_t delay_ns)
+{
+    static unsigned count;
+    count                           = values;
+    const measuring_config_t config = {.value_count = values,
+                                       .period_ns   = period_ns,
+                                       .delay_ns    = delay_ns,
+                                       .step_ns     = STEP_NS,
+                                       .measure     = measure,
+                                       .context     = &count};
+    return measuring_device_create(master.bus, sheet, ID, &config, &device, error);
+}
+
+static void begin(const char* sheet, unsigned values, uint64_t period_ns, uint64_t delay_ns)
+{
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, create(sheet, values, period_ns, delay_ns), error);
+    node_power_on(measuring_device_node(device));
+    master_wait(&master, 2U * MASTER_MS);
+    master_nmt(&master, 1U, ID);
+    master_wait(&master, STEP_NS);
+    measured = 0U;
+}
+
+void setUp(void)
+{
+    device   = NULL;
+    truth    = 0.01;
+    measured = 0U;
+    is_lost  = false;
+    master_open(&master, false);
+}
+
+void tearDown(void)
+{
+    measuring_device_destroy(device);
+    master_close(&master);
+}
+
+static void run(unsigned steps)
+{
+    for (unsigned i = 0U; i < steps; i++) {
+        master_wait(&master, STEP_NS);
+        measuring_device_end_step(device, bus_now_ns(master.bus));
+    }
+}
+
+static const uint8_t* pdo(unsigned number)
+{
+    return master_last(&master, 0x080U + (0x100U * number) + ID)->data;
+}
+
+static void test_a_gyro_measures_at_each_sync(void)
+{
+    begin(GYRO, 3U, 0U, 0U);
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_INT32(100000, (int32_t)octets_u32(pdo(1U)));
+    TEST_ASSERT_EQUAL_INT32(200000, (int32_t)octets_u32(&pdo(1U)[4]));
+    TEST_ASSERT_EQUAL_INT32(300000, (int32_t)octets_u32(pdo(2U)));
+    const unsigned counter = octets_u16(&pdo(2U)[4]);
+    TEST_ASSERT_EQUAL_UINT8(0U, pdo(2U)[6]);
+    truth = -0.02;
+    run(10U);
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_INT32(-200000, (int32_t)octets_u32(pdo(1U)));
+    TEST_ASSERT_EQUAL_UINT(counter + 1U, octets_u16(&pdo(2U)[4]));
+    TEST_ASSERT_EQUAL_UINT64(2U, measured);
+    TEST_ASSERT_GREATER_THAN_UINT64(numbers[0], numbers[1]);
+    truth = 1e6; // Beyond the range of the object.
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, (int32_t)octets_u32(pdo(1U)));
+}
+
+static void test_a_tracker_exposes_by_its_own_clock_and_stamps(void)
+{
+    begin(TRACKER, 4U, 10U * MASTER_MS, 0U);
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_UINT8(1U, pdo(3U)[6]); // Nothing measured so far.
+    run(30U);
+    const unsigned before = measured;
+    TEST_ASSERT_TRUE((before == 1U) || (before == 2U));
+    truth = 0.2;
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_INT32(10000000,
+                            (int32_t)octets_u32(pdo(1U))); // The last exposure was before the change.
+    TEST_ASSERT_EQUAL_UINT8(0U, pdo(3U)[6]);
+    TEST_ASSERT_EQUAL_UINT16(1U, octets_u16(pdo(3U)));
+    const uint64_t exposed_us = octets_u32(&pdo(3U)[2]);
+    TEST_ASSERT_TRUE((exposed_us > 0U) && (exposed_us < 16000U));
+    const uint8_t counter = pdo(3U)[7];
+    run(25U);
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_INT32(200000000, (int32_t)octets_u32(pdo(1U)));
+    TEST_ASSERT_EQUAL_INT32(800000000, (int32_t)octets_u32(&pdo(2U)[4]));
+    TEST_ASSERT_EQUAL_UINT16(2U, octets_u16(pdo(3U)));
+    TEST_ASSERT_TRUE(pdo(3U)[7] > counter);
+    TEST_ASSERT_EQUAL_UINT64(numbers[0] + 1U, numbers[1]);
+}
+
+static void test_a_value_is_available_after_its_delay(void)
+{
+    begin(TRACKER, 4U, 10U * MASTER_MS, 25U * MASTER_MS);
+    run(45U); // Exposures at 10 and 20 ms; 0.5 ms to 25 ms have passed.
+    const unsigned before = measured;
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_TRUE(before >= 2U);
+    TEST_ASSERT_EQUAL_UINT8(1U, pdo(3U)[6]);
+    run(40U);
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_UINT8(0U, pdo(3U)[6]);
+    TEST_ASSERT_LESS_THAN_UINT(measured, pdo(3U)[7]);
+    TEST_ASSERT_EQUAL_UINT16(0U, octets_u16(pdo(3U))); // The SYNCs before that exposure.
+}
+
+static void test_a_lost_measurement_changes_nothing(void)
+{
+    begin(GYRO, 3U, 0U, 0U);
+    master_sync(&master, STEP_NS);
+    const uint16_t counter = octets_u16(&pdo(2U)[4]);
+    is_lost                = true;
+    truth                  = 0.5;
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_UINT16(counter, octets_u16(&pdo(2U)[4]));
+    TEST_ASSERT_EQUAL_INT32(100000, (int32_t)octets_u32(pdo(1U)));
+}
+
+static void test_errors_make_it_invalid_and_warnings_do_not(void)
+{
+    begin(GYRO, 3U, 0U, 0U);
+    master_sync(&master, STEP_NS);
+    measuring_device_set_error(device, EMERGENCY_DEVICE_TEMPERATURE, true, bus_now_ns(master.bus));
+    truth = 0.02;
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_UINT8(0U, pdo(2U)[6]);
+    TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x080U + ID));
+    measuring_device_set_error(device, 0x5000U, true, bus_now_ns(master.bus));
+    measuring_device_set_error(device, 0x5000U, true, bus_now_ns(master.bus));
+    measuring_device_set_error(device, 0x5001U, true, bus_now_ns(master.bus));
+    truth = 0.03;
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_UINT8(1U, pdo(2U)[6]);
+    TEST_ASSERT_EQUAL_INT32(200000, (int32_t)octets_u32(pdo(1U)));
+    measuring_device_set_error(device, 0x5000U, false, bus_now_ns(master.bus));
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_UINT8(1U, pdo(2U)[6]);
+    measuring_device_set_error(device, 0x5001U, false, bus_now_ns(master.bus));
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_UINT8(0U, pdo(2U)[6]);
+    TEST_ASSERT_EQUAL_INT32(300000, (int32_t)octets_u32(pdo(1U)));
+}
+
+static void test_without_power_it_does_not_expose(void)
+{
+    begin(TRACKER, 4U, 10U * MASTER_MS, 0U);
+    node_power_off(measuring_device_node(device));
+    run(60U);
+    TEST_ASSERT_EQUAL_UINT(0U, measured);
+}
+
+static void test_a_sheet_without_its_objects_is_refused(void)
+{
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, create("descriptors/devices/wheel.eds", 3U, 0U, 0U));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "wheel.eds: an object that a measuring device needs"), error);
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, create(GYRO, 4U, 0U, 0U));
+    TEST_ASSERT_NULL(device);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_gyro_measures_at_each_sync);
+    RUN_TEST(test_a_tracker_exposes_by_its_own_clock_and_stamps);
+    RUN_TEST(test_a_value_is_available_after_its_delay);
+    RUN_TEST(test_a_lost_measurement_changes_nothing);
+    RUN_TEST(test_errors_make_it_invalid_and_warnings_do_not);
+    RUN_TEST(test_without_power_it_does_not_expose);
+    RUN_TEST(test_a_sheet_without_its_objects_is_refused);
+    return UNITY_END();
+}

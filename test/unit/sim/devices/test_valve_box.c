@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+// The valve box on a bus: outputs, inputs, shortest pulses, longest times, and what it does without a master.
+#include "sim/devices/valve_box.h"
+#include "test/unit/sim/devices/master.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define ID 0x3AU
+#define SHEET "descriptors/devices/valve-box.eds"
+#define CYCLE_NS 10000000U
+#define PULSE_NS 20000000U // Shortest one of output 2.
+
+static master_t master;
+static valve_box_t* box;
+static char error[EDS_ERROR_MAX];
+static unsigned changes[VALVE_BOX_OUTPUTS];
+static uint64_t changed_ns;
+
+static void changed(void* context, unsigned output, bool is_open, uint64_t now_ns)
+{
+    TEST_ASSERT_EQUAL_PTR(&master, context);
+    TEST_ASSERT_EQUAL(is_open, (changes[output] % 2U) == 0U);
+    changes[output]++;
+    changed_ns = now_ns;
+}
+
+void setUp(void)
+{
+    const valve_box_config_t config = {
+        .shortest_ns = {[1] = PULSE_NS}, .changed = changed, .context = &master};
+    memset(changes, 0, sizeof changes);
+    master_open(&master, true);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, valve_box_create(master.bus, SHEET, ID, &config, &box, error),
+                                  error);
+    node_power_on(valve_box_node(box));
+    master_wait(&master, 2U * MASTER_MS);
+    master_nmt(&master, 1U, ID);
+}
+
+void tearDown(void)
+{
+    valve_box_destroy(box);
+    master_close(&master);
+}
+
+static void send(const uint16_t outputs, const uint16_t longest)
+{
+    const uint8_t data[4] = {(uint8_t)outputs, (uint8_t)(outputs >> 8), (uint8_t)longest,
+                             (uint8_t)(longest >> 8)};
+    master_send(&master, 0x200U + ID, data, 4U);
+}
+
+/// SYNC, then a cycle with a step of the plant each millisecond.
+static void cycle(void)
+{
+    master_send(&master, 0x080U, NULL, 0U);
+    for (unsigned i = 0U; i < 10U; i++) {
+        master_wait(&master, CYCLE_NS / 10U);
+        valve_box_end_step(box, bus_now_ns(master.bus));
+    }
+}
+
+static uint16_t open(void)
+{
+    uint16_t bits = 0U;
+    for (unsigned i = 0U; i < VALVE_BOX_OUTPUTS; i++) {
+        bits = (uint16_t)(bits | (valve_box_is_open(box, i) ? (1U << i) : 0U));
+    }
+    return bits;
+}
+
+static uint16_t inputs(void)
+{
+    return octets_u16(master_last(&master, 0x180U + ID)->data);
+}
+
+static void test_each_output_moves_its_valve_and_its_input(void)
+{
+    for (unsigned i = 0U; i < VALVE_BOX_OUTPUTS; i++) {
+        send((uint16_t)(1U << i), 0U);
+        cycle();
+        cycle();
+        cycle();
+        send((uint16_t)(1U << i), 0U);
+        cycle();
+        TEST_ASSERT_EQUAL_HEX16(1U << i, open());
+        TEST_ASSERT_EQUAL_HEX16(1U << i, inputs());
+        TEST_ASSERT_EQUAL_UINT(1U, changes[i]);
+    }
+    send(0U, 0U);
+    cycle();
+    TEST_ASSERT_EQUAL_HEX16(0U, open());
+    TEST_ASSERT_EQUAL_HEX16(0U, inputs()); // TPDO of the same SYNC.
+}
+
+static void test_a_command_acts_at_sync(void)
+{
+    send(0x8001U, 0U);
+    master_wait(&master, CYCLE_NS / 10U);
+    TEST_ASSERT_EQUAL_HEX16(0U, open());
+    master_send(&master, 0x080U, NULL, 0U);
+    master_wait(&master, CYCLE_NS / 10U);
+    TEST_ASSERT_EQUAL_HEX16(0x8001U, open());
+}
+
+static void test_a_pulse_is_at_least_the_shortest_one(void)
+{
+    send(0x0003U, 0U);
+    cycle();
+    const uint64_t opened_ns = changed_ns;
+    send(0x0000U, 0U);
+    cycle();
+    TEST_ASSERT_EQUAL_HEX16(0x0002U, open()); // The other one has no limit.
+    TEST_ASSERT_EQUAL_HEX16(0x0002U, inputs());
+    cycle();
+    TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
+    TEST_ASSERT_TRUE(changed_ns >= (opened_ns + PULSE_NS));
+    TEST_ASSERT_TRUE(changed_ns <= (opened_ns + PULSE_NS + (CYCLE_NS / 10U)));
+}
+
+static void test_the_longest_time_closes_all_valves(void)
+{
+    send(0xFFFFU, 3U);
+    cycle();
+    const uint64_t opened_ns = changed_ns;
+    cycle();
+    cycle();
+    TEST_ASSERT_EQUAL_HEX16(0xFFFFU, open());
+    cycle();
+    TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
+    TEST_ASSERT_TRUE((changed_ns - opened_ns) >= 30000000U);
+    TEST_ASSERT_TRUE((changed_ns - opened_ns) <= 31000000U);
+    send(0x0001U, 3U); // Each command starts the time again.
+    cycle();
+    send(0x0001U, 3U);
+    cycle();
+    cycle();
+    cycle();
+    TEST_ASSERT_EQUAL_HEX16(0x0001U, open());
+    cycle();
+    TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
+}
+
+static void test_silence_of_the_master_closes_all_valves(void)
+{
+    send(0xFFFFU, 0U);
+    for (unsigned i = 0U; i < 4U; i++) {
+        cycle();
+        TEST_ASSERT_EQUAL_HEX16(0xFFFFU, open());
+    }
+    cycle();
+    cycle();
+    TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
+    TEST_ASSERT_EQUAL_HEX16(0x8250U, octets_u16(master_last(&master, 0x080U + ID)->data));
+    send(0x0001U, 0U); // The next command opens it again.
+    cycle();
+    TEST_ASSERT_EQUAL_HEX16(0x0001U, open());
+}
+
+static void test_error_modes_and_values_are_those_of_each_output(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x6206U, 1U, 0x0FU, 1U));
+    TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x6207U, 1U, 0xC3U, 1U));
+    TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x6207U, 2U, 0x80U, 1U));
+    send(0xFF55U, 0U);
+    cycle();
+    TEST_ASSERT_EQUAL_HEX16(0xFF55U, open());
+    for (unsigned i = 0U; i < 8U; i++) {
+        cycle();
+    }
+    TEST_ASSERT_EQUAL_HEX16(0x8053U, open()); // Kept where the mode is 0.
+}
+
+static void test_leaving_operational_closes_all_valves(void)
+{
+    static const uint8_t commands[] = {2U, 128U, 129U, 130U};
+    for (size_t i = 0U; i < sizeof commands; i++) {
+        master_nmt(&master, 1U, ID);
+        send(0x0101U, 0U);
+        cycle();
+        TEST_ASSERT_EQUAL_HEX16(0x0101U, open());
+        master_nmt(&master, commands[i], ID);
+        cycle();
+        TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
+    }
+}
+
+static void test_without_power_valves_close_at_once(void)
+{
+    send(0x0002U, 0U);
+    cycle();
+    node_power_off(valve_box_node(box));
+    TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
+    TEST_ASSERT_EQUAL_UINT(2U, changes[1]);
+    cycle();
+    TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
+}
+
+static void test_another_sheet_is_refused(void)
+{
+    const valve_box_config_t config = {.changed = NULL};
+    valve_box_t* other              = NULL;
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, valve_box_create(master.bus, "descriptors/devices/joint-drive.eds",
+                                                           0x3BU, &config, &other, error));
+    TEST_ASSERT_NOT_NULL(strstr(error, "an object that a valve box needs is missing"));
+    TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND,
+                          valve_box_create(master.bus, "nowhere.eds", 0x3CU, &config, &other, error));
+    TEST_ASSERT_NULL(other);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_each_output_moves_its_valve_and_its_input);
+    RUN_TEST(test_a_command_acts_at_sync);
+    RUN_TEST(test_a_pulse_is_at_least_the_shortest_one);
+    RUN_TEST(test_the_longest_time_closes_all_valves);
+    RUN_TEST(test_silence_of_the_master_closes_all_valves);
+    RUN_TEST(test_error_modes_and_values_are_those_of_each_output);
+    RUN_TEST(test_leaving_operational_closes_all_valves);
+    RUN_TEST(test_without_power_valves_close_at_once);
+    RUN_TEST(test_another_sheet_is_refused);
+    return UNITY_END();
+}
