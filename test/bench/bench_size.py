@@ -30,7 +30,8 @@ CORTEX_M = ["clang", "--target=thumbv7em-none-eabi", "-mcpu=cortex-m4", *FLAGS, 
 OUT = pathlib.Path("build/size")
 ALLOWED = 90000
 ALLOWED_CORTEX_M = 128 * 1024
-ALLOWED_RAM = 344 * 1024  # Of it 71 KiB the descriptor, and 56 KiB the table of 32 devices on four buses.
+ALLOWED_RAM = 356 * 1024  # Of it 71 KiB the descriptor, and 56 KiB the table of 32 devices on four buses.
+ALLOWED_RAM_OF = {"arm": 384 * 1024}  # Also 12 joints, paths, and room for every optional service of a descriptor.
 SIZES = """
 #include "fsw/programs/component_runtime.h"
 #include "fsw/subsystems/communication/communication.h"
@@ -157,7 +158,7 @@ def report_ram():
         if name == "communication":
             octets -= sizes["queues"]
             print(f"BENCH ram_communication_queues {sizes['queues']} octets -")
-        print(f"BENCH ram_{name} {octets} octets {'-' if name == 'supervisor' else ALLOWED_RAM}")
+        print(f"BENCH ram_{name} {octets} octets {'-' if name == 'supervisor' else ALLOWED_RAM_OF.get(name, ALLOWED_RAM)}")
     once = symbols(compiled(pathlib.Path("fsw/programs/executive.c")))["storage"] - sizes["runtime"] - sizes["descriptor"]
     print(f"BENCH ram_once_in_a_program {once} octets -")
 

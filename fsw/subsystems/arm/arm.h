@@ -28,9 +28,9 @@
 #include <stdint.h>
 
 /// Storage of the program for optional services: the largest capacities that a descriptor may list.
-#define ARM_DEVICE_REQUESTS 4U
+#define ARM_DEVICE_REQUESTS 2U
 #define ARM_STATISTICS 64U
-#define ARM_MEMORY_OPERATIONS 4U
+#define ARM_MEMORY_OPERATIONS 2U
 #define ARM_MONITORS 64U
 #define ARM_FUNCTIONAL_MONITORS 16U
 
