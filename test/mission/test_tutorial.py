@@ -56,7 +56,8 @@ def copy_of_tree(place):
             shutil.copytree(source, target, ignore=shutil.ignore_patterns("test"), symlinks=True)
         elif source.exists():
             shutil.copy2(source, target)
-    (place / "build" / "venv").symlink_to(flying.ROOT / "build" / "venv")
+    for name in ("venv", "station"):
+        (place / "build" / name).symlink_to(flying.ROOT / "build" / name)
     return place
 
 
