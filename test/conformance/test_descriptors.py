@@ -395,7 +395,8 @@ def test_generator_writes_only_changed_files(copy, tmp_path):
     assert generate(mission, out).returncode == 0
     after = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
     changed = {name for name in after if after[name] != before.get(name)}
-    assert changed == {"rokviss.json", "rokviss-robot.dbc", "rokviss-joystick.dbc", "rokviss-robot-b.dbc", "rokviss-joystick-b.dbc"}  # They name the configuration.
+    buses = {f"rokviss-{bus}.dbc" for bus in ("robot", "robot-b", "joystick", "joystick-b")}
+    assert changed == {"rokviss.json", "rokviss.lua"} | buses  # They name the configuration.
 
 
 @pytest.mark.parametrize(
