@@ -33,7 +33,7 @@ vm: build/setup/vm
 gse: build/setup/station build/station/page/index.html all
 	@echo 'The command line is build/venv/bin/gse --help'
 	@build/venv/bin/python -m hirosco_gse.station $(call option,http-port,HTTP) $(call option,run,OUT) \
-	    $(call option,replay,REPLAY) \
+	    $(call option,replay,REPLAY) $(if $(READ_ONLY),--read-only) \
 	    --fly build/bin/hirosco run --time real $(call option,mission,MISSION) $(call option,scenario,SCENARIO) \
 	    $(call option,world,WORLD) $(call option,seed,SEED) $(call option,port,PORT) $(call option,out,OUT) \
 	    $(call option,key,KEY)

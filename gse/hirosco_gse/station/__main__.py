@@ -25,6 +25,7 @@ def _parser():
     parser.add_argument("--http-port", type=int, help=f"port of the page (default: the first free from {PORT})")
     parser.add_argument("--page", type=pathlib.Path, default=ROOT / "build" / "station" / "page", help="the built page")
     parser.add_argument("--replay", type=pathlib.Path, help="replay the run of this folder; no flight is started or followed")
+    parser.add_argument("--read-only", action="store_true", help="pages command nothing: no telecommand, no hand, no fault, no pace")
     parser.add_argument("--fly", nargs=argparse.REMAINDER, help="start this command if no flight answers")
     return parser
 
@@ -43,6 +44,8 @@ def _listen(wanted):
 
 
 def _is_flying(run):
+    if (run / "run.json").exists() or not (run / "ground.port").exists():  # Another flight may listen at its port now.
+        return False
     with contextlib.suppress(OSError), socket.create_connection((LOOPBACK, default_port(run.resolve())), timeout=1.0):
         return True
     return False
@@ -62,7 +65,7 @@ def main(argv=None):
         flight = subprocess.Popen(arguments.fly, start_new_session=True)
     print(f"The ground station is at http://{host}/ (Ctrl-C ends it{' and its flight' if flight else ''}).", flush=True)
     try:
-        web.run_app(Station(arguments.run, arguments.page, arguments.replay).application(host), sock=listener, print=None)
+        web.run_app(Station(arguments.run, arguments.page, arguments.replay, arguments.read_only).application(host), sock=listener, print=None)
     finally:
         if flight and flight.poll() is None:
             os.killpg(flight.pid, signal.SIGINT)

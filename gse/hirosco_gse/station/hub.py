@@ -29,6 +29,7 @@ WEB_USER = 3
 DISPLAY_ID = 9003  # housekeeping structure of the station
 DISPLAY_PERIOD_US = 50_000
 DISPLAY_STATES = STATES[3:7]
+LISTS = {("schedule", "list"), ("store", "list"), ("procedure", "status"), ("file", "list")}  # Commands that ask only.
 TIMEOUT_NS = 20_000_000_000
 TICK_S = 0.1
 RETRY_S = 0.5
@@ -80,10 +81,10 @@ class _WebSession(Session):
 class Hub:
     """One spacecraft link for all browsers. `run`: run folder or a link to it, such as runs/latest."""
 
-    def __init__(self, run, publish, user=WEB_USER, **given):
-        """user: id in the packets; given: what place.Place.of shall not take from the run folder."""
+    def __init__(self, run, publish, user=WEB_USER, is_read_only=False, **given):
+        """user: id in the packets; is_read_only: pages are told that they command nothing; given: what place.Place.of shall not take from the run folder."""
         self.run, self.publish = pathlib.Path(run), publish
-        self._user, self._given = user, given
+        self._user, self._given, self.is_read_only = user, given, is_read_only
         self.world_port = WorldPort()
         self.viewers, self._left = 0, 0.0
         self.taps = Taps(publish)
@@ -291,7 +292,9 @@ class Hub:
         return call
 
     async def ask(self, text):
-        """Rows of the answer of a command that asks only; it is not in the list of commands. Raises UsageError."""
+        """Rows of the answer of one of LISTS; it is not in the list of commands. Raises UsageError."""
+        if tuple(text.split()[:2]) not in LISTS:
+            raise UsageError(f"'{text}' is no list; lists are {', '.join(sorted(map(' '.join, LISTS)))}")
         planned = self.plan(text)
         if not self._writer:
             raise UsageError("no link to the spacecraft")
@@ -564,7 +567,7 @@ class Hub:
 
     def hello(self):
         """The mission, for a page that begins with this flight."""
-        return hello(self.dictionary, self.flight[0], self.world)
+        return {**hello(self.dictionary, self.flight[0], self.world), "read_only": self.is_read_only}
 
     def snapshot(self):
         """Messages that describe the present."""

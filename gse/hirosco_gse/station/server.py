@@ -23,6 +23,8 @@ from .hub import Hub
 QUEUE = 400  # Messages that wait for a slow browser; then the oldest housekeeping is dropped.
 MESSAGE_MAX = 1 << 18  # A file of 128 KiB in base64.
 POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+READS = ("structures", "plan", "forms", "script", "watch")
+DISPLAY = ("hk", "enable")
 HEADERS = {"Content-Security-Policy": POLICY, "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer", "Cache-Control": "no-cache"}
 
 
@@ -56,9 +58,9 @@ class _Browser:
 class Station:
     """The web application: hub and browsers."""
 
-    def __init__(self, run, page, replayed=None):
-        """replayed: folder of a run that is replayed; then no flight is followed."""
-        self.hub = Hub(run, self.publish)
+    def __init__(self, run, page, replayed=None, is_read_only=False):
+        """replayed: folder of a run that is replayed; then no flight is followed. is_read_only: pages command nothing."""
+        self.hub = Hub(run, self.publish, is_read_only=is_read_only)
         self.browsers = set()
         self._replayed, self._recorded = replayed, (None, b"")
         self._page = page
@@ -158,6 +160,7 @@ class Station:
         try:
             order = json.loads(text)
             do, number = order["do"], order.get("id")
+            self._check_right(do, order)
             if do == "live":
                 return {**await self.hub.live(str(order["line"])), "id": number}
             if do == "command":
@@ -183,6 +186,12 @@ class Station:
             return {"kind": "answer", "id": number, "refused": str(problem)}
         except (ValueError, KeyError, TypeError, AttributeError) as problem:
             return {"kind": "answer", "refused": f"not understood: {problem!r}"}
+
+    def _check_right(self, do, order):
+        """In a station that is read only a page may ask, and receive one more housekeeping structure. Raises UsageError."""
+        is_display = do == "command" and order.get("display") and tuple(shlex.split(str(order["text"]))[:2]) == DISPLAY
+        if self.hub.is_read_only and do not in READS and not is_display:
+            raise UsageError("this station is read only; start one without --read-only (make gse READ_ONLY=) to command")
 
     async def _ask(self, text, browser):
         order = {}

@@ -84,14 +84,14 @@ class Bar extends HTMLElement {
   draw() {
     text(this.missionName, store.hello?.mission ?? "hirosco");
     show(this.linkSymbol, store.link.is_live ? "normal" : store.replay ? "off" : "critical", store.link.is_live ? "live" : store.replay ? "replay" : "lost");
-    text(this.linkText, store.link.is_live ? "live" : store.link.text);
+    text(this.linkText, store.link.is_live ? store.hello?.read_only ? "live, read only" : "live" : store.link.text);
     this.linkText.title = store.link.text;
     text(this.modeText, store.mode ?? "–");
-    const is_there = store.pace.is_there && store.link.is_live;
+    const is_there = store.pace.is_there && !store.barrier();
     this.pause.disabled = this.step.disabled = this.speed.disabled = !is_there;
     this.pause.setAttribute("aria-pressed", String(store.pace.is_paused));
     if (document.activeElement !== this.speed) this.speed.value = String(store.pace.speed);
-    this.stop.disabled = !store.link.is_live;
+    this.stop.disabled = Boolean(store.barrier());
     this.drawAlarm();
   }
 

@@ -179,7 +179,7 @@ export class CommandForm {
   tick() {
     const rest = this.armed ? ARMED_MS - (performance.now() - this.armed) : 0;
     if (this.armed && rest <= 0) this.disarm();
-    const isFit = this.isFit && store.link.is_live;
+    const isFit = this.isFit && !store.barrier();
     this.arm.hidden = !this.isCritical;
     this.arm.disabled = !isFit;
     text(this.arm, this.armed ? "Disarm" : "Arm");

@@ -88,7 +88,7 @@ class States extends HTMLElement {
     });
   }
 
-  targets() { return store.link.is_live ? store.states.get(store.selected)?.targets ?? {} : {}; }
+  targets() { return !store.barrier() ? store.states.get(store.selected)?.targets ?? {} : {}; }
 
   ask(state) {
     const words = `state ${store.selected} ${state}`;
@@ -132,7 +132,7 @@ class States extends HTMLElement {
     const reasons = new Map();
     for (const [n, words] of barred) reasons.set(words, [...(reasons.get(words) ?? []), n]);
     const line = [...reasons].map(([words, numbers]) => `${numbers.join(", ")} barred: ${words}`).join("; ");
-    text(this.reason, line || (known?.phase && known.phase !== "IDLE" ? `phase ${known.phase}` : "") || (store.replay ? store.barrier() : ""));
+    text(this.reason, line || (known?.phase && known.phase !== "IDLE" ? `phase ${known.phase}` : "") || (store.replay || store.hello?.read_only ? store.barrier() : ""));
     this.reason.title = line;
   }
 }

@@ -108,7 +108,10 @@ class Store {
   clock() { return this.replay ? this.time * 1000 : performance.now(); }
 
   // Why nothing can be commanded now; null if it can.
-  barrier() { return this.link.is_live ? null : this.replay ? this.link.text : "no link"; }
+  barrier() {
+    if (!this.link.is_live) return this.replay ? this.link.text : "no link";
+    return this.hello?.read_only ? "this station is read only" : null;
+  }
 
   // A housekeeping structure of the present configuration, or of the first if none is selected.
   structure(name, id) {

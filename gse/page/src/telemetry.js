@@ -110,7 +110,7 @@ class Section {
     text(this.words, report ? `${rate}, ${report.count} reports` : store.states.get(this.name)?.configuration === "-" ? "needs a configuration" : "not heard yet");
     text(this.toggle, isOn ? "Disable" : "Enable");
     this.toggle.setAttribute("aria-label", `${isOn ? "Disable" : "Enable"} ${this.name} ${this.id}`);
-    this.toggle.disabled = !store.link.is_live;
+    this.toggle.disabled = !store.link.is_live || store.hello?.read_only && isOn;
     for (const row of this.rows) row.draw(freshness);
   }
 }

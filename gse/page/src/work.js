@@ -119,7 +119,7 @@ class Hand {
     const felt = store.value(source, "CUR_VALUES.FELT_TORQUE") ?? [0, 0];
     const isFresh = known && store.clock() - known.at < Math.max(600, 3 * known.period) || store.pace.is_paused;
     const state = store.states.get(source)?.state;
-    const isThere = Boolean(source) && store.pace.is_there && store.link.is_live;
+    const isThere = Boolean(source) && store.pace.is_there && !store.barrier();
     this.take.disabled = !isThere;
     this.take.firstChild.textContent = this.aim ? "Give back " : "Take the hand ";
     this.field.classList.toggle("taken", Boolean(this.aim));

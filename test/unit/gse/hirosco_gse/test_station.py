@@ -70,9 +70,9 @@ def begin(place, name, port):
 
 
 @asynccontextmanager
-async def station_of(place):
+async def station_of(place, **options):
     """A station that serves; yields (station, address)."""
-    station = Station(place / "latest", place / "page")
+    station = Station(place / "latest", place / "page", **options)
     runner = web.AppRunner(station.application("127.0.0.1:0"))
     await runner.setup()
     site = web.TCPSite(runner, "127.0.0.1", 0)
@@ -104,11 +104,11 @@ class Page:
         return await self.until(lambda message: message.get("id") == 7)
 
 
-def visit(place, story):
+def visit(place, story, **options):
     """Run `story(page, station)` with an open page."""
 
     async def run():
-        async with station_of(place) as (station, address), ClientSession() as session:
+        async with station_of(place, **options) as (station, address), ClientSession() as session:
             async with session.ws_connect(f"{address}/ws", headers={"Origin": address}) as socket:
                 page = Page(socket)
                 await page.until(lambda message: message["kind"] == "link" and message["is_live"])
@@ -184,6 +184,42 @@ def test_a_file_of_the_page_is_uploaded_and_a_list_is_asked_for(place, spacecraf
     assert code in sent and last["number"] == 1 and last["lights"][3] == "done"
     assert [row["obcp_id"] for row in listing["rows"][0]["n"]] == ["STATION"]
     assert "procedure" not in script["text"] and "not understood" in refused["refused"]
+
+
+def test_a_list_is_asked_for_and_nothing_else(place, spacecraft):
+    """What is asked is not in the list of commands, so it may command nothing."""
+
+    async def story(page, _):
+        await page.socket.send_str('{"do":"ask","text":"stop","id":8}')
+        return await page.until(lambda message: message.get("id") == 8)
+
+    assert visit(place, story)["refused"].startswith("'stop' is no list; lists are file list, procedure status,")
+    assert (129, 1) not in [packet.message for packet in spacecraft.received]
+
+
+def test_a_station_that_is_read_only_commands_nothing(place, spacecraft):
+    """The server refuses whatever a page asks for, critical or not; housekeeping for display comes as in other stations."""
+    orders = (
+        {"do": "command", "text": "ping JOYSTICK"},
+        {"do": "command", "text": "stop", "display": True},
+        {"do": "command", "text": "hk disable JOYSTICK 4711", "display": True},
+        {"do": "live", "line": "pause"},
+        {"do": "upload", "words": ["procedure", "load", "STATION", "{}"], "data": "AA=="},
+        {"do": "fly"},
+    )
+
+    async def story(page, station):
+        is_read_only = station.hub.hello()["read_only"]
+        refused = [(await page.ask(**order)).get("refused", "") for order in orders]
+        asked = [await page.ask(do="plan", text="ping JOYSTICK"), await page.ask(do="forms"), await page.ask(do="watch", bus=None)]
+        shown = await page.ask(do="command", text="hk enable JOYSTICK 4711", display=True)
+        await page.until(lambda message: message["kind"] == "command" and message["over"])
+        return is_read_only, refused, asked, shown, [(packet.apid, *packet.message) for packet in spacecraft.received]
+
+    is_read_only, refused, asked, shown, sent = visit(place, story, is_read_only=True)
+    assert is_read_only is True and all("this station is read only" in words for words in refused)
+    assert not any("refused" in each for each in asked) and "refused" not in shown
+    assert (JOYSTICK, 17, 1) not in sent and (JOYSTICK, 3, 6) not in sent and (JOYSTICK, 3, 5) in sent
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", "null", '{"do": "fly"}', '{"do": "command"}', '{"do": "live", "line": "time\\npause"}'])
