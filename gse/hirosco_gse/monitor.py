@@ -16,7 +16,8 @@ from textual.widgets import DataTable, Input, RichLog, Static
 from . import completion, values
 from .command import UsageError
 from .session import GROUND_USER
-from .station.hub import LIGHTS, Hub
+from .station.hub import Hub
+from .station.lights import LIGHTS
 
 REFRESH_S = 0.25
 STALE_S = 5.0  # without an interval in the dictionary
