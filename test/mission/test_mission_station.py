@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The light station in a browser, beside a flight by the wall clock: what the page shows of telecommands, refusals, hand and lost link."""
+"""The light station in a browser, beside a flight by the wall clock: what the page shows of telecommands, refusals, hand and lost link.
+
+UPDATE_PICTURES=1 writes the picture of the README again."""
 
 import json
+import os
 import re
 import signal
 import subprocess
@@ -12,9 +15,10 @@ from hirosco_gse import run as runs
 from playwright.sync_api import sync_playwright
 
 CHROMIUM = "/usr/bin/chromium"
-WITHOUT_SCREEN = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+WITHOUT_SCREEN = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-compositing"]
 AXE = flying.ROOT / "build" / "station" / "node_modules" / "axe-core" / "axe.min.js"
 LIMIT_MS = flying.MOMENT_S * 1000
+PICTURE = flying.ROOT / "docs" / "images" / "telepresence.png"
 REPORT_OCTETS = 1_200_000
 SEND = "station-work button.go"  # The time line has such a button, too: that of a replay, hidden in a flight.
 SIZES = {"laptop": (1440, 900), "tablet": (1024, 768), "phone": (390, 844)}
@@ -339,7 +343,7 @@ def test_a_report_is_one_file(browser, fleet, hangar):
         row = nearest(truth["time_us"] / 1e6, 26.0)
         assert page.evaluate("station.scene.joints") == pytest.approx(list(truth["position_rad"][row]), abs=1e-3)
         assert page.locator(".figures tr.holds").count() == 16
-        page.screenshot(path=str(hangar / "report-dark.png"))
+        page.screenshot(path=str(PICTURE if os.environ.get("UPDATE_PICTURES") else hangar / "report-dark.png"))
         page.evaluate(AXE.read_text(encoding="utf-8"))
         found = page.evaluate("axe.run(document, {runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'best-practice']})")
         assert not [f"{rule['id']}: {rule['nodes'][0]['html']}" for rule in found["violations"] if rule["impact"] in ("serious", "critical")]

@@ -13,6 +13,7 @@ const FORCE_LEAST = 0.5;
 const GHOST_M = 0.002, GHOST_RAD = 0.5 * Math.PI / 180;
 const TRACE_S = 6;
 const STALE_PERIODS = 3, STALE_MS = 350;
+const SOFTWARE_MS = 100;  // Between two pictures that a processor draws: the rest of the page stays quick.
 const NEAR = 0.1;  // Share of the range that counts as near a limit.
 const token = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 const matrix = (pose) => new THREE.Matrix4().set(...pose);
@@ -176,9 +177,14 @@ class Scene extends HTMLElement {
     this.renderer.shadowMap.enabled = !isSoftware;
     this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
     this.world = new THREE.Scene();
-    const room = new THREE.PMREMGenerator(this.renderer);
-    this.world.environment = room.fromScene(new RoomEnvironment(), 0.04).texture;
-    this.world.environmentIntensity = 0.55;
+    if (isSoftware) {  // Reflections of a room would take seconds to compute.
+      for (const name of Object.keys(LOOK)) LOOK[name] = new THREE.MeshLambertMaterial({ color: LOOK[name].color });
+      this.world.add(new THREE.HemisphereLight(0xffffff, 0x8a8f96, 2));
+    } else {
+      const room = new THREE.PMREMGenerator(this.renderer);
+      this.world.environment = room.fromScene(new RoomEnvironment(), 0.04).texture;
+      this.world.environmentIntensity = 0.55;
+    }
     const light = new THREE.DirectionalLight(0xffffff, 1.7);
     light.position.set(-0.3, -0.9, 1.4);
     light.castShadow = true;
@@ -191,7 +197,13 @@ class Scene extends HTMLElement {
     this.orbit();
     new ResizeObserver(() => this.resize()).observe(this);
     this.view("Iso");
-    const frame = () => { this.frame(); requestAnimationFrame(frame); };
+    let drawn = 0;
+    const frame = (now) => {
+      requestAnimationFrame(frame);
+      if (isSoftware && now - drawn < SOFTWARE_MS) return;
+      drawn = now;
+      this.frame();
+    };
     requestAnimationFrame(frame);
   }
 
