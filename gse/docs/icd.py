@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Interface control document from the descriptors: the contents of packets and frames, octet by octet. One page for each mission."""
 
+import descriptions
 import icd_messages
 import layers
 from ground_dictionary import dictionary
@@ -53,6 +54,19 @@ def initially(subsystem, item):
     return escape(text)
 
 
+def unit(item):
+    """Unit of a field, or what its number counts."""
+    return escape(item["unit"] or item.get("quantity", ""))
+
+
+def meaning(item):
+    """Description of a field, with the words for its numbers and its warning limit."""
+    numbers = item.get("words", {"numbers": {}})["numbers"]
+    words = "".join(f"<br>{number}: {mono(word)}" for number, word in numbers.items())
+    warning = f"; warning above {number(item['warning'])}" if "warning" in item else ""
+    return escape(item.get("description", "") + warning) + words
+
+
 def octets_of(item, sizes):
     return sizes[item["type"]] * item.get("count", 1)
 
@@ -65,18 +79,18 @@ def parameters(subsystem, sizes):
         mark = ' <span class="chip">settable</span>' if item["settable"] else ""
         first = [place + mono(item["name"]) + mark, mono(f"0x{item['parameter_id']:08X}")]
         if item["type"] == "STRUCT":
-            rows.append([*first, mono("STRUCT"), "0", item["size"], "", "", ""])
+            rows.append([*first, mono("STRUCT"), "0", item["size"], "", "", "", ""])
             kinds.append("")
             at = 0
             for field in item["fields"]:
                 size = octets_of(field, sizes)
-                rows.append([mono(field["name"]), "", type_of(field, subsystem), at, size, escape(field["unit"]), bounds(field), initially(subsystem, field)])
+                rows.append([mono(field["name"]), "", type_of(field, subsystem), at, size, unit(field), bounds(field), initially(subsystem, field), meaning(field)])
                 kinds.append("in")
                 at += size
         else:
-            rows.append([*first, type_of(item, subsystem), "0", item["size"], escape(item["unit"]), bounds(item), initially(subsystem, item)])
+            rows.append([*first, type_of(item, subsystem), "0", item["size"], unit(item), bounds(item), initially(subsystem, item), meaning(item)])
             kinds.append("")
-    return table(["parameter", "id", "type", "at", "octets", "unit", "range", "initially"], rows, (3, 4), kinds)
+    return table(["parameter", "id", "type", "at", "octets", "unit", "range", "initially", "meaning"], rows, (3, 4), kinds)
 
 
 def enumerations(subsystem, _):
@@ -227,7 +241,7 @@ def link_drawing(links):
 
 def mission_page(loaded):
     """(file, title, HTML) of a mission."""
-    content = dictionary(loaded)
+    content = descriptions.describe(dictionary(loaded), descriptions.load())
     sizes = {name: item["size"] for name, item in content["types"].items()}
     file, title = f"icd-{content['mission']}.html", f"ICD of {content['mission']}"
     members = [[s["apid"], f'<a href="#{s["name"].lower()}">{s["name"]}</a>', mono(s["executable"]), "yes" if s["autostart"] else "no"] for s in content["subsystems"]]

@@ -3,16 +3,18 @@
 
 They are not in the descriptors, because the flight software reports the hashes of those."""
 
+import pathlib
 import re
 
 from source import STATES, DescriptorError
 
+FILE = pathlib.Path(__file__).resolve().parents[2] / "descriptors" / "descriptions.txt"
 LINE = re.compile(r"([A-Z0-9_.]+) \| ([^|]+?) \| ([^|]+?)(?: \| (-?[0-9.]+))?\Z")
 STRATEGIES = ("ASCII", "SQLITE", "POSTGRESQL", "RING")
 HAND = ("LEADS", "NO_HAND", "RANGE", "SPEED", "SINGULAR")
 
 
-def load(path):
+def load(path=FILE):
     """(quantity, description, warning) by name."""
     found = {}
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):

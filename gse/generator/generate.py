@@ -35,7 +35,6 @@ from source import DescriptorError
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCHEMAS = ROOT / "descriptors" / "schema"
-DESCRIPTIONS = ROOT / "descriptors" / "descriptions.txt"
 CATALOGUE = ROOT / "pus" / "catalogue"
 TAILORING = ROOT / "pus" / "core" / "tailoring.h"
 
@@ -95,7 +94,7 @@ def generate(path, out, described, messages, failures):
         validate(source, "subsystem.xsd")
         write(out / f"{subsystem.name.lower()}_descriptor.h", header(subsystem, source.name))
         write(out / f"{subsystem.name.lower()}_services.h", services.header(subsystem, source.name))
-    content = descriptions.describe(dictionary(loaded), descriptions.load(DESCRIPTIONS)) | {"catalogue": messages}
+    content = descriptions.describe(dictionary(loaded), descriptions.load()) | {"catalogue": messages}
     write(out / f"{loaded.name}.json", json.dumps(content, indent=1) + "\n")
     text, events = xtce.database(content, failures)
     write(out / f"{loaded.name}.xtce.xml", text)

@@ -14,7 +14,7 @@ import re
 import signal
 import sys
 
-from . import __version__, commands, completion, decode, frames, gateway, link, live, packet_log, pcap, sdls, telemetry, usage, visits
+from . import __version__, commands, completion, decode, frames, gateway, link, live, packet_log, pcap, sdls, telemetry, usage, values, visits
 from .colours import coloured
 from .commands import UsageError
 from .dictionary import STATES, Dictionary, DictionaryError
@@ -54,7 +54,7 @@ def _parser():
 
 
 def _print(arguments, entry, meaning=None):
-    text = json.dumps(entry, default=str) if arguments.json else coloured(entry["text"], meaning)
+    text = json.dumps(values.in_words(entry), default=str) if arguments.json else coloured(entry["text"], meaning)
     print(text, flush=True)
 
 
@@ -232,8 +232,8 @@ class _Console:
     def _fly(self, craft, script, log):
         def record(entry):
             nonlocal log
-            _print_if_possible(json.dumps(entry, default=str) if self.arguments.json else entry["text"])
-            if log and not _append(log, json.dumps(entry, default=str) + "\n"):
+            _print_if_possible(json.dumps(values.in_words(entry), default=str) if self.arguments.json else entry["text"])
+            if log and not _append(log, json.dumps(values.in_words(entry), default=str) + "\n"):
                 log = None
 
         clock = None

@@ -25,6 +25,7 @@ STATES = (
 SEVERITIES = {1: "INFORMATIVE", 2: "LOW", 3: "MEDIUM", 4: "HIGH"}
 STRATEGIES = ("ASCII", "SQLITE", "POSTGRESQL", "RING")
 SUPERVISOR_APID = 1
+RATIO = "1"  # Quantity of a number without dimension.
 
 
 class DictionaryError(ValueError):
@@ -43,9 +44,9 @@ class Field:
     name: str
     type: str
     count: int = 1
-    unit: str = ""
+    unit: str = ""  # or what is counted
     id: int = 0
-    words: dict = None  # of an enumeration: number -> word
+    words: dict = None  # number -> word
     min: float = None
     max: float = None
 
@@ -54,7 +55,7 @@ class Field:
         return values.size_of(self.type, self.count)
 
     def decode(self, octets, offset):
-        """Value (a list; words of an enumeration, or numbers that have none) at the offset, and the offset after it."""
+        """Value (a list of numbers; values.Word those that have a word) at the offset, and the offset after it."""
         return _decode(self, octets, offset)
 
     def encode_text(self, text):
@@ -67,7 +68,11 @@ class Field:
 
 def _decode(item, octets, offset):
     found, offset = values.decode(item.type, item.count, octets, offset)
-    return ([item.words.get(number, number) for number in found] if item.words else found), offset
+    return ([_worded(item.words, number) for number in found] if item.words else found), offset
+
+
+def _worded(words, number):
+    return values.Word(number, words[number]) if number in words else number
 
 
 def _encode(item, text):
@@ -87,7 +92,7 @@ class Parameter:
     min: float = None
     max: float = None
     fields: tuple = ()
-    words: dict = None  # of an enumeration: number -> word
+    words: dict = None  # number -> word
 
     @property
     def size(self):
@@ -307,16 +312,25 @@ def _lookup(table, name, what):
     raise _not_found(what, name, table)
 
 
-def _words(item, enumerations):
-    """Words of the field's enumeration by number, or None."""
+def words_of(item, enumerations):
+    """Words for the numbers of an item of the dictionary (JSON): those of its enumeration, or those that the ground gives it; or None."""
     numbers = enumerations.get(item.get("enumeration"))
-    return {number: word for word, number in numbers.items()} if numbers else None
+    if numbers:
+        return {number: word for word, number in numbers.items()}
+    given = item.get("words")
+    return {int(number): word for number, word in given["numbers"].items()} if given else None
+
+
+def unit_of(item):
+    """Unit of an item of the dictionary (JSON), or what its number counts; empty for a ratio."""
+    quantity = item.get("quantity") or ""
+    return item.get("unit") or (quantity if quantity != RATIO else "")
 
 
 def _fields(items, enumerations):
     return tuple(
-        Field(item["name"], item["type"], int(item.get("count", 1)), item.get("unit") or "", int(item.get("id", 0)),
-              _words(item, enumerations), item.get("min"), item.get("max"))
+        Field(item["name"], item["type"], int(item.get("count", 1)), unit_of(item), int(item.get("id", 0)),
+              words_of(item, enumerations), item.get("min"), item.get("max"))
         for item in items
     )
 
@@ -327,12 +341,12 @@ def _parameter(item, enumerations):
         parameter_id=int(item["parameter_id"]),
         type=item["type"],
         count=int(item.get("count", 1)),
-        unit=item.get("unit") or "",
+        unit=unit_of(item),
         settable=bool(item.get("settable", False)),
         min=item.get("min"),
         max=item.get("max"),
         fields=_fields(item.get("fields") or (), enumerations),
-        words=_words(item, enumerations),
+        words=words_of(item, enumerations),
     )
 
 

@@ -15,6 +15,7 @@ from . import frames, logs
 from . import run as runs
 from . import truth as truth_log
 from .dictionary import STATES
+from .values import Word
 
 ROS = {"f": "float64", "u1": "uint8", "b": "bool", "u4": "uint32"}
 ENTRIES = {"JOINTS": "joint", "STICK": "axis", "CONTACT": "contact", "SPRING": "spring", "BASE": "base"}  # Names in WORLD.
@@ -115,19 +116,24 @@ def _plain(value):
     return value.item() if hasattr(value, "item") and value.ndim == 0 else value.tolist()
 
 
-def _schema(value):
-    """JSON schema of a value."""
+def _schema(value, items=()):
+    """JSON schema of a value; items: the parameters or fields of its members, whose units it tells."""
     if isinstance(value, dict):
-        return {"type": "object", "properties": {name: _schema(item) for name, item in value.items()}}
+        known = {item.name: item for item in items}
+        members = {name: _schema(member, getattr(known.get(name), "fields", ())) for name, member in value.items()}
+        for name in members.keys() & known.keys():
+            members[name] |= {"description": known[name].unit} if known[name].unit else {}
+        return {"type": "object", "properties": members}
     if isinstance(value, list):
         return {"type": "array", "items": _schema(value[0]) if value else {}}
     return {"type": "boolean" if isinstance(value, bool) else "string" if isinstance(value, str) else "number"}
 
 
 def _flat(value):
-    """Values of a report: lists of one as their only number."""
+    """Values of a report: lists of one as their only number; beside a number that has a word, the word, for viewers that plot numbers."""
     if isinstance(value, dict):
-        return {name: _flat(item) for name, item in value.items()}
+        flat = {name: _flat(item) for name, item in value.items()}
+        return flat | {f"{name}_WORD": str(one) for name, one in flat.items() if isinstance(one, Word)}
     if isinstance(value, list):
         return _flat(value[0]) if len(value) == 1 else [_flat(item) for item in value]
     return value
@@ -218,23 +224,25 @@ def _bus(file, name, log, database):
 
 def _packets(file, run):
     """Housekeeping by structure, states, and all events in one log."""
-    tables, told = {}, []
+    tables, told, schemas = {}, [], {}
     for time_ns, packet, decoded in run.reports:
         owner = run.dictionary.name_of_apid(packet.apid)
         if "error" in decoded:
             continue
         if decoded["kind"] == "housekeeping":
-            tables.setdefault(f"/{owner.lower()}/housekeeping_{decoded['structure']}", []).append((time_ns, _flat(decoded["values"])))
+            topic, flat = f"/{owner.lower()}/housekeeping_{decoded['structure']}", _flat(decoded["values"])
+            tables.setdefault(topic, []).append((time_ns, flat))
+            schemas.setdefault(topic, _schema(flat, run.dictionary.subsystem(owner).parameters.values()))
         elif decoded["kind"] == "transition":
             entry = {name: decoded[name] for name in ("previous", "state", "phase", "configuration", "cause")}
             tables.setdefault(f"/{owner.lower()}/state", []).append((time_ns, {**entry, "number": STATES.index(decoded["state"])}))
         elif decoded["kind"] == "event":
-            values = "".join(f" {name}={value}" for name, value in _flat(decoded["values"]).items())
+            worded = "".join(f" {name}={value}" for name, value in _flat(decoded["values"]).items())
             seconds, rest = divmod(time_ns, 1_000_000_000)
             told.append((time_ns, {"timestamp": {"sec": seconds, "nsec": rest}, "level": LEVELS[decoded["severity"]],
-                                   "message": decoded["event"] + values, "name": owner, "file": "", "line": 0}))
+                                   "message": decoded["event"] + worded, "name": owner, "file": "", "line": 0}))
     for topic, rows in sorted(tables.items()):
-        file.json(topic, rows)
+        file.json(topic, rows, schema=schemas.get(topic))
     if told:
         file.json("/events", told, "foxglove.Log", LOG_SCHEMA)
 

@@ -23,6 +23,44 @@ class ValueProblem(ValueError):
     """A value that does not fit its type, or octets that are too few for it."""
 
 
+class Word(int):
+    """A number that has a word: it computes and compares as the number, and is printed as the word, which it also equals."""
+
+    def __new__(cls, number, word):
+        made = super().__new__(cls, number)
+        made.word = word
+        return made
+
+    def __str__(self):
+        return self.word
+
+    def __repr__(self):
+        return repr(self.word)
+
+    def __format__(self, form):
+        return format(self.word, form)
+
+    def __eq__(self, other):
+        return self.word == other if isinstance(other, str) else int(self) == other
+
+    def __ne__(self, other):
+        return not self == other
+
+    __hash__ = int.__hash__
+
+    def __getnewargs__(self):
+        return int(self), self.word
+
+
+def in_words(value):
+    """A value of decoded content for JSON that people read: words in the place of numbers that have one."""
+    if isinstance(value, Word):
+        return value.word
+    if isinstance(value, dict):
+        return {name: in_words(one) for name, one in value.items()}
+    return [in_words(one) for one in value] if isinstance(value, (list, tuple)) else value
+
+
 def size_of(kind, count=1):
     """Octets of `count` scalars on the wire."""
     return struct.calcsize(">" + FORMATS[kind]) * count

@@ -29,6 +29,7 @@ sys.path.insert(0, str(ROOT / "test" / "mission"))
 import flying  # noqa: E402
 from hirosco_gse import cli, logs  # noqa: E402
 from hirosco_gse import run as runs  # noqa: E402
+from hirosco_gse.dictionary import STATES  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -124,11 +125,21 @@ def test_housekeeping_states_and_events_are_those_of_the_packets(run, messages):
     for (time_ns, shown), (wanted_ns, wanted) in zip(told, reports):
         assert time_ns == wanted_ns
         assert shown["CUR_VALUES"]["POSITION"] == wanted["CUR_VALUES"]["POSITION"]
+        state = shown["CUR_VALUES"]["STATE"]
+        assert [state] == wanted["CUR_VALUES"]["STATE"] and shown["CUR_VALUES"]["STATE_WORD"] == STATES[state]
     states = [one["state"] for _, one in messages["/manipulator/state"]]
     assert "SAFE_OPERATIONAL" in states and messages["/manipulator/state"][states.index("SAFE_OPERATIONAL")][1]["number"] == 4
     events = run.reports_of("event")
     assert [one["message"].split()[0] for _, one in messages["/events"]] == [one["event"] for _, _, one in events]
     assert len(events) >= 2
+
+
+def test_the_schema_of_housekeeping_tells_units(folder):
+    with (folder / "run.mcap").open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    channel = next(one for one in summary.channels.values() if one.topic == "/manipulator/housekeeping_4711")
+    members = json.loads(summary.schemas[channel.schema_id].data)["properties"]["CUR_VALUES"]["properties"]
+    assert members["POSITION"]["description"] == "rad" and members["STATE"]["type"] == "number" and members["STATE_WORD"]["type"] == "string"
 
 
 def test_the_same_run_gives_the_same_file_and_another_database_raw_frames(folder, tmp_path, capsys):

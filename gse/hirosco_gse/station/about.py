@@ -2,7 +2,7 @@
 """What the page must know of a mission: its part of the dictionary."""
 
 from .. import commands
-from ..dictionary import STATES
+from ..dictionary import STATES, unit_of, words_of
 
 
 def _leaves(parameters, name):
@@ -54,9 +54,9 @@ def about(item):
         for leaf in parameter.get("fields") or [parameter]:
             name = leaf["name"] if leaf is parameter else f"{parameter['name']}.{leaf['name']}"
             bounds = {key: leaf[key] for key in ("min", "max") if leaf.get(key) is not None}
-            parameters.append({"name": name, "type": leaf["type"], "count": leaf.get("count", 1), "unit": leaf.get("unit") or "",
+            parameters.append({"name": name, "type": leaf["type"], "count": leaf.get("count", 1), "unit": unit_of(leaf),
                                "settable": bool(parameter.get("settable")) and leaf is parameter,
-                               "words": item.get("enumerations", {}).get(leaf.get("enumeration")), **bounds})
+                               "words": words_of(leaf, item.get("enumerations", {})), "description": leaf.get("description", ""), **bounds})
     return {
         "name": item["name"],
         "apid": item["apid"],

@@ -79,6 +79,9 @@ export function number(value, unit, type) {
   return (value < 0 && Number(words) !== 0 ? "−" : " ") + words;
 }
 
+// Word of a number of the dictionary, if it has one there.
+export const wordOf = (leaf, value) => leaf.words?.[Number(value)];
+
 export function clock(seconds) {
   const whole = Math.max(0, seconds);
   const minutes = Math.floor(whole / 60);

@@ -5,7 +5,7 @@
 import uPlot from "uplot";
 
 import { store } from "./store.js";
-import { el, number, text } from "./dom.js";
+import { el, number, text, wordOf } from "./dom.js";
 import { tipForce } from "./kinematics.js";
 
 const WINDOW_S = 30;
@@ -38,11 +38,10 @@ function strips(count) {
   ];
 }
 
-// Number of a value in a row; a word of an enumeration is drawn as its number.
+// Number of a value in a row.
 function numberOf(row, line) {
   const value = row?.[line.leaf]?.[line.n];
-  if (typeof value === "boolean") return Number(value);
-  return (typeof value === "string" ? line.words?.[value] : value) ?? null;
+  return typeof value === "boolean" ? Number(value) : value ?? null;
 }
 
 // Strips of the chosen lines: those of one unit share a strip until it is full.
@@ -162,7 +161,7 @@ class Strip {
   tellChosen(n, line) {
     const [name, id] = line.report.split("/");
     const value = store.freshness(name, Number(id)) === "stale" ? null : store.reports.get(line.report)?.values[line.leaf]?.[line.n];
-    text(this.values[n], number(value, line.unit, typeof value === "number" ? undefined : "WORD"));
+    text(this.values[n], wordOf(line, value) ?? number(value, line.unit));
   }
 
   // Cursor of a replay, and the values there.

@@ -2,7 +2,7 @@
 // Tab Telemetry: every housekeeping structure of every subsystem as a table; its values go into the strip charts.
 
 import { store } from "./store.js";
-import { el, number, show, svg, text } from "./dom.js";
+import { el, number, show, svg, text, wordOf } from "./dom.js";
 
 const REFRESH_MS = 200;
 const NEAR = 0.1;  // Part of the range beside a limit.
@@ -44,7 +44,7 @@ export class Row {
     this.gauge = isBounded(leaf) ? gauge() : null;
     this.age = el("td", { class: "mono num age" });
     this.chart = el("button", { class: "chart", "aria-pressed": "false", "aria-label": `Chart of ${this.line.title}`, title: "Into the strip charts", onclick: () => store.tell("chart", this.line) }, "∿");
-    this.node = el("tr", { draggable: "true" }, el("td", { class: "name", title: leaf.name }, short), el("td", { class: "num" }, this.sym, " ", this.value), el("td", {}, leaf.unit),
+    this.node = el("tr", { draggable: "true" }, el("td", { class: "name", title: [leaf.name, leaf.description].filter(Boolean).join(": ") }, short), el("td", { class: "num" }, this.sym, " ", this.value), el("td", {}, leaf.unit),
       hasGauges ? el("td", {}, this.gauge?.node) : null, this.age, el("td", {}, this.chart));
     this.node.addEventListener("dragstart", (event) => event.dataTransfer.setData("text/plain", JSON.stringify(this.line)));
   }
@@ -63,7 +63,8 @@ export class Row {
     const value = report?.values[this.leaf.name]?.[this.n];
     const verdict = this.judge(value, freshness);
     if (verdict) show(this.sym, ...verdict); else if (this.sym.firstChild) { this.sym.replaceChildren(); delete this.sym.dataset.symbol; }
-    text(this.value, number(value, this.leaf.unit, typeof value === "string" ? "WORD" : this.leaf.type));
+    const word = wordOf(this.leaf, value);
+    text(this.value, word ?? number(value, this.leaf.unit, this.leaf.type));
     this.value.style.color = verdict ? `var(--${verdict[0]})` : "";
     this.node.classList.toggle("stale", freshness === "stale");
     text(this.age, report ? ((store.clock() - report.at) / 1000).toFixed(1) : "–");

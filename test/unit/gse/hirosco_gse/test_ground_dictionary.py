@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dictionary and decoding of telemetry, with the dictionary made from the real descriptors."""
 
+import copy
 import json
 import re
 import struct
@@ -9,7 +10,8 @@ import pytest
 from hirosco_gse import packets, telemetry
 from hirosco_gse.dictionary import Dictionary, DictionaryError
 from hirosco_gse.failures import Failure
-from hirosco_gse.values import ValueProblem
+from hirosco_gse.station import about
+from hirosco_gse.values import REALS, ValueProblem, Word, in_words, to_text
 from tm_packets import build_tm
 
 MANIPULATOR, SUPERVISOR = 16, 1
@@ -167,3 +169,30 @@ def test_structured_values_of_users(dictionary):
     assert len(control.encode_text(text)) == control.size
     with pytest.raises(ValueProblem, match="CONTROL"):
         control.encode_text(text + ",1")
+
+
+def test_every_number_is_shown_with_its_unit_what_it_counts_or_its_word(dictionary):
+    """In reports of housekeeping, on the page and by name: words and quantities of descriptions.txt like enumerations and units."""
+    manipulator = dictionary.subsystem("MANIPULATOR")
+    shown = [leaf for item in dictionary.content["subsystems"] for leaf in about.about(item)["parameters"]]
+    bare = [leaf["name"] for leaf in shown if not leaf["unit"] and not leaf["words"] and leaf["type"] not in ("BOOL", *REALS)]
+    assert len(shown) > 200 and not bare
+    structure = next(iter(manipulator.configurations["STAND_ALONE"].structures.values()))
+    values = {item.name: item.decode(bytes(item.size), 0)[0] for item in structure.once}
+    values["CUR_VALUES"]["STATE"] = manipulator.parameter("CUR_VALUES").field("STATE")[0].decode(b"\0\0\0\5", 0)[0]
+    text = telemetry.measured(values, manipulator.parameters)
+    assert "STATE: OPERATIONAL" in text and "POSITION: [0, 0] rad" in text
+    supervisor = dictionary.subsystem("SUPERVISOR")
+    counters = supervisor.parameter("COUNTERS")
+    assert "TC_ROUTED: 0 packets" in telemetry.measured({"COUNTERS": counters.decode(bytes(counters.size), 0)[0]}, supervisor.parameters)
+    mode, _ = dictionary.subsystem("SUPERVISOR").parameter("STATUS").field("MODE")
+    assert mode.encode_text("SAFE") == mode.encode_text("0") and mode.decode(b"\x09", 0) == ([9], 1)
+
+
+def test_a_number_with_a_word_computes_as_the_number_and_is_written_as_the_word():
+    word = Word(5, "OPERATIONAL")
+    assert word == 5 and word == "OPERATIONAL" and word != "OFFLINE" and word != 4 and word + 1 == 6
+    assert f"{word} {word:>12}" == "OPERATIONAL  OPERATIONAL" and to_text([word]) == "OPERATIONAL"
+    assert json.dumps(word) == "5" and json.dumps(in_words({"a": [word], "b": 1.5})) == '{"a": ["OPERATIONAL"], "b": 1.5}'
+    again = copy.deepcopy([word])[0]
+    assert again == "OPERATIONAL" and {5: "x"}[again] == "x"

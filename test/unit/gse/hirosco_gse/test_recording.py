@@ -7,8 +7,9 @@ import struct
 
 import numpy as np
 import pytest
-from hirosco_gse import recording
+from hirosco_gse import recording, telemetry
 from hirosco_gse import run as runs
+from hirosco_gse.values import Word
 
 
 class Reader:
@@ -84,6 +85,9 @@ def test_the_telemetry_is_that_of_the_log(read, run):
     reported = [(time_ns, packet.apid, decoded) for time_ns, packet, decoded in run.reports_of("housekeeping")]
     tables = [table for table in read.tables if table["kind"] == "housekeeping"]
     assert sum(table["rows"] for table in tables) == len(reported)
+    kept = {(table["structure"], leaf) for table in tables for leaf in table["leaves"]}
+    assert kept == {(decoded["structure"], leaf) for _, _, decoded in reported for leaf in telemetry.leaves(decoded["values"])}
+    assert any(isinstance(value[0], Word) for _, _, decoded in reported for value in telemetry.leaves(decoded["values"]).values())
     assert [[row[0], row[1], row[3]] for row in read.head["events"]] == [
         [pytest.approx(time_ns / 1e9, abs=1e-6), run.dictionary.name_of_apid(packet.apid), decoded["event"]]
         for time_ns, packet, decoded in run.reports_of("event")
