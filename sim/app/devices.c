@@ -346,6 +346,12 @@ static void act_box(const device_t* const device, plant_input_t* const out_input
             out_input->valve_open[valve] = valve_box_is_open(device->model.model, i);
         }
     }
+    for (size_t i = 0U; i < world->latch_count; i++) {
+        const world_latch_t* latch = &world->latch[i];
+        if ((latch->trigger == WORLD_LATCH_WIRED) && (latch->box == device->joint)) {
+            out_input->latch_on[i] = valve_box_is_open(device->model.model, latch->output - 1U);
+        }
+    }
 }
 
 static void end_box(device_t* const device, const uint64_t now_ns, const uint64_t end_ns)

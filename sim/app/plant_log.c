@@ -177,3 +177,17 @@ status_t plant_log_state(truth_t* const log, const world_t* const world, const p
     status          = (status == STATUS_OK) ? log_wheels(log, world, truth) : status;
     return (status == STATUS_OK) ? log_bases(log, truth) : status;
 }
+
+status_t plant_log_latches(truth_t* const log, const world_t* const world, const plant_truth_t* const truth,
+                           bool is_closed[WORLD_LATCHES_MAX])
+{
+    status_t status = STATUS_OK;
+    for (size_t i = 0U; (i < world->latch_count) && (status == STATUS_OK); i++) {
+        if (truth->is_latched[i] != is_closed[i]) {
+            const truth_latch_t event = {world->latch[i].name, truth->is_latched[i]};
+            is_closed[i]              = truth->is_latched[i];
+            status                    = truth_latch(log, truth->time_ns, &event);
+        }
+    }
+    return status;
+}

@@ -11,5 +11,9 @@ MUST_USE status_t plant_log_names(truth_t* log, const world_t* world);
 /// Write the state after a step, on the channel of each kind of part that the world has. STATUS_OK or
 /// STATUS_IO.
 MUST_USE status_t plant_log_state(truth_t* log, const world_t* world, const plant_truth_t* truth);
+/// Write the latches that have changed since the last call, whose states are in `is_closed`. STATUS_OK or
+/// STATUS_IO.
+MUST_USE status_t plant_log_latches(truth_t* log, const world_t* world, const plant_truth_t* truth,
+                                    bool is_closed[WORLD_LATCHES_MAX]);
 
 #endif // SIM_APP_PLANT_LOG_H

@@ -37,6 +37,7 @@ struct simulator {
     hand_t* hand;
     truth_t* truth_log;
     bool is_truth_broken;
+    bool is_latched[WORLD_LATCHES_MAX]; // As the truth log has it.
     faults_t faults;
     fault_world_t world;
     live_t* live; // Null: there is no live port.
@@ -154,6 +155,8 @@ static void run_step(simulator_t* const simulator, const uint64_t end_ns)
     }
     if (simulator->truth_log != NULL) {
         note_status(simulator, plant_log_state(simulator->truth_log, &simulator->place, simulator->truth));
+        note_status(simulator, plant_log_latches(simulator->truth_log, &simulator->place, simulator->truth,
+                                                 simulator->is_latched));
         if (simulator->hand != NULL) {
             log_operator(simulator, end_ns);
         }

@@ -363,10 +363,11 @@ void contacts_touch(plant_t* const plant, const double dt_s)
         const solid_t* a = &contacts->solid[pair->a];
         const solid_t* b = &contacts->solid[pair->b];
         dContactGeom found[POINTS_PER_PAIR];
-        pair->count     = 0U;
-        const int count = is_near(a, b) ? dCollide(geometry(a, b), geometry(b, a), (int)POINTS_PER_PAIR,
-                                                   found, (int)sizeof found[0])
-                                        : 0;
+        pair->count          = 0U;
+        const bool may_touch = is_near(a, b) && !latches_connect(plant, a->body, b->body);
+        const int count = may_touch ? dCollide(geometry(a, b), geometry(b, a), (int)POINTS_PER_PAIR, found,
+                                               (int)sizeof found[0])
+                                    : 0;
         if (count > 0) {
             set_directions(pair, found[0].normal);
         }

@@ -273,6 +273,7 @@ static NOT_INLINE void step_world(plant_t* const plant, const plant_input_t* con
     if (!plant_is_sound(plant, dt_s)) {
         return;
     }
+    const bool has_closed = latches_step(plant, input, dt_s);
     contacts_touch(plant, dt_s);
     if (plant->mimic_count > 0U) {
         mimics_step(plant, dt_s);
@@ -280,6 +281,9 @@ static NOT_INLINE void step_world(plant_t* const plant, const plant_input_t* con
         dWorldStep(plant->ode, dt_s);
     }
     contacts_read(plant, dt_s);
+    if (has_closed) {
+        robots_forget_rates(plant);
+    }
     robots_read(plant);
     wheels_read(plant);
     read_places(plant);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The physics of a world (sim/world/world.h): its robots, contacts, cable springs and joysticks.
+/// The physics of a world (sim/world/world.h): its robots, contacts, cable springs, latches and joysticks.
 ///
 /// Bodies, joints and contacts live in an ODE world (dWorldStep). Rotors, gear elasticity, friction, brakes
 /// and joysticks are integrated PLANT_SUBSTEPS times per step outside of ODE, because they are stiff.
@@ -76,6 +76,7 @@ typedef struct {
     /// Motor torques of the joysticks, during the whole step.
     double stick_torque_nm[WORLD_JOYSTICKS_MAX][PLANT_AXES_MAX];
     double wheel_torque_nm[WORLD_WHEELS_MAX]; ///< Motor torques of the wheels, during the whole step.
+    bool latch_on[WORLD_LATCHES_MAX];         ///< Outputs of the latches that a valve box closes.
 } plant_input_t;
 
 /// State of a Contact of the world.
@@ -124,7 +125,8 @@ typedef struct {
     plant_spring_t spring[WORLD_SPRINGS_MAX];
     plant_stick_t stick[WORLD_JOYSTICKS_MAX];
     plant_wheel_t wheel[WORLD_WHEELS_MAX];
-    unsigned base_count; ///< Robots with a free base, in the order of the world.
+    bool is_latched[WORLD_LATCHES_MAX]; ///< A fixed joint, at the pose in which it closed.
+    unsigned base_count;                ///< Robots with a free base, in the order of the world.
     plant_base_t base[WORLD_ROBOTS_MAX];
 } plant_truth_t;
 

@@ -50,6 +50,13 @@ typedef struct {
         [3]; ///< Momentum, in the world: that at the start, plus what its link has given to it since.
 } mounted_wheel_t;
 
+typedef struct {
+    dJointID joint;       ///< Null: it is open.
+    double pressed_s;     ///< For how long its drive has pressed.
+    double direction;     ///< Sign of that press.
+    double closed_at_rad; ///< Position of the joint of its drive when it closed.
+} latch_t;
+
 #define MIMICS_MAX 8U
 
 /// A joint that follows another of its robot: position = multiplier * position of the leader + offset.
@@ -114,6 +121,7 @@ struct plant {
     contacts_t contacts;
     spring_t spring[WORLD_SPRINGS_MAX];
     mounted_wheel_t wheel[WORLD_WHEELS_MAX];
+    latch_t latch[WORLD_LATCHES_MAX];
     mimic_t mimic[MIMICS_MAX];
     size_t mimic_count;
     char failure[PLANT_FAILURE_MAX]; ///< Empty: none.
@@ -135,6 +143,8 @@ MUST_USE status_t robots_create(plant_t* plant, char error[DOCUMENT_ERROR_MAX]);
 void robots_read(plant_t* plant);
 /// Add the gyroscopic torques of free robots for a step of dt_s.
 void robots_spin(plant_t* plant, double dt_s);
+/// After a step that contained an impact: robots_spin does not extrapolate from the rates before it.
+void robots_forget_rates(plant_t* plant);
 /// Read the present axes and anchors of the joints from ODE.
 void robots_look(plant_t* plant);
 /// Position in the world of a point that is given in a frame of a robot.
@@ -178,6 +188,12 @@ void wheels_step(plant_t* plant, const plant_input_t* input, double dt_s);
 void wheels_read(plant_t* plant);
 /// The axis of a wheel in the world.
 void wheel_axis(const plant_t* plant, unsigned wheel, double out_axis[3]);
+
+/// Close and open latches as their devices and the places of their links demand, before a step of dt_s.
+/// Returns true if one has closed.
+bool latches_step(plant_t* plant, const plant_input_t* input, double dt_s);
+/// True if a closed latch connects these bodies; null: fixed to the world.
+bool latches_connect(const plant_t* plant, dBodyID a, dBodyID b);
 
 /// Make the shapes that the contacts of the world name. Statuses of plant_create.
 MUST_USE status_t contacts_create(plant_t* plant, char error[DOCUMENT_ERROR_MAX]);

@@ -46,3 +46,14 @@ void robots_spin(plant_t* const plant, const double dt_s)
         }
     }
 }
+
+void robots_forget_rates(plant_t* const plant)
+{
+    for (size_t r = 0U; r < plant->world->robot_count; r++) {
+        const world_robot_t* robot = &plant->world->robot[r];
+        robot_t* own               = &plant->robot[r];
+        for (size_t i = 0U; robot->is_free && (i <= robot->model.joint_count); i++) {
+            memcpy(own->before_rad_s[i], dBodyGetAngularVel(own->body[i]), sizeof own->before_rad_s[i]);
+        }
+    }
+}

@@ -27,6 +27,7 @@
 #define OPERATOR_FINGERPRINT 0x9c09812942901a56U
 #define DRIVE_FINGERPRINT 0x234a7675b50e9ae7U
 #define VALVE_FINGERPRINT 0x203d8547f783828aU
+#define LATCH_FINGERPRINT 0x6082048e59e35adaU
 #define FAULT_FINGERPRINT 0x80b9c8e8a82d7e4aU
 
 struct truth {
@@ -340,6 +341,15 @@ status_t truth_valve(truth_t* const truth, const uint64_t time_ns, const truth_v
     put_text(&event, valve->name);
     put_bool(&event, valve->is_open);
     return write_event(truth, "VALVE", time_ns, &event);
+}
+
+status_t truth_latch(truth_t* const truth, const uint64_t time_ns, const truth_latch_t* const latch)
+{
+    event_t event;
+    begin(&event, LATCH_FINGERPRINT, time_ns);
+    put_text(&event, latch->name);
+    put_bool(&event, latch->is_closed);
+    return write_event(truth, "LATCH", time_ns, &event);
 }
 
 status_t truth_fault(truth_t* const truth, const uint64_t time_ns, const truth_fault_t* const fault)

@@ -108,6 +108,12 @@ typedef struct {
     bool is_open;
 } truth_valve_t;
 
+/// Channel LATCH, on every change.
+typedef struct {
+    const char* name;
+    bool is_closed;
+} truth_latch_t;
+
 /// Channel FAULT, on every injected fault and its end.
 typedef struct {
     const char* kind;   ///< Verb of the scenario line: "unplug", "loss", ...
@@ -129,6 +135,7 @@ status_t truth_names(truth_t* truth, uint64_t time_ns, const char* channel, cons
 status_t truth_operator(truth_t* truth, uint64_t time_ns, const truth_operator_t* operator_);
 status_t truth_drive(truth_t* truth, uint64_t time_ns, const truth_drive_t* drive);
 status_t truth_valve(truth_t* truth, uint64_t time_ns, const truth_valve_t* valve);
+status_t truth_latch(truth_t* truth, uint64_t time_ns, const truth_latch_t* latch);
 status_t truth_fault(truth_t* truth, uint64_t time_ns, const truth_fault_t* fault);
 
 #endif // SIM_TRUTH_TRUTH_H

@@ -3,9 +3,10 @@
 
 #include "sim/world/world_attitude.h"
 #include "sim/world/world_instrument.h"
-#include "sim/world/world_valve.h"
 #include "sim/world/world_internal.h"
+#include "sim/world/world_latch.h"
 #include "sim/world/world_state.h"
+#include "sim/world/world_valve.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -436,6 +437,8 @@ static const kind_t kinds[] = {
     {"Instrument", "World", world_instrument_fields, WORLD_INSTRUMENT_FIELDS, offsetof(world_t, instrument),
      sizeof(world_instrument_t), offsetof(world_t, instrument_count), WORLD_INSTRUMENTS_MAX,
      world_instrument_finish, NULL},
+    {"Latch", "World", world_latch_fields, WORLD_LATCH_FIELDS, offsetof(world_t, latch),
+     sizeof(world_latch_t), offsetof(world_t, latch_count), WORLD_LATCHES_MAX, world_latch_finish, NULL},
     PART("State", "Robot", world_take_state),
     PART("Spread", "Robot", world_take_spread),
     PART("Start", "Robot", take_start),

@@ -38,6 +38,7 @@
 #define WORLD_VALVES_MAX 32U
 #define WORLD_VALVE_OUTPUTS 16U ///< Of a valve box.
 #define WORLD_SENSORS_MAX 12U
+#define WORLD_LATCHES_MAX 4U
 #define WORLD_SUPPLIES_MAX 4U ///< Devices that one power unit supplies.
 
 typedef struct {
@@ -244,6 +245,32 @@ typedef struct {
     double loss; ///< Probability that a pose is not found.
 } world_sensor_t;
 
+typedef enum {
+    WORLD_LATCH_TOUCHED, ///< Closes by itself when the links are near, and stays closed.
+    WORLD_LATCH_PRESSED, ///< A drive presses.
+    WORLD_LATCH_WIRED    ///< An output of a valve box is on.
+} world_latch_trigger_t;
+
+/// Connects two links rigidly while it is closed. It closes only if their frames are near each other.
+typedef struct {
+    char name[DOCUMENT_TEXT_MAX];
+    char a[DOCUMENT_TEXT_MAX];
+    char b[DOCUMENT_TEXT_MAX];
+    char when[DOCUMENT_TEXT_MAX]; ///< Name of the device that closes it; "": none.
+    unsigned line;
+    world_side_t side[2];
+    double distance; ///< Largest distance of the origins when it closes [m].
+    double angle;    ///< Largest angle between the frames [rad].
+    double speed;    ///< Largest speed of one origin relative to the other [m/s].
+    world_latch_trigger_t trigger;
+    unsigned drive;  ///< PRESSED: index in world_t.drive.
+    double force;    ///< PRESSED: gear torque or force from which on its joint presses [Nm or N].
+    double stall_ns; ///< PRESSED: it closes after this time.
+    double release;  ///< PRESSED: it opens when the joint has gone back this far [rad or m]; 0: never.
+    unsigned box;
+    unsigned output; ///< WIRED: from 1.
+} world_latch_t;
+
 /// A simple axis that exchanges records over an end node (sim/devices/instrument.h).
 typedef struct {
     char name[DOCUMENT_TEXT_MAX]; ///< Its name in scenarios.
@@ -300,6 +327,8 @@ typedef struct {
     world_valve_t valve[WORLD_VALVES_MAX];
     size_t sensor_count;
     world_sensor_t sensor[WORLD_SENSORS_MAX];
+    size_t latch_count;
+    world_latch_t latch[WORLD_LATCHES_MAX];
     size_t instrument_count;
     world_instrument_t instrument[WORLD_INSTRUMENTS_MAX];
 } world_t;

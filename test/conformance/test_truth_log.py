@@ -47,7 +47,8 @@ def test_each_channel_has_its_type(events):
     assert {f"{channel.lower()}_t" for channel in events} == {path.stem for path in TYPES}
 
 
-@pytest.mark.parametrize("channel", ["WORLD", "JOINTS", "STICK", "CONTACT", "SPRING", "BASE", "WHEEL", "NAMES", "OPERATOR", "DRIVE", "VALVE", "FAULT", "CUT"])
+@pytest.mark.parametrize("channel", ["WORLD", "JOINTS", "STICK", "CONTACT", "SPRING", "BASE", "WHEEL", "NAMES", "OPERATOR", "DRIVE", "VALVE", "LATCH", "FAULT",
+                                     "CUT"])
 def test_every_octet_belongs_to_a_member(types, events, channel):
     message = decode(types, events, channel)
     assert message.encode() == events[channel].data
@@ -118,7 +119,7 @@ def test_base_and_cut(types, events):
     assert (tuple(base.position_m[0]), tuple(base.rotation[0])) == ((1, 2, 3), (0.5, 0.5, -0.5, 0.5))
     assert (tuple(base.velocity_m_s[0]), tuple(base.rate_rad_s[0])) == ((4, 5, 6), (7, 8, 9))
     cut = decode(types, events, "CUT")
-    assert cut.time_ns == 96_000_000_000 and 1000 < cut.octets < 1482
+    assert cut.time_ns == 96_000_000_000 and 1000 < cut.octets < 1542
 
 
 def test_wheel_and_names(types, events):
@@ -136,11 +137,13 @@ def test_operator(types, events):
     assert (operator.grip, operator.verb) == (0.75, "follow")
 
 
-def test_drive_valve_and_fault(types, events):
+def test_drive_valve_latch_and_fault(types, events):
     drive = decode(types, events, "DRIVE")
     assert (drive.bus, drive.node, drive.axis, drive.statusword) == ("robot", 0x12, 1, 0x8627)
     assert (drive.plugged, drive.brake_engaged) == (True, False)
     valve = decode(types, events, "VALVE")
     assert (valve.name, valve.is_open) == ("PUSH1", True)
+    latch = decode(types, events, "LATCH")
+    assert (latch.name, latch.is_closed) == ("DOCK", True)
     fault = decode(types, events, "FAULT")
     assert (fault.kind, fault.target, fault.active) == ("unplug", "robot 0x11", True)

@@ -149,7 +149,7 @@ static void send(const unsigned node, const uint32_t id, const uint8_t length, c
     run(4U);
 }
 
-static void valves_are_open_as_their_outputs_say(void)
+static void valves_and_latches_are_as_their_outputs_say(void)
 {
     static plant_input_t input;
     static const uint8_t start[2]       = {1U, 0U};
@@ -158,6 +158,9 @@ static void valves_are_open_as_their_outputs_say(void)
     unsigned node                       = 0U;
     char reason[DOCUMENT_ERROR_MAX];
     TEST_ASSERT_EQUAL_INT(STATUS_OK, world_read("descriptors/worlds/actuators.xml", &world, reason));
+    world.latch_count = 2U;
+    world.latch[0]    = (world_latch_t){.trigger = WORLD_LATCH_WIRED, .output = 16U};
+    world.latch[1]    = (world_latch_t){.trigger = WORLD_LATCH_WIRED, .output = 16U, .box = 1U};
     TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_add_node(segments[0].bus, &listening, &node));
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, open_from("descriptors/devices"), error);
     TEST_ASSERT_EQUAL_STRING("VALVES", device_place(devices, 1U)->name);
@@ -170,6 +173,7 @@ static void valves_are_open_as_their_outputs_say(void)
     TEST_ASSERT_FALSE(input.valve_open[0]);
     TEST_ASSERT_TRUE(input.valve_open[1]); // Output 2
     TEST_ASSERT_TRUE(input.valve_open[2]); // and output 9.
+    TEST_ASSERT_FALSE(input.latch_on[0]);
     TEST_ASSERT_EQUAL_STRING("TURN1", moved);
     TEST_ASSERT_TRUE(is_open);
     run(60U);
@@ -178,6 +182,8 @@ static void valves_are_open_as_their_outputs_say(void)
     devices_act(devices, &input);
     TEST_ASSERT_FALSE(input.valve_open[1]);
     TEST_ASSERT_TRUE(input.valve_open[2]);
+    TEST_ASSERT_TRUE(input.latch_on[0]);
+    TEST_ASSERT_FALSE(input.latch_on[1]);     // Of another box.
     TEST_ASSERT_EQUAL_STRING("PUSH2", moved); // No valve is at output 16.
     TEST_ASSERT_FALSE(is_open);
     const device_model_t* model = device_model(devices, 1U);
@@ -230,7 +236,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(each_device_boots_on_its_bus_and_is_reported);
     RUN_TEST(without_power_brakes_hold_and_motors_rest);
-    RUN_TEST(valves_are_open_as_their_outputs_say);
+    RUN_TEST(valves_and_latches_are_as_their_outputs_say);
     RUN_TEST(a_missing_data_sheet_is_reported);
     RUN_TEST(the_power_unit_switches_the_devices_that_the_world_names);
     RUN_TEST(a_bus_with_a_second_channel_has_its_devices_on_both);

@@ -91,10 +91,38 @@ static void an_empty_world_has_names_only(void)
     lcm_eventlog_destroy(log);
 }
 
+static void a_latch_is_logged_when_it_changes(void)
+{
+    bool is_closed[WORLD_LATCHES_MAX] = {false};
+    truth_t* log                      = NULL;
+    world.latch_count                 = 2U;
+    (void)strcpy(world.latch[1].name, "DOCK");
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, truth_open(path, TRUTH_OCTETS_MAX, &log));
+    for (unsigned step = 0U; step < 6U; step++) {
+        truth.time_ns       = step * 1000000U;
+        truth.is_latched[1] = (step >= 2U) && (step < 4U);
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, plant_log_latches(log, &world, &truth, is_closed));
+    }
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, truth_close(log));
+    lcm_eventlog_t* read = lcm_eventlog_create(path, "r");
+    for (unsigned i = 0U; i < 2U; i++) {
+        lcm_eventlog_event_t* event = lcm_eventlog_read_next_event(read);
+        TEST_ASSERT_NOT_NULL(event);
+        TEST_ASSERT_EQUAL_STRING("LATCH", event->channel);
+        TEST_ASSERT_EQUAL_INT64((i == 0U) ? 2000 : 4000, event->timestamp);
+        TEST_ASSERT_EQUAL_STRING("DOCK", (const char*)event->data + 20);
+        TEST_ASSERT_EQUAL_UINT8((i == 0U) ? 1U : 0U, ((const uint8_t*)event->data)[event->datalen - 1]);
+        lcm_eventlog_free_event(event);
+    }
+    TEST_ASSERT_NULL(lcm_eventlog_read_next_event(read));
+    lcm_eventlog_destroy(read);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(everything_of_the_world_is_logged);
     RUN_TEST(an_empty_world_has_names_only);
+    RUN_TEST(a_latch_is_logged_when_it_changes);
     return UNITY_END();
 }

@@ -9,8 +9,8 @@
 #include <string.h>
 #include <unistd.h>
 
-#define SAMPLE_EVENTS 13U
-#define SAMPLE_OCTETS 1482U // Up to the first fault.
+#define SAMPLE_EVENTS 14U
+#define SAMPLE_OCTETS 1542U // Up to the first fault.
 
 static char path[256];
 
@@ -52,6 +52,7 @@ static void write_sample(const char* where)
     const truth_operator_t intent = {{0.1, 0.2}, {0.3, 0.4}, {0.5, 0.6}, 0.75, "follow"};
     const truth_drive_t drive     = {"robot", 0x12U, 1U, 0x8627U, true, false};
     const truth_valve_t valve     = {"PUSH1", true};
+    const truth_latch_t latch     = {"DOCK", true};
     const truth_fault_t fault     = {"unplug", "robot 0x11", true};
     truth_t* truth                = NULL;
 
@@ -67,6 +68,7 @@ static void write_sample(const char* where)
     TEST_ASSERT_EQUAL(STATUS_OK, truth_operator(truth, 1500000U, &intent));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_drive(truth, 1500123U, &drive));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_valve(truth, 1500500U, &valve));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_latch(truth, 1500500U, &latch));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_fault(truth, 95000000000U, &fault));
     // The log is full now: its last event is CUT, and later events are not written.
     TEST_ASSERT_EQUAL(STATUS_OK, truth_fault(truth, 96000000000U, &fault));
@@ -78,12 +80,12 @@ static void test_lcm_reads_channels_and_simulated_time(void)
 {
     static const char* const channel[SAMPLE_EVENTS] = {"WORLD",   "NAMES",  "JOINTS", "STICK",    "WHEEL",
                                                        "CONTACT", "SPRING", "BASE",   "OPERATOR", "DRIVE",
-                                                       "VALVE",   "FAULT",  "CUT"};
-    static const int64_t time_us[SAMPLE_EVENTS]     = {0,    0,    500,  500,  500,      1000,    1000,
-                                                       1000, 1500, 1500, 1500, 95000000, 96000000};
+                                                       "VALVE",   "LATCH",  "FAULT",  "CUT"};
+    static const int64_t time_us[SAMPLE_EVENTS]     = {0,    0,    500,  500,  500,  1000,     1000,
+                                                       1000, 1500, 1500, 1500, 1500, 95000000, 96000000};
     static const int32_t octets[SAMPLE_EVENTS]      = {
-             0,        20 + 10 + 15, 20 + 7 * 16 + 2, 20 + 64,     20 + 32,          20 + 2 * 73, 20 + 49,
-             20 + 104, 16 + 56 + 11, 16 + 10 + 14,    16 + 10 + 1, 16 + 11 + 15 + 1, 16 + 8};
+             0,        20 + 10 + 15, 20 + 7 * 16 + 2, 20 + 64,     20 + 32,    20 + 2 * 73,      20 + 49,
+             20 + 104, 16 + 56 + 11, 16 + 10 + 14,    16 + 10 + 1, 16 + 9 + 1, 16 + 11 + 15 + 1, 16 + 8};
     write_sample(path);
     lcm_eventlog_t* log = lcm_eventlog_create(path, "r");
     TEST_ASSERT_NOT_NULL(log);
