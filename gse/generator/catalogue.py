@@ -28,6 +28,7 @@ class Message:
     answer: int
     identifier: str
     is_critical: bool
+    harmless: dict  # Field and its words with which the request is not critical; None: there are none.
     fields: list = field(default_factory=list)
 
 
@@ -140,14 +141,15 @@ class _Parser:
 
 
 def identifiers(path):
-    """Names of messages for the ground, and true for the critical ones, by (service, subtype)."""
+    """Names of messages for the ground, whether they are critical, and with which words they are not, by (service, subtype)."""
     reader, found = Reader(path), {}
     while (line := reader.next()) is not None:
-        matched = re.match(r"(\d+),(\d+) ([A-Z][A-Z0-9_]*)( critical)?\Z", line)
+        matched = re.match(r"(\d+),(\d+) ([A-Z][A-Z0-9_]*)( critical(?: unless (\w+)((?: [A-Z_]+)+))?)?\Z", line)
         key = (int(matched[1]), int(matched[2])) if matched else None
-        if not matched or key in found or matched[3] in [name for name, _ in found.values()]:
+        if not matched or key in found or matched[3] in [name for name, *_ in found.values()]:
             reader.wrong(line, "`service,subtype NAME` with a new message and a new name")
-        found[key] = matched[3], matched[4] is not None
+        harmless = {"field": matched[5], "words": matched[6].split()} if matched[5] else None
+        found[key] = matched[3], matched[4] is not None, harmless
     return found
 
 
@@ -173,8 +175,19 @@ def _service(path, known, names):
         known_as = names[int(head[1]), int(subtype)]
         message = Message(int(head[1]), int(subtype), direction, name, confidence or "high", int(answer or 0), *known_as)
         message.fields, line = parser.fields(lambda line: line is None or HEAD.match(line))
+        if message.harmless:
+            _check_harmless(message, made["enumerations"], known, reader)
         made["messages"].append(message)
     return int(head[1]), made
+
+
+def _check_harmless(message, enumerations, known, reader):
+    """The field that makes a request harmless is its first, an octet with these words."""
+    first, words = message.harmless["field"], message.harmless["words"]
+    if not message.fields or message.fields[0].get("name") != first or known[message.fields[0]["kind"]]["coding"] != "u8":
+        reader.wrong(first, f"the first field of {message.identifier}, of one octet, after `unless` in names.txt")
+    if not set(words) <= set(enumerations.get(first, {}).values()):
+        reader.wrong(" ".join(words), f"words of {first} after `unless` in names.txt")
 
 
 def load(folder):

@@ -153,6 +153,7 @@ def _subsystem(listed, loaded):
                 "arguments": [_field(item) for item in function.arguments],
                 "states": function.states,
                 "configurations": function.configurations,
+                "critical": function.is_critical,
             }
             for function in loaded.functions
         ],

@@ -44,7 +44,7 @@ TABLE = {
     ("Events", "Event"): "name! id! severity! rate burst",
     ("Event", "ParamRef"): "name! type count unit enumeration",
     ("Subsystem", "Functions"): "",
-    ("Functions", "Function"): "name! id! states! configurations",
+    ("Functions", "Function"): "name! id! states! configurations critical",
     ("Function", "Argument"): "name! id! type! count unit min max enumeration",
     ("Subsystem", "Services"): "",
     ("Services", "Service"): "type! capacity functional",
@@ -149,6 +149,7 @@ class Function:
     id: int
     arguments: list
     states: list
+    is_critical: bool
     configurations: list = None
 
 
@@ -437,7 +438,7 @@ def _functions(subsystem, container):
         size = sum(item.size + 2 for item in arguments)
         if size > AUXILIARY_OCTETS:
             element.fail(f"{size} octets of arguments, at most {AUXILIARY_OCTETS}")
-        subsystem.functions.append(Function(element, name, element.unsigned("id", 1, 65535), arguments, states))
+        subsystem.functions.append(Function(element, name, element.unsigned("id", 1, 65535), arguments, states, element.flag("critical")))
         unique(container.children[: len(subsystem.functions)], "name", "id")
 
 

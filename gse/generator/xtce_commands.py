@@ -232,7 +232,7 @@ def functions(system, subsystem):
             entries += [_fixed(f"{one['name']}_id", one["id"].to_bytes(2, "big")), _argument_entry(one["name"])]
             arguments.append((one["name"], _typed(system, function["name"], one)))
         assignments = {"apid": subsystem["name"], "service": 8, "subtype": 1}
-        command(system, function["name"], assignments, arguments, entries, f"in {', '.join(function['states'])}", "TC[8,1]")
+        command(system, function["name"], assignments, arguments, entries, f"in {', '.join(function['states'])}", "TC[8,1]", function["critical"])
 
 
 def settings(system, subsystem):

@@ -15,11 +15,13 @@ class UsageError(ValueError):
 
 @dataclass(frozen=True)
 class Command:
-    """A planned command: procedure(session, timeout_ns) is a generator; requests are those it starts with."""
+    """A planned command: procedure(session, timeout_ns) is a generator; requests are those it starts with, `later` others that follow
+    if the answers to those are as expected, with their content as far as it is known."""
 
     text: str
     procedure: object
     requests: tuple = ()
+    later: tuple = ()
 
 
 def reply(verification, message):

@@ -139,7 +139,7 @@ def _link_open(dictionary, link):
         session.links[link.name] = decoded["link"]
         return [{"text": f"link {link.name} is open, id {decoded['link']}", "link": link.name, "id": decoded["link"]}]
 
-    return Command(f"link open {link.name}", procedure, (request,))
+    return Command(f"link open {link.name}", procedure, (request,), (Request(SUPERVISOR_APID, 130, 6),))
 
 
 def _link_rows(session, timeout_ns):
@@ -172,7 +172,7 @@ def _link_close(dictionary, link):
         yield from session.execute(request, timeout_ns)
         return [{"text": f"link {link.name} is closed", "link": link.name}]
 
-    return Command(f"link close {link.name}", procedure)
+    return Command(f"link close {link.name}", procedure, later=(Request(SUPERVISOR_APID, 130, 7),))
 
 
 def _link_list():

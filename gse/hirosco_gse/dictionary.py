@@ -192,6 +192,7 @@ class Function:
     arguments: tuple = ()
     states: tuple = ()
     configurations: tuple = ()
+    is_critical: bool = False
 
 
 @dataclass(frozen=True)
@@ -415,6 +416,7 @@ def _subsystem(item):
             _fields(part.get("arguments", ()), words),
             tuple(part.get("states", ())),
             tuple(part.get("configurations", ())),
+            bool(part.get("critical", False)),
         )
         for part in item.get("functions", ())
     }

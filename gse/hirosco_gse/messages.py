@@ -7,6 +7,7 @@ words or numbers; absolute times are seconds of mission time, relative ones seco
 SUBSYSTEM.NAME or its id; octets are hexadecimal; a request is hexadecimal, or words as an operator types them.
 """
 
+import contextlib
 import struct
 from fractions import Fraction
 
@@ -87,10 +88,21 @@ class Catalogue:
             for service in self.services.values()
             for message in service["messages"]
         }
+        self._private_services = content.get("private", {}).get("services", {})
+        self._own_numbers = set(map(int, self._private_services))
+        self._private = {
+            (message["direction"], message["service"], message["subtype"]): message
+            for service in self._private_services.values()
+            for message in service["messages"]
+        }
 
     def find(self, direction, service, subtype):
         """Entry of a message, or None."""
         return self._messages.get((direction, service, subtype))
+
+    def flags(self, service, subtype):
+        """Entry of a request, of the mission's own services too, or None: its name, and whether it is critical."""
+        return self._messages.get(("TC", service, subtype)) or self._private.get(("TC", service, subtype))
 
     def all(self, direction=None):
         """All entries, in order."""
@@ -134,6 +146,22 @@ class Catalogue:
         return subsystem.parameter_of_id(parameter_id) if subsystem else None
 
     # ---- reading ----
+
+    def requests_in(self, entry, data):
+        """Octets of the requests within a request; those of the mission's own services have none."""
+        if entry["service"] in self._own_numbers:
+            return []
+        reader = _Reader(self, entry, data, None, None)
+        with contextlib.suppress(MessageProblem, ValueProblem, struct.error):  # The spacecraft refuses what has another form.
+            reader.group(entry["fields"])
+        return reader.requests
+
+    def is_harmless(self, entry, data):
+        """Whether a critical request has one of the words with which it is not critical."""
+        if not entry.get("harmless") or not data:
+            return False
+        service = (self.services | self._private_services)[str(entry["service"])]
+        return service["enumerations"][entry["harmless"]["field"]].get(str(data[0])) in entry["harmless"]["words"]
 
     def decode(self, packet, structure=None, auxiliary=None):
         """Fields of a message as a dict. `structure` and `auxiliary` decode octets whose layout is defined on board:
@@ -314,7 +342,8 @@ class _Reader:
 
     def __init__(self, catalogue, entry, packet, structure, auxiliary):
         self.catalogue, self.entry = catalogue, entry
-        self.octets = _Octets(packet.data)
+        self.octets = _Octets(packet if isinstance(packet, bytes) else packet.data)
+        self.requests = []  # Requests within this one.
         self.structure, self.auxiliary = structure, auxiliary
         self.count_size = 1 if entry["direction"] == "TC" else 2
         self.seen = {}  # Numbers, for choices.
@@ -394,7 +423,8 @@ def _read_request(reader, _kind):
     head = reader.octets.octets[reader.octets.at : reader.octets.at + packets.PRIMARY_HEADER]
     if len(head) < packets.PRIMARY_HEADER:
         raise MessageProblem("octets are missing in the request within")
-    return reader.octets.take(int.from_bytes(head[4:6], "big") + 7).hex()
+    reader.requests.append(reader.octets.take(int.from_bytes(head[4:6], "big") + 7))
+    return reader.requests[-1].hex()
 
 
 def _read_cds(reader, _kind):

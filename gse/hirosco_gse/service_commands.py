@@ -67,7 +67,7 @@ def _at(dictionary, words):
 
     if not words[0].startswith("+"):
         return simple(request(words[0]))
-    request("0")  # Errors in the words are reported before anything is sent.
+    unsent = request("0")  # Errors in the words are reported before anything is sent.
 
     def procedure(session, timeout_ns):
         alive = yield from session.execute(Request(SUPERVISOR_APID, 17, 1, text="ping SUPERVISOR"), timeout_ns)
@@ -75,7 +75,7 @@ def _at(dictionary, words):
         later = simple(request(f"{sent_ns / 1e9 + float(words[0]):.9f}"))
         return (yield from later.procedure(session, timeout_ns))
 
-    return Command(text, procedure)
+    return Command(text, procedure, later=(unsent,))
 
 
 def _one(dictionary, words, forms, usage):

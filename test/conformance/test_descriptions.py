@@ -4,6 +4,8 @@ message has a name."""
 
 import json
 import pathlib
+import re
+import shutil
 import sys
 import xml.etree.ElementTree as ET
 
@@ -78,3 +80,24 @@ def test_a_line_of_descriptions_that_cannot_be_read_is_refused(line, tmp_path):
     path.write_text(line + "\n", encoding="utf-8")
     with pytest.raises(DescriptorError, match=r"descriptions.txt:\d: .*expected a new"):
         descriptions.load(path)
+
+
+@pytest.mark.parametrize("line, wrong", [
+    ("129,1 STATE_REQUEST critical unless goal OFFLINE", "the first field of STATE_REQUEST"),
+    ("129,1 STATE_REQUEST critical unless target AWAY", "words of target"),
+    ("129,1 STATE_REQUEST critical unless", "a new message and a new name"),
+])
+def test_words_that_make_a_request_harmless_are_those_of_its_first_field(line, wrong, tmp_path):
+    folder = tmp_path / "catalogue"
+    shutil.copytree(ROOT / "pus" / "catalogue", folder)
+    names = folder / "names.txt"
+    names.write_text(re.sub(r"129,1 .*", line, names.read_text(encoding="utf-8")), encoding="utf-8")
+    with pytest.raises(DescriptorError, match=wrong):
+        catalogue.private(folder)
+
+
+def test_functions_and_requests_that_are_critical_are_so_in_the_database():
+    tree = ET.parse(ROOT / "build" / "generated" / "rokviss.xtce.xml").getroot()
+    critical = {one.get("name") for one in tree.iter(f"{SPACE}MetaCommand") if one.find(f"{SPACE}DefaultSignificance") is not None}
+    assert {"CHANNEL", "RAISE", "FILE_DELETE", "MONITORING_DISABLE_DEFINITIONS", "REQUEST_STATE", "RELOAD"} <= critical
+    assert not {"STOP", "MOVE_TO", "PING", "PROCESS_START"} & critical

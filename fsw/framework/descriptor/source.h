@@ -64,6 +64,11 @@ typedef struct {
     {                                                                                                        \
         .name = (id), .form = SOURCE_FREE                                                                    \
     }
+/// Checked, but not stored.
+#define SOURCE_CHECKED(id, form_of)                                                                          \
+    {                                                                                                        \
+        .name = (id), .form = (form_of)                                                                      \
+    }
 #define SOURCE_REQUIRED(id)                                                                                  \
     {                                                                                                        \
         .name = (id), .form = SOURCE_FREE | SOURCE_NEEDED                                                    \

@@ -223,6 +223,7 @@ static const source_attribute_t function_attributes[]    = {
        SOURCE_NUMBERED(1U, 65535U, descriptor_function_t, id),
        SOURCE_REQUIRED("states"),
        SOURCE_OPTION("configurations"),
+       SOURCE_CHECKED("critical", SOURCE_FLAG), // For the ground.
 };
 static const source_attribute_t argument_attributes[] = {
     SOURCE_NAMED(SOURCE_UPPER, descriptor_field_t),

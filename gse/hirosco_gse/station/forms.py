@@ -15,7 +15,6 @@ from ..commands import REST_STATES
 from ..messages import NUMBERS
 from ..values import FORMATS, REALS
 
-CRITICAL_SERVICES = (2, 6)  # Devices are driven directly; memory is written.
 UPWARD = REST_STATES[1:4]
 STRUCTURE_VERBS = ("enable", "disable", "once", "report", "delete")
 _RANGE = re.compile(r"(\d+)\.\.(\d+)$")
@@ -33,20 +32,6 @@ class Form:
 
     def message(self):
         return {"id": self.id, "name": self.name, "kind": self.kind, "fields": self.fields}
-
-
-def is_critical(words):
-    """Whether a command must be armed before it is sent: state upward, links, modes, memory, end of a process or of the mission."""
-    verb, rest = words[0], words[1:]
-    if verb == "state":
-        return len(rest) > 1 and rest[1].upper() in UPWARD
-    if verb == "link":
-        return rest[:1] != ["list"]
-    if verb == "process":
-        return rest[:1] == ["stop"]
-    if verb == "tc":
-        return len(rest) > 1 and rest[1].split(",")[0] in map(str, CRITICAL_SERVICES)
-    return verb in ("mode", "shutdown", "raw")
 
 
 def script_of(calls):

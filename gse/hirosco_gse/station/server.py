@@ -17,7 +17,7 @@ from aiohttp import WSMsgType, web
 
 from .. import packets
 from ..command import UsageError
-from .forms import is_critical, script_of
+from .forms import script_of
 from .hub import Hub
 
 QUEUE = 400  # Messages that wait for a slow browser; then the oldest housekeeping is dropped.
@@ -211,5 +211,5 @@ class Station:
             packets.build_tc(request.apid, 0, request.service, request.subtype, request.data, self.hub.session.source)
             for request in planned.requests
         ]
-        return {"text": planned.text, "line": text, "critical": is_critical(shlex.split(text)), "octets": [octet.hex() for octet in octets],
+        return {"text": planned.text, "line": text, "critical": is_critical(planned, self.hub.dictionary), "octets": [octet.hex() for octet in octets],
                 "messages": [f"TC[{request.service},{request.subtype}]" for request in planned.requests]}

@@ -6,10 +6,10 @@ import shlex
 
 import pytest
 from conftest import ROOT
-from hirosco_gse import commands, packets
-from hirosco_gse.command import UsageError
+from hirosco_gse import commands, critical, packets
+from hirosco_gse.command import Command, UsageError
 from hirosco_gse.dictionary import Dictionary
-from hirosco_gse.station import forms as forms_module
+from hirosco_gse.session import Request
 from hirosco_gse.station.forms import Forms
 
 PING = packets.build_tc(1, 7, 17, 1).hex()
@@ -132,10 +132,23 @@ def test_what_is_missing_or_out_of_range_is_said(dictionary, identity, values, w
 
 
 @pytest.mark.parametrize(
-    "text, is_critical",
-    [("state MANIPULATOR OPERATIONAL", True), ("state MANIPULATOR OFFLINE", False), ("state MANIPULATOR ERROR_OPERATIONAL", False), ("link open X", True), ("link list", False),
-     ("mode SAFE", True), ("process stop MANIPULATOR", True), ("process start MANIPULATOR", False), ("tc SUPERVISOR 6,2", True), ("tc SUPERVISOR 11,1", False),
-     ("ping", False), ("raw 1801", True), ("shutdown", True), ("stop", False)],
+    "text, wanted",
+    [("state MANIPULATOR OPERATIONAL", True), ("state MANIPULATOR OFFLINE", False), ("state MANIPULATOR ERROR_OPERATIONAL", False), ("state all SAFE_OPERATIONAL", True),
+     ("link open HAND_POSITION", True), ("link close HAND_POSITION", True), ("link list", False), ("mode SAFE", True), ("process stop MANIPULATOR", True),
+     ("process start MANIPULATOR", False), ("raw 180100000000", True), ("shutdown", True), ("stop", False), ("ping", False), ("reload MANIPULATOR", True),
+     ("file delete /a", True), ("file list /", False), ("store delete A", True), ("schedule reset", True), ("schedule list", False),
+     ("tc MANIPULATOR 12,2 n=[1]", True), ("tc SUPERVISOR 23,2 repository_path=/ file_name=a", True), ("tc SUPERVISOR 11,1", False),
+     ("cmd MANIPULATOR.TARE", False), ("cmd MANIPULATOR.CHANNEL CHANNEL=1", True), ("get MANIPULATOR.DES_POSITION", False),
+     ("at 10 ping MANIPULATOR", False), ("at 10 mode SAFE", True), ("at +1 file delete /a", True), ("at 10 cmd MANIPULATOR.CHANNEL CHANNEL=1", True)],
 )
-def test_critical_commands(text, is_critical):
-    assert forms_module.is_critical(text.split()) == is_critical
+def test_what_must_be_armed_follows_from_the_requests(dictionary, text, wanted):
+    assert critical.is_critical(commands.plan(shlex.split(text), dictionary), dictionary) == wanted
+
+
+def test_every_request_is_critical_if_the_catalogue_says_so(dictionary):
+    flags = {(entry["service"], entry["subtype"]): entry["is_critical"] for entry in dictionary.catalogue.all("TC")}
+    assert sum(flags.values()) > 25
+    for (service, subtype), flag in flags.items():
+        planned = Command("x", None, (Request(16, service, subtype),))
+        assert critical.is_critical(planned, dictionary) == flag or (service, subtype) == (8, 1)
+    assert critical.is_critical(Command("x", None, (Request(16, 77, 1),)), dictionary)

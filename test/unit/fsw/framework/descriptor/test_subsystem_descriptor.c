@@ -357,6 +357,7 @@ static const damage_t damages[] = {
     {"states='OPERATIONAL'", "states='OPERATIONAL OPERATIONAL'", 21U, "each once"},
     {"configurations='ALONE'", "configurations='LONELY'", 21U, "configurations of this subsystem"},
     {"configurations='ALONE'", "configurations='ALONE ALONE'", 21U, "each once"},
+    {"configurations='ALONE'", "critical='yes'", 21U, "true or false"},
     {"name='STOP' id='2'", "name='STOP' id='1'", 24U, "id 1 is taken in line 21"},
     {"name='FAST' id='7'", "name='FAST' id='1'", 23U, "id 1 is taken in line 22"},
     {"name='FAST' id='7'", "name='POSITION' id='7'", 23U, "name POSITION is taken in line 22"},
