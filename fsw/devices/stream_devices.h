@@ -20,7 +20,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define STREAM_DEVICES_MAX 16U ///< Of all configurations of a subsystem.
+#define STREAM_DEVICES_MAX 16U ///< In all configurations of a subsystem together.
 
 typedef struct { // Private, except count.
     subsystem_t* generic;

@@ -23,7 +23,7 @@
 #define RUN_PATH_MAX 256U
 #define RUN_NAME_MAX 64U
 #define RUN_PROCESSES_MAX 64U
-#define RUN_SIMULATOR 0U                     ///< Participant.
+#define RUN_SIMULATOR 0U                     ///< Number of the simulator as participant.
 #define RUN_COMPUTERS_MAX CAPACITY_COMPUTERS ///< On-board computers.
 #define RUN_STEP_NS 500000U                  ///< Time step of the scheduler [ns].
 
@@ -43,11 +43,11 @@ typedef struct {
     char name[DESCRIPTOR_NAME_MAX + 1U];
     uint8_t computer;          ///< Index of the on-board computer that it runs on.
     int message_descriptor;    ///< UDP or TIPC socket that the process inherits; -1 in the image.
-    uint16_t message_port;     ///< UDP.
-    uint64_t message_identity; ///< TIPC: of the socket.
+    uint16_t message_port;     ///< UDP port of the message socket.
+    uint64_t message_identity; ///< TIPC identity of the message socket.
     /// Written by the supervisor (the first life by the launcher):
     uint32_t life;        ///< Number of the last start that was ordered, from 1.
-    uint32_t link_floor;  ///< Links of that life have later epochs.
+    uint32_t link_floor;  ///< Links of the life `life` have epochs above this number.
     uint32_t wanted_life; ///< The life that must run; 0: none.
     uint32_t kill_life;   ///< The last life that must be killed because it hangs.
     /// Written by the launcher:
@@ -66,9 +66,10 @@ typedef struct {      // Beat of one component, in its own cache line; written b
     uint32_t line[7];
 } run_beat_t;
 
-typedef struct {                  // Addresses of one CAN bus (osal/can.h); in the mission's order.
-    char flight[RUN_NAME_MAX];    ///< Controller of the flight side.
-    char simulator[RUN_NAME_MAX]; ///< Wire end of the simulator; "": it has no part in this bus.
+typedef struct {               // Addresses of one CAN bus (osal/can.h); in the mission's order.
+    char flight[RUN_NAME_MAX]; ///< Controller of the flight side.
+    char
+        simulator[RUN_NAME_MAX]; ///< Wire end of the simulator; "": the simulator does not simulate this bus.
     char published[RUN_NAME_MAX]; ///< Address where the simulator publishes the bus to tools; "": none.
 } run_bus_t;
 
@@ -80,9 +81,9 @@ typedef struct {       // A shared memory or message queue that a component make
 typedef struct {        // The relay that delays the links; it stands between their producers and consumers.
     uint32_t delay_us;  ///< Mean delay of a frame; 0: there is no relay.
     uint32_t jitter_us; ///< The delay of a frame differs by at most this from the mean.
-    uint64_t seed;      ///< Of jitter and loss.
-    int descriptors
-        [RUN_LINKS_MAX]; ///< UDP socket to which the producer of link number i + 1 sends; -1 without.
+    uint64_t seed;      ///< Seed from which jitter and loss are drawn.
+    /// UDP socket to which the producer of link number i + 1 sends; -1 if there is none.
+    int descriptors[RUN_LINKS_MAX];
     uint16_t ports[RUN_LINKS_MAX];    ///< Its port.
     uint8_t consumers[RUN_LINKS_MAX]; ///< Component to which it passes the frames on.
     /// Written by the relay:
@@ -96,9 +97,10 @@ typedef struct {
     char identity[RUN_IDENTITY_MAX]; ///< "hirosco-<number>": prefix of every name of this run.
     bool is_stepped;                 ///< The processes take part in the scheduler.
     bool has_simulator;              ///< Devices are simulated, at addresses of the run.
-    bool is_real;                    ///< Time continues while a process waits for a disk.
-    uint8_t transport;               ///< run_transport_t.
-    uint32_t instance;               ///< Number of this mission instance, part of its TIPC names.
+    bool
+        is_real; ///< Time follows the clock of the machine, so it continues while a process waits for a disk.
+    uint8_t transport; ///< run_transport_t.
+    uint32_t instance; ///< Number of this mission instance, part of its TIPC names.
     uint8_t computer_count;
     uint32_t computer_ipv4[RUN_COMPUTERS_MAX]; ///< Address of each: loopback, or its end of the veth.
     uint8_t link_methods;                      ///< Bit set of 1 << rtlink_method_t.
@@ -128,8 +130,8 @@ typedef struct {
     int32_t processes[RUN_PROCESSES_MAX];
 } run_state_t;
 
-/// The block of a run that the launcher made. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (another version),
-/// STATUS_DENIED, STATUS_IO.
+/// Map the run state that the launcher has created. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (another
+/// version), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t run_state_attach(osal_shm_t* shm, const char* name, run_state_t** out_block);
 /// Make the block of a run. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t run_state_create(osal_shm_t* shm, const char* identity, run_state_t** out_block);
@@ -154,7 +156,8 @@ static inline unsigned run_relay(const run_state_t* const block)
 {
     return (unsigned)block->component_count + 2U;
 }
-/// Service types of the run's TIPC names: of messages, by APID, and of links, by their number.
+/// Service types of this run's TIPC names: run_message_type for messages (instance: APID), run_link_type for
+/// links (instance: number of the link).
 static inline uint32_t run_message_type(const run_state_t* const block)
 {
     return 0x48000000U | (block->instance & 0x00FFFFFFU);

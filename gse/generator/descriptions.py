@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Descriptions, quantities and warning limits of parameters for the ground, from descriptors/descriptions.txt.
 
-They are not in the descriptors, because the flight software reports the hashes of those."""
+They are not in the descriptors, because a change of their text would change the hashes that the flight software
+reports."""
 
 import pathlib
 import re
@@ -10,6 +11,7 @@ from source import STATES, DescriptorError
 
 FILE = pathlib.Path(__file__).resolve().parents[2] / "descriptors" / "descriptions.txt"
 LINE = re.compile(r"([A-Z0-9_.]+) \| ([^|]+?) \| ([^|]+?)(?: \| (-?[0-9.]+))?\Z")
+# Words of the quantities =strategy and =hand, in the order of their numbers.
 STRATEGIES = ("ASCII", "SQLITE", "POSTGRESQL", "RING")
 HAND = ("LEADS", "NO_HAND", "RANGE", "SPEED", "SINGULAR")
 
@@ -28,7 +30,7 @@ def load(path=FILE):
 
 
 def describe(dictionary, lines):
-    """Add to each leaf of the parameters of a dictionary what the lines say about it; the dictionary."""
+    """Add description, quantity and warning limit to each parameter, or to each of its fields. Returns the dictionary."""
     words = {
         "=state": dict(enumerate(STATES)), "=mode": {mode["id"]: mode["name"] for mode in dictionary["modes"]},
         "=strategy": dict(enumerate(STRATEGIES)), "=switch": {0: "OFF", 1: "ON"}, "=hand": dict(enumerate(HAND)),

@@ -65,7 +65,7 @@ def enumerate_field(subsystem, element, item):
     found = next((each for each in above if each.name == element.attributes["enumeration"]), None)
     if not found:
         known = " ".join(each.name for each in above) or "none"
-        element.wrong("enumeration", f"an <Enumeration> above; there are: {known}")
+        element.wrong("enumeration", f"an <Enumeration> defined above; there are: {known}")
     if item.min is not None or item.max is not None:
         element.fail("with an enumeration there is no min and no max")
     item.enumeration = found

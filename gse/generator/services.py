@@ -57,7 +57,7 @@ def service_of(element, apid):
     """Service that an element describes, of the subsystem with that id."""
     number = int(element.word("type", [str(known) for known in (*OFFERS, *OF_SPACECRAFT)]))
     if number in OF_SPACECRAFT and apid != SUPERVISOR:
-        element.fail(f"service {number} is the supervisor's, which has id 1")
+        element.fail(f"only the supervisor (id 1) can have service {number}")
     most = OF_SPACECRAFT.get(number)
     offer = OFFERS.get(number) or Offer("", (None, most, most))
     found = {}

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of the contact between hand, loop and environment: press and hold, transparency, energy.
 
-The press of a scenario `press` is held without motion along the contour, where a loop with little margin
-oscillates inside of the friction cone while its averages look right. Torque is looked at as well as motion: one
-count of the joystick's encoder can hide 0.2 Nm of buzz.
+In the scenario `press` the hand holds its force without motion along the contour. A control loop with little
+stability margin then oscillates within the friction cone, although its mean values are correct. The figures use the
+torque as well as the motion, because a torque oscillation of 0.2 Nm can move the joystick by less than one encoder
+count.
 """
 
 import numpy as np
@@ -12,7 +13,8 @@ from . import run as runs
 from .figures_common import FORCE_SCALE, HOLD_US, POSITION_SCALE, SETTLED_US, Missing, filled, segment
 from .run import CYCLE_US, OPERATION_ENABLED, STATE_MASK
 
-SLOW, FAST = 400, 100  # cycles: moving means of 0.2 s (2.5 Hz) and 0.05 s (10 Hz)
+# Window lengths of the moving means [cycles]: 0.2 s passes changes below 2.5 Hz, 0.05 s below 10 Hz.
+SLOW, FAST = 400, 100
 
 
 def _mean(signal, width):
@@ -32,7 +34,7 @@ def _felt(run, start, end):
 def _true(run, channel, name):
     signal = run.at_cycles(channel, name)
     if signal is None:
-        raise Missing(f"no truth of {channel}")
+        raise Missing(f"the truth log has no channel {channel}")
     return signal
 
 
@@ -76,7 +78,7 @@ def dynamic_transparency(run):
 
 
 def press_ripple(run):
-    """Fast part of the external torque of joint 2 from the touch to the follow."""
+    """Peak-to-peak value of the fast part of joint 2's external torque, from the first contact to the segment `follow`."""
     press, end = segment(run, "press", None)
     touch = np.flatnonzero(_true(run, "CONTACT", "in_contact")[press:end] > 0)
     if not len(touch):
@@ -88,7 +90,7 @@ def press_ripple(run):
 
 
 def follow_transparency(run):
-    """Error of the reflected torque while the finger slides, caused by the damping in contact. No bound."""
+    """Error of the reflected torque while the finger slides, caused by the damping in contact; it has no bound."""
     start, end = segment(run, "follow", "press")
     external = _true(run, "CONTACT", "external_torque_nm")[start:end] * FORCE_SCALE
     error = _felt(run, start, end) - external
@@ -96,7 +98,7 @@ def follow_transparency(run):
 
 
 def passivity(run):
-    """Minimum of the energy that hand and environment have put into the loop, counted from each coupling on."""
+    """Minimum of the energy that hand and environment have put into the loop, counted from the beginning of each coupling."""
     coupled = np.ones(run.count, bool)
     for words in (run.stick_status["0"], run.joint_tpdo[0]["status"], run.joint_tpdo[1]["status"]):
         coupled &= words & STATE_MASK == OPERATION_ENABLED

@@ -284,7 +284,7 @@ def contact(run):
     """Share of the time with contact while following and holding; largest contact force from the first touch on."""
     touched = run.at_cycles("CONTACT", "in_contact")
     if touched is None:
-        raise Missing("no truth of the contact")
+        raise Missing("the truth log has no channel CONTACT")
     press, _ = segment(run, "press", None)
     follow, _ = segment(run, "follow", "press")
     _, hold_end = segment(run, "hold", "follow")
@@ -311,7 +311,7 @@ def brake_drop(run):
     """Motion of the arm's links from the instant a joint drive left operation-enabled, until it is enabled again."""
     link = run.at_cycles("JOINTS", "position_rad")
     if link is None:
-        raise Missing("no truth of the joints")
+        raise Missing("the truth log has no channel JOINTS")
     worst, count = 0.0, 0
     for (bus, _, _), entries in _drives(run).items():
         if bus not in {joint.bus for joint in run.joints}:

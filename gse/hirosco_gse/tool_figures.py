@@ -31,7 +31,7 @@ BOUNDS = {
 def _truth(run, channel, name):
     column = run.at_cycles(channel, name)
     if column is None:
-        raise Missing(f"no truth of {channel}")
+        raise Missing(f"the truth log has no channel {channel}")
     return column
 
 

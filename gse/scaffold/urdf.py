@@ -192,7 +192,7 @@ class _Chain:
         return Joint(joint.name, placed, joint.axis, limit["lower"], limit["upper"], joint.limit["effort"], joint.limit["velocity"],
                      joint.kind == "prismatic")
 
-    def walk(self):
+    def joints_to_tool(self):
         joints = []
         _, leaving, frames = self.rigid(self.root())
         while leaving:
@@ -213,5 +213,5 @@ class _Chain:
 def read(path, tool=None):
     """The robot of a file; `tool` names the link whose frame is that of the tool, by default the last one behind the last joint."""
     document = read_file(path)
-    joints, pose, name = _Chain(path, document, tool).walk()
+    joints, pose, name = _Chain(path, document, tool).joints_to_tool()
     return Robot(document.name, joints, pose, name)

@@ -15,17 +15,17 @@
 typedef char ring_size_is_a_power_of_two[((OSAL_CAN_RING_FRAMES & RING_MASK) == 0U) ? 1 : -1];
 
 typedef struct {
-    uint32_t head; ///< Frames ever written, modulo 2^32.
-    uint32_t head_line[15];
-    uint32_t tail; ///< Frames ever read.
-    uint32_t tail_line[15];
+    uint32_t head;          ///< Frames ever written, modulo 2^32.
+    uint32_t head_line[15]; ///< Padding: head and tail are in cache lines of their own.
+    uint32_t tail;          ///< Frames ever read.
+    uint32_t tail_line[15]; ///< Padding.
     osal_can_frame_t frames[OSAL_CAN_RING_FRAMES];
 } ring_t;
 
 typedef struct {
     uint64_t magic;
-    uint32_t overruns; ///< Frames for the node that found its ring full.
-    uint32_t line[13];
+    uint32_t overruns; ///< Frames for the node that were lost because its ring was full.
+    uint32_t line[13]; ///< Padding.
     ring_t to_wire;
     ring_t to_node;
 } bus_t;
@@ -53,7 +53,7 @@ static bool ring_take(ring_t* const ring, osal_can_frame_t* const out_frame)
     return true;
 }
 
-/// A controller that is switched on has received nothing yet.
+/// Empty the ring: a controller that is switched on has no frames from before.
 static void ring_discard(ring_t* const ring)
 {
     __atomic_store_n(&ring->tail, __atomic_load_n(&ring->head, __ATOMIC_ACQUIRE), __ATOMIC_RELEASE);

@@ -96,6 +96,7 @@ void osal_hand_over_begin(osal_hand_over_t* const hand_over)
 {
     FSW_ASSERT(hand_over != NULL);
     if (hand_over->shared != NULL) {
+        // Octets that were announced before this connection belong to the last one: do not wait for them.
         counts_t* const counts    = hand_over->shared;
         direction_t* const both[] = {&counts->to_flight, &counts->to_device};
         for (unsigned i = 0U; i < 2U; i++) {

@@ -23,7 +23,8 @@ void pus_event_action_init(event_action_t* const self, const pus_event_action_co
     for (uint32_t i = 0U; i < config->bucket_count; i++) {
         config->buckets[i] = NONE;
     }
-    for (uint16_t i = config->definition_count; i > 0U; i--) { // The first is taken first.
+    // Link in reverse order, so that the definition with the lowest index is taken first.
+    for (uint16_t i = config->definition_count; i > 0U; i--) {
         config->definitions[i - 1U] = (definition_t){.next = self->free};
         self->free                  = (uint16_t)(i - 1U);
     }
@@ -43,7 +44,8 @@ static uint16_t* bucket_of(const event_action_t* const self, const uint16_t apid
     return &self->config.buckets[hash & (self->config.bucket_count - 1U)];
 }
 
-/// The link of the list that leads to the definition, or that ends the list.
+/// Pointer to the index (of the bucket or of the definition before) that refers to this definition; it
+/// contains NONE if there is no such definition.
 uint16_t* event_action_place(const event_action_t* const self, const uint16_t apid, const uint16_t event)
 {
     uint16_t* place = bucket_of(self, apid, event);
@@ -124,7 +126,7 @@ status_t event_action_erase(const event_action_t* const self, const uint16_t slo
     return (status == STATUS_NOT_FOUND) ? STATUS_OK : status;
 }
 
-/// Store a definition with this status.
+/// Write the persistent record of a definition, enabled or not.
 status_t event_action_put(event_action_t* const self, const uint16_t slot, const bool is_enabled)
 {
     const definition_t* const definition = &self->config.definitions[slot];

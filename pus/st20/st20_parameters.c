@@ -270,8 +270,9 @@ static pus_reply_t report_definitions(void* const self, pus_request_t* const req
         const uint32_t id = octet_read_u32(&list);
         if (port->find(port->context, id, &handle, &size) == STATUS_OK) {
             const pus_parameter_code_t code = pus_parameter_code_of(id);
-            uint8_t memory_id               = 0U; // Of a parameter of the dictionary.
-            uint32_t address                = 0U;
+            // Value for a parameter of the dictionary, which has no memory address.
+            uint8_t memory_id = 0U;
+            uint32_t address  = 0U;
             if (parameters->definer.locate != NULL) {
                 parameters->definer.locate(port->context, id, &memory_id, &address);
             }

@@ -66,7 +66,7 @@ typedef struct {
     char target[FAULT_TARGET_MAX];
 } fault_t;
 
-typedef scenario_lines_t faults_t; ///< Of fault_t; read-only for others.
+typedef scenario_lines_t faults_t; ///< Entries: fault_t; read-only for others.
 
 typedef struct {
     const char* name;     ///< Null: scenario lines cannot name it.

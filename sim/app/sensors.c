@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-#define CHANNEL_SHIFT 16U ///< Of a value of a device in the key of its noise.
+#define CHANNEL_SHIFT 16U ///< Position of the number of a device's value in the key of its noise.
 #define LOSS_CHANNEL 15U
 
 unsigned sensor_values(const world_sensor_kind_t kind)

@@ -3,7 +3,7 @@
 
 #include "sim/plant/sensor.h"
 
-#define STREAM 0x53000000U ///< Of bodies among the devices that draw numbers.
+#define STREAM 0x53000000U ///< Key of the bodies among the devices that draw random numbers.
 #define BODY_SHIFT 8U
 
 void spread_apply(world_t* const world, const uint64_t seed)

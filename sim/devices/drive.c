@@ -72,7 +72,7 @@ struct drive {
     torque_sensor_t sensor;
     double extra_offset_nm;
     drive_objects_t objects;
-    double position_unit; // Of its objects [rad].
+    double position_unit; // One unit of its position objects [rad].
     double velocity_unit; // [rad/s]
     drive_settings_t settings;
     homing_t homing;
@@ -291,7 +291,7 @@ static void on_reset(void* const context, const uint64_t now_ns)
     drive_t* drive    = context;
     drive->torque_nm  = 0.0;
     drive->is_ramping = false;
-    drive->zero_rad   = 0.0; // Of its encoder, which knows it.
+    drive->zero_rad   = 0.0; // The encoder is absolute: its zero is known.
     homing_reset(&drive->homing);
     refresh_settings(drive);
     hold_here(drive);

@@ -46,7 +46,7 @@ struct hand {
     bool knows_scene;
     scene_t scene; // All zero if the hand knows none.
     plane_t home;
-    scenario_lines_t commands; // Of command_t.
+    scenario_lines_t commands; // Entries: command_t.
     command_t current;         // Its verb is null before the first command.
     uint64_t time_ns;
     bool aiming;                 // The intent is stick_rad: from `aim` until the next motion.

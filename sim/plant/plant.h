@@ -23,7 +23,7 @@
 #include <stdint.h>
 
 #define PLANT_JOINTS_MAX (WORLD_ROBOTS_MAX * ROBOT_JOINTS_MAX)
-#define PLANT_AXES_MAX 8U ///< Of a joystick.
+#define PLANT_AXES_MAX 8U ///< Axes of a joystick.
 #define PLANT_FAILURE_MAX 512U
 #define PLANT_SUBSTEPS 4U ///< Rotor steps per plant step: 8 kHz at 0.5 ms.
 

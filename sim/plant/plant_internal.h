@@ -10,7 +10,7 @@
 typedef struct {
     dBodyID body[ROBOT_BODIES_MAX];           ///< Bodies of the model; null: fixed to the world.
     uint32_t moved_by[ROBOT_BODIES_MAX];      ///< Bit i: joint i of the robot moves this body.
-    pose_t base;                              ///< Of body 0 at the start.
+    pose_t base;                              ///< Pose of body 0 at the start.
     unsigned first_joint;                     ///< plant_joint of its joint 0.
     double before_rad_s[ROBOT_BODIES_MAX][3]; ///< Rates of the bodies of a free robot before the last step.
 } robot_t;
@@ -69,7 +69,7 @@ typedef struct {
 } mimic_t;
 
 #define POINTS_PER_PAIR 8U ///< Contact points of two shapes at most.
-#define PAIRS_MAX 64U      ///< Of shapes that may touch.
+#define PAIRS_MAX 64U      ///< Pairs of shapes that may touch.
 #define SHAPES_MAX ((WORLD_ROBOTS_MAX * ROBOT_SHAPES_MAX) + (WORLD_FIXTURES_MAX * WORLD_FIXTURE_SHAPES_MAX))
 
 /// A shape that may touch others.
@@ -102,7 +102,7 @@ typedef struct {
     bool is_steep;  ///< Which directions of friction are used (contacts.c).
     unsigned count; ///< Contact points of the present step.
     point_t point[POINTS_PER_PAIR];
-    double stretch_m[2]; ///< Of the contact along the directions of friction; 0 without contact.
+    double stretch_m[2]; ///< Deflection of the contact along the directions of friction; 0 without contact.
 } pair_t;
 
 typedef struct {

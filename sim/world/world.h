@@ -36,7 +36,7 @@
 #define WORLD_WHEELS_MAX 8U
 #define WORLD_VALVE_BOXES_MAX 4U
 #define WORLD_VALVES_MAX 32U
-#define WORLD_VALVE_OUTPUTS 16U ///< Of a valve box.
+#define WORLD_VALVE_OUTPUTS 16U ///< Outputs of a valve box.
 #define WORLD_SENSORS_MAX 12U
 #define WORLD_LATCHES_MAX 4U
 #define WORLD_SUPPLIES_MAX 4U ///< Devices that one power unit supplies.
@@ -50,12 +50,13 @@ typedef struct {
     robot_model_t model;
     double start[ROBOT_JOINTS_MAX]; ///< Joint positions at time 0.
     pose_t pose;                    ///< Pose of the root link at time 0.
-    double velocity_m_s[3];         ///< Of the root link; the robot moves as one rigid body at time 0.
-    double rate_rad_s[3];           ///< In the axes of the world.
-    double valid_ns;                ///< The state is that at this time, if nothing acts on the robot before.
-    double spread_mass;             ///< Share by which the true mass of each body differs at most.
-    double spread_inertia;          ///< Share by which its inertia differs, in addition to that of its mass.
-    double spread_com;              ///< Distance by which its centre of mass differs along each axis [m].
+    /// Velocity of the root link; the robot moves as one rigid body at time 0.
+    double velocity_m_s[3];
+    double rate_rad_s[3];  ///< In the axes of the world.
+    double valid_ns;       ///< The state is that at this time, if nothing acts on the robot before.
+    double spread_mass;    ///< Share by which the true mass of each body differs at most.
+    double spread_inertia; ///< Share by which its inertia differs, in addition to that of its mass.
+    double spread_com;     ///< Distance by which its centre of mass differs along each axis [m].
 } world_robot_t;
 
 /// Motor, gear, sensors and brake of a joint.
@@ -235,8 +236,8 @@ typedef struct {
     double gyro_noise; ///< [rad/s]
     double bias;       ///< Bias of each axis of a gyro, drawn from +- this [rad/s].
     double noise[3];   ///< For a tracker, of the angles about its axes [rad]; for a camera, of positions [m].
-    double angle_noise[3];        ///< Of a camera [rad].
-    double at[3];                 ///< Of a camera in the frame of the link [m].
+    double angle_noise[3];        ///< Noise of the angles of a camera [rad].
+    double at[3];                 ///< Position of a camera in the frame of the link [m].
     double rpy[3];                ///< [rad]
     char sees[DOCUMENT_TEXT_MAX]; ///< The link whose pose a camera measures.
     unsigned seen_robot;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Walks the state machine and prints its transitions, for test_states.py: each request and event in each
-// state, each failure of an action, and all changes of state that follow.
+// Takes the state machine through all transitions and prints them, for
+// test_states.py: each request and event in each state, each failure of an action, and all changes of state
+// that follow.
 #include "base/assertion.h"
 #include "fsw/framework/subsystem/state_machine.h"
 
@@ -96,7 +97,7 @@ static state_machine_t machine_in(const state_t state)
 }
 
 /// Print the changes of state of the last call and of all actions after it, which succeed.
-static void print_walk(state_machine_t* const machine)
+static void print_transitions(state_machine_t* const machine)
 {
     print_changes(machine);
     while (machine->action != ACTION_NONE) {
@@ -114,7 +115,7 @@ static void print_requests(const state_t state)
         const state_answer_t answer = subsystem_state_machine_request(&machine, targets[i], CAUSE_REQUEST);
         printf("request %d %d %s\n", (int)state, (int)targets[i], answers[answer]);
         if (answer == ANSWER_STARTED) {
-            print_walk(&machine);
+            print_transitions(&machine);
         }
     }
 }
@@ -127,7 +128,7 @@ static void print_events(const state_t state)
             subsystem_state_machine_event(&machine, (state_event_t)event, CAUSE_OWN_ERROR);
         printf("event %u %d %s\n", event, (int)state, has_changed ? "started" : "stays");
         if (has_changed) {
-            print_walk(&machine);
+            print_transitions(&machine);
         }
     }
 }
@@ -160,7 +161,7 @@ static void print_failure(const state_action_t action)
     state_machine_t machine = machine_running(action);
     printf("failure %d %d\n", (int)action, (int)machine.state);
     subsystem_state_machine_outcome(&machine, OUTCOME_FAILED);
-    print_walk(&machine);
+    print_transitions(&machine);
     printf("rests %d %d\n", (int)machine.state, (int)machine.phase);
 }
 

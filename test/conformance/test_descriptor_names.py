@@ -66,7 +66,7 @@ def test_both_readers_agree_on_damaged_names(probe, tmp_path, seed):  # noqa: F8
 @pytest.mark.parametrize(
     ("old", "new", "expected"),
     [
-        ('enumeration="MODE" init="FORCE OFF"', 'enumeration="MODES" init="FORCE OFF"', 'expected an <Enumeration> above; there are: MODE CAUSE WIDE'),
+        ('enumeration="MODE" init="FORCE OFF"', 'enumeration="MODES" init="FORCE OFF"', 'expected an <Enumeration> defined above; there are: MODE CAUSE WIDE'),
         ('init="FORCE OFF"', 'init="FORCE ON"', "expected 2 name(s) of MODE, one space between: OFF POSITION FORCE"),
         ('value="FIRST"', 'value="THIRD"', "expected 1 name(s) of WIDE, one space between: FIRST SECOND"),
         ('type="UINT8" enumeration', 'type="INT8" enumeration', "expected one whose numbers fit INT8"),

@@ -4,9 +4,9 @@
 Reads the results of `make coverage` under build/coverage/ with gcovr. Programs (fsw/programs, launcher, pus/tool) are
 not included: the Python tests fly and call them. Branches of FSW_ASSERT do not count: only coding errors take them.
 Branches that no input can take are in coverage_exclusions.txt with their reason; an exclusion that matches no branch
-any more is a finding. A library below its mark is a finding, and so is an open branch in
-a library whose mark says `complete`. Prints a table, the open branches of the libraries to be complete, and findings;
-exit code 1. --update raises the marks to what was measured, never lowers one."""
+any more is a finding. A library below its mark is a finding, and so is an open branch in a library whose mark says
+`complete`. Prints a table, the open branches of the libraries that are marked `complete`, and findings; exit code 1.
+--update raises the marks to what was measured, and never lowers one."""
 
 import argparse
 import fnmatch
@@ -57,7 +57,7 @@ class Library:
             self.open.append((where, missing))
 
     def figures(self):
-        """Branch and line coverage [percent], rounded down so that 100.0 is all."""
+        """Branch and line coverage [percent], rounded down, so that 100.0 means that no branch is open."""
         return (percent(self.taken, self.branches), percent(self.run, self.lines))
 
 
@@ -114,11 +114,12 @@ def compare(libraries, marks):
             if now < mark:
                 yield f"test/lint/coverage.txt: {name}: {now:.1f} % of the {what}, the mark is {mark:.1f} %"
         if is_complete:
-            yield from (f"{where}: {missing} branches never taken" for where, missing in libraries[name].open)
+            yield from (f"{where}: {missing} branches are never taken" for where, missing in libraries[name].open)
 
 
 def write_marks(path, libraries, marks):
-    # Half a percent of tolerance and whole numbers: a race in a torture test may take a branch or not.
+    # Marks are whole numbers, half a percent below what was measured, because races in torture tests decide whether
+    # some branches are taken.
     head = [line for line in path.read_text().splitlines() if line.startswith("#")] if path.exists() else []
     rows = []
     for name, library in sorted(libraries.items()):
@@ -163,9 +164,10 @@ def main():
             print("".join(f"open: {where}: {missing}\n" for where, missing in library.open), end="")
     if arguments.no_marks:
         return 0
-    failures = [f"{EXCLUSIONS.relative_to(ROOT)}:{row.number}: fits no line with {row.count} branches never taken"
+    failures = [f"{EXCLUSIONS.relative_to(ROOT)}:{row.number}: matches no source line on which exactly "
+                f"{row.count} branches are never taken"
                 for row in exclusions if not row.is_used]
-    failures += [f"{EXCLUSIONS.relative_to(ROOT)}:{row.number}: fits {row.places} lines, expected one"
+    failures += [f"{EXCLUSIONS.relative_to(ROOT)}:{row.number}: matches {row.places} source lines, expected one"
                  for row in exclusions if row.places > 1]
     failures += compare(libraries, marks)
     print("\n".join(failures) if failures else "check: coverage is not below its marks")

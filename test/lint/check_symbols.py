@@ -17,7 +17,8 @@ JUMPS = "setjmp _setjmp __sigsetjmp sigsetjmp longjmp _longjmp siglongjmp"
 OPENERS = "luaL_newstate luaL_openlibs luaL_loadfilex luaopen_io luaopen_os luaopen_package luaopen_debug luaopen_coroutine luaopen_utf8"
 BANNED = set(f"{ALLOCATORS} {PRINTERS} {JUMPS} {OPENERS}".split())
 INEXACT = re.compile(r"(a?(sin|cos|tan)h?|sincos|atan2|exp[2m1]*|log(10|2|1p)?|pow|hypot|cbrt|tgamma|lgamma|erfc?)[fl]?")
-# expat's memory functions know no context, so the arena in use is named by a thread-local pointer around each call.
+# The memory functions of expat have no context argument; a thread-local pointer therefore gives them the arena during
+# each call.
 DEVIATIONS = {("fsw/framework/xml/xml_arena.c", "in_use")}
 # Prefixes of the global symbols of each folder; a folder that is not listed has its own name as prefix.
 PREFIXES = {

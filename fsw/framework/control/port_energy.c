@@ -47,13 +47,7 @@ double control_port_energy_step(control_port_energy_t* const energy, const contr
     return is_alarm ? given : 0.0;
 }
 
-void control_reserve_reset(control_reserve_t* const reserve)
-{
-    FSW_ASSERT(reserve != NULL);
-    *reserve = (control_reserve_t){.is_started = false};
-}
-
-void control_reserve_told(control_reserve_t* const reserve, const double sum_j)
+void control_reserve_take_sum(control_reserve_t* const reserve, const double sum_j)
 {
     FSW_ASSERT(reserve != NULL);
     if (sum_j != sum_j) {

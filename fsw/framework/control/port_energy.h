@@ -34,7 +34,7 @@ typedef struct { // Read-only outside.
     double elapsed_s;
 } control_port_energy_t;
 
-typedef struct { // Read-only outside.
+typedef struct { // Read-only outside; all zero at the start.
     bool is_started;
     double told_j;    ///< Latest sum of the other port.
     double reserve_j; ///< May be given away; below 0: more was given away than had arrived.
@@ -47,11 +47,9 @@ void control_port_energy_reset(control_port_energy_t* energy);
 double control_port_energy_step(control_port_energy_t* energy, const control_port_watch_t* watch,
                                 const double torque_nm[CONTROL_PORT_AXES],
                                 const double position_rad[CONTROL_PORT_AXES]);
-/// Empty, and nothing told.
-void control_reserve_reset(control_reserve_t* reserve);
-/// Take the sum that the other port tells and add its increase. The first one after a reset adds nothing, and
-/// neither does one that has fallen (the other port was reset) or is NaN.
-void control_reserve_told(control_reserve_t* reserve, double sum_j);
+/// Read the sum of the other port and add its increase to the reserve. The first sum adds nothing, and
+/// neither does a sum that has fallen (the other port was reset) or is NaN.
+void control_reserve_take_sum(control_reserve_t* reserve, double sum_j);
 /// Add what this port takes in (below 0: gives away), and drop what is above `cap_j`: an old reserve must not
 /// pay for a new oscillation.
 void control_reserve_add(control_reserve_t* reserve, double taken_j, double cap_j);

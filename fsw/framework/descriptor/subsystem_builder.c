@@ -46,7 +46,7 @@ static void read_bound(source_t* const source, const char* const attribute, cons
     }
 }
 
-/// The numbers of the names of an enumeration in `names`, as text.
+/// Convert the names in `names` to their numbers in the enumeration, as text.
 static const char* numbers_of(source_t* const source, const char* const attribute,
                               const descriptor_field_t* const field, const char* const names)
 {
@@ -99,7 +99,8 @@ const char* descriptor_subsystem_builder_values(source_t* const source, const ch
     return descriptor_source_keep(source, values);
 }
 
-/// Take the enumeration that a field names: its numbers are the bounds, and fit the type.
+/// Find the enumeration of a field and use its first and last number as bounds. False if it is missing, if
+/// the field has bounds too, or if a number does not fit the type.
 static bool enumerate(source_t* const source, descriptor_field_t* const field)
 {
     const subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);
@@ -129,8 +130,9 @@ void descriptor_subsystem_builder_complete(source_t* const source, descriptor_fi
         descriptor_source_wrong(source, "min", "at most max");
     }
     if (descriptor_source_has(source, "enumeration") && !enumerate(source, field)) {
-        descriptor_source_wrong(source, "enumeration",
-                                "an <Enumeration> above that fits the type, no min, no max");
+        descriptor_source_wrong(
+            source, "enumeration",
+            "an <Enumeration> defined above whose numbers fit the type, and neither min nor max");
     }
     if (descriptor_source_has(source, "init")) {
         field->init = descriptor_subsystem_builder_values(source, "init", field);
@@ -197,7 +199,7 @@ uint32_t descriptor_subsystem_builder_referred(const subsystem_descriptor_t* con
 
 // ---- Events ----
 
-/// Number of "<number>/s"; 0 if it is not from 1 to 1000.
+/// Read "<number>/s". Returns the number, or 0 if it is not from 1 to 1000.
 static uint16_t rate_of(const char* const words)
 {
     uint16_t rate = 0U;
@@ -229,7 +231,7 @@ void descriptor_subsystem_builder_event(source_t* const source)
     }
 }
 
-/// Reports of all HIGH events so far, each once: room is reserved for them.
+/// Octets of one report of each HIGH event read so far; the queue of reports reserves this room.
 static uint32_t high_octets(const subsystem_descriptor_t* const descriptor)
 {
     uint32_t octets = 0U;
@@ -317,7 +319,7 @@ typedef struct { // Capacities of a service; gse/generator/services.py has the s
     uint16_t capacity; // Default.
     uint16_t functional_max;
     uint16_t functional;
-    bool is_of_spacecraft; // The supervisor has it, listed or not, in its own storage.
+    bool is_of_spacecraft; // The supervisor always offers it, in storage of its own, listed or not.
 } offer_t;
 
 #define OFFERED "2 4 6 12 11 15 18 19 21 22 23"
@@ -368,7 +370,7 @@ void descriptor_subsystem_builder_service(source_t* const source)
     }
     const offer_t* const offer = &offers[place];
     if (offer->is_of_spacecraft && (descriptor_subsystem_builder_model(source)->apid != SUPERVISOR_APID)) {
-        descriptor_source_refuse(source, source->line, "service % is the supervisor's, which has id 1",
+        descriptor_source_refuse(source, source->line, "only the supervisor (id 1) can have service %",
                                  descriptor_source_raw(source, "type"), "", 0U);
         return;
     }

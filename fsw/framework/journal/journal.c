@@ -27,7 +27,8 @@ static journal_slot_t* find(const journal_t* const journal, const uint8_t table,
     return journal_index_find(journal->configuration.slots, journal->slot_count, table, key);
 }
 
-/// Make a record that lies at `offset` the live one of its key; `slot` is the present one's, or null.
+/// Note the record at `offset` as the valid one of its key. `slot` is the slot of the key, or null if the key
+/// is new.
 static void note_put(journal_t* const journal, journal_slot_t* slot, const journal_record_t* const record,
                      const uint32_t offset)
 {
@@ -63,7 +64,8 @@ static status_t append(journal_t* const journal, const journal_record_t* const r
 {
     const medium_t* const medium = active_of(journal);
     if (journal->is_tail_unclean) {
-        // A failed write may have left octets here that could be valid after other ones.
+        // A failed write may have left octets behind the tail. After the next records, a reader could take
+        // them for a valid record.
         if (medium->resize(medium->context, journal->tail.offset) != STATUS_OK) {
             return STATUS_IO;
         }
@@ -75,8 +77,8 @@ static status_t append(journal_t* const journal, const journal_record_t* const r
     return status;
 }
 
-/// True if a log of `used` octets can take another record and, after it, the commit and the erasure of every
-/// record there is.
+/// True if a log of `used` octets can take another record and, after it, the commit and one erasure for each
+/// existing record.
 static bool has_room(const journal_t* const journal, const uint32_t used, const size_t size)
 {
     const uint64_t erasures = ((uint64_t)journal->stats.records + 1U) * JOURNAL_RECORD_SIZE(0U);
@@ -84,8 +86,8 @@ static bool has_room(const journal_t* const journal, const uint32_t used, const 
     return needed <= journal->configuration.limit;
 }
 
-/// Copy the live records one after the other to a medium; their slots note their places there.
-/// STATUS_OK, STATUS_FULL, STATUS_IO.
+/// Copy the live records to a medium; the field `moved` of each slot gets the new offset. STATUS_OK,
+/// STATUS_FULL, STATUS_IO.
 static status_t copy_live(journal_t* const journal, const medium_t* const medium, journal_place_t* const to)
 {
     journal_place_t from = journal_first_place(journal->stats.generation);
@@ -108,8 +110,8 @@ static status_t copy_live(journal_t* const journal, const medium_t* const medium
     return STATUS_OK;
 }
 
-/// Empty a medium such that it is empty even after a power cut at this moment. One octet of it stays: so a
-/// medium whose size is 0 was never used, and needs no sync.
+/// Empty a medium so that a power cut cannot bring its content back. One octet is kept: a size of 0 then
+/// means that the medium was never used, and such a medium needs no sync.
 static status_t empty_medium(const medium_t* const medium)
 {
     const status_t status = medium->resize(medium->context, 1U);
@@ -182,7 +184,7 @@ status_t journal_put(void* const context, const uint8_t table, const uint32_t ke
         return STATUS_TOO_LARGE;
     }
     const journal_record_t record = {.kind = JOURNAL_PUT, .table = table, .size = (uint16_t)size, .key = key};
-    journal_slot_t* const slot    = find(journal, table, key); // Compaction leaves it where it is.
+    journal_slot_t* const slot    = find(journal, table, key); // Compaction does not move slots.
     status_t status               = STATUS_FULL;
     if ((slot != NULL) || (journal->stats.records < journal->configuration.capacity)) {
         status = make_room(journal, size);
@@ -223,8 +225,8 @@ status_t journal_erase(void* const context, const uint8_t table, const uint32_t 
     return STATUS_OK;
 }
 
-/// Write again everything that is not valid yet. STATUS_OK; STATUS_IO: also if the medium returns other
-/// octets.
+/// Write all records after the last commit again. STATUS_OK; STATUS_IO: the medium failed, or its octets are
+/// not those that were written.
 static status_t write_again(journal_t* const journal)
 {
     const medium_t* const medium = active_of(journal);
@@ -244,7 +246,8 @@ static status_t write_again(journal_t* const journal)
     return (status == STATUS_OK) ? STATUS_OK : STATUS_IO;
 }
 
-/// Mark on the other medium how far commits have succeeded. Without a sync: a lost mark has no meaning.
+/// Write the offset of the last commit to the other medium. No sync is needed: if the mark is lost, the
+/// journal is still valid.
 static void write_mark(journal_t* const journal)
 {
     const journal_mark_t mark = {.generation = journal->stats.generation, .offset = journal->synced.offset};
@@ -292,7 +295,7 @@ status_t journal_commit(void* const context)
         return failed(journal);
     }
     journal->stats.commits++;
-    // The commit is valid whether this succeeds or not.
+    // The commit stays valid even if the compaction fails.
     if (is_wasteful(journal) &&
         ((compact(journal) != STATUS_OK) || (close_transaction(journal) != STATUS_OK))) {
         journal->stats.failed++;
@@ -341,8 +344,8 @@ static status_t cut_tail(journal_t* const journal)
     return (status == STATUS_OK) ? medium->sync(medium->context) : status;
 }
 
-/// Begin an empty journal. Its head is synced before anything else is written, so that later a medium without
-/// a head is damaged; before that, the content of an earlier journal must be removed and synced. STATUS_OK,
+/// Begin an empty journal. The head is synced first. Therefore a medium that has octets but no head is
+/// damaged. The content of an earlier journal is removed and synced before the head is written. STATUS_OK,
 /// STATUS_FULL, STATUS_IO.
 static status_t begin_journal(journal_t* const journal, const journal_survey_t surveys[2])
 {
@@ -415,7 +418,7 @@ status_t journal_open(journal_t* const journal, const journal_configuration_t* c
         status = cut_tail(journal);
     }
     if ((status == STATUS_OK) && journal->damage.is_damaged) {
-        write_mark(journal); // It is reported once.
+        write_mark(journal); // The next start then does not report the same damage again.
     }
     return status;
 }

@@ -5,11 +5,12 @@
 
 #include "fsw/framework/subsystem/subsystem_core.h"
 
-/// subsystem_core.c: set the period without a configuration, and the thresholds of pools, from the
-/// descriptor.
+/// subsystem_core.c: set from the descriptor: the period that is used while no configuration is applied, and
+/// the thresholds of the pools.
 void subsystem_set_idle_period(subsystem_t* subsystem);
 void subsystem_set_pool_thresholds(subsystem_t* subsystem);
-/// subsystem_core.c: raise an event without auxiliary data of its own, if the descriptor has it.
+/// subsystem_core.c: raise the event of this name without auxiliary data; no effect if the descriptor does
+/// not define it.
 void subsystem_raise_named(subsystem_t* subsystem, const char* name);
 
 /// subsystem_services.c: fill the service list from the descriptor.
@@ -20,19 +21,22 @@ void subsystem_step_optional(subsystem_t* subsystem);
 status_t subsystem_initialise_parameters(subsystem_t* subsystem);
 /// Housekeeping structures and initial values of the configuration. STATUS_OK or the first refusal.
 status_t subsystem_apply_configuration(subsystem_t* subsystem);
-/// Apply the waiting descriptor if the component rests in a state where it may change; ends its request.
+/// Apply the descriptor that waits to be loaded if the subsystem is in a rest state that allows it, and
+/// complete the request.
 void subsystem_take_reload(subsystem_t* subsystem);
-/// Stop housekeeping.
+/// Reverse subsystem_apply_configuration: stop housekeeping.
 void subsystem_revoke_configuration(subsystem_t* subsystem);
-/// Auxiliary data of an event by its references; returns the size written.
+/// Write the present values of the parameters to which an event refers; returns the octets written.
 size_t subsystem_sample_auxiliary(subsystem_t* subsystem, const descriptor_event_t* event, uint8_t* octets,
                                   size_t capacity);
 
-/// subsystem_loops.c: loops begin when their configuration is applied, and end before it is revoked: then
-/// none samples, waiting requests are performed, and housekeeping that waits in the mailboxes is dropped and
-/// counted. Their instance of ST[20] reads `values`.
+/// subsystem_loops.c: the loops of services run from the moment their configuration is applied until just
+/// before it is revoked. When they end, no loop samples any more, requests in their inboxes are performed,
+/// and housekeeping reports in their mailboxes are dropped and counted. `values` is the port of their own
+/// ST[20].
 void subsystem_init_loops(subsystem_t* subsystem, const pus_parameter_port_t* values);
-/// Call it before any service is set up, because a service may lock loop_guard at once.
+/// Create the mutexes of the loops. Must be called before any service is initialised, because a service may
+/// lock loop_guard immediately.
 void subsystem_create_guards(subsystem_t* subsystem);
 void subsystem_begin_loops(subsystem_t* subsystem);
 void subsystem_end_loops(subsystem_t* subsystem);
@@ -49,7 +53,7 @@ pus_reply_t subsystem_request_state(void* context, const pus_state_order_t* orde
                                     uint64_t now_ns);
 pus_reply_t subsystem_select_configuration(void* context, uint16_t configuration, const pus_token_t* token,
                                            uint64_t now_ns);
-/// Feed an event to the machine. `code` goes into TM[129,2].
+/// Pass an event to the state machine; TM[129,2] reports `code`.
 void subsystem_machine_event(subsystem_t* subsystem, state_event_t event, state_cause_t cause, uint16_t code);
 
 /// subsystem_links.c.
@@ -59,8 +63,8 @@ void subsystem_close_links(subsystem_t* subsystem, uint8_t reason);
 /// True if every required port of the configuration has an open, fresh link.
 bool subsystem_has_required_links(subsystem_t* subsystem, uint16_t* out_missing_port);
 
-/// subsystem_link_table.c: a provided port has any readers, one slot for each of its links; a required port
-/// has one writer and one slot.
+/// subsystem_link_table.c: a provided port can have several links (one for each reader), each with its own
+/// slot; a required port has one link and one slot.
 /// Link of this number; null if there is none.
 subsystem_link_t* subsystem_link_numbered(subsystem_t* subsystem, uint16_t number);
 /// First link of a port; null if there is none.

@@ -41,7 +41,7 @@ static void take_parameters(arm_t* const arm)
 static void take_ports(arm_t* const arm, const descriptor_configuration_t* const configuration)
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(arm->generic);
-    arm->is_telepresence = (configuration->port_count > 0U); // Of all ports, see fits.
+    arm->is_telepresence = (configuration->port_count > 0U); // All ports are used or none, see fits.
     for (uint16_t i = 0U; i < configuration->port_count; i++) {
         const descriptor_port_t* const port = &descriptor->ports[configuration->first_port + i];
         if (port->is_provided) {
@@ -57,7 +57,8 @@ static status_t configure(void* const self, const descriptor_configuration_t* co
     arm_t* const arm                               = self;
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(arm->generic);
     const descriptor_device_t* const first         = &descriptor->devices[configuration->first_device];
-    arm->is_torque_mode = (drives_mode(descriptor, first) == CIA402_MODE_CST); // Of all devices, see fits.
+    // All devices have the same mode, see fits.
+    arm->is_torque_mode = (drives_mode(descriptor, first) == CIA402_MODE_CST);
     take_parameters(arm);
     take_ports(arm, configuration);
     arm_force_init(&arm->force);

@@ -144,7 +144,8 @@ arm_vector_t arm_rotation_between(const arm_rotation_t* const from, const arm_ro
     for (unsigned i = 1U; i < 4U; i++) {
         row = (product[i][i] > product[row][row]) ? i : row;
     }
-    const double sign      = (product[row][0] < 0.0) ? -1.0 : 1.0; // Of two quaternions, the shorter turn.
+    // Of the two quaternions of one attitude, take the shorter turn.
+    const double sign      = (product[row][0] < 0.0) ? -1.0 : 1.0;
     const arm_vector_t v   = arm_times(arm_vector(&product[row][1]), sign);
     const double sine      = arm_length(v);
     const double half_turn = control_angle(sine, sign * product[row][0]);

@@ -49,7 +49,8 @@ typedef struct {
 typedef struct { // Read-only outside.
     bool is_coupled;
     arm_hand_state_t state;
-    arm_pose_t anchor;              ///< Of the tool when the hand began to lead; offsets count from here.
+    /// Pose of the tool when the hand began to lead; offsets count from here.
+    arm_pose_t anchor;
     double hand_rad[ARM_HAND_AXES]; ///< Last sample.
     double zero_rad[ARM_HAND_AXES]; ///< Angle at which the hand took over ..
     double start_m[ARM_HAND_AXES];  ///< .. the tool at this offset.

@@ -11,9 +11,9 @@ void arm_cycle(void* self);
 
 /// arm_functions.c: function commands, and the motion they ask for.
 status_t arm_perform(void* self, const subsystem_function_t* function);
-/// Next point of the desired motion; ends its function command.
+/// Compute the next point of the desired motion; complete its function command at the last point.
 void arm_motion_step(arm_t* arm, double period_s);
-/// Abort everything commanded; the hook of drives.h.
+/// Abort all commanded motions: the callback `abandon` of drives.h.
 void arm_abandon(void* self);
 
 #endif // FSW_SUBSYSTEMS_ARM_ARM_INTERNAL_H

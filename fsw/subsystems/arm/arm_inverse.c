@@ -8,7 +8,8 @@
 
 #define DIRECTIONS 6U
 #define FLOOR 1.0e-12 // Keeps the factors of a singular matrix positive.
-#define ITERATIONS 6U // Of the inverse iteration; singular values of an arm lie far apart.
+// Steps of the inverse iteration; few suffice, because singular values of an arm lie far apart.
+#define ITERATIONS 6U
 
 typedef struct { // The smaller of J J^T and J^T J: both have the same singular values.
     unsigned size;

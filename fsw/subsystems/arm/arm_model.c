@@ -53,7 +53,7 @@ typedef struct {
     arm_pose_t pose; // In the previous link.
     arm_vector_t rate;
     arm_vector_t angular_acceleration;
-    arm_vector_t acceleration; // Of the frame's origin, minus gravity.
+    arm_vector_t acceleration; // Acceleration of the frame's origin, minus gravity.
     arm_vector_t force;        // On the link, through its joint.
     arm_vector_t moment;
 } body_t;

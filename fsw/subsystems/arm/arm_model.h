@@ -20,7 +20,7 @@
 
 typedef struct {
     arm_pose_t origin;
-    arm_vector_t axis; ///< Of length 1.
+    arm_vector_t axis; ///< Unit vector.
     double mass_kg;
     arm_vector_t centre_m;       ///< Centre of mass in the link's frame.
     arm_rotation_t inertia_kgm2; ///< About the centre of mass, in the axes of the link; no rotation.

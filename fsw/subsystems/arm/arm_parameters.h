@@ -127,7 +127,7 @@ typedef struct {
 
 #define ARM_PARAMETERS 9U         ///< Structures.
 #define ARM_SCALARS 48U           ///< At most, in addition: single values of CUR_VALUES.
-#define ARM_FIELDS 66U            ///< Of the structures.
+#define ARM_FIELDS 66U            ///< Fields of all structures together.
 #define ARM_PARAMETER_COUNTERS 6U ///< Places in the definitions.
 #define ARM_PARAMETER_TELEPRESENCE 7U
 

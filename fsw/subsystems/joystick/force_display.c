@@ -40,6 +40,7 @@ void joystick_force_display_step(joystick_force_display_t* const display, const 
         const double size = control_absolute(display->torque_nm[i]);
         largest           = (size > largest) ? size : largest;
     }
+    // Begin to ramp down so early that the torque is zero when the duration ends.
     const bool is_held =
         display->is_active && (display->is_lasting || (display->left_s > (largest / rate_nm_s)));
     bool is_zero = true;

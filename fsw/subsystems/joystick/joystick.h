@@ -40,7 +40,7 @@ typedef struct {     // All fields are private.
     uint16_t robot_port;
     joystick_stick_control_t control;
     double felt_nm[STICK_AXES];   ///< External torque of the robot; falls to zero without fresh samples.
-    control_port_energy_t energy; ///< Of the port to the hand.
+    control_port_energy_t energy; ///< Energy at the port to the hand.
     joystick_remote_contact_t contact;
     double share; ///< Share of the reflection, 0..1; grows while both sides are operational.
     joystick_force_display_t display;

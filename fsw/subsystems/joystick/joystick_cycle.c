@@ -9,14 +9,16 @@
 
 #include <stddef.h>
 
-#define FORGET_1_S 200.0 // Rate at which a torque without new samples decays: to zero within 20 ms.
+/// Decay rate [1/s] of the torque while samples are missing: 2 % is left after 20 ms. Also the rate at which
+/// the reflection fades out.
+#define FORGET_1_S 200.0
 
 static double period_s(const joystick_t* const joystick)
 {
     return (double)subsystem_period_ns(joystick->generic) * 1.0e-9;
 }
 
-/// Returns false without a fresh sample.
+/// Read the torque that the robot feels. False if there is no fresh sample.
 static bool read_robot(joystick_t* const joystick)
 {
     subsystem_t* const generic = joystick->generic;
@@ -28,7 +30,7 @@ static bool read_robot(joystick_t* const joystick)
         if (is_fresh) {
             joystick_remote_contact_feel(&joystick->parameters.remote, &far, joystick->control.position_rad,
                                          joystick->felt_nm);
-            control_reserve_told(&joystick->contact.reserve, far.energy);
+            control_reserve_take_sum(&joystick->contact.reserve, far.energy);
         }
     } else {
         is_fresh = subsystem_link_read(generic, JOYSTICK_PORT_ROBOT_STATE, &near, sizeof near) == STATUS_OK;
@@ -50,7 +52,7 @@ static void take_felt_torque(joystick_t* const joystick)
     }
 }
 
-/// The command of the last cycle is still in `control`.
+/// Uses the command of the last cycle, because `control` is computed anew only later.
 static void watch_energy(joystick_t* const joystick)
 {
     const joystick_passivity_t* const passivity = &joystick->parameters.passivity;
@@ -89,8 +91,9 @@ void joystick_sense(void* const self)
     }
 }
 
-/// The reflection fades in, with zero slope at both ends, once both sides are operational, and is forgotten
-/// when the robot holds by its brakes: a robot that is engaged under load must not pull the hand away.
+/// Share of the torque that is reflected. It rises smoothly from 0 to 1 when both sides are OPERATIONAL, and
+/// falls to 0 when the robot's brakes engage; otherwise a robot that starts under load would pull the hand
+/// away.
 static double fade(joystick_t* const joystick, const double period)
 {
     const double fade_time = joystick->parameters.control.fade_time;
@@ -101,7 +104,8 @@ static double fade(joystick_t* const joystick, const double period)
     return joystick->share * joystick->share * (3.0 - (2.0 * joystick->share));
 }
 
-/// The energy of the port is that of the torques that have acted, and so is the debt that damping pays back.
+/// The energy is computed from torques that have already acted. Therefore the damping removes exactly the
+/// energy that was given away.
 static double damping(joystick_t* const joystick, const double period)
 {
     const joystick_stick_control_t* const control = &joystick->control;

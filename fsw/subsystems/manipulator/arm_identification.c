@@ -35,7 +35,8 @@ void manipulator_arm_identification_init(manipulator_arm_identification_t* const
     keep_all(identification);
 }
 
-/// The model of an arm of which only one link has a mass, of 1 kg; no link for the torque alone.
+/// Model of an arm in which only link `part` - 1 has a mass, 1 kg. Part 0 is the torque alone: no link has a
+/// mass.
 static manipulator_model_t part_of(const manipulator_model_t* const model, const unsigned part)
 {
     manipulator_model_t unit = *model;
@@ -75,7 +76,7 @@ void manipulator_arm_identification_step(manipulator_arm_identification_t* const
     identification->is_started = true;
 }
 
-/// What the residuals of one joint say of the unknowns.
+/// Row of the measurement matrix: effect of each unknown on the residual of one joint.
 static void effects_of(const manipulator_arm_identification_t* const identification, const unsigned joint,
                        double out_effect[ARM_UNKNOWNS])
 {
@@ -141,8 +142,8 @@ void manipulator_arm_identification_tare(manipulator_arm_identification_t* const
         double effect[ARM_UNKNOWNS];
         double torque = offset_nm[joint];
         effects_of(identification, joint, effect);
-        for (unsigned i = 0U; i < ARM_JOINTS;
-             i++) { // At rest the residual of a unit mass is its gravity torque.
+        // At rest the residual of a unit mass is its gravity torque.
+        for (unsigned i = 0U; i < ARM_JOINTS; i++) {
             torque += effect[i] * model->link_mass[i];
         }
         update(identification, effect, torque, TARE_NOISE_NM);
@@ -150,7 +151,8 @@ void manipulator_arm_identification_tare(manipulator_arm_identification_t* const
     keep_all(identification);
 }
 
-/// Limit the masses to DEVIATIONS_MAX around those of the model, also if the sensors were wrong.
+/// Limit the masses to DEVIATIONS_MAX standard deviations around those of the model, so that a wrong sensor
+/// cannot give impossible masses.
 static void limit_masses(manipulator_arm_identification_t* const identification,
                          const manipulator_identification_t* const assumed,
                          const manipulator_model_t* const model)

@@ -31,7 +31,7 @@ typedef struct { // Read-only outside.
     double momentum[ARM_PARTS][ARM_JOINTS];
     double residual_nm[ARM_PARTS][ARM_JOINTS]; ///< Residuals of the torque [Nm] and of unit masses [Nm/kg].
     manipulator_arm_estimate_t now;
-    manipulator_arm_estimate_t kept[2]; ///< Of 1 to 2 s ago, and of less than 1 s ago.
+    manipulator_arm_estimate_t kept[2]; ///< Estimates from 1 to 2 s ago, and from less than 1 s ago.
     uint32_t age;                       ///< Cycles since the younger was kept.
     uint32_t cycle;                     ///< Since the last update.
     uint32_t updates;                   ///< [updates, wraps]

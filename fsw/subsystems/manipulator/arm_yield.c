@@ -21,7 +21,7 @@ void manipulator_arm_yield_reset(manipulator_arm_yield_t* const yield,
     FSW_ASSERT((yield != NULL) && (sample != NULL));
     *yield = (manipulator_arm_yield_t){.is_started = has_hand(sample)};
     if (yield->is_started) {
-        control_reserve_told(&yield->reserve, sample->paid_j);
+        control_reserve_take_sum(&yield->reserve, sample->paid_j);
         for (unsigned i = 0U; i < ARM_JOINTS; i++) {
             yield->hand_rad[i]  = sample->hand_rad[i];
             yield->asked_rad[i] = sample->hand_rad[i];
@@ -126,7 +126,7 @@ const double* manipulator_arm_yield_step(manipulator_arm_yield_t* const yield,
     double step[ARM_JOINTS];
     give_way(yield, setup, sample, way);
     if (has_hand(sample)) {
-        control_reserve_told(&yield->reserve, sample->paid_j);
+        control_reserve_take_sum(&yield->reserve, sample->paid_j);
         yield->hand_rad[0] = sample->hand_rad[0];
         yield->hand_rad[1] = sample->hand_rad[1];
     }

@@ -42,7 +42,7 @@ typedef struct {
     double period_s;
 } manipulator_arm_yield_setup_t;
 
-typedef struct {               // Of one cycle.
+typedef struct {               // Inputs of one cycle.
     const double* jacobian;    ///< Jacobian of the tip, 4 entries as in planar.h.
     const double* external_nm; ///< Torques of the environment on the joints.
     const double* hand_rad;    ///< Latest angle of the hand; null: none, the last one stays.

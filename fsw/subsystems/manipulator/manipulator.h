@@ -40,7 +40,7 @@ typedef struct {     // All fields are private.
     bool is_torque_mode;
     bool is_remote; ///< The joystick is behind a link with delay.
     manipulator_arm_control_t control;
-    control_port_energy_t energy; ///< Of the port to the environment.
+    control_port_energy_t energy; ///< Energy at the port to the environment.
     manipulator_arm_tare_t tare;
     manipulator_arm_identification_t identification;
     manipulator_model_t model; ///< In force: that of the parameters, with the identified masses.

@@ -3,6 +3,7 @@
 
 const SVG = "http://www.w3.org/2000/svg";
 
+// Make an HTML element; attributes beginning with "on" are listeners.
 export function el(tag, attributes = {}, ...children) {
   const node = document.createElement(tag);
   set(node, attributes);
@@ -10,6 +11,7 @@ export function el(tag, attributes = {}, ...children) {
   return node;
 }
 
+// Make an SVG element with the same rules for its attributes.
 export function svg(tag, attributes = {}, ...children) {
   const node = document.createElementNS(SVG, tag);
   set(node, attributes);
@@ -25,6 +27,7 @@ function set(node, attributes) {
   }
 }
 
+// Set the text of an element only if it differs, because each change costs a layout.
 export function text(node, words) {
   if (node.textContent !== words) node.textContent = words;
 }
@@ -46,31 +49,36 @@ const SHAPES = {
   informative: () => [svg("circle", { cx: 7, cy: 7, r: 2.2, style: "fill:var(--fg2)" })],
 };
 
+// Make the symbol of a severity or state; `word` is read by screen readers.
 export function symbol(name, word) {
   const node = svg("svg", { class: name === "passing" ? "sym turns" : "sym", viewBox: "0 0 14 14", role: "img", "aria-label": word ?? name });
   node.append(...SHAPES[name]());
   return node;
 }
 
+// Symbol of a command that is barred.
 export function padlock() {
   return svg("svg", { viewBox: "0 0 10 12", width: 10, height: 12, role: "img", "aria-label": "barred" },
     svg("path", { d: "M3 5V3.5a2 2 0 0 1 4 0V5", style: "fill:none;stroke:currentColor;stroke-width:1.4" }),
     svg("path", { d: "M1 5h8v6.5H1z", style: "fill:currentColor;stroke:none" }));
 }
 
+// Show a symbol in its holder; it is drawn again only if it differs.
 export function show(holder, name, word) {
   if (holder.dataset.symbol === `${name}/${word}`) return;
   holder.dataset.symbol = `${name}/${word}`;
   holder.replaceChildren(symbol(name, word));
 }
 
-export const OF_STATE = { OFFLINE: "off", PRE_OPERATIONAL: "standby", SAFE_OPERATIONAL: "standby", OPERATIONAL: "normal", ERROR_OPERATIONAL: "critical" };
-export const OF_SEVERITY = { HIGH: "critical", MEDIUM: "serious", LOW: "caution", INFORMATIVE: "informative" };
-export const stateSymbol = (state) => OF_STATE[state] ?? "passing";
+export const SYMBOL_OF_STATE = { OFFLINE: "off", PRE_OPERATIONAL: "standby", SAFE_OPERATIONAL: "standby", OPERATIONAL: "normal", ERROR_OPERATIONAL: "critical" };
+export const SYMBOL_OF_SEVERITY = { HIGH: "critical", MEDIUM: "serious", LOW: "caution", INFORMATIVE: "informative" };
+// Symbol of a state; a state that is not listed is passed through.
+export const stateSymbol = (state) => SYMBOL_OF_STATE[state] ?? "passing";
 
 const DIGITS = { rad: 4, "rad/s": 3, Nm: 2, N: 1, mm: 1, s: 3, J: 2, kg: 3 };
 
-// Fixed number of digits for a unit; the sign has its own place, so that numbers do not jump.
+// Each unit has a fixed number of digits, and the sign a column of its own, so that the text keeps its position when
+// the value changes.
 export function number(value, unit, type) {
   if (value === undefined || value === null) return "–";
   if (!(type ?? "DOUBLE").startsWith("DOUBLE") && !(type ?? "").startsWith("FLOAT")) return String(value);
@@ -82,12 +90,14 @@ export function number(value, unit, type) {
 // Word of a number of the dictionary, if it has one there.
 export const wordOf = (leaf, value) => leaf.words?.[Number(value)];
 
+// Time as mm:ss.mmm.
 export function clock(seconds) {
   const whole = Math.max(0, seconds);
   const minutes = Math.floor(whole / 60);
   return `${String(minutes).padStart(2, "0")}:${(whole - 60 * minutes).toFixed(3).padStart(6, "0")}`;
 }
 
+// Age of a value; "–" if it was never received.
 export const age = (seconds) => (seconds === null ? "–" : `${seconds < 10 ? seconds.toFixed(2) : Math.round(seconds)} s`);
 
 const LIGHT = {
@@ -104,6 +114,7 @@ const LIGHT = {
 const STAGES = ["accepted", "started", "step", "completed"];
 const LIGHT_WORDS = { done: "done", failed: "failed", waiting: "waiting", none: "not reported", empty: "not reached" };
 
+// Four lights: acceptance, start, progress and completion of one telecommand.
 export function lights(cells) {
   const words = cells.map((cell, n) => `${STAGES[n]} ${LIGHT_WORDS[cell]}`).join(", ");
   const node = el("span", { class: "lights", role: "img", "aria-label": words });

@@ -2,7 +2,7 @@
 // Parts of a time line: ticks, a lane of states for each of the first subsystems, marks of events.
 
 import { store } from "./store.js";
-import { OF_SEVERITY, svg, symbol } from "./dom.js";
+import { SYMBOL_OF_SEVERITY, svg, symbol } from "./dom.js";
 
 const ACTIVATION = ["OFFLINE", "SOFTWARE_INIT", "HARDWARE_INIT", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL"];
 const RANK = { LOW: 1, MEDIUM: 2, HIGH: 3 };
@@ -39,7 +39,7 @@ export function marks(x, events, y) {
     } else shown.push(event);
   }
   return shown.map((event) => {
-    const mark = symbol(OF_SEVERITY[event.severity], event.severity);
+    const mark = symbol(SYMBOL_OF_SEVERITY[event.severity], event.severity);
     for (const [key, value] of Object.entries({ x: x(event.time) - 5, y, width: 10, height: 10 })) mark.setAttribute(key, value);
     mark.append(svg("title", {}, `${event.time.toFixed(4)} s ${event.subsystem} ${event.event}`));
     return mark;

@@ -2,7 +2,7 @@
 // Events, commands, and the time line of the flight.
 
 import { store } from "./store.js";
-import { el, lights, OF_SEVERITY, svg, symbol, tabs, text } from "./dom.js";
+import { el, lights, SYMBOL_OF_SEVERITY, svg, symbol, tabs, text } from "./dom.js";
 import { lanes, marks, shownMembers, ticks } from "./lanes.js";
 
 const SHOWN = 120;
@@ -39,7 +39,7 @@ class Log extends HTMLElement {
   }
 
   entry(event, isUnseen) {
-    const sym = symbol(OF_SEVERITY[event.severity], event.severity);
+    const sym = symbol(SYMBOL_OF_SEVERITY[event.severity], event.severity);
     if (isUnseen) sym.classList.add("unseen-high");
     const parts = [el("span", { class: "mono" }, event.time.toFixed(4)), sym,
       el("span", {}, el("span", { class: "name" }, `${event.subsystem} ${event.event}`), event.text ? `  ${event.text}` : "")];

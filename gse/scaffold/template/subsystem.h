@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The subsystem @NAME@: in OPERATIONAL a value follows DES_VALUE at RATE; an event reports its arrival.
 ///
-/// Ownership  The program places @name@_t and the generic subsystem; both must not be moved.
+/// Ownership  The program places @name@_t and the generic subsystem. Neither may be moved after @name@_init.
 /// Context    The task of the generic subsystem; its callbacks never block.
 #ifndef FSW_SUBSYSTEMS_@NAME@_@NAME@_H
 #define FSW_SUBSYSTEMS_@NAME@_@NAME@_H

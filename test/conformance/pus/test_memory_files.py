@@ -32,7 +32,7 @@ def _folder(station):
 
 
 def fill(station, octets):
-    """Load the buffer with data of requests."""
+    """Load the buffer with TC[6,2], whose requests contain the data."""
     for start in range(0, len(octets), PIECE):
         piece = octets[start : start + PIECE]
         area = {"start_address": start, "data": piece.hex(), "checksum": crc(piece)}
@@ -51,7 +51,7 @@ def part(start, offset, octets, checksum=None):
     return {"start_address": start, "offset_in_file": offset, "length": len(octets), "checksum": checksum}
 
 
-def test_raw_memory_goes_to_a_file_and_comes_back(station):
+def test_raw_memory_is_dumped_to_a_file_and_loaded_again(station):
     octets = random.Random(6).randbytes(10000)
     fill(station, octets)
     areas = [{"start_address": 5000, "length": 5000}, {"start_address": 0, "length": 5000}]
@@ -62,7 +62,7 @@ def test_raw_memory_goes_to_a_file_and_comes_back(station):
     assert held(station, len(octets)) == turned
 
 
-def test_a_parameter_goes_to_a_file_and_comes_back(station):
+def test_a_parameter_is_dumped_to_a_file_and_loaded_again(station):
     period = station.dictionary.subsystem("SUPERVISOR").parameter("ORBIT_PERIOD").parameter_id
     here = {"memory_id": PARAMETERS, "base_id": period}
     before = station.command("get", "SUPERVISOR.ORBIT_PERIOD")
@@ -89,7 +89,7 @@ def test_faulty_memory_file_requests_are_refused(station):
     station.do("SUPERVISOR", 6, 16, memory_id=BUFFER)
 
 
-def test_octets_other_than_their_checksum_are_not_loaded(station):
+def test_an_area_with_a_wrong_checksum_is_not_loaded(station):
     octets = bytes(range(200))
     fill(station, octets)
     station.do("SUPERVISOR", 6, 20, memory_id=BUFFER, n=[{"start_address": 0, "length": 200}], **named("a"))
@@ -100,7 +100,7 @@ def test_octets_other_than_their_checksum_are_not_loaded(station):
     assert held(station, 200) == bytes(100) + octets[100:]
 
 
-def test_files_go_up_and_down_by_words(station, tmp_path):
+def test_gse_commands_upload_and_download_files(station, tmp_path):
     octets = random.Random(7).randbytes(40000)
     (tmp_path / "up").write_bytes(octets)
     (tmp_path / "empty").write_bytes(b"")

@@ -67,4 +67,4 @@ def test_faulty_sequence_requests_are_refused(station):
     station.do("SUPERVISOR", 21, 1, **NAME, n=_entries(0.0))
     station.refuse(EXISTS, "SUPERVISOR", 21, 1, **NAME, n=_entries(0.0))
     for subtype in (2, 8):
-        station.refuse(UNKNOWN_ID, "SUPERVISOR", 21, subtype, request_sequence_id="OTHER", repository_path="/no", file_name="such")
+        station.refuse(UNKNOWN_ID, "SUPERVISOR", 21, subtype, request_sequence_id="OTHER", repository_path="/missing", file_name="missing")

@@ -53,7 +53,7 @@ static void test_a_connection_begins_with_nothing_on_the_way(void)
     TEST_ASSERT_FALSE(osal_hand_over_is_connected(&device));
 }
 
-static void test_what_is_given_up_is_counted(void)
+static void octets_that_are_given_up_are_counted(void)
 {
     osal_hand_over_give_up(&flight);
     TEST_ASSERT_EQUAL_UINT32(0U, osal_hand_over_lost(&flight));
@@ -112,7 +112,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_each_end_counts_what_the_other_has_announced);
     RUN_TEST(test_a_connection_begins_with_nothing_on_the_way);
-    RUN_TEST(test_what_is_given_up_is_counted);
+    RUN_TEST(octets_that_are_given_up_are_counted);
     RUN_TEST(test_an_absent_device_cannot_be_opened);
     RUN_TEST(test_a_closed_one_counts_nothing);
     RUN_TEST(test_another_memory_is_not_taken_for_counts);

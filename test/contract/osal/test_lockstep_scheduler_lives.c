@@ -86,7 +86,7 @@ static void test_a_participant_that_joins_early_is_granted_no_earlier(void)
     TEST_ASSERT_EQUAL_UINT32(1U, next_is(SECOND, 2000U).messages);
 }
 
-static void test_nothing_is_counted_for_another_life(void)
+static void deliveries_and_ends_of_another_life_have_no_effect(void)
 {
     (void)next_is(FIRST, 0U);
     osal_lockstep_expect(scheduler, SECOND, 1U, 0U);
@@ -540,7 +540,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_life_begins_at_its_instant_and_not_before);
     RUN_TEST(test_a_participant_that_joins_early_is_granted_no_earlier);
-    RUN_TEST(test_nothing_is_counted_for_another_life);
+    RUN_TEST(deliveries_and_ends_of_another_life_have_no_effect);
     RUN_TEST(test_a_start_that_fails_is_seen_at_its_instant);
     RUN_TEST(test_a_start_is_taken_back_at_once);
     RUN_TEST(test_grants_due_during_a_suspension_follow_it);

@@ -315,7 +315,7 @@ static void test_end_reports_the_memory_that_was_needed(void)
 
 static volatile uint8_t large[3U << 20U]; // Needs no room in the file.
 
-static void test_the_size_of_a_program_is_its_size_when_loaded(void)
+static void the_size_of_a_program_is_that_of_its_loaded_segments(void)
 {
     char name[]     = "/tmp/loaded_size.XXXXXX";
     uint64_t octets = 0U;
@@ -425,7 +425,7 @@ static void test_child_dies_with_its_parent(void)
     TEST_ASSERT_FALSE(osal_process_is_alive(&grandchild));
 }
 
-static void test_child_that_outlives_its_parent_continues_whatever_ends_its_group(void)
+static void a_child_that_outlives_its_parent_survives_the_end_of_its_group(void)
 {
     osal_process_t grandchild;
     osal_process_t* const one[] = {&grandchild};
@@ -553,12 +553,12 @@ int main(int count, char** arguments)
     RUN_TEST(test_memory_limit_holds_for_the_child_only);
     RUN_TEST(test_descriptors_are_limited);
     RUN_TEST(test_end_reports_the_memory_that_was_needed);
-    RUN_TEST(test_the_size_of_a_program_is_its_size_when_loaded);
+    RUN_TEST(the_size_of_a_program_is_that_of_its_loaded_segments);
     RUN_TEST(test_child_is_pinned_to_one_of_our_processors);
     RUN_TEST(test_output_goes_to_the_file_and_is_appended);
     RUN_TEST(test_child_begins_with_ordinary_signals);
     RUN_TEST(test_child_dies_with_its_parent);
-    RUN_TEST(test_child_that_outlives_its_parent_continues_whatever_ends_its_group);
+    RUN_TEST(a_child_that_outlives_its_parent_survives_the_end_of_its_group);
     RUN_TEST(test_watch_needs_a_process);
     RUN_TEST(test_wait_any_finds_the_one_that_ended);
     RUN_TEST(test_caught_stop_signal_ends_a_wait_and_not_the_program);

@@ -211,7 +211,7 @@ static void test_tcp_listener(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_listen(&a, used));
 }
 
-static void test_descriptors_run_out_as_a_status(void)
+static void exhausted_descriptors_are_reported_as_a_status(void)
 {
     osal_address_t peer;
     struct rlimit kept;
@@ -352,7 +352,7 @@ int main(void)
     RUN_TEST(test_tcp_fills_up_without_blocking_and_delivers_every_octet);
     RUN_TEST(test_tcp_peer_that_ends_is_reported_after_its_last_octet);
     RUN_TEST(test_tcp_listener);
-    RUN_TEST(test_descriptors_run_out_as_a_status);
+    RUN_TEST(exhausted_descriptors_are_reported_as_a_status);
     RUN_TEST(test_a_connection_may_be_begun_without_waiting);
     RUN_TEST(test_local_streams);
     RUN_TEST(test_adopted_sockets_are_as_good_as_opened_ones);

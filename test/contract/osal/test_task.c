@@ -112,7 +112,7 @@ static void test_priority_without_privilege(void)
 }
 
 /// If the system has no task left: tested in a child that may have none.
-static void test_tasks_run_out_as_a_status(void)
+static void exhausted_tasks_are_reported_as_a_status(void)
 {
     if (geteuid() != 0U) {
         TEST_IGNORE_MESSAGE("only a privileged process can set the limit");
@@ -143,6 +143,6 @@ int main(void)
     RUN_TEST(test_signals_stay_with_the_first_task);
     RUN_TEST(test_priority_is_set_where_permitted);
     RUN_TEST(test_priority_without_privilege);
-    RUN_TEST(test_tasks_run_out_as_a_status);
+    RUN_TEST(exhausted_tasks_are_reported_as_a_status);
     return UNITY_END();
 }

@@ -90,7 +90,7 @@ static void the_take_of_a_number_is_refused_and_counted(void)
     TEST_ASSERT_TRUE(pool_is_consistent(&pool));
 }
 
-static void the_first_takes_of_each_object_are_numbered(void)
+static void the_first_takes_of_each_object_have_numbers(void)
 {
     quota_t many;
     quota_t few;
@@ -122,7 +122,7 @@ int main(void)
     RUN_TEST(a_write_after_the_release_is_found);
     RUN_TEST(blocks_in_use_may_be_written);
     RUN_TEST(the_take_of_a_number_is_refused_and_counted);
-    RUN_TEST(the_first_takes_of_each_object_are_numbered);
+    RUN_TEST(the_first_takes_of_each_object_have_numbers);
     RUN_TEST(more_objects_than_are_remembered_are_numbered);
     return UNITY_END();
 }

@@ -28,9 +28,9 @@ static void map_without_torque_offset(void)
     }
 }
 
-/// The torque offset leaves RPDO1: it becomes zero in the device. After a boot, the mapping is that of the
-/// class.
-static void settings_change_the_mapping_of_a_device_that_follows_them(void)
+/// The settings remove the torque offset from RPDO1, and the device sets it to 0. After a boot the mapping of
+/// the device class is in force again.
+static void settings_change_the_mapping_of_a_device_that_has_a_mapping_of_its_own(void)
 {
     static canopen_mapping_t mapping;
     canopen_device_t* const device          = &network.devices[0]->device;
@@ -53,7 +53,8 @@ static void settings_change_the_mapping_of_a_device_that_follows_them(void)
     expect_no_fault();
 }
 
-/// Others write the settings only: drives_fit gives a mapping to each device that needs one.
+/// Without a mapping of its own, the device object only sends the settings. drives_fit gives a mapping to
+/// each device whose settings need one.
 static void a_device_without_a_mapping_of_its_own_keeps_that_of_its_class(void)
 {
     run_to(CIA402_GOAL_DISABLED);
@@ -67,7 +68,7 @@ static void a_device_without_a_mapping_of_its_own_keeps_that_of_its_class(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(settings_change_the_mapping_of_a_device_that_follows_them);
+    RUN_TEST(settings_change_the_mapping_of_a_device_that_has_a_mapping_of_its_own);
     RUN_TEST(a_device_without_a_mapping_of_its_own_keeps_that_of_its_class);
     return UNITY_END();
 }

@@ -276,7 +276,7 @@ static void starting_waits_for_the_process_data_of_each_device(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_start));
 }
 
-static void it_can_be_configured_again_for_another_mode(void)
+static void a_network_can_be_configured_again_for_another_mode(void)
 {
     run_to(CIA402_GOAL_STANDBY);
     TEST_ASSERT_EQUAL_UINT(1U, joints[0]->last_pdo);
@@ -326,7 +326,7 @@ static void nothing_commanded_in_one_configuration_acts_in_the_next(void)
     expect_no_fault();
 }
 
-static void an_idle_device_stays_out_of_operation(void)
+static void an_idle_device_is_not_enabled(void)
 {
     run_to(CIA402_GOAL_DISABLED);
     canopen_network_clear_settings(&network);
@@ -567,9 +567,9 @@ int main(void)
     RUN_TEST(a_device_without_a_rated_torque_is_refused);
     RUN_TEST(an_abort_and_silence_end_commissioning);
     RUN_TEST(starting_waits_for_the_process_data_of_each_device);
-    RUN_TEST(it_can_be_configured_again_for_another_mode);
+    RUN_TEST(a_network_can_be_configured_again_for_another_mode);
     RUN_TEST(nothing_commanded_in_one_configuration_acts_in_the_next);
-    RUN_TEST(an_idle_device_stays_out_of_operation);
+    RUN_TEST(an_idle_device_is_not_enabled);
     RUN_TEST(a_boot_is_repeated_every_300_ms_at_the_missing_node_only);
     RUN_TEST(no_reset_is_repeated_while_no_node_acknowledges);
     RUN_TEST(a_silent_device_is_reported_after_100_ms_of_each_start);

@@ -272,7 +272,7 @@ static void securing_works_from_every_goal_and_keeps_a_fault(void)
 
 /// A controller repeats a frame that is not acknowledged: the nodes would receive an old command when they
 /// are connected again.
-static void no_command_is_queued_while_nobody_acknowledges(void)
+static void no_command_is_queued_without_an_acknowledging_node(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     scripted_bus_error(&bus, OSAL_CAN_ERROR_NO_ACK, 0U);
@@ -437,7 +437,7 @@ int main(void)
     RUN_TEST(braking_ends_after_200_ms);
     RUN_TEST(securing_works_with_one_drive_unplugged);
     RUN_TEST(securing_works_from_every_goal_and_keeps_a_fault);
-    RUN_TEST(no_command_is_queued_while_nobody_acknowledges);
+    RUN_TEST(no_command_is_queued_without_an_acknowledging_node);
     RUN_TEST(unplugged_devices_work_again_after_commissioning);
     RUN_TEST(a_sync_of_another_node_is_reported_once_while_it_continues);
     RUN_TEST(faults_keep_their_order_beyond_the_end_of_the_queue);

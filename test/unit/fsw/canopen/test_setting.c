@@ -40,7 +40,7 @@ static bool answer(const uint32_t value, const uint8_t octets)
     return true;
 }
 
-static void an_empty_list_is_done(void)
+static void an_empty_list_of_settings_succeeds_at_once(void)
 {
     canopen_setting_run_begin(&run, NULL, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_setting_run_step(&run, &client));
@@ -179,7 +179,7 @@ static void emergencies_are_decoded_and_ranked(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(an_empty_list_is_done);
+    RUN_TEST(an_empty_list_of_settings_succeeds_at_once);
     RUN_TEST(the_requests_of_a_list_are_performed_in_order);
     RUN_TEST(a_value_other_than_expected_ends_the_list_of_settings);
     RUN_TEST(a_value_of_another_size_ends_the_list_of_settings);

@@ -211,7 +211,7 @@ static void all_devices_on_all_buses_fly(void)
 }
 
 /// The settings of its mode are those of another configuration: it must not move.
-static void a_device_of_another_configuration_stays_out_of_operation(void)
+static void a_device_of_another_configuration_is_not_enabled(void)
 {
     make(2U, 3U, false);
     engage();
@@ -444,7 +444,7 @@ int main(void)
     RUN_TEST(full_buses_fly);
     RUN_TEST(all_devices_on_all_buses_fly);
     RUN_TEST(only_devices_with_settings_of_a_mapping_have_one_of_their_own);
-    RUN_TEST(a_device_of_another_configuration_stays_out_of_operation);
+    RUN_TEST(a_device_of_another_configuration_is_not_enabled);
     RUN_TEST(sync_begins_on_all_buses_in_the_same_cycle);
     RUN_TEST(the_slowest_bus_decides);
     RUN_TEST(all_buses_are_secured_before_any_is_waited_for);

@@ -240,7 +240,8 @@ static void media_larger_than_a_piece_are_kept_whole(void)
     const size_t size = damage("ARM.journal.0", 5000);
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     TEST_ASSERT_EQUAL(1, octet_of("ARM.journal.0.damaged.0", 5000));
-    TEST_ASSERT_EQUAL('C', octet_of("ARM.journal.0.damaged.0", (long)size - 20)); // Of the last commit.
+    // An octet of the last commit.
+    TEST_ASSERT_EQUAL('C', octet_of("ARM.journal.0.damaged.0", (long)size - 20));
     TEST_ASSERT_EQUAL(EOF, octet_of("ARM.journal.0.damaged.0", (long)size));
     record_store_close(&store);
 }
@@ -338,7 +339,8 @@ static void a_copy_that_is_cut_short_is_removed(void)
     TEST_ASSERT_EQUAL(STATUS_OK, status);
     TEST_ASSERT_TRUE(store.journal.damage.is_damaged && !store.journal.damage.is_kept);
     TEST_ASSERT_EQUAL(0, octet_of("ARM.journal.0.damaged.0", 0));
-    TEST_ASSERT_EQUAL('H', octet_of("ARM.journal.1.damaged.0", 0)); // Of the short medium: complete.
+    // The copy of the short medium is complete.
+    TEST_ASSERT_EQUAL('H', octet_of("ARM.journal.1.damaged.0", 0));
     record_store_close(&store);
 }
 

@@ -55,7 +55,7 @@ static run_state_t sample_run(void)
     return run;
 }
 
-static void a_run_is_reported(void)
+static void the_run_state_passes_the_wire_unchanged(void)
 {
     const run_state_t run = sample_run();
     static run_state_t heard;
@@ -251,7 +251,7 @@ static void messages_follow_each_other_in_both_directions(void)
     }
     octet_reader_t nothing = octet_reader((const uint8_t*)"x", 1U);
     octet_writer_t empty   = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
-    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &empty)); // Of its kind only.
+    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &empty)); // A record of a kind without content.
     TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_DONE, PATIENCE_MS, &nothing));
     TEST_ASSERT_TRUE(octet_reader_is_done(&nothing));
     for (uint8_t i = 0U; i < 2U; i++) { // Two in one direction.
@@ -399,7 +399,7 @@ static void frames_that_are_none_are_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_run_is_reported);
+    RUN_TEST(the_run_state_passes_the_wire_unchanged);
     RUN_TEST(the_largest_message_arrives_whole);
     RUN_TEST(a_truncated_run_state_or_one_out_of_bounds_is_refused);
     RUN_TEST(numbers_are_big_endian);

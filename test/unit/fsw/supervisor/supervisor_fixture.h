@@ -70,7 +70,7 @@ typedef struct {
     bool is_stop_requested;
     bool is_finished;
     status_t start_result;
-    uint32_t link_floor; ///< Of the last start.
+    uint32_t link_floor; ///< Floor of the link epochs at the last start.
     uint64_t boot_ns;
     unsigned kills;
     uint16_t

@@ -320,7 +320,7 @@ static void a_plan_that_the_mission_does_not_have_is_refused(void)
     REFUSED(CHECKPOINT_PLAN, plans.runs[0].plan, 1U);
     REFUSED(CHECKPOINT_PLAN, plans.runs[0].next_action, 3U);
     REFUSED(CHECKPOINT_PLAN, plans.runs[0].apid, 99U);
-    REFUSED(CHECKPOINT_PLAN, plans.runs[0].lost, 4U); // Of two members only.
+    REFUSED(CHECKPOINT_PLAN, plans.runs[0].lost, 4U); // The network has two members only.
     REFUSED(CHECKPOINT_PLAN, plans.runs[0].severity, 0U);
     REFUSED(CHECKPOINT_PLAN, plans.runs[0].severity, 5U);
     REFUSED(CHECKPOINT_PLAN, plans.runs[0].member_count, LINK_GRAPH_MEMBERS + 1U);

@@ -121,7 +121,7 @@ static void plain_reports_leave_the_blocks_reserved_for_firm_ones(void)
     while (put(1U, 17U, 2U, 0U, 200U) == STATUS_OK) {
         plain++;
     }
-    TEST_ASSERT_EQUAL(80U, plain); // Of the 128 blocks of this size.
+    TEST_ASSERT_EQUAL(80U, plain); // There are 128 blocks of this size.
     TEST_ASSERT_TRUE(supervisor_ground_backlog_room(&backlog, PUS_CLASS_PLAIN) > 200U);
     for (unsigned i = 0U; i < 48U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 8U, 0U, 200U));
@@ -306,7 +306,8 @@ static void requests_are_taken_up_to_the_exact_room_for_their_answers(void)
     TEST_ASSERT_FALSE(supervisor_ground_backlog_takes_requests(&backlog));
     drain();
     uint8_t* blocks[257];
-    for (unsigned i = 0U; i < 256U; i++) { // Of the 768, 256 are for FIRM reports and 256 for the answers.
+    // The 768 blocks: 256 are for FIRM reports and 256 for the answers.
+    for (unsigned i = 0U; i < 256U; i++) {
         blocks[i] = supervisor_ground_backlog_take(&backlog, 30U);
     }
     TEST_ASSERT_TRUE(supervisor_ground_backlog_takes_requests(&backlog));

@@ -219,7 +219,7 @@ static void only_overdue_unanswered_requests_are_taken(void)
 static void an_own_request_is_open_until_it_ends(void)
 {
     supervisor_pending_init(&table);
-    add(16U, 5U, 1U, PUS_ACK_ALL); // Of the ground, with the same number.
+    add(16U, 5U, 1U, PUS_ACK_ALL); // A request of the ground with the same number.
     TEST_ASSERT_FALSE(supervisor_pending_is_open(&table, 16U, 5U));
     add(16U, 5U, PUS_USER_SUPERVISOR, PUS_ACK_ALL);
     TEST_ASSERT_TRUE(supervisor_pending_is_open(&table, 16U, 5U));

@@ -53,7 +53,7 @@ static void each_service_receives_its_capacity(void)
                              fixture.supervisor.spacecraft.schedules.position.schedule.config.activity_count);
 }
 
-static void activities_beyond_it_are_refused(void)
+static void activities_above_the_capacity_are_refused(void)
 {
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
     for (uint16_t i = 0U; i < GRANTED; i++) {
@@ -66,7 +66,7 @@ static void activities_beyond_it_are_refused(void)
     fixture_expect("G 1.4 #6 0205 2\n"); // PUS_FAILURE_TABLE_FULL, and the granted number.
 }
 
-static void actions_beyond_it_are_refused(void)
+static void actions_above_the_capacity_are_refused(void)
 {
     for (uint16_t i = 0U; i < GRANTED; i++) {
         release_on((uint16_t)(1U + i), LONE, i);
@@ -116,8 +116,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(each_service_receives_its_capacity);
-    RUN_TEST(activities_beyond_it_are_refused);
-    RUN_TEST(actions_beyond_it_are_refused);
+    RUN_TEST(activities_above_the_capacity_are_refused);
+    RUN_TEST(actions_above_the_capacity_are_refused);
     RUN_TEST(pools_of_requests_warn_and_are_reported);
     return UNITY_END();
 }

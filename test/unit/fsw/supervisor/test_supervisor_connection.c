@@ -77,7 +77,7 @@ static void applications_that_are_not_there_are_refused(void)
     fixture_expect("G 1.1 #0\nG 1.4 #0 0201 63\n");
 }
 
-static void only_some_are_tested_at_once(void)
+static void the_number_of_tests_at_once_is_bounded(void)
 {
     for (unsigned i = 0U; i <= SPACECRAFT_CONNECTIONS; i++) {
         test_connection(ARM);
@@ -109,7 +109,7 @@ int main(void)
     RUN_TEST(an_application_that_answers_is_reached);
     RUN_TEST(an_application_that_is_silent_is_reported_after_a_while);
     RUN_TEST(applications_that_are_not_there_are_refused);
-    RUN_TEST(only_some_are_tested_at_once);
+    RUN_TEST(the_number_of_tests_at_once_is_bounded);
     RUN_TEST(an_application_without_room_is_not_asked);
     return UNITY_END();
 }

@@ -120,7 +120,7 @@ static void paths_and_names_are_those_of_st23(void)
     TEST_ASSERT_EQUAL_UINT(before, disk.calls);
 }
 
-static void only_some_are_open_at_once(void)
+static void the_number_of_open_files_is_bounded(void)
 {
     for (uint32_t i = 0U; i < SPACECRAFT_FILES_OPEN; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, open_one());
@@ -186,7 +186,7 @@ int main(void)
     RUN_TEST(a_file_is_written_and_lasts);
     RUN_TEST(each_failure_to_open_a_file_has_its_reason);
     RUN_TEST(paths_and_names_are_those_of_st23);
-    RUN_TEST(only_some_are_open_at_once);
+    RUN_TEST(the_number_of_open_files_is_bounded);
     RUN_TEST(without_a_store_there_is_no_port);
     RUN_TEST(copies_continue_while_no_other_event_wakes_the_supervisor);
     RUN_TEST(a_sequence_is_loaded_from_a_file);

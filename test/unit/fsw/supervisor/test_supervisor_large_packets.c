@@ -11,7 +11,7 @@
 #define PART 400U
 #define SUPERVISOR_STATUS ((1UL << 21U) | (24UL << 16U)) // Its first parameter, a structure.
 #define VALUES_ASKED 255U
-#define REPORT_PARTS 12U // Of 255 values of 24 octets, with a count and the packet around it.
+#define REPORT_PARTS 12U // A report of 255 values of 24 octets, with a count and the packet around it.
 
 static uint8_t whole[PUS_LARGE_MAX];
 static size_t whole_size;

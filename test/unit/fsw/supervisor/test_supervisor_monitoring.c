@@ -110,7 +110,7 @@ static void a_parameter_without_a_descriptor_is_unknown(void)
 {
     uint16_t handle = 0U;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, find(PARAMETER_ID(ARM, VALUE_UINT16, 8U), &handle));
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, find(NOWHERE, &handle)); // Of no subsystem of this mission.
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, find(NOWHERE, &handle)); // No subsystem of this mission has it.
     supervisor_telemetry_directory_init(&fixture.supervisor.spacecraft.directory);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, find(FORCE, &handle));
 }

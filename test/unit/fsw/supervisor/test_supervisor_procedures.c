@@ -84,7 +84,8 @@ static void run(const char* const code)
 
 static void expect_ends(const uint32_t ended, const uint32_t failed)
 {
-    const char* const text = fixture.supervisor.spacecraft.procedures.slots[0].text; // Of the last error.
+    // Text of the last error.
+    const char* const text = fixture.supervisor.spacecraft.procedures.slots[0].text;
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(failed, service()->counters.failed, text);
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(ended, service()->counters.ended, text);
 }

@@ -92,7 +92,8 @@ static void definitions_of_each_service_are_restored(void)
     release_in_sequence(LONE, 3U);
     REQUEST(PUS_SERVICE_FORWARDING, 1U, "\1\0\20\1\3\1\31");
     REQUEST(PUS_SERVICE_TIME, 1U, "\7");
-    REQUEST(PUS_SERVICE_HOUSEKEEPING, 29U, "\1\0\1\1"); // Of the component itself: TC[3,29] of a structure.
+    // The component itself performs TC[3,29] of a structure.
+    REQUEST(PUS_SERVICE_HOUSEKEEPING, 29U, "\1\0\1\1");
     fixture_forget();
     power_cut();
     TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.spacecraft.refused);

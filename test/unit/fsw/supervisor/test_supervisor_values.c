@@ -43,7 +43,7 @@ static void the_status_counts_members_links_networks_requests_and_records(void)
 }
 
 /// A message of an ended life is counted as stale; one without octets is always counted as malformed.
-static void a_message_without_octets_is_malformed_whoever_has_sent_it(void)
+static void an_empty_message_from_any_sender_is_malformed(void)
 {
     const uint32_t malformed               = fixture.supervisor.counters.tm_malformed;
     const uint32_t stale                   = fixture.endpoint.counters.stale;
@@ -212,7 +212,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(each_reported_phase_is_known);
     RUN_TEST(the_status_counts_members_links_networks_requests_and_records);
-    RUN_TEST(a_message_without_octets_is_malformed_whoever_has_sent_it);
+    RUN_TEST(an_empty_message_from_any_sender_is_malformed);
     RUN_TEST(packets_are_counted_by_what_became_of_them);
     RUN_TEST(figures_of_its_parts_are_published);
     RUN_TEST(a_pool_that_runs_short_is_an_event_once);

@@ -339,7 +339,7 @@ static void an_answer_that_is_cut_off_is_taken_as_far_as_it_is_whole(void** stat
 }
 
 /// An attribute with a wrong size ends the parsing: no endless loop, no read beyond the end.
-static void attributes_of_a_wrong_size_end_the_walk(void** state)
+static void attributes_of_a_wrong_size_end_the_search(void** state)
 {
     static const uint16_t sizes[] = {0U, 1U, 3U, 21U, UINT16_MAX};
     const link_t link             = {0U, CANFD_MTU, "hirosco", "can", 500000U, 0U, 0U};
@@ -350,7 +350,8 @@ static void attributes_of_a_wrong_size_end_the_walk(void** state)
         will_answer_link(&link, ARPHRD_CAN);
         answers[0].size = head + 20U;
         end(&answers[0]);
-        (void)memcpy(&answers[0].octets[head], &sizes[i], sizeof sizes[i]); // Of the name; then the MTU.
+        // Size of the name attribute; the MTU follows it.
+        (void)memcpy(&answers[0].octets[head], &sizes[i], sizeof sizes[i]);
         expect_function_call(__wrap_setsockopt);
         assert_int_equal(STATUS_OK, look(&seen));
         assert_false(seen.carries_fd);
@@ -553,7 +554,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(the_attributes_of_an_interface_are_reported, set_up),
         cmocka_unit_test_setup(an_answer_that_is_cut_off_is_taken_as_far_as_it_is_whole, set_up),
-        cmocka_unit_test_setup(attributes_of_a_wrong_size_end_the_walk, set_up),
+        cmocka_unit_test_setup(attributes_of_a_wrong_size_end_the_search, set_up),
         cmocka_unit_test_setup(an_interface_that_is_no_can_interface_is_reported, set_up),
         cmocka_unit_test_setup(errors_of_the_kernel_are_reported, set_up),
         cmocka_unit_test_setup(an_interface_is_made_with_its_label, set_up),

@@ -256,7 +256,8 @@ static void a_failed_sync_is_reported(void** state)
     (void)state;
     will_return(__wrap_fsync, -EIO);
     assert_int_equal(STATUS_IO, osal_file_sync(&file));
-    expect_value(__wrap_open, flags, O_RDONLY | O_DIRECTORY | O_CLOEXEC); // Of the folder that has the name.
+    // Opens the folder that has the name.
+    expect_value(__wrap_open, flags, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     will_return(__wrap_open, DESCRIPTOR);
     will_return(__wrap_fsync, -EIO);
     expect_function_call(__wrap_close);

@@ -32,7 +32,7 @@ typedef struct {
 
 static long failing_call = -1; // The number of a system call that fails, and its error.
 static int failing_error;
-static int pipe_error; // Of pipe2 and fork; 0: they are real.
+static int pipe_error; // Error of pipe2 and fork; 0: they are real.
 static int fork_error;
 static bool is_wait_mocked;
 static uint64_t now_ns;

@@ -539,7 +539,7 @@ static void each_kind_of_socket_has_its_options(void** state)
     will_return(__wrap_poll, 1);
     will_return(__wrap_accept4, DESCRIPTOR);
     assert_int_equal(STATUS_OK, osal_tcp_accept(&sock, &client, &peer));
-    expect_options(0U, NULL); // Of this machine.
+    expect_options(0U, NULL); // The socket is in the network of this machine.
     assert_int_equal(0U, peer.port);
     caller =
         (struct sockaddr_in){.sin_family = AF_INET, .sin_port = htons(9U), .sin_addr = {htonl(0x0A000001U)}};

@@ -88,7 +88,7 @@ static void a_report_with_the_missions_time_is_decoded(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_tm_decode(packet, sizeof(packet), &tm, &failure));
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_DATA, failure.code);
     TEST_ASSERT_EQUAL_UINT32(13U, failure.detail);
-    packet[6] = 0x10U; // Of another PUS version as well: the first wrong field is reported.
+    packet[6] = 0x10U; // The PUS version is wrong as well: the first wrong field is reported.
     sign(packet, sizeof(packet));
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_tm_decode(packet, sizeof(packet), &tm, &failure));
     TEST_ASSERT_NOT_EQUAL(PUS_FAILURE_DATA, failure.code);

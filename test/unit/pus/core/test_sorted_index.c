@@ -102,7 +102,7 @@ static unsigned depth(void)
     return deepest;
 }
 
-static void the_depth_stays_logarithmic_however_tags_arrive(void)
+static void the_depth_is_logarithmic_for_every_order_of_tags(void)
 {
     for (unsigned how = 0U; how < 4U; how++) {
         pus_sorted_index_init(&order, nodes);
@@ -132,7 +132,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(random_changes_keep_the_order);
-    RUN_TEST(the_depth_stays_logarithmic_however_tags_arrive);
+    RUN_TEST(the_depth_is_logarithmic_for_every_order_of_tags);
     RUN_TEST(equal_tags_keep_the_order_of_their_numbers);
     return UNITY_END();
 }

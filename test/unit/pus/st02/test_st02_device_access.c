@@ -246,7 +246,7 @@ static void registers_are_dumped_but_those_that_fail(void)
     u32(UNKNOWN);
     u32(2U);
     request(5U);
-    bench.refusals = 2U; // Of the failed step, and of the registers.
+    bench.refusals = 2U; // The failed step and the registers are refused.
     step();
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 3);
     step();

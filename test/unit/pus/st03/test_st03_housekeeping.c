@@ -192,7 +192,7 @@ static void definitions_are_checked(void)
     definition.interval                  = 2U;
     definition.set_count                 = 2U;
     definition.sets                      = sets;
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_hk_add(&hk, &definition)); // Of the first set.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_hk_add(&hk, &definition)); // The first set had it.
     definition.set_count = 1U;
     definition.sets      = &set;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_hk_add(&hk, &definition));
@@ -533,7 +533,7 @@ static void run_loop(const uint8_t loop, const unsigned cycles)
     }
 }
 
-static void another_loop_samples_its_own_and_hands_it_over(void)
+static void another_loop_samples_its_own_parameters_and_passes_the_report_on(void)
 {
     static const uint32_t simple[]              = {P_U16};
     static const uint32_t super[]               = {P_U8, P_DOUBLE};
@@ -589,6 +589,6 @@ int main(void)
     RUN_TEST(lists_of_255_are_served);
     RUN_TEST(enabling_again_does_not_begin_again);
     RUN_TEST(every_request_has_a_strict_format);
-    RUN_TEST(another_loop_samples_its_own_and_hands_it_over);
+    RUN_TEST(another_loop_samples_its_own_parameters_and_passes_the_report_on);
     return UNITY_END();
 }

@@ -95,7 +95,7 @@ static void a_port_that_fills_every_event_refuses_none(void)
     TEST_ASSERT_EQUAL_UINT16(1U, self->pmon_count);
 }
 
-static void parameters_and_events_must_be_there(void)
+static void definitions_with_unknown_parameters_or_events_are_refused(void)
 {
     data_begin(1U);
     data_limit(1U, SCALAR_UNKNOWN, 0U, 1U);
@@ -436,7 +436,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(definitions_that_make_no_sense_are_refused);
     RUN_TEST(a_port_that_fills_every_event_refuses_none);
-    RUN_TEST(parameters_and_events_must_be_there);
+    RUN_TEST(definitions_with_unknown_parameters_or_events_are_refused);
     RUN_TEST(the_lower_and_the_upper_limit_may_be_equal);
     RUN_TEST(a_definition_without_a_stored_record_is_deleted);
     RUN_TEST(the_table_accepts_its_capacity_and_no_id_twice);

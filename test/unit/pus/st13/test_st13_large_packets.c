@@ -253,7 +253,7 @@ static void expect_too_long(const size_t longest)
     expect_failure(2U, 4U, PUS_FAILURE_TABLE_FULL, 0U, (uint32_t)longest);
 }
 
-static void too_long_a_request_is_given_up_as_soon_as_it_says_so(void)
+static void a_request_whose_length_field_is_too_large_is_aborted_at_once(void)
 {
     make_request(UPLINK_SIZE + 1U, 20U, TEST_SOURCE);
     send_part(9U, 7U, 1U, whole, 600U);
@@ -289,7 +289,7 @@ static void a_request_to_another_process_may_have_another_limit(void)
     TEST_ASSERT_EQUAL_UINT64(PUS_PACKET_MAX, taken_size);
 }
 
-static void it_has_that_limit_when_its_length_field_lies_too(void)
+static void a_request_with_a_wrong_length_field_has_the_same_limit(void)
 {
     make_request(PUS_PACKET_MAX + 1U, 20U, TEST_SOURCE);
     octets_put_u16(whole, 0x1800U | (TEST_APID + 1U));
@@ -419,10 +419,10 @@ int main(void)
     RUN_TEST(a_transaction_that_starts_again_continues);
     RUN_TEST(a_complete_request_is_not_received_again);
     RUN_TEST(sources_number_their_transactions_on_their_own);
-    RUN_TEST(too_long_a_request_is_given_up_as_soon_as_it_says_so);
+    RUN_TEST(a_request_whose_length_field_is_too_large_is_aborted_at_once);
     RUN_TEST(too_long_a_request_is_given_up_when_its_length_field_lies);
     RUN_TEST(a_request_to_another_process_may_have_another_limit);
-    RUN_TEST(it_has_that_limit_when_its_length_field_lies_too);
+    RUN_TEST(a_request_with_a_wrong_length_field_has_the_same_limit);
     RUN_TEST(all_buffers_may_be_taken);
     RUN_TEST(a_large_packet_that_is_no_valid_request_is_refused);
     RUN_TEST(an_uplink_without_further_parts_is_aborted);

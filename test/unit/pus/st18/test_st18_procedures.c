@@ -198,7 +198,7 @@ static void a_procedure_that_waits_at_a_step_is_stopped_at_once(void)
     st18_fixture_call(0U, PUS_CALL_STEP, 1U);
     st18_fixture_step(1U);
     TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(4U, "ABCD", step_2, 2U));
-    EXPECT_MESSAGES(1, 1, 1, 8, 1, 3, 1, 7); // Of the activation, then its own.
+    EXPECT_MESSAGES(1, 1, 1, 8, 1, 3, 1, 7); // Reports of the activation, then of the request itself.
     expect_script_status(PUS_PROCEDURE_INACTIVE);
 }
 

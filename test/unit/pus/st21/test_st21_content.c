@@ -194,7 +194,7 @@ static void an_impossible_activity_record_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_EXISTS, pus_sequences_restore(&st21_fixture.service, key, octets, size));
     TEST_ASSERT_EQUAL(STATUS_EXISTS,
                       pus_sequences_restore(&st21_fixture.service, key | 0x10000U, octets, size));
-    octets[0]  = 'b'; // Of two parts, the second is another's.
+    octets[0]  = 'b'; // The second of two parts belongs to another sequence.
     octets[11] = 22U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_sequences_restore(&st21_fixture.service, key | 0x10000U, octets, size));
     TEST_ASSERT_EQUAL(STATUS_INVALID,

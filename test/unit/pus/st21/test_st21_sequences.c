@@ -61,7 +61,7 @@ static void sequences_run_side_by_side(void)
     EXPECT_RELEASED(20 + 1, 10 + 1);
 }
 
-static void a_delay_may_be_nothing_or_long(void)
+static void a_delay_may_be_zero_or_long(void)
 {
     st21_fixture_begin('a');
     octet_write_u8(&st21_fixture.writer, 3U);
@@ -252,7 +252,7 @@ static void status_and_aborted_are_reported(void)
 
 static void the_checksum_is_that_of_the_content(void)
 {
-    for (uint8_t size = 0U; size < 30U; size += 29U) { // Of one part, and of several.
+    for (uint8_t size = 0U; size < 30U; size += 29U) { // A sequence of one part, then of several.
         st21_fixture_begin((char)('a' + size));
         octet_write_u8(&st21_fixture.writer, (uint8_t)(1U + (size / 10U)));
         for (uint16_t i = 0U; i <= (size / 10U); i++) {
@@ -328,7 +328,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(delays_separate_the_requests);
     RUN_TEST(sequences_run_side_by_side);
-    RUN_TEST(a_delay_may_be_nothing_or_long);
+    RUN_TEST(a_delay_may_be_zero_or_long);
     RUN_TEST(a_step_releases_a_limited_number_of_requests);
     RUN_TEST(a_request_that_the_port_refuses_waits_and_its_delay_begins_later);
     RUN_TEST(a_later_request_that_waits_delays_the_next_one);

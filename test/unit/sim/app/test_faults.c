@@ -12,7 +12,7 @@
 static faults_t faults;
 static fault_world_t world;
 static joystick_t* joystick;
-static bus_t* elsewhere; // Of the devices: flight's controllers stay alone.
+static bus_t* elsewhere; // Bus of the devices: flight's controllers stay alone.
 static char error[SCENARIO_ERROR_MAX];
 static char path[] = "/tmp/hirosco-scn-XXXXXX";
 

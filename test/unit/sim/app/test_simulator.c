@@ -385,7 +385,7 @@ static void test_a_file_or_bus_that_cannot_be_opened_is_reported_in_one_line(voi
                       "test.scn:1: ");
 }
 
-static void test_it_catches_up_when_called_late(void)
+static void a_simulator_that_is_called_late_catches_up(void)
 {
     open_simulator(NULL, 1U);
     TEST_ASSERT_EQUAL_UINT64(STEP_NS, simulator_step(simulator, 0U));
@@ -481,7 +481,7 @@ int main(void)
     RUN_TEST(test_a_seed_gives_the_same_logs_again_and_another_does_not);
     RUN_TEST(test_loads_are_those_computed);
     RUN_TEST(test_a_file_or_bus_that_cannot_be_opened_is_reported_in_one_line);
-    RUN_TEST(test_it_catches_up_when_called_late);
+    RUN_TEST(a_simulator_that_is_called_late_catches_up);
     RUN_TEST(test_faults_reach_every_device_and_bus_of_the_world);
     RUN_TEST(test_a_joystick_without_a_hand_rests);
     RUN_TEST(test_a_world_that_diverges_is_not_simulated_further);

@@ -98,7 +98,7 @@ static uint64_t duration_ns(const osal_can_frame_t* frame)
     return (length.nominal_bits * 1000U) + (length.data_bits * 200U);
 }
 
-static void test_a_frame_arrives_at_its_end_at_all_others(void)
+static void a_frame_arrives_at_all_other_nodes_at_its_end(void)
 {
     const osal_can_frame_t classic = data_frame(0x123U, 8U, 0U);
     submit(0U, &classic, 5000U);
@@ -125,7 +125,7 @@ static void test_frames_follow_each_other_after_three_bits(void)
     TEST_ASSERT_EQUAL_UINT64(duration_ns(&first) + 3000U + duration_ns(&second), ear[1].frame[1].time_ns);
 }
 
-static void test_a_queue_keeps_its_order_whatever_the_identifiers(void)
+static void a_queue_keeps_its_order_for_all_identifiers(void)
 {
     for (uint32_t i = 0U; i < 8U; i++) {
         const osal_can_frame_t frame = data_frame(0x700U - (i * 0x80U), 2U, 0U);
@@ -532,9 +532,9 @@ static void test_a_removed_node_leaves_room_for_another(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_frame_arrives_at_its_end_at_all_others);
+    RUN_TEST(a_frame_arrives_at_all_other_nodes_at_its_end);
     RUN_TEST(test_frames_follow_each_other_after_three_bits);
-    RUN_TEST(test_a_queue_keeps_its_order_whatever_the_identifiers);
+    RUN_TEST(a_queue_keeps_its_order_for_all_identifiers);
     RUN_TEST(test_a_frame_that_does_not_end_stays_for_the_next_run);
     RUN_TEST(test_the_lowest_ready_head_always_wins);
     RUN_TEST(test_the_robot_cycle_takes_no_more_than_computed);

@@ -136,7 +136,7 @@ static void an_overflow_loses_frames_that_others_receive(void)
     TEST_ASSERT_EQUAL_UINT(0U, ear[0].reports); // The frame was acknowledged.
 }
 
-static void lost_arbitration_is_reported_with_its_bit_where_it_is_asked_for(void)
+static void lost_arbitration_is_reported_with_its_bit_to_nodes_that_request_it(void)
 {
     bus_set_arbitration_reports(bus, node[1], true);
     TEST_ASSERT_EQUAL_INT(STATUS_OK, submit(0U, 0x120U, 0U)); // 001 0010 0000
@@ -192,7 +192,7 @@ int main(void)
     RUN_TEST(bus_off_waits_for_an_order);
     RUN_TEST(bus_off_breaks_the_frame_on_the_wire);
     RUN_TEST(an_overflow_loses_frames_that_others_receive);
-    RUN_TEST(lost_arbitration_is_reported_with_its_bit_where_it_is_asked_for);
+    RUN_TEST(lost_arbitration_is_reported_with_its_bit_to_nodes_that_request_it);
     RUN_TEST(a_frame_that_cannot_leave_is_reported);
     RUN_TEST(frames_that_leave_in_time_are_not_reported);
     return UNITY_END();

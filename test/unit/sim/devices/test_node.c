@@ -212,7 +212,7 @@ static void test_no_pdo_flows_outside_operational(void)
     TEST_ASSERT_EQUAL_HEX32(UINT32_MAX, master_read(&master, ID, 0x1000U, 0U, &value)); // Stopped: no SDO.
 }
 
-static void test_type_20_goes_with_every_20th_sync(void)
+static void a_tpdo_of_type_20_is_sent_with_every_20th_sync(void)
 {
     start();
     for (unsigned i = 1U; i <= 60U; i++) {
@@ -222,7 +222,7 @@ static void test_type_20_goes_with_every_20th_sync(void)
     }
 }
 
-static void test_type_0_goes_with_sync_when_something_changed(void)
+static void a_tpdo_of_type_0_is_sent_with_sync_after_a_change(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1800U, 2U, 0U, 1U));
     start();
@@ -520,8 +520,8 @@ int main(void)
     RUN_TEST(test_sync_applies_then_samples_then_sends);
     RUN_TEST(test_the_last_rpdo_before_sync_counts);
     RUN_TEST(test_no_pdo_flows_outside_operational);
-    RUN_TEST(test_type_20_goes_with_every_20th_sync);
-    RUN_TEST(test_type_0_goes_with_sync_when_something_changed);
+    RUN_TEST(a_tpdo_of_type_20_is_sent_with_every_20th_sync);
+    RUN_TEST(a_tpdo_of_type_0_is_sent_with_sync_after_a_change);
     RUN_TEST(test_event_driven_types);
     RUN_TEST(test_a_missed_rpdo_deadline_is_reported_once_and_cleared);
     RUN_TEST(test_a_deadline_of_zero_never_runs_out);

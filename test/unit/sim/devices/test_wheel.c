@@ -100,7 +100,7 @@ static void test_an_enabled_wheel_has_the_commanded_torque(void)
     TEST_ASSERT_GREATER_THAN_UINT(2U, changes);
 }
 
-static void test_the_speed_is_that_against_the_housing(void)
+static void the_reported_speed_is_relative_to_the_housing(void)
 {
     rotor.momentum_nms  = 6.0;
     rotor.carrier_rad_s = 0.5;
@@ -125,7 +125,7 @@ static void test_limits_are_kept_and_flagged(void)
     TEST_ASSERT_EQUAL_INT16(0, (int16_t)octets_u16(&answer()[6]));
 }
 
-static void test_the_speed_mode_runs_it_down(void)
+static void the_speed_mode_reaches_the_commanded_speed(void)
 {
     rotor.momentum_nms = 0.05;
     TEST_ASSERT_EQUAL_HEX32(0U, master_write(&master, ID, 0x6060U, 0U, 9U, 1U));
@@ -139,7 +139,7 @@ static void test_the_speed_mode_runs_it_down(void)
     TEST_ASSERT_INT32_WITHIN(1000, 1000000, (int32_t)octets_u32(&answer()[2]));
 }
 
-static void test_without_commands_it_runs_on(void)
+static void without_commands_the_motor_gives_no_torque(void)
 {
     enable();
     cycle(0x0FU, 0.2);
@@ -152,7 +152,7 @@ static void test_without_commands_it_runs_on(void)
     TEST_ASSERT_EQUAL_HEX16(0x40U, wheel_statusword(wheel) & 0x4FU);
     enable();
     cycle(0x0FU, 0.2);
-    for (unsigned i = 0U; i < 120U; i++) { // No RPDO: the deadline.
+    for (unsigned i = 0U; i < 120U; i++) { // No RPDO arrives until its deadline has passed.
         master_wait(&master, STEP_NS);
         wheel_end_step(wheel, bus_now_ns(master.bus));
     }
@@ -161,7 +161,7 @@ static void test_without_commands_it_runs_on(void)
     TEST_ASSERT_NOT_NULL(master_last(&master, 0x080U + ID));
 }
 
-static void test_errors_of_a_scenario(void)
+static void a_warning_keeps_the_torque_and_an_error_ends_it(void)
 {
     enable();
     wheel_set_error(wheel, EMERGENCY_DRIVE_TEMPERATURE, true, bus_now_ns(master.bus));
@@ -190,11 +190,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_an_enabled_wheel_has_the_commanded_torque);
-    RUN_TEST(test_the_speed_is_that_against_the_housing);
+    RUN_TEST(the_reported_speed_is_relative_to_the_housing);
     RUN_TEST(test_limits_are_kept_and_flagged);
-    RUN_TEST(test_the_speed_mode_runs_it_down);
-    RUN_TEST(test_without_commands_it_runs_on);
-    RUN_TEST(test_errors_of_a_scenario);
+    RUN_TEST(the_speed_mode_reaches_the_commanded_speed);
+    RUN_TEST(without_commands_the_motor_gives_no_torque);
+    RUN_TEST(a_warning_keeps_the_torque_and_an_error_ends_it);
     RUN_TEST(test_a_sheet_that_is_no_wheel_is_refused);
     return UNITY_END();
 }

@@ -255,7 +255,7 @@ static void test_lifting_forgets_the_contour(void)
     EXPECT_WITHIN(0.0, 0.0, at(9.0)->expected_torque_nm[1]);
 }
 
-static void test_pull_leans_against_the_spring_and_release_lets_it_go(void)
+static void pull_stretches_the_spring_and_release_ends_the_force(void)
 {
     play("0 hand move 0.327 0.145 2\n3 hand pull 0.06 3\n6 hand hold\n8 hand release 1.5\n10 hand home 1\n");
     EXPECT_WITHIN(0.0, 0.0, at(3.0)->expected_torque_nm[0]);
@@ -340,7 +340,8 @@ static void test_mission_script_is_accepted_and_stays_within_the_stick(void)
         const hand_intent_t* intent = at(t);
         for (unsigned i = 0U; i < HAND_AXES; i++) {
             const double stick = intent->intent_rad[i] + 0.03 * intent->expected_torque_nm[i] / 3.0;
-            EXPECT_BELOW(0.30, fabs(stick)); // Of 0.35: where it comes to rest under the expected load.
+            // Less than the stop at 0.35: here it comes to rest under the expected load.
+            EXPECT_BELOW(0.30, fabs(stick));
         }
     }
 }
@@ -545,7 +546,7 @@ int main(void)
     RUN_TEST(test_press_touches_at_its_speed_then_leans);
     RUN_TEST(test_follow_keeps_the_force_over_the_bump);
     RUN_TEST(test_lifting_forgets_the_contour);
-    RUN_TEST(test_pull_leans_against_the_spring_and_release_lets_it_go);
+    RUN_TEST(pull_stretches_the_spring_and_release_ends_the_force);
     RUN_TEST(test_rest_stops_leaning_without_moving);
     RUN_TEST(test_let_go_leaves_the_stick_and_the_next_verb_takes_it);
     RUN_TEST(test_grip_changes_the_hand_and_not_the_motion);

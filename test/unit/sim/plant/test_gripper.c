@@ -23,7 +23,7 @@
     "<joint name=\"" name "\" type=\"prismatic\"><origin xyz=\"0.3 " y                                       \
     " 0\"/><parent link=\"base\"/><child link=\"" child "\"/><axis xyz=\"" axis                              \
     "\"/><limit lower=\"-0.03\" upper=\"0.03\" effort=\"1\" velocity=\"1\"/>" more "</joint>\n"
-#define BETWEEN(finger)                                                                                      \
+#define CONTACT_WITH_BAR(finger)                                                                             \
     "<Contact a=\"s." finger "\" b=\"c.bar\" stiffness=\"3e4\" damping=\"150\" friction=\"0.4\"/>\n"
 #define TYPE                                                                                                 \
     "<DriveType name=\"t\" ratio=\"100\" rotorInertia=\"0.5\" stiffness=\"1e5\" damping=\"100\" "            \
@@ -36,7 +36,8 @@
 #define IN_WORLD(text) "<World name=\"w\" step=\"500us\" gravity=\"0 0 0\">\n" text "</World>\n"
 #define SCENE                                                                                                \
     "<Robot name=\"s\" urdf=\"s.urdf\" base=\"free\"/>\n<Robot name=\"c\" urdf=\"c.urdf\" base=\"free\">"    \
-    "<State at=\"0.3 0.002 0\"/></Robot>\n" BETWEEN("left") BETWEEN("right") TYPE GRIPPER("s.close")
+    "<State at=\"0.3 0.002 0\"/></Robot>\n" CONTACT_WITH_BAR("left") CONTACT_WITH_BAR("right")               \
+        TYPE GRIPPER("s.close")
 
 static world_t world;
 static plant_t* plant;
@@ -90,7 +91,8 @@ static void begin(const char* text)
     wanted_m    = 0.0;
 }
 
-/// Place of the bar seen from the satellite, along one axis of the satellite. Its attitude hardly changes.
+/// Position of the bar relative to the satellite along one axis of the world; the satellite hardly turns, so
+/// its axes are nearly the same.
 static double offset_m(unsigned axis)
 {
     return truth->base[1].position_m[axis] - truth->base[0].position_m[axis];
@@ -119,16 +121,17 @@ static void the_stated_force_holds_the_bar(void)
     grasp();
     printf("grip %.2f and %.2f N, sensor %.2f N\n", grip_n(0U), grip_n(1U), truth->joint_torque_nm[0]);
     TEST_ASSERT_TRUE(truth->contact[0].is_touching && truth->contact[1].is_touching);
-    // Motor force less dry friction of the drive is at the fingers, half at each; the sensor feels both.
+    // The fingers share the motor force minus the dry friction of the drive equally; the sensor measures the
+    // sum.
     EXPECT_WITHIN(FORCE, 0.0, truth->motor_torque_nm[0]);
     EXPECT_WITHIN(grip_n(0U) + grip_n(1U), 0.02, truth->joint_torque_nm[0]);
     EXPECT_WITHIN(FORCE, 0.6, truth->joint_torque_nm[0]);
     EXPECT_WITHIN(grip_n(0U), 0.05, grip_n(1U));
-    EXPECT_WITHIN(0.0, 1e-4, offset_m(1U)); // Between the fingers, which are synchronous.
+    EXPECT_WITHIN(0.0, 1e-4, offset_m(1U)); // The fingers move synchronously and centre the bar.
     EXPECT_WITHIN(truth->link_position_rad[0], 1e-6, truth->link_position_rad[1]);
 }
 
-/// Three thrusters of 60 N push the satellite with the bar of 2 kg; friction has to carry 3.5 N.
+/// A thruster of 180 N pushes the satellite, which holds the bar of 2 kg; friction must transmit 3.5 N.
 static void a_grasped_bar_stays_under_acceleration(void)
 {
     begin(IN_WORLD(SCENE "<ValveBox name=\"V\" bus=\"b\" node=\"12\" eds=\"valve-box.eds\"><Valve name=\"A\" "
@@ -145,15 +148,16 @@ static void a_grasped_bar_stays_under_acceleration(void)
         EXPECT_WITHIN(before[k], 1e-3, offset_m(k));
     }
     EXPECT_WITHIN(-2.0 * 180.0 / 102.3, 0.1, truth->contact[0].force_n[0] + truth->contact[1].force_n[0]);
-    // A gripper that is open leaves it behind.
+    // An open gripper leaves the bar behind.
     wanted_m = -0.02;
     run(0.5);
     TEST_ASSERT_FALSE(truth->contact[0].is_touching || truth->contact[1].is_touching);
     EXPECT_BELOW(before[0] - 0.1, offset_m(0U));
 }
 
-/// Nothing acts from outside: momenta stay while the fingers close, hold, turn with the satellite, and open.
-static void momenta_stay_while_a_bar_is_grasped_and_released(void)
+/// No external force acts: linear and angular momentum are constant while the fingers close, hold, turn with
+/// the satellite and open.
+static void momentum_is_conserved_while_a_bar_is_grasped_and_released(void)
 {
     double p0[3];
     double l0[3];
@@ -202,7 +206,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(the_stated_force_holds_the_bar);
     RUN_TEST(a_grasped_bar_stays_under_acceleration);
-    RUN_TEST(momenta_stay_while_a_bar_is_grasped_and_released);
+    RUN_TEST(momentum_is_conserved_while_a_bar_is_grasped_and_released);
     RUN_TEST(a_gripper_without_fingers_that_follow_is_refused);
     return UNITY_END();
 }

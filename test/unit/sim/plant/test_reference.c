@@ -31,7 +31,7 @@ void tearDown(void)
 // ---- An elastic arm in a plane ----
 
 static world_t world;
-static plant_drive_t drive; // Of all joints.
+static plant_drive_t drive; // Drive of all joints.
 
 static plant_t* plant_in_world(void)
 {

@@ -316,7 +316,7 @@ static void expect_refusal(const char* text, const char* at, const char* words)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, words), error);
 }
 
-static void what_the_plant_cannot_carry_is_refused(void)
+static void worlds_that_the_plant_cannot_simulate_are_refused(void)
 {
     expect_refusal(
         IN_WORLD("0 0 0",
@@ -345,6 +345,6 @@ int main(void)
     RUN_TEST(a_joint_without_a_drive_swings_freely_up_to_its_limits);
     RUN_TEST(a_free_robot_starts_in_its_state_and_moves_with_it);
     RUN_TEST(momenta_of_a_free_tree_stay);
-    RUN_TEST(what_the_plant_cannot_carry_is_refused);
+    RUN_TEST(worlds_that_the_plant_cannot_simulate_are_refused);
     return UNITY_END();
 }

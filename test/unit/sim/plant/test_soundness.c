@@ -101,7 +101,7 @@ static void a_gear_that_is_too_stiff_is_named(void)
     }
 }
 
-static void what_acts_is_checked_before_it_acts(void)
+static void a_torque_that_is_nan_is_reported_with_its_joint(void)
 {
     begin(IN_WORLD("<Robot name=\"r\" urdf=\"arm.urdf\" base=\"fixed\"/>\n"));
     run(0.01);
@@ -125,7 +125,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_gear_that_is_too_stiff_is_named);
-    RUN_TEST(what_acts_is_checked_before_it_acts);
+    RUN_TEST(a_torque_that_is_nan_is_reported_with_its_joint);
     RUN_TEST(a_world_that_is_sound_has_no_failure);
     return UNITY_END();
 }

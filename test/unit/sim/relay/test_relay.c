@@ -133,7 +133,7 @@ static void the_fate_of_a_frame_depends_on_seed_link_and_number_only(void)
     TEST_ASSERT_TRUE(first_ns != relay_give(&relay, 15U * MS)->due_ns);
 }
 
-static void what_does_not_fit_is_lost_and_counted(void)
+static void records_that_do_not_fit_are_lost_and_counted(void)
 {
     static uint8_t octets[RELAY_FRAME_MAX + 1U];
     begin(&relay, 1U, 10U * MS, 0.0, 0.0);
@@ -161,6 +161,6 @@ int main(void)
     RUN_TEST(frames_due_at_one_instant_keep_their_order);
     RUN_TEST(delay_jitter_and_loss_are_as_asked);
     RUN_TEST(the_fate_of_a_frame_depends_on_seed_link_and_number_only);
-    RUN_TEST(what_does_not_fit_is_lost_and_counted);
+    RUN_TEST(records_that_do_not_fit_are_lost_and_counted);
     return UNITY_END();
 }

@@ -127,7 +127,7 @@ static void pictures_and_transmissions_are_skipped(void)
     EXPECT_WITHIN(3.0, 0.0, model.shape[0].pose.position_m[2]);
 }
 
-static void what_carries_unknown_physics_is_refused(void)
+static void elements_with_unknown_physics_are_refused(void)
 {
     expect_refusal("<gazebo/>\n", 2U, "'gazebo', expected link, joint, material or transmission");
     expect_refusal("<link name=\"a\"><sensor/></link>\n", 2U,
@@ -190,7 +190,7 @@ static void masses_that_cannot_be_are_refused(void)
         "<inertia ixx=\"1e-6\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>\n");
 }
 
-static void what_is_no_tree_is_refused(void)
+static void robots_that_are_not_a_tree_are_refused(void)
 {
     expect_refusal("", 1U, "'no root', expected a link that is no joint's child");
     expect_refusal(LINK("a") LINK("a"), 3U, "'a', expected a name that no link before has");
@@ -319,9 +319,9 @@ int main(void)
     RUN_TEST(fixed_links_become_one_body);
     RUN_TEST(a_tree_has_its_bodies_parents_first);
     RUN_TEST(pictures_and_transmissions_are_skipped);
-    RUN_TEST(what_carries_unknown_physics_is_refused);
+    RUN_TEST(elements_with_unknown_physics_are_refused);
     RUN_TEST(masses_that_cannot_be_are_refused);
-    RUN_TEST(what_is_no_tree_is_refused);
+    RUN_TEST(robots_that_are_not_a_tree_are_refused);
     RUN_TEST(joints_that_cannot_move_are_refused);
     RUN_TEST(a_joint_follows_another);
     RUN_TEST(a_mimic_that_cannot_follow_is_refused);

@@ -74,7 +74,7 @@ static void a_port_that_moves_is_not_judged(void)
     EXPECT_BELOW(-10.0e-3, energy.taken_j);
 }
 
-static void what_stays_below_the_limit_is_not_told(void)
+static void energy_below_the_limit_raises_no_alarm(void)
 {
     watch.limit_j = 8.0e-3;
     swing(20.0, -1.0, 0.0);
@@ -95,7 +95,7 @@ static void the_first_position_is_no_step(void)
 }
 
 /// The received energy never decreases, not even while the port gives energy away.
-static void what_was_received_does_not_fall(void)
+static void the_received_energy_does_not_decrease(void)
 {
     double before = 0.0;
     for (unsigned i = 0U; i < 20000U; i++) {
@@ -113,14 +113,12 @@ static void lost_sums_only_delay_a_reserve(void)
 {
     control_reserve_t all  = {0};
     control_reserve_t some = {0};
-    control_reserve_reset(&all);
-    control_reserve_reset(&some);
     for (unsigned i = 0U; i <= 1000U; i++) {
         const double sum = 1.0 + (0.5 * (double)i);
-        control_reserve_told(&all, sum);
-        control_reserve_told(&all, sum); // The newest is read again until another one comes.
+        control_reserve_take_sum(&all, sum);
+        control_reserve_take_sum(&all, sum); // The newest is read again until another one comes.
         if (((i * 7U) % 10U) == 0U) {
-            control_reserve_told(&some, sum);
+            control_reserve_take_sum(&some, sum);
         }
         TEST_ASSERT_TRUE(some.reserve_j <= all.reserve_j);
     }
@@ -131,17 +129,14 @@ static void lost_sums_only_delay_a_reserve(void)
 static void a_sum_begins_and_a_port_that_was_reset_adds_nothing(void)
 {
     control_reserve_t reserve = {0};
-    control_reserve_told(&reserve, 7.0);
+    control_reserve_take_sum(&reserve, 7.0);
     TEST_ASSERT_TRUE(reserve.reserve_j == 0.0);
-    control_reserve_told(&reserve, 7.5);
-    control_reserve_told(&reserve, (double)NAN);
-    control_reserve_told(&reserve, 0.0);
+    control_reserve_take_sum(&reserve, 7.5);
+    control_reserve_take_sum(&reserve, (double)NAN);
+    control_reserve_take_sum(&reserve, 0.0);
     TEST_ASSERT_TRUE(reserve.reserve_j == 0.5);
-    control_reserve_told(&reserve, 0.25);
+    control_reserve_take_sum(&reserve, 0.25);
     TEST_ASSERT_TRUE(reserve.reserve_j == 0.75);
-    control_reserve_reset(&reserve);
-    control_reserve_told(&reserve, 0.5);
-    TEST_ASSERT_TRUE(reserve.reserve_j == 0.0);
 }
 
 static void a_reserve_is_capped_and_can_be_owed(void)
@@ -153,8 +148,8 @@ static void a_reserve_is_capped_and_can_be_owed(void)
     TEST_ASSERT_TRUE(reserve.reserve_j == 1.5);
     control_reserve_add(&reserve, -3.0, 2.0);
     TEST_ASSERT_TRUE(reserve.reserve_j == -1.5);
-    control_reserve_told(&reserve, 0.0);
-    control_reserve_told(&reserve, 100.0);
+    control_reserve_take_sum(&reserve, 0.0);
+    control_reserve_take_sum(&reserve, 100.0);
     control_reserve_add(&reserve, 0.0, 2.0);
     TEST_ASSERT_TRUE(reserve.reserve_j == 2.0);
 }
@@ -165,9 +160,9 @@ int main(void)
     RUN_TEST(an_oscillation_at_rest_is_told_once_in_each_window);
     RUN_TEST(a_port_that_damps_is_passive);
     RUN_TEST(a_port_that_moves_is_not_judged);
-    RUN_TEST(what_stays_below_the_limit_is_not_told);
+    RUN_TEST(energy_below_the_limit_raises_no_alarm);
     RUN_TEST(the_first_position_is_no_step);
-    RUN_TEST(what_was_received_does_not_fall);
+    RUN_TEST(the_received_energy_does_not_decrease);
     RUN_TEST(lost_sums_only_delay_a_reserve);
     RUN_TEST(a_sum_begins_and_a_port_that_was_reset_adds_nothing);
     RUN_TEST(a_reserve_is_capped_and_can_be_owed);

@@ -76,7 +76,7 @@ static void the_filter_has_its_stated_bandwidth(void)
 }
 
 /// At zero no last digit ends the decay.
-static void what_comes_to_rest_at_zero_does_not_become_subnormal(void)
+static void a_velocity_that_decays_to_zero_does_not_become_subnormal(void)
 {
     control_tracker_reset(&tracker, 0.1);
     for (unsigned i = 0U; i < 20000U; i++) {
@@ -95,6 +95,6 @@ int main(void)
     RUN_TEST(a_ramp_is_followed_without_lag);
     RUN_TEST(a_step_response_settles_without_oscillation);
     RUN_TEST(the_filter_has_its_stated_bandwidth);
-    RUN_TEST(what_comes_to_rest_at_zero_does_not_become_subnormal);
+    RUN_TEST(a_velocity_that_decays_to_zero_does_not_become_subnormal);
     return UNITY_END();
 }

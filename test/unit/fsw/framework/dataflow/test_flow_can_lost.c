@@ -124,7 +124,7 @@ static void lose_and_find(const bool by_sending)
     assert_in_range(attempts, 4U, 11U);
     assert_int_equal(attempts - 1U, flow.counters.failed);
     is_there                  = true;
-    left                      = 5U; // Of the time before.
+    left                      = 5U; // Frames left from before the loss.
     const unsigned in_advance = attempts;
     for (unsigned i = 0U; (i < 4000U) && (attempts == in_advance); i++) {
         now_ns += MS / 2U;

@@ -99,7 +99,7 @@ static void expect_nothing(const status_t status)
     TEST_ASSERT_EQUAL_UINT64(0U, size);
 }
 
-static void messages_pass_whatever_end_was_first(void)
+static void messages_pass_whichever_end_opens_first(void)
 {
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, sender.link.failure);
@@ -119,7 +119,7 @@ static void messages_pass_whatever_end_was_first(void)
     TEST_ASSERT_EQUAL_UINT16(2U, quota.stats.used);
 }
 
-static void records_travel_in_the_flows_order(void)
+static void records_have_the_byte_order_of_the_flow(void)
 {
     uint8_t octets[OCTETS];
     size_t size = 0U;
@@ -155,7 +155,7 @@ static void a_record_that_is_too_long_is_a_coding_error(void)
     TEST_ASSERT_TRUE(assertion_fails(send_a_giant));
 }
 
-static void full_and_too_large_are_reported(void)
+static void a_full_queue_and_a_message_that_is_too_large_are_reported(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&receiver, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&sender, 0U));
@@ -209,7 +209,7 @@ static void a_queue_that_fails_is_closed_and_opened_again(void)
     expect("again");
 }
 
-static void queues_are_refused_for_a_reason(void)
+static void a_queue_that_cannot_be_opened_reports_the_reason(void)
 {
     begin(&sender, "moon", false, OCTETS);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
@@ -225,7 +225,7 @@ static void queues_are_refused_for_a_reason(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, sender.link.failure);
     quota_init(&quota, 1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // The quota of the receiver.
+    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // Takes the only place, as an open receiver does.
     begin(&sender, "commands", false, OCTETS);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, sender.link.failure);
@@ -234,12 +234,12 @@ static void queues_are_refused_for_a_reason(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(messages_pass_whatever_end_was_first);
-    RUN_TEST(records_travel_in_the_flows_order);
+    RUN_TEST(messages_pass_whichever_end_opens_first);
+    RUN_TEST(records_have_the_byte_order_of_the_flow);
     RUN_TEST(a_record_that_is_too_long_is_a_coding_error);
-    RUN_TEST(full_and_too_large_are_reported);
+    RUN_TEST(a_full_queue_and_a_message_that_is_too_large_are_reported);
     RUN_TEST(a_receiver_that_was_killed_comes_back);
     RUN_TEST(a_queue_that_fails_is_closed_and_opened_again);
-    RUN_TEST(queues_are_refused_for_a_reason);
+    RUN_TEST(a_queue_that_cannot_be_opened_reports_the_reason);
     return UNITY_END();
 }

@@ -30,7 +30,7 @@ static void load_the_good_one(void)
     TEST_ASSERT_EQUAL_STRING("", descriptor_error(&loader));
 }
 
-static void the_interface_hash_sees_the_interface_and_nothing_else(void)
+static void the_interface_hash_depends_on_the_interface_alone(void)
 {
     static const char* const configuration[][2] = {
         {"init='0.5 -1'", "init='0.5 -2'"},       {"min='-1.5' max='1.5' s", "min='-1' max='1' s"},
@@ -148,7 +148,7 @@ static void the_interface_hash_sees_each_number_of_a_service(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(the_interface_hash_sees_the_interface_and_nothing_else);
+    RUN_TEST(the_interface_hash_depends_on_the_interface_alone);
     RUN_TEST(the_interface_hash_is_that_of_its_lines);
     RUN_TEST(the_interface_hash_sees_each_number_of_a_service);
     RUN_TEST(hashes_do_not_see_comments_spaces_and_order_of_attributes);

@@ -125,7 +125,7 @@ static void an_error_in_a_service_list_is_reported_with_its_line(void)
         {"<Service type='6' capacity='0'/>",
          "arm.xml:25: capacity=\"0\" of <Service>: expected a number from 1"},
         {"<Service type='6' functional='1'/>", "arm.xml:25: service 6 has no attribute functional"},
-        {"<Service type='11'/>", "arm.xml:25: service 11 is the supervisor's, which has id 1"},
+        {"<Service type='11'/>", "arm.xml:25: only the supervisor (id 1) can have service 11"},
         {"<Service type='6'/>\n<Service type='6'/>", "arm.xml:26: type 6 is taken in line 25"},
     };
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {

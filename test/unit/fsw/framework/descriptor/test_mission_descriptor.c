@@ -322,7 +322,7 @@ static void the_selection_of_a_rule_may_be_any(void)
     TEST_ASSERT_FALSE(mission.rules[1].is_any);
 }
 
-/// Of several mistakes in one element the message names the first one only.
+/// If one element has several mistakes, the message names the first one only.
 static void of_several_mistakes_the_first_is_reported(void)
 {
     TEST_ASSERT_EQUAL(STATUS_INVALID,

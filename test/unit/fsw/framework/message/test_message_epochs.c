@@ -200,7 +200,8 @@ static void a_restarted_component_is_heard_before_it_is_reported(void)
     party_in_each_form(&party, restart_a_receiver_before_its_first_answer);
 }
 
-#define LARGEST_BLOCKS (MESSAGE_WINDOW_OCTETS / MESSAGE_FRAME_MAX) ///< Of the largest size, under way.
+/// Blocks of the largest size that may be under way.
+#define LARGEST_BLOCKS (MESSAGE_WINDOW_OCTETS / MESSAGE_FRAME_MAX)
 
 /// A full window of the earlier life is in the inbox, unchecked, when that of the next one comes.
 static void fill_twice(void)

@@ -11,7 +11,8 @@ static party_t party;
 static uint8_t block[MESSAGE_PAYLOAD_MAX + 1U];
 static uint8_t taken[MESSAGE_PAYLOAD_MAX];
 
-#define LARGEST_BLOCKS (MESSAGE_WINDOW_OCTETS / MESSAGE_FRAME_MAX) ///< Of the largest size, under way.
+/// Blocks of the largest size that may be under way.
+#define LARGEST_BLOCKS (MESSAGE_WINDOW_OCTETS / MESSAGE_FRAME_MAX)
 
 void setUp(void)
 {

@@ -141,7 +141,7 @@ static void hear_other_lives(void)
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
 }
 
-static void other_lives_than_that_change_nothing(void)
+static void messages_of_other_lives_change_nothing(void)
 {
     party_in_each_form(&party, hear_other_lives);
 }
@@ -376,7 +376,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_life_given_by_the_run_needs_no_frame_first);
-    RUN_TEST(other_lives_than_that_change_nothing);
+    RUN_TEST(messages_of_other_lives_change_nothing);
     RUN_TEST(a_lost_first_frame_is_reported);
     RUN_TEST(a_position_of_an_earlier_life_is_not_resumed);
     RUN_TEST(one_exchange_later_all_is_counted_and_data_passes);

@@ -190,7 +190,7 @@ static void lose_both_directions_and_continue(void)
     exchange(100U);
 }
 
-static void both_windows_lost_are_counted_and_given_back(void)
+static void the_loss_of_both_windows_is_counted_and_their_blocks_are_freed(void)
 {
     party_in_each_form(&party, lose_both_directions_and_continue);
 }
@@ -294,7 +294,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(every_loss_of_a_slow_receiver_is_counted);
-    RUN_TEST(both_windows_lost_are_counted_and_given_back);
+    RUN_TEST(the_loss_of_both_windows_is_counted_and_their_blocks_are_freed);
     RUN_TEST(a_hint_starts_a_query_at_once);
     RUN_TEST(credit_that_was_lost_is_reported_again);
     RUN_TEST(repeated_queries_do_not_fill_the_carrier);

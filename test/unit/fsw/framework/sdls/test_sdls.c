@@ -65,7 +65,7 @@ static void accept(void)
 }
 
 /// Accept takes the frame that was checked last, once, and only a valid one.
-static void test_nothing_is_accepted_unseen(void)
+static void accepting_a_frame_that_was_not_checked_is_a_coding_error(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(accept));
     TEST_ASSERT_EQUAL(STATUS_OK, take_text("a"));
@@ -305,7 +305,7 @@ static void test_parts_make_a_packet(void)
     refused(SDLS_REFUSED_PARTS, 2U);
 }
 
-static void test_parts_out_of_place(void)
+static void parts_in_the_wrong_order_are_refused(void)
 {
     part(SEALER_LAST, 1U, STATUS_OUT_OF_RANGE);
     part(SEALER_MIDDLE, 1U, STATUS_OUT_OF_RANGE);
@@ -362,7 +362,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_known_answers);
-    RUN_TEST(test_nothing_is_accepted_unseen);
+    RUN_TEST(accepting_a_frame_that_was_not_checked_is_a_coding_error);
     RUN_TEST(test_last_number);
     RUN_TEST(test_counts_are_taken_one_by_one);
     RUN_TEST(test_two_connections_keep_their_sessions);
@@ -372,7 +372,7 @@ int main(void)
     RUN_TEST(test_other_keys_and_associations);
     RUN_TEST(test_a_vector_has_twelve_octets);
     RUN_TEST(test_parts_make_a_packet);
-    RUN_TEST(test_parts_out_of_place);
+    RUN_TEST(parts_in_the_wrong_order_are_refused);
     RUN_TEST(test_a_session_that_cannot_be_kept);
     RUN_TEST(test_without_a_mark_nothing_is_opened);
     RUN_TEST(test_secrets_are_wiped);

@@ -233,7 +233,7 @@ static void every_outcome_of_every_action(void)
     }
 }
 
-static void on_the_way_down_nothing_stops_a_failure(void)
+static void a_failure_on_the_way_down_does_not_stop_the_transition(void)
 {
     for (unsigned state = STATE_PRE_OPERATIONAL; state < STATE_COUNT; state++) {
         for (int outcome = OUTCOME_FAILED; outcome <= OUTCOME_TIMEOUT; outcome++) {
@@ -397,7 +397,7 @@ int main(void)
     RUN_TEST(every_event_in_every_state);
     RUN_TEST(an_error_leads_to_error_operational_before_its_action);
     RUN_TEST(every_outcome_of_every_action);
-    RUN_TEST(on_the_way_down_nothing_stops_a_failure);
+    RUN_TEST(a_failure_on_the_way_down_does_not_stop_the_transition);
     RUN_TEST(the_next_request_clears_an_earlier_failure);
     RUN_TEST(requests_for_0_and_6_cut_an_action_short);
     RUN_TEST(all_other_requests_wait);

@@ -177,7 +177,7 @@ static void every_reachable_configuration_is_sound(void)
 }
 
 /// Longest chain of outcomes, whatever they are; the test fails where it does not end.
-static unsigned longest_walk(const state_machine_t* machine, unsigned depth)
+static unsigned longest_sequence(const state_machine_t* machine, unsigned depth)
 {
     TEST_ASSERT_TRUE_MESSAGE(depth < 16U, "transitions that do not end");
     if (machine->action == ACTION_NONE) {
@@ -187,17 +187,17 @@ static unsigned longest_walk(const state_machine_t* machine, unsigned depth)
     for (unsigned outcome = 0U; outcome < 3U; outcome++) {
         state_machine_t next = *machine;
         subsystem_state_machine_outcome(&next, (state_outcome_t)outcome);
-        const unsigned length = longest_walk(&next, depth + 1U);
+        const unsigned length = longest_sequence(&next, depth + 1U);
         longest               = (length > longest) ? length : longest;
     }
     return longest;
 }
 
-static void every_sequence_of_transitions_ends_whatever_fails(void)
+static void every_sequence_of_transitions_ends_with_every_failure(void)
 {
     explore();
     for (unsigned i = 0U; i < visited_count; i++) {
-        TEST_ASSERT_TRUE(longest_walk(&visited[i], 0U) <= 6U);
+        TEST_ASSERT_TRUE(longest_sequence(&visited[i], 0U) <= 6U);
     }
 }
 
@@ -234,7 +234,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(every_reachable_configuration_is_sound);
-    RUN_TEST(every_sequence_of_transitions_ends_whatever_fails);
+    RUN_TEST(every_sequence_of_transitions_ends_with_every_failure);
     RUN_TEST(every_sequence_of_transitions_reaches_its_target_if_nothing_fails);
     RUN_TEST(offline_can_be_reached_from_everywhere);
     return UNITY_END();

@@ -87,7 +87,8 @@ static void no_request_is_read_while_an_answer_is_unfinished(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     fixture.is_port_closed = true;
-    const uint16_t list    = fixture_command(PUS_SERVICE_HOUSEKEEPING, 9U, "\1\0\x64", 3U); // Of a set.
+    // TC[3,9] names a set of structures.
+    const uint16_t list = fixture_command(PUS_SERVICE_HOUSEKEEPING, 9U, "\1\0\x64", 3U);
     TEST_ASSERT_TRUE(pus_dispatcher_is_answering(&fixture.subsystem.dispatcher));
     TEST_ASSERT_FALSE(subsystem_may_accept(&fixture.subsystem));
     const uint64_t wake_ns = subsystem_step(&fixture.subsystem, fixture.now_ns);

@@ -128,7 +128,7 @@ static status_t go_on(const subsystem_function_t* function)
 static void the_mission_sets_the_deadline_of_devices(void)
 {
     subsystem_config_t config = fixture.subsystem.config;
-    TEST_ASSERT_EQUAL_UINT64(0U, subsystem_device_deadline_ns(&fixture.subsystem)); // Of its own clock.
+    TEST_ASSERT_EQUAL_UINT64(0U, subsystem_device_deadline_ns(&fixture.subsystem)); // The mission sets none.
     config.device_deadline_ns = 2500000U;
     fixture_begin(&config);
     TEST_ASSERT_EQUAL_UINT64(2500000U, subsystem_device_deadline_ns(&fixture.subsystem));

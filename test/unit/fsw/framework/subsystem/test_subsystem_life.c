@@ -138,7 +138,7 @@ static void a_superseded_request_ends(void)
                    "129.2 9>0 IDLE cause 0 code 0000 cfg 0\n1.5 #2 step 0\n1.7 #2\n");
 }
 
-static void a_request_cut_short_by_an_error_ends_too(void)
+static void a_request_that_an_error_interrupts_is_completed(void)
 {
     fixture_bring(STATE_SAFE_OPERATIONAL, FIXTURE_ALONE);
     fixture.delays[ACTION_ENGAGE] = 3U;
@@ -385,7 +385,7 @@ int main(void)
     RUN_TEST(refused_requests_change_nothing);
     RUN_TEST(malformed_requests_are_rejected);
     RUN_TEST(a_superseded_request_ends);
-    RUN_TEST(a_request_cut_short_by_an_error_ends_too);
+    RUN_TEST(a_request_that_an_error_interrupts_is_completed);
     RUN_TEST(causes_name_the_requester);
     RUN_TEST(the_steps_of_a_cycle_have_a_fixed_order);
     RUN_TEST(no_loop_runs_without_an_active_configuration);

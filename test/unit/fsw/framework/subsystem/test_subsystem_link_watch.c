@@ -172,7 +172,7 @@ static void a_closed_link_that_is_not_required_raises_no_event(void)
     fixture_expect("130.10 link 3 3>0 reason 10\n");
 }
 
-static void an_error_of_the_link_partner_leads_to_an_error_here(void)
+static void an_error_of_the_link_partner_is_an_error_of_the_subsystem(void)
 {
     for (state_t state = STATE_PRE_OPERATIONAL; state <= STATE_OPERATIONAL; state++) {
         char expected[160];
@@ -221,7 +221,7 @@ int main(void)
     RUN_TEST(a_closed_link_is_as_lost_as_a_stale_one);
     RUN_TEST(the_loss_of_an_optional_link_is_only_reported);
     RUN_TEST(a_closed_link_that_is_not_required_raises_no_event);
-    RUN_TEST(an_error_of_the_link_partner_leads_to_an_error_here);
+    RUN_TEST(an_error_of_the_link_partner_is_an_error_of_the_subsystem);
     RUN_TEST(a_producer_closed_by_request_continues);
     return UNITY_END();
 }

@@ -202,7 +202,7 @@ static void let_the_tasks_run(void)
     }
 }
 
-static void reports_are_whole_whatever_is_commanded(void)
+static void reports_are_complete_for_every_command(void)
 {
     fixture.in_sense = update;
     for (uint8_t i = 0U; i < LOOPS; i++) {
@@ -241,6 +241,6 @@ static void reports_are_whole_whatever_is_commanded(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(reports_are_whole_whatever_is_commanded);
+    RUN_TEST(reports_are_complete_for_every_command);
     return UNITY_END();
 }

@@ -347,14 +347,14 @@ static void intervals_are_of_time_and_not_of_cycles(void)
     fixture_run(1U);
     write_statistic(5U);
     accepted(4U, 6U);
-    fixture_run(100U); // Of 1 ms.
+    fixture_run(100U); // 100 cycles of 1 ms.
     TEST_ASSERT_EQUAL_UINT32(20U, samples());
     (void)fixture_state(STATE_OFFLINE);
     fixture_run_until(fixture.now_ns + 100000000U);
     fixture_run(1U);
     TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&fixture.subsystem));
     const uint32_t missing = storage.statistics.statistics.counters.missing;
-    fixture_run(10U); // Of 10 ms each: not twice in one, though two were due.
+    fixture_run(10U); // Cycles of 10 ms: the loop steps once in each, although two steps were due.
     TEST_ASSERT_EQUAL_UINT32(missing + 10U, storage.statistics.statistics.counters.missing);
 }
 

@@ -336,7 +336,7 @@ static void an_arena_of_any_size_parses_the_document_or_is_reported_as_used_up(v
     TEST_ASSERT_LESS_THAN_UINT32(447U, refused);
 }
 
-static void an_arena_at_an_odd_word_works_too(void)
+static void an_arena_can_begin_at_an_odd_word(void)
 {
     xml_init(&parser, &arena[1], XML_ARENA_WORDS - 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, parse(sample));
@@ -407,7 +407,7 @@ int main(void)
     RUN_TEST(a_token_without_end_exhausts_the_arena);
     RUN_TEST(stops_where_the_handler_refuses);
     RUN_TEST(an_arena_of_any_size_parses_the_document_or_is_reported_as_used_up);
-    RUN_TEST(an_arena_at_an_odd_word_works_too);
+    RUN_TEST(an_arena_can_begin_at_an_odd_word);
     RUN_TEST(many_documents_use_no_more_than_one);
     RUN_TEST(survives_random_damage);
     return UNITY_END();

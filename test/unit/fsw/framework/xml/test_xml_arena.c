@@ -106,7 +106,7 @@ static void an_allocation_that_does_not_fit_changes_nothing(void)
     TEST_ASSERT_EQUAL_PTR(block, xml_arena_resize(block, 8U));
 }
 
-static void only_the_newest_block_comes_back_alone(void)
+static void only_the_newest_block_can_be_freed_alone(void)
 {
     void* const older = xml_arena_take(16U);
     void* const newer = xml_arena_take(16U);
@@ -130,6 +130,6 @@ int main(void)
     RUN_TEST(a_block_that_fits_stays);
     RUN_TEST(no_block_to_resize_is_a_new_one);
     RUN_TEST(an_allocation_that_does_not_fit_changes_nothing);
-    RUN_TEST(only_the_newest_block_comes_back_alone);
+    RUN_TEST(only_the_newest_block_can_be_freed_alone);
     return UNITY_END();
 }

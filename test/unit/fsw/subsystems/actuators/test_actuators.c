@@ -191,7 +191,7 @@ static void homing_ends_with_the_result_of_the_drive(void)
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, call(ACTUATORS_FUNCTION_HOME)); // One is under way.
     cycles(5U);
     TEST_ASSERT_EQUAL_HEX16(0x001FU, boom->control[0]);
-    generic.result_count = 0U; // Of the ends of earlier activities.
+    generic.result_count = 0U; // Forget the results of earlier activities.
     cycles(1U);
     TEST_ASSERT_EQUAL_UINT(0U, generic.result_count);
     boom->status[0] |= 0x1400U;
@@ -259,7 +259,7 @@ static void expect_misfit(const char* type, const unsigned more, const char* say
     }
 }
 
-static void what_has_no_place_does_not_fit(void)
+static void devices_above_the_capacities_do_not_fit(void)
 {
     expect_misfit("joint-drive", 7U, NULL);
     expect_misfit("joint-drive", 8U, "at most 8 axes, 16 inputs, 16 outputs");
@@ -276,6 +276,6 @@ int main(void)
     RUN_TEST(homing_ends_with_the_result_of_the_drive);
     RUN_TEST(nothing_is_searched_in_another_mode);
     RUN_TEST(the_first_cycle_of_operational_is_safe);
-    RUN_TEST(what_has_no_place_does_not_fit);
+    RUN_TEST(devices_above_the_capacities_do_not_fit);
     return UNITY_END();
 }

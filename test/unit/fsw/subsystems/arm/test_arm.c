@@ -106,7 +106,7 @@ static void a_motion_takes_as_long_as_its_share_of_the_limits_asks_for(void)
     EXPECT_WITHIN(arm_path_duration_s(&path), 1.0e-9, arm_path_duration_s(&rig_arm.path));
 }
 
-static void what_is_outside_its_range_is_refused_with_the_joint(void)
+static void a_value_outside_its_range_is_refused_with_its_joint(void)
 {
     rig_move_to_t to = {.position = {0.3, -1.2, 7.0, -1.3, -1.4, 0.5}, .share = 0.5};
     rig_bring(RIG_POSITION, STATE_OPERATIONAL);
@@ -196,7 +196,7 @@ static void a_line_out_of_reach_is_refused_and_nothing_moves(void)
 }
 
 /// The limits have been narrowed in motion: the arm brakes, reports why, and can be commanded again.
-static void an_arm_that_must_leave_its_line_brakes_and_says_why(void)
+static void an_arm_that_must_leave_its_line_brakes_and_reports_the_reason(void)
 {
     rig_bring(RIG_POSITION, STATE_OPERATIONAL);
     const rig_line_to_t to = line_by(0.1, 0.15, 0.1);
@@ -325,7 +325,7 @@ static void a_compliant_tool_brakes_like_a_damper(void)
 
 /// Without springs the joints carry the weight of the pose in which the arm is, not of the desired one. Here
 /// gravity is horizontal, so that it acts on the first joint as well.
-static void a_compliant_arm_carries_its_weight_wherever_it_is_pushed(void)
+static void a_compliant_arm_carries_its_weight_in_every_position(void)
 {
     arm_control_values_t* const gains = &rig_arm.parameters.control;
     double pushed_rad[RIG_JOINTS];
@@ -512,19 +512,19 @@ int main(void)
     RUN_TEST(in_torque_mode_the_arm_carries_its_weight);
     RUN_TEST(move_to_goes_there_and_ends_its_command);
     RUN_TEST(a_motion_takes_as_long_as_its_share_of_the_limits_asks_for);
-    RUN_TEST(what_is_outside_its_range_is_refused_with_the_joint);
+    RUN_TEST(a_value_outside_its_range_is_refused_with_its_joint);
     RUN_TEST(a_line_that_is_too_fast_for_a_joint_names_it);
     RUN_TEST(nothing_moves_out_of_operation);
     RUN_TEST(a_rigid_gear_does_not_deflect);
     RUN_TEST(a_line_is_checked_then_followed);
     RUN_TEST(an_arm_at_rest_after_a_line_is_not_checked);
     RUN_TEST(a_line_out_of_reach_is_refused_and_nothing_moves);
-    RUN_TEST(an_arm_that_must_leave_its_line_brakes_and_says_why);
+    RUN_TEST(an_arm_that_must_leave_its_line_brakes_and_reports_the_reason);
     RUN_TEST(stop_ends_a_motion_and_the_check_of_a_line);
     RUN_TEST(leaving_operation_aborts_a_motion);
     RUN_TEST(a_compliant_tool_pushes_back_like_a_spring);
     RUN_TEST(a_compliant_tool_brakes_like_a_damper);
-    RUN_TEST(a_compliant_arm_carries_its_weight_wherever_it_is_pushed);
+    RUN_TEST(a_compliant_arm_carries_its_weight_in_every_position);
     RUN_TEST(in_torque_mode_a_joint_that_is_pushed_is_pulled_back_by_its_gain);
     RUN_TEST(in_position_mode_a_compliant_arm_follows_its_motion);
     RUN_TEST(a_torque_beyond_its_limit_is_cut_and_counted);

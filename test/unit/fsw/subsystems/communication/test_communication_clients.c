@@ -99,7 +99,7 @@ static void busy_clients_are_served_in_turn(void)
     TEST_ASSERT_TRUE(fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED] >= 2U);
 }
 
-static void a_client_without_a_valid_request_keeps_no_place(void)
+static void a_client_without_a_valid_request_loses_its_place(void)
 {
     uint8_t packet[PUS_PACKET_MAX];
     for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
@@ -407,7 +407,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(idle_clients_are_disconnected_to_make_room);
     RUN_TEST(busy_clients_are_served_in_turn);
-    RUN_TEST(a_client_without_a_valid_request_keeps_no_place);
+    RUN_TEST(a_client_without_a_valid_request_loses_its_place);
     RUN_TEST(a_participant_keeps_its_place);
     RUN_TEST(a_new_participant_gets_a_place_at_once);
     RUN_TEST(misuse_is_counted_and_reported_once_a_second);

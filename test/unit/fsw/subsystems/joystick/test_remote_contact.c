@@ -163,13 +163,13 @@ static double damp(const double taken_j, const double first_rad_s, const double 
     return joystick_remote_contact_damp(&contact, &gains, PERIOD_S, taken_j, velocity);
 }
 
-static void a_port_that_owes_nothing_is_not_damped(void)
+static void a_port_that_gave_no_energy_away_is_not_damped(void)
 {
     TEST_ASSERT_TRUE(damp(0.0, 0.3, 0.4) == 0.0);
     TEST_ASSERT_TRUE(damp(1.5e-3, 0.3, 0.4) == 0.0);
     TEST_ASSERT_TRUE(damp(0.0, 0.3, 0.4) == 0.0); // It gives back what it took.
-    control_reserve_told(&contact.reserve, 1.0);
-    control_reserve_told(&contact.reserve, 1.0 + 1.0e-3); // The environment has paid.
+    control_reserve_take_sum(&contact.reserve, 1.0);
+    control_reserve_take_sum(&contact.reserve, 1.0 + 1.0e-3); // The environment has paid.
     TEST_ASSERT_TRUE(damp(-0.9e-3, 0.3, 0.4) == 0.0);
 }
 
@@ -201,7 +201,7 @@ int main(void)
     RUN_TEST(a_contact_does_not_pull_and_its_friction_is_bounded);
     RUN_TEST(what_is_felt_fades_in_with_the_push);
     RUN_TEST(a_stretched_robot_has_no_model);
-    RUN_TEST(a_port_that_owes_nothing_is_not_damped);
+    RUN_TEST(a_port_that_gave_no_energy_away_is_not_damped);
     RUN_TEST(a_debt_is_paid_by_damping);
     RUN_TEST(an_old_reserve_does_not_pay_for_more_than_the_cap);
     return UNITY_END();

@@ -119,7 +119,7 @@ static void an_axis_that_feels_nothing_is_damped_with_the_other(void)
     EXPECT_WITHIN(-0.03 * 9.0, 1.0e-6, control.command_nm[0]);
 }
 
-static void the_ceiling_holds_whatever_is_felt(void)
+static void the_ceiling_is_kept_at_every_torque(void)
 {
     const double wild[] = {100.0, 1.0e300, (double)INFINITY, -(double)INFINITY, (double)NAN};
     still();
@@ -267,7 +267,7 @@ static void a_cleared_force_is_zero_at_once(void)
     TEST_ASSERT_FALSE(display.is_active);
     TEST_ASSERT_TRUE((display.torque_nm[0] == 0.0) && (display.torque_nm[1] == 0.0));
     joystick_force_display_begin(&display, goal,
-                                 1.0); // Of limited duration, though the last one was lasting.
+                                 1.0); // This one ends, although the last one was lasting.
     TEST_ASSERT_FALSE(display.is_lasting);
 }
 
@@ -279,7 +279,7 @@ int main(void)
     RUN_TEST(contact_rises_fast_and_falls_slowly);
     RUN_TEST(contact_ends_without_subnormal_numbers);
     RUN_TEST(an_axis_that_feels_nothing_is_damped_with_the_other);
-    RUN_TEST(the_ceiling_holds_whatever_is_felt);
+    RUN_TEST(the_ceiling_is_kept_at_every_torque);
     RUN_TEST(damping_takes_energy_from_a_swinging_stick);
     RUN_TEST(a_displayed_torque_has_its_damping);
     RUN_TEST(a_force_rises_holds_and_ends_within_its_time);

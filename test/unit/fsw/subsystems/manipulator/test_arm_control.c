@@ -405,7 +405,7 @@ static void the_command_has_every_term_of_the_law(void)
     manipulator_arm_inertia_times(&terms, desired.acceleration_rad_s2, inertial);
     manipulator_arm_coriolis(&terms, desired.velocity_rad_s, coriolis);
     for (unsigned i = 0U; i < 2U; i++) {
-        const double kept     = 1.0 - (PERIOD_S / 0.25); // Of offset and bias.
+        const double kept     = 1.0 - (PERIOD_S / 0.25); // Share of offset and bias that is kept.
         const double speed    = desired.velocity_rad_s[i];
         const double rigid    = inertial[i] + coriolis[i] + terms.gravity_nm[i];
         const double friction = (0.8 * model.coulomb[i] * tanh(speed / 0.02)) + (model.viscous[i] * speed);

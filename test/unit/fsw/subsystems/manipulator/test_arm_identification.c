@@ -188,7 +188,7 @@ static void masses_stay_within_four_deviations(void)
     EXPECT_WITHIN(2.0, (2.0 * 0.2) + 1.0e-12, identification.now.unknown[1]);
 }
 
-static void a_torque_that_is_not_a_number_teaches_nothing(void)
+static void a_nan_torque_does_not_change_the_estimates(void)
 {
     const double still[2]  = {0.0, 0.0};
     const double broken[2] = {(double)NAN, 0.0};
@@ -242,7 +242,7 @@ static void a_tare_forgets_correlations_of_the_offsets(void)
 }
 
 /// A ceiling of zero: any torque is a contact, also none.
-static void nothing_is_learned_below_a_ceiling_of_zero(void)
+static void a_ceiling_of_zero_keeps_the_model_unchanged(void)
 {
     assumed.ceiling = 0.0;
     for (unsigned i = 0U; i < 1000U; i++) {
@@ -255,13 +255,13 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_tare_forgets_correlations_of_the_offsets);
-    RUN_TEST(nothing_is_learned_below_a_ceiling_of_zero);
+    RUN_TEST(a_ceiling_of_zero_keeps_the_model_unchanged);
     RUN_TEST(after_a_tare_nothing_is_felt_in_the_pose_of_the_tare);
     RUN_TEST(a_circle_in_free_space_finds_the_masses);
     RUN_TEST(a_contact_is_not_taken_for_mass);
     RUN_TEST(the_beginning_of_a_contact_is_forgotten);
     RUN_TEST(masses_stay_within_four_deviations);
-    RUN_TEST(a_torque_that_is_not_a_number_teaches_nothing);
+    RUN_TEST(a_nan_torque_does_not_change_the_estimates);
     RUN_TEST(a_new_tare_forgets_the_offsets_and_keeps_the_masses);
     return UNITY_END();
 }

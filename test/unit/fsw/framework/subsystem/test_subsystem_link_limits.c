@@ -126,8 +126,8 @@ static void a_lost_link_is_reported_only_where_there_is_an_event_for_it(void)
     TEST_ASSERT_FALSE(fixture_has("5."));
 }
 
-/// As at the end of its process: no report, the memory of its own ends is released, and the callback is
-/// called once.
+/// The release at the end of a process sends no report, frees the memory of the ends that the subsystem owns,
+/// and calls the callback once.
 static void a_released_subsystem_has_closed_its_links(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
