@@ -32,6 +32,11 @@ bool launcher_open_sockets(launcher_t* launcher);
 bool launcher_enter_computer(launcher_t* launcher, unsigned computer);
 void launcher_leave_computer(launcher_t* launcher);
 
+/// launcher_device_classes.c: the data sheets in descriptors/devices are those that the device classes of
+/// this build were made from. A missing one is no error: flight software does not read them. False: `reason`
+/// says which one has changed and what to do.
+bool launcher_check_device_classes(launcher_t* launcher);
+
 /// launcher_remote_endian.c: a subsystem whose program is that of another processor. False: `reason` says
 /// what is missing and what to do.
 bool launcher_check_remote_endian(launcher_t* launcher);

@@ -504,7 +504,8 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
     begin(launcher, options, program_folder);
     (void)osal_shm_each(FAMILY, sweep, NULL);
     const bool is_ready =
-        read_mission(launcher, mission_path, sizeof mission_path) && launcher_check_remote_endian(launcher) &&
+        read_mission(launcher, mission_path, sizeof mission_path) &&
+        launcher_check_device_classes(launcher) && launcher_check_remote_endian(launcher) &&
         launcher_check_system(launcher) && find_inputs(launcher) && launcher_ready_interfaces(launcher) &&
         make_folder(launcher, folder, sizeof folder) && make_run_state(launcher, mission_path, folder) &&
         make_scheduler(launcher) && make_checkpoint(launcher) && launcher_make_buses(launcher) &&

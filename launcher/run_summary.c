@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "launcher/run_summary.h"
 
+#include "fsw/canopen/device_profile.h"
 #include "launcher/launcher_guard.h"
 #include "base/text.h"
 #include "base/version.h"
@@ -199,6 +200,7 @@ static size_t describe_run(const launcher_t* const launcher, char out_summary[SU
     add_options(&text, &launcher->options);
     add_hash(&text, "interface_hash", launcher->mission.interface_hash);
     add_hash(&text, "configuration_hash", launcher->mission.configuration_hash);
+    add_hash(&text, "device_classes_hash", DEVICE_CLASSES_HASH);
     add_speed(&text, launcher);
     const bool is_reproducible = launcher->options.is_stepped && !launcher->is_undetermined &&
                                  !launcher->is_cut_short && (launcher->run->is_intruded == 0U) &&

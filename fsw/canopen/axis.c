@@ -88,6 +88,15 @@ static double to_units(canopen_cia402_axis_t* const axis, const double value, co
     return units + ((units < 0.0) ? -0.5 : 0.5);
 }
 
+/// Value within limits; counts clipped values.
+static double within(canopen_cia402_axis_t* const axis, const double value, const double low,
+                     const double high)
+{
+    const double limited = (value < low) ? low : ((value > high) ? high : value);
+    axis->limited += (limited != value) ? 1U : 0U;
+    return limited;
+}
+
 static int16_t torque_units(canopen_cia402_axis_t* const axis, const double torque_nm)
 {
     if (torque_nm != torque_nm) {
@@ -102,8 +111,12 @@ void canopen_cia402_axis_command_position(canopen_cia402_axis_t* const axis, con
                                           const double torque_offset_nm)
 {
     FSW_ASSERT(axis != NULL);
+    const canopen_cia402_scale_t* const scale = &axis->scale;
     if (position_rad == position_rad) {
-        axis->target_position = (int32_t)to_units(axis, position_rad, axis->scale.position_rad, 2147483646.0);
+        const double limited_rad = (scale->low_rad < scale->high_rad)
+                                       ? within(axis, position_rad, scale->low_rad, scale->high_rad)
+                                       : position_rad;
+        axis->target_position    = (int32_t)to_units(axis, limited_rad, scale->position_rad, 2147483646.0);
     } else {
         axis->limited++;
     }
@@ -114,9 +127,12 @@ void canopen_cia402_axis_command_velocity(canopen_cia402_axis_t* const axis, con
                                           const double torque_offset_nm)
 {
     FSW_ASSERT(axis != NULL);
+    const canopen_cia402_scale_t* const scale = &axis->scale;
     if (velocity_rad_s == velocity_rad_s) {
-        axis->target_velocity =
-            (int32_t)to_units(axis, velocity_rad_s, axis->scale.velocity_rad_s, 2147483646.0);
+        const double limited_rad_s =
+            (scale->speed_rad_s > 0.0) ? within(axis, velocity_rad_s, -scale->speed_rad_s, scale->speed_rad_s)
+                                       : velocity_rad_s;
+        axis->target_velocity = (int32_t)to_units(axis, limited_rad_s, scale->velocity_rad_s, 2147483646.0);
     } else {
         axis->target_velocity = 0;
         axis->limited++;

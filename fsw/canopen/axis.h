@@ -22,6 +22,9 @@ typedef struct {
     double velocity_rad_s; ///< One velocity unit [rad/s].
     double torque_nm;      ///< One torque unit [Nm].
     double torque_max_nm;  ///< The axis accepts +- this [Nm].
+    double low_rad;        ///< Limits of positions; none if `low_rad` is not below `high_rad`.
+    double high_rad;
+    double speed_rad_s; ///< Largest speed; 0: not limited.
 } canopen_cia402_scale_t;
 
 typedef struct { // Raw words are written by the process data; the rest is read-only outside.
@@ -41,7 +44,8 @@ typedef struct { // Raw words are written by the process data; the rest is read-
     bool was_enabled; ///< OPERATION ENABLED was reached with this goal.
     bool has_dropped;
     bool is_homing;
-    uint32_t limited; ///< Commands cut at torque_max_nm or at the range of their word [commands, wraps].
+    uint32_t
+        limited; ///< Commands cut at a limit of the axis or at the range of their word [commands, wraps].
 } canopen_cia402_axis_t;
 
 /// Begin with the goal DISABLED and all words zero.

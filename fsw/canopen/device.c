@@ -16,6 +16,9 @@
 #define OBJECT_TRANSMIT_MAPPING 0x1A00U
 #define OBJECT_MAX_TORQUE 0x6072U
 #define OBJECT_RATED_TORQUE 0x6076U
+#define OBJECT_POSITION_LIMITS 0x607DU
+#define OBJECT_POSITION_LIMITS_LOW 1U
+#define OBJECT_POSITION_LIMITS_HIGH 2U
 
 #define PER_MILLE 0.001
 #define MILLI 0.001
@@ -51,7 +54,10 @@ void canopen_device_reset(canopen_device_t* const device)
         canopen_cia402_axis_init(&device->axes[i],
                                  (canopen_cia402_scale_t){.position_rad   = profile->axes[i].position_rad,
                                                           .velocity_rad_s = profile->axes[i].velocity_rad_s,
-                                                          .torque_nm      = PER_MILLE});
+                                                          .torque_nm      = PER_MILLE,
+                                                          .low_rad        = profile->axes[i].low_rad,
+                                                          .high_rad       = profile->axes[i].high_rad,
+                                                          .speed_rad_s    = profile->axes[i].speed_rad_s});
     }
     (void)memset(device->values, 0, sizeof device->values);
 }
@@ -125,6 +131,17 @@ static void ask_identity(canopen_device_t* const device, uint16_t* const count)
             ask(device, count,
                 (canopen_setting_t){
                     .index = (uint16_t)(OBJECT_MAX_TORQUE + offset), .octets = 2U, .kind = SETTING_READ});
+        }
+    }
+    for (uint8_t i = 0U; i < profile->axis_count; i++) { // A device in another unit would move too far.
+        for (uint8_t k = 0U; k < profile->axes[i].unit_count; k++) {
+            const canopen_profile_unit_t* const unit = &profile->axes[i].units[k];
+            ask(device, count,
+                (canopen_setting_t){.index    = unit->index,
+                                    .subindex = unit->subindex,
+                                    .octets   = unit->octets,
+                                    .kind     = SETTING_VERIFY,
+                                    .value    = unit->value});
         }
     }
 }
@@ -236,12 +253,32 @@ static void follow_setting(canopen_device_pdo_t* const pdos, const uint8_t count
     }
 }
 
+/// Settings of the limits of positions change the limits of commands.
+static void follow_limit(canopen_device_t* const device, const canopen_setting_t* const setting)
+{
+    for (uint8_t i = 0U; i < device->profile->axis_count; i++) {
+        canopen_cia402_scale_t* const scale = &device->axes[i].scale;
+        const double limit_rad              = (double)(int32_t)(uint32_t)setting->value * scale->position_rad;
+        if (setting->index != (OBJECT_POSITION_LIMITS + (i * PROFILE_AXIS_STEP))) {
+            continue;
+        }
+        if (setting->subindex == OBJECT_POSITION_LIMITS_LOW) {
+            scale->low_rad = limit_rad;
+        } else if (setting->subindex == OBJECT_POSITION_LIMITS_HIGH) {
+            scale->high_rad = limit_rad;
+        } else {
+            // The number of limits.
+        }
+    }
+}
+
 static void follow_settings(canopen_device_t* const device)
 {
     for (uint16_t i = 0U; i < device->run.count; i++) {
         const canopen_setting_t* const setting = &device->run.settings[i];
         follow_setting(device->transmit, device->profile->transmit_count, OBJECT_TRANSMIT_PARAMETER, setting);
         follow_setting(device->receive, device->profile->receive_count, OBJECT_RECEIVE_PARAMETER, setting);
+        follow_limit(device, setting);
         if (device->mapping != NULL) {
             // The device has accepted it; drives_fit has refused what flight software cannot carry.
             (void)canopen_device_profile_map(&device->mapping->profile, setting->index, setting->subindex,

@@ -20,8 +20,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// Accesses of one step of an identification: type, vendor, product and units of each axis, or a mapping.
-#define DEVICE_IDENTIFY_UNITS (3U + (2U * PROFILE_AXES_MAX))
+/// Accesses of one step of an identification: type, vendor, product, torques and units of each axis, or a
+/// mapping.
+#define DEVICE_IDENTIFY_UNITS (3U + ((2U + PROFILE_UNITS_MAX) * PROFILE_AXES_MAX))
 #define DEVICE_IDENTIFY_MAPPING (1U + PROFILE_ENTRIES_MAX)
 #define DEVICE_IDENTIFY_MAX                                                                                  \
     ((DEVICE_IDENTIFY_UNITS > DEVICE_IDENTIFY_MAPPING) ? DEVICE_IDENTIFY_UNITS : DEVICE_IDENTIFY_MAPPING)
@@ -70,7 +71,7 @@ void canopen_device_follow_mapping(canopen_device_t* device, canopen_mapping_t* 
 void canopen_device_reset(canopen_device_t* device);
 
 /// Start to identify the device; continue with canopen_device_identify_step. STATUS_BUSY; STATUS_OK: type,
-/// identity and mapping are those of the profile, and the axes have their units; else as
+/// identity, units and mapping are those of the profile, and torques have their unit; else as
 /// canopen_setting_run_step, and run.position is the access that failed.
 void canopen_device_identify(canopen_device_t* device);
 status_t canopen_device_identify_step(canopen_device_t* device);

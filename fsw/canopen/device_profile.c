@@ -20,6 +20,11 @@ const canopen_device_profile_t* canopen_device_profile_find(const char* const ty
     return NULL;
 }
 
+const canopen_device_profile_t* canopen_device_profile_at(const size_t place)
+{
+    return (place < (sizeof profiles / sizeof profiles[0])) ? &profiles[place] : NULL;
+}
+
 uint8_t canopen_device_profile_value(const canopen_device_profile_t* const profile, const uint16_t index,
                                      const uint8_t subindex)
 {

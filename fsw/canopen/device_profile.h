@@ -9,15 +9,18 @@
 
 #include "generated/device_classes.h"
 
+#include "fsw/canopen/emergency.h"
 #include "base/status.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #define PROFILE_AXES_MAX DEVICE_CLASSES_AXES_MAX
 #define PROFILE_PDOS_MAX 4U ///< In each direction.
 #define PROFILE_ENTRIES_MAX 8U
 #define PROFILE_VALUES_MAX 16U
+#define PROFILE_UNITS_MAX 6U     ///< Objects that state the units of an axis.
 #define PROFILE_AXIS_STEP 0x800U ///< Objects of axis n lie n times this higher.
 #define PROFILE_NO_VALUE 0xFFU
 
@@ -54,10 +57,22 @@ typedef struct {
     canopen_profile_entry_t entries[PROFILE_ENTRIES_MAX];
 } canopen_profile_pdo_t;
 
-typedef struct { // Units of an axis.
+typedef struct { // An object that states a unit, and its value.
+    uint16_t index;
+    uint8_t subindex;
+    uint8_t octets;
+    uint32_t value;
+} canopen_profile_unit_t;
+
+typedef struct { // Units and limits of an axis.
     double position_rad;
     double velocity_rad_s;
     bool has_torque; ///< The device has a rated torque; torques are fractions of it.
+    double low_rad;  ///< Limits of positions (0x607D); both 0: none.
+    double high_rad;
+    double speed_rad_s; ///< Largest speed (0x6080, behind the gear); 0: not limited.
+    uint8_t unit_count;
+    canopen_profile_unit_t units[PROFILE_UNITS_MAX];
 } canopen_profile_axis_t;
 
 typedef struct { // An object that the data sheet allows in process data.
@@ -81,6 +96,7 @@ typedef struct { // An object in the process data that is no word of an axis.
 
 typedef struct {
     const char* type;      ///< Word in descriptors.
+    uint64_t sheet_hash;   ///< FNV-1a of the data sheet.
     uint16_t profile;      ///< CiA number, the lower half of object 0x1000; 0: none.
     uint32_t device_type;  ///< Object 0x1000.
     uint32_t vendor_id;    ///< Object 0x1018:01; 0: none is assigned.
@@ -95,7 +111,12 @@ typedef struct {
     canopen_profile_pdo_t receive[PROFILE_PDOS_MAX];
     uint8_t object_count;
     const canopen_profile_object_t* objects; ///< Those that mappings may name.
+    uint8_t emergency_count;
+    const canopen_emergency_code_t* emergencies; ///< Codes of the maker.
 } canopen_device_profile_t;
+
+/// Class number `place` (0..), in the order of their names; null after the last one.
+const canopen_device_profile_t* canopen_device_profile_at(size_t place);
 
 /// Profile of a class; null if there is none.
 const canopen_device_profile_t* canopen_device_profile_find(const char* type);

@@ -5,13 +5,9 @@
 #include "base/assertion.h"
 
 #include <stddef.h>
+#include <string.h>
 
-typedef struct {
-    uint16_t code;
-    canopen_emergency_class_t class;
-} code_class_t;
-
-static const code_class_t code_classes[] = {
+static const canopen_emergency_code_t standard_codes[] = {
     {EMERGENCY_NO_ERROR, EMERGENCY_CLEARED},
     {0x8110U, EMERGENCY_LOW},    // overrun
     {0x8120U, EMERGENCY_LOW},    // error passive
@@ -26,24 +22,29 @@ static const code_class_t code_classes[] = {
     {0x8130U, EMERGENCY_HIGH},   // heartbeat lost
     {0x8140U, EMERGENCY_HIGH},   // recovered from bus-off
     {0x8250U, EMERGENCY_HIGH},   // process data missing
-    {0xFF01U, EMERGENCY_HIGH},   // torque sensor
 };
 
 canopen_emergency_t canopen_emergency_decode(const uint8_t node, const uint8_t octets[EMERGENCY_OCTETS])
 {
     FSW_ASSERT(octets != NULL);
-    return (canopen_emergency_t){.node           = node,
-                                 .code           = (uint16_t)canopen_at(octets, 2U),
-                                 .error_register = octets[2],
-                                 .axis           = octets[3],
-                                 .raw_value      = (int32_t)canopen_u32_at(&octets[4])};
+    canopen_emergency_t emergency = {
+        .node = node, .code = (uint16_t)canopen_at(octets, 2U), .error_register = octets[2]};
+    (void)memcpy(emergency.manufacturer, &octets[3], sizeof emergency.manufacturer);
+    return emergency;
 }
 
-canopen_emergency_class_t canopen_emergency_class(const uint16_t code)
+canopen_emergency_class_t canopen_emergency_class(const canopen_emergency_code_t* const codes,
+                                                  const uint8_t count, const uint16_t code)
 {
-    for (size_t i = 0U; i < (sizeof code_classes / sizeof code_classes[0]); i++) {
-        if (code_classes[i].code == code) {
-            return code_classes[i].class;
+    FSW_ASSERT((codes != NULL) || (count == 0U));
+    for (uint8_t i = 0U; i < count; i++) {
+        if (codes[i].code == code) {
+            return codes[i].class;
+        }
+    }
+    for (size_t i = 0U; i < (sizeof standard_codes / sizeof standard_codes[0]); i++) {
+        if (standard_codes[i].code == code) {
+            return standard_codes[i].class;
         }
     }
     return EMERGENCY_MEDIUM;

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Emergency messages (CiA 301, 402): errors that a device reports, and their severity.
+///
+/// Codes of the standards are known here; a class of devices adds those of its maker, or another severity,
+/// by lines "EMCY 0xFF01 HIGH text" in the section [Comments] of its data sheet (CiA 306).
 #ifndef FSW_CANOPEN_EMERGENCY_H
 #define FSW_CANOPEN_EMERGENCY_H
 
 #include <stdint.h>
 
 #define EMERGENCY_OCTETS 8U
+#define EMERGENCY_MANUFACTURER_OCTETS 5U
 #define EMERGENCY_NO_ERROR 0x0000U
 
 typedef enum {
@@ -19,13 +23,19 @@ typedef struct {
     uint8_t node;
     uint16_t code;
     uint8_t error_register;
-    uint8_t axis;      ///< Manufacturer's octet 0: axis of the device.
-    int32_t raw_value; ///< Manufacturer's octets 1..4.
+    uint8_t manufacturer[EMERGENCY_MANUFACTURER_OCTETS]; ///< What they mean is the maker's decision.
 } canopen_emergency_t;
+
+typedef struct {
+    uint16_t code;
+    canopen_emergency_class_t class;
+} canopen_emergency_code_t;
 
 /// Decode the 8 octets of a frame.
 canopen_emergency_t canopen_emergency_decode(uint8_t node, const uint8_t octets[EMERGENCY_OCTETS]);
-/// Severity of a code. An unknown code is MEDIUM, because its effect is unknown.
-canopen_emergency_class_t canopen_emergency_class(uint16_t code);
+/// Severity of a code, as one of the `count` codes of the device's class says, or else as here. An unknown
+/// code is MEDIUM, because its effect is unknown.
+canopen_emergency_class_t canopen_emergency_class(const canopen_emergency_code_t* codes, uint8_t count,
+                                                  uint16_t code);
 
 #endif // FSW_CANOPEN_EMERGENCY_H

@@ -119,7 +119,8 @@ static void take_emergencies(canopen_network_t* const network)
         if (!network->is_booted || (index == NETWORK_NO_DEVICE)) {
             continue; // Emergencies from before the commissioning of the node do not matter.
         }
-        switch (canopen_emergency_class(emergency.code)) {
+        const canopen_device_profile_t* const profile = network->devices[index]->device.profile;
+        switch (canopen_emergency_class(profile->emergencies, profile->emergency_count, emergency.code)) {
         case EMERGENCY_HIGH:
             report_drive_fault(network, network->devices[index], emergency.code);
             break;

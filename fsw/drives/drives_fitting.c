@@ -138,6 +138,26 @@ static bool mapping_fits(const subsystem_descriptor_t* const descriptor,
     return true;
 }
 
+/// A unit is that of the class: commands and measurements are converted with it.
+static bool units_fit(const subsystem_descriptor_t* const descriptor, const descriptor_device_t* const device,
+                      const canopen_device_profile_t* const profile, subsystem_misfit_t* const out_misfit)
+{
+    for (uint16_t i = 0U; i < device->setting_count; i++) {
+        const descriptor_setting_t* const setting = &descriptor->settings[device->first_setting + i];
+        for (uint8_t k = 0U; k < (profile->axis_count * PROFILE_UNITS_MAX); k++) {
+            const canopen_profile_axis_t* const axis = &profile->axes[k / PROFILE_UNITS_MAX];
+            const canopen_profile_unit_t* const unit = &axis->units[k % PROFILE_UNITS_MAX];
+            const bool is_unit                       = ((k % PROFILE_UNITS_MAX) < axis->unit_count) &&
+                                 (setting->index == unit->index) && (setting->subindex == unit->subindex);
+            if (is_unit && ((uint32_t)setting->bits != unit->value)) {
+                return refuse(out_misfit, setting->line,
+                              "value of <Setting>: expected the unit in the data sheet of the class");
+            }
+        }
+    }
+    return true;
+}
+
 /// First setting of a device that changes a mapping; null: none.
 static const descriptor_setting_t* mapping_setting(const subsystem_descriptor_t* const descriptor,
                                                    const descriptor_device_t* const device)
@@ -209,7 +229,8 @@ static bool configuration_fits(const subsystem_descriptor_t* const descriptor,
         if (devices[i].setting_count > NETWORK_SETTINGS_MAX) {
             return refuse(out_misfit, devices[i].line, "too many <Setting> of one <Device>, at most 32");
         }
-        if (!mapping_fits(descriptor, &devices[i], profile, out_misfit)) {
+        if (!mapping_fits(descriptor, &devices[i], profile, out_misfit) ||
+            !units_fit(descriptor, &devices[i], profile, out_misfit)) {
             return false;
         }
         const int mode     = drives_mode(descriptor, &devices[i]);

@@ -35,7 +35,7 @@ SERVER = {0: "Upload segment", 1: "Download segment", 2: "Initiate upload", 3: "
 EMERGENCIES = {0x0000: "No error", 0x2310: "Over current", 0x3220: "Under voltage", 0x4210: "Over temperature device",
                0x4310: "Over temperature drive", 0x7305: "Position sensor", 0x8110: "CAN overrun", 0x8120: "Error passive",
                0x8130: "Heartbeat lost", 0x8140: "Recovered from bus off", 0x8240: "Unexpected SYNC length",
-               0x8250: "RPDO deadline", 0x8311: "Excess torque", 0x8611: "Following error", 0xFF01: "Torque sensor"}
+               0x8250: "RPDO deadline", 0x8311: "Excess torque", 0x8611: "Following error"}
 NAME_MAX = 32
 MASTER = "MASTER"
 
@@ -178,8 +178,9 @@ def _heartbeat(name, number, receivers):
 
 def _of_node(node, name, is_fd):
     values = node.values
+    words = EMERGENCIES | {code: text for code, _, text in node.sheet.emergencies}
     yield Message(values.get(EMCY_COB, 0x80 + node.number) & IDENTIFIER_MASK, f"{name}_EMCY", 8, name, [MASTER],
-                  [Signal("Code", 0, 16, words=EMERGENCIES), Signal("ErrorRegister", 16, 8), Signal("Axis", 24, 8),
+                  [Signal("Code", 0, 16, words=words), Signal("ErrorRegister", 16, 8), Signal("Axis", 24, 8),
                    Signal("Detail", 32, 32, signed=True)])
     yield Message(values.get(SDO_RESPONSE_COB, 0x580 + node.number), f"{name}_SDO_RESPONSE", 8, name, [MASTER],
                   _sdo(SERVER, segment=0, toggles=(0, 1)))

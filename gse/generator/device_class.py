@@ -5,12 +5,17 @@ A class is named as its file. Its profile is that of object 0x1000: CiA 402 (dri
 404 (measuring devices), or another number. Units of an axis are those of 0x60A8 and 0x60A9; without them, increments of
 0x608F behind the gear 0x6091. The rated torque, 0x6076, is read from each device."""
 
+import functools
+import math
+
 import sheet
 from sheet import AXIS_STEP, SheetError
+from source import FNV_START, fnv64
 
 DEVICE_TYPE, VENDOR, PRODUCT = (0x1000, 0), (0x1018, 1), (0x1018, 2)
-AXES_MAX, PDOS_MAX, ENTRIES_MAX, VALUES_MAX = 8, 4, 8, 16
+AXES_MAX, PDOS_MAX, ENTRIES_MAX, VALUES_MAX, EMERGENCIES_MAX = 8, 4, 8, 16, 32
 CONTROLWORD, RATED_TORQUE, MAX_TORQUE = 0x6040, 0x6076, 0x6072
+POSITION_LIMITS, MAX_SPEED, TURN_PER_MINUTE = 0x607D, 0x6080, 2.0 * math.pi / 60.0
 DECIMAL_DIGITS, ANALOGUE_INPUTS = 0x6132, {0x6130, 0x7130, 0x9130}  # CiA 404: value in 8, 16 and 32 bits.
 PDO_INVALID, IDENTIFIER_MASK, EACH_SYNC = 1 << 31, 0x7FF, 1
 PROFILE_FIRST, PROFILE_LAST, DATA_TYPES_END = 0x6000, 0x9FFF, 0x20
@@ -44,6 +49,9 @@ class _Class:
         self.transmit = self._pdos(0x1800, 0x1A00, TRANSMITTED)
         self.receive = self._pdos(0x1400, 0x1600, RECEIVED)
         self.objects = list(self._mappable())
+        if len(loaded.emergencies) > EMERGENCIES_MAX:
+            self.fail(f"{len(loaded.emergencies)} lines EMCY in [Comments]: expected at most {EMERGENCIES_MAX}")
+        self.hash = fnv64(loaded.path.read_bytes())
 
     def fail(self, says):
         raise SheetError(self.sheet.path, 0, says)
@@ -59,6 +67,23 @@ class _Class:
             self.fail(f"units of axis {axis + 1}: expected angles in 0x60A8 and 0x60A9, or 0x608F and 0x6091")
         rated = (RATED_TORQUE + axis * AXIS_STEP, 0) in self.values
         return position, velocity, rated
+
+    def _octets(self, index, subindex):
+        return sheet.INTEGERS.get(self.sheet.entries[index, subindex].kind, (32, False))[0] // 8
+
+    def _axis_row(self, axis):
+        """Initializer of canopen_profile_axis_t."""
+        position, velocity, rated = self.units[axis]
+        offset = axis * AXIS_STEP
+        low, high = (self.values.get((POSITION_LIMITS + offset, sub), 0) for sub in (1, 2))
+        low, high = (low, high) if low < high else (0, 0)
+        motor, shaft = (self.values.get((sheet.GEAR + offset, sub), 1) for sub in (1, 2))
+        speed = self.values.get((MAX_SPEED + offset, 0), 0) * TURN_PER_MINUTE * shaft / motor
+        made_of = sheet.made_of(self.values, axis)
+        units = ", ".join(f"{{{index:#06x}U, {sub}U, {self._octets(index, sub)}U, {self.values[index, sub]:#x}U}}" for index, sub in made_of)
+        return (f"{{.position_rad = {position!r}, .velocity_rad_s = {velocity!r}, .has_torque = {str(rated).lower()}, "
+                f".low_rad = {low * position!r}, .high_rad = {high * position!r}, .speed_rad_s = {speed!r}, "
+                f".unit_count = {len(made_of)}U, .units = {{{units}}}}}")
 
     def _pdos(self, parameters, mappings, words):
         pdos = []
@@ -125,12 +150,11 @@ class _Class:
 
     def row(self):
         """Initializer of canopen_device_profile_t."""
-        lines = [f'.type = "{self.sheet.path.stem}", .profile = {self.profile}U,',
+        lines = [f'.type = "{self.sheet.path.stem}", .sheet_hash = {self.hash:#018x}ULL, .profile = {self.profile}U,',
                  f".device_type = {self._number(DEVICE_TYPE):#010x}U, .vendor_id = {self._number(VENDOR):#010x}U, "
                  f".product_code = {self._number(PRODUCT):#010x}U,", f".axis_count = {self.axes}U,"]
         if self.units:
-            axes = ", ".join(f"{{{position!r}, {velocity!r}, {str(rated).lower()}}}" for position, velocity, rated in self.units)
-            lines.append(f".axes = {{{axes}}},")
+            lines.append(f".axes = {{{', '.join(map(self._axis_row, range(self.axes)))}}},")
         lines.append(f".value_count = {len(self.slots)}U,")
         if self.slots:
             slots = ", ".join(f"{{{index:#06x}U, {subindex}U, {octets}U, {str(signed).lower()}, {scale!r}}}"
@@ -145,6 +169,10 @@ class _Class:
             objects = ", ".join(f"{{{index:#06x}U, {subindex}U, {octets}U, PROFILE_{transmit}, PROFILE_{receive}, {axis}U, {str(signed).lower()}, {scale!r}}}"
                                 for index, subindex, octets, transmit, receive, axis, signed, scale in self.objects)
             lines.append(f".objects = (const canopen_profile_object_t[]){{{objects}}},")
+        lines.append(f".emergency_count = {len(self.sheet.emergencies)}U,")
+        if self.sheet.emergencies:
+            listed = ", ".join(f"{{{code:#06x}U, EMERGENCY_{severity}}}" for code, severity, _ in self.sheet.emergencies)
+            lines.append(f".emergencies = (const canopen_emergency_code_t[]){{{listed}}},")
         return lines
 
 
@@ -156,11 +184,26 @@ def _pdo_row(pdo):
             f".entry_count = {len(entries)}U{listed}}}")
 
 
+def _classes(folder):
+    return [_Class(sheet.load(path)) for path in sorted(folder.glob("*.eds"), key=lambda path: path.stem)]
+
+
+def _hash(classes):
+    """Hash of all data sheets: of the lines "class hash"."""
+    return fnv64("".join(f"{each.sheet.path.stem} {each.hash:016x}\n" for each in classes).encode(), FNV_START)
+
+
+@functools.cache
+def sheets_hash(folder=sheet.FOLDER):
+    """Hash of all data sheets, that flight software has as DEVICE_CLASSES_HASH."""
+    return _hash(_classes(folder))
+
+
 def header(folder=sheet.FOLDER):
     """Text of the table of all classes."""
-    classes = [_Class(sheet.load(path)) for path in sorted(folder.glob("*.eds"), key=lambda path: path.stem)]
+    classes = _classes(folder)
     axes = max((each.axes for each in classes), default=1) or 1
-    lines = [HEAD, f"#define DEVICE_CLASSES_AXES_MAX {axes}U",
+    lines = [HEAD, f"#define DEVICE_CLASSES_AXES_MAX {axes}U", f"#define DEVICE_CLASSES_HASH {_hash(classes):#018x}ULL",
              f'#define DEVICE_CLASSES_NAMES "{" ".join(each.sheet.path.stem for each in classes)}"', "#define DEVICE_CLASSES \\"]
     lines += [f"    {{{' '.join(each.row())}}}, \\" for each in classes]
     return "\n".join([*lines, "", "#endif", ""])

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dictionary of a mission for the ground: everything that has a name, with its ids, layouts and limits."""
 
+import device_class
 from source import LAYOUT_STRUCT, STATES, TYPES
 
 
@@ -12,6 +13,7 @@ def dictionary(mission):
         "mission": mission.name,
         "interface_hash": f"0x{mission.interface_hash:016X}",
         "configuration_hash": f"0x{mission.configuration_hash:016X}",
+        "device_classes_hash": f"0x{device_class.sheets_hash():016X}",
         "epoch": mission.epoch_s,  # TAI seconds since 1958-01-01
         "epoch_tai": mission.epoch,
         "states": list(STATES),

@@ -18,6 +18,8 @@ INTEGERS = {1: (1, False), 2: (8, True), 3: (16, True), 4: (32, True), 5: (8, Fa
 UNIT_POSITION, UNIT_VELOCITY, ENCODER, GEAR, AXIS_STEP = 0x60A8, 0x60A9, 0x608F, 0x6091, 0x800
 RADIANS = {0x10: 1.0, 0x41: math.pi / 180.0, 0xB4: 2.0 * math.pi}  # CiA 303-2: rad, degree, revolution.
 SECONDS = {0x03: 1.0, 0x47: 60.0}
+SEVERITIES = ("LOW", "MEDIUM", "HIGH")
+EMERGENCY = re.compile(r"EMCY\s+(0x[0-9A-Fa-f]{1,4})\s+(\w+)\s+(\S.*)\Z")
 
 
 class SheetError(Exception):
@@ -51,6 +53,7 @@ class Sheet:
 
     path: pathlib.Path
     entries: dict
+    emergencies: tuple = ()  # (code, severity, text) of the lines "EMCY code severity text" of [Comments].
 
     def defaults(self, node):
         """{(index, subindex): number} of a device with this node id."""
@@ -79,7 +82,22 @@ def load(path):
             key = (int(match[1], 16), int(match[2] or "0", 16))
             entries[key] = Entry(section.get("parametername", name), kind, section.get("defaultvalue", ""),
                                  section.get("accesstype", "").lower(), section.get("pdomapping", "0").strip() == "1")
-    return Sheet(path, entries)
+    return Sheet(path, entries, tuple(_emergencies(path, reader)))
+
+
+def _emergencies(path, reader):
+    """Emergency codes of the maker, from the only section of CiA 306 whose content is free."""
+    known = set()
+    for key, line in reader.items("Comments") if reader.has_section("Comments") else ():
+        if key == "lines" or line.split(" ")[0] != "EMCY":
+            continue
+        match = EMERGENCY.match(line)
+        code = int(match[1], 16) if match else 0
+        if code == 0 or match[2] not in SEVERITIES or code in known:
+            raise SheetError(path, 0, f"[Comments] {key}={line}: expected EMCY, a code from 0x0001 to 0xFFFF that no other line has, "
+                                      f"one of {' '.join(SEVERITIES)}, and a text")
+        known.add(code)
+        yield code, match[2], match[3]
 
 
 def mapped(values, record):
@@ -98,6 +116,14 @@ def units(values, axis=0):
     angle = counts if position == 0 else _factor(position, RADIANS.get(position >> 16 & 0xFF), 1.0 if position >> 8 & 0xFF == 0 else None)
     speed = angle if velocity == 0 else _factor(velocity, RADIANS.get(velocity >> 16 & 0xFF), SECONDS.get(velocity >> 8 & 0xFF))
     return angle, speed
+
+
+def made_of(values, axis=0):
+    """Objects (index, subindex) from which units() has the units of an axis."""
+    offset = axis * AXIS_STEP
+    stated = [(index + offset, 0) for index in (UNIT_POSITION, UNIT_VELOCITY) if values.get((index + offset, 0), 0) != 0]
+    ratios = [(index + offset, sub) for index in (ENCODER, GEAR) for sub in (1, 2)]
+    return stated if stated[:1] == [(UNIT_POSITION + offset, 0)] else stated + ratios
 
 
 def prefix(code):

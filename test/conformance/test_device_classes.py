@@ -2,6 +2,7 @@
 """The table of device classes that flight software gets from data sheets: modules of CiA 401 and 404, manufacturer
 objects, units of drives; and the sheets that it refuses."""
 
+import functools
 import math
 import pathlib
 import subprocess
@@ -31,6 +32,9 @@ int main(int count, char** names)
         for (int i = 0; i < p->axis_count; i++) { printf(" axis %.9g %.9g %d", p->axes[i].position_rad, p->axes[i].velocity_rad_s, p->axes[i].has_torque); }
         for (int i = 0; i < p->value_count; i++) { printf(" value %x:%x %u %d %g", p->values[i].index, p->values[i].subindex, p->values[i].octets, p->values[i].is_signed, p->values[i].scale); }
         for (int i = 0; i < p->transmit_count; i++) { printf(" T%x %u %u", p->transmit[i].cob_base, canopen_device_profile_pdo_octets(&p->transmit[i]), p->transmit[i].is_each_sync); }
+        for (int i = 0; i < p->axis_count; i++) { printf(" within %.4g %.4g %.4g", p->axes[i].low_rad, p->axes[i].high_rad, p->axes[i].speed_rad_s); }
+        for (int i = 0; i < p->axis_count; i++) { for (int k = 0; k < p->axes[i].unit_count; k++) { printf(" unit %x:%x %u %x", p->axes[i].units[k].index, p->axes[i].units[k].subindex, p->axes[i].units[k].octets, p->axes[i].units[k].value); } }
+        for (int i = 0; i < p->emergency_count; i++) { printf(" emcy %x %d", p->emergencies[i].code, p->emergencies[i].class); }
         for (int i = 0; i < p->receive_count; i++) { printf(" R%x %u %u", p->receive[i].cob_base, canopen_device_profile_pdo_octets(&p->receive[i]), p->receive[i].is_valid); }
         printf("\n");
     }
@@ -55,6 +59,8 @@ GYRO = _sheet({(0x1000, 0): (7, "0x00020194"), **{(0x9130, n): (4, "0") for n in
               [(0x1800, "$NODEID+0x180", 1, [0x91300120, 0x91300220]), (0x1801, "$NODEID + 0x280", 240, [0x91300320])])
 TRACKER = _sheet({(0x1000, 0): (7, "0"), (0x2000, 1): (0x10, "0"), (0x2000, 2): (4, "0")}, [(0x1800, "$NODEID+0x80000180", 255, [0x20000118, 0x20000220])])
 DRIVE = {(0x1000, 0): (7, "0x00420192"), (0x6040, 0): (6, "0"), (0x6041, 0): (6, "0"), (0x6064, 0): (4, "0"), (0x6071, 0): (3, "0")}
+LIMITS = {(0x607D, 1): (4, "-45000"), (0x607D, 2): (4, "90000"), (0x6080, 0): (7, "3000"), (0x6091, 1): (7, "100"), (0x6091, 2): (7, "1")}
+CODES = "[Comments]\nLines=3\nLine1=EMCY 0xFF01 HIGH Torque sensor\nLine2=Any text\nLine3=EMCY 0x4310 LOW A fan would do\n"
 TURNS = {(0x608F, 1): (7, "4000"), (0x608F, 2): (7, "1"), (0x6091, 1): (7, "50"), (0x6091, 2): (7, "2")}
 RPM = {(0x60A8, 0): (7, "0xFD410000"), (0x60A9, 0): (7, "0x00B44700")}
 
@@ -67,7 +73,7 @@ def _table(tmp_path, **sheets):
 
 def test_flight_finds_what_the_sheets_say(tmp_path):
     counts = _sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [0x60410010, 0x60640020])])
-    degrees = _sheet(DRIVE | RPM | {(0x6076, 0): (7, "1000")}, [(0x1400, "$NODEID+0x200", 1, [0x60400010, 0x60710010])])
+    degrees = CODES + _sheet(DRIVE | RPM | LIMITS | {(0x6076, 0): (7, "1000")}, [(0x1400, "$NODEID+0x200", 1, [0x60400010, 0x60710010])])
     text = _table(tmp_path, valves=VALVES, gyro=GYRO, tracker=TRACKER, counts=counts, degrees=degrees)
     (tmp_path / "generated").mkdir()
     (tmp_path / "generated" / "device_classes.h").write_text(text, encoding="utf-8")
@@ -80,8 +86,10 @@ def test_flight_finds_what_the_sheets_say(tmp_path):
         "valves 401 3e7 15 0 value 6000:1 1 0 1 value 6200:1 1 0 1 value 2100:0 2 0 1 T180 1 1 R200 4 1",
         "gyro 404 3e7 15 0 value 9130:1 4 1 1e-06 value 9130:2 4 1 1e-06 value 9130:3 4 1 1 T180 8 1 T280 4 0",
         "tracker 0 3e7 15 0 value 2000:1 3 1 1 value 2000:2 4 1 1 T180 7 0",
-        "counts 402 3e7 15 1 axis 6.28318531e-05 6.28318531e-05 0 T180 6 1",
-        "degrees 402 3e7 15 1 axis 1.74532925e-05 0.104719755 1 R200 4 1",
+        "counts 402 3e7 15 1 axis 6.28318531e-05 6.28318531e-05 0 T180 6 1 within 0 0 0"
+        " unit 608f:1 4 fa0 unit 608f:2 4 1 unit 6091:1 4 32 unit 6091:2 4 2",
+        "degrees 402 3e7 15 1 axis 1.74532925e-05 0.104719755 1 within -0.7854 1.571 3.142 unit 60a8:0 4 fd410000 unit 60a9:0 4 b44700"
+        " emcy ff01 3 emcy 4310 1 R200 4 1",
     ]
 
 
@@ -101,12 +109,30 @@ def test_flight_finds_what_the_sheets_say(tmp_path):
         (_sheet({(0x1000, 0): (7, "0")} | {(0x2000, n): (5, "0") for n in range(1, 18)},
                 [(0x1800 + n, f"$NODEID+{0x180 + 0x100 * n:#x}", 1, [0x20000008 + (8 * n + k << 8) for k in range(1, 9) if 8 * n + k < 18]) for n in range(3)]),
          "too many values in PDOs, at most 16"),
+        (VALVES + "[Comments]\nLines=1\nLine1=EMCY 0xFF01 SEVERE Torque sensor\n", "line1=EMCY 0xFF01 SEVERE Torque sensor: expected EMCY, a code from 0x0001"),
+        (VALVES + "[Comments]\nLines=1\nLine1=EMCY 0x0000 HIGH None\n", "line1=EMCY 0x0000 HIGH None: expected EMCY"),
+        (VALVES + "[Comments]\nLines=2\nLine1=EMCY 0xFF01 HIGH One\nLine2=EMCY 0xff01 LOW Two\n", "line2=EMCY 0xff01 LOW Two: expected EMCY"),
+        (VALVES + "[Comments]\nLines=1\nLine1=EMCY 0xFF01 HIGH\n", "and a text"),
     ],
 )
 def test_a_sheet_that_flight_cannot_use_is_refused_with_its_file(tmp_path, text, says):
     with pytest.raises(SheetError) as refused:
         _table(tmp_path, wrong=text)
     assert "wrong.eds" in str(refused.value) and says in str(refused.value)
+
+
+def test_a_class_keeps_the_hash_of_its_sheet(tmp_path):
+    """FNV-1a of the octets, computed here in another way; all sheets together have one hash, too."""
+    def fnv(octets):
+        return functools.reduce(lambda value, octet: ((value ^ octet) * 0x100000001B3) % 2**64, octets, 0xCBF29CE484222325)
+
+    text = _table(tmp_path, valves=VALVES, gyro=GYRO)
+    hashes = {name: fnv(sheet_text.encode()) for name, sheet_text in (("gyro", GYRO), ("valves", VALVES))}
+    for name, value in hashes.items():
+        assert f'.type = "{name}", .sheet_hash = {value:#018x}ULL' in text
+    whole = fnv("".join(f"{name} {value:016x}\n" for name, value in hashes.items()).encode())
+    assert f"#define DEVICE_CLASSES_HASH {whole:#018x}ULL" in text
+    assert device_class.sheets_hash(tmp_path) == whole
 
 
 @pytest.mark.parametrize("index, unit", [(0x6064, "rad"), (0x606C, "rad/s")])

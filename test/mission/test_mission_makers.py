@@ -4,6 +4,7 @@ descriptor change: no C code, no build."""
 
 import re
 import shutil
+import struct
 
 import flying
 import pytest
@@ -71,17 +72,45 @@ def test_drives_of_another_maker_fly_the_mission(house, joints, form):
     flying.assert_clean(flight)
 
 
+def _refusals(flight):
+    """(node, reason, object, value found) of each event DEVICE_REFUSED of the manipulator."""
+    return [struct.unpack(">BBII", raw[23:33]) for _, direction, raw in flight.packets
+            if direction == "TM" and raw[7] == 5 and raw[1] == 16 and raw[24] == 4]
+
+
 @pytest.mark.parametrize("swap", [_swap_in_world, _swap_in_descriptor])
 def test_another_maker_than_the_descriptor_names_is_refused_by_its_vendor(house, swap):
     """Commissioning reads the vendor before anything moves."""
     swap(house, ("JOINT1",))
     flight = _fly(house, "commissioning")
     assert flight.code != 0
-    refused = [raw[23:33] for _, direction, raw in flight.packets
-               if direction == "TM" and raw[7] == 5 and raw[1] == 16 and raw[23:25] == b"\x11\x04"]
-    assert refused, flight.told()
-    assert int.from_bytes(refused[0][2:6], "big") == VENDOR
-    assert int.from_bytes(refused[0][6:10], "big") == (0xFFFFFF01 if swap is _swap_in_world else 0)
+    assert _refusals(flight)[0] == (0x11, 4, VENDOR, 0xFFFFFF01 if swap is _swap_in_world else 0), flight.told()
+
+
+@pytest.mark.parametrize(("eds", "old", "new", "object_", "found"), [
+    ("joint-drive", "DefaultValue=0x4010", "DefaultValue=0x4012", 0x101802, 0x4012),
+    ("joint-drive", "DefaultValue=0xFA100000", "DefaultValue=0xFD410000", 0x60A800, 0xFD410000),
+], ids=["product", "unit"])
+def test_a_device_that_is_not_of_its_class_is_refused(house, eds, old, new, object_, found):
+    """Another product code, and another unit of positions, each in the simulated device only: its sheet has another name."""
+    text = (house / f"descriptors/devices/{eds}.eds").read_text(encoding="utf-8")
+    assert text.count(old) == 1
+    (house / "descriptors/devices/other.eds").write_text(text.replace(old, new), encoding="utf-8")
+    _replace(house, WORLD, 'node="0x12" eds="joint-drive.eds"', 'node="0x12" eds="other.eds"')
+    flight = _fly(house, "commissioning")
+    assert flight.code != 0
+    assert _refusals(flight)[0] == (0x12, 4, object_, found), flight.told()
+
+
+def test_a_sheet_that_changed_after_the_build_is_told_with_both_hashes(house):
+    """Before anything starts: the classes of the programs are those of another sheet."""
+    sheet = house / "descriptors/devices/gyro.eds"
+    built = re.search(r'"gyro", .sheet_hash = 0x(\w+)ULL', (flying.ROOT / "build/generated/device_classes.h").read_text(encoding="utf-8"))[1]
+    sheet.write_text(sheet.read_text(encoding="utf-8") + "; changed\n", encoding="utf-8")
+    flight = _fly(house, "commissioning")
+    assert flight.code == 1
+    told = re.search(r"descriptors/devices/gyro.eds: found hash 0x(\w+), the programs were built from 0x(\w+): run make", flight.output)
+    assert told and told[2].lower() == built and told[1].lower() != built, flight.told()
 
 
 ELBOW = '    <Bus name="elbow" bitRate="1000000" dataBitRate="5000000"/>\n'

@@ -73,6 +73,8 @@ static void give_drive(scripted_node_t* const node)
     give(node, 0x1018U, 2U, 4U, 0x00004010U);
     give(node, 0x6076U, 0U, 4U, 10000U);
     give(node, 0x6072U, 0U, 2U, 4000U);
+    give(node, 0x60A8U, 0U, 4U, 0xFA100000U);
+    give(node, 0x60A9U, 0U, 4U, 0xFA100300U);
     map(node, 0x1A00U, status);
     map(node, 0x1A01U, extra);
     map(node, 0x1600U, position);
@@ -90,6 +92,10 @@ static void give_joystick(scripted_node_t* const node)
     give(node, 0x6072U, 0U, 2U, 15000U);
     give(node, 0x6876U, 0U, 4U, 100U);
     give(node, 0x6872U, 0U, 2U, 15000U);
+    for (uint16_t axis = 0U; axis < 2U; axis++) {
+        give(node, (uint16_t)(0x60A8U + (axis * 0x800U)), 0U, 4U, 0xFA100000U);
+        give(node, (uint16_t)(0x60A9U + (axis * 0x800U)), 0U, 4U, 0xFA100300U);
+    }
     map(node, 0x1A00U, position);
     map(node, 0x1A01U, status);
     map(node, 0x1600U, command);

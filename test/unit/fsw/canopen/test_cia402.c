@@ -251,6 +251,25 @@ static void a_velocity_is_commanded_with_a_torque_offset(void)
     TEST_ASSERT_EQUAL_UINT32(2U, axis.limited);
 }
 
+static void commands_stay_within_the_limits_of_the_axis(void)
+{
+    axis.scale.low_rad     = -0.5;
+    axis.scale.high_rad    = 1.5;
+    axis.scale.speed_rad_s = 2.0;
+    canopen_cia402_axis_command_position(&axis, 1.75, 0.0);
+    TEST_ASSERT_EQUAL_INT32(1500000, axis.target_position);
+    canopen_cia402_axis_command_position(&axis, -0.75, 0.0);
+    TEST_ASSERT_EQUAL_INT32(-500000, axis.target_position);
+    canopen_cia402_axis_command_velocity(&axis, -2.5, 0.0);
+    TEST_ASSERT_EQUAL_INT32(-2000000, axis.target_velocity);
+    TEST_ASSERT_EQUAL_UINT32(3U, axis.limited);
+    canopen_cia402_axis_command_velocity(&axis, 2.0, 0.0);
+    canopen_cia402_axis_command_position(&axis, 1.5, 0.0);
+    TEST_ASSERT_EQUAL_INT32(2000000, axis.target_velocity);
+    TEST_ASSERT_EQUAL_INT32(1500000, axis.target_position);
+    TEST_ASSERT_EQUAL_UINT32(3U, axis.limited);
+}
+
 /// The start bit is set in operation only, and a reference found before does not count.
 static void homing_is_started_in_operation_and_ends_by_the_drive(void)
 {
@@ -298,6 +317,7 @@ int main(void)
     RUN_TEST(every_goal_is_reached_from_every_state);
     RUN_TEST(a_drive_is_enabled_only_for_the_goal_enabled);
     RUN_TEST(an_axis_that_drops_out_is_not_enabled_again);
+    RUN_TEST(commands_stay_within_the_limits_of_the_axis);
     RUN_TEST(an_axis_that_was_ordered_to_leave_operation_is_no_fault);
     RUN_TEST(values_are_scaled_and_rounded);
     RUN_TEST(commands_never_pass_the_limits);

@@ -159,21 +159,29 @@ static void emergencies_are_decoded_and_ranked(void)
     TEST_ASSERT_EQUAL_HEX8(0x12U, emergency.node);
     TEST_ASSERT_EQUAL_HEX16(0x8311U, emergency.code);
     TEST_ASSERT_EQUAL_HEX8(0x05U, emergency.error_register);
-    TEST_ASSERT_EQUAL_UINT8(1U, emergency.axis);
-    TEST_ASSERT_EQUAL_INT32(-2, emergency.raw_value);
-    const uint16_t high[]   = {0x8130U, 0x8250U, 0x8140U, 0x7305U, 0xFF01U, 0x3220U, 0x2310U};
-    const uint16_t medium[] = {0x8311U, 0x8611U, 0x4210U, 0x4310U, 0x1000U, 0x5000U};
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(&octets[3], emergency.manufacturer, EMERGENCY_MANUFACTURER_OCTETS);
+    const uint16_t high[]   = {0x8130U, 0x8250U, 0x8140U, 0x7305U, 0x3220U, 0x2310U};
+    const uint16_t medium[] = {0x8311U, 0x8611U, 0x4210U, 0x4310U, 0x1000U, 0xFF01U};
     const uint16_t low[]    = {0x8120U, 0x8110U, 0x8240U};
-    for (unsigned i = 0U; i < 7U; i++) {
-        TEST_ASSERT_EQUAL(EMERGENCY_HIGH, canopen_emergency_class(high[i]));
+    for (unsigned i = 0U; i < 6U; i++) {
+        TEST_ASSERT_EQUAL(EMERGENCY_HIGH, canopen_emergency_class(NULL, 0U, high[i]));
     }
     for (unsigned i = 0U; i < 6U; i++) {
-        TEST_ASSERT_EQUAL(EMERGENCY_MEDIUM, canopen_emergency_class(medium[i]));
+        TEST_ASSERT_EQUAL(EMERGENCY_MEDIUM, canopen_emergency_class(NULL, 0U, medium[i]));
     }
     for (unsigned i = 0U; i < 3U; i++) {
-        TEST_ASSERT_EQUAL(EMERGENCY_LOW, canopen_emergency_class(low[i]));
+        TEST_ASSERT_EQUAL(EMERGENCY_LOW, canopen_emergency_class(NULL, 0U, low[i]));
     }
-    TEST_ASSERT_EQUAL(EMERGENCY_CLEARED, canopen_emergency_class(0x0000U));
+    TEST_ASSERT_EQUAL(EMERGENCY_CLEARED, canopen_emergency_class(NULL, 0U, 0x0000U));
+}
+
+static void a_class_ranks_the_codes_of_its_maker(void)
+{
+    const canopen_emergency_code_t codes[] = {{0xFF01U, EMERGENCY_HIGH}, {0x8611U, EMERGENCY_LOW}};
+    TEST_ASSERT_EQUAL(EMERGENCY_HIGH, canopen_emergency_class(codes, 2U, 0xFF01U));
+    TEST_ASSERT_EQUAL(EMERGENCY_LOW, canopen_emergency_class(codes, 2U, 0x8611U));
+    TEST_ASSERT_EQUAL(EMERGENCY_HIGH, canopen_emergency_class(codes, 2U, 0x2310U));
+    TEST_ASSERT_EQUAL(EMERGENCY_MEDIUM, canopen_emergency_class(codes, 2U, 0xFF02U));
 }
 
 int main(void)
@@ -187,5 +195,6 @@ int main(void)
     RUN_TEST(silence_and_reset_end_in_a_timeout);
     RUN_TEST(a_transfer_waits_for_that_of_another_client);
     RUN_TEST(emergencies_are_decoded_and_ranked);
+    RUN_TEST(a_class_ranks_the_codes_of_its_maker);
     return UNITY_END();
 }

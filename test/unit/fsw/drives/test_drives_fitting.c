@@ -236,6 +236,14 @@ static void another_mapping_is_refused_with_its_line(void)
     expect_refused(MAPPED(DISABLE SET("0x1A00:00", "UINT8", "9")), 11U, "at most 8 entries");
 }
 
+static void another_unit_than_that_of_the_class_is_refused(void)
+{
+    expect_refused(MAPPED(SET("0x60A8:00", "UINT32", "0xFD410000")), 9U, "unit in the data sheet");
+    expect_refused(MAPPED(SET("0x60A9:00", "UINT32", "0xFD410300")), 9U, "unit in the data sheet");
+    TEST_ASSERT_TRUE_MESSAGE(fits(MAPPED(SET("0x60A8:00", "UINT32", "0xFA100000"))), misfit.says);
+    TEST_ASSERT_TRUE_MESSAGE(fits(MAPPED(SET("0x607D:02", "INT32", "1000000"))), misfit.says);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -252,5 +260,6 @@ int main(void)
     RUN_TEST(a_mapping_that_the_data_sheet_allows_fits);
     RUN_TEST(mappings_are_as_many_as_there_is_room_for);
     RUN_TEST(another_mapping_is_refused_with_its_line);
+    RUN_TEST(another_unit_than_that_of_the_class_is_refused);
     return UNITY_END();
 }
