@@ -17,6 +17,7 @@ from aiohttp import WSMsgType, web
 
 from .. import packets
 from ..command import UsageError
+from ..critical import is_critical
 from .forms import script_of
 from .hub import Hub
 
