@@ -160,7 +160,7 @@ def test_the_commands_of_a_flight_are_a_script_that_gse_runs(place, dictionary):
     script, planned, forms = visit(place, story)
     steps = Script.parse(script["text"], "saved.scn", dictionary).steps
     assert [step.text for step in steps] == ["config MANIPULATOR TELEPRESENCE", "try state MANIPULATOR OPERATIONAL"]
-    assert planned["line"] == "tc SUPERVISOR 11,3" and planned["critical"] is False
+    assert planned["line"] == "tc SUPERVISOR 11,3" and planned["critical"] is True
     assert len(forms["forms"]) > 300 and forms["suggestions"]["events"]
 
 
