@@ -3,7 +3,7 @@
 // by octet rings. The launcher starts it in place of the processes.
 #include "fsw/programs/subsystem_host.h"
 #include "fsw/programs/component_instance.h"
-#include "launcher/link_relay.h"
+#include "launcher/launcher_relay.h"
 #include "launcher/return_budget.h"
 #include "base/assertion.h"
 #include "base/number.h"

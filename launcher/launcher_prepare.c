@@ -3,7 +3,7 @@
 #include "launcher/launcher_internal.h"
 
 #include "fsw/programs/ground_key.h"
-#include "launcher/link_relay.h"
+#include "launcher/launcher_relay.h"
 #include "launcher/run_summary.h"
 #include "fsw/framework/rtlink/agreement.h"
 #include "fsw/supervisor/checkpoint.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The relay of the links as a process: a participant of the run's scheduler (link_relay.h).
-#include "launcher/link_relay.h"
+// The relay of the links as a process: a participant of the run's scheduler (launcher_relay.h).
+#include "launcher/launcher_relay.h"
 
 #include "base/text.h"
 #include "osal/include/osal/console.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/programs/component_runtime.h"
 
-#include "fsw/programs/flow_address.h"
+#include "fsw/programs/run_flow_address.h"
 #include "base/assertion.h"
 #include "base/text.h"
 #include "osal/include/osal/console.h"

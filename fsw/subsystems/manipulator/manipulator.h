@@ -22,10 +22,10 @@
 #include "fsw/framework/control/motion.h"
 #include "fsw/framework/control/port_energy.h"
 #include "fsw/framework/subsystem/subsystem.h"
-#include "fsw/subsystems/manipulator/arm_control.h"
-#include "fsw/subsystems/manipulator/arm_identification.h"
-#include "fsw/subsystems/manipulator/arm_tare.h"
-#include "fsw/subsystems/manipulator/arm_yield.h"
+#include "fsw/subsystems/manipulator/manipulator_control.h"
+#include "fsw/subsystems/manipulator/manipulator_identification.h"
+#include "fsw/subsystems/manipulator/manipulator_tare.h"
+#include "fsw/subsystems/manipulator/manipulator_yield.h"
 
 #include "generated/manipulator_descriptor.h"
 

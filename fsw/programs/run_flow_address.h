@@ -7,8 +7,8 @@
 ///     SERIAL, FILE  a link in the folder of the run's shared memory
 ///
 /// In stepped time the octets and datagrams of simulated devices are counted (osal/hand_over.h).
-#ifndef FSW_PROGRAMS_FLOW_ADDRESS_H
-#define FSW_PROGRAMS_FLOW_ADDRESS_H
+#ifndef FSW_PROGRAMS_RUN_FLOW_ADDRESS_H
+#define FSW_PROGRAMS_RUN_FLOW_ADDRESS_H
 
 #include "base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
@@ -19,4 +19,4 @@
 MUST_USE status_t flow_address(run_state_t* run, flow_endnode_kind_t kind, const char* name,
                                flow_endnode_address_t* out_address);
 
-#endif // FSW_PROGRAMS_FLOW_ADDRESS_H
+#endif // FSW_PROGRAMS_RUN_FLOW_ADDRESS_H

@@ -5,8 +5,8 @@
 ///
 /// Ownership  The program places link_relay_t.
 /// Context    One task.
-#ifndef LAUNCHER_LINK_RELAY_H
-#define LAUNCHER_LINK_RELAY_H
+#ifndef LAUNCHER_LAUNCHER_RELAY_H
+#define LAUNCHER_LAUNCHER_RELAY_H
 
 #include "fsw/programs/run_state.h"
 #include "osal/include/osal/lockstep_scheduler.h"
@@ -31,4 +31,4 @@ const char* link_relay_open(link_relay_t* self, run_state_t* run, osal_lockstep_
 uint64_t link_relay_step(link_relay_t* self, const osal_grant_t* grant);
 void link_relay_close(link_relay_t* self);
 
-#endif // LAUNCHER_LINK_RELAY_H
+#endif // LAUNCHER_LAUNCHER_RELAY_H

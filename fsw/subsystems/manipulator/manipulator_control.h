@@ -8,12 +8,12 @@
 /// Ownership  The caller places manipulator_arm_control_t. Gains and model: parameters CONTROL and MODEL.
 /// Context    One task.
 /// Time       O(1).
-#ifndef FSW_SUBSYSTEMS_MANIPULATOR_ARM_CONTROL_H
-#define FSW_SUBSYSTEMS_MANIPULATOR_ARM_CONTROL_H
+#ifndef FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_CONTROL_H
+#define FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_CONTROL_H
 
 #include "fsw/framework/control/tracker.h"
-#include "fsw/subsystems/manipulator/arm_model.h"
-#include "fsw/subsystems/manipulator/arm_observer.h"
+#include "fsw/subsystems/manipulator/manipulator_model.h"
+#include "fsw/subsystems/manipulator/manipulator_observer.h"
 
 #include <stdbool.h>
 
@@ -68,4 +68,4 @@ manipulator_arm_motion_t manipulator_arm_control_follow(manipulator_arm_control_
 void manipulator_arm_control_step(manipulator_arm_control_t* control, const manipulator_arm_setup_t* setup,
                                   const manipulator_arm_motion_t* desired);
 
-#endif // FSW_SUBSYSTEMS_MANIPULATOR_ARM_CONTROL_H
+#endif // FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_CONTROL_H

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The model against energy: all its terms follow from kinetic and potential energy, which this test computes
 // from the positions of the centres of mass alone.
-#include "fsw/subsystems/manipulator/arm_model.h"
+#include "fsw/subsystems/manipulator/manipulator_model.h"
 #include "test/support/bounds.h"
 
 #include "unity.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Observer, tare and joint control on a simulated arm.
-#include "fsw/subsystems/manipulator/arm_control.h"
-#include "fsw/subsystems/manipulator/arm_tare.h"
+#include "fsw/subsystems/manipulator/manipulator_control.h"
+#include "fsw/subsystems/manipulator/manipulator_tare.h"
 #include "test/support/bounds.h"
 
 #include "test/unit/fsw/subsystems/manipulator/rigid_arm.h"
@@ -378,7 +378,7 @@ static void a_joystick_that_connects_late_takes_over_at_the_position_of_the_arm(
     EXPECT_WITHIN(home[1] - (0.05 * gains.position_scale), 0.0005, arm.link[1]);
 }
 
-// ---- The law of arm_control.h ----
+// ---- The law of manipulator_control.h ----
 
 static void the_command_has_every_term_of_the_law(void)
 {

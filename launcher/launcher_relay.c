@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "launcher/link_relay.h"
+#include "launcher/launcher_relay.h"
 
 #include "base/assertion.h"
 #include "fsw/framework/rtlink/link_frame.h"

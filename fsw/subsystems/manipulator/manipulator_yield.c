@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fsw/subsystems/manipulator/arm_yield.h"
+#include "fsw/subsystems/manipulator/manipulator_yield.h"
 
 #include "base/assertion.h"
 #include "fsw/framework/control/elementary.h"

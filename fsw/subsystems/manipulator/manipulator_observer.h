@@ -7,11 +7,11 @@
 /// Ownership  The caller places manipulator_arm_observer_t.
 /// Context    One task.
 /// Time       O(1).
-#ifndef FSW_SUBSYSTEMS_MANIPULATOR_ARM_OBSERVER_H
-#define FSW_SUBSYSTEMS_MANIPULATOR_ARM_OBSERVER_H
+#ifndef FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_OBSERVER_H
+#define FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_OBSERVER_H
 
 #include "fsw/framework/control/tracker.h"
-#include "fsw/subsystems/manipulator/arm_model.h"
+#include "fsw/subsystems/manipulator/manipulator_model.h"
 
 #include <stdbool.h>
 
@@ -37,4 +37,4 @@ void manipulator_arm_observer_step(manipulator_arm_observer_t* observer, const m
                                    const manipulator_arm_observer_gains_t* gains,
                                    const double link_rad[ARM_JOINTS], const double torque_nm[ARM_JOINTS]);
 
-#endif // FSW_SUBSYSTEMS_MANIPULATOR_ARM_OBSERVER_H
+#endif // FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_OBSERVER_H

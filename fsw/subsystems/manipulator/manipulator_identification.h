@@ -9,11 +9,11 @@
 ///            with MASS_SHARE 0 nothing is identified.
 /// Context    One task.
 /// Time       O(1).
-#ifndef FSW_SUBSYSTEMS_MANIPULATOR_ARM_IDENTIFICATION_H
-#define FSW_SUBSYSTEMS_MANIPULATOR_ARM_IDENTIFICATION_H
+#ifndef FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_IDENTIFICATION_H
+#define FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_IDENTIFICATION_H
 
-#include "fsw/subsystems/manipulator/arm_model.h"
-#include "fsw/subsystems/manipulator/arm_observer.h"
+#include "fsw/subsystems/manipulator/manipulator_model.h"
+#include "fsw/subsystems/manipulator/manipulator_observer.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -64,4 +64,4 @@ bool manipulator_arm_identification_learn(manipulator_arm_identification_t* iden
 manipulator_model_t manipulator_arm_identified(const manipulator_arm_identification_t* identification,
                                                const manipulator_model_t* model);
 
-#endif // FSW_SUBSYSTEMS_MANIPULATOR_ARM_IDENTIFICATION_H
+#endif // FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_IDENTIFICATION_H

@@ -12,12 +12,12 @@
 /// Ownership  The caller places manipulator_arm_yield_t. Settings are the parameter REMOTE.
 /// Context    One task.
 /// Time       O(1).
-#ifndef FSW_SUBSYSTEMS_MANIPULATOR_ARM_YIELD_H
-#define FSW_SUBSYSTEMS_MANIPULATOR_ARM_YIELD_H
+#ifndef FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_YIELD_H
+#define FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_YIELD_H
 
 #include "fsw/framework/control/planar.h"
 #include "fsw/framework/control/port_energy.h"
-#include "fsw/subsystems/manipulator/arm_model.h"
+#include "fsw/subsystems/manipulator/manipulator_model.h"
 
 #include <stdbool.h>
 
@@ -58,4 +58,4 @@ const double* manipulator_arm_yield_step(manipulator_arm_yield_t* yield,
                                          const manipulator_arm_yield_setup_t* setup,
                                          const manipulator_arm_yield_sample_t* sample);
 
-#endif // FSW_SUBSYSTEMS_MANIPULATOR_ARM_YIELD_H
+#endif // FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_YIELD_H

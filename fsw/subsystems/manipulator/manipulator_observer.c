@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fsw/subsystems/manipulator/arm_observer.h"
+#include "fsw/subsystems/manipulator/manipulator_observer.h"
 
 #include "base/assertion.h"
 

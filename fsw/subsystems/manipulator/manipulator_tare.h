@@ -7,11 +7,11 @@
 /// Ownership  The caller places manipulator_arm_tare_t.
 /// Context    One task.
 /// Time       O(1).
-#ifndef FSW_SUBSYSTEMS_MANIPULATOR_ARM_TARE_H
-#define FSW_SUBSYSTEMS_MANIPULATOR_ARM_TARE_H
+#ifndef FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_TARE_H
+#define FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_TARE_H
 
 #include "base/status.h"
-#include "fsw/subsystems/manipulator/arm_model.h"
+#include "fsw/subsystems/manipulator/manipulator_model.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -35,4 +35,4 @@ void manipulator_arm_tare_begin(manipulator_arm_tare_t* tare);
 status_t manipulator_arm_tare_step(manipulator_arm_tare_t* tare, const manipulator_arm_tare_sample_t* sample,
                                    uint32_t samples, double ceiling_nm);
 
-#endif // FSW_SUBSYSTEMS_MANIPULATOR_ARM_TARE_H
+#endif // FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_TARE_H

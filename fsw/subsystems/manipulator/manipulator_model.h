@@ -6,8 +6,8 @@
 ///
 /// Context    Any.
 /// Time       O(1).
-#ifndef FSW_SUBSYSTEMS_MANIPULATOR_ARM_MODEL_H
-#define FSW_SUBSYSTEMS_MANIPULATOR_ARM_MODEL_H
+#ifndef FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_MODEL_H
+#define FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_MODEL_H
 
 #include "fsw/framework/control/planar.h"
 
@@ -39,4 +39,4 @@ void manipulator_arm_coriolis_transposed(const manipulator_arm_terms_t* terms,
 void manipulator_arm_jacobian(const manipulator_model_t* model, const double angle_rad[ARM_JOINTS],
                               double out[CONTROL_PLANAR_ENTRIES]);
 
-#endif // FSW_SUBSYSTEMS_MANIPULATOR_ARM_MODEL_H
+#endif // FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_MODEL_H

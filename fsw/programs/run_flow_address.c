@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fsw/programs/flow_address.h"
+#include "fsw/programs/run_flow_address.h"
 
 #include "base/text.h"
 
