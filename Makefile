@@ -36,7 +36,7 @@
 ##   make bench      measure, print a table, write build/bench.json         ONLY=<part of a name>  CHECK=1
 ##   make new-subsystem NAME=gripper    begin a subsystem that builds and flies     APID=  MISSION=<an existing one>
 ##   make new-robot URDF=arm.urdf       make a mission with that arm, which flies
-##                   NAME=  TOOL=<link>  START=<angles in rad, with commas>  APID=
+##                   NAME=  TOOL=<link>  START=<angles in rad, with commas>  BASE=fixed|free  APID=
 ##   make remote-endian   programs of subsystems for the big-endian s390x: build/s390x/bin/
 ##                   S390X=1 make remote-endian-tests: unit tests for that processor: build/s390x/test/
 ##   make yamcs      run Yamcs with a mission that flies on this machine     MISSION=  PORT=<its ground port>  HTTP=8080

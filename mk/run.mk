@@ -49,7 +49,7 @@ new-subsystem:
 
 new-robot:
 	@$(PYTHON) gse/scaffold/new_robot.py $(call option,urdf,URDF) $(call option,name,NAME) $(call option,tool,TOOL) \
-	    $(if $(START),--start='$(START)') $(call option,apid,APID)
+	    $(if $(START),--start='$(START)') $(call option,apid,APID) $(call option,base,BASE)
 
 docs: build/setup/docs
 	@$(PYTHON) gse/docs/make_docs.py --out build/docs

@@ -6,6 +6,7 @@
     make new-robot URDF=my-arm.urdf NAME=arm7        .. or after this name
     make new-robot URDF=my-arm.urdf TOOL=flange      the tool is this link, not the last one of the file
     make new-robot URDF=my-arm.urdf START=0,-1.5,1   the arm starts in this pose, not in one that suits motions
+    make new-robot URDF=my-arm.urdf BASE=free        the base flies freely, without gravity; else it is fixed
     make new-robot URDF=my-arm.urdf APID=40          with this APID instead of the first free one
 
 The program arm flies any chain of 1 to 12 joints (docs/arm.md). It writes new files only; on an error it changes nothing.
@@ -22,7 +23,7 @@ import urdf
 from new_subsystem import ROOT, Refusal, check_name, choose_apid, expect, fill, relative, write_all
 
 TEMPLATES = pathlib.Path(__file__).resolve().parent / "robot"
-GRAVITY = (0.0, 0.0, -9.81)
+GRAVITY = {"fixed": (0.0, 0.0, -9.81), "free": urdf.ZERO}  # By the base.
 STEP_S = 0.0005
 JOINTS_OF_A_BUS = 4
 FIRST_NODE = 0x51
@@ -69,7 +70,7 @@ def poses_of(robot, angles):
         yield pose, urdf.turned(pose[1], joint.axis)
 
 
-def load_of(robot, angles):
+def load_of(robot, angles, base):
     """Largest share of its torque that a joint needs to carry the arm, and that joint."""
     poses = list(poses_of(robot, angles))
     centres = [urdf.composed(pose, (joint.link.centre, urdf.IDENTITY))[0] for joint, (pose, _) in zip(robot.joints, poses)]
@@ -77,7 +78,7 @@ def load_of(robot, angles):
     for i, (joint, (pose, axis)) in enumerate(zip(robot.joints, poses)):
         torque = 0.0
         for carried, centre in zip(robot.joints[i:], centres[i:]):
-            moment = [carried.link.mass * g for g in GRAVITY]
+            moment = [carried.link.mass * g for g in GRAVITY[base]]
             if not joint.is_prismatic:
                 moment = urdf.cross([p - q for p, q in zip(centre, pose[0])], moment)
             torque -= sum(a * b for a, b in zip(moment, axis))
@@ -114,7 +115,7 @@ def manipulability(columns):
     return result
 
 
-def start_pose(robot):
+def start_pose(robot, base="fixed"):
     """The random pose with the best manipulability, within 90 degrees of the middle of the ranges, among those in which each joint needs
     less than LOAD_MAX of its torque to carry the arm."""
     generator = random.Random(SEED)
@@ -126,9 +127,9 @@ def start_pose(robot):
             yield round(middle + generator.uniform(-1.0, 1.0) * reach, 2)
 
     poses = [tuple(pose()) for _ in range(POSES)]
-    easy = [angles for angles in poses if load_of(robot, angles)[0] < LOAD_MAX]
+    easy = [angles for angles in poses if load_of(robot, angles, base)[0] < LOAD_MAX]
     if not easy:
-        share, joint = min((load_of(robot, angles) for angles in poses), key=lambda load: load[0])
+        share, joint = min((load_of(robot, angles, base) for angles in poses), key=lambda load: load[0])
         raise Refusal(f"joint {joint.name}: carries {share:.0%} of its effort in the best of {POSES} poses, expected less than {LOAD_MAX:.0%}")
     return max(easy, key=lambda angles: manipulability(jacobian_columns(robot, angles)[1]))
 
@@ -173,7 +174,7 @@ def places(robot):
     return [(f"arm-{i // each + 1}", FIRST_NODE + i) for i in range(count)]
 
 
-def world(robot, names, start):
+def world(robot, names, start, base):
     types, drives = {}, []
     for number, (joint, (bus, node)) in enumerate(zip(robot.joints, places(robot)), 1):
         effort = joint.effort
@@ -182,7 +183,8 @@ def world(robot, names, start):
         drives.append(f'  <Drive name="JOINT{number}" joint="arm.{joint.name}" type="{kind}" bus="{bus}" '
                       f'node="{hexadecimal(node, 2)}" eds="{eds_of(joint)}"/>')
     return names | {
-        "gravity": text(GRAVITY),
+        "base": base,
+        "gravity": text(GRAVITY[base]),
         "start": " ".join(f'{joint.name}="{angle:.10g}"' for joint, angle in zip(robot.joints, start)),
         "drive_types": "\n".join(f'  <DriveType name="{name}" {rest}' for rest, name in types.items()),
         "drives": "\n".join(drives),
@@ -286,10 +288,10 @@ def prismatic(robot):
     return f'\n      <ParamRef name="PRISMATIC" type="BOOL" count="{len(robot.joints)}" init="{flags}"/>' if "1" in flags else ""
 
 
-def descriptor(robot, names):
+def descriptor(robot, names, base):
     count = len(robot.joints)
     lists = limits_of(robot) | model_of(robot) | of_drives(robot)
-    lists |= {"tool": robot.tool[0], "tool_rpy": urdf.rpy_of(robot.tool[1]), "gravity": GRAVITY}
+    lists |= {"tool": robot.tool[0], "tool_rpy": urdf.rpy_of(robot.tool[1]), "gravity": GRAVITY[base]}
     configurations = [
         configuration(robot, 1, "POSITION", 8, {}),
         configuration(robot, 2, "TORQUE", 10, {}),
@@ -343,24 +345,26 @@ def scenario(robot, names, start):
     return names | {"steps": "\n".join(lines), "in_space": in_space, "end": f"{time:.0f}"}
 
 
-def plan(path, name, tool, start_given, apid):
+def plan(path, name, tool, start_given, apid, base="fixed"):
     """Dict path -> text of the new files, and the mission's path."""
     try:
         robot = urdf.read(path, tool)
         source = pathlib.Path(path).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError, urdf.UrdfError) as error:
         raise Refusal(f"URDF: {error}") from error
+    expect(base in GRAVITY, "BASE", base, "fixed or free")
+    expect(base == "fixed" or robot.base.mass > 0.0, "URDF", path, "the root link with a mass, or a link fixed to it: the base flies freely")
     name = name or re.sub(r"[^a-z0-9]+", "_", robot.name.lower()).strip("_")
     check_name(name)
     for joint in robot.joints:
         expect(0.0 < joint.effort <= 320.0 and joint.speed > 0.0, "URDF", path, f"joint {joint.name} with an effort up to 320 Nm or 320 N, and a velocity")
     file = name.replace("_", "-")
     names = {"name": file, "NAME": name.upper(), "file": file, "apid": str(choose_apid(apid)), "urdf": pathlib.Path(path).name}
-    start = wanted_pose(robot, start_given) if start_given else start_pose(robot)
+    start = wanted_pose(robot, start_given) if start_given else start_pose(robot, base)
     buses = sorted({bus for bus, _ in places(robot)})
     values = {
-        f"descriptors/subsystems/{file}.xml": ("descriptor.xml", descriptor(robot, names)),
-        f"descriptors/worlds/{file}.xml": ("world.xml", world(robot, names, start)),
+        f"descriptors/subsystems/{file}.xml": ("descriptor.xml", descriptor(robot, names, base)),
+        f"descriptors/worlds/{file}.xml": ("world.xml", world(robot, names, start, base)),
         f"sim/scenarios/{file}.scn": ("scenario.scn", scenario(robot, names, start)),
         f"descriptors/missions/{file}.xml": (
             "mission.xml",
@@ -380,10 +384,11 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(prog="make new-robot", description=__doc__.splitlines()[0])
     for option in ("urdf", "name", "tool", "start", "apid"):
         parser.add_argument(f"--{option}")
+    parser.add_argument("--base", default="fixed")
     options = parser.parse_args(arguments)
     try:
         expect(options.urdf, "URDF", "", "a file: make new-robot URDF=my-arm.urdf")
-        files, mission, file, robot = plan(options.urdf, options.name, options.tool, options.start, options.apid)
+        files, mission, file, robot = plan(options.urdf, options.name, options.tool, options.start, options.apid, options.base)
         write_all(files, mission, True)
     except Refusal as refusal:
         print(f"new-robot: {refusal}", file=sys.stderr)

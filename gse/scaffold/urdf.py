@@ -48,6 +48,7 @@ class Robot:
     joints: list
     tool: tuple
     tool_name: str
+    base: Mass = field(default_factory=Mass)
 
 
 def product(a, b):
@@ -194,7 +195,7 @@ class _Chain:
 
     def joints_to_tool(self):
         joints = []
-        _, leaving, frames = self.rigid(self.root())
+        base, leaving, frames = self.rigid(self.root())
         while leaving:
             if len(leaving) > 1:
                 self.refuse(leaving[1][0], f"expected one joint behind a link, an arm is a chain; there is {leaving[0][0].name}")
@@ -207,11 +208,11 @@ class _Chain:
         tool = self.tool or list(frames)[-1]
         if tool not in frames:
             raise UrdfError(f"{self.path}: tool {tool}: expected a link behind the last joint: {' '.join(frames)}")
-        return joints, frames[tool], tool
+        return joints, frames[tool], tool, base
 
 
 def read(path, tool=None):
     """The robot of a file; `tool` names the link whose frame is that of the tool, by default the last one behind the last joint."""
     document = read_file(path)
-    joints, pose, name = _Chain(path, document, tool).joints_to_tool()
-    return Robot(document.name, joints, pose, name)
+    joints, pose, name, base = _Chain(path, document, tool).joints_to_tool()
+    return Robot(document.name, joints, pose, name, base)

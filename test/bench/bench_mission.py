@@ -1,14 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Speed of whole flights against their parts, in the same rounds: the bare plant loop, a bare futex ring.
+"""Speed of whole flights of rokviss against their parts, in the same rounds: the bare plant loop, a bare futex ring.
 
     image       simulator, all flight components and all logs in one program, per step of 0.5 ms;
                 baseline: the bare ODE plant loop (bound 4)
     processes   the same as processes; baseline: the image plus one round of a bare futex ring of five (bound 1.5)
+    free_flyer  an arm of seven joints on two buses at 1 kHz, on a free base, as an image
+
+A real-time factor is simulated time by wall-clock time. A processor factor is simulated time by the time of all processors, in user and
+kernel mode, that the launcher and all programs of the flight needed, their start and end included: it depends less on other load.
 
 The result is the median over the rounds. Each flight is divided by the baseline measured in the same round."""
 
 import json
 import pathlib
+import resource
 import shutil
 import statistics
 import subprocess
@@ -25,32 +30,43 @@ def bench_line(program, name):
     return next(float(line.split()[2]) for line in output.splitlines() if line.split()[:2] == ["BENCH", name])
 
 
-def flight(form, number):
-    """(us of wall-clock time per step, real-time factor) of the telepresence mission."""
-    folder = RUNS / f"bench-{form}-{number}"
+def processor_s():
+    """Processor time of all child processes so far [s]."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def flight(form, number, mission="rokviss", scenario="telepresence"):
+    """(real-time factor, processor factor) of a flight."""
+    folder = RUNS / f"bench-{mission}-{form}-{number}"
     shutil.rmtree(folder, ignore_errors=True)
-    command = ["build/bin/hirosco", "run", "--form", form, "--report", "no", "--out", str(folder)]
+    command = ["build/bin/hirosco", "run", "--mission", mission, "--scenario", scenario, "--form", form, "--report", "no", "--out", str(folder)]
+    before_s = processor_s()
     subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
-    factor = json.loads((folder / "run.json").read_text(encoding="utf-8"))["real_time_factor"]
+    used_s = processor_s() - before_s
+    facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     shutil.rmtree(folder)
-    return STEP_US / factor, factor
+    return facts["real_time_factor"], facts["simulated_s"] / used_s
 
 
 def main():
     """Fly in rounds and print the BENCH lines."""
-    plant, ring, image, processes = [], [], [], []
+    plant, ring = [], []
+    flights = {"image": [], "processes": [], "free_flyer": []}
     for number in range(ROUNDS):
         plant.append(bench_line("bench_plant", "plant_step_us"))
-        image.append(flight("image", number))
+        flights["image"].append(flight("image", number))
         ring.append(bench_line("bench_futex_ring", "futex_ring_of_five"))
-        processes.append(flight("processes", number))
+        flights["processes"].append(flight("processes", number))
+        flights["free_flyer"].append(flight("image", number, "free-flyer", "free-flyer"))
         print(f"  round {number + 1} of {ROUNDS}", flush=True)
-    median = statistics.median
-    image_us, processes_us = median([us for us, _ in image]), median([us for us, _ in processes])
-    print(f"BENCH image_step {image_us:.3f} us {median(plant):.3f}")
-    print(f"BENCH processes_step {processes_us:.3f} us {image_us + median(ring):.3f}")
-    print(f"BENCH image_real_time_factor {median([factor for _, factor in image]):.1f} x -")
-    print(f"BENCH processes_real_time_factor {median([factor for _, factor in processes]):.1f} x -")
+    factors = {name: [statistics.median(values) for values in zip(*rounds)] for name, rounds in flights.items()}
+    image_us, processes_us = (statistics.median(STEP_US / factor for factor, _ in flights[name]) for name in ("image", "processes"))
+    print(f"BENCH image_step {image_us:.3f} us {statistics.median(plant):.3f}")
+    print(f"BENCH processes_step {processes_us:.3f} us {image_us + statistics.median(ring):.3f}")
+    for name, (real_time, processor) in factors.items():
+        print(f"BENCH {name}_real_time_factor {real_time:.1f} x -")
+        print(f"BENCH {name}_processor_factor {processor:.1f} x -")
 
 
 if __name__ == "__main__":

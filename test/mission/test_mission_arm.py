@@ -10,6 +10,7 @@ import sys
 import canopen
 import cantools
 import flying
+import mujoco
 import numpy as np
 import pytest
 from hirosco_gse import figures, report, tool_figures
@@ -23,8 +24,10 @@ import new_robot
 import urdf
 
 URDF = flying.ROOT / "descriptors" / "worlds" / "ur5e.urdf"
+FREE_URDF = flying.ROOT / "descriptors" / "worlds" / "free-flyer.urdf"
 OPERATIONAL = 5
 DELAY_US = 1000  # Values of a cycle are those sampled at the SYNC of the cycle before.
+RATIO = 100  # Of all gears.
 # Largest errors from the desired motion while the arm moves at up to 0.9 rad/s and 0.12 m/s. With the drives' loop a position
 # lags by 1.6 cycles of 1 ms.
 GANTRY_BOUNDS = {"POSITION": (0.001, 0.003), "TORQUE": (0.001, 0.003)}  # Its slide [m], its other joints [rad].
@@ -164,6 +167,61 @@ def snake(path, count):
     return path
 
 
+@pytest.fixture(scope="module")
+def free_flyer(hangar):
+    """An arm of seven joints on a satellite that flies freely."""
+    flight = flying.fly(hangar / "free-flyer", "--mission", "free-flyer", "--scenario", "free-flyer", "--form", "image")
+    assert flight.code == 0, flight.told()
+    flying.assert_clean(flight)
+    return runs.load(flight.folder)
+
+
+def momenta(run, every):
+    """Linear and angular momentum of the whole robot, and the angular momentum of its base, about its centre of mass: by MuJoCo from the
+    URDF and the truth, plus that of the rotors, which turn RATIO times as fast as their joints."""
+    spec = mujoco.MjSpec.from_file(str(FREE_URDF))
+    spec.compiler.fusestatic = False
+    spec.bodies[1].add_freejoint()
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    types = {name: float(inertia) / RATIO for name, inertia in re.findall(
+        rf'<DriveType name="(\w+)" ratio="{RATIO}" rotorInertia="([0-9.]+)"', FREE_URDF.with_suffix(".xml").read_text(encoding="utf-8"))}
+    spin = [types[name] for name in re.findall(r'<Drive [^>]* type="(\w+)"', FREE_URDF.with_suffix(".xml").read_text(encoding="utf-8"))]
+    base, joints = run.truth["BASE"], run.truth["JOINTS"]
+    turn = np.zeros(9)
+    for i in range(0, len(base["time_us"]), every):
+        mujoco.mju_quat2Mat(turn, base["rotation"][i, 0])
+        rate = base["rate_rad_s"][i, 0]
+        data.qpos[:] = np.concatenate((base["position_m"][i, 0], base["rotation"][i, 0], joints["position_rad"][i]))
+        data.qvel[:] = np.concatenate((base["velocity_m_s"][i, 0], turn.reshape(3, 3).T @ rate, joints["velocity_rad_s"][i]))
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        mujoco.mj_subtreeVel(model, data)
+        inertia = data.ximat[1].reshape(3, 3) @ np.diag(model.body_inertia[1]) @ data.ximat[1].reshape(3, 3).T
+        rotors = (spin * joints["velocity_rad_s"][i]) @ data.xaxis[1:]
+        yield model.body_subtreemass[1] * data.subtree_linvel[1], data.subtree_angmom[1] + rotors, inertia @ rate
+
+
+def test_a_free_base_turns_by_reaction_and_the_momentum_stays(free_flyer):
+    """0.2 % of what base and arm exchange: the truth gives the place of each link by the joints, whose bodies the integrator keeps together
+    within the error of its step."""
+    rotation = free_flyer.truth["BASE"]["rotation"][:, 0]
+    turned = 2.0 * np.arccos(np.clip(np.abs(rotation @ rotation[0]), 0.0, 1.0))
+    assert np.degrees(turned.max()) > 1.5
+    linear, angular, of_base = (np.linalg.norm(values, axis=1) for values in zip(*momenta(free_flyer, 40)))
+    assert of_base.max() > 3.0
+    assert linear.max() < 0.01 and angular.max() < 0.002 * of_base.max()
+
+
+@pytest.mark.parametrize("configuration", BOUNDS)
+def test_the_arm_of_a_free_base_follows_its_desired_motion(free_flyer, configuration):
+    times, values = samples(free_flyer, configuration)
+    assert np.ptp(values["DESIRED"], axis=0).min() > 0.25
+    truth = free_flyer.truth["JOINTS"]
+    true = truth["position_rad"][np.searchsorted(truth["time_us"], np.array(times) - DELAY_US)]
+    assert np.abs(true - values["DESIRED"]).max() < BOUNDS[configuration][0]
+
+
 STRUCTURE, LIMITS = 24, 1  # Layout and number of a parameter.
 NODE = 0x52  # Drive of its second joint.
 def gantry(path):
@@ -226,9 +284,9 @@ SERVICES = """
 """
 
 
-def make(place, path):
+def make(place, path, *options):
     """make new-robot in a copy of the project; the finished process."""
-    command = [sys.executable, "gse/scaffold/new_robot.py", "--urdf", path]
+    command = [sys.executable, "gse/scaffold/new_robot.py", "--urdf", path, *options]
     return subprocess.run(command, cwd=place, capture_output=True, text=True, check=False)
 
 
@@ -245,6 +303,18 @@ def made_robots(hangar):
     subprocess.run([sys.executable, "gse/generator/generate.py", "--mission", *missions, "--out", "build/generated"], cwd=place, check=True)
     yield place, again
     shutil.rmtree(place)
+
+
+def test_the_free_flyer_is_what_make_new_robot_makes(made_robots):
+    place, _ = made_robots
+    made = [place / name for name in ("descriptors/subsystems/free-flyer.xml", "descriptors/worlds/free-flyer.xml",
+                                      "descriptors/missions/free-flyer.xml", "sim/scenarios/free-flyer.scn")]
+    for path in made:
+        path.unlink()
+    again = make(place, place / "descriptors" / "worlds" / "free-flyer.urdf", "--base", "free", "--apid", "33")
+    assert again.returncode == 0, again.stderr
+    for path in made:
+        assert path.read_text(encoding="utf-8") == (flying.ROOT / path.relative_to(place)).read_text(encoding="utf-8"), path.name
 
 
 @pytest.fixture(scope="module")

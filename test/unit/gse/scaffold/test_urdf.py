@@ -110,3 +110,17 @@ def test_a_start_pose_has_an_angle_within_the_range_of_each_joint(read, given):
     assert new_robot.wanted_pose(robot, "-0.5") == (-0.5,)
     with pytest.raises(Refusal, match="1 positions in rad or m within the ranges"):
         new_robot.wanted_pose(robot, given)
+
+
+def test_a_free_base_has_a_mass_and_no_weight_to_carry(read, tmp_path):
+    """Also an arm that could not carry itself on the ground."""
+    weak = [part.replace('effort="50"', 'effort="0.1"') for part in ARM]
+    assert read(*weak).base.mass == 1.0
+    with pytest.raises(Refusal, match="BASE=floating: expected fixed or free"):
+        new_robot.plan(tmp_path / "robot.urdf", "weak", None, None, None, "floating")
+    files, mission, _, _ = new_robot.plan(tmp_path / "robot.urdf", "weak", None, None, None, "free")
+    worlds = [text for path, text in files.items() if path.parent.name == "worlds" and path.suffix == ".xml"]
+    assert 'gravity="0 0 0"' in worlds[0] and 'base="free"' in worlds[0] and mission in files
+    read('<link name="base"/>', *weak[1:])
+    with pytest.raises(Refusal, match="expected the root link with a mass"):
+        new_robot.plan(tmp_path / "robot.urdf", "weak", None, None, None, "free")
