@@ -93,6 +93,7 @@ def _configuration(configuration):
         "id": configuration.id,
         "priority": configuration.priority,
         "sampling_us": configuration.sampling_us,
+        "initial": [{"parameter": name, "field": field, "value": value} for (name, field), value in configuration.initial.items()],
         "loops": [
             {"name": loop.name, "sampling_us": loop.sampling_us, "priority": loop.priority, "services": loop.services}
             for loop in configuration.loops

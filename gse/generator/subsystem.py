@@ -201,6 +201,7 @@ class Configuration:
     ports: list
     devices: list
     loops: list
+    initial: dict  # (parameter, field) -> text of the value
 
     def sampling_of(self, structure):
         """Cycle of the loop that samples a structure [us]."""
@@ -453,12 +454,11 @@ def _configuration(subsystem, element):
     name, number = element.identifier(), element.unsigned("id", 1, 65535)
     priority = element.unsigned("priority", 1, 99)
     sampling = element.time_us("samplingTime", 100, 10000000)
-    configuration = Configuration(name, number, priority, sampling, [], [], [], [])
+    configuration = Configuration(name, number, priority, sampling, [], [], [], [], {})
     _once(element, "RTLinkService", "Devices")
-    seen = set()
     for child in element.children:
         if child.name == "Initial":
-            _initial(subsystem, child, seen)
+            _initial(subsystem, child, configuration.initial)
         elif child.name == "Loop":
             if len(configuration.loops) == CONFIGURATION_LOOPS:
                 child.fail(f"too many <Loop> in one configuration, at most {CONFIGURATION_LOOPS}")
@@ -482,7 +482,7 @@ def _configuration(subsystem, element):
     return configuration
 
 
-def _initial(subsystem, element, seen):
+def _initial(subsystem, element, initial):
     name = element.identifier("parameter")
     parameter = next((item for item in subsystem.parameters if item.name == name), None)
     if not parameter:
@@ -493,10 +493,9 @@ def _initial(subsystem, element, seen):
     item = next((item for item in parameter.fields if item.name == wanted), None)
     if not item:
         element.wrong("field", f"the name of a field of {name}")
-    if (name, wanted) in seen:
+    if (name, wanted) in initial:
         element.fail(f"{name} {wanted} has an initial value in this configuration already")
-    seen.add((name, wanted))
-    numbers(element, "value", item, element.attributes["value"])
+    initial[name, wanted] = numbers(element, "value", item, element.attributes["value"])
 
 
 def _sampled(subsystem, element):

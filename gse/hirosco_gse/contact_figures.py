@@ -10,7 +10,7 @@ count.
 import numpy as np
 
 from . import run as runs
-from .figures_common import FORCE_SCALE, HOLD_US, POSITION_SCALE, SETTLED_US, Missing, filled, segment
+from .figures_common import HOLD_US, SETTLED_US, Missing, filled, force_of, force_scale, position_scale, segment
 from .run import CYCLE_US, OPERATION_ENABLED, STATE_MASK
 
 # Window lengths of the moving means [cycles]: 0.2 s passes changes below 2.5 Hz, 0.05 s below 10 Hz.
@@ -56,12 +56,14 @@ def press_hold(run):
     step = np.diff(stick[start - 1 : end], axis=0)
     acted = _true(run, "STICK", "motor_torque_nm")[start:end]
     force = np.linalg.norm(_true(run, "CONTACT", "contact_force_n")[press:end], axis=1)
+    asked = float(np.linalg.norm(force_of(run, _true(run, "JOINTS", "position_rad")[end - 1], _true(run, "OPERATOR", "expected_torque_nm")[end - 1])))
     return {
         "press_hold_oscillation_rad": float(np.ptp(fast, axis=0).max()),
         "press_hold_motion_rad": float(np.ptp(stick[start:end], axis=0).max()),
         "hold_force_ripple_nm": float(_felt(run, start, end).std(axis=0).max()),
         "hold_contact_share": float(np.mean(_true(run, "CONTACT", "in_contact")[start:end] > 0)),
-        "hold_force_peak": float(force.max() / force[start - press :].mean()),
+        "hold_force_peak": float(force.max() / asked),
+        "hold_force_asked_n": asked,
         "hold_force_mean_n": float(force[start - press :].mean()),
         "hold_energy_j": float(-np.sum(acted * step)),
     }
@@ -70,8 +72,8 @@ def press_hold(run):
 def dynamic_transparency(run):
     """Error of the reflected torque below 10 Hz while the force changes in steps, relative to the changes of the external torque."""
     first, _ = segment(run, "press", "hold")
-    end = max(end for verb, _, end in run.segments() if verb == "press")
-    external = _true(run, "CONTACT", "external_torque_nm")[first:end] * FORCE_SCALE
+    end = max(end for verb, _, end in run.segments() if verb == "press")  # There is at least the one found above.
+    external = _true(run, "CONTACT", "external_torque_nm")[first:end] * force_scale(run)
     error = _mean(_felt(run, first, end) - external, FAST)
     change = _mean(external - external.mean(axis=0), FAST)
     return {"dynamic_transparency": float(np.sqrt(np.sum(error**2) / np.sum(change**2)))}
@@ -92,7 +94,7 @@ def press_ripple(run):
 def follow_transparency(run):
     """Error of the reflected torque while the finger slides, caused by the damping in contact; it has no bound."""
     start, end = segment(run, "follow", "press")
-    external = _true(run, "CONTACT", "external_torque_nm")[start:end] * FORCE_SCALE
+    external = _true(run, "CONTACT", "external_torque_nm")[start:end] * force_scale(run)
     error = _felt(run, start, end) - external
     return {"follow_transparency": float(np.sqrt(np.sum(error**2) / np.sum(external**2)))}
 
@@ -106,7 +108,7 @@ def passivity(run):
         raise Missing("joystick and arm were never coupled")
     stick, joints = _true(run, "STICK", "position_rad"), _true(run, "JOINTS", "position_rad")
     hand = -_true(run, "STICK", "motor_torque_nm")[1:] * np.diff(stick, axis=0)
-    arm = FORCE_SCALE / POSITION_SCALE * _true(run, "CONTACT", "external_torque_nm")[1:] * np.diff(joints, axis=0)
+    arm = force_scale(run) / position_scale(run) * _true(run, "CONTACT", "external_torque_nm")[1:] * np.diff(joints, axis=0)
     power = np.where(coupled[1:], np.nan_to_num(hand + arm).sum(axis=1), 0.0)
     energy = np.concatenate(([0.0], np.cumsum(power)))
     starts = np.maximum.accumulate(np.where(coupled & ~np.concatenate(([False], coupled[:-1])), np.arange(run.count), 0))

@@ -7,12 +7,11 @@ import numpy as np
 
 from . import contact_figures
 from .contact_figures import FAST, SLOW, _felt, _mean, _true
-from .figures_common import FORCE_SCALE, POSITION_SCALE, SETTLED_US, Missing, segment
+from .figures_common import SETTLED_US, Missing, force_scale, position_scale, segment, tip
 from .run import CYCLE_US
 
 HOLD_CYCLES = 7_000_000 // CYCLE_US
 END_CYCLES = 500_000 // CYCLE_US
-LINKS_M = (0.22, 0.25)
 
 # By the round trip up to which they hold [ms].
 BOUNDS = {
@@ -60,7 +59,7 @@ def holds(run):
     (start, end), (after, last) = _hold(run, "press"), _hold(run, "follow")
     press, _ = segment(run, "press", None)
     touched = _true(run, "CONTACT", "in_contact") > 0
-    external = _true(run, "CONTACT", "external_torque_nm")[start:end].mean(axis=0) * FORCE_SCALE
+    external = _true(run, "CONTACT", "external_torque_nm")[start:end].mean(axis=0) * force_scale(run)
     error = _felt(run, start, end).mean(axis=0) - external
     force = np.linalg.norm(_true(run, "CONTACT", "contact_force_n")[press:last], axis=1)
     return {
@@ -72,18 +71,16 @@ def holds(run):
     }
 
 
-def _tip(joints):
-    return np.stack([LINKS_M[0] * wave(joints[0]) + LINKS_M[1] * wave(joints[0] + joints[1]) for wave in (np.cos, np.sin)])
-
-
 def end_error(run):
     """Distance at the end between the tip and its commanded place: the scaled motion of the stick since the first move."""
     first, _ = segment(run, "move", None)
-    end = max(end for verb, _, end in run.segments() if verb == "home")
+    end = max((end for verb, _, end in run.segments() if verb == "home"), default=None)
+    if end is None:
+        raise Missing("the hand never did 'home'")
     stick, joints = _true(run, "STICK", "position_rad"), _true(run, "JOINTS", "position_rad")
     late = slice(end, end + END_CYCLES)
-    asked = joints[first] + POSITION_SCALE * (stick[late].mean(axis=0) - stick[first])
-    return {"delay_end_error_m": float(np.linalg.norm(_tip(joints[late].mean(axis=0)) - _tip(asked)))}
+    asked = joints[first] + position_scale(run) * (stick[late].mean(axis=0) - stick[first])
+    return {"delay_end_error_m": float(np.linalg.norm(tip(run, joints[late].mean(axis=0)) - tip(run, asked)))}
 
 
 def free_drag(run):

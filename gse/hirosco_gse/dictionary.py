@@ -49,6 +49,7 @@ class Field:
     words: dict = None  # number -> word
     min: float = None
     max: float = None
+    init: str = None  # initial value, as the descriptor writes it
 
     @property
     def size(self):
@@ -237,6 +238,7 @@ class Configuration:
     structures: dict = field(default_factory=dict)
     provides: tuple = ()
     requires: tuple = ()
+    initial: dict = field(default_factory=dict)  # (parameter, field) -> initial value, as the descriptor writes it
 
 
 @dataclass
@@ -331,7 +333,7 @@ def unit_of(item):
 def _fields(items, enumerations):
     return tuple(
         Field(item["name"], item["type"], int(item.get("count", 1)), unit_of(item), int(item.get("id", 0)),
-              words_of(item, enumerations), item.get("min"), item.get("max"))
+              words_of(item, enumerations), item.get("min"), item.get("max"), item.get("init"))
         for item in items
     )
 
@@ -404,6 +406,7 @@ def _configuration(parameters, item, enumerations):
         structures={structure.id: structure for structure in structures},
         provides=_ports(item.get("provides"), enumerations),
         requires=_ports(item.get("requires"), enumerations),
+        initial={(part["parameter"], part["field"]): part["value"] for part in item.get("initial", ())},
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from . import contact_figures, delay_figures, tool_figures
 from . import run as runs
-from .figures_common import FORCE_SCALE, HOLD_LEAST_US, HOLD_US, POSITION_SCALE, SETTLED_US, Missing, filled, segment
+from .figures_common import HOLD_LEAST_US, HOLD_US, SETTLED_US, Missing, filled, force_scale, position_scale, segment, setting, telecommanded
 from .run import CYCLE_US, ENABLE_OPERATION, OPERATION_ENABLED, STATE_MASK
 
 CIRCLE_PERIODS = 4
@@ -20,7 +20,6 @@ ROWS_LEAST = 1000
 SIGNIFICANT = 6.0  # standard deviations
 SMALLEST_TORQUE_NM = 2.0
 BRAKE_WATCH_US, ENGAGE_WATCH_US, UNPLUG_WATCH_US = 500_000, 10_000, 1_000_000
-JOINT_STIFFNESS_NM_RAD = 4000.0  # of the joint loop in torque mode
 FORWARD_LAGS, LOOP_LAGS = range(-3, 30), range(12)
 BACK_LAGS, DAMPING_LAGS = range(-3, 8), range(50)
 FINE_COUNT_RAD = 2e-5  # an encoder of 20 bit has 6e-6, one of 16 bit 9.6e-5
@@ -212,10 +211,11 @@ def tracking(run):
     low, high = max(0, start - 20), min(run.count, end + 20)
     worst, worst_link = (0.0, 0.0), 0.0
     link = run.at_cycles("JOINTS", "position_rad")
+    scale = position_scale(run)
     for joint in range(2):
         stick = filled(run.stick_tpdo, str(joint), low, high) * runs.POSITION_RAD
         motor = filled(run.joint_tpdo[joint], "position", low, high) * runs.POSITION_RAD
-        reference = POSITION_SCALE * stick
+        reference = scale * stick
         worst = max(worst, _best_lag(reference, motor, start - low, end - low))
         if link is not None:
             truth = link[low:high, joint]
@@ -238,11 +238,12 @@ def free_drag(run):
 
 def _reflection(run, window):
     start, end = window
-    external = run.at_cycles("CONTACT", "external_torque_nm")[start:end] * FORCE_SCALE
+    scale = force_scale(run)
+    external = run.at_cycles("CONTACT", "external_torque_nm")[start:end] * scale
     worst, block = None, 0.0
     for axis in range(2):
         expected = external[:, axis]
-        if abs(expected.mean()) / FORCE_SCALE < SMALLEST_TORQUE_NM:
+        if abs(expected.mean()) / scale < SMALLEST_TORQUE_NM:
             continue
         felt = filled(run.stick_rpdo, str(axis), start, end) * runs.STICK_TORQUE_NM
         worst = max(worst or 0.0, float(abs(felt.mean() - expected.mean()) / abs(expected.mean())))
@@ -349,7 +350,8 @@ def _torque_step(run, joint, at):
     if not len(enabling):
         return 0.0
     held = np.median(run.joint_tpdo[joint]["torque"][max(0, at - 20) : at])
-    return abs(cst["torque"][at - 3 + int(enabling[0])] - held) * runs.JOINT_TORQUE_NM / JOINT_STIFFNESS_NM_RAD
+    stiffness = setting(run, "MANIPULATOR", "CONTROL", "KP")[joint]
+    return abs(cst["torque"][at - 3 + int(enabling[0])] - held) * runs.JOINT_TORQUE_NM / stiffness
 
 
 def engagement_step(run):
@@ -437,17 +439,8 @@ def _members_reported(run):
 
 
 def _limits(run):
-    """Telecommanded torque limits: list of (time_us, [Nm, Nm]) of TC[20,3] with this parameter alone."""
-    found = []
-    for time_ns, direction, packet, _ in run.packets:
-        if direction != "TC" or packet is None or packet.message != (20, 3) or run.dictionary is None:
-            continue
-        subsystem = run.dictionary.subsystem_of_apid(packet.apid)
-        parameter_id = int.from_bytes(packet.data[1:5], "big")
-        parameter = subsystem.parameter_of_id(parameter_id) if subsystem else None
-        if parameter is not None and parameter.name == "TORQUE_LIMIT" and packet.data[0] == 1:
-            found.append((time_ns // 1000, parameter.decode(packet.data, 5)[0]))
-    return found
+    """Telecommanded torque limits: list of (time_us, [Nm, Nm])."""
+    return [(time_us, value) for time_us, _, parameter, value in telecommanded(run) if parameter.name == "TORQUE_LIMIT"]
 
 
 def torque_limit(run):
@@ -520,30 +513,44 @@ def scenario_of(facts):
     return pathlib.Path(str(facts.get("scenario", ""))).stem
 
 
-def bounds_of(facts):
-    """Dict name -> (relation, bound) of the figures by which a run is judged; empty for most scenarios."""
+def _press_bounds(facts):
     is_coarse = (facts.get("joystick_count_rad") or 1.0) > FINE_COUNT_RAD
-    press = {**PRESS_BOUNDS, **COARSE_BOUNDS} if is_coarse else PRESS_BOUNDS
-    return {
-        "telepresence": BOUNDS,
-        "press": press,
-        "relay": delay_figures.bounds_of(facts),
-        "ur5e-telepresence": tool_figures.BOUNDS,
-    }.get(scenario_of(facts), {})
+    return {**PRESS_BOUNDS, **COARSE_BOUNDS} if is_coarse else PRESS_BOUNDS
+
+
+# By mission and scenario: the functions with the names of their figures, and the bounds of a run with these facts. A flight of another
+# mission has no figures.
+TABLES = {
+    ("rokviss", "telepresence"): (FIGURES, lambda facts: BOUNDS),
+    ("rokviss", "press"): (PRESS_FIGURES, _press_bounds),
+    ("rokviss", "relay"): (delay_figures.FIGURES, delay_figures.bounds_of),
+    ("ur5e-telepresence", "ur5e-telepresence"): (tool_figures.FIGURES, lambda facts: tool_figures.BOUNDS),
+}
+# Of the other scenarios of a mission: figures without bounds.
+OTHERS = {"rokviss": FIGURES, "classic": FIGURES}
+
+
+def _table(facts):
+    mission = str(facts.get("mission", ""))
+    return TABLES.get((mission, scenario_of(facts)), (OTHERS.get(mission, ()), lambda facts: {}))
+
+
+def bounds_of(facts):
+    """Dict name -> (relation, bound) of the figures by which a run is judged; empty for most missions and scenarios."""
+    return _table(facts)[1](facts)
 
 
 def compute(run):
     """(figures, reasons): every figure by name, None with a reason if the logs do not contain its data."""
     figures, reasons = {}, {}
-    own = {"press": PRESS_FIGURES, "relay": delay_figures.FIGURES, "ur5e-telepresence": tool_figures.FIGURES}
-    for function, names in own.get(scenario_of(run.facts), FIGURES):
+    for function, names in _table(run.facts)[0]:
         try:
             figures.update(function(run))
-        except (Missing, IndexError, ValueError, TypeError, np.linalg.LinAlgError) as problem:
-            for name in names:
-                figures[name] = None
-                reasons[name] = str(problem) or type(problem).__name__
-    return figures, reasons
+        except Missing as problem:
+            reasons.update(dict.fromkeys(names, str(problem)))
+        except (LookupError, ValueError, TypeError, AttributeError, ArithmeticError, np.linalg.LinAlgError) as problem:
+            reasons.update(dict.fromkeys(names, f"{type(problem).__name__}: {problem}"))
+    return {**dict.fromkeys(reasons), **figures}, reasons
 
 
 def holds(name, value, bounds=BOUNDS):

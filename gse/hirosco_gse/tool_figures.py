@@ -3,12 +3,9 @@
 
 import numpy as np
 
-from .figures_common import FORCE_SCALE, Missing, segment
+from .figures_common import Missing, force_scale, segment, setting
 from .run import CYCLE_US
 
-TOOL_SCALE_M_RAD = 0.2  # POSITION_SCALE of the arm's descriptor
-TOOL_FORCE_SCALE = 1.0  # its FORCE_SCALE [Nm/N]
-AXES = [0, 2]  # x and z of the base, its DIRECTIONS
 RAMP_US, STILL_US = 2_000_000, 4_000_000
 LAGS = range(0, 400, 4)
 OPERATIONAL, NO_HAND = 5, 1
@@ -33,6 +30,19 @@ def _truth(run, channel, name):
     if column is None:
         raise Missing(f"the truth log has no channel {channel}")
     return column
+
+
+def _led(run, field):
+    """Field of TELEPRESENCE, the parameter of the arm whose tool the joystick leads."""
+    owner = next((item.name for item in run.dictionary.subsystems.values() if "TELEPRESENCE" in item.parameters), None) if run.dictionary else None
+    if owner is None:
+        raise Missing("no subsystem with the parameter TELEPRESENCE")
+    return setting(run, owner, "TELEPRESENCE", field)
+
+
+def _along(run, vectors):
+    """Components of vectors along the directions that the joystick leads."""
+    return vectors @ _led(run, "DIRECTIONS").reshape(-1, 3).T
 
 
 def _values(run):
@@ -60,8 +70,8 @@ def _circle(run):
 def tracking(run):
     """Motion of the true tool against that of the stick in free space, at the lag that fits best."""
     first, end = _circle(run)
-    tool = _truth(run, "CONTACT", "tip_m")[:, AXES]
-    stick = _truth(run, "STICK", "position_rad") * TOOL_SCALE_M_RAD
+    tool = _along(run, _truth(run, "CONTACT", "tip_m"))
+    stick = _truth(run, "STICK", "position_rad") * _led(run, "POSITION_SCALE")
     moved = tool[first:end] - tool[first:end].mean(axis=0)
     errors = {}
     for lag in LAGS:
@@ -91,7 +101,7 @@ def pressing(run):
     held = force[first:end]
     true = held.mean(axis=0)
     felt = _truth(run, "STICK", "motor_torque_nm")[first:end].mean(axis=0)
-    asked = FORCE_SCALE * TOOL_FORCE_SCALE * true[AXES]
+    asked = force_scale(run) * _led(run, "FORCE_SCALE") * _along(run, true)
     stick = _truth(run, "STICK", "position_rad")[first:end]
     return {
         "tool_force_n": float(np.linalg.norm(true)),

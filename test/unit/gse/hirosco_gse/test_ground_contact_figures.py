@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of a press and hold from synthetic signals with known results; every figure must be able to fail."""
 
+import types
+
 import numpy as np
 import pytest
-from hirosco_gse import contact_figures, figures
-from hirosco_gse import run as runs
+import signals
+from hirosco_gse import contact_figures, figures, figures_common, packets
 
 COUNT = 60_000
 TIME = np.arange(COUNT) * 0.0005
@@ -13,40 +15,12 @@ SEGMENTS = [("move", 12_000, 16_000), ("press", 16_000, 19_200), ("hold", 19_200
 ENABLED = np.where((TIME >= 4.5) & (TIME < 29.5), 0x1627, 0x1623)
 
 
-class Signals:
-    """What the figures read of a run."""
-
-    def __init__(self):
-        self.count, self.facts = COUNT, {"scenario": "press"}
-        pressed = np.interp(TIME, [8.5, 9.5, 22, 23, 24, 25, 26, 27, 28, 28.2], [0, 15, 15, 8, 8, 20, 20, 8, 8, 0])
-        force = np.zeros((COUNT, 3))
-        force[:, 2] = pressed
-        external = np.stack([0.28 * pressed, 0.1 * pressed], axis=1)
-        self.truth = {
-            ("STICK", "position_rad"): np.zeros((COUNT, 2)),
-            ("STICK", "motor_torque_nm"): 0.03 * external,
-            ("JOINTS", "position_rad"): np.zeros((COUNT, 2)),
-            ("CONTACT", "contact_force_n"): force,
-            ("CONTACT", "in_contact"): (pressed > 0).astype(float),
-            ("CONTACT", "external_torque_nm"): external,
-        }
-        seen = np.ones(COUNT, bool)
-        felt = np.round(0.03 * external / 1e-4).astype(int)
-        self.stick_rpdo = runs.Cycles(seen, {"0": felt[:, 0], "1": felt[:, 1]})
-        self.stick_tpdo = runs.Cycles(seen, {"0": np.round(6.0 * np.arange(COUNT)).astype(int), "1": np.zeros(COUNT, int)})
-        self.stick_status = runs.Cycles(seen, {"0": ENABLED})
-        self.joint_tpdo = [runs.Cycles(seen, {"status": ENABLED}) for _ in range(2)]
-
-    def segments(self):
-        return SEGMENTS
-
-    def at_cycles(self, channel, name):
-        return self.truth.get((channel, name))
+PRESSED = np.interp(TIME, [8.5, 9.5, 22, 23, 24, 25, 26, 27, 28, 28.2], [0, 15, 15, 8, 8, 20, 20, 8, 8, 0])
 
 
 @pytest.fixture
-def run():
-    return Signals()
+def run(dictionary):
+    return signals.Signals("press", PRESSED, ENABLED, SEGMENTS, dictionary)
 
 
 def test_a_quiet_hold_has_quiet_figures(run):
@@ -55,6 +29,8 @@ def test_a_quiet_hold_has_quiet_figures(run):
     run.facts.update(found)
     assert not figures.failures(run.facts)
     assert found["hold_force_mean_n"] == pytest.approx(15)
+    assert found["hold_force_asked_n"] == pytest.approx(15)
+    assert found["hold_force_peak"] == pytest.approx(1)
     assert found["joystick_count_rad"] == pytest.approx(6e-6)
 
 
@@ -97,6 +73,15 @@ def test_lost_contact_and_a_peak_are_seen(run):
     assert found["hold_force_peak"] == pytest.approx(2.0)
 
 
+def test_a_press_with_more_than_the_force_asked_is_a_peak(run):
+    """The largest force is compared with the force that the hand intends, not with the mean, which grows with it."""
+    run.truth["CONTACT", "contact_force_n"] *= 1.2
+    found = contact_figures.press_hold(run)
+    assert found["hold_force_mean_n"] == pytest.approx(18)
+    assert found["hold_force_peak"] == pytest.approx(1.2)
+    assert not figures.holds("hold_force_peak", found["hold_force_peak"], figures.PRESS_BOUNDS)
+
+
 def test_transparency_sees_a_wrong_gain_of_changes(run):
     assert contact_figures.dynamic_transparency(run)["dynamic_transparency"] < 0.001
     part = slice(44_000, 56_000)
@@ -136,9 +121,38 @@ def test_a_short_hold_is_no_hold(run, monkeypatch):
 
 
 def test_a_coarse_encoder_has_bounds_of_its_own():
-    fine = figures.bounds_of({"scenario": "sim/scenarios/press.scn", "joystick_count_rad": 6e-6})
-    coarse = figures.bounds_of({"scenario": "press", "joystick_count_rad": 9.5e-5})
+    fine = figures.bounds_of({"mission": "rokviss", "scenario": "sim/scenarios/press.scn", "joystick_count_rad": 6e-6})
+    coarse = figures.bounds_of({"mission": "rokviss", "scenario": "press", "joystick_count_rad": 9.5e-5})
     assert fine == figures.PRESS_BOUNDS
     assert coarse["press_hold_motion_rad"] == ("<=", 2e-4)
     assert coarse["hold_contact_share"] == fine["hold_contact_share"]
-    assert figures.bounds_of({"scenario": "commissioning"}) == {}
+    assert figures.bounds_of({"mission": "rokviss", "scenario": "commissioning"}) == {}
+
+
+def _set(run, owner, name, field, value, time_ns=10**9):
+    """The run contains a telecommand that sets one field of a parameter to a number."""
+    subsystem = run.dictionary.subsystem(owner)
+    parameter = subsystem.parameter(name)
+    numbers = [value if item.name == field else float(word) for item in parameter.fields for word in item.init.split()]
+    data = b"\1" + parameter.parameter_id.to_bytes(4, "big") + parameter.encode_text(",".join(map(str, numbers)))
+    packet = packets.parse(packets.build_tc(subsystem.apid, 0, 20, 3, data))
+    run.packets.append((time_ns, "TC", packet, b""))
+
+
+def test_the_scales_are_those_of_the_flight(run):
+    """Descriptor, then the initial values of the configuration, then telecommands."""
+    run.stick_rpdo.words["0"] *= 2
+    run.stick_rpdo.words["1"] *= 2
+    assert contact_figures.dynamic_transparency(run)["dynamic_transparency"] > 0.5
+    _set(run, "JOYSTICK", "CONTROL", "FORCE_SCALE", 0.06)
+    assert contact_figures.dynamic_transparency(run)["dynamic_transparency"] < 0.001
+    assert figures_common.force_scale(run) == 0.06
+    assert figures_common.position_scale(run) == 2.0
+    run.packets.clear()
+    joystick = run.dictionary.subsystem("JOYSTICK")
+    joystick.configuration("TELEPRESENCE").initial["CONTROL", "FORCE_SCALE"] = "0.02"
+    assert figures_common.force_scale(run) == 0.03
+    run.reports.append((0, types.SimpleNamespace(apid=joystick.apid), {"configuration_id": joystick.configuration("TELEPRESENCE").id}))
+    assert figures_common.force_scale(run) == 0.02
+    run.dictionary = None
+    assert "no dictionary" in figures.compute(run)[1]["dynamic_transparency"]

@@ -2,12 +2,13 @@
 """Figures on synthetic logs with known answers; every figure must be able to fail."""
 
 import copy
+import json
 import struct
 
 import numpy as np
 import pytest
 import synthetic
-from hirosco_gse import figures, logs, packet_log
+from hirosco_gse import figures, logs, packet_log, report
 from hirosco_gse import run as runs
 from hirosco_gse import truth as truth_log
 from hirosco_gse.dictionary import Dictionary
@@ -205,7 +206,52 @@ def test_no_answer_to_the_limit_gives_no_figure(run):
     assert value(run, "torque_limit_reaction_cycles") is None
 
 
+DELAYS_MS = (20, 100, 300)
+FACTS = [{"mission": mission, "scenario": scenario, "joystick_count_rad": count, "relay": {"round_trip_ms": delay_ms}}
+         for mission, scenario in figures.TABLES for count in (6e-6, 9.5e-5) for delay_ms in DELAYS_MS]
+
+
+def test_every_figure_with_a_bound_is_computed_and_has_a_text_and_a_unit():
+    bounded = set()
+    for facts in FACTS:
+        bounds = figures.bounds_of(facts)
+        assert bounds
+        computed = {name for _, names in figures.TABLES[facts["mission"], facts["scenario"]][0] for name in names}
+        assert set(bounds) <= computed <= set(report.TEXTS) | {"joystick_count_rad", "follow_transparency"}
+        bounded |= set(bounds)
+    for name in bounded:
+        text, unit = report.TEXTS[name]
+        assert text
+        assert unit == "" or name.endswith(("_" + unit.lower(), "_cycles", "lost")), name
+
+
+@pytest.mark.parametrize(("mission", "scenario"), [("ur5e", "ur5e"), ("actuators", "actuators"), ("ur5e-telepresence", "press"), ("ur5e", "telepresence"), (None, None)])
+def test_a_flight_of_another_mission_has_no_figures(run, mission, scenario):
+    run.facts = {"mission": mission, "scenario": scenario} if mission else {}
+    assert figures.compute(run) == ({}, {})
+    assert figures.bounds_of(run.facts) == {}
+
+
+def test_another_scenario_of_the_mission_has_figures_without_bounds(run):
+    run.facts["scenario"] = "my-scenario.scn"
+    assert figures.compute(run)[0]["tracking_error"] > 0
+    assert figures.bounds_of(run.facts) == {}
+
+
+@pytest.mark.parametrize("problem", [KeyError("JOINTS"), IndexError("7"), AttributeError("x"), ZeroDivisionError("x"), ValueError("x")])
+def test_a_figure_that_cannot_be_computed_leaves_the_others(run, monkeypatch, problem):
+    def fail(_):
+        raise problem
+
+    monkeypatch.setitem(figures.TABLES, ("rokviss", "telepresence"), (((fail, ("tracking_error",)), *figures.FIGURES[:2]), lambda facts: figures.BOUNDS))
+    found, reasons = figures.compute(run)
+    assert found["tracking_error"] is None
+    assert reasons == {"tracking_error": f"{type(problem).__name__}: {problem}"}
+    assert found["latency_back_cycles"] == synthetic.BACK
+
+
 def test_an_empty_folder_has_reasons_for_everything(tmp_path, dictionary):
+    (tmp_path / "run.json").write_text(json.dumps({"mission": "rokviss", "scenario": "telepresence"}))
     run = runs.Run(tmp_path, dictionary)
     found, reasons = figures.compute(run)
     for name in figures.BOUNDS:
