@@ -111,7 +111,7 @@ def test_without_truth_a_figure_is_missing(run, name, missing):
     run.truth[missing] = None
     found, reasons = figures.compute(run)
     assert found[name] is None
-    assert "no truth" in reasons[name]
+    assert "has no channel" in reasons[name]
     assert any(line.startswith(name) for line in figures.failures({**run.facts, **found, "figures_missing": reasons}))
 
 
