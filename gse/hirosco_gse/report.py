@@ -122,7 +122,7 @@ def mismatches(run):
         if subsystem and subsystem.interface_hash not in (0, flown):
             wanted = subsystem.interface_hash
             found.add(f"{subsystem.name} flew interface 0x{flown:016x}, the dictionary has 0x{wanted:016x}: run make")
-    flown, known = (source.get("device_classes_hash") for source in (run.facts, run.dictionary.content))
+    flown, known = (source.get("device_classes_hash") for source in (run.facts, run.dictionary.content if run.dictionary else {}))
     if flown and known and int(flown, 0) != int(known, 0):
         found.add(f"the flight had device classes {flown}, the dictionary has those of {known}: run make")
     return sorted(found)
