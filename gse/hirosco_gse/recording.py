@@ -15,6 +15,7 @@ import numpy as np
 
 from . import run as runs
 from . import telemetry
+from . import truth as truth_log
 from .dictionary import STATES
 from .failures import name_of
 from .station.about import hello
@@ -209,16 +210,10 @@ def _truth(run, tables):
     known = {name: table for name, table in run.truth.items() if isinstance(table, dict) and len(table["time_us"])}
     if "JOINTS" not in known:
         return
-    times_us = known["JOINTS"]["time_us"]
-    picked = np.searchsorted(times_us, np.arange(times_us[0], times_us[-1] + 1, 1_000_000 // TRUTH_HZ))
-    wanted = times_us[picked]
+    wanted = np.arange(known["JOINTS"]["time_us"][0], run.truth_end_us + 1, 1_000_000 // TRUTH_HZ)
 
     def at(channel, name):
-        table = known[channel]
-        index = np.searchsorted(table["time_us"], wanted)
-        found = table[name][np.minimum(index, len(table["time_us"]) - 1)].astype(float)
-        found[index >= len(table["time_us"])] = np.nan
-        return found.reshape(len(wanted), -1)
+        return truth_log.at(known[channel], name, wanted, run.truth_end_us).reshape(len(wanted), -1)
 
     leaves = {"POSITION": at("JOINTS", "position_rad"), "VELOCITY": at("JOINTS", "velocity_rad_s"), "TORQUE": at("JOINTS", "joint_torque_nm"),
               "EXTERNAL_TORQUE": at("JOINTS", "external_torque_nm"), "BRAKE": at("JOINTS", "brake_engaged")}

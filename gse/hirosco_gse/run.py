@@ -6,6 +6,7 @@ on its bus before it: TPDO(k) was sampled at SYNC k; RPDO(k) was sent after SYNC
 cycle k or before) and is applied at SYNC k+1. Frame and SYNC leave the controller in one burst, RPDOs first.
 """
 
+import functools
 import json
 import pathlib
 from dataclasses import dataclass
@@ -30,36 +31,37 @@ OPERATION_ENABLED = 0x27
 ENABLE_OPERATION = 0x0F
 
 
-def _scene(truth):
+def scene(truth):
     """The first contact and the first spring of the world, and the torques of all contacts and springs on the joints."""
     contact, spring, joints = (truth.get(name) for name in ("CONTACT", "SPRING", "JOINTS"))
     known = [table for table in (contact, spring, joints) if table is not None]
     if contact is None and spring is None:
         return None
-    count = min(len(table["time_us"]) for table in known)
-    empty = np.zeros((count, 3))
-    found = {"time_us": known[0]["time_us"][:count], "external_torque_nm": np.zeros((count, 0))}
-    found["tip_m"] = (contact or spring)["place_m"][:count, 0]
+    times = functools.reduce(np.union1d, [table["time_us"] for table in known])
+
+    def held(table, column):
+        return table[column][truth_log.held(table, times)]
+
+    found = {"time_us": times, "external_torque_nm": held(joints, "external_torque_nm") if joints else np.zeros((len(times), 0))}
+    found["tip_m"] = held(contact or spring, "place_m")[:, 0]
     for name, table, column in (
         ("contact_point_m", contact, "point_m"),
         ("contact_force_n", contact, "force_n"),
         ("spring_force_n", spring, "force_n"),
     ):
-        found[name] = table[column][:count, 0] if table else empty
+        found[name] = held(table, column)[:, 0] if table else np.zeros((len(times), 3))
     for name, table, column in (("in_contact", contact, "is_touching"), ("spring_hooked", spring, "is_hooked")):
-        found[name] = table[column][:count, 0] if table else np.zeros(count, bool)
-    if joints is not None:
-        found["external_torque_nm"] = joints["external_torque_nm"][:count]
+        found[name] = held(table, column)[:, 0] if table else np.zeros(len(times), bool)
     return found
 
 
 def decode_truth(channels):
     """As truth.decode, with DRIVE and FAULT in any case. CONTACT has the first contact and the first spring of the world, in one table."""
     decoded = {"DRIVE": [], "FAULT": [], **truth_log.decode(channels)}
-    scene = _scene(decoded)
+    found = scene(decoded)
     decoded.pop("CONTACT", None)
-    if scene is not None:
-        decoded["CONTACT"] = scene
+    if found is not None:
+        decoded["CONTACT"] = found
     return decoded
 
 
@@ -174,7 +176,9 @@ class Run:
 
     def _align(self):
         last = [bus.time_us[-1] for bus in self.buses.values() if len(bus)]
-        last += [table["time_us"][-1] for table in self.truth.values() if isinstance(table, dict) and len(table["time_us"])]
+        ends = [table["time_us"][-1] for table in self.truth.values() if isinstance(table, dict) and len(table["time_us"])]
+        self.truth_end_us = int(max(ends, default=0))
+        last += ends
         self.count = int(max(last, default=0)) // CYCLE_US + 1
         self.joint_tpdo = [self._pdo(joint, JOINT_TORQUE_NM, status=0x6041, position=0x6064, torque=0x6077) for joint in self.joints]
         self.joint_csp = [self._pdo(joint, JOINT_TORQUE_NM, control=0x6040, position=0x607A, offset=0x60B2) for joint in self.joints]
@@ -233,17 +237,11 @@ class Run:
         return found
 
     def at_cycles(self, channel, name):
-        """Truth column resampled to the cycles' SYNC instants (nearest step), NaN outside the log."""
+        """Truth column at the cycles' SYNC instants, NaN after the end of the log."""
         table = self.truth.get(channel)
         if table is None or not len(table["time_us"]):
             return None
-        want = np.arange(self.count) * CYCLE_US
-        index = np.searchsorted(table["time_us"], want)
-        column = table[name].astype(float)
-        inside = index < len(column)
-        column = column[np.minimum(index, len(column) - 1)]
-        column[~inside] = np.nan
-        return column
+        return truth_log.at(table, name, np.arange(self.count) * CYCLE_US, self.truth_end_us)
 
     def segments(self):
         """Hand verbs in order: list of (verb, first cycle, end cycle)."""

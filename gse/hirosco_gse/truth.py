@@ -157,3 +157,16 @@ def decode(channels):
         else:
             decoded[name] = [_record(event, kind.members) for event in events]
     return decoded
+
+
+def held(table, want_us):
+    """Row of a table of columns that is valid at each of these instants. The log leaves rows out while its channel is at rest: each row is valid
+    until the next one; the first one before it, too."""
+    return np.maximum(np.searchsorted(table["time_us"], want_us, side="right") - 1, 0)
+
+
+def at(table, name, want_us, end_us):
+    """Column of a table at these instants, as numbers; not a number after `end_us`, the end of the log."""
+    found = table[name][held(table, want_us)].astype(float)
+    found[np.asarray(want_us) > end_us] = np.nan
+    return found

@@ -550,4 +550,7 @@ void simulator_flush(simulator_t* const simulator)
         }
     }
     instrument_set_flush(simulator->instruments);
+    if (simulator->truth_log != NULL) {
+        truth_flush(simulator->truth_log);
+    }
 }

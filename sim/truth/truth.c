@@ -2,6 +2,7 @@
 #include "sim/truth/truth.h"
 
 #include <lcm/eventlog.h>
+#include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdio_ext.h>
@@ -13,6 +14,7 @@
 #define HEADER_OCTETS 28U // Octets of an event before the name of its channel.
 #define CHANNEL_MAX 16U   ///< Names of channels are shorter.
 #define TEXT_MAX 96U      ///< Longer texts are cut.
+#define CONTENT_AT 16U    ///< The content of an event begins after its fingerprint and its time.
 
 // What lcm-gen computes from the .lcm files; a test compares them.
 #define WORLD_FINGERPRINT 0x887e8e9e77de14a2U
@@ -30,20 +32,44 @@
 #define LATCH_FINGERPRINT 0x6082048e59e35adaU
 #define FAULT_FINGERPRINT 0x80b9c8e8a82d7e4aU
 
+/// One event under construction: big-endian, as LCM encodes. All its floating point numbers are in one place.
+typedef struct {
+    uint8_t octet[EVENT_MAX];
+    size_t used;
+    size_t numbers_at;
+    size_t numbers;
+    uint64_t time_ns;
+} event_t;
+
+/// The channels that are offered at every step, in the order of a step.
+typedef enum {
+    JOINTS,
+    STICK,
+    CONTACT,
+    SPRING,
+    WHEEL,
+    BASE,
+    OPERATOR,
+    STATE_CHANNELS
+} state_channel_t;
+
+static const char* const state_names[STATE_CHANNELS] = {"JOINTS", "STICK", "CONTACT", "SPRING",
+                                                        "WHEEL",  "BASE",  "OPERATOR"};
+
+typedef struct {
+    event_t written;  ///< The last one in the log; nothing used: there is none.
+    event_t left_out; ///< The one after it that is not in the log; nothing used: there is none.
+} history_t;
+
 struct truth {
     lcm_eventlog_t* log;
     uint64_t octets;
     uint64_t most_octets;
     bool is_cut;
     bool failed;
+    history_t history[STATE_CHANNELS];
     char buffer[BUFFER_OCTETS]; // glibc ignores the size of a buffer that it allocates itself.
 };
-
-/// One event under construction: big-endian, as LCM encodes.
-typedef struct {
-    uint8_t octet[EVENT_MAX];
-    size_t used;
-} event_t;
 
 static void put_u8(event_t* const event, const uint8_t value)
 {
@@ -74,6 +100,8 @@ static void put_bool(event_t* const event, const bool value)
 
 static void put_doubles(event_t* const event, const double* const value, const unsigned count)
 {
+    event->numbers_at = (event->numbers == 0U) ? event->used : event->numbers_at;
+    event->numbers += count;
     for (unsigned i = 0U; i < count; i++) {
         uint64_t bits;
         memcpy(&bits, &value[i], sizeof bits);
@@ -92,19 +120,21 @@ static void put_text(event_t* const event, const char* const text)
 
 static void begin(event_t* const event, const uint64_t fingerprint, const uint64_t time_ns)
 {
-    event->used = 0U;
+    event->used       = 0U;
+    event->numbers_at = CONTENT_AT;
+    event->numbers    = 0U;
+    event->time_ns    = time_ns;
     put_u64(event, fingerprint);
     put_u64(event, time_ns);
 }
 
-static status_t write_record(truth_t* const truth, const char* const channel, const uint64_t time_ns,
-                             event_t* const event)
+static status_t write_record(truth_t* const truth, const char* const channel, event_t* const event)
 {
     char name[CHANNEL_MAX]; // The library requires a writable text.
     const size_t length = strlen(channel);
     memcpy(name, channel, length + 1U);
     lcm_eventlog_event_t record = {
-        .timestamp  = (int64_t)(time_ns / 1000U),
+        .timestamp  = (int64_t)(event->time_ns / 1000U),
         .channellen = (int32_t)length,
         .datalen    = (int32_t)event->used,
         .channel    = name,
@@ -122,11 +152,10 @@ static status_t cut(truth_t* const truth, const uint64_t time_ns)
     begin(&event, CUT_FINGERPRINT, time_ns);
     put_u64(&event, truth->octets);
     truth->is_cut = true;
-    return write_record(truth, "CUT", time_ns, &event);
+    return write_record(truth, "CUT", &event);
 }
 
-static status_t write_event(truth_t* const truth, const char* const channel, const uint64_t time_ns,
-                            event_t* const event)
+static status_t write_event(truth_t* const truth, const char* const channel, event_t* const event)
 {
     if (truth->failed) {
         return STATUS_IO;
@@ -135,7 +164,68 @@ static status_t write_event(truth_t* const truth, const char* const channel, con
         return STATUS_OK;
     }
     const bool is_full = (truth->octets + HEADER_OCTETS + CHANNEL_MAX + event->used) > truth->most_octets;
-    return is_full ? cut(truth, time_ns) : write_record(truth, channel, time_ns, event);
+    return is_full ? cut(truth, event->time_ns) : write_record(truth, channel, event);
+}
+
+// ---- What is at rest ----
+
+static double number_of(const event_t* const event, const size_t index)
+{
+    const uint8_t* octet = &event->octet[event->numbers_at + (index * sizeof(double))];
+    uint64_t bits        = 0U;
+    double value;
+    for (size_t i = 0U; i < sizeof bits; i++) {
+        bits = (bits << 8) | octet[i];
+    }
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+/// Whether all numbers are equal but for TRUTH_RESOLUTION, and everything else exactly.
+static bool is_same(const event_t* const a, const event_t* const b)
+{
+    if ((a->used != b->used) || (a->numbers != b->numbers)) {
+        return false;
+    }
+    const size_t end = a->numbers_at + (a->numbers * sizeof(double));
+    bool is_equal    = memcmp(&a->octet[end], &b->octet[end], a->used - end) == 0;
+    for (size_t i = 0U; is_equal && (i < a->numbers); i++) {
+        is_equal = fabs(number_of(a, i) - number_of(b, i)) <= TRUTH_RESOLUTION; // Not if one is not a number.
+    }
+    return is_equal;
+}
+
+static void copy_event(event_t* const to, const event_t* const from)
+{
+    memcpy(to->octet, from->octet, from->used);
+    to->used       = from->used;
+    to->numbers_at = from->numbers_at;
+    to->numbers    = from->numbers;
+    to->time_ns    = from->time_ns;
+}
+
+static status_t write_left_out(truth_t* const truth, const state_channel_t channel)
+{
+    event_t* event        = &truth->history[channel].left_out;
+    const status_t status = (event->used > 0U) ? write_event(truth, state_names[channel], event) : STATUS_OK;
+    event->used           = 0U;
+    return status;
+}
+
+/// Write the event of a step if it differs from the last one of its channel. If the event of the step before
+/// has been left out, it comes first.
+static status_t write_state(truth_t* const truth, const state_channel_t channel, event_t* const event)
+{
+    history_t* history    = &truth->history[channel];
+    const bool is_at_rest = is_same(event, &history->written);
+    if (is_at_rest && (event->time_ns < (history->written.time_ns + TRUTH_INTERVAL_NS))) {
+        copy_event(&history->left_out, event);
+        return truth->failed ? STATUS_IO : STATUS_OK;
+    }
+    history->left_out.used = is_at_rest ? 0U : history->left_out.used;
+    const status_t status  = write_left_out(truth, channel);
+    copy_event(&history->written, event);
+    return (status == STATUS_OK) ? write_event(truth, state_names[channel], event) : status;
 }
 
 status_t truth_open(const char* const path, const uint64_t most_octets, truth_t** const out_truth)
@@ -163,10 +253,18 @@ status_t truth_close(truth_t* const truth)
     if (truth == NULL) {
         return STATUS_OK;
     }
+    for (unsigned i = 0U; i < STATE_CHANNELS; i++) {
+        (void)write_left_out(truth, (state_channel_t)i); // The log shows until when it was at rest.
+    }
     const bool failed = truth->failed || (fflush(truth->log->f) != 0) || (ferror(truth->log->f) != 0);
     lcm_eventlog_destroy(truth->log);
     free(truth);
     return failed ? STATUS_IO : STATUS_OK;
+}
+
+void truth_flush(truth_t* const truth)
+{
+    (void)fflush(truth->log->f); // truth_close reports what could not be written.
 }
 
 static void put_bools(event_t* const event, const bool* const value, const unsigned count)
@@ -193,7 +291,7 @@ status_t truth_world(truth_t* const truth, const uint64_t time_ns, const truth_w
     put_names(&event, &world->contacts);
     put_names(&event, &world->springs);
     put_names(&event, &world->bases);
-    return write_event(truth, "WORLD", time_ns, &event);
+    return write_event(truth, "WORLD", &event);
 }
 
 status_t truth_joints(truth_t* const truth, const uint64_t time_ns, const truth_joints_t* const joints)
@@ -209,7 +307,7 @@ status_t truth_joints(truth_t* const truth, const uint64_t time_ns, const truth_
     put_doubles(&event, joints->friction_nm, joints->count);
     put_doubles(&event, joints->external_torque_nm, joints->count);
     put_bools(&event, joints->brake_engaged, joints->count);
-    return write_event(truth, "JOINTS", time_ns, &event);
+    return write_state(truth, JOINTS, &event);
 }
 
 status_t truth_stick(truth_t* const truth, const uint64_t time_ns, const truth_stick_t* const stick)
@@ -221,7 +319,7 @@ status_t truth_stick(truth_t* const truth, const uint64_t time_ns, const truth_s
     put_doubles(&event, stick->velocity_rad_s, stick->count);
     put_doubles(&event, stick->motor_torque_nm, stick->count);
     put_doubles(&event, stick->hand_torque_nm, stick->count);
-    return write_event(truth, "STICK", time_ns, &event);
+    return write_state(truth, STICK, &event);
 }
 
 status_t truth_contacts(truth_t* const truth, const uint64_t time_ns, const truth_touch_t* const contact,
@@ -242,7 +340,7 @@ status_t truth_contacts(truth_t* const truth, const uint64_t time_ns, const trut
     for (unsigned i = 0U; i < count; i++) {
         put_bool(&event, contact[i].is_active);
     }
-    return write_event(truth, "CONTACT", time_ns, &event);
+    return write_state(truth, CONTACT, &event);
 }
 
 status_t truth_springs(truth_t* const truth, const uint64_t time_ns, const truth_touch_t* const spring,
@@ -260,7 +358,7 @@ status_t truth_springs(truth_t* const truth, const uint64_t time_ns, const truth
     for (unsigned i = 0U; i < count; i++) {
         put_bool(&event, spring[i].is_active);
     }
-    return write_event(truth, "SPRING", time_ns, &event);
+    return write_state(truth, SPRING, &event);
 }
 
 status_t truth_bases(truth_t* const truth, const uint64_t time_ns, const truth_base_t* const base,
@@ -281,7 +379,7 @@ status_t truth_bases(truth_t* const truth, const uint64_t time_ns, const truth_b
     for (unsigned i = 0U; i < count; i++) {
         put_doubles(&event, base[i].rate_rad_s, 3U);
     }
-    return write_event(truth, "BASE", time_ns, &event);
+    return write_state(truth, BASE, &event);
 }
 
 status_t truth_wheels(truth_t* const truth, const uint64_t time_ns, const truth_wheel_t* const wheel,
@@ -296,7 +394,7 @@ status_t truth_wheels(truth_t* const truth, const uint64_t time_ns, const truth_
     for (unsigned i = 0U; i < count; i++) {
         put_doubles(&event, &wheel[i].torque_nm, 1U);
     }
-    return write_event(truth, "WHEEL", time_ns, &event);
+    return write_state(truth, WHEEL, &event);
 }
 
 status_t truth_names(truth_t* const truth, const uint64_t time_ns, const char* const channel,
@@ -306,7 +404,7 @@ status_t truth_names(truth_t* const truth, const uint64_t time_ns, const char* c
     begin(&event, NAMES_FINGERPRINT, time_ns);
     put_text(&event, channel);
     put_names(&event, names);
-    return write_event(truth, "NAMES", time_ns, &event);
+    return write_event(truth, "NAMES", &event);
 }
 
 status_t truth_operator(truth_t* const truth, const uint64_t time_ns, const truth_operator_t* const operator_)
@@ -318,7 +416,7 @@ status_t truth_operator(truth_t* const truth, const uint64_t time_ns, const trut
     put_doubles(&event, operator_->expected_torque_nm, 2U);
     put_doubles(&event, &operator_->grip, 1U);
     put_text(&event, operator_->verb);
-    return write_event(truth, "OPERATOR", time_ns, &event);
+    return write_state(truth, OPERATOR, &event);
 }
 
 status_t truth_drive(truth_t* const truth, const uint64_t time_ns, const truth_drive_t* const drive)
@@ -331,7 +429,7 @@ status_t truth_drive(truth_t* const truth, const uint64_t time_ns, const truth_d
     put_u32(&event, drive->statusword);
     put_bool(&event, drive->plugged);
     put_bool(&event, drive->brake_engaged);
-    return write_event(truth, "DRIVE", time_ns, &event);
+    return write_event(truth, "DRIVE", &event);
 }
 
 status_t truth_valve(truth_t* const truth, const uint64_t time_ns, const truth_valve_t* const valve)
@@ -340,7 +438,7 @@ status_t truth_valve(truth_t* const truth, const uint64_t time_ns, const truth_v
     begin(&event, VALVE_FINGERPRINT, time_ns);
     put_text(&event, valve->name);
     put_bool(&event, valve->is_open);
-    return write_event(truth, "VALVE", time_ns, &event);
+    return write_event(truth, "VALVE", &event);
 }
 
 status_t truth_latch(truth_t* const truth, const uint64_t time_ns, const truth_latch_t* const latch)
@@ -349,7 +447,7 @@ status_t truth_latch(truth_t* const truth, const uint64_t time_ns, const truth_l
     begin(&event, LATCH_FINGERPRINT, time_ns);
     put_text(&event, latch->name);
     put_bool(&event, latch->is_closed);
-    return write_event(truth, "LATCH", time_ns, &event);
+    return write_event(truth, "LATCH", &event);
 }
 
 status_t truth_fault(truth_t* const truth, const uint64_t time_ns, const truth_fault_t* const fault)
@@ -359,5 +457,5 @@ status_t truth_fault(truth_t* const truth, const uint64_t time_ns, const truth_f
     put_text(&event, fault->kind);
     put_text(&event, fault->target);
     put_bool(&event, fault->active);
-    return write_event(truth, "FAULT", time_ns, &event);
+    return write_event(truth, "FAULT", &event);
 }

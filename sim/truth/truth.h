@@ -3,7 +3,8 @@
 /// compare telemetry with it. Two runs of one seed give the same file, octet for octet.
 ///
 /// Types are the .lcm files in the folder of this header; encoding follows LCM's wire format. Channels and
-/// rates are in sim/truth/README.md. Writing costs about 0.4 us per event, without waiting for the disk.
+/// rates are in sim/truth/README.md. What is at rest is written every TRUTH_INTERVAL_NS only. Writing costs
+/// about 0.4 us per event, without waiting for the disk.
 ///
 /// Ownership  truth_open allocates, truth_close frees and flushes.
 #ifndef SIM_TRUTH_TRUTH_H
@@ -16,16 +17,22 @@
 
 #define TRUTH_OCTETS_MAX 4294967296U ///< A log of this size ends with an event CUT.
 
+#define TRUTH_INTERVAL_NS 100000000U ///< Between two events of a channel at rest.
+#define TRUTH_RESOLUTION 1e-9        ///< Smaller changes of a number count as rest, in its SI unit.
+
 typedef struct truth truth_t;
 
 /// Create or overwrite the log, of at most this many octets. Returns STATUS_OK or STATUS_IO (then *out_truth
 /// is null).
 MUST_USE status_t truth_open(const char* path, uint64_t most_octets, truth_t** out_truth);
 
+/// Give what is buffered to the operating system.
+void truth_flush(truth_t* truth);
+
 /// Flush and close; null is allowed. Returns STATUS_OK or STATUS_IO: something was not written.
 status_t truth_close(truth_t* truth);
 
-/// Channel JOINTS, every step: arrays of `count`.
+/// Channel JOINTS, at every step: arrays of `count`.
 typedef struct {
     unsigned count;
     const double* position_rad;       ///< Link side.
@@ -38,7 +45,7 @@ typedef struct {
     const bool* brake_engaged;
 } truth_joints_t;
 
-/// Channel STICK, every step: arrays of `count` axes.
+/// Channel STICK, at every step: arrays of `count` axes.
 typedef struct {
     unsigned count;
     const double* position_rad;
@@ -83,7 +90,7 @@ typedef struct {
     double torque_nm;
 } truth_wheel_t;
 
-/// Channel OPERATOR, every step.
+/// Channel OPERATOR, at every step.
 typedef struct {
     double intent_rad[2];
     double wanted_tip_m[2];
@@ -121,8 +128,9 @@ typedef struct {
     bool active;
 } truth_fault_t;
 
-/// Write one event. Returns STATUS_OK or STATUS_IO. After a failure nothing more is written; nor after the
-/// log has reached its bound, which returns STATUS_OK.
+/// Write one event. JOINTS, STICK, CONTACT, SPRING, BASE, WHEEL and OPERATOR are given at every step and left
+/// out while they are at rest. Returns STATUS_OK or STATUS_IO. After a failure nothing more is written; nor
+/// after the log has reached its bound, which returns STATUS_OK.
 status_t truth_world(truth_t* truth, uint64_t time_ns, const truth_world_t* world);
 status_t truth_joints(truth_t* truth, uint64_t time_ns, const truth_joints_t* joints);
 status_t truth_stick(truth_t* truth, uint64_t time_ns, const truth_stick_t* stick);

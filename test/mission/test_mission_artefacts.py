@@ -169,11 +169,11 @@ def test_truth_is_read_by_lcm_itself(flight):
     log = lcm.EventLog(str(flight.folder / "truth.lcm"), "r")
     channels, last = {}, 0
     for event in log:
-        assert event.timestamp > last - STEP_US, "each step reports its buses one after the other"
+        assert event.timestamp >= last - STEP_US, "an event that was left out follows in the next step"
         last = max(last, event.timestamp)
         channels[event.channel] = channels.get(event.channel, 0) + 1
     assert {"JOINTS", "STICK", "CONTACT", "OPERATOR", "DRIVE", "FAULT"} <= channels.keys()
-    assert channels["JOINTS"] > 180_000, "one per step"
+    assert 100_000 < channels["JOINTS"] < 180_000, "one for each step in which the arm moves"
     assert 93e6 < last < 95e6, "simulated time in microseconds"
 
 

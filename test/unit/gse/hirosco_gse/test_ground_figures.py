@@ -320,6 +320,28 @@ def test_truth_has_all_joints_and_what_is_in_the_world():
     assert scene["spring_hooked"].tolist() == [True] and scene["in_contact"].tolist() == [False]
 
 
+def test_a_row_that_was_left_out_is_the_one_before():
+    table = {"time_us": np.array([500, 100_500, 137_000, 137_500]), "x": np.array([1, 1, 1, 2])}
+    assert truth_log.at(table, "x", [0, 500, 99_000, 137_000, 137_499, 137_500, 140_000], 140_000).tolist() == [1, 1, 1, 1, 1, 2, 2]
+    assert np.isnan(truth_log.at(table, "x", [140_001], 140_000)).all()
+
+
+def test_contacts_springs_and_joints_meet_though_rows_are_left_out():
+    def rows(*times):
+        return {"time_us": np.array(times)}
+
+    contact = {**rows(500, 1000, 3000), "place_m": np.arange(9.0).reshape(3, 1, 3), "point_m": np.zeros((3, 1, 3)),
+               "force_n": np.arange(9.0).reshape(3, 1, 3), "is_touching": np.array([[False], [True], [False]])}
+    spring = {**rows(500, 2000), "place_m": np.zeros((2, 1, 3)), "force_n": np.ones((2, 1, 3)), "is_hooked": np.array([[False], [True]])}
+    joints = {**rows(500, 2500), "external_torque_nm": np.array([[1.0], [2.0]])}
+    scene = runs.scene({"CONTACT": contact, "SPRING": spring, "JOINTS": joints})
+    assert scene["time_us"].tolist() == [500, 1000, 2000, 2500, 3000]
+    assert scene["in_contact"].tolist() == [False, True, True, True, False]
+    assert scene["spring_hooked"].tolist() == [False, False, True, True, True]
+    assert scene["external_torque_nm"][:, 0].tolist() == [1, 1, 1, 2, 2]
+    assert scene["contact_force_n"][:, 0].tolist() == [0, 3, 3, 3, 6]
+
+
 def test_a_cut_truth_log_is_a_problem_of_the_run(tmp_path):
     cut = _event(struct.pack(">q", 4096))
     (tmp_path / "truth.lcm").write_bytes(struct.pack(">IQQII", 0xEDA1DA01, 0, 2_500_000, 3, len(cut)) + b"CUT" + cut)

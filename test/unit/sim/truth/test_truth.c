@@ -4,6 +4,7 @@
 #include "unity.h"
 
 #include <lcm/eventlog.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -103,6 +104,76 @@ static void test_lcm_reads_channels_and_simulated_time(void)
     lcm_eventlog_destroy(log);
 }
 
+#define STEPS 2000U // 1 s.
+#define STEP_NS 500000U
+
+/// Write STEPS steps of a joystick, of which the first axis moves from `first` to `last`. Returns the number
+/// of events and their times.
+static unsigned write_steps(const unsigned first, const unsigned last, const double stride,
+                            int64_t time_us[STEPS + 1U])
+{
+    truth_t* truth     = NULL;
+    double position[2] = {0.5, 0.0};
+    double zero[2]     = {0.0, 0.0};
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_open(path, TRUTH_OCTETS_MAX, &truth));
+    for (unsigned i = 1U; i <= STEPS; i++) {
+        const truth_stick_t stick = {2U, position, zero, zero, zero};
+        position[0] += ((i >= first) && (i <= last)) ? stride : 0.0;
+        zero[1] = -zero[1]; // The sign of a zero is no change.
+        TEST_ASSERT_EQUAL(STATUS_OK, truth_stick(truth, (uint64_t)i * STEP_NS, &stick));
+    }
+    truth_flush(truth);
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_close(truth));
+    lcm_eventlog_t* log         = lcm_eventlog_create(path, "r");
+    lcm_eventlog_event_t* event = NULL;
+    unsigned count              = 0U;
+    while ((event = lcm_eventlog_read_next_event(log)) != NULL) {
+        TEST_ASSERT_LESS_OR_EQUAL_UINT(STEPS, count);
+        time_us[count] = event->timestamp;
+        count++;
+        lcm_eventlog_free_event(event);
+    }
+    lcm_eventlog_destroy(log);
+    return count;
+}
+
+static void test_what_is_at_rest_is_written_ten_times_a_second(void)
+{
+    static int64_t time_us[STEPS + 1U];
+    TEST_ASSERT_EQUAL_UINT(11U, write_steps(1U, 0U, 0.0, time_us));
+    for (unsigned i = 0U; i < 10U; i++) {
+        TEST_ASSERT_EQUAL_INT64(500 + (100000 * i), time_us[i]);
+    }
+    TEST_ASSERT_EQUAL_INT64(1000000, time_us[10]); // The end of the log.
+    TEST_ASSERT_EQUAL_UINT(11U, write_steps(1U, STEPS, 1e-13, time_us));
+}
+
+static void test_what_moves_is_written_in_each_step_and_the_rest_before_it(void)
+{
+    static int64_t time_us[STEPS + 1U];
+    TEST_ASSERT_EQUAL_UINT(STEPS, write_steps(1U, STEPS, 1e-8, time_us));
+    // From step 1101 to step 1300: 6 events of rest, the last step of it, 200 of motion, 4 of rest, the end.
+    TEST_ASSERT_EQUAL_UINT(6U + 1U + 200U + 3U + 1U, write_steps(1101U, 1300U, 1e-8, time_us));
+    TEST_ASSERT_EQUAL_INT64(1100 * 500, time_us[6]);
+    for (unsigned i = 0U; i < 200U; i++) {
+        TEST_ASSERT_EQUAL_INT64((1101 + i) * 500, time_us[7U + i]);
+    }
+}
+
+static void test_slow_motion_is_no_rest(void)
+{
+    static int64_t time_us[STEPS + 1U];
+    const unsigned count =
+        write_steps(1U, STEPS, 4e-10, time_us); // Each third step: more than the resolution.
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT(STEPS / 3U, count);
+}
+
+static void test_a_number_that_is_none_is_no_rest(void)
+{
+    static int64_t time_us[STEPS + 1U];
+    TEST_ASSERT_EQUAL_UINT(STEPS, write_steps(1U, STEPS, (double)NAN, time_us));
+}
+
 static size_t read_all(const char* where, unsigned char* octet, size_t size)
 {
     FILE* file = fopen(where, "rb");
@@ -138,9 +209,9 @@ static void test_long_words_are_cut(void)
 
 static void test_failures_are_reported(void)
 {
-    truth_t* truth = NULL;
-    static const double zero[2];
-    const truth_stick_t stick = {2U, zero, zero, zero, zero};
+    truth_t* truth            = NULL;
+    double moving[2]          = {0.0, 0.0};
+    const truth_stick_t stick = {2U, moving, moving, moving, moving};
     TEST_ASSERT_EQUAL(STATUS_IO, truth_open("/nowhere/truth.lcm", TRUTH_OCTETS_MAX, &truth));
     TEST_ASSERT_NULL(truth);
     TEST_ASSERT_EQUAL(STATUS_OK, truth_close(NULL));
@@ -149,7 +220,8 @@ static void test_failures_are_reported(void)
     TEST_ASSERT_EQUAL(STATUS_OK, truth_open("/dev/full", TRUTH_OCTETS_MAX, &truth));
     status_t written = STATUS_OK;
     for (unsigned i = 0U; (i < 10000U) && (written == STATUS_OK); i++) {
-        written = truth_stick(truth, i, &stick);
+        moving[0] = i;
+        written   = truth_stick(truth, i, &stick);
     }
     TEST_ASSERT_EQUAL(STATUS_IO, written);
     TEST_ASSERT_EQUAL(STATUS_IO, truth_stick(truth, 1U, &stick));
@@ -164,6 +236,10 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_lcm_reads_channels_and_simulated_time);
     RUN_TEST(test_two_runs_give_the_same_octets);
+    RUN_TEST(test_what_is_at_rest_is_written_ten_times_a_second);
+    RUN_TEST(test_what_moves_is_written_in_each_step_and_the_rest_before_it);
+    RUN_TEST(test_slow_motion_is_no_rest);
+    RUN_TEST(test_a_number_that_is_none_is_no_rest);
     RUN_TEST(test_failures_are_reported);
     RUN_TEST(test_long_words_are_cut);
     return UNITY_END();
