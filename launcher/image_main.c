@@ -32,7 +32,7 @@ typedef struct { // Storage of the image in addition to that of its components.
     mission_descriptor_t mission;
     component_runtime_reader_t reader;
     component_play_outs_t play_outs;
-    link_relay_t relay;
+    launcher_relay_t relay;
     message_ring_carrier_t hub;
     component_runtime_t runtimes[MISSION_SUBSYSTEMS_MAX];
     subsystem_descriptor_t own[MISSION_SUBSYSTEMS_MAX];
@@ -342,7 +342,7 @@ static void loop(image_t* const self)
         } else if (self->running == run_operator(self->run)) {
             run_operator_turn(self, &grant);
         } else if (self->running == run_relay(self->run)) {
-            osal_lockstep_done(self->scheduler, self->running, link_relay_step(&self->relay, &grant));
+            osal_lockstep_done(self->scheduler, self->running, launcher_relay_step(&self->relay, &grant));
         } else {
             run_component(self, self->running, &grant);
             close_ended(self);
@@ -356,7 +356,7 @@ static int close_all(image_t* const self)
     for (unsigned i = 0U; i < self->run->component_count; i++) {
         close_component(self, i);
     }
-    link_relay_close(&self->relay);
+    launcher_relay_close(&self->relay);
     if (simulator_failure(self->simulator) != NULL) {
         code = complain(simulator_failure(self->simulator));
     }
@@ -446,7 +446,7 @@ int main(const int argument_count, char* arguments[])
     const char* error = attach(&image, options.run);
     error             = (error != NULL) ? error : component_runtime_all(&image);
     error             = (error != NULL) ? error : open_simulator(&image, &options);
-    error             = (error != NULL) ? error : link_relay_open(&image.relay, image.run, image.scheduler);
+    error             = (error != NULL) ? error : launcher_relay_open(&image.relay, image.run, image.scheduler);
     error             = (error != NULL) ? error : open_cosimulation(&image, options.cosimulation);
     if (error != NULL) {
         return complain(error);

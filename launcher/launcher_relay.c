@@ -10,7 +10,7 @@
 CAPACITY_CHECK(a_frame_fits, RELAY_FRAME_MAX >= LINK_FRAME_MAX);
 CAPACITY_CHECK(every_link_is_relayed, RELAY_LINKS_MAX >= RUN_LINKS_MAX);
 
-const char* link_relay_open(link_relay_t* const self, run_state_t* const run,
+const char* launcher_relay_open(launcher_relay_t* const self, run_state_t* const run,
                             osal_lockstep_t* const scheduler)
 {
     FSW_ASSERT((self != NULL) && (run != NULL) && (scheduler != NULL));
@@ -38,7 +38,7 @@ const char* link_relay_open(link_relay_t* const self, run_state_t* const run,
 }
 
 /// Read a socket until it is empty. Returns the number of datagrams.
-static uint32_t receive_link(link_relay_t* const self, const unsigned link, const uint64_t now_ns)
+static uint32_t receive_link(launcher_relay_t* const self, const unsigned link, const uint64_t now_ns)
 {
     uint8_t frame[LINK_FRAME_MAX];
     osal_address_t from = {0U, 0U};
@@ -51,7 +51,7 @@ static uint32_t receive_link(link_relay_t* const self, const unsigned link, cons
     return taken;
 }
 
-static uint32_t receive_all(link_relay_t* const self, const uint64_t now_ns)
+static uint32_t receive_all(launcher_relay_t* const self, const uint64_t now_ns)
 {
     uint32_t taken = 0U;
     for (unsigned link = 0U; link < RUN_LINKS_MAX; link++) {
@@ -62,7 +62,7 @@ static uint32_t receive_all(link_relay_t* const self, const uint64_t now_ns)
 
 /// Receive all frames that the producers have announced. The draws of the links are independent, so the order
 /// in which the kernel delivers frames of different links has no effect.
-static void take_announced(link_relay_t* const self, const osal_grant_t* const grant)
+static void take_announced(launcher_relay_t* const self, const osal_grant_t* const grant)
 {
     uint32_t taken = receive_all(self, grant->now_ns);
     for (unsigned i = 0U; (taken < grant->messages) && (i < TRIES); i++) {
@@ -81,7 +81,7 @@ static void take_announced(link_relay_t* const self, const osal_grant_t* const g
 
 /// Send a frame to its consumer and announce it, unless the present life of the consumer refuses frames of
 /// this epoch.
-static void pass_on(link_relay_t* const self, const relay_frame_t* const frame)
+static void pass_on(launcher_relay_t* const self, const relay_frame_t* const frame)
 {
     const unsigned component         = self->run->relay.consumers[frame->link];
     const run_component_t* const one = &self->run->components[component];
@@ -95,7 +95,7 @@ static void pass_on(link_relay_t* const self, const relay_frame_t* const frame)
     }
 }
 
-uint64_t link_relay_step(link_relay_t* const self, const osal_grant_t* const grant)
+uint64_t launcher_relay_step(launcher_relay_t* const self, const osal_grant_t* const grant)
 {
     FSW_ASSERT((self != NULL) && (grant != NULL));
     run_relay_t* const shown = &self->run->relay;
@@ -113,7 +113,7 @@ uint64_t link_relay_step(link_relay_t* const self, const osal_grant_t* const gra
     return (next_ns == RELAY_NEVER) ? OSAL_LOCKSTEP_NEVER : (next_ns - RUN_STEP_NS);
 }
 
-void link_relay_close(link_relay_t* const self)
+void launcher_relay_close(launcher_relay_t* const self)
 {
     FSW_ASSERT(self != NULL);
     for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {

@@ -3,7 +3,7 @@
 /// reorders their frames (sim/relay/relay.h). It is a participant of the scheduler, in a process of its own
 /// or in the image.
 ///
-/// Ownership  The program places link_relay_t.
+/// Ownership  The program places launcher_relay_t.
 /// Context    One task.
 #ifndef LAUNCHER_LAUNCHER_RELAY_H
 #define LAUNCHER_LAUNCHER_RELAY_H
@@ -22,13 +22,13 @@ typedef struct { // Private.
     osal_socket_t sockets[RUN_LINKS_MAX]; // From the producers.
     osal_socket_t sender;
     relay_t relay;
-} link_relay_t;
+} launcher_relay_t;
 
 /// Take over the sockets of the run's relay; without one, no effect. Null, or the error.
-const char* link_relay_open(link_relay_t* self, run_state_t* run, osal_lockstep_t* scheduler);
+const char* launcher_relay_open(launcher_relay_t* self, run_state_t* run, osal_lockstep_t* scheduler);
 /// One turn: receive the frames that the producers have announced, and pass on those that are due when the
 /// consumers run next. Returns when the next turn is needed [ns of the run].
-uint64_t link_relay_step(link_relay_t* self, const osal_grant_t* grant);
-void link_relay_close(link_relay_t* self);
+uint64_t launcher_relay_step(launcher_relay_t* self, const osal_grant_t* grant);
+void launcher_relay_close(launcher_relay_t* self);
 
 #endif // LAUNCHER_LAUNCHER_RELAY_H

@@ -10,7 +10,7 @@
 
 #define LINE_MAX 512U
 
-static link_relay_t relay;
+static launcher_relay_t relay;
 
 static int complain(const char* const what)
 {
@@ -43,7 +43,7 @@ int main(int argument_count, char* arguments[])
     }
     osal_lockstep_t* const scheduler = osal_lockstep_attach(osal_shm_address(&scheduler_shm));
     const char* const error          = (scheduler == NULL) ? "the run's scheduler is of another version"
-                                                           : link_relay_open(&relay, run, scheduler);
+                                                           : launcher_relay_open(&relay, run, scheduler);
     if (error != NULL) {
         return complain(error);
     }
@@ -51,8 +51,8 @@ int main(int argument_count, char* arguments[])
     osal_grant_t grant = {0U, 0U, 0U};
     while ((osal_lockstep_wait(scheduler, run_relay(run), 1U, wake_ns, &grant) == STATUS_OK) &&
            (osal_process_stop_count() == 0U)) {
-        wake_ns = link_relay_step(&relay, &grant);
+        wake_ns = launcher_relay_step(&relay, &grant);
     }
-    link_relay_close(&relay);
+    launcher_relay_close(&relay);
     return 0;
 }

@@ -34,7 +34,7 @@ static status_t resolve_flow(void* const context, const flow_endnode_kind_t kind
 {
     const component_runtime_t* const runtime = (const component_runtime_t*)context;
     if (kind != ENDNODE_CAN) {
-        return flow_address(runtime->run, kind, name, out_address);
+        return run_flow_address(runtime->run, kind, name, out_address);
     }
     const uint16_t bus = bus_of(runtime->mission, name);
     if (bus == runtime->mission->bus_count) {

@@ -38,9 +38,9 @@ PREFIXES = {
     "fsw/devices": "stream",
     "fsw/framework/dataflow": "flow",
     "fsw/procedures": "procedure",
-    "fsw/programs": "component executive file flow ground_key loop_tasks record_store remote_endian run store_files subsystem_host",
+    "fsw/programs": "component executive file ground_key loop_tasks record_store remote_endian run store_files subsystem_host",
     "fsw/supervisor/services": "spacecraft",
-    "launcher": "launcher launch link arguments guard return_budget run_summary",
+    "launcher": "launcher launch arguments guard return_budget run_summary",
 }
 MUTABLE = re.compile(r"(\.data(?!\.rel\.ro)|\.bss|\.tdata|\.tbss|COM).*")
 

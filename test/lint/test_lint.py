@@ -133,6 +133,17 @@ def test_symbols(tmp_path, source, place, complaint):
     assert (len(found) == 0) if complaint is None else any(complaint in text for text in found), found
 
 
+def test_a_prefix_belongs_to_one_library():
+    """The prefix of a symbol tells its library; only the services of PUS share one."""
+    owners = {}
+    for top in ("base", "osal", "pus", "fsw", "launcher"):
+        for folder in sorted({source.parent for source in (check_layers.ROOT / top).rglob("*.c")}):
+            place = str(folder.relative_to(check_layers.ROOT))
+            for prefix in check_symbols.prefixes(f"{place}/any.c"):
+                owners.setdefault(prefix, []).append(place)
+    assert {prefix: places for prefix, places in owners.items() if len(places) > 1 and prefix != "pus"} == {}
+
+
 def text_breaches(tmp_path, monkeypatch, name, text):
     (tmp_path / name).write_text(text)
     words, turns = check_text.read_words()

@@ -67,11 +67,11 @@ def browser():
 
 @pytest.fixture(scope="module")
 def page(address, browser):
-    """The page, with joints that telemetry has placed. Anything it asks of another machine is in page.foreign, errors in page.faults."""
+    """The page, with joints that telemetry has placed. Anything it asks of another machine is in page.outside, errors in page.faults."""
     page = browser.new_page(viewport={"width": 1440, "height": 900})
     page.set_default_timeout(LIMIT_MS)
-    page.foreign, page.faults = [], []
-    page.on("request", lambda request: request.url.startswith((address, "data:")) or page.foreign.append(request.url))
+    page.outside, page.faults = [], []
+    page.on("request", lambda request: request.url.startswith((address, "data:")) or page.outside.append(request.url))
     page.on("pageerror", lambda error: page.faults.append(str(error)))
     page.on("console", lambda line: line.type == "error" and page.faults.append(line.text))
     page.goto(address)
@@ -277,7 +277,7 @@ def test_a_lost_link_is_shown(page, flight):
 
 
 def test_nothing_leaves_the_machine_and_nothing_fails(page):
-    assert page.foreign == [] and page.faults == []
+    assert page.outside == [] and page.faults == []
 
 
 def nearest(times, seconds):

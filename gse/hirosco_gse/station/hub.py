@@ -107,7 +107,7 @@ class Hub:
         self.links = None
         self.seconds = None
         self._current = self._writer = self._sender = None
-        self._display_seen, self._status_seen, self._foreign, self._asked_display = {}, {}, set(), {}
+        self._display_seen, self._status_seen, self._other_reports, self._asked_display = {}, {}, set(), {}
         self._for_display = set()  # (subsystem, structure) that this station has enabled for its pages.
         self.structures = {}  # subsystem -> message
         self.counts = {"kind": "counts", "rows": {}}
@@ -422,8 +422,8 @@ class Hub:
     def _display(self, subsystem, words):
         """Procedure: create and enable the display structure. A refusal is ignored: another station may have created it."""
         own = f"{subsystem.name} {DISPLAY_ID}"
-        before = [f"hk disable {own}", f"hk delete {own}"] if subsystem.apid in self._foreign else []
-        self._foreign.discard(subsystem.apid)
+        before = [f"hk disable {own}", f"hk delete {own}"] if subsystem.apid in self._other_reports else []
+        self._other_reports.discard(subsystem.apid)
         self._for_display.add((subsystem.name, DISPLAY_ID))
         yield from self._quietly([*before, shlex.join(words), f"hk enable {own}"])
 
@@ -452,7 +452,7 @@ class Hub:
         self._count(packet, subsystem)
         if "error" in decoded:
             if packet.message == (3, 25) and packet.data[:2] == DISPLAY_ID.to_bytes(2, "big"):
-                self._foreign.add(packet.apid)
+                self._other_reports.add(packet.apid)
             return
         if kind == "housekeeping":
             self._take_housekeeping(packet, decoded, subsystem)

@@ -11,7 +11,7 @@ import flying
 import pytest
 import station as stations
 
-INTERRUPTED, VITALS_DAMAGED = "event=23", "event=22"
+INTERRUPTED, CHECKPOINT_DAMAGED = "event=23", "event=22"
 SAFE, NOMINAL = 0, 1
 SUPERVISOR, MANIPULATOR = 1, 16
 
@@ -95,7 +95,7 @@ def test_a_damaged_checkpoint_is_reported_and_kept_and_the_flight_continues(tmp_
     ground.report(5, 4, apid=SUPERVISOR)
     _assert_in_fallback_mode(ground)
     _shut_down(flight, ground, code=1)
-    (told,) = _events(tmp_path / "1", VITALS_DAMAGED)
+    (told,) = _events(tmp_path / "1", CHECKPOINT_DAMAGED)
     assert told.endswith("auxiliary=0001")
     kept = (storage / "SUPERVISOR.checkpoint.damaged.0").read_bytes()
     assert len(kept) == len(octets)

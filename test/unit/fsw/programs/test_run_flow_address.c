@@ -25,7 +25,7 @@ static void expect(const flow_endnode_kind_t kind, const char* const name, const
                    const char* const counts)
 {
     (void)memset(&address, 0, sizeof address);
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_address(&run, kind, name, &address));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_flow_address(&run, kind, name, &address));
     TEST_ASSERT_EQUAL_STRING(expected, address.address);
     TEST_ASSERT_EQUAL_STRING(counts, address.counts);
 }
@@ -60,9 +60,9 @@ static void test_queues_are_named_by_the_run_and_noted(void)
     TEST_ASSERT_EQUAL_STRING("/hirosco-4660.flow.x.out", run.flows[1].name);
     for (unsigned i = 2U; i < RUN_FLOWS_MAX; i++) {
         const char name[] = {(char)('0' + (i / 10U)), (char)('0' + (i % 10U)), '\0'};
-        TEST_ASSERT_EQUAL(STATUS_OK, flow_address(&run, ENDNODE_SHM, name, &address));
+        TEST_ASSERT_EQUAL(STATUS_OK, run_flow_address(&run, ENDNODE_SHM, name, &address));
     }
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow_address(&run, ENDNODE_SHM, "more", &address));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, run_flow_address(&run, ENDNODE_SHM, "more", &address));
 }
 
 static void test_names_that_are_too_long_or_have_no_port_are_not_found(void)
@@ -70,13 +70,13 @@ static void test_names_that_are_too_long_or_have_no_port_are_not_found(void)
     char name[80];
     (void)memset(name, 'x', sizeof name);
     name[sizeof name - 1U] = '\0';
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow_address(&run, ENDNODE_SHM, name, &address));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow_address(&run, ENDNODE_SERIAL, name, &address));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, run_flow_address(&run, ENDNODE_SHM, name, &address));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, run_flow_address(&run, ENDNODE_SERIAL, name, &address));
     name[43] = '\0'; // Address and counts have room.
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_address(&run, ENDNODE_SERIAL, name, &address));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_flow_address(&run, ENDNODE_SERIAL, name, &address));
     run.has_simulator = false;
     name[43]          = 'x';
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow_address(&run, ENDNODE_TCP, name, &address));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, run_flow_address(&run, ENDNODE_TCP, name, &address));
     run.has_simulator = true;
     expect(ENDNODE_TCP, "host", "127.64.18.52", ""); // No socket has this address.
 }

@@ -114,11 +114,11 @@ def test_a_log_of_candump(shown, dictionary_path, tmp_path):
     assert lines[4].endswith("robot SYNC") and lines[5].endswith("0x7E5 (not in the database of the bus)  01 02")
     assert "Code=Over current" in lines[6]
     path = dictionary_path.parent / "rokviss-robot.dbc"
-    own, foreign = frames.Database(path), cantools.database.load_file(path)
+    own, reference = frames.Database(path), cantools.database.load_file(path)
     for identifier, octets in ((0x191, bytes.fromhex("3706404B4C00F4FF")), (0x091, bytes.fromhex("1023010000000000")), (0x591, bytes.fromhex("4360600001000000"))):
-        expected = foreign.decode_message(identifier, octets, allow_truncated=True)
+        expected = reference.decode_message(identifier, octets, allow_truncated=True)
         name, found = own.decode(identifier, octets)
-        assert name == foreign.get_message_by_frame_id(identifier).name
+        assert name == reference.get_message_by_frame_id(identifier).name
         assert {signal: value if isinstance(value, str) else pytest.approx(value) for signal, value, _ in found} == {
             signal: getattr(value, "name", value) for signal, value in expected.items()}
 
