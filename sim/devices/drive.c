@@ -246,6 +246,22 @@ static void on_written(void* const context, const object_t* const object, const 
     }
 }
 
+static bool has_torque_sensor(const drive_t* const drive)
+{
+    return drive->config.torque_sensor.range_nm > 0.0;
+}
+
+/// Reading of the torque sensor; without one, the torque of the motor, which the drive knows by its current.
+static double measured_nm(const drive_t* const drive, const drive_truth_t* const truth, const uint64_t now_ns)
+{
+    const double position_rad = truth->motor_position_rad + drive->zero_rad;
+    const double torque_nm    = has_torque_sensor(drive)
+                                    ? torque_sensor_read(&drive->sensor, now_ns / drive->config.step_ns, now_ns,
+                                                         truth->joint_torque_nm, position_rad)
+                                    : drive->torque_nm;
+    return torque_nm + drive->extra_offset_nm;
+}
+
 static void on_sample(void* const context, const uint64_t now_ns)
 {
     drive_t* drive                 = context;
@@ -256,13 +272,12 @@ static void on_sample(void* const context, const uint64_t now_ns)
     if (!axis_moves(drive->axis.state)) {
         hold_here(drive); // Not controlled: the target follows the actual position.
     }
-    const uint64_t step = now_ns / drive->config.step_ns;
-    const double torque =
-        torque_sensor_read(&drive->sensor, step, now_ns, truth.joint_torque_nm) + drive->extra_offset_nm;
+    if (objects->torque != NULL) {
+        object_set(objects->torque, clamped(measured_nm(drive, &truth, now_ns) / unit, INT16_MAX));
+    }
     const double measured_rad = encoder_read(&drive->config.encoder, truth.motor_position_rad);
     object_set(objects->position, rounded(measured_rad / drive->position_unit));
     object_set(objects->velocity, clamped(truth.motor_velocity_rad_s / drive->velocity_unit, INT32_MAX));
-    object_set(objects->torque, clamped(torque / unit, INT16_MAX));
     object_set(objects->current, clamped(drive->torque_nm / unit, INT16_MAX));
     object_set(objects->torque_demand, clamped(drive->torque_nm / unit, INT16_MAX));
     object_set(objects->position_demand, rounded(drive->reference_rad / drive->position_unit));
@@ -519,9 +534,11 @@ static bool find_objects(void* const context)
         {&objects->rated_torque, 0x6076U, 0U},
     };
     for (size_t i = 0U; i < (sizeof wanted / sizeof wanted[0]); i++) {
-        *wanted[i].place    = node_object(drive->node, wanted[i].index, wanted[i].subindex);
-        const bool is_maker = (wanted[i].index < 0x6000U); // Another maker's drive may be without it.
-        if ((*wanted[i].place == NULL) && !is_maker) {
+        *wanted[i].place = node_object(drive->node, wanted[i].index, wanted[i].subindex);
+        // Another maker's drive may be without its own objects, and one without a sensor without the torque.
+        const bool is_optional = (wanted[i].index < 0x6000U) ||
+                                 ((wanted[i].place == &objects->torque) && !has_torque_sensor(drive));
+        if ((*wanted[i].place == NULL) && !is_optional) {
             return false;
         }
     }

@@ -31,6 +31,7 @@ typedef struct {
     uint64_t step_ns;       ///< Step of the plant: the sensor's clock.
     uint64_t substep_ns;    ///< Period of the regulator.
     double most_nm;         ///< Largest torque of the motor, below the limits of the objects; 0: none.
+    /// Without a sensor (range 0), 0x6077 is the torque of the motor, and the EDS may be without it.
     torque_sensor_parameters_t torque_sensor;
     encoder_parameters_t encoder;
     void (*read_truth)(void* context, drive_truth_t* out_truth);

@@ -1,6 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/plant/parameters.h"
 
+/// Per turn of the motor: two lobes of a strain-wave gear.
+#define DEFAULT_PERIODS 2.0
+
+static torque_ripple_t ripple_of(const world_drive_type_t* const type, const double amplitude_nm,
+                                 const double periods)
+{
+    return (torque_ripple_t){.amplitude_nm = amplitude_nm,
+                             .waves        = ((periods > 0.0) ? periods : DEFAULT_PERIODS) * type->ratio};
+}
+
 plant_drive_t plant_drive_of(const world_drive_type_t* const type, const double lower_rad,
                              const double upper_rad)
 {
@@ -12,6 +22,7 @@ plant_drive_t plant_drive_of(const world_drive_type_t* const type, const double 
                            .stiction_nm           = type->stiction,
                            .stribeck_rad_s        = type->stribeck,
                            .viscous_nms_rad       = type->viscous,
+                           .ripple                = ripple_of(type, type->ripple, type->ripple_periods),
                            .brake_torque_nm       = type->brake,
                            .lower_rad             = lower_rad,
                            .upper_rad             = upper_rad,
@@ -24,7 +35,8 @@ torque_sensor_parameters_t torque_sensor_of(const world_drive_type_t* const type
     return (torque_sensor_parameters_t){.noise_rms_nm   = type->torque_noise,
                                         .offset_max_nm  = type->torque_offset,
                                         .drift_max_nm_s = type->torque_drift,
-                                        .range_nm       = type->torque_range};
+                                        .ripple = ripple_of(type, type->torque_ripple, type->torque_periods),
+                                        .range_nm = type->torque_range};
 }
 
 encoder_parameters_t encoder_of(const world_drive_type_t* const type)

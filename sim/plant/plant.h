@@ -17,6 +17,7 @@
 #ifndef SIM_PLANT_PLANT_H
 #define SIM_PLANT_PLANT_H
 
+#include "sim/plant/sensor.h"
 #include "sim/world/world.h"
 
 #include <stdbool.h>
@@ -37,6 +38,7 @@ typedef struct {
     double stiction_nm;           ///< Friction at zero speed, >= coulomb_nm.
     double stribeck_rad_s;        ///< Speed at which the excess of stiction has halved.
     double viscous_nms_rad;       ///< Friction growing with speed.
+    torque_ripple_t ripple;       ///< Of motor and gear, on the rotor.
     double brake_torque_nm;       ///< Largest torque of the holding brake.
     double lower_rad;             ///< Position of the end stops.
     double upper_rad;

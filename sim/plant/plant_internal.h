@@ -143,7 +143,7 @@ MUST_USE status_t robots_create(plant_t* plant, char error[DOCUMENT_ERROR_MAX]);
 void robots_read(plant_t* plant);
 /// Add the gyroscopic torques of free robots for a step of dt_s.
 void robots_spin(plant_t* plant, double dt_s);
-/// After a step that contained an impact: robots_spin does not extrapolate from the rates before it.
+/// At the start, and after a step that contained an impact: no rates before are known to robots_spin.
 void robots_forget_rates(plant_t* plant);
 /// Read the present axes and anchors of the joints from ODE.
 void robots_look(plant_t* plant);

@@ -185,16 +185,17 @@ static const world_drive_t* drive_of(const world_t* const world, const unsigned 
 
 static void prepare_joint(plant_t* const plant, const unsigned robot, const unsigned index)
 {
-    const world_t* world       = plant->world;
-    const robot_model_t* model = &world->robot[robot].model;
-    const unsigned parent      = model->joint[index].parent;
-    robot_t* own               = &plant->robot[robot];
-    joint_t* joint             = &plant->joint[own->first_joint + index];
-    joint->model               = &model->joint[index];
-    joint->drive_of            = drive_of(world, robot, index);
-    joint->start               = world->robot[robot].start[index];
-    joint->parent              = own->body[parent];
-    own->moved_by[index + 1U]  = own->moved_by[parent] | (1U << index);
+    const world_t* world                                        = plant->world;
+    const robot_model_t* model                                  = &world->robot[robot].model;
+    const unsigned parent                                       = model->joint[index].parent;
+    robot_t* own                                                = &plant->robot[robot];
+    joint_t* joint                                              = &plant->joint[own->first_joint + index];
+    joint->model                                                = &model->joint[index];
+    joint->drive_of                                             = drive_of(world, robot, index);
+    joint->start                                                = world->robot[robot].start[index];
+    plant->truth.motor[own->first_joint + index].velocity_rad_s = world->robot[robot].rate[index];
+    joint->parent                                               = own->body[parent];
+    own->moved_by[index + 1U]                                   = own->moved_by[parent] | (1U << index);
     if (joint->drive_of != NULL) {
         const bool is_bounded = joint->model->kind != ROBOT_JOINT_CONTINUOUS;
         joint->drive          = plant_drive_of(&world->drive_type[joint->drive_of->type],
@@ -216,6 +217,37 @@ static void set_in_motion(const robot_start_t* const start, const dBodyID body)
                       speed[1] + rate[2] * r[0] - rate[0] * r[2], speed[2] + rate[0] * r[1] - rate[1] * r[0]);
     dBodySetAngularVel(body, rate[0], rate[1], rate[2]);
     dBodySetGyroscopicMode(body, 0); // robots_spin adds a more exact torque instead.
+}
+
+/// Add the motion that the rates of the joints give to the bodies behind them.
+static void set_joint_rates(const plant_t* const plant, const unsigned index,
+                            const place_t place[ROBOT_BODIES_MAX])
+{
+    const world_robot_t* robot = &plant->world->robot[index];
+    const robot_t* own         = &plant->robot[index];
+    for (unsigned i = 0U; i < robot->model.joint_count; i++) {
+        const joint_t* joint = &plant->joint[own->first_joint + i];
+        const double* anchor = place[i + 1U].pose.position_m;
+        const double turn[3] = {joint->axis[0] * robot->rate[i], joint->axis[1] * robot->rate[i],
+                                joint->axis[2] * robot->rate[i]};
+        for (unsigned k = i + 1U; (robot->rate[i] != 0.0) && (k <= robot->model.joint_count); k++) {
+            const dBodyID body = own->body[k];
+            const dReal* v     = dBodyGetLinearVel(body);
+            const dReal* w     = dBodyGetAngularVel(body);
+            const dReal* at    = dBodyGetPosition(body);
+            const double r[3]  = {at[0] - anchor[0], at[1] - anchor[1], at[2] - anchor[2]};
+            if ((own->moved_by[k] & (1U << i)) == 0U) {
+                continue;
+            }
+            if (joint->model->kind == ROBOT_JOINT_PRISMATIC) {
+                dBodySetLinearVel(body, v[0] + turn[0], v[1] + turn[1], v[2] + turn[2]);
+                continue;
+            }
+            dBodySetLinearVel(body, v[0] + turn[1] * r[2] - turn[2] * r[1],
+                              v[1] + turn[2] * r[0] - turn[0] * r[2], v[2] + turn[0] * r[1] - turn[1] * r[0]);
+            dBodySetAngularVel(body, w[0] + turn[0], w[1] + turn[1], w[2] + turn[2]);
+        }
+    }
 }
 
 static status_t create_robot(plant_t* const plant, const unsigned index, char error[DOCUMENT_ERROR_MAX])
@@ -244,8 +276,8 @@ static status_t create_robot(plant_t* const plant, const unsigned index, char er
     }
     for (unsigned i = 0U; robot->is_free && (i <= model->joint_count); i++) {
         set_in_motion(&start, own->body[i]);
-        memcpy(own->before_rad_s[i], start.rate_rad_s, sizeof own->before_rad_s[i]);
     }
+    set_joint_rates(plant, index, place);
     return status;
 }
 
@@ -271,6 +303,9 @@ status_t robots_create(plant_t* const plant, char error[DOCUMENT_ERROR_MAX])
     for (unsigned i = 0U; (i < truth->joint_count) && (status == STATUS_OK); i++) {
         truth->link_position_rad[i]  = plant->joint[i].start;
         truth->motor[i].position_rad = plant->joint[i].start;
+    }
+    if (status == STATUS_OK) {
+        robots_forget_rates(plant);
     }
     return status;
 }

@@ -37,6 +37,12 @@ double sensor_uniform(const uint64_t seed, const uint32_t device, const uint64_t
     return (double)(key(seed, device, step, STREAM_UNIFORM) >> 11U) / 4503599627370496.0 - 1.0;
 }
 
+double torque_ripple(const torque_ripple_t* const ripple, const double motor_position_rad)
+{
+    return (ripple->amplitude_nm == 0.0) ? 0.0
+                                         : ripple->amplitude_nm * sin(ripple->waves * motor_position_rad);
+}
+
 void torque_sensor_init(torque_sensor_t* const sensor, const torque_sensor_parameters_t* const parameters,
                         const uint64_t seed, const uint32_t device)
 {
@@ -48,12 +54,13 @@ void torque_sensor_init(torque_sensor_t* const sensor, const torque_sensor_param
 }
 
 double torque_sensor_read(const torque_sensor_t* const sensor, const uint64_t step, const uint64_t time_ns,
-                          const double torque_nm)
+                          const double torque_nm, const double motor_position_rad)
 {
     const torque_sensor_parameters_t* parameters = &sensor->parameters;
     const double noise   = parameters->noise_rms_nm * sensor_noise(sensor->seed, sensor->device, step);
     const double drift   = sensor->drift_nm_s * (double)time_ns * 1.0e-9;
-    const double reading = torque_nm + sensor->offset_nm + drift + noise;
+    const double ripple  = torque_ripple(&parameters->ripple, motor_position_rad);
+    const double reading = torque_nm + sensor->offset_nm + drift + noise + ripple;
     return fmax(-parameters->range_nm, fmin(parameters->range_nm, reading));
 }
 

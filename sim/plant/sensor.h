@@ -14,11 +14,21 @@ double sensor_noise(uint64_t seed, uint32_t device, uint64_t step);
 /// Uniform variate in [-1, 1) for (seed, device, step); a stream of its own.
 double sensor_uniform(uint64_t seed, uint32_t device, uint64_t step);
 
+/// A periodic torque of a motor or gear, or error of a torque sensor: a sine of the motor's angle.
+typedef struct {
+    double amplitude_nm;
+    double waves; ///< Radians of the sine per radian of the joint: periods per turn of the motor times N.
+} torque_ripple_t;
+
+/// The torque at a position of the motor, which is referred to the joint.
+double torque_ripple(const torque_ripple_t* ripple, double motor_position_rad);
+
 typedef struct {
     double noise_rms_nm;
     double offset_max_nm;  ///< The offset is drawn from +- this.
     double drift_max_nm_s; ///< The drift is drawn from +- this.
-    double range_nm;       ///< Saturates at +- this.
+    torque_ripple_t ripple;
+    double range_nm; ///< Saturates at +- this; 0: the drive has no torque sensor.
 } torque_sensor_parameters_t;
 
 /// One torque sensor. All fields are private.
@@ -34,8 +44,10 @@ typedef struct {
 void torque_sensor_init(torque_sensor_t* sensor, const torque_sensor_parameters_t* parameters, uint64_t seed,
                         uint32_t device);
 
-/// Reading for a true torque at a step; the same arguments give the same reading. The device quantises.
-double torque_sensor_read(const torque_sensor_t* sensor, uint64_t step, uint64_t time_ns, double torque_nm);
+/// Reading for a true torque at a step and position of the motor; the same arguments give the same reading.
+/// The device quantises.
+double torque_sensor_read(const torque_sensor_t* sensor, uint64_t step, uint64_t time_ns, double torque_nm,
+                          double motor_position_rad);
 
 typedef struct {
     uint32_t counts_per_turn; ///< Counts per turn of the encoder's own shaft.

@@ -12,6 +12,7 @@
 #include <string.h>
 
 #define LEVELS 3U
+#define PERIODS_MAX 1e3 // Of a ripple, per turn of a motor.
 
 typedef struct kind kind_t;
 
@@ -96,30 +97,53 @@ static status_t finish_robot(world_t* const world, const element_t* const elemen
     return status;
 }
 
-/// Read an element whose attributes are named as joints of the robot.
-static status_t take_start(world_t* const world, const element_t* const element)
+/// Read an element whose attributes are named as joints of the robot. Numbers are limited by `limit`, and by
+/// the limits of the joints if it is 0.
+static status_t take_joints(const world_robot_t* const robot, const element_t* const element,
+                            const double limit, double out_value[ROBOT_JOINTS_MAX])
 {
-    world_robot_t* robot = &world->robot[world->robot_count - 1U];
     for (size_t i = 0U; element->attributes[i] != NULL; i += 2U) {
-        const size_t index = robot_model_joint(&robot->model, element->attributes[i]);
+        const char* name   = element->attributes[i];
+        const char* number = element->attributes[i + 1U];
+        const size_t index = robot_model_joint(&robot->model, name);
         if (index == robot->model.joint_count) {
-            return element_refuse(element, element->attributes[i], "a joint of this robot that moves");
-        }
-        if (robot->model.joint[index].is_mimic) {
-            return element_refuse(element, element->attributes[i], "a joint that mimics no joint");
+            return element_refuse(element, name, "a joint of this robot that moves");
         }
         const robot_joint_t* joint = &robot->model.joint[index];
-        const bool is_bounded      = joint->kind != ROBOT_JOINT_CONTINUOUS;
-        if (!document_number(element->attributes[i + 1U], is_bounded ? joint->lower : -TURNS_RAD,
-                             is_bounded ? joint->upper : TURNS_RAD, &robot->start[index])) {
-            return element_refuse(element, element->attributes[i + 1U],
-                                  "a number inside of the limits of the joint");
+        const bool is_bounded      = (limit == 0.0) && (joint->kind != ROBOT_JOINT_CONTINUOUS);
+        const double most          = (limit == 0.0) ? TURNS_RAD : limit;
+        if (joint->is_mimic) {
+            return element_refuse(element, name, "a joint that mimics no joint");
+        }
+        if (!document_number(number, is_bounded ? joint->lower : -most, is_bounded ? joint->upper : most,
+                             &out_value[index])) {
+            return element_refuse(element, number,
+                                  (limit == 0.0) ? "a number inside of the limits of the joint"
+                                                 : "a number from -1000 to 1000");
         }
     }
+    return STATUS_OK;
+}
+
+static status_t take_start(world_t* const world, const element_t* const element)
+{
+    world_robot_t* robot         = &world->robot[world->robot_count - 1U];
+    const status_t status        = take_joints(robot, element, 0.0, robot->start);
     const robot_joint_t* outside = start_mimics(robot);
-    return (outside == NULL)
-               ? STATUS_OK
+    return ((status != STATUS_OK) || (outside == NULL))
+               ? status
                : element_refuse(element, outside->name, "a mimic that starts inside of its limits");
+}
+
+static status_t take_start_rate(world_t* const world, const element_t* const element)
+{
+    world_robot_t* robot  = &world->robot[world->robot_count - 1U];
+    const status_t status = take_joints(robot, element, TURNS_RAD, robot->rate);
+    for (size_t i = 0U; i < robot->model.joint_count; i++) {
+        const robot_joint_t* joint = &robot->model.joint[i];
+        robot->rate[i] = joint->is_mimic ? (joint->multiplier * robot->rate[joint->leader]) : robot->rate[i];
+    }
+    return status;
 }
 
 static const field_t drive_type_fields[] = {
@@ -135,7 +159,9 @@ static const field_t drive_type_fields[] = {
     NUMBER(world_drive_type_t, "brake", brake, 0.0, GREAT),
     NUMBER(world_drive_type_t, "stopStiffness", stop_stiffness, 0.0, GREAT),
     NUMBER(world_drive_type_t, "stopDamping", stop_damping, 0.0, GREAT),
-    UNSIGNED(world_drive_type_t, "encoderCounts", encoder_counts, 1.0, 4294967295.0)};
+    UNSIGNED(world_drive_type_t, "encoderCounts", encoder_counts, 1.0, 4294967295.0),
+    OPTIONAL(world_drive_type_t, "ripple", ripple, 0.0, GREAT),
+    OPTIONAL(world_drive_type_t, "ripplePeriods", ripple_periods, 1e-3, PERIODS_MAX)};
 
 static status_t finish_drive_type(world_t* const world, const element_t* const element, void* const record)
 {
@@ -153,11 +179,14 @@ static status_t finish_drive_type(world_t* const world, const element_t* const e
 
 static status_t take_torque_sensor(world_t* const world, const element_t* const element)
 {
-    static const field_t fields[] = {NUMBER(world_drive_type_t, "noise", torque_noise, 0.0, GREAT),
-                                     NUMBER(world_drive_type_t, "offset", torque_offset, 0.0, GREAT),
-                                     NUMBER(world_drive_type_t, "drift", torque_drift, 0.0, GREAT),
-                                     NUMBER(world_drive_type_t, "range", torque_range, 1e-9, GREAT)};
-    world_drive_type_t* type      = &world->drive_type[world->drive_type_count - 1U];
+    static const field_t fields[] = {
+        NUMBER(world_drive_type_t, "noise", torque_noise, 0.0, GREAT),
+        NUMBER(world_drive_type_t, "offset", torque_offset, 0.0, GREAT),
+        NUMBER(world_drive_type_t, "drift", torque_drift, 0.0, GREAT),
+        NUMBER(world_drive_type_t, "range", torque_range, 1e-9, GREAT),
+        OPTIONAL(world_drive_type_t, "ripple", torque_ripple, 0.0, GREAT),
+        OPTIONAL(world_drive_type_t, "ripplePeriods", torque_periods, 1e-3, PERIODS_MAX)};
+    world_drive_type_t* type = &world->drive_type[world->drive_type_count - 1U];
     if (type->has_torque_sensor) {
         return element_refuse(element, element->name, "one TorqueSensor in each DriveType");
     }
@@ -442,6 +471,7 @@ static const kind_t kinds[] = {
     PART("State", "Robot", world_take_state),
     PART("Spread", "Robot", world_take_spread),
     PART("Start", "Robot", take_start),
+    PART("StartRate", "Robot", take_start_rate),
     PART("TorqueSensor", "DriveType", take_torque_sensor),
     PART("Box", "Fixture", take_shape),
     PART("Sphere", "Fixture", take_shape),

@@ -49,6 +49,7 @@ typedef struct {
     bool is_free; ///< The base is not fixed to the world.
     robot_model_t model;
     double start[ROBOT_JOINTS_MAX]; ///< Joint positions at time 0.
+    double rate[ROBOT_JOINTS_MAX];  ///< Joint rates at time 0.
     pose_t pose;                    ///< Pose of the root link at time 0.
     /// Velocity of the root link; the robot moves as one rigid body at time 0.
     double velocity_m_s[3];
@@ -75,11 +76,15 @@ typedef struct {
     double stop_stiffness;   ///< Stiffness of the end stops, which act on the rotor [Nm/rad].
     double stop_damping;     ///< [Nms/rad]
     unsigned encoder_counts; ///< Per turn of the motor.
+    double ripple;           ///< Amplitude of a periodic torque of motor and gear [Nm]; 0: none.
+    double ripple_periods;   ///< Per turn of the motor; 0: two.
     bool has_torque_sensor;
     double torque_noise;  ///< Standard deviation [Nm].
     double torque_offset; ///< Drawn from +- this [Nm].
     double torque_drift;  ///< Drawn from +- this [Nm/s].
-    double torque_range;  ///< Readings saturate at +- this [Nm].
+    double torque_range;  ///< Readings saturate at +- this [Nm]; 0: there is no sensor.
+    double torque_ripple; ///< Amplitude of a periodic error [Nm]; 0: none.
+    double torque_periods;
 } world_drive_type_t;
 
 /// Attributes that every device has.

@@ -34,12 +34,12 @@ status_t world_find_type(const world_t* const world, const element_t* const elem
                          unsigned* const out_type)
 {
     for (size_t i = 0U; i < world->drive_type_count; i++) {
-        if ((strcmp(world->drive_type[i].name, name) == 0) && world->drive_type[i].has_torque_sensor) {
+        if (strcmp(world->drive_type[i].name, name) == 0) {
             *out_type = (unsigned)i;
             return STATUS_OK;
         }
     }
-    return element_refuse(element, name, "a DriveType above that has a TorqueSensor");
+    return element_refuse(element, name, "a DriveType above");
 }
 
 #define DEVICES(member)                                                                                      \

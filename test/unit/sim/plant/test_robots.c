@@ -214,6 +214,31 @@ static void each_joint_has_its_own_drive(void)
     TEST_ASSERT_EQUAL_UINT32(4096U, encoder_of(&world.drive_type[1]).counts_per_turn);
 }
 
+/// Joints that move at the start, of a free robot that moves, too: all bodies have the speeds that belong to
+/// them, so that the first steps change the rates by the forces only.
+static void joints_move_at_the_start(void)
+{
+    static const double rate[4] = {0.8, -1.5, 2.0, 0.3};
+    static plant_input_t input;
+    begin(IN_WORLD("0 0 0", "<Robot name=\"r\" urdf=\"heavy.urdf\" base=\"free\">"
+                            "<State velocity=\"0.1 -0.2 0.3\" rate=\"0.05 -0.03 0.02\"/>" START
+                            "<StartRate turn=\"0.8\" fold1=\"-1.5\" fold2=\"2\" slide=\"0.3\"/></Robot>\n"));
+    const plant_truth_t* truth = plant_truth(plant);
+    for (unsigned i = 0U; i < 4U; i++) {
+        EXPECT_WITHIN(rate[i], 1e-9, truth->link_velocity_rad_s[i]);
+        EXPECT_WITHIN(rate[i], 1e-9, truth->motor[i].velocity_rad_s);
+    }
+    EXPECT_WITHIN(-0.2, 1e-12, truth->base[0].velocity_m_s[1]);
+    EXPECT_WITHIN(-0.03, 1e-12, truth->base[0].rate_rad_s[1]);
+    for (unsigned k = 0U; k < 20U; k++) {
+        plant_step(plant, &input, STEP_NS);
+    }
+    for (unsigned i = 0U; i < 4U; i++) {
+        EXPECT_WITHIN(wanted[i] + 0.01 * rate[i], 5e-4, truth->link_position_rad[i]);
+        EXPECT_WITHIN(rate[i], 0.1, truth->link_velocity_rad_s[i]);
+    }
+}
+
 // ---- Joints without a drive ----
 
 static void a_joint_without_a_drive_swings_freely_up_to_its_limits(void)
@@ -342,6 +367,7 @@ int main(void)
     RUN_TEST(bodies_are_where_the_joints_put_them);
     RUN_TEST(robots_do_not_share_joints);
     RUN_TEST(each_joint_has_its_own_drive);
+    RUN_TEST(joints_move_at_the_start);
     RUN_TEST(a_joint_without_a_drive_swings_freely_up_to_its_limits);
     RUN_TEST(a_free_robot_starts_in_its_state_and_moves_with_it);
     RUN_TEST(momenta_of_a_free_tree_stay);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sim/plant/parameters.h"
 #include "sim/plant/sensor.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/fixtures/rokviss.h"
@@ -91,9 +92,9 @@ static void test_torque_sensor_has_offset_drift_and_noise(void)
         double late  = 0.0;
         double rms   = 0.0;
         for (uint64_t step = 0U; step < 20000U; step++) {
-            const double reading = torque_sensor_read(&sensor, step, 0U, 5.0);
+            const double reading = torque_sensor_read(&sensor, step, 0U, 5.0, 0.0);
             early += (reading - 5.0) / 20000.0;
-            late += (torque_sensor_read(&sensor, step, 1000000000000U, 5.0) - 5.0) / 20000.0;
+            late += (torque_sensor_read(&sensor, step, 1000000000000U, 5.0, 0.0) - 5.0) / 20000.0;
             rms += (reading - 5.0 - sensor.offset_nm) * (reading - 5.0 - sensor.offset_nm) / 20000.0;
         }
         EXPECT_WITHIN(0.0, 0.2, early);
@@ -109,8 +110,8 @@ static void test_torque_sensor_saturates(void)
 {
     torque_sensor_t sensor;
     torque_sensor_init(&sensor, &rokviss()->torque_sensor, 1U, 1U);
-    EXPECT_WITHIN(60.0, 0.0, torque_sensor_read(&sensor, 1U, 0U, 75.0));
-    EXPECT_WITHIN(-60.0, 0.0, torque_sensor_read(&sensor, 2U, 0U, -1e9));
+    EXPECT_WITHIN(60.0, 0.0, torque_sensor_read(&sensor, 1U, 0U, 75.0, 0.0));
+    EXPECT_WITHIN(-60.0, 0.0, torque_sensor_read(&sensor, 2U, 0U, -1e9, 0.0));
 }
 
 static void test_encoder_counts_downwards(void)
@@ -136,6 +137,25 @@ static void test_encoder_on_the_motor_is_finer_by_the_gear(void)
     }
 }
 
+/// The ripple of a sensor adds to its reading, by the formula, at every position of the motor.
+static void test_the_sensor_ripples_with_the_motor(void)
+{
+    world_drive_type_t type                     = {.ratio             = 160.0,
+                                                   .has_torque_sensor = true,
+                                                   .torque_range      = 60.0,
+                                                   .torque_ripple     = 0.4,
+                                                   .torque_periods    = 4.0};
+    const torque_sensor_parameters_t parameters = torque_sensor_of(&type);
+    torque_sensor_t sensor;
+    torque_sensor_init(&sensor, &parameters, 1U, 1U);
+    for (unsigned i = 0U; i < 200U; i++) {
+        const double position = -0.02 + 0.0003 * i;
+        EXPECT_WITHIN(5.0 + 0.4 * sin(4.0 * 160.0 * position), 1e-12,
+                      torque_sensor_read(&sensor, i, 0U, 5.0, position));
+    }
+    EXPECT_WITHIN(60.0, 0.0, torque_sensor_read(&sensor, 1U, 0U, 59.9, 3.14159265 / (8.0 * 160.0)));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -147,5 +167,6 @@ int main(void)
     RUN_TEST(test_torque_sensor_saturates);
     RUN_TEST(test_encoder_counts_downwards);
     RUN_TEST(test_encoder_on_the_motor_is_finer_by_the_gear);
+    RUN_TEST(test_the_sensor_ripples_with_the_motor);
     return UNITY_END();
 }

@@ -370,16 +370,56 @@ static void drive_types_are_checked(void)
     const char* path = temporary_variant("w.xml", ROKVISS, "stiction=\"2.4\"", "stiction=\"1.9\"");
     TEST_ASSERT_EQUAL_INT(STATUS_INVALID, world_read(path, &world, error));
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "'1.9', expected a stiction of at least coulomb"), error);
-    path = temporary_variant("w.xml", ROKVISS,
-                             "<TorqueSensor noise=\"0.02\" offset=\"0.2\" drift=\"2e-4\" range=\"60\"/>", "");
+    path = temporary_variant("w.xml", ROKVISS, "type=\"light\"", "type=\"heavy\"");
     TEST_ASSERT_EQUAL_INT(STATUS_INVALID, world_read(path, &world, error));
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "'light', expected a DriveType above that has a TorqueSensor"),
-                                 error);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "'heavy', expected a DriveType above"), error);
     path =
         temporary_variant("w.xml", ROKVISS, "range=\"60\"/>",
                           "range=\"60\"/><TorqueSensor noise=\"0\" offset=\"0\" drift=\"0\" range=\"1\"/>");
     TEST_ASSERT_EQUAL_INT(STATUS_INVALID, world_read(path, &world, error));
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "expected one TorqueSensor in each DriveType"), error);
+}
+
+static void a_drive_type_may_have_ripples_or_no_torque_sensor(void)
+{
+    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    const char* path = temporary_variant("w.xml", ROKVISS, "range=\"60\"/>",
+                                         "range=\"60\" ripple=\"0.3\" ripplePeriods=\"4\"/>");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(path, &world, error), error);
+    EXPECT_WITHIN(0.3, 0.0, world.drive_type[0].torque_ripple);
+    EXPECT_WITHIN(4.0, 0.0, world.drive_type[0].torque_periods);
+    EXPECT_WITHIN(0.0, 0.0, world.drive_type[0].ripple);
+    path = temporary_variant("w.xml", ROKVISS, "stiction=\"2.4\"",
+                             "stiction=\"2.4\" ripple=\"0.2\" ripplePeriods=\"6\"");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(path, &world, error), error);
+    EXPECT_WITHIN(0.2, 0.0, world.drive_type[0].ripple);
+    EXPECT_WITHIN(6.0, 0.0, world.drive_type[0].ripple_periods);
+    path = temporary_variant("w.xml", ROKVISS, "stiction=\"2.4\"", "stiction=\"2.4\" ripple=\"-0.2\"");
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, world_read(path, &world, error));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "ripple=\"-0.2\""), error);
+    path = temporary_variant("w.xml", ROKVISS,
+                             "<TorqueSensor noise=\"0.02\" offset=\"0.2\" drift=\"2e-4\" range=\"60\"/>", "");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(path, &world, error), error);
+    TEST_ASSERT_FALSE(world.drive_type[0].has_torque_sensor);
+    EXPECT_WITHIN(0.0, 0.0, world.drive_type[0].torque_range);
+}
+
+static void joints_have_rates_at_the_start(void)
+{
+    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    const char* path =
+        temporary_variant("w.xml", ROKVISS, "</Robot>", "<StartRate joint2=\"-0.4\"/></Robot>");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(path, &world, error), error);
+    EXPECT_WITHIN(0.0, 0.0, world.robot[0].rate[0]);
+    EXPECT_WITHIN(-0.4, 0.0, world.robot[0].rate[1]);
+    static const char* const bad[][2] = {
+        {"<StartRate joint3=\"1\"/></Robot>", "'joint3', expected a joint of this robot that moves"},
+        {"<StartRate joint1=\"1001\"/></Robot>", "'1001', expected a number from -1000 to 1000"}};
+    for (unsigned i = 0U; i < 2U; i++) {
+        path = temporary_variant("w.xml", ROKVISS, "</Robot>", bad[i][0]);
+        TEST_ASSERT_EQUAL_INT(STATUS_INVALID, world_read(path, &world, error));
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, bad[i][1]), error);
+    }
 }
 
 static void more_than_the_world_holds_is_refused(void)
@@ -496,6 +536,8 @@ int main(void)
     RUN_TEST(sensors_are_taken_and_checked);
     RUN_TEST(robots_are_checked);
     RUN_TEST(drive_types_are_checked);
+    RUN_TEST(a_drive_type_may_have_ripples_or_no_torque_sensor);
+    RUN_TEST(joints_have_rates_at_the_start);
     RUN_TEST(more_than_the_world_holds_is_refused);
     RUN_TEST(instruments_are_read_with_all_attributes);
     RUN_TEST(attributes_of_an_instrument_are_checked);

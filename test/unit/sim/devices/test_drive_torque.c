@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// The torque actual value of drives with and without a torque sensor, and of one whose sheet has none.
+#include "sim/devices/drive.h"
+#include "test/support/bounds.h"
+#include "test/unit/sim/devices/master.h"
+#include "test/unit/sim/fixtures/temporary_file.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define ID 0x11U
+#define SHEET "descriptors/devices/joint-drive.eds"
+#define STEP_NS 500000U
+
+static master_t master;
+static drive_t* drive;
+static char error[EDS_ERROR_MAX];
+
+void setUp(void)
+{
+    master_open(&master, false);
+}
+
+void tearDown(void)
+{
+    drive_destroy(drive);
+    drive = NULL;
+    master_close(&master);
+    temporary_files_remove();
+}
+
+/// A motor at 0.5 rad, and 12.345 Nm behind the gear.
+static void read_truth(void* context, drive_truth_t* out_truth)
+{
+    (void)context;
+    *out_truth = (drive_truth_t){.motor_position_rad = 0.5, .joint_torque_nm = 12.345};
+}
+
+static status_t open_drive(const char* sheet, const double range_nm)
+{
+    const drive_config_t config = {.seed          = 1U,
+                                   .sensor_device = ID,
+                                   .step_ns       = STEP_NS,
+                                   .substep_ns    = STEP_NS / 4U,
+                                   .torque_sensor = {.range_nm = range_nm},
+                                   .encoder       = {.counts_per_turn = 65536U, .gear_ratio = 160.0},
+                                   .read_truth    = read_truth};
+    const status_t status       = drive_create(master.bus, sheet, ID, &config, &drive, error);
+    if (status == STATUS_OK) {
+        node_power_on(drive_node(drive));
+        master_wait(&master, 2U * MASTER_MS);
+        master_nmt(&master, 1U, ID);
+    }
+    return status;
+}
+
+/// Enable torque control with a target in units of 0.01 Nm.
+static void enable(const uint32_t target)
+{
+    TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x6060U, 0U, 10U, 1U));
+    TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x6071U, 0U, target, 2U));
+    for (uint32_t controlword = 6U; controlword <= 15U; controlword += (controlword == 6U) ? 1U : 8U) {
+        TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x6040U, 0U, controlword, 2U));
+        master_sync(&master, STEP_NS);
+    }
+    EXPECT_WITHIN(0.01 * target, 1e-9, drive_regulate(drive, 0.5, 0.0));
+    master_sync(&master, STEP_NS);
+}
+
+static int16_t shown(void)
+{
+    return (int16_t)object_signed(node_object(drive_node(drive), 0x6077U, 0U));
+}
+
+static void with_a_sensor_it_is_behind_the_gear(void)
+{
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, open_drive(SHEET, 60.0), error);
+    enable(800U);
+    TEST_ASSERT_INT16_WITHIN(1, 1235, shown());
+}
+
+static void without_a_sensor_it_is_that_of_the_motor(void)
+{
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, open_drive(SHEET, 0.0), error);
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_INT16(0, shown()); // The brake holds.
+    enable(800U);
+    TEST_ASSERT_EQUAL_INT16(800, shown());
+    drive_set_torque_offset(drive, 0.5); // By a scenario.
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_INT16(850, shown());
+}
+
+/// A sheet without the torque actual value: only a drive with a sensor needs it.
+static void it_may_be_absent_without_a_sensor(void)
+{
+    const char* path = temporary_variant("1.eds", SHEET, "=0x6077", "=0x2077");
+    path             = temporary_variant("2.eds", path, "=0x60770010", "=0x20770010");
+    path             = temporary_variant("3.eds", path, "[6077]", "[2077]");
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, open_drive(path, 60.0));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "3.eds"), error);
+    master_close(&master);
+    master_open(&master, false);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, open_drive(path, 0.0), error);
+    enable(800U);
+    TEST_ASSERT_NULL(node_object(drive_node(drive), 0x6077U, 0U));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(with_a_sensor_it_is_behind_the_gear);
+    RUN_TEST(without_a_sensor_it_is_that_of_the_motor);
+    RUN_TEST(it_may_be_absent_without_a_sensor);
+    return UNITY_END();
+}
