@@ -446,8 +446,8 @@ int main(const int argument_count, char* arguments[])
     const char* error = attach(&image, options.run);
     error             = (error != NULL) ? error : component_runtime_all(&image);
     error             = (error != NULL) ? error : open_simulator(&image, &options);
-    error             = (error != NULL) ? error : launcher_relay_open(&image.relay, image.run, image.scheduler);
-    error             = (error != NULL) ? error : open_cosimulation(&image, options.cosimulation);
+    error = (error != NULL) ? error : launcher_relay_open(&image.relay, image.run, image.scheduler);
+    error = (error != NULL) ? error : open_cosimulation(&image, options.cosimulation);
     if (error != NULL) {
         return complain(error);
     }

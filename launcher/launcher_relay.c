@@ -11,7 +11,7 @@ CAPACITY_CHECK(a_frame_fits, RELAY_FRAME_MAX >= LINK_FRAME_MAX);
 CAPACITY_CHECK(every_link_is_relayed, RELAY_LINKS_MAX >= RUN_LINKS_MAX);
 
 const char* launcher_relay_open(launcher_relay_t* const self, run_state_t* const run,
-                            osal_lockstep_t* const scheduler)
+                                osal_lockstep_t* const scheduler)
 {
     FSW_ASSERT((self != NULL) && (run != NULL) && (scheduler != NULL));
     const relay_law_t law = {.delay_ns = (uint64_t)run->relay.delay_us * 1000U,

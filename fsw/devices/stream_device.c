@@ -132,7 +132,6 @@ static void receive(stream_device_t* const device, const uint64_t now_ns)
             device->is_open = device->is_open && (status != STATUS_CLOSED);
         } else if (stream_record_take(&device->in, octets, size) == STATUS_OK) {
             device->counters.received++;
-            device->is_new = true;
             mark_present(device, now_ns);
         } else {
             device->counters.unfit++;
@@ -167,7 +166,6 @@ void stream_device_sense(stream_device_t* const device, const uint64_t now_ns)
 {
     FSW_ASSERT(device != NULL);
     const bool was_open = device->is_open;
-    device->is_new      = false;
     device->is_open     = (flow_step(&device->flow, now_ns) == STATUS_OK);
     device->opened_ns   = was_open ? device->opened_ns : now_ns;
     if (device->is_open) {
@@ -271,12 +269,6 @@ double stream_device_value(const stream_device_t* const device, const uint8_t fi
 {
     FSW_ASSERT(device != NULL);
     return stream_record_value(&device->in, field);
-}
-
-bool stream_device_is_new(const stream_device_t* const device)
-{
-    FSW_ASSERT(device != NULL);
-    return device->is_new;
 }
 
 bool stream_device_is_lost(const stream_device_t* const device)

@@ -66,7 +66,6 @@ typedef struct { // Private, except counters and name: read-only.
     bool is_begun;             // Commissioning has begun.
     bool is_open;              // The end node is open.
     bool has_heard;            // A record has arrived since the device was opened.
-    bool is_new;               // The last _sense received a record.
     bool is_started;
     bool is_lost;
     bool is_refused; // STREAM_DEVICE_REFUSED was reported.
@@ -101,8 +100,6 @@ void stream_device_close(stream_device_t* device);
 
 /// Engineering value of a field of the last record received; 0 * scale + offset before the first one.
 double stream_device_value(const stream_device_t* device, uint8_t field);
-/// True if _sense has received a record in this cycle.
-bool stream_device_is_new(const stream_device_t* device);
 bool stream_device_is_lost(const stream_device_t* device);
 /// Set a field of the record of commands. STATUS_OK, STATUS_OUT_OF_RANGE (NaN).
 status_t stream_device_set(stream_device_t* device, uint8_t field, double value);

@@ -92,7 +92,7 @@ static status_t device_address(const run_state_t* const run, const char* const p
 }
 
 status_t run_flow_address(run_state_t* const run, const flow_endnode_kind_t kind, const char* const name,
-                      flow_endnode_address_t* const out_address)
+                          flow_endnode_address_t* const out_address)
 {
     if ((kind == ENDNODE_SHM) || (kind == ENDNODE_MQUEUE)) {
         return queue_address(run, name, out_address);

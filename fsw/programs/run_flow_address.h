@@ -17,6 +17,6 @@
 /// Address of an end node that is not a bus. UDP, TCP: "HOST:PORT", or ":PORT" for the own end. STATUS_OK,
 /// STATUS_NOT_FOUND (too long, or there are too many queues).
 MUST_USE status_t run_flow_address(run_state_t* run, flow_endnode_kind_t kind, const char* name,
-                               flow_endnode_address_t* out_address);
+                                   flow_endnode_address_t* out_address);
 
 #endif // FSW_PROGRAMS_RUN_FLOW_ADDRESS_H

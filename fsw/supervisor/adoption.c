@@ -333,7 +333,8 @@ void supervisor_adoption_report(supervisor_t* const supervisor)
         const uint8_t left            = (supervisor->checkpoint_damage == ADOPTION_OLDER) ? 1U : 0U;
         const uint8_t octets[2]       = {left, supervisor->is_checkpoint_copied ? 1U : 0U};
         supervisor->checkpoint_damage = ADOPTION_WHOLE;
-        (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_CHECKPOINT_DAMAGED, octets, sizeof octets);
+        (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_CHECKPOINT_DAMAGED, octets,
+                              sizeof octets);
         if (left == 0U) {
             supervisor_mode_fall_back(supervisor);
         }

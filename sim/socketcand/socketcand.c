@@ -86,11 +86,6 @@ uint16_t socketcand_port(const socketcand_t* const server)
     return server->port;
 }
 
-unsigned socketcand_clients(const socketcand_t* const server)
-{
-    return server->client_count;
-}
-
 uint64_t socketcand_dropped(const socketcand_t* const server)
 {
     return server->dropped;

@@ -51,7 +51,6 @@ unsigned socketcand_end_step(socketcand_t* server, uint64_t now_ns, uint32_t tim
 /// Wait (wall-clock) until a client has sent something or connects, at most timeout_ms.
 void socketcand_wait(socketcand_t* server, uint32_t timeout_ms);
 
-unsigned socketcand_clients(const socketcand_t* server);
 /// Number of messages that were dropped because a client did not read them.
 uint64_t socketcand_dropped(const socketcand_t* server);
 

@@ -250,7 +250,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
         act(&record);
     }
     const flow_tcp_user_t nobody = {.context = NULL};
-    flow_tcp_close(&communication.flow, &nobody);
+    flow_tcp_end_all(&communication.flow, &nobody);
     return 0;
 }
 

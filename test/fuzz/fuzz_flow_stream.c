@@ -197,10 +197,10 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
         act(&record, &format);
     }
     receive();
-    for (unsigned i = 0U; (i < 16U) && !flow_stream_is_connected(&flow); i++) {
+    for (unsigned i = 0U; (i < 16U) && !flow.link.is_open; i++) {
         step();
     }
-    FUZZ_CHECK(flow_stream_is_connected(&flow));
+    FUZZ_CHECK(flow.link.is_open);
     flow_stream_close(&flow);
     osal_socket_close(&peer);
     osal_socket_close(&listener);

@@ -164,19 +164,6 @@ status_t flow_step(flow_t* const flow, const uint64_t now_ns)
     return status;
 }
 
-status_t flow_failure(const flow_t* const flow)
-{
-    FSW_ASSERT(flow != NULL);
-    status_t failure = STATUS_OK;
-    for (unsigned place = TO_FLIGHT; place <= TO_DEVICE; place++) {
-        const flow_link_t* const link = link_of(flow, place);
-        if ((link != NULL) && !link->is_open && (failure == STATUS_OK)) {
-            failure = link->failure;
-        }
-    }
-    return failure;
-}
-
 flow_counters_t flow_counters(const flow_t* const flow)
 {
     FSW_ASSERT(flow != NULL);

@@ -66,10 +66,8 @@ typedef struct {        // [wrap]
 /// The flow is closed at first. A name that is too long for its end node cannot be opened (STATUS_NOT_FOUND).
 void flow_init(flow_t* flow, const flow_setup_t* setup, const flow_resolver_t* resolver);
 /// Open the end node if an attempt is due, and pass queued octets to the system. STATUS_OK (open),
-/// STATUS_BUSY (an attempt is pending), STATUS_CLOSED (not open; flow_failure gives the reason).
+/// STATUS_BUSY (an attempt is pending), STATUS_CLOSED (not open).
 status_t flow_step(flow_t* flow, uint64_t now_ns);
-/// Why the end node is not open: a status of the flow that carries the messages.
-status_t flow_failure(const flow_t* flow);
 /// Send one message of octets_out octets. STATUS_OK, STATUS_FULL, STATUS_CLOSED, STATUS_IO.
 MUST_USE status_t flow_send(flow_t* flow, const uint8_t* octets, size_t size);
 /// The next message, into FLOW_OCTETS_MAX octets. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.

@@ -168,12 +168,6 @@ status_t flow_shm_step(flow_shm_t* const flow, const uint64_t now_ns)
     return flow_link_step(&flow->link, now_ns);
 }
 
-bool flow_shm_is_open(const flow_shm_t* const flow)
-{
-    FSW_ASSERT(flow != NULL);
-    return flow->link.is_open;
-}
-
 void flow_shm_close(flow_shm_t* const flow)
 {
     FSW_ASSERT(flow != NULL);

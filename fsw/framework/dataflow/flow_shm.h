@@ -89,7 +89,6 @@ MUST_USE status_t flow_shm_write_record(flow_shm_t* flow, const flow_record_layo
 /// of flow_shm_read; STATUS_INVALID: the value is not such a record; it is dropped and counted.
 MUST_USE status_t flow_shm_read_record(flow_shm_t* flow, const flow_record_layout_t* layout,
                                        void* out_record);
-bool flow_shm_is_open(const flow_shm_t* flow);
 /// The writer also removes the name, and its readers get STATUS_CLOSED.
 void flow_shm_close(flow_shm_t* flow);
 

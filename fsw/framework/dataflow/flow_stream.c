@@ -244,12 +244,6 @@ status_t flow_stream_receive_record(flow_stream_t* const flow, const flow_record
     return status;
 }
 
-bool flow_stream_is_connected(const flow_stream_t* const flow)
-{
-    FSW_ASSERT(flow != NULL);
-    return flow->link.is_open;
-}
-
 void flow_stream_give_up(flow_stream_t* const flow)
 {
     FSW_ASSERT(flow != NULL);

@@ -91,7 +91,6 @@ MUST_USE status_t flow_stream_send_record(flow_stream_t* flow, const flow_record
 /// counted.
 MUST_USE status_t flow_stream_receive_record(flow_stream_t* flow, const flow_record_layout_t* layout,
                                              void* out_record);
-bool flow_stream_is_connected(const flow_stream_t* flow);
 /// End the connection, if there is one, and drop an incomplete frame; connect again after the delay.
 void flow_stream_give_up(flow_stream_t* flow);
 /// End the connection; the next step connects again.

@@ -65,15 +65,11 @@ void flow_tcp_end(flow_tcp_t* const flow, const flow_tcp_user_t* const user, con
     }
 }
 
-void flow_tcp_close(flow_tcp_t* const flow, const flow_tcp_user_t* const user)
+void flow_tcp_end_all(flow_tcp_t* const flow, const flow_tcp_user_t* const user)
 {
     FSW_ASSERT((flow != NULL) && (user != NULL));
     for (unsigned i = 0U; i < flow->capacity; i++) {
         flow_tcp_end(flow, user, i);
-    }
-    if (osal_socket_is_open(&flow->listener)) {
-        osal_socket_close(&flow->listener);
-        quota_give(flow->quota);
     }
 }
 

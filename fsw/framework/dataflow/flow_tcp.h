@@ -86,8 +86,8 @@ void flow_tcp_set_quota(flow_tcp_t* flow, quota_t* quota);
 /// Listen with a socket inherited from the parent. STATUS_OK, STATUS_EXISTS (open already), STATUS_INVALID
 /// (no such descriptor), STATUS_EXHAUSTED (quota).
 MUST_USE status_t flow_tcp_adopt(flow_tcp_t* flow, int descriptor);
-/// End every connection (each reported to `user`) and stop listening.
-void flow_tcp_close(flow_tcp_t* flow, const flow_tcp_user_t* user);
+/// End every connection; each is reported to `user`.
+void flow_tcp_end_all(flow_tcp_t* flow, const flow_tcp_user_t* user);
 
 /// Accept new connections, then read at most `limit_octets` from the clients in turn, and pass frames to
 /// `user`. *out_octets is the number of octets read. STATUS_OK, STATUS_CLOSED (not listening).

@@ -442,10 +442,7 @@ static void end_connections(void* const context)
 {
     communication_t* const self  = (communication_t*)context;
     const flow_tcp_user_t nobody = {.context = self};
-    for (unsigned client = connected_from(self, 0U); client != NO_CLIENT;
-         client          = connected_from(self, client + 1U)) {
-        flow_tcp_end(&self->flow, &nobody, client);
-    }
+    flow_tcp_end_all(&self->flow, &nobody);
 }
 
 const subsystem_callbacks_t* communication_callbacks(void)

@@ -190,7 +190,6 @@ static void test_devices_are_brought_up_measured_and_commanded(void)
     TEST_ASSERT_EQUAL_STRING("B", device->name);
     TEST_ASSERT_EQUAL_UINT8(1U, stream_device_field(device, false, "VALUE"));
     TEST_ASSERT_EQUAL_UINT8(STREAM_DEVICE_NO_FIELD, stream_device_field(device, true, "VALUE"));
-    TEST_ASSERT_TRUE(stream_device_is_new(device));
     TEST_ASSERT_TRUE(stream_device_value(device, 1U) == 0.0); // -2 * 0.5 + 1
     TEST_ASSERT_EQUAL(STATUS_OK, stream_device_set(device, 0U, 1.0));
     TEST_ASSERT_EQUAL(STATUS_OK, stream_device_set(device, 1U, 2.0));
@@ -199,7 +198,6 @@ static void test_devices_are_brought_up_measured_and_commanded(void)
     const uint8_t expected[COMMAND_OCTETS] = {1U, 0U, 2U};
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, command, COMMAND_OCTETS);
     (void)fly(NULL, 0U, 1U);
-    TEST_ASSERT_FALSE(stream_device_is_new(device));
     TEST_ASSERT_EQUAL_UINT(0U, generic.event_count);
 }
 

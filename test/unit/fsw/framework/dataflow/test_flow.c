@@ -304,7 +304,6 @@ static void test_messages_pass_both_ways_on_each_type_of_end_node(void)
         size_t size = 1U;
         TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_receive(&flow, octets, &size));
         TEST_ASSERT_EQUAL_UINT64(0U, size);
-        TEST_ASSERT_EQUAL(STATUS_OK, flow_failure(&flow));
         TEST_ASSERT_EQUAL_UINT32(0U, flow_counters(&flow).malformed);
         TEST_ASSERT_TRUE(flow_counters(&flow).connected > 0U);
         end_all();
@@ -325,7 +324,6 @@ static void test_without_a_device_it_is_closed_with_a_reason_and_tries_again(voi
             now_ns += LONGEST_NS;
             (void)usleep(1000U);
         }
-        TEST_ASSERT_NOT_EQUAL(STATUS_OK, flow_failure(&flow));
         if ((noticing[i] == ENDNODE_SERIAL) || (noticing[i] == ENDNODE_TCP)) {
             TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_send(&flow, message, OUT));
             TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_receive(&flow, octets, &size));
@@ -383,7 +381,6 @@ static void test_a_stream_of_invalid_octets_is_closed_and_opened_again(void)
     }
     flow_give_up(&flow);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_step(&flow, now_ns));
-    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, flow_failure(&flow));
     now_ns += LONGEST_NS;
     connect_flow(ENDNODE_SERIAL);
     send_message(ENDNODE_SERIAL, message);
@@ -484,7 +481,6 @@ static void test_in_stepped_time_the_counts_show_that_a_device_is_gone(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_step(&flow, now_ns));
     now_ns += LONGEST_NS;
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_step(&flow, now_ns)); // The terminal is still there.
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow_failure(&flow));
     osal_hand_over_set_present(&counts, true);
     now_ns += LONGEST_NS;
     TEST_ASSERT_EQUAL(STATUS_OK, flow_step(&flow, now_ns));

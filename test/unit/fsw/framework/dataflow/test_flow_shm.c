@@ -123,7 +123,7 @@ static void each_end_does_its_own_part_only(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_read(&writer, value));
     TEST_ASSERT_EQUAL_UINT32(1U, reader.counters.refused);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 1U)); // The flow stays open.
-    TEST_ASSERT_TRUE(flow_shm_is_open(&reader) && flow_shm_is_open(&writer));
+    TEST_ASSERT_TRUE(reader.link.is_open && writer.link.is_open);
 }
 
 static void records_travel_in_the_flows_order(void)
@@ -182,7 +182,7 @@ static void expect_refusal(flow_shm_t* const flow, const uint64_t now_ns, const 
 {
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_step(flow, now_ns));
     TEST_ASSERT_EQUAL(why, flow->link.failure);
-    TEST_ASSERT_FALSE(flow_shm_is_open(flow));
+    TEST_ASSERT_FALSE(flow->link.is_open);
 }
 
 static void opening_is_refused_for_a_reason_and_counted(void)

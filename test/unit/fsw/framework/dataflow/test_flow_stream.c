@@ -213,7 +213,7 @@ static void a_serial_line_carries_frames_both_ways(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, say("x", 1U)); // Not yet.
     expect_nothing(STATUS_CLOSED);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_stream_step(&flow, now_ns));
-    TEST_ASSERT_TRUE(flow_stream_is_connected(&flow));
+    TEST_ASSERT_TRUE(flow.link.is_open);
     TEST_ASSERT_EQUAL(STATUS_OK, say("a\300b", 3U));
     expect_far("\300a\333\334b\300", 6U);
     expect_nothing(STATUS_EMPTY);
@@ -410,7 +410,7 @@ static void a_server_that_does_not_read_fills_the_outbox(void)
     TEST_ASSERT_EQUAL(STATUS_OK, say("x", 1U));
     expect_far("\000\001x", 3U);
     flow_stream_close(&flow);
-    TEST_ASSERT_FALSE(flow_stream_is_connected(&flow));
+    TEST_ASSERT_FALSE(flow.link.is_open);
 }
 
 static void octets_in_the_outbox_are_discarded_with_their_connection(void)
@@ -424,11 +424,11 @@ static void octets_in_the_outbox_are_discarded_with_their_connection(void)
     }
     (void)close(far);
     far = -1;
-    for (unsigned i = 0U; (i < 1000U) && flow_stream_is_connected(&flow); i++) {
+    for (unsigned i = 0U; (i < 1000U) && flow.link.is_open; i++) {
         (void)flow_stream_step(&flow, now_ns);
         (void)poll(NULL, 0U, 1);
     }
-    TEST_ASSERT_FALSE(flow_stream_is_connected(&flow));
+    TEST_ASSERT_FALSE(flow.link.is_open);
     TEST_ASSERT_TRUE(flow.counters.discarded > 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, step_on());
     accept_far();
@@ -514,7 +514,7 @@ static void a_file_is_read_as_it_grows(void)
     expect_nothing(STATUS_EMPTY);
     say_far("o\n", 2U);
     expect("two", 3U);
-    TEST_ASSERT_TRUE(flow_stream_is_connected(&flow));
+    TEST_ASSERT_TRUE(flow.link.is_open);
 }
 
 static void a_fifo_waits_for_its_reader(void)
@@ -531,7 +531,7 @@ static void a_fifo_waits_for_its_reader(void)
     (void)close(far);
     far = -1;
     TEST_ASSERT_EQUAL(STATUS_OK, say("off", 3U)); // Accepted, and lost with the connection.
-    TEST_ASSERT_FALSE(flow_stream_is_connected(&flow));
+    TEST_ASSERT_FALSE(flow.link.is_open);
     TEST_ASSERT_EQUAL_UINT32(4U, flow.counters.discarded);
 }
 

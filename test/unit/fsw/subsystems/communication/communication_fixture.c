@@ -124,7 +124,7 @@ void fixture_close(void)
         fixture_disconnect(i);
     }
     const flow_tcp_user_t nobody = {0};
-    flow_tcp_close(&fixture.communication.flow, &nobody); // The listener with it, if it was adopted.
+    flow_tcp_end_all(&fixture.communication.flow, &nobody);
     osal_socket_close(&fixture.listener);
 }
 
