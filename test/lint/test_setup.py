@@ -2,13 +2,18 @@
 """The setup caches fetched files for other clones, and names all that it cannot get. Unity: pinned by its
 checksum, complete or not at all. Scripts and folders replace the package client and the package index."""
 
+import base64
 import hashlib
+import http.server
+import io
+import json
 import os
 import pathlib
 import re
 import shutil
 import subprocess
 import tarfile
+import threading
 import zipfile
 
 import pytest
@@ -197,6 +202,112 @@ def test_python_packages_without_a_place_for_a_cache(index, fresh_venv):
     (index / "file").write_text("")
     done, modules = install(index, clone(index / "a", fresh_venv), cache="file")
     assert (done.returncode, modules) == (0, {"one_part", "other"}), done.stderr
+
+
+class Registry(http.server.BaseHTTPRequestHandler):
+    """Packages of npm: `served` by path; every other path fails, as a registry without a network behind it does."""
+
+    served, asked = {}, []
+
+    def do_GET(self):
+        self.asked.append(self.path)
+        content = self.served.get(self.path)
+        self.send_response(503 if content is None else 200)
+        self.send_header("Content-Length", str(len(content or b"")))
+        self.end_headers()
+        self.wfile.write(content or b"")
+
+    def log_message(self, *words):
+        pass
+
+
+def npm_package(name):
+    """(archive, checksum) of a package of one empty module."""
+    octets = io.BytesIO()
+    with tarfile.open(fileobj=octets, mode="w:gz") as archive:
+        for path, text in (("package/package.json", json.dumps({"name": name, "version": "1.0.0"})), ("package/index.js", "")):
+            entry = tarfile.TarInfo(path)
+            entry.size = len(text)
+            archive.addfile(entry, io.BytesIO(text.encode()))
+    return octets.getvalue(), "sha512-" + base64.b64encode(hashlib.sha512(octets.getvalue()).digest()).decode()
+
+
+@pytest.fixture
+def registry(tmp_path):
+    """A registry with two packages, and a lock that names them and one for another operating system."""
+    Registry.served, Registry.asked = {}, []
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Registry)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    address = f"http://127.0.0.1:{server.server_port}"
+    packages = {"": {"name": "page", "dependencies": {"one": "1.0.0", "two": "1.0.0"}, "optionalDependencies": {"three": "1.0.0"}}}
+    for name in ("one", "two", "three"):
+        archive, checksum = npm_package(name)
+        about = {"name": name, "version": "1.0.0", "dist": {"tarball": f"{address}/{name}.tgz", "integrity": checksum}}
+        Registry.served[f"/{name}"] = json.dumps({"name": name, "dist-tags": {"latest": "1.0.0"}, "versions": {"1.0.0": about}}).encode()
+        Registry.served[f"/{name}.tgz"] = archive
+        packages[f"node_modules/{name}"] = {"version": "1.0.0", "integrity": checksum}
+    packages["node_modules/three"] |= {"optional": True, "os": ["plan9"]}
+    (tmp_path / "package.json").write_text(json.dumps(packages[""]))
+    (tmp_path / "package-lock.json").write_text(json.dumps({"name": "page", "lockfileVersion": 3, "requires": True, "packages": packages}))
+    yield tmp_path, address
+    server.shutdown()
+    server.server_close()
+
+
+def install_page(registry, clone):
+    """Install the packages of the page in a clone; (finished process, names of the installed packages)."""
+    place, address = registry
+    (place / clone / "gse" / "page").mkdir(parents=True, exist_ok=True)
+    for name in ("package.json", "package-lock.json"):
+        shutil.copy(place / name, place / clone / "gse" / "page" / name)
+    environment = {"PATH": os.environ["PATH"], "HOME": str(place), "XDG_CACHE_HOME": str(place / "cache"), "NPM_CONFIG_REGISTRY": address}
+    done = subprocess.run(["sh", SETUP / "station.sh"], cwd=place / clone, env=environment, capture_output=True, text=True, check=False)
+    return done, sorted(path.name for path in (place / clone / "build" / "station" / "node_modules").glob("[a-z]*"))
+
+
+def cached_page(registry):
+    (archive,) = (registry[0] / "cache" / "hirosco").iterdir()
+    return archive
+
+
+def test_packages_of_the_page_are_fetched_once_for_all_clones(registry):
+    done, names = install_page(registry, "a")
+    assert (done.returncode, names) == (0, ["one", "two"]), done.stderr
+    asked = len(Registry.asked)
+    Registry.served = {}
+    for clone in "ba":
+        done, names = install_page(registry, clone)
+        assert (done.returncode, names, done.stderr, len(Registry.asked)) == (0, ["one", "two"], "", asked)
+
+
+def test_packages_of_the_page_that_cannot_be_fetched_are_named_at_once(registry):
+    whole = Registry.served.pop("/two.tgz")
+    done, names = install_page(registry, "a")
+    assert (done.returncode, names) == (1, []) and "is there a network?" in done.stderr
+    assert re.findall(r"(?m)^    (\S+)$", done.stderr) == ["one==1.0.0", "two==1.0.0"]
+    assert Registry.asked.count("/two.tgz") == 1, "the fetch is tried once"
+    Registry.served["/two.tgz"] = whole
+    done, names = install_page(registry, "a")
+    assert (done.returncode, names) == (0, ["one", "two"]), done.stderr
+
+
+def test_a_damaged_archive_of_the_page_is_fetched_again(registry):
+    install_page(registry, "a")
+    archive = cached_page(registry)
+    whole = archive.read_bytes()
+    archive.write_bytes(whole[:-9])
+    done, names = install_page(registry, "b")
+    assert (done.returncode, names) == (0, ["one", "two"]), done.stderr
+    assert len(cached_page(registry).read_bytes()) >= len(whole) - 8
+
+
+def test_another_lock_is_not_served_by_the_archive(registry):
+    install_page(registry, "a")
+    lock = registry[0] / "package-lock.json"
+    lock.write_text(lock.read_text() + "\n")
+    Registry.served = {}
+    shutil.rmtree(registry[0] / ".npm", ignore_errors=True)
+    assert install_page(registry, "b")[0].returncode == 1
 
 
 def script(path, text):
