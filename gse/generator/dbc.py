@@ -24,7 +24,7 @@ POSITIONS = {0x6062, 0x6064, 0x6065, 0x607A, 0x60F4}
 VELOCITIES = {0x606B, 0x606C, 0x60B1, 0x60FF}
 TORQUES = {0x6071, 0x6072, 0x6074, 0x6077, 0x60B2, 0x60E0, 0x60E1}
 CURRENTS = {0x6073, 0x6078}
-TEMPERATURES = {0x2210}  # 0.1 degC, sim/devices/README.md
+TEMPERATURES = "temperature"  # Names of such objects of a maker end so: 0.1 degC, sim/devices/README.md
 SI_UNITS = {0x01: "m", 0x03: "s", 0x10: "rad", 0x41: "deg"}  # CiA 303-2
 STATES = {0: "Boot up", 4: "Stopped", 5: "Operational", 127: "Pre operational"}
 NMT_COMMANDS = {1: "Start", 2: "Stop", 128: "Enter pre operational", 129: "Reset node", 130: "Reset communication"}
@@ -230,14 +230,13 @@ def _mapped(node, index, subindex, start, bits):
     width, signed = sheet.INTEGERS.get(entry.kind, (bits, False))
     if width != bits:
         node.element.fail(f"{node.name} maps {bits} bits of {index:#06x}:{subindex:02x}, which has {width}")
-    factor, unit = _scale(node.values, index)
+    is_temperature = index < PROFILE_FIRST and entry.name.lower().endswith(TEMPERATURES)
+    factor, unit = (0.1, "degC") if is_temperature else _scale(node.values, index)
     return Signal(_identifier(entry.name), start, bits, signed, factor, unit)
 
 
 def _scale(values, index):
     """Factor and unit of an object, from the unit objects of the device."""
-    if index in TEMPERATURES:
-        return 0.1, "degC"
     if not PROFILE_FIRST <= index <= PROFILE_LAST:
         return 1.0, ""
     axis = (index - PROFILE_FIRST) // AXIS_STEP * AXIS_STEP

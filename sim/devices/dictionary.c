@@ -3,6 +3,10 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
+
+#define MANUFACTURER_FIRST 0x2000U
+#define MANUFACTURER_LAST 0x5FFFU
 
 void dictionary_destroy(dictionary_t* const dictionary)
 {
@@ -10,6 +14,7 @@ void dictionary_destroy(dictionary_t* const dictionary)
         free(dictionary->objects[i].text);
     }
     free(dictionary->objects);
+    free(dictionary->names);
     *dictionary = (dictionary_t){0};
 }
 
@@ -78,6 +83,18 @@ uint8_t object_type_size(const object_type_t type)
     case OBJECT_VISIBLE_STRING:
     case OBJECT_OCTET_STRING:
         break;
+    }
+    return 0U;
+}
+
+uint16_t dictionary_index_of(const dictionary_t* const dictionary, const char* const name)
+{
+    for (size_t i = 0U; i < dictionary->name_count; i++) {
+        const object_name_t* known = &dictionary->names[i];
+        if ((known->index >= MANUFACTURER_FIRST) && (known->index <= MANUFACTURER_LAST) &&
+            (strcasecmp(known->name, name) == 0)) {
+            return known->index;
+        }
     }
     return 0U;
 }

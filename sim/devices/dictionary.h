@@ -15,6 +15,7 @@
 #include <stdint.h>
 
 #define OBJECT_TEXT_MAX 64U
+#define OBJECT_NAME_MAX 128U ///< Longer names are cut.
 
 /// Data types of CiA 301 that a device may use, by their numbers in an EDS.
 typedef enum {
@@ -50,9 +51,16 @@ typedef struct {
     uint8_t initial_text[OBJECT_TEXT_MAX];
 } object_t;
 
+typedef struct { // Name of an index: of a variable, or of an array or record.
+    uint16_t index;
+    char name[OBJECT_NAME_MAX];
+} object_name_t;
+
 typedef struct {
     object_t* objects; ///< Ascending by index and sub-index.
     size_t count;
+    object_name_t* names;
+    size_t name_count;
 } dictionary_t;
 
 void dictionary_destroy(dictionary_t* dictionary);
@@ -64,6 +72,10 @@ void dictionary_reset_range(dictionary_t* dictionary, uint16_t first, uint16_t l
 object_t* dictionary_find(const dictionary_t* dictionary, uint16_t index, uint8_t subindex);
 /// True if the index exists with any sub-index.
 bool dictionary_has_index(const dictionary_t* dictionary, uint16_t index);
+
+/// Index of the manufacturer-specific object (0x2000 to 0x5FFF) with a name, in capital or small letters; 0:
+/// there is none.
+uint16_t dictionary_index_of(const dictionary_t* dictionary, const char* name);
 
 bool object_is_text(const object_t* object);
 bool object_is_signed(const object_t* object);

@@ -504,44 +504,32 @@ static bool find_objects(void* const context)
         uint16_t index;
         uint8_t subindex;
     } wanted[] = {
-        {&objects->target_position, 0x607AU, 0U},
-        {&objects->target_torque, 0x6071U, 0U},
-        {&objects->target_velocity, 0x60FFU, 0U},
-        {&objects->velocity_offset, 0x60B1U, 0U},
-        {&objects->torque_offset, 0x60B2U, 0U},
-        {&objects->max_torque, 0x6072U, 0U},
-        {&objects->positive_limit, 0x60E0U, 0U},
-        {&objects->negative_limit, 0x60E1U, 0U},
-        {&objects->low_position, 0x607DU, 1U},
-        {&objects->high_position, 0x607DU, 2U},
-        {&objects->position_gain, 0x2230U, 1U},
-        {&objects->velocity_gain, 0x2230U, 2U},
-        {&objects->stop_deceleration, 0x6085U, 0U},
-        {&objects->period_value, 0x60C2U, 1U},
-        {&objects->period_exponent, 0x60C2U, 2U},
-        {&objects->window, 0x6065U, 0U},
-        {&objects->window_time, 0x6066U, 0U},
-        {&objects->position, 0x6064U, 0U},
-        {&objects->velocity, 0x606CU, 0U},
-        {&objects->torque, 0x6077U, 0U},
-        {&objects->current, 0x6078U, 0U},
-        {&objects->position_demand, 0x6062U, 0U},
-        {&objects->velocity_demand, 0x606BU, 0U},
-        {&objects->torque_demand, 0x6074U, 0U},
-        {&objects->following_error, 0x60F4U, 0U},
-        {&objects->temperature, 0x2210U, 0U},
-        {&objects->brake, 0x2220U, 0U},
-        {&objects->rated_torque, 0x6076U, 0U},
+        {&objects->target_position, 0x607AU, 0U},   {&objects->target_torque, 0x6071U, 0U},
+        {&objects->target_velocity, 0x60FFU, 0U},   {&objects->velocity_offset, 0x60B1U, 0U},
+        {&objects->torque_offset, 0x60B2U, 0U},     {&objects->max_torque, 0x6072U, 0U},
+        {&objects->positive_limit, 0x60E0U, 0U},    {&objects->negative_limit, 0x60E1U, 0U},
+        {&objects->low_position, 0x607DU, 1U},      {&objects->high_position, 0x607DU, 2U},
+        {&objects->stop_deceleration, 0x6085U, 0U}, {&objects->period_value, 0x60C2U, 1U},
+        {&objects->period_exponent, 0x60C2U, 2U},   {&objects->window, 0x6065U, 0U},
+        {&objects->window_time, 0x6066U, 0U},       {&objects->position, 0x6064U, 0U},
+        {&objects->velocity, 0x606CU, 0U},          {&objects->torque, 0x6077U, 0U},
+        {&objects->current, 0x6078U, 0U},           {&objects->position_demand, 0x6062U, 0U},
+        {&objects->velocity_demand, 0x606BU, 0U},   {&objects->torque_demand, 0x6074U, 0U},
+        {&objects->following_error, 0x60F4U, 0U},   {&objects->rated_torque, 0x6076U, 0U},
     };
     for (size_t i = 0U; i < (sizeof wanted / sizeof wanted[0]); i++) {
         *wanted[i].place = node_object(drive->node, wanted[i].index, wanted[i].subindex);
-        // Another maker's drive may be without its own objects, and one without a sensor without the torque.
-        const bool is_optional = (wanted[i].index < 0x6000U) ||
-                                 ((wanted[i].place == &objects->torque) && !has_torque_sensor(drive));
+        // One without a sensor may be without the torque.
+        const bool is_optional = (wanted[i].place == &objects->torque) && !has_torque_sensor(drive);
         if ((*wanted[i].place == NULL) && !is_optional) {
             return false;
         }
     }
+    // Another maker's drive may be without these.
+    objects->position_gain = node_object_named(drive->node, "Regulator gains", 1U);
+    objects->velocity_gain = node_object_named(drive->node, "Regulator gains", 2U);
+    objects->temperature   = node_object_named(drive->node, "Drive temperature", 0U);
+    objects->brake         = node_object_named(drive->node, "Holding brake state", 0U);
     return axis_units(drive->node, 0U, &drive->position_unit, &drive->velocity_unit) &&
            axis_init(&drive->axis, drive->node, 0U) &&
            homing_init(&drive->homing, &drive->axis, drive->position_unit, drive->velocity_unit);

@@ -26,6 +26,7 @@ typedef struct {
     long object_type;
     unsigned default_line;
     char default_value[LINE_MAX_OCTETS];
+    char name[OBJECT_NAME_MAX];
     object_t object;
 } section_t;
 
@@ -35,6 +36,7 @@ typedef struct {
     uint8_t node_id;
     dictionary_t* dictionary;
     size_t capacity;
+    size_t name_capacity;
     char* error;
     section_t section;
 } reader_t;
@@ -171,6 +173,25 @@ static status_t append(reader_t* const reader, const object_t* const object)
     return STATUS_OK;
 }
 
+static status_t append_name(reader_t* const reader, const section_t* const section)
+{
+    dictionary_t* dictionary = reader->dictionary;
+    if (dictionary->name_count == reader->name_capacity) {
+        object_name_t* grown = realloc(dictionary->names, (reader->name_capacity + GROWTH) * sizeof *grown);
+        if (grown == NULL) {
+            (void)snprintf(reader->error, EDS_ERROR_MAX, "%s: out of memory", reader->path);
+            return STATUS_EXHAUSTED;
+        }
+        dictionary->names = grown;
+        reader->name_capacity += GROWTH;
+    }
+    object_name_t* name = &dictionary->names[dictionary->name_count];
+    name->index         = section->object.index;
+    memcpy(name->name, section->name, sizeof name->name);
+    dictionary->name_count++;
+    return STATUS_OK;
+}
+
 /// Add the object of the section that ends here to the dictionary.
 static status_t close_section(reader_t* const reader)
 {
@@ -181,6 +202,9 @@ static status_t close_section(reader_t* const reader)
     section->is_open = false;
     if (!section->has_name) {
         return fail(reader, section->line, "no name", "ParameterName in this section");
+    }
+    if (!section->has_subindex && (append_name(reader, section) != STATUS_OK)) {
+        return STATUS_EXHAUSTED;
     }
     if (!section->has_subindex && (section->object_type != OBJECT_TYPE_VAR)) {
         return STATUS_OK; // Head of an array or record; its members have sections of their own.
@@ -313,6 +337,7 @@ static status_t take_entry(reader_t* const reader, char* const text)
     }
     if (strcasecmp(key, "ParameterName") == 0) {
         section->has_name = value[0] != '\0';
+        (void)snprintf(section->name, sizeof section->name, "%.*s", (int)sizeof section->name - 1, value);
     } else if (strcasecmp(key, "AccessType") == 0) {
         return take_access(reader, section, value);
     } else if (strcasecmp(key, "DefaultValue") == 0) {

@@ -162,9 +162,13 @@ static bool find_value(measuring_device_t* const device, const unsigned index)
     const uint8_t member   = (uint8_t)(index + 1U);
     node_t* node           = device->node;
     const bool is_404      = node_object(node, 0x9130U, 1U) != NULL;
-    const object_t* digits = node_object(node, is_404 ? 0x6132U : 0x2101U, member);
-    device->value[index]   = node_object(node, is_404 ? 0x9130U : 0x2100U, member);
-    device->status[index]  = is_404 ? node_object(node, 0x6150U, member) : node_object(node, 0x2102U, 0U);
+    const object_t* digits = is_404
+                                 ? node_object(node, 0x6132U, member)
+                                 : node_object_named(node, "Decimal digits of the measured values", member);
+    device->value[index] =
+        is_404 ? node_object(node, 0x9130U, member) : node_object_named(node, "Measured values", member);
+    device->status[index] =
+        is_404 ? node_object(node, 0x6150U, member) : node_object_named(node, "Status (1: not valid)", 0U);
     if ((digits == NULL) || (device->value[index] == NULL) || (device->status[index] == NULL)) {
         return false;
     }
@@ -176,9 +180,9 @@ static bool find_objects(void* const context)
 {
     measuring_device_t* device = context;
     bool is_whole              = true;
-    device->counter            = node_object(device->node, 0x2103U, 0U);
-    device->stamp_syncs        = node_object(device->node, 0x2104U, 1U);
-    device->stamp_us           = node_object(device->node, 0x2104U, 2U);
+    device->counter            = node_object_named(device->node, "Counter of measurements", 0U);
+    device->stamp_syncs        = node_object_named(device->node, "Stamp of the exposure", 1U);
+    device->stamp_us           = node_object_named(device->node, "Stamp of the exposure", 2U);
     for (unsigned i = 0U; i < device->config.value_count; i++) {
         is_whole = is_whole && find_value(device, i);
     }

@@ -497,6 +497,12 @@ bool node_is_plugged(const node_t* const node)
     return node->is_plugged;
 }
 
+object_t* node_object_named(const node_t* const node, const char* const name, const uint8_t subindex)
+{
+    const uint16_t index = dictionary_index_of(&node->dictionary, name);
+    return (index != 0U) ? dictionary_find(&node->dictionary, index, subindex) : NULL;
+}
+
 object_t* node_object(const node_t* const node, const uint16_t index, const uint8_t subindex)
 {
     return dictionary_find(&node->dictionary, index, subindex);

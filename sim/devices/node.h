@@ -91,6 +91,8 @@ bool node_is_plugged(const node_t* node);
 void node_cut(node_t* node, unsigned channel, bool is_cut);
 
 object_t* node_object(const node_t* node, uint16_t index, uint8_t subindex);
+/// Member `subindex` of the manufacturer-specific object with a ParameterName in the EDS; 0: of a variable.
+object_t* node_object_named(const node_t* node, const char* name, uint8_t subindex);
 uint8_t node_id(const node_t* node);
 /// SYNCs received since the node became operational, and the time of the last one; without one the time at
 /// which it became operational.

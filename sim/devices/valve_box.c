@@ -6,7 +6,7 @@
 
 #define OCTETS 2U
 #define OCTET_BITS 8U
-#define TIME_NS 10000000U // Unit of 0x2100.
+#define TIME_NS 10000000U // Unit of the longest time of the outputs.
 
 struct valve_box {
     node_t* node;
@@ -105,7 +105,7 @@ static bool find_objects(void* const context)
 {
     valve_box_t* box = context;
     bool has_all     = true;
-    box->longest     = node_object(box->node, 0x2100U, 0U);
+    box->longest     = node_object_named(box->node, "Longest time of the outputs, in 10 ms", 0U);
     for (uint8_t i = 0U; i < OCTETS; i++) {
         const uint8_t subindex = (uint8_t)(i + 1U);
         box->input[i]          = node_object(box->node, 0x6000U, subindex);

@@ -132,6 +132,34 @@ def test_valves_close_if_their_subsystem_dies(hangar, form):
     assert len(closed) == 4 and all(3.005 < time < 3.015 for time in closed)
 
 
+def _reports(flight, pattern):
+    """Values that match in the lines of `operator hk`, as numbers, in the order of the reports."""
+    steps = [json.loads(line) for line in flight.read("operator.log").splitlines()]
+    return [[float(number) for number in re.search(pattern, step["outcome"])[1].split(", ")] for step in steps if step["verb"] == "hk"]
+
+
+def test_the_boom_moves_with_a_velocity_and_the_gyro_measures_the_turn(hangar):
+    """CSV (CiA 402) by the second RPDO, and rates (CiA 404) in the telemetry, against the simulator's truth."""
+    lines = [*_up("VELOCITY"), f"1.5 operator set ACTUATORS.OUTPUT 0,3,0{ZEROS[:26]}", "1.6 operator set ACTUATORS.VELOCITY 0.1,0,0,0,0,0,0,0",
+             "2.0 operator hk once ACTUATORS 1", "2.5 operator hk once ACTUATORS 1", f"2.5 operator set ACTUATORS.OUTPUT 0,0,0{ZEROS[:26]}",
+             "3.0 operator cmd ACTUATORS.STOP", "3.3 operator hk once ACTUATORS 1", "3.5 operator hk once ACTUATORS 1", "3.6 operator shutdown"]
+    scenario = flying.write_scenario(hangar / "velocity.scn", *lines)
+    flight = flying.fly(hangar / "velocity", "--mission", "actuators", "--scenario", scenario, "--form", "image")
+    assert flight.code == 0, flight.told()
+    positions = [position[0] for position in _reports(flight, r"POSITION: \[([-0-9.e, ]+)\]")]
+    assert abs(positions[1] - positions[0] - 0.05) < 0.003, "friction against the gain of the drive"
+    assert abs(positions[3] - positions[2]) < 2e-4 and 0.04 < positions[2] - positions[1] < 0.06
+    modes = {struct.unpack("<hi", octets[2:8]) for _, octets in _frames(flight, 0x325)}
+    assert {velocity for _, velocity in modes} == {0, 100000}
+    assert not [time for time, _ in _frames(flight, 0x225) if time > 1.0]
+    rates = _reports(flight, r"INPUT: \[([-0-9.e, ]+)\]")
+    truth = {round(time, 4): rate for time, _, rate in _bodies(flight)}
+    assert abs(truth[3.4][2]) > 0.01
+    for axis in range(3):
+        assert abs(rates[3][2 + axis] - truth[3.4][axis]) < 2e-4
+    assert rates[3][6] == 0 and rates[3][5] != rates[2][5], "valid, and counting"
+
+
 @pytest.mark.parametrize("fault", ["error platform BOOM 0x2310 on", "unplug platform BOOM"])
 def test_homing_ends_with_a_fault_and_without_its_drive(hangar, fault):
     """HOME fails as aborted, the axis leaves operation without a reference, and the valves close."""

@@ -111,6 +111,16 @@ static void give_valves(scripted_node_t* const node)
     map(node, 0x1600U, outputs);
 }
 
+static void give_gyro(scripted_node_t* const node)
+{
+    static const uint32_t first[]  = {0x91300120U, 0x91300220U, 0U};
+    static const uint32_t second[] = {0x91300320U, 0x21030010U, 0x61500108U, 0U};
+    give(node, 0x1000U, 0U, 4U, 0x00020194U);
+    give(node, 0x1018U, 2U, 4U, 0x00002039U);
+    map(node, 0x1A00U, first);
+    map(node, 0x1A01U, second);
+}
+
 scripted_node_t* scripted_bus_add(scripted_bus_t* const bus, const scripted_kind_t kind, const uint8_t id)
 {
     if (bus->node_count == SCRIPTED_NODES) {
@@ -128,6 +138,8 @@ scripted_node_t* scripted_bus_add(scripted_bus_t* const bus, const scripted_kind
         give_drive(node);
     } else if (kind == SCRIPTED_VALVES) {
         give_valves(node);
+    } else if (kind == SCRIPTED_GYRO) {
+        give_gyro(node);
     } else {
         give_joystick(node);
     }
@@ -322,6 +334,13 @@ static void answer_sync(scripted_bus_t* const bus, const scripted_node_t* const 
         scripted_bus_deliver(bus, 0x180U + node->id, octets, sizeof octets);
     } else if (node->kind == SCRIPTED_VALVES) {
         scripted_bus_deliver(bus, 0x180U + node->id, node->outputs, 2U);
+    } else if (node->kind == SCRIPTED_GYRO) {
+        put(octets, (uint32_t)node->rate[0], 4U);
+        put(&octets[4], (uint32_t)node->rate[1], 4U);
+        scripted_bus_deliver(bus, 0x180U + node->id, octets, 8U);
+        put(octets, (uint32_t)node->rate[2], 4U);
+        put(&octets[4], 0U, 4U);
+        scripted_bus_deliver(bus, 0x280U + node->id, octets, 7U);
     } else {
         put(octets, (uint32_t)node->position[0], 4U);
         put(&octets[4], (uint32_t)node->position[1], 4U);

@@ -19,7 +19,8 @@
 typedef enum {
     SCRIPTED_DRIVE,    ///< Process data of the class "joint-drive".
     SCRIPTED_JOYSTICK, ///< Process data of the class "joystick".
-    SCRIPTED_VALVES    ///< Process data of the class "valve-box"; its inputs are its outputs.
+    SCRIPTED_VALVES,   ///< Process data of the class "valve-box"; its inputs are its outputs.
+    SCRIPTED_GYRO      ///< Process data of the class "gyro".
 } scripted_kind_t;
 
 typedef struct {
@@ -48,6 +49,7 @@ typedef struct { // The test may read and write all fields.
     int16_t torque_offset;
     int16_t target_torque[SCRIPTED_AXES];
     uint8_t outputs[4]; ///< Process data to a valve box.
+    int32_t rate[3];    ///< Of a gyro, 1e-7 rad/s.
     unsigned pdos_received;
     unsigned last_pdo; ///< 1 or 2.
     scripted_object_t objects[SCRIPTED_OBJECTS];

@@ -56,7 +56,17 @@ static double approach(const double from, const double to, const double step)
     return from + ((away > step) ? step : ((away < -step) ? -step : away));
 }
 
-static void serve_axis(actuators_t* const own, canopen_cia402_axis_t* const axis, const uint16_t place)
+/// An axis in CSV moves with VELOCITY as long as it is in OPERATIONAL; each operation begins at rest.
+static void command_velocity(actuators_t* const own, canopen_cia402_axis_t* const axis, const uint16_t place)
+{
+    if (!is_operational(own)) {
+        own->parameters.velocity[place] = 0.0;
+    }
+    canopen_cia402_axis_command_velocity(axis, own->parameters.velocity[place], 0.0);
+}
+
+static void serve_axis(actuators_t* const own, canopen_cia402_axis_t* const axis, const uint16_t place,
+                       const int mode)
 {
     actuators_cur_values_t* const values = &own->parameters.cur_values;
     const double step         = own->parameters.speed * ((double)subsystem_period_ns(own->generic) * 1e-9);
@@ -66,6 +76,10 @@ static void serve_axis(actuators_t* const own, canopen_cia402_axis_t* const axis
     if (!is_operational(own)) { // The motion begins at the present position.
         own->reference_rad[place]     = values->position[place];
         own->parameters.target[place] = values->position[place];
+    }
+    if (mode == CIA402_MODE_CSV) {
+        command_velocity(own, axis, place);
+        return;
     }
     own->reference_rad[place] = approach(own->reference_rad[place], own->parameters.target[place], step);
     canopen_cia402_axis_command_position(axis, own->reference_rad[place], 0.0);
@@ -85,6 +99,13 @@ static void serve_values(actuators_t* const own, canopen_device_t* const device,
     }
 }
 
+/// Mode of a device of the applied configuration.
+static int mode_of(const actuators_t* const own, const uint16_t position)
+{
+    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(own->generic);
+    return drives_mode(descriptor, &descriptor->devices[own->drives.configuration->first_device + position]);
+}
+
 static void control(void* const self)
 {
     actuators_t* const own   = self;
@@ -96,7 +117,7 @@ static void control(void* const self)
         if (device->profile->axis_count == 0U) {
             serve_values(own, device, &places);
         } else {
-            serve_axis(own, &device->axes[0], places.axes);
+            serve_axis(own, &device->axes[0], places.axes, mode_of(own, position));
             places.axes++;
         }
         position++;
@@ -125,7 +146,8 @@ static status_t stop(actuators_t* const own)
     end_home(own, PUS_FAILURE_ABORTED, 0U);
     parameter_lock(subsystem_dictionary(own->generic));
     for (uint16_t i = 0U; i < ACTUATORS_AXES_MAX; i++) {
-        own->parameters.target[i] = own->reference_rad[i];
+        own->parameters.target[i]   = own->reference_rad[i];
+        own->parameters.velocity[i] = 0.0;
     }
     parameter_unlock(subsystem_dictionary(own->generic));
     return STATUS_OK;
@@ -191,14 +213,15 @@ static bool places_fit(const subsystem_descriptor_t* const descriptor,
 
 static bool fits(const subsystem_descriptor_t* const descriptor, subsystem_misfit_t* const out_misfit)
 {
-    static const int modes[]        = {CIA402_MODE_CSP, CIA402_MODE_HOMING, 0};
+    static const int modes[]        = {CIA402_MODE_CSP, CIA402_MODE_CSV, CIA402_MODE_HOMING, 0};
     static const drives_need_t need = {
         .axes          = 1U,
         .takes_modules = true,
         .says_type  = "type of <Device>: expected a drive of CiA 402 with one axis, or a class without axes",
         .says_count = "<Configuration>: expected at least one <Device>",
         .modes      = modes,
-        .says_mode  = "<Device>: expected a <Setting> of 0x6060:00 to 8 (position) or 6 (homing)"};
+        .says_mode =
+            "<Device>: expected a <Setting> of 0x6060:00 to 8 (position), 9 (velocity) or 6 (homing)"};
     bool fits = drives_fit(descriptor, &need, out_misfit);
     for (uint16_t i = 0U; fits && (i < descriptor->configuration_count); i++) {
         fits = places_fit(descriptor, &descriptor->configurations[i], out_misfit);

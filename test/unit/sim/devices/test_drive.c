@@ -6,6 +6,7 @@
 #include "unity.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #define ID 0x11U
@@ -148,6 +149,8 @@ static void select_mode(uint32_t mode)
     master_nmt(&master, 1U, ID);
 }
 
+static const char* sheet = SHEET;
+
 static void open_drive(double most_nm)
 {
     const drive_config_t config = {.seed          = 1U,
@@ -163,7 +166,7 @@ static void open_drive(double most_nm)
     motor.position_rad = 0.5;
     changes            = 0U;
     master_open(&master, false);
-    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, drive_create(master.bus, SHEET, ID, &config, &drive, error),
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, drive_create(master.bus, sheet, ID, &config, &drive, error),
                                   error);
     node_power_on(drive_node(drive));
     master_wait(&master, 2U * MASTER_MS);
@@ -537,6 +540,25 @@ static void test_warnings_do_not_stop_the_drive(void)
     TEST_ASSERT_EQUAL_HEX16(0U, octets_u16(master_last(&master, 0x091U)->data));
 }
 
+static void test_objects_of_a_maker_are_found_by_their_names(void)
+{
+    char line[512];
+    FILE* from = fopen(SHEET, "r");
+    FILE* to   = fopen("build/test/other-drive.eds", "w");
+    while (fgets(line, (int)sizeof line, from) != NULL) {
+        char* number = strstr(line, "2210");
+        (void)memmove((number != NULL) ? number : line, (number != NULL) ? "2A10" : line, 4U);
+        (void)fputs(line, to);
+    }
+    TEST_ASSERT_EQUAL_INT(0, fclose(from) + fclose(to));
+    tearDown();
+    sheet = "build/test/other-drive.eds";
+    open_drive(0.0);
+    sheet = SHEET;
+    drive_set_temperature(drive, 85.0, bus_now_ns(master.bus));
+    TEST_ASSERT_EQUAL_UINT64(850U, node_object(drive_node(drive), 0x2A10U, 0U)->value);
+}
+
 static void test_a_power_cycle_engages_the_brake_at_once(void)
 {
     enable_csp(0.0);
@@ -572,6 +594,7 @@ int main(void)
     RUN_TEST(test_following_error_is_a_fault_after_its_time);
     RUN_TEST(test_faults_stay_until_their_cause_is_gone);
     RUN_TEST(test_warnings_do_not_stop_the_drive);
+    RUN_TEST(test_objects_of_a_maker_are_found_by_their_names);
     RUN_TEST(test_a_power_cycle_engages_the_brake_at_once);
     return UNITY_END();
 }

@@ -50,6 +50,21 @@ static void expect_error(const char* text, unsigned line, const char* words)
     TEST_ASSERT_EQUAL_UINT(0U, dictionary.count);
 }
 
+/// Names of variables and of arrays, of manufacturer-specific objects only.
+static void test_a_manufacturer_object_is_found_by_its_name(void)
+{
+    TEST_ASSERT_EQUAL_INT(
+        STATUS_OK, load("[6064]\nParameterName=Position\nDataType=4\nAccessType=ro\n"
+                        "[2A00]\nParameterName=Position\nDataType=4\nAccessType=ro\n"
+                        "[2B00]\nParameterName=Gains\nObjectType=0x8\nSubNumber=2\n"
+                        "[2B00sub0]\nParameterName=Number\nDataType=5\nAccessType=const\nDefaultValue=1\n"
+                        "[2B00sub1]\nParameterName=First\nDataType=5\nAccessType=rw\n"));
+    TEST_ASSERT_EQUAL_HEX16(0x2A00U, dictionary_index_of(&dictionary, "POSITION"));
+    TEST_ASSERT_EQUAL_HEX16(0x2B00U, dictionary_index_of(&dictionary, "Gains"));
+    TEST_ASSERT_EQUAL_HEX16(0U, dictionary_index_of(&dictionary, "First")); // A member.
+    TEST_ASSERT_EQUAL_HEX16(0U, dictionary_index_of(&dictionary, "Gain"));
+}
+
 static void test_values_of_all_kinds(void)
 {
     TEST_ASSERT_EQUAL_INT(
@@ -174,6 +189,7 @@ static void test_reset_restores_initial_values(void)
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_a_manufacturer_object_is_found_by_its_name);
     RUN_TEST(test_values_of_all_kinds);
     RUN_TEST(test_errors_name_file_and_line);
     RUN_TEST(test_doubled_objects_and_empty_files_are_refused);

@@ -15,6 +15,7 @@
 #define DESCRIPTOR "descriptors/subsystems/actuators.xml"
 #define HOMING 0U ///< Places of the configurations.
 #define NOMINAL 1U
+#define VELOCITY 2U
 #define TOKEN 7U
 
 static descriptor_loader_t loader;
@@ -24,6 +25,7 @@ static size_t length;
 static scripted_bus_t bus;
 static scripted_node_t* boom;
 static scripted_node_t* valves;
+static scripted_node_t* gyro;
 static subsystem_t generic;
 static actuators_t own;
 
@@ -57,6 +59,7 @@ void setUp(void)
     scripted_bus_open(&bus, "test-actuators");
     boom   = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x25U);
     valves = scripted_bus_add(&bus, SCRIPTED_VALVES, 0x3AU);
+    gyro   = scripted_bus_add(&bus, SCRIPTED_GYRO, 0x2BU);
     double_init(&generic, &descriptor, actuators_callbacks(), &own);
     generic.period_ns = 1000000U;
     actuators_init(&own, &generic, &resolver);
@@ -158,6 +161,42 @@ static void an_axis_goes_to_its_target_with_its_speed(void)
     EXPECT_WITHIN(-1.2, 1e-9, own.parameters.cur_values.torque[0]);
     TEST_ASSERT_EQUAL_HEX16(0x0237U, own.parameters.cur_values.statusword[0]);
     TEST_ASSERT_EQUAL_INT32(STATE_OPERATIONAL, own.parameters.cur_values.state);
+}
+
+/// The second RPDO of the drive carries the velocity; STOP and each new operation begin at rest.
+static void an_axis_in_csv_moves_with_its_velocity_in_operational_only(void)
+{
+    bring(VELOCITY, STATE_SAFE_OPERATIONAL);
+    own.parameters.velocity[0] = 0.5;
+    cycles(2U);
+    TEST_ASSERT_EQUAL_HEX32(0U, scripted_object(boom, 0x60FFU, 0U)->value);
+    run(generic.callbacks->engage, STATE_OPERATIONAL);
+    cycles(2U);
+    TEST_ASSERT_EQUAL_HEX32(0U, scripted_object(boom, 0x60FFU, 0U)->value);
+    own.parameters.velocity[0] = -0.25;
+    cycles(2U);
+    TEST_ASSERT_EQUAL_HEX32((uint32_t)-250000, scripted_object(boom, 0x60FFU, 0U)->value);
+    TEST_ASSERT_EQUAL_UINT(2U, boom->last_pdo);
+    TEST_ASSERT_EQUAL(STATUS_OK, call(ACTUATORS_FUNCTION_STOP));
+    cycles(2U);
+    TEST_ASSERT_EQUAL_HEX32(0U, scripted_object(boom, 0x60FFU, 0U)->value);
+    own.parameters.velocity[0] = 0.125;
+    cycles(2U);
+    run(generic.callbacks->disengage, STATE_SAFE_OPERATIONAL);
+    cycles(2U);
+    TEST_ASSERT_EQUAL_HEX32(0U, scripted_object(boom, 0x60FFU, 0U)->value);
+}
+
+/// The inputs after those of the valves, in rad/s.
+static void the_rates_of_the_gyro_are_inputs(void)
+{
+    gyro->rate[0] = 12345678;
+    gyro->rate[2] = -50000;
+    bring(NOMINAL, STATE_SAFE_OPERATIONAL);
+    cycles(3U);
+    EXPECT_WITHIN(1.2345678, 1e-12, own.parameters.cur_values.input[2]);
+    EXPECT_WITHIN(0.0, 0.0, own.parameters.cur_values.input[3]);
+    EXPECT_WITHIN(-0.005, 1e-12, own.parameters.cur_values.input[4]);
 }
 
 static void outputs_act_in_operational_only(void)
@@ -272,6 +311,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(an_axis_goes_to_its_target_with_its_speed);
+    RUN_TEST(an_axis_in_csv_moves_with_its_velocity_in_operational_only);
+    RUN_TEST(the_rates_of_the_gyro_are_inputs);
     RUN_TEST(outputs_act_in_operational_only);
     RUN_TEST(homing_ends_with_the_result_of_the_drive);
     RUN_TEST(nothing_is_searched_in_another_mode);
