@@ -450,6 +450,7 @@ static status_t add_bench(devices_t* const devices, const world_bench_t* const b
                                       .bench_drive = plant_drive_of(type, -bench->range, bench->range)};
     device_t* device               = &devices->device[devices->count];
     const status_t status          = add(devices, &wanted, create_drive, type, error);
+    plant_drive_vary(&device->bench_drive, &bench->differs);
     motor_bench_init(&device->bench, &device->bench_drive, bench->contact, bench->stiffness);
     return status;
 }

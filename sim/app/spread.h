@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The true parameters of robots, which differ from their URDF as the world allows. Flight knows the URDF.
+/// The true parameters of a world, which differ from its files as the world allows. Flight knows the files.
 #ifndef SIM_APP_SPREAD_H
 #define SIM_APP_SPREAD_H
 
@@ -7,7 +7,8 @@
 
 #include <stdint.h>
 
-/// Draw mass, inertia and centre of mass of each body of the robots with a Spread by the seed.
+/// Draw by the seed what the world lets differ: masses, inertias, centres of mass and the start of robots with
+/// a Spread, friction and stiffness of drives, the gain of wheels, the mounting of cameras.
 void spread_apply(world_t* world, uint64_t seed);
 
 #endif // SIM_APP_SPREAD_H

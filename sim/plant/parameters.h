@@ -9,6 +9,8 @@
 
 /// A drive of a type, with its end stops.
 plant_drive_t plant_drive_of(const world_drive_type_t* type, double lower_rad, double upper_rad);
+/// Apply what one drive differs by from its type.
+void plant_drive_vary(plant_drive_t* drive, const world_drive_difference_t* differs);
 torque_sensor_parameters_t torque_sensor_of(const world_drive_type_t* type);
 encoder_parameters_t encoder_of(const world_drive_type_t* type);
 /// The encoders of a joystick are on its axes.

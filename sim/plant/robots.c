@@ -201,6 +201,7 @@ static void prepare_joint(plant_t* const plant, const unsigned robot, const unsi
         joint->drive          = plant_drive_of(&world->drive_type[joint->drive_of->type],
                                       is_bounded ? joint->model->lower : -(double)INFINITY,
                                       is_bounded ? joint->model->upper : (double)INFINITY);
+        plant_drive_vary(&joint->drive, &joint->drive_of->differs);
     }
 }
 

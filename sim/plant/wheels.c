@@ -86,7 +86,8 @@ void wheels_step(plant_t* const plant, const plant_input_t* const input, const d
         const world_wheel_t* wheel = &plant->world->wheel[i];
         plant_wheel_t* truth       = &plant->truth.wheel[i];
         const double before        = truth->momentum_nms;
-        const double torque        = fmax(-wheel->torque, fmin(wheel->torque, input->wheel_torque_nm[i]));
+        const double given         = input->wheel_torque_nm[i] * (1.0 + wheel->gain_differs);
+        const double torque        = fmax(-wheel->torque, fmin(wheel->torque, given));
         truth->momentum_nms        = fmax(-wheel->momentum, fmin(wheel->momentum, before + torque * dt_s));
         truth->torque_nm           = (truth->momentum_nms - before) / dt_s;
         act_back(plant, i, dt_s);

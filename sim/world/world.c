@@ -161,7 +161,9 @@ static const field_t drive_type_fields[] = {
     NUMBER(world_drive_type_t, "stopDamping", stop_damping, 0.0, GREAT),
     UNSIGNED(world_drive_type_t, "encoderCounts", encoder_counts, 1.0, 4294967295.0),
     OPTIONAL(world_drive_type_t, "ripple", ripple, 0.0, GREAT),
-    OPTIONAL(world_drive_type_t, "ripplePeriods", ripple_periods, 1e-3, PERIODS_MAX)};
+    OPTIONAL(world_drive_type_t, "ripplePeriods", ripple_periods, 1e-3, PERIODS_MAX),
+    OPTIONAL(world_drive_type_t, "frictionSpread", friction_spread, 0.0, SHARE_MAX),
+    OPTIONAL(world_drive_type_t, "stiffnessSpread", stiffness_spread, 0.0, SHARE_MAX)};
 
 static status_t finish_drive_type(world_t* const world, const element_t* const element, void* const record)
 {

@@ -41,6 +41,20 @@
 #define WORLD_LATCHES_MAX 4U
 #define WORLD_SUPPLIES_MAX 4U ///< Devices that one power unit supplies.
 
+/// Largest differences of the true start from the State, along or about each axis; rates in the world's axes.
+typedef struct {
+    double at;       ///< [m]
+    double rpy;      ///< [rad]
+    double velocity; ///< [m/s]
+    double rate;     ///< [rad/s]
+} world_start_spread_t;
+
+/// How the true parameters of one drive differ from those of its type; drawn by the seed.
+typedef struct {
+    double friction;  ///< Share of coulomb, stiction and viscous friction.
+    double stiffness; ///< Share of the stiffness of its gear.
+} world_drive_difference_t;
+
 typedef struct {
     char name[DOCUMENT_TEXT_MAX];
     char urdf[DOCUMENT_TEXT_MAX];
@@ -58,6 +72,7 @@ typedef struct {
     double spread_mass;    ///< Share by which the true mass of each body differs at most.
     double spread_inertia; ///< Share by which its inertia differs, in addition to that of its mass.
     double spread_com;     ///< Distance by which its centre of mass differs along each axis [m].
+    world_start_spread_t spread_start;
 } world_robot_t;
 
 /// Motor, gear, sensors and brake of a joint.
@@ -79,11 +94,13 @@ typedef struct {
     double ripple;           ///< Amplitude of a periodic torque of motor and gear [Nm]; 0: none.
     double ripple_periods;   ///< Per turn of the motor; 0: two.
     bool has_torque_sensor;
-    double torque_noise;  ///< Standard deviation [Nm].
-    double torque_offset; ///< Drawn from +- this [Nm].
-    double torque_drift;  ///< Drawn from +- this [Nm/s].
-    double torque_range;  ///< Readings saturate at +- this [Nm]; 0: there is no sensor.
-    double torque_ripple; ///< Amplitude of a periodic error [Nm]; 0: none.
+    double friction_spread;  ///< Largest share by which the friction of a drive differs.
+    double stiffness_spread; ///< The same for the stiffness of its gear.
+    double torque_noise;     ///< Standard deviation [Nm].
+    double torque_offset;    ///< Drawn from +- this [Nm].
+    double torque_drift;     ///< Drawn from +- this [Nm/s].
+    double torque_range;     ///< Readings saturate at +- this [Nm]; 0: there is no sensor.
+    double torque_ripple;    ///< Amplitude of a periodic error [Nm]; 0: none.
     double torque_periods;
 } world_drive_type_t;
 
@@ -105,6 +122,7 @@ typedef struct {
     unsigned joint;
     unsigned type;
     double force; ///< Largest force of the motor of a Gripper on the joint [N]; 0: it is a Drive.
+    world_drive_difference_t differs;
 } world_drive_t;
 
 /// A drive on a test bench: its output touches an elastic object above a given angle.
@@ -115,6 +133,7 @@ typedef struct {
     double contact;   ///< Angle above which the output touches the object [rad].
     double stiffness; ///< Stiffness of the object [Nm/rad]; 0: there is no object.
     double range;     ///< End stops at +- this [rad].
+    world_drive_difference_t differs;
 } world_bench_t;
 
 typedef struct {
@@ -199,10 +218,12 @@ typedef struct {
     char on[DOCUMENT_TEXT_MAX];
     unsigned robot;
     unsigned frame;
-    double axis[3];  ///< In the frame of the link, of length 1.
-    double momentum; ///< Largest momentum, at the largest speed of its EDS [Nms].
-    double torque;   ///< Largest torque of the motor [Nm].
-    double start;    ///< Momentum at time 0 [Nms].
+    double axis[3];      ///< In the frame of the link, of length 1.
+    double momentum;     ///< Largest momentum, at the largest speed of its EDS [Nms].
+    double torque;       ///< Largest torque of the motor [Nm].
+    double start;        ///< Momentum at time 0 [Nms].
+    double gain_spread;  ///< Largest share by which its torque differs from the commanded one.
+    double gain_differs; ///< The share, drawn by the seed.
 } world_wheel_t;
 
 typedef struct {
@@ -244,6 +265,8 @@ typedef struct {
     double angle_noise[3];        ///< Noise of the angles of a camera [rad].
     double at[3];                 ///< Position of a camera in the frame of the link [m].
     double rpy[3];                ///< [rad]
+    double at_spread;             ///< Largest difference of the true mounting along each axis [m].
+    double rpy_spread;            ///< The same about each axis [rad].
     char sees[DOCUMENT_TEXT_MAX]; ///< The link whose pose a camera measures.
     unsigned seen_robot;
     unsigned seen_frame;

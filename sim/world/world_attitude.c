@@ -12,7 +12,8 @@ const field_t world_wheel_fields[WORLD_WHEEL_FIELDS] = {
     VECTOR(world_wheel_t, "axis", axis),
     NUMBER(world_wheel_t, "momentum", momentum, 1e-9, GREAT),
     NUMBER(world_wheel_t, "torque", torque, 1e-9, GREAT),
-    {"start", FIELD_NUMBER, offsetof(world_wheel_t, start), -GREAT, GREAT, true}};
+    {"start", FIELD_NUMBER, offsetof(world_wheel_t, start), -GREAT, GREAT, true},
+    OPTIONAL(world_wheel_t, "gainSpread", gain_spread, 0.0, SHARE_MAX)};
 
 status_t world_wheel_finish(world_t* const world, const element_t* const element, void* const record)
 {
@@ -57,6 +58,8 @@ const field_t world_camera_fields[WORLD_CAMERA_FIELDS] = {
     TEXT(world_sensor_t, "sees", sees),
     {"at", FIELD_VECTOR, offsetof(world_sensor_t, at), -FAR_M, FAR_M, true},
     {"rpy", FIELD_VECTOR, offsetof(world_sensor_t, rpy), -TURNS_RAD, TURNS_RAD, true},
+    OPTIONAL(world_sensor_t, "atSpread", at_spread, 0.0, FAR_M),
+    OPTIONAL(world_sensor_t, "rpySpread", rpy_spread, 0.0, TURNS_RAD),
     {"delay", FIELD_TIME, offsetof(world_sensor_t, delay_ns), 0.0, 1e10, false},
     {"loss", FIELD_NUMBER, offsetof(world_sensor_t, loss), 0.0, 1.0, false}};
 

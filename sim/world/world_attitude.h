@@ -6,10 +6,10 @@
 #include "sim/world/document.h"
 #include "sim/world/world.h"
 
-#define WORLD_WHEEL_FIELDS 9U
+#define WORLD_WHEEL_FIELDS 10U
 #define WORLD_GYRO_FIELDS 8U
 #define WORLD_TRACKER_FIELDS 7U
-#define WORLD_CAMERA_FIELDS 13U
+#define WORLD_CAMERA_FIELDS 15U
 #define WORLD_DELAY_PERIODS 8.0 ///< The delay of a sensor is at most that many of its periods.
 
 extern const field_t world_wheel_fields[WORLD_WHEEL_FIELDS];

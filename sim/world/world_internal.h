@@ -7,7 +7,8 @@
 
 #define FAR_M 1e4
 #define TURNS_RAD 1e3
-#define GREAT 1e9 // Upper limit of every stiffness, torque and force in a world.
+#define GREAT 1e9     // Upper limit of every stiffness, torque and force in a world.
+#define SHARE_MAX 0.5 // Of a true parameter that differs from its nominal value.
 #define NODE_MIN 2.0
 #define NODE_MAX 127.0
 

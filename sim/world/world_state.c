@@ -102,9 +102,17 @@ status_t world_take_state(world_t* const world, const element_t* const element)
 
 status_t world_take_spread(world_t* const world, const element_t* const element)
 {
-    static const field_t fields[] = {
-        {"mass", FIELD_NUMBER, offsetof(world_robot_t, spread_mass), 0.0, 0.5, true},
-        {"inertia", FIELD_NUMBER, offsetof(world_robot_t, spread_inertia), 0.0, 0.5, true},
-        {"com", FIELD_NUMBER, offsetof(world_robot_t, spread_com), 0.0, 1.0, true}};
-    return element_take(element, fields, COUNT_OF(fields), &world->robot[world->robot_count - 1U]);
+    static const field_t fields[] = {OPTIONAL(world_robot_t, "mass", spread_mass, 0.0, SHARE_MAX),
+                                     OPTIONAL(world_robot_t, "inertia", spread_inertia, 0.0, SHARE_MAX),
+                                     OPTIONAL(world_robot_t, "com", spread_com, 0.0, 1.0),
+                                     OPTIONAL(world_robot_t, "at", spread_start.at, 0.0, FAR_M),
+                                     OPTIONAL(world_robot_t, "rpy", spread_start.rpy, 0.0, TURNS_RAD),
+                                     OPTIONAL(world_robot_t, "velocity", spread_start.velocity, 0.0, FAR_M),
+                                     OPTIONAL(world_robot_t, "rate", spread_start.rate, 0.0, TURNS_RAD)};
+    world_robot_t* robot          = &world->robot[world->robot_count - 1U];
+    if (!robot->is_free &&
+        ((element_attribute(element, "velocity") != NULL) || (element_attribute(element, "rate") != NULL))) {
+        return element_refuse(element, robot->name, "a robot with a free base, or no velocity and no rate");
+    }
+    return element_take(element, fields, COUNT_OF(fields), robot);
 }

@@ -212,6 +212,16 @@ static void each_joint_has_its_own_drive(void)
     TEST_ASSERT_TRUE(isinf(plant->joint[0].drive.upper_rad)); // Continuous.
     EXPECT_WITHIN(80.0, 0.0, torque_sensor_of(&world.drive_type[1]).range_nm);
     TEST_ASSERT_EQUAL_UINT32(4096U, encoder_of(&world.drive_type[1]).counts_per_turn);
+    plant_destroy(plant);
+    world.drive[0].differs = (world_drive_difference_t){.friction = 0.2, .stiffness = -0.1}; // Of fold2.
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, plant_create(&world, &plant, error), error);
+    EXPECT_WITHIN(0.6, 1e-12, plant->joint[2].drive.coulomb_nm);
+    EXPECT_WITHIN(0.6, 1e-12, plant->joint[2].drive.stiction_nm);
+    EXPECT_WITHIN(1.2, 1e-12, plant->joint[2].drive.viscous_nms_rad);
+    EXPECT_WITHIN(7200.0, 1e-9, plant->joint[2].drive.gear_stiffness_nm_rad);
+    EXPECT_WITHIN(100.0, 0.0, plant->joint[2].drive.brake_torque_nm);
+    EXPECT_WITHIN(3.0, 0.0, plant->joint[0].drive.coulomb_nm);
+    EXPECT_WITHIN(9000.0, 0.0, plant->joint[0].drive.gear_stiffness_nm_rad);
 }
 
 /// Joints that move at the start, of a free robot that moves, too: all bodies have the speeds that belong to

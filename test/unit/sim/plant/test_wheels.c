@@ -76,6 +76,20 @@ static void a_wheel_turns_its_link_the_other_way(void)
     EXPECT_WITHIN(0.0, 1e-12, truth->base[0].rate_rad_s[2]);
 }
 
+static void the_gain_of_a_wheel_may_differ(void)
+{
+    const plant_truth_t* truth  = begin(IN_WORLD(
+         "<Robot name=\"s\" urdf=\"round.urdf\" base=\"free\"/>\n" WHEEL("W", "s.base", "0 0 5", "11", "")));
+    world.wheel[0].gain_differs = -0.02;
+    input.wheel_torque_nm[0]    = 0.1;
+    run(1U);
+    EXPECT_WITHIN(0.098, 1e-12, truth->wheel[0].torque_nm);
+    input.wheel_torque_nm[0]    = 5.0;
+    world.wheel[0].gain_differs = 0.02;
+    run(1U);
+    EXPECT_WITHIN(0.22, 1e-12, truth->wheel[0].torque_nm); // Its limit stays.
+}
+
 static void torque_and_momentum_have_limits(void)
 {
     const plant_truth_t* truth =
@@ -204,6 +218,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_wheel_turns_its_link_the_other_way);
+    RUN_TEST(the_gain_of_a_wheel_may_differ);
     RUN_TEST(torque_and_momentum_have_limits);
     RUN_TEST(a_spinning_wheel_makes_its_link_precess);
     RUN_TEST(momenta_stay_while_wheels_spin);

@@ -260,7 +260,8 @@ static void a_state_is_relative_to_a_link_and_valid_at_a_time(void)
         "1.5707963267948966\"/><Start axle=\"1.5707963267948966\"/></Robot>\n" FREE(
             "r",
             "<State at=\"0 1 0\" velocity=\"0 0.5 0\" rate=\"0 0 1\" relativeTo=\"arm.lever\" valid=\"75s\"/>"
-            "<Spread mass=\"0.02\" com=\"0.001\"/>")));
+            "<Spread mass=\"0.02\" com=\"0.001\" at=\"0.05\" rpy=\"0.1\" velocity=\"0.005\" "
+            "rate=\"0.02\"/>")));
     const world_robot_t* robot = &world.robot[1];
     const double place[3]      = {1.0, 2.0, 4.0}; // The lever's y is the z of the world.
     for (unsigned i = 0U; i < 3U; i++) {
@@ -271,6 +272,13 @@ static void a_state_is_relative_to_a_link_and_valid_at_a_time(void)
     EXPECT_WITHIN(75e9, 0.0, robot->valid_ns);
     EXPECT_WITHIN(0.02, 0.0, robot->spread_mass);
     EXPECT_WITHIN(0.0, 0.0, robot->spread_inertia);
+    EXPECT_WITHIN(0.05, 0.0, robot->spread_start.at);
+    EXPECT_WITHIN(0.1, 0.0, robot->spread_start.rpy);
+    EXPECT_WITHIN(0.005, 0.0, robot->spread_start.velocity);
+    EXPECT_WITHIN(0.02, 0.0, robot->spread_start.rate);
+    expect_refusal(
+        WORLD("<Robot name=\"arm\" urdf=\"one.urdf\" base=\"fixed\">\n<Spread rate=\"1\"/></Robot>\n"), 3U,
+        "'arm', expected a robot with a free base");
     expect_refusal(WORLD(FREE("r", "\n<State relativeTo=\"r.base\"/>")), 3U,
                    "'r.base', expected robot.link of another");
     expect_refusal(WORLD(FREE("r", "\n<State relativeTo=\"q.base\"/>")), 3U,
@@ -402,6 +410,28 @@ static void a_drive_type_may_have_ripples_or_no_torque_sensor(void)
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(path, &world, error), error);
     TEST_ASSERT_FALSE(world.drive_type[0].has_torque_sensor);
     EXPECT_WITHIN(0.0, 0.0, world.drive_type[0].torque_range);
+}
+
+static void drives_wheels_and_cameras_have_a_spread(void)
+{
+    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    const char* path = temporary_variant("w.xml", ROKVISS, "stiction=\"2.4\"",
+                                         "stiction=\"2.4\" frictionSpread=\"0.2\" stiffnessSpread=\"0.1\"");
+    path             = temporary_variant(
+                    "x.xml", path, "</World>",
+                    "<Wheel name=\"W\" on=\"arm.finger\" axis=\"0 0 1\" momentum=\"1\" torque=\"1\" gainSpread=\"0.02\" "
+                                "bus=\"b\" node=\"2\" eds=\"e\"/><PoseCamera name=\"C\" on=\"arm.finger\" atSpread=\"0.001\" "
+                                "rpySpread=\"0.002\" sees=\"arm.finger\" rate=\"20\" delay=\"10ms\" noise=\"0 0 0\" "
+                                "angleNoise=\"0 0 0\" loss=\"0\" bus=\"b\" node=\"3\" eds=\"e\"/></World>");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(path, &world, error), error);
+    EXPECT_WITHIN(0.2, 0.0, world.drive_type[0].friction_spread);
+    EXPECT_WITHIN(0.1, 0.0, world.drive_type[0].stiffness_spread);
+    EXPECT_WITHIN(0.02, 0.0, world.wheel[0].gain_spread);
+    EXPECT_WITHIN(0.001, 0.0, world.sensor[0].at_spread);
+    EXPECT_WITHIN(0.002, 0.0, world.sensor[0].rpy_spread);
+    path = temporary_variant("w.xml", ROKVISS, "stiction=\"2.4\"", "stiction=\"2.4\" frictionSpread=\"0.6\"");
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, world_read(path, &world, error));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "frictionSpread=\"0.6\""), error);
 }
 
 static void joints_have_rates_at_the_start(void)
@@ -537,6 +567,7 @@ int main(void)
     RUN_TEST(robots_are_checked);
     RUN_TEST(drive_types_are_checked);
     RUN_TEST(a_drive_type_may_have_ripples_or_no_torque_sensor);
+    RUN_TEST(drives_wheels_and_cameras_have_a_spread);
     RUN_TEST(joints_have_rates_at_the_start);
     RUN_TEST(more_than_the_world_holds_is_refused);
     RUN_TEST(instruments_are_read_with_all_attributes);
