@@ -3,10 +3,10 @@
 /// outputs (any class without axes: CiA 401, 404, manufacturer objects), on CAN buses. The descriptor says
 /// which, and their modes: CSP (position), CSV (velocity) or homing.
 ///
-/// In OPERATIONAL each axis in CSP follows TARGET with SPEED, each in CSV moves with VELOCITY, and outputs get
-/// OUTPUT; in any other state velocities and outputs are 0. HOME searches the references of the axes in mode
-/// homing, STOP ends it and holds the axes. Axes, inputs and outputs count in the order of the devices of the
-/// applied configuration; the values of a module in the order of its process data.
+/// In OPERATIONAL each axis in CSP follows TARGET with SPEED, each in CSV moves with VELOCITY, and outputs
+/// get OUTPUT; in any other state velocities and outputs are 0. HOME searches the references of the axes in
+/// mode homing, STOP ends it and holds the axes. Axes, inputs and outputs count in the order of the devices
+/// of the applied configuration; the values of a module in the order of its process data.
 ///
 /// Ownership  The program places actuators_t and the generic subsystem; both must not be moved.
 /// Context    The task of the generic subsystem; its callbacks never block.
