@@ -172,7 +172,7 @@ void procedure_note_text(lua_State* const state, const int index)
     }
 }
 
-// Memory.
+// ---- Memory ----
 
 /// Number of keys in a list of this size; 0 if the size is not that of such a list. A table keeps keys that
 /// are not consecutive numbers in a list whose length is a power of two.

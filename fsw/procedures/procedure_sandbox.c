@@ -261,7 +261,7 @@ static int unpack(lua_State* const state)
     return procedure_pay(state, KEY_PRICE + ((uint64_t)count * each), push_list, count);
 }
 
-// `pairs` in the order of the keys.
+// ---- Iteration in the order of the keys ----
 
 /// Numbers, then texts, then truth values; -1 for other types, which have no order.
 static int rank_of(lua_State* const state, const int index)
@@ -421,7 +421,7 @@ static int pairs(lua_State* const state)
     return collect(state, LUA_OK, 1);
 }
 
-// The sandbox.
+// ---- The sandbox ----
 
 /// Texts have methods but no arithmetic, which would call back into the procedure.
 static void protect_strings(lua_State* const state)

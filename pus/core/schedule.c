@@ -46,7 +46,7 @@ uint64_t schedule_now(const pus_schedule_t* const schedule, const uint64_t now_n
     return schedule->kind->now(schedule->self, now_ns);
 }
 
-// Lists of slots: the free ones, and those of a bucket.
+// ---- Lists of slots: the free ones, and those of a bucket ----
 
 static void list_put(pus_schedule_t* const schedule, uint16_t* const first, const uint16_t slot)
 {
@@ -107,7 +107,7 @@ uint16_t schedule_find_next(const pus_schedule_t* const schedule, const uint16_t
     return find_from(schedule, &activity->id, activity->next);
 }
 
-// Activities.
+// ---- Activities ----
 
 status_t schedule_add(pus_schedule_t* const schedule, const uint16_t slot,
                       const activity_draft_t* const draft)
@@ -180,7 +180,7 @@ pus_activity_id_t schedule_read_id(octet_reader_t* const reader)
     return id;
 }
 
-// Persistent records.
+// ---- Persistent records ----
 
 static status_t put(const pus_schedule_t* const schedule, const uint32_t key, const size_t size)
 {
@@ -356,7 +356,7 @@ status_t pus_schedule_restore(pus_schedule_t* const schedule, const uint32_t key
     return STATUS_INVALID;
 }
 
-// Release.
+// ---- Release ----
 
 static void report_lost(pus_schedule_t* const schedule)
 {

@@ -26,7 +26,7 @@ uint32_t schedule_id_detail(const pus_activity_id_t* const id)
     return ((uint32_t)id->apid << 16U) | id->sequence;
 }
 
-// The function as a whole.
+// ---- The function as a whole ----
 
 static pus_reply_t set_enabled(pus_schedule_t* const schedule, const bool is_enabled)
 {
@@ -80,7 +80,7 @@ pus_reply_t pus_schedule_reset(void* const object, pus_request_t* const request)
     return (status == STATUS_OK) ? reply : io_failed(status);
 }
 
-// Insertion.
+// ---- Insertion ----
 
 /// The first reason to refuse an instruction. `draft` is complete except for the identifier, which is
 /// taken from the embedded request.
@@ -176,7 +176,7 @@ pus_reply_t pus_schedule_insert(void* const object, pus_request_t* const request
     return schedule_put_state(schedule);
 }
 
-// Deletion.
+// ---- Deletion ----
 
 /// Delete every activity that an identifier names, from `first` on.
 static status_t delete_named(pus_schedule_t* const schedule, const uint16_t first)
@@ -225,7 +225,7 @@ pus_reply_t pus_schedule_delete_filtered(void* const object, pus_request_t* cons
     return (status == STATUS_OK) ? pus_done() : io_failed(status);
 }
 
-// Shift.
+// ---- Shift ----
 
 /// Activities that an instruction or a request shifts.
 typedef struct {

@@ -13,7 +13,7 @@ void pus_rtlink_init(pus_rtlink_t* const rtlink, const pus_rtlink_port_t* const 
     *rtlink = (pus_rtlink_t){.port = *port};
 }
 
-// Lists: a filter {N x {u16}} selects entries; N = 0 selects all.
+// ---- Lists: a filter {N x {u16}} selects entries, N = 0 all ----
 
 static bool format_filter(void* const self, octet_reader_t* const reader)
 {
@@ -116,7 +116,7 @@ static pus_reply_t report_status(void* const self, pus_request_t* const request)
     return report_list(&((const pus_rtlink_t*)self)->port, request, PUS_LINK_STATUS, write_status);
 }
 
-// Negotiation.
+// ---- Negotiation ----
 
 static bool format_request(void* const self, octet_reader_t* const reader)
 {

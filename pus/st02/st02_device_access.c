@@ -39,7 +39,7 @@ void pus_device_access_init(pus_device_access_t* const access, const pus_device_
     }
 }
 
-// Instructions.
+// ---- Instructions ----
 
 static pus_device_cursor_t cursor_of(const octet_reader_t* const reader, const uint8_t kind)
 {
@@ -160,7 +160,7 @@ static bool is_left_out(const pus_device_operation_t* const operation, const uin
     return ((operation->left_out[bit / 8U] >> (bit % 8U)) & 1U) != 0U;
 }
 
-// Requests.
+// ---- Requests ----
 
 static bool is_command(const uint8_t kind)
 {

@@ -47,7 +47,7 @@ static pus_hk_member_t* member_of(pus_hk_functional_t* const definition, const b
     return NULL;
 }
 
-// Persistent data.
+// ---- Persistent data ----
 
 static status_t keep(const pus_hk_t* const hk, const pus_hk_functional_t* const definition)
 {
@@ -108,7 +108,7 @@ status_t pus_hk_restore(void* const self, const uint32_t key, const uint8_t* con
     return STATUS_OK;
 }
 
-// Changes of one definition.
+// ---- Changes of one definition ----
 
 /// Perform a request for one entry: the code of the failure is PUS_FAILURE_NONE if it succeeded.
 typedef pus_failure_t (*change_t)(pus_hk_functional_t* definition, const pus_hk_member_t* member);
@@ -222,7 +222,7 @@ pus_reply_t hk_functional_modify(void* const self, pus_request_t* const request)
     return change_known(self, request, modify_member);
 }
 
-// Several definitions.
+// ---- Several definitions ----
 
 pus_reply_t hk_functional_delete(void* const self, pus_request_t* const request)
 {

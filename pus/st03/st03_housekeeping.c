@@ -108,7 +108,7 @@ status_t pus_hk_add(pus_hk_t* const hk, const pus_hk_definition_t* const definit
     return status_of(hk->verdict.code);
 }
 
-// Reports.
+// ---- Reports ----
 
 static void read_entries(const pus_hk_t* const hk, const pus_hk_structure_t* const structure,
                          const uint8_t first, const uint8_t count, octet_writer_t* const writer)

@@ -61,7 +61,7 @@ static pus_statistic_t* find_free(const pus_statistics_t* const self)
     return NULL;
 }
 
-// Sampling.
+// ---- Sampling ----
 
 static void reset(pus_statistics_t* const self, const uint64_t now_ns)
 {
@@ -111,7 +111,7 @@ static void sample(pus_statistics_t* const self, pus_statistic_t* const statisti
     }
 }
 
-// Reports.
+// ---- Reports ----
 
 static void write_relative_time(octet_writer_t* const writer, const int64_t ticks)
 {
@@ -178,7 +178,7 @@ void pus_statistics_step(pus_statistics_t* const self, const uint64_t now_ns, co
     }
 }
 
-// Records and definitions.
+// ---- Records and definitions ----
 
 static pus_failure_t keep(pus_statistics_t* const self, const uint32_t key, const int64_t ticks)
 {
@@ -269,7 +269,7 @@ status_t pus_statistics_restore(pus_statistics_t* const self, const uint32_t key
     return STATUS_OK;
 }
 
-// Requests.
+// ---- Requests ----
 
 static void perform_or_refuse(pus_statistics_t* const self, pus_request_t* const request,
                               const uint16_t instruction, const pus_failure_t* const failure)

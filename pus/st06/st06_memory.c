@@ -30,7 +30,7 @@ void pus_memory_init(pus_memory_service_t* const memory, const pus_memory_config
     }
 }
 
-// Loads with data.
+// ---- Loads with data ----
 
 /// Write an area and read it back.
 static pus_failure_t store(pus_memory_service_t* const service, const pus_memory_t* const memory,
@@ -125,7 +125,7 @@ static pus_reply_t load_atomic(void* const self, pus_request_t* const request)
     return (failure.code == PUS_FAILURE_NONE) ? pus_done() : pus_failed(failure.code, failure.detail);
 }
 
-// Dumps, checks and loads by reference.
+// ---- Dumps, checks and loads by reference ----
 
 static pus_reply_t dump_object(void* const self, pus_request_t* const request)
 {
@@ -178,7 +178,7 @@ static pus_reply_t abort_dumps(void* const self, pus_request_t* const request)
     return pus_done();
 }
 
-// Write protection and scrubbing.
+// ---- Write protection and scrubbing ----
 
 static void apply(pus_memory_service_t* const service, const uint8_t index, const unsigned flags)
 {

@@ -28,7 +28,7 @@ static pus_failure_t none(void)
     return pus_no_failure();
 }
 
-// Operations.
+// ---- Operations ----
 
 typedef struct {      // An area of an operation.
     uint32_t address; // Address in the request.
@@ -380,7 +380,7 @@ void memory_abort_dumps(pus_memory_service_t* const service, const uint64_t now_
     }
 }
 
-// Requests.
+// ---- Requests ----
 
 static pus_memory_operation_t* free_operation(const pus_memory_service_t* const service)
 {

@@ -42,7 +42,7 @@ bool monitoring_is_valid(const pus_monitoring_t* const self, const pus_validity_
            ((value & validity->mask) == validity->expected);
 }
 
-// Reports of transitions.
+// ---- Reports of transitions ----
 
 /// Send the transitions, as far as the port takes them.
 static void send_transitions(pus_monitoring_t* const self, const uint64_t now_ns)
@@ -133,7 +133,7 @@ static void change(pus_monitoring_t* const self, pus_pmon_t* const pmon, const u
     }
 }
 
-// Checks of a value.
+// ---- Checks of a value ----
 
 static uint8_t check_limit(const pus_pmon_t* const pmon, const uint64_t value)
 {

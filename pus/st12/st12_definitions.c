@@ -106,7 +106,7 @@ void monitoring_write_transition(octet_writer_t* const writer, const pus_check_t
     pus_time_write(writer, transition->time_ns);
 }
 
-// Checks of a definition.
+// ---- Checks of a definition ----
 
 /// Find a parameter; one that a record names may not exist yet.
 static pus_failure_t find(const pus_monitoring_t* const self, const monitoring_origin_t origin,

@@ -34,7 +34,7 @@ static pus_fmon_member_t* members_of(const pus_monitoring_t* const self, const p
     return &self->config.members[(size_t)(fmon - self->config.fmons) * self->config.fmon_members];
 }
 
-// PMONs that the FMONs name.
+// ---- PMONs that the FMONs name ----
 
 void monitoring_link(pus_monitoring_t* const self)
 {
@@ -94,7 +94,7 @@ bool monitoring_is_protected(pus_monitoring_t* const self, const pus_pmon_t* con
     return is_protected;
 }
 
-// Evaluation.
+// ---- Evaluation ----
 
 static uint16_t failing(const pus_monitoring_t* const self, const pus_fmon_t* const fmon)
 {
@@ -150,7 +150,7 @@ void monitoring_evaluate_touched(pus_monitoring_t* const self, const uint64_t no
     self->touched_count = 0U;
 }
 
-// Definitions.
+// ---- Definitions ----
 
 /// A definition that is read: not yet in the table.
 typedef struct {
@@ -317,7 +317,7 @@ status_t monitoring_restore_fmon(pus_monitoring_t* const self, octet_reader_t* c
     return monitoring_status(&failure);
 }
 
-// Requests for existing definitions.
+// ---- Requests for existing definitions ----
 
 static pus_failure_t remove_fmon(pus_monitoring_t* const self, const uint16_t id)
 {
@@ -435,7 +435,7 @@ pus_reply_t monitoring_disable_functional(void* const context, pus_request_t* co
     return monitoring_reply(self, &failure);
 }
 
-// Reports.
+// ---- Reports ----
 
 static void report_fmon(const pus_monitoring_t* const self, pus_list_report_t* const list,
                         const pus_fmon_t* const fmon)

@@ -23,7 +23,7 @@ typedef enum {
     MONITORING_FROM_RECORD
 } monitoring_origin_t;
 
-// Definitions of parameter monitoring (st12_definitions.c).
+// ---- Definitions of parameter monitoring (st12_definitions.c) ----
 
 /// Read a definition. False: not a scalar, or no such check type.
 bool monitoring_read_pmon(octet_reader_t* reader, monitoring_origin_t origin, pus_pmon_t* out_pmon);
@@ -41,7 +41,7 @@ pus_failure_t monitoring_check_validity(const pus_monitoring_t* self, monitoring
                                         pus_validity_t* validity, uint32_t offset);
 pus_failure_t monitoring_check_event(const pus_monitoring_t* self, uint16_t event_id, size_t size);
 
-// Tables and records (st12_monitoring.c).
+// ---- Tables and records (st12_monitoring.c) ----
 
 /// Null if there is none.
 pus_pmon_t* monitoring_pmon(const pus_monitoring_t* self, uint16_t id);
@@ -64,7 +64,7 @@ pus_reply_t monitoring_for_each(pus_monitoring_t* self, pus_request_t* request, 
 bool monitoring_accept_ids(pus_monitoring_t* self, pus_request_t* request, monitoring_act_t look_up);
 status_t monitoring_status(const pus_failure_t* failure);
 
-// Checking (st12_checks.c).
+// ---- Checking (st12_checks.c) ----
 
 bool monitoring_is_valid(const pus_monitoring_t* self, const pus_validity_t* validity);
 /// Let a PMON be checked from the next cycle on, if it and the function are enabled.
@@ -72,7 +72,7 @@ void monitoring_schedule(pus_monitoring_t* self, const pus_pmon_t* pmon);
 /// Stop checking a PMON; its status becomes unchecked.
 void monitoring_uncheck(pus_monitoring_t* self, pus_pmon_t* pmon);
 
-// Functional monitoring (st12_functional.c).
+// ---- Functional monitoring (st12_functional.c) ----
 
 /// Update in each PMON which FMONs name it, if that has changed.
 void monitoring_link(pus_monitoring_t* self);

@@ -27,7 +27,7 @@ void pus_monitoring_init(pus_monitoring_t* const self, const pus_monitoring_conf
     }
 }
 
-// Tables.
+// ---- Tables ----
 
 /// Position of an id in the order, or the position where it would be inserted.
 static uint16_t place_of(const pus_monitoring_t* const self, const uint16_t id)
@@ -73,7 +73,7 @@ static void insert(pus_monitoring_t* const self, const pus_pmon_t* const pmon)
     monitoring_schedule(self, &self->config.pmons[taken]);
 }
 
-// Records.
+// ---- Records ----
 
 static pus_failure_t outcome(pus_monitoring_t* const self, const status_t status)
 {
@@ -198,7 +198,7 @@ status_t pus_monitoring_restore(pus_monitoring_t* const self, const uint32_t key
     }
 }
 
-// Requests.
+// ---- Requests ----
 
 pus_reply_t monitoring_reply(pus_monitoring_t* const self, const pus_failure_t* const failure)
 {
@@ -464,7 +464,7 @@ static pus_reply_t disable_function(void* const context, pus_request_t* const re
     return monitoring_reply(self, &failure);
 }
 
-// Reports.
+// ---- Reports ----
 
 static pus_reply_t report_pmons(void* const context, pus_request_t* const request)
 {

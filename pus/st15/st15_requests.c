@@ -96,8 +96,9 @@ static bool is_in_use(const order_t* const order)
            st15_is_copying(order->storage, order->number);
 }
 
-// Each checks an instruction for a store and computes its next state. PUS_FAILURE_NONE, or the failure.
+// ---- Checks of instructions ----
 
+// Each checks an instruction for a store and computes its next state. PUS_FAILURE_NONE, or the failure.
 static uint16_t enable(const order_t* const order, pus_store_state_t* const next)
 {
     next->is_enabled = order->subtype == (uint8_t)ENABLE;

@@ -5,7 +5,7 @@
 
 #include "pus/st18/st18_procedures.h"
 
-// Loaded procedures and their records (st18_loading.c).
+// ---- Loaded procedures and their records (st18_loading.c) ----
 
 /// Null if there is none.
 pus_procedure_t* procedures_find(const pus_procedures_t* self, const uint8_t* id);
@@ -17,7 +17,7 @@ pus_failure_t procedures_save_engine(pus_procedures_t* self, bool is_stopped);
 /// First four octets of an id, for failure notices.
 uint32_t procedures_detail(const uint8_t* id);
 
-// Running (st18_running.c).
+// ---- Running (st18_running.c) ----
 
 /// Begin an inactive procedure. `arguments` as in TC[18,3], well-formed.
 pus_reply_t procedures_activate(pus_procedures_t* self, const pus_request_t* request,

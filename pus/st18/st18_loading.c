@@ -38,7 +38,7 @@ static pus_procedure_t* find_free(const pus_procedures_t* const self)
     return NULL;
 }
 
-// Records.
+// ---- Records ----
 
 static uint32_t key_of(const pus_procedures_t* const self, const pus_procedure_t* const procedure,
                        const uint32_t part)
@@ -166,7 +166,7 @@ status_t pus_procedures_restore(pus_procedures_t* const self, const uint32_t key
     return STATUS_OK;
 }
 
-// Loading.
+// ---- Loading ----
 
 /// Find a place for new code of this size.
 static pus_failure_t prepare(const pus_procedures_t* const self, const uint8_t* const id, const size_t size,

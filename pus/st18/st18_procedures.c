@@ -69,7 +69,7 @@ static pus_failure_t find(const pus_procedures_t* const self, const uint8_t* con
                : pus_failure(PUS_FAILURE_STATE, procedures_detail(id));
 }
 
-// Loading.
+// ---- Loading ----
 
 static pus_reply_t load(void* const self, pus_request_t* const request)
 {
@@ -103,7 +103,7 @@ static pus_reply_t unload(void* const self, pus_request_t* const request)
     return reply_of(self, failure);
 }
 
-// Activation.
+// ---- Activation ----
 
 /// Begin the procedure `id`, whose level and arguments follow in the request.
 static pus_reply_t begin(pus_procedures_t* const self, pus_request_t* const request, const uint8_t* const id)
@@ -152,7 +152,7 @@ static pus_reply_t load_and_activate(void* const self, pus_request_t* const requ
     return (failure.code == PUS_FAILURE_NONE) ? begin(self, request, id) : reply_of(self, failure);
 }
 
-// Active procedures.
+// ---- Active procedures ----
 
 static pus_reply_t stop_at(pus_procedures_t* const self, pus_request_t* const request, const bool unloads)
 {
@@ -346,7 +346,7 @@ static pus_reply_t report_status(void* const context, pus_request_t* const reque
     return pus_list_report_end(&list);
 }
 
-// The engine.
+// ---- The engine ----
 
 static pus_reply_t start_engine(void* const context, pus_request_t* const request)
 {

@@ -10,7 +10,7 @@
 #define NS_PER_S 1e9
 #define NS_PER_MS 1000000U
 
-// Observing.
+// ---- Observing ----
 
 /// The run's step, 0 if there is no run.
 static uint16_t step_of(const pus_procedures_t* const self, const pus_procedure_t* const procedure)
@@ -45,7 +45,7 @@ void procedures_report(const pus_procedures_t* const self, const pus_procedure_t
     }
 }
 
-// Begin and end.
+// ---- Begin and end ----
 
 pus_procedure_run_t* procedures_run_of(const pus_procedures_t* const self,
                                        const pus_procedure_t* const procedure)

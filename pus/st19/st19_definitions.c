@@ -30,7 +30,7 @@ void pus_event_action_init(event_action_t* const self, const pus_event_action_co
     }
 }
 
-// Definitions.
+// ---- Definitions ----
 
 uint32_t event_action_key(const uint16_t apid, const uint16_t event)
 {
@@ -102,7 +102,7 @@ size_t event_action_request(const definition_t* const definition, uint8_t* const
     return pus_block_chain_read(&reader, out_octets, PUS_PACKET_MAX);
 }
 
-// Persistent records.
+// ---- Persistent records ----
 
 static status_t put(const event_action_t* const self, const uint32_t key, const size_t size)
 {

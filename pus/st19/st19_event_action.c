@@ -10,7 +10,7 @@ enum {
     DEFINITION_REPORT = 11
 };
 
-// Events.
+// ---- Events ----
 
 /// Release the request of a definition once. False: the port does not take it.
 static bool release(event_action_t* const self, const definition_t* const definition)
@@ -80,7 +80,7 @@ bool pus_event_action_is_waiting(const event_action_t* const self)
     return (self->queue_count > 0U) || self->report.is_active;
 }
 
-// Requests.
+// ---- Requests ----
 
 static pus_reply_t reply_of(const status_t status)
 {
@@ -322,7 +322,7 @@ static pus_reply_t disable(void* const object, pus_request_t* const request)
     return set_statuses(object, request, false);
 }
 
-// Reports.
+// ---- Reports ----
 
 /// Write the entry of the definition at or after the cursor.
 static bool write_entry(void* const object, pus_report_cursor_t* const cursor, octet_writer_t* const writer)

@@ -46,7 +46,7 @@ static pus_parameter_place_t* free_place(const pus_parameter_definitions_t* cons
     return NULL;
 }
 
-// The port.
+// ---- The port ----
 
 static status_t find(void* const context, const uint32_t parameter_id, uint16_t* const out_handle,
                      uint16_t* const out_size)
@@ -104,7 +104,7 @@ static status_t write(void* const context, const uint16_t handle, const uint8_t*
     return (memory->write(memory->context, place->address, own, size) == STATUS_OK) ? STATUS_OK : STATUS_BUSY;
 }
 
-// Definitions.
+// ---- Definitions ----
 
 /// Change an entry under the guard, so that no other loop reads it meanwhile.
 static void put(const pus_parameter_definitions_t* const definitions, pus_parameter_place_t* const place,

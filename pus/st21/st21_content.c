@@ -56,7 +56,7 @@ uint32_t sequences_detail(const uint64_t id)
     return (uint32_t)(id >> 32U);
 }
 
-// Content: N, N x {request, delay}.
+// ---- Content: N, N x {request, delay} ----
 
 pus_block_chain_reader_t sequences_entries(const sequence_t* const sequence, uint8_t* const out_count)
 {
@@ -110,7 +110,7 @@ static pus_failure_t check(sequences_t* const self, const sequence_t* const sequ
                                : pus_failure(PUS_FAILURE_OUT_OF_RANGE, sequence->content.size - reader.left);
 }
 
-// Persistent records: a content in parts, each after the identifier and the size of the whole.
+// ---- Persistent records: a content in parts, each after identifier and size of the whole ----
 
 static uint32_t parts_of(const uint32_t size)
 {
@@ -229,7 +229,7 @@ status_t pus_sequences_restore(sequences_t* const self, const uint32_t key, cons
     return restore_part(self, &self->config.sequences[slot], &part);
 }
 
-// Loading.
+// ---- Loading ----
 
 /// True if an id is 1..8 printable characters, padded with NUL.
 static bool is_name(const uint64_t id)

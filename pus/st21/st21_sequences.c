@@ -15,7 +15,7 @@ enum {
 
 #define NS_PER_S 1000000000ULL
 
-// Execution.
+// ---- Execution ----
 
 static uint64_t ns_of(const int64_t delay)
 {
@@ -87,7 +87,7 @@ bool pus_sequences_is_waiting(const sequences_t* const self)
     return self->report.is_active;
 }
 
-// Requests.
+// ---- Requests ----
 
 static pus_reply_t refuse(sequences_t* const self, const uint16_t code, const uint64_t id)
 {
@@ -203,8 +203,9 @@ static pus_reply_t abort_all(void* const object, pus_request_t* const request)
     return pus_list_end(request, &writer, aborted);
 }
 
-// Reports. A list of sequences fits a packet: there are 255 at most.
+// ---- Reports ----
 
+// A list of sequences fits a packet: there are 255 at most.
 static pus_reply_t report_status(void* const object, pus_request_t* const request)
 {
     const sequences_t* const self = object;

@@ -35,7 +35,7 @@ static void show(input_t* const input, const dump_packet_t* const packet, const 
     dump_print(input->style, packet, log_time, place);
 }
 
-// Lines.
+// ---- Lines ----
 
 static bool is_blank(const char character)
 {
@@ -165,7 +165,7 @@ static void dump_lines(input_t* const input, const dump_format_t format)
     }
 }
 
-// Packets back to back.
+// ---- Packets back to back ----
 
 /// Read up to `count` octets; returns how many there were.
 static size_t read_octets(input_t* const input, uint8_t* const octets, const size_t count)

@@ -77,9 +77,9 @@ COMMENT = re.compile(r"(?:^|\s)///?<? (.*)$")
 
 
 def comment_breaches(path, lines, turns):
-    """Turns that no comment of the sources may use, comments wider than the code, and banners of another form."""
-    for number, line in enumerate(lines, 1):
-        if line.startswith("// --") and not BANNER.match(line):
+    """Turns that no comment may use, comments wider than the code, and banners of another form, such as a line alone."""
+    for number, (before, line, after) in enumerate(zip(["-", *lines], lines, [*lines[1:], "-"]), 1):
+        if (line.startswith("// --") or (line.startswith("// ") and before == after == "")) and not BANNER.match(line):
             yield f"{path}:{number}: a banner is written `// ---- Text ----`"
         comment = COMMENT.search(line)
         found = turns.search(comment[1]) if comment and path.parts[0] in SOURCES else None

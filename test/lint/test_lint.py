@@ -191,6 +191,8 @@ def test_text(tmp_path, monkeypatch, text, complaint):
         ("test/a.c", "// ---- Non-blocking calls ----", None),
         ("test/a.c", "// --- One step", "a banner is written"),
         ("sim/a.c", "// ---- one step ----", "a banner is written"),
+        ("sim/a.c", "int a;\n\n// One step.\n\nint b;", "a banner is written"),
+        ("sim/a.c", "int a;\n\n// One step.\nint b;", None),
         ("sim/a.c", "// ---- One step -----------------", "a banner is written"),
         ("sim/a.c", "// " + "-" * 60, "a banner is written"),
     ],

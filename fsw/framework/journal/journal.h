@@ -110,7 +110,7 @@ typedef void (*journal_take_t)(void* context, uint8_t table, uint32_t key, const
 /// Pass each live record once to `take`, in the order in which they were last put. STATUS_OK, STATUS_IO.
 MUST_USE status_t journal_replay(journal_t* journal, journal_take_t take, void* context);
 
-// The functions of a port to records: `context` is the journal.
+// ---- The functions of a port to records: `context` is the journal ----
 
 /// Store a record, replacing the previous one with its key. STATUS_OK; STATUS_FULL (no slot, or no room on
 /// the medium), STATUS_TOO_LARGE (size > JOURNAL_RECORD_MAX), STATUS_IO: nothing has changed.

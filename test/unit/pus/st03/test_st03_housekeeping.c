@@ -218,7 +218,7 @@ static void samples_may_fill_their_buffer_to_the_last_octet(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_hk_add(&hk, &definition));
 }
 
-// Requests.
+// ---- Requests ----
 
 /// TC[3,1] for structure 9: interval 4, {U16}, {2 x {U8, DOUBLE}}; octets of the sets at 13.
 static const uint8_t create_9[] = {0, 9, 0, 0, 0, 4, 1, 2, 1, 0, 2, 1, 0, 2, 2, 2, 0, 0, 1, 2, 9, 0, 3};

@@ -19,7 +19,7 @@ void tearDown(void)
 {
 }
 
-// Loads.
+// ---- Loads ----
 
 static void raw_areas_are_loaded_and_read_back(void)
 {
@@ -213,7 +213,7 @@ static void bits_that_cannot_be_loaded_fail_the_request(void)
     expect_failure(2U, 8U, PUS_FAILURE_VERIFY, 0U, crc16_ccitt(memory_ram, 4U));
 }
 
-// Protection and scrubbing.
+// ---- Protection and scrubbing ----
 
 static void a_protected_memory_takes_no_load(void)
 {

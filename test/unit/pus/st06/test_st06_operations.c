@@ -29,7 +29,7 @@ static uint16_t expect_dumped(octet_reader_t* const reader, const uint32_t addre
     return size;
 }
 
-// Dumps.
+// ---- Dumps ----
 
 static void a_large_dump_becomes_many_reports(void)
 {
@@ -180,7 +180,7 @@ static void all_dumps_are_ended_together(void)
     expect_strict_format(12U, NULL, 0U);
 }
 
-// Checks.
+// ---- Checks ----
 
 static void raw_areas_are_checked(void)
 {
@@ -248,7 +248,7 @@ static void an_unreadable_area_is_omitted_from_a_check(void)
     expect_failure(2U, 8U, PUS_FAILURE_IO, 1U, STATUS_IO);
 }
 
-// By reference.
+// ---- By reference ----
 
 static void raw_areas_are_loaded_from_a_file(void)
 {

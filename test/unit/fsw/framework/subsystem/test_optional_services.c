@@ -128,7 +128,7 @@ static void a_subsystem_reaches_itself_and_the_supervisor(void)
         "1.1 #0\n1.3 #0\n17.4 0010\n1.7 #0\n1.1 #1\n1.3 #1\n17.4 0001\n1.7 #1\n1.1 #2\n1.4 #2 0201 11\n");
 }
 
-// ST[02].
+// ---- ST[02] ----
 
 static status_t check_device(void* context, const pus_device_action_t* action)
 {
@@ -186,7 +186,7 @@ static void the_device_service_without_a_port_ends_the_program_at_its_start(void
     TEST_ASSERT_EQUAL_UINT16(0U, fixture.subsystem.service_count);
 }
 
-// ST[06].
+// ---- ST[06] ----
 
 static void start_request(uint8_t memory, uint32_t base_id, bool is_object)
 {
