@@ -447,13 +447,14 @@ static bool write_line(launcher_t* const launcher, const char* const name, const
     return is_written || launcher_fail(launcher, "cannot write ", path);
 }
 
-/// Write mission and port for ground tools that look them up.
+/// Write mission, world and port for ground tools that look them up.
 static bool write_ground_files(launcher_t* const launcher)
 {
     char digits[16];
     text_t text = text_in(digits, sizeof digits);
     text_add_unsigned(&text, launcher->run->ground_port);
     return write_line(launcher, "/ground.mission", launcher->options.mission) &&
+           write_line(launcher, "/ground.world", launcher->options.world) &&
            write_line(launcher, "/ground.port", digits) &&
            ((launcher->run->key[0] == '\0') ||
             write_line(launcher, "/ground.key-file", launcher->run->key)) &&

@@ -144,16 +144,17 @@ def _link_open(dictionary, link):
 
 def _link_rows(session, timeout_ns):
     """Procedure: rows of TM[130,9] of the supervisor, with the counters of the members."""
-    rows = yield from _link_rows_of(session, SUPERVISOR_APID, timeout_ns)
+    rows = yield from link_rows_of(session, SUPERVISOR_APID, timeout_ns)
     for row in rows:
         for role, counters in (("producer", ("sent",)), ("consumer", ("received", "lost", "late"))):
             apid = session.dictionary.subsystem(row[role]).apid
-            ends = yield from _link_rows_of(session, apid, timeout_ns)
+            ends = yield from link_rows_of(session, apid, timeout_ns)
             row.update({key: end[key] for end in ends if end["link"] == row["link"] for key in counters})
     return rows
 
 
-def _link_rows_of(session, apid, timeout_ns):
+def link_rows_of(session, apid, timeout_ns):
+    """Procedure: rows of TM[130,9] of one subsystem, with the names of the links."""
     rows = yield from rows_of(session, Request(apid, 130, 8, b"\0", "link list"), (130, 9), timeout_ns)
     names = {(x.producer, x.producer_port, x.consumer, x.consumer_port): x.name for x in session.dictionary.links}
     for row in rows:

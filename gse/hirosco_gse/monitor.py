@@ -15,7 +15,6 @@ from textual.widgets import DataTable, Input, RichLog, Static
 
 from . import completion, values
 from .command import UsageError
-from .session import GROUND_USER
 from .station.hub import Hub
 from .station.lights import LIGHTS
 
@@ -59,7 +58,7 @@ class Monitor(App):
     def __init__(self, run, **given):
         """run: run folder, or a link to it; given: host of the ground port, its port, key and dictionary where they differ."""
         super().__init__()
-        self.hub = Hub(run, self._take, user=GROUND_USER, **given)
+        self.hub = Hub(run, self._take, **given)
         self._new_events, self._task = [], None
 
     def compose(self):
@@ -135,7 +134,9 @@ class Monitor(App):
         link = Text(hub.link["text"], "green" if hub.link["is_live"] else "bold red")
         self.query_one("#head", Static).update(Text("  ").join([Text(mission, "bold"), Text(f"mode {mode or '-'}"), Text(time), Text(pace), link]))
         self._fill("states", {name: self._state_row(state) for name, state in hub.states.items()})
-        rows = hub.links["rows"] if hub.links else []
+        if hub.is_linked:
+            hub.network.keep()
+        rows = hub.network.message["rows"] if hub.network.message else []
         self._fill("links", {row["name"]: [row["name"], row["state"], *(row.get(key, "") for key in ("sent", "received", "lost", "late"))] for row in rows})
         self._fill("housekeeping", self._housekeeping_rows())
         self._fill("commands", {str(call.number): self._command_row(call) for call in reversed(list(hub.commands)[-COMMANDS_SHOWN:])})

@@ -28,6 +28,16 @@ def mission_of(run):
         return DEFAULT_MISSION
 
 
+def world_of(run):
+    """File of the world of a run, as the launcher wrote it; otherwise that of the mission."""
+    try:
+        name = (run / "ground.world").read_text(encoding="utf-8").strip()
+    except OSError:
+        name = ""
+    name = name or mission_of(run)
+    return ROOT / name if name.endswith(".xml") else ROOT / "descriptors" / "worlds" / f"{name}.xml"
+
+
 def default_key(run, host, port):
     """Key file of the connected run, as the launcher wrote it; for another run that of the environment. None: telecommands
     are not protected."""

@@ -18,6 +18,7 @@
 #define PORT 10015U
 #define STREAM_MAX 65536U
 #define STREAMS 16U // Connections of one input.
+#define SPEAKERS 4U // Records of kinds below this are their octets.
 
 static subsystem_descriptor_t descriptor;
 static subsystem_t component;
@@ -39,7 +40,7 @@ static struct {
     stream_t* stream;
     uint8_t read[2U * PUS_PACKET_MAX];
     size_t read_size;
-} clients[COMMUNICATION_CLIENTS];
+} clients[SPEAKERS];
 
 /// The next request in the octets of a client must be this packet. Reports in between are skipped.
 static bool is_next_of(stream_t* const stream, const uint8_t* const packet, const size_t size)
@@ -143,7 +144,7 @@ static void begin(void)
     FUZZ_CHECK(communication_callbacks()->configure(&communication, NULL) == STATUS_OK);
     refusals     = 0U;
     stream_count = 0U;
-    for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
+    for (unsigned i = 0U; i < SPEAKERS; i++) {
         clients[i].socket.descriptor = -1;
     }
 }
@@ -217,7 +218,7 @@ static void act(const fuzz_record_t* const record)
 {
     switch (record->kind % 9U) {
     case 4U:
-        osal_socket_close(&clients[record->argument % COMMUNICATION_CLIENTS].socket);
+        osal_socket_close(&clients[record->argument % SPEAKERS].socket);
         break;
     case 5U:
         refusals = record->argument;
@@ -226,7 +227,7 @@ static void act(const fuzz_record_t* const record)
         report(record);
         break;
     case 7U:
-        for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
+        for (unsigned i = 0U; i < SPEAKERS; i++) {
             listen_to(i);
         }
         break;
@@ -256,7 +257,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
 
 static void repair(const uint8_t kind, uint8_t* const octets, const size_t size, uint32_t* const random)
 {
-    if ((kind % 9U) < COMMUNICATION_CLIENTS) {
+    if ((kind % 9U) < SPEAKERS) {
         fuzz_repair_packet(kind, octets, size, random);
     }
 }

@@ -14,6 +14,7 @@ import pytest
 from spacepackets.ecss import PusTc
 
 OPERATOR, USER = 1, 2
+PLACES = 8
 SUPERVISOR, MANIPULATOR, JOYSTICK = 1, 16, 17
 STEP_S = 0.0005
 GROUND_MISUSED = struct.pack(">H", 22)
@@ -191,14 +192,14 @@ class Pinger(Ground):
 
 @pytest.mark.long
 def test_operator_gets_a_place_among_hostile_clients_that_ping(folder):
-    """Four clients send valid requests without end and connect again when they are disconnected; the
+    """As many clients as there are places send valid requests without end and connect again when they are disconnected; the
     operator, which retries as well, is served."""
     flight = flying.start(folder, "--time", "real", "--scenario", "none")
     try:
-        hostile = [Pinger(flight.port()) for _ in range(4)]
-        flying.wait_until(lambda: all(client.sequences for client in hostile), "telemetry to each of four")
+        hostile = [Pinger(flight.port()) for _ in range(PLACES)]
+        flying.wait_until(lambda: all(client.sequences for client in hostile), "telemetry to each of them")
         served = Ground(flight.port(), OPERATOR)
-        flying.wait_until(lambda: served.is_ended, "the refusal of the fifth")
+        flying.wait_until(lambda: served.is_ended, "the refusal of one more")
 
         def is_served():
             nonlocal served
@@ -209,7 +210,7 @@ def test_operator_gets_a_place_among_hostile_clients_that_ping(folder):
             return served.answers[1, 7] > 0
 
         flying.wait_until(is_served, "a place", 60)
-        assert sum(client.evictions for client in hostile) <= 4
+        assert sum(client.evictions for client in hostile) <= PLACES
         flying.wait_until(lambda: served.misuses, "GROUND_MISUSED")
         for client in hostile:
             client.is_over.set()

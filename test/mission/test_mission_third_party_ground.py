@@ -141,7 +141,7 @@ def test_more_clients_than_places(folder):
     flight.port()
     streams = []
     with contextlib.suppress(OSError):
-        streams = [flying.connect(flight.port()) for _ in range(3)]
+        streams = [flying.connect(flight.port()) for _ in range(8)]
     flight.wait()
     assert flight.code == 0, flight.told()
     for stream in streams:

@@ -52,11 +52,7 @@ static void disconnected(void* const context, const unsigned client)
 {
     communication_t* const self = (communication_t*)context;
     self->parameters.counters.disconnected++;
-    for (size_t i = 0U; i < COMMUNICATION_USERS; i++) {
-        if (self->users[i].client == client) {
-            self->users[i].client = NO_CLIENT;
-        }
-    }
+    communication_ground_routes_left(&self->routes, client);
     (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_LOST, NULL, 0U);
 }
 
@@ -79,32 +75,6 @@ static unsigned oldest(const communication_t* const self, const uint64_t since_n
     return found;
 }
 
-/// Remember the connection of a user. If the table is full, the last entry is replaced.
-static void note_user(communication_t* const self, const uint16_t user, const unsigned client)
-{
-    size_t place = COMMUNICATION_USERS - 1U;
-    for (size_t i = COMMUNICATION_USERS; i > 0U; i--) {
-        if ((self->users[i - 1U].user == user) || (self->users[i - 1U].client == NO_CLIENT)) {
-            place = i - 1U;
-        }
-        if ((self->users[i - 1U].user == user) && (self->users[i - 1U].client != NO_CLIENT)) {
-            break;
-        }
-    }
-    self->users[place].user   = user;
-    self->users[place].client = client;
-}
-
-static unsigned client_of(const communication_t* const self, const uint16_t user)
-{
-    for (size_t i = 0U; i < COMMUNICATION_USERS; i++) {
-        if ((self->users[i].user == user) && (self->users[i].client != NO_CLIENT)) {
-            return self->users[i].client;
-        }
-    }
-    return NO_CLIENT;
-}
-
 // ---- Up: requests ----
 
 static bool is_valid(const uint8_t* const packet, const size_t size)
@@ -119,14 +89,13 @@ static bool is_valid(const uint8_t* const packet, const size_t size)
 static void note_source(communication_t* const self, const uint8_t* const packet, const size_t size,
                         const unsigned client)
 {
-    if (size < (SOURCE_OFFSET + 2U)) {
+    if (size < PUS_TC_HEADER_SIZE) {
         return;
     }
-    const uint16_t user = octets_u16_at(&packet[SOURCE_OFFSET]);
-    if ((user & PUS_USER_ONBOARD) != 0U) {
+    if ((octets_u16_at(&packet[SOURCE_OFFSET]) & PUS_USER_ONBOARD) != 0U) {
         self->not_requests++;
     } else {
-        note_user(self, user, client);
+        communication_ground_routes_note(&self->routes, client, packet);
     }
 }
 
@@ -316,13 +285,14 @@ static void report(void* const context, const uint8_t* const packet, const size_
     const bool is_time = pus_is_time_packet(packet, size); // The report names no destination.
     const uint16_t destination =
         is_time ? (uint16_t)PUS_USER_GROUND : octets_u16_at(&packet[DESTINATION_OFFSET]);
-    if (destination != PUS_USER_GROUND) {
-        queue_for(self, client_of(self, destination), packet, size);
-        return;
-    }
+    const uint32_t clients = (destination == PUS_USER_GROUND)
+                                 ? UINT32_MAX
+                                 : communication_ground_routes_of(&self->routes, destination, packet, size);
     for (unsigned client = connected_from(self, 0U); client != NO_CLIENT;
          client          = connected_from(self, client + 1U)) {
-        queue_for(self, client, packet, size);
+        if ((clients & ((uint32_t)1U << client)) != 0U) {
+            queue_for(self, client, packet, size);
+        }
     }
 }
 
@@ -390,7 +360,8 @@ static status_t listen(void* const context, const descriptor_configuration_t* co
 static void report_misuse(communication_t* const self)
 {
     const communication_clients_t* const misuse = &self->parameters.clients;
-    const uint32_t sum    = misuse->refused + misuse->evicted + misuse->malformed + misuse->no_telecommand;
+    const uint32_t sum =
+        misuse->refused + misuse->evicted + misuse->malformed + misuse->no_telecommand + misuse->forgotten;
     const uint64_t now_ns = subsystem_now_ns(self->generic);
     if ((sum != self->misuse_reported) && ((now_ns - self->misuse_reported_ns) >= COMMUNICATION_REPORT_NS)) {
         self->misuse_reported    = sum;
@@ -427,7 +398,8 @@ static void update_status(void* const context)
     self->parameters.clients = (communication_clients_t){.refused        = self->flow.counters.turned_away,
                                                          .evicted        = self->flow.counters.evicted,
                                                          .malformed      = self->flow.counters.malformed,
-                                                         .no_telecommand = self->not_requests};
+                                                         .no_telecommand = self->not_requests,
+                                                         .forgotten      = self->routes.forgotten};
     communication_ground_security_publish(&self->security, &self->parameters.security);
     self->parameters.status.queued = (uint16_t)((queued < UINT16_MAX) ? queued : UINT16_MAX);
     parameter_unlock(dictionary);
@@ -462,6 +434,7 @@ void communication_init(communication_t* const self, subsystem_t* const generic,
     FSW_ASSERT((self != NULL) && (generic != NULL) && (uplink != NULL) && (hooks != NULL));
     (void)memset(self, 0, offsetof(communication_t, queues));
     communication_ground_security_init(&self->security, NULL);
+    communication_ground_routes_init(&self->routes);
     self->generic  = generic;
     self->uplink   = *uplink;
     self->hooks    = *hooks;
@@ -469,9 +442,6 @@ void communication_init(communication_t* const self, subsystem_t* const generic,
     flow_tcp_init(&self->flow, self->clients, COMMUNICATION_CLIENTS, self->buffers, COMMUNICATION_BUFFER);
     quota_init(&self->sockets, COMMUNICATION_CLIENTS + 1U);
     flow_tcp_set_quota(&self->flow, &self->sockets);
-    for (size_t i = 0U; i < COMMUNICATION_USERS; i++) {
-        self->users[i].client = NO_CLIENT;
-    }
 }
 
 void communication_secure(communication_t* const self, sdls_receiver_t* const receiver)

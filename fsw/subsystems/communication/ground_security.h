@@ -12,7 +12,7 @@
 #include "fsw/framework/subsystem/subsystem.h"
 #include "generated/communication_descriptor.h"
 
-#define GROUND_CLIENTS 4U
+#define GROUND_CLIENTS 8U
 #define GROUND_REFUSALS_MAX 3U     ///< Frames; the last of them ends the connection.
 #define GROUND_TELLING_CYCLES 100U ///< From one event of refused frames to the next.
 

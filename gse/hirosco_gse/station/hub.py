@@ -8,6 +8,7 @@ import asyncio
 import collections
 import contextlib
 import itertools
+import math
 import pathlib
 import shlex
 import tempfile
@@ -15,25 +16,25 @@ import time
 
 from .. import commands, sdls, telemetry, world
 from ..command import UsageError
-from ..dictionary import STATES, SUPERVISOR_APID, Dictionary, DictionaryError
-from ..place import DEFAULT_PORT, LOOPBACK, ROOT, Place, mission_of
-from ..session import GROUND_USER, Rejected, Session, SessionError
+from ..dictionary import SUPERVISOR_APID, Dictionary, DictionaryError
+from ..place import DEFAULT_PORT, LOOPBACK, Place, world_of
+from ..session import LinkLost, Rejected, RequestLost, Session, SessionError, TimedOut
+from . import display
 from .about import hello
 from .forms import Forms
 from .geometry import as_lists
+from .identity import Identity
 from .lights import lights_of
+from .network import Network
 from .targets import targets
 from .world_port import Taps, WorldPort
 
-WEB_USER = 3
-DISPLAY_ID = 9003  # housekeeping structure of the station
-DISPLAY_PERIOD_US = 50_000
-DISPLAY_STATES = STATES[3:7]
+EVERYBODY = 0  # All ground users, as the destination of a report.
 LISTS = {("schedule", "list"), ("store", "list"), ("procedure", "status"), ("file", "list")}  # Commands that ask only.
-TIMEOUT_NS = 20_000_000_000
+PATIENCE_NS = 20_000_000_000  # For reports other than those of verification, in simulated time.
+SILENT_NS = 10_000_000_000  # A request without any report for this simulated time has no answer yet.
 TICK_S = 0.1
 RETRY_S = 0.5
-DISPLAY_PATIENCE_S = 1.5
 LEAVE_S = 2.0  # A page that is loaded again comes back within this time.
 COUNT_S = 1.0  # Between two messages with the counts of packets.
 GAP_MAX = 1000  # A larger jump of a message type counter is a restart.
@@ -50,10 +51,16 @@ class Call:
         self.number, self.text, self.procedure, self.seconds, self.line, self.at_end = number, text, procedure, seconds, line, at_end
         self.verifications, self.is_over = [], False
         self.words = self.code = None
+        self.is_unknown = False  # It is over, and the spacecraft has not said whether it was carried out.
+        self.is_silent = False  # No report at all has come for a while.
         self.answer, self.rows = [], []
 
+    def look(self, now_ns):
+        """Note whether the spacecraft has answered."""
+        self.is_silent = any(not each.stages and not each.is_finished and now_ns - each.sent_ns > SILENT_NS for each in self.verifications)
+
     def message(self):
-        words = {"words": self.words, "code": self.code} if self.words else {}
+        words = {"words": self.words, "code": self.code, "unknown": self.is_unknown} if self.words else {}
         return {
             "kind": "command",
             "number": self.number,
@@ -62,15 +69,30 @@ class Call:
             "time": self.seconds,
             "lights": lights_of(self.verifications),
             "over": self.is_over,
+            "silent": self.is_silent,
             "answer": self.answer,
             **words,
         }
 
 
 class _WebSession(Session):
-    """Tells the hub which telecommands a command has sent."""
+    """Tells the hub which telecommands a command has sent. Its time is that of the telemetry: a command of any length, a pause and a
+    slow simulation end no request. Whether a request has failed is what the spacecraft says, or not known when the link is lost."""
 
     on_sent = staticmethod(lambda verification: None)
+    is_time_known = False
+
+    def advance(self, packet_ns):
+        """Telemetry of this time has arrived."""
+        if not self.is_time_known and packet_ns > self.now_ns:
+            self.slipped_ns += packet_ns - self.now_ns  # Nobody has waited for this.
+            for verification in self._open.values():
+                verification.sent_ns = packet_ns
+        self.is_time_known = True
+        self.now_ns = max(self.now_ns, packet_ns)
+
+    def finish(self, verification, timeout_ns):
+        return (yield from super().finish(verification, math.inf))
 
     def send_raw(self, raw, request):
         verification = super().send_raw(raw, request)
@@ -81,10 +103,13 @@ class _WebSession(Session):
 class Hub:
     """One spacecraft link for all browsers. `run`: run folder or a link to it, such as runs/latest."""
 
-    def __init__(self, run, publish, user=WEB_USER, is_read_only=False, **given):
-        """user: id in the packets; is_read_only: pages are told that they command nothing; given: what place.Place.of shall not take from the run folder."""
+    patience_ns = PATIENCE_NS
+
+    def __init__(self, run, publish, user=None, is_read_only=False, **given):
+        """user: id in the packets, None: a WEB user that no other station has; is_read_only: pages are told that they command nothing; given: what place.Place.of shall not take from the run folder."""
         self.run, self.publish = pathlib.Path(run), publish
         self._user, self._given, self.is_read_only = user, given, is_read_only
+        self.identity = None
         self.world_port = WorldPort()
         self.viewers, self._left = 0, 0.0
         self.taps = Taps(publish)
@@ -103,13 +128,10 @@ class Hub:
         self.commands = collections.deque(maxlen=KEPT_COMMANDS)
         self.events = collections.deque(maxlen=KEPT_EVENTS)
         self.housekeeping, self.states = {}, {}
-        self.open_links = set()
-        self.links = None
+        self.network, self.display = Network(self), display.Display(self)
+        self.mismatches = {}  # subsystem -> message about the interface that flies
         self.seconds = None
         self._current = self._writer = self._sender = None
-        self._display_seen, self._status_seen, self._other_reports, self._asked_display = {}, {}, set(), {}
-        self._for_display = set()  # (subsystem, structure) that this station has enabled for its pages.
-        self.structures = {}  # subsystem -> message
         self.counts = {"kind": "counts", "rows": {}}
         self._counters, self._counted = {}, 0.0
 
@@ -121,14 +143,17 @@ class Hub:
         self._begin((str(run), place.port))
         self.dictionary, self._sender = dictionary, sender
         self.forms = Forms(dictionary)
-        self.session = _WebSession(dictionary, source=self._user, protect=sender or bytes)
+        if self.identity:
+            self.identity.release()
+        self.identity = Identity(self._user, "", False) if self._user else Identity.claim(dictionary, place.port)
+        self.session = _WebSession(dictionary, source=self.identity.number, protect=sender or bytes)
         self.session.on_sent = self._on_sent
         self.session.listeners.append(self._listen)
         self.session.events = collections.deque(maxlen=KEPT_EVENTS)
         self.world_port.move_to(run)
         self.taps.move_to(run, dictionary)
         try:
-            self.world = as_lists(world.read(ROOT / "descriptors" / "worlds" / f"{mission_of(run)}.xml"))
+            self.world = as_lists(world.read(world_of(run)))
         except (world.WorldError, AttributeError, TypeError, ValueError):
             self.world = None
         self.publish(self.hello())
@@ -179,10 +204,10 @@ class Hub:
     async def _receive(self, reader, writer):
         self._writer = writer
         self._counters.clear()
+        self.session.is_time_known = False
         self._say_link(True, where := f"{LOOPBACK}:{writer.get_extra_info('peername')[1]}")
-        self._begin_own(self._ask_all())
+        self.begin_own(self._ask_all())
         while octets := await reader.read(65536):
-            self.session.now_ns = time.monotonic_ns()
             self.session.feed(octets)
             self._resume_all()
         self._say_link(False, f"{where} closed the link")
@@ -197,10 +222,21 @@ class Hub:
         while True:
             await asyncio.sleep(TICK_S)
             if self._writer:
-                self.session.now_ns = time.monotonic_ns()
-                self._keep_display() if self._is_watched() else self._end_display()
+                self._keep()
                 self._say_counts()
                 self._resume_all()
+
+    @property
+    def is_linked(self):
+        """Whether there is a link to the spacecraft."""
+        return self._writer is not None
+
+    def _keep(self):
+        if self._is_watched():
+            self.display.keep()
+            self.network.keep()
+        else:
+            self.display.end()
 
     def look(self, viewers):
         """Number of pages that are open."""
@@ -213,8 +249,8 @@ class Hub:
 
     async def leave(self):
         """The station ends: the structures that it has enabled for its pages are disabled."""
-        if self._writer and self._for_display:
-            asked = self._end_display()
+        if self._writer and self.display.enabled:
+            asked = self.display.end()
             end = time.monotonic() + LEAVE_S
             while self._writer and time.monotonic() < end and not all(call.is_over for call in asked):
                 await asyncio.sleep(TICK_S / 4)
@@ -227,9 +263,7 @@ class Hub:
 
     def _resume(self, call):
         self._current = call
-        before = [(len(v.stages), v.is_finished) for v in call.verifications]
         try:
-            self.session.now_ns = time.monotonic_ns()
             call.procedure.send(None)
         except StopIteration as end:
             call.is_over = True
@@ -239,9 +273,10 @@ class Hub:
             call.is_over, call.words, call.code = True, str(problem), problem.failure.code
         except (SessionError, UsageError) as problem:
             call.is_over, call.words = True, str(problem)
+            call.is_unknown = isinstance(problem, (TimedOut, RequestLost, LinkLost))
         finally:
             self._current = None
-        return call.is_over or before != [(len(v.stages), v.is_finished) for v in call.verifications]
+        call.look(self.session.now_ns)
 
     def _resume_all(self):
         for call in list(self.calls):
@@ -268,8 +303,8 @@ class Hub:
         planned = self.plan(text)
         if not self._writer:
             raise UsageError("no link to the spacecraft")
-        at_end = self._after_structure(shlex.split(text), is_for_display)
-        call = Call(next(self._numbers), planned.text, planned.procedure(self.session, TIMEOUT_NS), self.seconds, text, at_end)
+        at_end = self.display.after(shlex.split(text), is_for_display)
+        call = Call(next(self._numbers), planned.text, planned.procedure(self.session, PATIENCE_NS), self.seconds, text, at_end)
         self.commands.append(call)
         self.calls.append(call)
         self._resume_all()
@@ -284,7 +319,7 @@ class Hub:
         except ValueError as problem:
             raise UsageError(str(problem)) from problem
 
-    def _begin_own(self, procedure):
+    def begin_own(self, procedure):
         """Start a procedure of the station itself, which is not in the list of commands. Returns its call."""
         call = Call(0, "", procedure, self.seconds)
         self.calls.append(call)
@@ -298,7 +333,7 @@ class Hub:
         planned = self.plan(text)
         if not self._writer:
             raise UsageError("no link to the spacecraft")
-        call = self._begin_own(planned.procedure(self.session, TIMEOUT_NS))
+        call = self.begin_own(planned.procedure(self.session, PATIENCE_NS))
         while not call.is_over:
             await asyncio.sleep(TICK_S / 4)
         if call.words:
@@ -320,120 +355,28 @@ class Hub:
             raise UsageError("no flight")
         return self.forms.text(form, values)
 
-    def _after_structure(self, words, is_for_display):
-        """What follows a command about a housekeeping structure; None for other commands."""
-        if len(words) < 3 or words[0] != "hk":
-            return None
-        verb, subsystem = words[1], self.dictionary.subsystem(words[2])
-
-        def after(call):
-            if call.words is None and verb == "enable" and is_for_display:
-                self._for_display.add((subsystem.name, int(words[3], 0)))
-            elif call.words is None and verb in ("disable", "delete"):
-                self._for_display.discard((subsystem.name, int(words[3], 0)))
-            self._begin_own_later(self._ask_structures(subsystem))
-
-        return after
-
     # What the station asks for ------------------------------------------------------------------------------
 
     def _ask_all(self):
         """Procedure: states, mode and links after a connection is made."""
         for text in ("status", f"hk once {self.dictionary.subsystem_of_apid(SUPERVISOR_APID).name} 1"):
             with contextlib.suppress(SessionError):
-                yield from self.plan(text).procedure(self.session, TIMEOUT_NS)
-        yield from self._ask_links()
+                yield from self.plan(text).procedure(self.session, PATIENCE_NS)
+        yield from self.network.ask()
 
-    def _ask_links(self):
-        if not self.dictionary.links:
-            return
-        with contextlib.suppress(SessionError):
-            planned = commands.plan(["link", "list"], self.dictionary)
-            rows = yield from planned.procedure(self.session, TIMEOUT_NS)
-            self.open_links = {row["name"] for row in rows if row.get("state") == "open"}
-            names = ("name", "state", "sent", "received", "lost", "late")
-            self.links = {"kind": "links", "rows": [{key: row[key] for key in names if key in row} for row in rows]}
-            self.publish(self.links)
-            self._publish_targets()
-
-    def ask_structures(self, name):
-        """Publish which housekeeping structures of a subsystem are enabled. Raises UsageError."""
-        if not self._writer:
-            raise UsageError("no link to the spacecraft")
-        try:
-            subsystem = self.dictionary.subsystem(name)
-        except DictionaryError as problem:
-            raise UsageError(str(problem)) from problem
-        self._begin_own(self._ask_structures(subsystem))
-
-    def _ask_structures(self, subsystem):
-        """Procedure: the structures of the present configuration, and those that were heard."""
-        present = self.session.configurations.get(subsystem.apid)
-        of_present = next((item.structures for item in subsystem.configurations.values() if item.id == present), {})
-        wanted = sorted({*of_present, *(number for name, number in self.housekeeping if name == subsystem.name)})
-        rows = []
-        for number in wanted:  # One request each: a structure that does not exist would refuse the others.
-            with contextlib.suppress(SessionError):
-                words = ["tc", subsystem.name, "3,33", f"n=[{number}]"]
-                answer = yield from commands.plan(words, self.dictionary).procedure(self.session, TIMEOUT_NS)
-                rows += [row for reply in answer for row in reply.get("rows", ())]
-        named = [{"id": row["structure"], "enabled": bool(row["enabled"]), "interval": row["interval"]} for row in rows]
-        self.structures[subsystem.name] = {"kind": "structures", "subsystem": subsystem.name, "rows": named}
-        self.publish(self.structures[subsystem.name])
-
-    def _end_display(self):
-        """Disable what was enabled for pages that are closed now; returns the calls."""
-        asked = [self._begin_own(self._quietly([f"hk disable {name} {number}"])) for name, number in sorted(self._for_display)]
-        self._for_display.clear()
-        return asked
-
-    def _quietly(self, texts):
+    def quietly(self, texts):
         """Procedure: perform commands; failures are not reported."""
         for text in texts:
             with contextlib.suppress(SessionError):
-                yield from self.plan(text).procedure(self.session, TIMEOUT_NS)
-
-    def _keep_display(self):
-        """Create or enable the display housekeeping of each member that does not send it."""
-        now = time.monotonic()
-        for subsystem in self.dictionary.members:
-            apid = subsystem.apid
-            is_on = self.session.configurations.get(apid) and self.session.states.get(apid) in DISPLAY_STATES
-            last = max(self._display_seen.get(apid, 0), self._asked_display.get(apid, 0))
-            is_alive = now - self._status_seen.get(apid, 0) < DISPLAY_PATIENCE_S
-            if is_on and is_alive and now - last > DISPLAY_PATIENCE_S:
-                self._asked_display[apid] = now
-                if words := self._display_words(subsystem):
-                    self._begin_own(self._display(subsystem, words))
-
-    def _display_words(self, subsystem):
-        """Words of `hk create` for the first structure of the present configuration; empty if that is fast enough."""
-        present = self.session.configurations[subsystem.apid]
-        configuration = next((item for item in subsystem.configurations.values() if item.id == present), None)
-        structure = next(iter(configuration.structures.values()), None) if configuration else None
-        if structure is None or not configuration.sampling_us:
-            return []
-        if structure.interval * configuration.sampling_us <= DISPLAY_PERIOD_US and not structure.repeated:
-            return []
-        names = [item.name for item in structure.once + tuple(p for _, items in structure.repeated for p in items)]
-        cycles = max(1, DISPLAY_PERIOD_US // configuration.sampling_us)
-        return ["hk", "create", subsystem.name, str(DISPLAY_ID), str(cycles), *names]
-
-    def _display(self, subsystem, words):
-        """Procedure: create and enable the display structure. A refusal is ignored: another station may have created it."""
-        own = f"{subsystem.name} {DISPLAY_ID}"
-        before = [f"hk disable {own}", f"hk delete {own}"] if subsystem.apid in self._other_reports else []
-        self._other_reports.discard(subsystem.apid)
-        self._for_display.add((subsystem.name, DISPLAY_ID))
-        yield from self._quietly([*before, shlex.join(words), f"hk enable {own}"])
+                yield from self.plan(text).procedure(self.session, PATIENCE_NS)
 
     # Telemetry ----------------------------------------------------------------------------------------------
 
     def _count(self, packet, subsystem):
-        """Received and lost packets of a subsystem; a gap in the message type counters of packets to all or to this station is a loss."""
+        """Received and lost packets of a subsystem; a gap in the message type counters of packets to all, or to the user that is this station alone, is a loss."""
         row = self.counts["rows"].setdefault(subsystem, {"received": 0, "lost": 0})
         row["received"] += 1
-        if packet.counter and packet.user in (GROUND_USER, WEB_USER):
+        if packet.counter and packet.user in (EVERYBODY, self.identity.number if self.identity and self.identity.is_own else EVERYBODY):
             key = packet.apid, packet.service, packet.subtype, packet.user
             gap = packet.counter - self._counters.get(key, packet.counter - 1) - 1
             row["lost"] += gap if 0 < gap < GAP_MAX else 0
@@ -446,13 +389,14 @@ class Hub:
             self.publish(self.counts)
 
     def _listen(self, packet, decoded):
+        self.session.advance(packet.time_ns)
         self.seconds = (packet.time_ns - self.dictionary.epoch_ns) / 1e9
         subsystem = self.dictionary.name_of_apid(packet.apid)
         kind = decoded["kind"]
         self._count(packet, subsystem)
         if "error" in decoded:
-            if packet.message == (3, 25) and packet.data[:2] == DISPLAY_ID.to_bytes(2, "big"):
-                self._other_reports.add(packet.apid)
+            if packet.message == (3, 25) and packet.data[:2] == display.ID.to_bytes(2, "big"):
+                self.display.saw_other(packet.apid)
             return
         if kind == "housekeeping":
             self._take_housekeeping(packet, decoded, subsystem)
@@ -466,15 +410,14 @@ class Hub:
         elif kind == "mode":
             self._publish_mode()
         elif kind == "link transition":
-            self._begin_own_later(self._ask_links())
+            self.network.transition(decoded)
 
-    def _begin_own_later(self, procedure):
+    def begin_own_later(self, procedure):
         """Start a procedure from a listener: it is resumed after the received octets are processed."""
         self.calls.append(Call(0, "", procedure, self.seconds))
 
     def _take_housekeeping(self, packet, decoded, subsystem):
-        if decoded["structure"] == DISPLAY_ID:
-            self._display_seen[packet.apid] = time.monotonic()
+        self.display.saw_report(packet.apid, decoded["structure"])
         leaves = telemetry.leaves(decoded["values"])
         message = {"kind": "housekeeping", "subsystem": subsystem, "structure": decoded["structure"], "time": self.seconds, "values": leaves}
         self.housekeeping[subsystem, decoded["structure"]] = message
@@ -488,14 +431,22 @@ class Hub:
 
     def _publish_mode(self):
         self.publish({"kind": "mode", "mode": self.session.mode})
-        self._publish_targets()
+        self.publish_targets()
 
     def _take_state(self, packet, decoded, subsystem):
         if decoded["kind"] == "status":
-            self._status_seen[packet.apid] = time.monotonic()
+            self.display.saw_status(packet.apid)
+            self._say_mismatch(packet.apid, subsystem)
         self._say_state(subsystem, decoded, self.seconds)
         if decoded["kind"] == "transition":
-            self._publish_targets()
+            self.publish_targets()
+
+    def _say_mismatch(self, apid, subsystem):
+        """Another interface flies than the dictionary describes: said once, and in each snapshot."""
+        words = self.session.mismatches.get(apid)
+        if words and subsystem not in self.mismatches:
+            self.mismatches[subsystem] = {"kind": "mismatch", "subsystem": subsystem, "words": words}
+            self.publish(self.mismatches[subsystem])
 
     def _say_state(self, subsystem, decoded, seconds):
         old = self.states.get(subsystem, {})
@@ -514,9 +465,9 @@ class Hub:
         self.publish(message)
 
     def _targets(self, name):
-        return targets(self.session, self.dictionary.subsystem(name), self.open_links) if name in self.dictionary.subsystems else {}
+        return targets(self.session, self.dictionary.subsystem(name), self.network.open) if name in self.dictionary.subsystems else {}
 
-    def _publish_targets(self):
+    def publish_targets(self):
         """Publish the targets that have changed: they depend on the states of others, on the mode and on the links."""
         for name, message in self.states.items():
             found = self._targets(name)
@@ -567,7 +518,8 @@ class Hub:
 
     def hello(self):
         """The mission, for a page that begins with this flight."""
-        return {**hello(self.dictionary, self.flight[0], self.world), "read_only": self.is_read_only}
+        who = {"number": self.identity.number, "name": self.identity.name, "is_own": self.identity.is_own}
+        return {**hello(self.dictionary, self.flight[0], self.world), "read_only": self.is_read_only, "user": who}
 
     def snapshot(self):
         """Messages that describe the present."""
@@ -578,7 +530,8 @@ class Hub:
         found += self.housekeeping.values()
         found += itertools.islice(self.events, max(0, len(self.events) - SHOWN), None)
         found += [call.message() for call in list(self.commands)[-SHOWN:]]
-        return [*found, *self.structures.values(), self.counts] + ([self.links] if self.links else [])
+        found += [*self.display.structures.values(), *self.mismatches.values(), self.counts]
+        return found + ([self.network.message] if self.network.message else [])
 
 
 __all__ = ["DEFAULT_PORT", "Hub", "lights_of"]

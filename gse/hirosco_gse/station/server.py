@@ -167,7 +167,7 @@ class Station:
             if do == "command":
                 return {"kind": "answer", "id": number, "command": self.hub.command(self._text(order), bool(order.get("display")))}
             if do == "structures":
-                self.hub.ask_structures(str(order["subsystem"]))
+                self.hub.display.ask(str(order["subsystem"]))
                 return {"kind": "answer", "id": number}
             if do == "plan":
                 return {"kind": "answer", "id": number, **self._preview(self._text(order))}

@@ -6,6 +6,8 @@ import base64
 import json
 import re
 import struct
+import subprocess
+import sys
 from contextlib import asynccontextmanager
 
 import pytest
@@ -16,11 +18,14 @@ from hirosco_gse import telemetry
 from hirosco_gse.dictionary import STATES
 from hirosco_gse.packets import Packet
 from hirosco_gse.script import Script
-from hirosco_gse.session import Session, Verification
+from hirosco_gse.session import Session, TimedOut, Verification
+from hirosco_gse.station import display as display_module
 from hirosco_gse.station import hub as hub_module
+from hirosco_gse.station.identity import Identity
 from hirosco_gse.station import targets as targets_module
 from hirosco_gse.station.server import QUEUE, Station, _Browser
 from spacecraft import Spacecraft, failure, success
+from tm_packets import build_tm
 
 PATIENCE_S = 30.0
 MANIPULATOR, JOYSTICK = 16, 17
@@ -238,13 +243,109 @@ def test_display_housekeeping_is_created_and_enabled_once_and_disabled_at_the_en
             await page.until(lambda message: message["kind"] == "command" and message["over"])
             while not any(packet.message == (3, 5) for packet in spacecraft.received):
                 await asyncio.sleep(0.01)
-                station.hub._keep_display()
+                station.hub.display.keep()
 
     visit(place, story)
     made = [packet for packet in spacecraft.received if packet.service == 3 and packet.apid == MANIPULATOR]
     assert [packet.subtype for packet in made] == [1, 5, 6]
-    assert made[0].data[:6] == struct.pack(">HI", hub_module.DISPLAY_ID, 100)
-    assert all(packet.user == hub_module.WEB_USER for packet in spacecraft.received)
+    assert made[0].data[:6] == struct.pack(">HI", display_module.ID, 100)
+
+
+def test_each_station_at_a_flight_is_a_user_of_its_own(dictionary):
+    """Also in another process; a user that a station had is free again. With more stations than users the last ones share one."""
+    numbers = [user["id"] for user in dictionary.content["users"] if user["name"].startswith("WEB")]
+    claimed = [Identity.claim(dictionary, 40001) for _ in numbers]
+    assert [each.number for each in claimed] == numbers and len(numbers) >= 4 and all(each.is_own for each in claimed)
+    words = "import sys; from hirosco_gse.dictionary import Dictionary; from hirosco_gse.station.identity import Identity; " \
+            "found = Identity.claim(Dictionary.load(sys.argv[1]), 40001); print(found.number, found.is_own)"
+    path = ROOT / "build" / "generated" / f"{dictionary.mission}.json"
+    shared = subprocess.run([sys.executable, "-c", words, path], env={"PYTHONPATH": str(ROOT / "gse")}, capture_output=True, text=True, check=True)
+    assert shared.stdout.split() == [str(numbers[0]), "False"]
+    assert Identity.claim(dictionary, 40002).number == numbers[0]  # At another flight.
+    claimed[1].release()
+    assert Identity.claim(dictionary, 40001).number == numbers[1]
+
+
+@pytest.mark.parametrize("mission", sorted(path.stem for path in (ROOT / "descriptors" / "missions").glob("*.xml")))
+def test_every_mission_has_users_for_stations(mission):
+    """Also the missions that the scaffolds make: they are copies of these or of gse/scaffold/robot/mission.xml."""
+    for path in (ROOT / "descriptors" / "missions" / f"{mission}.xml", ROOT / "gse" / "scaffold" / "robot" / "mission.xml"):
+        names = re.findall(r'<User name="(\w+)"', path.read_text(encoding="utf-8"))
+        assert {"CLI", "YAMCS"} <= set(names) and sum(name.startswith("WEB") for name in names) >= 4
+
+
+def test_a_command_that_lasts_has_not_failed(place, spacecraft):
+    """600 s of simulated time between start and completion, in which telemetry comes: the lights wait for what the spacecraft says."""
+    pinged = []
+
+    def late(packet):
+        if packet.message == (17, 1) and packet.apid == JOYSTICK:
+            pinged.append(packet)
+            return success(packet)[:2]
+        return answer(packet)
+
+    spacecraft._answer = late
+
+    async def story(page, station):
+        asked = await page.ask(do="command", text="ping JOYSTICK")
+        await page.until(lambda message: message["kind"] == "command" and message["lights"][1] == "done")
+        call, at = station.hub.calls[-1], station.hub.session.now_ns
+        for seconds in (30, 300, 600):
+            station.hub.session.advance(at + seconds * 10**9)
+            station.hub._resume_all()
+        before = call.message()
+        for apid, service, subtype, data, user in success(pinged[0], (17, 2, b""))[2:]:
+            station.hub.session.feed(build_tm(apid, 0, service, subtype, data, user, station.hub.session.now_ns))
+        station.hub._resume_all()
+        return asked["command"], before, call.message()
+
+    number, before, after = visit(place, story)
+    assert (before["number"], before["over"], before["silent"], before["lights"]) == (number, False, False, ["done", "done", "empty", "waiting"])
+    assert after["over"] and "words" not in after and after["lights"] == ["done", "done", "none", "done"]
+
+
+def test_a_request_without_any_report_is_not_answered_and_has_not_failed(place, spacecraft):
+    spacecraft._answer = lambda packet: [] if packet.apid == JOYSTICK else answer(packet)
+
+    async def story(page, station):
+        await page.ask(do="command", text="ping JOYSTICK")
+        station.hub.session.advance(station.hub.session.now_ns + 11 * 10**9)
+        station.hub._resume_all()
+        silent = await page.until(lambda message: message["kind"] == "command" and message["silent"])
+        station.hub._writer.transport.abort()
+        return silent, await page.until(lambda message: message["kind"] == "command" and message["over"])
+
+    silent, lost = visit(place, story)
+    assert not silent["over"] and "failed" not in silent["lights"] and "words" not in silent
+    assert lost["unknown"] and "failed" not in lost["lights"]
+
+
+def test_the_first_telemetry_ends_no_request(dictionary):
+    """The time of the session begins with the telemetry: that is no time which a request has waited."""
+    session = hub_module._WebSession(dictionary, source=3)
+    waiting = session.wait_for(lambda: False, 10**9, "a report")
+    next(waiting)
+    session.advance(dictionary.epoch_ns)
+    next(waiting)
+    session.advance(dictionary.epoch_ns + 2 * 10**9)
+    with pytest.raises(TimedOut):
+        next(waiting)
+
+
+def test_the_page_hears_that_another_interface_flies(place, spacecraft):
+    """Each subsystem once, also a page that comes later."""
+    def other(packet):
+        return answer(packet) + ([(MANIPULATOR, 129, 5, struct.pack(">BBBHQQII", 3, 0, 3, TELEPRESENCE, 7, 0, 0, 0), 1)] if packet.message == (17, 1) else [])
+
+    spacecraft._answer = other
+
+    async def story(page, station):
+        await page.ask(do="command", text="ping JOYSTICK")
+        told = await page.until(lambda message: message["kind"] == "mismatch")
+        return told, [message for message in station.hub.snapshot() if message["kind"] == "mismatch"]
+
+    told, later = visit(place, story)
+    assert later == [told] and told["subsystem"] == "MANIPULATOR" and "the dictionary has" in told["words"]
 
 
 def test_what_was_enabled_for_pages_is_disabled_when_the_last_one_leaves(place, spacecraft, monkeypatch):
@@ -255,14 +356,14 @@ def test_what_was_enabled_for_pages_is_disabled_when_the_last_one_leaves(place, 
         for order in ({"text": "hk enable MANIPULATOR 4712", "display": True}, {"text": "hk enable MANIPULATOR 4711"}, {"text": "ping MANIPULATOR"}):
             await page.ask(do="command", **order)
             await page.until(lambda message: message["kind"] == "command" and message["over"])
-        while ("MANIPULATOR", hub_module.DISPLAY_ID) not in station.hub._for_display:
+        while ("MANIPULATOR", display_module.ID) not in station.hub.display.enabled:
             await asyncio.sleep(0.01)
         await page.socket.close()
         while len(disabled(spacecraft)) < 2:
             await asyncio.sleep(0.01)
 
     visit(place, story)
-    assert sorted(disabled(spacecraft)) == [4712, hub_module.DISPLAY_ID]
+    assert sorted(disabled(spacecraft)) == [4712, display_module.ID]
 
 
 def disabled(spacecraft):
@@ -293,7 +394,8 @@ def test_the_page_hears_which_structures_are_enabled(place, spacecraft):
 
 def test_a_gap_in_the_counters_of_messages_is_a_loss(dictionary):
     hub = hub_module.Hub("nowhere", lambda message: None)
-    for counter, user in ((7, 1), (8, 1), (11, 1), (3, 3), (5, 3), (9, 2), (30, 2), (0, 1), (60000, 1), (60001, 1)):
+    hub.identity = Identity(3, "WEB", True)
+    for counter, user in ((7, 0), (8, 0), (11, 0), (3, 3), (5, 3), (9, 2), (30, 2), (0, 0), (60000, 0), (60001, 0)):
         hub._count(Packet("TM", MANIPULATOR, 0, 3, 25, user, b"", b"", counter=counter), "MANIPULATOR")
     assert hub.counts["rows"] == {"MANIPULATOR": {"received": 10, "lost": 3}}
 

@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define FIXTURE_CLIENTS 8U
+#define FIXTURE_CLIENTS (COMMUNICATION_CLIENTS + 4U)
 #define FIXTURE_PACKETS 4096U
 
 typedef struct {
@@ -56,7 +56,7 @@ void fixture_run_until_requests(unsigned count);
 void fixture_connect(unsigned client);
 void fixture_disconnect(unsigned client);
 void fixture_write(unsigned client, const uint8_t* octets, size_t size);
-/// Telecommand of a user with this many octets of data.
+/// Telecommand to APID 16 of a user with this many octets of data.
 void fixture_write_request(unsigned client, uint16_t user, uint16_t sequence, size_t data);
 size_t fixture_request(uint8_t packet[PUS_PACKET_MAX], uint16_t user, uint16_t sequence, size_t data);
 /// True if communication has closed the connection.

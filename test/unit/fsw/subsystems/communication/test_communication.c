@@ -165,7 +165,7 @@ static void a_full_mailbox_keeps_requests_waiting(void)
 
 // ---- Down ----
 
-static void reports_go_where_their_user_spoke_last(void)
+static void reports_go_to_the_connections_of_their_user(void)
 {
     fixture_connect(0U);
     fixture_connect(1U);
@@ -181,12 +181,12 @@ static void reports_go_where_their_user_spoke_last(void)
     TEST_ASSERT_EQUAL(500U, fixture_next_report(0U));
     TEST_ASSERT_EQUAL(300U, fixture_next_report(1U));
     TEST_ASSERT_EQUAL(500U, fixture_next_report(1U));
-    fixture_write_request(1U, 1U, 2U, 0U); // User 1 moves.
+    fixture_write_request(1U, 1U, 2U, 0U); // A second connection of user 1.
     fixture_run_until_requests(3U);
-    fixture_report(1U, 1U, 7U, 101U, 0U);
+    fixture_report(1U, HK_SERVICE, HK_SUBTYPE, 101U, 0U);
     fixture_step();
+    TEST_ASSERT_EQUAL(101U, fixture_next_report(0U));
     TEST_ASSERT_EQUAL(101U, fixture_next_report(1U));
-    TEST_ASSERT_EQUAL(UINT32_MAX, fixture_next_report(0U));
 }
 
 /// Time packets have no secondary header, so no destination: at its offset is a part of the time.
@@ -232,14 +232,14 @@ static void more_users_than_places_share_the_last(void)
 {
     fixture_connect(0U);
     fixture_connect(1U);
-    for (uint16_t user = 1U; user <= (COMMUNICATION_USERS + 2U); user++) {
+    for (uint16_t user = 1U; user <= (GROUND_USERS + 2U); user++) {
         fixture_write_request(user % 2U, user, user, 0U);
         fixture_run_until_requests(user);
     }
-    for (uint16_t user = 1U; user <= (COMMUNICATION_USERS + 2U); user++) {
+    for (uint16_t user = 1U; user <= (GROUND_USERS + 2U); user++) {
         fixture_report(user, 1U, 7U, user, 0U);
         fixture_step();
-        const bool is_kept = (user < COMMUNICATION_USERS) || (user == (COMMUNICATION_USERS + 2U));
+        const bool is_kept = (user < GROUND_USERS) || (user == (GROUND_USERS + 2U));
         TEST_ASSERT_EQUAL(is_kept ? user : UINT32_MAX, fixture_next_report(user % 2U));
     }
 }
@@ -345,8 +345,8 @@ static void clients_beyond_the_limit_are_turned_away(void)
     TEST_ASSERT_EQUAL(COMMUNICATION_CLIENTS, fixture.communication.parameters.counters.connected);
     fixture_disconnect(2U);
     fixture_run(3U);
-    fixture_connect(5U);
-    fixture_write_request(5U, 1U, 1U, 0U);
+    fixture_connect(COMMUNICATION_CLIENTS + 1U);
+    fixture_write_request(COMMUNICATION_CLIENTS + 1U, 1U, 1U, 0U);
     fixture_run_until_requests(1U);
     TEST_ASSERT_EQUAL(COMMUNICATION_CLIENTS, fixture.communication.parameters.status.connections);
     TEST_ASSERT_EQUAL(1U, fixture.communication.parameters.counters.disconnected);
@@ -520,7 +520,7 @@ int main(void)
     RUN_TEST(the_communication_forwards_every_framed_packet_unchecked);
     RUN_TEST(random_octets_break_nothing);
     RUN_TEST(a_full_mailbox_keeps_requests_waiting);
-    RUN_TEST(reports_go_where_their_user_spoke_last);
+    RUN_TEST(reports_go_to_the_connections_of_their_user);
     RUN_TEST(time_packets_go_to_all);
     RUN_TEST(a_user_is_removed_with_its_connection);
     RUN_TEST(more_users_than_places_share_the_last);

@@ -64,8 +64,8 @@ static void keep_busy(const unsigned first, const unsigned clients, const uint64
     }
 }
 
-/// Four clients send valid requests without end. The operator, who connects fifth, gets a place after a
-/// bounded time, and keeps it for that time, whichever clients connect then.
+/// All places are taken by clients that send valid requests without end. The operator, who connects last,
+/// gets a place after a bounded time, and keeps it for that time, whichever clients connect then.
 static void busy_clients_are_served_in_turn(void)
 {
     for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
@@ -90,11 +90,11 @@ static void busy_clients_are_served_in_turn(void)
     }
     TEST_ASSERT_FALSE(fixture_is_ended(COMMUNICATION_CLIENTS));
     TEST_ASSERT_TRUE(fixture_is_ended(COMMUNICATION_CLIENTS - 1U));
-    keep_busy(0U, 3U, COMMUNICATION_IDLE_NS / 2U);
+    keep_busy(0U, COMMUNICATION_CLIENTS - 1U, COMMUNICATION_IDLE_NS / 2U);
     fixture_write_request(COMMUNICATION_CLIENTS, 3U, 2U, 0U);
     fixture_run_until_requests(fixture.request_count + 1U);
     fixture_run(200U);
-    TEST_ASSERT_EQUAL(4U, fixture.communication.parameters.clients.evicted);
+    TEST_ASSERT_EQUAL(COMMUNICATION_CLIENTS, fixture.communication.parameters.clients.evicted);
     TEST_ASSERT_EQUAL(2U, fixture.communication.parameters.clients.refused);
     TEST_ASSERT_TRUE(fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED] >= 2U);
 }
@@ -375,12 +375,12 @@ static void a_packet_that_ends_before_its_source_names_no_user(void)
     fixture_connect(0U);
     fixture_write(0U, octets, sizeof octets - 1U);
     fixture_run_until_requests(1U);
-    TEST_ASSERT_EQUAL_UINT(COMMUNICATION_CLIENTS, fixture.communication.users[0].client);
+    TEST_ASSERT_EQUAL_UINT32(0U, fixture.communication.routes.users[0].clients);
     octets[5] = 0x04U;
     fixture_write(0U, octets, sizeof octets);
     fixture_run_until_requests(2U);
-    TEST_ASSERT_EQUAL_UINT(0U, fixture.communication.users[0].client);
-    TEST_ASSERT_EQUAL_UINT16(7U, fixture.communication.users[0].user);
+    TEST_ASSERT_EQUAL_UINT32(1U, fixture.communication.routes.users[0].clients);
+    TEST_ASSERT_EQUAL_UINT16(7U, fixture.communication.routes.users[0].user);
 }
 
 static void waiting_reports_and_sockets_are_published(void)
@@ -400,6 +400,65 @@ static void waiting_reports_and_sockets_are_published(void)
                              shown->status.queued);
     TEST_ASSERT_TRUE(shown->status.queued >= 4U);
     TEST_ASSERT_EQUAL_UINT32(7U, shown->counters.socket_refused);
+}
+
+/// Request id of a request of the fixture, as fixture_report writes a number.
+static uint32_t id_of(const uint16_t sequence)
+{
+    const uint8_t octets[4] = {0x18U, 0x10U, (uint8_t)(0xC0U | (sequence >> 8U)), (uint8_t)sequence};
+    uint32_t number         = 0U;
+    (void)memcpy(&number, octets, sizeof number);
+    return number;
+}
+
+/// Two stations that are the same user, whose requests are under way at the same time.
+static void each_connection_of_a_user_gets_its_own_verifications(void)
+{
+    fixture_connect(0U);
+    fixture_connect(1U);
+    for (uint16_t i = 0U; i < 10U; i++) {
+        fixture_write_request(0U, 1U, 100U + i, 0U);
+        fixture_write_request(1U, 1U, 200U + i, 0U);
+        fixture_run_until_requests((2U * i) + 2U);
+    }
+    for (uint8_t subtype = 1U; subtype <= 7U; subtype += 2U) {
+        for (uint16_t i = 0U; i < 10U; i++) {
+            fixture_report(1U, 1U, subtype, id_of(109U - i), 0U);
+            fixture_report(1U, 1U, subtype, id_of(200U + i), 0U);
+        }
+        fixture_step();
+        for (uint16_t i = 0U; i < 10U; i++) {
+            TEST_ASSERT_EQUAL_HEX32(id_of(109U - i), fixture_next_report(0U));
+            TEST_ASSERT_EQUAL_HEX32(id_of(200U + i), fixture_next_report(1U));
+        }
+    }
+    TEST_ASSERT_EQUAL(UINT32_MAX, fixture_next_report(0U));
+    TEST_ASSERT_EQUAL(UINT32_MAX, fixture_next_report(1U));
+    TEST_ASSERT_EQUAL(0U, fixture.communication.routes.forgotten);
+}
+
+/// Reports of forgotten requests still reach the connection that has sent them, and it is told.
+static void a_request_too_many_is_counted_and_loses_no_verification(void)
+{
+    fixture_run(100U);
+    fixture_connect(0U);
+    fixture_connect(1U);
+    fixture_write_request(0U, 1U, 1U, 0U);
+    fixture_run_until_requests(1U);
+    for (uint16_t i = 0U; i < GROUND_REQUESTS; i++) {
+        fixture_write_request(1U, 1U, 1000U + i, 0U);
+    }
+    fixture_run_until_requests(GROUND_REQUESTS + 1U);
+    fixture_run(100U);
+    TEST_ASSERT_EQUAL(1U, fixture.communication.parameters.clients.forgotten);
+    TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED]);
+    fixture_report(1U, 1U, 7U, id_of(1U), 0U);
+    fixture_report(1U, 1U, 7U, id_of(1000U), 0U);
+    fixture_step();
+    TEST_ASSERT_EQUAL_HEX32(id_of(1U), fixture_next_report(0U));
+    TEST_ASSERT_EQUAL(UINT32_MAX, fixture_next_report(0U));
+    TEST_ASSERT_EQUAL_HEX32(id_of(1U), fixture_next_report(1U)); // It may have been the sender.
+    TEST_ASSERT_EQUAL_HEX32(id_of(1000U), fixture_next_report(1U));
 }
 
 int main(void)
@@ -424,5 +483,7 @@ int main(void)
     RUN_TEST(a_report_that_ends_before_its_destination_goes_to_no_client);
     RUN_TEST(a_packet_that_ends_before_its_source_names_no_user);
     RUN_TEST(waiting_reports_and_sockets_are_published);
+    RUN_TEST(each_connection_of_a_user_gets_its_own_verifications);
+    RUN_TEST(a_request_too_many_is_counted_and_loses_no_verification);
     return UNITY_END();
 }

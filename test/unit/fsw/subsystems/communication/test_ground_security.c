@@ -230,25 +230,25 @@ static void clients_without_authentication_make_room_for_others(void)
         connect(i);
     }
     const uint32_t sessions = session;
-    session                 = 1U; // One of the four proves to have a key.
+    session                 = 1U; // One of them proves to have a key.
     send_request(2U, 1U, 0U);
     session = sessions;
     fixture_run_until_requests(1U);
-    connect(4U);
-    send_request(4U, 2U, 0U);
+    connect(GROUND_CLIENTS);
+    send_request(GROUND_CLIENTS, 2U, 0U);
     fixture_run_until_requests(2U);
     TEST_ASSERT_TRUE(ends(0U)); // The first that connected.
-    connect(5U);
+    connect(GROUND_CLIENTS + 1U);
     TEST_ASSERT_TRUE(ends(1U));
-    connect(6U);
+    connect(GROUND_CLIENTS + 2U);
     TEST_ASSERT_TRUE(ends(3U));
     fixture_run(2U);
-    TEST_ASSERT_FALSE(fixture_is_ended(2U) || fixture_is_ended(4U) || fixture_is_ended(5U) ||
-                      fixture_is_ended(6U));
-    fixture.participant = fixture.ports[5]; // It stays, though it has not proved to have a key yet.
-    connect(7U);
-    TEST_ASSERT_TRUE(ends(6U));
-    TEST_ASSERT_FALSE(fixture_is_ended(5U) || fixture_is_ended(7U));
+    TEST_ASSERT_FALSE(fixture_is_ended(2U) || fixture_is_ended(GROUND_CLIENTS) ||
+                      fixture_is_ended(GROUND_CLIENTS + 1U) || fixture_is_ended(GROUND_CLIENTS + 2U));
+    fixture.participant = fixture.ports[4]; // It stays, though it has not proved to have a key yet.
+    connect(GROUND_CLIENTS + 3U);
+    TEST_ASSERT_TRUE(ends(5U));
+    TEST_ASSERT_FALSE(fixture_is_ended(4U) || fixture_is_ended(GROUND_CLIENTS + 3U));
 }
 
 /// A key distinguishes the operator from others: a client that has proved to have it and continues to send
