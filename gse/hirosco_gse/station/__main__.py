@@ -37,6 +37,7 @@ def _listen(wanted):
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind((LOOPBACK, port))
+            listener.listen()  # A page that is opened as soon as the address is printed is served.
             return listener
         except OSError:
             listener.close()

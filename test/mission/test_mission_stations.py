@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Several stations at one flight of a mission that is not the default one: each gets its own verifications, all see the same telemetry, and
+one that stops or dies does not disturb the flight."""
+
+import contextlib
+import re
+import signal
+import subprocess
+
+import flying
+import pytest
+from hirosco_gse.dictionary import Dictionary
+from hirosco_gse.session import Rejected
+from hirosco_gse.spacecraft import Spacecraft
+
+STATIONS = 2
+INTERLEAVED = 20
+SCENARIO = ("0.1 operator state UR5E PRE_OPERATIONAL", "0.2 operator config UR5E POSITION", "3600 operator shutdown")
+
+
+@pytest.fixture(scope="module")
+def flight(hangar):
+    subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
+    scenario = hangar / "stations.scn"
+    flying.write_scenario(scenario, *SCENARIO)
+    flight = flying.start(hangar / "stations", "--mission", "ur5e", "--time", "real", "--scenario", scenario)
+    flight.port()
+    yield flight
+    flight.abandon()
+
+
+class Station:
+    """A station process beside the flight."""
+
+    def __init__(self, flight):
+        words = [flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.station", "--run", flight.folder, "--http-port", "0"]
+        self.process = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
+        self.address = re.search(r"http://127\.0\.0\.1:\d+", self.process.stdout.readline()).group()
+
+    def close(self):
+        """End it, whatever it does."""
+        with contextlib.suppress(ProcessLookupError):
+            self.process.kill()
+        self.process.wait(flying.MOMENT_S)
+        self.process.stdout.close()
+
+
+@pytest.fixture(scope="module")
+def stations(flight):
+    found = [Station(flight) for _ in range(STATIONS)]
+    yield found
+    for station in found:
+        station.close()
+
+
+def _ask(address, orders):
+    """Messages of a station: hello, then for each command that of its end."""
+    import asyncio
+
+    from aiohttp import ClientSession
+
+    async def run():
+        heard = []
+        async with ClientSession() as session, session.ws_connect(f"{address}/ws", headers={"Origin": address}) as socket:
+
+            async def until(condition):
+                while True:
+                    message = await socket.receive_json(timeout=flying.MOMENT_S)
+                    if condition(message):
+                        heard.append(message)
+                        return message
+
+            await until(lambda message: message["kind"] == "hello")
+            for text in orders:
+                await socket.send_json({"do": "command", "text": text, "id": 1})
+                number = (await until(lambda message: message.get("id") == 1)).get("command")
+                await until(lambda message, number=number: message["kind"] == "command" and message["number"] == number and message["over"])
+        return heard
+
+    return asyncio.run(asyncio.wait_for(run(), 4 * flying.MOMENT_S))
+
+
+def test_stations_command_a_mission_that_is_not_the_default_one(stations):
+    """Both at once, each as a user of its own, and a refusal arrives with its reason."""
+    users = set()
+    for station in stations:
+        hello, _, done, _, refused = _ask(station.address, ["ping UR5E", "state UR5E OPERATIONAL"])
+        users.add(hello["user"]["name"])
+        assert hello["mission"] == "ur5e" and hello["user"]["is_own"]
+        assert done["lights"] == ["done", "done", "none", "done"] and "words" not in done
+        assert "failed" in refused["lights"] and refused["code"] and not refused["unknown"]
+    assert users == {"WEB", "WEB_2"}
+
+
+def test_two_connections_of_one_user_get_their_own_verifications(flight):
+    """Requests of both are under way at the same time; each session hears of all of its own, and of none of the other's."""
+    dictionary = Dictionary.load(flying.ROOT / "build" / "generated" / "ur5e.json")
+    with Spacecraft(flight.folder, first_sequence=0) as one, Spacecraft(flight.folder, first_sequence=5000) as other:
+        heard = {one: [], other: []}
+        for craft, reports in heard.items():
+            craft.session.listeners.append(lambda packet, _, reports=reports: packet.service == 1 and reports.append(packet))
+        assert one.session.source == other.session.source
+        sent = {one: [], other: []}
+        for _ in range(INTERLEAVED):
+            for craft in (one, other):
+                sent[craft].append(craft.send_request(craft.plan("ping UR5E").requests[0]))
+        for craft, verifications in sent.items():
+            for verification in verifications:
+                craft.finish(verification)
+                assert verification.stages == [1, 3, 7]
+            own = {verification.request_id for verification in verifications}
+            assert {packet.data[:4] for packet in heard[craft] if packet.apid == dictionary.subsystem("UR5E").apid} == own
+        with pytest.raises(Rejected):
+            other.do("state UR5E OPERATIONAL")
+        one.do("ping UR5E")
+
+
+@pytest.mark.parametrize("stop", [signal.SIGSTOP, signal.SIGKILL])
+def test_a_station_that_stops_or_dies_does_not_disturb_the_flight(flight, stop):
+    """With its page open: the flight goes on, drops nothing for others, and another station takes over."""
+    station = Station(flight)
+    _ask(station.address, ["ping UR5E"])
+    with Spacecraft(flight.folder) as craft:
+        before = craft.get("COMMUNICATION.COUNTERS.TM_DROPPED"), craft.session.now_ns
+        station.process.send_signal(stop)
+        for _ in range(3):
+            craft.do("ping all")
+        assert craft.get("COMMUNICATION.COUNTERS.TM_DROPPED") == before[0]
+        assert craft.session.now_ns > before[1] and not craft.session.malformed
+    station.close()
+    again = Station(flight)
+    with contextlib.closing(again):
+        assert _ask(again.address, ["ping UR5E"])[-1]["lights"][-1] == "done"
+    assert flight.process.poll() is None
