@@ -20,7 +20,7 @@ VARIANTS = ["build", "build/sanitize"]
 # tests that wait without end.
 PROCESSOR_SECONDS_ALLOWED = 300
 SECONDS_ALLOWED = 1200
-FLIGHT_SECONDS_ALLOWED = 3600
+FLIGHT_SECONDS_ALLOWED = 1500
 SLOWEST = 10
 # Files, and one folder that shares a flight, that take more than half a minute.
 LONGEST = ["test/hil/test_nodes.py", "test/fuzz/test_fuzz.py", "test/hil/test_deaths.py", "test/hil/test_buses.py",
