@@ -16,12 +16,12 @@
 typedef struct {                          // Parts of an address. Empty: it has no such part.
     char shared[ADDRESS_LENGTH_MAX + 1U]; ///< Name of the shared memory, "/NAME".
     char interface[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
-} place_t;
+} address_parts_t;
 
 /// STATUS_OK, STATUS_INVALID.
-static status_t take_apart(const char* const address, place_t* const out_place)
+static status_t take_apart(const char* const address, address_parts_t* const out_place)
 {
-    *out_place          = (place_t){.shared = ""};
+    *out_place          = (address_parts_t){.shared = ""};
     const bool is_shm   = (strncmp(address, "shm:", 4U) == 0);
     const size_t length = strlen(address);
     if ((length > ADDRESS_LENGTH_MAX) || (!is_shm && (strncmp(address, "can:", 4U) != 0))) {
@@ -47,7 +47,7 @@ static status_t take_apart(const char* const address, place_t* const out_place)
 status_t osal_can_create(const char* const address)
 {
     FSW_ASSERT(address != NULL);
-    place_t place;
+    address_parts_t place;
     if ((take_apart(address, &place) != STATUS_OK) || (strlen(place.shared) == 0U)) {
         return STATUS_INVALID;
     }
@@ -58,7 +58,7 @@ status_t osal_can_create(const char* const address)
 status_t osal_can_destroy(const char* const address)
 {
     FSW_ASSERT(address != NULL);
-    place_t place;
+    address_parts_t place;
     if ((take_apart(address, &place) != STATUS_OK) || (strlen(place.shared) == 0U) ||
         (osal_shm_remove(place.shared) != STATUS_OK)) {
         return STATUS_NOT_FOUND;
@@ -69,7 +69,7 @@ status_t osal_can_destroy(const char* const address)
 status_t osal_can_hand_over(const char* const address, osal_can_hand_over_t* const out_counts)
 {
     FSW_ASSERT((address != NULL) && (out_counts != NULL));
-    place_t place;
+    address_parts_t place;
     if ((take_apart(address, &place) != STATUS_OK) || (strlen(place.shared) == 0U) ||
         (strlen(place.interface) == 0U)) {
         return STATUS_NOT_FOUND;
@@ -88,7 +88,7 @@ void osal_can_add_external(osal_can_t* const can, const uint32_t frames)
 status_t osal_can_open(osal_can_t* const can, const char* const address, const osal_can_end_t end)
 {
     FSW_ASSERT((can != NULL) && (address != NULL));
-    place_t place;
+    address_parts_t place;
     *can            = (osal_can_t){.shared = NULL, .descriptor = -1, .end = end};
     status_t status = take_apart(address, &place);
     if (status != STATUS_OK) {

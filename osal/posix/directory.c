@@ -20,7 +20,7 @@
 typedef struct {
     int folder;
     char name[OSAL_NAME_SIZE];
-} place_t;
+} directory_entry_t;
 
 /// Copy the first name of a path. Returns the rest after its slash, or null if it is the last one. *out_name
 /// is "" if the name is invalid.
@@ -58,7 +58,7 @@ static status_t open_folder(const int folder, const char* const name, int* const
     return open_in(folder, name, O_RDONLY | O_DIRECTORY, 0U, out_descriptor);
 }
 
-static void leave(const place_t* const place)
+static void leave(const directory_entry_t* const place)
 {
     (void)close(place->folder);
 }
@@ -66,7 +66,7 @@ static void leave(const place_t* const place)
 /// Open the parent folder of a path; the caller closes it. STATUS_OK, STATUS_INVALID (the root has
 /// none), STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
 static status_t open_parent(const osal_directory_t* const root, const char* const path,
-                            place_t* const out_place)
+                            directory_entry_t* const out_place)
 {
     FSW_ASSERT((root != NULL) && (path != NULL));
     const char* rest = next_name(path, out_place->name);
@@ -92,7 +92,7 @@ static status_t open_folder_of_path(const osal_directory_t* const root, const ch
     if (path[0] == '\0') {
         return open_folder(root->descriptor, ".", out_folder);
     }
-    place_t place;
+    directory_entry_t place;
     status_t status = open_parent(root, path, &place);
     if (status == STATUS_OK) {
         status = open_folder(place.folder, place.name, out_folder);
@@ -122,7 +122,7 @@ static status_t open_file(const osal_directory_t* const root, const char* const 
                           osal_file_t* const out_file)
 {
     osal_directory_about_t about;
-    place_t place;
+    directory_entry_t place;
     status_t status = open_parent(root, path, &place);
     if (status != STATUS_OK) {
         return status;
@@ -144,7 +144,7 @@ static status_t open_file(const osal_directory_t* const root, const char* const 
 }
 
 /// After a change of names in a folder: if the change was made, force it to the disk. Close the folder.
-static status_t sync_and_leave(const place_t* const place, const status_t status)
+static status_t sync_and_leave(const directory_entry_t* const place, const status_t status)
 {
     const bool is_synced = (status != STATUS_OK) || (fsync(place->folder) == 0);
     leave(place);
@@ -175,7 +175,7 @@ status_t osal_directory_describe(const osal_directory_t* const root, const char*
     if (out_about->is_directory) {
         return STATUS_OK;
     }
-    place_t place;
+    directory_entry_t place;
     status_t status = open_parent(root, path, &place);
     if (status == STATUS_OK) {
         status = look_at(place.folder, place.name, out_about);
@@ -196,7 +196,7 @@ static status_t status_of_making(const int error)
 
 status_t osal_directory_make(const osal_directory_t* const root, const char* const path)
 {
-    place_t place;
+    directory_entry_t place;
     const status_t status = open_parent(root, path, &place);
     if (status != STATUS_OK) {
         return status;
@@ -209,7 +209,7 @@ status_t osal_directory_make(const osal_directory_t* const root, const char* con
 static status_t remove_name(const osal_directory_t* const root, const char* const path, const int flags)
 {
     osal_directory_about_t about;
-    place_t place;
+    directory_entry_t place;
     status_t status = open_parent(root, path, &place);
     if (status != STATUS_OK) {
         return status;
@@ -260,7 +260,7 @@ status_t osal_directory_make_file(const osal_directory_t* const root, const char
                                   const uint64_t room)
 {
     int descriptor = -1;
-    place_t place;
+    directory_entry_t place;
     status_t status = open_parent(root, path, &place);
     if (status != STATUS_OK) {
         return status;
@@ -280,7 +280,7 @@ status_t osal_directory_make_file(const osal_directory_t* const root, const char
 }
 
 /// Rename without replacing an existing file.
-static status_t rename_in(const place_t* const from, const place_t* const to)
+static status_t rename_in(const directory_entry_t* const from, const directory_entry_t* const to)
 {
     int result = renameat2(from->folder, from->name, to->folder, to->name, RENAME_NOREPLACE);
     if ((result != 0) && ((errno == EINVAL) || (errno == ENOSYS))) {
@@ -302,8 +302,8 @@ status_t osal_directory_rename(const osal_directory_t* const root, const char* c
                                const char* const new_path)
 {
     osal_directory_about_t about;
-    place_t from;
-    place_t to;
+    directory_entry_t from;
+    directory_entry_t to;
     status_t status = open_parent(root, path, &from);
     if (status != STATUS_OK) {
         return status;

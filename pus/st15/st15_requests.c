@@ -55,120 +55,124 @@ typedef struct {
     uint64_t from_ns;
     uint64_t to_ns;
     status_t status; ///< With PUS_FAILURE_IO.
-} order_t;
+} instruction_t;
 
-static void read_time(order_t* const order, octet_reader_t* const reader, uint64_t* const out_time_ns)
+static void read_time(instruction_t* const instruction, octet_reader_t* const reader,
+                      uint64_t* const out_time_ns)
 {
-    order->has_good_times = (pus_time_read(reader, out_time_ns) == STATUS_OK) && order->has_good_times;
+    instruction->has_good_times =
+        (pus_time_read(reader, out_time_ns) == STATUS_OK) && instruction->has_good_times;
 }
 
 /// Read the fields of an instruction after the name of the store.
-static void read_fields(order_t* const order, octet_reader_t* const reader)
+static void read_fields(instruction_t* const instruction, octet_reader_t* const reader)
 {
-    switch (order->subtype) {
+    switch (instruction->subtype) {
     case START_RANGE:
-        order->priority = octet_read_u8(reader);
-        read_time(order, reader, &order->from_ns);
-        read_time(order, reader, &order->to_ns);
+        instruction->priority = octet_read_u8(reader);
+        read_time(instruction, reader, &instruction->from_ns);
+        read_time(instruction, reader, &instruction->to_ns);
         break;
     case RESUME:
-        order->priority = octet_read_u8(reader);
+        instruction->priority = octet_read_u8(reader);
         break;
     case CREATE:
-        order->size            = octet_read_u32(reader);
-        order->type            = octet_read_u8(reader);
-        order->virtual_channel = octet_read_u8(reader);
+        instruction->size            = octet_read_u32(reader);
+        instruction->type            = octet_read_u8(reader);
+        instruction->virtual_channel = octet_read_u8(reader);
         break;
     case RESIZE:
-        order->size = octet_read_u32(reader);
+        instruction->size = octet_read_u32(reader);
         break;
     case CHANGE_CHANNEL:
-        order->virtual_channel = octet_read_u8(reader);
+        instruction->virtual_channel = octet_read_u8(reader);
         break;
     default: // Nothing.
         break;
     }
 }
 
-static bool is_in_use(const order_t* const order)
+static bool is_in_use(const instruction_t* const instruction)
 {
-    return (order->storage->stores[order->number].state.retrieval != (uint8_t)PUS_RETRIEVAL_NONE) ||
-           st15_is_copying(order->storage, order->number);
+    return (instruction->storage->stores[instruction->number].state.retrieval !=
+            (uint8_t)PUS_RETRIEVAL_NONE) ||
+           st15_is_copying(instruction->storage, instruction->number);
 }
 
 // ---- Checks of instructions ----
 
 // Each checks an instruction for a store and computes its next state. PUS_FAILURE_NONE, or the failure.
-static uint16_t enable(const order_t* const order, pus_store_state_t* const next)
+static uint16_t enable(const instruction_t* const instruction, pus_store_state_t* const next)
 {
-    next->is_enabled = order->subtype == (uint8_t)ENABLE;
+    next->is_enabled = instruction->subtype == (uint8_t)ENABLE;
     return PUS_FAILURE_NONE;
 }
 
-static uint16_t start_range(const order_t* const order, pus_store_state_t* const next)
+static uint16_t start_range(const instruction_t* const instruction, pus_store_state_t* const next)
 {
-    const pus_packet_store_t* const log = &order->storage->stores[order->number].log;
-    if (!order->has_good_times || (order->from_ns > order->to_ns)) {
+    const pus_packet_store_t* const log = &instruction->storage->stores[instruction->number].log;
+    if (!instruction->has_good_times || (instruction->from_ns > instruction->to_ns)) {
         return PUS_FAILURE_OUT_OF_RANGE;
     }
     if (next->retrieval != (uint8_t)PUS_RETRIEVAL_NONE) {
         return PUS_FAILURE_STATE;
     }
     next->retrieval    = (uint8_t)PUS_RETRIEVAL_RANGE;
-    next->priority     = order->priority;
-    next->from_ns      = order->from_ns;
-    next->to_ns        = order->to_ns;
+    next->priority     = instruction->priority;
+    next->from_ns      = instruction->from_ns;
+    next->to_ns        = instruction->to_ns;
     next->range_cursor = pus_packet_store_tail(log);
     next->range_end    = pus_packet_store_head(log);
     return PUS_FAILURE_NONE;
 }
 
-static uint16_t delete_content(const order_t* const order, pus_store_state_t* const next)
+static uint16_t delete_content(const instruction_t* const instruction, pus_store_state_t* const next)
 {
-    if (is_in_use(order)) {
+    if (is_in_use(instruction)) {
         return PUS_FAILURE_STATE;
     }
-    const uint64_t tail =
-        pus_packet_store_find_after(&order->storage->stores[order->number].log, order->to_ns);
-    next->tail = (tail > next->tail) ? tail : next->tail;
+    const uint64_t tail = pus_packet_store_find_after(&instruction->storage->stores[instruction->number].log,
+                                                      instruction->to_ns);
+    next->tail          = (tail > next->tail) ? tail : next->tail;
     return PUS_FAILURE_NONE;
 }
 
-static uint16_t change_tag(const order_t* const order, pus_store_state_t* const next)
+static uint16_t change_tag(const instruction_t* const instruction, pus_store_state_t* const next)
 {
     if (next->retrieval == (uint8_t)PUS_RETRIEVAL_OPEN) {
         return PUS_FAILURE_STATE;
     }
-    next->open_tag_ns = order->to_ns;
+    next->open_tag_ns = instruction->to_ns;
     next->is_seeking  = true;
-    next->open_cursor = pus_packet_store_find(&order->storage->stores[order->number].log, order->to_ns);
+    next->open_cursor =
+        pus_packet_store_find(&instruction->storage->stores[instruction->number].log, instruction->to_ns);
     return PUS_FAILURE_NONE;
 }
 
-static uint16_t resume(const order_t* const order, pus_store_state_t* const next)
+static uint16_t resume(const instruction_t* const instruction, pus_store_state_t* const next)
 {
     if (next->retrieval == (uint8_t)PUS_RETRIEVAL_RANGE) {
         return PUS_FAILURE_STATE;
     }
     next->retrieval = (uint8_t)PUS_RETRIEVAL_OPEN;
-    next->priority  = order->is_for_all ? next->priority : order->priority;
+    next->priority  = instruction->is_for_all ? next->priority : instruction->priority;
     return PUS_FAILURE_NONE;
 }
 
 /// Suspend an open retrieval or abort one by time range; the other kind continues.
-static uint16_t stop(const order_t* const order, pus_store_state_t* const next)
+static uint16_t stop(const instruction_t* const instruction, pus_store_state_t* const next)
 {
     const pus_retrieval_t kind =
-        (order->subtype == (uint8_t)SUSPEND) ? PUS_RETRIEVAL_OPEN : PUS_RETRIEVAL_RANGE;
+        (instruction->subtype == (uint8_t)SUSPEND) ? PUS_RETRIEVAL_OPEN : PUS_RETRIEVAL_RANGE;
     if (next->retrieval == (uint8_t)kind) {
         next->retrieval = (uint8_t)PUS_RETRIEVAL_NONE;
     }
     return PUS_FAILURE_NONE;
 }
 
-static uint16_t delete_store(const order_t* const order, pus_store_state_t* const next)
+static uint16_t delete_store(const instruction_t* const instruction, pus_store_state_t* const next)
 {
-    if (next->is_enabled || is_in_use(order)) {
+    if (next->is_enabled || is_in_use(instruction)) {
         return PUS_FAILURE_STATE;
     }
     next->is_there = false;
@@ -176,43 +180,44 @@ static uint16_t delete_store(const order_t* const order, pus_store_state_t* cons
 }
 
 /// Change size, type or virtual channel.
-static uint16_t reconfigure(const order_t* const order, pus_store_state_t* const next)
+static uint16_t reconfigure(const instruction_t* const instruction, pus_store_state_t* const next)
 {
-    const bool is_channel = order->subtype == (uint8_t)CHANGE_CHANNEL;
-    if (is_in_use(order) || (next->is_enabled && !is_channel)) {
+    const bool is_channel = instruction->subtype == (uint8_t)CHANGE_CHANNEL;
+    if (is_in_use(instruction) || (next->is_enabled && !is_channel)) {
         return PUS_FAILURE_STATE;
     }
     if (is_channel) {
-        next->virtual_channel = order->virtual_channel;
-    } else if (order->subtype == (uint8_t)RESIZE) {
-        next->size = order->size;
+        next->virtual_channel = instruction->virtual_channel;
+    } else if (instruction->subtype == (uint8_t)RESIZE) {
+        next->size = instruction->size;
     } else {
-        next->type =
-            (uint8_t)((order->subtype == (uint8_t)MAKE_CIRCULAR) ? PUS_STORE_CIRCULAR : PUS_STORE_BOUNDED);
+        next->type = (uint8_t)((instruction->subtype == (uint8_t)MAKE_CIRCULAR) ? PUS_STORE_CIRCULAR
+                                                                                : PUS_STORE_BOUNDED);
     }
-    const uint16_t used = pus_packet_store_blocks_used(&order->storage->stores[order->number].log);
-    const bool is_good  = st15_is_possible(order->storage, next) && (st15_blocks_of(next->size) >= used);
+    const uint16_t used =
+        pus_packet_store_blocks_used(&instruction->storage->stores[instruction->number].log);
+    const bool is_good = st15_is_possible(instruction->storage, next) && (st15_blocks_of(next->size) >= used);
     return is_good ? PUS_FAILURE_NONE : PUS_FAILURE_OUT_OF_RANGE;
 }
 
-static uint16_t create(const order_t* const order, pus_store_state_t* const next)
+static uint16_t create(const instruction_t* const instruction, pus_store_state_t* const next)
 {
     const uint32_t generation = next->generation + 1U; // Earlier content of the medium does not belong to it.
     *next                     = (pus_store_state_t){.is_there        = true,
-                                                    .size            = order->size,
-                                                    .type            = order->type,
-                                                    .virtual_channel = order->virtual_channel,
+                                                    .size            = instruction->size,
+                                                    .type            = instruction->type,
+                                                    .virtual_channel = instruction->virtual_channel,
                                                     .generation      = generation};
-    (void)memcpy(next->name, order->name, PUS_NAME_SIZE);
-    return st15_is_possible(order->storage, next) ? PUS_FAILURE_NONE : PUS_FAILURE_OUT_OF_RANGE;
+    (void)memcpy(next->name, instruction->name, PUS_NAME_SIZE);
+    return st15_is_possible(instruction->storage, next) ? PUS_FAILURE_NONE : PUS_FAILURE_OUT_OF_RANGE;
 }
 
 typedef struct {
     uint8_t subtype;
-    uint16_t (*decide)(const order_t* order, pus_store_state_t* next);
+    uint16_t (*decide)(const instruction_t* instruction, pus_store_state_t* next);
 } action_t;
 
-static uint16_t decide(const order_t* const order, pus_store_state_t* const next)
+static uint16_t decide(const instruction_t* const instruction, pus_store_state_t* const next)
 {
     static const action_t actions[] = {
         {ENABLE, enable},
@@ -228,54 +233,56 @@ static uint16_t decide(const order_t* const order, pus_store_state_t* const next
     };
     const uint8_t count = (uint8_t)(sizeof actions / sizeof actions[0]);
     uint8_t i           = 0U;
-    while ((i < count) && (actions[i].subtype != order->subtype)) {
+    while ((i < count) && (actions[i].subtype != instruction->subtype)) {
         i++;
     }
-    return (i < count) ? actions[i].decide(order, next) : reconfigure(order, next);
+    return (i < count) ? actions[i].decide(instruction, next) : reconfigure(instruction, next);
 }
 
 /// Number of the store for an instruction; a failure's code if there is none.
-static uint16_t find_store(order_t* const order)
+static uint16_t find_store(instruction_t* const instruction)
 {
-    const pus_storage_t* const storage = order->storage;
+    const pus_storage_t* const storage = instruction->storage;
     const uint8_t count                = storage->config.store_count;
-    order->number                      = st15_find(storage, order->name);
-    const bool is_found                = order->number < count;
-    if (order->subtype != (uint8_t)CREATE) {
+    instruction->number                = st15_find(storage, instruction->name);
+    const bool is_found                = instruction->number < count;
+    if (instruction->subtype != (uint8_t)CREATE) {
         return is_found ? PUS_FAILURE_NONE : PUS_FAILURE_UNKNOWN_ID;
     }
     if (is_found) {
         return PUS_FAILURE_EXISTS;
     }
-    order->number = 0U;
-    while ((order->number < count) && storage->stores[order->number].state.is_there) {
-        order->number++;
+    instruction->number = 0U;
+    while ((instruction->number < count) && storage->stores[instruction->number].state.is_there) {
+        instruction->number++;
     }
-    return (order->number < count) ? PUS_FAILURE_NONE : PUS_FAILURE_TABLE_FULL;
+    return (instruction->number < count) ? PUS_FAILURE_NONE : PUS_FAILURE_TABLE_FULL;
 }
 
 /// Perform an instruction for the store with its number.
-static uint16_t carry_out(order_t* const order)
+static uint16_t carry_out(instruction_t* const instruction)
 {
-    pus_storage_t* const storage = order->storage;
-    pus_store_t* const store     = &storage->stores[order->number];
+    pus_storage_t* const storage = instruction->storage;
+    pus_store_t* const store     = &storage->stores[instruction->number];
     pus_store_state_t next       = store->state;
-    const uint16_t code          = decide(order, &next);
+    const uint16_t code          = decide(instruction, &next);
     if (code != PUS_FAILURE_NONE) {
         return code;
     }
-    order->status = STATUS_OK;
-    if (order->subtype == (uint8_t)CREATE) { // A new store selects no reports.
+    instruction->status = STATUS_OK;
+    if (instruction->subtype == (uint8_t)CREATE) { // A new store selects no reports.
         pus_selection_t none = store->selection;
         none.count           = 0U;
-        order->status = pus_selection_put(&storage->editor, &none, PUS_STORE_SELECTION_KEY + order->number);
+        instruction->status =
+            pus_selection_put(&storage->editor, &none, PUS_STORE_SELECTION_KEY + instruction->number);
     }
-    order->status =
-        (order->status == STATUS_OK) ? st15_replace(storage, order->number, &next) : order->status;
-    if (order->status != STATUS_OK) {
+    instruction->status = (instruction->status == STATUS_OK)
+                              ? st15_replace(storage, instruction->number, &next)
+                              : instruction->status;
+    if (instruction->status != STATUS_OK) {
         return PUS_FAILURE_IO;
     }
-    if (order->subtype == (uint8_t)CREATE) {
+    if (instruction->subtype == (uint8_t)CREATE) {
         store->selection.count = 0U;
         store->sent            = 0U;
     }
@@ -283,55 +290,57 @@ static uint16_t carry_out(order_t* const order)
 }
 
 /// Detail of a refusal; `offset` is that after the instruction.
-static uint32_t detail_of(const order_t* const order, const uint16_t code, const size_t offset)
+static uint32_t detail_of(const instruction_t* const instruction, const uint16_t code, const size_t offset)
 {
     switch (code) {
     case PUS_FAILURE_IO:
-        return (uint32_t)order->status;
+        return (uint32_t)instruction->status;
     case PUS_FAILURE_OUT_OF_RANGE:
         return (uint32_t)offset;
     case PUS_FAILURE_TABLE_FULL:
-        return order->storage->config.store_count;
+        return instruction->storage->config.store_count;
     default:
-        return id_of(order->name);
+        return id_of(instruction->name);
     }
 }
 
 /// Read the next instruction of a request and carry it out.
-static uint16_t next_instruction(order_t* const order, octet_reader_t* const reader)
+static uint16_t next_instruction(instruction_t* const instruction, octet_reader_t* const reader)
 {
-    order->name = octet_read_octets(reader, PUS_NAME_SIZE);
-    read_fields(order, reader);
-    const uint16_t code = find_store(order);
-    return (code == PUS_FAILURE_NONE) ? carry_out(order) : code;
+    instruction->name = octet_read_octets(reader, PUS_NAME_SIZE);
+    read_fields(instruction, reader);
+    const uint16_t code = find_store(instruction);
+    return (code == PUS_FAILURE_NONE) ? carry_out(instruction) : code;
 }
 
 /// A request with a list of stores.
 static pus_reply_t execute_list(void* const self, pus_request_t* const request)
 {
     octet_reader_t* const reader = &request->reader;
-    order_t order = {.storage = self, .subtype = request->token.subtype, .has_good_times = true};
-    if ((order.subtype == (uint8_t)DELETE_CONTENT) || (order.subtype == (uint8_t)CHANGE_TAG)) {
-        read_time(&order, reader, &order.to_ns);
-        if (!order.has_good_times) {
+    instruction_t instruction = {.storage = self, .subtype = request->token.subtype, .has_good_times = true};
+    if ((instruction.subtype == (uint8_t)DELETE_CONTENT) || (instruction.subtype == (uint8_t)CHANGE_TAG)) {
+        read_time(&instruction, reader, &instruction.to_ns);
+        if (!instruction.has_good_times) {
             return pus_refused(PUS_FAILURE_OUT_OF_RANGE, (uint32_t)reader->position);
         }
     }
     const uint8_t count = octet_read_u8(reader);
     for (uint16_t i = 1U; i <= count; i++) {
-        order.has_good_times = true;
-        const uint16_t code  = next_instruction(&order, reader);
+        instruction.has_good_times = true;
+        const uint16_t code        = next_instruction(&instruction, reader);
         if (code == PUS_FAILURE_NONE) {
             pus_request_perform(request);
         } else {
-            pus_request_refuse(request, i, code, detail_of(&order, code, reader->position));
+            pus_request_refuse(request, i, code, detail_of(&instruction, code, reader->position));
         }
     }
-    order.is_for_all = count == 0U;
-    for (order.number = 0U; order.is_for_all && (order.number < order.storage->config.store_count);
-         order.number++) {
-        if (order.storage->stores[order.number].state.is_there && (carry_out(&order) == PUS_FAILURE_IO)) {
-            return pus_failed(PUS_FAILURE_IO, (uint32_t)order.status);
+    instruction.is_for_all = count == 0U;
+    for (instruction.number = 0U;
+         instruction.is_for_all && (instruction.number < instruction.storage->config.store_count);
+         instruction.number++) {
+        if (instruction.storage->stores[instruction.number].state.is_there &&
+            (carry_out(&instruction) == PUS_FAILURE_IO)) {
+            return pus_failed(PUS_FAILURE_IO, (uint32_t)instruction.status);
         }
     }
     return pus_done();
@@ -340,10 +349,11 @@ static pus_reply_t execute_list(void* const self, pus_request_t* const request)
 /// A request for one store.
 static pus_reply_t execute_one(void* const self, pus_request_t* const request)
 {
-    order_t order       = {.storage = self, .subtype = request->token.subtype};
-    const uint16_t code = next_instruction(&order, &request->reader);
-    return (code == PUS_FAILURE_NONE) ? pus_done()
-                                      : pus_refused(code, detail_of(&order, code, request->reader.position));
+    instruction_t instruction = {.storage = self, .subtype = request->token.subtype};
+    const uint16_t code       = next_instruction(&instruction, &request->reader);
+    return (code == PUS_FAILURE_NONE)
+               ? pus_done()
+               : pus_refused(code, detail_of(&instruction, code, request->reader.position));
 }
 
 // ---- Copy ----
@@ -355,8 +365,8 @@ static bool read_window(octet_reader_t* const reader, pus_store_copy_t* const co
         FROM    = 2,
         TO      = 3
     };
-    const uint8_t type = octet_read_u8(reader);
-    order_t times      = {.has_good_times = true};
+    const uint8_t type  = octet_read_u8(reader);
+    instruction_t times = {.has_good_times = true};
     if ((type == (uint8_t)FROM_TO) || (type == (uint8_t)FROM)) {
         read_time(&times, reader, &copy->from_ns);
     }

@@ -80,44 +80,44 @@ typedef struct {
     st23_place_t source;
     st23_place_t target;
     pus_file_about_t about; ///< Attributes of the source.
-} order_t;
+} copy_request_t;
 
-/// Read an order and check that its source exists and its target does not. A reply other than PUS_DONE is
-/// that of the request.
-static pus_reply_t read_order(pus_files_t* const files, pus_request_t* const request,
-                              order_t* const out_order)
+/// Read the paths of a request and check that its source exists and its target does not. A reply other than
+/// PUS_DONE is that of the request.
+static pus_reply_t read_copy_request(pus_files_t* const files, pus_request_t* const request,
+                                     copy_request_t* const out_wanted)
 {
     pus_file_about_t about;
-    out_order->id = octet_read_u16(&request->reader);
-    if (!st23_read_place(request, &out_order->source)) {
-        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, out_order->source.bad_offset);
+    out_wanted->id = octet_read_u16(&request->reader);
+    if (!st23_read_place(request, &out_wanted->source)) {
+        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, out_wanted->source.bad_offset);
     }
-    if (!st23_read_place(request, &out_order->target)) {
-        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, out_order->target.bad_offset);
+    if (!st23_read_place(request, &out_wanted->target)) {
+        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, out_wanted->target.bad_offset);
     }
-    if (find_copy(files, out_order->id) != NULL) {
-        return st23_refuse(files, PUS_FAILURE_EXISTS, out_order->id);
+    if (find_copy(files, out_wanted->id) != NULL) {
+        return st23_refuse(files, PUS_FAILURE_EXISTS, out_wanted->id);
     }
-    status_t status = st23_look(files, &out_order->source.path, false, &out_order->about);
+    status_t status = st23_look(files, &out_wanted->source.path, false, &out_wanted->about);
     if (status != STATUS_OK) {
-        return st23_reply_of(files, status, out_order->source.name_offset);
+        return st23_reply_of(files, status, out_wanted->source.name_offset);
     }
-    pus_file_path_t folder = out_order->target.path;
+    pus_file_path_t folder = out_wanted->target.path;
     pus_file_path_leave(&folder);
     status = st23_look(files, &folder, true, &about);
     if (status != STATUS_OK) {
-        return st23_reply_of(files, status, out_order->target.folder_offset);
+        return st23_reply_of(files, status, out_wanted->target.folder_offset);
     }
     const pus_file_store_t* const store = &files->config.store;
-    status = store->describe(store->context, out_order->target.path.text, &about);
-    if ((status == STATUS_OK) || st23_is_claimed(files, &out_order->target.path)) {
+    status = store->describe(store->context, out_wanted->target.path.text, &about);
+    if ((status == STATUS_OK) || st23_is_claimed(files, &out_wanted->target.path)) {
         status = STATUS_EXISTS;
     } else if (status == STATUS_NOT_FOUND) {
         status = STATUS_OK;
     } else {
         // The store has failed.
     }
-    return st23_reply_of(files, status, out_order->target.name_offset);
+    return st23_reply_of(files, status, out_wanted->target.name_offset);
 }
 
 /// The temporary name of a target: no request can have it, because it begins with a dot.
@@ -134,8 +134,8 @@ static void name_part(pus_file_copy_t* const copy)
 pus_reply_t st23_copy(void* const self, pus_request_t* const request)
 {
     pus_files_t* const files = self;
-    order_t order;
-    const pus_reply_t reply = read_order(files, request, &order);
+    copy_request_t wanted;
+    const pus_reply_t reply = read_copy_request(files, request, &wanted);
     if (reply.kind != PUS_DONE) {
         return reply;
     }
@@ -144,11 +144,11 @@ pus_reply_t st23_copy(void* const self, pus_request_t* const request)
         return st23_refuse(files, PUS_FAILURE_TABLE_FULL, (uint32_t)files->config.copy_count);
     }
     *copy = (pus_file_copy_t){.status = PUS_FILE_COPY_PENDING,
-                              .id     = order.id,
+                              .id     = wanted.id,
                               .token  = request->token,
-                              .size   = order.about.size,
-                              .source = order.source.path,
-                              .target = order.target.path};
+                              .size   = wanted.about.size,
+                              .source = wanted.source.path,
+                              .target = wanted.target.path};
     name_part(copy);
     const status_t status =
         st23_keep(files, key_of(files, copy), (const uint8_t*)copy->part.text, strlen(copy->part.text));
@@ -163,16 +163,16 @@ pus_reply_t st23_move(void* const self, pus_request_t* const request)
 {
     pus_files_t* const files            = self;
     const pus_file_store_t* const store = &files->config.store;
-    order_t order;
-    const pus_reply_t reply = read_order(files, request, &order);
+    copy_request_t wanted;
+    const pus_reply_t reply = read_copy_request(files, request, &wanted);
     if (reply.kind != PUS_DONE) {
         return reply;
     }
-    if (st23_is_locked(files, &order.source.path) || st23_is_in_use(files, &order.source.path)) {
-        return st23_refuse(files, PUS_FAILURE_STATE, order.source.name_offset);
+    if (st23_is_locked(files, &wanted.source.path) || st23_is_in_use(files, &wanted.source.path)) {
+        return st23_refuse(files, PUS_FAILURE_STATE, wanted.source.name_offset);
     }
-    const status_t status = store->rename(store->context, order.source.path.text, order.target.path.text);
-    return st23_reply_of(files, status, order.target.name_offset);
+    const status_t status = store->rename(store->context, wanted.source.path.text, wanted.target.path.text);
+    return st23_reply_of(files, status, wanted.target.name_offset);
 }
 
 // ---- Changing ----

@@ -12,10 +12,10 @@ typedef struct {
     instrument_set_t* all;
     const char* name;
     instrument_t* instrument;
-} place_t;
+} set_entry_t;
 
 struct instrument_set {
-    place_t place[WORLD_INSTRUMENTS_MAX];
+    set_entry_t place[WORLD_INSTRUMENTS_MAX];
     size_t count;
     FILE* log;
 };
@@ -23,8 +23,8 @@ struct instrument_set {
 static void log_octets(void* const context, const uint64_t now_ns, const bool is_sent,
                        const uint8_t* const octets, const size_t size)
 {
-    const place_t* place = context;
-    FILE* log            = place->all->log;
+    const set_entry_t* place = context;
+    FILE* log                = place->all->log;
     if (log != NULL) {
         (void)fprintf(log, "%" PRIu64 ".%09" PRIu64 " %s %c ", now_ns / NS_PER_S, now_ns % NS_PER_S,
                       place->name, is_sent ? '>' : '<');
@@ -40,8 +40,8 @@ static status_t open_one(instrument_set_t* const instruments, const world_t* con
                          char error[SIMULATOR_ERROR_MAX])
 {
     char reason[STREAM_PORT_ERROR_MAX];
-    place_t* place                   = &instruments->place[instruments->count];
-    *place                           = (place_t){.all = instruments, .name = wanted->name};
+    set_entry_t* place               = &instruments->place[instruments->count];
+    *place                           = (set_entry_t){.all = instruments, .name = wanted->name};
     const instrument_config_t config = {
         .port         = {.kind       = (stream_port_kind_t)wanted->type,
                          .run        = run->flows,

@@ -39,9 +39,9 @@ typedef struct {
     size_t name_capacity;
     char* error;
     section_t section;
-} reader_t;
+} eds_reader_t;
 
-static status_t fail(const reader_t* const reader, const unsigned line, const char* const found,
+static status_t fail(const eds_reader_t* const reader, const unsigned line, const char* const found,
                      const char* const expected)
 {
     (void)snprintf(reader->error, EDS_ERROR_MAX, "%s:%u: found '%.60s', expected %s", reader->path, line,
@@ -63,7 +63,7 @@ static char* trimmed(char* text)
 }
 
 /// A term: decimal, hexadecimal or $NODEID.
-static bool parse_term(const reader_t* const reader, const char* const text, const size_t length,
+static bool parse_term(const eds_reader_t* const reader, const char* const text, const size_t length,
                        int64_t* const out_value)
 {
     char term[32];
@@ -88,7 +88,7 @@ static bool parse_term(const reader_t* const reader, const char* const text, con
     return (errno == 0) && (end != start) && (*end == '\0');
 }
 
-static bool parse_number(const reader_t* const reader, const char* const text, int64_t* const out_value)
+static bool parse_number(const eds_reader_t* const reader, const char* const text, int64_t* const out_value)
 {
     const char* plus = strchr(text, '+');
     if (plus == NULL) {
@@ -120,7 +120,7 @@ static bool fits(const object_t* const object, const int64_t value)
     return (value >= 0) && (value < ((int64_t)1 << bits));
 }
 
-static status_t set_default(const reader_t* const reader, section_t* const section)
+static status_t set_default(const eds_reader_t* const reader, section_t* const section)
 {
     object_t* object = &section->object;
     if (object_is_text(object)) {
@@ -147,7 +147,7 @@ static status_t set_default(const reader_t* const reader, section_t* const secti
     return STATUS_OK;
 }
 
-static status_t append(reader_t* const reader, const object_t* const object)
+static status_t append(eds_reader_t* const reader, const object_t* const object)
 {
     dictionary_t* dictionary = reader->dictionary;
     if (dictionary->count == reader->capacity) {
@@ -173,7 +173,7 @@ static status_t append(reader_t* const reader, const object_t* const object)
     return STATUS_OK;
 }
 
-static status_t append_name(reader_t* const reader, const section_t* const section)
+static status_t append_name(eds_reader_t* const reader, const section_t* const section)
 {
     dictionary_t* dictionary = reader->dictionary;
     if (dictionary->name_count == reader->name_capacity) {
@@ -193,7 +193,7 @@ static status_t append_name(reader_t* const reader, const section_t* const secti
 }
 
 /// Add the object of the section that ends here to the dictionary.
-static status_t close_section(reader_t* const reader)
+static status_t close_section(eds_reader_t* const reader)
 {
     section_t* section = &reader->section;
     if (!section->is_open) {
@@ -245,7 +245,7 @@ static bool parse_section_name(const char* const name, object_t* const out_objec
     return (*end == '\0') && (subindex <= 0xFEU);
 }
 
-static status_t open_section(reader_t* const reader, char* const text)
+static status_t open_section(eds_reader_t* const reader, char* const text)
 {
     char* end = strchr(text, ']');
     if (end == NULL) {
@@ -263,7 +263,7 @@ static status_t open_section(reader_t* const reader, char* const text)
     return status;
 }
 
-static status_t take_type(const reader_t* const reader, section_t* const section, const char* const value,
+static status_t take_type(const eds_reader_t* const reader, section_t* const section, const char* const value,
                           const int64_t number)
 {
     section->object.type = (object_type_t)number;
@@ -276,7 +276,8 @@ static status_t take_type(const reader_t* const reader, section_t* const section
     return STATUS_OK;
 }
 
-static status_t take_access(const reader_t* const reader, section_t* const section, const char* const value)
+static status_t take_access(const eds_reader_t* const reader, section_t* const section,
+                            const char* const value)
 {
     static const char* const names[] = {"ro", "const", "rw", "rww", "rwr", "wo"};
     size_t i                         = 0U;
@@ -292,7 +293,7 @@ static status_t take_access(const reader_t* const reader, section_t* const secti
     return STATUS_OK;
 }
 
-static status_t take_number(const reader_t* const reader, section_t* const section, const char* const key,
+static status_t take_number(const eds_reader_t* const reader, section_t* const section, const char* const key,
                             const char* const value)
 {
     int64_t number   = 0;
@@ -322,7 +323,7 @@ static status_t take_number(const reader_t* const reader, section_t* const secti
     return STATUS_OK;
 }
 
-static status_t take_entry(reader_t* const reader, char* const text)
+static status_t take_entry(eds_reader_t* const reader, char* const text)
 {
     section_t* section = &reader->section;
     char* equals       = strchr(text, '=');
@@ -351,7 +352,7 @@ static status_t take_entry(reader_t* const reader, char* const text)
     return STATUS_OK;
 }
 
-static status_t read_lines(reader_t* const reader, FILE* const file)
+static status_t read_lines(eds_reader_t* const reader, FILE* const file)
 {
     char line[LINE_MAX_OCTETS];
     status_t status = STATUS_OK;
@@ -378,7 +379,7 @@ static int compare_objects(const void* const left, const void* const right)
     return (key_a > key_b) - (key_a < key_b);
 }
 
-static status_t check_unique(const reader_t* const reader)
+static status_t check_unique(const eds_reader_t* const reader)
 {
     const dictionary_t* dictionary = reader->dictionary;
     for (size_t i = 1U; i < dictionary->count; i++) {
@@ -406,8 +407,8 @@ status_t eds_load(const char* const path, const uint8_t node_id, dictionary_t* c
                        strerror(errno));
         return STATUS_NOT_FOUND;
     }
-    reader_t reader = {.path = path, .node_id = node_id, .dictionary = out_dictionary, .error = error};
-    status_t status = read_lines(&reader, file);
+    eds_reader_t reader = {.path = path, .node_id = node_id, .dictionary = out_dictionary, .error = error};
+    status_t status     = read_lines(&reader, file);
     (void)fclose(file);
     if ((status == STATUS_OK) && (out_dictionary->count != 0U)) {
         qsort(out_dictionary->objects, out_dictionary->count, sizeof(object_t), compare_objects);

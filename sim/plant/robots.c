@@ -13,7 +13,7 @@ typedef struct {
     double axis[3]; ///< In `still`; zero: no turn.
     double angle_rad;
     bool is_still_constant; ///< No joint turns `still`.
-} place_t;
+} start_pose_t;
 
 static const double nowhere[3] = {0.0, 0.0, 0.0};
 
@@ -65,11 +65,11 @@ static void direction(const matrix_t* const rotation, const double in_frame[3], 
 }
 
 /// Pose of the body that a joint moves, at the start position of the joint.
-static place_t place_behind(const place_t* const parent, const robot_joint_t* const joint,
-                            const double position)
+static start_pose_t place_behind(const start_pose_t* const parent, const robot_joint_t* const joint,
+                                 const double position)
 {
     const pose_t before = pose_compose(&parent->pose, &joint->origin);
-    place_t place       = {.pose              = before,
+    start_pose_t place  = {.pose              = before,
                            .still             = before.rotation,
                            .is_still_constant = parent->is_still_constant && is_same(parent->axis, nowhere)};
     if (joint->kind == ROBOT_JOINT_PRISMATIC) {
@@ -92,7 +92,7 @@ static place_t place_behind(const place_t* const parent, const robot_joint_t* co
 
 // ---- Bodies ----
 
-static void set_rotation(const dBodyID body, const place_t* const place)
+static void set_rotation(const dBodyID body, const start_pose_t* const place)
 {
     dMatrix3 half; // ODE turns by half angles.
     dMatrix3 rotation = {0.0};
@@ -114,7 +114,7 @@ static void set_rotation(const dBodyID body, const place_t* const place)
 
 /// A body whose ODE frame lies in its centre of mass, with the axes of the model.
 static dBodyID create_body(const plant_t* const plant, const robot_mass_t* const mass,
-                           const place_t* const place)
+                           const start_pose_t* const place)
 {
     const matrix_t* inertia = &mass->inertia_kgm2;
     const dBodyID body      = dBodyCreate(plant->ode);
@@ -157,7 +157,7 @@ static status_t limit(const plant_t* const plant, const world_robot_t* const rob
 }
 
 static void create_joint(const plant_t* const plant, joint_t* const joint, const dBodyID child,
-                         const place_t* const place)
+                         const start_pose_t* const place)
 {
     const double* at = place->pose.position_m;
     direction(&place->still, joint->model->axis, joint->axis);
@@ -222,7 +222,7 @@ static void set_in_motion(const robot_start_t* const start, const dBodyID body)
 
 /// Add the motion that the rates of the joints give to the bodies behind them.
 static void set_joint_rates(const plant_t* const plant, const unsigned index,
-                            const place_t place[ROBOT_BODIES_MAX])
+                            const start_pose_t place[ROBOT_BODIES_MAX])
 {
     const world_robot_t* robot = &plant->world->robot[index];
     const robot_t* own         = &plant->robot[index];
@@ -258,7 +258,7 @@ static status_t create_robot(plant_t* const plant, const unsigned index, char er
     robot_t* own               = &plant->robot[index];
     robot_start_t start;
     robot_start(plant, index, &start);
-    place_t place[ROBOT_BODIES_MAX] = {
+    start_pose_t place[ROBOT_BODIES_MAX] = {
         {.pose = start.pose, .still = start.pose.rotation, .is_still_constant = !robot->is_free}};
     status_t status = STATUS_OK;
 

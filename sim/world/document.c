@@ -18,7 +18,7 @@ typedef struct {
     status_t status;
     unsigned depth;
     unsigned skipped_depth; // 0: nothing is skipped.
-} reader_t;
+} document_reader_t;
 
 // ---- Errors ----
 
@@ -45,7 +45,7 @@ static status_t refuse_attribute(const element_t* const element, const char* con
 
 // ---- Elements ----
 
-static element_t element_here(const reader_t* const reader, const char* const name,
+static element_t element_here(const document_reader_t* const reader, const char* const name,
                               const char* const* const attributes)
 {
     return (element_t){.path       = reader->path,
@@ -57,7 +57,7 @@ static element_t element_here(const reader_t* const reader, const char* const na
 }
 
 /// Keep the first error, which ends the reading.
-static void note_status(reader_t* const reader, const status_t status)
+static void note_status(document_reader_t* const reader, const status_t status)
 {
     if ((reader->status == STATUS_OK) && (status != STATUS_OK)) {
         reader->status = status;
@@ -68,8 +68,8 @@ static void note_status(reader_t* const reader, const status_t status)
 static void XMLCALL on_start(void* const context, const XML_Char* const name,
                              const XML_Char** const attributes)
 {
-    reader_t* reader = context;
-    bool is_skipped  = false;
+    document_reader_t* reader = context;
+    bool is_skipped           = false;
     reader->depth++;
     if (reader->skipped_depth != 0U) {
         return;
@@ -86,7 +86,7 @@ static void XMLCALL on_start(void* const context, const XML_Char* const name,
 static void XMLCALL on_end(void* const context, const XML_Char* const name)
 {
     static const char* const none[] = {NULL};
-    reader_t* reader                = context;
+    document_reader_t* reader       = context;
     if (reader->skipped_depth == 0U) {
         const element_t element = element_here(reader, name, none);
         note_status(reader, reader->handler->end(reader->handler->context, &element));
@@ -100,7 +100,7 @@ static void XMLCALL on_end(void* const context, const XML_Char* const name)
 
 static void XMLCALL on_text(void* const context, const XML_Char* const text, const int length)
 {
-    reader_t* reader = context;
+    document_reader_t* reader = context;
     for (int i = 0; (i < length) && (reader->skipped_depth == 0U); i++) {
         if (strchr(" \t\r\n", text[i]) == NULL) {
             const char found[2]     = {text[i], '\0'};
@@ -115,8 +115,8 @@ static void XMLCALL on_doctype(void* const context, const XML_Char* const name,
                                const XML_Char* const system_id, const XML_Char* const public_id,
                                const int has_internal)
 {
-    reader_t* reader        = context;
-    const element_t element = element_here(reader, "", NULL);
+    document_reader_t* reader = context;
+    const element_t element   = element_here(reader, "", NULL);
     (void)system_id;
     (void)public_id;
     (void)has_internal;
@@ -125,7 +125,7 @@ static void XMLCALL on_doctype(void* const context, const XML_Char* const name,
 
 // ---- The file ----
 
-static void feed(reader_t* const reader, FILE* const file)
+static void feed(document_reader_t* const reader, FILE* const file)
 {
     char piece[PIECE_OCTETS];
     size_t octets = 0U;
@@ -153,9 +153,9 @@ static void feed(reader_t* const reader, FILE* const file)
 status_t document_read(const char* const path, const document_handler_t* const handler,
                        char error[DOCUMENT_ERROR_MAX])
 {
-    reader_t reader = {.path = path, .handler = handler, .error = error};
-    error[0]        = '\0';
-    FILE* file      = fopen(path, "r");
+    document_reader_t reader = {.path = path, .handler = handler, .error = error};
+    error[0]                 = '\0';
+    FILE* file               = fopen(path, "r");
     if (file == NULL) {
         (void)snprintf(error, DOCUMENT_ERROR_MAX, "%.200s: %s", path, strerror(errno));
         return STATUS_NOT_FOUND;

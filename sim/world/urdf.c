@@ -17,7 +17,7 @@ typedef enum {
     IN_COLLISION,
     IN_GEOMETRY,
     IN_JOINT
-} place_t;
+} urdf_place_t;
 
 /// Inertia tensor, with the names of URDF.
 typedef struct {
@@ -30,7 +30,7 @@ typedef struct {
 } moments_t;
 
 typedef struct {
-    place_t place;
+    urdf_place_t place;
     urdf_t* urdf;
     urdf_origin_t origin; // Origin of the <inertial> or <collision> that is being read.
     double mass_kg;
@@ -39,7 +39,7 @@ typedef struct {
     bool has_moments;
     bool has_shape;
     char unused[DOCUMENT_TEXT_MAX]; // Texts without meaning for the simulator.
-} reader_t;
+} urdf_reader_t;
 
 // ---- Moments of inertia ----
 
@@ -83,7 +83,7 @@ static status_t take_origin(const element_t* const element, urdf_origin_t* const
     return element_take(element, fields, 2U, out_origin);
 }
 
-static status_t start_link(reader_t* const reader, const element_t* const element)
+static status_t start_link(urdf_reader_t* const reader, const element_t* const element)
 {
     static const field_t fields[] = {{"name", FIELD_TEXT, offsetof(urdf_link_t, name), 0.0, 0.0, false}};
     if (reader->urdf->link_count == ROBOT_LINKS_MAX) {
@@ -102,7 +102,7 @@ static status_t start_link(reader_t* const reader, const element_t* const elemen
     return status;
 }
 
-static status_t start_joint(reader_t* const reader, const element_t* const element)
+static status_t start_joint(urdf_reader_t* const reader, const element_t* const element)
 {
     static const field_t fields[]    = {{"name", FIELD_TEXT, offsetof(urdf_joint_t, name), 0.0, 0.0, false},
                                         {"type", FIELD_TEXT, offsetof(urdf_joint_t, type), 0.0, 0.0, false}};
@@ -137,7 +137,7 @@ static status_t start_joint(reader_t* const reader, const element_t* const eleme
     return STATUS_OK;
 }
 
-static status_t start_in_robot(reader_t* const reader, const element_t* const element,
+static status_t start_in_robot(urdf_reader_t* const reader, const element_t* const element,
                                bool* const out_is_skipped)
 {
     *out_is_skipped =
@@ -153,10 +153,10 @@ static status_t start_in_robot(reader_t* const reader, const element_t* const el
                : element_refuse(element, element->name, "link, joint, material or transmission");
 }
 
-static status_t start_in_link(reader_t* const reader, const element_t* const element,
+static status_t start_in_link(urdf_reader_t* const reader, const element_t* const element,
                               bool* const out_is_skipped)
 {
-    static const field_t label[] = {{"name", FIELD_TEXT, offsetof(reader_t, unused), 0.0, 0.0, true}};
+    static const field_t label[] = {{"name", FIELD_TEXT, offsetof(urdf_reader_t, unused), 0.0, 0.0, true}};
     *out_is_skipped              = strcmp(element->name, "visual") == 0;
     const bool is_mass           = strcmp(element->name, "inertial") == 0;
     const bool is_shape          = strcmp(element->name, "collision") == 0;
@@ -178,10 +178,10 @@ static status_t start_in_link(reader_t* const reader, const element_t* const ele
                            : element_refuse(element, element->name, "inertial, collision or visual");
 }
 
-static status_t start_in_inertial(reader_t* const reader, const element_t* const element)
+static status_t start_in_inertial(urdf_reader_t* const reader, const element_t* const element)
 {
     static const field_t mass[] = {
-        {"value", FIELD_NUMBER, offsetof(reader_t, mass_kg), 1e-9, HEAVIEST, false}};
+        {"value", FIELD_NUMBER, offsetof(urdf_reader_t, mass_kg), 1e-9, HEAVIEST, false}};
     static const field_t moments[] = {
         {"ixx", FIELD_NUMBER, offsetof(moments_t, xx), -HEAVIEST, HEAVIEST, false},
         {"ixy", FIELD_NUMBER, offsetof(moments_t, xy), -HEAVIEST, HEAVIEST, false},
@@ -205,7 +205,7 @@ static status_t start_in_inertial(reader_t* const reader, const element_t* const
     return (fault != NULL) ? element_refuse(element, element->name, fault) : status;
 }
 
-static status_t start_in_geometry(reader_t* const reader, const element_t* const element)
+static status_t start_in_geometry(urdf_reader_t* const reader, const element_t* const element)
 {
     static const struct {
         const char* name;
@@ -236,7 +236,7 @@ static status_t start_in_geometry(reader_t* const reader, const element_t* const
     return element_take(element, shapes[kind].field, shapes[kind].count, shape);
 }
 
-static status_t start_in_collision(reader_t* const reader, const element_t* const element)
+static status_t start_in_collision(urdf_reader_t* const reader, const element_t* const element)
 {
     if (strcmp(element->name, "origin") == 0) {
         return take_origin(element, &reader->origin);
@@ -248,7 +248,7 @@ static status_t start_in_collision(reader_t* const reader, const element_t* cons
     return element_refuse(element, element->name, "origin or geometry");
 }
 
-static status_t start_in_joint(reader_t* const reader, const element_t* const element)
+static status_t start_in_joint(urdf_reader_t* const reader, const element_t* const element)
 {
     static const struct {
         const char* name;
@@ -289,17 +289,18 @@ static status_t start_in_joint(reader_t* const reader, const element_t* const el
                           "origin, parent, child, axis, limit, mimic or zero dynamics");
 }
 
-static status_t start_robot(reader_t* const reader, const element_t* const element)
+static status_t start_robot(urdf_reader_t* const reader, const element_t* const element)
 {
-    static const field_t labels[] = {{"name", FIELD_TEXT, offsetof(reader_t, unused), 0.0, 0.0, false},
-                                     {"version", FIELD_TEXT, offsetof(reader_t, unused), 0.0, 0.0, true}};
-    reader->place                 = IN_ROBOT;
+    static const field_t labels[] = {
+        {"name", FIELD_TEXT, offsetof(urdf_reader_t, unused), 0.0, 0.0, false},
+        {"version", FIELD_TEXT, offsetof(urdf_reader_t, unused), 0.0, 0.0, true}};
+    reader->place = IN_ROBOT;
     return (strcmp(element->name, "robot") == 0) ? element_take(element, labels, 2U, reader)
                                                  : element_refuse(element, element->name, "robot");
 }
 
 /// Depth of the open element while the reader is in `place`.
-static unsigned depth_of(const place_t place)
+static unsigned depth_of(const urdf_place_t place)
 {
     static const unsigned depths[] = {
         [IN_NOTHING] = 0U,   [IN_ROBOT] = 1U,    [IN_LINK] = 2U, [IN_INERTIAL] = 3U,
@@ -309,7 +310,7 @@ static unsigned depth_of(const place_t place)
 
 static status_t on_start(void* const context, const element_t* const element, bool* const out_is_skipped)
 {
-    reader_t* reader = context;
+    urdf_reader_t* reader = context;
     if (element->depth != (depth_of(reader->place) + 1U)) {
         return element_refuse(element, element->name, "no element inside of this one");
     }
@@ -332,7 +333,7 @@ static status_t on_start(void* const context, const element_t* const element, bo
     return start_robot(reader, element);
 }
 
-static status_t end_inertial(reader_t* const reader, const element_t* const element)
+static status_t end_inertial(urdf_reader_t* const reader, const element_t* const element)
 {
     const moments_t* m = &reader->moments;
     const pose_t pose  = pose_of(reader->origin.position_m, reader->origin.rpy_rad);
@@ -347,7 +348,7 @@ static status_t end_inertial(reader_t* const reader, const element_t* const elem
     return STATUS_OK;
 }
 
-static status_t end_collision(reader_t* const reader, const element_t* const element)
+static status_t end_collision(urdf_reader_t* const reader, const element_t* const element)
 {
     if (!reader->has_shape) {
         return element_refuse(element, element->name, "a geometry in it");
@@ -361,7 +362,7 @@ static status_t end_collision(reader_t* const reader, const element_t* const ele
 
 static status_t on_end(void* const context, const element_t* const element)
 {
-    reader_t* reader = context;
+    urdf_reader_t* reader = context;
     if (element->depth != depth_of(reader->place)) {
         return STATUS_OK; // An element that cannot contain others: the place is not changed.
     }
@@ -387,7 +388,7 @@ static status_t on_end(void* const context, const element_t* const element)
 
 status_t urdf_read(const char* const path, urdf_t* const out_urdf, char error[DOCUMENT_ERROR_MAX])
 {
-    reader_t reader                  = {.urdf = out_urdf};
+    urdf_reader_t reader             = {.urdf = out_urdf};
     const document_handler_t handler = {.start = on_start, .end = on_end, .context = &reader};
     memset(out_urdf, 0, sizeof *out_urdf);
     return document_read(path, &handler, error);
