@@ -13,7 +13,9 @@
 /// machine.
 #define END_ASKED_NS 500000000ULL
 #define END_FORCED_NS 30000000000ULL
-#define REPORT_FIGURES_FAILED 3 ///< Exit code of the report.
+/// Exit codes of the report.
+#define REPORT_FIGURES_FAILED 3
+#define REPORT_FIGURES_UNKNOWN 4
 
 static bool is_any_alive(launcher_t* const launcher)
 {
@@ -162,6 +164,9 @@ static void draw_report(launcher_t* const launcher)
     if (launcher->tool_code == REPORT_FIGURES_FAILED) { // The report writes it into run.json as well.
         (void)launcher_fail(launcher, "figures missing or out of their bounds",
                             "; see report.html and run.json");
+    } else if (launcher->tool_code == REPORT_FIGURES_UNKNOWN) {
+        (void)launcher_fail(launcher, "the report could not be made, so the figures are not known",
+                            "; see console.log");
     } else {
         osal_console_complain("the report could not be drawn; see console.log in the run's folder");
     }

@@ -4,19 +4,23 @@
 Completes run.json (figures, sha256 of the logs, versions) and writes report.html: verdict, figures with their bounds, and the page
 of the station with the recording of the run, all in one file that loads nothing. It uses the logs that exist: a run that crashed gets
 its report, too.
-Exit codes: 0 written, 1 not written, 3 written and the run has failed by its figures: a line for each.
+Exit codes: 0 written, 1 not written, 3 written and the run has failed by its figures: a line for each, 4 not written and the run has figures
+with bounds, which nobody knows then.
 """
 
 import base64
+import contextlib
 import hashlib
 import html
 import importlib.metadata
 import json
 import os
+import pathlib
 import platform
 import re
 import sys
 import time
+import traceback
 
 from . import __version__, figures, recording
 from . import run as runs
@@ -85,7 +89,8 @@ def versions():
     return {"gse": __version__, "python": platform.python_version(), "numpy": importlib.metadata.version("numpy")}
 
 
-FIGURES_FAILED = 3  # Exit code that the launcher evaluates.
+FIGURES_FAILED = 3  # Exit codes that the launcher evaluates.
+FIGURES_UNKNOWN = 4
 
 
 def complete_facts(run):
@@ -296,6 +301,37 @@ def write(folder, dictionary_path=None):
     return facts
 
 
+def _has_bounds(facts):
+    """Whether the run has figures with bounds, as far as its facts are readable."""
+    try:
+        return bool(figures.bounds_of(facts))
+    except Exception:  # The facts may be anything.
+        return True
+
+
+def _not_written(folder, problem):
+    """Say why there is no report; a run with figures with bounds has failed then. Returns the exit code."""
+    place = traceback.extract_tb(problem.__traceback__)[-1]
+    words = f"{type(problem).__name__}: {problem}" if not isinstance(problem, OSError) else str(problem)
+    print(f"report: not written: {words} ({pathlib.Path(place.filename).name}:{place.lineno}). Is a log of {folder} damaged? "
+          f"To try again: make report OUT={folder}", file=sys.stderr)
+    path = pathlib.Path(folder) / "run.json"
+    try:
+        facts = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return 1
+    if not _has_bounds(facts):
+        return 1
+    if not isinstance(facts, dict):
+        return FIGURES_UNKNOWN
+    facts = {**facts, "figures_hold": False, "figures_failed": ["report: not written"]}
+    if facts.get("exit_code") == 0:
+        facts.update(exit_code=1, exit_reason="the report could not be made, so the figures are not known")
+    with contextlib.suppress(OSError):
+        _write(path, json.dumps(facts, indent=1, default=float) + "\n")
+    return FIGURES_UNKNOWN
+
+
 def main(argv=None):
     arguments = sys.argv[1:] if argv is None else argv
     if not 1 <= len(arguments) <= 2:
@@ -303,9 +339,8 @@ def main(argv=None):
         return 1
     try:
         facts = write(*arguments)
-    except OSError as problem:
-        print(f"report: {problem}", file=sys.stderr)
-        return 1
+    except Exception as problem:  # Whatever is wrong with the logs, the run says so.
+        return _not_written(arguments[0], problem)
     failed = facts.get("figures_failed", [])
     for line in failed:
         print(f"figure {line}")

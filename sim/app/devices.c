@@ -4,7 +4,6 @@
 #include "sim/app/channels.h"
 #include "sim/app/sensors.h"
 #include "sim/devices/valve_box.h"
-#include "sim/plant/motor_bench.h"
 #include "sim/plant/parameters.h"
 
 #include <stdio.h>
@@ -532,6 +531,12 @@ const world_device_t* device_place(const devices_t* const devices, const size_t 
 drive_t* device_drive(const devices_t* const devices, const size_t index)
 {
     return devices->device[index].drive;
+}
+
+const motor_bench_t* device_bench(const devices_t* const devices, const size_t index)
+{
+    const device_t* device = &devices->device[index];
+    return device->is_bench ? &device->bench : NULL;
 }
 
 const device_model_t* device_model(const devices_t* const devices, const size_t index)

@@ -13,6 +13,7 @@
 #include "sim/devices/joystick.h"
 #include "sim/devices/measuring_device.h"
 #include "sim/devices/wheel.h"
+#include "sim/plant/motor_bench.h"
 #include "sim/plant/plant.h"
 #include "sim/truth/truth.h"
 #include "sim/world/world.h"
@@ -60,6 +61,8 @@ size_t devices_count(const devices_t* devices);
 const world_device_t* device_place(const devices_t* devices, size_t index);
 /// The drive at an index; null: the device is no drive.
 drive_t* device_drive(const devices_t* devices, size_t index);
+/// The test bench of the drive at an index; null: the device is on none.
+const motor_bench_t* device_bench(const devices_t* devices, size_t index);
 const device_model_t* device_model(const devices_t* devices, size_t index);
 
 void devices_power_on(devices_t* devices);

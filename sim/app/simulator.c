@@ -2,6 +2,7 @@
 #include "sim/app/simulator.h"
 
 #include "sim/app/channels.h"
+#include "sim/app/device_log.h"
 #include "sim/app/devices.h"
 #include "sim/app/instrument_set.h"
 #include "sim/app/live.h"
@@ -36,6 +37,7 @@ struct simulator {
     plant_input_t input;
     hand_t* hand;
     truth_t* truth_log;
+    device_log_t device_log;
     bool is_truth_broken;
     bool is_latched[WORLD_LATCHES_MAX]; // As the truth log has it.
     faults_t faults;
@@ -154,6 +156,7 @@ static void run_step(simulator_t* const simulator, const uint64_t end_ns)
         live_report(simulator->live);
     }
     if (simulator->truth_log != NULL) {
+        note_status(simulator, device_log_state(simulator->truth_log, &simulator->device_log, end_ns));
         note_status(simulator, plant_log_state(simulator->truth_log, &simulator->place, simulator->truth));
         note_status(simulator, plant_log_latches(simulator->truth_log, &simulator->place, simulator->truth,
                                                  simulator->is_latched));
@@ -395,6 +398,12 @@ static status_t open_truth(simulator_t* const simulator, const simulator_config_
     (void)snprintf(path, sizeof path, "%s/truth.lcm", config->output_path);
     status_t status = truth_open(path, TRUTH_OCTETS_MAX, &simulator->truth_log);
     status = (status == STATUS_OK) ? plant_log_names(simulator->truth_log, &simulator->place) : status;
+    simulator->device_log = (device_log_t){.world       = &simulator->place,
+                                           .devices     = simulator->devices,
+                                           .instruments = simulator->instruments,
+                                           .segments    = simulator->segment,
+                                           .bus_count   = simulator->bus_count};
+    status = (status == STATUS_OK) ? device_log_names(simulator->truth_log, &simulator->device_log) : status;
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX,
                        "simulator: cannot write truth.lcm in '%s'; does the folder exist?",

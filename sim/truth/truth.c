@@ -20,6 +20,10 @@
 #define WORLD_FINGERPRINT 0x887e8e9e77de14a2U
 #define SPRING_FINGERPRINT 0xa89b5a445320e88aU
 #define BASE_FINGERPRINT 0x2ae373c47d896116U
+#define BUS_FINGERPRINT 0xe2ad0559ed8d3f75U
+#define BENCH_FINGERPRINT 0xbb90db965cc14840U
+#define INSTRUMENT_FINGERPRINT 0x1867ed987b9ee58cU
+#define POWER_FINGERPRINT 0x2e4b63f6784b06f8U
 #define NAMES_FINGERPRINT 0x0a16769a90c1072dU
 #define WHEEL_FINGERPRINT 0xfc7c75bdfc75624eU
 #define CUT_FINGERPRINT 0x82eedeeaec5cb47eU
@@ -49,12 +53,17 @@ typedef enum {
     SPRING,
     WHEEL,
     BASE,
+    BENCH,
+    INSTRUMENT,
+    POWER,
+    BUS,
     OPERATOR,
     STATE_CHANNELS
 } state_channel_t;
 
 static const char* const state_names[STATE_CHANNELS] = {"JOINTS", "STICK", "CONTACT", "SPRING",
-                                                        "WHEEL",  "BASE",  "OPERATOR"};
+                                                        "WHEEL",  "BASE",  "BENCH",   "INSTRUMENT",
+                                                        "POWER",  "BUS",   "OPERATOR"};
 
 typedef struct {
     event_t written;  ///< The last one in the log; nothing used: there is none.
@@ -187,8 +196,9 @@ static bool is_same(const event_t* const a, const event_t* const b)
     if ((a->used != b->used) || (a->numbers != b->numbers)) {
         return false;
     }
-    const size_t end = a->numbers_at + (a->numbers * sizeof(double));
-    bool is_equal    = memcmp(&a->octet[end], &b->octet[end], a->used - end) == 0;
+    const size_t end =
+        a->numbers_at + (a->numbers * sizeof(double)); // Before the numbers, there is their count.
+    bool is_equal = memcmp(&a->octet[end], &b->octet[end], a->used - end) == 0;
     for (size_t i = 0U; is_equal && (i < a->numbers); i++) {
         is_equal = fabs(number_of(a, i) - number_of(b, i)) <= TRUTH_RESOLUTION; // Not if one is not a number.
     }
@@ -395,6 +405,61 @@ status_t truth_wheels(truth_t* const truth, const uint64_t time_ns, const truth_
         put_doubles(&event, &wheel[i].torque_nm, 1U);
     }
     return write_state(truth, WHEEL, &event);
+}
+
+status_t truth_benches(truth_t* const truth, const uint64_t time_ns, const truth_benches_t* const benches)
+{
+    event_t event;
+    begin(&event, BENCH_FINGERPRINT, time_ns);
+    put_u32(&event, benches->count);
+    put_doubles(&event, benches->position_rad, benches->count);
+    put_doubles(&event, benches->velocity_rad_s, benches->count);
+    put_doubles(&event, benches->output_torque_nm, benches->count);
+    return write_state(truth, BENCH, &event);
+}
+
+status_t truth_instruments(truth_t* const truth, const uint64_t time_ns,
+                           const truth_instruments_t* const instruments)
+{
+    event_t event;
+    begin(&event, INSTRUMENT_FINGERPRINT, time_ns);
+    put_u32(&event, instruments->count);
+    put_doubles(&event, instruments->value, instruments->count);
+    put_bools(&event, instruments->enabled, instruments->count);
+    put_bools(&event, instruments->plugged, instruments->count);
+    return write_state(truth, INSTRUMENT, &event);
+}
+
+status_t truth_power(truth_t* const truth, const uint64_t time_ns, const bool* const supplied,
+                     const unsigned count)
+{
+    event_t event;
+    begin(&event, POWER_FINGERPRINT, time_ns);
+    put_u32(&event, count);
+    put_bools(&event, supplied, count);
+    return write_state(truth, POWER, &event);
+}
+
+status_t truth_buses(truth_t* const truth, const uint64_t time_ns, const truth_buses_t* const buses)
+{
+    event_t event;
+    begin(&event, BUS_FINGERPRINT, time_ns);
+    put_u32(&event, buses->count);
+    put_doubles(&event, buses->load, buses->count);
+    for (unsigned i = 0U; i < buses->count; i++) {
+        put_u64(&event, buses->frames[i]);
+    }
+    for (unsigned i = 0U; i < buses->count; i++) {
+        put_u64(&event, buses->errors[i]);
+    }
+    for (unsigned i = 0U; i < buses->count; i++) {
+        put_u32(&event, (uint32_t)buses->state[i]);
+    }
+    for (unsigned i = 0U; i < buses->count; i++) {
+        put_u32(&event, buses->off[i]);
+    }
+    put_bools(&event, buses->plugged, buses->count);
+    return write_state(truth, BUS, &event);
 }
 
 status_t truth_names(truth_t* const truth, const uint64_t time_ns, const char* const channel,

@@ -90,6 +90,33 @@ typedef struct {
     double torque_nm;
 } truth_wheel_t;
 
+/// Channel BENCH, at every step: arrays of `count` drives on test benches.
+typedef struct {
+    unsigned count;
+    const double* position_rad;
+    const double* velocity_rad_s;
+    const double* output_torque_nm;
+} truth_benches_t;
+
+/// Channel INSTRUMENT, at every step: arrays of `count`.
+typedef struct {
+    unsigned count;
+    const double* value;
+    const bool* enabled;
+    const bool* plugged;
+} truth_instruments_t;
+
+/// Channel BUS, at every step: arrays of `count`.
+typedef struct {
+    unsigned count;
+    const double* load; ///< Share of the time in which the wire was not idle.
+    const uint64_t* frames;
+    const uint64_t* errors; ///< Error frames on the wire.
+    const int32_t* state;   ///< controller_state_t of the controller of flight software; -1: there is none.
+    const uint32_t* off;    ///< Number of controllers that are bus-off.
+    const bool* plugged;    ///< The controller of flight software.
+} truth_buses_t;
+
 /// Channel OPERATOR, at every step.
 typedef struct {
     double intent_rad[2];
@@ -128,8 +155,8 @@ typedef struct {
     bool active;
 } truth_fault_t;
 
-/// Write one event. JOINTS, STICK, CONTACT, SPRING, BASE, WHEEL and OPERATOR are given at every step and left
-/// out while they are at rest. Returns STATUS_OK or STATUS_IO. After a failure nothing more is written; nor
+/// Write one event. All but WORLD, NAMES, DRIVE, VALVE, LATCH and FAULT are given at every step and left out
+/// while they are at rest. Returns STATUS_OK or STATUS_IO. After a failure nothing more is written; nor
 /// after the log has reached its bound, which returns STATUS_OK.
 status_t truth_world(truth_t* truth, uint64_t time_ns, const truth_world_t* world);
 status_t truth_joints(truth_t* truth, uint64_t time_ns, const truth_joints_t* joints);
@@ -138,6 +165,11 @@ status_t truth_contacts(truth_t* truth, uint64_t time_ns, const truth_touch_t* c
 status_t truth_springs(truth_t* truth, uint64_t time_ns, const truth_touch_t* spring, unsigned count);
 status_t truth_bases(truth_t* truth, uint64_t time_ns, const truth_base_t* base, unsigned count);
 status_t truth_wheels(truth_t* truth, uint64_t time_ns, const truth_wheel_t* wheel, unsigned count);
+status_t truth_benches(truth_t* truth, uint64_t time_ns, const truth_benches_t* benches);
+status_t truth_instruments(truth_t* truth, uint64_t time_ns, const truth_instruments_t* instruments);
+/// Channel POWER: whether devices behind power units are supplied.
+status_t truth_power(truth_t* truth, uint64_t time_ns, const bool* supplied, unsigned count);
+status_t truth_buses(truth_t* truth, uint64_t time_ns, const truth_buses_t* buses);
 /// Channel NAMES: the names of the entries of another channel.
 status_t truth_names(truth_t* truth, uint64_t time_ns, const char* channel, const truth_names_t* names);
 status_t truth_operator(truth_t* truth, uint64_t time_ns, const truth_operator_t* operator_);

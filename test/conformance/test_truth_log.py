@@ -47,7 +47,7 @@ def test_each_channel_has_its_type(events):
     assert {f"{channel.lower()}_t" for channel in events} == {path.stem for path in TYPES}
 
 
-@pytest.mark.parametrize("channel", ["WORLD", "JOINTS", "STICK", "CONTACT", "SPRING", "BASE", "WHEEL", "NAMES", "OPERATOR", "DRIVE", "VALVE", "LATCH", "FAULT",
+@pytest.mark.parametrize("channel", ["WORLD", "JOINTS", "STICK", "CONTACT", "SPRING", "BASE", "WHEEL", "BENCH", "INSTRUMENT", "POWER", "BUS", "NAMES", "OPERATOR", "DRIVE", "VALVE", "LATCH", "FAULT",
                                      "CUT"])
 def test_every_octet_belongs_to_a_member(types, events, channel):
     message = decode(types, events, channel)
@@ -89,6 +89,15 @@ def test_joints(types, events):
     assert [bool(value) for value in joints.brake_engaged] == [True, False]
 
 
+def test_devices_and_buses(types, events):
+    bench, instrument, power, bus = (decode(types, events, channel) for channel in ("BENCH", "INSTRUMENT", "POWER", "BUS"))
+    assert (tuple(bench.position_rad), tuple(bench.velocity_rad_s), tuple(bench.output_torque_nm)) == ((1.1, 1.2), (2.1, 2.2), (3.1, 3.2))
+    assert (tuple(instrument.value), [bool(one) for one in (*instrument.enabled, *instrument.plugged)]) == ((4.1, 4.2), [True, False, False, True])
+    assert [bool(one) for one in power.supplied] == [True, False, True]
+    assert (tuple(bus.load), tuple(bus.frames), tuple(bus.errors)) == ((5.1, 5.2), (1234567890123, 5), (7, 0))
+    assert (tuple(bus.state), tuple(bus.off), [bool(one) for one in bus.plugged]) == ((3, -1), (1, 0), [True, False])
+
+
 def test_stick(types, events):
     stick = decode(types, events, "STICK")
     assert tuple(stick.position_rad) == (0.1, 0.2)
@@ -119,7 +128,7 @@ def test_base_and_cut(types, events):
     assert (tuple(base.position_m[0]), tuple(base.rotation[0])) == ((1, 2, 3), (0.5, 0.5, -0.5, 0.5))
     assert (tuple(base.velocity_m_s[0]), tuple(base.rate_rad_s[0])) == ((4, 5, 6), (7, 8, 9))
     cut = decode(types, events, "CUT")
-    assert cut.time_ns == 96_000_000_000 and 1000 < cut.octets < 1542
+    assert cut.time_ns == 96_000_000_000 and 1500 < cut.octets < 1850
 
 
 def test_wheel_and_names(types, events):

@@ -22,6 +22,16 @@ def test_press_and_hold_is_quiet(folder, world):
     assert "Energy taken from the hand" in flight.read("report.html")
 
 
+def test_a_run_whose_report_cannot_be_made_has_failed(folder):
+    flight = flying.start(folder, "--scenario", "press", "--form", "image", report="yes")
+    (folder / "report.html").mkdir(parents=True)
+    flight.wait()
+    assert flight.code != 0
+    assert "the report could not be made, so the figures are not known" in flight.told()
+    assert "report: not written: " in flight.told() and "Traceback" not in flight.told()
+    assert flight.facts["exit_code"] == 1
+
+
 def test_telepresence_with_a_joystick_of_20_bit(folder):
     """The device differs by XML only; every figure is defined with it as well."""
     flight = flying.fly(folder, "--world", "rokviss-20bit", "--form", "image")

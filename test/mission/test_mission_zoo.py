@@ -6,7 +6,9 @@ import re
 import shutil
 
 import flying
+import numpy as np
 import pytest
+from hirosco_gse import logs, truth
 
 INSTRUMENTS = "descriptors/subsystems/instruments.xml"
 WORLD = "descriptors/worlds/zoo.xml"
@@ -62,6 +64,19 @@ def test_every_device_is_heard_and_commanded(flights):
         enabled = [time for time, octets in taken if octets[0] == 1]
         assert 2.0 < min(enabled) < 2.02
         assert taken[-1][1][0] == 0, "the last record is the safe one"
+
+
+def test_the_truth_has_every_instrument(flights):
+    """The values that the devices have sent are those of the truth log, which holds each until the next."""
+    channels = logs.read_lcm(flights[0].folder / "truth.lcm")
+    found = truth.decode(channels)
+    (names,) = (entry["name"] for entry in found["NAMES"] if entry["channel"] == "INSTRUMENT")
+    assert set(names) == set(NAMES)
+    table = found["INSTRUMENT"]
+    assert (np.ptp(table["value"], axis=0) > 0).all()
+    assert table["enabled"].any(axis=0).all() and not table["enabled"][-1].any() and table["plugged"].all()
+    enabled = truth.at(table, "enabled", np.arange(1.9e6, 2.1e6, 500), table["time_us"][-1])
+    assert not enabled[0].any() and enabled[-1].all()
 
 
 def test_a_run_leaves_no_names(flights):

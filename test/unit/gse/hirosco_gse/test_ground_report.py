@@ -148,6 +148,29 @@ def test_another_scenario_is_not_measured_by_these_figures(tmp_path, dictionary_
     assert "This scenario has no figures with bounds." in (tmp_path / "report.html").read_text()
 
 
+def test_a_report_that_cannot_be_made_fails_a_run_with_bounds(flight_folder, dictionary_path, tmp_path, capsys):
+    """Entries of a damaged operator.log are no steps, and no report can be made: one line, no stack trace."""
+    for path in flight_folder.iterdir():
+        shutil.copy(path, tmp_path)
+    (tmp_path / "operator.log").write_text("17\n")
+    assert report.main([str(tmp_path), str(dictionary_path)]) == report.FIGURES_UNKNOWN == 4
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("report: not written: AttributeError: ") and "recording.py:" in line and f"make report OUT={tmp_path}" in line
+    facts = json.loads((tmp_path / "run.json").read_text())
+    assert (facts["exit_code"], facts["exit_reason"]) == (1, "the report could not be made, so the figures are not known")
+    shutil.copy(flight_folder / "operator.log", tmp_path)
+    assert report.main([str(tmp_path), str(dictionary_path)]) == 0
+    assert json.loads((tmp_path / "run.json").read_text())["exit_code"] == 0
+
+
+@pytest.mark.parametrize(("facts", "code"), [({"scenario": "commissioning", "exit_code": 0}, 1), ([1], 4)])
+def test_a_report_that_cannot_be_made_of_odd_facts(tmp_path, dictionary_path, capsys, facts, code):
+    (tmp_path / "run.json").write_text(json.dumps(facts))
+    (tmp_path / "report.html").mkdir()
+    assert report.main([str(tmp_path), str(dictionary_path)]) == code
+    assert capsys.readouterr().err.startswith("report: not written: ")
+
+
 def test_no_folder(tmp_path, capsys):
     assert report.main([str(tmp_path / "none")]) == 1
     assert report.main([]) == 1

@@ -10,8 +10,8 @@
 #include <string.h>
 #include <unistd.h>
 
-#define SAMPLE_EVENTS 14U
-#define SAMPLE_OCTETS 1542U // Up to the first fault.
+#define SAMPLE_EVENTS 18U
+#define SAMPLE_OCTETS 1894U // Up to the first fault.
 
 static char path[256];
 
@@ -50,12 +50,20 @@ static void write_sample(const char* where)
     const truth_touch_t spring     = {{0.1, 0.2, 0.3}, {0.0}, {3.1, 3.2, 3.3}, true};
     const truth_base_t base      = {{1.0, 2.0, 3.0}, {0.5, 0.5, -0.5, 0.5}, {4.0, 5.0, 6.0}, {7.0, 8.0, 9.0}};
     const truth_wheel_t wheels[] = {{1.5, 0.1}, {-2.5, -0.2}};
-    const truth_operator_t intent = {{0.1, 0.2}, {0.3, 0.4}, {0.5, 0.6}, 0.75, "follow"};
-    const truth_drive_t drive     = {"robot", 0x12U, 1U, 0x8627U, true, false};
-    const truth_valve_t valve     = {"PUSH1", true};
-    const truth_latch_t latch     = {"DOCK", true};
-    const truth_fault_t fault     = {"unplug", "robot 0x11", true};
-    truth_t* truth                = NULL;
+    const truth_operator_t intent      = {{0.1, 0.2}, {0.3, 0.4}, {0.5, 0.6}, 0.75, "follow"};
+    static const bool flags[]          = {true, false, true};
+    const truth_benches_t benches      = {2U, numbers[0], numbers[1], numbers[2]};
+    const truth_instruments_t readings = {2U, numbers[3], flags, &flags[1]};
+    static const uint64_t frames[]     = {1234567890123U, 5U};
+    static const uint64_t errors[]     = {7U, 0U};
+    static const int32_t states[]      = {3, -1};
+    static const uint32_t off[]        = {1U, 0U};
+    const truth_buses_t buses          = {2U, numbers[4], frames, errors, states, off, flags};
+    const truth_drive_t drive          = {"robot", 0x12U, 1U, 0x8627U, true, false};
+    const truth_valve_t valve          = {"PUSH1", true};
+    const truth_latch_t latch          = {"DOCK", true};
+    const truth_fault_t fault          = {"unplug", "robot 0x11", true};
+    truth_t* truth                     = NULL;
 
     TEST_ASSERT_EQUAL(STATUS_OK, truth_open(where, SAMPLE_OCTETS, &truth));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_world(truth, 0U, &world));
@@ -66,6 +74,10 @@ static void write_sample(const char* where)
     TEST_ASSERT_EQUAL(STATUS_OK, truth_contacts(truth, 1000000U, contacts, 2U));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_springs(truth, 1000000U, &spring, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_bases(truth, 1000000U, &base, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_benches(truth, 1000000U, &benches));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_instruments(truth, 1000000U, &readings));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_power(truth, 1000000U, flags, 3U));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_buses(truth, 1000000U, &buses));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_operator(truth, 1500000U, &intent));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_drive(truth, 1500123U, &drive));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_valve(truth, 1500500U, &valve));
@@ -79,14 +91,28 @@ static void write_sample(const char* where)
 
 static void test_lcm_reads_channels_and_simulated_time(void)
 {
-    static const char* const channel[SAMPLE_EVENTS] = {"WORLD",   "NAMES",  "JOINTS", "STICK",    "WHEEL",
-                                                       "CONTACT", "SPRING", "BASE",   "OPERATOR", "DRIVE",
-                                                       "VALVE",   "LATCH",  "FAULT",  "CUT"};
-    static const int64_t time_us[SAMPLE_EVENTS]     = {0,    0,    500,  500,  500,  1000,     1000,
-                                                       1000, 1500, 1500, 1500, 1500, 95000000, 96000000};
-    static const int32_t octets[SAMPLE_EVENTS]      = {
-             0,        20 + 10 + 15, 20 + 7 * 16 + 2, 20 + 64,     20 + 32,    20 + 2 * 73,      20 + 49,
-             20 + 104, 16 + 56 + 11, 16 + 10 + 14,    16 + 10 + 1, 16 + 9 + 1, 16 + 11 + 15 + 1, 16 + 8};
+    static const struct {
+        const char* channel;
+        int64_t time_us;
+        int32_t octets; // 0: any.
+    } wanted[SAMPLE_EVENTS] = {{"WORLD", 0, 0},
+                               {"NAMES", 0, 20 + 10 + 15},
+                               {"JOINTS", 500, 20 + 7 * 16 + 2},
+                               {"STICK", 500, 20 + 64},
+                               {"WHEEL", 500, 20 + 32},
+                               {"CONTACT", 1000, 20 + 2 * 73},
+                               {"SPRING", 1000, 20 + 49},
+                               {"BASE", 1000, 20 + 104},
+                               {"BENCH", 1000, 20 + 48},
+                               {"INSTRUMENT", 1000, 20 + 20},
+                               {"POWER", 1000, 20 + 3},
+                               {"BUS", 1000, 20 + 2 * 33},
+                               {"OPERATOR", 1500, 16 + 56 + 11},
+                               {"DRIVE", 1500, 16 + 10 + 14},
+                               {"VALVE", 1500, 16 + 10 + 1},
+                               {"LATCH", 1500, 16 + 9 + 1},
+                               {"FAULT", 95000000, 16 + 11 + 15 + 1},
+                               {"CUT", 96000000, 16 + 8}};
     write_sample(path);
     lcm_eventlog_t* log = lcm_eventlog_create(path, "r");
     TEST_ASSERT_NOT_NULL(log);
@@ -94,10 +120,10 @@ static void test_lcm_reads_channels_and_simulated_time(void)
         lcm_eventlog_event_t* event = lcm_eventlog_read_next_event(log);
         TEST_ASSERT_NOT_NULL(event);
         TEST_ASSERT_EQUAL_INT64(i, event->eventnum);
-        TEST_ASSERT_EQUAL_INT64(time_us[i], event->timestamp);
-        TEST_ASSERT_EQUAL_INT32((int32_t)strlen(channel[i]), event->channellen);
-        TEST_ASSERT_EQUAL_STRING(channel[i], event->channel);
-        TEST_ASSERT_TRUE((octets[i] == 0) || (octets[i] == event->datalen));
+        TEST_ASSERT_EQUAL_INT64(wanted[i].time_us, event->timestamp);
+        TEST_ASSERT_EQUAL_INT32((int32_t)strlen(wanted[i].channel), event->channellen);
+        TEST_ASSERT_EQUAL_STRING(wanted[i].channel, event->channel);
+        TEST_ASSERT_TRUE((wanted[i].octets == 0) || (wanted[i].octets == event->datalen));
         lcm_eventlog_free_event(event);
     }
     TEST_ASSERT_NULL(lcm_eventlog_read_next_event(log));

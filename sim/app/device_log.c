@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/app/device_log.h"
+
+#include <string.h>
+
+// ---- Names ----
+
+static status_t write_names(truth_t* const log, const char* const channel, const unsigned count,
+                            const char* const* const name)
+{
+    const truth_names_t names = {.count = count, .name = name};
+    return (count > 0U) ? truth_names(log, 0U, channel, &names) : STATUS_OK;
+}
+
+static status_t name_benches(truth_t* const log, const world_t* const world)
+{
+    const char* name[WORLD_BENCHES_MAX];
+    for (size_t i = 0U; i < world->bench_count; i++) {
+        name[i] = world->bench[i].device.name;
+    }
+    return write_names(log, "BENCH", (unsigned)world->bench_count, name);
+}
+
+static status_t name_instruments(truth_t* const log, const instrument_set_t* const instruments)
+{
+    const char* name[WORLD_INSTRUMENTS_MAX];
+    const size_t count = instrument_set_count(instruments);
+    for (size_t i = 0U; i < count; i++) {
+        name[i] = instrument_set_name(instruments, i);
+    }
+    return write_names(log, "INSTRUMENT", (unsigned)count, name);
+}
+
+static void find_supplies(device_log_t* const from, const world_power_unit_t* const unit)
+{
+    for (size_t i = 0U; i < unit->supply_count; i++) {
+        for (size_t k = 0U; k < devices_count(from->devices); k++) {
+            if (strcmp(device_place(from->devices, k)->name, unit->supply[i]) == 0) {
+                from->supply[from->supply_count] = k;
+                from->supply_count++;
+            }
+        }
+    }
+}
+
+static status_t name_supplies(truth_t* const log, const device_log_t* const from)
+{
+    const char* name[DEVICE_LOG_SUPPLIES_MAX];
+    for (unsigned i = 0U; i < from->supply_count; i++) {
+        name[i] = device_place(from->devices, from->supply[i])->name;
+    }
+    return write_names(log, "POWER", from->supply_count, name);
+}
+
+status_t device_log_names(truth_t* const log, device_log_t* const from)
+{
+    const char* name[SIMULATOR_BUSES_MAX];
+    for (unsigned i = 0U; i < from->bus_count; i++) {
+        name[i] = from->segments[i].name;
+    }
+    for (size_t i = 0U; i < from->world->power_unit_count; i++) {
+        find_supplies(from, &from->world->power_unit[i]);
+    }
+    status_t status = name_benches(log, from->world);
+    status          = (status == STATUS_OK) ? name_instruments(log, from->instruments) : status;
+    status          = (status == STATUS_OK) ? name_supplies(log, from) : status;
+    return (status == STATUS_OK) ? write_names(log, "BUS", from->bus_count, name) : status;
+}
+
+// ---- State ----
+
+static status_t log_benches(truth_t* const log, const devices_t* const devices, const uint64_t now_ns)
+{
+    double position[WORLD_BENCHES_MAX];
+    double velocity[WORLD_BENCHES_MAX];
+    double torque[WORLD_BENCHES_MAX];
+    truth_benches_t benches = {
+        .position_rad = position, .velocity_rad_s = velocity, .output_torque_nm = torque};
+    for (size_t i = 0U; i < devices_count(devices); i++) {
+        const motor_bench_t* bench = device_bench(devices, i);
+        if (bench != NULL) {
+            position[benches.count] = bench->rotor.position_rad;
+            velocity[benches.count] = bench->rotor.velocity_rad_s;
+            torque[benches.count]   = bench->output_torque_nm;
+            benches.count++;
+        }
+    }
+    return (benches.count > 0U) ? truth_benches(log, now_ns, &benches) : STATUS_OK;
+}
+
+static status_t log_instruments(truth_t* const log, const instrument_set_t* const instruments,
+                                const uint64_t now_ns)
+{
+    double value[WORLD_INSTRUMENTS_MAX];
+    bool enabled[WORLD_INSTRUMENTS_MAX];
+    bool plugged[WORLD_INSTRUMENTS_MAX];
+    const truth_instruments_t all = {.count   = (unsigned)instrument_set_count(instruments),
+                                     .value   = value,
+                                     .enabled = enabled,
+                                     .plugged = plugged};
+    for (unsigned i = 0U; i < all.count; i++) {
+        const instrument_t* instrument = instrument_set_at(instruments, i);
+        value[i]                       = instrument_value(instrument);
+        enabled[i]                     = instrument_is_enabled(instrument);
+        plugged[i]                     = instrument_is_plugged(instrument);
+    }
+    return (all.count > 0U) ? truth_instruments(log, now_ns, &all) : STATUS_OK;
+}
+
+static status_t log_power(truth_t* const log, const device_log_t* const from, const uint64_t now_ns)
+{
+    bool supplied[DEVICE_LOG_SUPPLIES_MAX];
+    for (unsigned i = 0U; i < from->supply_count; i++) {
+        supplied[i] = node_is_powered(device_model(from->devices, from->supply[i])->node);
+    }
+    return (from->supply_count > 0U) ? truth_power(log, now_ns, supplied, from->supply_count) : STATUS_OK;
+}
+
+/// Load, frames and errors of the interval that has ended.
+static void end_interval(device_log_t* const from, const uint64_t now_ns)
+{
+    for (unsigned i = 0U; i < from->bus_count; i++) {
+        const bus_statistics_t* statistics = bus_statistics(from->segments[i].bus);
+        const double busy_ns               = (double)(statistics->busy_ns - from->busy_ns[i]);
+        from->load[i]                      = busy_ns / (double)TRUTH_INTERVAL_NS;
+        from->busy_ns[i]                   = statistics->busy_ns;
+        from->frames[i]                    = statistics->frames;
+        from->errors[i]                    = statistics->errors;
+    }
+    from->next_ns = now_ns + TRUTH_INTERVAL_NS;
+}
+
+static status_t log_buses(truth_t* const log, device_log_t* const from, const uint64_t now_ns)
+{
+    int32_t state[SIMULATOR_BUSES_MAX];
+    uint32_t off[SIMULATOR_BUSES_MAX] = {0U};
+    bool plugged[SIMULATOR_BUSES_MAX];
+    const truth_buses_t buses = {.count   = from->bus_count,
+                                 .load    = from->load,
+                                 .frames  = from->frames,
+                                 .errors  = from->errors,
+                                 .state   = state,
+                                 .off     = off,
+                                 .plugged = plugged};
+    if (now_ns >= from->next_ns) {
+        end_interval(from, now_ns);
+    }
+    for (unsigned i = 0U; i < from->bus_count; i++) {
+        const bus_t* bus      = from->segments[i].bus;
+        const unsigned flight = from->segments[i].flight_node;
+        state[i]              = (flight < BUS_NODES_MAX) ? (int32_t)bus_controller(bus, flight)->state : -1;
+        plugged[i]            = (flight < BUS_NODES_MAX) && bus_is_plugged(bus, flight);
+        for (unsigned node = 0U; node < BUS_NODES_MAX; node++) {
+            off[i] += (bus_controller(bus, node)->state == CONTROLLER_STATE_BUS_OFF) ? 1U : 0U;
+        }
+    }
+    return (buses.count > 0U) ? truth_buses(log, now_ns, &buses) : STATUS_OK;
+}
+
+status_t device_log_state(truth_t* const log, device_log_t* const from, const uint64_t now_ns)
+{
+    status_t status = log_benches(log, from->devices, now_ns);
+    status          = (status == STATUS_OK) ? log_instruments(log, from->instruments, now_ns) : status;
+    status          = (status == STATUS_OK) ? log_power(log, from, now_ns) : status;
+    return (status == STATUS_OK) ? log_buses(log, from, now_ns) : status;
+}

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What the truth log contains of devices and buses that are no part of the plant: drives on benches,
+/// instruments, power units, buses.
+///
+/// Ownership  The caller places device_log_t; what it points to outlives it.
+#ifndef SIM_APP_DEVICE_LOG_H
+#define SIM_APP_DEVICE_LOG_H
+
+#include "sim/app/devices.h"
+#include "sim/app/instrument_set.h"
+#include "sim/app/segment.h"
+#include "sim/truth/truth.h"
+
+#include <stdint.h>
+
+#define DEVICE_LOG_SUPPLIES_MAX (WORLD_POWER_UNITS_MAX * WORLD_SUPPLIES_MAX)
+
+typedef struct {
+    const world_t* world;
+    const devices_t* devices;
+    const instrument_set_t* instruments; ///< Null: there are none.
+    const segment_t* segments;
+    unsigned bus_count;
+    // Private: devices behind power units; buses in the last interval.
+    size_t supply[DEVICE_LOG_SUPPLIES_MAX];
+    unsigned supply_count;
+    uint64_t next_ns;
+    uint64_t busy_ns[SIMULATOR_BUSES_MAX];
+    uint64_t frames[SIMULATOR_BUSES_MAX];
+    uint64_t errors[SIMULATOR_BUSES_MAX];
+    double load[SIMULATOR_BUSES_MAX];
+} device_log_t;
+
+/// Write the names. Returns STATUS_OK or STATUS_IO, as truth_names.
+status_t device_log_names(truth_t* log, device_log_t* from);
+/// Write the state after a step. Returns STATUS_OK or STATUS_IO.
+status_t device_log_state(truth_t* log, device_log_t* from, uint64_t now_ns);
+
+#endif // SIM_APP_DEVICE_LOG_H
