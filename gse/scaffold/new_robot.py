@@ -304,7 +304,8 @@ def descriptor(robot, names, base):
 
 
 def scenario(robot, names, start):
-    """Motions that any arm can perform from its start pose: towards the middle of the ranges, along a line and back, and a refusal."""
+    """Motions that any arm can perform from its start pose: towards the middle of the ranges, along a line and back, through points without
+    a stop, and a refusal."""
     away = [angle + math.copysign(min(0.3, 0.2 * (joint.upper - joint.lower)), (joint.upper + joint.lower) / 2.0 - angle)
             for joint, angle in zip(robot.joints, start)]
     tool, _ = jacobian_columns(robot, start)
@@ -312,8 +313,9 @@ def scenario(robot, names, start):
     reach = sum(math.hypot(*joint.origin[0]) for joint in robot.joints)
     goal = [tool[0][0], tool[0][1], tool[0][2] + 0.05 * reach]
     far = [3.0 * reach, 0.0, 0.0]
+    partly = [angles[i % 2] for i, angles in enumerate(zip(away, start))]
     at = {key: ",".join(f"{value:.6g}" for value in values) for key, values in
-          {"away": away, "start": start, "rotation": rotation, "tool": tool[0], "goal": goal, "far": far}.items()}
+          {"away": away, "partly": partly, "start": start, "rotation": rotation, "tool": tool[0], "goal": goal, "far": far}.items()}
     name, lines, time = names["NAME"], [], 0.2
 
     def step(command, seconds):
@@ -327,6 +329,9 @@ def scenario(robot, names, start):
         if len(robot.joints) >= 6:
             step(f"cmd {name}.LINE_TO POSITION={at['goal']} ROTATION={at['rotation']} SHARE=0.5", 3.0)
             step(f"cmd {name}.LINE_TO POSITION={at['tool']} ROTATION={at['rotation']} SHARE=0.5", 3.0)
+        for point in ("away", "partly", "start"):
+            step(f"cmd {name}.ADD_VIA POSITION={at[point]}", 0.1)
+        step(f"cmd {name}.MOVE_VIA SHARE=0.5 BLEND=0.05", 6.0)
 
     step(f"state {name} PRE_OPERATIONAL", 1.0)
     for configuration_name in ("POSITION", "TORQUE"):
@@ -341,7 +346,7 @@ def scenario(robot, names, start):
         step(f"state {name} PRE_OPERATIONAL", 0.5)
     step(f"state {name} OFFLINE", 1.0)
     step("shutdown", 0.0)
-    in_space = " and along lines," if len(robot.joints) >= 6 else ","
+    in_space = ", along lines" if len(robot.joints) >= 6 else ""
     return names | {"steps": "\n".join(lines), "in_space": in_space, "end": f"{time:.0f}"}
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The six-joint arm ur5e, which is descriptors, a world and a URDF only: its motions against the truth, and its refusals."""
 
+import json
 import re
 import shutil
 import struct
@@ -220,6 +221,25 @@ def test_the_arm_of_a_free_base_follows_its_desired_motion(free_flyer, configura
     truth = free_flyer.truth["JOINTS"]
     true = truth["position_rad"][np.searchsorted(truth["time_us"], np.array(times) - DELAY_US)]
     assert np.abs(true - values["DESIRED"]).max() < BOUNDS[configuration][0]
+
+
+def test_joints_pass_via_points_without_a_stop(free_flyer):
+    """The points are those of the scenario; the true joints come within BLEND of both in turn, and stop only at the last."""
+    lines = (flying.ROOT / "sim" / "scenarios" / "free-flyer.scn").read_text(encoding="utf-8")
+    first, second, last = (np.array(list(map(float, words.split(",")))) for words in re.findall(r"ADD_VIA POSITION=(\S+)", lines)[:3])
+    began, blend = (float(word) for word in re.search(r"(?m)^ *([0-9.]+)  operator cmd \S+MOVE_VIA SHARE=0.5 BLEND=([0-9.]+)$", lines).groups())
+    ended = next(step["end"] for step in map(json.loads, (free_flyer.folder / "operator.log").read_text(encoding="utf-8").splitlines())
+                 if "MOVE_VIA" in step["text"])
+    joints = free_flyer.truth["JOINTS"]
+    inside = (joints["time_us"] > 1e6 * began) & (joints["time_us"] < 1e6 * ended)
+    true = joints["position_rad"][inside]
+    nearest = [np.abs(true - point).max(axis=1) for point in (first, second)]
+    assert [distance.min() < blend + 0.002 for distance in nearest] == [True, True]
+    turns = [distance.argmin() for distance in nearest]
+    assert turns[0] < turns[1]
+    speed = np.linalg.norm(joints["velocity_rad_s"][inside], axis=1)
+    assert speed[turns[0] - 100 : turns[1] + 100].min() > 0.1
+    assert np.abs(true[-1] - last).max() < 0.003 and ended - began < 3.0
 
 
 STRUCTURE, LIMITS = 24, 1  # Layout and number of a parameter.

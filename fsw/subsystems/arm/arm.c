@@ -98,6 +98,9 @@ static const function_row_t functions[] = {
     {.name = "MOVE_TO", .arguments = 2U, .each = {1U, 0U}, .fixed = {0U, 1U}},
     {.name = "LINE_TO", .arguments = 3U, .fixed = {3U, 3U, 1U}},
     {.name = "STOP"},
+    {.name = "ADD_VIA", .arguments = 1U, .each = {1U}},
+    {.name = "CLR_VIA"},
+    {.name = "MOVE_VIA", .arguments = 2U, .fixed = {1U, 1U}},
 };
 
 static const function_row_t* row_of(const char* const name)

@@ -2,7 +2,8 @@
 /// The subsystem of any arm: a chain of 1 to 12 joints, each with a drive. Its descriptor has the model of
 /// the arm, its limits and its gains (docs/arm.md); no line of this program is about one robot.
 ///
-/// MOVE_TO moves all joints at once, LINE_TO the tool along a straight line, STOP ends a motion. The drives
+/// MOVE_TO moves all joints at once, LINE_TO the tool along a straight line, MOVE_VIA all joints through the
+/// points that ADD_VIA has collected, STOP ends a motion. The drives
 /// close the loop of the joints (mode of operation CSP), or the subsystem does (CST), then also with a tool
 /// that yields. A motion that the arm cannot do is refused with a reason: arm_refusal_reason_t.
 ///
@@ -55,6 +56,9 @@ typedef struct {     // All fields are private.
     arm_path_t path;
     arm_path_t line; ///< Being checked.
     arm_line_check_t check;
+    arm_trajectory_t points;     ///< Being collected.
+    arm_trajectory_t trajectory; ///< Being planned or flown.
+    bool is_planning;
     bool is_checking;
     bool is_moving;
     bool is_stopping;    ///< The motion under way ends before its goal.

@@ -26,6 +26,7 @@ static void end_move(arm_t* const arm, const uint16_t failure_code, const uint32
 {
     arm->is_moving   = false;
     arm->is_checking = false;
+    arm->is_planning = false;
     arm->is_stopping = false;
     subsystem_function_done(arm->generic, arm->move_token, failure_code, detail);
     arm->move_token = 0U;
@@ -35,6 +36,7 @@ static void begin_path(arm_t* const arm, const arm_path_t* const path)
 {
     arm->path        = *path;
     arm->is_checking = false;
+    arm->is_planning = false;
     arm->is_moving   = true;
 }
 
@@ -49,6 +51,21 @@ static void check_line(arm_t* const arm)
         end_move(arm, code_of(refusal), joint_of(refusal));
     } else {
         // The check continues in the next cycle.
+    }
+}
+
+/// A round of the plan of a trajectory; then it begins.
+static void plan_trajectory(arm_t* const arm)
+{
+    const status_t status = arm_trajectory_plan(&arm->trajectory, &arm->limits);
+    if (status == STATUS_OK) {
+        arm_path_t path;
+        arm_path_begin_trajectory(&path, &arm->trajectory);
+        begin_path(arm, &path);
+    } else if (status != STATUS_BUSY) {
+        end_move(arm, code_of((arm_refusal_t){ARM_REFUSAL_POINTS, 0U}), 0U);
+    } else {
+        // The plan continues in the next cycle.
     }
 }
 
@@ -74,6 +91,9 @@ void arm_motion_step(arm_t* const arm, const double period_s)
     if (arm->is_checking) {
         check_line(arm);
     }
+    if (arm->is_planning) {
+        plan_trajectory(arm);
+    }
     const arm_refusal_t refusal =
         arm_path_step(&arm->path, &arm->model, &arm->limits, period_s, &arm->motion);
     if (refusal.reason != ARM_REFUSAL_NONE) {
@@ -96,6 +116,7 @@ void arm_abandon(void* const self)
         arm->motion.acceleration_rad_s2[i] = 0.0;
     }
     arm_path_rest(&arm->path, &arm->model, &arm->motion);
+    arm_trajectory_clear(&arm->points);
     end_move(arm, PUS_FAILURE_ABORTED, 0U);
 }
 
@@ -147,12 +168,41 @@ static status_t line_to(arm_t* const arm, const subsystem_function_t* const func
     return STATUS_BUSY;
 }
 
+/// Also while the arm moves: the points are those of the next trajectory.
+static status_t add_point(arm_t* const arm, const subsystem_function_t* const function,
+                          const descriptor_function_t* const described)
+{
+    const double* const point_rad = argument_of(arm, function, described, 0U);
+    arm_refusal_t refusal         = arm_path_check_positions(&arm->model, &arm->limits, point_rad);
+    if ((refusal.reason == ARM_REFUSAL_NONE) &&
+        (arm_trajectory_add(&arm->points, &arm->model, point_rad) != STATUS_OK)) {
+        refusal.reason = ARM_REFUSAL_POINTS;
+    }
+    return (refusal.reason == ARM_REFUSAL_NONE) ? STATUS_OK : refuse(arm, function->call_token, refusal);
+}
+
+static status_t move_through(arm_t* const arm, const subsystem_function_t* const function,
+                             const descriptor_function_t* const described)
+{
+    const double share = *argument_of(arm, function, described, 0U);
+    const double blend = *argument_of(arm, function, described, 1U);
+    if ((arm->points.point_count == 0U) || !(blend > 0.0)) {
+        return refuse(arm, function->call_token, (arm_refusal_t){ARM_REFUSAL_POINTS, 0U});
+    }
+    arm->trajectory = arm->points;
+    arm_trajectory_clear(&arm->points);
+    arm_trajectory_begin(&arm->trajectory, &arm->limits, &arm->motion, share, blend);
+    arm->is_planning = true;
+    arm->move_token  = function->call_token;
+    return STATUS_BUSY;
+}
+
 static status_t stop(arm_t* const arm)
 {
     if (arm->drives.activity != DRIVES_ENGAGED) {
         return STATUS_FORBIDDEN;
     }
-    if (arm->is_checking) {
+    if (arm->is_checking || arm->is_planning) {
         end_move(arm, PUS_FAILURE_ABORTED, 0U);
     } else if (arm->is_moving && !arm->is_stopping) {
         arm_path_stop(&arm->path, &arm->model, &arm->limits, &arm->motion);
@@ -161,6 +211,20 @@ static status_t stop(arm_t* const arm)
         // The arm is at rest already, or is stopping.
     }
     return STATUS_OK;
+}
+
+/// From rest only.
+static status_t begin_motion(arm_t* const arm, const subsystem_function_t* const function,
+                             const descriptor_function_t* const described)
+{
+    if (arm->is_moving || arm->is_checking || arm->is_planning) {
+        return STATUS_FORBIDDEN;
+    }
+    if (strcmp(described->name, "MOVE_TO") == 0) {
+        return move_to(arm, function, described);
+    }
+    return (strcmp(described->name, "MOVE_VIA") == 0) ? move_through(arm, function, described)
+                                                      : line_to(arm, function, described);
 }
 
 status_t arm_perform(void* const self, const subsystem_function_t* const function)
@@ -180,9 +244,15 @@ status_t arm_perform(void* const self, const subsystem_function_t* const functio
     if (strcmp(described->name, "STOP") == 0) {
         return stop(arm);
     }
-    if ((arm->drives.activity != DRIVES_ENGAGED) || arm->is_moving || arm->is_checking) {
+    if (arm->drives.activity != DRIVES_ENGAGED) {
         return STATUS_FORBIDDEN;
     }
-    return (strcmp(described->name, "MOVE_TO") == 0) ? move_to(arm, function, described)
-                                                     : line_to(arm, function, described);
+    if (strcmp(described->name, "ADD_VIA") == 0) {
+        return add_point(arm, function, described);
+    }
+    if (strcmp(described->name, "CLR_VIA") == 0) {
+        arm_trajectory_clear(&arm->points);
+        return STATUS_OK;
+    }
+    return begin_motion(arm, function, described);
 }

@@ -41,10 +41,10 @@ void arm_path_rest(arm_path_t* const path, const arm_model_t* const model, const
     control_motion_rest(&path->progress, 0.0);
 }
 
-/// First joint outside its range.
-static arm_refusal_t check_positions(const arm_model_t* const model, const arm_limits_t* const limits,
-                                     const double position_rad[ARM_JOINTS_MAX])
+arm_refusal_t arm_path_check_positions(const arm_model_t* const model, const arm_limits_t* const limits,
+                                       const double position_rad[ARM_JOINTS_MAX])
 {
+    FSW_ASSERT((model != NULL) && (limits != NULL) && (position_rad != NULL));
     for (unsigned i = 0U; i < model->joint_count; i++) {
         if (!((position_rad[i] >= limits->lower_rad[i]) && (position_rad[i] <= limits->upper_rad[i]))) {
             return (arm_refusal_t){ARM_REFUSAL_POSITION, i};
@@ -58,7 +58,7 @@ arm_refusal_t arm_path_begin_joints(arm_path_t* const path, const arm_model_t* c
                                     const double goal_rad[ARM_JOINTS_MAX], const double share)
 {
     FSW_ASSERT((path != NULL) && (model != NULL) && (limits != NULL) && (from != NULL) && (share > 0.0));
-    const arm_refusal_t refusal = check_positions(model, limits, goal_rad);
+    const arm_refusal_t refusal = arm_path_check_positions(model, limits, goal_rad);
     if (refusal.reason != ARM_REFUSAL_NONE) {
         return refusal;
     }
@@ -92,6 +92,14 @@ void arm_path_begin_line(arm_path_t* const path, const arm_model_t* const model,
     const double angular = duration_of(arm_length(path->turn_rad), limits->tool_rate_rad_s,
                                        limits->tool_angular_acceleration_rad_s2, share);
     control_motion_begin(&path->progress, 0.0, 1.0, larger(DURATION_MIN_S, larger(linear, angular)));
+}
+
+void arm_path_begin_trajectory(arm_path_t* const path, const arm_trajectory_t* const trajectory)
+{
+    FSW_ASSERT((path != NULL) && (trajectory != NULL));
+    const double duration_s = arm_trajectory_duration_s(trajectory);
+    *path                   = (arm_path_t){.trajectory = trajectory};
+    control_motion_begin(&path->progress, 0.0, duration_s, duration_s);
 }
 
 // ---- Steps ----
@@ -128,7 +136,7 @@ static arm_refusal_t check_motion(const arm_model_t* const model, const arm_limi
             return (arm_refusal_t){ARM_REFUSAL_SPEED, i};
         }
     }
-    return check_positions(model, limits, motion->position_rad);
+    return arm_path_check_positions(model, limits, motion->position_rad);
 }
 
 /// First the joints go to where the tool belongs (one step of Newton's method), then their velocities follow
@@ -160,6 +168,25 @@ static arm_refusal_t step_line(const arm_path_t* const path, const arm_model_t* 
     return check_motion(model, limits, motion, &error);
 }
 
+/// The time of a trajectory goes on at its own rate, or slows down to rest.
+static void step_trajectory(arm_path_t* const path, const arm_model_t* const model,
+                            const control_motion_point_t* const point, const double period_s,
+                            arm_motion_t* const motion)
+{
+    control_motion_point_t time = *point;
+    if (!path->is_slowing) {
+        path->elapsed_s += period_s;
+        time = (control_motion_point_t){
+            .position = arm_path_is_done(path) ? point->position : path->elapsed_s, .velocity = 1.0};
+    }
+    arm_trajectory_at(path->trajectory, time.position, motion);
+    for (unsigned i = 0U; i < model->joint_count; i++) {
+        motion->acceleration_rad_s2[i] = (motion->acceleration_rad_s2[i] * time.velocity * time.velocity) +
+                                         (motion->velocity_rad_s[i] * time.acceleration);
+        motion->velocity_rad_s[i] *= time.velocity;
+    }
+}
+
 arm_refusal_t arm_path_step(arm_path_t* const path, const arm_model_t* const model,
                             const arm_limits_t* const limits, const double period_s,
                             arm_motion_t* const motion)
@@ -169,7 +196,11 @@ arm_refusal_t arm_path_step(arm_path_t* const path, const arm_model_t* const mod
     if (path->is_line) {
         return step_line(path, model, limits, &point, period_s, motion);
     }
-    step_joints(path, model, &point, motion);
+    if (path->trajectory != NULL) {
+        step_trajectory(path, model, &point, period_s, motion);
+    } else {
+        step_joints(path, model, &point, motion);
+    }
     return (arm_refusal_t){ARM_REFUSAL_NONE, 0U};
 }
 
@@ -188,6 +219,12 @@ void arm_path_stop(arm_path_t* const path, const arm_model_t* const model, const
                    const arm_motion_t* const motion)
 {
     FSW_ASSERT((path != NULL) && (model != NULL) && (limits != NULL) && (motion != NULL));
+    if (path->trajectory != NULL) {
+        const control_motion_point_t now = {.position = path->elapsed_s, .velocity = 1.0};
+        path->is_slowing                 = true;
+        control_motion_brake(&path->progress, &now, 1.0 / braking_duration_s(model, limits, motion));
+        return;
+    }
     control_motion_t ahead             = path->progress;
     const control_motion_point_t point = control_motion_step(&ahead, 0.0);
     if (!(point.velocity > 0.0)) {

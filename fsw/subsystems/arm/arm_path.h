@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Motions of an arm from rest to rest: all joints at once, or the tool along a straight line while it turns
-/// about a fixed axis. Minimum jerk in time; the duration is the shortest that the limits allow.
+/// about a fixed axis. Minimum jerk in time; the duration is the shortest that the limits allow. Or all
+/// joints along a trajectory through via points.
 ///
 /// A line is followed by inverse kinematics cycle by cycle. Before it begins, a check goes along it with
 /// larger steps and tells whether the arm can do it; in motion the same checks go on.
@@ -13,30 +14,19 @@
 
 #include "base/status.h"
 #include "fsw/framework/control/motion.h"
-#include "fsw/subsystems/arm/arm_inverse.h"
+#include "fsw/subsystems/arm/arm_limits.h"
 #include "fsw/subsystems/arm/arm_model.h"
+#include "fsw/subsystems/arm/arm_trajectory.h"
 
 #include <stdbool.h>
-
-typedef struct {
-    double lower_rad[ARM_JOINTS_MAX];
-    double upper_rad[ARM_JOINTS_MAX];
-    double speed_rad_s[ARM_JOINTS_MAX];
-    double acceleration_rad_s2[ARM_JOINTS_MAX];
-    double tool_speed_m_s;
-    double tool_acceleration_m_s2;
-    double tool_rate_rad_s;
-    double tool_angular_acceleration_rad_s2;
-    double tolerance; ///< Largest distance of the tool from its line [m], and error of its orientation [rad].
-    arm_inverse_t inverse;
-} arm_limits_t;
 
 /// Why a motion is refused or ended; the numbers are in telemetry.
 typedef enum {
     ARM_REFUSAL_NONE     = 0,
     ARM_REFUSAL_POSITION = 1, ///< A joint would leave its range.
     ARM_REFUSAL_SPEED    = 2, ///< A joint would exceed its speed.
-    ARM_REFUSAL_LINE     = 3  ///< The tool cannot stay on its line: out of reach, or a singular pose.
+    ARM_REFUSAL_LINE     = 3, ///< The tool cannot stay on its line: out of reach, or a singular pose.
+    ARM_REFUSAL_POINTS   = 4  ///< There is no via point, or no room for another one.
 } arm_refusal_reason_t;
 
 typedef struct {
@@ -46,7 +36,10 @@ typedef struct {
 
 typedef struct { // All fields are private.
     bool is_line;
-    control_motion_t progress; ///< From 0 to 1.
+    const arm_trajectory_t* trajectory; ///< Null: no trajectory.
+    bool is_slowing;                    ///< The trajectory is left in a slower time: `progress`.
+    double elapsed_s;                   ///< Time of the trajectory, otherwise.
+    control_motion_t progress;          ///< From 0 to 1; of a trajectory, its time.
     double start_rad[ARM_JOINTS_MAX];
     double distance_rad[ARM_JOINTS_MAX];
     arm_pose_t from;
@@ -63,10 +56,16 @@ arm_refusal_t arm_path_begin_joints(arm_path_t* path, const arm_model_t* model, 
 /// Tool to a pose in the frame of the base. `share` of the limits, > 0, is used.
 void arm_path_begin_line(arm_path_t* path, const arm_model_t* model, const arm_limits_t* limits,
                          const arm_motion_t* from, const arm_pose_t* goal, double share);
+/// Joints along a trajectory whose plan is ready; it is kept.
+void arm_path_begin_trajectory(arm_path_t* path, const arm_trajectory_t* trajectory);
+/// The first joint of a pose that is outside its range.
+arm_refusal_t arm_path_check_positions(const arm_model_t* model, const arm_limits_t* limits,
+                                       const double position_rad[ARM_JOINTS_MAX]);
 /// Advance by one period: the next point of the motion replaces `motion`.
 arm_refusal_t arm_path_step(arm_path_t* path, const arm_model_t* model, const arm_limits_t* limits,
                             double period_s, arm_motion_t* motion);
-/// Come to rest on the path, with the accelerations of the limits.
+/// Come to rest on the path, with the accelerations of the limits; on a trajectory in addition to those of
+/// its blends.
 void arm_path_stop(arm_path_t* path, const arm_model_t* model, const arm_limits_t* limits,
                    const arm_motion_t* motion);
 /// The joints come to rest from where they are, with these accelerations, whatever the path was.

@@ -21,9 +21,12 @@ enum {
     RIG_HAND_POSITION = 2
 }; // Ports.
 enum {
-    RIG_MOVE_TO = 1,
-    RIG_LINE_TO = 2,
-    RIG_STOP    = 3
+    RIG_MOVE_TO  = 1,
+    RIG_LINE_TO  = 2,
+    RIG_STOP     = 3,
+    RIG_ADD_VIA  = 4,
+    RIG_CLR_VIA  = 5,
+    RIG_MOVE_VIA = 6
 }; // Functions.
 
 typedef status_t (*rig_action_t)(void* self);
@@ -38,6 +41,11 @@ typedef struct {
     double rotation[3];
     double share;
 } rig_line_to_t;
+
+typedef struct {
+    double share;
+    double blend;
+} rig_move_through_t;
 
 extern subsystem_descriptor_t rig_descriptor;
 extern scripted_node_t* rig_joints[RIG_JOINTS];
