@@ -97,8 +97,8 @@ typedef struct {
     char identity[RUN_IDENTITY_MAX]; ///< "hirosco-<number>": prefix of every name of this run.
     bool is_stepped;                 ///< The processes take part in the scheduler.
     bool has_simulator;              ///< Devices are simulated, at addresses of the run.
-    bool
-        is_real; ///< Time follows the clock of the machine, so it continues while a process waits for a disk.
+    /// Time follows the clock of the machine, so it continues while a process waits for a disk.
+    bool is_real;
     uint8_t transport; ///< run_transport_t.
     uint32_t instance; ///< Number of this mission instance, part of its TIPC names.
     uint8_t computer_count;

@@ -7,8 +7,8 @@
 
 #include <stdint.h>
 
-/// Draw by the seed what the world lets differ: masses, inertias, centres of mass and the start of robots with
-/// a Spread, friction and stiffness of drives, the gain of wheels, the mounting of cameras.
+/// Draw by the seed what the world lets differ: masses, inertias, centres of mass and the start of robots
+/// with a Spread, friction and stiffness of drives, the gain of wheels, the mounting of cameras.
 void spread_apply(world_t* world, uint64_t seed);
 
 #endif // SIM_APP_SPREAD_H
