@@ -190,16 +190,18 @@ def momenta(run, every):
     spin = [types[name] for name in re.findall(r'<Drive [^>]* type="(\w+)"', FREE_URDF.with_suffix(".xml").read_text(encoding="utf-8"))]
     base, joints = run.truth["BASE"], run.truth["JOINTS"]
     turn = np.zeros(9)
+    present = np.searchsorted(joints["time_us"], base["time_us"], side="right") - 1  # What does not move has no new sample.
     for i in range(0, len(base["time_us"]), every):
+        joint = present[i]
         mujoco.mju_quat2Mat(turn, base["rotation"][i, 0])
         rate = base["rate_rad_s"][i, 0]
-        data.qpos[:] = np.concatenate((base["position_m"][i, 0], base["rotation"][i, 0], joints["position_rad"][i]))
-        data.qvel[:] = np.concatenate((base["velocity_m_s"][i, 0], turn.reshape(3, 3).T @ rate, joints["velocity_rad_s"][i]))
+        data.qpos[:] = np.concatenate((base["position_m"][i, 0], base["rotation"][i, 0], joints["position_rad"][joint]))
+        data.qvel[:] = np.concatenate((base["velocity_m_s"][i, 0], turn.reshape(3, 3).T @ rate, joints["velocity_rad_s"][joint]))
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
         mujoco.mj_subtreeVel(model, data)
         inertia = data.ximat[1].reshape(3, 3) @ np.diag(model.body_inertia[1]) @ data.ximat[1].reshape(3, 3).T
-        rotors = (spin * joints["velocity_rad_s"][i]) @ data.xaxis[1:]
+        rotors = (spin * joints["velocity_rad_s"][joint]) @ data.xaxis[1:]
         yield model.body_subtreemass[1] * data.subtree_linvel[1], data.subtree_angmom[1] + rotors, inertia @ rate
 
 
