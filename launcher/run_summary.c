@@ -193,6 +193,28 @@ static bool write_whole(const launcher_t* const launcher, const char* const summ
     return is_written && (osal_file_rename(part, path) == STATUS_OK);
 }
 
+/// Lines of the live port that changed the flight; nothing if the run had no live port.
+static void add_live(text_t* const text, const launcher_t* const launcher)
+{
+    char path[SUMMARY_PATH];
+    char octets[4096];
+    osal_file_t file = {-1};
+    size_t size      = 0U;
+    uint64_t lines   = 0U;
+    if (!text_join(path, sizeof path, (const char* const[]){launcher->run->folder, "/live.scn", NULL}) ||
+        (osal_file_open_read(&file, path) != STATUS_OK)) {
+        return;
+    }
+    while ((osal_file_read(&file, octets, sizeof octets, &size) == STATUS_OK) && (size > 0U)) {
+        for (size_t i = 0U; i < size; i++) {
+            lines += (octets[i] == '\n') ? 1U : 0U;
+        }
+    }
+    osal_file_close(&file);
+    add_key(text, "live_lines");
+    text_add_unsigned(text, lines);
+}
+
 static size_t describe_run(const launcher_t* const launcher, char out_summary[SUMMARY_MAX])
 {
     text_t text = text_in(out_summary, SUMMARY_MAX);
@@ -210,6 +232,7 @@ static size_t describe_run(const launcher_t* const launcher, char out_summary[SU
     text_add(&text, is_reproducible ? "true" : "false");
     add_key(&text, "cut_short");
     text_add(&text, launcher->is_cut_short ? "true" : "false");
+    add_live(&text, launcher);
     add_key(&text, "exit_code");
     text_add_signed(&text, launcher->exit_code);
     add_word(&text, "exit_reason", launcher->reason);

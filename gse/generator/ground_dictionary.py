@@ -145,6 +145,7 @@ def _subsystem(listed, loaded):
         "configuration_hash": f"0x{loaded.configuration_hash:016X}",
         "executable": listed.text("executable"),
         "autostart": listed.flag("autostart"),
+        "power_w": {power.text("state"): power.unsigned("watts", 0, 100000) for power in listed.children},
         "enumerations": {enumeration.name: enumeration.numbers for enumeration in loaded.enumerations},
         "failures": [{"name": failure.name, "code": failure.code, "detail": failure.detail} for failure in loaded.failures],
         "parameters": [_parameter(parameter) for parameter in loaded.parameters],

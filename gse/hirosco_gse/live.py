@@ -44,7 +44,14 @@ def taken(answer):
     """Decode an answer: (simulated time [s] at which the line acts, whether simulated time is paused). Raises LiveRefused."""
     if answer[0] != "ok" or len(answer) < 2:
         raise LiveRefused(re.sub(r"^refused (live:\d+: )?", "refused: ", " ".join(answer)))
-    return float(answer[1]), answer[2:] == ["paused"]
+    return float(answer[1]), "paused" in answer[2:3]
+
+
+def pace_of(answer):
+    """What else an accepted answer says: (speed of simulated time, name of the client that aims the hand or None)."""
+    rest = [word for word in answer[2:] if word != "paused"]
+    said = dict(zip(rest[::2], rest[1::2]))
+    return float(said.get("speed", 1.0)), said.get("hand")
 
 
 class LiveWorld:

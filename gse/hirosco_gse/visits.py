@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Other users of the ground port in a flight that is repeated: reads, performs and records the lines of the actor `ground`.
 
-    <time s> ground connect              open a connection to the ground port
-    <time s> ground send HEX             send octets of telecommands on that connection
-    <time s> ground hang-up              close it
+    <time s> ground connect [NAME]       open a connection to the ground port
+    <time s> ground send HEX [NAME]      send octets of telecommands on that connection
+    <time s> ground hang-up [NAME]       close it
+
+NAME tells connections apart that are open at the same time.
 
 The operator performs these lines in its grants, also while its own script waits. COMMUNICATION polls its connections every 10 ms. A
 line is performed LEAD_NS before the time at which the packet log shows its effect, so that the same poll finds it as in the recorded flight.
@@ -35,15 +37,17 @@ class Visit:
     time_ns: int
     verb: str
     octets: bytes = b""
+    name: str = ""
 
 
 def parse(place, time_ns, words):
     """The Visit of a line. Raises VisitError."""
     verb, *rest = words
-    if verb not in USAGES or len(rest) != USAGES[verb]:
-        raise VisitError(f"{place}: found 'ground {' '.join(words)[:60]}', expected ground connect, ground send HEX or ground hang-up")
+    count = USAGES.get(verb, 0)
+    if verb not in USAGES or len(rest) not in (count, count + 1):
+        raise VisitError(f"{place}: found 'ground {' '.join(words)[:60]}', expected ground connect, ground send HEX or ground hang-up, and a name if there are several")
     try:
-        return Visit(time_ns, verb, bytes.fromhex(rest[0]) if rest else b"")
+        return Visit(time_ns, verb, bytes.fromhex(rest[0]) if count else b"", rest[count] if len(rest) > count else "")
     except ValueError as error:
         raise VisitError(f"{place}: found '{rest[0][:60]}', expected octets as hexadecimal digits") from error
 
@@ -53,7 +57,7 @@ class Visits:
 
     def __init__(self, lines, connect):
         self._lines, self._connect = list(lines), connect
-        self._stream = None
+        self._streams = {}
 
     @property
     def next_ns(self):
@@ -66,25 +70,31 @@ class Visits:
             self._perform(self._lines.pop(0))
 
     def _perform(self, visit):
+        stream = self._streams.get(visit.name)
         if visit.verb == "connect":
-            self.close()
-            self._stream = self._connect()
-            threading.Thread(target=_drain, args=(self._stream,), daemon=True).start()
-        elif self._stream is None:
-            raise VisitError(f"ground {visit.verb} at {visit.time_ns / 1e9:.4f} s: there is no connection; `ground connect` comes first")
+            self._hang_up(visit.name)
+            self._streams[visit.name] = stream = self._connect()
+            threading.Thread(target=_drain, args=(stream,), daemon=True).start()
+        elif stream is None:
+            named = f" {visit.name}" if visit.name else ""
+            raise VisitError(f"ground {visit.verb}{named} at {visit.time_ns / 1e9:.4f} s: there is no connection; `ground connect{named}` comes first")
         elif visit.verb == "send":
             with contextlib.suppress(OSError):  # The spacecraft may have closed it, as in the flight recorded.
-                self._stream.sendall(visit.octets)
+                stream.sendall(visit.octets)
         else:
-            self.close()
+            self._hang_up(visit.name)
+
+    def _hang_up(self, name):
+        stream = self._streams.pop(name, None)
+        if stream is not None:
+            with contextlib.suppress(OSError):
+                stream.shutdown(2)
+            stream.close()
 
     def close(self):
-        """End the connection."""
-        if self._stream is not None:
-            with contextlib.suppress(OSError):
-                self._stream.shutdown(2)
-            self._stream.close()
-            self._stream = None
+        """End all connections."""
+        for name in list(self._streams):
+            self._hang_up(name)
 
 
 def _drain(stream):
@@ -104,35 +114,79 @@ def _operator_requests(run):
 
 
 def _effects(run):
-    """(time, verb, octets) of each action of other users, from the packet log; the first connection is that of the operator."""
+    """(time, verb, octets, user or None) of each action of other users, from the packet log; the first connection is that of the operator."""
     own, has_operator = _operator_requests(run), (run / "operator.log").exists()
     with (run / "packets.log").open(encoding="ascii") as log:
         found = packet_log.parse_packets(log, run / "packets.log")
     for time_ns, direction, packet, raw in found:
         if direction == "TC":  # None: not a telecommand, so the operator has not sent it.
             if packet is None or (packet.user < ON_BOARD and (packet.apid, packet.sequence) not in own):
-                yield time_ns, "send", raw
+                yield time_ns, "send", raw, None if packet is None else packet.user
         elif packet.apid == COMMUNICATION_APID and packet.message == (5, 1):
             event = int.from_bytes(packet.data[:2], "big")
             if event == CONNECTED and has_operator:
                 has_operator = False
             elif event in (CONNECTED, LOST):
-                yield time_ns, "connect" if event == CONNECTED else "hang-up", b""
+                yield time_ns, "connect" if event == CONNECTED else "hang-up", b"", None
+
+
+class _Connections:
+    """Which connection an action belongs to. The packet log has no connections, but the user of each telecommand: each user has one connection,
+    the oldest one that no user has yet. The connection that ends is one whose user is silent until the next connection begins, the newest
+    of those. Connections without telecommands are alike: what they receive is sent to all."""
+
+    def __init__(self, effects):
+        self._effects, self._at = effects, 0
+        self._open, self._count = {}, 0  # name -> user
+
+    def name_of(self, verb, user):
+        """Name for the next action; None: there is no such connection."""
+        self._at += 1
+        if verb == "connect":
+            self._count += 1
+            self._open[str(self._count)] = None
+            return str(self._count)
+        if verb == "hang-up":
+            name = self._ending()
+            self._open.pop(name, None)
+            return name
+        names = [name for name, of in self._open.items() if of == user] or [name for name, of in self._open.items() if of is None]
+        if names and user is not None:
+            self._open[names[0]] = user
+        return names[0] if names else next(iter(self._open), None)
+
+    @property
+    def count(self):
+        """Connections that are open."""
+        return len(self._open)
+
+    def _ending(self):
+        later = set()
+        for _, verb, _, user in self._effects[self._at :]:
+            if verb == "connect":
+                break
+            later.add(user)
+        silent = [name for name, user in self._open.items() if user is None or user not in later]
+        return (silent or list(self._open) or [None])[-1]
 
 
 def recorded(run):
-    """Lines of the actor `ground` of a flight, in order. Raises VisitError if two others were connected at once: their telecommands
-    cannot be told apart, or if telecommands were protected by a key."""
+    """Lines of the actor `ground` of a flight, in order. Raises VisitError if telecommands were protected by a key."""
     run = pathlib.Path(run)
     if (run / "ground.key-file").exists():
         raise VisitError(f"{run}: telecommands were protected by a key; they cannot be sent again")
-    lines, is_connected = [], False
-    for time_ns, verb, raw in _effects(run):
-        if verb == "connect" and is_connected:
-            raise VisitError(f"{run}: two users besides the operator were connected at {time_ns / 1e9:.4f} s; their telecommands cannot be told apart")
-        if verb == "hang-up" and not is_connected:
-            continue  # The operator's, at the end.
-        is_connected = verb != "hang-up"
-        at_ns = max(0, time_ns - LEAD_NS)
-        lines.append((at_ns / 1e9, f"{at_ns / 1e9:.9f} ground {verb}{' ' + raw.hex() if raw else ''}"))
-    return lines
+    effects = list(_effects(run))
+    connections, actions, most = _Connections(effects), [], 0
+    for time_ns, verb, raw, user in effects:
+        name = connections.name_of(verb, user)
+        if name is None:
+            if verb == "hang-up":
+                continue  # The operator's, at the end.
+            raise VisitError(f"{run}: a telecommand at {time_ns / 1e9:.4f} s came on no connection of the packet log; is the log complete?")
+        most = max(most, connections.count)
+        actions.append((max(0, time_ns - LEAD_NS), verb, raw, name))
+    found = []
+    for at_ns, verb, raw, name in actions:
+        words = [verb, *([raw.hex()] if raw else []), *([name] if most > 1 else [])]
+        found.append((at_ns / 1e9, f"{at_ns / 1e9:.9f} ground {' '.join(words)}"))
+    return found

@@ -47,6 +47,7 @@ struct live {
     bool is_paused;
     uint64_t step_until_ns; // While paused.
     double speed;
+    char aims[NAME_OCTETS]; // The client that has sent it.
     bool is_aimed;  // The last line of the hand from a client was `aim`, and the hand still has the stick.
     bool is_silent; // No line followed: this port has made the hand hold.
     uint64_t aimed_ns;
@@ -92,6 +93,7 @@ static status_t take_world_line(live_t* const live, scenario_line_t* const line,
         live->is_aimed  = strcmp(rest.word[0], "aim") == 0;
         live->is_silent = false;
         live->aimed_ns  = live->now_ns;
+        (void)snprintf(live->aims, sizeof live->aims, "%s", who);
     }
     return status;
 }
@@ -293,8 +295,11 @@ static void take_line(live_t* const live, client_t* const client, const char* co
                                 ? take_words(live, client, &line, error)
                                 : scenario_error(&line, "too many words", "at most 12", error);
     if (status == STATUS_OK) {
-        (void)snprintf(reply, sizeof reply, "ok %" PRIu64 ".%09" PRIu64 "%s\n", live->now_ns / 1000000000U,
-                       live->now_ns % 1000000000U, live_is_held(live, live->now_ns) ? " paused" : "");
+        const bool is_aimed = live->is_aimed && !live->is_silent;
+        (void)snprintf(reply, sizeof reply, "ok %" PRIu64 ".%09" PRIu64 "%s speed %g%s%s\n",
+                       live->now_ns / 1000000000U, live->now_ns % 1000000000U,
+                       live_is_held(live, live->now_ns) ? " paused" : "", live->speed,
+                       is_aimed ? " hand " : "", is_aimed ? live->aims : "");
     } else {
         (void)snprintf(reply, sizeof reply, "refused %s\n", error);
     }

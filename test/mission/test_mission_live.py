@@ -103,8 +103,10 @@ def flight(hangar):
         flight.missed = _dropped(sleeper, world)
         world.ask("speed 1")
         world.ask("resume")
-        with Spacecraft(flight.folder) as craft:
+        with Spacecraft(flight.folder, user=3) as web, Spacecraft(flight.folder) as craft:
+            web.do("ping JOYSTICK")
             craft.do("ping all")
+            web.do("ping MANIPULATOR")
             craft.do("status")
             flight.answers += [craft.get("MANIPULATOR.TORQUE_OFFSET"), craft.state("JOYSTICK")]
             with pytest.raises(Rejected) as refusal:
@@ -119,6 +121,7 @@ def flight(hangar):
 def test_the_flight_ends_well(flight):
     assert flight.code == 0, flight.told()
     assert len([line for line in flight.read("live.scn").splitlines() if " hand aim " in line]) == 150
+    assert flight.facts["live_lines"] == len(flight.read("live.scn").splitlines())
 
 
 def test_every_line_is_recorded_with_who_gave_it(flight):

@@ -259,6 +259,42 @@ def test_everybody_can_use_the_page(page, theme, size, hangar):
     assert not serious
 
 
+def test_states_and_network_are_tabs_of_a_tablet(page):
+    page.set_viewport_size({"width": 1024, "height": 768})
+    page.click("#work-Network")
+    page.locator("station-work station-network .link-row >> nth=0").wait_for()
+    page.click("#work-State")
+    page.locator("station-work station-states .box >> nth=0").wait_for()
+    page.set_viewport_size({"width": 1440, "height": 900})
+    page.locator("nav station-states").wait_for()
+    page.wait_for_selector("#work-State", state="hidden")
+
+
+def test_a_key_lists_the_keys(page):
+    page.click("#work-Operate")
+    page.locator("station-scene canvas").focus()
+    page.keyboard.press("?")
+    page.wait_for_selector("td:has-text('STOP ALL') >> nth=0")
+
+
+def test_a_fault_is_caused_and_its_event_is_found(page, flight):
+    """From the form of the verb; the list of events is filtered by severity and subsystem."""
+    choose(page, "fault unplug")
+    page.fill("label:has-text('bus or instrument') input", "joystick")
+    page.fill("label:has-text('device') input", "STICK")
+    page.wait_for_selector("text=line for the simulator: complete, in range")
+    page.click(SEND + ":not(:disabled)")
+    until(page, "window.station.store.states.get('JOYSTICK').state === 'ERROR_OPERATIONAL'")
+    assert "fault unplug joystick STICK # station" in flight.read("live.scn")
+    page.click("#log-Events")
+    page.select_option("[aria-label='Least severity shown']", "HIGH")
+    page.select_option("[aria-label='Subsystem shown']", "JOYSTICK")
+    until(page, "[...document.querySelectorAll('station-log .entry svg')].every((one) => one.getAttribute('aria-label') === 'HIGH')")
+    assert page.locator("station-log .entry:has-text('JOYSTICK')").count() > 0
+    page.select_option("[aria-label='Least severity shown']", "INFORMATIVE")
+    page.select_option("[aria-label='Subsystem shown']", "")
+
+
 def test_only_the_present_state_is_marked(page):
     """States that were passed do not keep their symbols."""
     for state in ("SAFE_OPERATIONAL", "PRE_OPERATIONAL"):

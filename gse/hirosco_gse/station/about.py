@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the page must know of a mission: its part of the dictionary."""
 
-from .. import commands
+from .. import commands, live
 from ..dictionary import STATES, unit_of, words_of
+from ..usage import CONSOLE
 
 
 def _leaves(parameters, name):
@@ -30,7 +31,7 @@ def hello(dictionary, flight, world):
         "states": STATES,
         **{key: content.get(key) for key in kept},
         "subsystems": [about(item) for item in content["subsystems"]],
-        "verbs": {name: usage for name, (_, usage, _) in commands.VERBS.items()},
+        "verbs": {name: usage for name, (_, usage, _) in commands.VERBS.items()} | {name: CONSOLE[name][0] for name in live.VERBS},
         "world": world,
     }
 
@@ -61,6 +62,7 @@ def about(item):
         "name": item["name"],
         "apid": item["apid"],
         "infrastructure": bool(item.get("autostart")),
+        "power_w": item.get("power_w"),
         "parameters": parameters,
         "functions": item.get("functions", []),
         "configurations": [_configuration(item, part) for part in item["configurations"]],

@@ -14,6 +14,7 @@ from ..command import UsageError
 from ..commands import REST_STATES
 from ..messages import NUMBERS
 from ..values import FORMATS, REALS
+from . import live_forms
 
 UPWARD = REST_STATES[1:4]
 STRUCTURE_VERBS = ("enable", "disable", "once", "report", "delete")
@@ -268,6 +269,15 @@ def _of_mission(dictionary):
         yield _plain(words, name, "mission", words.split())
 
 
+def _of_world():
+    """Forms of the lines of the live port; what is sent there is no telecommand."""
+    for actor in live_forms.ACTORS:
+        for verb, words in live_forms.verbs(actor):
+            fields = tuple(live_forms.fields_of(words))
+            start = (actor, verb)
+            yield Form(f"{actor} {verb}", f"{actor} {verb}", "simulated world", fields, lambda values, start=start, fields=fields: live_forms.line_of(start, fields, values))
+
+
 class Forms:
     """All forms of a dictionary, by id."""
 
@@ -277,7 +287,8 @@ class Forms:
             self._add(_of_subsystem(item))
         self._add(_of_mission(dictionary))
         self._add(_request(dictionary, entry) for entry in dictionary.catalogue.all("TC"))
-        self._suggestions = _suggestions(dictionary)
+        self._add(_of_world())
+        self._suggestions = _suggestions(dictionary) | live_forms.suggestions(dictionary)
 
     def _add(self, forms):
         self.by_id.update((form.id, form) for form in forms)

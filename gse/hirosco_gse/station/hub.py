@@ -35,6 +35,7 @@ PATIENCE_NS = 20_000_000_000  # For reports other than those of verification, in
 SILENT_NS = 10_000_000_000  # A request without any report for this simulated time has no answer yet.
 TICK_S = 0.1
 RETRY_S = 0.5
+HAND_S = 1.0  # A page whose last `aim` is longer ago has left the hand.
 LEAVE_S = 2.0  # A page that is loaded again comes back within this time.
 COUNT_S = 1.0  # Between two messages with the counts of packets.
 GAP_MAX = 1000  # A larger jump of a message type counter is a restart.
@@ -115,6 +116,8 @@ class Hub:
         self.taps = Taps(publish)
         self.dictionary = self.session = self.flight = self.world = None
         self.link = {"kind": "link", "is_live": False, "text": "no flight yet"}
+        self.hand = {"kind": "hand", "page": None, "other": None}
+        self._aims = (None, 0.0)  # Page that aims the hand, and when it did last.
         self.pace = {"kind": "pace", "is_there": False, "is_paused": False, "speed": 1.0}
         self._numbers = itertools.count(1)
         self._begin(None)
@@ -150,7 +153,7 @@ class Hub:
         self.session.on_sent = self._on_sent
         self.session.listeners.append(self._listen)
         self.session.events = collections.deque(maxlen=KEPT_EVENTS)
-        self.world_port.move_to(run)
+        self.world_port.move_to(run, f"station-{self.identity.name or self.identity.number}")
         self.taps.move_to(run, dictionary)
         try:
             self.world = as_lists(world.read(world_of(run)))
@@ -490,16 +493,37 @@ class Hub:
 
     # The simulated world ------------------------------------------------------------------------------------
 
-    async def live(self, line):
-        """Send a line to the live port; the result as a message."""
+    async def live(self, line, page=None):
+        """Send a line to the live port; the result as a message. page: number of the page that gives it."""
+        words = line.split()
+        is_hand = words[:1] == ["hand"]
+        owner = self._hand_owner(page)
+        if is_hand and owner:
+            return {"kind": "live", "line": line, "refused": f"the hand is taken by {owner}"}
         try:
             seconds, is_paused = await self.world_port.ask(line)
         except SessionError as problem:
             return {"kind": "live", "line": line, "refused": str(problem)}
-        words = line.split()
-        speed = float(words[1]) if words[0] == "speed" and len(words) == 2 else self.pace["speed"]
-        self._say_pace({"kind": "pace", "is_there": True, "is_paused": is_paused, "speed": speed})
+        if is_hand:
+            self._aims = (page, time.monotonic()) if words[1] == "aim" else (None, 0.0)
+        self._say_pace({"kind": "pace", "is_there": True, "is_paused": is_paused, "speed": self.world_port.speed})
+        self._say_hand()
         return {"kind": "live", "line": line, "time": seconds}
+
+    def _hand_owner(self, page):
+        """Who else aims the hand now, in words; None if it is free or this page's."""
+        other, since = self._aims
+        if other is not None and other != page and time.monotonic() - since < HAND_S:
+            return "another page"
+        return self.world_port.hand
+
+    def _say_hand(self):
+        number, since = self._aims
+        number = number if time.monotonic() - since < HAND_S else None
+        hand = {"kind": "hand", "page": number, "other": self.world_port.hand}
+        if hand != self.hand:
+            self.hand = hand
+            self.publish(hand)
 
     def _say_pace(self, pace):
         if pace != self.pace:
@@ -525,7 +549,7 @@ class Hub:
         """Messages that describe the present."""
         if self.dictionary is None:
             return [self.link]
-        found = [self.hello(), self.link, self.pace, {"kind": "mode", "mode": self.session.mode}]
+        found = [self.hello(), self.link, self.pace, self.hand, {"kind": "mode", "mode": self.session.mode}]
         found += self.states.values()
         found += self.housekeeping.values()
         found += itertools.islice(self.events, max(0, len(self.events) - SHOWN), None)

@@ -9,13 +9,14 @@ command may have "form" and "values" (forms.py). Station -> browser: the message
 import asyncio
 import base64
 import contextlib
+import itertools
 import json
 import shlex
 import sys
 
 from aiohttp import WSMsgType, web
 
-from .. import packets
+from .. import live, packets
 from ..command import UsageError
 from ..critical import is_critical
 from .forms import script_of
@@ -26,7 +27,11 @@ MESSAGE_MAX = 1 << 18  # A file of 128 KiB in base64.
 POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
 READS = ("structures", "plan", "forms", "script", "watch")
 DISPLAY = ("hk", "enable")
+LIVE = [[verb] for verb in live.VERBS]  # They go to the simulator.
 HEADERS = {"Content-Security-Policy": POLICY, "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer", "Cache-Control": "no-cache"}
+
+
+_NUMBERS = itertools.count(1)
 
 
 class _Browser:
@@ -37,6 +42,7 @@ class _Browser:
         self.waiting = []
         self.bus = None  # Its frames are on the page.
         self.dropped = 0
+        self.number = next(_NUMBERS)
         self._wake = asyncio.Event()
 
     def put(self, message):
@@ -131,7 +137,7 @@ class Station:
         browser = _Browser(socket)
         for message in self.hub.snapshot():
             browser.waiting.append(json.dumps(message))
-        browser.put(json.dumps({"kind": "ready"}))
+        browser.put(json.dumps({"kind": "ready", "page": browser.number}))
         self.browsers.add(browser)
         self._look()
         sender, tasks = asyncio.create_task(browser.send()), set()
@@ -163,7 +169,9 @@ class Station:
             do, number = order["do"], order.get("id")
             self._check_right(do, order)
             if do == "live":
-                return {**await self.hub.live(str(order["line"])), "id": number}
+                return {**await self.hub.live(str(order["line"]), browser.number), "id": number}
+            if do == "command" and self._text(order).split()[:1] in LIVE:
+                return {**await self.hub.live(self._text(order), browser.number), "kind": "answer", "id": number}
             if do == "command":
                 return {"kind": "answer", "id": number, "command": self.hub.command(self._text(order), bool(order.get("display")))}
             if do == "structures":
@@ -183,7 +191,7 @@ class Station:
             if do == "script":
                 return {"kind": "answer", "id": number, "text": script_of(self.hub.commands)}
             return {"kind": "answer", "id": number, "refused": f"unknown request '{do}'"}
-        except UsageError as problem:
+        except (UsageError, live.LiveRefused) as problem:
             return {"kind": "answer", "id": number, "refused": str(problem)}
         except (ValueError, KeyError, TypeError, AttributeError) as problem:
             return {"kind": "answer", "refused": f"not understood: {problem!r}"}
@@ -207,6 +215,9 @@ class Station:
         return self.hub.text_of(str(order["form"]), order["values"]) if "form" in order else str(order["text"])
 
     def _preview(self, text):
+        if text.split()[:1] in LIVE:
+            live.octets_of(text)
+            return {"text": text, "line": text, "critical": False, "octets": [], "messages": ["line for the simulator"]}
         planned = self.hub.plan(text)
         octets = [
             packets.build_tc(request.apid, 0, request.service, request.subtype, request.data, self.hub.session.source)

@@ -20,6 +20,7 @@ class WorldPort:
 
     def __init__(self, name="station"):
         self._name = name
+        self.speed, self.hand = 1.0, None  # Pace of simulated time; name of the client that aims the hand.
         self._run = self._reader = self._writer = None
         self._turn = asyncio.Lock()
 
@@ -28,10 +29,10 @@ class WorldPort:
             self._writer.close()
         self._reader = self._writer = None
 
-    def move_to(self, run):
-        """Use the live port of another run."""
+    def move_to(self, run, name):
+        """Use the live port of another run, as a client of this name."""
         self._close()
-        self._run = run
+        self._run, self._name = run, name
 
     async def _open(self):
         if self._run is None:
@@ -63,7 +64,10 @@ class WorldPort:
             except asyncio.CancelledError:
                 self._close()  # An answer may still come; it belongs to no later line.
                 raise
-        return live.taken(answer)
+        found = live.taken(answer)
+        self.speed, hand = live.pace_of(answer)
+        self.hand = hand if hand != self._name else None
+        return found
 
 
 class Taps:

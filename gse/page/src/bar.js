@@ -4,7 +4,8 @@
 import { store } from "./store.js";
 import { clock, el, number, show, svg, symbol, text } from "./dom.js";
 
-const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 10, 0];  // 0: as fast as possible
+const speedName = (speed) => (speed === 0 ? "as fast as possible" : `${speed} ×`);
 const ORDER = ["HIGH", "MEDIUM", "LOW"];
 const SYMBOL = { HIGH: "critical", MEDIUM: "serious", LOW: "caution" };
 
@@ -36,6 +37,7 @@ class Bar extends HTMLElement {
     this.linkSymbol = el("span");
     this.linkText = el("strong");
     this.modeText = el("strong");
+    this.power = el("strong", { class: "mono" });
     this.what = el("strong");
     this.counts = el("span", { class: "counts" });
     this.slot_ = el("div", { class: "cell slot" }, el("div", { class: "two" }, this.what, this.counts));
@@ -44,20 +46,21 @@ class Bar extends HTMLElement {
     this.pause = el("button", { "aria-label": "Pause the world (Space)", title: "Pause the world (Space)", onclick: () => this.togglePause() }, "❚❚");
     this.step = el("button", { "aria-label": "Step 0.1 s (.)", title: "Step 0.1 s (.)", onclick: () => store.live("step 0.1") }, "▶❚");
     this.speed = el("select", { "aria-label": "Speed of simulated time", onchange: () => store.live(`speed ${this.speed.value}`) },
-      ...SPEEDS.map((speed) => el("option", { value: speed }, `${speed} ×`)));
+      ...SPEEDS.map((speed) => el("option", { value: speed }, speedName(speed))));
     this.theme = el("button", { "aria-label": "Light or dark", title: "Light or dark", onclick: toggleTheme }, "☀");
-    this.stop = el("button", { class: "stop", title: "Everything to ERROR_OPERATIONAL (Ctrl Shift S)", onclick: () => store.command("stop") }, octagon(), "STOP ALL");
+    this.stop = el("button", { class: "stop", id: "stop-all", title: "Everything to ERROR_OPERATIONAL (Ctrl Shift S)", onclick: () => store.command("stop") }, octagon(), "STOP ALL");
     this.append(
       el("div", { class: "cell mission" }, this.missionName),
       el("div", { class: "cell link-cell" }, this.linkSymbol, el("div", { class: "two" }, el("span", { class: "hint" }, "Spacecraft link"), this.linkText)),
       el("div", { class: "cell mode-cell" }, el("div", { class: "two" }, el("span", { class: "hint" }, "Mode"), this.modeText)),
+      el("div", { class: "cell power-cell", title: "Electrical power that the states need, of that which the mission has" }, el("div", { class: "two" }, el("span", { class: "hint" }, "Power"), this.power)),
       this.slot_,
       el("div", { class: "cell" }, el("div", { class: "two" }, this.epoch, this.clock)),
       el("div", { class: "cell pace" }, this.pause, this.step, this.speed),
       el("div", { class: "cell" }, this.theme),
       this.stop,
     );
-    store.on("hello link mode pace event state ready", () => this.draw());
+    store.on("hello link mode pace event state ready mismatch links", () => this.plan());
     setInterval(() => this.tick(), 100);
     document.addEventListener("keydown", (event) => this.key(event));
     this.draw();
@@ -68,9 +71,18 @@ class Bar extends HTMLElement {
     if (event.target.closest("input, select, textarea, button, [role=tab]") || event.ctrlKey || event.altKey || event.metaKey) return;
     if (event.key === " ") { this.togglePause(); event.preventDefault(); }
     if (event.key === ".") store.live("step 0.1");
+    if (event.key.toUpperCase() === "T" && store.replay?.truth) store.replay.use(store.replay.which === "truth" ? "telemetry" : "truth");
+    if (event.key.toUpperCase() === "L" && location.search.includes("replay")) location.assign("/");
     if (event.key.toUpperCase() === "A") { store.seen = store.events.length; store.tell("seen"); this.draw(); }
     const place = SPEEDS.indexOf(store.pace.speed) + { "[": -1, "]": 1 }[event.key];
     if (SPEEDS[place]) store.live(`speed ${SPEEDS[place]}`);
+  }
+
+  // Another page or the command line may have set a speed that is not in the list.
+  followSpeed(speed) {
+    this.speed.querySelector("[data-other]")?.remove();
+    if (!SPEEDS.includes(speed)) this.speed.append(el("option", { value: speed, "data-other": "" }, speedName(speed)));
+    this.speed.value = String(speed);
   }
 
   togglePause() { if (!store.replay) store.live(store.pace.is_paused ? "resume" : "pause"); }
@@ -87,22 +99,34 @@ class Bar extends HTMLElement {
     text(this.linkText, store.link.is_live ? store.hello?.read_only ? "live, read only" : "live" : store.link.text);
     this.linkText.title = store.link.text;
     text(this.modeText, store.mode ?? "–");
+    const needed = store.power();
+    text(this.power, needed === null ? "–" : `${needed} / ${store.hello.power_available_w} W`);
     const is_there = store.pace.is_there && !store.barrier();
     this.pause.disabled = this.step.disabled = this.speed.disabled = !is_there;
     this.pause.setAttribute("aria-pressed", String(store.pace.is_paused));
-    if (document.activeElement !== this.speed) this.speed.value = String(store.pace.speed);
+    this.followSpeed(store.pace.speed);
     this.stop.disabled = Boolean(store.barrier());
     this.drawAlarm();
+  }
+
+  plan() {
+    if (this.planned) return;
+    this.planned = true;
+    setTimeout(() => { this.planned = false; this.draw(); }, 20);
   }
 
   drawAlarm() {
     const failed = [...store.states.values()].filter((item) => item.state === "ERROR_OPERATIONAL");
     const counts = Object.fromEntries(ORDER.map((severity) => [severity, store.events.filter((event) => event.severity === severity).length]));
+    const broken = store.links.filter((row) => ["stale", "failed"].includes(row.state));
     const isLost = !store.link.is_live && !store.replay && store.hello !== null;
-    this.slot_.classList.toggle("critical", failed.length > 0 || isLost);
+    this.slot_.classList.toggle("critical", failed.length > 0 || broken.length > 0 || isLost);
     if (isLost) text(this.what, `Link lost: ${store.link.text}`);
     else if (failed.length) text(this.what, `${failed.map((item) => item.subsystem).join(", ")} in ERROR_OPERATIONAL since ${number(failed[0].since, "s").trim()} s${failed[0].cause ? `: ${failed[0].cause}` : ""}`);
+    else if (broken.length) text(this.what, `Link ${broken.map((row) => `${row.name} ${row.state}${row.cause ? ` (${row.cause})` : ""}`).join(", ")}`);
+    else if (store.mismatches.size) text(this.what, [...store.mismatches.values()][0]);
     else text(this.what, "No open alarm");
+    this.what.title = this.what.textContent;
     this.counts.replaceChildren(...ORDER.map((severity) => el("span", {}, symbol(counts[severity] ? SYMBOL[severity] : "off", severity), `${counts[severity]} ${severity}`)));
   }
 }

@@ -139,7 +139,7 @@ export function tabs(prefix, pairs) {
     tab.addEventListener("keydown", (event) => {
       const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
       if (!step) return;
-      const names = pairs.map(([item]) => item);
+      const names = pairs.map(([item]) => item).filter((item) => !list.querySelector(`#${idOf(item)}`).hidden);
       const next = names[(names.indexOf(name) + step + names.length) % names.length];
       open(next);
       list.querySelector(`#${idOf(next)}`).focus();

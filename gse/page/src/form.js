@@ -195,6 +195,7 @@ export class CommandForm {
     this.result.replaceChildren();
     const answer = await store.ask({ do: "command", ...this.order() });
     if (answer.refused) { this.result.replaceChildren(el("div", { class: "refusal" }, answer.refused)); return; }
+    if (answer.time !== undefined) { this.result.replaceChildren(el("div", {}, `acts at ${answer.time.toFixed(4)} s`)); return; }
     this.sent = answer.command;
     const known = store.commands.get(this.sent);
     if (known) this.report(known);
@@ -202,9 +203,9 @@ export class CommandForm {
   }
 
   report(call) {
-    const shown = call.words ? el("div", { class: "refusal" }, el("div", { class: "acts" }, lights(call.lights), el("strong", {}, "Refused or failed")),
+    const shown = call.words ? el("div", { class: "refusal" }, el("div", { class: "acts" }, lights(call.lights), el("strong", {}, call.unknown ? "Result not known" : "Refused or failed")),
       el("div", {}, call.words.replace(/ \[0x[0-9A-Fa-f]+.*?\]$/, "")), el("div", { class: "mono" }, call.code !== undefined && call.code !== null ? `code 0x${call.code.toString(16).toUpperCase().padStart(4, "0")}` : ""))
-      : el("div", {}, el("div", { class: "acts" }, lights(call.lights), call.over ? "completed" : "under way"), ...call.answer.slice(0, 12).map((line) => el("div", { class: "mono" }, line)));
+      : el("div", {}, el("div", { class: "acts" }, lights(call.lights), call.over ? "completed" : call.silent ? "no answer for 10 s" : "under way"), ...call.answer.slice(0, 12).map((line) => el("div", { class: "mono" }, line)));
     this.result.replaceChildren(shown);
   }
 

@@ -6,14 +6,18 @@ import { el, lights, SYMBOL_OF_SEVERITY, svg, symbol, tabs, text } from "./dom.j
 import { lanes, marks, shownMembers, ticks } from "./lanes.js";
 
 const SHOWN = 120;
+const SEVERITIES = ["INFORMATIVE", "LOW", "MEDIUM", "HIGH"];
 
 class Log extends HTMLElement {
   connectedCallback() {
+    this.least = el("select", { "aria-label": "Least severity shown", onchange: () => this.draw() }, ...SEVERITIES.map((severity) => el("option", { value: severity }, severity === "INFORMATIVE" ? "all severities" : `${severity} and above`)));
+    this.from = el("select", { "aria-label": "Subsystem shown", onchange: () => this.draw() }, el("option", { value: "" }, "all subsystems"));
+    this.filter = el("div", { class: "filter" }, this.least, this.from);
     this.eventList = el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Events" });
     this.commandList = el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Commands" });
     this.lists = [["Events", this.eventList], ["Commands", this.commandList]];
     if (document.body.classList.contains("report")) this.lists.push(["Run", this.facts = el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Content of run.json" })]);
-    this.pages = tabs("log", this.lists.map(([name, list]) => [name, el("div", {}, list)]));
+    this.pages = tabs("log", this.lists.map(([name, list]) => [name, name === "Events" ? el("div", {}, this.filter, list) : el("div", {}, list)]));
     this.append(this.pages.list, ...this.lists.map(([, list]) => list.parentElement));
     store.on("hello event command seen ready", () => this.plan());
     store.on("event", (event) => {
@@ -34,8 +38,21 @@ class Log extends HTMLElement {
 
   // Events before and after the instant of a replay.
   around() {
-    const present = store.events.length;
-    return store.replay.events.slice(Math.max(0, present - SHOWN / 2), present + SHOWN / 2);
+    const shown = store.replay.events.filter((event) => this.isShown(event));
+    const present = shown.filter((event) => event.number < store.events.length).length;
+    return shown.slice(Math.max(0, present - SHOWN / 2), present + SHOWN / 2);
+  }
+
+  isShown(event) {
+    return SEVERITIES.indexOf(event.severity) >= SEVERITIES.indexOf(this.least.value) && (!this.from.value || event.subsystem === this.from.value);
+  }
+
+  // Subsystems of the mission, as choices of the filter.
+  offer() {
+    const names = store.ordered().map((item) => item.name);
+    if (this.from.dataset.of === names.join()) return;
+    this.from.dataset.of = names.join();
+    this.from.replaceChildren(el("option", { value: "" }, "all subsystems"), ...names.map((name) => el("option", { value: name }, name)));
   }
 
   entry(event, isUnseen) {
@@ -51,17 +68,18 @@ class Log extends HTMLElement {
   draw() {
     text(this.pages.list.querySelector("#log-Events"), `Events ${store.replay ? store.replay.events.length : store.events.length}`);
     text(this.pages.list.querySelector("#log-Commands"), `Commands ${store.commands.size}`);
-    const newest = store.events.slice(-SHOWN).reverse();
+    this.offer();
+    const newest = store.events.filter((event) => this.isShown(event)).slice(-SHOWN).reverse();
     const unseen = newest.filter((event) => event.severity === "HIGH" && store.events.indexOf(event) >= store.seen);
     const ordered = [...unseen, ...newest.filter((event) => !unseen.includes(event))];
     const shown = store.replay ? this.around() : ordered;
-    this.eventList.replaceChildren(...(shown.length ? shown.map((event) => this.entry(event, unseen.includes(event))) : [el("p", { class: "reason" }, "No event yet.")]));
+    this.eventList.replaceChildren(...(shown.length ? shown.map((event) => this.entry(event, unseen.includes(event))) : [el("p", { class: "reason" }, store.events.length ? "No event that the filter shows." : "No event yet.")]));
     this.eventList.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
     if (this.facts && store.replay && !this.facts.firstChild) this.drawFacts();
     const commands = [...store.commands.values()].slice(-SHOWN).reverse();
     this.commandList.replaceChildren(...(commands.length ? commands.map((call) => el("div", { class: "entry" },
       el("span", { class: "mono" }, (call.time ?? 0).toFixed(4)), lights(call.lights),
-      el("span", {}, call.line ? el("button", { class: "again", title: "Prepare it again", onclick: () => store.tell("again", call.line) }, call.text) : call.text, call.words ? el("span", { class: "words" }, ` ${call.words.replace(`${call.text}: `, "")}`) : ""))) : [el("p", { class: "reason" }, "No command of this station yet.")]));
+      el("span", {}, call.line ? el("button", { class: "again", title: "Prepare it again", onclick: () => store.tell("again", call.line) }, call.text) : call.text, call.silent && !call.over ? el("span", { class: "hint" }, " no answer for 10 s") : "", call.words ? el("span", { class: call.unknown ? "hint" : "words" }, ` ${call.words.replace(`${call.text}: `, "")}`) : ""))) : [el("p", { class: "reason" }, "No command of this station yet.")]));
   }
 
   drawFacts() {

@@ -62,6 +62,7 @@ const ARROWS = [
 
 class States extends HTMLElement {
   connectedCallback() {
+    if (this.title_) return;  // It has moved on the page.
     this.title_ = el("h2");
     this.config = el("select", { "aria-label": "Configuration", onchange: () => this.configure() });
     this.since = el("span", { class: "hint" });
@@ -138,70 +139,117 @@ class States extends HTMLElement {
 }
 customElements.define("station-states", States);
 
+const LINK_SYMBOL = { open: "normal", requested: "passing", accepted: "passing", stale: "critical", failed: "critical" };
+const isBroken = (state) => state === "stale" || state === "failed";
+const BOX = { width: 120, height: 40, x: [8, 180], top: 34, pitch: 96 };
+
+// Members as boxes with their buses and devices, an arrow for each link that is not closed, and a line of figures for each link.
 class Network extends HTMLElement {
   connectedCallback() {
+    if (this.sym) return;  // It has moved on the page.
     this.sym = el("span");
     this.words = el("span");
     this.graph = svg("svg", { class: "graph", role: "img", "aria-label": "Real-time network" });
-    this.append(el("div", { class: "head" }, el("h2", {}, "Network"), this.sym, this.words), this.graph);
+    this.rows = el("div", { class: "links", role: "list", "aria-label": "Real-time links" });
+    this.body = el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Members and links" }, this.graph, this.rows);
+    this.append(el("div", { class: "head" }, el("h2", {}, "Network"), this.sym, this.words), this.body);
     store.on("hello state links link theme", () => this.draw());
-    new ResizeObserver(() => this.draw()).observe(this);
+    setInterval(() => this.drawRows(), 500);
   }
+
+  known() { return new Map(store.links.map((row) => [row.name, row])); }
 
   draw() {
     if (!store.hello) return;
-    const rows = new Map(store.links.map((row) => [row.name, row]));
-    const used = store.hello.links.filter((link) => (rows.get(link.name)?.state ?? "closed") !== "closed");
-    const links = used.length ? used : store.hello.links.slice(0, 2);
+    const rows = this.known(), links = store.hello.links;
     const open = links.filter((link) => rows.get(link.name)?.state === "open");
+    const broken = links.filter((link) => isBroken(rows.get(link.name)?.state));
+    const used = links.filter((link) => (rows.get(link.name)?.state ?? "closed") !== "closed");
     const lost = links.reduce((sum, link) => sum + (rows.get(link.name)?.lost ?? 0), 0);
-    const isFailed = links.some((link) => ["stale", "failed"].includes(rows.get(link.name)?.state));
-    show(this.sym, isFailed ? "critical" : links.length && open.length === links.length ? "normal" : "off", isFailed ? "failed" : open.length ? "open" : "closed");
-    text(this.words, links.length ? (open.length ? `${open.length} open, ${lost} lost` : "closed") : "no links in this mission");
-    this.graph.replaceChildren(...this.parts(links, rows));
+    show(this.sym, broken.length ? "critical" : open.length ? "normal" : "off", broken.length ? "failed" : open.length ? "open" : "closed");
+    text(this.words, !links.length ? "no links in this mission" : broken.length ? `${broken.length} failed, ${open.length} open` : open.length ? `${open.length} open, ${lost} lost` : "closed");
+    this.graph.replaceChildren(...this.parts(used.length ? used : links, rows));
     this.graph.setAttribute("aria-label", `Real-time network: ${links.map((link) => `${link.name} ${rows.get(link.name)?.state ?? "closed"}`).join(", ")}`);
+    this.rows.replaceChildren(...links.map((link) => this.row(link)));
+    this.drawRows();
+  }
+
+  row(link) {
+    return el("div", { class: "link-row", role: "listitem", "data-link": link.name }, el("span", { class: "sym" }), el("span", { class: "name" }, link.name),
+      el("span", { class: "second" }, `${link.producer} to ${link.consumer}`), el("span", { class: "mono figures-of" }));
+  }
+
+  // Age of the last sample [s]: what the consumer says of its only link, otherwise since its count has grown.
+  age(link, row) {
+    const rows = this.known();
+    const incoming = store.hello.links.filter((one) => one.consumer === link.consumer && rows.get(one.name)?.state === "open");
+    const said = incoming.length === 1 ? store.value(link.consumer, "LINK_AGE")?.[0] : undefined;
+    if (said !== undefined && store.freshness(link.consumer, 9003) === "live") return said / 1e6;
+    return row.heard === undefined || row.heard === null ? null : Math.max(0, store.now() - row.heard);
+  }
+
+  drawRows() {
+    if (!store.hello) return;
+    const rows = this.known();
+    for (const link of store.hello.links) {
+      const node = this.rows.querySelector(`[data-link="${CSS.escape(link.name)}"]`);
+      if (!node) continue;
+      const row = rows.get(link.name) ?? { state: "closed" };
+      const since = row.state === "open" ? this.age(link, row) : null;
+      const isLate = since !== null && row.rate === 0 && !store.pace.is_paused;
+      show(node.firstChild, isLate ? "caution" : LINK_SYMBOL[row.state] ?? "off", isLate ? "late" : row.state);
+      const figures = row.state === "closed" ? "closed" : [row.state === "open" ? null : row.state, row.cause && isBroken(row.state) ? row.cause : null,
+        row.rate === undefined || row.rate === null ? null : `${Math.round(row.rate)} /s`, since === null ? null : since < 0.1 ? `${(since * 1000).toFixed(1)} ms old` : `${age(since)} old`,
+        row.received === undefined ? null : `${row.received} received`, `${row.lost ?? 0} lost`].filter(Boolean).join(", ");
+      text(node.lastChild, figures);
+      node.classList.toggle("critical", isBroken(row.state));
+    }
   }
 
   parts(links, rows) {
-    const width = 308, height = Math.max(150, this.graph.clientHeight || 240);
-    this.graph.setAttribute("viewBox", `0 0 ${width} ${height}`);
-    const names = store.members().map((item) => item.name);
-    if (names.length === 2) names.sort((a, b) => store.drives(store.subsystem(b)) - store.drives(store.subsystem(a)));
-    const shown = names.slice(0, 2);
-    const boxes = new Map(shown.map((name, n) => [name, [shown.length === 1 ? 92 : 8 + n * 172, 50]]));
-    const found = [];
-    for (const [name, [x, y]] of boxes) {
-      const member = store.subsystem(name);
-      const devices = store.configuration(name)?.devices ?? member.configurations[0]?.devices ?? [];
-      const each = Math.min(62, 126 / Math.max(1, devices.length));
-      const left = Math.max(4, Math.min(width - each * devices.length - 4, x + 60 - (each * devices.length) / 2));
-      const bottom = height - 46;
-      const bus = (y + 40 + bottom) / 2;
-      devices.forEach((device, n) => {
-        const cx = left + each * (n + 0.5);
-        found.push(svg("path", { class: "wire", d: `M${x + 60} ${y + 40}V${bus}H${cx}V${bottom}` }),
-          svg("rect", { x: cx - each / 2 + 2, y: bottom, width: each - 4, height: 32, rx: 3 }),
-          svg("text", { x: cx, y: bottom + 20, "text-anchor": "middle", class: "strong" }, device));
-      });
-      const state = store.states.get(name)?.state;
-      found.push(svg("rect", { x, y, width: 120, height: 40, rx: 3 }), svg("text", { x: x + 10, y: y + 17, class: "strong" }, name),
-        svg("text", { x: x + 10, y: y + 32 }, `APID ${member.apid}${state === "ERROR_OPERATIONAL" ? ", error" : ""}`));
-    }
-    links.forEach((link, n) => {
-      const from = boxes.get(link.producer), to = boxes.get(link.consumer);
-      if (!from || !to) return;
-      const isRight = to[0] > from[0];
-      const y = isRight ? from[1] + 13 : from[1] + 29;
-      const [a, b] = isRight ? [from[0] + 120, to[0]] : [from[0], to[0] + 120];
-      const row = rows.get(link.name);
-      const isOpen = row?.state === "open";
-      const word = isOpen ? `${row.received ?? 0} received` : row?.state ?? "closed";
-      found.push(svg("path", { class: isOpen ? "wire open" : "wire closed", d: `M${a} ${y}H${b + (isRight ? -6 : 6)}` }),
-        svg("path", { class: "head-of", d: isRight ? `M${b} ${y}l-8 -4v8z` : `M${b} ${y}l8 -4v8z` }),
-        svg("text", { x: width / 2, y: isRight ? 22 : from[1] + 58, "text-anchor": "middle", class: "strong" }, link.name),
-        svg("text", { x: width / 2, y: isRight ? 38 : from[1] + 73, "text-anchor": "middle" }, word));
+    const members = store.members().map((item) => item.name).sort((a, b) => store.drives(store.subsystem(b)) - store.drives(store.subsystem(a)));
+    const place = new Map(members.map((name, n) => [name, [members.length === 1 ? 94 : BOX.x[n % 2], BOX.top + Math.floor(n / 2) * BOX.pitch]]));
+    const height = BOX.top + Math.ceil(members.length / 2) * BOX.pitch + 6;
+    this.graph.setAttribute("viewBox", `0 0 308 ${height}`);
+    this.graph.style.height = `${height}px`;
+    return [...links.flatMap((link, n) => this.arrow(link, rows.get(link.name), place, n)), ...members.flatMap((name) => this.member(name, ...place.get(name)))];
+  }
+
+  // A member: its bus below it, its devices below that; broken and red where the member is in error.
+  member(name, x, y) {
+    const about = store.subsystem(name);
+    const part = store.configuration(name) ?? about.configurations[0];
+    const devices = part?.devices ?? [];
+    const isFailed = store.states.get(name)?.state === "ERROR_OPERATIONAL";
+    const wire = isFailed ? "wire broken" : "wire";
+    const found = [svg("rect", { x, y, width: BOX.width, height: BOX.height, rx: 3, class: isFailed ? "broken" : "" }), svg("text", { x: x + 8, y: y + 17, class: "strong" }, name),
+      svg("text", { x: x + 8, y: y + 32 }, `APID ${about.apid}${isFailed ? ", error" : ""}`)];
+    if (!devices.length) return found;
+    const shown = devices.length > 3 ? [`${devices.length} devices`] : devices;
+    const each = BOX.width / shown.length;
+    const bus = (part.buses ?? []).join(", ");
+    found.push(svg("path", { class: wire, d: `M${x + 60} ${y + 40}V${y + 52}` }), svg("title", {}, `${name}: ${bus || "no bus"}: ${devices.join(", ")}`));
+    shown.forEach((device, n) => {
+      const cx = x + each * (n + 0.5);
+      found.push(svg("path", { class: wire, d: `M${x + 60} ${y + 52}H${cx}V${y + 58}` }), svg("rect", { x: cx - each / 2 + 1, y: y + 58, width: each - 2, height: 20, rx: 3 }),
+        svg("text", { x: cx, y: y + 72, "text-anchor": "middle" }, device));
     });
     return found;
+  }
+
+  arrow(link, row, place, n) {
+    const from = place.get(link.producer), to = place.get(link.consumer);
+    if (!from || !to) return [];
+    const isOpen = row?.state === "open";
+    const kind = isBroken(row?.state) ? "wire broken" : isOpen ? "wire open" : "wire closed";
+    const isSameRow = from[1] === to[1], isRight = to[0] > from[0];
+    const shift = 8 + (n % 4) * 8;
+    const [x1, y1] = isSameRow ? [isRight ? from[0] + BOX.width : from[0], from[1] + shift] : [from[0] + BOX.width / 2 + shift, from[1] + (to[1] > from[1] ? BOX.height : 0)];
+    const [x2, y2] = isSameRow ? [isRight ? to[0] : to[0] + BOX.width, to[1] + shift] : [to[0] + BOX.width / 2 + shift, to[1] + (to[1] > from[1] ? 0 : BOX.height)];
+    const size = Math.hypot(x2 - x1, y2 - y1) || 1, ux = (x2 - x1) / size, uy = (y2 - y1) / size;
+    return [svg("path", { class: kind, d: `M${x1} ${y1}L${x2 - 6 * ux} ${y2 - 6 * uy}` }),
+      svg("path", { class: isBroken(row?.state) ? "head-of broken" : "head-of", d: `M${x2} ${y2}l${-8 * ux - 4 * uy} ${-8 * uy + 4 * ux}l${8 * uy} ${-8 * ux}z` }),
+      svg("title", {}, `${link.name}: ${row?.state ?? "closed"}`)];
   }
 }
 customElements.define("station-network", Network);

@@ -21,6 +21,8 @@ class Store {
     this.hello = null;
     this.link = { is_live: false, text: "connecting" };
     this.pace = { is_there: false, is_paused: false, speed: 1 };
+    this.hand = { page: null, other: null };  // Which page, or which other program, aims the hand.
+    this.mismatches = new Map();  // "SUBSYSTEM" -> words: another interface flies than that of the dictionary
     this.mode = null;
     this.links = [];
     this.states = new Map();
@@ -107,6 +109,18 @@ class Store {
   // What the ages of values count from [ms]: the clock of the page, in a replay that of the mission.
   clock() { return this.replay ? this.time * 1000 : performance.now(); }
 
+  // Power that the present states need [W]; null if the mission does not say it.
+  power() {
+    const needs = this.hello?.subsystems.map((item) => item.power_w?.[this.states.get(item.name)?.state] ?? 0) ?? [];
+    return this.hello?.power_available_w && this.hello.subsystems.some((item) => item.power_w) ? needs.reduce((sum, one) => sum + one, 0) : null;
+  }
+
+  // Who else has the hand, in words; null if it is free or this page's.
+  handOwner() {
+    if (this.hand.other) return `by ${this.hand.other}`;
+    return this.hand.page !== null && this.hand.page !== this.page ? "by another page" : null;
+  }
+
   // Why nothing can be commanded now; null if it can.
   barrier() {
     if (!this.link.is_live) return this.replay ? this.link.text : "no link";
@@ -174,6 +188,9 @@ class Store {
 
   take_link(message) { this.link = message; }
   take_pace(message) { this.pace = message; }
+  take_hand(message) { this.hand = message; }
+  take_ready(message) { this.page = message.page; }
+  take_mismatch(message) { this.mismatches.set(message.subsystem, message.words); }
   take_mode(message) { this.mode = message.mode; }
   take_links(message) { this.links = message.rows; }
 

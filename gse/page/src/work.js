@@ -14,6 +14,9 @@ const IDLE_MS = 2000;
 const FIELD = 80;  // Radius of the round field in its own units.
 const CEILING_NM = 1.5;
 const TRACE_MS = 2000;
+const DEAD_ZONE = 0.08;  // Of a gamepad's stick.
+const RUMBLE_MS = 60, TOUCH_NM = 0.05;
+const NARROW = matchMedia("(max-width: 1279px)");  // The left column has no room for states and network.
 
 class Hand {
   constructor() {
@@ -38,7 +41,7 @@ class Hand {
       el("div", { style: "display:flex;gap:8px;align-items:center" }, this.sym, this.source), this.words,
       el("table", {}, el("thead", {}, el("tr", {}, el("th", {}, "Axis"), el("th", { class: "num" }, "Hand rad"), el("th", { class: "num", style: "color:var(--force)" }, "Felt Nm"))),
         el("tbody", {}, ...this.cells.map((cells, n) => el("tr", {}, el("td", {}, String(n + 1)), ...cells)))),
-      el("div", { class: "acts", style: "margin-top:auto" }, this.take, el("span", { class: "hint" }, "drag or arrow keys; Shift: fine"))));
+      el("div", { class: "acts", style: "margin-top:auto" }, this.take, el("span", { class: "hint" }, "drag, arrow keys or gamepad; Shift: fine"))));
     this.listen();
   }
 
@@ -77,6 +80,37 @@ class Hand {
     this.draw();
   }
 
+  // The first stick that is deflected, as rest point of the hand; null without one.
+  stick() {
+    for (const pad of navigator.getGamepads?.() ?? []) {
+      if (!pad?.connected || pad.axes.length < 2) continue;
+      const size = Math.hypot(pad.axes[0], pad.axes[1]);
+      if (size > DEAD_ZONE) this.pad = pad.index;
+      if (this.pad !== pad.index) continue;
+      const share = size > DEAD_ZONE ? Math.min(1, (size - DEAD_ZONE) / (1 - DEAD_ZONE)) / size : 0;
+      return { at: [pad.axes[0] * share * RANGE_RAD, -pad.axes[1] * share * RANGE_RAD], isMoved: share > 0, pad };
+    }
+    return null;
+  }
+
+  followStick() {
+    const found = this.from || this.keys.size ? null : this.stick();
+    if (!found) return;
+    if (found.isMoved) this.move(...found.at); else this.aim = [...found.at];
+    this.rumble(found.pad);
+  }
+
+  // The felt torque as its share of the ceiling, and one short pulse at the edge of a contact.
+  rumble(pad) {
+    const felt = Math.hypot(...(store.value(this.source_(), "CUR_VALUES.FELT_TORQUE") ?? [0]));
+    const isTouch = felt > TOUCH_NM && (this.felt ?? 0) <= TOUCH_NM;
+    this.felt = felt;
+    if (!pad.vibrationActuator || performance.now() - (this.rumbled ?? 0) < RUMBLE_MS - AIM_MS) return;
+    this.rumbled = performance.now();
+    const effect = { duration: RUMBLE_MS, strongMagnitude: Math.min(1, felt / CEILING_NM), weakMagnitude: isTouch ? 1 : 0 };
+    pad.vibrationActuator.playEffect("dual-rumble", effect).catch(() => { this.note = "This gamepad does not rumble."; });
+  }
+
   move(x, y) {
     const size = Math.hypot(x, y), most = RANGE_RAD;
     this.aim = size > most ? [x / size * most, y / size * most] : [x, y];
@@ -87,6 +121,7 @@ class Hand {
   release(why) {
     if (!this.aim) return;
     this.aim = this.from = null;
+    this.pad = undefined;
     this.keys.clear();
     store.live("hand rest");
     this.note = `Hand given back: ${why}.`;
@@ -95,6 +130,7 @@ class Hand {
 
   async send() {
     if (!this.aim) return;
+    this.followStick();
     if (performance.now() - this.at > IDLE_MS && !this.from && !this.keys.size) { this.release("2 s without input"); return; }
     const step = 0.05 * AIM_MS / 1000;
     for (const key of this.keys) {
@@ -119,14 +155,15 @@ class Hand {
     const felt = store.value(source, "CUR_VALUES.FELT_TORQUE") ?? [0, 0];
     const isFresh = known && store.clock() - known.at < Math.max(600, 3 * known.period) || store.pace.is_paused;
     const state = store.states.get(source)?.state;
-    const isThere = Boolean(source) && store.pace.is_there && !store.barrier();
+    const owner = this.aim ? null : store.handOwner();
+    const isThere = Boolean(source) && store.pace.is_there && !store.barrier() && !owner;
     this.take.disabled = !isThere;
     this.take.firstChild.textContent = this.aim ? "Give back " : "Take the hand ";
     this.field.classList.toggle("taken", Boolean(this.aim));
     this.field.classList.toggle("idle", state !== "OPERATIONAL");
     show(this.sym, this.aim ? "normal" : isThere ? "standby" : "off", this.aim ? "taken" : "not taken");
-    text(this.source, this.aim ? "Your hand" : source ? "Scripted hand" : "No joystick in this mission");
-    const why = !source ? "" : store.barrier() ? store.barrier() : !store.pace.is_there ? "this flight has no live port" : this.note ?? (state === "OPERATIONAL" ? "moves the robot" : `${source} is ${state ?? "not heard"}: leads nowhere`);
+    text(this.source, this.aim ? this.pad === undefined ? "Your hand" : `Your hand, gamepad ${this.pad + 1}` : owner ? `Hand taken ${owner}` : source ? "Scripted hand" : "No joystick in this mission");
+    const why = !source ? "" : owner ? "It is free again one second after its last movement." : store.barrier() ? store.barrier() : !store.pace.is_there ? "this flight has no live port" : this.note ?? (state === "OPERATIONAL" ? "moves the robot" : `${source} is ${state ?? "not heard"}: leads nowhere`);
     text(this.words, why);
     const xy = ([a, b], scale) => [a * scale, -b * scale];
     const [x, y] = xy(position, FIELD / RANGE_RAD);
@@ -157,8 +194,21 @@ class Hand {
   }
 }
 
+const KEYS = [["/", "find a command"], ["0 3 4 5 6", "prepare this state of the selected subsystem"], ["Alt 1 … 4", "select a subsystem"], ["Ctrl Enter", "send the command"],
+  ["Esc", "disarm, give the hand back"], ["H", "take the hand, give it back"], ["Arrows, Shift", "move the hand, fine"], ["Space", "pause and resume the world"], [".", "step 0.1 s"],
+  ["[ ]", "speed of simulated time"], ["A", "the HIGH events were seen"], ["E C B", "events, commands, bus"], ["V", "view of the scene"], ["T", "simulator’s truth or telemetry, in a replay"],
+  ["P", "find a parameter"], ["L", "from the replay to the flight"], ["?", "these keys"], ["Ctrl Shift S", "STOP ALL"]];
+
+function keysPanel() {
+  const rows = KEYS.map(([keys, words]) => el("tr", {}, el("td", {}, el("kbd", {}, keys)), el("td", { class: "words" }, words)));
+  return el("div", {}, el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Keys" },
+    el("table", {}, el("thead", {}, el("tr", {}, el("th", {}, "Key"), el("th", {}, "What it does"))), el("tbody", {}, ...rows)),
+    el("p", { class: "reason" }, "Keys do nothing while a field has the focus.")));
+}
+
 class Work extends HTMLElement {
   connectedCallback() {
+    const moved = ["State", "Network"].map((name) => [name, el("div"), document.querySelector(name === "State" ? "station-states" : "station-network")]).filter(([, , node]) => node);
     this.hand = new Hand();
     this.table = new Fastest();
     this.form = new CommandForm();
@@ -166,20 +216,39 @@ class Work extends HTMLElement {
     this.bus = new Bus();
     this.board = new Board();
     const panels = [["Operate", el("div", {}, this.hand.node, this.table.node)], ["Command", el("div", {}, this.form.node)], ["Telemetry", el("div", {}, this.telemetry.node)],
-      ["Bus", el("div", {}, this.bus.node)], ["On board", el("div", {}, this.board.node)]];
+      ["Bus", el("div", {}, this.bus.node)], ["On board", el("div", {}, this.board.node)], ["Keys", keysPanel()], ...moved.map(([name, panel]) => [name, panel])];
     this.pages = tabs("work", panels);
     this.append(this.pages.list, ...panels.map(([, panel]) => panel));
+    this.pages.list.querySelector("#work-Keys").hidden = true;
+    this.arrange(moved);
+    NARROW.addEventListener("change", () => this.arrange(moved));
     store.on("parameter", () => { this.pages.open("Telemetry"); this.telemetry.find.focus(); });
     store.on("prepare again", () => this.pages.open("Command"));
     store.on("select hello", () => this.draw());
     document.addEventListener("keydown", (event) => {
-      if (event.key !== "/" || event.target.closest("input, select, textarea")) return;
+      if (event.target.closest("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey) return;
+      if (event.key.toUpperCase() === "B") this.pages.open("Bus");
+      if (event.key === "?") {
+        this.pages.list.querySelector("#work-Keys").hidden = false;
+        this.pages.open("Keys");
+      }
+      if (event.key !== "/") return;
       event.preventDefault();
       this.pages.open("Command");
       this.form.find.focus();
     });
     setInterval(() => this.hand.draw(), 50);
     setInterval(() => this.table.draw(), 200);
+  }
+
+  // On a tablet states and network are pages of this panel, otherwise parts of the left column.
+  arrange(moved) {
+    const column = document.querySelector("nav");
+    for (const [name, panel, node] of moved) {
+      (NARROW.matches ? panel : column).append(node);
+      this.pages.list.querySelector(`#work-${name}`).hidden = !NARROW.matches;
+    }
+    if (!NARROW.matches && moved.some(([, panel]) => !panel.hidden)) this.pages.open("Operate");
   }
 
   draw() { this.hand.draw(); this.table.draw(); }

@@ -13,7 +13,10 @@ sys.path[:0] = [str(ROOT / "gse"), str(ROOT / "test" / "support")]
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 
 import synthetic
+from hirosco_gse import place as place_module
 from hirosco_gse.dictionary import Dictionary
+from spacecraft import Spacecraft
+from visiting import answer, begin
 
 
 @pytest.fixture(scope="session")
@@ -49,3 +52,20 @@ def flight_folder(tmp_path_factory, dictionary_path):
     folder = tmp_path_factory.mktemp("flight")
     synthetic.write(folder, Dictionary.load(dictionary_path))
     return folder
+
+
+@pytest.fixture
+def spacecraft():
+    made = Spacecraft(answer)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def place(tmp_path, spacecraft, dictionary_path, monkeypatch):
+    """Run folder `latest`, a link to a flight."""
+    monkeypatch.setattr(place_module, "default_dictionary", lambda run: dictionary_path)
+    begin(tmp_path, "first", spacecraft.port)
+    (tmp_path / "page").mkdir()
+    (tmp_path / "page" / "index.html").write_text("<title>page</title>")
+    return tmp_path

@@ -4,7 +4,7 @@
 import socket
 
 import pytest
-from hirosco_gse import visits
+from hirosco_gse import packets, visits
 from hirosco_gse.script import Script, ScriptError
 from tm_packets import build_tm
 
@@ -16,7 +16,7 @@ CONNECTED, LOST = b"\0\1", b"\0\2"
     [
         ("1 ground dance", "x:1: found 'ground dance', expected ground connect, ground send HEX or ground hang-up"),
         ("1 ground send", "x:1: found 'ground send', expected ground connect"),
-        ("1 ground connect twice", "found 'ground connect twice', expected"),
+        ("1 ground connect once more", "found 'ground connect once more', expected"),
         ("1 ground send 18z1", "x:1: found '18z1', expected octets as hexadecimal digits"),
         ("2 ground connect\n1 ground hang-up", "x:2: time 1 is before the line of `ground` above"),
     ],
@@ -67,9 +67,55 @@ def test_the_first_connection_is_that_of_the_operator(tmp_path):
     assert [line for _, line in visits.recorded(run)] == ["1.999000000 ground connect", "2.999000000 ground hang-up"]
 
 
-def test_two_others_at_once_and_protected_telecommands_are_refused(tmp_path):
-    run = _run(tmp_path, (1.0, CONNECTED), (2.0, CONNECTED))
-    with pytest.raises(visits.VisitError, match="connected at 2.0000 s; their telecommands cannot be told apart"):
+def _send(user, sequence):
+    return packets.build_tc(16, sequence, 17, 1, source=user)
+
+
+def _log(folder, *entries):
+    """A packet log with events of COMMUNICATION and telecommands: (time in s, octets)."""
+    lines = [f"{seconds:.9f} {'TC' if octets[0] & 0x10 else 'TM'} {octets.hex()}\n" for seconds, octets in entries]
+    (folder / "packets.log").write_text("".join(lines), encoding="ascii")
+    return folder
+
+
+def test_each_user_has_a_connection_of_its_own(tmp_path):
+    """A station comes, then two commands of the command line beside it, one after the other; then the station commands again and goes."""
+    came, gone = build_tm(2, 0, 5, 1, CONNECTED), build_tm(2, 0, 5, 1, LOST)
+    sent = [_send(3, 1), _send(1, 7), _send(1, 8), _send(3, 2)]
+    run = _log(tmp_path, (1.0, came), (1.1, sent[0]), (2.0, came), (2.1, sent[1]), (2.2, gone), (3.0, came), (3.1, sent[2]), (3.2, gone), (4.0, sent[3]), (5.0, gone))
+    words = [line.split()[2:] for _, line in visits.recorded(run)]
+    assert words == [["connect", "1"], ["send", sent[0].hex(), "1"], ["connect", "2"], ["send", sent[1].hex(), "2"], ["hang-up", "2"], ["connect", "3"],
+                     ["send", sent[2].hex(), "3"], ["hang-up", "3"], ["send", sent[3].hex(), "1"], ["hang-up", "1"]]
+
+
+def test_the_connection_that_goes_on_sending_has_not_ended(tmp_path):
+    """The older one ends: the newer one sends afterwards."""
+    came, gone = build_tm(2, 0, 5, 1, CONNECTED), build_tm(2, 0, 5, 1, LOST)
+    run = _log(tmp_path, (1.0, came), (1.1, _send(3, 1)), (2.0, came), (2.1, _send(4, 7)), (2.2, gone), (2.3, _send(4, 8)), (3.0, gone))
+    assert [line.split()[2:][::len(line.split()[2:]) - 1] for _, line in visits.recorded(run)] == [
+        ["connect", "1"], ["send", "1"], ["connect", "2"], ["send", "2"], ["hang-up", "1"], ["send", "2"], ["hang-up", "2"]]
+
+
+def test_named_connections_are_performed_side_by_side():
+    pairs = [socket.socketpair() for _ in range(2)]
+    near = [pair[0] for pair in pairs]
+    texts = ("connect a", "connect b", "send 01 a", "send 02 b", "hang-up a", "send 03 b")
+    others = visits.Visits([visits.parse("x:1", 1, text.split()) for text in texts], lambda: near.pop(0))
+    others.act(1)
+    assert [pairs[0][1].recv(9), pairs[0][1].recv(9)] == [b"\1", b""]
+    pairs[1][1].settimeout(10)
+    heard = b""
+    while len(heard) < 2:
+        heard += pairs[1][1].recv(9)
+    assert heard == b"\2\3"
+    others.close()
+    for _, far in pairs:
+        far.close()
+
+
+def test_a_log_without_the_connection_and_protected_telecommands_are_refused(tmp_path):
+    run = _log(tmp_path, (2.0, _send(3, 1)))
+    with pytest.raises(visits.VisitError, match="at 2.0000 s came on no connection of the packet log"):
         visits.recorded(run)
     (run / "ground.key-file").write_text("key", encoding="ascii")
     with pytest.raises(visits.VisitError, match="protected by a key"):

@@ -6,120 +6,22 @@ import base64
 import json
 import re
 import struct
-import subprocess
-import sys
-from contextlib import asynccontextmanager
 
 import pytest
-from aiohttp import ClientSession, WSServerHandshakeError, web
+from aiohttp import ClientSession, WSServerHandshakeError
 from conftest import ROOT
-from hirosco_gse import place as place_module
 from hirosco_gse import telemetry
 from hirosco_gse.dictionary import STATES
 from hirosco_gse.packets import Packet
 from hirosco_gse.script import Script
-from hirosco_gse.session import Session, TimedOut, Verification
+from hirosco_gse.session import Session, Verification
 from hirosco_gse.station import display as display_module
 from hirosco_gse.station import hub as hub_module
-from hirosco_gse.station.identity import Identity
 from hirosco_gse.station import targets as targets_module
-from hirosco_gse.station.server import QUEUE, Station, _Browser
+from hirosco_gse.station.identity import Identity
+from hirosco_gse.station.server import QUEUE, _Browser
 from spacecraft import Spacecraft, failure, success
-from tm_packets import build_tm
-
-PATIENCE_S = 30.0
-MANIPULATOR, JOYSTICK = 16, 17
-TELEPRESENCE = 2
-
-
-def status(state, configuration):
-    """Data of TM[129,5]; the interface hash is not compared here."""
-    return struct.pack(">BBBHQQII", state, 0, state, configuration, 0, 0, 0, 0)
-
-
-def answer(packet):
-    """Performs everything; says with each answer to a ping that the manipulator is in PRE_OPERATIONAL with a configuration."""
-    if packet.message == (17, 1):
-        reports = [(MANIPULATOR, 129, 5, status(3, TELEPRESENCE), 1)] if packet.apid == MANIPULATOR else []
-        return success(packet, (17, 2, b"")) + reports
-    if packet.message == (129, 1):
-        return failure(packet, 4, 0x0204, 0x0305)
-    if packet.message == (131, 8):
-        return success(packet, (131, 9, struct.pack(">H", 0)))
-    return success(packet)
-
-
-@pytest.fixture
-def spacecraft():
-    made = Spacecraft(answer)
-    yield made
-    made.close()
-
-
-@pytest.fixture
-def place(tmp_path, spacecraft, dictionary_path, monkeypatch):
-    """Run folder `latest`, a link to a flight."""
-    monkeypatch.setattr(place_module, "default_dictionary", lambda run: dictionary_path)
-    begin(tmp_path, "first", spacecraft.port)
-    (tmp_path / "page").mkdir()
-    (tmp_path / "page" / "index.html").write_text("<title>page</title>")
-    return tmp_path
-
-
-def begin(place, name, port):
-    """A flight begins: its run folder is the latest."""
-    (place / name).mkdir()
-    (place / name / "ground.port").write_text(f"{port}\n")
-    (place / "new").symlink_to(name)
-    (place / "new").rename(place / "latest")
-
-
-@asynccontextmanager
-async def station_of(place, **options):
-    """A station that serves; yields (station, address)."""
-    station = Station(place / "latest", place / "page", **options)
-    runner = web.AppRunner(station.application("127.0.0.1:0"))
-    await runner.setup()
-    site = web.TCPSite(runner, "127.0.0.1", 0)
-    await site.start()
-    host = "127.0.0.1:%d" % runner.addresses[0][1]
-    station._host = host
-    try:
-        yield station, f"http://{host}"
-    finally:
-        await runner.cleanup()
-
-
-class Page:
-    """What a browser has heard."""
-
-    def __init__(self, socket):
-        self.socket, self.heard = socket, []
-
-    async def until(self, condition):
-        """First message after the last call that fulfils the condition."""
-        while True:
-            message = json.loads((await self.socket.receive(PATIENCE_S)).data)
-            self.heard.append(message)
-            if condition(message):
-                return message
-
-    async def ask(self, **order):
-        await self.socket.send_json({**order, "id": 7})
-        return await self.until(lambda message: message.get("id") == 7)
-
-
-def visit(place, story, **options):
-    """Run `story(page, station)` with an open page."""
-
-    async def run():
-        async with station_of(place, **options) as (station, address), ClientSession() as session:
-            async with session.ws_connect(f"{address}/ws", headers={"Origin": address}) as socket:
-                page = Page(socket)
-                await page.until(lambda message: message["kind"] == "link" and message["is_live"])
-                return await story(page, station)
-
-    return asyncio.run(run())
+from visiting import JOYSTICK, MANIPULATOR, TELEPRESENCE, answer, begin, station_of, visit
 
 
 def test_a_command_shows_its_lights_and_its_end(place):
@@ -249,103 +151,6 @@ def test_display_housekeeping_is_created_and_enabled_once_and_disabled_at_the_en
     made = [packet for packet in spacecraft.received if packet.service == 3 and packet.apid == MANIPULATOR]
     assert [packet.subtype for packet in made] == [1, 5, 6]
     assert made[0].data[:6] == struct.pack(">HI", display_module.ID, 100)
-
-
-def test_each_station_at_a_flight_is_a_user_of_its_own(dictionary):
-    """Also in another process; a user that a station had is free again. With more stations than users the last ones share one."""
-    numbers = [user["id"] for user in dictionary.content["users"] if user["name"].startswith("WEB")]
-    claimed = [Identity.claim(dictionary, 40001) for _ in numbers]
-    assert [each.number for each in claimed] == numbers and len(numbers) >= 4 and all(each.is_own for each in claimed)
-    words = "import sys; from hirosco_gse.dictionary import Dictionary; from hirosco_gse.station.identity import Identity; " \
-            "found = Identity.claim(Dictionary.load(sys.argv[1]), 40001); print(found.number, found.is_own)"
-    path = ROOT / "build" / "generated" / f"{dictionary.mission}.json"
-    shared = subprocess.run([sys.executable, "-c", words, path], env={"PYTHONPATH": str(ROOT / "gse")}, capture_output=True, text=True, check=True)
-    assert shared.stdout.split() == [str(numbers[0]), "False"]
-    assert Identity.claim(dictionary, 40002).number == numbers[0]  # At another flight.
-    claimed[1].release()
-    assert Identity.claim(dictionary, 40001).number == numbers[1]
-
-
-@pytest.mark.parametrize("mission", sorted(path.stem for path in (ROOT / "descriptors" / "missions").glob("*.xml")))
-def test_every_mission_has_users_for_stations(mission):
-    """Also the missions that the scaffolds make: they are copies of these or of gse/scaffold/robot/mission.xml."""
-    for path in (ROOT / "descriptors" / "missions" / f"{mission}.xml", ROOT / "gse" / "scaffold" / "robot" / "mission.xml"):
-        names = re.findall(r'<User name="(\w+)"', path.read_text(encoding="utf-8"))
-        assert {"CLI", "YAMCS"} <= set(names) and sum(name.startswith("WEB") for name in names) >= 4
-
-
-def test_a_command_that_lasts_has_not_failed(place, spacecraft):
-    """600 s of simulated time between start and completion, in which telemetry comes: the lights wait for what the spacecraft says."""
-    pinged = []
-
-    def late(packet):
-        if packet.message == (17, 1) and packet.apid == JOYSTICK:
-            pinged.append(packet)
-            return success(packet)[:2]
-        return answer(packet)
-
-    spacecraft._answer = late
-
-    async def story(page, station):
-        asked = await page.ask(do="command", text="ping JOYSTICK")
-        await page.until(lambda message: message["kind"] == "command" and message["lights"][1] == "done")
-        call, at = station.hub.calls[-1], station.hub.session.now_ns
-        for seconds in (30, 300, 600):
-            station.hub.session.advance(at + seconds * 10**9)
-            station.hub._resume_all()
-        before = call.message()
-        for apid, service, subtype, data, user in success(pinged[0], (17, 2, b""))[2:]:
-            station.hub.session.feed(build_tm(apid, 0, service, subtype, data, user, station.hub.session.now_ns))
-        station.hub._resume_all()
-        return asked["command"], before, call.message()
-
-    number, before, after = visit(place, story)
-    assert (before["number"], before["over"], before["silent"], before["lights"]) == (number, False, False, ["done", "done", "empty", "waiting"])
-    assert after["over"] and "words" not in after and after["lights"] == ["done", "done", "none", "done"]
-
-
-def test_a_request_without_any_report_is_not_answered_and_has_not_failed(place, spacecraft):
-    spacecraft._answer = lambda packet: [] if packet.apid == JOYSTICK else answer(packet)
-
-    async def story(page, station):
-        await page.ask(do="command", text="ping JOYSTICK")
-        station.hub.session.advance(station.hub.session.now_ns + 11 * 10**9)
-        station.hub._resume_all()
-        silent = await page.until(lambda message: message["kind"] == "command" and message["silent"])
-        station.hub._writer.transport.abort()
-        return silent, await page.until(lambda message: message["kind"] == "command" and message["over"])
-
-    silent, lost = visit(place, story)
-    assert not silent["over"] and "failed" not in silent["lights"] and "words" not in silent
-    assert lost["unknown"] and "failed" not in lost["lights"]
-
-
-def test_the_first_telemetry_ends_no_request(dictionary):
-    """The time of the session begins with the telemetry: that is no time which a request has waited."""
-    session = hub_module._WebSession(dictionary, source=3)
-    waiting = session.wait_for(lambda: False, 10**9, "a report")
-    next(waiting)
-    session.advance(dictionary.epoch_ns)
-    next(waiting)
-    session.advance(dictionary.epoch_ns + 2 * 10**9)
-    with pytest.raises(TimedOut):
-        next(waiting)
-
-
-def test_the_page_hears_that_another_interface_flies(place, spacecraft):
-    """Each subsystem once, also a page that comes later."""
-    def other(packet):
-        return answer(packet) + ([(MANIPULATOR, 129, 5, struct.pack(">BBBHQQII", 3, 0, 3, TELEPRESENCE, 7, 0, 0, 0), 1)] if packet.message == (17, 1) else [])
-
-    spacecraft._answer = other
-
-    async def story(page, station):
-        await page.ask(do="command", text="ping JOYSTICK")
-        told = await page.until(lambda message: message["kind"] == "mismatch")
-        return told, [message for message in station.hub.snapshot() if message["kind"] == "mismatch"]
-
-    told, later = visit(place, story)
-    assert later == [told] and told["subsystem"] == "MANIPULATOR" and "the dictionary has" in told["words"]
 
 
 def test_what_was_enabled_for_pages_is_disabled_when_the_last_one_leaves(place, spacecraft, monkeypatch):

@@ -2,6 +2,7 @@
 """Forms of the light station: every entry of every mission's dictionary has one, and what it sends are the octets of the command line."""
 
 import json
+import re
 import shlex
 
 import pytest
@@ -35,6 +36,38 @@ def entries(dictionary):
     yield "mode"
 
 
+def test_every_verb_of_hand_and_fault_has_a_form(mission):
+    """The verbs are those of the documentation, which a test compares with the simulator."""
+    text = (ROOT / "docs" / "scenarios.md").read_text(encoding="utf-8")
+    forms = Forms(mission).by_id
+    for actor in ("fault", "hand"):
+        table = text.split(f"## `{actor}`")[1].split("\n## ")[0]
+        verbs = set(re.findall(r"`(\S+?)`", " ".join(re.findall(r"^\| (`.*?) \|", table, re.MULTILINE)).replace(",", "")))
+        assert verbs and {f"{actor} {verb}" for verb in verbs} == {name for name in forms if name.startswith(f"{actor} ")}
+        assert all(forms[name].kind == "simulated world" for name in forms if name.startswith(f"{actor} "))
+
+
+@pytest.mark.parametrize(("form", "values", "line"), [
+    ("fault unplug", {"bus or instrument": "robot", "device": "JOINT1"}, "fault unplug robot JOINT1"),
+    ("fault unplug", {"bus or instrument": "robot", "device": ""}, "fault unplug robot"),
+    ("fault restart", {"bus": "robot", "device": "0x11", "auto or order or now": "order"}, "fault restart robot 0x11 order"),
+    ("fault silent", {"instrument": "FORCE", "on or off": "on"}, "fault silent FORCE on"),
+    ("fault kill", {"process": "joystick"}, "fault kill joystick"),
+    ("hand rest", {}, "hand rest"),
+    ("hand aim", {"radians 1": "0.1", "radians 2": "-0.2", "seconds": "1"}, "hand aim 0.1 -0.2 1"),
+])
+def test_what_is_typed_becomes_a_line_of_the_live_port(form, values, line):
+    forms = Forms(Dictionary.load(ROOT / "build" / "generated" / "rokviss.json"))
+    assert forms.text(form, values) == line
+
+
+@pytest.mark.parametrize(("values", "message"), [({"bus": "robot"}, "probability is missing"), ({"bus": "robot 1", "probability": "1"}, "bus: found 'robot 1', expected one word")])
+def test_a_line_that_is_not_complete_is_refused(values, message):
+    forms = Forms(Dictionary.load(ROOT / "build" / "generated" / "rokviss.json"))
+    with pytest.raises(UsageError, match=message):
+        forms.text("fault loss", values)
+
+
 def test_every_entry_of_the_dictionary_has_a_form(mission):
     assert set(entries(mission)) - set(Forms(mission).by_id) == set()
     json.dumps(Forms(mission).message())
@@ -59,7 +92,7 @@ def sample(field):
 def test_what_a_form_sends_are_the_octets_of_the_command_line(mission):
     made = Forms(mission)
     for identity, form in made.by_id.items():
-        if identity.startswith("tc "):
+        if identity.startswith("tc ") or form.kind == "simulated world":
             continue
         typed = [sample(field) for field in form.fields]
         words = shlex.split(identity)

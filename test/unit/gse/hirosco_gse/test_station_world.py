@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The light station among others and in time: its user, what it says of commands that last, faults and hand, links, the world of the flight."""
+
+import re
+import struct
+import subprocess
+import sys
+
+import pytest
+from conftest import ROOT
+from hirosco_gse import live
+from hirosco_gse import place as place_module
+from hirosco_gse.session import TimedOut
+from hirosco_gse.station import hub as hub_module
+from hirosco_gse.station import network as network_module
+from hirosco_gse.station.identity import Identity
+from spacecraft import success
+from tm_packets import build_tm
+from visiting import JOYSTICK, MANIPULATOR, TELEPRESENCE, answer, visit
+
+
+def test_each_station_at_a_flight_is_a_user_of_its_own(dictionary):
+    """Also in another process; a user that a station had is free again. With more stations than users the last ones share one."""
+    numbers = [user["id"] for user in dictionary.content["users"] if user["name"].startswith("WEB")]
+    claimed = [Identity.claim(dictionary, 40001) for _ in numbers]
+    assert [each.number for each in claimed] == numbers and len(numbers) >= 4 and all(each.is_own for each in claimed)
+    words = "import sys; from hirosco_gse.dictionary import Dictionary; from hirosco_gse.station.identity import Identity; " \
+            "found = Identity.claim(Dictionary.load(sys.argv[1]), 40001); print(found.number, found.is_own)"
+    path = ROOT / "build" / "generated" / f"{dictionary.mission}.json"
+    shared = subprocess.run([sys.executable, "-c", words, path], env={"PYTHONPATH": str(ROOT / "gse")}, capture_output=True, text=True, check=True)
+    assert shared.stdout.split() == [str(numbers[0]), "False"]
+    assert Identity.claim(dictionary, 40002).number == numbers[0]  # At another flight.
+    claimed[1].release()
+    assert Identity.claim(dictionary, 40001).number == numbers[1]
+
+
+@pytest.mark.parametrize("mission", sorted(path.stem for path in (ROOT / "descriptors" / "missions").glob("*.xml")))
+def test_every_mission_has_users_for_stations(mission):
+    """Also the missions that the scaffolds make: they are copies of these or of gse/scaffold/robot/mission.xml."""
+    for path in (ROOT / "descriptors" / "missions" / f"{mission}.xml", ROOT / "gse" / "scaffold" / "robot" / "mission.xml"):
+        names = re.findall(r'<User name="(\w+)"', path.read_text(encoding="utf-8"))
+        assert {"CLI", "YAMCS"} <= set(names) and sum(name.startswith("WEB") for name in names) >= 4
+
+
+def test_a_command_that_lasts_has_not_failed(place, spacecraft):
+    """600 s of simulated time between start and completion, in which telemetry comes: the lights wait for what the spacecraft says."""
+    pinged = []
+
+    def late(packet):
+        if packet.message == (17, 1) and packet.apid == JOYSTICK:
+            pinged.append(packet)
+            return success(packet)[:2]
+        return answer(packet)
+
+    spacecraft._answer = late
+
+    async def story(page, station):
+        asked = await page.ask(do="command", text="ping JOYSTICK")
+        await page.until(lambda message: message["kind"] == "command" and message["lights"][1] == "done")
+        call, at = next(call for call in station.hub.calls if call.number == asked["command"]), station.hub.session.now_ns
+        for seconds in (30, 300, 600):
+            station.hub.session.advance(at + seconds * 10**9)
+            station.hub._resume_all()
+        before = call.message()
+        for apid, service, subtype, data, user in success(pinged[0], (17, 2, b""))[2:]:
+            station.hub.session.feed(build_tm(apid, 0, service, subtype, data, user, station.hub.session.now_ns))
+        station.hub._resume_all()
+        return asked["command"], before, call.message()
+
+    number, before, after = visit(place, story)
+    assert (before["number"], before["over"], before["silent"], before["lights"]) == (number, False, False, ["done", "done", "empty", "waiting"])
+    assert after["over"] and "words" not in after and after["lights"] == ["done", "done", "none", "done"]
+
+
+def test_a_request_without_any_report_is_not_answered_and_has_not_failed(place, spacecraft):
+    spacecraft._answer = lambda packet: [] if packet.apid == JOYSTICK else answer(packet)
+
+    async def story(page, station):
+        await page.ask(do="command", text="ping JOYSTICK")
+        station.hub.session.advance(station.hub.session.now_ns + 11 * 10**9)
+        station.hub._resume_all()
+        silent = await page.until(lambda message: message["kind"] == "command" and message["silent"])
+        station.hub._writer.transport.abort()
+        return silent, await page.until(lambda message: message["kind"] == "command" and message["over"])
+
+    silent, lost = visit(place, story)
+    assert not silent["over"] and "failed" not in silent["lights"] and "words" not in silent
+    assert lost["unknown"] and "failed" not in lost["lights"]
+
+
+class World:
+    """Answers of a live port."""
+
+    def __init__(self):
+        self.lines, self.speed, self.hand = [], 1.0, None
+
+    async def ask(self, line):
+        self.lines.append(line)
+        return 2.5, False
+
+
+def test_a_page_causes_faults_and_moves_the_hand_and_one_page_has_it(place, monkeypatch):
+    """A fault as typed and from a form; while one page aims the hand, another one, and lines of other programs, are told who has it."""
+    world = World()
+
+    async def story(page, station):
+        station.hub.world_port = world
+        typed = await page.ask(do="command", text="fault unplug robot JOINT1")
+        filled = await page.ask(do="command", form="fault loss", values={"bus": "robot", "probability": "0.1"})
+        planned = await page.ask(do="plan", text="hand press 10 0.05")
+        aimed = await page.ask(do="live", line="hand aim 0.1 0 0.03")
+        told = next(message for message in page.heard if message["kind"] == "hand" and message["page"])
+        other = await station.hub.live("hand rest", -1)
+        own = await page.ask(do="live", line="hand rest")
+        world.hand = "station-WEB_2"
+        later = await page.ask(do="live", line="hand aim 0.1 0 0.03")
+        return typed, filled, planned, aimed, told, other, own, later
+
+    typed, filled, planned, aimed, told, other, own, later = visit(place, story)
+    assert (typed["time"], filled["time"], aimed["time"]) == (2.5, 2.5, 2.5) and planned["messages"] == ["line for the simulator"]
+    assert [line for line in world.lines if line != "time"] == ["fault unplug robot JOINT1", "fault loss robot 0.1", "hand aim 0.1 0 0.03", "hand rest"]
+    assert told["page"] > 0 and other["refused"] == "the hand is taken by another page" and "refused" not in own
+    assert later["refused"] == "the hand is taken by station-WEB_2"
+
+
+def test_the_pace_that_others_set_is_followed(place):
+    world = World()
+
+    async def story(page, station):
+        station.hub.world_port = world
+        world.speed = 0.25
+        return await page.until(lambda message: message["kind"] == "pace" and message["speed"] == 0.25)
+
+    assert visit(place, story)["is_there"]
+
+
+@pytest.mark.parametrize(("words", "pace"), [("ok 1.0", (1.0, None)), ("ok 1.0 paused speed 0.5", (0.5, None)), ("ok 1.0 speed 0 hand station-WEB", (0.0, "station-WEB"))])
+def test_answers_of_the_live_port_tell_pace_and_hand(words, pace):
+    answer_words = words.split()
+    assert live.pace_of(answer_words) == pace and live.taken(answer_words) == (1.0, "paused" in words)
+
+
+def test_the_world_is_that_of_the_flight(tmp_path):
+    (tmp_path / "ground.mission").write_text("rokviss\n")
+    assert place_module.world_of(tmp_path).name == "rokviss.xml"
+    (tmp_path / "ground.world").write_text("rokviss-20bit\n")
+    assert place_module.world_of(tmp_path).name == "rokviss-20bit.xml" and place_module.world_of(tmp_path).exists()
+    (tmp_path / "ground.world").write_text(f"{tmp_path}/own.xml\n")
+    assert place_module.world_of(tmp_path) == tmp_path / "own.xml"
+
+
+def links_answer(received):
+    """Answers of supervisor and members about link ROBOT_STATE, open, with this count."""
+    def row(count):
+        return struct.pack(">HHBHHHH", 1, 1, 3, MANIPULATOR, 1, JOYSTICK, 2) + struct.pack(">IIBIHBBI", 1, 32, 0, 500, 10, 0, 1, 2000) + struct.pack(">IIIII", 0, count, 2, 0, 0)
+
+    def answered(packet):
+        if packet.message == (130, 8):
+            return success(packet, (130, 9, row(received[0] if packet.apid == JOYSTICK else 0)))
+        return answer(packet)
+
+    return answered
+
+
+def test_links_are_asked_for_while_a_page_is_open(place, spacecraft, monkeypatch):
+    """Count, rate and age move; a transition is shown at once, with its cause."""
+    received = [1000]
+    spacecraft._answer = links_answer(received)
+    monkeypatch.setattr(network_module, "POLL_S", 0.0)
+
+    async def story(page, station):
+        await page.until(lambda message: message["kind"] == "links" and message["rows"][0].get("received") == 1000)
+        received[0] = 3000
+        grown = await page.until(lambda message: message["kind"] == "links" and message["rows"][0].get("received") == 3000)
+        station.hub.network.transition({"link": 1, "state": "failed", "cause": "STALE"})
+        failed = await page.until(lambda message: message["kind"] == "links" and message["rows"][0]["state"] == "failed")
+        return grown, failed
+
+    grown, failed = visit(place, story)
+    row = next(row for row in grown["rows"] if row["name"] == "ROBOT_STATE")
+    assert (row["state"], row["lost"], row["period_us"]) == ("open", 2, 500)
+    assert next(row for row in failed["rows"] if row["name"] == "ROBOT_STATE")["cause"] == "STALE"
+
+
+def test_rate_and_age_of_a_link_come_from_simulated_time():
+    hub = hub_module.Hub("nowhere", lambda message: None)
+    found = {"state": "open", "properties": {"period_us": 500}, "sent": 0, "received": 100, "lost": 0, "late": 0}
+    hub.seconds = 10.0
+    hub.network._rows = {"A": hub.network._row("A", found)}
+    hub.seconds = 10.5
+    hub.network._rows = {"A": hub.network._row("A", {**found, "received": 1100})}
+    assert (hub.network._rows["A"]["rate"], hub.network._rows["A"]["heard"]) == (2000.0, 10.5)
+    hub.seconds = 11.0
+    row = hub.network._row("A", {**found, "received": 1100})
+    assert (row["rate"], row["heard"]) == (0.0, 10.5)
+
+
+def test_the_first_telemetry_ends_no_request(dictionary):
+    """The time of the session begins with the telemetry: that is no time which a request has waited."""
+    session = hub_module._WebSession(dictionary, source=3)
+    waiting = session.wait_for(lambda: False, 10**9, "a report")
+    next(waiting)
+    session.advance(dictionary.epoch_ns)
+    next(waiting)
+    session.advance(dictionary.epoch_ns + 2 * 10**9)
+    with pytest.raises(TimedOut):
+        next(waiting)
+
+
+def test_the_page_hears_that_another_interface_flies(place, spacecraft):
+    """Each subsystem once, also a page that comes later."""
+    def other(packet):
+        return answer(packet) + ([(MANIPULATOR, 129, 5, struct.pack(">BBBHQQII", 3, 0, 3, TELEPRESENCE, 7, 0, 0, 0), 1)] if packet.message == (17, 1) else [])
+
+    spacecraft._answer = other
+
+    async def story(page, station):
+        await page.ask(do="command", text="ping JOYSTICK")
+        told = await page.until(lambda message: message["kind"] == "mismatch")
+        return told, [message for message in station.hub.snapshot() if message["kind"] == "mismatch"]
+
+    told, later = visit(place, story)
+    assert later == [told] and told["subsystem"] == "MANIPULATOR" and "the dictionary has" in told["words"]
