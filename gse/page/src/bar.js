@@ -5,7 +5,7 @@ import { store } from "./store.js";
 import { clock, el, number, show, svg, symbol, text } from "./dom.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 10, 0];  // 0: as fast as possible
-const speedName = (speed) => (speed === 0 ? "as fast as possible" : `${speed} ×`);
+const speedName = (speed) => (speed === 0 ? "fastest" : `${speed} ×`);
 const ORDER = ["HIGH", "MEDIUM", "LOW"];
 const SYMBOL = { HIGH: "critical", MEDIUM: "serious", LOW: "caution" };
 
