@@ -246,11 +246,12 @@ static const char* open_simulator(image_t* const self, const image_options_t* co
         const char* const channel_a = self->mission.buses[i].redundant_to;
         const run_bus_t* const bus  = &self->run->buses[i];
         const bool is_channel_b     = (channel_a[0] != '\0') && (bus->simulator[0] != '\0');
-        config.bus[i]               = (simulator_bus_t){.name         = self->mission.buses[i].name,
-                                                        .address      = bus->simulator,
-                                                        .published    = bus->published,
-                                                        .is_classic   = (self->mission.buses[i].data_bit_rate == 0U),
-                                                        .redundant_to = is_channel_b ? channel_a : NULL};
+        config.bus[i]               = (simulator_bus_t){.name          = self->mission.buses[i].name,
+                                                        .address       = bus->simulator,
+                                                        .published     = bus->published,
+                                                        .bit_rate      = self->mission.buses[i].bit_rate,
+                                                        .data_bit_rate = self->mission.buses[i].data_bit_rate,
+                                                        .redundant_to  = is_channel_b ? channel_a : NULL};
         config.bus_count++;
     }
     return (simulator_open(&config, &self->simulator, self->error) == STATUS_OK) ? NULL : self->error;

@@ -107,9 +107,12 @@ static void add_buses(arguments_t* const arguments, const launcher_t* const laun
         const run_bus_t* const address = &launcher->run->buses[i];
         add_bus(arguments, "--bus", bus->name, address->simulator);
         add_bus(arguments, "--publish", bus->name, address->published);
-        if (bus->data_bit_rate == 0U) {
-            arguments_add_option(arguments, "--classic-bus", bus->name);
-        }
+        char rates[32];
+        text_t text = text_in(rates, sizeof rates);
+        text_add_unsigned(&text, bus->bit_rate);
+        text_add(&text, ",");
+        text_add_unsigned(&text, bus->data_bit_rate);
+        add_bus(arguments, "--bit-rate", bus->name, (address->simulator[0] != '\0') ? rates : "");
     }
     // --redundant must name buses that earlier options have added.
     for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) {

@@ -3,8 +3,6 @@
 
 #include <stdio.h>
 
-#define NOMINAL_BIT_RATE 1000000U
-#define DATA_BIT_RATE 5000000U
 #define REOPEN_NS 10000000U ///< Simulated time between attempts.
 // Time after which the driver of the flight software's controller reports that a frame cannot be sent.
 #define TRANSMIT_TIMEOUT_NS 100000000U
@@ -105,17 +103,19 @@ static bool is_given(const char* const address)
 status_t segment_open(segment_t* const segment, const segment_config_t* const config,
                       char error[SIMULATOR_ERROR_MAX])
 {
-    const bus_config_t bus = {.nominal_bit_rate = NOMINAL_BIT_RATE,
-                              .data_bit_rate    = config->is_classic ? 0U : DATA_BIT_RATE,
-                              .seed             = config->seed};
-    *segment               = (segment_t){.name        = config->name,
-                                         .address     = config->address,
-                                         .flight_node = BUS_NODES_MAX,
-                                         .can         = {.descriptor = -1},
-                                         .bus         = bus_create(&bus)};
+    const bus_config_t bus = {
+        .nominal_bit_rate = config->bit_rate, .data_bit_rate = config->data_bit_rate, .seed = config->seed};
+    *segment = (segment_t){.name        = config->name,
+                           .address     = config->address,
+                           .flight_node = BUS_NODES_MAX,
+                           .can         = {.descriptor = -1},
+                           .bus         = bus_create(&bus)};
     if (segment->bus == NULL) {
-        (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: out of memory");
-        return STATUS_EXHAUSTED;
+        (void)snprintf(
+            error, SIMULATOR_ERROR_MAX,
+            "simulator: bus %s: bit rates %u and %u: expected divisors of 10^9, e.g. 500000, and memory",
+            segment->name, config->bit_rate, config->data_bit_rate);
+        return STATUS_INVALID;
     }
     status_t status =
         is_given(config->address) ? open_controller(segment, config->address, error) : STATUS_OK;

@@ -19,7 +19,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define BUS_SEEDS 2U ///< The seeds of the buses of a run begin at its seed times this.
+#define BUS_SEEDS 2U      ///< The seeds of the buses of a run begin at its seed times this.
+#define BIT_RATE 1000000U ///< Of a bus without stated rates.
+#define DATA_BIT_RATE 5000000U
 #define DEFAULT_QUANTUM_NS 5000000U
 #define TOOL_PATIENCE_MS 20000U ///< For a tool in lock-step; shorter than the launcher's for simulated time.
 #define PATH_OCTETS 4096U
@@ -240,17 +242,22 @@ static status_t open_segment(simulator_t* const simulator, const simulator_confi
                              const char* const name, char error[SIMULATOR_ERROR_MAX])
 {
     const unsigned index    = simulator->bus_count;
-    segment_config_t wanted = {.name        = name,
-                               .output_path = config->output_path,
-                               .is_classic  = config->classic_bus,
-                               .seed        = (config->seed * BUS_SEEDS) + index};
+    segment_config_t wanted = {.name          = name,
+                               .output_path   = config->output_path,
+                               .bit_rate      = BIT_RATE,
+                               .data_bit_rate = DATA_BIT_RATE,
+                               .seed          = (config->seed * BUS_SEEDS) + index};
     for (size_t i = 0U; i < config->bus_count; i++) {
         if (strcmp(config->bus[i].name, name) == 0) {
-            wanted.address    = config->bus[i].address;
-            wanted.published  = config->bus[i].published;
-            wanted.is_classic = config->classic_bus || config->bus[i].is_classic;
+            wanted.address   = config->bus[i].address;
+            wanted.published = config->bus[i].published;
+            if (config->bus[i].bit_rate != 0U) {
+                wanted.bit_rate      = config->bus[i].bit_rate;
+                wanted.data_bit_rate = config->bus[i].data_bit_rate;
+            }
         }
     }
+    wanted.data_bit_rate = config->classic_bus ? 0U : wanted.data_bit_rate;
     simulator->bus_count++;
     return segment_open(&simulator->segment[index], &wanted, error);
 }

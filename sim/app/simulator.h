@@ -27,7 +27,8 @@ typedef struct {
     const char* name;
     const char* address;      ///< Flight software's controller (osal/can.h); null or "": none.
     const char* published;    ///< Interface on which tools see the bus ("can:vcan-robot"); null or "": none.
-    bool is_classic;          ///< 1 Mbit/s classic instead of FD 1/5.
+    unsigned bit_rate;        ///< Nominal [bit/s], divides 10^9; 0: CAN FD with 1 and 5 Mbit/s.
+    unsigned data_bit_rate;   ///< Of the data of FD frames, divides 10^9; 0: classic bus.
     const char* redundant_to; ///< This is channel B of the bus of that name; null: a separate bus.
 } simulator_bus_t;
 

@@ -78,7 +78,7 @@ enum {
     OPTION_REDUNDANT,
     OPTION_FLOWS,
     OPTION_CLASSIC,
-    OPTION_CLASSIC_BUS,
+    OPTION_BIT_RATE,
     OPTION_WORLD,
     OPTION_SCENARIO,
     OPTION_SEED,
@@ -108,7 +108,7 @@ static const struct option long_options[] = {
     {"redundant", required_argument, NULL, OPTION_REDUNDANT},
     {"flows", required_argument, NULL, OPTION_FLOWS},
     {"classic", no_argument, NULL, OPTION_CLASSIC},
-    {"classic-bus", required_argument, NULL, OPTION_CLASSIC_BUS},
+    {"bit-rate", required_argument, NULL, OPTION_BIT_RATE},
     {"scenario", required_argument, NULL, OPTION_SCENARIO},
     {"world", required_argument, NULL, OPTION_WORLD},
     {"seed", required_argument, NULL, OPTION_SEED},
@@ -178,14 +178,20 @@ static bool take_process(options_t* const options, char* const text)
             argument_refuse("process", text, "at most two names for each participant"));
 }
 
-static bool take_classic_bus(options_t* const options, const char* const name)
+/// Parse "NAME=RATE,RATE"; the text is split in place.
+static bool take_bit_rates(options_t* const options, char* const text)
 {
-    simulator_bus_t* bus = bus_of(options, name);
-    if (bus == NULL) {
-        return argument_refuse("classic-bus", name, "at most 8 buses");
+    char* equals = strchr(text, '=');
+    char* comma  = strchr(text, ',');
+    if ((equals == NULL) || (comma == NULL) || (comma < equals)) {
+        return argument_refuse("bit-rate", text, "NAME=RATE,RATE in bit/s");
     }
-    bus->is_classic = true;
-    return true;
+    *equals              = '\0';
+    *comma               = '\0';
+    simulator_bus_t* bus = bus_of(options, text);
+    return (bus == NULL) ? argument_refuse("bit-rate", text, "at most 8 buses")
+                         : (argument_unsigned("bit-rate", &equals[1], 8000000U, &bus->bit_rate) &&
+                            argument_unsigned("bit-rate", &comma[1], 8000000U, &bus->data_bit_rate));
 }
 
 /// Parse "NAME=OF" for a bus that an earlier option names; the text is split in place.
@@ -285,8 +291,8 @@ static bool take_option(options_t* const options, const int option, char* const 
     case OPTION_FLOWS:
         options->simulator.flows = text;
         return true;
-    case OPTION_CLASSIC_BUS:
-        return take_classic_bus(options, text);
+    case OPTION_BIT_RATE:
+        return take_bit_rates(options, text);
     case OPTION_REDUNDANT:
         return take_redundant(options, text);
     case OPTION_CLASSIC:

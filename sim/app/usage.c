@@ -17,7 +17,7 @@ const char simulator_usage[] =
     "    --publish NAME=ADDRESS  publish that bus to tools, e.g. BUS=can:vcan-BUS\n"
     "    --flows RUN           the lines of the instruments are those of this run, NAME-NUMBER\n"
     "    --classic             1 Mbit/s classic CAN instead of FD 1/5 on all buses\n"
-    "    --classic-bus NAME    the same on that bus\n"
+    "    --bit-rate NAME=N,N   bit/s of that bus and of the data of its FD frames; 0: classic CAN\n"
     "  the world\n"
     "    --world FILE          robots, devices and what is around them; needed\n"
     "    --scenario FILE       hand and faults (default: none)\n"

@@ -7,6 +7,7 @@ import os
 import pathlib
 import random
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -242,6 +243,24 @@ def assert_clean(flight):
             with contextlib.suppress(OSError):
                 os.kill(int(entry.split(" ")[1]), signal.SIGKILL)
     assert not left, left
+
+
+def descriptors_copied(folder):
+    """A copy of the descriptors in a new folder that otherwise refers to the project: XML may change, programs stay."""
+    folder.mkdir()
+    shutil.copytree(ROOT / "descriptors", folder / "descriptors")
+    for name in ("build", "sim", "gse"):
+        (folder / name).symlink_to(ROOT / name)
+    return folder
+
+
+def replace(path, *changes):
+    """Replace words of a file, each (old, new), which must occur."""
+    text = path.read_text(encoding="utf-8")
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new)
+    path.write_text(text, encoding="utf-8")
 
 
 def write_scenario(path, *lines):

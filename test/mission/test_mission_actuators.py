@@ -4,7 +4,6 @@ close when no commands arrive, and descriptors that are refused."""
 
 import json
 import re
-import shutil
 import struct
 
 import cantools
@@ -181,12 +180,7 @@ def test_homing_ends_with_a_fault_and_without_its_drive(hangar, fault):
 @pytest.fixture
 def house(tmp_path):
     """Copies of the descriptors; programs and scenarios are those of the project."""
-    root = tmp_path / "house"
-    root.mkdir()
-    shutil.copytree(flying.ROOT / "descriptors", root / "descriptors")
-    for name in ("build", "sim", "gse"):
-        (root / name).symlink_to(flying.ROOT / name)
-    return root
+    return flying.descriptors_copied(tmp_path / "house")
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,6 @@
 descriptor change: no C code, no build."""
 
 import re
-import shutil
 import struct
 
 import flying
@@ -20,11 +19,7 @@ VENDOR = 0x101801
 @pytest.fixture
 def house(folder):
     """A copy of the descriptors in a folder that otherwise refers to the project."""
-    folder.mkdir()
-    shutil.copytree(flying.ROOT / "descriptors", folder / "descriptors")
-    for name in ("build", "sim", "gse"):
-        (folder / name).symlink_to(flying.ROOT / name)
-    return folder
+    return flying.descriptors_copied(folder)
 
 
 def _swap_in_world(house, joints):
@@ -96,7 +91,7 @@ def test_a_device_that_is_not_of_its_class_is_refused(house, eds, old, new, obje
     text = (house / f"descriptors/devices/{eds}.eds").read_text(encoding="utf-8")
     assert text.count(old) == 1
     (house / "descriptors/devices/other.eds").write_text(text.replace(old, new), encoding="utf-8")
-    _replace(house, WORLD, 'node="0x12" eds="joint-drive.eds"', 'node="0x12" eds="other.eds"')
+    flying.replace(house / WORLD, ('node="0x12" eds="joint-drive.eds"', 'node="0x12" eds="other.eds"'))
     flight = _fly(house, "commissioning")
     assert flight.code != 0
     assert _refusals(flight)[0] == (0x12, 4, object_, found), flight.told()
@@ -116,19 +111,13 @@ def test_a_sheet_that_changed_after_the_build_is_told_with_both_hashes(house):
 ELBOW = '    <Bus name="elbow" bitRate="1000000" dataBitRate="5000000"/>\n'
 
 
-def _replace(house, path, old, new):
-    text = (house / path).read_text(encoding="utf-8")
-    assert old in text
-    (house / path).write_text(text.replace(old, new), encoding="utf-8")
-
-
 def test_the_arm_flies_with_its_joints_on_two_buses(house):
     """All figures hold; SYNC leaves on both buses at the same instants."""
-    _replace(house, "descriptors/missions/rokviss.xml", '    <Bus name="robot-b"', ELBOW + '    <Bus name="robot-b"')
-    _replace(house, WORLD, 'type="light" bus="robot" node="0x12"', 'type="light" bus="elbow" node="0x12"')
-    _replace(house, WORLD, '    <Supply device="JOINT2"/>\n', "")
-    _replace(house, DESCRIPTOR, 'bus="robot" redundantBus="robot-b" node="0x12"', 'bus="elbow" node="0x12"')
-    _replace(house, DESCRIPTOR, '        <Supply unit="0x1F" on="3" off="4"/>\n', "")
+    flying.replace(house / "descriptors/missions/rokviss.xml", ('    <Bus name="robot-b"', ELBOW + '    <Bus name="robot-b"'))
+    flying.replace(house / WORLD, ('type="light" bus="robot" node="0x12"', 'type="light" bus="elbow" node="0x12"'))
+    flying.replace(house / WORLD, ('    <Supply device="JOINT2"/>\n', ""))
+    flying.replace(house / DESCRIPTOR, ('bus="robot" redundantBus="robot-b" node="0x12"', 'bus="elbow" node="0x12"'))
+    flying.replace(house / DESCRIPTOR, ('        <Supply unit="0x1F" on="3" off="4"/>\n', ""))
     flight = _fly(house, "telepresence")
     assert flight.code == 0, flight.told()
     found, reasons = figures.compute(runs.load(flight.folder))

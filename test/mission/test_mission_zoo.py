@@ -2,8 +2,9 @@
 """Stream devices in flight: one on each type of end node but CAN, in stepped time; devices moved from one end node to
 another by XML only; devices unplugged, silent and sending invalid octets."""
 
+import json
 import re
-import shutil
+import struct
 
 import flying
 import numpy as np
@@ -79,6 +80,45 @@ def test_the_truth_has_every_instrument(flights):
     assert not enabled[0].any() and enabled[-1].all()
 
 
+# Type, scale and offset of the value of each instrument, and its rest after both targets of the scenario, rounded to its steps.
+VALUES = {"MIRROR": ("i", 1e-6, 0.0, -0.2), "SHUTTER": ("h", 1e-3, 2.0, -0.1), "FILTER": ("i", 1e-5, 0.0, 0.1),
+          "COVER": ("f", 1.0, 0.0, 0.2), "ANTENNA": ("h", -2e-3, 0.1, -0.3), "BAFFLE": ("d", 1.0, 0.0, 0.0)}
+LITTLE = ("SHUTTER", "FILTER", "ANTENNA")
+
+
+def _values(flight, name, mark, order):
+    """(time s, value in rad) of the records: after the count and the word ENABLED, or after ENABLE."""
+    kind, scale, offset, _ = VALUES[name]
+    at = 3 if mark == ">" else 1
+    return [(time, struct.unpack_from(order + kind, octets, at)[0] * scale + offset) for time, octets in _records(flight, name, mark)]
+
+
+def _reported(flight):
+    """VALUE of each device in the report at 5.9 s."""
+    steps = [json.loads(line) for line in flight.read("operator.log").splitlines()]
+    report = next(step["outcome"] for step in steps if step["verb"] == "hk")
+    return [float(number) for number in re.search(r" VALUE: \[([-+0-9.e, ]+)\]", report)[1].split(", ")]
+
+
+def _moves_as_commanded(flight, name, order):
+    """The device follows both targets, with its speed; flight software has read what it has sent."""
+    step, rest = abs(VALUES[name][1]) if VALUES[name][1] != 1.0 else 1e-6, VALUES[name][3]
+    sent, commanded = _values(flight, name, ">", order), _values(flight, name, "<", order)
+    first = (0.5, 0.4, 0.3, 0.6, 0.2, 0.7)[NAMES.index(name)]
+    for time, target in ((3.99, first), (5.8, rest)):
+        assert next(value for at, value in reversed(commanded) if at < time) == pytest.approx(target, abs=0.51 * step)
+        assert next(value for at, value in reversed(sent) if at < time) == pytest.approx(target, abs=1.01 * step)
+    speeds = [abs(after - before) / (later - earlier) for (earlier, before), (later, after) in zip(sent[::10], sent[10::10])]
+    assert 0.4 < max(speeds) < 0.6
+    assert _reported(flight)[NAMES.index(name)] == pytest.approx(rest, abs=1.01 * step)
+
+
+def test_values_are_converted_in_both_directions(flights):
+    """Type, byte order, scale and offset of each device: what it sends, what it gets, and what the telemetry says."""
+    for name in NAMES:
+        _moves_as_commanded(flights[0], name, "<" if name in LITTLE else ">")
+
+
 def test_a_run_leaves_no_names(flights):
     for flight in flights:
         flying.assert_clean(flight)
@@ -87,12 +127,7 @@ def test_a_run_leaves_no_names(flights):
 @pytest.fixture
 def house(tmp_path):
     """Copies of the descriptors; programs and scenarios are those of the project."""
-    root = tmp_path / "house"
-    root.mkdir()
-    shutil.copytree(flying.ROOT / "descriptors", root / "descriptors")
-    for name in ("build", "sim", "gse"):
-        (root / name).symlink_to(flying.ROOT / name)
-    return root
+    return flying.descriptors_copied(tmp_path / "house")
 
 
 def _edit(root, path, pattern, new):
@@ -123,6 +158,7 @@ def test_a_device_moves_to_another_end_node_by_xml_only(house, tmp_path, name, k
     flight = _fly(tmp_path / "run", root=house)
     assert flight.code == 0, flight.told()
     assert len(_records(flight, name, "<")) > 4000
+    _moves_as_commanded(flight, name, "<" if name == "ANTENNA" else ">")
     flying.assert_clean(flight)
 
 

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Hardware swapped in flight by XML, without a build: node, bus, period, channel, bit rate, profile, number of axes. Other makers and other
+end nodes fly in test_mission_makers.py and test_mission_zoo.py, arms of other numbers of joints in test_mission_arm.py."""
+
+import json
+import re
+import statistics
+import struct
+
+import flying
+import pytest
+
+SUBSYSTEM, WORLD, MISSION = (f"descriptors/{kind}/actuators.xml" for kind in ("subsystems", "worlds", "missions"))
+BUS = '<Bus name="platform" bitRate="1000000" dataBitRate="5000000"/>'
+REST = ",0" * 6
+LINES = (
+    "0.2 operator state ACTUATORS PRE_OPERATIONAL",
+    "0.8 operator config ACTUATORS NOMINAL",
+    "1.0 operator state ACTUATORS SAFE_OPERATIONAL",
+    "1.2 operator state ACTUATORS OPERATIONAL",
+    f"1.5 operator set ACTUATORS.TARGET 0.1,-0.15{REST}",
+    f"1.5 operator set ACTUATORS.OUTPUT 0,3,0{REST},0,0,0,0,0,0,0",
+    f"2.0 operator set ACTUATORS.OUTPUT 0,0,0{REST},0,0,0,0,0,0,0",
+    "3.0 operator hk once ACTUATORS 1",
+    "3.2 operator shutdown",
+)
+
+
+@pytest.fixture
+def house(tmp_path):
+    """Copies of the descriptors; programs and scenarios are those of the project."""
+    return flying.descriptors_copied(tmp_path / "house")
+
+
+def _fly(root, folder):
+    scenario = flying.write_scenario(folder.with_suffix(".scn"), *LINES)
+    flight = flying.fly(folder, "--mission", "actuators", "--scenario", scenario, "--form", "image", root=root)
+    assert flight.code == 0, flight.told()
+    return flight
+
+
+@pytest.fixture(scope="module")
+def unchanged(hangar):
+    """The flight before any swap."""
+    return _fly(flying.ROOT, hangar / "unchanged")
+
+
+def _reported(flight, name):
+    """An array of the last housekeeping report."""
+    steps = [json.loads(line) for line in flight.read("operator.log").splitlines()]
+    report = next(step["outcome"] for step in reversed(steps) if step["verb"] == "hk")
+    return [float(number) for number in re.search(rf"{name}: \[([-+0-9.e, ]+)\]", report)[1].split(", ")]
+
+
+def _frames(flight, bus, identifier):
+    """Times [s] of the frames of an identifier."""
+    return [float(time) for time in re.findall(rf"\((\d+\.\d+)\) {bus} {identifier:03X}#", flight.read(f"can-{bus}.log"))]
+
+
+def _answer_s(flight):
+    """Shortest time from SYNC to the statusword of the boom."""
+    syncs, answers = (iter(_frames(flight, "platform", identifier)) for identifier in (0x080, 0x1A5))
+    found, answer = [], 0.0
+    for sync in syncs:
+        while answer <= sync:
+            answer = next(answers, None)
+            if answer is None:
+                return min(found)
+        found.append(answer - sync)
+    return min(found)
+
+
+def _holds(flight):
+    """The boom is at its target, and the thrusters have turned the satellite: 1 Nm for 0.5 s, 60 kgm2."""
+    assert abs(_reported(flight, "POSITION")[0] - 0.1) < 1e-3
+    assert abs(_reported(flight, "INPUT")[4] - 0.5 / 60.0) < 3e-4
+
+
+def test_before_the_swaps(unchanged):
+    _holds(unchanged)
+    assert _reported(unchanged, "POSITION")[1] == 0
+
+
+@pytest.mark.parametrize(("rates", "least", "most"), [
+    ('bitRate="500000" dataBitRate="2000000"', 1.8, 2.6),
+    ('bitRate="1000000"', 1.5, 3.0),
+    ('bitRate="800000"', 2.0, 4.0),
+], ids=["slower", "classic", "slow-classic"])
+def test_another_bit_rate(house, tmp_path, unchanged, rates, least, most):
+    """Answers to SYNC need longer, as the rates say; FD frames exist only with a rate of their data."""
+    flying.replace(house / MISSION, (BUS, f'<Bus name="platform" {rates}/>'))
+    flight = _fly(house, tmp_path / "run")
+    _holds(flight)
+    assert least < _answer_s(flight) / _answer_s(unchanged) < most
+    assert ("##" in flight.read("can-platform.log")) == ("dataBitRate" in rates)
+
+
+def test_another_node_bus_and_period(house, tmp_path):
+    """The boom is node 0x05, the valves are on a bus of their own, and a cycle lasts 2 ms."""
+    flying.replace(house / MISSION, (BUS, BUS + BUS.replace("platform", "thrusters")))
+    flying.replace(house / SUBSYSTEM, ('node="0x25"', 'node="0x05"'), ("25\"/>", "05\"/>"), ('bus="platform" node="0x3A"', 'bus="thrusters" node="0x3A"'),
+                   ('priority="60" samplingTime="1ms"', 'priority="60" samplingTime="2ms"'), ('0x60C2:01" type="UINT8" value="10"', '0x60C2:01" type="UINT8" value="20"'),
+                   ('1400:05" type="UINT16" value="4"', '1400:05" type="UINT16" value="8"'))
+    flying.replace(house / WORLD, ('node="0x25"', 'node="0x05"'), ('bus="platform" node="0x3A"', 'bus="thrusters" node="0x3A"'))
+    flight = _fly(house, tmp_path / "run")
+    _holds(flight)
+    for bus, identifier in (("platform", 0x185), ("thrusters", 0x1BA)):
+        syncs = _frames(flight, bus, 0x080)
+        assert {round(after - before, 3) for before, after in zip(syncs, syncs[1:])} == {0.002}
+        assert len(_frames(flight, bus, identifier)) > 900
+    assert not _frames(flight, "platform", 0x1A5) and not _frames(flight, "platform", 0x1BA)
+
+
+def test_another_channel(house, tmp_path):
+    """Every device gets a second channel, and the master begins with that one: devices change to it, the first one is silent."""
+    flying.replace(house / MISSION, (BUS, BUS.replace("platform", "platform-b") + BUS.replace("/>", ' redundantTo="platform-b"/>')))
+    flying.replace(house / SUBSYSTEM, ('bus="platform"', 'bus="platform-b" redundantBus="platform"'))
+    flying.replace(house / WORLD, ('bus="platform"', 'bus="platform-b"'))
+    flight = _fly(house, tmp_path / "run")
+    _holds(flight)
+    assert len(_frames(flight, "platform-b", 0x1A5)) > 1900
+    assert not _frames(flight, "platform", 0x1A5)
+
+
+def test_another_profile(house, tmp_path):
+    """A star tracker, which has no profile of CiA, instead of the gyro of CiA 404: an attitude instead of rates."""
+    flying.replace(house / SUBSYSTEM, ('<Device name="GYRO" type="gyro">', '<Device name="TRACKER" type="star-tracker">'))
+    flying.replace(house / WORLD, ('<Gyro name="GYRO" on="satellite.body" noise="1e-5" bias="2e-6"',
+                                   '<StarTracker name="TRACKER" on="satellite.body" rate="20" noise="1e-5 1e-5 1e-5"'), ("gyro.eds", "star-tracker.eds"))
+    flight = _fly(house, tmp_path / "run")
+    attitude = [value * 1e-9 for value in _reported(flight, "INPUT")[2:6]]
+    turned = 0.5 / 60.0 * (0.25 + 1.0)  # rad, half of the time of thrust and all after it.
+    assert abs(attitude[0] - 1.0) < 1e-3 and abs(2.0 * attitude[3] - turned) < 1e-3
+    assert max(map(abs, attitude[1:3])) < 1e-4
+    assert abs(_reported(flight, "POSITION")[0] - 0.1) < 1e-3
+
+
+def test_another_number_of_axes(house, tmp_path):
+    """A second drive of another maker beside the first one: its target is the second one."""
+    text = (house / SUBSYSTEM).read_text(encoding="utf-8")
+    settings = ('<Setting object="0x1401:05" type="UINT16" value="4"/><Setting object="0x60C2:01" type="UINT8" value="10"/>'
+                '<Setting object="0x6060:00" type="INT8" value="8"/>')
+    second = f'<Device name="BOOM2" type="servo-drive">{settings}<Endnode type="CAN" bus="platform" node="0x26"/></Device>'
+    start = text.index('<Configuration name="NOMINAL"')
+    place = text.index("    </Devices>", start)
+    (house / SUBSYSTEM).write_text(text[:place] + second + text[place:], encoding="utf-8")
+    bench = re.search(r"<Bench .*?/>", (house / WORLD).read_text(encoding="utf-8"))[0]
+    other = bench.replace('"BOOM"', '"BOOM2"').replace("0x25", "0x26").replace("joint-drive", "servo-drive")
+    flying.replace(house / WORLD, (bench, bench + other))
+    flight = _fly(house, tmp_path / "run")
+    _holds(flight)
+    assert abs(_reported(flight, "POSITION")[1] + 0.15) < 1e-3
+    targets = [struct.unpack("<i", bytes.fromhex(octets)[2:6])[0] for octets in
+               re.findall(r" 326##1([0-9A-F]+)", flight.read("can-platform.log"))]
+    assert statistics.mode(targets) == pytest.approx(-0.15 / 2.9960562e-7, abs=2)
