@@ -20,6 +20,7 @@
 
 #define ARM_UNKNOWNS (2U * ARM_JOINTS) // Masses, then offsets.
 #define ARM_PARTS (1U + ARM_JOINTS)    // Torque alone, then each link.
+#define ARM_LAGS 2U                    // Poles of the tracker that gives the velocity.
 
 typedef struct {
     double unknown[ARM_UNKNOWNS]; ///< [kg], [Nm]
@@ -28,11 +29,14 @@ typedef struct {
 
 typedef struct { // Read-only outside.
     bool is_started;
+    double late_rad[ARM_LAGS][ARM_JOINTS]; ///< Angle and torque, as old as the velocity.
+    double late_nm[ARM_LAGS][ARM_JOINTS];
     double momentum[ARM_PARTS][ARM_JOINTS];
     double residual_nm[ARM_PARTS][ARM_JOINTS]; ///< Residuals of the torque [Nm] and of unit masses [Nm/kg].
     manipulator_arm_estimate_t now;
     manipulator_arm_estimate_t kept[2]; ///< Estimates from 1 to 2 s ago, and from less than 1 s ago.
     uint32_t age;                       ///< Cycles since the younger was kept.
+    uint32_t quiet;                     ///< Cycles since the last contact, up to a limit.
     uint32_t cycle;                     ///< Since the last update.
     uint32_t updates;                   ///< [updates, wraps]
 } manipulator_arm_identification_t;
