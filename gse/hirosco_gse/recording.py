@@ -205,26 +205,66 @@ class _Telemetry:
             tables.add({"kind": "heard", "subsystem": name}, times, {})
 
 
+ENTRIES = {"joint": "joints", "base": "bases", "contact": "contacts", "spring": "springs"}  # Names in WORLD -> in the head.
+
+
+def _truth_names(run):
+    """Names of the entries of the truth: of joints, bases, contacts, springs, wheels and valves, in the order of its columns."""
+    world = (run.truth.get("WORLD") or [{}])[0]
+    names = {ours: world.get(theirs, []) for theirs, ours in ENTRIES.items()}
+    named = {entry["channel"]: entry["name"] for entry in run.truth.get("NAMES", [])}
+    return {**names, "wheels": named.get("WHEEL", []), "valves": sorted({entry["name"] for entry in run.truth.get("VALVE", [])})}
+
+
+def _valves(run, names, wanted_us):
+    """Whether each valve is open at these instants; all are closed before their first change."""
+    found = np.zeros((len(wanted_us), len(names)))
+    for column, name in enumerate(names):
+        changes = [entry for entry in run.truth["VALVE"] if entry["name"] == name]
+        index = np.searchsorted([entry["time_us"] for entry in changes], wanted_us, side="right")
+        found[:, column] = np.array([False, *(entry["is_open"] for entry in changes)])[index]
+    return found
+
+
 def _truth(run, tables):
-    """Add what the simulator knows of robots and joystick, TRUTH_HZ times a second."""
+    """Add what the simulator knows of bodies, joysticks, wheels and valves, TRUTH_HZ times a second. Returns the names of the entries."""
     known = {name: table for name, table in run.truth.items() if isinstance(table, dict) and len(table["time_us"])}
-    if "JOINTS" not in known:
-        return
-    wanted = np.arange(known["JOINTS"]["time_us"][0], run.truth_end_us + 1, 1_000_000 // TRUTH_HZ)
+    starts = [known[name]["time_us"][0] for name in ("JOINTS", "BASE", "STICK", "WHEEL", "CONTACT") if name in known]
+    if not starts:
+        return {}
+    wanted = np.arange(min(starts), run.truth_end_us + 1, 1_000_000 // TRUTH_HZ)
 
     def at(channel, name):
         return truth_log.at(known[channel], name, wanted, run.truth_end_us).reshape(len(wanted), -1)
 
-    leaves = {"POSITION": at("JOINTS", "position_rad"), "VELOCITY": at("JOINTS", "velocity_rad_s"), "TORQUE": at("JOINTS", "joint_torque_nm"),
-              "EXTERNAL_TORQUE": at("JOINTS", "external_torque_nm"), "BRAKE": at("JOINTS", "brake_engaged")}
+    def entries(channel, *columns):
+        """Columns of three or four numbers, those of one entry beside each other."""
+        parts = [truth_log.at(known[channel], name, wanted, run.truth_end_us) for name in columns]
+        return np.concatenate(parts, axis=2).reshape(len(wanted), -1)
+
+    leaves = {}
+    if "JOINTS" in known:
+        leaves = {"POSITION": at("JOINTS", "position_rad"), "VELOCITY": at("JOINTS", "velocity_rad_s"), "TORQUE": at("JOINTS", "joint_torque_nm"),
+                  "EXTERNAL_TORQUE": at("JOINTS", "external_torque_nm"), "BRAKE": at("JOINTS", "brake_engaged")}
     if "CONTACT" in known:
         leaves["FORCE"] = at("CONTACT", "contact_force_n") + at("CONTACT", "spring_force_n")
-        leaves["HOOKED"] = at("CONTACT", "spring_hooked")
+    if "SPRING" in known:
+        leaves["HOOKED"] = at("SPRING", "is_hooked")
+    touches = [(channel, known[channel]["place_m"].shape[1]) for channel in ("CONTACTS", "SPRING") if channel in known]
+    for channel, count in touches:  # One contact and one spring are what FORCE has.
+        if count > 1:
+            leaves[channel] = entries(channel, "place_m", "force_n")
     if "STICK" in known:
         leaves["STICK"], leaves["FELT"] = at("STICK", "position_rad"), at("STICK", "motor_torque_nm")
     if "BASE" in known:
-        leaves["BASE"] = np.concatenate([at("BASE", "position_m"), at("BASE", "rotation")], axis=1)
+        leaves["BASE"] = entries("BASE", "position_m", "rotation")
+    if "WHEEL" in known:
+        leaves["WHEEL"] = at("WHEEL", "momentum_nms")
+    names = _truth_names(run)
+    if names["valves"]:
+        leaves["VALVE"] = _valves(run, names["valves"], wanted)
     tables.add({"kind": "truth"}, wanted / 1e6, leaves)
+    return names
 
 
 def _phases(run):
@@ -256,7 +296,7 @@ def make(run, about=None):
         last = max((time_ns for time_ns, *_ in run.packets), default=0) / 1e9
         head.update(hello=hello(run.dictionary, str(run.folder), as_lists(run.world) if run.world else None), end=max(head["end"], last),
                     states=told.states, events=told.events, modes=told.modes, links=told.links, commands=commands.as_lists())
-    _truth(run, tables)
+    head["truth"] = _truth(run, tables)
     text = json.dumps({**head, "tables": tables.described}, separators=(",", ":"), default=float).encode()
     return gzip.compress(b"".join([struct.pack("<I", len(text)), text, *tables.parts]), 6, mtime=0)
 

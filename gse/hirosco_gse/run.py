@@ -56,10 +56,12 @@ def scene(truth):
 
 
 def decode_truth(channels):
-    """As truth.decode, with DRIVE and FAULT in any case. CONTACT has the first contact and the first spring of the world, in one table."""
+    """As truth.decode, with DRIVE and FAULT in any case. CONTACT has the first contact and the first spring of the world, in one table;
+    CONTACTS all contacts."""
     decoded = {"DRIVE": [], "FAULT": [], **truth_log.decode(channels)}
     found = scene(decoded)
-    decoded.pop("CONTACT", None)
+    if "CONTACT" in decoded:
+        decoded["CONTACTS"] = decoded.pop("CONTACT")
     if found is not None:
         decoded["CONTACT"] = found
     return decoded

@@ -30,8 +30,11 @@ class Shape:
 
 @dataclass
 class Link:
+    """`solid` is the box that has the mass and the moments of inertia of the link; None if there is none."""
+
     name: str
     shapes: list = field(default_factory=list)
+    solid: Shape | None = None
 
 
 @dataclass
@@ -63,6 +66,7 @@ class Robot:
     joints: list
     start: dict = field(default_factory=dict)
     base: str = "fixed"
+    at: np.ndarray = field(default_factory=lambda: np.eye(4))  # Pose of the root link at time 0, as its State says.
 
     @property
     def moving(self):
@@ -152,6 +156,18 @@ def _joint(joint):
                  **joint.limit)
 
 
+def _solid(inertial):
+    """Box of the mass and the moments of inertia of a link, without its products of inertia."""
+    if inertial is None:
+        return None
+    moments = dict(zip(urdf.MOMENTS, inertial.moments))
+    ixx, iyy, izz = (moments[name] for name in ("ixx", "iyy", "izz"))
+    squares = [6 * (other + third - own) / inertial.mass for own, other, third in ((ixx, iyy, izz), (iyy, izz, ixx), (izz, ixx, iyy))]
+    if min(squares) <= 0:
+        return None
+    return Shape("box", pose(inertial.origin.xyz, inertial.origin.rpy), size=tuple(float(np.sqrt(square)) for square in squares))
+
+
 def read_urdf(path, name=None):
     """Robot of a URDF file."""
     try:
@@ -159,7 +175,8 @@ def read_urdf(path, name=None):
     except urdf.UrdfError as problem:
         raise WorldError(str(problem)) from problem
     links = {link.name: Link(link.name, [Shape(shape.kind, pose(shape.origin.xyz, shape.origin.rpy), shape.size, shape.radius, shape.length)
-                                         for shape in link.shapes])
+                                         for shape in link.shapes],
+                              _solid(link.inertial))
              for link in document.links}
     return Robot(name or document.name, links, [_joint(joint) for joint in document.joints])
 
@@ -179,6 +196,28 @@ def _robot(element, folder):
     return robot
 
 
+def _place(element, robots):
+    """Pose of the root link of a robot at time 0: its State, in the axes of the link `relativeTo` of a robot before it."""
+    state = element.find("State")
+    if state is None:
+        return np.eye(4)
+    own = pose(_numbers(state.get("at"), (0, 0, 0)), _numbers(state.get("rpy"), (0, 0, 0)))
+    name, _, link = state.get("relativeTo", "").partition(".")
+    other = next((robot for robot in robots if robot.name == name and link in robot.links), None)
+    if other is None:
+        return own
+    return other.poses([other.start.get(joint.name, 0.0) for joint in other.moving], other.at)[link] @ own
+
+
+def _robots(root, folder):
+    found = []
+    for element in root.findall("Robot"):
+        robot = _robot(element, folder)
+        robot.at = _place(element, found)
+        found.append(robot)
+    return found
+
+
 def _fixture(element):
     own = pose(_numbers(element.get("at"), (0, 0, 0)), _numbers(element.get("rpy"), (0, 0, 0)))
     return [_shape(shape, own @ pose(_numbers(shape.get("at"), (0, 0, 0)), _numbers(shape.get("rpy"), (0, 0, 0)))) for shape in element]
@@ -191,7 +230,7 @@ def read(path):
     devices = [Device(element.tag, element.get("name"), element.get("bus"), int(element.get("node", "0"), 0), element.get("eds", ""),
                       element.get("joint", ""))
                for element in root if element.get("bus") is not None]
-    return World(root.get("name"), path, [_robot(element, path.parent) for element in root.findall("Robot")],
+    return World(root.get("name"), path, _robots(root, path.parent),
                  {element.get("name"): _fixture(element) for element in root.findall("Fixture")},
                  [{key: _numbers(element.get(key), ()) for key in ("hook", "length")} for element in root.findall("CableSpring")],
                  devices)

@@ -361,6 +361,28 @@ def test_the_player_plays_and_seeks(page):
     assert page.evaluate("station.store.time / station.replay.end") == pytest.approx(0.5, abs=0.01)
 
 
+def test_a_report_moves_a_free_body(browser, hangar):
+    """Mission actuators: a satellite without joints, whose place is in the truth only."""
+    flight = flying.fly(hangar / "free-body", "--mission", "actuators", "--scenario", "actuators", "--form", "image", report="yes")
+    bases = runs.load(flight.folder, has_buses=False).truth["BASE"]
+    with browser.new_context(viewport={"width": 1024, "height": 768}, bypass_csp=True) as context:
+        page = context.new_page()
+        page.set_default_timeout(LIMIT_MS)
+        faults = []
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.goto((flight.folder / "report.html").resolve().as_uri())
+        until(page, "Boolean(window.station?.replay?.film)")
+        for seconds in (14.0, 11.0):
+            page.evaluate("seconds => station.replay.seek(seconds)", seconds)
+            row = nearest(bases["time_us"] / 1e6, seconds)
+            place = page.evaluate("station.scene.bodies[0].arm.node.matrix.elements.slice(12, 15)")
+            assert place == pytest.approx(list(bases["position_m"][row, 0]), abs=1e-5) and abs(place[0]) > 1e-3
+        page.evaluate("station.replay.seek(0)")
+        assert page.evaluate("station.scene.bodies[0].arm.node.matrix.elements.slice(12, 15)") == pytest.approx([0, 0, 0], abs=1e-9)
+        page.screenshot(path=str(hangar / "report-free-body.png"))
+        assert not faults
+
+
 def test_a_report_is_one_file(browser, fleet, hangar):
     """Nothing is loaded but the file itself; film and figures are there, and both sizes and themes can be used by everybody."""
     flight = fleet.flight(again=1, report="yes")
@@ -379,6 +401,10 @@ def test_a_report_is_one_file(browser, fleet, hangar):
         row = nearest(truth["time_us"] / 1e6, 26.0)
         assert page.evaluate("station.scene.joints") == pytest.approx(list(truth["position_rad"][row]), abs=1e-3)
         assert page.locator(".figures tr.holds").count() == 16
+        assert page.evaluate("station.scene.arm.brakes.map((brake) => brake.isHeld)") == [False, False]
+        page.evaluate("station.replay.seek(0.5)")
+        assert page.evaluate("station.scene.arm.brakes.map((brake) => brake.isHeld)") == [True, True]
+        page.evaluate("station.replay.seek(26)")
         page.screenshot(path=str(PICTURE if os.environ.get("UPDATE_PICTURES") else hangar / "report-dark.png"))
         page.evaluate(AXE.read_text(encoding="utf-8"))
         found = page.evaluate("axe.run(document, {runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'best-practice']})")

@@ -35,12 +35,21 @@ def _joint(joint):
     }
 
 
+def _shapes(robot, link):
+    """What is drawn of a link; a free body without shapes is a box of its mass and moments of inertia."""
+    if link.shapes or robot.base != "free" or link.name != robot.root or link.solid is None:
+        return link.shapes
+    return [link.solid]
+
+
 def _robot(robot):
     return {
         "name": robot.name,
         "root": robot.root,
         "start": robot.start,
-        "links": {name: [_shape(shape) for shape in link.shapes] for name, link in robot.links.items()},
+        "at": _pose(robot.at),
+        "free": robot.base == "free",
+        "links": {name: [_shape(shape) for shape in _shapes(robot, link)] for name, link in robot.links.items()},
         "joints": [_joint(joint) for joint in robot.joints],
     }
 

@@ -24,10 +24,33 @@ export function motion(joint, value) {
 
 export const moving = (robot) => robot.joints.filter((joint) => joint.kind !== "fixed");
 
+// Pose of a body from its place and its rotation as a quaternion: x, y, z, and w, x, y, z.
+export function poseOf([px, py, pz, w, x, y, z]) {
+  return [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), px, 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x), py,
+    2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y), pz, 0, 0, 0, 1];
+}
+
+// Where a robot is: positions of its moving joints, pose of its root, and whether its brakes hold (null: not known). A row of the truth has
+// all robots, in the order of its names; one of telemetry has the joints of the robot that a subsystem moves.
+export function placed(robot, row, names, isLead) {
+  const joints = moving(robot);
+  const pick = (values, wanted, known, width = 1) => {
+    const at = known?.indexOf(wanted) ?? -1;
+    return values && at >= 0 ? values.slice(width * at, width * at + width) : null;
+  };
+  const start = joints.map((joint) => robot.start[joint.name] ?? 0);
+  const base = pick(row?.BASE, robot.name, names?.bases, 7);
+  const at = base ? poseOf(base) : robot.at ?? IDENTITY;
+  if (!names) return { positions: (isLead ? row?.["CUR_VALUES.POSITION"] : null) ?? start, base: at, brakes: null };
+  const each = (values, n) => pick(values, `${robot.name}.${joints[n].name}`, names.joints)?.[0];
+  return { positions: joints.map((_, n) => each(row?.["CUR_VALUES.POSITION"], n) ?? start[n]), base: at,
+    brakes: row?.BRAKE ? joints.map((_, n) => (each(row.BRAKE, n) ?? 0) > 0.5) : null };
+}
+
 // Pose of each link, and of each joint before its motion, by name.
-export function poses(robot, positions) {
+export function poses(robot, positions, base = robot.at ?? IDENTITY) {
   const values = new Map(moving(robot).map((joint, n) => [joint.name, positions[n] ?? 0]));
-  const links = new Map([[robot.root, IDENTITY]]);
+  const links = new Map([[robot.root, base]]);
   const joints = new Map();
   for (let round = 0; round < robot.joints.length; round++) for (const joint of robot.joints) {
     if (!links.has(joint.parent) || links.has(joint.child)) continue;
@@ -59,10 +82,10 @@ function jacobian(robot, found, tip) {
 }
 
 // Smallest force on the tip that gives these torques: J^T F = torque, by least squares with a little damping.
-export function tipForce(robot, row) {
-  const positions = row["CUR_VALUES.POSITION"], torque = row["CUR_VALUES.EXTERNAL_TORQUE"];
+export function tipForce(robot, row, positions = row["CUR_VALUES.POSITION"], base = undefined) {
+  const torque = row["CUR_VALUES.EXTERNAL_TORQUE"];
   if (!robot || !positions) return null;
-  const found = poses(robot, positions);
+  const found = poses(robot, positions, base);
   const tip = place(found.links.get(tipOf(robot)));
   if (row.FORCE) return { force: row.FORCE, at: tip, size: Math.hypot(...row.FORCE) };
   if (!torque) return null;

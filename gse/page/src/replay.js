@@ -32,7 +32,7 @@ function rowsOf(tables, rename = (name) => name, gap = GAP_S) {
 
 export class Replay {
   constructor(recording) {
-    Object.assign(this, { about: recording.about, end: recording.end, phases: recording.phases });
+    Object.assign(this, { about: recording.about, end: recording.end, phases: recording.phases, names: recording.truth });
     this.isPlaying = false;
     this.speed = 1;
     this.time = 0;
@@ -42,7 +42,7 @@ export class Replay {
     this.index(recording);
     store.take({ kind: "ready" });
     this.pace();
-    this.use(this.truth ? "truth" : "telemetry");
+    this.use(this.truth?.t.length ? "truth" : "telemetry");
     let last = performance.now();
     const frame = (now) => {
       if (this.isPlaying) {

@@ -6,7 +6,7 @@ import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment
 
 import { store } from "./store.js";
 import { el, number, text } from "./dom.js";
-import { moving, place, poses, tipForce, tipOf } from "./kinematics.js";
+import { moving, place, placed, poses, tipForce, tipOf } from "./kinematics.js";
 
 const FORCE_SCALE = 0.0024;  // Metres per newton.
 const FORCE_LEAST = 0.5;
@@ -64,6 +64,7 @@ class Arm {
   constructor(robot, looks) {
     this.robot = robot;
     this.groups = new Map();
+    this.brakes = [];  // In the order of the joints that move.
     this.node = new THREE.Group();
     const size = Math.max(0.2, ...robot.joints.map((joint) => Math.hypot(...place(joint.pose)))) ;
     this.size = size;
@@ -81,9 +82,36 @@ class Arm {
       if (joint.kind !== "fixed") this.groups.set(joint.name, { joint, still, turning });
       this.shell(frames.get(joint.parent), joint, wide, looks, joint.kind === "fixed" && Object.keys(robot.links).indexOf(joint.child) === Object.keys(robot.links).length - 1);
       if (joint.kind !== "fixed" && looks.housing) this.housing(turning, joint, wide, looks);
+      if (joint.kind !== "fixed" && looks.stand) this.brake(still, joint, wide);
     }
+    this.node.matrixAutoUpdate = false;
     for (const [name, shapes] of Object.entries(robot.links)) for (const about of shapes) frames.get(name)?.add(shape(about, looks.metal));
-    if (looks.stand) this.stand(robot, wide, looks);
+    if (looks.stand && !robot.free) this.stand(robot, wide, looks);
+  }
+
+  // Two rings round a housing: filled while the brake holds, lines while it is released, none where it is not known.
+  brake(still, joint, wide) {
+    const look = new THREE.MeshBasicMaterial({ transparent: true, color: 0xffffff });
+    const rings = [-1, 1].map((side) => {
+      const ring = new THREE.Mesh(new THREE.TorusGeometry(wide * 1.36, wide * 0.12, 8, 36), look);
+      ring.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...joint.axis).normalize());
+      ring.position.set(...joint.axis).multiplyScalar(side * wide * 1.1);
+      ring.visible = false;
+      still.add(ring);
+      return ring;
+    });
+    this.brakes.push({ look, rings, isHeld: null });
+  }
+
+  showBrakes(brakes) {
+    this.brakes.forEach((brake, n) => {
+      const isHeld = brakes ? brakes[n] : null;
+      if (isHeld === brake.isHeld) return;
+      brake.isHeld = isHeld;
+      brake.look.wireframe = isHeld === false;
+      brake.look.opacity = isHeld ? 1 : 0.35;
+      for (const ring of brake.rings) ring.visible = isHeld !== null;
+    });
   }
 
   shell(parent, joint, wide, looks, isLast) {
@@ -116,7 +144,9 @@ class Arm {
     this.node.add(block);
   }
 
-  set(positions) {
+  set(positions, base) {
+    this.node.matrix.copy(matrix(base));
+    this.node.matrixWorldNeedsUpdate = true;
     moving(this.robot).forEach((joint, n) => {
       const { turning } = this.groups.get(joint.name);
       const axis = new THREE.Vector3(...joint.axis);
@@ -141,7 +171,7 @@ class Scene extends HTMLElement {
     this.ghostLabel = el("div", { class: "label ghost", "aria-hidden": "true", hidden: true }, "desired position");
     this.veil = el("div", { class: "veil", hidden: true }, el("span"));
     const key = (colour, words) => el("span", { class: "hint", style: "margin-right:10px" }, el("i", { class: "key", style: `background:var(--${colour})` }), words);
-    this.append(this.canvas, this.rate, this.sources, this.views, this.hud, el("div", { class: "hud br" }, key("force", "force, 2.4 mm/N"), key("measured", `trace ${TRACE_S} s`), el("span", { class: "hint" }, "grid 50 mm")),
+    this.append(this.canvas, this.rate, this.sources, this.views, this.hud, el("div", { class: "hud br" }, key("force", "force, 2.4 mm/N"), key("measured", `trace ${TRACE_S} s`), el("span", { class: "hint rings", style: "margin-right:10px", hidden: true }, "white ring: brake holds"), el("span", { class: "hint" }, "grid 50 mm")),
       this.forceLabel, this.ghostLabel, this.veil);
     this.joints = [];
     this.trace = [];
@@ -246,14 +276,20 @@ class Scene extends HTMLElement {
     this.content = new THREE.Group();
     this.world.add(this.content);
     const world = store.hello.world;
-    this.last = this.joints = this.drawn = this.before = this.robot = null;
+    this.last = this.joints = this.drawn = this.before = this.robot = this.base = null;
     this.trace = [];
     this.source = store.members().find((item) => store.drives(item))?.name;
     if (!world?.robots.length) return;
-    this.robot = world.robots[0];
-    const start = moving(this.robot).map((joint) => this.robot.start[joint.name] ?? 0);
-    this.arm = new Arm(this.robot, LOOK);
-    this.content.add(this.arm.node);
+    const driven = Object.values(world.drives);
+    this.robot = world.robots.find((robot) => driven.some((joint) => joint.startsWith(`${robot.name}.`))) ?? world.robots[0];
+    this.bodies = world.robots.map((robot) => ({ robot, arm: new Arm(robot, LOOK) }));
+    this.arm = this.bodies.find(({ robot }) => robot === this.robot).arm;
+    for (const { robot, arm } of this.bodies) {
+      const { positions, base } = placed(robot);
+      arm.set(positions, base);
+      this.content.add(arm.node);
+    }
+    this.touches = [];
     this.addFixtures(Object.values(world.fixtures).flat());
     this.springs = world.springs.map((about) => {
       const mesh = new THREE.Mesh(undefined, LOOK.metal);
@@ -262,9 +298,11 @@ class Scene extends HTMLElement {
     });
     this.reach = Math.max(0.3, this.robot.joints.reduce((sum, joint) => sum + Math.hypot(...place(joint.pose)), 0));
     this.target.set(this.reach * 0.42, 0, this.reach * 0.1);
+    if (this.robot.free || world.robots.length > 1) this.frameAll();
     this.floor = new THREE.GridHelper(Math.ceil(this.reach * 4 / 0.05) * 0.05, Math.ceil(this.reach * 4 / 0.05));
     this.floor.rotateX(Math.PI / 2);
     this.floor.position.set(0.2, 0, this.level);
+    this.floor.visible = !this.robot.free;
     this.content.add(this.floor);
     this.addGhost();
     this.addForce();
@@ -273,9 +311,29 @@ class Scene extends HTMLElement {
     this.content.add(this.line);
     this.content.traverse((node) => { if (node.isMesh && node !== this.shaft && node !== this.point) node.castShadow = node.receiveShadow = true; });
     this.colours();
-    this.pose(start);
+    this.pose(placed(this.robot).positions);
     this.view(this.viewName);
     this.dim();
+  }
+
+  // The camera looks at all robots as they start.
+  frameAll() {
+    const box = new THREE.Box3();
+    this.content.updateMatrixWorld(true);
+    for (const { arm } of this.bodies) box.expandByObject(arm.node);
+    const size = box.getSize(new THREE.Vector3());
+    this.reach = Math.max(0.3, size.length() * 0.75);
+    box.getCenter(this.target);
+  }
+
+  // Where the robot of the scene is by a row of telemetry or truth.
+  where(robot, row) {
+    return placed(robot, row, store.replay?.which === "truth" ? store.replay.names : null, robot === this.robot);
+  }
+
+  tipAt(row) {
+    const { positions, base } = this.where(this.robot, row);
+    return place(poses(this.robot, positions, base).links.get(tipOf(this.robot)));
   }
 
   // What a fixture has below the floor, the lowest face of its boxes, is not drawn.
@@ -334,6 +392,7 @@ class Scene extends HTMLElement {
     this.ghostLook.color.set(token("desired"));
     this.ghostEdge.color.set(token("desired"));
     this.line.material.color.set(token("measured"));
+    for (const arrow of this.touches) arrow.setColor(token("force"));
     this.floor.material.color.set(isLight ? 0xb5c0ca : 0x2c3742);
     this.floor.material.vertexColors = false;
     this.floor.material.needsUpdate = true;
@@ -343,10 +402,10 @@ class Scene extends HTMLElement {
 
   // Numbers of the tip without a picture.
   tell(row) {
-    const robot = store.hello.world?.robots[0];
-    this.joints = row?.["CUR_VALUES.POSITION"] ?? [];
+    const robot = this.robot = store.hello.world?.robots[0];
+    this.joints = robot && row ? this.where(robot, row).positions : [];
     if (!robot || !row) return;
-    const tip = place(poses(robot, this.joints).links.get(tipOf(robot))), force = tipForce(robot, row);
+    const tip = this.tipAt(row), force = tipForce(robot, row, this.joints, this.where(robot, row).base);
     text(this.values.x, number(tip[0] * 1000, "mm"));
     text(this.values.z, number(tip[2] * 1000, "mm"));
     text(this.values.force, force ? number(force.size, "N") : "–");
@@ -366,11 +425,12 @@ class Scene extends HTMLElement {
     this.classList.toggle("truth", store.replay.which === "truth");
     if (!row) return;
     const before = this.trace[this.trace.length - 1]?.[0] ?? -1;
-    if (time < before || time > before + 0.5) this.trace = store.replay.before(TRACE_S).map(([t, one]) => [t, ...place(poses(this.robot, one["CUR_VALUES.POSITION"]).links.get(tipOf(this.robot)))]);
-    this.before = row["CUR_VALUES.POSITION"];
-    this.last = { time, values: row, at: 0, period: 1 };
+    if (time < before || time > before + 0.5) this.trace = store.replay.before(TRACE_S).map(([t, one]) => [t, ...this.tipAt(one)]);
+    const { positions } = this.where(this.robot, row);
+    this.before = positions;
+    this.last = { time, values: row, positions, at: 0, period: 1 };
     this.shownTime = time;
-    this.pose(row["CUR_VALUES.POSITION"]);
+    this.pose(positions);
   }
 
   // What is drawn of a link or a report that has ended is marked as past; a force is not drawn at all then.
@@ -390,13 +450,13 @@ class Scene extends HTMLElement {
     const period = this.last ? Math.min(0.3, Math.max(0.01, message.time - this.last.time)) / (store.pace.speed || 1) : 0.05;
     if (period < 0.2) text(this.rate, `Telemetry ${Math.round(1 / (period * (store.pace.speed || 1)))} Hz`);
     this.before = this.drawn ?? message.values["CUR_VALUES.POSITION"];
-    this.last = { time: message.time, values: message.values, at: performance.now(), period: Math.min(300, period * 1000) };
+    this.last = { time: message.time, values: message.values, positions: message.values["CUR_VALUES.POSITION"], at: performance.now(), period: Math.min(300, period * 1000) };
   }
 
   frame() {
     if (this.last && this.robot) {
       const share = Math.min(1, (performance.now() - this.last.at) / this.last.period);
-      const goal = this.last.values["CUR_VALUES.POSITION"];
+      const goal = this.last.positions;
       const now = goal.map((value, n) => (this.before[n] ?? value) + (value - (this.before[n] ?? value)) * share);
       if (!this.drawn || now.some((value, n) => Math.abs(value - this.drawn[n]) > 1e-5) || this.shownTime !== this.last.time) {
         this.pose(now);
@@ -414,13 +474,20 @@ class Scene extends HTMLElement {
 
   pose(positions) {
     this.drawn = this.joints = positions;
-    this.arm.set(positions);
     const values = this.last?.values ?? {};
-    const tip = place(poses(this.robot, positions).links.get(tipOf(this.robot)));
+    for (const { robot, arm } of this.bodies) {
+      const found = this.where(robot, values);
+      arm.set(robot === this.robot ? positions : found.positions, found.base);
+      arm.showBrakes(found.brakes);
+      this.querySelector(".rings").hidden = !found.brakes?.length;
+      if (robot === this.robot) this.follow(found.base);
+    }
+    const tip = place(poses(this.robot, positions, this.base).links.get(tipOf(this.robot)));
     this.tip = tip;
     text(this.values.x, number(tip[0] * 1000, "mm"));
     text(this.values.z, number(tip[2] * 1000, "mm"));
     this.drawForce(values, tip);
+    this.drawTouches(values);
     this.drawGhost(values);
     this.drawLimits(positions);
     this.drawSprings(tip);
@@ -431,8 +498,36 @@ class Scene extends HTMLElement {
     this.isChanged = true;
   }
 
+  // The camera stays with a robot whose base is free.
+  follow(base) {
+    if (this.robot.free && this.base) {
+      const moved = new THREE.Vector3(...place(base)).sub(new THREE.Vector3(...place(this.base)));
+      this.camera.position.add(moved);
+      this.target.add(moved);
+    }
+    this.base = base;
+  }
+
+  // Where the truth has several contacts or springs, each of their forces at its place.
+  drawTouches(values) {
+    const found = [...(values.CONTACTS ?? []), ...(values.SPRING ?? [])];
+    for (let n = 0; n < Math.max(found.length / 6, this.touches.length); n++) {
+      const at = new THREE.Vector3(...found.slice(6 * n, 6 * n + 3)), force = new THREE.Vector3(...found.slice(6 * n + 3, 6 * n + 6));
+      if (!this.touches[n]) {
+        this.touches[n] = new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), at, 1, token("force"));
+        this.content.add(this.touches[n]);
+      }
+      const arrow = this.touches[n], size = found.length > 6 * n ? force.length() : 0;
+      arrow.visible = size >= FORCE_LEAST;
+      if (!arrow.visible) continue;
+      arrow.position.copy(at);
+      arrow.setDirection(force.normalize());
+      arrow.setLength(Math.max(0.03, size * FORCE_SCALE));
+    }
+  }
+
   drawForce(values, tip) {
-    const found = this.isStale ? null : tipForce(this.robot, values);
+    const found = this.isStale ? null : tipForce(this.robot, values, this.last?.positions, this.base);
     this.force = found?.size ?? 0;
     text(this.values.force, found ? number(this.force, "N") : "–");
     const isShown = this.force >= FORCE_LEAST;
@@ -454,16 +549,16 @@ class Scene extends HTMLElement {
 
   // Compares values of one report: what is drawn is one period behind.
   drawGhost(values) {
-    const desired = values["DES_POSITION"] ?? values["CUR_VALUES.DESIRED"], positions = values["CUR_VALUES.POSITION"];
+    const desired = values["DES_POSITION"] ?? values["CUR_VALUES.DESIRED"], positions = this.last?.positions;
     this.ghost.node.visible = false;
     this.ghostLabel.hidden = true;
     const state = store.states.get(this.source)?.state;
     if (this.isStale || !desired || desired.length < moving(this.robot).length || state !== "OPERATIONAL") return;
-    const tipAt = (joints) => place(poses(this.robot, joints).links.get(tipOf(this.robot)));
+    const tipAt = (joints) => place(poses(this.robot, joints, this.base).links.get(tipOf(this.robot)));
     const there = tipAt(desired), here = tipAt(positions);
     const isFar = Math.hypot(...there.map((value, n) => value - here[n])) > GHOST_M || desired.some((value, n) => Math.abs(value - positions[n]) > GHOST_RAD);
     if (!isFar) return;
-    this.ghost.set(desired);
+    this.ghost.set(desired, this.base);
     this.ghost.node.visible = true;
     this.ghostEnd = new THREE.Vector3(...there);
     this.ghostLabel.hidden = false;

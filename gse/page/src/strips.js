@@ -6,7 +6,7 @@ import uPlot from "uplot";
 
 import { store } from "./store.js";
 import { el, number, text, wordOf } from "./dom.js";
-import { tipForce } from "./kinematics.js";
+import { moving, tipForce } from "./kinematics.js";
 
 const WINDOW_S = 30;
 const REFRESH_MS = 150;
@@ -23,8 +23,13 @@ function forceOf(row) {
   return forces.get(row);
 }
 
-// Lines of a strip: name, colour, dashed, and its value in a row of housekeeping.
-function strips(count) {
+// Lines of a strip: name, colour, dashed, and its value in a row of housekeeping. A body without joints has its place.
+function strips(robot) {
+  if (!robot) return [];
+  const count = moving(robot).length;
+  if (!count) {
+    return [{ title: "Place of the body", unit: "m", lines: ["x", "y", "z"].map((name, n) => ({ name, short: name, colour: COLOURS[n], of: (row) => row.BASE?.[n] })) }];
+  }
   const joints = [...Array(Math.min(2, count)).keys()];
   const colours = ["measured", "second"];
   return [
@@ -80,7 +85,7 @@ class Strip {
     this.about = about;
     this.isLast = isLast;
     this.values = about.lines.map(() => el("span", { class: "value" }));
-    const isChosen = Boolean(about.lines[0].report);
+    const isChosen = Boolean(about.lines[0]?.report);
     this.legend = el("div", { class: "legend", ...(isChosen ? { tabindex: 0, role: "group", "aria-label": `Lines of ${about.title}` } : {}) }, el("span", { class: "name" }, about.title),
       ...about.lines.map((line, n) => el("span", {}, el("i", { class: line.dashed ? "dashed" : "", style: `border-color:var(--${line.colour})` }), line.name, " ", this.values[n],
         line.report ? el("button", { class: "away", "aria-label": `Remove ${line.title}`, title: "Remove from the charts", onclick: () => store.tell("chart", line) }, "×") : null)),
@@ -220,9 +225,8 @@ class Strips extends HTMLElement {
   }
 
   arrange() {
-    const count = store.hello.world?.robots[0]?.joints.filter((joint) => joint.kind !== "fixed").length ?? 2;
     for (const strip of this.strips) strip.plot?.destroy();
-    this.strips = [...strips(count), ...chosen(store.charted.values())].map((about, n, all) => new Strip(about, n === all.length - 1));
+    this.strips = [...strips(store.hello.world?.robots[0]), ...chosen(store.charted.values())].map((about, n, all) => new Strip(about, n === all.length - 1));
     for (const strip of this.strips) strip.onzoom = (range) => { this.zoom = range; this.draw(); };
     this.area.replaceChildren(...this.strips.map((strip) => strip.node));
     this.remake();

@@ -7,7 +7,7 @@ import struct
 
 import numpy as np
 import pytest
-from hirosco_gse import recording, telemetry
+from hirosco_gse import recording, telemetry, truth
 from hirosco_gse import run as runs
 from hirosco_gse.values import Word
 
@@ -72,13 +72,13 @@ def read(run):
 
 
 def test_the_truth_is_that_of_the_log(read, run):
-    (truth,) = [table for table in read.tables if table["kind"] == "truth"]
+    (found,) = [table for table in read.tables if table["kind"] == "truth"]
     joints = run.truth["JOINTS"]
-    index = np.searchsorted(joints["time_us"], np.rint(truth["t"] * 1e6).astype(int))
-    assert np.diff(truth["t"]).max() <= 1.001 / recording.TRUTH_HZ
-    np.testing.assert_allclose(truth["leaves"]["POSITION"], joints["position_rad"][index], rtol=0, atol=5e-7)
+    index = np.searchsorted(joints["time_us"], np.rint(found["t"] * 1e6).astype(int))
+    assert np.diff(found["t"]).max() <= 1.001 / recording.TRUTH_HZ
+    np.testing.assert_allclose(found["leaves"]["POSITION"], joints["position_rad"][index], rtol=0, atol=5e-7)
     contact = run.truth["CONTACT"]
-    np.testing.assert_allclose(truth["leaves"]["FORCE"], (contact["contact_force_n"] + contact["spring_force_n"])[index], rtol=0, atol=5e-7)
+    np.testing.assert_allclose(found["leaves"]["FORCE"], (contact["contact_force_n"] + contact["spring_force_n"])[index], rtol=0, atol=5e-7)
 
 
 def test_the_telemetry_is_that_of_the_log(read, run):
@@ -102,6 +102,49 @@ def test_phases_follow_each_other(read):
     phases = read.head["phases"]
     assert all(before[1] == after[0] for before, after in zip(phases, phases[1:]))
     assert any(words.startswith("unplug") for _, _, words in phases)
+
+
+def _text(word):
+    return struct.pack(">I", len(word) + 1) + word.encode() + b"\0"
+
+
+def _log(*events):
+    """truth.lcm of (time [us], channel, octets after time_ns)."""
+    whole = b""
+    for number, (time_us, channel, body) in enumerate(events):
+        data = struct.pack(">Qq", truth.types()[channel].fingerprint, time_us * 1000) + body
+        whole += struct.pack(">IQQII", 0xEDA1DA01, number, time_us, len(channel), len(data)) + channel.encode() + data
+    return whole
+
+
+def test_a_world_without_joints_has_its_bodies_wheels_and_valves(tmp_path):
+    """Rows that the log leaves out are those before them; entries of a body stand beside each other."""
+    def base(x):
+        return struct.pack(">i26d", 2, x, 0, 0, 9, 8, 7, 1, 0, 0, 0, 0, 1, 0, 0, *[0.0] * 12)
+
+    names = struct.pack(">iiii", 0, 0, 0, 0) + struct.pack(">i", 2) + _text("satellite") + _text("client")
+    (tmp_path / "truth.lcm").write_bytes(_log(
+        (0, "WORLD", names), (0, "NAMES", _text("WHEEL") + struct.pack(">i", 1) + _text("W1")), (500, "BASE", base(0.0)),
+        (500, "WHEEL", struct.pack(">i2d", 1, 2.5, 0.0)), (200_000, "VALVE", _text("PUSH") + b"\1"), (300_000, "VALVE", _text("PUSH") + b"\0"),
+        (399_500, "BASE", base(0.0)), (400_000, "BASE", base(1.0))))
+    read = Reader(recording.make(runs.Run(tmp_path, None)))
+    (table,) = read.tables
+    assert read.head["truth"] == {"joints": [], "bases": ["satellite", "client"], "contacts": [], "springs": [], "wheels": ["W1"], "valves": ["PUSH"]}
+    assert table["t"].tolist() == pytest.approx([0.0005 + 0.02 * n for n in range(20)])
+    assert table["leaves"]["BASE"][3].tolist() == [0, 0, 0, 1, 0, 0, 0, 9, 8, 7, 0, 1, 0, 0]
+    assert (table["leaves"]["WHEEL"] == 2.5).all()
+    assert table["leaves"]["VALVE"][:, 0].tolist() == [0] * 10 + [1] * 5 + [0] * 5
+
+
+def test_several_contacts_are_all_there(flight_folder, dictionary_path):
+    run = runs.load(flight_folder, dictionary_path, has_buses=False)
+    table = run.truth["CONTACTS"]
+    run.truth["CONTACTS"] = {name: column if name == "time_us" else np.concatenate([column, 2.0 * column], axis=1) for name, column in table.items()}
+    (found,) = [table for table in Reader(recording.make(run)).tables if table["kind"] == "truth"]
+    touches = found["leaves"]["CONTACTS"]
+    assert touches.shape[1] == 12
+    np.testing.assert_allclose(touches[:, 6:], 2.0 * touches[:, :6], rtol=0, atol=2e-6)
+    assert np.abs(touches[:, 3:6]).max() > 1.0
 
 
 def test_the_same_run_gives_the_same_octets(run):

@@ -59,3 +59,25 @@ def test_what_cannot_be_read_is_named(tmp_path):
     path.write_text(URDF.replace('parent link="a"', 'parent link="z"'), encoding="utf-8")
     with pytest.raises(world.WorldError, match="has no parent link"):
         world.read_urdf(path).poses([0, 0])
+
+
+def test_a_body_starts_where_its_state_says(tmp_path):
+    """In the axes of the world or of a link of a robot before it."""
+    urdf = ROOT / "descriptors" / "worlds" / "satellite.urdf"
+    path = tmp_path / "w.xml"
+    path.write_text(f'<World name="w"><Robot name="a" urdf="{urdf}" base="free"><State at="1 2 3" rpy="0 0 1.5707963267948966"/></Robot>'
+                    f'<Robot name="b" urdf="{urdf}" base="free"><State at="1 0 0" rpy="0 0 0" relativeTo="a.body"/></Robot>'
+                    f'<Robot name="c" urdf="{urdf}" base="free"/></World>')
+    first, second, third = (robot.at for robot in world.read(path).robots)
+    assert first[:3, 3].tolist() == [1, 2, 3] and np.allclose(first[:3, 0], [0, 1, 0])
+    assert np.allclose(second[:3, 3], [1, 3, 3]) and np.allclose(second[:3, :3], first[:3, :3])
+    assert np.array_equal(third, np.eye(4))
+
+
+def test_a_free_body_without_shapes_is_a_box_of_its_mass():
+    """300 kg with 40, 50 and 60 kg m2: the box has the same moments."""
+    robots = geometry.as_lists(world.read(ROOT / "descriptors" / "worlds" / "actuators.xml"))["robots"]
+    (box,) = robots[0]["links"]["body"]
+    x, y, z = (size**2 for size in box["size"])
+    assert [25 * (y + z), 25 * (x + z), 25 * (x + y)] == pytest.approx([40, 50, 60])
+    assert robots[0]["free"] and robots[0]["at"] == np.eye(4).ravel().tolist()
