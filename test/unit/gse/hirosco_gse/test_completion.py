@@ -3,9 +3,7 @@
 
 import json
 import os
-import pty
 import re
-import select
 import shutil
 import subprocess
 
@@ -16,8 +14,7 @@ from hirosco_gse import commands, completion, usage
 from hirosco_gse.cli import main
 from hirosco_gse.command import UsageError
 from hirosco_gse.dictionary import Dictionary
-
-PATIENCE_S = 60.0
+from terminal import converse
 
 
 @pytest.mark.parametrize(("line", "some"), [
@@ -84,25 +81,6 @@ def test_files_complete_paths(dictionary, tmp_path, monkeypatch):
     assert completion.complete(["--run", "r"], lambda options: dictionary) == ["rest.scn ", "runs/"]
 
 
-def _screen(command, keys, environment):
-    """Type keys at a program on a pseudo-terminal, each after a text is seen: what it has shown."""
-    child, terminal = pty.fork()
-    if child == 0:
-        os.execvpe(command[0], command, environment)
-    shown = ""
-    try:
-        for awaited, key in keys:
-            while awaited not in shown.rpartition("\x05")[2]:
-                assert select.select([terminal], [], [], PATIENCE_S)[0], f"{awaited!r} is not shown:\n{shown}"
-                shown += os.read(terminal, 4096).decode("utf-8", "replace")
-            os.write(terminal, key.encode())
-            shown += "\x05"
-    finally:
-        os.close(terminal)
-        os.waitpid(child, 0)
-    return shown
-
-
 @pytest.mark.parametrize(("shell", "options", "begin"), [
     ("bash", ["--norc", "-i"], 'PS1="ready> "; bind "set enable-bracketed-paste off"; eval "$(gse completion bash)"; echo set""up\n'),
     ("zsh", ["-f", "-i"], 'PS1="ready> "; autoload -U compinit; compinit -u -D; eval "$(gse completion zsh)"; echo set""up\n'),
@@ -115,8 +93,8 @@ def test_a_shell_completes_at_tab(shell, options, begin, dictionary_path, tmp_pa
         f'#!/bin/sh\nif [ "$1" = complete ]; then shift 2; exec {ROOT}/gse/gse complete -- --dictionary {dictionary_path} "$@"; fi\n'
         f'if [ "$1" = completion ]; then exec {ROOT}/gse/gse "$@"; fi\necho "given: $*"\n', encoding="utf-8")
     (tmp_path / "gse").chmod(0o755)
-    environment = {"PATH": f"{tmp_path}:{os.environ['PATH']}", "TERM": "dumb", "HOME": str(tmp_path), "COLUMNS": "200"}
-    _screen([shell, *options], [
+    environment = {"PATH": f"{tmp_path}:{os.environ['PATH']}", "TERM": "dumb", "HOME": str(tmp_path)}
+    converse([shell, *options], environment, [
         ("", begin),
         ("setup", "gse state manip\t"),
         ("MANIPULATOR ", "pre\t"),
@@ -126,7 +104,7 @@ def test_a_shell_completes_at_tab(shell, options, begin, dictionary_path, tmp_pa
         ("ION=", "2 POS\t"),
         ("ION=", "0,0\n"),
         ("given: cmd MANIPULATOR.MOVE_TO DURATION=2 POSITION=0,0", "exit\n"),
-    ], environment)
+    ], size=(24, 200))
 
 
 def test_every_command_has_help_with_an_example_that_is_right(dictionary, capsys):

@@ -2,13 +2,9 @@
 """The live view in the terminal, with a simulated spacecraft: by textual's pilot, and on a pseudo-terminal."""
 
 import asyncio
-import fcntl
 import os
-import pty
-import select
 import struct
 import sys
-import termios
 import time
 
 import pytest
@@ -17,6 +13,7 @@ from hirosco_gse.cli import main
 from hirosco_gse.monitor import Monitor
 from spacecraft import Spacecraft as Simulated
 from spacecraft import failure, success
+from terminal import converse
 from textual.widgets import DataTable, Input, RichLog, Static
 
 MANIPULATOR, PATIENCE_S = 16, 60.0
@@ -96,27 +93,13 @@ def test_the_flight_is_shown_and_commanded(reached):
     asyncio.run(look())
 
 
-def test_it_runs_in_a_terminal(reached):
+def test_it_runs_in_a_terminal(reached, monkeypatch):
     given, run, _ = reached
-    child, terminal = pty.fork()
-    if child == 0:
-        command = [sys.executable, "-m", "hirosco_gse", "--run", str(run), "--port", str(given["port"]), "--dictionary", str(given["dictionary"]), "monitor"]
-        os.execve(command[0], command, {**os.environ, "TERM": "xterm-256color", "PYTHONPATH": str(ROOT / "gse")})
-    fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 50, 160, 0, 0))
-    shown = ""
-    try:
-        while not ("TORQUE_LIMIT" in shown and "OPERATIONAL" in shown):
-            assert select.select([terminal], [], [], PATIENCE_S)[0], shown[-2000:]
-            shown += os.read(terminal, 65536).decode("utf-8", "replace")
-        os.write(terminal, b"\x11")
-        try:
-            while os.read(terminal, 65536):
-                pass
-        except OSError:
-            pass  # The end of the program.
-    finally:
-        os.close(terminal)
-        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("LINES", "24")
+    command = [sys.executable, "-m", "hirosco_gse", "--run", str(run), "--port", str(given["port"]), "--dictionary", str(given["dictionary"]), "monitor"]
+    environment = {**os.environ, "TERM": "xterm-256color", "PYTHONPATH": str(ROOT / "gse")}
+    assert converse(command, environment, [(("TORQUE_LIMIT", "OPERATIONAL"), "\x11")], size=(50, 160))[1] == 0
 
 
 def test_without_a_terminal_it_says_what_else_there_is(capsys):

@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The prompt, on a pseudo-terminal and with lines from a list; colours; refusals that name limits."""
 
-import contextlib
 import os
-import pty
-import select
 import struct
 import sys
 
@@ -16,8 +13,9 @@ from hirosco_gse.shell import Shell
 from hirosco_gse.spacecraft import Spacecraft
 from spacecraft import Spacecraft as Simulated
 from spacecraft import failure, success
+from terminal import converse
 
-MANIPULATOR, PATIENCE_S = 16, 60.0
+MANIPULATOR = 16
 
 
 @pytest.fixture
@@ -77,16 +75,6 @@ def test_events_since_the_last_prompt_are_shown(talk, dictionary):
     assert any("events before these" in line for line in shown)
 
 
-def _keys(shown, terminal, steps):
-    for awaited, key in steps:
-        while awaited not in shown.rpartition("\x05")[2]:
-            assert select.select([terminal], [], [], PATIENCE_S)[0], shown
-            shown += os.read(terminal, 4096).decode("utf-8", "replace")
-        os.write(terminal, key.encode())
-        shown += "\x05"
-    return shown
-
-
 def test_the_prompt_completes_and_remembers(dictionary_path, tmp_path):
     """On a pseudo-terminal: Tab, a refusal in red, and the line before with the arrow in the next session."""
     simulated = Simulated(lambda packet: failure(packet, 4, 0x0204, 0x0305) if packet.data[:4] == b"TARE" else success(packet))
@@ -97,17 +85,8 @@ def test_the_prompt_completes_and_remembers(dictionary_path, tmp_path):
         ([("rokviss> ", "cmd manipulator.tar\t"), ("MANIPULATOR.TARE ", "\n"), ("rokviss> ", "exit\n")], "\x1b[31mgse: cmd MANIPULATOR.TARE: refused"),
         ([("rokviss> ", "\x1b[A\x1b[A"), ("cmd MANIPULATOR.TARE", "\x15cmd MANIPULATOR.STOP\n"), ("rokviss> ", "\x04")], ""),
     ):
-        child, terminal = pty.fork()
-        if child == 0:
-            os.execve(command[0], command, environment)
-        try:
-            assert awaited in _keys("", terminal, steps)
-            with contextlib.suppress(OSError):  # The end of the program.
-                while os.read(terminal, 4096):
-                    pass
-        finally:
-            os.close(terminal)
-            assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+        shown, code = converse(command, environment, steps)
+        assert awaited in shown and code == 0
     simulated.close()
     assert [packet.data[:4] for packet in simulated.received] == [b"TARE", b"STOP"]
 
