@@ -133,7 +133,7 @@ static void end_interval(device_log_t* const from, const uint64_t now_ns)
 static status_t log_buses(truth_t* const log, device_log_t* const from, const uint64_t now_ns)
 {
     int32_t state[SIMULATOR_BUSES_MAX];
-    uint32_t off[SIMULATOR_BUSES_MAX] = {0U};
+    uint32_t off[SIMULATOR_BUSES_MAX];
     bool plugged[SIMULATOR_BUSES_MAX];
     const truth_buses_t buses = {.count   = from->bus_count,
                                  .load    = from->load,
@@ -150,9 +150,7 @@ static status_t log_buses(truth_t* const log, device_log_t* const from, const ui
         const unsigned flight = from->segments[i].flight_node;
         state[i]              = (flight < BUS_NODES_MAX) ? (int32_t)bus_controller(bus, flight)->state : -1;
         plugged[i]            = (flight < BUS_NODES_MAX) && bus_is_plugged(bus, flight);
-        for (unsigned node = 0U; node < BUS_NODES_MAX; node++) {
-            off[i] += (bus_controller(bus, node)->state == CONTROLLER_STATE_BUS_OFF) ? 1U : 0U;
-        }
+        off[i]                = bus_off_count(bus);
     }
     return (buses.count > 0U) ? truth_buses(log, now_ns, &buses) : STATUS_OK;
 }

@@ -86,6 +86,7 @@ status_t bus_add_node(bus_t* const bus, const bus_callbacks_t* const callbacks, 
     node->recover_ns = BUS_NEVER;
     node->watch_ns   = BUS_NEVER;
     controller_reset(&node->controller);
+    bus_note_waiting(bus, index);
     *out_node = index;
     return STATUS_OK;
 }
@@ -146,6 +147,7 @@ status_t bus_submit(bus_t* const bus, const unsigned index, const osal_can_frame
     entry->ready_ns = ((time_ns > bus->now_ns) ? time_ns : bus->now_ns) + node->delay_ns;
     entry->key      = arbitration_key(frame);
     node->count++;
+    bus_note_waiting(bus, index);
     if ((node->timeout_ns != 0U) && (node->watch_ns == BUS_NEVER)) {
         node->watch_ns    = entry->ready_ns + node->timeout_ns;
         bus->next_wake_ns = (node->watch_ns < bus->next_wake_ns) ? node->watch_ns : bus->next_wake_ns;
@@ -164,10 +166,19 @@ void bus_set_wake(bus_t* const bus, const unsigned node, const uint64_t time_ns)
     bus_find_next_wake(bus);
 }
 
-static void pop(bus_node_t* const node)
+void bus_note_waiting(bus_t* const bus, const unsigned index)
 {
-    node->head = (node->head + 1U) % BUS_QUEUE_FRAMES;
+    const bus_node_t* node = &bus->node[index];
+    const uint32_t bit     = 1U << index;
+    bus->waiting = ((node->count != 0U) || node->is_babbling) ? (bus->waiting | bit) : (bus->waiting & ~bit);
+}
+
+static void pop(bus_t* const bus, const unsigned index)
+{
+    bus_node_t* node = &bus->node[index];
+    node->head       = (node->head + 1U) % BUS_QUEUE_FRAMES;
     node->count--;
+    bus_note_waiting(bus, index);
 }
 
 void bus_drop_queue(bus_t* const bus, const unsigned index)
@@ -175,6 +186,7 @@ void bus_drop_queue(bus_t* const bus, const unsigned index)
     bus_node_t* node = &bus->node[index];
     node->head       = 0U;
     node->count      = 0U;
+    bus_note_waiting(bus, index);
 }
 
 void bus_report(bus_t* const bus, const unsigned index, osal_can_frame_t* const report)
@@ -226,10 +238,15 @@ static void account_all(bus_t* const bus, const controller_event_t sender_event,
     }
 }
 
-/// Time at which the node's next frame is ready to start; BUS_NEVER if it has none.
+static bool is_waiting(const bus_t* const bus, const unsigned index)
+{
+    return ((bus->waiting >> index) & 1U) != 0U;
+}
+
+/// Time at which the next frame of a node that waits is ready to start; BUS_NEVER if the node is off the bus.
 static uint64_t ready_ns(const bus_node_t* const node, const uint64_t idle_ns)
 {
-    if (((node->count == 0U) && !node->is_babbling) || !is_on_bus(node)) {
+    if (!is_on_bus(node)) {
         return BUS_NEVER;
     }
     const uint64_t ready = node->is_babbling ? idle_ns : node->queue[node->head].ready_ns;
@@ -239,7 +256,10 @@ static uint64_t ready_ns(const bus_node_t* const node, const uint64_t idle_ns)
 static uint64_t next_start_ns(const bus_t* const bus)
 {
     uint64_t earliest = BUS_NEVER;
-    for (unsigned i = 0U; i < bus->node_count; i++) {
+    for (unsigned i = 0U; (bus->waiting >> i) != 0U; i++) {
+        if (!is_waiting(bus, i)) {
+            continue;
+        }
         const uint64_t ready = ready_ns(&bus->node[i], bus->idle_ns);
         earliest             = (ready < earliest) ? ready : earliest;
     }
@@ -265,9 +285,9 @@ static const bus_node_t* arbitrate(bus_t* const bus, const uint64_t start_ns)
     uint32_t lowest          = UINT32_MAX;
     bus->outcome             = OUTCOME_DELIVERED;
     bus->senders             = 0U;
-    for (unsigned i = 0U; i < bus->node_count; i++) {
+    for (unsigned i = 0U; (bus->waiting >> i) != 0U; i++) {
         const bus_node_t* node = &bus->node[i];
-        if (ready_ns(node, bus->idle_ns) > start_ns) {
+        if (!is_waiting(bus, i) || (ready_ns(node, bus->idle_ns) > start_ns)) {
             continue;
         }
         const uint32_t key = node->is_babbling ? 0U : node->queue[node->head].key;
@@ -302,7 +322,7 @@ static void report_lost_arbitration(bus_t* const bus, const uint64_t start_ns, c
 {
     for (unsigned i = 0U; i < bus->node_count; i++) {
         const bus_node_t* node = &bus->node[i];
-        if (node->reports_arbitration && ((bus->senders & (1U << i)) == 0U) &&
+        if (node->reports_arbitration && ((bus->senders & (1U << i)) == 0U) && is_waiting(bus, i) &&
             (ready_ns(node, bus->idle_ns) <= start_ns)) {
             const uint32_t difference = node->queue[node->head].key ^ winning_key;
             uint8_t bit               = 0U;
@@ -397,7 +417,7 @@ static void deliver_frame(bus_t* const bus)
     for (unsigned i = 0U; i < bus->node_count; i++) {
         bus_node_t* node = &bus->node[i];
         if (((senders & (1U << i)) != 0U) && !node->is_babbling && !is_repeated) {
-            pop(node);
+            pop(bus, i);
         }
     }
     end_frame(bus, is_repeated ? (ERROR_FLAG_BITS + ERROR_DELIMITER_BITS + CAN_INTERMISSION_BITS)
@@ -507,6 +527,15 @@ void bus_run_until(bus_t* const bus, const uint64_t time_ns)
 uint64_t bus_now_ns(const bus_t* const bus)
 {
     return bus->now_ns;
+}
+
+unsigned bus_off_count(const bus_t* const bus)
+{
+    unsigned count = 0U;
+    for (unsigned i = 0U; i < bus->node_count; i++) {
+        count += (bus->node[i].controller.state == CONTROLLER_STATE_BUS_OFF) ? 1U : 0U;
+    }
+    return count;
 }
 
 bool bus_is_fd(const bus_t* const bus)

@@ -77,6 +77,8 @@ void bus_set_wake(bus_t* bus, unsigned node, uint64_t time_ns);
 /// Simulate the bus over [present, time_ns).
 void bus_run_until(bus_t* bus, uint64_t time_ns);
 uint64_t bus_now_ns(const bus_t* bus);
+/// Number of controllers that are bus-off.
+unsigned bus_off_count(const bus_t* bus);
 /// True on a bus with FD bit timing.
 bool bus_is_fd(const bus_t* bus);
 

@@ -64,6 +64,7 @@ void bus_set_babbling(bus_t* const bus, const unsigned node, const bool on)
         bus_break_frame(bus, CONTROLLER_TRANSMIT_ERROR);
     }
     bus->node[node].is_babbling = on;
+    bus_note_waiting(bus, node);
 }
 
 void bus_set_stuck(bus_t* const bus, const bool on)

@@ -49,6 +49,7 @@ struct bus {
     bool is_stuck;
     bool is_sending;
     outcome_t outcome;
+    uint32_t waiting; // Bit set of nodes that have a frame to send, or babble: nodes lie far apart in memory.
     uint32_t senders; // Bit set of nodes whose frame is on the wire.
     uint64_t start_ns;
     uint64_t event_ns; // Time at which the frame ends or is destroyed.
@@ -73,5 +74,7 @@ void bus_report(bus_t* bus, unsigned index, osal_can_frame_t* report);
 void bus_break_frame(bus_t* bus, controller_event_t sender_event);
 void bus_find_next_wake(bus_t* bus);
 void bus_drop_queue(bus_t* bus, unsigned index);
+/// Update `waiting` after a change of a node's queue, or of its babbling.
+void bus_note_waiting(bus_t* bus, unsigned index);
 
 #endif // SIM_BUS_BUS_INTERNAL_H

@@ -467,6 +467,7 @@ static void test_a_dominant_wire_puts_the_sender_off_and_the_rest_passive(void)
     bus_set_stuck(bus, true);
     bus_run_until(bus, 10U * MS);
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_BUS_OFF, bus_controller(bus, node[0])->state);
+    TEST_ASSERT_EQUAL_UINT(1U, bus_off_count(bus));
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_PASSIVE, bus_controller(bus, node[1])->state);
     TEST_ASSERT_EQUAL_UINT(0U, ear[1].count);
     bus_set_stuck(bus, false);
