@@ -79,6 +79,12 @@ static void report(const device_t* const device, const uint64_t now_ns, const un
     config->changed(config->context, now_ns, &event);
 }
 
+/// A device without a statusword.
+static void report_plain(const device_t* const device, const uint64_t now_ns)
+{
+    report(device, now_ns, 0U, 0U, false);
+}
+
 static void on_axis(void* const context, const uint8_t node, const unsigned axis, const uint16_t statusword,
                     const bool brake, const uint64_t now_ns)
 {
@@ -359,7 +365,7 @@ static void end_box(device_t* const device, const uint64_t now_ns, const uint64_
     valve_box_end_step(device->model.model, end_ns);
 }
 
-static const device_kind_t valve_boxes = {.act = act_box, .end_step = end_box};
+static const device_kind_t valve_boxes = {.report = report_plain, .act = act_box, .end_step = end_box};
 
 // ---- Sensors ----
 
@@ -400,18 +406,13 @@ static status_t create_sensor(device_t* const device, const void* const kind, co
     return status;
 }
 
-static void report_sensor(const device_t* const device, const uint64_t now_ns)
-{
-    report(device, now_ns, 0U, 0U, false);
-}
-
 static void end_sensor(device_t* const device, const uint64_t now_ns, const uint64_t end_ns)
 {
     (void)now_ns;
     measuring_device_end_step(device->model.model, end_ns);
 }
 
-static const device_kind_t sensors = {.report = report_sensor, .end_step = end_sensor};
+static const device_kind_t sensors = {.report = report_plain, .end_step = end_sensor};
 
 // ---- Opening and closing ----
 

@@ -221,6 +221,13 @@ static status_t take_instrument(const loader_t* const loader, const scenario_lin
     return scenario_error(line, line->word[index], expected, error);
 }
 
+/// A power unit only receives: it has no controller that a fault could disturb, and no error to send.
+static bool is_of_power_units(const fault_kind_t kind)
+{
+    return (kind == FAULT_UNPLUG) || (kind == FAULT_PLUG) || (kind == FAULT_CUT) || (kind == FAULT_MEND) ||
+           (kind == FAULT_RESET);
+}
+
 /// Find a device of the bus that the argument before it names, or the controller of the flight software.
 static status_t take_node(const loader_t* const loader, const scenario_line_t* const line, const size_t index,
                           fault_t* const fault, char error[SCENARIO_ERROR_MAX])
@@ -231,7 +238,13 @@ static status_t take_node(const loader_t* const loader, const scenario_line_t* c
         return scenario_error(line, line->word[index], "no word after an instrument", error);
     }
     if (parse_device(world, line->word[index], fault->bus, &fault->device)) {
-        return STATUS_OK;
+        const bool is_unit =
+            (fault->device < world->device_count) && (world->device[fault->device].unit != NULL);
+        return (!is_unit || is_of_power_units(fault->kind))
+                   ? STATUS_OK
+                   : scenario_error(line, line->word[0],
+                                    "unplug, plug, cut, mend or reset for a power unit, which only receives",
+                                    error);
     }
     for (size_t i = 0U; i < world->device_count; i++) {
         if (world->device[i].bus == fault->bus) {
@@ -398,6 +411,15 @@ static void switch_device(node_t* const node, const fault_t* const fault)
     }
 }
 
+static void switch_power_unit(power_unit_t* const unit, const fault_t* const fault)
+{
+    if ((fault->kind == FAULT_CUT) || (fault->kind == FAULT_MEND)) {
+        power_unit_cut(unit, fault->channel, fault->kind == FAULT_CUT);
+    } else {
+        power_unit_plug(unit, fault->kind == FAULT_PLUG);
+    }
+}
+
 /// Connect or disconnect a node: both channels for unplug and plug, one channel for cut and mend.
 static void switch_node(const fault_world_t* const world, const fault_t* const fault)
 {
@@ -415,7 +437,11 @@ static void switch_node(const fault_world_t* const world, const fault_t* const f
     for (unsigned i = 0U; i < world->device_count; i++) {
         const fault_device_t* device = &world->device[i];
         if ((fault->device == i) || ((fault->device == FAULT_DEVICE_ALL) && (device->bus == fault->bus))) {
-            switch_device(device->node, fault);
+            if (device->unit != NULL) {
+                switch_power_unit(device->unit, fault);
+            } else {
+                switch_device(device->node, fault);
+            }
         }
     }
 }
@@ -501,8 +527,14 @@ static void apply_to_wire(const fault_world_t* const world, const fault_t* const
 
 static void reset_node(const fault_world_t* const world, const fault_t* const fault)
 {
-    if (fault->device < world->device_count) {
-        node_power_on(world->device[fault->device].node);
+    if (fault->device >= world->device_count) {
+        return; // The fault names the controller of the flight software.
+    }
+    const fault_device_t* device = &world->device[fault->device];
+    if (device->unit != NULL) {
+        power_unit_reset(device->unit);
+    } else {
+        node_power_on(device->node);
     }
 }
 

@@ -8,6 +8,7 @@
 #include "sim/bus/bus.h"
 #include "sim/devices/drive.h"
 #include "sim/devices/instrument.h"
+#include "sim/devices/power_unit.h"
 #include "sim/operator/scenario.h"
 #include "sim/truth/truth.h"
 
@@ -78,8 +79,9 @@ typedef struct {
     const char* name;
     unsigned bus;
     unsigned id;
-    node_t* node;
-    drive_t* drive; ///< Null: the device is no drive.
+    node_t* node;       ///< Null: it is the power unit.
+    power_unit_t* unit; ///< Null: it is a node.
+    drive_t* drive;     ///< Null: the device is no drive.
     /// An error of the device appears or disappears.
     void (*set_error)(void* model, uint16_t code, bool is_present, uint64_t now_ns);
     void* model;

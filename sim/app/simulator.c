@@ -362,6 +362,12 @@ static void name_targets(simulator_t* const simulator)
                                                        .set_error = model->set_error,
                                                        .model     = model->model};
     }
+    for (size_t i = 0U; i < simulator->place.power_unit_count; i++) {
+        const world_device_t* place        = &simulator->place.power_unit[i].device;
+        world->device[world->device_count] = (fault_device_t){
+            .name = place->name, .bus = place->bus, .id = place->node, .unit = &simulator->supply};
+        world->device_count++;
+    }
     world->instrument_count = instrument_set_count(simulator->instruments);
     for (unsigned i = 0U; i < world->instrument_count; i++) {
         world->instrument[i] =

@@ -13,9 +13,10 @@ void supply_open(power_unit_t* const unit, const world_power_unit_t* const place
 {
     power_unit_init(unit, (uint8_t)place->device.node);
     for (unsigned i = 0U; i < segment_count; i++) {
-        if ((i == place->device.bus) || ((channel_b != NULL) && (segments[i].bus == channel_b))) {
+        const bool is_b = (channel_b != NULL) && (segments[i].bus == channel_b);
+        if (is_b || (i == place->device.bus)) {
             segments[i].listen   = receive_frame;
-            segments[i].listener = unit;
+            segments[i].listener = &unit->port[is_b ? NODE_CHANNEL_B : NODE_CHANNEL_A];
         }
     }
     for (size_t i = 0U; i < place->supply_count; i++) {

@@ -5,12 +5,31 @@
 #define PULSE_OCTETS 3U
 #define EXPONENT_MAX 7U
 
-void power_unit_init(power_unit_t* const unit, const uint8_t id)
+void power_unit_reset(power_unit_t* const unit)
 {
-    *unit = (power_unit_t){.id = id};
     for (unsigned i = 0U; i < (2U * POWER_UNIT_RELAYS_MAX); i++) {
         unit->move_ns[i] = BUS_NEVER;
     }
+}
+
+void power_unit_init(power_unit_t* const unit, const uint8_t id)
+{
+    *unit = (power_unit_t){.id = id};
+    for (unsigned i = 0U; i < NODE_CHANNELS; i++) {
+        unit->port[i] = (power_unit_port_t){unit, i};
+    }
+    power_unit_reset(unit);
+}
+
+void power_unit_plug(power_unit_t* const unit, const bool is_connected)
+{
+    unit->is_unplugged = !is_connected;
+    power_unit_reset(unit);
+}
+
+void power_unit_cut(power_unit_t* const unit, const unsigned channel, const bool is_cut)
+{
+    unit->is_cut[channel] = is_cut;
 }
 
 void power_unit_add(power_unit_t* const unit, node_t* const node)
@@ -21,8 +40,12 @@ void power_unit_add(power_unit_t* const unit, node_t* const node)
     }
 }
 
-void power_unit_receive(power_unit_t* const unit, const osal_can_frame_t* const frame)
+void power_unit_receive(const power_unit_port_t* const port, const osal_can_frame_t* const frame)
 {
+    power_unit_t* unit = port->unit;
+    if (unit->is_unplugged || unit->is_cut[port->channel]) {
+        return;
+    }
     if ((frame->id != (PROCESS_DATA_ID + unit->id)) || (frame->length != PULSE_OCTETS) ||
         (frame->data[2] > EXPONENT_MAX)) {
         return;

@@ -24,7 +24,18 @@
 #define POWER_UNIT_PULSE_NS 10000000U ///< Length of a pulse with exponent 0.
 #define POWER_UNIT_LATCH_NS 20000000U
 
-typedef struct { // Private.
+struct power_unit;
+
+/// A channel of the bus on which the unit receives.
+typedef struct {
+    struct power_unit* unit;
+    unsigned channel; ///< NODE_CHANNEL_A, _B.
+} power_unit_port_t;
+
+typedef struct power_unit { // Private, except port.
+    power_unit_port_t port[NODE_CHANNELS];
+    bool is_unplugged;
+    bool is_cut[NODE_CHANNELS];
     uint8_t id;
     unsigned count;
     node_t* node[POWER_UNIT_RELAYS_MAX];
@@ -35,8 +46,14 @@ typedef struct { // Private.
 void power_unit_init(power_unit_t* unit, uint8_t id);
 /// Connect the next relay to the supply of this node; at most POWER_UNIT_RELAYS_MAX relays.
 void power_unit_add(power_unit_t* unit, node_t* node);
-/// Process a frame on a bus of the unit.
-void power_unit_receive(power_unit_t* unit, const osal_can_frame_t* frame);
+/// Process a frame on a channel of the bus of the unit.
+void power_unit_receive(const power_unit_port_t* port, const osal_can_frame_t* frame);
+/// Set by a scenario: connect or disconnect the unit. Pulses end; relays stay where they are.
+void power_unit_plug(power_unit_t* unit, bool is_connected);
+/// Set by a scenario: disconnect one channel only, or connect it again.
+void power_unit_cut(power_unit_t* unit, unsigned channel, bool is_cut);
+/// Set by a scenario: restart the unit. Pulses end.
+void power_unit_reset(power_unit_t* unit);
 /// Move the relays that are due at `now_ns`, the present of the nodes' buses.
 void power_unit_step(power_unit_t* unit, uint64_t now_ns);
 

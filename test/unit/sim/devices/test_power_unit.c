@@ -55,7 +55,7 @@ static void pulse(uint32_t id, unsigned line, uint8_t exponent, uint8_t length)
                                     .length  = length,
                                     .data    = {(uint8_t)line, (uint8_t)(line >> 8U), exponent},
                                     .time_ns = bus_now_ns(master.bus)};
-    power_unit_receive(&unit, &frame);
+    power_unit_receive(&unit.port[NODE_CHANNEL_A], &frame);
 }
 
 static void wait(uint64_t ns)
@@ -104,11 +104,38 @@ static void test_frames_that_are_no_pulse_of_the_unit_are_ignored(void)
     TEST_ASSERT_TRUE(node_is_powered(nodes[0]) && node_is_powered(nodes[1]));
 }
 
+/// Its relays stay where they are; a pulse that has begun has no effect.
+static void test_a_disconnected_unit_does_nothing(void)
+{
+    const osal_can_frame_t open = {.id = 0x200U + UNIT, .length = 3U, .data = {2U, 0U, 1U}};
+    pulse(0x200U + UNIT, 2U, 1U, 3U);
+    power_unit_plug(&unit, false);
+    wait(POWER_UNIT_LATCH_NS);
+    pulse(0x200U + UNIT, 2U, 1U, 3U);
+    wait(POWER_UNIT_LATCH_NS);
+    power_unit_plug(&unit, true);
+    pulse(0x200U + UNIT, 2U, 1U, 3U);
+    power_unit_reset(&unit);
+    wait(POWER_UNIT_LATCH_NS);
+    power_unit_cut(&unit, NODE_CHANNEL_A, true);
+    pulse(0x200U + UNIT, 2U, 1U, 3U);
+    wait(POWER_UNIT_LATCH_NS);
+    TEST_ASSERT_TRUE(node_is_powered(nodes[0]));
+    power_unit_receive(&unit.port[NODE_CHANNEL_B], &open); // The other channel is connected.
+    wait(POWER_UNIT_LATCH_NS);
+    TEST_ASSERT_FALSE(node_is_powered(nodes[0]));
+    power_unit_cut(&unit, NODE_CHANNEL_A, false);
+    pulse(0x200U + UNIT, 1U, 1U, 3U);
+    wait(POWER_UNIT_LATCH_NS);
+    TEST_ASSERT_TRUE(node_is_powered(nodes[0]));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_pulse_opens_and_one_closes);
     RUN_TEST(test_a_closed_relay_stays_closed);
     RUN_TEST(test_frames_that_are_no_pulse_of_the_unit_are_ignored);
+    RUN_TEST(test_a_disconnected_unit_does_nothing);
     return UNITY_END();
 }
