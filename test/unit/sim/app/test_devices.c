@@ -15,6 +15,7 @@
 #define STEP_NS 500000U
 
 static world_t world;
+static plant_t* plant; // For the sensors of a world.
 static segment_t segments[3];
 static bus_t* channel_b[3];
 static devices_t* devices;
@@ -74,6 +75,8 @@ void tearDown(void)
 {
     devices_close(devices);
     devices = NULL;
+    plant_destroy(plant);
+    plant = NULL;
     for (unsigned i = 0U; i < 3U; i++) {
         TEST_ASSERT_EQUAL_INT(STATUS_OK, segment_close(&segments[i]));
     }
@@ -85,6 +88,7 @@ static status_t open_from(const char* folder)
     const devices_config_t config = {.world         = &world,
                                      .folder        = folder,
                                      .truth         = &truth,
+                                     .plant         = plant,
                                      .segments      = segments,
                                      .channel_b     = channel_b,
                                      .changed       = changed,
@@ -158,6 +162,7 @@ static void valves_and_latches_are_as_their_outputs_say(void)
     unsigned node                       = 0U;
     char reason[DOCUMENT_ERROR_MAX];
     TEST_ASSERT_EQUAL_INT(STATUS_OK, world_read("descriptors/worlds/actuators.xml", &world, reason));
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, plant_create(&world, &plant, reason), reason);
     world.latch_count = 2U;
     world.latch[0]    = (world_latch_t){.trigger = WORLD_LATCH_WIRED, .output = 16U};
     world.latch[1]    = (world_latch_t){.trigger = WORLD_LATCH_WIRED, .output = 16U, .box = 1U};
