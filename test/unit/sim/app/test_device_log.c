@@ -43,7 +43,8 @@ void setUp(void)
         "contact=\"0.6\" stiffness=\"400\" range=\"2\"/>\n</World>");
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(file, &world, reason), reason);
     for (unsigned i = 0U; i < BUSES; i++) {
-        const segment_config_t config = {.name = world.bus[i], .seed = 1U};
+        const segment_config_t config = {
+            .name = world.bus[i], .bit_rate = 1000000U, .data_bit_rate = 5000000U, .seed = 1U};
         TEST_ASSERT_EQUAL_INT(STATUS_OK, segment_open(&segments[i], &config, error));
     }
     const devices_config_t wanted = {.world     = &world,

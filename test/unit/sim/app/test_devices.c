@@ -66,7 +66,8 @@ void setUp(void)
     memset(&truth, 0, sizeof truth);
     memset(channel_b, 0, sizeof channel_b);
     for (unsigned i = 0U; i < 3U; i++) {
-        const segment_config_t config = {.name = world.bus[i], .seed = 1U};
+        const segment_config_t config = {
+            .name = world.bus[i], .bit_rate = 1000000U, .data_bit_rate = 5000000U, .seed = 1U};
         TEST_ASSERT_EQUAL_INT(STATUS_OK, segment_open(&segments[i], &config, error));
     }
 }
