@@ -79,6 +79,8 @@ def _holds(flight):
 def test_before_the_swaps(unchanged):
     _holds(unchanged)
     assert _reported(unchanged, "POSITION")[1] == 0
+    dictionary = json.loads((flying.ROOT / "build/generated/actuators.json").read_text(encoding="utf-8"))
+    assert int(unchanged.facts["device_classes_hash"], 0) == int(dictionary["device_classes_hash"], 0)
 
 
 @pytest.mark.parametrize(("rates", "least", "most"), [

@@ -7,6 +7,7 @@ import hashlib
 import json
 import re
 import shutil
+import types
 
 import pytest
 from hirosco_gse import figures, report
@@ -32,6 +33,13 @@ def test_run_json_is_complete(written):
         assert facts["sha256"][name] == hashlib.sha256((written / name).read_bytes()).hexdigest()
     assert facts["interface_hash"].startswith("0x")
     assert facts["versions"]["numpy"]
+
+
+@pytest.mark.parametrize(("flown", "known", "is_told"), [("0x1A", "0x1a", False), ("0x1A", "0x1B", True), (None, "0x1B", False), ("0x1A", None, False)])
+def test_a_flight_with_other_device_classes_than_the_dictionary_is_told(flown, known, is_told):
+    run = types.SimpleNamespace(facts={"device_classes_hash": flown}, dictionary=types.SimpleNamespace(content={"device_classes_hash": known}),
+                                reports_of=lambda kind: [])
+    assert report.mismatches(run) == ([f"the flight had device classes {flown}, the dictionary has those of {known}: run make"] if is_told else [])
 
 
 def test_page_holds_everything_it_shows(written):
