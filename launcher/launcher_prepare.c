@@ -344,7 +344,7 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
     }
     run->relay.delay_us =
         ((uint32_t)launcher->options.delay_ms * 1000U) / 2U; // One way is half of the round trip.
-    run->relay.jitter_us = (uint32_t)((double)run->relay.delay_us * LINK_RELAY_JITTER);
+    run->relay.jitter_us = (uint32_t)((double)run->relay.delay_us * LAUNCHER_RELAY_JITTER);
     run->relay.seed      = launcher->options.seed;
     return true;
 }

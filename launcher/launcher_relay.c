@@ -15,8 +15,8 @@ const char* launcher_relay_open(launcher_relay_t* const self, run_state_t* const
 {
     FSW_ASSERT((self != NULL) && (run != NULL) && (scheduler != NULL));
     const relay_law_t law = {.delay_ns = (uint64_t)run->relay.delay_us * 1000U,
-                             .jitter   = LINK_RELAY_JITTER,
-                             .loss     = LINK_RELAY_LOSS};
+                             .jitter   = LAUNCHER_RELAY_JITTER,
+                             .loss     = LAUNCHER_RELAY_LOSS};
     self->run             = run;
     self->scheduler       = scheduler;
     self->sender          = (osal_socket_t)OSAL_SOCKET_CLOSED;
@@ -60,18 +60,28 @@ static uint32_t receive_all(launcher_relay_t* const self, const uint64_t now_ns)
     return taken;
 }
 
+/// Wait until a producer's frame can be read, PATIENCE_MS at most, divided among the open sockets.
+static void wait_for_frame(launcher_relay_t* const self)
+{
+    uint32_t open = 0U;
+    for (unsigned link = 0U; link < RUN_LINKS_MAX; link++) {
+        open += osal_socket_is_open(&self->sockets[link]) ? 1U : 0U;
+    }
+    for (unsigned link = 0U; link < RUN_LINKS_MAX; link++) {
+        if (osal_socket_is_open(&self->sockets[link]) &&
+            (osal_socket_wait_readable(&self->sockets[link], PATIENCE_MS / open) == STATUS_OK)) {
+            break;
+        }
+    }
+}
+
 /// Receive all frames that the producers have announced. The draws of the links are independent, so the order
 /// in which the kernel delivers frames of different links has no effect.
 static void take_announced(launcher_relay_t* const self, const osal_grant_t* const grant)
 {
     uint32_t taken = receive_all(self, grant->now_ns);
     for (unsigned i = 0U; (taken < grant->messages) && (i < TRIES); i++) {
-        for (unsigned link = 0U; link < RUN_LINKS_MAX; link++) {
-            if (osal_socket_is_open(&self->sockets[link]) &&
-                (osal_socket_wait_readable(&self->sockets[link], PATIENCE_MS / RUN_LINKS_MAX) == STATUS_OK)) {
-                break;
-            }
-        }
+        wait_for_frame(self);
         taken += receive_all(self, grant->now_ns);
     }
     if (taken < grant->messages) {

@@ -13,8 +13,8 @@
 #include "osal/include/osal/socket.h"
 #include "sim/relay/relay.h"
 
-#define LINK_RELAY_JITTER 0.1 ///< Share of the delay.
-#define LINK_RELAY_LOSS 0.05
+#define LAUNCHER_RELAY_JITTER 0.1 ///< Share of the delay.
+#define LAUNCHER_RELAY_LOSS 0.05
 
 typedef struct { // Private.
     run_state_t* run;
