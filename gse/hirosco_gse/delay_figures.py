@@ -18,6 +18,7 @@ BOUNDS = {
     100: {
         "delay_hold_oscillation_rad": ("<=", 2e-4),
         "delay_after_follow_rad": ("<=", 2e-4),
+        "delay_reflection_error": ("<=", 0.002),
         "delay_contact_share": (">=", 0.99),
         "delay_force_peak_n": ("<=", 25),
         "delay_end_error_m": ("<=", 1.5e-3),
@@ -27,6 +28,7 @@ BOUNDS = {
     300: {
         "delay_hold_oscillation_rad": ("<=", 3e-4),
         "delay_after_follow_rad": ("<=", 1e-3),
+        "delay_reflection_error": ("<=", 0.005),
         "delay_contact_share": (">=", 0.99),
         "delay_force_peak_n": ("<=", 30),
         "delay_free_drag_nm": ("<=", 0.015),

@@ -59,6 +59,7 @@ def test_an_oscillation_is_seen_in_its_hold_and_creep_is_not(run, name, window, 
 def test_a_wrong_torque_in_the_first_hold_is_seen(run):
     run.stick_rpdo.words["0"][26_000:40_000] += 3
     run.stick_rpdo.words["1"][26_000:40_000] += 1
+    assert fails(run, "delay_reflection_error")
     assert value(run, "delay_reflection_error") == pytest.approx(np.hypot(3, 1) * 1e-4 / (0.03 * 15 * np.hypot(0.28, 0.1)), abs=5e-4)
 
 
