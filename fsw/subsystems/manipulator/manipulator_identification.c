@@ -52,8 +52,8 @@ static manipulator_model_t part_of(const manipulator_model_t* const model, const
     return unit;
 }
 
-/// Delay angle and torque as the tracker of the observer delays the velocity, by two equal poles. A velocity that is older than the
-/// torque would be taken for mass in a fast motion.
+/// Delay angle and torque as the tracker of the observer delays the velocity, by two equal poles. A velocity
+/// that is older than the torque would be taken for mass in a fast motion.
 static void delay(manipulator_arm_identification_t* const identification,
                   const manipulator_arm_observer_gains_t* const gains, const double link_rad[ARM_JOINTS],
                   const double torque_nm[ARM_JOINTS])
