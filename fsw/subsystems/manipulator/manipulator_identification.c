@@ -6,8 +6,8 @@
 
 #include <stddef.h>
 
-// The velocity in the momenta is noisy, and so are the residuals of unit masses, which the filter takes for exact: with the gain
-// of the observer (400 1/s) this alone would make the masses smaller by 3 %.
+// The velocity in the momenta is noisy, and so are the residuals of unit masses, which the filter takes for
+// exact: with the gain of the observer (400 1/s) this alone would make the masses smaller by 3 %.
 #define RESIDUAL_GAIN_1_S 30.0
 #define KEEP_CYCLES 2000U  // 1 s at 2 kHz.
 #define QUIET_CYCLES 1000U // After a contact, until its torque has left the residuals.

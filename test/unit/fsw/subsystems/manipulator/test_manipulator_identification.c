@@ -151,8 +151,8 @@ static void a_circle_in_free_space_finds_the_masses(void)
     TEST_ASSERT_TRUE(in_force.gravity == gravity_m_s2);
 }
 
-/// The noise of the sensors is in the measured torque and, by the angle of the links, in the residuals of unit
-/// masses.
+/// The noise of the sensors is in the measured torque and, by the angle of the links, in the residuals of
+/// unit masses.
 static void noise_at_rest_is_not_taken_for_mass(void)
 {
     tare();
