@@ -3,16 +3,6 @@
 
 const NONE = -(2 ** 31);
 
-// Index of the first number above a value.
-export function after(numbers, value) {
-  let low = 0, high = numbers.length;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (numbers[middle] <= value) low = middle + 1; else high = middle;
-  }
-  return low;
-}
-
 class Reader {
   constructor(octets) {
     this.octets = octets;

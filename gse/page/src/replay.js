@@ -2,33 +2,13 @@
 // Replay of a recorded flight: puts the store into what it knew at any instant.
 
 import { store } from "./store.js";
-import { after } from "./recording.js";
+import { after, History } from "./history.js";
 
 const KEPT_COMMANDS = 500;
 const GAP_S = 1, LAST_S = 3;
 const LIGHTS = { d: "done", f: "failed", w: "waiting", n: "none", e: "empty" };
+const same = (name) => name;
 const NAMES = { POSITION: "CUR_VALUES.POSITION", VELOCITY: "CUR_VALUES.VELOCITY", TORQUE: "CUR_VALUES.TORQUE", EXTERNAL_TORQUE: "CUR_VALUES.EXTERNAL_TORQUE" };
-
-// Rows of a table as the store keeps its history; where nothing came for long, a row of nothing.
-function rowsOf(tables, rename = (name) => name, gap = GAP_S) {
-  const found = [];
-  for (const { t, leaves } of tables) {
-    const columns = [...leaves].map(([name, parts]) => [rename(name), parts]);
-    for (let n = 0; n < t.length; n++) {
-      const row = {};
-      for (const [name, parts] of columns) row[name] = parts.map((part) => part[n]);
-      found.push([t[n], row]);
-    }
-  }
-  if (tables.length > 1) found.sort(([a], [b]) => a - b);
-  const history = { t: [], rows: [] };
-  found.forEach(([time, row], n) => {
-    if (n && time - found[n - 1][0] > gap) { history.t.push(found[n - 1][0] + 0.001); history.rows.push(null); }
-    history.t.push(time);
-    history.rows.push(row);
-  });
-  return history;
-}
 
 export class Replay {
   constructor(recording) {
@@ -81,11 +61,11 @@ export class Replay {
     this.heard = tables.filter((table) => table.kind === "heard");
     const source = store.members().find((item) => store.drives(item))?.name;
     this.source = source;
-    this.telemetry = rowsOf(this.housekeeping.filter((table) => table.subsystem === source && table.leaves.has("CUR_VALUES.POSITION")), undefined, 3);
+    this.telemetry = new History(this.housekeeping.filter((table) => table.subsystem === source && table.leaves.has("CUR_VALUES.POSITION")), same, 3);
     const truth = tables.find((table) => table.kind === "truth");
-    this.truth = truth ? rowsOf([truth], (name) => NAMES[name] ?? name) : null;
+    this.truth = truth ? new History([truth], (name) => NAMES[name] ?? name, GAP_S) : null;
     for (const name of new Set(this.housekeeping.map((table) => table.subsystem))) {
-      if (name !== source) store.history.set(name, rowsOf(this.housekeeping.filter((table) => table.subsystem === name && table.leaves.has("CUR_VALUES.POSITION")), undefined, 3));
+      if (name !== source) store.history.set(name, new History(this.housekeeping.filter((table) => table.subsystem === name && table.leaves.has("CUR_VALUES.POSITION")), same, 3));
     }
   }
 
@@ -112,10 +92,10 @@ export class Replay {
 
   // The row of the film at a time, between two reports their mean by time; null in a gap, long before the first and long after the last.
   at(time) {
-    const { t, rows } = this.film;
+    const { t } = this.film;
     const n = after(t, time) - 1;
-    if (n < 0) return t.length && t[0] - time < GAP_S ? rows[0] : null;
-    const row = rows[n], next = rows[n + 1];
+    if (n < 0) return t.length && t[0] - time < GAP_S ? this.film.row(0) : null;
+    const row = this.film.row(n), next = this.film.row(n + 1);
     if (!next && time - t[n] > LAST_S) return null;
     if (!row || !next || t[n + 1] <= time) return row ?? null;
     const share = (time - t[n]) / (t[n + 1] - t[n]);
@@ -125,13 +105,13 @@ export class Replay {
 
   // Rows of the last seconds before the present instant, [time, row]; those since the last gap.
   before(seconds) {
-    const { t, rows } = this.film;
+    const { t, index } = this.film;
     const end = after(t, this.time);
     let first = end;
-    while (first > 0 && rows[first - 1] && t[first - 1] > this.time - seconds) first--;
+    while (first > 0 && index[first - 1] >= 0 && t[first - 1] > this.time - seconds) first--;
     const step = Math.max(1, Math.round((end - first) / 150));
     const found = [];
-    for (let n = first; n < end; n += step) found.push([t[n], rows[n]]);
+    for (let n = first; n < end; n += step) found.push([t[n], this.film.row(n)]);
     return found;
   }
 
@@ -187,7 +167,7 @@ export class Replay {
 
   // The curve of a structure, "SUBSYSTEM/ID".
   historyOf(key) {
-    const found = rowsOf(this.housekeeping.filter((table) => key === `${table.subsystem}/${table.structure}`), undefined, 15);
+    const found = new History(this.housekeeping.filter((table) => key === `${table.subsystem}/${table.structure}`), same, 15);
     store.history.set(key, found);
     return found;
   }

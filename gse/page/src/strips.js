@@ -19,6 +19,8 @@ const COLOURS = ["measured", "second", "desired", "force"];
 const forces = new WeakMap();  // Row of values -> force at the tip
 
 function forceOf(row) {
+  if (row.FORCE) return Math.hypot(...row.FORCE);
+  if (store.replay) return tipForce(store.hello.world?.robots[0], row)?.size ?? null;  // Its rows are views that change.
   if (!forces.has(row)) forces.set(row, tipForce(store.hello.world?.robots[0], row)?.size ?? null);
   return forces.get(row);
 }
@@ -39,7 +41,7 @@ function strips(robot) {
     ] },
     { title: "External torque", unit: "Nm", lines: joints.map((n) => ({ name: `EXTERNAL.${n + 1}`, short: `${n + 1}`, colour: colours[n],
       of: (row) => (row["CUR_VALUES.EXTERNAL_TORQUE"] ?? row["CUR_VALUES.TORQUE"])?.[n] })) },
-    { title: "Force at the tip", unit: "N", lines: [{ name: "from joint torques", colour: "force", of: forceOf }] },
+    { title: "Force at the tip", unit: "N", lines: [{ name: "from joint torques", colour: "force", of: forceOf, isComputed: true }] },
   ];
 }
 
@@ -63,9 +65,10 @@ function chosen(lines) {
 }
 
 // Times and values of lines that come from different reports, on one axis.
-function joined(lines, range) {
+function joined(lines, range, pixels) {
   const tables = lines.map((line) => {
-    const { t, rows } = part(store.history.get(line.report) ?? store.replay?.historyOf(line.report), range);
+    if (store.replay) return (store.history.get(line.report) ?? store.replay.historyOf(line.report)).drawn([line], range, pixels);
+    const { t, rows } = part(store.history.get(line.report), range);
     return [t, rows.map((row) => (row ? line.of(row) : null))];
   });
   return uPlot.join(tables);
@@ -151,8 +154,16 @@ class Strip {
     this.plot.setScale("x", { min: range[0], max: range[1] });
   }
 
+  pixels() { return Math.max(200, this.place.clientWidth); }
+
+  // The part of a history in a replay that a view shows.
+  showHistory(history, range) {
+    if (this.about.lines[0].report) this.showChosen(range);
+    else this.put(history?.drawn(this.about.lines, range, this.pixels()) ?? [[], ...this.about.lines.map(() => [])], range);
+  }
+
   showChosen(range) {
-    this.put(joined(this.about.lines, range), range);
+    this.put(joined(this.about.lines, range, this.pixels()), range);
     this.tell();
   }
 
@@ -241,7 +252,7 @@ class Strips extends HTMLElement {
 
   draw() {
     if (!this.strips.length || document.hidden) return;
-    if (store.replay) { this.drawReplay(store.history.get(this.source) ?? { t: [], rows: [] }); return; }
+    if (store.replay) { this.drawReplay(store.history.get(this.source)); return; }
     const now = Math.max(WINDOW_S, store.now());
     const range = this.zoom ?? this.held ?? [now - WINDOW_S, now];
     text(this.title_, this.zoom ? "Zoomed" : this.held ? "Held" : `Last ${WINDOW_S} s`);
@@ -256,7 +267,7 @@ class Strips extends HTMLElement {
     if (!this.drawn || drawn.some((item, n) => item !== this.drawn[n])) {
       this.drawn = drawn;
       text(this.title_, this.zoom ? "Zoomed" : "The whole flight");
-      for (const strip of this.strips) strip.show(history.t, history.rows, range);
+      for (const strip of this.strips) strip.showHistory(history, range);
     }
     const row = store.replay.at(store.time);
     for (const strip of this.strips) strip.point(store.time, row);

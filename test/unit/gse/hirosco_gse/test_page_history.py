@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""History and kinematics of the page (gse/page/src/history.js, kinematics.js), run by Node.js."""
+
+import json
+import pathlib
+import shutil
+import subprocess
+
+import pytest
+
+SOURCES = pathlib.Path(__file__).resolve().parents[4] / "gse" / "page" / "src"
+TABLES = """
+const hour = new Float64Array(180000), value = new Float64Array(180000);
+for (let n = 0; n < 180000; n++) { hour[n] = n / 50; value[n] = Math.sin(n / 9000); }
+value[77777] = 5; value[123456] = -7;
+const history = new History([{ t: hour, leaves: new Map([["X", [value]]]) }], (name) => name, 1);
+"""
+
+
+@pytest.fixture(scope="module")
+def modules(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("page")
+    for name in ("history", "kinematics"):
+        shutil.copy(SOURCES / f"{name}.js", folder / f"{name}.mjs")
+    return folder
+
+
+def told(folder, script):
+    """What a script of ECMAScript prints, as JSON."""
+    (folder / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ placed, poses }} from "./kinematics.mjs";\n{script}')
+    done = subprocess.run(["node", folder / "test.mjs"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_a_line_over_an_hour_has_its_extremes_at_each_pixel(modules):
+    times, values = told(modules, TABLES + """
+        const line = { of: (row) => row.X[0] };
+        console.log(JSON.stringify(history.drawn([line], [0, 3600], 900)));""")
+    assert 1750 < len(times) < 1850 and all(a < b for a, b in zip(times, times[1:]))
+    assert max(values) == 5 and min(values) == -7
+    assert abs(times[values.index(5)] - 77777 / 50) < 4 and abs(times[values.index(-7)] - 123456 / 50) < 4
+
+
+def test_a_short_part_is_drawn_as_it_is(modules):
+    times, values = told(modules, TABLES + "console.log(JSON.stringify(history.drawn([{ of: (row) => row.X[0] }], [1555, 1556], 900)));")
+    assert times[0] == 1555 and times[-1] == pytest.approx(1556.02) and len(times) == 52
+    assert values[27] == 5
+
+
+def test_tables_are_one_history_with_gaps(modules):
+    found = told(modules, """
+        const table = (t, name) => ({ t: Float64Array.from(t), leaves: new Map([[name, [Float64Array.from(t), Float64Array.from(t)]]]) });
+        const history = new History([table([0, 2, 10], "A"), table([1, 3], "B")], (name) => name.toLowerCase(), 1.5);
+        const far = new History([table([0, 1, 2, 3, 100, 101, 102, 103], "A")], (name) => name, 5);
+        console.log(JSON.stringify([[...history.t], [0, 1, 2, 3, 4, 5, 6, -1].map((n) => history.row(n)), far.drawn([{ of: (row) => row.A[1] }], [0, 103], 2)]));""")
+    assert found[0] == [0, 1, 2, 3, 3.001, 10]
+    assert found[1] == [{"a": [0, 0]}, {"b": [1, 1]}, {"a": [2, 2]}, {"b": [3, 3]}, None, {"a": [10, 10]}, None, None]
+    assert None in found[2][1] and [value for value in found[2][1] if value is not None][:2] == [0, 3]
+
+
+def test_each_robot_is_where_its_entries_of_the_truth_put_it(modules):
+    found = told(modules, """
+        const joint = { name: "j", kind: "prismatic", parent: "body", child: "tip", axis: [1, 0, 0], pose: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] };
+        const robot = (name) => ({ name, root: "body", start: { j: 0.5 }, links: { body: [], tip: [] }, joints: [joint], at: [1, 0, 0, 7, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] });
+        const names = { joints: ["a.j", "b.j"], bases: ["b"] };
+        const row = { "CUR_VALUES.POSITION": [2, 3], BRAKE: [1, 0], BASE: [1, 2, 3, Math.SQRT1_2, 0, 0, Math.SQRT1_2] };
+        const tip = (one) => { const { positions, base } = placed(one, row, names); return poses(one, positions, base).links.get("tip"); };
+        console.log(JSON.stringify([placed(robot("a"), row, names), placed(robot("b"), row, names).brakes, tip(robot("b")), placed(robot("a"), { "CUR_VALUES.POSITION": [9] }, null, true),
+          placed(robot("a"), undefined)]));""")
+    assert found[0]["positions"] == [2] and found[0]["base"][3] == 7 and found[0]["brakes"] == [True] and found[1] == [False]
+    assert [found[2][3], found[2][7], found[2][11]] == pytest.approx([1, 5, 3])  # 3 m along x, which the base has turned to y.
+    assert found[3]["positions"] == [9] and found[3]["brakes"] is None
+    assert found[4]["positions"] == [0.5]
