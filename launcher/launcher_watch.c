@@ -203,5 +203,5 @@ bool launcher_is_starved(launcher_t* const launcher)
 const char* launcher_holder(launcher_t* const launcher)
 {
     const child_t* const child = holder_of(launcher);
-    return (child != NULL) ? child->name : "nobody";
+    return (child != NULL) ? child->name : "no process";
 }

@@ -8,7 +8,7 @@ SCHEMA = "https://www.omg.org/spec/XTCE/20180204/SpaceSystem.xsd"
 SCALARS = {"UINT8": (8, False), "UINT16": (16, False), "UINT32": (32, False), "UINT64": (64, False)}
 SCALARS |= {"INT8": (8, True), "INT16": (16, True), "INT32": (32, True), "INT64": (64, True)}
 REALS = {"FLOAT": 32, "DOUBLE": 64}
-OPEN_WORDS = "words_"  # Begins the name of an enumerated type whose parameters may have numbers without a word.
+OPEN_WORDS = "words_"  # Begins the name of an enumerated type whose parameters may have numbers that no word names.
 TEXT_MAX_BITS = 8 * 4096
 P_FIELD, CUC_FRACTION = 0x1F, 2.0**-24
 

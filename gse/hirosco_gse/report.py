@@ -5,7 +5,7 @@ Completes run.json (figures, sha256 of the logs, versions) and writes report.htm
 of the station with the recording of the run, all in one file that loads nothing. It uses the logs that exist: a run that crashed gets
 its report, too.
 Exit codes: 0 written, 1 not written, 3 written and the run has failed by its figures: a line for each, 4 not written and the run has figures
-with bounds, which nobody knows then.
+with bounds, which then stay unknown.
 """
 
 import base64

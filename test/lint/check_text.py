@@ -71,22 +71,35 @@ def contract_breaches(path, lines):
             yield f"{path}:2: contract of {length} lines, {CONTRACT_LINES} allowed: move details to docs/"
 
 
-SOURCES = {"base", "osal", "pus", "fsw", "launcher", "sim", "test"}
 BANNER = re.compile(r"// ---- [A-Z][^-]*(-[^-]+)* ----$")
 COMMENT = re.compile(r"(?:^|\s)///?<? (.*)$")
+HASHED = re.compile(r"(?:^|\s)# (.*)$")
+SENTENCES = {".c": COMMENT, ".h": COMMENT, ".inc": COMMENT, ".js": COMMENT, ".py": HASHED, ".sh": HASHED, ".mk": HASHED, ".md": re.compile(r"(.+)")}
+LITERAL = re.compile(r'"((?:[^"\\]|\\.)*)"')
 
 
-def comment_breaches(path, lines, turns):
-    """Turns that no comment may use, comments wider than the code, and banners of another form, such as a line alone."""
+def comment_breaches(path, lines):
+    """Comments wider than the code, and banners of another form, such as a line alone."""
     for number, (before, line, after) in enumerate(zip(["-", *lines], lines, [*lines[1:], "-"]), 1):
         if (line.startswith("// --") or (line.startswith("// ") and before == after == "")) and not BANNER.match(line):
             yield f"{path}:{number}: a banner is written `// ---- Text ----`"
         comment = COMMENT.search(line)
-        found = turns.search(comment[1]) if comment and path.parts[0] in SOURCES else None
-        if found:
-            yield f"{path}:{number}: '{found[0]}' in a comment: say who acts, and what is done"
         if comment and len(line) > COMMENT_COLUMNS and "NOLINT" not in line:
             yield f"{path}:{number}: comment beyond column {COMMENT_COLUMNS}"
+
+
+def sentences(path, text):
+    """(line number, text) of what a text says to its readers: comments, docstrings, pages, and words of programs that fly."""
+    lines = text.splitlines()
+    if path.suffix == ".py":
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+                yield from ((number, lines[number - 1]) for number in range(node.lineno, node.end_lineno + 1))
+    pattern = SENTENCES.get(path.suffix)
+    if path.suffix == ".c" and path.parts[0] != "test":
+        yield from ((number, found) for number, line in enumerate(lines, 1) for found in LITERAL.findall(line))
+    if pattern:
+        yield from ((number, found[1]) for number, line in enumerate(lines, 1) if (found := pattern.search(line)))
 
 
 def breaches(path, words, turns):
@@ -100,11 +113,15 @@ def breaches(path, words, turns):
             yield f"{path}:{number}: '{found[0]}' does not belong here"
         if (path.name == "Makefile" or path.suffix == ".mk") and len(line) > MAKEFILE_COLUMNS:
             yield f"{path}:{number}: {len(line)} columns, {MAKEFILE_COLUMNS} allowed"
+    for number, sentence in sentences(path, text):
+        found = turns.search(sentence)
+        if found:
+            yield f"{path}:{number}: '{found[0]}' in a text: say who acts, and what is done"
     if path.suffix in {".c", ".h", ".py"}:
         yield from length_breaches(path, text)
     if path.suffix in {".c", ".h"}:
         yield from contract_breaches(path, text.splitlines())
-        yield from comment_breaches(path, text.splitlines(), turns)
+        yield from comment_breaches(path, text.splitlines())
     if path.suffix in {".c", ".h", ".py", ".sh"} and "SPDX-License-Identifier: Apache-2.0" not in text[:200]:
         yield f"{path}:1: no licence line"
 

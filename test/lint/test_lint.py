@@ -180,11 +180,17 @@ def test_text(tmp_path, monkeypatch, text, complaint):
 @pytest.mark.parametrize(
     "name, line, complaint",
     [
-        ("sim/a.c", "// Nobody takes it.", "'Nobody' in a comment"),
-        ("sim/a.c", "    return 0; ///< It waits for ever.", "'for ever' in a comment"),
+        ("sim/a.c", "// Nobody takes it.", "'Nobody' in a text"),
+        ("sim/a.c", "    return 0; ///< It waits for ever.", "'for ever' in a text"),
         ("sim/a.c", "    return nobody;", None),
-        ("test/a.c", "// Nobody takes it.", "'Nobody' in a comment"),
-        ("gse/a.c", "// Nobody takes it.", None),
+        ("test/a.c", "// Nobody takes it.", "'Nobody' in a text"),
+        ("sim/a.c", "    say(\"nobody\");", "'nobody' in a text"),
+        ("test/a.c", "    say(\"/nowhere\");", None),
+        ("gse/a.js", "draw(); // Nobody takes it.", "'Nobody' in a text"),
+        ("gse/a.py", "nobody = 1  #" " Nobody takes it.", "'Nobody' in a text"),
+        ("gse/a.py", "def a():\n    \"\"\"One step.\n\n    Nobody takes it.\"\"\"", "a.py:5: 'Nobody' in a text"),
+        ("gse/a.py", "nobody = 'nobody'", None),
+        ("docs/a.md", "Nobody takes it.", "'Nobody' in a text"),
         ("sim/a.c", "// " + "x" * 107, None),
         ("sim/a.c", "// " + "x" * 108, "beyond column 110"),
         ("sim/a.c", "// ---- One step, again ----", None),
@@ -197,9 +203,10 @@ def test_text(tmp_path, monkeypatch, text, complaint):
         ("sim/a.c", "// " + "-" * 60, "a banner is written"),
     ],
 )
-def test_turns_and_width_of_comments(tmp_path, monkeypatch, name, line, complaint):
+def test_turns_in_texts_and_width_of_comments(tmp_path, monkeypatch, name, line, complaint):
     (tmp_path / name).parent.mkdir()
-    found = text_breaches(tmp_path, monkeypatch, name, LICENCE + line + "\n")
+    licence = LICENCE.replace("//", "#") if name.endswith(".py") else LICENCE
+    found = text_breaches(tmp_path, monkeypatch, name, licence + line + "\n")
     assert (not found) if complaint is None else any(complaint in text for text in found), found
 
 

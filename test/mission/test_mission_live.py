@@ -75,7 +75,7 @@ def _dropped(sleeper, world):
 
 @pytest.fixture(scope="module")
 def flight(hangar):
-    """A flight in which somebody aims the hand 150 times, presses, causes faults, pauses, steps and changes the speed."""
+    """A flight in which an operator aims the hand 150 times, presses, causes faults, pauses, steps and changes the speed."""
     scenario = hangar / "live.scn"
     scenario.write_text(SCENARIO, encoding="utf-8")
     flight = flying.start(hangar / "live", "--time", "real", "--scenario", scenario)

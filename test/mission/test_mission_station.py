@@ -384,7 +384,7 @@ def test_a_report_moves_a_free_body(browser, hangar):
 
 
 def test_a_report_is_one_file(browser, fleet, hangar):
-    """Nothing is loaded but the file itself; film and figures are there, and both sizes and themes can be used by everybody."""
+    """Nothing is loaded but the file itself; film and figures are there, and both sizes and themes are accessible."""
     flight = fleet.flight(again=1, report="yes")
     subprocess.run([flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.report", flight.folder], cwd=flying.ROOT, check=True)
     assert json.loads(flight.read("run.json"))["report"]["octets"] < REPORT_OCTETS

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A program on a pseudo-terminal, to which a test types keys. Each wait has an end, also if the program draws for ever."""
+"""A program on a pseudo-terminal, to which a test types keys. Each wait has an end, also if the program draws without end."""
 
 import pexpect
 

@@ -86,7 +86,7 @@ class _WebSession(Session):
     def advance(self, packet_ns):
         """Telemetry of this time has arrived."""
         if not self.is_time_known and packet_ns > self.now_ns:
-            self.slipped_ns += packet_ns - self.now_ns  # Nobody has waited for this.
+            self.slipped_ns += packet_ns - self.now_ns  # No request has waited for this.
             for verification in self._open.values():
                 verification.sent_ns = packet_ns
         self.is_time_known = True

@@ -71,7 +71,7 @@ class WorldPort:
 
 
 class Taps:
-    """Frames of the buses that somebody looks at, by the listen-only tap of the live port: it changes nothing on them."""
+    """Frames of the buses that a page shows, by the listen-only tap of the live port: it changes nothing on them."""
 
     def __init__(self, publish):
         self._publish, self._tasks = publish, {}

@@ -256,13 +256,13 @@ static void each_grant_begins_the_time_of_its_holder(void** state)
     holder = NO_PARTICIPANT;
     watch_at(BEGIN_NS + (16000U * NS_PER_MS));
     assert_int_equal(0U, launcher.watch.since_ns);
-    assert_string_equal("nobody", launcher_holder(&launcher));
+    assert_string_equal("no process", launcher_holder(&launcher));
     holder = run_participant(ARM);
     watch_at(1U); // The earliest instant that is not "no holder".
     assert_string_equal("arm", launcher_holder(&launcher));
     look_status = STATUS_NOT_FOUND; // It has ended.
     watch_at(BEGIN_NS);
-    assert_string_equal("nobody", launcher_holder(&launcher));
+    assert_string_equal("no process", launcher_holder(&launcher));
     assert_false(launcher.is_undetermined);
 }
 
@@ -278,7 +278,7 @@ static void a_child_that_has_ended_is_not_the_holder(void** state)
     child(ARM)->is_alive = true;
     watch_at(BEGIN_NS);
     assert_int_equal(0U, launcher.watch.since_ns);
-    assert_string_equal("nobody", launcher_holder(&launcher));
+    assert_string_equal("no process", launcher_holder(&launcher));
 }
 
 // ---- Processes that join ----
