@@ -118,12 +118,28 @@ static void stop_and_disengaging_end_a_trajectory(void)
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_perform(RIG_ADD_VIA, point, 8U));
 }
 
+/// Durations that are no numbers never fit: the command fails, nothing moves.
+static void a_plan_without_an_end_is_refused(void)
+{
+    const double point[RIG_JOINTS] = {0.6, -1.2, 1.2, -1.3, -1.4, 0.5};
+    rig_bring(RIG_POSITION, STATE_OPERATIONAL);
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_perform(RIG_ADD_VIA, point, 1U));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(RIG_MOVE_VIA, &through, 2U));
+    rig_arm.trajectory.line_s[0] = (double)NAN;
+    const double before          = rig_arm.motion.position_rad[0];
+    idle_until_a_result(ARM_PLAN_ROUNDS + 1U);
+    TEST_ASSERT_EQUAL_UINT(1U, rig_generic.result_count);
+    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_OWN + 4U, rig_generic.results[0].code);
+    EXPECT_WITHIN(before, 1.0e-12, rig_arm.motion.position_rad[0]);
+}
+
 int main(void)
 {
     rig_load();
     UNITY_BEGIN();
     RUN_TEST(points_are_flown_through_without_a_stop);
     RUN_TEST(points_that_are_missing_too_many_or_out_of_range_are_refused);
+    RUN_TEST(a_plan_without_an_end_is_refused);
     RUN_TEST(stop_and_disengaging_end_a_trajectory);
     return UNITY_END();
 }
