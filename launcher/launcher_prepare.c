@@ -494,7 +494,8 @@ static void begin(launcher_t* const launcher, const launch_options_t* const opti
 static bool read_mission(launcher_t* const launcher, char* const path, const size_t capacity)
 {
     return load_mission(launcher, path, capacity) && choose_methods(launcher, path) &&
-           find_programs(launcher, path) && check_key(launcher, path) && launcher_set_limits(launcher, path);
+           find_programs(launcher, path) && check_key(launcher, path) &&
+           launcher_set_limits(launcher, path) && launcher_check_device_classes(launcher);
 }
 
 bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const options,
@@ -505,8 +506,7 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
     begin(launcher, options, program_folder);
     (void)osal_shm_each(FAMILY, sweep, NULL);
     const bool is_ready =
-        read_mission(launcher, mission_path, sizeof mission_path) &&
-        launcher_check_device_classes(launcher) && launcher_check_remote_endian(launcher) &&
+        read_mission(launcher, mission_path, sizeof mission_path) && launcher_check_remote_endian(launcher) &&
         launcher_check_system(launcher) && find_inputs(launcher) && launcher_ready_interfaces(launcher) &&
         make_folder(launcher, folder, sizeof folder) && make_run_state(launcher, mission_path, folder) &&
         make_scheduler(launcher) && make_checkpoint(launcher) && launcher_make_buses(launcher) &&
