@@ -39,10 +39,12 @@
 ##                   NAME=  TOOL=<link>  START=<angles in rad, with commas>  BASE=fixed|free  APID=
 ##   make remote-endian   programs of subsystems for the big-endian s390x: build/s390x/bin/
 ##                   S390X=1 make remote-endian-tests: unit tests for that processor: build/s390x/test/
-##   make yamcs      run Yamcs with a mission that flies on this machine     MISSION=  PORT=<its ground port>  HTTP=8080
+##   make yamcs      run Yamcs with the flight of runs/latest     MISSION=  PORT=<ground port>  HTTP=8080
+##                   STATION=http://127.0.0.1:8090/: page of make gse that its 3D view shows     OUT=runs/yamcs
 ##   make docs       API reference, architecture and interface control document: build/docs/index.html
 ##   make gse        web page of the flight that runs, or of one that it starts     HTTP=8090  OUT=  MISSION=  SCENARIO=
 ##                   REPLAY=runs/...: replay this run on the page instead     READ_ONLY=1: its pages command nothing
+##                   FRAMED_BY=http://127.0.0.1:8080: page of this machine that may show it in a frame; none
 ##   make report     write the report of a run again, with its film and charts      OUT=runs/latest
 ##   make compile-commands   write build/compile_commands.json, which clangd and other tools read
 ##   make format     clang-format all C sources in place
@@ -55,10 +57,10 @@ SHELL         := /bin/sh
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
 JOBS ?= 2
-OPTIONS := ALL ANALYZE APID BASE BUS CANS CC CHECK CMD COUNT COVERAGE DELAY FLY FORM FUZZ HTTP JOBS JOYSTICK_IF KEY \
-           LINKS MEMORY MISSION NAME NODES ONLY OUT PLACE PORT READ_ONLY REMOTE_ENDIAN REPLAY ROBOT_IF S390X \
-           SANITIZE SCENARIO SECONDS SEED SIM_JOYSTICK_IF SIM_ROBOT_IF START STORAGE TIME TOOL TOOLS TRANSPORT TSAN \
-           UPDATE URDF V WORLD
+OPTIONS := ALL ANALYZE APID BASE BUS CANS CC CHECK CMD COUNT COVERAGE DELAY FLY FORM FRAMED_BY FUZZ HTTP JOBS \
+           JOYSTICK_IF KEY LINKS MEMORY MISSION NAME NODES ONLY OUT PLACE PORT READ_ONLY REMOTE_ENDIAN REPLAY \
+           ROBOT_IF S390X SANITIZE SCENARIO SECONDS SEED SIM_JOYSTICK_IF SIM_ROBOT_IF START STATION STORAGE TIME TOOL \
+           TOOLS TRANSPORT TSAN UPDATE URDF V WORLD
 ifeq ($(MAKELEVEL),0)
 $(foreach v,$(filter-out $(OPTIONS),$(.VARIABLES)),$(if $(findstring command line,$(origin $v)),\
     $(error $v=$($v): there is no such option; there are: $(OPTIONS): see make help)))

@@ -33,7 +33,7 @@ vm: build/setup/vm
 gse: build/setup/station build/station/page/index.html all
 	@echo 'The command line is build/venv/bin/gse --help'
 	@build/venv/bin/python -m hirosco_gse.station $(call option,http-port,HTTP) $(call option,run,OUT) \
-	    $(call option,replay,REPLAY) $(if $(READ_ONLY),--read-only) \
+	    $(call option,replay,REPLAY) $(if $(READ_ONLY),--read-only) $(call option,framed-by,FRAMED_BY) \
 	    --fly build/bin/hirosco run --time real $(call option,mission,MISSION) $(call option,scenario,SCENARIO) \
 	    $(call option,world,WORLD) $(call option,seed,SEED) $(call option,port,PORT) $(call option,out,OUT) \
 	    $(call option,key,KEY)
@@ -41,7 +41,7 @@ gse: build/setup/station build/station/page/index.html all
 .PHONY: yamcs
 yamcs: build/setup/full $(GENERATED)
 	@$(PYTHON) gse/yamcs/run.py $(call option,mission,MISSION) $(call option,ground-port,PORT) \
-	    $(call option,http-port,HTTP)
+	    $(call option,http-port,HTTP) $(call option,station,STATION) $(call option,out,OUT)
 
 new-subsystem:
 	@$(PYTHON) gse/scaffold/new_subsystem.py $(call option,name,NAME) $(call option,apid,APID) \

@@ -130,14 +130,15 @@ def events(subsystem, sizes):
         at, parts = 0, []
         for value in item["parameters"]:
             if isinstance(value, dict):
-                parts.append(f"{at}: {mono(value['name'])} {type_of(value, subsystem)} {escape(value['unit'])}")
+                parts.append(f"{at}: {mono(value['name'])} {type_of(value, subsystem)} {unit(value)} {meaning(value)}")
                 at += octets_of(value, sizes)
             else:
                 parts.append(f"{at}: {refer(subsystem, value)}, sampled")
                 at += next(p["size"] for p in subsystem["parameters"] if p["name"] == value)
         chip = f'<span class="chip {item["severity"]}">{item["severity"]}</span>'
         subtype = ("INFORMATIVE", "LOW", "MEDIUM", "HIGH").index(item["severity"]) + 1
-        rows.append([item["id"], mono(item["name"]), chip, f"TM[5,{subtype}]", "<br>".join(parts) or "none", at])
+        name = mono(item["name"]) + f"<br>{escape(item['description'])}"
+        rows.append([item["id"], name, chip, f"TM[5,{subtype}]", "<br>".join(parts) or "none", at])
     return table(["id", "event", "severity", "report", "auxiliary data", "octets"], rows, (0, 5))
 
 
@@ -146,12 +147,14 @@ def functions(subsystem, sizes):
     rows = []
     for item in subsystem["functions"]:
         arguments = [
-            f"{argument['id']}: {mono(argument['name'])} {type_of(argument, subsystem)} {escape(argument['unit'])} {bounds(argument)}"
+            f"{argument['id']}: {mono(argument['name'])} {type_of(argument, subsystem)} {unit(argument)} {bounds(argument)} {meaning(argument)}"
             for argument in item["arguments"]
         ]
         states = "any" if len(item["states"]) == len(STATES) else "<br>".join(item["states"])
         every = len(item["configurations"]) == len(subsystem["configurations"])
-        rows.append([mono(item["name"]), "<br>".join(arguments) or "none", states, "any" if every else "<br>".join(item["configurations"])])
+        mark = ' <span class="chip">critical</span>' if item["critical"] else ""
+        name = mono(item["name"]) + mark + f"<br>{escape(item['description'])}"
+        rows.append([name, "<br>".join(arguments) or "none", states, "any" if every else "<br>".join(item["configurations"])])
     return table(["function", "arguments (id: name, type, unit, range)", "states", "configurations"], rows)
 
 

@@ -54,7 +54,7 @@ class _Rows:
         else:
             kind = self.known[entry["kind"]]
             words = self.enumerations.get(entry["name"], {})
-            meaning = ", ".join(f"{number} {word}" for number, word in words.items()) or kind["meaning"]
+            meaning = ", ".join(f"{number} {word}" for number, word in words.items()) or kind["meaning"] + (f" [{kind['unit']}]" if kind["unit"] else "")
             self.rows.append([indent + _mono(entry["name"]), _octets(kind), escape(meaning)])
 
 

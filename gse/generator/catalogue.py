@@ -60,13 +60,13 @@ def _coding(kind, reader):
 
 
 def kinds(path):
-    """Kinds by name: coding, size of `bits` and `octets`, meaning."""
+    """Kinds by name: coding, size of `bits` and `octets`, unit, meaning."""
     reader, found = Reader(path), {}
     while (line := reader.next()) is not None:
-        matched = re.match(r"([a-z_0-9]+) +([a-z0-9:]+): (.+)\Z", line)
+        matched = re.match(r"([a-z_0-9]+) +([a-z0-9:]+)(?: \[([^\]]+)\])?: (.+)\Z", line)
         if not matched or matched[1] in found:
-            reader.wrong(line, "a new `name coding: meaning`")
-        found[matched[1]] = _coding(matched[2], reader) | {"meaning": matched[3]}
+            reader.wrong(line, "a new `name coding [unit]: meaning`")
+        found[matched[1]] = _coding(matched[2], reader) | {"unit": matched[3] or "", "meaning": matched[4]}
     return found
 
 

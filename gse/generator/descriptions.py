@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Descriptions, quantities and warning limits of parameters for the ground, from descriptors/descriptions.txt.
+"""Descriptions, quantities and warning limits of parameters, events and functions for the ground, from descriptors/descriptions.txt.
 
 They are not in the descriptors, because a change of their text would change the hashes that the flight software
 reports."""
@@ -10,7 +10,7 @@ import re
 from source import STATES, DescriptorError
 
 FILE = pathlib.Path(__file__).resolve().parents[2] / "descriptors" / "descriptions.txt"
-LINE = re.compile(r"([A-Z0-9_.]+) \| ([^|]+?) \| ([^|]+?)(?: \| (-?[0-9.]+))?\Z")
+LINE = re.compile(r"((?:(?:event|function) )?[A-Z0-9_.*]+) \| ([^|]+?) \| ([^|]+?)(?: \| (-?[0-9.]+))?\Z")
 # Words of the quantities =strategy and =hand, in the order of their numbers.
 STRATEGIES = ("ASCII", "SQLITE", "POSTGRESQL", "RING")
 HAND = ("LEADS", "NO_HAND", "RANGE", "SPEED", "SINGULAR")
@@ -29,24 +29,43 @@ def load(path=FILE):
     return found
 
 
+def _add(item, line, words):
+    """Add to an item of the dictionary what its line says; nothing without one."""
+    if line is None:
+        return
+    quantity, item["description"], warning = line
+    if quantity in words:
+        item["words"] = {"name": quantity[1:], "numbers": words[quantity]}
+    elif quantity != "-" and not item.get("unit") and "enumeration" not in item:
+        item["quantity"] = quantity
+    if warning is not None:
+        item["warning"] = warning
+
+
+def _occasions(subsystem, lines, words, kind, members):
+    """Describe events or functions, and their values or arguments."""
+    for one in subsystem[f"{kind}s"]:
+        places = (f"{subsystem['name']}.{one['name']}", one["name"])
+        line = next((lines[f"{kind} {place}"] for place in places if f"{kind} {place}" in lines), None)
+        one["description"] = line[1] if line else ""
+        for value in one[members]:
+            if isinstance(value, dict):
+                names = [f"{kind} {place}.{value['name']}" for place in (*places, "*")]
+                _add(value, next((lines[name] for name in names if name in lines), None), words)
+
+
 def describe(dictionary, lines):
-    """Add description, quantity and warning limit to each parameter, or to each of its fields. Returns the dictionary."""
+    """Add descriptions, quantities and warning limits to parameters or their fields, to events and to functions. Returns the dictionary."""
     words = {
         "=state": dict(enumerate(STATES)), "=mode": {mode["id"]: mode["name"] for mode in dictionary["modes"]},
         "=strategy": dict(enumerate(STRATEGIES)), "=switch": {0: "OFF", 1: "ON"}, "=hand": dict(enumerate(HAND)),
+        "=apid": {subsystem["apid"]: subsystem["name"] for subsystem in dictionary["subsystems"]}, "=channel": {0: "A", 1: "B"},
     }
     for subsystem in dictionary["subsystems"]:
         for parameter in subsystem["parameters"]:
             for leaf in parameter.get("fields", [parameter]):
                 name = parameter["name"] if leaf is parameter else f"{parameter['name']}.{leaf['name']}"
-                line = lines.get(f"{subsystem['name']}.{name}") or lines.get(name)
-                if line is None:
-                    continue
-                quantity, leaf["description"], warning = line
-                if quantity in words:
-                    leaf["words"] = {"name": quantity[1:], "numbers": words[quantity]}
-                elif quantity != "-" and not leaf["unit"] and "enumeration" not in leaf:
-                    leaf["quantity"] = quantity
-                if warning is not None:
-                    leaf["warning"] = warning
+                _add(leaf, lines.get(f"{subsystem['name']}.{name}") or lines.get(name), words)
+        _occasions(subsystem, lines, words, "event", "parameters")
+        _occasions(subsystem, lines, words, "function", "arguments")
     return dictionary

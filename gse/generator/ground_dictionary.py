@@ -2,6 +2,7 @@
 """Dictionary of a mission for the ground: everything that has a name, with its ids, layouts and limits."""
 
 import device_class
+from services import flown
 from source import LAYOUT_STRUCT, STATES, TYPES
 
 
@@ -161,7 +162,7 @@ def _subsystem(listed, loaded):
             }
             for function in loaded.functions
         ],
-        "services": [service.type for service in loaded.services],
+        "services": flown(loaded.services, loaded.apid),
         "configurations": [_configuration(configuration) for configuration in loaded.configurations],
     }
 

@@ -25,6 +25,8 @@ class Offer:
 # Same values as in fsw/framework/descriptor/subsystem_descriptor.h.
 OF_SPACECRAFT = {11: 12000, 15: 8, 18: 64, 19: 1000, 21: 64, 22: 1000, 23: 64}
 SUPERVISOR = 1
+OF_EVERY_SUBSYSTEM = (1, 3, 5, 8, 17, 20, 129, 130)  # fsw/framework/subsystem/subsystem_services.c
+OF_SUPERVISOR = (*OF_SPACECRAFT, 9, 13, 14, 131)  # fsw/supervisor/services/spacecraft_services.c
 # Same values as in fsw/framework/descriptor/subsystem_builder.c.
 OFFERS = {
     2: Offer("device", ("pus_device_operation_t", 16, 4)),
@@ -46,6 +48,11 @@ class Service:
     type: int
     capacity: int
     functional: int
+
+
+def flown(services, apid):
+    """Types of all services of a subsystem that lists these."""
+    return sorted({*OF_EVERY_SUBSYSTEM, *(service.type for service in services), *(OF_SUPERVISOR if apid == SUPERVISOR else ())})
 
 
 def compiled(services):

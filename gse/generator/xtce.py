@@ -10,6 +10,7 @@ import xml.etree.ElementTree as ET
 
 import xtce_commands as commands
 import xtce_reports as reports
+import xtce_states as states
 import xtce_types as xt
 
 SEVERITIES = ("INFORMATIVE", "LOW", "MEDIUM", "HIGH")
@@ -24,19 +25,21 @@ def failure_names(tailoring):
 
 def _catalogue(dictionary, failures):
     """The catalogue, the mission's own services included, with the values of its fields in this mission."""
-    parameters, events, own = {}, set(), {}
+    parameters, events, own = {}, {}, {}
     standard, private = dictionary["catalogue"], dictionary["catalogue"]["private"]
     for subsystem in dictionary["subsystems"]:
         for failure in subsystem["failures"]:  # A code may be that of several subsystems.
             own.setdefault(failure["code"], []).append(f"{subsystem['name']}.{failure['name']}")
         parameters |= {one["parameter_id"]: f"{subsystem['name']}.{one['name']}" for one in subsystem["parameters"]}
-        events |= {event["id"] for event in subsystem["events"]}
+        for event in subsystem["events"]:  # An id is that of an event of each subsystem.
+            names = events.setdefault(event["id"], [])
+            names += [event["name"]] if event["name"] not in names else []
     return {
         "kinds": standard["kinds"] | private["kinds"],
         "services": {int(number): service for number, service in (standard["services"] | private["services"]).items()},
         "words": _words(dictionary),
         "parameters": parameters,
-        "events": {0: "NONE"} | {number: f"EVENT_{number}" for number in events},
+        "events": {0: "NONE"} | {number: " or ".join(names) for number, names in sorted(events.items())},
         "layouts": {entry["code"]: name for name, entry in dictionary["types"].items()},
         "failures": failures | {code: " or ".join(names) for code, names in own.items()},
     }
@@ -68,9 +71,10 @@ def database(dictionary, failures):
             make = reports.report if message["direction"] == "TM" else commands.request
             make(system, catalogue, message)
     commands.base(root, services[1].path, _source(dictionary), catalogue)
-    rows = []
+    states.lost_packets(root, _source(dictionary))
+    rows, systems = [], {}
     for subsystem in dictionary["subsystems"]:
-        system = xt.System(subsystem["name"], root)
+        systems[subsystem["name"]] = system = xt.System(subsystem["name"], root)
         system.enumerations = subsystem["enumerations"]
         for parameter in subsystem["parameters"]:
             known = {parameter["name"]: parameter}
@@ -80,6 +84,8 @@ def database(dictionary, failures):
         commands.functions(system, subsystem)
         commands.settings(system, subsystem)
         commands.management(system, subsystem, catalogue)
+        states.of_subsystem(system, subsystem, catalogue, services[129])
+    states.of_links(systems, dictionary, catalogue, services[130])
     for link in dictionary["links"]:
         commands.link_request(services[130], dictionary, link)
     tree = root.tree()

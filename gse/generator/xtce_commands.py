@@ -7,10 +7,14 @@ depends on the id before it, the command has one group, and such values are hexa
 import struct
 
 import xtce_types as xt
-from xtce_reports import application_process, bits, fields_within, kind_type
+from source import STATES
+from xtce_reports import GROUPS, application_process, bits, fields_within, kind_type
 from xtce_types import element
 
-HEADER = (("apid", 11), ("ack", 4), ("service", 8), ("subtype", 8), ("source", 16))
+HEADER = (  # Name, bits, unit, description.
+    ("apid", 11, "id", "application process that performs the request"), ("ack", 4, "flags", "which verification reports are wanted"),
+    ("service", 8, "type", "service type"), ("subtype", 8, "type", "message subtype"), ("source", 16, "user", "ground user that sends it"),
+)
 ACK_ALL, UNSEGMENTED, PUS_VERSION = 15, 3, 2
 # Name, element, subtype of the success, subtypes of failures, time limit [s].
 STAGES = (
@@ -40,14 +44,15 @@ def _argument_entry(name):
 def base(root, service_path, source, catalogue):
     """The base command of all others: both headers, and the verifiers."""
     initial = {"ack": ACK_ALL, "source": source}
-    types = {name: bits(root, "Argument", count) for name, count in HEADER} | {"apid": application_process(root, "Argument", catalogue)}
+    types = {name: bits(root, "Argument", count, unit) for name, count, unit, _ in HEADER} | {"apid": application_process(root, "Argument", catalogue)}
     arguments = [
-        element("Argument", name=name, argumentTypeRef=types[name], initialValue=initial.get(name)) for name, _ in HEADER
+        element("Argument", name=name, argumentTypeRef=types[name], initialValue=initial.get(name), shortDescription=words)
+        for name, _, _, words in HEADER
     ]
     entries = [
         _fixed("version_type_flag", b"\x03", 5), _argument_entry("apid"), _fixed("sequence_flags", bytes([UNSEGMENTED]), 2),
         _fixed("sequence_count", b"\0\0", 14), _fixed("length", b"\0\0"), _fixed("pus_version", bytes([PUS_VERSION]), 4),
-        *(_argument_entry(name) for name, _ in HEADER[1:]),
+        *(_argument_entry(name) for name, *_ in HEADER[1:]),
     ]
     verifiers = [_verifier(root.path, service_path, *stage) for stage in STAGES]
     root.commands.append(
@@ -83,7 +88,7 @@ def command(system, name, assignments, arguments, entries, description, alias, i
     given = [element("ArgumentAssignment", argumentName=key, argumentValue=value) for key, value in assignments.items()]
     root = system.root.path
     parent = element("BaseMetaCommand", element("ArgumentAssignmentList", *given), metaCommandRef=f"{root}/pus_tc")
-    listed = element("ArgumentList", *(element("Argument", name=n, argumentTypeRef=t) for n, t in arguments))
+    listed = element("ArgumentList", *(element("Argument", name=n, argumentTypeRef=t, shortDescription=words) for n, t, words in arguments))
     holder = element(
         "CommandContainer", element("EntryList", *entries), element("BaseContainer", containerRef=f"{root}/pus_tc"), name=name
     )
@@ -109,13 +114,13 @@ class Variant:
         made.arguments, made.entries, made.words = self.arguments[:], self.entries[:], self.words[:]
         return made
 
-    def add(self, name, type_path):
+    def add(self, name, type_path, description):
         """Add an argument with an unused name."""
-        taken = {one for one, _ in self.arguments} | {one for one, _ in HEADER}
+        taken = {one for one, *_ in self.arguments} | {one for one, *_ in HEADER}
         word, number = name, 2
         while word in taken:
             word, number = f"{name}_{number}", number + 1
-        self.arguments.append((word, type_path))
+        self.arguments.append((word, type_path, description))
         self.entries.append(_argument_entry(word))
         return word
 
@@ -138,7 +143,7 @@ class Request:
                 variants = self.repeat(field, variants)
             else:
                 for variant in variants:
-                    variant.add(field["name"], self.type(field))
+                    variant.add(field["name"], self.type(field), self.meaning(field))
         return variants
 
     def type(self, field):
@@ -154,6 +159,12 @@ class Request:
         if coding in makers:
             return root.type("Argument", f"sized_{coding}", lambda made: makers[coding]("Argument", made))
         return root.type("Argument", "octets", lambda made: xt.binary("Argument", made, -1))
+
+    def meaning(self, field):
+        """Description of an argument."""
+        if field["kind"] in ("value", "auxiliary"):
+            return f"hexadecimal octets, of the type that {field['of']} says"
+        return f"{field['name'].replace('_', ' ')}: {self.catalogue['kinds'][field['kind']]['meaning']}"
 
     def choice(self, field, fields, variants):
         """A variant for each case."""
@@ -177,9 +188,9 @@ class Request:
                 variant.entries.append(_fixed(field["repeat"], b"\1"))
             return self.fields(inner, variants)
         for variant in variants:
-            count = variant.add(field["repeat"], xt.scalar(self.system.root, "Argument", "UINT8"))
+            count = variant.add(field["repeat"], xt.scalar(self.system.root, "Argument", "UINT8", GROUPS), "number of groups")
             item = self.group(inner, count)
-            variant.add(self.array_name(field), self.array(item, count))
+            variant.add(self.array_name(field), self.array(item, count), f"groups, as many as {count} says")
         return variants
 
     @staticmethod
@@ -197,10 +208,11 @@ class Request:
         members = []
         for field in inner:
             if "repeat" in field:
-                members.append((field["repeat"], xt.scalar(self.system.root, "Argument", "UINT8")))
-                members.append((self.array_name(field), self.array(self.group(field["fields"], field["repeat"]), field["repeat"])))
+                members.append((field["repeat"], xt.scalar(self.system.root, "Argument", "UINT8", GROUPS), "number of groups"))
+                inside = self.array(self.group(field["fields"], field["repeat"]), field["repeat"])
+                members.append((self.array_name(field), inside, f"groups, as many as {field['repeat']} says"))
             else:
-                members.append((field["name"], self.type(field)))
+                members.append((field["name"], self.type(field), self.meaning(field)))
         if len(members) == 1:
             return members[0][1]
         name = f"tc{self.message['subtype']}_{count}_group"
@@ -222,6 +234,11 @@ def _typed(system, owner, field):
     return xt.field_type(system, "Argument", owner, field)
 
 
+def _of_function(function):
+    states = "any state" if len(function["states"]) == len(STATES) else ", ".join(function["states"])
+    return f"{function['description']}; in {states}" if function.get("description") else f"in {states}"
+
+
 def functions(system, subsystem):
     """A command for each function: TC[8,1]."""
     for function in subsystem["functions"]:
@@ -230,9 +247,9 @@ def functions(system, subsystem):
         arguments = []
         for one in given:
             entries += [_fixed(f"{one['name']}_id", one["id"].to_bytes(2, "big")), _argument_entry(one["name"])]
-            arguments.append((one["name"], _typed(system, function["name"], one)))
+            arguments.append((one["name"], _typed(system, function["name"], one), one.get("description") or f"{one['name']} of {function['name']}"))
         assignments = {"apid": subsystem["name"], "service": 8, "subtype": 1}
-        command(system, function["name"], assignments, arguments, entries, f"in {', '.join(function['states'])}", "TC[8,1]", function["critical"])
+        command(system, function["name"], assignments, arguments, entries, _of_function(function), "TC[8,1]", function["critical"])
 
 
 def settings(system, subsystem):
@@ -244,7 +261,7 @@ def settings(system, subsystem):
         entries, arguments = [_fixed("n", b"\1"), _fixed("parameter_id", identifier)], []
         for one in parameter.get("fields", [parameter]):
             entries.append(_argument_entry(one["name"]))
-            arguments.append((one["name"], _typed(system, f"set_{parameter['name']}", one)))
+            arguments.append((one["name"], _typed(system, f"set_{parameter['name']}", one), one.get("description") or f"{one['name']} of {parameter['name']}"))
         assignments = {"apid": subsystem["name"], "service": 20, "subtype": 3}
         command(system, f"SET_{parameter['name']}", assignments, arguments, entries, f"set {parameter['name']}", "TC[20,3]")
 
@@ -257,14 +274,14 @@ def management(system, subsystem, catalogue):
     target = system.root.type("Argument", "state_request", lambda made: xt.enumeration("Argument", made, states, 8))
     selected = system.type("Argument", "configuration", lambda made: xt.enumeration("Argument", made, configurations, 16))
     for name, subtype, arguments, words in (
-        ("REQUEST_STATE", 1, [("target", target)], "request a state"),
-        ("SELECT_CONFIGURATION", 3, [("configuration", selected)], "select a configuration"),
+        ("REQUEST_STATE", 1, [("target", target, "state to reach")], "request a state"),
+        ("SELECT_CONFIGURATION", 3, [("configuration", selected, "configuration to have")], "select a configuration"),
         ("REPORT_STATUS", 4, [], "report state, phase, configuration and hashes"),
         ("RELOAD", 6, [], "read the descriptor again"),
     ):
         if arguments and subsystem["autostart"]:
             continue
-        entries = [_argument_entry(argument) for argument, _ in arguments]
+        entries = [_argument_entry(argument) for argument, *_ in arguments]
         command(system, name, apid | {"subtype": subtype}, arguments, entries, words, f"TC[129,{subtype}]", name in ("REQUEST_STATE", "RELOAD"))
 
 

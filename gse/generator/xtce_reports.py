@@ -13,21 +13,24 @@ from xtce_types import element
 TM_HEADER, PRIMARY, CRC = 21, 6, 2
 LAYOUT_BITS, NUMBER_BITS, ID_BITS = 5, 16, 32
 APID_BITS = 11
+GROUPS = "groups"
+OF_PARAMETER = "as the parameter"
 COUNT_BITS = 12  # No packet contains more groups.
 NUMBERS = {"u8": "UINT8", "u16": "UINT16", "u32": "UINT32", "u64": "UINT64"}
 NUMBERS |= {"i16": "INT16", "i32": "INT32", "i64": "INT64", "f64": "DOUBLE"}
 OCTETS = {"time": 8, "reltime": 7, "cds": 8, "position": 6, "name": 8, "id": 4, "layout": 1}
 OCTETS |= {coding: xt.SCALARS.get(kind, (64,))[0] // 8 for coding, kind in NUMBERS.items()}
-HEADER = (
-    ("ccsds_version", 3), ("ccsds_type", 1), ("secondary_header_flag", 1), ("apid", 11), ("sequence_flags", 2),
-    ("sequence_count", 14), ("packet_length", 16),
+HEADER = (  # Name, bits, unit.
+    ("ccsds_version", 3, "version"), ("ccsds_type", 1, "type"), ("secondary_header_flag", 1, "flag"), ("apid", 11, "id"),
+    ("sequence_flags", 2, "flags"), ("sequence_count", 14, "packets"), ("packet_length", 16, "octets - 1"),
 )
 SECONDARY = (
-    ("pus_version", 4), ("time_status", 4), ("service", 8), ("subtype", 8), ("message_counter", 16), ("destination", 16),
+    ("pus_version", 4, "version"), ("time_status", 4, "state"), ("service", 8, "type"), ("subtype", 8, "type"),
+    ("message_counter", 16, "packets"), ("destination", 16, "user"),
 )
 REQUEST = (
-    ("request_version", 3), ("request_type", 1), ("request_header_flag", 1), ("request_apid", 11),
-    ("request_sequence_flags", 2), ("request_sequence_count", 14),
+    ("request_version", 3, "version"), ("request_type", 1, "type"), ("request_header_flag", 1, "flag"), ("request_apid", 11, "id"),
+    ("request_sequence_flags", 2, "flags"), ("request_sequence_count", 14, "packets"),
 )
 
 
@@ -41,9 +44,10 @@ def application_process(root, what, catalogue):
     return root.type(what, "application_process", lambda name: xt.enumeration(what, name, catalogue["words"]["apid"], APID_BITS))
 
 
-def bits(root, what, count):
+def bits(root, what, count, unit=""):
     """Path of the type of an unsigned number with this number of bits."""
-    return root.type(what, f"bits{count}", lambda name: xt.integer(what, name, count))
+    own = f"bits{count}" + (f"_{xt.unit_word(unit)}" if unit else "")
+    return root.type(what, own, lambda name: xt.integer(what, name, count, unit=unit))
 
 
 def kind_type(system, what, catalogue, service, field):
@@ -60,9 +64,9 @@ def kind_type(system, what, catalogue, service, field):
     if words:
         return system.type(what, field["name"], lambda made: xt.enumeration(what, made, words, 8 * OCTETS[coding]))
     if coding in NUMBERS:
-        return xt.scalar(root, what, NUMBERS[coding])
+        return xt.scalar(root, what, NUMBERS[coding], kind["unit"])
     if coding == "bits":
-        return bits(root, what, kind["size"])
+        return bits(root, what, kind["size"], kind["unit"])
     makers = {
         "time": lambda made: xt.cuc_time(what, made),
         "reltime": lambda made: xt.fraction(what, made, 56, 24, "s"),
@@ -70,7 +74,7 @@ def kind_type(system, what, catalogue, service, field):
         "name": lambda made: xt.label(what, made, 8),
         "id": lambda made: xt.enumeration(what, made, catalogue["parameters"], ID_BITS),
         "layout": lambda made: xt.enumeration(what, made, catalogue["layouts"], 8),
-        "cds": lambda made: _members(root, what, made, (("day", "UINT16"), ("ms", "UINT32"), ("us", "UINT16"))),
+        "cds": lambda made: _members(root, what, made, (("day", "UINT16", "d"), ("ms", "UINT32", "ms"), ("us", "UINT16", "us"))),
     }
     if coding in makers:
         return root.type(what, name, makers[coding])
@@ -80,7 +84,7 @@ def kind_type(system, what, catalogue, service, field):
 
 
 def _members(root, what, name, members):
-    return xt.aggregate(what, name, [(member, xt.scalar(root, what, kind)) for member, kind in members])
+    return xt.aggregate(what, name, [(member, xt.scalar(root, what, kind, unit), f"{member} of the value") for member, kind, unit in members])
 
 
 def is_plain(fields, catalogue):
@@ -179,7 +183,7 @@ class Message:
         type_path = kind_type(self.system, "Parameter", self.catalogue, self.message["service"], field)
         if field["kind"] == "failure_detail":
             root = self.system.root
-            members = (("instruction", "UINT16"), ("detail", "UINT32"))
+            members = (("instruction", "UINT16", "number"), ("detail", "UINT32", "value"))
             type_path = root.type("Parameter", "failure_data", lambda made: _members(root, "Parameter", made, members))
         if type_path is None:
             self.variable(kind["coding"], name)
@@ -219,12 +223,13 @@ class Message:
 
     def repeat(self, field):
         """Enter a count and as many groups."""
-        count = self.parameter(field["repeat"], xt.scalar(self.system.root, "Parameter", "UINT16"))
+        count = self.parameter(field["repeat"], xt.scalar(self.system.root, "Parameter", "UINT16", GROUPS))
         inner, name = field["fields"], f"{field['repeat']}_groups"
         self.offset = None
         if is_plain(inner, self.catalogue) and not self.is_group:
             service, own = self.message["service"], f"{self.prefix}{name}"
-            members = [(one["name"], kind_type(self.system, "Parameter", self.catalogue, service, one)) for one in inner]
+            kinds = self.catalogue["kinds"]
+            members = [(one["name"], kind_type(self.system, "Parameter", self.catalogue, service, one), kinds[one["kind"]]["meaning"]) for one in inner]
             item = members[0][1]
             if len(members) > 1:
                 item = self.system.type("Parameter", f"{own}_group", lambda made: xt.aggregate("Parameter", made, members))
@@ -275,8 +280,8 @@ class Message:
         shift = self.shift
         for code, kind in self.catalogue["layouts"].items():
             self.shift = shift  # A packet contains only one of these parameters, at the same place.
-            type_path = xt.scalar(self.system.root, "Parameter", kind)
-            self.parameter(f"{field['name']}_{kind}", type_path, extra=((layout, code),))
+            type_path = xt.scalar(self.system.root, "Parameter", kind, OF_PARAMETER)
+            self.parameter(f"{field['name']}_{kind}", type_path, extra=((layout, code),), description=f"value of the parameter before it, if that is {kind}")
         self.offset = None
 
 
@@ -295,12 +300,12 @@ def headers(root, catalogue):
     """Containers of the primary header, of a report and of the time packet."""
     root.parameter("apid", application_process(root, "Parameter", catalogue), "application process that has made the packet")
 
-    def header(name, count):
-        return _entry(root.parameter(name, bits(root, "Parameter", count), f"{name.replace('_', ' ')} of the header"))
+    def header(name, count, unit):
+        return _entry(root.parameter(name, bits(root, "Parameter", count, unit), f"{name.replace('_', ' ')} of the header"))
 
-    entries = [header(name, count) for name, count in HEADER]
+    entries = [header(*each) for each in HEADER]
     root.containers.append(container("ccsds", entries, description="space packet"))
-    entries = [header(name, count) for name, count in SECONDARY]
+    entries = [header(*each) for each in SECONDARY]
     time = root.type("Parameter", "time_abs", lambda made: xt.cuc_time("Parameter", made))
     entries.append(_entry(root.parameter("time", time, "time of the packet")))
     flag = f"{root.path}/secondary_header_flag"
@@ -313,6 +318,12 @@ def _entry(path):
     return element("ParameterRefEntry", parameterRef=path)
 
 
+def entry_at(path, octet):
+    """An entry at an octet of the packet, which another entry may have read already."""
+    place = element("LocationInContainerInBits", element("FixedValue", str(8 * octet)), referenceLocation="containerStart")
+    return element("ParameterRefEntry", place, parameterRef=path)
+
+
 def report(system, catalogue, message):
     """Container of one report of the catalogue."""
     root, service, subtype = system.root.path, message["service"], message["subtype"]
@@ -320,8 +331,8 @@ def report(system, catalogue, message):
     writer = Message(system, catalogue, message, "" if shared else f"tm{subtype}_")
     fields = message["fields"]
     if service == 1:
-        for name, count in REQUEST:
-            writer.parameter(name, bits(system.root, "Parameter", count))
+        for name, count, unit in REQUEST:
+            writer.parameter(name, bits(system.root, "Parameter", count, unit), description=f"{name.replace('_', ' ')} of the request that is verified")
         fields = fields[1:]
     if service == 5 and subtype <= 4:
         words = system.type("Parameter", "event_definition_id", lambda made: xt.enumeration("Parameter", made, catalogue["events"], 16))
@@ -380,9 +391,10 @@ def _layout(system, known, structure):
         members = []
         for name in repeated["parameters"]:
             path, size = parameter_path(system, known, name)
-            members.append((path.rpartition("/")[2], system.parameters[path.rpartition("/")[2]].get("parameterTypeRef")))
+            one = system.parameters[path.rpartition("/")[2]]
+            members.append((one.get("name"), one.get("parameterTypeRef"), one.get("shortDescription")))
             total += repeated["nrep"] * size
-        own = f"HK_{structure['id']}_samples_{number}_" + "_".join(member for member, _ in members)
+        own = f"HK_{structure['id']}_samples_{number}_" + "_".join(member for member, *_ in members)
         item = system.type("Parameter", f"{own}_sample", lambda made, m=members: xt.aggregate("Parameter", made, m))
         own, times = f"{own}_x{repeated['nrep']}", repeated["nrep"]
         many = system.type("Parameter", own, lambda made, i=item, n=times: xt.array("Parameter", made, i, n))
@@ -414,13 +426,17 @@ def housekeeping(system, subsystem, report_name, base):
 def events(system, subsystem, catalogue, base, severities):
     """Containers of a subsystem's events; rows of the event templates for Yamcs."""
     known = {parameter["name"]: parameter for parameter in subsystem["parameters"]}
+    words = {event["id"]: event["name"] for event in subsystem["events"]}
+    kind = system.type("Parameter", "last_event", lambda made: xt.enumeration("Parameter", made, words, 16))
+    own = system.parameter("LAST_EVENT", kind, f"last event of {subsystem['name']}") if words else None
     rows = []
     for event in subsystem["events"]:
         entries, shown = [], []
         for one in event["parameters"]:
             if isinstance(one, dict):
                 name = f"{event['name']}_{one['name']}"
-                path = system.parameter(name, xt.field_type(system, "Parameter", event["name"], one), f"{one['name']} of the event {event['name']}")
+                words = one.get("description") or f"{one['name']} of the event {event['name']}"
+                path = system.parameter(name, xt.field_type(system, "Parameter", event["name"], one), words)
                 shown.append(f"{one['name'].lower()} {{{name}}}")
             else:
                 path, _ = parameter_path(system, known, one)
@@ -429,9 +445,9 @@ def events(system, subsystem, catalogue, base, severities):
         restrictions = [
             (f"{system.root.path}/apid", subsystem["apid"]), (f"{base.path}/event_definition_id", event["id"])
         ]
-        system.containers.append(
-            container(f"EVENT_{event['name']}", entries, f"{base.path}/{name_of(catalogue, 5, subtype)}", restrictions)
-        )
+        entries.append(entry_at(own, TM_HEADER))
+        report = f"{base.path}/{name_of(catalogue, 5, subtype)}"
+        system.containers.append(container(f"EVENT_{event['name']}", entries, report, restrictions, description=event.get("description")))
         text = " ".join([subsystem["name"], event["name"], *shown])
-        rows.append({"eventId": f"EVENT_{event['id']}-{subsystem['apid']}", "template": text})
+        rows.append({"eventId": f"{catalogue['events'][event['id']]}-{subsystem['apid']}", "template": text})
     return rows

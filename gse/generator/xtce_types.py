@@ -37,7 +37,7 @@ class System:
         self.path = f"{parent.path if parent else ''}/{name}"
         self.types = {"Parameter": {}, "Argument": {}}
         self.enumerations = {}  # of the subsystem's descriptor: name -> {word: number}
-        self.parameters, self.containers, self.commands, self.children = {}, [], [], []
+        self.parameters, self.containers, self.commands, self.children, self.algorithms = {}, [], [], [], []
         if parent:
             parent.children.append(self)
 
@@ -51,11 +51,12 @@ class System:
             self.types[what][name] = make(name)
         return f"{self.path}/{name}"
 
-    def parameter(self, name, type_path, description=None, alias=None):
-        """Path of a parameter, created on first use."""
+    def parameter(self, name, type_path, description=None, alias=None, data_source=None):
+        """Path of a parameter, created on first use; data_source: where its values come from, if not from packets."""
         if name not in self.parameters:
+            properties = element("ParameterProperties", dataSource=data_source) if data_source else None
             self.parameters[name] = element(
-                "Parameter", aliases(alias, "id"), name=name, parameterTypeRef=type_path, shortDescription=description
+                "Parameter", aliases(alias, "id"), properties, name=name, parameterTypeRef=type_path, shortDescription=description
             )
         return f"{self.path}/{name}"
 
@@ -67,6 +68,7 @@ class System:
             ("ParameterTypeSet", self.types["Parameter"].values()),
             ("ParameterSet", self.parameters.values()),
             ("ContainerSet", self.containers),
+            ("AlgorithmSet", self.algorithms),
         ):
             if members:
                 telemetry.append(element(tag, *members))
@@ -150,6 +152,11 @@ def fraction(what, name, bits, exponent, unit):
         return integer(what, name, bits, True, f"2^-{exponent} {unit}")
     coefficient = 2.0**-exponent
     return element(f"Float{what}Type", _unit(unit), _scaled(bits, coefficient), name=name, sizeInBits=64)
+
+
+def unit_word(text):
+    """A unit as a part of the name of a type."""
+    return _word(text)
 
 
 def boolean(what, name):

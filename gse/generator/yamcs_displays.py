@@ -2,6 +2,8 @@
 """Displays and command stacks of Yamcs: a table of the housekeeping of each subsystem, and the steps that bring a subsystem into operation
 or the mission to rest. Names are those of the XTCE database."""
 
+STATE = ("SUBSYSTEM_STATE", "SUBSYSTEM_PHASE", "SUBSYSTEM_CONFIGURATION")
+LINK_DEADLINE_MS = 1000
 RISE = ("SAFE_OPERATIONAL", "OPERATIONAL")
 
 
@@ -16,7 +18,8 @@ def displays(dictionary):
                     head, _, tail = name.partition(".")
                     fields = [tail] if tail else [one["name"] for one in known[head].get("fields", [])]
                     names += [f"{head}_{field}".replace(".", "_") for field in fields] or [head]
-        paths = [f"/{dictionary['mission']}/{subsystem['name']}/{name}" for name in dict.fromkeys(names)]
+        ends = [f"LINK_{link['name']}_STATE" for link in dictionary["links"] if subsystem["name"] in (link["producer"], link["consumer"])]
+        paths = [f"/{dictionary['mission']}/{subsystem['name']}/{name}" for name in dict.fromkeys([*STATE, *ends, *names])]
         made[f"{subsystem['name']}.par"] = {
             "$schema": "https://yamcs.org/schema/parameter-table.schema.json", "scroll": False, "parameters": paths,
         }
@@ -35,9 +38,41 @@ def _command(path, comment="", **arguments):
     return {"type": "command", "name": path, "comment": comment, "arguments": listed}
 
 
+def _links_of(dictionary, parts):
+    """Links between configurations of different subsystems: name of the subsystem -> configuration; None if a required port has none."""
+    def has(subsystem, role, number):
+        return subsystem in parts and any(port["id"] == number for port in parts[subsystem][role])
+
+    found = [link for link in dictionary["links"] if has(link["producer"], "provides", link["producer_port"])
+             and has(link["consumer"], "requires", link["consumer_port"])]
+    fed = {(link["consumer"], link["consumer_port"]) for link in found}
+    needed = {(name, port["id"]) for name, part in parts.items() for port in part["requires"] if port["required"]}
+    return found if needed <= fed else None
+
+
+def _together(dictionary, root, modes, members):
+    """Stacks of configurations of one name that feed each other by links, which are opened."""
+    made = {}
+    for name in dict.fromkeys(one["name"] for subsystem in members for one in subsystem["configurations"]):
+        parts = {subsystem["name"]: one for subsystem in members for one in subsystem["configurations"] if one["name"] == name}
+        links = _links_of(dictionary, parts)
+        if not links:
+            continue
+        each = [f"{root}/{subsystem}" for subsystem in parts]
+        steps = [_command(f"{root}/ST131/MODE_SET", apid="SUPERVISOR", mode=mode) for mode in modes[:1]]
+        steps += [_command(f"{path}/REQUEST_STATE", target="PRE_OPERATIONAL") for path in each]
+        steps += [_command(f"{path}/SELECT_CONFIGURATION", configuration=name) for path in each]
+        for link in links:
+            steps.append(_command(f"{root}/ST130/LINK_REQUEST_{link['name']}"))
+            steps.append(_command(f"{root}/ST130/LINK_OPEN", apid="SUPERVISOR", link=link["name"], epoch=0, peer=0, deadline=LINK_DEADLINE_MS))
+        steps += [_command(f"{path}/REQUEST_STATE", target=state) for state in RISE for path in each]
+        made[f"ALL-{name}.ycs"] = _stack(steps)
+    return made
+
+
 def stacks(dictionary):
-    """Content of command stacks by file name. A configuration that needs the data of another subsystem has none, because it is
-    brought up together with that."""
+    """Content of command stacks by file name. A configuration that needs the data of another subsystem has none of its own: it is brought
+    up together with that, with the links between them."""
     root = f"/{dictionary['mission']}"
     members = [one for one in dictionary["subsystems"] if not one["autostart"]]
     modes = [mode["name"] for mode in dictionary["modes"] if not mode["fallback"] and mode["id"]]
@@ -52,6 +87,7 @@ def stacks(dictionary):
             steps.append(_command(f"{path}/SELECT_CONFIGURATION", configuration=configuration["name"]))
             steps += [_command(f"{path}/REQUEST_STATE", target=state) for state in RISE]
             made[f"{subsystem['name']}-{configuration['name']}.ycs"] = _stack(steps)
+    made |= _together(dictionary, root, modes, members)
     rest = [_command(f"{root}/{subsystem['name']}/REQUEST_STATE", target="OFFLINE") for subsystem in members]
     made["ALL-OFFLINE.ycs"] = _stack(rest)
     return made

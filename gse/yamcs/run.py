@@ -2,19 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """Run Yamcs for a flying mission: write its configuration to a new folder and execute the server, which gse/setup/yamcs.sh fetches.
 
-    python3 gse/yamcs/run.py --mission rokviss --ground-port 10015 --out runs/yamcs
+    python3 gse/yamcs/run.py --out runs/yamcs
 
-Yamcs stores its archive in that folder. It retries a refused connection every ten seconds. Before it starts, the interface that each
-subsystem flies is compared with that of the database, and the result is printed."""
+Mission and ground port are those of the run in runs/latest, unless they are given. Yamcs stores its archive in its folder, in which one
+Yamcs runs at a time. It retries a refused connection every ten seconds. Before it starts, the interface that each subsystem flies is
+compared with that of the database, and the result is printed. Exit code 0 after Ctrl-C, 1 if Yamcs ends by itself, 2 usage."""
 
 import argparse
+import contextlib
+import fcntl
 import json
-import os
 import pathlib
 import random
 import shutil
+import signal
 import socket
 import struct
+import subprocess
 import sys
 import time
 
@@ -24,19 +28,26 @@ GENERATED = ROOT / "build" / "generated"
 sys.path.insert(0, str(ROOT / "gse"))
 
 from hirosco_gse import packets
+from hirosco_gse.place import LATEST, LOOPBACK, Place, mission_of
 
 USER, STATUS_TC, STATUS_TM = "YAMCS", (129, 4), (129, 5)
 ANSWER_S = 3.0
 FIRST_PORT, PORTS = 8080, 10
+STATION = "http://127.0.0.1:8090/"
+ENDED = (0, 128 + signal.SIGINT, 128 + signal.SIGTERM, -signal.SIGINT, -signal.SIGTERM)
+END_S = 60
 
 
-def render(out, mission, ground_port, http_port):
+def render(out, mission, ground_port, http_port, station=STATION):
     """Configuration in out/etc; the archive of an earlier run, whose packets would hide equal ones, is removed."""
     shutil.rmtree(out / "data", ignore_errors=True)
     etc = out / "etc"
     etc.mkdir(parents=True, exist_ok=True)
     for bucket in ("displays", "stacks"):  # A copy: users may change them in the web page.
         shutil.copytree(GENERATED / "yamcs" / mission / bucket, out / bucket, dirs_exist_ok=True)
+    (out / "view").mkdir(exist_ok=True)
+    view = (pathlib.Path(__file__).parent / "view.js").read_text(encoding="utf-8")
+    (out / "view" / "view.js").write_text(view.replace("@STATION@", station), encoding="utf-8")
     words = {
         "MISSION": mission, "GROUND_PORT": ground_port, "HTTP_PORT": http_port, "DATA": (out / "data").resolve(),
         "DATABASE": GENERATED / f"{mission}.xtce.xml", "EVENTS": GENERATED / f"{mission}.events.json", "OUT": out.resolve(),
@@ -117,24 +128,67 @@ def command(out):
     ]
 
 
+@contextlib.contextmanager
+def alone(out):
+    """The folder belongs to this process until the end. Raises SystemExit: another Yamcs runs in it."""
+    out.mkdir(parents=True, exist_ok=True)
+    with (out / "lock").open("w", encoding="ascii") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise SystemExit(f"yamcs: another Yamcs runs in {out}: end it, or choose another folder by OUT=") from None
+        yield lock
+
+
+def serve(out, lock):
+    """Run the server until it ends or this process is asked to end; the exit code."""
+    asked = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, _: asked.append(number))
+    # Ctrl-C of the terminal reaches this process only; the lock is that of the server, too.
+    server = subprocess.Popen(command(out), start_new_session=True, pass_fds=[lock.fileno()])
+    while server.poll() is None and not asked:
+        time.sleep(0.1)
+    if asked:
+        server.terminate()
+        try:
+            server.wait(END_S)
+        except subprocess.TimeoutExpired:
+            server.kill()
+            server.wait()
+    if asked and server.returncode in ENDED:
+        return 0
+    print(f"yamcs: Yamcs ended with code {server.returncode}", file=sys.stderr)
+    return 1
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--mission", default="rokviss")
-    parser.add_argument("--ground-port", type=int, default=10015, help="ground port of the mission, on this machine")
+    parser.add_argument("--run", type=pathlib.Path, default=LATEST, help="run folder of the flight (default runs/latest)")
+    parser.add_argument("--mission", help="default: that of the run")
+    parser.add_argument("--ground-port", type=int, help="ground port of the mission, on this machine (default: that of the run)")
     parser.add_argument("--http-port", type=int, help=f"port of the web interface (default: the first free from {FIRST_PORT})")
+    parser.add_argument("--station", default=STATION, help=f"page of make gse, which the 3D view shows (default {STATION})")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "runs" / "yamcs", help="folder of configuration and archive")
     options = parser.parse_args()
-    missing = lacking(options.mission)
+    mission = options.mission or mission_of(options.run)
+    place = Place.of(options.run, port=options.ground_port)
+    missing = lacking(mission)
     if missing:
         parser.error(missing)
-    http_port = options.http_port or free_port()
-    render(options.out, options.mission, options.ground_port, http_port)
-    for line in compare(options.mission, options.ground_port):
-        print(f"yamcs: {line}", flush=True)
-    print(f"yamcs: http://127.0.0.1:{http_port}/ (Ctrl-C ends it)", flush=True)
-    words = command(options.out)
-    os.execvp(words[0], words)
+    with alone(options.out) as lock:
+        http_port = options.http_port or free_port()
+        render(options.out, mission, place.port, http_port, options.station)
+        print(f"yamcs: mission {mission}, ground port {LOOPBACK}:{place.port}", flush=True)
+        if place.key:
+            print("yamcs: its telecommands need a key: run `gse gateway`, then make yamcs PORT= with the port of the gateway", flush=True)
+        for line in compare(mission, place.port):
+            print(f"yamcs: {line}", flush=True)
+        print(f"yamcs: http://{LOOPBACK}:{http_port}/ (Ctrl-C ends it)", flush=True)
+        if http_port != FIRST_PORT:
+            print(f"yamcs: for the 3D view in its page: make gse FRAMED_BY=http://{LOOPBACK}:{http_port}", flush=True)
+        return serve(options.out, lock)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -40,6 +40,64 @@ def test_each_parameter_has_a_description_and_a_unit_or_words(mission):
 
 
 @pytest.mark.parametrize("mission", MISSIONS)
+def test_each_event_and_function_has_a_description_and_its_values_a_unit_or_words(mission):
+    content = json.loads((ROOT / "build" / "generated" / f"{mission}.json").read_text(encoding="utf-8"))
+    for subsystem in content["subsystems"]:
+        for kind, members in (("events", "parameters"), ("functions", "arguments")):
+            for one in subsystem[kind]:
+                assert one["description"], (subsystem["name"], one["name"])
+                for value in one[members]:
+                    if isinstance(value, dict):  # Otherwise the name of a parameter.
+                        assert value["description"] and (value["unit"] or {"quantity", "words", "enumeration"} & value.keys()), (one["name"], value)
+
+
+class _Types:
+    """Types of a database by path, and all parameters and arguments that have them."""
+
+    def __init__(self, tree):
+        self.types, self.items = {}, []
+        self._collect(tree, "")
+
+    def _collect(self, system, above):
+        path = f"{above}/{system.get('name')}"
+        for what, part in (("Parameter", "TelemetryMetaData"), ("Argument", "CommandMetaData")):
+            for kind in system.findall(f"{SPACE}{part}/{SPACE}{what}TypeSet/*"):
+                self.types[what, f"{path}/{kind.get('name')}"] = kind
+        for one in system.findall(f"{SPACE}TelemetryMetaData/{SPACE}ParameterSet/{SPACE}Parameter"):
+            self.items.append(("Parameter", f"{path}/{one.get('name')}", one))
+        for command in system.findall(f"{SPACE}CommandMetaData/{SPACE}MetaCommandSet/{SPACE}MetaCommand"):
+            for one in command.findall(f"{SPACE}ArgumentList/{SPACE}Argument"):
+                self.items.append(("Argument", f"{path}/{command.get('name')}.{one.get('name')}", one))
+        for child in system.findall(f"{SPACE}SpaceSystem"):
+            self._collect(child, path)
+
+    def bare(self, what, reference, name):
+        """Numbers without a unit, and members without a description, of a type."""
+        kind = self.types[what, reference]
+        form = kind.tag.removeprefix(SPACE).removesuffix("Type").removesuffix(what)
+        if form == "Array":
+            return self.bare(what, kind.get("arrayTypeRef"), name)
+        if form == "Aggregate":
+            members = [(one, f"{name}.{one.get('name')}") for one in kind.iter(f"{SPACE}Member")]
+            inside = [found for one, path in members for found in self.bare(what, one.get("typeRef"), path)]
+            return inside + [f"{path} is not described" for one, path in members if not one.get("shortDescription")]
+        has_words = form in ("Enumerated", "Boolean", "String", "Binary", "AbsoluteTime")
+        return [] if has_words or kind.find(f"{SPACE}UnitSet/{SPACE}Unit") is not None else [f"{name} has no unit"]
+
+
+@pytest.mark.parametrize("mission", MISSIONS)
+def test_each_parameter_and_argument_of_the_database_has_a_description_and_a_unit_or_words(mission):
+    """All but those that only serve to find the entries behind them, with two underscores in their name."""
+    known = _Types(ET.parse(ROOT / "build" / "generated" / f"{mission}.xtce.xml").getroot())
+    wrong = []
+    for what, name, one in known.items:
+        if "__" in name:
+            continue
+        wrong += known.bare(what, one.get(f"{what.lower()}TypeRef"), name) + ([] if one.get("shortDescription") else [f"{name} is not described"])
+    assert len(known.items) > 1500 and not wrong, wrong[:20]
+
+
+@pytest.mark.parametrize("mission", MISSIONS)
 def test_the_database_describes_each_parameter_of_housekeeping(mission):
     tree = ET.parse(ROOT / "build" / "generated" / f"{mission}.xtce.xml").getroot()
     assert not [one.get("name") for one in tree.iter(f"{SPACE}Parameter") if not one.get("shortDescription")]

@@ -19,9 +19,6 @@ import socket
 import subprocess
 import sys
 import tempfile
-import time
-import urllib.error
-import urllib.parse
 import urllib.request
 
 import pytest
@@ -31,131 +28,19 @@ sys.path[:0] = [str(ROOT / part) for part in ("test/mission", "test/support", "g
 
 import flying
 import run as yamcs_run
-from hirosco_gse import packets, sdls, values
+from hirosco_gse import packets, sdls, telemetry, values
 from hirosco_gse.dictionary import Dictionary
 from message_values import Values
 from tm_packets import build_tm
+from yamcs_server import MISSION, PATIENCE_S, Yamcs, plain, until
 
 pytestmark = pytest.mark.long
-MISSION, APID = "rokviss", 16  # That of the manipulator.
-PATIENCE_S = 300.0
+APID = 16  # That of the manipulator.
+PACKETS_OF_EACH = 5  # of each structure are compared
 TAI_1970_S, LEAP_S = 378_691_200, 37  # From 1958 to 1970; UTC behind TAI.
 LATER_NS = 10**9 * 10**7  # Mission time of synthetic reports, different from that of all reports of the flight.
 DERIVED = re.compile(r"__[a-z]+\d*(_\d+)?\Z")  # Entries that only serve to find others.
 SERVICE = re.compile(r"/ST\d\d/")
-SYNTHETIC = """
-  - name: synthetic
-    class: org.yamcs.tctm.TcpTmDataLink
-    stream: tm_realtime
-    host: 127.0.0.1
-    port: %d
-    packetInputStreamClassName: org.yamcs.tctm.CcsdsPacketInputStream
-    packetInputStreamArgs: {maxPacketLength: 65542}
-    packetPreprocessorClassName: org.yamcs.pus.PusPacketPreprocessor
-    packetPreprocessorArgs:
-      errorDetection: {type: CRC-16-CCIIT}
-      timeEncoding: {type: CUC, epoch: TAI}
-      checkSequence: false
-mdb:"""
-
-
-def until(condition, what):
-    """Wait until the condition is true; its value."""
-    end = time.monotonic() + PATIENCE_S
-    while not (found := condition()):
-        assert time.monotonic() < end, f"{what} did not come within {PATIENCE_S} s"
-        time.sleep(0.2)
-    return found
-
-
-class Yamcs:
-    """A running server and its interface."""
-
-    def __init__(self, folder, ground_port, synthetic_port):
-        self.folder = folder
-        with socket.create_server(("127.0.0.1", 0)) as free:
-            self.port = free.getsockname()[1]
-        yamcs_run.render(folder, MISSION, ground_port, self.port)
-        etc = folder / "etc" / "yamcs.mission.yaml"
-        etc.write_text(etc.read_text(encoding="utf-8").replace("\nmdb:", SYNTHETIC % synthetic_port), encoding="utf-8")
-        self.log = folder / "yamcs.log"
-        with self.log.open("wb") as log:
-            self.process = subprocess.Popen(yamcs_run.command(folder), stdout=log, stderr=subprocess.STDOUT)
-
-    def told(self):
-        return self.log.read_text(encoding="utf-8", errors="replace")
-
-    def has_started(self):
-        assert self.process.poll() is None, self.told()[-3000:]
-        return "Yamcs started" in self.told()
-
-    def ask(self, path, **content):
-        """Answer to a request to its interface."""
-        data = json.dumps(content).encode() if content else None
-        asked = urllib.request.Request(f"http://127.0.0.1:{self.port}/api/{path}", data=data)
-        try:
-            with urllib.request.urlopen(asked, timeout=PATIENCE_S) as answer:
-                return json.load(answer)
-        except urllib.error.HTTPError as error:
-            raise AssertionError(f"{path} {content}: {error.read().decode()}") from error
-
-    def command(self, name, dry=False, **arguments):
-        """Issue a command; the answer."""
-        path = f"processors/mission/realtime/commands/{MISSION}/{name}"
-        return self.ask(path, args=arguments, dryRun=dry)
-
-    def history(self, identifier):
-        """Attributes of an issued command."""
-        found = self.ask(f"archive/mission/commands/{urllib.parse.quote(identifier)}")
-        return {one["name"]: next(iter(v for k, v in one["value"].items() if k != "type"), None) for one in found.get("attr", [])}
-
-    def carried_out(self, name, **arguments):
-        """Issue a command and wait for its end; its history."""
-        identifier = self.command(name, **arguments)["id"]
-        until(lambda: "CommandComplete_Status" in self.history(identifier), f"end of {name}")
-        return self.history(identifier)
-
-    def packets(self):
-        """(name, time, sequence) of all packets in the archive, oldest first."""
-        found, token = [], ""
-        while token is not None:
-            page = self.ask(f"archive/mission/packets?limit=1000&order=asc{token}")
-            found += [(one["id"]["name"], one["generationTime"], one["sequenceNumber"], one["packet"]) for one in page.get("packet", [])]
-            token = f"&next={page['continuationToken']}" if "continuationToken" in page else None
-        return found
-
-    def extract(self, name, stamp, sequence):
-        """(path, raw value, calibrated value) of the content of a packet, in the order of the wire."""
-        path = f"archive/mission/packets/{urllib.parse.quote(name, safe='')}/{stamp}/{sequence}:extract"
-        found = self.ask(path).get("parameterValues", [])
-        return [(one["parameter"]["qualifiedName"], plain(one.get("rawValue")), plain(one.get("engValue"))) for one in found]
-
-    def end(self):
-        self.process.send_signal(signal.SIGTERM)
-        try:
-            self.process.wait(60)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
-
-
-def plain(value):
-    """A value of the interface as a Python value."""
-    if value is None:
-        return None
-    kind = value["type"]
-    if kind == "AGGREGATE":
-        return {name: plain(one) for name, one in zip(value["aggregateValue"]["name"], value["aggregateValue"]["value"])}
-    if kind == "ARRAY":
-        return [plain(one) for one in value.get("arrayValue", [])]
-    if kind == "BINARY":
-        return base64.b64decode(value.get("binaryValue", "")).hex()
-    if kind in ("STRING", "ENUMERATED", "TIMESTAMP"):
-        return value.get("stringValue", "")
-    if kind == "BOOLEAN":
-        return value["booleanValue"]
-    number = value[f"{kind.lower()}Value"]
-    return int(number) if "INT" in kind else float(number)
 
 
 @pytest.fixture(scope="module")
@@ -169,7 +54,7 @@ def place():
 
 @pytest.fixture(scope="module")
 def flight(place):
-    flight = flying.start(place / "flight", "--scenario", "none", "--duration", 1_000_000, "--form", "image")
+    flight = flying.start(place / "flight", "--scenario", "none", "--duration", 1_000_000, "--form", "image", "--time", "real")
     flight.port()
     for words in (("state", "MANIPULATOR", "PRE_OPERATIONAL"), ("config", "MANIPULATOR", "STAND_ALONE")):
         done = flying.gse(flight, *words, timeout=PATIENCE_S)
@@ -316,6 +201,25 @@ def test_it_commands_a_mission_with_a_key_through_the_gateway(place, synthetic_l
     assert flight.code == 0, flight.told()
 
 
+def test_it_starts_ends_and_starts_again_in_one_folder(place, flight):
+    """By the command of `make yamcs`, with mission and port of the run folder; a second one in the folder is refused."""
+    words = [sys.executable, ROOT / "gse/yamcs/run.py", "--run", flight.folder, "--out", place / "twice", "--http-port"]
+    for _ in range(2):
+        server = subprocess.Popen([*words, str(flying.free_port())], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        try:
+            told = ""
+            while "Yamcs started" not in told:
+                assert (line := server.stdout.readline()), told
+                told += line
+            assert f"mission {MISSION}, ground port 127.0.0.1:{flight.port()}" in told and "the mission flies the interface of the database" in told
+            second = subprocess.run([*words, "1"], capture_output=True, text=True, check=False)
+            assert second.returncode == 1 and "another Yamcs runs in" in second.stderr
+        finally:
+            server.send_signal(signal.SIGINT)
+            server.communicate()
+        assert server.returncode == 0
+
+
 # ---- synthetic reports ----
 
 
@@ -404,11 +308,17 @@ def made_up(dictionary):
             yield message, given, build_tm(99, number, *message, data, 2, stamp, number)
 
 
-def test_made_up_reports_have_the_values_that_were_put_in(yamcs, synthetic_link, dictionary):
-    made = {raw: (message, given) for message, given, raw in made_up(dictionary)}
+@pytest.fixture(scope="module")
+def synthetic(yamcs, synthetic_link):
+    """The connection of Yamcs to the simulated spacecraft."""
     with contextlib.closing(synthetic_link.accept()[0]) as connection:
-        connection.sendall(b"".join(made))
-        kept = until(lambda: [one for one in yamcs.packets() if base64.b64decode(one[3]) in made][len(made) - 1 :] and yamcs.packets(), "all")
+        yield connection
+
+
+def test_made_up_reports_have_the_values_that_were_put_in(yamcs, synthetic, dictionary):
+    made = {raw: (message, given) for message, given, raw in made_up(dictionary)}
+    synthetic.sendall(b"".join(made))
+    kept = until(lambda: [one for one in yamcs.packets() if base64.b64decode(one[3]) in made][len(made) - 1 :] and yamcs.packets(), "all")
     wrong, compared = [], set()
     for name, stamp, sequence, octets in kept:
         message, given = made.get(base64.b64decode(octets), (None, None))
@@ -424,20 +334,85 @@ def test_made_up_reports_have_the_values_that_were_put_in(yamcs, synthetic_link,
     assert not wrong, f"{len(wrong)} wrong\n" + "\n".join(wrong[:10])
 
 
-def test_housekeeping_of_the_flight_has_the_values_that_our_ground_reads(yamcs, dictionary):
-    until(lambda: any("/HK_" in name for name, *_ in yamcs.packets()), "housekeeping")
-    compared = 0
-    for name, stamp, sequence, octets in yamcs.packets():
+def value_of(yamcs, name):
+    """The present value of a parameter, None before the first."""
+    return plain(yamcs.ask(f"processors/mission/realtime/parameters/{MISSION}/{name}").get("engValue"))
+
+
+def test_a_stack_opens_links_and_brings_telepresence_up(yamcs, flight):
+    """The steps of ALL-TELEPRESENCE; states, phases, configurations and links of both subsystems are parameters of their own."""
+    slowed = flying.gse(flight, "--run", flight.folder, "speed", "0.2")  # A link is opened within 5 s of its request, however slow Yamcs is here.
+    assert slowed.returncode == 0, slowed.stderr
+    for step in yamcs.ask("storage/buckets/stacks/objects/ALL-TELEPRESENCE.ycs")["steps"]:
+        arguments = {one["name"]: one["value"] for one in step["arguments"]}
+        history = yamcs.carried_out(step["name"].removeprefix(f"/{MISSION}/"), **arguments)
+        assert history["CommandComplete_Status"] == "OK", (step, history)
+    assert flying.gse(flight, "--run", flight.folder, "speed", "1").returncode == 0
+    for name in ("JOYSTICK", "MANIPULATOR"):
+        until(lambda: value_of(yamcs, f"{name}/SUBSYSTEM_STATE") == "OPERATIONAL", "the state")
+        assert value_of(yamcs, f"{name}/SUBSYSTEM_CONFIGURATION") == "TELEPRESENCE" and value_of(yamcs, f"{name}/SUBSYSTEM_CAUSE") == "request"
+        until(lambda: value_of(yamcs, f"{name}/SUBSYSTEM_TARGET") == "OPERATIONAL", "a status report")
+        for link in ("HAND_POSITION", "ROBOT_STATE"):
+            assert value_of(yamcs, f"{name}/LINK_{link}_STATE") == "open"
+    assert value_of(yamcs, "SUPERVISOR/SUBSYSTEM_STATE") == "OPERATIONAL"
+
+
+def near_enough(theirs, ours):
+    return theirs == ours or (isinstance(ours, float) and theirs == pytest.approx(ours, rel=1e-6, abs=1e-12))
+
+
+def test_housekeeping_of_all_subsystems_has_the_values_of_the_packet_log(yamcs, dictionary, flight):
+    """Every structure that has flown: calibrated values, words included, against the log on board as our ground reads it."""
+    until(lambda: {packets.parse(base64.b64decode(one[3])).apid for one in yamcs.packets() if "/HK_" in one[0]} == {1, 2, 16, 17}, "housekeeping")
+    newest = yamcs.packets()
+    with (flight.folder / "packets.ascii").open(encoding="ascii") as log:
+        logged = {line.split()[-1] for line in log if line.strip()}
+    present = {one.apid: one.configuration("TELEPRESENCE").id for one in dictionary.members}
+    compared = {}
+    for name, stamp, sequence, octets in newest:
         packet = packets.parse(base64.b64decode(octets))
-        if packet.message != (3, 25) or packet.apid not in (1, 2):
+        decoded = telemetry.decode(packet, dictionary, present)
+        key = packet.apid, decoded.get("structure"), len(packet.raw)
+        if packet.message != (3, 25) or compared.get(key, 0) >= PACKETS_OF_EACH:
             continue
-        structure = dictionary.subsystem_of_apid(packet.apid).structures_of_id(int.from_bytes(packet.data[:2], "big"))[0]
-        theirs = [leaves(raw) for path, raw, _ in yamcs.extract(name, stamp, sequence) if path.count("/") == 3 and not SERVICE.search(path)]
-        assert list(itertools.chain(*theirs)) == leaves(structure.decode(packet.data, 2))
-        compared += 1
-        if compared >= 20:
-            break
-    assert compared
+        assert packet.raw.hex() in logged, f"{name} at {stamp} is not in the packet log"
+        extracted = [value for path, _, value in yamcs.extract(name, stamp, sequence) if path.count("/") == 3 and not SERVICE.search(path)]
+        theirs, ours = leaves(extracted), leaves(values.in_words(decoded["values"]))
+        assert len(theirs) == len(ours) and all(map(near_enough, theirs, ours)), (name, theirs, ours)
+        compared[key] = compared.get(key, 0) + 1
+    assert {apid for apid, *_ in compared} == {1, 2, 16, 17} and sum(compared.values()) >= 4 * PACKETS_OF_EACH
+
+
+def test_no_packet_is_lost_and_a_gap_is_told(yamcs, synthetic, dictionary):
+    """Several users leave gaps in the sequence counts and none in the message type counters, by which losses are counted."""
+    assert value_of(yamcs, "lost_packets") == 0
+    data = dictionary.catalogue.encode("TM", 17, 2, {})
+    for number, counter in enumerate((7, 8, 12)):
+        synthetic.sendall(build_tm(99, 5000 + number, 17, 2, data, 0, dictionary.epoch_ns + LATER_NS + (9000 + number) * 10**9, counter))
+    until(lambda: value_of(yamcs, "lost_packets") == 3, "the loss")
+
+
+def test_a_violated_limit_raises_an_alarm(yamcs, synthetic, dictionary):
+    supervisor = dictionary.subsystem("SUPERVISOR")
+    structure = supervisor.structures_of_id(1)[0]
+    octets = b""
+    for parameter in structure.once:
+        for item in parameter.fields or (parameter,):
+            octets += bytes(item.size - 1) + bytes([5 if item.name == "TM_MALFORMED" else 0])
+    stamp = dictionary.epoch_ns + LATER_NS + 9900 * 10**9
+    synthetic.sendall(build_tm(1, 9, 3, 25, (1).to_bytes(2, "big") + octets, 0, stamp, 1))
+    path = f"processors/mission/realtime/parameters/{MISSION}/SUPERVISOR/COUNTERS_TM_MALFORMED"
+    until(lambda: yamcs.ask(path).get("monitoringResult") == "WARNING", "the warning")
+    alarms = [one["id"]["name"] for one in yamcs.ask("processors/mission/realtime/alarms").get("alarms", [])]
+    assert alarms.count("COUNTERS_TM_MALFORMED") == 1, alarms
+
+
+def test_the_view_of_the_station_is_a_part_of_its_page(yamcs):
+    with urllib.request.urlopen(f"http://127.0.0.1:{yamcs.port}/api/storage/buckets/view/objects/view.js", timeout=PATIENCE_S) as answer:
+        text = answer.read().decode()
+    assert 'customElements.define("hirosco-view"' in text and f'frame.src = "{yamcs_run.STATION}"' in text
+    with urllib.request.urlopen(f"http://127.0.0.1:{yamcs.port}/", timeout=PATIENCE_S) as answer:
+        assert "/api/storage/buckets/view/objects/view.js" in answer.read().decode()
 
 
 def test_events_are_reported(yamcs):

@@ -5,6 +5,7 @@ import argparse
 import contextlib
 import os
 import pathlib
+import re
 import signal
 import socket
 import subprocess
@@ -17,6 +18,7 @@ from .server import Station
 
 PORT = 8090
 PORTS = 20
+FRAMED_BY = "http://127.0.0.1:8080"
 
 
 def _parser():
@@ -26,8 +28,19 @@ def _parser():
     parser.add_argument("--page", type=pathlib.Path, default=ROOT / "build" / "station" / "page", help="the built page")
     parser.add_argument("--replay", type=pathlib.Path, help="replay the run of this folder; no flight is started or followed")
     parser.add_argument("--read-only", action="store_true", help="pages command nothing: no telecommand, no hand, no fault, no pace")
+    parser.add_argument("--framed-by", type=_origin, default=FRAMED_BY, metavar="ORIGIN",
+                        help=f"page of this machine that may show this one in a frame, or none (default {FRAMED_BY}, that of make yamcs)")
     parser.add_argument("--fly", nargs=argparse.REMAINDER, help="start this command if no flight answers")
     return parser
+
+
+def _origin(text):
+    """A value of frame-ancestors: an origin on this machine, or 'none'."""
+    if text == "none":
+        return "'none'"
+    if not re.fullmatch(r"http://(127\.0\.0\.1|localhost):\d{1,5}", text):
+        raise argparse.ArgumentTypeError(f"found '{text}', expected none or a page of this machine such as {FRAMED_BY}")
+    return text
 
 
 def _listen(wanted):
@@ -65,8 +78,9 @@ def main(argv=None):
     if arguments.fly and not arguments.replay and not _is_flying(arguments.run):
         flight = subprocess.Popen(arguments.fly, start_new_session=True)
     print(f"The ground station is at http://{host}/ (Ctrl-C ends it{' and its flight' if flight else ''}).", flush=True)
+    station = Station(arguments.run, arguments.page, arguments.replay, arguments.read_only, arguments.framed_by)
     try:
-        web.run_app(Station(arguments.run, arguments.page, arguments.replay, arguments.read_only).application(host), sock=listener, print=None)
+        web.run_app(station.application(host), sock=listener, print=None)
     finally:
         if flight and flight.poll() is None:
             os.killpg(flight.pid, signal.SIGINT)

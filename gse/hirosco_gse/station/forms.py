@@ -245,11 +245,16 @@ def _of_subsystem(item):
             yield _setting(item, parameter)
 
 
+def _having(dictionary, service):
+    """Names of the subsystems that have a service."""
+    return [item["name"] for item in dictionary.content["subsystems"] if service in item["services"]]
+
+
 def _request(dictionary, entry):
-    """Form of a request of the catalogue."""
+    """Form of a request of the catalogue, for the subsystems that have its service."""
     message = f"{entry['service']},{entry['subtype']}"
     fields = tuple(_of_catalogue(dictionary.catalogue, entry["service"], field) for field in entry["fields"])
-    subsystem = {"name": "Subsystem", "unit": "", "options": _options(dictionary.subsystems)}
+    subsystem = {"name": "Subsystem", "unit": "", "options": _options(_having(dictionary, entry["service"]))}
 
     def compose(values):
         given = _group(fields, {key: value for key, value in values.items() if key != "Subsystem"}, {})
@@ -286,7 +291,7 @@ class Forms:
         for item in dictionary.content["subsystems"]:
             self._add(_of_subsystem(item))
         self._add(_of_mission(dictionary))
-        self._add(_request(dictionary, entry) for entry in dictionary.catalogue.all("TC"))
+        self._add(_request(dictionary, entry) for entry in dictionary.catalogue.all("TC") if _having(dictionary, entry["service"]))
         self._add(_of_world())
         self._suggestions = _suggestions(dictionary) | live_forms.suggestions(dictionary)
 

@@ -24,11 +24,11 @@ from .hub import Hub
 
 QUEUE = 400  # Messages that wait for a slow browser; then the oldest housekeeping is dropped.
 MESSAGE_MAX = 1 << 18  # A file of 128 KiB in base64.
-POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors {framed_by}; base-uri 'none'; form-action 'none'"
 READS = ("structures", "plan", "forms", "script", "watch")
 DISPLAY = ("hk", "enable")
 LIVE = [[verb] for verb in live.VERBS]  # They go to the simulator.
-HEADERS = {"Content-Security-Policy": POLICY, "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer", "Cache-Control": "no-cache"}
+HEADERS = {"X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer", "Cache-Control": "no-cache"}
 
 
 _NUMBERS = itertools.count(1)
@@ -65,13 +65,15 @@ class _Browser:
 class Station:
     """The web application: hub and browsers."""
 
-    def __init__(self, run, page, replayed=None, is_read_only=False):
-        """replayed: folder of a run that is replayed; then no flight is followed. is_read_only: pages command nothing."""
+    def __init__(self, run, page, replayed=None, is_read_only=False, framed_by="'none'"):
+        """replayed: folder of a run that is replayed; then no flight is followed. is_read_only: pages command nothing. framed_by: origin of
+        the page that may show this one in a frame."""
         self.hub = Hub(run, self.publish, is_read_only=is_read_only)
         self.browsers = set()
         self._replayed, self._recorded = replayed, (None, b"")
         self._page = page
         self._host = None
+        self._headers = {"Content-Security-Policy": POLICY.format(framed_by=framed_by), **HEADERS}
 
     def publish(self, message):
         text = json.dumps(message)
@@ -107,7 +109,7 @@ class Station:
             raise web.HTTPForbidden(text="this station serves its own page only")
         response = await handler(request)
         if not response.prepared:
-            response.headers.update(HEADERS)
+            response.headers.update(self._headers)
         return response
 
     async def _recording(self, _request):
@@ -127,7 +129,7 @@ class Station:
     async def _index(self, request):
         if self._replayed and "replay" not in request.query:
             raise web.HTTPFound("/?replay")
-        return web.FileResponse(self._page / "index.html", headers=HEADERS)
+        return web.FileResponse(self._page / "index.html", headers=self._headers)
 
     async def _socket(self, request):
         if "Origin" not in request.headers:

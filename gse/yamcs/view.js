@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page of the light station within that of Yamcs: /telemetry/ext/hirosco-view creates this element. run.py sets the address.
+
+class View extends HTMLElement {
+  connectedCallback() {
+    const frame = document.createElement("iframe");
+    frame.src = "@STATION@";
+    frame.title = "3D view and joystick";
+    frame.style = "border:0;width:100%;height:calc(100vh - 120px)";
+    const words = document.createElement("p");
+    words.style = "margin:4px 16px";
+    words.textContent = "The page of make gse, which must run for it: @STATION@";
+    this.replaceChildren(words, frame);
+  }
+}
+
+customElements.define("hirosco-view", View);
