@@ -15,7 +15,6 @@ from .packet_log import LogError
 
 LCM_SYNC = 0xEDA1DA01
 _LCM_HEADER = struct.Struct(">IQQII")
-REPETITIONS = 4096  # Groups of events that are compared at once.
 _HEX = np.full(256, 255, np.uint8)
 for _digit in range(16):
     _HEX[ord("0123456789ABCDEF"[_digit])] = _HEX[ord("0123456789abcdef"[_digit])] = _digit
@@ -127,63 +126,52 @@ def read_bus(path):
         raise LogError(f"{path}: {error}") from error
 
 
-def _event(octets, offset):
-    """(channel, time [us], size of the header with the channel, size of the whole) of an event of an LCM log; None if it is cut."""
-    sync, _, time_us, name_size, data_size = _LCM_HEADER.unpack_from(octets, offset)
-    if sync != LCM_SYNC:
-        raise LogError(f"no event at octet {offset} (sync word 0x{sync:08X})")
-    head = _LCM_HEADER.size + name_size
-    if offset + head + data_size > len(octets):
-        return None
-    return octets[offset + _LCM_HEADER.size : offset + head], time_us, head, head + data_size
+def _u32(whole, at):
+    """Big-endian numbers of 32 bit at these places."""
+    return sum(whole[at + octet].astype(np.int64) << (24 - 8 * octet) for octet in range(4))
 
 
-def _group(octets, offset):
-    """The events from an offset until a channel comes again, each with its place in the group; and the size of the group."""
-    events, at = {}, 0
-    while offset + at + _LCM_HEADER.size <= len(octets):
-        event = _event(octets, offset + at)
-        if event is None or event[0] in events:
-            break
-        events[event[0]] = (at, event)
-        at += event[3]
-    return events, at
-
-
-def _repetitions(whole, offset, events, size):
-    """How often a group follows itself: with the same channels, sizes and order."""
-    fixed = [range(at, at + 4) for at, _ in events.values()]
-    fixed += [range(at + _LCM_HEADER.size - 8, at + event[2]) for at, event in events.values()]
-    columns = np.concatenate([np.array(part) for part in fixed])
-    first, count, most = whole[offset + columns], 0, (len(whole) - offset) // size
-    while count < most:
-        part = min(REPETITIONS, most - count)
-        start = offset + count * size
-        same = (whole[start : start + part * size].reshape(part, size)[:, columns] == first).all(axis=1)
-        if not same.all():
-            return count + int(np.argmin(same))
-        count += part
-    return count
+def _events(whole):
+    """(places, ends) of the events of an LCM log: each begins where that before it ends; what looks like one within another is none."""
+    most = len(whole) - _LCM_HEADER.size
+    at = np.flatnonzero(whole[: max(0, most + 1)] == LCM_SYNC >> 24)
+    at = at[_u32(whole, at) == LCM_SYNC]
+    ends = at + _LCM_HEADER.size + _u32(whole, at + 20) + _u32(whole, at + 24)
+    following = np.searchsorted(at, ends)
+    is_next = following == np.arange(1, len(at) + 1)
+    is_next[is_next] = at[np.minimum(following[is_next], len(at) - 1)] == ends[is_next]
+    kept, first, offset = [], 0, 0
+    while offset <= most:
+        if first == len(at) or at[first] != offset:
+            word = int.from_bytes(bytes(whole[offset : offset + 4]), "big")
+            raise LogError(f"no event at octet {offset} (sync word 0x{word:08X})")
+        last = first + int(np.argmin(is_next[first:]))  # The last of a row of events without anything between them.
+        kept.append(np.arange(first, last + 1))
+        first, offset = int(following[last]), int(ends[last])
+    kept = np.concatenate(kept) if kept else np.zeros(0, np.int64)
+    kept = kept[ends[kept] <= len(whole)]
+    return at[kept], ends[kept]
 
 
 def parse_lcm(octets):
-    """Dict channel -> (array of times [us], list of event octets) of an LCM event log. Its events come in groups, one for each step of the
-    simulation, of which many are alike: these are taken together."""
-    channels, offset = {}, 0
+    """Dict channel -> (array of times [us], list of event octets) of an LCM event log."""
     whole, view = np.frombuffer(octets, np.uint8), memoryview(octets)
-    while True:
-        events, size = _group(octets, offset)
-        if not events:
-            break
-        count = _repetitions(whole, offset, events, size)
-        rows = whole[offset : offset + count * size].reshape(count, size)
-        for name, (at, (_, _, head, length)) in events.items():
-            times, found = channels.setdefault(name, ([], []))
-            times.append(np.ascontiguousarray(rows[:, at + 12 : at + 20]).view(">i8").ravel())
-            starts = range(offset + at + head, offset + count * size, size)
-            found += [view[start : start + length - head] for start in starts]
-        offset += count * size
-    return {name.decode("ascii"): (np.concatenate(times).astype(np.int64), events) for name, (times, events) in channels.items()}
+    at, ends = _events(whole)
+    sizes = _u32(whole, at + 20)
+    starts = at + _LCM_HEADER.size + sizes
+    codes = sizes.copy()  # Of the channels: equal for equal names.
+    for octet in range(int(sizes.max(initial=0))):
+        inside = octet < sizes
+        codes[inside] = (codes[inside] * 1_000_003) ^ whole[at[inside] + _LCM_HEADER.size + octet]
+    channels = {}
+    _, firsts, groups = np.unique(codes, return_index=True, return_inverse=True)
+    for group in np.argsort(firsts):
+        rows = np.flatnonzero(groups == group)
+        place = int(at[firsts[group]]) + _LCM_HEADER.size
+        name = bytes(octets[place : place + int(sizes[firsts[group]])]).decode("ascii", "replace")
+        times = (_u32(whole, at[rows] + 12) << 32) | _u32(whole, at[rows] + 16)
+        channels[name] = (times, [view[start:end] for start, end in zip(starts[rows].tolist(), ends[rows].tolist())])
+    return channels
 
 
 def read_lcm(path):

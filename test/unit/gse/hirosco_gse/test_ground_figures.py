@@ -320,6 +320,19 @@ def test_truth_has_all_joints_and_what_is_in_the_world():
     assert scene["spring_hooked"].tolist() == [True] and scene["in_contact"].tolist() == [False]
 
 
+def test_a_log_is_read_event_by_event_though_its_data_look_like_events():
+    def event(time_us, name, data):
+        return struct.pack(">IQQII", 0xEDA1DA01, 0, time_us, len(name), len(data)) + name + data
+
+    inner = event(9, b"NONE", b"123")
+    whole = event(1, b"A", inner) + event(2**33, b"LONGER", b"x") + event(3, b"A", b"\xed\xa1\xda\x01" * 9) + event(4, b"B", b"")
+    for octets in (whole, whole + inner[:20], whole + inner[:-1]):
+        found = {name: (times.tolist(), [bytes(data) for data in events]) for name, (times, events) in logs.parse_lcm(octets).items()}
+        assert found == {"A": ([1, 3], [inner, b"\xed\xa1\xda\x01" * 9]), "LONGER": ([2**33], [b"x"]), "B": ([4], [b""])}
+    with pytest.raises(logs.LogError, match=rf"no event at octet {len(whole)} \(sync word 0x78787878\)"):
+        logs.parse_lcm(whole + b"x" * 28)
+
+
 def test_a_row_that_was_left_out_is_the_one_before():
     table = {"time_us": np.array([500, 100_500, 137_000, 137_500]), "x": np.array([1, 1, 1, 2])}
     assert truth_log.at(table, "x", [0, 500, 99_000, 137_000, 137_499, 137_500, 140_000], 140_000).tolist() == [1, 1, 1, 1, 1, 2, 2]
