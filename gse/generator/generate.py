@@ -50,12 +50,17 @@ def validate(path, schema):
         raise SystemExit(line if str(path) in line else f"{path}: {line}")
 
 
+BUSES_MAX = 8  # Of the simulator.
+
+
 def check_world(path):
-    """Check a world against its schema, and its name; the simulator checks the rest when it reads the file."""
+    """Check a world against its schema, and its name; the simulator checks the rest when it reads the file. Returns its buses."""
     validate(path, "world.xsd")
     parser = expat.ParserCreate()
+    buses = set()
 
     def start(name, attributes):
+        buses.update({attributes["bus"]} if "bus" in attributes else ())
         if name == "World" and attributes.get("name") != path.stem:
             found = attributes.get("name")
             raise DescriptorError(path, parser.CurrentLineNumber, f'name="{found}" of <World>: expected {path.stem}, as the file is named')
@@ -65,6 +70,16 @@ def check_world(path):
         parser.Parse(path.read_bytes(), True)
     except expat.ExpatError as error:  # Without xmllint this is the first check.
         raise DescriptorError(path, error.lineno, f"not well-formed: {expat.ErrorString(error.code)}") from error
+    return buses
+
+
+def check_buses(loaded, world, buses):
+    """Refuse the bus of a mission that is one too many beside those of its world."""
+    listed = loaded.element.first("Buses")
+    for bus in listed.children if listed else ():
+        buses = buses | {bus.attributes["name"]}
+        if len(buses) > BUSES_MAX:
+            bus.wrong("name", f"at most {BUSES_MAX} buses together with those of {world}")
 
 
 def write(path, text):
@@ -83,7 +98,7 @@ def generate(path, out, described, messages, failures):
     validate(path, "mission.xsd")
     world = path.parent.parent / "worlds" / path.name
     if world.exists():  # A mission without a world has real devices only.
-        check_world(world)
+        check_buses(loaded, world, check_world(world))
     if loaded.name != path.stem:
         loaded.element.wrong("name", f"{path.stem}, as the file is named")
     for listed, subsystem in loaded.subsystems:
@@ -130,6 +145,8 @@ def main(arguments=None):
         write(options.out / "device_classes.h", device_class.header())
         for path in options.mission:
             generate(path, options.out, described, messages, failures)
+        for world in sorted({found for path in options.mission for found in path.parent.parent.glob("worlds/*.xml")}):
+            check_world(world)  # Also those that no mission is named as.
     except (DescriptorError, SheetError) as error:
         print(error, file=sys.stderr)
         return 1

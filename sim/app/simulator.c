@@ -273,6 +273,15 @@ static status_t open_segments(simulator_t* const simulator, const simulator_conf
         }
         status = open_segment(simulator, config, name, error);
     }
+    const char* surplus = bus_name(&simulator->place, config, SIMULATOR_BUSES_MAX);
+    if ((status == STATUS_OK) && (surplus != NULL)) {
+        (void)snprintf(
+            error, SIMULATOR_ERROR_MAX,
+            "simulator: %s: found bus '%s' of the mission beside the buses of this world, expected "
+            "at most 8 in all: remove one from the mission or from the devices of the world",
+            simulator->place.path, surplus);
+        return STATUS_INVALID;
+    }
     return status;
 }
 

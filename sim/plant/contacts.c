@@ -159,6 +159,11 @@ static status_t add_pair(plant_t* const plant, const unsigned contact, const uns
         return document_refuse(plant->world->path, own->line, own->a,
                                "a link that moves, or one on the other side", error);
     }
+    if ((contacts->solid[a].shape->kind == SHAPE_CYLINDER) &&
+        (contacts->solid[b].shape->kind == SHAPE_CYLINDER)) { // ODE finds one point, also along a line.
+        return document_refuse(plant->world->path, own->line, "two cylinders",
+                               "a box or a sphere on one side: cylinders do not support each other", error);
+    }
     if (contacts->pair_count == PAIRS_MAX) {
         return document_refuse(plant->world->path, own->line, own->a, "at most 64 pairs of shapes that touch",
                                error);

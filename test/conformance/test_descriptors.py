@@ -384,6 +384,30 @@ def test_the_build_checks_worlds_against_their_schema(copy, tmp_path, old, new, 
     assert expected in done.stderr
 
 
+def test_the_build_checks_worlds_that_no_mission_is_named_as(copy, tmp_path):
+    mission, spoil = copy
+    line = spoil("worlds/rokviss-20bit.xml", ' travel="0.002"', "")
+    done = generate(mission, tmp_path / "out")
+    assert done.returncode != 0
+    found = re.search(r"worlds/rokviss-20bit\.xml:(\d+): ", done.stderr)
+    assert found and line <= int(found[1]) <= line + 2, done.stderr
+
+
+def test_the_build_refuses_more_buses_than_the_simulator_has(copy, tmp_path):
+    """The mission lists two buses of the world and two more; the world has up to five others."""
+    mission, spoil = copy
+    benches = [f'<Bench name="B{index}" type="light" bus="more-{index}" node="2" eds="e" contact="0" stiffness="0" range="1"/>\n'
+               for index in range(5)]
+    spoil("worlds/rokviss.xml", "</World>", "".join(benches[:4]) + "</World>")
+    assert generate(mission, tmp_path / "out").returncode == 0
+    spoil("worlds/rokviss.xml", "</World>", benches[4] + "</World>")
+    line = spoil("missions/rokviss.xml", 'name="joystick-b"', 'name="joystick-b"')
+    done = generate(mission, tmp_path / "out")
+    assert done.returncode != 0
+    assert f"missions/rokviss.xml:{line}: " in done.stderr and "joystick-b" in done.stderr, done.stderr
+    assert "at most 8 buses together with those of" in done.stderr
+
+
 def test_generator_writes_only_changed_files(copy, tmp_path):
     mission, spoil = copy
     out = tmp_path / "out"

@@ -23,19 +23,20 @@ EXEMPT = {
 }
 COMMON = {"classic"}  # Missions whose names are words of the sources, too: refused as text constants only.
 
+WORDS = {"base", "lower", "upper"}  # Links whose names are words of the formats, too.
+
 
 def names_of(folder):
     """Names of missions, text constants and node ids of the worlds in a folder."""
     missions, texts, nodes = set(), set(), set()
     for path in sorted(folder.glob("*.xml")):
         missions.add(path.stem)
-        for element in ElementTree.parse(path).getroot():
-            texts |= {element.get(key) for key in ("bus", "eds", "urdf") if element.get(key)}
+        for element in ElementTree.parse(path).getroot().iter():
+            texts |= {element.get(key) for key in ("bus", "eds", "urdf", "name") if element.get(key)}
             nodes |= {int(element.get("node"), 0)} if element.get("node") else set()
-            if element.tag in ("Robot", "Drive", "Gripper", "Joystick", "Bench", "PowerUnit", "ValveBox"):
-                texts.add(element.get("name"))
             if element.tag == "Robot":
-                texts |= {joint.get("name") for joint in ElementTree.parse(folder / element.get("urdf")).getroot().iter("joint")}
+                parts = ElementTree.parse(folder / element.get("urdf")).getroot()
+                texts |= {part.get("name") for tag in ("joint", "link") for part in parts.iter(tag) if part.get("name")} - WORDS
     return missions, texts | missions, nodes
 
 

@@ -375,7 +375,9 @@ def test_an_exclusion_needs_a_reason():
 
 
 WORLD = """<World name="lab" step="1ms" gravity="0 0 0"><Robot name="arm" urdf="arm.urdf" base="fixed"/>
-<Drive name="ELBOW" joint="arm.bend" type="t" bus="can-1" node="0x2A" eds="motor.eds"/></World>"""
+<Drive name="ELBOW" joint="arm.bend" type="t" bus="can-1" node="0x2A" eds="motor.eds"/>
+<Latch name="HOOK" a="arm.claw" b="arm.claw" distance="1" angle="1" speed="1"/><Gyro name="SPIN" on="arm.claw"/>
+<ValveBox name="BOX"><Valve name="NOZZLE"/></ValveBox></World>"""
 
 
 @pytest.mark.parametrize(
@@ -386,6 +388,10 @@ WORLD = """<World name="lab" step="1ms" gravity="0 0 0"><Robot name="arm" urdf="
         ('usage = "give can-1=shm:x";', True),
         ('joint = find("bend");', True),
         ('device = "ELBOW";', True),
+        ('latch = "HOOK";', True),
+        ('sensor = "SPIN";', True),
+        ('valve = "NOZZLE";', True),
+        ('link = "claw";', True),
         ("id = 0x2aU;", True),
         ("lab_parameters = 1;", True),
         ("// as in lab", True),
@@ -399,7 +405,7 @@ def test_names_of_worlds_in_the_simulator(tmp_path, line, finds):
     worlds.mkdir(parents=True)
     sources.mkdir(parents=True)
     (worlds / "lab.xml").write_text(WORLD)
-    (worlds / "arm.urdf").write_text('<robot name="a"><joint name="bend"/></robot>')
+    (worlds / "arm.urdf").write_text('<robot name="a"><link name="claw"/><joint name="bend"/></robot>')
     (sources / "x.c").write_text(f"\n{line}\n")
     found = list(check_worlds.breaches(tmp_path, {}))
     assert [text.split(": ")[0] for text in found] == (["sim/app/x.c:2"] if finds else [])

@@ -375,6 +375,17 @@ static void test_a_file_or_bus_that_cannot_be_opened_is_reported_in_one_line(voi
                       STATUS_NOT_FOUND, "/nowhere.scn");
     expect_open_error(&(simulator_config_t){.world_path = WORLD, .devices_path = "/nowhere"},
                       STATUS_NOT_FOUND, "/nowhere/joint-drive.eds");
+    // Two buses of the world, and seven more.
+    expect_open_error(&(simulator_config_t){.world_path = WORLD,
+                                            .bus        = {{.name = "a"},
+                                                           {.name = "b"},
+                                                           {.name = "c"},
+                                                           {.name = "d"},
+                                                           {.name = "e"},
+                                                           {.name = "f"},
+                                                           {.name = "g"}},
+                                            .bus_count  = 7U},
+                      STATUS_INVALID, "rokviss.xml: found bus 'g' of the mission");
     FILE* out = fopen(file("test.scn"), "w");
     TEST_ASSERT_NOT_NULL(out);
     (void)fputs("1 fault explode robot\n", out);

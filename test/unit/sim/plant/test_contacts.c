@@ -203,6 +203,21 @@ static void the_stretch_turns_with_the_surface(void)
     EXPECT_WITHIN(sink[0], 1e-6, sink[1]);
 }
 
+/// A cylinder that lies on another touches it along a line, of which ODE finds one point.
+static void two_cylinders_are_refused(void)
+{
+    char error[DOCUMENT_ERROR_MAX];
+    const char* path = temporary_file("w.xml", IN_WORLD("0 0 -9.81", FREE("a", "can.urdf", "at=\"0 0 0\"")
+                                                                         FREE("b", "can.urdf", "at=\"0 0 1\"")
+                                                                             TOUCH("a.body", "b.body", "")));
+    plant_destroy(plant);
+    plant = NULL;
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(path, &world, error), error);
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, plant_create(&world, &plant, error));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "w.xml:4: found 'two cylinders', expected a box or a sphere"),
+                                 error);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -213,5 +228,6 @@ int main(void)
     RUN_TEST(friction_holds_in_its_cone_and_slides_beyond);
     RUN_TEST(a_contact_yields_along_the_surface_in_every_direction);
     RUN_TEST(the_stretch_turns_with_the_surface);
+    RUN_TEST(two_cylinders_are_refused);
     return UNITY_END();
 }
