@@ -35,7 +35,7 @@ def logs(flight):
     return [(flight.folder / name).read_bytes() for name in TRACED]
 
 
-@pytest.mark.parametrize("delay_ms", (20, pytest.param(100, marks=pytest.mark.long), pytest.param(300, marks=pytest.mark.long)))
+@pytest.mark.parametrize("delay_ms", (pytest.param(20, marks=pytest.mark.long), 100, pytest.param(300, marks=pytest.mark.long)))
 def test_a_flight_with_delay_holds_its_figures_and_is_the_same_in_both_forms(folder, delay_ms):
     first = fly(folder / "processes", delay_ms, "processes")
     second = fly(folder / "image", delay_ms, report="yes")
@@ -82,6 +82,18 @@ def test_a_flight_with_delay_whose_figures_fail_ends_with_an_exit_code_and_a_lin
 def test_the_figures_hold_on_other_surfaces(folder, delay_ms, seed, contact):
     world = pressing.write_world(folder, contact=contact)
     holds(fly(folder / "out", delay_ms, "image", seed, "--world", str(world), report="yes"))
+
+
+@pytest.mark.long
+def test_a_stiff_wall_is_held_but_the_force_at_the_bump_is_not_bounded_by_25_n(folder):
+    """20 kN/m and 100 ms: a known deviation, docs/control.md. Its bounds are those of the flight measured, with a margin."""
+    world = pressing.write_world(folder, contact={"stiffness": 20000, "shear": 16000})
+    flight = flying.fly(folder / "out", "--scenario", "relay", "--delay", "100", "--form", "image", "--world", world, report="yes")
+    facts = flight.facts
+    assert facts["figures_missing"] == {}
+    assert {line.split()[0] for line in figures.failures(facts)} <= {"delay_force_peak_n", "passivity_local_j"}
+    assert facts["delay_force_peak_n"] <= 65
+    assert facts["passivity_local_j"] >= -0.01
 
 
 def test_the_seed_selects_what_is_lost(folder):
