@@ -51,7 +51,7 @@ static void assert_same(const osal_can_frame_t* expected, const osal_can_frame_t
     TEST_ASSERT_EQUAL_MEMORY(expected->data, actual->data, OSAL_CAN_DATA_MAX);
 }
 
-static void test_both_directions_keep_order_and_content(void)
+static void both_directions_keep_order_and_content(void)
 {
     osal_can_frame_t out;
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
@@ -76,7 +76,7 @@ static void test_both_directions_keep_order_and_content(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&wire, &out));
 }
 
-static void test_error_and_remote_frames_pass_through(void)
+static void error_and_remote_frames_pass_through(void)
 {
     osal_can_frame_t out;
     osal_can_frame_t error =
@@ -93,7 +93,7 @@ static void test_error_and_remote_frames_pass_through(void)
     assert_same(&remote, &out);
 }
 
-static void test_lengths_that_no_frame_can_have_are_refused(void)
+static void lengths_that_no_frame_can_have_are_refused(void)
 {
     static const uint8_t fd_lengths[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64};
     osal_can_frame_t out;
@@ -110,7 +110,7 @@ static void test_lengths_that_no_frame_can_have_are_refused(void)
     TEST_ASSERT_EQUAL_UINT32(0U, node.refused);
 }
 
-static void test_full_ring_refuses_counts_and_loses_nothing_it_took(void)
+static void full_ring_refuses_counts_and_loses_nothing_it_took(void)
 {
     osal_can_frame_t out;
     for (uint32_t i = 0U; i < OSAL_CAN_RING_FRAMES; i++) {
@@ -136,7 +136,7 @@ static void test_full_ring_refuses_counts_and_loses_nothing_it_took(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&node, &late));
 }
 
-static void test_node_that_opens_has_received_nothing_and_what_it_sent_stays(void)
+static void node_that_opens_has_received_nothing_and_what_it_sent_stays(void)
 {
     osal_can_frame_t out;
     const osal_can_frame_t frame = frame_of(0x181U, 8U, 0U);
@@ -152,7 +152,7 @@ static void test_node_that_opens_has_received_nothing_and_what_it_sent_stays(voi
     assert_same(&frame, &out);
 }
 
-static void test_names_and_addresses(void)
+static void names_and_addresses(void)
 {
     osal_can_t other;
     char other_address[96];
@@ -178,7 +178,7 @@ static void test_names_and_addresses(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_destroy(other_address));
 }
 
-static void test_a_frame_passes_if_it_matches_one_filter(void)
+static void a_frame_passes_if_it_matches_one_filter(void)
 {
     osal_can_frame_t out;
     static const osal_can_filter_t filters[] = {{0x181U, 0x7FFU | OSAL_CAN_EXTENDED}, {0x011U, 0x07FU}};
@@ -212,7 +212,7 @@ static void test_a_frame_passes_if_it_matches_one_filter(void)
 }
 
 /// All bits of the identifier, that of error frames too.
-static void test_a_mask_may_have_any_bit(void)
+static void a_mask_may_have_any_bit(void)
 {
     osal_can_frame_t out;
     static const osal_can_filter_t filters[] = {{0x181U, UINT32_MAX}, {OSAL_CAN_ERROR | 0x182U, UINT32_MAX}};
@@ -229,7 +229,7 @@ static void test_a_mask_may_have_any_bit(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
 }
 
-static void test_removed_bus_stays_usable_for_open_ends(void)
+static void removed_bus_stays_usable_for_open_ends(void)
 {
     osal_can_frame_t out;
     osal_can_t other;
@@ -240,7 +240,7 @@ static void test_removed_bus_stays_usable_for_open_ends(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&wire, &out));
 }
 
-static void test_memory_of_another_kind_is_no_bus(void)
+static void memory_of_another_kind_is_no_bus(void)
 {
     char name[48];
     char shm_address[64];
@@ -255,7 +255,7 @@ static void test_memory_of_another_kind_is_no_bus(void)
 }
 
 /// A second process sends as fast as the ring takes frames: nothing lost, torn or out of order.
-static void test_two_processes_exchange_every_frame_in_order(void)
+static void two_processes_exchange_every_frame_in_order(void)
 {
     const uint32_t count = 200000U;
     const pid_t sender   = fork();
@@ -295,7 +295,7 @@ static bool has_kernel_can(void)
     return descriptor >= 0;
 }
 
-static void test_a_kernel_without_socketcan_is_reported(void)
+static void a_kernel_without_socketcan_is_reported(void)
 {
     osal_can_t kernel;
     osal_can_frame_t out;
@@ -315,17 +315,17 @@ static void test_a_kernel_without_socketcan_is_reported(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_both_directions_keep_order_and_content);
-    RUN_TEST(test_error_and_remote_frames_pass_through);
-    RUN_TEST(test_lengths_that_no_frame_can_have_are_refused);
-    RUN_TEST(test_full_ring_refuses_counts_and_loses_nothing_it_took);
-    RUN_TEST(test_node_that_opens_has_received_nothing_and_what_it_sent_stays);
-    RUN_TEST(test_names_and_addresses);
-    RUN_TEST(test_a_frame_passes_if_it_matches_one_filter);
-    RUN_TEST(test_a_mask_may_have_any_bit);
-    RUN_TEST(test_removed_bus_stays_usable_for_open_ends);
-    RUN_TEST(test_memory_of_another_kind_is_no_bus);
-    RUN_TEST(test_two_processes_exchange_every_frame_in_order);
-    RUN_TEST(test_a_kernel_without_socketcan_is_reported);
+    RUN_TEST(both_directions_keep_order_and_content);
+    RUN_TEST(error_and_remote_frames_pass_through);
+    RUN_TEST(lengths_that_no_frame_can_have_are_refused);
+    RUN_TEST(full_ring_refuses_counts_and_loses_nothing_it_took);
+    RUN_TEST(node_that_opens_has_received_nothing_and_what_it_sent_stays);
+    RUN_TEST(names_and_addresses);
+    RUN_TEST(a_frame_passes_if_it_matches_one_filter);
+    RUN_TEST(a_mask_may_have_any_bit);
+    RUN_TEST(removed_bus_stays_usable_for_open_ends);
+    RUN_TEST(memory_of_another_kind_is_no_bus);
+    RUN_TEST(two_processes_exchange_every_frame_in_order);
+    RUN_TEST(a_kernel_without_socketcan_is_reported);
     return UNITY_END();
 }

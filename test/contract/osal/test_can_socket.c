@@ -81,7 +81,7 @@ static void command(const char* what, const char* interface, const char* how)
 
 // ---- On any kernel ----
 
-static void test_names_that_no_interface_has(void)
+static void names_that_no_interface_has(void)
 {
     osal_can_interface_t seen;
     osal_can_claim_t claim;
@@ -97,7 +97,7 @@ static void test_names_that_no_interface_has(void)
                       osal_can_interface_make(first, true, "a label of more characters than there may be"));
 }
 
-static void test_a_claim_is_held_by_one(void)
+static void a_claim_is_held_by_one(void)
 {
     osal_can_claim_t one;
     osal_can_claim_t two;
@@ -111,7 +111,7 @@ static void test_a_claim_is_held_by_one(void)
     osal_can_interface_release(&two);
 }
 
-static void test_a_missing_interface_is_reported(void)
+static void a_missing_interface_is_reported(void)
 {
     osal_can_interface_t seen;
     osal_can_t can;
@@ -123,7 +123,7 @@ static void test_a_missing_interface_is_reported(void)
 
 // ---- On kernels with vcan ----
 
-static void test_interfaces_have_the_attributes_of_their_creation(void)
+static void interfaces_have_the_attributes_of_their_creation(void)
 {
     osal_can_interface_t seen;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_look(first, &seen));
@@ -142,7 +142,7 @@ static void test_interfaces_have_the_attributes_of_their_creation(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_OURS, osal_can_interface_look("lo", &seen));
 }
 
-static void test_frames_of_all_kinds_pass_and_own_ones_do_not_come_back(void)
+static void frames_of_all_kinds_pass_and_own_ones_do_not_come_back(void)
 {
     osal_can_t one;
     osal_can_t two;
@@ -169,7 +169,7 @@ static void test_frames_of_all_kinds_pass_and_own_ones_do_not_come_back(void)
     osal_can_close(&two);
 }
 
-static void test_a_classic_interface_refuses_fd(void)
+static void a_classic_interface_refuses_fd(void)
 {
     osal_can_t can;
     const osal_can_frame_t fd      = frame_of(0x201U, 8U, FD_FLAGS);
@@ -181,7 +181,7 @@ static void test_a_classic_interface_refuses_fd(void)
     osal_can_close(&can);
 }
 
-static void test_filters_hold_in_the_kernel_and_let_error_frames_through(void)
+static void filters_hold_in_the_kernel_and_let_error_frames_through(void)
 {
     osal_can_t one;
     osal_can_t two;
@@ -207,7 +207,7 @@ static void test_filters_hold_in_the_kernel_and_let_error_frames_through(void)
 }
 
 /// A mask may also have the bit of error frames, which the kernel uses for another purpose.
-static void test_a_mask_may_have_any_bit(void)
+static void a_mask_may_have_any_bit(void)
 {
     osal_can_t one;
     osal_can_t two;
@@ -231,7 +231,7 @@ static void test_a_mask_may_have_any_bit(void)
     osal_can_close(&two);
 }
 
-static void test_an_interface_that_goes_down_closes_the_end_until_it_is_up(void)
+static void an_interface_that_goes_down_closes_the_end_until_it_is_up(void)
 {
     osal_can_t can;
     const osal_can_frame_t frame = frame_of(1U, 1U, 0U);
@@ -246,7 +246,7 @@ static void test_an_interface_that_goes_down_closes_the_end_until_it_is_up(void)
     osal_can_close(&can);
 }
 
-static void test_a_receiver_is_informed_that_its_interface_was_deleted(void)
+static void a_receiver_is_informed_that_its_interface_was_deleted(void)
 {
     osal_can_t can;
     osal_can_frame_t out;
@@ -266,7 +266,7 @@ static void test_a_receiver_is_informed_that_its_interface_was_deleted(void)
 /// A socket whose frames none reads drops them when its buffer is full; each is counted. A second receiver
 /// reads each burst before the next is sent: on a loaded machine the kernel's queue before the sockets (1 000
 /// frames) would drop frames that no socket can count.
-static void test_overruns_are_counted(void)
+static void overruns_are_counted(void)
 {
     osal_can_t one;
     osal_can_t two;
@@ -303,7 +303,7 @@ static void test_overruns_are_counted(void)
 
 // ---- Counted hand-over ----
 
-static void test_counted_ends_receive_all_announced_frames(void)
+static void counted_ends_receive_all_announced_frames(void)
 {
     osal_can_t node;
     osal_can_t wire;
@@ -340,7 +340,7 @@ static void test_counted_ends_receive_all_announced_frames(void)
     osal_can_close(&wire);
 }
 
-static void test_counted_ends_that_are_full_refuse_as_rings_do(void)
+static void counted_ends_that_are_full_refuse_as_rings_do(void)
 {
     osal_can_t node;
     osal_can_t wire;
@@ -367,7 +367,7 @@ static void test_counted_ends_that_are_full_refuse_as_rings_do(void)
     osal_can_close(&wire);
 }
 
-static void test_counted_ends_that_lose_their_interface_are_counted(void)
+static void counted_ends_that_lose_their_interface_are_counted(void)
 {
     osal_can_t node;
     osal_can_t wire;
@@ -390,7 +390,7 @@ static void test_counted_ends_that_lose_their_interface_are_counted(void)
 }
 
 /// Like real controllers, the interface delivers later than it was ordered to send.
-static void test_a_counted_end_does_not_receive_frames_sent_before_it_opened(void)
+static void a_counted_end_does_not_receive_frames_sent_before_it_opened(void)
 {
     char line[96];
     osal_can_t node;
@@ -420,7 +420,7 @@ static void test_a_counted_end_does_not_receive_frames_sent_before_it_opened(voi
 }
 
 /// The ends are on interfaces that are not connected: announced frames never arrive.
-static void test_an_announced_frame_that_does_not_arrive_is_counted_as_lost(void)
+static void an_announced_frame_that_does_not_arrive_is_counted_as_lost(void)
 {
     osal_can_t node;
     osal_can_t wire;
@@ -457,24 +457,24 @@ int main(void)
     (void)snprintf(counted_address, sizeof counted_address, "can:%s@osal-can-test-%u", first, number);
     (void)snprintf(other_end, sizeof other_end, "can:%s@osal-can-test-%u", second, number);
     UNITY_BEGIN();
-    RUN_TEST(test_names_that_no_interface_has);
-    RUN_TEST(test_a_claim_is_held_by_one);
-    RUN_TEST(test_a_missing_interface_is_reported);
+    RUN_TEST(names_that_no_interface_has);
+    RUN_TEST(a_claim_is_held_by_one);
+    RUN_TEST(a_missing_interface_is_reported);
     has_vcan = can_make_vcan();
     if (has_vcan) {
-        RUN_TEST(test_interfaces_have_the_attributes_of_their_creation);
-        RUN_TEST(test_frames_of_all_kinds_pass_and_own_ones_do_not_come_back);
-        RUN_TEST(test_a_classic_interface_refuses_fd);
-        RUN_TEST(test_filters_hold_in_the_kernel_and_let_error_frames_through);
-        RUN_TEST(test_a_mask_may_have_any_bit);
-        RUN_TEST(test_an_interface_that_goes_down_closes_the_end_until_it_is_up);
-        RUN_TEST(test_a_receiver_is_informed_that_its_interface_was_deleted);
-        RUN_TEST(test_overruns_are_counted);
-        RUN_TEST(test_counted_ends_receive_all_announced_frames);
-        RUN_TEST(test_a_counted_end_does_not_receive_frames_sent_before_it_opened);
-        RUN_TEST(test_counted_ends_that_are_full_refuse_as_rings_do);
-        RUN_TEST(test_counted_ends_that_lose_their_interface_are_counted);
-        RUN_TEST(test_an_announced_frame_that_does_not_arrive_is_counted_as_lost);
+        RUN_TEST(interfaces_have_the_attributes_of_their_creation);
+        RUN_TEST(frames_of_all_kinds_pass_and_own_ones_do_not_come_back);
+        RUN_TEST(a_classic_interface_refuses_fd);
+        RUN_TEST(filters_hold_in_the_kernel_and_let_error_frames_through);
+        RUN_TEST(a_mask_may_have_any_bit);
+        RUN_TEST(an_interface_that_goes_down_closes_the_end_until_it_is_up);
+        RUN_TEST(a_receiver_is_informed_that_its_interface_was_deleted);
+        RUN_TEST(overruns_are_counted);
+        RUN_TEST(counted_ends_receive_all_announced_frames);
+        RUN_TEST(a_counted_end_does_not_receive_frames_sent_before_it_opened);
+        RUN_TEST(counted_ends_that_are_full_refuse_as_rings_do);
+        RUN_TEST(counted_ends_that_lose_their_interface_are_counted);
+        RUN_TEST(an_announced_frame_that_does_not_arrive_is_counted_as_lost);
     }
     return UNITY_END();
 }

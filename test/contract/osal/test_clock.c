@@ -29,7 +29,7 @@ void tearDown(void)
 {
 }
 
-static void test_real_time_counts_from_its_origin(void)
+static void real_time_counts_from_its_origin(void)
 {
     const uint64_t before_ns = osal_clock_monotonic_ns();
     TEST_ASSERT_TRUE(osal_clock_now_ns(&wall) <= osal_clock_monotonic_ns() - wall.origin_ns);
@@ -43,7 +43,7 @@ static void test_real_time_counts_from_its_origin(void)
 }
 
 /// Times after the origin may be later than the origin itself.
-static void test_a_wait_ends_with_an_early_origin(void)
+static void a_wait_ends_with_an_early_origin(void)
 {
     osal_clock_open_real(&wall, 1U);
     const uint64_t wake_ns = osal_clock_now_ns(&wall) + MS;
@@ -71,7 +71,7 @@ static void sleep_on_a_grid(osal_socket_t* const* sockets, size_t socket_count)
     TEST_ASSERT_TRUE(least_late_ns < (50U * period_ns));
 }
 
-static void test_absolute_sleep_does_not_drift_with_and_without_sockets(void)
+static void absolute_sleep_does_not_drift_with_and_without_sockets(void)
 {
     osal_socket_t quiet;
     osal_socket_t other;
@@ -83,7 +83,7 @@ static void test_absolute_sleep_does_not_drift_with_and_without_sockets(void)
     osal_socket_close(&other);
 }
 
-static void test_a_refused_memory_lock_or_timer_slack_is_reported(void)
+static void a_refused_memory_lock_or_timer_slack_is_reported(void)
 {
     if (!wall.attributes.is_memory_locked || !wall.attributes.is_slack_minimal) {
         TEST_IGNORE_MESSAGE("locked memory or timer slack is not permitted here");
@@ -108,7 +108,7 @@ static void test_a_refused_memory_lock_or_timer_slack_is_reported(void)
     TEST_ASSERT_EQUAL(0, how);
 }
 
-static void test_real_wait_is_never_early_with_and_without_sockets(void)
+static void real_wait_is_never_early_with_and_without_sockets(void)
 {
     osal_socket_t quiet;
     osal_socket_t other;
@@ -125,7 +125,7 @@ static void test_real_wait_is_never_early_with_and_without_sockets(void)
     osal_socket_close(&other);
 }
 
-static void test_real_wait_ends_early_for_a_socket(void)
+static void real_wait_ends_early_for_a_socket(void)
 {
     osal_socket_t quiet;
     osal_socket_t quiet_end;
@@ -152,7 +152,7 @@ static void ignore_it(int number)
     (void)number;
 }
 
-static void test_signals_of_others_do_not_shorten_a_wait(void)
+static void signals_of_others_do_not_shorten_a_wait(void)
 {
     osal_socket_t quiet;
     osal_socket_t other;
@@ -173,7 +173,7 @@ static void test_signals_of_others_do_not_shorten_a_wait(void)
     osal_socket_close(&other);
 }
 
-static void test_stop_signal_ends_a_real_wait_once(void)
+static void stop_signal_ends_a_real_wait_once(void)
 {
     osal_process_catch_stop(); // A second call opens nothing more.
     const unsigned before = osal_process_stop_count();
@@ -200,7 +200,7 @@ static void partner(void* context)
     }
 }
 
-static void test_stepped_time_is_that_of_the_grant(void)
+static void stepped_time_is_that_of_the_grant(void)
 {
     osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, true);
     osal_task_t task;
@@ -224,7 +224,7 @@ static void test_stepped_time_is_that_of_the_grant(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_clock_wait(&clock, 0U, NULL, 0U));
 }
 
-static void test_the_clock_returns_the_granted_time(void)
+static void the_clock_returns_the_granted_time(void)
 {
     const osal_grant_t first   = {STEP_NS, 2U, 3U};
     const osal_grant_t second  = {2U * STEP_NS, 0U, 0U};
@@ -259,15 +259,15 @@ int main(void)
 {
     osal_process_catch_stop(); // The descriptor stays open as long as the process.
     UNITY_BEGIN();
-    RUN_TEST(test_real_time_counts_from_its_origin);
-    RUN_TEST(test_a_wait_ends_with_an_early_origin);
-    RUN_TEST(test_absolute_sleep_does_not_drift_with_and_without_sockets);
-    RUN_TEST(test_a_refused_memory_lock_or_timer_slack_is_reported);
-    RUN_TEST(test_real_wait_is_never_early_with_and_without_sockets);
-    RUN_TEST(test_real_wait_ends_early_for_a_socket);
-    RUN_TEST(test_signals_of_others_do_not_shorten_a_wait);
-    RUN_TEST(test_stop_signal_ends_a_real_wait_once);
-    RUN_TEST(test_stepped_time_is_that_of_the_grant);
-    RUN_TEST(test_the_clock_returns_the_granted_time);
+    RUN_TEST(real_time_counts_from_its_origin);
+    RUN_TEST(a_wait_ends_with_an_early_origin);
+    RUN_TEST(absolute_sleep_does_not_drift_with_and_without_sockets);
+    RUN_TEST(a_refused_memory_lock_or_timer_slack_is_reported);
+    RUN_TEST(real_wait_is_never_early_with_and_without_sockets);
+    RUN_TEST(real_wait_ends_early_for_a_socket);
+    RUN_TEST(signals_of_others_do_not_shorten_a_wait);
+    RUN_TEST(stop_signal_ends_a_real_wait_once);
+    RUN_TEST(stepped_time_is_that_of_the_grant);
+    RUN_TEST(the_clock_returns_the_granted_time);
     return UNITY_END();
 }

@@ -70,7 +70,7 @@ static void say_three(int number)
     _exit(osal_console_is_terminal() ? 1 : 0);
 }
 
-static void test_lines_and_parts_of_lines(void)
+static void lines_and_parts_of_lines(void)
 {
     TEST_ASSERT_EQUAL(0, listen_to(STDOUT_FILENO, 1, say_three));
     TEST_ASSERT_EQUAL_STRING("one\ntwo \n", output);
@@ -97,7 +97,7 @@ static void introduce(int number)
     _exit(is_right ? 0 : 1);
 }
 
-static void test_name_version_and_usage_are_said_when_asked_for(void)
+static void name_version_and_usage_are_said_when_asked_for(void)
 {
     TEST_ASSERT_EQUAL(0, listen_to(STDOUT_FILENO, 1, introduce));
     TEST_ASSERT_EQUAL_STRING("name " HIROSCO_VERSION "\nname " HIROSCO_VERSION "\nusage: how\n", output);
@@ -115,7 +115,7 @@ static void say_many(int number)
     }
 }
 
-static void test_lines_of_several_processes_do_not_mix(void)
+static void lines_of_several_processes_do_not_mix(void)
 {
     TEST_ASSERT_EQUAL(0, listen_to(STDOUT_FILENO, WRITERS, say_many));
     TEST_ASSERT_EQUAL(WRITERS * LINES * 80, output_size);
@@ -128,7 +128,7 @@ static void test_lines_of_several_processes_do_not_mix(void)
 }
 
 /// A full pipe without a reader: the caller continues.
-static void test_a_slow_reader_does_not_stop_the_caller(void)
+static void a_slow_reader_does_not_stop_the_caller(void)
 {
     const pid_t child = fork();
     if (child == 0) {
@@ -175,7 +175,7 @@ static void fail_there(int number)
     fsw_assertion_failed(places[place].file, places[place].line);
 }
 
-static void test_a_failed_assertion_prints_its_file_and_line(void)
+static void a_failed_assertion_prints_its_file_and_line(void)
 {
     for (place = 0U; place < (sizeof(places) / sizeof(places[0])); place++) {
         const int how = listen_to(STDERR_FILENO, 1, fail_there);
@@ -185,7 +185,7 @@ static void test_a_failed_assertion_prints_its_file_and_line(void)
     }
 }
 
-static void test_a_failed_assertion_prints_one_line_and_ends_the_program(void)
+static void a_failed_assertion_prints_one_line_and_ends_the_program(void)
 {
     const int how = listen_to(STDERR_FILENO, 1, fail);
     TEST_ASSERT_TRUE(WIFSIGNALED(how));
@@ -199,11 +199,11 @@ int main(void)
 {
     (void)signal(SIGPIPE, SIG_IGN);
     UNITY_BEGIN();
-    RUN_TEST(test_lines_and_parts_of_lines);
-    RUN_TEST(test_name_version_and_usage_are_said_when_asked_for);
-    RUN_TEST(test_lines_of_several_processes_do_not_mix);
-    RUN_TEST(test_a_slow_reader_does_not_stop_the_caller);
-    RUN_TEST(test_a_failed_assertion_prints_one_line_and_ends_the_program);
-    RUN_TEST(test_a_failed_assertion_prints_its_file_and_line);
+    RUN_TEST(lines_and_parts_of_lines);
+    RUN_TEST(name_version_and_usage_are_said_when_asked_for);
+    RUN_TEST(lines_of_several_processes_do_not_mix);
+    RUN_TEST(a_slow_reader_does_not_stop_the_caller);
+    RUN_TEST(a_failed_assertion_prints_one_line_and_ends_the_program);
+    RUN_TEST(a_failed_assertion_prints_its_file_and_line);
     return UNITY_END();
 }

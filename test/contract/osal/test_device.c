@@ -51,7 +51,7 @@ static void open_fifo(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_device_open(&writer, path, OSAL_DEVICE_WRITE));
 }
 
-static void test_octets_pass_through_a_fifo(void)
+static void octets_pass_through_a_fifo(void)
 {
     uint8_t octets[8];
     size_t size = 9U;
@@ -68,7 +68,7 @@ static void test_octets_pass_through_a_fifo(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY("\r\n", octets, size);
 }
 
-static void test_a_partner_that_leaves_is_reported_and_may_come_back(void)
+static void a_partner_that_leaves_is_reported_and_may_come_back(void)
 {
     uint8_t octet = 0U;
     size_t size   = 0U;
@@ -94,7 +94,7 @@ static void test_a_partner_that_leaves_is_reported_and_may_come_back(void)
     osal_device_close(&writer);
 }
 
-static void test_a_fifo_whose_partner_does_not_read_is_full(void)
+static void a_fifo_whose_partner_does_not_read_is_full(void)
 {
     static uint8_t octets[65536];
     size_t size     = 0U;
@@ -108,7 +108,7 @@ static void test_a_fifo_whose_partner_does_not_read_is_full(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_device_write(&writer, octets, 1U, &size));
 }
 
-static void test_a_file_grows_at_its_end(void)
+static void a_file_grows_at_its_end(void)
 {
     uint8_t octets[8];
     size_t size = 0U;
@@ -122,7 +122,7 @@ static void test_a_file_grows_at_its_end(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_device_read(&reader, octets, sizeof octets, &size));
 }
 
-static void test_a_device_that_takes_no_more_is_full(void)
+static void a_device_that_takes_no_more_is_full(void)
 {
     size_t size = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_device_open(&writer, "/dev/full", OSAL_DEVICE_WRITE));
@@ -144,7 +144,7 @@ static int refusals_of_a_stranger(void)
     return (osal_device_open(&device, "/dev/null", OSAL_DEVICE_READ) == STATUS_EXHAUSTED) ? 0 : 3;
 }
 
-static void test_opening_is_refused_for_a_reason(void)
+static void opening_is_refused_for_a_reason(void)
 {
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_device_open(&reader, path, OSAL_DEVICE_READ));
     TEST_ASSERT_EQUAL(-1, reader.descriptor);
@@ -169,12 +169,12 @@ int main(void)
         return 1;
     }
     UNITY_BEGIN();
-    RUN_TEST(test_octets_pass_through_a_fifo);
-    RUN_TEST(test_a_partner_that_leaves_is_reported_and_may_come_back);
-    RUN_TEST(test_a_fifo_whose_partner_does_not_read_is_full);
-    RUN_TEST(test_a_file_grows_at_its_end);
-    RUN_TEST(test_a_device_that_takes_no_more_is_full);
-    RUN_TEST(test_opening_is_refused_for_a_reason);
+    RUN_TEST(octets_pass_through_a_fifo);
+    RUN_TEST(a_partner_that_leaves_is_reported_and_may_come_back);
+    RUN_TEST(a_fifo_whose_partner_does_not_read_is_full);
+    RUN_TEST(a_file_grows_at_its_end);
+    RUN_TEST(a_device_that_takes_no_more_is_full);
+    RUN_TEST(opening_is_refused_for_a_reason);
     const int failures = UNITY_END();
     (void)rmdir(folder);
     return failures;

@@ -63,7 +63,7 @@ static void expect_content(const char* path, const char* expected)
     TEST_ASSERT_EQUAL_MEMORY(expected, content, size);
 }
 
-static void test_files_are_made_written_read_and_removed(void)
+static void files_are_made_written_read_and_removed(void)
 {
     uint8_t content[8];
     size_t size = 9U;
@@ -95,14 +95,14 @@ static void test_files_are_made_written_read_and_removed(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_read(&root, "file", 0U, content, 1U, &size));
 }
 
-static void test_more_room_than_the_disk_has_is_refused(void)
+static void more_room_than_the_disk_has_is_refused(void)
 {
     TEST_ASSERT_EQUAL(STATUS_FULL, osal_directory_make_file(&root, "file", 1ULL << 60U));
     TEST_ASSERT_EQUAL(STATUS_FULL, osal_directory_make_file(&root, "file", UINT64_MAX));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_describe(&root, "file", &about));
 }
 
-static void test_folders_are_made_and_removed_when_empty(void)
+static void folders_are_made_and_removed_when_empty(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_describe(&root, "", &about));
     TEST_ASSERT_TRUE(about.is_directory);
@@ -124,7 +124,7 @@ static void test_folders_are_made_and_removed_when_empty(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_remove(&root, "a"));
 }
 
-static void test_renaming_replaces_nothing(void)
+static void renaming_replaces_nothing(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "a"));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "b"));
@@ -144,7 +144,7 @@ static void test_renaming_replaces_nothing(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_directory_rename(&root, "a", "a/b/c"));
 }
 
-static void test_names_come_in_order_and_in_parts(void)
+static void names_come_in_order_and_in_parts(void)
 {
     static const char* const names[] = {"B", "a", "a.b", "a1", "b", "z"};
     osal_directory_entry_t entries[8];
@@ -187,7 +187,7 @@ static void test_names_come_in_order_and_in_parts(void)
 }
 
 /// More entries than the system reports at once.
-static void test_long_folders_are_listed_whole(void)
+static void long_folders_are_listed_whole(void)
 {
     static char after[OSAL_NAME_SIZE];
     osal_directory_entry_t entries[7];
@@ -226,7 +226,7 @@ static void expect_refused(const char* path, status_t expected)
     TEST_ASSERT_EQUAL_MESSAGE(expected, osal_directory_rename(&root, path, "new"), path);
 }
 
-static void test_hostile_paths_are_refused(void)
+static void hostile_paths_are_refused(void)
 {
     static const char* const hostile[] = {
         ".",      "..",      "../secret",      "/",       "//",  "/etc/passwd", "a/../../secret", "a/..",
@@ -259,7 +259,7 @@ static void test_hostile_paths_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove_file(&root, longest));
 }
 
-static void test_links_and_special_files_are_treated_as_absent(void)
+static void links_and_special_files_are_treated_as_absent(void)
 {
     osal_file_t file;
     char content[16];
@@ -288,7 +288,7 @@ static void test_links_and_special_files_are_treated_as_absent(void)
     TEST_ASSERT_EQUAL_MEMORY("secret", content, 6U);
 }
 
-static void test_a_missing_root_folder_is_reported(void)
+static void a_missing_root_folder_is_reported(void)
 {
     osal_directory_t other;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_open(&other, real("no")));
@@ -297,7 +297,7 @@ static void test_a_missing_root_folder_is_reported(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_open(&other, real("file")));
 }
 
-static void test_no_privilege_is_denied(void)
+static void no_privilege_is_denied(void)
 {
     put_file(real("file"), "x");
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "closed"));
@@ -324,15 +324,15 @@ static void test_no_privilege_is_denied(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_files_are_made_written_read_and_removed);
-    RUN_TEST(test_more_room_than_the_disk_has_is_refused);
-    RUN_TEST(test_folders_are_made_and_removed_when_empty);
-    RUN_TEST(test_renaming_replaces_nothing);
-    RUN_TEST(test_names_come_in_order_and_in_parts);
-    RUN_TEST(test_long_folders_are_listed_whole);
-    RUN_TEST(test_hostile_paths_are_refused);
-    RUN_TEST(test_links_and_special_files_are_treated_as_absent);
-    RUN_TEST(test_a_missing_root_folder_is_reported);
-    RUN_TEST(test_no_privilege_is_denied);
+    RUN_TEST(files_are_made_written_read_and_removed);
+    RUN_TEST(more_room_than_the_disk_has_is_refused);
+    RUN_TEST(folders_are_made_and_removed_when_empty);
+    RUN_TEST(renaming_replaces_nothing);
+    RUN_TEST(names_come_in_order_and_in_parts);
+    RUN_TEST(long_folders_are_listed_whole);
+    RUN_TEST(hostile_paths_are_refused);
+    RUN_TEST(links_and_special_files_are_treated_as_absent);
+    RUN_TEST(a_missing_root_folder_is_reported);
+    RUN_TEST(no_privilege_is_denied);
     return UNITY_END();
 }

@@ -34,7 +34,7 @@ void tearDown(void)
     (void)munmap(shared, sizeof(*shared));
 }
 
-static void test_signal_before_the_wait_is_kept_and_two_are_one(void)
+static void signal_before_the_wait_is_kept_and_two_are_one(void)
 {
     osal_event_t event;
     memset(&event, 0xFF, sizeof(event));
@@ -46,7 +46,7 @@ static void test_signal_before_the_wait_is_kept_and_two_are_one(void)
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_event_wait(&event, 1U));
 }
 
-static void test_memory_of_zeros_is_a_valid_event(void)
+static void memory_of_zeros_is_a_valid_event(void)
 {
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_event_wait(&shared->there, 0U));
     osal_event_signal(&shared->there);
@@ -58,7 +58,7 @@ static void ignore_it(int number)
     (void)number;
 }
 
-static void test_wait_is_never_early_though_signals_interrupt_it(void)
+static void wait_is_never_early_though_signals_interrupt_it(void)
 {
     struct sigaction action         = {.sa_handler = ignore_it};
     const struct itimerval every_ms = {{0, 1000}, {0, 1000}};
@@ -71,7 +71,7 @@ static void test_wait_is_never_early_though_signals_interrupt_it(void)
     TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &off, NULL));
 }
 
-static void test_two_processes_take_turns_without_losing_one(void)
+static void two_processes_take_turns_without_losing_one(void)
 {
     const pid_t other = fork();
     if (other == 0) {
@@ -97,9 +97,9 @@ static void test_two_processes_take_turns_without_losing_one(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_signal_before_the_wait_is_kept_and_two_are_one);
-    RUN_TEST(test_memory_of_zeros_is_a_valid_event);
-    RUN_TEST(test_wait_is_never_early_though_signals_interrupt_it);
-    RUN_TEST(test_two_processes_take_turns_without_losing_one);
+    RUN_TEST(signal_before_the_wait_is_kept_and_two_are_one);
+    RUN_TEST(memory_of_zeros_is_a_valid_event);
+    RUN_TEST(wait_is_never_early_though_signals_interrupt_it);
+    RUN_TEST(two_processes_take_turns_without_losing_one);
     return UNITY_END();
 }

@@ -51,7 +51,7 @@ static void assert_content(const char* expected)
     TEST_ASSERT_EQUAL_MEMORY(expected, content, size);
 }
 
-static void test_create_empties_a_file_and_append_adds_to_it(void)
+static void create_empties_a_file_and_append_adds_to_it(void)
 {
     struct stat about;
     put("first", osal_file_append); // Made if missing.
@@ -63,7 +63,7 @@ static void test_create_empties_a_file_and_append_adds_to_it(void)
     TEST_ASSERT_EQUAL(0, about.st_mode & 0133); // 0644 at most.
 }
 
-static void test_read_in_parts_up_to_the_end(void)
+static void read_in_parts_up_to_the_end(void)
 {
     char part[4];
     size_t size = 0U;
@@ -83,7 +83,7 @@ static void test_read_in_parts_up_to_the_end(void)
     TEST_ASSERT_EQUAL(STATUS_IO, osal_file_read(&file, part, sizeof(part), &size)); // Closed.
 }
 
-static void test_load_bounds(void)
+static void load_has_bounds(void)
 {
     char content[10];
     size_t size = 7U;
@@ -98,7 +98,7 @@ static void test_load_bounds(void)
     TEST_ASSERT_EQUAL(STATUS_IO, osal_file_load(folder, content, 10U, &size)); // A folder.
 }
 
-static void test_secrets(void)
+static void secrets_are_readable_by_their_owner_only(void)
 {
     char content[10];
     size_t size = 0U;
@@ -115,7 +115,7 @@ static void test_secrets(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_load_secret(path, content, sizeof(content), &size));
 }
 
-static void test_operations_on_missing_files_report_not_found(void)
+static void operations_on_missing_files_report_not_found(void)
 {
     char content[8];
     size_t size = 0U;
@@ -131,7 +131,7 @@ static void test_operations_on_missing_files_report_not_found(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_open_read(&file, path));
 }
 
-static void test_full_disk_is_a_status(void)
+static void full_disk_is_a_status(void)
 {
     osal_file_t file;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_append(&file, "/dev/full"));
@@ -140,7 +140,7 @@ static void test_full_disk_is_a_status(void)
     osal_file_close(&file);
 }
 
-static void test_update_reads_and_writes_anywhere(void)
+static void update_reads_and_writes_anywhere(void)
 {
     char part[8];
     uint64_t size = 9U;
@@ -174,7 +174,7 @@ static void test_update_reads_and_writes_anywhere(void)
     TEST_ASSERT_EQUAL(STATUS_IO, osal_file_update(&file, folder));
 }
 
-static void test_resize_cuts_and_extends_with_zeros(void)
+static void resize_cuts_and_extends_with_zeros(void)
 {
     osal_file_t file;
     put("abcdef", osal_file_create);
@@ -196,7 +196,7 @@ static void test_resize_cuts_and_extends_with_zeros(void)
     osal_file_close(&file);
 }
 
-static void test_a_lock_keeps_others_out_until_the_file_is_closed(void)
+static void a_lock_keeps_others_out_until_the_file_is_closed(void)
 {
     osal_file_t first;
     osal_file_t second;
@@ -210,7 +210,7 @@ static void test_a_lock_keeps_others_out_until_the_file_is_closed(void)
     TEST_ASSERT_EQUAL(STATUS_IO, osal_file_lock(&second));
 }
 
-static void test_rename_replaces(void)
+static void rename_replaces_the_target(void)
 {
     char other[128];
     (void)snprintf(other, sizeof(other), "%s/other", folder);
@@ -233,7 +233,7 @@ static void ignore_it(int number)
 
 /// A pipe takes a large block in small parts: the write must continue until all is written, despite
 /// interrupts.
-static void test_short_and_interrupted_writes_are_completed(void)
+static void short_and_interrupted_writes_are_completed(void)
 {
     struct sigaction action         = {.sa_handler = ignore_it};
     const struct itimerval every_ms = {{0, 1000}, {0, 1000}};
@@ -265,7 +265,7 @@ static void test_short_and_interrupted_writes_are_completed(void)
     TEST_ASSERT_EQUAL(0, how);
 }
 
-static void test_folders_with_parents(void)
+static void folders_with_parents(void)
 {
     char deep[128];
     char beneath_file[128];
@@ -287,7 +287,7 @@ static void test_folders_with_parents(void)
     }
 }
 
-static void test_no_privilege_is_denied(void)
+static void no_privilege_is_denied(void)
 {
     if (geteuid() != 0U) {
         osal_file_t file;
@@ -309,7 +309,7 @@ static void test_no_privilege_is_denied(void)
     TEST_ASSERT_EQUAL(0, how);
 }
 
-static void test_reserved_room_can_be_written_to(void)
+static void reserved_room_can_be_written_to(void)
 {
     osal_file_t file;
     uint64_t size = 0U;
@@ -337,7 +337,7 @@ static void test_reserved_room_can_be_written_to(void)
     osal_file_close(&file);
 }
 
-static void test_file_without_a_name_is_known(void)
+static void file_without_a_name_is_known(void)
 {
     osal_file_t file;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_append(&file, path));
@@ -351,20 +351,20 @@ static void test_file_without_a_name_is_known(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_create_empties_a_file_and_append_adds_to_it);
-    RUN_TEST(test_read_in_parts_up_to_the_end);
-    RUN_TEST(test_load_bounds);
-    RUN_TEST(test_secrets);
-    RUN_TEST(test_operations_on_missing_files_report_not_found);
-    RUN_TEST(test_update_reads_and_writes_anywhere);
-    RUN_TEST(test_resize_cuts_and_extends_with_zeros);
-    RUN_TEST(test_a_lock_keeps_others_out_until_the_file_is_closed);
-    RUN_TEST(test_rename_replaces);
-    RUN_TEST(test_full_disk_is_a_status);
-    RUN_TEST(test_short_and_interrupted_writes_are_completed);
-    RUN_TEST(test_folders_with_parents);
-    RUN_TEST(test_reserved_room_can_be_written_to);
-    RUN_TEST(test_file_without_a_name_is_known);
-    RUN_TEST(test_no_privilege_is_denied);
+    RUN_TEST(create_empties_a_file_and_append_adds_to_it);
+    RUN_TEST(read_in_parts_up_to_the_end);
+    RUN_TEST(load_has_bounds);
+    RUN_TEST(secrets_are_readable_by_their_owner_only);
+    RUN_TEST(operations_on_missing_files_report_not_found);
+    RUN_TEST(update_reads_and_writes_anywhere);
+    RUN_TEST(resize_cuts_and_extends_with_zeros);
+    RUN_TEST(a_lock_keeps_others_out_until_the_file_is_closed);
+    RUN_TEST(rename_replaces_the_target);
+    RUN_TEST(full_disk_is_a_status);
+    RUN_TEST(short_and_interrupted_writes_are_completed);
+    RUN_TEST(folders_with_parents);
+    RUN_TEST(reserved_room_can_be_written_to);
+    RUN_TEST(file_without_a_name_is_known);
+    RUN_TEST(no_privilege_is_denied);
     return UNITY_END();
 }

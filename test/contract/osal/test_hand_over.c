@@ -25,7 +25,7 @@ void tearDown(void)
     (void)osal_shm_remove(name);
 }
 
-static void test_each_end_counts_what_the_other_has_announced(void)
+static void each_end_counts_what_the_other_has_announced(void)
 {
     osal_hand_over_announce(&device, 5U);
     osal_hand_over_announce(&flight, 2U);
@@ -38,7 +38,7 @@ static void test_each_end_counts_what_the_other_has_announced(void)
     TEST_ASSERT_EQUAL_UINT32(2U, osal_hand_over_due(&device));
 }
 
-static void test_a_connection_begins_with_nothing_on_the_way(void)
+static void a_connection_begins_with_nothing_on_the_way(void)
 {
     osal_hand_over_announce(&device, 5U);
     osal_hand_over_announce(&flight, 2U);
@@ -63,7 +63,7 @@ static void octets_that_are_given_up_are_counted(void)
     TEST_ASSERT_EQUAL_UINT32(5U, osal_hand_over_lost(&device));
 }
 
-static void test_an_absent_device_cannot_be_opened(void)
+static void an_absent_device_cannot_be_opened(void)
 {
     osal_hand_over_t other;
     TEST_ASSERT_TRUE(osal_hand_over_is_present(&flight));
@@ -79,7 +79,7 @@ static void test_an_absent_device_cannot_be_opened(void)
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_hand_over_create(&other, name));
 }
 
-static void test_a_closed_one_counts_nothing(void)
+static void a_closed_one_counts_nothing(void)
 {
     osal_hand_over_t closed = OSAL_HAND_OVER_CLOSED;
     osal_hand_over_begin(&closed);
@@ -95,7 +95,7 @@ static void test_a_closed_one_counts_nothing(void)
     osal_hand_over_close(&closed);
 }
 
-static void test_another_memory_is_not_taken_for_counts(void)
+static void another_memory_is_not_taken_for_counts(void)
 {
     osal_shm_t shm;
     osal_hand_over_t other;
@@ -110,11 +110,11 @@ static void test_another_memory_is_not_taken_for_counts(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_each_end_counts_what_the_other_has_announced);
-    RUN_TEST(test_a_connection_begins_with_nothing_on_the_way);
+    RUN_TEST(each_end_counts_what_the_other_has_announced);
+    RUN_TEST(a_connection_begins_with_nothing_on_the_way);
     RUN_TEST(octets_that_are_given_up_are_counted);
-    RUN_TEST(test_an_absent_device_cannot_be_opened);
-    RUN_TEST(test_a_closed_one_counts_nothing);
-    RUN_TEST(test_another_memory_is_not_taken_for_counts);
+    RUN_TEST(an_absent_device_cannot_be_opened);
+    RUN_TEST(a_closed_one_counts_nothing);
+    RUN_TEST(another_memory_is_not_taken_for_counts);
     return UNITY_END();
 }

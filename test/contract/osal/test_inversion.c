@@ -116,7 +116,7 @@ static void begin(const bool is_plain)
     }
 }
 
-static void test_the_holder_of_a_lock_inherits_the_priority_of_the_waiter(void)
+static void the_holder_of_a_lock_inherits_the_priority_of_the_waiter(void)
 {
     begin(false);
     play();
@@ -124,7 +124,7 @@ static void test_the_holder_of_a_lock_inherits_the_priority_of_the_waiter(void)
     TEST_ASSERT_EQUAL_UINT32(2U, scene.middle_place);
 }
 
-static void test_without_priority_inheritance_the_inversion_occurs(void)
+static void without_priority_inheritance_the_inversion_occurs(void)
 {
     begin(true);
     play();
@@ -135,7 +135,7 @@ static void test_without_priority_inheritance_the_inversion_occurs(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_the_holder_of_a_lock_inherits_the_priority_of_the_waiter);
-    RUN_TEST(test_without_priority_inheritance_the_inversion_occurs);
+    RUN_TEST(the_holder_of_a_lock_inherits_the_priority_of_the_waiter);
+    RUN_TEST(without_priority_inheritance_the_inversion_occurs);
     return UNITY_END();
 }

@@ -68,7 +68,7 @@ static osal_grant_t next_is(osal_lockstep_t* scheduler, unsigned expected, uint6
     return grant;
 }
 
-static void test_without_a_wake_time_next_is_empty(void)
+static void without_a_wake_time_next_is_empty(void)
 {
     unsigned participant = 0U;
     osal_grant_t grant;
@@ -82,7 +82,7 @@ static void test_without_a_wake_time_next_is_empty(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_lockstep_next(scheduler, &participant, &grant));
 }
 
-static void test_delivery_wakes_later_participants_now_and_earlier_ones_in_the_next_time_step(void)
+static void delivery_wakes_later_participants_now_and_earlier_ones_in_the_next_time_step(void)
 {
     osal_lockstep_t* const scheduler = table(3U);
     (void)next_is(scheduler, 0U, 0U);
@@ -109,7 +109,7 @@ static void test_delivery_wakes_later_participants_now_and_earlier_ones_in_the_n
     TEST_ASSERT_EQUAL_UINT32(0U, grant.messages);
 }
 
-static void test_next_time_step_is_on_the_grid_when_now_is_not(void)
+static void next_time_step_is_on_the_grid_when_now_is_not(void)
 {
     osal_lockstep_t* const scheduler = table(2U);
     (void)next_is(scheduler, 0U, 0U);
@@ -124,7 +124,7 @@ static void test_next_time_step_is_on_the_grid_when_now_is_not(void)
     (void)next_is(scheduler, 1U, 3U * STEP_NS);
 }
 
-static void test_expected_participant_holds_time_until_it_joins_or_ends(void)
+static void expected_participant_holds_time_until_it_joins_or_ends(void)
 {
     unsigned participant = 0U;
     osal_grant_t grant;
@@ -147,7 +147,7 @@ static void test_expected_participant_holds_time_until_it_joins_or_ends(void)
     (void)next_is(scheduler, 0U, STEP_NS);
 }
 
-static void test_deliveries_to_absent_or_ended_participants_are_dropped(void)
+static void deliveries_to_absent_or_ended_participants_are_dropped(void)
 {
     osal_lockstep_t* const scheduler = table(2U);
     (void)next_is(scheduler, 0U, 0U);
@@ -166,7 +166,7 @@ static void test_deliveries_to_absent_or_ended_participants_are_dropped(void)
     TEST_ASSERT_EQUAL_UINT32(0U, next_is(scheduler, 9U, 0U).messages);
 }
 
-static void test_late_joiner_of_a_lower_order_waits_for_the_next_time_step(void)
+static void late_joiner_of_a_lower_order_waits_for_the_next_time_step(void)
 {
     osal_lockstep_t* const scheduler = table(0U);
     osal_lockstep_done(scheduler, 4U, 0U);
@@ -179,7 +179,7 @@ static void test_late_joiner_of_a_lower_order_waits_for_the_next_time_step(void)
     (void)next_is(scheduler, 2U, STEP_NS);
 }
 
-static void test_counts_saturate(void)
+static void counts_saturate(void)
 {
     osal_lockstep_t* const scheduler = table(2U);
     (void)next_is(scheduler, 0U, 0U);
@@ -191,7 +191,7 @@ static void test_counts_saturate(void)
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, grant.octets);
 }
 
-static void test_end_of_time_is_not_passed(void)
+static void end_of_time_is_not_passed(void)
 {
     osal_lockstep_t* const scheduler = table(1U);
     unsigned participant             = 0U;
@@ -203,7 +203,7 @@ static void test_end_of_time_is_not_passed(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_lockstep_next(scheduler, &participant, &grant));
 }
 
-static void test_a_hold_is_seen_by_all_and_ended_by_anyone(void)
+static void a_hold_is_seen_by_all_and_ended_by_anyone(void)
 {
     static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
     osal_lockstep_t* const scheduler = osal_lockstep_create(storage, 1U, true);
@@ -215,7 +215,7 @@ static void test_a_hold_is_seen_by_all_and_ended_by_anyone(void)
     TEST_ASSERT_FALSE(osal_lockstep_is_held(scheduler));
 }
 
-static void test_attach_needs_a_scheduler(void)
+static void attach_needs_a_scheduler(void)
 {
     static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
     TEST_ASSERT_NULL(osal_lockstep_attach(storage));
@@ -263,7 +263,7 @@ static void await_presence(const osal_lockstep_t* scheduler, unsigned participan
     TEST_ASSERT_TRUE(osal_lockstep_is_present(scheduler, participant));
 }
 
-static void test_close_and_end_release_sleepers(void)
+static void close_and_end_release_sleepers(void)
 {
     void* const storage              = shared_memory(OSAL_LOCKSTEP_BYTES);
     osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, true);
@@ -280,7 +280,7 @@ static void test_close_and_end_release_sleepers(void)
     (void)munmap(storage, OSAL_LOCKSTEP_BYTES);
 }
 
-static void test_delivery_from_outside_wakes_a_sleeping_run(void)
+static void delivery_from_outside_wakes_a_sleeping_run(void)
 {
     void* const storage              = shared_memory(OSAL_LOCKSTEP_BYTES);
     osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, true);
@@ -340,7 +340,7 @@ static bool goes_on(void)
     return true;
 }
 
-static void test_a_kill_at_any_moment_never_stops_time(void)
+static void a_kill_at_any_moment_never_stops_time(void)
 {
     void* const storage              = shared_memory(OSAL_LOCKSTEP_BYTES);
     osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, true);
@@ -384,7 +384,7 @@ static void test_a_kill_at_any_moment_never_stops_time(void)
 
 // Deliveries not reported to the ended life go to the next one; no participant is granted in between, and
 // time waits for it.
-static void test_a_succession_is_one_operation(void)
+static void a_succession_is_one_operation(void)
 {
     unsigned participant             = UINT32_MAX;
     uint32_t life                    = 0U;
@@ -417,7 +417,7 @@ static void test_a_succession_is_one_operation(void)
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, osal_lockstep_presence(scheduler, 1U, &life));
 }
 
-static void test_a_succession_that_is_given_up_ends_when_it_would_begin(void)
+static void a_succession_that_is_given_up_ends_when_it_would_begin(void)
 {
     uint32_t life                    = 0U;
     osal_lockstep_t* const scheduler = table(1U);
@@ -436,20 +436,20 @@ static void test_a_succession_that_is_given_up_ends_when_it_would_begin(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_without_a_wake_time_next_is_empty);
-    RUN_TEST(test_delivery_wakes_later_participants_now_and_earlier_ones_in_the_next_time_step);
-    RUN_TEST(test_next_time_step_is_on_the_grid_when_now_is_not);
-    RUN_TEST(test_expected_participant_holds_time_until_it_joins_or_ends);
-    RUN_TEST(test_deliveries_to_absent_or_ended_participants_are_dropped);
-    RUN_TEST(test_late_joiner_of_a_lower_order_waits_for_the_next_time_step);
-    RUN_TEST(test_counts_saturate);
-    RUN_TEST(test_end_of_time_is_not_passed);
-    RUN_TEST(test_a_hold_is_seen_by_all_and_ended_by_anyone);
-    RUN_TEST(test_attach_needs_a_scheduler);
-    RUN_TEST(test_a_succession_is_one_operation);
-    RUN_TEST(test_a_succession_that_is_given_up_ends_when_it_would_begin);
-    RUN_TEST(test_close_and_end_release_sleepers);
-    RUN_TEST(test_delivery_from_outside_wakes_a_sleeping_run);
-    RUN_TEST(test_a_kill_at_any_moment_never_stops_time);
+    RUN_TEST(without_a_wake_time_next_is_empty);
+    RUN_TEST(delivery_wakes_later_participants_now_and_earlier_ones_in_the_next_time_step);
+    RUN_TEST(next_time_step_is_on_the_grid_when_now_is_not);
+    RUN_TEST(expected_participant_holds_time_until_it_joins_or_ends);
+    RUN_TEST(deliveries_to_absent_or_ended_participants_are_dropped);
+    RUN_TEST(late_joiner_of_a_lower_order_waits_for_the_next_time_step);
+    RUN_TEST(counts_saturate);
+    RUN_TEST(end_of_time_is_not_passed);
+    RUN_TEST(a_hold_is_seen_by_all_and_ended_by_anyone);
+    RUN_TEST(attach_needs_a_scheduler);
+    RUN_TEST(a_succession_is_one_operation);
+    RUN_TEST(a_succession_that_is_given_up_ends_when_it_would_begin);
+    RUN_TEST(close_and_end_release_sleepers);
+    RUN_TEST(delivery_from_outside_wakes_a_sleeping_run);
+    RUN_TEST(a_kill_at_any_moment_never_stops_time);
     return UNITY_END();
 }

@@ -349,7 +349,7 @@ static void use_can(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_destroy(address));
 }
 
-static void test_every_wait_but_that_of_the_clock_keeps_the_grant(void)
+static void every_wait_but_that_of_the_clock_keeps_the_grant(void)
 {
     static void (*const calls[])(void) = {wait_for_event,
                                           join_task,
@@ -387,7 +387,7 @@ int main(void)
     has_vcan                = (osal_can_interface_make(probe, false, "osal blocking test") == STATUS_OK);
     (void)osal_can_interface_remove(probe);
     UNITY_BEGIN();
-    RUN_TEST(test_every_wait_but_that_of_the_clock_keeps_the_grant);
+    RUN_TEST(every_wait_but_that_of_the_clock_keeps_the_grant);
     const int failures = UNITY_END();
     (void)rmdir(folder);
     return failures;

@@ -360,7 +360,7 @@ static void assert_same(const trace_t* expected, const trace_t* actual, uint64_t
     }
 }
 
-static void test_loop_follows_the_rules(void)
+static void loop_follows_the_rules(void)
 {
     static trace_t model;
     static trace_t loop;
@@ -371,7 +371,7 @@ static void test_loop_follows_the_rules(void)
     }
 }
 
-static void test_processes_give_the_sequence_of_the_loop(void)
+static void processes_give_the_sequence_of_the_loop(void)
 {
     static trace_t loop;
     trace_t* const processes = shared_memory(sizeof(trace_t));
@@ -383,7 +383,7 @@ static void test_processes_give_the_sequence_of_the_loop(void)
     (void)munmap(processes, sizeof(trace_t));
 }
 
-static void test_time_never_goes_back_and_orders_rise_within_an_instant(void)
+static void time_never_goes_back_and_orders_rise_within_an_instant(void)
 {
     static trace_t trace;
     uint32_t restarts = 0U;
@@ -403,8 +403,8 @@ static void test_time_never_goes_back_and_orders_rise_within_an_instant(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_loop_follows_the_rules);
-    RUN_TEST(test_time_never_goes_back_and_orders_rise_within_an_instant);
-    RUN_TEST(test_processes_give_the_sequence_of_the_loop);
+    RUN_TEST(loop_follows_the_rules);
+    RUN_TEST(time_never_goes_back_and_orders_rise_within_an_instant);
+    RUN_TEST(processes_give_the_sequence_of_the_loop);
     return UNITY_END();
 }

@@ -56,7 +56,7 @@ static osal_lockstep_presence_t presence(unsigned participant, uint32_t expected
     return found;
 }
 
-static void test_a_life_begins_at_its_instant_and_not_before(void)
+static void a_life_begins_at_its_instant_and_not_before(void)
 {
     (void)next_is(FIRST, 0U);
     osal_lockstep_expect(scheduler, SECOND, 3U, 2000U);
@@ -74,7 +74,7 @@ static void test_a_life_begins_at_its_instant_and_not_before(void)
     TEST_ASSERT_EQUAL_UINT32(5U, grant.octets);
 }
 
-static void test_a_participant_that_joins_early_is_granted_no_earlier(void)
+static void a_participant_that_joins_early_is_granted_no_earlier(void)
 {
     (void)next_is(FIRST, 0U);
     osal_lockstep_expect(scheduler, SECOND, 1U, 2000U);
@@ -108,7 +108,7 @@ static void deliveries_and_ends_of_another_life_have_no_effect(void)
     TEST_ASSERT_EQUAL_UINT32(0U, next_is(SECOND, 1000U).messages);
 }
 
-static void test_a_start_that_fails_is_seen_at_its_instant(void)
+static void a_start_that_fails_is_seen_at_its_instant(void)
 {
     (void)next_is(FIRST, 0U);
     osal_lockstep_expect(scheduler, SECOND, 2U, 2000U);
@@ -127,7 +127,7 @@ static void test_a_start_that_fails_is_seen_at_its_instant(void)
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, presence(THIRD, 2U));
 }
 
-static void test_a_start_is_taken_back_at_once(void)
+static void a_start_is_taken_back_at_once(void)
 {
     (void)next_is(FIRST, 0U);
     osal_lockstep_expect(scheduler, SECOND, 2U, 2000U);
@@ -137,7 +137,7 @@ static void test_a_start_is_taken_back_at_once(void)
     (void)next_is(FIRST, 3000U);
 }
 
-static void test_grants_due_during_a_suspension_follow_it(void)
+static void grants_due_during_a_suspension_follow_it(void)
 {
     osal_lockstep_done(scheduler, SECOND, 500U);
     (void)next_is(FIRST, 0U);
@@ -159,7 +159,7 @@ static void test_grants_due_during_a_suspension_follow_it(void)
     (void)next_is(FIRST, 10500U); // Its turn had passed: in the next time step.
 }
 
-static void test_a_suspended_participant_ends_as_any_other(void)
+static void a_suspended_participant_ends_as_any_other(void)
 {
     osal_lockstep_done(scheduler, SECOND, 500U);
     (void)next_is(FIRST, 0U);
@@ -173,7 +173,7 @@ static void test_a_suspended_participant_ends_as_any_other(void)
     (void)next_is(SECOND, 1000U); // Not suspended any more.
 }
 
-static void test_a_participant_can_be_suspended_only_after_its_life_has_begun(void)
+static void a_participant_can_be_suspended_only_after_its_life_has_begun(void)
 {
     (void)next_is(FIRST, 0U);
     TEST_ASSERT_EQUAL_UINT64(OSAL_LOCKSTEP_NEVER, osal_lockstep_begin_ns(scheduler, SECOND));
@@ -196,7 +196,7 @@ static void test_a_participant_can_be_suspended_only_after_its_life_has_begun(vo
     TEST_ASSERT_EQUAL_UINT64(2000U, osal_lockstep_begin_ns(scheduler, SECOND));
 }
 
-static void test_the_holder_is_reported(void)
+static void the_holder_is_reported(void)
 {
     uint32_t before = 0U;
     uint32_t after  = 0U;
@@ -233,7 +233,7 @@ static void run_time_step(uint64_t now_ns, unsigned without)
 }
 
 /// A place that is taken is not given again: the life in it continues unaffected.
-static void test_an_expected_life_does_not_replace_a_present_one(void)
+static void an_expected_life_does_not_replace_a_present_one(void)
 {
     take_all_places();
     run_time_step(0U, PLACES);
@@ -260,7 +260,7 @@ static void deliver_to_one_too_many(void)
 }
 
 /// There is no further place: a request for one is a coding error.
-static void test_one_place_too_many_is_a_coding_error(void)
+static void one_place_too_many_is_a_coding_error(void)
 {
     take_all_places();
     TEST_ASSERT_TRUE(assertion_fails(expect_one_too_many));
@@ -269,7 +269,7 @@ static void test_one_place_too_many_is_a_coding_error(void)
 }
 
 /// Each in turn: the others keep order and time, the next life gets nothing of the ended one.
-static void test_a_place_that_was_freed_is_taken_again(void)
+static void a_place_that_was_freed_is_taken_again(void)
 {
     take_all_places();
     uint64_t now_ns = 0U;
@@ -295,7 +295,7 @@ static void test_a_place_that_was_freed_is_taken_again(void)
 }
 
 /// All but one are expected at one instant and fail before it: each ends there, and the one continues.
-static void test_all_places_may_fail_to_begin_at_once(void)
+static void all_places_may_fail_to_begin_at_once(void)
 {
     for (uint32_t life = 1U; life <= 3U; life++) {
         const uint64_t begin_ns = 10U * life * STEP_NS;
@@ -353,7 +353,7 @@ static int ending_of(pid_t child)
     return status;
 }
 
-static void test_a_dismissed_participant_ends_itself_and_a_killed_one_does_nothing_more(void)
+static void a_dismissed_participant_ends_itself_and_a_killed_one_does_nothing_more(void)
 {
     scheduler = shared_scheduler();
     osal_lockstep_expect(scheduler, SECOND, 1U, 0U);
@@ -370,7 +370,7 @@ static void test_a_dismissed_participant_ends_itself_and_a_killed_one_does_nothi
     TEST_ASSERT_TRUE(WIFSIGNALED(status) && (WTERMSIG(status) == SIGKILL));
 }
 
-static void test_a_participant_that_returns_to_an_ended_life_is_refused(void)
+static void a_participant_that_returns_to_an_ended_life_is_refused(void)
 {
     scheduler          = shared_scheduler();
     osal_grant_t grant = {0U, 0U, 0U};
@@ -408,7 +408,7 @@ static void open_stream(void)
     osal_lockstep_done(scheduler, THIRD, OSAL_LOCKSTEP_NEVER);
 }
 
-static void test_a_stream_ends_with_the_life_of_its_server(void)
+static void a_stream_ends_with_the_life_of_its_server(void)
 {
     open_stream();
     (void)next_is(FIRST, 2000U);
@@ -427,7 +427,7 @@ static void test_a_stream_ends_with_the_life_of_its_server(void)
     TEST_ASSERT_EQUAL_UINT16(4712U, osal_lockstep_stream_port(scheduler, THIRD));
 }
 
-static void test_a_server_that_cuts_a_stream_wakes_its_participant(void)
+static void a_server_that_cuts_a_stream_wakes_its_participant(void)
 {
     open_stream();
     (void)next_is(FIRST, 2000U);
@@ -454,7 +454,7 @@ static void test_a_server_that_cuts_a_stream_wakes_its_participant(void)
 }
 
 /// Neither the end of its server nor that of another process takes what was delivered after the cut.
-static void test_a_stream_that_was_cut_is_not_cut_again(void)
+static void a_stream_that_was_cut_is_not_cut_again(void)
 {
     open_stream();
     (void)next_is(FIRST, 2000U);
@@ -490,7 +490,7 @@ static pid_t hammer_as_second(uint32_t life)
     return child;
 }
 
-static void test_a_process_stopped_inside_the_scheduler_is_killed_and_the_others_continue(void)
+static void a_process_stopped_inside_the_scheduler_is_killed_and_the_others_continue(void)
 {
     scheduler = shared_scheduler();
     osal_lockstep_set_patience(scheduler, 2000000U);
@@ -514,7 +514,7 @@ static void test_a_process_stopped_inside_the_scheduler_is_killed_and_the_others
     TEST_ASSERT_EQUAL(STATUS_OK, osal_lockstep_wait(scheduler, SECOND, 2U, 0U, &grant));
 }
 
-static void test_the_scheduler_waits_for_a_participant_without_a_life_number(void)
+static void the_scheduler_waits_for_a_participant_without_a_life_number(void)
 {
     scheduler = shared_scheduler();
     osal_lockstep_set_patience(scheduler, 2000000U);
@@ -538,25 +538,25 @@ static void test_the_scheduler_waits_for_a_participant_without_a_life_number(voi
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_life_begins_at_its_instant_and_not_before);
-    RUN_TEST(test_a_participant_that_joins_early_is_granted_no_earlier);
+    RUN_TEST(a_life_begins_at_its_instant_and_not_before);
+    RUN_TEST(a_participant_that_joins_early_is_granted_no_earlier);
     RUN_TEST(deliveries_and_ends_of_another_life_have_no_effect);
-    RUN_TEST(test_a_start_that_fails_is_seen_at_its_instant);
-    RUN_TEST(test_a_start_is_taken_back_at_once);
-    RUN_TEST(test_grants_due_during_a_suspension_follow_it);
-    RUN_TEST(test_a_suspended_participant_ends_as_any_other);
-    RUN_TEST(test_a_participant_can_be_suspended_only_after_its_life_has_begun);
-    RUN_TEST(test_the_holder_is_reported);
-    RUN_TEST(test_an_expected_life_does_not_replace_a_present_one);
-    RUN_TEST(test_one_place_too_many_is_a_coding_error);
-    RUN_TEST(test_a_place_that_was_freed_is_taken_again);
-    RUN_TEST(test_all_places_may_fail_to_begin_at_once);
-    RUN_TEST(test_a_dismissed_participant_ends_itself_and_a_killed_one_does_nothing_more);
-    RUN_TEST(test_a_participant_that_returns_to_an_ended_life_is_refused);
-    RUN_TEST(test_a_stream_ends_with_the_life_of_its_server);
-    RUN_TEST(test_a_server_that_cuts_a_stream_wakes_its_participant);
-    RUN_TEST(test_a_stream_that_was_cut_is_not_cut_again);
-    RUN_TEST(test_a_process_stopped_inside_the_scheduler_is_killed_and_the_others_continue);
-    RUN_TEST(test_the_scheduler_waits_for_a_participant_without_a_life_number);
+    RUN_TEST(a_start_that_fails_is_seen_at_its_instant);
+    RUN_TEST(a_start_is_taken_back_at_once);
+    RUN_TEST(grants_due_during_a_suspension_follow_it);
+    RUN_TEST(a_suspended_participant_ends_as_any_other);
+    RUN_TEST(a_participant_can_be_suspended_only_after_its_life_has_begun);
+    RUN_TEST(the_holder_is_reported);
+    RUN_TEST(an_expected_life_does_not_replace_a_present_one);
+    RUN_TEST(one_place_too_many_is_a_coding_error);
+    RUN_TEST(a_place_that_was_freed_is_taken_again);
+    RUN_TEST(all_places_may_fail_to_begin_at_once);
+    RUN_TEST(a_dismissed_participant_ends_itself_and_a_killed_one_does_nothing_more);
+    RUN_TEST(a_participant_that_returns_to_an_ended_life_is_refused);
+    RUN_TEST(a_stream_ends_with_the_life_of_its_server);
+    RUN_TEST(a_server_that_cuts_a_stream_wakes_its_participant);
+    RUN_TEST(a_stream_that_was_cut_is_not_cut_again);
+    RUN_TEST(a_process_stopped_inside_the_scheduler_is_killed_and_the_others_continue);
+    RUN_TEST(the_scheduler_waits_for_a_participant_without_a_life_number);
     return UNITY_END();
 }

@@ -49,7 +49,7 @@ static status_t say(const char* const words)
     return osal_mqueue_send(&sender, (const uint8_t*)words, strlen(words));
 }
 
-static void test_messages_come_whole_and_in_order(void)
+static void messages_come_whole_and_in_order(void)
 {
     uint8_t octets[OCTETS];
     size_t size = 1U;
@@ -66,7 +66,7 @@ static void test_messages_come_whole_and_in_order(void)
     TEST_ASSERT_EQUAL_UINT64(0U, size);
 }
 
-static void test_limits_are_reached_and_reported(void)
+static void limits_are_reached_and_reported(void)
 {
     uint8_t octets[OCTETS + 1U] = {0U};
     size_t size                 = 0U;
@@ -83,7 +83,7 @@ static void test_limits_are_reached_and_reported(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_mqueue_receive(&receiver, octets, OCTETS, &size));
 }
 
-static void test_the_minimum_queue_is_always_granted_and_an_excessive_one_never(void)
+static void the_minimum_queue_is_always_granted_and_an_excessive_one_never(void)
 {
     osal_mqueue_t other;
     osal_mqueue_close(&sender);
@@ -97,7 +97,7 @@ static void test_the_minimum_queue_is_always_granted_and_an_excessive_one_never(
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_mqueue_open(&other, name)); // The refused call leaves no name.
 }
 
-static void test_names_that_exist_and_do_not(void)
+static void names_that_exist_and_do_not(void)
 {
     osal_mqueue_t other;
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_mqueue_create(&other, name, 4U, OCTETS));
@@ -115,7 +115,7 @@ static void test_names_that_exist_and_do_not(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_mqueue_create(&other, name, 1U, 0U));
 }
 
-static void test_a_sender_is_informed_when_the_receiver_starts_again(void)
+static void a_sender_is_informed_when_the_receiver_starts_again(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, say("old"));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mqueue_remove(name));
@@ -130,7 +130,7 @@ static void test_a_sender_is_informed_when_the_receiver_starts_again(void)
     expect("new");
 }
 
-static void test_messages_of_a_dead_process_are_received(void)
+static void messages_of_a_dead_process_are_received(void)
 {
     const pid_t other = fork();
     if (other == 0) {
@@ -150,11 +150,11 @@ static void test_messages_of_a_dead_process_are_received(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_messages_come_whole_and_in_order);
-    RUN_TEST(test_limits_are_reached_and_reported);
-    RUN_TEST(test_the_minimum_queue_is_always_granted_and_an_excessive_one_never);
-    RUN_TEST(test_names_that_exist_and_do_not);
-    RUN_TEST(test_a_sender_is_informed_when_the_receiver_starts_again);
-    RUN_TEST(test_messages_of_a_dead_process_are_received);
+    RUN_TEST(messages_come_whole_and_in_order);
+    RUN_TEST(limits_are_reached_and_reported);
+    RUN_TEST(the_minimum_queue_is_always_granted_and_an_excessive_one_never);
+    RUN_TEST(names_that_exist_and_do_not);
+    RUN_TEST(a_sender_is_informed_when_the_receiver_starts_again);
+    RUN_TEST(messages_of_a_dead_process_are_received);
     return UNITY_END();
 }

@@ -47,7 +47,7 @@ static void count(void* context)
     }
 }
 
-static void test_tasks_exclude_each_other(void)
+static void tasks_exclude_each_other(void)
 {
     osal_task_t tasks[TASKS];
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&shared->mutex, false));
@@ -61,7 +61,7 @@ static void test_tasks_exclude_each_other(void)
     TEST_ASSERT_EQUAL_UINT64(TASKS * ROUNDS, shared->check);
 }
 
-static void test_processes_exclude_each_other(void)
+static void processes_exclude_each_other(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&shared->mutex, true));
     for (size_t i = 0U; i < TASKS; i++) {
@@ -77,7 +77,7 @@ static void test_processes_exclude_each_other(void)
     TEST_ASSERT_EQUAL_UINT64(TASKS * ROUNDS, shared->sum);
 }
 
-static void test_the_death_of_a_lock_holder_is_reported_once_and_blocks_no_process(void)
+static void the_death_of_a_lock_holder_is_reported_once_and_blocks_no_process(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&shared->mutex, true));
     const pid_t holder = fork();
@@ -105,7 +105,7 @@ static void test_the_death_of_a_lock_holder_is_reported_once_and_blocks_no_proce
     osal_mutex_unlock(&shared->mutex);
 }
 
-static void test_a_wait_for_the_lock_ends_in_time_and_the_holder_is_known(void)
+static void a_wait_for_the_lock_ends_in_time_and_the_holder_is_known(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&shared->mutex, true));
     TEST_ASSERT_EQUAL(0, osal_mutex_holder(&shared->mutex));
@@ -162,7 +162,7 @@ static void lock_without_creation(void)
     (void)osal_mutex_lock(&shared->mutex);
 }
 
-static void test_coding_errors_are_assertions(void)
+static void coding_errors_are_assertions(void)
 {
     assert_aborts(lock_without_creation);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&shared->mutex, false));
@@ -186,11 +186,11 @@ static void a_mutex_that_was_not_created_is_not_locked(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_tasks_exclude_each_other);
-    RUN_TEST(test_processes_exclude_each_other);
-    RUN_TEST(test_the_death_of_a_lock_holder_is_reported_once_and_blocks_no_process);
-    RUN_TEST(test_a_wait_for_the_lock_ends_in_time_and_the_holder_is_known);
-    RUN_TEST(test_coding_errors_are_assertions);
+    RUN_TEST(tasks_exclude_each_other);
+    RUN_TEST(processes_exclude_each_other);
+    RUN_TEST(the_death_of_a_lock_holder_is_reported_once_and_blocks_no_process);
+    RUN_TEST(a_wait_for_the_lock_ends_in_time_and_the_holder_is_known);
+    RUN_TEST(coding_errors_are_assertions);
     RUN_TEST(a_mutex_that_was_not_created_is_not_locked);
     return UNITY_END();
 }

@@ -208,7 +208,7 @@ static osal_process_result_t result_of(osal_process_t* process)
 
 static const osal_process_start_t plain = {.processor = -1};
 
-static void test_exit_code_is_reported_once(void)
+static void exit_code_is_reported_once(void)
 {
     osal_process_t process       = start_role("exit", "42", &plain);
     osal_process_result_t result = result_of(&process);
@@ -220,7 +220,7 @@ static void test_exit_code_is_reported_once(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_stop(&process, true));
 }
 
-static void test_running_child_and_its_two_ways_to_end(void)
+static void running_child_and_its_two_ways_to_end(void)
 {
     for (int by_force = 0; by_force <= 1; by_force++) {
         osal_process_t process      = start_role("hold", NULL, &plain);
@@ -237,7 +237,7 @@ static void test_running_child_and_its_two_ways_to_end(void)
     }
 }
 
-static void test_a_program_that_cannot_be_started_is_reported(void)
+static void a_program_that_cannot_be_started_is_reported(void)
 {
     const char* const missing[] = {"/no/such/program", NULL};
     const char* const folder[]  = {"/tmp", NULL};
@@ -262,7 +262,7 @@ static void test_a_program_that_cannot_be_started_is_reported(void)
     TEST_ASSERT_EQUAL(-1, waitpid(-1, NULL, WNOHANG)); // No partly started process is left.
 }
 
-static void test_child_keeps_only_the_named_descriptors(void)
+static void child_keeps_only_the_named_descriptors(void)
 {
     // Whatever descriptors the test was started with, 3..8 are open here, some without close-on-exec.
     for (int i = 3; i <= 8; i++) {
@@ -279,7 +279,7 @@ static void test_child_keeps_only_the_named_descriptors(void)
     }
 }
 
-static void test_memory_limit_holds_for_the_child_only(void)
+static void memory_limit_holds_for_the_child_only(void)
 {
 #if defined(__SANITIZE_ADDRESS__)
     TEST_IGNORE_MESSAGE("the address sanitizer maps terabytes: nothing is limited");
@@ -293,7 +293,7 @@ static void test_memory_limit_holds_for_the_child_only(void)
     TEST_ASSERT_TRUE(limit.rlim_cur > start.memory_limit_bytes);
 }
 
-static void test_descriptors_are_limited(void)
+static void descriptors_are_limited(void)
 {
     const osal_process_start_t start = {.descriptor_limit = 40U, .processor = -1};
     osal_process_t process           = start_role("limited", "40", &start);
@@ -302,7 +302,7 @@ static void test_descriptors_are_limited(void)
     TEST_ASSERT_EQUAL(1, result_of(&process).code);
 }
 
-static void test_end_reports_the_memory_that_was_needed(void)
+static void end_reports_the_memory_that_was_needed(void)
 {
     osal_process_t process = start_role("exit", "0", &plain);
     const uint64_t least   = result_of(&process).memory_high_kib;
@@ -341,7 +341,7 @@ static void the_size_of_a_program_is_that_of_its_loaded_segments(void)
 }
 
 /// Counted round the permitted processors, which may be fewer than exist.
-static void test_child_is_pinned_to_one_of_our_processors(void)
+static void child_is_pinned_to_one_of_our_processors(void)
 {
     cpu_set_t set;
     TEST_ASSERT_EQUAL(0, sched_getaffinity(0, sizeof(set), &set));
@@ -361,7 +361,7 @@ static void test_child_is_pinned_to_one_of_our_processors(void)
     TEST_ASSERT_TRUE(number > 0);
 }
 
-static void test_output_goes_to_the_file_and_is_appended(void)
+static void output_goes_to_the_file_and_is_appended(void)
 {
     char text[64]              = "";
     osal_process_start_t start = plain;
@@ -376,7 +376,7 @@ static void test_output_goes_to_the_file_and_is_appended(void)
     TEST_ASSERT_EQUAL_STRING("out\nerr\nout\nerr\n", text);
 }
 
-static void test_child_begins_with_ordinary_signals(void)
+static void child_begins_with_ordinary_signals(void)
 {
     sigset_t all;
     sigset_t kept;
@@ -407,7 +407,7 @@ static osal_process_t start_parent(const char* role, osal_process_t* out_grandch
     return parent;
 }
 
-static void test_child_dies_with_its_parent(void)
+static void child_dies_with_its_parent(void)
 {
     osal_process_t grandchild;
     osal_process_t* const one[] = {&grandchild};
@@ -440,7 +440,7 @@ static void a_child_that_outlives_its_parent_survives_the_end_of_its_group(void)
     osal_process_release(&grandchild);
 }
 
-static void test_watch_needs_a_process(void)
+static void watch_needs_a_process(void)
 {
     static const int32_t none[] = {0, -5, INT32_MAX};
     osal_process_t process;
@@ -456,7 +456,7 @@ static void test_watch_needs_a_process(void)
     osal_process_release(&process);
 }
 
-static void test_wait_any_finds_the_one_that_ended(void)
+static void wait_any_finds_the_one_that_ended(void)
 {
     osal_process_t holding       = start_role("hold", NULL, &plain);
     osal_process_t ending        = start_role("exit", "5", &plain);
@@ -492,7 +492,7 @@ static osal_process_t start_ready(const char* role)
     return process;
 }
 
-static void test_caught_stop_signal_ends_a_wait_and_not_the_program(void)
+static void caught_stop_signal_ends_a_wait_and_not_the_program(void)
 {
     static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
     for (size_t i = 0U; i < 3U; i++) {
@@ -505,7 +505,7 @@ static void test_caught_stop_signal_ends_a_wait_and_not_the_program(void)
     }
 }
 
-static void test_a_child_can_leave_the_interrupt_to_its_parent(void)
+static void a_child_can_leave_the_interrupt_to_its_parent(void)
 {
     osal_process_t process = start_ready("ignore");
     TEST_ASSERT_EQUAL(7, result_of(&process).code);
@@ -516,7 +516,7 @@ static void ignore_it(int number)
     (void)number;
 }
 
-static void test_other_signals_do_not_shorten_a_wait(void)
+static void other_signals_do_not_shorten_a_wait(void)
 {
     struct sigaction action         = {.sa_handler = ignore_it};
     const struct itimerval every_ms = {{0, 1000}, {0, 1000}};
@@ -529,7 +529,7 @@ static void test_other_signals_do_not_shorten_a_wait(void)
     TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &off, NULL));
 }
 
-static void test_a_child_has_the_environment_that_its_starter_set(void)
+static void a_child_has_the_environment_that_its_starter_set(void)
 {
     TEST_ASSERT_EQUAL(0, setenv("OSAL_TEST_WORD", "a=b", 1));
     TEST_ASSERT_EQUAL(0, setenv("OSAL_TEST_WORDS", "", 1));
@@ -546,24 +546,24 @@ int main(int count, char** arguments)
         return play(arguments[1], (count > 2) ? arguments[2] : "");
     }
     UNITY_BEGIN();
-    RUN_TEST(test_exit_code_is_reported_once);
-    RUN_TEST(test_running_child_and_its_two_ways_to_end);
-    RUN_TEST(test_a_program_that_cannot_be_started_is_reported);
-    RUN_TEST(test_child_keeps_only_the_named_descriptors);
-    RUN_TEST(test_memory_limit_holds_for_the_child_only);
-    RUN_TEST(test_descriptors_are_limited);
-    RUN_TEST(test_end_reports_the_memory_that_was_needed);
+    RUN_TEST(exit_code_is_reported_once);
+    RUN_TEST(running_child_and_its_two_ways_to_end);
+    RUN_TEST(a_program_that_cannot_be_started_is_reported);
+    RUN_TEST(child_keeps_only_the_named_descriptors);
+    RUN_TEST(memory_limit_holds_for_the_child_only);
+    RUN_TEST(descriptors_are_limited);
+    RUN_TEST(end_reports_the_memory_that_was_needed);
     RUN_TEST(the_size_of_a_program_is_that_of_its_loaded_segments);
-    RUN_TEST(test_child_is_pinned_to_one_of_our_processors);
-    RUN_TEST(test_output_goes_to_the_file_and_is_appended);
-    RUN_TEST(test_child_begins_with_ordinary_signals);
-    RUN_TEST(test_child_dies_with_its_parent);
+    RUN_TEST(child_is_pinned_to_one_of_our_processors);
+    RUN_TEST(output_goes_to_the_file_and_is_appended);
+    RUN_TEST(child_begins_with_ordinary_signals);
+    RUN_TEST(child_dies_with_its_parent);
     RUN_TEST(a_child_that_outlives_its_parent_survives_the_end_of_its_group);
-    RUN_TEST(test_watch_needs_a_process);
-    RUN_TEST(test_wait_any_finds_the_one_that_ended);
-    RUN_TEST(test_caught_stop_signal_ends_a_wait_and_not_the_program);
-    RUN_TEST(test_a_child_can_leave_the_interrupt_to_its_parent);
-    RUN_TEST(test_other_signals_do_not_shorten_a_wait);
-    RUN_TEST(test_a_child_has_the_environment_that_its_starter_set);
+    RUN_TEST(watch_needs_a_process);
+    RUN_TEST(wait_any_finds_the_one_that_ended);
+    RUN_TEST(caught_stop_signal_ends_a_wait_and_not_the_program);
+    RUN_TEST(a_child_can_leave_the_interrupt_to_its_parent);
+    RUN_TEST(other_signals_do_not_shorten_a_wait);
+    RUN_TEST(a_child_has_the_environment_that_its_starter_set);
     return UNITY_END();
 }

@@ -54,7 +54,7 @@ static void expect(const uint8_t* const octets, const size_t size)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(octets, seen, size);
 }
 
-static void test_every_octet_passes_unchanged_both_ways(void)
+static void every_octet_passes_unchanged_both_ways(void)
 {
     uint8_t all[256];
     uint8_t seen[256];
@@ -78,7 +78,7 @@ static void test_every_octet_passes_unchanged_both_ways(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_device_read(&line, seen, sizeof seen, &held)); // No echo.
 }
 
-static void test_bit_rates_of_the_contract(void)
+static void bit_rates_of_the_contract(void)
 {
     static const uint32_t bauds[] = OSAL_SERIAL_BAUDS;
     for (size_t i = 0U; i < (sizeof bauds / sizeof bauds[0]); i++) {
@@ -90,7 +90,7 @@ static void test_bit_rates_of_the_contract(void)
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, osal_serial_open(&line, path, 0U));
 }
 
-static void test_octets_received_before_opening_are_discarded(void)
+static void octets_received_before_opening_are_discarded(void)
 {
     uint8_t octet = 0U;
     size_t size   = 0U;
@@ -106,7 +106,7 @@ static void test_octets_received_before_opening_are_discarded(void)
     osal_device_close(&keeper);
 }
 
-static void test_a_line_that_hangs_up_is_closed_and_comes_back(void)
+static void a_line_that_hangs_up_is_closed_and_comes_back(void)
 {
     uint8_t octet = 0U;
     size_t size   = 0U;
@@ -122,7 +122,7 @@ static void test_a_line_that_hangs_up_is_closed_and_comes_back(void)
     expect((const uint8_t*)"x", 1U);
 }
 
-static void test_a_line_whose_peer_does_not_read_is_full(void)
+static void a_line_whose_peer_does_not_read_is_full(void)
 {
     static uint8_t octets[65536];
     size_t size     = 0U;
@@ -134,7 +134,7 @@ static void test_a_line_whose_peer_does_not_read_is_full(void)
     TEST_ASSERT_EQUAL(STATUS_FULL, status);
 }
 
-static void test_a_path_that_is_no_serial_line_is_refused(void)
+static void a_path_that_is_no_serial_line_is_refused(void)
 {
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_serial_open(&line, "/dev/null", 9600U));
     TEST_ASSERT_EQUAL(-1, line.descriptor);
@@ -145,11 +145,11 @@ static void test_a_path_that_is_no_serial_line_is_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_every_octet_passes_unchanged_both_ways);
-    RUN_TEST(test_bit_rates_of_the_contract);
-    RUN_TEST(test_octets_received_before_opening_are_discarded);
-    RUN_TEST(test_a_line_that_hangs_up_is_closed_and_comes_back);
-    RUN_TEST(test_a_line_whose_peer_does_not_read_is_full);
-    RUN_TEST(test_a_path_that_is_no_serial_line_is_refused);
+    RUN_TEST(every_octet_passes_unchanged_both_ways);
+    RUN_TEST(bit_rates_of_the_contract);
+    RUN_TEST(octets_received_before_opening_are_discarded);
+    RUN_TEST(a_line_that_hangs_up_is_closed_and_comes_back);
+    RUN_TEST(a_line_whose_peer_does_not_read_is_full);
+    RUN_TEST(a_path_that_is_no_serial_line_is_refused);
     return UNITY_END();
 }

@@ -23,7 +23,7 @@ void tearDown(void)
     (void)osal_shm_remove(name);
 }
 
-static void test_created_memory_is_zero_and_seen_by_another_process(void)
+static void created_memory_is_zero_and_seen_by_another_process(void)
 {
     osal_shm_t mine;
     osal_shm_t theirs;
@@ -51,7 +51,7 @@ static void test_created_memory_is_zero_and_seen_by_another_process(void)
     osal_shm_close(&mine);
 }
 
-static void test_names_that_exist_and_do_not(void)
+static void names_that_exist_and_do_not(void)
 {
     osal_shm_t one;
     osal_shm_t two;
@@ -71,7 +71,7 @@ static void test_names_that_exist_and_do_not(void)
     osal_shm_close(&two);
 }
 
-static void test_names_out_of_the_contract_are_invalid(void)
+static void names_out_of_the_contract_are_invalid(void)
 {
     static const char* const bad[] = {"", "/", "noslash", "/a/b", "/a b", "/a\n", "/.", "/..", "//"};
     char longest[64];
@@ -95,7 +95,7 @@ static void test_names_out_of_the_contract_are_invalid(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_shm_create(&shm, longest, 1U));
 }
 
-static void test_too_large_shared_memory_is_refused_and_leaves_no_name(void)
+static void too_large_shared_memory_is_refused_and_leaves_no_name(void)
 {
     osal_shm_t shm;
     for (unsigned power = 50U; power <= 62U; power += 4U) {
@@ -115,7 +115,7 @@ static void count_ours(void* context, const char* shown)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(shown));
 }
 
-static void test_names_with_a_prefix_are_listed_and_can_be_removed(void)
+static void names_with_a_prefix_are_listed_and_can_be_removed(void)
 {
     char prefix[32];
     unsigned count = 0U;
@@ -135,10 +135,10 @@ static void test_names_with_a_prefix_are_listed_and_can_be_removed(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_created_memory_is_zero_and_seen_by_another_process);
-    RUN_TEST(test_names_that_exist_and_do_not);
-    RUN_TEST(test_names_with_a_prefix_are_listed_and_can_be_removed);
-    RUN_TEST(test_names_out_of_the_contract_are_invalid);
-    RUN_TEST(test_too_large_shared_memory_is_refused_and_leaves_no_name);
+    RUN_TEST(created_memory_is_zero_and_seen_by_another_process);
+    RUN_TEST(names_that_exist_and_do_not);
+    RUN_TEST(names_with_a_prefix_are_listed_and_can_be_removed);
+    RUN_TEST(names_out_of_the_contract_are_invalid);
+    RUN_TEST(too_large_shared_memory_is_refused_and_leaves_no_name);
     return UNITY_END();
 }

@@ -42,7 +42,7 @@ static osal_address_t address_of(const osal_socket_t* sock)
 
 // ---- UDP ----
 
-static void test_udp_carries_whole_datagrams_in_order(void)
+static void udp_carries_whole_datagrams_in_order(void)
 {
     uint8_t in[2048];
     uint8_t out[2048];
@@ -70,7 +70,7 @@ static void test_udp_carries_whole_datagrams_in_order(void)
     }
 }
 
-static void test_udp_limits(void)
+static void udp_datagrams_have_limits(void)
 {
     static uint8_t huge[70000];
     uint8_t in[10];
@@ -92,7 +92,7 @@ static void test_udp_limits(void)
     TEST_ASSERT_EQUAL(10U, size);
 }
 
-static void test_udp_sends_continue_when_a_peer_is_gone(void)
+static void udp_sends_continue_when_a_peer_is_gone(void)
 {
     uint8_t in[10];
     osal_address_t from;
@@ -108,7 +108,7 @@ static void test_udp_sends_continue_when_a_peer_is_gone(void)
     }
 }
 
-static void test_udp_datagram_stays_until_the_next_receive(void)
+static void udp_datagram_stays_until_the_next_receive(void)
 {
     uint8_t in[10];
     osal_address_t from;
@@ -146,7 +146,7 @@ static void connect_pair(void)
     TEST_ASSERT_EQUAL_UINT16(address_of(&b).port, peer.port);
 }
 
-static void test_tcp_fills_up_without_blocking_and_delivers_every_octet(void)
+static void tcp_fills_up_without_blocking_and_delivers_every_octet(void)
 {
     static uint8_t block[65536];
     size_t sent_total = 0U;
@@ -171,7 +171,7 @@ static void test_tcp_fills_up_without_blocking_and_delivers_every_octet(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_stream_receive(&c, block, sizeof(block), &part));
 }
 
-static void test_tcp_peer_that_ends_is_reported_after_its_last_octet(void)
+static void tcp_peer_that_ends_is_reported_after_its_last_octet(void)
 {
     uint8_t in[10];
     size_t size = 0U;
@@ -193,7 +193,7 @@ static void test_tcp_peer_that_ends_is_reported_after_its_last_octet(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, status);
 }
 
-static void test_tcp_listener(void)
+static void a_tcp_port_can_be_used_again_at_once(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_listen(&a, any_port));
     const osal_address_t local = address_of(&a);
@@ -229,7 +229,7 @@ static void exhausted_descriptors_are_reported_as_a_status(void)
 
 // ---- Local streams and inheritance ----
 
-static void test_a_connection_may_be_begun_without_waiting(void)
+static void a_connection_may_be_begun_without_waiting(void)
 {
     osal_socket_t begun;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_listen(&a, (osal_address_t){OSAL_IPV4_LOOPBACK, 0U}));
@@ -250,7 +250,7 @@ static void test_a_connection_may_be_begun_without_waiting(void)
     TEST_ASSERT_FALSE(osal_socket_is_open(&begun));
 }
 
-static void test_local_streams(void)
+static void local_streams_have_names(void)
 {
     char long_path[128];
     osal_address_t peer = {1U, 1U};
@@ -285,7 +285,7 @@ static void test_local_streams(void)
     }
 }
 
-static void test_adopted_sockets_are_as_good_as_opened_ones(void)
+static void adopted_sockets_are_as_good_as_opened_ones(void)
 {
     uint8_t in[4];
     osal_address_t from;
@@ -306,7 +306,7 @@ static void test_adopted_sockets_are_as_good_as_opened_ones(void)
     (void)close(ends[1]);
 }
 
-static void test_every_socket_closes_on_exec(void)
+static void every_socket_closes_on_exec(void)
 {
     osal_socket_t pair = OSAL_SOCKET_CLOSED;
     connect_pair();
@@ -327,7 +327,7 @@ static void ignore_it(int number)
     (void)number;
 }
 
-static void test_wait_times_out_though_signals_interrupt_it(void)
+static void wait_times_out_though_signals_interrupt_it(void)
 {
     struct sigaction action         = {.sa_handler = ignore_it};
     const struct itimerval every_ms = {{0, 1000}, {0, 1000}};
@@ -345,18 +345,18 @@ static void test_wait_times_out_though_signals_interrupt_it(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_udp_carries_whole_datagrams_in_order);
-    RUN_TEST(test_udp_limits);
-    RUN_TEST(test_udp_sends_continue_when_a_peer_is_gone);
-    RUN_TEST(test_udp_datagram_stays_until_the_next_receive);
-    RUN_TEST(test_tcp_fills_up_without_blocking_and_delivers_every_octet);
-    RUN_TEST(test_tcp_peer_that_ends_is_reported_after_its_last_octet);
-    RUN_TEST(test_tcp_listener);
+    RUN_TEST(udp_carries_whole_datagrams_in_order);
+    RUN_TEST(udp_datagrams_have_limits);
+    RUN_TEST(udp_sends_continue_when_a_peer_is_gone);
+    RUN_TEST(udp_datagram_stays_until_the_next_receive);
+    RUN_TEST(tcp_fills_up_without_blocking_and_delivers_every_octet);
+    RUN_TEST(tcp_peer_that_ends_is_reported_after_its_last_octet);
+    RUN_TEST(a_tcp_port_can_be_used_again_at_once);
     RUN_TEST(exhausted_descriptors_are_reported_as_a_status);
-    RUN_TEST(test_a_connection_may_be_begun_without_waiting);
-    RUN_TEST(test_local_streams);
-    RUN_TEST(test_adopted_sockets_are_as_good_as_opened_ones);
-    RUN_TEST(test_every_socket_closes_on_exec);
-    RUN_TEST(test_wait_times_out_though_signals_interrupt_it);
+    RUN_TEST(a_connection_may_be_begun_without_waiting);
+    RUN_TEST(local_streams_have_names);
+    RUN_TEST(adopted_sockets_are_as_good_as_opened_ones);
+    RUN_TEST(every_socket_closes_on_exec);
+    RUN_TEST(wait_times_out_though_signals_interrupt_it);
     return UNITY_END();
 }

@@ -39,7 +39,7 @@ static void look(void* context)
     seen->runs++;
 }
 
-static void test_task_runs_once_with_its_context_and_joins(void)
+static void task_runs_once_with_its_context_and_joins(void)
 {
     osal_task_t task;
     seen_t seen = {.runs = 0U};
@@ -52,7 +52,7 @@ static void test_task_runs_once_with_its_context_and_joins(void)
     TEST_ASSERT_EQUAL(SCHED_OTHER, seen.policy);
 }
 
-static void test_signals_stay_with_the_first_task(void)
+static void signals_stay_with_the_first_task(void)
 {
     osal_task_t task;
     sigset_t blocked;
@@ -64,7 +64,7 @@ static void test_signals_stay_with_the_first_task(void)
     TEST_ASSERT_EQUAL(0, sigismember(&blocked, SIGTERM));
 }
 
-static void test_priority_is_set_where_permitted(void)
+static void priority_is_set_where_permitted(void)
 {
     osal_task_t task;
     seen_t seen = {.runs = 0U};
@@ -89,7 +89,7 @@ static void test_priority_is_set_where_permitted(void)
 }
 
 /// Without privilege a task with a priority still starts.
-static void test_priority_without_privilege(void)
+static void priority_without_privilege(void)
 {
     if (geteuid() != 0U) {
         TEST_IGNORE_MESSAGE("the tests above ran without privilege");
@@ -139,10 +139,10 @@ static void exhausted_tasks_are_reported_as_a_status(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_task_runs_once_with_its_context_and_joins);
-    RUN_TEST(test_signals_stay_with_the_first_task);
-    RUN_TEST(test_priority_is_set_where_permitted);
-    RUN_TEST(test_priority_without_privilege);
+    RUN_TEST(task_runs_once_with_its_context_and_joins);
+    RUN_TEST(signals_stay_with_the_first_task);
+    RUN_TEST(priority_is_set_where_permitted);
+    RUN_TEST(priority_without_privilege);
     RUN_TEST(exhausted_tasks_are_reported_as_a_status);
     return UNITY_END();
 }

@@ -89,7 +89,7 @@ static status_t exchange(const char* answer, uint64_t* out_wake_ns, uint32_t* ou
     return status;
 }
 
-static void test_join_reports_the_port(void)
+static void join_reports_the_port(void)
 {
     come_in("join operator 65535\n");
     TEST_ASSERT_EQUAL(STATUS_OK, cosimulation_port_accept(&cosimulation, 10000U));
@@ -97,7 +97,7 @@ static void test_join_reports_the_port(void)
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.joined);
 }
 
-static void test_a_malformed_join_is_refused(void)
+static void a_malformed_join_is_refused(void)
 {
     static const char* const bad[] = {
         "join operator\n",    "join operator 65536\n",
@@ -122,7 +122,7 @@ static void test_a_malformed_join_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_OK, cosimulation_port_accept(&cosimulation, 10000U));
 }
 
-static void test_endless_line_and_zeros_are_malformed(void)
+static void endless_line_and_zeros_are_malformed(void)
 {
     char flood[COSIMULATION_PORT_LINE_BYTES + 1U];
     memset(flood, 'j', sizeof flood);
@@ -137,7 +137,7 @@ static void test_endless_line_and_zeros_are_malformed(void)
     TEST_ASSERT_EQUAL_UINT32(2U, cosimulation.count.malformed);
 }
 
-static void test_clients_that_are_silent_or_disconnect_before_they_join(void)
+static void clients_that_are_silent_or_disconnect_before_they_join(void)
 {
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, cosimulation_port_accept(&cosimulation, 0U));
     cosimulation.patience_ms = 20U;
@@ -150,7 +150,7 @@ static void test_clients_that_are_silent_or_disconnect_before_they_join(void)
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.vanished);
 }
 
-static void test_a_join_may_arrive_in_pieces(void)
+static void a_join_may_arrive_in_pieces(void)
 {
     come_in("join oper");
     for (unsigned round = 0U; round < 3U; round++) {
@@ -162,7 +162,7 @@ static void test_a_join_may_arrive_in_pieces(void)
     TEST_ASSERT_EQUAL_UINT32(0U, cosimulation.count.silent);
 }
 
-static void test_well_formed_answers(void)
+static void well_formed_answers(void)
 {
     uint64_t wake_ns = 0U;
     uint32_t octets  = 0U;
@@ -188,7 +188,7 @@ static void test_well_formed_answers(void)
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.left);
 }
 
-static void test_a_malformed_answer_disconnects_the_client(void)
+static void a_malformed_answer_disconnects_the_client(void)
 {
     static const char* const bad[] = {
         "done\n",           "done 1\n",
@@ -211,7 +211,7 @@ static void test_a_malformed_answer_disconnects_the_client(void)
     }
 }
 
-static void test_a_client_that_disconnects_or_is_silent_loses_its_place(void)
+static void a_client_that_disconnects_or_is_silent_loses_its_place(void)
 {
     const osal_grant_t grant = {0U, 0U, 0U};
     uint64_t wake_ns         = 0U;
@@ -231,7 +231,7 @@ static void test_a_client_that_disconnects_or_is_silent_loses_its_place(void)
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.silent);
 }
 
-static void test_end_of_the_run_ends_every_wait(void)
+static void end_of_the_run_ends_every_wait(void)
 {
     const osal_grant_t grant = {0U, 0U, 0U};
     uint64_t wake_ns         = 0U;
@@ -246,7 +246,7 @@ static void test_end_of_the_run_ends_every_wait(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, cosimulation_port_serve(&cosimulation, scheduler, 5U, 1U));
 }
 
-static void test_path_is_taken_and_given_back(void)
+static void path_is_taken_and_given_back(void)
 {
     cosimulation_port_t other;
     struct stat about;
@@ -342,19 +342,19 @@ static void run_with(const char* farewell)
     TEST_ASSERT_EQUAL(0, how);
 }
 
-static void test_operator_takes_part_and_leaves(void)
+static void operator_takes_part_and_leaves(void)
 {
     run_with("leave\n");
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.left);
 }
 
-static void test_operator_takes_part_and_disconnects(void)
+static void operator_takes_part_and_disconnects(void)
 {
     run_with("done");
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.vanished);
 }
 
-static void test_operator_takes_part_and_sends_a_malformed_line(void)
+static void operator_takes_part_and_sends_a_malformed_line(void)
 {
     run_with("done tomorrow\n");
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.malformed);
@@ -363,18 +363,18 @@ static void test_operator_takes_part_and_sends_a_malformed_line(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_join_reports_the_port);
-    RUN_TEST(test_a_malformed_join_is_refused);
-    RUN_TEST(test_endless_line_and_zeros_are_malformed);
-    RUN_TEST(test_clients_that_are_silent_or_disconnect_before_they_join);
-    RUN_TEST(test_a_join_may_arrive_in_pieces);
-    RUN_TEST(test_well_formed_answers);
-    RUN_TEST(test_a_malformed_answer_disconnects_the_client);
-    RUN_TEST(test_a_client_that_disconnects_or_is_silent_loses_its_place);
-    RUN_TEST(test_end_of_the_run_ends_every_wait);
-    RUN_TEST(test_path_is_taken_and_given_back);
-    RUN_TEST(test_operator_takes_part_and_leaves);
-    RUN_TEST(test_operator_takes_part_and_disconnects);
-    RUN_TEST(test_operator_takes_part_and_sends_a_malformed_line);
+    RUN_TEST(join_reports_the_port);
+    RUN_TEST(a_malformed_join_is_refused);
+    RUN_TEST(endless_line_and_zeros_are_malformed);
+    RUN_TEST(clients_that_are_silent_or_disconnect_before_they_join);
+    RUN_TEST(a_join_may_arrive_in_pieces);
+    RUN_TEST(well_formed_answers);
+    RUN_TEST(a_malformed_answer_disconnects_the_client);
+    RUN_TEST(a_client_that_disconnects_or_is_silent_loses_its_place);
+    RUN_TEST(end_of_the_run_ends_every_wait);
+    RUN_TEST(path_is_taken_and_given_back);
+    RUN_TEST(operator_takes_part_and_leaves);
+    RUN_TEST(operator_takes_part_and_disconnects);
+    RUN_TEST(operator_takes_part_and_sends_a_malformed_line);
     return UNITY_END();
 }

@@ -41,7 +41,7 @@ static void expect_line(const osal_can_frame_t* frame, const char* wanted)
     TEST_ASSERT_EQUAL_STRING(wanted, text);
 }
 
-static void test_lines_of_all_kinds(void)
+static void lines_of_all_kinds(void)
 {
     const osal_can_frame_t classic = {
         .time_ns = 1234567891U, .id = 0x123U, .length = 3U, .data = {0x0AU, 0xBCU, 0xFFU}};
@@ -70,7 +70,7 @@ static void test_lines_of_all_kinds(void)
     TEST_ASSERT_EQUAL_UINT(20U + 6U + 3U + 3U + 128U + 1U, frame_log_line(&longest, "robot", text));
 }
 
-static void test_every_octet_is_written_as_two_hexadecimal_digits(void)
+static void every_octet_is_written_as_two_hexadecimal_digits(void)
 {
     for (unsigned value = 0U; value < 256U; value++) {
         osal_can_frame_t frame = {.id = 1U, .length = 8U};
@@ -84,7 +84,7 @@ static void test_every_octet_is_written_as_two_hexadecimal_digits(void)
     }
 }
 
-static void test_pcap_records_of_all_kinds(void)
+static void pcap_records_of_all_kinds(void)
 {
     uint8_t octets[FRAME_LOG_RECORD_MAX];
     const osal_can_frame_t fd = {.time_ns = 3000000005U,
@@ -114,7 +114,7 @@ static long size_of(const char* suffix)
     return size;
 }
 
-static void test_files_hold_every_frame(void)
+static void files_hold_every_frame(void)
 {
     frame_log_t* log = NULL;
     TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_open(folder, "robot", &log));
@@ -131,7 +131,7 @@ static void test_files_hold_every_frame(void)
     TEST_ASSERT_EQUAL_INT(20001 * line, size_of("log"));
 }
 
-static void test_the_pcap_header_names_socketcan_and_nanoseconds(void)
+static void the_pcap_header_names_socketcan_and_nanoseconds(void)
 {
     static const uint8_t wanted[24] = {0x4D, 0x3C, 0xB2, 0xA1, 2, 0, 4, 0, 0, 0,  0,
                                        0,    0,    0,    0,    0, 0, 0, 4, 0, 227};
@@ -146,7 +146,7 @@ static void test_the_pcap_header_names_socketcan_and_nanoseconds(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(wanted, octets, 24U);
 }
 
-static void test_a_log_that_cannot_be_written_is_reported(void)
+static void a_log_that_cannot_be_written_is_reported(void)
 {
     frame_log_t* log = NULL;
     TEST_ASSERT_EQUAL_INT(STATUS_IO, frame_log_open("/nowhere", "robot", &log));
@@ -163,7 +163,7 @@ static void test_a_log_that_cannot_be_written_is_reported(void)
     }
 }
 
-static void test_a_full_disk_leaves_whole_lines_and_records(void)
+static void a_full_disk_leaves_whole_lines_and_records(void)
 {
     frame_log_t* log = NULL;
     struct rlimit limit;
@@ -192,12 +192,12 @@ static void test_a_full_disk_leaves_whole_lines_and_records(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_lines_of_all_kinds);
-    RUN_TEST(test_every_octet_is_written_as_two_hexadecimal_digits);
-    RUN_TEST(test_pcap_records_of_all_kinds);
-    RUN_TEST(test_files_hold_every_frame);
-    RUN_TEST(test_the_pcap_header_names_socketcan_and_nanoseconds);
-    RUN_TEST(test_a_log_that_cannot_be_written_is_reported);
-    RUN_TEST(test_a_full_disk_leaves_whole_lines_and_records);
+    RUN_TEST(lines_of_all_kinds);
+    RUN_TEST(every_octet_is_written_as_two_hexadecimal_digits);
+    RUN_TEST(pcap_records_of_all_kinds);
+    RUN_TEST(files_hold_every_frame);
+    RUN_TEST(the_pcap_header_names_socketcan_and_nanoseconds);
+    RUN_TEST(a_log_that_cannot_be_written_is_reported);
+    RUN_TEST(a_full_disk_leaves_whole_lines_and_records);
     return UNITY_END();
 }

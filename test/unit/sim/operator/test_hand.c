@@ -55,7 +55,7 @@ static void expect_lean(const hand_intent_t* intent, double grip_nm_rad)
 
 // ---- Knowledge of the scene ----
 
-static void test_inverse_kinematics_undoes_forward(void)
+static void inverse_kinematics_undoes_forward(void)
 {
     unsigned count = 0U;
     for (double x = -0.45; x < 0.46; x += 0.05) {
@@ -109,7 +109,7 @@ static void expect_gradient(plane_t tip, bool spring, const double torque[SCENE_
     }
 }
 
-static void test_expected_torque_is_the_gradient_of_energy(void)
+static void expected_torque_is_the_gradient_of_energy(void)
 {
     const plane_t touching[] = {
         {0.25, -0.033}, {0.325, -0.025}, {0.35, -0.027}, {0.3635, -0.032}, {0.27, -0.029}};
@@ -127,7 +127,7 @@ static void test_expected_torque_is_the_gradient_of_energy(void)
     EXPECT_WITHIN(0.0, 0.0, torque[0]);
 }
 
-static void test_expected_friction_turns_with_the_slide(void)
+static void expected_friction_turns_with_the_slide(void)
 {
     const plane_t tip = {0.25, -0.033};
     double none[SCENE_JOINTS];
@@ -141,7 +141,7 @@ static void test_expected_friction_turns_with_the_slide(void)
     EXPECT_WITHIN(none[1], 1e-12, 0.5 * (left[1] + right[1]));
 }
 
-static void test_press_height_gives_the_force(void)
+static void press_height_gives_the_force(void)
 {
     EXPECT_WITHIN(-0.030, 1e-9, scene_press_height(&rokviss()->scene, 0.25, 0.0));
     EXPECT_WITHIN(-0.033, 1e-9, scene_press_height(&rokviss()->scene, 0.25, 15.0));
@@ -157,7 +157,7 @@ static void test_press_height_gives_the_force(void)
 
 // ---- Verbs ----
 
-static void test_no_script_rests_at_home(void)
+static void no_script_rests_at_home(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, hand_load(&rokviss()->hand, &rokviss()->scene, NULL, &hand, error));
     const hand_intent_t* intent = at(1.0);
@@ -168,7 +168,7 @@ static void test_no_script_rests_at_home(void)
     TEST_ASSERT_EQUAL_STRING("rest", intent->verb);
 }
 
-static void test_torque_is_an_impedance(void)
+static void torque_is_an_impedance(void)
 {
     play("0 hand grip 4 0.2\n");
     (void)at(0.1);
@@ -180,7 +180,7 @@ static void test_torque_is_an_impedance(void)
     EXPECT_WITHIN(0.08 - 0.06, 1e-12, torque[1]);
 }
 
-static void test_circle_ramps_holds_and_ends_where_it_began(void)
+static void circle_ramps_holds_and_ends_where_it_began(void)
 {
     play("1 hand circle 0.19 0.5 2 9 1\n");
     EXPECT_WITHIN(0.0, 1e-12, at(1.0)->intent_rad[0]);
@@ -197,7 +197,7 @@ static void test_circle_ramps_holds_and_ends_where_it_began(void)
     expect_lean(at(14.0), 3.0);
 }
 
-static void test_move_is_smooth_and_arrives(void)
+static void move_is_smooth_and_arrives(void)
 {
     play("1 hand move 0.28 -0.02 2\n");
     double before = at(1.0)->wanted_tip_m[0];
@@ -217,7 +217,7 @@ static void test_move_is_smooth_and_arrives(void)
     TEST_ASSERT_EQUAL_STRING("move", intent->verb);
 }
 
-static void test_press_touches_at_its_speed_then_leans(void)
+static void press_touches_at_its_speed_then_leans(void)
 {
     play("0 hand move 0.25 -0.02 1\n2 hand press 15 0.02\n");
     EXPECT_WITHIN(-0.025, 1e-9, at(2.25)->wanted_tip_m[1]);
@@ -229,7 +229,7 @@ static void test_press_touches_at_its_speed_then_leans(void)
     expect_lean(intent, 3.0);
 }
 
-static void test_follow_keeps_the_force_over_the_bump(void)
+static void follow_keeps_the_force_over_the_bump(void)
 {
     play("0 hand move 0.28 -0.02 1\n2 hand press 15 0.02\n4 hand follow 0.39 6\n10 hand hold\n");
     for (double t = 4.0; t < 10.0; t += 0.05) {
@@ -247,7 +247,7 @@ static void test_follow_keeps_the_force_over_the_bump(void)
     TEST_ASSERT_EQUAL_STRING("hold", at(20.0)->verb);
 }
 
-static void test_lifting_forgets_the_contour(void)
+static void lifting_forgets_the_contour(void)
 {
     play("0 hand move 0.28 -0.02 1\n2 hand press 15 0.02\n4 hand follow 0.30 2\n7 hand move 0.30 0.02 1\n");
     EXPECT_ABOVE(3.0, at(7.0)->expected_torque_nm[0]);
@@ -269,7 +269,7 @@ static void pull_stretches_the_spring_and_release_ends_the_force(void)
     EXPECT_WITHIN(0.0, 1e-12, at(11.0)->intent_rad[1]);
 }
 
-static void test_rest_stops_leaning_without_moving(void)
+static void rest_stops_leaning_without_moving(void)
 {
     play("0 hand move 0.327 0.145 1\n1 hand pull 0.06 2\n4 hand rest\n6 hand home 1\n");
     const double tip = at(4.0)->wanted_tip_m[1];
@@ -285,7 +285,7 @@ static void test_rest_stops_leaning_without_moving(void)
     EXPECT_WITHIN(0.0, 1e-12, at(7.0)->intent_rad[0]);
 }
 
-static void test_let_go_leaves_the_stick_and_the_next_verb_takes_it(void)
+static void let_go_leaves_the_stick_and_the_next_verb_takes_it(void)
 {
     play("1 hand let_go\n2 hand rest\n");
     const double position[] = {0.1, -0.1};
@@ -302,7 +302,7 @@ static void test_let_go_leaves_the_stick_and_the_next_verb_takes_it(void)
     EXPECT_WITHIN(1.0, 1e-9, at(2.4)->grip);
 }
 
-static void test_grip_changes_the_hand_and_not_the_motion(void)
+static void grip_changes_the_hand_and_not_the_motion(void)
 {
     play("0 hand move 0.28 -0.02 1\n2 hand press 15 0.02\n4 hand grip 5 0.3\n4 hand follow 0.30 2\n5 hand "
          "grip 6 0.3\n");
@@ -312,7 +312,7 @@ static void test_grip_changes_the_hand_and_not_the_motion(void)
     TEST_ASSERT_EQUAL_STRING("follow", at(6.0)->verb);
 }
 
-static void test_a_new_verb_begins_where_the_old_one_was(void)
+static void a_new_verb_begins_where_the_old_one_was(void)
 {
     play("0 hand move 0.28 -0.02 2\n1 hand home 1\n");
     const double x = at(0.9995)->wanted_tip_m[0];
@@ -321,7 +321,7 @@ static void test_a_new_verb_begins_where_the_old_one_was(void)
     EXPECT_WITHIN(0.3265, 1e-4, at(2.0)->wanted_tip_m[0]);
 }
 
-static void test_playing_twice_gives_the_same(void)
+static void playing_twice_gives_the_same(void)
 {
     static const char* const text =
         "0 hand circle 0.1 1 1 1 1\n4 hand move 0.28 -0.02 1\n5 hand press 10 0.05\n";
@@ -332,7 +332,7 @@ static void test_playing_twice_gives_the_same(void)
     TEST_ASSERT_EQUAL_MEMORY(first, at(6.1235)->intent_rad, sizeof first);
 }
 
-static void test_mission_script_is_accepted_and_stays_within_the_stick(void)
+static void mission_script_is_accepted_and_stays_within_the_stick(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, hand_load(&rokviss()->hand, &rokviss()->scene,
                                            "sim/scenarios/telepresence.scn", &hand, error));
@@ -362,7 +362,7 @@ static void play_without_a_scene(const char* text)
     TEST_ASSERT_EQUAL(STATUS_OK, hand_load(&grip, NULL, script_file_write(text), &hand, error));
 }
 
-static void test_a_hand_without_a_scene_leads_the_stick_and_expects_nothing(void)
+static void a_hand_without_a_scene_leads_the_stick_and_expects_nothing(void)
 {
     play_without_a_scene(
         "0 hand aim 0.1 -0.2 1\n2 hand hold\n3 hand circle 0.05 0.5 1 4 1\n10 hand let_go\n");
@@ -377,7 +377,7 @@ static void test_a_hand_without_a_scene_leads_the_stick_and_expects_nothing(void
     EXPECT_WITHIN(0.0, 0.0, at(10.5)->grip);
 }
 
-static void test_a_hand_without_a_scene_refuses_places_and_forces(void)
+static void a_hand_without_a_scene_refuses_places_and_forces(void)
 {
     static const char* const texts[] = {"0 hand move 0.3 0.1 1\n", "0 hand press 5 0.02\n",
                                         "0 hand follow 0.3 1\n",   "0 hand pull 0.1 1\n",
@@ -390,7 +390,7 @@ static void test_a_hand_without_a_scene_refuses_places_and_forces(void)
     }
 }
 
-static void test_bad_lines_are_named(void)
+static void bad_lines_are_named(void)
 {
     static const bad_t bad[] = {
         {"0 hand wave\n",
@@ -427,7 +427,7 @@ static void test_bad_lines_are_named(void)
     }
 }
 
-static void test_missing_script_is_named(void)
+static void missing_script_is_named(void)
 {
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
                       hand_load(&rokviss()->hand, &rokviss()->scene, "/nowhere.scn", &hand, error));
@@ -445,7 +445,7 @@ static status_t add(const char* const text)
     return hand_add(hand, &line, error);
 }
 
-static void test_many_lines_play_in_the_order_of_their_times(void)
+static void many_lines_play_in_the_order_of_their_times(void)
 {
     static char text[1000U * 32U];
     size_t used = 0U;
@@ -458,7 +458,7 @@ static void test_many_lines_play_in_the_order_of_their_times(void)
 }
 
 /// An hour of a mouse: 50 lines a second. Lines that have been played leave room for later ones.
-static void test_an_hour_of_aims_is_taken_and_played(void)
+static void an_hour_of_aims_is_taken_and_played(void)
 {
     char text[64];
     play("");
@@ -472,7 +472,7 @@ static void test_an_hour_of_aims_is_taken_and_played(void)
     }
 }
 
-static void test_a_line_added_late_plays_between_those_of_the_scenario(void)
+static void a_line_added_late_plays_between_those_of_the_scenario(void)
 {
     play("");
     TEST_ASSERT_EQUAL(STATUS_OK, add("1 hand hold"));
@@ -486,7 +486,7 @@ static void test_a_line_added_late_plays_between_those_of_the_scenario(void)
     TEST_ASSERT_EQUAL_STRING("rest", hand_intent(hand)->verb);
 }
 
-static void test_a_refused_line_leaves_no_trace(void)
+static void a_refused_line_leaves_no_trace(void)
 {
     play("");
     TEST_ASSERT_EQUAL(STATUS_OK, add("2 hand hold"));
@@ -514,7 +514,7 @@ static double largest_jump(const uint64_t from_ns, const uint64_t to_ns)
     return largest;
 }
 
-static void test_aim_moves_the_intent_without_a_jump_in_force(void)
+static void aim_moves_the_intent_without_a_jump_in_force(void)
 {
     play("");
     TEST_ASSERT_EQUAL(STATUS_OK, add("1 hand move 0.30 0.05 2"));
@@ -535,32 +535,32 @@ static void test_aim_moves_the_intent_without_a_jump_in_force(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_inverse_kinematics_undoes_forward);
-    RUN_TEST(test_expected_torque_is_the_gradient_of_energy);
-    RUN_TEST(test_expected_friction_turns_with_the_slide);
-    RUN_TEST(test_press_height_gives_the_force);
-    RUN_TEST(test_no_script_rests_at_home);
-    RUN_TEST(test_torque_is_an_impedance);
-    RUN_TEST(test_circle_ramps_holds_and_ends_where_it_began);
-    RUN_TEST(test_move_is_smooth_and_arrives);
-    RUN_TEST(test_press_touches_at_its_speed_then_leans);
-    RUN_TEST(test_follow_keeps_the_force_over_the_bump);
-    RUN_TEST(test_lifting_forgets_the_contour);
+    RUN_TEST(inverse_kinematics_undoes_forward);
+    RUN_TEST(expected_torque_is_the_gradient_of_energy);
+    RUN_TEST(expected_friction_turns_with_the_slide);
+    RUN_TEST(press_height_gives_the_force);
+    RUN_TEST(no_script_rests_at_home);
+    RUN_TEST(torque_is_an_impedance);
+    RUN_TEST(circle_ramps_holds_and_ends_where_it_began);
+    RUN_TEST(move_is_smooth_and_arrives);
+    RUN_TEST(press_touches_at_its_speed_then_leans);
+    RUN_TEST(follow_keeps_the_force_over_the_bump);
+    RUN_TEST(lifting_forgets_the_contour);
     RUN_TEST(pull_stretches_the_spring_and_release_ends_the_force);
-    RUN_TEST(test_rest_stops_leaning_without_moving);
-    RUN_TEST(test_let_go_leaves_the_stick_and_the_next_verb_takes_it);
-    RUN_TEST(test_grip_changes_the_hand_and_not_the_motion);
-    RUN_TEST(test_a_new_verb_begins_where_the_old_one_was);
-    RUN_TEST(test_playing_twice_gives_the_same);
-    RUN_TEST(test_mission_script_is_accepted_and_stays_within_the_stick);
-    RUN_TEST(test_a_hand_without_a_scene_leads_the_stick_and_expects_nothing);
-    RUN_TEST(test_a_hand_without_a_scene_refuses_places_and_forces);
-    RUN_TEST(test_bad_lines_are_named);
-    RUN_TEST(test_missing_script_is_named);
-    RUN_TEST(test_many_lines_play_in_the_order_of_their_times);
-    RUN_TEST(test_an_hour_of_aims_is_taken_and_played);
-    RUN_TEST(test_a_line_added_late_plays_between_those_of_the_scenario);
-    RUN_TEST(test_a_refused_line_leaves_no_trace);
-    RUN_TEST(test_aim_moves_the_intent_without_a_jump_in_force);
+    RUN_TEST(rest_stops_leaning_without_moving);
+    RUN_TEST(let_go_leaves_the_stick_and_the_next_verb_takes_it);
+    RUN_TEST(grip_changes_the_hand_and_not_the_motion);
+    RUN_TEST(a_new_verb_begins_where_the_old_one_was);
+    RUN_TEST(playing_twice_gives_the_same);
+    RUN_TEST(mission_script_is_accepted_and_stays_within_the_stick);
+    RUN_TEST(a_hand_without_a_scene_leads_the_stick_and_expects_nothing);
+    RUN_TEST(a_hand_without_a_scene_refuses_places_and_forces);
+    RUN_TEST(bad_lines_are_named);
+    RUN_TEST(missing_script_is_named);
+    RUN_TEST(many_lines_play_in_the_order_of_their_times);
+    RUN_TEST(an_hour_of_aims_is_taken_and_played);
+    RUN_TEST(a_line_added_late_plays_between_those_of_the_scenario);
+    RUN_TEST(a_refused_line_leaves_no_trace);
+    RUN_TEST(aim_moves_the_intent_without_a_jump_in_force);
     return UNITY_END();
 }

@@ -43,7 +43,7 @@ static status_t read_text(const char* text, const char* actor)
     return scenario_read(script_file_write(text), actor, take, NULL, error);
 }
 
-static void test_takes_the_lines_of_its_actor(void)
+static void takes_the_lines_of_its_actor(void)
 {
     const char* text = "# title\n\n0 hand rest\n1.5 fault unplug robot 0x11 # why\n  2\thand  move 1 2 3\r\n"
                        "0.5 operator cmd MANIPULATOR.MOVE_TO position=1,2\n2 hand hold";
@@ -54,14 +54,14 @@ static void test_takes_the_lines_of_its_actor(void)
     TEST_ASSERT_EQUAL_STRING("4@1500000000 unplug robot 0x11;", seen);
 }
 
-static void test_empty_file_has_no_lines(void)
+static void empty_file_has_no_lines(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, read_text("", "hand"));
     TEST_ASSERT_EQUAL(STATUS_OK, read_text("\n# nothing\n", "hand"));
     TEST_ASSERT_EQUAL_STRING("", seen);
 }
 
-static void test_times_keep_their_nanoseconds(void)
+static void times_keep_their_nanoseconds(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK,
                       read_text("0.0005 hand a\n64.1235 hand b\n99999.999999999 hand c\n", "hand"));
@@ -73,7 +73,7 @@ typedef struct {
     const char* message; // After the path.
 } bad_t;
 
-static void test_bad_lines_are_named(void)
+static void bad_lines_are_named(void)
 {
     static const bad_t bad[] = {
         {"0 hand rest\nsoon hand rest\n", ":2: found 'soon', expected a time in s"},
@@ -99,7 +99,7 @@ static void test_bad_lines_are_named(void)
     }
 }
 
-static void test_line_too_long_is_refused(void)
+static void line_too_long_is_refused(void)
 {
     static char text[SCENARIO_LINE_MAX * 2U];
     (void)snprintf(text, sizeof text, "1 hand %0600d\n", 1);
@@ -109,14 +109,14 @@ static void test_line_too_long_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_OK, read_text(text, "hand"));
 }
 
-static void test_missing_file_is_named(void)
+static void missing_file_is_named(void)
 {
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, scenario_read("/nowhere/x.scn", "hand", take, NULL, error));
     TEST_ASSERT_EQUAL_STRING("/nowhere/x.scn: No such file or directory", error);
     TEST_ASSERT_EQUAL(STATUS_INVALID, scenario_read("/tmp", "hand", take, NULL, error));
 }
 
-static void test_first_refusal_of_the_taker_ends_it(void)
+static void first_refusal_of_the_taker_ends_it(void)
 {
     take_until = 1U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, read_text("1 hand a\n2 hand b\n3 hand c\n", "hand"));
@@ -124,7 +124,7 @@ static void test_first_refusal_of_the_taker_ends_it(void)
     TEST_ASSERT_NOT_NULL(strstr(error, ":2: found 'b', expected no more lines"));
 }
 
-static void test_numbers_are_checked(void)
+static void numbers_are_checked(void)
 {
     const scenario_line_t line = {
         .path = "f", .line = 4U, .word_count = 4U, .word = {"v", "2.5", "2x", "nan"}};
@@ -140,7 +140,7 @@ static void test_numbers_are_checked(void)
     TEST_ASSERT_TRUE(value == 2.5);
 }
 
-static void test_arguments_are_counted(void)
+static void arguments_are_counted(void)
 {
     const scenario_line_t line = {.path = "f", .line = 1U, .word_count = 3U, .word = {"v", "1", "2"}};
     TEST_ASSERT_EQUAL(STATUS_OK, scenario_arguments(&line, 2U, "v <a> <b>", error));
@@ -153,14 +153,14 @@ static void test_arguments_are_counted(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_takes_the_lines_of_its_actor);
-    RUN_TEST(test_empty_file_has_no_lines);
-    RUN_TEST(test_times_keep_their_nanoseconds);
-    RUN_TEST(test_bad_lines_are_named);
-    RUN_TEST(test_line_too_long_is_refused);
-    RUN_TEST(test_missing_file_is_named);
-    RUN_TEST(test_first_refusal_of_the_taker_ends_it);
-    RUN_TEST(test_numbers_are_checked);
-    RUN_TEST(test_arguments_are_counted);
+    RUN_TEST(takes_the_lines_of_its_actor);
+    RUN_TEST(empty_file_has_no_lines);
+    RUN_TEST(times_keep_their_nanoseconds);
+    RUN_TEST(bad_lines_are_named);
+    RUN_TEST(line_too_long_is_refused);
+    RUN_TEST(missing_file_is_named);
+    RUN_TEST(first_refusal_of_the_taker_ends_it);
+    RUN_TEST(numbers_are_checked);
+    RUN_TEST(arguments_are_counted);
     return UNITY_END();
 }

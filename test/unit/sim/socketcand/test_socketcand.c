@@ -94,7 +94,7 @@ static osal_socket_t join_raw(void)
     return client;
 }
 
-static void test_frames_both_ways(void)
+static void frames_both_ways(void)
 {
     osal_socket_t client = join_raw();
     say(&client, "< send 123 3 a bc ff >");
@@ -112,7 +112,7 @@ static void test_frames_both_ways(void)
     serve();
 }
 
-static void test_messages_in_pieces_and_several_at_once(void)
+static void messages_in_pieces_and_several_at_once(void)
 {
     osal_socket_t client = join_raw();
     say(&client, "< send 12");
@@ -130,7 +130,7 @@ static void test_messages_in_pieces_and_several_at_once(void)
     osal_socket_close(&client);
 }
 
-static void test_wrong_words_are_answered_with_an_error(void)
+static void wrong_words_are_answered_with_an_error(void)
 {
     osal_socket_t client = join();
     serve();
@@ -162,7 +162,7 @@ static void test_wrong_words_are_answered_with_an_error(void)
     osal_socket_close(&client);
 }
 
-static void test_a_client_that_does_not_read_loses_messages_and_delays_no_other(void)
+static void a_client_that_does_not_read_loses_messages_and_delays_no_other(void)
 {
     osal_socket_t client         = join_raw();
     const osal_can_frame_t frame = {.id = 0x100U, .length = 8U};
@@ -177,7 +177,7 @@ static void test_a_client_that_does_not_read_loses_messages_and_delays_no_other(
     osal_socket_close(&client);
 }
 
-static void test_four_clients_and_no_more(void)
+static void four_clients_and_no_more(void)
 {
     osal_socket_t clients[5];
     for (unsigned i = 0U; i < 5U; i++) {
@@ -193,7 +193,7 @@ static void test_four_clients_and_no_more(void)
     }
 }
 
-static void test_clients_hear_each_other(void)
+static void clients_hear_each_other(void)
 {
     osal_socket_t one = join_raw();
     osal_socket_t two = join_raw();
@@ -203,7 +203,7 @@ static void test_clients_hear_each_other(void)
     osal_socket_close(&two);
 }
 
-static void test_time_waits_for_a_client_in_lock_step(void)
+static void time_waits_for_a_client_in_lock_step(void)
 {
     static const char* const done = "< send 123 1 5 >< step 1 >";
     size_t sent                   = 0U;
@@ -244,7 +244,7 @@ static void test_time_waits_for_a_client_in_lock_step(void)
     osal_socket_close(&idler);
 }
 
-static void test_messages_of_frames(void)
+static void messages_of_frames(void)
 {
     char text[SOCKETCAND_MESSAGE_MAX];
     const osal_can_frame_t sync = {.time_ns = 1000002999U, .id = 0x080U};
@@ -260,7 +260,7 @@ static void test_messages_of_frames(void)
     TEST_ASSERT_LESS_THAN_UINT(SOCKETCAND_MESSAGE_MAX, socketcand_message(&longest, text) + 1U);
 }
 
-static void test_a_port_in_use_is_reported(void)
+static void a_port_in_use_is_reported(void)
 {
     socketcand_t* second           = NULL;
     const socketcand_bus_t buses[] = {{"robot", bus}};
@@ -271,14 +271,14 @@ static void test_a_port_in_use_is_reported(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_frames_both_ways);
-    RUN_TEST(test_messages_in_pieces_and_several_at_once);
-    RUN_TEST(test_wrong_words_are_answered_with_an_error);
-    RUN_TEST(test_a_client_that_does_not_read_loses_messages_and_delays_no_other);
-    RUN_TEST(test_four_clients_and_no_more);
-    RUN_TEST(test_clients_hear_each_other);
-    RUN_TEST(test_time_waits_for_a_client_in_lock_step);
-    RUN_TEST(test_messages_of_frames);
-    RUN_TEST(test_a_port_in_use_is_reported);
+    RUN_TEST(frames_both_ways);
+    RUN_TEST(messages_in_pieces_and_several_at_once);
+    RUN_TEST(wrong_words_are_answered_with_an_error);
+    RUN_TEST(a_client_that_does_not_read_loses_messages_and_delays_no_other);
+    RUN_TEST(four_clients_and_no_more);
+    RUN_TEST(clients_hear_each_other);
+    RUN_TEST(time_waits_for_a_client_in_lock_step);
+    RUN_TEST(messages_of_frames);
+    RUN_TEST(a_port_in_use_is_reported);
     return UNITY_END();
 }

@@ -286,7 +286,7 @@ void tearDown(void)
     }
 }
 
-static void test_messages_pass_both_ways_on_each_type_of_end_node(void)
+static void messages_pass_both_ways_on_each_type_of_end_node(void)
 {
     static const uint8_t there[IN] = {1U, 0xC0U, 0xDBU, 4U};
     static const uint8_t back[OUT] = {9U, 8U, 0xC0U};
@@ -310,7 +310,7 @@ static void test_messages_pass_both_ways_on_each_type_of_end_node(void)
     }
 }
 
-static void test_without_a_device_it_is_closed_with_a_reason_and_tries_again(void)
+static void without_a_device_it_is_closed_with_a_reason_and_tries_again(void)
 {
     static const flow_endnode_kind_t noticing[] = {ENDNODE_SHM, ENDNODE_MQUEUE, ENDNODE_TCP, ENDNODE_SERIAL};
     (void)strcpy(terminal, "/nowhere/tty");
@@ -334,7 +334,7 @@ static void test_without_a_device_it_is_closed_with_a_reason_and_tries_again(voi
     }
 }
 
-static void test_it_connects_again_after_the_device_was_unplugged(void)
+static void it_connects_again_after_the_device_was_unplugged(void)
 {
     static const flow_endnode_kind_t noticing[] = {ENDNODE_SHM, ENDNODE_TCP, ENDNODE_SERIAL};
     static const uint8_t message[IN]            = {5U, 6U, 7U, 8U};
@@ -363,7 +363,7 @@ static void test_it_connects_again_after_the_device_was_unplugged(void)
     }
 }
 
-static void test_a_stream_of_invalid_octets_is_closed_and_opened_again(void)
+static void a_stream_of_invalid_octets_is_closed_and_opened_again(void)
 {
     static const uint8_t message[IN] = {5U, 6U, 7U, 8U};
     static const uint8_t garbage[IN] = {0xFFU, 0xFFU, 1U, 2U}; // Announces 65535 octets.
@@ -394,7 +394,7 @@ static void test_a_stream_of_invalid_octets_is_closed_and_opened_again(void)
     end_all();
 }
 
-static void test_frames_too_long_for_a_message_are_counted_and_skipped(void)
+static void frames_too_long_for_a_message_are_counted_and_skipped(void)
 {
     static const uint8_t message[IN] = {5U, 6U, 7U, 8U};
     uint8_t oversize[302]            = {1U, 44U}; // A frame of 300 octets.
@@ -416,7 +416,7 @@ static void test_frames_too_long_for_a_message_are_counted_and_skipped(void)
     end_all();
 }
 
-static void test_a_device_that_only_takes_or_only_sends_has_one_queue(void)
+static void a_device_that_only_takes_or_only_sends_has_one_queue(void)
 {
     static const uint8_t back[OUT] = {1U, 2U, 3U};
     uint8_t octets[FLOW_OCTETS_MAX];
@@ -436,7 +436,7 @@ static void test_a_device_that_only_takes_or_only_sends_has_one_queue(void)
     end_all();
 }
 
-static void test_in_stepped_time_a_call_waits_for_announced_octets(void)
+static void in_stepped_time_a_call_waits_for_announced_octets(void)
 {
     static const flow_endnode_kind_t counted[] = {ENDNODE_UDP, ENDNODE_TCP, ENDNODE_SERIAL};
     static const uint8_t message[IN]           = {5U, 6U, 7U, 8U};
@@ -470,7 +470,7 @@ static void test_in_stepped_time_a_call_waits_for_announced_octets(void)
     }
 }
 
-static void test_in_stepped_time_the_counts_show_that_a_device_is_gone(void)
+static void in_stepped_time_the_counts_show_that_a_device_is_gone(void)
 {
     is_counted = true;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_hand_over_create(&counts, counts_name));
@@ -487,7 +487,7 @@ static void test_in_stepped_time_the_counts_show_that_a_device_is_gone(void)
     end_all();
 }
 
-static void test_an_announced_datagram_that_is_too_long_is_taken(void)
+static void an_announced_datagram_that_is_too_long_is_taken(void)
 {
     static const uint8_t message[IN] = {5U, 6U, 7U, 8U};
     uint8_t oversize[302]            = {0U};
@@ -506,14 +506,14 @@ static void test_an_announced_datagram_that_is_too_long_is_taken(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_messages_pass_both_ways_on_each_type_of_end_node);
-    RUN_TEST(test_without_a_device_it_is_closed_with_a_reason_and_tries_again);
-    RUN_TEST(test_it_connects_again_after_the_device_was_unplugged);
-    RUN_TEST(test_a_stream_of_invalid_octets_is_closed_and_opened_again);
-    RUN_TEST(test_frames_too_long_for_a_message_are_counted_and_skipped);
-    RUN_TEST(test_a_device_that_only_takes_or_only_sends_has_one_queue);
-    RUN_TEST(test_in_stepped_time_a_call_waits_for_announced_octets);
-    RUN_TEST(test_in_stepped_time_the_counts_show_that_a_device_is_gone);
-    RUN_TEST(test_an_announced_datagram_that_is_too_long_is_taken);
+    RUN_TEST(messages_pass_both_ways_on_each_type_of_end_node);
+    RUN_TEST(without_a_device_it_is_closed_with_a_reason_and_tries_again);
+    RUN_TEST(it_connects_again_after_the_device_was_unplugged);
+    RUN_TEST(a_stream_of_invalid_octets_is_closed_and_opened_again);
+    RUN_TEST(frames_too_long_for_a_message_are_counted_and_skipped);
+    RUN_TEST(a_device_that_only_takes_or_only_sends_has_one_queue);
+    RUN_TEST(in_stepped_time_a_call_waits_for_announced_octets);
+    RUN_TEST(in_stepped_time_the_counts_show_that_a_device_is_gone);
+    RUN_TEST(an_announced_datagram_that_is_too_long_is_taken);
     return UNITY_END();
 }

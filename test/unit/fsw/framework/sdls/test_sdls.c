@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames that the receiver accepts and refuses. The frames of test_known_answers were made by another
+// Frames that the receiver accepts and refuses. The frames of known_answers_are_computed were made by another
 // implementation of AES-GCM (pyca/cryptography, which is OpenSSL);
 // test/unit/gse/hirosco_gse/test_ground_sdls.py has the same octets.
 #include "base/octets.h"
@@ -103,7 +103,7 @@ static void known(const char* const text)
     TEST_ASSERT_EQUAL(frame.size, shown.taken);
 }
 
-static void test_known_answers(void)
+static void known_answers_are_computed(void)
 {
     uint8_t check[SESSION_MARK_CHECK];
     uint8_t expected[SDLS_FRAME_MAX];
@@ -127,7 +127,7 @@ static void test_known_answers(void)
     TEST_ASSERT_EQUAL_UINT32(7U, receiver.mark.session);
 }
 
-static void test_last_number(void)
+static void the_last_number_is_accepted_once(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, take_text("a"));
     receiver.mark.session = UINT32_MAX - 1U;
@@ -148,7 +148,7 @@ static void test_last_number(void)
     refused(SDLS_REFUSED_REPLAYED, 4U);
 }
 
-static void test_counts_are_taken_one_by_one(void)
+static void counts_are_taken_one_by_one(void)
 {
     frame.count = 1U; // Not the first of its session.
     TEST_ASSERT_EQUAL(STATUS_STALE, take_text("a"));
@@ -171,7 +171,7 @@ static void test_counts_are_taken_one_by_one(void)
     refused(SDLS_REFUSED_REPLAYED, 8U);
 }
 
-static void test_two_connections_keep_their_sessions(void)
+static void two_connections_keep_their_sessions(void)
 {
     static sdls_session_t other;
     sdls_begin(&other);
@@ -193,7 +193,7 @@ static void test_two_connections_keep_their_sessions(void)
     TEST_ASSERT_EQUAL(STATUS_STALE, sdls_look(&receiver, &other, frame.octets, frame.size, &shown));
 }
 
-static void test_opening_a_frame_again_before_acceptance_gives_the_same_packet(void)
+static void opening_a_frame_again_before_acceptance_gives_the_same_packet(void)
 {
     seal(&frame, sealer_key, (const uint8_t*)"again", 5U);
     for (unsigned i = 0U; i < 3U; i++) {
@@ -205,7 +205,7 @@ static void test_opening_a_frame_again_before_acceptance_gives_the_same_packet(v
     TEST_ASSERT_EQUAL(STATUS_STALE, look());
 }
 
-static void test_each_octet_and_each_bit_counts(void)
+static void each_octet_and_each_bit_counts(void)
 {
     seal(&frame, sealer_key, (const uint8_t*)"ping", 4U);
     for (size_t bit = 0U; bit < (8U * frame.size); bit++) {
@@ -231,7 +231,7 @@ static void header(const size_t offset, const uint8_t octet)
     TEST_ASSERT_EQUAL(0U, shown.taken);
 }
 
-static void test_headers_of_others(void)
+static void headers_of_others(void)
 {
     header(0U, 0x00U); // Sequence-controlled.
     header(0U, 0x60U); // Version 1.
@@ -246,7 +246,7 @@ static void test_headers_of_others(void)
     TEST_ASSERT_EQUAL(STATUS_TRUNCATED, look());
 }
 
-static void test_other_keys_and_associations(void)
+static void other_keys_and_associations(void)
 {
     uint8_t other[SDLS_KEY_OCTETS];
     memcpy(other, sealer_key, sizeof other);
@@ -262,7 +262,7 @@ static void test_other_keys_and_associations(void)
     refused(SDLS_REFUSED_ASSOCIATION, 1U);
 }
 
-static void test_a_vector_has_twelve_octets(void)
+static void a_vector_has_twelve_octets(void)
 {
     static const uint8_t one = 1U;
     struct gcm_aes256_ctx cipher;
@@ -287,7 +287,7 @@ static void part(const uint8_t flags, const size_t size, const status_t expected
     frame.count += (expected == STATUS_OK) ? 1U : 0U;
 }
 
-static void test_parts_make_a_packet(void)
+static void parts_make_a_packet(void)
 {
     for (unsigned i = 0U; i < 2U; i++) {
         part(SEALER_FIRST, CONTENT_MAX, STATUS_OK);
@@ -327,7 +327,7 @@ static void parts_in_the_wrong_order_are_refused(void)
     TEST_ASSERT_EQUAL(2U, shown.size);
 }
 
-static void test_a_session_that_cannot_be_kept(void)
+static void a_session_that_cannot_be_kept(void)
 {
     recorded.calls      = 0U;
     recorded.fail_from  = 1U;
@@ -339,7 +339,7 @@ static void test_a_session_that_cannot_be_kept(void)
     recorded.fail_from = 0U;
 }
 
-static void test_without_a_mark_nothing_is_opened(void)
+static void without_a_mark_nothing_is_opened(void)
 {
     recorded_clear(empty);
     const medium_t medium = recorded_medium(0U);
@@ -349,7 +349,7 @@ static void test_without_a_mark_nothing_is_opened(void)
     refused(SDLS_REFUSED_NOT_KEPT, 1U);
 }
 
-static void test_secrets_are_wiped(void)
+static void secrets_are_wiped(void)
 {
     uint8_t secret[3] = {1U, 2U, 3U};
     sdls_wipe(secret, 2U);
@@ -361,20 +361,20 @@ static void test_secrets_are_wiped(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_known_answers);
+    RUN_TEST(known_answers_are_computed);
     RUN_TEST(accepting_a_frame_that_was_not_checked_is_a_coding_error);
-    RUN_TEST(test_last_number);
-    RUN_TEST(test_counts_are_taken_one_by_one);
-    RUN_TEST(test_two_connections_keep_their_sessions);
-    RUN_TEST(test_opening_a_frame_again_before_acceptance_gives_the_same_packet);
-    RUN_TEST(test_each_octet_and_each_bit_counts);
-    RUN_TEST(test_headers_of_others);
-    RUN_TEST(test_other_keys_and_associations);
-    RUN_TEST(test_a_vector_has_twelve_octets);
-    RUN_TEST(test_parts_make_a_packet);
+    RUN_TEST(the_last_number_is_accepted_once);
+    RUN_TEST(counts_are_taken_one_by_one);
+    RUN_TEST(two_connections_keep_their_sessions);
+    RUN_TEST(opening_a_frame_again_before_acceptance_gives_the_same_packet);
+    RUN_TEST(each_octet_and_each_bit_counts);
+    RUN_TEST(headers_of_others);
+    RUN_TEST(other_keys_and_associations);
+    RUN_TEST(a_vector_has_twelve_octets);
+    RUN_TEST(parts_make_a_packet);
     RUN_TEST(parts_in_the_wrong_order_are_refused);
-    RUN_TEST(test_a_session_that_cannot_be_kept);
-    RUN_TEST(test_without_a_mark_nothing_is_opened);
-    RUN_TEST(test_secrets_are_wiped);
+    RUN_TEST(a_session_that_cannot_be_kept);
+    RUN_TEST(without_a_mark_nothing_is_opened);
+    RUN_TEST(secrets_are_wiped);
     return UNITY_END();
 }

@@ -203,7 +203,7 @@ static void campaign(const uint64_t seed)
     }
 }
 
-static void test_no_hostile_frame_is_accepted(void)
+static void no_hostile_frame_is_accepted(void)
 {
     for (uint64_t seed = 10U; seed > 0U; seed--) {
         campaign(seed);
@@ -221,6 +221,6 @@ static void test_no_hostile_frame_is_accepted(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_no_hostile_frame_is_accepted);
+    RUN_TEST(no_hostile_frame_is_accepted);
     return UNITY_END();
 }

@@ -34,7 +34,7 @@ static void open_it(const uint32_t expected)
     TEST_ASSERT_EQUAL_UINT32(expected, mark.session);
 }
 
-static void test_numbers_stay(void)
+static void numbers_survive_a_restart(void)
 {
     open_it(0U);
     for (uint32_t session = 1U; session <= SESSIONS; session++) {
@@ -46,7 +46,7 @@ static void test_numbers_stay(void)
 }
 
 /// While a mark stays open, too, a number is in force only when both copies of it are on the disk.
-static void test_both_copies_follow(void)
+static void both_copies_follow(void)
 {
     const uint8_t* const octets = recorded.image[0].octets;
     open_it(0U);
@@ -59,7 +59,7 @@ static void test_both_copies_follow(void)
     open_it(SESSIONS);
 }
 
-static void test_a_copy_may_decay(void)
+static void a_copy_may_decay(void)
 {
     open_it(0U);
     TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_advance(&mark, 5U));
@@ -71,7 +71,7 @@ static void test_a_copy_may_decay(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, sdls_session_mark_open(&mark, &medium, check));
 }
 
-static void test_missing_marks_and_marks_of_another_key_are_refused(void)
+static void missing_marks_and_marks_of_another_key_are_refused(void)
 {
     check[0] ^= 1U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, sdls_session_mark_open(&mark, &medium, check));
@@ -79,7 +79,7 @@ static void test_missing_marks_and_marks_of_another_key_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, sdls_session_mark_open(&mark, &medium, check));
 }
 
-static void test_a_disk_that_refuses(void)
+static void a_disk_that_refuses(void)
 {
     open_it(0U);
     uint32_t session = 0U;
@@ -114,7 +114,7 @@ static void cut(const size_t operation, const size_t size)
 }
 
 /// Session numbers that were accepted before an operation, and the highest one begun.
-static void test_power_cuts(void)
+static void power_cuts_keep_a_valid_mark(void)
 {
     static operation_t operations[OPERATIONS_MAX];
     static image_t start[2];
@@ -154,11 +154,11 @@ static void test_power_cuts(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_numbers_stay);
-    RUN_TEST(test_both_copies_follow);
-    RUN_TEST(test_a_copy_may_decay);
-    RUN_TEST(test_missing_marks_and_marks_of_another_key_are_refused);
-    RUN_TEST(test_a_disk_that_refuses);
-    RUN_TEST(test_power_cuts);
+    RUN_TEST(numbers_survive_a_restart);
+    RUN_TEST(both_copies_follow);
+    RUN_TEST(a_copy_may_decay);
+    RUN_TEST(missing_marks_and_marks_of_another_key_are_refused);
+    RUN_TEST(a_disk_that_refuses);
+    RUN_TEST(power_cuts_keep_a_valid_mark);
     return UNITY_END();
 }
