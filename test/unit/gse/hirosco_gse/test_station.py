@@ -15,11 +15,12 @@ from hirosco_gse.dictionary import STATES
 from hirosco_gse.packets import Packet
 from hirosco_gse.script import Script
 from hirosco_gse.session import Session, Verification
+from hirosco_gse.station import __main__ as station_main
 from hirosco_gse.station import display as display_module
 from hirosco_gse.station import hub as hub_module
 from hirosco_gse.station import targets as targets_module
 from hirosco_gse.station.identity import Identity
-from hirosco_gse.station.server import QUEUE, _Browser
+from hirosco_gse.station.server import QUEUE, Station, _Browser
 from spacecraft import Spacecraft, failure, success
 from visiting import JOYSTICK, MANIPULATOR, TELEPRESENCE, answer, begin, station_of, visit
 
@@ -333,3 +334,15 @@ def test_lights(stages, is_finished, cells):
 def test_leaves_of_housekeeping():
     values = {"CUR": {"A": [1.0, 2.0], "B": [3]}, "SAMPLED": [[1.0, 2.0], [3.0, 4.0]], "ONE": (5,)}
     assert telemetry.leaves(values) == {"CUR.A": [1.0, 2.0], "CUR.B": [3], "SAMPLED": [3.0, 4.0], "ONE": [5]}
+
+
+def test_only_a_page_of_this_machine_may_show_it_in_a_frame(tmp_path, capsys):
+    parser = station_main._parser()
+    assert parser.parse_args([]).framed_by == "http://127.0.0.1:8080" and parser.parse_args(["--framed-by", "none"]).framed_by == "'none'"
+    for wrong in ("http://example.org:80", "https://127.0.0.1:80", "*"):
+        with pytest.raises(SystemExit):
+            parser.parse_args(["--framed-by", wrong])
+        assert f"found '{wrong}', expected none or a page of this machine" in capsys.readouterr().err
+    for framed_by in ("'none'", "http://127.0.0.1:8081"):
+        policy = Station(tmp_path, tmp_path, framed_by=framed_by)._headers["Content-Security-Policy"]
+        assert f"frame-ancestors {framed_by};" in policy
