@@ -55,14 +55,16 @@ def test_a_random_press_is_quiet(folder, world, seed):
     found, reasons = figures.compute(runs.load(folder / "out"))
     assert not reasons
     assert found["hold_contact_share"] >= 0.99
-    assert found["hold_force_peak"] * found["hold_force_mean_n"] <= 1.1 * force
+    assert found["hold_force_asked_n"] == pytest.approx(force, rel=0.02)
+    assert found["hold_force_peak"] <= 1.1
     if world == "rokviss-20bit":
         assert found["press_hold_oscillation_rad"] <= 6e-5
         assert found["press_hold_motion_rad"] <= 1e-4
         assert found["hold_force_ripple_nm"] <= 5e-3
         assert found["hold_energy_j"] >= -5e-5
-    else:  # a rotor may slip within its stiction: two to four counts of creep, which are not an oscillation
+    else:  # a rotor may slip within its stiction: two to four counts of creep, which are not an oscillation (docs/control.md)
         assert found["press_hold_oscillation_rad"] <= 2e-4
+        assert found["press_hold_motion_rad"] <= 4e-4
 
 
 @pytest.mark.parametrize("masses", [(1.05, 1.05), (0.95, 0.95), (1.05, 0.95), (0.95, 1.05)])
