@@ -259,6 +259,17 @@ def test_everybody_can_use_the_page(page, theme, size, hangar):
     assert not serious
 
 
+def test_the_truth_of_the_simulator_moves_the_robot_and_is_marked(page):
+    """Not a recorded line: the port only sends it. Telemetry comes back with the other button."""
+    page.click("station-scene button:has-text('Simulator')")
+    page.wait_for_selector("station-scene.truth .hud:has-text('truth 20 Hz')")
+    until(page, "window.station.scene.last.values['CUR_VALUES.TORQUE'] && !window.station.scene.last.values['CUR_VALUES.STATE']")
+    seen, told = page.evaluate("[window.station.scene.joints, window.station.store.value('MANIPULATOR', 'CUR_VALUES.POSITION')]")
+    assert seen == pytest.approx(told, abs=5e-3)
+    page.click("station-scene button:has-text('Telemetry')")
+    until(page, "window.station.scene.last.values['CUR_VALUES.STATE'] && !window.station.scene.classList.contains('truth')")
+
+
 def test_states_and_network_are_tabs_of_a_tablet(page):
     page.set_viewport_size({"width": 1024, "height": 768})
     page.click("#work-Network")

@@ -27,7 +27,7 @@ from .identity import Identity
 from .lights import lights_of
 from .network import Network
 from .targets import targets
-from .world_port import Taps, WorldPort
+from .world_port import Taps, Truth, WorldPort
 
 EVERYBODY = 0  # All ground users, as the destination of a report.
 LISTS = {("schedule", "list"), ("store", "list"), ("procedure", "status"), ("file", "list")}  # Commands that ask only.
@@ -113,7 +113,7 @@ class Hub:
         self.identity = None
         self.world_port = WorldPort()
         self.viewers, self._left = 0, 0.0
-        self.taps = Taps(publish)
+        self.taps, self.truth = Taps(publish), Truth(publish)
         self.dictionary = self.session = self.flight = self.world = None
         self.link = {"kind": "link", "is_live": False, "text": "no flight yet"}
         self.hand = {"kind": "hand", "page": None, "other": None}
@@ -155,6 +155,7 @@ class Hub:
         self.session.events = collections.deque(maxlen=KEPT_EVENTS)
         self.world_port.move_to(run, f"station-{self.identity.name or self.identity.number}")
         self.taps.move_to(run, dictionary)
+        self.truth.move_to(run)
         try:
             self.world = as_lists(world.read(world_of(run)))
         except (world.WorldError, AttributeError, TypeError, ValueError):

@@ -2,7 +2,7 @@
 """Serves the page and its WebSocket on this machine only.
 
 Browser -> station, JSON: {"do": "command", "text": ...}, {"do": "plan", "text": ...}, {"do": "live", "line": ...},
-{"do": "structures", "subsystem": ...}, {"do": "forms"}, {"do": "script"}, {"do": "watch", "bus": name or null},
+{"do": "structures", "subsystem": ...}, {"do": "forms"}, {"do": "script"}, {"do": "watch", "bus": name or null}, {"do": "watch", "truth": true},
 {"do": "ask", "text": ...}, {"do": "upload", "words": [...], "data": base64}, each with an "id" that the answer repeats. Instead of "text", a
 command may have "form" and "values" (forms.py). Station -> browser: the messages of the hub, and answers {"kind": "answer", "id": ...}."""
 
@@ -41,6 +41,7 @@ class _Browser:
         self.socket = socket
         self.waiting = []
         self.bus = None  # Its frames are on the page.
+        self.has_truth = False  # The simulator's truth moves the robot of the page.
         self.dropped = 0
         self.number = next(_NUMBERS)
         self._wake = asyncio.Event()
@@ -78,7 +79,8 @@ class Station:
     def publish(self, message):
         text = json.dumps(message)
         for browser in self.browsers:
-            browser.put(text)
+            if message["kind"] != "truth" or browser.has_truth:
+                browser.put(text)
 
     def application(self, host):
         """aiohttp application for browsers that address it as `host` (address:port)."""
@@ -163,6 +165,7 @@ class Station:
 
     def _look(self):
         self.hub.look(len(self.browsers))
+        self.hub.truth.watch(any(browser.has_truth for browser in self.browsers))
         self.hub.taps.watch({browser.bus for browser in self.browsers} - {None})
 
     async def _perform(self, text, browser):
@@ -185,7 +188,8 @@ class Station:
                 octets = base64.b64decode(order["data"], validate=True)
                 return {"kind": "answer", "id": number, "command": self.hub.upload([str(word) for word in order["words"]], octets)}
             if do == "watch":
-                browser.bus = order["bus"] and str(order["bus"])
+                browser.bus = str(order["bus"] or "") or None if "bus" in order else browser.bus
+                browser.has_truth = bool(order.get("truth", browser.has_truth))
                 self._look()
                 return {"kind": "answer", "id": number}
             if do == "forms":

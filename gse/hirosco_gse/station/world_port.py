@@ -2,6 +2,7 @@
 """The simulator's live port (live.py) without blocking: one connection, opened when it is needed."""
 
 import asyncio
+import contextlib
 import time
 
 from .. import live
@@ -13,6 +14,7 @@ from .bus_tap import BusTap
 ANSWER_S = 2.0
 SHOW_S = 0.25
 RETRY_S = 0.5
+TRUTH_HZ = 20
 
 
 class WorldPort:
@@ -68,6 +70,63 @@ class WorldPort:
         self.speed, hand = live.pace_of(answer)
         self.hand = hand if hand != self._name else None
         return found
+
+
+def poses_of(columns, values):
+    """Leaves of a row of the true state as the page knows them: positions and torques of all joints, the force of the first contact and
+    spring, the first free base."""
+    row = dict(zip(columns, values))
+    joints = [name.removesuffix(".brake") for name in columns if name.endswith(".brake")]
+    found = {"CUR_VALUES.POSITION": [row[f"{name}.position"] for name in joints], "CUR_VALUES.TORQUE": [row[f"{name}.torque"] for name in joints]}
+    first = [next((name.removesuffix("-x") for name in columns if name.endswith(f".{kind}-x")), None) for kind in ("contact", "spring")]
+    forces = [[row[f"{name}-{axis}"] for axis in "xyz"] for name in first if name]
+    if forces:
+        found["FORCE"] = [sum(parts) for parts in zip(*forces)]
+    if first[1]:
+        found["HOOKED"] = [row[first[1]]]
+    if base := next((name.removesuffix(".qw") for name in columns if name.endswith(".qw")), None):
+        found["BASE"] = [row[f"{base}.{part}"] for part in ("x", "y", "z", "qw", "qx", "qy", "qz")]
+    return found
+
+
+class Truth:
+    """The true state of the simulated world, TRUTH_HZ times a second of simulated time, while a page wants it."""
+
+    def __init__(self, publish):
+        self._publish, self._task, self._run = publish, None, None
+
+    def move_to(self, run):
+        """Follow another run."""
+        self._run = run
+
+    def watch(self, is_wanted):
+        """Follow the true state from now on, or no longer."""
+        if is_wanted and self._task is None:
+            self._task = asyncio.create_task(self._follow())
+        elif not is_wanted and self._task is not None:
+            self._task.cancel()
+            self._task = None
+
+    async def _follow(self):
+        while True:
+            with contextlib.suppress(OSError, LinkLost, ValueError):
+                await self._read()
+            await asyncio.sleep(RETRY_S)
+
+    async def _read(self):
+        reader, writer = await asyncio.open_connection("127.0.0.1", live.port_of(self._run))
+        columns = []
+        try:
+            writer.write(live.octets_of("name station-truth") + live.octets_of(f"truth {TRUTH_HZ}"))
+            while line := (await reader.readline()).decode("ascii"):
+                word, *words = line.split()
+                if word == "columns":
+                    columns = words
+                elif word == "truth" and len(words) == len(columns):
+                    numbers = [float(number) for number in words]
+                    self._publish({"kind": "truth", "time": numbers[0], "values": poses_of(columns, numbers)})
+        finally:
+            writer.close()
 
 
 class Taps:

@@ -71,7 +71,7 @@ class Bar extends HTMLElement {
     if (event.target.closest("input, select, textarea, button, [role=tab]") || event.ctrlKey || event.altKey || event.metaKey) return;
     if (event.key === " ") { this.togglePause(); event.preventDefault(); }
     if (event.key === ".") store.live("step 0.1");
-    if (event.key.toUpperCase() === "T" && store.replay?.truth) store.replay.use(store.replay.which === "truth" ? "telemetry" : "truth");
+    if (event.key.toUpperCase() === "T") store.tell("other-source");
     if (event.key.toUpperCase() === "L" && location.search.includes("replay")) location.assign("/");
     if (event.key.toUpperCase() === "A") { store.seen = store.events.length; store.tell("seen"); this.draw(); }
     const place = SPEEDS.indexOf(store.pace.speed) + { "[": -1, "]": 1 }[event.key];

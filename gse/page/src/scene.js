@@ -36,7 +36,7 @@ class Scene extends HTMLElement {
     this.views = el("div", { class: "hud tr choice", role: "group", "aria-label": "View" },
       ...[...Object.keys(VIEWS), "Fit"].map((name) => el("button", { "aria-pressed": String(name === "Iso"), onclick: () => this.view(name) }, name)));
     this.rate = el("div", { class: "hud tl name" }, "Telemetry");
-    this.sourceButtons = Object.fromEntries([["telemetry", "Telemetry"], ["truth", "Simulator’s truth"]].map(([name, words]) => [name, el("button", { onclick: () => store.replay.use(name) }, words)]));
+    this.sourceButtons = Object.fromEntries([["telemetry", "Telemetry"], ["truth", "Simulator’s truth"]].map(([name, words]) => [name, el("button", { onclick: () => (store.replay ?? this).use(name) }, words)]));
     this.sources = el("div", { class: "hud tl choice", role: "group", "aria-label": "What moves the robot", hidden: true }, ...Object.values(this.sourceButtons));
     this.values = { x: el("span", { class: "value" }), z: el("span", { class: "value" }), force: el("span", { class: "value force" }) };
     const line = (name, value, unit) => [el("span", { class: "name", style: "font-weight:500" }, name), value, el("span", { class: "hint" }, unit)];
@@ -58,8 +58,15 @@ class Scene extends HTMLElement {
       store.on("film", ({ row }) => this.tell(row));
       return;
     }
-    store.on("hello", () => this.build());
-    store.on("housekeeping", (message) => this.take(message));
+    store.on("hello", () => { this.build(); this.mark("telemetry"); });
+    store.on("pace", () => this.offer());
+    store.on("other-source", () => {
+      const from = store.replay ?? this;
+      const other = this.sourceButtons[from.which === "truth" ? "telemetry" : "truth"];
+      if (!this.sources.hidden && !other.disabled) other.click();
+    });
+    store.on("housekeeping", (message) => { if (this.which !== "truth") this.take(message); });
+    store.on("truth", (message) => { if (this.which === "truth") this.take({ ...message, subsystem: this.source }); });
     store.on("theme", () => this.colours());
     store.on("link", () => this.dim());
     store.on("film", (instant) => this.project(instant));
@@ -307,6 +314,28 @@ class Scene extends HTMLElement {
     this.pose(positions);
   }
 
+  // Beside a flight with a live port the simulator's truth can move the robot, marked as such.
+  offer() {
+    if (store.replay) return;
+    this.sources.classList.add("below");
+    this.sources.hidden = !store.pace.is_there;
+    if (!store.pace.is_there && this.which === "truth") this.mark("telemetry");
+  }
+
+  async use(which) {
+    const answer = await store.ask({ do: "watch", truth: which === "truth" });
+    if (!answer.refused) this.mark(which);
+  }
+
+  mark(which) {
+    if (store.replay) return;
+    this.which = which;
+    this.classList.toggle("truth", which === "truth");
+    for (const [name, button] of Object.entries(this.sourceButtons)) button.setAttribute("aria-pressed", String(name === which));
+    if (this.last) this.last = { ...this.last, time: this.last.time - 1 };  // The other source may be a little behind.
+    this.trace = [];
+  }
+
   // What is drawn of a link or a report that has ended is marked as past; a force is not drawn at all then.
   dim() {
     if (!this.robot || store.replay) return;
@@ -322,7 +351,7 @@ class Scene extends HTMLElement {
     if (message.subsystem !== this.source || !message.values["CUR_VALUES.POSITION"] || !this.robot) return;
     if (this.last && message.time < this.last.time && message.time > this.last.time - 60) return;
     const period = this.last ? Math.min(0.3, Math.max(0.01, message.time - this.last.time)) / (store.pace.speed || 1) : 0.05;
-    if (period < 0.2) text(this.rate, `Telemetry ${Math.round(1 / (period * (store.pace.speed || 1)))} Hz`);
+    if (period < 0.2) text(this.rate, `${this.which === "truth" ? "Simulator’s truth" : "Telemetry"} ${Math.round(1 / (period * (store.pace.speed || 1)))} Hz`);
     this.before = this.drawn ?? message.values["CUR_VALUES.POSITION"];
     this.last = { time: message.time, values: message.values, positions: message.values["CUR_VALUES.POSITION"], at: performance.now(), period: Math.min(300, period * 1000) };
   }

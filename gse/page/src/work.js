@@ -196,7 +196,7 @@ class Hand {
 
 const KEYS = [["/", "find a command"], ["0 3 4 5 6", "prepare this state of the selected subsystem"], ["Alt 1 … 4", "select a subsystem"], ["Ctrl Enter", "send the command"],
   ["Esc", "disarm, give the hand back"], ["H", "take the hand, give it back"], ["Arrows, Shift", "move the hand, fine"], ["Space", "pause and resume the world"], [".", "step 0.1 s"],
-  ["[ ]", "speed of simulated time"], ["A", "the HIGH events were seen"], ["E C B", "events, commands, bus"], ["V", "view of the scene"], ["T", "simulator’s truth or telemetry, in a replay"],
+  ["[ ]", "speed of simulated time"], ["A", "the HIGH events were seen"], ["E C B", "events, commands, bus"], ["V", "view of the scene"], ["T", "simulator’s truth or telemetry"],
   ["P", "find a parameter"], ["L", "from the replay to the flight"], ["?", "these keys"], ["Ctrl Shift S", "STOP ALL"]];
 
 function keysPanel() {

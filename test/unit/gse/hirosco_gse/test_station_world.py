@@ -13,6 +13,7 @@ from hirosco_gse import place as place_module
 from hirosco_gse.session import TimedOut
 from hirosco_gse.station import hub as hub_module
 from hirosco_gse.station import network as network_module
+from hirosco_gse.station import world_port as world_port_module
 from hirosco_gse.station.identity import Identity
 from spacecraft import success
 from tm_packets import build_tm
@@ -121,6 +122,30 @@ def test_a_page_causes_faults_and_moves_the_hand_and_one_page_has_it(place, monk
     assert [line for line in world.lines if line != "time"] == ["fault unplug robot JOINT1", "fault loss robot 0.1", "hand aim 0.1 0 0.03", "hand rest"]
     assert told["page"] > 0 and other["refused"] == "the hand is taken by another page" and "refused" not in own
     assert later["refused"] == "the hand is taken by station-WEB_2"
+
+
+def test_a_row_of_the_true_state_becomes_leaves_of_the_page():
+    names = "time arm.j1.position arm.j1.torque arm.j1.brake arm.j2.position arm.j2.torque arm.j2.brake STICK.1.position STICK.1.torque STICK.1.hand " \
+            "arm.tip.contact arm.tip.contact-x arm.tip.contact-y arm.tip.contact-z arm.hook.spring arm.hook.spring-x arm.hook.spring-y arm.hook.spring-z " \
+            "arm.x arm.y arm.z arm.qw arm.qx arm.qy arm.qz"
+    assert world_port_module.poses_of(names.split(), list(range(25))) == {
+        "CUR_VALUES.POSITION": [1, 4], "CUR_VALUES.TORQUE": [2, 5], "FORCE": [26, 28, 30], "HOOKED": [14], "BASE": [18, 19, 20, 21, 22, 23, 24]}
+    assert world_port_module.poses_of(["time", "a.j.position", "a.j.torque", "a.j.brake"], [0.0, 1.0, 2.0, 0.0]) == {"CUR_VALUES.POSITION": [1.0], "CUR_VALUES.TORQUE": [2.0]}
+
+
+def test_only_pages_that_want_the_truth_get_it(place):
+    async def story(page, station):
+        truth = {"kind": "truth", "time": 1.0, "values": {}}
+        station.publish(truth)
+        await page.ask(do="watch", truth=True)
+        is_followed = station.hub.truth._task is not None
+        station.publish({**truth, "time": 2.0})
+        await page.ask(do="watch", bus=None)
+        heard = [message["time"] for message in page.heard if message["kind"] == "truth"]
+        await page.ask(do="watch", truth=False)
+        return heard, is_followed, station.hub.truth._task
+
+    assert visit(place, story) == ([2.0], True, None)
 
 
 def test_the_pace_that_others_set_is_followed(place):
