@@ -123,6 +123,13 @@ class Monitor(App):
 
     # What is shown ------------------------------------------------------------------------------------------
 
+    def _link_rows(self):
+        network = self.hub.network
+        if self.hub.is_linked:
+            network.keep()
+        rows = network.message["rows"] if network.message else []
+        return {row["name"]: [row["name"], row["state"], *(row.get(key, "") for key in ("sent", "received", "lost", "late"))] for row in rows}
+
     def _refresh(self):
         if not self.query("#head"):
             return  # The application ends.
@@ -134,10 +141,7 @@ class Monitor(App):
         link = Text(hub.link["text"], "green" if hub.link["is_live"] else "bold red")
         self.query_one("#head", Static).update(Text("  ").join([Text(mission, "bold"), Text(f"mode {mode or '-'}"), Text(time), Text(pace), link]))
         self._fill("states", {name: self._state_row(state) for name, state in hub.states.items()})
-        if hub.is_linked:
-            hub.network.keep()
-        rows = hub.network.message["rows"] if hub.network.message else []
-        self._fill("links", {row["name"]: [row["name"], row["state"], *(row.get(key, "") for key in ("sent", "received", "lost", "late"))] for row in rows})
+        self._fill("links", self._link_rows())
         self._fill("housekeeping", self._housekeeping_rows())
         self._fill("commands", {str(call.number): self._command_row(call) for call in reversed(list(hub.commands)[-COMMANDS_SHOWN:])})
         log = self.query_one("#events", RichLog)

@@ -290,7 +290,9 @@ def test_a_key_lists_the_keys(page):
 
 def test_a_fault_is_caused_and_its_event_is_found(page, flight):
     """From the form of the verb; the list of events is filtered by severity and subsystem."""
-    choose(page, "fault unplug")
+    page.click("#work-Command")
+    page.fill("#find", "fault unplug")
+    page.click(".choices button:has-text('simulated world') >> nth=0")
     page.fill("label:has-text('bus or instrument') input", "joystick")
     page.fill("label:has-text('device') input", "STICK")
     page.wait_for_selector("text=line for the simulator: complete, in range")

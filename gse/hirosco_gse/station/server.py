@@ -46,6 +46,12 @@ class _Browser:
         self.number = next(_NUMBERS)
         self._wake = asyncio.Event()
 
+    def watch(self, order):
+        """What the page wants to see from now on."""
+        if "bus" in order:
+            self.bus = str(order["bus"]) if order["bus"] else None
+        self.has_truth = bool(order.get("truth", self.has_truth))
+
     def put(self, message):
         if len(self.waiting) >= QUEUE:
             old = next((n for n, text in enumerate(self.waiting) if text.startswith('{"kind": "housekeeping"')), 0)
@@ -175,10 +181,8 @@ class Station:
             self._check_right(do, order)
             if do == "live":
                 return {**await self.hub.live(str(order["line"]), browser.number), "id": number}
-            if do == "command" and self._text(order).split()[:1] in LIVE:
-                return {**await self.hub.live(self._text(order), browser.number), "kind": "answer", "id": number}
             if do == "command":
-                return {"kind": "answer", "id": number, "command": self.hub.command(self._text(order), bool(order.get("display")))}
+                return {**await self._command(order, browser), "kind": "answer", "id": number}
             if do == "structures":
                 self.hub.display.ask(str(order["subsystem"]))
                 return {"kind": "answer", "id": number}
@@ -188,8 +192,7 @@ class Station:
                 octets = base64.b64decode(order["data"], validate=True)
                 return {"kind": "answer", "id": number, "command": self.hub.upload([str(word) for word in order["words"]], octets)}
             if do == "watch":
-                browser.bus = str(order["bus"] or "") or None if "bus" in order else browser.bus
-                browser.has_truth = bool(order.get("truth", browser.has_truth))
+                browser.watch(order)
                 self._look()
                 return {"kind": "answer", "id": number}
             if do == "forms":
@@ -201,6 +204,12 @@ class Station:
             return {"kind": "answer", "id": number, "refused": str(problem)}
         except (ValueError, KeyError, TypeError, AttributeError) as problem:
             return {"kind": "answer", "refused": f"not understood: {problem!r}"}
+
+    async def _command(self, order, browser):
+        text = self._text(order)
+        if text.split()[:1] in LIVE:
+            return await self.hub.live(text, browser.number)
+        return {"command": self.hub.command(text, bool(order.get("display")))}
 
     def _check_right(self, do, order):
         """In a station that is read only a page may ask, and receive one more housekeeping structure. Raises UsageError."""

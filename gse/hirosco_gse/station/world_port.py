@@ -78,15 +78,25 @@ def poses_of(columns, values):
     row = dict(zip(columns, values))
     joints = [name.removesuffix(".brake") for name in columns if name.endswith(".brake")]
     found = {"CUR_VALUES.POSITION": [row[f"{name}.position"] for name in joints], "CUR_VALUES.TORQUE": [row[f"{name}.torque"] for name in joints]}
-    first = [next((name.removesuffix("-x") for name in columns if name.endswith(f".{kind}-x")), None) for kind in ("contact", "spring")]
-    forces = [[row[f"{name}-{axis}"] for axis in "xyz"] for name in first if name]
-    if forces:
-        found["FORCE"] = [sum(parts) for parts in zip(*forces)]
-    if first[1]:
-        found["HOOKED"] = [row[first[1]]]
-    if base := next((name.removesuffix(".qw") for name in columns if name.endswith(".qw")), None):
+    contact, spring, base = (_first(columns, ending) for ending in (".contact-x", ".spring-x", ".qw"))
+    if contact or spring:
+        found["FORCE"] = _force(row, contact, spring)
+    if spring:
+        found["HOOKED"] = [row[f"{spring}.spring"]]
+    if base:
         found["BASE"] = [row[f"{base}.{part}"] for part in ("x", "y", "z", "qw", "qx", "qy", "qz")]
     return found
+
+
+def _force(row, contact, spring):
+    """Sum of the forces of a contact and a spring that may be None."""
+    forces = [[row[f"{name}-{axis}"] for axis in "xyz"] for name in (contact and f"{contact}.contact", spring and f"{spring}.spring") if name]
+    return [sum(parts) for parts in zip(*forces)]
+
+
+def _first(columns, ending):
+    """What precedes this ending in the first column that has it; None without one."""
+    return next((name.removesuffix(ending) for name in columns if name.endswith(ending)), None)
 
 
 class Truth:
