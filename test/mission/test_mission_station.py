@@ -288,26 +288,6 @@ def test_a_key_lists_the_keys(page):
     page.wait_for_selector("td:has-text('STOP ALL') >> nth=0")
 
 
-def test_a_fault_is_caused_and_its_event_is_found(page, flight):
-    """From the form of the verb; the list of events is filtered by severity and subsystem."""
-    page.click("#work-Command")
-    page.fill("#find", "fault unplug")
-    page.click(".choices button:has-text('simulated world') >> nth=0")
-    page.fill("label:has-text('bus or instrument') input", "joystick")
-    page.fill("label:has-text('device') input", "STICK")
-    page.wait_for_selector("text=line for the simulator: complete, in range")
-    page.click(SEND + ":not(:disabled)")
-    until(page, "window.station.store.states.get('JOYSTICK').state === 'ERROR_OPERATIONAL'")
-    assert "fault unplug joystick STICK # station" in flight.read("live.scn")
-    page.click("#log-Events")
-    page.select_option("[aria-label='Least severity shown']", "HIGH")
-    page.select_option("[aria-label='Subsystem shown']", "JOYSTICK")
-    until(page, "[...document.querySelectorAll('station-log .entry svg')].every((one) => one.getAttribute('aria-label') === 'HIGH')")
-    assert page.locator("station-log .entry:has-text('JOYSTICK')").count() > 0
-    page.select_option("[aria-label='Least severity shown']", "INFORMATIVE")
-    page.select_option("[aria-label='Subsystem shown']", "")
-
-
 def test_only_the_present_state_is_marked(page):
     """States that were passed do not keep their symbols."""
     for state in ("SAFE_OPERATIONAL", "PRE_OPERATIONAL"):
