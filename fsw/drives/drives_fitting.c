@@ -205,6 +205,35 @@ static bool mappings_fit(const subsystem_descriptor_t* const descriptor, subsyst
     return true;
 }
 
+static bool device_fits(const subsystem_descriptor_t* const descriptor,
+                        const descriptor_device_t* const device, const drives_need_t* const need,
+                        const int first_mode, subsystem_misfit_t* const out_misfit)
+{
+    const canopen_device_profile_t* const profile = canopen_device_profile_find(device->type);
+    if (profile == NULL) {
+        return refuse(out_misfit, device->line,
+                      "type of <Device>: expected a class of descriptors/devices: " DEVICE_CLASSES_NAMES);
+    }
+    const bool is_module = need->takes_modules && (profile->axis_count == 0U);
+    const bool is_drive  = (profile->profile == PROFILE_DRIVE) && (profile->axis_count == need->axes);
+    if (!is_module && !is_drive) {
+        return refuse(out_misfit, device->line, need->says_type);
+    }
+    if (device->setting_count > NETWORK_SETTINGS_MAX) {
+        return refuse(out_misfit, device->line, "too many <Setting> of one <Device>, at most 32");
+    }
+    if (!mapping_fits(descriptor, device, profile, out_misfit) ||
+        !units_fit(descriptor, device, profile, out_misfit)) {
+        return false;
+    }
+    const int mode     = drives_mode(descriptor, device);
+    const bool is_same = need->takes_modules || (mode == first_mode);
+    if (!is_module && (!is_one_of(need->modes, mode) || !is_same)) {
+        return refuse(out_misfit, device->line, need->says_mode);
+    }
+    return true;
+}
+
 static bool configuration_fits(const subsystem_descriptor_t* const descriptor,
                                const descriptor_configuration_t* const configuration,
                                const drives_need_t* const need, subsystem_misfit_t* const out_misfit)
@@ -215,31 +244,12 @@ static bool configuration_fits(const subsystem_descriptor_t* const descriptor,
     if (!is_count) {
         return refuse(out_misfit, configuration->line, need->says_count);
     }
-    for (uint16_t i = 0U; i < configuration->device_count; i++) {
-        const canopen_device_profile_t* const profile = canopen_device_profile_find(devices[i].type);
-        if (profile == NULL) {
-            return refuse(out_misfit, devices[i].line,
-                          "type of <Device>: expected a class of descriptors/devices: " DEVICE_CLASSES_NAMES);
-        }
-        const bool is_module = need->takes_modules && (profile->axis_count == 0U);
-        const bool is_drive  = (profile->profile == PROFILE_DRIVE) && (profile->axis_count == need->axes);
-        if (!is_module && !is_drive) {
-            return refuse(out_misfit, devices[i].line, need->says_type);
-        }
-        if (devices[i].setting_count > NETWORK_SETTINGS_MAX) {
-            return refuse(out_misfit, devices[i].line, "too many <Setting> of one <Device>, at most 32");
-        }
-        if (!mapping_fits(descriptor, &devices[i], profile, out_misfit) ||
-            !units_fit(descriptor, &devices[i], profile, out_misfit)) {
-            return false;
-        }
-        const int mode     = drives_mode(descriptor, &devices[i]);
-        const bool is_same = need->takes_modules || (mode == drives_mode(descriptor, &devices[0]));
-        if (!is_module && (!is_one_of(need->modes, mode) || !is_same)) {
-            return refuse(out_misfit, devices[i].line, need->says_mode);
-        }
+    const int first_mode = drives_mode(descriptor, &devices[0]);
+    bool fits            = true;
+    for (uint16_t i = 0U; fits && (i < configuration->device_count); i++) {
+        fits = device_fits(descriptor, &devices[i], need, first_mode, out_misfit);
     }
-    return true;
+    return fits;
 }
 
 /// True if all nodes of all configurations, each counted once, can be brought up together.

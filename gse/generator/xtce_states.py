@@ -16,7 +16,7 @@ OF_SUBSYSTEM = {  # Field of TM[129,2] or TM[129,5] -> what it is.
 }
 NONE = {0: "NONE"}
 LOST, LOST_ALARM = "lost_packets", 0
-ALL_USERS = 0  # Destination of reports that nobody has asked for.
+ALL_USERS = 0  # Destination of reports without a request.
 GAP_MAX = 1000  # A larger jump, or a counter that falls back, is a restart of its subsystem.
 COUNT_LOST = """
 if (!apid || !service || !subtype || !counter || !destination) return;

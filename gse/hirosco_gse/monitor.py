@@ -144,7 +144,9 @@ class Monitor(App):
         self._fill("links", self._link_rows())
         self._fill("housekeeping", self._housekeeping_rows())
         self._fill("commands", {str(call.number): self._command_row(call) for call in reversed(list(hub.commands)[-COMMANDS_SHOWN:])})
-        log = self.query_one("#events", RichLog)
+        self._write_events(self.query_one("#events", RichLog))
+
+    def _write_events(self, log):
         for event in self._new_events:
             if event["kind"] == "hello":
                 log.clear()

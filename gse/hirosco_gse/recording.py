@@ -226,6 +226,12 @@ def _valves(run, names, wanted_us):
     return found
 
 
+# Leaf of the recording, and the channel and field of the truth log that it repeats.
+TRUTH_LEAVES = (("POSITION", "JOINTS", "position_rad"), ("VELOCITY", "JOINTS", "velocity_rad_s"), ("TORQUE", "JOINTS", "joint_torque_nm"),
+                ("EXTERNAL_TORQUE", "JOINTS", "external_torque_nm"), ("BRAKE", "JOINTS", "brake_engaged"), ("HOOKED", "SPRING", "is_hooked"),
+                ("STICK", "STICK", "position_rad"), ("FELT", "STICK", "motor_torque_nm"), ("WHEEL", "WHEEL", "momentum_nms"))
+
+
 def _truth(run, tables):
     """Add what the simulator knows of bodies, joysticks, wheels and valves, TRUTH_HZ times a second. Returns the names of the entries."""
     known = {name: table for name, table in run.truth.items() if isinstance(table, dict) and len(table["time_us"])}
@@ -242,27 +248,16 @@ def _truth(run, tables):
         parts = [truth_log.at(known[channel], name, wanted, run.truth_end_us) for name in columns]
         return np.concatenate(parts, axis=2).reshape(len(wanted), -1)
 
-    leaves = {}
-    if "JOINTS" in known:
-        leaves = {"POSITION": at("JOINTS", "position_rad"), "VELOCITY": at("JOINTS", "velocity_rad_s"), "TORQUE": at("JOINTS", "joint_torque_nm"),
-                  "EXTERNAL_TORQUE": at("JOINTS", "external_torque_nm"), "BRAKE": at("JOINTS", "brake_engaged")}
+    leaves = {leaf: at(channel, name) for leaf, channel, name in TRUTH_LEAVES if channel in known}
     if "CONTACT" in known:
         leaves["FORCE"] = at("CONTACT", "contact_force_n") + at("CONTACT", "spring_force_n")
-    if "SPRING" in known:
-        leaves["HOOKED"] = at("SPRING", "is_hooked")
-    touches = [(channel, known[channel]["place_m"].shape[1]) for channel in ("CONTACTS", "SPRING") if channel in known]
-    for channel, count in touches:  # One contact and one spring are what FORCE has.
-        if count > 1:
+    for channel in ("CONTACTS", "SPRING"):
+        if channel in known and known[channel]["place_m"].shape[1] > 1:  # One contact and one spring are what FORCE has.
             leaves[channel] = entries(channel, "place_m", "force_n")
-    if "STICK" in known:
-        leaves["STICK"], leaves["FELT"] = at("STICK", "position_rad"), at("STICK", "motor_torque_nm")
     if "BASE" in known:
         leaves["BASE"] = entries("BASE", "position_m", "rotation")
-    if "WHEEL" in known:
-        leaves["WHEEL"] = at("WHEEL", "momentum_nms")
     names = _truth_names(run)
-    if names["valves"]:
-        leaves["VALVE"] = _valves(run, names["valves"], wanted)
+    leaves |= {"VALVE": _valves(run, names["valves"], wanted)} if names["valves"] else {}
     tables.add({"kind": "truth"}, wanted / 1e6, leaves)
     return names
 

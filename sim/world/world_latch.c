@@ -49,6 +49,14 @@ static bool is_of_a_valve(const world_t* const world, const world_latch_t* const
     return index < world->valve_count;
 }
 
+static bool has_forces_if(const element_t* const element, const bool is_pressed)
+{
+    const bool has_force   = element_attribute(element, "force") != NULL;
+    const bool has_stall   = element_attribute(element, "stall") != NULL;
+    const bool has_release = element_attribute(element, "release") != NULL;
+    return (has_force == is_pressed) && (has_stall == is_pressed) && (is_pressed || !has_release);
+}
+
 /// Find the device that closes the latch, and check the attributes that belong to it.
 static status_t find_trigger(const world_t* const world, const element_t* const element,
                              world_latch_t* const latch)
@@ -56,14 +64,11 @@ static status_t find_trigger(const world_t* const world, const element_t* const 
     const bool is_named   = latch->when[0] != '\0';
     const bool is_pressed = is_named && find_drive(world, latch);
     const bool is_wired   = is_named && !is_pressed && find_box(world, latch);
-    const bool has_force  = element_attribute(element, "force") != NULL;
-    const bool has_stall  = element_attribute(element, "stall") != NULL;
     const bool has_output = element_attribute(element, "output") != NULL;
     if (is_named && !is_pressed && !is_wired) {
         return element_refuse(element, latch->when, "a Gripper, Drive or ValveBox above");
     }
-    if ((has_force != is_pressed) || (has_stall != is_pressed) ||
-        ((element_attribute(element, "release") != NULL) && !is_pressed)) {
+    if (!has_forces_if(element, is_pressed)) {
         return element_refuse(element, element->name,
                               "force and stall if `when` is a Gripper or Drive, else neither of these nor "
                               "release");

@@ -181,29 +181,31 @@ class Station:
             self._check_right(do, order)
             if do == "live":
                 return {**await self.hub.live(str(order["line"]), browser.number), "id": number}
-            if do == "command":
-                return {**await self._command(order, browser), "kind": "answer", "id": number}
-            if do == "structures":
-                self.hub.display.ask(str(order["subsystem"]))
-                return {"kind": "answer", "id": number}
-            if do == "plan":
-                return {"kind": "answer", "id": number, **self._preview(self._text(order))}
-            if do == "upload":
-                octets = base64.b64decode(order["data"], validate=True)
-                return {"kind": "answer", "id": number, "command": self.hub.upload([str(word) for word in order["words"]], octets)}
-            if do == "watch":
-                browser.watch(order)
-                self._look()
-                return {"kind": "answer", "id": number}
-            if do == "forms":
-                return {"kind": "answer", "id": number, **(self.hub.forms.message() if self.hub.dictionary else {"refused": "no flight"})}
-            if do == "script":
-                return {"kind": "answer", "id": number, "text": script_of(self.hub.commands)}
-            return {"kind": "answer", "id": number, "refused": f"unknown request '{do}'"}
+            return {**await self._answer(do, order, browser), "kind": "answer", "id": number}
         except (UsageError, live.LiveRefused) as problem:
             return {"kind": "answer", "id": number, "refused": str(problem)}
         except (ValueError, KeyError, TypeError, AttributeError) as problem:
             return {"kind": "answer", "refused": f"not understood: {problem!r}"}
+
+    async def _answer(self, do, order, browser):
+        """Perform a request; what its answer contains."""
+        if do == "command":
+            return await self._command(order, browser)
+        if do == "structures":
+            self.hub.display.ask(str(order["subsystem"]))
+            return {}
+        if do == "plan":
+            return self._preview(self._text(order))
+        if do == "upload":
+            octets = base64.b64decode(order["data"], validate=True)
+            return {"command": self.hub.upload([str(word) for word in order["words"]], octets)}
+        if do == "watch":
+            browser.watch(order)
+            self._look()
+            return {}
+        if do == "forms":
+            return self.hub.forms.message() if self.hub.dictionary else {"refused": "no flight"}
+        return {"text": script_of(self.hub.commands)} if do == "script" else {"refused": f"unknown request '{do}'"}
 
     async def _command(self, order, browser):
         text = self._text(order)
