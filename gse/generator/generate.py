@@ -114,10 +114,11 @@ def generate(path, out, described, messages, failures):
     text, events = xtce.database(content, failures)
     write(out / f"{loaded.name}.xtce.xml", text)
     write(out / f"{loaded.name}.lua", dissector.script(content))
-    write(out / f"{loaded.name}.events.json", json.dumps(events, indent=1) + "\n")
+    made_for = {"interface_hash": content["interface_hash"]}  # Yamcs ignores members that it does not know.
+    write(out / f"{loaded.name}.events.json", json.dumps([row | made_for for row in events], indent=1) + "\n")
     for folder, files in (("displays", yamcs_displays.displays(content)), ("stacks", yamcs_displays.stacks(content))):
         for name, one in files.items():
-            write(out / "yamcs" / loaded.name / folder / name, json.dumps(one, indent=1) + "\n")
+            write(out / "yamcs" / loaded.name / folder / name, json.dumps(one | made_for, indent=1) + "\n")
     for bus, text in dbc.databases(loaded).items():
         write(out / f"{loaded.name}-{bus}.dbc", text)
 

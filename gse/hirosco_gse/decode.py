@@ -5,6 +5,7 @@
 offset, the value found, the value expected and what to do; a packet that is malformed itself is a row that says so.
 """
 
+import json
 import os
 import pathlib
 import re
@@ -34,6 +35,30 @@ class _Decoder:
         self.dictionary, self._folder = dictionary, pathlib.Path(folder)
         self._configurations, self._databases = {}, {}
         self._assembler = large.Assembler()
+        self._facts, self._warnings = {}, []
+
+    def compare_with_run(self, folder):
+        """Compare the dictionary with run.json beside the input, if there is one: what flew."""
+        try:
+            facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return
+        self._facts = facts if isinstance(facts, dict) else {}
+        flown = str(self._facts.get("interface_hash") or "")
+        if flown and flown.upper() != self.dictionary.interface_hash.upper():
+            self._warn(f"{folder / 'run.json'}: the flight had interface {flown}, the dictionary has {self.dictionary.interface_hash}: "
+                       "names and values may be wrong; run make")
+
+    def _warn(self, text):
+        if text is not None:
+            self._warnings.append({"text": f"warning: {text}", "time": None, "warning": text})
+
+    def with_warnings(self, found):
+        """These rows, each after the warnings that it has caused."""
+        for row in found:
+            yield from self._warnings
+            self._warnings.clear()
+            yield row
 
     def packet(self, raw, seconds=None):
         """Rows of one packet: one, or two with the long packet that it completes."""
@@ -69,7 +94,8 @@ class _Decoder:
             raise DecodeError(f"{place}: found bus '{bus}', expected a bus of mission {self.dictionary.mission}: {', '.join(names) or 'none'}; "
                               "give the dictionary of the mission with --dictionary")
         if bus not in self._databases:
-            self._databases[bus] = frames.Database(self._folder / f"{self.dictionary.mission}-{bus}.dbc")
+            self._databases[bus] = database = frames.Database(self._folder / f"{self.dictionary.mission}-{bus}.dbc")
+            self._warn(database.problem_with(self._facts, "those that flew") or database.problem_with(self.dictionary.content, "the dictionary"))
         name, signals = self._databases[bus].decode(identifier, octets, is_extended)
         text = f"{bus} {self._databases[bus].describe(identifier, octets, is_extended)}"
         return self._row(seconds, text, bus=bus, id=identifier, frame=name, values={signal: value for signal, value, _ in signals})
@@ -258,12 +284,14 @@ def rows(words, dictionary, folder, port):
     decoder = _Decoder(dictionary, folder)
     path = pathlib.Path(words[0])
     if len(words) > 1 or (re.fullmatch(r"(0[xX])?[0-9A-Fa-f]+", words[0]) and not os.path.exists(words[0])):
-        return _hex_lines(decoder, [" ".join(words)], "octets")
+        return decoder.with_warnings(_hex_lines(decoder, [" ".join(words)], "octets"))
     try:
         octets = sys.stdin.buffer.read() if words == ["-"] else path.read_bytes()
     except OSError as error:
         raise DecodeError(f"{path}: {error.strerror}, expected {FORMS}; check the path") from error
-    path = pathlib.Path("stdin") if words == ["-"] else path
-    if octets[:4] in PCAP or octets[:4] == PCAPNG:
-        return _capture(decoder, octets, path, port)
-    return _text(decoder, octets, path)
+    if words == ["-"]:
+        path = pathlib.Path("stdin")
+    else:
+        decoder.compare_with_run(path.parent)
+    is_capture = octets[:4] in PCAP or octets[:4] == PCAPNG
+    return decoder.with_warnings(_capture(decoder, octets, path, port) if is_capture else _text(decoder, octets, path))

@@ -42,7 +42,7 @@ class Database:
 
     def __init__(self, path):
         """Raises DatabaseError."""
-        self.names, self.octets, self.signals, self.about = {}, {}, {}, ""
+        self.path, self.names, self.octets, self.signals, self.about = path, {}, {}, {}, ""
         try:
             lines = path.read_text(encoding="utf-8").splitlines()
         except (OSError, ValueError) as error:
@@ -63,6 +63,14 @@ class Database:
             elif found := SELECTED.match(line):
                 spans = (span.strip().split("-") for span in found[3].split(","))
                 self.signals[int(found[1])][found[2]].when = {number for low, high in spans for number in range(int(low), int(high) + 1)}
+
+    def problem_with(self, content, whose):
+        """Text if the database is not of the descriptors of `content`, a dictionary or the facts of a run; otherwise None. Its hash is that of
+        the configuration, because identifiers and contents of frames are in devices and settings, which the interface hash does not cover."""
+        wanted = str(content.get("configuration_hash") or "")
+        if wanted.upper() in self.about.upper():
+            return None
+        return f"{self.path.name}: made from other descriptors than {whose}, configuration {wanted}: names and values may be wrong; run make"
 
     def decode(self, identifier, octets, is_extended=False):
         """(name of the frame or None, list of (signal, number or word, unit))."""

@@ -178,9 +178,8 @@ def _columns(file, topic, channel, table, entries):
 def _database(path, facts):
     """{identifier: (name, octets, signals)} of the messages with fixed signals in a generated CAN database. Raises DatabaseError."""
     database = frames.Database(path)
-    flown = str(facts.get("configuration_hash", ""))
-    if flown and flown.upper() not in database.about.upper():
-        raise frames.DatabaseError(f"{path.name}: made from other descriptors than those that flew, {flown}; its frames are raw")
+    if problem := database.problem_with(facts, "those that flew"):
+        raise frames.DatabaseError(f"{problem}; its frames are raw")
     return {identifier: (name, database.octets[identifier], list(database.signals[identifier].values()))
             for identifier, name in database.names.items()
             if database.octets[identifier] <= 8 and database.signals[identifier]

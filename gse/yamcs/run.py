@@ -91,13 +91,18 @@ def _ask(port, dictionary, patience_s):
     return found
 
 
+def compare_files(mission, wanted):
+    """A line for each file of the mission for Yamcs that is not of this interface: database, event templates, displays and stacks."""
+    used = [GENERATED / f"{mission}.xtce.xml", GENERATED / f"{mission}.events.json", *sorted((GENERATED / "yamcs" / mission).glob("*/*"))]
+    return [f"{path.relative_to(GENERATED)} is not of the dictionary's interface {wanted}: run make" for path in used
+            if wanted not in path.read_text(encoding="utf-8")]
+
+
 def compare(mission, port, patience_s=ANSWER_S):
-    """Lines that say whether database, dictionary and flight have the same interface."""
+    """Lines that say whether the files for Yamcs, the dictionary and the flight have the same interface."""
     dictionary = json.loads((GENERATED / f"{mission}.json").read_text(encoding="utf-8"))
-    lines, wanted = [], dictionary["interface_hash"]
-    with (GENERATED / f"{mission}.xtce.xml").open(encoding="utf-8") as database:
-        if f'interface {wanted}"' not in database.read(4096):
-            lines.append(f"the database is not of the dictionary's interface {wanted}: run make")
+    wanted = dictionary["interface_hash"]
+    lines = compare_files(mission, wanted)
     try:
         found = _ask(port, dictionary, patience_s)
     except OSError as error:

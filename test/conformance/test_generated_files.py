@@ -14,8 +14,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 GENERATOR = ROOT / "gse" / "generator"
 MISSIONS = [ROOT / "descriptors" / "missions" / f"{name}.xml" for name in ("rokviss", "ur5e")]
 
-sys.path.insert(0, str(GENERATOR))
+sys.path[:0] = [str(GENERATOR), str(ROOT / "gse" / "yamcs")]
 import dissector  # noqa: E402
+import run as yamcs_run  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -38,14 +39,27 @@ def test_the_same_descriptors_give_the_same_octets(made):
 def test_every_file_of_a_mission_has_the_interface_that_it_is_made_for(made):
     for mission in MISSIONS:
         content = json.loads(made[0][pathlib.Path(f"{mission.stem}.json")])
-        files = [path for path in made[0] if path.name.startswith((f"{mission.stem}.", f"{mission.stem}-"))]
-        assert len(files) >= 6
+        files = [path for path in made[0] if path.name.startswith((f"{mission.stem}.", f"{mission.stem}-")) or mission.stem in path.parts]
+        assert {path.suffix for path in files} == {".json", ".xml", ".lua", ".dbc", ".par", ".ycs"}
         for path in files:
-            if not path.name.endswith(".events.json"):  # A list in the format of Yamcs, used with the XTCE database only.
-                assert content["interface_hash"].encode() in made[0][path], path
+            assert content["interface_hash"].encode() in made[0][path], path
         for subsystem in content["subsystems"]:
             header = made[0][pathlib.Path(f"{subsystem['name'].lower()}_descriptor.h")].decode()
             assert subsystem["interface_hash"][2:].lower() in header.lower()
+
+
+def test_yamcs_is_not_started_silently_with_a_file_of_another_interface(made, monkeypatch, tmp_path):
+    for path, octets in made[0].items():
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_bytes(octets)
+    monkeypatch.setattr(yamcs_run, "GENERATED", tmp_path)
+    wanted = json.loads(made[0][pathlib.Path("rokviss.json")])["interface_hash"]
+    assert yamcs_run.compare_files("rokviss", wanted) == []
+    older = ("rokviss.xtce.xml", "rokviss.events.json", "yamcs/rokviss/displays/JOYSTICK.par", "yamcs/rokviss/stacks/ALL-OFFLINE.ycs")
+    for name in older:
+        path = tmp_path / name
+        path.write_text(path.read_text(encoding="utf-8").replace(wanted, "0x00000000000000AA"), encoding="utf-8")
+    assert yamcs_run.compare_files("rokviss", wanted) == [f"{name} is not of the dictionary's interface {wanted}: run make" for name in older]
 
 
 SMALL = {

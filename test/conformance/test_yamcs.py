@@ -173,10 +173,12 @@ def test_its_database_is_compared_with_what_flies(flight, dictionary, monkeypatc
     content = json.loads((ROOT / "build" / "generated" / f"{MISSION}.json").read_text(encoding="utf-8"))
     content["subsystems"][0]["interface_hash"] = content["interface_hash"] = "0x00000000000000AA"
     (tmp_path / f"{MISSION}.json").write_text(json.dumps(content), encoding="utf-8")
-    shutil.copy2(ROOT / "build" / "generated" / f"{MISSION}.xtce.xml", tmp_path)
+    for name in (f"{MISSION}.xtce.xml", f"{MISSION}.events.json"):
+        shutil.copy2(ROOT / "build" / "generated" / name, tmp_path)
     monkeypatch.setattr(yamcs_run, "GENERATED", tmp_path)
     told = yamcs_run.compare(MISSION, flight.port(), PATIENCE_S)
-    assert len(told) == 2 and "run make" in told[0] and re.fullmatch(r"\w+ flies interface 0x\w{16}, the database has 0x00000000000000AA: .*", told[1])
+    assert len(told) == 3 and all("run make" in line for line in told[:2])
+    assert re.fullmatch(r"\w+ flies interface 0x\w{16}, the database has 0x00000000000000AA: .*", told[2])
 
 
 def test_it_commands_a_mission_with_a_key_through_the_gateway(place, synthetic_link):

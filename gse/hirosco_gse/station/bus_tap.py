@@ -30,10 +30,10 @@ def error_of(identifier, octets):
 
 
 class BusTap:
-    """What was seen of one bus. Rates in bit/s; database: hirosco_gse.frames.Database, or None."""
+    """What was seen of one bus. Rates in bit/s; database: hirosco_gse.frames.Database, or None; warning: why names and values may be wrong."""
 
-    def __init__(self, name, rate, data_rate, database):
-        self.name, self._rate, self._data_rate, self._database = name, rate, data_rate, database
+    def __init__(self, name, rate, data_rate, database, warning=None):
+        self.name, self._rate, self._data_rate, self._database, self.warning = name, rate, data_rate, database, warning
         self.errors = collections.deque(maxlen=ERRORS_KEPT)
         self.dropped = self.error_count = 0
         self.transmit_errors = None
@@ -74,7 +74,7 @@ class BusTap:
             busy_us += count * (fd_us(length, self._rate, self._data_rate) if is_fd else classic_us(length, self._rate))
         self._counts.clear()
         frames = [self._frame(identifier, line, data, rates[identifier] / span if span > 0 else 0.0) for identifier, (line, data) in sorted(self._newest.items())]
-        return {"kind": "bus", "bus": self.name, "time": now, "load": busy_us / span / 1e6 if span > 0 else None, "frames": frames,
+        return {"kind": "bus", "bus": self.name, "warning": self.warning, "time": now, "load": busy_us / span / 1e6 if span > 0 else None, "frames": frames,
                 "errors": list(self.errors), "error_count": self.error_count, "transmit_errors": self.transmit_errors, "dropped": self.dropped}
 
     def _frame(self, identifier, line, data, rate):

@@ -154,7 +154,7 @@ class Hub:
         self.session.listeners.append(self._listen)
         self.session.events = collections.deque(maxlen=KEPT_EVENTS)
         self.world_port.move_to(run, f"station-{self.identity.name or self.identity.number}")
-        self.taps.move_to(run, dictionary)
+        self.taps.move_to(run, dictionary, self.session.mismatches)
         self.truth.move_to(run)
         try:
             self.world = as_lists(world.read(world_of(run)))

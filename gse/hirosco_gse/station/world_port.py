@@ -144,11 +144,11 @@ class Taps:
 
     def __init__(self, publish):
         self._publish, self._tasks = publish, {}
-        self._run = self._dictionary = None
+        self._run = self._dictionary = self._mismatches = None
 
-    def move_to(self, run, dictionary):
-        """Follow the buses of another run."""
-        self._run, self._dictionary = run, dictionary
+    def move_to(self, run, dictionary, mismatches):
+        """Follow the buses of another run. mismatches: words by APID about subsystems that fly another interface; it may grow."""
+        self._run, self._dictionary, self._mismatches = run, dictionary, mismatches
 
     def watch(self, names):
         """Follow these buses from now on, and no others."""
@@ -172,9 +172,15 @@ class Taps:
         about = next(bus for bus in self._dictionary.buses if bus["name"] == name)
         try:
             database = Database(ROOT / "build" / "generated" / f"{self._dictionary.mission}-{name}.dbc")
-        except DatabaseError:
-            database = None  # Frames are shown in hexadecimal.
-        return BusTap(name, about.get("bit_rate") or 1e6, about.get("data_bit_rate") or 5e6, database)
+            warning = database.problem_with(self._dictionary.content, "the dictionary")
+        except DatabaseError as error:
+            database, warning = None, f"frames are not decoded: {error}"
+        return BusTap(name, about.get("bit_rate") or 1e6, about.get("data_bit_rate") or 5e6, database, warning)
+
+    def _said(self, tap):
+        """Message of a tap; the first subsystem that flies another interface is a warning for its frames, too."""
+        message = tap.message()
+        return message | {"warning": message["warning"] or next(iter(self._mismatches.values()), None)}
 
     async def _read(self, tap):
         reader, writer = await asyncio.open_connection("127.0.0.1", live.port_of(self._run))
@@ -185,6 +191,6 @@ class Taps:
                 tap.feed(octets)
                 if time.monotonic() - shown >= SHOW_S:
                     shown = time.monotonic()
-                    self._publish(tap.message())
+                    self._publish(self._said(tap))
         finally:
             writer.close()

@@ -50,8 +50,9 @@ export class Bus {
     if (wanted !== this.watched && store.hasSocket) { this.watched = wanted; store.ask({ do: "watch", bus: wanted }); }
     if (!isShown) return;
     const said = store.buses.get(this.name);
+    const warning = said?.warning ? `${said.warning}. ` : "";
     const problem = said?.problem ?? (store.pace.is_there ? null : "this flight has no live port");
-    text(this.words, !this.name ? "This mission has no bus." : problem ? `No frames: ${problem}` : !said ? "Waiting for frames" : said.dropped ? `${said.dropped} frames were not passed on: the tap was too slow` : `${said.frames.length} identifiers, ${said.error_count} error frames since this tab is open`);
+    text(this.words, !this.name ? "This mission has no bus." : problem ? `No frames: ${problem}` : !said ? "Waiting for frames" : said.dropped ? `${warning}${said.dropped} frames were not passed on: the tap was too slow` : `${warning}${said.frames.length} identifiers, ${said.error_count} error frames since this tab is open`);
     const { load, tx, lost, off } = this.numbers;
     const put = (one, value, below) => { text(one.value, value === null || value === undefined ? "–" : String(value)); text(one.below, below); };
     put(load, said?.load === null || said?.load === undefined ? null : `${(said.load * 100).toFixed(0)} %`, "usual stuffing");

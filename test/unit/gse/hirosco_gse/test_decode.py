@@ -72,7 +72,7 @@ def test_telemetry_has_names_units_and_words(shown, telemetry, tmp_path):
     assert code == 0 and len(lines) == 4
     assert "    1.500000  TM[129,5]  MANIPULATOR: status  state=OPERATIONAL" in lines[0] and "configuration=STAND_ALONE" in lines[0]
     assert "POSITION: [0, 0] rad" in lines[1] and "DES_POSITION=[[0, 1], [2, 3], [4, 5], [6, 7], [8, 9]] rad" in lines[1]
-    assert lines[2].endswith("MANIPULATOR: MEDIUM TORQUE_LIMIT  JOINT=1  TORQUE=39.5 Nm  LIMIT=38 Nm")
+    assert lines[2].endswith("MANIPULATOR: MEDIUM TORQUE_LIMIT  JOINT=1 joint  TORQUE=39.5 Nm  LIMIT=38 Nm")
     assert "request 5 to MANIPULATOR start failed: refused at start of execution: not allowed in the present state" in lines[3]
 
 
@@ -202,6 +202,35 @@ def test_damaged_input_is_named_by_its_place(shown, tmp_path, name, content, wor
     (tmp_path / name).write_bytes(content)
     code, _, err = shown(tmp_path / name)
     assert code == 1 and all(word in err for word in words), err
+
+
+def test_another_interface_than_that_of_the_recording_is_told(shown, dictionary_path, dictionary, tmp_path):
+    """run.json beside a file says what flew; a bus database says of which descriptors it was made."""
+    (tmp_path / "can-robot.log").write_text(FRAMES, encoding="ascii")
+    (tmp_path / "packets.log").write_text(f"0.031000000 TC {packets.build_tc(MANIPULATOR, 5, 17, 1).hex()}\n", encoding="ascii")
+    facts = {name: dictionary.content[name].lower() for name in ("interface_hash", "configuration_hash")}
+    (tmp_path / "run.json").write_text(json.dumps(facts), encoding="utf-8")
+    for name, count in (("can-robot.log", 7), ("packets.log", 1)):
+        assert len(shown(tmp_path / name)[1]) == count
+    (tmp_path / "run.json").write_text(json.dumps({"interface_hash": "0x00000000000000aa", "configuration_hash": "0x00000000000000bb"}), encoding="utf-8")
+    code, lines, _ = shown(tmp_path / "can-robot.log")
+    assert code == 0 and len(lines) == 9, lines
+    assert "run.json: the flight had interface 0x00000000000000aa, the dictionary has " + dictionary.interface_hash in lines[0]
+    assert lines[1].startswith("warning: rokviss-robot.dbc: made from other descriptors than those that flew, configuration 0x00000000000000bb")
+    assert len(shown(tmp_path / "packets.log")[1]) == 2
+    (tmp_path / "run.json").unlink()
+    database = (dictionary_path.parent / "rokviss-robot.dbc").read_text(encoding="utf-8")
+    (tmp_path / "rokviss-robot.dbc").write_text(database.replace(dictionary.configuration_hash, "0x00000000000000CC"), encoding="utf-8")
+    found = list(decode.rows([str(tmp_path / "can-robot.log")], dictionary, tmp_path, PORT))
+    assert ["warning" in row for row in found] == [True] + 7 * [False]
+    assert "made from other descriptors than the dictionary" in found[0]["text"]
+
+
+@pytest.mark.parametrize("content", ["{", "[1]", '{"interface_hash": null}'])
+def test_a_damaged_run_json_does_not_stop_the_decoder(shown, tmp_path, content):
+    (tmp_path / "run.json").write_text(content, encoding="utf-8")
+    (tmp_path / "can-robot.log").write_text(FRAMES, encoding="ascii")
+    assert len(shown(tmp_path / "can-robot.log")[1]) == 7
 
 
 def test_what_is_not_there(shown, tmp_path, dictionary, monkeypatch):

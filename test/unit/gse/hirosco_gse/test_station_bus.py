@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames of a bus on the page: the newest of each identifier, decoded, with its rate; errors in words."""
 
+import copy
+
 import pytest
 from conftest import ROOT
 from hirosco_gse.frames import Database
+from hirosco_gse.station import world_port
 from hirosco_gse.station.bus_tap import BusTap, error_of
 
 
@@ -32,3 +35,19 @@ def test_error_frames_are_single_and_in_words():
     assert said["errors"][1]["words"] == "transmit errors: error warning; tx errors 96, rx errors 0"
     assert (said["error_count"], said["transmit_errors"]) == (2, 96)
     assert error_of(0x20000040, bytes(8))[0] == "BUS_OFF" and error_of(0x20000400, b"")[2] == "error"
+
+
+def test_the_page_is_told_that_names_of_frames_may_be_wrong(dictionary):
+    """By a database of other descriptors than the dictionary, and by a subsystem that flies another interface."""
+    taps, mismatches = world_port.Taps(None), {}
+    taps.move_to("run", dictionary, mismatches)
+    tap = taps._tap("robot")
+    assert taps._said(tap)["warning"] is None
+    mismatches[16] = "MANIPULATOR flies interface 0x0a"
+    assert taps._said(tap)["warning"] == "MANIPULATOR flies interface 0x0a"
+    other = copy.copy(dictionary)
+    other.content = dictionary.content | {"configuration_hash": "0x00000000000000BB"}
+    taps.move_to("run", other, {})
+    assert taps._said(taps._tap("robot"))["warning"].startswith("rokviss-robot.dbc: made from other descriptors than the dictionary")
+    other.mission = "unknown"
+    assert taps._said(taps._tap("robot"))["warning"].startswith("frames are not decoded: ")
