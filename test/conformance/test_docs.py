@@ -40,7 +40,7 @@ def page(docs, name):
 
 
 def test_documentation_is_small_and_loads_nothing_from_outside(docs):
-    assert sum(path.stat().st_size for path in docs.iterdir()) < 4e6
+    assert sum(path.stat().st_size for path in docs.iterdir()) < 5e6
     for path in docs.glob("*.html"):
         text = path.read_text(encoding="utf-8")
         scripts = re.findall(r"<script[^>]*>", text)
