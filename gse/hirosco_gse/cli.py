@@ -44,6 +44,7 @@ def _parser():
     parser.add_argument("--timeout", type=float, default=20.0, help="longest wait for a verification [s] (default 20)")
     parser.add_argument("--key", metavar="FILE", help="protect telecommands with this key (default: that of the run; for other runs $GSE_KEY)")
     parser.add_argument("--listen", type=int, metavar="PORT", help=f"gateway: port on this machine (default {gateway.PORT})")
+    parser.add_argument("--http-port", type=int, metavar="PORT", help="replay: port of the page (default: the first free one)")
     parser.add_argument("--json", action="store_true", help="one JSON object per line instead of text")
     parser.add_argument("-f", "--follow", action="store_true", help="hk, events: continue until Ctrl-C")
     parser.add_argument("--cosimulation", help="script: UNIX socket of the scheduler (stepped time)")
@@ -185,6 +186,22 @@ class _Console:
         print(live.recording(run, None if name == "none" else known if known.exists() else name), end="")
         return SUCCESS
 
+    def replay(self):
+        """Serve a run on the page of the station."""
+        if len(self.arguments.words) > 1:
+            raise UsageError("usage: replay [RUN] [--http-port PORT]")
+        try:
+            from .station import __main__ as station  # Needs packages, as the page does.
+        except ImportError as error:
+            raise UsageError(f"replay: {error}; after make setup call build/venv/bin/gse replay") from error
+        options = ["--replay", str(self.arguments.words[0] if self.arguments.words else self.run)]
+        if self.arguments.http_port is not None:
+            options += ["--http-port", str(self.arguments.http_port)]
+        try:
+            return station.main(options)
+        except SystemExit as end:
+            raise UsageError(end.code) from end
+
     def pcap(self):
         """Write the packets of a run as a capture."""
         if len(self.arguments.words) > 1:
@@ -320,6 +337,7 @@ def _run(arguments):
         "shell": console.shell,
         "gateway": console.gateway,
         "record": console.record,
+        "replay": console.replay,
         "decode": console.decode,
         "pcap": console.pcap,
         "mcap": console.mcap,

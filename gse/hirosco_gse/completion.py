@@ -12,7 +12,7 @@ from . import usage
 from .commands import REST_STATES
 
 OPTIONS = ("--host", "--port", "--dictionary", "--timeout", "--key", "--json", "--run", "--help", "--version")
-OPTIONS_WITH_VALUE = ("--host", "--port", "--dictionary", "--timeout", "--key", "--run", "--listen", "--cosimulation")
+OPTIONS_WITH_VALUE = ("--host", "--port", "--dictionary", "--timeout", "--key", "--run", "--listen", "--http-port", "--cosimulation")
 OPTIONS_WITH_FILE = ("--dictionary", "--key", "--run", "--cosimulation")
 
 BASH = """\

@@ -31,6 +31,7 @@ CONSOLE = {
     "step": ("step SECONDS", "let this simulated time pass"),
     "speed": ("speed FACTOR", "pace of simulated time: 0.1 to 100 times the wall clock; 0: as fast as possible"),
     "record": ("record [RUN]", "print the scenario that repeats a flight with what was done at its live port"),
+    "replay": ("replay [RUN] [--http-port PORT]", "show a run on the web page of the station, with a time line, until Ctrl-C"),
     "decode": (
         "decode FILE|-, decode HEX ...",
         "show recorded packets or frames in words: packets in hexadecimal, packets.log, a log of candump -L, a capture (pcap, pcapng)",
@@ -83,6 +84,7 @@ EXAMPLES = {
     "step": "gse step 0.1",
     "speed": "gse speed 0.5",
     "record": "gse record > again.scn",
+    "replay": "gse replay runs/latest",
     "decode": "gse decode runs/latest/packets.log",
     "pcap": "gse pcap runs/latest",
     "mcap": "gse mcap runs/latest",

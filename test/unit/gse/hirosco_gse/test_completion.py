@@ -42,6 +42,8 @@ from terminal import converse
     ("fault unplug robot ", {"JOINT1 ", "JOINT2 "}),
     ("fault unplug j", {"joystick ", "joystick-b "}),
     ("fault kill m", {"manipulator "}),
+    ("re", {"reload ", "replay ", "resume ", "record "}),
+    ("replay descr", {"descriptors/"}),
     ("--timeout 5 --json state all O", {"OFFLINE ", "OPERATIONAL "}),
     ("--t", {"--timeout "}),
 ])

@@ -8,9 +8,10 @@ import re
 import struct
 
 import pytest
-from aiohttp import ClientSession, WSServerHandshakeError
+from aiohttp import ClientSession, WSServerHandshakeError, web
 from conftest import ROOT
 from hirosco_gse import telemetry
+from hirosco_gse.cli import main
 from hirosco_gse.dictionary import STATES
 from hirosco_gse.packets import Packet
 from hirosco_gse.script import Script
@@ -346,3 +347,32 @@ def test_only_a_page_of_this_machine_may_show_it_in_a_frame(tmp_path, capsys):
     for framed_by in ("'none'", "http://127.0.0.1:8081"):
         policy = Station(tmp_path, tmp_path, framed_by=framed_by)._headers["Content-Security-Policy"]
         assert f"frame-ancestors {framed_by};" in policy
+
+
+def test_a_run_is_replayed_by_the_command_line(flight_folder, tmp_path, monkeypatch, capsys):
+    """`gse replay RUN`: the page opens as a replay, with the recording of this run."""
+    found = {}
+
+    async def visit_page(application, listener):
+        runner = web.AppRunner(application)
+        await runner.setup()
+        await web.SockSite(runner, listener).start()
+        address = re.search(r"http://127.0.0.1:[0-9]+/", capsys.readouterr().out)[0]
+        async with ClientSession() as browser:
+            async with browser.get(address, allow_redirects=False) as answered:
+                found["page"] = answered.status, answered.headers.get("Location")
+            async with browser.get(f"{address}recording") as answered:
+                found["recording"] = answered.status, await answered.read()
+        await runner.cleanup()
+
+    monkeypatch.setattr(station_main.web, "run_app", lambda application, sock, print: asyncio.run(visit_page(application, sock)))
+    monkeypatch.setattr(station_main, "ROOT", tmp_path)
+    assert main(["replay", str(flight_folder), "--http-port", "0"]) == 2
+    assert capsys.readouterr().err == f"gse: station: {tmp_path}/build/station/page has no page; run make gse\n"
+    (tmp_path / "build" / "station" / "page").mkdir(parents=True)
+    (tmp_path / "build" / "station" / "page" / "index.html").write_text("<html>", encoding="utf-8")
+    assert main(["replay", str(flight_folder), "--http-port", "0"]) == 0
+    assert found["page"] == (302, "/?replay")
+    assert found["recording"][0] == 200 and len(found["recording"][1]) > 1000
+    assert main(["replay", str(tmp_path / "nothing")]) == 2 and "there is no run folder" in capsys.readouterr().err
+    assert main(["replay", "a", "b"]) == 2 and "usage: replay [RUN] [--http-port PORT]" in capsys.readouterr().err
