@@ -149,8 +149,9 @@ function Reader:kind(tree, field, place)
         end
     elseif coding == "name" then
         local range = self:range(8)
-        self.seen[field.name] = range:stringz()
-        tree:add(own, range, range:stringz())
+        local name = range:string():match("^%Z*") -- stringz() reads on after a name of eight characters.
+        self.seen[field.name] = name
+        tree:add(own, range, name)
     elseif coding == "text" or coding == "octets" and not kind.size then
         local size = self:range(2):uint()
         if size > 0 then

@@ -88,7 +88,9 @@ def check_event(found, packet, dictionary):
     event = subsystem.event_of_id(int.from_bytes(packet.data[:2], "big"))
     if event is None:
         return False
-    assert short(found, "event_definition_id") == f"EVENT_{event.id}"
+    label = short(found, "event_definition_id")  # Subsystems give one id to events of different names.
+    namesakes = {one.name for each in dictionary.subsystems.values() for one in each.events.values() if one.id == event.id}
+    assert label.raw_value == event.id and set(label.split(" or ")) == namesakes, (label, namesakes)
     expected, own_fields = {}, {one.name for one in event.parameters if not hasattr(one, "parameter_id")}
     for name, value in event.decode(packet.data, 2).items():
         own = f"{event.name}_{name}" if name in own_fields else name

@@ -15,8 +15,9 @@ import named_dictionary
 import pytest
 from database_reading import check
 from flat_xtce import Flattened
-from hirosco_gse import packets, telemetry, values
+from hirosco_gse import packets, telemetry
 from hirosco_gse.dictionary import Dictionary
+from made_up import reports_of
 from message_values import Values
 from space_packet_parser.xtce.validation import validate_xtce
 from tm_packets import build_tm
@@ -80,33 +81,9 @@ def test_made_up_reports_of_every_kind_read_the_same(definition, dictionary):
             assert check(definition, packets.parse(raw), dictionary)
 
 
-def _made_up(chance, items):
-    """Octets of parameters or fields: random, of an enumeration those of its numbers."""
-    octets = b""
-    for item in items:
-        if getattr(item, "fields", ()):
-            octets += _made_up(chance, item.fields)
-        elif item.words:
-            octets += b"".join(values.encode(item.type, [chance.choice(sorted(item.words))]) for _ in range(item.count))
-        else:
-            octets += chance.randbytes(item.size)
-    return octets
-
-
 def _check_made_up_reports(definition, dictionary):
-    chance, severities = random.Random(2), ("INFORMATIVE", "LOW", "MEDIUM", "HIGH")
-    for subsystem in dictionary.subsystems.values():
-        for configuration in subsystem.configurations.values():
-            for structure in configuration.structures.values():
-                data = struct.pack(">H", structure.id) + _made_up(chance, structure.once)
-                data += b"".join(_made_up(chance, ps) for n, ps in structure.repeated for _ in range(n))
-                raw = build_tm(subsystem.apid, 1, 3, 25, data, 0, dictionary.epoch_ns, 0)
-                assert check(definition, packets.parse(raw), dictionary)
-        for event in subsystem.events.values():
-            data = struct.pack(">H", event.id) + _made_up(chance, event.parameters)
-            subtype = severities.index(event.severity) + 1
-            raw = build_tm(subsystem.apid, 1, 5, subtype, data, 0, dictionary.epoch_ns, 0)
-            assert check(definition, packets.parse(raw), dictionary)
+    for raw in reports_of(dictionary, random.Random(2)):
+        assert check(definition, packets.parse(raw), dictionary)
 
 
 def test_made_up_housekeeping_and_events_of_all_subsystems_read_the_same(definition, dictionary):
