@@ -54,7 +54,7 @@ def place():
 
 @pytest.fixture(scope="module")
 def flight(place):
-    flight = flying.start(place / "flight", "--scenario", "none", "--duration", 1_000_000, "--form", "image", "--time", "real")
+    flight = flying.start(place / "flight", "--scenario", "none", "--duration", 1_000_000, "--time", "real")
     flight.port()
     for words in (("state", "MANIPULATOR", "PRE_OPERATIONAL"), ("config", "MANIPULATOR", "STAND_ALONE")):
         done = flying.gse(flight, *words, timeout=PATIENCE_S)
