@@ -182,7 +182,7 @@ def test_a_person_moves_the_hand_and_is_refused_in_words(folder):
             world.ask("speed 0")
         refused = flying.gse(flight, "--run", folder, "fault", "unplug", "robot", "JOINT9")
         assert refused.returncode == 1
-        assert refused.stderr == "gse: refused: found 'JOINT9', expected a device of this bus, or its id: JOINT1 JOINT2 FLIGHT\n"
+        assert refused.stderr == "gse: refused: found 'JOINT9', expected a device of this bus, or its id: JOINT1 JOINT2 SUPPLY FLIGHT\n"
         assert flying.gse(flight, "--run", folder, "hand", "aim", "0.1", "-0.1", "0.2").returncode == 0
         flying.wait_until(lambda: "hand let_go" in flight.read("live.scn"), "the hand lets go")
         took, held, left = [line.split() for line in flight.read("live.scn").splitlines()]
