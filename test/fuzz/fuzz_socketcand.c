@@ -104,8 +104,12 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
                    STATUS_OK);
         socketcand_wait(server, 0U);
         (void)socketcand_receive(server);
+        socketcand_send(server);
         // All places are free again: each new client is greeted.
         FUZZ_CHECK(osal_stream_receive(&later[i], octets, sizeof octets, &heard) == STATUS_OK);
+    }
+    for (unsigned i = 0U; i < SOCKETCAND_CLIENTS_MAX; i++) {
+        osal_socket_close(&later[i]);
     }
     socketcand_close(server);
     FUZZ_CHECK(memory_sockets_open() == 0U);
