@@ -321,7 +321,7 @@ def words_of(item, enumerations):
     if numbers:
         return {number: word for word, number in numbers.items()}
     given = item.get("words")
-    return {int(number): word for number, word in given["numbers"].items()} if given else None
+    return values.Names((int(number), word) for number, word in given["numbers"].items()) if given else None
 
 
 def unit_of(item):

@@ -96,11 +96,17 @@ def scalar_from_text(kind, text):
         raise ValueProblem(f"'{text}' is not a {kind} value") from error
 
 
+class Names(dict):
+    """Words that the ground gives to some numbers (number -> word); the spacecraft may have others."""
+
+
 def number_of(words, text):
-    """Number of a word of an enumeration, or a number that has a word."""
+    """Number of a word of an enumeration, or a number that has a word; of Names, any number."""
     for number, word in words.items():
         if text.strip().upper() == word or text.strip() == str(number):
             return number
+    if isinstance(words, Names) and text.strip().isdecimal():
+        return int(text)
     raise ValueProblem(f"no '{text.strip()}'; there are: {', '.join(words.values())}")
 
 

@@ -16,6 +16,7 @@ from spacepackets.ecss import PusTc
 OPERATOR, USER = 1, 2
 PLACES = 8
 SUPERVISOR, MANIPULATOR, JOYSTICK = 1, 16, 17
+GROUND_CLIENTS = 8  # places at the ground port
 STEP_S = 0.0005
 GROUND_MISUSED = struct.pack(">H", 22)
 
@@ -148,7 +149,7 @@ def test_burst_to_a_subsystem_that_hangs_delays_others_once(folder, tmp_path):
 
 def test_operator_gets_the_place_of_an_idle_client(mission):
     """Idle connections, one with half a header, take all places; the operator connects later and is served."""
-    idle = [Ground(mission.port()) for _ in range(4)]
+    idle = [Ground(mission.port()) for _ in range(GROUND_CLIENTS)]
     idle[1].stream.sendall(_ping(SUPERVISOR, 1)[:3])
     served = None
 
