@@ -35,7 +35,9 @@ const char* launch_options_help(void)
            "  --links shm|udp|tipc     transfer method of real-time links (default: the mission's)\n"
            "  --delay MS         round trip of the links between subsystems, 1 to 1000: a relay delays their "
            "frames\n"
-           "                     (jitter 10 %, loss 5 %, drawn from the seed; default: no relay)\n"
+           "                     (jitter 10 %, loss 5 %, drawn from the seed; default: no relay); with "
+           "--nodes 2\n"
+           "                     --time real, a network between the nodes (netem) delays them\n"
            "  --nodes 1|2        on-board computers that the processes are spread over (default 1)\n"
            "  --remote-endian SUBSYSTEM\n"
            "                     its program runs big-endian: built for s390x (make remote-endian),\n"
@@ -383,9 +385,10 @@ static bool is_delay_sensible(launch_options_t* const options, char error[LAUNCH
                     "the relay works in simulated time, and this run has no scheduler; use --time stepped or "
                     "real, with a simulator");
     }
-    if (options->computers > 1U) {
-        return fail(error, "--delay", "--nodes 2",
-                    "the relay and both ends run on one on-board computer; use --nodes 1");
+    if ((options->computers > 1U) && options->is_stepped) {
+        return fail(error, "--delay --nodes 2 --time", "stepped",
+                    "the network between two nodes delays by wall-clock time; use --time real, or --nodes 1 "
+                    "for a relay in simulated time");
     }
     return (options->remote_endian[0] == '\0') ||
            fail(error, "--delay --remote-endian", options->remote_endian,

@@ -268,7 +268,7 @@ void launcher_start_all(launcher_t* const launcher)
         if (launch_has_simulator(&launcher->options)) {
             start_simulator(launcher);
         }
-        if (launcher->options.delay_ms > 0U) {
+        if ((launcher->options.delay_ms > 0U) && !launcher->run->relay.is_network) {
             start_relay(launcher);
         }
         for (unsigned i = 0U; i < launcher->run->component_count; i++) {

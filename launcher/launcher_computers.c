@@ -2,6 +2,7 @@
 // The network between the components of a run: its on-board computers (network namespaces joined by a veth),
 // and the sockets of messages and links on them.
 #include "launcher/launcher_internal.h"
+#include "launcher/launcher_relay.h"
 
 #include "base/assertion.h"
 #include "fsw/framework/rtlink/agreement.h"
@@ -13,7 +14,9 @@
 
 #define NAMESPACES "/run/netns/"
 #define TOOL_PATH "PATH=/usr/sbin:/usr/bin:/sbin:/bin"
-#define WORDS_MAX 12U
+#define WORDS_MAX 18U
+#define WORD_MAX 16U
+#define NETEM_FRAMES "10000" ///< Two seconds of two links at 2 kHz; the longest delay is half a second.
 #define RECEIVE_OCTETS 425984U
 #define NEIGHBOUR_PATIENCE_NS 15000000000ULL ///< Wall-clock time until all TIPC names are seen everywhere.
 #define NEIGHBOUR_ROUND_MS 100U
@@ -21,6 +24,9 @@
 
 static const char* const interfaces[RUN_COMPUTERS_MAX] = {"node1", "node2"};
 static const char* const addresses[RUN_COMPUTERS_MAX]  = {"10.0.0.1/30", "10.0.0.2/30"};
+// The network of the links, if they have a delay: addresses of the computers + RUN_LINK_NETWORK.
+static const char* const link_interfaces[RUN_COMPUTERS_MAX] = {"link1", "link2"};
+static const char* const link_addresses[RUN_COMPUTERS_MAX]  = {"10.0.0.5/30", "10.0.0.6/30"};
 
 // ---- On-board computers ----
 
@@ -84,6 +90,57 @@ static bool set_up_computer(launcher_t* const launcher, const char* const name, 
     return run_ip(launcher, commands, count);
 }
 
+static void write_us(char* const word, const size_t capacity, const uint32_t us)
+{
+    text_t text = text_in(word, capacity);
+    text_add_unsigned(&text, us);
+    text_add(&text, "us");
+}
+
+/// What one end of the delayed network does to the frames that leave there: netem delays them, with jitter,
+/// which reorders them, and loses some. Its queue holds all frames under way.
+static bool delay_link_end(launcher_t* const launcher, const char* const name, const unsigned computer)
+{
+    char delay[WORD_MAX];
+    char jitter[WORD_MAX];
+    write_us(delay, sizeof delay, launcher->run->relay.delay_us);
+    write_us(jitter, sizeof jitter, launcher->run->relay.jitter_us);
+    const char* const command[][WORDS_MAX + 1U] = {
+        {"ip", "netns", "exec", name, "tc", "qdisc", "add", "dev", link_interfaces[computer], "root", "netem",
+         "limit", NETEM_FRAMES, "delay", delay, jitter, "loss", LAUNCHER_RELAY_LOSS_TEXT},
+    };
+    return run_ip(launcher, command, 1U) ||
+           launcher_fail(
+               launcher,
+               "--delay --nodes 2: cannot delay the network between the nodes: it needs `tc` of iproute2 "
+               "and netem in the kernel (console.log has what `tc` said); load it as root: `modprobe "
+               "sch_netem`, or fly in the micro-VM (`make vm`): ",
+               launcher->run->folder);
+}
+
+static bool set_up_link_end(launcher_t* const launcher, const char* const name, const unsigned computer)
+{
+    const char* const interface                  = link_interfaces[computer];
+    const char* const commands[][WORDS_MAX + 1U] = {
+        {"ip", "-n", name, "address", "add", link_addresses[computer], "dev", interface},
+        {"ip", "-n", name, "link", "set", interface, "up"},
+    };
+    return run_ip(launcher, commands, sizeof commands / sizeof commands[0]) &&
+           delay_link_end(launcher, name, computer);
+}
+
+/// The second veth, on which links have a delay.
+static bool make_link_network(launcher_t* const launcher, const char* const first, const char* const second)
+{
+    const char* const commands[][WORDS_MAX + 1U] = {
+        {"ip", "-n", first, "link", "add", link_interfaces[0], "type", "veth", "peer", "name",
+         link_interfaces[1]},
+        {"ip", "-n", first, "link", "set", link_interfaces[1], "netns", second},
+    };
+    return run_ip(launcher, commands, sizeof commands / sizeof commands[0]) &&
+           set_up_link_end(launcher, first, 0U) && set_up_link_end(launcher, second, 1U);
+}
+
 /// Two namespaces and the veth that joins them.
 static bool make_namespaces(launcher_t* const launcher)
 {
@@ -98,7 +155,23 @@ static bool make_namespaces(launcher_t* const launcher)
         {"ip", "-n", first, "link", "set", interfaces[1], "netns", second},
     };
     return run_ip(launcher, commands, sizeof commands / sizeof commands[0]) &&
-           set_up_computer(launcher, first, 0U) && set_up_computer(launcher, second, 1U);
+           set_up_computer(launcher, first, 0U) && set_up_computer(launcher, second, 1U) &&
+           (!launcher->run->relay.is_network || make_link_network(launcher, first, second));
+}
+
+/// True if a link goes from one on-board computer to the other.
+static bool has_link_between(const launcher_t* const launcher)
+{
+    const run_state_t* const run = launcher->run;
+    bool is_found                = false;
+    for (uint16_t i = 0U; i < launcher->mission.link_count; i++) {
+        unsigned from = 0U;
+        unsigned to   = 0U;
+        is_found      = is_found || (run_state_find(run, launcher->mission.links[i].producer_apid, &from) &&
+                                run_state_find(run, launcher->mission.links[i].consumer_apid, &to) &&
+                                (run->components[from].computer != run->components[to].computer));
+    }
+    return is_found;
 }
 
 bool launcher_check_system(launcher_t* const launcher)
@@ -152,6 +225,12 @@ bool launcher_make_computers(launcher_t* const launcher)
                              "node=\"2\" into a <Subsystem> of ",
                              run->mission_path);
     }
+    if (run->relay.is_network && !has_link_between(launcher)) {
+        return launcher_fail(launcher,
+                             "--delay --nodes 2: no link goes from one node to the other; give the "
+                             "<Subsystem> at one end of a link another node=\"\" in ",
+                             run->mission_path);
+    }
     run->computer_ipv4[0] = COMPUTER_IPV4;
     run->computer_ipv4[1] = COMPUTER_IPV4 + 1U;
     run->computer_count   = RUN_COMPUTERS_MAX;
@@ -177,9 +256,9 @@ void launcher_remove_computers(const char* const identity)
 // ---- Sockets ----
 
 static bool open_udp(launcher_t* const launcher, osal_socket_t* const socket, const unsigned computer,
-                     uint16_t* const out_port)
+                     const uint32_t offset, uint16_t* const out_port)
 {
-    osal_address_t local = {launcher->run->computer_ipv4[computer], 0U};
+    osal_address_t local = {launcher->run->computer_ipv4[computer] + offset, 0U};
     if ((osal_udp_open(socket, local, RECEIVE_OCTETS) != STATUS_OK) ||
         (osal_socket_local_address(socket, &local) != STATUS_OK)) {
         return launcher_fail(launcher, "cannot open a UDP socket on ",
@@ -205,7 +284,7 @@ static bool open_message_socket(launcher_t* const launcher, const uint16_t index
     const osal_tipc_name_t name      = {run_message_type(launcher->run), component->apid};
     const bool is_open               = (launcher->run->transport == (uint8_t)RUN_TRANSPORT_TIPC)
                                            ? open_tipc(launcher, socket, OSAL_TIPC_MESSAGE, name)
-                                           : open_udp(launcher, socket, component->computer, &component->message_port);
+                                           : open_udp(launcher, socket, component->computer, 0U, &component->message_port);
     component->message_descriptor    = osal_socket_descriptor(socket);
     return is_open;
 }
@@ -216,8 +295,10 @@ static bool open_link_socket(launcher_t* const launcher, const uint16_t index, c
     osal_socket_t* const socket = &launcher->links[index];
     const osal_tipc_name_t name = {run_link_type(run), launcher->mission.links[index].number};
     const bool is_tipc          = ((run->link_methods & (uint8_t)(1U << (unsigned)RTLINK_METHOD_TIPC)) != 0U);
-    const bool is_open          = is_tipc ? open_tipc(launcher, socket, OSAL_TIPC_SAMPLE, name)
-                                          : open_udp(launcher, socket, computer, &run->link_ports[index]);
+    const bool is_open =
+        is_tipc ? open_tipc(launcher, socket, OSAL_TIPC_SAMPLE, name)
+                : open_udp(launcher, socket, computer, run->relay.is_network ? RUN_LINK_NETWORK : 0U,
+                           &run->link_ports[index]);
     run->link_descriptors[index] = osal_socket_descriptor(socket);
     return is_open;
 }
@@ -229,9 +310,14 @@ static bool open_relay_socket(launcher_t* const launcher, const uint16_t index, 
     run_relay_t* const relay    = &launcher->run->relay;
     osal_socket_t* const socket = &launcher->relays[index];
     relay->consumers[index]     = (uint8_t)consumer;
-    const bool is_open          = open_udp(launcher, socket, computer, &relay->ports[index]);
+    const bool is_open          = open_udp(launcher, socket, computer, 0U, &relay->ports[index]);
     relay->descriptors[index]   = osal_socket_descriptor(socket);
     return is_open;
+}
+
+static bool has_relay(const run_state_t* const run)
+{
+    return (run->relay.delay_us > 0U) && !run->relay.is_network;
 }
 
 /// Open the sockets of all components of one on-board computer, in its namespace.
@@ -253,7 +339,7 @@ static bool open_on_computer(launcher_t* const launcher, const unsigned computer
         const bool is_here = run_state_find(run, launcher->mission.links[i].consumer_apid, &consumer) &&
                              (run->components[consumer].computer == computer);
         is_open = !is_here || open_link_socket(launcher, i, computer);
-        if (is_open && is_here && (run->relay.delay_us > 0U)) {
+        if (is_open && is_here && has_relay(run)) {
             is_open = open_relay_socket(launcher, i, consumer, computer);
         }
     }

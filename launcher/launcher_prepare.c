@@ -344,8 +344,9 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
     }
     run->relay.delay_us =
         ((uint32_t)launcher->options.delay_ms * 1000U) / 2U; // One way is half of the round trip.
-    run->relay.jitter_us = (uint32_t)((double)run->relay.delay_us * LAUNCHER_RELAY_JITTER);
-    run->relay.seed      = launcher->options.seed;
+    run->relay.jitter_us  = (uint32_t)((double)run->relay.delay_us * LAUNCHER_RELAY_JITTER);
+    run->relay.is_network = (launcher->options.delay_ms > 0U) && (launcher->options.computers > 1U);
+    run->relay.seed       = launcher->options.seed;
     return true;
 }
 
@@ -383,7 +384,7 @@ static bool make_scheduler(launcher_t* const launcher)
             osal_lockstep_expect(launcher->scheduler, participant, 1U, 0U);
         }
     }
-    if (launcher->options.delay_ms > 0U) {
+    if ((launcher->options.delay_ms > 0U) && !launcher->run->relay.is_network) {
         osal_lockstep_expect(launcher->scheduler, run_relay(launcher->run), 1U, 0U);
     }
     let_supervisor_return(launcher);

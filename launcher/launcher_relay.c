@@ -23,7 +23,7 @@ const char* launcher_relay_open(launcher_relay_t* const self, run_state_t* const
     for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
         self->sockets[i] = (osal_socket_t)OSAL_SOCKET_CLOSED;
     }
-    if (run->relay.delay_us == 0U) {
+    if ((run->relay.delay_us == 0U) || run->relay.is_network) {
         return NULL;
     }
     relay_init(&self->relay, run->relay.seed, &law);

@@ -15,6 +15,7 @@
 
 #define LAUNCHER_RELAY_JITTER 0.1 ///< Share of the delay.
 #define LAUNCHER_RELAY_LOSS 0.05
+#define LAUNCHER_RELAY_LOSS_TEXT "5%" ///< The same for netem, which delays the network between two nodes.
 
 typedef struct { // Private.
     run_state_t* run;

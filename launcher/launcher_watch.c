@@ -7,9 +7,10 @@
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/console.h"
 
+#define NS_PER_US 1000U
 #define NS_PER_MS 1000000ULL
 /// How long a holder may compute, or be stopped by a signal, before it counts as hanging: with simulated time
-/// paced by the wall clock, and without.
+/// paced by the wall clock (at least, and not less than `hangAfter` of the mission), and without.
 #define REAL_HANG_NS (20U * NS_PER_MS)
 #define STEPPED_HANG_NS (5000U * NS_PER_MS)
 #define FREE_HANG_NS (200U * NS_PER_MS) ///< In a run in which each process has its own clock.
@@ -31,13 +32,22 @@ static child_t* child_of(launcher_t* const launcher, const unsigned participant)
     return NULL;
 }
 
+/// How long a holder may compute where simulated time is paced by the wall clock. For a machine that is
+/// slower than that, for example an emulated one, a mission declares a longer `hangAfter`.
+static uint64_t real_hang_ns(const launcher_t* const launcher, const child_t* const child)
+{
+    const uint64_t declared_ns =
+        (uint64_t)launcher->mission.subsystems[child->component].hang_after_us * NS_PER_US;
+    return (declared_ns > REAL_HANG_NS) ? declared_ns : REAL_HANG_NS;
+}
+
 /// True if a process hangs. A process that only waits for a processor does not hang: the result must not
 /// depend on the load of the machine.
-static bool is_hanging(const launcher_t* const launcher, const osal_process_look_t* const look,
-                       const uint64_t granted_ns)
+static bool is_hanging(const launcher_t* const launcher, const child_t* const child,
+                       const osal_process_look_t* const look, const uint64_t granted_ns)
 {
     const bool is_stepped  = launcher->options.is_stepped;
-    const uint64_t real_ns = (launcher->scheduler != NULL) ? REAL_HANG_NS : FREE_HANG_NS;
+    const uint64_t real_ns = (launcher->scheduler != NULL) ? real_hang_ns(launcher, child) : FREE_HANG_NS;
     const uint64_t hang_ns = is_stepped ? STEPPED_HANG_NS : real_ns;
     const uint64_t wait_ns = is_stepped ? STEPPED_WAIT_NS : REAL_WAIT_NS;
     if (look->is_stopped) {
@@ -88,7 +98,7 @@ static void watch_holder(launcher_t* const launcher, const uint64_t now_ns)
                                     .processor_ns = look.processor_ns};
         return;
     }
-    if (child->is_component && is_hanging(launcher, &look, now_ns - watch->since_ns)) {
+    if (child->is_component && is_hanging(launcher, child, &look, now_ns - watch->since_ns)) {
         suspend(launcher, child);
         watch->since_ns = 0U;
     }
@@ -160,7 +170,7 @@ static void watch_supervisor(launcher_t* const launcher, const uint64_t now_ns)
         *watch = (launcher_watch_t){
             .since_ns = now_ns, .step_ns = beat.step_ns, .processor_ns = look.processor_ns};
     } else if ((look.is_stopped || look.is_runnable) &&
-               is_hanging(launcher, &look, now_ns - watch->since_ns)) {
+               is_hanging(launcher, child, &look, now_ns - watch->since_ns)) {
         suspend(launcher, child);
         watch->since_ns = 0U;
     } else {

@@ -85,6 +85,10 @@ static void add_relay(text_t* const text, const launcher_t* const launcher)
     add_key(text, "relay");
     text_add(text, "{\"round_trip_ms\": ");
     text_add_unsigned(text, launcher->options.delay_ms);
+    if (relay->is_network) {
+        text_add(text, ", \"network\": true}"); // The links count what they lose: `link list`.
+        return;
+    }
     text_add(text, ", \"delayed\": ");
     text_add_unsigned(text, relay->delayed);
     text_add(text, ", \"lost\": ");

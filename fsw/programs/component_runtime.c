@@ -63,9 +63,15 @@ static uint32_t computer_ipv4(const component_runtime_t* const runtime, const ui
     return runtime->run->computer_ipv4[computer_of(runtime, apid)];
 }
 
+/// Address to which the frames of links for a component are sent, and from which it sends its own.
+static uint32_t link_ipv4(const component_runtime_t* const runtime, const uint16_t apid)
+{
+    return computer_ipv4(runtime, apid) + (runtime->run->relay.is_network ? RUN_LINK_NETWORK : 0U);
+}
+
 static bool has_relay(const component_runtime_t* const runtime)
 {
-    return runtime->run->relay.delay_us > 0U;
+    return (runtime->run->relay.delay_us > 0U) && !runtime->run->relay.is_network;
 }
 
 /// APID of the consumer of a link, 0 if there is no such link.
@@ -88,7 +94,7 @@ static bool link_route(void* const context, const uint16_t link, osal_socket_t**
     }
     const uint16_t* const ports = has_relay(runtime) ? runtime->run->relay.ports : runtime->run->link_ports;
     *out_socket                 = &runtime->link_sender;
-    *out_consumer = (osal_address_t){computer_ipv4(runtime, consumer_of(runtime, link)), ports[link - 1U]};
+    *out_consumer = (osal_address_t){link_ipv4(runtime, consumer_of(runtime, link)), ports[link - 1U]};
     return true;
 }
 
@@ -98,7 +104,7 @@ static status_t link_play_out(void* const context, const uint16_t link, rtlink_p
     const component_runtime_t* const runtime = (const component_runtime_t*)context;
     component_play_outs_t* const play_outs   = runtime->play_outs;
     *out_buffer                              = NULL;
-    if (!has_relay(runtime)) {
+    if (runtime->run->relay.delay_us == 0U) {
         return STATUS_OK;
     }
     for (size_t i = 0U; i < COMPONENT_PLAY_OUTS_MAX; i++) {
@@ -218,7 +224,9 @@ static void link_delivered(void* const context, const uint16_t link, const uint3
     component_runtime_t* const runtime = (component_runtime_t*)context;
     const uint16_t apid                = consumer_of(runtime, link);
     unsigned component                 = 0U;
-    if (has_relay(runtime)) {
+    if (runtime->run->relay.is_network) {
+        // The consumer takes the frames that have arrived: simulated time does not wait for the network.
+    } else if (has_relay(runtime)) {
         osal_clock_deliver(&runtime->clock, run_relay(runtime->run), OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
     } else if (run_state_find(runtime->run, apid, &component) &&
                (epoch > runtime->peers[component].link_floor)) {
@@ -291,10 +299,9 @@ static status_t open_link_sockets(component_runtime_t* const runtime)
 {
     const run_state_t* const run = runtime->run;
     const bool is_tipc = ((run->link_methods & (uint8_t)(1U << (unsigned)RTLINK_METHOD_TIPC)) != 0U);
-    status_t status    = is_tipc
-                             ? osal_tipc_open(&runtime->link_sender, OSAL_TIPC_SAMPLE, NULL, OSAL_TIPC_NODE)
-                             : osal_udp_open(&runtime->link_sender,
-                                             (osal_address_t){computer_ipv4(runtime, runtime->apid), 0U}, 0U);
+    status_t status = is_tipc ? osal_tipc_open(&runtime->link_sender, OSAL_TIPC_SAMPLE, NULL, OSAL_TIPC_NODE)
+                              : osal_udp_open(&runtime->link_sender,
+                                              (osal_address_t){link_ipv4(runtime, runtime->apid), 0U}, 0U);
     for (uint16_t i = 0U; (i < runtime->mission->link_count) && (status == STATUS_OK); i++) {
         const mission_link_t* const link = &runtime->mission->links[i];
         const unsigned slot              = (unsigned)link->number - 1U;
@@ -511,7 +518,8 @@ static uint32_t sweep(component_runtime_t* const runtime,
 {
     uint32_t taken = sweep_messages(runtime);
     for (size_t i = 0U; i < runtime->link_socket_count; i++) {
-        taken += sweep_link(runtime, &runtime->link_sockets[i], link_datagram, context);
+        const uint32_t frames = sweep_link(runtime, &runtime->link_sockets[i], link_datagram, context);
+        taken += runtime->run->relay.is_network ? 0U : frames;
     }
     return taken;
 }

@@ -78,8 +78,12 @@ typedef struct {       // A shared memory or message queue that a component make
     char name[RUN_NAME_MAX];
 } run_flow_t;
 
+/// From the address of an on-board computer to that of its end of the delayed network of the links.
+#define RUN_LINK_NETWORK 4U
+
 typedef struct {        // The relay that delays the links; it stands between their producers and consumers.
-    uint32_t delay_us;  ///< Mean delay of a frame; 0: there is no relay.
+    uint32_t delay_us;  ///< Mean delay of a frame; 0: links have no delay.
+    bool is_network;    ///< No relay: a network between two computers delays, by wall-clock time.
     uint32_t jitter_us; ///< The delay of a frame differs by at most this from the mean.
     uint64_t seed;      ///< Seed from which jitter and loss are drawn.
     /// UDP socket to which the producer of link number i + 1 sends; -1 if there is none.

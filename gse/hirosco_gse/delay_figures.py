@@ -38,8 +38,10 @@ BOUNDS = {
 
 
 def bounds_of(facts):
-    """Bounds of a run, selected by its round-trip time; empty without delay, and for a delay that is longer than any with bounds."""
-    delay_ms = facts.get("relay", {}).get("round_trip_ms")
+    """Bounds of a run, selected by its round-trip time; empty without delay, for a delay that is longer than any with bounds, and for a
+    network that delays by wall-clock time."""
+    relay = facts.get("relay", {})
+    delay_ms = None if relay.get("network") else relay.get("round_trip_ms")
     return next((BOUNDS[limit] for limit in sorted(BOUNDS) if delay_ms is not None and delay_ms <= limit), {})
 
 

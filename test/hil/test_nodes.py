@@ -14,6 +14,7 @@ import place as places
 
 sys.path.insert(0, str(places.ROOT / "test" / "mission"))
 
+import flying
 import second_reader
 
 PROGRAM = "test/hil/guest/nodes.py"
@@ -112,6 +113,64 @@ def test_unplug_between_nodes_stops_all_drives_within_5_ms(request, method):
     for reaction in reactions:
         assert len(reaction) == DRIVES, "not all drives were in operation"
         assert max(reaction) <= REACTION_US, reaction
+
+
+# --- links with delay ------------------------------------------------------------------------------------------------
+
+def delayed(hil_folder, case):
+    """Always in the micro-VM: it has netem and is slower than real time. A machine that catches up after a pause makes frames
+    of a network by wall-clock time late, and a link whose frames are late is stale."""
+    vm = places.MicroVm(hil_folder, "netem")
+    group = vm.group(case, f"{ENVIRONMENT} {places.PYTHON} test/hil/guest/delayed_links.py {case}", GROUP_SECONDS)
+    group.check(case)
+    return group
+
+
+@pytest.mark.timeout(GROUP_SECONDS)
+def test_frames_between_nodes_pass_netem(hil_folder):
+    delayed(hil_folder, "frames_between_nodes_pass_netem")
+
+
+@pytest.mark.long
+@pytest.mark.timeout(GROUP_SECONDS)
+def test_the_arm_presses_through_netem(hil_folder):
+    """The hand holds contact with 15 N, and the arm does not exceed the bound of the relay with this delay."""
+    from hirosco_gse import run as runs
+
+    group = delayed(hil_folder, "the_arm_presses_through_netem")
+    contact = runs.load(group.result.folder / "judged").truth["CONTACT"]
+    held = [entry for entry in zip(*(contact[name] for name in ("time_us", "in_contact", "contact_force_n"))) if 5.0e6 <= entry[0] <= 5.6e6]
+    assert held and all(in_contact for _, in_contact, _ in held)
+    forces = [sum(component**2 for component in force) ** 0.5 for force in contact["contact_force_n"]]
+    assert 10 < max(forces) < 25, max(forces)
+
+
+def test_a_kernel_without_netem_is_reported_with_the_next_step(tmp_path):
+    """A tree in which a link goes between the nodes; where the kernel has netem, there is nothing to refuse."""
+    if not has_namespaces():
+        pytest.skip("no namespaces on this kernel for this account")
+    probe = "ip link add one type veth peer name two && tc qdisc add dev one root netem delay 1ms"
+    if places.in_namespaces(probe, places.PROBE_SECONDS, dict(os.environ))[0] == 0:
+        pytest.skip("this kernel has netem")
+    tree = flying.descriptors_copied(tmp_path / "tree")
+    path = tree / "descriptors" / "missions" / "rokviss.xml"
+    path.write_text(path.read_text(encoding="utf-8").replace('node="2"', 'node="1"', 1), encoding="utf-8")
+    run = f"cd {tree} && exec build/bin/hirosco run --nodes 2 --delay 20 --time real --report no --out {tmp_path}/run; "
+    code, _, told = places.in_namespaces(f"({run}); code=$?; ls -A /run/netns; exit $code", places.SECONDS, dict(os.environ))
+    told = told.decode(errors="replace")
+    assert code == 1, told
+    assert "needs `tc` of iproute2 and netem in the kernel" in told and "modprobe sch_netem" in told and "make vm" in told, told
+
+
+def test_a_delay_between_nodes_needs_a_link_between_them(tmp_path):
+    if not has_namespaces():
+        pytest.skip("no namespaces on this kernel for this account")
+    run = f"exec build/bin/hirosco run --nodes 2 --delay 20 --time real --report no --out {tmp_path}/run"
+    code, _, told = places.in_namespaces(run, places.SECONDS, dict(os.environ))
+    assert code == 1
+    told = told.decode(errors="replace")
+    assert 'no link goes from one node to the other; give the <Subsystem> at one end of a link another node=""' in told, told
+    assert "missions/rokviss.xml" in told
 
 
 def test_flights_of_two_containers_do_not_interfere(tmp_path):

@@ -167,7 +167,7 @@ static void a_delay_needs_a_scheduler_and_links_by_udp(void)
         {"--delay 20 --links tipc", "--delay --links tipc: the relay passes UDP frames on; use udp"},
         {"--delay 20 --time free", "--delay --time free: the relay works in simulated time"},
         {"--delay 20 --bus can --interface robot=can0", "--delay --time real: the relay works in"},
-        {"--delay 20 --nodes 2", "--delay --nodes 2: the relay and both ends run on one"},
+        {"--delay 20 --nodes 2", "--delay --nodes 2 --time stepped: the network between two nodes delays by"},
         {"--delay 20 --remote-endian JOYSTICK", "--delay --remote-endian JOYSTICK: its proxy"},
     };
     TEST_ASSERT_TRUE(parse("--delay 1"));
@@ -176,6 +176,7 @@ static void a_delay_needs_a_scheduler_and_links_by_udp(void)
     TEST_ASSERT_TRUE(parse("--delay 1000 --links udp --form image"));
     TEST_ASSERT_EQUAL_UINT16(1000U, options.delay_ms);
     TEST_ASSERT_TRUE(parse("--delay 20 --time real"));
+    TEST_ASSERT_TRUE(parse("--delay 20 --time real --nodes 2"));
     for (size_t i = 0U; i < (sizeof refused / sizeof refused[0]); i++) {
         TEST_ASSERT_FALSE_MESSAGE(parse(refused[i].line), refused[i].line);
         TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, refused[i].refusal), error);

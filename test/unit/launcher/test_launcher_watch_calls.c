@@ -211,6 +211,31 @@ static void a_holder_is_suspended_once_its_time_is_used(void** state)
     }
 }
 
+/// In a run paced by the wall clock a mission may give more time than 20 ms, for a slow machine, not less.
+static void a_holder_has_the_time_that_its_mission_declares(void** state)
+{
+    static const struct {
+        uint32_t declared_us;
+        uint64_t limit_ns;
+    } cases[] = {{1000U, 20U * NS_PER_MS}, {20001U, 20001000U}, {60000000U, 60000U * NS_PER_MS}};
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        (void)set_up(state);
+        launcher.options.is_stepped                           = false;
+        launcher.mission.subsystems[ARM].hang_after_us        = cases[i].declared_us;
+        launcher.mission.subsystems[SUPERVISOR].hang_after_us = 1U;
+        look.is_stopped                                       = true;
+        look.is_runnable                                      = false;
+        run_state_beat(&run, SUPERVISOR, 0U, 1U);
+        run_state_beat(&run, ARM, 0U, 1U);
+        watch_at(BEGIN_NS);
+        watch_at(BEGIN_NS + cases[i].limit_ns - 1U);
+        assert_false(launcher.is_undetermined);
+        expect_suspension();
+        watch_at(BEGIN_NS + cases[i].limit_ns);
+        assert_true(launcher.is_undetermined);
+    }
+}
+
 static void a_supervisor_that_hangs_is_killed(void** state)
 {
     (void)state;
@@ -459,6 +484,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         TEST(a_holder_is_suspended_once_its_time_is_used),
+        TEST(a_holder_has_the_time_that_its_mission_declares),
         TEST(a_supervisor_that_hangs_is_killed),
         TEST(the_simulator_is_never_taken_for_hanging),
         TEST(each_grant_begins_the_time_of_its_holder),

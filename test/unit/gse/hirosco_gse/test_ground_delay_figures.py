@@ -121,4 +121,5 @@ def test_a_delay_is_judged_by_the_bound_of_its_length(name):
 
     assert bound(1) == bound(20) == bound(100) < bound(101) == bound(300)
     assert bound(301) is None
+    assert delay_figures.bounds_of({"relay": {"round_trip_ms": 20, "network": True}}) == {}
     assert figures.bounds_of({"mission": "rokviss", "scenario": "relay"}) == {}

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The joystick on the node of the ground, the arm on the other, and between them a network with delay, jitter and loss
+(netem). The network is as fast as the wall clock, so the flight is paced by it."""
+
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "mission"))
+
+import cases
+import flying
+import nodes
+
+ROUND_TRIP_MS = 20
+LIMIT_S = 1200  # Ends waits without end only.
+FRAMES = 1000
+LOOK_S = 1
+NODES = {"link1": "node1", "link2": "node2"}
+OPTIONS = ("--nodes", 2, "--delay", ROUND_TRIP_MS, "--time", "real")
+LINKS = {"HAND_MOTION", "ROBOT_CONTACT"}
+
+
+def slow_mission():
+    """The tree with the joystick on node 1, and a mission that does not take a slow process of an emulated machine for one that
+    hangs."""
+    tree = nodes.split_mission()
+    path = tree / "descriptors" / "missions" / "rokviss.xml"
+    text = path.read_text(encoding="utf-8").replace(' hangAfter="10s"', "")
+    path.write_text(text.replace("<Subsystem ", '<Subsystem hangAfter="10s" '), encoding="utf-8")
+    return tree
+
+
+def scenario(name, hand, end_s):
+    """Bring both into operation by links with delay, let the hand act, and list the links at the end."""
+    lines = flying.bring_up(0.4, "TELEPRESENCE_REMOTE")
+    # A link has its first sample a delay after it is open.
+    lines[:4] = [line.replace("0.4", "0.2", 1) for line in lines[:4]] + [f"0.2 operator link open {link}" for link in sorted(LINKS)]
+    end = [f"{end_s} operator expect-state {member} OPERATIONAL" for member in nodes.BOTH]
+    end += [f"{end_s} operator link list", f"{end_s} operator shutdown"]
+    return flying.write_scenario(nodes.OUT / f"{name}.scn", "0.0 hand rest", *hand, *lines, *end)
+
+
+def netem(flight):
+    """Of each end of the delayed network, the settings and counters of its queue; empty before the network is made."""
+    found = {}
+    for interface, node in NODES.items():
+        line = ["ip", "netns", "exec", f"{flight.identity}.{node}", "tc", "-j", "-s", "qdisc", "show", "dev", interface, "root"]
+        done = subprocess.run(line, capture_output=True, text=True)
+        shown = json.loads(done.stdout) if done.returncode == 0 else []
+        if shown and shown[0]["kind"] == "netem":
+            found[interface] = shown[0]
+    return found
+
+
+def start(name, path, tree):
+    """A flight whose network is made."""
+    flight = flying.start(nodes.run(name), "--scenario", path, *OPTIONS, root=tree)
+    flying.wait_until(lambda: len(netem(flight)) == 2 or flight.process.poll() is not None, "no network", LIMIT_S)
+    assert flight.process.poll() is None, flight.wait(1).told()
+    return flight
+
+
+def links_listed(flight):
+    """Counters of the open links in the operator's last `link list`: link -> counter -> number."""
+    steps = [json.loads(line) for line in flight.read("operator.log").splitlines()]
+    text = [step["outcome"] for step in steps if step["words"] == ["list"]][-1]
+    return {line.split(":")[0]: {name: int(number) for name, number in re.findall(r"(\w+)=(\d+)", line)}
+            for line in text.splitlines() if ": open" in line}
+
+
+def assert_delays(end):
+    """A queue delays by half of the round trip, and has passed frames on and lost others."""
+    options = end["options"]
+    assert options["delay"]["delay"] == 0.5e-3 * ROUND_TRIP_MS and options["delay"]["jitter"] == 0.05e-3 * ROUND_TRIP_MS, end
+    assert options["loss-random"]["loss"] == 0.05, end
+    assert end["packets"] > FRAMES and 0.02 < end["drops"] / (end["packets"] + end["drops"]) < 0.1, end
+
+
+def end_of(flight):
+    """Wait for the end of the flight; what its network has counted until shortly before."""
+    counters = {}
+    while flight.process.poll() is None:
+        shown = netem(flight)
+        counters = shown if len(shown) == 2 else counters
+        time.sleep(LOOK_S)
+    flight.wait(LIMIT_S)
+    return counters
+
+
+def judge(flight, counters):
+    """Both links had delay and loss, the readers counted what was lost, neither side left operation for an error, and nothing
+    is left."""
+    assert flight.code == 0, flight.told()
+    nodes.assert_gone(flight)
+    assert set(counters) == set(NODES), flight.told()
+    for end in counters.values():
+        assert_delays(end)
+    assert flight.facts["relay"] == {"round_trip_ms": ROUND_TRIP_MS, "network": True}
+    assert flight.facts["reproducible"] is False
+    links = links_listed(flight)
+    assert set(links) == LINKS, links
+    for counted in links.values():
+        assert 0.02 < counted["lost"] / counted["sent"] < 0.1 and counted["received"] > 0.9 * counted["sent"], links
+    for apid in (nodes.JOYSTICK, nodes.MANIPULATOR):
+        states = [state for _, state in nodes.states_reported(flight, apid)]
+        assert nodes.OPERATIONAL in states and nodes.ERROR_OPERATIONAL not in states, states
+
+
+def case_frames_between_nodes_pass_netem():
+    flight = start("delay", scenario("delay", [], 1.4), slow_mission())
+    try:
+        counters = end_of(flight)
+    finally:
+        flight.abandon()
+    judge(flight, counters)
+
+
+def case_the_arm_presses_through_netem():
+    """Another flight on the same machine has a network of its own; when its launcher is killed, only that one disappears. The
+    caller judges the contact."""
+    hand = ["2.0 hand move 0.28 -0.020 1.6", "3.6 hand press 15 0.02", "5.0 hand hold"]
+    tree, path = slow_mission(), scenario("delay-press", hand, 5.6)
+    killed = start("delay-killed", path, tree)
+    flight = start("delay-press", path, tree)
+    try:
+        killed.process.kill()
+        killed.wait(LIMIT_S)
+        nodes.assert_gone(killed)
+        assert len(netem(flight)) == 2, flight.told()
+        counters = end_of(flight)
+    finally:
+        flight.abandon()
+        killed.abandon()
+    judge(flight, counters)
+    shutil.copytree(flight.folder, nodes.OUT / "judged")
+
+
+if __name__ == "__main__":
+    wanted = [f"case_{name}" for name in sys.argv[1:]]
+    cases.run({name: what for name, what in globals().items() if name in wanted}, 2 * LIMIT_S)
