@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The light station among others and in time: its user, what it says of commands that last, faults and hand, links, the world of the flight."""
 
+import asyncio
 import re
 import struct
 import subprocess
@@ -77,9 +78,12 @@ def test_a_request_without_any_report_is_not_answered_and_has_not_failed(place, 
     spacecraft._answer = lambda packet: [] if packet.apid == JOYSTICK else answer(packet)
 
     async def story(page, station):
-        await page.ask(do="command", text="ping JOYSTICK")
-        station.hub.session.advance(station.hub.session.now_ns + 11 * 10**9)
-        station.hub._resume_all()
+        asked = await page.ask(do="command", text="ping JOYSTICK")
+        call = next(call for call in station.hub.calls if call.number == asked["command"])
+        while not call.is_silent:  # Its telecommand may wait until the first requests of the station have ended.
+            station.hub.session.advance(station.hub.session.now_ns + 11 * 10**9)
+            station.hub._resume_all()
+            await asyncio.sleep(0.01)
         silent = await page.until(lambda message: message["kind"] == "command" and message["silent"])
         station.hub._writer.transport.abort()
         return silent, await page.until(lambda message: message["kind"] == "command" and message["over"])
