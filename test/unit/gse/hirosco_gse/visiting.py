@@ -85,4 +85,4 @@ def visit(place, story, **options):
                 await page.until(lambda message: message["kind"] == "link" and message["is_live"])
                 return await story(page, station)
 
-    return asyncio.run(asyncio.wait_for(run(), 4 * PATIENCE_S))  # Messages that are not awaited come for ever.
+    return asyncio.run(asyncio.wait_for(run(), 4 * PATIENCE_S))  # Messages that no test awaits come without end.
