@@ -2,74 +2,87 @@
 // Search words in searchIndex, which gse/docs/search.py generates. ECMAScript 5, no library.
 
 function searchWords(text) {
-    return text.toLowerCase().match(/[a-z0-9]+/g) || [];
+  return text.toLowerCase().match(/[a-z0-9]+/g) || [];
 }
 
 // Sections that contain all words of the question, best first. A word of the question matches each word that begins with it; a
 // match in a title scores 4 more, a match of the whole word 2 more.
 function searchFind(index, question) {
-    var wanted = searchWords(question), scores = {}, i;
-    for (i = 0; i < wanted.length; i += 1) {
-        scores = searchScore(index, wanted[i], i === 0 ? null : scores);
-    }
-    return Object.keys(scores).sort(function (a, b) {
-        return (scores[b] - scores[a]) || (a - b);
-    }).map(function (number) {
-        var section = index.sections[number], page = index.pages[section[0]];
-        return {
-            address: page[0] + (section[1] ? "#" + section[1] : ""),
-            page: page[1],
-            title: section[2] || page[1],
-            excerpt: section[3]
-        };
+  var wanted = searchWords(question),
+    scores = {},
+    i;
+  for (i = 0; i < wanted.length; i += 1) {
+    scores = searchScore(index, wanted[i], i === 0 ? null : scores);
+  }
+  return Object.keys(scores)
+    .sort(function (a, b) {
+      return scores[b] - scores[a] || a - b;
+    })
+    .map(function (number) {
+      var section = index.sections[number],
+        page = index.pages[section[0]];
+      return {
+        address: page[0] + (section[1] ? "#" + section[1] : ""),
+        page: page[1],
+        title: section[2] || page[1],
+        excerpt: section[3],
+      };
     });
 }
 
 // Scores of the sections that also contain the next word; `before` has the scores for the previous words, null for the first word.
 function searchScore(index, wanted, before) {
-    var best = {}, scores = {};
-    Object.keys(index.words).forEach(function (word) {
-        if (word.indexOf(wanted) === 0) {
-            index.words[word].forEach(function (number) {
-                var whole = word === wanted ? 2 : 0;
-                var title = searchWords(index.sections[number][2]).indexOf(word) >= 0 ? 4 : 0;
-                best[number] = Math.max(best[number] || 0, 1 + whole + title);
-            });
-        }
-    });
-    Object.keys(best).forEach(function (number) {
-        if (before === null || before[number]) {
-            scores[number] = (before === null ? 0 : before[number]) + best[number];
-        }
-    });
-    return scores;
+  var best = {},
+    scores = {};
+  Object.keys(index.words).forEach(function (word) {
+    if (word.indexOf(wanted) === 0) {
+      index.words[word].forEach(function (number) {
+        var whole = word === wanted ? 2 : 0;
+        var title = searchWords(index.sections[number][2]).indexOf(word) >= 0 ? 4 : 0;
+        best[number] = Math.max(best[number] || 0, 1 + whole + title);
+      });
+    }
+  });
+  Object.keys(best).forEach(function (number) {
+    if (before === null || before[number]) {
+      scores[number] = (before === null ? 0 : before[number]) + best[number];
+    }
+  });
+  return scores;
 }
 
 function searchShow(question) {
-    var results = document.getElementById("results");
-    var found = searchFind(searchIndex, question);
-    function add(parent, tag, text) {
-        var element = document.createElement(tag);
-        element.textContent = text; // Never as HTML: the question comes from the address.
-        parent.appendChild(element);
-        return element;
-    }
-    document.getElementById("q").value = question;
-    add(results, "p", found.length + (found.length === 1 ? " section" : " sections") + " found" + (found.length > 100 ? ", the first 100:" : ""));
-    found.slice(0, 100).forEach(function (section) {
-        var line = add(results, "p", "");
-        add(line, "a", section.title).href = section.address;
-        add(line, "span", " " + section.page).className = "chip";
-        add(line, "br", "");
-        add(line, "span", section.excerpt);
-    });
+  var results = document.getElementById("results");
+  var found = searchFind(searchIndex, question);
+  function add(parent, tag, text) {
+    var element = document.createElement(tag);
+    element.textContent = text; // Never as HTML: the question comes from the address.
+    parent.appendChild(element);
+    return element;
+  }
+  document.getElementById("q").value = question;
+  add(
+    results,
+    "p",
+    found.length +
+      (found.length === 1 ? " section" : " sections") +
+      " found" +
+      (found.length > 100 ? ", the first 100:" : ""),
+  );
+  found.slice(0, 100).forEach(function (section) {
+    var line = add(results, "p", "");
+    add(line, "a", section.title).href = section.address;
+    add(line, "span", " " + section.page).className = "chip";
+    add(line, "br", "");
+    add(line, "span", section.excerpt);
+  });
 }
 
 if (typeof document !== "undefined") {
-    (function () {
-        var asked = /[?&]q=([^&]*)/.exec(window.location.search);
-        if (asked && asked[1]) {
-            searchShow(decodeURIComponent(asked[1].replace(/\+/g, " ")));
-        }
-    }());
+  (function () {
+    var asked = /[?&]q=([^&]*)/.exec(window.location.search);
+    if (asked && asked[1]) {
+      searchShow(decodeURIComponent(asked[1].replace(/\+/g, " ")));
+    }
+  })();
 }

@@ -4,15 +4,21 @@
 import { store } from "./store.js";
 import { clock, el, number, show, svg, symbol, text } from "./dom.js";
 
-const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 10, 0];  // 0: as fast as possible
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 10, 0]; // 0: as fast as possible
 const speedName = (speed) => (speed === 0 ? "fastest" : `${speed} ×`);
 const ORDER = ["HIGH", "MEDIUM", "LOW"];
 const SYMBOL = { HIGH: "critical", MEDIUM: "serious", LOW: "caution" };
 
 function octagon() {
-  return svg("svg", { viewBox: "0 0 24 24", "aria-hidden": "true" },
-    svg("path", { d: "M7.5 1h9L23 7.5v9L16.5 23h-9L1 16.5v-9z", style: "fill:#d0241b;stroke:var(--stop-edge);stroke-width:1.5" }),
-    svg("rect", { x: 8, y: 8, width: 8, height: 8, style: "fill:#fff" }));
+  return svg(
+    "svg",
+    { viewBox: "0 0 24 24", "aria-hidden": "true" },
+    svg("path", {
+      d: "M7.5 1h9L23 7.5v9L16.5 23h-9L1 16.5v-9z",
+      style: "fill:#d0241b;stroke:var(--stop-edge);stroke-width:1.5",
+    }),
+    svg("rect", { x: 8, y: 8, width: 8, height: 8, style: "fill:#fff" }),
+  );
 }
 
 function setTheme(theme) {
@@ -22,14 +28,23 @@ function setTheme(theme) {
 
 export function toggleTheme() {
   const next = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
-  try { localStorage.setItem("theme", next); } catch { /* A page without storage keeps its theme until it is closed. */ }
+  try {
+    localStorage.setItem("theme", next);
+  } catch {
+    /* A page without storage keeps its theme until it is closed. */
+  }
   setTheme(next);
 }
 
 // On paper the page is light.
 let before = null;
-addEventListener("beforeprint", () => { before = document.documentElement.dataset.theme; setTheme("light"); });
-addEventListener("afterprint", () => { if (before) setTheme(before); });
+addEventListener("beforeprint", () => {
+  before = document.documentElement.dataset.theme;
+  setTheme("light");
+});
+addEventListener("afterprint", () => {
+  if (before) setTheme(before);
+});
 
 class Bar extends HTMLElement {
   connectedCallback() {
@@ -43,17 +58,62 @@ class Bar extends HTMLElement {
     this.slot_ = el("div", { class: "cell slot" }, el("div", { class: "two" }, this.what, this.counts));
     this.epoch = el("span", { class: "hint epoch" });
     this.clock = el("span", { class: "clock", role: "timer", "aria-label": "Mission time" });
-    this.pause = el("button", { "aria-label": "Pause the world (Space)", title: "Pause the world (Space)", onclick: () => this.togglePause() }, "❚❚");
-    this.step = el("button", { "aria-label": "Step 0.1 s (.)", title: "Step 0.1 s (.)", onclick: () => store.live("step 0.1") }, "▶❚");
-    this.speed = el("select", { "aria-label": "Speed of simulated time", onchange: () => store.live(`speed ${this.speed.value}`) },
-      ...SPEEDS.map((speed) => el("option", { value: speed }, speedName(speed))));
-    this.theme = el("button", { "aria-label": "Light or dark", title: "Light or dark", onclick: toggleTheme }, "☀");
-    this.stop = el("button", { class: "stop", id: "stop-all", title: "Everything to ERROR_OPERATIONAL (Ctrl Shift S)", onclick: () => store.command("stop") }, octagon(), "STOP ALL");
+    this.pause = el(
+      "button",
+      {
+        "aria-label": "Pause the world (Space)",
+        title: "Pause the world (Space)",
+        onclick: () => this.togglePause(),
+      },
+      "❚❚",
+    );
+    this.step = el(
+      "button",
+      { "aria-label": "Step 0.1 s (.)", title: "Step 0.1 s (.)", onclick: () => store.live("step 0.1") },
+      "▶❚",
+    );
+    this.speed = el(
+      "select",
+      { "aria-label": "Speed of simulated time", onchange: () => store.live(`speed ${this.speed.value}`) },
+      ...SPEEDS.map((speed) => el("option", { value: speed }, speedName(speed))),
+    );
+    this.theme = el(
+      "button",
+      { "aria-label": "Light or dark", title: "Light or dark", onclick: toggleTheme },
+      "☀",
+    );
+    this.stop = el(
+      "button",
+      {
+        class: "stop",
+        id: "stop-all",
+        title: "Everything to ERROR_OPERATIONAL (Ctrl Shift S)",
+        onclick: () => store.command("stop"),
+      },
+      octagon(),
+      "STOP ALL",
+    );
     this.append(
       el("div", { class: "cell mission" }, this.missionName),
-      el("div", { class: "cell link-cell" }, this.linkSymbol, el("div", { class: "two" }, el("span", { class: "hint" }, "Spacecraft link"), this.linkText)),
-      el("div", { class: "cell mode-cell" }, el("div", { class: "two" }, el("span", { class: "hint" }, "Mode"), this.modeText)),
-      el("div", { class: "cell power-cell", title: "Electrical power that the states need, of that which the mission has" }, el("div", { class: "two" }, el("span", { class: "hint" }, "Power"), this.power)),
+      el(
+        "div",
+        { class: "cell link-cell" },
+        this.linkSymbol,
+        el("div", { class: "two" }, el("span", { class: "hint" }, "Spacecraft link"), this.linkText),
+      ),
+      el(
+        "div",
+        { class: "cell mode-cell" },
+        el("div", { class: "two" }, el("span", { class: "hint" }, "Mode"), this.modeText),
+      ),
+      el(
+        "div",
+        {
+          class: "cell power-cell",
+          title: "Electrical power that the states need, of that which the mission has",
+        },
+        el("div", { class: "two" }, el("span", { class: "hint" }, "Power"), this.power),
+      ),
       this.slot_,
       el("div", { class: "cell" }, el("div", { class: "two" }, this.epoch, this.clock)),
       el("div", { class: "cell pace" }, this.pause, this.step, this.speed),
@@ -67,13 +127,30 @@ class Bar extends HTMLElement {
   }
 
   key(event) {
-    if (event.ctrlKey && event.shiftKey && event.key.toUpperCase() === "S") { store.command("stop"); event.preventDefault(); return; }
-    if (event.target.closest("input, select, textarea, button, [role=tab]") || event.ctrlKey || event.altKey || event.metaKey) return;
-    if (event.key === " ") { this.togglePause(); event.preventDefault(); }
+    if (event.ctrlKey && event.shiftKey && event.key.toUpperCase() === "S") {
+      store.command("stop");
+      event.preventDefault();
+      return;
+    }
+    if (
+      event.target.closest("input, select, textarea, button, [role=tab]") ||
+      event.ctrlKey ||
+      event.altKey ||
+      event.metaKey
+    )
+      return;
+    if (event.key === " ") {
+      this.togglePause();
+      event.preventDefault();
+    }
     if (event.key === ".") store.live("step 0.1");
     if (event.key.toUpperCase() === "T") store.tell("other-source");
     if (event.key.toUpperCase() === "L" && location.search.includes("replay")) location.assign("/");
-    if (event.key.toUpperCase() === "A") { store.seen = store.events.length; store.tell("seen"); this.draw(); }
+    if (event.key.toUpperCase() === "A") {
+      store.seen = store.events.length;
+      store.tell("seen");
+      this.draw();
+    }
     const place = SPEEDS.indexOf(store.pace.speed) + { "[": -1, "]": 1 }[event.key];
     if (SPEEDS[place]) store.live(`speed ${SPEEDS[place]}`);
   }
@@ -81,22 +158,36 @@ class Bar extends HTMLElement {
   // Another page or the command line may have set a speed that is not in the list.
   followSpeed(speed) {
     this.speed.querySelector("[data-other]")?.remove();
-    if (!SPEEDS.includes(speed)) this.speed.append(el("option", { value: speed, "data-other": "" }, speedName(speed)));
+    if (!SPEEDS.includes(speed))
+      this.speed.append(el("option", { value: speed, "data-other": "" }, speedName(speed)));
     this.speed.value = String(speed);
   }
 
-  togglePause() { if (!store.replay) store.live(store.pace.is_paused ? "resume" : "pause"); }
+  togglePause() {
+    if (!store.replay) store.live(store.pace.is_paused ? "resume" : "pause");
+  }
 
   tick() {
     text(this.clock, clock(store.now()));
     const epoch = store.hello?.epoch;
-    if (epoch) text(this.epoch, `Mission time, TAI ${new Date((epoch + Math.floor(store.now()) - 378691200) * 1000).toISOString().slice(0, 19).replace("T", " ")}`);
+    if (epoch)
+      text(
+        this.epoch,
+        `Mission time, TAI ${new Date((epoch + Math.floor(store.now()) - 378691200) * 1000).toISOString().slice(0, 19).replace("T", " ")}`,
+      );
   }
 
   draw() {
     text(this.missionName, store.hello?.mission ?? "hirosco");
-    show(this.linkSymbol, store.link.is_live ? "normal" : store.replay ? "off" : "critical", store.link.is_live ? "live" : store.replay ? "replay" : "lost");
-    text(this.linkText, store.link.is_live ? store.hello?.read_only ? "live, read only" : "live" : store.link.text);
+    show(
+      this.linkSymbol,
+      store.link.is_live ? "normal" : store.replay ? "off" : "critical",
+      store.link.is_live ? "live" : store.replay ? "replay" : "lost",
+    );
+    text(
+      this.linkText,
+      store.link.is_live ? (store.hello?.read_only ? "live, read only" : "live") : store.link.text,
+    );
     this.linkText.title = store.link.text;
     text(this.modeText, store.mode ?? "–");
     const needed = store.power();
@@ -112,25 +203,54 @@ class Bar extends HTMLElement {
   plan() {
     if (this.planned) return;
     this.planned = true;
-    setTimeout(() => { this.planned = false; this.draw(); }, 20);
+    setTimeout(() => {
+      this.planned = false;
+      this.draw();
+    }, 20);
   }
 
   drawAlarm() {
     const failed = [...store.states.values()].filter((item) => item.state === "ERROR_OPERATIONAL");
-    const counts = Object.fromEntries(ORDER.map((severity) => [severity, store.events.filter((event) => event.severity === severity).length]));
+    const counts = Object.fromEntries(
+      ORDER.map((severity) => [severity, store.events.filter((event) => event.severity === severity).length]),
+    );
     const broken = store.links.filter((row) => ["stale", "failed"].includes(row.state));
     const isLost = !store.link.is_live && !store.replay && store.hello !== null;
     this.slot_.classList.toggle("critical", failed.length > 0 || broken.length > 0 || isLost);
     if (isLost) text(this.what, `Link lost: ${store.link.text}`);
-    else if (failed.length) text(this.what, `${failed.map((item) => item.subsystem).join(", ")} in ERROR_OPERATIONAL since ${number(failed[0].since, "s").trim()} s${failed[0].cause ? `: ${failed[0].cause}` : ""}`);
-    else if (broken.length) text(this.what, `Link ${broken.map((row) => `${row.name} ${row.state}${row.cause ? ` (${row.cause})` : ""}`).join(", ")}`);
+    else if (failed.length)
+      text(
+        this.what,
+        `${failed.map((item) => item.subsystem).join(", ")} in ERROR_OPERATIONAL since ${number(failed[0].since, "s").trim()} s${failed[0].cause ? `: ${failed[0].cause}` : ""}`,
+      );
+    else if (broken.length)
+      text(
+        this.what,
+        `Link ${broken.map((row) => `${row.name} ${row.state}${row.cause ? ` (${row.cause})` : ""}`).join(", ")}`,
+      );
     else if (store.mismatches.size) text(this.what, [...store.mismatches.values()][0]);
     else text(this.what, "No open alarm");
     this.what.title = this.what.textContent;
-    this.counts.replaceChildren(...ORDER.map((severity) => el("span", {}, symbol(counts[severity] ? SYMBOL[severity] : "off", severity), `${counts[severity]} ${severity}`)));
+    this.counts.replaceChildren(
+      ...ORDER.map((severity) =>
+        el(
+          "span",
+          {},
+          symbol(counts[severity] ? SYMBOL[severity] : "off", severity),
+          `${counts[severity]} ${severity}`,
+        ),
+      ),
+    );
   }
 }
 customElements.define("station-bar", Bar);
 
-const wished = (() => { try { return localStorage.getItem("theme"); } catch { return null; } })();
-document.documentElement.dataset.theme = wished ?? (matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark");
+const wished = (() => {
+  try {
+    return localStorage.getItem("theme");
+  } catch {
+    return null;
+  }
+})();
+document.documentElement.dataset.theme =
+  wished ?? (matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark");

@@ -6,7 +6,8 @@ import { el, text } from "./dom.js";
 
 const LIST_MS = 250;
 
-const prepare = (line, word) => el("button", { "aria-label": line, onclick: () => store.tell("again", line) }, word);
+const prepare = (line, word) =>
+  el("button", { "aria-label": line, onclick: () => store.tell("again", line) }, word);
 
 // One list: its request, the entries of the answer, a row of words and the commands of an entry.
 class List {
@@ -14,45 +15,140 @@ class List {
     Object.assign(this, { name, request, row, commands });
     this.hint = el("span", { class: "hint" });
     this.body = el("tbody");
-    this.node = el("section", { "aria-label": name }, el("div", { class: "head" }, el("h2", {}, name), this.hint, ...(extra ?? [])),
-      el("table", { class: "values" }, el("thead", {}, el("tr", {}, ...columns.map((word) => el("th", {}, word)), el("th", {}, el("span", { class: "unseen" }, "Commands")))), this.body));
+    this.node = el(
+      "section",
+      { "aria-label": name },
+      el("div", { class: "head" }, el("h2", {}, name), this.hint, ...(extra ?? [])),
+      el(
+        "table",
+        { class: "values" },
+        el(
+          "thead",
+          {},
+          el(
+            "tr",
+            {},
+            ...columns.map((word) => el("th", {}, word)),
+            el("th", {}, el("span", { class: "unseen" }, "Commands")),
+          ),
+        ),
+        this.body,
+      ),
+    );
   }
 
   async refresh() {
-    const answer = await store.ask({ do: "ask", text: typeof this.request === "function" ? this.request() : this.request });
+    const answer = await store.ask({
+      do: "ask",
+      text: typeof this.request === "function" ? this.request() : this.request,
+    });
     const entries = (answer.rows ?? []).flatMap((row) => row.n ?? (row.object_name ? [row] : []));
     text(this.hint, answer.refused ?? (entries.length ? "" : "none"));
-    this.body.replaceChildren(...entries.map((entry) => el("tr", {}, ...this.row(entry).map((word) => el("td", { class: "mono" }, String(word ?? "–"))),
-      el("td", { class: "num" }, ...this.commands(entry).map(([word, line]) => prepare(line, word))))));
+    this.body.replaceChildren(
+      ...entries.map((entry) =>
+        el(
+          "tr",
+          {},
+          ...this.row(entry).map((word) => el("td", { class: "mono" }, String(word ?? "–"))),
+          el("td", { class: "num" }, ...this.commands(entry).map(([word, line]) => prepare(line, word))),
+        ),
+      ),
+    );
   }
 }
 
 const seconds = (time) => (typeof time === "number" ? time.toFixed(3) : "–");
-const octetsOf = async (file) => btoa(Array.from(new Uint8Array(await file.arrayBuffer()), (octet) => String.fromCharCode(octet)).join(""));
+const octetsOf = async (file) =>
+  btoa(Array.from(new Uint8Array(await file.arrayBuffer()), (octet) => String.fromCharCode(octet)).join(""));
 
 export class Board {
   constructor() {
-    this.folder = el("input", { value: "/", "aria-label": "Folder on board", onchange: () => this.lists[3].refresh() });
+    this.folder = el("input", {
+      value: "/",
+      "aria-label": "Folder on board",
+      onchange: () => this.lists[3].refresh(),
+    });
     const path = (entry) => `${this.folder.value.replace(/\/$/, "")}/${entry.object_name}`;
     this.lists = [
-      new List("Schedule", "schedule list", ["Time s", "Addressee", "Count"], (one) => [seconds(one.release_time), store.hello?.subsystems.find((item) => item.apid === one.apid)?.name ?? one.apid, one.sequence_count], () => [],
-        ["enable", "disable", "reset"].map((verb) => prepare(`schedule ${verb}`, verb))),
-      new List("Packet stores", "store list", ["Store", "Storage", "Retrieval"], (one) => [one.packet_store_id, one.packet_store_status, one.open_retrieval_status],
-        (one) => ["enable", "disable", "summary"].map((verb) => [verb, `store ${verb} ${one.packet_store_id}`])),
-      new List("Procedures", "procedure status", ["Procedure", "State"], (one) => [one.obcp_id, one.obcp_execution_status],
-        (one) => ["run", "suspend", "resume", "stop", "unload"].map((verb) => [verb, `procedure ${verb} ${one.obcp_id}`])),
-      new List("Files", () => `file list ${this.folder.value || "/"}`, ["Kind", "Name"], (one) => [one.object_type, one.object_name], (one) => [["delete", `file delete ${path(one)}`]], [this.folder]),
+      new List(
+        "Schedule",
+        "schedule list",
+        ["Time s", "Addressee", "Count"],
+        (one) => [
+          seconds(one.release_time),
+          store.hello?.subsystems.find((item) => item.apid === one.apid)?.name ?? one.apid,
+          one.sequence_count,
+        ],
+        () => [],
+        ["enable", "disable", "reset"].map((verb) => prepare(`schedule ${verb}`, verb)),
+      ),
+      new List(
+        "Packet stores",
+        "store list",
+        ["Store", "Storage", "Retrieval"],
+        (one) => [one.packet_store_id, one.packet_store_status, one.open_retrieval_status],
+        (one) =>
+          ["enable", "disable", "summary"].map((verb) => [verb, `store ${verb} ${one.packet_store_id}`]),
+      ),
+      new List(
+        "Procedures",
+        "procedure status",
+        ["Procedure", "State"],
+        (one) => [one.obcp_id, one.obcp_execution_status],
+        (one) =>
+          ["run", "suspend", "resume", "stop", "unload"].map((verb) => [
+            verb,
+            `procedure ${verb} ${one.obcp_id}`,
+          ]),
+      ),
+      new List(
+        "Files",
+        () => `file list ${this.folder.value || "/"}`,
+        ["Kind", "Name"],
+        (one) => [one.object_type, one.object_name],
+        (one) => [["delete", `file delete ${path(one)}`]],
+        [this.folder],
+      ),
     ];
     this.file = el("input", { type: "file", "aria-label": "File of this computer" });
     this.as = el("input", { "aria-label": "Name of a procedure, or path on board" });
     this.said = el("p", { class: "reason", role: "status" });
-    this.node = el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "On board" },
-      el("div", { class: "filter" }, el("button", { onclick: () => this.refresh() }, "Refresh"), el("span", { class: "hint" }, "commands are prepared in the tab Command")),
+    this.node = el(
+      "div",
+      { class: "scroll", tabindex: 0, role: "group", "aria-label": "On board" },
+      el(
+        "div",
+        { class: "filter" },
+        el("button", { onclick: () => this.refresh() }, "Refresh"),
+        el("span", { class: "hint" }, "commands are prepared in the tab Command"),
+      ),
       ...this.lists.map((list) => list.node),
-      el("section", { "aria-label": "Upload" }, el("div", { class: "head" }, el("h2", {}, "Upload")), el("div", { class: "form" }, el("label", {}, el("span", {}, "File"), this.file),
-        el("label", {}, el("span", {}, "Name or path"), this.as), el("div", { class: "acts" }, el("button", { onclick: () => this.upload((name) => ["procedure", "load", name, "{}"]) }, "as procedure"),
-          el("button", { onclick: () => this.upload((name) => ["file", "upload", "{}", name]) }, "as file")), this.said)));
-    store.on("command", (call) => { if (call.over && this.isShown) this.refresh(); });
+      el(
+        "section",
+        { "aria-label": "Upload" },
+        el("div", { class: "head" }, el("h2", {}, "Upload")),
+        el(
+          "div",
+          { class: "form" },
+          el("label", {}, el("span", {}, "File"), this.file),
+          el("label", {}, el("span", {}, "Name or path"), this.as),
+          el(
+            "div",
+            { class: "acts" },
+            el(
+              "button",
+              { onclick: () => this.upload((name) => ["procedure", "load", name, "{}"]) },
+              "as procedure",
+            ),
+            el("button", { onclick: () => this.upload((name) => ["file", "upload", "{}", name]) }, "as file"),
+          ),
+          this.said,
+        ),
+      ),
+    );
+    store.on("command", (call) => {
+      if (call.over && this.isShown) this.refresh();
+    });
     setInterval(() => this.watch(), LIST_MS);
   }
 
@@ -63,12 +159,21 @@ export class Board {
     this.isShown = isShown;
   }
 
-  async refresh() { for (const list of this.lists) await list.refresh(); }
+  async refresh() {
+    for (const list of this.lists) await list.refresh();
+  }
 
   async upload(words) {
     const file = this.file.files[0];
-    if (!file || !this.as.value.trim()) { text(this.said, "a file and its name or path on board are needed"); return; }
-    const answer = await store.ask({ do: "upload", words: words(this.as.value.trim()), data: await octetsOf(file) });
+    if (!file || !this.as.value.trim()) {
+      text(this.said, "a file and its name or path on board are needed");
+      return;
+    }
+    const answer = await store.ask({
+      do: "upload",
+      words: words(this.as.value.trim()),
+      data: await octetsOf(file),
+    });
     text(this.said, answer.refused ?? "under way; see the commands");
   }
 }

@@ -12,13 +12,18 @@ function material(colour, roughness, metalness = 0) {
 }
 
 export const LOOK = {
-  shell: material(0xe8e6e0, 0.42), housing: material(0x3a4149, 0.6), cap: material(0x8a929b, 0.35, 0.7), stand: material(0x59636d, 0.8),
-  ground: material(0x6f7d8a, 0.85), metal: material(0xc4cad0, 0.25, 0.85),
+  shell: material(0xe8e6e0, 0.42),
+  housing: material(0x3a4149, 0.6),
+  cap: material(0x8a929b, 0.35, 0.7),
+  stand: material(0x59636d, 0.8),
+  ground: material(0x6f7d8a, 0.85),
+  metal: material(0xc4cad0, 0.25, 0.85),
 };
 
 // Mesh of a cylinder between two points.
 function rod(from, to, wide, narrow, look) {
-  const a = new THREE.Vector3(...from), b = new THREE.Vector3(...to);
+  const a = new THREE.Vector3(...from),
+    b = new THREE.Vector3(...to);
   const along = b.clone().sub(a);
   const mesh = new THREE.Mesh(new THREE.CylinderGeometry(narrow, wide, along.length(), 28), look);
   mesh.position.copy(a).addScaledVector(along, 0.5);
@@ -29,7 +34,8 @@ function rod(from, to, wide, narrow, look) {
 export function shape(about, look) {
   let geometry;
   if (about.kind === "box") geometry = new THREE.BoxGeometry(...about.size);
-  else if (about.kind === "cylinder") geometry = new THREE.CylinderGeometry(about.radius, about.radius, about.length, 96).rotateX(Math.PI / 2);
+  else if (about.kind === "cylinder")
+    geometry = new THREE.CylinderGeometry(about.radius, about.radius, about.length, 96).rotateX(Math.PI / 2);
   else geometry = new THREE.SphereGeometry(about.radius, 32, 20);
   const mesh = new THREE.Mesh(geometry, look);
   mesh.applyMatrix4(matrix(about.pose));
@@ -41,28 +47,37 @@ export class Arm {
   constructor(robot, looks) {
     this.robot = robot;
     this.groups = new Map();
-    this.brakes = [];  // In the order of the joints that move.
+    this.brakes = []; // In the order of the joints that move.
     this.node = new THREE.Group();
-    const size = Math.max(0.2, ...robot.joints.map((joint) => Math.hypot(...place(joint.pose)))) ;
+    const size = Math.max(0.2, ...robot.joints.map((joint) => Math.hypot(...place(joint.pose))));
     this.size = size;
     const frames = new Map([[robot.root, this.node]]);
     const wide = size * 0.16;
-    for (let round = 0; round < robot.joints.length; round++) for (const joint of robot.joints) {
-      if (!frames.has(joint.parent) || frames.has(joint.child)) continue;
-      const still = new THREE.Group();
-      still.applyMatrix4(matrix(joint.pose));
-      const turning = new THREE.Group();
-      turning.matrixAutoUpdate = true;
-      still.add(turning);
-      frames.get(joint.parent).add(still);
-      frames.set(joint.child, turning);
-      if (joint.kind !== "fixed") this.groups.set(joint.name, { joint, still, turning });
-      this.shell(frames.get(joint.parent), joint, wide, looks, joint.kind === "fixed" && Object.keys(robot.links).indexOf(joint.child) === Object.keys(robot.links).length - 1);
-      if (joint.kind !== "fixed" && looks.housing) this.housing(turning, joint, wide, looks);
-      if (joint.kind !== "fixed" && looks.stand) this.brake(still, joint, wide);
-    }
+    for (let round = 0; round < robot.joints.length; round++)
+      for (const joint of robot.joints) {
+        if (!frames.has(joint.parent) || frames.has(joint.child)) continue;
+        const still = new THREE.Group();
+        still.applyMatrix4(matrix(joint.pose));
+        const turning = new THREE.Group();
+        turning.matrixAutoUpdate = true;
+        still.add(turning);
+        frames.get(joint.parent).add(still);
+        frames.set(joint.child, turning);
+        if (joint.kind !== "fixed") this.groups.set(joint.name, { joint, still, turning });
+        this.shell(
+          frames.get(joint.parent),
+          joint,
+          wide,
+          looks,
+          joint.kind === "fixed" &&
+            Object.keys(robot.links).indexOf(joint.child) === Object.keys(robot.links).length - 1,
+        );
+        if (joint.kind !== "fixed" && looks.housing) this.housing(turning, joint, wide, looks);
+        if (joint.kind !== "fixed" && looks.stand) this.brake(still, joint, wide);
+      }
     this.node.matrixAutoUpdate = false;
-    for (const [name, shapes] of Object.entries(robot.links)) for (const about of shapes) frames.get(name)?.add(shape(about, looks.metal));
+    for (const [name, shapes] of Object.entries(robot.links))
+      for (const about of shapes) frames.get(name)?.add(shape(about, looks.metal));
     if (looks.stand && !robot.free) this.stand(robot, wide, looks);
   }
 
@@ -71,7 +86,10 @@ export class Arm {
     const look = new THREE.MeshBasicMaterial({ transparent: true, color: 0xffffff });
     const rings = [-1, 1].map((side) => {
       const ring = new THREE.Mesh(new THREE.TorusGeometry(wide * 1.36, wide * 0.12, 8, 36), look);
-      ring.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...joint.axis).normalize());
+      ring.quaternion.setFromUnitVectors(
+        new THREE.Vector3(0, 0, 1),
+        new THREE.Vector3(...joint.axis).normalize(),
+      );
       ring.position.set(...joint.axis).multiplyScalar(side * wide * 1.1);
       ring.visible = false;
       still.add(ring);
@@ -92,7 +110,8 @@ export class Arm {
   }
 
   shell(parent, joint, wide, looks, isLast) {
-    const at = place(joint.pose), length = Math.hypot(...at);
+    const at = place(joint.pose),
+      length = Math.hypot(...at);
     if (length < 0.02 || joint.parent === this.robot.root) return;
     const direction = at.map((value) => value / length);
     const point = (d) => direction.map((value) => value * d);
@@ -106,17 +125,26 @@ export class Arm {
   }
 
   housing(turning, joint, wide, looks) {
-    const axis = joint.axis, out = wide * 1.35;
+    const axis = joint.axis,
+      out = wide * 1.35;
     const at = (d) => axis.map((value) => value * d);
-    turning.add(rod(at(-out), at(out), wide * 1.28, wide * 1.28, looks.housing), rod(at(-out * 1.04), at(out * 1.04), wide * 0.78, wide * 0.78, looks.cap),
-      rod(at(-out * 1.06), at(out * 1.06), wide * 0.42, wide * 0.42, looks.housing));
+    turning.add(
+      rod(at(-out), at(out), wide * 1.28, wide * 1.28, looks.housing),
+      rod(at(-out * 1.04), at(out * 1.04), wide * 0.78, wide * 0.78, looks.cap),
+      rod(at(-out * 1.06), at(out * 1.06), wide * 0.42, wide * 0.42, looks.housing),
+    );
   }
 
   stand(robot, wide, looks) {
     const first = moving(robot)[0];
     if (!first) return;
     const base = place(first.pose);
-    const block = new THREE.Mesh(new THREE.CylinderGeometry(wide * 1.9, wide * 2.7, wide * 4.2, 4, 1).rotateY(Math.PI / 4).rotateX(Math.PI / 2), looks.stand);
+    const block = new THREE.Mesh(
+      new THREE.CylinderGeometry(wide * 1.9, wide * 2.7, wide * 4.2, 4, 1)
+        .rotateY(Math.PI / 4)
+        .rotateX(Math.PI / 2),
+      looks.stand,
+    );
     block.position.set(base[0], base[1], base[2] - wide * 2.4);
     this.node.add(block);
   }

@@ -42,25 +42,43 @@ const SHAPES = {
   normal: () => [svg("circle", { cx: 7, cy: 7, r: 5.5, ...fill("normal") })],
   standby: () => [svg("circle", { cx: 7, cy: 7, r: 4.6, ...ring("standby") })],
   passing: () => [svg("circle", { cx: 7, cy: 7, r: 4.6, "stroke-dasharray": "4.2 3", ...ring("standby") })],
-  off: () => [svg("circle", { cx: 7, cy: 7, r: 4.8, style: "fill:none;stroke:var(--off);stroke-width:1.6" }),
-    svg("path", { d: "M3.8 10.2 10.2 3.8", style: "stroke:var(--off);stroke-width:1.6" })],
-  stale: () => [svg("circle", { cx: 7, cy: 7, r: 5, "stroke-dasharray": "3 2", style: "fill:none;stroke:var(--off);stroke-width:1.6" }),
-    svg("path", { d: "M7 4v3h2.4", style: "fill:none;stroke:var(--off);stroke-width:1.4" })],
+  off: () => [
+    svg("circle", { cx: 7, cy: 7, r: 4.8, style: "fill:none;stroke:var(--off);stroke-width:1.6" }),
+    svg("path", { d: "M3.8 10.2 10.2 3.8", style: "stroke:var(--off);stroke-width:1.6" }),
+  ],
+  stale: () => [
+    svg("circle", {
+      cx: 7,
+      cy: 7,
+      r: 5,
+      "stroke-dasharray": "3 2",
+      style: "fill:none;stroke:var(--off);stroke-width:1.6",
+    }),
+    svg("path", { d: "M7 4v3h2.4", style: "fill:none;stroke:var(--off);stroke-width:1.4" }),
+  ],
   informative: () => [svg("circle", { cx: 7, cy: 7, r: 2.2, style: "fill:var(--fg2)" })],
 };
 
 // Make the symbol of a severity or state; `word` is read by screen readers.
 export function symbol(name, word) {
-  const node = svg("svg", { class: name === "passing" ? "sym turns" : "sym", viewBox: "0 0 14 14", role: "img", "aria-label": word ?? name });
+  const node = svg("svg", {
+    class: name === "passing" ? "sym turns" : "sym",
+    viewBox: "0 0 14 14",
+    role: "img",
+    "aria-label": word ?? name,
+  });
   node.append(...SHAPES[name]());
   return node;
 }
 
 // Symbol of a command that is barred.
 export function padlock() {
-  return svg("svg", { viewBox: "0 0 10 12", width: 10, height: 12, role: "img", "aria-label": "barred" },
+  return svg(
+    "svg",
+    { viewBox: "0 0 10 12", width: 10, height: 12, role: "img", "aria-label": "barred" },
     svg("path", { d: "M3 5V3.5a2 2 0 0 1 4 0V5", style: "fill:none;stroke:currentColor;stroke-width:1.4" }),
-    svg("path", { d: "M1 5h8v6.5H1z", style: "fill:currentColor;stroke:none" }));
+    svg("path", { d: "M1 5h8v6.5H1z", style: "fill:currentColor;stroke:none" }),
+  );
 }
 
 // Show a symbol in its holder; it is drawn again only if it differs.
@@ -70,8 +88,19 @@ export function show(holder, name, word) {
   holder.replaceChildren(symbol(name, word));
 }
 
-export const SYMBOL_OF_STATE = { OFFLINE: "off", PRE_OPERATIONAL: "standby", SAFE_OPERATIONAL: "standby", OPERATIONAL: "normal", ERROR_OPERATIONAL: "critical" };
-export const SYMBOL_OF_SEVERITY = { HIGH: "critical", MEDIUM: "serious", LOW: "caution", INFORMATIVE: "informative" };
+export const SYMBOL_OF_STATE = {
+  OFFLINE: "off",
+  PRE_OPERATIONAL: "standby",
+  SAFE_OPERATIONAL: "standby",
+  OPERATIONAL: "normal",
+  ERROR_OPERATIONAL: "critical",
+};
+export const SYMBOL_OF_SEVERITY = {
+  HIGH: "critical",
+  MEDIUM: "serious",
+  LOW: "caution",
+  INFORMATIVE: "informative",
+};
 // Symbol of a state; a state that is not listed is passed through.
 export const stateSymbol = (state) => SYMBOL_OF_STATE[state] ?? "passing";
 
@@ -98,27 +127,61 @@ export function clock(seconds) {
 }
 
 // Age of a value; "–" if it was never received.
-export const age = (seconds) => (seconds === null ? "–" : `${seconds < 10 ? seconds.toFixed(2) : Math.round(seconds)} s`);
+export const age = (seconds) =>
+  seconds === null ? "–" : `${seconds < 10 ? seconds.toFixed(2) : Math.round(seconds)} s`;
 
 const LIGHT = {
-  done: () => [svg("rect", { x: 0.5, y: 0.5, width: 15, height: 13, rx: 2, style: "fill:none;stroke:var(--fg1)" }),
-    svg("path", { d: "M4 7l3 3 5-6", style: "fill:none;stroke:var(--fg0);stroke-width:1.6" })],
-  failed: () => [svg("rect", { x: 0.5, y: 0.5, width: 15, height: 13, rx: 2, style: "fill:#d0241b;stroke:var(--critical)" }),
-    svg("path", { d: "M5 4l6 6M11 4l-6 6", style: "stroke:#fff;stroke-width:1.8" })],
-  waiting: () => [svg("rect", { x: 0.5, y: 0.5, width: 15, height: 13, rx: 2, "stroke-dasharray": "3 2", style: "fill:none;stroke:var(--standby)" }),
-    svg("circle", { cx: 8, cy: 7, r: 2, style: "fill:var(--standby)" })],
-  none: () => [svg("rect", { x: 0.5, y: 0.5, width: 15, height: 13, rx: 2, style: "fill:none;stroke:var(--line2)" }),
-    svg("path", { d: "M5 7h6", style: "stroke:var(--fg2)" })],
-  empty: () => [svg("rect", { x: 0.5, y: 0.5, width: 15, height: 13, rx: 2, style: "fill:none;stroke:var(--line2)" })],
+  done: () => [
+    svg("rect", { x: 0.5, y: 0.5, width: 15, height: 13, rx: 2, style: "fill:none;stroke:var(--fg1)" }),
+    svg("path", { d: "M4 7l3 3 5-6", style: "fill:none;stroke:var(--fg0);stroke-width:1.6" }),
+  ],
+  failed: () => [
+    svg("rect", {
+      x: 0.5,
+      y: 0.5,
+      width: 15,
+      height: 13,
+      rx: 2,
+      style: "fill:#d0241b;stroke:var(--critical)",
+    }),
+    svg("path", { d: "M5 4l6 6M11 4l-6 6", style: "stroke:#fff;stroke-width:1.8" }),
+  ],
+  waiting: () => [
+    svg("rect", {
+      x: 0.5,
+      y: 0.5,
+      width: 15,
+      height: 13,
+      rx: 2,
+      "stroke-dasharray": "3 2",
+      style: "fill:none;stroke:var(--standby)",
+    }),
+    svg("circle", { cx: 8, cy: 7, r: 2, style: "fill:var(--standby)" }),
+  ],
+  none: () => [
+    svg("rect", { x: 0.5, y: 0.5, width: 15, height: 13, rx: 2, style: "fill:none;stroke:var(--line2)" }),
+    svg("path", { d: "M5 7h6", style: "stroke:var(--fg2)" }),
+  ],
+  empty: () => [
+    svg("rect", { x: 0.5, y: 0.5, width: 15, height: 13, rx: 2, style: "fill:none;stroke:var(--line2)" }),
+  ],
 };
 const STAGES = ["accepted", "started", "step", "completed"];
-const LIGHT_WORDS = { done: "done", failed: "failed", waiting: "waiting", none: "not reported", empty: "not reached" };
+const LIGHT_WORDS = {
+  done: "done",
+  failed: "failed",
+  waiting: "waiting",
+  none: "not reported",
+  empty: "not reached",
+};
 
 // Four lights: acceptance, start, progress and completion of one telecommand.
 export function lights(cells) {
   const words = cells.map((cell, n) => `${STAGES[n]} ${LIGHT_WORDS[cell]}`).join(", ");
   const node = el("span", { class: "lights", role: "img", "aria-label": words });
-  node.append(...cells.map((cell) => svg("svg", { viewBox: "0 0 16 14", "aria-hidden": "true" }, ...LIGHT[cell]())));
+  node.append(
+    ...cells.map((cell) => svg("svg", { viewBox: "0 0 16 14", "aria-hidden": "true" }, ...LIGHT[cell]())),
+  );
   return node;
 }
 
@@ -135,11 +198,17 @@ export function tabs(prefix, pairs) {
     }
   };
   for (const [name, panel] of pairs) {
-    const tab = el("button", { role: "tab", id: idOf(name), "aria-controls": `${idOf(name)}-panel`, onclick: () => open(name) }, name);
+    const tab = el(
+      "button",
+      { role: "tab", id: idOf(name), "aria-controls": `${idOf(name)}-panel`, onclick: () => open(name) },
+      name,
+    );
     tab.addEventListener("keydown", (event) => {
       const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
       if (!step) return;
-      const names = pairs.map(([item]) => item).filter((item) => !list.querySelector(`#${idOf(item)}`).hidden);
+      const names = pairs
+        .map(([item]) => item)
+        .filter((item) => !list.querySelector(`#${idOf(item)}`).hidden);
       const next = names[(names.indexOf(name) + step + names.length) % names.length];
       open(next);
       list.querySelector(`#${idOf(next)}`).focus();

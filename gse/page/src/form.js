@@ -5,18 +5,27 @@ import { store } from "./store.js";
 import { el, lights, text } from "./dom.js";
 
 const ARMED_MS = 10000;
-const FOUND_MAX = 60, RECENT_MAX = 6;
+const FOUND_MAX = 60,
+  RECENT_MAX = 6;
 const AS_TYPED = { fields: [], kind: "as typed" };
 
 // Names that an input suggests, one list for all inputs of a kind.
 function suggestions(kinds) {
-  return Object.entries(kinds ?? {}).map(([kind, items]) => el("datalist", { id: `suggest-${kind}` }, ...items.map((item) => el("option", { value: item.value }, item.name))));
+  return Object.entries(kinds ?? {}).map(([kind, items]) =>
+    el(
+      "datalist",
+      { id: `suggest-${kind}` },
+      ...items.map((item) => el("option", { value: item.value }, item.name)),
+    ),
+  );
 }
 
 function hintOf(field) {
   const range = field.min !== undefined ? `${field.min} to ${field.max ?? "…"}` : "";
   const many = field.count > 1 ? `${field.count} values` : "";
-  return [many, range, field.unit, field.hint ?? (field.coding ? "" : field.type?.toLowerCase())].filter(Boolean).join(", ");
+  return [many, range, field.unit, field.hint ?? (field.coding ? "" : field.type?.toLowerCase())]
+    .filter(Boolean)
+    .join(", ");
 }
 
 // Inputs of a group of fields. `values()` are the texts in them; `changed` is called at each change.
@@ -24,34 +33,100 @@ class Fields {
   constructor(fields, changed, outer = null) {
     this.changed = changed;
     this.outer = outer;
-    this.parts = fields.map((field) => (field.repeat ? this.repeat(field) : field.choice ? this.choice(field) : this.input(field)));
+    this.parts = fields.map((field) =>
+      field.repeat ? this.repeat(field) : field.choice ? this.choice(field) : this.input(field),
+    );
     this.node = el("div", { class: "fields" }, ...this.parts.map((part) => part.node));
     for (const part of this.parts) part.follow?.();
   }
 
   input(field) {
-    const input = field.options ? el("select", {}, ...field.options.map((option) => el("option", { value: option.value }, option.name)))
+    const input = field.options
+      ? el("select", {}, ...field.options.map((option) => el("option", { value: option.value }, option.name)))
       : el("input", { autocomplete: "off", list: field.suggest && `suggest-${field.suggest}` });
-    input.addEventListener("input", () => { for (const part of this.parts) part.follow?.(); this.changed(); });
-    return { name: field.name, value: () => input.value, put: (value) => { input.value = value; },
-      node: el("label", {}, el("span", {}, field.unit ? `${field.name}, ${field.unit}` : field.name), input, el("span", { class: "hint range" }, hintOf(field))) };
+    input.addEventListener("input", () => {
+      for (const part of this.parts) part.follow?.();
+      this.changed();
+    });
+    return {
+      name: field.name,
+      value: () => input.value,
+      put: (value) => {
+        input.value = value;
+      },
+      node: el(
+        "label",
+        {},
+        el("span", {}, field.unit ? `${field.name}, ${field.unit}` : field.name),
+        input,
+        el("span", { class: "hint range" }, hintOf(field)),
+      ),
+    };
   }
 
   repeat(field) {
     const groups = [];
     const list = el("div", { class: "groups" });
-    const draw = () => { list.replaceChildren(...groups.map((group, n) => el("div", { class: "group", role: "group", "aria-label": `${field.name} ${n + 1}` }, group.node,
-      el("button", { "aria-label": `Remove ${field.name} ${n + 1}`, onclick: () => { groups.splice(n, 1); draw(); this.changed(); } }, "−")))); };
-    const add = () => { groups.push(new Fields(field.fields, this.changed, this)); draw(); };
+    const draw = () => {
+      list.replaceChildren(
+        ...groups.map((group, n) =>
+          el(
+            "div",
+            { class: "group", role: "group", "aria-label": `${field.name} ${n + 1}` },
+            group.node,
+            el(
+              "button",
+              {
+                "aria-label": `Remove ${field.name} ${n + 1}`,
+                onclick: () => {
+                  groups.splice(n, 1);
+                  draw();
+                  this.changed();
+                },
+              },
+              "−",
+            ),
+          ),
+        ),
+      );
+    };
+    const add = () => {
+      groups.push(new Fields(field.fields, this.changed, this));
+      draw();
+    };
     for (let n = 0; n < field.least; n++) add();
-    return { name: field.name, value: () => groups.map((group) => group.values()), node: el("div", { class: "repeat" },
-      el("div", { class: "acts" }, el("span", {}, field.name), el("button", { "aria-label": `Add ${field.name}`, onclick: () => { add(); this.changed(); } }, "+")), list) };
+    return {
+      name: field.name,
+      value: () => groups.map((group) => group.values()),
+      node: el(
+        "div",
+        { class: "repeat" },
+        el(
+          "div",
+          { class: "acts" },
+          el("span", {}, field.name),
+          el(
+            "button",
+            {
+              "aria-label": `Add ${field.name}`,
+              onclick: () => {
+                add();
+                this.changed();
+              },
+            },
+            "+",
+          ),
+        ),
+        list,
+      ),
+    };
   }
 
   // The fields of the value that another field has now.
   choice(field) {
     const node = el("div");
-    let shown = null, inner = null;
+    let shown = null,
+      inner = null;
     const follow = () => {
       const value = this.valueOf(field.choice);
       if (value === shown) return;
@@ -68,13 +143,21 @@ class Fields {
   }
 
   values() {
-    return Object.assign({}, ...this.parts.map((part) => (part.name ? { [part.name]: part.value() } : part.values())));
+    return Object.assign(
+      {},
+      ...this.parts.map((part) => (part.name ? { [part.name]: part.value() } : part.values())),
+    );
   }
 }
 
 export class CommandForm {
   constructor() {
-    this.find = el("input", { type: "search", id: "find", autocomplete: "off", oninput: () => this.search() });
+    this.find = el("input", {
+      type: "search",
+      id: "find",
+      autocomplete: "off",
+      oninput: () => this.search(),
+    });
     this.list = el("div", { class: "choices", role: "group", "aria-label": "Commands found" });
     this.title_ = el("h2");
     this.fields = el("div");
@@ -88,18 +171,40 @@ export class CommandForm {
     this.left = el("i");
     this.runs = el("div", { class: "runs", "aria-hidden": "true" }, this.left);
     this.result = el("div", { "aria-live": "polite" });
-    this.node = el("div", { class: "form scroll", tabindex: 0, role: "group", "aria-label": "Command form" },
-      el("label", {}, el("span", {}, "Find a command ", el("kbd", {}, "/")), this.find), this.list, this.title_, this.fields, this.lists,
-      el("div", { class: "line" }, el("span", {}, "Octets"), this.octets), el("div", { class: "line" }, el("span", {}, "Words"), this.line), el("div", { class: "line" }, el("span", {}, "Checked"), this.checked),
-      el("div", { class: "acts" }, this.arm, this.go, this.hint), this.runs, this.result,
-      el("div", { class: "acts" }, el("button", { onclick: () => this.save() }, "Save as script"), el("span", { class: "hint" }, "all commands of this flight, for gse script")));
+    this.node = el(
+      "div",
+      { class: "form scroll", tabindex: 0, role: "group", "aria-label": "Command form" },
+      el("label", {}, el("span", {}, "Find a command ", el("kbd", {}, "/")), this.find),
+      this.list,
+      this.title_,
+      this.fields,
+      this.lists,
+      el("div", { class: "line" }, el("span", {}, "Octets"), this.octets),
+      el("div", { class: "line" }, el("span", {}, "Words"), this.line),
+      el("div", { class: "line" }, el("span", {}, "Checked"), this.checked),
+      el("div", { class: "acts" }, this.arm, this.go, this.hint),
+      this.runs,
+      this.result,
+      el(
+        "div",
+        { class: "acts" },
+        el("button", { onclick: () => this.save() }, "Save as script"),
+        el("span", { class: "hint" }, "all commands of this flight, for gse script"),
+      ),
+    );
     this.forms = [];
     this.pick(null);
     store.on("hello", () => this.load());
     store.on("prepare", (words) => this.prepare(words));
     store.on("again", (line) => this.again(line));
-    store.on("link", () => { if (!store.link.is_live) this.disarm(); this.judge(); });
-    store.on("command", (call) => { if (call.number === this.sent) this.report(call); if (call.over) this.search(); });
+    store.on("link", () => {
+      if (!store.link.is_live) this.disarm();
+      this.judge();
+    });
+    store.on("command", (call) => {
+      if (call.number === this.sent) this.report(call);
+      if (call.over) this.search();
+    });
     document.addEventListener("keydown", (event) => {
       if (event.key === "Escape") this.disarm();
       if (event.key === "Enter" && event.ctrlKey) this.send();
@@ -119,14 +224,33 @@ export class CommandForm {
     const typed = this.find.value.trim();
     const words = typed.toLowerCase().split(/\s+/);
     const fits = (name) => words.every((word) => name.toLowerCase().includes(word));
-    const lines = [...new Set([...store.commands.values()].reverse().map((call) => call.line).filter(Boolean))].filter(fits).slice(0, RECENT_MAX);
+    const lines = [
+      ...new Set(
+        [...store.commands.values()]
+          .reverse()
+          .map((call) => call.line)
+          .filter(Boolean),
+      ),
+    ]
+      .filter(fits)
+      .slice(0, RECENT_MAX);
     const found = this.forms.filter((form) => fits(form.name)).slice(0, FOUND_MAX);
     const isTyped = store.hello?.verbs[typed.split(/\s+/)[0]];
-    const button = (name, kind, act) => el("button", { onclick: act }, el("span", { class: "what" }, name), el("span", { class: "hint" }, kind));
-    this.list.replaceChildren(...(isTyped ? [button(`as typed: ${typed}`, "text", () => this.again(typed))] : []),
-      ...found.slice(0, typed ? FOUND_MAX : 0).map((form) => button(form.name, form.kind, () => this.pick(form))),
+    const button = (name, kind, act) =>
+      el(
+        "button",
+        { onclick: act },
+        el("span", { class: "what" }, name),
+        el("span", { class: "hint" }, kind),
+      );
+    this.list.replaceChildren(
+      ...(isTyped ? [button(`as typed: ${typed}`, "text", () => this.again(typed))] : []),
+      ...found
+        .slice(0, typed ? FOUND_MAX : 0)
+        .map((form) => button(form.name, form.kind, () => this.pick(form))),
       ...lines.map((line) => button(line, "again", () => this.again(line))),
-      ...(typed ? [] : found.map((form) => button(form.name, form.kind, () => this.pick(form)))));
+      ...(typed ? [] : found.map((form) => button(form.name, form.kind, () => this.pick(form)))),
+    );
     if (!this.list.children.length) this.list.append(el("p", { class: "reason" }, "Nothing is called so."));
   }
 
@@ -141,19 +265,26 @@ export class CommandForm {
   }
 
   // A command in words, as it was sent before or typed.
-  again(line) { this.pick({ ...AS_TYPED, name: line, line }); }
+  again(line) {
+    this.pick({ ...AS_TYPED, name: line, line });
+  }
 
   pick(form) {
     this.form = form;
     this.disarm();
     text(this.title_, form ? form.name : "No command chosen");
-    this.inputs = new Fields(form?.fields ?? [], () => { this.disarm(); this.judge(); });
+    this.inputs = new Fields(form?.fields ?? [], () => {
+      this.disarm();
+      this.judge();
+    });
     this.fields.replaceChildren(this.inputs.node);
     this.result.replaceChildren();
     this.judge();
   }
 
-  order() { return this.form.line ? { text: this.form.line } : { form: this.form.id, values: this.inputs.values() }; }
+  order() {
+    return this.form.line ? { text: this.form.line } : { form: this.form.id, values: this.inputs.values() };
+  }
 
   // The station encodes the command as it would be sent and says what is wrong with it.
   async judge() {
@@ -161,20 +292,42 @@ export class CommandForm {
     if (!this.form) {
       for (const node of [this.octets, this.line, this.checked]) text(node, "");
     } else {
-      const order = this.order(), asked = JSON.stringify(order);
+      const order = this.order(),
+        asked = JSON.stringify(order);
       const answer = await store.ask({ do: "plan", ...order });
       if (!this.form || asked !== JSON.stringify(this.order())) return;
-      text(this.octets, (answer.octets ?? []).map((one) => one.toUpperCase().replace(/(.{4})/g, "$1 ").trim()).join(" / "));
+      text(
+        this.octets,
+        (answer.octets ?? [])
+          .map((one) =>
+            one
+              .toUpperCase()
+              .replace(/(.{4})/g, "$1 ")
+              .trim(),
+          )
+          .join(" / "),
+      );
       text(this.line, answer.line ?? "");
-      text(this.checked, answer.refused ?? `${(answer.messages ?? []).join(", ") || "procedure"}: complete, in range`);
+      text(
+        this.checked,
+        answer.refused ?? `${(answer.messages ?? []).join(", ") || "procedure"}: complete, in range`,
+      );
       this.isFit = !answer.refused;
       this.isCritical = Boolean(answer.critical);
     }
     this.tick();
   }
 
-  toggleArm() { if (this.armed) this.disarm(); else { this.armed = performance.now(); this.tick(); } }
-  disarm() { this.armed = null; }
+  toggleArm() {
+    if (this.armed) this.disarm();
+    else {
+      this.armed = performance.now();
+      this.tick();
+    }
+  }
+  disarm() {
+    this.armed = null;
+  }
 
   tick() {
     const rest = this.armed ? ARMED_MS - (performance.now() - this.armed) : 0;
@@ -184,8 +337,15 @@ export class CommandForm {
     this.arm.disabled = !isFit;
     text(this.arm, this.armed ? "Disarm" : "Arm");
     this.go.disabled = !isFit || (this.isCritical && !this.armed);
-    text(this.hint, store.barrier() ? store.barrier() : this.isCritical ? "critical: arm, then send within 10 s" : "Ctrl Enter");
-    this.left.style.width = `${Math.max(0, rest / ARMED_MS * 100)}%`;
+    text(
+      this.hint,
+      store.barrier()
+        ? store.barrier()
+        : this.isCritical
+          ? "critical: arm, then send within 10 s"
+          : "Ctrl Enter",
+    );
+    this.left.style.width = `${Math.max(0, (rest / ARMED_MS) * 100)}%`;
   }
 
   async send() {
@@ -194,8 +354,14 @@ export class CommandForm {
     this.sent = null;
     this.result.replaceChildren();
     const answer = await store.ask({ do: "command", ...this.order() });
-    if (answer.refused) { this.result.replaceChildren(el("div", { class: "refusal" }, answer.refused)); return; }
-    if (answer.time !== undefined) { this.result.replaceChildren(el("div", {}, `acts at ${answer.time.toFixed(4)} s`)); return; }
+    if (answer.refused) {
+      this.result.replaceChildren(el("div", { class: "refusal" }, answer.refused));
+      return;
+    }
+    if (answer.time !== undefined) {
+      this.result.replaceChildren(el("div", {}, `acts at ${answer.time.toFixed(4)} s`));
+      return;
+    }
     this.sent = answer.command;
     const known = store.commands.get(this.sent);
     if (known) this.report(known);
@@ -203,15 +369,45 @@ export class CommandForm {
   }
 
   report(call) {
-    const shown = call.words ? el("div", { class: "refusal" }, el("div", { class: "acts" }, lights(call.lights), el("strong", {}, call.unknown ? "Result not known" : "Refused or failed")),
-      el("div", {}, call.words.replace(/ \[0x[0-9A-Fa-f]+.*?\]$/, "")), el("div", { class: "mono" }, call.code !== undefined && call.code !== null ? `code 0x${call.code.toString(16).toUpperCase().padStart(4, "0")}` : ""))
-      : el("div", {}, el("div", { class: "acts" }, lights(call.lights), call.over ? "completed" : call.silent ? "no answer for 10 s" : "under way"), ...call.answer.slice(0, 12).map((line) => el("div", { class: "mono" }, line)));
+    const shown = call.words
+      ? el(
+          "div",
+          { class: "refusal" },
+          el(
+            "div",
+            { class: "acts" },
+            lights(call.lights),
+            el("strong", {}, call.unknown ? "Result not known" : "Refused or failed"),
+          ),
+          el("div", {}, call.words.replace(/ \[0x[0-9A-Fa-f]+.*?\]$/, "")),
+          el(
+            "div",
+            { class: "mono" },
+            call.code !== undefined && call.code !== null
+              ? `code 0x${call.code.toString(16).toUpperCase().padStart(4, "0")}`
+              : "",
+          ),
+        )
+      : el(
+          "div",
+          {},
+          el(
+            "div",
+            { class: "acts" },
+            lights(call.lights),
+            call.over ? "completed" : call.silent ? "no answer for 10 s" : "under way",
+          ),
+          ...call.answer.slice(0, 12).map((line) => el("div", { class: "mono" }, line)),
+        );
     this.result.replaceChildren(shown);
   }
 
   async save() {
     const answer = await store.ask({ do: "script" });
-    if (answer.refused) { this.result.replaceChildren(el("div", { class: "refusal" }, answer.refused)); return; }
+    if (answer.refused) {
+      this.result.replaceChildren(el("div", { class: "refusal" }, answer.refused));
+      return;
+    }
     const address = URL.createObjectURL(new Blob([answer.text], { type: "text/plain" }));
     el("a", { href: address, download: `${store.hello?.mission ?? "commands"}.scn` }).click();
     setTimeout(() => URL.revokeObjectURL(address), 1000);

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rows over time in typed arrays: an hour of a recording is 180 000 rows, which become objects only where one is shown.
 
-const POINTS_MOST = 20000;  // Of a line whose value is computed from several columns.
+const POINTS_MOST = 20000; // Of a line whose value is computed from several columns.
 
 export class History {
   // tables: of a recording; rename: name of a leaf in a row; gap: where nothing came for longer [s], there is a row of nothing.
   constructor(tables, rename, gap) {
-    this.columns = tables.map(({ leaves }) => new Map([...leaves].map(([name, parts]) => [rename(name), parts])));
+    this.columns = tables.map(
+      ({ leaves }) => new Map([...leaves].map(([name, parts]) => [rename(name), parts])),
+    );
     const count = tables.reduce((sum, { t }) => sum + t.length, 0);
-    const table = new Uint8Array(count), index = new Uint32Array(count);
+    const table = new Uint8Array(count),
+      index = new Uint32Array(count);
     this.merge(tables, table, index);
-    let gaps = 0, before = NaN;
+    let gaps = 0,
+      before = NaN;
     for (let n = 0; n < count; n++) {
       const time = tables[table[n]].t[index[n]];
       if (time - before > gap) gaps++;
@@ -18,11 +22,14 @@ export class History {
     }
     this.t = new Float64Array(count + gaps);
     this.table = new Uint8Array(count + gaps);
-    this.index = new Int32Array(count + gaps);  // Row of the table; -1: a row of nothing.
+    this.index = new Int32Array(count + gaps); // Row of the table; -1: a row of nothing.
     let at = 0;
     for (let n = 0; n < count; n++) {
       const time = tables[table[n]].t[index[n]];
-      if (at && time - this.t[at - 1] > gap) { this.t[at] = this.t[at - 1] + 0.001; this.index[at++] = -1; }
+      if (at && time - this.t[at - 1] > gap) {
+        this.t[at] = this.t[at - 1] + 0.001;
+        this.index[at++] = -1;
+      }
       this.t[at] = time;
       this.table[at] = table[n];
       this.index[at++] = index[n];
@@ -35,7 +42,12 @@ export class History {
     const next = tables.map(() => 0);
     for (let n = 0; n < index.length; n++) {
       let first = -1;
-      for (let k = 0; k < tables.length; k++) if (next[k] < tables[k].t.length && (first < 0 || tables[k].t[next[k]] < tables[first].t[next[first]])) first = k;
+      for (let k = 0; k < tables.length; k++)
+        if (
+          next[k] < tables[k].t.length &&
+          (first < 0 || tables[k].t[next[k]] < tables[first].t[next[first]])
+        )
+          first = k;
       table[n] = first;
       index[n] = next[first]++;
     }
@@ -45,7 +57,8 @@ export class History {
   row(n) {
     if (n < 0 || n >= this.length || this.index[n] < 0) return null;
     const row = {};
-    for (const [name, parts] of this.columns[this.table[n]]) row[name] = Array.from(parts, (part) => part[this.index[n]]);
+    for (const [name, parts] of this.columns[this.table[n]])
+      row[name] = Array.from(parts, (part) => part[this.index[n]]);
     return row;
   }
 
@@ -55,7 +68,13 @@ export class History {
       const view = {};
       for (const [name, parts] of columns) {
         const values = new Array(parts.length);
-        Object.defineProperty(view, name, { enumerable: true, get: () => { for (let k = 0; k < parts.length; k++) values[k] = parts[k][at.index]; return values; } });
+        Object.defineProperty(view, name, {
+          enumerable: true,
+          get: () => {
+            for (let k = 0; k < parts.length; k++) values[k] = parts[k][at.index];
+            return values;
+          },
+        });
       }
       return view;
     });
@@ -64,22 +83,29 @@ export class History {
   // Values of lines between two times, as uPlot takes them: all, or where there are more than two for each of `pixels`, the least and the
   // greatest of each pixel.
   drawn(lines, range, pixels) {
-    const first = Math.max(0, after(this.t, range[0]) - 1), end = Math.min(this.length, after(this.t, range[1]) + 1);
-    const at = { index: 0 }, views = this.views(at);
-    const stride = lines.some((line) => line.isComputed) ? Math.max(1, Math.ceil((end - first) / POINTS_MOST)) : 1;
+    const first = Math.max(0, after(this.t, range[0]) - 1),
+      end = Math.min(this.length, after(this.t, range[1]) + 1);
+    const at = { index: 0 },
+      views = this.views(at);
+    const stride = lines.some((line) => line.isComputed)
+      ? Math.max(1, Math.ceil((end - first) / POINTS_MOST))
+      : 1;
     const value = (line, n) => {
       at.index = this.index[n];
-      return at.index < 0 ? null : line.of(views[this.table[n]]) ?? null;
+      return at.index < 0 ? null : (line.of(views[this.table[n]]) ?? null);
     };
     if (end - first <= 2 * pixels) {
       const rows = Array.from({ length: end - first }, (_, n) => first + n);
       return [rows.map((n) => this.t[n]), ...lines.map((line) => rows.map((n) => value(line, n)))];
     }
-    const times = [], found = lines.map(() => []);
+    const times = [],
+      found = lines.map(() => []);
     const width = (this.t[end - 1] - this.t[first]) / pixels;
     for (let n = first; n < end;) {
-      const from = n, until = this.t[n] + width;
-      const least = lines.map(() => null), most = lines.map(() => null);
+      const from = n,
+        until = this.t[n] + width;
+      const least = lines.map(() => null),
+        most = lines.map(() => null);
       let hasGap = false;
       for (; n < end && (this.t[n] < until || n === from); n += stride) {
         hasGap = hasGap || this.index[n] < 0;
@@ -93,7 +119,10 @@ export class History {
       const last = Math.min(n, end) - 1;
       times.push(this.t[from], Math.max(this.t[last], this.t[from] + 1e-6));
       for (let k = 0; k < lines.length; k++) found[k].push(least[k], most[k]);
-      if (hasGap) { times.push(times[times.length - 1] + 1e-6); for (const line of found) line.push(null); }
+      if (hasGap) {
+        times.push(times[times.length - 1] + 1e-6);
+        for (const line of found) line.push(null);
+      }
     }
     return [times, ...found];
   }
@@ -101,10 +130,12 @@ export class History {
 
 // Index of the first number above a value.
 export function after(numbers, value) {
-  let low = 0, high = numbers.length;
+  let low = 0,
+    high = numbers.length;
   while (low < high) {
     const middle = (low + high) >> 1;
-    if (numbers[middle] <= value) low = middle + 1; else high = middle;
+    if (numbers[middle] <= value) low = middle + 1;
+    else high = middle;
   }
   return low;
 }

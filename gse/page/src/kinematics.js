@@ -5,29 +5,65 @@ const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
 
 export function multiply(a, b) {
   const found = new Array(16);
-  for (let row = 0; row < 4; row++) for (let column = 0; column < 4; column++) {
-    let sum = 0;
-    for (let k = 0; k < 4; k++) sum += a[4 * row + k] * b[4 * k + column];
-    found[4 * row + column] = sum;
-  }
+  for (let row = 0; row < 4; row++)
+    for (let column = 0; column < 4; column++) {
+      let sum = 0;
+      for (let k = 0; k < 4; k++) sum += a[4 * row + k] * b[4 * k + column];
+      found[4 * row + column] = sum;
+    }
   return found;
 }
 
 export function motion(joint, value) {
   const [x, y, z] = joint.axis;
   if (joint.kind === "fixed") return IDENTITY;
-  if (joint.kind === "prismatic") return [1, 0, 0, x * value, 0, 1, 0, y * value, 0, 0, 1, z * value, 0, 0, 0, 1];
-  const c = Math.cos(value), s = Math.sin(value), k = 1 - c;
-  return [c + x * x * k, x * y * k - z * s, x * z * k + y * s, 0, y * x * k + z * s, c + y * y * k, y * z * k - x * s, 0,
-    z * x * k - y * s, z * y * k + x * s, c + z * z * k, 0, 0, 0, 0, 1];
+  if (joint.kind === "prismatic")
+    return [1, 0, 0, x * value, 0, 1, 0, y * value, 0, 0, 1, z * value, 0, 0, 0, 1];
+  const c = Math.cos(value),
+    s = Math.sin(value),
+    k = 1 - c;
+  return [
+    c + x * x * k,
+    x * y * k - z * s,
+    x * z * k + y * s,
+    0,
+    y * x * k + z * s,
+    c + y * y * k,
+    y * z * k - x * s,
+    0,
+    z * x * k - y * s,
+    z * y * k + x * s,
+    c + z * z * k,
+    0,
+    0,
+    0,
+    0,
+    1,
+  ];
 }
 
 export const moving = (robot) => robot.joints.filter((joint) => joint.kind !== "fixed");
 
 // Pose of a body from its place and its rotation as a quaternion: x, y, z, and w, x, y, z.
 export function poseOf([px, py, pz, w, x, y, z]) {
-  return [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), px, 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x), py,
-    2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y), pz, 0, 0, 0, 1];
+  return [
+    1 - 2 * (y * y + z * z),
+    2 * (x * y - w * z),
+    2 * (x * z + w * y),
+    px,
+    2 * (x * y + w * z),
+    1 - 2 * (x * x + z * z),
+    2 * (y * z - w * x),
+    py,
+    2 * (x * z - w * y),
+    2 * (y * z + w * x),
+    1 - 2 * (x * x + y * y),
+    pz,
+    0,
+    0,
+    0,
+    1,
+  ];
 }
 
 // Where a robot is: positions of its moving joints, pose of its root, and whether its brakes hold (null: not known). A row of the truth has
@@ -40,11 +76,15 @@ export function placed(robot, row, names, isLead) {
   };
   const start = joints.map((joint) => robot.start[joint.name] ?? 0);
   const base = pick(row?.BASE, robot.name, names?.bases, 7);
-  const at = base ? poseOf(base) : robot.at ?? IDENTITY;
-  if (!names) return { positions: (isLead ? row?.["CUR_VALUES.POSITION"] : null) ?? start, base: at, brakes: null };
+  const at = base ? poseOf(base) : (robot.at ?? IDENTITY);
+  if (!names)
+    return { positions: (isLead ? row?.["CUR_VALUES.POSITION"] : null) ?? start, base: at, brakes: null };
   const each = (values, n) => pick(values, `${robot.name}.${joints[n].name}`, names.joints)?.[0];
-  return { positions: joints.map((_, n) => each(row?.["CUR_VALUES.POSITION"], n) ?? start[n]), base: at,
-    brakes: row?.BRAKE ? joints.map((_, n) => (each(row.BRAKE, n) ?? 0) > 0.5) : null };
+  return {
+    positions: joints.map((_, n) => each(row?.["CUR_VALUES.POSITION"], n) ?? start[n]),
+    base: at,
+    brakes: row?.BRAKE ? joints.map((_, n) => (each(row.BRAKE, n) ?? 0) > 0.5) : null,
+  };
 }
 
 // Pose of each link, and of each joint before its motion, by name.
@@ -52,12 +92,13 @@ export function poses(robot, positions, base = robot.at ?? IDENTITY) {
   const values = new Map(moving(robot).map((joint, n) => [joint.name, positions[n] ?? 0]));
   const links = new Map([[robot.root, base]]);
   const joints = new Map();
-  for (let round = 0; round < robot.joints.length; round++) for (const joint of robot.joints) {
-    if (!links.has(joint.parent) || links.has(joint.child)) continue;
-    const at = multiply(links.get(joint.parent), joint.pose);
-    joints.set(joint.name, at);
-    links.set(joint.child, multiply(at, motion(joint, values.get(joint.name) ?? 0)));
-  }
+  for (let round = 0; round < robot.joints.length; round++)
+    for (const joint of robot.joints) {
+      if (!links.has(joint.parent) || links.has(joint.child)) continue;
+      const at = multiply(links.get(joint.parent), joint.pose);
+      joints.set(joint.name, at);
+      links.set(joint.child, multiply(at, motion(joint, values.get(joint.name) ?? 0)));
+    }
   return { links, joints };
 }
 
@@ -65,7 +106,11 @@ export const place = (pose) => [pose[3], pose[7], pose[11]];
 
 export function tipOf(robot) {
   const parents = new Set(robot.joints.map((joint) => joint.parent));
-  return Object.keys(robot.links).filter((name) => !parents.has(name)).pop() ?? robot.root;
+  return (
+    Object.keys(robot.links)
+      .filter((name) => !parents.has(name))
+      .pop() ?? robot.root
+  );
 }
 
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -77,7 +122,12 @@ function jacobian(robot, found, tip) {
     const pose = found.joints.get(joint.name);
     const [x, y, z] = joint.axis;
     const axis = [0, 1, 2].map((row) => pose[4 * row] * x + pose[4 * row + 1] * y + pose[4 * row + 2] * z);
-    return joint.kind === "prismatic" ? axis : cross(axis, tip.map((value, n) => value - place(pose)[n]));
+    return joint.kind === "prismatic"
+      ? axis
+      : cross(
+          axis,
+          tip.map((value, n) => value - place(pose)[n]),
+        );
   });
 }
 
@@ -90,8 +140,12 @@ export function tipForce(robot, row, positions = row["CUR_VALUES.POSITION"], bas
   if (row.FORCE) return { force: row.FORCE, at: tip, size: Math.hypot(...row.FORCE) };
   if (!torque) return null;
   const columns = jacobian(robot, found, tip);
-  const matrix = [0, 1, 2].map((i) => [0, 1, 2].map((j) => columns.reduce((sum, column) => sum + column[i] * column[j], i === j ? 1e-6 : 0)));
-  const right = [0, 1, 2].map((i) => columns.reduce((sum, column, n) => sum + column[i] * (torque[n] ?? 0), 0));
+  const matrix = [0, 1, 2].map((i) =>
+    [0, 1, 2].map((j) => columns.reduce((sum, column) => sum + column[i] * column[j], i === j ? 1e-6 : 0)),
+  );
+  const right = [0, 1, 2].map((i) =>
+    columns.reduce((sum, column, n) => sum + column[i] * (torque[n] ?? 0), 0),
+  );
   const determinant = dot(matrix[0], cross(matrix[1], matrix[2]));
   const solve = (n) => {
     const changed = matrix.map((line, i) => line.map((value, j) => (j === n ? right[i] : value)));

@@ -4,17 +4,34 @@
 import { store } from "./store.js";
 import { SYMBOL_OF_SEVERITY, svg, symbol } from "./dom.js";
 
-const ACTIVATION = ["OFFLINE", "SOFTWARE_INIT", "HARDWARE_INIT", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL"];
+const ACTIVATION = [
+  "OFFLINE",
+  "SOFTWARE_INIT",
+  "HARDWARE_INIT",
+  "PRE_OPERATIONAL",
+  "SAFE_OPERATIONAL",
+  "OPERATIONAL",
+];
 const RANK = { LOW: 1, MEDIUM: 2, HIGH: 3 };
-const NEAR = 6;  // Pixels between two marks of which only the worse is drawn.
+const NEAR = 6; // Pixels between two marks of which only the worse is drawn.
 
-export const shownMembers = () => store.ordered().filter((item) => !item.infrastructure && store.lanes.has(item.name)).map((item) => item.name).slice(0, 2);
+export const shownMembers = () =>
+  store
+    .ordered()
+    .filter((item) => !item.infrastructure && store.lanes.has(item.name))
+    .map((item) => item.name)
+    .slice(0, 2);
 
 export function ticks(x, end, y, width) {
   const most = Math.max(4, width / 80);
-  const unit = [1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 3600].find((step) => end / step <= most) ?? 36000;
+  const unit =
+    [1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 3600].find((step) => end / step <= most) ?? 36000;
   const found = [];
-  for (let t = 0; t < end; t += unit) found.push(svg("path", { d: `M${x(t)} ${y}v5`, style: "stroke:var(--fg2)" }), svg("text", { x: x(t) + 3, y: y + 9 }, String(t)));
+  for (let t = 0; t < end; t += unit)
+    found.push(
+      svg("path", { d: `M${x(t)} ${y}v5`, style: "stroke:var(--fg2)" }),
+      svg("text", { x: x(t) + 3, y: y + 9 }, String(t)),
+    );
   return found;
 }
 
@@ -23,8 +40,17 @@ export function lanes(x, members, end, top) {
     const lane = store.lanes.get(name);
     return lane.map(([from, state], n) => {
       const grade = ACTIVATION.indexOf(state);
-      const look = state === "ERROR_OPERATIONAL" ? "fill:var(--critical-fill)" : `fill:var(--fg0);opacity:${grade < 0 ? 0.15 : 0.1 + 0.14 * grade}`;
-      return svg("rect", { x: x(from), y: top + row * 14, width: Math.max(0, x(lane[n + 1]?.[0] ?? end) - x(from)), height: 10, style: look });
+      const look =
+        state === "ERROR_OPERATIONAL"
+          ? "fill:var(--critical-fill)"
+          : `fill:var(--fg0);opacity:${grade < 0 ? 0.15 : 0.1 + 0.14 * grade}`;
+      return svg("rect", {
+        x: x(from),
+        y: top + row * 14,
+        width: Math.max(0, x(lane[n + 1]?.[0] ?? end) - x(from)),
+        height: 10,
+        style: look,
+      });
     });
   });
 }
@@ -40,7 +66,8 @@ export function marks(x, events, y) {
   }
   return shown.map((event) => {
     const mark = symbol(SYMBOL_OF_SEVERITY[event.severity], event.severity);
-    for (const [key, value] of Object.entries({ x: x(event.time) - 5, y, width: 10, height: 10 })) mark.setAttribute(key, value);
+    for (const [key, value] of Object.entries({ x: x(event.time) - 5, y, width: 10, height: 10 }))
+      mark.setAttribute(key, value);
     mark.append(svg("title", {}, `${event.time.toFixed(4)} s ${event.subsystem} ${event.event}`));
     return mark;
   });

@@ -10,18 +10,51 @@ const SEVERITIES = ["INFORMATIVE", "LOW", "MEDIUM", "HIGH"];
 
 class Log extends HTMLElement {
   connectedCallback() {
-    this.least = el("select", { "aria-label": "Least severity shown", onchange: () => this.draw() }, ...SEVERITIES.map((severity) => el("option", { value: severity }, severity === "INFORMATIVE" ? "all severities" : `${severity} and above`)));
-    this.from = el("select", { "aria-label": "Subsystem shown", onchange: () => this.draw() }, el("option", { value: "" }, "all subsystems"));
+    this.least = el(
+      "select",
+      { "aria-label": "Least severity shown", onchange: () => this.draw() },
+      ...SEVERITIES.map((severity) =>
+        el(
+          "option",
+          { value: severity },
+          severity === "INFORMATIVE" ? "all severities" : `${severity} and above`,
+        ),
+      ),
+    );
+    this.from = el(
+      "select",
+      { "aria-label": "Subsystem shown", onchange: () => this.draw() },
+      el("option", { value: "" }, "all subsystems"),
+    );
     this.filter = el("div", { class: "filter" }, this.least, this.from);
     this.eventList = el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Events" });
     this.commandList = el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Commands" });
-    this.lists = [["Events", this.eventList], ["Commands", this.commandList]];
-    if (document.body.classList.contains("report")) this.lists.push(["Run", this.facts = el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Content of run.json" })]);
-    this.pages = tabs("log", this.lists.map(([name, list]) => [name, name === "Events" ? el("div", {}, this.filter, list) : el("div", {}, list)]));
+    this.lists = [
+      ["Events", this.eventList],
+      ["Commands", this.commandList],
+    ];
+    if (document.body.classList.contains("report"))
+      this.lists.push([
+        "Run",
+        (this.facts = el("div", {
+          class: "scroll",
+          tabindex: 0,
+          role: "group",
+          "aria-label": "Content of run.json",
+        })),
+      ]);
+    this.pages = tabs(
+      "log",
+      this.lists.map(([name, list]) => [
+        name,
+        name === "Events" ? el("div", {}, this.filter, list) : el("div", {}, list),
+      ]),
+    );
     this.append(this.pages.list, ...this.lists.map(([, list]) => list.parentElement));
     store.on("hello event command seen ready", () => this.plan());
     store.on("event", (event) => {
-      if (event.severity === "HIGH") document.getElementById("alarm-said").textContent = `${event.subsystem} ${event.event}, high`;
+      if (event.severity === "HIGH")
+        document.getElementById("alarm-said").textContent = `${event.subsystem} ${event.event}, high`;
     });
     document.addEventListener("keydown", (event) => {
       if (event.target.closest("input, select, textarea") || event.ctrlKey || event.altKey) return;
@@ -33,7 +66,10 @@ class Log extends HTMLElement {
   plan() {
     if (this.planned) return;
     this.planned = true;
-    setTimeout(() => { this.planned = false; this.draw(); }, 200);
+    setTimeout(() => {
+      this.planned = false;
+      this.draw();
+    }, 200);
   }
 
   // Events before and after the instant of a replay.
@@ -44,7 +80,10 @@ class Log extends HTMLElement {
   }
 
   isShown(event) {
-    return SEVERITIES.indexOf(event.severity) >= SEVERITIES.indexOf(this.least.value) && (!this.from.value || event.subsystem === this.from.value);
+    return (
+      SEVERITIES.indexOf(event.severity) >= SEVERITIES.indexOf(this.least.value) &&
+      (!this.from.value || event.subsystem === this.from.value)
+    );
   }
 
   // Subsystems of the mission, as choices of the filter.
@@ -52,40 +91,121 @@ class Log extends HTMLElement {
     const names = store.ordered().map((item) => item.name);
     if (this.from.dataset.of === names.join()) return;
     this.from.dataset.of = names.join();
-    this.from.replaceChildren(el("option", { value: "" }, "all subsystems"), ...names.map((name) => el("option", { value: name }, name)));
+    this.from.replaceChildren(
+      el("option", { value: "" }, "all subsystems"),
+      ...names.map((name) => el("option", { value: name }, name)),
+    );
   }
 
   entry(event, isUnseen) {
     const sym = symbol(SYMBOL_OF_SEVERITY[event.severity], event.severity);
     if (isUnseen) sym.classList.add("unseen-high");
-    const parts = [el("span", { class: "mono" }, event.time.toFixed(4)), sym,
-      el("span", {}, el("span", { class: "name" }, `${event.subsystem} ${event.event}`), event.text ? `  ${event.text}` : "")];
+    const parts = [
+      el("span", { class: "mono" }, event.time.toFixed(4)),
+      sym,
+      el(
+        "span",
+        {},
+        el("span", { class: "name" }, `${event.subsystem} ${event.event}`),
+        event.text ? `  ${event.text}` : "",
+      ),
+    ];
     if (!store.replay) return el("div", { class: isUnseen ? "entry critical" : "entry" }, ...parts);
     const isPast = event.number < store.events.length;
-    return el("button", { class: isPast ? "entry" : "entry to-come", "aria-current": event.number === store.events.length - 1 ? "true" : null, onclick: () => store.replay.seek(event.time) }, ...parts);
+    return el(
+      "button",
+      {
+        class: isPast ? "entry" : "entry to-come",
+        "aria-current": event.number === store.events.length - 1 ? "true" : null,
+        onclick: () => store.replay.seek(event.time),
+      },
+      ...parts,
+    );
   }
 
   draw() {
-    text(this.pages.list.querySelector("#log-Events"), `Events ${store.replay ? store.replay.events.length : store.events.length}`);
+    text(
+      this.pages.list.querySelector("#log-Events"),
+      `Events ${store.replay ? store.replay.events.length : store.events.length}`,
+    );
     text(this.pages.list.querySelector("#log-Commands"), `Commands ${store.commands.size}`);
     this.offer();
-    const newest = store.events.filter((event) => this.isShown(event)).slice(-SHOWN).reverse();
-    const unseen = newest.filter((event) => event.severity === "HIGH" && store.events.indexOf(event) >= store.seen);
+    const newest = store.events
+      .filter((event) => this.isShown(event))
+      .slice(-SHOWN)
+      .reverse();
+    const unseen = newest.filter(
+      (event) => event.severity === "HIGH" && store.events.indexOf(event) >= store.seen,
+    );
     const ordered = [...unseen, ...newest.filter((event) => !unseen.includes(event))];
     const shown = store.replay ? this.around() : ordered;
-    this.eventList.replaceChildren(...(shown.length ? shown.map((event) => this.entry(event, unseen.includes(event))) : [el("p", { class: "reason" }, store.events.length ? "No event that the filter shows." : "No event yet.")]));
+    this.eventList.replaceChildren(
+      ...(shown.length
+        ? shown.map((event) => this.entry(event, unseen.includes(event)))
+        : [
+            el(
+              "p",
+              { class: "reason" },
+              store.events.length ? "No event that the filter shows." : "No event yet.",
+            ),
+          ]),
+    );
     this.eventList.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
     if (this.facts && store.replay && !this.facts.firstChild) this.drawFacts();
     const commands = [...store.commands.values()].slice(-SHOWN).reverse();
-    this.commandList.replaceChildren(...(commands.length ? commands.map((call) => el("div", { class: "entry" },
-      el("span", { class: "mono" }, (call.time ?? 0).toFixed(4)), lights(call.lights),
-      el("span", {}, call.line ? el("button", { class: "again", title: "Prepare it again", onclick: () => store.tell("again", call.line) }, call.text) : call.text, call.silent && !call.over ? el("span", { class: "hint" }, " no answer for 10 s") : "", call.words ? el("span", { class: call.unknown ? "hint" : "words" }, ` ${call.words.replace(`${call.text}: `, "")}`) : ""))) : [el("p", { class: "reason" }, "No command of this station yet.")]));
+    this.commandList.replaceChildren(
+      ...(commands.length
+        ? commands.map((call) =>
+            el(
+              "div",
+              { class: "entry" },
+              el("span", { class: "mono" }, (call.time ?? 0).toFixed(4)),
+              lights(call.lights),
+              el(
+                "span",
+                {},
+                call.line
+                  ? el(
+                      "button",
+                      {
+                        class: "again",
+                        title: "Prepare it again",
+                        onclick: () => store.tell("again", call.line),
+                      },
+                      call.text,
+                    )
+                  : call.text,
+                call.silent && !call.over ? el("span", { class: "hint" }, " no answer for 10 s") : "",
+                call.words
+                  ? el(
+                      "span",
+                      { class: call.unknown ? "hint" : "words" },
+                      ` ${call.words.replace(`${call.text}: `, "")}`,
+                    )
+                  : "",
+              ),
+            ),
+          )
+        : [el("p", { class: "reason" }, "No command of this station yet.")]),
+    );
   }
 
   drawFacts() {
-    const words = (value) => (value !== null && typeof value === "object" ? JSON.stringify(value) : String(value));
-    this.facts.append(el("table", {}, el("tbody", {}, ...Object.entries(store.replay.about?.facts ?? {}).map(([name, value]) =>
-      el("tr", {}, el("td", { class: "name" }, name), el("td", { class: "mono words" }, words(value)))))));
+    const words = (value) =>
+      value !== null && typeof value === "object" ? JSON.stringify(value) : String(value);
+    this.facts.append(
+      el(
+        "table",
+        {},
+        el(
+          "tbody",
+          {},
+          ...Object.entries(store.replay.about?.facts ?? {}).map(([name, value]) =>
+            el("tr", {}, el("td", { class: "name" }, name), el("td", { class: "mono words" }, words(value))),
+          ),
+        ),
+      ),
+    );
   }
 }
 customElements.define("station-log", Log);
@@ -95,22 +215,34 @@ class TimeLine extends HTMLElement {
     this.names = el("div", { class: "name", style: "font-weight:500" });
     this.drawing = svg("svg", { role: "img", "aria-label": "Flight so far" });
     this.mark = el("a", { class: "live-mark" }, "LIVE");
-    this.append(el("div", {}, el("div", { class: "hint" }, "Flight so far: states and events"), this.names), this.drawing, this.mark);
+    this.append(
+      el("div", {}, el("div", { class: "hint" }, "Flight so far: states and events"), this.names),
+      this.drawing,
+      this.mark,
+    );
     setInterval(() => this.draw(), 500);
   }
 
   draw() {
     this.mark.classList.toggle("is-off", !store.link.is_live);
     text(this.mark, store.link.is_live ? "LIVE" : "Replay");
-    if (store.link.is_live || !store.hello) this.mark.removeAttribute("href"); else this.mark.href = "/?replay";
+    if (store.link.is_live || !store.hello) this.mark.removeAttribute("href");
+    else this.mark.href = "/?replay";
     const members = shownMembers();
     this.names.replaceChildren(...members.map((name) => el("div", { style: "line-height:14px" }, name)));
     const width = this.drawing.clientWidth || 800;
     const now = store.now();
     const end = Math.max(60, now * 1.15);
     const x = (t) => (t / end) * width;
-    const parts = [...ticks(x, end, 2, width), ...lanes(x, members, now, 30), ...marks(x, store.events.slice(-300), 17)];
-    parts.push(svg("path", { d: `M${x(now)} 4v54`, style: "stroke:var(--fg0);stroke-width:2" }), svg("path", { d: `M${x(now) - 5} 0h10l-5 7z`, style: "fill:var(--fg0)" }));
+    const parts = [
+      ...ticks(x, end, 2, width),
+      ...lanes(x, members, now, 30),
+      ...marks(x, store.events.slice(-300), 17),
+    ];
+    parts.push(
+      svg("path", { d: `M${x(now)} 4v54`, style: "stroke:var(--fg0);stroke-width:2" }),
+      svg("path", { d: `M${x(now) - 5} 0h10l-5 7z`, style: "fill:var(--fg0)" }),
+    );
     this.drawing.replaceChildren(...parts);
   }
 }

@@ -11,9 +11,14 @@ import "./work.js";
 import "./log.js";
 import "./player.js";
 
-window.station = { store, scene: document.querySelector("station-scene"), strips: document.querySelector("station-strips") };
+window.station = {
+  store,
+  scene: document.querySelector("station-scene"),
+  strips: document.querySelector("station-strips"),
+};
 store.on("state", (message) => {
-  document.getElementById("said").textContent = message.cause && message.since === message.time ? `${message.subsystem} ${message.state}` : "";
+  document.getElementById("said").textContent =
+    message.cause && message.since === message.time ? `${message.subsystem} ${message.state}` : "";
 });
 
 document.getElementById("theme")?.addEventListener("click", toggleTheme);
@@ -26,8 +31,14 @@ async function replay(octets) {
 // A report contains its recording; the station has one of the flight that has ended, or of that which it was started with.
 async function begin() {
   const within = document.getElementById("recording");
-  if (within) { await replay(fromBase64(within.textContent.trim())); return; }
-  if (!location.search.includes("replay")) { store.connect(); return; }
+  if (within) {
+    await replay(fromBase64(within.textContent.trim()));
+    return;
+  }
+  if (!location.search.includes("replay")) {
+    store.connect();
+    return;
+  }
   const answer = await fetch("/recording");
   if (answer.ok) await replay(new Uint8Array(await answer.arrayBuffer()));
   else store.take({ kind: "link", is_live: false, text: await answer.text() });

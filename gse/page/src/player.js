@@ -13,12 +13,35 @@ class Player extends HTMLElement {
   connectedCallback() {
     this.start = el("button", { class: "go", onclick: () => store.replay?.play(!store.replay.isPlaying) });
     this.clock = el("span", { class: "clock", role: "timer", "aria-label": "Time of the replay" });
-    this.speeds = SPEEDS.map((speed) => el("button", { "aria-pressed": "false", onclick: () => store.replay?.fast(speed) }, `${speed} ×`));
+    this.speeds = SPEEDS.map((speed) =>
+      el("button", { "aria-pressed": "false", onclick: () => store.replay?.fast(speed) }, `${speed} ×`),
+    );
     this.drawing = svg("svg", { "aria-hidden": "true" });
     this.head = el("div", { class: "playhead" });
     this.names = el("div", { class: "names", "aria-hidden": "true" });
-    this.slider = el("div", { class: "slider", role: "slider", tabindex: 0, "aria-label": "Instant of the flight", "aria-valuemin": 0 }, this.drawing, this.head);
-    this.append(this.start, el("div", { class: "times" }, this.clock, el("div", { class: "speeds", role: "group", "aria-label": "Speed of the replay" }, ...this.speeds)), this.names, this.slider);
+    this.slider = el(
+      "div",
+      {
+        class: "slider",
+        role: "slider",
+        tabindex: 0,
+        "aria-label": "Instant of the flight",
+        "aria-valuemin": 0,
+      },
+      this.drawing,
+      this.head,
+    );
+    this.append(
+      this.start,
+      el(
+        "div",
+        { class: "times" },
+        this.clock,
+        el("div", { class: "speeds", role: "group", "aria-label": "Speed of the replay" }, ...this.speeds),
+      ),
+      this.names,
+      this.slider,
+    );
     store.on("player", () => this.tick());
     store.on("theme ready", () => this.draw());
     new ResizeObserver(() => this.draw()).observe(this.slider);
@@ -27,17 +50,34 @@ class Player extends HTMLElement {
   }
 
   drag() {
-    const go = (event) => store.replay?.seek((event.clientX - this.slider.getBoundingClientRect().left) / this.slider.clientWidth * store.replay.end);
-    this.slider.addEventListener("pointerdown", (event) => { this.slider.setPointerCapture(event.pointerId); go(event); });
-    this.slider.addEventListener("pointermove", (event) => { if (this.slider.hasPointerCapture(event.pointerId)) go(event); });
+    const go = (event) =>
+      store.replay?.seek(
+        ((event.clientX - this.slider.getBoundingClientRect().left) / this.slider.clientWidth) *
+          store.replay.end,
+      );
+    this.slider.addEventListener("pointerdown", (event) => {
+      this.slider.setPointerCapture(event.pointerId);
+      go(event);
+    });
+    this.slider.addEventListener("pointermove", (event) => {
+      if (this.slider.hasPointerCapture(event.pointerId)) go(event);
+    });
   }
 
   key(event) {
-    if (!store.replay || event.target.closest("input, select, textarea, button, [role=tab], canvas, .scroll") || event.ctrlKey || event.altKey || event.metaKey) return;
+    if (
+      !store.replay ||
+      event.target.closest("input, select, textarea, button, [role=tab], canvas, .scroll") ||
+      event.ctrlKey ||
+      event.altKey ||
+      event.metaKey
+    )
+      return;
     const place = SPEEDS.indexOf(store.replay.speed) + ({ "[": -1, "]": 1 }[event.key] ?? 0);
     if (event.key === " ") store.replay.play(!store.replay.isPlaying);
     else if (event.key in STEPS) store.replay.seek(store.replay.time + STEPS[event.key]);
-    else if (event.key === "Home" || event.key === "End") store.replay.seek(event.key === "Home" ? 0 : store.replay.end);
+    else if (event.key === "Home" || event.key === "End")
+      store.replay.seek(event.key === "Home" ? 0 : store.replay.end);
     else if ("[]".includes(event.key) && SPEEDS[place]) store.replay.fast(SPEEDS[place]);
     else return;
     event.preventDefault();
@@ -49,7 +89,7 @@ class Player extends HTMLElement {
     text(this.start, isPlaying ? "❚❚" : "▶");
     this.start.setAttribute("aria-label", isPlaying ? "Pause (Space)" : "Play (Space)");
     this.speeds.forEach((button, n) => button.setAttribute("aria-pressed", String(SPEEDS[n] === speed)));
-    this.head.style.transform = `translateX(${(time / end * this.slider.clientWidth).toFixed(1)}px)`;
+    this.head.style.transform = `translateX(${((time / end) * this.slider.clientWidth).toFixed(1)}px)`;
     this.slider.setAttribute("aria-valuemax", end.toFixed(1));
     this.slider.setAttribute("aria-valuenow", time.toFixed(1));
     this.slider.setAttribute("aria-valuetext", `${time.toFixed(1)} of ${end.toFixed(1)} seconds`);
@@ -59,19 +99,42 @@ class Player extends HTMLElement {
     const width = this.slider.clientWidth;
     if (!store.replay || !width) return;
     const { end, phases, events } = store.replay;
-    const x = (t) => t / end * width;
+    const x = (t) => (t / end) * width;
     const members = shownMembers();
     this.names.replaceChildren(...members.map((name) => el("div", {}, name)));
-    this.drawing.replaceChildren(...ticks(x, end, 18, width), ...this.phases(x, phases), ...lanes(x, members, end, LANES_TOP), ...marks(x, events, 35));
+    this.drawing.replaceChildren(
+      ...ticks(x, end, 18, width),
+      ...this.phases(x, phases),
+      ...lanes(x, members, end, LANES_TOP),
+      ...marks(x, events, 35),
+    );
     this.tick();
   }
 
   // A phase that is too narrow for its words has them as its title.
   phases(x, phases) {
     return phases.map(([from, to, words]) => {
-      const group = svg("g", {}, svg("rect", { class: "phase", x: x(from), y: 0, width: Math.max(1, x(to) - x(from) - 2), height: 15 }), svg("title", {}, words));
+      const group = svg(
+        "g",
+        {},
+        svg("rect", {
+          class: "phase",
+          x: x(from),
+          y: 0,
+          width: Math.max(1, x(to) - x(from) - 2),
+          height: 15,
+        }),
+        svg("title", {}, words),
+      );
       const fits = Math.floor((x(to) - x(from) - 8) / 6);
-      if (fits >= Math.min(4, words.length)) group.append(svg("text", { class: "phase-name", x: x(from) + 4, y: 11 }, words.length > fits ? `${words.slice(0, fits - 1)}…` : words));
+      if (fits >= Math.min(4, words.length))
+        group.append(
+          svg(
+            "text",
+            { class: "phase-name", x: x(from) + 4, y: 11 },
+            words.length > fits ? `${words.slice(0, fits - 1)}…` : words,
+          ),
+        );
       return group;
     });
   }

@@ -5,20 +5,39 @@ import { store } from "./store.js";
 import { after, History } from "./history.js";
 
 const KEPT_COMMANDS = 500;
-const GAP_S = 1, LAST_S = 3;
+const GAP_S = 1,
+  LAST_S = 3;
 const LIGHTS = { d: "done", f: "failed", w: "waiting", n: "none", e: "empty" };
 const same = (name) => name;
-const NAMES = { POSITION: "CUR_VALUES.POSITION", VELOCITY: "CUR_VALUES.VELOCITY", TORQUE: "CUR_VALUES.TORQUE", EXTERNAL_TORQUE: "CUR_VALUES.EXTERNAL_TORQUE" };
+const NAMES = {
+  POSITION: "CUR_VALUES.POSITION",
+  VELOCITY: "CUR_VALUES.VELOCITY",
+  TORQUE: "CUR_VALUES.TORQUE",
+  EXTERNAL_TORQUE: "CUR_VALUES.EXTERNAL_TORQUE",
+};
 
 export class Replay {
   constructor(recording) {
-    Object.assign(this, { about: recording.about, end: recording.end, phases: recording.phases, names: recording.truth });
+    Object.assign(this, {
+      about: recording.about,
+      end: recording.end,
+      phases: recording.phases,
+      names: recording.truth,
+    });
     this.isPlaying = false;
     this.speed = 1;
     this.time = 0;
     store.replay = this;
-    store.take({ ...(recording.hello ?? { subsystems: [], links: [], modes: [], states: [], verbs: {} }), kind: "hello" });
-    store.take({ kind: "link", is_live: false, is_replay: true, text: "replay: a recorded flight takes no commands" });
+    store.take({
+      ...(recording.hello ?? { subsystems: [], links: [], modes: [], states: [], verbs: {} }),
+      kind: "hello",
+    });
+    store.take({
+      kind: "link",
+      is_live: false,
+      is_replay: true,
+      text: "replay: a recorded flight takes no commands",
+    });
     this.index(recording);
     store.take({ kind: "ready" });
     this.pace();
@@ -26,7 +45,7 @@ export class Replay {
     let last = performance.now();
     const frame = (now) => {
       if (this.isPlaying) {
-        this.seek(this.time + (now - last) / 1000 * this.speed);
+        this.seek(this.time + ((now - last) / 1000) * this.speed);
         if (this.time >= this.end) this.play(false);
       }
       last = now;
@@ -42,18 +61,44 @@ export class Replay {
       const list = this.states.get(subsystem);
       const before = list.rows[list.rows.length - 1];
       list.t.push(time);
-      list.rows.push({ kind: "state", subsystem, state, phase, configuration, time, since: before?.state === state ? before.since : time, cause: cause ?? (before?.state === state ? before.cause : null), targets: {} });
+      list.rows.push({
+        kind: "state",
+        subsystem,
+        state,
+        phase,
+        configuration,
+        time,
+        since: before?.state === state ? before.since : time,
+        cause: cause ?? (before?.state === state ? before.cause : null),
+        targets: {},
+      });
     }
-    this.lanes = new Map([...this.states].map(([name, { rows }]) => [name, rows.filter((row, n) => row.state !== rows[n - 1]?.state).map((row) => [row.time, row.state])]));
+    this.lanes = new Map(
+      [...this.states].map(([name, { rows }]) => [
+        name,
+        rows.filter((row, n) => row.state !== rows[n - 1]?.state).map((row) => [row.time, row.state]),
+      ]),
+    );
     store.lanes = this.lanes;
-    this.events = events.map(([time, subsystem, severity, event, text], number) => ({ kind: "event", number, time, subsystem, severity, event, text }));
+    this.events = events.map(([time, subsystem, severity, event, text], number) => ({
+      kind: "event",
+      number,
+      time,
+      subsystem,
+      severity,
+      event,
+      text,
+    }));
     this.eventTimes = events.map(([time]) => time);
     this.commands = commands.map((call, n) => ({ kind: "command", number: n + 1, answer: [], ...call }));
     this.changes = commands.flatMap((call) => call.lights.map(([time]) => time)).sort((a, b) => a - b);
     this.links = { t: links.map(([time]) => time), rows: [] };
     let present = [];
     for (const [, name, facts] of links) {
-      present = [...present.filter((row) => row.name !== name), { ...present.find((row) => row.name === name), name, ...facts }];
+      present = [
+        ...present.filter((row) => row.name !== name),
+        { ...present.find((row) => row.name === name), name, ...facts },
+      ];
       this.links.rows.push(present);
     }
     this.modes = { t: modes.map(([time]) => time), rows: modes.map(([, mode]) => mode) };
@@ -61,11 +106,27 @@ export class Replay {
     this.heard = tables.filter((table) => table.kind === "heard");
     const source = store.members().find((item) => store.drives(item))?.name;
     this.source = source;
-    this.telemetry = new History(this.housekeeping.filter((table) => table.subsystem === source && table.leaves.has("CUR_VALUES.POSITION")), same, 3);
+    this.telemetry = new History(
+      this.housekeeping.filter(
+        (table) => table.subsystem === source && table.leaves.has("CUR_VALUES.POSITION"),
+      ),
+      same,
+      3,
+    );
     const truth = tables.find((table) => table.kind === "truth");
     this.truth = truth ? new History([truth], (name) => NAMES[name] ?? name, GAP_S) : null;
     for (const name of new Set(this.housekeeping.map((table) => table.subsystem))) {
-      if (name !== source) store.history.set(name, new History(this.housekeeping.filter((table) => table.subsystem === name && table.leaves.has("CUR_VALUES.POSITION")), same, 3));
+      if (name !== source)
+        store.history.set(
+          name,
+          new History(
+            this.housekeeping.filter(
+              (table) => table.subsystem === name && table.leaves.has("CUR_VALUES.POSITION"),
+            ),
+            same,
+            3,
+          ),
+        );
     }
   }
 
@@ -88,19 +149,32 @@ export class Replay {
     this.pace();
   }
 
-  fast(speed) { this.speed = speed; this.pace(); }
+  fast(speed) {
+    this.speed = speed;
+    this.pace();
+  }
 
   // The row of the film at a time, between two reports their mean by time; null in a gap, long before the first and long after the last.
   at(time) {
     const { t } = this.film;
     const n = after(t, time) - 1;
     if (n < 0) return t.length && t[0] - time < GAP_S ? this.film.row(0) : null;
-    const row = this.film.row(n), next = this.film.row(n + 1);
+    const row = this.film.row(n),
+      next = this.film.row(n + 1);
     if (!next && time - t[n] > LAST_S) return null;
     if (!row || !next || t[n + 1] <= time) return row ?? null;
     const share = (time - t[n]) / (t[n + 1] - t[n]);
-    const mean = (name) => (row[name] && next[name] ? row[name].map((value, k) => value + (next[name][k] - value) * share) : row[name]);
-    return { ...row, "CUR_VALUES.POSITION": mean("CUR_VALUES.POSITION"), "CUR_VALUES.EXTERNAL_TORQUE": mean("CUR_VALUES.EXTERNAL_TORQUE"), FORCE: mean("FORCE"), BASE: mean("BASE") };
+    const mean = (name) =>
+      row[name] && next[name]
+        ? row[name].map((value, k) => value + (next[name][k] - value) * share)
+        : row[name];
+    return {
+      ...row,
+      "CUR_VALUES.POSITION": mean("CUR_VALUES.POSITION"),
+      "CUR_VALUES.EXTERNAL_TORQUE": mean("CUR_VALUES.EXTERNAL_TORQUE"),
+      FORCE: mean("FORCE"),
+      BASE: mean("BASE"),
+    };
   }
 
   // Rows of the last seconds before the present instant, [time, row]; those since the last gap.
@@ -128,12 +202,14 @@ export class Replay {
     for (const [name, { t, rows }] of this.states) {
       const row = rows[after(t, this.time) - 1];
       if (row === store.states.get(name)) continue;
-      if (row) store.states.set(name, row); else store.states.delete(name);
+      if (row) store.states.set(name, row);
+      else store.states.delete(name);
       store.tell("state", row ?? { kind: "state", subsystem: name });
     }
     for (const { subsystem, t } of this.heard) {
       const at = t[after(t, this.time) - 1];
-      if (at === undefined) store.heard.delete(subsystem); else store.heard.set(subsystem, at * 1000);
+      if (at === undefined) store.heard.delete(subsystem);
+      else store.heard.set(subsystem, at * 1000);
     }
   }
 
@@ -149,7 +225,10 @@ export class Replay {
       for (const [leaf, parts] of table.leaves) {
         const known = values.get(leaf);
         if (known && known.table !== table && known.time > time && known.time <= this.time) continue;
-        if (n < 0) { if (known?.table === table) values.delete(leaf); continue; }
+        if (n < 0) {
+          if (known?.table === table) values.delete(leaf);
+          continue;
+        }
         const period = n ? (time - table.t[n - 1]) * 1000 : 1000;
         values.set(leaf, { value: parts.map((part) => part[n]), time, at: time * 1000, period, table });
       }
@@ -159,15 +238,31 @@ export class Replay {
   // The last report of a structure, as the tables of the tab Telemetry show it.
   report(table, n) {
     const key = `${table.subsystem}/${table.structure}`;
-    if (n < 0) { store.reports.delete(key); return; }
-    const time = table.t[n], values = {};
+    if (n < 0) {
+      store.reports.delete(key);
+      return;
+    }
+    const time = table.t[n],
+      values = {};
     for (const [leaf, parts] of table.leaves) values[leaf] = parts.map((part) => part[n]);
-    store.reports.set(key, { subsystem: table.subsystem, id: table.structure, time, at: time * 1000, gap: n ? (time - table.t[n - 1]) * 1000 : 1000, count: n + 1, values });
+    store.reports.set(key, {
+      subsystem: table.subsystem,
+      id: table.structure,
+      time,
+      at: time * 1000,
+      gap: n ? (time - table.t[n - 1]) * 1000 : 1000,
+      count: n + 1,
+      values,
+    });
   }
 
   // The curve of a structure, "SUBSYSTEM/ID".
   historyOf(key) {
-    const found = new History(this.housekeeping.filter((table) => key === `${table.subsystem}/${table.structure}`), same, 15);
+    const found = new History(
+      this.housekeeping.filter((table) => key === `${table.subsystem}/${table.structure}`),
+      same,
+      15,
+    );
     store.history.set(key, found);
     return found;
   }
@@ -187,14 +282,28 @@ export class Replay {
       store.tell("command", { number: 0 });
     }
     const links = this.links.rows[after(this.links.t, this.time) - 1] ?? [];
-    if (links !== store.links && (links.length || store.links.length)) { store.links = links; store.tell("links"); }
-    const mode = this.modes.rows[after(this.modes.t, this.time) - 1] ?? store.hello?.modes?.find((one) => one.initial)?.name ?? null;
-    if (mode !== store.mode) { store.mode = mode; store.tell("mode"); }
+    if (links !== store.links && (links.length || store.links.length)) {
+      store.links = links;
+      store.tell("links");
+    }
+    const mode =
+      this.modes.rows[after(this.modes.t, this.time) - 1] ??
+      store.hello?.modes?.find((one) => one.initial)?.name ??
+      null;
+    if (mode !== store.mode) {
+      store.mode = mode;
+      store.tell("mode");
+    }
   }
 
   callAt(call) {
     const lights = call.lights.filter(([time]) => time <= this.time).pop()?.[1] ?? "weee";
     const isOver = lights === call.lights[call.lights.length - 1][1];
-    return { ...call, lights: [...lights].map((one) => LIGHTS[one]), over: isOver, words: isOver ? call.words : undefined };
+    return {
+      ...call,
+      lights: [...lights].map((one) => LIGHTS[one]),
+      over: isOver,
+      words: isOver ? call.words : undefined,
+    };
   }
 }

@@ -9,13 +9,15 @@ import { store } from "./store.js";
 import { el, number, text } from "./dom.js";
 import { moving, place, placed, poses, tipForce, tipOf } from "./kinematics.js";
 
-const FORCE_SCALE = 0.0024;  // Metres per newton.
+const FORCE_SCALE = 0.0024; // Metres per newton.
 const FORCE_LEAST = 0.5;
-const GHOST_M = 0.002, GHOST_RAD = 0.5 * Math.PI / 180;
+const GHOST_M = 0.002,
+  GHOST_RAD = (0.5 * Math.PI) / 180;
 const TRACE_S = 6;
-const STALE_PERIODS = 3, STALE_MS = 350;
-const SOFTWARE_MS = 100;  // Between two pictures that a processor draws: the rest of the page stays quick.
-const NEAR = 0.1;  // Share of the range that counts as near a limit.
+const STALE_PERIODS = 3,
+  STALE_MS = 350;
+const SOFTWARE_MS = 100; // Between two pictures that a processor draws: the rest of the page stays quick.
+const NEAR = 0.1; // Share of the range that counts as near a limit.
 const token = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
 const VIEWS = { Iso: [0.62, -0.98, 0.36], Side: [0, -1.25, 0.05], Tool: [1.05, -0.42, 0.25] };
@@ -23,9 +25,15 @@ const VIEWS = { Iso: [0.62, -0.98, 0.36], Side: [0, -1.25, 0.05], Tool: [1.05, -
 function coil(from, to, turns = 13, radius = 0.011) {
   const points = [];
   for (let n = 0; n <= turns * 16; n++) {
-    const share = n / (turns * 16), angle = share * turns * 2 * Math.PI;
-    points.push(new THREE.Vector3(from[0] + (to[0] - from[0]) * share + radius * Math.cos(angle), from[1] + radius * Math.sin(angle),
-      from[2] + (to[2] - from[2]) * share));
+    const share = n / (turns * 16),
+      angle = share * turns * 2 * Math.PI;
+    points.push(
+      new THREE.Vector3(
+        from[0] + (to[0] - from[0]) * share + radius * Math.cos(angle),
+        from[1] + radius * Math.sin(angle),
+        from[2] + (to[2] - from[2]) * share,
+      ),
+    );
   }
   return new THREE.TubeGeometry(new THREE.CatmullRomCurve3(points), turns * 20, 0.0018, 6);
 }
@@ -33,20 +41,81 @@ function coil(from, to, turns = 13, radius = 0.011) {
 class Scene extends HTMLElement {
   connectedCallback() {
     this.canvas = el("canvas", { tabindex: 0, role: "img", "aria-label": "The robot" });
-    this.views = el("div", { class: "hud tr choice", role: "group", "aria-label": "View" },
-      ...[...Object.keys(VIEWS), "Fit"].map((name) => el("button", { "aria-pressed": String(name === "Iso"), onclick: () => this.view(name) }, name)));
+    this.views = el(
+      "div",
+      { class: "hud tr choice", role: "group", "aria-label": "View" },
+      ...[...Object.keys(VIEWS), "Fit"].map((name) =>
+        el("button", { "aria-pressed": String(name === "Iso"), onclick: () => this.view(name) }, name),
+      ),
+    );
     this.rate = el("div", { class: "hud tl name" }, "Telemetry");
-    this.sourceButtons = Object.fromEntries([["telemetry", "Telemetry"], ["truth", "Simulator’s truth"]].map(([name, words]) => [name, el("button", { onclick: () => (store.replay ?? this).use(name) }, words)]));
-    this.sources = el("div", { class: "hud tl choice", role: "group", "aria-label": "What moves the robot", hidden: true }, ...Object.values(this.sourceButtons));
-    this.values = { x: el("span", { class: "value" }), z: el("span", { class: "value" }), force: el("span", { class: "value force" }) };
-    const line = (name, value, unit) => [el("span", { class: "name", style: "font-weight:500" }, name), value, el("span", { class: "hint" }, unit)];
-    this.hud = el("div", { class: "hud bl" }, ...line("Tip x", this.values.x, "mm"), ...line("Tip z", this.values.z, "mm"), ...line("Force", this.values.force, "N"));
+    this.sourceButtons = Object.fromEntries(
+      [
+        ["telemetry", "Telemetry"],
+        ["truth", "Simulator’s truth"],
+      ].map(([name, words]) => [
+        name,
+        el("button", { onclick: () => (store.replay ?? this).use(name) }, words),
+      ]),
+    );
+    this.sources = el(
+      "div",
+      { class: "hud tl choice", role: "group", "aria-label": "What moves the robot", hidden: true },
+      ...Object.values(this.sourceButtons),
+    );
+    this.values = {
+      x: el("span", { class: "value" }),
+      z: el("span", { class: "value" }),
+      force: el("span", { class: "value force" }),
+    };
+    const line = (name, value, unit) => [
+      el("span", { class: "name", style: "font-weight:500" }, name),
+      value,
+      el("span", { class: "hint" }, unit),
+    ];
+    this.hud = el(
+      "div",
+      { class: "hud bl" },
+      ...line("Tip x", this.values.x, "mm"),
+      ...line("Tip z", this.values.z, "mm"),
+      ...line("Force", this.values.force, "N"),
+    );
     this.forceLabel = el("div", { class: "label force", "aria-hidden": "true", hidden: true });
-    this.ghostLabel = el("div", { class: "label ghost", "aria-hidden": "true", hidden: true }, "desired position");
+    this.ghostLabel = el(
+      "div",
+      { class: "label ghost", "aria-hidden": "true", hidden: true },
+      "desired position",
+    );
     this.veil = el("div", { class: "veil", hidden: true }, el("span"));
-    const key = (colour, words) => el("span", { class: "hint", style: "margin-right:10px" }, el("i", { class: "key", style: `background:var(--${colour})` }), words);
-    this.append(this.canvas, this.rate, this.sources, this.views, this.hud, el("div", { class: "hud br" }, key("force", "force, 2.4 mm/N"), key("measured", `trace ${TRACE_S} s`), el("span", { class: "hint rings", style: "margin-right:10px", hidden: true }, "white ring: brake holds"), el("span", { class: "hint" }, "grid 50 mm")),
-      this.forceLabel, this.ghostLabel, this.veil);
+    const key = (colour, words) =>
+      el(
+        "span",
+        { class: "hint", style: "margin-right:10px" },
+        el("i", { class: "key", style: `background:var(--${colour})` }),
+        words,
+      );
+    this.append(
+      this.canvas,
+      this.rate,
+      this.sources,
+      this.views,
+      this.hud,
+      el(
+        "div",
+        { class: "hud br" },
+        key("force", "force, 2.4 mm/N"),
+        key("measured", `trace ${TRACE_S} s`),
+        el(
+          "span",
+          { class: "hint rings", style: "margin-right:10px", hidden: true },
+          "white ring: brake holds",
+        ),
+        el("span", { class: "hint" }, "grid 50 mm"),
+      ),
+      this.forceLabel,
+      this.ghostLabel,
+      this.veil,
+    );
     this.joints = [];
     this.trace = [];
     try {
@@ -58,21 +127,29 @@ class Scene extends HTMLElement {
       store.on("film", ({ row }) => this.tell(row));
       return;
     }
-    store.on("hello", () => { this.build(); this.mark("telemetry"); });
+    store.on("hello", () => {
+      this.build();
+      this.mark("telemetry");
+    });
     store.on("pace", () => this.offer());
     store.on("other-source", () => {
       const from = store.replay ?? this;
       const other = this.sourceButtons[from.which === "truth" ? "telemetry" : "truth"];
       if (!this.sources.hidden && !other.disabled) other.click();
     });
-    store.on("housekeeping", (message) => { if (this.which !== "truth") this.take(message); });
-    store.on("truth", (message) => { if (this.which === "truth") this.take({ ...message, subsystem: this.source }); });
+    store.on("housekeeping", (message) => {
+      if (this.which !== "truth") this.take(message);
+    });
+    store.on("truth", (message) => {
+      if (this.which === "truth") this.take({ ...message, subsystem: this.source });
+    });
     store.on("theme", () => this.colours());
     store.on("link", () => this.dim());
     store.on("film", (instant) => this.project(instant));
     setInterval(() => this.dim(), STALE_MS);
     document.addEventListener("keydown", (event) => {
-      if (event.key.toUpperCase() !== "V" || event.target.closest("input, select, textarea") || event.ctrlKey) return;
+      if (event.key.toUpperCase() !== "V" || event.target.closest("input, select, textarea") || event.ctrlKey)
+        return;
       const names = [...this.views.children].map((button) => button.textContent);
       this.view(names[(names.indexOf(this.viewName) + 1) % names.length]);
     });
@@ -83,13 +160,17 @@ class Scene extends HTMLElement {
     this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true });
     const gl = this.renderer.getContext();
     const info = gl.getExtension("WEBGL_debug_renderer_info");
-    const isSoftware = /swiftshader|llvmpipe|software/i.test(info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : "");
+    const isSoftware = /swiftshader|llvmpipe|software/i.test(
+      info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : "",
+    );
     this.renderer.setPixelRatio(isSoftware ? 1 : Math.min(2, devicePixelRatio));
     this.renderer.shadowMap.enabled = !isSoftware;
     this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
     this.world = new THREE.Scene();
-    if (isSoftware) {  // Reflections of a room would take seconds to compute.
-      for (const name of Object.keys(LOOK)) LOOK[name] = new THREE.MeshLambertMaterial({ color: LOOK[name].color });
+    if (isSoftware) {
+      // Reflections of a room would take seconds to compute.
+      for (const name of Object.keys(LOOK))
+        LOOK[name] = new THREE.MeshLambertMaterial({ color: LOOK[name].color });
       this.world.add(new THREE.HemisphereLight(0xffffff, 0x8a8f96, 2));
     } else {
       const room = new THREE.PMREMGenerator(this.renderer);
@@ -120,34 +201,56 @@ class Scene extends HTMLElement {
 
   orbit() {
     let from = null;
-    this.canvas.addEventListener("pointerdown", (event) => { from = [event.clientX, event.clientY]; this.canvas.setPointerCapture(event.pointerId); });
-    this.canvas.addEventListener("pointerup", () => { from = null; });
+    this.canvas.addEventListener("pointerdown", (event) => {
+      from = [event.clientX, event.clientY];
+      this.canvas.setPointerCapture(event.pointerId);
+    });
+    this.canvas.addEventListener("pointerup", () => {
+      from = null;
+    });
     this.canvas.addEventListener("pointermove", (event) => {
       if (!from) return;
       const arm = this.camera.position.clone().sub(this.target);
       const length = arm.length();
       const turn = Math.atan2(arm.y, arm.x) - (event.clientX - from[0]) * 0.006;
-      const rise = Math.max(-0.3, Math.min(1.5, Math.asin(arm.z / length) + (event.clientY - from[1]) * 0.006));
+      const rise = Math.max(
+        -0.3,
+        Math.min(1.5, Math.asin(arm.z / length) + (event.clientY - from[1]) * 0.006),
+      );
       from = [event.clientX, event.clientY];
-      this.camera.position.set(Math.cos(rise) * Math.cos(turn), Math.cos(rise) * Math.sin(turn), Math.sin(rise)).multiplyScalar(length).add(this.target);
+      this.camera.position
+        .set(Math.cos(rise) * Math.cos(turn), Math.cos(rise) * Math.sin(turn), Math.sin(rise))
+        .multiplyScalar(length)
+        .add(this.target);
       this.isChanged = true;
     });
-    this.canvas.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      this.camera.position.sub(this.target).multiplyScalar(Math.exp(event.deltaY * 0.001)).add(this.target);
-      this.isChanged = true;
-    }, { passive: false });
+    this.canvas.addEventListener(
+      "wheel",
+      (event) => {
+        event.preventDefault();
+        this.camera.position
+          .sub(this.target)
+          .multiplyScalar(Math.exp(event.deltaY * 0.001))
+          .add(this.target);
+        this.isChanged = true;
+      },
+      { passive: false },
+    );
   }
 
   view(name) {
     this.viewName = name;
-    for (const button of this.views.children) button.setAttribute("aria-pressed", String(button.textContent === name));
+    for (const button of this.views.children)
+      button.setAttribute("aria-pressed", String(button.textContent === name));
     const reach = this.reach ?? 0.47;
     if (name === "Fit") {
       const direction = this.camera.position.clone().sub(this.target).normalize();
       this.camera.position.copy(this.target).addScaledVector(direction, reach * 3.1);
     } else {
-      this.camera.position.set(...VIEWS[name]).multiplyScalar(reach / 0.47).add(this.target);
+      this.camera.position
+        .set(...VIEWS[name])
+        .multiplyScalar(reach / 0.47)
+        .add(this.target);
     }
     this.isChanged = true;
   }
@@ -162,7 +265,9 @@ class Scene extends HTMLElement {
     this.source = store.members().find((item) => store.drives(item))?.name;
     if (!world?.robots.length) return;
     const driven = Object.values(world.drives);
-    this.robot = world.robots.find((robot) => driven.some((joint) => joint.startsWith(`${robot.name}.`))) ?? world.robots[0];
+    this.robot =
+      world.robots.find((robot) => driven.some((joint) => joint.startsWith(`${robot.name}.`))) ??
+      world.robots[0];
     this.bodies = world.robots.map((robot) => ({ robot, arm: new Arm(robot, LOOK) }));
     this.arm = this.bodies.find(({ robot }) => robot === this.robot).arm;
     for (const { robot, arm } of this.bodies) {
@@ -177,10 +282,16 @@ class Scene extends HTMLElement {
       this.content.add(mesh);
       return { ...about, mesh, shown: "" };
     });
-    this.reach = Math.max(0.3, this.robot.joints.reduce((sum, joint) => sum + Math.hypot(...place(joint.pose)), 0));
+    this.reach = Math.max(
+      0.3,
+      this.robot.joints.reduce((sum, joint) => sum + Math.hypot(...place(joint.pose)), 0),
+    );
     this.target.set(this.reach * 0.42, 0, this.reach * 0.1);
     if (this.robot.free || world.robots.length > 1) this.frameAll();
-    this.floor = new THREE.GridHelper(Math.ceil(this.reach * 4 / 0.05) * 0.05, Math.ceil(this.reach * 4 / 0.05));
+    this.floor = new THREE.GridHelper(
+      Math.ceil((this.reach * 4) / 0.05) * 0.05,
+      Math.ceil((this.reach * 4) / 0.05),
+    );
     this.floor.rotateX(Math.PI / 2);
     this.floor.position.set(0.2, 0, this.level);
     this.floor.visible = !this.robot.free;
@@ -190,7 +301,10 @@ class Scene extends HTMLElement {
     this.addLimits();
     this.line = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
     this.content.add(this.line);
-    this.content.traverse((node) => { if (node.isMesh && node !== this.shaft && node !== this.point) node.castShadow = node.receiveShadow = true; });
+    this.content.traverse((node) => {
+      if (node.isMesh && node !== this.shaft && node !== this.point)
+        node.castShadow = node.receiveShadow = true;
+    });
     this.colours();
     this.pose(placed(this.robot).positions);
     this.view(this.viewName);
@@ -209,7 +323,12 @@ class Scene extends HTMLElement {
 
   // Where the robot of the scene is by a row of telemetry or truth.
   where(robot, row) {
-    return placed(robot, row, store.replay?.which === "truth" ? store.replay.names : null, robot === this.robot);
+    return placed(
+      robot,
+      row,
+      store.replay?.which === "truth" ? store.replay.names : null,
+      robot === this.robot,
+    );
   }
 
   tipAt(row) {
@@ -219,7 +338,9 @@ class Scene extends HTMLElement {
 
   // What a fixture has below the floor, the lowest face of its boxes, is not drawn.
   addFixtures(shapes) {
-    const bottoms = shapes.filter((about) => about.kind === "box").map((about) => place(about.pose)[2] - about.size[2] / 2);
+    const bottoms = shapes
+      .filter((about) => about.kind === "box")
+      .map((about) => place(about.pose)[2] - about.size[2] / 2);
     this.level = Math.min(0, ...bottoms);
     this.renderer.localClippingEnabled = true;
     LOOK.ground.clippingPlanes = [new THREE.Plane(new THREE.Vector3(0, 0, 1), -this.level)];
@@ -229,41 +350,74 @@ class Scene extends HTMLElement {
   addGhost() {
     this.ghostLook = new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.2, depthWrite: false });
     this.ghostEdge = new THREE.LineBasicMaterial();
-    const looks = { shell: this.ghostLook, housing: this.ghostLook, cap: this.ghostLook, metal: this.ghostLook };
+    const looks = {
+      shell: this.ghostLook,
+      housing: this.ghostLook,
+      cap: this.ghostLook,
+      metal: this.ghostLook,
+    };
     this.ghost = new Arm(this.robot, looks);
     const meshes = [];
-    this.ghost.node.traverse((node) => { if (node.isMesh) meshes.push(node); });
-    for (const mesh of meshes) mesh.add(new THREE.LineSegments(new THREE.EdgesGeometry(mesh.geometry, 50), this.ghostEdge));
+    this.ghost.node.traverse((node) => {
+      if (node.isMesh) meshes.push(node);
+    });
+    for (const mesh of meshes)
+      mesh.add(new THREE.LineSegments(new THREE.EdgesGeometry(mesh.geometry, 50), this.ghostEdge));
     this.ghost.node.visible = false;
     this.content.add(this.ghost.node);
   }
 
   addForce() {
     this.forceLook = new THREE.MeshBasicMaterial({ depthTest: false, transparent: true });
-    this.shaft = new THREE.Mesh(new THREE.CylinderGeometry(0.0042, 0.0042, 1, 12).translate(0, 0.5, 0), this.forceLook);
-    this.point = new THREE.Mesh(new THREE.ConeGeometry(0.011, 0.024, 16).translate(0, 0.012, 0), this.forceLook);
+    this.shaft = new THREE.Mesh(
+      new THREE.CylinderGeometry(0.0042, 0.0042, 1, 12).translate(0, 0.5, 0),
+      this.forceLook,
+    );
+    this.point = new THREE.Mesh(
+      new THREE.ConeGeometry(0.011, 0.024, 16).translate(0, 0.012, 0),
+      this.forceLook,
+    );
     this.shaft.renderOrder = this.point.renderOrder = 9;
     this.content.add(this.shaft, this.point);
   }
 
   // An arc of the range of each joint, with its present place.
   addLimits() {
-    this.arcs = moving(this.robot).filter((joint) => joint.kind === "revolute" && joint.lower !== null && joint.upper - joint.lower < 6).map((joint) => {
-      const group = this.arm.groups.get(joint.name).still;
-      const axis = new THREE.Vector3(...joint.axis);
-      const outward = Math.abs(axis.x) > 0.9 ? new THREE.Vector3(0, 0, 1) : new THREE.Vector3(1, 0, 0);
-      const radius = this.arm.size * 0.3;
-      const at = (angle, distance) => outward.clone().applyAxisAngle(axis, angle).multiplyScalar(distance).addScaledVector(axis, this.arm.size * 0.2);
-      const points = [];
-      for (let n = 0; n <= 48; n++) points.push(at(joint.lower + (joint.upper - joint.lower) * n / 48, radius));
-      const look = new THREE.LineBasicMaterial();
-      points.unshift(at(joint.lower, radius * 0.86));
-      points.push(at(joint.upper, radius * 0.86));
-      const pointer = new THREE.Mesh(new THREE.ConeGeometry(radius * 0.1, radius * 0.22, 3), new THREE.MeshBasicMaterial());
-      group.add(new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), look), pointer);
-      const n = moving(this.robot).indexOf(joint);
-      return { joint, look, pointer, axis, n, at: (angle) => at(angle, radius * 0.86), out: (angle) => at(angle, 1).sub(at(angle, 0)) };
-    });
+    this.arcs = moving(this.robot)
+      .filter((joint) => joint.kind === "revolute" && joint.lower !== null && joint.upper - joint.lower < 6)
+      .map((joint) => {
+        const group = this.arm.groups.get(joint.name).still;
+        const axis = new THREE.Vector3(...joint.axis);
+        const outward = Math.abs(axis.x) > 0.9 ? new THREE.Vector3(0, 0, 1) : new THREE.Vector3(1, 0, 0);
+        const radius = this.arm.size * 0.3;
+        const at = (angle, distance) =>
+          outward
+            .clone()
+            .applyAxisAngle(axis, angle)
+            .multiplyScalar(distance)
+            .addScaledVector(axis, this.arm.size * 0.2);
+        const points = [];
+        for (let n = 0; n <= 48; n++)
+          points.push(at(joint.lower + ((joint.upper - joint.lower) * n) / 48, radius));
+        const look = new THREE.LineBasicMaterial();
+        points.unshift(at(joint.lower, radius * 0.86));
+        points.push(at(joint.upper, radius * 0.86));
+        const pointer = new THREE.Mesh(
+          new THREE.ConeGeometry(radius * 0.1, radius * 0.22, 3),
+          new THREE.MeshBasicMaterial(),
+        );
+        group.add(new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), look), pointer);
+        const n = moving(this.robot).indexOf(joint);
+        return {
+          joint,
+          look,
+          pointer,
+          axis,
+          n,
+          at: (angle) => at(angle, radius * 0.86),
+          out: (angle) => at(angle, 1).sub(at(angle, 0)),
+        };
+      });
   }
 
   colours() {
@@ -283,10 +437,11 @@ class Scene extends HTMLElement {
 
   // Numbers of the tip without a picture.
   tell(row) {
-    const robot = this.robot = store.hello.world?.robots[0];
+    const robot = (this.robot = store.hello.world?.robots[0]);
     this.joints = robot && row ? this.where(robot, row).positions : [];
     if (!robot || !row) return;
-    const tip = this.tipAt(row), force = tipForce(robot, row, this.joints, this.where(robot, row).base);
+    const tip = this.tipAt(row),
+      force = tipForce(robot, row, this.joints, this.where(robot, row).base);
     text(this.values.x, number(tip[0] * 1000, "mm"));
     text(this.values.z, number(tip[2] * 1000, "mm"));
     text(this.values.force, force ? number(force.size, "N") : "–");
@@ -306,7 +461,8 @@ class Scene extends HTMLElement {
     this.classList.toggle("truth", store.replay.which === "truth");
     if (!row) return;
     const before = this.trace[this.trace.length - 1]?.[0] ?? -1;
-    if (time < before || time > before + 0.5) this.trace = store.replay.before(TRACE_S).map(([t, one]) => [t, ...this.tipAt(one)]);
+    if (time < before || time > before + 0.5)
+      this.trace = store.replay.before(TRACE_S).map(([t, one]) => [t, ...this.tipAt(one)]);
     const { positions } = this.where(this.robot, row);
     this.before = positions;
     this.last = { time, values: row, positions, at: 0, period: 1 };
@@ -331,17 +487,24 @@ class Scene extends HTMLElement {
     if (store.replay) return;
     this.which = which;
     this.classList.toggle("truth", which === "truth");
-    for (const [name, button] of Object.entries(this.sourceButtons)) button.setAttribute("aria-pressed", String(name === which));
-    if (this.last) this.last = { ...this.last, time: this.last.time - 1 };  // The other source may be a little behind.
+    for (const [name, button] of Object.entries(this.sourceButtons))
+      button.setAttribute("aria-pressed", String(name === which));
+    if (this.last) this.last = { ...this.last, time: this.last.time - 1 }; // The other source may be a little behind.
     this.trace = [];
   }
 
   // What is drawn of a link or a report that has ended is marked as past; a force is not drawn at all then.
   dim() {
     if (!this.robot || store.replay) return;
-    const isStale = Boolean(this.last) && !store.pace.is_paused && performance.now() - this.last.at > STALE_PERIODS * Math.max(STALE_MS, this.last.period);
+    const isStale =
+      Boolean(this.last) &&
+      !store.pace.is_paused &&
+      performance.now() - this.last.at > STALE_PERIODS * Math.max(STALE_MS, this.last.period);
     this.veil.hidden = store.link.is_live && !isStale;
-    text(this.veil.firstChild, `${store.link.is_live ? `${this.source} reports no position` : store.link.text}; last seen ${(this.last?.time ?? store.time).toFixed(3)} s`);
+    text(
+      this.veil.firstChild,
+      `${store.link.is_live ? `${this.source} reports no position` : store.link.text}; last seen ${(this.last?.time ?? store.time).toFixed(3)} s`,
+    );
     if (isStale === this.isStale) return;
     this.isStale = isStale;
     if (this.drawn) this.pose(this.drawn);
@@ -350,18 +513,36 @@ class Scene extends HTMLElement {
   take(message) {
     if (message.subsystem !== this.source || !message.values["CUR_VALUES.POSITION"] || !this.robot) return;
     if (this.last && message.time < this.last.time && message.time > this.last.time - 60) return;
-    const period = this.last ? Math.min(0.3, Math.max(0.01, message.time - this.last.time)) / (store.pace.speed || 1) : 0.05;
-    if (period < 0.2) text(this.rate, `${this.which === "truth" ? "Simulator’s truth" : "Telemetry"} ${Math.round(1 / (period * (store.pace.speed || 1)))} Hz`);
+    const period = this.last
+      ? Math.min(0.3, Math.max(0.01, message.time - this.last.time)) / (store.pace.speed || 1)
+      : 0.05;
+    if (period < 0.2)
+      text(
+        this.rate,
+        `${this.which === "truth" ? "Simulator’s truth" : "Telemetry"} ${Math.round(1 / (period * (store.pace.speed || 1)))} Hz`,
+      );
     this.before = this.drawn ?? message.values["CUR_VALUES.POSITION"];
-    this.last = { time: message.time, values: message.values, positions: message.values["CUR_VALUES.POSITION"], at: performance.now(), period: Math.min(300, period * 1000) };
+    this.last = {
+      time: message.time,
+      values: message.values,
+      positions: message.values["CUR_VALUES.POSITION"],
+      at: performance.now(),
+      period: Math.min(300, period * 1000),
+    };
   }
 
   frame() {
     if (this.last && this.robot) {
       const share = Math.min(1, (performance.now() - this.last.at) / this.last.period);
       const goal = this.last.positions;
-      const now = goal.map((value, n) => (this.before[n] ?? value) + (value - (this.before[n] ?? value)) * share);
-      if (!this.drawn || now.some((value, n) => Math.abs(value - this.drawn[n]) > 1e-5) || this.shownTime !== this.last.time) {
+      const now = goal.map(
+        (value, n) => (this.before[n] ?? value) + (value - (this.before[n] ?? value)) * share,
+      );
+      if (
+        !this.drawn ||
+        now.some((value, n) => Math.abs(value - this.drawn[n]) > 1e-5) ||
+        this.shownTime !== this.last.time
+      ) {
         this.pose(now);
         this.shownTime = this.last.time;
       }
@@ -397,7 +578,9 @@ class Scene extends HTMLElement {
     this.trace.push([store.time, ...tip]);
     while (this.trace.length > 2 && this.trace[0][0] < store.time - TRACE_S) this.trace.shift();
     this.line.geometry.dispose();
-    this.line.geometry = new THREE.BufferGeometry().setFromPoints(this.trace.map(([, ...point]) => new THREE.Vector3(...point)));
+    this.line.geometry = new THREE.BufferGeometry().setFromPoints(
+      this.trace.map(([, ...point]) => new THREE.Vector3(...point)),
+    );
     this.isChanged = true;
   }
 
@@ -415,12 +598,14 @@ class Scene extends HTMLElement {
   drawTouches(values) {
     const found = [...(values.CONTACTS ?? []), ...(values.SPRING ?? [])];
     for (let n = 0; n < Math.max(found.length / 6, this.touches.length); n++) {
-      const at = new THREE.Vector3(...found.slice(6 * n, 6 * n + 3)), force = new THREE.Vector3(...found.slice(6 * n + 3, 6 * n + 6));
+      const at = new THREE.Vector3(...found.slice(6 * n, 6 * n + 3)),
+        force = new THREE.Vector3(...found.slice(6 * n + 3, 6 * n + 6));
       if (!this.touches[n]) {
         this.touches[n] = new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), at, 1, token("force"));
         this.content.add(this.touches[n]);
       }
-      const arrow = this.touches[n], size = found.length > 6 * n ? force.length() : 0;
+      const arrow = this.touches[n],
+        size = found.length > 6 * n ? force.length() : 0;
       arrow.visible = size >= FORCE_LEAST;
       if (!arrow.visible) continue;
       arrow.position.copy(at);
@@ -452,14 +637,19 @@ class Scene extends HTMLElement {
 
   // Compares values of one report: what is drawn is one period behind.
   drawGhost(values) {
-    const desired = values["DES_POSITION"] ?? values["CUR_VALUES.DESIRED"], positions = this.last?.positions;
+    const desired = values["DES_POSITION"] ?? values["CUR_VALUES.DESIRED"],
+      positions = this.last?.positions;
     this.ghost.node.visible = false;
     this.ghostLabel.hidden = true;
     const state = store.states.get(this.source)?.state;
-    if (this.isStale || !desired || desired.length < moving(this.robot).length || state !== "OPERATIONAL") return;
+    if (this.isStale || !desired || desired.length < moving(this.robot).length || state !== "OPERATIONAL")
+      return;
     const tipAt = (joints) => place(poses(this.robot, joints, this.base).links.get(tipOf(this.robot)));
-    const there = tipAt(desired), here = tipAt(positions);
-    const isFar = Math.hypot(...there.map((value, n) => value - here[n])) > GHOST_M || desired.some((value, n) => Math.abs(value - positions[n]) > GHOST_RAD);
+    const there = tipAt(desired),
+      here = tipAt(positions);
+    const isFar =
+      Math.hypot(...there.map((value, n) => value - here[n])) > GHOST_M ||
+      desired.some((value, n) => Math.abs(value - positions[n]) > GHOST_RAD);
     if (!isFar) return;
     this.ghost.set(desired, this.base);
     this.ghost.node.visible = true;
@@ -469,7 +659,8 @@ class Scene extends HTMLElement {
 
   drawLimits(positions) {
     for (const { joint, look, pointer, at, out, n } of this.arcs) {
-      const range = joint.upper - joint.lower, value = positions[n];
+      const range = joint.upper - joint.lower,
+        value = positions[n];
       const rest = Math.min(value - joint.lower, joint.upper - value) / range;
       const colour = token(rest < 0 ? "critical" : rest < NEAR ? "caution" : "fg2");
       look.color.set(colour);
@@ -482,9 +673,16 @@ class Scene extends HTMLElement {
   // Telemetry does not say whether the spring hangs on the tip: it does if the tip pulls near and above its hook.
   drawSprings(tip) {
     for (const spring of this.springs) {
-      const { hook } = spring, anchor = [hook[0], hook[1], hook[2] - spring.length[0]];
+      const { hook } = spring,
+        anchor = [hook[0], hook[1], hook[2] - spring.length[0]];
       const hooked = this.last?.values.HOOKED?.[0];
-      const isPulled = hooked !== undefined ? hooked > 0.5 : this.force > 3 && (this.forceVector?.[2] ?? 0) < 0 && tip[2] > hook[2] - 0.01 && Math.hypot(tip[0] - hook[0], tip[1] - hook[1]) < 0.06;
+      const isPulled =
+        hooked !== undefined
+          ? hooked > 0.5
+          : this.force > 3 &&
+            (this.forceVector?.[2] ?? 0) < 0 &&
+            tip[2] > hook[2] - 0.01 &&
+            Math.hypot(tip[0] - hook[0], tip[1] - hook[1]) < 0.06;
       const top = isPulled ? tip : hook;
       const shown = top.map((value) => value.toFixed(3)).join();
       if (spring.shown === shown) continue;
@@ -498,7 +696,8 @@ class Scene extends HTMLElement {
     const put = (label, point, below = 0) => {
       if (label.hidden || !point) return;
       const flat = point.clone().project(this.camera);
-      const x = (flat.x + 1) / 2 * this.clientWidth + 10, y = (1 - flat.y) / 2 * this.clientHeight - 11 + below;
+      const x = ((flat.x + 1) / 2) * this.clientWidth + 10,
+        y = ((1 - flat.y) / 2) * this.clientHeight - 11 + below;
       label.style.transform = `translate(${Math.max(0, Math.min(this.clientWidth - 110, x)).toFixed(0)}px, ${Math.max(0, Math.min(this.clientHeight - 24, y)).toFixed(0)}px)`;
     };
     put(this.forceLabel, this.forceEnd);
@@ -506,7 +705,8 @@ class Scene extends HTMLElement {
   }
 
   resize() {
-    const width = this.clientWidth, height = this.clientHeight;
+    const width = this.clientWidth,
+      height = this.clientHeight;
     if (!width || !height) return;
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
@@ -516,7 +716,10 @@ class Scene extends HTMLElement {
 
   describe() {
     if (!this.tip) return;
-    this.canvas.setAttribute("aria-label", `The robot: tip at x ${(this.tip[0] * 1000).toFixed(0)} mm, z ${(this.tip[2] * 1000).toFixed(0)} mm, force ${this.force.toFixed(1)} N`);
+    this.canvas.setAttribute(
+      "aria-label",
+      `The robot: tip at x ${(this.tip[0] * 1000).toFixed(0)} mm, z ${(this.tip[2] * 1000).toFixed(0)} mm, force ${this.force.toFixed(1)} N`,
+    );
   }
 }
 customElements.define("station-scene", Scene);

@@ -8,21 +8,45 @@ class Subsystems extends HTMLElement {
   connectedCallback() {
     this.rows = new Map();
     this.list = el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Subsystems" });
-    this.append(el("div", { class: "head" }, el("h2", {}, "Subsystems"), el("span", { class: "hint" }, "age of last report")), this.list);
+    this.append(
+      el(
+        "div",
+        { class: "head" },
+        el("h2", {}, "Subsystems"),
+        el("span", { class: "hint" }, "age of last report"),
+      ),
+      this.list,
+    );
     store.on("hello", () => this.build());
     store.on("state select", () => this.draw());
     setInterval(() => this.draw(), 200);
     document.addEventListener("keydown", (event) => {
       const row = event.altKey && [...this.rows.keys()][Number(event.key) - 1];
-      if (row) { store.select(row); event.preventDefault(); }
+      if (row) {
+        store.select(row);
+        event.preventDefault();
+      }
     });
   }
 
   build() {
     this.rows.clear();
     for (const { name } of store.ordered()) {
-      const parts = { sym: el("span", { class: "sym" }), state: el("span", { class: "state" }), second: el("span", { class: "second" }), age: el("span", { class: "mono age" }) };
-      parts.row = el("button", { class: "row", onclick: () => store.select(name) }, parts.sym, el("span", { class: "name" }, name), parts.state, parts.second, parts.age);
+      const parts = {
+        sym: el("span", { class: "sym" }),
+        state: el("span", { class: "state" }),
+        second: el("span", { class: "second" }),
+        age: el("span", { class: "mono age" }),
+      };
+      parts.row = el(
+        "button",
+        { class: "row", onclick: () => store.select(name) },
+        parts.sym,
+        el("span", { class: "name" }, name),
+        parts.state,
+        parts.second,
+        parts.age,
+      );
       this.rows.set(name, parts);
     }
     this.list.replaceChildren(...[...this.rows.values()].map((parts) => parts.row));
@@ -34,12 +58,19 @@ class Subsystems extends HTMLElement {
       const known = store.states.get(name);
       const heard = store.heard.get(name);
       const since = heard === undefined ? null : (store.clock() - heard) / 1000;
-      const periods = since === null || store.pace.is_paused ? 0 : since * 1000 / store.period(name);
+      const periods = since === null || store.pace.is_paused ? 0 : (since * 1000) / store.period(name);
       const isStale = periods > 3;
       const state = known?.state ?? "not reported";
-      show(parts.sym, isStale ? "stale" : periods > 2 ? "caution" : known ? stateSymbol(state) : "off", isStale ? "stale" : periods > 2 ? "late" : state);
+      show(
+        parts.sym,
+        isStale ? "stale" : periods > 2 ? "caution" : known ? stateSymbol(state) : "off",
+        isStale ? "stale" : periods > 2 ? "late" : state,
+      );
       text(parts.state, state);
-      text(parts.second, known?.configuration && known.configuration !== "-" ? known.configuration : "no configuration");
+      text(
+        parts.second,
+        known?.configuration && known.configuration !== "-" ? known.configuration : "no configuration",
+      );
       text(parts.age, age(since));
       parts.row.classList.toggle("stale", isStale);
       parts.row.classList.toggle("critical", state === "ERROR_OPERATIONAL");
@@ -51,45 +82,98 @@ customElements.define("station-subsystems", Subsystems);
 
 // Place of each state [x, y, width, height]: height is activation.
 const BOXES = {
-  OPERATIONAL: [0, 0, 134, 28], ERROR_OPERATIONAL: [150, 0, 136, 28], SAFE_OPERATIONAL: [0, 43, 134, 28], PRE_OPERATIONAL: [0, 86, 134, 28],
-  POST_OPERATIONAL: [150, 89, 136, 22], HARDWARE_INIT: [8, 129, 118, 22], HARDWARE_DEINIT: [159, 129, 118, 22],
-  SOFTWARE_INIT: [8, 164, 118, 22], SOFTWARE_DEINIT: [159, 164, 118, 22], OFFLINE: [0, 200, 286, 28],
+  OPERATIONAL: [0, 0, 134, 28],
+  ERROR_OPERATIONAL: [150, 0, 136, 28],
+  SAFE_OPERATIONAL: [0, 43, 134, 28],
+  PRE_OPERATIONAL: [0, 86, 134, 28],
+  POST_OPERATIONAL: [150, 89, 136, 22],
+  HARDWARE_INIT: [8, 129, 118, 22],
+  HARDWARE_DEINIT: [159, 129, 118, 22],
+  SOFTWARE_INIT: [8, 164, 118, 22],
+  SOFTWARE_DEINIT: [159, 164, 118, 22],
+  OFFLINE: [0, 200, 286, 28],
 };
 const ARROWS = [
-  "M55 43v-15", "M80 28v15", "M67 86v-15", "M67 129v-15", "M67 164v-13", "M67 200v-14", "M134 14h16", "M134 57h8V20h8", "M134 95h16", "M134 62h8v33",
-  "M218 28v61", "M218 111v18", "M218 151v13", "M218 186v14",
+  "M55 43v-15",
+  "M80 28v15",
+  "M67 86v-15",
+  "M67 129v-15",
+  "M67 164v-13",
+  "M67 200v-14",
+  "M134 14h16",
+  "M134 57h8V20h8",
+  "M134 95h16",
+  "M134 62h8v33",
+  "M218 28v61",
+  "M218 111v18",
+  "M218 151v13",
+  "M218 186v14",
 ];
 
 class States extends HTMLElement {
   connectedCallback() {
-    if (this.title_) return;  // It has moved on the page.
+    if (this.title_) return; // It has moved on the page.
     this.title_ = el("h2");
     this.config = el("select", { "aria-label": "Configuration", onchange: () => this.configure() });
     this.since = el("span", { class: "hint" });
     this.boxes = new Map();
-    const drawing = svg("svg", { viewBox: "0 0 286 230", "aria-hidden": "true" },
-      svg("defs", {}, svg("marker", { id: "tip", viewBox: "0 0 6 6", refX: 5, refY: 3, markerWidth: 6, markerHeight: 6, orient: "auto" },
-        svg("path", { d: "M0 0L6 3L0 6z", style: "fill:var(--line2);stroke:none" }))),
-      ...ARROWS.map((d) => svg("path", { d, "marker-end": "url(#tip)" })));
+    const drawing = svg(
+      "svg",
+      { viewBox: "0 0 286 230", "aria-hidden": "true" },
+      svg(
+        "defs",
+        {},
+        svg(
+          "marker",
+          {
+            id: "tip",
+            viewBox: "0 0 6 6",
+            refX: 5,
+            refY: 3,
+            markerWidth: 6,
+            markerHeight: 6,
+            orient: "auto",
+          },
+          svg("path", { d: "M0 0L6 3L0 6z", style: "fill:var(--line2);stroke:none" }),
+        ),
+      ),
+      ...ARROWS.map((d) => svg("path", { d, "marker-end": "url(#tip)" })),
+    );
     const machine = el("div", { class: "machine" }, drawing);
     for (const [state, [x, y, width, height]] of Object.entries(BOXES)) {
       const isPass = height === 22;
-      const box = el("button", { class: isPass ? "box pass" : "box", style: `left:${x}px;top:${y}px;width:${width}px;height:${height}px`, onclick: () => this.ask(state) },
-        el("span", { class: "mark" }), el("span", {}, state));
+      const box = el(
+        "button",
+        {
+          class: isPass ? "box pass" : "box",
+          style: `left:${x}px;top:${y}px;width:${width}px;height:${height}px`,
+          onclick: () => this.ask(state),
+        },
+        el("span", { class: "mark" }),
+        el("span", {}, state),
+      );
       this.boxes.set(state, box);
       machine.append(box);
     }
     this.reason = el("p", { class: "reason", style: "margin:0" });
-    this.append(el("div", { class: "head" }, this.title_, this.config), el("div", { class: "sides" }, this.since, el("span", { class: "hint" }, "press a number to request")), machine, this.reason);
+    this.append(
+      el("div", { class: "head" }, this.title_, this.config),
+      el("div", { class: "sides" }, this.since, el("span", { class: "hint" }, "press a number to request")),
+      machine,
+      this.reason,
+    );
     store.on("state select hello link", () => this.draw());
     document.addEventListener("keydown", (event) => {
-      if (event.target.closest("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey) return;
+      if (event.target.closest("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey)
+        return;
       const state = store.hello?.states[Number(event.key)];
       if (event.key !== " " && state && this.targets()[event.key] === null) this.ask(state);
     });
   }
 
-  targets() { return !store.barrier() ? store.states.get(store.selected)?.targets ?? {} : {}; }
+  targets() {
+    return !store.barrier() ? (store.states.get(store.selected)?.targets ?? {}) : {};
+  }
 
   ask(state) {
     const words = `state ${store.selected} ${state}`;
@@ -109,7 +193,10 @@ class States extends HTMLElement {
     const wanted = `${store.selected}/${about?.configurations.length}`;
     if (this.config.dataset.of !== wanted) {
       this.config.dataset.of = wanted;
-      this.config.replaceChildren(el("option", { value: "" }, "Configuration"), ...(about?.configurations ?? []).map((item) => el("option", {}, item.name)));
+      this.config.replaceChildren(
+        el("option", { value: "" }, "Configuration"),
+        ...(about?.configurations ?? []).map((item) => el("option", {}, item.name)),
+      );
     }
     this.config.value = "";
     text(this.since, known?.since ? `since ${number(known.since, "s").trim()} s` : "");
@@ -124,65 +211,112 @@ class States extends HTMLElement {
       box.classList.toggle("legal", isLegal);
       box.classList.toggle("barred", Boolean(bar));
       box.toggleAttribute("data-is-present", isPresent);
-      if (isPresent) box.setAttribute("aria-current", "true"); else box.removeAttribute("aria-current");
+      if (isPresent) box.setAttribute("aria-current", "true");
+      else box.removeAttribute("aria-current");
       const mark = box.firstChild;
       if (isPresent) show(mark, stateSymbol(state), "present");
-      else { delete mark.dataset.symbol; mark.replaceChildren(bar ? padlock() : isLegal ? String(n) : ""); }
+      else {
+        delete mark.dataset.symbol;
+        mark.replaceChildren(bar ? padlock() : isLegal ? String(n) : "");
+      }
       if (bar) barred.push([n, bar]);
     }
     const reasons = new Map();
     for (const [n, words] of barred) reasons.set(words, [...(reasons.get(words) ?? []), n]);
     const line = [...reasons].map(([words, numbers]) => `${numbers.join(", ")} barred: ${words}`).join("; ");
-    text(this.reason, line || (known?.phase && known.phase !== "IDLE" ? `phase ${known.phase}` : "") || (store.replay || store.hello?.read_only ? store.barrier() : ""));
+    text(
+      this.reason,
+      line ||
+        (known?.phase && known.phase !== "IDLE" ? `phase ${known.phase}` : "") ||
+        (store.replay || store.hello?.read_only ? store.barrier() : ""),
+    );
     this.reason.title = line;
   }
 }
 customElements.define("station-states", States);
 
-const LINK_SYMBOL = { open: "normal", requested: "passing", accepted: "passing", stale: "critical", failed: "critical" };
+const LINK_SYMBOL = {
+  open: "normal",
+  requested: "passing",
+  accepted: "passing",
+  stale: "critical",
+  failed: "critical",
+};
 const isBroken = (state) => state === "stale" || state === "failed";
 const BOX = { width: 120, height: 40, x: [8, 180], top: 34, pitch: 96 };
 
 // Members as boxes with their buses and devices, an arrow for each link that is not closed, and a line of figures for each link.
 class Network extends HTMLElement {
   connectedCallback() {
-    if (this.sym) return;  // It has moved on the page.
+    if (this.sym) return; // It has moved on the page.
     this.sym = el("span");
     this.words = el("span");
     this.graph = svg("svg", { class: "graph", role: "img", "aria-label": "Real-time network" });
     this.rows = el("div", { class: "links", role: "list", "aria-label": "Real-time links" });
-    this.body = el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Members and links" }, this.graph, this.rows);
+    this.body = el(
+      "div",
+      { class: "scroll", tabindex: 0, role: "group", "aria-label": "Members and links" },
+      this.graph,
+      this.rows,
+    );
     this.append(el("div", { class: "head" }, el("h2", {}, "Network"), this.sym, this.words), this.body);
     store.on("hello state links link theme", () => this.draw());
     setInterval(() => this.drawRows(), 500);
   }
 
-  known() { return new Map(store.links.map((row) => [row.name, row])); }
+  known() {
+    return new Map(store.links.map((row) => [row.name, row]));
+  }
 
   draw() {
     if (!store.hello) return;
-    const rows = this.known(), links = store.hello.links;
+    const rows = this.known(),
+      links = store.hello.links;
     const open = links.filter((link) => rows.get(link.name)?.state === "open");
     const broken = links.filter((link) => isBroken(rows.get(link.name)?.state));
     const used = links.filter((link) => (rows.get(link.name)?.state ?? "closed") !== "closed");
     const lost = links.reduce((sum, link) => sum + (rows.get(link.name)?.lost ?? 0), 0);
-    show(this.sym, broken.length ? "critical" : open.length ? "normal" : "off", broken.length ? "failed" : open.length ? "open" : "closed");
-    text(this.words, !links.length ? "no links in this mission" : broken.length ? `${broken.length} failed, ${open.length} open` : open.length ? `${open.length} open, ${lost} lost` : "closed");
+    show(
+      this.sym,
+      broken.length ? "critical" : open.length ? "normal" : "off",
+      broken.length ? "failed" : open.length ? "open" : "closed",
+    );
+    text(
+      this.words,
+      !links.length
+        ? "no links in this mission"
+        : broken.length
+          ? `${broken.length} failed, ${open.length} open`
+          : open.length
+            ? `${open.length} open, ${lost} lost`
+            : "closed",
+    );
     this.graph.replaceChildren(...this.parts(used.length ? used : links, rows));
-    this.graph.setAttribute("aria-label", `Real-time network: ${links.map((link) => `${link.name} ${rows.get(link.name)?.state ?? "closed"}`).join(", ")}`);
+    this.graph.setAttribute(
+      "aria-label",
+      `Real-time network: ${links.map((link) => `${link.name} ${rows.get(link.name)?.state ?? "closed"}`).join(", ")}`,
+    );
     this.rows.replaceChildren(...links.map((link) => this.row(link)));
     this.drawRows();
   }
 
   row(link) {
-    return el("div", { class: "link-row", role: "listitem", "data-link": link.name }, el("span", { class: "sym" }), el("span", { class: "name" }, link.name),
-      el("span", { class: "second" }, `${link.producer} to ${link.consumer}`), el("span", { class: "mono figures-of" }));
+    return el(
+      "div",
+      { class: "link-row", role: "listitem", "data-link": link.name },
+      el("span", { class: "sym" }),
+      el("span", { class: "name" }, link.name),
+      el("span", { class: "second" }, `${link.producer} to ${link.consumer}`),
+      el("span", { class: "mono figures-of" }),
+    );
   }
 
   // Age of the last sample [s]: what the consumer says of its only link, otherwise since its count has grown.
   age(link, row) {
     const rows = this.known();
-    const incoming = store.hello.links.filter((one) => one.consumer === link.consumer && rows.get(one.name)?.state === "open");
+    const incoming = store.hello.links.filter(
+      (one) => one.consumer === link.consumer && rows.get(one.name)?.state === "open",
+    );
     const said = incoming.length === 1 ? store.value(link.consumer, "LINK_AGE")?.[0] : undefined;
     if (said !== undefined && store.freshness(link.consumer, 9003) === "live") return said / 1e6;
     return row.heard === undefined || row.heard === null ? null : Math.max(0, store.now() - row.heard);
@@ -197,22 +331,51 @@ class Network extends HTMLElement {
       const row = rows.get(link.name) ?? { state: "closed" };
       const since = row.state === "open" ? this.age(link, row) : null;
       const isLate = since !== null && row.rate === 0 && !store.pace.is_paused;
-      show(node.firstChild, isLate ? "caution" : LINK_SYMBOL[row.state] ?? "off", isLate ? "late" : row.state);
-      const figures = row.state === "closed" ? "closed" : [row.state === "open" ? null : row.state, row.cause && isBroken(row.state) ? row.cause : null,
-        row.rate === undefined || row.rate === null ? null : `${Math.round(row.rate)} /s`, since === null ? null : since < 0.1 ? `${(since * 1000).toFixed(1)} ms old` : `${age(since)} old`,
-        row.received === undefined ? null : `${row.received} received`, `${row.lost ?? 0} lost`].filter(Boolean).join(", ");
+      show(
+        node.firstChild,
+        isLate ? "caution" : (LINK_SYMBOL[row.state] ?? "off"),
+        isLate ? "late" : row.state,
+      );
+      const figures =
+        row.state === "closed"
+          ? "closed"
+          : [
+              row.state === "open" ? null : row.state,
+              row.cause && isBroken(row.state) ? row.cause : null,
+              row.rate === undefined || row.rate === null ? null : `${Math.round(row.rate)} /s`,
+              since === null
+                ? null
+                : since < 0.1
+                  ? `${(since * 1000).toFixed(1)} ms old`
+                  : `${age(since)} old`,
+              row.received === undefined ? null : `${row.received} received`,
+              `${row.lost ?? 0} lost`,
+            ]
+              .filter(Boolean)
+              .join(", ");
       text(node.lastChild, figures);
       node.classList.toggle("critical", isBroken(row.state));
     }
   }
 
   parts(links, rows) {
-    const members = store.members().map((item) => item.name).sort((a, b) => store.drives(store.subsystem(b)) - store.drives(store.subsystem(a)));
-    const place = new Map(members.map((name, n) => [name, [members.length === 1 ? 94 : BOX.x[n % 2], BOX.top + Math.floor(n / 2) * BOX.pitch]]));
+    const members = store
+      .members()
+      .map((item) => item.name)
+      .sort((a, b) => store.drives(store.subsystem(b)) - store.drives(store.subsystem(a)));
+    const place = new Map(
+      members.map((name, n) => [
+        name,
+        [members.length === 1 ? 94 : BOX.x[n % 2], BOX.top + Math.floor(n / 2) * BOX.pitch],
+      ]),
+    );
     const height = BOX.top + Math.ceil(members.length / 2) * BOX.pitch + 6;
     this.graph.setAttribute("viewBox", `0 0 308 ${height}`);
     this.graph.style.height = `${height}px`;
-    return [...links.flatMap((link, n) => this.arrow(link, rows.get(link.name), place, n)), ...members.flatMap((name) => this.member(name, ...place.get(name)))];
+    return [
+      ...links.flatMap((link, n) => this.arrow(link, rows.get(link.name), place, n)),
+      ...members.flatMap((name) => this.member(name, ...place.get(name))),
+    ];
   }
 
   // A member: its bus below it, its devices below that; broken and red where the member is in error.
@@ -222,34 +385,56 @@ class Network extends HTMLElement {
     const devices = part?.devices ?? [];
     const isFailed = store.states.get(name)?.state === "ERROR_OPERATIONAL";
     const wire = isFailed ? "wire broken" : "wire";
-    const found = [svg("rect", { x, y, width: BOX.width, height: BOX.height, rx: 3, class: isFailed ? "broken" : "" }), svg("text", { x: x + 8, y: y + 17, class: "strong" }, name),
-      svg("text", { x: x + 8, y: y + 32 }, `APID ${about.apid}${isFailed ? ", error" : ""}`)];
+    const found = [
+      svg("rect", { x, y, width: BOX.width, height: BOX.height, rx: 3, class: isFailed ? "broken" : "" }),
+      svg("text", { x: x + 8, y: y + 17, class: "strong" }, name),
+      svg("text", { x: x + 8, y: y + 32 }, `APID ${about.apid}${isFailed ? ", error" : ""}`),
+    ];
     if (!devices.length) return found;
     const shown = devices.length > 3 ? [`${devices.length} devices`] : devices;
     const each = BOX.width / shown.length;
     const bus = (part.buses ?? []).join(", ");
-    found.push(svg("path", { class: wire, d: `M${x + 60} ${y + 40}V${y + 52}` }), svg("title", {}, `${name}: ${bus || "no bus"}: ${devices.join(", ")}`));
+    found.push(
+      svg("path", { class: wire, d: `M${x + 60} ${y + 40}V${y + 52}` }),
+      svg("title", {}, `${name}: ${bus || "no bus"}: ${devices.join(", ")}`),
+    );
     shown.forEach((device, n) => {
       const cx = x + each * (n + 0.5);
-      found.push(svg("path", { class: wire, d: `M${x + 60} ${y + 52}H${cx}V${y + 58}` }), svg("rect", { x: cx - each / 2 + 1, y: y + 58, width: each - 2, height: 20, rx: 3 }),
-        svg("text", { x: cx, y: y + 72, "text-anchor": "middle" }, device));
+      found.push(
+        svg("path", { class: wire, d: `M${x + 60} ${y + 52}H${cx}V${y + 58}` }),
+        svg("rect", { x: cx - each / 2 + 1, y: y + 58, width: each - 2, height: 20, rx: 3 }),
+        svg("text", { x: cx, y: y + 72, "text-anchor": "middle" }, device),
+      );
     });
     return found;
   }
 
   arrow(link, row, place, n) {
-    const from = place.get(link.producer), to = place.get(link.consumer);
+    const from = place.get(link.producer),
+      to = place.get(link.consumer);
     if (!from || !to) return [];
     const isOpen = row?.state === "open";
     const kind = isBroken(row?.state) ? "wire broken" : isOpen ? "wire open" : "wire closed";
-    const isSameRow = from[1] === to[1], isRight = to[0] > from[0];
+    const isSameRow = from[1] === to[1],
+      isRight = to[0] > from[0];
     const shift = 8 + (n % 4) * 8;
-    const [x1, y1] = isSameRow ? [isRight ? from[0] + BOX.width : from[0], from[1] + shift] : [from[0] + BOX.width / 2 + shift, from[1] + (to[1] > from[1] ? BOX.height : 0)];
-    const [x2, y2] = isSameRow ? [isRight ? to[0] : to[0] + BOX.width, to[1] + shift] : [to[0] + BOX.width / 2 + shift, to[1] + (to[1] > from[1] ? 0 : BOX.height)];
-    const size = Math.hypot(x2 - x1, y2 - y1) || 1, ux = (x2 - x1) / size, uy = (y2 - y1) / size;
-    return [svg("path", { class: kind, d: `M${x1} ${y1}L${x2 - 6 * ux} ${y2 - 6 * uy}` }),
-      svg("path", { class: isBroken(row?.state) ? "head-of broken" : "head-of", d: `M${x2} ${y2}l${-8 * ux - 4 * uy} ${-8 * uy + 4 * ux}l${8 * uy} ${-8 * ux}z` }),
-      svg("title", {}, `${link.name}: ${row?.state ?? "closed"}`)];
+    const [x1, y1] = isSameRow
+      ? [isRight ? from[0] + BOX.width : from[0], from[1] + shift]
+      : [from[0] + BOX.width / 2 + shift, from[1] + (to[1] > from[1] ? BOX.height : 0)];
+    const [x2, y2] = isSameRow
+      ? [isRight ? to[0] : to[0] + BOX.width, to[1] + shift]
+      : [to[0] + BOX.width / 2 + shift, to[1] + (to[1] > from[1] ? 0 : BOX.height)];
+    const size = Math.hypot(x2 - x1, y2 - y1) || 1,
+      ux = (x2 - x1) / size,
+      uy = (y2 - y1) / size;
+    return [
+      svg("path", { class: kind, d: `M${x1} ${y1}L${x2 - 6 * ux} ${y2 - 6 * uy}` }),
+      svg("path", {
+        class: isBroken(row?.state) ? "head-of broken" : "head-of",
+        d: `M${x2} ${y2}l${-8 * ux - 4 * uy} ${-8 * uy + 4 * ux}l${8 * uy} ${-8 * ux}z`,
+      }),
+      svg("title", {}, `${link.name}: ${row?.state ?? "closed"}`),
+    ];
   }
 }
 customElements.define("station-network", Network);

@@ -4,14 +4,14 @@
 const EVENTS_KEPT = 10000;
 const HISTORY_S = 600;
 const RETRY_MS = 500;
-const LEAST_PERIOD_MS = 350;  // Faster reports may arrive in groups.
+const LEAST_PERIOD_MS = 350; // Faster reports may arrive in groups.
 
 class Store {
   constructor() {
     this.listeners = new Map();
     this.waiting = new Map();
     this.next = 1;
-    this.offset = null;  // Mission time minus the clock of the page [s].
+    this.offset = null; // Mission time minus the clock of the page [s].
     this.hasSocket = false;
     this.replay = null;
     this.clear();
@@ -21,20 +21,20 @@ class Store {
     this.hello = null;
     this.link = { is_live: false, text: "connecting" };
     this.pace = { is_there: false, is_paused: false, speed: 1 };
-    this.hand = { page: null, other: null };  // Which page, or which other program, aims the hand.
-    this.mismatches = new Map();  // "SUBSYSTEM" -> words: another interface flies than that of the dictionary
+    this.hand = { page: null, other: null }; // Which page, or which other program, aims the hand.
+    this.mismatches = new Map(); // "SUBSYSTEM" -> words: another interface flies than that of the dictionary
     this.mode = null;
     this.links = [];
     this.states = new Map();
-    this.values = new Map();   // "SUBSYSTEM" -> Map(leaf -> {value, time, at, period})
-    this.history = new Map();  // "SUBSYSTEM" or "SUBSYSTEM/ID" -> {t: [], rows: [values or null]}
-    this.reports = new Map();  // "SUBSYSTEM/ID" -> the last report of a housekeeping structure
-    this.enabled = new Map();  // "SUBSYSTEM/ID" -> whether the structure is enabled on board, and its interval
-    this.buses = new Map();    // Name -> what the tap of a bus has said last
-    this.charted = new Map();  // Key -> line that the user has put into the strip charts
-    this.counts = {};          // SUBSYSTEM -> received and lost packets
-    this.heard = new Map();    // "SUBSYSTEM" -> clock of the page at its last report
-    this.lanes = new Map();    // "SUBSYSTEM" -> [[time, state], ...]
+    this.values = new Map(); // "SUBSYSTEM" -> Map(leaf -> {value, time, at, period})
+    this.history = new Map(); // "SUBSYSTEM" or "SUBSYSTEM/ID" -> {t: [], rows: [values or null]}
+    this.reports = new Map(); // "SUBSYSTEM/ID" -> the last report of a housekeeping structure
+    this.enabled = new Map(); // "SUBSYSTEM/ID" -> whether the structure is enabled on board, and its interval
+    this.buses = new Map(); // Name -> what the tap of a bus has said last
+    this.charted = new Map(); // Key -> line that the user has put into the strip charts
+    this.counts = {}; // SUBSYSTEM -> received and lost packets
+    this.heard = new Map(); // "SUBSYSTEM" -> clock of the page at its last report
+    this.lanes = new Map(); // "SUBSYSTEM" -> [[time, state], ...]
     this.events = [];
     this.commands = new Map();
     this.time = 0;
@@ -55,7 +55,10 @@ class Store {
 
   connect() {
     const socket = new WebSocket(`ws://${location.host}/ws`);
-    socket.onopen = () => { this.hasSocket = true; this.socket = socket; };
+    socket.onopen = () => {
+      this.hasSocket = true;
+      this.socket = socket;
+    };
     socket.onmessage = (event) => this.take(JSON.parse(event.data));
     socket.onclose = () => {
       this.hasSocket = false;
@@ -70,27 +73,40 @@ class Store {
   // Ask the station; resolves with its answer.
   ask(order) {
     return new Promise((resolve) => {
-      if (!this.hasSocket) { resolve({ refused: this.replay ? this.link.text : "the station does not answer" }); return; }
+      if (!this.hasSocket) {
+        resolve({ refused: this.replay ? this.link.text : "the station does not answer" });
+        return;
+      }
       const id = this.next++;
       this.waiting.set(id, resolve);
       this.socket.send(JSON.stringify({ ...order, id }));
     });
   }
 
-  command(text) { return this.ask({ do: "command", text }); }
-  live(line) { return this.ask({ do: "live", line }); }
+  command(text) {
+    return this.ask({ do: "command", text });
+  }
+  live(line) {
+    return this.ask({ do: "live", line });
+  }
 
   select(name) {
     this.selected = name;
     this.tell("select", name);
   }
 
-  subsystem(name) { return this.hello?.subsystems.find((item) => item.name === name); }
-  members() { return this.hello?.subsystems.filter((item) => !item.infrastructure) ?? []; }
+  subsystem(name) {
+    return this.hello?.subsystems.find((item) => item.name === name);
+  }
+  members() {
+    return this.hello?.subsystems.filter((item) => !item.infrastructure) ?? [];
+  }
 
   // As all lists show them: what moves the robot first, infrastructure last.
   ordered() {
-    return [...(this.hello?.subsystems ?? [])].sort((a, b) => a.infrastructure - b.infrastructure || this.drives(b) - this.drives(a));
+    return [...(this.hello?.subsystems ?? [])].sort(
+      (a, b) => a.infrastructure - b.infrastructure || this.drives(b) - this.drives(a),
+    );
   }
 
   // Time between two reports of a subsystem [ms]: members report their status each second, all their housekeeping.
@@ -98,7 +114,9 @@ class Store {
     const about = this.subsystem(name);
     const part = this.configuration(name) ?? about?.configurations[0];
     const intervals = (part?.structures ?? []).map((one) => one.period_us / 1000).filter((ms) => ms > 0);
-    return Math.max(1000, about?.infrastructure ? Math.min(60000, ...intervals) : 1000) / (this.pace.speed || 1);
+    return (
+      Math.max(1000, about?.infrastructure ? Math.min(60000, ...intervals) : 1000) / (this.pace.speed || 1)
+    );
   }
 
   configuration(name) {
@@ -107,12 +125,17 @@ class Store {
   }
 
   // What the ages of values count from [ms]: the clock of the page, in a replay that of the mission.
-  clock() { return this.replay ? this.time * 1000 : performance.now(); }
+  clock() {
+    return this.replay ? this.time * 1000 : performance.now();
+  }
 
   // Power that the present states need [W]; null if the mission does not say it.
   power() {
-    const needs = this.hello?.subsystems.map((item) => item.power_w?.[this.states.get(item.name)?.state] ?? 0) ?? [];
-    return this.hello?.power_available_w && this.hello.subsystems.some((item) => item.power_w) ? needs.reduce((sum, one) => sum + one, 0) : null;
+    const needs =
+      this.hello?.subsystems.map((item) => item.power_w?.[this.states.get(item.name)?.state] ?? 0) ?? [];
+    return this.hello?.power_available_w && this.hello.subsystems.some((item) => item.power_w)
+      ? needs.reduce((sum, one) => sum + one, 0)
+      : null;
   }
 
   // Who else has the hand, in words; null if it is free or this page's.
@@ -136,7 +159,7 @@ class Store {
   // Time between two reports of a structure [ms of the page]: its interval on board, or what was observed.
   periodOf(name, id) {
     const known = this.structure(name, id)?.period_us ?? 0;
-    return (known ? known / 1000 : this.reports.get(`${name}/${id}`)?.gap ?? 1000) / (this.pace.speed || 1);
+    return (known ? known / 1000 : (this.reports.get(`${name}/${id}`)?.gap ?? 1000)) / (this.pace.speed || 1);
   }
 
   // Freshness of a report: "live", "late" from 2 periods, "stale" from 3, "never".
@@ -152,7 +175,10 @@ class Store {
   now() {
     if (this.offset === null) return this.time;
     if (this.pace.is_paused || !this.link.is_live) return this.time;
-    return Math.max(this.time, this.time + Math.min(1, performance.now() / 1000 - this.arrived) * (this.pace.speed || 1));
+    return Math.max(
+      this.time,
+      this.time + Math.min(1, performance.now() / 1000 - this.arrived) * (this.pace.speed || 1),
+    );
   }
 
   advance(time) {
@@ -177,7 +203,9 @@ class Store {
   take_hello(message) {
     this.clear();
     this.hello = message;
-    this.selected = message.subsystems.find((item) => !item.infrastructure && this.drives(item))?.name ?? message.subsystems[0].name;
+    this.selected =
+      message.subsystems.find((item) => !item.infrastructure && this.drives(item))?.name ??
+      message.subsystems[0].name;
   }
 
   // Whether a subsystem moves the first robot of the world: it has a drive of one of its joints.
@@ -186,18 +214,33 @@ class Store {
     return item.configurations.some((part) => part.devices.some((device) => drives[device]));
   }
 
-  take_link(message) { this.link = message; }
-  take_pace(message) { this.pace = message; }
-  take_hand(message) { this.hand = message; }
-  take_ready(message) { this.page = message.page; }
-  take_mismatch(message) { this.mismatches.set(message.subsystem, message.words); }
-  take_mode(message) { this.mode = message.mode; }
-  take_links(message) { this.links = message.rows; }
+  take_link(message) {
+    this.link = message;
+  }
+  take_pace(message) {
+    this.pace = message;
+  }
+  take_hand(message) {
+    this.hand = message;
+  }
+  take_ready(message) {
+    this.page = message.page;
+  }
+  take_mismatch(message) {
+    this.mismatches.set(message.subsystem, message.words);
+  }
+  take_mode(message) {
+    this.mode = message.mode;
+  }
+  take_links(message) {
+    this.links = message.rows;
+  }
 
   take_state(message) {
     this.advance(message.time);
     const lane = this.lanes.get(message.subsystem) ?? [];
-    if (!lane.length || lane[lane.length - 1][1] !== message.state) lane.push([message.since ?? this.time, message.state]);
+    if (!lane.length || lane[lane.length - 1][1] !== message.state)
+      lane.push([message.since ?? this.time, message.state]);
     this.lanes.set(message.subsystem, lane);
     this.states.set(message.subsystem, message);
     if (message.time !== null) this.heard.set(message.subsystem, performance.now());
@@ -213,7 +256,7 @@ class Store {
       const old = values.get(leaf);
       if (old && old.time > message.time) continue;
       const gap = old ? (message.time - old.time) * 1000 : 0;
-      values.set(leaf, { value, time: message.time, at: now, period: gap > 0 ? gap : old?.period ?? 1000 });
+      values.set(leaf, { value, time: message.time, at: now, period: gap > 0 ? gap : (old?.period ?? 1000) });
     }
     this.remember(message, now);
     this.record(message);
@@ -223,16 +266,28 @@ class Store {
     for (const row of message.rows) this.enabled.set(`${message.subsystem}/${row.id}`, row);
   }
 
-  take_bus(message) { this.buses.set(message.bus, message); }
+  take_bus(message) {
+    this.buses.set(message.bus, message);
+  }
 
-  take_counts(message) { this.counts = message.rows; }
+  take_counts(message) {
+    this.counts = message.rows;
+  }
 
   // Each structure by itself: its values, and the curve of each of them.
   remember(message, now) {
     const key = `${message.subsystem}/${message.structure}`;
     const old = this.reports.get(key);
-    const gap = old && message.time > old.time ? (message.time - old.time) * 1000 : old?.gap ?? 1000;
-    this.reports.set(key, { subsystem: message.subsystem, id: message.structure, time: message.time, at: now, gap, count: (old?.count ?? 0) + 1, values: message.values });
+    const gap = old && message.time > old.time ? (message.time - old.time) * 1000 : (old?.gap ?? 1000);
+    this.reports.set(key, {
+      subsystem: message.subsystem,
+      id: message.structure,
+      time: message.time,
+      at: now,
+      gap,
+      count: (old?.count ?? 0) + 1,
+      values: message.values,
+    });
     const known = this.structure(message.subsystem, message.structure)?.period_us;
     this.append(key, message, 3 * (known ? known / 1e6 : (old?.gap ?? 1000) / 1000) + 0.2);
   }
@@ -244,10 +299,16 @@ class Store {
 
   append(key, message, gap) {
     let history = this.history.get(key);
-    if (!history) { history = { t: [], rows: [] }; this.history.set(key, history); }
+    if (!history) {
+      history = { t: [], rows: [] };
+      this.history.set(key, history);
+    }
     const last = history.t[history.t.length - 1] ?? -1;
     if (message.time <= last) return;
-    if (last >= 0 && message.time - last > gap) { history.t.push(last + 0.001); history.rows.push(null); }
+    if (last >= 0 && message.time - last > gap) {
+      history.t.push(last + 0.001);
+      history.rows.push(null);
+    }
     history.t.push(message.time);
     history.rows.push(message.values);
     if (history.t[0] < message.time - HISTORY_S - 60) {
@@ -260,12 +321,19 @@ class Store {
   take_event(message) {
     this.advance(message.time);
     this.events.push(message);
-    if (this.events.length > EVENTS_KEPT) { this.events.shift(); this.seen = Math.max(0, this.seen - 1); }
+    if (this.events.length > EVENTS_KEPT) {
+      this.events.shift();
+      this.seen = Math.max(0, this.seen - 1);
+    }
   }
 
-  take_command(message) { this.commands.set(message.number, message); }
+  take_command(message) {
+    this.commands.set(message.number, message);
+  }
 
-  value(subsystem, leaf) { return this.values.get(subsystem)?.get(leaf)?.value; }
+  value(subsystem, leaf) {
+    return this.values.get(subsystem)?.get(leaf)?.value;
+  }
 }
 
 export const store = new Store();

@@ -16,11 +16,11 @@ const last = (list, leaf) => list?.[leaf];
 const LINES_MAX = 4;
 const COLOURS = ["measured", "second", "desired", "force"];
 
-const forces = new WeakMap();  // Row of values -> force at the tip
+const forces = new WeakMap(); // Row of values -> force at the tip
 
 function forceOf(row) {
   if (row.FORCE) return Math.hypot(...row.FORCE);
-  if (store.replay) return tipForce(store.hello.world?.robots[0], row)?.size ?? null;  // Its rows are views that change.
+  if (store.replay) return tipForce(store.hello.world?.robots[0], row)?.size ?? null; // Its rows are views that change.
   if (!forces.has(row)) forces.set(row, tipForce(store.hello.world?.robots[0], row)?.size ?? null);
   return forces.get(row);
 }
@@ -30,25 +30,62 @@ function strips(robot) {
   if (!robot) return [];
   const count = moving(robot).length;
   if (!count) {
-    return [{ title: "Place of the body", unit: "m", lines: ["x", "y", "z"].map((name, n) => ({ name, short: name, colour: COLOURS[n], of: (row) => row.BASE?.[n] })) }];
+    return [
+      {
+        title: "Place of the body",
+        unit: "m",
+        lines: ["x", "y", "z"].map((name, n) => ({
+          name,
+          short: name,
+          colour: COLOURS[n],
+          of: (row) => row.BASE?.[n],
+        })),
+      },
+    ];
   }
   const joints = [...Array(Math.min(2, count)).keys()];
   const colours = ["measured", "second"];
   return [
-    { title: "Joint position", unit: "rad", lines: [
-      ...joints.map((n) => ({ name: `POSITION.${n + 1}`, short: `${n + 1}`, colour: colours[n], of: (row) => row["CUR_VALUES.POSITION"]?.[n] })),
-      ...joints.map((n) => ({ name: n ? `${n + 1}` : "desired 1", colour: "desired", dashed: true, of: (row) => (last(row, "DES_POSITION") ?? last(row, "CUR_VALUES.DESIRED"))?.[n] })),
-    ] },
-    { title: "External torque", unit: "Nm", lines: joints.map((n) => ({ name: `EXTERNAL.${n + 1}`, short: `${n + 1}`, colour: colours[n],
-      of: (row) => (row["CUR_VALUES.EXTERNAL_TORQUE"] ?? row["CUR_VALUES.TORQUE"])?.[n] })) },
-    { title: "Force at the tip", unit: "N", lines: [{ name: "from joint torques", colour: "force", of: forceOf, isComputed: true }] },
+    {
+      title: "Joint position",
+      unit: "rad",
+      lines: [
+        ...joints.map((n) => ({
+          name: `POSITION.${n + 1}`,
+          short: `${n + 1}`,
+          colour: colours[n],
+          of: (row) => row["CUR_VALUES.POSITION"]?.[n],
+        })),
+        ...joints.map((n) => ({
+          name: n ? `${n + 1}` : "desired 1",
+          colour: "desired",
+          dashed: true,
+          of: (row) => (last(row, "DES_POSITION") ?? last(row, "CUR_VALUES.DESIRED"))?.[n],
+        })),
+      ],
+    },
+    {
+      title: "External torque",
+      unit: "Nm",
+      lines: joints.map((n) => ({
+        name: `EXTERNAL.${n + 1}`,
+        short: `${n + 1}`,
+        colour: colours[n],
+        of: (row) => (row["CUR_VALUES.EXTERNAL_TORQUE"] ?? row["CUR_VALUES.TORQUE"])?.[n],
+      })),
+    },
+    {
+      title: "Force at the tip",
+      unit: "N",
+      lines: [{ name: "from joint torques", colour: "force", of: forceOf, isComputed: true }],
+    },
   ];
 }
 
 // Number of a value in a row.
 function numberOf(row, line) {
   const value = row?.[line.leaf]?.[line.n];
-  return typeof value === "boolean" ? Number(value) : value ?? null;
+  return typeof value === "boolean" ? Number(value) : (value ?? null);
 }
 
 // Strips of the chosen lines: those of one unit share a strip until it is full.
@@ -56,10 +93,15 @@ function chosen(lines) {
   const found = [];
   for (const line of lines) {
     let about = found.find((one) => one.unit === line.unit && one.lines.length < LINES_MAX);
-    if (!about) found.push(about = { title: "", unit: line.unit, lines: [] });
+    if (!about) found.push((about = { title: "", unit: line.unit, lines: [] }));
     const source = line.report.split("/")[0];
     if (!about.title.includes(source)) about.title += `${about.title ? ", " : ""}${source}`;
-    about.lines.push({ ...line, short: line.name.split(".").length > 1 ? line.name.split(".").pop() : "", colour: COLOURS[about.lines.length], of: (row) => numberOf(row, line) });
+    about.lines.push({
+      ...line,
+      short: line.name.split(".").length > 1 ? line.name.split(".").pop() : "",
+      colour: COLOURS[about.lines.length],
+      of: (row) => numberOf(row, line),
+    });
   }
   return found;
 }
@@ -67,7 +109,12 @@ function chosen(lines) {
 // Times and values of lines that come from different reports, on one axis.
 function joined(lines, range, pixels) {
   const tables = lines.map((line) => {
-    if (store.replay) return (store.history.get(line.report) ?? store.replay.historyOf(line.report)).drawn([line], range, pixels);
+    if (store.replay)
+      return (store.history.get(line.report) ?? store.replay.historyOf(line.report)).drawn(
+        [line],
+        range,
+        pixels,
+      );
     const { t, rows } = part(store.history.get(line.report), range);
     return [t, rows.map((row) => (row ? line.of(row) : null))];
   });
@@ -89,10 +136,37 @@ class Strip {
     this.isLast = isLast;
     this.values = about.lines.map(() => el("span", { class: "value" }));
     const isChosen = Boolean(about.lines[0]?.report);
-    this.legend = el("div", { class: "legend", ...(isChosen ? { tabindex: 0, role: "group", "aria-label": `Lines of ${about.title}` } : {}) }, el("span", { class: "name" }, about.title),
-      ...about.lines.map((line, n) => el("span", {}, el("i", { class: line.dashed ? "dashed" : "", style: `border-color:var(--${line.colour})` }), line.name, " ", this.values[n],
-        line.report ? el("button", { class: "away", "aria-label": `Remove ${line.title}`, title: "Remove from the charts", onclick: () => store.tell("chart", line) }, "×") : null)),
-      el("span", { class: "hint unit" }, about.unit));
+    this.legend = el(
+      "div",
+      {
+        class: "legend",
+        ...(isChosen ? { tabindex: 0, role: "group", "aria-label": `Lines of ${about.title}` } : {}),
+      },
+      el("span", { class: "name" }, about.title),
+      ...about.lines.map((line, n) =>
+        el(
+          "span",
+          {},
+          el("i", { class: line.dashed ? "dashed" : "", style: `border-color:var(--${line.colour})` }),
+          line.name,
+          " ",
+          this.values[n],
+          line.report
+            ? el(
+                "button",
+                {
+                  class: "away",
+                  "aria-label": `Remove ${line.title}`,
+                  title: "Remove from the charts",
+                  onclick: () => store.tell("chart", line),
+                },
+                "×",
+              )
+            : null,
+        ),
+      ),
+      el("span", { class: "hint unit" }, about.unit),
+    );
     this.place = el("div", { class: "plot" });
     this.node = el("div", { class: "strip" }, this.legend, this.place);
     this.zoom = null;
@@ -102,19 +176,59 @@ class Strip {
     this.plot?.destroy();
     const grid = { stroke: token("line"), width: 1 };
     const axis = { stroke: token("fg2"), font: '11px "IBM Plex Mono"', grid, ticks: { show: false } };
-    this.plot = new uPlot({
-      width: this.place.clientWidth || 600, height: this.place.clientHeight || 72, legend: { show: false }, padding: [6, 24, 0, 0],
-      cursor: { sync: { key: "station" }, drag: { x: true, y: false }, points: { show: false } },
-      scales: { x: { time: false } },
-      axes: [{ ...axis, size: this.isLast ? 20 : 0, space: 70, values: (_, ticks) => ticks.map((t) => (this.isLast ? `${t} s` : "")) }, { ...axis, size: 48, space: 22, values: (_, ticks) => ticks.map((v) => String(v).replace("-", "−")) }],
-      series: [{}, ...this.about.lines.map((line) => ({ stroke: token(line.colour), width: 1.5, dash: line.dashed ? [4, 3] : undefined, points: { show: false }, spanGaps: false }))],
-      hooks: {
-        draw: [(plot) => this.marks(plot)],
-        setSelect: [(plot) => { if (plot.select.width > 2) this.onzoom([plot.posToVal(plot.select.left, "x"), plot.posToVal(plot.select.left + plot.select.width, "x")]); }],
+    this.plot = new uPlot(
+      {
+        width: this.place.clientWidth || 600,
+        height: this.place.clientHeight || 72,
+        legend: { show: false },
+        padding: [6, 24, 0, 0],
+        cursor: { sync: { key: "station" }, drag: { x: true, y: false }, points: { show: false } },
+        scales: { x: { time: false } },
+        axes: [
+          {
+            ...axis,
+            size: this.isLast ? 20 : 0,
+            space: 70,
+            values: (_, ticks) => ticks.map((t) => (this.isLast ? `${t} s` : "")),
+          },
+          {
+            ...axis,
+            size: 48,
+            space: 22,
+            values: (_, ticks) => ticks.map((v) => String(v).replace("-", "−")),
+          },
+        ],
+        series: [
+          {},
+          ...this.about.lines.map((line) => ({
+            stroke: token(line.colour),
+            width: 1.5,
+            dash: line.dashed ? [4, 3] : undefined,
+            points: { show: false },
+            spanGaps: false,
+          })),
+        ],
+        hooks: {
+          draw: [(plot) => this.marks(plot)],
+          setSelect: [
+            (plot) => {
+              if (plot.select.width > 2)
+                this.onzoom([
+                  plot.posToVal(plot.select.left, "x"),
+                  plot.posToVal(plot.select.left + plot.select.width, "x"),
+                ]);
+            },
+          ],
+        },
       },
-    }, [[0], ...this.about.lines.map(() => [null])], this.place);
+      [[0], ...this.about.lines.map(() => [null])],
+      this.place,
+    );
     this.plot.over.addEventListener("dblclick", () => this.onzoom(null));
-    this.plot.over.addEventListener("click", (event) => { if (store.replay && this.plot.select.width <= 2) store.replay.seek(this.plot.posToVal(event.offsetX, "x")); });
+    this.plot.over.addEventListener("click", (event) => {
+      if (store.replay && this.plot.select.width <= 2)
+        store.replay.seek(this.plot.posToVal(event.offsetX, "x"));
+    });
   }
 
   // HIGH and MEDIUM as vertical lines; the short name of each line at its right end.
@@ -128,7 +242,10 @@ class Strip {
       if (event.time < plot.scales.x.min || event.time > plot.scales.x.max) continue;
       const x = Math.round(plot.valToPos(event.time, "x", true)) + 0.5;
       ctx.strokeStyle = token(event.severity === "HIGH" ? "critical" : "serious");
-      ctx.beginPath(); ctx.moveTo(x, bbox.top); ctx.lineTo(x, bbox.top + bbox.height); ctx.stroke();
+      ctx.beginPath();
+      ctx.moveTo(x, bbox.top);
+      ctx.lineTo(x, bbox.top + bbox.height);
+      ctx.stroke();
     }
     ctx.font = `${11 * devicePixelRatio}px "IBM Plex Mono"`;
     this.about.lines.forEach((line, n) => {
@@ -136,14 +253,24 @@ class Strip {
       const value = data.findLast((item) => item !== null && item !== undefined);
       if (!line.short || value === null || value === undefined) return;
       ctx.fillStyle = token(line.colour);
-      ctx.fillText(line.short, bbox.left + bbox.width + 3 * devicePixelRatio, plot.valToPos(value, "y", true) + 4 * devicePixelRatio);
+      ctx.fillText(
+        line.short,
+        bbox.left + bbox.width + 3 * devicePixelRatio,
+        plot.valToPos(value, "y", true) + 4 * devicePixelRatio,
+      );
     });
     ctx.restore();
   }
 
   show(t, rows, range) {
-    if (this.about.lines[0].report) { this.showChosen(range); return; }
-    const data = [t, ...this.about.lines.map((line) => rows.map((row) => (row ? line.of(row) ?? null : null)))];
+    if (this.about.lines[0].report) {
+      this.showChosen(range);
+      return;
+    }
+    const data = [
+      t,
+      ...this.about.lines.map((line) => rows.map((row) => (row ? (line.of(row) ?? null) : null))),
+    ];
     this.put(data, range);
     const newest = store.now() - t[t.length - 1] < STALE_S ? rows[rows.length - 1] : null;
     this.tell(newest);
@@ -154,12 +281,18 @@ class Strip {
     this.plot.setScale("x", { min: range[0], max: range[1] });
   }
 
-  pixels() { return Math.max(200, this.place.clientWidth); }
+  pixels() {
+    return Math.max(200, this.place.clientWidth);
+  }
 
   // The part of a history in a replay that a view shows.
   showHistory(history, range) {
     if (this.about.lines[0].report) this.showChosen(range);
-    else this.put(history?.drawn(this.about.lines, range, this.pixels()) ?? [[], ...this.about.lines.map(() => [])], range);
+    else
+      this.put(
+        history?.drawn(this.about.lines, range, this.pixels()) ?? [[], ...this.about.lines.map(() => [])],
+        range,
+      );
   }
 
   showChosen(range) {
@@ -170,13 +303,20 @@ class Strip {
   tell(row) {
     for (const [n, line] of this.about.lines.entries()) {
       if (line.report) this.tellChosen(n, line);
-      else text(this.values[n], row ? number(line.of(row), this.about.unit === "rad" ? "rad/s" : this.about.unit) : "–");
+      else
+        text(
+          this.values[n],
+          row ? number(line.of(row), this.about.unit === "rad" ? "rad/s" : this.about.unit) : "–",
+        );
     }
   }
 
   tellChosen(n, line) {
     const [name, id] = line.report.split("/");
-    const value = store.freshness(name, Number(id)) === "stale" ? null : store.reports.get(line.report)?.values[line.leaf]?.[line.n];
+    const value =
+      store.freshness(name, Number(id)) === "stale"
+        ? null
+        : store.reports.get(line.report)?.values[line.leaf]?.[line.n];
     text(this.values[n], wordOf(line, value) ?? number(value, line.unit));
   }
 
@@ -193,23 +333,59 @@ class Strip {
 
 class Strips extends HTMLElement {
   connectedCallback() {
-    this.pause = el("button", { "aria-pressed": "false", "aria-label": "Hold the view", title: "Hold the view, not the data", onclick: () => this.hold() }, "❚❚");
+    this.pause = el(
+      "button",
+      {
+        "aria-pressed": "false",
+        "aria-label": "Hold the view",
+        title: "Hold the view, not the data",
+        onclick: () => this.hold(),
+      },
+      "❚❚",
+    );
     this.title_ = el("h2", {}, `Last ${WINDOW_S} s`);
-    this.area = el("div", { class: "strips scroll", tabindex: 0, role: "group", "aria-label": "Strip charts" });
+    this.area = el("div", {
+      class: "strips scroll",
+      tabindex: 0,
+      role: "group",
+      "aria-label": "Strip charts",
+    });
     this.add = el("button", { onclick: () => store.tell("parameter") }, "Add parameter ", el("kbd", {}, "P"));
-    this.append(el("div", { class: "head" }, this.title_, el("span", { class: "hint" }, "drag to zoom, double click back"), this.pause, this.add), this.area);
+    this.append(
+      el(
+        "div",
+        { class: "head" },
+        this.title_,
+        el("span", { class: "hint" }, "drag to zoom, double click back"),
+        this.pause,
+        this.add,
+      ),
+      this.area,
+    );
     store.on("chart", (line) => this.toggle(line));
-    this.addEventListener("dragover", (event) => { if (event.dataTransfer.types.includes("text/plain")) event.preventDefault(); });
+    this.addEventListener("dragover", (event) => {
+      if (event.dataTransfer.types.includes("text/plain")) event.preventDefault();
+    });
     this.addEventListener("drop", (event) => this.drop(event));
     document.addEventListener("keydown", (event) => {
-      if (event.key.toUpperCase() !== "P" || event.ctrlKey || event.altKey || event.target.closest("input, select, textarea")) return;
+      if (
+        event.key.toUpperCase() !== "P" ||
+        event.ctrlKey ||
+        event.altKey ||
+        event.target.closest("input, select, textarea")
+      )
+        return;
       event.preventDefault();
       store.tell("parameter");
     });
     this.strips = [];
     store.on("hello", () => this.build());
     store.on("theme", () => this.remake());
-    new ResizeObserver(() => this.strips.forEach((strip) => strip.plot?.setSize({ width: strip.place.clientWidth, height: strip.place.clientHeight }))).observe(this);
+    new ResizeObserver(() =>
+      this.strips.forEach((strip) =>
+        strip.plot?.setSize({ width: strip.place.clientWidth, height: strip.place.clientHeight }),
+      ),
+    ).observe(this);
     document.fonts.ready.then(() => this.remake());
     setInterval(() => this.draw(), REFRESH_MS);
   }
@@ -225,7 +401,11 @@ class Strips extends HTMLElement {
   drop(event) {
     event.preventDefault();
     let line = null;
-    try { line = JSON.parse(event.dataTransfer.getData("text/plain")); } catch { return; }
+    try {
+      line = JSON.parse(event.dataTransfer.getData("text/plain"));
+    } catch {
+      return;
+    }
     if (line?.key && !store.charted.has(line.key)) this.toggle(line);
   }
 
@@ -237,13 +417,21 @@ class Strips extends HTMLElement {
 
   arrange() {
     for (const strip of this.strips) strip.plot?.destroy();
-    this.strips = [...strips(store.hello.world?.robots[0]), ...chosen(store.charted.values())].map((about, n, all) => new Strip(about, n === all.length - 1));
-    for (const strip of this.strips) strip.onzoom = (range) => { this.zoom = range; this.draw(); };
+    this.strips = [...strips(store.hello.world?.robots[0]), ...chosen(store.charted.values())].map(
+      (about, n, all) => new Strip(about, n === all.length - 1),
+    );
+    for (const strip of this.strips)
+      strip.onzoom = (range) => {
+        this.zoom = range;
+        this.draw();
+      };
     this.area.replaceChildren(...this.strips.map((strip) => strip.node));
     this.remake();
   }
 
-  remake() { for (const strip of this.strips) strip.make(); }
+  remake() {
+    for (const strip of this.strips) strip.make();
+  }
 
   hold() {
     this.held = this.held ? null : [store.now() - WINDOW_S, store.now()];
@@ -252,7 +440,10 @@ class Strips extends HTMLElement {
 
   draw() {
     if (!this.strips.length || document.hidden) return;
-    if (store.replay) { this.drawReplay(store.history.get(this.source)); return; }
+    if (store.replay) {
+      this.drawReplay(store.history.get(this.source));
+      return;
+    }
     const now = Math.max(WINDOW_S, store.now());
     const range = this.zoom ?? this.held ?? [now - WINDOW_S, now];
     text(this.title_, this.zoom ? "Zoomed" : this.held ? "Held" : `Last ${WINDOW_S} s`);

@@ -5,16 +5,26 @@ import { store } from "./store.js";
 import { el, number, show, svg, text, wordOf } from "./dom.js";
 
 const REFRESH_MS = 200;
-const NEAR = 0.1;  // Part of the range beside a limit.
+const NEAR = 0.1; // Part of the range beside a limit.
 const SYMBOL = { live: "normal", late: "caution", stale: "stale", never: "off" };
 const WIDTH = 74;
 
 // Scale of a value between its limits; `share` is 0 at the lower and 1 at the upper one.
 function gauge() {
   const mark = svg("rect", { y: 1, width: 3, height: 10 });
-  const node = svg("svg", { class: "gauge", viewBox: `0 0 ${WIDTH} 12`, "aria-hidden": "true" },
-    svg("path", { d: "M1 2v8M73 2v8M1 6h72M37 4v4", style: "stroke:var(--line2);fill:none" }), mark);
-  return { node, put: (share, colour) => { mark.setAttribute("x", 1 + Math.max(0, Math.min(1, share)) * (WIDTH - 5)); mark.setAttribute("style", `fill:var(--${colour})`); } };
+  const node = svg(
+    "svg",
+    { class: "gauge", viewBox: `0 0 ${WIDTH} 12`, "aria-hidden": "true" },
+    svg("path", { d: "M1 2v8M73 2v8M1 6h72M37 4v4", style: "stroke:var(--line2);fill:none" }),
+    mark,
+  );
+  return {
+    node,
+    put: (share, colour) => {
+      mark.setAttribute("x", 1 + Math.max(0, Math.min(1, share)) * (WIDTH - 5));
+      mark.setAttribute("style", `fill:var(--${colour})`);
+    },
+  };
 }
 
 const isBounded = (leaf) => leaf.min !== undefined && leaf.max !== undefined;
@@ -22,12 +32,29 @@ const isBounded = (leaf) => leaf.min !== undefined && leaf.max !== undefined;
 // Rows of the leaves of a report; without limits there is no column for them.
 function rowsOf(report, leaves) {
   const hasGauges = leaves.some(isBounded);
-  return leaves.flatMap((leaf) => [...Array(leaf.count).keys()].map((n) => new Row(report, leaf, n, hasGauges)));
+  return leaves.flatMap((leaf) =>
+    [...Array(leaf.count).keys()].map((n) => new Row(report, leaf, n, hasGauges)),
+  );
 }
 
 function head(rows) {
-  const words = ["Parameter", "Value", "Unit", ...(rows.some((row) => isBounded(row.leaf)) ? ["Within limits"] : []), "Age s"];
-  return el("thead", {}, el("tr", {}, ...words.map((word) => el("th", { class: word === "Value" || word === "Age s" ? "num" : "" }, word)), el("th", {}, el("span", { class: "unseen" }, "Chart"))));
+  const words = [
+    "Parameter",
+    "Value",
+    "Unit",
+    ...(rows.some((row) => isBounded(row.leaf)) ? ["Within limits"] : []),
+    "Age s",
+  ];
+  return el(
+    "thead",
+    {},
+    el(
+      "tr",
+      {},
+      ...words.map((word) => el("th", { class: word === "Value" || word === "Age s" ? "num" : "" }, word)),
+      el("th", {}, el("span", { class: "unseen" }, "Chart")),
+    ),
+  );
 }
 
 // One number of a report: its cells, and how they follow the value.
@@ -38,15 +65,44 @@ export class Row {
     this.n = n;
     this.key = `${report}/${leaf.name}/${n}`;
     const short = `${leaf.name.split(".").pop()}${leaf.count > 1 ? `.${n + 1}` : ""}`;
-    this.line = { key: this.key, report, leaf: leaf.name, n, name: short, unit: leaf.unit, words: leaf.words, title: `${report.split("/")[0]} ${short}` };
+    this.line = {
+      key: this.key,
+      report,
+      leaf: leaf.name,
+      n,
+      name: short,
+      unit: leaf.unit,
+      words: leaf.words,
+      title: `${report.split("/")[0]} ${short}`,
+    };
     this.sym = el("span");
     this.value = el("span", { class: "value" });
     this.gauge = isBounded(leaf) ? gauge() : null;
     this.age = el("td", { class: "mono num age" });
-    this.chart = el("button", { class: "chart", "aria-pressed": "false", "aria-label": `Chart of ${this.line.title}`, title: "Into the strip charts", onclick: () => store.tell("chart", this.line) }, "∿");
-    this.node = el("tr", { draggable: "true" }, el("td", { class: "name", title: [leaf.name, leaf.description].filter(Boolean).join(": ") }, short), el("td", { class: "num" }, this.sym, " ", this.value), el("td", {}, leaf.unit),
-      hasGauges ? el("td", {}, this.gauge?.node) : null, this.age, el("td", {}, this.chart));
-    this.node.addEventListener("dragstart", (event) => event.dataTransfer.setData("text/plain", JSON.stringify(this.line)));
+    this.chart = el(
+      "button",
+      {
+        class: "chart",
+        "aria-pressed": "false",
+        "aria-label": `Chart of ${this.line.title}`,
+        title: "Into the strip charts",
+        onclick: () => store.tell("chart", this.line),
+      },
+      "∿",
+    );
+    this.node = el(
+      "tr",
+      { draggable: "true" },
+      el("td", { class: "name", title: [leaf.name, leaf.description].filter(Boolean).join(": ") }, short),
+      el("td", { class: "num" }, this.sym, " ", this.value),
+      el("td", {}, leaf.unit),
+      hasGauges ? el("td", {}, this.gauge?.node) : null,
+      this.age,
+      el("td", {}, this.chart),
+    );
+    this.node.addEventListener("dragstart", (event) =>
+      event.dataTransfer.setData("text/plain", JSON.stringify(this.line)),
+    );
   }
 
   // Beyond a limit, or near one of a value that is no setting.
@@ -62,13 +118,21 @@ export class Row {
     const report = store.reports.get(this.report);
     const value = report?.values[this.leaf.name]?.[this.n];
     const verdict = this.judge(value, freshness);
-    if (verdict) show(this.sym, ...verdict); else if (this.sym.firstChild) { this.sym.replaceChildren(); delete this.sym.dataset.symbol; }
+    if (verdict) show(this.sym, ...verdict);
+    else if (this.sym.firstChild) {
+      this.sym.replaceChildren();
+      delete this.sym.dataset.symbol;
+    }
     const word = wordOf(this.leaf, value);
     text(this.value, word ?? number(value, this.leaf.unit, this.leaf.type));
     this.value.style.color = verdict ? `var(--${verdict[0]})` : "";
     this.node.classList.toggle("stale", freshness === "stale");
     text(this.age, report ? ((store.clock() - report.at) / 1000).toFixed(1) : "–");
-    if (this.gauge && typeof value === "number") this.gauge.put((value - this.leaf.min) / (this.leaf.max - this.leaf.min), freshness === "stale" ? "fg2" : verdict?.[0] ?? "fg0");
+    if (this.gauge && typeof value === "number")
+      this.gauge.put(
+        (value - this.leaf.min) / (this.leaf.max - this.leaf.min),
+        freshness === "stale" ? "fg2" : (verdict?.[0] ?? "fg0"),
+      );
     this.chart.setAttribute("aria-pressed", String(store.charted.has(this.key)));
   }
 }
@@ -83,12 +147,18 @@ class Section {
     this.words = el("span", { class: "hint" });
     this.toggle = el("button", { onclick: () => this.switch() });
     this.reason = el("p", { class: "reason", hidden: true });
-    this.node = el("section", { "aria-label": `${name} ${id}` },
-      el("div", { class: "head" }, this.sym, el("h2", {}, `${name} ${id}`), this.words, this.toggle), this.reason,
-      el("table", { class: "values" }, head(rows), el("tbody", {}, ...rows.map((row) => row.node))));
+    this.node = el(
+      "section",
+      { "aria-label": `${name} ${id}` },
+      el("div", { class: "head" }, this.sym, el("h2", {}, `${name} ${id}`), this.words, this.toggle),
+      this.reason,
+      el("table", { class: "values" }, head(rows), el("tbody", {}, ...rows.map((row) => row.node))),
+    );
   }
 
-  key() { return `${this.name}/${this.id}`; }
+  key() {
+    return `${this.name}/${this.id}`;
+  }
 
   isOn() {
     const known = store.enabled.get(this.key());
@@ -96,7 +166,11 @@ class Section {
   }
 
   async switch() {
-    const answer = await store.ask({ do: "command", text: `hk ${this.isOn() ? "disable" : "enable"} ${this.name} ${this.id}`, display: true });
+    const answer = await store.ask({
+      do: "command",
+      text: `hk ${this.isOn() ? "disable" : "enable"} ${this.name} ${this.id}`,
+      display: true,
+    });
     this.reason.hidden = !answer.refused;
     text(this.reason, answer.refused ?? "");
   }
@@ -107,27 +181,76 @@ class Section {
     show(this.sym, !isOn && freshness !== "live" ? "off" : SYMBOL[freshness], freshness);
     const report = store.reports.get(this.key());
     const hertz = 1000 / (store.periodOf(this.name, this.id) * (store.pace.speed || 1));
-    const rate = hertz >= 1 ? `${Number(hertz.toPrecision(2))} Hz` : `each ${Number((1 / hertz).toPrecision(2))} s`;
-    text(this.words, report ? `${rate}, ${report.count} reports` : store.states.get(this.name)?.configuration === "-" ? "needs a configuration" : "not heard yet");
+    const rate =
+      hertz >= 1 ? `${Number(hertz.toPrecision(2))} Hz` : `each ${Number((1 / hertz).toPrecision(2))} s`;
+    text(
+      this.words,
+      report
+        ? `${rate}, ${report.count} reports`
+        : store.states.get(this.name)?.configuration === "-"
+          ? "needs a configuration"
+          : "not heard yet",
+    );
     text(this.toggle, isOn ? "Disable" : "Enable");
     this.toggle.setAttribute("aria-label", `${isOn ? "Disable" : "Enable"} ${this.name} ${this.id}`);
-    this.toggle.disabled = !store.link.is_live || store.hello?.read_only && isOn;
+    this.toggle.disabled = !store.link.is_live || (store.hello?.read_only && isOn);
     for (const row of this.rows) row.draw(freshness);
   }
 }
 
 export class Telemetry {
   constructor() {
-    this.find = el("input", { type: "search", autocomplete: "off", "aria-label": "Filter of parameters", oninput: () => this.build() });
+    this.find = el("input", {
+      type: "search",
+      autocomplete: "off",
+      "aria-label": "Filter of parameters",
+      oninput: () => this.build(),
+    });
     this.total = el("p", { class: "reason counts-line" });
     this.list = el("div");
     this.counts = el("tbody");
-    this.packets = el("section", { "aria-label": "Packets" }, el("div", { class: "head" }, el("h2", {}, "Packets"), el("span", { class: "hint" }, "since this station has the link")),
-      el("table", {}, el("thead", {}, el("tr", {}, el("th", {}, "Subsystem"), el("th", { class: "num" }, "Received"), el("th", { class: "num" }, "Lost"))), this.counts));
-    this.node = el("div", { style: "display:contents" }, el("label", { class: "filter" }, el("span", {}, "Filter"), this.find), this.total,
-      el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Housekeeping structures" }, this.list, this.packets));
+    this.packets = el(
+      "section",
+      { "aria-label": "Packets" },
+      el(
+        "div",
+        { class: "head" },
+        el("h2", {}, "Packets"),
+        el("span", { class: "hint" }, "since this station has the link"),
+      ),
+      el(
+        "table",
+        {},
+        el(
+          "thead",
+          {},
+          el(
+            "tr",
+            {},
+            el("th", {}, "Subsystem"),
+            el("th", { class: "num" }, "Received"),
+            el("th", { class: "num" }, "Lost"),
+          ),
+        ),
+        this.counts,
+      ),
+    );
+    this.node = el(
+      "div",
+      { style: "display:contents" },
+      el("label", { class: "filter" }, el("span", {}, "Filter"), this.find),
+      this.total,
+      el(
+        "div",
+        { class: "scroll", tabindex: 0, role: "group", "aria-label": "Housekeeping structures" },
+        this.list,
+        this.packets,
+      ),
+    );
     this.sections = [];
-    store.on("hello", () => { this.shown = null; });
+    store.on("hello", () => {
+      this.shown = null;
+    });
     setInterval(() => this.draw(), REFRESH_MS);
   }
 
@@ -136,33 +259,58 @@ export class Telemetry {
     const found = [];
     for (const { name, configurations } of store.hello?.subsystems ?? []) {
       const part = store.configuration(name) ?? configurations[0];
-      const heard = [...store.reports.values()].filter((report) => report.subsystem === name).map((report) => report.id);
-      for (const id of [...new Set([...part.structures.map((one) => one.id), ...heard])].sort((a, b) => a - b)) found.push([name, id]);
+      const heard = [...store.reports.values()]
+        .filter((report) => report.subsystem === name)
+        .map((report) => report.id);
+      for (const id of [...new Set([...part.structures.map((one) => one.id), ...heard])].sort(
+        (a, b) => a - b,
+      ))
+        found.push([name, id]);
     }
     return found;
   }
 
   rows(name, id) {
     const parameters = store.subsystem(name).parameters;
-    const leaves = store.structure(name, id)?.leaves ?? Object.keys(store.reports.get(`${name}/${id}`)?.values ?? {});
-    return rowsOf(`${name}/${id}`, leaves.map((leaf) => parameters.find((one) => one.name === leaf) ?? { name: leaf, count: 1, unit: "", type: "" }));
+    const leaves =
+      store.structure(name, id)?.leaves ?? Object.keys(store.reports.get(`${name}/${id}`)?.values ?? {});
+    return rowsOf(
+      `${name}/${id}`,
+      leaves.map(
+        (leaf) => parameters.find((one) => one.name === leaf) ?? { name: leaf, count: 1, unit: "", type: "" },
+      ),
+    );
   }
 
   build() {
     const wanted = this.find.value.trim().toLowerCase().split(/\s+/);
     const fits = (row) => wanted.every((word) => row.key.toLowerCase().includes(word));
-    this.sections = this.structures().map(([name, id]) => new Section(name, id, this.rows(name, id).filter(fits))).filter((section) => section.rows.length);
-    this.list.replaceChildren(...this.sections.map((section) => section.node), ...(this.sections.length ? [] : [el("p", { class: "reason" }, "No parameter is called so.")]));
+    this.sections = this.structures()
+      .map(([name, id]) => new Section(name, id, this.rows(name, id).filter(fits)))
+      .filter((section) => section.rows.length);
+    this.list.replaceChildren(
+      ...this.sections.map((section) => section.node),
+      ...(this.sections.length ? [] : [el("p", { class: "reason" }, "No parameter is called so.")]),
+    );
     this.draw();
   }
 
   draw() {
     const isShown = this.node.parentElement && !this.node.parentElement.hidden && store.hello;
-    if (!isShown) { this.shown = null; return; }
-    const shown = this.structures().map(([name, id]) => `${name}/${id}/${store.reports.has(`${name}/${id}`)}/${store.states.get(name)?.configuration}`).join();
+    if (!isShown) {
+      this.shown = null;
+      return;
+    }
+    const shown = this.structures()
+      .map(
+        ([name, id]) =>
+          `${name}/${id}/${store.reports.has(`${name}/${id}`)}/${store.states.get(name)?.configuration}`,
+      )
+      .join();
     if (shown !== this.shown) {
       this.shown = shown;
-      if (!store.replay) for (const { name } of store.hello.subsystems) store.ask({ do: "structures", subsystem: name });
+      if (!store.replay)
+        for (const { name } of store.hello.subsystems) store.ask({ do: "structures", subsystem: name });
       this.build();
       return;
     }
@@ -174,7 +322,17 @@ export class Telemetry {
     const rows = Object.entries(store.counts);
     const sum = (key) => rows.reduce((total, [, row]) => total + row[key], 0);
     text(this.total, `${sum("received")} packets received, ${sum("lost")} lost`);
-    this.counts.replaceChildren(...rows.map(([name, row]) => el("tr", {}, el("td", { class: "name" }, name), el("td", { class: "value num" }, String(row.received)), el("td", { class: "value num" }, String(row.lost)))));
+    this.counts.replaceChildren(
+      ...rows.map(([name, row]) =>
+        el(
+          "tr",
+          {},
+          el("td", { class: "name" }, name),
+          el("td", { class: "value num" }, String(row.received)),
+          el("td", { class: "value num" }, String(row.lost)),
+        ),
+      ),
+    );
   }
 }
 
@@ -184,29 +342,46 @@ export class Fastest {
     this.title_ = el("h2");
     this.words = el("span", { class: "hint" });
     this.table = el("table", { class: "values" });
-    this.node = el("div", { style: "display:contents" }, el("div", { class: "head" }, this.title_, this.words),
-      el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Housekeeping" }, this.table));
+    this.node = el(
+      "div",
+      { style: "display:contents" },
+      el("div", { class: "head" }, this.title_, this.words),
+      el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Housekeeping" }, this.table),
+    );
     this.rows = [];
   }
 
   // The fastest that is not stale; else the one heard last.
   report() {
     const own = [...store.reports.values()].filter((report) => report.subsystem === store.selected);
-    const rank = (report) => (["live", "late"].includes(store.freshness(report.subsystem, report.id)) ? store.periodOf(report.subsystem, report.id) : 1e9 + store.clock() - report.at);
+    const rank = (report) =>
+      ["live", "late"].includes(store.freshness(report.subsystem, report.id))
+        ? store.periodOf(report.subsystem, report.id)
+        : 1e9 + store.clock() - report.at;
     return own.sort((a, b) => rank(a) - rank(b))[0];
   }
 
   draw() {
     const report = this.report();
-    const key = report ? `${report.subsystem}/${report.id}/${store.configuration(report.subsystem)?.name}` : `${store.selected}`;
+    const key = report
+      ? `${report.subsystem}/${report.id}/${store.configuration(report.subsystem)?.name}`
+      : `${store.selected}`;
     if (this.key !== key) {
       this.key = key;
       const parameters = store.subsystem(store.selected)?.parameters ?? [];
-      const leaves = Object.entries(report?.values ?? {}).map(([leaf, values]) => parameters.find((one) => one.name === leaf) ?? { name: leaf, count: values.length, unit: "", type: "" });
+      const leaves = Object.entries(report?.values ?? {}).map(
+        ([leaf, values]) =>
+          parameters.find((one) => one.name === leaf) ?? {
+            name: leaf,
+            count: values.length,
+            unit: "",
+            type: "",
+          },
+      );
       this.rows = report ? rowsOf(`${report.subsystem}/${report.id}`, leaves) : [];
       this.table.replaceChildren(head(this.rows), el("tbody", {}, ...this.rows.map((row) => row.node)));
     }
-    text(this.title_, report ? `${report.subsystem} ${report.id}` : store.selected ?? "Housekeeping");
+    text(this.title_, report ? `${report.subsystem} ${report.id}` : (store.selected ?? "Housekeeping"));
     text(this.words, report ? "housekeeping" : "no housekeeping in this configuration yet");
     for (const row of this.rows) row.draw(store.freshness(report.subsystem, report.id));
   }

@@ -9,14 +9,16 @@ import { Bus } from "./bus.js";
 import { Fastest, Telemetry } from "./telemetry.js";
 
 const RANGE_RAD = 0.35;
-const AIM_MS = 20, AIM_S = 0.03;
+const AIM_MS = 20,
+  AIM_S = 0.03;
 const IDLE_MS = 2000;
-const FIELD = 80;  // Radius of the round field in its own units.
+const FIELD = 80; // Radius of the round field in its own units.
 const CEILING_NM = 1.5;
 const TRACE_MS = 2000;
-const DEAD_ZONE = 0.08;  // Of a gamepad's stick.
-const RUMBLE_MS = 60, TOUCH_NM = 0.05;
-const NARROW = matchMedia("(max-width: 1279px)");  // The left column has no room for states and network.
+const DEAD_ZONE = 0.08; // Of a gamepad's stick.
+const RUMBLE_MS = 60,
+  TOUCH_NM = 0.05;
+const NARROW = matchMedia("(max-width: 1279px)"); // The left column has no room for states and network.
 
 class Hand {
   constructor() {
@@ -29,19 +31,64 @@ class Hand {
     this.arc = path("fill:none;stroke:var(--force);stroke-width:3");
     this.ring = svg("circle", { r: 8, style: "fill:var(--bg1);stroke:var(--fg0);stroke-width:2.5" });
     this.dot = svg("circle", { r: 2.5, style: "fill:var(--fg0);stroke:none" });
-    this.field = svg("svg", { class: "field", viewBox: "-92 -92 184 184", role: "img", "aria-label": "Hand on the joystick" },
-      svg("circle", { r: FIELD, style: "fill:var(--bg2)" }), svg("circle", { r: FIELD / 2, style: "stroke:var(--line)" }), svg("path", { d: "M-6 0h12M0 -6v12" }),
-      this.traceLine, this.arrow, this.tip, this.arc, this.ring, this.dot);
+    this.field = svg(
+      "svg",
+      { class: "field", viewBox: "-92 -92 184 184", role: "img", "aria-label": "Hand on the joystick" },
+      svg("circle", { r: FIELD, style: "fill:var(--bg2)" }),
+      svg("circle", { r: FIELD / 2, style: "stroke:var(--line)" }),
+      svg("path", { d: "M-6 0h12M0 -6v12" }),
+      this.traceLine,
+      this.arrow,
+      this.tip,
+      this.arc,
+      this.ring,
+      this.dot,
+    );
     this.sym = el("span");
     this.source = el("span", { class: "name" });
     this.words = el("p");
-    this.cells = [0, 1].map(() => [el("td", { class: "value num" }), el("td", { class: "value num", style: "color:var(--force)" })]);
+    this.cells = [0, 1].map(() => [
+      el("td", { class: "value num" }),
+      el("td", { class: "value num", style: "color:var(--force)" }),
+    ]);
     this.take = el("button", { onclick: () => this.toggle() }, "Take the hand ", el("kbd", {}, "H"));
-    this.node = el("div", { class: "hand" }, this.field, el("div", { class: "side" },
-      el("div", { style: "display:flex;gap:8px;align-items:center" }, this.sym, this.source), this.words,
-      el("table", {}, el("thead", {}, el("tr", {}, el("th", {}, "Axis"), el("th", { class: "num" }, "Hand rad"), el("th", { class: "num", style: "color:var(--force)" }, "Felt Nm"))),
-        el("tbody", {}, ...this.cells.map((cells, n) => el("tr", {}, el("td", {}, String(n + 1)), ...cells)))),
-      el("div", { class: "acts", style: "margin-top:auto" }, this.take, el("span", { class: "hint" }, "drag, arrow keys or gamepad; Shift: fine"))));
+    this.node = el(
+      "div",
+      { class: "hand" },
+      this.field,
+      el(
+        "div",
+        { class: "side" },
+        el("div", { style: "display:flex;gap:8px;align-items:center" }, this.sym, this.source),
+        this.words,
+        el(
+          "table",
+          {},
+          el(
+            "thead",
+            {},
+            el(
+              "tr",
+              {},
+              el("th", {}, "Axis"),
+              el("th", { class: "num" }, "Hand rad"),
+              el("th", { class: "num", style: "color:var(--force)" }, "Felt Nm"),
+            ),
+          ),
+          el(
+            "tbody",
+            {},
+            ...this.cells.map((cells, n) => el("tr", {}, el("td", {}, String(n + 1)), ...cells)),
+          ),
+        ),
+        el(
+          "div",
+          { class: "acts", style: "margin-top:auto" },
+          this.take,
+          el("span", { class: "hint" }, "drag, arrow keys or gamepad; Shift: fine"),
+        ),
+      ),
+    );
     this.listen();
   }
 
@@ -53,25 +100,43 @@ class Hand {
     });
     this.field.addEventListener("pointermove", (event) => {
       if (!this.aim || !this.from) return;
-      const scale = RANGE_RAD / (this.field.clientWidth * FIELD / 184) * (event.shiftKey ? 0.25 : 1);
-      this.move(this.from.aim[0] + (event.clientX - this.from.x) * scale, this.from.aim[1] - (event.clientY - this.from.y) * scale);
+      const scale = (RANGE_RAD / ((this.field.clientWidth * FIELD) / 184)) * (event.shiftKey ? 0.25 : 1);
+      this.move(
+        this.from.aim[0] + (event.clientX - this.from.x) * scale,
+        this.from.aim[1] - (event.clientY - this.from.y) * scale,
+      );
     });
-    for (const kind of ["pointerup", "pointercancel"]) this.field.addEventListener(kind, () => { this.from = null; });
+    for (const kind of ["pointerup", "pointercancel"])
+      this.field.addEventListener(kind, () => {
+        this.from = null;
+      });
     window.addEventListener("blur", () => this.release("the window lost the focus"));
-    store.on("link", () => { if (!store.link.is_live) this.release("link lost"); });
+    store.on("link", () => {
+      if (!store.link.is_live) this.release("link lost");
+    });
     this.keys = new Set();
     document.addEventListener("keyup", (event) => this.keys.delete(event.key));
     document.addEventListener("keydown", (event) => {
-      if (event.key === "Escape") { this.release("Esc"); return; }
-      if (event.target.closest("input, select, textarea, [role=tab]") || event.ctrlKey || event.altKey) return;
+      if (event.key === "Escape") {
+        this.release("Esc");
+        return;
+      }
+      if (event.target.closest("input, select, textarea, [role=tab]") || event.ctrlKey || event.altKey)
+        return;
       if (event.key.toUpperCase() === "H") this.toggle();
-      if (this.aim && event.key.startsWith("Arrow")) { this.keys.add(event.key); event.preventDefault(); }
+      if (this.aim && event.key.startsWith("Arrow")) {
+        this.keys.add(event.key);
+        event.preventDefault();
+      }
     });
     setInterval(() => this.send(), AIM_MS);
   }
 
   toggle() {
-    if (this.aim) { this.release("released"); return; }
+    if (this.aim) {
+      this.release("released");
+      return;
+    }
     if (this.take.disabled) return;
     const at = this.position() ?? [0, 0];
     this.aim = [...at];
@@ -88,7 +153,11 @@ class Hand {
       if (size > DEAD_ZONE) this.pad = pad.index;
       if (this.pad !== pad.index) continue;
       const share = size > DEAD_ZONE ? Math.min(1, (size - DEAD_ZONE) / (1 - DEAD_ZONE)) / size : 0;
-      return { at: [pad.axes[0] * share * RANGE_RAD, -pad.axes[1] * share * RANGE_RAD], isMoved: share > 0, pad };
+      return {
+        at: [pad.axes[0] * share * RANGE_RAD, -pad.axes[1] * share * RANGE_RAD],
+        isMoved: share > 0,
+        pad,
+      };
     }
     return null;
   }
@@ -96,7 +165,8 @@ class Hand {
   followStick() {
     const found = this.from || this.keys.size ? null : this.stick();
     if (!found) return;
-    if (found.isMoved) this.move(...found.at); else this.aim = [...found.at];
+    if (found.isMoved) this.move(...found.at);
+    else this.aim = [...found.at];
     this.rumble(found.pad);
   }
 
@@ -107,13 +177,20 @@ class Hand {
     this.felt = felt;
     if (!pad.vibrationActuator || performance.now() - (this.rumbled ?? 0) < RUMBLE_MS - AIM_MS) return;
     this.rumbled = performance.now();
-    const effect = { duration: RUMBLE_MS, strongMagnitude: Math.min(1, felt / CEILING_NM), weakMagnitude: isTouch ? 1 : 0 };
-    pad.vibrationActuator.playEffect("dual-rumble", effect).catch(() => { this.note = "This gamepad does not rumble."; });
+    const effect = {
+      duration: RUMBLE_MS,
+      strongMagnitude: Math.min(1, felt / CEILING_NM),
+      weakMagnitude: isTouch ? 1 : 0,
+    };
+    pad.vibrationActuator.playEffect("dual-rumble", effect).catch(() => {
+      this.note = "This gamepad does not rumble.";
+    });
   }
 
   move(x, y) {
-    const size = Math.hypot(x, y), most = RANGE_RAD;
-    this.aim = size > most ? [x / size * most, y / size * most] : [x, y];
+    const size = Math.hypot(x, y),
+      most = RANGE_RAD;
+    this.aim = size > most ? [(x / size) * most, (y / size) * most] : [x, y];
     this.at = performance.now();
   }
 
@@ -131,29 +208,48 @@ class Hand {
   async send() {
     if (!this.aim) return;
     this.followStick();
-    if (performance.now() - this.at > IDLE_MS && !this.from && !this.keys.size) { this.release("2 s without input"); return; }
-    const step = 0.05 * AIM_MS / 1000;
+    if (performance.now() - this.at > IDLE_MS && !this.from && !this.keys.size) {
+      this.release("2 s without input");
+      return;
+    }
+    const step = (0.05 * AIM_MS) / 1000;
     for (const key of this.keys) {
-      const [x, y] = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] }[key] ?? [0, 0];
+      const [x, y] = {
+        ArrowLeft: [-step, 0],
+        ArrowRight: [step, 0],
+        ArrowUp: [0, step],
+        ArrowDown: [0, -step],
+      }[key] ?? [0, 0];
       this.move(this.aim[0] + x, this.aim[1] + y);
     }
     if (this.isAsking) return;
     this.isAsking = true;
     const answer = await store.live(`hand aim ${this.aim[0].toFixed(5)} ${this.aim[1].toFixed(5)} ${AIM_S}`);
     this.isAsking = false;
-    if (answer.refused && this.aim) { this.aim = null; this.note = `The simulator refuses the hand: ${answer.refused}`; this.draw(); }
+    if (answer.refused && this.aim) {
+      this.aim = null;
+      this.note = `The simulator refuses the hand: ${answer.refused}`;
+      this.draw();
+    }
   }
 
   // The subsystem that reports a felt torque.
-  source_() { return store.members().find((item) => item.parameters.some((leaf) => leaf.name === "CUR_VALUES.FELT_TORQUE"))?.name; }
-  position() { return store.value(this.source_(), "CUR_VALUES.POSITION"); }
+  source_() {
+    return store
+      .members()
+      .find((item) => item.parameters.some((leaf) => leaf.name === "CUR_VALUES.FELT_TORQUE"))?.name;
+  }
+  position() {
+    return store.value(this.source_(), "CUR_VALUES.POSITION");
+  }
 
   draw() {
     const source = this.source_();
     const known = store.values.get(source)?.get("CUR_VALUES.POSITION");
     const position = known?.value ?? [0, 0];
     const felt = store.value(source, "CUR_VALUES.FELT_TORQUE") ?? [0, 0];
-    const isFresh = known && store.clock() - known.at < Math.max(600, 3 * known.period) || store.pace.is_paused;
+    const isFresh =
+      (known && store.clock() - known.at < Math.max(600, 3 * known.period)) || store.pace.is_paused;
     const state = store.states.get(source)?.state;
     const owner = this.aim ? null : store.handOwner();
     const isThere = Boolean(source) && store.pace.is_there && !store.barrier() && !owner;
@@ -162,15 +258,47 @@ class Hand {
     this.field.classList.toggle("taken", Boolean(this.aim));
     this.field.classList.toggle("idle", state !== "OPERATIONAL");
     show(this.sym, this.aim ? "normal" : isThere ? "standby" : "off", this.aim ? "taken" : "not taken");
-    text(this.source, this.aim ? this.pad === undefined ? "Your hand" : `Your hand, gamepad ${this.pad + 1}` : owner ? `Hand taken ${owner}` : source ? "Scripted hand" : "No joystick in this mission");
-    const why = !source ? "" : owner ? "It is free again one second after its last movement." : store.barrier() ? store.barrier() : !store.pace.is_there ? "this flight has no live port" : this.note ?? (state === "OPERATIONAL" ? "moves the robot" : `${source} is ${state ?? "not heard"}: leads nowhere`);
+    text(
+      this.source,
+      this.aim
+        ? this.pad === undefined
+          ? "Your hand"
+          : `Your hand, gamepad ${this.pad + 1}`
+        : owner
+          ? `Hand taken ${owner}`
+          : source
+            ? "Scripted hand"
+            : "No joystick in this mission",
+    );
+    const why = !source
+      ? ""
+      : owner
+        ? "It is free again one second after its last movement."
+        : store.barrier()
+          ? store.barrier()
+          : !store.pace.is_there
+            ? "this flight has no live port"
+            : (this.note ??
+              (state === "OPERATIONAL"
+                ? "moves the robot"
+                : `${source} is ${state ?? "not heard"}: leads nowhere`));
     text(this.words, why);
     const xy = ([a, b], scale) => [a * scale, -b * scale];
     const [x, y] = xy(position, FIELD / RANGE_RAD);
-    for (const circle of [this.ring, this.dot]) { circle.setAttribute("cx", x); circle.setAttribute("cy", y); }
+    for (const circle of [this.ring, this.dot]) {
+      circle.setAttribute("cx", x);
+      circle.setAttribute("cy", y);
+    }
     if (isFresh) this.trace.push([store.clock(), x, y]);
-    while (this.trace.length && (this.trace[0][0] < store.clock() - TRACE_MS || this.trace[0][0] > store.clock())) this.trace.shift();
-    this.traceLine.setAttribute("d", this.trace.map(([, a, b], n) => `${n ? "L" : "M"}${a.toFixed(1)} ${b.toFixed(1)}`).join(""));
+    while (
+      this.trace.length &&
+      (this.trace[0][0] < store.clock() - TRACE_MS || this.trace[0][0] > store.clock())
+    )
+      this.trace.shift();
+    this.traceLine.setAttribute(
+      "d",
+      this.trace.map(([, a, b], n) => `${n ? "L" : "M"}${a.toFixed(1)} ${b.toFixed(1)}`).join(""),
+    );
     this.drawForce(x, y, xy(felt, 150), Math.hypot(...felt));
     position.slice(0, 2).forEach((value, n) => {
       text(this.cells[n][0], known ? number(value, "rad") : "–");
@@ -187,46 +315,101 @@ class Hand {
     const shaft = Math.max(0, length - 8);
     this.arrow.setAttribute("d", `M${x + ux * 8} ${y + uy * 8}L${x + ux * shaft} ${y + uy * shaft}`);
     const [hx, hy] = [x + ux * length, y + uy * length];
-    this.tip.setAttribute("d", `M${hx} ${hy}L${hx - ux * 14 - uy * 7} ${hy - uy * 14 + ux * 7}L${hx - ux * 14 + uy * 7} ${hy - uy * 14 - ux * 7}z`);
-    const share = Math.min(0.999, size / CEILING_NM), angle = share * 2 * Math.PI, r = 13;
+    this.tip.setAttribute(
+      "d",
+      `M${hx} ${hy}L${hx - ux * 14 - uy * 7} ${hy - uy * 14 + ux * 7}L${hx - ux * 14 + uy * 7} ${hy - uy * 14 - ux * 7}z`,
+    );
+    const share = Math.min(0.999, size / CEILING_NM),
+      angle = share * 2 * Math.PI,
+      r = 13;
     this.arc.style.stroke = size >= CEILING_NM ? "var(--critical)" : "var(--force)";
-    this.arc.setAttribute("d", `M${x} ${y - r}A${r} ${r} 0 ${share > 0.5 ? 1 : 0} 1 ${x + r * Math.sin(angle)} ${y - r * Math.cos(angle)}`);
+    this.arc.setAttribute(
+      "d",
+      `M${x} ${y - r}A${r} ${r} 0 ${share > 0.5 ? 1 : 0} 1 ${x + r * Math.sin(angle)} ${y - r * Math.cos(angle)}`,
+    );
   }
 }
 
-const KEYS = [["/", "find a command"], ["0 3 4 5 6", "prepare this state of the selected subsystem"], ["Alt 1 … 4", "select a subsystem"], ["Ctrl Enter", "send the command"],
-  ["Esc", "disarm, give the hand back"], ["H", "take the hand, give it back"], ["Arrows, Shift", "move the hand, fine"], ["Space", "pause and resume the world"], [".", "step 0.1 s"],
-  ["[ ]", "speed of simulated time"], ["A", "the HIGH events were seen"], ["E C B", "events, commands, bus"], ["V", "view of the scene"], ["T", "simulator’s truth or telemetry"],
-  ["P", "find a parameter"], ["L", "from the replay to the flight"], ["?", "these keys"], ["Ctrl Shift S", "STOP ALL"]];
+const KEYS = [
+  ["/", "find a command"],
+  ["0 3 4 5 6", "prepare this state of the selected subsystem"],
+  ["Alt 1 … 4", "select a subsystem"],
+  ["Ctrl Enter", "send the command"],
+  ["Esc", "disarm, give the hand back"],
+  ["H", "take the hand, give it back"],
+  ["Arrows, Shift", "move the hand, fine"],
+  ["Space", "pause and resume the world"],
+  [".", "step 0.1 s"],
+  ["[ ]", "speed of simulated time"],
+  ["A", "the HIGH events were seen"],
+  ["E C B", "events, commands, bus"],
+  ["V", "view of the scene"],
+  ["T", "simulator’s truth or telemetry"],
+  ["P", "find a parameter"],
+  ["L", "from the replay to the flight"],
+  ["?", "these keys"],
+  ["Ctrl Shift S", "STOP ALL"],
+];
 
 function keysPanel() {
-  const rows = KEYS.map(([keys, words]) => el("tr", {}, el("td", {}, el("kbd", {}, keys)), el("td", { class: "words" }, words)));
-  return el("div", {}, el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Keys" },
-    el("table", {}, el("thead", {}, el("tr", {}, el("th", {}, "Key"), el("th", {}, "What it does"))), el("tbody", {}, ...rows)),
-    el("p", { class: "reason" }, "Keys do nothing while a field has the focus.")));
+  const rows = KEYS.map(([keys, words]) =>
+    el("tr", {}, el("td", {}, el("kbd", {}, keys)), el("td", { class: "words" }, words)),
+  );
+  return el(
+    "div",
+    {},
+    el(
+      "div",
+      { class: "scroll", tabindex: 0, role: "group", "aria-label": "Keys" },
+      el(
+        "table",
+        {},
+        el("thead", {}, el("tr", {}, el("th", {}, "Key"), el("th", {}, "What it does"))),
+        el("tbody", {}, ...rows),
+      ),
+      el("p", { class: "reason" }, "Keys do nothing while a field has the focus."),
+    ),
+  );
 }
 
 class Work extends HTMLElement {
   connectedCallback() {
-    const moved = ["State", "Network"].map((name) => [name, el("div"), document.querySelector(name === "State" ? "station-states" : "station-network")]).filter(([, , node]) => node);
+    const moved = ["State", "Network"]
+      .map((name) => [
+        name,
+        el("div"),
+        document.querySelector(name === "State" ? "station-states" : "station-network"),
+      ])
+      .filter(([, , node]) => node);
     this.hand = new Hand();
     this.table = new Fastest();
     this.form = new CommandForm();
     this.telemetry = new Telemetry();
     this.bus = new Bus();
     this.board = new Board();
-    const panels = [["Operate", el("div", {}, this.hand.node, this.table.node)], ["Command", el("div", {}, this.form.node)], ["Telemetry", el("div", {}, this.telemetry.node)],
-      ["Bus", el("div", {}, this.bus.node)], ["On board", el("div", {}, this.board.node)], ["Keys", keysPanel()], ...moved.map(([name, panel]) => [name, panel])];
+    const panels = [
+      ["Operate", el("div", {}, this.hand.node, this.table.node)],
+      ["Command", el("div", {}, this.form.node)],
+      ["Telemetry", el("div", {}, this.telemetry.node)],
+      ["Bus", el("div", {}, this.bus.node)],
+      ["On board", el("div", {}, this.board.node)],
+      ["Keys", keysPanel()],
+      ...moved.map(([name, panel]) => [name, panel]),
+    ];
     this.pages = tabs("work", panels);
     this.append(this.pages.list, ...panels.map(([, panel]) => panel));
     this.pages.list.querySelector("#work-Keys").hidden = true;
     this.arrange(moved);
     NARROW.addEventListener("change", () => this.arrange(moved));
-    store.on("parameter", () => { this.pages.open("Telemetry"); this.telemetry.find.focus(); });
+    store.on("parameter", () => {
+      this.pages.open("Telemetry");
+      this.telemetry.find.focus();
+    });
     store.on("prepare again", () => this.pages.open("Command"));
     store.on("select hello", () => this.draw());
     document.addEventListener("keydown", (event) => {
-      if (event.target.closest("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey) return;
+      if (event.target.closest("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey)
+        return;
       if (event.key.toUpperCase() === "B") this.pages.open("Bus");
       if (event.key === "?") {
         this.pages.list.querySelector("#work-Keys").hidden = false;
@@ -251,6 +434,9 @@ class Work extends HTMLElement {
     if (!NARROW.matches && moved.some(([, panel]) => !panel.hidden)) this.pages.open("Operate");
   }
 
-  draw() { this.hand.draw(); this.table.draw(); }
+  draw() {
+    this.hand.draw();
+    this.table.draw();
+  }
 }
 customElements.define("station-work", Work);
