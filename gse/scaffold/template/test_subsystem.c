@@ -43,7 +43,7 @@ static void fly(const unsigned cycles)
     }
 }
 
-static void test_the_value_follows_at_its_rate_and_reports_once_when_it_has_arrived(void)
+static void the_value_follows_at_its_rate_and_its_arrival_is_reported_once(void)
 {
     own.parameters.rate      = 0.5;
     own.parameters.des_value = 0.25;
@@ -56,7 +56,7 @@ static void test_the_value_follows_at_its_rate_and_reports_once_when_it_has_arri
     TEST_ASSERT_EQUAL_INT(STATE_OPERATIONAL, own.parameters.cur_values.state);
 }
 
-static void test_out_of_operation_nothing_moves(void)
+static void out_of_operation_the_value_does_not_change(void)
 {
     generic.state            = STATE_SAFE_OPERATIONAL;
     own.parameters.des_value = 0.25;
@@ -64,7 +64,7 @@ static void test_out_of_operation_nothing_moves(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.0, 0.0, own.parameters.cur_values.value);
 }
 
-static void test_stop_holds_the_present_value(void)
+static void stop_holds_the_present_value(void)
 {
     const subsystem_function_t stop = {.function_id = @NAME@_FUNCTION_STOP};
     own.parameters.des_value        = 1.0;
@@ -83,8 +83,8 @@ int main(void)
     const status_t status =
         descriptor_load_subsystem(&loader, "descriptors/subsystems/@file@.xml", &descriptor);
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, status, descriptor_error(&loader));
-    RUN_TEST(test_the_value_follows_at_its_rate_and_reports_once_when_it_has_arrived);
-    RUN_TEST(test_out_of_operation_nothing_moves);
-    RUN_TEST(test_stop_holds_the_present_value);
+    RUN_TEST(the_value_follows_at_its_rate_and_its_arrival_is_reported_once);
+    RUN_TEST(out_of_operation_the_value_does_not_change);
+    RUN_TEST(stop_holds_the_present_value);
     return UNITY_END();
 }

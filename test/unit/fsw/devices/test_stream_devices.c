@@ -179,7 +179,7 @@ static void expect_event(const uint16_t id, const uint8_t device, const uint8_t 
     }
 }
 
-static void test_devices_are_brought_up_measured_and_commanded(void)
+static void devices_are_brought_up_measured_and_commanded(void)
 {
     uint8_t command[COMMAND_OCTETS];
     TEST_ASSERT_NULL(stream_devices_at(&devices, 0U));
@@ -201,7 +201,7 @@ static void test_devices_are_brought_up_measured_and_commanded(void)
     TEST_ASSERT_EQUAL_UINT(0U, generic.event_count);
 }
 
-static void test_a_silent_device_is_lost_once_and_returns(void)
+static void a_silent_device_is_lost_once_and_returns(void)
 {
     bring_up();
     (void)fly(NULL, 1U, SILENCE_MS - 1U);
@@ -217,7 +217,7 @@ static void test_a_silent_device_is_lost_once_and_returns(void)
     TEST_ASSERT_FALSE(stream_device_is_lost(stream_devices_at(&devices, 1U)));
 }
 
-static void test_an_unplugged_device_is_lost_at_once_and_reconnects(void)
+static void an_unplugged_device_is_lost_at_once_and_reconnects(void)
 {
     bring_up();
     unplug(0U);
@@ -232,7 +232,7 @@ static void test_an_unplugged_device_is_lost_at_once_and_reconnects(void)
     TEST_ASSERT_TRUE(flow_counters(&stream_devices_at(&devices, 0U)->flow).connected > 2U);
 }
 
-static void test_a_missing_device_is_refused_with_its_cause_and_may_come_later(void)
+static void a_missing_device_is_refused_with_its_cause_and_may_come_later(void)
 {
     unplug(1U);
     TEST_ASSERT_EQUAL(STATUS_BUSY, fly(stream_devices_hardware_init, 1U, 60U));
@@ -243,7 +243,7 @@ static void test_a_missing_device_is_refused_with_its_cause_and_may_come_later(v
     TEST_ASSERT_EQUAL(STATUS_OK, fly(stream_devices_hardware_init, 3U, 10U));
 }
 
-static void test_a_device_that_falls_silent_before_it_is_started_is_refused(void)
+static void a_device_that_falls_silent_before_it_is_started_is_refused(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, fly(stream_devices_hardware_init, 3U, 50U));
     (void)fly(NULL, 1U, 40U);
@@ -253,7 +253,7 @@ static void test_a_device_that_falls_silent_before_it_is_started_is_refused(void
     TEST_ASSERT_EQUAL(STATUS_OK, fly(configuration_action, 3U, 5U));
 }
 
-static void test_all_devices_are_secured_before_one_is_waited_for(void)
+static void all_devices_are_secured_before_one_is_waited_for(void)
 {
     uint8_t command[COMMAND_OCTETS];
     const uint8_t safe[COMMAND_OCTETS] = {0U, 0U, 4U};
@@ -279,7 +279,7 @@ static void test_all_devices_are_secured_before_one_is_waited_for(void)
     TEST_ASSERT_EQUAL(STATUS_OK, stream_devices_secure(&devices)); // A lost device delays nothing.
 }
 
-static void test_post_stops_and_deinit_closes(void)
+static void the_post_step_stops_devices_and_deinit_closes_them(void)
 {
     uint8_t command[COMMAND_OCTETS];
     const uint8_t safe[COMMAND_OCTETS] = {0U, 0U, 4U};
@@ -307,7 +307,7 @@ static status_t sense_after(stream_device_t* const device, const unsigned ms,
 }
 
 /// A device that is closed knows nothing of its use before, nor of what was reported.
-static void test_a_closed_device_begins_anew(void)
+static void a_closed_device_starts_from_the_beginning(void)
 {
     stream_device_fault_t fault;
     bring_up();
@@ -325,7 +325,7 @@ static void test_a_closed_device_begins_anew(void)
     }
 }
 
-static void test_closing_forgets_a_loss_and_its_report(void)
+static void closing_forgets_a_loss_and_its_report(void)
 {
     stream_device_fault_t fault;
     bring_up();
@@ -340,7 +340,7 @@ static void test_closing_forgets_a_loss_and_its_report(void)
     TEST_ASSERT_EQUAL(STATUS_BUSY, stream_device_open(device, generic.now_ns));
 }
 
-static void test_stop_waits_for_a_full_queue(void)
+static void stop_waits_for_a_full_queue(void)
 {
     uint8_t command[COMMAND_OCTETS];
     bring_up();
@@ -358,7 +358,7 @@ static status_t second_configuration(void* const self)
     return stream_devices_configure(self, &descriptor.configurations[1]);
 }
 
-static void test_another_configuration_stops_the_devices_of_the_first(void)
+static void another_configuration_stops_the_devices_of_the_first(void)
 {
     uint8_t command[COMMAND_OCTETS];
     stream_devices_release(&devices);
@@ -378,7 +378,7 @@ static void test_another_configuration_stops_the_devices_of_the_first(void)
     TEST_ASSERT_EQUAL(STATUS_OK, fly(second_configuration, 3U, 5U)); // The same again.
 }
 
-static void test_a_configuration_without_devices_stops_all_of_the_one_before(void)
+static void a_configuration_without_devices_stops_all_of_the_one_before(void)
 {
     uint8_t command[COMMAND_OCTETS];
     stream_devices_release(&devices);
@@ -397,7 +397,7 @@ static void test_a_configuration_without_devices_stops_all_of_the_one_before(voi
 }
 
 /// The devices in use are not stopped, so nothing waits for them.
-static void test_the_same_configuration_again_takes_no_time(void)
+static void the_same_configuration_again_takes_no_time(void)
 {
     bring_up();
     (void)fly(NULL, 3U, FLOW_DEPTH + 2U); // Both queues are full.
@@ -405,7 +405,7 @@ static void test_the_same_configuration_again_takes_no_time(void)
 }
 
 /// A device may be silent because its connection is dead; one that was opened a moment ago gets its time.
-static void test_a_new_connection_is_not_given_up_before_its_time(void)
+static void a_new_connection_is_not_given_up_before_its_time(void)
 {
     unplug(1U);
     TEST_ASSERT_EQUAL(STATUS_BUSY, fly(stream_devices_hardware_init, 1U, 3U * SILENCE_MS));
@@ -417,7 +417,7 @@ static void test_a_new_connection_is_not_given_up_before_its_time(void)
     TEST_ASSERT_TRUE(given_up > 0U);
 }
 
-static void test_a_device_that_never_pauses_does_not_hold_up_a_cycle(void)
+static void a_device_that_never_pauses_does_not_hold_up_a_cycle(void)
 {
     bring_up();
     stream_device_t* const device = stream_devices_at(&devices, 0U);
@@ -428,7 +428,7 @@ static void test_a_device_that_never_pauses_does_not_hold_up_a_cycle(void)
     TEST_ASSERT_EQUAL_UINT32(before + 64U, device->counters.received);
 }
 
-static void test_octets_that_are_no_record_are_counted_and_named_as_the_cause(void)
+static void octets_that_are_not_a_record_are_counted_and_named_as_the_cause(void)
 {
     stream_devices_release(&devices);
     begin(BEGIN AXIS("A", "<Endnode type='SHM' name='a' checksum='true' silence='20ms' retry='1ms' "
@@ -454,7 +454,7 @@ static void test_octets_that_are_no_record_are_counted_and_named_as_the_cause(vo
     TEST_ASSERT_EQUAL_UINT32(0U, stream_devices_at(&devices, 0U)->counters.received);
 }
 
-static void test_a_device_that_sends_nothing_is_present_while_its_end_node_is_open(void)
+static void a_device_that_sends_nothing_is_present_while_its_end_node_is_open(void)
 {
     stream_devices_release(&devices);
     begin(BEGIN "<Device name='LAMP' type='stream'><Field name='ON' direction='OUT' type='UINT8'/>"
@@ -473,7 +473,7 @@ static void test_a_device_that_sends_nothing_is_present_while_its_end_node_is_op
     TEST_ASSERT_EQUAL_UINT(0U, double_events(&generic, 5U));
 }
 
-static void test_events_that_the_descriptor_does_not_define_are_not_raised(void)
+static void events_that_the_descriptor_does_not_define_are_not_raised(void)
 {
     stream_devices_release(&devices);
     begin(
@@ -491,23 +491,23 @@ static void test_events_that_the_descriptor_does_not_define_are_not_raised(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_devices_are_brought_up_measured_and_commanded);
-    RUN_TEST(test_a_silent_device_is_lost_once_and_returns);
-    RUN_TEST(test_an_unplugged_device_is_lost_at_once_and_reconnects);
-    RUN_TEST(test_a_missing_device_is_refused_with_its_cause_and_may_come_later);
-    RUN_TEST(test_a_device_that_falls_silent_before_it_is_started_is_refused);
-    RUN_TEST(test_all_devices_are_secured_before_one_is_waited_for);
-    RUN_TEST(test_post_stops_and_deinit_closes);
-    RUN_TEST(test_a_closed_device_begins_anew);
-    RUN_TEST(test_closing_forgets_a_loss_and_its_report);
-    RUN_TEST(test_stop_waits_for_a_full_queue);
-    RUN_TEST(test_another_configuration_stops_the_devices_of_the_first);
-    RUN_TEST(test_a_configuration_without_devices_stops_all_of_the_one_before);
-    RUN_TEST(test_the_same_configuration_again_takes_no_time);
-    RUN_TEST(test_a_new_connection_is_not_given_up_before_its_time);
-    RUN_TEST(test_a_device_that_never_pauses_does_not_hold_up_a_cycle);
-    RUN_TEST(test_octets_that_are_no_record_are_counted_and_named_as_the_cause);
-    RUN_TEST(test_a_device_that_sends_nothing_is_present_while_its_end_node_is_open);
-    RUN_TEST(test_events_that_the_descriptor_does_not_define_are_not_raised);
+    RUN_TEST(devices_are_brought_up_measured_and_commanded);
+    RUN_TEST(a_silent_device_is_lost_once_and_returns);
+    RUN_TEST(an_unplugged_device_is_lost_at_once_and_reconnects);
+    RUN_TEST(a_missing_device_is_refused_with_its_cause_and_may_come_later);
+    RUN_TEST(a_device_that_falls_silent_before_it_is_started_is_refused);
+    RUN_TEST(all_devices_are_secured_before_one_is_waited_for);
+    RUN_TEST(the_post_step_stops_devices_and_deinit_closes_them);
+    RUN_TEST(a_closed_device_starts_from_the_beginning);
+    RUN_TEST(closing_forgets_a_loss_and_its_report);
+    RUN_TEST(stop_waits_for_a_full_queue);
+    RUN_TEST(another_configuration_stops_the_devices_of_the_first);
+    RUN_TEST(a_configuration_without_devices_stops_all_of_the_one_before);
+    RUN_TEST(the_same_configuration_again_takes_no_time);
+    RUN_TEST(a_new_connection_is_not_given_up_before_its_time);
+    RUN_TEST(a_device_that_never_pauses_does_not_hold_up_a_cycle);
+    RUN_TEST(octets_that_are_not_a_record_are_counted_and_named_as_the_cause);
+    RUN_TEST(a_device_that_sends_nothing_is_present_while_its_end_node_is_open);
+    RUN_TEST(events_that_the_descriptor_does_not_define_are_not_raised);
     return UNITY_END();
 }

@@ -36,7 +36,7 @@ void tearDown(void)
 {
 }
 
-static void test_every_end_node_but_can_is_accepted(void)
+static void every_end_node_but_can_is_accepted(void)
 {
     static const char* const endnodes[] = {
         "type='SHM' name='x'",
@@ -54,7 +54,7 @@ static void test_every_end_node_but_can_is_accepted(void)
     }
 }
 
-static void test_devices_that_cannot_be_reached_are_refused(void)
+static void devices_that_cannot_be_reached_are_refused(void)
 {
     expect_refused(BEGIN AXIS("X", "") END, 6U, "expected one <Endnode>");
     expect_refused(BEGIN AXIS("X", "<Endnode type='SHM' name='x'/><Endnode type='SHM' name='y'/>") END, 6U,
@@ -73,7 +73,7 @@ static void test_devices_that_cannot_be_reached_are_refused(void)
     expect_refused(BEGIN "<Device name='X' type='cia402-drive'/>" END, 6U, "expected \"stream\"");
 }
 
-static void test_two_devices_at_one_end_node_are_refused(void)
+static void two_devices_at_one_end_node_are_refused(void)
 {
     expect_refused(BEGIN AXIS("X", "<Endnode type='SHM' name='x'/>")
                        AXIS("Y", "<Endnode type='SHM' name='x'/>") END,
@@ -87,7 +87,7 @@ static void test_two_devices_at_one_end_node_are_refused(void)
                           &misfit));
 }
 
-static void test_missing_fields_and_too_many_are_refused(void)
+static void missing_fields_and_too_many_are_refused(void)
 {
     char document[8192] = BEGIN "<Device name='X' type='stream'>"
                                 "<Field name='COUNT' direction='IN' type='UINT16'/>"
@@ -127,7 +127,7 @@ static bool fits_without_needs(const char* const fields, const char* const endno
     return stream_devices_fit(&descriptor, &need, &misfit);
 }
 
-static void test_an_end_node_of_one_direction_serves_fields_of_that_direction(void)
+static void an_end_node_of_one_direction_serves_fields_of_that_direction(void)
 {
     static const char in[]     = "<Field name='A' direction='IN' type='UINT8'/>";
     static const char out[]    = "<Field name='A' direction='OUT' type='UINT8'/>";
@@ -139,7 +139,7 @@ static void test_an_end_node_of_one_direction_serves_fields_of_that_direction(vo
     TEST_ASSERT_FALSE(fits_without_needs(out, reads));
 }
 
-static void test_sixteen_fields_of_each_direction_are_accepted(void)
+static void sixteen_fields_of_each_direction_are_accepted(void)
 {
     char fields[4096] = "";
     for (unsigned i = 0U; i < 32U; i++) {
@@ -151,7 +151,7 @@ static void test_sixteen_fields_of_each_direction_are_accepted(void)
     TEST_ASSERT_TRUE(fits_without_needs(fields, "<Endnode type='SHM' name='x'/>"));
 }
 
-static void test_too_many_fields_to_flight_are_refused(void)
+static void more_than_sixteen_fields_to_flight_are_refused(void)
 {
     char document[8192] = BEGIN "<Device name='X' type='stream'>"
                                 "<Field name='COUNT' direction='IN' type='UINT16'/>"
@@ -169,12 +169,12 @@ static void test_too_many_fields_to_flight_are_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_every_end_node_but_can_is_accepted);
-    RUN_TEST(test_devices_that_cannot_be_reached_are_refused);
-    RUN_TEST(test_two_devices_at_one_end_node_are_refused);
-    RUN_TEST(test_missing_fields_and_too_many_are_refused);
-    RUN_TEST(test_an_end_node_of_one_direction_serves_fields_of_that_direction);
-    RUN_TEST(test_sixteen_fields_of_each_direction_are_accepted);
-    RUN_TEST(test_too_many_fields_to_flight_are_refused);
+    RUN_TEST(every_end_node_but_can_is_accepted);
+    RUN_TEST(devices_that_cannot_be_reached_are_refused);
+    RUN_TEST(two_devices_at_one_end_node_are_refused);
+    RUN_TEST(missing_fields_and_too_many_are_refused);
+    RUN_TEST(an_end_node_of_one_direction_serves_fields_of_that_direction);
+    RUN_TEST(sixteen_fields_of_each_direction_are_accepted);
+    RUN_TEST(more_than_sixteen_fields_to_flight_are_refused);
     return UNITY_END();
 }

@@ -60,7 +60,7 @@ static void reverse_fields(uint8_t* const octets)
     }
 }
 
-static void test_raw_values_become_engineering_values_in_both_byte_orders(void)
+static void raw_values_become_engineering_values_in_both_byte_orders(void)
 {
     uint8_t octets[OCTETS];
     TEST_ASSERT_EQUAL_UINT8(8U, record.field_count);
@@ -77,7 +77,7 @@ static void test_raw_values_become_engineering_values_in_both_byte_orders(void)
     }
 }
 
-static void test_engineering_values_become_raw_values_in_both_byte_orders(void)
+static void engineering_values_become_raw_values_in_both_byte_orders(void)
 {
     uint8_t octets[STREAM_RECORD_OCTETS_MAX];
     uint8_t expected[OCTETS];
@@ -96,7 +96,7 @@ static void test_engineering_values_become_raw_values_in_both_byte_orders(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, octets, OCTETS);
 }
 
-static void test_raw_values_are_rounded_and_limited_to_their_type(void)
+static void raw_values_are_rounded_and_limited_to_their_type(void)
 {
     begin("<Endnode type='SHM' name='x'/>", true);
     static const struct {
@@ -130,7 +130,7 @@ static void test_raw_values_are_rounded_and_limited_to_their_type(void)
     TEST_ASSERT_TRUE(isfinite(stream_record_value(&record, 4U)));
 }
 
-static void test_records_of_another_length_change_nothing(void)
+static void records_of_another_length_change_nothing(void)
 {
     uint8_t longer[OCTETS + 1U] = {0U};
     TEST_ASSERT_EQUAL(STATUS_OK, stream_record_take(&record, big, OCTETS));
@@ -141,7 +141,7 @@ static void test_records_of_another_length_change_nothing(void)
     TEST_ASSERT_TRUE(stream_record_value(&record, 0U) == 7.0);
 }
 
-static void test_every_damaged_bit_of_a_record_with_checksum_is_found(void)
+static void every_damaged_bit_of_a_record_with_checksum_is_found(void)
 {
     for (unsigned order = 0U; order < 2U; order++) {
         uint8_t octets[STREAM_RECORD_OCTETS_MAX];
@@ -166,7 +166,7 @@ static void test_every_damaged_bit_of_a_record_with_checksum_is_found(void)
     }
 }
 
-static void test_safe_values_are_those_of_the_descriptor(void)
+static void safe_values_are_those_of_the_descriptor(void)
 {
     load_document(BEGIN AXIS("X", "<Endnode type='SHM' name='x'/>") END, &descriptor);
     stream_record_init(&record, &descriptor, &descriptor.devices[0], true);
@@ -176,7 +176,7 @@ static void test_safe_values_are_those_of_the_descriptor(void)
     TEST_ASSERT_TRUE(stream_record_value(&record, 1U) == 3.0);
 }
 
-static void test_a_direction_without_fields_has_no_octets(void)
+static void a_direction_without_fields_has_no_octets(void)
 {
     uint8_t octets[STREAM_RECORD_OCTETS_MAX];
     load_document(
@@ -191,12 +191,12 @@ static void test_a_direction_without_fields_has_no_octets(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_raw_values_become_engineering_values_in_both_byte_orders);
-    RUN_TEST(test_engineering_values_become_raw_values_in_both_byte_orders);
-    RUN_TEST(test_raw_values_are_rounded_and_limited_to_their_type);
-    RUN_TEST(test_records_of_another_length_change_nothing);
-    RUN_TEST(test_every_damaged_bit_of_a_record_with_checksum_is_found);
-    RUN_TEST(test_safe_values_are_those_of_the_descriptor);
-    RUN_TEST(test_a_direction_without_fields_has_no_octets);
+    RUN_TEST(raw_values_become_engineering_values_in_both_byte_orders);
+    RUN_TEST(engineering_values_become_raw_values_in_both_byte_orders);
+    RUN_TEST(raw_values_are_rounded_and_limited_to_their_type);
+    RUN_TEST(records_of_another_length_change_nothing);
+    RUN_TEST(every_damaged_bit_of_a_record_with_checksum_is_found);
+    RUN_TEST(safe_values_are_those_of_the_descriptor);
+    RUN_TEST(a_direction_without_fields_has_no_octets);
     return UNITY_END();
 }

@@ -30,7 +30,7 @@ static void expect(const flow_endnode_kind_t kind, const char* const name, const
     TEST_ASSERT_EQUAL_STRING(counts, address.counts);
 }
 
-static void test_simulated_devices_are_at_addresses_of_the_run(void)
+static void simulated_devices_are_at_addresses_of_the_run(void)
 {
     expect(ENDNODE_UDP, "192.168.7.2:15001", "127.64.18.52:15001", "/hirosco-4660.flow.udp.15001.n");
     expect(ENDNODE_UDP, ":15001", "127.128.18.52:15001", "");
@@ -43,7 +43,7 @@ static void test_simulated_devices_are_at_addresses_of_the_run(void)
     expect(ENDNODE_SERIAL, "/dev/ttyS1", "/dev/shm/hirosco-4660.flow.dev.ttyS1", "");
 }
 
-static void test_real_devices_are_where_the_descriptor_says(void)
+static void real_devices_have_the_addresses_of_the_descriptor(void)
 {
     run.has_simulator = false;
     expect(ENDNODE_UDP, "192.168.7.2:15001", "192.168.7.2:15001", "");
@@ -52,7 +52,7 @@ static void test_real_devices_are_where_the_descriptor_says(void)
     expect(ENDNODE_SERIAL, "/dev/ttyS1", "/dev/ttyS1", "");
 }
 
-static void test_queues_are_named_by_the_run_and_noted(void)
+static void queues_have_names_of_the_run_and_are_recorded(void)
 {
     expect(ENDNODE_SHM, "x.in", "/hirosco-4660.flow.x.in", "");
     expect(ENDNODE_MQUEUE, "x.out", "/hirosco-4660.flow.x.out", "");
@@ -65,7 +65,7 @@ static void test_queues_are_named_by_the_run_and_noted(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, run_flow_address(&run, ENDNODE_SHM, "more", &address));
 }
 
-static void test_names_that_are_too_long_or_have_no_port_are_not_found(void)
+static void addresses_that_are_too_long_or_have_no_port_are_refused(void)
 {
     char name[80];
     (void)memset(name, 'x', sizeof name);
@@ -84,9 +84,9 @@ static void test_names_that_are_too_long_or_have_no_port_are_not_found(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_simulated_devices_are_at_addresses_of_the_run);
-    RUN_TEST(test_real_devices_are_where_the_descriptor_says);
-    RUN_TEST(test_queues_are_named_by_the_run_and_noted);
-    RUN_TEST(test_names_that_are_too_long_or_have_no_port_are_not_found);
+    RUN_TEST(simulated_devices_are_at_addresses_of_the_run);
+    RUN_TEST(real_devices_have_the_addresses_of_the_descriptor);
+    RUN_TEST(queues_have_names_of_the_run_and_are_recorded);
+    RUN_TEST(addresses_that_are_too_long_or_have_no_port_are_refused);
     return UNITY_END();
 }

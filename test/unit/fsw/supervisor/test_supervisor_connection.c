@@ -17,7 +17,7 @@ void tearDown(void)
     fixture_close();
 }
 
-static void test_connection(const uint16_t apid)
+static void request_connection_test(const uint16_t apid)
 {
     const uint8_t data[2] = {(uint8_t)(apid >> 8U), (uint8_t)apid};
     (void)fixture_tc(1U, PUS_SERVICE_TEST, 3U, data, sizeof data);
@@ -33,14 +33,14 @@ static void answer(const uint8_t service, const uint8_t subtype, const uint16_t 
 
 static void the_supervisor_reaches_itself(void)
 {
-    test_connection(1U);
+    request_connection_test(1U);
     fixture_run(1U);
     fixture_expect("G 1.1 #0\nG 1.3 #0\nG 17.4 0001\nG 1.7 #0\n");
 }
 
 static void an_application_that_answers_is_reached(void)
 {
-    test_connection(ARM);
+    request_connection_test(ARM);
     fixture_run(1U);
     fixture_expect("G 1.1 #0\nG 1.3 #0\n16 TC 17.1 from 8001\n");
     answer(PUS_SERVICE_TEST, 2U, PUS_USER_GROUND); // Not the expected answer.
@@ -56,8 +56,8 @@ static void an_application_that_answers_is_reached(void)
 
 static void an_application_that_is_silent_is_reported_after_a_while(void)
 {
-    test_connection(ARM);
-    test_connection(HAND);
+    request_connection_test(ARM);
+    request_connection_test(HAND);
     fixture_run(50U);
     answer(PUS_SERVICE_TEST, 2U, PUS_USER_SUPERVISOR);
     fixture_run(2U);
@@ -72,7 +72,7 @@ static void an_application_that_is_silent_is_reported_after_a_while(void)
 
 static void applications_that_are_not_there_are_refused(void)
 {
-    test_connection(99U);
+    request_connection_test(99U);
     fixture_run(1U);
     fixture_expect("G 1.1 #0\nG 1.4 #0 0201 63\n");
 }
@@ -80,7 +80,7 @@ static void applications_that_are_not_there_are_refused(void)
 static void the_number_of_tests_at_once_is_bounded(void)
 {
     for (unsigned i = 0U; i <= SPACECRAFT_CONNECTIONS; i++) {
-        test_connection(ARM);
+        request_connection_test(ARM);
     }
     fixture_run(4U);
     TEST_ASSERT_TRUE(fixture_has("G 1.4 #4 0205 4"));
@@ -95,7 +95,7 @@ static void the_number_of_tests_at_once_is_bounded(void)
 static void an_application_without_room_is_not_asked(void)
 {
     fixture_fill(FIXTURE_ARM);
-    test_connection(ARM);
+    request_connection_test(ARM);
     fixture_step();
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has("G 1.8 #"));

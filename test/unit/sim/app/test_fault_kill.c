@@ -69,7 +69,7 @@ static void expect_killed(pid_t id)
     TEST_ASSERT_EQUAL_INT(SIGKILL, WTERMSIG(how));
 }
 
-static void test_a_sibling_is_found_by_its_program(void)
+static void a_sibling_is_found_by_its_program(void)
 {
     const pid_t other    = start("/some/where/joystick2", "joystick");
     const pid_t joystick = start("/some/where/joystick", "-");
@@ -80,7 +80,7 @@ static void test_a_sibling_is_found_by_its_program(void)
     expect_killed(other);
 }
 
-static void test_the_operator_is_an_interpreter_with_a_script(void)
+static void the_operator_is_an_interpreter_with_a_script(void)
 {
     const pid_t other     = start("python", "events");
     const pid_t operator_ = start("python", "script");
@@ -91,7 +91,7 @@ static void test_the_operator_is_an_interpreter_with_a_script(void)
     expect_killed(other);
 }
 
-static void test_killing_an_unknown_name_ends_no_process(void)
+static void killing_an_unknown_name_ends_no_process(void)
 {
     const pid_t other = start("supervisor", "-");
     kill_by_sibling("manipulator");
@@ -102,7 +102,7 @@ static void test_killing_an_unknown_name_ends_no_process(void)
     expect_killed(other);
 }
 
-static void test_the_launcher_is_the_parent(void)
+static void the_launcher_is_the_parent(void)
 {
     const pid_t launcher = fork();
     if (launcher == 0) {
@@ -120,9 +120,9 @@ static void test_the_launcher_is_the_parent(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_sibling_is_found_by_its_program);
-    RUN_TEST(test_the_operator_is_an_interpreter_with_a_script);
-    RUN_TEST(test_killing_an_unknown_name_ends_no_process);
-    RUN_TEST(test_the_launcher_is_the_parent);
+    RUN_TEST(a_sibling_is_found_by_its_program);
+    RUN_TEST(the_operator_is_an_interpreter_with_a_script);
+    RUN_TEST(killing_an_unknown_name_ends_no_process);
+    RUN_TEST(the_launcher_is_the_parent);
     return UNITY_END();
 }

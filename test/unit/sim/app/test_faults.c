@@ -109,7 +109,7 @@ static status_t load(const char* text)
     return faults_load(&faults, &world, path, error);
 }
 
-static void test_every_verb(void)
+static void every_verb_of_a_scenario_is_read(void)
 {
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK,
                                   load("# times in seconds\n"
@@ -159,7 +159,7 @@ static void expect_error(const char* line, const char* words)
     }
 }
 
-static void test_errors_name_file_line_and_expected_value(void)
+static void errors_name_file_line_and_expected_value(void)
 {
     expect_error("1 fault unplugg joystick", "unplug, plug");
     expect_error("1 fault unplug wheel", "a bus of the run: robot joystick");
@@ -185,14 +185,14 @@ static void test_errors_name_file_line_and_expected_value(void)
     expect_error("1 fault kill a-name-that-is-as-long-as-no-process-of-a-run-has-it", "process in run.json");
 }
 
-static void test_no_scenario_means_no_faults(void)
+static void without_a_scenario_there_are_no_faults(void)
 {
     TEST_ASSERT_EQUAL_INT(STATUS_OK, faults_load(&faults, &world, NULL, error));
     TEST_ASSERT_EQUAL_UINT64(UINT64_MAX, faults_next_ns(&faults));
     TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, faults_load(&faults, &world, "/nowhere.scn", error));
 }
 
-static void test_scenarios_of_the_mission_are_read(void)
+static void scenarios_of_the_mission_are_read(void)
 {
     static const char* const scenarios[] = {
         "sim/scenarios/telepresence.scn", "sim/scenarios/commissioning.scn", "sim/scenarios/standalone.scn"};
@@ -207,7 +207,7 @@ static void apply_next(void)
     (void)faults_apply_next(&faults, &world);
 }
 
-static void test_faults_reach_the_bus(void)
+static void faults_of_a_scenario_act_on_the_bus(void)
 {
     bus_t* bus = world.channel[0][0].bus;
     TEST_ASSERT_EQUAL_INT(STATUS_OK,
@@ -232,7 +232,7 @@ static void count_sync(void* context, const osal_can_frame_t* frame)
     *count += ((frame->id == 0x80U) && (frame->length == 0U)) ? 1U : 0U;
 }
 
-static void test_a_node_sends_sync_as_often_as_it_is_reported(void)
+static void a_node_sends_sync_as_often_as_it_is_reported(void)
 {
     bus_t* bus                      = world.channel[0][0].bus;
     unsigned count                  = 0U;
@@ -252,7 +252,7 @@ static void test_a_node_sends_sync_as_often_as_it_is_reported(void)
     TEST_ASSERT_EQUAL_STRING("joystick FLIGHT", faults_apply_next(&faults, &world)->target);
 }
 
-static void test_a_cut_takes_one_channel(void)
+static void a_cut_disconnects_one_channel(void)
 {
     TEST_ASSERT_EQUAL_INT(
         STATUS_OK, load("1 fault cut robot-b FLIGHT\n2 fault cut robot FLIGHT\n3 fault mend robot-b FLIGHT\n"
@@ -274,7 +274,7 @@ static void test_a_cut_takes_one_channel(void)
     TEST_ASSERT_EQUAL_UINT64(UINT64_MAX, faults_next_ns(&faults));
 }
 
-static void test_bus_off_ends_by_order(void)
+static void a_restart_now_ends_bus_off(void)
 {
     bus_t* bus = world.channel[0][0].bus;
     TEST_ASSERT_EQUAL_INT(STATUS_OK,
@@ -306,7 +306,7 @@ static void note_process(void* context, fault_kind_t kind, const char* process)
     killed        = process;
 }
 
-static void test_a_kill_names_its_process(void)
+static void a_kill_names_the_process_that_it_ends(void)
 {
     TEST_ASSERT_EQUAL_INT_MESSAGE(
         STATUS_OK, load("1 fault kill supervisor\n2.000001 fault kill packet-archive-sqlite\n"), error);
@@ -323,7 +323,7 @@ static void test_a_kill_names_its_process(void)
     TEST_ASSERT_EQUAL(FAULT_KILL, process_fault);
 }
 
-static void test_a_process_hangs_and_continues(void)
+static void a_process_hangs_and_continues(void)
 {
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, load("1 fault hang joystick\n2 fault resume joystick\n"), error);
     world.process         = note_process;
@@ -341,15 +341,15 @@ static void test_a_process_hangs_and_continues(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_kill_names_its_process);
-    RUN_TEST(test_a_process_hangs_and_continues);
-    RUN_TEST(test_every_verb);
-    RUN_TEST(test_errors_name_file_line_and_expected_value);
-    RUN_TEST(test_no_scenario_means_no_faults);
-    RUN_TEST(test_scenarios_of_the_mission_are_read);
-    RUN_TEST(test_faults_reach_the_bus);
-    RUN_TEST(test_a_node_sends_sync_as_often_as_it_is_reported);
-    RUN_TEST(test_a_cut_takes_one_channel);
-    RUN_TEST(test_bus_off_ends_by_order);
+    RUN_TEST(a_kill_names_the_process_that_it_ends);
+    RUN_TEST(a_process_hangs_and_continues);
+    RUN_TEST(every_verb_of_a_scenario_is_read);
+    RUN_TEST(errors_name_file_line_and_expected_value);
+    RUN_TEST(without_a_scenario_there_are_no_faults);
+    RUN_TEST(scenarios_of_the_mission_are_read);
+    RUN_TEST(faults_of_a_scenario_act_on_the_bus);
+    RUN_TEST(a_node_sends_sync_as_often_as_it_is_reported);
+    RUN_TEST(a_cut_disconnects_one_channel);
+    RUN_TEST(a_restart_now_ends_bus_off);
     return UNITY_END();
 }

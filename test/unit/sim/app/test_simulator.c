@@ -194,7 +194,7 @@ static void bring_up(void)
     }
 }
 
-static void test_a_command_is_applied_and_answered_within_one_step(void)
+static void a_command_is_applied_and_answered_within_one_step(void)
 {
     open_simulator(NULL, 1U);
     bring_up();
@@ -206,7 +206,7 @@ static void test_a_command_is_applied_and_answered_within_one_step(void)
     TEST_ASSERT_GREATER_THAN_UINT64(heard.tpdo_ns[0], heard.tpdo_ns[1]);
 }
 
-static void test_the_arm_stands_on_its_brakes_and_under_control(void)
+static void the_arm_stands_on_its_brakes_and_under_control(void)
 {
     open_simulator(NULL, 1U);
     bring_up();
@@ -223,7 +223,7 @@ static void test_the_arm_stands_on_its_brakes_and_under_control(void)
     TEST_ASSERT_INT32_WITHIN(1000, before[1], heard.position[1]);
 }
 
-static void test_unplugged_devices_are_mute_and_the_others_continue(void)
+static void unplugged_devices_are_silent_and_the_others_continue(void)
 {
     open_simulator("0.1 fault unplug robot JOINT1\n0.3 fault plug robot JOINT1\n", 1U);
     bring_up();
@@ -241,7 +241,7 @@ static void test_unplugged_devices_are_mute_and_the_others_continue(void)
     TEST_ASSERT_EQUAL_UINT(1U, heard.boot_ups);
 }
 
-static void test_a_master_without_partners_is_informed(void)
+static void a_master_without_nodes_is_informed(void)
 {
     open_simulator("0.1 fault unplug joystick\n0.2 fault plug joystick\n", 1U);
     bring_up();
@@ -259,7 +259,7 @@ static void test_a_master_without_partners_is_informed(void)
     TEST_ASSERT_TRUE((heard.error_classes[JOYSTICK] & OSAL_CAN_ERROR_CONTROLLER) != 0U);
 }
 
-static void test_a_cut_drive_is_safe_in_time_at_20_phases(void)
+static void a_disconnected_drive_is_safe_in_time_at_each_of_20_phases(void)
 {
     for (unsigned phase = 0U; phase < 20U; phase++) {
         char scenario[96];
@@ -287,7 +287,7 @@ static void test_a_cut_drive_is_safe_in_time_at_20_phases(void)
     }
 }
 
-static void test_an_injected_error_is_reported_and_stops_the_drive(void)
+static void an_injected_error_is_reported_and_stops_the_drive(void)
 {
     open_simulator("0.05 fault error robot JOINT2 0x2310 on\n", 1U);
     bring_up();
@@ -325,7 +325,7 @@ static void fly_and_hash(uint64_t seed, uint64_t out_hash[3])
     out_hash[2] = hash_of_file("truth.lcm");
 }
 
-static void test_a_seed_gives_the_same_logs_again_and_another_does_not(void)
+static void equal_seeds_give_equal_logs_and_unequal_seeds_do_not(void)
 {
     uint64_t first[3];
     uint64_t second[3];
@@ -337,7 +337,7 @@ static void test_a_seed_gives_the_same_logs_again_and_another_does_not(void)
     TEST_ASSERT_TRUE(first[0] != other[0]);
 }
 
-static void test_loads_are_those_computed(void)
+static void bus_loads_equal_those_computed(void)
 {
     simulator_statistics_t statistics;
     open_simulator(NULL, 1U);
@@ -363,7 +363,7 @@ static void expect_open_error(const simulator_config_t* config, status_t status,
     }
 }
 
-static void test_a_file_or_bus_that_cannot_be_opened_is_reported_in_one_line(void)
+static void a_file_or_bus_that_cannot_be_opened_is_reported_in_one_line(void)
 {
     expect_open_error(&(simulator_config_t){.world_path = WORLD,
                                             .bus = {{.name = "robot", .address = "shm:nobody-made-this"}},
@@ -406,7 +406,7 @@ static void a_simulator_that_is_called_late_catches_up(void)
     TEST_ASSERT_EQUAL_UINT(3U, heard.boot_ups);
 }
 
-static void test_faults_reach_every_device_and_bus_of_the_world(void)
+static void faults_reach_every_device_and_bus_of_the_world(void)
 {
     char world[128];
     char scenario[128];
@@ -439,7 +439,7 @@ static void test_faults_reach_every_device_and_bus_of_the_world(void)
     temporary_files_remove();
 }
 
-static void test_a_joystick_without_a_hand_rests(void)
+static void a_joystick_rests_while_no_hand_moves_it(void)
 {
     char error[SIMULATOR_ERROR_MAX] = "";
     (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
@@ -454,7 +454,7 @@ static void test_a_joystick_without_a_hand_rests(void)
     temporary_files_remove();
 }
 
-static void test_a_world_that_diverges_is_not_simulated_further(void)
+static void a_world_that_diverges_is_not_simulated_further(void)
 {
     char error[SIMULATOR_ERROR_MAX] = "";
     (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
@@ -468,7 +468,7 @@ static void test_a_world_that_diverges_is_not_simulated_further(void)
     temporary_files_remove();
 }
 
-static void test_an_operator_of_any_robot_knows_no_scene(void)
+static void the_world_of_another_robot_opens_and_steps(void)
 {
     char error[SIMULATOR_ERROR_MAX] = "";
     TEST_ASSERT_EQUAL_INT_MESSAGE(
@@ -483,19 +483,19 @@ static void test_an_operator_of_any_robot_knows_no_scene(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_command_is_applied_and_answered_within_one_step);
-    RUN_TEST(test_the_arm_stands_on_its_brakes_and_under_control);
-    RUN_TEST(test_unplugged_devices_are_mute_and_the_others_continue);
-    RUN_TEST(test_a_master_without_partners_is_informed);
-    RUN_TEST(test_a_cut_drive_is_safe_in_time_at_20_phases);
-    RUN_TEST(test_an_injected_error_is_reported_and_stops_the_drive);
-    RUN_TEST(test_a_seed_gives_the_same_logs_again_and_another_does_not);
-    RUN_TEST(test_loads_are_those_computed);
-    RUN_TEST(test_a_file_or_bus_that_cannot_be_opened_is_reported_in_one_line);
+    RUN_TEST(a_command_is_applied_and_answered_within_one_step);
+    RUN_TEST(the_arm_stands_on_its_brakes_and_under_control);
+    RUN_TEST(unplugged_devices_are_silent_and_the_others_continue);
+    RUN_TEST(a_master_without_nodes_is_informed);
+    RUN_TEST(a_disconnected_drive_is_safe_in_time_at_each_of_20_phases);
+    RUN_TEST(an_injected_error_is_reported_and_stops_the_drive);
+    RUN_TEST(equal_seeds_give_equal_logs_and_unequal_seeds_do_not);
+    RUN_TEST(bus_loads_equal_those_computed);
+    RUN_TEST(a_file_or_bus_that_cannot_be_opened_is_reported_in_one_line);
     RUN_TEST(a_simulator_that_is_called_late_catches_up);
-    RUN_TEST(test_faults_reach_every_device_and_bus_of_the_world);
-    RUN_TEST(test_a_joystick_without_a_hand_rests);
-    RUN_TEST(test_a_world_that_diverges_is_not_simulated_further);
-    RUN_TEST(test_an_operator_of_any_robot_knows_no_scene);
+    RUN_TEST(faults_reach_every_device_and_bus_of_the_world);
+    RUN_TEST(a_joystick_rests_while_no_hand_moves_it);
+    RUN_TEST(a_world_that_diverges_is_not_simulated_further);
+    RUN_TEST(the_world_of_another_robot_opens_and_steps);
     return UNITY_END();
 }

@@ -114,7 +114,7 @@ static void a_frame_arrives_at_all_other_nodes_at_its_end(void)
     TEST_ASSERT_EQUAL_UINT64(duration_ns(&classic) + 3000U, bus_statistics(bus)->busy_ns);
 }
 
-static void test_frames_follow_each_other_after_three_bits(void)
+static void frames_follow_each_other_after_three_bits(void)
 {
     const osal_can_frame_t first  = data_frame(0x300U, 8U, FD_BRS);
     const osal_can_frame_t second = data_frame(0x100U, 0U, 0U);
@@ -138,7 +138,7 @@ static void a_queue_keeps_its_order_for_all_identifiers(void)
     }
 }
 
-static void test_a_frame_that_does_not_end_stays_for_the_next_run(void)
+static void a_frame_that_does_not_end_in_a_run_continues_in_the_next(void)
 {
     const osal_can_frame_t frame = data_frame(0x10U, 8U, 0U);
     submit(0U, &frame, 0U);
@@ -151,7 +151,7 @@ static void test_a_frame_that_does_not_end_stays_for_the_next_run(void)
 }
 
 /// Arbitration as a plain rule, over the frames that were ready when a frame began.
-static void test_the_lowest_ready_head_always_wins(void)
+static void the_lowest_ready_head_always_wins(void)
 {
     struct {
         osal_can_frame_t frame[30];
@@ -213,7 +213,7 @@ static void test_the_lowest_ready_head_always_wins(void)
     }
 }
 
-static void test_the_robot_cycle_takes_no_more_than_computed(void)
+static void the_frames_of_a_robot_cycle_take_at_most_the_computed_time(void)
 {
     // SYNC and four PDOs at 1/5 Mbit/s: 278 us with the worst stuffing.
     for (unsigned round = 0U; round < 1000U; round++) {
@@ -238,7 +238,7 @@ static void test_the_robot_cycle_takes_no_more_than_computed(void)
     }
 }
 
-static void test_wakes_come_in_time_order(void)
+static void wakes_come_in_time_order(void)
 {
     bus_set_wake(bus, node[1], 2000U);
     bus_set_wake(bus, node[0], 1000U);
@@ -252,7 +252,7 @@ static void test_wakes_come_in_time_order(void)
     TEST_ASSERT_EQUAL_UINT64(2000U, ear[1].woken_ns);
 }
 
-static void test_bad_frames_and_full_queues_are_refused(void)
+static void bad_frames_and_full_queues_are_refused(void)
 {
     osal_can_frame_t frame = data_frame(0x1U, 8U, 0U);
     frame.length           = 9U;
@@ -280,7 +280,7 @@ static void test_bad_frames_and_full_queues_are_refused(void)
     TEST_ASSERT_NULL(bus_create(&odd));
 }
 
-static void test_a_lone_sender_turns_passive_and_continues_trying(void)
+static void a_lone_sender_turns_passive_and_continues_trying(void)
 {
     const osal_can_frame_t frame = data_frame(0x123U, 8U, 0U);
     bus_unplug(bus, node[1]);
@@ -304,7 +304,7 @@ static void test_a_lone_sender_turns_passive_and_continues_trying(void)
     TEST_ASSERT_EQUAL_UINT32(127U, bus_controller(bus, node[0])->transmit_errors);
 }
 
-static void test_unplugging_the_sender_breaks_its_frame(void)
+static void unplugging_the_sender_breaks_its_frame(void)
 {
     const osal_can_frame_t mine   = data_frame(0x100U, 8U, 0U);
     const osal_can_frame_t theirs = data_frame(0x200U, 8U, 0U);
@@ -326,7 +326,7 @@ static void test_unplugging_the_sender_breaks_its_frame(void)
     TEST_ASSERT_EQUAL_UINT(2U, ear[2].count);
 }
 
-static void test_unplugging_the_only_receiver_leaves_no_acknowledge(void)
+static void a_frame_is_not_acknowledged_after_the_only_receiver_is_unplugged(void)
 {
     const osal_can_frame_t frame = data_frame(0x100U, 8U, 0U);
     bus_unplug(bus, node[2]);
@@ -338,7 +338,7 @@ static void test_unplugging_the_only_receiver_leaves_no_acknowledge(void)
     TEST_ASSERT_TRUE((ear[0].report_classes & OSAL_CAN_ERROR_NO_ACK) != 0U);
 }
 
-static void test_equal_frames_merge_and_unequal_ones_destroy_each_other(void)
+static void equal_frames_merge_and_unequal_ones_destroy_each_other(void)
 {
     const osal_can_frame_t sync = data_frame(0x080U, 0U, 0U);
     submit(0U, &sync, 0U);
@@ -364,7 +364,7 @@ static void test_equal_frames_merge_and_unequal_ones_destroy_each_other(void)
     TEST_ASSERT_EQUAL_UINT(2U, ear[2].count);
 }
 
-static void test_unequal_frames_destroy_each_other_without_any_receiver(void)
+static void unequal_frames_destroy_each_other_without_any_receiver(void)
 {
     const osal_can_frame_t one = {.id = 0x591U, .length = 1U, .data = {1U}};
     const osal_can_frame_t two = {.id = 0x591U, .length = 0U};
@@ -388,7 +388,7 @@ static void flow(unsigned frames)
     }
 }
 
-static void test_loss_takes_its_share_from_each_receiver(void)
+static void each_receiver_loses_the_commanded_share_of_frames(void)
 {
     bus_set_loss(bus, 0.25);
     flow(3000U);
@@ -401,7 +401,7 @@ static void test_loss_takes_its_share_from_each_receiver(void)
     TEST_ASSERT_EQUAL_UINT64(6000U - (ear[0].count + ear[1].count + ear[2].count), bus_statistics(bus)->lost);
 }
 
-static void test_corruption_costs_time_and_counters_but_no_frame(void)
+static void corruption_costs_time_and_increases_counters_but_loses_no_frame(void)
 {
     bus_set_corruption(bus, 0.05);
     flow(3000U);
@@ -412,7 +412,7 @@ static void test_corruption_costs_time_and_counters_but_no_frame(void)
     }
 }
 
-static void test_duplication_lets_frames_arrive_twice(void)
+static void duplicated_frames_arrive_twice(void)
 {
     bus_set_duplication(bus, 0.05);
     flow(2000U);
@@ -437,14 +437,14 @@ static uint64_t hash_of_a_noisy_run(uint64_t seed)
     return hash;
 }
 
-static void test_a_seed_replays_its_faults_and_another_does_not(void)
+static void equal_seeds_give_equal_faults_and_unequal_seeds_do_not(void)
 {
     const uint64_t first = hash_of_a_noisy_run(11U);
     TEST_ASSERT_EQUAL_HEX64(first, hash_of_a_noisy_run(11U));
     TEST_ASSERT_TRUE(first != hash_of_a_noisy_run(12U));
 }
 
-static void test_a_babbling_node_starves_the_others(void)
+static void a_babbling_node_keeps_other_nodes_from_sending(void)
 {
     const osal_can_frame_t frame = data_frame(0x100U, 8U, 0U);
     bus_set_babbling(bus, node[2], true);
@@ -459,7 +459,7 @@ static void test_a_babbling_node_starves_the_others(void)
     TEST_ASSERT_EQUAL_UINT(0U, bus_queued(bus, node[0]));
 }
 
-static void test_a_dominant_wire_puts_the_sender_off_and_the_rest_passive(void)
+static void a_dominant_bus_drives_the_sender_bus_off_and_the_others_error_passive(void)
 {
     const osal_can_frame_t frame = data_frame(0x100U, 8U, 0U);
     submit(0U, &frame, 0U);
@@ -478,7 +478,7 @@ static void test_a_dominant_wire_puts_the_sender_off_and_the_rest_passive(void)
     TEST_ASSERT_EQUAL_UINT(1U, ear[1].count);
 }
 
-static void test_a_delayed_node_is_late_by_that_much(void)
+static void a_delayed_node_sends_later_by_the_delay(void)
 {
     const osal_can_frame_t frame = data_frame(0x100U, 8U, 0U);
     bus_set_delay(bus, node[0], 70000U);
@@ -498,7 +498,7 @@ static void tap(void* context, uint32_t senders, const osal_can_frame_t* frame)
     tapped_reports += ((frame->id & OSAL_CAN_ERROR) != 0U) ? 1U : 0U;
 }
 
-static void test_the_tap_sees_the_wire_and_one_controllers_reports(void)
+static void the_tap_shows_the_wire_and_the_reports_of_one_controller(void)
 {
     tapped         = 0U;
     tapped_reports = 0U;
@@ -514,7 +514,7 @@ static void test_the_tap_sees_the_wire_and_one_controllers_reports(void)
     TEST_ASSERT_EQUAL_UINT(12U, tapped);
 }
 
-static void test_a_removed_node_leaves_room_for_another(void)
+static void a_new_node_can_take_the_place_of_a_removed_one(void)
 {
     unsigned extra[BUS_NODES_MAX];
     const bus_callbacks_t silent = {.context = NULL};
@@ -534,26 +534,26 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_frame_arrives_at_all_other_nodes_at_its_end);
-    RUN_TEST(test_frames_follow_each_other_after_three_bits);
+    RUN_TEST(frames_follow_each_other_after_three_bits);
     RUN_TEST(a_queue_keeps_its_order_for_all_identifiers);
-    RUN_TEST(test_a_frame_that_does_not_end_stays_for_the_next_run);
-    RUN_TEST(test_the_lowest_ready_head_always_wins);
-    RUN_TEST(test_the_robot_cycle_takes_no_more_than_computed);
-    RUN_TEST(test_wakes_come_in_time_order);
-    RUN_TEST(test_bad_frames_and_full_queues_are_refused);
-    RUN_TEST(test_a_lone_sender_turns_passive_and_continues_trying);
-    RUN_TEST(test_unplugging_the_sender_breaks_its_frame);
-    RUN_TEST(test_unplugging_the_only_receiver_leaves_no_acknowledge);
-    RUN_TEST(test_equal_frames_merge_and_unequal_ones_destroy_each_other);
-    RUN_TEST(test_unequal_frames_destroy_each_other_without_any_receiver);
-    RUN_TEST(test_loss_takes_its_share_from_each_receiver);
-    RUN_TEST(test_corruption_costs_time_and_counters_but_no_frame);
-    RUN_TEST(test_duplication_lets_frames_arrive_twice);
-    RUN_TEST(test_a_seed_replays_its_faults_and_another_does_not);
-    RUN_TEST(test_a_babbling_node_starves_the_others);
-    RUN_TEST(test_a_dominant_wire_puts_the_sender_off_and_the_rest_passive);
-    RUN_TEST(test_a_delayed_node_is_late_by_that_much);
-    RUN_TEST(test_the_tap_sees_the_wire_and_one_controllers_reports);
-    RUN_TEST(test_a_removed_node_leaves_room_for_another);
+    RUN_TEST(a_frame_that_does_not_end_in_a_run_continues_in_the_next);
+    RUN_TEST(the_lowest_ready_head_always_wins);
+    RUN_TEST(the_frames_of_a_robot_cycle_take_at_most_the_computed_time);
+    RUN_TEST(wakes_come_in_time_order);
+    RUN_TEST(bad_frames_and_full_queues_are_refused);
+    RUN_TEST(a_lone_sender_turns_passive_and_continues_trying);
+    RUN_TEST(unplugging_the_sender_breaks_its_frame);
+    RUN_TEST(a_frame_is_not_acknowledged_after_the_only_receiver_is_unplugged);
+    RUN_TEST(equal_frames_merge_and_unequal_ones_destroy_each_other);
+    RUN_TEST(unequal_frames_destroy_each_other_without_any_receiver);
+    RUN_TEST(each_receiver_loses_the_commanded_share_of_frames);
+    RUN_TEST(corruption_costs_time_and_increases_counters_but_loses_no_frame);
+    RUN_TEST(duplicated_frames_arrive_twice);
+    RUN_TEST(equal_seeds_give_equal_faults_and_unequal_seeds_do_not);
+    RUN_TEST(a_babbling_node_keeps_other_nodes_from_sending);
+    RUN_TEST(a_dominant_bus_drives_the_sender_bus_off_and_the_others_error_passive);
+    RUN_TEST(a_delayed_node_sends_later_by_the_delay);
+    RUN_TEST(the_tap_shows_the_wire_and_the_reports_of_one_controller);
+    RUN_TEST(a_new_node_can_take_the_place_of_a_removed_one);
     return UNITY_END();
 }

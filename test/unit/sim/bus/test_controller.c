@@ -24,7 +24,7 @@ static unsigned apply(controller_event_t event, unsigned times)
     return reports;
 }
 
-static void test_transmit_errors_lead_to_bus_off_in_32_steps(void)
+static void transmit_errors_lead_to_bus_off_in_32_steps(void)
 {
     // 8 per error: warning at 96 = 12 errors, passive at 128 = 16, bus-off at 256 = 32.
     TEST_ASSERT_EQUAL_UINT(0U, apply(CONTROLLER_TRANSMIT_ERROR, 11U));
@@ -46,7 +46,7 @@ static void test_transmit_errors_lead_to_bus_off_in_32_steps(void)
     TEST_ASSERT_EQUAL_UINT8(255U, report.data[6]);
 }
 
-static void test_bus_off_hears_nothing_until_it_recovers(void)
+static void a_controller_in_bus_off_receives_nothing_until_it_recovers(void)
 {
     (void)apply(CONTROLLER_TRANSMIT_ERROR, 32U);
     for (unsigned event = 0U; event < CONTROLLER_RECOVERED; event++) {
@@ -59,7 +59,7 @@ static void test_bus_off_hears_nothing_until_it_recovers(void)
     TEST_ASSERT_EQUAL_HEX8(0x40U, report.data[1]);
 }
 
-static void test_a_missing_acknowledge_stops_at_passive(void)
+static void missing_acknowledgements_lead_to_error_passive_and_no_further(void)
 {
     TEST_ASSERT_EQUAL_UINT(1U, apply(CONTROLLER_NO_ACK, 1U));
     TEST_ASSERT_EQUAL_HEX32(OSAL_CAN_ERROR | OSAL_CAN_ERROR_NO_ACK, report.id);
@@ -74,7 +74,7 @@ static void test_a_missing_acknowledge_stops_at_passive(void)
     TEST_ASSERT_EQUAL_HEX32(OSAL_CAN_ERROR | OSAL_CAN_ERROR_NO_ACK | OSAL_CAN_ERROR_CONTROLLER, report.id);
 }
 
-static void test_successes_lead_back_to_active(void)
+static void successful_frames_lead_back_to_error_active(void)
 {
     (void)apply(CONTROLLER_TRANSMIT_ERROR, 16U);
     TEST_ASSERT_EQUAL_UINT(1U, apply(CONTROLLER_TRANSMITTED, 1U)); // 127: warning
@@ -87,7 +87,7 @@ static void test_successes_lead_back_to_active(void)
     TEST_ASSERT_EQUAL_UINT32(0U, controller.transmit_errors);
 }
 
-static void test_receive_errors_make_passive_but_never_bus_off(void)
+static void receive_errors_lead_to_error_passive_but_never_to_bus_off(void)
 {
     TEST_ASSERT_EQUAL_UINT(2U, apply(CONTROLLER_RECEIVE_ERROR, 1000U));
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_PASSIVE, controller.state);
@@ -99,7 +99,7 @@ static void test_receive_errors_make_passive_but_never_bus_off(void)
     TEST_ASSERT_EQUAL_HEX8(0x04U, report.data[1]);
 }
 
-static void test_the_worse_counter_decides(void)
+static void the_higher_counter_decides_the_state(void)
 {
     (void)apply(CONTROLLER_TRANSMIT_ERROR, 12U);
     TEST_ASSERT_EQUAL_UINT(1U, apply(CONTROLLER_RECEIVE_ERROR, 128U));
@@ -110,7 +110,7 @@ static void test_the_worse_counter_decides(void)
     TEST_ASSERT_EQUAL_HEX8(0x0CU, report.data[1]); // Both warn.
 }
 
-static void test_states_follow_the_counters_in_any_sequence(void)
+static void states_follow_the_counters_in_any_sequence(void)
 {
     uint32_t random = 1U;
     for (unsigned i = 0U; i < 200000U; i++) {
@@ -135,12 +135,12 @@ static void test_states_follow_the_counters_in_any_sequence(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_transmit_errors_lead_to_bus_off_in_32_steps);
-    RUN_TEST(test_bus_off_hears_nothing_until_it_recovers);
-    RUN_TEST(test_a_missing_acknowledge_stops_at_passive);
-    RUN_TEST(test_successes_lead_back_to_active);
-    RUN_TEST(test_receive_errors_make_passive_but_never_bus_off);
-    RUN_TEST(test_the_worse_counter_decides);
-    RUN_TEST(test_states_follow_the_counters_in_any_sequence);
+    RUN_TEST(transmit_errors_lead_to_bus_off_in_32_steps);
+    RUN_TEST(a_controller_in_bus_off_receives_nothing_until_it_recovers);
+    RUN_TEST(missing_acknowledgements_lead_to_error_passive_and_no_further);
+    RUN_TEST(successful_frames_lead_back_to_error_active);
+    RUN_TEST(receive_errors_lead_to_error_passive_but_never_to_bus_off);
+    RUN_TEST(the_higher_counter_decides_the_state);
+    RUN_TEST(states_follow_the_counters_in_any_sequence);
     return UNITY_END();
 }

@@ -185,7 +185,7 @@ static osal_can_frame_t random_frame(bool is_fd)
     return frame;
 }
 
-static void test_classic_equals_the_reference(void)
+static void lengths_of_classic_frames_equal_the_reference(void)
 {
     for (unsigned i = 0U; i < 100000U; i++) {
         const osal_can_frame_t frame = random_frame(false);
@@ -197,7 +197,7 @@ static void test_classic_equals_the_reference(void)
     }
 }
 
-static void test_fd_equals_the_reference(void)
+static void lengths_of_fd_frames_equal_the_reference(void)
 {
     for (unsigned i = 0U; i < 100000U; i++) {
         const osal_can_frame_t frame = random_frame(true);
@@ -208,7 +208,7 @@ static void test_fd_equals_the_reference(void)
     }
 }
 
-static void test_lengths_counted_by_hand(void)
+static void lengths_equal_those_counted_by_hand(void)
 {
     // SYNC 0x080 without data, CRC-15 0x1C05: 0 00010000000 0 0 0 0000 001110000000101.
     // 34 bits, 4 stuff bits; delimiter, ACK and end of frame 10.
@@ -232,7 +232,7 @@ static void test_lengths_counted_by_hand(void)
     TEST_ASSERT_EQUAL_UINT32(5U + 64U + 13U + 28U, fast.data_bits);
 }
 
-static void test_a_stuff_bit_due_at_the_end_of_fd_data_is_the_fixed_one(void)
+static void a_stuff_bit_due_at_the_end_of_fd_data_is_the_fixed_stuff_bit(void)
 {
     // ESI 0, DLC 0001, data 1000 0011 has no run of five; data 1 0 11111 at the end: run ends with the data
     // field.
@@ -250,7 +250,7 @@ static unsigned worst_classic(unsigned octets, unsigned header)
     return 13U + header + 8U * octets + (header + 8U * octets - 1U) / 4U;
 }
 
-static void test_no_frame_is_longer_than_the_worst_case(void)
+static void no_frame_is_longer_than_the_worst_case(void)
 {
     // With intermission: 8 octets 135 bits, none 55, extended 160.
     TEST_ASSERT_EQUAL_UINT(135U, worst_classic(8U, 34U));
@@ -269,7 +269,7 @@ static void test_no_frame_is_longer_than_the_worst_case(void)
     TEST_ASSERT_GREATER_THAN_UINT32(140U, longest);
 }
 
-static void test_fd_worst_case_on_1_and_5_megabit(void)
+static void the_longest_fd_frame_has_the_computed_time_at_1_and_5_mbit_s(void)
 {
     // 001111 0000 1111...: five equal bits once, then groups of four; identifier 0x078 begins it.
     static const struct {
@@ -296,14 +296,14 @@ static void test_fd_worst_case_on_1_and_5_megabit(void)
     }
 }
 
-static void test_fd_without_rate_switch_is_all_nominal(void)
+static void an_fd_frame_without_rate_switch_is_sent_at_the_nominal_rate(void)
 {
     const osal_can_frame_t frame = {.id = 0x123U, .length = 8U, .flags = OSAL_CAN_FLAG_FD};
     TEST_ASSERT_EQUAL_UINT32(0U, frame_length(&frame).data_bits);
     TEST_ASSERT_GREATER_THAN_UINT32(100U, frame_length(&frame).nominal_bits);
 }
 
-static void test_fd_lengths_round_up(void)
+static void fd_data_lengths_are_rounded_up(void)
 {
     TEST_ASSERT_EQUAL_UINT8(8U, frame_fd_length(8U));
     TEST_ASSERT_EQUAL_UINT8(12U, frame_fd_length(9U));
@@ -312,7 +312,7 @@ static void test_fd_lengths_round_up(void)
     TEST_ASSERT_EQUAL_UINT8(64U, frame_fd_length(64U));
 }
 
-static void test_an_error_frame_has_no_length(void)
+static void an_error_frame_has_no_length(void)
 {
     const osal_can_frame_t frame = {.id = OSAL_CAN_ERROR | OSAL_CAN_ERROR_NO_ACK, .length = 8U};
     TEST_ASSERT_EQUAL_UINT32(0U, frame_length(&frame).nominal_bits);
@@ -321,14 +321,14 @@ static void test_an_error_frame_has_no_length(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_classic_equals_the_reference);
-    RUN_TEST(test_fd_equals_the_reference);
-    RUN_TEST(test_lengths_counted_by_hand);
-    RUN_TEST(test_a_stuff_bit_due_at_the_end_of_fd_data_is_the_fixed_one);
-    RUN_TEST(test_no_frame_is_longer_than_the_worst_case);
-    RUN_TEST(test_fd_worst_case_on_1_and_5_megabit);
-    RUN_TEST(test_fd_without_rate_switch_is_all_nominal);
-    RUN_TEST(test_fd_lengths_round_up);
-    RUN_TEST(test_an_error_frame_has_no_length);
+    RUN_TEST(lengths_of_classic_frames_equal_the_reference);
+    RUN_TEST(lengths_of_fd_frames_equal_the_reference);
+    RUN_TEST(lengths_equal_those_counted_by_hand);
+    RUN_TEST(a_stuff_bit_due_at_the_end_of_fd_data_is_the_fixed_stuff_bit);
+    RUN_TEST(no_frame_is_longer_than_the_worst_case);
+    RUN_TEST(the_longest_fd_frame_has_the_computed_time_at_1_and_5_mbit_s);
+    RUN_TEST(an_fd_frame_without_rate_switch_is_sent_at_the_nominal_rate);
+    RUN_TEST(fd_data_lengths_are_rounded_up);
+    RUN_TEST(an_error_frame_has_no_length);
     return UNITY_END();
 }

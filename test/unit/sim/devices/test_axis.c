@@ -65,7 +65,7 @@ static axis_state_t expected_state(axis_state_t state, uint16_t controlword, uin
     return state;
 }
 
-static void test_every_state_with_every_controlword(void)
+static void every_controlword_in_every_state_leads_to_the_state_of_the_standard(void)
 {
     for (unsigned state = 0U; state < AXIS_STATE_COUNT; state++) {
         for (unsigned controlword = 0U; controlword <= 0xFFFFU; controlword++) {
@@ -81,7 +81,7 @@ static void test_every_state_with_every_controlword(void)
     }
 }
 
-static void test_statusword_shows_the_state_under_the_masks_of_the_standard(void)
+static void statusword_shows_the_state_under_the_masks_of_the_standard(void)
 {
     TEST_ASSERT_EQUAL_HEX16(0x00U, axis_state_bits(AXIS_NOT_READY) & 0x4FU);
     TEST_ASSERT_EQUAL_HEX16(0x40U, axis_state_bits(AXIS_SWITCH_ON_DISABLED) & 0x4FU);
@@ -93,7 +93,7 @@ static void test_statusword_shows_the_state_under_the_masks_of_the_standard(void
     TEST_ASSERT_EQUAL_HEX16(0x08U, axis_state_bits(AXIS_FAULT) & 0x4FU);
 }
 
-static void test_the_brake_is_off_only_where_the_drive_controls_the_motor(void)
+static void the_brake_is_off_only_where_the_drive_controls_the_motor(void)
 {
     for (unsigned state = 0U; state < AXIS_STATE_COUNT; state++) {
         const bool moves =
@@ -105,8 +105,8 @@ static void test_the_brake_is_off_only_where_the_drive_controls_the_motor(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_every_state_with_every_controlword);
-    RUN_TEST(test_statusword_shows_the_state_under_the_masks_of_the_standard);
-    RUN_TEST(test_the_brake_is_off_only_where_the_drive_controls_the_motor);
+    RUN_TEST(every_controlword_in_every_state_leads_to_the_state_of_the_standard);
+    RUN_TEST(statusword_shows_the_state_under_the_masks_of_the_standard);
+    RUN_TEST(the_brake_is_off_only_where_the_drive_controls_the_motor);
     return UNITY_END();
 }

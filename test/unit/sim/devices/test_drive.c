@@ -184,7 +184,7 @@ void tearDown(void)
     master_close(&master);
 }
 
-static void test_the_way_to_operation_enabled_and_back(void)
+static void controlwords_lead_to_operation_enabled_and_back(void)
 {
     static const struct {
         uint16_t controlword;
@@ -204,7 +204,7 @@ static void test_the_way_to_operation_enabled_and_back(void)
 }
 
 /// A gripper of 4 Nm asks for less than its objects allow.
-static void test_a_motor_has_its_own_limit(void)
+static void the_torque_limit_of_the_motor_is_applied(void)
 {
     tearDown();
     open_drive(4.0);
@@ -221,7 +221,7 @@ static void test_a_motor_has_its_own_limit(void)
     EXPECT_WITHIN(1.0, 1e-12, motor.torque_nm);
 }
 
-static void test_no_torque_and_no_motion_with_the_brake_on(void)
+static void the_engaged_brake_prevents_torque_and_motion(void)
 {
     motor.load_nm = 10.0;
     csp_cycles(50U, 0x07U, 1.0, 20.0);
@@ -229,7 +229,7 @@ static void test_no_torque_and_no_motion_with_the_brake_on(void)
     TEST_ASSERT_TRUE(motor.position_rad == 0.5);
 }
 
-static void test_position_units_and_quantum(void)
+static void positions_are_reported_in_microradians(void)
 {
     motor.position_rad = -1.25;
     csp_cycles(1U, 0x00U, 0.0, 0.0);
@@ -237,7 +237,7 @@ static void test_position_units_and_quantum(void)
     TEST_ASSERT_INT32_WITHIN(1, -1250000, shown);
 }
 
-static void test_torque_is_the_sensors_in_hundredths(void)
+static void the_torque_of_the_sensor_is_reported_in_hundredths_of_nm(void)
 {
     motor.joint_torque_nm = 12.345;
     csp_cycles(1U, 0x00U, 0.0, 0.0);
@@ -251,7 +251,7 @@ static void test_torque_is_the_sensors_in_hundredths(void)
     TEST_ASSERT_INT16_WITHIN(1, -6000, (int16_t)octets_u16(&master_last(&master, 0x191U)->data[6]));
 }
 
-static void test_csp_holds_against_a_known_load_without_a_jerk(void)
+static void csp_holds_against_a_known_load_without_a_jerk(void)
 {
     motor.load_nm = 8.0;
     enable_csp(8.0);
@@ -261,7 +261,7 @@ static void test_csp_holds_against_a_known_load_without_a_jerk(void)
     TEST_ASSERT_TRUE((statusword() & (AXIS_STATUS_INTERNAL_LIMIT | AXIS_STATUS_FOLLOWING_ERROR)) == 0U);
 }
 
-static void test_csp_yields_by_load_over_gain(void)
+static void csp_deviates_by_load_over_gain(void)
 {
     motor.load_nm = 4.0; // The drive is not informed.
     enable_csp(0.0);
@@ -269,7 +269,7 @@ static void test_csp_yields_by_load_over_gain(void)
     EXPECT_WITHIN(0.5 - (4.0 / 4000.0), 1e-5, motor.position_rad);
 }
 
-static void test_csp_follows_a_ramp_with_interpolated_targets(void)
+static void csp_follows_a_ramp_with_interpolated_targets(void)
 {
     enable_csp(0.0);
     double wanted = 0.5;
@@ -282,7 +282,7 @@ static void test_csp_follows_a_ramp_with_interpolated_targets(void)
     EXPECT_BELOW(1.0, fabs(motor.torque_nm)); // A smooth ramp needs no torque on a free mass.
 }
 
-static void test_an_enabled_drive_holds_until_the_first_target_comes(void)
+static void an_enabled_drive_holds_until_the_first_target_comes(void)
 {
     motor.load_nm = 2.0;
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1400U, 5U, 0U, 2U));
@@ -297,7 +297,7 @@ static void test_an_enabled_drive_holds_until_the_first_target_comes(void)
     EXPECT_WITHIN(0.5, 1e-3, motor.position_rad);
 }
 
-static void test_cst_gives_target_plus_offset(void)
+static void cst_gives_the_sum_of_target_and_offset(void)
 {
     select_mode(10U);
     cst_cycles(1U, 0x06U, 0.0);
@@ -311,7 +311,7 @@ static void test_cst_gives_target_plus_offset(void)
     EXPECT_WITHIN(-2.0, 1e-9, motor.torque_nm);
 }
 
-static void test_torque_limits_show_as_internal_limit(void)
+static void a_reached_torque_limit_sets_internal_limit_active(void)
 {
     select_mode(10U);
     cst_cycles(1U, 0x06U, 0.0);
@@ -327,7 +327,7 @@ static void test_torque_limits_show_as_internal_limit(void)
     TEST_ASSERT_TRUE((statusword() & AXIS_STATUS_INTERNAL_LIMIT) == 0U);
 }
 
-static void test_csv_runs_at_its_velocity(void)
+static void csv_moves_at_the_commanded_velocity(void)
 {
     select_mode(9U);
     for (unsigned i = 0U; i < 400U; i++) {
@@ -337,7 +337,7 @@ static void test_csv_runs_at_its_velocity(void)
     EXPECT_WITHIN(0.25, 1e-3, motor.velocity_rad_s);
 }
 
-static void test_a_target_beyond_the_software_limits_is_cut(void)
+static void a_target_beyond_the_software_limits_is_limited(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x607DU, 2U, 510000U, 4U));
     enable_csp(0.0);
@@ -348,7 +348,7 @@ static void test_a_target_beyond_the_software_limits_is_cut(void)
     TEST_ASSERT_TRUE((statusword() & AXIS_STATUS_INTERNAL_LIMIT) != 0U);
 }
 
-static void test_modes_of_operation(void)
+static void only_supported_modes_of_operation_are_accepted(void)
 {
     static const uint32_t refused[] = {1U, 3U, 4U, 7U, 11U, 0xFFU};
     for (size_t i = 0U; i < (sizeof refused / sizeof refused[0]); i++) {
@@ -365,7 +365,7 @@ static void test_modes_of_operation(void)
     TEST_ASSERT_EQUAL_UINT32(8U, mode);
 }
 
-static void test_quick_stop_brakes_on_a_ramp_then_engages_the_brake(void)
+static void quick_stop_brakes_on_a_ramp_then_engages_the_brake(void)
 {
     motor.load_nm = 6.0;
     enable_csp(6.0);
@@ -390,7 +390,7 @@ static void test_quick_stop_brakes_on_a_ramp_then_engages_the_brake(void)
     TEST_ASSERT_EQUAL_HEX16(0x40U, statusword() & 0x4FU);
 }
 
-static void test_quick_stop_at_rest_lets_nothing_drop(void)
+static void quick_stop_at_rest_holds_the_load(void)
 {
     motor.load_nm = 10.0;
     select_mode(10U);
@@ -434,7 +434,7 @@ static uint64_t silence_reaction_ns(uint64_t phase_ns)
     return reaction_ns;
 }
 
-static void test_a_cut_drive_leaves_operation_by_its_deadline_at_any_phase(void)
+static void a_disconnected_drive_leaves_operation_by_its_deadline_at_any_phase(void)
 {
     tearDown();
     for (unsigned i = 0U; i < 20U; i++) {
@@ -445,7 +445,7 @@ static void test_a_cut_drive_leaves_operation_by_its_deadline_at_any_phase(void)
     setUp();
 }
 
-static void test_options_of_a_lost_connection(void)
+static void the_abort_connection_option_decides_how_a_drive_stops(void)
 {
     static const struct {
         uint32_t option;
@@ -468,7 +468,7 @@ static void test_options_of_a_lost_connection(void)
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_TOO_HIGH, master_write(&master, ID, 0x6007U, 0U, 4U, 2U));
 }
 
-static void test_leaving_nmt_operational_stops_the_drive(void)
+static void leaving_nmt_operational_stops_the_drive(void)
 {
     enable_csp(0.0);
     master_nmt(&master, 128U, ID);
@@ -480,7 +480,7 @@ static void test_leaving_nmt_operational_stops_the_drive(void)
     TEST_ASSERT_EQUAL_HEX16(0x40U, drive_statusword(drive) & 0x4FU);
 }
 
-static void test_following_error_is_a_fault_after_its_time(void)
+static void a_following_error_is_a_fault_after_its_timeout(void)
 {
     enable_csp(0.0);
     motor.load_nm  = 300.0; // More than the drive can give.
@@ -503,7 +503,7 @@ static void test_following_error_is_a_fault_after_its_time(void)
     enable_csp(0.0);
 }
 
-static void test_faults_stay_until_their_cause_is_gone(void)
+static void faults_stay_until_their_cause_is_gone(void)
 {
     static const uint16_t faults[] = {0x2310U, 0x3220U, 0x7305U, 0xFF01U};
     for (size_t i = 0U; i < (sizeof faults / sizeof faults[0]); i++) {
@@ -522,7 +522,7 @@ static void test_faults_stay_until_their_cause_is_gone(void)
     }
 }
 
-static void test_warnings_do_not_stop_the_drive(void)
+static void warnings_do_not_stop_the_drive(void)
 {
     enable_csp(0.0);
     drive_set_temperature(drive, 85.0, bus_now_ns(master.bus));
@@ -540,7 +540,7 @@ static void test_warnings_do_not_stop_the_drive(void)
     TEST_ASSERT_EQUAL_HEX16(0U, octets_u16(master_last(&master, 0x091U)->data));
 }
 
-static void test_objects_of_a_maker_are_found_by_their_names(void)
+static void manufacturer_objects_are_found_by_their_names(void)
 {
     char line[512];
     FILE* from = fopen(SHEET, "r");
@@ -559,7 +559,7 @@ static void test_objects_of_a_maker_are_found_by_their_names(void)
     TEST_ASSERT_EQUAL_UINT64(850U, node_object(drive_node(drive), 0x2A10U, 0U)->value);
 }
 
-static void test_a_power_cycle_engages_the_brake_at_once(void)
+static void a_power_cycle_engages_the_brake_at_once(void)
 {
     enable_csp(0.0);
     node_unplug(drive_node(drive));
@@ -572,29 +572,29 @@ static void test_a_power_cycle_engages_the_brake_at_once(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_the_way_to_operation_enabled_and_back);
-    RUN_TEST(test_a_motor_has_its_own_limit);
-    RUN_TEST(test_no_torque_and_no_motion_with_the_brake_on);
-    RUN_TEST(test_position_units_and_quantum);
-    RUN_TEST(test_torque_is_the_sensors_in_hundredths);
-    RUN_TEST(test_csp_holds_against_a_known_load_without_a_jerk);
-    RUN_TEST(test_csp_yields_by_load_over_gain);
-    RUN_TEST(test_csp_follows_a_ramp_with_interpolated_targets);
-    RUN_TEST(test_an_enabled_drive_holds_until_the_first_target_comes);
-    RUN_TEST(test_cst_gives_target_plus_offset);
-    RUN_TEST(test_torque_limits_show_as_internal_limit);
-    RUN_TEST(test_csv_runs_at_its_velocity);
-    RUN_TEST(test_a_target_beyond_the_software_limits_is_cut);
-    RUN_TEST(test_modes_of_operation);
-    RUN_TEST(test_quick_stop_brakes_on_a_ramp_then_engages_the_brake);
-    RUN_TEST(test_quick_stop_at_rest_lets_nothing_drop);
-    RUN_TEST(test_a_cut_drive_leaves_operation_by_its_deadline_at_any_phase);
-    RUN_TEST(test_options_of_a_lost_connection);
-    RUN_TEST(test_leaving_nmt_operational_stops_the_drive);
-    RUN_TEST(test_following_error_is_a_fault_after_its_time);
-    RUN_TEST(test_faults_stay_until_their_cause_is_gone);
-    RUN_TEST(test_warnings_do_not_stop_the_drive);
-    RUN_TEST(test_objects_of_a_maker_are_found_by_their_names);
-    RUN_TEST(test_a_power_cycle_engages_the_brake_at_once);
+    RUN_TEST(controlwords_lead_to_operation_enabled_and_back);
+    RUN_TEST(the_torque_limit_of_the_motor_is_applied);
+    RUN_TEST(the_engaged_brake_prevents_torque_and_motion);
+    RUN_TEST(positions_are_reported_in_microradians);
+    RUN_TEST(the_torque_of_the_sensor_is_reported_in_hundredths_of_nm);
+    RUN_TEST(csp_holds_against_a_known_load_without_a_jerk);
+    RUN_TEST(csp_deviates_by_load_over_gain);
+    RUN_TEST(csp_follows_a_ramp_with_interpolated_targets);
+    RUN_TEST(an_enabled_drive_holds_until_the_first_target_comes);
+    RUN_TEST(cst_gives_the_sum_of_target_and_offset);
+    RUN_TEST(a_reached_torque_limit_sets_internal_limit_active);
+    RUN_TEST(csv_moves_at_the_commanded_velocity);
+    RUN_TEST(a_target_beyond_the_software_limits_is_limited);
+    RUN_TEST(only_supported_modes_of_operation_are_accepted);
+    RUN_TEST(quick_stop_brakes_on_a_ramp_then_engages_the_brake);
+    RUN_TEST(quick_stop_at_rest_holds_the_load);
+    RUN_TEST(a_disconnected_drive_leaves_operation_by_its_deadline_at_any_phase);
+    RUN_TEST(the_abort_connection_option_decides_how_a_drive_stops);
+    RUN_TEST(leaving_nmt_operational_stops_the_drive);
+    RUN_TEST(a_following_error_is_a_fault_after_its_timeout);
+    RUN_TEST(faults_stay_until_their_cause_is_gone);
+    RUN_TEST(warnings_do_not_stop_the_drive);
+    RUN_TEST(manufacturer_objects_are_found_by_their_names);
+    RUN_TEST(a_power_cycle_engages_the_brake_at_once);
     return UNITY_END();
 }

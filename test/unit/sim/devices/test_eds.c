@@ -51,7 +51,7 @@ static void expect_error(const char* text, unsigned line, const char* words)
 }
 
 /// Names of variables and of arrays, of manufacturer-specific objects only.
-static void test_a_manufacturer_object_is_found_by_its_name(void)
+static void a_manufacturer_object_is_found_by_its_name(void)
 {
     TEST_ASSERT_EQUAL_INT(
         STATUS_OK, load("[6064]\nParameterName=Position\nDataType=4\nAccessType=ro\n"
@@ -65,7 +65,7 @@ static void test_a_manufacturer_object_is_found_by_its_name(void)
     TEST_ASSERT_EQUAL_HEX16(0U, dictionary_index_of(&dictionary, "Gain"));
 }
 
-static void test_values_of_all_kinds(void)
+static void default_values_of_all_types_are_read(void)
 {
     TEST_ASSERT_EQUAL_INT(
         STATUS_OK, load("[1000]\r\nParameterName=Device type\r\nDataType=0x0007\r\nAccessType=ro\r\n"
@@ -101,7 +101,7 @@ static void test_values_of_all_kinds(void)
     TEST_ASSERT_EQUAL_HEX64(0U, dictionary_find(&dictionary, 0x2003U, 0U)->value);
 }
 
-static void test_errors_name_file_and_line(void)
+static void errors_name_file_and_line(void)
 {
     expect_error("[1000\n", 1U, "']'");
     expect_error("nonsense\n", 1U, "key=value");
@@ -125,7 +125,7 @@ static void test_errors_name_file_and_line(void)
                  8U, "64 characters");
 }
 
-static void test_doubled_objects_and_empty_files_are_refused(void)
+static void duplicate_objects_and_empty_files_are_refused(void)
 {
     static const char* const object = "[1000]\nParameterName=a\nDataType=7\nAccessType=ro\n";
     char twice[256];
@@ -136,14 +136,14 @@ static void test_doubled_objects_and_empty_files_are_refused(void)
     TEST_ASSERT_NOT_NULL(strstr(error, "no object"));
 }
 
-static void test_a_missing_file_is_reported_with_the_next_step(void)
+static void a_missing_file_is_reported_with_the_next_step(void)
 {
     TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, eds_load("/nowhere/none.eds", 1U, &dictionary, error));
     TEST_ASSERT_NOT_NULL(strstr(error, "/nowhere/none.eds"));
     TEST_ASSERT_NOT_NULL(strstr(error, "project's root"));
 }
 
-static void test_sheets_of_the_mission_are_whole(void)
+static void data_sheets_of_the_mission_are_complete(void)
 {
     static const char* const sheets[] = {"descriptors/devices/joint-drive.eds",
                                          "descriptors/devices/joystick.eds"};
@@ -168,7 +168,7 @@ static void test_sheets_of_the_mission_are_whole(void)
     }
 }
 
-static void test_reset_restores_initial_values(void)
+static void reset_restores_initial_values(void)
 {
     TEST_ASSERT_EQUAL_INT(STATUS_OK,
                           load("[1000]\nParameterName=a\nDataType=7\nAccessType=rw\nDefaultValue=5\n"
@@ -189,12 +189,12 @@ static void test_reset_restores_initial_values(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_manufacturer_object_is_found_by_its_name);
-    RUN_TEST(test_values_of_all_kinds);
-    RUN_TEST(test_errors_name_file_and_line);
-    RUN_TEST(test_doubled_objects_and_empty_files_are_refused);
-    RUN_TEST(test_a_missing_file_is_reported_with_the_next_step);
-    RUN_TEST(test_sheets_of_the_mission_are_whole);
-    RUN_TEST(test_reset_restores_initial_values);
+    RUN_TEST(a_manufacturer_object_is_found_by_its_name);
+    RUN_TEST(default_values_of_all_types_are_read);
+    RUN_TEST(errors_name_file_and_line);
+    RUN_TEST(duplicate_objects_and_empty_files_are_refused);
+    RUN_TEST(a_missing_file_is_reported_with_the_next_step);
+    RUN_TEST(data_sheets_of_the_mission_are_complete);
+    RUN_TEST(reset_restores_initial_values);
     return UNITY_END();
 }

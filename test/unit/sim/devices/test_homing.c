@@ -141,7 +141,7 @@ void tearDown(void)
     master_close(&master);
 }
 
-static void test_the_present_position_becomes_the_reference(void)
+static void the_present_position_becomes_the_reference(void)
 {
     static const uint32_t methods[] = {35U, 37U};
     for (size_t i = 0U; i < 2U; i++) {
@@ -157,7 +157,7 @@ static void test_the_present_position_becomes_the_reference(void)
 }
 
 /// The zero is 0.1 rad from where the axis stood, and the targets of CSP count from it.
-static void test_positions_count_from_the_new_zero(void)
+static void positions_count_from_the_new_zero(void)
 {
     set(0x607CU, 0U, (uint32_t)-100000, 4U);
     prepare(37U);
@@ -180,7 +180,7 @@ static void test_positions_count_from_the_new_zero(void)
     EXPECT_WITHIN(motor.position_rad, 1e-5, position_rad());
 }
 
-static void test_an_end_stop_is_found_from_both_sides(void)
+static void an_end_stop_is_found_from_both_sides(void)
 {
     static const struct {
         uint32_t method;
@@ -203,7 +203,7 @@ static void test_an_end_stop_is_found_from_both_sides(void)
     }
 }
 
-static void test_a_search_can_be_interrupted_and_halted(void)
+static void a_search_can_be_interrupted_and_halted(void)
 {
     prepare(0xFFU);
     seconds(1.0, SEARCH);
@@ -227,7 +227,7 @@ static void test_a_search_can_be_interrupted_and_halted(void)
     expect_bits(ATTAINED | REACHED);
 }
 
-static void test_a_search_without_a_stop_fails_at_the_end_of_the_range(void)
+static void a_search_without_a_stop_fails_at_the_end_of_the_range(void)
 {
     set(0x607DU, 1U, 400000U, 4U);
     set(0x607DU, 2U, 500000U, 4U);
@@ -244,7 +244,7 @@ static void test_a_search_without_a_stop_fails_at_the_end_of_the_range(void)
     expect_bits(0U);
 }
 
-static void test_a_method_that_the_drive_does_not_have_fails(void)
+static void a_method_that_the_drive_does_not_have_fails(void)
 {
     static const uint32_t methods[] = {0U, 17U, 0xFDU};
     for (size_t i = 0U; i < 3U; i++) {
@@ -256,7 +256,7 @@ static void test_a_method_that_the_drive_does_not_have_fails(void)
     }
 }
 
-static void test_a_fault_ends_the_search(void)
+static void a_fault_ends_the_search(void)
 {
     prepare(0xFFU);
     seconds(1.0, SEARCH);
@@ -273,7 +273,7 @@ static void test_a_fault_ends_the_search(void)
     EXPECT_WITHIN(motor.position_rad, 1e-4, position_rad());
 }
 
-static void test_a_drive_that_is_disabled_forgets_the_search(void)
+static void a_disabled_drive_ends_the_search(void)
 {
     prepare(0xFEU);
     seconds(1.0, SEARCH);
@@ -294,13 +294,13 @@ static void test_a_drive_that_is_disabled_forgets_the_search(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_the_present_position_becomes_the_reference);
-    RUN_TEST(test_positions_count_from_the_new_zero);
-    RUN_TEST(test_an_end_stop_is_found_from_both_sides);
-    RUN_TEST(test_a_search_can_be_interrupted_and_halted);
-    RUN_TEST(test_a_search_without_a_stop_fails_at_the_end_of_the_range);
-    RUN_TEST(test_a_method_that_the_drive_does_not_have_fails);
-    RUN_TEST(test_a_fault_ends_the_search);
-    RUN_TEST(test_a_drive_that_is_disabled_forgets_the_search);
+    RUN_TEST(the_present_position_becomes_the_reference);
+    RUN_TEST(positions_count_from_the_new_zero);
+    RUN_TEST(an_end_stop_is_found_from_both_sides);
+    RUN_TEST(a_search_can_be_interrupted_and_halted);
+    RUN_TEST(a_search_without_a_stop_fails_at_the_end_of_the_range);
+    RUN_TEST(a_method_that_the_drive_does_not_have_fails);
+    RUN_TEST(a_fault_ends_the_search);
+    RUN_TEST(a_disabled_drive_ends_the_search);
     return UNITY_END();
 }

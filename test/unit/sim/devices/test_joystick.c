@@ -67,7 +67,7 @@ static void enable(void)
     cycle(0x0FU, 0x0FU, 0.0, 0.0);
 }
 
-static void test_each_axis_has_its_own_state_machine(void)
+static void each_axis_has_its_own_state_machine(void)
 {
     cycle(0x06U, 0x00U, 0.1, 0.1);
     TEST_ASSERT_EQUAL_HEX16(0x21U, statusword(0U) & 0x6FU);
@@ -78,7 +78,7 @@ static void test_each_axis_has_its_own_state_machine(void)
     TEST_ASSERT_EQUAL_HEX16(statusword(1U), joystick_statusword(joystick, 1U));
 }
 
-static void test_only_an_enabled_axis_gives_its_torque(void)
+static void only_an_enabled_axis_gives_its_torque(void)
 {
     double torque_nm[JOYSTICK_AXES];
     cycle(0x06U, 0x06U, 0.5, -0.5);
@@ -94,7 +94,7 @@ static void test_only_an_enabled_axis_gives_its_torque(void)
     EXPECT_WITHIN(-0.5, 1e-12, torque_nm[1]);
 }
 
-static void test_torque_stops_at_its_limit(void)
+static void torque_is_limited(void)
 {
     double torque_nm[JOYSTICK_AXES];
     enable();
@@ -107,7 +107,7 @@ static void test_torque_stops_at_its_limit(void)
     TEST_ASSERT_TRUE((statusword(0U) & AXIS_STATUS_INTERNAL_LIMIT) == 0U);
 }
 
-static void test_positions_and_buttons(void)
+static void positions_and_buttons_are_reported(void)
 {
     stick.position_rad[0] = 0.2;
     stick.position_rad[1] = -0.3;
@@ -123,7 +123,7 @@ static void test_positions_and_buttons(void)
     TEST_ASSERT_EQUAL_HEX32(octets_u32(positions->data), octets_u32(master_last(&master, 0x180U + ID)->data));
 }
 
-static void test_quick_stop_takes_the_torque_away_and_ends(void)
+static void quick_stop_removes_the_torque_and_disables_the_axis(void)
 {
     double torque_nm[JOYSTICK_AXES];
     enable();
@@ -140,7 +140,7 @@ static void test_quick_stop_takes_the_torque_away_and_ends(void)
     TEST_ASSERT_EQUAL_HEX16(0x27U, statusword(1U) & 0x6FU);
 }
 
-static void test_silence_of_the_master_disables_both_axes(void)
+static void loss_of_the_masters_heartbeat_disables_both_axes(void)
 {
     double torque_nm[JOYSTICK_AXES];
     enable();
@@ -156,7 +156,7 @@ static void test_silence_of_the_master_disables_both_axes(void)
     TEST_ASSERT_EQUAL_HEX16(0x8250U, octets_u16(master_last(&master, 0x080U + ID)->data));
 }
 
-static void test_only_torque_mode_is_offered(void)
+static void only_torque_mode_is_offered(void)
 {
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_VALUE, master_write(&master, ID, 0x6060U, 0U, 8U, 1U));
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_VALUE, master_write(&master, ID, 0x6860U, 0U, 9U, 1U));
@@ -166,7 +166,7 @@ static void test_only_torque_mode_is_offered(void)
     TEST_ASSERT_EQUAL_HEX32(0x200U, modes);
 }
 
-static void test_a_fault_stops_both_axes(void)
+static void a_fault_stops_both_axes(void)
 {
     enable();
     joystick_set_error(joystick, 0x3220U, true, bus_now_ns(master.bus));
@@ -184,7 +184,7 @@ static void test_a_fault_stops_both_axes(void)
     TEST_ASSERT_EQUAL_HEX16(0x40U, statusword(1U) & 0x4FU);
 }
 
-static void test_warnings_show_in_both_statuswords(void)
+static void warnings_are_in_both_statuswords(void)
 {
     joystick_set_error(joystick, 0x4210U, true, bus_now_ns(master.bus));
     cycle(0x00U, 0x00U, 0.0, 0.0);
@@ -194,7 +194,7 @@ static void test_warnings_show_in_both_statuswords(void)
     TEST_ASSERT_TRUE((statusword(0U) & AXIS_STATUS_WARNING) == 0U);
 }
 
-static void test_on_a_classic_bus_pdos_are_classic(void)
+static void on_a_classic_bus_pdos_are_classic(void)
 {
     const joystick_config_t config = {.encoder    = {.counts_per_turn = 65536U, .gear_ratio = 1.0},
                                       .read_truth = read_truth};
@@ -211,15 +211,15 @@ static void test_on_a_classic_bus_pdos_are_classic(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_each_axis_has_its_own_state_machine);
-    RUN_TEST(test_only_an_enabled_axis_gives_its_torque);
-    RUN_TEST(test_torque_stops_at_its_limit);
-    RUN_TEST(test_positions_and_buttons);
-    RUN_TEST(test_quick_stop_takes_the_torque_away_and_ends);
-    RUN_TEST(test_silence_of_the_master_disables_both_axes);
-    RUN_TEST(test_only_torque_mode_is_offered);
-    RUN_TEST(test_a_fault_stops_both_axes);
-    RUN_TEST(test_warnings_show_in_both_statuswords);
-    RUN_TEST(test_on_a_classic_bus_pdos_are_classic);
+    RUN_TEST(each_axis_has_its_own_state_machine);
+    RUN_TEST(only_an_enabled_axis_gives_its_torque);
+    RUN_TEST(torque_is_limited);
+    RUN_TEST(positions_and_buttons_are_reported);
+    RUN_TEST(quick_stop_removes_the_torque_and_disables_the_axis);
+    RUN_TEST(loss_of_the_masters_heartbeat_disables_both_axes);
+    RUN_TEST(only_torque_mode_is_offered);
+    RUN_TEST(a_fault_stops_both_axes);
+    RUN_TEST(warnings_are_in_both_statuswords);
+    RUN_TEST(on_a_classic_bus_pdos_are_classic);
     return UNITY_END();
 }

@@ -80,7 +80,7 @@ static const uint8_t* pdo(unsigned number)
     return master_last(&master, 0x080U + (0x100U * number) + ID)->data;
 }
 
-static void test_a_gyro_measures_at_each_sync(void)
+static void a_gyro_measures_at_each_sync(void)
 {
     begin(GYRO, 3U, 0U, 0U);
     master_sync(&master, STEP_NS);
@@ -101,7 +101,7 @@ static void test_a_gyro_measures_at_each_sync(void)
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, (int32_t)octets_u32(pdo(1U)));
 }
 
-static void test_a_tracker_exposes_by_its_own_clock_and_stamps(void)
+static void a_star_tracker_exposes_by_its_own_clock_and_sends_time_stamps(void)
 {
     begin(TRACKER, 4U, 10U * MASTER_MS, 0U);
     master_sync(&master, STEP_NS);
@@ -127,7 +127,7 @@ static void test_a_tracker_exposes_by_its_own_clock_and_stamps(void)
     TEST_ASSERT_EQUAL_UINT64(numbers[0] + 1U, numbers[1]);
 }
 
-static void test_a_value_is_available_after_its_delay(void)
+static void a_value_is_available_after_its_delay(void)
 {
     begin(TRACKER, 4U, 10U * MASTER_MS, 25U * MASTER_MS);
     run(45U); // Exposures at 10 and 20 ms; 0.5 ms to 25 ms have passed.
@@ -142,7 +142,7 @@ static void test_a_value_is_available_after_its_delay(void)
     TEST_ASSERT_EQUAL_UINT16(0U, octets_u16(pdo(3U))); // The SYNCs before that exposure.
 }
 
-static void test_a_lost_measurement_changes_nothing(void)
+static void a_lost_measurement_changes_nothing(void)
 {
     begin(GYRO, 3U, 0U, 0U);
     master_sync(&master, STEP_NS);
@@ -154,7 +154,7 @@ static void test_a_lost_measurement_changes_nothing(void)
     TEST_ASSERT_EQUAL_INT32(100000, (int32_t)octets_u32(pdo(1U)));
 }
 
-static void test_errors_make_it_invalid_and_warnings_do_not(void)
+static void errors_make_measurements_invalid_and_warnings_do_not(void)
 {
     begin(GYRO, 3U, 0U, 0U);
     master_sync(&master, STEP_NS);
@@ -179,7 +179,7 @@ static void test_errors_make_it_invalid_and_warnings_do_not(void)
     TEST_ASSERT_EQUAL_INT32(300000, (int32_t)octets_u32(pdo(1U)));
 }
 
-static void test_without_power_it_does_not_expose(void)
+static void a_star_tracker_without_power_does_not_expose(void)
 {
     begin(TRACKER, 4U, 10U * MASTER_MS, 0U);
     node_power_off(measuring_device_node(device));
@@ -187,7 +187,7 @@ static void test_without_power_it_does_not_expose(void)
     TEST_ASSERT_EQUAL_UINT(0U, measured);
 }
 
-static void test_a_sheet_without_its_objects_is_refused(void)
+static void a_data_sheet_without_the_objects_of_the_device_is_refused(void)
 {
     TEST_ASSERT_EQUAL_INT(STATUS_INVALID, create("descriptors/devices/wheel.eds", 3U, 0U, 0U));
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "wheel.eds: an object that a measuring device needs"), error);
@@ -198,12 +198,12 @@ static void test_a_sheet_without_its_objects_is_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_gyro_measures_at_each_sync);
-    RUN_TEST(test_a_tracker_exposes_by_its_own_clock_and_stamps);
-    RUN_TEST(test_a_value_is_available_after_its_delay);
-    RUN_TEST(test_a_lost_measurement_changes_nothing);
-    RUN_TEST(test_errors_make_it_invalid_and_warnings_do_not);
-    RUN_TEST(test_without_power_it_does_not_expose);
-    RUN_TEST(test_a_sheet_without_its_objects_is_refused);
+    RUN_TEST(a_gyro_measures_at_each_sync);
+    RUN_TEST(a_star_tracker_exposes_by_its_own_clock_and_sends_time_stamps);
+    RUN_TEST(a_value_is_available_after_its_delay);
+    RUN_TEST(a_lost_measurement_changes_nothing);
+    RUN_TEST(errors_make_measurements_invalid_and_warnings_do_not);
+    RUN_TEST(a_star_tracker_without_power_does_not_expose);
+    RUN_TEST(a_data_sheet_without_the_objects_of_the_device_is_refused);
     return UNITY_END();
 }

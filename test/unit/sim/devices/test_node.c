@@ -97,7 +97,7 @@ static void send_rpdo(uint16_t controlword)
     master_send(&master, 0x200U + ID, data, 8U);
 }
 
-static void test_power_brings_one_boot_up_and_pre_operational(void)
+static void power_on_sends_one_boot_up_and_leads_to_pre_operational(void)
 {
     TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x711U));
     const osal_can_frame_t* boot_up = master_last(&master, 0x711U);
@@ -108,7 +108,7 @@ static void test_power_brings_one_boot_up_and_pre_operational(void)
     TEST_ASSERT_EQUAL_STRING("r", story);
 }
 
-static void test_heartbeat_every_20_ms_with_the_state(void)
+static void the_heartbeat_reports_the_state_every_20_ms(void)
 {
     master_forget(&master);
     master_wait(&master, 100U * MASTER_MS);
@@ -132,7 +132,7 @@ static void test_heartbeat_every_20_ms_with_the_state(void)
     TEST_ASSERT_EQUAL_UINT(0U, master_heard(&master, 0x711U));
 }
 
-static void test_nmt_of_others_and_malformed_ones_are_ignored(void)
+static void nmt_commands_to_other_nodes_and_malformed_ones_are_ignored(void)
 {
     master_nmt(&master, 1U, ID + 1U);
     TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node->state);
@@ -144,7 +144,7 @@ static void test_nmt_of_others_and_malformed_ones_are_ignored(void)
     TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node->state);
 }
 
-static void test_reset_forgets_the_configuration_and_boots_again(void)
+static void a_reset_restores_the_defaults_and_boots_again(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1017U, 0U, 7U, 2U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x6065U, 0U, 123U, 4U));
@@ -163,7 +163,7 @@ static void test_reset_forgets_the_configuration_and_boots_again(void)
     TEST_ASSERT_EQUAL_STRING("r", story);
 }
 
-static void test_sync_applies_then_samples_then_sends(void)
+static void at_sync_a_node_applies_outputs_then_samples_then_sends(void)
 {
     start();
     send_rpdo(0x1234U);
@@ -185,7 +185,7 @@ static void test_sync_applies_then_samples_then_sends(void)
     TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x191U));
 }
 
-static void test_the_last_rpdo_before_sync_counts(void)
+static void the_last_rpdo_before_sync_is_applied(void)
 {
     start();
     send_rpdo(1U);
@@ -196,7 +196,7 @@ static void test_the_last_rpdo_before_sync_counts(void)
     TEST_ASSERT_EQUAL_STRING("wwws", story);
 }
 
-static void test_no_pdo_flows_outside_operational(void)
+static void no_pdo_is_exchanged_outside_of_operational(void)
 {
     forget();
     send_rpdo(0x0FU);
@@ -236,7 +236,7 @@ static void a_tpdo_of_type_0_is_sent_with_sync_after_a_change(void)
     TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x191U));
 }
 
-static void test_event_driven_types(void)
+static void event_driven_pdos_are_sent_at_events_and_after_their_timer(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1800U, 2U, 255U, 1U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1800U, 5U, 0U, 2U));
@@ -262,7 +262,7 @@ static void test_event_driven_types(void)
     TEST_ASSERT_UINT_WITHIN(1U, 10U, master_heard(&master, 0x191U));
 }
 
-static void test_a_missed_rpdo_deadline_is_reported_once_and_cleared(void)
+static void a_missed_rpdo_deadline_is_reported_once_and_cleared(void)
 {
     start();
     master_wait(&master, 10U * MASTER_MS);
@@ -290,7 +290,7 @@ static void test_a_missed_rpdo_deadline_is_reported_once_and_cleared(void)
     TEST_ASSERT_EQUAL_UINT64(0U, node_object(node, 0x1003U, 1U)->value);
 }
 
-static void test_a_deadline_of_zero_never_runs_out(void)
+static void a_deadline_of_zero_never_expires(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1400U, 5U, 0U, 2U));
     start();
@@ -299,7 +299,7 @@ static void test_a_deadline_of_zero_never_runs_out(void)
     TEST_ASSERT_EQUAL_STRING("", story);
 }
 
-static void test_a_lost_master_heartbeat_is_reported(void)
+static void a_lost_master_heartbeat_is_reported(void)
 {
     const uint8_t operational[] = {5U};
     start();
@@ -323,7 +323,7 @@ static void test_a_lost_master_heartbeat_is_reported(void)
     TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node->state);
 }
 
-static void test_pdos_of_wrong_length(void)
+static void a_pdo_that_is_too_short_is_reported_and_a_longer_one_is_applied(void)
 {
     const uint8_t data[8] = {1U};
     start();
@@ -341,7 +341,7 @@ static void test_pdos_of_wrong_length(void)
     TEST_ASSERT_EQUAL_HEX16(7U, controlword_at_sample);
 }
 
-static void test_sync_with_a_counter(void)
+static void a_sync_without_its_counter_is_reported_once_and_applied(void)
 {
     const uint8_t count[] = {1U};
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_STATE, master_write(&master, ID, 0x1019U, 0U, 240U, 1U));
@@ -361,7 +361,7 @@ static void test_sync_with_a_counter(void)
     TEST_ASSERT_EQUAL_HEX16(0x8240U, octets_u16(master_last(&master, 0x091U)->data));
 }
 
-static void test_sync_start_value_holds_a_pdo_back(void)
+static void the_sync_start_value_delays_a_pdo(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1006U, 0U, 0U, 4U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1019U, 0U, 10U, 1U));
@@ -377,7 +377,7 @@ static void test_sync_start_value_holds_a_pdo_back(void)
     }
 }
 
-static void test_remapping_follows_the_order_of_the_standard(void)
+static void a_mapping_is_changed_only_in_the_order_of_the_standard(void)
 {
     const uint32_t velocity = 0x606C0020U;
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_STATE, master_write(&master, ID, 0x1A00U, 0U, 0U, 1U)); // Still valid.
@@ -410,7 +410,7 @@ static void test_remapping_follows_the_order_of_the_standard(void)
     TEST_ASSERT_EQUAL_HEX32(7U, octets_u32(&master_last(&master, 0x1A0U)->data[4]));
 }
 
-static void test_switching_from_csp_to_cst_pdos(void)
+static void a_mapping_can_be_switched_from_csp_to_cst(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1400U, 1U, 0x80000211U, 4U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1401U, 1U, 0x00000311U, 4U));
@@ -424,7 +424,7 @@ static void test_switching_from_csp_to_cst_pdos(void)
     TEST_ASSERT_EQUAL_UINT64(1000U, node_object(node, 0x6071U, 0U)->value);
 }
 
-static void test_a_node_without_power_is_silent_and_boots_when_powered(void)
+static void a_node_without_power_is_silent_and_boots_when_powered(void)
 {
     start();
     send_rpdo(1U);
@@ -447,7 +447,7 @@ static void test_a_node_without_power_is_silent_and_boots_when_powered(void)
     TEST_ASSERT_EQUAL_HEX64(0U, node_object(node, 0x6040U, 0U)->value);
 }
 
-static void test_an_unplugged_node_is_mute_and_boots_when_plugged(void)
+static void an_unplugged_node_is_silent_and_boots_when_plugged(void)
 {
     start();
     send_rpdo(1U);
@@ -467,7 +467,7 @@ static void test_an_unplugged_node_is_mute_and_boots_when_plugged(void)
     TEST_ASSERT_EQUAL_HEX64(0U, node_object(node, 0x6040U, 0U)->value);
 }
 
-static void test_emergencies_fill_register_and_history(void)
+static void emergencies_set_the_error_register_and_the_error_history(void)
 {
     const uint64_t now_ns = bus_now_ns(master.bus);
     forget();
@@ -490,7 +490,7 @@ static void test_emergencies_fill_register_and_history(void)
     TEST_ASSERT_EQUAL_HEX64(0x4310U, node_object(node, 0x1003U, 2U)->value & 0xFFFFU);
 }
 
-static void test_answers_take_200_us_and_reads_are_fresh(void)
+static void sdo_responses_take_200_us_and_contain_present_values(void)
 {
     uint8_t answer[8];
     const uint8_t request[8] = {0x40U, 0x64U, 0x60U, 0x00U};
@@ -502,7 +502,7 @@ static void test_answers_take_200_us_and_reads_are_fresh(void)
     TEST_ASSERT_UINT64_WITHIN(40000U, 430000U, taken_ns);
 }
 
-static void test_a_sheet_without_pdos_is_no_device(void)
+static void a_data_sheet_without_pdos_is_refused(void)
 {
     node_t* none = NULL;
     TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND,
@@ -513,28 +513,28 @@ static void test_a_sheet_without_pdos_is_no_device(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_power_brings_one_boot_up_and_pre_operational);
-    RUN_TEST(test_heartbeat_every_20_ms_with_the_state);
-    RUN_TEST(test_nmt_of_others_and_malformed_ones_are_ignored);
-    RUN_TEST(test_reset_forgets_the_configuration_and_boots_again);
-    RUN_TEST(test_sync_applies_then_samples_then_sends);
-    RUN_TEST(test_the_last_rpdo_before_sync_counts);
-    RUN_TEST(test_no_pdo_flows_outside_operational);
+    RUN_TEST(power_on_sends_one_boot_up_and_leads_to_pre_operational);
+    RUN_TEST(the_heartbeat_reports_the_state_every_20_ms);
+    RUN_TEST(nmt_commands_to_other_nodes_and_malformed_ones_are_ignored);
+    RUN_TEST(a_reset_restores_the_defaults_and_boots_again);
+    RUN_TEST(at_sync_a_node_applies_outputs_then_samples_then_sends);
+    RUN_TEST(the_last_rpdo_before_sync_is_applied);
+    RUN_TEST(no_pdo_is_exchanged_outside_of_operational);
     RUN_TEST(a_tpdo_of_type_20_is_sent_with_every_20th_sync);
     RUN_TEST(a_tpdo_of_type_0_is_sent_with_sync_after_a_change);
-    RUN_TEST(test_event_driven_types);
-    RUN_TEST(test_a_missed_rpdo_deadline_is_reported_once_and_cleared);
-    RUN_TEST(test_a_deadline_of_zero_never_runs_out);
-    RUN_TEST(test_a_lost_master_heartbeat_is_reported);
-    RUN_TEST(test_pdos_of_wrong_length);
-    RUN_TEST(test_sync_with_a_counter);
-    RUN_TEST(test_sync_start_value_holds_a_pdo_back);
-    RUN_TEST(test_remapping_follows_the_order_of_the_standard);
-    RUN_TEST(test_switching_from_csp_to_cst_pdos);
-    RUN_TEST(test_a_node_without_power_is_silent_and_boots_when_powered);
-    RUN_TEST(test_an_unplugged_node_is_mute_and_boots_when_plugged);
-    RUN_TEST(test_emergencies_fill_register_and_history);
-    RUN_TEST(test_answers_take_200_us_and_reads_are_fresh);
-    RUN_TEST(test_a_sheet_without_pdos_is_no_device);
+    RUN_TEST(event_driven_pdos_are_sent_at_events_and_after_their_timer);
+    RUN_TEST(a_missed_rpdo_deadline_is_reported_once_and_cleared);
+    RUN_TEST(a_deadline_of_zero_never_expires);
+    RUN_TEST(a_lost_master_heartbeat_is_reported);
+    RUN_TEST(a_pdo_that_is_too_short_is_reported_and_a_longer_one_is_applied);
+    RUN_TEST(a_sync_without_its_counter_is_reported_once_and_applied);
+    RUN_TEST(the_sync_start_value_delays_a_pdo);
+    RUN_TEST(a_mapping_is_changed_only_in_the_order_of_the_standard);
+    RUN_TEST(a_mapping_can_be_switched_from_csp_to_cst);
+    RUN_TEST(a_node_without_power_is_silent_and_boots_when_powered);
+    RUN_TEST(an_unplugged_node_is_silent_and_boots_when_plugged);
+    RUN_TEST(emergencies_set_the_error_register_and_the_error_history);
+    RUN_TEST(sdo_responses_take_200_us_and_contain_present_values);
+    RUN_TEST(a_data_sheet_without_pdos_is_refused);
     return UNITY_END();
 }

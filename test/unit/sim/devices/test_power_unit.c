@@ -64,7 +64,7 @@ static void wait(uint64_t ns)
     power_unit_step(&unit, bus_now_ns(master.bus));
 }
 
-static void test_a_pulse_opens_and_one_closes(void)
+static void one_pulse_opens_a_relay_and_another_closes_it(void)
 {
     pulse(0x200U + UNIT, 4U, 1U, 3U);
     wait(POWER_UNIT_LATCH_NS - 1U);
@@ -80,7 +80,7 @@ static void test_a_pulse_opens_and_one_closes(void)
     TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x712U)); // It boots.
 }
 
-static void test_a_closed_relay_stays_closed(void)
+static void a_closed_relay_stays_closed(void)
 {
     wait(5U * MASTER_MS);
     pulse(0x200U + UNIT, 1U, 2U, 3U);
@@ -89,7 +89,7 @@ static void test_a_closed_relay_stays_closed(void)
     TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, nodes[0]->state); // It has not booted again.
 }
 
-static void test_frames_that_are_no_pulse_of_the_unit_are_ignored(void)
+static void frames_that_are_not_a_pulse_of_the_unit_are_ignored(void)
 {
     pulse(0x200U + UNIT, 2U, 0U, 3U); // Too short for the relay.
     pulse(0x200U + UNIT, 2U, 8U, 3U);
@@ -105,7 +105,7 @@ static void test_frames_that_are_no_pulse_of_the_unit_are_ignored(void)
 }
 
 /// Its relays stay where they are; a pulse that has begun has no effect.
-static void test_a_disconnected_unit_does_nothing(void)
+static void a_disconnected_unit_does_nothing(void)
 {
     const osal_can_frame_t open = {.id = 0x200U + UNIT, .length = 3U, .data = {2U, 0U, 1U}};
     pulse(0x200U + UNIT, 2U, 1U, 3U);
@@ -133,9 +133,9 @@ static void test_a_disconnected_unit_does_nothing(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_pulse_opens_and_one_closes);
-    RUN_TEST(test_a_closed_relay_stays_closed);
-    RUN_TEST(test_frames_that_are_no_pulse_of_the_unit_are_ignored);
-    RUN_TEST(test_a_disconnected_unit_does_nothing);
+    RUN_TEST(one_pulse_opens_a_relay_and_another_closes_it);
+    RUN_TEST(a_closed_relay_stays_closed);
+    RUN_TEST(frames_that_are_not_a_pulse_of_the_unit_are_ignored);
+    RUN_TEST(a_disconnected_unit_does_nothing);
     return UNITY_END();
 }

@@ -111,7 +111,7 @@ static void expect(const char* request, const char* wanted)
     TEST_ASSERT_EQUAL_STRING(wanted, got);
 }
 
-static void test_expedited_upload(void)
+static void an_expedited_upload_returns_the_value(void)
 {
     expect("40 00 10 00 00 00 00 00", "43 00 10 00 92 01 02 00");
     expect("40 17 10 00 00 00 00 00", "4B 17 10 00 14 00 00 00");
@@ -119,7 +119,7 @@ static void test_expedited_upload(void)
     TEST_ASSERT_EQUAL_UINT(3U, reads);
 }
 
-static void test_expedited_download(void)
+static void an_expedited_download_stores_the_value(void)
 {
     expect("2B 17 10 00 64 00 00 00", "60 17 10 00 00 00 00 00");
     TEST_ASSERT_EQUAL_UINT64(100U, objects[1].value);
@@ -130,7 +130,7 @@ static void test_expedited_download(void)
     TEST_ASSERT_EQUAL_UINT(3U, writes);
 }
 
-static void test_segmented_upload(void)
+static void a_segmented_upload_returns_the_value(void)
 {
     expect("40 02 20 00 00 00 00 00", "41 02 20 00 14 00 00 00");
     expect("60 00 00 00 00 00 00 00", "00 61 20 6E 61 6D 65 20");
@@ -143,7 +143,7 @@ static void test_segmented_upload(void)
     expect("60 00 00 00 00 00 00 00", "0F 00 00 00 00 00 00 00");
 }
 
-static void test_segmented_download(void)
+static void a_segmented_download_stores_the_value(void)
 {
     expect("21 02 20 00 0A 00 00 00", "60 02 20 00 00 00 00 00");
     expect("00 30 31 32 33 34 35 36", "20 00 00 00 00 00 00 00");
@@ -157,7 +157,7 @@ static void test_segmented_download(void)
     TEST_ASSERT_EQUAL_UINT(2U, writes);
 }
 
-static void test_aborts_of_access(void)
+static void bad_accesses_are_aborted_with_their_code(void)
 {
     expect("40 00 30 00 00 00 00 00", "80 00 30 00 00 00 02 06"); // No such object.
     expect("40 17 10 05 00 00 00 00", "80 17 10 05 11 00 09 06"); // No such sub-index.
@@ -174,7 +174,7 @@ static void test_aborts_of_access(void)
     TEST_ASSERT_EQUAL_UINT(0U, writes);
 }
 
-static void test_aborts_of_segments(void)
+static void bad_segments_are_aborted_with_their_code(void)
 {
     expect("60 00 00 00 00 00 00 00", "80 00 00 00 01 00 04 05"); // No transfer runs.
     expect("00 00 00 00 00 00 00 00", "80 00 00 00 01 00 04 05");
@@ -189,7 +189,7 @@ static void test_aborts_of_segments(void)
     expect("01 30 31 32 33 34 35 36", "80 02 20 00 10 00 07 06"); // 7 came, 5 announced.
 }
 
-static void test_a_download_longer_than_any_object_is_cut_off(void)
+static void a_download_longer_than_any_object_is_aborted(void)
 {
     expect("20 02 20 00 00 00 00 00", "60 02 20 00 00 00 00 00");
     for (unsigned i = 0U; i < 9U; i++) {
@@ -199,28 +199,28 @@ static void test_a_download_longer_than_any_object_is_cut_off(void)
     expect("10 41 41 41 41 41 41 41", "80 02 20 00 12 00 07 06"); // 70 octets.
 }
 
-static void test_block_transfer_is_refused(void)
+static void block_transfer_is_refused(void)
 {
     expect("C2 02 20 00 00 00 00 00", "80 02 20 00 01 00 04 05");
     expect("A0 02 20 00 10 00 00 00", "80 02 20 00 01 00 04 05");
     expect("E0 00 00 00 00 00 00 00", "80 00 00 00 01 00 04 05");
 }
 
-static void test_a_clients_abort_ends_the_transfer_without_reply(void)
+static void an_abort_of_the_client_ends_the_transfer_without_a_response(void)
 {
     expect("40 02 20 00 00 00 00 00", "41 02 20 00 14 00 00 00");
     TEST_ASSERT_FALSE(ask("80 02 20 00 00 00 04 05"));
     expect("60 00 00 00 00 00 00 00", "80 00 00 00 01 00 04 05");
 }
 
-static void test_a_new_request_replaces_a_running_transfer(void)
+static void a_new_request_replaces_a_running_transfer(void)
 {
     expect("40 02 20 00 00 00 00 00", "41 02 20 00 14 00 00 00");
     expect("40 17 10 00 00 00 00 00", "4B 17 10 00 14 00 00 00");
     expect("60 00 00 00 00 00 00 00", "80 00 00 00 01 00 04 05");
 }
 
-static void test_random_requests_do_no_harm(void)
+static void random_requests_leave_the_server_working(void)
 {
     uint32_t random = 5U;
     for (unsigned i = 0U; i < 500000U; i++) {
@@ -245,16 +245,16 @@ static void test_random_requests_do_no_harm(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_expedited_upload);
-    RUN_TEST(test_expedited_download);
-    RUN_TEST(test_segmented_upload);
-    RUN_TEST(test_segmented_download);
-    RUN_TEST(test_aborts_of_access);
-    RUN_TEST(test_aborts_of_segments);
-    RUN_TEST(test_a_download_longer_than_any_object_is_cut_off);
-    RUN_TEST(test_block_transfer_is_refused);
-    RUN_TEST(test_a_clients_abort_ends_the_transfer_without_reply);
-    RUN_TEST(test_a_new_request_replaces_a_running_transfer);
-    RUN_TEST(test_random_requests_do_no_harm);
+    RUN_TEST(an_expedited_upload_returns_the_value);
+    RUN_TEST(an_expedited_download_stores_the_value);
+    RUN_TEST(a_segmented_upload_returns_the_value);
+    RUN_TEST(a_segmented_download_stores_the_value);
+    RUN_TEST(bad_accesses_are_aborted_with_their_code);
+    RUN_TEST(bad_segments_are_aborted_with_their_code);
+    RUN_TEST(a_download_longer_than_any_object_is_aborted);
+    RUN_TEST(block_transfer_is_refused);
+    RUN_TEST(an_abort_of_the_client_ends_the_transfer_without_a_response);
+    RUN_TEST(a_new_request_replaces_a_running_transfer);
+    RUN_TEST(random_requests_leave_the_server_working);
     return UNITY_END();
 }

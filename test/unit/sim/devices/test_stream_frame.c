@@ -27,7 +27,7 @@ static void put(const uint8_t* const more, const size_t count)
     held += count;
 }
 
-static void test_frames_are_those_of_flight(void)
+static void frames_equal_those_of_the_flight_software(void)
 {
     static const uint8_t payload[] = {1U, 0xC0U, 0xDBU};
     static const uint8_t big[]     = {0U, 3U, 1U, 0xC0U, 0xDBU};
@@ -56,7 +56,7 @@ static void test_frames_are_those_of_flight(void)
     }
 }
 
-static void test_octets_that_are_no_frame_are_dropped(void)
+static void octets_that_are_not_a_frame_are_dropped(void)
 {
     static const stream_framing_t length = {false, false};
     static const stream_framing_t slip   = {true, false};
@@ -84,7 +84,7 @@ static void test_octets_that_are_no_frame_are_dropped(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_frames_are_those_of_flight);
-    RUN_TEST(test_octets_that_are_no_frame_are_dropped);
+    RUN_TEST(frames_equal_those_of_the_flight_software);
+    RUN_TEST(octets_that_are_not_a_frame_are_dropped);
     return UNITY_END();
 }

@@ -75,7 +75,7 @@ static uint16_t inputs(void)
     return octets_u16(master_last(&master, 0x180U + ID)->data);
 }
 
-static void test_each_output_moves_its_valve_and_its_input(void)
+static void each_output_moves_its_valve_and_its_input(void)
 {
     for (unsigned i = 0U; i < VALVE_BOX_OUTPUTS; i++) {
         send((uint16_t)(1U << i), 0U);
@@ -94,7 +94,7 @@ static void test_each_output_moves_its_valve_and_its_input(void)
     TEST_ASSERT_EQUAL_HEX16(0U, inputs()); // TPDO of the same SYNC.
 }
 
-static void test_a_command_acts_at_sync(void)
+static void a_command_acts_at_sync(void)
 {
     send(0x8001U, 0U);
     master_wait(&master, CYCLE_NS / 10U);
@@ -104,7 +104,7 @@ static void test_a_command_acts_at_sync(void)
     TEST_ASSERT_EQUAL_HEX16(0x8001U, open());
 }
 
-static void test_a_pulse_is_at_least_the_shortest_one(void)
+static void a_pulse_is_at_least_the_shortest_one(void)
 {
     send(0x0003U, 0U);
     cycle();
@@ -119,7 +119,7 @@ static void test_a_pulse_is_at_least_the_shortest_one(void)
     TEST_ASSERT_TRUE(changed_ns <= (opened_ns + PULSE_NS + (CYCLE_NS / 10U)));
 }
 
-static void test_the_longest_time_closes_all_valves(void)
+static void the_longest_time_closes_all_valves(void)
 {
     send(0xFFFFU, 3U);
     cycle();
@@ -142,7 +142,7 @@ static void test_the_longest_time_closes_all_valves(void)
     TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
 }
 
-static void test_silence_of_the_master_closes_all_valves(void)
+static void loss_of_the_masters_heartbeat_closes_all_valves(void)
 {
     send(0xFFFFU, 0U);
     for (unsigned i = 0U; i < 4U; i++) {
@@ -158,7 +158,7 @@ static void test_silence_of_the_master_closes_all_valves(void)
     TEST_ASSERT_EQUAL_HEX16(0x0001U, open());
 }
 
-static void test_error_modes_and_values_are_those_of_each_output(void)
+static void each_output_has_its_own_error_mode_and_error_value(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x6206U, 1U, 0x0FU, 1U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x6207U, 1U, 0xC3U, 1U));
@@ -172,7 +172,7 @@ static void test_error_modes_and_values_are_those_of_each_output(void)
     TEST_ASSERT_EQUAL_HEX16(0x8053U, open()); // Kept where the mode is 0.
 }
 
-static void test_leaving_operational_closes_all_valves(void)
+static void leaving_operational_closes_all_valves(void)
 {
     static const uint8_t commands[] = {2U, 128U, 129U, 130U};
     for (size_t i = 0U; i < sizeof commands; i++) {
@@ -186,7 +186,7 @@ static void test_leaving_operational_closes_all_valves(void)
     }
 }
 
-static void test_without_power_valves_close_at_once(void)
+static void without_power_valves_close_at_once(void)
 {
     send(0x0002U, 0U);
     cycle();
@@ -197,7 +197,7 @@ static void test_without_power_valves_close_at_once(void)
     TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
 }
 
-static void test_another_sheet_is_refused(void)
+static void a_data_sheet_of_another_device_is_refused(void)
 {
     const valve_box_config_t config = {.changed = NULL};
     valve_box_t* other              = NULL;
@@ -212,14 +212,14 @@ static void test_another_sheet_is_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_each_output_moves_its_valve_and_its_input);
-    RUN_TEST(test_a_command_acts_at_sync);
-    RUN_TEST(test_a_pulse_is_at_least_the_shortest_one);
-    RUN_TEST(test_the_longest_time_closes_all_valves);
-    RUN_TEST(test_silence_of_the_master_closes_all_valves);
-    RUN_TEST(test_error_modes_and_values_are_those_of_each_output);
-    RUN_TEST(test_leaving_operational_closes_all_valves);
-    RUN_TEST(test_without_power_valves_close_at_once);
-    RUN_TEST(test_another_sheet_is_refused);
+    RUN_TEST(each_output_moves_its_valve_and_its_input);
+    RUN_TEST(a_command_acts_at_sync);
+    RUN_TEST(a_pulse_is_at_least_the_shortest_one);
+    RUN_TEST(the_longest_time_closes_all_valves);
+    RUN_TEST(loss_of_the_masters_heartbeat_closes_all_valves);
+    RUN_TEST(each_output_has_its_own_error_mode_and_error_value);
+    RUN_TEST(leaving_operational_closes_all_valves);
+    RUN_TEST(without_power_valves_close_at_once);
+    RUN_TEST(a_data_sheet_of_another_device_is_refused);
     return UNITY_END();
 }

@@ -87,7 +87,7 @@ static void enable(void)
     TEST_ASSERT_EQUAL_HEX16(0x27U, wheel_statusword(wheel) & 0x6FU);
 }
 
-static void test_an_enabled_wheel_has_the_commanded_torque(void)
+static void an_enabled_wheel_has_the_commanded_torque(void)
 {
     cycle(0x06U, 0.1);
     EXPECT_WITHIN(0.0, 0.0, wheel_torque(wheel));
@@ -108,7 +108,7 @@ static void the_reported_speed_is_relative_to_the_housing(void)
     TEST_ASSERT_EQUAL_INT32(lround((FULL_RAD_S / 2.0 - 0.5) * 1e6), (int32_t)octets_u32(&answer()[2]));
 }
 
-static void test_limits_are_kept_and_flagged(void)
+static void limits_are_kept_and_reported_in_the_statusword(void)
 {
     enable();
     cycle(0x0FU, 0.5);
@@ -176,7 +176,7 @@ static void a_warning_keeps_the_torque_and_an_error_ends_it(void)
     EXPECT_WITHIN(0.0, 0.0, wheel_torque(wheel));
 }
 
-static void test_a_sheet_that_is_no_wheel_is_refused(void)
+static void a_data_sheet_of_another_device_is_refused(void)
 {
     wheel_t* none               = wheel;
     const wheel_config_t config = {.momentum_nms = 1.0, .read_truth = read_truth};
@@ -189,12 +189,12 @@ static void test_a_sheet_that_is_no_wheel_is_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_an_enabled_wheel_has_the_commanded_torque);
+    RUN_TEST(an_enabled_wheel_has_the_commanded_torque);
     RUN_TEST(the_reported_speed_is_relative_to_the_housing);
-    RUN_TEST(test_limits_are_kept_and_flagged);
+    RUN_TEST(limits_are_kept_and_reported_in_the_statusword);
     RUN_TEST(the_speed_mode_reaches_the_commanded_speed);
     RUN_TEST(without_commands_the_motor_gives_no_torque);
     RUN_TEST(a_warning_keeps_the_torque_and_an_error_ends_it);
-    RUN_TEST(test_a_sheet_that_is_no_wheel_is_refused);
+    RUN_TEST(a_data_sheet_of_another_device_is_refused);
     return UNITY_END();
 }

@@ -118,7 +118,7 @@ static void pull_spring(void)
 
 // ---- Joints ----
 
-static void test_gear_carries_gravity_when_at_rest(void)
+static void gear_carries_gravity_when_at_rest(void)
 {
     run(2.0);
     const plant_truth_t* truth = plant_truth(plant);
@@ -132,7 +132,7 @@ static void test_gear_carries_gravity_when_at_rest(void)
     EXPECT_WITHIN(truth->joint_torque_nm[0] + truth->friction_nm[0], 1e-9, truth->motor_torque_nm[0]);
 }
 
-static void test_tip_follows_from_the_joint_angles(void)
+static void the_tip_position_follows_from_the_joint_angles(void)
 {
     run(0.5);
     const plant_truth_t* truth = plant_truth(plant);
@@ -143,7 +143,7 @@ static void test_tip_follows_from_the_joint_angles(void)
     EXPECT_WITHIN(0.0, 1e-9, truth->contact[0].place_m[1]);
 }
 
-static void test_stiction_holds_below_and_yields_above(void)
+static void a_joint_sticks_below_the_static_friction_and_moves_above(void)
 {
     begin(false);
     const double start = plant_truth(plant)->motor[0].position_rad;
@@ -159,7 +159,7 @@ static void test_stiction_holds_below_and_yields_above(void)
     EXPECT_ABOVE(0.02, plant_truth(plant)->motor[0].position_rad - start);
 }
 
-static void test_moving_rotor_meets_coulomb_and_viscous_friction(void)
+static void moving_rotor_meets_coulomb_and_viscous_friction(void)
 {
     world.robot[0].model.joint[0].upper = 100.0;
     begin(false);
@@ -178,7 +178,7 @@ static void test_moving_rotor_meets_coulomb_and_viscous_friction(void)
     TEST_ASSERT_TRUE(truth->motor[0].position_rad == rest);
 }
 
-static void test_without_brake_the_arm_falls(void)
+static void without_brake_the_arm_falls(void)
 {
     run(1.0);
     const double before = plant_truth(plant)->link_position_rad[0];
@@ -205,7 +205,7 @@ static double brake_drop(double seconds)
     return worst;
 }
 
-static void test_brake_holds_against_gravity(void)
+static void brake_holds_against_gravity(void)
 {
     run(1.0);
     EXPECT_BELOW(1e-4, brake_drop(10.0));
@@ -213,14 +213,14 @@ static void test_brake_holds_against_gravity(void)
     TEST_ASSERT_TRUE(plant_truth(plant)->motor[0].velocity_rad_s == 0.0);
 }
 
-static void test_brake_holds_against_the_spring(void)
+static void brake_holds_against_the_spring(void)
 {
     pull_spring();
     EXPECT_BELOW(-30.0, plant_truth(plant)->spring[0].force_n[2]);
     EXPECT_BELOW(1e-4, brake_drop(10.0));
 }
 
-static void test_brake_stops_a_moving_joint(void)
+static void brake_stops_a_moving_joint(void)
 {
     begin(false);
     push(10.0, 0.0);
@@ -236,7 +236,7 @@ static void test_brake_stops_a_moving_joint(void)
     EXPECT_BELOW(speed * speed * (0.256 + 0.25) / 2.0 / 100.0, truth->motor[0].position_rad - from);
 }
 
-static void test_joint_stops_at_its_range(void)
+static void joint_stops_at_its_range(void)
 {
     begin(false);
     push(10.0, 0.0);
@@ -255,7 +255,7 @@ static void press_at(double x, double below_m)
     run(1.0);
 }
 
-static void test_contact_is_a_spring_of_the_given_stiffness(void)
+static void contact_has_the_given_stiffness(void)
 {
     const double stiffness[] = {2000.0, 5000.0, 20000.0};
     for (unsigned i = 0U; i < 3U; i++) {
@@ -272,7 +272,7 @@ static void test_contact_is_a_spring_of_the_given_stiffness(void)
     }
 }
 
-static void test_contact_only_pushes(void)
+static void contact_only_pushes(void)
 {
     press_at(0.25, 0.005);
     const unsigned lift = 2000U;
@@ -286,7 +286,7 @@ static void test_contact_only_pushes(void)
 }
 
 // ODE takes the limit of friction from the normal force as it was before friction acted back on it: 1 % here.
-static void test_friction_stays_in_its_cone_and_opposes_the_motion(void)
+static void friction_is_within_its_cone_and_opposes_the_motion(void)
 {
     world.contact[0].shear = 0.0; // It slides as soon as it moves.
     begin(true);
@@ -308,7 +308,7 @@ static void test_friction_stays_in_its_cone_and_opposes_the_motion(void)
     TEST_ASSERT_GREATER_THAN_UINT(1000U, sliding);
 }
 
-static void test_sticking_finger_does_not_creep(void)
+static void sticking_finger_does_not_creep(void)
 {
     press_at(0.25, 0.005);
     run(2.0);
@@ -317,7 +317,7 @@ static void test_sticking_finger_does_not_creep(void)
     EXPECT_WITHIN(x, 1e-6, plant_truth(plant)->contact[0].place_m[0]);
 }
 
-static void test_bump_pushes_along_its_own_normal(void)
+static void bump_pushes_along_its_own_normal(void)
 {
     world.contact[0].friction = 0.0;
     begin(true);
@@ -335,7 +335,7 @@ static void test_bump_pushes_along_its_own_normal(void)
                        truth->contact[0].force_n[2] * truth->contact[0].force_n[2]));
 }
 
-static void test_external_torque_balances_gear_and_gravity(void)
+static void external_torque_balances_gear_and_gravity(void)
 {
     // At rest the sensor shows gravity minus the forces of the environment: an independent way to the same
     // number.
@@ -361,7 +361,7 @@ static double pull_at(spring_t* spring, double x, double z)
     return -force[2];
 }
 
-static void test_spring_law(void)
+static void the_spring_pulls_with_preload_and_stiffness_and_never_pushes(void)
 {
     spring_t spring = {.below = true};
     EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.327, 0.150));
@@ -374,7 +374,7 @@ static void test_spring_law(void)
     EXPECT_WITHIN(35.0, 1e-9, pull_at(&spring, 0.327, 0.215)); // Hooked again.
 }
 
-static void test_spring_pulls_towards_its_anchor(void)
+static void spring_pulls_towards_its_anchor(void)
 {
     spring_t spring     = {.below = true};
     const double tip[3] = {0.340, 0.0, 0.200};
@@ -385,7 +385,7 @@ static void test_spring_pulls_towards_its_anchor(void)
     EXPECT_BELOW(0.0, force[0]);
 }
 
-static void test_hook_is_missed_beside_it(void)
+static void the_finger_does_not_catch_the_hook_beside_it(void)
 {
     spring_t spring = {.below = true};
     EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.36, 0.160));
@@ -394,7 +394,7 @@ static void test_hook_is_missed_beside_it(void)
     TEST_ASSERT_FALSE(spring.hooked);
 }
 
-static void test_hook_slips_off_and_can_be_hooked_again(void)
+static void hook_slips_off_and_can_be_hooked_again(void)
 {
     spring_t spring = {.below = true};
     EXPECT_WITHIN(59.5, 1e-9, pull_at(&spring, 0.327, 0.264));
@@ -404,7 +404,7 @@ static void test_hook_slips_off_and_can_be_hooked_again(void)
     EXPECT_WITHIN(35.0, 1e-9, pull_at(&spring, 0.327, 0.215));
 }
 
-static void test_arm_feels_the_spring(void)
+static void the_spring_force_loads_the_joints_of_the_arm(void)
 {
     pull_spring();
     const plant_truth_t* truth = plant_truth(plant);
@@ -427,7 +427,7 @@ static void push_stick(void* context, unsigned substep, const double* stick_posi
     out_torque_nm[1] = 0.0;
 }
 
-static void test_stick_balances_hand_and_motor(void)
+static void stick_balances_hand_and_motor(void)
 {
     input.hand[0]               = push_stick;
     input.stick_torque_nm[0][0] = -0.15;
@@ -439,7 +439,7 @@ static void test_stick_balances_hand_and_motor(void)
     EXPECT_WITHIN(0.0, 0.0, truth->stick[0].position_rad[1]);
 }
 
-static void test_stick_accelerates_by_its_inertia(void)
+static void stick_accelerates_by_its_inertia(void)
 {
     input.stick_torque_nm[0][1] = 0.02; // 10 rad/s2
     run(0.1);
@@ -448,7 +448,7 @@ static void test_stick_accelerates_by_its_inertia(void)
                   plant_truth(plant)->stick[0].velocity_rad_s[1]);
 }
 
-static void test_stick_stops_at_its_range(void)
+static void stick_stops_at_its_range(void)
 {
     input.stick_torque_nm[0][0] = 1.5;
     input.stick_torque_nm[0][1] = -1.5;
@@ -474,13 +474,13 @@ static uint64_t eventful_run(void)
     return plant_hash(plant);
 }
 
-static void test_repeats_are_bit_identical(void)
+static void equal_runs_are_bit_identical(void)
 {
     const uint64_t first = eventful_run();
     TEST_ASSERT_TRUE(first == eventful_run());
 }
 
-static void test_worlds_do_not_disturb_each_other(void)
+static void worlds_do_not_disturb_each_other(void)
 {
     const uint64_t alone     = eventful_run();
     plant_t* const other     = plant_in(&world);
@@ -501,7 +501,7 @@ static void test_worlds_do_not_disturb_each_other(void)
     plant_destroy(again);
 }
 
-static void test_checksum_sees_the_last_bit(void)
+static void the_checksum_changes_with_the_last_bit(void)
 {
     const uint64_t before = plant_hash(plant);
     plant_step(plant, &input, STEP_NS);
@@ -511,7 +511,7 @@ static void test_checksum_sees_the_last_bit(void)
 }
 
 #if defined(__SSE2__)
-static void test_no_denormals_after_a_contact(void)
+static void no_denormals_after_a_contact(void)
 {
     press_at(0.25, 0.003);
     glide(0.25, -0.033, 0.327, 0.06, 1.0);
@@ -540,7 +540,7 @@ static void look_at_mode(void* context, unsigned substep, const plant_rotor_t* m
     mode_inside = _mm_getcsr();
 }
 
-static void test_floating_point_mode_of_the_caller_is_untouched(void)
+static void floating_point_mode_of_the_caller_is_untouched(void)
 {
     const unsigned before  = _mm_getcsr();
     const unsigned modes[] = {before & ~0x8040U, before | 0x8040U, (before & ~0x6000U) | 0x2000U};
@@ -559,35 +559,35 @@ static void test_floating_point_mode_of_the_caller_is_untouched(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_gear_carries_gravity_when_at_rest);
-    RUN_TEST(test_tip_follows_from_the_joint_angles);
-    RUN_TEST(test_stiction_holds_below_and_yields_above);
-    RUN_TEST(test_moving_rotor_meets_coulomb_and_viscous_friction);
-    RUN_TEST(test_without_brake_the_arm_falls);
-    RUN_TEST(test_brake_holds_against_gravity);
-    RUN_TEST(test_brake_holds_against_the_spring);
-    RUN_TEST(test_brake_stops_a_moving_joint);
-    RUN_TEST(test_joint_stops_at_its_range);
-    RUN_TEST(test_contact_is_a_spring_of_the_given_stiffness);
-    RUN_TEST(test_contact_only_pushes);
-    RUN_TEST(test_friction_stays_in_its_cone_and_opposes_the_motion);
-    RUN_TEST(test_sticking_finger_does_not_creep);
-    RUN_TEST(test_bump_pushes_along_its_own_normal);
-    RUN_TEST(test_external_torque_balances_gear_and_gravity);
-    RUN_TEST(test_spring_law);
-    RUN_TEST(test_spring_pulls_towards_its_anchor);
-    RUN_TEST(test_hook_is_missed_beside_it);
-    RUN_TEST(test_hook_slips_off_and_can_be_hooked_again);
-    RUN_TEST(test_arm_feels_the_spring);
-    RUN_TEST(test_stick_balances_hand_and_motor);
-    RUN_TEST(test_stick_accelerates_by_its_inertia);
-    RUN_TEST(test_stick_stops_at_its_range);
-    RUN_TEST(test_repeats_are_bit_identical);
-    RUN_TEST(test_worlds_do_not_disturb_each_other);
-    RUN_TEST(test_checksum_sees_the_last_bit);
+    RUN_TEST(gear_carries_gravity_when_at_rest);
+    RUN_TEST(the_tip_position_follows_from_the_joint_angles);
+    RUN_TEST(a_joint_sticks_below_the_static_friction_and_moves_above);
+    RUN_TEST(moving_rotor_meets_coulomb_and_viscous_friction);
+    RUN_TEST(without_brake_the_arm_falls);
+    RUN_TEST(brake_holds_against_gravity);
+    RUN_TEST(brake_holds_against_the_spring);
+    RUN_TEST(brake_stops_a_moving_joint);
+    RUN_TEST(joint_stops_at_its_range);
+    RUN_TEST(contact_has_the_given_stiffness);
+    RUN_TEST(contact_only_pushes);
+    RUN_TEST(friction_is_within_its_cone_and_opposes_the_motion);
+    RUN_TEST(sticking_finger_does_not_creep);
+    RUN_TEST(bump_pushes_along_its_own_normal);
+    RUN_TEST(external_torque_balances_gear_and_gravity);
+    RUN_TEST(the_spring_pulls_with_preload_and_stiffness_and_never_pushes);
+    RUN_TEST(spring_pulls_towards_its_anchor);
+    RUN_TEST(the_finger_does_not_catch_the_hook_beside_it);
+    RUN_TEST(hook_slips_off_and_can_be_hooked_again);
+    RUN_TEST(the_spring_force_loads_the_joints_of_the_arm);
+    RUN_TEST(stick_balances_hand_and_motor);
+    RUN_TEST(stick_accelerates_by_its_inertia);
+    RUN_TEST(stick_stops_at_its_range);
+    RUN_TEST(equal_runs_are_bit_identical);
+    RUN_TEST(worlds_do_not_disturb_each_other);
+    RUN_TEST(the_checksum_changes_with_the_last_bit);
 #if defined(__SSE2__)
-    RUN_TEST(test_no_denormals_after_a_contact);
-    RUN_TEST(test_floating_point_mode_of_the_caller_is_untouched);
+    RUN_TEST(no_denormals_after_a_contact);
+    RUN_TEST(floating_point_mode_of_the_caller_is_untouched);
 #endif
     return UNITY_END();
 }

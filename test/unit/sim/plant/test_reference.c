@@ -168,7 +168,7 @@ static deviation_t deviation(uint64_t dt_ns, uint64_t duration_ns)
     return result;
 }
 
-static void test_elastic_arm_follows_the_equations_of_motion(void)
+static void elastic_arm_follows_the_equations_of_motion(void)
 {
     const deviation_t found = deviation(500000U, 10000000000U);
     printf("10 s at 0.5 ms: worst %.2e rad, rms %.2e rad, travel %.2f rad\n", found.worst_rad, found.rms_rad,
@@ -178,7 +178,7 @@ static void test_elastic_arm_follows_the_equations_of_motion(void)
     EXPECT_BELOW(5.0e-4, found.rms_rad);
 }
 
-static void test_error_falls_with_the_step(void)
+static void the_error_decreases_with_the_step(void)
 {
     // First order, as a semi-implicit scheme should be: half the step, half the error.
     const deviation_t coarse = deviation(500000U, 2000000000U);
@@ -214,7 +214,7 @@ static double length(const double v[3])
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-static void test_momenta_stay_without_gravity(void)
+static void momentum_is_conserved_without_gravity(void)
 {
     float_arm();
     robot_mass_t* base = &world.robot[0].model.body[0];
@@ -252,7 +252,7 @@ static void test_momenta_stay_without_gravity(void)
     EXPECT_BELOW(1.0e-3, worst_angular / length(l0));
 }
 
-static void test_spinning_rotor_turns_the_base(void)
+static void spinning_rotor_turns_the_base(void)
 {
     // From rest: whatever the arm does, the sum stays zero, so the base must have turned in the other
     // direction.
@@ -275,9 +275,9 @@ static void test_spinning_rotor_turns_the_base(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_elastic_arm_follows_the_equations_of_motion);
-    RUN_TEST(test_error_falls_with_the_step);
-    RUN_TEST(test_momenta_stay_without_gravity);
-    RUN_TEST(test_spinning_rotor_turns_the_base);
+    RUN_TEST(elastic_arm_follows_the_equations_of_motion);
+    RUN_TEST(the_error_decreases_with_the_step);
+    RUN_TEST(momentum_is_conserved_without_gravity);
+    RUN_TEST(spinning_rotor_turns_the_base);
     return UNITY_END();
 }

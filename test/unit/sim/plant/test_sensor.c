@@ -17,7 +17,7 @@ void tearDown(void)
 {
 }
 
-static void test_noise_is_standard_normal(void)
+static void noise_is_standard_normal(void)
 {
     double moment[5] = {0.0};
     unsigned beyond  = 0U;
@@ -47,7 +47,7 @@ static double correlation(uint64_t seed_a, uint32_t device_a, uint64_t seed_b, u
     return sum / SAMPLES;
 }
 
-static void test_noise_differs_by_seed_device_and_step(void)
+static void noise_depends_on_seed_device_and_step(void)
 {
     EXPECT_WITHIN(1.0, 0.02, correlation(1U, 1U, 1U, 1U, 0U));
     EXPECT_WITHIN(0.0, 0.01, correlation(1U, 1U, 1U, 2U, 0U));
@@ -57,7 +57,7 @@ static void test_noise_differs_by_seed_device_and_step(void)
     EXPECT_WITHIN(0.0, 0.01, correlation(0U, 0U, 0U, 0U, 1U));
 }
 
-static void test_noise_is_the_same_in_any_order(void)
+static void noise_is_the_same_in_any_order(void)
 {
     const double late  = sensor_noise(7U, 3U, 1000000U);
     const double early = sensor_noise(7U, 3U, 0U);
@@ -65,7 +65,7 @@ static void test_noise_is_the_same_in_any_order(void)
     TEST_ASSERT_TRUE(late == sensor_noise(7U, 3U, 1000000U));
 }
 
-static void test_uniform_fills_its_interval(void)
+static void uniform_noise_fills_its_interval(void)
 {
     double lowest  = 1.0;
     double highest = -1.0;
@@ -82,7 +82,7 @@ static void test_uniform_fills_its_interval(void)
     EXPECT_WITHIN(0.0, 0.01, sum / SAMPLES);
 }
 
-static void test_torque_sensor_has_offset_drift_and_noise(void)
+static void torque_sensor_has_offset_drift_and_noise(void)
 {
     double offsets = 0.0;
     for (uint64_t seed = 1U; seed <= 20U; seed++) {
@@ -106,7 +106,7 @@ static void test_torque_sensor_has_offset_drift_and_noise(void)
     EXPECT_ABOVE(0.05, offsets / 20.0);
 }
 
-static void test_torque_sensor_saturates(void)
+static void torque_sensor_saturates(void)
 {
     torque_sensor_t sensor;
     torque_sensor_init(&sensor, &rokviss()->torque_sensor, 1U, 1U);
@@ -114,7 +114,7 @@ static void test_torque_sensor_saturates(void)
     EXPECT_WITHIN(-60.0, 0.0, torque_sensor_read(&sensor, 2U, 0U, -1e9, 0.0));
 }
 
-static void test_encoder_counts_downwards(void)
+static void encoder_counts_downwards(void)
 {
     const double quantum = 2.0 * acos(-1.0) / 65536.0;
     EXPECT_WITHIN(95.87e-6, 1e-8, quantum);
@@ -127,7 +127,7 @@ static void test_encoder_counts_downwards(void)
     TEST_ASSERT_EQUAL_INT64(-1, encoder_count(&rokviss()->stick_encoder, -1e-9));
 }
 
-static void test_encoder_on_the_motor_is_finer_by_the_gear(void)
+static void an_encoder_on_the_motor_is_finer_by_the_gear_ratio(void)
 {
     for (double position = -3.0; position < 3.0; position += 0.0137) {
         const double joint = position - encoder_read(&rokviss()->joint_encoder, position);
@@ -138,7 +138,7 @@ static void test_encoder_on_the_motor_is_finer_by_the_gear(void)
 }
 
 /// The ripple of a sensor adds to its reading, by the formula, at every position of the motor.
-static void test_the_sensor_ripples_with_the_motor(void)
+static void the_torque_sensor_has_a_ripple_with_the_motor_angle(void)
 {
     world_drive_type_t type                     = {.ratio             = 160.0,
                                                    .has_torque_sensor = true,
@@ -159,14 +159,14 @@ static void test_the_sensor_ripples_with_the_motor(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_noise_is_standard_normal);
-    RUN_TEST(test_noise_differs_by_seed_device_and_step);
-    RUN_TEST(test_noise_is_the_same_in_any_order);
-    RUN_TEST(test_uniform_fills_its_interval);
-    RUN_TEST(test_torque_sensor_has_offset_drift_and_noise);
-    RUN_TEST(test_torque_sensor_saturates);
-    RUN_TEST(test_encoder_counts_downwards);
-    RUN_TEST(test_encoder_on_the_motor_is_finer_by_the_gear);
-    RUN_TEST(test_the_sensor_ripples_with_the_motor);
+    RUN_TEST(noise_is_standard_normal);
+    RUN_TEST(noise_depends_on_seed_device_and_step);
+    RUN_TEST(noise_is_the_same_in_any_order);
+    RUN_TEST(uniform_noise_fills_its_interval);
+    RUN_TEST(torque_sensor_has_offset_drift_and_noise);
+    RUN_TEST(torque_sensor_saturates);
+    RUN_TEST(encoder_counts_downwards);
+    RUN_TEST(an_encoder_on_the_motor_is_finer_by_the_gear_ratio);
+    RUN_TEST(the_torque_sensor_has_a_ripple_with_the_motor_angle);
     return UNITY_END();
 }

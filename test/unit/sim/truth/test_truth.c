@@ -89,7 +89,7 @@ static void write_sample(const char* where)
     TEST_ASSERT_EQUAL(STATUS_OK, truth_close(truth));
 }
 
-static void test_lcm_reads_channels_and_simulated_time(void)
+static void lcm_reads_the_channels_and_the_simulated_time(void)
 {
     static const struct {
         const char* channel;
@@ -163,7 +163,7 @@ static unsigned write_steps(const unsigned first, const unsigned last, const dou
     return count;
 }
 
-static void test_what_is_at_rest_is_written_ten_times_a_second(void)
+static void a_channel_at_rest_is_written_ten_times_a_second(void)
 {
     static int64_t time_us[STEPS + 1U];
     TEST_ASSERT_EQUAL_UINT(11U, write_steps(1U, 0U, 0.0, time_us));
@@ -174,7 +174,7 @@ static void test_what_is_at_rest_is_written_ten_times_a_second(void)
     TEST_ASSERT_EQUAL_UINT(11U, write_steps(1U, STEPS, 1e-13, time_us));
 }
 
-static void test_what_moves_is_written_in_each_step_and_the_rest_before_it(void)
+static void a_moving_channel_is_written_in_each_step_after_its_last_sample_at_rest(void)
 {
     static int64_t time_us[STEPS + 1U];
     TEST_ASSERT_EQUAL_UINT(STEPS, write_steps(1U, STEPS, 1e-8, time_us));
@@ -186,7 +186,7 @@ static void test_what_moves_is_written_in_each_step_and_the_rest_before_it(void)
     }
 }
 
-static void test_slow_motion_is_no_rest(void)
+static void slow_motion_is_not_taken_for_rest(void)
 {
     static int64_t time_us[STEPS + 1U];
     const unsigned count =
@@ -194,7 +194,7 @@ static void test_slow_motion_is_no_rest(void)
     TEST_ASSERT_GREATER_OR_EQUAL_UINT(STEPS / 3U, count);
 }
 
-static void test_a_number_that_is_none_is_no_rest(void)
+static void a_value_that_is_not_a_number_is_not_taken_for_rest(void)
 {
     static int64_t time_us[STEPS + 1U];
     TEST_ASSERT_EQUAL_UINT(STEPS, write_steps(1U, STEPS, (double)NAN, time_us));
@@ -209,7 +209,7 @@ static size_t read_all(const char* where, unsigned char* octet, size_t size)
     return used;
 }
 
-static void test_two_runs_give_the_same_octets(void)
+static void equal_runs_give_equal_octets(void)
 {
     static unsigned char first[4096];
     static unsigned char second[4096];
@@ -221,7 +221,7 @@ static void test_two_runs_give_the_same_octets(void)
     TEST_ASSERT_EQUAL_MEMORY(first, second, used);
 }
 
-static void test_long_words_are_cut(void)
+static void long_words_are_truncated(void)
 {
     static char word[1000];
     memset(word, 'x', sizeof word - 1U);
@@ -233,7 +233,7 @@ static void test_long_words_are_cut(void)
     write_sample(path); // Keeps the sample for other readers.
 }
 
-static void test_failures_are_reported(void)
+static void failures_to_open_and_to_write_are_reported(void)
 {
     truth_t* truth            = NULL;
     double moving[2]          = {0.0, 0.0};
@@ -260,13 +260,13 @@ static void test_failures_are_reported(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_lcm_reads_channels_and_simulated_time);
-    RUN_TEST(test_two_runs_give_the_same_octets);
-    RUN_TEST(test_what_is_at_rest_is_written_ten_times_a_second);
-    RUN_TEST(test_what_moves_is_written_in_each_step_and_the_rest_before_it);
-    RUN_TEST(test_slow_motion_is_no_rest);
-    RUN_TEST(test_a_number_that_is_none_is_no_rest);
-    RUN_TEST(test_failures_are_reported);
-    RUN_TEST(test_long_words_are_cut);
+    RUN_TEST(lcm_reads_the_channels_and_the_simulated_time);
+    RUN_TEST(equal_runs_give_equal_octets);
+    RUN_TEST(a_channel_at_rest_is_written_ten_times_a_second);
+    RUN_TEST(a_moving_channel_is_written_in_each_step_after_its_last_sample_at_rest);
+    RUN_TEST(slow_motion_is_not_taken_for_rest);
+    RUN_TEST(a_value_that_is_not_a_number_is_not_taken_for_rest);
+    RUN_TEST(failures_to_open_and_to_write_are_reported);
+    RUN_TEST(long_words_are_truncated);
     return UNITY_END();
 }

@@ -108,7 +108,7 @@ void tearDown(void)
     flow_shm_close(&to_device);
 }
 
-static void test_the_axis_is_commanded_and_its_arrival_is_reported_once(void)
+static void the_axis_is_commanded_and_its_arrival_is_reported_once(void)
 {
     uint8_t command[COMMAND_OCTETS] = {0U};
     const uint8_t expected[5]       = {1U, 0x00U, 0x07U, 0xA1U, 0x20U}; // Enabled, to 500000.
@@ -125,7 +125,7 @@ static void test_the_axis_is_commanded_and_its_arrival_is_reported_once(void)
     TEST_ASSERT_TRUE(own.parameters.counters.sent[0] > 10U);
 }
 
-static void test_out_of_operation_the_axis_is_disabled(void)
+static void out_of_operation_the_axis_is_disabled(void)
 {
     uint8_t command[COMMAND_OCTETS] = {1U};
     generic.state                   = STATE_SAFE_OPERATIONAL;
@@ -135,7 +135,7 @@ static void test_out_of_operation_the_axis_is_disabled(void)
     TEST_ASSERT_EQUAL_UINT(0U, double_events(&generic, INSTRUMENTS_EVENT_ARRIVED));
 }
 
-static void test_stop_holds_the_present_value(void)
+static void stop_holds_the_present_value(void)
 {
     uint8_t command[COMMAND_OCTETS]  = {0U};
     const subsystem_function_t stop  = {.function_id = INSTRUMENTS_FUNCTION_STOP};
@@ -148,7 +148,7 @@ static void test_stop_holds_the_present_value(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, generic.callbacks->perform(&own, &other));
 }
 
-static void test_its_descriptor_fits(void)
+static void the_descriptor_fits_the_subsystem(void)
 {
     subsystem_misfit_t misfit = {0U, ""};
     TEST_ASSERT_TRUE_MESSAGE(generic.callbacks->fits(&descriptor, &misfit), misfit.says);
@@ -157,9 +157,9 @@ static void test_its_descriptor_fits(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_the_axis_is_commanded_and_its_arrival_is_reported_once);
-    RUN_TEST(test_out_of_operation_the_axis_is_disabled);
-    RUN_TEST(test_stop_holds_the_present_value);
-    RUN_TEST(test_its_descriptor_fits);
+    RUN_TEST(the_axis_is_commanded_and_its_arrival_is_reported_once);
+    RUN_TEST(out_of_operation_the_axis_is_disabled);
+    RUN_TEST(stop_holds_the_present_value);
+    RUN_TEST(the_descriptor_fits_the_subsystem);
     return UNITY_END();
 }
