@@ -140,7 +140,7 @@ int main(void)
         scheduler_us[i] = measure(take_part, begin_scheduler);
     }
     qsort(bare_us, REPEATS, sizeof bare_us[0], compare);
-    qsort(scheduler_us, REPEATS, sizeof(scheduler_us[0]), compare);
+    qsort(scheduler_us, REPEATS, sizeof scheduler_us[0], compare);
     (void)printf("BENCH futex_ring_of_five %.3f us/round -\n", bare_us[REPEATS / 2]);
     (void)printf("BENCH scheduler_ring_of_five %.3f us/round %.3f\n", scheduler_us[REPEATS / 2],
                  bare_us[REPEATS / 2]);

@@ -31,7 +31,7 @@ static status_t find(void* const context, const uint32_t id, uint16_t* const out
 {
     (void)context;
     *out_handle = (uint16_t)(id & 0xFFFFU);
-    *out_size   = (uint16_t)sizeof(values[0]);
+    *out_size   = (uint16_t)sizeof values[0];
     return STATUS_OK;
 }
 
@@ -76,7 +76,7 @@ static void compare_plainly(void)
 {
     unsigned within = 0U;
     for (uint16_t i = 0U; i < MONITORS; i++) {
-        uint8_t octets[sizeof(values[0])];
+        uint8_t octets[sizeof values[0]];
         octet_writer_t writer = octet_writer(octets, sizeof octets);
         read_value(NULL, i, &writer);
         const uint32_t value = octets_u32_at(octets);

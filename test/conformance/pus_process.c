@@ -120,7 +120,7 @@ int main(void)
     const pus_parameter_port_t dictionary = {.context = &value, .find = find, .read = read, .write = write};
     pus_app_process_init(&process, APID, EPOCH_S, &port);
     pus_events_init(&events, &process, definitions, states, 1U);
-    pus_functions_init(&functions, table, 2U, &performing, area, sizeof(area));
+    pus_functions_init(&functions, table, 2U, &performing, area, sizeof area);
     pus_test_init(&test, NULL);
     pus_parameters_init(&parameters, &dictionary);
     const pus_service_t services[] = {pus_events_service(&events), pus_functions_service(&functions),
@@ -129,7 +129,7 @@ int main(void)
     pus_dispatcher_init(&dispatcher, &process, services, 4U);
 
     static char line[(2U * PUS_PACKET_MAX) + 256U];
-    while (fgets(line, sizeof(line), stdin) != NULL) {
+    while (fgets(line, sizeof line, stdin) != NULL) {
         if (strcmp(line, "complete\n") == 0) {
             pus_verify_progress(&process, &started, 7U, NOW_NS);
             pus_verify_completed(&process, &started, NOW_NS);
@@ -143,7 +143,7 @@ int main(void)
             report_time(PUS_TIME_CDS);
         } else {
             static uint8_t packet[PUS_PACKET_MAX + 64U];
-            (void)pus_dispatch(&dispatcher, packet, read_hex(line, packet, sizeof(packet)), NOW_NS);
+            (void)pus_dispatch(&dispatcher, packet, read_hex(line, packet, sizeof packet), NOW_NS);
         }
         (void)printf(".\n");
         (void)fflush(stdout);

@@ -11,7 +11,7 @@ static void expect(bool holds, const char* relation, double bound, double value,
 {
     if (!holds) {
         static char text[128];
-        (void)snprintf(text, sizeof(text), "%.9g is not %s %.9g", value, relation, bound);
+        (void)snprintf(text, sizeof text, "%.9g is not %s %.9g", value, relation, bound);
         UNITY_TEST_FAIL(line, text);
     }
 }

@@ -173,7 +173,7 @@ static status_t rename_it(void* const context, const char* const path, const cha
             char changed[2U * PUS_FILE_PATH_SIZE];
             strcpy(changed, new_path);
             strcat(changed, &file->path[length]);
-            TEST_ASSERT_TRUE(strlen(changed) < sizeof(file->path));
+            TEST_ASSERT_TRUE(strlen(changed) < sizeof file->path);
             strcpy(file->path, changed);
         }
     }
@@ -278,7 +278,7 @@ static status_t sync_file(void* const context, const char* const path)
 
 void disk_start(void)
 {
-    memset(&disk, 0, sizeof(disk));
+    memset(&disk, 0, sizeof disk);
     disk.failure = STATUS_IO;
     disk_directory("");
 }

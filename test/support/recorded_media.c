@@ -45,7 +45,7 @@ void recorded_apply(const operation_t* const operation, const size_t size, image
 static void record(const operation_t* const wanted, const uint8_t* const octets)
 {
     TEST_ASSERT_TRUE(recorded.count < OPERATIONS_MAX);
-    TEST_ASSERT_TRUE((recorded.data_size + wanted->size) <= sizeof(recorded.data));
+    TEST_ASSERT_TRUE((recorded.data_size + wanted->size) <= sizeof recorded.data);
     operation_t* const operation = &recorded.operations[recorded.count];
     *operation                   = *wanted;
     operation->data              = recorded.data_size;

@@ -20,7 +20,7 @@ static osal_can_t wire;
 
 void setUp(void)
 {
-    (void)snprintf(address, sizeof(address), "shm:osal-can-test-%d", (int)getpid());
+    (void)snprintf(address, sizeof address, "shm:osal-can-test-%d", (int)getpid());
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_create(address));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&node, address, OSAL_CAN_NODE));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&wire, address, OSAL_CAN_WIRE));
@@ -100,7 +100,7 @@ static void lengths_that_no_frame_can_have_are_refused(void)
     for (unsigned length = 0U; length <= 255U; length++) {
         osal_can_frame_t frame = {.id = 1U, .length = (uint8_t)length};
         TEST_ASSERT_EQUAL((length <= 8U) ? STATUS_OK : STATUS_INVALID, osal_can_send(&node, &frame));
-        const bool is_fd = (memchr(fd_lengths, (int)length, sizeof(fd_lengths)) != NULL);
+        const bool is_fd = (memchr(fd_lengths, (int)length, sizeof fd_lengths) != NULL);
         frame.flags      = OSAL_CAN_FLAG_FD;
         TEST_ASSERT_EQUAL(is_fd ? STATUS_OK : STATUS_INVALID, osal_can_send(&node, &frame));
         while (osal_can_receive(&wire, &out) == STATUS_OK) {
@@ -156,7 +156,7 @@ static void names_and_addresses(void)
 {
     osal_can_t other;
     char other_address[96];
-    (void)snprintf(other_address, sizeof(other_address), "shm:osal-can-none-%d", (int)getpid());
+    (void)snprintf(other_address, sizeof other_address, "shm:osal-can-none-%d", (int)getpid());
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_can_create(address));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_can_open(&other, other_address, OSAL_CAN_NODE));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_can_destroy(other_address));
@@ -166,7 +166,7 @@ static void names_and_addresses(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_create("robot"));
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_open(&other, "robot", OSAL_CAN_NODE));
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_open(&other, "", OSAL_CAN_NODE));
-    memset(other_address, 'a', sizeof(other_address));
+    memset(other_address, 'a', sizeof other_address);
     memcpy(other_address, "shm:", 4U);
     other_address[95] = '\0';
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_create(other_address));
@@ -246,8 +246,8 @@ static void memory_of_another_kind_is_no_bus(void)
     char shm_address[64];
     osal_shm_t shm;
     osal_can_t other;
-    (void)snprintf(name, sizeof(name), "/osal-can-other-%d", (int)getpid());
-    (void)snprintf(shm_address, sizeof(shm_address), "shm:%s", &name[1]);
+    (void)snprintf(name, sizeof name, "/osal-can-other-%d", (int)getpid());
+    (void)snprintf(shm_address, sizeof shm_address, "shm:%s", &name[1]);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&shm, name, 4096U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_can_open(&other, shm_address, OSAL_CAN_WIRE));
     osal_shm_close(&shm);
@@ -263,8 +263,8 @@ static void two_processes_exchange_every_frame_in_order(void)
         (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
         for (uint32_t i = 0U; i < count; i++) {
             osal_can_frame_t frame = {.id = i & 0x7FFU, .length = 64U, .flags = OSAL_CAN_FLAG_FD};
-            memset(frame.data, (int)(i & 0xFFU), sizeof(frame.data));
-            memcpy(frame.data, &i, sizeof(i));
+            memset(frame.data, (int)(i & 0xFFU), sizeof frame.data);
+            memcpy(frame.data, &i, sizeof i);
             while (osal_can_send(&node, &frame) == STATUS_FULL) {
                 (void)usleep(50U);
             }
@@ -277,7 +277,7 @@ static void two_processes_exchange_every_frame_in_order(void)
         while (osal_can_receive(&wire, &out) == STATUS_EMPTY) {
             (void)usleep(20U);
         }
-        memcpy(&number, out.data, sizeof(number));
+        memcpy(&number, out.data, sizeof number);
         TEST_ASSERT_EQUAL_UINT32(i, number);
         TEST_ASSERT_EQUAL_HEX8(i & 0xFFU, out.data[63]);
     }

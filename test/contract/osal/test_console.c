@@ -49,7 +49,7 @@ static int listen_to(int descriptor, int count, void (*speak)(int number))
     ssize_t size = 0;
     do {
         output_size += (size_t)size;
-        size = read(ends[0], &output[output_size], sizeof(output) - 1U - output_size);
+        size = read(ends[0], &output[output_size], sizeof output - 1U - output_size);
     } while (size > 0);
     output[output_size] = '\0';
     (void)close(ends[0]);
@@ -108,7 +108,7 @@ static void name_version_and_usage_are_said_when_asked_for(void)
 static void say_many(int number)
 {
     char line[80];
-    memset(line, 'a' + number, sizeof(line));
+    memset(line, 'a' + number, sizeof line);
     line[79] = '\0';
     for (int i = 0; i < LINES; i++) {
         osal_console_say(line);
@@ -138,7 +138,7 @@ static void a_slow_reader_does_not_stop_the_caller(void)
             _exit(1);
         }
         (void)fcntl(STDOUT_FILENO, F_SETFL, O_NONBLOCK);
-        while (write(STDOUT_FILENO, block, sizeof(block)) > 0) {
+        while (write(STDOUT_FILENO, block, sizeof block) > 0) {
             // Until it is full.
         }
         (void)fcntl(STDOUT_FILENO, F_SETFL, 0);
@@ -177,7 +177,7 @@ static void fail_there(int number)
 
 static void a_failed_assertion_prints_its_file_and_line(void)
 {
-    for (place = 0U; place < (sizeof(places) / sizeof(places[0])); place++) {
+    for (place = 0U; place < (sizeof places / sizeof places[0]); place++) {
         const int how = listen_to(STDERR_FILENO, 1, fail_there);
         TEST_ASSERT_TRUE(WIFSIGNALED(how));
         TEST_ASSERT_EQUAL(SIGABRT, WTERMSIG(how));
@@ -191,7 +191,7 @@ static void a_failed_assertion_prints_one_line_and_ends_the_program(void)
     TEST_ASSERT_TRUE(WIFSIGNALED(how));
     TEST_ASSERT_EQUAL(SIGABRT, WTERMSIG(how));
     char expected[128];
-    (void)snprintf(expected, sizeof(expected), "test_console.c:%d: assertion failed\n", failing_line);
+    (void)snprintf(expected, sizeof expected, "test_console.c:%d: assertion failed\n", failing_line);
     TEST_ASSERT_EQUAL_STRING(expected, output);
 }
 

@@ -32,14 +32,14 @@ static void put_file(const char* path, const char* text)
 static const char* real(const char* path)
 {
     static char whole[PATH_SIZE];
-    (void)snprintf(whole, sizeof(whole), "%s/root/%s", base, path);
+    (void)snprintf(whole, sizeof whole, "%s/root/%s", base, path);
     return whole;
 }
 
 void setUp(void)
 {
-    (void)snprintf(base, sizeof(base), "/tmp/osal-directory-test-%d", (int)getpid());
-    (void)snprintf(outside, sizeof(outside), "%s/secret", base);
+    (void)snprintf(base, sizeof base, "/tmp/osal-directory-test-%d", (int)getpid());
+    (void)snprintf(outside, sizeof outside, "%s/secret", base);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(real("")));
     put_file(outside, "secret");
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_open(&root, real("")));
@@ -50,7 +50,7 @@ void tearDown(void)
     char command[128];
     osal_directory_close(&root);
     osal_directory_close(&root); // A second close has no effect.
-    (void)snprintf(command, sizeof(command), "rm -rf %s", base);
+    (void)snprintf(command, sizeof command, "rm -rf %s", base);
     TEST_ASSERT_EQUAL(0, system(command)); // NOLINT: a fixed command.
 }
 
@@ -58,7 +58,7 @@ static void expect_content(const char* path, const char* expected)
 {
     uint8_t content[64];
     size_t size = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_read(&root, path, 0U, content, sizeof(content), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_read(&root, path, 0U, content, sizeof content, &size));
     TEST_ASSERT_EQUAL_UINT64(strlen(expected), size);
     TEST_ASSERT_EQUAL_MEMORY(expected, content, size);
 }
@@ -150,7 +150,7 @@ static void names_come_in_order_and_in_parts(void)
     osal_directory_entry_t entries[8];
     size_t count = 9U;
     char long_name[OSAL_NAME_SIZE + 1U];
-    memset(long_name, 'y', sizeof(long_name));
+    memset(long_name, 'y', sizeof long_name);
     long_name[OSAL_NAME_SIZE] = '\0'; // One octet too long.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_list(&root, "", "", entries, 8U, &count));
     TEST_ASSERT_EQUAL_UINT64(0U, count);
@@ -178,7 +178,7 @@ static void names_come_in_order_and_in_parts(void)
             TEST_ASSERT_EQUAL_STRING(names[i * 2U], entries[0].name);
             TEST_ASSERT_EQUAL_STRING(names[(i * 2U) + 1U], entries[1].name);
         }
-        memcpy(last, entries[count - 1U].name, sizeof(last));
+        memcpy(last, entries[count - 1U].name, sizeof last);
         after = last;
     }
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_list(&root, "no", "", entries, 2U, &count));
@@ -195,7 +195,7 @@ static void long_folders_are_listed_whole(void)
     unsigned all = 0U;
     for (unsigned i = 0U; i < 300U; i++) {
         char name[48];
-        (void)snprintf(name, sizeof(name), "a-name-of-some-length-%03u", (i * 7U) % 300U);
+        (void)snprintf(name, sizeof name, "a-name-of-some-length-%03u", (i * 7U) % 300U);
         put_file(real(name), "");
     }
     after[0] = '\0';
@@ -205,7 +205,7 @@ static void long_folders_are_listed_whole(void)
             TEST_ASSERT_EQUAL_UINT32(all, (unsigned)strtoul(&entries[i].name[22], NULL, 10));
             all++;
         }
-        memcpy(after, entries[(count > 0U) ? (count - 1U) : 0U].name, sizeof(after));
+        memcpy(after, entries[(count > 0U) ? (count - 1U) : 0U].name, sizeof after);
     }
     TEST_ASSERT_EQUAL_UINT32(300U, all);
 }
@@ -237,7 +237,7 @@ static void hostile_paths_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "a"));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "a/b"));
     put_file(real("a/file"), "x");
-    for (size_t i = 0U; i < (sizeof(hostile) / sizeof(hostile[0])); i++) {
+    for (size_t i = 0U; i < (sizeof hostile / sizeof hostile[0]); i++) {
         osal_directory_about_t unused;
         const status_t first = osal_directory_describe(&root, hostile[i], &unused);
         // A file in the place of a folder is detected before the dots after it.
@@ -251,7 +251,7 @@ static void hostile_paths_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_directory_remove(&root, ""));
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_directory_make_file(&root, "", 0U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_directory_rename(&root, "", "b"));
-    memset(longest, 'n', sizeof(longest));
+    memset(longest, 'n', sizeof longest);
     longest[OSAL_NAME_SIZE] = '\0';
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_directory_make_file(&root, longest, 0U));
     longest[OSAL_NAME_SIZE - 1U] = '\0';
@@ -274,7 +274,7 @@ static void links_and_special_files_are_treated_as_absent(void)
     TEST_ASSERT_EQUAL(0, mkfifo(real("pipe"), 0600));
     static const char* const hostile[] = {"out",  "absolute",  "folder",  "up",          "dangling",
                                           "pipe", "up/secret", "up/root", "folder/file", "pipe/x"};
-    for (size_t i = 0U; i < (sizeof(hostile) / sizeof(hostile[0])); i++) {
+    for (size_t i = 0U; i < (sizeof hostile / sizeof hostile[0]); i++) {
         expect_refused(hostile[i], STATUS_NOT_FOUND);
         TEST_ASSERT_NOT_EQUAL(STATUS_OK, osal_directory_make(&root, hostile[i]));
         TEST_ASSERT_NOT_EQUAL(STATUS_OK, osal_directory_make_file(&root, hostile[i], 0U));
@@ -282,7 +282,7 @@ static void links_and_special_files_are_treated_as_absent(void)
     }
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_directory_make_file(&root, "dangling", 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_open_read(&file, outside));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read(&file, content, sizeof(content), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read(&file, content, sizeof content, &size));
     osal_file_close(&file);
     TEST_ASSERT_EQUAL_UINT64(6U, size); // Untouched.
     TEST_ASSERT_EQUAL_MEMORY("secret", content, 6U);

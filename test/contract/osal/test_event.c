@@ -25,19 +25,19 @@ static shared_t* shared;
 
 void setUp(void)
 {
-    shared = mmap(NULL, sizeof(*shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    shared = mmap(NULL, sizeof *shared, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     TEST_ASSERT_TRUE(shared != MAP_FAILED);
 }
 
 void tearDown(void)
 {
-    (void)munmap(shared, sizeof(*shared));
+    (void)munmap(shared, sizeof *shared);
 }
 
 static void signal_before_the_wait_is_kept_and_two_are_one(void)
 {
     osal_event_t event;
-    memset(&event, 0xFF, sizeof(event));
+    memset(&event, 0xFF, sizeof event);
     osal_event_create(&event);
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_event_wait(&event, 0U));
     osal_event_signal(&event);

@@ -21,8 +21,8 @@ static char path[96];
 
 void setUp(void)
 {
-    (void)snprintf(folder, sizeof(folder), "/tmp/osal-file-test-%d", (int)getpid());
-    (void)snprintf(path, sizeof(path), "%s/file", folder);
+    (void)snprintf(folder, sizeof folder, "/tmp/osal-file-test-%d", (int)getpid());
+    (void)snprintf(path, sizeof path, "%s/file", folder);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(folder));
 }
 
@@ -46,7 +46,7 @@ static void assert_content(const char* expected)
 {
     char content[64] = "";
     size_t size      = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_load(path, content, sizeof(content), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_load(path, content, sizeof content, &size));
     TEST_ASSERT_EQUAL(strlen(expected), size);
     TEST_ASSERT_EQUAL_MEMORY(expected, content, size);
 }
@@ -70,17 +70,17 @@ static void read_in_parts_up_to_the_end(void)
     osal_file_t file;
     put("0123456789", osal_file_create);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_open_read(&file, path));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read(&file, part, sizeof(part), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read(&file, part, sizeof part, &size));
     TEST_ASSERT_EQUAL(4U, size);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read(&file, part, sizeof(part), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read(&file, part, sizeof part, &size));
     TEST_ASSERT_EQUAL_MEMORY("4567", part, 4U);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read(&file, part, sizeof(part), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read(&file, part, sizeof part, &size));
     TEST_ASSERT_EQUAL(2U, size);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read(&file, part, sizeof(part), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read(&file, part, sizeof part, &size));
     TEST_ASSERT_EQUAL(0U, size);
     TEST_ASSERT_EQUAL(STATUS_IO, osal_file_write(&file, "x", 1U)); // Open for reading only.
     osal_file_close(&file);
-    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_read(&file, part, sizeof(part), &size)); // Closed.
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_read(&file, part, sizeof part, &size)); // Closed.
 }
 
 static void load_has_bounds(void)
@@ -104,15 +104,15 @@ static void secrets_are_readable_by_their_owner_only(void)
     size_t size = 0U;
     put("secret", osal_file_create);
     TEST_ASSERT_EQUAL(0, chmod(path, 0640));
-    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, osal_file_load_secret(path, content, sizeof(content), &size));
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, osal_file_load_secret(path, content, sizeof content, &size));
     TEST_ASSERT_EQUAL(0U, size);
     TEST_ASSERT_EQUAL(0, chmod(path, 0601));
-    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, osal_file_load_secret(path, content, sizeof(content), &size));
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, osal_file_load_secret(path, content, sizeof content, &size));
     TEST_ASSERT_EQUAL(0, chmod(path, 0600));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_load_secret(path, content, sizeof(content), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_load_secret(path, content, sizeof content, &size));
     TEST_ASSERT_EQUAL(6U, size);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_remove(path));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_load_secret(path, content, sizeof(content), &size));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_load_secret(path, content, sizeof content, &size));
 }
 
 static void operations_on_missing_files_report_not_found(void)
@@ -122,7 +122,7 @@ static void operations_on_missing_files_report_not_found(void)
     osal_file_t file;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_open_read(&file, path));
     TEST_ASSERT_EQUAL(-1, file.descriptor);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_load(path, content, sizeof(content), &size));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_load(path, content, sizeof content, &size));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_remove(path));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_create(&file, "/tmp/no/such/folder/file"));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_append(&file, "/tmp/no/such/folder/file"));
@@ -213,7 +213,7 @@ static void a_lock_keeps_others_out_until_the_file_is_closed(void)
 static void rename_replaces_the_target(void)
 {
     char other[128];
-    (void)snprintf(other, sizeof(other), "%s/other", folder);
+    (void)snprintf(other, sizeof other, "%s/other", folder);
     put("old", osal_file_create);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_rename(path, other));
     TEST_ASSERT_FALSE(osal_file_exists(path));
@@ -251,13 +251,13 @@ static void short_and_interrupted_writes_are_completed(void)
             size = read(ends[0], block, 1000U);
             total += (size_t)((size > 0) ? size : 0);
         } while (size > 0);
-        _exit((total == sizeof(block)) ? 0 : 1);
+        _exit((total == sizeof block) ? 0 : 1);
     }
     (void)close(ends[0]);
     osal_file_t file = {ends[1]};
     TEST_ASSERT_EQUAL(0, sigaction(SIGALRM, &action, NULL));
     TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &every_ms, NULL));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write(&file, block, sizeof(block)));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write(&file, block, sizeof block));
     TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &off, NULL));
     osal_file_close(&file);
     int how = -1;
@@ -270,19 +270,19 @@ static void folders_with_parents(void)
     char deep[128];
     char beneath_file[128];
     struct stat about;
-    (void)snprintf(deep, sizeof(deep), "%s/a/b//c/", folder);
+    (void)snprintf(deep, sizeof deep, "%s/a/b//c/", folder);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(deep));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(deep)); // The folder exists.
     TEST_ASSERT_EQUAL(0, stat(deep, &about));
     TEST_ASSERT_TRUE(S_ISDIR(about.st_mode));
     put("x", osal_file_create);
     TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(path)); // A file has this name.
-    (void)snprintf(beneath_file, sizeof(beneath_file), "%s/a", path);
+    (void)snprintf(beneath_file, sizeof beneath_file, "%s/a", path);
     TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(beneath_file));
     TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(""));
     for (int i = 0; i < 3; i++) {
         static const char* const parts[] = {"a/b/c", "a/b", "a"};
-        (void)snprintf(deep, sizeof(deep), "%s/%s", folder, parts[i]);
+        (void)snprintf(deep, sizeof deep, "%s/%s", folder, parts[i]);
         TEST_ASSERT_EQUAL(0, rmdir(deep));
     }
 }

@@ -327,7 +327,7 @@ static void hammer(osal_lockstep_t* scheduler, unsigned participant)
 static bool goes_on(void)
 {
     uint64_t before[PARTICIPANTS];
-    memcpy(before, record->grants, sizeof(before));
+    memcpy(before, record->grants, sizeof before);
     const uint64_t until_ns = osal_clock_monotonic_ns() + PATIENCE_NS;
     for (unsigned i = 0U; i < PARTICIPANTS; i++) {
         while (__atomic_load_n(&record->grants[i], __ATOMIC_ACQUIRE) == before[i]) {
@@ -346,7 +346,7 @@ static void a_kill_at_any_moment_never_stops_time(void)
     osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, true);
     pid_t ids[PARTICIPANTS];
     bool is_going = true;
-    record        = shared_memory(sizeof(*record));
+    record        = shared_memory(sizeof *record);
     for (unsigned i = 0U; i < PARTICIPANTS; i++) {
         osal_lockstep_expect(scheduler, i, 1U, 0U);
     }
@@ -378,7 +378,7 @@ static void a_kill_at_any_moment_never_stops_time(void)
     }
     TEST_ASSERT_TRUE(is_going);
     TEST_ASSERT_EQUAL_UINT32(0U, record->faults);
-    (void)munmap(record, sizeof(*record));
+    (void)munmap(record, sizeof *record);
     (void)munmap(storage, OSAL_LOCKSTEP_BYTES);
 }
 

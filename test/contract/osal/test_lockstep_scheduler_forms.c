@@ -197,7 +197,7 @@ static void run_model(uint64_t seed, uint32_t length, trace_t* trace)
 {
     model_t model = {.last = -1};
     osal_grant_t grant;
-    memset(trace, 0, sizeof(*trace));
+    memset(trace, 0, sizeof *trace);
     for (unsigned i = 0U; i < PARTICIPANTS; i++) {
         model_expect(&model, i);
         model_join(&model, i, first_wake(seed, i));
@@ -246,7 +246,7 @@ static void run_loop(uint64_t seed, uint32_t length, trace_t* trace)
     osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, false);
     osal_grant_t grant;
     unsigned participant = 0U;
-    memset(trace, 0, sizeof(*trace));
+    memset(trace, 0, sizeof *trace);
     for (unsigned i = 0U; i < PARTICIPANTS; i++) {
         osal_lockstep_expect(scheduler, i, 1U, 0U);
     }
@@ -318,7 +318,7 @@ static void run_processes(uint64_t seed, uint32_t length, trace_t* trace)
     osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, true);
     int request[2];
     TEST_ASSERT_EQUAL(0, pipe(request));
-    memset(trace, 0, sizeof(*trace));
+    memset(trace, 0, sizeof *trace);
     uint8_t order = 0U;
     for (unsigned i = 0U; i < PARTICIPANTS; i++) {
         osal_lockstep_expect(scheduler, i, 1U, 0U);
@@ -352,7 +352,7 @@ static void assert_same(const trace_t* expected, const trace_t* actual, uint64_t
     char text[64];
     TEST_ASSERT_EQUAL_UINT32(expected->length, actual->length);
     for (uint32_t i = 0U; i < expected->length; i++) {
-        (void)snprintf(text, sizeof(text), "seed %llu step %u", (unsigned long long)seed, i);
+        (void)snprintf(text, sizeof text, "seed %llu step %u", (unsigned long long)seed, i);
         TEST_ASSERT_EQUAL_UINT64_MESSAGE(expected->steps[i].now_ns, actual->steps[i].now_ns, text);
         TEST_ASSERT_EQUAL_UINT32_MESSAGE(expected->steps[i].participant, actual->steps[i].participant, text);
         TEST_ASSERT_EQUAL_UINT32_MESSAGE(expected->steps[i].messages, actual->steps[i].messages, text);

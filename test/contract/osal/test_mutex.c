@@ -25,13 +25,13 @@ static shared_t* shared;
 
 void setUp(void)
 {
-    shared = mmap(NULL, sizeof(*shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    shared = mmap(NULL, sizeof *shared, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     TEST_ASSERT_TRUE(shared != MAP_FAILED);
 }
 
 void tearDown(void)
 {
-    (void)munmap(shared, sizeof(*shared));
+    (void)munmap(shared, sizeof *shared);
 }
 
 static void count(void* context)

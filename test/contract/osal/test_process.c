@@ -23,7 +23,7 @@ static char path[64];
 
 void setUp(void)
 {
-    (void)snprintf(path, sizeof(path), "/tmp/osal-process-test-%d", (int)getpid());
+    (void)snprintf(path, sizeof path, "/tmp/osal-process-test-%d", (int)getpid());
 }
 
 void tearDown(void)
@@ -87,7 +87,7 @@ static int take_memory(size_t mebibytes)
 static int show_processor(void)
 {
     cpu_set_t set;
-    if ((sched_getaffinity(0, sizeof(set), &set) != 0) || (CPU_COUNT(&set) != 1)) {
+    if ((sched_getaffinity(0, sizeof set, &set) != 0) || (CPU_COUNT(&set) != 1)) {
         return 100;
     }
     for (int i = 0; i < NAMED_PROCESSORS; i++) {
@@ -116,7 +116,7 @@ static int be_parent(int report, bool outlives)
     const osal_process_start_t start = {.arguments = arguments, .processor = -1, .outlives = outlives};
     osal_process_t child;
     if ((osal_process_start(&child, &start) != STATUS_OK) ||
-        (write(report, &child.id, sizeof(child.id)) != (ssize_t)sizeof(child.id))) {
+        (write(report, &child.id, sizeof child.id) != (ssize_t)sizeof child.id)) {
         return 1;
     }
     return hold_on();
@@ -344,7 +344,7 @@ static void the_size_of_a_program_is_that_of_its_loaded_segments(void)
 static void child_is_pinned_to_one_of_our_processors(void)
 {
     cpu_set_t set;
-    TEST_ASSERT_EQUAL(0, sched_getaffinity(0, sizeof(set), &set));
+    TEST_ASSERT_EQUAL(0, sched_getaffinity(0, sizeof set, &set));
     const int count = CPU_COUNT(&set);
     int number      = 0;
     for (unsigned i = 0U; i < (unsigned)NAMED_PROCESSORS; i++) {
@@ -371,7 +371,7 @@ static void output_goes_to_the_file_and_is_appended(void)
         TEST_ASSERT_EQUAL(0, result_of(&process).code);
     }
     const int file = open(path, O_RDONLY);
-    TEST_ASSERT_EQUAL(16, read(file, text, sizeof(text)));
+    TEST_ASSERT_EQUAL(16, read(file, text, sizeof text));
     (void)close(file);
     TEST_ASSERT_EQUAL_STRING("out\nerr\nout\nerr\n", text);
 }
@@ -396,11 +396,11 @@ static osal_process_t start_parent(const char* role, osal_process_t* out_grandch
     int32_t grandchild_id = 0;
     char number[16];
     TEST_ASSERT_EQUAL(0, pipe(report));
-    (void)snprintf(number, sizeof(number), "%d", report[1]);
+    (void)snprintf(number, sizeof number, "%d", report[1]);
     const int kept[]                 = {report[1]};
     const osal_process_start_t start = {.descriptors = kept, .descriptor_count = 1U, .processor = -1};
     const osal_process_t parent      = start_role(role, number, &start);
-    TEST_ASSERT_EQUAL((ssize_t)sizeof(grandchild_id), read(report[0], &grandchild_id, sizeof(grandchild_id)));
+    TEST_ASSERT_EQUAL((ssize_t)sizeof grandchild_id, read(report[0], &grandchild_id, sizeof grandchild_id));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_process_watch(out_grandchild, grandchild_id));
     (void)close(report[0]);
     (void)close(report[1]);
@@ -444,8 +444,8 @@ static void watch_needs_a_process(void)
 {
     static const int32_t none[] = {0, -5, INT32_MAX};
     osal_process_t process;
-    for (size_t i = 0U; i < (sizeof(none) / sizeof(none[0])); i++) {
-        (void)memset(&process, 1, sizeof(process));
+    for (size_t i = 0U; i < (sizeof none / sizeof none[0]); i++) {
+        (void)memset(&process, 1, sizeof process);
         TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_watch(&process, none[i]));
         TEST_ASSERT_EQUAL_INT32(0, process.id); // No process is ended by mistake.
         TEST_ASSERT_EQUAL_INT(-1, process.descriptor);
@@ -482,7 +482,7 @@ static osal_process_t start_ready(const char* role)
     for (int tries = 0; tries < 5000; tries++) {
         char text[8]       = "";
         const int file     = open(path, O_RDONLY);
-        const ssize_t size = (file >= 0) ? read(file, text, sizeof(text) - 1U) : 0;
+        const ssize_t size = (file >= 0) ? read(file, text, sizeof text - 1U) : 0;
         (void)close(file);
         if (size > 0) {
             break;

@@ -14,7 +14,7 @@ static char name[64];
 
 void setUp(void)
 {
-    (void)snprintf(name, sizeof(name), "/osal-shm-test.%d", (int)getpid());
+    (void)snprintf(name, sizeof name, "/osal-shm-test.%d", (int)getpid());
     (void)osal_shm_remove(name);
 }
 
@@ -76,13 +76,13 @@ static void names_out_of_the_contract_are_invalid(void)
     static const char* const bad[] = {"", "/", "noslash", "/a/b", "/a b", "/a\n", "/.", "/..", "//"};
     char longest[64];
     osal_shm_t shm;
-    for (size_t i = 0U; i < (sizeof(bad) / sizeof(bad[0])); i++) {
+    for (size_t i = 0U; i < (sizeof bad / sizeof bad[0]); i++) {
         TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID, osal_shm_create(&shm, bad[i], 1U), bad[i]);
         TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID, osal_shm_open(&shm, bad[i]), bad[i]);
         TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID, osal_shm_remove(bad[i]), bad[i]);
     }
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_shm_create(&shm, name, 0U));
-    memset(longest, 'x', sizeof(longest));
+    memset(longest, 'x', sizeof longest);
     longest[0] = '/';
     (void)snprintf(&longest[1], 20U, "%d", (int)getpid());
     longest[strlen(longest)] = '_';

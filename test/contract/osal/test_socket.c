@@ -22,7 +22,7 @@ static char path[64];
 
 void setUp(void)
 {
-    (void)snprintf(path, sizeof(path), "/tmp/osal-socket-test-%d", (int)getpid());
+    (void)snprintf(path, sizeof path, "/tmp/osal-socket-test-%d", (int)getpid());
 }
 
 void tearDown(void)
@@ -52,15 +52,15 @@ static void udp_carries_whole_datagrams_in_order(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&b, any_port, 0U));
     TEST_ASSERT_TRUE(address_of(&a).port != 0U);
     TEST_ASSERT_EQUAL_HEX32(OSAL_IPV4_LOOPBACK, address_of(&a).ipv4);
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_udp_receive(&a, &from, in, sizeof(in), &size));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_udp_receive(&a, &from, in, sizeof in, &size));
     TEST_ASSERT_EQUAL(0U, size);
     for (size_t length = 0U; length <= 1000U; length += 100U) {
-        memset(out, (int)length, sizeof(out));
+        memset(out, (int)length, sizeof out);
         TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_send(&b, address_of(&a), out, length));
     }
     for (size_t length = 0U; length <= 1000U; length += 100U) {
         TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&a, 5000U));
-        TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof(in), &size));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof in, &size));
         TEST_ASSERT_EQUAL(length, size);
         TEST_ASSERT_EQUAL_UINT16(address_of(&b).port, from.port);
         TEST_ASSERT_EQUAL_HEX32(OSAL_IPV4_LOOPBACK, from.ipv4);
@@ -80,15 +80,14 @@ static void udp_datagrams_have_limits(void)
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_udp_open(&b, address_of(&a), 0U));
     TEST_ASSERT_FALSE(osal_socket_is_open(&b));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&b, any_port, 0U));
-    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, osal_udp_send(&b, address_of(&a), huge, sizeof(huge)));
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, osal_udp_send(&b, address_of(&a), huge, sizeof huge));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_send(&b, address_of(&a), huge, 11U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_send(&b, address_of(&a), huge, 10U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&a, 5000U));
-    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, osal_udp_receive(&a, &from, in, sizeof(in), &size));
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, osal_udp_receive(&a, &from, in, sizeof in, &size));
     TEST_ASSERT_EQUAL(0U, size);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&a, 5000U));
-    TEST_ASSERT_EQUAL(STATUS_OK,
-                      osal_udp_receive(&a, &from, in, sizeof(in), &size)); // Whole, after the drop.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof in, &size)); // Whole, after the drop.
     TEST_ASSERT_EQUAL(10U, size);
 }
 
@@ -104,7 +103,7 @@ static void udp_sends_continue_when_a_peer_is_gone(void)
     for (int i = 0; i < 10; i++) {
         const status_t status = osal_udp_send(&a, gone, (const uint8_t*)"x", 1U);
         TEST_ASSERT_TRUE((status == STATUS_OK) || (status == STATUS_CLOSED));
-        TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_udp_receive(&a, &from, in, sizeof(in), &size));
+        TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_udp_receive(&a, &from, in, sizeof in, &size));
     }
 }
 
@@ -120,17 +119,17 @@ static void udp_datagram_stays_until_the_next_receive(void)
         TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_send(&b, address_of(&a), &i, (i == 0U) ? 0U : 1U));
     }
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&a, 5000U));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof(in), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof in, &size));
     TEST_ASSERT_EQUAL(0U, size);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof(in), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof in, &size));
     TEST_ASSERT_EQUAL(1U, in[0]);
     a.is_kept = false; // The process has died, and another one has its socket.
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof(in), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof in, &size));
     TEST_ASSERT_EQUAL(1U, in[0]);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof(in), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof in, &size));
     TEST_ASSERT_EQUAL(2U, in[0]);
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_udp_receive(&a, &from, in, sizeof(in), &size));
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_udp_receive(&a, &from, in, sizeof(in), &size));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_udp_receive(&a, &from, in, sizeof in, &size));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_udp_receive(&a, &from, in, sizeof in, &size));
 }
 
 // ---- TCP ----
@@ -154,21 +153,21 @@ static void tcp_fills_up_without_blocking_and_delivers_every_octet(void)
     status_t status   = STATUS_OK;
     connect_pair();
     while (status == STATUS_OK) {
-        for (size_t i = 0U; i < sizeof(block); i++) {
+        for (size_t i = 0U; i < sizeof block; i++) {
             block[i] = (uint8_t)((sent_total + i) % 251U);
         }
-        status = osal_stream_send(&b, block, sizeof(block), &part);
+        status = osal_stream_send(&b, block, sizeof block, &part);
         TEST_ASSERT_EQUAL(status == STATUS_OK, part > 0U);
         sent_total += part;
     }
     TEST_ASSERT_EQUAL(STATUS_FULL, status);
     for (size_t taken = 0U; taken < sent_total; taken += part) {
         TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&c, 5000U));
-        TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_receive(&c, block, sizeof(block), &part));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_receive(&c, block, sizeof block, &part));
         TEST_ASSERT_EQUAL_HEX8(taken % 251U, block[0]);
         TEST_ASSERT_EQUAL_HEX8((taken + part - 1U) % 251U, block[part - 1U]);
     }
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_stream_receive(&c, block, sizeof(block), &part));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_stream_receive(&c, block, sizeof block, &part));
 }
 
 static void tcp_peer_that_ends_is_reported_after_its_last_octet(void)
@@ -179,10 +178,10 @@ static void tcp_peer_that_ends_is_reported_after_its_last_octet(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_send(&b, (const uint8_t*)"last", 4U, &size));
     osal_socket_close(&b);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&c, 5000U));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_receive(&c, in, sizeof(in), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_receive(&c, in, sizeof in, &size));
     TEST_ASSERT_EQUAL_MEMORY("last", in, 4U);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&c, 5000U));
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_stream_receive(&c, in, sizeof(in), &size));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_stream_receive(&c, in, sizeof in, &size));
     TEST_ASSERT_EQUAL(0U, size);
     // A send to a closed connection returns a status and causes no signal.
     status_t status = STATUS_OK;
@@ -263,13 +262,13 @@ static void local_streams_have_names(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_accept(&a, &c, &peer));
     TEST_ASSERT_EQUAL_UINT16(0U, peer.port);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_send(&b, (const uint8_t*)"hello", 5U, &size));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_receive(&c, in, sizeof(in), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_receive(&c, in, sizeof in, &size));
     TEST_ASSERT_EQUAL_MEMORY("hello", in, 5U);
     osal_socket_close(&a);
     osal_socket_close(&b);
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_stream_receive(&c, in, sizeof(in), &size));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_stream_receive(&c, in, sizeof in, &size));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, connect_local(&b, path)); // The path is left, without a listener.
-    memset(long_path, 'x', sizeof(long_path));
+    memset(long_path, 'x', sizeof long_path);
     (void)memcpy(long_path, "/tmp/", 5U);
     long_path[100] = '\0'; // The longest that is accepted.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_local_listen(&a, long_path));
@@ -295,7 +294,7 @@ static void adopted_sockets_are_as_good_as_opened_ones(void)
     const int copy = dup(osal_socket_descriptor(&a));
     TEST_ASSERT_EQUAL(0, fcntl(copy, F_SETFL, 0)); // Blocking, as a parent may leave it.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_adopt(&b, copy));
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_udp_receive(&b, &from, in, sizeof(in), &size));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_udp_receive(&b, &from, in, sizeof in, &size));
     TEST_ASSERT_TRUE((fcntl(copy, F_GETFD) & FD_CLOEXEC) != 0);
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_socket_adopt(&c, 9999));
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_socket_adopt(&c, -1));

@@ -40,7 +40,7 @@ static void close_files(void)
 void setUp(void)
 {
     for (unsigned i = 0U; i < 2U; i++) {
-        (void)snprintf(paths[i], sizeof(paths[i]), "/tmp/file-medium-test-%d.%u", (int)getpid(), i);
+        (void)snprintf(paths[i], sizeof paths[i], "/tmp/file-medium-test-%d.%u", (int)getpid(), i);
     }
     open_journal();
 }
@@ -69,8 +69,8 @@ static void a_journal_on_files_keeps_its_records(void)
     for (uint32_t round = 0U; round < 3U; round++) {
         // Each round makes the octets of the one before obsolete.
         for (uint32_t i = 0U; i < RECORDS; i++) {
-            memset(octets, (int)((i + round) & 0xFFU), sizeof(octets));
-            TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, 7U, i, octets, sizeof(octets)));
+            memset(octets, (int)((i + round) & 0xFFU), sizeof octets);
+            TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, 7U, i, octets, sizeof octets));
         }
         TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
     }

@@ -29,7 +29,7 @@ void setUp(void)
 {
     const telemetry_cache_sizes_t sizes = {.size_of = size_of};
     supervisor_telemetry_cache_init(&cache, &sizes);
-    writer = octet_writer(data, sizeof(data));
+    writer = octet_writer(data, sizeof data);
 }
 
 void tearDown(void)
@@ -47,7 +47,7 @@ static void observe(const uint8_t service, const uint8_t subtype, const uint64_t
                          .size    = writer.position};
     TEST_ASSERT_FALSE(writer.failed);
     supervisor_telemetry_cache_observe(&cache, &tm);
-    writer = octet_writer(data, sizeof(data));
+    writer = octet_writer(data, sizeof data);
 }
 
 /// TM[3,10] of structure 7: OCTET, STRUCT, and three samples of WORD with OCTET, and two of LONG.
@@ -85,7 +85,7 @@ static void expect_value(const uint32_t id, const uint64_t time_ns, const uint8_
 {
     const pus_parameter_port_t port = supervisor_telemetry_cache_port(&cache);
     uint8_t found[16];
-    octet_writer_t out     = octet_writer(found, sizeof(found));
+    octet_writer_t out     = octet_writer(found, sizeof found);
     uint16_t handle        = 0U;
     uint16_t found_size    = 0U;
     const uint8_t* present = NULL;
@@ -163,13 +163,13 @@ static void a_definition_replaces_the_previous_one(void)
 static void bad_definitions_are_no_definitions(void)
 {
     define(10U);
-    memset(data, 0, sizeof(data));
+    memset(data, 0, sizeof data);
     define(10U);
     const uint16_t whole = cache.entry_count;
     octet_reader_t reader;
     for (size_t size = 0U; size < 34U; size++) { // Truncated anywhere.
         uint8_t octets[34];
-        writer = octet_writer(octets, sizeof(octets));
+        writer = octet_writer(octets, sizeof octets);
         octet_write_u16(&writer, 1U);
         octet_write_u32(&writer, OCTET);
         octet_write_u16(&writer, 2U);
@@ -188,15 +188,15 @@ static void bad_definitions_are_no_definitions(void)
     }
     TEST_ASSERT_EQUAL_UINT16(whole, cache.entry_count);      // The good one was replaced by bad ones.
     static const uint8_t never[] = {0, 0, 0, 1, 0, 0, 0, 0}; // A set of no samples.
-    reader                       = octet_reader(never, sizeof(never));
+    reader                       = octet_reader(never, sizeof never);
     TEST_ASSERT_EQUAL(STATUS_INVALID, supervisor_telemetry_cache_define(&cache, 16U, 25U, 8U, &reader));
-    writer = octet_writer(data, sizeof(data));
+    writer = octet_writer(data, sizeof data);
     octet_write_u16(&writer, 1U);
     octet_write_u32(&writer, UNKNOWN);
     octet_write_u16(&writer, 0U);
     reader = octet_reader(data, writer.position);
     TEST_ASSERT_EQUAL(STATUS_INVALID, supervisor_telemetry_cache_define(&cache, 16U, 25U, 8U, &reader));
-    writer = octet_writer(data, sizeof(data));
+    writer = octet_writer(data, sizeof data);
     octet_write_u16(&writer, 9U);
     observe(3U, 10U, EPOCH);
     TEST_ASSERT_EQUAL_UINT32(1U, cache.counters.unfitting);
@@ -276,7 +276,7 @@ static void tables_of_the_cache_are_bounded(void)
     }
     static const uint8_t none[] = {0, 0, 0, 0};
     for (uint16_t id = 8U; id <= TELEMETRY_CACHE_STRUCTURES; id++) {
-        reader = octet_reader(none, sizeof(none));
+        reader = octet_reader(none, sizeof none);
         TEST_ASSERT_EQUAL((id < TELEMETRY_CACHE_STRUCTURES) ? STATUS_OK : STATUS_EXHAUSTED,
                           supervisor_telemetry_cache_define(&cache, 16U, 25U, id, &reader));
     }

@@ -208,7 +208,7 @@ static void one_ring_for_all_keeps_the_order(void)
     static uint8_t ring[256];
     const pus_port_t port = bench_port();
     pus_app_process_init(&bench.process, TEST_APID, TEST_EPOCH_S, &port);
-    pus_app_process_keep_in_order(&bench.process, ring, sizeof(ring));
+    pus_app_process_keep_in_order(&bench.process, ring, sizeof ring);
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(20U, 2U, 1U, 4U));
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(5U, 2U, 0U, 4U));
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(1U, 7U, 1U, 4U));
@@ -325,7 +325,7 @@ static void a_report_that_does_not_fit_is_refused_whole(void)
 {
     static uint8_t data[PUS_TM_DATA_MAX + 1U];
     octet_writer_t writer = begin(3U, 25U, 0U);
-    octet_write_octets(&writer, data, sizeof(data));
+    octet_write_octets(&writer, data, sizeof data);
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tm_send(&bench.process, &writer));
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
     TEST_ASSERT_EQUAL_UINT32(1U, bench.process.counters.oversized);

@@ -16,7 +16,7 @@ static uint8_t octets[OCTETS + 1U];
 void setUp(void)
 {
     pus_block_chains_init(&chains, storage, slots, BLOCKS);
-    for (size_t i = 0U; i < sizeof(octets); i++) {
+    for (size_t i = 0U; i < sizeof octets; i++) {
         octets[i] = (uint8_t)(i * 7U);
     }
 }
@@ -48,7 +48,7 @@ static void every_size_of_record_is_read_back_in_parts_of_any_size(void)
         TEST_ASSERT_EQUAL(STATUS_OK, pus_block_chain_append(&chains, &chain, octets, size));
         TEST_ASSERT_EQUAL_UINT32(size, chain.size);
         TEST_ASSERT_EQUAL_UINT16(PUS_BLOCK_CHAIN_BLOCKS(size), chains.pool.stats.taken);
-        for (size_t i = 0U; i < (sizeof(parts) / sizeof(parts[0])); i++) {
+        for (size_t i = 0U; i < (sizeof parts / sizeof parts[0]); i++) {
             expect_content(&chain, size, parts[i]);
         }
         pus_block_chain_free(&chains, &chain);

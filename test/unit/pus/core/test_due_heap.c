@@ -13,7 +13,7 @@ static uint16_t places[CAPACITY];
 
 void setUp(void)
 {
-    memset(places, 0xFF, sizeof(places));
+    memset(places, 0xFF, sizeof places);
     pus_due_init(&heap, items, places, CAPACITY);
 }
 
@@ -94,7 +94,7 @@ static void the_sorted_index_agrees_with_a_plain_table(void)
 {
     static uint64_t dues[CAPACITY]; // 0: not in the heap.
     uint32_t state = 1U;
-    memset(dues, 0, sizeof(dues));
+    memset(dues, 0, sizeof dues);
     for (unsigned i = 0U; i < 20000U; i++) {
         const uint16_t entry = (uint16_t)(next_random(&state) % CAPACITY);
         if ((next_random(&state) % 3U) == 0U) {

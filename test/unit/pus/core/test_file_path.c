@@ -20,7 +20,7 @@ void tearDown(void)
 /// A text in the form that it has in a request.
 static octet_reader_t text(const char* const characters, const size_t size)
 {
-    octet_writer_t writer = octet_writer(octets, sizeof(octets));
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
     octet_write_u16(&writer, (uint16_t)size);
     octet_write_octets(&writer, (const uint8_t*)characters, size);
     return octet_reader(octets, writer.position);
@@ -59,7 +59,7 @@ static void paths_that_leave_their_folder_are_refused(void)
         "//a", "a//b",  "a/",    "/a/",    ".a",  "a/.b",    "*",   "a/b*",         "a?",
         "a\n", "a\x7f", "a\x80", "\x1f",   "/..", "/../etc", "/.",  "a/b/../../..",
     };
-    for (size_t i = 0U; i < (sizeof(hostile) / sizeof(hostile[0])); i++) {
+    for (size_t i = 0U; i < (sizeof hostile / sizeof hostile[0]); i++) {
         TEST_ASSERT_FALSE_MESSAGE(reads(hostile[i]), hostile[i]);
     }
     octet_reader_t reader = text("a\0b", 3U);
@@ -73,7 +73,7 @@ static void paths_that_leave_their_folder_are_refused(void)
 static void names_and_paths_have_a_longest(void)
 {
     char longest[PUS_FILE_PATH_MAX + 3U];
-    memset(longest, 'a', sizeof(longest));
+    memset(longest, 'a', sizeof longest);
     longest[63]  = '/';
     longest[127] = '/';
     longest[191] = '\0';
@@ -82,7 +82,7 @@ static void names_and_paths_have_a_longest(void)
     TEST_ASSERT_FALSE(reads_name("b", 1U));
     longest[127] = 'a';
     TEST_ASSERT_FALSE(reads(longest));
-    memset(longest, 'a', sizeof(longest));
+    memset(longest, 'a', sizeof longest);
     for (size_t i = 50U; i < PUS_FILE_PATH_MAX; i += 50U) {
         longest[i] = '/';
     }
@@ -91,7 +91,7 @@ static void names_and_paths_have_a_longest(void)
     longest[PUS_FILE_PATH_MAX]      = 'a';
     longest[PUS_FILE_PATH_MAX + 1U] = '\0';
     TEST_ASSERT_FALSE(reads(longest));
-    memset(longest, 'a', sizeof(longest));
+    memset(longest, 'a', sizeof longest);
     path.text[0] = '\0';
     TEST_ASSERT_FALSE(reads_name(longest, PUS_FILE_NAME_MAX + 1U));
     TEST_ASSERT_TRUE(reads_name(longest, PUS_FILE_NAME_MAX));
@@ -103,7 +103,7 @@ static void names_are_joined(void)
     TEST_ASSERT_TRUE(reads_name("b.c", 3U));
     TEST_ASSERT_EQUAL_STRING("a/b.c", path.text);
     static const char* const hostile[] = {"", ".", "..", "/", "/a", "a/b", "a/", "*", "?", "a*", ".a", "\t"};
-    for (size_t i = 0U; i < (sizeof(hostile) / sizeof(hostile[0])); i++) {
+    for (size_t i = 0U; i < (sizeof hostile / sizeof hostile[0]); i++) {
         TEST_ASSERT_FALSE_MESSAGE(reads_name(hostile[i], strlen(hostile[i])), hostile[i]);
         TEST_ASSERT_FALSE(pus_file_name_is_good(hostile[i]));
         TEST_ASSERT_EQUAL_STRING("a/b.c", path.text);
@@ -150,10 +150,10 @@ static void patterns_match(void)
     static const char* const no[][2] = {{"a", "b"},     {"a", "ab"}, {"ab", "a"},       {"?", "ab"},
                                         {"a*c", "abx"}, {"a?", "a"}, {"*.txt", "a.tx"}, {"??*", "a"},
                                         {"*a", "ab"},   {"A", "a"},  {"*ab*cd", "abc"}};
-    for (size_t i = 0U; i < (sizeof(yes) / sizeof(yes[0])); i++) {
+    for (size_t i = 0U; i < (sizeof yes / sizeof yes[0]); i++) {
         TEST_ASSERT_TRUE_MESSAGE(pus_file_pattern_matches(yes[i][0], yes[i][1]), yes[i][0]);
     }
-    for (size_t i = 0U; i < (sizeof(no) / sizeof(no[0])); i++) {
+    for (size_t i = 0U; i < (sizeof no / sizeof no[0]); i++) {
         TEST_ASSERT_FALSE_MESSAGE(pus_file_pattern_matches(no[i][0], no[i][1]), no[i][0]);
     }
 }
@@ -162,7 +162,7 @@ static void patterns_are_read(void)
 {
     char pattern[PUS_FILE_NAME_MAX + 1U];
     char longest[PUS_FILE_NAME_MAX + 1U];
-    memset(longest, '*', sizeof(longest));
+    memset(longest, '*', sizeof longest);
     octet_reader_t reader = text("a*?.", 4U);
     TEST_ASSERT_TRUE(pus_file_pattern_read(&reader, pattern));
     TEST_ASSERT_EQUAL_STRING("a*?.", pattern);
@@ -187,15 +187,15 @@ static void patterns_are_read(void)
 static void texts_are_written(void)
 {
     static const uint8_t expected[] = {0, 4, '/', 'a', '/', 'b', 0, 1, '/', 0, 2, 'x', 'y'};
-    octet_writer_t writer           = octet_writer(octets, sizeof(octets));
+    octet_writer_t writer           = octet_writer(octets, sizeof octets);
     TEST_ASSERT_TRUE(pus_file_path_enter(&path, "a"));
     TEST_ASSERT_TRUE(pus_file_path_enter(&path, "b"));
     pus_file_path_write(&writer, &path);
     path.text[0] = '\0';
     pus_file_path_write(&writer, &path);
     pus_file_name_write(&writer, "xy");
-    TEST_ASSERT_EQUAL_UINT64(sizeof(expected), writer.position);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, octets, sizeof(expected));
+    TEST_ASSERT_EQUAL_UINT64(sizeof expected, writer.position);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, octets, sizeof expected);
 }
 
 int main(void)

@@ -36,7 +36,7 @@ static void an_empty_list_is_one_packet(void)
 static void expect_split(const size_t size, const unsigned entries)
 {
     static const uint8_t prefix[] = {1, 2, 3, 4};
-    const size_t each             = (PUS_TM_DATA_MAX - sizeof(prefix) - 2U) / size;
+    const size_t each             = (PUS_TM_DATA_MAX - sizeof prefix - 2U) / size;
     bench_clear();
     begin(prefix, sizeof prefix);
     for (unsigned i = 0U; i < entries; i++) {
@@ -224,13 +224,13 @@ static void a_request_too_long_to_be_executed_again_fails_with_the_reason(void)
     static uint8_t data[PUS_RESUMED_DATA_MAX + 1U];
     serve_list();
     bench.accepts = 3U;
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, data, sizeof(data)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, data, sizeof data));
     TEST_ASSERT_FALSE(pus_dispatcher_is_answering(&bench.dispatcher));
     bench.accepts = 0U;
     bench_step(TEST_NOW_NS, 1U);
     expect_failure(3U, 8U, PUS_FAILURE_SOME_FAILED, 0U, PACKETS);
     bench.accepts = bench.count;
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, data, sizeof(data) - 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, data, sizeof data - 1U));
     TEST_ASSERT_TRUE(pus_dispatcher_is_answering(&bench.dispatcher));
     bench.accepts = 0U;
     bench_step(TEST_NOW_NS, 2U);

@@ -32,7 +32,7 @@ static void a_golden_request_is_decoded_and_encoded(void)
     pus_failure_t failure;
     uint8_t octets[64];
     size_t size = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_decode(golden_tc, sizeof(golden_tc), &tc, &failure));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_decode(golden_tc, sizeof golden_tc, &tc, &failure));
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NONE, failure.code);
     TEST_ASSERT_EQUAL_UINT32(0U, failure.detail);
     TEST_ASSERT_EQUAL_UINT16(100U, tc.apid);
@@ -43,8 +43,8 @@ static void a_golden_request_is_decoded_and_encoded(void)
     TEST_ASSERT_EQUAL_UINT16(1U, tc.source);
     TEST_ASSERT_EQUAL_HEX32(0x1864C019U, tc.request_id);
     TEST_ASSERT_EQUAL_UINT64(0U, tc.size);
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, octets, sizeof(octets), &size));
-    TEST_ASSERT_EQUAL_UINT64(sizeof(golden_tc), size);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, octets, sizeof octets, &size));
+    TEST_ASSERT_EQUAL_UINT64(sizeof golden_tc, size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(golden_tc, octets, size);
 }
 
@@ -57,10 +57,10 @@ static void a_packet_nested_in_a_request_survives(void)
                                        0x2F, 0x11, 0x01, 0x00, 0x01, 0xEB, 0xE6, 0x05, 0x9C};
     pus_tc_t tc;
     pus_failure_t failure;
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_decode(golden, sizeof(golden), &tc, &failure));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_decode(golden, sizeof golden, &tc, &failure));
     TEST_ASSERT_EQUAL_UINT8(11U, tc.service);
     TEST_ASSERT_EQUAL_UINT64(23U, tc.size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(golden_tc, &tc.data[10], sizeof(golden_tc));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(golden_tc, &tc.data[10], sizeof golden_tc);
 }
 
 static void a_report_with_the_missions_time_is_decoded(void)
@@ -72,25 +72,25 @@ static void a_report_with_the_missions_time_is_decoded(void)
     pus_failure_t failure;
     uint8_t octets[64];
     size_t size = 0U;
-    sign(packet, sizeof(packet));
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_decode(packet, sizeof(packet), &tm, &failure));
+    sign(packet, sizeof packet);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_decode(packet, sizeof packet, &tm, &failure));
     TEST_ASSERT_EQUAL_UINT16(2U, tm.counter);
     TEST_ASSERT_EQUAL_UINT16(1U, tm.destination);
     TEST_ASSERT_EQUAL_UINT64(42500000000ULL, tm.time_ns);
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_encode(&tm, octets, sizeof(octets), &size));
-    TEST_ASSERT_EQUAL_UINT64(sizeof(packet), size);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_encode(&tm, octets, sizeof octets, &size));
+    TEST_ASSERT_EQUAL_UINT64(sizeof packet, size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, octets, size);
 
     packet[13] = 0x2FU; // The golden packet itself: agency epoch, not this mission's.
-    sign(packet, sizeof(packet));
+    sign(packet, sizeof packet);
     TEST_ASSERT_EQUAL_HEX8(0xE2U, packet[21]);
     TEST_ASSERT_EQUAL_HEX8(0x9DU, packet[22]);
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_tm_decode(packet, sizeof(packet), &tm, &failure));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_tm_decode(packet, sizeof packet, &tm, &failure));
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_DATA, failure.code);
     TEST_ASSERT_EQUAL_UINT32(13U, failure.detail);
     packet[6] = 0x10U; // The PUS version is wrong as well: the first wrong field is reported.
-    sign(packet, sizeof(packet));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_tm_decode(packet, sizeof(packet), &tm, &failure));
+    sign(packet, sizeof packet);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_tm_decode(packet, sizeof packet, &tm, &failure));
     TEST_ASSERT_NOT_EQUAL(PUS_FAILURE_DATA, failure.code);
 }
 
@@ -98,13 +98,13 @@ static void a_report_with_the_missions_time_is_decoded(void)
 static void expect_header_failure(const size_t offset, const uint8_t value, const uint16_t code,
                                   const uint32_t detail)
 {
-    uint8_t packet[sizeof(golden_tc)];
+    uint8_t packet[sizeof golden_tc];
     pus_tc_t tc;
     pus_failure_t failure;
-    memcpy(packet, golden_tc, sizeof(packet));
+    memcpy(packet, golden_tc, sizeof packet);
     packet[offset] = value;
-    sign(packet, sizeof(packet));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_tc_decode(packet, sizeof(packet), &tc, &failure));
+    sign(packet, sizeof packet);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_tc_decode(packet, sizeof packet, &tc, &failure));
     TEST_ASSERT_EQUAL_HEX16(code, failure.code);
     TEST_ASSERT_EQUAL_UINT16(0U, failure.instruction);
     TEST_ASSERT_EQUAL_HEX32(detail, failure.detail);
@@ -135,14 +135,14 @@ static void each_wrong_header_field_has_its_own_failure(void)
 
 static void every_single_bit_error_is_detected(void)
 {
-    for (size_t bit = 0U; bit < (8U * sizeof(golden_tc)); bit++) {
-        uint8_t packet[sizeof(golden_tc)];
+    for (size_t bit = 0U; bit < (8U * sizeof golden_tc); bit++) {
+        uint8_t packet[sizeof golden_tc];
         pus_tc_t tc;
         pus_failure_t failure;
-        memcpy(packet, golden_tc, sizeof(packet));
+        memcpy(packet, golden_tc, sizeof packet);
         packet[bit / 8U]      = (uint8_t)(packet[bit / 8U] ^ (1U << (bit % 8U)));
         const bool is_length  = (bit / 8U == 4U) || (bit / 8U == 5U);
-        const status_t status = pus_tc_decode(packet, sizeof(packet), &tc, &failure);
+        const status_t status = pus_tc_decode(packet, sizeof packet, &tc, &failure);
         TEST_ASSERT_EQUAL(is_length ? STATUS_INVALID : STATUS_CHECKSUM, status);
         TEST_ASSERT_EQUAL_HEX16(is_length ? PUS_FAILURE_LENGTH : PUS_FAILURE_CHECKSUM, failure.code);
         if (!is_length) {
@@ -153,11 +153,11 @@ static void every_single_bit_error_is_detected(void)
 
 static void every_truncated_size_is_refused(void)
 {
-    for (size_t size = 0U; size < sizeof(golden_tc); size++) {
+    for (size_t size = 0U; size < sizeof golden_tc; size++) {
         pus_tc_t tc;
         pus_tm_t tm;
         pus_failure_t failure;
-        uint8_t packet[sizeof(golden_tc)];
+        uint8_t packet[sizeof golden_tc];
         memcpy(packet, golden_tc, size);
         TEST_ASSERT_EQUAL(STATUS_TRUNCATED, pus_tc_decode(packet, size, &tc, &failure));
         TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_LENGTH, failure.code);
@@ -176,11 +176,11 @@ static void the_largest_packet_passes_and_the_next_does_not(void)
     pus_tc_t tc = {.apid = 1U, .service = 1U, .subtype = 1U, .data = data, .size = PUS_TC_DATA_MAX};
     pus_tm_t tm = {.apid = 1U, .service = 1U, .subtype = 1U, .data = data, .size = PUS_TM_DATA_MAX};
     pus_failure_t failure;
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, packet, sizeof(packet), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, packet, sizeof packet, &size));
     TEST_ASSERT_EQUAL_UINT64(PUS_PACKET_MAX, size);
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_decode(packet, size, &tc, &failure));
     TEST_ASSERT_EQUAL_UINT64(PUS_TC_DATA_MAX, tc.size);
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_encode(&tm, packet, sizeof(packet), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_encode(&tm, packet, sizeof packet, &size));
     TEST_ASSERT_EQUAL_UINT64(PUS_PACKET_MAX, size);
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_decode(packet, size, &tm, &failure));
 
@@ -192,9 +192,9 @@ static void the_largest_packet_passes_and_the_next_does_not(void)
         TEST_ASSERT_EQUAL_UINT64(0U, size);
     }
     tc.size = PUS_TC_DATA_MAX + 1U;
-    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tc_encode(&tc, packet, sizeof(packet), &size));
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tc_encode(&tc, packet, sizeof packet, &size));
     tm.size = PUS_TM_DATA_MAX + 1U;
-    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tm_encode(&tm, packet, sizeof(packet), &size));
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tm_encode(&tm, packet, sizeof packet, &size));
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tc_decode(packet, PUS_PACKET_MAX + 1U, &tc, &failure));
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_LENGTH, failure.code);
 }
@@ -202,19 +202,19 @@ static void the_largest_packet_passes_and_the_next_does_not(void)
 static void a_stream_is_framed_by_its_length_fields(void)
 {
     size_t size = 99U;
-    for (size_t have = 0U; have < sizeof(golden_tc); have++) {
+    for (size_t have = 0U; have < sizeof golden_tc; have++) {
         TEST_ASSERT_EQUAL(STATUS_TRUNCATED, pus_packet_frame(golden_tc, have, &size));
         TEST_ASSERT_EQUAL_UINT64((have < 6U) ? 0U : 13U, size);
     }
     uint8_t stream[64] = {0};
-    memcpy(stream, golden_tc, sizeof(golden_tc));
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_frame(stream, sizeof(stream), &size));
+    memcpy(stream, golden_tc, sizeof golden_tc);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_frame(stream, sizeof stream, &size));
     TEST_ASSERT_EQUAL_UINT64(13U, size);
     stream[4] = 0x0FU; // 4095 + 7
     stream[5] = 0xFFU;
-    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_packet_frame(stream, sizeof(stream), &size));
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_packet_frame(stream, sizeof stream, &size));
     stream[5] = 0xF9U; // 4089 + 7 = 4096
-    TEST_ASSERT_EQUAL(STATUS_TRUNCATED, pus_packet_frame(stream, sizeof(stream), &size));
+    TEST_ASSERT_EQUAL(STATUS_TRUNCATED, pus_packet_frame(stream, sizeof stream, &size));
     TEST_ASSERT_EQUAL_UINT64(PUS_PACKET_MAX, size);
     TEST_ASSERT_TRUE(pus_packet_is_tc(golden_tc, 1U));
     TEST_ASSERT_FALSE(pus_packet_is_tc(golden_tc, 0U));
@@ -235,9 +235,9 @@ static void time_is_seconds_and_a_rounded_down_fraction(void)
         {4294967295999999999ULL, {0x1F, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF}},
         {4294967296000000000ULL, {0x1F, 0, 0, 0, 0, 0, 0, 0}},
     };
-    for (size_t i = 0U; i < (sizeof(cases) / sizeof(cases[0])); i++) {
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         uint8_t octets[8];
-        octet_writer_t writer = octet_writer(octets, sizeof(octets));
+        octet_writer_t writer = octet_writer(octets, sizeof octets);
         pus_time_write(&writer, cases[i].time_ns);
         TEST_ASSERT_FALSE(writer.failed);
         TEST_ASSERT_EQUAL_HEX8_ARRAY(cases[i].octets, octets, 8U);
@@ -250,17 +250,17 @@ static void a_time_changes_by_less_than_one_unit_when_encoded_and_then_no_more(v
     for (uint64_t time_ns = 0U; time_ns < 2000000000U; time_ns += 499979U) {
         uint8_t octets[8];
         uint64_t read         = 0U;
-        octet_writer_t writer = octet_writer(octets, sizeof(octets));
+        octet_writer_t writer = octet_writer(octets, sizeof octets);
         pus_time_write(&writer, time_ns);
-        octet_reader_t reader = octet_reader(octets, sizeof(octets));
+        octet_reader_t reader = octet_reader(octets, sizeof octets);
         TEST_ASSERT_EQUAL(STATUS_OK, pus_time_read(&reader, &read));
         TEST_ASSERT_TRUE((read <= time_ns) && ((time_ns - read) < 60U));
         TEST_ASSERT_TRUE((read > previous) || (time_ns == 0U));
         previous = read;
         uint8_t again[8];
-        writer = octet_writer(again, sizeof(again));
+        writer = octet_writer(again, sizeof again);
         pus_time_write(&writer, read);
-        TEST_ASSERT_EQUAL_HEX8_ARRAY(octets, again, sizeof(again));
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(octets, again, sizeof again);
     }
 }
 
@@ -269,7 +269,7 @@ static void only_the_missions_time_code_is_read(void)
     for (unsigned p_field = 0U; p_field < 256U; p_field++) {
         const uint8_t octets[8] = {(uint8_t)p_field, 1, 2, 3, 4, 5, 6, 7};
         uint64_t time_ns        = 1U;
-        octet_reader_t reader   = octet_reader(octets, sizeof(octets));
+        octet_reader_t reader   = octet_reader(octets, sizeof octets);
         TEST_ASSERT_EQUAL((p_field == 0x1FU) ? STATUS_OK : STATUS_INVALID, pus_time_read(&reader, &time_ns));
         for (size_t size = 0U; size < 8U; size++) {
             reader = octet_reader(octets, size);
@@ -290,7 +290,7 @@ static void acknowledgement_bits_are_pinned(void)
                                        0x11, 0x01, 0x00, 0x01, 0x24, 0x4E};
     pus_tc_t tc;
     pus_failure_t failure;
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_decode(golden, sizeof(golden), &tc, &failure));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_decode(golden, sizeof golden, &tc, &failure));
     TEST_ASSERT_EQUAL_HEX8(PUS_ACK_ACCEPTANCE, tc.ack);
 }
 

@@ -66,7 +66,7 @@ static void fill(const unsigned first, const unsigned last, const size_t size)
 static status_t reopen(const uint16_t limit, const bool is_circular, const uint64_t tail)
 {
     init();
-    memset(blocks, 0xA5, sizeof(blocks));
+    memset(blocks, 0xA5, sizeof blocks);
     return pus_packet_store_open(&store, GENERATION, limit, is_circular, tail);
 }
 
@@ -309,13 +309,13 @@ static void blocks_beyond_the_capacity_are_not_read(void)
     pus_store_block_t beyond;
     pus_packet_store_change(&store, CAPACITY, true);
     fill(1U, 28U, LARGE);
-    memset(blocks, 0xA5, sizeof(blocks));
-    memcpy(&beyond, &blocks[CAPACITY - 1U], sizeof(beyond));
+    memset(blocks, 0xA5, sizeof blocks);
+    memcpy(&beyond, &blocks[CAPACITY - 1U], sizeof beyond);
     const pus_packet_store_config_t config = {
         .medium = recorded_medium(0U), .blocks = blocks, .block_capacity = CAPACITY - 1U, .buffer = buffer};
     pus_packet_store_init(&store, &config);
     TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_open(&store, GENERATION, CAPACITY - 1U, true, 0U));
-    TEST_ASSERT_EQUAL_MEMORY(&beyond, &blocks[CAPACITY - 1U], sizeof(beyond));
+    TEST_ASSERT_EQUAL_MEMORY(&beyond, &blocks[CAPACITY - 1U], sizeof beyond);
     TEST_ASSERT_TRUE(pus_packet_store_blocks_used(&store) <= (CAPACITY - 1U));
 }
 
@@ -351,7 +351,7 @@ static void a_damaged_header_ends_the_chain(void)
     fill(1U, 12U, LARGE);
     const image_t image          = recorded.image[0];
     static const size_t places[] = {0U, 4U, 8U, 15U, 19U}; // Magic, generation, number, checksum.
-    for (size_t i = 0U; i < (sizeof(places) / sizeof(places[0])); i++) {
+    for (size_t i = 0U; i < (sizeof places / sizeof places[0]); i++) {
         recorded.image[0] = image;
         spoil(PUS_STORE_BLOCK + places[i]);
         TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, true, 0U));
@@ -361,7 +361,7 @@ static void a_damaged_header_ends_the_chain(void)
         TEST_ASSERT_EQUAL_UINT32(0U, store.counters.damaged); // Its packets were deleted.
     }
     static const size_t closings[] = {20U, 30U, 33U, 50U, 55U}; // Then its records decide.
-    for (size_t i = 0U; i < (sizeof(closings) / sizeof(closings[0])); i++) {
+    for (size_t i = 0U; i < (sizeof closings / sizeof closings[0]); i++) {
         recorded.image[0] = image;
         spoil(PUS_STORE_BLOCK + closings[i]);
         TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, true, 0U));

@@ -138,7 +138,7 @@ static void fly(const unsigned sync_every)
         }
         oldest_of[i] = (unsigned)pus_packet_store_oldest_ns(&store);
     }
-    memcpy(&flight, &recorded, sizeof(flight));
+    memcpy(&flight, &recorded, sizeof flight);
     oldest_of[0] = 1U;
     recorded_copy(durable, empty);
     size_t settled  = 0U; // Operations that are in `durable`.
@@ -154,7 +154,7 @@ static void fly(const unsigned sync_every)
             synced = ((done->kind == OPERATION_WRITE) && (done->size > 1000U)) ? done->mark : synced;
         }
         for (unsigned present = 0U; present < (1U << in_doubt); present++) {
-            for (size_t t = 0U; t < (sizeof(torn) / sizeof(torn[0])); t++) {
+            for (size_t t = 0U; t < (sizeof torn / sizeof torn[0]); t++) {
                 const operation_t* const last = &flight.operations[end];
                 const size_t part             = (torn[t] < last->size) ? torn[t] : last->size;
                 if ((t > 0U) && (part == ((torn[t - 1U] < last->size) ? torn[t - 1U] : last->size))) {

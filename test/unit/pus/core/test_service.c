@@ -68,7 +68,7 @@ static const pus_subtype_t subtypes[]  = {
 
 void setUp(void)
 {
-    memset(&served, 0, sizeof(served));
+    memset(&served, 0, sizeof served);
     bench_start();
     bench_serve((pus_service_t){
         .type = 200U, .subtype_count = 7U, .subtypes = subtypes, .self = &served, .step = step});
@@ -175,7 +175,7 @@ static void unknown_services_and_subtypes_are_rejected(void)
         size_t size       = 0U;
         const pus_tc_t tc = {
             .apid = TEST_APID, .service = (uint8_t)service, .subtype = 1U, .source = TEST_SOURCE};
-        TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, octets, sizeof(octets), &size));
+        TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, octets, sizeof octets, &size));
         bench_clear();
         bench.request_id = 0x1810C000U;
         if (service != 200U) {
@@ -191,7 +191,7 @@ static void an_unknown_apid_is_rejected(void)
     uint8_t octets[32];
     size_t size       = 0U;
     const pus_tc_t tc = {.apid = 17U, .service = 200U, .subtype = 1U, .source = TEST_SOURCE};
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, octets, sizeof(octets), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, octets, sizeof octets, &size));
     bench.request_id = 0x1811C000U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_dispatch(&bench.dispatcher, octets, size, TEST_NOW_NS));
     EXPECT_MESSAGES(1, 2);
@@ -203,7 +203,7 @@ static void a_malformed_packet_is_rejected_if_its_request_id_is_readable(void)
     uint8_t octets[32];
     size_t size       = 0U;
     const pus_tc_t tc = {.apid = TEST_APID, .service = 200U, .subtype = 1U, .source = TEST_SOURCE};
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, octets, sizeof(octets), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, octets, sizeof octets, &size));
     for (size_t cut = 0U; cut < size; cut++) {
         bench_clear();
         const status_t status = pus_dispatch(&bench.dispatcher, octets, cut, TEST_NOW_NS);
@@ -232,7 +232,7 @@ static void formats_end_exactly_on_the_last_octet(void)
         size_t size;
         uint8_t data[9];
     } cases[] = {{1U, 0U, {0}}, {2U, 1U, {9}}, {3U, 2U, {0}}, {4U, 4U, {0}}, {5U, 5U, {2}}, {6U, 9U, {2}}};
-    for (size_t i = 0U; i < (sizeof(cases) / sizeof(cases[0])); i++) {
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, bench_request(cases[i].subtype, cases[i].data, cases[i].size));
         expect_strict_format(cases[i].subtype, cases[i].data, cases[i].size);
     }

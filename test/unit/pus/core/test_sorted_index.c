@@ -17,7 +17,7 @@ static uint32_t state;
 void setUp(void)
 {
     pus_sorted_index_init(&order, nodes);
-    memset(is_in, 0, sizeof(is_in));
+    memset(is_in, 0, sizeof is_in);
     state = 12345U;
 }
 

@@ -10,7 +10,7 @@ static uint8_t packet[64];
 
 void setUp(void)
 {
-    memset(packet, 0, sizeof(packet));
+    memset(packet, 0, sizeof packet);
 }
 
 void tearDown(void)
@@ -22,7 +22,7 @@ static pus_class_t of_report(const uint8_t service, const uint8_t subtype)
     octets_put_u16(packet, 0x0810U);
     packet[7] = service;
     packet[8] = subtype;
-    return pus_class_of(packet, sizeof(packet));
+    return pus_class_of(packet, sizeof packet);
 }
 
 static pus_class_t of_request(const uint8_t service, const uint16_t source)
@@ -31,7 +31,7 @@ static pus_class_t of_request(const uint8_t service, const uint16_t source)
     packet[7] = service;
     packet[8] = 1U;
     octets_put_u16(&packet[9], source);
-    return pus_class_of(packet, sizeof(packet));
+    return pus_class_of(packet, sizeof packet);
 }
 
 static void reports_that_need_a_reaction_are_firm(void)
@@ -78,7 +78,7 @@ static bool is_bulk(const uint8_t service, const uint8_t subtype)
                 {21U, {12U}},
                 {22U, {10U, 13U}},
                 {23U, {8U, 13U}}};
-    for (size_t i = 0U; i < (sizeof(bulk) / sizeof(bulk[0])); i++) {
+    for (size_t i = 0U; i < (sizeof bulk / sizeof bulk[0]); i++) {
         for (size_t k = 0U; (bulk[i].service == service) && (bulk[i].subtypes[k] != 0U); k++) {
             if (bulk[i].subtypes[k] == subtype) {
                 return true;

@@ -69,7 +69,7 @@ void setUp(void)
                                         .select_configuration = select_configuration,
                                         .reload_descriptor    = reload_descriptor,
                                         .read_status          = read_status};
-    memset(&seen, 0, sizeof(seen));
+    memset(&seen, 0, sizeof seen);
     bench_start();
     pus_management_init(&management, &port);
     bench_serve(pus_management_service(&management));
@@ -150,11 +150,11 @@ static void status_is_reported_to_the_requester(void)
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(4U, NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 3, 129, 5, 1, 7);
     TEST_ASSERT_EQUAL_UINT16(TEST_SOURCE, bench_report(2U).destination);
-    TEST_ASSERT_EQUAL_UINT64(sizeof(expected), bench_report(2U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof(expected));
-    for (size_t size = 0U; size <= sizeof(expected); size++) {
+    TEST_ASSERT_EQUAL_UINT64(sizeof expected, bench_report(2U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof expected);
+    for (size_t size = 0U; size <= sizeof expected; size++) {
         octet_reader_t reader = octet_reader(expected, size);
-        TEST_ASSERT_EQUAL((size == sizeof(expected)) ? STATUS_OK : STATUS_INVALID,
+        TEST_ASSERT_EQUAL((size == sizeof expected) ? STATUS_OK : STATUS_INVALID,
                           pus_subsystem_status_read(&reader, &read));
     }
     TEST_ASSERT_EQUAL_UINT8(status.target, read.target);
@@ -179,19 +179,19 @@ static void a_transition_is_reported_to_all(void)
     TEST_ASSERT_EQUAL(STATUS_OK, pus_transition_report(&bench.process, &transition, TEST_NOW_NS));
     EXPECT_MESSAGES(129, 2);
     TEST_ASSERT_EQUAL_UINT16(PUS_USER_GROUND, bench_report(0U).destination);
-    TEST_ASSERT_EQUAL_UINT64(sizeof(expected), bench_report(0U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(0U).data, sizeof(expected));
+    TEST_ASSERT_EQUAL_UINT64(sizeof expected, bench_report(0U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(0U).data, sizeof expected);
     octet_reader_t reader = bench_data(0U);
     TEST_ASSERT_EQUAL(STATUS_OK, pus_transition_read(&reader, &read));
     TEST_ASSERT_EQUAL_UINT8(4U, read.previous);
     TEST_ASSERT_EQUAL_UINT8(PUS_CAUSE_PLAN, read.cause);
     TEST_ASSERT_EQUAL_HEX32(0x10000U, read.cycle);
-    for (size_t size = 0U; size < sizeof(expected); size++) {
+    for (size_t size = 0U; size < sizeof expected; size++) {
         reader = octet_reader(expected, size);
         TEST_ASSERT_EQUAL(STATUS_INVALID, pus_transition_read(&reader, &read));
     }
-    static const uint8_t longer[sizeof(expected) + 1U] = {0};
-    reader                                             = octet_reader(longer, sizeof(longer));
+    static const uint8_t longer[sizeof expected + 1U] = {0};
+    reader                                            = octet_reader(longer, sizeof longer);
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_transition_read(&reader, &read));
 }
 

@@ -96,7 +96,7 @@ void setUp(void)
                                     .open    = open_link,
                                     .close   = close_link,
                                     .status  = link_status};
-    memset(&seen, 0, sizeof(seen));
+    memset(&seen, 0, sizeof seen);
     seen.offers   = 3U;
     seen.statuses = 3U;
     bench_start();
@@ -128,7 +128,7 @@ static void all_or_some_offers_are_reported(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 130, 2, 1, 7);
     expect_offers((const uint8_t[]){1, 2, 3}, 3U);
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, some, sizeof(some)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, some, sizeof some));
     EXPECT_MESSAGES(1, 1, 1, 3, 130, 2, 1, 7);
     expect_offers((const uint8_t[]){1, 3}, 2U); // In the order of the table.
 }
@@ -137,11 +137,11 @@ static void unknown_ports_are_refused_alone_and_no_offers_are_an_empty_list(void
 {
     static const uint8_t some[] = {2, 0, 9, 0, 2};
     static const uint8_t none[] = {1, 0, 9};
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, some, sizeof(some)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, some, sizeof some));
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 130, 2, 1, 8);
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 9U);
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, none, sizeof(none)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, none, sizeof none));
     EXPECT_MESSAGES(1, 1, 1, 4);
     bench_clear();
     seen.offers = 0U;
@@ -163,7 +163,7 @@ static void more_entries_than_a_report_holds_fail_the_request(void)
     expect_failure(2U, 8U, PUS_FAILURE_TABLE_FULL, 0U, PUS_TM_DATA_MAX);
     static const uint8_t one[] = {1, 0, 2}; // One of them still fits.
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, one, sizeof(one)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, one, sizeof one));
     EXPECT_MESSAGES(1, 1, 1, 3, 130, 9, 1, 7);
 }
 
@@ -174,12 +174,12 @@ static void status_carries_ends_properties_and_counters(void)
     static const uint8_t tail[] = {0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0, 4, 0, 0, 0, 5};
     pus_link_status_t read;
     uint16_t count = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, one, sizeof(one)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, one, sizeof one));
     const pus_tm_t tm = bench_report(2U);
     TEST_ASSERT_EQUAL_UINT64(54U, tm.size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(head, tm.data, sizeof(head));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(head, tm.data, sizeof head);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(properties_octets, &tm.data[13], 21U);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(tail, &tm.data[34], sizeof(tail));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(tail, &tm.data[34], sizeof tail);
     octet_reader_t reader = bench_data(2U);
     TEST_ASSERT_EQUAL(STATUS_OK, pus_link_statuses_read(&reader, &count));
     pus_link_status_read(&reader, &read);
@@ -210,7 +210,7 @@ static void an_accepted_link_is_reported_and_completed(void)
     static const uint8_t end[]    = {2, 3, 'a', 'b', 'c'};
     uint8_t octets[64];
     pus_link_accept_t read;
-    const size_t size = write_request(octets, sizeof(octets));
+    const size_t size = write_request(octets, sizeof octets);
     TEST_ASSERT_EQUAL_UINT64(35U, size);
     seen.answer = (pus_link_answer_t){
         .is_accepted = true,
@@ -222,8 +222,8 @@ static void an_accepted_link_is_reported_and_completed(void)
     TEST_ASSERT_EQUAL_UINT16(10U, seen.request.properties.tolerance_permille);
     const pus_tm_t tm = bench_report(2U);
     TEST_ASSERT_EQUAL_UINT64(6U + 21U + 5U, tm.size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(accept, tm.data, sizeof(accept));
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(end, &tm.data[27], sizeof(end));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(accept, tm.data, sizeof accept);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(end, &tm.data[27], sizeof end);
     octet_reader_t reader = bench_data(2U);
     TEST_ASSERT_EQUAL(STATUS_OK, pus_link_accept_read(&reader, &read));
     TEST_ASSERT_EQUAL_HEX32(0x51525354U, read.transaction);
@@ -239,7 +239,7 @@ static void a_refused_link_names_reason_and_field(void)
 {
     uint8_t octets[64];
     pus_link_refuse_t read;
-    const size_t size = write_request(octets, sizeof(octets));
+    const size_t size = write_request(octets, sizeof octets);
     seen.answer       = (pus_link_answer_t){.refuse = {.reason    = PUS_LINK_REASON_PERIOD,
                                                        .field     = PUS_LINK_FIELD_PERIOD,
                                                        .supported = properties}};
@@ -272,7 +272,7 @@ static void a_link_is_opened_and_closed(void)
     const pus_link_close_t close  = {.link = 7U, .reason = PUS_LINK_REASON_PEER};
     static const uint8_t closed[] = {0, 7, 10};
     uint8_t octets[64];
-    octet_writer_t writer = octet_writer(octets, sizeof(octets));
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
     pus_link_open_write(&writer, &open);
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(6U, octets, writer.position));
     TEST_ASSERT_EQUAL_UINT16(7U, seen.open.link);
@@ -281,14 +281,14 @@ static void a_link_is_opened_and_closed(void)
     TEST_ASSERT_EQUAL_MEMORY("link", seen.open.peer.octets, 4U);
     TEST_ASSERT_EQUAL_UINT32(250U, seen.open.deadline_ms);
     expect_strict_format(6U, octets, writer.position);
-    writer = octet_writer(octets, sizeof(octets));
+    writer = octet_writer(octets, sizeof octets);
     pus_link_close_write(&writer, &close);
-    TEST_ASSERT_EQUAL_UINT64(sizeof(closed), writer.position);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(closed, octets, sizeof(closed));
+    TEST_ASSERT_EQUAL_UINT64(sizeof closed, writer.position);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(closed, octets, sizeof closed);
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(7U, octets, writer.position));
     TEST_ASSERT_EQUAL_UINT8(PUS_LINK_REASON_PEER, seen.close.reason);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
-    expect_strict_format(7U, closed, sizeof(closed));
+    expect_strict_format(7U, closed, sizeof closed);
 }
 
 static void an_endpoint_is_bounded(void)
@@ -337,9 +337,9 @@ static void every_request_has_a_strict_format(void)
 {
     static const uint8_t list[] = {2, 0, 1, 0, 2};
     uint8_t octets[64];
-    const size_t size = write_request(octets, sizeof(octets));
-    expect_strict_format(1U, list, sizeof(list));
-    expect_strict_format(8U, list, sizeof(list));
+    const size_t size = write_request(octets, sizeof octets);
+    expect_strict_format(1U, list, sizeof list);
+    expect_strict_format(8U, list, sizeof list);
     expect_strict_format(3U, octets, size);
     TEST_ASSERT_EQUAL_UINT32(0U, seen.calls);
     for (unsigned count = 0U; count < 256U; count++) {

@@ -94,7 +94,7 @@ void setUp(void)
                                      .stop_process  = stop_process,
                                      .subsystem     = subsystem,
                                      .network       = network};
-    memset(&seen, 0, sizeof(seen));
+    memset(&seen, 0, sizeof seen);
     bench_start();
     pus_mission_init(&mission, &port);
     bench_serve(pus_mission_service(&mission));
@@ -154,8 +154,8 @@ static void the_table_of_subsystems_is_reported(void)
     seen.subsystems                 = 2U;
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 3, 131, 9, 1, 7);
-    TEST_ASSERT_EQUAL_UINT64(sizeof(expected), bench_report(2U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof(expected));
+    TEST_ASSERT_EQUAL_UINT64(sizeof expected, bench_report(2U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof expected);
     TEST_ASSERT_EQUAL_UINT16(TEST_SOURCE, bench_report(2U).destination);
     const unsigned room = (PUS_TM_DATA_MAX - 2U) / 8U;
     for (unsigned extra = 0U; extra < 2U; extra++) {
@@ -178,8 +178,8 @@ static void networks_are_reported_with_members_and_links(void)
     bench_clear();
     seen.networks = 2U;
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(10U, NULL, 0U));
-    TEST_ASSERT_EQUAL_UINT64(sizeof(expected), bench_report(2U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof(expected));
+    TEST_ASSERT_EQUAL_UINT64(sizeof expected, bench_report(2U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof expected);
     bench_clear();
     seen.networks = 1000U;
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(10U, NULL, 0U));
@@ -199,10 +199,10 @@ static void transitions_are_reported_to_all(void)
     TEST_ASSERT_EQUAL(STATUS_OK, pus_mode_transition_report(&bench.process, &new_mode, TEST_NOW_NS));
     TEST_ASSERT_EQUAL(STATUS_OK, pus_log_transition_report(&bench.process, &new_log, TEST_NOW_NS));
     EXPECT_MESSAGES(131, 2, 131, 4);
-    TEST_ASSERT_EQUAL_UINT64(sizeof(mode), bench_report(0U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(mode, bench_report(0U).data, sizeof(mode));
-    TEST_ASSERT_EQUAL_UINT64(sizeof(log), bench_report(1U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(log, bench_report(1U).data, sizeof(log));
+    TEST_ASSERT_EQUAL_UINT64(sizeof mode, bench_report(0U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(mode, bench_report(0U).data, sizeof mode);
+    TEST_ASSERT_EQUAL_UINT64(sizeof log, bench_report(1U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(log, bench_report(1U).data, sizeof log);
 }
 
 int main(void)

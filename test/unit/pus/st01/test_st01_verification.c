@@ -96,7 +96,7 @@ static void other_reports_and_other_lengths_are_refused(void)
     for (unsigned subtype = 0U; subtype < 256U; subtype++) {
         static const size_t sizes[] = {0, 4, 12, 4, 12, 6, 14, 4, 12, 0, 12};
         const size_t right          = (subtype < 11U) ? sizes[subtype] : 0U;
-        for (size_t size = 0U; size < sizeof(data); size++) {
+        for (size_t size = 0U; size < sizeof data; size++) {
             pus_verification_t read;
             const pus_tm_t tm  = {.service = 1U, .subtype = (uint8_t)subtype, .data = data, .size = size};
             const status_t bad = (right == 0U) ? STATUS_NOT_FOUND : STATUS_INVALID;

@@ -121,7 +121,7 @@ void setUp(void)
     memset(&devices, 0, sizeof devices);
     now_ns = TEST_NOW_NS;
     bench_start();
-    memset(operations, 0xA5, sizeof(operations));
+    memset(operations, 0xA5, sizeof operations);
     pus_device_access_init(&access, &config);
     bench_serve(pus_device_access_service(&access));
 }

@@ -33,8 +33,8 @@ static void start(const pus_persistence_t* const persistence)
                                     .functional_count = DEFINITIONS,
                                     .persistence      = persistence};
     bench_start();
-    memset(structures, 0xA5, sizeof(structures));
-    memset(definitions, 0xA5, sizeof(definitions));
+    memset(structures, 0xA5, sizeof structures);
+    memset(definitions, 0xA5, sizeof definitions);
     pus_hk_init(&hk, &config);
     bench_serve(pus_hk_service(&hk));
     if (persistence != NULL) {
@@ -435,7 +435,7 @@ static void each_request_releases_the_guard(void)
     hk.config.guard = &guard;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_hk_add(&hk, &definition));
     TEST_ASSERT_EQUAL_INT32(0, osal_mutex_holder(&guard));
-    for (size_t i = 0U; i < (sizeof(requests) / sizeof(requests[0])); i++) {
+    for (size_t i = 0U; i < (sizeof requests / sizeof requests[0]); i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, bench_request(requests[i].subtype, requests[i].data, requests[i].size));
         TEST_ASSERT_EQUAL_INT32(0, osal_mutex_holder(&guard));
     }

@@ -24,7 +24,7 @@ void setUp(void)
                                     .structure_count = STRUCTURES,
                                     .samples         = samples,
                                     .sample_size     = SAMPLE_SIZE};
-    memset(structures, 0xA5, sizeof(structures));
+    memset(structures, 0xA5, sizeof structures);
     pus_hk_init(&hk, &config);
     bench_serve(pus_hk_service(&hk));
     cycle = 1000U;
@@ -226,37 +226,37 @@ static const uint8_t create_9[] = {0, 9, 0, 0, 0, 4, 1, 2, 1, 0, 2, 1, 0, 2, 2, 
 static void a_structure_is_created_reported_enabled_and_deleted(void)
 {
     static const uint8_t one[] = {1, 0, 9};
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, create_9, sizeof(create_9)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, create_9, sizeof create_9));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     bench_clear();
 
     static const uint8_t report[] = {0, 9, 0, 0, 0, 0, 4, 0, 1, 2, 1,    0, 2, 0,
                                      1, 0, 2, 0, 2, 2, 0, 0, 1, 2, 0x09, 0, 3};
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(9U, one, sizeof(one)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(9U, one, sizeof one));
     EXPECT_MESSAGES(1, 1, 1, 3, 3, 10, 1, 7);
-    TEST_ASSERT_EQUAL_UINT64(sizeof(report), bench_report(2U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(report, bench_report(2U).data, sizeof(report));
+    TEST_ASSERT_EQUAL_UINT64(sizeof report, bench_report(2U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(report, bench_report(2U).data, sizeof report);
     TEST_ASSERT_EQUAL_UINT16(TEST_SOURCE, bench_report(2U).destination);
 
     run(4U);
     TEST_ASSERT_EQUAL_UINT64(4U, bench.count); // Created disabled.
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(5U, one, sizeof(one)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(5U, one, sizeof one));
     bench_clear();
     run(4U);
     EXPECT_MESSAGES(3, 25);
     TEST_ASSERT_EQUAL_UINT64(2U + 2U + (2U * 9U), bench_report(0U).size);
 
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(3U, one, sizeof(one)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(3U, one, sizeof one));
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 1U, 9U);
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(6U, one, sizeof(one)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(6U, one, sizeof one));
     bench_clear();
     run(8U);
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(3U, one, sizeof(one)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(3U, one, sizeof one));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(3U, one, sizeof(one)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(3U, one, sizeof one));
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 9U);
 }
 
@@ -270,44 +270,44 @@ static void expect_not_created(const uint8_t* const data, const size_t size, con
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, code, 0U, detail);
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(9U, one, sizeof(one)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(9U, one, sizeof one));
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 9U);
 }
 
 static void creation_is_refused_as_a_whole(void)
 {
-    uint8_t data[sizeof(create_9)];
-    memcpy(data, create_9, sizeof(data));
+    uint8_t data[sizeof create_9];
+    memcpy(data, create_9, sizeof data);
     data[5] = 0U; // Interval.
-    expect_not_created(data, sizeof(data), PUS_FAILURE_OUT_OF_RANGE, 2U);
+    expect_not_created(data, sizeof data, PUS_FAILURE_OUT_OF_RANGE, 2U);
     data[5] = 1U; // Fewer cycles than samples.
-    expect_not_created(data, sizeof(data), PUS_FAILURE_OUT_OF_RANGE, 12U);
+    expect_not_created(data, sizeof data, PUS_FAILURE_OUT_OF_RANGE, 12U);
     data[5]  = 4U;
     data[13] = 0U; // No sample.
-    expect_not_created(data, sizeof(data), PUS_FAILURE_OUT_OF_RANGE, 12U);
+    expect_not_created(data, sizeof data, PUS_FAILURE_OUT_OF_RANGE, 12U);
     data[13] = 2U;
     put_id(&data[15], P_U16);
-    expect_not_created(data, sizeof(data), PUS_FAILURE_DUPLICATE, P_U16);
+    expect_not_created(data, sizeof data, PUS_FAILURE_DUPLICATE, P_U16);
     put_id(&data[15], P_UNKNOWN);
-    expect_not_created(data, sizeof(data), PUS_FAILURE_UNKNOWN_ID, P_UNKNOWN);
+    expect_not_created(data, sizeof data, PUS_FAILURE_UNKNOWN_ID, P_UNKNOWN);
     put_id(&data[7], P_SECRET);
-    expect_not_created(data, sizeof(data), PUS_FAILURE_ACCESS, P_SECRET);
+    expect_not_created(data, sizeof data, PUS_FAILURE_ACCESS, P_SECRET);
     put_id(&data[7], P_LARGE);
     put_id(&data[15], P_U8);
-    expect_not_created(data, sizeof(data), PUS_FAILURE_TABLE_FULL, SAMPLE_SIZE);
+    expect_not_created(data, sizeof data, PUS_FAILURE_TABLE_FULL, SAMPLE_SIZE);
     static const uint8_t nothing[] = {0, 9, 0, 0, 0, 4, 0, 0};
-    expect_not_created(nothing, sizeof(nothing), PUS_FAILURE_OUT_OF_RANGE, 6U);
+    expect_not_created(nothing, sizeof nothing, PUS_FAILURE_OUT_OF_RANGE, 6U);
     static const uint8_t empty_set[] = {0, 9, 0, 0, 0, 4, 0, 1, 0, 2, 0};
-    TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(1U, empty_set, sizeof(empty_set)));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(1U, empty_set, sizeof empty_set));
     static const uint8_t many_samples[] = {0, 9, 0, 1, 0, 0, 0, 1, 0xFF, 0xFF, 1, 2, 24, 0, 4};
-    expect_not_created(many_samples, sizeof(many_samples), PUS_FAILURE_TABLE_FULL, SAMPLE_SIZE);
+    expect_not_created(many_samples, sizeof many_samples, PUS_FAILURE_TABLE_FULL, SAMPLE_SIZE);
 
     static const uint8_t wrong_sets[] = {0, 9, 0, 0, 0, 4, 0, 2, 0, 0, 1, 2, 0, 0, 1, 0, 2, 1, 2, 3, 3, 0xE7};
-    expect_not_created(wrong_sets, sizeof(wrong_sets), PUS_FAILURE_OUT_OF_RANGE, 8U);
+    expect_not_created(wrong_sets, sizeof wrong_sets, PUS_FAILURE_OUT_OF_RANGE, 8U);
 
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, create_9, sizeof(create_9)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, create_9, sizeof create_9));
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, create_9, sizeof(create_9)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, create_9, sizeof create_9));
     expect_failure(1U, 4U, PUS_FAILURE_EXISTS, 0U, 9U);
 }
 
@@ -317,7 +317,7 @@ static void the_table_and_the_lists_have_their_limits(void)
     for (unsigned count = 0U; count <= 255U; count++) {
         pus_hk_clear(&hk);
         bench_clear();
-        memset(data, 0, sizeof(data));
+        memset(data, 0, sizeof data);
         data[1] = 9U;
         data[5] = 4U;
         data[6] = (uint8_t)count;
@@ -333,7 +333,7 @@ static void the_table_and_the_lists_have_their_limits(void)
             expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 0U, PUS_HK_PARAMETERS_MAX);
         }
     }
-    memset(data, 0, sizeof(data));
+    memset(data, 0, sizeof data);
     data[1] = 10U;
     data[5] = 4U;
     for (unsigned sets = 1U; sets <= (PUS_HK_SETS_MAX + 1U); sets++) {
@@ -355,7 +355,7 @@ static void the_table_and_the_lists_have_their_limits(void)
         TEST_ASSERT_EQUAL(STATUS_OK, add_simple_structure(id, false));
     }
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, create_9, sizeof(create_9)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, create_9, sizeof create_9));
     expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 0U, STRUCTURES);
 }
 
@@ -366,21 +366,21 @@ static void parameters_are_appended_in_their_places(void)
     uint8_t data[]                = {0, 9, 1, 0, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 0};
     static const uint8_t report[] = {0, 9, 0, 0, 0, 0, 4, 0, 2, 2, 1, 0, 2, 2, 24, 0, 4, 0, 2,  0,
                                      2, 0, 2, 2, 0, 0, 1, 2, 9, 0, 3, 0, 1, 0, 1,  2, 0, 0, 100};
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, create_9, sizeof(create_9)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, create_9, sizeof create_9));
     put_id(&data[3], P_U8);
     put_id(&data[11], P_MANY);
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(29U, data, sizeof(data)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(29U, data, sizeof data));
     expect_failure(1U, 4U, PUS_FAILURE_DUPLICATE, 0U, P_U8);
     put_id(&data[3], P_STRUCT);
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(29U, data, sizeof(data)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(29U, data, sizeof data));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(9U, one, sizeof(one)));
-    TEST_ASSERT_EQUAL_UINT64(sizeof(report), bench_report(5U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(report, bench_report(5U).data, sizeof(report));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(9U, one, sizeof one));
+    TEST_ASSERT_EQUAL_UINT64(sizeof report, bench_report(5U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(report, bench_report(5U).data, sizeof report);
 
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(5U, one, sizeof(one)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(5U, one, sizeof one));
     bench_clear();
     run(4U);
     const pus_tm_t tm = bench_report(0U);
@@ -391,11 +391,11 @@ static void parameters_are_appended_in_their_places(void)
     TEST_ASSERT_EQUAL_UINT8(4U, tm.data[24]);  // U8 of cycle 4
     TEST_ASSERT_EQUAL_UINT8(4U, tm.data[33]);  // MANY of cycle 4
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(29U, data, sizeof(data)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(29U, data, sizeof data));
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, 9U);
     data[1] = 8U;
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(29U, data, sizeof(data)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(29U, data, sizeof data));
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 0U, 8U);
 }
 
@@ -404,7 +404,7 @@ static void one_shot_reports_go_to_the_requester_and_disturb_nothing(void)
     static const uint8_t one[] = {1, 0, 5};
     TEST_ASSERT_EQUAL(STATUS_OK, add_structure(5U, true));
     run(3U);
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(27U, one, sizeof(one)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(27U, one, sizeof one));
     EXPECT_MESSAGES(1, 1, 1, 3, 3, 25, 1, 7);
     expect_report(2U, 5U, 3U, 3U, 3U);
     TEST_ASSERT_EQUAL_UINT16(TEST_SOURCE, bench_report(2U).destination);
@@ -414,7 +414,7 @@ static void one_shot_reports_go_to_the_requester_and_disturb_nothing(void)
     TEST_ASSERT_EQUAL_UINT16(PUS_USER_GROUND, bench_report(0U).destination);
     bench.refusals = 1000U; // No report is sent, until no more can wait either.
     while (hk.counters.dropped == 0U) {
-        TEST_ASSERT_EQUAL(STATUS_OK, bench_request(27U, one, sizeof(one)));
+        TEST_ASSERT_EQUAL(STATUS_OK, bench_request(27U, one, sizeof one));
     }
 }
 
@@ -426,33 +426,33 @@ static void intervals_are_modified_one_by_one(void)
     TEST_ASSERT_EQUAL(STATUS_OK, add_structure(5U, false));
     TEST_ASSERT_EQUAL(STATUS_OK, add_simple_structure(6U, false));
     TEST_ASSERT_EQUAL(STATUS_OK, add_simple_structure(7U, true));
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(31U, data, sizeof(data)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(31U, data, sizeof data));
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 4, 1, 4, 1, 4);            // Not even one is valid.
     expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 1U, 3U); // 3 samples need 3 cycles.
     expect_failure(2U, 4U, PUS_FAILURE_UNKNOWN_ID, 2U, 8U);
     expect_failure(3U, 4U, PUS_FAILURE_OUT_OF_RANGE, 3U, 15U);
     expect_failure(4U, 4U, PUS_FAILURE_STATE, 4U, 7U);
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(33U, all, sizeof(all)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(33U, all, sizeof all));
     EXPECT_MESSAGES(1, 1, 1, 3, 3, 35, 1, 7);
-    TEST_ASSERT_EQUAL_UINT64(sizeof(properties), bench_report(2U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(properties, bench_report(2U).data, sizeof(properties));
+    TEST_ASSERT_EQUAL_UINT64(sizeof properties, bench_report(2U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(properties, bench_report(2U).data, sizeof properties);
 
     static const uint8_t good[]  = {2, 0, 5, 0, 0, 0, 3, 0, 99, 0, 0, 0, 1};
     static const uint8_t some[]  = {2, 0, 99, 0, 5};
     static const uint8_t after[] = {0, 1, 0, 5, 0, 0, 0, 0, 3};
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(31U, good, sizeof(good)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(31U, good, sizeof good));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 8);
     expect_failure(3U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 1U);
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(33U, some, sizeof(some)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(33U, some, sizeof some));
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 3, 35, 1, 8);
-    TEST_ASSERT_EQUAL_UINT64(sizeof(after), bench_report(3U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(after, bench_report(3U).data, sizeof(after));
+    TEST_ASSERT_EQUAL_UINT64(sizeof after, bench_report(3U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(after, bench_report(3U).data, sizeof after);
     static const uint8_t none[] = {1, 0, 99};
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(33U, none, sizeof(none)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(33U, none, sizeof none));
     EXPECT_MESSAGES(1, 1, 1, 4);
 }
 
@@ -461,7 +461,7 @@ static void lists_of_255_are_served(void)
     static const uint8_t lists[] = {3U, 5U, 6U, 9U, 27U, 33U};
     uint8_t data[1U + (255U * 2U)];
     data[0] = 255U;
-    for (size_t i = 0U; i < sizeof(lists); i++) {
+    for (size_t i = 0U; i < sizeof lists; i++) {
         for (size_t k = 0U; k < 255U; k++) {
             data[1U + (2U * k)] = 0U;
             data[2U + (2U * k)] = 5U;
@@ -469,7 +469,7 @@ static void lists_of_255_are_served(void)
         bench_clear();
         pus_hk_clear(&hk);
         TEST_ASSERT_EQUAL(STATUS_OK, add_structure(5U, false));
-        TEST_ASSERT_EQUAL(STATUS_OK, bench_request(lists[i], data, sizeof(data)));
+        TEST_ASSERT_EQUAL(STATUS_OK, bench_request(lists[i], data, sizeof data));
         TEST_ASSERT_EQUAL_UINT8((lists[i] == 3U) ? 8U : 7U, bench_report(bench.count - 1U).subtype);
     }
 }
@@ -479,7 +479,7 @@ static void enabling_again_does_not_begin_again(void)
     static const uint8_t one[] = {1, 0, 5};
     TEST_ASSERT_EQUAL(STATUS_OK, add_structure(5U, true));
     run(4U);
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(5U, one, sizeof(one)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(5U, one, sizeof one));
     bench_clear();
     run(2U);
     EXPECT_MESSAGES(3, 25);
@@ -491,14 +491,14 @@ static void every_request_has_a_strict_format(void)
     static const uint8_t list[]     = {2, 0, 5, 0, 6};
     static const uint8_t interval[] = {1, 0, 5, 0, 0, 0, 2};
     static const uint8_t append[]   = {0, 9, 1, 0, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 0};
-    for (size_t i = 0U; i < sizeof(lists); i++) {
-        expect_strict_format(lists[i], list, sizeof(list));
+    for (size_t i = 0U; i < sizeof lists; i++) {
+        expect_strict_format(lists[i], list, sizeof list);
         TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(lists[i], "\0", 1U)); // Zero instructions.
         expect_failure(0U, 2U, PUS_FAILURE_DATA, 0U, 1U);
     }
-    expect_strict_format(1U, create_9, sizeof(create_9));
-    expect_strict_format(29U, append, sizeof(append));
-    expect_strict_format(31U, interval, sizeof(interval));
+    expect_strict_format(1U, create_9, sizeof create_9);
+    expect_strict_format(29U, append, sizeof append);
+    expect_strict_format(31U, interval, sizeof interval);
 }
 
 // ---- Another loop ----

@@ -33,11 +33,11 @@ static void start(const pus_parameter_port_t* const port)
                                             .places      = places,
                                             .capacity    = CAPACITY,
                                             .cycle_ns    = CYCLE_NS};
-    memset(entries, 0xA5, sizeof(entries));
+    memset(entries, 0xA5, sizeof entries);
     cycle = 0U;
     bench_start();
-    memset(due, 0xA5, sizeof(due));
-    memset(places, 0xA5, sizeof(places));
+    memset(due, 0xA5, sizeof due);
+    memset(places, 0xA5, sizeof places);
     pus_statistics_init(&statistics, &config);
     bench_serve(pus_statistics_service(&statistics));
     pus_dispatcher_persist(&bench.dispatcher, records_port());

@@ -18,7 +18,7 @@ static pus_events_t events;
 void setUp(void)
 {
     bench_start();
-    memset(states, 0xA5, sizeof(states));
+    memset(states, 0xA5, sizeof states);
     pus_events_init(&events, &bench.process, definitions, states, 4U);
     bench_serve(pus_events_service(&events));
 }
@@ -63,15 +63,15 @@ static void a_disabled_event_is_counted_and_noticed_by_the_supervisor_only(void)
     static const uint8_t two[]    = {2, 0, 1, 1, 44};
     static const uint8_t list[]   = {0, 2, 0, 1, 1, 44};
     static const uint8_t notice[] = {0, 1, PUS_SEVERITY_HIGH}; // Without auxiliary data.
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(6U, two, sizeof(two)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(6U, two, sizeof two));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, raise_event(1U, 3U));
     TEST_ASSERT_EQUAL(STATUS_OK, raise_event(300U, 0U));
     EXPECT_MESSAGES(129, 7, 129, 7);
     TEST_ASSERT_EQUAL_UINT16(PUS_USER_SUPERVISOR, bench_report(0U).destination);
-    TEST_ASSERT_EQUAL_UINT64(sizeof(notice), bench_report(0U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(notice, bench_report(0U).data, sizeof(notice));
+    TEST_ASSERT_EQUAL_UINT64(sizeof notice, bench_report(0U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(notice, bench_report(0U).data, sizeof notice);
     TEST_ASSERT_EQUAL_UINT32(1U, states[0].raised);
     TEST_ASSERT_EQUAL_UINT32(2U, events.counters.disabled);
     TEST_ASSERT_EQUAL_UINT32(0U, events.counters.reported);
@@ -79,11 +79,11 @@ static void a_disabled_event_is_counted_and_noticed_by_the_supervisor_only(void)
 
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(7U, NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 3, 5, 8, 1, 7);
-    TEST_ASSERT_EQUAL_UINT64(sizeof(list), bench_report(2U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(list, bench_report(2U).data, sizeof(list));
+    TEST_ASSERT_EQUAL_UINT64(sizeof list, bench_report(2U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(list, bench_report(2U).data, sizeof list);
     TEST_ASSERT_EQUAL_UINT16(TEST_SOURCE, bench_report(2U).destination);
 
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(5U, two, sizeof(two)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(5U, two, sizeof two));
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, raise_event(1U, 3U));
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(7U, NULL, 0U));
@@ -103,7 +103,7 @@ static void an_event_is_read_from_its_report_and_from_its_notice(void)
     pus_event_occurrence_t read;
     for (uint8_t subtype = 0U; subtype < 10U; subtype++) {
         const bool is_event = (subtype >= 1U) && (subtype <= 4U);
-        const pus_tm_t tm   = report_of(PUS_SERVICE_EVENTS, subtype, octets, sizeof(octets));
+        const pus_tm_t tm   = report_of(PUS_SERVICE_EVENTS, subtype, octets, sizeof octets);
         TEST_ASSERT_EQUAL(is_event ? STATUS_OK : STATUS_NOT_FOUND, pus_event_occurrence_read(&tm, &read));
         const pus_tm_t other = report_of(PUS_SERVICE_MANAGEMENT, subtype, octets, 3U);
         TEST_ASSERT_EQUAL((subtype == 7U) ? STATUS_OK : STATUS_NOT_FOUND,
@@ -116,13 +116,13 @@ static void an_event_is_read_from_its_report_and_from_its_notice(void)
     TEST_ASSERT_EQUAL_UINT8(PUS_SEVERITY_HIGH, read.severity);
     tm.size = 1U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_event_occurrence_read(&tm, &read));
-    for (size_t size = 0U; size <= sizeof(octets); size++) {
+    for (size_t size = 0U; size <= sizeof octets; size++) {
         tm = report_of(PUS_SERVICE_MANAGEMENT, 7U, octets, size);
         TEST_ASSERT_EQUAL((size == 3U) ? STATUS_OK : STATUS_INVALID, pus_event_occurrence_read(&tm, &read));
     }
     for (uint8_t severity = 0U; severity < 6U; severity++) {
         const uint8_t notice[] = {1, 44, severity};
-        tm                     = report_of(PUS_SERVICE_MANAGEMENT, 7U, notice, sizeof(notice));
+        tm                     = report_of(PUS_SERVICE_MANAGEMENT, 7U, notice, sizeof notice);
         TEST_ASSERT_EQUAL(((severity >= 1U) && (severity <= 4U)) ? STATUS_OK : STATUS_INVALID,
                           pus_event_occurrence_read(&tm, &read));
     }
@@ -131,7 +131,7 @@ static void an_event_is_read_from_its_report_and_from_its_notice(void)
 static void unknown_instructions_are_refused_alone(void)
 {
     static const uint8_t three[] = {3, 0, 9, 0, 1, 0, 8};
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(6U, three, sizeof(three)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(6U, three, sizeof three));
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 1, 4, 1, 8);
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 9U);
     expect_failure(3U, 4U, PUS_FAILURE_UNKNOWN_ID, 3U, 8U);
@@ -356,12 +356,12 @@ static void more_disabled_events_than_a_report_holds_are_refused(void)
 static void every_request_has_a_strict_format(void)
 {
     static const uint8_t two[] = {2, 0, 1, 0, 2};
-    expect_strict_format(5U, two, sizeof(two));
-    expect_strict_format(6U, two, sizeof(two));
+    expect_strict_format(5U, two, sizeof two);
+    expect_strict_format(6U, two, sizeof two);
     expect_strict_format(7U, NULL, 0U);
     TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(5U, "\0", 1U));
     for (uint8_t subtype = 0U; subtype < 5U; subtype++) {
-        TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(subtype, two, sizeof(two)));
+        TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(subtype, two, sizeof two));
     }
 }
 

@@ -69,9 +69,9 @@ static const pus_function_port_t port = {.context = &performed, .perform = perfo
 
 void setUp(void)
 {
-    memset(&performed, 0, sizeof(performed));
+    memset(&performed, 0, sizeof performed);
     bench_start();
-    pus_functions_init(&functions, table, 3U, &port, area, sizeof(area));
+    pus_functions_init(&functions, table, 3U, &port, area, sizeof area);
     bench_serve(pus_functions_service(&functions));
 }
 
@@ -86,7 +86,7 @@ static const uint8_t move[] = {'M', 'O',  'V', 'E', '_', 'T',  'O',  0, 3, 0, 1,
 
 static void arguments_become_a_struct(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, move, sizeof(move)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, move, sizeof move));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL_UINT16(1U, performed.index);
     TEST_ASSERT_TRUE(performed.move_to.position[0] == 0.5);
@@ -101,7 +101,7 @@ static void arguments_may_come_in_any_order(void)
     static const uint8_t data[] = {'E',  'I',  'G',  'H',  'T',  'C',  'H',  'R',  3,    0, 3, 0x3F,
                                    0x80, 0,    0,    0xC0, 0,    0,    0,    0,    0,    0, 0, 0,
                                    2,    0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFE, 0, 1, 200};
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, data, sizeof(data)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, data, sizeof data));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL_UINT8(200U, performed.every.a);
     TEST_ASSERT_TRUE(performed.every.b == -2);
@@ -114,23 +114,23 @@ static void a_function_without_arguments_has_a_count_of_none(void)
 {
     static const uint8_t data[] = {'T', 'A', 'R', 'E', 0, 0, 0, 0, 0};
     performed.reply             = pus_later();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, data, sizeof(data)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, data, sizeof data));
     EXPECT_MESSAGES(1, 1, 1, 3);
     TEST_ASSERT_EQUAL_UINT16(0U, performed.index);
     pus_verify_completed(&bench.process, &performed.token, TEST_NOW_NS);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
-    expect_strict_format(1U, data, sizeof(data));
+    expect_strict_format(1U, data, sizeof data);
 }
 
 static void the_ports_refusal_is_passed_on(void)
 {
     performed.reply = pus_refused(PUS_FAILURE_STATE, 3U);
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, move, sizeof(move)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, move, sizeof move));
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, 3U);
     bench_clear();
     performed.reply = pus_failed(PUS_FAILURE_DEVICE, 4U);
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, move, sizeof(move)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, move, sizeof move));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
 }
 
@@ -138,7 +138,7 @@ static void other_names_are_unknown(void)
 {
     static const char* const names[] = {"",         "TAR",     "TARE_",    "tare",
                                         "MOVE_TO_", "EIGHTCH", "EIGHTCHX", "XTARE"};
-    for (size_t i = 0U; i < (sizeof(names) / sizeof(names[0])); i++) {
+    for (size_t i = 0U; i < (sizeof names / sizeof names[0]); i++) {
         uint8_t data[20] = {0};
         memcpy(data, names[i], strlen(names[i]));
         bench_clear();
@@ -155,7 +155,7 @@ static void other_names_are_unknown(void)
     static const uint8_t padded[] = {'T', 'A', 'R', 'E', 0,
                                      'X', 0,   0,   0}; // Octets after the end of the name.
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, padded, sizeof(padded)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, padded, sizeof padded));
     EXPECT_MESSAGES(1, 1, 1, 4);
     TEST_ASSERT_EQUAL_UINT32(0U, performed.calls);
 }
@@ -164,11 +164,11 @@ static void other_names_are_unknown(void)
 static void expect_refused(const size_t offset, const uint8_t value, const uint16_t code,
                            const uint16_t instruction, const uint32_t detail)
 {
-    uint8_t data[sizeof(move)];
-    memcpy(data, move, sizeof(data));
+    uint8_t data[sizeof move];
+    memcpy(data, move, sizeof data);
     data[offset] = value;
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, data, sizeof(data)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, data, sizeof data));
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, code, instruction, detail);
     TEST_ASSERT_EQUAL_UINT32(0U, performed.calls);
@@ -183,49 +183,49 @@ static void bad_arguments_are_named(void)
     // The same argument twice, with equal sizes.
     static const uint8_t twice[] = {'E', 'I', 'G', 'H', 'T', 'C', 'H', 'R', 3, 0, 1, 5, 0, 1, 6, 0, 1, 7};
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, twice, sizeof(twice)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, twice, sizeof twice));
     expect_failure(1U, 4U, PUS_FAILURE_DUPLICATE, 2U, 1U);
 }
 
 static void values_that_are_not_finite_are_refused(void)
 {
-    uint8_t data[sizeof(move)];
+    uint8_t data[sizeof move];
     for (unsigned sign = 0U; sign < 2U; sign++) {
         for (unsigned fraction = 0U; fraction < 2U; fraction++) { // Infinite, not a number.
-            memcpy(data, move, sizeof(data));
+            memcpy(data, move, sizeof data);
             data[19] = (uint8_t)(0x7FU | (sign << 7U));
             data[20] = (uint8_t)(0xF0U | (fraction << 3U));
             bench_clear();
-            TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, data, sizeof(data)));
+            TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, data, sizeof data));
             expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 1U, 11U);
         }
     }
     data[19] = 0x7FU; // The largest double.
     data[20] = 0xEFU;
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, data, sizeof(data)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, data, sizeof data));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     uint8_t floats[] = {'E', 'I', 'G', 'H', 'T', 'C', 'H', 'R', 3, 0, 1, 5, 0, 2, 0,    0,    0, 0,
                         0,   0,   0,   0,   0,   3,   0,   0,   0, 0, 0, 0, 0, 0, 0x7F, 0x80, 0, 0};
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, floats, sizeof(floats)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, floats, sizeof floats));
     expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 3U, 24U);
     floats[33] = 0x7FU;
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, floats, sizeof(floats)));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, floats, sizeof floats));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
 static void every_wrong_count_and_length_is_rejected(void)
 {
-    uint8_t data[sizeof(move)];
-    expect_strict_format(1U, move, sizeof(move));
+    uint8_t data[sizeof move];
+    expect_strict_format(1U, move, sizeof move);
     for (unsigned count = 0U; count < 256U; count++) {
-        memcpy(data, move, sizeof(data));
+        memcpy(data, move, sizeof data);
         data[8] = (uint8_t)count;
         if (count != 3U) {
             bench_clear();
-            TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(1U, data, sizeof(data)));
+            TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(1U, data, sizeof data));
             expect_failure(0U, 2U, PUS_FAILURE_DATA, 0U, 8U);
         }
     }

@@ -39,7 +39,7 @@ static void start(const pus_time_format_t format, const uint8_t exponent)
                                       .status      = 5U,
                                       .port        = {.context = &ground, .send = take},
                                       .persistence = records_port()};
-    memset(&ground, 0, sizeof(ground));
+    memset(&ground, 0, sizeof ground);
     pus_time_init(&service, &config);
     bench_serve(pus_time_service(&service));
 }
@@ -122,8 +122,8 @@ static void a_cuc_report_has_this_layout(void)
     static const uint8_t expected[] = {0x00, 0x00, 0xC0, 0x00, 0x00, 0x0B, 0x00, 0x1F,
                                        0x77, 0x35, 0x94, 0x01, 0x80, 0x00, 0x00, 0x05};
     TEST_ASSERT_TRUE(sends(1500000000ULL));
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, ground.packet, sizeof(expected));
-    TEST_ASSERT_TRUE(pus_is_time_packet(ground.packet, sizeof(ground.packet)));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, ground.packet, sizeof expected);
+    TEST_ASSERT_TRUE(pus_is_time_packet(ground.packet, sizeof ground.packet));
     const time_fields_t got = report(PUS_TIME_CUC);
     TEST_ASSERT_EQUAL_UINT16(0U, got.sequence);
     TEST_ASSERT_EQUAL_UINT8(0U, got.exponent);
@@ -137,7 +137,7 @@ static void a_cds_report_has_this_layout(void)
                                        0x6C, 0x00, 0xC3, 0x83, 0xC2, 0x03, 0xE7, 0x05};
     start(PUS_TIME_CDS, 3U);
     TEST_ASSERT_TRUE(sends((13U * S) + 250999000ULL));
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, ground.packet, sizeof(expected));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, ground.packet, sizeof expected);
     TEST_ASSERT_EQUAL_UINT64((TEST_EPOCH_S * S) + (13U * S) + 250999000ULL, report(PUS_TIME_CDS).time_ns);
 }
 
@@ -232,7 +232,7 @@ static void a_time_packet_is_told_from_others_by_its_first_two_octets(void)
     for (unsigned bit = 0U; bit < 16U; bit++) { // Version, type, secondary header and APID.
         uint8_t other[2] = {0U};
         other[bit / 8U]  = (uint8_t)(1U << (bit % 8U));
-        TEST_ASSERT_FALSE(pus_is_time_packet(other, sizeof(other)));
+        TEST_ASSERT_FALSE(pus_is_time_packet(other, sizeof other));
     }
 }
 

@@ -206,7 +206,7 @@ static void an_impossible_activity_record_is_refused(void)
     uint8_t octets[2000] = {0};
     uint8_t packet[PUS_PACKET_MAX];
     const size_t size     = request_make(1U, 0U, packet);
-    octet_writer_t record = octet_writer(octets, sizeof(octets));
+    octet_writer_t record = octet_writer(octets, sizeof octets);
     octet_write_u64(&record, 5U);
     octet_write_u64(&record, 7U);
     octet_write_u16(&record, (SS << 8U) | G);
@@ -261,7 +261,7 @@ static void a_state_that_makes_no_sense_is_refused(void)
                  {STATUS_EXHAUSTED, 9U, {1, 0, 1, SS, 3, 0, 4, G, 1}},
                  {STATUS_INVALID, 9U, {1, 0, 1, SS, 2, 0, 1, G, 1}},
                  {STATUS_INVALID, 11U, {1, 0, 2, SS, 1, SS, 1, 0, 1, G, 1}}};
-    for (size_t i = 0U; i < (sizeof(cases) / sizeof(cases[0])); i++) {
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         st11_fixture_start();
         TEST_ASSERT_EQUAL(cases[i].status, pus_time_schedule_restore(&st11_fixture.schedule, 0U,
                                                                      cases[i].octets, cases[i].size));
@@ -269,10 +269,8 @@ static void a_state_that_makes_no_sense_is_refused(void)
     }
     static const uint8_t ids[(PUS_SCHEDULE_BATCH + 1U) * 6U] = {0};
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_time_schedule_restore(&st11_fixture.schedule, 1U, ids, 7U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID,
-                      pus_time_schedule_restore(&st11_fixture.schedule, 1U, ids, sizeof(ids)));
-    TEST_ASSERT_EQUAL(STATUS_OK,
-                      pus_time_schedule_restore(&st11_fixture.schedule, 1U, ids, sizeof(ids) - 6U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_time_schedule_restore(&st11_fixture.schedule, 1U, ids, sizeof ids));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_time_schedule_restore(&st11_fixture.schedule, 1U, ids, sizeof ids - 6U));
     pus_time_schedule_step(&st11_fixture.schedule, TEST_NOW_NS);
     TEST_ASSERT_EQUAL_UINT64(PUS_SCHEDULE_BATCH, released.lost_count);
 }

@@ -60,11 +60,11 @@ static void identifiers_with_the_same_hash_bucket_are_distinguished(void)
     uint8_t other[32]; // The same count from another source, and for another process.
     size_t size = 0U;
     pus_tc_t tc = {.apid = RELEASE_APID, .sequence = 0U, .service = 17U, .subtype = 1U, .source = 10U};
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, other, sizeof(other), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, other, sizeof other, &size));
     memcpy(&st11_fixture.data[at], other, size);
     tc.apid   = RELEASE_APID + 1U;
     tc.source = RELEASE_SOURCE;
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, other, sizeof(other), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, other, sizeof other, &size));
     octet_write_u8(&st11_fixture.writer, G);
     st11_fixture_write_time(2U * S);
     octet_write_octets(&st11_fixture.writer, other, size);
@@ -219,14 +219,14 @@ static void a_shift_of_all_activities_is_complete_or_refused(void)
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(15U));
     expect_failure(1U, 4U, PUS_FAILURE_PAST, 0U, 0U);
     st11_fixture_begin();
-    octet_write_octets(&st11_fixture.writer, smallest, sizeof(smallest));
+    octet_write_octets(&st11_fixture.writer, smallest, sizeof smallest);
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(15U));
     expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 0U, 0U);
     st11_fixture_begin(); // 68 years from 2021 are within the range of times, twice is not.
-    octet_write_octets(&st11_fixture.writer, largest, sizeof(largest));
+    octet_write_octets(&st11_fixture.writer, largest, sizeof largest);
     st11_fixture_expect_done(15U);
     st11_fixture_begin();
-    octet_write_octets(&st11_fixture.writer, largest, sizeof(largest));
+    octet_write_octets(&st11_fixture.writer, largest, sizeof largest);
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(15U));
     expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 0U, 0U);
     EXPECT_SCHEDULE(0, 1, 2, 3, 4, 5, 6, 7, 8, 9);
@@ -258,8 +258,8 @@ static void a_reset_forgets_all_but_the_groups(void)
     st11_fixture_begin();
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(26U));
     EXPECT_MESSAGES(1, 1, 1, 3, 11, 27, 1, 7);
-    TEST_ASSERT_EQUAL_UINT64(sizeof(expected), bench_report(2U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof(expected));
+    TEST_ASSERT_EQUAL_UINT64(sizeof expected, bench_report(2U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof expected);
     TEST_ASSERT_EQUAL_UINT16(0U, st11_fixture.config.chains->pool.stats.taken);
 }
 
@@ -268,7 +268,7 @@ static void groups_are_created_and_deleted(void)
     static const uint8_t ids[]    = {1, 2, 3};
     static const uint8_t faulty[] = {6, 10, 1, 10, 0, 11, 2, 11, 0, 12, 1, 13, 1};
     st11_fixture_begin();
-    octet_write_octets(&st11_fixture.writer, faulty, sizeof(faulty));
+    octet_write_octets(&st11_fixture.writer, faulty, sizeof faulty);
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(22U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 4, 1, 4, 1, 8);
     expect_failure(2U, 4U, PUS_FAILURE_EXISTS, 2U, 10U);

@@ -75,8 +75,8 @@ static void a_sub_schedule_begins_disabled_with_its_first_activity(void)
     st11_fixture_begin();
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(18U));
     EXPECT_MESSAGES(1, 1, 1, 3, 11, 19, 1, 7);
-    TEST_ASSERT_EQUAL_UINT64(sizeof(expected), bench_report(2U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof(expected));
+    TEST_ASSERT_EQUAL_UINT64(sizeof expected, bench_report(2U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof expected);
     pus_time_schedule_step(&st11_fixture.schedule, 2U * S);
     TEST_ASSERT_EQUAL_UINT32(2U, st11_fixture.schedule.schedule.counters.dropped);
 }
@@ -290,7 +290,7 @@ static void every_request_has_a_strict_format(void)
 {
     uint8_t octets[PUS_TC_DATA_MAX];
     static const uint8_t empty[] = {1, 2, 3, 16, 17, 18, 26};
-    for (size_t i = 0U; i < sizeof(empty); i++) {
+    for (size_t i = 0U; i < sizeof empty; i++) {
         expect_strict_format(empty[i], octets, 0U);
     }
     st11_fixture_begin_insert(SS, 2U);
@@ -299,11 +299,11 @@ static void every_request_has_a_strict_format(void)
     memcpy(octets, st11_fixture.data, st11_fixture.writer.position);
     expect_strict_format(4U, octets, st11_fixture.writer.position);
     static const uint8_t ids[] = {1, 0, 9, 0, 17, 0, 1};
-    expect_strict_format(5U, ids, sizeof(ids));
-    expect_strict_format(9U, ids, sizeof(ids));
-    expect_strict_format(12U, ids, sizeof(ids));
+    expect_strict_format(5U, ids, sizeof ids);
+    expect_strict_format(9U, ids, sizeof ids);
+    expect_strict_format(12U, ids, sizeof ids);
     static const uint8_t shift[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 9, 0, 17, 0, 1};
-    expect_strict_format(7U, shift, sizeof(shift));
+    expect_strict_format(7U, shift, sizeof shift);
     expect_strict_format(15U, shift, 7U);
     st11_fixture_begin();
     st11_fixture_write_window(1U, 2U * S, 3U * S);

@@ -227,7 +227,7 @@ static void limits_belong_to_the_range(void)
                  {21U, PUS_CHECK_HIGH}, {0U, PUS_CHECK_LOW},      {65535U, PUS_CHECK_HIGH}};
     limit_added(1U, LEVEL);
     function_enabled();
-    for (size_t i = 0U; i < (sizeof(cases) / sizeof(cases[0])); i++) {
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         scalar_set(LEVEL, cases[i].value);
         monitors_step(1U);
         TEST_ASSERT_EQUAL_UINT8(cases[i].status, status_of(1U));
@@ -299,7 +299,7 @@ static void differences_are_checked_from_the_second_sample_on(void)
     } steps[] = {{100U, PUS_CHECK_UNCHECKED}, {105U, PUS_CHECK_NOMINAL}, {111U, PUS_CHECK_HIGH},
                  {106U, PUS_CHECK_NOMINAL},   {100U, PUS_CHECK_LOW},     {100U, PUS_CHECK_NOMINAL}};
     delta_added(1U);
-    for (size_t i = 0U; i < (sizeof(steps) / sizeof(steps[0])); i++) {
+    for (size_t i = 0U; i < (sizeof steps / sizeof steps[0]); i++) {
         scalar_set(LEVEL, steps[i].value);
         monitors_step(1U);
         TEST_ASSERT_EQUAL_UINT8(steps[i].status, status_of(1U));

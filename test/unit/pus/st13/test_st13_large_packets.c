@@ -46,8 +46,8 @@ static size_t limit(void* const context, const uint16_t apid)
 
 static void start(const size_t report_size)
 {
-    memset(reports, 0xA5, sizeof(reports));
-    memset(uplinks, 0xA5, sizeof(uplinks));
+    memset(reports, 0xA5, sizeof reports);
+    memset(uplinks, 0xA5, sizeof uplinks);
     pus_large_init(&large, &(pus_large_config_t){.process        = &bench.process,
                                                  .reports        = reports,
                                                  .report_octets  = report_octets,
@@ -85,7 +85,7 @@ static void step(const uint64_t now_ns)
 /// A request of `size` octets to be sent up.
 static void make_request(const size_t size, const uint8_t service, const uint16_t source)
 {
-    TEST_ASSERT_TRUE((size >= PUS_TC_MIN) && (size <= sizeof(whole)));
+    TEST_ASSERT_TRUE((size >= PUS_TC_MIN) && (size <= sizeof whole));
     for (size_t i = 0U; i < size; i++) {
         whole[i] = (uint8_t)(i * 3U);
     }
@@ -103,7 +103,7 @@ static void make_request(const size_t size, const uint8_t service, const uint16_
 static void send_part(const uint8_t subtype, const uint16_t transaction, const uint16_t number,
                       const uint8_t* const part, const size_t size)
 {
-    octet_writer_t request = octet_writer(data, sizeof(data));
+    octet_writer_t request = octet_writer(data, sizeof data);
     octet_write_u16(&request, transaction);
     octet_write_u16(&request, number);
     if (size > 0U) {

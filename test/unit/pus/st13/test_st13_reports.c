@@ -39,7 +39,7 @@ static size_t limit(void* const context, const uint16_t apid)
 
 static void start(const size_t report_size)
 {
-    memset(reports, 0xA5, sizeof(reports));
+    memset(reports, 0xA5, sizeof reports);
     pus_large_init(&large, &(pus_large_config_t){.process        = &bench.process,
                                                  .reports        = reports,
                                                  .report_octets  = report_octets,
@@ -261,8 +261,8 @@ static void more_than_the_longest_report_cannot_be_closed(void)
 {
     static uint8_t octets[PUS_LARGE_MAX + 1U];
     size_t size = 9U;
-    writer = pus_tm_begin_large(&bench.process, octets, sizeof(octets), 3U, 25U, TEST_SOURCE, TEST_NOW_NS);
-    while (!writer.failed && (writer.position < (sizeof(octets) - PUS_CRC_SIZE))) {
+    writer = pus_tm_begin_large(&bench.process, octets, sizeof octets, 3U, 25U, TEST_SOURCE, TEST_NOW_NS);
+    while (!writer.failed && (writer.position < (sizeof octets - PUS_CRC_SIZE))) {
         octet_write_u8(&writer, 1U);
     }
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tm_close_large(&bench.process, &writer, &size));

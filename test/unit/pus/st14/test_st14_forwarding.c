@@ -232,13 +232,13 @@ static void requests_are_strict(void)
     static const uint8_t types[]      = {1, 0, 16, 1, 3, 1, 25};
     static const uint8_t structures[] = {1, 0, 16, 1, 0, 25, 0, 1};
     static const uint8_t none[]       = {0};
-    expect_strict_format(1U, types, sizeof(types));
-    expect_strict_format(5U, structures, sizeof(structures));
+    expect_strict_format(1U, types, sizeof types);
+    expect_strict_format(5U, structures, sizeof structures);
     expect_strict_format(3U, NULL, 0U);
     for (uint8_t subtype = 1U; subtype <= 14U; subtype = (uint8_t)(subtype + 4U)) {
         bench_clear();
         TEST_ASSERT_EQUAL(STATUS_INVALID, // Nothing to add; 14,13 deletes.
-                          bench_request((subtype == 13U) ? 14U : subtype, none, sizeof(none)));
+                          bench_request((subtype == 13U) ? 14U : subtype, none, sizeof none));
     }
 }
 
@@ -250,7 +250,7 @@ static void large_contents_are_split(void)
     PERFORMED(6, 0);
     PERFORMED(10, 0);
     for (unsigned round = 0U; round < 13U; round++) {
-        writer = octet_writer(data, sizeof(data));
+        writer = octet_writer(data, sizeof data);
         octet_write_u8(&writer, 1U);
         octet_write_u16(&writer, 16U);
         octet_write_u8(&writer, 100U);
@@ -285,7 +285,7 @@ static void types_are_split_within_a_service(void)
     start(LARGE, 1U);
     PERFORMED(2, 0);
     for (unsigned service = 1U; service <= 5U; service++) {
-        writer = octet_writer(data, sizeof(data));
+        writer = octet_writer(data, sizeof data);
         octet_write_u8(&writer, 1U);
         octet_write_u16(&writer, 16U);
         octet_write_u8(&writer, 1U);
@@ -362,12 +362,12 @@ static void bad_records_are_refused(void)
         {STATUS_OK, 14, {0, 2, 0, 0x20, 0, 0, 0, 1, 0, 0x23, 0, 1, 0, 1}},
         {STATUS_OK, 2, {0, 0}},
     };
-    for (size_t i = 0U; i < (sizeof(cases) / sizeof(cases[0])); i++) {
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         TEST_ASSERT_EQUAL(cases[i].status,
                           pus_forwarding_restore(&forwarding, 0U, cases[i].octets, cases[i].size));
     }
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_forwarding_restore(&forwarding, 1U, cases[9].octets, 2U));
-    writer = octet_writer(data, sizeof(data));
+    writer = octet_writer(data, sizeof data);
     octet_write_u16(&writer, CAPACITY + 1U);
     for (unsigned i = 0U; i <= CAPACITY; i++) {
         octet_write_u32(&writer, 0x210000U + i);

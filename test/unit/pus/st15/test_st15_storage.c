@@ -67,7 +67,7 @@ static void creation_is_refused(void)
                  {"x", 0U, 0U, 0U},          {"x", SIZE(STORE_BLOCKS + 1U), 0U, 0U},
                  {"x", SIZE(2U), 2U, 0U},    {"x", SIZE(2U), 0U, STORE_CHANNELS},
                  {"x", UINT32_MAX, 0U, 0U}};
-    for (size_t i = 0U; i < (sizeof(wrong) / sizeof(wrong[0])); i++) {
+    for (size_t i = 0U; i < (sizeof wrong / sizeof wrong[0]); i++) {
         stores_create(wrong[i].name, wrong[i].size, wrong[i].type, wrong[i].channel);
         expect_stores_refused(20U, PUS_FAILURE_OUT_OF_RANGE, 1U, 15U);
     }
@@ -109,7 +109,7 @@ static void unknown_stores_are_refused_alone(void)
     static const uint8_t lists[]   = {1U, 2U, 16U, 17U, 21U};
     static const uint8_t singles[] = {5U, 26U, 27U, 35U, 37U, 39U};
     stores_create_ring();
-    for (size_t i = 0U; i < (sizeof(lists) / sizeof(lists[0])); i++) {
+    for (size_t i = 0U; i < (sizeof lists / sizeof lists[0]); i++) {
         stores_begin_request();
         octet_write_u8(&stores_request, 2U);
         stores_put_name("none");
@@ -119,7 +119,7 @@ static void unknown_stores_are_refused_alone(void)
         expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, stores_name_of("none"));
         expect_failure(3U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 1U);
     }
-    for (size_t i = 0U; i < (sizeof(singles) / sizeof(singles[0])); i++) {
+    for (size_t i = 0U; i < (sizeof singles / sizeof singles[0]); i++) {
         stores_begin_request();
         stores_put_name("none");
         expect_stores_refused(singles[i], PUS_FAILURE_UNKNOWN_ID, 0U, stores_name_of("none"));

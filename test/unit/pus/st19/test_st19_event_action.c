@@ -36,9 +36,9 @@ static void start(const uint16_t count, const uint16_t blocks)
                                          .buckets          = buckets,
                                          .bucket_count     = 1024U,
                                          .chains           = &chains};
-    memset(definitions, 0xA5, sizeof(definitions));
-    memset(queue, 0xA5, sizeof(queue));
-    memset(buckets, 0xA5, sizeof(buckets));
+    memset(definitions, 0xA5, sizeof definitions);
+    memset(queue, 0xA5, sizeof queue);
+    memset(buckets, 0xA5, sizeof buckets);
     pus_event_action_init(&actions, &config);
     bench_serve(pus_event_action_service(&actions));
 }
@@ -47,7 +47,7 @@ void setUp(void)
 {
     bench_start();
     released_clear();
-    memset(&config, 0, sizeof(config));
+    memset(&config, 0, sizeof config);
     start(DEFINITIONS, DEFINITION_BLOCKS);
 }
 
@@ -58,7 +58,7 @@ void tearDown(void)
 
 static void begin(const unsigned count)
 {
-    writer = octet_writer(data, sizeof(data));
+    writer = octet_writer(data, sizeof data);
     octet_write_u8(&writer, (uint8_t)count);
 }
 
@@ -89,7 +89,7 @@ static void expect_done(const uint8_t subtype)
 
 static void command(const uint8_t subtype)
 {
-    writer = octet_writer(data, sizeof(data));
+    writer = octet_writer(data, sizeof data);
     expect_done(subtype);
 }
 
@@ -315,11 +315,11 @@ static void status_and_definitions_are_reported(void)
     const size_t size = request_make(2U, 0U, packet);
     define(2U);
     command_key(5U, 2U);
-    writer = octet_writer(data, sizeof(data));
+    writer = octet_writer(data, sizeof data);
     request(6U);
     EXPECT_MESSAGES(1, 1, 1, 3, 19, 7, 1, 7);
-    TEST_ASSERT_EQUAL_UINT64(sizeof(statuses), bench_report(2U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(statuses, bench_report(2U).data, sizeof(statuses));
+    TEST_ASSERT_EQUAL_UINT64(sizeof statuses, bench_report(2U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(statuses, bench_report(2U).data, sizeof statuses);
     begin(2U);
     write_key(9U);
     write_key(2U);
@@ -359,7 +359,7 @@ static void a_thousand_definitions_are_found_and_reported(void)
     begin(0U);
     request(10U);
     EXPECT_MESSAGES(1, 1, 1, 3, 19, 11, 19, 11, 19, 11, 19, 11);
-    writer = octet_writer(data, sizeof(data));
+    writer = octet_writer(data, sizeof data);
     bench_clear();
     request(6U); // No second one meanwhile.
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, 11U);
@@ -448,7 +448,7 @@ static void a_change_that_cannot_be_stored_is_not_acknowledged(void)
     records.erase_status = STATUS_IO;
     command_key(2U, 1U);
     expect_failure(1U, 4U, PUS_FAILURE_IO, 1U, STATUS_IO);
-    writer = octet_writer(data, sizeof(data));
+    writer = octet_writer(data, sizeof data);
     request(3U);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_IO);
     records.erase_status = STATUS_OK;
@@ -474,7 +474,7 @@ static void a_record_that_is_not_there_counts_as_erased(void)
 static void an_impossible_activity_record_is_refused(void)
 {
     uint8_t octets[200];
-    octet_writer_t record = octet_writer(octets, sizeof(octets));
+    octet_writer_t record = octet_writer(octets, sizeof octets);
     start(3U, 2U);
     octet_write_u32(&record, KEY(1U));
     octet_write_u8(&record, 1U);
@@ -526,10 +526,10 @@ static void every_request_has_a_strict_format(void)
     add(2U, 2U, 3U);
     memcpy(octets, data, writer.position);
     expect_strict_format(1U, octets, writer.position);
-    expect_strict_format(2U, key, sizeof(key));
-    expect_strict_format(4U, key, sizeof(key));
-    expect_strict_format(5U, key, sizeof(key));
-    expect_strict_format(10U, key, sizeof(key));
+    expect_strict_format(2U, key, sizeof key);
+    expect_strict_format(4U, key, sizeof key);
+    expect_strict_format(5U, key, sizeof key);
+    expect_strict_format(10U, key, sizeof key);
     expect_strict_format(3U, key, 0U);
     expect_strict_format(6U, key, 0U);
     expect_strict_format(8U, key, 0U);

@@ -36,7 +36,7 @@ static void start(void)
                                                        .persistence  = is_base_fixed ? NULL : records_port(),
                                                        .guard        = is_base_fixed ? NULL : &guard};
     pus_parameters_init(&parameters, &port);
-    memset(places, 0xA5, sizeof(places));
+    memset(places, 0xA5, sizeof places);
     pus_parameter_definitions_init(&definitions, &config);
     const pus_parameter_definer_t definer = pus_parameter_definitions_definer(&definitions);
     pus_parameters_define(&parameters, &definer);

@@ -26,7 +26,7 @@ void tearDown(void)
 /// Begin application data with a count.
 static void begin(const unsigned count)
 {
-    writer = octet_writer(data, sizeof(data));
+    writer = octet_writer(data, sizeof data);
     octet_write_u8(&writer, (uint8_t)count);
 }
 
@@ -61,8 +61,8 @@ static void values_are_reported_in_the_order_asked(void)
     add(P_U8);
     TEST_ASSERT_EQUAL(STATUS_OK, request(1U));
     EXPECT_MESSAGES(1, 1, 1, 3, 20, 2, 1, 7);
-    TEST_ASSERT_EQUAL_UINT64(sizeof(expected), bench_report(2U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof(expected));
+    TEST_ASSERT_EQUAL_UINT64(sizeof expected, bench_report(2U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof expected);
     TEST_ASSERT_EQUAL_UINT16(TEST_SOURCE, bench_report(2U).destination);
     TEST_ASSERT_EQUAL_UINT32(3U, parameters.counters.read);
 }
@@ -78,7 +78,7 @@ static void only_the_parameters_that_cannot_be_reported_are_refused(void)
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 1, 4, 20, 2, 1, 8);
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, P_UNKNOWN);
     expect_failure(3U, 4U, PUS_FAILURE_ACCESS, 3U, P_SECRET);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(4U).data, sizeof(expected));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(4U).data, sizeof expected);
     expect_failure(5U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 2U);
     TEST_ASSERT_EQUAL_UINT32(2U, parameters.counters.refused);
     begin(1U);

@@ -48,7 +48,7 @@ static void a_file_that_cannot_be_opened_has_its_reason(void)
                  {STATUS_FORBIDDEN, PUS_FAILURE_STATE},
                  {STATUS_INVALID, PUS_FAILURE_OUT_OF_RANGE},
                  {STATUS_EXHAUSTED, PUS_FAILURE_TABLE_FULL}};
-    for (size_t i = 0U; i < (sizeof(cases) / sizeof(cases[0])); i++) {
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         st21_fixture.file.open_status = cases[i].status;
         st21_fixture_reference('a', (i == 0U) ? 8U : 2U);
         EXPECT_MESSAGES(1, 1, 1, 4);
@@ -122,7 +122,7 @@ static void loaded_sequences_outlive_a_power_cut(void)
     released.count = 0U;
     st21_fixture_command(3U, 'b');
     restart();
-    st21_fixture.writer = octet_writer(st21_fixture.data, sizeof(st21_fixture.data));
+    st21_fixture.writer = octet_writer(st21_fixture.data, sizeof st21_fixture.data);
     st21_fixture_request(6U);
     TEST_ASSERT_EQUAL_UINT64(2U + (2U * 9U), bench_report(2U).size);
     st21_fixture_step(MS);
@@ -139,7 +139,7 @@ static void loaded_sequences_outlive_a_power_cut(void)
     st21_fixture_command(3U, 'a');
     st21_fixture_command(3U, 'c');
     restart();
-    st21_fixture.writer = octet_writer(st21_fixture.data, sizeof(st21_fixture.data));
+    st21_fixture.writer = octet_writer(st21_fixture.data, sizeof st21_fixture.data);
     st21_fixture_request(13U);
     TEST_ASSERT_EQUAL_UINT64(2U, bench_report(2U).size);
     TEST_ASSERT_EQUAL_UINT16(0U, st21_fixture.chains.pool.stats.taken);

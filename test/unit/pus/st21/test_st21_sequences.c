@@ -166,7 +166,7 @@ static void a_sequence_is_loaded_completely_or_refused(void)
 static void a_name_is_printable_and_padded(void)
 {
     static const char names[][9] = {"", "a\x1f", "a\x7f", "\0b", "a\0b", "\xe4hnlich"};
-    for (size_t i = 0U; i < (sizeof(names) / sizeof(names[0])); i++) {
+    for (size_t i = 0U; i < (sizeof names / sizeof names[0]); i++) {
         st21_fixture_begin('a');
         octet_write_u8(&st21_fixture.writer, 1U);
         st21_fixture_add(1U, 0U, TICKS);
@@ -205,7 +205,7 @@ static void requests_in_a_wrong_state_or_for_an_unknown_sequence_are_refused(voi
 {
     static const uint8_t by_name[] = {3, 4, 5, 9, 11};
     st21_fixture_load('a', 1U, 2U);
-    for (size_t i = 0U; i < sizeof(by_name); i++) {
+    for (size_t i = 0U; i < sizeof by_name; i++) {
         st21_fixture_command(by_name[i], 'z');
         EXPECT_MESSAGES(1, 1, 1, 4);
         expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 0U, DETAIL('z'));
@@ -236,15 +236,15 @@ static void status_and_aborted_are_reported(void)
     st21_fixture_load('c', 1U, 2U);
     st21_fixture_command(4U, 'a');
     st21_fixture_command(4U, 'c');
-    st21_fixture.writer = octet_writer(st21_fixture.data, sizeof(st21_fixture.data));
+    st21_fixture.writer = octet_writer(st21_fixture.data, sizeof st21_fixture.data);
     st21_fixture_request(6U);
     EXPECT_MESSAGES(1, 1, 1, 3, 21, 7, 1, 7);
-    TEST_ASSERT_EQUAL_UINT64(sizeof(statuses), bench_report(2U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(statuses, bench_report(2U).data, sizeof(statuses));
+    TEST_ASSERT_EQUAL_UINT64(sizeof statuses, bench_report(2U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(statuses, bench_report(2U).data, sizeof statuses);
     st21_fixture_request(13U);
     EXPECT_MESSAGES(1, 1, 1, 3, 21, 14, 1, 7);
-    TEST_ASSERT_EQUAL_UINT64(sizeof(aborted), bench_report(2U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(aborted, bench_report(2U).data, sizeof(aborted));
+    TEST_ASSERT_EQUAL_UINT64(sizeof aborted, bench_report(2U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(aborted, bench_report(2U).data, sizeof aborted);
     st21_fixture_step(MS);
     TEST_ASSERT_EQUAL_UINT64(0U, released.count);
     TEST_ASSERT_EQUAL_UINT32(2U, st21_fixture.service.counters.aborted);
@@ -314,9 +314,9 @@ static void every_request_has_a_strict_format(void)
     st21_fixture.data[8] = 0U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(1U, st21_fixture.data, 9U));
     static const uint8_t named[] = {'a', 0, 0, 0, 0, 0, 0, 0, 0, 2, '/', 'x', 0, 1, 'y'};
-    expect_strict_format(2U, named, sizeof(named));
-    expect_strict_format(8U, named, sizeof(named));
-    for (size_t i = 0U; i < sizeof(by_name); i++) {
+    expect_strict_format(2U, named, sizeof named);
+    expect_strict_format(8U, named, sizeof named);
+    for (size_t i = 0U; i < sizeof by_name; i++) {
         expect_strict_format(by_name[i], named, 8U);
     }
     expect_strict_format(6U, named, 0U);

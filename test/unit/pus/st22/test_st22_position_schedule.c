@@ -46,7 +46,7 @@ void tearDown(void)
 
 static void begin(void)
 {
-    writer = octet_writer(data, sizeof(data));
+    writer = octet_writer(data, sizeof data);
 }
 
 static void request(const uint8_t subtype)
@@ -144,8 +144,8 @@ static void positions_are_reported_and_shifted_across_orbits(void)
     begin();
     request(17U);
     EXPECT_MESSAGES(1, 1, 1, 3, 22, 13, 1, 7);
-    TEST_ASSERT_EQUAL_UINT64(sizeof(expected), bench_report(2U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof(expected));
+    TEST_ASSERT_EQUAL_UINT64(sizeof expected, bench_report(2U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof expected);
     SEND(15U, 0, 0, 0, 1, 0, 3); // On by an orbit and 3.
     TEST_ASSERT_EQUAL_UINT64((14U * ORBIT) + 1U, pus_schedule_next(&schedule.schedule));
     begin();
@@ -258,8 +258,8 @@ static void each_request_of_the_service_is_declared(void)
                                        15, 16, 17, 18, 20, 21, 22, 23, 24, 25, 26, 28};
     const pus_service_t service     = pus_position_schedule_service(&schedule);
     TEST_ASSERT_EQUAL_UINT8(PUS_SERVICE_POSITION_SCHEDULE, service.type);
-    TEST_ASSERT_EQUAL_UINT8(sizeof(subtypes), service.subtype_count);
-    for (size_t i = 0U; i < sizeof(subtypes); i++) {
+    TEST_ASSERT_EQUAL_UINT8(sizeof subtypes, service.subtype_count);
+    for (size_t i = 0U; i < sizeof subtypes; i++) {
         TEST_ASSERT_EQUAL_UINT8(subtypes[i], service.subtypes[i].subtype);
     }
     static const uint8_t octets[32] = {0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, 0, 0, 2, 0, 1, 0, 0};

@@ -164,7 +164,7 @@ static void a_file_is_moved_at_once(void)
 static void a_copy_that_fails_leaves_nothing(void)
 {
     for (unsigned i = 1U; i <= 6U; i++) { // Make, read, write, read, sync and rename.
-        memset(disk.files, 0, sizeof(disk.files));
+        memset(disk.files, 0, sizeof disk.files);
         disk.contents = 0U;
         disk_directory("");
         (void)disk_file("large", SLICE + 1U, 7U);
@@ -354,8 +354,8 @@ static void copies_are_reported_at_an_interval(void)
     EXPECT_MESSAGES(1, 7, 23, 23);
     TEST_ASSERT_EQUAL_UINT16(PUS_USER_GROUND, bench_report(1U).destination);
     static const uint8_t expected[] = {0, 2, 0, 2, 2, 0, 0, 3, 2, 0};
-    TEST_ASSERT_EQUAL_UINT64(sizeof(expected), bench_report(1U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(1U).data, sizeof(expected));
+    TEST_ASSERT_EQUAL_UINT64(sizeof expected, bench_report(1U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(1U).data, sizeof expected);
     st23_fixture_change(17U, 2U);
     st23_fixture_step();
     st23_fixture_change(16U, 2U);
@@ -363,7 +363,7 @@ static void copies_are_reported_at_an_interval(void)
     st23_fixture_step();
     EXPECT_MESSAGES(23, 23);
     static const uint8_t quarter[] = {0, 2, 0, 2, 2, 25, 0, 3, 2, 0};
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(quarter, bench_report(0U).data, sizeof(quarter));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(quarter, bench_report(0U).data, sizeof quarter);
     st23_fixture_step();
     EXPECT_MESSAGES(0);
     st23_fixture_step();

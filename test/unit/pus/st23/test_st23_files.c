@@ -222,7 +222,7 @@ static void bad_records_are_refused(void)
 {
     static const uint8_t path[PUS_FILE_PATH_SIZE] = {'a', 0, 'b'};
     static uint8_t longest[PUS_FILE_PATH_SIZE];
-    memset(longest, 'a', sizeof(longest));
+    memset(longest, 'a', sizeof longest);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_files_restore(&st23_fixture.files, LOCKS, path, 1U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_files_restore(&st23_fixture.files, 0x10000U + COPIES, path, 1U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_files_restore(&st23_fixture.files, 0x20001U, path, 4U));
@@ -273,8 +273,8 @@ static void every_request_has_a_strict_format(void)
 {
     static const uint8_t two_texts[] = {0, 1, 'a', 0, 1, 'b'};
     static const uint8_t subtypes[]  = {2, 3, 5, 6, 7, 9, 10};
-    for (size_t i = 0U; i < sizeof(subtypes); i++) {
-        expect_strict_format(subtypes[i], two_texts, sizeof(two_texts));
+    for (size_t i = 0U; i < sizeof subtypes; i++) {
+        expect_strict_format(subtypes[i], two_texts, sizeof two_texts);
     }
     expect_strict_format(1U, (const uint8_t[]){0, 1, 'a', 0, 1, 'b', 0, 0, 0, 1, 0}, 11U);
     expect_strict_format(11U, (const uint8_t[]){0, 1, 'a', 0, 1, 'b', 0, 1, 'c'}, 9U);

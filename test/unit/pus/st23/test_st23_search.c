@@ -47,7 +47,7 @@ static void add_text(const char* const text)
 
 static void find(const char* const path, const char* const pattern)
 {
-    writer = octet_writer(data, sizeof(data));
+    writer = octet_writer(data, sizeof data);
     add_text(path);
     add_text(pattern);
     bench_clear();
@@ -56,7 +56,7 @@ static void find(const char* const path, const char* const pattern)
 
 static void summarise(const char* const path)
 {
-    writer = octet_writer(data, sizeof(data));
+    writer = octet_writer(data, sizeof data);
     add_text(path);
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(12U, data, writer.position));
@@ -201,7 +201,7 @@ static void long_answers_become_several_reports(void)
     char name[32];
     disk_directory("long");
     for (unsigned i = 0U; i < 600U; i++) {
-        (void)snprintf(name, sizeof(name), "long/file%03u.dat", (i * 7U) % 600U);
+        (void)snprintf(name, sizeof name, "long/file%03u.dat", (i * 7U) % 600U);
         (void)disk_file(name, 0U, 0U);
     }
     for (unsigned k = 0U; k < 2U; k++) {
@@ -220,7 +220,7 @@ static void long_answers_become_several_reports(void)
             uint16_t count        = 0U;
             octet_reader_t reader = answer(i, "/long", is_find ? "f*" : NULL, &count);
             for (uint16_t n = 0U; n < count; n++) {
-                (void)snprintf(name, sizeof(name), "%sfile%03u.dat", is_find ? "/long/" : "", all);
+                (void)snprintf(name, sizeof name, "%sfile%03u.dat", is_find ? "/long/" : "", all);
                 TEST_ASSERT_TRUE(is_find || (octet_read_u8(&reader) == 1U));
                 expect_text(&reader, name);
                 all++;
@@ -237,7 +237,7 @@ static void a_port_that_refuses_reports_delays_the_search(void)
     char name[32];
     unsigned all = 0U;
     for (unsigned i = 0U; i < 300U; i++) {
-        (void)snprintf(name, sizeof(name), "file-of-some-length-%03u", i);
+        (void)snprintf(name, sizeof name, "file-of-some-length-%03u", i);
         (void)disk_file(name, 0U, 0U);
     }
     find("/", "*");
@@ -261,7 +261,7 @@ static void a_port_that_refuses_reports_delays_the_search(void)
         uint16_t count        = 0U;
         octet_reader_t reader = answer(i, "/", "*", &count);
         for (uint16_t n = 0U; n < count; n++) {
-            (void)snprintf(name, sizeof(name), "/file-of-some-length-%03u", all);
+            (void)snprintf(name, sizeof name, "/file-of-some-length-%03u", all);
             expect_text(&reader, name);
             all++;
         }
@@ -290,7 +290,7 @@ static void no_empty_report_follows_a_full_one(void)
     for (unsigned i = 0U; used < room; i++) {
         const size_t left   = room - used - 3U; // Type and length of the name.
         const size_t length = (left > 123U) ? 60U : ((left > 63U) ? (left - 63U) : left);
-        (void)snprintf(name, sizeof(name), "%03u", i);
+        (void)snprintf(name, sizeof name, "%03u", i);
         memset(&name[3], 'x', length - 3U);
         name[length] = '\0';
         (void)disk_file(name, 0U, 0U);
@@ -312,7 +312,7 @@ static void no_empty_report_follows_a_full_one(void)
 static void names_that_no_request_can_have_are_skipped(void)
 {
     char deep[PUS_FILE_PATH_SIZE];
-    memset(deep, 'a', sizeof(deep));
+    memset(deep, 'a', sizeof deep);
     deep[63] = '\0';
     disk_directory(deep);
     deep[63]  = '/';

@@ -23,7 +23,7 @@ static void expect_balanced(const char* const json)
     size_t depth = 0U;
     for (const char* at = json; *at != '\0'; at++) {
         if ((*at == '{') || (*at == '[')) {
-            TEST_ASSERT_TRUE(depth < sizeof(open));
+            TEST_ASSERT_TRUE(depth < sizeof open);
             open[depth] = *at;
             depth++;
         } else if ((*at == '}') || (*at == ']')) {
@@ -53,10 +53,10 @@ static void every_layout_takes_exactly_one_size_of_zeros(void)
             TEST_ASSERT_NULL(strstr(message_name((uint8_t)service, (uint8_t)subtype), "unknown"));
             TEST_ASSERT_NOT_EQUAL(
                 0, strcmp("mission message", message_name((uint8_t)service, (uint8_t)subtype)));
-            for (size_t size = 0U; size < sizeof(zeros); size++) {
-                const bool fits = dump_fields(layout, zeros, size, true, text, sizeof(text));
-                TEST_ASSERT_EQUAL(fits, dump_fields(layout, zeros, size, false, text, sizeof(text)));
-                (void)dump_fields(layout, zeros, size, true, text, sizeof(text));
+            for (size_t size = 0U; size < sizeof zeros; size++) {
+                const bool fits = dump_fields(layout, zeros, size, true, text, sizeof text);
+                TEST_ASSERT_EQUAL(fits, dump_fields(layout, zeros, size, false, text, sizeof text));
+                (void)dump_fields(layout, zeros, size, true, text, sizeof text);
                 if (fits) {
                     expect_balanced(text);
                     fitting++;
@@ -75,21 +75,21 @@ static void a_text_that_does_not_fit_is_refused(void)
 {
     static const uint8_t data[] = {2, 0, 1, 0, 2};
     const char* const layout    = message_layout(5U, 5U);
-    TEST_ASSERT_TRUE(dump_fields(layout, data, sizeof(data), false, text, sizeof(text)));
+    TEST_ASSERT_TRUE(dump_fields(layout, data, sizeof data, false, text, sizeof text));
     TEST_ASSERT_EQUAL_STRING("events=[event=1, event=2]", text);
     for (size_t capacity = 1U; capacity <= 25U; capacity++) {
-        TEST_ASSERT_FALSE(dump_fields(layout, data, sizeof(data), false, text, capacity));
+        TEST_ASSERT_FALSE(dump_fields(layout, data, sizeof data, false, text, capacity));
         TEST_ASSERT_TRUE(strlen(text) < capacity);
     }
-    TEST_ASSERT_TRUE(dump_fields(layout, data, sizeof(data), false, text, 26U));
-    TEST_ASSERT_TRUE(dump_fields(layout, data, sizeof(data), true, text, sizeof(text)));
+    TEST_ASSERT_TRUE(dump_fields(layout, data, sizeof data, false, text, 26U));
+    TEST_ASSERT_TRUE(dump_fields(layout, data, sizeof data, true, text, sizeof text));
     TEST_ASSERT_EQUAL_STRING("{\"events\":[{\"event\":1},{\"event\":2}]}", text);
 }
 
 static void fields_after_empty_lists_are_decoded(void)
 {
     static const uint8_t data[] = {0, 2, 0, 1, 0, 0, 0, 1, 0, 7, 0, 2, 0, 1, 0, 16, 0, 0};
-    TEST_ASSERT_TRUE(dump_fields(message_layout(131U, 11U), data, sizeof(data), false, text, sizeof(text)));
+    TEST_ASSERT_TRUE(dump_fields(message_layout(131U, 11U), data, sizeof data, false, text, sizeof text));
     TEST_ASSERT_EQUAL_STRING(
         "networks=[network=1 members=[] links=[link=7], network=2 members=[apid=16] links=[]]", text);
 }
@@ -97,7 +97,7 @@ static void fields_after_empty_lists_are_decoded(void)
 static void names_with_line_breaks_are_printed_on_one_line(void)
 {
     static const uint8_t data[] = {'A', '"', '\\', '\n', 0xFF, ' ', 'Z', 0, 0};
-    TEST_ASSERT_TRUE(dump_fields(message_layout(8U, 1U), data, sizeof(data), true, text, sizeof(text)));
+    TEST_ASSERT_TRUE(dump_fields(message_layout(8U, 1U), data, sizeof data, true, text, sizeof text));
     TEST_ASSERT_EQUAL_STRING("{\"function\":\"A\?\?\?\?\?Z\",\"n\":0,\"arguments\":\"\"}", text);
 }
 

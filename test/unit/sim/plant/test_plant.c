@@ -56,7 +56,7 @@ static void begin(bool gravity)
     plant_destroy(plant);
     plant  = plant_in(&world);
     holder = (holder_t){.stiffness = 4000.0, .damping = 100.0};
-    memcpy(holder.wanted_rad, world.robot[0].start, sizeof(holder.wanted_rad));
+    memcpy(holder.wanted_rad, world.robot[0].start, sizeof holder.wanted_rad);
     input = (plant_input_t){.drive = hold_pose, .drive_context = &holder};
 }
 

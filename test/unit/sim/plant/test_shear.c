@@ -36,7 +36,7 @@ static void begin_with_shear(const double stiffness)
     plant_destroy(plant);
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, plant_create(&world, &plant, error), error);
     input = (plant_input_t){.drive = hold_pose};
-    memcpy(wanted_rad, world.robot[0].start, sizeof(wanted_rad));
+    memcpy(wanted_rad, world.robot[0].start, sizeof wanted_rad);
 }
 
 void setUp(void)

@@ -46,7 +46,7 @@ void tearDown(void)
 
 static status_t put(const uint32_t key, const size_t size, const uint8_t first)
 {
-    memset(octets, first, sizeof(octets));
+    memset(octets, first, sizeof octets);
     return journal_put(&journal, 11U, key, octets, size);
 }
 
@@ -436,7 +436,7 @@ static void start_script(const unsigned fail_from, const unsigned fail_count, co
                          const size_t torn)
 {
     recorded_clear(empty);
-    memset(expected_first, 0, sizeof(expected_first));
+    memset(expected_first, 0, sizeof expected_first);
     TEST_ASSERT_EQUAL(STATUS_OK, journal_open(&journal, &configuration));
     recorded.calls      = 0U;
     recorded.fail_from  = fail_from;

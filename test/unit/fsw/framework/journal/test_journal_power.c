@@ -290,7 +290,7 @@ void setUp(void)
     random_state = 1U;
     cuts         = 0U;
     is_power_cut = false;
-    memset(images, 0, sizeof(images));
+    memset(images, 0, sizeof images);
 }
 
 void tearDown(void)
@@ -304,7 +304,7 @@ static void every_power_cut_leaves_complete_transactions(void)
     unsigned long discarded   = 0U;
     char text[120];
     is_power_cut = true;
-    memset(chosen, 0, sizeof(chosen));
+    memset(chosen, 0, sizeof chosen);
     for (unsigned i = 0U; i < LIVES; i++) {
         recorded_clear(chosen);
         replay();
@@ -319,7 +319,7 @@ static void every_power_cut_leaves_complete_transactions(void)
     }
     TEST_ASSERT_TRUE(compactions >= LIVES);
     TEST_ASSERT_TRUE((full > 0U) && (discarded > 0U));
-    (void)snprintf(text, sizeof(text), "%lu power cuts in %u lives with %lu compactions", cuts, LIVES,
+    (void)snprintf(text, sizeof text, "%lu power cuts in %u lives with %lu compactions", cuts, LIVES,
                    compactions);
     UnityPrint(text);
     UNITY_PRINT_EOL();
@@ -332,7 +332,7 @@ static void an_area_whose_erasure_failed_is_erased_again(void)
 {
     uint8_t octets[64];
     const size_t size = content(1U, octets);
-    memset(chosen, 0, sizeof(chosen));
+    memset(chosen, 0, sizeof chosen);
     recorded_clear(chosen);
     open_journal();
     TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, 0U, 1U, octets, size));
