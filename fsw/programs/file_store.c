@@ -2,6 +2,7 @@
 #include "fsw/programs/file_store.h"
 
 #include "base/assertion.h"
+#include "base/capacities.h"
 
 #include <string.h>
 
@@ -68,10 +69,11 @@ static status_t sync_file(void* const context, const char* const path)
     return osal_directory_sync(context, path);
 }
 
+CAPACITY_CHECK(names_have_the_size_of_the_service, OSAL_NAME_SIZE == (PUS_FILE_NAME_MAX + 1U));
+
 pus_file_store_t file_store(osal_directory_t* const root)
 {
-    typedef char names_are_alike[(OSAL_NAME_SIZE == (PUS_FILE_NAME_MAX + 1U)) ? 1 : -1];
-    FSW_ASSERT((root != NULL) && (sizeof(names_are_alike) == 1U));
+    FSW_ASSERT(root != NULL);
     return (pus_file_store_t){.context          = root,
                               .describe         = describe,
                               .make_file        = make_file,

@@ -88,6 +88,21 @@ def comment_breaches(path, lines):
             yield f"{path}:{number}: comment beyond column {COMMENT_COLUMNS}"
 
 
+PREFIXED_TEST = re.compile(r"^(?:static )?void (test_\w+)\(void(?: ?\*|\))")
+SIZE_OF = re.compile(r'\bsizeof ?\((?!\w+_t\)|(?:bool|char|double|float|int|long|short|unsigned)\))'
+                     r'(\*?[a-z_]+[a-z_0-9]*(?:(?:\.|->)\w+|\[[^]]*\])*|"(?:[^"\\]|\\.)*")\)(?!\.|->|\[)')
+
+
+def dialect_breaches(path, lines):
+    """C tests with the prefix test_, and sizeof with parentheses around an expression, outside of macros."""
+    for number, (before, line) in enumerate(zip(["", *lines], lines), 1):
+        name, size = PREFIXED_TEST.match(line), SIZE_OF.search(line)
+        if name:
+            yield f"{path}:{number}: {name[1]}: name a test by the condition and the result, without test_"
+        if size and not (line.startswith("#define") or before.endswith("\\")):
+            yield f"{path}:{number}: write `sizeof {size[1]}`: only types have parentheses"
+
+
 def sentences(path, text):
     """(line number, text) of what a text says to its readers: comments, docstrings, pages, and words of programs that fly."""
     lines = text.splitlines()
@@ -122,6 +137,7 @@ def breaches(path, words, turns):
     if path.suffix in {".c", ".h"}:
         yield from contract_breaches(path, text.splitlines())
         yield from comment_breaches(path, text.splitlines())
+        yield from dialect_breaches(path, text.splitlines())
     if path.suffix in {".c", ".h", ".py", ".sh"} and "SPDX-License-Identifier: Apache-2.0" not in text[:200]:
         yield f"{path}:1: no licence line"
 

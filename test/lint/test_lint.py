@@ -210,6 +210,32 @@ def test_turns_in_texts_and_width_of_comments(tmp_path, monkeypatch, name, line,
     assert (not found) if complaint is None else any(complaint in text for text in found), found
 
 
+@pytest.mark.parametrize(
+    "line, complaint",
+    [
+        ("static void a_wheel_turns(void)", None),
+        ("static void test_wheel(void)", "test_wheel: name a test by the condition"),
+        ("static void test_wheel(void** state)", "test_wheel: name a test by the condition"),
+        ("static void test_wheel(unsigned id);", None),
+        ("    f(a, sizeof a);", None),
+        ("    f(a, sizeof(a_t));", None),
+        ("    f(a, sizeof(char));", None),
+        ("    f(a, sizeof(struct stat));", None),
+        ("    f(a, sizeof(a));", "write `sizeof a`"),
+        ("    f(a, sizeof(a) - 1U);", "write `sizeof a`"),
+        ("    f(a, sizeof(*a->b));", "write `sizeof *a->b`"),
+        ("    f(a, sizeof(a[0]));", "write `sizeof a[0]`"),
+        ("    f(a, sizeof(\"a\"));", "write `sizeof \"a\"`"),
+        ("    f(a, sizeof((const uint8_t[]){1U}));", None),
+        ("#define COUNT(a) (sizeof(a) / sizeof((a)[0]))", None),
+        ("#define COUNT(a) \\\n    (sizeof(a) / sizeof((a)[0]))", None),
+    ],
+)
+def test_dialect(tmp_path, monkeypatch, line, complaint):
+    found = text_breaches(tmp_path, monkeypatch, "a.c", LICENCE + line + "\n")
+    assert (not found) if complaint is None else any(complaint in text for text in found), found
+
+
 @pytest.mark.parametrize("name", ["Makefile", "mk/a.mk"])
 @pytest.mark.parametrize("columns, complaint", [(120, None), (121, "121 columns, 120 allowed")])
 def test_lines_of_makefiles_are_short(tmp_path, monkeypatch, name, columns, complaint):

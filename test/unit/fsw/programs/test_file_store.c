@@ -45,7 +45,7 @@ static status_t take(void* const context, const uint8_t* const packet, const siz
 static const char* real(const char* const path)
 {
     static char whole[256];
-    (void)snprintf(whole, sizeof(whole), "%s/%s", base, path);
+    (void)snprintf(whole, sizeof whole, "%s/%s", base, path);
     return whole;
 }
 
@@ -61,14 +61,14 @@ static void expect_content(const char* const path, const char* const expected)
 {
     char content[64];
     size_t size = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_load(real(path), content, sizeof(content), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_load(real(path), content, sizeof content, &size));
     TEST_ASSERT_EQUAL_UINT64(strlen(expected), size);
     TEST_ASSERT_EQUAL(0, memcmp(expected, content, size));
 }
 
 void setUp(void)
 {
-    (void)snprintf(base, sizeof(base), "/tmp/file-store-test-%d", (int)getpid());
+    (void)snprintf(base, sizeof base, "/tmp/file-store-test-%d", (int)getpid());
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(real("root")));
     put_file("secret", "secret");
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_open(&root, real("root")));
@@ -91,13 +91,13 @@ void tearDown(void)
 {
     char command[128];
     osal_directory_close(&root);
-    (void)snprintf(command, sizeof(command), "rm -rf %s", base);
+    (void)snprintf(command, sizeof command, "rm -rf %s", base);
     TEST_ASSERT_EQUAL(0, system(command)); // NOLINT: a fixed command.
 }
 
 static void begin(void)
 {
-    writer      = octet_writer(data, sizeof(data));
+    writer      = octet_writer(data, sizeof data);
     answer_size = 0U;
 }
 
@@ -119,7 +119,7 @@ static uint8_t send(const uint8_t subtype)
                          .source  = 1U,
                          .data    = data,
                          .size    = writer.position};
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, packet, sizeof(packet), &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, packet, sizeof packet, &size));
     TEST_ASSERT_EQUAL(STATUS_OK, pus_dispatch(&dispatcher, packet, size, 0U));
     for (unsigned i = 0U; pus_files_is_busy(&files); i++) {
         TEST_ASSERT_TRUE(i < 1000U);
@@ -170,7 +170,7 @@ static void requests_do_their_work_on_disk(void)
     TEST_ASSERT_EQUAL_UINT8(7U, answer[answer_size - 2U]); // Its size.
     TEST_ASSERT_EQUAL_UINT8(7U, request(7U, "", "*"));
     static const char found[] = "\0\1/\0\1*\0\2\0\x9/logs/new\0\6/moved";
-    TEST_ASSERT_EQUAL_UINT64(sizeof(found) - 1U, answer_size);
+    TEST_ASSERT_EQUAL_UINT64(sizeof found - 1U, answer_size);
     TEST_ASSERT_EQUAL_MEMORY(found, answer, answer_size);
     TEST_ASSERT_EQUAL_UINT8(4U, request(10U, "", "logs"));
     TEST_ASSERT_EQUAL_UINT8(7U, request(2U, "logs", "new"));
@@ -202,11 +202,11 @@ static void hostile_requests_change_no_file(void)
     TEST_ASSERT_EQUAL_UINT8(7U, request(1U, "/logs", "one"));
     TEST_ASSERT_EQUAL(0, symlink("..", real("root/link")));
     TEST_ASSERT_EQUAL(0, symlink("../secret", real("root/linked")));
-    for (size_t i = 0U; i < (sizeof(hostile) / sizeof(hostile[0])); i++) {
+    for (size_t i = 0U; i < (sizeof hostile / sizeof hostile[0]); i++) {
         static const uint8_t subtypes[] = {1, 2, 3, 5, 6, 9, 10};
         const char* const path          = hostile[i][0];
         const char* const name          = hostile[i][1];
-        for (size_t k = 0U; k < sizeof(subtypes); k++) {
+        for (size_t k = 0U; k < sizeof subtypes; k++) {
             TEST_ASSERT_EQUAL_UINT8_MESSAGE(4U, request(subtypes[k], path, name), name);
         }
         TEST_ASSERT_EQUAL_UINT8_MESSAGE(4U, order(14U, path, name, "", "stolen"), name);
@@ -219,7 +219,7 @@ static void hostile_requests_change_no_file(void)
     TEST_ASSERT_FALSE(osal_file_exists(real("root/stolen")));
     TEST_ASSERT_EQUAL_UINT8(7U, request(7U, "", "*"));
     static const char found[] = "\0\1/\0\1*\0\1\0\x9/logs/one";
-    TEST_ASSERT_EQUAL_UINT64(sizeof(found) - 1U, answer_size);
+    TEST_ASSERT_EQUAL_UINT64(sizeof found - 1U, answer_size);
     TEST_ASSERT_EQUAL_MEMORY(found, answer, answer_size);
 }
 
