@@ -6,7 +6,7 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
-/// One part of the line. memcpy drops the const; writev does not write to the text.
+/// One part of the line. memcpy removes the const of the text, to which writev does not write.
 static struct iovec part_of(const char* const text)
 {
     struct iovec part;
@@ -30,7 +30,7 @@ void fsw_assertion_failed(const char* const file, const int line)
 
     const struct iovec parts[] = {part_of(file), part_of(":"), part_of(&digits[at]),
                                   part_of(": assertion failed\n")};
-    // Nothing is left to do if even this fails: the program ends either way.
+    // If the write fails, too, there is no other way to report: the program ends in both cases.
     if (writev(STDERR_FILENO, parts, (int)(sizeof parts / sizeof parts[0])) < 0) {
         abort();
     }

@@ -13,15 +13,15 @@
 #define ADDRESS_LENGTH_MAX 64U
 #define CLASSIC_LENGTH_MAX 8U
 
-typedef struct {                          // Parts of an address. Empty: it has no such part.
+typedef struct {                          // Parts of an address; "" for a part that it does not have.
     char shared[ADDRESS_LENGTH_MAX + 1U]; ///< Name of the shared memory, "/NAME".
     char interface[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
 } address_parts_t;
 
-/// STATUS_OK, STATUS_INVALID.
-static status_t take_apart(const char* const address, address_parts_t* const out_place)
+/// Split an address into its parts. STATUS_OK, STATUS_INVALID.
+static status_t split_address(const char* const address, address_parts_t* const out_parts)
 {
-    *out_place          = (address_parts_t){.shared = ""};
+    *out_parts          = (address_parts_t){.shared = ""};
     const bool is_shm   = (strncmp(address, "shm:", 4U) == 0);
     const size_t length = strlen(address);
     if ((length > ADDRESS_LENGTH_MAX) || (!is_shm && (strncmp(address, "can:", 4U) != 0))) {
@@ -31,15 +31,15 @@ static status_t take_apart(const char* const address, address_parts_t* const out
     const char* const at   = is_shm ? rest : strchr(rest, '@');
     const char* const name = is_shm ? rest : ((at != NULL) ? &at[1] : NULL);
     if (name != NULL) {
-        out_place->shared[0] = '/';
-        (void)memcpy(&out_place->shared[1], name, strlen(name) + 1U);
+        out_parts->shared[0] = '/';
+        (void)memcpy(&out_parts->shared[1], name, strlen(name) + 1U);
     }
     if (!is_shm) {
         const size_t size = (at != NULL) ? (size_t)(at - rest) : strlen(rest);
         if ((size == 0U) || (size > OSAL_CAN_INTERFACE_NAME_MAX)) {
             return STATUS_INVALID;
         }
-        (void)memcpy(out_place->interface, rest, size);
+        (void)memcpy(out_parts->interface, rest, size);
     }
     return STATUS_OK;
 }
@@ -47,20 +47,20 @@ static status_t take_apart(const char* const address, address_parts_t* const out
 status_t osal_can_create(const char* const address)
 {
     FSW_ASSERT(address != NULL);
-    address_parts_t place;
-    if ((take_apart(address, &place) != STATUS_OK) || (strlen(place.shared) == 0U)) {
+    address_parts_t parts;
+    if ((split_address(address, &parts) != STATUS_OK) || (strlen(parts.shared) == 0U)) {
         return STATUS_INVALID;
     }
-    return (strlen(place.interface) == 0U) ? can_shm_create(place.shared)
-                                           : can_counted_create(place.shared, place.interface);
+    return (strlen(parts.interface) == 0U) ? can_shm_create(parts.shared)
+                                           : can_counted_create(parts.shared, parts.interface);
 }
 
 status_t osal_can_destroy(const char* const address)
 {
     FSW_ASSERT(address != NULL);
-    address_parts_t place;
-    if ((take_apart(address, &place) != STATUS_OK) || (strlen(place.shared) == 0U) ||
-        (osal_shm_remove(place.shared) != STATUS_OK)) {
+    address_parts_t parts;
+    if ((split_address(address, &parts) != STATUS_OK) || (strlen(parts.shared) == 0U) ||
+        (osal_shm_remove(parts.shared) != STATUS_OK)) {
         return STATUS_NOT_FOUND;
     }
     return STATUS_OK;
@@ -69,12 +69,12 @@ status_t osal_can_destroy(const char* const address)
 status_t osal_can_hand_over(const char* const address, osal_can_hand_over_t* const out_counts)
 {
     FSW_ASSERT((address != NULL) && (out_counts != NULL));
-    address_parts_t place;
-    if ((take_apart(address, &place) != STATUS_OK) || (strlen(place.shared) == 0U) ||
-        (strlen(place.interface) == 0U)) {
+    address_parts_t parts;
+    if ((split_address(address, &parts) != STATUS_OK) || (strlen(parts.shared) == 0U) ||
+        (strlen(parts.interface) == 0U)) {
         return STATUS_NOT_FOUND;
     }
-    return can_counted_look(place.shared, out_counts);
+    return can_counted_look(parts.shared, out_counts);
 }
 
 void osal_can_add_external(osal_can_t* const can, const uint32_t frames)
@@ -88,18 +88,18 @@ void osal_can_add_external(osal_can_t* const can, const uint32_t frames)
 status_t osal_can_open(osal_can_t* const can, const char* const address, const osal_can_end_t end)
 {
     FSW_ASSERT((can != NULL) && (address != NULL));
-    address_parts_t place;
+    address_parts_t parts;
     *can            = (osal_can_t){.shared = NULL, .descriptor = -1, .end = end};
-    status_t status = take_apart(address, &place);
+    status_t status = split_address(address, &parts);
     if (status != STATUS_OK) {
         return status;
     }
-    if (strlen(place.interface) == 0U) {
-        status = can_shm_open(can, place.shared);
-    } else if (strlen(place.shared) == 0U) {
-        status = can_socket_open(can, place.interface);
+    if (strlen(parts.interface) == 0U) {
+        status = can_shm_open(can, parts.shared);
+    } else if (strlen(parts.shared) == 0U) {
+        status = can_socket_open(can, parts.interface);
     } else {
-        status = can_counted_open(can, place.shared, place.interface);
+        status = can_counted_open(can, parts.shared, parts.interface);
     }
     return status;
 }
@@ -153,7 +153,7 @@ static bool passes(const osal_can_t* const can, const osal_can_frame_t* const fr
 }
 
 /// True if the frame has a length that is possible on the bus.
-static bool is_length(const osal_can_frame_t* const frame)
+static bool has_possible_length(const osal_can_frame_t* const frame)
 {
     if ((frame->flags & OSAL_CAN_FLAG_FD) == 0U) {
         return frame->length <= CLASSIC_LENGTH_MAX;
@@ -166,7 +166,7 @@ static bool is_length(const osal_can_frame_t* const frame)
 status_t osal_can_send(osal_can_t* const can, const osal_can_frame_t* const frame)
 {
     FSW_ASSERT((can != NULL) && (frame != NULL));
-    if (!is_length(frame)) {
+    if (!has_possible_length(frame)) {
         return STATUS_INVALID;
     }
     if (can->descriptor < 0) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// SocketCAN with a counted hand-over ("can:INTERFACE@NAME"). Each direction has the numbers of frames
-// announced and taken in shared memory; as many may be on the way as a ring of the "shm:" carrier holds, so
-// that both behave alike when they are full.
+// SocketCAN with a counted hand-over ("can:INTERFACE@NAME"). The shared memory has for each direction the
+// numbers of frames announced and taken. Their difference, the frames on the way, is limited to the capacity
+// of a ring of the "shm:" carrier, so that a full queue has the same effect on both carriers.
 #define _GNU_SOURCE
 #include "osal/posix/can_port.h"
 
@@ -14,17 +14,17 @@
 
 #define COUNTS_MAGIC 0x68697263616E636EULL
 #define PATIENCE_NS (OSAL_CAN_PATIENCE_MS * 1000000ULL)
-#define QUIET_NS 50000000ULL // A controller delivers within milliseconds.
+#define QUIET_NS 50000000ULL // Without a frame for so long, none is on the way: delivery takes milliseconds.
 
 typedef struct {
-    uint32_t announced; ///< By the sender [wraps].
-    uint32_t taken;     ///< By the receiver [wraps].
+    uint32_t announced; ///< Frames that the sender has announced [wraps].
+    uint32_t taken;     ///< Frames that the receiver has taken [wraps].
 } direction_t;
 
 typedef struct {
     uint64_t magic;
-    uint32_t carries_errors; ///< The wire end's interface passes error frames on: it is no real controller.
-    uint32_t overruns;       ///< Frames for the node that found its queue full.
+    uint32_t carries_errors; ///< The wire end's interface is virtual, and so passes error frames on.
+    uint32_t overruns;       ///< Frames for the node that were lost because its queue was full.
     direction_t to_wire;
     direction_t to_node;
     uint32_t frames;
@@ -68,7 +68,8 @@ status_t can_counted_create(const char* const name, const char* const interface)
     return STATUS_OK;
 }
 
-/// The counts of that name. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (name), STATUS_DENIED, STATUS_IO.
+/// Map the shared counts of a bus. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (name), STATUS_DENIED,
+/// STATUS_IO.
 static status_t attach(const char* const name, counts_t** const out_counts)
 {
     osal_shm_t shm;
@@ -85,16 +86,16 @@ static status_t attach(const char* const name, counts_t** const out_counts)
     return STATUS_OK;
 }
 
-/// The direction that this end receives, or the one that it sends.
+/// Returns the direction in which this end receives, or the one in which it sends.
 static direction_t* direction_of(const osal_can_t* const can, const bool is_received)
 {
     counts_t* const counts = can->shared;
     return ((can->end == OSAL_CAN_NODE) == is_received) ? &counts->to_node : &counts->to_wire;
 }
 
-/// Discard frames sent while this end was not open, as on a ring, also those still on their way. Otherwise
-/// they would be taken for frames announced later.
-static void pass_over(osal_can_t* const can, direction_t* const direction)
+/// Discard the frames that were sent before this end was opened, also those that are still on the way; the
+/// "shm:" carrier does the same. Otherwise they would be counted as frames that are announced later.
+static void discard_pending(osal_can_t* const can, direction_t* const direction)
 {
     const uint32_t announced = load(&direction->announced);
     const uint64_t limit_ns  = osal_clock_monotonic_ns() + PATIENCE_NS;
@@ -120,7 +121,7 @@ status_t can_counted_open(osal_can_t* const can, const char* const name, const c
         return status;
     }
     can->shared = counts;
-    pass_over(can, direction_of(can, true));
+    discard_pending(can, direction_of(can, true));
     can->overruns = (can->end == OSAL_CAN_NODE) ? load(&counts->overruns) : 0U;
     return STATUS_OK;
 }
@@ -152,12 +153,12 @@ status_t can_counted_send(osal_can_t* const can, const osal_can_frame_t* const f
     } else if (status == STATUS_CLOSED) {
         count(&counts->cuts, 1U);
     } else {
-        // The caller gets the status.
+        // Frames that are not sent are not announced.
     }
     return status;
 }
 
-/// Wait for an announced frame. STATUS_OK, STATUS_EMPTY (it does not arrive), STATUS_CLOSED.
+/// Wait for an announced frame. STATUS_OK, STATUS_EMPTY (the frame has not arrived in time), STATUS_CLOSED.
 static status_t receive_late(osal_can_t* const can, osal_can_frame_t* const out_frame, const uint32_t due)
 {
     counts_t* const counts  = can->shared;
@@ -173,12 +174,12 @@ static status_t receive_late(osal_can_t* const can, osal_can_frame_t* const out_
         direction_t* const direction = direction_of(can, true);
         store(&direction->taken, direction->taken + due); // Later arrivals are counted as external.
     } else {
-        // Closed: the caller opens it again.
+        // STATUS_CLOSED: the caller opens the bus again.
     }
     return status;
 }
 
-/// The node's overruns are those of the kernel and those of the wire end.
+/// The overruns of the node: frames that the kernel dropped and frames that the wire end could not send.
 static void note_overruns(osal_can_t* const can, const counts_t* const counts, const uint32_t by_kernel)
 {
     if (can->end == OSAL_CAN_NODE) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One request and its answer over rtnetlink per call.
+// Each call sends one request over rtnetlink and receives its answer.
 #define _GNU_SOURCE
 #include "osal/include/osal/can_interface.h"
 
@@ -74,7 +74,7 @@ static void add_text(request_t* const request, const unsigned short type, const 
     (void)add(request, type, text, strlen(text) + 1U);
 }
 
-/// errno in the kernel's answer, 0 for success.
+/// Returns the errno in the kernel's answer; 0 for success.
 static int error_of(const answer_t* const answer)
 {
     const struct nlmsghdr* const header = &answer->message.header;
@@ -88,7 +88,7 @@ static int error_of(const answer_t* const answer)
     return -error->error;
 }
 
-/// Send and take the answer. Returns an errno, 0 for success.
+/// Send a request and receive the answer. Returns an errno; 0 for success.
 static int ask(const request_t* const request, answer_t* const answer)
 {
     const struct timeval patience = {.tv_sec = ANSWER_SECONDS};
@@ -162,7 +162,7 @@ static void for_each_attribute(const void* const octets, const size_t size, cons
     while ((left >= sizeof *attribute) && (attribute->rta_len >= sizeof *attribute) &&
            (attribute->rta_len <= left)) {
         take(attribute, interface);
-        const size_t whole = RTA_ALIGN((size_t)attribute->rta_len); // The last one may lack its padding.
+        const size_t whole = RTA_ALIGN((size_t)attribute->rta_len); // The last attribute may lack padding.
         left -= (whole < left) ? whole : left;
         attribute = (const struct rtattr*)(const void*)((const uint8_t*)(const void*)attribute + whole);
     }
@@ -200,7 +200,7 @@ static bool is_kind(const struct rtattr* const attribute, const char* const kind
     return (RTA_PAYLOAD(attribute) >= size) && (strncmp(RTA_DATA(attribute), kind, size) == 0);
 }
 
-/// The kind comes before its data.
+/// Take the kind of the interface and its data. The kernel sends the kind first.
 static void take_information(const struct rtattr* const attribute, osal_can_interface_t* const interface)
 {
     if (attribute->rta_type == (unsigned short)IFLA_INFO_KIND) {
@@ -208,7 +208,7 @@ static void take_information(const struct rtattr* const attribute, osal_can_inte
     } else if ((attribute->rta_type == (unsigned short)IFLA_INFO_DATA) && !interface->is_virtual) {
         for_each_attribute(RTA_DATA(attribute), RTA_PAYLOAD(attribute), take_controller, interface);
     } else {
-        // Statistics.
+        // Statistics are not needed.
     }
 }
 
@@ -324,7 +324,8 @@ status_t osal_can_interface_remove(const char* const name)
 
 // ---- Claims ----
 
-/// An abstract local socket of that name: one process can have it, and it ends with the process.
+/// A claim is an abstract local socket of that name: only one process can have such a socket, and the kernel
+/// removes it when that process ends.
 status_t osal_can_interface_claim(const char* const name, osal_can_claim_t* const out_claim)
 {
     FSW_ASSERT((name != NULL) && (out_claim != NULL));

@@ -19,7 +19,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#define RECEIVE_OCTETS 1048576 ///< Some 1 300 frames: the kernel counts about 770 octets for each.
+#define RECEIVE_OCTETS 1048576 ///< About 1 300 frames: the kernel counts about 770 octets for each.
 #define NS_PER_MS 1000000U
 
 typedef char flags_are_those_of_linux[((OSAL_CAN_FLAG_BRS == CANFD_BRS) && (OSAL_CAN_FLAG_ESI == CANFD_ESI) &&
@@ -56,8 +56,8 @@ static status_t status_of(const int error)
     }
 }
 
-/// FD frames, error frames of all classes, receive time, and the count of frames the kernel had to drop. By
-/// default of the kernel a controller does not receive its own frames.
+/// Enable FD frames, error frames of all classes, the receive time, and the count of frames that the kernel
+/// drops. A controller does not receive its own frames: that is the default of the kernel.
 static bool configure(const int descriptor)
 {
     const int on                    = 1;
@@ -141,8 +141,8 @@ status_t can_socket_filter(const osal_can_t* const can)
     for (size_t i = 0U; i < can->filter_count; i++) {
         const uint32_t mask   = can->filters[i].mask;
         const uint32_t wanted = can->filters[i].id & mask;
-        // For the kernel this bit has another meaning: in the mask "error frames only", in the identifier
-        // "all but these". No filtered frame has this bit.
+        // The kernel gives this bit another meaning: in a mask "error frames only", in an identifier "all
+        // frames except these". Data frames do not have this bit, so a filter that requires it passes none.
         if ((wanted & OSAL_CAN_ERROR) == 0U) {
             filters[count] = (struct can_filter){.can_id = wanted, .can_mask = mask & ~OSAL_CAN_ERROR};
             count++;
@@ -197,7 +197,7 @@ static void read_control(osal_can_t* const can, struct msghdr* const message,
             (void)memcpy(&can->kernel_overruns, CMSG_DATA(part), sizeof can->kernel_overruns);
             can->overruns = can->kernel_overruns;
         } else {
-            // No other control data was requested.
+            // The kernel sends no other control data, because none was requested.
         }
     }
     if (out_frame->time_ns == 0U) {
@@ -225,7 +225,7 @@ status_t can_socket_receive(osal_can_t* const can, osal_can_frame_t* const out_f
         return ((errno == EAGAIN) || (errno == EWOULDBLOCK)) ? STATUS_EMPTY : STATUS_CLOSED;
     }
     if (((size_t)size != CAN_MTU) && ((size_t)size != CANFD_MTU)) {
-        return STATUS_CLOSED; // Not a frame: the interface is gone.
+        return STATUS_CLOSED; // No frame has this size: the interface was removed.
     }
     const bool is_fd = ((size_t)size == CANFD_MTU);
     *out_frame       = (osal_can_frame_t){.id = raw.can_id, .length = raw.len};

@@ -22,7 +22,8 @@ static struct timespec timespec_of(const uint64_t time_ns)
     return (struct timespec){.tv_sec = (time_t)(time_ns / NS_PER_S), .tv_nsec = (long)(time_ns % NS_PER_S)};
 }
 
-/// Keep pages in memory. Later mappings are locked only if no limit could make them fail.
+/// Lock the pages of the program in memory. Pages mapped later are locked only if no limit applies: beyond a
+/// limit, mapping them would fail.
 static bool lock_memory(void)
 {
     struct rlimit limit = {0, 0};
@@ -112,7 +113,7 @@ static void wait_real(const osal_clock_t* const clock, const uint64_t wake_ns,
     }
     const struct timespec until = timespec_of(until_ns);
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL) == EINTR) {
-        // Repeat: the time of the sleep is absolute.
+        // Sleep again after a signal: the time of the sleep is absolute.
     }
 }
 

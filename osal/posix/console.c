@@ -14,14 +14,14 @@
 
 #define PATIENCE_MS 100 ///< A reader that is slower than this loses text.
 
-/// Write text and line end by one call. Text that a full pipe does not take within the patience is dropped: a
-/// program in flight does not wait for its console.
+/// Write text and line end by one call. Text that a full pipe does not take within PATIENCE_MS is dropped,
+/// because a program in flight must not wait for its console.
 static void put(const int descriptor, const char* const text, const char* const line_end)
 {
     FSW_ASSERT(text != NULL);
     struct iovec parts[2];
     struct pollfd watched = {.fd = descriptor, .events = POLLOUT};
-    (void)memcpy(&parts[0].iov_base, &text, sizeof text); // writev does not write to it.
+    (void)memcpy(&parts[0].iov_base, &text, sizeof text); // Removes the const: writev only reads the text.
     parts[0].iov_len = strlen(text);
     (void)memcpy(&parts[1].iov_base, &line_end, sizeof line_end);
     parts[1].iov_len = strlen(line_end);
@@ -75,7 +75,7 @@ bool osal_console_introduce(const int argument_count, char* const arguments[], c
     } else if (is_help) {
         osal_console_say(usage);
     } else {
-        // The program reads its arguments itself.
+        // The program evaluates its arguments.
     }
     return is_version || is_help;
 }

@@ -61,7 +61,7 @@ status_t osal_device_open(osal_device_t* const device, const char* const path,
     return STATUS_OK;
 }
 
-/// Write without the signal of a FIFO that has lost its reader.
+/// Write, and suppress SIGPIPE, which the kernel sends if the FIFO has no reader any more.
 static ssize_t write_quietly(const int descriptor, const uint8_t* const octets, const size_t size)
 {
     sigset_t pipe_only;

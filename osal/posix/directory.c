@@ -14,16 +14,16 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
-#define LISTING_SIZE 4096U // Size of the entries read at once [octets].
+#define LISTING_SIZE 4096U // Size of the buffer for entries read by one system call [octets].
 
-/// A folder that is open, and a name in it.
+/// An open folder and a name in this folder.
 typedef struct {
     int folder;
     char name[OSAL_NAME_SIZE];
 } directory_entry_t;
 
-/// Copy the first name of a path. Returns the rest after its slash, or null if it is the last one. *out_name
-/// is "" if the name is invalid.
+/// Copy the first name of a path; *out_name is "" if the name is invalid. Returns the path after this name
+/// and its slash, or null if the path has no further name.
 static const char* next_name(const char* const path, char* const out_name)
 {
     const char* const slash = strchr(path, '/');
@@ -58,27 +58,27 @@ static status_t open_folder(const int folder, const char* const name, int* const
     return open_in(folder, name, O_RDONLY | O_DIRECTORY, 0U, out_descriptor);
 }
 
-static void leave(const directory_entry_t* const place)
+static void close_folder_of(const directory_entry_t* const entry)
 {
-    (void)close(place->folder);
+    (void)close(entry->folder);
 }
 
 /// Open the parent folder of a path; the caller closes it. STATUS_OK, STATUS_INVALID (the root has
 /// none), STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
 static status_t open_parent(const osal_directory_t* const root, const char* const path,
-                            directory_entry_t* const out_place)
+                            directory_entry_t* const out_entry)
 {
     FSW_ASSERT((root != NULL) && (path != NULL));
-    const char* rest = next_name(path, out_place->name);
-    status_t status  = open_folder(root->descriptor, ".", &out_place->folder);
-    while ((status == STATUS_OK) && (rest != NULL) && (out_place->name[0] != '\0')) {
-        const int above = out_place->folder;
-        status          = open_folder(above, out_place->name, &out_place->folder);
+    const char* rest = next_name(path, out_entry->name);
+    status_t status  = open_folder(root->descriptor, ".", &out_entry->folder);
+    while ((status == STATUS_OK) && (rest != NULL) && (out_entry->name[0] != '\0')) {
+        const int above = out_entry->folder;
+        status          = open_folder(above, out_entry->name, &out_entry->folder);
         (void)close(above);
-        rest = next_name(rest, out_place->name);
+        rest = next_name(rest, out_entry->name);
     }
-    if ((status == STATUS_OK) && (out_place->name[0] == '\0')) {
-        leave(out_place);
+    if ((status == STATUS_OK) && (out_entry->name[0] == '\0')) {
+        close_folder_of(out_entry);
         status = STATUS_INVALID;
     }
     return status;
@@ -92,17 +92,19 @@ static status_t open_folder_of_path(const osal_directory_t* const root, const ch
     if (path[0] == '\0') {
         return open_folder(root->descriptor, ".", out_folder);
     }
-    directory_entry_t place;
-    status_t status = open_parent(root, path, &place);
+    directory_entry_t entry;
+    status_t status = open_parent(root, path, &entry);
     if (status == STATUS_OK) {
-        status = open_folder(place.folder, place.name, out_folder);
-        leave(&place);
+        status = open_folder(entry.folder, entry.name, out_folder);
+        close_folder_of(&entry);
     }
     return status;
 }
 
-/// STATUS_OK, STATUS_NOT_FOUND (or neither folder nor file), STATUS_DENIED, STATUS_IO.
-static status_t look_at(const int folder, const char* const name, osal_directory_about_t* const out_about)
+/// Describe an entry of a folder. STATUS_OK, STATUS_NOT_FOUND (also: neither folder nor file),
+/// STATUS_DENIED, STATUS_IO.
+static status_t describe_entry(const int folder, const char* const name,
+                               osal_directory_about_t* const out_about)
 {
     struct stat about;
     if (fstatat(folder, name, &about, AT_SYMLINK_NOFOLLOW) != 0) {
@@ -116,25 +118,25 @@ static status_t look_at(const int folder, const char* const name, osal_directory
     return STATUS_OK;
 }
 
-/// Open a regular file. Its type is checked before, since opening a device may have effects, and again
-/// afterwards.
+/// Open a regular file. Its type is checked before it is opened, since opening a device may have effects, and
+/// again afterwards, since the name may have got another file in between.
 static status_t open_file(const osal_directory_t* const root, const char* const path, const int flags,
                           osal_file_t* const out_file)
 {
     osal_directory_about_t about;
-    directory_entry_t place;
-    status_t status = open_parent(root, path, &place);
+    directory_entry_t entry;
+    status_t status = open_parent(root, path, &entry);
     if (status != STATUS_OK) {
         return status;
     }
-    status = look_at(place.folder, place.name, &about);
+    status = describe_entry(entry.folder, entry.name, &about);
     if ((status == STATUS_OK) && about.is_directory) {
         status = STATUS_NOT_FOUND;
     }
     if (status == STATUS_OK) {
-        status = open_in(place.folder, place.name, flags, 0U, &out_file->descriptor);
+        status = open_in(entry.folder, entry.name, flags, 0U, &out_file->descriptor);
     }
-    leave(&place);
+    close_folder_of(&entry);
     struct stat opened;
     if ((status == STATUS_OK) && ((fstat(out_file->descriptor, &opened) != 0) || !S_ISREG(opened.st_mode))) {
         osal_file_close(out_file);
@@ -143,11 +145,12 @@ static status_t open_file(const osal_directory_t* const root, const char* const 
     return status;
 }
 
-/// After a change of names in a folder: if the change was made, force it to the disk. Close the folder.
-static status_t sync_and_leave(const directory_entry_t* const place, const status_t status)
+/// End a change of names in a folder: if `status` is STATUS_OK, force the change to the disk. Close the
+/// folder.
+static status_t sync_and_close(const directory_entry_t* const entry, const status_t status)
 {
-    const bool is_synced = (status != STATUS_OK) || (fsync(place->folder) == 0);
-    leave(place);
+    const bool is_synced = (status != STATUS_OK) || (fsync(entry->folder) == 0);
+    close_folder_of(entry);
     return is_synced ? status : STATUS_IO;
 }
 
@@ -175,16 +178,16 @@ status_t osal_directory_describe(const osal_directory_t* const root, const char*
     if (out_about->is_directory) {
         return STATUS_OK;
     }
-    directory_entry_t place;
-    status_t status = open_parent(root, path, &place);
+    directory_entry_t entry;
+    status_t status = open_parent(root, path, &entry);
     if (status == STATUS_OK) {
-        status = look_at(place.folder, place.name, out_about);
-        leave(&place);
+        status = describe_entry(entry.folder, entry.name, out_about);
+        close_folder_of(&entry);
     }
     return status;
 }
 
-/// Status for a failure to make something new.
+/// Status for the errno of a call that makes a file or folder.
 static status_t status_of_making(const int error)
 {
     if (error == EEXIST) {
@@ -196,32 +199,32 @@ static status_t status_of_making(const int error)
 
 status_t osal_directory_make(const osal_directory_t* const root, const char* const path)
 {
-    directory_entry_t place;
-    const status_t status = open_parent(root, path, &place);
+    directory_entry_t entry;
+    const status_t status = open_parent(root, path, &entry);
     if (status != STATUS_OK) {
         return status;
     }
-    const bool is_made = mkdirat(place.folder, place.name, 0755U) == 0;
-    return sync_and_leave(&place, is_made ? STATUS_OK : status_of_making(errno));
+    const bool is_made = mkdirat(entry.folder, entry.name, 0755U) == 0;
+    return sync_and_close(&entry, is_made ? STATUS_OK : status_of_making(errno));
 }
 
 /// Remove a name. `flags` are those of unlinkat.
 static status_t remove_name(const osal_directory_t* const root, const char* const path, const int flags)
 {
     osal_directory_about_t about;
-    directory_entry_t place;
-    status_t status = open_parent(root, path, &place);
+    directory_entry_t entry;
+    status_t status = open_parent(root, path, &entry);
     if (status != STATUS_OK) {
         return status;
     }
-    status = look_at(place.folder, place.name, &about);
+    status = describe_entry(entry.folder, entry.name, &about);
     if ((status == STATUS_OK) && (about.is_directory != (flags == AT_REMOVEDIR))) {
         status = STATUS_NOT_FOUND;
     }
-    if ((status == STATUS_OK) && (unlinkat(place.folder, place.name, flags) != 0)) {
+    if ((status == STATUS_OK) && (unlinkat(entry.folder, entry.name, flags) != 0)) {
         status = ((errno == ENOTEMPTY) || (errno == EEXIST)) ? STATUS_FORBIDDEN : file_status_of(errno);
     }
-    return sync_and_leave(&place, status);
+    return sync_and_close(&entry, status);
 }
 
 status_t osal_directory_remove(const osal_directory_t* const root, const char* const path)
@@ -235,7 +238,7 @@ status_t osal_directory_remove_file(const osal_directory_t* const root, const ch
 }
 
 /// Reserve disk space for a new file. STATUS_OK, STATUS_FULL, STATUS_IO.
-static status_t set_aside(const int descriptor, const uint64_t room)
+static status_t reserve_space(const int descriptor, const uint64_t room)
 {
     struct statvfs disk;
     if (room == 0U) {
@@ -260,23 +263,23 @@ status_t osal_directory_make_file(const osal_directory_t* const root, const char
                                   const uint64_t room)
 {
     int descriptor = -1;
-    directory_entry_t place;
-    status_t status = open_parent(root, path, &place);
+    directory_entry_t entry;
+    status_t status = open_parent(root, path, &entry);
     if (status != STATUS_OK) {
         return status;
     }
-    status = open_in(place.folder, place.name, O_WRONLY | O_CREAT | O_EXCL, 0644U, &descriptor);
+    status = open_in(entry.folder, entry.name, O_WRONLY | O_CREAT | O_EXCL, 0644U, &descriptor);
     if (status == STATUS_OK) {
-        status = set_aside(descriptor, room);
+        status = reserve_space(descriptor, room);
         if ((status == STATUS_OK) && (fsync(descriptor) != 0)) {
             status = STATUS_IO;
         }
         (void)close(descriptor);
         if (status != STATUS_OK) {
-            (void)unlinkat(place.folder, place.name, 0);
+            (void)unlinkat(entry.folder, entry.name, 0);
         }
     }
-    return sync_and_leave(&place, status);
+    return sync_and_close(&entry, status);
 }
 
 /// Rename without replacing an existing file.
@@ -284,8 +287,8 @@ static status_t rename_in(const directory_entry_t* const from, const directory_e
 {
     int result = renameat2(from->folder, from->name, to->folder, to->name, RENAME_NOREPLACE);
     if ((result != 0) && ((errno == EINVAL) || (errno == ENOSYS))) {
-        // If the disk does not support it: check first. EINVAL may also mean that a folder would be moved
-        // into itself.
+        // The file system may not support RENAME_NOREPLACE: then check first that the name is free. EINVAL
+        // can also mean that a folder would be moved into itself; renameat reports this error again.
         struct stat about;
         if (fstatat(to->folder, to->name, &about, AT_SYMLINK_NOFOLLOW) == 0) {
             return STATUS_EXISTS;
@@ -308,17 +311,17 @@ status_t osal_directory_rename(const osal_directory_t* const root, const char* c
     if (status != STATUS_OK) {
         return status;
     }
-    status = look_at(from.folder, from.name, &about);
+    status = describe_entry(from.folder, from.name, &about);
     if (status == STATUS_OK) {
         status = open_parent(root, new_path, &to);
     }
     if (status == STATUS_OK) {
-        status = sync_and_leave(&to, rename_in(&from, &to));
+        status = sync_and_close(&to, rename_in(&from, &to));
     }
-    return sync_and_leave(&from, status);
+    return sync_and_close(&from, status);
 }
 
-/// Collected names of a listing: the first names after a given one, in order.
+/// Names collected for a listing: the first names after `after`, in ascending order.
 typedef struct {
     const char* after;
     osal_directory_entry_t* entries;
@@ -326,7 +329,7 @@ typedef struct {
     size_t count;
 } listing_t;
 
-/// True if a name is to be listed and there is room for it, possibly in front of others.
+/// True if a name belongs to the listing: there is room, or the name comes before the last collected one.
 static bool is_wanted(const listing_t* const listing, const char* const name)
 {
     const bool is_name = (name[0] != '.') && (strlen(name) < OSAL_NAME_SIZE);
@@ -335,8 +338,8 @@ static bool is_wanted(const listing_t* const listing, const char* const name)
             (strcmp(name, listing->entries[listing->capacity - 1U].name) < 0));
 }
 
-/// Insert a name at its place; without room the last one is dropped.
-static void take_in(listing_t* const listing, const char* const name, const bool is_directory)
+/// Insert a name in order; if there is no room, the last name is dropped.
+static void insert_name(listing_t* const listing, const char* const name, const bool is_directory)
 {
     size_t place = (listing->count < listing->capacity) ? listing->count : (listing->capacity - 1U);
     listing->count += (listing->count < listing->capacity) ? 1U : 0U;
@@ -370,8 +373,9 @@ status_t osal_directory_list(const osal_directory_t* const root, const char* con
         for (ssize_t at = 0; at < size;) {
             const struct dirent64* const entry = (const struct dirent64*)(const void*)&block.octets[at];
             osal_directory_about_t about;
-            if (is_wanted(&listing, entry->d_name) && (look_at(folder, entry->d_name, &about) == STATUS_OK)) {
-                take_in(&listing, entry->d_name, about.is_directory);
+            if (is_wanted(&listing, entry->d_name) &&
+                (describe_entry(folder, entry->d_name, &about) == STATUS_OK)) {
+                insert_name(&listing, entry->d_name, about.is_directory);
             }
             at += entry->d_reclen;
         }
@@ -401,7 +405,7 @@ status_t osal_directory_read(const osal_directory_t* const root, const char* con
         *out_size         = (status == STATUS_OK) ? part : 0U;
     }
     osal_file_close(&file);
-    return (status == STATUS_OK) ? STATUS_OK : STATUS_IO; // The file may have been cut meanwhile.
+    return (status == STATUS_OK) ? STATUS_OK : STATUS_IO; // Another program may have cut the file meanwhile.
 }
 
 status_t osal_directory_write(const osal_directory_t* const root, const char* const path,

@@ -178,7 +178,7 @@ status_t osal_file_read(osal_file_t* const file, void* const octets, const size_
     return (size >= 0) ? STATUS_OK : STATUS_IO;
 }
 
-/// Read to the end. STATUS_TOO_LARGE when octets are left after the buffer is full.
+/// Read the file to its end. STATUS_TOO_LARGE: the file has more octets than the buffer.
 static status_t read_whole(osal_file_t* const file, char* const octets, const size_t capacity,
                            size_t* const out_size)
 {
@@ -198,7 +198,8 @@ static status_t read_whole(osal_file_t* const file, char* const octets, const si
     }
 }
 
-/// STATUS_OK, STATUS_FORBIDDEN (others than the owner may read or change it), STATUS_IO.
+/// Check the permissions of a secret file. STATUS_OK, STATUS_FORBIDDEN (not only the owner may use the file),
+/// STATUS_IO.
 static status_t is_secret(const osal_file_t* const file)
 {
     struct stat facts;

@@ -9,8 +9,8 @@
 #define MAGIC 0x48414E44U
 
 typedef struct {
-    uint32_t announced; // By the sender [wraps].
-    uint32_t taken;     // By the receiver [wraps].
+    uint32_t announced; // Octets or datagrams that the sender has announced [wraps].
+    uint32_t taken;     // Octets or datagrams that the receiver has taken [wraps].
 } direction_t;
 
 typedef struct {

@@ -28,8 +28,8 @@ uint64_t lockstep_pending_wake_ns(const osal_lockstep_t* const scheduler, const 
     return is_spent ? OSAL_LOCKSTEP_NEVER : wake_ns;
 }
 
-/// Put those that joined during the last grant into the order, at one defined point: the end of that grant,
-/// independent of when they joined in wall-clock time.
+/// Schedule the first turn of the participants that joined during the last grant. This happens at the end of
+/// that grant, so that the wall-clock time at which they joined has no effect.
 static void admit_new(osal_lockstep_t* const scheduler)
 {
     for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
@@ -93,8 +93,8 @@ void lockstep_leave(osal_lockstep_t* const scheduler, const uint32_t participant
     }
 }
 
-/// Time of the participant's next turn: for an expected one the start of its life; never if it is absent or
-/// suspended.
+/// Returns the time of the participant's next turn: the start of its life if it is EXPECTED, and
+/// OSAL_LOCKSTEP_NEVER if it is absent or suspended.
 static uint64_t turn_ns(const participant_t* const one)
 {
     if (one->state == OSAL_LOCKSTEP_EXPECTED) {
@@ -103,9 +103,9 @@ static uint64_t turn_ns(const participant_t* const one)
     return ((one->state == OSAL_LOCKSTEP_JOINED) && !one->is_suspended) ? one->wake_ns : OSAL_LOCKSTEP_NEVER;
 }
 
-/// The smallest (time, order) of the next turns, or NO_PARTICIPANT. *out_awaited: an expected participant
-/// whose life begins at that time, or NO_PARTICIPANT. Orders do not matter for it: no participant runs at the
-/// instant at which a life begins before that life has joined.
+/// Returns the participant whose next turn has the smallest (time, order), or NO_PARTICIPANT. *out_awaited:
+/// an expected participant whose life begins at that time, or NO_PARTICIPANT. Its order does not matter,
+/// because no participant may run at the instant at which a life begins until that life has joined.
 static uint32_t first_turn(const osal_lockstep_t* const scheduler, uint32_t* const out_awaited)
 {
     uint32_t chosen   = NO_PARTICIPANT;
@@ -134,7 +134,7 @@ void lockstep_grant_next(osal_lockstep_t* const scheduler)
         return;
     }
     admit_new(scheduler);
-    // Each round either ends a life that failed to begin, or is the last.
+    // Each round but the last ends a life whose process died before the life began.
     for (uint32_t round = 0U; round <= PARTICIPANTS; round++) {
         uint32_t awaited      = NO_PARTICIPANT;
         const uint32_t chosen = first_turn(scheduler, &awaited);
@@ -186,7 +186,7 @@ bool lockstep_end_turn(osal_lockstep_t* const scheduler, const uint32_t particip
         return true;
     }
     if (scheduler->running != participant) {
-        return false; // It was suspended while it held the grant, and was resumed.
+        return false; // The participant lost the grant when it was suspended, and has been resumed since.
     }
     const uint64_t delivered_ns = lockstep_pending_wake_ns(scheduler, participant);
     const uint64_t asked_ns     = (wake_ns > scheduler->now_ns) ? wake_ns : lockstep_next_step_ns(scheduler);

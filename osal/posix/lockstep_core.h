@@ -24,9 +24,9 @@ typedef struct {
     int32_t process;        ///< Process that joined last in its own life.
     uint32_t life;
     uint64_t begin_ns;      ///< When the life begins; no grant before.
-    bool is_begun;          ///< It has had a grant.
-    bool is_failed;         ///< Its process died before the life began: it ends when it would begin.
-    bool is_suspended;      ///< Gets no grant.
+    bool is_begun;          ///< The life has had a grant.
+    bool is_failed;         ///< The process died before the life began: the life ends at `begin_ns`.
+    bool is_suspended;      ///< The participant gets no grant.
     uint32_t killed_life;   ///< The last life that was killed.
     uint64_t succession_ns; ///< From the end of a life to the start of the next; 0: no next life.
 } participant_t;
@@ -39,8 +39,8 @@ struct osal_lockstep {
     uint32_t last;    ///< Last holder: at the present instant only higher orders still have their turn.
     uint32_t is_closed;
     uint32_t is_shared;
-    uint32_t grants;  ///< So far [wraps].
-    uint32_t awaited; ///< Expected participant that time waits for, or NO_PARTICIPANT.
+    uint32_t grants;  ///< Number of grants so far [wraps].
+    uint32_t awaited; ///< Expected participant for which time stands still, or NO_PARTICIPANT.
     uint64_t patience_ns;
     uint32_t is_held;
     uint32_t reserved;
@@ -54,8 +54,8 @@ uint64_t lockstep_next_step_ns(const osal_lockstep_t* scheduler);
 /// True if `participant` still has its turn at the present instant.
 bool lockstep_is_turn_to_come(const osal_lockstep_t* scheduler, uint32_t participant);
 uint64_t lockstep_earlier(uint64_t a_ns, uint64_t b_ns);
-/// When `participant` is to wake, as far as known. If it holds the grant, a wake time that is not after now
-/// was used for that grant; a later one comes from a delivery to itself.
+/// Time at which `participant` is to wake, or OSAL_LOCKSTEP_NEVER. While it holds the grant, only a wake time
+/// after now is pending, from a delivery to itself: an earlier one has led to the grant.
 uint64_t lockstep_pending_wake_ns(const osal_lockstep_t* scheduler, uint32_t participant);
 void lockstep_leave(osal_lockstep_t* scheduler, uint32_t participant);
 /// The stream of the participant has ended: remove it and wake the participant.

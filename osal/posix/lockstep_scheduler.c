@@ -1,13 +1,12 @@
-// SPDX-License-Identifier: Apache-2.0
-// The scheduler's state changes are plain functions over the structure ("core"), shared by both forms. In the
-// process form they run under a robust lock and the grant is handed directly from participant to participant:
-// the participant that is done chooses its successor and wakes it by futex, without spinning and without a
-// central process.
+// SPDX-License-Identifier: Apache-2.0 The scheduler's state changes are plain functions over the structure
+// ("core"), shared by both forms. In the process form they run under a robust lock and the grant is handed
+// directly from participant to participant: the participant that ends its turn chooses its successor and
+// wakes it by futex, without spinning and without a central process.
 //
-// A participant may be killed at any instruction. Every change is therefore ordered so that `running`, one
-// word, commits it, and earlier writes can be repeated: the next process that gets the lock of a dead holder
-// continues from the present state, and osal_lockstep_end, called for every death, chooses or wakes the
-// successor again.
+// A participant may be killed at any instruction. Therefore the writes of every change have a fixed order:
+// the write of one word, `running`, commits the change, and the writes before it can be repeated. The process
+// that gets the lock after its holder died continues from the present state. osal_lockstep_end, which is
+// called for every death, chooses or wakes the successor again.
 #define _GNU_SOURCE
 #include "osal/include/osal/lockstep_scheduler.h"
 
@@ -24,7 +23,7 @@
 
 // ---- Process form: lock and hand-over ----
 
-/// True if the process takes part with a life of its own.
+/// True if the process has joined with a life of its own that has not ended.
 static bool has_life(const osal_lockstep_t* const scheduler, const int32_t process)
 {
     bool is_found = false;
@@ -34,16 +33,16 @@ static bool has_life(const osal_lockstep_t* const scheduler, const int32_t proce
     return is_found && (process != 0);
 }
 
-/// The holder of the lock if it is stopped by a signal and may be killed; else 0.
+/// Returns the holder of the lock if a signal has stopped it and it may be killed; else 0.
 static int32_t stopped_inside(const osal_lockstep_t* const scheduler)
 {
     const int32_t process = osal_mutex_holder(&scheduler->mutex);
     return (has_life(scheduler, process) && (osal_process_state(process) == 'T')) ? process : 0;
 }
 
-/// Take the lock. The next process can continue from the state of a holder that died: see the top of this
-/// file. A holder that is stopped by a signal while it holds the lock is killed. It is checked twice, because
-/// a terminal may continue it together with the caller, a moment later.
+/// Take the lock. If its holder died, the caller continues from the state of that holder (see the top of this
+/// file). A holder that a signal has stopped is killed if two checks find it stopped: a terminal that stops
+/// and continues the whole run may continue the holder a moment after the caller.
 static void lock(osal_lockstep_t* const scheduler)
 {
     int32_t seen = 0;
@@ -75,7 +74,7 @@ static void wake(osal_lockstep_t* const scheduler, const uint32_t participant)
     }
 }
 
-/// Under the lock: if the grant is free, give it. Returns the participant to wake after the unlock.
+/// Give the grant if it is free. The caller holds the lock. Returns the participant to wake after the unlock.
 static uint32_t pass_on(osal_lockstep_t* const scheduler)
 {
     if ((scheduler->is_shared != 0U) && (scheduler->running == NO_PARTICIPANT)) {
@@ -167,7 +166,7 @@ static bool is_of_life(const participant_t* const one, const uint32_t life)
     return (life == OSAL_LOCKSTEP_ANY_LIFE) || (one->life == life);
 }
 
-/// End a life, wake the process that waits in it, and the new holder of the grant.
+/// End a life; wake the process that waits in that life and the new holder of the grant.
 static void end_life(osal_lockstep_t* const scheduler, const unsigned participant, const uint32_t life,
                      const bool is_kill)
 {
@@ -194,7 +193,7 @@ void osal_lockstep_end(osal_lockstep_t* const scheduler, const unsigned particip
     lock(scheduler);
     const bool is_to_begin = is_of_life(one, life) && (one->state != OSAL_LOCKSTEP_ABSENT) &&
                              !one->is_begun && (one->begin_ns > scheduler->now_ns);
-    if (is_to_begin) { // Wall-clock time must have no effect: the life ends when it would have begun.
+    if (is_to_begin) { // The life ends when it would have begun, so that wall-clock time has no effect.
         one->is_failed = true;
         (void)pass_on(scheduler);
     }
@@ -205,7 +204,7 @@ void osal_lockstep_end(osal_lockstep_t* const scheduler, const unsigned particip
     } else if (running != NO_PARTICIPANT) {
         wake(scheduler, running);
     } else {
-        // Time waits for another expected participant, too.
+        // Simulated time stands still for another expected participant, too.
     }
 }
 
@@ -275,8 +274,8 @@ bool osal_lockstep_is_closed(const osal_lockstep_t* const scheduler)
     return __atomic_load_n(&scheduler->is_closed, __ATOMIC_ACQUIRE) != 0U;
 }
 
-/// End this process if its life was killed: it must do nothing after that instant of simulated time, as if
-/// the kernel had killed it at once.
+/// End this process if its life was killed: the process must do nothing after that instant of simulated time,
+/// as if the kernel had killed it at once.
 static void end_if_killed(const osal_lockstep_t* const scheduler, const uint32_t participant,
                           const uint32_t life)
 {
@@ -319,7 +318,7 @@ void osal_lockstep_done(osal_lockstep_t* const scheduler, const unsigned partici
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS) && (scheduler->is_shared == 0U));
     const bool is_turn_over = lockstep_end_turn(scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE, wake_ns);
-    FSW_ASSERT(is_turn_over); // Only the holder of the grant can be done.
+    FSW_ASSERT(is_turn_over); // Only the holder of the grant may call this function.
 }
 
 status_t osal_lockstep_next(osal_lockstep_t* const scheduler, unsigned* const out_participant,
@@ -357,7 +356,7 @@ void osal_lockstep_deliver(osal_lockstep_t* const scheduler, const unsigned send
         one->wake_ns               = lockstep_not_before_begin(
                           one, lockstep_earlier(lockstep_pending_wake_ns(scheduler, receiver), reported_ns));
     }
-    // Needed if all participants were waiting for a delivery and this one came from outside of a grant.
+    // The grant is free if all participants wait for a delivery; this one may come from outside of any grant.
     unlock_and_pass_on(scheduler);
 }
 
@@ -415,7 +414,7 @@ void osal_lockstep_postpone(osal_lockstep_t* const scheduler, const unsigned par
 unsigned osal_lockstep_holder(osal_lockstep_t* const scheduler, uint32_t* const out_grants)
 {
     FSW_ASSERT((scheduler != NULL) && (out_grants != NULL));
-    lock(scheduler); // A watchdog calls this, and so detects a holder that is stopped inside.
+    lock(scheduler); // A watchdog calls this: `lock` then detects a holder of the lock that is stopped.
     const uint32_t running = scheduler->running;
     *out_grants            = scheduler->grants;
     unlock(scheduler);

@@ -23,7 +23,7 @@ static status_t status_of(const int error)
     case EACCES:
     case EPERM:
         return STATUS_DENIED;
-    case EINVAL: // The sizes are not 0, so they are beyond the system's limits.
+    case EINVAL: // The caller has excluded a size of 0, so a size is beyond the limit of the system.
     case EMFILE:
     case ENFILE:
     case ENOMEM:

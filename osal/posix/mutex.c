@@ -41,7 +41,7 @@ status_t osal_mutex_create(osal_mutex_t* const mutex, const bool is_shared)
     return is_good ? STATUS_OK : STATUS_UNSUPPORTED;
 }
 
-/// Status for the result of a lock call.
+/// Status for the result of a lock call. After the death of the last holder the mutex is made usable again.
 static status_t locked(osal_mutex_t* const mutex, const int result)
 {
     if (result == EOWNERDEAD) {
@@ -64,7 +64,8 @@ status_t osal_mutex_lock_within(osal_mutex_t* const mutex, const uint64_t wait_n
     FSW_ASSERT((mutex != NULL) && (mutex->storage[MARK_WORD] == MARK));
     int result = pthread_mutex_trylock(native(mutex));
     if (result == EBUSY) {
-        struct timespec until = {0, 0}; // The only clock for a mutex with priority inheritance.
+        struct timespec until = {0,
+                                 0}; // On CLOCK_REALTIME: a mutex with priority inheritance takes no other.
         (void)clock_gettime(CLOCK_REALTIME, &until);
         const uint64_t end_ns = (uint64_t)until.tv_nsec + (wait_ns % NS_PER_S);
         until.tv_sec += (time_t)((wait_ns / NS_PER_S) + (end_ns / NS_PER_S));

@@ -28,7 +28,7 @@
 #define NS_PER_MS 1000000ULL
 #define EXIT_NOT_STARTED 127
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define LIMITS_MEMORY false // The sanitizers map terabytes.
+#define LIMITS_MEMORY false // The sanitizers map terabytes, so that any limit of address space would fail.
 #else
 #define LIMITS_MEMORY true
 #endif
@@ -77,7 +77,7 @@ static void pin(const int number)
             left--;
         }
     }
-    (void)sched_setaffinity(0, sizeof set, &set); // Without the permission it runs anywhere.
+    (void)sched_setaffinity(0, sizeof set, &set); // Without permission the process is not pinned.
 }
 
 static bool redirect_output(const char* const path)
@@ -87,7 +87,7 @@ static bool redirect_output(const char* const path)
            (dup2(file, STDERR_FILENO) == STDERR_FILENO);
 }
 
-/// Everything but 0, 1, 2 and the named descriptors closes at exec.
+/// Make exec close all descriptors except 0, 1, 2 and the named ones.
 static bool keep_only(const int* const descriptors, const size_t count)
 {
     if (syscall(SYS_close_range, FIRST_UNNAMED, UINT_MAX, CLOSE_RANGE_CLOEXEC) != 0) {
@@ -123,7 +123,7 @@ static void execute_program(const osal_process_start_t* const start, const pid_t
     } else {
         (void)prctl(PR_SET_PDEATHSIG, (unsigned long)SIGKILL);
         if (getppid() != parent) {
-            _exit(EXIT_NOT_STARTED); // The parent died before its death could be noticed.
+            _exit(EXIT_NOT_STARTED); // The parent died before PR_SET_PDEATHSIG: its death sends no signal.
         }
     }
     default_signals();
@@ -138,7 +138,7 @@ static void execute_program(const osal_process_start_t* const start, const pid_t
         return;
     }
     char* const* arguments = NULL;
-    (void)memcpy(&arguments, &start->arguments, sizeof arguments); // exec does not write to them.
+    (void)memcpy(&arguments, &start->arguments, sizeof arguments); // Removes the const: exec only reads them.
     (void)execv(start->arguments[0], arguments);
 }
 
@@ -171,11 +171,11 @@ static int open_pidfd(const pid_t id)
 static void reap(const pid_t id)
 {
     while ((waitpid(id, NULL, 0) < 0) && (errno == EINTR)) {
-        // Repeat after a signal.
+        // A signal interrupted the call: repeat it.
     }
 }
 
-/// Result of the child's start: its errno, or 0 when exec closed the pipe.
+/// Read the result of the child's start: the errno that the child wrote, or 0 if exec closed the pipe.
 static int read_outcome(const int pipe_end)
 {
     int error    = 0;
@@ -373,7 +373,7 @@ bool osal_process_is_alive(const osal_process_t* const process)
     do {
         ready = poll(&watched, 1U, 0);
     } while ((ready < 0) && (errno == EINTR));
-    return ready == 0; // A pidfd is readable from the end of its process on.
+    return ready == 0; // A pidfd becomes readable when its process ends.
 }
 
 const char* osal_process_environment(const char* const name)
@@ -435,7 +435,7 @@ void osal_process_take_stop(void)
 {
     uint64_t count = 0U;
     if (read((int)stop_descriptor, &count, sizeof count) < 0) {
-        return; // Another wait has taken it.
+        return; // Another wait has taken the stop signal.
     }
 }
 

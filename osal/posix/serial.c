@@ -30,7 +30,7 @@ static const rate_t* rate_of(const uint32_t baud)
     return NULL;
 }
 
-/// False if the line does not take the settings.
+/// Set the line raw, with this bit rate. False if it does not accept the settings.
 static bool make_raw(const int descriptor, const speed_t speed)
 {
     struct termios line = {0};
@@ -63,6 +63,6 @@ status_t osal_serial_open(osal_device_t* const line, const char* const path, con
         osal_device_close(line);
         return status;
     }
-    (void)ioctl(line->descriptor, TIOCEXCL); // Has no effect on a privileged program.
+    (void)ioctl(line->descriptor, TIOCEXCL); // Excludes other programs, except privileged ones.
     return STATUS_OK;
 }

@@ -47,7 +47,8 @@ static status_t map(osal_shm_t* const shm, const int descriptor, const size_t si
     return STATUS_OK;
 }
 
-/// Give the object its memory now: without that, a full file system would end the program later, by SIGBUS.
+/// Allocate the memory of the object now. Otherwise, if the file system is full, a later access would end the
+/// program by SIGBUS.
 static int reserve(const int descriptor, const size_t size)
 {
     int result = 0;
@@ -93,14 +94,14 @@ status_t osal_shm_open(osal_shm_t* const shm, const char* const name)
         return (refused == STATUS_EXHAUSTED) ? STATUS_IO : refused;
     }
     struct stat about;
-    status_t status = STATUS_NOT_FOUND; // Size 0: its creator is not finished.
+    status_t status = STATUS_NOT_FOUND; // Also if the size is 0: the creator has not set the size yet.
     if (fstat(descriptor, &about) != 0) {
         status = STATUS_IO;
     } else if (about.st_size > 0) {
         status = map(shm, descriptor, (size_t)about.st_size);
         status = (status == STATUS_EXHAUSTED) ? STATUS_IO : status;
     } else {
-        // The creator has not set the size yet.
+        // The size is 0.
     }
     (void)close(descriptor);
     return status;

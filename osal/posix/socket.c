@@ -35,7 +35,7 @@ static osal_address_t osal_address(const struct sockaddr_in* const address)
     return (osal_address_t){.ipv4 = ntohl(address->sin_addr.s_addr), .port = ntohs(address->sin_port)};
 }
 
-/// The kernel's call takes any kind of address behind this type.
+/// Convert to the type by which the calls of the kernel take an address of any kind.
 static const struct sockaddr* generic(const void* const address)
 {
     return (const struct sockaddr*)address;
@@ -112,7 +112,7 @@ status_t osal_udp_open(osal_socket_t* const sock, const osal_address_t local, co
         const int bytes = (receive_bytes < (size_t)INT_MAX) ? (int)receive_bytes : INT_MAX;
         set_option(descriptor, SOL_SOCKET, SO_RCVBUF, bytes);
         set_option(descriptor, SOL_SOCKET, SO_RCVBUFFORCE,
-                   bytes); // Beyond the system's limit, if privileged.
+                   bytes); // A privileged program may exceed the limit of the system.
     }
     const struct sockaddr_in address = native(local);
     if (bind(descriptor, generic(&address), (socklen_t)sizeof address) != 0) {
@@ -173,7 +173,7 @@ status_t osal_udp_receive(osal_socket_t* const sock, osal_address_t* const out_f
     ssize_t size = 0;
     do {
         size = socket_receive(sock, &message);
-        // ECONNREFUSED refers to a datagram sent earlier, not to the received ones.
+        // ECONNREFUSED reports that a datagram sent earlier had no receiver; it does not concern reception.
     } while ((size < 0) && ((errno == EINTR) || (errno == ECONNREFUSED)));
     *out_size = 0U;
     if (size < 0) {
@@ -331,7 +331,7 @@ status_t osal_stream_receive(osal_socket_t* const sock, uint8_t* const octets, c
 
 // ---- Local streams ----
 
-/// False if the path is empty or too long.
+/// Make the address of a path. False if the path is empty or too long.
 static bool local_address(const char* const path, struct sockaddr_un* const out_address)
 {
     const size_t length = strlen(path);
@@ -367,8 +367,8 @@ status_t osal_local_pair(osal_socket_t* const sock, osal_socket_t* const out_pee
 
 // ---- Any socket ----
 
-/// Poll for octets, unless polling was unsuccessful recently. Result as of poll: 1 if there are octets or an
-/// error, 0 if there is nothing yet.
+/// Poll for octets, unless polling was unsuccessful recently. Returns what poll returns: 1 if there are
+/// octets or an error, 0 if there is nothing yet.
 static int look_for_octets(osal_socket_t* const sock, struct pollfd* const watched)
 {
     if (sock->blind > 0U) {

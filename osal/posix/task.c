@@ -12,7 +12,7 @@
 #include <string.h>
 
 #define PRIORITY_MAX 99
-#define STACK_OCTETS 1048576U ///< All of it is locked where a program locks its memory.
+#define STACK_OCTETS 1048576U ///< Small, because a program that locks its memory locks the whole stack.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define HAS_SMALL_STACKS false
 #else
@@ -57,7 +57,7 @@ status_t osal_task_start(osal_task_t* const task, void (*entry)(void* context), 
     sigset_t all;
     sigset_t kept;
     pthread_t thread;
-    // Signals are for the program's first task: a new one begins with all of them blocked.
+    // Only the first task of the program handles signals: a new task starts with all signals blocked.
     (void)sigfillset(&all);
     (void)pthread_sigmask(SIG_SETMASK, &all, &kept);
     int error = create(&thread, task, priority);

@@ -11,7 +11,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#define CONTROL_OCTETS 64U ///< Room for the error of a returned message, which comes first.
+#define CONTROL_OCTETS 64U ///< Room for the error code of a returned message, the first control data.
 
 static struct sockaddr_tipc native(const osal_tipc_name_t name)
 {
@@ -29,7 +29,7 @@ static uint64_t identity_of(const struct sockaddr_tipc* const address)
     return ((uint64_t)address->addr.id.node << 32U) | address->addr.id.ref;
 }
 
-/// The kernel's call takes any kind of address behind this type.
+/// Convert to the type by which the calls of the kernel take an address of any kind.
 static const struct sockaddr* generic(const struct sockaddr_tipc* const address)
 {
     return (const struct sockaddr*)(const void*)address;
@@ -208,7 +208,7 @@ status_t osal_tipc_watch_open(osal_socket_t* const sock, const uint32_t type)
     subscription.seq.upper = UINT32_MAX;
     subscription.timeout   = (uint32_t)TIPC_WAIT_FOREVER;
     subscription.filter    = TIPC_SUB_PORTS;
-    // The subscription is sent with the request for a connection: no wait for an answer.
+    // The subscription is sent together with the connection request, so no wait for an answer is needed.
     const ssize_t sent = sendto(descriptor, &subscription, sizeof subscription, MSG_NOSIGNAL | MSG_DONTWAIT,
                                 generic(&service), (socklen_t)sizeof service);
     if (sent < 0) {

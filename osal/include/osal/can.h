@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A CAN controller: classic and FD frames, error frames, two ends. The address of a bus is one of
+/// A CAN controller for classic frames, FD frames and error frames. A bus has two ends. Its address is one of
 ///
 ///     "shm:NAME"            rings in shared memory, without the kernel
 ///     "can:INTERFACE"       SocketCAN
@@ -51,11 +51,12 @@
 #define OSAL_CAN_PATIENCE_MS 2000U ///< Longest wait for an announced frame, wall-clock time [ms].
 
 typedef struct {
-    uint64_t time_ns; ///< Received: "shm:": end of frame, the wire end's stamp; SocketCAN: by the kernel on
-                      ///< receipt, on the monotonic clock [ns].
-    uint32_t id;      ///< Identifier and OSAL_CAN_EXTENDED, _REMOTE, _ERROR.
-    uint8_t length;   ///< Data octets, 0..8 classic, 0..64 FD.
-    uint8_t flags;    ///< OSAL_CAN_FLAG_*.
+    uint64_t
+        time_ns;    ///< Time of a received frame [ns]. "shm:": end of frame, set by the wire end; SocketCAN:
+                    ///< monotonic time at which the kernel received the frame.
+    uint32_t id;    ///< Identifier and OSAL_CAN_EXTENDED, _REMOTE, _ERROR.
+    uint8_t length; ///< Data octets, 0..8 classic, 0..64 FD.
+    uint8_t flags;  ///< OSAL_CAN_FLAG_*.
     uint8_t reserved[2];
     uint8_t data[OSAL_CAN_DATA_MAX];
 } osal_can_frame_t;
@@ -79,31 +80,31 @@ typedef struct { // All fields are private, except the last four: read-only.
     uint32_t kernel_overruns;
     osal_can_filter_t filters[OSAL_CAN_FILTERS_MAX];
     bool carries_fd;   ///< FD frames may be sent.
-    uint32_t overruns; ///< Frames for this end that found its receive queue full, as of the last receive.
+    uint32_t overruns; ///< Frames lost because this end's receive queue was full, as of the last receive.
     uint32_t refused;  ///< Sends refused because the queue was full.
     uint32_t filtered; ///< Received and dropped by the filters; those that the kernel drops are not counted.
 } osal_can_t;
 
-typedef struct {       // Counts of a counted hand-over, both directions [frames, wrap].
-    uint32_t frames;   ///< Handed over.
-    uint32_t late;     ///< Frames of `frames` received late, within OSAL_CAN_PATIENCE_MS.
-    uint32_t lost;     ///< Announced but never received.
-    uint32_t external; ///< Received but not announced: another program sends on the interface.
+typedef struct {       // Counts of a counted hand-over, sums of both directions [frames, wrap].
+    uint32_t frames;   ///< Frames handed over.
+    uint32_t late;     ///< Frames of `frames` for which the receiver had to wait.
+    uint32_t lost;     ///< Frames announced but not received within OSAL_CAN_PATIENCE_MS.
+    uint32_t external; ///< Frames received but not announced: another program sends on the interface.
     uint32_t cuts;     ///< Calls that found the interface of their end down or removed.
 } osal_can_hand_over_t;
 
-/// Make the shared memory of a "shm:" or counted bus. Exactly one process does it, before either end opens.
-/// For a counted bus the address names the interface of the wire end. Returns STATUS_OK, STATUS_EXISTS,
-/// STATUS_INVALID (address, or one without shared memory), STATUS_NOT_FOUND (interface), STATUS_UNSUPPORTED
-/// (no SocketCAN here), STATUS_DENIED, STATUS_IO.
+/// Make the shared memory of a "shm:" or counted bus. Exactly one process calls this, before either end
+/// opens. For a counted bus the address names the interface of the wire end. Returns STATUS_OK,
+/// STATUS_EXISTS, STATUS_INVALID (the address is not one, or has no shared memory), STATUS_NOT_FOUND
+/// (interface), STATUS_UNSUPPORTED (no SocketCAN here), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_can_create(const char* address);
 /// Remove the shared memory of a bus. Open ends stay usable. Returns STATUS_OK, STATUS_NOT_FOUND.
 status_t osal_can_destroy(const char* address);
 /// Read the counts of a counted bus. Returns STATUS_OK, STATUS_NOT_FOUND (no such counted bus).
 MUST_USE status_t osal_can_hand_over(const char* address, osal_can_hand_over_t* out_counts);
 
-/// Add to the count of external frames: these reached the bus from outside of the run by another way. No
-/// effect on a carrier that does not count.
+/// Add `frames` to the count of external frames, for frames that reached the bus from outside of the run by
+/// another way. No effect on a carrier that does not count.
 void osal_can_add_external(osal_can_t* can, uint32_t frames);
 
 /// Open one end. The receive queue of a node end is empty after opening. Returns STATUS_OK, STATUS_NOT_FOUND

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The network interfaces of SocketCAN: query their properties, make and remove virtual ones.
 ///
-/// For the program that prepares a run; flight components open a bus by its address (osal/can.h).
+/// The program that prepares a run uses it; flight components open a bus by its address (osal/can.h).
 ///
 /// Ownership  The caller places all structures.
-/// Context    Any task. Asks the kernel and waits for its answer.
+/// Context    Any task. Each call waits for the answer of the kernel.
 /// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
 #ifndef OSAL_CAN_INTERFACE_H
 #define OSAL_CAN_INTERFACE_H
@@ -22,7 +22,7 @@ typedef struct {
     bool is_virtual; ///< vcan or vxcan: no bit rate, no arbitration, no acknowledge; carries error frames.
     bool is_up;
     bool is_bus_off;                     ///< The controller has left the bus.
-    bool carries_fd;                     ///< The mtu is that of CAN FD.
+    bool carries_fd;                     ///< The largest frame (MTU) is that of CAN FD.
     uint32_t bit_rate;                   ///< Nominal [bit/s]; 0: none or unknown.
     uint32_t data_bit_rate;              ///< CAN FD data phase [bit/s]; 0: none or unknown.
     char label[OSAL_CAN_LABEL_MAX + 1U]; ///< Argument of osal_can_interface_make, cut if longer.
@@ -49,7 +49,7 @@ status_t osal_can_interface_remove(const char* name);
 /// Claim an interface against other claims on this machine (network namespace), whether it exists or not.
 /// Returns STATUS_OK, STATUS_EXISTS (claimed by another), STATUS_INVALID (name), STATUS_IO.
 MUST_USE status_t osal_can_interface_claim(const char* name, osal_can_claim_t* out_claim);
-/// No effect without a claim.
+/// Release a claim. No effect if the structure holds none.
 void osal_can_interface_release(osal_can_claim_t* claim);
 
 #endif // OSAL_CAN_INTERFACE_H

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The clock of a program, the only place where it waits. Components get the time from the executive.
+/// The clock of a program. A program waits only here; components get the time from the executive.
 ///
-/// Real: monotonic time from a common origin, absolute sleep, woken early by a socket. Stepped: simulated
-/// time from the scheduler. Granted: for a program that cannot reach the scheduler's memory (one of another
-/// byte order); its caller supplies the grants and collects its deliveries.
+/// Real: monotonic time from a common origin; the sleep ends at an absolute time, or earlier by a socket.
+/// Stepped: simulated time from the scheduler. Granted: for a program that cannot reach the memory of the
+/// scheduler, because its byte order differs; its caller supplies the grants and collects its deliveries.
 ///
 /// In stepped time only osal_clock_wait waits for simulated time. Other calls of this layer that may wait
 /// (osal_event_wait, osal_mutex_lock, osal_task_join, osal_socket_wait_readable, osal_process_start,
@@ -54,17 +54,17 @@ typedef struct { // All fields are private, except `attributes`: read-only.
     osal_clock_attributes_t attributes; ///< Attributes that a real clock was permitted.
 } osal_clock_t;
 
-/// Real clock; time 0 is `origin_ns` of osal_clock_monotonic_ns. Requests timer slack 1 ns and locked memory;
-/// `attributes` says which of them were permitted.
+/// Open a real clock; time 0 is `origin_ns` of osal_clock_monotonic_ns. Requests timer slack 1 ns and locked
+/// memory; `attributes` has those that were permitted.
 void osal_clock_open_real(osal_clock_t* clock, uint64_t origin_ns);
-/// Stepped clock for life `life` of `participant` of the scheduler.
+/// Open a stepped clock for life `life` of `participant` of the scheduler.
 void osal_clock_open_stepped(osal_clock_t* clock, osal_lockstep_t* scheduler, unsigned participant,
                              uint32_t life);
 
-/// Granted clock: it begins with stepped time 0 and no delivery. Deliveries are noted in `deliveries`, which
-/// must outlive it and is cleared.
+/// Open a granted clock at stepped time 0. It notes deliveries in `deliveries`, which is cleared and must
+/// exist as long as the clock is in use.
 void osal_clock_open_granted(osal_clock_t* clock, osal_deliveries_t* deliveries);
-/// Granted clocks only: the next grant. Clears the noted deliveries.
+/// Granted clocks only: set the next grant and clear the noted deliveries.
 void osal_clock_take_grant(osal_clock_t* clock, const osal_grant_t* grant);
 
 /// Monotonic time of the machine [ns]; for origins and measurements, not for flight decisions.

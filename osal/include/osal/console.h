@@ -13,9 +13,8 @@ void osal_console_complain(const char* line);
 /// Write text without a line end (progress).
 void osal_console_put(const char* text);
 bool osal_console_is_terminal(void);
-/// If the only argument is --version, write `name version`; if it is --help, write the usage. With no usage
-/// (null) --help is left to the program. True: something was written, and the program must end with exit
-/// code 0.
+/// If the only argument is --version, write `name version`; if it is --help and `usage` is not null, write
+/// the usage. True: text was written, and the program must end with exit code 0.
 bool osal_console_introduce(int argument_count, char* const arguments[], const char* name, const char* usage);
 
 #endif // OSAL_CONSOLE_H

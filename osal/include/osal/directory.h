@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A tree of folders and files below a root that cannot be left, for names that come from outside.
 ///
-/// A path is names with `/` between them, from the root on; the root itself is "". A name has 1 to
-/// OSAL_NAME_SIZE - 1 octets other than `/` and is neither "." nor "..". Each name is looked up in the folder
-/// before it, and symbolic links are not followed, so no path leaves the tree, whatever other programs do to
-/// it meanwhile. Links, devices, pipes and sockets are treated as absent, but their names cannot be used.
+/// A path consists of names with `/` between them, starting at the root; the root itself is "". A name has 1
+/// to OSAL_NAME_SIZE - 1 octets other than `/` and is neither "." nor "..". Each name is looked up in the
+/// folder before it, and symbolic links are not followed, so no path leaves the tree, whatever other programs
+/// do to it meanwhile. Links, devices, pipes and sockets are treated as absent, but their names cannot be
+/// used.
 ///
 /// When a call that changes names returns STATUS_OK, the change is on the disk. STATUS_INVALID: the argument
 /// is not such a path.
@@ -41,7 +42,7 @@ typedef struct {
 MUST_USE status_t osal_directory_open(osal_directory_t* root, const char* path);
 void osal_directory_close(osal_directory_t* root);
 
-/// STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED, STATUS_IO.
+/// Type and size of a folder or file. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_describe(const osal_directory_t* root, const char* path,
                                           osal_directory_about_t* out_about);
 /// Make a folder in an existing one. STATUS_OK, STATUS_EXISTS, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_FULL,
@@ -50,23 +51,23 @@ MUST_USE status_t osal_directory_make(const osal_directory_t* root, const char* 
 /// Remove an empty folder. STATUS_OK, STATUS_NOT_FOUND, STATUS_FORBIDDEN (it is not empty), STATUS_INVALID,
 /// STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_remove(const osal_directory_t* root, const char* path);
-/// Make an empty file, with `room` octets reserved if the disk supports that; otherwise they must be free
-/// now. STATUS_OK, STATUS_EXISTS, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_FULL (nothing was made),
+/// Make an empty file and reserve `room` octets for it; on a disk that cannot reserve, only check that they
+/// are free now. STATUS_OK, STATUS_EXISTS, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_FULL (no file was made),
 /// STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_make_file(const osal_directory_t* root, const char* path, uint64_t room);
-/// STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED, STATUS_IO.
+/// Remove a file. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_remove_file(const osal_directory_t* root, const char* path);
-/// Give a file or folder another path; at any moment it has one of the two. STATUS_OK, STATUS_NOT_FOUND (it,
-/// or the folder of the new path), STATUS_EXISTS, STATUS_INVALID (or a folder would be moved into itself),
-/// STATUS_DENIED, STATUS_IO.
+/// Give a file or folder another path; at any moment it has exactly one of the two paths. STATUS_OK,
+/// STATUS_NOT_FOUND (the file or folder, or the folder of the new path), STATUS_EXISTS, STATUS_INVALID (also:
+/// a folder would be moved into itself), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_rename(const osal_directory_t* root, const char* path, const char* new_path);
-/// The files and folders whose names come first after `after` ("": from the beginning), in the order of their
-/// octets; names that begin with a dot or are too long are left out. *out_count < capacity: there are no
-/// more. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED, STATUS_IO.
+/// List the files and folders of a folder whose names come next after `after` ("": from the beginning), in
+/// the order of their octets; names that begin with a dot or are too long are left out. *out_count <
+/// capacity: the listing is complete. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_list(const osal_directory_t* root, const char* path, const char* after,
                                       osal_directory_entry_t* entries, size_t capacity, size_t* out_count);
 
-/// Up to `size` octets of a file from `offset` on; fewer at its end only. STATUS_OK, STATUS_NOT_FOUND,
+/// Read `size` octets of a file from `offset` on, or fewer if the file ends. STATUS_OK, STATUS_NOT_FOUND,
 /// STATUS_INVALID, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_read(const osal_directory_t* root, const char* path, uint64_t offset,
                                       uint8_t* octets, size_t size, size_t* out_size);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Event: one task waits, any task or process (if in shared memory) signals. A signal before the wait is
-/// kept.
+/// Event: one task waits for it, and any task signals it; in shared memory, tasks of other processes, too. A
+/// signal that comes before the wait is kept.
 #ifndef OSAL_EVENT_H
 #define OSAL_EVENT_H
 
@@ -15,7 +15,7 @@ typedef struct { // Private; may lie in shared memory. All zeros is a valid even
 
 void osal_event_create(osal_event_t* event);
 void osal_event_signal(osal_event_t* event);
-/// Wait and clear. timeout_ms UINT32_MAX: no time-out. STATUS_OK, STATUS_TIMEOUT.
+/// Wait for a signal and clear it. timeout_ms UINT32_MAX: no time-out. STATUS_OK, STATUS_TIMEOUT.
 MUST_USE status_t osal_event_wait(osal_event_t* event, uint32_t timeout_ms);
 
 #endif // OSAL_EVENT_H

@@ -32,7 +32,7 @@ typedef struct { // Private.
         NULL, false                                                                                          \
     }
 
-/// Make the memory, as the device end; the device is present. STATUS_OK and statuses of osal_shm_create.
+/// Make the memory, as the device end, and set the device present. STATUS_OK and statuses of osal_shm_create.
 MUST_USE status_t osal_hand_over_create(osal_hand_over_t* hand_over, const char* name);
 /// Open it as the flight end. STATUS_OK, STATUS_NOT_FOUND (no memory, or the device is not present) and other
 /// statuses of osal_shm_open.
@@ -40,7 +40,7 @@ MUST_USE status_t osal_hand_over_open(osal_hand_over_t* hand_over, const char* n
 void osal_hand_over_close(osal_hand_over_t* hand_over);
 bool osal_hand_over_is_open(const osal_hand_over_t* hand_over);
 
-/// Flight end: begin a connection; nothing is under way.
+/// Flight end: begin a connection; no octet or datagram is due in either direction.
 void osal_hand_over_begin(osal_hand_over_t* hand_over);
 /// Device end: true if the flight end has begun a connection and not closed it.
 bool osal_hand_over_is_connected(const osal_hand_over_t* hand_over);
@@ -57,9 +57,9 @@ void osal_hand_over_announce(osal_hand_over_t* hand_over, uint32_t count);
 uint32_t osal_hand_over_due(const osal_hand_over_t* hand_over);
 /// Note that this end has received `count` octets or datagrams.
 void osal_hand_over_take(osal_hand_over_t* hand_over, uint32_t count);
-/// Do not wait any more for what is due: it is lost.
+/// Count all octets or datagrams that are due as lost, and do not wait for them any more.
 void osal_hand_over_give_up(osal_hand_over_t* hand_over);
-/// Number given up so far, of both directions [wraps]. Other than 0: the run is not reproducible.
+/// Octets or datagrams lost so far in both directions [wraps]. Other than 0: the run is not reproducible.
 uint32_t osal_hand_over_lost(const osal_hand_over_t* hand_over);
 
 #endif // OSAL_HAND_OVER_H

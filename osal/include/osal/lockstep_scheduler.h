@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The lock-step scheduler: grants the processor to one participant at a time, at the simulated time
-/// each asked for, in participant order within one instant. A participant runs only during its grant.
+/// The lock-step scheduler grants the processor to one participant at a time, at the simulated time for which
+/// the participant asked, in participant order within one instant. A participant runs only during its grant.
 ///
-/// Time advances in time steps of `step_ns`; a participant asks for its next wake time when it is done. A
+/// Time advances in time steps of `step_ns`; a participant that ends its turn asks for its next wake time. A
 /// delivery (osal_lockstep_deliver) wakes the receiver in the current time step if its order is higher than
-/// that of the running one, else at the start of the next time step. A participant learns the number of
-/// deliveries since its last grant.
+/// that of the running participant, else at the start of the next one. Each grant has the number of
+/// deliveries since the last.
 ///
 /// The storage is plain memory: shared memory with one process per participant (futex hand-off), or memory of
 /// one program that calls osal_lockstep_next in a loop (image form). Both give the same sequence of grants.
 ///
 /// Each start of a participant's process begins a new life with the next number. A life is EXPECTED from a
-/// given instant (simulated time stops there until the life has joined), then JOINED, and at last ended.
+/// given instant (simulated time stops there until the life has joined), then JOINED, and finally ended.
 /// Start, stop and death happen at a defined simulated time; the processes follow in wall-clock time. Calls
 /// in the name of an ended life have no effect.
 #ifndef OSAL_LOCKSTEP_SCHEDULER_H
@@ -33,7 +33,7 @@
 typedef struct osal_lockstep osal_lockstep_t;
 
 typedef enum {
-    OSAL_LOCKSTEP_ABSENT = 0, ///< Had no life yet, or its life has ended.
+    OSAL_LOCKSTEP_ABSENT = 0, ///< The participant had no life yet, or its life has ended.
     OSAL_LOCKSTEP_EXPECTED,
     OSAL_LOCKSTEP_JOINED
 } osal_lockstep_presence_t;
@@ -45,9 +45,8 @@ typedef struct {
 } osal_grant_t;
 
 /// Make a scheduler in `storage` (aligned to 64, OSAL_LOCKSTEP_BYTES). All participants are ABSENT; time is
-/// 0. step_ns >= 1. `is_shared`: participants live in tasks or processes of their own and use
-/// osal_lockstep_wait; else one loop uses osal_lockstep_next and _done. Null if the system has no lock for
-/// it.
+/// 0. step_ns >= 1. `is_shared`: participants are tasks or processes and use osal_lockstep_wait; else one
+/// loop uses osal_lockstep_next and osal_lockstep_done. Null if the system does not support the lock.
 osal_lockstep_t* osal_lockstep_create(void* storage, uint64_t step_ns, bool is_shared);
 /// A process that is stopped by a signal inside one of these calls blocks the calls of all others. If such a
 /// process has a life and blocks another one for `patience_ns` of wall-clock time, it is killed and treated
@@ -65,7 +64,8 @@ void osal_lockstep_expect(osal_lockstep_t* scheduler, unsigned participant, uint
 /// process that dies: the process may have been killed anywhere, even while it passed the grant on. A life
 /// that has not had its first grant yet ends at the simulated time of that grant. No effect on another life.
 void osal_lockstep_end(osal_lockstep_t* scheduler, unsigned participant, uint32_t life);
-/// Called by the holder of the grant: that life gets no further grant. Its wait returns STATUS_CLOSED.
+/// Called by the holder of the grant: that life gets no further grant. A wait in that life returns
+/// STATUS_CLOSED.
 void osal_lockstep_dismiss(osal_lockstep_t* scheduler, unsigned participant, uint32_t life);
 /// Like osal_lockstep_dismiss, but the process that waits in that life is killed and does nothing more.
 void osal_lockstep_kill(osal_lockstep_t* scheduler, unsigned participant, uint32_t life);
@@ -86,9 +86,9 @@ bool osal_lockstep_is_closed(const osal_lockstep_t* scheduler);
 
 /// End the turn: give the grant back, ask for `wake_ns` (or earlier by a delivery), wait for the next grant.
 /// A wake time that is not after now means the next time step. The first call joins: the participant takes
-/// its place when the present grant ends, in the same instant if its turn is still to come. `life`: the
-/// caller's; a participant that was not expected joins with OSAL_LOCKSTEP_ANY_LIFE. Returns STATUS_OK,
-/// STATUS_CLOSED.
+/// part from the end of the present grant on, in the same instant if its turn is still to come. `life`: the
+/// life of the caller; a participant that was not expected joins with OSAL_LOCKSTEP_ANY_LIFE. Returns
+/// STATUS_OK, STATUS_CLOSED.
 MUST_USE status_t osal_lockstep_wait(osal_lockstep_t* scheduler, unsigned participant, uint32_t life,
                                      uint64_t wake_ns, osal_grant_t* out_grant);
 
@@ -99,17 +99,18 @@ void osal_lockstep_done(osal_lockstep_t* scheduler, unsigned participant, uint64
 MUST_USE status_t osal_lockstep_next(osal_lockstep_t* scheduler, unsigned* out_participant,
                                      osal_grant_t* out_grant);
 
-/// Announce a delivery to `receiver` by the running participant `sender`: `messages` whole messages and
-/// `octets` on its stream (both counts saturate), meant for that life of the receiver. No effect if the
-/// receiver is absent or in another life.
+/// Announce a delivery by the running participant `sender` to life `life` of `receiver`: `messages` whole
+/// messages, and `octets` on the stream of the receiver (both counts saturate). No effect if the receiver is
+/// absent or in another life.
 void osal_lockstep_deliver(osal_lockstep_t* scheduler, unsigned sender, unsigned receiver, uint32_t life,
                            uint32_t messages, uint32_t octets);
 
 uint64_t osal_lockstep_now_ns(const osal_lockstep_t* scheduler);
-/// Presence of a participant and the number of its life; if it is absent, that of its last life (0: none).
+/// Presence of a participant. *out_life: number of its life, or of its last life if it is absent (0: none).
 osal_lockstep_presence_t osal_lockstep_presence(const osal_lockstep_t* scheduler, unsigned participant,
                                                 uint32_t* out_life);
-/// When the present life of the participant began, or begins; OSAL_LOCKSTEP_NEVER if it has not joined.
+/// Time at which the present life of the participant began or begins; OSAL_LOCKSTEP_NEVER if it has not
+/// joined.
 uint64_t osal_lockstep_begin_ns(osal_lockstep_t* scheduler, unsigned participant);
 /// True if the participant has joined and not ended.
 bool osal_lockstep_is_present(const osal_lockstep_t* scheduler, unsigned participant);
@@ -126,17 +127,17 @@ unsigned osal_lockstep_holder(osal_lockstep_t* scheduler, uint32_t* out_grants);
 void osal_lockstep_hold(osal_lockstep_t* scheduler, bool is_held);
 bool osal_lockstep_is_held(const osal_lockstep_t* scheduler);
 
-/// The local TCP port of the stream of a participant that joined through the co-simulation port (0: none).
-/// Another port than before is another stream, which no participant serves yet.
+/// Set the local TCP port of the stream of a participant that joined through the co-simulation port (0:
+/// none). A new port number means a new stream, which no participant serves yet.
 void osal_lockstep_set_stream_port(osal_lockstep_t* scheduler, unsigned participant, uint16_t port);
 uint16_t osal_lockstep_stream_port(const osal_lockstep_t* scheduler, unsigned participant);
 /// Called by the holder of the grant: `server` serves the stream of the participant until its life ends or
 /// the stream is cut. The participant is woken as by a delivery. No effect if the stream has another port.
 void osal_lockstep_serve_stream(osal_lockstep_t* scheduler, unsigned participant, uint16_t port,
                                 unsigned server);
-/// Called by the holder of the grant, its server: the stream has ended. The participant has no stream any
-/// more, the octets that were not yet reported to it are lost, and it is woken as by a delivery. The end of
-/// the server's life does the same. No effect on a stream of another port.
+/// Called by the server of the stream, which holds the grant: the stream has ended. The participant has no
+/// stream any more, the octets that were not yet reported to it are lost, and it is woken as by a delivery.
+/// The end of the server's life does the same. No effect on a stream of another port.
 void osal_lockstep_cut_stream(osal_lockstep_t* scheduler, unsigned participant, uint16_t port);
 /// Port of the stream of the participant if a participant serves it; else 0.
 uint16_t osal_lockstep_served_port(const osal_lockstep_t* scheduler, unsigned participant);

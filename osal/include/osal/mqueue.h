@@ -3,7 +3,7 @@
 /// creator owns the name; any number of senders may open it.
 ///
 /// A queue whose creator has died remains, with its messages, until its name is removed. A receiver restarts
-/// by removing the queue and making it again; a sender with the old one gets STATUS_CLOSED.
+/// by removing the queue and making it again; a sender that has opened the removed one gets STATUS_CLOSED.
 ///
 /// Ownership  The caller places osal_mqueue_t.
 /// Names      '/' and then 1..60 of [A-Za-z0-9._-], but neither "." nor ".." alone.
@@ -37,10 +37,11 @@ MUST_USE status_t osal_mqueue_create(osal_mqueue_t* queue, const char* name, uin
 /// Open a queue both ways. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (name), STATUS_EXHAUSTED,
 /// STATUS_DENIED, STATUS_UNSUPPORTED, STATUS_IO.
 MUST_USE status_t osal_mqueue_open(osal_mqueue_t* queue, const char* name);
-/// STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (its name was removed), STATUS_IO.
+/// Send a message. STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (the name of the queue was
+/// removed), STATUS_IO.
 MUST_USE status_t osal_mqueue_send(osal_mqueue_t* queue, const uint8_t* octets, size_t size);
-/// The oldest message; *out_size may be 0. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (capacity less than
-/// message_octets: nothing is taken), STATUS_IO.
+/// Receive the oldest message; *out_size may be 0. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (capacity less
+/// than message_octets: nothing is taken), STATUS_IO.
 MUST_USE status_t osal_mqueue_receive(osal_mqueue_t* queue, uint8_t* octets, size_t capacity,
                                       size_t* out_size);
 /// Largest message [octets].

@@ -14,7 +14,7 @@ typedef struct { // Private: the stack to return to.
 } osal_network_t;
 
 /// From now on this task, and the processes it starts, use the stack of the namespace of the file `path`.
-/// `home` keeps the previous one. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED (no privilege),
+/// `home` keeps the previous stack. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED (no privilege),
 /// STATUS_UNSUPPORTED, STATUS_IO; on failure nothing has changed.
 MUST_USE status_t osal_network_enter(osal_network_t* home, const char* path);
 /// Return to the stack that was used before osal_network_enter. STATUS_OK, STATUS_DENIED, STATUS_IO.

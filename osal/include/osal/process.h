@@ -23,10 +23,10 @@ typedef struct {    // Private, except id.
 
 typedef struct {
     const char* const* arguments; ///< Null-terminated; [0] is the executable's path.
-    const int* descriptors;       ///< Descriptors the child keeps (0, 1, 2 are always kept).
+    const int* descriptors;       ///< Descriptors that the child inherits; 0, 1, 2 are always inherited.
     size_t descriptor_count;
     uint64_t memory_limit_bytes; ///< Address space limit; 0, or a build with sanitizers: none.
-    uint32_t descriptor_limit;   ///< It can open no higher descriptor number; 0: the parent's limit.
+    uint32_t descriptor_limit;   ///< Numbers of new descriptors are below this; 0: as for the parent.
     int processor;           ///< Pin to processor n modulo those that this process may use; -1: not pinned.
     const char* output_path; ///< Standard output and error are appended to this file; null: inherited.
     bool outlives;           ///< Continues when its parent ends, in its own session.
@@ -55,8 +55,8 @@ MUST_USE status_t osal_process_start(osal_process_t* process, const osal_process
 /// Octets of memory that an executable needs when it is loaded, without its shared libraries. STATUS_OK,
 /// STATUS_NOT_FOUND, STATUS_DENIED, STATUS_INVALID (no executable of this machine), STATUS_IO.
 MUST_USE status_t osal_process_loaded_size(const char* path, uint64_t* out_octets);
-/// Check without waiting. Parent only; reports the end once. STATUS_OK, STATUS_NOT_OURS (not a child, or its
-/// end was reported).
+/// Check without waiting whether a child has ended. Called by the parent only; reports the end once.
+/// STATUS_OK, STATUS_NOT_OURS (not a child, or its end was reported).
 MUST_USE status_t osal_process_poll(osal_process_t* process, osal_process_result_t* out_result);
 /// Wait (wall-clock) until any of the processes has ended or a stop signal has come, at most timeout_ms.
 /// `count` is at most OSAL_PROCESS_WAIT_MAX. STATUS_OK, STATUS_TIMEOUT.
@@ -64,7 +64,7 @@ status_t osal_process_wait_any(osal_process_t* const* processes, size_t count, u
 /// Request the process to end (SIGTERM), or kill it (SIGKILL). STATUS_OK, STATUS_NOT_FOUND (has ended),
 /// STATUS_DENIED.
 status_t osal_process_stop(osal_process_t* process, bool by_force);
-/// Suspend it (SIGSTOP) until it is ended. Same statuses as osal_process_stop.
+/// Suspend the process (SIGSTOP) until it is ended. Same statuses as osal_process_stop.
 status_t osal_process_suspend(osal_process_t* process);
 /// State of the process now. STATUS_OK, STATUS_NOT_FOUND (has ended).
 MUST_USE status_t osal_process_look(const osal_process_t* process, osal_process_look_t* out_look);
@@ -75,7 +75,7 @@ MUST_USE status_t osal_process_watch(osal_process_t* process, int32_t id);
 void osal_process_release(osal_process_t* process);
 bool osal_process_is_alive(const osal_process_t* process);
 int32_t osal_process_own_id(void);
-/// Value of an environment variable of this program, or null. Valid to the end.
+/// Value of an environment variable of this program, or null. Valid until the program ends.
 const char* osal_process_environment(const char* name);
 
 /// Ctrl-C, SIGTERM and SIGHUP are counted instead of ending the program; writing beyond the permitted file

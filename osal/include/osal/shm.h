@@ -15,15 +15,16 @@ typedef struct { // Private.
     size_t size;
 } osal_shm_t;
 
-/// STATUS_OK, STATUS_EXISTS, STATUS_INVALID (name or size 0), STATUS_EXHAUSTED (no memory), STATUS_DENIED,
-/// STATUS_IO.
+/// Make and map a shared memory. STATUS_OK, STATUS_EXISTS, STATUS_INVALID (name or size 0), STATUS_EXHAUSTED
+/// (no memory), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_shm_create(osal_shm_t* shm, const char* name, size_t size);
-/// STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (name), STATUS_DENIED, STATUS_IO. Maps the creator's size.
+/// Map the whole of an existing shared memory. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (name),
+/// STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_shm_open(osal_shm_t* shm, const char* name);
 void* osal_shm_address(const osal_shm_t* shm);
 size_t osal_shm_size(const osal_shm_t* shm);
 void osal_shm_close(osal_shm_t* shm);
-/// STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED.
+/// Remove the name. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED.
 status_t osal_shm_remove(const char* name);
 
 /// Call `visit` with the name of every shared memory that begins with `prefix` ('/' included); `visit` may

@@ -16,10 +16,10 @@
 
 typedef struct { // Private; descriptor < 0 when closed.
     int descriptor;
-    uint8_t blind; // Further waits that skip polling.
-    uint8_t pause; // Waits skipped after the last unsuccessful polling.
+    uint8_t blind; // Number of next waits that skip polling.
+    uint8_t pause; // Number of waits that skip polling after it was unsuccessful last.
     bool is_deferred;
-    bool is_kept; // The datagram that was received last is still in the socket.
+    bool is_kept; // The socket still has the datagram that was received last.
 } osal_socket_t;
 
 typedef struct {
@@ -28,8 +28,8 @@ typedef struct {
 } osal_address_t;
 
 #define OSAL_IPV4_LOOPBACK 0x7F000001U
-/// Loopback address of the devices of a run, and of its flight software: all of 127.0.0.0/8 is loopback, so
-/// that the ports of a descriptor are free in each run. `run` is its number, below 2^22.
+/// Loopback address of the devices of a run, and of its flight software. Each run has addresses of its own in
+/// 127.0.0.0/8, so that the ports of a descriptor are free in each run. `run` is its number, below 2^22.
 #define OSAL_IPV4_OF_DEVICES(run) (0x7F400000U + ((run)&0x3FFFFFU))
 #define OSAL_IPV4_OF_FLIGHT(run) (0x7F800000U + ((run)&0x3FFFFFU))
 #define OSAL_SOCKET_LOOK_NS 20000U
@@ -40,16 +40,17 @@ typedef struct {
         -1, 0U, 0U, false, false                                                                             \
     }
 
-/// Bound UDP socket; `receive_bytes` requests a receive buffer of that size from the kernel (0: default).
-/// Returns STATUS_OK, STATUS_EXISTS (port in use), STATUS_DENIED, STATUS_IO.
+/// Open a UDP socket and bind it; `receive_bytes` requests a receive buffer of that size from the kernel (0:
+/// default). Returns STATUS_OK, STATUS_EXISTS (port in use), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_udp_open(osal_socket_t* socket, osal_address_t local, size_t receive_bytes);
-/// A UDP, TCP, TIPC or local socket inherited as descriptor number from the parent process. STATUS_OK,
+/// Use a UDP, TCP, TIPC or local socket that the parent process has passed as a descriptor number. STATUS_OK,
 /// STATUS_INVALID (no such descriptor, or no socket).
 MUST_USE status_t osal_socket_adopt(osal_socket_t* socket, int descriptor);
-/// STATUS_OK, STATUS_FULL (kernel buffer), STATUS_CLOSED (no route; a port without a listener is not
-/// detected), STATUS_TOO_LARGE, STATUS_IO.
+/// Send a datagram. STATUS_OK, STATUS_FULL (kernel buffer), STATUS_CLOSED (no route; a port without a
+/// listener is not detected), STATUS_TOO_LARGE, STATUS_IO.
 MUST_USE status_t osal_udp_send(osal_socket_t* socket, osal_address_t to, const uint8_t* octets, size_t size);
-/// STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (datagram longer than capacity, dropped), STATUS_IO.
+/// Receive a datagram. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (datagram longer than capacity, dropped),
+/// STATUS_IO.
 MUST_USE status_t osal_udp_receive(osal_socket_t* socket, osal_address_t* out_from, uint8_t* octets,
                                    size_t capacity, size_t* out_size);
 
@@ -57,21 +58,22 @@ MUST_USE status_t osal_udp_receive(osal_socket_t* socket, osal_address_t* out_fr
 /// process dies in between, its successor receives it again.
 void osal_socket_defer(osal_socket_t* socket);
 
-/// Listening TCP socket. Returns STATUS_OK, STATUS_EXISTS (port in use), STATUS_DENIED, STATUS_IO.
+/// Open a TCP socket that listens. Returns STATUS_OK, STATUS_EXISTS (port in use), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_tcp_listen(osal_socket_t* socket, osal_address_t local);
-/// STATUS_OK, STATUS_EMPTY, STATUS_EXHAUSTED (no descriptor left), STATUS_IO.
+/// Accept a connection. STATUS_OK, STATUS_EMPTY, STATUS_EXHAUSTED (no descriptor left), STATUS_IO.
 MUST_USE status_t osal_tcp_accept(osal_socket_t* listener, osal_socket_t* out_client,
                                   osal_address_t* out_peer);
 /// Start to connect, without waiting. STATUS_OK (connected), STATUS_BUSY (call osal_tcp_connect_result),
 /// STATUS_CLOSED (refused), STATUS_EXHAUSTED (no descriptor left), STATUS_IO.
 MUST_USE status_t osal_tcp_connect_begin(osal_socket_t* socket, osal_address_t to);
-/// Result of a connect. STATUS_OK, STATUS_BUSY (none yet), STATUS_CLOSED (refused, or no listener),
-/// STATUS_IO; the last two close the socket.
+/// Result of osal_tcp_connect_begin. STATUS_OK, STATUS_BUSY (no result yet), STATUS_CLOSED (refused, or no
+/// listener), STATUS_IO; with the last two the socket is closed.
 MUST_USE status_t osal_tcp_connect_result(osal_socket_t* socket);
 /// Send as much as the kernel takes. STATUS_OK with *out_sent >= 1, STATUS_FULL, STATUS_CLOSED, STATUS_IO.
 MUST_USE status_t osal_stream_send(osal_socket_t* socket, const uint8_t* octets, size_t size,
                                    size_t* out_sent);
-/// STATUS_OK with *out_size >= 1, STATUS_EMPTY, STATUS_CLOSED (peer ended), STATUS_IO.
+/// Receive octets. STATUS_OK with *out_size >= 1, STATUS_EMPTY, STATUS_CLOSED (the peer has ended the
+/// stream), STATUS_IO.
 MUST_USE status_t osal_stream_receive(osal_socket_t* socket, uint8_t* octets, size_t capacity,
                                       size_t* out_size);
 
@@ -79,15 +81,15 @@ MUST_USE status_t osal_stream_receive(osal_socket_t* socket, uint8_t* octets, si
 /// characters. Accept with osal_tcp_accept (peer address 0:0). The path stays until removed as a file.
 /// STATUS_OK, STATUS_EXISTS, STATUS_INVALID (path), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_local_listen(osal_socket_t* socket, const char* path);
-/// Two ends of one local stream; hand one to a child process. STATUS_OK, STATUS_IO.
+/// Make the two ends of a local stream, one of them for a child process. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_local_pair(osal_socket_t* socket, osal_socket_t* out_peer);
 
-/// Wait (wall-clock) until readable, at most timeout_ms. Before it sleeps it polls for OSAL_SOCKET_LOOK_NS,
-/// since waking a sleeping processor takes longer. After unsuccessful polling the next waits skip
-/// it, up to 127 of 128. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
+/// Wait (wall-clock) until the socket is readable, at most timeout_ms. Before the call sleeps it polls for
+/// OSAL_SOCKET_LOOK_NS, since waking a sleeping processor takes longer. If polling is unsuccessful, the next
+/// waits skip it, up to 127 of 128. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
 MUST_USE status_t osal_socket_wait_readable(osal_socket_t* socket, uint32_t timeout_ms);
-/// Wait (wall-clock) until writable, that is, until a begun connection has a result, at most timeout_ms. Same
-/// statuses.
+/// Wait (wall-clock) until the socket is writable, that is, until osal_tcp_connect_begin has a result, at
+/// most timeout_ms. Same statuses.
 MUST_USE status_t osal_socket_wait_writable(osal_socket_t* socket, uint32_t timeout_ms);
 /// Local address of a bound socket. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_socket_local_address(const osal_socket_t* socket, osal_address_t* out_local);

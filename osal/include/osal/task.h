@@ -15,12 +15,13 @@ typedef struct { // Private.
     bool is_running;
 } osal_task_t;
 
-/// Start. The task block must outlive the task. STATUS_OK, STATUS_EXHAUSTED, STATUS_IO.
+/// Start a task. The structure must exist until the task has returned. STATUS_OK, STATUS_EXHAUSTED,
+/// STATUS_IO.
 MUST_USE status_t osal_task_start(osal_task_t* task, void (*entry)(void* context), void* context,
                                   int priority);
-/// Wait until it has returned.
+/// Wait until the task has returned.
 void osal_task_join(osal_task_t* task);
-/// Priority of the calling task. STATUS_OK, STATUS_DENIED (left as it was).
+/// Set the priority of the calling task. STATUS_OK, STATUS_DENIED (the priority is unchanged).
 status_t osal_task_set_priority(int priority);
 
 #endif // OSAL_TASK_H

@@ -40,28 +40,28 @@ typedef struct { // Event of the kernel's topology service: a hint, which may be
     uint32_t instance;
 } osal_tipc_event_t;
 
-/// Socket that receives what is sent to `name`; null: one that only sends. STATUS_OK, STATUS_UNSUPPORTED
-/// (this kernel has no TIPC, or its module is not loaded), STATUS_DENIED, STATUS_EXHAUSTED (descriptors or
-/// memory), STATUS_IO.
+/// Open a socket that receives the datagrams sent to `name`; null: a socket that only sends. STATUS_OK,
+/// STATUS_UNSUPPORTED (this kernel has no TIPC, or its module is not loaded), STATUS_DENIED, STATUS_EXHAUSTED
+/// (descriptors or memory), STATUS_IO.
 MUST_USE status_t osal_tipc_open(osal_socket_t* socket, osal_tipc_kind_t kind, const osal_tipc_name_t* name,
                                  osal_tipc_scope_t scope);
-/// size >= 1: TIPC passes no empty message. STATUS_OK, STATUS_FULL (the connection to its node is congested),
-/// STATUS_CLOSED (no socket has that name now), STATUS_TOO_LARGE, STATUS_IO.
+/// Send a datagram; size >= 1, because TIPC passes no empty one. STATUS_OK, STATUS_FULL (the connection to
+/// its node is congested), STATUS_CLOSED (no socket has that name now), STATUS_TOO_LARGE, STATUS_IO.
 MUST_USE status_t osal_tipc_send(osal_socket_t* socket, osal_tipc_name_t to, const uint8_t* octets,
                                  size_t size);
-/// *out_from: the sender's identity (osal_tipc_identity). STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (longer
-/// than capacity, dropped), STATUS_FORBIDDEN (a message sent earlier was returned: its receiver had no room,
-/// or has ended; its content is lost), STATUS_IO.
+/// Receive a datagram. *out_from: the sender's identity (osal_tipc_identity). STATUS_OK, STATUS_EMPTY,
+/// STATUS_TOO_LARGE (longer than capacity, dropped), STATUS_FORBIDDEN (a message sent earlier was returned,
+/// because its receiver had no room or has ended; its content is lost), STATUS_IO.
 MUST_USE status_t osal_tipc_receive(osal_socket_t* socket, uint64_t* out_from, uint8_t* octets,
                                     size_t capacity, size_t* out_size);
-/// Number of a socket, unique in the cluster. It does not change while the socket is open and its node keeps
-/// its address. STATUS_OK, STATUS_IO.
+/// Number of a socket, unique in the cluster. The number does not change while the socket is open and its
+/// node keeps its address. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_tipc_identity(const osal_socket_t* socket, uint64_t* out_identity);
 
 /// Receive notices of the names of one service type that appear and disappear, beginning with the existing
 /// ones. STATUS_OK, STATUS_UNSUPPORTED, STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t osal_tipc_watch_open(osal_socket_t* socket, uint32_t type);
-/// The next event. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (the topology service has ended the watch),
+/// Take the next event. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (the topology service has ended the watch),
 /// STATUS_IO.
 MUST_USE status_t osal_tipc_watch_next(osal_socket_t* socket, osal_tipc_event_t* out_event);
 
