@@ -66,7 +66,8 @@ include test/bench/transport.mk
 
 # Tests with several tasks on one object: built and run again with the thread sanitizer.
 THREAD_TESTS := $(filter %_torture.c %/test_loop_tasks.c %/test_packet_log_writer.c \
-                $(patsubst %,test/contract/osal/test_%.c,mutex event task inversion),$(TESTS))
+                $(patsubst %,test/contract/osal/test_%.c,mutex event task) \
+                $(patsubst %,test/contract/osal/posix/test_%.c,mutex event task inversion),$(TESTS))
 thread-tests: $(foreach t,$(call selected,$(THREAD_TESTS)),$(call test_name,$t))
 	@:
 tests: $(foreach t,$(call selected,$(TESTS)),$(call test_name,$t))
@@ -84,7 +85,9 @@ remote-endian-programs: $(REMOTE_ENDIAN_PROGRAMS)
 	@:
 # Tests that test/hil runs again on a kernel with CAN buses and TIPC.
 KERNEL_TESTS := $(filter %/test_flow_can_socket.c test/unit/fsw/framework/message/% \
-                $(patsubst %,test/contract/osal/test_%.c,lockstep_scheduler_blocking can can_socket tipc network),\
+                test/contract/osal/test_can.c \
+                $(patsubst %,test/contract/osal/posix/test_%.c,\
+                    lockstep_scheduler_blocking can can_socket tipc network),\
                 $(TESTS))
 kernel-tests: $(foreach t,$(KERNEL_TESTS),$(call test_name,$t))
 	@:

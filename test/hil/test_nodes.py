@@ -19,8 +19,9 @@ import second_reader
 
 PROGRAM = "test/hil/guest/nodes.py"
 GROUP_SECONDS = 9000
-TIPC_TESTS = ("contract/osal/test_tipc", "contract/osal/test_network", "unit/fsw/framework/message/test_message",
-              "unit/fsw/framework/message/test_message_epochs", "unit/fsw/framework/message/test_message_overload")
+TIPC_TESTS = ("contract/osal/posix/test_tipc", "contract/osal/posix/test_network",
+              "unit/fsw/framework/message/test_message", "unit/fsw/framework/message/test_message_epochs",
+              "unit/fsw/framework/message/test_message_overload")
 REACTION_US = 5000
 REPEATS = 5
 CASES = [case for case in places.cases(PROGRAM) if case != "repeats_give_one_sum"]

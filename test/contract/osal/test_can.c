@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#define _GNU_SOURCE
 #include "osal/include/osal/can.h"
 
+#include "osal/include/osal/process.h"
 #include "osal/include/osal/shm.h"
 
-#include <signal.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/prctl.h>
-#include <sys/socket.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "unity.h"
 
@@ -20,8 +15,12 @@ static osal_can_t wire;
 
 void setUp(void)
 {
-    (void)snprintf(address, sizeof address, "shm:osal-can-test-%d", (int)getpid());
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_create(address));
+    (void)snprintf(address, sizeof address, "shm:osal-can-test-%d", (int)osal_process_own_id());
+    const status_t status = osal_can_create(address);
+    if (status == STATUS_UNSUPPORTED) {
+        TEST_IGNORE_MESSAGE("this port has no bus in shared memory");
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, status);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&node, address, OSAL_CAN_NODE));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&wire, address, OSAL_CAN_WIRE));
 }
@@ -156,7 +155,7 @@ static void names_and_addresses(void)
 {
     osal_can_t other;
     char other_address[96];
-    (void)snprintf(other_address, sizeof other_address, "shm:osal-can-none-%d", (int)getpid());
+    (void)snprintf(other_address, sizeof other_address, "shm:osal-can-none-%d", (int)osal_process_own_id());
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_can_create(address));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_can_open(&other, other_address, OSAL_CAN_NODE));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_can_destroy(other_address));
@@ -246,70 +245,12 @@ static void memory_of_another_kind_is_no_bus(void)
     char shm_address[64];
     osal_shm_t shm;
     osal_can_t other;
-    (void)snprintf(name, sizeof name, "/osal-can-other-%d", (int)getpid());
+    (void)snprintf(name, sizeof name, "/osal-can-other-%d", (int)osal_process_own_id());
     (void)snprintf(shm_address, sizeof shm_address, "shm:%s", &name[1]);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&shm, name, 4096U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_can_open(&other, shm_address, OSAL_CAN_WIRE));
     osal_shm_close(&shm);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(name));
-}
-
-/// A second process sends as fast as the ring takes frames: nothing lost, torn or out of order.
-static void two_processes_exchange_every_frame_in_order(void)
-{
-    const uint32_t count = 200000U;
-    const pid_t sender   = fork();
-    if (sender == 0) {
-        (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
-        for (uint32_t i = 0U; i < count; i++) {
-            osal_can_frame_t frame = {.id = i & 0x7FFU, .length = 64U, .flags = OSAL_CAN_FLAG_FD};
-            memset(frame.data, (int)(i & 0xFFU), sizeof frame.data);
-            memcpy(frame.data, &i, sizeof i);
-            while (osal_can_send(&node, &frame) == STATUS_FULL) {
-                (void)usleep(50U);
-            }
-        }
-        _exit(0);
-    }
-    for (uint32_t i = 0U; i < count; i++) {
-        osal_can_frame_t out;
-        uint32_t number = 0U;
-        while (osal_can_receive(&wire, &out) == STATUS_EMPTY) {
-            (void)usleep(20U);
-        }
-        memcpy(&number, out.data, sizeof number);
-        TEST_ASSERT_EQUAL_UINT32(i, number);
-        TEST_ASSERT_EQUAL_HEX8(i & 0xFFU, out.data[63]);
-    }
-    int how = -1;
-    TEST_ASSERT_EQUAL(sender, waitpid(sender, &how, 0));
-    TEST_ASSERT_EQUAL(0, how);
-}
-
-static bool has_kernel_can(void)
-{
-    const int descriptor = socket(PF_CAN, SOCK_RAW, 1);
-    if (descriptor >= 0) {
-        (void)close(descriptor);
-    }
-    return descriptor >= 0;
-}
-
-static void a_kernel_without_socketcan_is_reported(void)
-{
-    osal_can_t kernel;
-    osal_can_frame_t out;
-    const status_t expected = has_kernel_can() ? STATUS_NOT_FOUND : STATUS_UNSUPPORTED;
-    TEST_ASSERT_EQUAL(expected, osal_can_open(&kernel, "can:none0", OSAL_CAN_WIRE));
-    TEST_ASSERT_EQUAL(expected, osal_can_create("can:none0@none"));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_can_open(&kernel, "can:none0@osal-can-none", OSAL_CAN_NODE));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_open(&kernel, "can:@none", OSAL_CAN_NODE));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_open(&kernel, "can:none0@", OSAL_CAN_NODE));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_open(&kernel, "can:", OSAL_CAN_NODE));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_open(&kernel, "can:a-name-too-long-for-one", OSAL_CAN_NODE));
-    TEST_ASSERT_EQUAL(expected, osal_can_open(&kernel, "can:none0", OSAL_CAN_NODE));
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_can_receive(&kernel, &out));
-    osal_can_close(&kernel);
 }
 
 int main(void)
@@ -325,7 +266,5 @@ int main(void)
     RUN_TEST(a_mask_may_have_any_bit);
     RUN_TEST(removed_bus_stays_usable_for_open_ends);
     RUN_TEST(memory_of_another_kind_is_no_bus);
-    RUN_TEST(two_processes_exchange_every_frame_in_order);
-    RUN_TEST(a_kernel_without_socketcan_is_reported);
     return UNITY_END();
 }

@@ -1,27 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Console and assertion, observed from outside: a child with pipes for its output.
-#define _GNU_SOURCE
+// What a program learns from its console. posix/test_console.c reads what appears there.
 #include "osal/include/osal/console.h"
 
 #include "base/assertion.h"
-#include "base/version.h"
-
-#include <fcntl.h>
-#include <limits.h>
-#include <signal.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
+#include "test/support/assertion.h"
 #include "unity.h"
-
-#define WRITERS 4
-#define LINES 200
-
-static char output[100000];
-static size_t output_size;
 
 void setUp(void)
 {
@@ -31,179 +14,58 @@ void tearDown(void)
 {
 }
 
-/// Run `speak` in `count` children whose `descriptor` is one pipe; collect it. Wait status of the last.
-static int listen_to(int descriptor, int count, void (*speak)(int number))
+static void text_of_any_length_is_taken(void)
 {
-    int ends[2];
-    int how = -1;
-    TEST_ASSERT_EQUAL(0, pipe(ends));
-    for (int i = 0; i < count; i++) {
-        if (fork() == 0) {
-            (void)dup2(ends[1], descriptor);
-            speak(i);
-            _exit(0);
-        }
-    }
-    (void)close(ends[1]);
-    output_size  = 0U;
-    ssize_t size = 0;
-    do {
-        output_size += (size_t)size;
-        size = read(ends[0], &output[output_size], sizeof output - 1U - output_size);
-    } while (size > 0);
-    output[output_size] = '\0';
-    (void)close(ends[0]);
-    while (wait(&how) > 0) {
-        // All of them.
-    }
-    return how;
-}
-
-static void say_three(int number)
-{
-    (void)number;
-    osal_console_say("one");
-    osal_console_put("two ");
     osal_console_put("");
+    osal_console_put("a part of a line and ");
+    osal_console_say("its end");
     osal_console_say("");
-    osal_console_complain("to the other");
-    _exit(osal_console_is_terminal() ? 1 : 0);
+    osal_console_complain("a complaint");
 }
 
-static void lines_and_parts_of_lines(void)
+static char program[] = "program";
+static char version[] = "--version";
+static char help[]    = "--help";
+static char run[]     = "run";
+
+static bool is_introduced(int count, char* first, char* second, const char* usage)
 {
-    TEST_ASSERT_EQUAL(0, listen_to(STDOUT_FILENO, 1, say_three));
-    TEST_ASSERT_EQUAL_STRING("one\ntwo \n", output);
-    TEST_ASSERT_EQUAL(0, listen_to(STDERR_FILENO, 1, say_three));
-    TEST_ASSERT_EQUAL_STRING("to the other\n", output);
+    char* const arguments[] = {program, first, second, NULL};
+    return osal_console_introduce(count, arguments, "name", usage);
 }
 
-static void introduce(int number)
+static void a_program_introduces_itself_if_that_is_its_only_argument(void)
 {
-    static char program[]  = "program";
-    static char version[]  = "--version";
-    static char help[]     = "--help";
-    static char run[]      = "run";
-    char* const asked[][3] = {
-        {program, version, NULL}, {program, help, NULL}, {program, run, NULL}, {program, run, help}};
-    (void)number;
-    bool is_right = osal_console_introduce(2, asked[0], "name", "usage: how");
-    is_right      = osal_console_introduce(2, asked[0], "name", NULL) && is_right;
-    is_right      = osal_console_introduce(2, asked[1], "name", "usage: how") && is_right;
-    is_right      = !osal_console_introduce(2, asked[1], "name", NULL) && is_right;
-    is_right      = !osal_console_introduce(2, asked[2], "name", "usage: how") && is_right;
-    is_right      = !osal_console_introduce(3, asked[3], "name", "usage: how") && is_right;
-    is_right      = !osal_console_introduce(1, asked[3], "name", "usage: how") && is_right;
-    _exit(is_right ? 0 : 1);
+    TEST_ASSERT_TRUE(is_introduced(2, version, NULL, "usage: how"));
+    TEST_ASSERT_TRUE(is_introduced(2, version, NULL, NULL));
+    TEST_ASSERT_TRUE(is_introduced(2, help, NULL, "usage: how"));
+    TEST_ASSERT_FALSE(is_introduced(2, help, NULL, NULL));
+    TEST_ASSERT_FALSE(is_introduced(2, run, NULL, "usage: how"));
+    TEST_ASSERT_FALSE(is_introduced(3, run, help, "usage: how"));
+    TEST_ASSERT_FALSE(is_introduced(1, run, help, "usage: how"));
 }
 
-static void name_version_and_usage_are_said_when_asked_for(void)
+static void hold(void)
 {
-    TEST_ASSERT_EQUAL(0, listen_to(STDOUT_FILENO, 1, introduce));
-    TEST_ASSERT_EQUAL_STRING("name " HIROSCO_VERSION "\nname " HIROSCO_VERSION "\nusage: how\n", output);
-    TEST_ASSERT_EQUAL(0, listen_to(STDERR_FILENO, 1, introduce));
-    TEST_ASSERT_EQUAL_STRING("", output);
+    FSW_ASSERT(program[0] == 'p');
 }
 
-static void say_many(int number)
+static void fail(void)
 {
-    char line[80];
-    memset(line, 'a' + number, sizeof line);
-    line[79] = '\0';
-    for (int i = 0; i < LINES; i++) {
-        osal_console_say(line);
-    }
+    FSW_ASSERT(program[0] == 'q');
 }
 
-static void lines_of_several_processes_do_not_mix(void)
+static void an_assertion_that_holds_has_no_effect_and_one_that_fails_ends_what_ran(void)
 {
-    TEST_ASSERT_EQUAL(0, listen_to(STDOUT_FILENO, WRITERS, say_many));
-    TEST_ASSERT_EQUAL(WRITERS * LINES * 80, output_size);
-    for (size_t i = 0U; i < output_size; i += 80U) {
-        for (size_t k = 0U; k < 79U; k++) {
-            TEST_ASSERT_EQUAL_HEX8(output[i], output[i + k]);
-        }
-        TEST_ASSERT_EQUAL_HEX8('\n', output[i + 79U]);
-    }
-}
-
-/// A full pipe without a reader: the caller continues.
-static void a_slow_reader_does_not_stop_the_caller(void)
-{
-    const pid_t child = fork();
-    if (child == 0) {
-        static char block[70000];
-        int ends[2];
-        if ((pipe(ends) != 0) || (dup2(ends[1], STDOUT_FILENO) < 0)) {
-            _exit(1);
-        }
-        (void)fcntl(STDOUT_FILENO, F_SETFL, O_NONBLOCK);
-        while (write(STDOUT_FILENO, block, sizeof block) > 0) {
-            // Until it is full.
-        }
-        (void)fcntl(STDOUT_FILENO, F_SETFL, 0);
-        osal_console_say("lost");
-        _exit(7);
-    }
-    int how = 0;
-    TEST_ASSERT_EQUAL(child, waitpid(child, &how, 0));
-    TEST_ASSERT_TRUE(WIFEXITED(how) && (WEXITSTATUS(how) == 7));
-}
-
-static const int failing_line = __LINE__ + 4;
-
-static void fail(int number)
-{
-    FSW_ASSERT(number == 1);
-}
-
-static const struct {
-    const char* file;
-    int line;
-    const char* said;
-} places[] = {{"a.c", 7, "a.c:7: assertion failed\n"},
-              {"a.c", 10, "a.c:10: assertion failed\n"},
-              {"a.c", INT_MAX, "a.c:2147483647: assertion failed\n"},
-              {"a.c", 0, "a.c:0: assertion failed\n"},
-              {"a.c", -1, "a.c:0: assertion failed\n"},
-              {NULL, 123456, "?:123456: assertion failed\n"}};
-static unsigned place;
-
-static void fail_there(int number)
-{
-    (void)number;
-    fsw_assertion_failed(places[place].file, places[place].line);
-}
-
-static void a_failed_assertion_prints_its_file_and_line(void)
-{
-    for (place = 0U; place < (sizeof places / sizeof places[0]); place++) {
-        const int how = listen_to(STDERR_FILENO, 1, fail_there);
-        TEST_ASSERT_TRUE(WIFSIGNALED(how));
-        TEST_ASSERT_EQUAL(SIGABRT, WTERMSIG(how));
-        TEST_ASSERT_EQUAL_STRING(places[place].said, output);
-    }
-}
-
-static void a_failed_assertion_prints_one_line_and_ends_the_program(void)
-{
-    const int how = listen_to(STDERR_FILENO, 1, fail);
-    TEST_ASSERT_TRUE(WIFSIGNALED(how));
-    TEST_ASSERT_EQUAL(SIGABRT, WTERMSIG(how));
-    char expected[128];
-    (void)snprintf(expected, sizeof expected, "test_console.c:%d: assertion failed\n", failing_line);
-    TEST_ASSERT_EQUAL_STRING(expected, output);
+    TEST_ASSERT_FALSE(assertion_fails(hold));
+    TEST_ASSERT_TRUE(assertion_fails(fail));
 }
 
 int main(void)
 {
-    (void)signal(SIGPIPE, SIG_IGN);
     UNITY_BEGIN();
-    RUN_TEST(lines_and_parts_of_lines);
-    RUN_TEST(name_version_and_usage_are_said_when_asked_for);
-    RUN_TEST(lines_of_several_processes_do_not_mix);
-    RUN_TEST(a_slow_reader_does_not_stop_the_caller);
-    RUN_TEST(a_failed_assertion_prints_one_line_and_ends_the_program);
-    RUN_TEST(a_failed_assertion_prints_its_file_and_line);
+    RUN_TEST(text_of_any_length_is_taken);
+    RUN_TEST(a_program_introduces_itself_if_that_is_its_only_argument);
+    RUN_TEST(an_assertion_that_holds_has_no_effect_and_one_that_fails_ends_what_ran);
     return UNITY_END();
 }

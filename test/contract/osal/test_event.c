@@ -1,37 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-#define _GNU_SOURCE
 #include "osal/include/osal/event.h"
 
 #include "osal/include/osal/clock.h"
-
-#include <signal.h>
-#include <string.h>
-#include <sys/mman.h>
-#include <sys/time.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
+#include "osal/include/osal/task.h"
 #include "unity.h"
 
-#define ROUNDS 5000U
+#include <string.h>
 
-typedef struct {
+#define ROUNDS 5000U
+#define LONG_MS 20000U
+
+static struct {
     osal_event_t there;
     osal_event_t back;
     uint32_t value;
-} shared_t;
-
-static shared_t* shared;
+    uint32_t missed;
+} shared;
 
 void setUp(void)
 {
-    shared = mmap(NULL, sizeof *shared, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    TEST_ASSERT_TRUE(shared != MAP_FAILED);
+    memset(&shared, 0, sizeof shared);
 }
 
 void tearDown(void)
 {
-    (void)munmap(shared, sizeof *shared);
 }
 
 static void signal_before_the_wait_is_kept_and_two_are_one(void)
@@ -48,50 +40,54 @@ static void signal_before_the_wait_is_kept_and_two_are_one(void)
 
 static void memory_of_zeros_is_a_valid_event(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_event_wait(&shared->there, 0U));
-    osal_event_signal(&shared->there);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&shared->there, UINT32_MAX));
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_event_wait(&shared.there, 0U));
+    osal_event_signal(&shared.there);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&shared.there, UINT32_MAX));
 }
 
-static void ignore_it(int number)
+static void a_wait_is_never_early(void)
 {
-    (void)number;
-}
-
-static void wait_is_never_early_though_signals_interrupt_it(void)
-{
-    struct sigaction action         = {.sa_handler = ignore_it};
-    const struct itimerval every_ms = {{0, 1000}, {0, 1000}};
-    const struct itimerval off      = {{0, 0}, {0, 0}};
-    TEST_ASSERT_EQUAL(0, sigaction(SIGALRM, &action, NULL));
-    TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &every_ms, NULL));
     const uint64_t begin_ns = osal_clock_monotonic_ns();
-    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_event_wait(&shared->there, 30U));
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_event_wait(&shared.there, 30U));
     TEST_ASSERT_TRUE(osal_clock_monotonic_ns() - begin_ns >= 30000000U);
-    TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &off, NULL));
 }
 
-static void two_processes_take_turns_without_losing_one(void)
+static void answer(void* context)
 {
-    const pid_t other = fork();
-    if (other == 0) {
-        for (uint32_t i = 0U; i < ROUNDS; i++) {
-            if (osal_event_wait(&shared->there, 20000U) != STATUS_OK) {
-                _exit(1);
-            }
-            shared->value++;
-            osal_event_signal(&shared->back);
-        }
-        _exit(0);
-    }
+    (void)context;
     for (uint32_t i = 0U; i < ROUNDS; i++) {
-        osal_event_signal(&shared->there);
-        TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&shared->back, 20000U));
-        TEST_ASSERT_EQUAL_UINT32(i + 1U, shared->value);
+        if (osal_event_wait(&shared.there, LONG_MS) != STATUS_OK) {
+            shared.missed++;
+        }
+        shared.value++;
+        osal_event_signal(&shared.back);
     }
-    int how = -1;
-    TEST_ASSERT_EQUAL(other, waitpid(other, &how, 0));
-    TEST_ASSERT_EQUAL(0, how);
+}
+
+static void two_tasks_take_turns_without_losing_one(void)
+{
+    osal_task_t task;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, answer, NULL, 0));
+    for (uint32_t i = 0U; i < ROUNDS; i++) {
+        osal_event_signal(&shared.there);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&shared.back, LONG_MS));
+        TEST_ASSERT_EQUAL_UINT32(i + 1U, shared.value);
+    }
+    osal_task_join(&task);
+    TEST_ASSERT_EQUAL_UINT32(0U, shared.missed);
+}
+
+/// The waiter sleeps without a time-out when the signal comes, or is just about to.
+static void a_wait_without_a_time_out_ends_with_the_signal(void)
+{
+    osal_task_t task;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, answer, NULL, 0));
+    for (uint32_t i = 0U; i < ROUNDS; i++) {
+        osal_event_signal(&shared.there);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&shared.back, UINT32_MAX));
+    }
+    osal_task_join(&task);
+    TEST_ASSERT_EQUAL_UINT32(ROUNDS, shared.value);
 }
 
 int main(void)
@@ -99,7 +95,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(signal_before_the_wait_is_kept_and_two_are_one);
     RUN_TEST(memory_of_zeros_is_a_valid_event);
-    RUN_TEST(wait_is_never_early_though_signals_interrupt_it);
-    RUN_TEST(two_processes_take_turns_without_losing_one);
+    RUN_TEST(a_wait_is_never_early);
+    RUN_TEST(two_tasks_take_turns_without_losing_one);
+    RUN_TEST(a_wait_without_a_time_out_ends_with_the_signal);
     return UNITY_END();
 }

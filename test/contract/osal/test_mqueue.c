@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#define _GNU_SOURCE
 #include "osal/include/osal/mqueue.h"
 
-#include <signal.h>
+#include "osal/include/osal/process.h"
+#include "unity.h"
+
 #include <stdio.h>
 #include <string.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include "unity.h"
 
 #define OCTETS 64U
 
@@ -18,7 +15,7 @@ static osal_mqueue_t sender;
 
 void setUp(void)
 {
-    (void)snprintf(name, sizeof name, "/osal-mq-test.%d", (int)getpid());
+    (void)snprintf(name, sizeof name, "/osal-mq-test.%d", (int)osal_process_own_id());
     (void)osal_mqueue_remove(name);
     const status_t status = osal_mqueue_create(&receiver, name, 4U, OCTETS);
     if (status == STATUS_UNSUPPORTED) {
@@ -130,23 +127,6 @@ static void a_sender_is_informed_when_the_receiver_starts_again(void)
     expect("new");
 }
 
-static void messages_of_a_dead_process_are_received(void)
-{
-    const pid_t other = fork();
-    if (other == 0) {
-        osal_mqueue_t theirs;
-        if ((osal_mqueue_open(&theirs, name) == STATUS_OK) &&
-            (osal_mqueue_send(&theirs, (const uint8_t*)"testament", 9U) == STATUS_OK)) {
-            (void)raise(SIGKILL);
-        }
-        _exit(1);
-    }
-    int how = 0;
-    TEST_ASSERT_EQUAL(other, waitpid(other, &how, 0));
-    TEST_ASSERT_TRUE(WIFSIGNALED(how));
-    expect("testament");
-}
-
 int main(void)
 {
     UNITY_BEGIN();
@@ -155,6 +135,5 @@ int main(void)
     RUN_TEST(the_minimum_queue_is_always_granted_and_an_excessive_one_never);
     RUN_TEST(names_that_exist_and_do_not);
     RUN_TEST(a_sender_is_informed_when_the_receiver_starts_again);
-    RUN_TEST(messages_of_a_dead_process_are_received);
     return UNITY_END();
 }

@@ -23,8 +23,8 @@ BIN = pathlib.Path("build/bin")
 WORK = pathlib.Path("/dev/shm/flights")
 BOUND_S = 900
 BACKLOG = 1 << 25  # 80 000 frames: the kernel doubles it, and needs some 800 octets for each.
-CONTRACTS = ["contract/osal/test_can", "contract/osal/test_can_socket", "contract/osal/test_lockstep_scheduler_blocking",
-             "unit/fsw/framework/dataflow/test_flow_can_socket"]
+CONTRACTS = ["contract/osal/test_can", "contract/osal/posix/test_can", "contract/osal/posix/test_can_socket",
+             "contract/osal/posix/test_lockstep_scheduler_blocking", "unit/fsw/framework/dataflow/test_flow_can_socket"]
 CASES = {"test_can_socket": 16, "test_flow_can_socket": 4}
 KEPT = ("can-robot.log", "can-robot-b.log", "can-joystick.log", "packets.log", "operator.log", "console.log", "run.json",
         "truth.lcm")
