@@ -2,8 +2,11 @@
 # Format and checks.
 
 C_FILES = $(shell find base osal pus fsw launcher sim test -name '*.[ch]')
-format: build/setup/check
+PAGE_FILES = $(wildcard gse/page/src/*.js) gse/docs/search.js gse/yamcs/view.js
+PRETTIER := build/station/node_modules/.bin/prettier --log-level warn
+format: build/setup/check build/setup/station
 	$(Q)clang-format -i $(C_FILES)
+	$(Q)$(PRETTIER) --write $(PAGE_FILES)
 
 .PHONY: compile-commands
 compile-commands: $(GENERATED)
@@ -13,7 +16,7 @@ compile-commands: $(GENERATED)
 	    separator=','; done >build/compile_commands.json && printf '\n]\n' >>build/compile_commands.json
 
 CHECKS := check-format check-gcc check-clang check-analyzer check-tidy check-misra check-complexity check-layers \
-          check-worlds check-symbols check-text check-spelling check-links check-python coverage
+          check-worlds check-symbols check-text check-spelling check-links check-python check-page coverage
 .PHONY: $(CHECKS) check-misra-all check-mutants check-fuzz mutants flight-objects tidied coverage-tests
 check: build/setup/check
 	+@$(MAKE) --no-print-directory -k $(CHECKS) && echo 'check: all passed'
@@ -71,6 +74,9 @@ check-text:
 	@$(PYTHON) test/lint/check_text.py
 check-python: build/setup/check
 	@build/venv/bin/ruff check --quiet --no-cache --select E9,F gse test && echo 'check: Python is well-formed'
+# .editorconfig gives prettier width and indentation.
+check-page: build/setup/station
+	@$(PRETTIER) --check $(PAGE_FILES) && echo 'check: format of the JavaScript is right'
 check-spelling: build/setup/check
 	@build/venv/bin/codespell --ignore-words test/lint/spelling.txt --skip '$(subst $() ,$(comma),$(UNSPELLED))' && \
 	    echo 'check: no known misspelling'

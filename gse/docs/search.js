@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Search words in searchIndex, which gse/docs/search.py generates. ECMAScript 5, no library.
+// Search words in searchIndex, which gse/docs/search.py generates. ECMAScript 5 without a library.
 
 function searchWords(text) {
   return text.toLowerCase().match(/[a-z0-9]+/g) || [];
 }
 
-// Sections that contain all words of the question, best first. A word of the question matches each word that begins with it; a
-// match in a title scores 4 more, a match of the whole word 2 more.
+// Sections that contain all words of the question, best first. A word of the question matches each word that
+// begins with it; a match in a title scores 4 more, a match of the whole word 2 more.
 function searchFind(index, question) {
   var wanted = searchWords(question),
     scores = {},
@@ -30,7 +30,8 @@ function searchFind(index, question) {
     });
 }
 
-// Scores of the sections that also contain the next word; `before` has the scores for the previous words, null for the first word.
+// Scores of the sections that also contain the next word. `before` contains the scores of the previous words;
+// null for the first word.
 function searchScore(index, wanted, before) {
   var best = {},
     scores = {};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page of the light station within that of Yamcs: /telemetry/ext/hirosco-view creates this element. run.py sets the address.
+// The page of the light station within the page of Yamcs, which creates this element at
+// /telemetry/ext/hirosco-view. run.py sets the address.
 
 class View extends HTMLElement {
   connectedCallback() {

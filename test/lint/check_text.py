@@ -128,11 +128,13 @@ def breaches(path, words, turns):
             yield f"{path}:{number}: '{found[0]}' does not belong here"
         if (path.name == "Makefile" or path.suffix == ".mk") and len(line) > MAKEFILE_COLUMNS:
             yield f"{path}:{number}: {len(line)} columns, {MAKEFILE_COLUMNS} allowed"
+        if path.suffix in {".js", ".css"} and len(line) > COMMENT_COLUMNS:
+            yield f"{path}:{number}: {len(line)} columns, {COMMENT_COLUMNS} allowed"
     for number, sentence in sentences(path, text):
         found = turns.search(sentence)
         if found:
             yield f"{path}:{number}: '{found[0]}' in a text: say who acts, and what is done"
-    if path.suffix in {".c", ".h", ".py"}:
+    if path.suffix in {".c", ".h", ".js", ".py"}:
         yield from length_breaches(path, text)
     if path.suffix in {".c", ".h"}:
         yield from contract_breaches(path, text.splitlines())

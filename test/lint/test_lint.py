@@ -244,6 +244,18 @@ def test_lines_of_makefiles_are_short(tmp_path, monkeypatch, name, columns, comp
     assert (not found) if complaint is None else any(complaint in line for line in found), found
 
 
+@pytest.mark.parametrize("columns, complaint", [(110, None), (111, "111 columns, 110 allowed")])
+def test_lines_of_the_page_are_short(tmp_path, monkeypatch, columns, complaint):
+    found = text_breaches(tmp_path, monkeypatch, "a.js", "a" * columns + "\n")
+    assert (not found) if complaint is None else any(complaint in line for line in found), found
+
+
+@pytest.mark.parametrize("lines, complaint", [(600, None), (601, "601 lines, 600 allowed")])
+def test_files_of_the_page_are_short(tmp_path, monkeypatch, lines, complaint):
+    found = text_breaches(tmp_path, monkeypatch, "a.js", "a\n" * lines)
+    assert (not found) if complaint is None else any(complaint in line for line in found), found
+
+
 @pytest.mark.parametrize("lines, complaint", [(15, None), (16, "contract of 16 lines")])
 def test_contracts_are_short(tmp_path, monkeypatch, lines, complaint):
     text = LICENCE + "/// A line.\n" * lines + "#ifndef A_H\n"

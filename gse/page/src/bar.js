@@ -6,6 +6,8 @@ import { clock, el, number, show, svg, symbol, text } from "./dom.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 10, 0]; // 0: as fast as possible
 const speedName = (speed) => (speed === 0 ? "fastest" : `${speed} ×`);
+const EPOCH_TAI_S = 378691200; // From the epoch of TAI, 1958-01-01, to that of a Date, 1970-01-01.
+const causeOf = (separator, item, end) => (item.cause ? `${separator}${item.cause}${end}` : "");
 const ORDER = ["HIGH", "MEDIUM", "LOW"];
 const SYMBOL = { HIGH: "critical", MEDIUM: "serious", LOW: "caution" };
 
@@ -31,12 +33,12 @@ export function toggleTheme() {
   try {
     localStorage.setItem("theme", next);
   } catch {
-    /* A page without storage keeps its theme until it is closed. */
+    /* Without storage the page keeps the theme until it is closed. */
   }
   setTheme(next);
 }
 
-// On paper the page is light.
+// The page is printed in the light theme.
 let before = null;
 addEventListener("beforeprint", () => {
   before = document.documentElement.dataset.theme;
@@ -170,11 +172,9 @@ class Bar extends HTMLElement {
   tick() {
     text(this.clock, clock(store.now()));
     const epoch = store.hello?.epoch;
-    if (epoch)
-      text(
-        this.epoch,
-        `Mission time, TAI ${new Date((epoch + Math.floor(store.now()) - 378691200) * 1000).toISOString().slice(0, 19).replace("T", " ")}`,
-      );
+    if (!epoch) return;
+    const date = new Date((epoch + Math.floor(store.now()) - EPOCH_TAI_S) * 1000);
+    text(this.epoch, `Mission time, TAI ${date.toISOString().slice(0, 19).replace("T", " ")}`);
   }
 
   draw() {
@@ -218,17 +218,14 @@ class Bar extends HTMLElement {
     const isLost = !store.link.is_live && !store.replay && store.hello !== null;
     this.slot_.classList.toggle("critical", failed.length > 0 || broken.length > 0 || isLost);
     if (isLost) text(this.what, `Link lost: ${store.link.text}`);
-    else if (failed.length)
-      text(
-        this.what,
-        `${failed.map((item) => item.subsystem).join(", ")} in ERROR_OPERATIONAL since ${number(failed[0].since, "s").trim()} s${failed[0].cause ? `: ${failed[0].cause}` : ""}`,
-      );
-    else if (broken.length)
-      text(
-        this.what,
-        `Link ${broken.map((row) => `${row.name} ${row.state}${row.cause ? ` (${row.cause})` : ""}`).join(", ")}`,
-      );
-    else if (store.mismatches.size) text(this.what, [...store.mismatches.values()][0]);
+    else if (failed.length) {
+      const names = failed.map((item) => item.subsystem).join(", ");
+      const since = number(failed[0].since, "s").trim();
+      text(this.what, `${names} in ERROR_OPERATIONAL since ${since} s${causeOf(": ", failed[0], "")}`);
+    } else if (broken.length) {
+      const states = broken.map((row) => `${row.name} ${row.state}${causeOf(" (", row, ")")}`);
+      text(this.what, `Link ${states.join(", ")}`);
+    } else if (store.mismatches.size) text(this.what, [...store.mismatches.values()][0]);
     else text(this.what, "No open alarm");
     this.what.title = this.what.textContent;
     this.counts.replaceChildren(

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tab On board: schedule, packet stores, procedures and files: lists, uploads, and commands on them, which the tab Command sends.
+// Tab On board: lists of the schedule, packet stores, procedures and files, uploads, and buttons that open a
+// command for an entry in the tab Command.
 
 import { store } from "./store.js";
 import { el, text } from "./dom.js";
@@ -9,7 +10,8 @@ const LIST_MS = 250;
 const prepare = (line, word) =>
   el("button", { "aria-label": line, onclick: () => store.tell("again", line) }, word);
 
-// One list: its request, the entries of the answer, a row of words and the commands of an entry.
+// A list: `request` is the command that reads it, `row` gives the cells of an entry, `commands` its buttons
+// [word, command].
 class List {
   constructor(name, request, columns, row, commands, extra) {
     Object.assign(this, { name, request, row, commands });
@@ -152,7 +154,7 @@ export class Board {
     setInterval(() => this.watch(), LIST_MS);
   }
 
-  // The lists are asked for when the tab is opened.
+  // Read the lists each time the tab is opened.
   watch() {
     const isShown = Boolean(this.node.parentElement && !this.node.parentElement.hidden && store.link.is_live);
     if (isShown && !this.isShown) this.refresh();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Robots of the scene and the shapes of its world.
+// Meshes of the robots in the scene and of the shapes of its world.
 
 import * as THREE from "three";
 
@@ -42,12 +42,13 @@ export function shape(about, look) {
   return mesh;
 }
 
-// A robot as nested groups; `set` moves its joints. Shells are drawn along the links, housings round the joints.
+// A robot as nested groups; `set` moves its joints. Shells follow the links, and a housing surrounds each
+// joint.
 export class Arm {
   constructor(robot, looks) {
     this.robot = robot;
     this.groups = new Map();
-    this.brakes = []; // In the order of the joints that move.
+    this.brakes = []; // One for each moving joint, in the order of the joints.
     this.node = new THREE.Group();
     const size = Math.max(0.2, ...robot.joints.map((joint) => Math.hypot(...place(joint.pose))));
     this.size = size;
@@ -81,7 +82,8 @@ export class Arm {
     if (looks.stand && !robot.free) this.stand(robot, wide, looks);
   }
 
-  // Two rings round a housing: filled while the brake holds, lines while it is released, none where it is not known.
+  // Two rings around a housing: filled while the brake holds, thin lines while it is released, hidden if
+  // unknown.
   brake(still, joint, wide) {
     const look = new THREE.MeshBasicMaterial({ transparent: true, color: 0xffffff });
     const rings = [-1, 1].map((side) => {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tab Bus: load, errors, and the frames of one bus, decoded; by the simulator's listen-only tap while this tab is open.
+// Tab Bus: load, errors and decoded frames of one bus. While this tab is open, the simulator sends them from
+// a listen-only tap.
 
 import { store } from "./store.js";
 import { el, symbol, text } from "./dom.js";
@@ -77,7 +78,8 @@ export class Bus {
     this.draw();
   }
 
-  // Sum of a counter of the subsystems with a device on this bus; null if none has reported it.
+  // Sum of a counter over the subsystems that have a device on this bus; null if no subsystem has reported
+  // it.
   counter(leaf) {
     let sum = null;
     for (const { name } of store.hello?.subsystems ?? []) {
@@ -99,6 +101,7 @@ export class Bus {
     if (!isShown) return;
     const said = store.buses.get(this.name);
     const warning = said?.warning ? `${said.warning}. ` : "";
+    const identifiers = `${said?.frames.length} identifiers`;
     const problem = said?.problem ?? (store.pace.is_there ? null : "this flight has no live port");
     text(
       this.words,
@@ -110,7 +113,7 @@ export class Bus {
             ? "Waiting for frames"
             : said.dropped
               ? `${warning}${said.dropped} frames were not passed on: the tap was too slow`
-              : `${warning}${said.frames.length} identifiers, ${said.error_count} error frames since this tab is open`,
+              : `${warning}${identifiers}, ${said.error_count} error frames since this tab is open`,
     );
     const { load, tx, lost, off } = this.numbers;
     const put = (one, value, below) => {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small helpers: elements, symbols, numbers.
+// Functions that make elements, symbols and texts of numbers.
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -71,7 +71,7 @@ export function symbol(name, word) {
   return node;
 }
 
-// Symbol of a command that is barred.
+// Make the symbol of a command that cannot be sent now.
 export function padlock() {
   return svg(
     "svg",
@@ -81,7 +81,7 @@ export function padlock() {
   );
 }
 
-// Show a symbol in its holder; it is drawn again only if it differs.
+// Show a symbol in an element; it is drawn again only if it has changed.
 export function show(holder, name, word) {
   if (holder.dataset.symbol === `${name}/${word}`) return;
   holder.dataset.symbol = `${name}/${word}`;
@@ -101,13 +101,13 @@ export const SYMBOL_OF_SEVERITY = {
   LOW: "caution",
   INFORMATIVE: "informative",
 };
-// Symbol of a state; a state that is not listed is passed through.
+// Symbol of a state. States without a symbol of their own are transitions: they have the symbol `passing`.
 export const stateSymbol = (state) => SYMBOL_OF_STATE[state] ?? "passing";
 
 const DIGITS = { rad: 4, "rad/s": 3, Nm: 2, N: 1, mm: 1, s: 3, J: 2, kg: 3 };
 
-// Each unit has a fixed number of digits, and the sign a column of its own, so that the text keeps its position when
-// the value changes.
+// Each unit has a fixed number of digits, and the sign a column of its own, so that the text keeps its
+// position when the value changes.
 export function number(value, unit, type) {
   if (value === undefined || value === null) return "–";
   if (!(type ?? "DOUBLE").startsWith("DOUBLE") && !(type ?? "").startsWith("FLOAT")) return String(value);
@@ -116,7 +116,7 @@ export function number(value, unit, type) {
   return (value < 0 && Number(words) !== 0 ? "−" : " ") + words;
 }
 
-// Word of a number of the dictionary, if it has one there.
+// Word that the dictionary gives to a number; undefined if it gives none.
 export const wordOf = (leaf, value) => leaf.words?.[Number(value)];
 
 // Time as mm:ss.mmm.
@@ -175,7 +175,7 @@ const LIGHT_WORDS = {
   empty: "not reached",
 };
 
-// Four lights: acceptance, start, progress and completion of one telecommand.
+// Make four lights: acceptance, start, progress and completion of one telecommand.
 export function lights(cells) {
   const words = cells.map((cell, n) => `${STAGES[n]} ${LIGHT_WORDS[cell]}`).join(", ");
   const node = el("span", { class: "lights", role: "img", "aria-label": words });
@@ -185,7 +185,8 @@ export function lights(cells) {
   return node;
 }
 
-// Tabs of a panel: [name, panel element] pairs; returns the list element and a function that opens one.
+// Make the tabs of a panel from pairs [name, element]. Returns the list element and a function that opens a
+// tab.
 export function tabs(prefix, pairs) {
   const list = el("div", { role: "tablist", "aria-label": prefix });
   const idOf = (name) => `${prefix}-${name.replace(" ", "-")}`;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tab Command: the forms that the station makes of the dictionary; search, check, arm, send, repeat, save as script.
+// Tab Command: forms that the station makes from the dictionary. The user searches, checks, arms, sends and
+// repeats commands and saves them as a script.
 
 import { store } from "./store.js";
 import { el, lights, text } from "./dom.js";
@@ -9,7 +10,7 @@ const FOUND_MAX = 60,
   RECENT_MAX = 6;
 const AS_TYPED = { fields: [], kind: "as typed" };
 
-// Names that an input suggests, one list for all inputs of a kind.
+// Make the lists of names that inputs suggest: one list for all inputs of a kind.
 function suggestions(kinds) {
   return Object.entries(kinds ?? {}).map(([kind, items]) =>
     el(
@@ -28,7 +29,7 @@ function hintOf(field) {
     .join(", ");
 }
 
-// Inputs of a group of fields. `values()` are the texts in them; `changed` is called at each change.
+// Inputs of a group of fields. `values()` returns their texts; `changed` is called after each change.
 class Fields {
   constructor(fields, changed, outer = null) {
     this.changed = changed;
@@ -122,7 +123,7 @@ class Fields {
     };
   }
 
-  // The fields of the value that another field has now.
+  // Inputs whose fields depend on the present value of another field.
   choice(field) {
     const node = el("div");
     let shown = null,
@@ -219,7 +220,8 @@ export class CommandForm {
     this.search();
   }
 
-  // Recents first, then what is called so; what begins with a verb may be sent as it was typed.
+  // List what the typed words find: without words, recent commands before forms; otherwise forms before
+  // recent commands. A text that begins with a verb can be sent as typed.
   search() {
     const typed = this.find.value.trim();
     const words = typed.toLowerCase().split(/\s+/);
@@ -251,10 +253,11 @@ export class CommandForm {
       ...lines.map((line) => button(line, "again", () => this.again(line))),
       ...(typed ? [] : found.map((form) => button(form.name, form.kind, () => this.pick(form)))),
     );
-    if (!this.list.children.length) this.list.append(el("p", { class: "reason" }, "Nothing is called so."));
+    if (!this.list.children.length) this.list.append(el("p", { class: "reason" }, "No command matches."));
   }
 
-  // From another place of the page: the words of a form, and the value of its first field.
+  // Open a form for another part of the page. `words` is "verb name", then optionally the value of the first
+  // field.
   prepare(words) {
     const [verb, name, value] = words.split(" ");
     const form = this.forms.find((one) => one.id === `${verb} ${name}`);
@@ -264,7 +267,7 @@ export class CommandForm {
     this.judge();
   }
 
-  // A command in words, as it was sent before or typed.
+  // Choose a command in words that was sent before or typed.
   again(line) {
     this.pick({ ...AS_TYPED, name: line, line });
   }
@@ -286,7 +289,7 @@ export class CommandForm {
     return this.form.line ? { text: this.form.line } : { form: this.form.id, values: this.inputs.values() };
   }
 
-  // The station encodes the command as it would be sent and says what is wrong with it.
+  // Ask the station to encode the command without sending it, and show the octets or the error.
   async judge() {
     this.isFit = this.isCritical = false;
     if (!this.form) {

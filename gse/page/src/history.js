@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows over time in typed arrays: an hour of a recording is 180 000 rows, which become objects only where one is shown.
+// History of reports in typed arrays. An hour of a recording has 180 000 rows; a row becomes an object only
+// when it is shown.
 
-const POINTS_MOST = 20000; // Of a line whose value is computed from several columns.
+const POINTS_MOST = 20000; // Rows that are evaluated for a line whose value is computed from several columns.
 
 export class History {
-  // tables: of a recording; rename: name of a leaf in a row; gap: where nothing came for longer [s], there is a row of nothing.
+  // tables: tables of a recording. rename: function that gives the name of a leaf in a row. gap: time without
+  // reports [s] after which an empty row interrupts the lines.
   constructor(tables, rename, gap) {
     this.columns = tables.map(
       ({ leaves }) => new Map([...leaves].map(([name, parts]) => [rename(name), parts])),
@@ -22,7 +24,7 @@ export class History {
     }
     this.t = new Float64Array(count + gaps);
     this.table = new Uint8Array(count + gaps);
-    this.index = new Int32Array(count + gaps); // Row of the table; -1: a row of nothing.
+    this.index = new Int32Array(count + gaps); // Row of the table; -1: an empty row.
     let at = 0;
     for (let n = 0; n < count; n++) {
       const time = tables[table[n]].t[index[n]];
@@ -37,7 +39,8 @@ export class History {
     this.length = at;
   }
 
-  // The rows of all tables in the order of time.
+  // Sort the rows of all tables by time: write the number of the table and the row in it to `table` and
+  // `index`.
   merge(tables, table, index) {
     const next = tables.map(() => 0);
     for (let n = 0; n < index.length; n++) {
@@ -53,7 +56,7 @@ export class History {
     }
   }
 
-  // Values of a row by their names; null: nothing came.
+  // Values of a row by their names; null for an empty row.
   row(n) {
     if (n < 0 || n >= this.length || this.index[n] < 0) return null;
     const row = {};
@@ -62,7 +65,7 @@ export class History {
     return row;
   }
 
-  // One object for each table that shows the row which `at` names: reading a value of it costs no copy of the others.
+  // One object for each table, which reads the row `at.index`. Reading a value copies only that value.
   views(at) {
     return this.columns.map((columns) => {
       const view = {};
@@ -80,8 +83,8 @@ export class History {
     });
   }
 
-  // Values of lines between two times, as uPlot takes them: all, or where there are more than two for each of `pixels`, the least and the
-  // greatest of each pixel.
+  // Values of lines between two times in the format of uPlot. If there are more than two rows for each of
+  // `pixels`, only the least and the greatest value in each pixel.
   drawn(lines, range, pixels) {
     const first = Math.max(0, after(this.t, range[0]) - 1),
       end = Math.min(this.length, after(this.t, range[1]) + 1);
@@ -128,7 +131,7 @@ export class History {
   }
 }
 
-// Index of the first number above a value.
+// Index of the first number that is greater than a value; the numbers are sorted.
 export function after(numbers, value) {
   let low = 0,
     high = numbers.length;

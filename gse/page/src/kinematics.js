@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Forward kinematics of a robot of the world, and the force at its tip from the external torques of its joints.
+// Forward kinematics of a robot, and the force at its tip, which is computed from the external torques of its
+// joints.
 
 const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
 
@@ -44,7 +45,7 @@ export function motion(joint, value) {
 
 export const moving = (robot) => robot.joints.filter((joint) => joint.kind !== "fixed");
 
-// Pose of a body from its place and its rotation as a quaternion: x, y, z, and w, x, y, z.
+// Pose of a body (4 x 4, row by row) from its position x, y, z and its attitude, the quaternion w, x, y, z.
 export function poseOf([px, py, pz, w, x, y, z]) {
   return [
     1 - 2 * (y * y + z * z),
@@ -66,8 +67,9 @@ export function poseOf([px, py, pz, w, x, y, z]) {
   ];
 }
 
-// Where a robot is: positions of its moving joints, pose of its root, and whether its brakes hold (null: not known). A row of the truth has
-// all robots, in the order of its names; one of telemetry has the joints of the robot that a subsystem moves.
+// Configuration of a robot: positions of its moving joints, pose of its root, and whether its brakes hold
+// (null: unknown). A row of the truth log contains all robots, in the order of `names`; a row of telemetry
+// contains only the joints of the lead robot, which the subsystem moves.
 export function placed(robot, row, names, isLead) {
   const joints = moving(robot);
   const pick = (values, wanted, known, width = 1) => {
@@ -87,7 +89,7 @@ export function placed(robot, row, names, isLead) {
   };
 }
 
-// Pose of each link, and of each joint before its motion, by name.
+// Pose of each link, and of the fixed part of each joint, by name.
 export function poses(robot, positions, base = robot.at ?? IDENTITY) {
   const values = new Map(moving(robot).map((joint, n) => [joint.name, positions[n] ?? 0]));
   const links = new Map([[robot.root, base]]);
@@ -116,7 +118,7 @@ export function tipOf(robot) {
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
-// Column of the Jacobian of the tip for each moving joint.
+// Jacobian of the position of the tip: one column for each moving joint.
 function jacobian(robot, found, tip) {
   return moving(robot).map((joint) => {
     const pose = found.joints.get(joint.name);
@@ -131,7 +133,8 @@ function jacobian(robot, found, tip) {
   });
 }
 
-// Smallest force on the tip that gives these torques: J^T F = torque, by least squares with a little damping.
+// Force at the tip: the measured one if the row has it, otherwise the least-squares solution of J^T F =
+// torque with a small damping, which gives the smallest force where the torques leave a direction open.
 export function tipForce(robot, row, positions = row["CUR_VALUES.POSITION"], base = undefined) {
   const torque = row["CUR_VALUES.EXTERNAL_TORQUE"];
   if (!robot || !positions) return null;

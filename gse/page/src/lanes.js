@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts of a time line: ticks, a lane of states for each of the first subsystems, marks of events.
+// Parts of a time line: ticks, a lane of states for each of the first two subsystems, marks of events.
 
 import { store } from "./store.js";
 import { SYMBOL_OF_SEVERITY, svg, symbol } from "./dom.js";
@@ -13,7 +13,7 @@ const ACTIVATION = [
   "OPERATIONAL",
 ];
 const RANK = { LOW: 1, MEDIUM: 2, HIGH: 3 };
-const NEAR = 6; // Pixels between two marks of which only the worse is drawn.
+const NEAR = 6; // Distance [pixels] below which only the more severe of two marks is drawn.
 
 export const shownMembers = () =>
   store

@@ -72,7 +72,7 @@ class Log extends HTMLElement {
     }, 200);
   }
 
-  // Events before and after the instant of a replay.
+  // In a replay, the events around the present instant.
   around() {
     const shown = store.replay.events.filter((event) => this.isShown(event));
     const present = shown.filter((event) => event.number < store.events.length).length;
@@ -86,7 +86,7 @@ class Log extends HTMLElement {
     );
   }
 
-  // Subsystems of the mission, as choices of the filter.
+  // Offer the subsystems of the mission as choices of the filter.
   offer() {
     const names = store.ordered().map((item) => item.name);
     if (this.from.dataset.of === names.join()) return;

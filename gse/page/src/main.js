@@ -28,7 +28,8 @@ async function replay(octets) {
   window.station.replay = new Replay(await unpack(octets));
 }
 
-// A report contains its recording; the station has one of the flight that has ended, or of that which it was started with.
+// A report contains its recording. A station supplies the recording of a flight that has ended, or the one
+// with which it was started.
 async function begin() {
   const within = document.getElementById("recording");
   if (within) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time line of a replay: play, speed, phases of the scenario, events, states, and the instant that is shown.
+// Controls of a replay: play, speed, and a time line with phases of the scenario, events, states and the
+// present instant.
 
 import { store } from "./store.js";
 import { clock, el, svg, text } from "./dom.js";
@@ -111,7 +112,7 @@ class Player extends HTMLElement {
     this.tick();
   }
 
-  // A phase that is too narrow for its words has them as its title.
+  // A narrow phase shows its name shortened, or only as tooltip.
   phases(x, phases) {
     return phases.map(([from, to, words]) => {
       const group = svg(

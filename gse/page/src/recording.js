@@ -36,7 +36,8 @@ class Reader {
   }
 }
 
-// Head and tables: each with `t` and `leaves`, a Map of the name to the columns of its numbers.
+// Read head and tables of a recording. A table has `t` and `leaves`, a Map of each name to the columns of its
+// numbers.
 export async function unpack(octets) {
   const stream = new Blob([octets]).stream().pipeThrough(new DecompressionStream("gzip"));
   const reader = new Reader(new Uint8Array(await new Response(stream).arrayBuffer()));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Replay of a recorded flight: puts the store into what it knew at any instant.
+// Replay of a recorded flight: sets the store to the contents that it had at a given instant of the flight.
 
 import { store } from "./store.js";
 import { after, History } from "./history.js";
@@ -130,7 +130,7 @@ export class Replay {
     }
   }
 
-  // What moves the robot of the scene and is drawn in the strips: "telemetry" or "truth".
+  // Select the source that moves the robot of the scene and is drawn in the strips: "telemetry" or "truth".
   use(which) {
     this.film = this[which] ?? this.telemetry;
     this.which = which;
@@ -154,7 +154,8 @@ export class Replay {
     this.pace();
   }
 
-  // The row of the film at a time, between two reports their mean by time; null in a gap, long before the first and long after the last.
+  // Row of the film at a time, interpolated linearly between two reports. Null in a gap, more than GAP_S
+  // before the first report and more than LAST_S after the last.
   at(time) {
     const { t } = this.film;
     const n = after(t, time) - 1;
@@ -177,7 +178,8 @@ export class Replay {
     };
   }
 
-  // Rows of the last seconds before the present instant, [time, row]; those since the last gap.
+  // Rows [time, row] of the last `seconds` before the present instant, at most since the last gap; about 150
+  // of them.
   before(seconds) {
     const { t, index } = this.film;
     const end = after(t, this.time);
@@ -235,7 +237,7 @@ export class Replay {
     }
   }
 
-  // The last report of a structure, as the tables of the tab Telemetry show it.
+  // Store row `n` of a table as the last report of its structure; the tab Telemetry shows it.
   report(table, n) {
     const key = `${table.subsystem}/${table.structure}`;
     if (n < 0) {
@@ -256,7 +258,7 @@ export class Replay {
     });
   }
 
-  // The curve of a structure, "SUBSYSTEM/ID".
+  // Make the history of a structure, whose key is "SUBSYSTEM/ID", and keep it in the store.
   historyOf(key) {
     const found = new History(
       this.housekeeping.filter((table) => key === `${table.subsystem}/${table.structure}`),

@@ -1,44 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// The robot in its world, moved by telemetry. Geometry comes from the world of the mission; z is up.
+// 3D view of the robots in their world, moved by telemetry or by the truth of the simulator. Geometry comes
+// from the world of the mission; z is up.
 
 import * as THREE from "three";
 import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment.js";
 
 import { Arm, LOOK, shape } from "./body.js";
+import { SceneMarks, token } from "./scene_marks.js";
 import { store } from "./store.js";
 import { el, number, text } from "./dom.js";
-import { moving, place, placed, poses, tipForce, tipOf } from "./kinematics.js";
+import { place, placed, poses, tipForce, tipOf } from "./kinematics.js";
 
-const FORCE_SCALE = 0.0024; // Metres per newton.
-const FORCE_LEAST = 0.5;
-const GHOST_M = 0.002,
-  GHOST_RAD = (0.5 * Math.PI) / 180;
 const TRACE_S = 6;
 const STALE_PERIODS = 3,
   STALE_MS = 350;
-const SOFTWARE_MS = 100; // Between two pictures that a processor draws: the rest of the page stays quick.
-const NEAR = 0.1; // Share of the range that counts as near a limit.
-const token = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+// Time between two pictures that are drawn without a graphics processor; it leaves time for the rest of the
+// page.
+const SOFTWARE_MS = 100;
 
 const VIEWS = { Iso: [0.62, -0.98, 0.36], Side: [0, -1.25, 0.05], Tool: [1.05, -0.42, 0.25] };
 
-function coil(from, to, turns = 13, radius = 0.011) {
-  const points = [];
-  for (let n = 0; n <= turns * 16; n++) {
-    const share = n / (turns * 16),
-      angle = share * turns * 2 * Math.PI;
-    points.push(
-      new THREE.Vector3(
-        from[0] + (to[0] - from[0]) * share + radius * Math.cos(angle),
-        from[1] + radius * Math.sin(angle),
-        from[2] + (to[2] - from[2]) * share,
-      ),
-    );
-  }
-  return new THREE.TubeGeometry(new THREE.CatmullRomCurve3(points), turns * 20, 0.0018, 6);
-}
-
-class Scene extends HTMLElement {
+class Scene extends SceneMarks {
   connectedCallback() {
     this.canvas = el("canvas", { tabindex: 0, role: "img", "aria-label": "The robot" });
     this.views = el(
@@ -168,7 +150,7 @@ class Scene extends HTMLElement {
     this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
     this.world = new THREE.Scene();
     if (isSoftware) {
-      // Reflections of a room would take seconds to compute.
+      // Without a graphics processor the reflections of a room would take seconds to compute.
       for (const name of Object.keys(LOOK))
         LOOK[name] = new THREE.MeshLambertMaterial({ color: LOOK[name].color });
       this.world.add(new THREE.HemisphereLight(0xffffff, 0x8a8f96, 2));
@@ -311,7 +293,7 @@ class Scene extends HTMLElement {
     this.dim();
   }
 
-  // The camera looks at all robots as they start.
+  // Set the distance of the camera so that it shows all robots in their initial poses.
   frameAll() {
     const box = new THREE.Box3();
     this.content.updateMatrixWorld(true);
@@ -321,7 +303,7 @@ class Scene extends HTMLElement {
     box.getCenter(this.target);
   }
 
-  // Where the robot of the scene is by a row of telemetry or truth.
+  // Joint positions, base and brakes of a robot in a row of telemetry or truth.
   where(robot, row) {
     return placed(
       robot,
@@ -336,7 +318,7 @@ class Scene extends HTMLElement {
     return place(poses(this.robot, positions, base).links.get(tipOf(this.robot)));
   }
 
-  // What a fixture has below the floor, the lowest face of its boxes, is not drawn.
+  // Draw the fixtures. The floor is at the lowest face of their boxes; what is below the floor is cut off.
   addFixtures(shapes) {
     const bottoms = shapes
       .filter((about) => about.kind === "box")
@@ -345,79 +327,6 @@ class Scene extends HTMLElement {
     this.renderer.localClippingEnabled = true;
     LOOK.ground.clippingPlanes = [new THREE.Plane(new THREE.Vector3(0, 0, 1), -this.level)];
     for (const about of shapes) this.content.add(shape(about, LOOK.ground));
-  }
-
-  addGhost() {
-    this.ghostLook = new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.2, depthWrite: false });
-    this.ghostEdge = new THREE.LineBasicMaterial();
-    const looks = {
-      shell: this.ghostLook,
-      housing: this.ghostLook,
-      cap: this.ghostLook,
-      metal: this.ghostLook,
-    };
-    this.ghost = new Arm(this.robot, looks);
-    const meshes = [];
-    this.ghost.node.traverse((node) => {
-      if (node.isMesh) meshes.push(node);
-    });
-    for (const mesh of meshes)
-      mesh.add(new THREE.LineSegments(new THREE.EdgesGeometry(mesh.geometry, 50), this.ghostEdge));
-    this.ghost.node.visible = false;
-    this.content.add(this.ghost.node);
-  }
-
-  addForce() {
-    this.forceLook = new THREE.MeshBasicMaterial({ depthTest: false, transparent: true });
-    this.shaft = new THREE.Mesh(
-      new THREE.CylinderGeometry(0.0042, 0.0042, 1, 12).translate(0, 0.5, 0),
-      this.forceLook,
-    );
-    this.point = new THREE.Mesh(
-      new THREE.ConeGeometry(0.011, 0.024, 16).translate(0, 0.012, 0),
-      this.forceLook,
-    );
-    this.shaft.renderOrder = this.point.renderOrder = 9;
-    this.content.add(this.shaft, this.point);
-  }
-
-  // An arc of the range of each joint, with its present place.
-  addLimits() {
-    this.arcs = moving(this.robot)
-      .filter((joint) => joint.kind === "revolute" && joint.lower !== null && joint.upper - joint.lower < 6)
-      .map((joint) => {
-        const group = this.arm.groups.get(joint.name).still;
-        const axis = new THREE.Vector3(...joint.axis);
-        const outward = Math.abs(axis.x) > 0.9 ? new THREE.Vector3(0, 0, 1) : new THREE.Vector3(1, 0, 0);
-        const radius = this.arm.size * 0.3;
-        const at = (angle, distance) =>
-          outward
-            .clone()
-            .applyAxisAngle(axis, angle)
-            .multiplyScalar(distance)
-            .addScaledVector(axis, this.arm.size * 0.2);
-        const points = [];
-        for (let n = 0; n <= 48; n++)
-          points.push(at(joint.lower + ((joint.upper - joint.lower) * n) / 48, radius));
-        const look = new THREE.LineBasicMaterial();
-        points.unshift(at(joint.lower, radius * 0.86));
-        points.push(at(joint.upper, radius * 0.86));
-        const pointer = new THREE.Mesh(
-          new THREE.ConeGeometry(radius * 0.1, radius * 0.22, 3),
-          new THREE.MeshBasicMaterial(),
-        );
-        group.add(new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), look), pointer);
-        const n = moving(this.robot).indexOf(joint);
-        return {
-          joint,
-          look,
-          pointer,
-          axis,
-          n,
-          at: (angle) => at(angle, radius * 0.86),
-          out: (angle) => at(angle, 1).sub(at(angle, 0)),
-        };
-      });
   }
 
   colours() {
@@ -435,7 +344,7 @@ class Scene extends HTMLElement {
     this.isChanged = true;
   }
 
-  // Numbers of the tip without a picture.
+  // Show the numbers of the tip in a browser that cannot draw the scene.
   tell(row) {
     const robot = (this.robot = store.hello.world?.robots[0]);
     this.joints = robot && row ? this.where(robot, row).positions : [];
@@ -447,7 +356,7 @@ class Scene extends HTMLElement {
     text(this.values.force, force ? number(force.size, "N") : "–");
   }
 
-  // The instant of a replay: the pose, and what the tip has done before it.
+  // Show an instant of a replay: the pose, and the trace of the tip before this instant.
   project({ time, row }) {
     if (!this.robot) return;
     this.veil.hidden = Boolean(row);
@@ -470,7 +379,8 @@ class Scene extends HTMLElement {
     this.pose(positions);
   }
 
-  // Beside a flight with a live port the simulator's truth can move the robot, marked as such.
+  // In a flight with a live port the user may let the simulator's truth move the robot; the scene then says
+  // so.
   offer() {
     if (store.replay) return;
     this.sources.classList.add("below");
@@ -489,11 +399,13 @@ class Scene extends HTMLElement {
     this.classList.toggle("truth", which === "truth");
     for (const [name, button] of Object.entries(this.sourceButtons))
       button.setAttribute("aria-pressed", String(name === which));
-    if (this.last) this.last = { ...this.last, time: this.last.time - 1 }; // The other source may be a little behind.
+    // `take` drops older messages. The new source may be slightly behind, so accept it from 1 s before the
+    // last message.
+    if (this.last) this.last = { ...this.last, time: this.last.time - 1 };
     this.trace = [];
   }
 
-  // What is drawn of a link or a report that has ended is marked as past; a force is not drawn at all then.
+  // Cover the scene with a veil while there is no link or no new report; the force is then not drawn.
   dim() {
     if (!this.robot || store.replay) return;
     const isStale =
@@ -501,10 +413,8 @@ class Scene extends HTMLElement {
       !store.pace.is_paused &&
       performance.now() - this.last.at > STALE_PERIODS * Math.max(STALE_MS, this.last.period);
     this.veil.hidden = store.link.is_live && !isStale;
-    text(
-      this.veil.firstChild,
-      `${store.link.is_live ? `${this.source} reports no position` : store.link.text}; last seen ${(this.last?.time ?? store.time).toFixed(3)} s`,
-    );
+    const why = store.link.is_live ? `${this.source} reports no position` : store.link.text;
+    text(this.veil.firstChild, `${why}; last seen ${(this.last?.time ?? store.time).toFixed(3)} s`);
     if (isStale === this.isStale) return;
     this.isStale = isStale;
     if (this.drawn) this.pose(this.drawn);
@@ -516,11 +426,10 @@ class Scene extends HTMLElement {
     const period = this.last
       ? Math.min(0.3, Math.max(0.01, message.time - this.last.time)) / (store.pace.speed || 1)
       : 0.05;
-    if (period < 0.2)
-      text(
-        this.rate,
-        `${this.which === "truth" ? "Simulator’s truth" : "Telemetry"} ${Math.round(1 / (period * (store.pace.speed || 1)))} Hz`,
-      );
+    if (period < 0.2) {
+      const source = this.which === "truth" ? "Simulator’s truth" : "Telemetry";
+      text(this.rate, `${source} ${Math.round(1 / (period * (store.pace.speed || 1)))} Hz`);
+    }
     this.before = this.drawn ?? message.values["CUR_VALUES.POSITION"];
     this.last = {
       time: message.time,
@@ -584,7 +493,7 @@ class Scene extends HTMLElement {
     this.isChanged = true;
   }
 
-  // The camera stays with a robot whose base is free.
+  // Move the camera with a robot that flies freely.
   follow(base) {
     if (this.robot.free && this.base) {
       const moved = new THREE.Vector3(...place(base)).sub(new THREE.Vector3(...place(this.base)));
@@ -592,116 +501,6 @@ class Scene extends HTMLElement {
       this.target.add(moved);
     }
     this.base = base;
-  }
-
-  // Where the truth has several contacts or springs, each of their forces at its place.
-  drawTouches(values) {
-    const found = [...(values.CONTACTS ?? []), ...(values.SPRING ?? [])];
-    for (let n = 0; n < Math.max(found.length / 6, this.touches.length); n++) {
-      const at = new THREE.Vector3(...found.slice(6 * n, 6 * n + 3)),
-        force = new THREE.Vector3(...found.slice(6 * n + 3, 6 * n + 6));
-      if (!this.touches[n]) {
-        this.touches[n] = new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), at, 1, token("force"));
-        this.content.add(this.touches[n]);
-      }
-      const arrow = this.touches[n],
-        size = found.length > 6 * n ? force.length() : 0;
-      arrow.visible = size >= FORCE_LEAST;
-      if (!arrow.visible) continue;
-      arrow.position.copy(at);
-      arrow.setDirection(force.normalize());
-      arrow.setLength(Math.max(0.03, size * FORCE_SCALE));
-    }
-  }
-
-  drawForce(values, tip) {
-    const found = this.isStale ? null : tipForce(this.robot, values, this.last?.positions, this.base);
-    this.force = found?.size ?? 0;
-    text(this.values.force, found ? number(this.force, "N") : "–");
-    const isShown = this.force >= FORCE_LEAST;
-    this.shaft.visible = this.point.visible = isShown;
-    this.forceLabel.hidden = !isShown;
-    if (!isShown) return;
-    const direction = new THREE.Vector3(...found.force).normalize();
-    const length = this.force * FORCE_SCALE;
-    this.forceVector = found.force;
-    const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 1, 0), direction);
-    this.shaft.position.set(...tip);
-    this.shaft.quaternion.copy(turn);
-    this.shaft.scale.set(1, Math.max(0.001, length), 1);
-    this.point.position.set(...tip).addScaledVector(direction, length);
-    this.point.quaternion.copy(turn);
-    text(this.forceLabel, `${this.force.toFixed(1)} N`);
-    this.forceEnd = this.point.position.clone().addScaledVector(direction, 0.02);
-  }
-
-  // Compares values of one report: what is drawn is one period behind.
-  drawGhost(values) {
-    const desired = values["DES_POSITION"] ?? values["CUR_VALUES.DESIRED"],
-      positions = this.last?.positions;
-    this.ghost.node.visible = false;
-    this.ghostLabel.hidden = true;
-    const state = store.states.get(this.source)?.state;
-    if (this.isStale || !desired || desired.length < moving(this.robot).length || state !== "OPERATIONAL")
-      return;
-    const tipAt = (joints) => place(poses(this.robot, joints, this.base).links.get(tipOf(this.robot)));
-    const there = tipAt(desired),
-      here = tipAt(positions);
-    const isFar =
-      Math.hypot(...there.map((value, n) => value - here[n])) > GHOST_M ||
-      desired.some((value, n) => Math.abs(value - positions[n]) > GHOST_RAD);
-    if (!isFar) return;
-    this.ghost.set(desired, this.base);
-    this.ghost.node.visible = true;
-    this.ghostEnd = new THREE.Vector3(...there);
-    this.ghostLabel.hidden = false;
-  }
-
-  drawLimits(positions) {
-    for (const { joint, look, pointer, at, out, n } of this.arcs) {
-      const range = joint.upper - joint.lower,
-        value = positions[n];
-      const rest = Math.min(value - joint.lower, joint.upper - value) / range;
-      const colour = token(rest < 0 ? "critical" : rest < NEAR ? "caution" : "fg2");
-      look.color.set(colour);
-      pointer.material.color.set(rest < NEAR ? colour : token("fg0"));
-      pointer.position.copy(at(value));
-      pointer.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), out(value).normalize());
-    }
-  }
-
-  // Telemetry does not say whether the spring hangs on the tip: it does if the tip pulls near and above its hook.
-  drawSprings(tip) {
-    for (const spring of this.springs) {
-      const { hook } = spring,
-        anchor = [hook[0], hook[1], hook[2] - spring.length[0]];
-      const hooked = this.last?.values.HOOKED?.[0];
-      const isPulled =
-        hooked !== undefined
-          ? hooked > 0.5
-          : this.force > 3 &&
-            (this.forceVector?.[2] ?? 0) < 0 &&
-            tip[2] > hook[2] - 0.01 &&
-            Math.hypot(tip[0] - hook[0], tip[1] - hook[1]) < 0.06;
-      const top = isPulled ? tip : hook;
-      const shown = top.map((value) => value.toFixed(3)).join();
-      if (spring.shown === shown) continue;
-      spring.shown = shown;
-      spring.mesh.geometry?.dispose();
-      spring.mesh.geometry = coil(anchor, top);
-    }
-  }
-
-  labels() {
-    const put = (label, point, below = 0) => {
-      if (label.hidden || !point) return;
-      const flat = point.clone().project(this.camera);
-      const x = ((flat.x + 1) / 2) * this.clientWidth + 10,
-        y = ((1 - flat.y) / 2) * this.clientHeight - 11 + below;
-      label.style.transform = `translate(${Math.max(0, Math.min(this.clientWidth - 110, x)).toFixed(0)}px, ${Math.max(0, Math.min(this.clientHeight - 24, y)).toFixed(0)}px)`;
-    };
-    put(this.forceLabel, this.forceEnd);
-    put(this.ghostLabel, this.ghostEnd, 24);
   }
 
   resize() {
@@ -716,9 +515,10 @@ class Scene extends HTMLElement {
 
   describe() {
     if (!this.tip) return;
+    const [x, , z] = this.tip.map((value) => `${(value * 1000).toFixed(0)} mm`);
     this.canvas.setAttribute(
       "aria-label",
-      `The robot: tip at x ${(this.tip[0] * 1000).toFixed(0)} mm, z ${(this.tip[2] * 1000).toFixed(0)} mm, force ${this.force.toFixed(1)} N`,
+      `The robot: tip at x ${x}, z ${z}, force ${this.force.toFixed(1)} N`,
     );
   }
 }

@@ -80,7 +80,7 @@ class Subsystems extends HTMLElement {
 }
 customElements.define("station-subsystems", Subsystems);
 
-// Place of each state [x, y, width, height]: height is activation.
+// Box of each state in the drawing [x, y, width, height]; states with a higher activation are drawn higher.
 const BOXES = {
   OPERATIONAL: [0, 0, 134, 28],
   ERROR_OPERATIONAL: [150, 0, 136, 28],
@@ -112,7 +112,7 @@ const ARROWS = [
 
 class States extends HTMLElement {
   connectedCallback() {
-    if (this.title_) return; // It has moved on the page.
+    if (this.title_) return; // The browser calls this again when the element moves within the page.
     this.title_ = el("h2");
     this.config = el("select", { "aria-label": "Configuration", onchange: () => this.configure() });
     this.since = el("span", { class: "hint" });
@@ -245,10 +245,11 @@ const LINK_SYMBOL = {
 const isBroken = (state) => state === "stale" || state === "failed";
 const BOX = { width: 120, height: 40, x: [8, 180], top: 34, pitch: 96 };
 
-// Members as boxes with their buses and devices, an arrow for each link that is not closed, and a line of figures for each link.
+// Real-time network: a box for each member with its bus and devices, an arrow for each link that is not
+// closed, and a line of figures for each link.
 class Network extends HTMLElement {
   connectedCallback() {
-    if (this.sym) return; // It has moved on the page.
+    if (this.sym) return; // The browser calls this again when the element moves within the page.
     this.sym = el("span");
     this.words = el("span");
     this.graph = svg("svg", { class: "graph", role: "img", "aria-label": "Real-time network" });
@@ -292,10 +293,8 @@ class Network extends HTMLElement {
             : "closed",
     );
     this.graph.replaceChildren(...this.parts(used.length ? used : links, rows));
-    this.graph.setAttribute(
-      "aria-label",
-      `Real-time network: ${links.map((link) => `${link.name} ${rows.get(link.name)?.state ?? "closed"}`).join(", ")}`,
-    );
+    const states = links.map((link) => `${link.name} ${rows.get(link.name)?.state ?? "closed"}`);
+    this.graph.setAttribute("aria-label", `Real-time network: ${states.join(", ")}`);
     this.rows.replaceChildren(...links.map((link) => this.row(link)));
     this.drawRows();
   }
@@ -311,7 +310,8 @@ class Network extends HTMLElement {
     );
   }
 
-  // Age of the last sample [s]: what the consumer says of its only link, otherwise since its count has grown.
+  // Age of the last sample of a link [s]: reported by the consumer if this is its only link, otherwise the
+  // time since the number of its samples last grew.
   age(link, row) {
     const rows = this.known();
     const incoming = store.hello.links.filter(
@@ -378,7 +378,7 @@ class Network extends HTMLElement {
     ];
   }
 
-  // A member: its bus below it, its devices below that; broken and red where the member is in error.
+  // Draw a member with its bus and its devices below; dashed and red if the member is in an error state.
   member(name, x, y) {
     const about = store.subsystem(name);
     const part = store.configuration(name) ?? about.configurations[0];

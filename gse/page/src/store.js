@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the page knows: the messages of the station, in order. Elements subscribe to kinds of messages.
+// State of the page, updated by the messages of the station in their order. Elements subscribe to kinds of
+// messages.
 
 const EVENTS_KEPT = 10000;
 const HISTORY_S = 600;
 const RETRY_MS = 500;
-const LEAST_PERIOD_MS = 350; // Faster reports may arrive in groups.
+const LEAST_PERIOD_MS = 350; // Shortest period that freshness uses: faster reports may arrive in groups.
 
 class Store {
   constructor() {
@@ -21,17 +22,18 @@ class Store {
     this.hello = null;
     this.link = { is_live: false, text: "connecting" };
     this.pace = { is_there: false, is_paused: false, speed: 1 };
-    this.hand = { page: null, other: null }; // Which page, or which other program, aims the hand.
-    this.mismatches = new Map(); // "SUBSYSTEM" -> words: another interface flies than that of the dictionary
+    this.hand = { page: null, other: null }; // Page, or other program, that commands the hand; null: none
+    this.mismatches = new Map(); // "SUBSYSTEM" -> text: its interface hash differs from the dictionary
     this.mode = null;
     this.links = [];
     this.states = new Map();
     this.values = new Map(); // "SUBSYSTEM" -> Map(leaf -> {value, time, at, period})
     this.history = new Map(); // "SUBSYSTEM" or "SUBSYSTEM/ID" -> {t: [], rows: [values or null]}
     this.reports = new Map(); // "SUBSYSTEM/ID" -> the last report of a housekeeping structure
-    this.enabled = new Map(); // "SUBSYSTEM/ID" -> whether the structure is enabled on board, and its interval
-    this.buses = new Map(); // Name -> what the tap of a bus has said last
-    this.charted = new Map(); // Key -> line that the user has put into the strip charts
+    // "SUBSYSTEM/ID" -> whether the housekeeping structure is enabled on board, and its interval
+    this.enabled = new Map();
+    this.buses = new Map(); // Name of a bus -> last message of its tap
+    this.charted = new Map(); // Key -> line that the user has added to the strip charts
     this.counts = {}; // SUBSYSTEM -> received and lost packets
     this.heard = new Map(); // "SUBSYSTEM" -> clock of the page at its last report
     this.lanes = new Map(); // "SUBSYSTEM" -> [[time, state], ...]
@@ -70,7 +72,7 @@ class Store {
     };
   }
 
-  // Ask the station; resolves with its answer.
+  // Send a request to the station. The promise resolves with the answer.
   ask(order) {
     return new Promise((resolve) => {
       if (!this.hasSocket) {
@@ -102,14 +104,15 @@ class Store {
     return this.hello?.subsystems.filter((item) => !item.infrastructure) ?? [];
   }
 
-  // As all lists show them: what moves the robot first, infrastructure last.
+  // Subsystems in the order of all lists: those that move the robot first, infrastructure last.
   ordered() {
     return [...(this.hello?.subsystems ?? [])].sort(
       (a, b) => a.infrastructure - b.infrastructure || this.drives(b) - this.drives(a),
     );
   }
 
-  // Time between two reports of a subsystem [ms]: members report their status each second, all their housekeeping.
+  // Longest expected time between two reports of a subsystem [ms]: housekeeping, and the status that members
+  // of a network send each second.
   period(name) {
     const about = this.subsystem(name);
     const part = this.configuration(name) ?? about?.configurations[0];
@@ -124,12 +127,12 @@ class Store {
     return this.subsystem(name)?.configurations.find((item) => item.name === present);
   }
 
-  // What the ages of values count from [ms]: the clock of the page, in a replay that of the mission.
+  // Present time for the ages of values [ms]: by the clock of the page, in a replay the mission time.
   clock() {
     return this.replay ? this.time * 1000 : performance.now();
   }
 
-  // Power that the present states need [W]; null if the mission does not say it.
+  // Electrical power that the present states need [W]; null if the mission does not define it.
   power() {
     const needs =
       this.hello?.subsystems.map((item) => item.power_w?.[this.states.get(item.name)?.state] ?? 0) ?? [];
@@ -138,13 +141,14 @@ class Store {
       : null;
   }
 
-  // Who else has the hand, in words; null if it is free or this page's.
+  // Words that say which other page or program has the hand; null if the hand is free or belongs to this
+  // page.
   handOwner() {
     if (this.hand.other) return `by ${this.hand.other}`;
     return this.hand.page !== null && this.hand.page !== this.page ? "by another page" : null;
   }
 
-  // Why nothing can be commanded now; null if it can.
+  // Reason why no command can be sent now; null if commands can be sent.
   barrier() {
     if (!this.link.is_live) return this.replay ? this.link.text : "no link";
     return this.hello?.read_only ? "this station is read only" : null;
@@ -171,7 +175,7 @@ class Store {
     return periods < 2 ? "live" : periods < 3 ? "late" : "stale";
   }
 
-  // Mission time now: runs between reports, stands in a pause.
+  // Present mission time [s]. It also advances between two reports, but not in a pause.
   now() {
     if (this.offset === null) return this.time;
     if (this.pace.is_paused || !this.link.is_live) return this.time;
@@ -208,7 +212,7 @@ class Store {
       message.subsystems[0].name;
   }
 
-  // Whether a subsystem moves the first robot of the world: it has a drive of one of its joints.
+  // Whether a subsystem moves a robot of the world: one of its devices drives a joint.
   drives(item) {
     const drives = this.hello?.world?.drives ?? {};
     return item.configurations.some((part) => part.devices.some((device) => drives[device]));
@@ -274,7 +278,7 @@ class Store {
     this.counts = message.rows;
   }
 
-  // Each structure by itself: its values, and the curve of each of them.
+  // Keep the last report of each structure, and its history.
   remember(message, now) {
     const key = `${message.subsystem}/${message.structure}`;
     const old = this.reports.get(key);
@@ -292,7 +296,8 @@ class Store {
     this.append(key, message, 3 * (known ? known / 1e6 : (old?.gap ?? 1000) / 1000) + 0.2);
   }
 
-  // The curves come from the fastest report of a subsystem: that with its positions.
+  // Add a report to the history of the subsystem. Only the report that contains the positions, which is the
+  // fastest, is used.
   record(message) {
     if (message.values["CUR_VALUES.POSITION"]) this.append(message.subsystem, message, 1);
   }

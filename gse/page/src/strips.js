@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Three strips of the subsystem that moves the robot: positions, external torques, force at the tip; and strips of the parameters
-// that the user has chosen, at most four lines of one unit in each.
+// Strip charts: positions, external torques and force at the tip of the subsystem that moves the robot, and
+// strips of parameters that the user has chosen, with at most four lines of one unit in each.
 
 import uPlot from "uplot";
 
@@ -20,19 +20,21 @@ const forces = new WeakMap(); // Row of values -> force at the tip
 
 function forceOf(row) {
   if (row.FORCE) return Math.hypot(...row.FORCE);
-  if (store.replay) return tipForce(store.hello.world?.robots[0], row)?.size ?? null; // Its rows are views that change.
+  // The rows of a replay are views whose values change, so their forces cannot be kept.
+  if (store.replay) return tipForce(store.hello.world?.robots[0], row)?.size ?? null;
   if (!forces.has(row)) forces.set(row, tipForce(store.hello.world?.robots[0], row)?.size ?? null);
   return forces.get(row);
 }
 
-// Lines of a strip: name, colour, dashed, and its value in a row of housekeeping. A body without joints has its place.
+// The three strips with their lines: name, colour, dashed or not, and a function that gives the value in a
+// row of housekeeping. A robot without joints has the position of its body instead.
 function strips(robot) {
   if (!robot) return [];
   const count = moving(robot).length;
   if (!count) {
     return [
       {
-        title: "Place of the body",
+        title: "Position of the body",
         unit: "m",
         lines: ["x", "y", "z"].map((name, n) => ({
           name,
@@ -82,13 +84,13 @@ function strips(robot) {
   ];
 }
 
-// Number of a value in a row.
+// Value of a line in a row as a number; null if the row does not contain it.
 function numberOf(row, line) {
   const value = row?.[line.leaf]?.[line.n];
   return typeof value === "boolean" ? Number(value) : (value ?? null);
 }
 
-// Strips of the chosen lines: those of one unit share a strip until it is full.
+// Strips of the chosen lines. Lines with the same unit share a strip until it is full.
 function chosen(lines) {
   const found = [];
   for (const line of lines) {
@@ -106,7 +108,7 @@ function chosen(lines) {
   return found;
 }
 
-// Times and values of lines that come from different reports, on one axis.
+// Join the values of lines from different reports on one time axis.
 function joined(lines, range, pixels) {
   const tables = lines.map((line) => {
     if (store.replay)
@@ -121,7 +123,8 @@ function joined(lines, range, pixels) {
   return uPlot.join(tables);
 }
 
-// The part of a history that a view shows, with one sample before it.
+// Part of a history that a view shows; it begins at least one sample before the view, so that curves reach
+// its edge.
 function part(history, range) {
   if (!history) return { t: [], rows: [] };
   let first = history.t.findIndex((t) => t >= range[0] - 1);
@@ -231,7 +234,8 @@ class Strip {
     });
   }
 
-  // HIGH and MEDIUM as vertical lines; the short name of each line at its right end.
+  // Draw events of severity HIGH and MEDIUM as vertical lines, and the short name of each curve at its right
+  // end.
   marks(plot) {
     const { ctx, bbox } = plot;
     ctx.save();
@@ -285,7 +289,7 @@ class Strip {
     return Math.max(200, this.place.clientWidth);
   }
 
-  // The part of a history in a replay that a view shows.
+  // In a replay, draw the part of a history that the view shows.
   showHistory(history, range) {
     if (this.about.lines[0].report) this.showChosen(range);
     else
@@ -320,7 +324,7 @@ class Strip {
     text(this.values[n], wordOf(line, value) ?? number(value, line.unit));
   }
 
-  // Cursor of a replay, and the values there.
+  // In a replay, show the cursor and the values at the cursor.
   point(time, row) {
     if (!this.cursor) this.cursor = el("div", { class: "now" });
     if (this.cursor.parentNode !== this.plot.over) this.plot.over.append(this.cursor);
@@ -390,7 +394,7 @@ class Strips extends HTMLElement {
     setInterval(() => this.draw(), REFRESH_MS);
   }
 
-  // A parameter goes into the charts, or out of them.
+  // Add a parameter to the charts, or remove it.
   toggle(line) {
     if (!store.charted.delete(line.key)) store.charted.set(line.key, line);
     this.arrange();
@@ -451,7 +455,8 @@ class Strips extends HTMLElement {
     for (const strip of this.strips) strip.show(t, rows, range);
   }
 
-  // The whole flight, which does not change; only the cursor moves.
+  // Draw the whole flight or the zoomed part. The curves do not change during the replay; only the cursor
+  // moves.
   drawReplay(history) {
     const range = this.zoom ?? [0, store.replay.end];
     const drawn = [range.join(), history, ...this.strips.map((strip) => strip.plot)];

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tab Telemetry: every housekeeping structure of every subsystem as a table; its values go into the strip charts.
+// Tab Telemetry: a table for each housekeeping structure of each subsystem. The user can add its values to
+// the strip charts.
 
 import { store } from "./store.js";
 import { el, number, show, svg, text, wordOf } from "./dom.js";
 
 const REFRESH_MS = 200;
-const NEAR = 0.1; // Part of the range beside a limit.
+const NEAR = 0.1; // Share of the range that counts as near a limit.
 const SYMBOL = { live: "normal", late: "caution", stale: "stale", never: "off" };
 const WIDTH = 74;
 
-// Scale of a value between its limits; `share` is 0 at the lower and 1 at the upper one.
+// Gauge of a value between its limits: the mark is at the left for `share` 0, the lower limit, and at the
+// right for 1.
 function gauge() {
   const mark = svg("rect", { y: 1, width: 3, height: 10 });
   const node = svg(
@@ -29,7 +31,7 @@ function gauge() {
 
 const isBounded = (leaf) => leaf.min !== undefined && leaf.max !== undefined;
 
-// Rows of the leaves of a report; without limits there is no column for them.
+// Rows for all numbers of a report. The table has a column of gauges only if a value has limits.
 function rowsOf(report, leaves) {
   const hasGauges = leaves.some(isBounded);
   return leaves.flatMap((leaf) =>
@@ -57,7 +59,7 @@ function head(rows) {
   );
 }
 
-// One number of a report: its cells, and how they follow the value.
+// Table row of one number of a report; `judge` and the other methods update its cells.
 export class Row {
   constructor(report, leaf, n, hasGauges) {
     this.report = report;
@@ -105,7 +107,7 @@ export class Row {
     );
   }
 
-  // Beyond a limit, or near one of a value that is no setting.
+  // Grade of a value: beyond a limit, or near a limit unless the value is a setting; null otherwise.
   judge(value, freshness) {
     const { min, max, settable } = this.leaf;
     if (!this.gauge || freshness === "stale" || typeof value !== "number") return null;
@@ -137,7 +139,7 @@ export class Row {
   }
 }
 
-// Head of the table of a structure.
+// Section of a structure: a heading, a button, and the table of its rows.
 class Section {
   constructor(name, id, rows) {
     this.name = name;
@@ -254,7 +256,7 @@ export class Telemetry {
     setInterval(() => this.draw(), REFRESH_MS);
   }
 
-  // Structures of the present configuration, and others that were heard: "SUBSYSTEM/ID".
+  // Structures of the present configurations, and all others that have been received, as [subsystem, id].
   structures() {
     const found = [];
     for (const { name, configurations } of store.hello?.subsystems ?? []) {
@@ -290,7 +292,9 @@ export class Telemetry {
       .filter((section) => section.rows.length);
     this.list.replaceChildren(
       ...this.sections.map((section) => section.node),
-      ...(this.sections.length ? [] : [el("p", { class: "reason" }, "No parameter is called so.")]),
+      ...(this.sections.length
+        ? []
+        : [el("p", { class: "reason" }, "No parameter has a name with these words.")]),
     );
     this.draw();
   }
@@ -351,7 +355,7 @@ export class Fastest {
     this.rows = [];
   }
 
-  // The fastest that is not stale; else the one heard last.
+  // The fastest report that is not stale; if all are stale, the one received last.
   report() {
     const own = [...store.reports.values()].filter((report) => report.subsystem === store.selected);
     const rank = (report) =>

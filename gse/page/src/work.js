@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Right column: the hand and the fastest housekeeping (Operate), the form of a command (Command), all housekeeping (Telemetry).
+// Right column with its tabs: the hand and the fastest housekeeping (Operate), forms of commands (Command),
+// all housekeeping (Telemetry), and others.
 
 import { store } from "./store.js";
 import { el, number, show, svg, tabs, text } from "./dom.js";
@@ -12,13 +13,14 @@ const RANGE_RAD = 0.35;
 const AIM_MS = 20,
   AIM_S = 0.03;
 const IDLE_MS = 2000;
-const FIELD = 80; // Radius of the round field in its own units.
+const FIELD = 80; // Radius of the round field in units of its drawing.
 const CEILING_NM = 1.5;
 const TRACE_MS = 2000;
-const DEAD_ZONE = 0.08; // Of a gamepad's stick.
+const DEAD_ZONE = 0.08; // Deflection of a gamepad's stick that counts as zero.
 const RUMBLE_MS = 60,
   TOUCH_NM = 0.05;
-const NARROW = matchMedia("(max-width: 1279px)"); // The left column has no room for states and network.
+// On a narrow page the left column has no room for states and network.
+const NARROW = matchMedia("(max-width: 1279px)");
 
 class Hand {
   constructor() {
@@ -145,7 +147,7 @@ class Hand {
     this.draw();
   }
 
-  // The first stick that is deflected, as rest point of the hand; null without one.
+  // Deflection of the first gamepad stick that is not at rest, as target of the hand; null if there is none.
   stick() {
     for (const pad of navigator.getGamepads?.() ?? []) {
       if (!pad?.connected || pad.axes.length < 2) continue;
@@ -170,7 +172,7 @@ class Hand {
     this.rumble(found.pad);
   }
 
-  // The felt torque as its share of the ceiling, and one short pulse at the edge of a contact.
+  // Rumble in proportion to the felt torque, and with one short pulse when a contact begins.
   rumble(pad) {
     const felt = Math.hypot(...(store.value(this.source_(), "CUR_VALUES.FELT_TORQUE") ?? [0]));
     const isTouch = felt > TOUCH_NM && (this.felt ?? 0) <= TOUCH_NM;
@@ -194,7 +196,7 @@ class Hand {
     this.at = performance.now();
   }
 
-  // The hand goes home by the spring of the simulated arm of the operator.
+  // Release the hand: the spring of the operator's simulated arm returns it to its rest position.
   release(why) {
     if (!this.aim) return;
     this.aim = this.from = null;
@@ -315,18 +317,15 @@ class Hand {
     const shaft = Math.max(0, length - 8);
     this.arrow.setAttribute("d", `M${x + ux * 8} ${y + uy * 8}L${x + ux * shaft} ${y + uy * shaft}`);
     const [hx, hy] = [x + ux * length, y + uy * length];
-    this.tip.setAttribute(
-      "d",
-      `M${hx} ${hy}L${hx - ux * 14 - uy * 7} ${hy - uy * 14 + ux * 7}L${hx - ux * 14 + uy * 7} ${hy - uy * 14 - ux * 7}z`,
-    );
+    const left = `${hx - ux * 14 - uy * 7} ${hy - uy * 14 + ux * 7}`;
+    const right = `${hx - ux * 14 + uy * 7} ${hy - uy * 14 - ux * 7}`;
+    this.tip.setAttribute("d", `M${hx} ${hy}L${left}L${right}z`);
     const share = Math.min(0.999, size / CEILING_NM),
       angle = share * 2 * Math.PI,
       r = 13;
     this.arc.style.stroke = size >= CEILING_NM ? "var(--critical)" : "var(--force)";
-    this.arc.setAttribute(
-      "d",
-      `M${x} ${y - r}A${r} ${r} 0 ${share > 0.5 ? 1 : 0} 1 ${x + r * Math.sin(angle)} ${y - r * Math.cos(angle)}`,
-    );
+    const end = `${x + r * Math.sin(angle)} ${y - r * Math.cos(angle)}`;
+    this.arc.setAttribute("d", `M${x} ${y - r}A${r} ${r} 0 ${share > 0.5 ? 1 : 0} 1 ${end}`);
   }
 }
 
@@ -424,7 +423,7 @@ class Work extends HTMLElement {
     setInterval(() => this.table.draw(), 200);
   }
 
-  // On a tablet states and network are pages of this panel, otherwise parts of the left column.
+  // On a narrow page states and network are tabs of this panel, otherwise panels of the left column.
   arrange(moved) {
     const column = document.querySelector("nav");
     for (const [name, panel, node] of moved) {
