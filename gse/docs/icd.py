@@ -55,8 +55,8 @@ def initially(subsystem, item):
 
 
 def unit(item):
-    """Unit of a field, or what its number counts."""
-    return escape(item["unit"] or item.get("quantity", ""))
+    """Unit of a field, what its number counts, or the kind of an identifier."""
+    return escape(item["unit"] or item.get("quantity") or item.get("kind", ""))
 
 
 def meaning(item):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Descriptions, quantities and warning limits of parameters, events and functions for the ground, from descriptors/descriptions.txt.
+"""Read descriptions, quantities and warning limits of parameters, events and functions for the ground, from descriptors/descriptions.txt.
 
 They are not in the descriptors, because a change of their text would change the hashes that the flight software
 reports."""
@@ -17,7 +17,7 @@ HAND = ("LEADS", "NO_HAND", "RANGE", "SPEED", "SINGULAR")
 
 
 def load(path=FILE):
-    """(quantity, description, warning) by name."""
+    """Read the descriptions: (quantity, description, warning) by name."""
     found = {}
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
         if not line or line.startswith("#"):
@@ -30,20 +30,20 @@ def load(path=FILE):
 
 
 def _add(item, line, words):
-    """Add to an item of the dictionary what its line says; nothing without one."""
+    """Add quantity or kind, words, description and warning limit of a line to an item of the dictionary. No effect if `line` is None."""
     if line is None:
         return
     quantity, item["description"], warning = line
     if quantity in words:
         item["words"] = {"name": quantity[1:], "numbers": words[quantity]}
     elif quantity != "-" and not item.get("unit") and "enumeration" not in item:
-        item["quantity"] = quantity
+        item["kind" if quantity.startswith("#") else "quantity"] = quantity.removeprefix("#")
     if warning is not None:
         item["warning"] = warning
 
 
 def _occasions(subsystem, lines, words, kind, members):
-    """Describe events or functions, and their values or arguments."""
+    """Add descriptions to events or functions, and to their values or arguments."""
     for one in subsystem[f"{kind}s"]:
         places = (f"{subsystem['name']}.{one['name']}", one["name"])
         line = next((lines[f"{kind} {place}"] for place in places if f"{kind} {place}" in lines), None)

@@ -264,9 +264,9 @@ def _word(text):
 
 def field_type(system, what, owner, field):
     """Path of the type of a field of the descriptors: name, type, count, unit, min, max, enumeration; and what the ground
-    shows of it: quantity, words, warning."""
+    shows of it: quantity or kind, words, warning."""
     name = f"{owner}_{field['name']}" if owner else field["name"]
-    kind, unit = field["type"], field["unit"] or field.get("quantity", "")
+    kind, unit = field["type"], field["unit"] or field.get("quantity") or field.get("kind", "")
     if "enumeration" in field:
         words = {number: word for word, number in system.enumerations[field["enumeration"]].items()}
         own = f"{field['enumeration']}_{kind}_enumeration" + (f"_{_word(field['unit'])}" if field["unit"] else "")

@@ -325,7 +325,7 @@ def words_of(item, enumerations):
 
 
 def unit_of(item):
-    """Unit of an item of the dictionary (JSON), or what its number counts; empty for a ratio."""
+    """Unit of an item of the dictionary (JSON), or what its number counts; empty for a ratio and for a number that counts nothing."""
     quantity = item.get("quantity") or ""
     return item.get("unit") or (quantity if quantity != RATIO else "")
 

@@ -32,7 +32,7 @@ def _leaves(mission):
 @pytest.mark.parametrize("mission", MISSIONS)
 def test_each_parameter_has_a_description_and_a_unit_or_words(mission):
     leaves = dict(_leaves(mission))
-    meant = ("quantity", "words", "enumeration")
+    meant = ("quantity", "kind", "words", "enumeration")
     bare = [name for name, leaf in leaves.items() if leaf["type"] != "BOOL" and not leaf["unit"] and not any(key in leaf for key in meant)]
     assert len(leaves) > 60 and not bare, bare
     assert not [name for name, leaf in leaves.items() if not leaf.get("description")]
@@ -48,7 +48,7 @@ def test_each_event_and_function_has_a_description_and_its_values_a_unit_or_word
                 assert one["description"], (subsystem["name"], one["name"])
                 for value in one[members]:
                     if isinstance(value, dict):  # Otherwise the name of a parameter.
-                        assert value["description"] and (value["unit"] or {"quantity", "words", "enumeration"} & value.keys()), (one["name"], value)
+                        assert value["description"] and (value["unit"] or {"quantity", "kind", "words", "enumeration"} & value.keys()), (one["name"], value)
 
 
 class _Types:

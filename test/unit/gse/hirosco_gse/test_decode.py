@@ -72,7 +72,7 @@ def test_telemetry_has_names_units_and_words(shown, telemetry, tmp_path):
     assert code == 0 and len(lines) == 4
     assert "    1.500000  TM[129,5]  MANIPULATOR: status  state=OPERATIONAL" in lines[0] and "configuration=STAND_ALONE" in lines[0]
     assert "POSITION: [0, 0] rad" in lines[1] and "DES_POSITION=[[0, 1], [2, 3], [4, 5], [6, 7], [8, 9]] rad" in lines[1]
-    assert lines[2].endswith("MANIPULATOR: MEDIUM TORQUE_LIMIT  JOINT=1 joint  TORQUE=39.5 Nm  LIMIT=38 Nm")
+    assert lines[2].endswith("MANIPULATOR: MEDIUM TORQUE_LIMIT  JOINT=1  TORQUE=39.5 Nm  LIMIT=38 Nm")
     assert "request 5 to MANIPULATOR start failed: refused at start of execution: not allowed in the present state" in lines[3]
 
 

@@ -71,7 +71,7 @@ def test_events_since_the_last_prompt_are_shown(talk, dictionary):
     event = dictionary.subsystem("MANIPULATOR").event("TORQUE_LIMIT")
     report = (MANIPULATOR, 5, 3, struct.pack(">HBdd", event.id, 1, 39.5, 38.0), 0)
     shown, _ = talk(lambda packet: success(packet) + [report] * 25, "cmd MANIPULATOR.TARE", "ping MANIPULATOR")
-    assert sum("MEDIUM TORQUE_LIMIT  JOINT=1 joint  TORQUE=39.5 Nm  LIMIT=38 Nm" in line for line in shown) >= 20
+    assert sum("MEDIUM TORQUE_LIMIT  JOINT=1  TORQUE=39.5 Nm  LIMIT=38 Nm" in line for line in shown) >= 20
     assert any("events before these" in line for line in shown)
 
 
