@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// APIDs that are the same in every mission. The generated headers of the two descriptors define the same
-/// names, so the compiler refuses a descriptor with another value.
+/// APIDs that are the same in every mission. The headers generated from the two descriptors define the same
+/// macros, so the compiler refuses a descriptor with another value.
 #ifndef BASE_APIDS_H
 #define BASE_APIDS_H
 

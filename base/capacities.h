@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Capacities of one spacecraft: one set for flight software, launcher and operating system layer. A table
-/// with one entry for each of them takes its size from here. If two tables depend on each other, the source
-/// that uses both checks the relation at compile time. A mission descriptor that exceeds a capacity is
+/// Capacities of one spacecraft: one set for flight software, launcher and operating system layer. Tables of
+/// subsystems, links, buses and so on take their sizes from here. If two tables depend on each other, the
+/// source that uses both checks the relation at compile time. A mission descriptor that exceeds a capacity is
 /// refused when it is loaded, with file, line and the limit.
 #ifndef BASE_CAPACITIES_H
 #define BASE_CAPACITIES_H
 
-#define CAPACITY_SUBSYSTEMS 16U      ///< Subsystems of a mission, with supervisor and communication.
+#define CAPACITY_SUBSYSTEMS 16U      ///< Subsystems of a mission, including supervisor and communication.
 #define CAPACITY_LINKS 32U           ///< Real-time links of a mission.
 #define CAPACITY_SUBSYSTEM_LINKS 8U  ///< Real-time links that begin or end at one subsystem.
-#define CAPACITY_PORT_LINKS 4U       ///< Real-time links that begin at one port: its readers.
+#define CAPACITY_PORT_LINKS 4U       ///< Real-time links that begin at one port, one for each reader.
 #define CAPACITY_BUSES 8U            ///< CAN buses of a mission.
 #define CAPACITY_COMPUTERS 2U        ///< On-board computers.
 #define CAPACITY_RING_RECORDS 15000U ///< Number of ring records of the packet log in memory.
-/// Room for one report of each HIGH event of a subsystem; other reports never use it [octets].
+/// Room reserved for one report of each HIGH event of a subsystem [octets].
 #define CAPACITY_HIGH_EVENTS 2048U
 #define CAPACITY_HIGH_EVENT_HEAD 27U ///< Size of each report without its auxiliary data [octets].
 /// Participants of stepped time: every subsystem, the simulator, the operator, and a reserve of six.

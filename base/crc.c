@@ -3,9 +3,9 @@
 
 #include "base/assertion.h"
 
-// A whole word is processed at once: each half octet of it has its own table, so that no look-up depends on
-// the result of another; the tables of each checksum take 512 octets. A checksum is linear: four constants,
-// one per bit, make a table.
+// The functions process a whole word at once. Each half octet of the word has its own table, so that no
+// look-up depends on the result of another; the tables of each checksum take 512 octets. A checksum is
+// linear: therefore four constants, one for each bit of the half octet, define a table.
 #define NIBBLE(a, b, c, d)                                                                                   \
     {                                                                                                        \
         0U, (a), (b), (a) ^ (b), (c), (a) ^ (c), (b) ^ (c), (a) ^ (b) ^ (c), (d), (a) ^ (d), (b) ^ (d),      \
@@ -24,7 +24,7 @@ static const uint16_t crc16_tables[16][16] = {
     NIBBLE(0x47D3U, 0x8FA6U, 0x0F6DU, 0x1EDAU), NIBBLE(0x3DB4U, 0x7B68U, 0xF6D0U, 0xFD81U),
 };
 
-/// Content of the register 32 shifts after it contained a single bit, bit 0 first.
+/// Content of the CRC register 32 shifts after it contained a single bit; bit 0 first.
 static const uint32_t crc32_tables[8][16] = {
     NIBBLE(0xB8BC6765U, 0xAA09C88BU, 0x8F629757U, 0xC5B428EFU),
     NIBBLE(0x5019579FU, 0xA032AF3EU, 0x9B14583DU, 0xED59B63BU),
@@ -36,7 +36,7 @@ static const uint32_t crc32_tables[8][16] = {
     NIBBLE(0x1DB71064U, 0x3B6E20C8U, 0x76DC4190U, 0xEDB88320U),
 };
 
-/// Contribution of an octet to the CRC if `following` more octets of its block come after it.
+/// Contribution of an octet to the CRC if `following` octets of its block come after it.
 static inline uint32_t crc16_of(const uint32_t octet, const size_t following)
 {
     return (uint32_t)crc16_tables[(2U * following) + 1U][octet >> 4U] ^

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Checksums of the wire formats, and the hash of descriptor texts. Table driven; reentrant; O(size).
+/// Checksums of the wire formats, and the hash of descriptor texts. The functions use tables, are reentrant
+/// and take O(size).
 #ifndef BASE_CRC_H
 #define BASE_CRC_H
 
@@ -7,10 +8,10 @@
 #include <stdint.h>
 
 /// CRC-16/CCITT-FALSE of ECSS packet error control: polynomial 0x1021, initial value 0xFFFF, no reflection.
-/// Over a packet including its CRC the result is 0. Check value: "123456789" -> 0x29B1.
+/// The CRC of a packet with its own CRC at the end is 0. Check value: "123456789" -> 0x29B1.
 uint16_t crc16_ccitt(const uint8_t* octets, size_t size);
-/// CRC-16 of octets in several pieces: `start` is the result for the pieces before, or CRC16_START for the
-/// first piece.
+/// CRC-16 of octets in several pieces. `start` is the result for the pieces before; CRC16_START for the
+/// first.
 #define CRC16_START 0xFFFFU
 uint16_t crc16_ccitt_more(uint16_t start, const uint8_t* octets, size_t size);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The port to one file-like medium with random access, for a journal or a packet store. A power cut may tear
-/// a write, and writes may reach the medium in another order; data written before a successful `sync` is on
-/// the medium after a power cut.
+/// Access to one medium with random access, such as a file, for a journal or a packet store. After a power
+/// cut the medium has all data written before the last successful `sync`. Later writes may be incomplete, and
+/// may have reached the medium in another order.
 #ifndef BASE_MEDIUM_H
 #define BASE_MEDIUM_H
 
@@ -16,11 +16,11 @@ typedef struct {
     status_t (*read)(void* context, uint64_t offset, uint8_t* octets, size_t size);
     /// Write all `size` octets; the medium grows if necessary. STATUS_OK, STATUS_FULL (no space), STATUS_IO.
     status_t (*write)(void* context, uint64_t offset, const uint8_t* octets, size_t size);
-    /// STATUS_OK, STATUS_IO.
+    /// Force all data to the medium. STATUS_OK, STATUS_IO.
     status_t (*sync)(void* context);
-    /// Present end [octets]. STATUS_OK, STATUS_IO.
+    /// Present size [octets]. STATUS_OK, STATUS_IO.
     status_t (*size)(void* context, uint64_t* out_size);
-    /// Cut, or extend with zeros. STATUS_OK, STATUS_FULL, STATUS_IO.
+    /// Cut the medium to `size`, or extend it with zeros. STATUS_OK, STATUS_FULL, STATUS_IO.
     status_t (*resize)(void* context, uint64_t size);
 } medium_t;
 

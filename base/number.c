@@ -6,8 +6,8 @@
 #include <stddef.h>
 #include <string.h>
 
-#define REAL_DIGITS_MAX 15U // A double represents each integer of so many digits exactly.
-#define REAL_POWER_MAX 22   // It also represents this power of ten exactly: the result is rounded once.
+#define REAL_DIGITS_MAX 15U // A double represents each integer of 15 digits exactly.
+#define REAL_POWER_MAX 22   // A double represents 10^22 exactly: the product of both is rounded only once.
 
 static bool is_digit(const char character)
 {
@@ -43,7 +43,7 @@ static const char* next_word(const char* text)
     return text;
 }
 
-/// Digits of a base up to the end of the word.
+/// Read digits of a base up to the end of the word.
 static status_t read_digits(const char* text, const uint8_t base, uint64_t* const out_value,
                             const char** out_end)
 {
@@ -65,7 +65,7 @@ static status_t read_digits(const char* text, const uint8_t base, uint64_t* cons
     return is_beyond ? STATUS_OUT_OF_RANGE : STATUS_OK;
 }
 
-/// Magnitude and sign of an integer word.
+/// Read an integer word as magnitude and sign.
 static status_t read_integer(const char** const text, bool* const out_negative, uint64_t* const out_magnitude)
 {
     FSW_ASSERT((text != NULL) && (*text != NULL));
@@ -85,11 +85,11 @@ static status_t read_integer(const char** const text, bool* const out_negative, 
 
 typedef struct { // A decimal number: digits x 10^power.
     uint64_t digits;
-    unsigned digit_count; // Without leading zeros.
+    unsigned digit_count; // Number of digits without leading zeros.
     int power;
 } decimal_t;
 
-/// Digits of one part of the number. False if there is none.
+/// Read the digits before or after the decimal point. False if there is no digit.
 static bool take_digits(const char** const at, decimal_t* const decimal, const bool is_fraction)
 {
     const char* const start = *at;
@@ -105,7 +105,7 @@ static bool take_digits(const char** const at, decimal_t* const decimal, const b
     return *at != start;
 }
 
-/// Exponent after 'e': at most four digits, as in the schema.
+/// Read the exponent after 'e'. False if it does not have one to four digits, the limit of the schema, too.
 static bool take_exponent(const char** const at, decimal_t* const decimal)
 {
     const bool is_negative = (**at == '-');
@@ -129,7 +129,7 @@ static double scaled(const decimal_t* const decimal)
     return (decimal->power < 0) ? ((double)decimal->digits / power) : ((double)decimal->digits * power);
 }
 
-/// Digits with an optional fraction and exponent, and nothing after them.
+/// Read a decimal number with an optional fraction and exponent, up to the end of the word.
 static bool take_decimal(const char** const at, decimal_t* const decimal)
 {
     bool is_valid = take_digits(at, decimal, false);
@@ -173,7 +173,7 @@ status_t number_read_real(const char** const text, double* const out_value)
     return STATUS_OK;
 }
 
-/// true, false, 1 or 0.
+/// Read one of the words true, false, 1 and 0.
 static status_t read_bool(const char** const text, bool* const out_value)
 {
     static const char* const words[] = {"false", "true", "0", "1"};
@@ -189,7 +189,7 @@ static status_t read_bool(const char** const text, bool* const out_value)
     return (*at == '\0') ? STATUS_EMPTY : STATUS_INVALID;
 }
 
-/// An integer of a type: magnitude and sign within its range, then two's complement in its own width.
+/// Read an integer and store it if it is in the range of its type, in two's complement of its width.
 static status_t read_integer_of(const char** const text, const value_type_t type, void* const memory)
 {
     const bool is_signed = (type > VALUE_UINT64);
@@ -228,7 +228,7 @@ static status_t read_float(const char** const text, float* const memory)
     if (status != STATUS_OK) {
         return status;
     }
-    *memory = (float)value; // number_read_real returns less than 10^37: within the range of float.
+    *memory = (float)value; // In the range of float, because number_read_real returns less than 10^37.
     *text   = at;
     return STATUS_OK;
 }

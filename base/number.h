@@ -18,13 +18,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// Each reads one word at *text and moves *text past it and the spaces after it; on error *text does not
-/// change. STATUS_OK; STATUS_EMPTY (no word left); STATUS_INVALID (not such a number); STATUS_OUT_OF_RANGE
-/// (beyond 64 bits, or a real with too many digits or too large an exponent).
+/// Read one number at *text, and move *text past this word and the spaces after it; on error *text does not
+/// change. STATUS_OK; STATUS_EMPTY (no word left); STATUS_INVALID (not a number of this kind);
+/// STATUS_OUT_OF_RANGE (beyond 64 bits, or a real with too many digits or too large an exponent).
 MUST_USE status_t number_read_unsigned(const char** text, uint64_t* out_value);
 MUST_USE status_t number_read_real(const char** text, double* out_value);
-/// One scalar of a type into host memory (BOOL: true, false, 1, 0). Statuses as above; STATUS_OUT_OF_RANGE
-/// also if the value does not fit the type.
+/// Read one scalar of a type into host memory (BOOL: true, false, 1, 0). Statuses as above;
+/// STATUS_OUT_OF_RANGE also if the value does not fit the type.
 MUST_USE status_t number_read_value(const char** text, value_type_t type, void* memory);
 /// True if nothing but spaces is left.
 bool number_is_end(const char* text);

@@ -4,8 +4,8 @@
 /// The first access outside the bounds sets `failed`, which stays set; a failed reader returns zeros and a
 /// failed writer writes nothing, so that a codec can run through and check once at its end.
 ///
-/// Ownership  The caller keeps the octets alive.
-/// Context    Any; not shared.
+/// Ownership  The octets must exist as long as the reader or writer is used.
+/// Context    Any; one task for each reader or writer.
 /// Time       O(1), copies O(n).
 #ifndef BASE_OCTETS_H
 #define BASE_OCTETS_H
@@ -28,7 +28,7 @@ typedef struct {
     bool failed;     ///< A write did not fit.
 } octet_writer_t;
 
-/// Big-endian numbers at a place that has room for them; for headers whose length is fixed.
+/// Big-endian numbers at an address, without a check of bounds; for headers whose length is fixed.
 static inline void octets_put_u16(uint8_t* octets, uint16_t value)
 {
     octets[0] = (uint8_t)(value >> 8U);
@@ -71,9 +71,10 @@ uint16_t octet_read_u16(octet_reader_t* reader);
 uint32_t octet_read_u32(octet_reader_t* reader);
 uint64_t octet_read_u64(octet_reader_t* reader);
 double octet_read_f64(octet_reader_t* reader);
-/// Pointer to `size` octets inside the reader's buffer, or NULL (and failed) if fewer are left.
+/// Skip `size` octets and return a pointer to them in the reader's buffer, or NULL (and failed) if fewer are
+/// left.
 const uint8_t* octet_read_octets(octet_reader_t* reader, size_t size);
-/// Octets not read yet; 0 when failed.
+/// Number of octets not read yet; 0 when failed.
 size_t octet_reader_left(const octet_reader_t* reader);
 /// True if nothing failed and the last octet has been read.
 bool octet_reader_is_done(const octet_reader_t* reader);
@@ -84,7 +85,8 @@ void octet_write_u16(octet_writer_t* writer, uint16_t value);
 void octet_write_u32(octet_writer_t* writer, uint32_t value);
 void octet_write_u64(octet_writer_t* writer, uint64_t value);
 void octet_write_f64(octet_writer_t* writer, double value);
-/// Pointer to the next `size` octets, for the caller to fill, or NULL (and failed) if they do not fit.
+/// Reserve the next `size` octets. Returns a pointer to them, for the caller to fill, or NULL (and failed) if
+/// they do not fit.
 uint8_t* octet_write_space(octet_writer_t* writer, size_t size);
 void octet_write_octets(octet_writer_t* writer, const uint8_t* octets, size_t size);
 

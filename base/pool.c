@@ -12,16 +12,16 @@ static inline bool is_taken(const pool_t* const pool, const void* const block, u
     // Comparing unrelated pointers with `<` is undefined (C99 6.5.8), so compare addresses as integers. An
     // address below the storage wraps to a huge offset and is refused.
     const uint64_t offset = (uintptr_t)(const uint8_t*)block - (uintptr_t)pool->storage;
-    // A product instead of a division: exact for the start of a block, since the rounding of the inverse adds
-    // less than the offset, which is less than 2^32. For any other offset the start of the resulting block
-    // differs from the offset.
+    // A multiplication replaces the slower division. It is exact for the start of a block: the rounding of
+    // the inverse adds less than the offset to the product, and the offset is less than 2^32. For any other
+    // offset the start of the resulting block differs from the offset.
     const uint64_t index = (offset * pool->inverse) >> INVERSE_BITS;
     *out_index           = (uint16_t)index;
     return (index < pool->block_count) && (pool->slots[index].start == offset) &&
            (pool->slots[index].holders > 0U);
 }
 
-/// Blocks in use at which `percent` is reached, rounded up.
+/// Number of taken blocks at which `percent` is reached, rounded up.
 static uint16_t blocks_at(const pool_t* const pool, const uint8_t percent)
 {
     return (uint16_t)((((uint32_t)pool->block_count * percent) + 99U) / 100U);
@@ -57,7 +57,7 @@ void pool_init(pool_t* const pool, uint64_t* const storage, pool_slot_t* const s
     FSW_ASSERT((setup->block_octets >= 1U) && (setup->block_octets <= POOL_BLOCK_OCTETS_MAX));
     FSW_ASSERT((setup->block_count >= 1U) && (setup->block_count < UINT16_MAX));
     FSW_ASSERT(setup->reserve < setup->block_count);
-    // Listed in address order, so that a new pool gives out its blocks in a defined order.
+    // The list is in the order of addresses, so that a new pool gives its blocks in a defined order.
     const uint32_t words = (uint32_t)POOL_BLOCK_WORDS(setup->block_octets);
     for (uint16_t i = 0U; i < setup->block_count; i++) {
         const uint16_t next = (uint16_t)((i + 1U) % setup->block_count);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Quota: a limit on the number of system objects in use, such as sockets, connections and open devices.
-/// Counted like the blocks of a pool, with the same warning before anything fails.
+/// Quota: a limit on the number of system objects in use, such as sockets, connections and open devices. They
+/// are counted like the blocks of a pool, with the same warning before a take is refused.
 ///
 /// Ownership  The caller places quota_t. It contains only numbers: the caller that takes a unit returns it.
 /// Context    One loop.
@@ -21,21 +21,21 @@ typedef struct { // Private, except `stats`: read-only, for housekeeping telemet
     uint16_t clear_at;
     bool is_unpolled;
     struct {
-        uint16_t used;     ///< Lent now [0..limit].
+        uint16_t used;     ///< Units taken now [0..limit].
         uint16_t peak;     ///< Largest `used` since quota_init.
-        bool warning;      ///< Use is at or above the threshold (with hysteresis).
-        uint32_t warnings; ///< Times the warning has risen [wraps].
-        uint32_t refused;  ///< Takes refused because all were lent [calls, wraps].
+        bool warning;      ///< `used` is at or above the threshold (with hysteresis).
+        uint32_t warnings; ///< Number of times that `warning` became true [wraps].
+        uint32_t refused;  ///< Takes refused because all units were taken [calls, wraps].
     } stats;
 } quota_t;
 
 /// All units are free. limit >= 1; the thresholds are those of pools (POOL_WARN_PERCENT, POOL_CLEAR_PERCENT).
 void quota_init(quota_t* quota, uint16_t limit);
-/// Take one unit. Null: there is no quota, so nothing is counted or refused. STATUS_OK, STATUS_EXHAUSTED.
+/// Take one unit. Null means no quota: STATUS_OK, and nothing is counted. STATUS_OK, STATUS_EXHAUSTED.
 MUST_USE status_t quota_take(quota_t* quota);
 /// Return one unit; null: no effect. Returning more than was taken is a coding error.
 void quota_give(quota_t* quota);
-/// True once each time the warning has risen since the last call.
+/// True if `warning` has become true since the last call.
 bool quota_poll_warning(quota_t* quota);
 
 #endif // BASE_QUOTA_H

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The memory of one component: several pools of block sizes cut once from one static arena at start.
-/// A request gets a block of the smallest size that fits; it never falls over to a larger size, so that a
-/// flood of small blocks cannot starve the large ones. Nothing grows at run time.
+/// The memory of one component: several pools, each with its block size, in one static arena that is divided
+/// at start. A request gets a block of the smallest size that fits. If no such block is free, the request is
+/// refused, so that many small requests cannot use up the large blocks.
 ///
-/// Ownership  The resource borrows the arena, which outlives it.
+/// Ownership  The caller places the arena, which must exist as long as the resource.
 /// Context    One loop, as for pools.
 /// Time       O(number of sizes).
 ///
@@ -22,7 +22,7 @@
 
 #define RESOURCE_SIZES_MAX 6U
 
-/// Arena needed for `count` blocks of `octets`, bookkeeping included [64-bit words].
+/// Size of the arena for `count` blocks of `octets`, bookkeeping included [64-bit words].
 #define RESOURCE_SLOT_WORDS(count) (((count) * sizeof(pool_slot_t) + 7U) / 8U)
 #define RESOURCE_ARENA_WORDS(octets, count) (POOL_STORAGE_WORDS(octets, count) + RESOURCE_SLOT_WORDS(count))
 
@@ -38,17 +38,17 @@ typedef struct { // Private, except that `pools[i].stats` may be read.
     uint32_t oversized; ///< Requests larger than the largest block [calls, wraps]; read-only.
 } resource_t;
 
-/// Cut the arena into pools. STATUS_OK; STATUS_INVALID (sizes not ascending, or a wrong count or reserve);
+/// Divide the arena into pools. STATUS_OK; STATUS_INVALID (sizes not ascending, or a wrong count or reserve);
 /// STATUS_TOO_LARGE (the arena is too small for them).
 MUST_USE status_t resource_init(resource_t* resource, uint64_t* arena, size_t arena_words,
                                 const resource_size_t* sizes, uint16_t size_count);
 
-/// Take one block of at least `octets`, also from the reserve. STATUS_OK; STATUS_EXHAUSTED; STATUS_TOO_LARGE
-/// (no pool has such blocks).
+/// Take one block of at least `octets`; the reserve may be used. STATUS_OK; STATUS_EXHAUSTED;
+/// STATUS_TOO_LARGE (no pool has such blocks).
 MUST_USE status_t resource_take_reserved(resource_t* resource, size_t octets, void** out_block);
-/// STATUS_OK, STATUS_NOT_OURS, STATUS_FULL; see pool_retain.
+/// Add a reference to a block. STATUS_OK, STATUS_NOT_OURS, STATUS_FULL; see pool_retain.
 MUST_USE status_t resource_retain(resource_t* resource, void* block);
-/// STATUS_OK, STATUS_NOT_OURS; see pool_release.
+/// Remove a reference to a block. STATUS_OK, STATUS_NOT_OURS; see pool_release.
 MUST_USE status_t resource_release(resource_t* resource, void* block);
 
 #endif // BASE_RESOURCE_H

@@ -31,7 +31,7 @@ uint32_t take_check_count(void)
     return count;
 }
 
-/// Number of takes of this owner, this one included.
+/// Count a take of this owner. Returns the number of its takes, this one included.
 static uint32_t takes_of(const void* const owner)
 {
     for (size_t i = 0U; i < OWNERS; i++) {
@@ -72,6 +72,6 @@ bool take_check_is_marked(const uint64_t* const block, const size_t words)
 
 #else
 
-typedef int nothing_is_checked_in_flight; // C99 requires a declaration in each source file.
+typedef int take_check_is_empty_in_flight; // C99 requires a declaration in each source file.
 
 #endif

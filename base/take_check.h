@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Checks of pools and quotas in test builds (RESOURCE_CHECKS, set with SANITIZE=1); flight builds have none
-/// of it. Free blocks contain a pattern: a write after release is detected when the block is taken again. The
-/// n-th take of the program can be made to fail, so that a test reaches every refusal.
+/// Checks of pools and quotas in test builds (RESOURCE_CHECKS, set with SANITIZE=1); flight builds do not
+/// have them. Free blocks contain a pattern: a write after release is detected when the block is taken again.
+/// The n-th take of the program can be made to fail, so that a test reaches every refusal.
 ///
-/// Context    One task per program: the count is the program's.
+/// Context    One task of a program, because the program has one count.
 #ifndef BASE_TAKE_CHECK_H
 #define BASE_TAKE_CHECK_H
 
@@ -15,8 +15,8 @@
 #define TAKES_ARE_CHECKED true
 
 /// Refuse the take with this number. Takes are counted from this call on, beginning with 1; 0: refuse none.
-/// Only the first 8 takes of each pool and quota are counted, so that all of them are reached even if one
-/// takes a block for each packet.
+/// Only the first 8 takes of each pool and quota are counted, so that the numbers reach every pool even if
+/// one pool is used for each packet.
 void take_check_refuse(uint32_t number);
 /// Number of takes counted since take_check_refuse, or since the start.
 uint32_t take_check_count(void);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Text without printf: append words, numbers and hex to a bounded buffer that is always NUL-terminated. What
-/// does not fit is cut and `cut` is set.
+/// Text without printf: append words and decimal or hexadecimal numbers to a bounded buffer that always ends
+/// with NUL. Text that does not fit is cut, and `cut` is set.
 ///
 /// Ownership  The caller places the buffer.
 /// Time       O(length).
@@ -15,28 +15,28 @@ typedef struct {
     char* characters;
     size_t capacity; ///< Including the terminating NUL, >= 1.
     size_t length;   ///< Characters before the NUL.
-    bool cut;        ///< Something did not fit.
+    bool cut;        ///< Some text did not fit.
 } text_t;
 
-/// An empty text in `buffer`. capacity >= 1.
+/// Begin an empty text in `buffer`. capacity >= 1.
 text_t text_in(char* buffer, size_t capacity);
 void text_add(text_t* text, const char* words);
 /// Append each word of a list that ends with null.
 void text_add_words(text_t* text, const char* const* words);
 /// Append a pattern, in which the first % stands for `one`, the next for `other`, and # for `number`.
 void text_add_pattern(text_t* text, const char* pattern, const char* one, const char* other, uint64_t number);
-/// Join the words of a list that ends with null in `buffer`. False: they were cut.
+/// Join the words of a list that ends with null, in `buffer`. False: the text was cut.
 bool text_join(char* buffer, size_t capacity, const char* const* words);
 void text_add_character(text_t* text, char character);
 void text_add_unsigned(text_t* text, uint64_t value);
 void text_add_signed(text_t* text, int64_t value);
-/// Exactly `digits` decimal digits, zero-padded on the left; the lowest digits if the value is longer.
+/// Append exactly `digits` decimal digits, with zeros on the left; the lowest digits if the value has more.
 void text_add_digits(text_t* text, uint64_t value, unsigned digits);
-/// "0x" and exactly `digits` upper-case hexadecimal digits, 1..16.
+/// Append "0x" and exactly `digits` upper-case hexadecimal digits, 1..16.
 void text_add_hex(text_t* text, uint64_t value, unsigned digits);
-/// Lower-case hexadecimal dump, two digits an octet, no separators.
+/// Append two lower-case hexadecimal digits for each octet, without separators.
 void text_add_octets(text_t* text, const uint8_t* octets, size_t size);
-/// Seconds with nine decimals: 1500000000 ns -> "1.500000000".
+/// Append seconds with nine decimals: 1500000000 ns -> "1.500000000".
 void text_add_seconds(text_t* text, uint64_t time_ns);
 
 #endif // BASE_TEXT_H

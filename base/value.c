@@ -27,7 +27,7 @@ static const scalar_t* scalar_of(const value_type_t type)
     return &scalars[type];
 }
 
-/// The bits of a scalar in host memory, in the low end of the result.
+/// Bits of a scalar in host memory, as the low bits of the result.
 static inline uint64_t load_bits(const size_t size, const void* const memory)
 {
     uint8_t octet   = 0U;
@@ -160,7 +160,7 @@ double value_as_double(const value_type_t type, const void* const memory)
         const uint64_t bits = value_bits(type, memory);
         const uint64_t sign = 1ULL << ((8U * scalar->size) - 1U);
         if (scalar->is_signed && ((bits & sign) != 0U)) {
-            // The magnitude of a negative number: the two's complement within its own width.
+            // Magnitude of a negative number: its two's complement, within the width of its type.
             number = -(double)(((sign - 1U) & ~bits) + 1U);
         } else {
             number = (double)bits;

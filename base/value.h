@@ -23,18 +23,18 @@ typedef enum {
     VALUE_DOUBLE,
     VALUE_BOOL,        ///< One octet, 0 or 1; C type bool.
     VALUE_SCALARS,     ///< Number of scalar types.
-    VALUE_STRUCT = 24, ///< Layout code of a structured parameter; length from the dictionary.
+    VALUE_STRUCT = 24, ///< Layout code of a structured parameter; the dictionary has its length.
     VALUE_ARRAY  = 25  ///< Layout code of an array (count > 1) of one scalar type.
 } value_type_t;
 
-/// Size of one scalar in host memory and on the wire [octets]; both are equal for every scalar type.
+/// Size of one scalar [octets]; the same in host memory and on the wire.
 size_t value_size(value_type_t type);
-/// Descriptor word ("DOUBLE"); never null for a scalar type.
+/// Name of a type in descriptors ("DOUBLE"); never null for a scalar type.
 const char* value_type_name(value_type_t type);
-/// Scalar type of a descriptor word. STATUS_OK, STATUS_NOT_FOUND.
+/// Find the scalar type of this name. STATUS_OK, STATUS_NOT_FOUND.
 MUST_USE status_t value_type_of(const char* name, value_type_t* out_type);
 
-/// Bits of a scalar in host memory, in the low end of the result.
+/// Bits of a scalar in host memory, as the low bits of the result.
 uint64_t value_bits(value_type_t type, const void* memory);
 /// Store the low bits of a number, two's complement or IEEE 754, as a scalar.
 void value_store(value_type_t type, uint64_t bits, void* memory);

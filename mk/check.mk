@@ -55,11 +55,13 @@ check-complexity: build/setup/check
 	@build/venv/bin/lizard -l c -l python -w -C 15 base osal pus fsw launcher sim gse && \
 	    echo 'check: no function is too complex'
 .PHONY: check-flights
-# The long tests: many deaths and power cuts at random instants, peers.
+# The long tests: many deaths and power cuts at random instants, and the comparison with other implementations
+# of PUS.
 check-flights: build/setup/vm build/setup/full build/setup/peer-spacepackets all remote-endian
 	@LONG=1 SOAK_HOURS=24 $(VENV) -m pytest -q -p no:cacheprovider -m long -n $(JOBS) --dist loadfile \
 	    test/mission test/hil test/conformance && echo 'check: every flight ends as it should'
-# Times to detect and repair hangs and deaths in wall-clock time, on a machine without other load.
+# Times in which hangs and deaths are detected and repaired, by the wall clock; the machine must have no other
+# load.
 .PHONY: check-times
 check-times: build/setup/test all
 	@$(VENV) test/bench/run_bench.py --only bench_lives --out build/bench-lives.json --check && \

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Compiler, flags and variant of a build.
+# Compiler, flags and variant of the build.
 
 ifeq ($(origin CC),default)
 CC := gcc
@@ -20,10 +20,11 @@ B       := build$(addprefix /,$(VARIANT))
 WARNINGS := -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Wstrict-prototypes -Wvla -Werror
 OPTIMIZE := -O2 -g
 ifeq ($(shell uname -m)$(S390X)$(findstring clang,$(CC)),x86_64)
-# No jump across a boundary of 32 octets: processors with the microcode correction of 2019 (Intel) run them slowly, and
-# the time of a function would depend on the code before it.
+# The assembler places no jump across a boundary of 32 octets: Intel processors with the microcode correction
+# of 2019 run such jumps slowly, and the time of a function would depend on the code before it.
 OPTIMIZE += -Wa,-mbranches-within-32B-boundaries
-# A prefetch for writing takes the line from other processors (a processor without it ignores it).
+# A prefetch for writing (prefetchw) takes the cache line from the other processors; a processor without this
+# instruction ignores it.
 OPTIMIZE += -mprfchw
 endif
 ifdef SANITIZE

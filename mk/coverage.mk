@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Coverage: the C tests in a separate variant of the build.
+# Coverage of the C tests, in a variant of the build of its own.
 
 COVERING = $(filter-out test/unit/sim/% test/unit/pus/tool/% %_endurance.c,$(TESTS))
 coverage: build/setup/check

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Fuzz targets: built by clang in a separate variant, each with the common sources.
+# Fuzz targets, built by clang in a variant of their own. Each target links the common sources of test/fuzz.
 
 define fuzz_rule
 $B/target/$1: $(call objects,test/fuzz/fuzz_$1.c $(filter-out test/fuzz/fuzz_%,$(FUZZ_SOURCES)) \
@@ -21,7 +21,8 @@ fuzz: build/setup/clang
 	    $(error ONLY=$(ONLY): no fuzz target has this in its name; there are: $(FUZZ_TARGETS)))
 	+@$(BUILD_FUZZERS)
 	@$(PYTHON) test/fuzz/run_fuzz.py --seconds $(SECONDS) $(call selected,$(FUZZ_TARGETS))
-# For a new target: create a corpus from test vectors and inputs that runs found, reduced to those that add coverage.
+# Create the corpus of a new target from test vectors and from the inputs that fuzzing has found; keep only
+# the inputs that add coverage.
 fuzz-corpus: build/setup/pytest build/setup/clang
 	+@$(BUILD_FUZZERS)
 	@$(VENV) test/fuzz/make_corpus.py $(call selected,$(FUZZ_TARGETS))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Files generated from descriptors and catalogue; how a source becomes an object.
+# Files generated from descriptors and catalogue; the rules that compile sources to objects.
 
 GENERATOR := $(wildcard gse/generator/*.py gse/generator/*.lua)
 GENERATED := build/generated/stamp build/generated/programs.h
@@ -18,7 +18,7 @@ build/generated/programs.h: $(wildcard fsw/programs/*_program.c) fsw/programs
 	   for name in $(patsubst %_program.c,%,$(notdir $(sort $(wildcard fsw/programs/*_program.c)))); do \
 	       echo "COMPONENT($$name, \"$$(echo "$$name" | tr _ -)\")"; done; } >$@.part
 	@cmp -s $@.part $@ && rm $@.part || mv $@.part $@
-# The folders whose layer uses the generated files, with their tests.
+# The folders whose sources include generated files, and the folders of their tests.
 SEES_GENERATED := $(foreach p,pus fsw/canopen fsw/drives fsw/supervisor fsw/subsystems fsw/programs launcher, \
                   $p/% test/unit/$p/%) \
                   test/bench/% test/fuzz/%
@@ -28,7 +28,7 @@ $(call objects,$(filter $(SEES_GENERATED),$(SOURCES) $(TESTS) $(BENCHES) $(FUZZ_
 generated: $(GENERATED)
 	@:
 
-# After a change of the flags or the compiler everything is built again.
+# This file changes when the flags or the compiler change; every object depends on it and is then built again.
 $B/flags: force
 	@mkdir -p $(@D) && echo '$(CC) $(CPPFLAGS) $(CFLAGS)' | cmp -s - $@ || echo '$(CC) $(CPPFLAGS) $(CFLAGS)' >$@
 force:

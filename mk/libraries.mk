@@ -2,7 +2,7 @@
 # Libraries: one for each folder.
 
 SOURCES  := $(shell find base osal pus fsw launcher sim -name '*.c' 2>/dev/null | LC_ALL=C sort)
-ifdef S390X # Procedures run in the supervisor, which is never a remote-endian program: no Lua for that processor.
+ifdef S390X # Lua runs procedures in the supervisor, which is never a remote-endian program.
 SOURCES  := $(filter-out fsw/procedures/%,$(SOURCES))
 endif
 TESTS    := $(shell find test/unit test/contract -name 'test_*.c' 2>/dev/null | LC_ALL=C sort)

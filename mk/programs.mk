@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 # Programs.
 
-# A flight program uses nothing of the simulator, and the simulator only the operating system layer and the status
-# type of the flight side; the image program has both.
+# A flight program links no library of the simulator; the simulator links only base and the operating system
+# layer of the flight side. The image program links both sides.
 SIM_LIBRARIES    := $(foreach d,$(filter sim/% osal/% base,$(DIRS)),$(call library,$d))
 FLIGHT_LIBRARIES := $(foreach d,$(filter-out sim/%,$(DIRS)),$(call library,$d))
 
 LUA   := $(if $(S390X),,-llua5.4)
-NETTLE := $(if $(S390X),,-lnettle) # No program of another byte order protects frames.
+NETTLE := $(if $(S390X),,-lnettle) # No remote-endian program protects frames.
 group = -Wl,--start-group $(filter %.a,$1) -Wl,--end-group
 program_name = $B/bin/$(subst _,-,$(patsubst %_main.c,%,$(notdir $1)))
 libraries_of = $(if $(findstring image,$1)$(findstring relay,$1),$(LIBRARIES),\
@@ -23,7 +23,8 @@ $(call program_name,$1): $(call objects,$1) $(call libraries_of,$1)
 endef
 $(foreach m,$(MAINS),$(eval $(call program_rule,$m)))
 PROGRAMS := $(foreach m,$(MAINS),$(call program_name,$m))
-# Programs that a proxy can replace: all components except the two that others access in shared memory.
+# Programs that a proxy can replace: all components except supervisor and communication, whose shared memory
+# other components access.
 REMOTE_ENDIAN_PROGRAMS := $(foreach p,$(filter-out supervisor communication,$(patsubst %_program.c,%,\
                     $(notdir $(wildcard fsw/programs/*_program.c)))),$B/bin/$(subst _,-,$p))
 

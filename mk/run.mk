@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-# Flights, and the other targets for users.
+# Flights and other targets for users.
 
-# Only options of the command line are passed on; the launcher has the defaults and refuses invalid values.
+# Pass on only the options of the command line; the launcher has the defaults and refuses invalid values.
 option = $(if $(filter command%,$(origin $2)),$(if $($2),--$1 '$($2)'))
 adapter = $(if $(filter command%,$(origin $3)),$(if $($3),--$1 '$2=$($3)'))
-# A flight does not need the packages of the page: its report has film and charts if they are installed.
+# A flight does not need the packages of the page. If they are installed, its report has a film and charts.
 sim-run: build/setup/run all $(if $(REMOTE_ENDIAN),remote-endian)
 	@test ! -e build/setup/station || $(MAKE) --no-print-directory build/station/page/index.html || true
 	@build/bin/hirosco run $(call option,mission,MISSION) $(call option,scenario,SCENARIO) $(call option,world,WORLD) \
@@ -29,7 +29,7 @@ vm: build/setup/vm
 	@$(PYTHON) gse/vm/microvm.py $(call option,seconds,SECONDS) $(call option,cans,CANS) $(call option,memory,MEMORY) \
 	    $(call option,out,OUT)
 
-# The flight that is started, if none is running, is one by the wall clock.
+# If no flight is running, the page starts one in real time.
 gse: build/setup/station build/station/page/index.html all
 	@echo 'The command line is build/venv/bin/gse --help'
 	@build/venv/bin/python -m hirosco_gse.station $(call option,http-port,HTTP) $(call option,run,OUT) \

@@ -1,5 +1,5 @@
-# SPDX-License-Identifier: Apache-2.0
-# C tests: each links its own layer and the layers visible to it. Benches, and the targets that run tests.
+# SPDX-License-Identifier: Apache-2.0 C tests, each linked with its own layer and the layers that this layer
+# may include; benches; targets that run tests.
 
 selected   = $(if $(ONLY),$(foreach t,$1,$(if $(findstring $(ONLY),$t),$t)),$1)
 SUPPORT   := $(call objects,$(wildcard test/support/*.c))
@@ -10,8 +10,9 @@ LAYERS    := $(shell awk -F ' *: *' \
 
 comma     := ,
 under      = $(foreach l,$(DIRS),$(if $(filter $1 $1/%,$l),$l))
-# `layer:seen,seen` of a folder, and the libraries that it links: its own layer and all visible ones. A visible header
-# adds the library of its folder; a layer that sees the headers of osal/ links a port.
+# layer_of: line `layer:included,included` of the layer to which a folder belongs. A test in the folder links
+# the libraries of this layer and of all layers that it may include. If a single header may be included, the
+# library of its folder is linked; a layer that may include the headers of osal/ links a port of it.
 layer_of   = $(firstword $(foreach l,$(LAYERS),$(if $(filter $(call home,$l) $(call home,$l)/%,$1),$l)))
 home       = $(firstword $(subst :, ,$1))
 seen       = $(patsubst %/status.h,%,$(patsubst osal/include,osal,$(subst $(comma), ,$(word 2,$(subst :, ,$1)))))
@@ -22,15 +23,16 @@ mirrored   = $(patsubst test/unit/%,%,$(patsubst test/contract/%,%,$(patsubst %/
 test_name  = $(patsubst %.c,$B/%,$1)
 fixtures   = $(filter-out $(dir $1)test_%,$(wildcard $(dir $1)*.c $(dir $(patsubst %/,%,$(dir $1)))fixtures/*.c))
 
-# A test that defines __wrap_x replaces x in the code that it links; __real_x is x itself.
+# If a test defines __wrap_x, the code that the test links calls it instead of x; __real_x calls x itself.
 WRAPPED   := $(shell grep -o '__wrap_[A-Za-z0-9_]*' $(TESTS) /dev/null | LC_ALL=C sort -u)
 wraps_of   = $(patsubst $1:__wrap_%,-Wl$(comma)--wrap=%,$(filter $1:%,$(WRAPPED)))
-# See test/support/descriptors.h.
+# The runners of Unity and cmocka are replaced by runners that also count open descriptors:
+# test/support/descriptors.h.
 counted    = $(if $(S390X),,-Wl$(comma)--wrap=UnityDefaultTestRun -Wl$(comma)--wrap=_cmocka_run_group_tests)
 TEST_EXTERNALS = $(if $(S390X),,-lcmocka -lode -llcm -lsqlite3) $(LUA) $(NETTLE) -lexpat -lpthread -lm
 
-# Only a test that expects assertions to fail links its own fsw_assertion_failed; all others use that of the port,
-# whose library comes before the support library.
+# Only a test that expects failing assertions links the fsw_assertion_failed of test/support; all others use
+# that of the port.
 ASSERTING := $(shell grep -l assertion_fails $(TESTS) /dev/null)
 caught     = $(if $(filter $1,$(ASSERTING)),$B/obj/test/support/assertion.o)
 
@@ -64,7 +66,7 @@ endef
 $(foreach b,$(BENCHES),$(eval $(call bench_rule,$b)))
 include test/bench/transport.mk
 
-# Tests with several tasks on one object: built and run again with the thread sanitizer.
+# Tests in which several tasks use one object; they are built and run again with the thread sanitizer.
 THREAD_TESTS := $(filter %_torture.c %/test_loop_tasks.c %/test_packet_log_writer.c \
                 $(patsubst %,test/contract/osal/test_%.c,mutex event task) \
                 $(patsubst %,test/contract/osal/posix/test_%.c,mutex event task inversion),$(TESTS))
@@ -72,9 +74,9 @@ thread-tests: $(foreach t,$(call selected,$(THREAD_TESTS)),$(call test_name,$t))
 	@:
 tests: $(foreach t,$(call selected,$(TESTS)),$(call test_name,$t))
 	@:
-# Tests of conversions between numbers and octets, for a big-endian processor. Only those of Unity, because cmocka is
-# not available for it, and only those that need neither several tasks (the emulator has no locks with priority
-# inheritance) nor wall-clock time.
+# Tests of conversions between numbers and octets, to run for a big-endian processor: only tests with Unity,
+# because cmocka is not available for that processor, and only those that need neither several tasks (the
+# emulator has no locks with priority inheritance) nor wall-clock time.
 REMOTE_ENDIAN_TESTS := $(filter test/unit/pus/% test/unit/fsw/canopen/% %/test_remote_endian_wire.c test/unit/base/% \
                  $(foreach f,parameter rtlink message,test/unit/fsw/framework/$f/%),\
                  $(filter-out test/unit/pus/tool/% %_torture.c %_endurance.c,$(TESTS)))
@@ -94,7 +96,7 @@ kernel-tests: $(foreach t,$(KERNEL_TESTS),$(call test_name,$t))
 benches: $(patsubst test/bench/%.c,$B/bench/%,$(call selected,$(BENCHES))) $(TRANSPORTS:%=$B/bench/transport/%)
 	@:
 
-# The tests selected by ONLY and their needs: nothing else is installed or built.
+# The tests that ONLY selects, and their needs: only these are installed and built.
 PYTHON_TESTS   := $(strip $(call selected,$(shell find test -name 'test_*.py' | LC_ALL=C sort)))
 FLYING_TESTS   := $(filter test/conformance/% test/mission/% test/hil/%,$(PYTHON_TESTS))
 HIL_TESTS      := $(filter test/hil/%,$(PYTHON_TESTS))
