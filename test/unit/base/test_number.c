@@ -107,7 +107,7 @@ static void refuses_reals_that_it_cannot_round_correctly(void)
     }
 }
 
-/// Against the C library, which rounds correctly: bit for bit.
+/// Compare bit for bit with the C library, which rounds correctly.
 static void rounds_as_the_c_library_does(void)
 {
     uint64_t random = 0x9E3779B97F4A7C15ULL;
@@ -164,7 +164,7 @@ static void reads_zeros_and_both_exponent_signs(void)
     TEST_ASSERT_TRUE(value == 100.0);
 }
 
-/// A refused text changes neither the value nor the place in the text.
+/// A refused text changes neither the value nor the position in the text.
 static void refuses_values_out_of_range_of_the_type(void)
 {
     static const struct {

@@ -63,7 +63,7 @@ static void reals_are_ieee_754(void)
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
 }
 
-static void bits_of_odd_reals_survive(void)
+static void bits_of_special_reals_are_kept(void)
 {
     // Negative zero, infinities, smallest and largest numbers, and NaN.
     static const uint64_t patterns[] = {0x8000000000000000ULL, 0x7FF0000000000000ULL, 0xFFF0000000000000ULL,
@@ -105,7 +105,8 @@ static size_t read_width(octet_reader_t* reader, unsigned which)
 static void after_a_read_past_the_end_the_reader_stays_failed(void)
 {
     uint8_t octets[16];
-    (void)memset(octets, 0x40, sizeof octets); // As a real number this is not zero either.
+    // Interpreted as a real number, these octets are not zero either.
+    (void)memset(octets, 0x40, sizeof octets);
     for (unsigned which = 0U; which <= 4U; which++) {
         for (size_t size = 0U; size <= 9U; size++) {
             octet_reader_t reader = octet_reader(octets, size);
@@ -118,7 +119,7 @@ static void after_a_read_past_the_end_the_reader_stays_failed(void)
             TEST_ASSERT_EQUAL_UINT64(0U, reader.position);
             TEST_ASSERT_EQUAL_UINT64(0U, octet_reader_left(&reader));
             TEST_ASSERT_FALSE(octet_reader_is_done(&reader));
-            // Even items that would fit are refused now.
+            // Later reads are refused even if the octets are there.
             TEST_ASSERT_NULL(octet_read_octets(&reader, 0U));
             TEST_ASSERT_EQUAL_HEX8(0U, octet_read_u8(&reader));
         }
@@ -171,7 +172,7 @@ static void a_write_that_does_not_fit_and_all_later_ones_change_nothing(void)
     }
 }
 
-static void exactly_full_is_no_failure(void)
+static void a_writer_that_is_exactly_full_has_not_failed(void)
 {
     uint8_t octets[4];
     octet_writer_t writer = octet_writer(octets, sizeof octets);
@@ -206,8 +207,8 @@ static void null_is_a_coding_error(void)
     TEST_ASSERT_TRUE(assertion_fails(write_of_null));
 }
 
-/// After a failure a writer stays failed: neither octets that would fit nor zero octets change that.
-static void blocks_of_octets_are_written_whole_or_not(void)
+/// A writer that has failed stays failed: it refuses octets that would fit, and also zero octets.
+static void blocks_of_octets_are_written_completely_or_not_at_all(void)
 {
     static const uint8_t source[5] = {1U, 2U, 3U, 4U, 5U};
     uint8_t octets[4]              = {0xEEU, 0xEEU, 0xEEU, 0xEEU};
@@ -232,13 +233,13 @@ int main(void)
     RUN_TEST(widths_are_big_endian);
     RUN_TEST(every_16_bit_value_is_read_as_it_was_written);
     RUN_TEST(reals_are_ieee_754);
-    RUN_TEST(bits_of_odd_reals_survive);
+    RUN_TEST(bits_of_special_reals_are_kept);
     RUN_TEST(after_a_read_past_the_end_the_reader_stays_failed);
     RUN_TEST(a_reader_returns_octets_without_a_copy);
     RUN_TEST(sizes_near_the_limit_of_size_t_do_not_wrap);
     RUN_TEST(a_write_that_does_not_fit_and_all_later_ones_change_nothing);
-    RUN_TEST(exactly_full_is_no_failure);
-    RUN_TEST(blocks_of_octets_are_written_whole_or_not);
+    RUN_TEST(a_writer_that_is_exactly_full_has_not_failed);
+    RUN_TEST(blocks_of_octets_are_written_completely_or_not_at_all);
     RUN_TEST(null_is_a_coding_error);
     return UNITY_END();
 }

@@ -108,7 +108,8 @@ static void refuses_pointers_that_are_not_its_blocks(void)
     TEST_ASSERT_FALSE(pool_owns(&pool, &stranger));
 }
 
-/// The index of a block is computed by a product: the rounding must not show in the last of very many blocks.
+/// A multiplication computes the index of a block; its rounding must be correct up to the last of very many
+/// blocks.
 static void finds_each_of_very_many_blocks(void)
 {
     enum {
@@ -150,11 +151,11 @@ static void warns_at_75_percent_and_falls_back_at_65(void)
     }
     TEST_ASSERT_FALSE(pool.stats.warning);
     TEST_ASSERT_FALSE(pool_poll_warning(&pool));
-    blocks[14] = take(); // 15 of 20.
+    blocks[14] = take(); // 15 of 20 blocks.
     TEST_ASSERT_TRUE(pool.stats.warning);
     TEST_ASSERT_TRUE(pool_poll_warning(&pool));
     TEST_ASSERT_FALSE(pool_poll_warning(&pool));
-    TEST_ASSERT_EQUAL(STATUS_OK, pool_release(&pool, blocks[14])); // 14: still inside the hysteresis.
+    TEST_ASSERT_EQUAL(STATUS_OK, pool_release(&pool, blocks[14])); // 14 of 20: within the hysteresis.
     TEST_ASSERT_TRUE(pool.stats.warning);
     blocks[14] = take();
     TEST_ASSERT_FALSE(pool_poll_warning(&pool));
@@ -179,7 +180,8 @@ static void takes_thresholds_from_a_descriptor_that_comes_later(void)
     TEST_ASSERT_FALSE(pool.stats.warning);
 }
 
-/// The smallest pool: one block is 100 % of it, so the warning must be raised with it and cleared without it.
+/// In the smallest pool one block is 100 %: taking it raises the warning, and releasing it clears the
+/// warning.
 static void warns_in_a_pool_of_one_block(void)
 {
     pool_init(&pool, storage, slots, &(pool_setup_t){1U, 1U, 0U, 75U, 65U});
@@ -197,7 +199,7 @@ static uint32_t next_random(uint32_t* const state)
     return *state;
 }
 
-/// Compared with a model: which block is held how often.
+/// Compare with a model that knows how often each block is held.
 static void agrees_with_a_model_over_many_random_steps(void)
 {
     make(3U);
@@ -236,12 +238,12 @@ static void self_test_finds_a_damaged_list(void)
     (void)take();
     TEST_ASSERT_EQUAL(STATUS_OK, pool_release(&pool, first));
     const pool_slot_t kept = slots[0];
-    slots[0].next          = 0U; // A loop.
+    slots[0].next          = 0U; // The free list is a loop.
     TEST_ASSERT_FALSE(pool_is_consistent(&pool));
-    slots[0].next = BLOCKS; // Beyond the last block.
+    slots[0].next = BLOCKS; // An index beyond the last block.
     TEST_ASSERT_FALSE(pool_is_consistent(&pool));
     slots[0]         = kept;
-    slots[7].holders = 1U; // Held, but never given.
+    slots[7].holders = 1U; // A free block that has a holder.
     TEST_ASSERT_FALSE(pool_is_consistent(&pool));
     slots[7].holders   = 0U;
     const pool_t whole = pool;
@@ -255,7 +257,7 @@ static void self_test_finds_a_damaged_list(void)
     TEST_ASSERT_FALSE(pool_is_consistent(&pool));
     pool                  = whole;
     const pool_slot_t cut = slots[BLOCKS - 2U];
-    slots[BLOCKS - 2U]    = slots[0]; // The last block is lost.
+    slots[BLOCKS - 2U]    = slots[0]; // The last block is missing in the list.
     TEST_ASSERT_FALSE(pool_is_consistent(&pool));
     slots[BLOCKS - 2U] = cut;
 }

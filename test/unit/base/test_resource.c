@@ -58,7 +58,7 @@ static void many_small_blocks_do_not_use_up_the_large_ones(void)
     (void)take(200U);
 }
 
-static void gives_back_to_the_right_pool(void)
+static void a_block_returns_to_its_pool(void)
 {
     uint64_t stranger = 0U;
     void* const small = take(5U);
@@ -81,7 +81,7 @@ static void refuses_an_arena_that_is_too_small_at_every_size(void)
     TEST_ASSERT_EQUAL(STATUS_OK, resource_init(&memory, arena, ARENA_WORDS, sizes, 3U));
 }
 
-static void refuses_sizes_that_make_no_sense(void)
+static void refuses_impossible_sizes(void)
 {
     const resource_size_t falling[]  = {{64U, 2U, 0U}, {64U, 2U, 0U}};
     const resource_size_t none[]     = {{64U, 0U, 0U}};
@@ -102,7 +102,7 @@ static void refuses_sizes_that_make_no_sense(void)
     TEST_ASSERT_EQUAL(STATUS_OK, resource_init(&memory, arena, ARENA_WORDS, many, RESOURCE_SIZES_MAX));
 }
 
-/// With as many pools as possible, no octet behind the last one is taken for a pool.
+/// Even with as many pools as possible, octets behind the last pool are not taken for another pool.
 static void refuses_a_block_larger_than_the_last_of_all_pools(void)
 {
     static const resource_size_t all[RESOURCE_SIZES_MAX] = {{8U, 1U, 0U},  {16U, 1U, 0U}, {24U, 1U, 0U},
@@ -136,9 +136,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(gives_the_smallest_block_that_fits);
     RUN_TEST(many_small_blocks_do_not_use_up_the_large_ones);
-    RUN_TEST(gives_back_to_the_right_pool);
+    RUN_TEST(a_block_returns_to_its_pool);
     RUN_TEST(refuses_an_arena_that_is_too_small_at_every_size);
-    RUN_TEST(refuses_sizes_that_make_no_sense);
+    RUN_TEST(refuses_impossible_sizes);
     RUN_TEST(refuses_a_block_larger_than_the_last_of_all_pools);
     RUN_TEST(damage_in_any_pool_is_found);
     return UNITY_END();

@@ -36,8 +36,7 @@ static void ok_is_zero_and_called_ok(void)
 
 static void numbers_outside_the_range_are_unknown(void)
 {
-    // Plain numbers: values that a damaged memory could hold, not only those that the compiler knows as a
-    // status.
+    // Plain numbers, because a damaged memory can hold values that the compiler does not know as a status.
     const int outside[] = {(int)STATUS_COUNT, (int)STATUS_COUNT + 1, 31, 255, 65536, INT_MAX};
     for (size_t i = 0U; i < (sizeof outside / sizeof outside[0]); i++) {
         status_t status = STATUS_OK;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests of the builds that have these checks (SANITIZE=1); other builds have none.
+// Tests of the checks in builds with SANITIZE=1; other builds have no such checks.
 #include "base/pool.h"
 #include "base/quota.h"
 #include "base/take_check.h"
@@ -59,7 +59,7 @@ static void blocks_in_use_may_be_written(void)
         }
         TEST_ASSERT_EQUAL(STATUS_OK, pool_retain(&pool, block));
         TEST_ASSERT_EQUAL(STATUS_OK, pool_release(&pool, block));
-        TEST_ASSERT_EQUAL_HEX8(5U, block[5]); // One holder is left.
+        TEST_ASSERT_EQUAL_HEX8(5U, block[5]); // One holder remains.
         TEST_ASSERT_EQUAL(STATUS_OK, pool_release(&pool, block));
     }
 }
@@ -101,7 +101,7 @@ static void the_first_takes_of_each_object_have_numbers(void)
         TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&many));
     }
     TEST_ASSERT_EQUAL_UINT32(8U, take_check_count());
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, quota_take(&few)); // The ninth that has one.
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, quota_take(&few)); // The ninth numbered take is refused.
     TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&few));
     TEST_ASSERT_EQUAL_UINT32(10U, take_check_count());
 }
@@ -129,7 +129,7 @@ int main(void)
 
 #else
 
-static void flight_has_no_checks(void)
+static void builds_for_flight_have_no_checks(void)
 {
     TEST_ASSERT_FALSE(take_check_is_refused(NULL));
     TEST_ASSERT_TRUE(take_check_is_marked(NULL, 0U));
@@ -138,7 +138,7 @@ static void flight_has_no_checks(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(flight_has_no_checks);
+    RUN_TEST(builds_for_flight_have_no_checks);
     return UNITY_END();
 }
 

@@ -41,7 +41,7 @@ static const uint64_t numbers[] = {0U,
                                    12345678901234567890ULL};
 #define NUMBERS (sizeof numbers / sizeof numbers[0])
 
-/// The C library's printf is the independent reference of all number formats.
+/// printf of the C library is the independent reference of all number formats.
 static void unsigned_numbers_as_printf_prints_them(void)
 {
     for (size_t i = 0U; i < NUMBERS; i++) {

@@ -166,7 +166,7 @@ static void limits_of_wide_integers_are_stored_and_converted(void)
     static const struct {
         value_type_t type;
         double number;
-        uint64_t bits; // In the width of the type; the higher bits are 0.
+        uint64_t bits; // Bits of the value in the width of the type; the higher bits are 0.
     } rows[] = {
         {VALUE_UINT32, 4294967295.0, 0xFFFFFFFFULL},
         {VALUE_INT32, 2147483647.0, 0x7FFFFFFFULL},
@@ -185,7 +185,7 @@ static void limits_of_wide_integers_are_stored_and_converted(void)
     }
 }
 
-static void only_the_octets_of_the_type_are_stored(void)
+static void storing_a_value_changes_only_the_octets_of_its_type(void)
 {
     for (unsigned type = 0U; type < (unsigned)VALUE_SCALARS; type++) {
         const size_t size = value_size((value_type_t)type);
@@ -268,7 +268,7 @@ int main(void)
     RUN_TEST(a_writer_without_room_gets_no_octet);
     RUN_TEST(every_8_and_16_bit_number_is_exact_as_double);
     RUN_TEST(limits_of_wide_integers_are_stored_and_converted);
-    RUN_TEST(only_the_octets_of_the_type_are_stored);
+    RUN_TEST(storing_a_value_changes_only_the_octets_of_its_type);
     RUN_TEST(reals_keep_their_precision);
     RUN_TEST(a_layout_that_is_not_scalar_is_a_coding_error);
     RUN_TEST(an_array_is_encoded_scalar_by_scalar);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Carrier of the buses on the command line: valid combinations, and those refused with the reason.
+// The carrier of the buses on the command line: accepted combinations, and refused ones with the reason.
 #include "launcher/launch_options.h"
 
 #include <string.h>
@@ -19,7 +19,7 @@ void tearDown(void)
 {
 }
 
-/// Words between single spaces.
+/// Parse a line whose words are separated by single spaces.
 static bool parse(const char* line)
 {
     static char storage[256];
@@ -67,7 +67,7 @@ static void options_that_are_not_given_have_their_defaults(void)
     TEST_ASSERT_EQUAL_STRING("", error);
 }
 
-/// A Makefile passes all options.
+/// The Makefile passes all options, also those without a value.
 static void an_empty_value_counts_as_not_given(void)
 {
     static char* names[] = {"--mission",   "--scenario",      "--seed",      "--form",          "--time",
@@ -140,7 +140,7 @@ static void a_path_is_limited_in_length(void)
     }
 }
 
-/// "--port" refuses what "--seed" accepts, to the exact number.
+/// "--port" has other bounds than "--seed"; both are tested at the exact numbers.
 static void a_number_is_accepted_within_its_bounds_only(void)
 {
     TEST_ASSERT_TRUE(parse("--seed 0"));
@@ -153,7 +153,7 @@ static void a_number_is_accepted_within_its_bounds_only(void)
     TEST_ASSERT_EQUAL_UINT64(1000000000U, options.duration_ns);
 }
 
-/// The relay passes UDP frames on in simulated time.
+/// Only UDP links pass through the relay, and the relay needs simulated time.
 static void a_delay_needs_a_scheduler_and_links_by_udp(void)
 {
     static const struct {
@@ -230,7 +230,7 @@ static void a_scenario_is_a_name_or_a_path(void)
     TEST_ASSERT_EQUAL_STRING("x/y.scn", options.scenario);
 }
 
-/// A refusal shows the given value; of a long value, its beginning.
+/// A refusal shows the given value, or the beginning of a long value.
 static void a_refusal_shows_the_option_and_its_value(void)
 {
     TEST_ASSERT_FALSE(parse("--form box"));
@@ -247,7 +247,7 @@ static void a_refusal_shows_the_option_and_its_value(void)
     TEST_ASSERT_NOT_NULL(cut);
     TEST_ASSERT_EQUAL_STRING_LEN("--form k", error, 8U);
     const size_t shown = (size_t)(cut - error) + 1U - 7U;
-    line[7U + shown]   = '\0'; // As much as is shown whole.
+    line[7U + shown]   = '\0'; // A value of this length is shown completely.
     TEST_ASSERT_FALSE(parse(line));
     TEST_ASSERT_NULL(strstr(error, "..."));
 }
@@ -346,7 +346,7 @@ static void contradictory_options_are_refused_with_the_reason(void)
     }
 }
 
-static void combinations_that_make_sense_are_accepted(void)
+static void meaningful_combinations_are_accepted(void)
 {
     static const char* const lines[] = {
         "--scenario none --duration 1",
@@ -363,7 +363,7 @@ static void combinations_that_make_sense_are_accepted(void)
     for (size_t i = 0U; i < (sizeof lines / sizeof lines[0]); i++) {
         TEST_ASSERT_FALSE(parse("--unknown 1"));
         TEST_ASSERT_TRUE_MESSAGE(parse(lines[i]), lines[i]);
-        TEST_ASSERT_EQUAL_STRING("", error); // Nothing is left of the earlier error.
+        TEST_ASSERT_EQUAL_STRING("", error); // The earlier error text is cleared.
     }
 }
 
@@ -399,7 +399,7 @@ int main(void)
     RUN_TEST(real_controllers_are_named);
     RUN_TEST(a_remote_endian_program_takes_datagrams);
     RUN_TEST(contradictory_options_are_refused_with_the_reason);
-    RUN_TEST(combinations_that_make_sense_are_accepted);
+    RUN_TEST(meaningful_combinations_are_accepted);
     RUN_TEST(there_are_not_more_interfaces_than_buses);
     return UNITY_END();
 }

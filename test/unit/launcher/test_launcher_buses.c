@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which interfaces a run accepts for its buses, which it makes and removes, the addresses of both ends, and
-// the reason of each refusal. Interfaces and buses are mocked.
+// Interfaces that a run accepts for its buses, interfaces that it makes and removes, the addresses of both
+// ends, and the reason of each refusal. Interfaces and buses are mocked.
 #include "launcher/launcher_internal.h"
 #include "osal/include/osal/can.h"
 
@@ -89,7 +89,7 @@ void __wrap_osal_console_say(const char* line)
     check_expected_ptr(line);
 }
 
-// ---- The mission: an FD bus ROBOT, and its channel B ----
+// ---- The mission: an FD bus ROBOT with a channel B ----
 
 static int set_up(void** state)
 {
@@ -169,7 +169,7 @@ static void a_classic_bus_needs_no_fd(void** state)
     (void)state;
     launcher.mission.buses[0].data_bit_rate = 0U;
     can_fd.carries_fd                       = false;
-    can_fd.data_bit_rate                    = 5U; // Not compared.
+    can_fd.data_bit_rate                    = 5U; // The data rate of a classic bus is not compared.
     use_controllers("robot=can0", NULL);
     expect_look("can0", &can_fd, STATUS_OK);
     assert_true(launcher_ready_interfaces(&launcher));
@@ -218,7 +218,7 @@ static void a_controller_that_does_not_fit_is_refused_with_the_command_that_chan
     expect_unfit(seen, "can0 runs at 1/");
 }
 
-static void an_interface_that_cannot_be_looked_at_is_refused_with_the_cause(void** state)
+static void an_interface_that_cannot_be_queried_is_refused_with_the_cause(void** state)
 {
     static const struct {
         status_t status;
@@ -239,7 +239,7 @@ static void an_interface_that_cannot_be_looked_at_is_refused_with_the_cause(void
 static void each_bus_needs_a_controller_and_each_controller_a_bus(void** state)
 {
     (void)state;
-    use_controllers("rob=can0", NULL); // Only the beginning of a name.
+    use_controllers("rob=can0", NULL); // The name of a bus must be given completely.
     assert_refused("the mission has no such bus: rob=can0");
     use_controllers("robot-c=can0", NULL);
     assert_refused("the mission has no such bus: robot-c=can0");
@@ -254,13 +254,13 @@ static void each_bus_needs_a_controller_and_each_controller_a_bus(void** state)
     expect_look("can0", &can_fd, STATUS_OK);
     assert_true(launcher_ready_interfaces(&launcher));
     assert_string_equal("", launcher.buses[1].flight);
-    assert_true(launcher_make_buses(&launcher)); // It does not exist in this run.
+    assert_true(launcher_make_buses(&launcher)); // Channel B does not exist in this run.
     assert_string_equal("can:can0", run.buses[0].flight);
     assert_string_equal("", run.buses[0].simulator);
     assert_string_equal("", run.buses[1].flight);
 }
 
-/// One controller does not receive what it sends; a virtual one may serve both.
+/// A real controller does not receive the frames that it sends; a virtual interface may serve both ends.
 static void flight_and_simulator_share_a_virtual_interface_only(void** state)
 {
     (void)state;
@@ -305,12 +305,12 @@ static void missing_virtual_interfaces_are_made_and_removed_again(void** state)
     expect_make("vcan-robot", true, STATUS_OK);
     expect_make("fsw-robot", true, STATUS_OK);
     assert_true(launcher_ready_interfaces(&launcher));
-    launcher.run = NULL; // The run was refused before it began.
+    launcher.run = NULL; // The run was refused before it started.
     expect_removal("fsw-robot");
     expect_removal("vcan-robot");
     expect_value_count(__wrap_osal_can_interface_release, claim, &launcher.buses[0].claim, 2);
     launcher_remove_buses(&launcher);
-    launcher_remove_buses(&launcher); // Once only.
+    launcher_remove_buses(&launcher); // The second call removes nothing.
 }
 
 static void an_existing_interface_is_used_and_stays_unless_a_killed_run_left_it(void** state)
@@ -337,7 +337,7 @@ static void an_existing_interface_is_used_and_stays_unless_a_killed_run_left_it(
     assert_refused("cannot query the interface vcan-robot: ");
 }
 
-static void interfaces_that_cannot_be_made_are_named_with_the_commands(void** state)
+static void interfaces_that_cannot_be_made_are_reported_with_the_commands(void** state)
 {
     (void)state;
     launcher.options.bus = LAUNCH_BUS_VCAN;
@@ -369,7 +369,7 @@ static void a_guard_takes_over_the_interfaces_that_the_run_has_made(void** state
     osal_can_interface_t left = can_fd;
     (void)state;
     (void)strcpy(left.label, LABEL);
-    launcher_adopt_interfaces(&launcher); // Shared memory has none.
+    launcher_adopt_interfaces(&launcher); // A run over shared memory has no interfaces.
     launcher.options.bus = LAUNCH_BUS_VCAN;
     expect_claim("vcan-robot", STATUS_OK);
     expect_look("vcan-robot", &left, STATUS_OK);
@@ -487,12 +487,12 @@ int main(void)
         TEST(a_fitting_controller_is_taken),
         TEST(a_classic_bus_needs_no_fd),
         TEST(a_controller_that_does_not_fit_is_refused_with_the_command_that_changes_it),
-        TEST(an_interface_that_cannot_be_looked_at_is_refused_with_the_cause),
+        TEST(an_interface_that_cannot_be_queried_is_refused_with_the_cause),
         TEST(each_bus_needs_a_controller_and_each_controller_a_bus),
         TEST(flight_and_simulator_share_a_virtual_interface_only),
         TEST(missing_virtual_interfaces_are_made_and_removed_again),
         TEST(an_existing_interface_is_used_and_stays_unless_a_killed_run_left_it),
-        TEST(interfaces_that_cannot_be_made_are_named_with_the_commands),
+        TEST(interfaces_that_cannot_be_made_are_reported_with_the_commands),
         TEST(a_guard_takes_over_the_interfaces_that_the_run_has_made),
         TEST(each_end_of_a_bus_has_its_address),
         TEST(a_bus_that_cannot_be_made_ends_the_preparation),

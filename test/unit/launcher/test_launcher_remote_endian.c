@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A subsystem whose program is that of another processor: which may be one, what must be there, and how it is
-// started. The files are mocked.
+// A subsystem whose program was built for another processor: which subsystems are accepted, which files must
+// exist, and how the program is started. The files are mocked.
 #include "launcher/launcher_internal.h"
 
 #include <setjmp.h>
@@ -72,7 +72,7 @@ static void without_the_option_nothing_is_needed(void** state)
     }
 }
 
-static void program_and_emulator_must_be_there(void** state)
+static void program_and_emulator_must_exist(void** state)
 {
     (void)state;
     expect_file(PROGRAM, true);
@@ -96,7 +96,7 @@ static void subsystems_that_share_memory_and_unknown_ones_are_refused(void** sta
         expect_string(__wrap_launcher_fail, detail, names[i]);
         assert_false(launcher_check_remote_endian(&launcher));
     }
-    launcher.options.remote_endian   = "ARM"; // Behind the last subsystem.
+    launcher.options.remote_endian   = "ARM"; // The place after the last subsystem.
     launcher.mission.subsystem_count = 2U;
     expect_string(__wrap_launcher_fail, detail, "ARM");
     assert_false(launcher_check_remote_endian(&launcher));
@@ -130,7 +130,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         TEST(without_the_option_nothing_is_needed),
-        TEST(program_and_emulator_must_be_there),
+        TEST(program_and_emulator_must_exist),
         TEST(subsystems_that_share_memory_and_unknown_ones_are_refused),
         TEST(a_native_program_is_started_itself_and_another_by_its_proxy),
     };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A machine under load must not end a flight: a holder of the grant that only waits for a processor does not
-// hang, however much wall-clock time passes.
+// A machine under load must not end a flight: if the holder of the grant is ready but gets no processor, it
+// does not count as hanging, however much wall-clock time passes.
 #include "launcher/launcher_internal.h"
 
 #include "unity.h"
@@ -46,7 +46,7 @@ void tearDown(void)
 {
 }
 
-/// Wait until the process is in its loop, or in its wait.
+/// Wait until the process is runnable, or until it waits.
 static osal_process_look_t look_until(const bool is_runnable)
 {
     osal_process_look_t look = {.is_runnable = !is_runnable};
@@ -68,7 +68,8 @@ static void a_process_that_has_used_its_time_is_not_starved(void)
 {
     start("while :; do :; done");
     const osal_process_look_t look = look_until(true);
-    launcher.watch.processor_ns    = look.processor_ns - HANG_NS; // Relative to its time before; it wraps.
+    // Processor time at the begin of the watch; the difference may wrap.
+    launcher.watch.processor_ns = look.processor_ns - HANG_NS;
     TEST_ASSERT_FALSE(launcher_is_starved(&launcher));
     end();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The launcher's watchdog with mocked clock, scheduler and processes: after which time a process counts as
-// hanging, and what happens to it. test_launcher_watch.c has the tests with real processes.
+// hanging, and the launcher's reaction. test_launcher_watch.c has the tests with real processes.
 #include "launcher/launcher_internal.h"
 
 #include <setjmp.h>
@@ -14,7 +14,7 @@
 #define NO_PARTICIPANT OSAL_LOCKSTEP_PARTICIPANTS_MAX
 #define SUPERVISOR 0U ///< Components, and their children.
 #define ARM 1U
-#define SIMULATOR 2U ///< Child that is no component.
+#define SIMULATOR 2U ///< A child that is not a component.
 #define LIFE 3U
 #define BEGIN_NS 1000000000000ULL
 
@@ -23,7 +23,7 @@ static run_state_t run;
 static uint64_t scheduler_place; // Only its address is used.
 
 static uint64_t now_ns;
-static osal_process_look_t look; // What each process shows.
+static osal_process_look_t look; // State that each process reports.
 static status_t look_status;
 static unsigned holder;
 static uint32_t grants;
@@ -173,7 +173,7 @@ static void expect_kill(const unsigned index, const char* const line)
 
 // ---- The holder of the grant ----
 
-/// How a holder shows, and the time after which it counts as hanging.
+/// State of the holder, and the time after which it counts as hanging.
 typedef struct {
     bool is_stepped;
     bool is_stopped;
@@ -195,7 +195,8 @@ static void a_holder_is_suspended_once_its_time_is_used(void** state)
         look.is_runnable            = hang->is_runnable;
         watch_at(BEGIN_NS);
         assert_int_equal(BEGIN_NS, launcher.watch.since_ns);
-        look.processor_ns += hang->is_runnable ? (hang->limit_ns - 1U) : 0U; // Processor time counts then.
+        // For a runnable process, processor time counts.
+        look.processor_ns += hang->is_runnable ? (hang->limit_ns - 1U) : 0U;
         run_state_beat(&run, SUPERVISOR, 0U, 1U);
         run_state_beat(&run, ARM, 0U, 1U);
         watch_at(BEGIN_NS + hang->limit_ns - 1U);
@@ -206,12 +207,12 @@ static void a_holder_is_suspended_once_its_time_is_used(void** state)
         assert_true(launcher.is_undetermined);
         assert_int_equal(LIFE, run.components[ARM].hung_life);
         assert_int_equal(0U, launcher.watch.since_ns);
-        watch_at(BEGIN_NS + hang->limit_ns + 1U); // Its time begins anew.
+        watch_at(BEGIN_NS + hang->limit_ns + 1U); // The time of the holder starts again.
         assert_int_equal(BEGIN_NS + hang->limit_ns + 1U, launcher.watch.since_ns);
     }
 }
 
-/// In a run paced by the wall clock a mission may give more time than 20 ms, for a slow machine, not less.
+/// In a run paced by the wall clock a mission may declare more than 20 ms for a slow machine, but not less.
 static void a_holder_has_the_time_that_its_mission_declares(void** state)
 {
     static const struct {
@@ -248,7 +249,7 @@ static void a_supervisor_that_hangs_is_killed(void** state)
     assert_int_equal(0U, run.components[SUPERVISOR].hung_life);
 }
 
-static void the_simulator_is_never_taken_for_hanging(void** state)
+static void the_simulator_never_counts_as_hanging(void** state)
 {
     (void)state;
     holder          = RUN_SIMULATOR;
@@ -259,7 +260,7 @@ static void the_simulator_is_never_taken_for_hanging(void** state)
     assert_int_equal(BEGIN_NS, launcher.watch.since_ns);
 }
 
-/// The time begins with each grant, and the time of a process that is joining is kept.
+/// The time starts with each grant. The time of a process that is joining continues.
 static void each_grant_begins_the_time_of_its_holder(void** state)
 {
     (void)state;
@@ -285,7 +286,7 @@ static void each_grant_begins_the_time_of_its_holder(void** state)
     holder = run_participant(ARM);
     watch_at(1U); // The earliest instant that is not "no holder".
     assert_string_equal("arm", launcher_holder(&launcher));
-    look_status = STATUS_NOT_FOUND; // It has ended.
+    look_status = STATUS_NOT_FOUND; // The process has ended.
     watch_at(BEGIN_NS);
     assert_string_equal("no process", launcher_holder(&launcher));
     assert_false(launcher.is_undetermined);
@@ -299,7 +300,7 @@ static void a_child_that_has_ended_is_not_the_holder(void** state)
     watch_at(BEGIN_NS);
     watch_at(BEGIN_NS + (60000U * NS_PER_MS));
     assert_int_equal(0U, launcher.watch.since_ns);
-    launcher.child_count = 1U; // The place behind the last child is not looked at.
+    launcher.child_count = 1U; // The launcher does not read the place after the last child.
     child(ARM)->is_alive = true;
     watch_at(BEGIN_NS);
     assert_int_equal(0U, launcher.watch.since_ns);
@@ -322,7 +323,7 @@ static void a_process_that_does_not_join_is_killed_after_ten_seconds(void** stat
     watch_at(BEGIN_NS + (10000U * NS_PER_MS));
     assert_true(launcher.is_undetermined);
     assert_int_equal(0U, launcher.watch.join_ns);
-    child(ARM)->is_alive = false; // It has died meanwhile: only its life ends.
+    child(ARM)->is_alive = false; // The child has died meanwhile: the watchdog only ends its life.
     watch_at(BEGIN_NS);
     expect_value(__wrap_osal_lockstep_end, participant, run_participant(ARM));
     watch_at(BEGIN_NS + (10000U * NS_PER_MS));
@@ -333,7 +334,7 @@ static void the_time_to_join_ends_with_the_wait_and_does_not_begin_before_the_ru
     (void)state;
     holder       = NO_PARTICIPANT;
     awaited      = run_participant(ARM);
-    simulated_ns = 0U; // All programs are starting.
+    simulated_ns = 0U; // At time 0 all programs are starting.
     watch_at(BEGIN_NS);
     assert_int_equal(0U, launcher.watch.join_ns);
     simulated_ns = 1U;
@@ -343,7 +344,7 @@ static void the_time_to_join_ends_with_the_wait_and_does_not_begin_before_the_ru
     assert_int_equal(0U, launcher.watch.join_ns);
 }
 
-/// Time does not wait for a process where it is paced by the wall clock.
+/// If the wall clock paces time, it does not wait for a process.
 static void in_real_time_the_begin_of_a_life_is_postponed(void** state)
 {
     (void)state;
@@ -374,18 +375,18 @@ static void a_restarted_process_that_makes_no_step_is_killed_after_ten_seconds(v
     const uint64_t end_ns = BEGIN_NS + (10000U * NS_PER_MS);
     (void)state;
     free_running();
-    look_status = STATUS_NOT_FOUND; // The supervisor is not the question here.
+    look_status = STATUS_NOT_FOUND; // This test does not watch the supervisor.
     for (unsigned i = 0U; i < 2U; i++) {
         run_state_beat(&run, i, 0U, OSAL_LOCKSTEP_NEVER);
-        child(i)->life = 1U; // The first life of a run starts with all others.
+        child(i)->life = 1U; // All first lives of a run start together.
     }
     watch_at(end_ns);
-    child(SUPERVISOR)->life = 2U; // Also the first of the children.
+    child(SUPERVISOR)->life = 2U; // Test the first of the children, too.
     watch_at(end_ns - 1U);
     expect_kill(SUPERVISOR, "supervisor has not made a step within 10 s: killed");
     watch_at(end_ns);
     assert_int_equal(end_ns, child(SUPERVISOR)->started_ns);
-    watch_at(end_ns + 1U); // It ends; it is not killed again.
+    watch_at(end_ns + 1U); // The process is ending; it is not killed again.
     child(SUPERVISOR)->life = 1U;
     child(ARM)->life        = 2U;
     child(ARM)->is_alive    = false;
@@ -397,7 +398,7 @@ static void a_restarted_process_that_makes_no_step_is_killed_after_ten_seconds(v
     launcher.child_count     = 1U;
     watch_at(end_ns);
     launcher.child_count        = 2U;
-    launcher.options.is_stepped = true; // Then the scheduler waits for it.
+    launcher.options.is_stepped = true; // With stepped time the scheduler waits for the process.
     watch_at(end_ns);
 }
 
@@ -424,8 +425,8 @@ static void a_free_running_supervisor_that_makes_no_step_is_killed(void** state)
     }
 }
 
-/// A step begins its time anew; while it waits for its disk it does not count as hanging.
-static void a_free_running_supervisor_that_steps_or_waits_is_left_alone(void** state)
+/// A step restarts the time; a process that waits for its disk does not count as hanging.
+static void a_free_running_supervisor_that_steps_or_waits_is_not_killed(void** state)
 {
     (void)state;
     free_running();
@@ -444,7 +445,7 @@ static void a_free_running_supervisor_that_steps_or_waits_is_left_alone(void** s
     assert_int_equal(0U, launcher.watch.since_ns);
     look_status = STATUS_OK;
     watch_at(BEGIN_NS);
-    run_state_beat(&run, SUPERVISOR, 9U, OSAL_LOCKSTEP_NEVER); // Its next life has not stepped yet.
+    run_state_beat(&run, SUPERVISOR, 9U, OSAL_LOCKSTEP_NEVER); // The next life has not made a step yet.
     watch_at(BEGIN_NS);
     assert_int_equal(0U, launcher.watch.since_ns);
     run_state_beat(&run, SUPERVISOR, 9U, 10U);
@@ -486,7 +487,7 @@ int main(void)
         TEST(a_holder_is_suspended_once_its_time_is_used),
         TEST(a_holder_has_the_time_that_its_mission_declares),
         TEST(a_supervisor_that_hangs_is_killed),
-        TEST(the_simulator_is_never_taken_for_hanging),
+        TEST(the_simulator_never_counts_as_hanging),
         TEST(each_grant_begins_the_time_of_its_holder),
         TEST(a_child_that_has_ended_is_not_the_holder),
         TEST(a_process_that_does_not_join_is_killed_after_ten_seconds),
@@ -494,7 +495,7 @@ int main(void)
         TEST(in_real_time_the_begin_of_a_life_is_postponed),
         TEST(a_restarted_process_that_makes_no_step_is_killed_after_ten_seconds),
         TEST(a_free_running_supervisor_that_makes_no_step_is_killed),
-        TEST(a_free_running_supervisor_that_steps_or_waits_is_left_alone),
+        TEST(a_free_running_supervisor_that_steps_or_waits_is_not_killed),
         TEST(the_image_is_not_watched),
         TEST(a_holder_that_has_computed_for_five_seconds_is_not_starved),
     };

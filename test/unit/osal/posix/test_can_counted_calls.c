@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The counted hand-over of frames over SocketCAN, with a mocked controller: frames that are late, missing,
+// The counted hand-over of frames over SocketCAN with a mocked controller: frames that are late, missing,
 // unannounced or returned, and a controller that is full or gone. The counts are in real shared memory.
 #define _GNU_SOURCE
 #include "osal/include/osal/can_interface.h"
@@ -22,7 +22,7 @@ static osal_can_t wire;
 static bool is_virtual;
 static uint64_t now_ns;
 static uint64_t frame_ns;    // Time until a frame arrives.
-#define QUIET_NS 50000000ULL // No frame for this time: none is under way.
+#define QUIET_NS 50000000ULL // Without a frame for this time, no frame is under way.
 static uint32_t id_to_come;
 static osal_can_frame_t frame = {.id = 0x181U, .length = 8U};
 
@@ -38,7 +38,7 @@ uint64_t __wrap_osal_clock_monotonic_ns(void)
     return now_ns;
 }
 
-/// The smallest descriptor there is: that of a program whose standard input is closed.
+/// The lowest descriptor: a program whose standard input is closed gets it.
 status_t __wrap_can_socket_open(osal_can_t* can, const char* interface)
 {
     can->descriptor = 0;
@@ -73,7 +73,7 @@ status_t __wrap_can_socket_receive(osal_can_t* can, osal_can_frame_t* out_frame)
     return mock_type(status_t);
 }
 
-/// Time advances to the end of an unsuccessful wait, or to the frame.
+/// Time advances to the end of an unsuccessful wait, or to the arrival of the frame.
 bool __wrap_can_socket_wait(const osal_can_t* can, uint64_t until_ns)
 {
     check_expected_ptr(can);
@@ -168,7 +168,8 @@ static void a_bus_that_cannot_be_made_or_opened_is_reported(void** state)
     assert_int_equal(STATUS_NOT_FOUND, can_counted_create(name, "can7"));
     assert_int_equal(STATUS_NOT_FOUND, can_counted_open(&can, name, "can7"));
     assert_int_equal(STATUS_NOT_FOUND, can_counted_look(name, &counts));
-    for (size_t octets = 8U; octets <= 4096U; octets += 4088U) { // Too small, or without its mark.
+    // First too small, then without the mark of the counts.
+    for (size_t octets = 8U; octets <= 4096U; octets += 4088U) {
         assert_int_equal(STATUS_OK, osal_shm_create(&shm, name, octets));
         osal_shm_close(&shm);
         assert_int_equal(STATUS_NOT_FOUND, can_counted_open(&can, name, "can7"));
@@ -192,7 +193,7 @@ static void a_bus_that_cannot_be_made_or_opened_is_reported(void** state)
     osal_shm_close(&shm);
     assert_int_equal(STATUS_NOT_FOUND, can_counted_open(&can, name, "can7"));
     assert_int_equal(STATUS_OK, osal_shm_remove(name));
-    assert_int_equal(0U, mappings()); // Nothing remains of all these attempts.
+    assert_int_equal(0U, mappings()); // The refused attempts leave no mapping.
 }
 
 static void frames_are_counted_in_each_direction(void** state)
@@ -229,7 +230,7 @@ static void an_announced_frame_is_waited_for(void** state)
     assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
     will_receive(&wire, STATUS_EMPTY);
     will_wait(&wire, true);
-    will_receive(&wire, STATUS_EMPTY); // A frame that its filters drop.
+    will_receive(&wire, STATUS_EMPTY); // The filters of the node drop the frame.
     will_wait(&wire, true);
     will_receive(&wire, STATUS_OK);
     assert_int_equal(STATUS_OK, can_counted_receive(&wire, &received));
@@ -244,7 +245,7 @@ static void an_announced_frame_is_waited_for(void** state)
     assert_int_equal(STATUS_EMPTY, can_counted_receive(&wire, &received));
     assert_int_equal(OSAL_CAN_PATIENCE_MS * 1000000ULL, now_ns - before_ns);
     expect_counts(1U, 1U, 2U, 0U, 0U);
-    will_receive(&wire, STATUS_OK); // If one arrives later, it does not count as one announced afterwards.
+    will_receive(&wire, STATUS_OK); // A frame that arrives later is not taken for one announced afterwards.
     assert_int_equal(STATUS_OK, can_counted_receive(&wire, &received));
     expect_counts(1U, 1U, 2U, 1U, 0U);
     will_send(&node, STATUS_OK);
@@ -263,9 +264,9 @@ static void frames_that_the_controller_refuses_are_counted(void** state)
     (void)state;
     create(false);
     will_send(&wire, STATUS_FULL);
-    assert_int_equal(STATUS_FULL, can_counted_send(&wire, &frame)); // The node has one overrun more,
+    assert_int_equal(STATUS_FULL, can_counted_send(&wire, &frame)); // The overrun is counted for the node,
     will_send(&node, STATUS_FULL);
-    assert_int_equal(STATUS_FULL, can_counted_send(&node, &frame)); // the wire end has not.
+    assert_int_equal(STATUS_FULL, can_counted_send(&node, &frame)); // and none for the wire end.
     node.kernel_overruns = 10U;
     will_receive(&node, STATUS_EMPTY);
     assert_int_equal(STATUS_EMPTY, can_counted_receive(&node, &received));
@@ -284,7 +285,7 @@ static void frames_that_the_controller_refuses_are_counted(void** state)
     destroy();
 }
 
-static void no_more_frames_are_under_way_than_a_ring_holds(void** state)
+static void at_most_a_ring_of_frames_is_under_way(void** state)
 {
     osal_can_frame_t received;
     (void)state;
@@ -314,9 +315,9 @@ static void a_real_controller_reports_its_own_errors(void** state)
     id_to_come = error.id;
     will_receive(&node, STATUS_OK);
     assert_int_equal(STATUS_OK, can_counted_receive(&node, &received));
-    expect_counts(0U, 0U, 0U, 0U, 0U); // Neither handed over nor external.
+    expect_counts(0U, 0U, 0U, 0U, 0U); // The frames count neither as handed over nor as external.
     destroy();
-    create(true); // A virtual interface has none: the wire end makes them.
+    create(true); // A virtual interface has no error frames: the wire end makes them.
     will_send(&wire, STATUS_OK);
     assert_int_equal(STATUS_OK, can_counted_send(&wire, &error));
     will_receive(&node, STATUS_OK);
@@ -338,7 +339,8 @@ static void an_end_that_opens_late_skips_the_frames_sent_before(void** state)
         will_send(&node, STATUS_OK);
         assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
         will_return(__wrap_can_socket_open, STATUS_OK);
-        for (unsigned i = 0U; i < (2U + ending); i++) { // No frame arrives any more, or the end is closed.
+        // The wait ends because no frame arrives any more, or because the end is closed.
+        for (unsigned i = 0U; i < (2U + ending); i++) {
             will_wait(&wire, true);
             will_receive(&wire, answers[i]);
         }
@@ -349,7 +351,7 @@ static void an_end_that_opens_late_skips_the_frames_sent_before(void** state)
         assert_int_equal(STATUS_OK, can_counted_open(&wire, name, "can7"));
         assert_int_equal((ending == 0U) ? QUIET_NS : 0U, now_ns - before_ns);
     }
-    expect_function_call(__wrap_can_socket_close); // Frames arrive all the time: the wait has a limit.
+    expect_function_call(__wrap_can_socket_close); // Frames arrive all the time, so the limit ends the wait.
     can_counted_close(&wire);
     will_send(&node, STATUS_OK);
     assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
@@ -376,7 +378,7 @@ static void will_close(osal_can_t* can)
     osal_can_close(can); // A second call has no effect.
 }
 
-static void an_address_says_whether_frames_are_counted(void** state)
+static void the_address_decides_whether_frames_are_counted(void** state)
 {
     const osal_can_filter_t others = {.id = 0x701U, .mask = 0x7FFU};
     char address[80];
@@ -394,7 +396,7 @@ static void an_address_says_whether_frames_are_counted(void** state)
     assert_int_equal(STATUS_OK, osal_can_send(&node, &frame));
     will_receive(&wire, STATUS_OK);
     assert_int_equal(STATUS_OK, osal_can_receive(&wire, &received));
-    // The kernel passes all frames: they count.
+    // The kernel passes all frames, so they count.
     assert_int_equal(STATUS_OK, osal_can_filter(&wire, &others, 1U));
     will_send(&node, STATUS_OK);
     assert_int_equal(STATUS_OK, osal_can_send(&node, &frame));
@@ -407,7 +409,7 @@ static void an_address_says_whether_frames_are_counted(void** state)
     assert_int_equal(2U, counts.frames);
     assert_int_equal(3U, counts.external);
     will_close(&wire);
-    osal_can_add_external(&wire, 1U); // No end counts any more.
+    osal_can_add_external(&wire, 1U); // No end counts frames any more.
     assert_int_equal(STATUS_CLOSED, osal_can_send(&wire, &frame));
     assert_int_equal(STATUS_CLOSED, osal_can_receive(&wire, &received));
     assert_int_equal(STATUS_CLOSED, osal_can_filter(&wire, &others, 1U));
@@ -441,10 +443,10 @@ int main(void)
         cmocka_unit_test_setup(frames_are_counted_in_each_direction, set_up),
         cmocka_unit_test_setup(an_announced_frame_is_waited_for, set_up),
         cmocka_unit_test_setup(frames_that_the_controller_refuses_are_counted, set_up),
-        cmocka_unit_test_setup(no_more_frames_are_under_way_than_a_ring_holds, set_up),
+        cmocka_unit_test_setup(at_most_a_ring_of_frames_is_under_way, set_up),
         cmocka_unit_test_setup(a_real_controller_reports_its_own_errors, set_up),
         cmocka_unit_test_setup(an_end_that_opens_late_skips_the_frames_sent_before, set_up),
-        cmocka_unit_test_setup(an_address_says_whether_frames_are_counted, set_up),
+        cmocka_unit_test_setup(the_address_decides_whether_frames_are_counted, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests of the port to rtnetlink, octet for octet, and its reaction to each answer: the system calls are
-// mocked, so that the test also runs without CAN in the kernel. test/contract/osal/test_can_socket.c tests
+// Requests of the port to rtnetlink, octet for octet, and its reaction to each answer. The system calls are
+// mocked, so that the test also runs without CAN in the kernel; test/contract/osal/test_can_socket.c tests
 // with a real kernel.
 #define _GNU_SOURCE
 #include "osal/include/osal/can_interface.h"
@@ -25,7 +25,7 @@
 
 #include <cmocka.h>
 
-#define CAN 0 // Descriptors: the smallest one, and some that are not open.
+#define CAN 0 // Descriptors: the lowest one, and some that are not open.
 #define NETLINK 4711
 #define CLAIM 4712
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
@@ -37,7 +37,7 @@ typedef struct {
 
 static message_t asked[3]; // Requests since the last call.
 static unsigned asked_count;
-static message_t answers[3]; // Answers of the kernel, in turn. Without octets: the error.
+static message_t answers[3]; // Answers of the kernel in order. An answer without octets: the call fails.
 static int errors[3];
 static unsigned interruptions; // Signals before the next answer.
 static int open_count;
@@ -79,7 +79,7 @@ int __real_close(int descriptor);
 int __wrap_close(int descriptor)
 {
     if ((descriptor != CAN) && (descriptor != NETLINK) && (descriptor != CLAIM)) {
-        return __real_close(descriptor); // Calls of a coverage build.
+        return __real_close(descriptor); // A coverage build makes such calls itself.
     }
     open_count--;
     return 0;
@@ -114,7 +114,7 @@ ssize_t __wrap_recv(int descriptor, void* octets, size_t capacity, int flags)
     const message_t* const answer = &answers[asked_count - 1U];
     assert_int_equal(NETLINK, descriptor);
     assert_int_equal(0, flags);
-    assert_true(capacity >= 8192U); // A link with all its statistics.
+    assert_true(capacity >= 8192U); // Enough for a link with all its statistics.
     if (interruptions > 0U) {
         interruptions--;
         return failure(EINTR);
@@ -154,7 +154,7 @@ static void begin(message_t* message, const uint16_t type, const uint16_t flags,
     append(message, device, sizeof *device);
 }
 
-/// Begin an attribute; everything up to its end is its content.
+/// Begin an attribute; all octets up to end() are its content.
 static size_t open_attribute(message_t* message, const uint16_t type)
 {
     const struct rtattr attribute = {.rta_type = type};
@@ -305,8 +305,8 @@ static void the_attributes_of_an_interface_are_reported(void** state)
     }
 }
 
-/// Wherever the answer is truncated: nothing beyond it is read, and the part before it is reported.
-static void an_answer_that_is_cut_off_is_taken_as_far_as_it_is_whole(void** state)
+/// An answer truncated at any place: the port reads nothing beyond it and reports the part before.
+static void a_truncated_answer_is_used_up_to_its_last_complete_attribute(void** state)
 {
     const link_t link = {IFF_UP, CANFD_MTU, "hirosco", "can", 500000U, 2000000U, CAN_STATE_BUS_OFF};
     const size_t head = sizeof(struct nlmsghdr) + sizeof(struct ifinfomsg);
@@ -325,7 +325,7 @@ static void an_answer_that_is_cut_off_is_taken_as_far_as_it_is_whole(void** stat
         if (left < head) {
             continue;
         }
-        end(&answers[0]); // The header has that length, too.
+        end(&answers[0]); // The header has the truncated length, too.
         expect_function_call(__wrap_setsockopt);
         assert_int_equal(STATUS_OK, look(&seen));
         const size_t name_end = head + 12U;
@@ -356,7 +356,7 @@ static void attributes_of_a_wrong_size_end_the_search(void** state)
         assert_int_equal(STATUS_OK, look(&seen));
         assert_false(seen.carries_fd);
     }
-    const uint16_t none = (uint16_t)sizeof(struct rtattr); // An attribute without content is one.
+    const uint16_t none = (uint16_t)sizeof(struct rtattr); // An attribute without content is valid.
     will_answer_link(&link, ARPHRD_CAN);
     (void)memmove(&answers[0].octets[head + 4U], &answers[0].octets[head + 12U],
                   answers[0].size - head - 12U);
@@ -385,7 +385,7 @@ static void an_interface_that_is_no_can_interface_is_reported(void** state)
     expect_function_call(__wrap_setsockopt);
     assert_int_equal(STATUS_NOT_OURS, look(&seen));
     assert_false(seen.is_up);
-    will_answer(0U, 0); // Success, but no link.
+    will_answer(0U, 0); // The kernel reports success, but sends no link.
     expect_function_call(__wrap_setsockopt);
     assert_int_equal(STATUS_IO, look(&seen));
     can_error = EAFNOSUPPORT;
@@ -409,7 +409,7 @@ static const struct {
                     {EIO, STATUS_IO, STATUS_IO, STATUS_IO},
                     {ENOBUFS, STATUS_IO, STATUS_IO, STATUS_IO}};
 
-/// All three requests; the kernel refuses the first.
+/// Expect all three requests; the kernel refuses the first.
 static void expect_refusals(const unsigned i, const unsigned socket_options)
 {
     osal_can_interface_t seen;
@@ -526,7 +526,7 @@ static void a_claim_is_an_abstract_name(void** state)
     osal_can_interface_release(&claim);
     osal_can_interface_release(&claim);
     assert_int_equal(0, open_count);
-    claim.descriptor = CAN; // Descriptor 0 is valid, too.
+    claim.descriptor = CAN; // Descriptor 0 is valid.
     open_count       = 1;
     osal_can_interface_release(&claim);
     assert_int_equal(0, open_count);
@@ -553,7 +553,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(the_attributes_of_an_interface_are_reported, set_up),
-        cmocka_unit_test_setup(an_answer_that_is_cut_off_is_taken_as_far_as_it_is_whole, set_up),
+        cmocka_unit_test_setup(a_truncated_answer_is_used_up_to_its_last_complete_attribute, set_up),
         cmocka_unit_test_setup(attributes_of_a_wrong_size_end_the_search, set_up),
         cmocka_unit_test_setup(an_interface_that_is_no_can_interface_is_reported, set_up),
         cmocka_unit_test_setup(errors_of_the_kernel_are_reported, set_up),

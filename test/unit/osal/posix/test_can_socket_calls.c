@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// System calls of the SocketCAN port, and its reaction to each answer of a CAN controller: the calls are
-// mocked, so that kernels without CAN test it, too. test/contract/osal/test_can_socket.c has the tests with a
-// real kernel.
+// System calls of the SocketCAN port, and its reaction to each answer of a CAN controller. The calls are
+// mocked, so that the test also runs without CAN in the kernel; test/contract/osal/test_can_socket.c tests
+// with a real kernel.
 #define _GNU_SOURCE
 #include "osal/posix/can_port.h"
 
@@ -22,7 +22,7 @@
 
 #include <cmocka.h>
 
-#define DESCRIPTOR 0 // The smallest there is: that of a program whose standard input is closed.
+#define DESCRIPTOR 0 // The lowest descriptor: free if standard input is closed.
 #define INDEX 5
 #define WALL_S 2000000000 // Values of the clocks.
 #define NOW_S 5000
@@ -34,7 +34,7 @@ static struct {
     short flags;
     int mtu;
 } interface;
-static struct canfd_frame raw; // Sent last, or received next.
+static struct canfd_frame raw; // The last frame sent, or the next frame received.
 static struct can_filter filters[OSAL_CAN_FILTERS_MAX];
 static struct {
     struct timespec stamp; // No time stamp comes with the frame.
@@ -43,13 +43,13 @@ static struct {
     struct {
         int level;
         int type;
-    } other; // Instead of all others; no level: none.
+    } other; // Replaces all other control data if its level is set.
 } reported;
 
-/// The next answer of a call: its result, or the negative number of its error.
+/// The next result of a call: it succeeds with this result, or fails with the negative error number.
 static int answer(const int result)
 {
-    errno = (result < 0) ? -result : EINTR; // Success leaves it as it was: here, as of an interrupted call.
+    errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.
     return (result < 0) ? -1 : result;
 }
 
@@ -111,7 +111,7 @@ int __real_close(int descriptor);
 int __wrap_close(int descriptor)
 {
     if (descriptor != DESCRIPTOR) {
-        return __real_close(descriptor); // Calls of a coverage build.
+        return __real_close(descriptor); // A coverage build makes such calls itself.
     }
     function_called();
     return 0;
@@ -192,7 +192,7 @@ static const int options[]             = {CAN_RAW_FD_FRAMES, CAN_RAW_ERR_FILTER,
 #define OPTIONS 5U
 #define STEPS (QUESTIONS + OPTIONS + 1U)
 
-/// The calls of an opening, of which number `failing` (0: none) ends it with that error.
+/// Expect the calls of an opening; call number `failing` (0: none) ends it with that error.
 static void expect_opening(const unsigned failing, const int error)
 {
     will_return(__wrap_socket, DESCRIPTOR);
@@ -249,7 +249,7 @@ static void a_socket_that_does_not_open_is_reported_and_closed(void** state)
             const bool is_option = (step > QUESTIONS) && (step < STEPS);
             expect_opening(step, errors[i].error);
             if (step == (QUESTIONS + OPTIONS)) {
-                // Without the permission: the limit of an ordinary process, or nothing.
+                // Without the permission, the size is the limit of an ordinary process or fails.
                 expect_value(__wrap_setsockopt, option, SO_RCVBUF);
                 will_return(__wrap_setsockopt, -errors[i].error);
             }
@@ -324,7 +324,7 @@ static void frames_are_sent_with_the_size_of_their_kind(void** state)
     assert_int_equal(STATUS_OK, can_socket_send(&can, &classic));
     assert_int_equal(0x201U, raw.can_id);
     assert_int_equal(3U, raw.len);
-    assert_int_equal(0U, raw.flags); // A classic frame has none.
+    assert_int_equal(0U, raw.flags); // A classic frame has no flags.
     assert_int_equal(3U, raw.data[2]);
     expect_value(__wrap_send, size, CANFD_MTU);
     will_return(__wrap_send, CANFD_MTU);
@@ -361,11 +361,11 @@ static void a_frame_is_received_with_its_time(void** state)
         struct timespec stamp;
         uint64_t time_ns;
     } times[] = {
-        {{WALL_S - 1, 250}, NOW_NS - 1000000000U + 250U}, // It has waited for a second.
+        {{WALL_S - 1, 250}, NOW_NS - 1000000000U + 250U}, // The frame has waited for a second.
         {{WALL_S, 0}, NOW_NS},
-        {{WALL_S + 1000, 0}, NOW_NS}, // The wall clock was set back since.
+        {{WALL_S + 1000, 0}, NOW_NS}, // The wall clock was set back after the frame had arrived.
         {{1, 0}, NOW_NS},             // Longer ago than this machine has been running.
-        {{0, 0}, NOW_NS},             // None.
+        {{0, 0}, NOW_NS},             // No time stamp.
     };
     osal_can_frame_t frame;
     (void)state;
@@ -380,7 +380,7 @@ static void a_frame_is_received_with_its_time(void** state)
         assert_int_equal(8U, frame.length);
         assert_int_equal(0U, frame.flags);
         assert_int_equal(3U, frame.data[7]);
-        assert_int_equal(0U, frame.data[8]); // A classic frame ends there.
+        assert_int_equal(0U, frame.data[8]); // The data of a classic frame ends there.
         assert_int_equal(0U, can.overruns);
     }
     reported.has_overruns = true;
@@ -392,8 +392,8 @@ static void a_frame_is_received_with_its_time(void** state)
     assert_int_equal(17U, can.overruns);
 }
 
-/// Neither the level nor the type alone says what control data means.
-static void control_data_of_others_is_not_taken(void** state)
+/// Level and type together define control data; neither suffices alone.
+static void control_data_of_another_kind_is_ignored(void** state)
 {
     static const struct {
         int level;
@@ -434,9 +434,9 @@ static void a_wait_ends_with_a_frame_a_signal_or_the_time(void** state)
         bool has_come;
     } ends[] = {{1, true}, {0, false}, {-EINTR, true}, {-ENOMEM, false}};
     (void)state;
-    assert_false(can_socket_wait(&can, NOW_NS)); // The time is over: the kernel is not called.
+    assert_false(can_socket_wait(&can, NOW_NS)); // The time is over, so the port does not call the kernel.
     for (unsigned i = 0U; i < 4U; i++) {
-        expect_value(__wrap_poll, timeout_ms, 3); // Not less than the remaining time.
+        expect_value(__wrap_poll, timeout_ms, 3); // Rounded up to a whole millisecond.
         will_return(__wrap_poll, ends[i].result);
         assert_int_equal(ends[i].has_come, can_socket_wait(&can, NOW_NS + 2999999U));
     }
@@ -453,7 +453,7 @@ int main(void)
         cmocka_unit_test_setup(frames_are_sent_with_the_size_of_their_kind, set_up),
         cmocka_unit_test_setup(why_a_frame_is_not_sent_is_reported, set_up),
         cmocka_unit_test_setup(a_frame_is_received_with_its_time, set_up),
-        cmocka_unit_test_setup(control_data_of_others_is_not_taken, set_up),
+        cmocka_unit_test_setup(control_data_of_another_kind_is_ignored, set_up),
         cmocka_unit_test_setup(why_no_frame_comes_is_reported, set_up),
         cmocka_unit_test_setup(a_wait_ends_with_a_frame_a_signal_or_the_time, set_up),
     };

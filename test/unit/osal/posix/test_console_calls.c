@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Text that the system takes in parts, late or not at all: the calls are mocked. test/contract/osal has the
+// The system accepts text in parts, late or not at all: the calls are mocked. test/contract/osal has the
 // tests with real pipes.
 #define _GNU_SOURCE
 #include "osal/include/osal/console.h"
@@ -22,7 +22,7 @@ static size_t output_size;
 
 static int answer(const int result)
 {
-    errno = (result < 0) ? -result : EINTR; // Success leaves it as it was: here, as of an interrupted call.
+    errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.
     return (result < 0) ? -1 : result;
 }
 
@@ -46,7 +46,7 @@ ssize_t __wrap_writev(int descriptor, const struct iovec* parts, int count)
         output_size += size;
         left -= (int)size;
     }
-    assert_true(left <= 0); // Not more than is left is taken.
+    assert_true(left <= 0); // The port must not offer more than is left.
     return answer(taken);
 }
 
@@ -64,7 +64,7 @@ static void expect_output(const char* const text)
     output_size = 0U;
 }
 
-static void a_line_that_is_taken_in_parts_is_written_whole(void** state)
+static void a_line_that_is_accepted_in_parts_is_written_completely(void** state)
 {
     (void)state;
     for (int first = 1; first < 4; first++) {
@@ -100,7 +100,7 @@ static void an_interrupted_write_is_repeated_and_a_failed_one_is_not(void** stat
     expect_output("ab");
 }
 
-static void text_that_a_slow_reader_does_not_take_is_dropped(void** state)
+static void text_that_a_slow_reader_does_not_accept_is_dropped(void** state)
 {
     (void)state;
     expect_part(STDOUT_FILENO, 1);
@@ -117,9 +117,9 @@ static void text_that_a_slow_reader_does_not_take_is_dropped(void** state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_line_that_is_taken_in_parts_is_written_whole),
+        cmocka_unit_test(a_line_that_is_accepted_in_parts_is_written_completely),
         cmocka_unit_test(an_interrupted_write_is_repeated_and_a_failed_one_is_not),
-        cmocka_unit_test(text_that_a_slow_reader_does_not_take_is_dropped),
+        cmocka_unit_test(text_that_a_slow_reader_does_not_accept_is_dropped),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opening files within a folder where calls of the system are interrupted or fail, and closing: the calls are
-// mocked, and give the smallest descriptor there is. test/contract/osal has the tests with real folders.
+// Opening of files in a folder when system calls are interrupted or fail, and closing. The calls are mocked
+// and return the lowest descriptor; test/contract/osal has the tests with real folders.
 #define _GNU_SOURCE
 #include "osal/include/osal/device.h"
 #include "osal/include/osal/directory.h"
@@ -18,14 +18,14 @@
 #include <cmocka.h>
 
 #define ROOT 5
-#define DESCRIPTOR 0 // That of a program whose standard input is closed.
+#define DESCRIPTOR 0 // Free if standard input is closed.
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
 
 static const osal_directory_t root = {ROOT};
 
 static int answer(const int result)
 {
-    errno = (result < 0) ? -result : EINTR; // Success leaves it as it was: here, as of an interrupted call.
+    errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.
     return (result < 0) ? -1 : result;
 }
 
@@ -51,7 +51,7 @@ int __real_close(int descriptor);
 int __wrap_close(int descriptor)
 {
     if (descriptor != DESCRIPTOR) {
-        return __real_close(descriptor); // Calls of a coverage build.
+        return __real_close(descriptor); // A coverage build makes such calls itself.
     }
     function_called();
     return 0;
@@ -64,7 +64,7 @@ static void expect_open(const int folder, const char* const name, const int resu
     will_return(__wrap_openat, result);
 }
 
-static void an_interrupted_open_is_repeated_and_descriptor_0_is_one(void** state)
+static void an_interrupted_open_is_repeated_and_descriptor_0_is_valid(void** state)
 {
     osal_directory_about_t about = {.size = 0U};
     (void)state;
@@ -98,7 +98,7 @@ static void a_folder_that_does_not_open_is_reported_and_none_stays_open(void** s
     }
 }
 
-static void the_reason_why_a_file_cannot_be_looked_at_is_reported(void** state)
+static void the_reason_why_a_file_cannot_be_described_is_reported(void** state)
 {
     static const struct {
         int error;
@@ -122,7 +122,7 @@ static void every_kind_closes_descriptor_0_and_none_that_is_closed(void** state)
     osal_socket_t socket       = {.descriptor = DESCRIPTOR};
     (void)state;
     expect_function_calls(__wrap_close, 4);
-    for (unsigned i = 0U; i < 2U; i++) { // The second time they are closed.
+    for (unsigned i = 0U; i < 2U; i++) { // In the second round they are already closed.
         osal_directory_close(&directory);
         osal_file_close(&file);
         osal_device_close(&device);
@@ -134,10 +134,10 @@ static void every_kind_closes_descriptor_0_and_none_that_is_closed(void** state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(an_interrupted_open_is_repeated_and_descriptor_0_is_one),
+        cmocka_unit_test(an_interrupted_open_is_repeated_and_descriptor_0_is_valid),
         cmocka_unit_test(a_folder_that_does_not_open_is_reported_and_none_stays_open),
         cmocka_unit_test(every_kind_closes_descriptor_0_and_none_that_is_closed),
-        cmocka_unit_test(the_reason_why_a_file_cannot_be_looked_at_is_reported),
+        cmocka_unit_test(the_reason_why_a_file_cannot_be_described_is_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -16,7 +16,7 @@
 
 #include <cmocka.h>
 
-#define DESCRIPTOR 0 // The smallest there is: that of a program whose standard input is closed.
+#define DESCRIPTOR 0 // The lowest descriptor: free if standard input is closed.
 #define AT 1000U
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
 
@@ -29,10 +29,10 @@ static osal_file_t file;
 static char octets[100];
 static size_t size;
 
-/// The next answer of a call: its result, or the negative number of its error.
+/// The next result of a call: it succeeds with this result, or fails with the negative error number.
 static int answer(const int result)
 {
-    errno = (result < 0) ? -result : EINTR; // Success leaves it as it was: here, as of an interrupted call.
+    errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.
     return (result < 0) ? -1 : result;
 }
 
@@ -40,7 +40,7 @@ int __real_open(const char* path, int flags, ...);
 int __wrap_open(const char* path, int flags, ...)
 {
     if (strncmp(path, "mocked", 6U) != 0) {
-        return __real_open(path, flags, 0644); // Calls of a coverage build.
+        return __real_open(path, flags, 0644); // A coverage build makes such calls itself.
     }
     check_expected(flags);
     return answer(mock_type(int));
@@ -114,7 +114,7 @@ int __wrap_posix_fallocate(int descriptor, off_t offset, off_t length)
     assert_int_equal(DESCRIPTOR, descriptor);
     assert_int_equal(0, offset);
     check_expected(length);
-    return mock_type(int); // The error itself.
+    return mock_type(int); // The function returns the error number itself.
 }
 
 int __wrap_fsync(int descriptor)
@@ -196,7 +196,8 @@ static void partial_writes_are_continued_to_the_end(void** state)
         expect_write(99U, -write_errors[i].error);
         assert_int_equal(write_errors[i].status, osal_file_write(&file, octets, sizeof octets));
     }
-    expect_write(0U, 0); // Nothing written, and no error: it does not retry without end.
+    // The kernel writes nothing and reports no error: the port must not retry without end.
+    expect_write(0U, 0);
     assert_int_equal(STATUS_IO, osal_file_write(&file, octets, sizeof octets));
 }
 
@@ -244,7 +245,8 @@ static void why_a_file_does_not_grow_is_reported(void** state)
         assert_int_equal(STATUS_UNSUPPORTED, osal_file_reserve(&file, 500U));
     }
     assert_int_equal(STATUS_FULL,
-                     osal_file_resize(&file, (uint64_t)INT64_MAX + 1U)); // The kernel is not called.
+                     // The port refuses the size without a call of the kernel.
+                     osal_file_resize(&file, (uint64_t)INT64_MAX + 1U));
     assert_int_equal(STATUS_FULL, osal_file_reserve(&file, (uint64_t)INT64_MAX + 1U));
     expect_value(__wrap_ftruncate, length, INT64_MAX);
     will_return(__wrap_ftruncate, 0);
@@ -256,7 +258,7 @@ static void a_failed_sync_is_reported(void** state)
     (void)state;
     will_return(__wrap_fsync, -EIO);
     assert_int_equal(STATUS_IO, osal_file_sync(&file));
-    // Opens the folder that has the name.
+    // The port opens the folder that contains the name.
     expect_value(__wrap_open, flags, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     will_return(__wrap_open, DESCRIPTOR);
     will_return(__wrap_fsync, -EIO);
@@ -332,7 +334,7 @@ static void a_file_that_fails_while_it_is_loaded_is_closed(void** state)
     expect_function_calls(__wrap_close, 2);
     assert_int_equal(STATUS_IO, osal_file_load("mocked", octets, sizeof octets, &size));
     assert_int_equal(0U, size);
-    will_return(__wrap_fstat, -EIO); // It is unknown whether others may read the secret.
+    will_return(__wrap_fstat, -EIO); // The port cannot know whether other users may read the secret.
     assert_int_equal(STATUS_IO, osal_file_load_secret("mocked", octets, sizeof octets, &size));
 }
 
@@ -351,7 +353,7 @@ static void a_failed_inquiry_about_a_file_is_reported(void** state)
     will_return(__wrap_fstat, -EIO);
     assert_false(osal_file_is_named(&file));
     will_return(__wrap_fstat, 0);
-    assert_false(osal_file_is_named(&file)); // It has no link left.
+    assert_false(osal_file_is_named(&file)); // The file has no link left.
     will_return(__wrap_flock, -EWOULDBLOCK);
     assert_int_equal(STATUS_BUSY, osal_file_lock(&file));
     will_return(__wrap_flock, -ENOLCK);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which process the scheduler kills to get its lock: a participant that is twice seen stopped inside, and no
-// other one. The lock and the processes are mocked.
+// The process that the scheduler kills to get its lock: only a participant that is seen twice stopped while
+// it holds the lock. The lock and the processes are mocked.
 #include "osal/posix/lockstep_core.h"
 #include "osal/include/osal/lockstep_scheduler.h"
 
@@ -79,7 +79,7 @@ static void expect_timeout(const int32_t holder, const char state)
     }
 }
 
-/// A call that needs the lock, and gets it in the end.
+/// Make a call that needs the lock and finally gets it.
 static void lock_and_unlock(void)
 {
     will_return(__wrap_osal_mutex_lock_within, STATUS_OK);
@@ -105,7 +105,7 @@ static void a_holder_that_is_seen_stopped_twice_is_killed(void** state)
     lock_and_unlock();
 }
 
-/// A terminal may stop and continue all processes of a run.
+/// A terminal may stop all processes of a run and continue them.
 static void a_holder_that_continues_in_between_is_not_killed(void** state)
 {
     (void)state;
@@ -122,12 +122,12 @@ static void a_process_without_a_place_in_the_run_is_never_killed(void** state)
         expect_timeout(HOLDER + 1, '\0');
     }
     for (unsigned i = 0U; i < 3U; i++) {
-        expect_timeout(0, '\0'); // No thread holds the lock now.
+        expect_timeout(0, '\0'); // No thread holds the lock any more.
     }
     lock_and_unlock();
 }
 
-static void the_patience_is_that_of_the_contract_until_it_is_set(void** state)
+static void the_default_patience_is_that_of_the_contract(void** state)
 {
     (void)state;
     assert_int_equal(PATIENCE_NS, memory.scheduler.patience_ns);
@@ -154,7 +154,7 @@ int main(void)
         TEST(a_holder_that_is_seen_stopped_twice_is_killed),
         TEST(a_holder_that_continues_in_between_is_not_killed),
         TEST(a_process_without_a_place_in_the_run_is_never_killed),
-        TEST(the_patience_is_that_of_the_contract_until_it_is_set),
+        TEST(the_default_patience_is_that_of_the_contract),
         TEST(without_a_robust_lock_there_is_no_scheduler),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

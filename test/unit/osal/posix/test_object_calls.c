@@ -21,7 +21,7 @@
 
 #include <cmocka.h>
 
-#define DESCRIPTOR 0 // The smallest there is: that of a program whose standard input is closed.
+#define DESCRIPTOR 0 // The lowest descriptor: free if standard input is closed.
 #define NAME "/mocked"
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
 
@@ -32,14 +32,14 @@ typedef struct {
 
 static uint64_t memory[8];
 static off_t fallocated = sizeof memory; // Size that the port must request.
-static off_t length;                     // Length of the object that fstat knows.
+static off_t length;                     // Length that fstat reports.
 static nlink_t links;
-static int policy_priority; // That goes with a policy.
+static int policy_priority; // Priority that belongs to the policy.
 
-/// The next answer of a call: its result, or the negative number of its error.
+/// The next result of a call: it succeeds with this result, or fails with the negative error number.
 static int answer(const int result)
 {
-    errno = (result < 0) ? -result : EINTR; // Success leaves it as it was: here, as of an interrupted call.
+    errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.
     return (result < 0) ? -1 : result;
 }
 
@@ -62,7 +62,7 @@ int __wrap_posix_fallocate(int descriptor, off_t offset, off_t octets)
     assert_int_equal(DESCRIPTOR, descriptor);
     assert_int_equal(0, offset);
     assert_int_equal(fallocated, octets);
-    return mock_type(int); // The error itself.
+    return mock_type(int); // The function returns the error number itself.
 }
 
 void* __real_mmap(void* address, size_t size, int protection, int flags, int descriptor, off_t offset);
@@ -70,7 +70,7 @@ void* __wrap_mmap(void* address, size_t size, int protection, int flags, int des
 {
     if (descriptor != DESCRIPTOR) {
         return __real_mmap(address, size, protection, flags, descriptor,
-                           offset); // Calls of a coverage build.
+                           offset); // A coverage build makes such calls itself.
     }
     assert_int_equal(sizeof memory, size);
     assert_int_equal(MAP_SHARED, flags);
@@ -148,7 +148,7 @@ ssize_t __wrap_mq_receive(mqd_t queue, char* octets, size_t capacity, unsigned* 
     return answer(mock_type(int));
 }
 
-// Steps of making a lock: each answers an error or 0.
+// Steps of making a lock: each returns an error number or 0.
 int __wrap_pthread_mutexattr_init(pthread_mutexattr_t* attributes)
 {
     (void)attributes;
@@ -262,7 +262,8 @@ static void memory_that_cannot_be_made_leaves_nothing(void** state)
         assert_null(osal_shm_address(&shm));
         assert_int_equal(0U, osal_shm_size(&shm));
     }
-    fallocated = INT64_MAX; // The largest possible size: the system is called; it is not for one more.
+    // The largest possible size is passed to the system; a larger one is refused before.
+    fallocated = INT64_MAX;
     expect_value(__wrap_shm_open, flags, CREATE);
     will_return(__wrap_shm_open, DESCRIPTOR);
     will_return(__wrap_posix_fallocate, EFBIG);
@@ -293,7 +294,7 @@ static void memory_that_cannot_be_opened_is_reported(void** state)
     }
     static const error_case_t unfinished[] = {{0, STATUS_NOT_FOUND}, {EIO, STATUS_IO}};
     for (size_t i = 0U; i < COUNT(unfinished); i++) {
-        // Its creator has not set a size, or the size is unknown.
+        // The creator has not set a size yet, or the size is unknown.
         length = 0;
         expect_value(__wrap_shm_open, flags, OPEN);
         will_return(__wrap_shm_open, DESCRIPTOR);
@@ -366,7 +367,7 @@ static void each_error_of_a_queue_has_its_status(void** state)
         will_return(__wrap_mq_send, -sendings[i].error);
         assert_int_equal(sendings[i].status, osal_mqueue_send(&queue, NULL, 0U));
     }
-    links = 0U; // Its name was removed, so it has no receiver.
+    links = 0U; // The name of the queue was removed, so it has no receiver.
     will_return(__wrap_fstat, 0);
     assert_int_equal(STATUS_CLOSED, osal_mqueue_send(&queue, octets, 1U));
     for (size_t i = 0U; i < COUNT(takings); i++) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Child processes where calls of the system fail or are interrupted, or are missing in an old kernel.
+// Child processes when system calls fail, are interrupted, or are missing in an old kernel.
 // test/contract/osal has the tests with a real system.
 #define _GNU_SOURCE
 #include "osal/include/osal/process.h"
@@ -32,14 +32,14 @@ typedef struct {
 
 static long failing_call = -1; // The number of a system call that fails, and its error.
 static int failing_error;
-static int pipe_error; // Error of pipe2 and fork; 0: they are real.
+static int pipe_error; // Error of pipe2 and fork; 0: the real functions are called.
 static int fork_error;
 static bool is_wait_mocked;
 static uint64_t now_ns;
 
 static int answer(const int result)
 {
-    errno = (result < 0) ? -result : EINTR; // Success leaves it as it was: here, as of an interrupted call.
+    errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.
     return (result < 0) ? -1 : result;
 }
 
@@ -84,7 +84,7 @@ int __wrap_poll(struct pollfd* watched, nfds_t count, int timeout_ms)
     assert_int_equal(POLLIN, watched[0].events);
     check_expected(count);
     check_expected(timeout_ms);
-    now_ns += (uint64_t)mock_type(int); // So long it takes.
+    now_ns += (uint64_t)mock_type(int); // Time that the call takes.
     return answer(mock_type(int));
 }
 
@@ -129,7 +129,7 @@ static void a_start_without_resources_leaves_nothing_behind(void** state)
         assert_int_equal(errors[i].status, osal_process_start(&process, &start));
         assert_int_equal(-1, process.descriptor);
         fork_error    = 0;
-        failing_call  = SYS_pidfd_open; // Then the child has begun already: it is ended again.
+        failing_call  = SYS_pidfd_open; // The child has already started, so the port ends it.
         failing_error = errors[i].error;
         assert_int_equal(errors[i].status, osal_process_start(&process, &start));
         assert_int_equal(-1, process.descriptor);
@@ -141,7 +141,7 @@ static void a_start_without_resources_leaves_nothing_behind(void** state)
     assert_int_equal(STATUS_IO, osal_process_start(&process, &start));
 }
 
-/// Code 0 if the child has `kept` open, and neither `first` nor `last`.
+/// Returns 0 if `kept` is open in the child, and neither `first` nor `last` is.
 static int code_of_child(const int first, const int last, const int kept)
 {
     char script[160];
@@ -196,7 +196,7 @@ static void a_named_descriptor_that_is_not_open_is_an_error(void** state)
     assert_int_equal(-1, waitpid(-1, NULL, WNOHANG));
 }
 
-/// Signals that the parent ignores are not ignored in the child.
+/// Signals that the parent ignores have their default effect in the child.
 static void signals_that_the_parent_ignores_end_the_child(void** state)
 {
     static const struct {
@@ -223,7 +223,7 @@ static void signals_that_the_parent_ignores_end_the_child(void** state)
     }
 }
 
-/// Descriptor 0 is one like others for a program whose standard input is closed.
+/// For a program whose standard input is closed, descriptor 0 is an ordinary one.
 static void a_process_is_looked_at_also_with_closed_standard_input(void** state)
 {
     const osal_process_t self = {.id = (int32_t)getpid(), .descriptor = DESCRIPTOR};
@@ -262,12 +262,12 @@ static void an_interrupted_look_for_the_end_is_repeated(void** state)
     (void)state;
     is_wait_mocked = true;
     will_return(__wrap_wait4, -EINTR);
-    will_return(__wrap_wait4, 0); // It runs.
+    will_return(__wrap_wait4, 0); // The process is running.
     assert_int_equal(STATUS_OK, osal_process_poll(&process, &result));
     assert_false(result.has_ended);
     will_return(__wrap_wait4, -ECHILD);
     assert_int_equal(STATUS_NOT_OURS, osal_process_poll(&process, &result));
-    process.id = 0; // Watched only, by its descriptor.
+    process.id = 0; // A process that is only watched, by its descriptor.
     assert_int_equal(STATUS_NOT_OURS, osal_process_poll(&process, &result));
     process = (osal_process_t){.id = 1, .descriptor = -1};
     assert_int_equal(STATUS_NOT_OURS, osal_process_poll(&process, &result));
@@ -289,10 +289,10 @@ static void an_interrupted_wait_continues_for_the_rest_of_its_time(void** state)
     osal_process_t* const list[] = {&process};
     (void)state;
     expect_poll(3, 1, -EINTR);
-    expect_poll(3, (int)MS - 1, -EINTR); // A part of a millisecond is a whole one.
+    expect_poll(3, (int)MS - 1, -EINTR); // Part of a millisecond is rounded up.
     expect_poll(2, (int)(2U * MS), -EINTR);
     expect_poll(0, 0, -EINTR);
-    expect_poll(0, (int)MS, -EINTR); // Later than the end.
+    expect_poll(0, (int)MS, -EINTR); // The call returns after the end of the wait.
     expect_poll(0, 0, 0);
     assert_int_equal(STATUS_TIMEOUT, osal_process_wait_any(list, 1U, 3U));
     expect_poll(INT_MAX, 0, 1);

@@ -20,7 +20,7 @@
 
 #include <cmocka.h>
 
-#define DESCRIPTOR 0 // The smallest there is: that of a program whose standard input is closed.
+#define DESCRIPTOR 0 // The lowest descriptor: free if standard input is closed.
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
 
 typedef struct {
@@ -34,7 +34,7 @@ typedef struct {
     int value;
 } option_t;
 
-static option_t options[2]; // That were set.
+static option_t options[2]; // Options that were set.
 static unsigned option_count;
 static struct sockaddr_in caller = {.sin_family = AF_UNIX};
 static osal_socket_t sock;
@@ -47,10 +47,10 @@ static short events_to_come;
 static long passing_ns; // Time that passes with each reading of the clock.
 static long now_ns;
 
-/// The next answer of a call: its result, or the negative number of its error.
+/// The next result of a call: it succeeds with this result, or fails with the negative error number.
 static int answer(const int result)
 {
-    errno = (result < 0) ? -result : EINTR; // Success leaves it as it was: here, as of an interrupted call.
+    errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.
     return (result < 0) ? -1 : result;
 }
 
@@ -67,7 +67,7 @@ int __wrap_socketpair(int domain, int type, int protocol, int* out_pair)
     assert_int_equal(AF_UNIX, domain);
     assert_int_equal(SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, type);
     assert_int_equal(0, protocol);
-    out_pair[0] = 0; // The smallest descriptors there are; left in place where there are none.
+    out_pair[0] = 0; // The lowest descriptors. They stay in place if no pair is made.
     out_pair[1] = 1;
     return answer(mock_type(int));
 }
@@ -131,7 +131,7 @@ int __real_close(int descriptor);
 int __wrap_close(int descriptor)
 {
     if (descriptor != DESCRIPTOR) {
-        return __real_close(descriptor); // Calls of a coverage build.
+        return __real_close(descriptor); // A coverage build makes such calls itself.
     }
     function_called();
     return 0;
@@ -247,16 +247,17 @@ static void the_reason_for_an_unaccepted_connection_is_reported(void** state)
     osal_address_t peer;
     (void)state;
     expect_value_count(__wrap_poll, timeout_ms, 0, (int)COUNT(errors) + 2);
-    will_return(__wrap_poll, 0); // No client waits: no call of accept4.
+    will_return(__wrap_poll, 0); // No client waits, so the port does not call accept4.
     assert_int_equal(STATUS_EMPTY, osal_tcp_accept(&sock, &client, &peer));
     assert_int_equal(-1, client.descriptor);
-    will_return(__wrap_poll, -ENOMEM); // Unknown: accept4 decides.
+    will_return(__wrap_poll, -ENOMEM); // poll fails, so accept4 decides.
     will_return(__wrap_accept4, -EAGAIN);
     assert_int_equal(STATUS_EMPTY, osal_tcp_accept(&sock, &client, &peer));
     for (size_t i = 0U; i < COUNT(errors); i++) {
         will_return(__wrap_poll, 1);
         will_return(__wrap_accept4, -EINTR);
-        will_return(__wrap_accept4, -ECONNABORTED); // The client has closed its connection: the next one.
+        // This client has closed its connection; the port accepts the next one.
+        will_return(__wrap_accept4, -ECONNABORTED);
         will_return(__wrap_accept4, -errors[i].error);
         assert_int_equal(errors[i].status, osal_tcp_accept(&sock, &client, &peer));
         assert_int_equal(-1, client.descriptor);
@@ -271,7 +272,7 @@ static const error_case_t refusals[] = {{ECONNREFUSED, STATUS_CLOSED},
                                         {ETIMEDOUT, STATUS_CLOSED},
                                         {EINVAL, STATUS_IO}};
 
-static void a_connection_that_is_begun_is_asked_for_its_end(void** state)
+static void a_connection_in_progress_is_asked_for_its_result(void** state)
 {
     static const error_case_t begins[] = {{0, STATUS_OK}, {EINPROGRESS, STATUS_BUSY}, {EINTR, STATUS_BUSY}};
     (void)state;
@@ -401,8 +402,8 @@ static void a_datagram_is_distinguished_from_errors_of_earlier_ones(void** state
     receive(STATUS_IO, 0U);
 }
 
-/// The datagram stays in the socket until the next one is requested; only then is it removed.
-static void a_deferred_datagram_is_taken_out_by_the_next_call(void** state)
+/// A deferred datagram stays in the socket until the next one is requested; only then it is removed.
+static void a_deferred_datagram_is_removed_by_the_next_call(void** state)
 {
     (void)state;
     osal_socket_defer(&sock);
@@ -425,7 +426,7 @@ static void a_deferred_datagram_is_taken_out_by_the_next_call(void** state)
 
 // ---- Waiting ----
 
-/// One unsuccessful wait: `looks` polls without waiting before the call that waits.
+/// One unsuccessful wait: `looks` polls without a time-out, then the call that waits.
 static void wait_unsuccessfully(const int looks)
 {
     if (looks > 0) {
@@ -437,8 +438,8 @@ static void wait_unsuccessfully(const int looks)
     assert_int_equal(STATUS_TIMEOUT, osal_socket_wait_readable(&sock, 10U));
 }
 
-/// Polling costs time: after an unsuccessful one it is skipped once, then three times, then seven times, and
-/// so on.
+/// Polling costs time: after unsuccessful polls the port skips polling once, then three times, then seven
+/// times, and so on.
 static void a_wait_polls_less_often_after_unsuccessful_polls(void** state)
 {
     (void)state;
@@ -454,7 +455,7 @@ static void a_wait_polls_less_often_after_unsuccessful_polls(void** state)
     sock.blind = 0U;
     assert_int_equal(STATUS_OK, osal_socket_wait_readable(&sock, 1U));
     expect_value(__wrap_poll, timeout_ms, 0);
-    will_return(__wrap_poll, 1); // It finds a datagram: from now on every wait polls.
+    will_return(__wrap_poll, 1); // The poll finds a datagram: from then on every wait begins with a poll.
     assert_int_equal(STATUS_OK, osal_socket_wait_readable(&sock, 10U));
     wait_unsuccessfully(1);
 }
@@ -528,7 +529,7 @@ static void each_kind_of_socket_has_its_options(void** state)
     }
     will_return(__wrap_socket, DESCRIPTOR);
     will_return(__wrap_bind, 0);
-    assert_int_equal(STATUS_OK, osal_udp_open(&sock, somewhere, 0U)); // As the system has it.
+    assert_int_equal(STATUS_OK, osal_udp_open(&sock, somewhere, 0U)); // The system's own buffer size.
     expect_options(0U, NULL);
     will_return(__wrap_socket, DESCRIPTOR);
     will_return(__wrap_bind, 0);
@@ -539,7 +540,7 @@ static void each_kind_of_socket_has_its_options(void** state)
     will_return(__wrap_poll, 1);
     will_return(__wrap_accept4, DESCRIPTOR);
     assert_int_equal(STATUS_OK, osal_tcp_accept(&sock, &client, &peer));
-    expect_options(0U, NULL); // The socket is in the network of this machine.
+    expect_options(0U, NULL); // The accepted socket is local, so TCP_NODELAY is not set.
     assert_int_equal(0U, peer.port);
     caller =
         (struct sockaddr_in){.sin_family = AF_INET, .sin_port = htons(9U), .sin_addr = {htonl(0x0A000001U)}};
@@ -581,11 +582,11 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(a_socket_that_does_not_open_is_reported_and_closed, set_up),
         cmocka_unit_test_setup(the_reason_for_an_unaccepted_connection_is_reported, set_up),
-        cmocka_unit_test_setup(a_connection_that_is_begun_is_asked_for_its_end, set_up),
+        cmocka_unit_test_setup(a_connection_in_progress_is_asked_for_its_result, set_up),
         cmocka_unit_test_setup(why_octets_are_not_sent_is_reported, set_up),
         cmocka_unit_test_setup(each_end_of_a_stream_has_its_status, set_up),
         cmocka_unit_test_setup(a_datagram_is_distinguished_from_errors_of_earlier_ones, set_up),
-        cmocka_unit_test_setup(a_deferred_datagram_is_taken_out_by_the_next_call, set_up),
+        cmocka_unit_test_setup(a_deferred_datagram_is_removed_by_the_next_call, set_up),
         cmocka_unit_test_setup(a_wait_polls_less_often_after_unsuccessful_polls, set_up),
         cmocka_unit_test_setup(a_wait_continues_after_a_signal_and_ends_with_an_error, set_up),
         cmocka_unit_test_setup(a_wait_for_room_ends_like_one_for_octets, set_up),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// System calls of the TIPC port, and its reaction to each answer: the calls are mocked, so that the test also
-// runs without TIPC in the kernel. test/contract/osal/test_tipc.c tests with a real kernel.
+// System calls of the TIPC port, and its reaction to each answer. The calls are mocked, so that the test also
+// runs without TIPC in the kernel; test/contract/osal/test_tipc.c tests with a real kernel.
 #include "osal/include/osal/tipc.h"
 
 #include <errno.h>
@@ -14,7 +14,7 @@
 
 #include <cmocka.h>
 
-#define DESCRIPTOR 0 // The smallest there is: that of a program whose standard input is closed.
+#define DESCRIPTOR 0 // The lowest descriptor: free if standard input is closed.
 #define TYPE 0x48000001U
 #define NODE 0x01001002U
 #define REF 77U
@@ -37,7 +37,7 @@ static struct tipc_event event_to_come;
 static int flags_to_come;
 static int kind_of_control; // 0: no control data.
 
-/// The next answer of a call: its result, or the negative number of its error.
+/// The next result of a call: it succeeds with this result, or fails with the negative error number.
 static int answer(const int result)
 {
     errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.
@@ -76,7 +76,7 @@ int __real_close(int descriptor);
 int __wrap_close(int descriptor)
 {
     if (descriptor != DESCRIPTOR) {
-        return __real_close(descriptor); // Calls of a coverage build.
+        return __real_close(descriptor); // A coverage build makes such calls itself.
     }
     function_called();
     return 0;
@@ -187,7 +187,8 @@ static void a_sample_socket_has_its_kind_and_name(void** state)
     assert_int_equal(TIPC_NODE_SCOPE, bound.scope);
     will_open(SOCK_DGRAM, DESCRIPTOR);
     assert_int_equal(STATUS_OK,
-                     osal_tipc_open(&sock, OSAL_TIPC_SAMPLE, NULL, OSAL_TIPC_NODE)); // It has no name.
+                     // A sample socket has no name.
+                     osal_tipc_open(&sock, OSAL_TIPC_SAMPLE, NULL, OSAL_TIPC_NODE));
 }
 
 static void a_socket_that_does_not_open_is_reported_and_closed(void** state)
@@ -267,11 +268,12 @@ static void received_messages_and_returned_messages_are_distinguished(void** sta
     will_return_count(__wrap_recvmsg, 7, 4);
     expect_received(STATUS_OK, 7U);
     assert_int_equal(((uint64_t)NODE << 32U) | REF, from);
-    kind_of_control = TIPC_DESTNAME; // It contains the name to which it was sent: a message like any other.
+    // The control data contains the name to which the message was sent: an ordinary message.
+    kind_of_control = TIPC_DESTNAME;
     expect_received(STATUS_OK, 7U);
     flags_to_come = MSG_TRUNC;
     expect_received(STATUS_TOO_LARGE, 0U);
-    kind_of_control = TIPC_ERRINFO; // One of our messages comes back.
+    kind_of_control = TIPC_ERRINFO; // A message of ours is returned.
     expect_received(STATUS_FORBIDDEN, 0U);
     will_return(__wrap_recvmsg, -EAGAIN);
     expect_received(STATUS_EMPTY, 0U);
@@ -291,7 +293,7 @@ static void a_socket_has_an_identity(void** state)
 
 // ---- Watching names ----
 
-static void a_watch_asks_for_all_of_a_type(void** state)
+static void a_watch_subscribes_to_all_names_of_a_type(void** state)
 {
     (void)state;
     will_open(SOCK_SEQPACKET, DESCRIPTOR);
@@ -348,7 +350,7 @@ int main(void)
         cmocka_unit_test_setup(a_message_goes_to_a_name, set_up),
         cmocka_unit_test_setup(received_messages_and_returned_messages_are_distinguished, set_up),
         cmocka_unit_test_setup(a_socket_has_an_identity, set_up),
-        cmocka_unit_test_setup(a_watch_asks_for_all_of_a_type, set_up),
+        cmocka_unit_test_setup(a_watch_subscribes_to_all_names_of_a_type, set_up),
         cmocka_unit_test_setup(names_that_come_and_go_are_reported, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

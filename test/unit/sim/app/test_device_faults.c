@@ -13,7 +13,7 @@
 #define MS 1000000U
 #define WORLD "descriptors/worlds/rokviss.xml"
 #define BUSES 2U
-/// Besides drives and a joystick, a device of each other kind.
+/// Devices of all kinds other than drives and joysticks.
 #define OTHERS                                                                                               \
     "<Bench name=\"MOTOR\" type=\"light\" bus=\"robot\" node=\"0x31\" eds=\"joint-drive.eds\" "              \
     "contact=\"0.6\" stiffness=\"400\" range=\"2\"/>"                                                        \
@@ -76,7 +76,7 @@ static status_t open_with(const char* scenario)
     return simulator_open(&config, &simulator, error);
 }
 
-/// Frames of each node: heartbeats and boot-ups, or emergencies.
+/// Frames of each node: heartbeats and boot-ups (`life`), or emergencies.
 typedef struct {
     unsigned life[BUSES][128];
     unsigned emergency[BUSES][128];
@@ -94,10 +94,10 @@ static void listen(heard_t* heard)
     }
 }
 
-/// Unplugged, a device is mute; plugged again, it boots; and an error is sent.
+/// An unplugged device sends nothing; a device that is plugged again boots; an error causes an emergency.
 static void a_fault_reaches_every_kind_of_device(void)
 {
-    static heard_t heard[3]; // Before, unplugged, plugged again.
+    static heard_t heard[3]; // Before, while unplugged, after it was plugged again.
     const unsigned count                 = sizeof devices / sizeof devices[0];
     static const char* const verbs[3][2] = {
         {"0.1 fault unplug", ""}, {"0.5 fault plug", ""}, {"0.9 fault error", "0x3220 on"}};
@@ -130,8 +130,8 @@ static void pulse(const uint8_t line)
     TEST_ASSERT_EQUAL_INT(STATUS_OK, osal_can_send(&can[0], &frame));
 }
 
-/// Order the power unit to open the relay of JOINT1 and to close it again, twice. Returns how often the drive
-/// has booted since.
+/// Command the power unit to open the relay of JOINT1 and to close it again, twice. Returns how often the
+/// drive has booted since.
 static unsigned boots(const char* scenario)
 {
     heard_t heard;
@@ -167,7 +167,7 @@ static void faults_reach_the_power_unit(void)
     TEST_ASSERT_EQUAL_UINT(0U, boots("0.05 fault unplug robot\n"));
 }
 
-static void faults_of_a_sender_are_none_of_a_power_unit(void)
+static void faults_of_a_sender_are_not_accepted_for_a_power_unit(void)
 {
     static const char* const lines[] = {"\n0.1 fault error robot SUPPLY 0x3220 on\n",
                                         "\n0.1 fault babble robot SUPPLY on\n",
@@ -184,6 +184,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_fault_reaches_every_kind_of_device);
     RUN_TEST(faults_reach_the_power_unit);
-    RUN_TEST(faults_of_a_sender_are_none_of_a_power_unit);
+    RUN_TEST(faults_of_a_sender_are_not_accepted_for_a_power_unit);
     return UNITY_END();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benches, power units and buses of a world in the truth log; instruments need a flow and are tested with the
-// truth log of the mission zoo.
+// Benches, power units and buses of a world in the truth log. Instruments need a flow; the mission zoo tests
+// them.
 #include "sim/app/device_log.h"
 #include "test/unit/sim/fixtures/temporary_file.h"
 #include "unity.h"
@@ -31,7 +31,7 @@ static void changed(void* context, uint64_t now_ns, const truth_drive_t* drive)
     (void)drive;
 }
 
-/// The world of the mission rokviss with one motor more, on a bench on a bus of its own.
+/// The world of the mission rokviss with one more motor, on a bench on another bus.
 void setUp(void)
 {
     char reason[DOCUMENT_ERROR_MAX];
@@ -115,7 +115,7 @@ static void buses_have_load_errors_and_controllers_that_are_off(void)
     steps(1U, 200U);
     bus_set_restart(segments[1].bus, 0U, false);
     bus_force_off(segments[1].bus, 0U); // The first device of the second bus.
-    steps(201U, 401U);                  // The end of an interval.
+    steps(201U, 401U);                  // The next interval ends within these steps.
     const uint64_t errors = bus_statistics(segments[1].bus)->errors;
     TEST_ASSERT_EQUAL_INT(STATUS_OK, truth_close(log_));
     unsigned count            = 0U;
@@ -139,7 +139,8 @@ static void a_bus_is_logged_ten_times_a_second(void)
     steps(1U, 2000U);
     TEST_ASSERT_EQUAL_INT(STATUS_OK, truth_close(log_));
     (void)last_event("BUS", &count);
-    TEST_ASSERT_UINT_WITHIN(4U, 18U, count); // Load and errors of each interval, and the last step before.
+    // Each interval changes load and errors and may log the last step before, too.
+    TEST_ASSERT_UINT_WITHIN(4U, 18U, count);
     (void)last_event("BENCH", &count);
     TEST_ASSERT_UINT_WITHIN(1U, 11U, count);
 }
@@ -156,7 +157,7 @@ static void a_device_that_is_switched_off_is_not_supplied(void)
     TEST_ASSERT_EQUAL_UINT8(from.supply_count, last[CONTENT - 1U]);
     TEST_ASSERT_EQUAL_UINT8(0U, last[CONTENT]);
     TEST_ASSERT_EQUAL_UINT8(1U, last[CONTENT + 1U]);
-    TEST_ASSERT_EQUAL_UINT(4U, count); // The first and the last step of both.
+    TEST_ASSERT_EQUAL_UINT(4U, count); // The first and the last step of each of the two states.
 }
 
 int main(void)

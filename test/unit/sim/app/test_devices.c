@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The devices of a world on the buses of a run: their places, what they do to the plant, benches, and
-// missing data sheets.
+// The devices of a world on the buses of a run: their places, their effect on the plant, benches, and missing
+// data sheets.
 #include "sim/app/devices.h"
 #include "sim/app/supply.h"
 #include "test/support/bounds.h"
@@ -50,7 +50,7 @@ static void on_frame(void* context, const osal_can_frame_t* frame)
     heard[frame->id % 0x800U]++;
 }
 
-/// The world of the mission with one motor more, on a bench on a bus of its own.
+/// The world of the mission with one more motor, on a bench on another bus.
 void setUp(void)
 {
     char reason[DOCUMENT_ERROR_MAX];
@@ -126,7 +126,7 @@ static void each_device_boots_on_its_bus_and_is_reported(void)
     memset(reported, 0, sizeof reported);
     devices_report(devices, 100000000U);
     TEST_ASSERT_EQUAL_UINT(2U, reported[0]);
-    TEST_ASSERT_EQUAL_UINT(2U, reported[1]); // Two axes.
+    TEST_ASSERT_EQUAL_UINT(2U, reported[1]); // The joystick has two axes.
     TEST_ASSERT_EQUAL_UINT(1U, reported[2]);
 }
 
@@ -154,7 +154,7 @@ static void send(const unsigned node, const uint32_t id, const uint8_t length, c
     run(4U);
 }
 
-static void valves_and_latches_are_as_their_outputs_say(void)
+static void valves_and_latches_follow_their_outputs(void)
 {
     static plant_input_t input;
     static const uint8_t start[2]       = {1U, 0U};
@@ -189,7 +189,7 @@ static void valves_and_latches_are_as_their_outputs_say(void)
     TEST_ASSERT_FALSE(input.valve_open[1]);
     TEST_ASSERT_TRUE(input.valve_open[2]);
     TEST_ASSERT_TRUE(input.latch_on[0]);
-    TEST_ASSERT_FALSE(input.latch_on[1]);     // Of another box.
+    TEST_ASSERT_FALSE(input.latch_on[1]);     // That latch belongs to another box.
     TEST_ASSERT_EQUAL_STRING("PUSH2", moved); // No valve is at output 16.
     TEST_ASSERT_FALSE(is_open);
     const device_model_t* model = device_model(devices, 1U);
@@ -204,7 +204,7 @@ static void a_missing_data_sheet_is_reported(void)
     TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, open_from("/nowhere"));
     TEST_ASSERT_NULL(devices);
     TEST_ASSERT_NOT_NULL(strstr(error, "/nowhere/joint-drive.eds"));
-    // The sheet of a joystick is not one of a drive.
+    // The data sheet of a joystick does not fit a drive.
     (void)strcpy(world.bench[0].device.eds, "joystick.eds");
     TEST_ASSERT_EQUAL_INT(STATUS_INVALID, open_from("descriptors/devices"));
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "joystick.eds"), error);
@@ -242,7 +242,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(each_device_boots_on_its_bus_and_is_reported);
     RUN_TEST(without_power_brakes_hold_and_motors_rest);
-    RUN_TEST(valves_and_latches_are_as_their_outputs_say);
+    RUN_TEST(valves_and_latches_follow_their_outputs);
     RUN_TEST(a_missing_data_sheet_is_reported);
     RUN_TEST(the_power_unit_switches_the_devices_that_the_world_names);
     RUN_TEST(a_bus_with_a_second_channel_has_its_devices_on_both);

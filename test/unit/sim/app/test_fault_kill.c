@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A process kills another one of the same parent by its name, and no other.
+// A process kills another child of its parent by name, and no other process.
 #include "sim/app/fault_kill.h"
 #include "unity.h"
 
@@ -10,21 +10,21 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-static int mouth[2]; ///< Victims wait for octets in this pipe.
+static int pipe_of_victims[2]; ///< Victims wait for octets in this pipe.
 
 void setUp(void)
 {
-    TEST_ASSERT_EQUAL_INT(0, pipe(mouth));
+    TEST_ASSERT_EQUAL_INT(0, pipe(pipe_of_victims));
 }
 
 void tearDown(void)
 {
-    (void)close(mouth[0]);
-    (void)close(mouth[1]);
+    (void)close(pipe_of_victims[0]);
+    (void)close(pipe_of_victims[1]);
 }
 
-/// A child that waits without end, under a name and with a second word in its command line. It has both on
-/// return.
+/// Start a child that waits without end, with this name and a second word in its command line. Both are in
+/// place on return.
 static pid_t start(const char* name, const char* word)
 {
     int begun[2];
@@ -33,7 +33,7 @@ static pid_t start(const char* name, const char* word)
     TEST_ASSERT_EQUAL_INT(0, fcntl(begun[1], F_SETFD, FD_CLOEXEC));
     const pid_t id = fork();
     if (id == 0) {
-        (void)dup2(mouth[0], STDIN_FILENO);
+        (void)dup2(pipe_of_victims[0], STDIN_FILENO);
         (void)execl("/bin/cat", name, "-", word, (char*)NULL);
         _exit(127);
     }
@@ -43,7 +43,7 @@ static pid_t start(const char* name, const char* word)
     return id;
 }
 
-/// Another child of this process gives the order to kill.
+/// Another child of this process kills `name`.
 static void kill_by_sibling(const char* name)
 {
     int how        = 0;
@@ -96,7 +96,7 @@ static void killing_an_unknown_name_ends_no_process(void)
     const pid_t other = start("supervisor", "-");
     kill_by_sibling("manipulator");
     kill_by_sibling("");
-    fault_kill("supervisor"); // A child of ours, not of our parent.
+    fault_kill("supervisor"); // The supervisor is a child of this process, not a sibling.
     TEST_ASSERT_TRUE(is_alive(other));
     kill_by_sibling("supervisor");
     expect_killed(other);

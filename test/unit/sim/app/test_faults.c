@@ -12,7 +12,7 @@
 static faults_t faults;
 static fault_world_t world;
 static joystick_t* joystick;
-static bus_t* elsewhere; // Bus of the devices: flight's controllers stay alone.
+static bus_t* elsewhere; // Bus of the devices, so that the controllers of flight are alone on theirs.
 static char error[SCENARIO_ERROR_MAX];
 static char path[] = "/tmp/hirosco-scn-XXXXXX";
 
@@ -26,8 +26,8 @@ static void set_joystick_error(void* model, uint16_t code, bool is_present, uint
     joystick_set_error(model, code, is_present, now_ns);
 }
 
-/// Two channels of bus robot with flight's controller on each, and two drives; bus joystick without flight
-/// and without a channel B, and a joystick.
+/// Bus robot has two channels with a controller of the flight software on each, and two drives. Bus joystick
+/// has a joystick, no controller of the flight software, and no channel B.
 static void open_world(void)
 {
     static const char* const names[2][2] = {{"robot", "robot-b"}, {"joystick", "joystick-b"}};
@@ -215,14 +215,15 @@ static void faults_of_a_scenario_act_on_the_bus(void)
                                "3 fault babble robot FLIGHT on\n4 fault unplug joystick FLIGHT\n"));
     apply_next();
     TEST_ASSERT_FALSE(bus_is_plugged(bus, 0U));
-    TEST_ASSERT_FALSE(bus_is_plugged(world.channel[0][1].bus, 0U)); // A plug has both channels.
+    TEST_ASSERT_FALSE(bus_is_plugged(world.channel[0][1].bus, 0U)); // Unplugging disconnects both channels.
     apply_next();
     TEST_ASSERT_TRUE(bus_is_plugged(bus, 0U));
     TEST_ASSERT_TRUE(bus_is_plugged(world.channel[0][1].bus, 0U));
     apply_next();
     bus_run_until(bus, 1000000U);
-    TEST_ASSERT_GREATER_THAN_UINT64(0U, bus_statistics(bus)->errors); // It babbles, and no node receives it.
-    // No node is there.
+    // It babbles, and no node acknowledges its frames.
+    TEST_ASSERT_GREATER_THAN_UINT64(0U, bus_statistics(bus)->errors);
+    // The flight software has no node on this bus.
     TEST_ASSERT_EQUAL_STRING("joystick FLIGHT", faults_apply_next(&faults, &world)->target);
 }
 
@@ -248,7 +249,7 @@ static void a_node_sends_sync_as_often_as_it_is_reported(void)
     apply_next();
     bus_run_until(bus, 10000000U);
     TEST_ASSERT_EQUAL_UINT(33U, count);
-    // No node is there.
+    // The flight software has no node on this bus.
     TEST_ASSERT_EQUAL_STRING("joystick FLIGHT", faults_apply_next(&faults, &world)->target);
 }
 
@@ -310,7 +311,7 @@ static void a_kill_names_the_process_that_it_ends(void)
 {
     TEST_ASSERT_EQUAL_INT_MESSAGE(
         STATUS_OK, load("1 fault kill supervisor\n2.000001 fault kill packet-archive-sqlite\n"), error);
-    apply_next(); // In a world without processes.
+    apply_next(); // A world without processes.
     TEST_ASSERT_EQUAL_STRING("", killed);
     world.process         = note_process;
     world.process_context = &process_fault;

@@ -51,7 +51,7 @@ static const unsigned char* expect_event(lcm_eventlog_t* log, const char* channe
 
 static void everything_of_the_world_is_logged(void)
 {
-    world.robot_count      = 2U; // The same robot once more, with a free base.
+    world.robot_count      = 2U; // The same robot once again, with a free base.
     world.robot[1]         = world.robot[0];
     world.robot[1].is_free = true;
     (void)strcpy(world.robot[1].name, "twin");

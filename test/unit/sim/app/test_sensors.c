@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sensors of a world: what they measure of the truth, and the noise, bias and losses that the seed draws.
+// Sensors of a world: which part of the truth they measure, and the noise, bias and losses that the seed
+// determines.
 #include "sim/app/sensors.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/fixtures/temporary_file.h"
@@ -69,7 +70,7 @@ static void a_gyro_measures_in_the_axes_of_its_link(void)
     expect_values((const double[]){0.0, 0.0, 0.0}, 3U, 1U);
 }
 
-static void noise_and_bias_are_those_of_the_seed(void)
+static void the_seed_determines_noise_and_bias(void)
 {
     double bias[2][3];
     double sum[3]    = {0.0};
@@ -89,7 +90,7 @@ static void noise_and_bias_are_those_of_the_seed(void)
     for (unsigned i = 0U; i < 3U; i++) {
         EXPECT_WITHIN(1e-3, 5e-5, sqrt(square[i] - sum[i] * sum[i]));
         TEST_ASSERT_TRUE(fabs(sum[i]) < 5.1e-3);
-        EXPECT_ABOVE(1e-4, fabs(sum[i] - sum[(i + 1U) % 3U])); // Each axis has its own.
+        EXPECT_ABOVE(1e-4, fabs(sum[i] - sum[(i + 1U) % 3U])); // Each axis has another bias.
         bias[0][i] = sum[i];
     }
     sensor.seed = 2U;
@@ -134,7 +135,7 @@ static void a_tracker_has_noise_about_each_axis(void)
 
 static void a_camera_measures_a_pose_in_its_own_axes(void)
 {
-    // Seen from the satellite, the target is 3 m along the y of the world, which is the x of the satellite.
+    // In the axes of the satellite, the target is 3 m along x, which is the y of the world.
     begin(WORLD(CAMERA("", "t.base", "0 0 0", "0")));
     const double half = sqrt(0.5); // Relative attitude: -90 deg about z, then 3 rad about x of the world.
     expect_values((const double[]){3.0, 0.0, 0.0, half * sin(1.5), half * sin(1.5) * -1.0, -half * cos(1.5)},
@@ -177,7 +178,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_gyro_measures_in_the_axes_of_its_link);
-    RUN_TEST(noise_and_bias_are_those_of_the_seed);
+    RUN_TEST(the_seed_determines_noise_and_bias);
     RUN_TEST(a_tracker_measures_the_attitude);
     RUN_TEST(a_tracker_has_noise_about_each_axis);
     RUN_TEST(a_camera_measures_a_pose_in_its_own_axes);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole simulator, with a small master on both buses that does what flight does at bus level.
+// The whole simulator, with a small master on both buses that sends the same frames as the flight software.
 #include "osal/include/osal/can.h"
 #include "sim/app/simulator.h"
 #include "test/support/bounds.h"
@@ -153,8 +153,8 @@ static void step(void)
     listen();
 }
 
-/// RPDOs that hold the present pose, with gravity computed outside of the model, then SYNC: the frames of
-/// flight in a cycle.
+/// RPDOs that hold the present pose, with gravity computed without the model, then SYNC: the frames that the
+/// flight software sends in a cycle.
 static void cycle(uint16_t controlword, uint16_t stick_controlword)
 {
     static const int16_t weight[2] = {590, 200}; // 0.01 Nm
@@ -206,7 +206,7 @@ static void a_command_is_applied_and_answered_within_one_step(void)
     TEST_ASSERT_GREATER_THAN_UINT64(heard.tpdo_ns[0], heard.tpdo_ns[1]);
 }
 
-static void the_arm_stands_on_its_brakes_and_under_control(void)
+static void the_arm_stands_still_on_its_brakes_and_under_control(void)
 {
     open_simulator(NULL, 1U);
     bring_up();
@@ -250,7 +250,8 @@ static void a_master_without_nodes_is_informed(void)
     }
     TEST_ASSERT_TRUE((heard.error_classes[JOYSTICK] & OSAL_CAN_ERROR_NO_ACK) != 0U);
     TEST_ASSERT_EQUAL_UINT(0U, heard.errors[ROBOT]);
-    // It stops sending; after the plug the old frames leave the queue and the device boots.
+    // The master stops sending; after the joystick is plugged, the old frames leave the queue and the device
+    // boots.
     heard.boot_ups = 0U;
     while (now_ns < 250000000U) {
         step();
@@ -281,7 +282,7 @@ static void a_disconnected_drive_is_safe_in_time_at_each_of_20_phases(void)
         send(ROBOT, 0U, 0U, start, 2U);
         cycle(0x00U, 0x00U);
         cycle(0x00U, 0x00U);
-        TEST_ASSERT_INT32_WITHIN(1000, before, heard.position[0]); // No bit is dominant any more.
+        TEST_ASSERT_INT32_WITHIN(1000, before, heard.position[0]); // The brake has held the joint.
         TEST_ASSERT_EQUAL_INT(STATUS_OK, simulator_close(simulator));
         simulator = NULL;
     }
@@ -346,7 +347,7 @@ static void bus_loads_equal_those_computed(void)
         cycle(0x0FU, 0x0FU);
     }
     simulator_statistics(simulator, &statistics);
-    // Worst case 56 % and, with the second TPDO, 45 %.
+    // Computed worst case: 56 % and, with the second TPDO, 45 %.
     EXPECT_WITHIN(0.52, 0.04, (double)statistics.busy_ns[ROBOT] / (double)now_ns);
     EXPECT_WITHIN(0.41, 0.04, (double)statistics.busy_ns[JOYSTICK] / (double)now_ns);
     TEST_ASSERT_EQUAL_UINT64(0U, statistics.refused);
@@ -375,7 +376,7 @@ static void a_file_or_bus_that_cannot_be_opened_is_reported_in_one_line(void)
                       STATUS_NOT_FOUND, "/nowhere.scn");
     expect_open_error(&(simulator_config_t){.world_path = WORLD, .devices_path = "/nowhere"},
                       STATUS_NOT_FOUND, "/nowhere/joint-drive.eds");
-    // Two buses of the world, and seven more.
+    // The two buses of the world and seven more are too many.
     expect_open_error(&(simulator_config_t){.world_path = WORLD,
                                             .bus        = {{.name = "a"},
                                                            {.name = "b"},
@@ -429,7 +430,7 @@ static void faults_reach_every_device_and_bus_of_the_world(void)
     simulator_statistics_t after;
     (void)simulator_step(simulator, 9000000U);
     simulator_statistics(simulator, &before);
-    TEST_ASSERT_GREATER_THAN_UINT64(0U, before.busy_ns[2]); // Boot-up.
+    TEST_ASSERT_GREATER_THAN_UINT64(0U, before.busy_ns[2]); // The boot-up.
     (void)simulator_step(simulator, 10500000U);
     simulator_statistics(simulator, &before);
     (void)simulator_step(simulator, 29000000U);
@@ -484,7 +485,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_command_is_applied_and_answered_within_one_step);
-    RUN_TEST(the_arm_stands_on_its_brakes_and_under_control);
+    RUN_TEST(the_arm_stands_still_on_its_brakes_and_under_control);
     RUN_TEST(unplugged_devices_are_silent_and_the_others_continue);
     RUN_TEST(a_master_without_nodes_is_informed);
     RUN_TEST(a_disconnected_drive_is_safe_in_time_at_each_of_20_phases);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The true parameters of robots: drawn by the seed within their bounds, and only where the world allows it.
+// The true parameters of robots: the seed draws them within their bounds, and only where the world allows a
+// spread.
 #include "sim/app/spread.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/fixtures/rokviss.h"
@@ -21,7 +22,7 @@ void tearDown(void)
 {
 }
 
-static void a_robot_without_spread_keeps_its_bits(void)
+static void a_robot_without_spread_has_exactly_the_values_of_its_file(void)
 {
     spread_apply(&world, 7U);
     TEST_ASSERT_EQUAL_MEMORY(&rokviss()->world, &world, sizeof world);
@@ -54,7 +55,7 @@ static void each_body_differs_within_the_bounds(void)
     EXPECT_ABOVE(1.019, most);
 }
 
-static void a_seed_gives_the_same_again_and_another_seed_does_not(void)
+static void equal_seeds_give_equal_robots_and_unequal_seeds_do_not(void)
 {
     world_t again;
     world.robot[0].spread_mass = 0.02;
@@ -70,7 +71,7 @@ static void a_seed_gives_the_same_again_and_another_seed_does_not(void)
                      world.robot[0].model.body[2].mass_kg / nominal.robot[0].model.body[2].mass_kg);
 }
 
-/// Range of a true value over many seeds: within the bounds, and most of them used.
+/// Range of a true value over many seeds: it is within the bounds and covers most of their interval.
 typedef struct {
     double least;
     double most;
@@ -140,11 +141,11 @@ static void the_start_of_a_robot_differs_within_its_bounds(void)
         robot->velocity_m_s[0] = 0.1;
         robot->spread_start    = (world_start_spread_t){0.05, 0.01, 0.005, 0.02};
         spread_apply(&world, seed);
-        double cosine = 0.0; // Of the x axes.
+        double cosine = 0.0; // Between the x axes.
         for (unsigned k = 0U; k < 3U; k++) {
             cosine += robot->pose.rotation.at[k][0] * nominal.rotation.at[k][0];
         }
-        EXPECT_ABOVE(cos(0.0145), cosine); // Two axes.
+        EXPECT_ABOVE(cos(0.0145), cosine); // The deviation has components about two axes.
         add(&turn, acos(fmin(1.0, cosine)));
         add(&at, robot->pose.position_m[1] - 2.0);
         add(&velocity, robot->velocity_m_s[0] - 0.1);
@@ -159,9 +160,9 @@ static void the_start_of_a_robot_differs_within_its_bounds(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_robot_without_spread_keeps_its_bits);
+    RUN_TEST(a_robot_without_spread_has_exactly_the_values_of_its_file);
     RUN_TEST(each_body_differs_within_the_bounds);
-    RUN_TEST(a_seed_gives_the_same_again_and_another_seed_does_not);
+    RUN_TEST(equal_seeds_give_equal_robots_and_unequal_seeds_do_not);
     RUN_TEST(drives_wheels_and_cameras_differ_within_their_bounds);
     RUN_TEST(the_start_of_a_robot_differs_within_its_bounds);
     return UNITY_END();

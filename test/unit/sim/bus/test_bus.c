@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bus in time: arbitration, arrival of frames, errors, and that a seed repeats a run.
+// The bus in simulated time: arbitration, arrival of frames, errors; equal seeds repeat a run.
 #include "sim/bus/bus.h"
 #include "sim/bus/frame_length.h"
 #include "unity.h"
@@ -125,7 +125,7 @@ static void frames_follow_each_other_after_three_bits(void)
     TEST_ASSERT_EQUAL_UINT64(duration_ns(&first) + 3000U + duration_ns(&second), ear[1].frame[1].time_ns);
 }
 
-static void a_queue_keeps_its_order_for_all_identifiers(void)
+static void a_queue_keeps_its_order_whatever_the_identifiers(void)
 {
     for (uint32_t i = 0U; i < 8U; i++) {
         const osal_can_frame_t frame = data_frame(0x700U - (i * 0x80U), 2U, 0U);
@@ -142,7 +142,8 @@ static void a_frame_that_does_not_end_in_a_run_continues_in_the_next(void)
 {
     const osal_can_frame_t frame = data_frame(0x10U, 8U, 0U);
     submit(0U, &frame, 0U);
-    bus_run_until(bus, duration_ns(&frame)); // It ends exactly at that instant: not yet.
+    // The frame ends exactly at that instant and has not yet arrived.
+    bus_run_until(bus, duration_ns(&frame));
     TEST_ASSERT_EQUAL_UINT(0U, ear[1].count);
     TEST_ASSERT_EQUAL_UINT(1U, bus_queued(bus, 0U));
     bus_run_until(bus, duration_ns(&frame) + 1U);
@@ -150,7 +151,7 @@ static void a_frame_that_does_not_end_in_a_run_continues_in_the_next(void)
     TEST_ASSERT_EQUAL_UINT(0U, bus_queued(bus, 0U));
 }
 
-/// Arbitration as a plain rule, over the frames that were ready when a frame began.
+/// The rule of arbitration, checked over the frames that were ready when a frame began.
 static void the_lowest_ready_head_always_wins(void)
 {
     struct {
@@ -196,7 +197,7 @@ static void the_lowest_ready_head_always_wins(void)
                 const osal_can_frame_t* head = &queue[n].frame[queue[n].head];
                 const bool is_long           = (head->id & OSAL_CAN_EXTENDED) != 0U;
                 const uint32_t id            = head->id & OSAL_CAN_ID_MASK;
-                // Base identifier, then short before long, then the rest.
+                // Rank: the 11 base bits, then short before long identifiers, then the other 18 bits.
                 const uint64_t rank = is_long ? (((uint64_t)(id >> 18) << 20) | (1U << 19) | (id & 0x3FFFFU))
                                               : ((uint64_t)id << 20);
                 if (rank < lowest) {
@@ -280,7 +281,7 @@ static void bad_frames_and_full_queues_are_refused(void)
     TEST_ASSERT_NULL(bus_create(&odd));
 }
 
-static void a_lone_sender_turns_passive_and_continues_trying(void)
+static void a_lone_sender_becomes_error_passive_and_continues_to_try(void)
 {
     const osal_can_frame_t frame = data_frame(0x123U, 8U, 0U);
     bus_unplug(bus, node[1]);
@@ -289,7 +290,7 @@ static void a_lone_sender_turns_passive_and_continues_trying(void)
     bus_run_until(bus, 100U * MS);
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_PASSIVE, bus_controller(bus, node[0])->state);
     TEST_ASSERT_EQUAL_UINT32(128U, bus_controller(bus, node[0])->transmit_errors);
-    TEST_ASSERT_EQUAL_UINT(3U, ear[0].reports); // No acknowledge, warning, passive.
+    TEST_ASSERT_EQUAL_UINT(3U, ear[0].reports); // Missing acknowledgement, warning, error passive.
     TEST_ASSERT_EQUAL_HEX32(OSAL_CAN_ERROR | OSAL_CAN_ERROR_NO_ACK | OSAL_CAN_ERROR_CONTROLLER,
                             ear[0].report_classes);
     TEST_ASSERT_EQUAL_UINT(1U, bus_queued(bus, node[0]));
@@ -317,7 +318,8 @@ static void unplugging_the_sender_breaks_its_frame(void)
     TEST_ASSERT_EQUAL_UINT(1U, ear[2].count);
     TEST_ASSERT_EQUAL_HEX32(0x200U, ear[2].frame[0].id);
     TEST_ASSERT_EQUAL_UINT64(40000U + 23000U + duration_ns(&theirs), ear[2].frame[0].time_ns);
-    TEST_ASSERT_EQUAL_UINT32(0U, bus_controller(bus, node[2])->receive_errors); // 1, then a good frame.
+    // One error, then a good frame.
+    TEST_ASSERT_EQUAL_UINT32(0U, bus_controller(bus, node[2])->receive_errors);
     TEST_ASSERT_EQUAL_UINT(0U, ear[0].count);
     TEST_ASSERT_FALSE(bus_is_plugged(bus, node[0]));
     bus_plug(bus, node[0]);
@@ -355,7 +357,7 @@ static void equal_frames_merge_and_unequal_ones_destroy_each_other(void)
     TEST_ASSERT_EQUAL_UINT(1U, ear[2].count);
     TEST_ASSERT_TRUE((ear[0].report_classes & OSAL_CAN_ERROR_BUS_OFF) != 0U);
     TEST_ASSERT_TRUE((ear[1].report_classes & OSAL_CAN_ERROR_BUS_OFF) != 0U);
-    // Their queues are empty; after 128 x 11 bits both are on the bus again.
+    // Both queues are empty; after 128 x 11 bits both controllers have recovered from bus-off.
     bus_run_until(bus, 20U * MS);
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_ACTIVE, bus_controller(bus, node[0])->state);
     TEST_ASSERT_TRUE((ear[0].report_classes & OSAL_CAN_ERROR_RESTARTED) != 0U);
@@ -371,7 +373,8 @@ static void unequal_frames_destroy_each_other_without_any_receiver(void)
     open_bus(2U, 5000000U, 1U);
     submit(0U, &one, 0U);
     submit(1U, &two, 0U);
-    bus_run_until(bus, 20U * MS); // Both have been off the bus, and are back without their frames.
+    // Both have been in bus-off and have recovered; their frames were discarded.
+    bus_run_until(bus, 20U * MS);
     TEST_ASSERT_TRUE((ear[0].report_classes & OSAL_CAN_ERROR_BUS_OFF) != 0U);
     TEST_ASSERT_TRUE((ear[1].report_classes & OSAL_CAN_ERROR_BUS_OFF) != 0U);
     submit(0U, &one, 20U * MS);
@@ -392,7 +395,8 @@ static void each_receiver_loses_the_commanded_share_of_frames(void)
 {
     bus_set_loss(bus, 0.25);
     flow(3000U);
-    // 2000 frames of others for each node, a quarter lost; the wire has carried all.
+    // Each node could receive 2000 frames of other nodes and lost a quarter of them; the bus carried all
+    // frames.
     TEST_ASSERT_EQUAL_UINT64(3000U, bus_statistics(bus)->frames);
     for (unsigned i = 0U; i < 3U; i++) {
         TEST_ASSERT_UINT_WITHIN(80U, 1500U, ear[i].count);
@@ -535,13 +539,13 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_frame_arrives_at_all_other_nodes_at_its_end);
     RUN_TEST(frames_follow_each_other_after_three_bits);
-    RUN_TEST(a_queue_keeps_its_order_for_all_identifiers);
+    RUN_TEST(a_queue_keeps_its_order_whatever_the_identifiers);
     RUN_TEST(a_frame_that_does_not_end_in_a_run_continues_in_the_next);
     RUN_TEST(the_lowest_ready_head_always_wins);
     RUN_TEST(the_frames_of_a_robot_cycle_take_at_most_the_computed_time);
     RUN_TEST(wakes_come_in_time_order);
     RUN_TEST(bad_frames_and_full_queues_are_refused);
-    RUN_TEST(a_lone_sender_turns_passive_and_continues_trying);
+    RUN_TEST(a_lone_sender_becomes_error_passive_and_continues_to_try);
     RUN_TEST(unplugging_the_sender_breaks_its_frame);
     RUN_TEST(a_frame_is_not_acknowledged_after_the_only_receiver_is_unplugged);
     RUN_TEST(equal_frames_merge_and_unequal_ones_destroy_each_other);

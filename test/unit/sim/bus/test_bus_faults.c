@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ordered faults of a bus, and the reports of the controller concerned to its software.
+// Commanded faults of a bus, and the reports of the affected controller to its software.
 #include "sim/bus/bus.h"
 #include "unity.h"
 
@@ -87,10 +87,10 @@ static void bus_off_ends_after_128_times_11_bits(void)
     TEST_ASSERT_EQUAL_UINT(1U, ear[1].frames);
 }
 
-static void bus_off_waits_for_an_order(void)
+static void bus_off_lasts_until_a_restart_if_it_is_not_automatic(void)
 {
     bus_set_restart(bus, node[0], false);
-    bus_restart(bus, node[0]); // The controller has no fault: no effect.
+    bus_restart(bus, node[0]); // The controller is not in bus-off: no effect.
     bus_force_off(bus, node[0]);
     bus_force_off(bus, node[0]);
     const unsigned reports = ear[0].reports;
@@ -99,7 +99,7 @@ static void bus_off_waits_for_an_order(void)
     const uint64_t order_ns = bus_now_ns(bus);
     bus_restart(bus, node[0]);
     run(MS);
-    bus_restart(bus, node[0]); // It is under way: it does not begin again.
+    bus_restart(bus, node[0]); // The recovery is running and does not start again.
     run(MS);
     TEST_ASSERT_EQUAL_UINT64(order_ns + RECOVERY_NS, last_report(0U)->time_ns);
     bus_set_restart(bus, node[0], true);
@@ -117,7 +117,7 @@ static void bus_off_breaks_the_frame_on_the_wire(void)
     TEST_ASSERT_EQUAL_UINT(0U, ear[1].frames);
     TEST_ASSERT_EQUAL_UINT64(1U, bus_statistics(bus)->errors);
     bus_unplug(bus, node[1]);
-    bus_force_off(bus, node[1]); // It is not on the bus, so it has no transmit errors.
+    bus_force_off(bus, node[1]); // No effect on a controller that is unplugged.
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_ACTIVE, bus_controller(bus, node[1])->state);
 }
 
@@ -133,7 +133,8 @@ static void an_overflow_loses_frames_that_others_receive(void)
     TEST_ASSERT_EQUAL_UINT(2U, ear[1].reports);
     TEST_ASSERT_EQUAL_HEX32(OSAL_CAN_ERROR | OSAL_CAN_ERROR_CONTROLLER, last_report(1U)->id);
     TEST_ASSERT_EQUAL_HEX8(OVERFLOW, last_report(1U)->data[1]);
-    TEST_ASSERT_EQUAL_UINT(0U, ear[0].reports); // The frame was acknowledged.
+    // The frame was acknowledged by other nodes, so its sender gets no report.
+    TEST_ASSERT_EQUAL_UINT(0U, ear[0].reports);
 }
 
 static void lost_arbitration_is_reported_with_its_bit_to_nodes_that_request_it(void)
@@ -145,10 +146,11 @@ static void lost_arbitration_is_reported_with_its_bit_to_nodes_that_request_it(v
     run(MS);
     TEST_ASSERT_EQUAL_UINT(0U, ear[0].reports);
     TEST_ASSERT_EQUAL_UINT(1U, ear[1].reports);
-    TEST_ASSERT_EQUAL_UINT(0U, ear[2].reports); // Lost twice, but its driver does not report that.
+    // Node 2 lost twice, but its driver does not report lost arbitration.
+    TEST_ASSERT_EQUAL_UINT(0U, ear[2].reports);
     TEST_ASSERT_EQUAL_HEX32(OSAL_CAN_ERROR | OSAL_CAN_ERROR_LOST_ARBITRATION, last_report(1U)->id);
     TEST_ASSERT_EQUAL_UINT8(6U, last_report(1U)->data[0]);
-    TEST_ASSERT_EQUAL_UINT(2U, ear[1].frames); // The frame was sent afterwards.
+    TEST_ASSERT_EQUAL_UINT(2U, ear[1].frames); // The frame was sent after the frame that won.
     TEST_ASSERT_EQUAL_UINT(2U, ear[0].frames);
 }
 
@@ -181,7 +183,7 @@ static void frames_that_leave_in_time_are_not_reported(void)
     TEST_ASSERT_EQUAL_UINT(0U, ear[0].reports);
     TEST_ASSERT_EQUAL_INT(STATUS_OK, submit(0U, 0x100U, 0U));
     bus_unplug(bus, node[0]);
-    run(10U * MS); // Its queue was discarded.
+    run(10U * MS); // The queue of node 0 was discarded at bus-off.
     TEST_ASSERT_EQUAL_UINT(0U, ear[0].reports);
 }
 
@@ -189,7 +191,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(bus_off_ends_after_128_times_11_bits);
-    RUN_TEST(bus_off_waits_for_an_order);
+    RUN_TEST(bus_off_lasts_until_a_restart_if_it_is_not_automatic);
     RUN_TEST(bus_off_breaks_the_frame_on_the_wire);
     RUN_TEST(an_overflow_loses_frames_that_others_receive);
     RUN_TEST(lost_arbitration_is_reported_with_its_bit_to_nodes_that_request_it);

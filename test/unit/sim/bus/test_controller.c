@@ -26,7 +26,7 @@ static unsigned apply(controller_event_t event, unsigned times)
 
 static void transmit_errors_lead_to_bus_off_in_32_steps(void)
 {
-    // 8 per error: warning at 96 = 12 errors, passive at 128 = 16, bus-off at 256 = 32.
+    // Each error adds 8: warning at 96 (12 errors), error passive at 128 (16), bus-off at 256 (32).
     TEST_ASSERT_EQUAL_UINT(0U, apply(CONTROLLER_TRANSMIT_ERROR, 11U));
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_ACTIVE, controller.state);
     TEST_ASSERT_EQUAL_UINT(1U, apply(CONTROLLER_TRANSMIT_ERROR, 1U));
@@ -63,7 +63,8 @@ static void missing_acknowledgements_lead_to_error_passive_and_no_further(void)
 {
     TEST_ASSERT_EQUAL_UINT(1U, apply(CONTROLLER_NO_ACK, 1U));
     TEST_ASSERT_EQUAL_HEX32(OSAL_CAN_ERROR | OSAL_CAN_ERROR_NO_ACK, report.id);
-    TEST_ASSERT_EQUAL_UINT(2U, apply(CONTROLLER_NO_ACK, 1000U)); // Warning and passive, but no more.
+    // Reports of warning and error passive, and no further report.
+    TEST_ASSERT_EQUAL_UINT(2U, apply(CONTROLLER_NO_ACK, 1000U));
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_PASSIVE, controller.state);
     TEST_ASSERT_EQUAL_UINT32(128U, controller.transmit_errors);
     // A success counts down by one and allows the next report.
@@ -93,7 +94,7 @@ static void receive_errors_lead_to_error_passive_but_never_to_bus_off(void)
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_PASSIVE, controller.state);
     TEST_ASSERT_EQUAL_HEX8(0x10U, report.data[1]);
     TEST_ASSERT_EQUAL_UINT32(255U, controller.receive_errors);
-    // One good frame takes a passive receiver below the limit.
+    // One good frame lowers the counter of a passive receiver below the limit.
     TEST_ASSERT_EQUAL_UINT(1U, apply(CONTROLLER_RECEIVED, 1U));
     TEST_ASSERT_EQUAL_UINT32(127U, controller.receive_errors);
     TEST_ASSERT_EQUAL_HEX8(0x04U, report.data[1]);
@@ -104,10 +105,10 @@ static void the_higher_counter_decides_the_state(void)
     (void)apply(CONTROLLER_TRANSMIT_ERROR, 12U);
     TEST_ASSERT_EQUAL_UINT(1U, apply(CONTROLLER_RECEIVE_ERROR, 128U));
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_PASSIVE, controller.state);
-    TEST_ASSERT_EQUAL_HEX8(0x10U, report.data[1]); // Only the receiver is passive.
+    TEST_ASSERT_EQUAL_HEX8(0x10U, report.data[1]); // Only the receive counter is at error passive.
     (void)apply(CONTROLLER_RECEIVED, 1U);
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_WARNING, controller.state);
-    TEST_ASSERT_EQUAL_HEX8(0x0CU, report.data[1]); // Both warn.
+    TEST_ASSERT_EQUAL_HEX8(0x0CU, report.data[1]); // Both counters are at the warning limit.
 }
 
 static void states_follow_the_counters_in_any_sequence(void)

@@ -8,7 +8,7 @@
 
 #define WIRE_BITS_MAX 1024U
 
-/// A frame with all its bits, stuff bits included, and the begin and end of the fast part.
+/// All bits of a frame, stuff bits included, and the begin and the end of its fast part.
 typedef struct {
     unsigned count; // Bits on the wire so far.
     unsigned run;   // Equal bits at the end.
@@ -60,7 +60,7 @@ static void put_crc15(wire_t* wire, unsigned level)
     }
 }
 
-/// Append a bit by the stuffing rule: before it a complement if there are five equal ones.
+/// Append a bit by the stuffing rule: after five equal bits, first append their complement.
 static void put(wire_t* wire, unsigned level)
 {
     if (wire->run == 5U) {
@@ -112,11 +112,11 @@ static wire_t encode_classic(const osal_can_frame_t* frame)
     wire.has_crc       = false;
     put_bits(&wire, crc, 15U);
     if (wire.run == 5U) {
-        put_plain(&wire, 1U - wire.level); // Also after the last CRC bit.
+        put_plain(&wire, 1U - wire.level); // A stuff bit may also follow the last CRC bit.
     }
     wire.crc15 = crc;
     for (unsigned i = 0U; i < 10U; i++) {
-        put_plain(&wire, 1U); // Delimiter, ACK slot and delimiter, seven bits of end of frame.
+        put_plain(&wire, 1U); // CRC delimiter, ACK slot, ACK delimiter, seven bits of end of frame.
     }
     return wire;
 }
@@ -153,7 +153,7 @@ static wire_t encode_fd(const osal_can_frame_t* frame)
         }
         count_bit(&wire);
     }
-    count_bit(&wire); // CRC delimiter, still fast.
+    count_bit(&wire); // CRC delimiter, sent at the fast rate.
     wire.is_fast = false;
     for (unsigned i = 0U; i < 9U; i++) {
         count_bit(&wire);
@@ -216,7 +216,7 @@ static void lengths_equal_those_counted_by_hand(void)
     TEST_ASSERT_EQUAL_HEX16(0x1C05, frame_crc15(&sync));
     TEST_ASSERT_EQUAL_UINT32(34U + 4U + 10U, frame_length(&sync).nominal_bits);
 
-    // Identifier 0x555 and data 0x55..: five equal bits occur only in the fields between.
+    // Identifier 0x555 and data 0x55 alternate: five equal bits occur only in the fields between them.
     osal_can_frame_t dotted = {.id = 0x555U, .length = 8U};
     memset(dotted.data, 0x55, 8U);
     const frame_length_t length = frame_length(&dotted);
@@ -244,7 +244,7 @@ static void a_stuff_bit_due_at_the_end_of_fd_data_is_the_fixed_stuff_bit(void)
     TEST_ASSERT_EQUAL_UINT32(5U + 8U + 1U + 28U, frame_length(&passes_run).data_bits);
 }
 
-/// Worst stuffing of the stuffed part: five equal bits, then alternating groups of four.
+/// Number of bits with the most stuff bits: five equal bits, then alternating groups of four.
 static unsigned worst_classic(unsigned octets, unsigned header)
 {
     return 13U + header + 8U * octets + (header + 8U * octets - 1U) / 4U;
@@ -252,7 +252,7 @@ static unsigned worst_classic(unsigned octets, unsigned header)
 
 static void no_frame_is_longer_than_the_worst_case(void)
 {
-    // With intermission: 8 octets 135 bits, none 55, extended 160.
+    // Bits with intermission: 8 octets 135, no octets 55, extended identifier 160.
     TEST_ASSERT_EQUAL_UINT(135U, worst_classic(8U, 34U));
     TEST_ASSERT_EQUAL_UINT(55U, worst_classic(0U, 34U));
     TEST_ASSERT_EQUAL_UINT(160U, worst_classic(8U, 54U));
@@ -274,7 +274,7 @@ static void the_longest_fd_frame_has_the_computed_time_at_1_and_5_mbit_s(void)
     // 001111 0000 1111...: five equal bits once, then groups of four; identifier 0x078 begins it.
     static const struct {
         uint8_t octets;
-        unsigned tenths_us; // With intermission.
+        unsigned tenths_us; // Duration [0.1 us] with intermission.
     } cases[] = {{8U, 558U}, {16U, 718U}, {24U, 888U}, {48U, 1368U}, {64U, 1688U}};
     for (unsigned i = 0U; i < 5U; i++) {
         unsigned longest = 0U;
@@ -291,7 +291,7 @@ static void the_longest_fd_frame_has_the_computed_time_at_1_and_5_mbit_s(void)
             TEST_ASSERT_LESS_OR_EQUAL_UINT(cases[i].tenths_us, tenths);
             longest = (tenths > longest) ? tenths : longest;
         }
-        // Constant patterns come within a few stuff bits of the bound.
+        // Constant patterns reach the bound except for a few stuff bits.
         TEST_ASSERT_GREATER_THAN_UINT(cases[i].tenths_us * 95U / 100U, longest);
     }
 }

@@ -71,14 +71,14 @@ static void hear(const char* expected)
     TEST_ASSERT_EQUAL_STRING(expected, text);
 }
 
-static void come_in(const char* join)
+static void connect_and_say(const char* join)
 {
     osal_socket_close(&client);
     TEST_ASSERT_EQUAL(STATUS_OK, connect_local(&client, path));
     say(join);
 }
 
-/// Result of the co-simulation port for an answer to a grant; the client has joined before.
+/// Result of the co-simulation port when a client that has joined answers a grant with `answer`.
 static status_t exchange(const char* answer, uint64_t* out_wake_ns, uint32_t* out_octets)
 {
     const osal_grant_t grant = {18446744073709551614ULL, 4294967295U, 0U};
@@ -91,7 +91,7 @@ static status_t exchange(const char* answer, uint64_t* out_wake_ns, uint32_t* ou
 
 static void join_reports_the_port(void)
 {
-    come_in("join operator 65535\n");
+    connect_and_say("join operator 65535\n");
     TEST_ASSERT_EQUAL(STATUS_OK, cosimulation_port_accept(&cosimulation, 10000U));
     TEST_ASSERT_EQUAL_UINT16(65535U, cosimulation.stream_port);
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.joined);
@@ -112,22 +112,22 @@ static void a_malformed_join_is_refused(void)
     for (uint32_t i = 0U; i < (sizeof bad / sizeof bad[0]); i++) {
         uint8_t octet = 0U;
         size_t size   = 0U;
-        come_in(bad[i]);
+        connect_and_say(bad[i]);
         TEST_ASSERT_EQUAL_MESSAGE(STATUS_TIMEOUT, cosimulation_port_accept(&cosimulation, 5U), bad[i]);
         TEST_ASSERT_EQUAL_UINT32(i + 1U, cosimulation.count.malformed);
         TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_stream_receive(&client, &octet, 1U, &size));
     }
     TEST_ASSERT_EQUAL_UINT32(0U, cosimulation.count.joined);
-    come_in("join operator 0\n"); // The next client can join.
+    connect_and_say("join operator 0\n"); // The next client can join.
     TEST_ASSERT_EQUAL(STATUS_OK, cosimulation_port_accept(&cosimulation, 10000U));
 }
 
-static void endless_line_and_zeros_are_malformed(void)
+static void an_endless_line_and_zero_octets_are_malformed(void)
 {
     char flood[COSIMULATION_PORT_LINE_BYTES + 1U];
     memset(flood, 'j', sizeof flood);
     flood[COSIMULATION_PORT_LINE_BYTES] = '\0';
-    come_in(flood);
+    connect_and_say(flood);
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, cosimulation_port_accept(&cosimulation, 5U));
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.malformed);
     osal_socket_close(&client);
@@ -137,14 +137,14 @@ static void endless_line_and_zeros_are_malformed(void)
     TEST_ASSERT_EQUAL_UINT32(2U, cosimulation.count.malformed);
 }
 
-static void clients_that_are_silent_or_disconnect_before_they_join(void)
+static void clients_that_are_silent_or_disconnect_before_they_join_are_dropped(void)
 {
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, cosimulation_port_accept(&cosimulation, 0U));
     cosimulation.patience_ms = 20U;
-    come_in("join oper");
+    connect_and_say("join oper");
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, cosimulation_port_accept(&cosimulation, 200U));
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.silent);
-    come_in("join oper");
+    connect_and_say("join oper");
     osal_socket_close(&client);
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, cosimulation_port_accept(&cosimulation, 20U));
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.vanished);
@@ -152,7 +152,7 @@ static void clients_that_are_silent_or_disconnect_before_they_join(void)
 
 static void a_join_may_arrive_in_pieces(void)
 {
-    come_in("join oper");
+    connect_and_say("join oper");
     for (unsigned round = 0U; round < 3U; round++) {
         TEST_ASSERT_EQUAL(STATUS_TIMEOUT, cosimulation_port_accept(&cosimulation, 1U));
     }
@@ -162,20 +162,20 @@ static void a_join_may_arrive_in_pieces(void)
     TEST_ASSERT_EQUAL_UINT32(0U, cosimulation.count.silent);
 }
 
-static void well_formed_answers(void)
+static void well_formed_answers_are_accepted(void)
 {
     uint64_t wake_ns = 0U;
     uint32_t octets  = 0U;
-    come_in("join operator 0\n");
+    connect_and_say("join operator 0\n");
     TEST_ASSERT_EQUAL(STATUS_OK, cosimulation_port_accept(&cosimulation, 10000U));
     TEST_ASSERT_EQUAL(STATUS_OK, exchange("done 18446744073709551615 4294967295 0\n", &wake_ns, &octets));
     TEST_ASSERT_EQUAL_UINT64(UINT64_MAX, wake_ns);
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, octets);
     TEST_ASSERT_EQUAL(STATUS_OK, exchange("done 0 0 65535\n", &wake_ns, &octets));
     TEST_ASSERT_EQUAL_UINT64(0U, wake_ns);
-    TEST_ASSERT_EQUAL_UINT16(65535U, cosimulation.stream_port); // It has another stream now.
+    TEST_ASSERT_EQUAL_UINT16(65535U, cosimulation.stream_port); // The client has another stream now.
     TEST_ASSERT_EQUAL(STATUS_OK,
-                      exchange("done never 17 0\nleave\n", &wake_ns, &octets)); // Two lines at once.
+                      exchange("done never 17 0\nleave\n", &wake_ns, &octets)); // Two lines in one message.
     TEST_ASSERT_EQUAL_UINT64(OSAL_LOCKSTEP_NEVER, wake_ns);
     TEST_ASSERT_EQUAL_UINT32(17U, octets);
     const osal_grant_t grant = {1U, 2U, 3U};
@@ -203,7 +203,7 @@ static void a_malformed_answer_disconnects_the_client(void)
     uint64_t wake_ns = 0U;
     uint32_t octets  = 0U;
     for (uint32_t i = 0U; i < (sizeof bad / sizeof bad[0]); i++) {
-        come_in("join operator 4000\n");
+        connect_and_say("join operator 4000\n");
         TEST_ASSERT_EQUAL(STATUS_OK, cosimulation_port_accept(&cosimulation, 10000U));
         TEST_ASSERT_EQUAL_MESSAGE(STATUS_CLOSED, exchange(bad[i], &wake_ns, &octets), bad[i]);
         TEST_ASSERT_EQUAL_UINT32(i + 1U, cosimulation.count.malformed);
@@ -216,14 +216,14 @@ static void a_client_that_disconnects_or_is_silent_loses_its_place(void)
     const osal_grant_t grant = {0U, 0U, 0U};
     uint64_t wake_ns         = 0U;
     uint32_t octets          = 0U;
-    come_in("join operator 0\n");
+    connect_and_say("join operator 0\n");
     TEST_ASSERT_EQUAL(STATUS_OK, cosimulation_port_accept(&cosimulation, 10000U));
     osal_socket_close(&client);
     TEST_ASSERT_EQUAL(STATUS_CLOSED,
                       cosimulation_port_exchange(&cosimulation, &grant, 0U, &wake_ns, &octets));
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.vanished);
     open_cosimulation(20U);
-    come_in("join operator 0\n");
+    connect_and_say("join operator 0\n");
     TEST_ASSERT_EQUAL(STATUS_OK, cosimulation_port_accept(&cosimulation, 10000U));
     say("done 1");
     TEST_ASSERT_EQUAL(STATUS_CLOSED,
@@ -236,7 +236,7 @@ static void end_of_the_run_ends_every_wait(void)
     const osal_grant_t grant = {0U, 0U, 0U};
     uint64_t wake_ns         = 0U;
     uint32_t octets          = 0U;
-    come_in("join operator 0\n");
+    connect_and_say("join operator 0\n");
     TEST_ASSERT_EQUAL(STATUS_OK, cosimulation_port_accept(&cosimulation, 10000U));
     osal_lockstep_close(scheduler);
     TEST_ASSERT_EQUAL(STATUS_CLOSED,
@@ -246,13 +246,13 @@ static void end_of_the_run_ends_every_wait(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, cosimulation_port_serve(&cosimulation, scheduler, 5U, 1U));
 }
 
-static void path_is_taken_and_given_back(void)
+static void the_path_of_the_socket_is_created_and_removed(void)
 {
     cosimulation_port_t other;
     struct stat about;
     TEST_ASSERT_EQUAL(STATUS_EXISTS,
                       cosimulation_port_open(&other, path, "operator", scheduler, PATIENCE_MS));
-    cosimulation_port_close(&other); // The path is not its own: it stays.
+    cosimulation_port_close(&other); // The path belongs to the first port: it is not removed.
     TEST_ASSERT_EQUAL(0, stat(path, &about));
     cosimulation_port_close(&cosimulation);
     TEST_ASSERT_EQUAL(-1, stat(path, &about));
@@ -278,13 +278,13 @@ static void serve_twice(void* context)
     served->second         = cosimulation_port_serve(&cosimulation, scheduler, OPERATOR, COMMUNICATION);
 }
 
-/// The operator, a process of its own: in its n-th grant it sends 10 n octets and asks for a grant ten time
+/// The operator in a process of its own: in its n-th grant it sends 10 n octets and requests a grant ten time
 /// steps later; in the fifth it leaves instead.
 static void operate(const char* farewell)
 {
     char line[COSIMULATION_PORT_LINE_BYTES];
     (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
-    come_in("join operator 4711\n");
+    connect_and_say("join operator 4711\n");
     for (uint64_t i = 1U; i <= 5U; i++) {
         const uint64_t now_ns = (i - 1U) * 10U * STEP_NS;
         (void)snprintf(line, sizeof line, "grant %llu 0 %u 4711\n", (unsigned long long)now_ns,
@@ -297,7 +297,7 @@ static void operate(const char* farewell)
     _exit((Unity.CurrentTestFailed != 0U) ? 1 : 0);
 }
 
-/// Runs communication: woken by deliveries of the operator, it answers with 7 octets in time for the
+/// Run communication: each delivery of the operator wakes it, and it sends 7 octets in time for the
 /// operator's next grant.
 static void communicate(osal_clock_t* clock)
 {
@@ -342,19 +342,19 @@ static void run_with(const char* farewell)
     TEST_ASSERT_EQUAL(0, how);
 }
 
-static void operator_takes_part_and_leaves(void)
+static void time_continues_after_the_operator_leaves(void)
 {
     run_with("leave\n");
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.left);
 }
 
-static void operator_takes_part_and_disconnects(void)
+static void time_continues_after_the_operator_disconnects(void)
 {
     run_with("done");
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.vanished);
 }
 
-static void operator_takes_part_and_sends_a_malformed_line(void)
+static void time_continues_after_the_operator_sends_a_malformed_line(void)
 {
     run_with("done tomorrow\n");
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.malformed);
@@ -365,16 +365,16 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(join_reports_the_port);
     RUN_TEST(a_malformed_join_is_refused);
-    RUN_TEST(endless_line_and_zeros_are_malformed);
-    RUN_TEST(clients_that_are_silent_or_disconnect_before_they_join);
+    RUN_TEST(an_endless_line_and_zero_octets_are_malformed);
+    RUN_TEST(clients_that_are_silent_or_disconnect_before_they_join_are_dropped);
     RUN_TEST(a_join_may_arrive_in_pieces);
-    RUN_TEST(well_formed_answers);
+    RUN_TEST(well_formed_answers_are_accepted);
     RUN_TEST(a_malformed_answer_disconnects_the_client);
     RUN_TEST(a_client_that_disconnects_or_is_silent_loses_its_place);
     RUN_TEST(end_of_the_run_ends_every_wait);
-    RUN_TEST(path_is_taken_and_given_back);
-    RUN_TEST(operator_takes_part_and_leaves);
-    RUN_TEST(operator_takes_part_and_disconnects);
-    RUN_TEST(operator_takes_part_and_sends_a_malformed_line);
+    RUN_TEST(the_path_of_the_socket_is_created_and_removed);
+    RUN_TEST(time_continues_after_the_operator_leaves);
+    RUN_TEST(time_continues_after_the_operator_disconnects);
+    RUN_TEST(time_continues_after_the_operator_sends_a_malformed_line);
     return UNITY_END();
 }

@@ -35,17 +35,17 @@ void master_sync(master_t* master, uint64_t ns);
 void master_forget(master_t* master);
 /// Number of received frames with an identifier.
 unsigned master_heard(const master_t* master, uint32_t id);
-/// The last of them; null if none.
+/// The last received frame with an identifier; null if there is none.
 const osal_can_frame_t* master_last(const master_t* master, uint32_t id);
 
-/// One SDO request and its answer (8 octets each). Returns false if there is no answer within 2 ms.
+/// One SDO request and its response (8 octets each). Returns false if there is no response within 2 ms.
 bool master_request(master_t* master, uint8_t node, const uint8_t request[8], uint8_t answer[8]);
-/// Expedited transfers. Return 0 or the abort code; UINT32_MAX without an answer.
+/// Expedited SDO transfers. Return 0 or the abort code; UINT32_MAX if there is no response.
 uint32_t master_write(master_t* master, uint8_t node, uint16_t index, uint8_t subindex, uint32_t value,
                       uint8_t size);
 uint32_t master_read(master_t* master, uint8_t node, uint16_t index, uint8_t subindex, uint32_t* out_value);
 
-/// Little-endian numbers out of a frame.
+/// Read little-endian numbers from a frame.
 uint16_t octets_u16(const uint8_t* octets);
 uint32_t octets_u32(const uint8_t* octets);
 

@@ -26,7 +26,7 @@ static const pattern_t disable_operation = {0x0FU, 0x07U};
 static const pattern_t enable_operation  = {0x0FU, 0x0FU};
 
 typedef struct {
-    int number; // As in the standard.
+    int number; // Number of the transition in the standard.
     axis_state_t from;
     const pattern_t* command;
     axis_state_t to;
@@ -35,7 +35,8 @@ typedef struct {
 static const transition_t transitions[] = {
     {2, AXIS_SWITCH_ON_DISABLED, &shutdown, AXIS_READY},
     {3, AXIS_READY, &switch_on, AXIS_SWITCHED_ON},
-    {3 + 4, AXIS_READY, &enable_operation, AXIS_ENABLED}, // Automatic, as the standard allows.
+    // The standard allows transitions 3 and 4 in one step.
+    {3 + 4, AXIS_READY, &enable_operation, AXIS_ENABLED},
     {4, AXIS_SWITCHED_ON, &enable_operation, AXIS_ENABLED},
     {5, AXIS_ENABLED, &disable_operation, AXIS_SWITCHED_ON},
     {6, AXIS_SWITCHED_ON, &shutdown, AXIS_READY},
@@ -51,7 +52,7 @@ static const transition_t transitions[] = {
 
 static axis_state_t expected_state(axis_state_t state, uint16_t controlword, uint16_t before)
 {
-    if (state == AXIS_FAULT) { // 15: fault reset on its rising edge.
+    if (state == AXIS_FAULT) { // Transition 15: fault reset, at the rising edge of its bit.
         const bool rises = ((controlword & 0x80U) != 0U) && ((before & 0x80U) == 0U);
         return rises ? AXIS_SWITCH_ON_DISABLED : AXIS_FAULT;
     }

@@ -25,13 +25,13 @@ static struct {
     double velocity_rad_s;
     double load_nm;
     double joint_torque_nm;
-    double torque_nm; // Applied last.
+    double torque_nm; // Torque that the drive applied last.
 } motor;
 
 static unsigned changes;
 static uint16_t first_statusword; // Since `changes` was set to 0.
 static uint64_t first_ns;
-static uint16_t changed_statusword; // Last one.
+static uint16_t changed_statusword; // The last one that changed.
 static bool changed_brake;
 
 static void read_truth(void* context, drive_truth_t* out_truth)
@@ -95,7 +95,7 @@ static void send_cst(uint16_t controlword, double torque_nm, double velocity_rad
     master_send(&master, 0x300U + ID, data, 8U);
 }
 
-/// A cycle: the frames sent before, SYNC, then the plant.
+/// A cycle: the frames that were queued before, SYNC, then a step of the plant.
 static void cycle(void)
 {
     master_send(&master, 0x080U, NULL, 0U);
@@ -138,7 +138,7 @@ static void enable_csp(double torque_nm)
     TEST_ASSERT_EQUAL_HEX16(0x27U, statusword() & 0x6FU);
 }
 
-/// The other PDO and its mode, without a deadline so that SDO transfers may come between cycles.
+/// Select a mode with its PDO, without a deadline so that SDO transfers may come between cycles.
 static void select_mode(uint32_t mode)
 {
     master_nmt(&master, 128U, ID);
@@ -203,7 +203,7 @@ static void controlwords_lead_to_operation_enabled_and_back(void)
     }
 }
 
-/// A gripper of 4 Nm asks for less than its objects allow.
+/// A gripper's motor of 4 Nm allows less torque than the objects of the drive.
 static void the_torque_limit_of_the_motor_is_applied(void)
 {
     tearDown();
@@ -263,7 +263,7 @@ static void csp_holds_against_a_known_load_without_a_jerk(void)
 
 static void csp_deviates_by_load_over_gain(void)
 {
-    motor.load_nm = 4.0; // The drive is not informed.
+    motor.load_nm = 4.0; // The drive gets no torque offset for this load.
     enable_csp(0.0);
     csp_cycles(1000U, 0x0FU, 0.5, 0.0);
     EXPECT_WITHIN(0.5 - (4.0 / 4000.0), 1e-5, motor.position_rad);
@@ -286,10 +286,10 @@ static void an_enabled_drive_holds_until_the_first_target_comes(void)
 {
     motor.load_nm = 2.0;
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1400U, 5U, 0U, 2U));
-    csp_cycles(1U, 0x06U, 0.0, 0.0); // Targets of 0 rad, far away, before the drive is enabled.
+    csp_cycles(1U, 0x06U, 0.0, 0.0); // Targets of 0 rad, far from the position, before the drive is enabled.
     csp_cycles(1U, 0x07U, 0.0, 0.0);
     TEST_ASSERT_EQUAL_UINT32(0U,
-                             master_write(&master, ID, 0x6040U, 0U, 0x0FU, 2U)); // By SDO: no target with it.
+                             master_write(&master, ID, 0x6040U, 0U, 0x0FU, 2U)); // SDO: without a target.
     for (unsigned i = 0U; i < 100U; i++) {
         cycle();
     }
@@ -320,7 +320,7 @@ static void a_reached_torque_limit_sets_internal_limit_active(void)
     EXPECT_WITHIN(40.0, 1e-9, motor.torque_nm);
     cst_cycles(1U, 0x0FU, 50.0);
     TEST_ASSERT_TRUE((statusword() & AXIS_STATUS_INTERNAL_LIMIT) != 0U);
-    TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x60E1U, 0U, 500U, 2U)); // 5 Nm downwards.
+    TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x60E1U, 0U, 500U, 2U)); // -5 Nm
     cst_cycles(2U, 0x0FU, -50.0);
     EXPECT_WITHIN(-5.0, 1e-9, motor.torque_nm);
     cst_cycles(3U, 0x0FU, 1.0);
@@ -358,7 +358,7 @@ static void only_supported_modes_of_operation_are_accepted(void)
     csp_cycles(1U, 0x06U, 0.5, 0.0);
     csp_cycles(1U, 0x07U, 0.5, 0.0);
     csp_cycles(3U, 0x0FU, 0.5, 0.0);
-    TEST_ASSERT_EQUAL_HEX16(0x23U, statusword() & 0x6FU); // Without a mode the drive is not enabled.
+    TEST_ASSERT_EQUAL_HEX16(0x23U, statusword() & 0x6FU); // Not enabled: no mode is selected.
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x6060U, 0U, 8U, 1U));
     uint32_t mode = 0U;
     TEST_ASSERT_EQUAL_UINT32(0U, master_read(&master, ID, 0x6061U, 0U, &mode));
@@ -402,7 +402,7 @@ static void quick_stop_at_rest_holds_the_load(void)
     EXPECT_WITHIN(0.5, 1e-4, motor.position_rad);
 }
 
-/// The master stops sending at `phase` of a cycle: the drive must go to its safe state by itself.
+/// The master stops sending at `phase` of a cycle: the drive must enter its safe state without a command.
 static uint64_t silence_reaction_ns(uint64_t phase_ns)
 {
     setUp();
@@ -514,7 +514,7 @@ static void faults_stay_until_their_cause_is_gone(void)
         csp_cycles(20U, 0x0FU, 0.5, 0.0);
         TEST_ASSERT_EQUAL_HEX16(0x08U, statusword() & 0x4FU);
         csp_cycles(1U, 0x80U, 0.5, 0.0);
-        TEST_ASSERT_EQUAL_HEX16(0x08U, statusword() & 0x4FU); // Still there.
+        TEST_ASSERT_EQUAL_HEX16(0x08U, statusword() & 0x4FU); // The fault is still present.
         drive_set_error(drive, faults[i], false, bus_now_ns(master.bus));
         csp_cycles(1U, 0x00U, 0.5, 0.0);
         csp_cycles(1U, 0x80U, 0.5, 0.0);

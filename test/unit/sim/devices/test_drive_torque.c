@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The torque actual value of drives with and without a torque sensor, and of one whose sheet has none.
+// The torque actual value of drives with and without a torque sensor, and of a drive whose data sheet lacks
+// the object.
 #include "sim/devices/drive.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/devices/master.h"
@@ -29,7 +30,7 @@ void tearDown(void)
     temporary_files_remove();
 }
 
-/// A motor at 0.5 rad, and 12.345 Nm behind the gear.
+/// A motor at 0.5 rad; the joint torque behind its gear is 12.345 Nm.
 static void read_truth(void* context, drive_truth_t* out_truth)
 {
     (void)context;
@@ -72,27 +73,27 @@ static int16_t shown(void)
     return (int16_t)object_signed(node_object(drive_node(drive), 0x6077U, 0U));
 }
 
-static void with_a_sensor_it_is_behind_the_gear(void)
+static void with_a_sensor_the_actual_torque_is_measured_behind_the_gear(void)
 {
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, open_drive(SHEET, 60.0), error);
     enable(800U);
     TEST_ASSERT_INT16_WITHIN(1, 1235, shown());
 }
 
-static void without_a_sensor_it_is_that_of_the_motor(void)
+static void without_a_sensor_the_actual_torque_is_the_torque_of_the_motor(void)
 {
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, open_drive(SHEET, 0.0), error);
     master_sync(&master, STEP_NS);
-    TEST_ASSERT_EQUAL_INT16(0, shown()); // The brake holds.
+    TEST_ASSERT_EQUAL_INT16(0, shown()); // The brake carries the load.
     enable(800U);
     TEST_ASSERT_EQUAL_INT16(800, shown());
-    drive_set_torque_offset(drive, 0.5); // By a scenario.
+    drive_set_torque_offset(drive, 0.5); // As a scenario sets it.
     master_sync(&master, STEP_NS);
     TEST_ASSERT_EQUAL_INT16(850, shown());
 }
 
-/// A sheet without the torque actual value: only a drive with a sensor needs it.
-static void it_may_be_absent_without_a_sensor(void)
+/// A data sheet without the torque actual value: only a drive with a sensor needs the object.
+static void without_a_sensor_the_object_may_be_absent(void)
 {
     const char* path = temporary_variant("1.eds", SHEET, "=0x6077", "=0x2077");
     path             = temporary_variant("2.eds", path, "=0x60770010", "=0x20770010");
@@ -109,8 +110,8 @@ static void it_may_be_absent_without_a_sensor(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(with_a_sensor_it_is_behind_the_gear);
-    RUN_TEST(without_a_sensor_it_is_that_of_the_motor);
-    RUN_TEST(it_may_be_absent_without_a_sensor);
+    RUN_TEST(with_a_sensor_the_actual_torque_is_measured_behind_the_gear);
+    RUN_TEST(without_a_sensor_the_actual_torque_is_the_torque_of_the_motor);
+    RUN_TEST(without_a_sensor_the_object_may_be_absent);
     return UNITY_END();
 }

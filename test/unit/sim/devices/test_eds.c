@@ -38,7 +38,7 @@ static status_t load(const char* text)
     return eds_load(path, 0x11U, &dictionary, error);
 }
 
-/// The text is refused, and the message begins with file:line and contains `words`.
+/// Expect that the text is refused with a message that begins with file:line and contains `words`.
 static void expect_error(const char* text, unsigned line, const char* words)
 {
     char begin[64];
@@ -50,7 +50,7 @@ static void expect_error(const char* text, unsigned line, const char* words)
     TEST_ASSERT_EQUAL_UINT(0U, dictionary.count);
 }
 
-/// Names of variables and of arrays, of manufacturer-specific objects only.
+/// Variables and arrays of manufacturer-specific objects are found by their names; other objects are not.
 static void a_manufacturer_object_is_found_by_its_name(void)
 {
     TEST_ASSERT_EQUAL_INT(
@@ -61,7 +61,7 @@ static void a_manufacturer_object_is_found_by_its_name(void)
                         "[2B00sub1]\nParameterName=First\nDataType=5\nAccessType=rw\n"));
     TEST_ASSERT_EQUAL_HEX16(0x2A00U, dictionary_index_of(&dictionary, "POSITION"));
     TEST_ASSERT_EQUAL_HEX16(0x2B00U, dictionary_index_of(&dictionary, "Gains"));
-    TEST_ASSERT_EQUAL_HEX16(0U, dictionary_index_of(&dictionary, "First")); // A member.
+    TEST_ASSERT_EQUAL_HEX16(0U, dictionary_index_of(&dictionary, "First")); // The name of an array's member.
     TEST_ASSERT_EQUAL_HEX16(0U, dictionary_index_of(&dictionary, "Gain"));
 }
 

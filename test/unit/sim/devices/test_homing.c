@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Homing of the joint drive (CiA 402 mode 6) over the bus; its motor is a mass between two end stops.
+// Homing of the joint drive (CiA 402 mode 6) over the bus; the motor is a mass between two end stops.
 #include "sim/devices/drive.h"
 #include "sim/devices/homing.h"
 #include "test/support/bounds.h"
@@ -15,9 +15,9 @@
 #define INERTIA 0.25 // kgm2
 #define FRICTION 5.0 // Nms/rad
 #define STOP_NM_RAD 20000.0
-#define STOP_RAD 0.3 // To both sides of the start.
+#define STOP_RAD 0.3 // On both sides of the start.
 #define START_RAD 0.5
-#define SPEED 0.1 // rad/s, of the data sheet.
+#define SPEED 0.1 // rad/s, from the data sheet.
 
 #define ENABLE 0x0FU
 #define SEARCH 0x1FU
@@ -62,7 +62,7 @@ static void move(void)
     drive_end_step(drive, bus_now_ns(master.bus));
 }
 
-/// Cycles with a controlword, and a target position that counts in CSP only.
+/// Run cycles with a controlword and a target position, which only CSP uses.
 static void cycles(const unsigned count, const uint16_t controlword, const int32_t target)
 {
     for (unsigned i = 0U; i < count; i++) {
@@ -102,17 +102,17 @@ static void set(const uint16_t index, const uint8_t subindex, const uint32_t val
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, index, subindex, value, size));
 }
 
-/// Powered, in mode homing with a method, and in operation.
+/// Bring the drive into the mode homing with a method, and into the state operation enabled.
 static void prepare(const uint32_t method)
 {
-    set(0x1400U, 5U, 0U, 2U); // No deadline: SDO transfers may come between cycles.
+    set(0x1400U, 5U, 0U, 2U); // No RPDO deadline, so that SDO transfers may come between cycles.
     set(0x6060U, 0U, 6U, 1U);
     set(0x6098U, 0U, method & 0xFFU, 1U);
     cycles(1U, 0x06U, 0);
     cycles(1U, 0x07U, 0);
     cycles(4U, ENABLE, 0);
     TEST_ASSERT_EQUAL_HEX16(0x27U, statusword() & 0x6FU);
-    expect_bits(REACHED); // Not started.
+    expect_bits(REACHED); // The search has not been started.
 }
 
 void setUp(void)
@@ -156,7 +156,7 @@ static void the_present_position_becomes_the_reference(void)
     }
 }
 
-/// The zero is 0.1 rad from where the axis stood, and the targets of CSP count from it.
+/// The zero is 0.1 rad from the position where the axis stopped, and the targets of CSP refer to it.
 static void positions_count_from_the_new_zero(void)
 {
     set(0x607CU, 0U, (uint32_t)-100000, 4U);
@@ -165,14 +165,15 @@ static void positions_count_from_the_new_zero(void)
     EXPECT_WITHIN(0.1, 2e-6, position_rad());
     set(0x6060U, 0U, 8U, 1U);
     cycles(1U, ENABLE, 100000);
-    TEST_ASSERT_EQUAL_HEX16(ATTAINED, statusword() & BITS); // Bit 12 of CSP: it follows.
+    // Bit 12 means in CSP that the drive follows its target.
+    TEST_ASSERT_EQUAL_HEX16(ATTAINED, statusword() & BITS);
     for (int32_t i = 0; i < 500; i++) {
         cycles(1U, ENABLE, 100000 - (100 * i));
     }
     cycles(100U, ENABLE, 50000);
     EXPECT_WITHIN(0.05, 1e-3, position_rad());
     EXPECT_WITHIN(START_RAD - 0.05, 1e-3, motor.position_rad);
-    node_power_off(drive_node(drive)); // The encoder still knows its own zero.
+    node_power_off(drive_node(drive)); // The encoder keeps its zero without power.
     node_power_on(drive_node(drive));
     master_wait(&master, 2U * MASTER_MS);
     master_nmt(&master, 1U, ID);
@@ -195,10 +196,10 @@ static void an_end_stop_is_found_from_both_sides(void)
         seconds(3.0, SEARCH);
         expect_bits(ATTAINED | REACHED);
         EXPECT_WITHIN(cases[i].stop_rad, 3e-3, motor.position_rad);
-        EXPECT_WITHIN(0.0, 3e-3, position_rad()); // It has yielded since.
+        EXPECT_WITHIN(0.0, 3e-3, position_rad()); // The axis has moved off the stop since.
         EXPECT_WITHIN(0.0, 1e-3, motor.velocity_rad_s);
         seconds(0.1, ENABLE);
-        expect_bits(ATTAINED | REACHED); // The result stays.
+        expect_bits(ATTAINED | REACHED); // The result remains.
         cycles(1U, 0x00U, 0);
     }
 }
@@ -222,7 +223,7 @@ static void a_search_can_be_interrupted_and_halted(void)
     const double ended_rad = motor.position_rad;
     seconds(0.5, ENABLE);
     EXPECT_WITHIN(ended_rad, 1e-4, motor.position_rad);
-    EXPECT_WITHIN(motor.position_rad, 1e-4, position_rad()); // No other zero.
+    EXPECT_WITHIN(motor.position_rad, 1e-4, position_rad()); // The zero has not changed.
     seconds(4.0, SEARCH);
     expect_bits(ATTAINED | REACHED);
 }
@@ -233,7 +234,7 @@ static void a_search_without_a_stop_fails_at_the_end_of_the_range(void)
     set(0x607DU, 2U, 500000U, 4U);
     prepare(0xFEU);
     seconds(1.3, SEARCH);
-    expect_bits(FAILED); // It still moves,
+    expect_bits(FAILED); // The axis still moves,
     seconds(0.3, SEARCH);
     expect_bits(FAILED | REACHED); // and has stopped.
     EXPECT_WITHIN(START_RAD + 0.11, 0.01, motor.position_rad);
@@ -286,7 +287,7 @@ static void a_disabled_drive_ends_the_search(void)
     seconds(0.2, ENABLE);
     EXPECT_WITHIN(after_rad, 1e-4, motor.position_rad);
     cycles(1U, 0x07U, 0);
-    seconds(0.3, SEARCH); // Enabled and started by one controlword.
+    seconds(0.3, SEARCH); // One controlword enables the drive and starts the search.
     expect_bits(0U);
     TEST_ASSERT_TRUE(motor.position_rad > (after_rad + 0.01));
 }

@@ -117,7 +117,7 @@ static void positions_and_buttons_are_reported(void)
     TEST_ASSERT_INT32_WITHIN(97, 200000, (int32_t)octets_u32(positions->data));
     TEST_ASSERT_INT32_WITHIN(97, -300000, (int32_t)octets_u32(&positions->data[4]));
     TEST_ASSERT_EQUAL_HEX32(0x00020000U, octets_u32(&master_last(&master, 0x280U + ID)->data[4]));
-    // A step of the encoder is 96 urad: a smaller motion does not show.
+    // The encoder resolves 96 urad: a smaller motion is not reported.
     stick.position_rad[0] += 1e-6;
     cycle(0x00U, 0x00U, 0.0, 0.0);
     TEST_ASSERT_EQUAL_HEX32(octets_u32(positions->data), octets_u32(master_last(&master, 0x180U + ID)->data));
@@ -194,7 +194,7 @@ static void warnings_are_in_both_statuswords(void)
     TEST_ASSERT_TRUE((statusword(0U) & AXIS_STATUS_WARNING) == 0U);
 }
 
-static void on_a_classic_bus_pdos_are_classic(void)
+static void on_a_classic_bus_pdos_are_classic_can_frames(void)
 {
     const joystick_config_t config = {.encoder    = {.counts_per_turn = 65536U, .gear_ratio = 1.0},
                                       .read_truth = read_truth};
@@ -220,6 +220,6 @@ int main(void)
     RUN_TEST(only_torque_mode_is_offered);
     RUN_TEST(a_fault_stops_both_axes);
     RUN_TEST(warnings_are_in_both_statuswords);
-    RUN_TEST(on_a_classic_bus_pdos_are_classic);
+    RUN_TEST(on_a_classic_bus_pdos_are_classic_can_frames);
     return UNITY_END();
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Devices that only measure: values at SYNC and by their own clock, delays, stamps, errors and losses.
+// Devices that only measure: values at SYNC or by a clock of the device, delays, time stamps, errors and
+// losses.
 #include "sim/devices/measuring_device.h"
 #include "test/unit/sim/devices/master.h"
 #include "unity.h"
@@ -130,7 +131,7 @@ static void a_star_tracker_exposes_by_its_own_clock_and_sends_time_stamps(void)
 static void a_value_is_available_after_its_delay(void)
 {
     begin(TRACKER, 4U, 10U * MASTER_MS, 25U * MASTER_MS);
-    run(45U); // Exposures at 10 and 20 ms; 0.5 ms to 25 ms have passed.
+    run(45U); // Exposures at 10 and 20 ms. The next measured time is 25.5 ms.
     const unsigned before = measured;
     master_sync(&master, STEP_NS);
     TEST_ASSERT_TRUE(before >= 2U);

@@ -16,15 +16,15 @@ static node_t* node;
 static char error[EDS_ERROR_MAX];
 
 /// Calls of the application, in order: s sample, w written, l connection lost, r reset.
-static char story[4096];
-static size_t story_length;
+static char calls[4096];
+static size_t calls_length;
 static uint16_t controlword_at_sample;
 
 static void note(char what)
 {
-    if (story_length < (sizeof story - 1U)) {
-        story[story_length++] = what;
-        story[story_length]   = '\0';
+    if (calls_length < (sizeof calls - 1U)) {
+        calls[calls_length++] = what;
+        calls[calls_length]   = '\0';
     }
 }
 
@@ -62,10 +62,10 @@ static void on_reset(void* context, uint64_t now_ns)
 static const node_application_t application = {
     .sample = on_sample, .written = on_written, .connection_lost = on_lost, .reset = on_reset};
 
-static void forget(void)
+static void forget_received(void)
 {
-    story_length = 0U;
-    story[0]     = '\0';
+    calls_length = 0U;
+    calls[0]     = '\0';
     master_forget(&master);
 }
 
@@ -73,7 +73,7 @@ void setUp(void)
 {
     master_open(&master, false);
     TEST_ASSERT_EQUAL_INT(STATUS_OK, node_create(master.bus, SHEET, ID, &application, &node, error));
-    forget();
+    forget_received();
     node_power_on(node);
     master_wait(&master, 2U * MASTER_MS);
 }
@@ -88,7 +88,7 @@ static void start(void)
 {
     master_nmt(&master, 1U, ID);
     TEST_ASSERT_EQUAL_INT(NODE_OPERATIONAL, node->state);
-    forget();
+    forget_received();
 }
 
 static void send_rpdo(uint16_t controlword)
@@ -105,7 +105,7 @@ static void power_on_sends_one_boot_up_and_leads_to_pre_operational(void)
     TEST_ASSERT_EQUAL_HEX8(0x00U, boot_up->data[0]);
     TEST_ASSERT_UINT64_WITHIN(60000U, 1000000U + (ID * 10000U) + 30000U, boot_up->time_ns);
     TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node->state);
-    TEST_ASSERT_EQUAL_STRING("r", story);
+    TEST_ASSERT_EQUAL_STRING("r", calls);
 }
 
 static void the_heartbeat_reports_the_state_every_20_ms(void)
@@ -148,19 +148,19 @@ static void a_reset_restores_the_defaults_and_boots_again(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1017U, 0U, 7U, 2U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x6065U, 0U, 123U, 4U));
-    forget();
-    master_nmt(&master, 130U, ID); // Communication only.
+    forget_received();
+    master_nmt(&master, 130U, ID); // Reset communication.
     master_wait(&master, 2U * MASTER_MS);
     TEST_ASSERT_EQUAL_HEX8(0U, master_last(&master, 0x711U)->data[0]);
     TEST_ASSERT_EQUAL_UINT64(20U, node_object(node, 0x1017U, 0U)->value);
     TEST_ASSERT_EQUAL_UINT64(123U, node_object(node, 0x6065U, 0U)->value);
-    TEST_ASSERT_EQUAL_STRING("l", story);
-    forget();
+    TEST_ASSERT_EQUAL_STRING("l", calls);
+    forget_received();
     master_nmt(&master, 129U, 0U);
     master_wait(&master, 2U * MASTER_MS);
     TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x711U));
     TEST_ASSERT_EQUAL_UINT64(50000U, node_object(node, 0x6065U, 0U)->value);
-    TEST_ASSERT_EQUAL_STRING("r", story);
+    TEST_ASSERT_EQUAL_STRING("r", calls);
 }
 
 static void at_sync_a_node_applies_outputs_then_samples_then_sends(void)
@@ -168,10 +168,10 @@ static void at_sync_a_node_applies_outputs_then_samples_then_sends(void)
     start();
     send_rpdo(0x1234U);
     master_wait(&master, 200U * MASTER_US);
-    TEST_ASSERT_EQUAL_STRING("", story); // Received, not applied.
+    TEST_ASSERT_EQUAL_STRING("", calls); // The RPDO is received, but not applied before SYNC.
     TEST_ASSERT_EQUAL_HEX64(0U, node_object(node, 0x6040U, 0U)->value);
     master_sync(&master, 300U * MASTER_US);
-    TEST_ASSERT_EQUAL_STRING("wwws", story); // Three mapped objects, then the sample.
+    TEST_ASSERT_EQUAL_STRING("wwws", calls); // Three mapped objects, then the sample.
     TEST_ASSERT_EQUAL_HEX16(0x1234U, controlword_at_sample);
     // The TPDO already shows the effect of the RPDO.
     const osal_can_frame_t* tpdo = master_last(&master, 0x191U);
@@ -179,9 +179,9 @@ static void at_sync_a_node_applies_outputs_then_samples_then_sends(void)
     TEST_ASSERT_EQUAL_UINT8(8U, tpdo->length);
     TEST_ASSERT_EQUAL_HEX8(OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS, tpdo->flags);
     TEST_ASSERT_EQUAL_HEX16(0x1234U, octets_u16(tpdo->data));
-    forget();
+    forget_received();
     master_sync(&master, 300U * MASTER_US);
-    TEST_ASSERT_EQUAL_STRING("s", story); // There is no new RPDO to apply.
+    TEST_ASSERT_EQUAL_STRING("s", calls); // No new RPDO has come.
     TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x191U));
 }
 
@@ -193,23 +193,24 @@ static void the_last_rpdo_before_sync_is_applied(void)
     master_wait(&master, 300U * MASTER_US);
     master_sync(&master, 300U * MASTER_US);
     TEST_ASSERT_EQUAL_HEX16(2U, controlword_at_sample);
-    TEST_ASSERT_EQUAL_STRING("wwws", story);
+    TEST_ASSERT_EQUAL_STRING("wwws", calls);
 }
 
 static void no_pdo_is_exchanged_outside_of_operational(void)
 {
-    forget();
+    forget_received();
     send_rpdo(0x0FU);
     master_sync(&master, MASTER_MS);
-    TEST_ASSERT_EQUAL_STRING("", story);
+    TEST_ASSERT_EQUAL_STRING("", calls);
     TEST_ASSERT_EQUAL_UINT(0U, master_heard(&master, 0x191U));
     start();
     master_nmt(&master, 2U, ID);
-    TEST_ASSERT_EQUAL_STRING("l", story); // The application is informed that the node leaves operational.
+    TEST_ASSERT_EQUAL_STRING("l", calls); // The application is informed that the node leaves operational.
     master_sync(&master, MASTER_MS);
     TEST_ASSERT_EQUAL_UINT(0U, master_heard(&master, 0x191U));
     uint32_t value = 0U;
-    TEST_ASSERT_EQUAL_HEX32(UINT32_MAX, master_read(&master, ID, 0x1000U, 0U, &value)); // Stopped: no SDO.
+    // A stopped node serves no SDO.
+    TEST_ASSERT_EQUAL_HEX32(UINT32_MAX, master_read(&master, ID, 0x1000U, 0U, &value));
 }
 
 static void a_tpdo_of_type_20_is_sent_with_every_20th_sync(void)
@@ -241,13 +242,13 @@ static void event_driven_pdos_are_sent_at_events_and_after_their_timer(void)
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1800U, 2U, 255U, 1U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1800U, 5U, 0U, 2U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1400U, 2U, 254U, 1U));
-    forget();
+    forget_received();
     master_nmt(&master, 1U, ID);
-    TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x191U)); // On entering operational.
-    forget();
+    TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x191U)); // Sent when the node enters OPERATIONAL.
+    forget_received();
     send_rpdo(9U); // Applied at once.
     master_wait(&master, 200U * MASTER_US);
-    TEST_ASSERT_EQUAL_STRING("www", story);
+    TEST_ASSERT_EQUAL_STRING("www", calls);
     object_set(node_object(node, 0x6041U, 0U), 0x77);
     node_event(node, bus_now_ns(master.bus));
     node_event(node, bus_now_ns(master.bus));
@@ -257,7 +258,7 @@ static void event_driven_pdos_are_sent_at_events_and_after_their_timer(void)
     node_event(node, bus_now_ns(master.bus));
     object_set(node_object(node, 0x6041U, 0U), 0x78);
     node_event(node, bus_now_ns(master.bus));
-    forget();
+    forget_received();
     master_wait(&master, 30U * MASTER_MS);
     TEST_ASSERT_UINT_WITHIN(1U, 10U, master_heard(&master, 0x191U));
 }
@@ -266,12 +267,12 @@ static void a_missed_rpdo_deadline_is_reported_once_and_cleared(void)
 {
     start();
     master_wait(&master, 10U * MASTER_MS);
-    TEST_ASSERT_EQUAL_STRING("", story); // The deadline starts with the first one.
+    TEST_ASSERT_EQUAL_STRING("", calls); // The deadline starts with the first RPDO.
     send_rpdo(1U);
     master_wait(&master, 100U * MASTER_US);
     const uint64_t received_ns = bus_now_ns(master.bus);
     master_wait(&master, 10U * MASTER_MS);
-    TEST_ASSERT_EQUAL_STRING("l", story);
+    TEST_ASSERT_EQUAL_STRING("l", calls);
     TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x091U));
     const osal_can_frame_t* emergency = master_last(&master, 0x091U);
     TEST_ASSERT_EQUAL_HEX16(0x8250U, octets_u16(emergency->data));
@@ -296,7 +297,7 @@ static void a_deadline_of_zero_never_expires(void)
     start();
     send_rpdo(1U);
     master_wait(&master, 50U * MASTER_MS);
-    TEST_ASSERT_EQUAL_STRING("", story);
+    TEST_ASSERT_EQUAL_STRING("", calls);
 }
 
 static void a_lost_master_heartbeat_is_reported(void)
@@ -304,17 +305,17 @@ static void a_lost_master_heartbeat_is_reported(void)
     const uint8_t operational[] = {5U};
     start();
     master_wait(&master, 200U * MASTER_MS);
-    TEST_ASSERT_EQUAL_STRING("", story); // The deadline starts with the first one.
+    TEST_ASSERT_EQUAL_STRING("", calls); // The deadline starts with the first heartbeat.
     for (unsigned i = 0U; i < 5U; i++) {
         master_send(&master, 0x701U, operational, 1U);
         master_wait(&master, 50U * MASTER_MS);
     }
-    TEST_ASSERT_EQUAL_STRING("", story);
+    TEST_ASSERT_EQUAL_STRING("", calls);
     master_wait(&master, 30U * MASTER_MS);
-    TEST_ASSERT_EQUAL_STRING("l", story);
+    TEST_ASSERT_EQUAL_STRING("l", calls);
     TEST_ASSERT_EQUAL_HEX16(0x8130U, octets_u16(master_last(&master, 0x091U)->data));
     TEST_ASSERT_EQUAL_HEX8(1U, master_last(&master, 0x091U)->data[4]);
-    TEST_ASSERT_EQUAL_INT(NODE_OPERATIONAL, node->state); // 0x1029 = 1
+    TEST_ASSERT_EQUAL_INT(NODE_OPERATIONAL, node->state); // The error behaviour 0x1029 = 1 keeps the state.
     master_send(&master, 0x701U, operational, 1U);
     master_wait(&master, MASTER_MS);
     TEST_ASSERT_EQUAL_HEX16(0U, octets_u16(master_last(&master, 0x091U)->data));
@@ -331,13 +332,13 @@ static void a_pdo_that_is_too_short_is_reported_and_a_longer_one_is_applied(void
     master_wait(&master, 500U * MASTER_US);
     TEST_ASSERT_EQUAL_HEX16(0x8210U, octets_u16(master_last(&master, 0x091U)->data));
     master_sync(&master, 500U * MASTER_US);
-    TEST_ASSERT_EQUAL_STRING("s", story); // Not applied.
+    TEST_ASSERT_EQUAL_STRING("s", calls); // Not applied.
     const osal_can_frame_t longer = {
         .id = 0x211U, .length = 12U, .flags = OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS, .data = {7U}};
     TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_submit(master.bus, master.node, &longer, 0U));
     master_wait(&master, 200U * MASTER_US);
     master_sync(&master, 500U * MASTER_US);
-    TEST_ASSERT_EQUAL_STRING("swwws", story);
+    TEST_ASSERT_EQUAL_STRING("swwws", calls);
     TEST_ASSERT_EQUAL_HEX16(7U, controlword_at_sample);
 }
 
@@ -365,7 +366,8 @@ static void the_sync_start_value_delays_a_pdo(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1006U, 0U, 0U, 4U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1019U, 0U, 10U, 1U));
-    TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_STATE, master_write(&master, ID, 0x1800U, 6U, 4U, 1U)); // It is valid.
+    // The PDO is still valid.
+    TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_STATE, master_write(&master, ID, 0x1800U, 6U, 4U, 1U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1800U, 1U, 0x80000191U, 4U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1800U, 6U, 4U, 1U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1800U, 1U, 0x191U, 4U));
@@ -380,7 +382,8 @@ static void the_sync_start_value_delays_a_pdo(void)
 static void a_mapping_is_changed_only_in_the_order_of_the_standard(void)
 {
     const uint32_t velocity = 0x606C0020U;
-    TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_STATE, master_write(&master, ID, 0x1A00U, 0U, 0U, 1U)); // Still valid.
+    // The PDO is still valid.
+    TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_STATE, master_write(&master, ID, 0x1A00U, 0U, 0U, 1U));
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_STATE, master_write(&master, ID, 0x1800U, 1U, 0x1A0U, 4U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1800U, 1U, 0x80000191U, 4U));
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_STATE, master_write(&master, ID, 0x1A00U, 1U, velocity, 4U));
@@ -391,16 +394,19 @@ static void a_mapping_is_changed_only_in_the_order_of_the_standard(void)
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1A00U, 1U, velocity, 4U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1A00U, 2U, 0x60640020U, 4U));
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_PDO_LENGTH,
-                            master_write(&master, ID, 0x1A00U, 0U, 3U, 1U)); // 10 octets.
+                            master_write(&master, ID, 0x1A00U, 0U, 3U, 1U)); // The PDO would have 10 octets.
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_VALUE, master_write(&master, ID, 0x1A00U, 0U, 9U, 1U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1A00U, 0U, 2U, 1U));
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_VALUE,
-                            master_write(&master, ID, 0x1800U, 1U, 0x20000191U, 4U)); // 29 bits.
+                            // An identifier of 29 bits.
+                            master_write(&master, ID, 0x1800U, 1U, 0x20000191U, 4U));
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_VALUE,
-                            master_write(&master, ID, 0x1800U, 1U, 0x00000080U, 4U)); // SYNC's.
+                            // The identifier of SYNC.
+                            master_write(&master, ID, 0x1800U, 1U, 0x00000080U, 4U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1800U, 1U, 0x1A0U, 4U));
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_VALUE,
-                            master_write(&master, ID, 0x1800U, 2U, 252U, 1U)); // By remote request.
+                            // Transmission on remote request.
+                            master_write(&master, ID, 0x1800U, 2U, 252U, 1U));
     start();
     object_set(node_object(node, 0x606CU, 0U), -2);
     object_set(node_object(node, 0x6064U, 0U), 7);
@@ -416,7 +422,7 @@ static void a_mapping_can_be_switched_from_csp_to_cst(void)
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1401U, 1U, 0x00000311U, 4U));
     start();
     const uint8_t data[8] = {0x0FU, 0U, 0xE8U, 0x03U};
-    send_rpdo(0x55U); // RPDO1 is gone.
+    send_rpdo(0x55U); // RPDO1 is no longer valid.
     master_send(&master, 0x311U, data, 8U);
     master_wait(&master, 300U * MASTER_US);
     master_sync(&master, 300U * MASTER_US);
@@ -430,10 +436,10 @@ static void a_node_without_power_is_silent_and_boots_when_powered(void)
     send_rpdo(1U);
     master_wait(&master, 200U * MASTER_US);
     node_power_off(node);
-    forget();
+    forget_received();
     master_wait(&master, 100U * MASTER_MS);
     TEST_ASSERT_EQUAL_UINT(0U, master.count);
-    TEST_ASSERT_EQUAL_STRING("", story); // No deadline is active that could expire.
+    TEST_ASSERT_EQUAL_STRING("", calls); // No deadline is active that could expire.
     node_unplug(node);
     node_plug(node);
     master_wait(&master, 5U * MASTER_MS);
@@ -453,26 +459,27 @@ static void an_unplugged_node_is_silent_and_boots_when_plugged(void)
     send_rpdo(1U);
     master_wait(&master, 200U * MASTER_US);
     node_unplug(node);
-    forget();
+    forget_received();
     master_wait(&master, 100U * MASTER_MS);
     TEST_ASSERT_EQUAL_UINT(0U, master.count);
-    TEST_ASSERT_EQUAL_STRING("l", story); // Its own deadline has still expired.
+    TEST_ASSERT_EQUAL_STRING("l", calls); // The deadline of the master's heartbeat has still expired.
     TEST_ASSERT_FALSE(node_is_plugged(node));
-    forget();
+    forget_received();
     node_plug(node);
     master_wait(&master, 5U * MASTER_MS);
     TEST_ASSERT_EQUAL_HEX8(0U, master_last(&master, 0x711U)->data[0]);
     TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node->state);
-    TEST_ASSERT_EQUAL_STRING("r", story);
+    TEST_ASSERT_EQUAL_STRING("r", calls);
     TEST_ASSERT_EQUAL_HEX64(0U, node_object(node, 0x6040U, 0U)->value);
 }
 
 static void emergencies_set_the_error_register_and_the_error_history(void)
 {
     const uint64_t now_ns = bus_now_ns(master.bus);
-    forget();
+    forget_received();
     node_raise(node, EMERGENCY_DRIVE_TEMPERATURE, 1U, -5, now_ns);
-    node_raise(node, EMERGENCY_DRIVE_TEMPERATURE, 1U, -5, now_ns); // Still the same one.
+    // The same error again: no second emergency.
+    node_raise(node, EMERGENCY_DRIVE_TEMPERATURE, 1U, -5, now_ns);
     node_raise(node, EMERGENCY_UNDER_VOLTAGE, 0U, 0, now_ns);
     master_wait(&master, MASTER_MS);
     TEST_ASSERT_EQUAL_UINT(2U, master_heard(&master, 0x091U));
@@ -494,10 +501,10 @@ static void sdo_responses_take_200_us_and_contain_present_values(void)
 {
     uint8_t answer[8];
     const uint8_t request[8] = {0x40U, 0x64U, 0x60U, 0x00U};
-    forget();
+    forget_received();
     TEST_ASSERT_TRUE(master_request(&master, ID, request, answer));
-    TEST_ASSERT_EQUAL_STRING("s", story);
-    // Request and answer of about 110 us each around the 200 us of the server.
+    TEST_ASSERT_EQUAL_STRING("s", calls);
+    // Request and response take about 110 us each; the server takes 200 us between them.
     const uint64_t taken_ns = master.heard[0].time_ns - (bus_now_ns(master.bus) - (2U * MASTER_MS));
     TEST_ASSERT_UINT64_WITHIN(40000U, 430000U, taken_ns);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A node on a bus with two channels: it follows the heartbeat of the master, searches, and stays on a
-// channel.
+// A node on a bus with two channels: it follows the master's heartbeat, searches for it, and stays on the
+// channel where it found it.
 #include "sim/devices/node.h"
 #include "sim/devices/node_internal.h"
 #include "unity.h"
@@ -11,7 +11,7 @@
 #define SHEET "descriptors/devices/joint-drive.eds"
 #define MS 1000000U
 #define HEARTBEAT_TIME (60U * MS)   // 0x1016:01
-#define DWELL (2U * HEARTBEAT_TIME) // Ttoggle of them
+#define DWELL (2U * HEARTBEAT_TIME) // Ttoggle heartbeat times
 #define A NODE_CHANNEL_A
 #define B NODE_CHANNEL_B
 
@@ -20,9 +20,9 @@ static unsigned master[NODE_CHANNELS];
 static node_t* node;
 static char error[EDS_ERROR_MAX];
 static unsigned heard[NODE_CHANNELS];    // Heartbeats of the node.
-static uint64_t heard_ns[NODE_CHANNELS]; // Time of the last one.
+static uint64_t heard_ns[NODE_CHANNELS]; // Time of the last heartbeat.
 static unsigned boots[NODE_CHANNELS];
-static unsigned losses; // Calls that the master is lost.
+static unsigned losses; // Number of times that the node reported the loss of the master.
 static uint64_t present_ns;
 static const unsigned channels[NODE_CHANNELS] = {A, B};
 
@@ -69,7 +69,7 @@ static void set(uint8_t subindex, int64_t number)
     object_set(node_object(node, 0x2000U, subindex), number);
 }
 
-/// Simulate both channels over this time, in steps as the simulator makes them.
+/// Simulate both channels for this time in the steps of the simulator.
 static void wait(uint64_t ns)
 {
     const uint64_t end_ns = present_ns + ns;
@@ -87,8 +87,8 @@ static void speak(unsigned channel, uint32_t id, const uint8_t* octets, uint8_t 
     TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_submit(bus[channel], master[channel], &frame, present_ns));
 }
 
-/// The master's heartbeat every 20 ms on a channel.
-static void lead(unsigned channel, uint64_t ns)
+/// Send the master's heartbeat every 20 ms on a channel.
+static void send_heartbeats(unsigned channel, uint64_t ns)
 {
     const uint8_t state = 5U;
     for (uint64_t done = 0U; done < ns; done += 20U * MS) {
@@ -132,7 +132,7 @@ static void a_node_begins_on_bdefault_and_stays_on_the_channel_of_its_master(voi
 {
     wait(5U * MS);
     TEST_ASSERT_EQUAL_UINT(1U, boots[A]);
-    lead(A, 2000U * MS);
+    send_heartbeats(A, 2000U * MS);
     TEST_ASSERT_EQUAL_UINT(A, node->active);
     TEST_ASSERT_EQUAL_UINT64(0U, value(4U));
     TEST_ASSERT_EQUAL_UINT(0U, heard[B]);
@@ -154,12 +154,13 @@ static void without_a_master_a_node_searches_from_power_on(void)
 static void after_the_loss_it_changes_after_ttoggle_heartbeat_times(void)
 {
     wait(5U * MS);
-    lead(A, 100U * MS); // The last heartbeat was 20 ms ago.
+    send_heartbeats(A, 100U * MS); // The last heartbeat was 20 ms ago.
     forget();
     wait(HEARTBEAT_TIME - (25U * MS));
     TEST_ASSERT_EQUAL_UINT(0U, losses);
     wait(10U * MS);
-    TEST_ASSERT_EQUAL_UINT(1U, losses); // The application is informed at once, the channel changes later.
+    // The application learns of the loss at once; the channel changes later.
+    TEST_ASSERT_EQUAL_UINT(1U, losses);
     TEST_ASSERT_EQUAL_UINT(A, node->active);
     wait(HEARTBEAT_TIME - (10U * MS));
     TEST_ASSERT_EQUAL_UINT(A, node->active);
@@ -175,46 +176,47 @@ static void the_master_is_heard_on_the_other_channel_within_ttoggle_heartbeat_ti
         tearDown();
         setUp();
         wait(5U * MS);
-        lead(A, 100U * MS);
-        wait(200U * MS + (phase * 10U * MS)); // Searching, at any place of its sequence.
+        send_heartbeats(A, 100U * MS);
+        // The node searches; `phase` varies where it is in its sequence.
+        wait(200U * MS + (phase * 10U * MS));
         forget();
         const uint64_t begin_ns = present_ns;
         while (heard[B] == 0U) {
-            lead(B, 20U * MS);
+            send_heartbeats(B, 20U * MS);
             TEST_ASSERT_TRUE((present_ns - begin_ns) <= (DWELL + (20U * MS)));
         }
         TEST_ASSERT_TRUE(heard_ns[B] <= (begin_ns + DWELL + MS));
-        lead(B, 1000U * MS);
+        send_heartbeats(B, 1000U * MS);
         TEST_ASSERT_EQUAL_UINT(B, node->active);
-        TEST_ASSERT_EQUAL_UINT64(0U, value(4U)); // Received: the count starts again,
-        TEST_ASSERT_EQUAL_UINT64(B, value(1U));  // and this channel is the default now.
+        TEST_ASSERT_EQUAL_UINT64(0U, value(4U)); // The heartbeat was received: the count starts again,
+        TEST_ASSERT_EQUAL_UINT64(B, value(1U));  // and this channel is the default from then on.
     }
 }
 
 static void the_search_ends_after_ntoggle_changes(void)
 {
     wait(5U * MS);
-    lead(A, 100U * MS);
+    send_heartbeats(A, 100U * MS);
     set(3U, 3);
     wait(10U * DWELL);
     TEST_ASSERT_EQUAL_UINT64(3U, value(4U));
-    TEST_ASSERT_EQUAL_UINT(B, node->active); // An odd number: the other channel.
-    lead(A, 500U * MS);
-    TEST_ASSERT_EQUAL_UINT(B, node->active); // It stays, wherever the master is,
-    lead(B, 40U * MS);
-    TEST_ASSERT_EQUAL_UINT64(0U, value(4U)); // until it receives the master there.
+    TEST_ASSERT_EQUAL_UINT(B, node->active); // An odd number of changes ends on the other channel.
+    send_heartbeats(A, 500U * MS);
+    TEST_ASSERT_EQUAL_UINT(B, node->active); // The node stays there even if the master is on channel A,
+    send_heartbeats(B, 40U * MS);
+    TEST_ASSERT_EQUAL_UINT64(0U, value(4U)); // until the master sends on channel B.
     wait(DWELL + (5U * MS));
-    TEST_ASSERT_EQUAL_UINT(A, node->active); // It searches again when that heartbeat is lost.
+    TEST_ASSERT_EQUAL_UINT(A, node->active); // The node searches again when it loses that heartbeat.
 }
 
 static void a_ttoggle_of_zero_disables_the_search(void)
 {
     wait(5U * MS);
-    lead(A, 100U * MS);
+    send_heartbeats(A, 100U * MS);
     set(3U, 0);
     wait(10U * DWELL);
     TEST_ASSERT_EQUAL_UINT(A, node->active);
-    lead(A, 100U * MS);
+    send_heartbeats(A, 100U * MS);
     set(3U, 10);
     set(2U, 0);
     wait(10U * DWELL);
@@ -225,10 +227,10 @@ static void a_reset_keeps_the_channel_and_a_power_cycle_does_not(void)
 {
     const uint8_t reset[] = {0x81U, ID};
     wait(DWELL + (10U * MS));
-    lead(B, 100U * MS);
+    send_heartbeats(B, 100U * MS);
     forget();
     speak(B, 0U, reset, 2U);
-    lead(B, 100U * MS);
+    send_heartbeats(B, 100U * MS);
     TEST_ASSERT_EQUAL_UINT(1U, boots[B]);
     TEST_ASSERT_EQUAL_UINT(0U, boots[A]);
     TEST_ASSERT_EQUAL_UINT(B, node->active);
@@ -238,30 +240,30 @@ static void a_reset_keeps_the_channel_and_a_power_cycle_does_not(void)
     wait(10U * MS);
     TEST_ASSERT_EQUAL_UINT(1U, boots[A]);
     TEST_ASSERT_EQUAL_UINT(A, node->active);
-    lead(B, DWELL + (40U * MS)); // The master is on B: the node changes to it by itself.
+    send_heartbeats(B, DWELL + (40U * MS)); // The master is on B, so the node changes to B.
     TEST_ASSERT_EQUAL_UINT(B, node->active);
 }
 
 static void a_master_that_comes_back_is_found_on_either_channel(void)
 {
     wait(5U * MS);
-    lead(A, 100U * MS);
+    send_heartbeats(A, 100U * MS);
     wait(DWELL + (10U * MS));
     TEST_ASSERT_EQUAL_UINT(B, node->active);
-    lead(A, DWELL + (20U * MS));
+    send_heartbeats(A, DWELL + (20U * MS));
     TEST_ASSERT_EQUAL_UINT(A, node->active);
-    lead(A, 500U * MS);
+    send_heartbeats(A, 500U * MS);
     TEST_ASSERT_EQUAL_UINT(A, node->active);
 }
 
 static void a_cut_channel_is_silent_and_the_other_works(void)
 {
     wait(5U * MS);
-    lead(A, 100U * MS);
+    send_heartbeats(A, 100U * MS);
     node_cut(node, A, true);
     TEST_ASSERT_TRUE(node_is_plugged(node));
     forget();
-    lead(B, DWELL + (40U * MS));
+    send_heartbeats(B, DWELL + (40U * MS));
     TEST_ASSERT_EQUAL_UINT(0U, heard[A]);
     TEST_ASSERT_EQUAL_UINT(B, node->active);
     TEST_ASSERT_EQUAL_UINT(1U, losses);
@@ -270,7 +272,7 @@ static void a_cut_channel_is_silent_and_the_other_works(void)
 static void both_channels_cut_and_one_mended(void)
 {
     wait(5U * MS);
-    lead(A, 100U * MS);
+    send_heartbeats(A, 100U * MS);
     node_cut(node, A, true);
     wait(50U * MS); // The second channel is cut before the loss of the first is detected.
     node_cut(node, B, true);
@@ -280,7 +282,7 @@ static void both_channels_cut_and_one_mended(void)
     TEST_ASSERT_EQUAL_UINT(0U, heard[B]);
     TEST_ASSERT_EQUAL_UINT64(7U, value(4U));
     node_cut(node, B, false);
-    lead(B, DWELL + (20U * MS));
+    send_heartbeats(B, DWELL + (20U * MS));
     TEST_ASSERT_EQUAL_UINT(B, node->active);
     TEST_ASSERT_GREATER_THAN_UINT(0U, heard[B]);
 }
@@ -288,18 +290,18 @@ static void both_channels_cut_and_one_mended(void)
 static void a_cut_during_the_change_of_channel(void)
 {
     wait(5U * MS);
-    lead(A, 100U * MS);
+    send_heartbeats(A, 100U * MS);
     node_cut(node, A, true);
-    lead(B, DWELL); // The node is about to find the master on B, or has just found it,
+    send_heartbeats(B, DWELL); // The node is about to find the master on B, or has just found it,
     node_cut(node, B, true);
     node_cut(node, A, false); // when B is cut and the first channel is restored.
     forget();
-    lead(A, (2U * DWELL) + (20U * MS));
+    send_heartbeats(A, (2U * DWELL) + (20U * MS));
     TEST_ASSERT_EQUAL_UINT(A, node->active);
     TEST_ASSERT_GREATER_THAN_UINT(0U, heard[A]);
 }
 
-/// Replaces the node of setUp by one that has channel A only.
+/// Replace the node of setUp by a node that has channel A only.
 static void make_single(void)
 {
     bus_remove_node(bus[A], node_bus_index(node, A));

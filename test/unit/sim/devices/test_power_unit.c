@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pulses on the lines of a power unit, and their effect on the nodes that it supplies.
+// Pulses on the lines of a power unit, and their effect on the nodes that the unit supplies.
 #include "sim/devices/power_unit.h"
 #include "sim/devices/node_internal.h"
 #include "test/unit/sim/devices/master.h"
@@ -77,7 +77,7 @@ static void one_pulse_opens_a_relay_and_another_closes_it(void)
     wait(POWER_UNIT_LATCH_NS);
     wait(5U * MASTER_MS);
     TEST_ASSERT_TRUE(node_is_powered(nodes[1]));
-    TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x712U)); // It boots.
+    TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x712U)); // The node boots.
 }
 
 static void a_closed_relay_stays_closed(void)
@@ -86,12 +86,12 @@ static void a_closed_relay_stays_closed(void)
     pulse(0x200U + UNIT, 1U, 2U, 3U);
     master_forget(&master);
     wait(POWER_UNIT_LATCH_NS);
-    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, nodes[0]->state); // It has not booted again.
+    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, nodes[0]->state); // The node has not booted again.
 }
 
 static void frames_that_are_not_a_pulse_of_the_unit_are_ignored(void)
 {
-    pulse(0x200U + UNIT, 2U, 0U, 3U); // Too short for the relay.
+    pulse(0x200U + UNIT, 2U, 0U, 3U); // Too short a pulse for the relay.
     pulse(0x200U + UNIT, 2U, 8U, 3U);
     pulse(0x200U + UNIT, 2U, 1U, 2U);
     pulse(0x200U + UNIT, 2U, 1U, 4U);
@@ -104,7 +104,7 @@ static void frames_that_are_not_a_pulse_of_the_unit_are_ignored(void)
     TEST_ASSERT_TRUE(node_is_powered(nodes[0]) && node_is_powered(nodes[1]));
 }
 
-/// Its relays stay where they are; a pulse that has begun has no effect.
+/// The relays of a disconnected unit keep their state; a pulse that has begun has no effect.
 static void a_disconnected_unit_does_nothing(void)
 {
     const osal_can_frame_t open = {.id = 0x200U + UNIT, .length = 3U, .data = {2U, 0U, 1U}};

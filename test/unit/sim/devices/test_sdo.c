@@ -167,7 +167,7 @@ static void bad_accesses_are_aborted_with_their_code(void)
     expect("2F 17 10 00 00 00 00 00", "80 17 10 00 13 00 07 06"); // Too short.
     expect("2B 05 20 00 0B 00 00 00", "80 05 20 00 31 00 09 06"); // Too high.
     expect("2B 05 20 00 F5 FF 00 00", "80 05 20 00 32 00 09 06"); // Too low.
-    expect("2F 04 20 00 02 00 00 00", "80 04 20 00 30 00 09 06"); // No boolean.
+    expect("2F 04 20 00 02 00 00 00", "80 04 20 00 30 00 09 06"); // Not a boolean.
     check_answer = SDO_ABORT_STATE;
     expect("2B 17 10 00 64 00 00 00", "80 17 10 00 22 00 00 08");
     TEST_ASSERT_EQUAL_UINT64(20U, objects[1].value);
@@ -180,13 +180,13 @@ static void bad_segments_are_aborted_with_their_code(void)
     expect("00 00 00 00 00 00 00 00", "80 00 00 00 01 00 04 05");
     expect("40 02 20 00 00 00 00 00", "41 02 20 00 14 00 00 00");
     expect("70 00 00 00 00 00 00 00", "80 02 20 00 00 00 03 05"); // Toggle bit.
-    expect("60 00 00 00 00 00 00 00", "80 00 00 00 01 00 04 05"); // And the transfer is over.
+    expect("60 00 00 00 00 00 00 00", "80 00 00 00 01 00 04 05"); // The abort has ended the transfer.
     expect("40 02 20 00 00 00 00 00", "41 02 20 00 14 00 00 00");
     expect("00 00 00 00 00 00 00 00", "80 02 20 00 01 00 04 05"); // Segment of the other direction.
     expect("21 02 20 00 41 00 00 00", "80 02 20 00 12 00 07 06"); // 65 octets announced.
-    expect("21 17 10 00 03 00 00 00", "80 17 10 00 12 00 07 06"); // 3 octets for 2.
+    expect("21 17 10 00 03 00 00 00", "80 17 10 00 12 00 07 06"); // 3 octets announced for an object of 2.
     expect("21 02 20 00 05 00 00 00", "60 02 20 00 00 00 00 00");
-    expect("01 30 31 32 33 34 35 36", "80 02 20 00 10 00 07 06"); // 7 came, 5 announced.
+    expect("01 30 31 32 33 34 35 36", "80 02 20 00 10 00 07 06"); // 7 octets received, 5 announced.
 }
 
 static void a_download_longer_than_any_object_is_aborted(void)

@@ -74,7 +74,8 @@ static void octets_that_are_not_a_frame_are_dropped(void)
     TEST_ASSERT_TRUE(stream_frame_take(&slip, octets, &held, message, &size));
     TEST_ASSERT_EQUAL_UINT64(1U, size);
     put(noise, 100U);
-    put(good, sizeof good); // The END before the frame ends the noise, which is cut to the longest message.
+    // The END before the frame ends the noise, which is truncated to the longest message.
+    put(good, sizeof good);
     TEST_ASSERT_TRUE(stream_frame_take(&slip, octets, &held, message, &size));
     TEST_ASSERT_EQUAL_UINT64(STREAM_FRAME_MESSAGE_MAX, size);
     TEST_ASSERT_TRUE(stream_frame_take(&slip, octets, &held, message, &size));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The valve box on a bus: outputs, inputs, shortest pulses, longest times, and what it does without a master.
+// The valve box on a bus: outputs, inputs, shortest pulses, longest times, and its reactions when the master
+// is lost.
 #include "sim/devices/valve_box.h"
 #include "test/unit/sim/devices/master.h"
 #include "unity.h"
@@ -9,7 +10,7 @@
 #define ID 0x3AU
 #define SHEET "descriptors/devices/valve-box.eds"
 #define CYCLE_NS 10000000U
-#define PULSE_NS 20000000U // Shortest one of output 2.
+#define PULSE_NS 20000000U // Shortest pulse of output 2.
 
 static master_t master;
 static valve_box_t* box;
@@ -51,7 +52,7 @@ static void send(const uint16_t outputs, const uint16_t longest)
     master_send(&master, 0x200U + ID, data, 4U);
 }
 
-/// SYNC, then a cycle with a step of the plant each millisecond.
+/// SYNC, then one cycle, with one step of the plant each millisecond.
 static void cycle(void)
 {
     master_send(&master, 0x080U, NULL, 0U);
@@ -91,7 +92,7 @@ static void each_output_moves_its_valve_and_its_input(void)
     send(0U, 0U);
     cycle();
     TEST_ASSERT_EQUAL_HEX16(0U, open());
-    TEST_ASSERT_EQUAL_HEX16(0U, inputs()); // TPDO of the same SYNC.
+    TEST_ASSERT_EQUAL_HEX16(0U, inputs()); // The TPDO of the same SYNC has the new inputs.
 }
 
 static void a_command_acts_at_sync(void)
@@ -111,7 +112,7 @@ static void a_pulse_is_at_least_the_shortest_one(void)
     const uint64_t opened_ns = changed_ns;
     send(0x0000U, 0U);
     cycle();
-    TEST_ASSERT_EQUAL_HEX16(0x0002U, open()); // The other one has no limit.
+    TEST_ASSERT_EQUAL_HEX16(0x0002U, open()); // The other open output has no shortest pulse.
     TEST_ASSERT_EQUAL_HEX16(0x0002U, inputs());
     cycle();
     TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
@@ -131,7 +132,7 @@ static void the_longest_time_closes_all_valves(void)
     TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
     TEST_ASSERT_TRUE((changed_ns - opened_ns) >= 30000000U);
     TEST_ASSERT_TRUE((changed_ns - opened_ns) <= 31000000U);
-    send(0x0001U, 3U); // Each command starts the time again.
+    send(0x0001U, 3U); // Each command restarts the longest time.
     cycle();
     send(0x0001U, 3U);
     cycle();
@@ -153,7 +154,7 @@ static void loss_of_the_masters_heartbeat_closes_all_valves(void)
     cycle();
     TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
     TEST_ASSERT_EQUAL_HEX16(0x8250U, octets_u16(master_last(&master, 0x080U + ID)->data));
-    send(0x0001U, 0U); // The next command opens it again.
+    send(0x0001U, 0U); // The next command opens the valve again.
     cycle();
     TEST_ASSERT_EQUAL_HEX16(0x0001U, open());
 }
@@ -169,7 +170,7 @@ static void each_output_has_its_own_error_mode_and_error_value(void)
     for (unsigned i = 0U; i < 8U; i++) {
         cycle();
     }
-    TEST_ASSERT_EQUAL_HEX16(0x8053U, open()); // Kept where the mode is 0.
+    TEST_ASSERT_EQUAL_HEX16(0x8053U, open()); // Outputs with error mode 0 keep their state.
 }
 
 static void leaving_operational_closes_all_valves(void)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The motor of a reaction wheel: torque and speed modes, limits, what it does without commands, errors.
+// The motor of a reaction wheel: torque and speed modes, limits, reaction to missing commands, errors.
 #include "sim/devices/wheel.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/devices/master.h"
@@ -58,7 +58,7 @@ void tearDown(void)
     master_close(&master);
 }
 
-/// One cycle; the rotor takes the torque as long as its momentum is not at the limit.
+/// One cycle; the rotor accepts the torque while its momentum is below the limit.
 static void cycle(uint16_t controlword, double torque_nm)
 {
     const int16_t torque  = (int16_t)lround(torque_nm / UNIT_NM);

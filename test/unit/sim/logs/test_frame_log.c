@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Log lines and pcap records are compared octet by octet; files must be complete.
+// Lines of the log and pcap records are compared octet by octet; the files must be complete.
 #include "sim/logs/frame_log.h"
 #include "unity.h"
 
@@ -41,7 +41,7 @@ static void expect_line(const osal_can_frame_t* frame, const char* wanted)
     TEST_ASSERT_EQUAL_STRING(wanted, text);
 }
 
-static void lines_of_all_kinds(void)
+static void lines_of_all_kinds_have_the_format_of_candump(void)
 {
     const osal_can_frame_t classic = {
         .time_ns = 1234567891U, .id = 0x123U, .length = 3U, .data = {0x0AU, 0xBCU, 0xFFU}};
@@ -84,7 +84,7 @@ static void every_octet_is_written_as_two_hexadecimal_digits(void)
     }
 }
 
-static void pcap_records_of_all_kinds(void)
+static void pcap_records_of_all_kinds_have_the_format_of_socketcan(void)
 {
     uint8_t octets[FRAME_LOG_RECORD_MAX];
     const osal_can_frame_t fd = {.time_ns = 3000000005U,
@@ -163,7 +163,7 @@ static void a_log_that_cannot_be_written_is_reported(void)
     }
 }
 
-static void a_full_disk_leaves_whole_lines_and_records(void)
+static void a_full_disk_leaves_complete_lines_and_records(void)
 {
     frame_log_t* log = NULL;
     struct rlimit limit;
@@ -174,7 +174,8 @@ static void a_full_disk_leaves_whole_lines_and_records(void)
     frame_log_flush(log);
     TEST_ASSERT_EQUAL_INT(0, getrlimit(RLIMIT_FSIZE, &limit));
     const rlim_t before = limit.rlim_cur;
-    limit.rlim_cur      = 110U; // Two lines and a part; pcap header, two records and a part.
+    // Room for two lines and a part of a third; in pcap for the header, two records and a part.
+    limit.rlim_cur = 110U;
     (void)signal(SIGXFSZ, SIG_IGN);
     TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &limit));
     for (unsigned i = 0U; i < 10U; i++) {
@@ -183,7 +184,8 @@ static void a_full_disk_leaves_whole_lines_and_records(void)
     frame_log_flush(log);
     limit.rlim_cur = before;
     TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &limit));
-    frame_log_write(log, &frame); // After a failure nothing is written: a gap could not be seen.
+    // After a failure the log writes nothing more, because a reader could not detect the gap.
+    frame_log_write(log, &frame);
     TEST_ASSERT_EQUAL_INT(STATUS_IO, frame_log_close(log));
     TEST_ASSERT_EQUAL_INT(line, size_of("log"));
     TEST_ASSERT_EQUAL_INT(24 + 32, size_of("pcap"));
@@ -192,12 +194,12 @@ static void a_full_disk_leaves_whole_lines_and_records(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(lines_of_all_kinds);
+    RUN_TEST(lines_of_all_kinds_have_the_format_of_candump);
     RUN_TEST(every_octet_is_written_as_two_hexadecimal_digits);
-    RUN_TEST(pcap_records_of_all_kinds);
+    RUN_TEST(pcap_records_of_all_kinds_have_the_format_of_socketcan);
     RUN_TEST(files_hold_every_frame);
     RUN_TEST(the_pcap_header_names_socketcan_and_nanoseconds);
     RUN_TEST(a_log_that_cannot_be_written_is_reported);
-    RUN_TEST(a_full_disk_leaves_whole_lines_and_records);
+    RUN_TEST(a_full_disk_leaves_complete_lines_and_records);
     return UNITY_END();
 }

@@ -3,10 +3,10 @@
 #ifndef TEST_UNIT_SIM_OPERATOR_SCRIPT_FILE_H
 #define TEST_UNIT_SIM_OPERATOR_SCRIPT_FILE_H
 
-/// Write `text` to a new file of its own; the path is valid until the next call. Fails the test if it cannot.
+/// Write `text` to a new file; the path is valid until the next call. Fails the test if it cannot.
 const char* script_file_write(const char* text);
 
-/// Remove the file; nothing if there is none.
+/// Remove the file if there is one.
 void script_file_remove(void);
 
 #endif // TEST_UNIT_SIM_OPERATOR_SCRIPT_FILE_H

@@ -42,7 +42,7 @@ static const hand_intent_t* at(double time_s)
     return hand_intent(hand);
 }
 
-/// The intent must follow from wanted pose and expected torque as the header says.
+/// Expect that the intent follows from the wanted pose and the expected torque as hand.h defines it.
 static void expect_lean(const hand_intent_t* intent, double grip_nm_rad)
 {
     for (unsigned i = 0U; i < HAND_AXES; i++) {
@@ -55,7 +55,7 @@ static void expect_lean(const hand_intent_t* intent, double grip_nm_rad)
 
 // ---- Knowledge of the scene ----
 
-static void inverse_kinematics_undoes_forward(void)
+static void inverse_kinematics_is_the_inverse_of_forward_kinematics(void)
 {
     unsigned count = 0U;
     for (double x = -0.45; x < 0.46; x += 0.05) {
@@ -77,7 +77,7 @@ static void inverse_kinematics_undoes_forward(void)
     TEST_ASSERT_FALSE(scene_reachable(&rokviss()->scene, (plane_t){0.0, 0.03}));
 }
 
-/// Elastic energy of finger in contour and of the cable.
+/// Elastic energy of the finger in the contour and of the spring.
 static double energy(plane_t tip, bool spring)
 {
     if (spring) {
@@ -148,7 +148,8 @@ static void press_height_gives_the_force(void)
     EXPECT_WITHIN(-0.023, 1e-9, scene_press_height(&rokviss()->scene, 0.325, 0.0));
     EXPECT_WITHIN(-0.026, 1e-9, scene_press_height(&rokviss()->scene, 0.325, 15.0));
     double before = scene_press_height(&rokviss()->scene, 0.27, 15.0);
-    for (double x = 0.27; x < 0.38; x += 1e-4) { // No steps, not even in the corners of the bump.
+    // The height has no steps, not even at the corners of the bump.
+    for (double x = 0.27; x < 0.38; x += 1e-4) {
         const double height = scene_press_height(&rokviss()->scene, x, 15.0);
         EXPECT_WITHIN(before, 5e-5, height);
         before = height;
@@ -157,7 +158,7 @@ static void press_height_gives_the_force(void)
 
 // ---- Verbs ----
 
-static void no_script_rests_at_home(void)
+static void without_a_script_the_hand_rests_at_home(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, hand_load(&rokviss()->hand, &rokviss()->scene, NULL, &hand, error));
     const hand_intent_t* intent = at(1.0);
@@ -189,7 +190,7 @@ static void circle_ramps_holds_and_ends_where_it_began(void)
         const double phase          = acos(-1.0) * (t - 1.0);
         EXPECT_WITHIN(0.095 * sin(phase), 1e-9, intent->intent_rad[0]);
         EXPECT_WITHIN(0.095 * cos(phase), 1e-9, intent->intent_rad[1]);
-        EXPECT_BELOW(0.150, intent->wanted_tip_m[1]); // Below the hook, above the contour.
+        EXPECT_BELOW(0.150, intent->wanted_tip_m[1]); // The tip is below the hook and above the contour.
         EXPECT_ABOVE(-0.020, intent->wanted_tip_m[1]);
     }
     EXPECT_WITHIN(0.0, 1e-12, at(13.0)->intent_rad[0]);
@@ -205,7 +206,7 @@ static void move_is_smooth_and_arrives(void)
     while (now_ns < 3000000000U) {
         const double x    = at((double)now_ns * 1e-9 + 0.0005)->wanted_tip_m[0];
         const double next = (x - before) / 0.0005;
-        EXPECT_WITHIN(speed, 0.001, next); // No jump of speed.
+        EXPECT_WITHIN(speed, 0.001, next); // The speed has no jump.
         speed  = next;
         before = x;
     }
@@ -240,7 +241,7 @@ static void follow_keeps_the_force_over_the_bump(void)
     }
     const hand_intent_t* intent = at(12.0);
     EXPECT_WITHIN(0.39, 1e-9, intent->wanted_tip_m[0]);
-    // Normal force, and the friction of having come from the left.
+    // Normal force, and the friction of a finger that came from the left.
     EXPECT_WITHIN(15.0 * 0.39 - 4.5 * 0.045, 1e-6, intent->expected_torque_nm[0]);
     const double kept = intent->intent_rad[1];
     EXPECT_WITHIN(kept, 0.0, at(20.0)->intent_rad[1]);
@@ -275,12 +276,12 @@ static void rest_stops_leaning_without_moving(void)
     const double tip = at(4.0)->wanted_tip_m[1];
     double before    = at(4.0)->intent_rad[0];
     for (double t = 4.0; t < 5.0; t += 0.0005) {
-        EXPECT_WITHIN(before, 5e-4, at(t)->intent_rad[0]); // It fades.
+        EXPECT_WITHIN(before, 5e-4, at(t)->intent_rad[0]); // The lean fades.
         before = at(t)->intent_rad[0];
     }
     EXPECT_WITHIN(0.0, 0.0, at(5.0)->expected_torque_nm[0]);
     EXPECT_WITHIN(tip, 0.0, at(5.0)->wanted_tip_m[1]);
-    // The hand no longer expects the spring on its way home.
+    // The hand no longer expects the force of the spring on its way home.
     EXPECT_WITHIN(0.0, 0.0, at(6.2)->expected_torque_nm[0]);
     EXPECT_WITHIN(0.0, 1e-12, at(7.0)->intent_rad[0]);
 }
@@ -302,7 +303,7 @@ static void let_go_leaves_the_stick_and_the_next_verb_takes_it(void)
     EXPECT_WITHIN(1.0, 1e-9, at(2.4)->grip);
 }
 
-static void grip_changes_the_hand_and_not_the_motion(void)
+static void grip_changes_the_stiffness_and_not_the_motion(void)
 {
     play("0 hand move 0.28 -0.02 1\n2 hand press 15 0.02\n4 hand grip 5 0.3\n4 hand follow 0.30 2\n5 hand "
          "grip 6 0.3\n");
@@ -312,7 +313,7 @@ static void grip_changes_the_hand_and_not_the_motion(void)
     TEST_ASSERT_EQUAL_STRING("follow", at(6.0)->verb);
 }
 
-static void a_new_verb_begins_where_the_old_one_was(void)
+static void a_new_verb_begins_at_the_pose_of_the_old_one(void)
 {
     play("0 hand move 0.28 -0.02 2\n1 hand home 1\n");
     const double x = at(0.9995)->wanted_tip_m[0];
@@ -321,7 +322,7 @@ static void a_new_verb_begins_where_the_old_one_was(void)
     EXPECT_WITHIN(0.3265, 1e-4, at(2.0)->wanted_tip_m[0]);
 }
 
-static void playing_twice_gives_the_same(void)
+static void equal_scripts_give_equal_motions(void)
 {
     static const char* const text =
         "0 hand circle 0.1 1 1 1 1\n4 hand move 0.28 -0.02 1\n5 hand press 10 0.05\n";
@@ -340,7 +341,7 @@ static void mission_script_is_accepted_and_stays_within_the_stick(void)
         const hand_intent_t* intent = at(t);
         for (unsigned i = 0U; i < HAND_AXES; i++) {
             const double stick = intent->intent_rad[i] + 0.03 * intent->expected_torque_nm[i] / 3.0;
-            // Less than the stop at 0.35: here it comes to rest under the expected load.
+            // Less than the stop at 0.35: on the stick, the wanted pose is corrected by the expected load.
             EXPECT_BELOW(0.30, fabs(stick));
         }
     }
@@ -390,7 +391,7 @@ static void a_hand_without_a_scene_refuses_places_and_forces(void)
     }
 }
 
-static void bad_lines_are_named(void)
+static void bad_lines_are_reported_with_their_number(void)
 {
     static const bad_t bad[] = {
         {"0 hand wave\n",
@@ -427,7 +428,7 @@ static void bad_lines_are_named(void)
     }
 }
 
-static void missing_script_is_named(void)
+static void a_missing_script_is_reported(void)
 {
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
                       hand_load(&rokviss()->hand, &rokviss()->scene, "/nowhere.scn", &hand, error));
@@ -457,7 +458,7 @@ static void many_lines_play_in_the_order_of_their_times(void)
     TEST_ASSERT_EQUAL_STRING("rest", at(999.0)->verb);
 }
 
-/// An hour of a mouse: 50 lines a second. Lines that have been played leave room for later ones.
+/// An hour of mouse motion: 50 lines a second. Lines that have been played leave room for later ones.
 static void an_hour_of_aims_is_taken_and_played(void)
 {
     char text[64];
@@ -486,7 +487,7 @@ static void a_line_added_late_plays_between_those_of_the_scenario(void)
     TEST_ASSERT_EQUAL_STRING("rest", hand_intent(hand)->verb);
 }
 
-static void a_refused_line_leaves_no_trace(void)
+static void a_refused_line_has_no_effect(void)
 {
     play("");
     TEST_ASSERT_EQUAL(STATUS_OK, add("2 hand hold"));
@@ -535,11 +536,11 @@ static void aim_moves_the_intent_without_a_jump_in_force(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(inverse_kinematics_undoes_forward);
+    RUN_TEST(inverse_kinematics_is_the_inverse_of_forward_kinematics);
     RUN_TEST(expected_torque_is_the_gradient_of_energy);
     RUN_TEST(expected_friction_turns_with_the_slide);
     RUN_TEST(press_height_gives_the_force);
-    RUN_TEST(no_script_rests_at_home);
+    RUN_TEST(without_a_script_the_hand_rests_at_home);
     RUN_TEST(torque_is_an_impedance);
     RUN_TEST(circle_ramps_holds_and_ends_where_it_began);
     RUN_TEST(move_is_smooth_and_arrives);
@@ -549,18 +550,18 @@ int main(void)
     RUN_TEST(pull_stretches_the_spring_and_release_ends_the_force);
     RUN_TEST(rest_stops_leaning_without_moving);
     RUN_TEST(let_go_leaves_the_stick_and_the_next_verb_takes_it);
-    RUN_TEST(grip_changes_the_hand_and_not_the_motion);
-    RUN_TEST(a_new_verb_begins_where_the_old_one_was);
-    RUN_TEST(playing_twice_gives_the_same);
+    RUN_TEST(grip_changes_the_stiffness_and_not_the_motion);
+    RUN_TEST(a_new_verb_begins_at_the_pose_of_the_old_one);
+    RUN_TEST(equal_scripts_give_equal_motions);
     RUN_TEST(mission_script_is_accepted_and_stays_within_the_stick);
     RUN_TEST(a_hand_without_a_scene_leads_the_stick_and_expects_nothing);
     RUN_TEST(a_hand_without_a_scene_refuses_places_and_forces);
-    RUN_TEST(bad_lines_are_named);
-    RUN_TEST(missing_script_is_named);
+    RUN_TEST(bad_lines_are_reported_with_their_number);
+    RUN_TEST(a_missing_script_is_reported);
     RUN_TEST(many_lines_play_in_the_order_of_their_times);
     RUN_TEST(an_hour_of_aims_is_taken_and_played);
     RUN_TEST(a_line_added_late_plays_between_those_of_the_scenario);
-    RUN_TEST(a_refused_line_leaves_no_trace);
+    RUN_TEST(a_refused_line_has_no_effect);
     RUN_TEST(aim_moves_the_intent_without_a_jump_in_force);
     return UNITY_END();
 }

@@ -7,8 +7,8 @@
 #include <string.h>
 
 static char error[SCENARIO_ERROR_MAX];
-static char seen[2048];     // Lines that the taker got.
-static unsigned take_until; // Refuse the line after this many lines.
+static char seen[2048];     // Lines that the callback received.
+static unsigned take_until; // The callback refuses a line after this many lines.
 
 void setUp(void)
 {
@@ -43,7 +43,7 @@ static status_t read_text(const char* text, const char* actor)
     return scenario_read(script_file_write(text), actor, take, NULL, error);
 }
 
-static void takes_the_lines_of_its_actor(void)
+static void only_lines_of_the_actor_are_passed_on(void)
 {
     const char* text = "# title\n\n0 hand rest\n1.5 fault unplug robot 0x11 # why\n  2\thand  move 1 2 3\r\n"
                        "0.5 operator cmd MANIPULATOR.MOVE_TO position=1,2\n2 hand hold";
@@ -73,7 +73,7 @@ typedef struct {
     const char* message; // After the path.
 } bad_t;
 
-static void bad_lines_are_named(void)
+static void bad_lines_are_reported_with_their_number(void)
 {
     static const bad_t bad[] = {
         {"0 hand rest\nsoon hand rest\n", ":2: found 'soon', expected a time in s"},
@@ -109,14 +109,14 @@ static void line_too_long_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_OK, read_text(text, "hand"));
 }
 
-static void missing_file_is_named(void)
+static void a_missing_file_is_reported(void)
 {
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, scenario_read("/nowhere/x.scn", "hand", take, NULL, error));
     TEST_ASSERT_EQUAL_STRING("/nowhere/x.scn: No such file or directory", error);
     TEST_ASSERT_EQUAL(STATUS_INVALID, scenario_read("/tmp", "hand", take, NULL, error));
 }
 
-static void first_refusal_of_the_taker_ends_it(void)
+static void the_first_refusal_of_the_callback_ends_the_reading(void)
 {
     take_until = 1U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, read_text("1 hand a\n2 hand b\n3 hand c\n", "hand"));
@@ -153,13 +153,13 @@ static void arguments_are_counted(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(takes_the_lines_of_its_actor);
+    RUN_TEST(only_lines_of_the_actor_are_passed_on);
     RUN_TEST(empty_file_has_no_lines);
     RUN_TEST(times_keep_their_nanoseconds);
-    RUN_TEST(bad_lines_are_named);
+    RUN_TEST(bad_lines_are_reported_with_their_number);
     RUN_TEST(line_too_long_is_refused);
-    RUN_TEST(missing_file_is_named);
-    RUN_TEST(first_refusal_of_the_taker_ends_it);
+    RUN_TEST(a_missing_file_is_reported);
+    RUN_TEST(the_first_refusal_of_the_callback_ends_the_reading);
     RUN_TEST(numbers_are_checked);
     RUN_TEST(arguments_are_counted);
     return UNITY_END();

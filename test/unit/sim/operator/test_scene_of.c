@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene that the operator's hand derives from a world; other worlds are refused with file and line.
+// The scene that the operator's hand derives from a world; unsuitable worlds are refused with file and line.
 #include "sim/operator/scene.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/fixtures/rokviss.h"
@@ -40,21 +40,21 @@ static void expect_refusal(const char* path, const char* at, const char* words)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, words), error);
 }
 
-/// A world with another text in one place is refused at a line.
+/// Expect that the world with one text replaced is refused at a line.
 static void expect_world_refused(const char* old, const char* new_text, const char* at, const char* words)
 {
     (void)temporary_variant("rokviss.urdf", ROBOT, "robot", "robot");
     expect_refusal(temporary_variant("w.xml", WORLD, old, new_text), at, words);
 }
 
-/// A robot with another text in one place is refused at its line in the world.
+/// Expect that the robot with one text replaced is refused at its line in the world.
 static void expect_robot_refused(const char* old, const char* new_text, const char* words)
 {
     (void)temporary_variant("rokviss.urdf", ROBOT, old, new_text);
     expect_refusal(temporary_variant("w.xml", WORLD, "World", "World"), "<Robot", words);
 }
 
-static void the_world_of_the_mission_keeps_its_bits(void)
+static void the_scene_has_exactly_the_values_of_the_mission(void)
 {
     // Values of the mission rokviss.
     const double degree = 3.14159265358979323846 / 180.0;
@@ -82,7 +82,7 @@ static void robots_of_another_kind_are_refused(void)
                          "'joint2'");
     expect_robot_refused("<parent link=\"base\"/>", "<origin xyz=\"0.1 0 0\"/><parent link=\"base\"/>",
                          "'joint1'");
-    // A finger that moves is a third joint.
+    // A finger on a moving joint is a third joint.
     const char* path = temporary_variant("rokviss.urdf", ROBOT, "<joint name=\"tip\" type=\"fixed\">",
                                          "<joint name=\"tip\" type=\"continuous\">");
     (void)temporary_variant(
@@ -129,7 +129,7 @@ static void an_empty_world_is_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(the_world_of_the_mission_keeps_its_bits);
+    RUN_TEST(the_scene_has_exactly_the_values_of_the_mission);
     RUN_TEST(robots_of_another_kind_are_refused);
     RUN_TEST(worlds_of_another_kind_are_refused);
     RUN_TEST(surroundings_of_another_kind_are_refused);

@@ -82,7 +82,7 @@ static void every_shape_rests_on_the_floor_at_the_same_depth(void)
                          FREE("b", "box.urdf", "at=\"0.2 0.3 0.1\"") FLOOR TOUCH("b.body", "floor", "")));
     expect_rest(IN_WORLD("0 0 -9.81",
                          FREE("b", "can.urdf", "at=\"0.2 0.3 0.1\"") FLOOR TOUCH("b.body", "floor", "")));
-    // On its side, lying along y.
+    // The cylinder on its side, its axis along y.
     expect_rest(IN_WORLD("0 0 -9.81",
                          FREE("b", "can.urdf", "at=\"0.2 0.3 0.1\" rpy=\"1.5707963267948966 0 0\"")
                              FLOOR TOUCH("b.body", "floor", "")));
@@ -102,7 +102,7 @@ static void a_ball_rests_on_the_end_of_a_cylinder_and_on_a_ball(void)
                                "</Fixture>\n" TOUCH("b.body", "dome", "")));
 }
 
-static void bodies_that_collide_keep_their_momentum(void)
+static void momentum_is_conserved_when_bodies_collide(void)
 {
     begin(IN_WORLD("0 0 0", FREE("a", "ball.urdf", "at=\"-0.3 0.02 0\" velocity=\"0.5 0 0\"")
                                 FREE("b", "box.urdf", "at=\"0 0 0\" rpy=\"0.1 0.2 0.3\" rate=\"0 0.1 0\"")
@@ -118,7 +118,7 @@ static void bodies_that_collide_keep_their_momentum(void)
         most_n = fmax(most_n, -plant_truth(plant)->contact[0].force_n[0]);
     }
     plant_momentum(plant, p, l);
-    EXPECT_ABOVE(10.0, most_n); // On the ball, which is thrown back.
+    EXPECT_ABOVE(10.0, most_n); // The ball hits the other body and is thrown back.
     EXPECT_ABOVE(0.1, dBodyGetLinearVel(plant->robot[1].body[0])[0]);
     for (unsigned i = 0U; i < 3U; i++) {
         EXPECT_WITHIN(p0[i], 1e-12, p[i]);
@@ -126,7 +126,7 @@ static void bodies_that_collide_keep_their_momentum(void)
     }
 }
 
-static void the_force_is_that_on_side_a_whichever_side_moves(void)
+static void the_reported_force_acts_on_side_a_whichever_side_moves(void)
 {
     (void)temporary_file(
         "table.urdf",
@@ -179,7 +179,8 @@ static void a_contact_yields_along_the_surface_in_every_direction(void)
 
 static void the_stretch_turns_with_the_surface(void)
 {
-    // A ball that yields on a cylinder along z, on both sides of the change of directions at 64 degrees.
+    // A yielding ball on a cylinder along z. The directions of the tangents change at 64 degrees; test both
+    // sides.
     const double angles[] = {1.0, 1.15};
     double sink[2];
     for (unsigned i = 0U; i < 2U; i++) {
@@ -203,7 +204,7 @@ static void the_stretch_turns_with_the_surface(void)
     EXPECT_WITHIN(sink[0], 1e-6, sink[1]);
 }
 
-/// A cylinder that lies on another touches it along a line, of which ODE finds one point.
+/// A cylinder that lies on another touches it along a line, but ODE finds only one point of the line.
 static void two_cylinders_are_refused(void)
 {
     char error[DOCUMENT_ERROR_MAX];
@@ -223,8 +224,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(every_shape_rests_on_the_floor_at_the_same_depth);
     RUN_TEST(a_ball_rests_on_the_end_of_a_cylinder_and_on_a_ball);
-    RUN_TEST(bodies_that_collide_keep_their_momentum);
-    RUN_TEST(the_force_is_that_on_side_a_whichever_side_moves);
+    RUN_TEST(momentum_is_conserved_when_bodies_collide);
+    RUN_TEST(the_reported_force_acts_on_side_a_whichever_side_moves);
     RUN_TEST(friction_holds_in_its_cone_and_slides_beyond);
     RUN_TEST(a_contact_yields_along_the_surface_in_every_direction);
     RUN_TEST(the_stretch_turns_with_the_surface);

@@ -66,7 +66,7 @@ void tearDown(void)
     temporary_files_remove();
 }
 
-/// The motor's position loop, limited to the force that the world states for the gripper.
+/// The position loop of the motor; its force is limited to the value of the world.
 static void drive(void* context, unsigned substep, const plant_rotor_t* motor, double* out_torque_nm)
 {
     (void)context;
@@ -109,7 +109,7 @@ static void grasp(void)
         wanted_m = 0.02 * (i + 1U) / 500.0;
         run(0.001);
     }
-    wanted_m = 0.03; // Not reached: the bar is between the fingers.
+    wanted_m = 0.03; // The bar between the fingers prevents that they reach this position.
     run(0.5);
 }
 

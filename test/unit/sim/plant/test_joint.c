@@ -28,7 +28,7 @@ void tearDown(void)
 {
 }
 
-/// Speed that a rotor at rest gets in one step.
+/// Speed of a rotor after one step from rest.
 static double speed_from(const double position_rad, const double torque_nm)
 {
     const plant_drive_t drive = plant_drive_of(&type, -1.0, 1.0);
@@ -47,17 +47,18 @@ static void the_ripple_is_a_sine_of_the_angle_of_the_motor(void)
         EXPECT_WITHIN(STEP_S * torque / INERTIA, 1e-12, speed_from(position, 2.0));
         sum += speed_from(position, 0.0);
     }
-    EXPECT_WITHIN(0.0, 1e-12, sum); // It is zero in the mean.
+    EXPECT_WITHIN(0.0, 1e-12, sum); // The mean of the ripple is zero.
 }
 
-static void without_periods_a_turn_has_two(void)
+static void two_periods_a_turn_are_the_default(void)
 {
     type.ripple_periods = 0.0;
     EXPECT_WITHIN(STEP_S * RIPPLE / INERTIA, 1e-12, speed_from(M_PI / (4.0 * RATIO), 0.0));
     EXPECT_WITHIN(-STEP_S * RIPPLE / INERTIA, 1e-12, speed_from(3.0 * M_PI / (4.0 * RATIO), 0.0));
 }
 
-/// A turning motor: what the ripple accelerates it brakes again, and friction acts as without it.
+/// A turning motor: over one period the ripple accelerates and brakes by the same amount, and friction acts
+/// as without a ripple.
 static void the_ripple_does_no_work_over_its_period(void)
 {
     type.ripple_periods       = 2.0;
@@ -87,7 +88,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_ripple_is_a_sine_of_the_angle_of_the_motor);
-    RUN_TEST(without_periods_a_turn_has_two);
+    RUN_TEST(two_periods_a_turn_are_the_default);
     RUN_TEST(the_ripple_does_no_work_over_its_period);
     RUN_TEST(without_a_ripple_nothing_changes);
     return UNITY_END();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Latches between two free bodies: when they close and open, and that momenta stay through both.
+// Latches between two free bodies: when they close and open, and that momentum is conserved when they do.
 #include "sim/plant/plant.h"
 #include "sim/plant/plant_internal.h"
 #include "test/support/bounds.h"
@@ -12,7 +12,7 @@
 #include <string.h>
 
 #define STEP_NS 500000U
-#define SECOND 2000U // Steps.
+#define SECOND 2000U // Steps of a second.
 #define MOMENTUM_NS 1e-11
 #define MOMENTUM_NMS 1e-4
 #define INERTIA(mass, xx, yy, zz)                                                                            \
@@ -133,7 +133,7 @@ static void expect_momenta(const char* name)
     EXPECT_BELOW(MOMENTUM_NMS, worst_nms);
 }
 
-/// The frame of the bar seen from the port: place, then the rows of its attitude.
+/// The frame of the bar relative to the port: position, then the rows of its attitude.
 static void pose_of_bar(double out[12])
 {
     plant_base_t port;
@@ -173,9 +173,9 @@ static double rate_between(void)
     return sqrt(sum);
 }
 
-/// It closes in the first step at the pose of that moment, 8 mm and 3 degrees from the frame of the port; the
+/// The latch closes in the first step at the present pose, 8 mm and 3 degrees from the frame of the port; the
 /// bodies then move as one.
-static void two_bodies_become_one_where_they_are(void)
+static void a_latch_joins_two_bodies_at_their_present_pose(void)
 {
     double pose[12];
     begin(WORLD("s", DRIFTING, LATCH("s.port", "c.bar", "")));
@@ -192,8 +192,8 @@ static void two_bodies_become_one_where_they_are(void)
     expect_momenta("closed for 20 s");
 }
 
-/// Each of the three bounds keeps it open; when the bodies come within all of them, it closes.
-static void it_closes_only_within_distance_angle_and_speed(void)
+/// Each of the three bounds keeps the latch open; it closes when the bodies are within all of them.
+static void a_latch_closes_only_within_distance_angle_and_speed(void)
 {
     static const char* const outside[] = {
         WORLD("s", "at=\"1.421 0.1 0\" rpy=\"0.05 0 0\"", LATCH("s.port", "c.bar", "")),
@@ -216,8 +216,9 @@ static void it_closes_only_within_distance_angle_and_speed(void)
     TEST_ASSERT_TRUE(truth->is_latched[0]);
 }
 
-/// With its output off it opens: the bodies go on with the motion that they have, and it closes again.
-static void an_output_closes_and_opens_it(void)
+/// When its output is off, the latch opens: the bodies continue with the motion that they have. Then it
+/// closes again.
+static void an_output_closes_and_opens_a_latch(void)
 {
     double pose[12];
     begin(WORLD("s", DRIFTING, BOX LATCH("s.port", "c.bar", "when=\"V\" output=\"5\"")));
@@ -233,7 +234,7 @@ static void an_output_closes_and_opens_it(void)
     EXPECT_WITHIN(before, 1e-5, truth->base[1].rate_rad_s[0]);
     run(SECOND);
     pose_of_bar(pose);
-    EXPECT_ABOVE(1e-5, fabs(pose[0] - 0.008) + fabs(pose[1]) + fabs(pose[2])); // Free again.
+    EXPECT_ABOVE(1e-5, fabs(pose[0] - 0.008) + fabs(pose[1]) + fabs(pose[2])); // The bodies are free again.
     input.latch_on[0] = true;
     run(1U);
     TEST_ASSERT_TRUE(truth->is_latched[0]);
@@ -241,9 +242,9 @@ static void an_output_closes_and_opens_it(void)
     expect_momenta("closed, opened, closed");
 }
 
-/// The gripper presses on the bar, holds it by friction, and then the latch closes; it opens by opening the
-/// gripper. The contacts of the fingers go on acting.
-static void a_gripper_that_presses_closes_it(void)
+/// The gripper presses on the bar and holds it by friction; then the latch closes. Opening the gripper opens
+/// the latch. The contacts of the fingers act all the time.
+static void a_gripper_that_presses_closes_a_latch(void)
 {
     double pose[12];
     begin(WORLD("hand", "at=\"1.4 0.1 0.001\" rate=\"0.01 0.02 -0.01\"",
@@ -275,8 +276,9 @@ static void a_gripper_that_presses_closes_it(void)
     expect_momenta("gripped, closed, opened");
 }
 
-/// The bar overlaps a plate of the servicer by 5 mm: it is pushed out, but not while the latch is closed.
-static void the_contact_of_its_bodies_does_not_act_while_it_is_closed(void)
+/// The bar overlaps a plate of the servicer by 5 mm: the contact pushes it out, but not while the latch is
+/// closed.
+static void the_contact_of_latched_bodies_does_not_act(void)
 {
     double pose[12];
     (void)temporary_file("s.urdf", "<robot name=\"s\"><link name=\"base\">" INERTIA("350", "75", "88", "82")
@@ -291,13 +293,13 @@ static void the_contact_of_its_bodies_does_not_act_while_it_is_closed(void)
     input.latch_on[0] = false;
     run(1U);
     TEST_ASSERT_TRUE(truth->contact[0].is_touching);
-    EXPECT_ABOVE(100.0, fabs(truth->contact[0].force_n[0])); // 5 mm of 3e4 N/m.
+    EXPECT_ABOVE(100.0, fabs(truth->contact[0].force_n[0])); // 5 mm at 3e4 N/m.
     run(SECOND);
     TEST_ASSERT_FALSE(truth->contact[0].is_touching);
     expect_momenta("pushed out");
 }
 
-/// A fixed arm holds a free body: the joint of the arm carries it.
+/// A fixed arm holds a free body; the joint of the arm carries the body.
 static void a_body_is_latched_to_the_world(void)
 {
     begin("<World name=\"w\" step=\"500us\" gravity=\"0 0 -1\">\n<Robot name=\"s\" urdf=\"s.urdf\" "
@@ -312,11 +314,11 @@ static void a_body_is_latched_to_the_world(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(two_bodies_become_one_where_they_are);
-    RUN_TEST(it_closes_only_within_distance_angle_and_speed);
-    RUN_TEST(an_output_closes_and_opens_it);
-    RUN_TEST(a_gripper_that_presses_closes_it);
-    RUN_TEST(the_contact_of_its_bodies_does_not_act_while_it_is_closed);
+    RUN_TEST(a_latch_joins_two_bodies_at_their_present_pose);
+    RUN_TEST(a_latch_closes_only_within_distance_angle_and_speed);
+    RUN_TEST(an_output_closes_and_opens_a_latch);
+    RUN_TEST(a_gripper_that_presses_closes_a_latch);
+    RUN_TEST(the_contact_of_latched_bodies_does_not_act);
     RUN_TEST(a_body_is_latched_to_the_world);
     return UNITY_END();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Joints that follow others: positions, forces between both, momenta of a free robot, and refusals.
-// test_plant_reference.py compares their motion with MuJoCo.
+// Joints that follow others: positions, forces between leader and mimic, momentum of a free robot, and
+// refusals. test_plant_reference.py compares their motion with MuJoCo.
 #include "sim/plant/plant.h"
 #include "sim/plant/plant_internal.h"
 #include "test/support/bounds.h"
@@ -27,7 +27,7 @@
         SLIDE("open", "left", "0.1", "0 1 0", "")                                                            \
             SLIDE("other", "right", "-0.1", "0 -1 0",                                                        \
                   "<mimic joint=\"open\" multiplier=\"0.5\" offset=\"0.01\"/>") "</robot>\n"
-/// A crank, and behind it a rod on a joint of another kind that follows.
+/// A crank that carries a rod; the rod's joint is of another type and follows the crank.
 #define CRANK                                                                                                \
     "<robot name=\"crank\">\n" LINK("palm", "20") LINK("arm", "2") LINK(                                     \
         "rod",                                                                                               \
@@ -94,14 +94,14 @@ static void a_mimic_starts_and_stays_where_its_leader_says(void)
     EXPECT_ABOVE(-0.05, truth->link_position_rad[0]);
     EXPECT_WITHIN(0.5 * truth->link_position_rad[0] + 0.01, 1e-12, truth->link_position_rad[1]);
     EXPECT_WITHIN(0.5 * truth->link_velocity_rad_s[0], 1e-12, truth->link_velocity_rad_s[1]);
-    // Both masses by the ratio of the speeds: 0.4 + 0.25 * 0.2 kg.
+    // The mass of the mimic counts with the square of the ratio: 0.4 + 0.25 * 0.2 kg.
     EXPECT_WITHIN(0.02 / 0.45 * 2.0, 1e-4, truth->link_velocity_rad_s[0]);
     EXPECT_WITHIN(0.2 * 0.5 * 0.02 / 0.45, 1e-9, truth->joint_torque_nm[1]);
 }
 
-/// Gravity along y pulls both fingers to one side: the leader holds its own weight less half that of the
-/// other.
-static void a_leader_feels_what_its_mimic_carries(void)
+/// Gravity along y pulls both fingers to one side: the leader holds its own weight minus half the weight of
+/// the mimic.
+static void the_load_of_a_mimic_acts_on_its_leader(void)
 {
     begin(IN_WORLD("0 -1 0", "<Robot name=\"h\" urdf=\"hand.urdf\" base=\"fixed\"/>\n"));
     pull = 0.4 - 0.5 * 0.2;
@@ -110,7 +110,7 @@ static void a_leader_feels_what_its_mimic_carries(void)
     EXPECT_WITHIN(-0.2, 1e-9, truth->joint_torque_nm[1]);
 }
 
-/// The leader meets its stop: both rest, and then come back.
+/// The leader meets its stop: both joints rest, and then come back.
 static void a_mimic_rests_with_its_leader_at_a_stop(void)
 {
     begin(IN_WORLD("0 0 0", "<Robot name=\"h\" urdf=\"hand.urdf\" base=\"fixed\"/>\n"));
@@ -154,7 +154,7 @@ static void a_mimic_takes_no_momentum(const char* text, double seconds)
     EXPECT_BELOW(1e-9, error_m);
 }
 
-static void momenta_of_a_free_robot_stay(void)
+static void momentum_of_a_free_robot_is_conserved(void)
 {
     a_mimic_takes_no_momentum(
         IN_WORLD("0 0 0",
@@ -163,7 +163,7 @@ static void momenta_of_a_free_robot_stay(void)
         3.0);
 }
 
-static void steps_repeat_bit_by_bit(void)
+static void equal_steps_are_bit_identical(void)
 {
     static const char* const text = IN_WORLD(
         "0 0 0", "<Robot name=\"h\" urdf=\"crank.urdf\" base=\"free\"/>\n"
@@ -237,10 +237,10 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_mimic_starts_and_stays_where_its_leader_says);
-    RUN_TEST(a_leader_feels_what_its_mimic_carries);
+    RUN_TEST(the_load_of_a_mimic_acts_on_its_leader);
     RUN_TEST(a_mimic_rests_with_its_leader_at_a_stop);
-    RUN_TEST(momenta_of_a_free_robot_stay);
-    RUN_TEST(steps_repeat_bit_by_bit);
+    RUN_TEST(momentum_of_a_free_robot_is_conserved);
+    RUN_TEST(equal_steps_are_bit_identical);
     RUN_TEST(mimic_joints_with_unsupported_attributes_are_refused);
     return UNITY_END();
 }

@@ -35,11 +35,11 @@ static void a_torque_below_friction_moves_nothing(void)
     EXPECT_WITHIN(0.0, 0.0, bench.output_torque_nm);
 }
 
-static void a_free_rotor_accelerates_as_newton_says(void)
+static void a_free_rotor_accelerates_by_torque_over_inertia(void)
 {
     motor_bench_init(&bench, &rokviss()->drive, 0.5, 400.0);
     push(10.0, false, 0.1);
-    // Between the result without friction and the one with permanent stiction.
+    // The speed is between the result without friction and the result with permanent static friction.
     const double most  = 10.0 * 0.1 / rokviss()->drive.rotor_inertia_kgm2;
     const double least = (10.0 - rokviss()->drive.stiction_nm - rokviss()->drive.viscous_nms_rad * most) *
                          0.1 / rokviss()->drive.rotor_inertia_kgm2;
@@ -47,13 +47,13 @@ static void a_free_rotor_accelerates_as_newton_says(void)
     TEST_ASSERT_TRUE(bench.rotor.velocity_rad_s > least);
 }
 
-static void pushed_against_something_elastic_it_rests_in_balance(void)
+static void a_motor_rests_in_balance_with_an_elastic_object(void)
 {
     motor_bench_init(&bench, &rokviss()->drive, 0.5, 400.0);
     push(8.0, false, 20.0);
     EXPECT_WITHIN(0.0, 1e-9, bench.rotor.velocity_rad_s);
     TEST_ASSERT_TRUE(bench.rotor.position_rad > 0.5);
-    // Motor and output differ by no more than what dry friction holds.
+    // Motor torque and output torque differ at most by the static friction.
     EXPECT_WITHIN(8.0, rokviss()->drive.stiction_nm + 1e-9, bench.output_torque_nm);
     EXPECT_WITHIN(400.0 * (bench.rotor.position_rad - 0.5), 1e-9, bench.output_torque_nm);
 }
@@ -62,7 +62,8 @@ static void without_stiffness_there_is_no_contact_force(void)
 {
     motor_bench_init(&bench, &rokviss()->drive, 0.5, 0.0);
     push(8.0, false, 5.0);
-    TEST_ASSERT_TRUE(bench.rotor.position_rad > rokviss()->drive.upper_rad); // At the end stop.
+    // The motor reaches the end stop.
+    TEST_ASSERT_TRUE(bench.rotor.position_rad > rokviss()->drive.upper_rad);
     EXPECT_WITHIN(0.0, 0.0, bench.output_torque_nm);
 }
 
@@ -74,7 +75,8 @@ static void the_brake_holds_a_squeezed_load(void)
     push(0.0, true, 5.0);
     EXPECT_WITHIN(squeezed, 0.0, bench.rotor.position_rad);
     push(0.0, false, 5.0);
-    TEST_ASSERT_TRUE(bench.rotor.position_rad < squeezed); // Released, it moves back.
+    // When the brake is released, the motor moves back.
+    TEST_ASSERT_TRUE(bench.rotor.position_rad < squeezed);
 }
 
 static void the_same_forces_give_the_same_octets(void)
@@ -93,8 +95,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_torque_below_friction_moves_nothing);
-    RUN_TEST(a_free_rotor_accelerates_as_newton_says);
-    RUN_TEST(pushed_against_something_elastic_it_rests_in_balance);
+    RUN_TEST(a_free_rotor_accelerates_by_torque_over_inertia);
+    RUN_TEST(a_motor_rests_in_balance_with_an_elastic_object);
     RUN_TEST(without_stiffness_there_is_no_contact_force);
     RUN_TEST(the_brake_holds_a_squeezed_load);
     RUN_TEST(the_same_forces_give_the_same_octets);

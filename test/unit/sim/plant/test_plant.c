@@ -17,7 +17,7 @@
 #define STEP_NS 500000U
 #define JOINTS 2U
 
-/// Motors that hold a pose: proportional, damping, and a constant torque on top.
+/// Motors that hold a pose: proportional and damping torques plus a constant torque.
 typedef struct {
     double wanted_rad[JOINTS];
     double extra_nm[JOINTS];
@@ -25,7 +25,7 @@ typedef struct {
     double damping;
 } holder_t;
 
-static world_t world; // That of the mission, with the changes of a test.
+static world_t world; // The world of the mission with the changes of a test.
 static plant_t* plant;
 static plant_input_t input;
 static holder_t holder;
@@ -98,7 +98,7 @@ static void aim(double x, double z)
     holder.wanted_rad[1] = acos((l1 * l1 + l2 * l2 - d2) / (2.0 * l1 * l2)) - acos(-1.0);
 }
 
-/// Slowly from the present aim to another place.
+/// Move the aim slowly from one place to another.
 static void glide(double from_x, double from_z, double to_x, double to_z, double seconds)
 {
     const unsigned steps = (unsigned)lround(seconds * 2000.0);
@@ -151,7 +151,7 @@ static void a_joint_sticks_below_the_static_friction_and_moves_above(void)
     run(2.0);
     TEST_ASSERT_TRUE(plant_truth(plant)->motor[0].position_rad == start);
     EXPECT_WITHIN(1.9, 1e-12, plant_truth(plant)->friction_nm[0]);
-    push(2.35, 0.0); // Above Coulomb, below stiction.
+    push(2.35, 0.0); // Between Coulomb and static friction.
     run(1.0);
     TEST_ASSERT_TRUE(plant_truth(plant)->motor[0].position_rad == start);
     push(2.5, 0.0);
@@ -169,7 +169,7 @@ static void moving_rotor_meets_coulomb_and_viscous_friction(void)
     const double speed         = truth->motor[0].velocity_rad_s;
     EXPECT_ABOVE(0.3, speed);
     EXPECT_WITHIN(2.0 + 0.4 / (1.0 + speed * speed / 4.0e-4) + speed, 2e-3, truth->friction_nm[0]);
-    // Less than Coulomb: it comes to rest and stays, without reversing.
+    // Less than Coulomb friction: the joint comes to rest and does not reverse.
     push(0.0, 0.0);
     run(2.0);
     const double rest = truth->motor[0].position_rad;
@@ -187,7 +187,7 @@ static void without_brake_the_arm_falls(void)
     EXPECT_BELOW(before - 0.2, plant_truth(plant)->link_position_rad[0]);
 }
 
-/// Largest motion of a link after the motors lose their current and the brakes close.
+/// Largest motion of a link after the motors lose their current and the brakes engage.
 static double brake_drop(double seconds)
 {
     const plant_truth_t* truth = plant_truth(plant);
@@ -232,7 +232,8 @@ static void brake_stops_a_moving_joint(void)
     input.brake_engaged[0] = true;
     run(0.02);
     TEST_ASSERT_TRUE(truth->motor[0].velocity_rad_s == 0.0);
-    // 100 Nm against the rotor and less than half of the links' inertia at the end of an elastic gear.
+    // The brake of 100 Nm stops the rotor and less than half of the links' inertia, which is behind the
+    // elastic gear.
     EXPECT_BELOW(speed * speed * (0.256 + 0.25) / 2.0 / 100.0, truth->motor[0].position_rad - from);
 }
 
@@ -247,7 +248,7 @@ static void joint_stops_at_its_range(void)
 
 // ---- Contour ----
 
-/// Press on the flat part at x by aiming below it.
+/// Press on the flat part at x with an aim below its surface.
 static void press_at(double x, double below_m)
 {
     glide(0.3265, 0.0655, x, -0.02, 1.0);
@@ -285,10 +286,10 @@ static void contact_only_pushes(void)
     EXPECT_WITHIN(0.0, 0.0, plant_truth(plant)->contact[0].point_m[0]);
 }
 
-// ODE takes the limit of friction from the normal force as it was before friction acted back on it: 1 % here.
+// ODE limits friction by the normal force without the effect of friction: a difference of 1 % here.
 static void friction_is_within_its_cone_and_opposes_the_motion(void)
 {
-    world.contact[0].shear = 0.0; // It slides as soon as it moves.
+    world.contact[0].shear = 0.0; // The contact slides as soon as the finger moves.
     begin(true);
     press_at(0.22, 0.005);
     const plant_truth_t* truth = plant_truth(plant);
@@ -337,8 +338,7 @@ static void bump_pushes_along_its_own_normal(void)
 
 static void external_torque_balances_gear_and_gravity(void)
 {
-    // At rest the sensor shows gravity minus the forces of the environment: an independent way to the same
-    // number.
+    // At rest the sensor measures gravity minus the external forces: a second way to the same value.
     press_at(0.25, 0.005);
     run(3.0);
     const plant_truth_t* truth = plant_truth(plant);
@@ -368,7 +368,7 @@ static void the_spring_pulls_with_preload_and_stiffness_and_never_pushes(void)
     EXPECT_WITHIN(3.0, 1e-9, pull_at(&spring, 0.327, 0.156)); // Half the preload and 0.5 N.
     EXPECT_WITHIN(6.0, 1e-9, pull_at(&spring, 0.327, 0.157));
     EXPECT_WITHIN(35.0, 1e-9, pull_at(&spring, 0.327, 0.215));
-    EXPECT_WITHIN(6.0, 1e-9, pull_at(&spring, 0.327, 0.157)); // The same on the way back.
+    EXPECT_WITHIN(6.0, 1e-9, pull_at(&spring, 0.327, 0.157)); // The same force on the way back.
     EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.327, 0.154));  // A cable does not push.
     TEST_ASSERT_FALSE(spring.hooked);
     EXPECT_WITHIN(35.0, 1e-9, pull_at(&spring, 0.327, 0.215)); // Hooked again.
@@ -389,7 +389,7 @@ static void the_finger_does_not_catch_the_hook_beside_it(void)
 {
     spring_t spring = {.below = true};
     EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.36, 0.160));
-    // The finger is already above it: it does not pick the cable up.
+    // The finger is already above the hook and does not catch it.
     EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.327, 0.160));
     TEST_ASSERT_FALSE(spring.hooked);
 }
@@ -460,7 +460,7 @@ static void stick_stops_at_its_range(void)
 
 // ---- Repeatability ----
 
-/// A motion with all effects; the checksum of the state at its end.
+/// Run a motion with all effects. Returns the checksum of the final state.
 static uint64_t eventful_run(void)
 {
     begin(true);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plant against mechanics written down independently: a planar elastic arm integrated by Runge-Kutta, and
-// the momenta of a free-floating robot.
+// The plant against independent implementations of mechanics: a planar elastic arm integrated by Runge-Kutta,
+// and momentum of a free-floating robot.
 #include "sim/plant/parameters.h"
 #include "sim/plant/plant.h"
 #include "test/support/bounds.h"
@@ -41,8 +41,8 @@ static plant_t* plant_in_world(void)
     return plant;
 }
 
-/// The mission's arm hanging down, without dry friction (which no Runge-Kutta method would follow) and
-/// without obstacles.
+/// The mission's arm hangs down, without dry friction (which no Runge-Kutta method can follow) and without
+/// obstacles.
 static void hang_arm(void)
 {
     world                        = rokviss()->world;
@@ -136,7 +136,7 @@ typedef struct {
     double travel_rad;
 } deviation_t;
 
-/// Plant and reference side by side under the prescribed torques.
+/// Run plant and reference together under the prescribed torques.
 static deviation_t deviation(uint64_t dt_ns, uint64_t duration_ns)
 {
     hang_arm();
@@ -180,7 +180,7 @@ static void elastic_arm_follows_the_equations_of_motion(void)
 
 static void the_error_decreases_with_the_step(void)
 {
-    // First order, as a semi-implicit scheme should be: half the step, half the error.
+    // A semi-implicit scheme is of first order: half the step gives half the error.
     const deviation_t coarse = deviation(500000U, 2000000000U);
     const deviation_t fine   = deviation(250000U, 2000000000U);
     EXPECT_WITHIN(0.5, 0.1, fine.rms_rad / coarse.rms_rad);
@@ -199,7 +199,7 @@ static void drive_swinging(void* context, unsigned substep, const plant_rotor_t*
     }
 }
 
-/// The mission's arm, unbolted, far from everything.
+/// The mission's arm on a free base, far from all obstacles.
 static void float_arm(void)
 {
     world                  = rokviss()->world;
@@ -222,7 +222,7 @@ static void momentum_is_conserved_without_gravity(void)
     for (unsigned i = 0U; i < 3U; i++) {
         base->inertia_kgm2.at[i][i] = 15.0;
     }
-    // Tumbling about all axes, so that the effect of the rotors on their parents counts, and moving away.
+    // The base tumbles about all axes, so that the rotors act on their parents, and moves away.
     memcpy(world.robot[0].velocity_m_s, (const double[3]){1e-3, -2e-3, 1e-3}, 3U * sizeof(double));
     memcpy(world.robot[0].rate_rad_s, (const double[3]){0.01, 0.02, -0.01}, 3U * sizeof(double));
     const plant_input_t input = {.drive = drive_swinging};
@@ -254,8 +254,8 @@ static void momentum_is_conserved_without_gravity(void)
 
 static void spinning_rotor_turns_the_base(void)
 {
-    // From rest: whatever the arm does, the sum stays zero, so the base must have turned in the other
-    // direction.
+    // The robot starts at rest: its angular momentum stays zero whatever the arm does, so the base must turn
+    // in the other direction.
     float_arm();
     const plant_input_t input = {.drive = drive_swinging};
     plant_t* const plant      = plant_in_world();

@@ -30,7 +30,7 @@
     "\"/><child link=\"" child "\"/><axis xyz=\"" axis                                                       \
     "\"/><limit lower=\"-2\" upper=\"2\" effort=\"1\" velocity=\"1\"/></joint>\n"
 
-/// A trunk that turns, with two branches: one folds twice, one slides.
+/// A trunk that turns, with two branches: one has two revolute joints, the other a prismatic joint.
 #define TREE                                                                                                 \
     "<robot name=\"tree\">\n" BALL("base", "0 0 0", "5") LINK("trunk", "0.02 0.01 0.2", "4")                 \
         LINK("upper", "0.15 0.01 0", "2") BALL("lower", "0.1 0 0.02", "1") LINK("rod", "0 0 0.1", "1.5")     \
@@ -102,7 +102,7 @@ static void run(double seconds)
 
 // ---- At rest ----
 
-/// Pose of a body of the tree at joint positions, multiplied from the model.
+/// Pose of a body of the tree at joint positions, computed from the model.
 static pose_t pose_at(const double q[], unsigned body)
 {
     const robot_model_t* model = &world.robot[0].model;
@@ -142,7 +142,7 @@ static double potential(const double q[])
     return energy;
 }
 
-static void gears_carry_what_gravity_does_to_a_tree(void)
+static void gears_carry_the_weight_of_a_tree(void)
 {
     begin(IN_WORLD("1 -2 -9.81", "<Robot name=\"r\" urdf=\"tree.urdf\" base=\"fixed\"><State at=\"1 2 3\" "
                                  "rpy=\"0.2 0.3 -0.4\"/>" START "</Robot>\n" TYPE DRIVES("r")));
@@ -161,7 +161,7 @@ static void gears_carry_what_gravity_does_to_a_tree(void)
     }
 }
 
-static void bodies_are_where_the_joints_put_them(void)
+static void poses_of_bodies_follow_from_the_joints(void)
 {
     begin(IN_WORLD("0 0 -9.81", "<Robot name=\"r\" urdf=\"tree.urdf\" base=\"fixed\"><State at=\"1 2 3\" "
                                 "rpy=\"0.2 0.3 -0.4\"/>" START "</Robot>\n" TYPE DRIVES("r")));
@@ -209,11 +209,12 @@ static void each_joint_has_its_own_drive(void)
     EXPECT_WITHIN(0.5, 0.0, plant->joint[0].drive.rotor_inertia_kgm2);
     EXPECT_WITHIN(0.2, 0.0, plant->joint[2].drive.rotor_inertia_kgm2);
     EXPECT_WITHIN(2.0, 0.0, plant->joint[2].drive.upper_rad);
-    TEST_ASSERT_TRUE(isinf(plant->joint[0].drive.upper_rad)); // Continuous.
+    TEST_ASSERT_TRUE(isinf(plant->joint[0].drive.upper_rad)); // A continuous joint has no range.
     EXPECT_WITHIN(80.0, 0.0, torque_sensor_of(&world.drive_type[1]).range_nm);
     TEST_ASSERT_EQUAL_UINT32(4096U, encoder_of(&world.drive_type[1]).counts_per_turn);
     plant_destroy(plant);
-    world.drive[0].differs = (world_drive_difference_t){.friction = 0.2, .stiffness = -0.1}; // Of fold2.
+    // The drive of fold2.
+    world.drive[0].differs = (world_drive_difference_t){.friction = 0.2, .stiffness = -0.1};
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, plant_create(&world, &plant, error), error);
     EXPECT_WITHIN(0.6, 1e-12, plant->joint[2].drive.coulomb_nm);
     EXPECT_WITHIN(0.6, 1e-12, plant->joint[2].drive.stiction_nm);
@@ -224,8 +225,8 @@ static void each_joint_has_its_own_drive(void)
     EXPECT_WITHIN(9000.0, 0.0, plant->joint[0].drive.gear_stiffness_nm_rad);
 }
 
-/// Joints that move at the start, of a free robot that moves, too: all bodies have the speeds that belong to
-/// them, so that the first steps change the rates by the forces only.
+/// Joints that move at the start, of a free robot that moves, too: all bodies have the velocities that follow
+/// from base and joints, so only forces change the rates in the first steps.
 static void joints_move_at_the_start(void)
 {
     static const double rate[4] = {0.8, -1.5, 2.0, 0.3};
@@ -260,7 +261,7 @@ static void a_joint_without_a_drive_swings_freely_up_to_its_limits(void)
         plant_step(plant, &idle, STEP_NS);
         most_m = fmax(most_m, fabs(plant_truth(plant)->link_position_rad[3]));
     }
-    // The rod slides to the end of its way, and the link that folds hangs on its stop or below it.
+    // The rod slides to the end of its range, and the link that folds hangs on its stop or below it.
     EXPECT_WITHIN(2.0, 5e-3, most_m);
     EXPECT_BELOW(2.0 + 5e-3, fabs(plant_truth(plant)->link_position_rad[1]));
     EXPECT_WITHIN(0.0, 0.0, plant_truth(plant)->friction_nm[1]);
@@ -279,7 +280,7 @@ static void swing(void* context, unsigned substep, const plant_rotor_t* motor, d
     }
 }
 
-/// Largest change of the momenta in 60 s while the joints of a free robot swing.
+/// Largest change of momentum in 60 s while the joints of a free robot swing.
 static void expect_momenta(const char* text, double most_angular)
 {
     static plant_input_t input;
@@ -328,7 +329,7 @@ static void a_free_robot_starts_in_its_state_and_moves_with_it(void)
     EXPECT_WITHIN(0.3, 0.02, base->velocity_m_s[2]);
 }
 
-static void momenta_of_a_free_tree_stay(void)
+static void momentum_of_a_free_tree_is_conserved(void)
 {
     expect_momenta(
         IN_WORLD("0 0 0", "<Robot name=\"r\" urdf=\"heavy.urdf\" base=\"free\">" START "</Robot>\n"), 1e-6);
@@ -373,14 +374,14 @@ static void worlds_that_the_plant_cannot_simulate_are_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(gears_carry_what_gravity_does_to_a_tree);
-    RUN_TEST(bodies_are_where_the_joints_put_them);
+    RUN_TEST(gears_carry_the_weight_of_a_tree);
+    RUN_TEST(poses_of_bodies_follow_from_the_joints);
     RUN_TEST(robots_do_not_share_joints);
     RUN_TEST(each_joint_has_its_own_drive);
     RUN_TEST(joints_move_at_the_start);
     RUN_TEST(a_joint_without_a_drive_swings_freely_up_to_its_limits);
     RUN_TEST(a_free_robot_starts_in_its_state_and_moves_with_it);
-    RUN_TEST(momenta_of_a_free_tree_stay);
+    RUN_TEST(momentum_of_a_free_tree_is_conserved);
     RUN_TEST(worlds_that_the_plant_cannot_simulate_are_refused);
     return UNITY_END();
 }

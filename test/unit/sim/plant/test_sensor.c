@@ -33,7 +33,8 @@ static void noise_is_standard_normal(void)
     EXPECT_WITHIN(0.0, 0.01, moment[1] / SAMPLES);
     EXPECT_WITHIN(1.0, 0.01, moment[2] / SAMPLES);
     EXPECT_WITHIN(0.0, 0.03, moment[3] / SAMPLES);
-    EXPECT_WITHIN(2.9, 0.06, moment[4] / SAMPLES); // Twelve uniforms: 3 - 1.2 / 12.
+    // Kurtosis of a sum of twelve uniform numbers: 3 - 1.2 / 12.
+    EXPECT_WITHIN(2.9, 0.06, moment[4] / SAMPLES);
     EXPECT_WITHIN(0.05, 0.003, (double)beyond / SAMPLES);
 }
 
@@ -137,7 +138,7 @@ static void an_encoder_on_the_motor_is_finer_by_the_gear_ratio(void)
     }
 }
 
-/// The ripple of a sensor adds to its reading, by the formula, at every position of the motor.
+/// The ripple of a sensor is added to its reading, by the formula, at every position of the motor.
 static void the_torque_sensor_has_a_ripple_with_the_motor_angle(void)
 {
     world_drive_type_t type                     = {.ratio             = 160.0,

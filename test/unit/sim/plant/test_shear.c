@@ -97,7 +97,7 @@ static void sticking_finger_is_held_by_a_spring_along_the_contour(void)
         const plant_truth_t* truth = plant_truth(plant);
         const double before_n      = truth->contact[0].force_n[0];
         const double before_m      = touching_x(truth);
-        glide(0.25, -0.04, 0.2495, -0.04); // It does not slide.
+        glide(0.25, -0.04, 0.2495, -0.04); // The finger does not slide.
         rest();
         EXPECT_ABOVE(1.0e-4, before_m - touching_x(truth));
         EXPECT_WITHIN(stiffness[i], 0.01 * stiffness[i],
@@ -119,7 +119,7 @@ static void finger_that_yields_slides_in_the_same_cone(void)
                   truth->contact[0].force_n[0]);
 }
 
-static void a_lifted_finger_loses_its_stretch(void)
+static void lifting_the_finger_removes_the_deflection(void)
 {
     begin_with_shear(4000.0);
     press_at(0.25, 0.01);
@@ -129,7 +129,7 @@ static void a_lifted_finger_loses_its_stretch(void)
     EXPECT_WITHIN(0.0, 0.0, plant->contacts.pair[0].stretch_m[0]);
 }
 
-static void stiff_shear_is_rigid_friction(void)
+static void a_stiff_contact_equals_rigid_friction(void)
 {
     double force[2];
     for (unsigned i = 0U; i < 2U; i++) {
@@ -145,7 +145,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(sticking_finger_is_held_by_a_spring_along_the_contour);
     RUN_TEST(finger_that_yields_slides_in_the_same_cone);
-    RUN_TEST(a_lifted_finger_loses_its_stretch);
-    RUN_TEST(stiff_shear_is_rigid_friction);
+    RUN_TEST(lifting_the_finger_removes_the_deflection);
+    RUN_TEST(a_stiff_contact_equals_rigid_friction);
     return UNITY_END();
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A world that diverges: the plant stops before ODE ends the program, and says which link, when and why.
+// A diverging world: the plant stops before ODE ends the program, and reports the link, the time and the
+// reason.
 #include "sim/plant/plant.h"
 #include "test/unit/sim/fixtures/temporary_file.h"
 #include "unity.h"
@@ -19,7 +20,7 @@
     "<robot name=\"arm\">\n" LINK("base", "") LINK("upper", "") LINK("lower", "")                            \
         JOINT("shoulder", "continuous", "base", "upper")                                                     \
             JOINT("elbow", "continuous", "upper", "lower") "</robot>\n"
-/// A gear whose explicit damping is far too high for links of this inertia at 0.5 ms.
+/// A gear whose damping is integrated explicitly and is far too high for links of this inertia at 0.5 ms.
 #define TYPE(stiffness, damping)                                                                             \
     "<DriveType name=\"t\" ratio=\"100\" rotorInertia=\"0.2\" stiffness=\"" stiffness                        \
     "\" damping=\"" damping                                                                                  \
@@ -34,7 +35,7 @@ static world_t world;
 static plant_t* plant;
 static plant_input_t input;
 static char error[DOCUMENT_ERROR_MAX];
-static double torque; // On joint 0.
+static double torque; // Torque of the motor of joint 0.
 
 void setUp(void)
 {
@@ -79,7 +80,7 @@ static void expect_words(const char* words)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure, words), failure);
 }
 
-static void a_gear_that_is_too_stiff_is_named(void)
+static void a_gear_that_is_too_stiff_is_reported_with_its_link(void)
 {
     static const char* const worlds[] = {
         IN_WORLD("<Robot name=\"r\" urdf=\"arm.urdf\" base=\"fixed\"/>\n" TYPE("8000", "1e6") DRIVE),
@@ -94,7 +95,7 @@ static void a_gear_that_is_too_stiff_is_named(void)
         expect_words("and the step of 500 us");
         const uint64_t time_ns = plant_truth(plant)->time_ns;
         TEST_ASSERT_TRUE(time_ns < 2000000000U);
-        run(0.1); // Nothing moves any more.
+        run(0.1); // The plant no longer moves.
         TEST_ASSERT_EQUAL_UINT64(time_ns, plant_truth(plant)->time_ns);
         plant_destroy(plant);
         plant = NULL;
@@ -113,10 +114,10 @@ static void a_torque_that_is_nan_is_reported_with_its_joint(void)
     expect_words("at 0.0100 s");
 }
 
-static void a_world_that_is_sound_has_no_failure(void)
+static void a_stable_world_reports_no_failure(void)
 {
     begin(IN_WORLD("<Robot name=\"r\" urdf=\"arm.urdf\" base=\"free\"/>\n" TYPE("8000", "8") DRIVE));
-    run(2.0); // It falls.
+    run(2.0); // The robot falls.
     TEST_ASSERT_NULL(plant_failure(plant));
     TEST_ASSERT_EQUAL_UINT64(2000000000U, plant_truth(plant)->time_ns);
 }
@@ -124,8 +125,8 @@ static void a_world_that_is_sound_has_no_failure(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_gear_that_is_too_stiff_is_named);
+    RUN_TEST(a_gear_that_is_too_stiff_is_reported_with_its_link);
     RUN_TEST(a_torque_that_is_nan_is_reported_with_its_joint);
-    RUN_TEST(a_world_that_is_sound_has_no_failure);
+    RUN_TEST(a_stable_world_reports_no_failure);
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A robot whose State is valid at a later time is in that state at that time.
+// A robot whose <State> is valid at a later time reaches that state at that time.
 #include "sim/plant/plant.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/fixtures/temporary_file.h"
@@ -60,7 +60,7 @@ static void expect_same(const plant_base_t* wanted, const plant_base_t* found, d
     }
 }
 
-static void a_tumbling_robot_is_in_its_state_at_its_time(void)
+static void a_tumbling_robot_reaches_its_state_at_the_given_time(void)
 {
     const plant_base_t wanted = base_after(WORLD("0 0 0", ""), 0.00025);
     const plant_base_t start  = base_after(WORLD("0 0 0", " valid=\"75s\""), 0.00025);
@@ -75,13 +75,13 @@ static void gravity_acts_before_that_time(void)
 {
     const plant_base_t wanted = base_after(WORLD("0 0.1 -0.2", ""), 0.00025);
     const plant_base_t found  = base_after(WORLD("0 0.1 -0.2", " valid=\"3s\""), 3.0 + 0.00025);
-    expect_same(&wanted, &found, 2e-4); // The plant falls in steps.
+    expect_same(&wanted, &found, 2e-4); // The plant integrates gravity in steps.
 }
 
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_tumbling_robot_is_in_its_state_at_its_time);
+    RUN_TEST(a_tumbling_robot_reaches_its_state_at_the_given_time);
     RUN_TEST(gravity_acts_before_that_time);
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Thrust of valves: momenta of a free body and of a robot with joints, the load on the joints, and bodies
+// Thrust of valves: momentum of a free body and of a robot with joints, the load on the joints, and bodies
 // that cannot be pushed.
 #include "sim/plant/plant.h"
 #include "test/support/bounds.h"
@@ -59,23 +59,24 @@ static void run(const unsigned steps)
     }
 }
 
-/// A body alone: momenta are force and torque times time, about the axes that it still has.
-static void a_push_gives_the_momenta_that_newton_says(void)
+/// A single body: its momentum is force and torque multiplied by time.
+static void thrust_changes_momentum_by_force_and_torque_times_time(void)
 {
     (void)temporary_variant("satellite.urdf", "descriptors/worlds/satellite.urdf", "robot", "robot");
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read("descriptors/worlds/actuators.xml", &world, error),
                                   error);
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, plant_create(&world, &plant, error), error);
     const plant_base_t* base = &plant_truth(plant)->base[0];
-    input.valve_open[2]      = true; // A couple of 1 N, levers of 0.5 m, about z.
+    input.valve_open[2]      = true; // Two forces of 1 N with levers of 0.5 m: a couple about z.
     input.valve_open[3]      = true;
     run(2000U);
     EXPECT_WITHIN(1.0 / 60.0, 1e-9, base->rate_rad_s[2]);
     EXPECT_WITHIN(0.0, 1e-9, base->velocity_m_s[0]);
-    EXPECT_WITHIN(0.5 / 60.0, 1e-5, 2.0 * base->rotation[3]); // Half a radian per square second by inertia.
+    // Angular acceleration 0.5 rad/s2: torque over inertia.
+    EXPECT_WITHIN(0.5 / 60.0, 1e-5, 2.0 * base->rotation[3]);
     input.valve_open[2] = false;
     input.valve_open[3] = false;
-    input.valve_open[0] = true; // Both push along x of the body, which has turned.
+    input.valve_open[0] = true; // Both valves push along x of the body, which has turned.
     input.valve_open[1] = true;
     const double turn   = 2.0 * base->rotation[3];
     run(200U);
@@ -84,7 +85,7 @@ static void a_push_gives_the_momenta_that_newton_says(void)
     EXPECT_WITHIN(1.0 / 60.0, 1e-9, base->rate_rad_s[2]);
 }
 
-/// The nozzle is welded on with its x along y of the body; the direction need not have length 1.
+/// The nozzle is fixed to the link with its x along y of the body; the direction need not have length 1.
 static void a_push_on_a_welded_link_has_its_place_and_direction(void)
 {
     const plant_truth_t* truth =
@@ -95,11 +96,11 @@ static void a_push_on_a_welded_link_has_its_place_and_direction(void)
     TEST_ASSERT_TRUE(base->velocity_m_s[1] > 0.0);
     TEST_ASSERT_TRUE(base->rate_rad_s[2] > 0.0);
     EXPECT_WITHIN(0.0, 1e-6, base->velocity_m_s[0]);
-    // The boom is left behind: 2 N at 0.5 m beside a hinge that transmits no torque about z.
+    // The boom stays behind: 2 N at 0.5 m beside a hinge that transmits no torque about z.
     EXPECT_WITHIN(2.0 * 0.5 * 0.0005 / 4.0, 1e-5, base->rate_rad_s[2]);
 }
 
-/// 1 N at 0.8 m from the hinge, across it and along it; the truth has the torque on the joint.
+/// 1 N at 0.8 m from the hinge, first across it, then along it; the truth has the torque of the joint.
 static void a_push_on_a_link_loads_its_joint(void)
 {
     const plant_truth_t* truth =
@@ -115,7 +116,7 @@ static void a_push_on_a_link_loads_its_joint(void)
     EXPECT_WITHIN(0.8 / 0.6 * 0.0005, 1e-7, truth->link_velocity_rad_s[0]);
     input.valve_open[0] = false;
     input.valve_open[1] = true;
-    input.valve_open[2] = true; // On a link that is fixed to the world.
+    input.valve_open[2] = true; // The valve is on a link that is fixed to the world.
     const double speed  = truth->link_velocity_rad_s[0];
     run(1U);
     EXPECT_WITHIN(0.0, 1e-6, truth->external_torque_nm[0]);
@@ -125,7 +126,7 @@ static void a_push_on_a_link_loads_its_joint(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_push_gives_the_momenta_that_newton_says);
+    RUN_TEST(thrust_changes_momentum_by_force_and_torque_times_time);
     RUN_TEST(a_push_on_a_welded_link_has_its_place_and_direction);
     RUN_TEST(a_push_on_a_link_loads_its_joint);
     return UNITY_END();

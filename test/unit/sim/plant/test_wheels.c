@@ -87,7 +87,8 @@ static void the_gain_of_a_wheel_may_differ(void)
     input.wheel_torque_nm[0]    = 5.0;
     world.wheel[0].gain_differs = 0.02;
     run(1U);
-    EXPECT_WITHIN(0.22, 1e-12, truth->wheel[0].torque_nm); // Its limit stays.
+    // The limit of the torque does not change with the gain.
+    EXPECT_WITHIN(0.22, 1e-12, truth->wheel[0].torque_nm);
 }
 
 static void torque_and_momentum_have_limits(void)
@@ -144,7 +145,7 @@ static void swing(void* context, unsigned substep, const plant_rotor_t* motor, d
         5.0 * (0.5 * (1.0 - cos(0.7 * time_s)) - motor[0].position_rad) - 10.0 * motor[0].velocity_rad_s;
 }
 
-/// Largest change of the momenta in 60 s. The wheels are driven up and down, one to its limit.
+/// Largest change of momentum in 60 s. The wheels are driven up and down, one of them to its limit.
 static void expect_momenta(const char* text)
 {
     double p0[3];
@@ -182,7 +183,7 @@ static void expect_momenta(const char* text)
     EXPECT_BELOW(1e-6, worst_l);
 }
 
-static void momenta_stay_while_wheels_spin(void)
+static void momentum_is_conserved_while_wheels_spin(void)
 {
     expect_momenta(IN_WORLD("<Robot name=\"s\" urdf=\"body.urdf\" base=\"free\"><State rate=\"0.02 -0.01 "
                             "0.03\"/></Robot>\n" WHEEL("A", "s.base", "1 1 1", "11", "start=\"3\"")
@@ -191,7 +192,7 @@ static void momenta_stay_while_wheels_spin(void)
                                         WHEEL("D", "s.base", "1 -1 1", "14", "start=\"8\"")));
 }
 
-static void a_wheel_on_an_arm_keeps_the_momenta_as_well(void)
+static void momentum_is_conserved_with_a_wheel_on_an_arm(void)
 {
     expect_momenta(IN_WORLD("<Robot name=\"s\" urdf=\"body.urdf\" base=\"free\"><State rate=\"0.02 -0.01 "
                             "0.05\"/></Robot>\n" WHEEL("A", "s.base", "1 0 0", "11", "start=\"3\"")
@@ -221,8 +222,8 @@ int main(void)
     RUN_TEST(the_gain_of_a_wheel_may_differ);
     RUN_TEST(torque_and_momentum_have_limits);
     RUN_TEST(a_spinning_wheel_makes_its_link_precess);
-    RUN_TEST(momenta_stay_while_wheels_spin);
-    RUN_TEST(a_wheel_on_an_arm_keeps_the_momenta_as_well);
+    RUN_TEST(momentum_is_conserved_while_wheels_spin);
+    RUN_TEST(momentum_is_conserved_with_a_wheel_on_an_arm);
     RUN_TEST(a_wheel_on_a_fixed_link_only_spins);
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every world of the project, also those that no mission is named as, is read and has a plant that moves.
+// Every world of the project, with or without a mission of its name, can be read and has a plant that moves.
 #include "sim/plant/plant.h"
 #include "unity.h"
 

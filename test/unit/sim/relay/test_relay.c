@@ -38,7 +38,7 @@ static uint32_t number_in(const relay_frame_t* frame)
     return number;
 }
 
-static void a_frame_comes_out_after_the_delay_and_not_before(void)
+static void a_frame_is_delivered_after_the_delay_and_not_before(void)
 {
     begin(&relay, 1U, 10U * MS, 0.0, 0.0);
     TEST_ASSERT_EQUAL_UINT64(RELAY_NEVER, relay_next_ns(&relay));
@@ -67,8 +67,8 @@ static void frames_due_at_one_instant_keep_their_order(void)
     TEST_ASSERT_EQUAL_UINT64(0U, relay.counters.reordered);
 }
 
-/// 100000 frames: each delay is within the bounds, their mean and the share of losses are as asked.
-static void delay_jitter_and_loss_are_as_asked(void)
+/// 100000 frames: each delay is within the bounds; mean delay and share of losses have the configured values.
+static void delay_jitter_and_loss_have_the_configured_values(void)
 {
     const uint64_t frames = 100000U;
     uint64_t least        = UINT64_MAX;
@@ -89,7 +89,8 @@ static void delay_jitter_and_loss_are_as_asked(void)
             overtaken += (number < latest) ? 1U : 0U;
             latest = (number > latest) ? number : latest;
         }
-        if (i < (frames - 200U)) { // In the last rounds frames only come out.
+        // In the last rounds no frame is put in; the relay delivers those that it holds.
+        if (i < (frames - 200U)) {
             put_number(&relay, 0U, (uint32_t)i, now_ns);
         }
     }
@@ -139,7 +140,7 @@ static void records_that_do_not_fit_are_lost_and_counted(void)
     begin(&relay, 1U, 10U * MS, 0.0, 0.0);
     relay_take(&relay, 0U, octets, RELAY_FRAME_MAX + 1U, 0U);
     TEST_ASSERT_EQUAL_UINT64(1U, relay.counters.lost);
-    for (uint32_t round = 0U; round < 3U; round++) { // Each place of the relay is used again.
+    for (uint32_t round = 0U; round < 3U; round++) { // Use each place of the relay several times.
         for (uint32_t i = 0U; i < RELAY_FRAMES_MAX; i++) {
             relay_take(&relay, 0U, octets, RELAY_FRAME_MAX, round * 20U * MS);
         }
@@ -157,9 +158,9 @@ static void records_that_do_not_fit_are_lost_and_counted(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_frame_comes_out_after_the_delay_and_not_before);
+    RUN_TEST(a_frame_is_delivered_after_the_delay_and_not_before);
     RUN_TEST(frames_due_at_one_instant_keep_their_order);
-    RUN_TEST(delay_jitter_and_loss_are_as_asked);
+    RUN_TEST(delay_jitter_and_loss_have_the_configured_values);
     RUN_TEST(the_fate_of_a_frame_depends_on_seed_link_and_number_only);
     RUN_TEST(records_that_do_not_fit_are_lost_and_counted);
     return UNITY_END();

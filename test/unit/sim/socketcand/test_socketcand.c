@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The socketcand server: handshake as in python-can, frames in both directions, slow and malformed clients.
+// The socketcand server: handshake of python-can, frames in both directions, slow and malformed clients.
 #include "osal/include/osal/socket.h"
 #include "sim/socketcand/socketcand.h"
 #include "test/support/clients.h"
@@ -50,7 +50,7 @@ static osal_socket_t join(void)
     return client;
 }
 
-/// Let the server check for clients (it does so only now and then) and the bus run.
+/// Let the server check for clients, which it does only once in several calls, and let the bus run.
 static void serve(void)
 {
     for (unsigned i = 0U; i < 70U; i++) {
@@ -94,7 +94,7 @@ static osal_socket_t join_raw(void)
     return client;
 }
 
-static void frames_both_ways(void)
+static void frames_pass_in_both_directions(void)
 {
     osal_socket_t client = join_raw();
     say(&client, "< send 123 3 a bc ff >");
@@ -102,7 +102,7 @@ static void frames_both_ways(void)
     TEST_ASSERT_EQUAL_HEX32(0x123U, heard.id);
     TEST_ASSERT_EQUAL_UINT8(3U, heard.length);
     TEST_ASSERT_EQUAL_HEX8(0x0AU, heard.data[0]);
-    TEST_ASSERT_EQUAL_STRING("", take(&client)); // Its own frame does not come back.
+    TEST_ASSERT_EQUAL_STRING("", take(&client)); // A client does not receive its own frame.
     const osal_can_frame_t frame = {.id = 0x591U, .length = 2U, .data = {0x4BU, 0x17U}};
     TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_submit(bus, node, &frame, 0U));
     serve();
@@ -112,7 +112,7 @@ static void frames_both_ways(void)
     serve();
 }
 
-static void messages_in_pieces_and_several_at_once(void)
+static void messages_may_come_in_pieces_and_several_at_once(void)
 {
     osal_socket_t client = join_raw();
     say(&client, "< send 12");
@@ -126,7 +126,7 @@ static void messages_in_pieces_and_several_at_once(void)
         (void)strcat(heap, "< send 7 1 5 >");
     }
     say(&client, heap);
-    TEST_ASSERT_EQUAL_UINT(103U, heard_count); // None lost to a full transmit queue.
+    TEST_ASSERT_EQUAL_UINT(103U, heard_count); // The full transmit queue has lost no frame.
     osal_socket_close(&client);
 }
 
@@ -136,7 +136,8 @@ static void wrong_words_are_answered_with_an_error(void)
     serve();
     (void)take(&client);
     say(&client, "< rawmode >");
-    TEST_ASSERT_EQUAL_STRING("< error unknown command >", take(&client)); // No bus yet.
+    // The client has not opened a bus yet.
+    TEST_ASSERT_EQUAL_STRING("< error unknown command >", take(&client));
     say(&client, "< open wheel >");
     TEST_ASSERT_EQUAL_STRING("< error could not open bus >", take(&client));
     say(&client, "< echo >");
@@ -144,7 +145,8 @@ static void wrong_words_are_answered_with_an_error(void)
     say(&client, "< open robot >");
     (void)take(&client);
     say(&client, "< send 123 0 >");
-    TEST_ASSERT_EQUAL_STRING("< error unknown command >", take(&client)); // Not raw yet.
+    // The client is not in raw mode yet.
+    TEST_ASSERT_EQUAL_STRING("< error unknown command >", take(&client));
     say(&client, "< rawmode >");
     (void)take(&client);
     static const char* const bad[] = {"< send 123 9 1 2 3 4 5 6 7 8 9 >",
@@ -177,7 +179,7 @@ static void a_client_that_does_not_read_loses_messages_and_delays_no_other(void)
     osal_socket_close(&client);
 }
 
-static void four_clients_and_no_more(void)
+static void a_fifth_client_is_refused_until_a_place_is_free(void)
 {
     osal_socket_t clients[5];
     for (unsigned i = 0U; i < 5U; i++) {
@@ -193,7 +195,7 @@ static void four_clients_and_no_more(void)
     }
 }
 
-static void clients_hear_each_other(void)
+static void clients_receive_the_frames_of_each_other(void)
 {
     osal_socket_t one = join_raw();
     osal_socket_t two = join_raw();
@@ -216,8 +218,9 @@ static void time_waits_for_a_client_in_lock_step(void)
     TEST_ASSERT_EQUAL_STRING("< error syntax of step >", take(&client));
     TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 500U * 1000U, 0U));
     say(&client, "< step 2 >");
-    TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 1000U * 1000U, 0U)); // Not every one of them:
-    TEST_ASSERT_EQUAL_UINT(1U, socketcand_end_step(server, 1500U * 1000U, 0U)); // the second.
+    // The server waits for the client not in the first step,
+    TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 1000U * 1000U, 0U));
+    TEST_ASSERT_EQUAL_UINT(1U, socketcand_end_step(server, 1500U * 1000U, 0U)); // but in each second step.
     osal_socket_close(&client);
     client = join_raw();
     say(&client, "< step 1 >");
@@ -228,15 +231,16 @@ static void time_waits_for_a_client_in_lock_step(void)
     TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 1234567000U, 20000U));
     (void)take(&client);
     TEST_ASSERT_EQUAL_PTR(answer, strstr(answer, "< frame 080 ")); // The frames of the step,
-    TEST_ASSERT_NOT_NULL(strstr(answer, " >< step 1.234567 >"));   // and that these were all.
+    TEST_ASSERT_NOT_NULL(strstr(answer, " >< step 1.234567 >"));   // then the end of the step.
     bus_run_until(bus, bus_now_ns(bus) + MS);
-    TEST_ASSERT_EQUAL_UINT(1U, heard_count); // Its answer is on the bus before the next step.
-    // The client does not answer any more:
+    TEST_ASSERT_EQUAL_UINT(1U, heard_count); // The frame of the client is on the bus before the next step.
+    // The client no longer answers:
     TEST_ASSERT_EQUAL_UINT(1U, socketcand_end_step(server, 1235067000U, 20U));
     TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 1235567000U, 20000U));
     status_t status = STATUS_OK;
     uint8_t octet   = 0U;
-    while (status == STATUS_OK) { // It is dropped: behind the frames of the step, the connection is closed.
+    // The server drops the client: it closes the connection after the frames of the step.
+    while (status == STATUS_OK) {
         status = osal_stream_receive(&client, &octet, 1U, &sent);
     }
     TEST_ASSERT_EQUAL_INT(STATUS_CLOSED, status);
@@ -244,7 +248,7 @@ static void time_waits_for_a_client_in_lock_step(void)
     osal_socket_close(&idler);
 }
 
-static void messages_of_frames(void)
+static void frames_have_the_text_of_socketcand(void)
 {
     char text[SOCKETCAND_MESSAGE_MAX];
     const osal_can_frame_t sync = {.time_ns = 1000002999U, .id = 0x080U};
@@ -271,14 +275,14 @@ static void a_port_in_use_is_reported(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(frames_both_ways);
-    RUN_TEST(messages_in_pieces_and_several_at_once);
+    RUN_TEST(frames_pass_in_both_directions);
+    RUN_TEST(messages_may_come_in_pieces_and_several_at_once);
     RUN_TEST(wrong_words_are_answered_with_an_error);
     RUN_TEST(a_client_that_does_not_read_loses_messages_and_delays_no_other);
-    RUN_TEST(four_clients_and_no_more);
-    RUN_TEST(clients_hear_each_other);
+    RUN_TEST(a_fifth_client_is_refused_until_a_place_is_free);
+    RUN_TEST(clients_receive_the_frames_of_each_other);
     RUN_TEST(time_waits_for_a_client_in_lock_step);
-    RUN_TEST(messages_of_frames);
+    RUN_TEST(frames_have_the_text_of_socketcand);
     RUN_TEST(a_port_in_use_is_reported);
     return UNITY_END();
 }

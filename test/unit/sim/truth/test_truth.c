@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 #define SAMPLE_EVENTS 18U
-#define SAMPLE_OCTETS 1894U // Up to the first fault.
+#define SAMPLE_OCTETS 1894U // Size of the log up to the first fault.
 
 static char path[256];
 
@@ -83,7 +83,7 @@ static void write_sample(const char* where)
     TEST_ASSERT_EQUAL(STATUS_OK, truth_valve(truth, 1500500U, &valve));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_latch(truth, 1500500U, &latch));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_fault(truth, 95000000000U, &fault));
-    // The log is full now: its last event is CUT, and later events are not written.
+    // The log is full now: its last event is CUT, and the log ignores later events.
     TEST_ASSERT_EQUAL(STATUS_OK, truth_fault(truth, 96000000000U, &fault));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_fault(truth, 97000000000U, &fault));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_close(truth));
@@ -145,7 +145,7 @@ static unsigned write_steps(const unsigned first, const unsigned last, const dou
     for (unsigned i = 1U; i <= STEPS; i++) {
         const truth_stick_t stick = {2U, position, zero, zero, zero};
         position[0] += ((i >= first) && (i <= last)) ? stride : 0.0;
-        zero[1] = -zero[1]; // The sign of a zero is no change.
+        zero[1] = -zero[1]; // A changed sign of zero is not a change.
         TEST_ASSERT_EQUAL(STATUS_OK, truth_stick(truth, (uint64_t)i * STEP_NS, &stick));
     }
     truth_flush(truth);
@@ -178,7 +178,8 @@ static void a_moving_channel_is_written_in_each_step_after_its_last_sample_at_re
 {
     static int64_t time_us[STEPS + 1U];
     TEST_ASSERT_EQUAL_UINT(STEPS, write_steps(1U, STEPS, 1e-8, time_us));
-    // From step 1101 to step 1300: 6 events of rest, the last step of it, 200 of motion, 4 of rest, the end.
+    // Motion from step 1101 to step 1300: 6 events at rest, the last step at rest, 200 events of motion, 3 at
+    // rest, and the end.
     TEST_ASSERT_EQUAL_UINT(6U + 1U + 200U + 3U + 1U, write_steps(1101U, 1300U, 1e-8, time_us));
     TEST_ASSERT_EQUAL_INT64(1100 * 500, time_us[6]);
     for (unsigned i = 0U; i < 200U; i++) {
@@ -190,7 +191,7 @@ static void slow_motion_is_not_taken_for_rest(void)
 {
     static int64_t time_us[STEPS + 1U];
     const unsigned count =
-        write_steps(1U, STEPS, 4e-10, time_us); // Each third step: more than the resolution.
+        write_steps(1U, STEPS, 4e-10, time_us); // The change exceeds the resolution in each third step.
     TEST_ASSERT_GREATER_OR_EQUAL_UINT(STEPS / 3U, count);
 }
 
@@ -230,7 +231,7 @@ static void long_words_are_truncated(void)
     TEST_ASSERT_EQUAL(STATUS_OK, truth_open(path, TRUTH_OCTETS_MAX, &truth));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_fault(truth, 0U, &fault));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_close(truth));
-    write_sample(path); // Keeps the sample for other readers.
+    write_sample(path); // Keep the sample for readers in other languages.
 }
 
 static void failures_to_open_and_to_write_are_reported(void)

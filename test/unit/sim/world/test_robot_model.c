@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Robots of URDF files: values that are read, links that become one body, and every refusal with its line.
+// Robots of URDF files: values that are read, links that are merged into one body, and every refusal with its
+// line.
 #include "sim/world/robot_model.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/fixtures/temporary_file.h"
@@ -58,10 +59,11 @@ static void the_arm_of_the_mission_has_the_numbers_of_its_file(void)
     TEST_ASSERT_EQUAL_UINT(4U, model.frame_count);
     TEST_ASSERT_EQUAL_UINT(1U, model.shape_count);
     TEST_ASSERT_EQUAL_UINT(1U, robot_model_joint(&model, "joint2"));
-    TEST_ASSERT_EQUAL_UINT(2U, robot_model_joint(&model, "tip")); // It does not move.
+    // The joint of the tip is fixed, so it is not a joint of the model.
+    TEST_ASSERT_EQUAL_UINT(2U, robot_model_joint(&model, "tip"));
     const robot_frame_t* finger = &model.frame[robot_model_frame(&model, "finger")];
     TEST_ASSERT_EQUAL_UINT(2U, finger->body);
-    // Equal to the last bit: the octets of a flight depend on them.
+    // Values equal to the last bit: the octets of a flight depend on them.
     EXPECT_WITHIN(0.25, 0.0, finger->pose.position_m[0]);
     EXPECT_WITHIN(0.22, 0.0, model.joint[1].origin.position_m[0]);
     EXPECT_WITHIN(0.125, 0.0, model.body[2].com_m[0]);
@@ -73,7 +75,8 @@ static void the_arm_of_the_mission_has_the_numbers_of_its_file(void)
 
 static void fixed_links_become_one_body(void)
 {
-    // Two balls of 1 kg, 2 m apart: one body with its centre between them; the second one is turned.
+    // Two balls of 1 kg, 2 m apart and rigidly connected: one body with its centre of mass between them; the
+    // second ball is turned.
     expect_robot("<link name=\"a\">" MASS(
         "1", "0.1") "</link>\n"
                     "<link name=\"b\"><inertial><origin xyz=\"0 1 0\"/><mass value=\"1\"/>"
@@ -86,7 +89,8 @@ static void fixed_links_become_one_body(void)
     EXPECT_WITHIN(2.0, 1e-12, model.body[0].mass_kg);
     EXPECT_WITHIN(1.0, 1e-12, model.body[0].com_m[0]);
     EXPECT_WITHIN(0.0, 1e-12, model.body[0].com_m[1]);
-    // Turned by a quarter about z: its y moment is now about x. Both are 1 m from the common centre.
+    // The second ball is turned by 90 degrees about z: its y moment is now about x. Both are 1 m from the
+    // common centre.
     EXPECT_WITHIN(0.1 + 0.2, 1e-12, model.body[0].inertia_kgm2.at[0][0]);
     EXPECT_WITHIN(0.1 + 0.1 + 2.0, 1e-12, model.body[0].inertia_kgm2.at[1][1]);
     EXPECT_WITHIN(0.1 + 0.25 + 2.0, 1e-12, model.body[0].inertia_kgm2.at[2][2]);
@@ -109,12 +113,12 @@ static void a_tree_has_its_bodies_parents_first(void)
     TEST_ASSERT_EQUAL_UINT(1U, model.joint[1].parent);
     TEST_ASSERT_EQUAL_INT(ROBOT_JOINT_PRISMATIC, model.joint[1].kind);
     EXPECT_WITHIN(0.8, 1e-15, model.joint[1].axis[2]);
-    EXPECT_WITHIN(1.0, 0.0, model.joint[0].axis[0]);                    // By default.
+    EXPECT_WITHIN(1.0, 0.0, model.joint[0].axis[0]);                    // The default axis.
     EXPECT_WITHIN(1.0, 1e-15, model.joint[0].origin.rotation.at[0][2]); // Pitch takes z to x.
     EXPECT_WITHIN(-1.0, 0.0, model.joint[1].lower);
 }
 
-static void pictures_and_transmissions_are_skipped(void)
+static void visual_elements_and_transmissions_are_skipped(void)
 {
     expect_robot("<material name=\"grey\"><color rgba=\"1 1 1 1\"/></material>\n"
                  "<link name=\"a\"><visual><geometry><mesh filename=\"x.stl\"/></geometry>text</visual>"
@@ -151,7 +155,7 @@ static void elements_with_unknown_physics_are_refused(void)
     expect_refusal("<link name=\"a\"/>words\n", 2U, "'w', expected no text");
 }
 
-static void masses_that_cannot_be_are_refused(void)
+static void impossible_masses_are_refused(void)
 {
     static const struct {
         const char* inertial;
@@ -171,7 +175,7 @@ static void masses_that_cannot_be_are_refused(void)
         {"<inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0.5\" ixz=\"0\" iyy=\"1\" iyz=\"0\" "
          "izz=\"2.1\"/></inertial>",
          "none is more than the sum of the others"},
-        // All on the diagonal are positive, and one principal moment is not.
+        // All moments on the diagonal are positive, but one principal moment is not.
         {"<inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"1.1\" iyy=\"1\" iyz=\"0\" "
          "izz=\"1\"/></inertial>",
          "positive about every axis"},
@@ -184,7 +188,7 @@ static void masses_that_cannot_be_are_refused(void)
         (void)snprintf(body, sizeof body, "\n<link name=\"a\">%s</link>\n", bad[i].inertial);
         expect_refusal(body, 3U, bad[i].words);
     }
-    // A thin rod, which is accepted: two equal moments, and a small third one.
+    // A thin rod is accepted: two equal moments and a small third one.
     expect_robot(
         "<link name=\"rod\"><inertial><mass value=\"1\"/>"
         "<inertia ixx=\"1e-6\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>\n");
@@ -231,7 +235,7 @@ static void joints_that_cannot_move_are_refused(void)
 
 static void a_joint_follows_another(void)
 {
-    // The follower comes first in the file.
+    // The file names the mimic joint first.
     expect_robot(LINK("a") LINK("b") LINK("c") JOINT(
         "k", "prismatic", "a", "c", LIMIT "<mimic joint=\"j\" multiplier=\"-0.5\" offset=\"0.1\"/>")
                      JOINT("j", "continuous", "a", "b", ""));
@@ -267,7 +271,7 @@ static void a_mimic_that_cannot_follow_is_refused(void)
     expect_refusal(PAIR("", "<mimic joint=\"j\" multiplier=\"nan\"/>"), 6U, "multiplier=\"nan\"'");
 }
 
-static void more_than_the_model_holds_is_refused(void)
+static void more_elements_than_the_model_can_hold_are_refused(void)
 {
     static char body[32000];
     size_t used = 0U;
@@ -318,14 +322,14 @@ int main(void)
     RUN_TEST(the_arm_of_the_mission_has_the_numbers_of_its_file);
     RUN_TEST(fixed_links_become_one_body);
     RUN_TEST(a_tree_has_its_bodies_parents_first);
-    RUN_TEST(pictures_and_transmissions_are_skipped);
+    RUN_TEST(visual_elements_and_transmissions_are_skipped);
     RUN_TEST(elements_with_unknown_physics_are_refused);
-    RUN_TEST(masses_that_cannot_be_are_refused);
+    RUN_TEST(impossible_masses_are_refused);
     RUN_TEST(robots_that_are_not_a_tree_are_refused);
     RUN_TEST(joints_that_cannot_move_are_refused);
     RUN_TEST(a_joint_follows_another);
     RUN_TEST(a_mimic_that_cannot_follow_is_refused);
-    RUN_TEST(more_than_the_model_holds_is_refused);
+    RUN_TEST(more_elements_than_the_model_can_hold_are_refused);
     RUN_TEST(broken_files_are_refused);
     return UNITY_END();
 }

@@ -60,7 +60,7 @@ static void expect_refusal(const char* text, unsigned line, const char* words)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, words), error);
 }
 
-static void the_world_of_the_mission_is_taken_whole(void)
+static void the_world_of_the_mission_is_read_completely(void)
 {
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(ROKVISS, &world, error), error);
     TEST_ASSERT_EQUAL_STRING("rokviss", world.name);
@@ -86,7 +86,7 @@ static void the_world_of_the_mission_is_taken_whole(void)
     TEST_ASSERT_EQUAL_STRING("JOINT2", world.power_unit[0].supply[1]);
 }
 
-static void several_robots_buses_and_benches_have_their_own_places(void)
+static void several_robots_buses_and_benches_are_read(void)
 {
     expect_world(WORLD(
         ROBOT
@@ -101,7 +101,7 @@ static void several_robots_buses_and_benches_have_their_own_places(void)
     EXPECT_WITHIN(1e6, 0.0, world.step_ns);
 }
 
-static void robots_have_a_place_and_free_ones_a_motion(void)
+static void robots_have_a_pose_and_free_robots_also_a_velocity(void)
 {
     (void)temporary_file(
         "body.urdf",
@@ -118,7 +118,7 @@ static void robots_have_a_place_and_free_ones_a_motion(void)
     EXPECT_WITHIN(1.0, 0.0, world.robot[1].pose.rotation.at[2][2]);
 }
 
-static void a_contact_is_with_a_fixture_or_with_a_link(void)
+static void a_contact_names_a_fixture_or_a_link(void)
 {
     expect_world(WORLD(
         ROBOT "<Fixture name=\"ball\" at=\"0 0 0\"><Sphere radius=\"0.5\" at=\"0 0 1\"/></Fixture>\n"
@@ -205,7 +205,7 @@ static void names_that_are_not_defined_above_are_refused(void)
                    "expected all of positionScale, forceScale and jointStiffness, or none");
     expect_refusal(WORLD("<PowerUnit name=\"P\" bus=\"b\" node=\"9\"><Supply device=\"A\"/></PowerUnit>\n"),
                    2U, "'A', expected a device above");
-    // A power unit does not supply itself.
+    // A power unit cannot supply itself.
     expect_refusal(WORLD("<PowerUnit name=\"P\" bus=\"b\" node=\"9\"><Supply device=\"P\"/></PowerUnit>\n"),
                    2U, "'P', expected a device above");
 }
@@ -230,7 +230,7 @@ static void repeated_names_are_refused(void)
 #define WHEEL(more)                                                                                          \
     "<Wheel name=\"W\" bus=\"b\" node=\"7\" eds=\"e\" torque=\"0.2\" momentum=\"12\" " more "/>\n"
 
-static void wheels_are_taken_and_checked(void)
+static void wheels_are_read_and_checked(void)
 {
     expect_world(WORLD(ROBOT WHEEL("on=\"arm.lever\" axis=\"0 3 4\" start=\"-5\"")));
     TEST_ASSERT_EQUAL_UINT(1U, world.wheel_count);
@@ -263,7 +263,7 @@ static void a_state_is_relative_to_a_link_and_valid_at_a_time(void)
             "<Spread mass=\"0.02\" com=\"0.001\" at=\"0.05\" rpy=\"0.1\" velocity=\"0.005\" "
             "rate=\"0.02\"/>")));
     const world_robot_t* robot = &world.robot[1];
-    const double place[3]      = {1.0, 2.0, 4.0}; // The lever's y is the z of the world.
+    const double place[3]      = {1.0, 2.0, 4.0}; // The lever along y of the link is along z of the world.
     for (unsigned i = 0U; i < 3U; i++) {
         EXPECT_WITHIN(place[i], 1e-12, robot->pose.position_m[i]);
     }
@@ -315,7 +315,7 @@ static void a_relative_state_follows_a_prismatic_joint(void)
     SENSOR("PoseCamera", "sees=\"arm.foot\" rate=\"20\" delay=\"" delay                                      \
                          "\" noise=\"1 2 3\" angleNoise=\"4 5 6\" loss=\"0.5\" at=\"7 8 9\"")
 
-static void sensors_are_taken_and_checked(void)
+static void sensors_are_read_and_checked(void)
 {
     expect_world(WORLD(ROBOT SENSOR("Gyro", "noise=\"1e-5\" bias=\"2e-6\"")));
     TEST_ASSERT_EQUAL_INT(SENSOR_GYRO, world.sensor[0].kind);
@@ -363,7 +363,7 @@ static void robots_are_checked(void)
         world_read(temporary_file("w.xml", WORLD("<Robot name=\"a\" urdf=\"none.urdf\" base=\"fixed\"/>\n")),
                    &world, error));
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "/none.urdf: "), error);
-    // The error of a robot is at its own line.
+    // An error in the file of a robot is reported with the line in that file.
     (void)temporary_file("bad.urdf", "<robot name=\"bad\">\n\n<gazebo/></robot>");
     TEST_ASSERT_EQUAL_INT(
         STATUS_INVALID,
@@ -452,7 +452,7 @@ static void joints_have_rates_at_the_start(void)
     }
 }
 
-static void more_than_the_world_holds_is_refused(void)
+static void more_elements_than_the_world_can_hold_are_refused(void)
 {
     static char text[32768];
     size_t used =
@@ -552,24 +552,24 @@ static void broken_files_are_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(the_world_of_the_mission_is_taken_whole);
-    RUN_TEST(several_robots_buses_and_benches_have_their_own_places);
-    RUN_TEST(robots_have_a_place_and_free_ones_a_motion);
-    RUN_TEST(a_contact_is_with_a_fixture_or_with_a_link);
+    RUN_TEST(the_world_of_the_mission_is_read_completely);
+    RUN_TEST(several_robots_buses_and_benches_are_read);
+    RUN_TEST(robots_have_a_pose_and_free_robots_also_a_velocity);
+    RUN_TEST(a_contact_names_a_fixture_or_a_link);
     RUN_TEST(unknown_elements_and_attributes_are_refused);
     RUN_TEST(malformed_values_are_refused);
     RUN_TEST(names_that_are_not_defined_above_are_refused);
     RUN_TEST(repeated_names_are_refused);
-    RUN_TEST(wheels_are_taken_and_checked);
+    RUN_TEST(wheels_are_read_and_checked);
     RUN_TEST(a_state_is_relative_to_a_link_and_valid_at_a_time);
     RUN_TEST(a_relative_state_follows_a_prismatic_joint);
-    RUN_TEST(sensors_are_taken_and_checked);
+    RUN_TEST(sensors_are_read_and_checked);
     RUN_TEST(robots_are_checked);
     RUN_TEST(drive_types_are_checked);
     RUN_TEST(a_drive_type_may_have_ripples_or_no_torque_sensor);
     RUN_TEST(drives_wheels_and_cameras_have_a_spread);
     RUN_TEST(joints_have_rates_at_the_start);
-    RUN_TEST(more_than_the_world_holds_is_refused);
+    RUN_TEST(more_elements_than_the_world_can_hold_are_refused);
     RUN_TEST(instruments_are_read_with_all_attributes);
     RUN_TEST(attributes_of_an_instrument_are_checked);
     RUN_TEST(broken_files_are_refused);

@@ -48,7 +48,7 @@ void tearDown(void)
     temporary_files_remove();
 }
 
-static void latches_are_taken_with_what_closes_them(void)
+static void latches_are_read_with_their_conditions(void)
 {
     const char* path = temporary_file(
         "w.xml", HEAD LATCH("L1", "s.base", "f.base", "")
@@ -72,7 +72,7 @@ static void latches_are_taken_with_what_closes_them(void)
     TEST_ASSERT_EQUAL_UINT(8U, world.latch[2].output);
 }
 
-static void latches_are_checked(void)
+static void bad_latches_are_refused(void)
 {
     static const struct {
         const char* text;
@@ -114,7 +114,7 @@ static void latches_are_checked(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(latches_are_taken_with_what_closes_them);
-    RUN_TEST(latches_are_checked);
+    RUN_TEST(latches_are_read_with_their_conditions);
+    RUN_TEST(bad_latches_are_refused);
     return UNITY_END();
 }

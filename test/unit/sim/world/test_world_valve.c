@@ -27,7 +27,7 @@ void tearDown(void)
     temporary_files_remove();
 }
 
-static void valves_are_taken_with_their_box_link_and_output(void)
+static void valves_are_read_with_their_box_link_and_output(void)
 {
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(WORLD, &world, error), error);
     TEST_ASSERT_EQUAL_UINT(1U, world.valve_box_count);
@@ -43,7 +43,7 @@ static void valves_are_taken_with_their_box_link_and_output(void)
     EXPECT_WITHIN(1.0, 0.0, valve->direction[0]);
 }
 
-/// The file with `text` before its end, in which the first line has number 1.
+/// Expect that the world with `text` before its end is refused; the first line of `text` has number 1.
 static void expect_refusal(const char* text, const unsigned line, const char* words)
 {
     char place[40];
@@ -57,7 +57,7 @@ static void expect_refusal(const char* text, const unsigned line, const char* wo
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, words), error);
 }
 
-static void boxes_and_valves_are_checked(void)
+static void bad_boxes_and_valves_are_refused(void)
 {
     static const struct {
         const char* text;
@@ -88,7 +88,7 @@ static void boxes_and_valves_are_checked(void)
     }
 }
 
-static void more_than_the_world_holds_is_refused(void)
+static void more_valves_than_the_world_can_hold_are_refused(void)
 {
     char text[6000]   = "";
     const char* boxes = BOX("B1", "2") "</ValveBox>\n" BOX("B2", "3") "</ValveBox>\n" BOX(
@@ -108,8 +108,8 @@ static void more_than_the_world_holds_is_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(valves_are_taken_with_their_box_link_and_output);
-    RUN_TEST(boxes_and_valves_are_checked);
-    RUN_TEST(more_than_the_world_holds_is_refused);
+    RUN_TEST(valves_are_read_with_their_box_link_and_output);
+    RUN_TEST(bad_boxes_and_valves_are_refused);
+    RUN_TEST(more_valves_than_the_world_can_hold_are_refused);
     return UNITY_END();
 }
