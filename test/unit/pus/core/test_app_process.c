@@ -37,7 +37,7 @@ static status_t post(const uint8_t name)
     return pus_tm_post(&bench.process, &writer);
 }
 
-static void a_report_is_a_whole_packet(void)
+static void a_report_is_a_complete_packet(void)
 {
     octet_writer_t writer = begin(3U, 25U, 9U);
     octet_write_u32(&writer, 0xC0FFEE01U);
@@ -55,7 +55,7 @@ static void a_report_is_a_whole_packet(void)
     TEST_ASSERT_EQUAL_UINT32(1U, bench.process.counters.sent);
 }
 
-static void types_and_destinations_are_counted_apart(void)
+static void types_and_destinations_are_counted_separately(void)
 {
     static const uint8_t messages[][2] = {{3U, 25U}, {3U, 25U}, {5U, 1U}, {3U, 25U}, {3U, 10U}, {5U, 1U}};
     static const uint16_t counters[]   = {0U, 1U, 0U, 2U, 0U, 1U};
@@ -102,10 +102,10 @@ static void posted_reports_wait_and_keep_their_order(void)
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
     TEST_ASSERT_EQUAL_UINT32(2U, bench.process.counters.kept);
     bench.refusals = 1U;
-    TEST_ASSERT_EQUAL(STATUS_FULL, send(99U)); // Nothing overtakes.
+    TEST_ASSERT_EQUAL(STATUS_FULL, send(99U)); // A later report does not overtake those that wait.
     bench.refusals = 1U;
     TEST_ASSERT_EQUAL(STATUS_FULL, pus_app_process_flush(&bench.process));
-    TEST_ASSERT_EQUAL(STATUS_OK, post(3U)); // Sends the kept reports first.
+    TEST_ASSERT_EQUAL(STATUS_OK, post(3U)); // The kept reports are sent first.
     TEST_ASSERT_EQUAL(STATUS_OK, pus_app_process_flush(&bench.process));
     TEST_ASSERT_EQUAL_UINT64(3U, bench.count);
     for (size_t i = 0U; i < 3U; i++) {
@@ -116,7 +116,7 @@ static void posted_reports_wait_and_keep_their_order(void)
     }
 }
 
-/// Post a report of `size` octets of data; the port refuses it, and all that were kept before it.
+/// Post a report of `size` octets of data. The port refuses it and all reports that are kept before it.
 static status_t post_refused(const uint8_t service, const uint8_t subtype, const uint16_t destination,
                              const size_t size)
 {
@@ -133,7 +133,8 @@ static status_t post_refused(const uint8_t service, const uint8_t subtype, const
 
 static void a_full_ring_drops_and_counts_samples_and_takes_new_ones_later(void)
 {
-    const unsigned plain = (PUS_PLAIN_SIZE - PUS_ANSWER_ROOM) / KEPT(2U); // No request has asked for them.
+    // Reports without a request of the ground.
+    const unsigned plain = (PUS_PLAIN_SIZE - PUS_ANSWER_ROOM) / KEPT(2U);
     const unsigned firm  = PUS_FIRM_SIZE / KEPT(2U);
     for (unsigned round = 1U; round <= 2U; round++) {
         bench_clear();
@@ -150,7 +151,8 @@ static void a_full_ring_drops_and_counts_samples_and_takes_new_ones_later(void)
         TEST_ASSERT_EQUAL(STATUS_OK, pus_app_process_flush(&bench.process));
         TEST_ASSERT_FALSE(pus_app_process_is_waiting(&bench.process));
         TEST_ASSERT_EQUAL_UINT64(plain + firm, bench.count);
-        for (unsigned i = 0U; i < (plain + firm); i++) { // No gap, whichever reports were lost.
+        // The sequence counts have no gap, whichever reports were lost.
+        for (unsigned i = 0U; i < (plain + firm); i++) {
             TEST_ASSERT_EQUAL_UINT16(((round - 1U) * (plain + firm)) + i, bench_report(i).sequence);
         }
     }
@@ -190,7 +192,8 @@ static void the_end_of_a_request_follows_its_answer(void)
         TEST_ASSERT_EQUAL_UINT8(expected[i][0], bench_report(i).service);
         TEST_ASSERT_EQUAL_UINT16(expected[i][2], bench_report(i).destination);
     }
-    // A notice is no answer; if an answer leaves no room beside it, the completion goes first.
+    // A notice is not an answer; if an answer leaves no room for the completion, the completion is sent
+    // first.
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(129U, 7U, 3U, 3U));
     while (post_refused(20U, 2U, 4U, 1000U) == STATUS_OK) {
     }
@@ -240,7 +243,8 @@ static void bulk_is_never_kept(void)
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(5U, 2U, 0U, 2U));
     bench.refusals        = 1U;
     octet_writer_t writer = begin(3U, 25U, 0U);
-    TEST_ASSERT_EQUAL(STATUS_FULL, pus_tm_send(&bench.process, &writer)); // It overtakes nothing.
+    // A bulk report does not overtake other reports.
+    TEST_ASSERT_EQUAL(STATUS_FULL, pus_tm_send(&bench.process, &writer));
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
 }
 
@@ -266,10 +270,11 @@ static void an_answer_has_room_however_many_unrequested_reports_wait(void)
     TEST_ASSERT_TRUE(pus_app_process_may_answer(&bench.process));
 }
 
-static void a_request_is_taken_in_as_long_as_its_verification_has_room(void)
+static void a_request_is_accepted_while_its_verification_has_room(void)
 {
     const size_t needed = PUS_FIRM_OF_REQUEST + PUS_FIRM_STANDING + PUS_FIRM_EVENTS;
-    const size_t data   = PUS_FIRM_SIZE - needed - KEPT(0U); // Exactly this room is left.
+    // The room that is then left is exactly the room needed.
+    const size_t data = PUS_FIRM_SIZE - needed - KEPT(0U);
     TEST_ASSERT_TRUE(pus_app_process_has_firm_room(&bench.process));
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(5U, 4U, 0U, data));
     TEST_ASSERT_TRUE(pus_app_process_may_answer(&bench.process));
@@ -299,10 +304,10 @@ static void an_event_that_waits_is_kept_until_it_is_sent(void)
 {
     TEST_ASSERT_FALSE(pus_app_process_keeps_event(&bench.process, 7U));
     post_of_event(1U, 7U, 7U); // Not an event, whatever its octets are.
-    post_of_event(5U, 2U, 7U); // A LOW event does not wait here.
+    post_of_event(5U, 2U, 7U); // The queue does not search for a LOW event.
     TEST_ASSERT_FALSE(pus_app_process_keeps_event(&bench.process, 7U));
     post_of_event(5U, 4U, 7U);
-    post_of_event(129U, 7U, 8U); // The notice of another one,
+    post_of_event(129U, 7U, 8U); // The notice of another event,
     post_of_event(129U, 2U, 9U); // and a transition after them.
     TEST_ASSERT_TRUE(pus_app_process_keeps_event(&bench.process, 7U));
     TEST_ASSERT_TRUE(pus_app_process_keeps_event(&bench.process, 8U));
@@ -321,7 +326,7 @@ static void the_largest_answer_can_be_queued(void)
     TEST_ASSERT_EQUAL_UINT64(PUS_TM_DATA_MAX, bench_report(0U).size);
 }
 
-static void a_report_that_does_not_fit_is_refused_whole(void)
+static void a_report_that_does_not_fit_is_refused_completely(void)
 {
     static uint8_t data[PUS_TM_DATA_MAX + 1U];
     octet_writer_t writer = begin(3U, 25U, 0U);
@@ -333,7 +338,7 @@ static void a_report_that_does_not_fit_is_refused_whole(void)
     TEST_ASSERT_EQUAL_UINT16(0U, bench_report(0U).sequence);
 }
 
-static void a_report_begun_in_another_is_sent_and_the_outer_is_refused(void)
+static void a_report_begun_within_another_is_sent_and_the_outer_one_is_refused(void)
 {
     octet_writer_t outer = begin(3U, 25U, 0U);
     octet_write_u8(&outer, 1U);
@@ -406,8 +411,8 @@ static void apid_0_is_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_report_is_a_whole_packet);
-    RUN_TEST(types_and_destinations_are_counted_apart);
+    RUN_TEST(a_report_is_a_complete_packet);
+    RUN_TEST(types_and_destinations_are_counted_separately);
     RUN_TEST(a_refused_report_leaves_no_gap);
     RUN_TEST(the_sequence_wraps_after_16384);
     RUN_TEST(posted_reports_wait_and_keep_their_order);
@@ -419,11 +424,11 @@ int main(void)
     RUN_TEST(bulk_is_never_kept);
     RUN_TEST(a_process_without_rings_keeps_nothing);
     RUN_TEST(an_answer_has_room_however_many_unrequested_reports_wait);
-    RUN_TEST(a_request_is_taken_in_as_long_as_its_verification_has_room);
+    RUN_TEST(a_request_is_accepted_while_its_verification_has_room);
     RUN_TEST(an_event_that_waits_is_kept_until_it_is_sent);
     RUN_TEST(the_largest_answer_can_be_queued);
-    RUN_TEST(a_report_that_does_not_fit_is_refused_whole);
-    RUN_TEST(a_report_begun_in_another_is_sent_and_the_outer_is_refused);
+    RUN_TEST(a_report_that_does_not_fit_is_refused_completely);
+    RUN_TEST(a_report_begun_within_another_is_sent_and_the_outer_one_is_refused);
     RUN_TEST(a_report_is_sent_once_and_can_be_cancelled);
     RUN_TEST(more_message_types_than_counters_are_sent_uncounted);
     RUN_TEST(a_report_of_another_process_gets_new_numbers_and_keeps_its_time);

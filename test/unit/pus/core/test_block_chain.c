@@ -57,7 +57,7 @@ static void every_size_of_record_is_read_back_in_parts_of_any_size(void)
     }
 }
 
-static void a_chain_grows_until_there_is_no_block(void)
+static void a_chain_grows_until_no_block_is_free(void)
 {
     for (size_t step = 1U; step < OCTETS; step += 13U) {
         pus_block_chain_t chain = {0};
@@ -85,14 +85,14 @@ static void chains_share_the_blocks(void)
     TEST_ASSERT_EQUAL(
         STATUS_OK, pus_block_chain_append(&chains, &other, &octets[other.size], 3U * PUS_BLOCK_CHAIN_BLOCK));
     expect_content(&other, OCTETS, OCTETS);
-    pus_block_chain_free(&chains, &one); // The empty string.
+    pus_block_chain_free(&chains, &one); // The chain is empty.
 }
 
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(every_size_of_record_is_read_back_in_parts_of_any_size);
-    RUN_TEST(a_chain_grows_until_there_is_no_block);
+    RUN_TEST(a_chain_grows_until_no_block_is_free);
     RUN_TEST(chains_share_the_blocks);
     return UNITY_END();
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The least and the greatest configuration of each service is accepted; the next beyond is asserted.
+// The smallest and the largest configuration of each service are accepted; the next value beyond fails an
+// assertion.
 #include "pus/core/packet_store.h"
 #include "pus/core/report_selection.h"
 #include "pus/core/requester.h"
@@ -35,7 +36,7 @@ void tearDown(void)
 {
 }
 
-// The value under test, and the function that begins with it.
+// The value under test, and the function that starts the service with it.
 static uint64_t value;
 
 static void expect_bounds(void (*const begin)(void), const uint64_t least, const uint64_t greatest)
@@ -46,7 +47,7 @@ static void expect_bounds(void (*const begin)(void), const uint64_t least, const
         value = inside[i];
         TEST_ASSERT_FALSE_MESSAGE(assertion_fails(begin), "a permitted value was asserted");
         value = outside[i];
-        if (value != ((i == 0U) ? UINT64_MAX : 0U)) { // There is a next value.
+        if (value != ((i == 0U) ? UINT64_MAX : 0U)) { // A value beyond the bound exists.
             TEST_ASSERT_TRUE_MESSAGE(assertion_fails(begin), "a value out of bounds was accepted");
         }
     }
@@ -370,7 +371,7 @@ static void begin_event_action_with_definitions(void)
     begin_event_action((uint16_t)value, 1U);
 }
 
-/// Tables found by a hash have a power of two of lists.
+/// Hash tables have a number of lists that is a power of two.
 static void expect_powers_of_two(void (*const begin)(void))
 {
     for (uint32_t count = 0U; count <= 64U; count++) {
@@ -430,7 +431,7 @@ static void services_that_keep_requests(void)
         TEST_ASSERT_TRUE(assertion_fails(begins[i]));
         value = 1U;
         TEST_ASSERT_FALSE(assertion_fails(begins[i]));
-        value = 65535U; // The number that names none.
+        value = 65535U; // The number that means "no definition".
         TEST_ASSERT_TRUE(assertion_fails(begins[i]));
     }
 }

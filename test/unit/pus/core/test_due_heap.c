@@ -43,7 +43,7 @@ static void nothing_is_due_before_its_cycle(void)
     expect_next(UINT64_MAX, 3U);
 }
 
-static void entries_come_by_cycle_then_by_number(void)
+static void entries_are_ordered_by_cycle_then_by_number(void)
 {
     pus_due_set(&heap, 7U, 5U);
     pus_due_set(&heap, 2U, 5U);
@@ -64,7 +64,7 @@ static void an_entry_repeats_with_its_period(void)
     pus_due_repeat(&heap, 10U, 5U);
     expect_none(14U);
     expect_next(15U, 0U);
-    pus_due_repeat(&heap, 31U, 5U); // 20, 25 and 30 were missed.
+    pus_due_repeat(&heap, 31U, 5U); // The due cycles 20, 25 and 30 were missed.
     expect_none(34U);
     expect_next(35U, 0U);
     pus_due_repeat(&heap, 35U, UINT32_MAX);
@@ -78,7 +78,7 @@ static uint32_t next_random(uint32_t* const state)
     return *state >> 8U;
 }
 
-/// The earliest of a plain table, by a search; CAPACITY if it is empty.
+/// The earliest entry of a plain table, found by a search; CAPACITY if the table is empty.
 static uint16_t first_of(const uint64_t* const dues)
 {
     uint16_t first = CAPACITY;
@@ -115,7 +115,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(nothing_is_due_before_its_cycle);
-    RUN_TEST(entries_come_by_cycle_then_by_number);
+    RUN_TEST(entries_are_ordered_by_cycle_then_by_number);
     RUN_TEST(an_entry_repeats_with_its_period);
     RUN_TEST(the_sorted_index_agrees_with_a_plain_table);
     return UNITY_END();

@@ -70,14 +70,14 @@ static void paths_that_leave_their_folder_are_refused(void)
     TEST_ASSERT_FALSE(pus_file_path_read(&reader, &path));
 }
 
-static void names_and_paths_have_a_longest(void)
+static void names_and_paths_have_a_maximum_length(void)
 {
     char longest[PUS_FILE_PATH_MAX + 3U];
     memset(longest, 'a', sizeof longest);
     longest[63]  = '/';
     longest[127] = '/';
     longest[191] = '\0';
-    TEST_ASSERT_TRUE(reads(longest)); // Three names of 63.
+    TEST_ASSERT_TRUE(reads(longest)); // Three names of 63 characters.
     TEST_ASSERT_FALSE(pus_file_path_enter(&path, "b"));
     TEST_ASSERT_FALSE(reads_name("b", 1U));
     longest[127] = 'a';
@@ -203,7 +203,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(paths_have_one_form);
     RUN_TEST(paths_that_leave_their_folder_are_refused);
-    RUN_TEST(names_and_paths_have_a_longest);
+    RUN_TEST(names_and_paths_have_a_maximum_length);
     RUN_TEST(names_are_joined);
     RUN_TEST(a_path_lies_within_its_own_folder_and_those_above);
     RUN_TEST(patterns_match);

@@ -32,7 +32,7 @@ static void an_empty_list_is_one_packet(void)
     TEST_ASSERT_EQUAL_UINT16(5U, bench_report(0U).destination);
 }
 
-/// Fill with entries of `size` octets; each packet repeats the prefix and counts its own.
+/// Fill a list with entries of `size` octets; each packet repeats the prefix and counts its own entries.
 static void expect_split(const size_t size, const unsigned entries)
 {
     static const uint8_t prefix[] = {1, 2, 3, 4};
@@ -60,7 +60,7 @@ static void expect_split(const size_t size, const unsigned entries)
     TEST_ASSERT_EQUAL_UINT(entries, seen);
 }
 
-static void entries_go_over_as_many_packets_as_needed(void)
+static void entries_are_split_into_as_many_packets_as_needed(void)
 {
     expect_split(1000U, 4U);
     expect_split(1000U, 5U);
@@ -72,7 +72,7 @@ static void entries_go_over_as_many_packets_as_needed(void)
 static void lost_reports_fail_the_request(void)
 {
     begin(NULL, 0U);
-    bench.refusals = 100U; // No report of their class is kept.
+    bench.refusals = 100U; // No report of this class is kept.
     for (unsigned i = 0U; i < 3U; i++) {
         (void)octet_write_space(pus_list_report_entry(&list, 3500U), 3500U);
     }
@@ -91,7 +91,7 @@ enum {
 static unsigned executions;
 static bool was_whole;
 
-/// A list of one entry in each packet; one instruction is refused before.
+/// Answer with a list of one entry in each packet, after one refused instruction.
 static pus_reply_t answer(void* const self, pus_request_t* const request)
 {
     (void)self;
@@ -138,7 +138,7 @@ static void reports_that_the_port_refuses_are_sent_later_before_the_request_ends
 {
     serve_list();
     for (unsigned sent = 0U; sent <= (unsigned)PACKETS; sent++) {
-        // The port is full after this number, for three steps.
+        // The port is full after this number of reports, for three steps.
         bench_start();
         serve_list();
         bench.accepts = 3U + sent; // TM[1,1], TM[1,4], TM[1,3].
@@ -161,7 +161,7 @@ static void reports_that_the_port_refuses_are_sent_later_before_the_request_ends
     }
 }
 
-static void packet_after_packet_goes_out_as_the_port_takes_them(void)
+static void packets_are_sent_as_the_port_accepts_them(void)
 {
     bench.accepts = 3U;
     serve_list();
@@ -177,7 +177,7 @@ static void packet_after_packet_goes_out_as_the_port_takes_them(void)
     TEST_ASSERT_EQUAL_UINT32(PACKETS + 1U, executions);
 }
 
-static void a_request_without_data_is_put_off_too(void)
+static void a_request_without_data_is_also_postponed(void)
 {
     serve_list();
     bench.accepts = 4U;
@@ -189,7 +189,7 @@ static void a_request_without_data_is_put_off_too(void)
     TEST_ASSERT_EQUAL_UINT(2U, executions);
 }
 
-/// The reports of acceptance and start themselves wait: the list continues after them.
+/// The reports of acceptance and start wait, too: the list continues after them.
 static void a_list_waits_for_reports_queued_before_it(void)
 {
     serve_list();
@@ -199,7 +199,7 @@ static void a_list_waits_for_reports_queued_before_it(void)
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
     TEST_ASSERT_TRUE(pus_app_process_is_waiting(&bench.process));
     TEST_ASSERT_TRUE(pus_dispatcher_resume(&bench.dispatcher, TEST_NOW_NS));
-    TEST_ASSERT_EQUAL_UINT(1U, executions); // It is not even tried.
+    TEST_ASSERT_EQUAL_UINT(1U, executions); // The list is not tried again.
     bench.refusals = 0U;
     TEST_ASSERT_FALSE(pus_dispatcher_resume(&bench.dispatcher, TEST_NOW_NS));
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 12, 9, 12, 9, 12, 9, 12, 9, 12, 9, 1, 8);
@@ -211,7 +211,7 @@ static void a_second_list_during_the_first_fails_with_the_reason(void)
     serve_list();
     bench.accepts = 3U;
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, "x", 1U));
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, "x", 1U)); // No part of it is sent.
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, "x", 1U)); // No part of the second list is sent.
     TEST_ASSERT_EQUAL_UINT64(3U, bench.count);
     bench.accepts = 0U;
     bench_step(TEST_NOW_NS, 1U);
@@ -241,11 +241,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(an_empty_list_is_one_packet);
-    RUN_TEST(entries_go_over_as_many_packets_as_needed);
+    RUN_TEST(entries_are_split_into_as_many_packets_as_needed);
     RUN_TEST(lost_reports_fail_the_request);
     RUN_TEST(reports_that_the_port_refuses_are_sent_later_before_the_request_ends);
-    RUN_TEST(packet_after_packet_goes_out_as_the_port_takes_them);
-    RUN_TEST(a_request_without_data_is_put_off_too);
+    RUN_TEST(packets_are_sent_as_the_port_accepts_them);
+    RUN_TEST(a_request_without_data_is_also_postponed);
     RUN_TEST(a_list_waits_for_reports_queued_before_it);
     RUN_TEST(a_second_list_during_the_first_fails_with_the_reason);
     RUN_TEST(a_request_too_long_to_be_executed_again_fails_with_the_reason);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists of entries of one size fill each packet: as many entries as fit, the rest in the next one.
+// Lists of entries of equal size fill each packet: as many entries as fit, the rest in the next packet.
 #include "pus/st04/st04_statistics.h"
 #include "pus/st12/st12_monitoring.h"
 #include "pus/st18/st18_procedures.h"
@@ -35,7 +35,7 @@ static void expect_filled_packets(const uint8_t subtype, const size_t prefix, co
     }
 }
 
-static void definitions_of_statistics(void)
+static void definitions_of_statistics_fill_each_packet(void)
 {
     static pus_statistics_t statistics;
     static pus_statistic_t table[ENTRIES];
@@ -71,7 +71,7 @@ static void raise_none(void* const context, const uint16_t event, const uint8_t*
     (void)now_ns;
 }
 
-static void states_of_monitoring_definitions(void)
+static void states_of_monitoring_definitions_fill_each_packet(void)
 {
     static pus_monitoring_t monitoring;
     static pus_pmon_t pmons[ENTRIES];
@@ -109,7 +109,7 @@ static void states_of_monitoring_definitions(void)
     expect_filled_packets(27U, 0U, 5U);
 }
 
-static void states_of_procedures(void)
+static void states_of_procedures_fill_each_packet(void)
 {
     static pus_procedures_t procedures;
     static pus_requester_t requester;
@@ -132,8 +132,8 @@ static void states_of_procedures(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(definitions_of_statistics);
-    RUN_TEST(states_of_monitoring_definitions);
-    RUN_TEST(states_of_procedures);
+    RUN_TEST(definitions_of_statistics_fill_each_packet);
+    RUN_TEST(states_of_monitoring_definitions_fill_each_packet);
+    RUN_TEST(states_of_procedures_fill_each_packet);
     return UNITY_END();
 }

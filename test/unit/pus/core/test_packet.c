@@ -48,9 +48,10 @@ static void a_golden_request_is_decoded_and_encoded(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(golden_tc, octets, size);
 }
 
-static void a_packet_nested_in_a_request_survives(void)
+static void a_packet_nested_in_a_request_is_kept_unchanged(void)
 {
-    // TC[11,4] of the same source: sub-schedule 1, one activity at a time of another code, the request above.
+    // TC[11,4] of the same source: sub-schedule 1, one activity whose time has another code, with the request
+    // above.
     static const uint8_t golden[36] = {0x18, 0x64, 0xC0, 0x48, 0x00, 0x1D, 0x2F, 0x0B, 0x04,
                                        0x00, 0x01, 0x01, 0x01, 0x2F, 0x00, 0x00, 0x00, 0x2A,
                                        0x80, 0x00, 0x00, 0x18, 0x64, 0xC0, 0x19, 0x00, 0x06,
@@ -63,7 +64,7 @@ static void a_packet_nested_in_a_request_survives(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(golden_tc, &tc.data[10], sizeof golden_tc);
 }
 
-static void a_report_with_the_missions_time_is_decoded(void)
+static void a_report_with_the_time_of_the_mission_is_decoded(void)
 {
     // The golden TM[17,2] of 42.5 s, with the P-field of the epoch 1958.
     uint8_t packet[23] = {0x08, 0x64, 0xC0, 0x02, 0x00, 0x10, 0x20, 0x11, 0x02, 0x00, 0x02, 0x00,
@@ -81,7 +82,7 @@ static void a_report_with_the_missions_time_is_decoded(void)
     TEST_ASSERT_EQUAL_UINT64(sizeof packet, size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, octets, size);
 
-    packet[13] = 0x2FU; // The golden packet itself: agency epoch, not this mission's.
+    packet[13] = 0x2FU; // The golden packet itself has the agency epoch, not the epoch of this mission.
     sign(packet, sizeof packet);
     TEST_ASSERT_EQUAL_HEX8(0xE2U, packet[21]);
     TEST_ASSERT_EQUAL_HEX8(0x9DU, packet[22]);
@@ -94,7 +95,7 @@ static void a_report_with_the_missions_time_is_decoded(void)
     TEST_ASSERT_NOT_EQUAL(PUS_FAILURE_DATA, failure.code);
 }
 
-/// Expected result for the golden request when octet `offset` is `value`, with a correct checksum.
+/// Expect this failure for the golden request with `value` at octet `offset` and a correct checksum.
 static void expect_header_failure(const size_t offset, const uint8_t value, const uint16_t code,
                                   const uint32_t detail)
 {
@@ -186,7 +187,7 @@ static void the_largest_packet_passes_and_the_next_does_not(void)
 
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tc_encode(&tc, packet, PUS_PACKET_MAX - 1U, &size));
     TEST_ASSERT_EQUAL_UINT64(0U, size);
-    for (size_t capacity = 0U; capacity < PUS_TC_MIN; capacity++) { // Not even the headers fit.
+    for (size_t capacity = 0U; capacity < PUS_TC_MIN; capacity++) { // Not enough room for the headers.
         TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tc_encode(&tc, packet, capacity, &size));
         TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tm_encode(&tm, packet, capacity, &size));
         TEST_ASSERT_EQUAL_UINT64(0U, size);
@@ -264,7 +265,7 @@ static void a_time_changes_by_less_than_one_unit_when_encoded_and_then_no_more(v
     }
 }
 
-static void only_the_missions_time_code_is_read(void)
+static void only_the_time_code_of_the_mission_is_read(void)
 {
     for (unsigned p_field = 0U; p_field < 256U; p_field++) {
         const uint8_t octets[8] = {(uint8_t)p_field, 1, 2, 3, 4, 5, 6, 7};
@@ -279,7 +280,7 @@ static void only_the_missions_time_code_is_read(void)
     }
 }
 
-static void acknowledgement_bits_are_pinned(void)
+static void acknowledgement_flags_have_the_bits_of_the_standard(void)
 {
     TEST_ASSERT_EQUAL_HEX8(0x1U, PUS_ACK_ACCEPTANCE);
     TEST_ASSERT_EQUAL_HEX8(0x2U, PUS_ACK_START);
@@ -298,8 +299,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_golden_request_is_decoded_and_encoded);
-    RUN_TEST(a_packet_nested_in_a_request_survives);
-    RUN_TEST(a_report_with_the_missions_time_is_decoded);
+    RUN_TEST(a_packet_nested_in_a_request_is_kept_unchanged);
+    RUN_TEST(a_report_with_the_time_of_the_mission_is_decoded);
     RUN_TEST(each_wrong_header_field_has_its_own_failure);
     RUN_TEST(every_single_bit_error_is_detected);
     RUN_TEST(every_truncated_size_is_refused);
@@ -307,7 +308,7 @@ int main(void)
     RUN_TEST(a_stream_is_framed_by_its_length_fields);
     RUN_TEST(time_is_seconds_and_a_rounded_down_fraction);
     RUN_TEST(a_time_changes_by_less_than_one_unit_when_encoded_and_then_no_more);
-    RUN_TEST(only_the_missions_time_code_is_read);
-    RUN_TEST(acknowledgement_bits_are_pinned);
+    RUN_TEST(only_the_time_code_of_the_mission_is_read);
+    RUN_TEST(acknowledgement_flags_have_the_bits_of_the_standard);
     return UNITY_END();
 }

@@ -9,7 +9,7 @@
 
 #define CAPACITY 7U
 #define SMALL 90U
-#define LARGE 4000U // Four fill a block.
+#define LARGE 4000U // Size of a packet; four of them fill a block.
 #define AROUND 14U  // Octets of a record around its packet.
 #define FIRST_AT 56U
 #define GENERATION 3U
@@ -50,7 +50,7 @@ static const uint8_t* packet_of(const unsigned index, const size_t size)
     return packet;
 }
 
-/// Store packet `index` at the time of the same number.
+/// Store packet `index` at the time `index`.
 static status_t append(const unsigned index, const size_t size)
 {
     return pus_packet_store_append(&store, index, packet_of(index, size), size);
@@ -70,7 +70,7 @@ static status_t reopen(const uint16_t limit, const bool is_circular, const uint6
     return pus_packet_store_open(&store, GENERATION, limit, is_circular, tail);
 }
 
-/// The next packet at the cursor must be this one.
+/// Expect this packet next at the cursor.
 static void expect_packet(uint64_t* const cursor, const unsigned index, const size_t size)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_next(&store, cursor, &found));
@@ -79,7 +79,7 @@ static void expect_packet(uint64_t* const cursor, const unsigned index, const si
     TEST_ASSERT_EQUAL_HEX8_ARRAY(packet_of(index, size), found.packet, size);
 }
 
-/// The store must have exactly these packets.
+/// Expect exactly these packets in the store.
 static void expect_content(const unsigned first, const unsigned last, const size_t size)
 {
     uint64_t cursor = 0U;
@@ -100,7 +100,7 @@ static void expect_nothing(void)
     TEST_ASSERT_EQUAL_UINT64(0U, pus_packet_store_newest_ns(&store));
 }
 
-static void packets_come_back_as_they_were(void)
+static void packets_are_read_unchanged(void)
 {
     static const size_t sizes[] = {1U, 23U, SMALL, PUS_PACKET_MAX, 2U};
     expect_nothing();
@@ -117,11 +117,13 @@ static void packets_come_back_as_they_were(void)
     expect_packet(&cursor, 9U, SMALL);
     cursor = 0U;
     expect_packet(&cursor, 0U, 1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_append(&store, 1U, found.packet, found.size)); // Just read.
+    // `found` was just read from the store.
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_append(&store, 1U, found.packet, found.size));
     TEST_ASSERT_EQUAL_UINT32(7U, store.counters.stored);
 }
 
-/// A packet that just fits stays in its block; one octet more begins the next.
+/// A packet that just fits is stored in the present block; a packet longer by one octet begins the next
+/// block.
 static void a_block_is_filled_to_its_last_octet(void)
 {
     const size_t rest = PUS_STORE_BLOCK - FIRST_AT - (4U * (LARGE + AROUND)) - AROUND;
@@ -165,7 +167,7 @@ static void a_bounded_store_takes_no_more(void)
     TEST_ASSERT_EQUAL(STATUS_FULL, append(10U, 200U));
     TEST_ASSERT_EQUAL_UINT32(2U, store.counters.refused);
     TEST_ASSERT_EQUAL_UINT16(2U, pus_packet_store_blocks_used(&store));
-    pus_packet_store_cut(&store, pus_packet_store_find_after(&store, 4U)); // A block is free again.
+    pus_packet_store_cut(&store, pus_packet_store_find_after(&store, 4U)); // This releases a block.
     TEST_ASSERT_EQUAL_UINT16(1U, pus_packet_store_blocks_used(&store));
     TEST_ASSERT_EQUAL(STATUS_OK, append(10U, LARGE));
     TEST_ASSERT_TRUE(recorded.image[0].size <= (2U * PUS_STORE_BLOCK));
@@ -183,7 +185,7 @@ static void content_is_deleted_up_to_a_time(void)
         expect_content(time + 1U, 12U, LARGE);
         TEST_ASSERT_EQUAL_UINT16(3U - (time / 4U), pus_packet_store_blocks_used(&store));
     }
-    pus_packet_store_cut(&store, 0U); // Behind the tail: nothing.
+    pus_packet_store_cut(&store, 0U); // Before the tail there is nothing to remove.
     expect_content(12U, 12U, LARGE);
     pus_packet_store_cut(&store, pus_packet_store_find_after(&store, 12U));
     expect_nothing();
@@ -211,8 +213,8 @@ static void times_are_found_without_reading_the_rest(void)
     TEST_ASSERT_EQUAL_UINT64(pus_packet_store_head(&store), pus_packet_store_seek(&store, 0U, 0U, 0U));
 }
 
-/// The clock jumps far ahead and back: packets in between are found by their own times.
-static void times_need_not_grow(void)
+/// The clock jumps far ahead and back: packets in between are found by the times that they have.
+static void times_need_not_increase(void)
 {
     pus_packet_store_change(&store, CAPACITY, false);
     fill(10U, 13U, LARGE);
@@ -252,7 +254,7 @@ static void a_search_skips_a_block_whose_latest_packet_is_deleted(void)
 
 static void a_store_is_recovered(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, true, 0U)); // Nothing on the medium.
+    TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, true, 0U)); // The medium is empty.
     expect_nothing();
     for (unsigned last = 1U; last <= 30U; last++) {
         TEST_ASSERT_EQUAL(STATUS_OK, append(last, LARGE));
@@ -266,7 +268,7 @@ static void a_store_is_recovered(void)
     TEST_ASSERT_EQUAL(STATUS_OK, reopen(2U, true, tail)); // A smaller size drops the oldest.
     expect_content(26U, 30U, LARGE);
     TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_open(&store, GENERATION + 1U, 3U, true, 0U));
-    expect_nothing(); // The record of another store.
+    expect_nothing(); // The record belongs to another store.
 }
 
 static void deleted_packets_stay_deleted_after_reopening(void)
@@ -280,7 +282,8 @@ static void deleted_packets_stay_deleted_after_reopening(void)
     const uint64_t head = pus_packet_store_head(&store);
     TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, false, head));
     expect_nothing();
-    // The deletion was kept, the deleted packets are still on the medium: numbers continue after them.
+    // The deletion was recorded, but the deleted packets are still on the medium: numbers continue after
+    // them.
     TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, false, head + 4000U));
     expect_nothing();
     fill(30U, 32U, LARGE);
@@ -300,10 +303,10 @@ static void a_resized_store_is_recovered(void)
     fill(29U, 33U, LARGE);
     expect_content(29U, 33U, LARGE);
     TEST_ASSERT_EQUAL(STATUS_OK, reopen(2U, true, tail));
-    expect_content(29U, 33U, LARGE); // Blocks that were given up before do not reappear.
+    expect_content(29U, 33U, LARGE); // Blocks that were released before do not reappear.
 }
 
-/// An earlier configuration has filled the medium with more blocks than this one has room for.
+/// An earlier configuration has filled the medium with more blocks than the present one has room for.
 static void blocks_beyond_the_capacity_are_not_read(void)
 {
     pus_store_block_t beyond;
@@ -342,7 +345,7 @@ static void damage_loses_the_rest_of_its_block(void)
     expect_content(5U, 12U, LARGE);
     spoil(PUS_STORE_BLOCK + FIRST_AT + 1U);
     recorded.image[0].octets[PUS_STORE_BLOCK + FIRST_AT]      = 0U;
-    recorded.image[0].octets[PUS_STORE_BLOCK + FIRST_AT + 1U] = 0U; // No packet at all.
+    recorded.image[0].octets[PUS_STORE_BLOCK + FIRST_AT + 1U] = 0U; // The record contains no packet.
     TEST_ASSERT_EQUAL_UINT64(0U, pus_packet_store_oldest_ns(&store));
 }
 
@@ -356,11 +359,12 @@ static void a_damaged_header_ends_the_chain(void)
         spoil(PUS_STORE_BLOCK + places[i]);
         TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, true, 0U));
         expect_content(9U, 12U, LARGE);
-        TEST_ASSERT_EQUAL_UINT32(1U, store.counters.damaged); // The block before it.
+        TEST_ASSERT_EQUAL_UINT32(1U, store.counters.damaged); // The damaged header hides the block before it.
         TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, true, 2U * (uint64_t)PUS_STORE_BLOCK));
-        TEST_ASSERT_EQUAL_UINT32(0U, store.counters.damaged); // Its packets were deleted.
+        // The packets of that block were deleted before.
+        TEST_ASSERT_EQUAL_UINT32(0U, store.counters.damaged);
     }
-    static const size_t closings[] = {20U, 30U, 33U, 50U, 55U}; // Then its records decide.
+    static const size_t closings[] = {20U, 30U, 33U, 50U, 55U}; // Here the records of the block decide.
     for (size_t i = 0U; i < (sizeof closings / sizeof closings[0]); i++) {
         recorded.image[0] = image;
         spoil(PUS_STORE_BLOCK + closings[i]);
@@ -401,7 +405,7 @@ static void a_failing_medium_does_not_affect_other_media(void)
     TEST_ASSERT_EQUAL(STATUS_IO, pus_packet_store_sync(&store));
     TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_sync(&store));
     recorded.calls = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_sync(&store)); // Nothing to do.
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_sync(&store)); // There is nothing to sync.
     TEST_ASSERT_EQUAL_UINT(0U, recorded.calls);
 }
 
@@ -409,8 +413,8 @@ static void a_medium_that_fails_at_the_start_is_reported(void)
 {
     fill(1U, 6U, LARGE);
     memset(&recorded.image[0].octets[recorded.image[0].size], 0xFF, 8300U);
-    recorded.image[0].size += 8300U; // Octets that are no record lie after them.
-    spoil(30U);                      // The first block must be read through, too.
+    recorded.image[0].size += 8300U; // Octets that are not a record follow them.
+    spoil(30U);                      // So the first block is read completely, too.
     // Size, two headers, the records of both blocks and the octets after them, three writes that wipe, a
     // sync.
     for (unsigned call = 1U; call <= 16U; call++) {
@@ -456,7 +460,7 @@ static void create_too_large(void)
     pus_packet_store_create(&store, 1U, CAPACITY + 1U, true);
 }
 
-static void append_nothing(void)
+static void append_an_empty_packet(void)
 {
     (void)append(1U, 0U);
 }
@@ -465,19 +469,19 @@ static void calls_against_the_contract_are_asserted(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(init_without_blocks));
     TEST_ASSERT_TRUE(assertion_fails(create_too_large));
-    TEST_ASSERT_TRUE(assertion_fails(append_nothing));
+    TEST_ASSERT_TRUE(assertion_fails(append_an_empty_packet));
 }
 
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(packets_come_back_as_they_were);
+    RUN_TEST(packets_are_read_unchanged);
     RUN_TEST(a_block_is_filled_to_its_last_octet);
     RUN_TEST(a_circular_store_overwrites_its_oldest_block);
     RUN_TEST(a_bounded_store_takes_no_more);
     RUN_TEST(content_is_deleted_up_to_a_time);
     RUN_TEST(times_are_found_without_reading_the_rest);
-    RUN_TEST(times_need_not_grow);
+    RUN_TEST(times_need_not_increase);
     RUN_TEST(a_search_skips_a_block_whose_latest_packet_is_deleted);
     RUN_TEST(a_store_is_recovered);
     RUN_TEST(deleted_packets_stay_deleted_after_reopening);

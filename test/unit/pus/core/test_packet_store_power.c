@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A packet store whose power is cut at every write: whatever part of the unsynced data is missing or torn,
-// the recovered packets are a sequence without a gap that has all synced ones, and no deleted packet
+// A packet store whose power is cut at every write. Whatever part of the unsynced data is missing or torn,
+// the recovered packets are a sequence without a gap that contains all synced packets, and no deleted packet
 // reappears.
 #include "pus/core/packet_store.h"
 
@@ -12,7 +12,7 @@
 #define CAPACITY 3U
 #define LIMIT 2U
 #define PACKETS 14U // Three and a half blocks, in a store of two.
-#define MORE 3U     // After the cut.
+#define MORE 3U     // Packets stored after the cut.
 #define GENERATION 9U
 
 static const image_t empty[2];
@@ -40,7 +40,7 @@ void tearDown(void)
 {
 }
 
-/// Different sizes, so that remains of an earlier write never fit by chance.
+/// Packets have different sizes, so that remains of an earlier write never fit by chance.
 static size_t size_of(const unsigned index)
 {
     return 3600U + ((index * 97U) % 400U);
@@ -54,7 +54,7 @@ static void open_store(void)
     TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_open(&store, GENERATION, LIMIT, true, 0U));
 }
 
-/// The store must have a sequence of packets without a gap; it ends with *out_last, 0 if there is none.
+/// Expect a sequence of packets without a gap; it ends with *out_last, which is 0 if the store is empty.
 static void read_all(unsigned* const out_first, unsigned* const out_last)
 {
     uint64_t cursor = 0U;
@@ -75,7 +75,7 @@ static void read_all(unsigned* const out_first, unsigned* const out_last)
     TEST_ASSERT_EQUAL_UINT32(0U, store.counters.damaged);
 }
 
-/// The media after a power cut are opened again, used, and cut again with everything synced.
+/// Open the media again after a power cut, use them, and cut the power again with everything synced.
 static void judge(const unsigned synced, const unsigned oldest)
 {
     unsigned first = 0U;
@@ -100,7 +100,7 @@ static void judge(const unsigned synced, const unsigned oldest)
     TEST_ASSERT_EQUAL_UINT(last + MORE, again);
 }
 
-/// Numbers written since the last sync before operation `end`, up to that one: from `begin` on.
+/// Begin of the writes since the last sync before operation `end`.
 static size_t begin_of(const operation_t* const operations, const size_t end)
 {
     size_t begin = end;
@@ -127,7 +127,7 @@ static void apply(const operation_t* const operation, const size_t size, image_t
 static void fly(const unsigned sync_every)
 {
     static const size_t torn[] = {0U, 13U, 700U, SIZE_MAX};
-    unsigned oldest_of[PACKETS + 1U]; // The oldest packet after this number of them.
+    unsigned oldest_of[PACKETS + 1U]; // The oldest packet in the store after this number of packets.
     recorded_clear(empty);
     open_store();
     for (unsigned i = 1U; i <= PACKETS; i++) {
@@ -147,7 +147,7 @@ static void fly(const unsigned sync_every)
         const size_t begin      = begin_of(flight.operations, end);
         const unsigned in_doubt = (unsigned)(end - begin);
         TEST_ASSERT_TRUE(in_doubt <= 8U);
-        // Packets whose records were synced, at any operation.
+        // Number of packets whose records were synced before this operation.
         for (; settled < begin; settled++) {
             const operation_t* const done = &flight.operations[settled];
             apply(done, done->size, durable);
@@ -158,7 +158,7 @@ static void fly(const unsigned sync_every)
                 const operation_t* const last = &flight.operations[end];
                 const size_t part             = (torn[t] < last->size) ? torn[t] : last->size;
                 if ((t > 0U) && (part == ((torn[t - 1U] < last->size) ? torn[t - 1U] : last->size))) {
-                    continue; // The same as before.
+                    continue; // The media are the same as before.
                 }
                 recorded_copy(pending, durable);
                 for (unsigned i = 0U; i < in_doubt; i++) {

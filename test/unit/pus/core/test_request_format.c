@@ -24,7 +24,7 @@ static bool has_format(const uint8_t* const program, const uint8_t* const octets
     return pus_request_format_check(program, &reader) && octet_reader_is_done(&reader);
 }
 
-/// The whole request is accepted; every part of it and one octet more are refused.
+/// The complete request is accepted; a truncated request and one with an additional octet are refused.
 static void expect_exact(const uint8_t* const program, const uint8_t* const octets, const size_t size)
 {
     uint8_t longer[256] = {0};
@@ -52,13 +52,13 @@ static void counts_repeat_their_groups(void)
 {
     EXPECT_EXACT(PUS_REQUEST_FORMAT_12_1, 1U, 0U, 7U);
     EXPECT_EXACT(PUS_REQUEST_FORMAT_12_1, 3U, 0U, 7U, 0U, 8U, 0U, 9U);
-    EXPECT_WRONG(PUS_REQUEST_FORMAT_12_1, 0U); // At least one.
+    EXPECT_WRONG(PUS_REQUEST_FORMAT_12_1, 0U); // The count must be at least one.
     EXPECT_WRONG(PUS_REQUEST_FORMAT_12_1, 0U, 0U, 7U);
-    EXPECT_EXACT(PUS_REQUEST_FORMAT_12_8, 0U); // All.
+    EXPECT_EXACT(PUS_REQUEST_FORMAT_12_8, 0U); // A count of zero selects all.
     EXPECT_EXACT(PUS_REQUEST_FORMAT_12_8, 2U, 0U, 1U, 0U, 2U);
 }
 
-static void counts_lie_within_counts(void)
+static void counts_may_be_nested(void)
 {
     EXPECT_EXACT(PUS_REQUEST_FORMAT_14_1, 1U, 0U, 16U, 0U);
     EXPECT_EXACT(PUS_REQUEST_FORMAT_14_1, 2U, 0U, 16U, 2U, 3U, 2U, 25U, 26U, 5U, 0U, 0U, 17U, 1U, 1U, 1U, 7U);
@@ -66,7 +66,7 @@ static void counts_lie_within_counts(void)
     EXPECT_EXACT(PUS_REQUEST_FORMAT_14_2, 0U);
 }
 
-static void selectors_choose(void)
+static void selectors_choose_the_fields_that_follow(void)
 {
     EXPECT_EXACT(PUS_REQUEST_FORMAT_11_11, 0U, 0U, 0U);
     EXPECT_EXACT(PUS_REQUEST_FORMAT_11_11, 2U, 0x1FU, 1U, 2U, 3U, 4U, 5U, 6U, 7U, 1U, 9U, 0U);
@@ -75,7 +75,7 @@ static void selectors_choose(void)
     EXPECT_WRONG(PUS_REQUEST_FORMAT_11_11, 4U, 0U, 0U);
 }
 
-static void values_have_the_layout_of_their_id(void)
+static void the_id_determines_the_layout_of_a_value(void)
 {
     // One definition: UINT16 validity, DOUBLE monitored, each check type in turn.
     const uint8_t head[] = {1U,    0U,    1U, 2U, 9U, 0U, 3U, 2U, 1U, 0U, 2U,
@@ -88,26 +88,26 @@ static void values_have_the_layout_of_their_id(void)
         expect_exact(PUS_REQUEST_FORMAT_12_5, octets, size);
     }
     EXPECT_WRONG(PUS_REQUEST_FORMAT_12_5, 1U, 0U, 1U, 2U, 9U, 0U, 3U, 2U, 24U, 0U, 2U, 0U, 0U, 0U, 0U,
-                 0U); // Structures have none.
+                 0U); // Structures have no scalar value.
     EXPECT_EXACT(PUS_REQUEST_FORMAT_18_7, 'A', 'B', 0U, 0U, 0U, 0U, 0U, 0U, 2U, 1U, 0U, 5U, 10U, 1U);
     EXPECT_WRONG(PUS_REQUEST_FORMAT_18_7, 'A', 'B', 0U, 0U, 0U, 0U, 0U, 0U, 1U, 11U, 0U, 5U);
 }
 
-static void texts_bring_their_length(void)
+static void texts_begin_with_their_length(void)
 {
     EXPECT_EXACT(PUS_REQUEST_FORMAT_23_2, 0U, 1U, '/', 0U, 2U, 'a', 'b');
     EXPECT_EXACT(PUS_REQUEST_FORMAT_23_2, 0U, 0U, 0U, 0U);
 }
 
-static void requests_within_requests_bring_their_length(void)
+static void nested_requests_begin_with_their_length(void)
 {
     const uint8_t request[] = {0x18U, 16U, 0xC0U, 0U, 0U, 6U, 0x2FU, 17U, 1U, 0U, 1U, 0xAAU, 0xBBU};
     uint8_t octets[64]      = {1U, 1U, 0U, 0x1FU};
     memcpy(&octets[11], request, sizeof request);
     expect_exact(PUS_REQUEST_FORMAT_11_4, octets, 11U + sizeof request);
-    octets[11 + 5] = 5U; // Shorter than any request.
+    octets[11 + 5] = 5U; // A length shorter than any request.
     TEST_ASSERT_FALSE(has_format(PUS_REQUEST_FORMAT_11_4, octets, 11U + sizeof request));
-    octets[11 + 4] = 0xFFU; // Longer than any.
+    octets[11 + 4] = 0xFFU; // A length longer than any request.
     TEST_ASSERT_FALSE(has_format(PUS_REQUEST_FORMAT_11_4, octets, sizeof octets));
 }
 
@@ -116,10 +116,10 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(no_fields_take_no_octets);
     RUN_TEST(counts_repeat_their_groups);
-    RUN_TEST(counts_lie_within_counts);
-    RUN_TEST(selectors_choose);
-    RUN_TEST(values_have_the_layout_of_their_id);
-    RUN_TEST(texts_bring_their_length);
-    RUN_TEST(requests_within_requests_bring_their_length);
+    RUN_TEST(counts_may_be_nested);
+    RUN_TEST(selectors_choose_the_fields_that_follow);
+    RUN_TEST(the_id_determines_the_layout_of_a_value);
+    RUN_TEST(texts_begin_with_their_length);
+    RUN_TEST(nested_requests_begin_with_their_length);
     return UNITY_END();
 }

@@ -60,7 +60,7 @@ static void a_request_that_was_sent_is_neither_extended_nor_sent_again(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_tc_send(&requester, &writer, &token));
 }
 
-static void a_request_is_a_whole_packet_and_its_token_names_it(void)
+static void a_request_is_a_complete_packet_and_its_token_identifies_it(void)
 {
     pus_token_t token;
     TEST_ASSERT_EQUAL(STATUS_OK, send(16U, &token));
@@ -146,7 +146,7 @@ static void two_ports_of_a_user_count_together(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_request_is_a_whole_packet_and_its_token_names_it);
+    RUN_TEST(a_request_is_a_complete_packet_and_its_token_identifies_it);
     RUN_TEST(a_request_that_was_sent_is_neither_extended_nor_sent_again);
     RUN_TEST(each_addressee_has_its_own_count_and_refusal_leaves_no_gap);
     RUN_TEST(too_many_addressees_are_refused);

@@ -17,7 +17,7 @@ void tearDown(void)
 {
 }
 
-static void types_come_from_the_id(void)
+static void the_id_determines_the_type(void)
 {
     TEST_ASSERT_EQUAL(VALUE_UINT8, pus_scalar_type(0U));
     TEST_ASSERT_EQUAL(VALUE_BOOL, pus_scalar_type(SCALAR_ID(VALUE_BOOL, 77U)));
@@ -36,7 +36,7 @@ static void parameters_are_found(void)
     uint64_t bits = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_scalar_sample(&port, &scalar, &bits));
     TEST_ASSERT_EQUAL_HEX64(0xFEDCU, bits);
-    scalar.id = SCALAR_UNKNOWN; // The parameter was withdrawn.
+    scalar.id = SCALAR_UNKNOWN; // The parameter no longer exists.
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_scalar_sample(&port, &scalar, &bits));
     TEST_ASSERT_EQUAL_HEX64(0U, bits);
     scalar.id = SCALAR_ID(VALUE_INT16, 5U);
@@ -55,7 +55,7 @@ static void parameters_are_found(void)
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_ACCESS, pus_scalar_failure(STATUS_INVALID));
 }
 
-static void octets_are_those_of_the_wire(void)
+static void octets_are_in_the_order_of_the_packet(void)
 {
     static const uint8_t octets[] = {0x12, 0x34, 0x56, 0x78, 0x9A, 0xBC, 0xDE, 0xF0};
     for (value_type_t type = VALUE_UINT8; type < VALUE_SCALARS; type++) {
@@ -90,7 +90,8 @@ static void integers_are_compared_exactly(void)
     expect_order(VALUE_INT32, 0x80000000U, 0x7FFFFFFFU, PUS_LESS);
     expect_order(VALUE_UINT64, 0xFFFFFFFFFFFFFFFEULL, UINT64_MAX, PUS_LESS);
     expect_order(VALUE_INT64, 0x8000000000000000ULL, 0x7FFFFFFFFFFFFFFFULL, PUS_LESS);
-    expect_order(VALUE_INT64, 0x7FFFFFFFFFFFFFFEULL, 0x7FFFFFFFFFFFFFFFULL, PUS_LESS); // One double.
+    // Both have the same value as double.
+    expect_order(VALUE_INT64, 0x7FFFFFFFFFFFFFFEULL, 0x7FFFFFFFFFFFFFFFULL, PUS_LESS);
     expect_order(VALUE_INT64, UINT64_MAX, 0U, PUS_LESS);
     expect_order(VALUE_BOOL, 0U, 1U, PUS_LESS);
 }
@@ -129,7 +130,8 @@ static void differences_are_exact(void)
     expect_delta(VALUE_INT8, 0x80U, 0x7FU, 3U, 85U, PUS_EQUAL);
     expect_delta(VALUE_UINT64, 0U, UINT64_MAX, 1U, 0x7FFFFFFFFFFFFFFFULL, PUS_GREATER);
     expect_delta(VALUE_UINT64, 0U, UINT64_MAX, 3U, 0x5555555555555555ULL, PUS_EQUAL);
-    expect_delta(VALUE_UINT64, 0U, UINT64_MAX, 3U, 0x5555555555555556ULL, PUS_LESS); // Beyond 64 bits.
+    // The sum exceeds 64 bits.
+    expect_delta(VALUE_UINT64, 0U, UINT64_MAX, 3U, 0x5555555555555556ULL, PUS_LESS);
     expect_delta(VALUE_UINT64, UINT64_MAX, 0U, 3U, 0xAAAAAAAAAAAAAAAAULL, PUS_GREATER);
     expect_delta(VALUE_UINT64, UINT64_MAX, 0U, 3U, 0xAAAAAAAAAAAAAAABULL, PUS_EQUAL);
     expect_delta(VALUE_UINT64, UINT64_MAX, 0U, 1U, 0x8000000000000000ULL, PUS_LESS);
@@ -144,9 +146,9 @@ static void differences_are_exact(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(types_come_from_the_id);
+    RUN_TEST(the_id_determines_the_type);
     RUN_TEST(parameters_are_found);
-    RUN_TEST(octets_are_those_of_the_wire);
+    RUN_TEST(octets_are_in_the_order_of_the_packet);
     RUN_TEST(integers_are_compared_exactly);
     RUN_TEST(reals_are_compared_as_numbers);
     RUN_TEST(differences_are_exact);

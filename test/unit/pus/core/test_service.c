@@ -129,7 +129,7 @@ static void without_flags_only_failures_are_reported(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(99U, NULL, 0U));
     EXPECT_MESSAGES(1, 4, 1, 8, 1, 2);
     for (unsigned flag = 0U; flag < 4U; flag++) {
-        static const uint8_t expected[] = {1U, 3U, 0U, 7U}; // Nothing reports progress here.
+        static const uint8_t expected[] = {1U, 3U, 0U, 7U}; // No progress is reported.
         bench_clear();
         served.reply = pus_done();
         bench.ack    = (uint8_t)(1U << flag);
@@ -225,7 +225,7 @@ static void a_malformed_packet_is_rejected_if_its_request_id_is_readable(void)
     TEST_ASSERT_EQUAL_UINT32(0U, served.calls);
 }
 
-static void formats_end_exactly_on_the_last_octet(void)
+static void formats_end_exactly_with_the_last_octet(void)
 {
     static const struct {
         uint8_t subtype;
@@ -240,7 +240,7 @@ static void formats_end_exactly_on_the_last_octet(void)
     expect_failure(0U, 2U, PUS_FAILURE_DATA, 0U, 2U);
 }
 
-static void counts_are_bounded_by_the_octets_that_are_there(void)
+static void counts_are_limited_by_the_octets_that_follow(void)
 {
     static uint8_t data[1U + (255U * 4U) + 1U];
     for (unsigned count = 0U; count < 256U; count++) {
@@ -327,7 +327,7 @@ static void a_performer_may_be_full_or_may_not_perform_the_request(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL_UINT32(1U, served.calls);
     bench_clear();
-    // Not accepted: the callback is not called.
+    // The request is not accepted, so the callback is not called.
     TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(9U, NULL, 0U));
     EXPECT_MESSAGES(1, 2);
 }
@@ -338,7 +338,7 @@ static status_t fail_to_keep(void* const context)
     return STATUS_IO;
 }
 
-/// A failure with an event of its own is reported as that, whatever the records say.
+/// A failure that has an event is reported as that event, whatever the records contain.
 static void a_request_whose_effect_is_not_stored_is_not_completed(void)
 {
     static const pus_persistence_t persistence = {.commit = fail_to_keep};
@@ -358,7 +358,7 @@ static void a_request_whose_effect_is_not_stored_is_not_completed(void)
     expect_failure(2U, 8U, PUS_FAILURE_DEVICE, 0U, 4U);
 }
 
-/// The performer of a continuing request ends it; a request of which all parts were refused has ended.
+/// The performer of a continuing request completes it; a request of which all parts were refused is complete.
 static void a_request_whose_effect_cannot_be_stored_ends_once(void)
 {
     static const pus_persistence_t persistence = {.commit = fail_to_keep};
@@ -400,8 +400,8 @@ int main(void)
     RUN_TEST(unknown_services_and_subtypes_are_rejected);
     RUN_TEST(an_unknown_apid_is_rejected);
     RUN_TEST(a_malformed_packet_is_rejected_if_its_request_id_is_readable);
-    RUN_TEST(formats_end_exactly_on_the_last_octet);
-    RUN_TEST(counts_are_bounded_by_the_octets_that_are_there);
+    RUN_TEST(formats_end_exactly_with_the_last_octet);
+    RUN_TEST(counts_are_limited_by_the_octets_that_follow);
     RUN_TEST(a_step_sends_queued_reports_and_steps_the_services);
     RUN_TEST(a_request_that_is_taken_is_performed_later);
     RUN_TEST(a_performer_may_be_full_or_may_not_perform_the_request);

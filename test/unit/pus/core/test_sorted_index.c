@@ -25,7 +25,7 @@ void tearDown(void)
 {
 }
 
-/// A number below `limit`; the same sequence in every run.
+/// A pseudo-random number below `limit`; the same sequence in every run.
 static uint32_t draw(const uint32_t limit)
 {
     state = (state * 1664525U) + 1013904223U;
@@ -38,7 +38,7 @@ static bool is_before(const uint16_t one, const uint16_t other)
            ((nodes[one].tag == nodes[other].tag) && (nodes[one].serial < nodes[other].serial));
 }
 
-/// First slot in the order, found by comparing all, that is not before (tag, serial).
+/// First slot in the order that is not before (tag, serial), found by comparing all slots.
 static uint16_t search(const uint64_t tag, const uint64_t serial)
 {
     uint16_t found = PUS_SORTED_INDEX_NONE;
@@ -51,7 +51,7 @@ static uint16_t search(const uint64_t tag, const uint64_t serial)
     return found;
 }
 
-/// The order must be the one found by comparing all slots.
+/// Expect the order that results from comparing all slots.
 static void expect_right(void)
 {
     uint16_t expected = search(0U, 0U);
@@ -110,7 +110,8 @@ static void the_depth_is_logarithmic_for_every_order_of_tags(void)
             const uint64_t tags[] = {slot, SLOTS - slot, 7U, draw(1000000U)};
             pus_sorted_index_insert(&order, (uint16_t)slot, tags[how], slot);
         }
-        TEST_ASSERT_LESS_THAN_UINT(40U, depth()); // 2.9 times the minimum; a search never compares more.
+        // 2.9 times the minimum. A search compares at most this number of entries.
+        TEST_ASSERT_LESS_THAN_UINT(40U, depth());
     }
 }
 

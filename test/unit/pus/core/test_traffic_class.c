@@ -50,7 +50,7 @@ static void reports_that_need_a_reaction_are_firm(void)
     }
 }
 
-static void a_notice_that_is_cut_is_not_firm(void)
+static void a_truncated_notice_is_not_firm(void)
 {
     packet[23] = 4U;
     TEST_ASSERT_EQUAL(PUS_CLASS_FIRM, of_report(129U, 7U));
@@ -58,7 +58,7 @@ static void a_notice_that_is_cut_is_not_firm(void)
     TEST_ASSERT_EQUAL(PUS_CLASS_PLAIN, pus_class_of(packet, 23U));
 }
 
-/// Housekeeping, diagnostics, statistics, lists over many packets, dumps, and parts of long reports.
+/// True for housekeeping, diagnostics, statistics, lists over many packets, dumps, and parts of long reports.
 static bool is_bulk(const uint8_t service, const uint8_t subtype)
 {
     static const struct {
@@ -97,7 +97,7 @@ static void each_type_of_report_has_one_class(void)
                              (type == 0x8302U);
         const pus_class_t other = is_bulk(service, subtype) ? PUS_CLASS_BULK : PUS_CLASS_PLAIN;
         if (of_report(service, subtype) != (is_firm ? PUS_CLASS_FIRM : other)) {
-            TEST_ASSERT_EQUAL_HEX16(0U, type); // Reports the type.
+            TEST_ASSERT_EQUAL_HEX16(0U, type); // Shows the type if the assertion fails.
         }
     }
 }
@@ -126,7 +126,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(reports_that_need_a_reaction_are_firm);
-    RUN_TEST(a_notice_that_is_cut_is_not_firm);
+    RUN_TEST(a_truncated_notice_is_not_firm);
     RUN_TEST(each_type_of_report_has_one_class);
     RUN_TEST(orders_of_the_supervisor_are_firm);
     RUN_TEST(packets_that_are_too_short_are_bulk);

@@ -92,7 +92,7 @@ static void a_state_is_asked_for_and_reached_later(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 5, 1, 7);
 }
 
-/// Any other user requests without a cause, by TC[129,1].
+/// The supervisor's request contains its cause; other users request without a cause, by TC[129,1].
 static void an_order_of_the_supervisor_contains_its_cause(void)
 {
     uint8_t order[2] = {6U, 0U};

@@ -9,8 +9,8 @@
 static struct {
     pus_reply_t reply;
     unsigned calls;
-    unsigned offers;   // How many there are; ids 1, 2 ..
-    unsigned statuses; // How many there are; ids 1, 2 ..
+    unsigned offers;   // Number of offers; their ids are 1, 2 ..
+    unsigned statuses; // Number of links with a status; their ids are 1, 2 ..
     pus_link_answer_t answer;
     pus_link_request_t request;
     pus_link_open_t open;
@@ -161,7 +161,7 @@ static void more_entries_than_a_report_holds_fail_the_request(void)
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, "\0", 1U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     expect_failure(2U, 8U, PUS_FAILURE_TABLE_FULL, 0U, PUS_TM_DATA_MAX);
-    static const uint8_t one[] = {1, 0, 2}; // One of them still fits.
+    static const uint8_t one[] = {1, 0, 2}; // One of the entries still fits.
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, one, sizeof one));
     EXPECT_MESSAGES(1, 1, 1, 3, 130, 9, 1, 7);
@@ -254,7 +254,7 @@ static void a_refused_link_names_reason_and_field(void)
     reader = octet_reader(bench_report(2U).data, 26U);
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_link_refuse_read(&reader, &read));
     bench_clear();
-    seen.reply = pus_later(); // A manager that has to query the members first.
+    seen.reply = pus_later(); // A manager that has to query the members before it answers.
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(3U, octets, size));
     EXPECT_MESSAGES(1, 1, 1, 3);
     bench_clear();

@@ -104,7 +104,8 @@ void tearDown(void)
 {
 }
 
-/// A request calls its callback with this value and is completed; a refusal of the callback is passed on.
+/// Expect that a request calls its callback with this value and is completed, and that a refusal of the
+/// callback is reported.
 static void expect_passed_on(const uint8_t subtype, const uint8_t* const data, const size_t size,
                              const char asked, const unsigned value)
 {
@@ -168,7 +169,7 @@ static void the_table_of_subsystems_is_reported(void)
     expect_strict_format(8U, NULL, 0U);
 }
 
-static void networks_are_reported_with_members_and_links(void)
+static void networks_are_reported_with_their_members_and_links(void)
 {
     static const uint8_t expected[] = {0, 2, 0, 1, 0, 2, 0,  16, 0,  17, 0, 3, 0, 1, 0, 2, 0,
                                        3, 0, 2, 0, 2, 0, 16, 0,  17, 0,  3, 0, 1, 0, 2, 0, 3};
@@ -211,7 +212,7 @@ int main(void)
     RUN_TEST(requests_are_passed_on);
     RUN_TEST(only_known_log_strategies_are_passed_on);
     RUN_TEST(the_table_of_subsystems_is_reported);
-    RUN_TEST(networks_are_reported_with_members_and_links);
+    RUN_TEST(networks_are_reported_with_their_members_and_links);
     RUN_TEST(transitions_are_reported_to_all);
     return UNITY_END();
 }

@@ -60,7 +60,7 @@ static void each_flag_requests_its_stage_and_failures_are_always_reported(void)
     }
 }
 
-static void octets_are_as_the_golden_reports_have_them(void)
+static void octets_equal_those_of_the_golden_reports(void)
 {
     static const uint8_t id[]       = {0x18, 0x10, 0xC0, 0x19};
     static const uint8_t progress[] = {0x18, 0x10, 0xC0, 0x19, 0x00, 0x07, 0x02,
@@ -72,7 +72,7 @@ static void octets_are_as_the_golden_reports_have_them(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(progress, bench_report(5U).data, 14U);
 }
 
-static void reports_are_read_back(void)
+static void encoded_reports_are_decoded(void)
 {
     report_everything(PUS_ACK_ALL);
     for (size_t i = 0U; i < bench.count; i++) {
@@ -114,8 +114,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(the_end_is_completion_or_failure);
     RUN_TEST(each_flag_requests_its_stage_and_failures_are_always_reported);
-    RUN_TEST(octets_are_as_the_golden_reports_have_them);
-    RUN_TEST(reports_are_read_back);
+    RUN_TEST(octets_equal_those_of_the_golden_reports);
+    RUN_TEST(encoded_reports_are_decoded);
     RUN_TEST(other_reports_and_other_lengths_are_refused);
     return UNITY_END();
 }

@@ -25,7 +25,7 @@ static struct {
     unsigned busy;      ///< Polls until an action is done.
     unsigned full;      ///< Number of times that begin returns STATUS_FULL.
     unsigned begun;     ///< Actions begun.
-    unsigned abandoned; ///< Actions.
+    unsigned abandoned; ///< Number of actions abandoned.
     unsigned left[OPERATIONS];
     bool is_open[OPERATIONS];
     pus_device_action_t actions[OPERATIONS]; ///< The last of each slot,
@@ -317,7 +317,7 @@ static void the_most_pulses_of_a_request_continue_over_many_steps(void)
     }
     request(4U);
     step();
-    TEST_ASSERT_TRUE(devices.begun < 100U); // Not all at once.
+    TEST_ASSERT_TRUE(devices.begun < 100U); // The pulses are not all given in one step.
     for (unsigned i = 0U; i < 100U; i++) {
         step();
     }
@@ -369,7 +369,7 @@ static void one_faulty_command_refuses_the_whole_request(void)
     expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 1U, 1U);
 }
 
-static void the_first_command_that_fails_is_the_last(void)
+static void the_first_command_that_fails_ends_the_request(void)
 {
     begin(3U);
     add_command(1U, "");
@@ -479,11 +479,11 @@ static void commissioning_stops_at_a_device_that_does_not_answer(void)
     step();
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 6, 2, 9, 1, 6, 2, 9, 1, 8);
     expect_failure(6U, 8U, PUS_FAILURE_NO_ANSWER, 1U, SILENT);
-    TEST_ASSERT_EQUAL_UINT(1U, devices.abandoned); // The other action was never begun.
+    TEST_ASSERT_EQUAL_UINT(1U, devices.abandoned); // The other action had not been started.
     TEST_ASSERT_EQUAL_UINT32(2U, access.counters.timed_out);
 }
 
-/// A request that came in parts, and is well-formed.
+/// The request came in parts and is well-formed.
 static void a_request_longer_than_a_packet_is_refused(void)
 {
     static uint8_t octets[5000];
@@ -541,7 +541,7 @@ int main(void)
     RUN_TEST(the_most_pulses_of_a_request_continue_over_many_steps);
     RUN_TEST(physical_devices_are_commanded);
     RUN_TEST(one_faulty_command_refuses_the_whole_request);
-    RUN_TEST(the_first_command_that_fails_is_the_last);
+    RUN_TEST(the_first_command_that_fails_ends_the_request);
     RUN_TEST(other_requests_continue_after_a_failure);
     RUN_TEST(logical_devices_are_commanded);
     RUN_TEST(each_acquisition_has_a_report);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Diagnostic structures, and functional reporting definitions over both kinds.
+// Diagnostic structures, and functional reporting definitions over both kinds of structure.
 #include "test/unit/pus/fixtures/parameters.h"
 #include "test/unit/pus/fixtures/records.h"
 #include "test/unit/pus/fixtures/reports.h"
@@ -64,7 +64,7 @@ void setUp(void)
     cycle = 0U;
     start(records_port());
     add(5U, false, false);
-    add(5U, true, false); // The same id, in the other kind.
+    add(5U, true, false); // A diagnostic structure with the same id.
     add(6U, true, true);
 }
 
@@ -152,7 +152,7 @@ static void diagnostic_structures_have_identifiers_of_their_own(void)
     request(4U);
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 7U);
     list(1U, 5U);
-    request(3U); // The other structure with that id stays.
+    request(3U); // The housekeeping structure with the same id remains.
     request(11U);
     EXPECT_MESSAGES(1, 1, 1, 3, 3, 12, 1, 7);
 }
@@ -271,7 +271,7 @@ static void applied_definitions_switch_their_structures(void)
     entry(26U, 6U, 1U, 4U);
     request(38U);
     begin();
-    u8(1U); // Exclusive: 5 ends.
+    u8(1U); // The definition is exclusive, so structure 5 ends.
     u8(2U);
     u16(99U);
     u16(41U);
@@ -281,7 +281,7 @@ static void applied_definitions_switch_their_structures(void)
     bench_clear();
     run(8U);
     EXPECT_MESSAGES(3, 26, 3, 26);
-    apply(0U, 41U); // A structure that is already as required continues.
+    apply(0U, 41U); // A structure that already has the required state continues.
     run(3U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     run(1U);
@@ -364,14 +364,15 @@ static void definitions_outlive_a_power_cut(void)
     start(records_port());
     TEST_ASSERT_EQUAL_UINT64(1U, records_replay(PUS_SERVICE_HOUSEKEEPING, pus_hk_restore, &hk));
     TEST_ASSERT_EQUAL_UINT64(1U,
-                             records_replay(PUS_SERVICE_HOUSEKEEPING, pus_hk_restore, &hk)); // In its place.
+                             // The record replaces the definition.
+                             records_replay(PUS_SERVICE_HOUSEKEEPING, pus_hk_restore, &hk));
     list(1U, 40U);
     request(40U);
     EXPECT_MESSAGES(1, 1, 1, 3, 3, 41, 1, 7);
     TEST_ASSERT_EQUAL_UINT64(24U, bench_report(2U).size);
 }
 
-static void records_that_are_none_are_refused(void)
+static void bad_records_are_refused(void)
 {
     static const uint8_t odd[]  = {1, 24, 0, 1, 0, 0, 0, 0, 1};
     static const uint8_t good[] = {1, 25, 0, 1, 0, 0, 0, 0, 1};
@@ -401,14 +402,14 @@ static void a_change_that_cannot_be_stored_is_not_made(void)
     request(39U);
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_IO, 1U, STATUS_IO);
-    start(NULL); // There is no store of records.
+    start(NULL); // Without a store of records.
     create(40U);
     list(1U, 40U);
     request(39U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-static void a_set_of_no_parameters_is_none(void)
+static void an_empty_set_of_parameters_is_refused(void)
 {
     static const uint32_t once[]         = {P_U8};
     const pus_hk_set_definition_t sets[] = {{2U, 0U, once}};
@@ -417,7 +418,7 @@ static void a_set_of_no_parameters_is_none(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition));
 }
 
-/// A request leaves the guard free, whatever became of it.
+/// A request releases the guard whether it is performed or refused.
 static void each_request_releases_the_guard(void)
 {
     static const struct {
@@ -452,8 +453,8 @@ int main(void)
     RUN_TEST(structures_that_cannot_follow_are_counted);
     RUN_TEST(definitions_are_changed_entry_by_entry);
     RUN_TEST(definitions_outlive_a_power_cut);
-    RUN_TEST(records_that_are_none_are_refused);
-    RUN_TEST(a_set_of_no_parameters_is_none);
+    RUN_TEST(bad_records_are_refused);
+    RUN_TEST(an_empty_set_of_parameters_is_refused);
     RUN_TEST(a_change_that_cannot_be_stored_is_not_made);
     RUN_TEST(each_request_releases_the_guard);
     return UNITY_END();

@@ -44,7 +44,7 @@ static void run(const unsigned cycles)
     }
 }
 
-/// Structure 5: every 6 cycles U16, and 3 samples of {U8, U16}.
+/// Add structure 5: every 6 cycles, U16 and 3 samples of {U8, U16}.
 static status_t add_structure(const uint16_t id, const bool is_periodic)
 {
     static const uint32_t simple[]              = {P_U16};
@@ -61,7 +61,7 @@ static status_t add_structure(const uint16_t id, const bool is_periodic)
     return pus_hk_add(&hk, &definition);
 }
 
-/// A structure of one U8, every 2 cycles.
+/// Add a structure of one U8, every 2 cycles.
 static status_t add_simple_structure(const uint16_t id, const bool is_periodic)
 {
     static const uint32_t simple[]       = {P_U8};
@@ -70,7 +70,7 @@ static status_t add_simple_structure(const uint16_t id, const bool is_periodic)
     return pus_hk_add(&hk, &definition);
 }
 
-/// Values of a report of structure 5 whose samples have these ticks; the simple values have the last.
+/// Expect a report of structure 5 whose samples have these ticks; the simple values have the last tick.
 static void expect_report(const size_t index, const uint16_t id, const uint8_t first, const uint8_t second,
                           const uint8_t third)
 {
@@ -130,7 +130,7 @@ static void the_cycle_counter_may_wrap(void)
     expect_report(2U, 5U, 14U, 16U, 18U);
 }
 
-static void repetitions_that_do_not_divide_the_interval_are_all_taken(void)
+static void all_samples_are_taken_if_they_do_not_divide_the_interval(void)
 {
     static const uint32_t super[] = {P_U8};
     for (uint32_t interval = 1U; interval <= 20U; interval++) {
@@ -182,9 +182,10 @@ static void definitions_are_checked(void)
     definition.parameters = &ids[3];
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, pus_hk_add(&hk, &definition));
     definition.parameters = &ids[4];
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_hk_add(&hk, &definition)); // More octets than a sample buffer.
+    // More octets than a sample buffer holds.
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_hk_add(&hk, &definition));
     definition.parameter_count = 0U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition)); // Nothing to report.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition)); // No parameter to report.
     definition.set_count = 1U;
     definition.sets      = &set;
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition)); // More samples than cycles.
@@ -192,7 +193,8 @@ static void definitions_are_checked(void)
     definition.interval                  = 2U;
     definition.set_count                 = 2U;
     definition.sets                      = sets;
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_hk_add(&hk, &definition)); // The first set had it.
+    // The first set already contains the parameter.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_hk_add(&hk, &definition));
     definition.set_count = 1U;
     definition.sets      = &set;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_hk_add(&hk, &definition));
@@ -260,7 +262,7 @@ static void a_structure_is_created_reported_enabled_and_deleted(void)
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 9U);
 }
 
-/// TC[3,1] with this data is refused as a whole, and nothing is created.
+/// Expect that TC[3,1] with this data is refused as a whole and creates no structure.
 static void expect_not_created(const uint8_t* const data, const size_t size, const uint16_t code,
                                const uint32_t detail)
 {
@@ -278,7 +280,7 @@ static void creation_is_refused_as_a_whole(void)
 {
     uint8_t data[sizeof create_9];
     memcpy(data, create_9, sizeof data);
-    data[5] = 0U; // Interval.
+    data[5] = 0U; // The interval.
     expect_not_created(data, sizeof data, PUS_FAILURE_OUT_OF_RANGE, 2U);
     data[5] = 1U; // Fewer cycles than samples.
     expect_not_created(data, sizeof data, PUS_FAILURE_OUT_OF_RANGE, 12U);
@@ -359,10 +361,10 @@ static void the_table_and_the_lists_have_their_limits(void)
     expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 0U, STRUCTURES);
 }
 
-static void parameters_are_appended_in_their_places(void)
+static void parameters_are_appended_to_their_sets(void)
 {
     static const uint8_t one[] = {1, 0, 9};
-    // U8 is in a set already; STRUCT is added to the simple ones, MANY makes a second set.
+    // U8 is already in a set; STRUCT becomes a simple parameter, and MANY makes a second set.
     uint8_t data[]                = {0, 9, 1, 0, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 0};
     static const uint8_t report[] = {0, 9, 0, 0, 0, 0, 4, 0, 2, 2, 1, 0, 2, 2, 24, 0, 4, 0, 2,  0,
                                      2, 0, 2, 2, 0, 0, 1, 2, 9, 0, 3, 0, 1, 0, 1,  2, 0, 0, 100};
@@ -399,7 +401,7 @@ static void parameters_are_appended_in_their_places(void)
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 0U, 8U);
 }
 
-static void one_shot_reports_go_to_the_requester_and_disturb_nothing(void)
+static void one_shot_reports_go_to_the_requester_and_leave_periodic_ones_unchanged(void)
 {
     static const uint8_t one[] = {1, 0, 5};
     TEST_ASSERT_EQUAL(STATUS_OK, add_structure(5U, true));
@@ -412,7 +414,7 @@ static void one_shot_reports_go_to_the_requester_and_disturb_nothing(void)
     run(3U);
     expect_report(0U, 5U, 2U, 4U, 6U);
     TEST_ASSERT_EQUAL_UINT16(PUS_USER_GROUND, bench_report(0U).destination);
-    bench.refusals = 1000U; // No report is sent, until no more can wait either.
+    bench.refusals = 1000U; // No report is sent or queued any more.
     while (hk.counters.dropped == 0U) {
         TEST_ASSERT_EQUAL(STATUS_OK, bench_request(27U, one, sizeof one));
     }
@@ -427,7 +429,7 @@ static void intervals_are_modified_one_by_one(void)
     TEST_ASSERT_EQUAL(STATUS_OK, add_simple_structure(6U, false));
     TEST_ASSERT_EQUAL(STATUS_OK, add_simple_structure(7U, true));
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(31U, data, sizeof data));
-    EXPECT_MESSAGES(1, 1, 1, 4, 1, 4, 1, 4, 1, 4);            // Not even one is valid.
+    EXPECT_MESSAGES(1, 1, 1, 4, 1, 4, 1, 4, 1, 4);            // Not one instruction is valid.
     expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 1U, 3U); // 3 samples need 3 cycles.
     expect_failure(2U, 4U, PUS_FAILURE_UNKNOWN_ID, 2U, 8U);
     expect_failure(3U, 4U, PUS_FAILURE_OUT_OF_RANGE, 3U, 15U);
@@ -474,7 +476,7 @@ static void lists_of_255_are_served(void)
     }
 }
 
-static void enabling_again_does_not_begin_again(void)
+static void enabling_twice_does_not_restart_the_interval(void)
 {
     static const uint8_t one[] = {1, 0, 5};
     TEST_ASSERT_EQUAL(STATUS_OK, add_structure(5U, true));
@@ -576,18 +578,18 @@ int main(void)
     RUN_TEST(samples_are_spread_over_the_interval);
     RUN_TEST(missed_cycles_are_sampled_late_and_the_interval_is_kept);
     RUN_TEST(the_cycle_counter_may_wrap);
-    RUN_TEST(repetitions_that_do_not_divide_the_interval_are_all_taken);
+    RUN_TEST(all_samples_are_taken_if_they_do_not_divide_the_interval);
     RUN_TEST(a_refused_report_is_dropped_and_counted);
     RUN_TEST(definitions_are_checked);
     RUN_TEST(samples_may_fill_their_buffer_to_the_last_octet);
     RUN_TEST(a_structure_is_created_reported_enabled_and_deleted);
     RUN_TEST(creation_is_refused_as_a_whole);
     RUN_TEST(the_table_and_the_lists_have_their_limits);
-    RUN_TEST(parameters_are_appended_in_their_places);
-    RUN_TEST(one_shot_reports_go_to_the_requester_and_disturb_nothing);
+    RUN_TEST(parameters_are_appended_to_their_sets);
+    RUN_TEST(one_shot_reports_go_to_the_requester_and_leave_periodic_ones_unchanged);
     RUN_TEST(intervals_are_modified_one_by_one);
     RUN_TEST(lists_of_255_are_served);
-    RUN_TEST(enabling_again_does_not_begin_again);
+    RUN_TEST(enabling_twice_does_not_restart_the_interval);
     RUN_TEST(every_request_has_a_strict_format);
     RUN_TEST(another_loop_samples_its_own_parameters_and_passes_the_report_on);
     return UNITY_END();

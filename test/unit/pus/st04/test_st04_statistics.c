@@ -152,7 +152,7 @@ static entry_t entry_read(octet_reader_t* const reader)
     return entry;
 }
 
-/// The only entry of report `index`.
+/// Read the only entry of report `index`.
 static entry_t only_entry(const size_t index)
 {
     uint64_t from         = 0U;
@@ -250,7 +250,7 @@ static void values_that_are_not_finite_are_left_out(void)
     TEST_ASSERT_EQUAL_UINT32(2U, statistics.counters.missing);
 }
 
-static void a_full_statistic_takes_no_more(void)
+static void a_full_statistic_accepts_no_more_samples(void)
 {
     defined(LEVEL, CYCLE_TICKS);
     step(1U);
@@ -260,7 +260,7 @@ static void a_full_statistic_takes_no_more(void)
     TEST_ASSERT_EQUAL_UINT32(2U, statistics.counters.samples);
 }
 
-static void each_is_sampled_in_its_interval(void)
+static void each_parameter_is_sampled_in_its_interval(void)
 {
     defined(LEVEL, CYCLE_TICKS * 3);
     defined(REAL, (CYCLE_TICKS * 5) + 1);
@@ -271,7 +271,7 @@ static void each_is_sampled_in_its_interval(void)
     TEST_ASSERT_EQUAL_UINT32(2U, entries[0].samples);
 }
 
-static void periodic_reports_are_of_one_interval_each(void)
+static void each_periodic_report_covers_one_interval(void)
 {
     defined(LEVEL, CYCLE_TICKS);
     begin(0U);
@@ -336,7 +336,7 @@ static void each_refusal_has_its_code(void)
     expect_failure(2U, 4U, PUS_FAILURE_TABLE_FULL, CAPACITY, CAPACITY);
 }
 
-static void long_reports_go_over_several_packets(void)
+static void long_reports_are_split_into_several_packets(void)
 {
     begin(CAPACITY);
     for (uint32_t i = 0U; i < CAPACITY; i++) {
@@ -370,7 +370,7 @@ static void a_lost_statistic_is_counted_or_not_reset_after_a_request(void)
     write_ticks(CYCLE_TICKS * 2);
     TEST_ASSERT_EQUAL(STATUS_OK, send(4U));
     bench.refusals = 1000U;
-    step(4U); // Two reports; no report of their class is kept.
+    step(4U); // Two reports; the port keeps no report of this class.
     TEST_ASSERT_EQUAL_UINT32(2U, statistics.counters.lost);
     step(1U);
     const uint8_t flag = 1U;
@@ -402,7 +402,7 @@ static void definitions_are_deleted(void)
     TEST_ASSERT_EQUAL(STATUS_OK, send(7U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_IO);
-    records.erase_status = STATUS_NOT_FOUND; // The store has lost them.
+    records.erase_status = STATUS_NOT_FOUND; // The store has lost the records.
     TEST_ASSERT_EQUAL(STATUS_OK, send(7U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     step(1U);
@@ -468,7 +468,7 @@ static void without_a_store_all_requests_are_performed(void)
     TEST_ASSERT_EQUAL_UINT(0U, records.puts);
 }
 
-static void records_that_are_no_good_are_reported(void)
+static void bad_records_are_reported(void)
 {
     static const uint8_t one[]  = {0, 0, 0, 1, 0, 0, 0, 0};
     static const uint8_t none[] = {0, 0, 0, 0, 0, 0, 0};
@@ -508,18 +508,18 @@ int main(void)
     RUN_TEST(samples_become_extremes_mean_and_deviation);
     RUN_TEST(extremes_are_exact_and_small_changes_on_large_values_are_kept);
     RUN_TEST(values_that_are_not_finite_are_left_out);
-    RUN_TEST(a_full_statistic_takes_no_more);
-    RUN_TEST(each_is_sampled_in_its_interval);
-    RUN_TEST(periodic_reports_are_of_one_interval_each);
+    RUN_TEST(a_full_statistic_accepts_no_more_samples);
+    RUN_TEST(each_parameter_is_sampled_in_its_interval);
+    RUN_TEST(each_periodic_report_covers_one_interval);
     RUN_TEST(intervals_below_a_cycle_are_refused);
     RUN_TEST(each_refusal_has_its_code);
-    RUN_TEST(long_reports_go_over_several_packets);
+    RUN_TEST(long_reports_are_split_into_several_packets);
     RUN_TEST(a_lost_statistic_is_counted_or_not_reset_after_a_request);
     RUN_TEST(definitions_are_deleted);
     RUN_TEST(definitions_are_reported_and_outlast_a_power_cut);
     RUN_TEST(a_change_that_cannot_be_stored_is_refused);
     RUN_TEST(without_a_store_all_requests_are_performed);
-    RUN_TEST(records_that_are_no_good_are_reported);
+    RUN_TEST(bad_records_are_reported);
     RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();
 }

@@ -160,7 +160,7 @@ static void an_event_waits_while_the_port_refuses(void)
 
 // ---- Limiter ----
 
-#define TELLER 9U
+#define SUPPRESSED 9U
 #define MS 1000000ULL
 
 enum {
@@ -172,7 +172,7 @@ static const pus_event_definition_t limited[] = {
     {.id = 1U, .severity = PUS_SEVERITY_LOW, .burst = PUS_EVENT_BURST, .interval_ms = PUS_EVENT_INTERVAL_MS},
     {.id = 2U, .severity = PUS_SEVERITY_MEDIUM, .burst = 3U, .interval_ms = 1U},
     {.id = 3U, .severity = PUS_SEVERITY_HIGH},
-    {.id          = TELLER,
+    {.id          = SUPPRESSED,
      .severity    = PUS_SEVERITY_LOW,
      .burst       = 20U,
      .aux_size    = PUS_SUPPRESSED_AUX,
@@ -181,10 +181,10 @@ static const pus_event_definition_t limited[] = {
 static void limit(void)
 {
     pus_events_init(&events, &bench.process, limited, states, 4U);
-    pus_events_report_suppressed_by(&events, TELLER);
+    pus_events_report_suppressed_by(&events, SUPPRESSED);
 }
 
-/// Raise an event this often at one time; returns how many were reported.
+/// Raise an event this many times at one time. Returns how many events were reported.
 static unsigned passed(const uint16_t id, const unsigned times, const uint64_t now_ns)
 {
     const uint32_t before = events.counters.reported;
@@ -196,7 +196,7 @@ static unsigned passed(const uint16_t id, const unsigned times, const uint64_t n
 
 static void a_burst_passes_and_then_the_rate(void)
 {
-    // The last time before milliseconds wrap.
+    // The last value is just before the milliseconds wrap.
     static const uint64_t begins_ms[] = {0U, 5000U, UINT32_MAX - 150U};
     for (unsigned i = 0U; i < 3U; i++) {
         const uint64_t begin = begins_ms[i] * MS;
@@ -210,9 +210,10 @@ static void a_burst_passes_and_then_the_rate(void)
         TEST_ASSERT_EQUAL(1U, passed(1U, 10U, begin + (100U * MS)));
         TEST_ASSERT_EQUAL(0U, passed(1U, 10U, begin + (199U * MS)));
         TEST_ASSERT_EQUAL(3U, passed(1U, 10U, begin + (400U * MS)));
-        TEST_ASSERT_EQUAL(19U, passed(1U, 50U, begin + (2300U * MS))); // 1.9 s later: all but one again.
+        // 1.9 s later all places but one are free again.
+        TEST_ASSERT_EQUAL(19U, passed(1U, 50U, begin + (2300U * MS)));
         TEST_ASSERT_EQUAL(20U, passed(1U, 50U, begin + (90000U * MS)));
-        TEST_ASSERT_EQUAL(3U, passed(2U, 5U, begin)); // Each on its own.
+        TEST_ASSERT_EQUAL(3U, passed(2U, 5U, begin)); // Each event has a limit of its own.
         TEST_ASSERT_EQUAL(1U, passed(2U, 5U, begin + MS));
         TEST_ASSERT_EQUAL_UINT32(events.states[NOISE].raised + events.states[OTHER].raised,
                                  events.counters.reported + events.counters.suppressed);
@@ -228,7 +229,7 @@ static void an_event_without_a_rate_always_passes(void)
 static uint32_t count_reported(const size_t index, const uint16_t id)
 {
     octet_reader_t reader = bench_data(index);
-    TEST_ASSERT_EQUAL_UINT16(TELLER, octet_read_u16(&reader));
+    TEST_ASSERT_EQUAL_UINT16(SUPPRESSED, octet_read_u16(&reader));
     TEST_ASSERT_EQUAL_UINT16(id, octet_read_u16(&reader));
     return octet_read_u32(&reader);
 }
@@ -261,7 +262,7 @@ static void the_number_of_suppressed_events_is_reported_later_if_there_is_no_roo
     limit();
     (void)passed(1U, 30U, MS);
     bench_clear();
-    while (raise_event(TELLER, 6U) == STATUS_OK) { // Until there is no room for another.
+    while (raise_event(SUPPRESSED, 6U) == STATUS_OK) { // Fill the queue of reports.
         bench.refusals   = 1000U;
         states[3].due_ms = 0U;
     }
@@ -292,7 +293,7 @@ static void a_high_event_is_sent_unless_an_earlier_one_still_waits(void)
         for (unsigned i = 0U; i < 50U; i++) {
             TEST_ASSERT_EQUAL(STATUS_OK, pus_event_raise(&events, 3U, NULL, 0U, MS));
         }
-        TEST_ASSERT_EQUAL_UINT32(48U, events.counters.suppressed); // One was sent, one waits.
+        TEST_ASSERT_EQUAL_UINT32(48U, events.counters.suppressed); // One event was sent, one waits.
         TEST_ASSERT_EQUAL(STATUS_OK, pus_event_raise(&events, 2U, NULL, 0U, MS));
         bench.accepts = 0U;
         TEST_ASSERT_EQUAL(STATUS_OK, pus_app_process_flush(&bench.process));
@@ -303,7 +304,7 @@ static void a_high_event_is_sent_unless_an_earlier_one_still_waits(void)
     }
 }
 
-/// 100 in each millisecond for 60 s, reported and added up.
+/// 100 events in each millisecond for 60 s: the reported numbers add up to all of them.
 static void all_occurrences_of_a_storm_add_up(void)
 {
     uint32_t sum = 0U;
@@ -312,7 +313,7 @@ static void all_occurrences_of_a_storm_add_up(void)
         (void)passed(1U, 100U, ms * MS);
         (void)pus_events_step(&events, ms * MS);
         for (size_t i = 0U; i < bench.count; i++) {
-            sum += (bench_report(i).data[1] == TELLER) ? count_reported(i, 1U) : 1U;
+            sum += (bench_report(i).data[1] == SUPPRESSED) ? count_reported(i, 1U) : 1U;
         }
         bench_clear();
     }

@@ -128,7 +128,7 @@ static void unknown_memories_and_objects_are_refused(void)
     memory_add_data(0U, "a", 1U, 0U);
     memory_request(1U);
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 0U, 6U);
-    memory_begin_object(ROM, 7U); // It has none.
+    memory_begin_object(ROM, 7U); // ROM has no objects.
     octet_write_u8(&memory_writer, 1U);
     memory_add_area(0U, 1U);
     memory_request(3U);
@@ -175,7 +175,7 @@ static void add_bits(const uint32_t address, const uint32_t mask, const uint32_t
     octet_write_u32(&memory_writer, bits);
 }
 
-static void bits_are_loaded_in_one_write(void)
+static void bits_of_an_area_are_loaded_by_one_write(void)
 {
     memory_begin(WORDS);
     add_bits(0xFFFFFFC4U, 0xFF00000FU, 0xAABBCCDDU);
@@ -311,7 +311,7 @@ static void a_request_fails_when_its_record_cannot_be_stored(void)
     pus_memory_init(&memory_service, &config);
     memory_begin(RAM);
     memory_request(15U);
-    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7); // Nothing is recorded if there is no place for it.
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7); // A memory without a place for its record is not recorded.
     memory_begin(RAM);
     octet_write_u8(&memory_writer, 1U);
     memory_add_area(RAM_BASE, 1U);
@@ -331,7 +331,7 @@ static void begin_odd(void)
     pus_memory_init(&memory_service, &config);
 }
 
-static void memories_that_make_no_sense_are_coding_errors(void)
+static void impossible_memories_are_coding_errors(void)
 {
     odd      = memory_list()[1];
     odd.base = 2U;
@@ -353,13 +353,13 @@ int main(void)
     RUN_TEST(unknown_memories_and_objects_are_refused);
     RUN_TEST(data_that_read_back_differently_fail_the_request);
     RUN_TEST(an_access_that_fails_fails_the_request);
-    RUN_TEST(bits_are_loaded_in_one_write);
+    RUN_TEST(bits_of_an_area_are_loaded_by_one_write);
     RUN_TEST(bits_that_cannot_be_loaded_fail_the_request);
     RUN_TEST(a_protected_memory_takes_no_load);
     RUN_TEST(a_scrubbed_memory_is_read_repeatedly_from_start_to_end);
     RUN_TEST(protection_and_scrubbing_outlive_a_restart);
     RUN_TEST(records_that_fit_no_memory_are_refused);
     RUN_TEST(a_request_fails_when_its_record_cannot_be_stored);
-    RUN_TEST(memories_that_make_no_sense_are_coding_errors);
+    RUN_TEST(impossible_memories_are_coding_errors);
     return UNITY_END();
 }

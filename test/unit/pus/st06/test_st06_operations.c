@@ -206,7 +206,7 @@ static void raw_areas_are_checked(void)
     expect_strict_format(9U, memory_data, memory_writer.position);
 }
 
-static void objects_are_checked_in_parts_and_whole(void)
+static void objects_are_checked_in_parts_and_completely(void)
 {
     memory_begin_object(RAM, 7U);
     octet_write_u8(&memory_writer, 1U);
@@ -265,7 +265,7 @@ static void raw_areas_are_loaded_from_a_file(void)
     expect_failure(2U, 4U, PUS_FAILURE_OUT_OF_RANGE, 3U, 41U);
     TEST_ASSERT_EQUAL_STRING("dir/data", memory_file.name);
     memory_step(2U);
-    TEST_ASSERT_EQUAL_HEX8(7U, memory_ram[1]); // First the complete checksum.
+    TEST_ASSERT_EQUAL_HEX8(7U, memory_ram[1]); // The checksum of the complete file is checked first.
     memory_step(4U);
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 4, 1, 3, 1, 8);
     expect_failure(4U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 2U);
@@ -455,7 +455,7 @@ static void a_dump_continues_when_the_one_before_it_has_ended(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 6, 6, 1, 7, 6, 6, 6, 6, 6, 6, 1, 7);
 }
 
-/// A request that came in parts, and is well-formed.
+/// The request came in parts and is well-formed.
 static void a_request_longer_than_a_packet_is_refused(void)
 {
     static uint8_t octets[5000];
@@ -480,7 +480,7 @@ int main(void)
     RUN_TEST(all_dumps_are_ended_together);
     RUN_TEST(a_dump_continues_when_the_one_before_it_has_ended);
     RUN_TEST(raw_areas_are_checked);
-    RUN_TEST(objects_are_checked_in_parts_and_whole);
+    RUN_TEST(objects_are_checked_in_parts_and_completely);
     RUN_TEST(an_unreadable_area_is_omitted_from_a_check);
     RUN_TEST(raw_areas_are_loaded_from_a_file);
     RUN_TEST(an_object_is_loaded_from_a_file);

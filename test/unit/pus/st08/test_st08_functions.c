@@ -122,7 +122,7 @@ static void a_function_without_arguments_has_a_count_of_none(void)
     expect_strict_format(1U, data, sizeof data);
 }
 
-static void the_ports_refusal_is_passed_on(void)
+static void a_refusal_of_the_port_is_reported(void)
 {
     performed.reply = pus_refused(PUS_FAILURE_STATE, 3U);
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, move, sizeof move));
@@ -142,7 +142,8 @@ static void other_names_are_unknown(void)
         uint8_t data[20] = {0};
         memcpy(data, names[i], strlen(names[i]));
         bench_clear();
-        TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, data, 9U + i)); // Its arguments cannot be checked.
+        // The arguments of an unknown function cannot be checked.
+        TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, data, 9U + i));
         EXPECT_MESSAGES(1, 1, 1, 4);
         const uint32_t half =
             ((uint32_t)data[0] << 24U) | ((uint32_t)data[1] << 16U) | ((uint32_t)data[2] << 8U) | data[3];
@@ -160,7 +161,7 @@ static void other_names_are_unknown(void)
     TEST_ASSERT_EQUAL_UINT32(0U, performed.calls);
 }
 
-/// MOVE_TO with octet `offset` changed is refused at start, and nothing is performed.
+/// Expect that MOVE_TO with octet `offset` changed is refused at its start and not performed.
 static void expect_refused(const size_t offset, const uint8_t value, const uint16_t code,
                            const uint16_t instruction, const uint32_t detail)
 {
@@ -174,7 +175,7 @@ static void expect_refused(const size_t offset, const uint8_t value, const uint1
     TEST_ASSERT_EQUAL_UINT32(0U, performed.calls);
 }
 
-static void bad_arguments_are_named(void)
+static void bad_arguments_are_reported_with_their_position(void)
 {
     expect_refused(10U, 99U, PUS_FAILURE_UNKNOWN_ID, 1U, 99U);
     expect_refused(28U, 99U, PUS_FAILURE_UNKNOWN_ID, 2U, 99U);
@@ -248,9 +249,9 @@ int main(void)
     RUN_TEST(arguments_become_a_struct);
     RUN_TEST(arguments_may_come_in_any_order);
     RUN_TEST(a_function_without_arguments_has_a_count_of_none);
-    RUN_TEST(the_ports_refusal_is_passed_on);
+    RUN_TEST(a_refusal_of_the_port_is_reported);
     RUN_TEST(other_names_are_unknown);
-    RUN_TEST(bad_arguments_are_named);
+    RUN_TEST(bad_arguments_are_reported_with_their_position);
     RUN_TEST(values_that_are_not_finite_are_refused);
     RUN_TEST(every_wrong_count_and_length_is_rejected);
     RUN_TEST(a_table_that_does_not_fit_its_area_is_a_coding_error);

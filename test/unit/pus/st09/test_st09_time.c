@@ -56,7 +56,7 @@ void tearDown(void)
 {
 }
 
-/// The fields of the last time packet, which must be well-formed.
+/// Fields of the last time packet, which must be well-formed.
 typedef struct {
     uint16_t sequence;
     uint8_t exponent;
@@ -94,7 +94,7 @@ static time_fields_t report(const pus_time_format_t format)
     return result;
 }
 
-/// Step at a time; true if a report was sent, which must have that time.
+/// Step at this time. Returns true if a report was sent; its time must be `now_ns`.
 static bool sends(const uint64_t now_ns)
 {
     const unsigned before = ground.count;
@@ -148,8 +148,8 @@ static void reports_come_at_multiples_of_the_period(void)
     TEST_ASSERT_EQUAL_UINT64(S, pus_time_due_ns(&service, 1U));
     TEST_ASSERT_TRUE(sends(S));
     TEST_ASSERT_FALSE(sends(S));
-    TEST_ASSERT_TRUE(sends(9U * S)); // Once, however far the time jumps.
-    TEST_ASSERT_TRUE(sends(2U * S)); // Also backwards.
+    TEST_ASSERT_TRUE(sends(9U * S)); // One report, however far the time jumps.
+    TEST_ASSERT_TRUE(sends(2U * S)); // A jump backwards also gives one report.
     TEST_ASSERT_FALSE(sends(2U * S));
     TEST_ASSERT_EQUAL_UINT16(3U, report(PUS_TIME_CUC).sequence);
     TEST_ASSERT_EQUAL_UINT32(4U, service.counters.sent);
@@ -188,7 +188,7 @@ static void the_rate_is_set(void)
     expect_strict_format(1U, "", 1U);
 }
 
-static void there_may_be_no_reports_at_first(void)
+static void time_reports_may_be_disabled_at_the_start(void)
 {
     start(PUS_TIME_CUC, PUS_TIME_NO_REPORTS);
     TEST_ASSERT_EQUAL_UINT64(UINT64_MAX, pus_time_due_ns(&service, S));
@@ -223,7 +223,7 @@ static void the_rate_outlives_a_power_cut(void)
     TEST_ASSERT_TRUE(set_rate(1U));
 }
 
-static void a_time_packet_is_told_from_others_by_its_first_two_octets(void)
+static void a_time_packet_is_recognised_by_its_first_two_octets(void)
 {
     TEST_ASSERT_TRUE(sends(0U));
     TEST_ASSERT_TRUE(pus_is_time_packet(ground.packet, 2U));
@@ -254,9 +254,9 @@ int main(void)
     RUN_TEST(reports_come_at_multiples_of_the_period);
     RUN_TEST(a_time_report_that_the_port_refuses_is_sent_later);
     RUN_TEST(the_rate_is_set);
-    RUN_TEST(there_may_be_no_reports_at_first);
+    RUN_TEST(time_reports_may_be_disabled_at_the_start);
     RUN_TEST(the_rate_outlives_a_power_cut);
-    RUN_TEST(a_time_packet_is_told_from_others_by_its_first_two_octets);
+    RUN_TEST(a_time_packet_is_recognised_by_its_first_two_octets);
     RUN_TEST(calls_against_the_contract_are_asserted);
     return UNITY_END();
 }

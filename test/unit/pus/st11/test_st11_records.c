@@ -44,7 +44,7 @@ static void acknowledged_changes_survive_a_power_cut(void)
     TEST_ASSERT_EQUAL_UINT8(3U, st11_fixture.schedule.schedule.sub_schedules.flags[SS]);
     TEST_ASSERT_EQUAL_UINT8(1U, st11_fixture.schedule.schedule.sub_schedules.flags[9]);
     TEST_ASSERT_EQUAL_UINT8(1U, st11_fixture.schedule.schedule.groups.flags[7]);
-    st11_fixture_insert(SS, G, 5U * S, 4U); // After 2, which has the same tag.
+    st11_fixture_insert(SS, G, 5U * S, 4U); // Inserted after activity 2, which has the same time tag.
     st11_fixture_restart();
     EXPECT_SCHEDULE(1, 2, 4);
     st11_fixture_command_ids(21U, 1U, ss);
@@ -104,7 +104,7 @@ static void an_activity_under_release_at_a_restart_is_reported_and_not_released_
     }
     TEST_ASSERT_EQUAL_UINT32(3U, st11_fixture.schedule.schedule.counters.lost);
     TEST_ASSERT_EQUAL_UINT64(0U, released.count);
-    st11_fixture_restart(); // Reported once.
+    st11_fixture_restart(); // The loss is reported once.
     st11_fixture.config.lost = NULL;
     pus_time_schedule_step(&st11_fixture.schedule, 3U * S);
     EXPECT_RELEASED(3);
@@ -236,7 +236,7 @@ static void an_impossible_activity_record_is_refused(void)
                       pus_time_schedule_restore(&st11_fixture.schedule, key, octets, record.position));
     TEST_ASSERT_EQUAL_UINT64(8U, st11_fixture.schedule.schedule.serial);
     TEST_ASSERT_EQUAL_UINT64(0U, pus_time_schedule_next_ns(&st11_fixture.schedule)); // Long before the epoch.
-    schedule_drop(&st11_fixture.schedule.schedule, 599U); // A slot that is free again takes a record again.
+    schedule_drop(&st11_fixture.schedule.schedule, 599U); // A free slot accepts a record again.
     TEST_ASSERT_EQUAL(STATUS_OK,
                       pus_time_schedule_restore(&st11_fixture.schedule, key | 599U, octets, record.position));
     st11_fixture.config = schedule_config(1U, 1U);
@@ -247,7 +247,7 @@ static void an_impossible_activity_record_is_refused(void)
                                                                   PUS_SCHEDULE_RECORD_HEAD + longer));
 }
 
-static void a_state_that_makes_no_sense_is_refused(void)
+static void an_impossible_state_is_refused(void)
 {
     static const struct {
         status_t status;
@@ -286,6 +286,6 @@ int main(void)
     RUN_TEST(a_change_that_cannot_be_stored_is_not_acknowledged);
     RUN_TEST(due_activities_are_released_though_their_records_cannot_be_stored);
     RUN_TEST(an_impossible_activity_record_is_refused);
-    RUN_TEST(a_state_that_makes_no_sense_is_refused);
+    RUN_TEST(an_impossible_state_is_refused);
     return UNITY_END();
 }

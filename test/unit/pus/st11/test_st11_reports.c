@@ -54,7 +54,7 @@ static void a_detail_report_holds_the_request(void)
     }
 }
 
-static void a_report_by_identifier_has_those_in_order(void)
+static void a_report_by_identifier_is_ordered_by_time(void)
 {
     static const uint8_t expected[] = {7, 2, 4};
     st11_fixture_insert_ten();
@@ -84,7 +84,7 @@ static void a_report_by_identifier_has_those_in_order(void)
     st11_fixture_write_id(99U);
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(9U));
     EXPECT_MESSAGES(1, 1, 1, 4);
-    st11_fixture_begin(); // Activities of one report do not occur in the next one.
+    st11_fixture_begin(); // Activities of one report do not occur in the next report.
     st11_fixture_write_window(2U, 3U * S, 0U);
     octet_write_u8(&st11_fixture.writer, 1U);
     octet_write_u8(&st11_fixture.writer, 1U);
@@ -138,7 +138,7 @@ static unsigned details_so_far(const size_t from)
     return count;
 }
 
-static void a_long_report_continues_in_the_steps(void)
+static void a_long_report_continues_in_later_steps(void)
 {
     insert_600();
     st11_fixture_begin();
@@ -147,7 +147,7 @@ static void a_long_report_continues_in_the_steps(void)
     TEST_ASSERT_TRUE(pus_schedule_is_waiting(&st11_fixture.schedule.schedule));
     const uint32_t asked = bench.request_id;
     bench_clear();
-    st11_fixture_begin(); // No second report meanwhile.
+    st11_fixture_begin(); // During the report no second one is accepted.
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(17U));
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, 10U);
@@ -190,9 +190,9 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_detail_report_holds_the_request);
-    RUN_TEST(a_report_by_identifier_has_those_in_order);
+    RUN_TEST(a_report_by_identifier_is_ordered_by_time);
     RUN_TEST(a_report_that_does_not_fit_is_split);
-    RUN_TEST(a_long_report_continues_in_the_steps);
+    RUN_TEST(a_long_report_continues_in_later_steps);
     RUN_TEST(packets_of_a_report_that_the_port_refuses_are_sent_later);
     return UNITY_END();
 }

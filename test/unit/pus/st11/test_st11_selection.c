@@ -25,7 +25,7 @@ static void activities_are_deleted_by_identifier(void)
     for (uint16_t i = 0U; i < 5U; i++) {
         st11_fixture_insert(SS, G, (2U + i) * S, i);
     }
-    st11_fixture_insert(SS, G, 9U * S, 3U); // Two have the same.
+    st11_fixture_insert(SS, G, 9U * S, 3U); // Two activities have the same identifier.
     st11_fixture_begin_ids(3U);
     st11_fixture_write_id(1U);
     st11_fixture_write_id(77U);
@@ -57,7 +57,7 @@ static void identifiers_with_the_same_hash_bucket_are_distinguished(void)
     st11_fixture_begin_insert(SS, 2U);
     const size_t at = st11_fixture.writer.position + 9U;
     st11_fixture_add(G, 2U * S, 0U, 0U);
-    uint8_t other[32]; // The same count from another source, and for another process.
+    uint8_t other[32]; // Equal sequence counts from another source and for another process.
     size_t size = 0U;
     pus_tc_t tc = {.apid = RELEASE_APID, .sequence = 0U, .service = 17U, .subtype = 1U, .source = 10U};
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, other, sizeof other, &size));
@@ -79,7 +79,8 @@ static void identifiers_with_the_same_hash_bucket_are_distinguished(void)
 static void a_filter_has_a_window_and_lists(void)
 {
     st11_fixture_insert_ten();
-    // From 3 s to 6 s, both included: 1, 2, 3, 4; of them in sub-schedule 0: 2, 4; in G or G + 2: 2.
+    // From 3 s to 6 s inclusive: 1, 2, 3, 4; in sub-schedule 0 of these: 2, 4; in group G or G + 2 of these:
+    // 2.
     st11_fixture_begin();
     st11_fixture_write_window(1U, 3U * S, 6U * S);
     octet_write_u8(&st11_fixture.writer, 1U);
@@ -89,21 +90,21 @@ static void a_filter_has_a_window_and_lists(void)
     octet_write_u8(&st11_fixture.writer, G + 2U);
     st11_fixture_expect_done(6U);
     EXPECT_SCHEDULE(0, 1, 3, 4, 5, 6, 7, 8, 9);
-    st11_fixture_begin(); // From 10 s on.
+    st11_fixture_begin(); // A window from 10 s on.
     st11_fixture_write_window(2U, 10U * S, 0U);
     octet_write_u16(&st11_fixture.writer, 0U);
     st11_fixture_expect_done(6U);
     EXPECT_SCHEDULE(0, 1, 3, 4, 5, 6, 7);
-    st11_fixture_begin(); // Up to 3 s.
+    st11_fixture_begin(); // A window up to 3 s.
     st11_fixture_write_window(3U, 0U, 3U * S);
     octet_write_u16(&st11_fixture.writer, 0U);
     st11_fixture_expect_done(6U);
     EXPECT_SCHEDULE(3, 4, 5, 6, 7);
-    st11_fixture_begin(); // Nothing in the window.
+    st11_fixture_begin(); // A window without activities.
     st11_fixture_write_window(3U, 0U, 3U * S);
     octet_write_u16(&st11_fixture.writer, 0U);
     st11_fixture_expect_done(6U);
-    st11_fixture_begin(); // All.
+    st11_fixture_begin(); // All activities.
     st11_fixture_write_filter_all();
     st11_fixture_expect_done(6U);
     st11_fixture_expect_empty();
@@ -158,8 +159,8 @@ static void activities_are_shifted_by_identifier(void)
     st11_fixture_write_offset(-1500);
     octet_write_u8(&st11_fixture.writer, 4U);
     st11_fixture_write_id(4U);  // 6 s and 20 s: to 4.5 s and 18.5 s.
-    st11_fixture_write_id(1U);  // 3 s: to 1.5 s, now: still allowed.
-    st11_fixture_write_id(0U);  // 2 s: to 0.5 s, past.
+    st11_fixture_write_id(1U);  // 3 s to 1.5 s, which is now and still allowed.
+    st11_fixture_write_id(0U);  // 2 s to 0.5 s, which is in the past.
     st11_fixture_write_id(88U); // Unknown.
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(7U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 4, 1, 8);
@@ -186,7 +187,7 @@ static void a_shift_by_filter_is_complete_or_not_made(void)
 {
     st11_fixture_insert_ten();
     st11_fixture_begin();
-    st11_fixture_write_offset(-1000); // 0 would be moved to 1 s, which is past.
+    st11_fixture_write_offset(-1000); // Activity 0 would be moved to 1 s, which is in the past.
     st11_fixture_write_window(3U, 0U, 5U * S);
     octet_write_u16(&st11_fixture.writer, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(8U));
@@ -199,7 +200,7 @@ static void a_shift_by_filter_is_complete_or_not_made(void)
     octet_write_u16(&st11_fixture.writer, 0U);
     st11_fixture_expect_done(8U);
     EXPECT_SCHEDULE(4, 5, 0, 6, 1, 7, 2, 8, 3, 9);
-    st11_fixture_begin(); // Nothing selected: nothing to refuse.
+    st11_fixture_begin(); // No activity is selected, so there is nothing to refuse.
     st11_fixture_write_offset(-100000);
     st11_fixture_write_window(3U, 0U, 2U * S);
     octet_write_u16(&st11_fixture.writer, 0U);
@@ -222,7 +223,8 @@ static void a_shift_of_all_activities_is_complete_or_refused(void)
     octet_write_octets(&st11_fixture.writer, smallest, sizeof smallest);
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(15U));
     expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 0U, 0U);
-    st11_fixture_begin(); // 68 years from 2021 are within the range of times, twice is not.
+    // An offset of 68 years from 2021 is within the range of times; twice this offset is not.
+    st11_fixture_begin();
     octet_write_octets(&st11_fixture.writer, largest, sizeof largest);
     st11_fixture_expect_done(15U);
     st11_fixture_begin();
@@ -245,7 +247,8 @@ static void a_reset_forgets_all_but_the_groups(void)
     st11_fixture_command_ids(24U, 1U, g);
     released.accepts  = 0U;
     released.refusals = 1U;
-    pus_time_schedule_step(&st11_fixture.schedule, 2U * S); // 1 is being released when the reset comes.
+    // Activity 1 is being released when the reset comes.
+    pus_time_schedule_step(&st11_fixture.schedule, 2U * S);
     st11_fixture_command(3U);
     st11_fixture_expect_empty();
     TEST_ASSERT_FALSE(st11_fixture.schedule.schedule.is_enabled);
@@ -280,12 +283,12 @@ static void groups_are_created_and_deleted(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 4, 1, 8);
     expect_failure(2U, 4U, PUS_FAILURE_STATE, 2U, 11U);
     expect_failure(3U, 4U, PUS_FAILURE_UNKNOWN_ID, 3U, 99U);
-    st11_fixture_command_ids(23U, 0U, ids); // All that have no activity.
+    st11_fixture_command_ids(23U, 0U, ids); // All groups that have no activity.
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL_UINT16(1U, st11_fixture.schedule.schedule.groups.count);
     st11_fixture_command_ids(24U, 3U, ids);
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 4, 1, 4);
-    st11_fixture_command_ids(25U, 0U, ids); // All.
+    st11_fixture_command_ids(25U, 0U, ids); // All groups.
     TEST_ASSERT_EQUAL_UINT8(1U, st11_fixture.schedule.schedule.groups.flags[11]);
     st11_fixture_command_ids(24U, 0U, ids);
     TEST_ASSERT_EQUAL_UINT8(3U, st11_fixture.schedule.schedule.groups.flags[11]);

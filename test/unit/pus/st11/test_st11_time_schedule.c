@@ -84,7 +84,7 @@ static void a_sub_schedule_begins_disabled_with_its_first_activity(void)
 static void jumps_of_time_release_each_activity_once(void)
 {
     st11_fixture_enable_all();
-    for (uint16_t i = 0U; i < 300U; i++) { // More than a step may release.
+    for (uint16_t i = 0U; i < 300U; i++) { // More activities than a step may release.
         st11_fixture_insert(SS, G, (2U * S) + ((300U - i) * S), i);
     }
     pus_time_schedule_step(&st11_fixture.schedule, (2U * S) + (100U * S));
@@ -93,7 +93,7 @@ static void jumps_of_time_release_each_activity_once(void)
     TEST_ASSERT_EQUAL_UINT64(100U, released.count);
     pus_time_schedule_step(&st11_fixture.schedule, 102U * S);
     TEST_ASSERT_EQUAL_UINT64(100U, released.count);
-    // The clock goes forward: all that is left, once, in order.
+    // The clock goes forward: all remaining activities are released once, in order.
     pus_time_schedule_step(&st11_fixture.schedule, 100000U * S);
     TEST_ASSERT_EQUAL_UINT64(300U, released.count);
     for (uint16_t i = 0U; i < 300U; i++) {
@@ -141,13 +141,13 @@ static void each_instruction_of_an_insertion_is_refused_alone(void)
     st11_fixture_enable_all();
     st11_fixture_begin_insert(SS, 8U);
     st11_fixture_add(G, 2U * S, 1U, 10U);
-    st11_fixture_add(G + 1U, 2U * S, 2U, 10U);         // Unknown group.
-    st11_fixture_add(G, TEST_NOW_NS - 1000U, 3U, 10U); // Past.
+    st11_fixture_add(G + 1U, 2U * S, 2U, 10U);         // The group is unknown.
+    st11_fixture_add(G, TEST_NOW_NS - 1000U, 3U, 10U); // The time is in the past.
     const size_t time = st11_fixture.writer.position + 1U;
-    st11_fixture_add(G, 2U * S, 4U, 10U); // P-field.
+    st11_fixture_add(G, 2U * S, 4U, 10U); // The P-field is wrong.
     st11_fixture.data[time] = 0x2EU;
     const size_t checksum   = st11_fixture.writer.position + 9U;
-    st11_fixture_add(G, 2U * S, 5U, 10U); // Checksum.
+    st11_fixture_add(G, 2U * S, 5U, 10U); // The checksum is wrong.
     st11_fixture.data[checksum + 12U] ^= 1U;
     const size_t report = st11_fixture.writer.position + 9U;
     st11_fixture_add(G, 2U * S, 6U, 10U); // A report, not a request.
@@ -164,10 +164,11 @@ static void each_instruction_of_an_insertion_is_refused_alone(void)
     expect_failure(7U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 5U);
     EXPECT_SCHEDULE(7, 1, 8);
     TEST_ASSERT_EQUAL_UINT32(5U, st11_fixture.schedule.schedule.counters.refused);
-    TEST_ASSERT_EQUAL_UINT32(4U, st11_fixture.schedule.schedule.counters.inserted); // That of enable_all too.
+    // The activity of enable_all counts, too.
+    TEST_ASSERT_EQUAL_UINT32(4U, st11_fixture.schedule.schedule.counters.inserted);
 }
 
-static void an_insertion_that_is_refused_makes_no_sub_schedule(void)
+static void a_refused_insertion_creates_no_sub_schedule(void)
 {
     st11_fixture_begin_insert(SS, 1U);
     st11_fixture_add(G, 2U * S, 1U, 0U);
@@ -190,7 +191,7 @@ static void a_tag_must_be_later_than_now_by_the_margin(void)
     EXPECT_SCHEDULE(2);
 }
 
-static void a_request_is_as_long_as_can_be_reported(void)
+static void a_request_is_at_most_as_long_as_can_be_reported(void)
 {
     st11_fixture_create_group(G, 1U);
     st11_fixture_begin_insert(SS, 1U);
@@ -220,7 +221,7 @@ static void the_room_is_limited(void)
     st11_fixture_begin_ids(1U);
     st11_fixture_write_id(1U);
     st11_fixture_expect_done(5U);
-    st11_fixture_begin_insert(SS, 3U); // Two blocks are left.
+    st11_fixture_begin_insert(SS, 3U); // Two blocks are free.
     st11_fixture_add(G, 2U * S, 10U, (3U * PUS_BLOCK_CHAIN_BLOCK) - PUS_TC_MIN);
     st11_fixture_add(G, 2U * S, 11U, (2U * PUS_BLOCK_CHAIN_BLOCK) - PUS_TC_MIN);
     st11_fixture_add(G, 2U * S, 12U, 0U);
@@ -257,7 +258,7 @@ static void a_request_inserts_up_to_255(void)
     st11_fixture.data[1] = (uint8_t)last;
     st11_fixture_expect_done(4U);
     TEST_ASSERT_EQUAL_UINT16(last, st11_fixture.schedule.schedule.count);
-    st11_fixture.data[1] = 0U; // A count of none.
+    st11_fixture.data[1] = 0U; // A count of zero.
     TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(4U, st11_fixture.data, 2U));
 }
 
@@ -279,7 +280,8 @@ static void ten_thousand_activities_find_room(void)
     st11_fixture_add(G, 2U * S, 1U, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(4U));
     expect_failure(0U, 4U, PUS_FAILURE_TABLE_FULL, 1U, ACTIVITIES);
-    for (uint64_t ms = 0U; ms < ACTIVITIES; ms++) { // One in each millisecond, in that very millisecond.
+    // One activity in each millisecond, released in that millisecond.
+    for (uint64_t ms = 0U; ms < ACTIVITIES; ms++) {
         TEST_ASSERT_EQUAL_UINT64(ms, released.count);
         pus_time_schedule_step(&st11_fixture.schedule, (10U * S) + (ms * MS));
     }
@@ -332,9 +334,9 @@ int main(void)
     RUN_TEST(a_step_releases_a_batch_at_most);
     RUN_TEST(requests_that_the_port_refuses_are_released_later_in_order);
     RUN_TEST(each_instruction_of_an_insertion_is_refused_alone);
-    RUN_TEST(an_insertion_that_is_refused_makes_no_sub_schedule);
+    RUN_TEST(a_refused_insertion_creates_no_sub_schedule);
     RUN_TEST(a_tag_must_be_later_than_now_by_the_margin);
-    RUN_TEST(a_request_is_as_long_as_can_be_reported);
+    RUN_TEST(a_request_is_at_most_as_long_as_can_be_reported);
     RUN_TEST(the_room_is_limited);
     RUN_TEST(sub_schedules_are_limited);
     RUN_TEST(a_request_inserts_up_to_255);

@@ -25,7 +25,7 @@ static void function_enabled(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-/// Add one definition, which is refused with this code as instruction 1.
+/// Expect that the only definition of a request is refused with this code.
 static void expect_refused(const uint8_t subtype, const uint16_t code, const uint32_t detail)
 {
     const uint32_t before = self->counters.refused;
@@ -42,7 +42,7 @@ static void expect_id_refused(const uint8_t subtype, const uint16_t id, const ui
     expect_failure(1U, 4U, code, 1U, id);
 }
 
-/// A request refused as a whole.
+/// Expect that a request is refused as a whole.
 static void expect_start_failed(const uint8_t subtype, const uint16_t code, const uint32_t detail)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(subtype));
@@ -50,7 +50,7 @@ static void expect_start_failed(const uint8_t subtype, const uint16_t code, cons
     expect_failure(1U, 4U, code, 0U, detail);
 }
 
-static void definitions_that_make_no_sense_are_refused(void)
+static void impossible_definitions_are_refused(void)
 {
     const uint32_t real = SCALAR_ID(VALUE_DOUBLE, 1U);
     data_begin(1U);
@@ -84,7 +84,7 @@ static void definitions_that_make_no_sense_are_refused(void)
     TEST_ASSERT_EQUAL_UINT16(0U, self->pmon_count);
 }
 
-static void a_port_that_fills_every_event_refuses_none(void)
+static void a_port_that_accepts_every_event_refuses_no_definition(void)
 {
     self->config.events.can_fill = NULL;
     data_begin(1U);
@@ -139,7 +139,7 @@ static void the_lower_and_the_upper_limit_may_be_equal(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-/// A definition whose record is lost in the store.
+/// The store has lost the record of this definition.
 static void a_definition_without_a_stored_record_is_deleted(void)
 {
     limit_added(1U, LEVEL);
@@ -271,14 +271,15 @@ static void only_disabled_definitions_are_modified(void)
 static void definitions_are_reported_as_they_were_added(void)
 {
     static const uint8_t expected[] = {
-        0, 0,    0,    10,                                                               // Delay.
-        0, 3,                                                                            //
-        0, 1,    2,    1,    0,    1,    0,    0,    0,    0, 0, 0, 0, 0, 0, 7, 0, 0, 9, // Id .. repetition.
-        0, 0x0F, 0xF0, 0x01, 0x20, 0x01, 0xF5,                                           // Expected value.
-        0, 2,    2,    1,    0,    1,    0,    0,    0,    0, 0, 0, 0, 0, 0, 1, 1, 0, 1, //
-        1, 0,    10,   0x01, 0xF5, 0,    20,   0x01, 0xF6,                               // Limits; enabled.
-        0, 3,    2,    1,    0,    1,    0,    0,    0,    0, 0, 0, 0, 0, 0, 1, 0, 0, 1, //
-        2, 0xFF, 0xFB, 0x00, 0x00, 0,    5,    0x00, 0x00, 0, 4,                         // Thresholds.
+        0, 0, 0, 10, // The delay.
+        0, 3,        //
+        // From the id to the repetition.
+        0, 1, 2, 1, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 7, 0, 0, 9, 0, 0x0F, 0xF0, 0x01, 0x20, 0x01,
+        0xF5,                                                    // Expected value.
+        0, 2, 2, 1, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 1, //
+        1, 0, 10, 0x01, 0xF5, 0, 20, 0x01, 0xF6,                 // Limits; enabled.
+        0, 3, 2, 1, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 1, //
+        2, 0xFF, 0xFB, 0x00, 0x00, 0, 5, 0x00, 0x00, 0, 4,       // Thresholds.
     };
     limit_added(2U, LEVEL);
     data_begin(2U);
@@ -317,7 +318,7 @@ static void a_change_that_cannot_be_stored_is_refused(void)
     records.put_status = STATUS_FULL;
     expect_start_failed(16U, PUS_FAILURE_IO, STATUS_FULL);
     monitors_step(1U);
-    TEST_ASSERT_EQUAL_UINT32(1U, self->counters.checks); // Both are still enabled.
+    TEST_ASSERT_EQUAL_UINT32(1U, self->counters.checks); // Both definitions are still enabled.
     records.put_status    = STATUS_OK;
     records.commit_status = STATUS_IO;
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U));
@@ -347,7 +348,7 @@ static void definitions_outlast_a_power_cut(void)
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.checks);
 }
 
-static void records_that_are_no_good_are_reported(void)
+static void bad_records_are_reported(void)
 {
     static const uint8_t settings[] = {1, 0, 0, 0, 0, 5};
     static const uint8_t odd[]      = {0, 1, 0, 0, 0, 5};
@@ -356,16 +357,17 @@ static void records_that_are_no_good_are_reported(void)
     limit_added(1U, LEVEL);
     const uint8_t* const kept = records_find(PUS_SERVICE_MONITORING, 1U, &size);
     memcpy(record, kept, size);
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_monitoring_restore(self, 1U, record, size)); // Replaces it.
+    // The record replaces the definition.
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_monitoring_restore(self, 1U, record, size));
     TEST_ASSERT_EQUAL_UINT16(1U, self->pmon_count);
     for (size_t i = 0U; i < size; i++) {
         TEST_ASSERT_EQUAL(STATUS_INVALID, pus_monitoring_restore(self, 1U, record, i));
     }
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_monitoring_restore(self, 1U, record, size + 1U));
-    record[19] = 3U; // Check type.
+    record[19] = 3U; // The check type.
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_monitoring_restore(self, 1U, record, size));
     record[19] = 1U;
-    record[18] = 0U; // Repetition.
+    record[18] = 0U; // The repetition.
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_monitoring_restore(self, 1U, record, size));
     record[18] = 1U;
     record[3] |= 0x1FU; // Layout of the parameter, then of the validity parameter.
@@ -374,8 +376,10 @@ static void records_that_are_no_good_are_reported(void)
     record[7] = 0x1FU;
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_monitoring_restore(self, 1U, record, size));
     record[7] = 0U;
-    record[4] = 0xFFU;                                                            // Number of the parameter.
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_monitoring_restore(self, 1U, record, size)); // It may come.
+    // The number of the parameter.
+    record[4] = 0xFFU;
+    // The parameter may exist later.
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_monitoring_restore(self, 1U, record, size));
     record[4]  = 0U;
     record[22] = 0x03U; // Low event: unknown.
     record[23] = 0xE7U;
@@ -434,8 +438,8 @@ static void every_request_has_a_strict_format(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(definitions_that_make_no_sense_are_refused);
-    RUN_TEST(a_port_that_fills_every_event_refuses_none);
+    RUN_TEST(impossible_definitions_are_refused);
+    RUN_TEST(a_port_that_accepts_every_event_refuses_no_definition);
     RUN_TEST(definitions_with_unknown_parameters_or_events_are_refused);
     RUN_TEST(the_lower_and_the_upper_limit_may_be_equal);
     RUN_TEST(a_definition_without_a_stored_record_is_deleted);
@@ -447,7 +451,7 @@ int main(void)
     RUN_TEST(definitions_are_reported_as_they_were_added);
     RUN_TEST(a_change_that_cannot_be_stored_is_refused);
     RUN_TEST(definitions_outlast_a_power_cut);
-    RUN_TEST(records_that_are_no_good_are_reported);
+    RUN_TEST(bad_records_are_reported);
     RUN_TEST(without_a_store_requests_are_performed_and_nothing_is_kept);
     RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();

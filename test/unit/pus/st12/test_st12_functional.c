@@ -52,7 +52,7 @@ static void fmon_added(const uint16_t id, const uint32_t validity, const uint16_
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-/// FMON 1 of all three PMONs, enabled with the function.
+/// FMON 1 of all three PMONs runs: the FMON and the function are enabled.
 static void fmon_runs(const uint32_t validity, const uint16_t minimum)
 {
     fmon_added(1U, validity, minimum, 3U, 1U);
@@ -109,7 +109,7 @@ static void a_functional_monitor_fails_when_enough_of_its_monitors_fail(void)
     TEST_ASSERT_EQUAL_UINT16(2U, octets_u16_at(&monitors.events.auxiliary[2]));
     const unsigned events = monitors.events.count;
     scalar_set(OTHER, 5U);
-    monitors_step(3U); // One more fails: only the PMON's event is raised.
+    monitors_step(3U); // One more PMON fails: only the event of this PMON is raised.
     TEST_ASSERT_EQUAL_UINT(events + 1U, monitors.events.count);
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.failures);
     scalar_set(OTHER, 15U);
@@ -158,8 +158,8 @@ static void nothing_is_checked_while_disabled(void)
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(20U, 1U, 1U));
     expect_status(1U, 0U, 0U, PUS_FMON_UNCHECKED);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(19U, 1U, 1U));
-    TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 2U)); // Not one of its own.
-    TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U)); // Changed, then disabled before the step.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 2U)); // PMON 2 is not a member of the FMON.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U)); // The state changed and was disabled before the step.
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(20U, 1U, 1U));
     monitors_step(1U);
     expect_status(1U, 0U, 0U, PUS_FMON_UNCHECKED);
@@ -214,7 +214,7 @@ static void a_protected_functional_monitor_and_its_monitors_are_not_deleted(void
     octet_write_u8(&monitors.data, PUS_CHECK_LIMIT);
     data_limits(OTHER, 0U, 0U, 1U, 0U);
     expect_refused(7U, PUS_FAILURE_PROTECTED, 2U);
-    fmon_added(2U, 0U, 1U, 1U, 2U); // Unprotected; refers to the same PMON.
+    fmon_added(2U, 0U, 1U, 1U, 2U); // An unprotected FMON that refers to the same PMON.
     expect_id_refused(2U, 2U, PUS_FAILURE_PROTECTED);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(22U, 1U, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 2U));
@@ -286,7 +286,7 @@ static void definitions_that_make_no_sense_are_refused(void)
     expect_refused(23U, PUS_FAILURE_IO, STATUS_FULL);
     data_begin(1U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(25U, 0U, 0U));
-    TEST_ASSERT_EQUAL_UINT64(2U, bench_report(2U).size); // There is none.
+    TEST_ASSERT_EQUAL_UINT64(2U, bench_report(2U).size); // The report has no definition.
 }
 
 static void the_table_accepts_its_capacity_and_no_id_twice(void)
@@ -327,7 +327,8 @@ static void definitions_are_reported_and_outlast_a_power_cut(void)
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(19U, 1U, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(21U, 1U, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(17U));
-    TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U)); // Its record comes after those of the FMONs.
+    // The record of the PMON is written after those of the FMONs.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U));
     for (unsigned i = 0U; i < 2U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_ids(25U, 0U, 0U));
         EXPECT_MESSAGES(1, 1, 1, 3, 12, 26, 1, 7);
@@ -357,12 +358,13 @@ static void an_invalid_record_is_reported(void)
     fmon_added(1U, GATE, 2U, 2U, 2U);
     memcpy(record, records_find(PUS_SERVICE_MONITORING, 0x10001U, &size), 20U);
     TEST_ASSERT_EQUAL_UINT64(20U, size);
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_monitoring_restore(self, 0x10001U, record, size)); // Replaces it.
+    // The record replaces the definition.
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_monitoring_restore(self, 0x10001U, record, size));
     for (size_t i = 0U; i < size; i++) {
         TEST_ASSERT_EQUAL(STATUS_INVALID, pus_monitoring_restore(self, 0x10001U, record, i));
     }
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_monitoring_restore(self, 0x10001U, record, size + 1U));
-    record[13] = 3U; // Minimum of failing PMONs.
+    record[13] = 3U; // The minimum of failing PMONs.
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_monitoring_restore(self, 0x10001U, record, size));
     record[13] = 2U;
     record[3] |= 0x1FU; // Layout of the validity parameter.
@@ -373,7 +375,7 @@ static void an_invalid_record_is_reported(void)
     TEST_ASSERT_EQUAL(STATUS_OK, pus_monitoring_restore(self, 0x10001U, record, size));
     record[4]  = 0U;
     record[5]  = 2U;
-    record[15] = 0U; // Count of members: none left of four octets.
+    record[15] = 0U; // A count of zero members in front of four octets of members.
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_monitoring_restore(self, 0x10001U, record, size));
     record[15] = 2U;
     memset(&record[size], 0, 4U);
@@ -406,7 +408,7 @@ static void event_0_is_refused(void)
     scalar_set(LEVEL, 0U);
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.failures);
-    TEST_ASSERT_EQUAL_UINT16(EVENT_LOW, monitors.events.id); // The failure of the PMON.
+    TEST_ASSERT_EQUAL_UINT16(EVENT_LOW, monitors.events.id); // The event of the failed PMON.
 }
 
 static void adding_has_a_strict_format(void)

@@ -46,7 +46,7 @@ static void nothing_is_checked_before_definition_and_function_are_enabled(void)
     function_enabled();
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT32(3U, self->counters.checks);
-    TEST_ASSERT_EQUAL(STATUS_OK, send_ids(1U, 1U, 1U)); // It is enabled.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_ids(1U, 1U, 1U)); // The definition is enabled.
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U));
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_UNCHECKED, status_of(1U));
@@ -119,7 +119,8 @@ static void refused_transitions_wait_and_those_without_room_are_counted(void)
         limit_added(i, LEVEL);
     }
     function_enabled();
-    bench.refusals = 4U; // Twice before the fifth and sixth, then at the end of two cycles.
+    // The port refuses twice before the fifth and the sixth transition, then at the end of two cycles.
+    bench.refusals = 4U;
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
     TEST_ASSERT_EQUAL_UINT32(2U, self->counters.lost);
@@ -128,7 +129,7 @@ static void refused_transitions_wait_and_those_without_room_are_counted(void)
     TEST_ASSERT_EQUAL_UINT16(4U, octets_u16_at(bench_report(0U).data));
 }
 
-static void transitions_go_over_several_packets(void)
+static void transitions_are_split_into_several_packets(void)
 {
     static pus_check_transition_t many[250];
     limit_added(1U, LEVEL);
@@ -194,7 +195,7 @@ static void a_status_changes_after_its_number_of_repetitions(void)
     scalar_set(LEVEL, 0U);
     monitors_step(3U);
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_LOW, status_of(1U));
-    TEST_ASSERT_EQUAL_UINT(1U, monitors.events.count); // Event 0 is none.
+    TEST_ASSERT_EQUAL_UINT(1U, monitors.events.count); // Event 0 means "no event".
 }
 
 static void each_limit_has_its_event(void)
@@ -218,7 +219,7 @@ static void each_limit_has_its_event(void)
     TEST_ASSERT_EQUAL_UINT(2U, monitors.events.count);
 }
 
-static void limits_belong_to_the_range(void)
+static void values_at_the_limits_are_within_the_range(void)
 {
     static const struct {
         uint16_t value;
@@ -278,7 +279,7 @@ static void expected_values_are_compared_under_their_mask(void)
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
 }
 
-/// Add PMON 1 on the differences of LEVEL: -5..5, by blocks of `count`.
+/// Add PMON 1 on the differences of LEVEL: limits -5..5, mean of `count` differences.
 static void delta_added(const uint16_t count)
 {
     data_begin(1U);
@@ -307,7 +308,7 @@ static void differences_are_checked_from_the_second_sample_on(void)
     TEST_ASSERT_EQUAL_UINT(2U, monitors.events.count);
 }
 
-static void the_mean_of_consecutive_differences_counts(void)
+static void the_mean_of_consecutive_differences_is_checked(void)
 {
     static const uint16_t values[] = {100U, 120U, 110U, 115U, 100U, 100U, 131U};
     delta_added(3U);
@@ -366,14 +367,14 @@ static void a_monitor_without_its_validity_condition_is_invalid(void)
     scalar_set(LEVEL, 30U);
     monitors_step(1U);
     scalar_set(GATE, 0U);
-    monitors_step(2U); // Ends the sequence of equal results, and is one transition.
+    monitors_step(2U); // This ends the sequence of equal results and is one transition.
     TEST_ASSERT_EQUAL_UINT32(3U, self->counters.transitions);
     scalar_set(GATE, 3U);
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_INVALID, status_of(1U));
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_HIGH, status_of(1U));
-    self->config.pmons[0].validity.scalar.id = SCALAR_UNKNOWN; // Withdrawn.
+    self->config.pmons[0].validity.scalar.id = SCALAR_UNKNOWN; // The parameter no longer exists.
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_INVALID, status_of(1U));
 }
@@ -392,7 +393,7 @@ static void a_monitor_without_its_parameter_is_invalid(void)
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_NOMINAL, status_of(1U));
 }
 
-static void each_is_sampled_in_its_interval(void)
+static void each_parameter_is_sampled_in_its_interval(void)
 {
     data_begin(2U);
     data_pmon(1U, LEVEL, 3U, 1U, PUS_CHECK_EXPECTED);
@@ -404,7 +405,7 @@ static void each_is_sampled_in_its_interval(void)
     function_enabled();
     monitors_step(15U);
     TEST_ASSERT_EQUAL_UINT32(5U + 3U, self->counters.checks);
-    monitors.cycle += 1000U; // Missed cycles are made up for once.
+    monitors.cycle += 1000U; // Missed cycles are made up for only once.
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT32(8U + 2U, self->counters.checks);
 }
@@ -420,7 +421,7 @@ static void the_cycle_counter_may_wrap(void)
     TEST_ASSERT_EQUAL_UINT32(6U, self->counters.checks);
 }
 
-static void out_of_limits_are_reported_with_their_transition(void)
+static void parameters_out_of_limits_are_reported_with_their_transition(void)
 {
     limit_added(1U, LEVEL);
     limit_added(2U, SCALAR_ID(VALUE_UINT16, 9U));
@@ -446,20 +447,20 @@ int main(void)
     RUN_TEST(transitions_are_reported_when_the_list_is_full);
     RUN_TEST(a_full_list_is_sent_before_the_next_entry_is_added);
     RUN_TEST(refused_transitions_wait_and_those_without_room_are_counted);
-    RUN_TEST(transitions_go_over_several_packets);
+    RUN_TEST(transitions_are_split_into_several_packets);
     RUN_TEST(the_delay_is_changed);
     RUN_TEST(a_status_changes_after_its_number_of_repetitions);
     RUN_TEST(each_limit_has_its_event);
-    RUN_TEST(limits_belong_to_the_range);
+    RUN_TEST(values_at_the_limits_are_within_the_range);
     RUN_TEST(a_value_that_is_not_a_number_is_out_of_limits);
     RUN_TEST(expected_values_are_compared_under_their_mask);
     RUN_TEST(differences_are_checked_from_the_second_sample_on);
-    RUN_TEST(the_mean_of_consecutive_differences_counts);
+    RUN_TEST(the_mean_of_consecutive_differences_is_checked);
     RUN_TEST(a_difference_that_is_nan_counts_as_below);
     RUN_TEST(a_monitor_without_its_validity_condition_is_invalid);
     RUN_TEST(a_monitor_without_its_parameter_is_invalid);
-    RUN_TEST(each_is_sampled_in_its_interval);
+    RUN_TEST(each_parameter_is_sampled_in_its_interval);
     RUN_TEST(the_cycle_counter_may_wrap);
-    RUN_TEST(out_of_limits_are_reported_with_their_transition);
+    RUN_TEST(parameters_out_of_limits_are_reported_with_their_transition);
     return UNITY_END();
 }

@@ -20,7 +20,7 @@ static uint8_t report_octets[REPORTS * REPORT_SIZE];
 static pus_large_uplink_t uplinks[UPLINKS];
 static uint8_t uplink_octets[UPLINKS * UPLINK_SIZE];
 static uint8_t data[PUS_TC_DATA_MAX];
-static uint8_t whole[PUS_LARGE_MAX]; // Request to be sent up.
+static uint8_t whole[PUS_LARGE_MAX]; // Request for the uplink.
 static size_t whole_size;
 static uint8_t taken[UPLINK_SIZE];
 static size_t taken_size;
@@ -82,7 +82,7 @@ static void step(const uint64_t now_ns)
     bench_step(now_ns, 1U);
 }
 
-/// A request of `size` octets to be sent up.
+/// Make a request of `size` octets for the uplink.
 static void make_request(const size_t size, const uint8_t service, const uint16_t source)
 {
     TEST_ASSERT_TRUE((size >= PUS_TC_MIN) && (size <= sizeof whole));
@@ -151,7 +151,7 @@ static void parts_become_one_request(void)
     for (uint16_t i = 0U; i < 5U; i++) {
         make_request(sizes[i][0], 20U, TEST_SOURCE);
         const uint16_t last = send_all_but_last(i, sizes[i][1]);
-        TEST_ASSERT_FALSE(pus_large_is_busy(&large)); // It waits for a part.
+        TEST_ASSERT_FALSE(pus_large_is_busy(&large)); // The uplink waits for a part.
         send_last(i, last, sizes[i][1]);
         TEST_ASSERT_TRUE(pus_large_is_busy(&large));
         EXPECT_MESSAGES(1, 1, 1, 3);
@@ -213,7 +213,7 @@ static void a_transaction_that_starts_again_continues(void)
     TEST_ASSERT_EQUAL_UINT64(5000U, taken_size);
 }
 
-/// A complete request that waits to be taken is no uplink any more: its number may be used again.
+/// A complete request that waits for its reader is not an uplink any more: its number may be used again.
 static void a_complete_request_is_not_received_again(void)
 {
     make_request(5000U, 20U, TEST_SOURCE);
@@ -230,7 +230,7 @@ static void a_complete_request_is_not_received_again(void)
     TEST_ASSERT_EQUAL_UINT32(0U, large.counters.aborted);
 }
 
-static void sources_number_their_transactions_on_their_own(void)
+static void each_source_numbers_its_own_transactions(void)
 {
     make_request(5000U, 20U, TEST_SOURCE);
     send_part(9U, 7U, 1U, whole, 4000U);
@@ -264,7 +264,7 @@ static void a_request_whose_length_field_is_too_large_is_aborted_at_once(void)
     expect_too_long(UPLINK_SIZE);
 }
 
-static void too_long_a_request_is_given_up_when_its_length_field_lies(void)
+static void a_request_with_too_small_a_length_field_is_aborted_at_the_limit(void)
 {
     make_request(UPLINK_SIZE + 1U, 20U, TEST_SOURCE);
     octets_put_u16(&whole[4], 6U);
@@ -273,7 +273,7 @@ static void too_long_a_request_is_given_up_when_its_length_field_lies(void)
     expect_too_long(UPLINK_SIZE);
 }
 
-/// A request for another process than this one must fit a packet when it is complete.
+/// A complete request for another process must fit a packet.
 static void a_request_to_another_process_may_have_another_limit(void)
 {
     make_request(PUS_PACKET_MAX + 1U, 20U, TEST_SOURCE);
@@ -323,7 +323,7 @@ static void expect_no_request(const uint32_t detail)
     TEST_ASSERT_EQUAL_UINT64(0U, taken_size);
 }
 
-static void a_large_packet_that_is_no_valid_request_is_refused(void)
+static void a_large_packet_that_is_not_a_valid_request_is_refused(void)
 {
     make_request(5000U, 20U, TEST_SOURCE);
     whole[4999] ^= 1U; // Its checksum.
@@ -375,7 +375,7 @@ static void a_request_that_is_not_taken_is_offered_again(void)
     expect_failure(1U, 8U, PUS_FAILURE_TIMEOUT, 0U, (uint32_t)(TIMEOUT_NS / MS));
 }
 
-/// A dispatcher accepts a request that came in parts, and nothing else of that length.
+/// The dispatcher accepts a request that came in parts, and no other request of that length.
 static void a_large_request_is_dispatched(void)
 {
     make_request(5000U, 20U, TEST_SOURCE);
@@ -418,13 +418,13 @@ int main(void)
     RUN_TEST(parts_without_octets_are_refused);
     RUN_TEST(a_transaction_that_starts_again_continues);
     RUN_TEST(a_complete_request_is_not_received_again);
-    RUN_TEST(sources_number_their_transactions_on_their_own);
+    RUN_TEST(each_source_numbers_its_own_transactions);
     RUN_TEST(a_request_whose_length_field_is_too_large_is_aborted_at_once);
-    RUN_TEST(too_long_a_request_is_given_up_when_its_length_field_lies);
+    RUN_TEST(a_request_with_too_small_a_length_field_is_aborted_at_the_limit);
     RUN_TEST(a_request_to_another_process_may_have_another_limit);
     RUN_TEST(a_request_with_a_wrong_length_field_has_the_same_limit);
     RUN_TEST(all_buffers_may_be_taken);
-    RUN_TEST(a_large_packet_that_is_no_valid_request_is_refused);
+    RUN_TEST(a_large_packet_that_is_not_a_valid_request_is_refused);
     RUN_TEST(an_uplink_without_further_parts_is_aborted);
     RUN_TEST(a_request_that_is_not_taken_is_offered_again);
     RUN_TEST(a_large_request_is_dispatched);

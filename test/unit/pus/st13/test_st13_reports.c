@@ -16,10 +16,10 @@ static uint8_t report_octets[REPORTS * REPORT_SIZE];
 static pus_large_uplink_t uplink;
 static uint8_t uplink_octets[PUS_PACKET_MAX];
 static octet_writer_t writer;
-static uint8_t whole[PUS_LARGE_MAX]; // Octets that have come down.
+static uint8_t whole[PUS_LARGE_MAX]; // Assembled octets of the downlink.
 static size_t whole_size;
 
-/// No request comes up in these tests.
+/// These tests have no uplink.
 static status_t take(void* const context, const uint8_t* const packet, const size_t size,
                      const uint64_t now_ns)
 {
@@ -103,7 +103,7 @@ static size_t put_together(size_t index, const uint16_t transaction)
     return index;
 }
 
-/// The assembled octets are a report of `size` octets of source data.
+/// Expect that the assembled octets are a report with `size` octets of source data.
 static void expect_whole(const size_t size, const uint8_t first, const uint16_t counter)
 {
     TEST_ASSERT_EQUAL_UINT64(size + PUS_TM_MIN, whole_size);
@@ -154,7 +154,7 @@ static void a_longer_report_goes_in_parts(void)
         TEST_ASSERT_EQUAL_UINT64(parts, bench.count);
         TEST_ASSERT_EQUAL_UINT64(parts, put_together(0U, i));
         expect_whole(sizes[i], (uint8_t)i, i);
-        // It has the sequence count of its first part.
+        // A large report has the sequence count of its first part.
         TEST_ASSERT_EQUAL_HEX16(0xC000U | bench_report(0U).sequence, octets_u16_at(&whole[2]));
     }
     TEST_ASSERT_EQUAL_UINT32(4U, large.counters.reports);
@@ -245,7 +245,7 @@ static void a_process_may_have_long_reports(void)
     EXPECT_MESSAGES(3, 25);
 }
 
-/// The table of message type counters is full: a long report is sent with 0, as a short one would be.
+/// The table of message type counters is full: a long report is sent with counter 0, like a short one.
 static void an_uncounted_report_is_reported(void)
 {
     for (uint16_t i = 0U; i < PUS_MESSAGE_COUNTERS; i++) {
@@ -256,7 +256,7 @@ static void an_uncounted_report_is_reported(void)
     TEST_ASSERT_EQUAL_UINT32(1U, bench.process.counters.uncounted);
 }
 
-/// A length field could not hold it.
+/// The length field of a packet cannot hold a greater size.
 static void more_than_the_longest_report_cannot_be_closed(void)
 {
     static uint8_t octets[PUS_LARGE_MAX + 1U];

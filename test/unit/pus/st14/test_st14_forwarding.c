@@ -63,7 +63,7 @@ static void expect_data(const size_t index, const uint8_t* const octets, const s
     TEST_ASSERT_EQUAL_UINT64(size, tm.size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(octets, tm.data, size);
 }
-/// The request without data is answered with this content.
+/// Expect that the request without data is answered with this content.
 #define CONTENT(subtype, ...)                                                                                \
     do {                                                                                                     \
         TEST_ASSERT_EQUAL(STATUS_OK, request(subtype, NULL, 0U));                                            \
@@ -127,7 +127,7 @@ static void structures_are_subsampled(void)
 {
     PERFORMED(6, 1, 0, 16, 0);
     TEST_ASSERT_FALSE(allows(16U, 3U, 25U, 1U));
-    TEST_ASSERT_TRUE(allows(16U, 3U, 26U, 1U)); // Diagnostic structures are another list.
+    TEST_ASSERT_TRUE(allows(16U, 3U, 26U, 1U)); // Diagnostic structures are in another list.
     PERFORMED(5, 1, 0, 16, 2, 0, 1, 0, 1, 0, 2, 0, 3);
     for (unsigned i = 0U; i < 9U; i++) {
         TEST_ASSERT_TRUE(allows(16U, 3U, 25U, 1U));
@@ -135,7 +135,7 @@ static void structures_are_subsampled(void)
         TEST_ASSERT_FALSE(allows(16U, 3U, 25U, 3U));
     }
     CONTENT(7, 0, 3, 0, 16, 0, 2, 0, 1, 0, 1, 0, 2, 0, 3, 0, 17, 0, 0, 0, 20, 0, 0);
-    PERFORMED(5, 1, 0, 16, 1, 0, 2, 0, 2); // A new rate, counted from its first report on.
+    PERFORMED(5, 1, 0, 16, 1, 0, 2, 0, 2); // A new rate, counted from the first report after the change.
     TEST_ASSERT_TRUE(allows(16U, 3U, 25U, 2U));
     TEST_ASSERT_FALSE(allows(16U, 3U, 25U, 2U));
     PERFORMED(6, 1, 0, 16, 1, 0, 1);
@@ -148,7 +148,8 @@ static void structures_are_subsampled(void)
     TEST_ASSERT_FALSE(allows(20U, 3U, 26U, 7U));
     CONTENT(11, 0, 1, 0, 20, 0, 1, 0, 7, 255, 255);
     const pus_tm_t torn = {.apid = 20U, .service = 3U, .subtype = 25U, .data = data, .size = 1U};
-    TEST_ASSERT_TRUE(pus_forwarding_allows(&forwarding, &torn)); // All structures of 20, even without id.
+    // A report of process 20 is forwarded even if it has no structure id.
+    TEST_ASSERT_TRUE(pus_forwarding_allows(&forwarding, &torn));
 }
 
 static void events_are_blocked(void)
@@ -159,7 +160,7 @@ static void events_are_blocked(void)
     TEST_ASSERT_TRUE(allows(16U, 5U, 4U, 8U));
     TEST_ASSERT_TRUE(allows(16U, 5U, 8U, 1U)); // The list of disabled events is not an event.
     TEST_ASSERT_TRUE(allows(16U, 6U, 4U, 1U));
-    TEST_ASSERT_FALSE(allows(20U, 5U, 4U, 8U)); // All of that process.
+    TEST_ASSERT_FALSE(allows(20U, 5U, 4U, 8U)); // All events of that process.
     CONTENT(15, 0, 2, 0, 16, 0, 2, 0, 1, 0, 9, 0, 20, 0, 0);
     PERFORMED(13, 2, 0, 16, 1, 0, 9, 0, 20, 0);
     TEST_ASSERT_TRUE(allows(16U, 5U, 4U, 9U));
@@ -198,7 +199,7 @@ static void each_instruction_is_refused_alone(void)
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 0x100000U);
 }
 
-/// The list of controlled processes ends with its number, whatever follows in memory.
+/// The list of controlled processes ends after its stated number, whatever follows in memory.
 static void only_controlled_processes_are_selected(void)
 {
     start(CAPACITY, 2U);
@@ -223,11 +224,11 @@ static void the_table_accepts_no_more_than_its_capacity(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_selection_add_process(&small, 17U));
     pus_selection_init(&small, entries, 6U);
     TEST_ASSERT_EQUAL(STATUS_OK, pus_selection_add_process(&small, 16U));
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_selection_add_process(&small, 16U)); // It stays.
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_selection_add_process(&small, 16U)); // The process can still be added.
     TEST_ASSERT_EQUAL_UINT16(3U, small.count);
 }
 
-static void requests_are_strict(void)
+static void every_request_has_a_strict_format(void)
 {
     static const uint8_t types[]      = {1, 0, 16, 1, 3, 1, 25};
     static const uint8_t structures[] = {1, 0, 16, 1, 0, 25, 0, 1};
@@ -297,7 +298,7 @@ static void types_are_split_within_a_service(void)
         TEST_ASSERT_EQUAL(STATUS_OK, request(1U, data, writer.position));
     }
     TEST_ASSERT_EQUAL(STATUS_OK, request(3U, NULL, 0U));
-    EXPECT_MESSAGES(1, 1, 1, 3, 14, 4, 1, 7); // 1275 octets and a little.
+    EXPECT_MESSAGES(1, 1, 1, 3, 14, 4, 1, 7); // A little more than 1275 octets.
     TEST_ASSERT_EQUAL_UINT64(2U + 4U + (5U * (3U + 255U)), bench_report(2U).size);
 }
 
@@ -313,7 +314,7 @@ static void the_configuration_outlives_a_power_cut(void)
     PERFORMED(2, 1, 0, 17, 0);
     TEST_ASSERT_EQUAL_UINT32(3U, records.commits);
     TEST_ASSERT_EQUAL(STATUS_OK, REQUEST(13, 1, 0, 16, 0));
-    TEST_ASSERT_EQUAL_UINT32(3U, records.puts); // Nothing changed, nothing recorded.
+    TEST_ASSERT_EQUAL_UINT32(3U, records.puts); // A request that changes nothing writes no record.
     records_cut();
     start(CAPACITY, 3U);
     TEST_ASSERT_EQUAL_UINT64(1U, records_replay(14U, restore, &forwarding));
@@ -353,12 +354,13 @@ static void bad_records_are_refused(void)
     } cases[] = {
         {STATUS_INVALID, 0, {0}},
         {STATUS_INVALID, 1, {0}},
-        {STATUS_INVALID, 3, {0, 0, 0}},                                         // More entries than stated.
-        {STATUS_INVALID, 8, {0, 2, 0, 0x20, 0, 0, 0, 1}},                       // Fewer entries than stated.
-        {STATUS_INVALID, 8, {0, 1, 0, 0x20, 0, 0, 0, 0}},                       // Rate 0.
-        {STATUS_INVALID, 8, {0, 1, 0, 0x20, 0, 1, 0, 1}},                       // Identifier of none.
-        {STATUS_INVALID, 8, {0, 1, 0x40, 0x20, 0, 0, 0, 1}},                    // No such list.
-        {STATUS_INVALID, 14, {0, 2, 0, 0x20, 0, 0, 0, 1, 0, 0x20, 0, 0, 0, 1}}, // Twice.
+        {STATUS_INVALID, 3, {0, 0, 0}},                   // More entries than stated.
+        {STATUS_INVALID, 8, {0, 2, 0, 0x20, 0, 0, 0, 1}}, // Fewer entries than stated.
+        {STATUS_INVALID, 8, {0, 1, 0, 0x20, 0, 0, 0, 0}}, // Rate 0.
+        // An identifier in an entry that has none.
+        {STATUS_INVALID, 8, {0, 1, 0, 0x20, 0, 1, 0, 1}},
+        {STATUS_INVALID, 8, {0, 1, 0x40, 0x20, 0, 0, 0, 1}},                    // A list that does not exist.
+        {STATUS_INVALID, 14, {0, 2, 0, 0x20, 0, 0, 0, 1, 0, 0x20, 0, 0, 0, 1}}, // The same entry twice.
         {STATUS_OK, 14, {0, 2, 0, 0x20, 0, 0, 0, 1, 0, 0x23, 0, 1, 0, 1}},
         {STATUS_OK, 2, {0, 0}},
     };
@@ -410,7 +412,7 @@ int main(void)
     RUN_TEST(each_instruction_is_refused_alone);
     RUN_TEST(only_controlled_processes_are_selected);
     RUN_TEST(the_table_accepts_no_more_than_its_capacity);
-    RUN_TEST(requests_are_strict);
+    RUN_TEST(every_request_has_a_strict_format);
     RUN_TEST(large_contents_are_split);
     RUN_TEST(types_are_split_within_a_service);
     RUN_TEST(the_configuration_outlives_a_power_cut);

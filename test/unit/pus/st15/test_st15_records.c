@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sources of stores at the start: records and media.
+// Where stores come from at the start: records and media.
 #include "test/unit/pus/fixtures/stores.h"
 #include "unity.h"
 
@@ -36,7 +36,7 @@ static void a_change_that_cannot_be_stored_is_not_made(void)
     TEST_ASSERT_FALSE(stores_storage.stores[1].state.is_there);
 }
 
-static void media_that_fail_at_the_start(void)
+static void media_that_fail_at_the_start_are_reported(void)
 {
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
     stores_reports(1U, 3U);
@@ -47,7 +47,7 @@ static void media_that_fail_at_the_start(void)
     stores_reports(4U, 4U);
     TEST_ASSERT_EQUAL_UINT32(1U, stores_storage.counters.lost);
     expect_stores_summary("ring", 0U, 0U, 0U, 0U, 0U);
-    stores_begin_request(); // Requests that only report change nothing.
+    stores_begin_request(); // Requests for reports change no record.
     stores_put_second(9U);
     octet_write_u8(&stores_request, 1U);
     stores_put_name("ring");
@@ -77,7 +77,7 @@ static void a_failed_store_cannot_be_the_target_of_a_copy(void)
     stores_request_all(2U);
     stores_request_store(21U, "box");
     stores_create("box", SIZE(2U), 0U, 0U);
-    expect_stores_performed(20U); // A new one can be used.
+    expect_stores_performed(20U); // A new store can be used.
     stores_begin_request();
     octet_write_u8(&stores_request, 0U);
     stores_put_name("ring");
@@ -107,7 +107,7 @@ static void bad_records_are_refused(void)
     record[13] = 0U;
     record[16] = 3U; // Retrieval.
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_storage_restore(&stores_storage, 0U, record, size));
-    record[0] = 0U; // There is no store: all other fields are ignored.
+    record[0] = 0U; // The store does not exist, so all other fields are ignored.
     TEST_ASSERT_EQUAL(STATUS_OK, pus_storage_restore(&stores_storage, 0U, record, size));
 }
 
@@ -115,7 +115,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_change_that_cannot_be_stored_is_not_made);
-    RUN_TEST(media_that_fail_at_the_start);
+    RUN_TEST(media_that_fail_at_the_start_are_reported);
     RUN_TEST(a_failed_store_cannot_be_the_target_of_a_copy);
     RUN_TEST(bad_records_are_refused);
     return UNITY_END();

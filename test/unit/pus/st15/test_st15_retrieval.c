@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Retrieval, copies, and what a power cut leaves of them.
+// Retrieval, copies, and their state after a power cut.
 #include "test/unit/pus/fixtures/stores.h"
 #include "unity.h"
 
@@ -14,7 +14,7 @@ void tearDown(void)
 {
 }
 
-/// Leave the other store out.
+/// Delete the other store.
 static void only_ring(void)
 {
     stores_request_store(2U, "box");
@@ -50,7 +50,7 @@ static void change_tag(const char* const name, const unsigned second)
     expect_stores_performed(14U);
 }
 
-/// The statuses of the first store: storage, open retrieval, retrieval by time range.
+/// Expect the statuses of the first store: storage, open retrieval, retrieval by time range.
 static void expect_status(const uint8_t enabled, const uint8_t open, const uint8_t range)
 {
     bench_clear();
@@ -84,11 +84,11 @@ static void an_open_retrieval_follows_incoming_packets(void)
     stores_step(3U, 8U);
     expect_stores_none_sent();
     expect_status(1U, 0U, 0U);
-    stores_request_store(16U, "ring"); // Suspended already.
+    stores_request_store(16U, "ring"); // The retrieval is already suspended.
     resume("ring", 0U);
-    resume("ring", 0U); // In progress already.
+    resume("ring", 0U); // The retrieval is already in progress.
     stores_step(3U, 8U);
-    expect_stores_sent(7U, 8U); // It continues exactly from its position.
+    expect_stores_sent(7U, 8U); // The retrieval continues exactly at its position.
     TEST_ASSERT_EQUAL_UINT32(8U, stores_storage.stores[0].sent);
     TEST_ASSERT_EQUAL_UINT8(1U, stores_sent.packets[0].channel);
 }
@@ -102,7 +102,7 @@ static void an_open_retrieval_begins_at_its_tag(void)
     stores_step(4U, 9U);
     expect_stores_sent(6U, 9U);
     stores_request_store(16U, "ring");
-    change_tag("ring", 3U); // Back.
+    change_tag("ring", 3U); // The tag moves back.
     resume("ring", 0U);
     stores_step(4U, 9U);
     expect_stores_sent(3U, 9U);
@@ -117,7 +117,7 @@ static void an_open_retrieval_begins_at_its_tag(void)
     stores_reports(14U, 15U);
     stores_step(2U, 15U);
     expect_stores_sent(14U, 15U);
-    // The clock was set back: packets come in order of arrival and are retrieved so.
+    // The clock was set back: packets are stored and retrieved in the order of arrival.
     stores_report(16U, REPORT_SIZE, 2U);
     stores_step(1U, 2U);
     expect_stores_sent(16U, 16U);
@@ -130,7 +130,7 @@ static void a_retrieval_skips_blocks_that_were_overwritten(void)
     resume("ring", 0U);
     stores_step(1U, 4U);
     expect_stores_sent(1U, 3U);
-    stores_reports(5U, 17U); // Three blocks: 4 .. 8 are gone.
+    stores_reports(5U, 17U); // The store has three blocks: 4 .. 8 are overwritten.
     stores_step(9U, 17U);
     expect_stores_sent(9U, 17U);
 }
@@ -224,7 +224,7 @@ static void classes_have_priorities_and_clients_are_served_in_turn(void)
         TEST_ASSERT_EQUAL_UINT8(orders[i], stores_sent.packets[6U + i].channel);
     }
     stores_request_all(16U);
-    stores_request_all(15U); // All continue with the priority they had.
+    stores_request_all(15U); // All retrievals continue with the priority they had.
     TEST_ASSERT_EQUAL_UINT8(4U, stores_storage.stores[0].state.priority);
     TEST_ASSERT_EQUAL_UINT8(5U, stores_storage.stores[1].state.priority);
 }
@@ -242,7 +242,7 @@ static void a_step_reads_no_more_than_it_may(void)
     expect_stores_sent(1U, 3U);
     stores_step(1U, 8U);
     expect_stores_sent(4U, 5U);
-    start_range("box", 0U, 8U, 8U); // Has no packets here: is not enabled.
+    start_range("box", 0U, 8U, 8U); // The store has no packets here, because it is not enabled.
     stores_step(2U, 8U);
     expect_stores_sent(6U, 8U);
 }
@@ -261,7 +261,7 @@ static void skipped_packets_count_towards_the_limit_of_a_step(void)
     expect_stores_sent(4U, 4U);
     change_tag("ring", 50U);
     stores_storage.stores[0].state.open_cursor = 0U;
-    stores_step(1U, 4U); // Lets the range end.
+    stores_step(1U, 4U); // The range ends in this step.
     resume("ring", 0U);
     stores_step(3U, 4U);
     expect_stores_none_sent();
@@ -336,8 +336,8 @@ static void packets_retrieved_since_the_last_checkpoint_are_sent_again(void)
     stores_step(1U, 101U);
     stores_step(3U, 102U);
     expect_stores_sent(1U, 12U);
-    TEST_ASSERT_EQUAL_UINT(commits + 1U, records.commits); // The first checkpoint was long ago.
-    TEST_ASSERT_FALSE(stores_is_idle());                   // One is due.
+    TEST_ASSERT_EQUAL_UINT(commits + 1U, records.commits); // The last checkpoint was long ago.
+    TEST_ASSERT_FALSE(stores_is_idle());                   // A checkpoint is due.
     stores_cut();
     stores_step(3U, 103U);
     expect_stores_sent(4U, 12U);
@@ -356,7 +356,7 @@ static void a_retrieval_does_not_wait_for_packets_that_a_power_cut_lost(void)
     TEST_ASSERT_FALSE(stores_is_idle());
     expect_stores_sent(1U, 4U);
     stores_cut();
-    stores_reports(5U, 6U); // They lie where 3 and 4 were.
+    stores_reports(5U, 6U); // Packets 5 and 6 are stored at the places of 3 and 4.
     stores_step(2U, 12U);
     expect_stores_sent(5U, 6U);
 }
@@ -439,13 +439,13 @@ static void packets_are_copied_by_time_window(void)
         EXPECT_MESSAGES(0); // Three packets and no more.
         TEST_ASSERT_EQUAL_UINT32(3U, stores_storage.copy.copied);
         if (i == 3U) {
-            stores_report(20U, 30U, 1U); // Later than the request.
+            stores_report(20U, 30U, 1U); // The packet is later than the request.
         }
         stores_step(5U, 8U);
         EXPECT_MESSAGES(1, 7);
         start_range("box", 0U, 0U, 1000U);
         stores_step(5U, 8U);
-        expect_stores_sent(windows[i].first, windows[i].last); // With their original times.
+        expect_stores_sent(windows[i].first, windows[i].last); // The packets have their original times.
         empty_box();
     }
 }
@@ -473,7 +473,7 @@ static void a_copy_from_a_failing_medium_fails(void)
     stores_reports(1U, 2U);
     copy(0U, 0U, 0U);
     bench_clear();
-    stores_step(1U, 2U); // It also syncs.
+    stores_step(1U, 2U); // The step also syncs.
     empty_box();
     for (unsigned call = 1U; call <= 7U; call++) {
         copy(0U, 0U, 0U);
@@ -510,7 +510,7 @@ static void a_copy_skips_damaged_records(void)
     expect_stores_sent(5U, 5U);
     stores_storage.copy = (pus_store_copy_t){.is_active = true, .source = 1U, .target = 1U};
     stores_request_store(2U, "ring");
-    stores_request_store(21U, "ring"); // It is in no copy.
+    stores_request_store(21U, "ring"); // The store takes part in no copy.
 }
 
 static void copies_are_refused(void)
@@ -539,7 +539,7 @@ static void copies_are_refused(void)
     octet_write_u8(&stores_request, 0U);
     stores_put_name("box");
     stores_put_name("ring");
-    expect_stores_refused(24U, PUS_FAILURE_STATE, 0U, stores_name_of("ring")); // Not empty.
+    expect_stores_refused(24U, PUS_FAILURE_STATE, 0U, stores_name_of("ring")); // The target is not empty.
     stores_begin_request();
     octet_write_u8(&stores_request, 4U);
     TEST_ASSERT_EQUAL(STATUS_INVALID, stores_send_request(24U)); // This type of window does not exist.
@@ -550,7 +550,7 @@ static void copies_are_refused(void)
     stores_put_name("box");
     expect_stores_refused(24U, PUS_FAILURE_OUT_OF_RANGE, 0U, 9U);
     copy(0U, 0U, 0U);
-    copy(0U, 0U, 0U); // One at a time.
+    copy(0U, 0U, 0U); // Only one copy may be in progress.
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, stores_name_of("box"));
     stores_begin_request();

@@ -21,7 +21,7 @@ static octet_reader_t ask(const uint8_t subtype, const uint8_t expected)
     return stores_answer(subtype, expected);
 }
 
-static void a_created_store_is_idle_and_takes_nothing(void)
+static void a_new_store_is_disabled_and_stores_no_packets(void)
 {
     octet_reader_t reader = ask(18U, 19U);
     TEST_ASSERT_EQUAL_UINT16(0U, octet_read_u16(&reader));
@@ -41,7 +41,7 @@ static void a_created_store_is_idle_and_takes_nothing(void)
     TEST_ASSERT_EQUAL_UINT8(0U, octet_read_u8(&reader));
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
     stores_select_all(3U, "ring");
-    stores_reports(1U, 1U); // Not enabled.
+    stores_reports(1U, 1U); // The store is not enabled.
     expect_stores_summary("ring", 0U, 0U, 0U, 0U, 0U);
     stores_request_store(1U, "ring");
     stores_reports(2U, 3U);
@@ -52,7 +52,7 @@ static void a_created_store_is_idle_and_takes_nothing(void)
     TEST_ASSERT_EQUAL_UINT32(0U, stores_storage.counters.lost);
 }
 
-static void creation_is_refused(void)
+static void bad_creation_requests_are_refused(void)
 {
     stores_create_ring();
     stores_create("ring", SIZE(3U), 0U, 0U);
@@ -74,7 +74,7 @@ static void creation_is_refused(void)
     stores_begin_request();
     octet_write_u8(&stores_request, 1U);
     octet_write_octets(&stores_request, (const uint8_t*)"ab\0\0c\0\0\0",
-                       PUS_NAME_SIZE); // Not padded with NUL.
+                       PUS_NAME_SIZE); // The name is not padded with NUL.
     octet_write_u32(&stores_request, SIZE(2U));
     octet_write_u16(&stores_request, 0U);
     expect_stores_refused(20U, PUS_FAILURE_OUT_OF_RANGE, 1U, 15U);
@@ -251,10 +251,10 @@ static void changes_wait_for_the_end_of_a_retrieval(void)
     octet_write_u8(&stores_request, 0U);
     stores_put_second(1U);
     stores_put_second(2U);
-    expect_stores_refused(9U, PUS_FAILURE_STATE, 1U, ring); // The other kind.
+    expect_stores_refused(9U, PUS_FAILURE_STATE, 1U, ring); // A retrieval of the other type is in progress.
     stores_begin_request();
     stores_put_second(5U);
-    octet_write_u8(&stores_request, 0U); // It applies to no store.
+    octet_write_u8(&stores_request, 0U); // The request applies to no store.
     expect_stores_performed(11U);
     stores_request_store(16U, "ring");
     stores_begin_request();
@@ -264,7 +264,7 @@ static void changes_wait_for_the_end_of_a_retrieval(void)
     stores_put_second(1U);
     stores_put_second(2U);
     expect_stores_performed(9U);
-    expect_stores_refused(9U, PUS_FAILURE_STATE, 1U, ring); // The same kind.
+    expect_stores_refused(9U, PUS_FAILURE_STATE, 1U, ring); // A retrieval of the same type is in progress.
     stores_begin_request();
     octet_write_u8(&stores_request, 1U);
     stores_put_name("ring");
@@ -344,7 +344,7 @@ static void deletion_of_a_store_removes_all_of_its_records(void)
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
     stores_reports(1U, 11U);
     stores_step(1U, 11U);
-    stores_request_all(21U); // Is enabled: none.
+    stores_request_all(21U); // No store is deleted, because storage is enabled.
     TEST_ASSERT_TRUE(stores_storage.stores[0].state.is_there);
     stores_request_store(2U, "ring");
     stores_request_store(21U, "ring");
@@ -356,21 +356,22 @@ static void deletion_of_a_store_removes_all_of_its_records(void)
     TEST_ASSERT_EQUAL_UINT64(0U, recorded.image[0].size);
     TEST_ASSERT_TRUE(stores_is_idle());
     stores_cut();
-    TEST_ASSERT_FALSE(stores_storage.stores[0].state.is_there); // Although it is in the configuration.
+    // The deleted store is not created again, although the configuration contains it.
+    TEST_ASSERT_FALSE(stores_storage.stores[0].state.is_there);
     stores_create_ring();
     stores_request_store(1U, "ring");
     stores_reports(12U, 12U);
-    expect_stores_summary("ring", 0U, 0U, 0U, 0U, 0U); // Its selection is also removed.
+    expect_stores_summary("ring", 0U, 0U, 0U, 0U, 0U); // The selection of the store is also removed.
 }
 
-static void a_store_of_the_same_name_is_another(void)
+static void a_new_store_of_the_same_name_has_no_old_packets(void)
 {
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
     stores_reports(1U, 11U);
     stores_step(1U, 11U);
     stores_request_store(2U, "ring");
     stores_request_store(21U, "ring");
-    stores_create_ring(); // Before a step could shorten the medium.
+    stores_create_ring(); // The store is created again before a step could shorten the medium.
     stores_step(1U, 11U);
     TEST_ASSERT_TRUE(recorded.image[0].size > 0U);
     expect_stores_summary("ring", 0U, 0U, 0U, 0U, 0U);
@@ -379,7 +380,7 @@ static void a_store_of_the_same_name_is_another(void)
     TEST_ASSERT_EQUAL_UINT16(0U, stores_storage.stores[0].selection.count);
 }
 
-static void selections_by_request(void)
+static void selections_are_changed_by_requests(void)
 {
     static const uint8_t adds[]    = {3U, 29U, 31U, 34U};
     static const uint8_t deletes[] = {4U, 30U, 32U, 33U};
@@ -404,7 +405,7 @@ static void selections_by_request(void)
     TEST_ASSERT_EQUAL_UINT16(1U, stores_storage.stores[0].selection.count);
 }
 
-static void requests_are_strict(void)
+static void every_request_has_a_strict_format(void)
 {
     stores_begin_request();
     octet_write_u8(&stores_request, 1U);
@@ -422,7 +423,7 @@ static void requests_are_strict(void)
     expect_strict_format(18U, NULL, 0U);
 }
 
-/// A damaged block invalidates the blocks before it: this is reported at the start.
+/// A damaged block makes the blocks before it invalid; this is reported at the start.
 static void damaged_or_unreadable_stores_are_reported(void)
 {
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
@@ -435,7 +436,7 @@ static void damaged_or_unreadable_stores_are_reported(void)
     TEST_ASSERT_EQUAL_UINT32(0U, stores_storage.stores[0].log.counters.damaged);
     TEST_ASSERT_EQUAL_UINT32(1U, stores_storage.stores[1].log.counters.damaged);
     recorded.calls     = 0U;
-    recorded.fail_from = 1U; // If the first store fails.
+    recorded.fail_from = 1U; // Also if the first store fails.
     TEST_ASSERT_EQUAL(STATUS_IO, stores_restart());
     TEST_ASSERT_EQUAL_UINT32(1U, stores_storage.stores[1].log.counters.damaged);
 }
@@ -454,8 +455,8 @@ static void calls_against_the_contract_are_asserted(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_created_store_is_idle_and_takes_nothing);
-    RUN_TEST(creation_is_refused);
+    RUN_TEST(a_new_store_is_disabled_and_stores_no_packets);
+    RUN_TEST(bad_creation_requests_are_refused);
     RUN_TEST(names_are_printable_characters_without_blanks);
     RUN_TEST(unknown_stores_are_refused_alone);
     RUN_TEST(summaries_of_some_and_of_all);
@@ -465,9 +466,9 @@ int main(void)
     RUN_TEST(wrong_times_are_refused);
     RUN_TEST(a_store_is_resized_and_retyped);
     RUN_TEST(deletion_of_a_store_removes_all_of_its_records);
-    RUN_TEST(a_store_of_the_same_name_is_another);
-    RUN_TEST(selections_by_request);
-    RUN_TEST(requests_are_strict);
+    RUN_TEST(a_new_store_of_the_same_name_has_no_old_packets);
+    RUN_TEST(selections_are_changed_by_requests);
+    RUN_TEST(every_request_has_a_strict_format);
     RUN_TEST(damaged_or_unreadable_stores_are_reported);
     RUN_TEST(calls_against_the_contract_are_asserted);
     return UNITY_END();

@@ -30,7 +30,7 @@ void tearDown(void)
 {
 }
 
-static void connect_it(void)
+static void request_a_connection_test(void)
 {
     const pus_test_port_t port = {.context = &test, .connect = connect};
     pus_test_init(&test, &port);
@@ -58,7 +58,7 @@ static void a_connection_test_is_offered_only_with_a_port(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(3U, apid, 2U));
     expect_failure(0U, 2U, PUS_FAILURE_SUBTYPE, 0U, 0x1103U);
     bench_clear();
-    connect_it();
+    request_a_connection_test();
     reply = pus_done();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(3U, apid, 2U));
     EXPECT_MESSAGES(1, 1, 1, 3, 17, 4, 1, 7);

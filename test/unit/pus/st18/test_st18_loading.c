@@ -29,7 +29,7 @@ static void expect_refused(const uint8_t subtype, const char* const id, const vo
     expect_failure(1U, 4U, code, 0U, detail);
 }
 
-/// Number of loaded procedures, and the checksum of the first.
+/// Returns the number of loaded procedures, and the checksum of the first.
 static uint16_t loaded(uint16_t* const out_checksum)
 {
     bench_clear();
@@ -72,7 +72,7 @@ static void the_table_accepts_its_capacity(void)
     TEST_ASSERT_EQUAL_UINT(1U, st18_fixture.file.closed);
 }
 
-static void files_are_loaded_whole(void)
+static void files_are_loaded_completely(void)
 {
     uint16_t checksum      = 0U;
     st18_fixture.file.size = PUS_PROCEDURE_CODE_MAX;
@@ -125,7 +125,7 @@ static void a_procedure_that_cannot_be_stored_is_not_loaded(void)
     records.put_status     = STATUS_FULL;
     records.refuse_after   = 1U;
     expect_refused(13U, "ABCD", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_IO, STATUS_FULL);
-    TEST_ASSERT_EQUAL_UINT(1U, records.erasures); // Not even half of it.
+    TEST_ASSERT_EQUAL_UINT(1U, records.erasures); // No part of the procedure remains.
     TEST_ASSERT_EQUAL_UINT16(0U, loaded(&checksum));
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.unsaved);
     records.put_status = STATUS_OK;
@@ -133,7 +133,7 @@ static void a_procedure_that_cannot_be_stored_is_not_loaded(void)
     records.erase_status = STATUS_IO;
     expect_refused(2U, "ABCD", NULL, 0U, PUS_FAILURE_IO, STATUS_IO);
     TEST_ASSERT_EQUAL_UINT16(1U, loaded(&checksum));
-    records.erase_status = STATUS_NOT_FOUND; // The store of records has lost it.
+    records.erase_status = STATUS_NOT_FOUND; // The store of records has lost the record.
     TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(2U, "ABCD", NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
@@ -183,7 +183,7 @@ static void code_outlasts_a_power_cut(void)
     st18_fixture_activated("B", 0U);
 }
 
-static void records_that_are_no_good_are_reported(void)
+static void bad_records_are_reported(void)
 {
     uint8_t record[PUS_RECORD_MAX] = {'A',  0,   0,   0,   0,   0,   0,   0,   0,   9,  0x29,
                                       0xB1, '1', '2', '3', '4', '5', '6', '7', '8', '9'};
@@ -204,9 +204,10 @@ static void records_that_are_no_good_are_reported(void)
     record[9] = 0x01U; // 16385 octets.
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 0U, record, sizeof record));
     record[9] = 0x00U;
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_procedures_restore(self, 0U, record, sizeof record)); // One of three.
+    // The first of three records.
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_procedures_restore(self, 0U, record, sizeof record));
     TEST_ASSERT_EQUAL_UINT16(0U, loaded(&checksum));
-    // A part of another procedure starts a new load. So do another size and another checksum.
+    // A part of another procedure starts a new load, and so does a part with another size or checksum.
     record[0] = 'B';
     TEST_ASSERT_EQUAL(STATUS_OK, pus_procedures_restore(self, 1U, record, sizeof record));
     TEST_ASSERT_EQUAL_UINT8(2U, self->config.procedures[0].parts);
@@ -275,14 +276,14 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(code_is_loaded_with_its_checksum);
     RUN_TEST(the_table_accepts_its_capacity);
-    RUN_TEST(files_are_loaded_whole);
+    RUN_TEST(files_are_loaded_completely);
     RUN_TEST(files_that_fail_are_reported);
     RUN_TEST(a_file_is_loaded_and_activated);
     RUN_TEST(a_procedure_that_cannot_be_stored_is_not_loaded);
     RUN_TEST(without_a_store_all_requests_are_performed);
     RUN_TEST(code_takes_as_few_records_as_possible);
     RUN_TEST(code_outlasts_a_power_cut);
-    RUN_TEST(records_that_are_no_good_are_reported);
+    RUN_TEST(bad_records_are_reported);
     RUN_TEST(every_request_has_a_strict_format);
     RUN_TEST(a_procedure_is_unloaded_while_another_runs);
     return UNITY_END();

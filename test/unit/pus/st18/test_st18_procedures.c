@@ -7,7 +7,7 @@
 
 static pus_procedures_t* const self = &st18_fixture.service;
 
-/// "ABCD" is loaded.
+/// Procedure "ABCD" is loaded.
 void setUp(void)
 {
     st18_fixture_start();
@@ -59,7 +59,7 @@ static void a_procedure_runs_to_its_end(void)
     expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_ENDED, 7U, 0U);
     TEST_ASSERT_FALSE(pus_procedures_are_active(self));
     expect_script_status(PUS_PROCEDURE_INACTIVE);
-    st18_fixture_activated("ABCD", 0U); // Again.
+    st18_fixture_activated("ABCD", 0U); // The procedure runs again.
     TEST_ASSERT_EQUAL_UINT32(2U, self->counters.started);
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.ended);
 }
@@ -90,7 +90,7 @@ static void errors_are_reported_at_every_level(void)
     TEST_ASSERT_EQUAL_UINT(3U, st18_fixture.events.count);
 }
 
-static void a_long_text_is_cut(void)
+static void a_long_text_is_truncated(void)
 {
     static const char text[] = "a text of more than forty-five octets, which is all there is room for";
     st18_fixture_activated("ABCD", 0U);
@@ -116,7 +116,7 @@ static void activation_is_refused_in_a_wrong_state(void)
     expect_refused(3U, "C", body, 2U, PUS_FAILURE_TABLE_FULL, ST18_FIXTURE_SLOTS);
 }
 
-/// A cycle has the sum of the budgets of all running procedures.
+/// The budget of a cycle is the sum of the budgets of all running procedures.
 static void a_procedure_that_exceeds_its_share_reduces_that_of_the_next(void)
 {
     st18_fixture_loaded("B", 1U, 'x');
@@ -136,8 +136,9 @@ static void a_procedure_that_exceeds_its_share_reduces_that_of_the_next(void)
     st18_fixture.slots[0].uses = 1000U;
     st18_fixture.slots[1].last = 0U;
     st18_fixture_step(1U);
-    TEST_ASSERT_EQUAL_UINT32(0U, st18_fixture.slots[1].last); // Not even begun.
-    st18_fixture.slots[0].uses = 0U;                          // Unused units are not saved for others.
+    TEST_ASSERT_EQUAL_UINT32(0U, st18_fixture.slots[1].last); // The procedure was not even started.
+    // Units that are not used are not saved for other procedures.
+    st18_fixture.slots[0].uses = 0U;
     st18_fixture_step(1U);
     TEST_ASSERT_EQUAL_UINT32(100U, st18_fixture.slots[0].last);
     TEST_ASSERT_EQUAL_UINT32(100U, st18_fixture.slots[1].last);
@@ -219,7 +220,7 @@ static void one_step_at_a_time(void)
     TEST_ASSERT_EQUAL_UINT64(2U, st18_fixture.slots[0].next);
 }
 
-static void an_inactive_procedure_is_neither_held_nor_aborted(void)
+static void an_inactive_procedure_is_neither_suspended_nor_aborted(void)
 {
     static const uint8_t none[] = {0};
     expect_refused(4U, "ABCD", next_step, 2U, PUS_FAILURE_STATE, ABCD);
@@ -271,7 +272,7 @@ static void a_waiting_procedure_waits_for_whole_cycles(void)
     EXPECT_MESSAGES(1, 5);
     st18_fixture_step(100U);
     TEST_ASSERT_EQUAL_UINT64(4U, st18_fixture.slots[0].next);
-    st18_fixture.cycle += 1000U; // A jump makes up for what was missed.
+    st18_fixture.cycle += 1000U; // The missed cycles count.
     st18_fixture_step(1U);
     TEST_ASSERT_EQUAL_UINT64(4U, st18_fixture.slots[0].next);
 }
@@ -313,12 +314,12 @@ static void events_are_raised(void)
     TEST_ASSERT_EQUAL_UINT(1U, st18_fixture.events.count);
 }
 
-static void calls_that_others_notice_are_few_in_a_cycle(void)
+static void calls_with_external_effects_are_limited_in_a_cycle(void)
 {
     st18_fixture_activated("ABCD", 0U);
     for (unsigned i = 0U; i < ST18_FIXTURE_CALLS_EACH; i++) {
         st18_fixture_call(0U, PUS_CALL_EVENT, ST18_FIXTURE_KNOWN_EVENT);
-        st18_fixture_call(0U, PUS_CALL_GET, 77U); // No other procedure is affected.
+        st18_fixture_call(0U, PUS_CALL_GET, 77U); // Calls of other procedures are not affected.
     }
     st18_fixture_call(0U, PUS_CALL_EVENT, ST18_FIXTURE_KNOWN_EVENT);
     st18_fixture_call(0U, PUS_CALL_ENDED, 0U);
@@ -342,7 +343,7 @@ static void requests_are_released(void)
     TEST_ASSERT_EQUAL_UINT16(PUS_USER_ONBOARD | TEST_APID, st18_fixture.sent.last.source);
     TEST_ASSERT_EQUAL(PUS_ANSWER_VERDICT, st18_fixture.slots[0].answer.kind);
     expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_SENT, 0U, (17U << 8U) | 1U);
-    st18_fixture.sent.status = STATUS_FULL; // Retry until it is taken.
+    st18_fixture.sent.status = STATUS_FULL; // The request is repeated until the port accepts it.
     st18_fixture_request(0U, false);
     st18_fixture_call(0U, PUS_CALL_STEP, 1U);
     st18_fixture_step(100U);
@@ -404,7 +405,7 @@ static void the_end_of_a_request_is_awaited(void)
     TEST_ASSERT_EQUAL_HEX16(0U, st18_fixture.slots[0].answer.code);
     TEST_ASSERT_EQUAL_UINT(2U, st18_fixture.sent.count);
     observe(8U, user, st18_fixture.sent.last.request_id, 1U);
-    observe(7U, user, st18_fixture.sent.last.request_id, 1U); // It arrives too late.
+    observe(7U, user, st18_fixture.sent.last.request_id, 1U); // The report comes too late.
     st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 5);
     st18_fixture_request(0U, true);
@@ -441,7 +442,7 @@ static void values_are_communicated(void)
     TEST_ASSERT_EQUAL_UINT64(3U, st18_fixture.slots[0].answer.size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(values, st18_fixture.slots[0].answer.octets, 3U);
     expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_RECEIVED, 0U, 0U);
-    accepted(7U, "ABCD", values, sizeof values); // It waits for the procedure.
+    accepted(7U, "ABCD", values, sizeof values); // The values wait until the procedure asks for them.
     st18_fixture_wait(0U, PUS_CALL_PARAMETERS, 0.0);
     st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
     st18_fixture_wait(0U, PUS_CALL_PARAMETERS, 0.0);
@@ -517,7 +518,7 @@ static void without_an_engine_no_procedure_runs(void)
     TEST_ASSERT_FALSE(pus_procedures_are_active(self));
 }
 
-static void stopped_ones_can_be_unloaded(void)
+static void stopped_procedures_can_be_unloaded(void)
 {
     st18_fixture_activated("ABCD", 0U);
     accepted(20U, "ABCD", next_step, 2U);
@@ -527,7 +528,7 @@ static void stopped_ones_can_be_unloaded(void)
     st18_fixture_restart();
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, NULL, 0U));
-    TEST_ASSERT_EQUAL_UINT64(2U, bench_report(2U).size); // None is loaded; the deletion was recorded.
+    TEST_ASSERT_EQUAL_UINT64(2U, bench_report(2U).size); // No procedure is loaded; the deletion was recorded.
     st18_fixture_loaded("B", 1U, 'x');
     st18_fixture_activated("B", 0U);
     accepted(20U, "B", next_step, 2U);
@@ -550,7 +551,7 @@ static void stopped_ones_can_be_unloaded(void)
     TEST_ASSERT_EQUAL_UINT64(2U, bench_report(2U).size);
 }
 
-static void slots_run_side_by_side(void)
+static void procedures_run_concurrently(void)
 {
     st18_fixture_loaded("B", 1U, 'x');
     st18_fixture_activated("ABCD", 0U);
@@ -570,27 +571,27 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_procedure_runs_to_its_end);
     RUN_TEST(errors_are_reported_at_every_level);
-    RUN_TEST(a_long_text_is_cut);
+    RUN_TEST(a_long_text_is_truncated);
     RUN_TEST(activation_is_refused_in_a_wrong_state);
     RUN_TEST(a_procedure_that_exceeds_its_share_reduces_that_of_the_next);
     RUN_TEST(a_procedure_is_suspended_at_the_begin_of_its_next_step);
     RUN_TEST(a_procedure_is_suspended_and_stopped_at_the_named_step);
     RUN_TEST(a_procedure_that_waits_at_a_step_is_stopped_at_once);
     RUN_TEST(one_step_at_a_time);
-    RUN_TEST(an_inactive_procedure_is_neither_held_nor_aborted);
+    RUN_TEST(an_inactive_procedure_is_neither_suspended_nor_aborted);
     RUN_TEST(a_procedure_is_aborted_at_any_step);
     RUN_TEST(all_are_aborted_and_reported);
     RUN_TEST(a_waiting_procedure_waits_for_whole_cycles);
     RUN_TEST(values_are_read_by_id_and_name);
     RUN_TEST(events_are_raised);
-    RUN_TEST(calls_that_others_notice_are_few_in_a_cycle);
+    RUN_TEST(calls_with_external_effects_are_limited_in_a_cycle);
     RUN_TEST(requests_are_released);
     RUN_TEST(the_end_of_a_request_is_awaited);
     RUN_TEST(a_failed_completion_ends_the_wait_for_the_request);
     RUN_TEST(values_are_communicated);
     RUN_TEST(observability_levels_of_procedures_are_set);
     RUN_TEST(without_an_engine_no_procedure_runs);
-    RUN_TEST(stopped_ones_can_be_unloaded);
-    RUN_TEST(slots_run_side_by_side);
+    RUN_TEST(stopped_procedures_can_be_unloaded);
+    RUN_TEST(procedures_run_concurrently);
     return UNITY_END();
 }

@@ -93,7 +93,7 @@ static void command(const uint8_t subtype)
     expect_done(subtype);
 }
 
-/// A request with one key.
+/// Send a request with one key.
 static void command_key(const uint8_t subtype, const uint16_t event)
 {
     begin(1U);
@@ -101,7 +101,7 @@ static void command_key(const uint8_t subtype, const uint16_t event)
     request(subtype);
 }
 
-/// Definitions of the events 1..count with the requests 1..count, enabled, and the function too.
+/// Define the requests 1..count for the events 1..count; enable them and the function.
 static void define(const uint16_t count)
 {
     for (uint16_t i = 1U; i <= count; i++) {
@@ -193,7 +193,7 @@ static void each_faulty_definition_is_refused_alone(void)
     add(4U, 4U, 0U);
     data[checksum + 12U] ^= 1U;
     add(5U, 5U, 0U);
-    add(1U, 6U, 0U); // Again, while it is disabled.
+    add(1U, 6U, 0U); // Defined again while disabled.
     request(1U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 4, 1, 4, 1, 8);
     expect_failure(2U, 4U, PUS_FAILURE_OUT_OF_RANGE, 2U, apid);
@@ -262,7 +262,7 @@ static void queued_requests_are_dropped_when_their_definition_is_disabled(void)
     }
     command_key(5U, 2U);
     command_key(2U, 2U);
-    begin(1U); // The definition of a queued request is deleted, and its place used again.
+    begin(1U); // The definition of a queued request is deleted, and its slot is used again.
     add(7U, 7U, 0U);
     expect_done(1U);
     command_key(4U, 7U);
@@ -361,7 +361,7 @@ static void a_thousand_definitions_are_found_and_reported(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 19, 11, 19, 11, 19, 11, 19, 11);
     writer = octet_writer(data, sizeof data);
     bench_clear();
-    request(6U); // No second one meanwhile.
+    request(6U); // During the report no second one is accepted.
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, 11U);
     command_key(10U, 1U);
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, 11U);
@@ -458,12 +458,12 @@ static void a_change_that_cannot_be_stored_is_not_acknowledged(void)
     TEST_ASSERT_EQUAL_UINT16(0U, actions.count);
 }
 
-static void a_record_that_is_not_there_counts_as_erased(void)
+static void a_missing_record_counts_as_erased(void)
 {
     restart();
     define(1U);
     begin(0U);
-    expect_done(4U); // Already enabled: no record is written.
+    expect_done(4U); // The definition is already enabled, so no record is written.
     command_key(5U, 1U);
     records_start();
     command_key(2U, 1U);
@@ -552,7 +552,7 @@ int main(void)
     RUN_TEST(a_thousand_definitions_are_found_and_reported);
     RUN_TEST(acknowledged_changes_survive_a_power_cut);
     RUN_TEST(a_change_that_cannot_be_stored_is_not_acknowledged);
-    RUN_TEST(a_record_that_is_not_there_counts_as_erased);
+    RUN_TEST(a_missing_record_counts_as_erased);
     RUN_TEST(an_impossible_activity_record_is_refused);
     RUN_TEST(definitions_with_the_same_hash_bucket_are_distinguished);
     RUN_TEST(every_request_has_a_strict_format);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parameters defined by their place in memory: TC[20,4] to [20,6], and their values.
+// Parameters that are defined by their address in memory: TC[20,4] to [20,6], and their values.
 #include "pus/st20/st20_definitions.h"
 
 #include "base/value.h"
@@ -72,7 +72,7 @@ static void add(const uint32_t id, const unsigned memory, const uint32_t address
     octet_write_u16(&memory_writer, (uint16_t)pfc);
 }
 
-/// Define one in raw memory.
+/// Define one parameter by its raw address.
 static void define(const uint32_t id, const unsigned memory, const uint32_t address, const unsigned ptc,
                    const unsigned pfc)
 {
@@ -122,7 +122,7 @@ static void a_value_that_cannot_be_read_is_zero(void)
     TEST_ASSERT_EQUAL_HEX32(0U, octets_u32_at(&bench_report(2U).data[6]));
 }
 
-static void parameters_of_the_dictionary_are_as_before(void)
+static void parameters_of_the_dictionary_are_not_affected(void)
 {
     ask(1U, P_U8);
     EXPECT_MESSAGES(1, 1, 1, 3, 20, 2, 1, 7);
@@ -207,7 +207,7 @@ static void each_faulty_definition_is_refused_alone(void)
     define(NEW_DOUBLE, RAM, RAM_BASE, 5U, 2U);
     define(NEW_BOOL, RAM, RAM_BASE, 1U, 0U);
     expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 1U, PLACES);
-    define(NEW_U32, ROM, 4U, 3U, 14U); // The parameter moves.
+    define(NEW_U32, ROM, 4U, 3U, 14U); // The parameter gets another address.
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     ask(6U, NEW_U32);
     TEST_ASSERT_EQUAL_UINT8(ROM, bench_report(2U).data[6]);
@@ -258,7 +258,8 @@ static void definitions_outlive_a_power_cut(void)
     start();
     TEST_ASSERT_EQUAL_UINT64(2U, records_replay(PUS_SERVICE_PARAMETERS, restore, &parameters));
     TEST_ASSERT_EQUAL_UINT64(2U,
-                             records_replay(PUS_SERVICE_PARAMETERS, restore, &parameters)); // Once is enough.
+                             // One restoration is enough.
+                             records_replay(PUS_SERVICE_PARAMETERS, restore, &parameters));
     ask(6U, NEW_BOOL);
     TEST_ASSERT_EQUAL_UINT8(ROM, bench_report(2U).data[6]);
     records.put_status = STATUS_FULL;
@@ -296,7 +297,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(values_in_memory_are_reported_and_set);
     RUN_TEST(a_value_that_cannot_be_read_is_zero);
-    RUN_TEST(parameters_of_the_dictionary_are_as_before);
+    RUN_TEST(parameters_of_the_dictionary_are_not_affected);
     RUN_TEST(a_parameter_that_cannot_be_set_is_refused);
     RUN_TEST(objects_hold_parameters_too);
     RUN_TEST(each_faulty_definition_is_refused_alone);

@@ -89,7 +89,7 @@ static void only_the_parameters_that_cannot_be_reported_are_refused(void)
 
 static void only_the_parameters_without_room_in_the_report_are_refused(void)
 {
-    begin(4U); // Two of 2004 octets leave 63.
+    begin(4U); // Two values of 2004 octets leave 63 octets.
     add(P_LARGE);
     add(P_LARGE);
     add(P_LARGE);
@@ -102,7 +102,7 @@ static void only_the_parameters_without_room_in_the_report_are_refused(void)
     TEST_ASSERT_EQUAL_UINT8(3U, tm.data[1]);
 }
 
-// A port for long reports: one buffer, which may be in use.
+// A port for long reports: it has one buffer, which may be in use.
 static uint8_t long_octets[3U * PUS_TM_DATA_MAX];
 static size_t long_size;
 static bool is_long_taken;

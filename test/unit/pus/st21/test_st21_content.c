@@ -118,7 +118,7 @@ static void loaded_sequences_outlive_a_power_cut(void)
     st21_fixture_load('b', 3U, 1U);
     st21_fixture_make_long_file();
     st21_fixture_reference('c', 8U);
-    st21_fixture_step(0U); // Under execution.
+    st21_fixture_step(0U); // The sequence is being executed.
     released.count = 0U;
     st21_fixture_command(3U, 'b');
     restart();
@@ -185,8 +185,8 @@ static void an_impossible_activity_record_is_refused(void)
                       pus_sequences_restore(&st21_fixture.service, key | 0x40000U, octets, size));
     st21_fixture.service.config.octets_max = 20U;
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_sequences_restore(&st21_fixture.service, key, octets, size));
-    st21_fixture.service.config.octets_max = 21U; // Just enough.
-    octets[13] ^= 0x10U;                          // It is not a request.
+    st21_fixture.service.config.octets_max = 21U; // A size that is just sufficient.
+    octets[13] ^= 0x10U;                          // The packet is not a request.
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&st21_fixture.service, key, octets, size));
     octets[13] ^= 0x10U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_sequences_restore(&st21_fixture.service, key, octets, size));
@@ -207,7 +207,7 @@ static void an_impossible_activity_record_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID,
                       pus_sequences_restore(&st21_fixture.service, key | 0x10001U, octets, 13U));
     TEST_ASSERT_EQUAL_UINT16(2U, st21_fixture.chains.pool.stats.taken);
-    st21_fixture_load('b', 1U, 1U); // Its place can be used for another one.
+    st21_fixture_load('b', 1U, 1U); // The place can be used for another sequence.
     TEST_ASSERT_EQUAL_UINT16(2U, st21_fixture.chains.pool.stats.taken);
     st21_fixture_start(SEQUENCES, 1U);
     octets[11] = 100U;

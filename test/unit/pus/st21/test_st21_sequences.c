@@ -28,16 +28,16 @@ static void delays_separate_the_requests(void)
     TEST_ASSERT_EQUAL_UINT64(UINT64_MAX, pus_sequences_next_ns(&st21_fixture.service));
     st21_fixture_command(4U, 'a');
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
-    st21_fixture_step(7U * MS); // The first at once.
+    st21_fixture_step(7U * MS); // The first request is released at once.
     EXPECT_RELEASED(1);
     TEST_ASSERT_TRUE(pus_sequences_next_ns(&st21_fixture.service) <= (17U * MS));
     st21_fixture_step((17U * MS) - 1000U);
     TEST_ASSERT_EQUAL_UINT64(0U, released.count);
     st21_fixture_step(18U * MS);
     EXPECT_RELEASED(2);
-    st21_fixture_step(27U * MS); // Counted from the due time, not from the step.
+    st21_fixture_step(27U * MS); // The delay is counted from the due time, not from the step.
     EXPECT_RELEASED(3);
-    st21_fixture_command(4U, 'a'); // The last delay belongs to the sequence.
+    st21_fixture_command(4U, 'a'); // During the last delay the sequence is still executing.
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, DETAIL('a'));
     st21_fixture_step(37U * MS);
     TEST_ASSERT_EQUAL_UINT32(1U, st21_fixture.service.counters.completed);
@@ -45,11 +45,11 @@ static void delays_separate_the_requests(void)
     st21_fixture_command(4U, 'a');
     st21_fixture_step(40U * MS);
     EXPECT_RELEASED(1);
-    st21_fixture_step(1000U * MS); // A long pause: all remaining requests, in order.
+    st21_fixture_step(1000U * MS); // After a long pause all remaining requests are released in order.
     EXPECT_RELEASED(2, 3);
 }
 
-static void sequences_run_side_by_side(void)
+static void sequences_run_concurrently(void)
 {
     st21_fixture_load('a', 10U, 2U);
     st21_fixture_load('b', 20U, 2U);
@@ -279,7 +279,8 @@ static void the_content_is_reported_in_as_many_packets_as_it_needs(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 21, 12, 21, 12, 21, 12, 21, 12);
     TEST_ASSERT_EQUAL_UINT64(PUS_TM_DATA_MAX, bench_report(2U).size);
     TEST_ASSERT_TRUE(pus_sequences_is_waiting(&st21_fixture.service));
-    st21_fixture_command(11U, 'a'); // No second one meanwhile, nor an end of the sequence.
+    // During the report no second one is accepted, and the sequence cannot end.
+    st21_fixture_command(11U, 'a');
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, DETAIL('a'));
     st21_fixture_command(3U, 'a');
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, DETAIL('a'));
@@ -327,7 +328,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(delays_separate_the_requests);
-    RUN_TEST(sequences_run_side_by_side);
+    RUN_TEST(sequences_run_concurrently);
     RUN_TEST(a_delay_may_be_zero_or_long);
     RUN_TEST(a_step_releases_a_limited_number_of_requests);
     RUN_TEST(a_request_that_the_port_refuses_waits_and_its_delay_begins_later);

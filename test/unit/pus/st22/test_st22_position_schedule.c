@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Properties of positions; test_st11_*.c tests the common part of both schedules with times.
+// Properties of positions; test_st11_*.c tests the part that time and position schedules share.
 #include "pus/st22/st22_position_schedule.h"
 
 #include "test/unit/pus/fixtures/records.h"
@@ -128,7 +128,7 @@ static void an_activity_is_released_when_its_position_comes(void)
     TEST_ASSERT_EQUAL_UINT64(0U, released.count);
     step_at(100U * ORBIT);
     EXPECT_RELEASED(3);
-    insert(100U * ORBIT, 4U); // Now.
+    insert(100U * ORBIT, 4U); // The present position.
     step_at(100U * ORBIT);
     EXPECT_RELEASED(4);
     insert((100U * ORBIT) - 1U, 5U);
@@ -146,13 +146,14 @@ static void positions_are_reported_and_shifted_across_orbits(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 22, 13, 1, 7);
     TEST_ASSERT_EQUAL_UINT64(sizeof expected, bench_report(2U).size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof expected);
-    SEND(15U, 0, 0, 0, 1, 0, 3); // On by an orbit and 3.
+    SEND(15U, 0, 0, 0, 1, 0, 3); // Forward by one orbit and 3 of 2^-16 orbits.
     TEST_ASSERT_EQUAL_UINT64((14U * ORBIT) + 1U, pus_schedule_next(&schedule.schedule));
     begin();
     octet_write_octets(&writer, (const uint8_t[]){0x80, 0, 0, 0, 0, 0}, 6U);
     request(15U);
     expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 0U, 0U);
-    SEND(8U, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 14, 0, 1, 0, 0, 0, 14, 0, 1, 0, 0); // From and to, both included.
+    // A window with both ends, which are included.
+    SEND(8U, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 14, 0, 1, 0, 0, 0, 14, 0, 1, 0, 0);
     TEST_ASSERT_EQUAL_UINT64((15U * ORBIT) + 1U, pus_schedule_next(&schedule.schedule));
 }
 
@@ -169,7 +170,7 @@ static void the_last_position_is_the_largest(void)
     EXPECT_RELEASED(1);
 }
 
-static void an_orbit_number_holds_from_the_next_orbit_on(void)
+static void an_orbit_number_applies_from_the_next_orbit_on(void)
 {
     enable_all();
     insert(1000U * ORBIT, 1U);
@@ -183,17 +184,17 @@ static void an_orbit_number_holds_from_the_next_orbit_on(void)
     TEST_ASSERT_EQUAL_UINT64(1000U * ORBIT, pus_position_schedule_now(&schedule));
     step_at((15U * ORBIT) + 1U);
     TEST_ASSERT_EQUAL_UINT64((1004U * ORBIT) + 1U, pus_position_schedule_now(&schedule));
-    set_orbit(0U);        // Back.
-    step_at(18U * ORBIT); // Two positions were skipped.
+    set_orbit(0U);        // A smaller orbit number.
+    step_at(18U * ORBIT); // The position has skipped two positions.
     TEST_ASSERT_EQUAL_UINT64(2U * ORBIT, pus_position_schedule_now(&schedule));
     set_orbit(500U);
-    step_at(12U * ORBIT); // The source goes back: 13 is the next.
+    step_at(12U * ORBIT); // The source goes back: the next orbit is 13.
     TEST_ASSERT_EQUAL_UINT64(((1ULL << 32U) - 4U) * ORBIT, pus_position_schedule_now(&schedule));
     step_at(13U * ORBIT);
     TEST_ASSERT_EQUAL_UINT64(500U * ORBIT, pus_position_schedule_now(&schedule));
 }
 
-/// No step between the beginning of the orbit and the next request.
+/// The process makes no step between the begin of the orbit and the next request.
 static void an_orbit_number_is_in_force_before_the_next_one_is_set(void)
 {
     position = 20U * ORBIT;
@@ -274,7 +275,7 @@ int main(void)
     RUN_TEST(an_activity_is_released_when_its_position_comes);
     RUN_TEST(positions_are_reported_and_shifted_across_orbits);
     RUN_TEST(the_last_position_is_the_largest);
-    RUN_TEST(an_orbit_number_holds_from_the_next_orbit_on);
+    RUN_TEST(an_orbit_number_applies_from_the_next_orbit_on);
     RUN_TEST(an_orbit_number_is_in_force_before_the_next_one_is_set);
     RUN_TEST(the_orbit_number_outlives_a_power_cut);
     RUN_TEST(an_orbit_number_that_is_not_kept_is_not_acknowledged);

@@ -75,7 +75,7 @@ static void copies_are_continued_in_turn(void)
     st23_fixture_restart();
     st23_fixture_order(14U, 1U, "", "large", "", "x");
     st23_fixture_order(14U, 2U, "a", "one", "", "y");
-    st23_fixture_step(); // large, one, large
+    st23_fixture_step(); // The steps copy a slice of large, of one, and of large.
     EXPECT_MESSAGES(1, 5, 1, 5, 1, 5, 1, 5, 1, 7, 1, 5);
     expect_copied("a/one", "y");
     st23_fixture_step();
@@ -160,8 +160,8 @@ static void a_file_is_moved_at_once(void)
     st23_fixture_failed(PUS_FAILURE_IO, STATUS_IO);
 }
 
-/// Each call of the store fails once: the copy ends with a failure, and nothing is left of it.
-static void a_copy_that_fails_leaves_nothing(void)
+/// Each call of the file store fails once: the copy ends with a failure, and no part of it remains.
+static void a_failed_copy_leaves_no_file(void)
 {
     for (unsigned i = 1U; i <= 6U; i++) { // Make, read, write, read, sync and rename.
         memset(disk.files, 0, sizeof disk.files);
@@ -286,7 +286,7 @@ static void after_a_power_cut_nothing_of_an_incomplete_copy_remains(void)
     st23_fixture_power_cut();
     TEST_ASSERT_TRUE(pus_files_is_busy(&st23_fixture.files));
     st23_fixture_order(14U, 3U, "a", "one", "", "x");
-    st23_fixture_order(14U, 4U, "a", "one", "", "y"); // Two of three are still accepted.
+    st23_fixture_order(14U, 4U, "a", "one", "", "y"); // Two of the three copies are still accepted.
     st23_fixture_refused(PUS_FAILURE_TABLE_FULL, COPIES);
     st23_fixture_change(18U, 1U);
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 1U);
@@ -301,7 +301,7 @@ static void after_a_power_cut_nothing_of_an_incomplete_copy_remains(void)
     TEST_ASSERT_FALSE(pus_files_is_busy(&st23_fixture.files));
 }
 
-static void a_copy_that_cannot_be_noted_is_not_begun(void)
+static void a_copy_that_cannot_be_recorded_is_not_started(void)
 {
     records.put_status = STATUS_FULL;
     st23_fixture_order(14U, 1U, "a", "one", "", "x");
@@ -359,7 +359,8 @@ static void copies_are_reported_at_an_interval(void)
     st23_fixture_change(17U, 2U);
     st23_fixture_step();
     st23_fixture_change(16U, 2U);
-    st23_fixture.cycle += 11U; // Time may jump: one report for all that were due, the next one at its time.
+    // Time jumps: one report replaces all that were due, and the next one comes at its time.
+    st23_fixture.cycle += 11U;
     st23_fixture_step();
     EXPECT_MESSAGES(23, 23);
     static const uint8_t quarter[] = {0, 2, 0, 2, 2, 25, 0, 3, 2, 0};
@@ -369,7 +370,7 @@ static void copies_are_reported_at_an_interval(void)
     st23_fixture_step();
     EXPECT_MESSAGES(23, 23);
     st23_fixture_power_cut();
-    st23_fixture_step(); // From now on the copy is known; remains of copies are removed.
+    st23_fixture_step(); // In this step the copy is started, and remains of earlier copies are removed.
     st23_fixture_step();
     st23_fixture_step();
     EXPECT_MESSAGES(0);
@@ -415,13 +416,13 @@ int main(void)
     RUN_TEST(an_invalid_copy_is_refused);
     RUN_TEST(a_file_being_copied_cannot_be_changed);
     RUN_TEST(a_file_is_moved_at_once);
-    RUN_TEST(a_copy_that_fails_leaves_nothing);
+    RUN_TEST(a_failed_copy_leaves_no_file);
     RUN_TEST(a_source_that_becomes_shorter_fails_the_copy);
     RUN_TEST(a_part_file_that_was_left_over_is_replaced);
     RUN_TEST(copies_are_suspended_resumed_and_aborted);
     RUN_TEST(copies_of_a_path_are_changed);
     RUN_TEST(after_a_power_cut_nothing_of_an_incomplete_copy_remains);
-    RUN_TEST(a_copy_that_cannot_be_noted_is_not_begun);
+    RUN_TEST(a_copy_that_cannot_be_recorded_is_not_started);
     RUN_TEST(without_records_requests_are_performed_and_nothing_is_kept);
     RUN_TEST(copies_are_reported_at_an_interval);
     RUN_TEST(an_interval_that_cannot_be_kept_does_not_count);

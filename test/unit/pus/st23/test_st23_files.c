@@ -192,7 +192,7 @@ static void a_lock_without_its_file_ends_with_a_power_cut(void)
     st23_fixture_done();
     st23_fixture_create("a", "x", 0U, 1U);
     st23_fixture_power_cut();
-    st23_fixture_request(5U, "a", "one"); // A lock of this life, before the first step.
+    st23_fixture_request(5U, "a", "one"); // A lock taken after the restart, before the first step.
     st23_fixture_step();
     st23_fixture_request(2U, "a", "x");
     st23_fixture_refused(PUS_FAILURE_STATE, 3U);
@@ -211,7 +211,7 @@ static void a_file_is_locked_before_it_is_made(void)
     st23_fixture_failed(PUS_FAILURE_IO, STATUS_IO);
     TEST_ASSERT_NULL(disk_find("a/x"));
     records.commit_status = STATUS_OK;
-    st23_fixture_request(2U, "a", "one"); // None of these files has stayed locked.
+    st23_fixture_request(2U, "a", "one"); // None of these files is locked.
     st23_fixture_done();
     st23_fixture_create("a", "x", 0U, 0U);
     st23_fixture_request(2U, "a", "x");

@@ -67,7 +67,7 @@ static void step(void)
     bench_step(TEST_NOW_NS, 1U);
 }
 
-/// Step until there is no work any more. Returns the number of steps.
+/// Step until the service has no work any more. Returns the number of steps.
 static unsigned run(void)
 {
     unsigned steps = 0U;
@@ -88,7 +88,7 @@ static void expect_text(octet_reader_t* const reader, const char* const expected
     TEST_ASSERT_EQUAL_MEMORY(expected, found, size);
 }
 
-/// Report `index` is an answer about `path`; a reader at its first entry.
+/// Expect that report `index` is an answer about `path`. Returns a reader at its first entry.
 static octet_reader_t answer(const size_t index, const char* const path, const char* const pattern,
                              uint16_t* const out_count)
 {
@@ -195,7 +195,8 @@ static void a_directory_is_summarised(void)
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
 }
 
-/// 600 files in one directory, 15 characters each: several reports, none too long, nothing lost or doubled.
+/// 600 files in one directory with names of 15 characters: the answer has several reports; none is too long,
+/// and each file occurs once.
 static void long_answers_become_several_reports(void)
 {
     char name[32];
@@ -231,7 +232,7 @@ static void long_answers_become_several_reports(void)
     }
 }
 
-/// Reports that are not taken now are sent in a later step; the search waits for them.
+/// Reports that the port refuses are sent in a later step; the search waits for them.
 static void a_port_that_refuses_reports_delays_the_search(void)
 {
     char name[32];
@@ -281,7 +282,7 @@ static void the_last_report_is_tried_again(void)
     EXPECT_MESSAGES(23, 13, 1, 7);
 }
 
-/// Exactly as much as fits is sent in one report.
+/// Exactly as many entries as fit are sent in one report.
 static void no_empty_report_follows_a_full_one(void)
 {
     char name[PUS_FILE_NAME_MAX + 1U];
@@ -320,14 +321,14 @@ static void names_that_no_request_can_have_are_skipped(void)
     disk_directory(deep);
     deep[127] = '/';
     deep[190] = '\0';
-    disk_directory(deep); // 190 characters.
+    disk_directory(deep); // A path of 190 characters.
     deep[190] = '/';
     deep[191] = 'b';
     deep[192] = '\0';
     (void)disk_file(deep, 0U, 0U);
     deep[192] = 'b';
     deep[193] = '\0';
-    (void)disk_file(deep, 0U, 0U); // One too many.
+    (void)disk_file(deep, 0U, 0U); // This name is one character too long.
     (void)disk_file("good", 0U, 0U);
     (void)disk_file("star*", 0U, 0U);
     (void)disk_file("control\x01", 0U, 0U);
@@ -341,12 +342,12 @@ static void names_that_no_request_can_have_are_skipped(void)
     TEST_ASSERT_EQUAL_UINT32(3U, files.counters.skipped);
 }
 
-static void a_directory_that_goes_away_is_passed_over(void)
+static void a_directory_that_disappears_is_skipped(void)
 {
     place_files();
     find("/", "*.txt");
-    step(); // In /a now,
-    step(); // and in /a/b.
+    step(); // The search is in /a,
+    step(); // then in /a/b.
     disk_remove("a/b/c/c.txt");
     disk_remove("a/b/c/c.bin");
     disk_remove("a/b/c");
@@ -408,7 +409,7 @@ int main(void)
     RUN_TEST(the_last_report_is_tried_again);
     RUN_TEST(no_empty_report_follows_a_full_one);
     RUN_TEST(names_that_no_request_can_have_are_skipped);
-    RUN_TEST(a_directory_that_goes_away_is_passed_over);
+    RUN_TEST(a_directory_that_disappears_is_skipped);
     RUN_TEST(a_search_that_fails_is_reported);
     RUN_TEST(searches_take_turns);
     return UNITY_END();

@@ -16,7 +16,7 @@ void tearDown(void)
 {
 }
 
-/// Brackets of JSON are balanced and every field has a value.
+/// Expect that the brackets of the JSON text are balanced and that every field has a value.
 static void expect_balanced(const char* const json)
 {
     char open[16];
@@ -62,7 +62,7 @@ static void every_layout_takes_exactly_one_size_of_zeros(void)
                     fitting++;
                 }
             }
-            // A time of zeros has no known code; the rest of a packet has any size.
+            // A time of zeros has no known code; the field `rest` has any size.
             const bool is_open = (strstr(layout, ":rest") != NULL);
             const bool is_time = (strstr(layout, ":time") != NULL);
             TEST_ASSERT_TRUE_MESSAGE(is_open ? (fitting > 1U) : (fitting == (is_time ? 0U : 1U)), layout);

@@ -288,8 +288,7 @@ static void an_enabled_drive_holds_until_the_first_target_comes(void)
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1400U, 5U, 0U, 2U));
     csp_cycles(1U, 0x06U, 0.0, 0.0); // Targets of 0 rad, far from the position, before the drive is enabled.
     csp_cycles(1U, 0x07U, 0.0, 0.0);
-    TEST_ASSERT_EQUAL_UINT32(0U,
-                             master_write(&master, ID, 0x6040U, 0U, 0x0FU, 2U)); // SDO: without a target.
+    TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x6040U, 0U, 0x0FU, 2U)); // SDO: no target.
     for (unsigned i = 0U; i < 100U; i++) {
         cycle();
     }
