@@ -20,6 +20,33 @@ def test_press_and_hold_is_quiet(folder, world):
     assert facts["figures_missing"] == {}
     assert facts["joystick_count_rad"] == pytest.approx(6e-6 if world == "rokviss-20bit" else 9.5e-5, abs=1.5e-6)
     assert "Energy taken from the hand" in flight.read("report.html")
+    assert not [1 for _, _, decoded in runs.load(folder).reports_of("event") if decoded["event"] == "PASSIVITY"]
+
+
+def test_a_press_with_too_little_damping_raises_passivity_at_both_ports(folder):
+    """The contact oscillates while the hand holds; mean force and position look right. The event comes once in each window of 5 s."""
+    world = pressing.write_world(folder / "world", contact={"shear": 0})
+    weak = (" 2.2  operator set JOYSTICK.CONTROL.DAMPING_CONTACT 0.2\n"
+            " 2.2  operator set MANIPULATOR.CONTROL.COMPLIANCE 0\n")
+    before, engaged, after = pressing.SCENARIO.read_text(encoding="utf-8").partition(" 2.5  operator state JOYSTICK")
+    scenario = folder / "press.scn"
+    scenario.write_text(before + weak + engaged + after, encoding="utf-8")
+    flight = flying.fly(folder / "out", "--scenario", scenario, "--world", world, "--form", "image")
+    assert flight.code == 0, flight.told()
+    run = runs.load(folder / "out")
+    found, _ = figures.compute(run)
+    assert found["press_hold_oscillation_rad"] > 1e-3  # bound 2e-4
+    assert found["hold_force_mean_n"] == pytest.approx(found["hold_force_asked_n"], rel=0.02)
+    raised = {"JOYSTICK": [], "MANIPULATOR": []}
+    for time_ns, packet, decoded in run.reports_of("event"):
+        if decoded["event"] == "PASSIVITY":
+            assert decoded["severity"] == "LOW"
+            raised[run.dictionary.name_of_apid(packet.apid)].append((time_ns / 1e9, decoded["values"]["ENERGY"][0]))
+    for name, limit_j in (("JOYSTICK", 0.002), ("MANIPULATOR", 0.06)):
+        times_s, energies_j = zip(*raised[name], strict=True)
+        assert len(times_s) == 2 and 5 <= times_s[1] - times_s[0] < 5.5
+        assert 9.6 < times_s[0] < 22  # while the hand holds
+        assert min(energies_j) > 2 * limit_j
 
 
 def test_a_run_whose_report_cannot_be_made_has_failed(folder):
