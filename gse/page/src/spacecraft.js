@@ -348,12 +348,12 @@ class Network extends HTMLElement {
                 : since < 0.1
                   ? `${(since * 1000).toFixed(1)} ms old`
                   : `${age(since)} old`,
-              row.received === undefined ? null : `${row.received} received`,
               `${row.lost ?? 0} lost`,
             ]
               .filter(Boolean)
               .join(", ");
       text(node.lastChild, figures);
+      if (row.received !== undefined) node.title = `${row.received} samples received`;
       node.classList.toggle("critical", isBroken(row.state));
     }
   }

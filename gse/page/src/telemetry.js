@@ -16,7 +16,7 @@ function gauge() {
   const mark = svg("rect", { y: 1, width: 3, height: 10 });
   const node = svg(
     "svg",
-    { class: "gauge", viewBox: `0 0 ${WIDTH} 12`, "aria-hidden": "true" },
+    { class: "gauge", viewBox: `0 0 ${WIDTH} 12`, preserveAspectRatio: "none", "aria-hidden": "true" },
     svg("path", { d: "M1 2v8M73 2v8M1 6h72M37 4v4", style: "stroke:var(--line2);fill:none" }),
     mark,
   );
@@ -41,11 +41,11 @@ function rowsOf(report, leaves) {
 
 function head(rows) {
   const words = [
-    "Parameter",
-    "Value",
-    "Unit",
-    ...(rows.some((row) => isBounded(row.leaf)) ? ["Within limits"] : []),
-    "Age s",
+    ["Parameter", ""],
+    ["Value", "of-value num"],
+    ["Unit", "of-unit"],
+    ...(rows.some((row) => isBounded(row.leaf)) ? [["Limits", "of-gauge"]] : []),
+    ["Age s", "of-age num"],
   ];
   return el(
     "thead",
@@ -53,8 +53,8 @@ function head(rows) {
     el(
       "tr",
       {},
-      ...words.map((word) => el("th", { class: word === "Value" || word === "Age s" ? "num" : "" }, word)),
-      el("th", {}, el("span", { class: "unseen" }, "Chart")),
+      ...words.map(([word, column]) => el("th", { class: column }, word)),
+      el("th", { class: "of-chart" }, el("span", { class: "unseen" }, "Chart")),
     ),
   );
 }
@@ -97,7 +97,7 @@ export class Row {
       { draggable: "true" },
       el("td", { class: "name", title: [leaf.name, leaf.description].filter(Boolean).join(": ") }, short),
       el("td", { class: "num" }, this.sym, " ", this.value),
-      el("td", {}, leaf.unit),
+      el("td", { title: leaf.unit }, leaf.unit),
       hasGauges ? el("td", {}, this.gauge?.node) : null,
       this.age,
       el("td", {}, this.chart),
@@ -127,6 +127,7 @@ export class Row {
     }
     const word = wordOf(this.leaf, value);
     text(this.value, word ?? number(value, this.leaf.unit, this.leaf.type));
+    this.value.classList.toggle("word", word !== undefined && word !== null);
     this.value.style.color = verdict ? `var(--${verdict[0]})` : "";
     this.node.classList.toggle("stale", freshness === "stale");
     text(this.age, report ? ((store.clock() - report.at) / 1000).toFixed(1) : "–");
