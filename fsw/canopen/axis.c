@@ -49,7 +49,8 @@ void canopen_cia402_axis_step(canopen_cia402_axis_t* const axis)
     axis->controlword = canopen_cia402_controlword(canopen_cia402_axis_state(axis), axis->goal,
                                                    axis->may_reset_fault, axis->controlword);
     if (axis->is_homing && (axis->controlword == CIA402_CONTROL_ENABLE) &&
-        (canopen_cia402_axis_state(axis) == CIA402_OPERATION_ENABLED)) { // A rising edge in operation.
+        // Bit 4 rises only in operation: the drive starts a search at this edge.
+        (canopen_cia402_axis_state(axis) == CIA402_OPERATION_ENABLED)) {
         axis->controlword |= CIA402_CONTROL_HOMING_START;
     }
 }
@@ -72,7 +73,7 @@ double canopen_cia402_axis_torque_nm(const canopen_cia402_axis_t* const axis)
     return (double)axis->torque * axis->scale.torque_nm;
 }
 
-/// Nearest unit within +-limit; counts clipped values.
+/// Converts a value to the nearest number of units within +-limit, and counts clipped values.
 static double to_units(canopen_cia402_axis_t* const axis, const double value, const double unit,
                        const double limit)
 {
@@ -88,7 +89,7 @@ static double to_units(canopen_cia402_axis_t* const axis, const double value, co
     return units + ((units < 0.0) ? -0.5 : 0.5);
 }
 
-/// Value within limits; counts clipped values.
+/// Limits a value to the range from `low` to `high`, and counts clipped values.
 static double within(canopen_cia402_axis_t* const axis, const double value, const double low,
                      const double high)
 {
@@ -153,7 +154,7 @@ status_t canopen_cia402_axis_homing(const canopen_cia402_axis_t* const axis)
         return STATUS_EMPTY;
     }
     if ((axis->controlword & CIA402_CONTROL_HOMING_START) == 0U) {
-        return STATUS_BUSY; // The statusword is that of an earlier search.
+        return STATUS_BUSY; // The statusword still reports an earlier search.
     }
     if ((axis->statusword & CIA402_STATUS_HOMING_ERROR) != 0U) {
         return STATUS_INVALID;

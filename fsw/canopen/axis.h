@@ -21,7 +21,7 @@ typedef struct {
     double position_rad;   ///< One position unit [rad].
     double velocity_rad_s; ///< One velocity unit [rad/s].
     double torque_nm;      ///< One torque unit [Nm].
-    double torque_max_nm;  ///< The axis accepts +- this [Nm].
+    double torque_max_nm;  ///< Commands are limited to +- this torque [Nm].
     double low_rad;        ///< Limits of positions; none if `low_rad` is not below `high_rad`.
     double high_rad;
     double speed_rad_s; ///< Largest speed; 0: not limited.
@@ -63,7 +63,8 @@ bool canopen_cia402_axis_is_at_goal(const canopen_cia402_axis_t* axis);
 double canopen_cia402_axis_position_rad(const canopen_cia402_axis_t* axis);
 double canopen_cia402_axis_torque_nm(const canopen_cia402_axis_t* axis);
 
-/// Commands; cut at the limits (counted), rounded to the nearest unit. NaN: torque 0, position unchanged.
+/// Command a position (CSP) with a torque offset. All commands are cut at the limits (counted) and rounded
+/// to the nearest unit. NaN: torque 0, position unchanged.
 void canopen_cia402_axis_command_position(canopen_cia402_axis_t* axis, double position_rad,
                                           double torque_offset_nm);
 /// Command a velocity (CSV) with a torque offset. NaN: velocity 0.
@@ -72,8 +73,8 @@ void canopen_cia402_axis_command_velocity(canopen_cia402_axis_t* axis, double ve
 /// Mode homing (0x6060 = 6): in operation, start the search for the reference, or end it. Another goal than
 /// ENABLED ends it, too.
 void canopen_cia402_axis_home(canopen_cia402_axis_t* axis, bool is_wanted);
-/// Homing: STATUS_BUSY; STATUS_OK (reference found); STATUS_INVALID (error of the drive); STATUS_EMPTY (not
-/// started, or not in operation).
+/// Result of homing: STATUS_BUSY; STATUS_OK (reference found); STATUS_INVALID (error of the drive);
+/// STATUS_EMPTY (not started, or not in operation).
 MUST_USE status_t canopen_cia402_axis_homing(const canopen_cia402_axis_t* axis);
 void canopen_cia402_axis_command_torque(canopen_cia402_axis_t* axis, double torque_nm);
 

@@ -3,7 +3,7 @@
 
 canopen_cia402_state_t canopen_cia402_state(const uint16_t statusword)
 {
-    switch (statusword & 0x4FU) { // Quick stop bit does not matter.
+    switch (statusword & 0x4FU) { // These states do not depend on the quick stop bit.
     case 0x00U:
         return CIA402_NOT_READY;
     case 0x40U:

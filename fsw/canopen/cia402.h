@@ -25,10 +25,10 @@ typedef enum {
 } canopen_cia402_state_t;
 
 typedef enum {
-    CIA402_GOAL_DISABLED,  ///< Down to 0x40, at once.
-    CIA402_GOAL_STANDBY,   ///< 0x23.
-    CIA402_GOAL_ENABLED,   ///< 0x27.
-    CIA402_GOAL_QUICK_STOP ///< Brake actively, then 0x40; 0x40 at once from states without motion.
+    CIA402_GOAL_DISABLED,  ///< Switch on disabled (0x40), without braking first.
+    CIA402_GOAL_STANDBY,   ///< Switched on (0x23).
+    CIA402_GOAL_ENABLED,   ///< Operation enabled (0x27).
+    CIA402_GOAL_QUICK_STOP ///< Brake actively, then 0x40; immediately 0x40 from states without motion.
 } canopen_cia402_goal_t;
 
 #define CIA402_CONTROL_DISABLE_VOLTAGE 0x0000U
@@ -57,7 +57,8 @@ canopen_cia402_state_t canopen_cia402_state(uint16_t statusword);
 /// If not `may_reset`, a fault is not reset.
 uint16_t canopen_cia402_controlword(canopen_cia402_state_t state, canopen_cia402_goal_t goal, bool may_reset,
                                     uint16_t previous);
-/// True if the state is that of the goal; for DISABLED and QUICK_STOP also a fault, which has no torque.
+/// True if the state is that of the goal. A fault also fulfils DISABLED and QUICK_STOP, because the drive
+/// then has no torque.
 bool canopen_cia402_is_at_goal(canopen_cia402_state_t state, canopen_cia402_goal_t goal);
 
 #endif // FSW_CANOPEN_CIA402_H

@@ -23,7 +23,7 @@
 #define COB_PDO_INVALID 0x80000000U ///< Bit 31 of a PDO's COB-ID entry: the PDO does not exist.
 #define COB_PDO_ID_MASK 0x7FFU
 
-/// A number of 1 to 8 octets, the lowest first.
+/// Write a number of 1 to 8 octets, the lowest octet first.
 static inline void canopen_put(uint8_t* octets, uint64_t value, size_t size)
 {
     for (size_t i = 0U; i < size; i++) {

@@ -25,9 +25,9 @@
 #define HALF 0.5
 #define OCTET_BITS 8U
 
-#define FIRST_UNIT 3U // Place of the units among the accesses that identify a device.
+#define FIRST_UNIT 3U // Index of the first unit in the list of accesses that identify a device.
 
-/// A device that has booted has the mapping of its class.
+/// Return to the mapping of the class: a boot-up of the device restores it there.
 static void forget_mapping(canopen_device_t* const device)
 {
     if (device->mapping != NULL) {
@@ -93,7 +93,7 @@ static void ask(canopen_device_t* const device, uint16_t* const count, const can
     (*count)++;
 }
 
-/// A number of four octets that the device must have.
+/// Append an access that verifies an object of four octets.
 static void ask_number(canopen_device_t* const device, uint16_t* const count, const uint16_t index,
                        const uint8_t subindex, const uint32_t value)
 {
@@ -133,7 +133,8 @@ static void ask_identity(canopen_device_t* const device, uint16_t* const count)
                     .index = (uint16_t)(OBJECT_MAX_TORQUE + offset), .octets = 2U, .kind = SETTING_READ});
         }
     }
-    for (uint8_t i = 0U; i < profile->axis_count; i++) { // A device in another unit would move too far.
+    // A device that uses other units would move by wrong amounts.
+    for (uint8_t i = 0U; i < profile->axis_count; i++) {
         for (uint8_t k = 0U; k < profile->axes[i].unit_count; k++) {
             const canopen_profile_unit_t* const unit = &profile->axes[i].units[k];
             ask(device, count,
@@ -146,7 +147,7 @@ static void ask_identity(canopen_device_t* const device, uint16_t* const count)
     }
 }
 
-/// The accesses of the next step: identity and units, then each mapping.
+/// List the accesses of the next step: first identity and units, then the mapping of each PDO.
 static void begin_step(canopen_device_t* const device)
 {
     const canopen_device_profile_t* const profile = device->profile;
@@ -176,7 +177,8 @@ static canopen_sdo_client_t* client_of(canopen_device_t* const device)
     return &device->master->nodes[device->index].sdo;
 }
 
-/// Torque units that the device has reported. STATUS_OK, STATUS_INVALID (no rated torque).
+/// Compute the torque units from the rated torques that the device has reported. STATUS_OK, STATUS_INVALID
+/// (no rated torque).
 static status_t take_units(canopen_device_t* const device)
 {
     uint16_t unit = FIRST_UNIT;
@@ -210,7 +212,7 @@ status_t canopen_device_identify_step(canopen_device_t* const device)
     }
     if ((status == STATUS_OK) && (device->identified < last)) {
         device->identified++;
-        begin_step(device); // Its first access begins in the cycle that ended the step before.
+        begin_step(device); // The next step starts in the same cycle in which the previous one ended.
         status = canopen_setting_run_step(&device->run, client_of(device));
     }
     return status;
@@ -240,7 +242,7 @@ void canopen_device_configure(canopen_device_t* const device, canopen_setting_t*
     canopen_setting_run_begin(&device->run, settings, count);
 }
 
-/// Settings of communication parameters change the expected and sent PDOs.
+/// Apply a setting of a communication parameter to the expected or sent PDOs.
 static void follow_setting(canopen_device_pdo_t* const pdos, const uint8_t count, const uint16_t first_object,
                            const canopen_setting_t* const setting)
 {
@@ -253,7 +255,7 @@ static void follow_setting(canopen_device_pdo_t* const pdos, const uint8_t count
     }
 }
 
-/// Settings of the limits of positions change the limits of commands.
+/// Apply a setting of a position limit (0x607D) to the limits of commands.
 static void follow_limit(canopen_device_t* const device, const canopen_setting_t* const setting)
 {
     for (uint8_t i = 0U; i < device->profile->axis_count; i++) {
@@ -267,7 +269,7 @@ static void follow_limit(canopen_device_t* const device, const canopen_setting_t
         } else if (setting->subindex == OBJECT_POSITION_LIMITS_HIGH) {
             scale->high_rad = limit_rad;
         } else {
-            // The number of limits.
+            // Subindex 0 is the number of limits.
         }
     }
 }
@@ -288,7 +290,7 @@ static void follow_settings(canopen_device_t* const device)
     device->is_followed = true;
 }
 
-/// True if process data that exist carry the object of an entry.
+/// True if a PDO that exists carries the object of an entry.
 static bool is_carried(const canopen_device_t* const device, const canopen_profile_entry_t* const wanted)
 {
     bool is_found = false;

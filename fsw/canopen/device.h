@@ -37,17 +37,18 @@ typedef struct {
 
 typedef struct { // PDO mapping of a device whose settings change it.
     const canopen_device_profile_t* class_profile;
-    canopen_device_profile_t profile;                ///< That of the class, with the mapping of the settings.
-    canopen_profile_pdo_t earlier[PROFILE_PDOS_MAX]; ///< Receive PDOs of the configuration before.
+    /// Profile of the class with the mapping that the settings define.
+    canopen_device_profile_t profile;
+    canopen_profile_pdo_t earlier[PROFILE_PDOS_MAX]; ///< Receive PDOs of the previous configuration.
 } canopen_mapping_t;
 
 typedef struct { // axes may be used as axis.h says; all else is read-only outside.
-    const canopen_device_profile_t* profile; ///< That of the class, or of `mapping`.
+    const canopen_device_profile_t* profile; ///< Profile of the class, or the one in `mapping`.
     canopen_mapping_t* mapping;              ///< NULL: PDOs are mapped as in the class.
     canopen_master_t* master;
     uint8_t node;   ///< Node id.
-    uint8_t index;  ///< In master->nodes.
-    uint32_t boots; ///< Boot-up messages counted when it was last commissioned.
+    uint8_t index;  ///< Index in master->nodes.
+    uint32_t boots; ///< Number of boot-up messages counted when the device was last commissioned.
     canopen_cia402_axis_t axes[PROFILE_AXES_MAX];
     canopen_device_pdo_t transmit[PROFILE_PDOS_MAX];
     canopen_device_pdo_t receive[PROFILE_PDOS_MAX];
@@ -64,20 +65,21 @@ typedef struct { // axes may be used as axis.h says; all else is read-only outsi
 /// (node id).
 MUST_USE status_t canopen_device_attach(canopen_device_t* device, canopen_master_t* master,
                                         const canopen_device_profile_t* profile, uint8_t node);
-/// Let settings of mapping objects act on the process data of the device from now on; `mapping` is then the
-/// device's. Without it, settings are written and the process data remain those of the class.
+/// From now on, settings of mapping objects change the process data of the device; `mapping` stores them
+/// and must outlive the device. Without this call, settings are written to the device but its process data
+/// remain those of the class.
 void canopen_device_follow_mapping(canopen_device_t* device, canopen_mapping_t* mapping);
-/// Return to the defaults of its profile, as after a boot-up.
+/// Return to the defaults of the device's profile, as after a boot-up.
 void canopen_device_reset(canopen_device_t* device);
 
 /// Start to identify the device; continue with canopen_device_identify_step. STATUS_BUSY; STATUS_OK: type,
-/// identity, units and mapping are those of the profile, and torques have their unit; else as
+/// identity, units and mapping are those of the profile, and torques have their unit; otherwise statuses of
 /// canopen_setting_run_step, and run.position is the access that failed.
 void canopen_device_identify(canopen_device_t* device);
 status_t canopen_device_identify_step(canopen_device_t* device);
-/// Start to write settings; continue with canopen_device_configure_step. The values of the next process data
-/// become zero, and in the device the torque offsets and values that no process data carry any more.
-/// Statuses as canopen_setting_run_step, and run.position is the access that failed.
+/// Start to write settings; continue with canopen_device_configure_step. The values of the next process
+/// data become zero; so do, in the device, the torque offsets and values that no process data carry any
+/// more. Statuses as canopen_setting_run_step, and run.position is the access that failed.
 void canopen_device_configure(canopen_device_t* device, canopen_setting_t* settings, uint16_t count);
 status_t canopen_device_configure_step(canopen_device_t* device);
 
@@ -85,7 +87,7 @@ status_t canopen_device_configure_step(canopen_device_t* device);
 /// STATUS_EXHAUSTED.
 MUST_USE status_t canopen_device_connect(canopen_device_t* device);
 void canopen_device_disconnect(canopen_device_t* device);
-/// A value of the process data, in its unit; `value` is its number in the profile.
+/// Value number `value` of the profile, as received last, in its unit.
 double canopen_device_value(const canopen_device_t* device, uint8_t value);
 /// Set a value of the next process data, rounded to the nearest value that its object can hold; 0 for NaN.
 void canopen_device_set_value(canopen_device_t* device, uint8_t value, double wanted);
@@ -96,7 +98,7 @@ void canopen_device_emit(canopen_device_t* device);
 
 /// True if each PDO that is sent at every SYNC was received at least once.
 bool canopen_device_is_heard(const canopen_device_t* device);
-/// SYNCs that its slowest such PDO has not answered; 0 if all were answered.
+/// Number of SYNCs that the slowest of these PDOs has not answered; 0 if all were answered.
 uint32_t canopen_device_silence(const canopen_device_t* device);
 
 #endif // FSW_CANOPEN_DEVICE_H

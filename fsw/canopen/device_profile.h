@@ -20,8 +20,9 @@
 #define PROFILE_PDOS_MAX 4U ///< In each direction.
 #define PROFILE_ENTRIES_MAX 8U
 #define PROFILE_VALUES_MAX 16U
-#define PROFILE_UNITS_MAX 6U     ///< Objects that state the units of an axis.
-#define PROFILE_AXIS_STEP 0x800U ///< Objects of axis n lie n times this higher.
+#define PROFILE_UNITS_MAX 6U ///< Objects that state the units of an axis.
+/// Distance between the objects of one axis and those of the next (CiA 402).
+#define PROFILE_AXIS_STEP 0x800U
 #define PROFILE_NO_VALUE 0xFFU
 
 #define PROFILE_DRIVE 402U ///< CiA 402; 401: input and output modules, 404: measuring devices.
@@ -46,12 +47,12 @@ typedef struct {
     uint8_t subindex;
     uint8_t octets; ///< 1 to 4.
     canopen_profile_word_t word;
-    uint8_t place; ///< Axis of a word, number of a value.
+    uint8_t place; ///< Of a word: its axis. Of a value: its number.
 } canopen_profile_entry_t;
 
 typedef struct {
-    uint16_t cob_base; ///< Default identifier is this plus the node id.
-    bool is_valid;     ///< Exists unless a setting says otherwise.
+    uint16_t cob_base; ///< The default identifier is this number plus the node id.
+    bool is_valid;     ///< The PDO exists unless a setting disables it.
     bool is_each_sync; ///< Transmit PDO: sent at every SYNC, so that its absence shows a lost device.
     uint8_t entry_count;
     canopen_profile_entry_t entries[PROFILE_ENTRIES_MAX];
@@ -91,11 +92,11 @@ typedef struct { // An object in the process data that is no word of an axis.
     uint8_t subindex;
     uint8_t octets;
     bool is_signed;
-    double scale; ///< Its unit, e.g. by the decimal digits of CiA 404; else 1.
+    double scale; ///< Size of one unit, for example from the decimal digits of CiA 404; 1 if none is defined.
 } canopen_profile_value_t;
 
 typedef struct {
-    const char* type;      ///< Word in descriptors.
+    const char* type;      ///< Name of the class in descriptors.
     uint64_t sheet_hash;   ///< FNV-1a of the data sheet.
     uint16_t profile;      ///< CiA number, the lower half of object 0x1000; 0: none.
     uint32_t device_type;  ///< Object 0x1000.
@@ -110,9 +111,9 @@ typedef struct {
     uint8_t receive_count; ///< PDOs that the device receives.
     canopen_profile_pdo_t receive[PROFILE_PDOS_MAX];
     uint8_t object_count;
-    const canopen_profile_object_t* objects; ///< Those that mappings may name.
+    const canopen_profile_object_t* objects; ///< Objects that may be mapped.
     uint8_t emergency_count;
-    const canopen_emergency_code_t* emergencies; ///< Codes of the maker.
+    const canopen_emergency_code_t* emergencies; ///< Emergency codes of the manufacturer.
 } canopen_device_profile_t;
 
 /// Class number `place` (0..), in the order of their names; null after the last one.
@@ -120,7 +121,7 @@ const canopen_device_profile_t* canopen_device_profile_at(size_t place);
 
 /// Profile of a class; null if there is none.
 const canopen_device_profile_t* canopen_device_profile_find(const char* type);
-/// Number of the value of an object; PROFILE_NO_VALUE if the process data do not have it.
+/// Returns the number of the value of an object; PROFILE_NO_VALUE if the process data do not have it.
 uint8_t canopen_device_profile_value(const canopen_device_profile_t* profile, uint16_t index,
                                      uint8_t subindex);
 /// True if process data to the device carry the value.
@@ -129,12 +130,12 @@ bool canopen_device_profile_is_output(const canopen_device_profile_t* profile, u
 bool canopen_device_profile_is_mapping(uint16_t index);
 /// Follow a write of a communication or mapping parameter of a PDO (0x1400 to 0x1BFF) in the profile of one
 /// device; a write of another object changes nothing. STATUS_OK; STATUS_FORBIDDEN (the PDO exists, or an
-/// entry changes while their number is not 0: the order of CiA 301); STATUS_NOT_FOUND (no such PDO, or an
-/// object that the data sheet does not allow there with this length); STATUS_TOO_LARGE (entries, octets or
-/// values).
+/// entry changes while the number of entries is not 0, against the order of CiA 301); STATUS_NOT_FOUND (no
+/// such PDO, or an object that the data sheet does not allow there with this length); STATUS_TOO_LARGE
+/// (entries, octets or values).
 status_t canopen_device_profile_map(canopen_device_profile_t* profile, uint16_t index, uint8_t subindex,
                                     uint32_t value);
-/// Octets of all entries of a PDO together.
+/// Number of octets of all entries of a PDO.
 uint8_t canopen_device_profile_pdo_octets(const canopen_profile_pdo_t* pdo);
 
 #endif // FSW_CANOPEN_DEVICE_PROFILE_H

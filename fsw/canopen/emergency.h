@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Emergency messages (CiA 301, 402): errors that a device reports, and their severity.
 ///
-/// Codes of the standards are known here; a class of devices adds those of its maker, or another severity,
-/// by lines "EMCY 0xFF01 HIGH text" in the section [Comments] of its data sheet (CiA 306).
+/// This table contains the codes of the standards. The data sheet of a class of devices (CiA 306) adds
+/// codes of its manufacturer, or changes a severity, by lines "EMCY 0xFF01 HIGH text" in its section
+/// [Comments].
 #ifndef FSW_CANOPEN_EMERGENCY_H
 #define FSW_CANOPEN_EMERGENCY_H
 
@@ -14,7 +15,7 @@
 
 typedef enum {
     EMERGENCY_CLEARED, ///< Code 0x0000: no error is left.
-    EMERGENCY_LOW,     ///< To be logged.
+    EMERGENCY_LOW,     ///< It should be logged.
     EMERGENCY_MEDIUM,  ///< Actuators should be switched off.
     EMERGENCY_HIGH     ///< The device can no longer work.
 } canopen_emergency_class_t;
@@ -23,7 +24,7 @@ typedef struct {
     uint8_t node;
     uint16_t code;
     uint8_t error_register;
-    uint8_t manufacturer[EMERGENCY_MANUFACTURER_OCTETS]; ///< What they mean is the maker's decision.
+    uint8_t manufacturer[EMERGENCY_MANUFACTURER_OCTETS]; ///< Their meaning is defined by the manufacturer.
 } canopen_emergency_t;
 
 typedef struct {
@@ -33,8 +34,8 @@ typedef struct {
 
 /// Decode the 8 octets of a frame.
 canopen_emergency_t canopen_emergency_decode(uint8_t node, const uint8_t octets[EMERGENCY_OCTETS]);
-/// Severity of a code, as one of the `count` codes of the device's class says, or else as here. An unknown
-/// code is MEDIUM, because its effect is unknown.
+/// Severity of a code: as defined by the `count` codes of the device's class, otherwise by the standards.
+/// An unknown code is MEDIUM, because its effect is unknown.
 canopen_emergency_class_t canopen_emergency_class(const canopen_emergency_code_t* codes, uint8_t count,
                                                   uint16_t code);
 

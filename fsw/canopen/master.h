@@ -29,8 +29,8 @@
 
 typedef struct {
     uint8_t node_id;               ///< Id of the master, 1..127.
-    uint64_t heartbeat_ns;         ///< Period of its own heartbeat.
-    uint64_t heartbeat_timeout_ns; ///< A node that has begun to send heartbeats must repeat them within this.
+    uint64_t heartbeat_ns;         ///< Period of the master's heartbeat.
+    uint64_t heartbeat_timeout_ns; ///< Longest time between two heartbeats of a node.
     uint64_t sdo_timeout_ns;
 } canopen_master_config_t;
 
@@ -59,8 +59,8 @@ typedef struct {                // [wrap]
     uint32_t remote;            ///< Remote frames.
     uint32_t conflicting_syncs; ///< SYNCs of other nodes: this master is the only producer.
     uint32_t refused;           ///< Frames to be sent that the flow refused.
-    uint32_t emergencies;       ///< Stored for canopen_master_take_emergency.
-    uint32_t emergencies_lost;  ///< Not stored: queue full.
+    uint32_t emergencies;       ///< Emergencies stored for canopen_master_take_emergency.
+    uint32_t emergencies_lost;  ///< Emergencies not stored, because the queue was full.
 } canopen_master_counters_t;
 
 typedef struct { // Private, except nodes, sync_count and counters: read-only.

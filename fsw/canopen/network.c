@@ -166,7 +166,7 @@ static void begin_boot(canopen_network_t* const network, const uint64_t now_ns)
         place->is_faulty           = false;
         place->is_refusal_reported = false;
     }
-    network->is_booted = false; // The boot-up message after this reset must not make a node lost.
+    network->is_booted = false; // The boot-up message after this reset must not count as the loss of a node.
     (void)canopen_master_command(&network->master, ALL_NODES, NMT_RESET_NODE);
     enter(network, NETWORK_BOOTING, now_ns);
 }

@@ -29,7 +29,8 @@
 #define NETWORK_DEVICES_MAX MASTER_NODES_MAX
 #define NETWORK_NO_DEVICE 0xFFU
 #define NETWORK_SETTINGS_MAX 32U
-#define NETWORK_FAULTS_MAX (3U * NETWORK_DEVICES_MAX) ///< All are lost and faulty, each with an emergency.
+/// Room for three faults of each device: lost, faulty, and an emergency.
+#define NETWORK_FAULTS_MAX (3U * NETWORK_DEVICES_MAX)
 #define NETWORK_CHANNELS 2U
 #define NETWORK_CHANNEL_A 0U
 #define NETWORK_CHANNEL_B 1U
@@ -41,16 +42,19 @@ typedef struct {
     uint64_t boot_retry_ns;    ///< A node that has not booted after this time is reset again.
     uint64_t
         silence_reported_ns; ///< Process data that have not arrived after this time are reported as missing.
-    uint64_t quick_stop_limit_ns; ///< Longest braking before voltage is taken away.
+    uint64_t quick_stop_limit_ns; ///< Longest time of braking before the voltage is switched off.
 } canopen_network_config_t;
 
 typedef enum {
-    NETWORK_DEVICE_LOST,   ///< Silent, rebooted, or the bus is dead. Once per device and commissioning.
-    NETWORK_DRIVE_FAULT,   ///< Fault, high-severity emergency, or out of operation by itself. Once, as above.
-    NETWORK_DRIVE_WARNING, ///< Medium-severity emergency.
-    NETWORK_BUS_WARNING,   ///< Low-severity emergency (node), or a condition of the bus (node 0).
+    /// Silent, rebooted, or the bus is dead. Reported once per device and commissioning.
+    NETWORK_DEVICE_LOST,
+    /// Fault, high-severity emergency, or the drive left operation by itself. Reported once, as above.
+    NETWORK_DRIVE_FAULT,
+    NETWORK_DRIVE_WARNING,  ///< Medium-severity emergency.
+    NETWORK_BUS_WARNING,    ///< Low-severity emergency (node), or a condition of the bus (node 0).
     NETWORK_DEVICE_REFUSED, ///< Cannot be commissioned: see refusal.
-    NETWORK_SYNC_CONFLICT   ///< Another node sends SYNC. Once, and again after 1 s without.
+    /// Another node sends SYNC. Reported once, and again after 1 s without a foreign SYNC.
+    NETWORK_SYNC_CONFLICT
 } canopen_network_fault_kind_t;
 
 /// Why a device is not commissioned; the numbers are those of the event DEVICE_REFUSED.
@@ -80,8 +84,9 @@ typedef enum {
 typedef struct {
     canopen_network_fault_kind_t kind;
     uint8_t node;
-    uint16_t code; ///< Emergency code; DRIVE_FAULT without one: statusword; node 0: a bus condition.
-    canopen_network_refusal_t refusal; ///< For DEVICE_REFUSED, as the next two.
+    /// Emergency code; statusword for a DRIVE_FAULT without emergency; bus condition for node 0.
+    uint16_t code;
+    canopen_network_refusal_t refusal; ///< Reason of DEVICE_REFUSED; the next two fields belong to it.
     uint32_t object;                   ///< Index << 8 | subindex; 0: none.
     uint32_t detail;
 } canopen_network_fault_t;
@@ -90,8 +95,8 @@ typedef struct { // device.axes may be used as axis.h says; all else is read-onl
     canopen_device_t device;
     bool is_lost;
     bool is_faulty;
-    bool is_idle;             ///< Has no part in the configuration: its axes stay out of operation.
-    bool is_refusal_reported; ///< NOT_BOOTED or SILENT, once per boot or start.
+    bool is_idle;             ///< The configuration does not use the device: its axes stay out of operation.
+    bool is_refusal_reported; ///< NOT_BOOTED or SILENT was reported since the last boot or start.
     uint32_t missed;          ///< SYNCs left unanswered [wraps].
     canopen_setting_t settings[NETWORK_SETTINGS_MAX];
     uint16_t setting_count;
@@ -100,7 +105,7 @@ typedef struct { // device.axes may be used as axis.h says; all else is read-onl
 typedef struct { // Sums over channels [frames, error frames, wrap].
     uint32_t sent;
     uint32_t received;
-    uint32_t refused; ///< Not sent, for whatever reason.
+    uint32_t refused; ///< Not sent, for any reason.
     uint32_t full;    ///< Refused because the transmit queue was full.
     uint32_t errors;
     uint32_t overruns;
@@ -118,7 +123,7 @@ typedef struct { // Private: last checked state of a controller.
     uint32_t transmit_timeouts;
     uint32_t bus_offs;
     uint32_t restarts;
-    uint64_t overrun_ns; ///< When frames were lost last: continuous loss is reported once.
+    uint64_t overrun_ns; ///< Time of the last loss of frames: continuous loss is reported once.
 } canopen_network_conditions_t;
 
 typedef struct { // Private: SYNCs of other nodes at the last check.
@@ -138,10 +143,10 @@ typedef enum { // Private.
 typedef struct { // Read-only outside, but for the axes of its devices.
     canopen_network_config_t config;
     flow_can_t flows[NETWORK_CHANNELS];
-    uint8_t channel;  ///< The active one.
-    flow_can_t* flow; ///< Its flow.
+    uint8_t channel;  ///< Number of the active channel.
+    flow_can_t* flow; ///< Flow of the active channel.
     canopen_master_t master;
-    canopen_network_device_t* devices[NETWORK_DEVICES_MAX]; ///< The caller's.
+    canopen_network_device_t* devices[NETWORK_DEVICES_MAX]; ///< Placed by the caller.
     uint8_t device_count;
     canopen_network_phase_t phase;
     bool is_standby_missing; ///< The other channel exists, but could not be opened.
@@ -156,12 +161,12 @@ typedef struct { // Read-only outside, but for the axes of its devices.
     canopen_network_fault_t faults[NETWORK_FAULTS_MAX];
     uint8_t fault_first;
     uint8_t fault_count;
-    uint32_t faults_lost; ///< Not queued: full [wraps].
+    uint32_t faults_lost; ///< Faults not queued, because the queue was full [wraps].
 } canopen_network_t;
 
 /// Begin closed, without devices; all counters are zero.
 void canopen_network_init(canopen_network_t* network, const canopen_network_config_t* config);
-/// Forget the devices of an earlier open; only while closed.
+/// Remove all devices. Only while closed.
 void canopen_network_clear(canopen_network_t* network);
 /// Add a device of a class, in `place`, which must not be moved until canopen_network_clear. STATUS_OK,
 /// STATUS_NOT_FOUND (class), STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_INVALID.
@@ -190,10 +195,10 @@ status_t canopen_network_boot(canopen_network_t* network, uint64_t now_ns);
 
 /// A device is lost if it does not answer `syncs` SYNCs in a row, >= 1.
 void canopen_network_set_patience(canopen_network_t* network, uint32_t syncs);
-/// Forget the settings of all devices; before canopen_network_set. Each is idle until
-/// canopen_network_include: it is supervised, but a goal leaves its axes out of operation.
+/// Remove the settings of all devices; call it before canopen_network_set. Each device is then idle until
+/// canopen_network_include: it is supervised, but its axes stay out of operation, whatever the goal.
 void canopen_network_clear_settings(canopen_network_t* network);
-/// The device takes part in the configuration.
+/// Let a device take part in the configuration.
 void canopen_network_include(canopen_network_t* network, uint8_t index);
 /// Append a setting for a device. STATUS_OK, STATUS_EXHAUSTED.
 MUST_USE status_t canopen_network_set(canopen_network_t* network, uint8_t index,
@@ -204,15 +209,15 @@ status_t canopen_network_configure(canopen_network_t* network, uint64_t now_ns);
 /// Start process data and SYNC, and wait until each device answers. STATUS_BUSY; STATUS_OK; statuses of
 /// canopen_device_connect.
 status_t canopen_network_start(canopen_network_t* network, uint64_t now_ns);
-/// Abort the functions above, stop process data, devices to PRE-OPERATIONAL.
+/// Abort the functions above, stop process data, and set the devices to PRE-OPERATIONAL.
 void canopen_network_stop(canopen_network_t* network);
 /// Reset all nodes. The frame needs a cycle on the bus before canopen_network_close.
 void canopen_network_reset_nodes(canopen_network_t* network);
 void canopen_network_close(canopen_network_t* network);
 
-/// Start of a cycle: process received frames, monitor devices.
+/// Call at the start of a cycle: process received frames, monitor devices.
 void canopen_network_sense(canopen_network_t* network, uint64_t now_ns);
-/// End of a cycle: process data, requests, SYNC.
+/// Call at the end of a cycle: send process data, requests and SYNC.
 void canopen_network_emit(canopen_network_t* network, uint64_t now_ns);
 /// Set the goal of all axes. Devices that are lost or idle take no part.
 void canopen_network_set_goal(canopen_network_t* network, canopen_cia402_goal_t goal, bool may_reset_faults);

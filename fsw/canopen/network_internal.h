@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Shared by the source files of network.h; private to them.
+/// Functions that only the source files of network.h share.
 #ifndef FSW_CANOPEN_NETWORK_INTERNAL_H
 #define FSW_CANOPEN_NETWORK_INTERNAL_H
 
 #include "fsw/canopen/network.h"
 
-/// Queue a fault; a fault without room is counted.
+/// Queue a fault. If the queue is full, the fault is counted and dropped.
 void canopen_network_report(canopen_network_t* network, const canopen_network_fault_t* fault);
 /// Present state of a controller.
 canopen_network_conditions_t canopen_network_conditions(const flow_can_t* flow);
@@ -15,7 +15,7 @@ void canopen_network_report_condition(canopen_network_t* network, uint8_t channe
 /// Report that a device is not commissioned, with a reason.
 void canopen_network_report_refusal(canopen_network_t* network, const canopen_network_device_t* place,
                                     canopen_network_refusal_t refusal);
-/// Report the result of its list of accesses.
+/// Report the result of the device's list of accesses.
 void canopen_network_report_access(canopen_network_t* network, const canopen_network_device_t* place,
                                    status_t status);
 

@@ -6,8 +6,10 @@
 
 #include <stddef.h>
 
-#define OVERRUN_QUIET_NS 1000000000ULL // After a second without loss, lost frames are reported again.
-#define SYNC_QUIET_NS 1000000000ULL    // After a second without them, SYNCs of others are reported again.
+// After a second without loss, the next loss of frames is reported again.
+#define OVERRUN_QUIET_NS 1000000000ULL
+// After a second without foreign SYNCs, the next one is reported again.
+#define SYNC_QUIET_NS 1000000000ULL
 
 void canopen_network_report(canopen_network_t* const network, const canopen_network_fault_t* const fault)
 {
@@ -66,7 +68,7 @@ void canopen_network_report_access(canopen_network_t* const network,
         fault.refusal = REFUSAL_VALUE;
         fault.detail  = (uint32_t)run->found;
     } else {
-        // It has another size, is too long, or violates the protocol.
+        // The answer has another size, is too long, or violates the protocol.
     }
     canopen_network_report(network, &fault);
 }

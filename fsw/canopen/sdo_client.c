@@ -233,14 +233,16 @@ static void answer_segment_upload(canopen_sdo_client_t* const client, const uint
             end(client, STATUS_OK);
         }
     } else if ((part == 0U) || ((client->size != 0U) && (client->moved >= client->size))) {
-        abort_transfer(client, SDO_ABORT_LENGTH, STATUS_INVALID); // It would never end.
+        // Such a transfer would never end: the segment is empty, or the announced octets are complete and
+        // more follow.
+        abort_transfer(client, SDO_ABORT_LENGTH, STATUS_INVALID);
     } else {
         client->toggle = !client->toggle;
         ask_segment(client);
     }
 }
 
-/// The command specifier that the present phase waits for.
+/// Command specifier of the answer that is expected in a phase.
 static unsigned expected_specifier(const canopen_sdo_phase_t phase)
 {
     switch (phase) {

@@ -36,12 +36,13 @@ typedef enum { // Private.
 } canopen_sdo_phase_t;
 
 typedef struct {        // [wrap]
-    uint32_t transfers; ///< Successful.
-    uint32_t aborted;   ///< Ended by an abort of the server.
+    uint32_t transfers; ///< Transfers that succeeded.
+    uint32_t aborted;   ///< Transfers that the server aborted.
     uint32_t timeouts;
-    uint32_t violations; ///< Ended by the client: an answer that violates the protocol, or is too long.
-    uint32_t unasked;    ///< Answers without a request, or for another object.
-    uint32_t malformed;  ///< Answers that were not 8 octets long.
+    /// Transfers that the client aborted, because an answer violated the protocol or was too long.
+    uint32_t violations;
+    uint32_t unasked;   ///< Answers without a request, or for another object.
+    uint32_t malformed; ///< Answers that were not 8 octets long.
 } canopen_sdo_counters_t;
 
 typedef struct { // Private, except counters: read-only.
@@ -57,12 +58,12 @@ typedef struct { // Private, except counters: read-only.
     bool is_clock_due; ///< The deadline starts with the next request frame.
     uint8_t request[SDO_FRAME_OCTETS];
     uint8_t data[SDO_OCTETS_MAX];
-    size_t size;  ///< Octets of the value; of an upload, as announced (0: not announced).
+    size_t size;  ///< Octets of the value. During an upload: the announced size, 0 if none was announced.
     size_t moved; ///< Octets transferred so far.
     canopen_sdo_counters_t counters;
 } canopen_sdo_client_t;
 
-/// Begin idle; a server must answer each request within timeout_ns.
+/// Initialise without a transfer. The server must answer each request within timeout_ns.
 void canopen_sdo_client_init(canopen_sdo_client_t* client, uint64_t timeout_ns);
 /// Abort the transfer without informing the server.
 void canopen_sdo_client_reset(canopen_sdo_client_t* client);
@@ -81,7 +82,7 @@ status_t canopen_sdo_client_result(const canopen_sdo_client_t* client, uint32_t*
 /// Value read by an upload that ended in STATUS_OK; valid until the next transfer.
 const uint8_t* canopen_sdo_client_value(const canopen_sdo_client_t* client, size_t* out_size);
 
-/// Take in one frame of the server.
+/// Process one frame of the server.
 void canopen_sdo_client_answer(canopen_sdo_client_t* client, const uint8_t* octets, uint8_t length);
 /// Next frame to the server, if one is due; also checks the deadline. True if `out_frame` was filled.
 bool canopen_sdo_client_request(canopen_sdo_client_t* client, uint64_t now_ns,

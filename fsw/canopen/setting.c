@@ -31,7 +31,8 @@ static status_t take_value(canopen_setting_run_t* const run, canopen_setting_t* 
 {
     size_t size                 = 0U;
     const uint8_t* const octets = canopen_sdo_client_value(client, &size);
-    // An expedited answer without a size counts as four octets: longer than asked is cut, shorter is refused.
+    // An expedited answer without a size counts as four octets: octets beyond the expected size are
+    // ignored; a shorter answer is refused.
     if ((size < setting->octets) || ((size > setting->octets) && (size != 4U))) {
         return STATUS_INVALID;
     }
@@ -55,7 +56,7 @@ status_t canopen_setting_run_step(canopen_setting_run_t* const run, canopen_sdo_
         return run->result;
     }
     canopen_setting_t* const setting = &run->settings[run->position];
-    if (!run->is_started) { // Another transfer has to end first.
+    if (!run->is_started) { // The client was busy with another transfer: try again.
         run->is_started = (start_access(setting, client) == STATUS_OK);
         return STATUS_BUSY;
     }

@@ -78,8 +78,8 @@ static void set_fault(stream_device_t* const device, const stream_device_fault_k
     device->has_fault = true;
 }
 
-/// Count of octets and invalid records received. It changes with each arrival from a stream, and with each
-/// invalid one from another end node.
+/// Number of octets and invalid records received. It changes with each arrival on a byte stream; on other
+/// end nodes with each invalid record.
 static uint32_t count_arrivals(const stream_device_t* const device)
 {
     const flow_counters_t counters = flow_counters(&device->flow);
@@ -172,7 +172,8 @@ void stream_device_sense(stream_device_t* const device, const uint64_t now_ns)
         receive(device, now_ns);
     }
     if (device->is_open && (device->in.field_count == 0U)) {
-        mark_present(device, now_ns); // It sends no records: the open end node is the only sign of it.
+        // The device sends no records: only the open end node shows that it is present.
+        mark_present(device, now_ns);
     }
     watch(device, now_ns);
 }

@@ -28,8 +28,10 @@
 #define STREAM_DEVICE_NO_FIELD 0xFFU
 
 typedef enum {
-    STREAM_DEVICE_REFUSED, ///< Not in use yet, and sends no records. Reported once, until it sends one.
-    STREAM_DEVICE_LOST,    ///< In use, and silent or its end node is closed. Reported once, until it returns.
+    /// The device is not in use yet, and sends no records. Reported once, until it sends one.
+    STREAM_DEVICE_REFUSED,
+    /// The device is in use, but is silent, or its end node is closed. Reported once, until it returns.
+    STREAM_DEVICE_LOST,
     STREAM_DEVICE_RETURNED ///< A lost device sends records again.
 } stream_device_fault_kind_t;
 
@@ -47,7 +49,7 @@ typedef struct {
 } stream_device_fault_t;
 
 typedef struct {       // [records, wrap]
-    uint32_t received; ///< Accepted.
+    uint32_t received; ///< Received and accepted.
     uint32_t unfit;    ///< Received and dropped: wrong length or checksum.
     uint32_t sent;
     uint32_t refused; ///< Not sent: end node closed or full.
@@ -74,7 +76,8 @@ typedef struct { // Private, except counters and name: read-only.
     stream_device_counters_t counters;
 } stream_device_t;
 
-/// Closed, counters zero. The device has type STREAM_DEVICE_TYPE and one end node, not on CAN.
+/// Initialise as closed, with counters zero. The device must have the type STREAM_DEVICE_TYPE and one end
+/// node that is not on CAN.
 void stream_device_init(stream_device_t* device, const subsystem_descriptor_t* descriptor,
                         const descriptor_device_t* source, const flow_resolver_t* resolver);
 /// Index of the field of that name in the record of a direction; STREAM_DEVICE_NO_FIELD if there is none.
@@ -87,9 +90,9 @@ status_t stream_device_boot(const stream_device_t* device);
 /// Put the device in use: from now on silence is a fault, and _command sends records, first the safe one.
 /// STATUS_OK, STATUS_BUSY (not open, or silent).
 status_t stream_device_start(stream_device_t* device, uint64_t now_ns);
-/// Start of a cycle: open or reopen the end node, and receive records.
+/// Call at the start of a cycle: open or reopen the end node, and receive records.
 void stream_device_sense(stream_device_t* device, uint64_t now_ns);
-/// End of a cycle: send the record of commands.
+/// Call at the end of a cycle: send the record of commands.
 void stream_device_command(stream_device_t* device);
 /// Make the record of commands the safe one, and send it. STATUS_OK also if the device cannot be reached;
 /// STATUS_BUSY (the end node is full).
@@ -103,7 +106,7 @@ double stream_device_value(const stream_device_t* device, uint8_t field);
 bool stream_device_is_lost(const stream_device_t* device);
 /// Set a field of the record of commands. STATUS_OK, STATUS_OUT_OF_RANGE (NaN).
 status_t stream_device_set(stream_device_t* device, uint8_t field, double value);
-/// STATUS_OK, STATUS_EMPTY.
+/// Take the fault that is waiting. STATUS_OK, STATUS_EMPTY.
 MUST_USE status_t stream_device_take_fault(stream_device_t* device, stream_device_fault_t* out_fault);
 
 #endif // FSW_DEVICES_STREAM_DEVICE_H

@@ -72,7 +72,7 @@ static void begin(stream_devices_t* const devices)
     devices->is_open = true;
 }
 
-/// STATUS_BUSY if one of two actions is not done.
+/// Combine the statuses of two actions: STATUS_BUSY if one of them is not done.
 static status_t status_of_both(const status_t one, const status_t other)
 {
     return (one == STATUS_OK) ? other : one;

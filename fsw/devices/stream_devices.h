@@ -46,7 +46,7 @@ typedef struct {
 bool stream_devices_fit(const subsystem_descriptor_t* descriptor, const stream_devices_need_t* need,
                         subsystem_misfit_t* out_misfit);
 
-/// Once, before the generic subsystem runs. Pointers are kept.
+/// Call once, before the generic subsystem runs. The pointers must stay valid.
 void stream_devices_init(stream_devices_t* devices, subsystem_t* generic, const flow_resolver_t* resolver);
 /// A device by its place in the descriptor; null: there is none, or HARDWARE_INIT has not begun.
 stream_device_t* stream_devices_at(stream_devices_t* devices, uint16_t place);

@@ -21,7 +21,7 @@ static bool is_framed(const descriptor_endnode_t* const endnode)
            (endnode->format.framing == FLOW_FRAMING_SLIP);
 }
 
-/// Fields of one direction.
+/// Number of fields in the record of one direction.
 static uint16_t count_fields(const subsystem_descriptor_t* const descriptor,
                              const descriptor_device_t* const device, const bool is_out)
 {
@@ -61,7 +61,7 @@ static bool endnode_fits(const subsystem_descriptor_t* const descriptor,
     return true;
 }
 
-/// True if both are one end node: two devices there would take each other's records.
+/// True if both are the same end node. Two devices on it would receive each other's records.
 static bool is_same(const descriptor_endnode_t* const one, const descriptor_endnode_t* const other)
 {
     if (one->type != other->type) {

@@ -117,7 +117,7 @@ double stream_record_value(const stream_record_t* const record, const uint8_t fi
     return (value_as_double(source->type, &record->memory[field]) * source->scale) + source->offset;
 }
 
-/// A raw value within the range of its type as 64 bits.
+/// Convert a raw value, which is within the range of its type, to its bits.
 static uint64_t bits_of(const value_type_t type, const double raw)
 {
     uint64_t bits = 0U;

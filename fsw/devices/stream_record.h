@@ -31,15 +31,16 @@ typedef struct { // Private, except field_count.
     bool has_checksum;
 } stream_record_t;
 
-/// Take the fields of one direction, at most STREAM_RECORD_FIELDS_MAX, from the descriptor; raw values are 0.
+/// Initialise with the fields of one direction from the descriptor, at most STREAM_RECORD_FIELDS_MAX. All
+/// raw values are 0.
 void stream_record_init(stream_record_t* record, const subsystem_descriptor_t* descriptor,
                         const descriptor_device_t* device, bool is_out);
-/// Octets on the wire; 0 without fields.
+/// Returns the size of the record on the wire [octets]; 0 if it has no fields.
 uint32_t stream_record_octets(const stream_record_t* record);
-/// Take the octets of a record. STATUS_OK; the record is unchanged with STATUS_TRUNCATED, STATUS_TOO_LARGE,
-/// STATUS_CHECKSUM.
+/// Decode a received record. STATUS_OK; STATUS_TRUNCATED, STATUS_TOO_LARGE and STATUS_CHECKSUM leave the
+/// values unchanged.
 MUST_USE status_t stream_record_take(stream_record_t* record, const uint8_t* octets, size_t size);
-/// Write the record. Returns the octets written: stream_record_octets.
+/// Encode the record. Returns the octets written: stream_record_octets.
 size_t stream_record_put(const stream_record_t* record, uint8_t octets[STREAM_RECORD_OCTETS_MAX]);
 /// Engineering value of a field below field_count.
 double stream_record_value(const stream_record_t* record, uint8_t field);

@@ -130,7 +130,7 @@ static void list_buses(drives_t* const drives)
             bus++;
         }
         if (bus == drives->bus_count) {
-            FSW_ASSERT(bus < DRIVES_BUSES_MAX); // drives_fit counts them.
+            FSW_ASSERT(bus < DRIVES_BUSES_MAX); // drives_fit has checked their number.
             drives->buses[bus].endnode = endnode;
             drives->bus_count++;
         }
@@ -143,13 +143,13 @@ canopen_network_t* drives_network(drives_t* const drives, const descriptor_endno
     uint8_t bus = 0U;
     while (strcmp(drives->buses[bus].endnode->bus, endnode->bus) != 0) {
         bus++;
-        FSW_ASSERT(bus < drives->bus_count); // All are listed.
+        FSW_ASSERT(bus < drives->bus_count); // list_buses has listed every bus.
     }
     return &drives->buses[bus].network;
 }
 
-/// Perform a step that each bus ends at its own time, on all that have not ended it. STATUS_BUSY until all
-/// have; STATUS_OK; the first other status.
+/// Call `action` for each bus that has not completed `step` yet; each bus may need another number of
+/// cycles. STATUS_BUSY until all have completed it; STATUS_OK; or the first status that is an error.
 static status_t step_buses(drives_t* const drives, const drives_step_t step,
                            status_t (*const action)(canopen_network_t* network, uint64_t now_ns))
 {
@@ -177,7 +177,8 @@ static status_t step_buses(drives_t* const drives, const drives_step_t step,
 static status_t add_device(drives_t* const drives, const char* const type,
                            const descriptor_endnode_t* const endnode)
 {
-    FSW_ASSERT(drives->device_count < DRIVES_DEVICES_MAX); // drives_fit counts devices and mappings.
+    // drives_fit has checked the number of devices and mappings.
+    FSW_ASSERT(drives->device_count < DRIVES_DEVICES_MAX);
     canopen_network_device_t* const place = &drives->devices[drives->device_count];
     const status_t status = canopen_network_add(drives_network(drives, endnode), place, type, endnode->node);
     drives->device_count  = (uint8_t)(drives->device_count + ((status == STATUS_OK) ? 1U : 0U));
@@ -550,7 +551,7 @@ uint8_t drives_find(const drives_t* const drives, const uint32_t node)
     return NETWORK_NO_DEVICE;
 }
 
-/// Place in drives_t of a device of the applied configuration, or NETWORK_NO_DEVICE.
+/// Index in drives_t.devices of the applied configuration's device `position`, or NETWORK_NO_DEVICE.
 static uint8_t index_of(const drives_t* const drives, const uint16_t position)
 {
     const descriptor_configuration_t* const configuration = drives->configuration;

@@ -25,10 +25,11 @@
 #include <stdint.h>
 
 #define DRIVES_BUSES_MAX 4U
-#define DRIVES_DEVICES_MAX 32U  ///< On all buses; NETWORK_DEVICES_MAX on each.
-#define DRIVES_MAPPINGS_MAX 8U  ///< Devices whose settings change the mapping of their PDOs.
-#define DRIVES_BUS_CODE 0x1000U ///< Code of a bus condition (node 0): this times the bus is added.
-#define DRIVES_ACCESS_SLOTS 16U ///< Transfers of drives_access.h at most.
+#define DRIVES_DEVICES_MAX 32U ///< On all buses; NETWORK_DEVICES_MAX on each.
+#define DRIVES_MAPPINGS_MAX 8U ///< Devices whose settings change the mapping of their PDOs.
+/// Number of the bus times this is added to the code of a bus condition (node 0).
+#define DRIVES_BUS_CODE 0x1000U
+#define DRIVES_ACCESS_SLOTS 16U ///< Largest number of transfers of drives_access.h.
 #define DRIVES_COUNTERS 27U     ///< Number of counters of drives_counters.h, without PDO_MISSED.
 
 typedef enum {
@@ -56,8 +57,8 @@ typedef enum { // Private: commissioning steps and securing, which each bus ends
 
 typedef struct { // Private.
     canopen_network_t network;
-    const descriptor_endnode_t* endnode; // The first on this bus.
-    bool is_done;                        // Has ended the step in progress.
+    const descriptor_endnode_t* endnode; // First end node on this bus.
+    bool is_done;                        // The bus has completed the step in progress.
 } drives_bus_t;
 
 typedef struct { // Private, except activity (read-only) and the axes of the devices.
@@ -67,13 +68,13 @@ typedef struct { // Private, except activity (read-only) and the axes of the dev
     const flow_resolver_t* resolver;
     drives_bus_t buses[DRIVES_BUSES_MAX];
     uint8_t bus_count;
-    drives_step_t step; ///< In progress.
+    drives_step_t step; ///< Step in progress.
     canopen_network_device_t devices[DRIVES_DEVICES_MAX];
     uint8_t device_count;
     canopen_mapping_t mappings[DRIVES_MAPPINGS_MAX];
     uint8_t mapping_count;
     canopen_cia402_goal_t goal;
-    const descriptor_configuration_t* configuration; ///< Being applied, or applied.
+    const descriptor_configuration_t* configuration; ///< Configuration that is being applied, or is applied.
     uint64_t called_ns;                              ///< Last call of drives_configure.
     bool is_written;                                 ///< The settings are in the devices.
     bool is_closing;
@@ -90,15 +91,15 @@ typedef struct { // Private, except activity (read-only) and the axes of the dev
     } counters;
 } drives_t;
 
-/// `abandon` ends the commanded activity; called when the activity changes. May be null.
+/// `abandon` aborts what was commanded; it is called when the activity changes, and may be null.
 void drives_init(drives_t* drives, subsystem_t* generic, const flow_resolver_t* resolver,
                  void (*abandon)(void* self));
 
 /// Open the buses, boot and identify the devices. STATUS_BUSY; STATUS_OK; STATUS_NOT_FOUND (no device, its
 /// class, or bus); statuses of canopen_network_add, canopen_network_open and canopen_network_boot.
 status_t drives_hardware_init(void* self);
-/// Open the buses for frames outside of the cycle, in any state; devices do not change. Statuses of
-/// drives_hardware_init but STATUS_BUSY.
+/// Open the buses in order to send frames in a state in which they are closed; devices keep their states.
+/// Statuses of drives_hardware_init, except STATUS_BUSY.
 status_t drives_borrow(drives_t* drives);
 /// Close the buses if they were borrowed and HARDWARE_INIT was not entered meanwhile.
 void drives_give_back(drives_t* drives);
@@ -107,17 +108,18 @@ void drives_give_back(drives_t* drives);
 /// STATUS_BUSY; STATUS_OK; STATUS_NOT_FOUND (device not brought up); STATUS_EXHAUSTED (settings); statuses of
 /// canopen_network_configure and _start.
 status_t drives_configure(void* self, const descriptor_configuration_t* configuration);
-/// All axes to standby, and then PREPARED. STATUS_BUSY; STATUS_OK.
+/// Set all axes to standby, then the activity to PREPARED. STATUS_BUSY; STATUS_OK.
 status_t drives_start_control(void* self);
-/// RESTING, and all axes without voltage. STATUS_BUSY; STATUS_OK.
+/// Set the activity to RESTING, then switch off the voltage of all axes. STATUS_BUSY; STATUS_OK.
 status_t drives_stop_control(void* self);
-/// All axes into operation, and then ENGAGED. STATUS_BUSY; STATUS_OK.
+/// Set all axes into operation, then the activity to ENGAGED. STATUS_BUSY; STATUS_OK.
 status_t drives_engage(void* self);
-/// PREPARED, and all axes to standby. STATUS_BUSY; STATUS_OK.
+/// Set the activity to PREPARED, then all axes to standby. STATUS_BUSY; STATUS_OK.
 status_t drives_disengage(void* self);
-/// RESTING, and the safe state, from any condition. STATUS_BUSY; STATUS_OK.
+/// Set the activity to RESTING, and bring all devices to the safe state, from any condition. STATUS_BUSY;
+/// STATUS_OK.
 status_t drives_secure(void* self);
-/// RESTING, and process data off. STATUS_OK.
+/// Set the activity to RESTING, and stop process data. STATUS_OK.
 status_t drives_post(void* self);
 /// Reset the nodes and close the buses. STATUS_BUSY; STATUS_OK.
 status_t drives_hardware_deinit(void* self);
@@ -129,14 +131,15 @@ void drives_release(void* self);
 /// without channel B); STATUS_NOT_FOUND (a controller of that channel could not be opened).
 status_t drives_select_channel(drives_t* drives, uint8_t channel);
 
-/// Start of a cycle: process received frames and raise an event for each fault.
+/// Call at the start of a cycle: process received frames and raise an event for each fault.
 void drives_sense(void* self);
-/// End of a cycle: process data, requests, SYNC.
+/// Call at the end of a cycle: send process data, requests and SYNC.
 void drives_emit(void* self);
 
 /// Device number `position` (0..) of the applied configuration, or null.
 canopen_device_t* drives_device(drives_t* drives, uint16_t position);
-/// Place of a node's device in drives->devices, on whichever bus; NETWORK_NO_DEVICE if there is none.
+/// Index in drives->devices of the device with this node id, on any bus; NETWORK_NO_DEVICE if there is
+/// none.
 uint8_t drives_find(const drives_t* drives, uint32_t node);
 /// The network of an end node of the descriptor, while the buses are open.
 canopen_network_t* drives_network(drives_t* drives, const descriptor_endnode_t* endnode);

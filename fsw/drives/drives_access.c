@@ -9,18 +9,18 @@
 
 #include <string.h>
 
-#define NODE_SHIFT 24U // In the address of a register.
+#define NODE_SHIFT 24U // Position of the node id in the address of a register [bits].
 #define INDEX_SHIFT 8U
 #define REGISTER_SIZE 4U
 #define ABORT_SHIFT 16U
 
 typedef struct {    // An object of a device.
-    uint8_t device; // In drives_t.
+    uint8_t device; // Index in drives_t.devices.
     uint8_t subindex;
     uint16_t index;
     uint8_t length;
     bool is_read;
-    const descriptor_quantity_t* quantity; // Null: it is not the object of a quantity.
+    const descriptor_quantity_t* quantity; // Null: the object was not addressed by a quantity.
 } object_t;
 
 static bool is_register(const pus_device_action_t* const action)
@@ -33,8 +33,8 @@ static bool is_logical(const pus_device_action_t* const action)
     return (action->kind == PUS_DEVICE_LOGICAL_COMMAND) || (action->kind == PUS_DEVICE_LOGICAL_ACQUIRE);
 }
 
-/// The object of a quantity. STATUS_OK, STATUS_NOT_FOUND (device), STATUS_OUT_OF_RANGE (quantity, or it
-/// cannot be set to that).
+/// Find the object of a quantity. STATUS_OK, STATUS_NOT_FOUND (device), STATUS_OUT_OF_RANGE (no such
+/// quantity, or it cannot have that value).
 static status_t quantity_of(const drives_t* const drives, const pus_device_action_t* const action,
                             object_t* const out_object)
 {
@@ -56,7 +56,8 @@ static status_t quantity_of(const drives_t* const drives, const pus_device_actio
     return (is_read || is_settable) ? STATUS_OK : STATUS_OUT_OF_RANGE;
 }
 
-/// The object of an action. STATUS_OK, STATUS_NOT_FOUND (no such device), STATUS_OUT_OF_RANGE
+/// Find the object that an action addresses. STATUS_OK, STATUS_NOT_FOUND (no such device),
+/// STATUS_OUT_OF_RANGE
 /// (length).
 static status_t object_of(const drives_t* const drives, const pus_device_action_t* const action,
                           object_t* const out_object)
@@ -74,7 +75,7 @@ static status_t object_of(const drives_t* const drives, const pus_device_action_
         out_object->subindex = (uint8_t)(action->address & 0xFFU);
         out_object->length   = REGISTER_SIZE;
         out_object->is_read  = (action->kind == PUS_DEVICE_DUMP_REGISTER);
-    } else { // PUS_DEVICE_COMMAND or PUS_DEVICE_ACQUIRE; pulses are no objects.
+    } else { // PUS_DEVICE_COMMAND or PUS_DEVICE_ACQUIRE; pulses do not address objects.
         out_object->index    = octets_u16_at(action->protocol);
         out_object->subindex = action->protocol[2];
         out_object->length   = action->protocol[3];
@@ -115,7 +116,7 @@ static canopen_sdo_client_t* client_of(drives_t* const drives, const uint8_t dev
     return &place->master->nodes[place->index].sdo;
 }
 
-/// Octets to be written, lowest first.
+/// Write the data of an action in the order of SDO, lowest octet first.
 static void data_of(const pus_device_action_t* const action, const object_t* const object,
                     uint8_t* const out_octets)
 {
@@ -123,7 +124,8 @@ static void data_of(const pus_device_action_t* const action, const object_t* con
         return;
     }
     if (object->quantity != NULL) {
-        (void)drives_quantity_to_object(object->quantity, action->data, out_octets); // `check` has passed.
+        // The check of the request has accepted the value.
+        (void)drives_quantity_to_object(object->quantity, action->data, out_octets);
         return;
     }
     for (uint8_t i = 0U; i < object->length; i++) { // A register has its highest octet first.
@@ -151,7 +153,8 @@ static status_t begin(void* const context, const uint8_t slot, const pus_device_
         return begin_pulse(drives, slot, action, out_result);
     }
     if ((object_of(drives, action, &object) != STATUS_OK) || !drives_are_running(drives)) {
-        return fail(out_result, DRIVES_ACCESS_CLOSED, DRIVES_ACCESS_CLOSED); // Closed after the check.
+        // The buses were closed after the check of the request.
+        return fail(out_result, DRIVES_ACCESS_CLOSED, DRIVES_ACCESS_CLOSED);
     }
     if (drives->access.owners[object.device] != 0U) {
         return STATUS_FULL;
@@ -175,7 +178,7 @@ static status_t begin(void* const context, const uint8_t slot, const pus_device_
     return STATUS_OK;
 }
 
-/// The value that was read.
+/// Convert the value that was read into the result of the request.
 static status_t take_value(const drives_transfer_t* const transfer, const canopen_sdo_client_t* const client,
                            pus_device_result_t* const out_result)
 {

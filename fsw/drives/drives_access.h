@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The port by which ST[02] reaches the drives of a subsystem, by SDO, below the cycle that controls them.
-/// Addresses, protocol-specific data, quantities and return codes: docs/services/st02.md.
+/// Port through which ST[02] accesses the drives of a subsystem by SDO, besides the cycle that controls
+/// them. Addresses, protocol-specific data, quantities and return codes: docs/services/st02.md.
 ///
-/// Devices are reached while process data flow. Before that, only commissioning uses SDO, and it ends a
-/// transfer of this port. Pulses are sent in any state, because a device without supply cannot be
-/// commissioned. One transfer to a node is under way at a time; others wait.
+/// Devices are accessible while process data flow. Before that, only commissioning uses SDO; when it
+/// starts, it aborts a transfer of this port. Pulses are sent in any state, because a device without supply
+/// cannot be commissioned. One transfer per node runs at a time; others wait.
 #ifndef FSW_DRIVES_DRIVES_ACCESS_H
 #define FSW_DRIVES_DRIVES_ACCESS_H
 
@@ -14,7 +14,7 @@
 #define DRIVES_ACCESS_CLOSED 1U
 #define DRIVES_ACCESS_WRONG 2U
 
-/// The callback device_port: its context is the subsystem's drives_t. At most DRIVES_ACCESS_SLOTS operations.
+/// The callback device_port; `self` is the subsystem's drives_t. At most DRIVES_ACCESS_SLOTS operations.
 pus_device_port_t drives_access_port(void* self);
 
 #endif // FSW_DRIVES_DRIVES_ACCESS_H

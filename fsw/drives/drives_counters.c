@@ -51,7 +51,7 @@ static const struct {
     {"CONFLICTING_SYNCS", offsetof(counts_t, master.conflicting_syncs)},
 };
 
-/// The field of a name, or null.
+/// Returns the field with a name, or null.
 static const parameter_field_t* find(const parameter_definition_t* const definition, const char* const name)
 {
     for (uint16_t i = 0U; i < definition->field_count; i++) {
@@ -91,7 +91,7 @@ void drives_counters_publish(drives_t* const drives, const uint32_t limited)
     FSW_ASSERT(drives != NULL);
     counts_t counts = {.cycles  = subsystem_cycle(drives->generic),
                        .limited = limited + drives_limited(drives),
-                       .channel = drives->buses[0].network.channel}; // All buses have the same.
+                       .channel = drives->buses[0].network.channel}; // All buses use the same channel.
     for (uint8_t i = 0U; i < drives->bus_count; i++) {
         add_master(&drives->buses[i].network.master.counters, &counts.master);
         canopen_network_add_counters(&drives->buses[i].network, &counts.bus);

@@ -16,13 +16,13 @@ static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const 
     return false;
 }
 
-typedef struct { // Nodes of all configurations, each once, and their buses.
+typedef struct { // Nodes of all configurations, each listed once, and their buses.
     const descriptor_endnode_t* nodes[DRIVES_DEVICES_MAX];
     uint8_t node_count;
     uint8_t bus_count;
 } nodes_t;
 
-/// One end node, on CAN.
+/// Check that the device has exactly one end node, and that it is on CAN.
 static bool endnode_fits(const subsystem_descriptor_t* const descriptor,
                          const descriptor_device_t* const device, subsystem_misfit_t* const out_misfit)
 {
@@ -41,7 +41,7 @@ static bool endnode_fits(const subsystem_descriptor_t* const descriptor,
     return true;
 }
 
-/// Add a node, unless it is listed.
+/// Add a node, unless it is already listed.
 static bool node_fits(nodes_t* const nodes, const descriptor_endnode_t* const endnode,
                       subsystem_misfit_t* const out_misfit)
 {
@@ -117,7 +117,7 @@ static const char* says_of(const status_t status)
                                           "PDO, and 16 values of a device";
 }
 
-/// Settings of the mapping: each configuration disables a PDO itself before it changes it.
+/// Check the settings of the mapping: each configuration must disable a PDO before it changes the PDO.
 static bool mapping_fits(const subsystem_descriptor_t* const descriptor,
                          const descriptor_device_t* const device,
                          const canopen_device_profile_t* const profile, subsystem_misfit_t* const out_misfit)
@@ -138,7 +138,8 @@ static bool mapping_fits(const subsystem_descriptor_t* const descriptor,
     return true;
 }
 
-/// A unit is that of the class: commands and measurements are converted with it.
+/// Check that a setting of a unit has the value of the class, because commands and measurements are
+/// converted with that unit.
 static bool units_fit(const subsystem_descriptor_t* const descriptor, const descriptor_device_t* const device,
                       const canopen_device_profile_t* const profile, subsystem_misfit_t* const out_misfit)
 {
@@ -158,7 +159,7 @@ static bool units_fit(const subsystem_descriptor_t* const descriptor, const desc
     return true;
 }
 
-/// First setting of a device that changes a mapping; null: none.
+/// Returns the first setting of a device that changes a mapping; null if there is none.
 static const descriptor_setting_t* mapping_setting(const subsystem_descriptor_t* const descriptor,
                                                    const descriptor_device_t* const device)
 {
@@ -183,7 +184,7 @@ bool drives_is_mapped(const subsystem_descriptor_t* const descriptor, const uint
     return is_mapped;
 }
 
-/// Each node of which a configuration changes the mapping, counted once.
+/// Check the number of nodes whose mapping is changed by a configuration; each node counts once.
 static bool mappings_fit(const subsystem_descriptor_t* const descriptor, subsystem_misfit_t* const out_misfit)
 {
     uint8_t nodes[DRIVES_MAPPINGS_MAX];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Checks that a subsystem can drive the devices of a descriptor, for its callback `fits`: classes, end nodes
-/// and numbers. Without it such an error would appear only in flight, without file and line.
+/// Checks for the callback `fits` of a subsystem that it can drive the devices of a descriptor: classes,
+/// end nodes and numbers. Without this check such an error would appear only in flight, without file and
+/// line.
 #ifndef FSW_DRIVES_DRIVES_FITTING_H
 #define FSW_DRIVES_DRIVES_FITTING_H
 
@@ -10,28 +11,31 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-typedef struct {           // Required contents of every configuration.
-    uint8_t axes;          ///< Axes of each device; its class must be one of CiA 402.
-    bool takes_modules;    ///< Classes without axes may be there as well, and each drive has its own mode.
-    const char* says_type; ///< Refusal of another class.
-    uint16_t count;        ///< Devices; 0: any number from one.
+typedef struct {  // Required contents of every configuration.
+    uint8_t axes; ///< Axes of each device; its class must be one of CiA 402.
+    /// Devices of classes without axes are permitted too, and each drive may have another mode.
+    bool takes_modules;
+    const char* says_type; ///< Message about a device of another class.
+    uint16_t count;        ///< Required number of devices; 0: any number from one.
     const char* says_count;
-    const int* modes; ///< One of these modes of operation, for all devices the same; ends with 0.
+    const int* modes; ///< Permitted modes of operation, 0 at the end; all devices must have the same.
     const char* says_mode;
 } drives_need_t;
 
-/// True if the devices meet the need and are on CAN buses, within the limits of drives.h and network.h; each
-/// bus has one channel B or none, and each node id one bus. Else *out_misfit is the first violation.
+/// True if the devices meet the need and are on CAN buses, within the limits of drives.h and network.h;
+/// each bus has at most one channel B, and each node id occurs on one bus only. Otherwise *out_misfit is
+/// the first violation.
 bool drives_fit(const subsystem_descriptor_t* descriptor, const drives_need_t* need,
                 subsystem_misfit_t* out_misfit);
 
-/// True if a configuration changes the mapping of PDOs of this node. The devices fit.
+/// True if a configuration changes the mapping of PDOs of this node. drives_fit must have accepted the
+/// devices.
 bool drives_is_mapped(const subsystem_descriptor_t* descriptor, uint8_t node);
 
 /// Integer mode of operation (object 0x6060) that the configuration sets for the device; 0 if it sets none.
 int drives_mode(const subsystem_descriptor_t* descriptor, const descriptor_device_t* device);
 
-/// The CAN end node of a device that fits.
+/// CAN end node of a device that drives_fit has accepted.
 const descriptor_endnode_t* drives_endnode(const subsystem_descriptor_t* descriptor,
                                            const descriptor_device_t* device);
 

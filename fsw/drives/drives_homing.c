@@ -35,7 +35,7 @@ status_t drives_home(drives_t* const drives, const bool is_wanted)
     return status;
 }
 
-/// The worse of two results. The list is in order, the worst first.
+/// Returns the worse of two results. `order` lists the results, the worst first.
 static status_t worse_of(const status_t one, const status_t other)
 {
     static const status_t order[] = {STATUS_INVALID, STATUS_EMPTY, STATUS_BUSY};

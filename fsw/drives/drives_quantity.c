@@ -38,7 +38,7 @@ static bool is_signed(const value_type_t type)
     return (type == VALUE_INT8) || (type == VALUE_INT16) || (type == VALUE_INT32) || (type == VALUE_INT64);
 }
 
-/// 2 to the power of `bits`, which has no fraction.
+/// 2 to the power of `bits`; the result is exact.
 static double power_of_two(const size_t bits)
 {
     double power = 1.0;
@@ -48,7 +48,8 @@ static double power_of_two(const size_t bits)
     return power;
 }
 
-/// The nearest whole number in two's complement. False: an object of `octets` octets cannot hold it.
+/// Round to the nearest whole number, in two's complement. False if an object of `octets` octets cannot
+/// hold it.
 static bool round_to(const double real, const size_t octets, const bool has_sign, uint64_t* const out_bits)
 {
     const double range = power_of_two(octets * OCTET_BITS);
@@ -62,7 +63,7 @@ static bool round_to(const double real, const size_t octets, const bool has_sign
     return true;
 }
 
-/// The nearest number of single precision. False: out of range.
+/// Round to the nearest number of single precision. False if it is out of range.
 static bool narrow_to(const double real, uint64_t* const out_bits)
 {
     if (!((real >= -(double)FLT_MAX) && (real <= (double)FLT_MAX))) { // NaN fails both comparisons.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Quantities of devices in engineering units, as the descriptor has them: an object of a device times a
-/// scale. On the wire a quantity is a DOUBLE, whatever its object is.
+/// Quantities of devices in engineering units. The descriptor defines each as the value of an object times
+/// a scale. In packets a quantity is a DOUBLE, whatever type its object has.
 ///
 /// Context    The subsystem's task.
 /// Time       O(devices and quantities of the configuration).
@@ -12,7 +12,7 @@
 #define DRIVES_QUANTITY_OCTETS 8U
 
 /// Quantity of a device of the applied configuration, by node and id. STATUS_OK; STATUS_NOT_FOUND (no such
-/// device, or none has quantities); STATUS_OUT_OF_RANGE (it has, but not this one).
+/// device, or it has no quantities); STATUS_OUT_OF_RANGE (the device has quantities, but not this one).
 MUST_USE status_t drives_quantity_find(const drives_t* drives, uint16_t node, uint32_t id,
                                        const descriptor_quantity_t** out_quantity);
 /// Convert a value, most significant octet first, to the octets of the object, least significant first.

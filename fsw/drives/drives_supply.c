@@ -68,7 +68,7 @@ static const descriptor_endnode_t* endnode_of(const drives_t* const drives, cons
             }
         }
     }
-    FSW_ASSERT(endnode != NULL); // The pulse was checked.
+    FSW_ASSERT(endnode != NULL); // The check of the request has found the pulse in the descriptor.
     return endnode;
 }
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/// On/off devices and command pulses of ST[02]: the supplies of drives, by the power units that the
-/// descriptor's `<Supply>` lines name.
+/// On/off devices and command pulses of ST[02]: the supplies of drives, through the power units that the
+/// elements `<Supply>` of the descriptor name.
 ///
-/// A CPDU is a power unit, by its node id; its output lines are those of the descriptor. An on/off device
-/// address is unit << 8 | line, and means a pulse of DRIVES_SUPPLY_EXPONENT on it. A pulse is one frame of
-/// process data to the unit, 0x200 + its node id: line (u16, lowest octet first), exponent (u8). The unit
-/// makes the pulse and does not answer; only the drive shows the effect. If the bus is closed, it is opened
-/// for the frame, so that a drive can be switched on before its commissioning.
+/// A CPDU is a power unit; its number is the node id, and its output lines are those of the descriptor. An
+/// on/off device address is unit << 8 | line; it requests a pulse of DRIVES_SUPPLY_EXPONENT on that line. A
+/// pulse is one frame of process data to the unit, 0x200 + its node id: line (u16, lowest octet first),
+/// exponent (u8). The unit generates the pulse and does not answer; only the state of the drive shows the
+/// effect. If the bus is closed, it is opened for the frame, so that a drive can be switched on before its
+/// commissioning.
 #ifndef FSW_DRIVES_DRIVES_SUPPLY_H
 #define FSW_DRIVES_DRIVES_SUPPLY_H
 
@@ -14,7 +15,7 @@
 #include "pus/st02/st02_device_access.h"
 
 #define DRIVES_SUPPLY_EXPONENT 2U
-#define DRIVES_SUPPLY_LEAVE_NS 10000000ULL ///< Time in which a frame is sent.
+#define DRIVES_SUPPLY_LEAVE_NS 10000000ULL ///< Time that a sent frame needs to leave the controller.
 
 /// True if the instruction is a switch or a pulse.
 bool drives_supply_is(const pus_device_action_t* action);
@@ -23,7 +24,8 @@ bool drives_supply_is(const pus_device_action_t* action);
 status_t drives_supply_check(const drives_t* drives, const pus_device_action_t* action);
 /// Send the pulse of a checked instruction. STATUS_OK, STATUS_FULL, STATUS_CLOSED; statuses of drives_borrow.
 status_t drives_supply_send(drives_t* drives, const pus_device_action_t* action);
-/// STATUS_BUSY for the time that sent frames need to leave, then STATUS_OK: the bus is released.
+/// STATUS_BUSY for the time that sent frames need to leave; then the bus is released, and the result is
+/// STATUS_OK.
 status_t drives_supply_poll(drives_t* drives);
 
 #endif // FSW_DRIVES_DRIVES_SUPPLY_H

@@ -11,7 +11,7 @@
 #define OCTET_MAX 255
 #define STEP_MAX 65535
 #define CALL_PRICE 64U  // Price of a call of the host, including its work.
-#define OCTETS_READ 20U // Octets of arguments that are looked at for a unit.
+#define OCTETS_READ 20U // Octets of arguments that are read for one unit.
 
 void procedure_push_value(lua_State* const state, const value_type_t type, const uint64_t bits)
 {
@@ -29,7 +29,7 @@ void procedure_push_value(lua_State* const state, const value_type_t type, const
     }
 }
 
-/// Push the next of the values in `reader`.
+/// Push the next value in `reader`.
 static void push_next(lua_State* const state, octet_reader_t* const reader)
 {
     const value_type_t type = (value_type_t)octet_read_u8(reader);
@@ -50,7 +50,8 @@ void procedure_push_values(lua_State* const state, const uint8_t* const octets, 
     }
 }
 
-/// Continues after the answer to a call; protected like all code of the procedure.
+/// Continue the procedure after the answer to a call. It runs in protected mode, like all code of the
+/// procedure.
 static int answered(lua_State* const state, const int status, const lua_KContext context)
 {
     (void)status;
@@ -98,7 +99,7 @@ static int ask(lua_State* const state, const pus_call_kind_t kind)
     return lua_yieldk(state, 0, 0, answered);
 }
 
-/// An argument within low .. high.
+/// Returns an integer argument; raises an error if it is not within low..high.
 static uint32_t integer_at(lua_State* const state, const int index, const lua_Integer low,
                            const lua_Integer high)
 {

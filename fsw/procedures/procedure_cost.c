@@ -6,30 +6,34 @@
 #include <lua5.4/lauxlib.h>
 #include <string.h>
 
-#define OBJECT_HEAD 24U      // Size of the head of a text in the interpreter [octets].
-#define NODE_OCTETS 24U      // Size of a key and its value in a table.
-#define SHORT_TEXT 40U       // Longer ones are not shared: each is made and hashed separately.
+#define OBJECT_HEAD 24U // Size of the head of a text in the interpreter [octets].
+#define NODE_OCTETS 24U // Size of a key and its value in a table.
+// Longer texts are not shared: the interpreter creates and hashes each one separately.
+#define SHORT_TEXT 40U
 #define OPERATION_MASK 0x7FU // Mask of an instruction.
 #define OPERANDS_SHIFT 16U   // Position of the number of values in OP_CONCAT.
 #define OPERANDS_MASK 0xFFU
 #define OPERATIONS 83U
 
 // Work that costs one unit.
-#define OCTETS_HASHED 20U      // Octets of a text whose hash is computed.
-#define OCTETS_READ 24U        // Octets of a text that is converted to a number.
-#define OCTETS_COMPARED 512U   // Octets of two texts without NUL.
-#define NULS_COMPARED 4U       // Octets of two texts that may contain NUL, which ends a call of strcoll.
-#define NODES_SEARCHED 12U     // Keys of a table that collide.
-#define PAIRS_SEARCHED 24ULL   // Pairs of keys, n * n if each of n is searched; half of them are compared.
-#define NODES_LENGTH 3U        // Keys that collide, for the length of a table, which needs several searches.
-#define STACK_MOVED 768U       // Octets of a stack that is moved.
-#define OCTETS_TAKEN 32U       // Octets of a new object.
-#define COLLECTION_OCTETS 256U // Octets in use, in a collection of garbage.
+#define OCTETS_HASHED 20U    // Octets of a text whose hash is computed.
+#define OCTETS_READ 24U      // Octets of a text that is converted to a number.
+#define OCTETS_COMPARED 512U // Octets of two texts without NUL.
+// Octets of two texts that may contain NUL: each NUL needs a further call of strcoll.
+#define NULS_COMPARED 4U
+#define NODES_SEARCHED 12U // Colliding keys of a table that are searched.
+// Pairs of keys: n * n if each of n keys is searched among n; half of the pairs are compared.
+#define PAIRS_SEARCHED 24ULL
+// Colliding keys, in the search for the length of a table, which consists of several searches.
+#define NODES_LENGTH 3U
+#define STACK_MOVED 768U       // Octets of a stack that are moved.
+#define OCTETS_TAKEN 32U       // Octets of a new object that are allocated.
+#define COLLECTION_OCTETS 256U // Octets in use that a garbage collection visits.
 
 // Prices [units].
 #define OPERAND 14U           // Conversion of a number to a text.
 #define OBJECT 2U             // Allocation of an object and its later collection.
-#define PRICE_MAX (1U << 20U) // So that no sum overflows.
+#define PRICE_MAX (1U << 20U) // Limit of a price, so that no sum overflows.
 
 /// Quantities on which the price of an operation depends, in addition to its base.
 typedef enum {
@@ -48,7 +52,7 @@ typedef struct {
     uint8_t on; // dependence_t.
 } price_t;
 
-/// By operation code of Lua 5.4.
+/// Prices by operation code of Lua 5.4.
 static const price_t prices[OPERATIONS] = {{1, PLAIN},    {1, PLAIN},  {1, PLAIN},
                                            {1, PLAIN},    {1, PLAIN},  {1, PLAIN}, // MOVE .. LOADFALSE
                                            {1, PLAIN},    {1, PLAIN},  {4, PLAIN},
@@ -78,13 +82,13 @@ static const price_t prices[OPERATIONS] = {{1, PLAIN},    {1, PLAIN},  {1, PLAIN
                                            {4, STACK},    {6, PLAIN},  {3, STACK},
                                            {2, STACK},    {1, PLAIN}}; // SETLIST .. EXTRAARG
 
-/// The head of the interpreter's record of a call, where its program counter lies.
+/// The first members of the interpreter's record of a call, which contain the program counter.
 typedef struct {
     void* function;
     void* top;
     void* previous;
     void* next;
-    const uint32_t* counter; // Behind the instruction.
+    const uint32_t* counter; // Points behind the present instruction.
 } call_head_t;
 
 static uint32_t instruction_of(const lua_Debug* const record)
@@ -182,8 +186,8 @@ static uint32_t nodes_in(const size_t size)
     return (((size % NODE_OCTETS) == 0U) && ((nodes & (nodes - 1U)) == 0U)) ? (uint32_t)nodes : 0U;
 }
 
-/// Charge a list of a table or a function, or a stack, that is filled again; keys that collide are searched
-/// for one by one.
+/// Charge for a list of a table or a function, or a stack, that must be filled again. Colliding keys are
+/// searched one by one.
 static void charge_list(procedure_slot_t* const slot, const size_t size, const uint32_t nodes)
 {
     const uint64_t price = (size / OCTETS_TAKEN) + (((uint64_t)nodes * nodes) / PAIRS_SEARCHED) + OBJECT;
@@ -212,7 +216,8 @@ static bool may_take_text(procedure_slot_t* const slot, const size_t size)
     return true;
 }
 
-/// A function refers to variables outside of it; each is searched for among those that others refer to.
+/// Charge for a new function. It refers to variables outside of it; each of them is searched among those to
+/// which other functions refer.
 static void charge_function(procedure_slot_t* const slot, const size_t size)
 {
     const uint64_t variables = size / sizeof(void*);
@@ -237,7 +242,7 @@ bool procedure_may_take(procedure_slot_t* const slot, const void* const block, c
                         const size_t after)
 {
     if (block == NULL) {
-        switch (before) { // The kind of object.
+        switch (before) { // For a new block, `before` is the kind of object.
         case LUA_TSTRING:
             return may_take_text(slot, after);
         case LUA_TFUNCTION:
@@ -250,7 +255,7 @@ bool procedure_may_take(procedure_slot_t* const slot, const void* const block, c
             return true;
         }
     }
-    // While the code is being read, lists are as long as the code is.
+    // While the code is being loaded, the size of the code limits the lists.
     return (slot->thread == NULL) || may_take_list(slot, block, before, after);
 }
 

@@ -9,8 +9,8 @@
 #include <string.h>
 
 #define CHUNK_NAME_MAX 32U
-#define SHORTEST 40U // Texts up to this size are shared and cost nothing beyond the instruction [octets].
-// Garbage is collected in small steps: pause and speed [percent], log2 of the step's size.
+#define SHORTEST 40U // Texts up to this size are shared, and cost only the instruction [octets].
+// The collector of garbage works in small steps: pause and speed [percent], log2 of the step size.
 #define COLLECTOR_PAUSE 200
 #define COLLECTOR_SPEED 100
 #define COLLECTOR_STEP 8
@@ -43,9 +43,9 @@ static void note_stack(procedure_slot_t* const slot, const void* const stack, co
     slot->stack_size = (size > slot->stack_size) ? (uint32_t)size : slot->stack_size;
 }
 
-/// Find out where the procedure's stack lies and how large it is. It is the list made with the thread; when
-/// its size changes, a new one is allocated, the content copied, and the old one freed. `result` is null
-/// where `block` is released.
+/// Track address and size of the procedure's stack. The interpreter allocates it together with the thread;
+/// to change its size, it allocates a new list, copies the content and frees the old list. `result` is null
+/// if `block` was freed.
 static void follow_stack(procedure_slot_t* const slot, const void* const block, const size_t before,
                          const void* const result, const size_t after)
 {
@@ -58,11 +58,11 @@ static void follow_stack(procedure_slot_t* const slot, const void* const block, 
     } else if ((block != NULL) && (block == slot->stack)) {
         note_stack(slot, (result != NULL) ? result : slot->list, (result != NULL) ? after : slot->list_size);
     } else {
-        // Another object.
+        // The block is not the stack.
     }
 }
 
-/// Allocator of the interpreter, which has no other memory.
+/// Allocator of the interpreter; the interpreter uses no other memory.
 static void* allocate(void* const context, void* const block, const size_t before, const size_t after)
 {
     procedure_slot_t* const slot = context;
@@ -92,7 +92,8 @@ static void* allocate(void* const context, void* const block, const size_t befor
     return result;
 }
 
-/// Everything that may fail for lack of memory, protected: sandbox, thread, code and arguments.
+/// Prepare sandbox, thread, code and arguments. It runs in protected mode, because each step may fail for
+/// lack of memory.
 static int prepare(lua_State* const state)
 {
     const beginning_t* const beginning = lua_touserdata(state, 1);
@@ -104,7 +105,8 @@ static int prepare(lua_State* const state)
     slot->is_making_thread  = true;
     lua_State* const thread = lua_newthread(state);
     slot->is_making_thread  = false;
-    lua_setfield(state, LUA_REGISTRYINDEX, "procedure"); // Without this reference it would be collected.
+    // Without this reference the thread would be collected as garbage.
+    lua_setfield(state, LUA_REGISTRYINDEX, "procedure");
     if (luaL_loadbufferx(state, (const char*)beginning->code, beginning->size, name, "t") != LUA_OK) {
         return lua_error(state);
     }
@@ -115,7 +117,7 @@ static int prepare(lua_State* const state)
     return 0;
 }
 
-/// Line in an error's text "name:line: ..."; 0 if there is none.
+/// Returns the line in an error text "name:line: ..."; 0 if there is none.
 static uint32_t line_of(const char* const text)
 {
     const char* digit = strchr(text, (int)':');
@@ -193,7 +195,7 @@ static status_t start(void* const context, const uint16_t index, const char* con
         return (status == LUA_ERRMEM) ? STATUS_EXHAUSTED : STATUS_INVALID;
     }
     slot->is_running = true;
-    slot->spent      = 0U; // The size of the code bounds the cost of a start.
+    slot->spent      = 0U; // A start is not charged: the size of the code limits its cost.
     slot->budget     = 0U;
     slot->used       = 0U;
     slot->grace      = 0U;
@@ -220,29 +222,31 @@ static void run(void* const context, const uint16_t index, const pus_answer_t* c
     procedure_slot_t* const slot = slot_at(context, index);
     FSW_ASSERT(slot->is_running && (answer != NULL) && (out_call != NULL));
     if ((slot->spent > slot->budget) && (slot->call.kind == PUS_CALL_PAUSED)) {
-        *out_call = slot->call; // This budget does not cover its debt.
+        *out_call = slot->call; // This budget does not cover the debt of the last one.
         return;
     }
     lua_State* const thread = slot->thread;
-    const int arguments     = (lua_status(thread) == LUA_OK) ? (lua_gettop(thread) - 1) : 0; // First run.
-    int results             = 0;
-    slot->answer            = *answer;
-    slot->call              = (pus_call_t){.text = ""};
-    const int status        = lua_resume(thread, NULL, arguments, &results);
+    // Arguments on the stack, in the first run.
+    const int arguments = (lua_status(thread) == LUA_OK) ? (lua_gettop(thread) - 1) : 0;
+    int results         = 0;
+    slot->answer        = *answer;
+    slot->call          = (pus_call_t){.text = ""};
+    const int status    = lua_resume(thread, NULL, arguments, &results);
     if (status == LUA_OK) {
         slot->is_running = false;
         slot->call.kind  = PUS_CALL_ENDED;
     } else if (status != LUA_YIELD) {
         fail(slot, thread);
     } else {
-        // It has made a call, or its budget is used up.
+        // The procedure has made a call, or its budget is used up.
     }
     *out_call = slot->call;
 }
 
 static void kill(void* const context, const uint16_t index)
 {
-    slot_at(context, index)->is_running = false; // The next procedure clears its memory.
+    // The memory is cleared when the next procedure starts in this slot.
+    slot_at(context, index)->is_running = false;
 }
 
 pus_procedure_port_t procedure_engine_port(procedure_engine_t* const engine)

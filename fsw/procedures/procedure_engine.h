@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/// On-board control procedures in Lua 5.4, each in a sandbox with its own memory: behind
-/// pus/core/procedure_port.h. Functions, bounds and what the sandbox excludes: docs/services/st18.md.
+/// On-board control procedures in Lua 5.4, each in a sandbox with its own memory. The engine implements
+/// pus/core/procedure_port.h. Functions, limits and the restrictions of the sandbox: docs/services/st18.md.
 ///
 /// Instructions, library calls and memory have prices (procedure_cost.h) that do not depend on a clock. A
-/// procedure continues only while its budget covers its next instruction, also after it has caught errors.
+/// procedure executes an instruction only if its budget covers it, even if the procedure catches errors.
 /// All its memory is in the arena of its slot.
 ///
 /// Ownership  The caller places engine, slots and arenas.
-/// Context    One loop; not shared.
+/// Context    One loop.
 #ifndef FSW_PROCEDURES_PROCEDURE_ENGINE_H
 #define FSW_PROCEDURES_PROCEDURE_ENGINE_H
 
@@ -28,9 +28,9 @@ typedef struct { // Private.
     size_t memory_size;
     uint8_t* map;
     uint32_t budget;
-    uint32_t spent; // Part of the budget that is spent; the excess is taken from the next one.
+    uint32_t spent; // Part of the budget that is spent; an excess is subtracted from the next budget.
     uint32_t used;  // Budget used since the last grant.
-    uint32_t grace; // Lists made since the last grant that were no larger than one before.
+    uint32_t grace; // Cost of lists since the last grant that were not larger than an earlier list.
     // The largest values that this procedure has had; prices depend on them.
     uint32_t longest;    // Text [octets].
     uint32_t nodes;      // Keys in a table.
@@ -41,8 +41,8 @@ typedef struct { // Private.
     size_t list_size; // Its size [octets].
     uint32_t code_size;
     bool is_making_thread;
-    bool has_nul;     // A text may have a NUL in it.
-    bool is_too_long; // A text was refused.
+    bool has_nul;     // A text that contains NUL may exist.
+    bool is_too_long; // A text was refused because of its length.
     pus_call_t call;
     pus_answer_t answer;
     uint8_t data[PROCEDURE_DATA_MAX];
@@ -54,9 +54,9 @@ typedef struct {
     uint16_t count;
 } procedure_engine_t;
 
-/// `memory` has count * memory_size octets, `map` has PROCEDURE_BLOCKS of that number; each slot gets an
-/// equal part of both. memory_size: a multiple of PROCEDURE_BLOCK up to 1 MiB, of which the interpreter
-/// itself needs about 48 KiB.
+/// Initialise an engine. `memory` has count * memory_size octets, `map` has PROCEDURE_BLOCKS of that number
+/// of octets; each slot gets an equal part of both. memory_size: a multiple of PROCEDURE_BLOCK up to 1 MiB,
+/// of which the interpreter itself needs about 48 KiB.
 void procedure_engine_init(procedure_engine_t* engine, procedure_slot_t* slots, uint16_t count,
                            uint64_t* memory, size_t memory_size, uint8_t* map);
 pus_procedure_port_t procedure_engine_port(procedure_engine_t* engine);

@@ -8,7 +8,8 @@
 #define TAKEN 0xFFU
 #define WORDS_PER_BLOCK (PROCEDURE_BLOCK / sizeof(uint64_t))
 
-/// Free blocks of one order are chained through their first words: next and previous block, + 1.
+/// Free blocks of one order form a list; the first words of a block contain the numbers of the next and the
+/// previous block, + 1.
 typedef struct {
     uint32_t next;
     uint32_t previous;
@@ -67,7 +68,7 @@ void procedure_heap_init(procedure_heap_t* const heap, uint64_t* const memory, c
     (void)memset(map, (int)TAKEN, heap->blocks);
     uint32_t block = 0U;
     for (uint8_t order = PROCEDURE_ORDERS; order > 0U;
-         order--) { // The largest first: each lies at a multiple.
+         order--) { // Largest blocks first, so that each begins at a multiple of its size.
         const uint32_t length = 1U << (order - 1U);
         if ((heap->blocks - block) >= length) {
             insert(heap, block, (uint8_t)(order - 1U));
@@ -76,7 +77,7 @@ void procedure_heap_init(procedure_heap_t* const heap, uint64_t* const memory, c
     }
 }
 
-/// Order of the smallest block that has room for `size` octets; PROCEDURE_ORDERS if none has.
+/// Returns the order of the smallest block with room for `size` octets; PROCEDURE_ORDERS if there is none.
 static uint8_t order_of(const size_t size)
 {
     uint8_t order = 0U;
@@ -91,7 +92,7 @@ static size_t octets_of(const uint8_t order)
     return (size_t)PROCEDURE_BLOCK << order;
 }
 
-/// Give back the upper halves of a block until it is of the order wanted.
+/// Free the upper halves of a block until it has the order `wanted`.
 static void split(procedure_heap_t* const heap, const uint32_t block, uint8_t order, const uint8_t wanted)
 {
     while (order > wanted) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions of the interpreter's library that neither call back into the procedure nor show addresses. Each
-// is called through `priced`, which first charges for the worst case of the arguments.
+// Functions of the interpreter's library that neither call the procedure nor reveal addresses. Each is
+// called through `priced`, which first charges the worst-case cost for its arguments.
 #include "fsw/procedures/procedure_cost.h"
 #include "fsw/procedures/procedure_sandbox.h"
 
@@ -8,14 +8,14 @@
 #include <string.h>
 
 #define OCTETS_READ 20U   // Octets of a text that are read for one unit.
-#define CODE_SEARCHED 16U // Octets of code that are searched for an error's text, for one unit.
-// Conversions of `format`.
+#define CODE_SEARCHED 16U // Octets of code that are searched for one unit, to make the text of an error.
+// Prices of the conversions of `format` [units].
 #define ANY_CONVERSION 20U
 #define FLOAT_CONVERSION 80U
 #define LONG_CONVERSION 400U // %f of a large number has 400 digits.
-#define QUOTED 2U            // Units for an octet.
-#define ROWS_MAX 32U         // Functions of a library.
-#define LENGTH_SEARCHES 8U   // For the end of a table.
+#define QUOTED 2U            // Units for each octet that %q quotes.
+#define ROWS_MAX 32U         // Largest number of functions of a library.
+#define LENGTH_SEARCHES 8U   // Searches of keys that find the end of a table.
 #define FLAGS "-+ \0430123456789."
 
 /// Parts of a price in addition to base and arguments.
@@ -23,17 +23,18 @@ typedef enum {
     NOTHING,
     KEY,     // A key is found in a table.
     LENGTH,  // The end of a table is searched for.
-    ERROR,   // An error may be caught, whose text was made from the code.
-    TEXT,    // Makes a text that may have a NUL.
-    RANGE,   // Returns an octet for each position from the second argument to the third.
+    ERROR,   // An error may be caught whose text was made from the code.
+    TEXT,    // The function makes a text that may contain NUL.
+    RANGE,   // The function returns an octet for each position from the second argument to the third.
     TEMPLATE // The function is `format`.
 } extra_t;
 
 typedef struct {
     const char* name;
     uint8_t base;
-    uint8_t first;     // Octets of the first argument, a text, that cost a unit; 0: it is not read.
-    uint8_t arguments; // Arguments that cost a unit; 0: they cost nothing.
+    // Octets of the first argument, a text, that cost one unit; 0: the function does not read it.
+    uint8_t first;
+    uint8_t arguments; // Number of arguments that cost one unit; 0: arguments are not charged.
     uint8_t extra;     // extra_t.
 } row_t;
 
@@ -65,7 +66,7 @@ static uint64_t octets_at(lua_State* const state, const int index)
     return (lua_type(state, index) == LUA_TSTRING) ? (uint64_t)lua_rawlen(state, index) : 0U;
 }
 
-/// Price of a format's conversions. A conversion that prints an address is an error.
+/// Price of the conversions in a template. Raises an error for a conversion that prints an address.
 static uint64_t price_of_template(lua_State* const state)
 {
     const int count    = lua_gettop(state);
@@ -129,7 +130,7 @@ static uint64_t price_of(lua_State* const state, const row_t* const row)
     }
 }
 
-/// Upvalues of `priced`: the function, its row.
+/// Returns the row of the function. The upvalues of `priced` are the function and its row.
 static const row_t* row_of(lua_State* const state)
 {
     const uint32_t place = (uint32_t)lua_tointeger(state, lua_upvalueindex(2));

@@ -2,8 +2,7 @@
 #include "fsw/procedures/procedure_sandbox.h"
 
 // The part of the library that is written in Lua: each of its instructions counts like those of a procedure,
-// so that no sort and no pattern match continues without a budget, and each can be suspended at any
-// instruction.
+// so that a sort or a pattern match needs a budget too, and can be suspended at any instruction.
 static const char* const lines[] = {
     "local G = ...\n",
     "local error, type, select, rawlen = error, type, select, rawlen\n",

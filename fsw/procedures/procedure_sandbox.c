@@ -8,13 +8,13 @@
 #include <lua5.4/lualib.h>
 #include <string.h>
 
-#define UNPACK_MAX 250      // Values that `unpack` returns.
+#define UNPACK_MAX 250      // Largest number of values that `unpack` returns.
 #define KEY_PRICE 4U        // Price of taking a key from a table, and of comparing two keys.
 #define TEXT_COMPARED 512U  // Octets that one unit compares.
 #define METATABLE_PRICE 40U // Price of copying a metatable.
 #define NUMBER_PRICE 18U    // Price of a conversion of a number to a text.
-#define PIECE_PRICE 2U      // Price of a text that is put into another.
-#define PIECES 4U           // Texts that a unit repeats.
+#define PIECE_PRICE 2U      // Price of a text that is copied into another one.
+#define PIECES 4U           // Copies of a text that one unit makes in `rep`.
 
 procedure_slot_t* procedure_slot_of(lua_State* const state)
 {
@@ -27,11 +27,11 @@ procedure_slot_t* procedure_slot_of(lua_State* const state)
 void procedure_slot_bind(lua_State* const state, procedure_slot_t* const slot)
 {
     void* const address = slot;
-    (void)memcpy(lua_getextraspace(state), &address, sizeof(void*)); // Threads inherit it.
+    (void)memcpy(lua_getextraspace(state), &address, sizeof(void*)); // New threads inherit the extra space.
 }
 
-// Functions of the language in a form that does not call back into the procedure, does not run long without
-// being charged, and does not return addresses.
+// Variants of functions of the language that do not call the procedure, do not run long without a charge,
+// and do not return addresses.
 
 static int make_text(lua_State* const state, const int status, const lua_KContext context)
 {
@@ -59,9 +59,9 @@ static int to_text(lua_State* const state)
     return procedure_pay(state, NUMBER_PRICE, make_text, 0);
 }
 
-/// Copy the fields of a metatable (index 2) into one that no other code can change: so no finalizer, closer
-/// or weak table is added later, and no chain becomes longer than when it was checked. Index 3 and 4:
-/// functions that lead on to the tables of __index and __newindex, or nil.
+/// Copy the fields of a metatable (index 2) into a new one that the procedure cannot change: afterwards it
+/// cannot add a finalizer, a closer or a weak mode, or lengthen a chain of metatables that has been
+/// checked. Index 3 and 4 are functions that continue in the tables of __index and __newindex, or nil.
 static void copy_metatable(lua_State* const state)
 {
     static const char* const events[] = {"__metatable", "__call", "__concat", "__len", "__eq",   "__lt",
@@ -83,7 +83,7 @@ static void copy_metatable(lua_State* const state)
     lua_pushvalue(state, 4);
     lua_setfield(state, -2, "__newindex");
     lua_pushvalue(state, 2);
-    lua_rawseti(state, -2, 1); // For get_metatable.
+    lua_rawseti(state, -2, 1); // get_metatable returns the original.
 }
 
 static int put_metatable(lua_State* const state, const int status, const lua_KContext context)
@@ -100,7 +100,8 @@ static int put_metatable(lua_State* const state, const int status, const lua_KCo
     return 1;
 }
 
-/// Finalizers and closers run without a budget, and weak tables show when memory is collected.
+/// Sets a metatable without __gc, __close and __mode: finalizers and closers would run without a budget,
+/// and weak tables would reveal when garbage is collected.
 static int set_metatable(lua_State* const state)
 {
     static const char* const refused[] = {"__gc", "__close", "__mode"};
@@ -263,7 +264,7 @@ static int unpack(lua_State* const state)
 
 // ---- Iteration in the order of the keys ----
 
-/// Numbers, then texts, then truth values; -1 for other types, which have no order.
+/// Rank of a key's type: numbers, then texts, then booleans; -1 for other types, which have no order.
 static int rank_of(lua_State* const state, const int index)
 {
     switch (lua_type(state, index)) {
@@ -302,7 +303,7 @@ static bool is_before(lua_State* const state, const lua_Integer one, const lua_I
     } else if (one_rank == other_rank) {
         result = lua_toboolean(state, -2) < lua_toboolean(state, -1);
     } else {
-        // The rank decides.
+        // The ranks differ and determine the order.
     }
     lua_pop(state, 2);
     return result;
@@ -323,8 +324,8 @@ static void charge_keys(lua_State* const state, const uint32_t keys)
     procedure_charge(slot, (uint64_t)keys * each);
 }
 
-/// Sift a key down to its place in the heap. The charge is that of the whole depth, whatever the order of the
-/// keys is, because the order of text keys in a table depends on the interpreter's hash seed.
+/// Sift a key down to its place in the heap. The whole depth is charged for any order of the keys, because
+/// the order of text keys in a table depends on the interpreter's hash seed.
 static void sift_down(lua_State* const state, lua_Integer place, const lua_Integer count)
 {
     for (lua_Integer level = 2 * place; level <= count; level *= 2) {
@@ -342,7 +343,7 @@ static void sift_down(lua_State* const state, lua_Integer place, const lua_Integ
     }
 }
 
-/// Upvalues: list of keys, table, keys passed.
+/// Iterator. Upvalues: list of keys, table, number of keys passed.
 static int next_pair(lua_State* const state)
 {
     lua_Integer place = lua_tointeger(state, lua_upvalueindex(3));
@@ -354,14 +355,15 @@ static int next_pair(lua_State* const state)
             return 1;
         }
         lua_pushvalue(state, 1);
-    } while (lua_rawget(state, lua_upvalueindex(2)) == LUA_TNIL); // The key was removed meanwhile.
+        // Skip keys that were removed during the iteration.
+    } while (lua_rawget(state, lua_upvalueindex(2)) == LUA_TNIL);
     lua_pushinteger(state, place);
     lua_replace(state, lua_upvalueindex(3));
     return 2;
 }
 
-/// Heap sort of the keys in the list at index 2, from step `next` on: build the heap, then take its largest
-/// key repeatedly. Returns the iterator.
+/// Continue the heap sort of the keys in the list at index 2 with step `next`: first build the heap, then
+/// take its largest key repeatedly. Returns the iterator.
 static int sort_on(lua_State* const state, const int status, const lua_KContext next)
 {
     (void)status;
@@ -423,12 +425,12 @@ static int pairs(lua_State* const state)
 
 // ---- The sandbox ----
 
-/// Texts have methods but no arithmetic, which would call back into the procedure.
+/// Give texts methods, but no arithmetic, which would call the procedure.
 static void protect_strings(lua_State* const state)
 {
     lua_pushliteral(state, "");
     lua_createtable(state, 0, 2);
-    lua_pushvalue(state, -3); // The table `string`.
+    lua_pushvalue(state, -3); // The table of the library `string`.
     lua_setfield(state, -2, "__index");
     lua_pushboolean(state, 0);
     lua_setfield(state, -2, "__metatable");
@@ -499,7 +501,7 @@ void procedure_sandbox_open(lua_State* const state)
     lua_rawseti(state, LUA_REGISTRYINDEX, LUA_RIDX_GLOBALS);
     cursor_t cursor = {.next = procedure_prelude()};
     if (lua_load(state, next_line, &cursor, "=library", "t") != LUA_OK) {
-        (void)lua_error(state); // No memory.
+        (void)lua_error(state); // The memory is exhausted.
     }
     lua_insert(state, -2);
     lua_call(state, 1, 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The part of the language and of the host that a procedure can use. Internal to fsw/procedures.
+/// Functions of the language and of the host that a procedure can use. Internal to fsw/procedures.
 #ifndef FSW_PROCEDURES_PROCEDURE_SANDBOX_H
 #define FSW_PROCEDURES_PROCEDURE_SANDBOX_H
 
@@ -7,12 +7,12 @@
 
 #include <lua5.4/lua.h>
 
-/// Slot of a state; null before procedure_slot_bind.
+/// Returns the slot of a state; null before procedure_slot_bind.
 procedure_slot_t* procedure_slot_of(lua_State* state);
 void procedure_slot_bind(lua_State* state, procedure_slot_t* slot);
-/// Replace the globals by the sandbox. May raise errors: call it protected.
+/// Replace the globals by the sandbox. It may raise errors, so it must be called in protected mode.
 void procedure_sandbox_open(lua_State* state);
-/// Put the calls to the host (procedure_calls.c) into the table on top of the stack.
+/// Add the functions that call the host (procedure_calls.c) to the table on top of the stack.
 void procedure_calls_open(lua_State* state);
 /// Functions of the interpreter's library that are used unchanged, each with a price (procedure_library.c).
 typedef enum {
@@ -23,10 +23,10 @@ typedef enum {
 /// Copy the functions of a library from the table on top of the stack into the table below it, and pop the
 /// upper one.
 void procedure_library_copy(lua_State* state, procedure_library_t library);
-/// Lines of the part of the library that is written in Lua, ended by null; run it with the table of globals
-/// as argument.
+/// Returns the lines of the part of the library that is written in Lua, with null at the end. This code
+/// must be called with the table of globals as argument.
 const char* const* procedure_prelude(void);
-/// Push the values of `octets` (PUS_ANSWER_VALUES). May raise an error.
+/// Push the values that `octets` contains (PUS_ANSWER_VALUES). May raise an error.
 void procedure_push_values(lua_State* state, const uint8_t* octets, size_t size);
 void procedure_push_value(lua_State* state, value_type_t type, uint64_t bits);
 

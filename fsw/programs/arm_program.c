@@ -8,7 +8,7 @@
 #include "fsw/subsystems/arm/arm.h"
 #include "pus/core/tailoring.h"
 
-/// Room for the largest capacities: one program flies arms with any descriptor.
+/// Storage for the largest capacities, because this program supports arms with any descriptor.
 typedef struct {
     device_service_t device;
     pus_device_operation_t device_operations[ARM_DEVICE_REQUESTS];
@@ -64,13 +64,13 @@ static void add_service(arm_services_t* const own, subsystem_t* const component,
         subsystem_memory_service_add(component, &own->memory, own->memory_operations,
                                      (uint8_t)listed->capacity);
         break;
-    default: // ST[12]; a descriptor lists no other one.
+    default: // ST[12]; the reader of descriptors admits no other service.
         subsystem_monitoring_service_add(component, &own->monitoring, &monitoring);
         break;
     }
 }
 
-/// The capacities of the descriptor fit the storage, see `fits` of arm.c.
+/// Add the services of the descriptor. `fits` of arm.c has checked that their capacities fit the storage.
 static void add_services(void* const own, subsystem_t* const component)
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(component);
@@ -81,7 +81,8 @@ static void add_services(void* const own, subsystem_t* const component)
 
 bool arm_open(component_runtime_t* const runtime, component_instance_t* const out_instance)
 {
-    // No interface is compiled in: `fits` checks the descriptor, and a reload must keep its interface.
+    // The program has no compiled interface: `fits` checks the descriptor, and a reloaded descriptor must
+    // have the same interface.
     const uint64_t interface_hash = runtime->own->interface_hash;
     if (!subsystem_host_load(&storage.host, runtime, interface_hash, arm_callbacks())) {
         return false;

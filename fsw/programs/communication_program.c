@@ -7,14 +7,14 @@
 #include "osal/include/osal/console.h"
 
 #define OWED_PATIENCE_MS 100U
-#define ANNOUNCED_TRIES 50U ///< Five seconds of wall-clock time for octets that were announced.
+#define ANNOUNCED_TRIES 50U ///< Waits for announced octets: together five seconds of wall-clock time.
 
 typedef struct {
     subsystem_host_t host;
     communication_t communication;
     communication_services_t services;
     ground_key_t key;
-    bool has_key; // Opening was attempted, possibly without success.
+    bool has_key; // The program has tried to open the key, possibly without success.
 } communication_program_t;
 
 static communication_program_t storage;
@@ -61,14 +61,15 @@ static void await(communication_program_t* const self)
 {
     osal_socket_t* sockets[COMPONENT_RUNTIME_SOCKETS_MAX];
     const size_t count = communication_sockets(&self->communication, sockets, COMPONENT_RUNTIME_SOCKETS_MAX);
-    for (size_t i = count; i > 0U; i--) { // The listener is the first.
+    for (size_t i = count; i > 0U; i--) { // The listener is the first socket; clients are checked before it.
         if (osal_socket_wait_readable(sockets[i - 1U], OWED_PATIENCE_MS / (uint32_t)count) == STATUS_OK) {
             break;
         }
     }
 }
 
-/// Octets that were announced, the connection, or its end may still be on their way through the kernel.
+/// Receive the announced octets. They, the connection itself or its end may still be on their way through
+/// the kernel, so wait for them.
 static void take_in(communication_program_t* const self, const uint32_t octets_due)
 {
     bool is_missing = communication_take_in(&self->communication, octets_due);
@@ -98,8 +99,8 @@ static size_t sockets_of(void* const context, osal_socket_t** const out_sockets,
     return communication_sockets(&((communication_program_t*)context)->communication, out_sockets, capacity);
 }
 
-/// The launcher has checked the key before the run began. If the key was removed since, telemetry is sent and
-/// every telecommand is refused, which an event reports.
+/// Open the key. The launcher has checked it before the run began. If the key was removed since then,
+/// telemetry is sent, but every telecommand is refused; an event reports this.
 static void secure(communication_program_t* const self, const char* const path)
 {
     char error[GROUND_KEY_ERROR_MAX];

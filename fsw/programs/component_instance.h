@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// One component of a mission with its storage, ready to be stepped. In the processes form it runs alone; the
-/// image steps all of them in turn. Each component's file holds its static storage and its wiring.
+/// image steps all of them in turn. The source file of each component contains its static storage and
+/// connects its parts.
 #ifndef FSW_PROGRAMS_COMPONENT_INSTANCE_H
 #define FSW_PROGRAMS_COMPONENT_INSTANCE_H
 
@@ -14,28 +15,28 @@ typedef struct {
     void* self;
     /// Process received messages, run the work that is due. Returns the next wake [ns of the run].
     uint64_t (*step)(void* self, uint64_t now_ns, uint32_t octets_due);
-    /// Further sockets that wake it. May be null.
+    /// List further sockets whose data wake the component. May be null.
     size_t (*sockets)(void* self, osal_socket_t** out_sockets, size_t capacity);
     void (*link_datagram)(void* self, const uint8_t* frame, size_t size);
     /// Release the system resources that the component has opened, without any message, as at the end of its
     /// process.
     void (*close)(void* self);
     subsystem_t* component; ///< Component whose loops of services may have their own tasks, or null.
-    void* storage;          ///< All its data; all zeros before it is opened.
+    void* storage;          ///< All data of the component; zeros before it is opened.
     size_t size;
 } component_instance_t;
 
-/// Make the component ready in its static storage. False: runtime->error says why.
+/// Open the component in its static storage. False: runtime->error contains the reason.
 typedef bool (*component_open_t)(component_runtime_t* runtime, component_instance_t* out_instance);
 
-/// <name>_open of each file fsw/programs/<name>_program.c; the list of them is made when the project is
-/// built.
+/// Declare the function <name>_open of each file fsw/programs/<name>_program.c. The build generates the
+/// list of names.
 #define COMPONENT(name, executable)                                                                          \
     bool name##_open(component_runtime_t* runtime, component_instance_t* out_instance);
 #include "generated/programs.h"
 #undef COMPONENT
 
-/// The program of an executable's name ("manipulator"), or null.
+/// Returns the function that opens the component of an executable ("manipulator"), or null.
 component_open_t component_find(const char* executable);
 
 #endif // FSW_PROGRAMS_COMPONENT_INSTANCE_H

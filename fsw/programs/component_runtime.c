@@ -10,16 +10,16 @@
 
 #define NS_PER_US 1000U
 #define PUMP_PATIENCE_MS 100U
-#define PUMP_TRIES 50U      ///< Five seconds of wall-clock time for datagrams that the kernel still has.
-#define CUT_PATIENCE_MS 10U ///< Patience after a loss: the connection may be cut.
+#define PUMP_TRIES 50U      ///< Waits for announced datagrams: together five seconds of wall-clock time.
+#define CUT_PATIENCE_MS 10U ///< Time of one wait after a loss, because the connection may be cut.
 #define CUT_TRIES 1U
-#define CUT_INTERVAL 16U ///< After this many intakes without success only one in this many waits.
-#define SWEEP_MAX 4096U  ///< Datagrams of one socket at a time: a flood must not block the reader.
-#define HINTS_EVERY 128U ///< Intakes between two readings of the topology service.
+#define CUT_INTERVAL 16U ///< After this number of intakes without success, only one in this number waits.
+#define SWEEP_MAX 4096U  ///< Datagrams read from one socket at a time: a flood must not block the reader.
+#define HINTS_EVERY 128U ///< Number of intakes between two reads of the topology service.
 
 // ---- Resolvers ----
 
-/// Index of a bus of the mission, or bus_count.
+/// Returns the index of a bus of the mission; bus_count if there is no such bus.
 static uint16_t bus_of(const mission_descriptor_t* const mission, const char* const name)
 {
     uint16_t index = 0U;
@@ -63,7 +63,7 @@ static uint32_t computer_ipv4(const component_runtime_t* const runtime, const ui
     return runtime->run->computer_ipv4[computer_of(runtime, apid)];
 }
 
-/// Address to which the frames of links for a component are sent, and from which it sends its own.
+/// Returns the address of a component for links: it receives and sends the frames of its links there.
 static uint32_t link_ipv4(const component_runtime_t* const runtime, const uint16_t apid)
 {
     return computer_ipv4(runtime, apid) + (runtime->run->relay.is_network ? RUN_LINK_NETWORK : 0U);
@@ -74,7 +74,7 @@ static bool has_relay(const component_runtime_t* const runtime)
     return (runtime->run->relay.delay_us > 0U) && !runtime->run->relay.is_network;
 }
 
-/// APID of the consumer of a link, 0 if there is no such link.
+/// Returns the APID of the consumer of a link; 0 if there is no such link.
 static uint16_t consumer_of(const component_runtime_t* const runtime, const uint16_t link)
 {
     for (uint16_t i = 0U; i < runtime->mission->link_count; i++) {
@@ -98,7 +98,7 @@ static bool link_route(void* const context, const uint16_t link, osal_socket_t**
     return true;
 }
 
-/// A link keeps its buffer when its consumer is started again in the same program.
+/// Get the buffer of a link, which keeps it when its consumer restarts in the same program.
 static status_t link_play_out(void* const context, const uint16_t link, rtlink_play_out_t** const out_buffer)
 {
     const component_runtime_t* const runtime = (const component_runtime_t*)context;
@@ -140,7 +140,7 @@ static bool is_link_of(const component_runtime_t* const runtime, const mission_l
     return is_of_port && ((number == 0U) || (number == link->number));
 }
 
-/// Shared memory reaches only partners on the same on-board computer.
+/// Methods for a port. Shared memory requires that both partners are on the same on-board computer.
 static uint8_t methods_of_port(void* const context, const uint16_t port, const uint16_t number)
 {
     const component_runtime_t* const runtime = (const component_runtime_t*)context;
@@ -178,7 +178,7 @@ uint64_t component_runtime_promise_ns(const component_runtime_t* const runtime,
         return beat.wake_ns;
     }
     const uint64_t begin_ns = osal_lockstep_begin_ns(scheduler, run_participant(component));
-    return (begin_ns > beat.step_ns) ? begin_ns : OSAL_LOCKSTEP_NEVER; // In the first life all begin at 0.
+    return (begin_ns > beat.step_ns) ? begin_ns : OSAL_LOCKSTEP_NEVER; // In the first life it is 0.
 }
 
 void component_runtime_watch_supervisor(const component_runtime_t* const runtime,
@@ -198,8 +198,8 @@ void component_runtime_watch_supervisor(const component_runtime_t* const runtime
     }
 }
 
-/// Life to which messages are sent: for the supervisor any of its lives, because its channels outlive its
-/// process.
+/// Returns the life to which messages are sent. For the supervisor it is any life, because its channels
+/// outlive its process.
 uint32_t component_runtime_life_of(const component_runtime_t* const runtime, const unsigned component)
 {
     return (runtime->run->components[component].apid == SUPERVISOR_APID) ? OSAL_LOCKSTEP_ANY_LIFE
@@ -217,22 +217,22 @@ void component_runtime_delivered(void* const context, const uint16_t to)
     }
 }
 
-/// Announce a frame of a link to the scheduler, unless it is of an earlier life of the consumer, which does
-/// not take it.
+/// Announce a frame of a link to the scheduler, unless the link belongs to an earlier life of the consumer:
+/// the present life does not receive such frames.
 static void link_delivered(void* const context, const uint16_t link, const uint32_t epoch)
 {
     component_runtime_t* const runtime = (component_runtime_t*)context;
     const uint16_t apid                = consumer_of(runtime, link);
     unsigned component                 = 0U;
     if (runtime->run->relay.is_network) {
-        // The consumer takes the frames that have arrived: simulated time does not wait for the network.
+        // Frames are not announced, because simulated time does not wait for the network.
     } else if (has_relay(runtime)) {
         osal_clock_deliver(&runtime->clock, run_relay(runtime->run), OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
     } else if (run_state_find(runtime->run, apid, &component) &&
                (epoch > runtime->peers[component].link_floor)) {
         component_runtime_delivered(runtime, apid);
     } else {
-        // The consumer runs in a later life.
+        // The link belongs to an earlier life of the consumer.
     }
 }
 
@@ -243,8 +243,9 @@ static bool has_ended(const run_component_t* const one, const uint32_t life)
 }
 
 /// Read the lives of all components from the run state. They change only in grants of the supervisor, so they
-/// are constant during another component's grant. Where time is real, a process may end at any instant: this
-/// is read before the sockets, so that the last messages of a life are received before its end.
+/// are constant during another component's grant. In real time a process may end at any instant; therefore
+/// the lives are read before the sockets, so that a life's last messages are received before its end is
+/// noticed.
 static void read_lives(component_runtime_t* const runtime)
 {
     for (unsigned i = 0U; i < runtime->run->component_count; i++) {
@@ -269,7 +270,8 @@ static status_t send_up(void* const context, const uint8_t* const packet, const 
 }
 
 CAPACITY_CHECK(peers_fit, MESSAGE_PEERS_MAX >= (MISSION_SUBSYSTEMS_MAX - 1U));
-// A wait polls the sockets of messages and of the links that the component consumes, and eight of its own.
+// A wait polls the message socket, those of the links that the component consumes, and up to eight of its
+// own.
 CAPACITY_CHECK(sockets_fit, COMPONENT_RUNTIME_SOCKETS_MAX >= (1U + CAPACITY_SUBSYSTEM_LINKS + 8U));
 
 // ---- Opening a runtime ----
@@ -391,7 +393,7 @@ status_t component_runtime_open_inbox(component_runtime_t* const runtime, messag
     return (status == STATUS_OK) ? STATUS_OK : fail(runtime, "too many components", status);
 }
 
-/// The supervisor is restarted without an order, and its messages continue in their present life.
+/// Life of this process. The supervisor restarts without a command, and its messages continue in their life.
 static uint32_t process_life(const run_component_t* const component)
 {
     return (component->apid == SUPERVISOR_APID) ? __atomic_load_n(&component->found_life, __ATOMIC_ACQUIRE)
@@ -463,7 +465,7 @@ void component_runtime_leave(component_runtime_t* const runtime)
     osal_socket_close(&runtime->topology);
 }
 
-// ---- Taking in ----
+// ---- Receiving ----
 
 static status_t receive_sample(const component_runtime_t* const runtime, osal_socket_t* const socket,
                                uint8_t frame[LINK_FRAME_MAX], size_t* const out_size)
@@ -491,7 +493,7 @@ static uint32_t sweep_messages(component_runtime_t* const runtime)
     return taken;
 }
 
-/// Receive the datagrams of a link that the component consumes. Returns as sweep_messages.
+/// Receive the datagrams of a link that the component consumes. Returns a number as sweep_messages does.
 static uint32_t sweep_link(component_runtime_t* const runtime, osal_socket_t* const socket,
                            void (*const link_datagram)(void* context, const uint8_t*, size_t),
                            void* const context)
@@ -511,8 +513,8 @@ static uint32_t sweep_link(component_runtime_t* const runtime, osal_socket_t* co
     return taken;
 }
 
-/// Read the sockets until they are empty: unannounced datagrams are errors or attacks, and would otherwise be
-/// taken for the ones announced next. Returns the datagrams that may have been announced.
+/// Read the sockets until they are empty, because unannounced datagrams (errors or attacks) would otherwise
+/// be mistaken for the next announced ones. Returns the number of datagrams that may have been announced.
 static uint32_t sweep(component_runtime_t* const runtime,
                       void (*const link_datagram)(void* context, const uint8_t*, size_t), void* const context)
 {
@@ -537,7 +539,8 @@ static void wait_for_more(component_runtime_t* const runtime, const uint32_t pat
     }
 }
 
-/// Number of waits for announced datagrams: 0 at most intakes if no datagram has arrived for a long time.
+/// Returns the number of waits for announced datagrams. It is 0 in most intakes if no datagram has arrived
+/// for a long time.
 static unsigned tries_of(const component_runtime_t* const runtime)
 {
     if (runtime->outstanding == 0U) {
@@ -548,7 +551,7 @@ static unsigned tries_of(const component_runtime_t* const runtime)
                : 0U;
 }
 
-/// Take in announced datagrams, and late ones of earlier announcements. If the connection is cut, simulated
+/// Receive announced datagrams, and late ones of earlier announcements. If the connection is cut, simulated
 /// time continues without the missing ones.
 static void take_due(component_runtime_t* const runtime, const uint32_t due,
                      void (*const link_datagram)(void* context, const uint8_t*, size_t), void* const context)

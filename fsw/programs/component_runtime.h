@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The place of one component in a run: its clock, its message endpoint, and the resolvers that turn logical
-/// names into addresses of this run. In the form `processes` each program has one runtime; the image has one
-/// for each component.
+/// The connection of one component to a run: its clock, its message endpoint, and the resolvers that convert
+/// logical names into addresses of this run. In the form `processes` each program has one runtime; the image
+/// has one for each component.
 ///
 /// Ownership  The caller places runtimes (static).
 /// Context    One task.
@@ -22,17 +22,19 @@
 #define COMPONENT_RUNTIME_SOCKETS_MAX OSAL_CLOCK_SOCKETS_MAX
 #define COMPONENT_RUNTIME_ERROR_MAX 512U
 
-typedef struct { // Reader of descriptors, used by all components of a program, one after the other.
+typedef struct { // Reader of descriptors, which all components of a program use, one after the other.
     descriptor_loader_t loader;
     subsystem_descriptor_t model;
     subsystem_descriptor_t*
-        spare; ///< A reloaded descriptor is read into it; the component then uses it and returns its old one.
+        /// Model for a reloaded descriptor; the component then uses it, and its old model becomes the spare
+        /// one.
+        spare;
 } component_runtime_reader_t;
 
 #define COMPONENT_PLAY_OUTS_MAX 4U ///< Links with a relay that one program consumes.
 
 typedef struct {                             // Play-out buffers of a program; private, all zero at first.
-    uint16_t links[COMPONENT_PLAY_OUTS_MAX]; // Which link has it; 0: none.
+    uint16_t links[COMPONENT_PLAY_OUTS_MAX]; // Number of the link that uses the buffer; 0: none.
     rtlink_play_out_t buffers[COMPONENT_PLAY_OUTS_MAX];
 } component_play_outs_t;
 
@@ -42,11 +44,11 @@ typedef struct { // Private, except the members named below.
     unsigned component; ///< Index in run->components.
     uint16_t apid;
     subsystem_descriptor_t*
-        own; ///< The component's descriptor, read with the mission; the component may reload it.
+        own; ///< The component's descriptor, which was read with the mission; the component may reload it.
     component_runtime_reader_t* reader; ///< Reads a descriptor again.
     component_play_outs_t* play_outs;
     osal_clock_t clock;
-    osal_deliveries_t deliveries; // Used where the scheduler cannot be reached.
+    osal_deliveries_t deliveries; // Used if the program cannot access the scheduler.
     message_endpoint_t endpoint;
     message_udp_carrier_t udp;
     message_tipc_carrier_t tipc;
@@ -57,7 +59,7 @@ typedef struct { // Private, except the members named below.
         uint32_t life;
         uint32_t link_floor;
         uint64_t reported_ns; // Time of the first message sent to it since its last step.
-        bool is_gone;         // Its process in that life has ended, and its messages were received.
+        bool is_gone;         // Its process of that life has ended, and its messages were received.
     } peers[MISSION_SUBSYSTEMS_MAX];
     uint32_t pumps;
     uint32_t outstanding;   // Datagrams that were announced and not received yet: the connection may be cut.
@@ -65,10 +67,10 @@ typedef struct { // Private, except the members named below.
     osal_socket_t message_socket;
     osal_socket_t link_sockets[CAPACITY_SUBSYSTEM_LINKS]; // Sockets of links that this component consumes.
     uint32_t link_socket_count;                           // Number of link_sockets in use.
-    osal_socket_t link_sender;                            // For links that it produces.
+    osal_socket_t link_sender;                            // Socket for links that it produces.
     flow_resolver_t flows;
     rtlink_resolver_t links;
-    pus_port_t uplink; ///< To the supervisor.
+    pus_port_t uplink; ///< Port for packets to the supervisor.
     char error[COMPONENT_RUNTIME_ERROR_MAX];
     bool is_kept;                // Its message channels continue although the component restarts.
     message_ring_carrier_t* hub; // Null: messages by UDP or TIPC, as the run selects.
@@ -87,41 +89,41 @@ typedef struct { // Shared by the components of a program.
     message_ring_carrier_t* hub; ///< Null: messages by UDP or TIPC, as the run selects.
 } component_runtime_surroundings_t;
 
-/// Take the runtime of component `index` of the run, whose descriptor is `own`. The component then opens its
-/// inbox. STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
+/// Initialise the runtime for component `index` of the run, whose descriptor is `own`. The component then
+/// opens its inbox. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO: `error` contains the reason.
 MUST_USE status_t component_runtime_take(component_runtime_t* runtime,
                                          const component_runtime_surroundings_t* surroundings,
                                          subsystem_descriptor_t* own, unsigned index);
 /// Give the endpoint the places in which messages to this component wait: one for each peer. The peers of the
 /// supervisor are all other components; the only peer of another component is the supervisor. `places` must
 /// remain valid as long as the runtime. No message is received before this call.
-/// STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
+/// STATUS_OK; STATUS_EXHAUSTED, STATUS_IO: `error` contains the reason.
 MUST_USE status_t component_runtime_open_inbox(component_runtime_t* runtime, message_place_t* places,
                                                size_t place_count);
-/// Use it in place of component_runtime_take if a component restarts in the same program and continues its
-/// earlier life: the message endpoint and the messages in its inbox stay.
+/// Call it instead of component_runtime_take if a component restarts in the same program and continues its
+/// earlier life: the message endpoint and the messages in its inbox are kept.
 void component_runtime_keep(component_runtime_t* runtime);
-/// Sockets that wake this component, for the program's wait. Returns their number.
+/// List the sockets that wake this component, for the program's wait. Returns their number.
 size_t component_runtime_sockets(component_runtime_t* runtime, osal_socket_t** out_sockets, size_t capacity);
-/// Receive the datagrams that have arrived; frames of links go to `link_datagram`. Stepped: wait for those of
-/// the announced `messages` that the kernel has not delivered yet. Datagrams to an earlier life of this
-/// component are dropped; they are not among the announced ones.
+/// Receive the datagrams that have arrived; frames of links go to `link_datagram`. In stepped time, wait for
+/// those of the announced `messages` that the kernel has not delivered yet. Datagrams to an earlier life of
+/// this component are dropped; they are not among the announced ones.
 void component_runtime_pump(component_runtime_t* runtime, uint32_t messages,
                             void (*link_datagram)(void* context, const uint8_t*, size_t), void* context);
-/// Announce a message to the scheduler: for another component, in the life to which it was sent.
+/// Announce to the scheduler a message to component `to`, in the life to which it was sent.
 void component_runtime_delivered(void* context, uint16_t to);
 /// Note that a message was sent to another component at that time [ns of the run].
 void component_runtime_note_sent(component_runtime_t* runtime, unsigned component, uint64_t now_ns);
 /// Latest time of the next step of another component: the promise of its last step, or, before the first step
-/// of a life, the beginning of that life. OSAL_LOCKSTEP_NEVER: unknown. The scheduler may be null.
+/// of a life, the beginning of that life. OSAL_LOCKSTEP_NEVER if it is unknown. `scheduler` may be null.
 uint64_t component_runtime_promise_ns(const component_runtime_t* runtime, osal_lockstep_t* scheduler,
                                       unsigned component);
-/// Kill the supervisor if it is later than its promise by more than the mission allows: the supervisor
-/// detects hanging components, but no other component would detect a hanging supervisor. Called after each
-/// step. Null scheduler: not in simulated time, nothing is done.
+/// Kill the supervisor if it is later than its promise by more than the mission allows. Each component must
+/// do this, because the supervisor, which detects hanging components, cannot detect that it hangs itself.
+/// Call it after each step. No effect with a null scheduler (time is not stepped).
 void component_runtime_watch_supervisor(const component_runtime_t* runtime, osal_lockstep_t* scheduler,
                                         uint64_t now_ns);
-/// Life of another component to which deliveries go now, as the scheduler counts lives.
+/// Life of another component to which messages are delivered now, as the scheduler counts lives.
 uint32_t component_runtime_life_of(const component_runtime_t* runtime, unsigned component);
 /// Close everything that the runtime itself has opened; inherited sockets stay open for the next life.
 void component_runtime_leave(component_runtime_t* runtime);

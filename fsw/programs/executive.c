@@ -12,7 +12,8 @@
 
 #include <string.h>
 
-#define REAL_WAIT_MAX_NS 50000000ULL ///< Real time: longest time between checks of the end of the run.
+/// Longest time between two checks in real time whether the run has ended.
+#define REAL_WAIT_MAX_NS 50000000ULL
 
 typedef struct { // All storage that the program itself needs, in addition to its component's.
     component_runtime_t runtime;
@@ -25,7 +26,7 @@ typedef struct { // All storage that the program itself needs, in addition to it
     osal_shm_t scheduler_shm;
     loop_tasks_t loop_tasks;
     remote_endian_t remote;
-    bool is_remote_endian; // Takes part by way of a proxy.
+    bool is_remote_endian; // The program takes part in the run through a proxy.
 } executive_t;
 
 static executive_t storage;
@@ -41,7 +42,7 @@ static int complain(const char* const executable, const char* const what)
     return 1;
 }
 
-/// Number of decimal text, or UINT32_MAX.
+/// Returns the number in a decimal text; UINT32_MAX if it is malformed.
 static unsigned number_of(const char* const digits)
 {
     unsigned number = 0U;

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #define HEX_OCTETS 64U
-#define CONTENT_MAX 66U ///< One more than a key can have, so that a longer one is seen.
+#define CONTENT_MAX 66U ///< One octet more than a key can have, so that a longer file is detected.
 #define PATH_MAX_OCTETS 256U
 
 static bool fail(char error[GROUND_KEY_ERROR_MAX], const char* const path, const char* const ending,
@@ -22,7 +22,7 @@ static bool fail(char error[GROUND_KEY_ERROR_MAX], const char* const path, const
     return false;
 }
 
-/// Value of a hexadecimal digit; 16: none.
+/// Returns the value of a hexadecimal digit; 16 if it is not one.
 static uint8_t nibble_of(const uint8_t digit)
 {
     if ((digit >= (uint8_t)'0') && (digit <= (uint8_t)'9')) {
@@ -79,11 +79,12 @@ static bool open_mark(ground_key_t* const self, const char* const path, char err
     uint8_t octet         = 0U;
     size_t size           = 0U;
     const status_t looked = text.cut ? STATUS_NOT_FOUND : osal_file_load_secret(name, &octet, 1U, &size);
-    if (looked == STATUS_NOT_FOUND) { // Not created here: old sessions would be accepted again.
+    // The mark is not created here, because old sessions would then be accepted again.
+    if (looked == STATUS_NOT_FOUND) {
         return fail(error, path, ".received",
                     "the mark of the key is missing; `gse key make FILE` makes a new key");
     }
-    if (looked == STATUS_FORBIDDEN) { // Writing it can make old sessions valid again.
+    if (looked == STATUS_FORBIDDEN) { // Who can write the mark can make old sessions valid again.
         return fail(error, path, ".received",
                     "other users than its owner have access to the mark of the key; run chmod 600 on it");
     }

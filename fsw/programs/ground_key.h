@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Reads the key of the ground link from FILE and the mark of its sessions from FILE.received; `gse key make
-/// FILE` makes both. The key is copied into the receiver only.
+/// FILE` generates both. No other copy of the key is kept than that in the receiver.
 ///
 /// Ownership  The program places it (static).
 /// Context    One task.
@@ -17,8 +17,8 @@ typedef struct { // Private, except the receiver.
     sdls_receiver_t receiver;
 } ground_key_t;
 
-/// Open the receiver and lock the mark against other programs until it is closed. False: the receiver is
-/// closed and refuses every frame; `error` names the file, the cause and the next step.
+/// Open the receiver, and lock the mark against other programs until ground_key_close. False: the receiver
+/// is closed and refuses every frame; `error` names the file, the cause and the next step.
 bool ground_key_open(ground_key_t* key, const char* path, char error[GROUND_KEY_ERROR_MAX]);
 void ground_key_close(ground_key_t* key);
 

@@ -4,7 +4,8 @@
 #include "base/assertion.h"
 #include "osal/include/osal/console.h"
 
-#define LOOK_NS 20000000ULL ///< Longest time between two checks of a task whether it has a loop, or must end.
+/// Longest time after which a task checks again whether it has a loop, or must end.
+#define LOOK_NS 20000000ULL
 
 static void follow_priority(loop_task_t* const self, uint8_t* const priority)
 {

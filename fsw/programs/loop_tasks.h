@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A task for each loop of services of a component, where time is real: its own rate and its own priority.
+/// Tasks for the loops of services of a component in real time, each with its own rate and priority.
 ///
-/// The tasks run from loop_tasks_start to loop_tasks_stop, whatever configuration is applied; a task without
-/// a loop only checks periodically whether it has one. Each takes the priority that its configuration gives,
-/// if permitted; otherwise it keeps the ordinary one and reports that on the console.
+/// The tasks run from loop_tasks_start to loop_tasks_stop, for any applied configuration; a task without a
+/// loop only checks periodically whether it has one. Each task sets the priority that the configuration
+/// defines for its loop. If the system does not permit this, it keeps the normal priority and reports that
+/// on the console.
 ///
 /// Ownership  The caller places loop_tasks_t; the component, initialised with `has_loop_tasks`, outlives the
 ///            tasks.
@@ -31,9 +32,10 @@ struct loop_tasks { // Private.
 };
 
 /// Start a task for each loop that a configuration may have; time 0 of the run is `origin_ns` of
-/// osal_clock_monotonic_ns. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO (no task is left running).
+/// osal_clock_monotonic_ns. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO (then no task runs).
 MUST_USE status_t loop_tasks_start(loop_tasks_t* tasks, subsystem_t* component, uint64_t origin_ns);
-/// End them and wait until they have. Tasks that were never started, all zero, are no error.
+/// End the tasks, and wait until they have ended. A structure whose tasks were never started (all zero) is
+/// permitted.
 void loop_tasks_stop(loop_tasks_t* tasks);
 
 #endif // FSW_PROGRAMS_LOOP_TASKS_H

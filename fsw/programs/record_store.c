@@ -8,7 +8,7 @@
 
 #define JOURNAL_LIMIT (64U * 1024U * 1024U) ///< Maximum size of each file [octets].
 #define JOURNAL_SLACK (1024U * 1024U)       ///< Dead octets before a compaction.
-#define PIECE 4096U                         ///< Copied at a time [octets].
+#define PIECE 4096U                         ///< Octets copied at a time.
 
 static status_t complain(component_runtime_t* const runtime, const char* const path, const status_t status)
 {
@@ -42,7 +42,7 @@ static void close_files(record_store_t* const store, const unsigned count)
     }
 }
 
-/// `<storage>/<component>.<kind>`; the caller may append to it.
+/// Write the path `<storage>/<component>.<kind>`; the caller may append to it.
 static text_t name_of(const component_runtime_t* const runtime, const char* const kind, char* const path)
 {
     text_t text = text_in(path, RUN_PATH_MAX);
@@ -61,7 +61,7 @@ static bool name_file(const component_runtime_t* const runtime, const unsigned i
     return !text.cut;
 }
 
-/// Make the next copy for `path`.
+/// Create the file of the next copy of `path`.
 static status_t open_copy(osal_file_t* const copy, const char* const path, char* const out_path)
 {
     status_t status = STATUS_OK;
@@ -98,7 +98,7 @@ static status_t copy_file(osal_file_t* const from, osal_file_t* const to)
     return status;
 }
 
-typedef struct { // Source of the copy: a file or, if it is null, octets.
+typedef struct { // Source of the copy: a file; if it is null, octets in memory.
     osal_file_t* file;
     const uint8_t* octets;
     size_t size;

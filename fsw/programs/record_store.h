@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Persistent records of one component: a journal on two files in the run's storage folder. A flight that is
-/// given the storage of an earlier one (hirosco run --storage) finds its records there.
+/// Persistent records of one component: a journal on two files in the run's storage folder. A flight with
+/// the storage of an earlier flight (hirosco run --storage) finds its records there.
 ///
-/// A commit waits for the disk, unless the store is opened otherwise: then acknowledged records survive a
-/// crash of the program at once, and a power cut as soon as the operating system has written them back.
-/// Subsystems in real time use this, because the disk must not delay them (docs/decisions/0026).
+/// A commit waits for the disk if the store is opened with `waits`. Otherwise acknowledged records survive a
+/// crash of the program immediately, but a power cut only after the operating system has written them to the
+/// disk. Subsystems in real time do not wait, because the disk must not delay them (docs/decisions/0026).
 ///
 /// Damaged media (fsw/framework/journal/journal.h) are copied to
 /// `<storage>/<component>.journal.<n>.damaged.<m>`, m 0 to RECORD_STORE_COPIES - 1, before the journal
@@ -22,28 +22,30 @@
 
 #define RECORD_STORE_COPIES 4U ///< Number of copies of each damaged medium.
 
-/// Returns the medium through which the journal accesses its first or second one (`medium`). `open` null: it
-/// accesses them directly.
+/// Function that returns the medium through which the journal accesses `medium`, its first or second one.
+/// With `open` null, the journal accesses both directly.
 typedef struct {
     void* context;
     medium_t (*open)(void* context, unsigned index, medium_t medium);
 } record_store_guard_t;
 
-typedef struct { // Private, except `journal`, and `guard`, which is set before it is opened.
+typedef struct { // Private, except `journal`, and `guard`, which is set before the store is opened.
     const component_runtime_t* runtime;
     record_store_guard_t guard;
     osal_file_t files[2];
     journal_t journal;
 } record_store_t;
 
-/// Open `<storage>/<component>.journal.0` and `.1`, made if missing; the journal holds `capacity` records at
-/// most, in JOURNAL_SLOTS(capacity) slots. STATUS_OK; else the runtime's `error` says why, and nothing is
-/// open: STATUS_NOT_FOUND, STATUS_DENIED, STATUS_BUSY (another flight has them), STATUS_FULL, STATUS_IO,
-/// STATUS_EXHAUSTED (more records than slots).
+/// Open `<storage>/<component>.journal.0` and `.1`, and create them if they are missing. The journal has
+/// room for `capacity` records, in JOURNAL_SLOTS(capacity) slots. STATUS_OK; for other statuses the
+/// runtime's `error` contains the reason, and the store stays closed: STATUS_NOT_FOUND, STATUS_DENIED,
+/// STATUS_BUSY (another flight uses the files), STATUS_FULL, STATUS_IO, STATUS_EXHAUSTED (more records than
+/// slots).
 MUST_USE status_t record_store_open(record_store_t* store, component_runtime_t* runtime,
                                     journal_slot_t* slots, size_t capacity, bool waits);
 void record_store_close(record_store_t* store);
-/// Copy other damaged data to `<storage>/<component>.<kind>.damaged.<m>`, as media. True: there is a copy.
+/// Copy other damaged data to `<storage>/<component>.<kind>.damaged.<m>`, in the same way as media. True if
+/// the copy was made.
 MUST_USE bool record_store_keep(const component_runtime_t* runtime, const char* kind, const uint8_t* octets,
                                 size_t size);
 

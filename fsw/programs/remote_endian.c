@@ -6,9 +6,10 @@
 
 #include <string.h>
 
-#define PATIENCE_MS 1000U ///< One round of waiting; the stream shows the end of the proxy.
+/// Length of one wait. The number of waits is not limited, because the stream shows the end of the proxy.
+#define PATIENCE_MS 1000U
 
-/// Wait until the proxy ends.
+/// Wait for a message, until it arrives or the proxy ends.
 static status_t receive(remote_endian_t* const remote, const remote_endian_kind_t kind,
                         octet_reader_t* const out_reader)
 {
@@ -19,7 +20,7 @@ static status_t receive(remote_endian_t* const remote, const remote_endian_kind_
     return status;
 }
 
-/// "shm:" and the name of the ring of a bus, distinct for each component.
+/// Write the address of the ring of a bus: "shm:" and a name that is different for each component.
 static bool name_ring(const remote_endian_t* const remote, const unsigned bus, char* const out_address,
                       const size_t capacity)
 {
@@ -53,8 +54,8 @@ status_t remote_endian_join(remote_endian_t* const remote, const int descriptor)
     return is_good ? STATUS_OK : STATUS_INVALID;
 }
 
-/// Make the ring of a bus and hold its wire end. A ring that is left from an earlier start of the program is
-/// replaced.
+/// Create the ring of a bus and open its wire end. A ring that remains from an earlier start of the program
+/// is replaced.
 static status_t open_ring(remote_endian_t* const remote, const unsigned bus)
 {
     const char* const address = remote->run.buses[bus].flight;
@@ -72,13 +73,15 @@ static status_t open_ring(remote_endian_t* const remote, const unsigned bus)
     return status;
 }
 
-/// Address of an end node. The component opens it next, so the ring of a CAN bus is made here.
+/// Get the address of an end node. The ring of a CAN bus is created here, because the component opens it
+/// next.
 static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
                         flow_endnode_address_t* const out_address)
 {
     remote_endian_t* const remote = (remote_endian_t*)context;
     if ((kind == ENDNODE_SHM) || (kind == ENDNODE_MQUEUE)) {
-        return STATUS_NOT_FOUND; // The program at the other end uses the other byte order.
+        // Shared memory is not supported, because the partner uses the other byte order.
+        return STATUS_NOT_FOUND;
     }
     status_t status = remote->inner.resolve(remote->inner.context, kind, name, out_address);
     for (unsigned bus = 0U; (status == STATUS_OK) && (kind == ENDNODE_CAN) && (bus < MISSION_BUSES_MAX);
@@ -119,7 +122,7 @@ status_t remote_endian_wait(remote_endian_t* const remote, const uint64_t wake_n
     if (status != STATUS_OK) {
         return status;
     }
-    // Frames for a controller whose ring is full are lost, as on the bus, and counted there.
+    // Frames for a controller whose ring is full are lost, as on a real bus, and the ring counts them.
     if (!remote_endian_read_grant(&reader, &grant, &remote->run) ||
         !remote_endian_read_frames(&reader, &remote->buses)) {
         return STATUS_INVALID;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A program's side of remote_endian_wire.h: it takes part in a run whose shared memory it cannot read. Its
-/// CAN controllers are rings of its own, whose other ends are served here.
+/// A program's side of remote_endian_wire.h: the program takes part in a run whose shared memory it cannot
+/// read. Its CAN controllers are connected to rings of its own, and this module serves the other ends of
+/// these rings.
 ///
 /// Ownership  The caller places remote_endian_t (static).
 /// Context    One task.
@@ -28,7 +29,7 @@ void remote_endian_serve(remote_endian_t* remote, component_runtime_t* runtime);
 /// Like osal_clock_wait, for the clock of the runtime. STATUS_OK, STATUS_CLOSED (the run ended),
 /// STATUS_INVALID, STATUS_TOO_LARGE, STATUS_IO.
 MUST_USE status_t remote_endian_wait(remote_endian_t* remote, uint64_t wake_ns);
-/// Remove the names of its rings.
+/// Remove the names of the program's rings.
 void remote_endian_leave(remote_endian_t* remote);
 
 #endif // FSW_PROGRAMS_REMOTE_ENDIAN_H

@@ -9,9 +9,10 @@
 #define HEADER_OCTETS (SIZE_OCTETS + 1U)
 #define SIZE_RUN_OCTETS                                                                                      \
     (32U + RUN_IDENTITY_MAX + (3U * RUN_PATH_MAX) + (MISSION_SUBSYSTEMS_MAX * (16U + DESCRIPTOR_NAME_MAX)) + \
-     (RUN_LINKS_MAX * 6U))                                             ///< At most.
-#define SIZE_DONE_OCTETS (24U + (OSAL_LOCKSTEP_PARTICIPANTS_MAX * 8U)) ///< Without its frames.
-#define NO_BUS 0xFFU                                                   ///< Ends a list of frames.
+     (RUN_LINKS_MAX * 6U)) ///< Largest size of the content.
+/// Size of a `done`, without its frames.
+#define SIZE_DONE_OCTETS (24U + (OSAL_LOCKSTEP_PARTICIPANTS_MAX * 8U))
+#define NO_BUS 0xFFU ///< Ends a list of frames.
 #define NS_PER_MS 1000000ULL
 
 CAPACITY_CHECK(a_run_fits, SIZE_RUN_OCTETS <= REMOTE_ENDIAN_ROOM);
@@ -23,7 +24,7 @@ octet_writer_t remote_endian_begin(remote_endian_wire_t* const wire, const remot
 {
     FSW_ASSERT(wire != NULL);
     octet_writer_t writer = octet_writer(wire->octets, sizeof wire->octets);
-    (void)octet_write_space(&writer, SIZE_OCTETS); // Written when it is sent.
+    (void)octet_write_space(&writer, SIZE_OCTETS); // remote_endian_send writes the size here.
     octet_write_u8(&writer, (uint8_t)kind);
     return writer;
 }
@@ -41,7 +42,7 @@ status_t remote_endian_send(remote_endian_wire_t* const wire, const octet_writer
         size_t size = 0U;
         status      = osal_stream_send(&wire->socket, &wire->octets[sent], writer->position - sent, &size);
         sent += size;
-        if (status == STATUS_FULL) { // The peer reads, because it is its turn.
+        if (status == STATUS_FULL) { // The peer will read the rest, because it waits for this message.
             const status_t waited = osal_socket_wait_readable(&wire->socket, 1U);
             status                = (waited == STATUS_TIMEOUT) ? STATUS_OK : STATUS_CLOSED;
         }
@@ -50,8 +51,8 @@ status_t remote_endian_send(remote_endian_wire_t* const wire, const octet_writer
     return status;
 }
 
-/// Octets of the message, its size field included, that are still missing; 0 if it is complete, or no
-/// message.
+/// Returns the number of missing octets of the message, including its size field; 0 if the message is
+/// complete, or its size is invalid.
 static size_t missing_octets(const remote_endian_wire_t* const wire)
 {
     if (wire->received < SIZE_OCTETS) {
@@ -62,7 +63,7 @@ static size_t missing_octets(const remote_endian_wire_t* const wire)
     return is_good ? ((SIZE_OCTETS + (size_t)size) - wire->received) : 0U;
 }
 
-/// Read the available octets of a message. STATUS_OK (whole, or no message), STATUS_EMPTY, STATUS_CLOSED,
+/// Read the available octets of a message. STATUS_OK (complete, or invalid), STATUS_EMPTY, STATUS_CLOSED,
 /// STATUS_IO.
 static status_t take_in(remote_endian_wire_t* const wire)
 {
@@ -89,7 +90,7 @@ status_t remote_endian_receive(remote_endian_wire_t* const wire, const remote_en
         }
         const status_t waited =
             osal_socket_wait_readable(&wire->socket, (uint32_t)(((until_ns - now_ns) / NS_PER_MS) + 1U));
-        (void)waited; // Reading gives the status that counts.
+        (void)waited; // Only the status of the read matters.
         status = take_in(wire);
     }
     if (status != STATUS_OK) {

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Protocol between a proxy and its remote-endian program. A remote-endian program is a
-/// component's program of another byte order or word size: it cannot read run state, scheduler and CAN rings,
-/// which are structures in shared memory. A native proxy (proxy_main.c) has its place in the scheduler and
-/// its end of the buses, and passes data on by a local stream:
+/// Protocol between a proxy and its remote-endian program. A remote-endian program is the program of a
+/// component that has another byte order or word size than the run: it cannot read run state, scheduler and
+/// CAN rings, which are structures in shared memory. A native proxy (proxy_main.c) takes its place in the
+/// scheduler and on the buses, and exchanges the data with it over a local stream:
 ///
 ///     proxy: run    once: the fields of the run state that a component needs
 ///     program:  done   frames sent on its buses, deliveries by receiver, its next wake time
 ///     proxy: grant  time, deliveries to it, frames received on its buses
 ///
-/// done and grant alternate until either end closes. A message is its size in octets (u32), its kind (u8) and
-/// its content; numbers are big-endian. Messages of the mission and link frames use inherited sockets
-/// instead.
+/// done and grant alternate until one end closes the stream. A message consists of its size in octets (u32),
+/// its kind (u8) and its content; numbers are big-endian. Messages of the mission and link frames do not use
+/// the stream, but inherited sockets.
 ///
 /// Ownership  The caller places remote_endian_wire_t.
 /// Context    One task.
@@ -24,7 +24,7 @@
 #include "osal/include/osal/socket.h"
 
 #define REMOTE_ENDIAN_FRAME_OCTETS (15U + OSAL_CAN_DATA_MAX)
-#define REMOTE_ENDIAN_ROOM 4096U ///< For everything except frames.
+#define REMOTE_ENDIAN_ROOM 4096U ///< Octets of a message without its frames.
 #define REMOTE_ENDIAN_MESSAGE_MAX                                                                            \
     (REMOTE_ENDIAN_ROOM + (MISSION_BUSES_MAX * OSAL_CAN_RING_FRAMES * REMOTE_ENDIAN_FRAME_OCTETS))
 
@@ -40,37 +40,38 @@ typedef struct { // Private, except `socket`: the end of the stream, to be opene
     uint8_t octets[REMOTE_ENDIAN_MESSAGE_MAX];
 } remote_endian_wire_t;
 
-typedef struct { ///< Ends of CAN buses; those not open carry nothing.
+typedef struct { ///< Ends of CAN buses; ends that are not open are skipped.
     osal_can_t ends[MISSION_BUSES_MAX];
     uint32_t open;    ///< Bit set of the buses whose end is open.
-    uint32_t refused; ///< Frames that an end did not take.
+    uint32_t refused; ///< Frames that an end did not accept.
 } remote_endian_buses_t;
 
 typedef struct {
-    uint64_t wake_ns; ///< As for osal_lockstep_wait.
-    uint32_t opened;  ///< Bit set of buses that the program has opened so far.
-    bool is_lossy;    ///< It has missed a datagram that was announced.
+    uint64_t wake_ns; ///< Wake time, as for osal_lockstep_wait.
+    uint32_t opened;  ///< Bit set of the buses that the program has opened so far.
+    bool is_lossy;    ///< The program has missed an announced datagram.
     osal_deliveries_t deliveries;
 } remote_endian_done_t;
 
 /// Begin a message; the caller writes its content.
 octet_writer_t remote_endian_begin(remote_endian_wire_t* wire, remote_endian_kind_t kind);
-/// Send it. STATUS_OK, STATUS_TOO_LARGE (it did not fit), STATUS_CLOSED, STATUS_IO.
+/// Send the message. STATUS_OK, STATUS_TOO_LARGE (the content did not fit), STATUS_CLOSED, STATUS_IO.
 MUST_USE status_t remote_endian_send(remote_endian_wire_t* wire, const octet_writer_t* writer);
 /// Wait for a message of that kind, at most patience_ms; the reader is valid until the next call. STATUS_OK,
 /// STATUS_TIMEOUT (call again), STATUS_CLOSED, STATUS_INVALID (of another kind or size), STATUS_IO.
 MUST_USE status_t remote_endian_receive(remote_endian_wire_t* wire, remote_endian_kind_t kind,
                                         uint32_t patience_ms, octet_reader_t* out_reader);
 
-/// Contents. The readers return false if the octets are malformed; their output is then invalid.
+/// Write and read the contents of messages. The readers return false if the octets are malformed; their
+/// output is then invalid.
 void remote_endian_write_run(octet_writer_t* writer, const run_state_t* run, unsigned component);
 bool remote_endian_read_run(octet_reader_t* reader, run_state_t* out_run, unsigned* out_component);
 void remote_endian_write_done(octet_writer_t* writer, const remote_endian_done_t* done);
 bool remote_endian_read_done(octet_reader_t* reader, remote_endian_done_t* out_done);
-/// A grant, with the lives of all components from the run state.
+/// Write and read a grant with the lives of all components from the run state.
 void remote_endian_write_grant(octet_writer_t* writer, const osal_grant_t* grant, const run_state_t* run);
 bool remote_endian_read_grant(octet_reader_t* reader, osal_grant_t* out_grant, run_state_t* run);
-/// All frames received at the ends, as the last part of a message.
+/// Write all frames received at the ends, as the last part of a message.
 void remote_endian_write_frames(octet_writer_t* writer, remote_endian_buses_t* buses);
 /// Send the frames of a message on the ends with the same numbers.
 bool remote_endian_read_frames(octet_reader_t* reader, remote_endian_buses_t* buses);

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-#define SHARED_FOLDER "/dev/shm" // The launcher and the simulator use it, too.
+#define SHARED_FOLDER "/dev/shm" // The launcher and the simulator use the same folder.
 
 static void add_ipv4(text_t* const text, const uint32_t ipv4)
 {
@@ -24,7 +24,7 @@ static void add_prefix(text_t* const text, const run_state_t* const run)
     text_add_words(text, (const char* const[]){"/", run->identity, ".flow.", NULL});
 }
 
-/// Add a path as part of a name: without the first slash, and with dots in place of the others.
+/// Add a path as part of a name: without the first slash, and with dots instead of the other slashes.
 static void add_path(text_t* const text, const char* const path)
 {
     for (const char* next = &path[(path[0] == '/') ? 1U : 0U]; *next != '\0'; next++) {

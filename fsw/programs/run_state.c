@@ -7,13 +7,14 @@
 
 #include <string.h>
 
-// Simulator, operator and relay take part in addition to the subsystems; each link of the mission has its
-// place in the block.
+// The scheduler has places for all subsystems, the simulator, the operator and the relay; the run state has
+// a place for each link of the mission.
 CAPACITY_CHECK(all_take_part, (MISSION_SUBSYSTEMS_MAX + 3U) <= OSAL_LOCKSTEP_PARTICIPANTS_MAX);
 CAPACITY_CHECK(every_link_has_a_route, RUN_LINKS_MAX >= MISSION_LINKS_MAX);
 CAPACITY_CHECK(every_computer_has_an_address, RUN_COMPUTERS_MAX >= MISSION_COMPUTERS_MAX);
 
-#define MAGIC 0x48524E36U // Changes with the structure: a program of another build takes no part.
+// To be changed with the structure, so that a program of another build cannot use the run state.
+#define MAGIC 0x48524E36U
 #define FLOW_FREE 0U
 #define FLOW_TAKEN 1U
 #define FLOW_NOTED 2U
@@ -81,7 +82,7 @@ void run_state_wake(run_state_t* const block, const unsigned component, const ui
     FSW_ASSERT((block != NULL) && (component < MISSION_SUBSYSTEMS_MAX));
     run_beat_t* const beat = &block->beats[component];
     if (now_ns < beat->wake_ns) {
-        return; // Woken by a message, before its time.
+        return; // The component was woken by a message before the promised time.
     }
     unsigned class = 0U;
     while ((class < (RUN_LATENESS - 1U)) && ((now_ns - beat->wake_ns) >= limits_ns[class])) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Data that the processes of one run share: components, their addresses, and requests between the launcher
-/// and the supervisor. Shared memory "/<identity>.run", made by the launcher before any other process starts.
-/// Nothing of it may enter a packet.
+/// and the supervisor. It is the shared memory "/<identity>.run", which the launcher creates before it
+/// starts any other process. Packets must not contain any of these data.
 ///
 /// Participants of the scheduler: 0 simulator, then the mission's subsystems in its order, then the operator,
 /// then the relay of links.
@@ -46,21 +46,21 @@ typedef struct {
     uint16_t message_port;     ///< UDP port of the message socket.
     uint64_t message_identity; ///< TIPC identity of the message socket.
     /// Written by the supervisor (the first life by the launcher):
-    uint32_t life;        ///< Number of the last start that was ordered, from 1.
+    uint32_t life;        ///< Number of the last start that was commanded, from 1.
     uint32_t link_floor;  ///< Links of the life `life` have epochs above this number.
     uint32_t wanted_life; ///< The life that must run; 0: none.
     uint32_t kill_life;   ///< The last life that must be killed because it hangs.
     /// Written by the launcher:
     uint32_t found_life; ///< Life of the process that was started last.
     uint32_t process;    ///< State of that process: run_process_t.
-    uint32_t hung_life;  ///< The last life that was found to hang, and suspended.
+    uint32_t hung_life;  ///< The last life that the launcher has found to hang, and has suspended.
 } run_component_t;
 
 #define RUN_LATENESS 5U ///< Classes of lateness.
 
-typedef struct {      // Beat of one component, in its own cache line; written by it.
-    uint64_t step_ns; ///< When it stepped last [ns of the run].
-    uint64_t wake_ns; ///< When it promised to step again, at the latest.
+typedef struct {      // Last step of one component, in its own cache line; only the component writes it.
+    uint64_t step_ns; ///< Time of its last step [ns of the run].
+    uint64_t wake_ns; ///< Latest time of its next step, as promised.
     /// Steps at a promised time that were late by less than 0.1 ms, 1 ms, 10 ms, 100 ms, and more.
     uint32_t late[RUN_LATENESS];
     uint32_t line[7];
@@ -73,23 +73,26 @@ typedef struct {               // Addresses of one CAN bus (osal/can.h); in the 
     char published[RUN_NAME_MAX]; ///< Address where the simulator publishes the bus to tools; "": none.
 } run_bus_t;
 
-typedef struct {       // A shared memory or message queue that a component makes for a flow of its own.
-    uint32_t is_taken; ///< 0 free, 1 being written, 2 holds a name.
+typedef struct {       // A shared memory or message queue that a component creates for one of its flows.
+    uint32_t is_taken; ///< 0: free; 1: is being written; 2: contains a name.
     char name[RUN_NAME_MAX];
 } run_flow_t;
 
-/// From the address of an on-board computer to that of its end of the delayed network of the links.
+/// Difference between the address of an on-board computer and the address of its end of the delayed network
+/// for links.
 #define RUN_LINK_NETWORK 4U
 
-typedef struct {        // The relay that delays the links; it stands between their producers and consumers.
-    uint32_t delay_us;  ///< Mean delay of a frame; 0: links have no delay.
-    bool is_network;    ///< No relay: a network between two computers delays, by wall-clock time.
+// The relay that delays the links; frames pass through it from producers to consumers.
+typedef struct {
+    uint32_t delay_us; ///< Mean delay of a frame; 0: links have no delay.
+    /// There is no relay: a network between two computers delays the frames, in wall-clock time.
+    bool is_network;
     uint32_t jitter_us; ///< The delay of a frame differs by at most this from the mean.
     uint64_t seed;      ///< Seed from which jitter and loss are drawn.
     /// UDP socket to which the producer of link number i + 1 sends; -1 if there is none.
     int descriptors[RUN_LINKS_MAX];
-    uint16_t ports[RUN_LINKS_MAX];    ///< Its port.
-    uint8_t consumers[RUN_LINKS_MAX]; ///< Component to which it passes the frames on.
+    uint16_t ports[RUN_LINKS_MAX];    ///< UDP port of that socket.
+    uint8_t consumers[RUN_LINKS_MAX]; ///< Component that receives the frames of the link.
     /// Written by the relay:
     uint64_t delayed;   ///< Frames passed on.
     uint64_t lost;      ///< Frames lost.
@@ -106,9 +109,10 @@ typedef struct {
     uint8_t transport; ///< run_transport_t.
     uint32_t instance; ///< Number of this mission instance, part of its TIPC names.
     uint8_t computer_count;
-    uint32_t computer_ipv4[RUN_COMPUTERS_MAX]; ///< Address of each: loopback, or its end of the veth.
-    uint8_t link_methods;                      ///< Bit set of 1 << rtlink_method_t.
-    uint64_t origin_ns; ///< Real time: mission time 0 on the machine's monotonic clock.
+    /// Address of each computer: loopback, or its end of the virtual Ethernet (veth).
+    uint32_t computer_ipv4[RUN_COMPUTERS_MAX];
+    uint8_t link_methods; ///< Bit set of 1 << rtlink_method_t.
+    uint64_t origin_ns;   ///< Real time: mission time 0 on the machine's monotonic clock.
     char mission_path[RUN_PATH_MAX];
     char folder[RUN_PATH_MAX];  ///< Output folder.
     char storage[RUN_PATH_MAX]; ///< Folder of persistent data.
@@ -119,8 +123,8 @@ typedef struct {
     run_component_t components[MISSION_SUBSYSTEMS_MAX];
     run_beat_t beats[MISSION_SUBSYSTEMS_MAX];
     run_bus_t buses[MISSION_BUSES_MAX];
-    run_flow_t flows[RUN_FLOWS_MAX]; ///< Removed by the launcher if its component died.
-    /// UDP or TIPC socket of the consumer of link number i + 1; -1 without.
+    run_flow_t flows[RUN_FLOWS_MAX]; ///< If its component has died, the launcher removes the object.
+    /// UDP or TIPC socket of the consumer of link number i + 1; -1 if there is none.
     int link_descriptors[RUN_LINKS_MAX];
     uint16_t link_ports[RUN_LINKS_MAX];
     run_relay_t relay;
@@ -128,28 +132,29 @@ typedef struct {
     uint32_t is_finished;       ///< The supervisor has shut the mission down.
     uint32_t is_intruded;       ///< A client outside the scheduler has sent telecommands.
     uint32_t is_lossy;          ///< A datagram that was announced has not arrived.
-    uint64_t log_records;       ///< Records of the packet log so far, kept or not.
-    uint32_t is_cleaned_up;     ///< The launcher has cleaned up completely; the guard reads this.
-    uint32_t process_count;     ///< Children started so far; `processes` has the ids of the last ones.
+    /// Number of records of the packet log so far, including those that are no longer kept.
+    uint64_t log_records;
+    uint32_t is_cleaned_up; ///< The launcher has cleaned up completely; the guard reads this.
+    uint32_t process_count; ///< Children started so far; `processes` has the ids of the last ones.
     int32_t processes[RUN_PROCESSES_MAX];
 } run_state_t;
 
 /// Map the run state that the launcher has created. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (another
 /// version), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t run_state_attach(osal_shm_t* shm, const char* name, run_state_t** out_block);
-/// Make the block of a run. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_DENIED, STATUS_IO.
+/// Create the run state of a run. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t run_state_create(osal_shm_t* shm, const char* identity, run_state_t** out_block);
 
-/// Component index of an APID. False if there is none.
+/// Find the index of the component with an APID. False if there is none.
 bool run_state_find(const run_state_t* block, uint16_t apid, unsigned* out_index);
 static inline unsigned run_participant(const unsigned component)
 {
     return component + 1U;
 }
-/// The component, which has its own clock, begins a step at `now_ns`: note how late it is.
+/// Record how late a component is that begins a step at `now_ns`. For components with their own clocks.
 void run_state_wake(run_state_t* block, unsigned component, uint64_t now_ns);
-/// The component has stepped at `now_ns` and promises to step again at `wake_ns`; OSAL_LOCKSTEP_NEVER before
-/// the first step of a life.
+/// Record that a component has stepped at `now_ns` and promises to step again at `wake_ns`, which is
+/// OSAL_LOCKSTEP_NEVER before the first step of a life.
 void run_state_beat(run_state_t* block, unsigned component, uint64_t now_ns, uint64_t wake_ns);
 run_beat_t run_state_last_beat(const run_state_t* block, unsigned component);
 static inline unsigned run_operator(const run_state_t* const block)
@@ -170,10 +175,11 @@ static inline uint32_t run_link_type(const run_state_t* const block)
 {
     return 0x4C000000U | (block->instance & 0x00FFFFFFU);
 }
-/// Note the name of a flow before it is made; once for each name. STATUS_OK, STATUS_EXHAUSTED (RUN_FLOWS_MAX,
-/// or longer than RUN_NAME_MAX). Several components may call it at the same time.
+/// Record the name of a flow's object before the object is created; each name is recorded once. STATUS_OK,
+/// STATUS_EXHAUSTED (RUN_FLOWS_MAX, or longer than RUN_NAME_MAX). Several components may call it at the same
+/// time.
 MUST_USE status_t run_state_note_flow(run_state_t* block, const char* name);
-/// "/<identity>.<what>" and, if number is not 0, the number after it. False if it does not fit.
+/// Write "/<identity>.<what>", followed by `number` if it is not 0. False if the name does not fit.
 bool run_name(const run_state_t* block, const char* what, unsigned number, char* out_name, size_t capacity);
 
 #endif // FSW_PROGRAMS_RUN_STATE_H

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Media of packet stores: files `<storage>/<component>.store.<n>` in the run's storage folder, which a later
-/// flight with the same storage finds again. The lock of the folder's journal (fsw/programs/record_store.h)
-/// protects these, too.
+/// Media of packet stores: files `<storage>/<component>.store.<n>` in the run's storage folder, which a
+/// later flight with the same storage uses again. The lock of the component's journal
+/// (fsw/programs/record_store.h) protects these files, too.
 ///
 /// Ownership  The program places it (static).
 /// Context    The component's loop.
@@ -20,8 +20,9 @@ typedef struct { // Private, except `media`.
     medium_t media[STORE_FILES_MAX];
 } store_files_t;
 
-/// Open `count` files, 1..STORE_FILES_MAX, made if missing. STATUS_OK; else the runtime's `error` says why,
-/// and nothing is open: STATUS_NOT_FOUND, STATUS_DENIED, STATUS_FULL, STATUS_IO, STATUS_TOO_LARGE (path).
+/// Open `count` files, 1..STORE_FILES_MAX, and create missing ones. STATUS_OK; for other statuses the
+/// runtime's `error` contains the reason, and no file stays open: STATUS_NOT_FOUND, STATUS_DENIED,
+/// STATUS_FULL, STATUS_IO, STATUS_TOO_LARGE (path).
 MUST_USE status_t store_files_open(store_files_t* stores, component_runtime_t* runtime, unsigned count);
 void store_files_close(store_files_t* stores);
 

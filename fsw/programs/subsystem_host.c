@@ -55,7 +55,7 @@ bool subsystem_host_load(subsystem_host_t* const host, component_runtime_t* cons
                               runtime->clock.mode != OSAL_CLOCK_REAL) == STATUS_OK);
 }
 
-/// Print file, line, value found and value expected, which the report of a failure cannot contain.
+/// Print file, line, found value and expected value, which the failure report in telemetry cannot contain.
 static void print_refusal(const subsystem_host_t* const host)
 {
     char line[LINE_CHARACTERS];
@@ -65,7 +65,7 @@ static void print_refusal(const subsystem_host_t* const host)
     osal_console_complain(line);
 }
 
-/// TC[129,6]: a descriptor that is refused leaves the old one in force.
+/// Load the descriptor again for TC[129,6]. If it is refused, the old one stays in force.
 static status_t reload(void* const context, const subsystem_descriptor_t** const out_descriptor)
 {
     subsystem_host_t* const host             = (subsystem_host_t*)context;
@@ -85,7 +85,7 @@ static status_t reload(void* const context, const subsystem_descriptor_t** const
     return status;
 }
 
-/// Records of an earlier life go to the services they belong to.
+/// Pass a record of an earlier life to the service that has stored it.
 static void take_back(void* const context, const uint8_t table, const uint32_t key,
                       const uint8_t* const octets, const size_t size)
 {
@@ -132,7 +132,8 @@ void subsystem_host_take_in(subsystem_host_t* const host, const uint64_t now_ns)
     uint16_t from   = 0U;
     size_t size     = 0U;
     status_t status = STATUS_OK;
-    message_take_control(&host->runtime->endpoint); // Process credit also while requests are not accepted.
+    // Credit is processed even while requests are not accepted.
+    message_take_control(&host->runtime->endpoint);
     while ((status != STATUS_EMPTY) && subsystem_may_accept(&host->subsystem)) {
         status = message_receive(&host->runtime->endpoint, &from, host->packet, sizeof host->packet, &size);
         if ((status == STATUS_OK) && (size > 0U)) {
@@ -141,7 +142,7 @@ void subsystem_host_take_in(subsystem_host_t* const host, const uint64_t now_ns)
     }
 }
 
-/// Report lost records as soon as events can be raised. JOURNAL_DAMAGED is the event's name in every
+/// Report lost records as soon as events can be raised. The event is called JOURNAL_DAMAGED in every
 /// descriptor.
 static void report_damage(subsystem_host_t* const host)
 {
@@ -176,7 +177,7 @@ void subsystem_host_close(void* const self)
     subsystem_host_t* const host = (subsystem_host_t*)self;
     subsystem_release(&host->subsystem);
     record_store_close(&host->records);
-    host->runtime->own = host->in_force; // The descriptor may be another one after it was reloaded.
+    host->runtime->own = host->in_force; // A reload may have replaced the descriptor.
 }
 
 static uint64_t step(void* const self, const uint64_t now_ns, const uint32_t octets_due)

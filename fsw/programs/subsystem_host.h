@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The surroundings of the generic subsystem in every component except the supervisor: descriptor,
-/// connections, reception.
+/// Runs the generic subsystem in every component except the supervisor: loads its descriptor, connects it to
+/// the run, and passes received messages to it.
 #ifndef FSW_PROGRAMS_SUBSYSTEM_HOST_H
 #define FSW_PROGRAMS_SUBSYSTEM_HOST_H
 
@@ -10,7 +10,7 @@
 #include "fsw/framework/descriptor/descriptor.h"
 #include "fsw/framework/subsystem/subsystem_core.h"
 
-#define SUBSYSTEM_HOST_RECORDS 256U ///< Persistent records of its services.
+#define SUBSYSTEM_HOST_RECORDS 256U ///< Largest number of persistent records of its services.
 
 typedef struct { // Private, except `component`.
     component_runtime_t* runtime;
@@ -25,26 +25,27 @@ typedef struct { // Private, except `component`.
     journal_slot_t slots[JOURNAL_SLOTS(SUBSYSTEM_HOST_RECORDS)];
     pus_persistence_t persistence;
     uint32_t records_refused; // Persistent records that no service restored.
-    bool has_reported_damage; // Damage to its records was reported.
+    bool has_reported_damage; // Damage of its records was reported.
 } subsystem_host_t;
 
 /// Check that the runtime's descriptor matches the program and requires only what the program supports; open
-/// its persistent records. False: runtime->error has file, line, value and the expected value.
+/// the persistent records. False: runtime->error contains file, line, found value and expected value.
 bool subsystem_host_load(subsystem_host_t* host, component_runtime_t* runtime, uint64_t interface_hash,
                          const subsystem_callbacks_t* callbacks);
-/// Begin life in OFFLINE with the loaded descriptor, and the services that it lists with their persistent
-/// records. `self` is the first argument of the callbacks.
+/// Initialise the subsystem in OFFLINE with the loaded descriptor, and restore the persistent records of its
+/// services. `self` is the first argument of the callbacks.
 void subsystem_host_begin(subsystem_host_t* host, void* self, subsystem_services_t services);
-/// Take in all messages that have arrived; then call subsystem_host_step.
+/// Process all messages that have arrived; then call subsystem_host_step.
 void subsystem_host_take_in(subsystem_host_t* host, uint64_t now_ns);
 uint64_t subsystem_host_step(subsystem_host_t* host, uint64_t now_ns);
-/// Release the system resources of the component and its records, without any message.
+/// Release the system resources of the component, and close its records, without sending a message.
 void subsystem_host_close(void* self);
 void subsystem_host_link_datagram(void* self, const uint8_t* frame, size_t size);
-/// The program of a subsystem without work around its steps; `storage` contains host and subsystem.
+/// Returns the instance of a component that does no further work before or after its steps; `storage`
+/// contains host and subsystem.
 component_instance_t subsystem_host_instance(subsystem_host_t* host, void* storage, size_t size);
 
-/// Path of a descriptor named relative to the mission's file. False if it does not fit.
+/// Build the path of a descriptor whose name is relative to the mission's file. False if it does not fit.
 bool subsystem_host_descriptor_path(const run_state_t* run, const char* relative, char* out_path,
                                     size_t capacity);
 

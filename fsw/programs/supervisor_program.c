@@ -11,10 +11,11 @@
 #include "generated/supervisor_services.h"
 #include "osal/include/osal/console.h"
 
-/// Permitted lateness of a step, for processes with their own clocks: other programs use the computer, too.
+/// Permitted lateness of a step in real time: other programs also use the computer.
 #define REAL_LATENESS_NS 200000000ULL
 #define SLOW_DISK_MS 100U
-#define RECORDS_MAX 20480U ///< Persistent records: schedules, definitions, stores and files.
+/// Largest number of persistent records: schedules, definitions, stores and files.
+#define RECORDS_MAX 20480U
 
 typedef struct {
     component_runtime_t* runtime;
@@ -32,7 +33,8 @@ typedef struct {
 } supervisor_program_t;
 
 static supervisor_program_t storage;
-/// In the image (all components in one process) its content is kept when the supervisor restarts.
+/// Messages to the supervisor. In the image (all components in one process) they are kept when the
+/// supervisor restarts.
 static message_place_t inbox[MISSION_SUBSYSTEMS_MAX - 1U];
 
 // ---- Platform: processes, which the launcher starts and ends ----
@@ -56,10 +58,10 @@ static bool is_alive(const component_runtime_t* const runtime, const run_compone
     }
     const unsigned index = (unsigned)(component - runtime->run->components);
     const bool is_gone   = runtime->peers[index].is_gone && (runtime->peers[index].life == component->life);
-    return (component->wanted_life == component->life) && !is_gone; // Not started yet, or running.
+    return (component->wanted_life == component->life) && !is_gone; // It is being started, or it runs.
 }
 
-/// Order a new life of a component; the launcher then starts the process. In stepped time the life begins
+/// Command a new life of a component; the launcher then starts the process. In stepped time the life begins
 /// `boot_ns` from now, independent of the wall-clock time that the launcher needs.
 static status_t start_process(void* const context, const uint16_t apid, const uint32_t link_floor,
                               const uint64_t boot_ns)
@@ -73,7 +75,8 @@ static status_t start_process(void* const context, const uint16_t apid, const ui
         return STATUS_EXISTS;
     }
     const unsigned index = (unsigned)(component - runtime->run->components);
-    run_state_beat(runtime->run, index, 0U, OSAL_LOCKSTEP_NEVER); // Before the first step.
+    // No promise is valid before the first step.
+    run_state_beat(runtime->run, index, 0U, OSAL_LOCKSTEP_NEVER);
     __atomic_store_n(&component->link_floor, link_floor, __ATOMIC_RELAXED);
     __atomic_store_n(&component->life, component->life + 1U, __ATOMIC_RELEASE);
     if (runtime->clock.mode == OSAL_CLOCK_STEPPED) {
@@ -132,14 +135,16 @@ static uint64_t promise_of(void* const context, const uint16_t apid)
     }
     const run_component_t* const component = &runtime->run->components[index];
     if (__atomic_load_n(&component->hung_life, __ATOMIC_ACQUIRE) == component->life) {
-        return 0U; // The launcher has detected that it hangs.
+        return 0U; // The launcher has detected that the process hangs.
     }
     const run_beat_t beat = run_state_last_beat(runtime->run, index);
     if (beat.wake_ns == OSAL_LOCKSTEP_NEVER) {
-        return component_runtime_promise_ns(runtime, runtime->clock.scheduler, index); // No step yet.
+        // It has made no step yet.
+        return component_runtime_promise_ns(runtime, runtime->clock.scheduler, index);
     }
-    const bool is_late         = (runtime->clock.mode == OSAL_CLOCK_REAL);
-    const uint64_t reported_ns = runtime->peers[index].reported_ns; // A message makes it step earlier.
+    const bool is_late = (runtime->clock.mode == OSAL_CLOCK_REAL);
+    // A message lets it step before the promised time.
+    const uint64_t reported_ns = runtime->peers[index].reported_ns;
     const uint64_t due_ns =
         ((reported_ns > beat.step_ns) && (reported_ns < beat.wake_ns)) ? reported_ns : beat.wake_ns;
     return is_late ? (due_ns + REAL_LATENESS_NS) : due_ns;
@@ -157,7 +162,8 @@ static void finished(void* const context)
     __atomic_store_n(&runtime->run->is_finished, 1U, __ATOMIC_RELEASE);
     if (runtime->clock.mode == OSAL_CLOCK_STEPPED) {
         osal_lockstep_close(
-            runtime->clock.scheduler); // In this step: the run ends at a defined simulated time.
+            // Closed within this step, so that the run ends at a defined simulated time.
+            runtime->clock.scheduler);
     }
 }
 
@@ -171,8 +177,8 @@ static void count_records(supervisor_program_t* const program)
     __atomic_store_n(&program->runtime->run->log_records, records, __ATOMIC_RELEASE);
 }
 
-/// Report the slowest write to the packet log, if it was slow, on the console: it is a wall-clock time, which
-/// telemetry must not depend on.
+/// Report the slowest write to the packet log on the console, if it was slow. It is not telemetry, because
+/// telemetry must not depend on wall-clock time.
 static void print_slow_disk(const supervisor_program_t* const program)
 {
     char line[96];
@@ -198,7 +204,7 @@ static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t 
 static void close_program(void* const context)
 {
     supervisor_program_t* const program = (supervisor_program_t*)context;
-    if (program->runtime->is_kept) { // The component died; the program and its channels continue.
+    if (program->runtime->is_kept) { // The component has died, but the program and its channels continue.
         supervisor_abandon(&program->supervisor);
     } else {
         supervisor_close(&program->supervisor);
@@ -257,7 +263,7 @@ static status_t load_descriptor(void* const context, const uint16_t index,
                : STATUS_TOO_LARGE;
 }
 
-/// Open the folder of the files of ST[23]; no path can name a file outside of it.
+/// Open the folder of the files of ST[23]; paths cannot refer to files outside of it.
 static bool open_files(component_runtime_t* const runtime)
 {
     char path[RUN_PATH_MAX];
@@ -274,7 +280,8 @@ static bool open_files(component_runtime_t* const runtime)
     return false;
 }
 
-/// Checkpoint of the previous supervisor; null: the launcher has made no such memory, or it is too small.
+/// Returns the checkpoint of the previous supervisor; null if the launcher has not created this memory, or
+/// it is too small.
 static checkpoint_t* open_checkpoint(const component_runtime_t* const runtime)
 {
     char name[RUN_NAME_MAX];
@@ -313,7 +320,8 @@ static void note_arrival(void* const context, const uint8_t* const frame, const 
     (void)supervisor_checkpoint_add(checkpoint, &checkpoint->arrivals, frame, size, NULL, 0U);
 }
 
-/// Datagrams must not be lost with the process: each stays in the socket until it is in the checkpoint.
+/// Let each datagram stay in the socket until it is in the checkpoint, so that the death of the process
+/// loses none.
 static void keep_arrivals(component_runtime_t* const runtime, checkpoint_t* const checkpoint)
 {
     if ((checkpoint != NULL) && osal_socket_is_open(&runtime->message_socket)) {

@@ -67,8 +67,8 @@ control_sine_cosine_t control_sine_cosine(const double angle_rad)
     }
 }
 
-/// Angle of a slope from 0 to 1: a first estimate within 0.004, then two iterations, each of which cubes the
-/// error.
+/// Arc tangent of a slope from 0 to 1: a first estimate within 0.004, then two iterations, each of which
+/// cubes the error.
 static double angle_of_slope(const double slope)
 {
     double angle = slope * (0.25 * PI + (0.273 * (1.0 - slope)));

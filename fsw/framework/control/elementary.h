@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Elementary functions of flight control from + - * / alone, so that a result is the same on every machine.
+/// Elementary functions for flight control. They use only + - * /, so that results are the same on every
+/// machine.
 ///
 /// Context    Any, no state.
 /// Time       O(1).
@@ -19,8 +20,8 @@ control_sine_cosine_t control_sine_cosine(double angle_rad);
 /// Hyperbolic tangent, within 2e-15.
 double control_tanh(double x);
 
-/// Angle in [-pi, pi] of a point with these coordinates, which need not be on the unit circle, within 1e-15.
-/// 0 for the origin and for NaN.
+/// Angle in [-pi, pi] of the point (cosine, sine), within 1e-15. The point need not be on the unit circle.
+/// Returns 0 for the origin and for NaN.
 double control_angle(double sine, double cosine);
 
 double control_absolute(double x);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Point-to-point motion with minimum jerk: rest to rest in a given time, smooth to the second derivative;
-/// and a stop out of it with constant deceleration.
+/// and a stop from such a motion with constant deceleration.
 ///
 /// Ownership  The caller places control_motion_t.
 /// Context    One task.
@@ -28,9 +28,9 @@ typedef struct {
 void control_motion_rest(control_motion_t* motion, double position);
 /// Begin a motion from start to goal. duration_s > 0.
 void control_motion_begin(control_motion_t* motion, double start, double goal, double duration_s);
-/// Stop from a point of a motion. deceleration > 0.
+/// Stop with a constant deceleration > 0, beginning at the point `from` of a motion.
 void control_motion_brake(control_motion_t* motion, const control_motion_point_t* from, double deceleration);
-/// Advance by one period; returns the point reached. After the end: at rest at the goal.
+/// Advance by one period; returns the point reached. After the end, the point is at rest at the goal.
 control_motion_point_t control_motion_step(control_motion_t* motion, double period_s);
 bool control_motion_is_done(const control_motion_t* motion);
 /// Largest speed of a motion over a distance.

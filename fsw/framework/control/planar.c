@@ -66,7 +66,9 @@ double control_planar_length(const double vector[CONTROL_PLANAR_AXES])
         return 0.0;
     }
     double length =
-        one + other; // At most 42 % too long. Each step of Newton's method squares the relative error.
+        // The first estimate is at most 42 % too large. Each step of Newton's method squares the relative
+        // error.
+        one + other;
     for (unsigned i = 0U; i < NEWTON_STEPS; i++) {
         length = 0.5 * (length + (square / length));
     }

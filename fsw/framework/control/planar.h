@@ -12,20 +12,21 @@
 #define CONTROL_PLANAR_AXES 2U
 #define CONTROL_PLANAR_ENTRIES 4U
 
-/// The matrix can be inverted: its determinant is not below 1e-3 m2. The functions below that say so need it.
+/// True if the matrix can be inverted: the absolute value of its determinant is not below 1e-3 m2.
+/// Functions marked "regular" may be called only then.
 bool control_planar_is_regular(const double jacobian[CONTROL_PLANAR_ENTRIES]);
-/// Force at the tip with these torques of the axes; regular.
+/// Force at the tip that the torques of the axes produce; regular.
 void control_planar_force(const double jacobian[CONTROL_PLANAR_ENTRIES],
                           const double torque_nm[CONTROL_PLANAR_AXES],
                           double out_force_n[CONTROL_PLANAR_AXES]);
-/// Torques of the axes with this force at the tip.
+/// Torques of the axes that produce a force at the tip.
 void control_planar_torque(const double jacobian[CONTROL_PLANAR_ENTRIES],
                            const double force_n[CONTROL_PLANAR_AXES],
                            double out_torque_nm[CONTROL_PLANAR_AXES]);
-/// Motion of the tip with these motions of the axes.
+/// Motion of the tip that small motions of the axes produce.
 void control_planar_move(const double jacobian[CONTROL_PLANAR_ENTRIES],
                          const double angle_rad[CONTROL_PLANAR_AXES], double out_m[CONTROL_PLANAR_AXES]);
-/// Motions of the axes with this motion of the tip; regular.
+/// Small motions of the axes that produce a motion of the tip; regular.
 void control_planar_angles(const double jacobian[CONTROL_PLANAR_ENTRIES],
                            const double move_m[CONTROL_PLANAR_AXES], double out_rad[CONTROL_PLANAR_AXES]);
 /// Length of a vector, within 1e-15 of it.

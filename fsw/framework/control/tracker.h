@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Second-order tracker: follows a sampled signal and gives its velocity and acceleration. Critically damped,
-/// without lag on ramps, with bandwidth `omega`.
+/// Second-order tracker: follows a sampled signal and estimates its velocity and acceleration. It is
+/// critically damped, has the bandwidth `omega`, and follows ramps without lag.
 ///
 /// Ownership  The caller places control_tracker_t.
 /// Context    One task.

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// End nodes of data flows: a logical name of the descriptor, and the address it has in this run.
+/// End nodes of data flows: each has a logical name in the descriptor, and an address in this run.
 ///
 /// A descriptor says `<Endnode type="CAN" bus="robot"/>`; the machine and the run decide which controller,
-/// port or memory that is, so the program gives every component a resolver. Addresses never enter a packet.
+/// port or memory this name means. Therefore the program gives every component a resolver, which returns
+/// the address. Addresses never enter a packet.
 ///
 ///     CAN  "shm:NAME" or "can:INTERFACE" (osal/can.h)      UDP, TCP  "127.0.0.1:10015"
 ///     SHM  "/NAME" (osal/shm.h)                            MQUEUE    "/NAME" (osal/mqueue.h)
@@ -35,14 +36,15 @@ typedef enum {
 
 typedef struct {
     char address[ENDNODE_ADDRESS_MAX];
-    char counts[ENDNODE_ADDRESS_MAX]; ///< Streams, datagrams: counts of octets in stepped time; "": none.
-    bool is_fd;                       ///< CAN: process data travels in FD frames with bit rate switch.
+    /// Streams and datagrams: name of the counts of octets in stepped time; "" if there are none.
+    char counts[ENDNODE_ADDRESS_MAX];
+    bool is_fd; ///< CAN: process data travels in FD frames with bit rate switch.
 } flow_endnode_address_t;
 
 /// Port to the resolver of the addresses of this run.
 typedef struct {
     void* context;
-    /// STATUS_OK; STATUS_NOT_FOUND (no such end node in this run).
+    /// Look up an address. STATUS_OK; STATUS_NOT_FOUND (no such end node in this run).
     status_t (*resolve)(void* context, flow_endnode_kind_t kind, const char* name,
                         flow_endnode_address_t* out_address);
 } flow_resolver_t;
@@ -60,7 +62,7 @@ MUST_USE status_t flow_endnode_resolve_socket(const flow_resolver_t* resolver, f
 MUST_USE status_t flow_endnode_open_counts(const flow_endnode_address_t* address,
                                            osal_hand_over_t* out_counts);
 
-/// "A.B.C.D:PORT" as a socket address. STATUS_OK, STATUS_INVALID.
+/// Convert "A.B.C.D:PORT" to a socket address. STATUS_OK, STATUS_INVALID.
 MUST_USE status_t flow_endnode_socket_address(const char* text, osal_address_t* out_address);
 
 #endif // FSW_FRAMEWORK_DATAFLOW_ENDNODE_H

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-enum { // Places of the two queues of SHM and MQUEUE.
+enum { // Indices of the two queues of SHM and MQUEUE.
     TO_FLIGHT,
     TO_DEVICE
 };
@@ -29,7 +29,7 @@ static const char* name_of(const flow_t* const flow, const unsigned place)
 
 // ---- Beginning ----
 
-/// Text from the last colon on.
+/// Returns the text from the last colon on.
 static const char* port_of(const char* const name)
 {
     const char* const colon = strrchr(name, ':');
@@ -126,7 +126,8 @@ void flow_init(flow_t* const flow, const flow_setup_t* const setup, const flow_r
 
 // ---- The links of the end node ----
 
-/// Link of a flow: it has one, or one for each of its queues. Null: there is no such link.
+/// Returns a link of a flow. SHM and MQUEUE have one for each queue, other end nodes one. Null if there is
+/// no such link.
 static const flow_link_t* link_of(const flow_t* const flow, const unsigned place)
 {
     if (flow->setup.kind == ENDNODE_UDP) {
@@ -255,7 +256,7 @@ void flow_close(flow_t* const flow)
             } else if (octets_of(flow, place) > 0U) {
                 flow_mqueue_close(&flow->mqueue[place]);
             } else {
-                // There is no queue in this direction.
+                // This flow has no queue in this direction.
             }
         }
     }

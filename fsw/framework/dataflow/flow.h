@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Data flow of messages to and from a device: one interface for every end node but CAN. The end node of the
-/// descriptor decides what carries the messages, so that a device can be moved to another one without a
-/// change of code.
+/// Data flow of messages to and from a device: one interface for all end nodes except CAN. The descriptor
+/// selects the end node that carries the messages, so that a device can be moved to another kind of end
+/// node without a change of code.
 ///
 ///     UDP                datagrams, one message each
 ///     TCP, SERIAL, FILE  frames in a stream of octets (framing.h)
@@ -34,11 +34,11 @@
 #define FLOW_DEPTH 8U ///< Messages in a queue.
 
 typedef struct {
-    flow_endnode_kind_t kind; ///< Not ENDNODE_CAN.
-    const char* name;         ///< For the resolver: object, path, or "HOST:PORT".
+    flow_endnode_kind_t kind; ///< Any kind except ENDNODE_CAN.
+    const char* name;         ///< Name that the resolver gets: object, path, or "HOST:PORT".
     flow_format_t format;
-    uint32_t octets_in;  ///< Octets of a message to flight, 0: there are none; at most FLOW_OCTETS_MAX.
-    uint32_t octets_out; ///< Octets of a message to the device, likewise.
+    uint32_t octets_in;  ///< Size of a message to flight [octets], at most FLOW_OCTETS_MAX; 0: no messages.
+    uint32_t octets_out; ///< Size of a message to the device, in the same way.
     uint64_t retry_first_ns;
     uint64_t retry_longest_ns;
     quota_t* quota; ///< Quota of open end nodes; null: not counted.
@@ -46,7 +46,7 @@ typedef struct {
 
 typedef struct { // Private.
     flow_setup_t setup;
-    char local[ENDNODE_ADDRESS_MAX]; // UDP: the end that is bound. SHM, MQUEUE: NAME.in.
+    char local[ENDNODE_ADDRESS_MAX]; // UDP: address of the bound socket. SHM, MQUEUE: NAME.in.
     char peer[ENDNODE_ADDRESS_MAX];  // SHM, MQUEUE: NAME.out.
     flow_udp_t udp;
     flow_stream_t stream;
@@ -58,8 +58,8 @@ typedef struct { // Private.
 
 typedef struct {        // [wrap]
     uint32_t connected; ///< How often the end node was opened.
-    uint32_t lost;      ///< How often it was lost.
-    uint32_t malformed; ///< Messages that were dropped: wrong frame, too long, or cut.
+    uint32_t lost;      ///< How often an open end node was lost.
+    uint32_t malformed; ///< Messages dropped: malformed frame, too long, or cut.
     uint32_t octets;    ///< Octets received on a stream; 0 on other end nodes.
 } flow_counters_t;
 
@@ -70,13 +70,13 @@ void flow_init(flow_t* flow, const flow_setup_t* setup, const flow_resolver_t* r
 status_t flow_step(flow_t* flow, uint64_t now_ns);
 /// Send one message of octets_out octets. STATUS_OK, STATUS_FULL, STATUS_CLOSED, STATUS_IO.
 MUST_USE status_t flow_send(flow_t* flow, const uint8_t* octets, size_t size);
-/// The next message, into FLOW_OCTETS_MAX octets. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
+/// Read the next message. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
 MUST_USE status_t flow_receive(flow_t* flow, uint8_t octets[FLOW_OCTETS_MAX], size_t* out_size);
 flow_counters_t flow_counters(const flow_t* flow);
 /// Call it if no valid message has arrived for too long: a stream connects again after its delay, because
 /// invalid octets may have announced a long frame. No effect on other end nodes.
 void flow_give_up(flow_t* flow);
-/// Close; the next step opens it again.
+/// Close the end node; the next step opens it again.
 void flow_close(flow_t* flow);
 
 #endif // FSW_FRAMEWORK_DATAFLOW_FLOW_H

@@ -36,7 +36,8 @@ bool flow_can_is_open(const flow_can_t* const flow)
 static void discard_received(flow_can_t* const flow)
 {
     osal_can_frame_t frame;
-    for (unsigned i = 0U; i < OSAL_CAN_RING_FRAMES; i++) { // Bounded, even if a sender never pauses.
+    // The limit ends the loop even if a sender never pauses.
+    for (unsigned i = 0U; i < OSAL_CAN_RING_FRAMES; i++) {
         if (osal_can_receive(&flow->can, &frame) != STATUS_OK) {
             break;
         }
@@ -85,7 +86,7 @@ status_t flow_can_open(flow_can_t* const flow, const flow_resolver_t* const reso
     return status;
 }
 
-/// The interface was removed, or is down.
+/// Treat an interface that was removed or is down as bus-off.
 static void lose_bus(flow_can_t* const flow)
 {
     osal_can_close(&flow->can);
@@ -193,7 +194,7 @@ static void take_controller_report(flow_can_t* const flow, const uint8_t detail)
     } else if ((detail & CONTROLLER_ACTIVE) != 0U) {
         health->state = FLOW_CAN_ACTIVE;
     } else {
-        // An overflow only.
+        // The frame reports only an overflow; the error state does not change.
     }
 }
 
@@ -220,7 +221,7 @@ static void take_error_frame(flow_can_t* const flow, const osal_can_frame_t* con
     }
 }
 
-/// Add the frames that the carrier has dropped since the last call.
+/// Count the frames that the receive queue has dropped since the last call.
 static void count_overruns(flow_can_t* const flow)
 {
     flow->counters.overruns += flow->can.overruns - flow->queue_overruns;
@@ -249,5 +250,5 @@ status_t flow_can_receive(flow_can_t* const flow, osal_can_frame_t* const out_fr
         }
         take_error_frame(flow, out_frame);
     }
-    return STATUS_EMPTY; // Nothing but error frames: the rest waits for the next cycle.
+    return STATUS_EMPTY; // All these frames were error frames; further frames wait for the next cycle.
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Data flow over one CAN controller: frames in both directions, and the condition of the bus.
 ///
-/// Error frames are taken out of the stream: they change `health` and `errors`, the caller of
-/// flow_can_receive sees data frames only.
+/// Error frames change `health` and `errors` and are removed from the stream: flow_can_receive returns data
+/// and remote frames only.
 ///
 /// An interface that goes down or is removed while the flow is open is handled as bus-off: health is BUS_OFF,
 /// sending and receiving return STATUS_CLOSED, and flow_can_attend opens the bus again once it is back.
@@ -26,12 +26,13 @@ typedef enum { // Error state of the controller, from its last error frame.
     FLOW_CAN_ACTIVE,
     FLOW_CAN_WARNING, ///< An error counter has passed 96.
     FLOW_CAN_PASSIVE, ///< An error counter has passed 127.
-    FLOW_CAN_BUS_OFF  ///< Off the bus, or no interface to it; nothing is sent or received.
+    /// The controller has left the bus, or its interface is missing; no frame is sent or received.
+    FLOW_CAN_BUS_OFF
 } flow_can_state_t;
 
 typedef struct {
     flow_can_state_t state;
-    bool is_unacknowledged; ///< No node acknowledges sent frames; ends with the next frame received.
+    bool is_unacknowledged; ///< No node acknowledges sent frames. Cleared by the next frame received.
     uint8_t transmit_errors;
     uint8_t receive_errors;
 } flow_can_health_t;
@@ -44,14 +45,14 @@ typedef struct { // [frames, wrap]
     uint32_t full;     ///< Refused because the transmit queue was full.
     uint32_t overruns; ///< Received, but lost because the controller's or the kernel's queue was full.
     uint32_t lost;     ///< Times that the interface went down or was removed.
-    uint32_t failed;   ///< Times that it could not be opened, at first or again.
-    uint32_t reopened; ///< Times that it was opened again.
+    uint32_t failed;   ///< Failed attempts to open the interface.
+    uint32_t reopened; ///< Times that the interface was opened again.
 } flow_can_counters_t;
 
 typedef struct { // Error frames by class; one frame may be of several [wrap].
     uint32_t transmit_timeouts;
     uint32_t lost_arbitrations;
-    uint32_t controller_problems; ///< Overflow, warning, passive, active again.
+    uint32_t controller_problems; ///< Overflow, or a change to warning, passive or active.
     uint32_t protocol_violations;
     uint32_t transceiver_faults;
     uint32_t missing_acknowledges;
@@ -67,24 +68,24 @@ typedef struct { // Private, except health, counters and errors: read-only.
     bool is_lost; // The interface is removed or down.
     bool is_fd;
     flow_reconnect_t reconnect;
-    uint32_t queue_overruns; // Last count of the carrier.
+    uint32_t queue_overruns; // Frames dropped by the receive queue, at the last check.
     flow_can_health_t health;
     flow_can_counters_t counters;
     flow_can_errors_t errors;
 } flow_can_t;
 
-/// Closed, counters zero. Call it once, first.
+/// Initialise as closed, with counters zero. Call it once, before any other function.
 void flow_can_init(flow_can_t* flow);
 /// Open the bus of that name and discard the frames in its receive queue. Health starts as ACTIVE. STATUS_OK,
 /// STATUS_EXISTS (open already), STATUS_NOT_FOUND (resolver or bus), STATUS_INVALID (address), STATUS_CLOSED
-/// (the interface is down), STATUS_UNSUPPORTED (no such kind here, or process data in FD frames on an
-/// interface that carries classic ones only), STATUS_DENIED, STATUS_IO.
+/// (the interface is down), STATUS_UNSUPPORTED (this port has no such kind of bus, or process data need FD
+/// frames and the interface carries classic ones only), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t flow_can_open(flow_can_t* flow, const flow_resolver_t* resolver, const char* bus);
 void flow_can_close(flow_can_t* flow);
 /// True from flow_can_open to flow_can_close, also while the interface is missing.
 bool flow_can_is_open(const flow_can_t* flow);
-/// Each cycle, before receiving: opens the bus again after a loss, with a back-off from 10 ms to 1 s. Frames
-/// sent meanwhile are lost; health starts as ACTIVE.
+/// Call in each cycle before receiving: opens the bus again after a loss, with a back-off from 10 ms to 1
+/// s. Frames on the bus in the meantime are lost; health starts as ACTIVE.
 void flow_can_attend(flow_can_t* flow, uint64_t now_ns);
 
 /// Queue a classic data frame, 0..8 octets, 11-bit identifier.
@@ -95,7 +96,7 @@ status_t flow_can_send(flow_can_t* flow, uint16_t identifier, const uint8_t* oct
 status_t flow_can_send_process_data(flow_can_t* flow, uint16_t identifier, const uint8_t* octets,
                                     uint8_t length);
 
-/// The oldest data or remote frame. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
+/// Take the oldest data or remote frame. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
 MUST_USE status_t flow_can_receive(flow_can_t* flow, osal_can_frame_t* out_frame);
 
 #endif // FSW_FRAMEWORK_DATAFLOW_FLOW_CAN_H

@@ -15,7 +15,8 @@ static status_t open_queue(void* const context)
     }
     (void)memcpy(flow->address, address.address, sizeof flow->address);
     if (flow->setup.is_receiver) {
-        (void)osal_mqueue_remove(flow->address); // Left by a predecessor; usually absent.
+        // Removes a queue that a predecessor has left; usually there is none.
+        (void)osal_mqueue_remove(flow->address);
         return osal_mqueue_create(&flow->queue, flow->address, flow->setup.depth, flow->setup.message_octets);
     }
     status = osal_mqueue_open(&flow->queue, flow->address);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Data flow of messages through a queue of the system: one receiver, which makes the queue, any senders.
+/// Data flow of messages through a queue of the operating system. One receiver creates the queue; any
+/// number of senders open it.
 ///
 /// The receiver of an end node is one component: a queue that exists when it starts was left by its
 /// predecessor, and is replaced. A sender detects that; a sender that starts first waits for its receiver,
@@ -26,9 +27,9 @@
 typedef struct {
     const char* name;
     bool is_receiver;
-    uint32_t depth;          ///< Messages; set by the receiver.
+    uint32_t depth;          ///< Messages that the queue holds; the receiver's value applies.
     uint32_t message_octets; ///< Longest message; a sender refuses a queue of shorter ones.
-    flow_order_t order;      ///< Byte order of a number, in records.
+    flow_order_t order;      ///< Byte order of the numbers in records.
     uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
     uint64_t retry_longest_ns;
     quota_t* quota; ///< Quota of open queues; null: not counted.
@@ -56,18 +57,19 @@ void flow_mqueue_init(flow_mqueue_t* flow, const flow_mqueue_setup_t* setup, con
 /// STATUS_EXHAUSTED quota or limits of the system; STATUS_EXISTS, STATUS_UNSUPPORTED, STATUS_DENIED,
 /// STATUS_IO).
 status_t flow_mqueue_step(flow_mqueue_t* flow, uint64_t now_ns);
-/// STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (no queue, or the receiver restarts).
+/// Send one message. STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (no queue, or the receiver
+/// restarts).
 MUST_USE status_t flow_mqueue_send(flow_mqueue_t* flow, const uint8_t* octets, size_t size);
-/// capacity >= message_octets. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
+/// Receive one message; capacity >= message_octets. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
 MUST_USE status_t flow_mqueue_receive(flow_mqueue_t* flow, uint8_t* octets, size_t capacity,
                                       size_t* out_size);
-/// One struct as one message, in the flow's byte order. A layout of more than RECORD_OCTETS_MAX is a coding
-/// error. Statuses of flow_mqueue_send.
+/// Send a struct as one message, in the flow's byte order. A layout of more than RECORD_OCTETS_MAX is a
+/// coding error. Statuses of flow_mqueue_send.
 MUST_USE status_t flow_mqueue_send_record(flow_mqueue_t* flow, const flow_record_layout_t* layout,
                                           const void* record);
-/// The next message as a struct, which changes only with STATUS_OK; message_octets <= RECORD_OCTETS_MAX.
-/// Statuses of flow_mqueue_receive; STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_INVALID: the message is not
-/// such a record; it is dropped and counted.
+/// Receive the next message as a struct, which changes only with STATUS_OK; message_octets <=
+/// RECORD_OCTETS_MAX. Statuses of flow_mqueue_receive; STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_INVALID:
+/// the message is not such a record; it is dropped and counted.
 MUST_USE status_t flow_mqueue_receive_record(flow_mqueue_t* flow, const flow_record_layout_t* layout,
                                              void* out_record);
 bool flow_mqueue_is_open(const flow_mqueue_t* flow);

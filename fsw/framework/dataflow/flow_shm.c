@@ -19,8 +19,9 @@ typedef struct {
     uint32_t kind;
     uint32_t value_octets;
     uint32_t depth;
-    uint64_t written; // QUEUE: values ever written. LATEST: sequence, odd while a value is being written.
-    uint64_t read;    // QUEUE: values ever read.
+    // QUEUE: number of values written so far. LATEST: sequence, odd while a value is being written.
+    uint64_t written;
+    uint64_t read; // QUEUE: number of values read so far.
     uint64_t words[];
 } region_t;
 
@@ -172,7 +173,7 @@ void flow_shm_close(flow_shm_t* const flow)
 {
     FSW_ASSERT(flow != NULL);
     if (flow->link.is_open && flow->setup.is_writer &&
-        is_alive(&flow->shm)) { // Otherwise a successor has the name.
+        is_alive(&flow->shm)) { // Otherwise a successor already uses the name.
         end_region(&flow->shm);
         (void)osal_shm_remove(flow->address);
     }
@@ -253,7 +254,8 @@ status_t flow_shm_read(flow_shm_t* const flow, void* const out_value)
     if (!flow->link.is_open || flow->setup.is_writer) {
         return STATUS_CLOSED;
     }
-    const bool was_alive   = is_alive(&flow->shm); // Before reading, so that no last value is missed.
+    // Checked before reading: a value that is written just before the end is then still read.
+    const bool was_alive   = is_alive(&flow->shm);
     region_t* const region = region_of(flow);
     const status_t status = (flow->setup.shape.kind == FLOW_SHM_LATEST) ? read_latest(flow, region, out_value)
                                                                         : read_queue(flow, region, out_value);

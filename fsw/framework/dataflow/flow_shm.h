@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Data flow through shared memory between two components: the latest value, or a queue of values.
 ///
-/// Latest: one writer, any readers; a reader gets the newest complete value, or STATUS_BUSY if the writer
-/// kept overtaking it. Queue: one writer, one reader, nothing lost; a write to a full queue is refused.
+/// Latest: one writer, any number of readers; a reader gets the newest complete value, or STATUS_BUSY if
+/// the writer kept overwriting it. Queue: one writer, one reader, no value is lost; a write to a full queue
+/// is refused.
 ///
 /// The writer of an end node is one component: memory that exists when it starts was left by its predecessor,
-/// and is replaced. A reader reads the remaining values, gets STATUS_CLOSED, and opens the new memory; a
-/// reader that starts first waits for its writer, both with back-off. Call flow_shm_step once a cycle, then
-/// write or read.
+/// and is replaced. A reader reads the remaining values, gets STATUS_CLOSED, and then opens the new memory;
+/// a reader that starts first waits for its writer. Both repeat attempts with back-off. Call flow_shm_step
+/// once a cycle, then write or read.
 ///
 /// Ownership  The caller places flow_shm_t; the name, the resolver and the quota outlive it.
 /// Context    One task per end. Never blocks.
@@ -35,14 +36,14 @@ typedef enum {
 typedef struct { // Both ends must have the same values.
     flow_shm_kind_t kind;
     uint32_t value_octets; ///< 1..65536.
-    uint32_t depth;        ///< Values a queue holds, 1..65536; 1 for LATEST.
+    uint32_t depth;        ///< Values that a queue holds, 1..65536; 1 for LATEST.
 } flow_shm_shape_t;
 
 typedef struct {
     const char* name;
     bool is_writer;
     flow_shm_shape_t shape;
-    flow_order_t order;      ///< Byte order of a number, in records.
+    flow_order_t order;      ///< Byte order of the numbers in records.
     uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
     uint64_t retry_longest_ns;
     quota_t* quota; ///< Quota of open memories; null: not counted.
@@ -52,7 +53,7 @@ typedef struct { // [wrap]
     uint32_t written;
     uint32_t read;
     uint32_t refused; ///< Not written: no memory, or the queue is full.
-    uint32_t torn;    ///< The writer kept overtaking this reader.
+    uint32_t torn;    ///< Reads given up because the writer kept overwriting the value.
     uint32_t unfit;   ///< Read, but not a record of the expected layout.
 } flow_shm_counters_t;
 
@@ -70,26 +71,26 @@ typedef struct { // Private; read-only for housekeeping: counters, link.
 void flow_shm_init(flow_shm_t* flow, const flow_shm_setup_t* setup, const flow_resolver_t* resolver);
 /// Make or open the memory if an attempt is due. STATUS_OK (open), STATUS_CLOSED (`link.failure` says why:
 /// STATUS_NOT_FOUND resolver, or no writer yet; STATUS_INVALID name, or another layout of the writer;
-/// STATUS_EXHAUSTED quota or memory; STATUS_EXISTS another program makes it at this moment; STATUS_DENIED,
-/// STATUS_IO).
+/// STATUS_EXHAUSTED quota or memory; STATUS_EXISTS another program is creating it at this moment;
+/// STATUS_DENIED, STATUS_IO).
 status_t flow_shm_step(flow_shm_t* flow, uint64_t now_ns);
 
 /// Write one value of value_octets. STATUS_OK, STATUS_FULL (queue), STATUS_CLOSED (no memory, or this end is
 /// a reader).
 MUST_USE status_t flow_shm_write(flow_shm_t* flow, const void* value);
-/// LATEST: the newest value not read before. QUEUE: the oldest. STATUS_OK, STATUS_EMPTY (nothing new),
-/// STATUS_BUSY (LATEST: overtaken, try in the next cycle), STATUS_CLOSED (no memory, its writer has closed it
-/// or restarts; or this end is the writer).
+/// Read a value; LATEST: the newest one if it was not read before, QUEUE: the oldest one. STATUS_OK,
+/// STATUS_EMPTY (no new value), STATUS_BUSY (LATEST: the writer kept overwriting it, try again in the next
+/// cycle), STATUS_CLOSED (no memory, its writer has closed it or restarts; or this end is the writer).
 MUST_USE status_t flow_shm_read(flow_shm_t* flow, void* out_value);
-/// One struct as one value, in the flow's byte order. A layout of other than value_octets, or of more than
-/// RECORD_OCTETS_MAX, is a coding error. Statuses of flow_shm_write.
+/// Write a struct as one value, in the flow's byte order. It is a coding error if the layout has not
+/// value_octets, or more than RECORD_OCTETS_MAX. Statuses of flow_shm_write.
 MUST_USE status_t flow_shm_write_record(flow_shm_t* flow, const flow_record_layout_t* layout,
                                         const void* record);
-/// The value of flow_shm_read as a struct, which changes only with STATUS_OK; the layout as above. Statuses
-/// of flow_shm_read; STATUS_INVALID: the value is not such a record; it is dropped and counted.
+/// Read a value as flow_shm_read does, as a struct, which changes only with STATUS_OK; the layout as above.
+/// Statuses of flow_shm_read; STATUS_INVALID: the value is not such a record; it is dropped and counted.
 MUST_USE status_t flow_shm_read_record(flow_shm_t* flow, const flow_record_layout_t* layout,
                                        void* out_record);
-/// The writer also removes the name, and its readers get STATUS_CLOSED.
+/// Close this end. The writer also removes the name, and its readers get STATUS_CLOSED.
 void flow_shm_close(flow_shm_t* flow);
 
 #endif // FSW_FRAMEWORK_DATAFLOW_FLOW_SHM_H

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Data flow of octet streams that this end opens: a serial line, a TCP connection as client, a file or I/O
-/// device. Frames go in and out; after a loss it reconnects without limit, with back-off.
+/// device. It carries frames in both directions. After a loss it reconnects without limit, with back-off.
 ///
 /// Call flow_stream_step once a cycle, then send and receive. Before the first connection and between two
 /// connections, send and receive return STATUS_CLOSED; a frame that was cut by the end of a connection is
@@ -38,7 +38,8 @@ typedef struct {
     flow_format_t format;
     uint8_t* frame; ///< Payload being received.
     size_t frame_octets;
-    uint8_t* outbox; ///< Frames the partner has not taken yet; holds the longest one at least.
+    /// Octets of frames that the system has not accepted yet; must have room for the longest frame.
+    uint8_t* outbox;
     size_t outbox_octets;
     uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
     uint64_t retry_longest_ns;
@@ -46,9 +47,9 @@ typedef struct {
 } flow_stream_setup_t;
 
 typedef struct {        // [wrap]
-    uint32_t sent;      ///< Frames.
-    uint32_t received;  ///< Frames.
-    uint32_t refused;   ///< Frames not taken: no connection, outbox full, or malformed.
+    uint32_t sent;      ///< Frames sent.
+    uint32_t received;  ///< Frames received.
+    uint32_t refused;   ///< Frames not sent: no connection, outbox full, or malformed.
     uint32_t discarded; ///< Octets in the outbox when a connection ended.
     uint32_t unfit;     ///< Frames received that were not records of the expected layout.
     uint32_t octets_in;
@@ -70,7 +71,7 @@ typedef struct { // Private; read-only for housekeeping: counters, link, assembl
     flow_stream_counters_t counters;
 } flow_stream_t;
 
-/// Not connected, counters zero. A wrong kind or missing buffer is a coding error.
+/// Initialise as not connected, with counters zero. A wrong kind or a missing buffer is a coding error.
 void flow_stream_init(flow_stream_t* flow, const flow_stream_setup_t* setup, const flow_resolver_t* resolver);
 /// Connect if an attempt is due, and pass queued octets to the system. STATUS_OK (connected), STATUS_BUSY
 /// (the partner has not answered), STATUS_CLOSED (not connected; `link.failure` says why: STATUS_NOT_FOUND
@@ -80,13 +81,13 @@ status_t flow_stream_step(flow_stream_t* flow, uint64_t now_ns);
 /// Queue one frame. STATUS_OK, STATUS_FULL, STATUS_INVALID and STATUS_TOO_LARGE as flow_frame_encode,
 /// STATUS_CLOSED.
 MUST_USE status_t flow_stream_send(flow_stream_t* flow, const uint8_t* payload, size_t size);
-/// The next frame, valid until the next call. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
+/// Read the next frame, which is valid until the next call. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
 MUST_USE status_t flow_stream_receive(flow_stream_t* flow, const uint8_t** out_payload, size_t* out_size);
-/// One struct as one frame, in the flow's byte order. A layout of more than RECORD_OCTETS_MAX is a coding
-/// error; RAW octets may be cut anywhere. Statuses of flow_stream_send.
+/// Send a struct as one frame, in the flow's byte order. A layout of more than RECORD_OCTETS_MAX is a
+/// coding error. With RAW framing the octets may arrive in any pieces. Statuses of flow_stream_send.
 MUST_USE status_t flow_stream_send_record(flow_stream_t* flow, const flow_record_layout_t* layout,
                                           const void* record);
-/// The next frame as a struct, which changes only with STATUS_OK. Statuses of flow_stream_receive;
+/// Read the next frame as a struct, which changes only with STATUS_OK. Statuses of flow_stream_receive;
 /// STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_INVALID: the frame is not such a record; it is dropped and
 /// counted.
 MUST_USE status_t flow_stream_receive_record(flow_stream_t* flow, const flow_record_layout_t* layout,

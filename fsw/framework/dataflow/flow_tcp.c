@@ -129,8 +129,8 @@ static void accept_clients(flow_tcp_t* const flow, const flow_tcp_user_t* const 
 }
 
 typedef enum {
-    OFFER_MORE, ///< Read on.
-    OFFER_BUSY, ///< The framer has a frame that it cannot take now.
+    OFFER_MORE, ///< The framer can take more octets.
+    OFFER_BUSY, ///< The first frame cannot be taken now.
     OFFER_OVER  ///< The connection has ended.
 } offer_t;
 
@@ -162,7 +162,8 @@ static offer_t offer(flow_tcp_t* const flow, const flow_tcp_user_t* const user, 
     if (taken == FLOW_TCP_BUSY) {
         return OFFER_BUSY;
     }
-    if (client->held == flow->buffer_octets) { // A frame that does not fit.
+    // The buffer is full without a complete frame: the frame is too long.
+    if (client->held == flow->buffer_octets) {
         flow->counters.malformed++;
         flow_tcp_end(flow, user, index);
         return OFFER_OVER;
@@ -170,8 +171,8 @@ static offer_t offer(flow_tcp_t* const flow, const flow_tcp_user_t* const user, 
     return OFFER_MORE;
 }
 
-/// Read from one client until it has nothing more, its framer is busy, or `limit` is reached; returns the
-/// octets read.
+/// Read from one client until no more octets have arrived, its framer is busy, or `limit` is reached;
+/// returns the octets read.
 static size_t read_client(flow_tcp_t* const flow, const flow_tcp_user_t* const user, const unsigned index,
                           const size_t limit)
 {
@@ -237,7 +238,7 @@ status_t flow_tcp_send(flow_tcp_t* const flow, const unsigned client, const uint
         return status;
     }
     *out_sent = 0U;
-    return STATUS_CLOSED; // Reading detects the end as well, and the next step reports it.
+    return STATUS_CLOSED; // The next step detects the end when it reads, and reports it.
 }
 
 size_t flow_tcp_sockets(flow_tcp_t* const flow, osal_socket_t** const out_sockets, const size_t capacity)

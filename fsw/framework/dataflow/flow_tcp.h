@@ -2,7 +2,7 @@
 /// Data flow of streams, server side: a listening port and a bounded number of clients.
 ///
 /// Received octets are collected per client and passed to the caller's framer, which removes complete frames
-/// from the front. Sent octets go directly to the kernel, as many as it takes; the caller queues the others
+/// from the front. Sent octets go directly to the kernel, as many as it accepts; the caller queues the rest
 /// and decides what to drop if a reader is slow.
 ///
 /// Ownership  The caller places flow_tcp_t, the clients and their buffers; all outlive the flow.
@@ -26,7 +26,7 @@
 
 #define FLOW_TCP_UNLIMITED SIZE_MAX ///< No limit on the octets that one call receives.
 
-typedef struct { // Private; `epoch` counts the connections this place has seen.
+typedef struct { // Private; `epoch` counts the connections that have used this place.
     osal_socket_t socket;
     osal_address_t peer;
     uint8_t* buffer;
@@ -52,15 +52,15 @@ typedef struct {
     void* context;
     void (*connected)(void* context, unsigned client);
     void (*disconnected)(void* context, unsigned client);
-    /// Take whole frames off the front of `octets`; the result is the number of octets taken, 0..size.
+    /// Take complete frames from the front of `octets`; returns the number of octets taken, 0..size.
     /// FLOW_TCP_MALFORMED ends the connection. FLOW_TCP_BUSY: the first frame cannot be taken now; it is
     /// passed again in the next step, and until then no more is read from this client. Called repeatedly as
     /// long as it takes octets.
     size_t (*frame)(void* context, unsigned client, const uint8_t* octets, size_t size);
-    /// Octets that may be read from a client in this step; null: as many as there are.
+    /// Returns the number of octets that may be read from a client in this step. Null: no limit.
     size_t (*allowance)(void* context, unsigned client);
-    /// A client connects and no place is free: returns the client whose connection is ended; `capacity` or
-    /// more: no connection is ended, the new one is refused. Null: the new one is always refused.
+    /// Called if a client connects and no place is free. Returns the client whose connection is ended;
+    /// `capacity` or more refuses the new connection. Null: the new connection is always refused.
     unsigned (*make_room)(void* context);
 } flow_tcp_user_t;
 
@@ -77,7 +77,8 @@ typedef struct { // Private, except counters: read-only.
     unsigned first; // First client of the next step: the one after the client served last.
 } flow_tcp_t;
 
-/// Closed, no clients. `buffers` holds capacity x buffer_octets octets; buffer_octets >= the longest frame.
+/// Initialise as closed, without clients. `buffers` holds capacity x buffer_octets octets; buffer_octets >=
+/// the longest frame.
 void flow_tcp_init(flow_tcp_t* flow, flow_tcp_client_t* clients, unsigned capacity, uint8_t* buffers,
                    size_t buffer_octets);
 /// Count the listening socket and every connection in `quota`, which outlives the flow. Call it before
@@ -105,7 +106,8 @@ uint32_t flow_tcp_octets_in(const flow_tcp_t* flow, unsigned client);
 /// Address of the other end. STATUS_OK, STATUS_CLOSED (no such client).
 MUST_USE status_t flow_tcp_peer(const flow_tcp_t* flow, unsigned client, osal_address_t* out_peer);
 bool flow_tcp_is_connected(const flow_tcp_t* flow, unsigned client);
-/// Open sockets, listener first, for the executive's wait. Returns how many were written, <= capacity.
+/// List the open sockets, the listener first, for which the executive waits. Returns their number, <=
+/// capacity.
 size_t flow_tcp_sockets(flow_tcp_t* flow, osal_socket_t** out_sockets, size_t capacity);
 
 #endif // FSW_FRAMEWORK_DATAFLOW_FLOW_TCP_H

@@ -21,9 +21,9 @@
 #include <stdint.h>
 
 typedef struct {
-    const char* local;       ///< End node that is bound.
+    const char* local;       ///< End node whose address is bound.
     const char* peer;        ///< The only peer. The resolver gives both addresses.
-    flow_order_t order;      ///< Byte order of a number, in records.
+    flow_order_t order;      ///< Byte order of the numbers in records.
     size_t receive_octets;   ///< Receive buffer requested from the system; 0: default.
     uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
     uint64_t retry_longest_ns;
@@ -34,8 +34,8 @@ typedef struct { // [datagrams, wrap]
     uint32_t sent;
     uint32_t received;
     uint32_t refused;       ///< Not sent: kernel buffer full, no receiver, too large, closed.
-    uint32_t other_senders; ///< Received from another address than the peer's, dropped.
-    uint32_t oversize;      ///< Received, longer than the caller's buffer, dropped.
+    uint32_t other_senders; ///< Received from an address other than the peer's, and dropped.
+    uint32_t oversize;      ///< Received, but longer than the caller's buffer, and dropped.
     uint32_t unfit;         ///< Received, but not a record of the expected layout.
 } flow_udp_counters_t;
 
@@ -55,16 +55,16 @@ void flow_udp_init(flow_udp_t* flow, const flow_udp_setup_t* setup, const flow_r
 /// STATUS_DENIED, STATUS_IO).
 status_t flow_udp_step(flow_udp_t* flow, uint64_t now_ns);
 
-/// STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (no socket, or no route).
+/// Send one datagram. STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (no socket, or no route).
 MUST_USE status_t flow_udp_send(flow_udp_t* flow, const uint8_t* octets, size_t size);
-/// One datagram of the peer; those of other senders and oversize ones are counted and skipped. STATUS_OK,
-/// STATUS_EMPTY, STATUS_CLOSED (no socket).
+/// Receive one datagram of the peer. Datagrams of other senders and oversize ones are counted and skipped.
+/// STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (no socket).
 MUST_USE status_t flow_udp_receive(flow_udp_t* flow, uint8_t* octets, size_t capacity, size_t* out_size);
-/// One struct as one datagram, in the flow's byte order. A layout of more than RECORD_OCTETS_MAX is a coding
-/// error. Statuses of flow_udp_send.
+/// Send a struct as one datagram, in the flow's byte order. A layout of more than RECORD_OCTETS_MAX is a
+/// coding error. Statuses of flow_udp_send.
 MUST_USE status_t flow_udp_send_record(flow_udp_t* flow, const flow_record_layout_t* layout,
                                        const void* record);
-/// The next datagram as a struct, which changes only with STATUS_OK. Statuses of flow_udp_receive;
+/// Receive the next datagram as a struct, which changes only with STATUS_OK. Statuses of flow_udp_receive;
 /// STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_INVALID: the datagram is not such a record; it is dropped and
 /// counted.
 MUST_USE status_t flow_udp_receive_record(flow_udp_t* flow, const flow_record_layout_t* layout,

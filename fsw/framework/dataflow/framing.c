@@ -13,7 +13,7 @@
 #define LINE_FEED 0x0AU
 #define CARRIAGE_RETURN 0x0DU
 
-// ---- Taking frames apart ----
+// ---- Decoding ----
 
 static void begin_frame(flow_frame_assembler_t* const assembler)
 {
@@ -43,7 +43,7 @@ void flow_frame_assembler_reset(flow_frame_assembler_t* const assembler)
     begin_frame(assembler);
 }
 
-/// One octet of the payload, unless the frame is being passed over or becomes too long.
+/// Store one octet of the payload, unless the frame is skipped or becomes too long.
 static void keep(flow_frame_assembler_t* const assembler, const uint8_t octet)
 {
     if (assembler->is_skipping) {
@@ -58,7 +58,7 @@ static void keep(flow_frame_assembler_t* const assembler, const uint8_t octet)
     assembler->held++;
 }
 
-/// True if the frame has ended with this octet, as for the other take_ functions below.
+/// Process one octet. True if it ends the frame; so return all functions take_...
 static bool take_length(flow_frame_assembler_t* const assembler, const uint8_t octet)
 {
     if (assembler->prefix < LENGTH_OCTETS) {
@@ -86,7 +86,8 @@ static bool take_slip(flow_frame_assembler_t* const assembler, const uint8_t oct
             assembler->counters.malformed++;
             assembler->is_skipping = true;
         }
-        return (assembler->held > 0U) || assembler->is_skipping; // Two ends in a row are no frame.
+        // Two end octets in a row are not an empty frame.
+        return (assembler->held > 0U) || assembler->is_skipping;
     }
     if (assembler->is_escaped) {
         assembler->is_escaped = false;
@@ -109,8 +110,7 @@ static bool take_slip(flow_frame_assembler_t* const assembler, const uint8_t oct
 static bool take_line(flow_frame_assembler_t* const assembler, const uint8_t octet)
 {
     if (octet != LINE_FEED) {
-        // The return is held back: it belongs to the payload only if something else than the line end
-        // follows.
+        // Keep the carriage return back: it belongs to the payload only if no line feed follows.
         if (assembler->is_escaped) {
             assembler->is_escaped = false;
             keep(assembler, CARRIAGE_RETURN);
@@ -170,7 +170,7 @@ status_t flow_frame_assembler_feed(flow_frame_assembler_t* const assembler, cons
     return STATUS_EMPTY;
 }
 
-// ---- Putting frames together ----
+// ---- Encoding ----
 
 static bool is_line(const uint8_t* const payload, const size_t size)
 {
@@ -182,7 +182,7 @@ static bool is_line(const uint8_t* const payload, const size_t size)
     return true;
 }
 
-/// Octets of the frame beyond its payload.
+/// Number of octets that the framing adds to the payload.
 static size_t overhead(const flow_framing_t framing, const uint8_t* const payload, const size_t size)
 {
     if (framing == FLOW_FRAMING_LENGTH) {

@@ -2,8 +2,8 @@
 /// Framing of octet streams: decodes payloads from octets in any pieces, and encodes payloads.
 ///
 /// The assembler reads each octet once and keeps its state between calls, so that a frame may be cut
-/// anywhere. Octets that are no frame, and frames too long for the buffer, are counted and skipped up to the
-/// next frame; invalid octets never end a flow.
+/// anywhere. Octets that do not form a frame, and frames that are too long for the buffer, are counted and
+/// skipped up to the next frame; invalid octets never end a flow.
 ///
 /// Ownership  The caller places the assembler and its buffer.
 /// Context    One task.
@@ -23,9 +23,9 @@
 
 typedef struct { // [frames, wrap]
     uint32_t complete;
-    uint32_t oversize;  ///< Longer than the buffer, dropped.
-    uint32_t malformed; ///< Wrong escape, dropped.
-    uint32_t cut;       ///< Begun, but the stream ended.
+    uint32_t oversize;  ///< Frames longer than the buffer, dropped.
+    uint32_t malformed; ///< Frames with an invalid escape sequence, dropped.
+    uint32_t cut;       ///< Frames incomplete when the stream ended.
 } flow_frame_counters_t;
 
 typedef struct { // Private, except counters: read-only.
@@ -37,25 +37,26 @@ typedef struct { // Private, except counters: read-only.
     uint32_t length;  ///< LENGTH: payload octets of the present frame.
     uint8_t prefix;   ///< LENGTH: octets of the length field received so far.
     bool is_skipping; ///< The rest of the present frame is skipped.
-    bool is_escaped;  ///< SLIP: the octet before was an escape.
+    bool is_escaped;  ///< SLIP: the previous octet was an escape. LINE: it was a carriage return.
     bool is_done;     ///< The buffer contains a frame that was returned.
     flow_frame_counters_t counters;
 } flow_frame_assembler_t;
 
-/// capacity >= 1: longest payload (of RAW: most octets returned at once).
+/// Initialise. capacity >= 1 is the longest payload; with RAW, the largest number of octets returned at
+/// once.
 void flow_frame_assembler_init(flow_frame_assembler_t* assembler, const flow_format_t* format,
                                uint8_t* buffer, size_t capacity);
-/// Forget the present frame: the stream ended, another begins.
+/// Drop the present frame, because the stream has ended and a new one begins.
 void flow_frame_assembler_reset(flow_frame_assembler_t* assembler);
 /// Process octets up to the end of the next frame; *out_taken is the number of processed octets. STATUS_OK:
-/// the payload is `buffer`, *out_size octets (0 or more), until the next call. STATUS_EMPTY: all were taken,
-/// no frame has ended.
+/// the payload is `buffer`, *out_size octets (0 or more), until the next call. STATUS_EMPTY: all octets
+/// were processed and no frame has ended.
 MUST_USE status_t flow_frame_assembler_feed(flow_frame_assembler_t* assembler, const uint8_t* octets,
                                             size_t size, size_t* out_taken, size_t* out_size);
 
-/// Frame one payload. STATUS_OK; STATUS_INVALID (LINE: it holds a line end); STATUS_TOO_LARGE (longer than
-/// the length field of the framing allows); STATUS_FULL (the frame does not fit `capacity`). Only with
-/// STATUS_OK the output is valid.
+/// Encode one payload as a frame. STATUS_OK; STATUS_INVALID (LINE: the payload contains a line end);
+/// STATUS_TOO_LARGE (longer than the length field of the framing allows); STATUS_FULL (the frame does not
+/// fit `capacity`). Only with STATUS_OK the output is valid.
 MUST_USE status_t flow_frame_encode(const flow_format_t* format, const uint8_t* payload, size_t size,
                                     uint8_t* octets, size_t capacity, size_t* out_size);
 

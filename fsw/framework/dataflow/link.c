@@ -21,7 +21,7 @@ static void release(flow_link_t* const link)
     link->is_pending = false;
 }
 
-/// Begin an attempt, or ask for the result of the pending one.
+/// Begin an attempt to open the object, or check the result of the pending attempt.
 static void attempt(flow_link_t* const link)
 {
     status_t status      = link->is_pending ? STATUS_OK : quota_take(link->quota);
@@ -40,7 +40,7 @@ static void attempt(flow_link_t* const link)
         link->failure = status;
         flow_reconnect_failed(&link->reconnect, link->now_ns);
     } else {
-        // The next step asks for the result.
+        // The next step checks the result.
     }
 }
 

@@ -18,7 +18,7 @@ bool flow_reconnect_is_due(const flow_reconnect_t* const reconnect, const uint64
     return !reconnect->is_connected && (now_ns >= reconnect->due_ns);
 }
 
-/// Wait for the present delay; the next one is twice as long.
+/// Set the time of the next attempt by the present delay, and double the delay up to its maximum.
 static void back_off(flow_reconnect_t* const reconnect, const uint64_t now_ns)
 {
     reconnect->due_ns =

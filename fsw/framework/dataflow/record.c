@@ -49,7 +49,7 @@ status_t flow_record_encode(const flow_record_layout_t* const layout, const flow
     return STATUS_OK;
 }
 
-/// Decode every scalar into the record, or, if that is null, only check the octets.
+/// Decode every scalar into the record; if `record` is null, only check the octets.
 static status_t decode(const flow_record_layout_t* const layout, const flow_order_t order,
                        const uint8_t* const octets, uint8_t* const record)
 {

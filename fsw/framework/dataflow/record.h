@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Serialisation: a struct of scalars to octets and back, field after field without gaps, in the flow's
-/// order. Flows have functions that send and receive records by their layout.
+/// Serialisation: converts a struct of scalars to octets and back, field after field without gaps, in the
+/// flow's byte order. Flows have functions that send and receive records by their layout.
 ///
 ///     typedef struct { uint16_t counter; double angle_rad[2]; } sample_t;
 ///     static const flow_record_field_t fields[] = {RECORD_FIELD(sample_t, counter, VALUE_UINT16, 1U),
@@ -40,13 +40,14 @@ typedef struct {
     size_t field_count;
 } flow_record_layout_t;
 
-/// Octets of one record on the wire.
+/// Size of one record on the wire [octets].
 size_t flow_record_octets(const flow_record_layout_t* layout);
-/// STATUS_OK, STATUS_FULL (less capacity than flow_record_octets; nothing is written).
+/// Convert a struct to octets. STATUS_OK, STATUS_FULL (capacity below flow_record_octets; no octet is
+/// written).
 MUST_USE status_t flow_record_encode(const flow_record_layout_t* layout, flow_order_t order,
                                      const void* record, uint8_t* octets, size_t capacity, size_t* out_size);
-/// The record changes only with STATUS_OK; STATUS_TRUNCATED, STATUS_TOO_LARGE (octets are left over),
-/// STATUS_INVALID (a BOOL that is neither 0 nor 1).
+/// Convert octets to a struct, which changes only with STATUS_OK. STATUS_OK; STATUS_TRUNCATED,
+/// STATUS_TOO_LARGE (octets are left over), STATUS_INVALID (a BOOL that is neither 0 nor 1).
 MUST_USE status_t flow_record_decode(const flow_record_layout_t* layout, flow_order_t order,
                                      const uint8_t* octets, size_t size, void* record);
 

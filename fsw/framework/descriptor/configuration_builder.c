@@ -6,9 +6,10 @@
 #include <string.h>
 
 #define REPORT_OCTETS_MAX 4000U
-#define STALE_PERIODS 4U ///< Age of a stale sample where the descriptor gives none [sampling times].
+/// Age from which a sample is stale, if the descriptor does not define it [sampling times].
+#define STALE_PERIODS 4U
 
-/// Configuration of the element that holds the one being read.
+/// Configuration that contains the element being read.
 static const descriptor_configuration_t* configuration_of(const source_t* const source)
 {
     return source->items[source->depth - 1U];
@@ -16,7 +17,7 @@ static const descriptor_configuration_t* configuration_of(const source_t* const 
 
 // ---- Initial values ----
 
-/// The parameter that an <Initial> names, or NULL after an error.
+/// Returns the parameter that an <Initial> names, or NULL after an error.
 static const descriptor_field_t* initial_field(source_t* const source,
                                                const descriptor_parameter_t* const parameter)
 {
@@ -78,7 +79,7 @@ static void refuse_bound_services(source_t* const source, const char* const serv
     }
 }
 
-/// Bits of the services that a <Loop> runs; each in one loop of its configuration.
+/// Read the services that a <Loop> runs. Each service runs in at most one loop of its configuration.
 void descriptor_configuration_builder_loop(source_t* const source)
 {
     descriptor_loop_t* const loop = source->item;
@@ -91,7 +92,8 @@ void descriptor_configuration_builder_loop(source_t* const source)
     }
     refuse_bound_services(source, services);
     const uint32_t count =
-        descriptor_source_words(source, "services", "17 20", indices); // In the order of their bits.
+        // The words are in the order of the bits of `services`.
+        descriptor_source_words(source, "services", "17 20", indices);
     for (uint32_t i = 0U; i < count; i++) {
         loop->services = (uint8_t)(loop->services | (1U << indices[i]));
     }
@@ -102,7 +104,7 @@ void descriptor_configuration_builder_loop(source_t* const source)
     }
 }
 
-/// Number within the configuration of the loop that an element names; 0 is the configuration's own.
+/// Returns the number, within the configuration, of the loop that an element names; 0 is the main loop.
 static uint8_t loop_of(source_t* const source)
 {
     const descriptor_configuration_t* const configuration = configuration_of(source);
@@ -192,7 +194,7 @@ void descriptor_configuration_builder_requires(source_t* const source)
     }
 }
 
-/// CRC-32 over the lines name:type:count of a layout.
+/// CRC-32 of the lines "name:type:count" of a layout.
 static uint32_t layout_hash(const subsystem_descriptor_t* const descriptor,
                             const descriptor_port_t* const port, bool* const out_is_cut)
 {
@@ -227,7 +229,7 @@ void descriptor_configuration_builder_port_end(source_t* const source)
 /// Index and subindex of an object like 0x6060:00. False if malformed.
 static bool read_object(const char* const words, uint16_t* const out_index, uint8_t* const out_subindex)
 {
-    char number[9]; // Both in one number: 0x606000.
+    char number[9]; // Index and subindex as one number: 0x606000.
     const char* at  = number;
     uint64_t object = 0U;
     if ((strlen(words) != 9U) || (strncmp(words, "0x", 2U) != 0) || (words[6] != ':')) {
@@ -280,7 +282,7 @@ void descriptor_configuration_builder_supply(source_t* const source)
 
 // ---- End of the document ----
 
-/// Bits of the configurations that a function names.
+/// Returns the configurations that a function names, one bit for each.
 static uint16_t configurations_of(source_t* const source, const char* const chosen, const uint32_t line)
 {
     uint8_t places[DESCRIPTOR_CONFIGURATIONS_MAX];
@@ -302,7 +304,7 @@ static uint16_t configurations_of(source_t* const source, const char* const chos
     return (uint16_t)bits;
 }
 
-/// Check that a port that several configurations have is the same in all of them.
+/// Check that a port which occurs in several configurations is the same in all of them.
 static void check_same_ports(source_t* const source)
 {
     const subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);

@@ -41,7 +41,7 @@ static status_t feed_file(descriptor_loader_t* const loader, source_t* const sou
     return (read != STATUS_OK) ? read : fed;
 }
 
-/// Parse `octets`, or, if they are null, the file that the source names.
+/// Parse `octets`; if null, parse the file that the source names.
 static status_t parse(descriptor_loader_t* const loader, source_t* const source, const void* const octets,
                       const size_t size)
 {
@@ -68,7 +68,7 @@ static status_t read_subsystem(descriptor_loader_t* const loader, const char* co
     subsystem_builder_t builder;
     descriptor_subsystem_builder_begin(&builder, out_descriptor, path, &error);
     const status_t status = parse(loader, &builder.source, octets, size);
-    if (status != STATUS_OK) { // Clear a model that was read only in part.
+    if (status != STATUS_OK) { // Clear a model that is incomplete.
         (void)memset(out_descriptor, 0, sizeof *out_descriptor);
         out_descriptor->name = "";
     }
@@ -88,7 +88,8 @@ status_t descriptor_parse_subsystem(descriptor_loader_t* const loader, const cha
     return read_subsystem(loader, name, (size > 0U) ? octets : "", size, out_descriptor);
 }
 
-/// Path of a file named relative to the folder of another one. False if it is too long.
+/// Build the path of a file whose name is relative to the folder of the file `neighbour`. False if it is
+/// too long.
 static bool join(char* const out_path, const size_t capacity, const char* const neighbour,
                  const char* const name)
 {
@@ -112,7 +113,7 @@ static status_t load_listed(descriptor_loader_t* const loader, mission_builder_t
         return STATUS_INVALID;
     }
     const status_t status = descriptor_load_subsystem(loader, loader->path, out_descriptor);
-    if (status == STATUS_NOT_FOUND) { // Reported at the line of the mission that names it.
+    if (status == STATUS_NOT_FOUND) { // Report it at the line of the mission that names the descriptor.
         descriptor_source_fail_as(&builder->source, subsystem->line, status, "descriptor=\"");
         descriptor_source_say(&builder->source, "%\" of <Subsystem>: expected a file, found none",
                               subsystem->descriptor, NULL, 0U);
@@ -122,7 +123,8 @@ static status_t load_listed(descriptor_loader_t* const loader, mission_builder_t
                : status;
 }
 
-/// Load the descriptors one after the other, that of subsystem `own` last: its model remains in *out_own.
+/// Load the descriptors one after the other, and that of subsystem `own` last, so that its model remains in
+/// *out_own.
 static status_t load_all(descriptor_loader_t* const loader, mission_builder_t* const builder,
                          const uint16_t own, subsystem_descriptor_t* const out_own)
 {
@@ -135,7 +137,7 @@ static status_t load_all(descriptor_loader_t* const loader, mission_builder_t* c
         } else if (builder->scope != NULL) {
             status = load_listed(loader, builder, i, out_own);
         } else {
-            // The descriptors of others are not needed.
+            // Without a scope, only the own descriptor is read.
         }
     }
     if ((status == STATUS_OK) && (last < mission->subsystem_count)) {

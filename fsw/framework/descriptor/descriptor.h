@@ -3,7 +3,7 @@
 /// the loading and reads "file:line: what was found and what is expected"; the model is then empty.
 ///
 /// Ownership  The caller places loader and models; a loader can be used for any number of documents in turn.
-/// Context    At start and on TC[129,6]; not in the control cycle: a document takes milliseconds.
+/// Context    At start and for TC[129,6]; not in the control cycle, because a document takes milliseconds.
 /// Errors     Each function lists every status.
 ///
 ///     static descriptor_loader_t    loader;
@@ -37,8 +37,8 @@ typedef struct { // Private.
 
 void descriptor_loader_init(descriptor_loader_t* loader);
 
-/// STATUS_OK; STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO (file); STATUS_INVALID, STATUS_TRUNCATED,
-/// STATUS_TOO_LARGE, STATUS_EXHAUSTED (content: see descriptor_error).
+/// Load the descriptor of a subsystem. STATUS_OK; STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO (file);
+/// STATUS_INVALID, STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_EXHAUSTED (content: see descriptor_error).
 MUST_USE status_t descriptor_load_subsystem(descriptor_loader_t* loader, const char* path,
                                             subsystem_descriptor_t* out_descriptor);
 /// Like descriptor_load_subsystem, but from memory; error texts give `name` as the file. STATUS_OK,
@@ -53,13 +53,13 @@ typedef struct mission_scope mission_scope_t;
 /// Permissions, recovery plans, hashes, and the descriptors of all subsystems: for supervisor and launcher.
 extern const mission_scope_t descriptor_mission_whole;
 
-/// Mission, and the descriptors of its subsystems, one after the other in `out_own` (paths are relative to
-/// the mission's file); at the end `out_own` contains that of subsystem `apid`, so that its program reads no
-/// file twice. Scope NULL, as a subsystem needs it: no descriptor but its own is read. Then the mission has
-/// no permissions and no recovery plans, its hashes are 0, and of other subsystems it contains only the
-/// content of the mission's file: ports at their end of links are 0. APID 1..2046; with a scope also
-/// MISSION_ANY_TARGET: the last subsystem. Statuses of descriptor_load_subsystem; STATUS_INVALID: the mission
-/// has no such subsystem.
+/// Load a mission, and the descriptors of its subsystems one after the other into `out_own` (their paths
+/// are relative to the mission's file). At the end `out_own` contains the descriptor of subsystem `apid`.
+/// With scope NULL, as a subsystem needs it, only this descriptor is read: then the mission has no
+/// permissions and no recovery plans, its hashes are 0, and about other subsystems it contains only what
+/// the mission's file says; the ports at their ends of links are 0. `apid` is 1..2046; with a scope
+/// MISSION_ANY_TARGET means the last subsystem. Statuses of descriptor_load_subsystem; STATUS_INVALID: the
+/// mission has no such subsystem.
 MUST_USE status_t descriptor_load_mission(descriptor_loader_t* loader, const char* path, uint16_t apid,
                                           const mission_scope_t* scope, mission_descriptor_t* out_mission,
                                           subsystem_descriptor_t* out_own);

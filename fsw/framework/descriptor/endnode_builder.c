@@ -2,8 +2,8 @@
 // End nodes of a device: address and octet format of a data flow, fields of its records.
 #include "fsw/framework/descriptor/subsystem_builder.h"
 
-// Attributes in their order, as bits: bus, redundantBus, node, name, address, port, framing, order,
-// direction, baud, checksum, silence, retry, retryLongest.
+// Attributes as bits, in the order of the table of elements: bus, redundantBus, node, name, address, port,
+// framing, order, direction, baud, checksum, silence, retry, retryLongest.
 #define BUS 0x005U
 #define REDUNDANT_BUS 0x002U
 #define NAME 0x008U
@@ -15,7 +15,7 @@
 #define STREAM 0x3C00U
 #define ATTRIBUTES 14U
 
-typedef struct { // Attributes that an endnode of a type must have, and those it may have; it has no others.
+typedef struct { // Attributes that an end node of a type must have, and may have; others are refused.
     uint16_t needed;
     uint16_t allowed;
 } endnode_rule_t;
@@ -30,7 +30,8 @@ static const endnode_rule_t rules[] = {
     [DESCRIPTOR_ENDNODE_FILE]   = {NAME, FRAMING | ORDER | DIRECTION | STREAM},
 };
 
-/// Octet format; defaults: raw, most significant octet first, both ways, 115200 bit/s.
+/// Read an end node. Defaults of its format: raw, most significant octet first, both directions, 115200
+/// bit/s.
 void descriptor_endnode_builder_start(source_t* const source)
 {
     static const uint32_t bit_rates[] = {9600U, 19200U, 38400U, 57600U, 115200U, 230400U, 460800U, 921600U};
@@ -38,7 +39,7 @@ void descriptor_endnode_builder_start(source_t* const source)
     descriptor_endnode_t* const endnode        = source->item;
     const endnode_rule_t* const rule           = &rules[endnode->type];
     for (uint32_t i = 0U; i < ATTRIBUTES; i++) {
-        const char* const name = attributes[i + 1U].name; // Behind the type.
+        const char* const name = attributes[i + 1U].name; // The attribute `type` is the first one.
         const bool is_needed   = ((rule->needed >> i) & 1U) != 0U;
         const bool is_allowed  = (((uint32_t)rule->allowed >> i) & 1U) != 0U;
         const bool is_there    = descriptor_source_has(source, name);

@@ -51,7 +51,8 @@ static void add_configuration(hasher_t* const self, const descriptor_configurati
 
 static void add_service(hasher_t* const self, const descriptor_service_t* const service)
 {
-    if (!service->is_of_spacecraft) { // Else its storage does not depend on the descriptor.
+    // The storage of a service of the spacecraft does not depend on the descriptor.
+    if (!service->is_of_spacecraft) {
         add(self, "service #", NULL, service->type);
         add(self, " #", NULL, service->capacity);
         add(self, " #\n", NULL, service->functional);

@@ -6,7 +6,7 @@
 #define EPOCH_FIRST_YEAR 1958U
 #define EPOCH_LAST_YEAR 2093U
 
-/// Days from 1958-01-01, or UINT32_MAX if there is no such day.
+/// Returns the number of days since 1958-01-01, or UINT32_MAX if there is no such day.
 static uint32_t days_of(const uint32_t year, const uint32_t month, const uint32_t day)
 {
     static const uint16_t before[] = {0U,   31U,  59U,  90U,  120U, 151U, 181U,
@@ -24,7 +24,7 @@ static uint32_t days_of(const uint32_t year, const uint32_t month, const uint32_
            (day - 1U);
 }
 
-/// Numbers of a time like 2026-06-01T12:00:00: year to second. False if malformed.
+/// Read the numbers of a time like 2026-06-01T12:00:00, from year to second. False if malformed.
 static bool read_numbers(const char* const words, uint32_t* const out_numbers)
 {
     static const char shape[] = "0000-00-00T00:00:00";
@@ -44,7 +44,7 @@ static bool read_numbers(const char* const words, uint32_t* const out_numbers)
     return true;
 }
 
-/// TAI seconds since 1958-01-01 of a time.
+/// Returns the attribute `epoch` as TAI seconds since 1958-01-01.
 static uint32_t read_epoch(source_t* const source)
 {
     uint32_t time[6] = {0U, 0U, 0U, 0U, 0U, 0U};

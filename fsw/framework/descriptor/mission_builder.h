@@ -10,14 +10,14 @@
 
 typedef struct mission_builder mission_builder_t;
 
-struct mission_scope { // Further work of a reader of the whole mission.
-    /// Handler of elements that only such a reader processes: power, modes, permissions, plans, buses,
+struct mission_scope { // Functions that only a reader of the whole mission needs.
+    /// Handler of the elements that only such a reader processes: power, modes, permissions, plans, buses,
     /// ground.
     void (*element)(source_t* source);
-    /// A descriptor, read from `path`, was added to the model.
+    /// Called when a descriptor, read from `path`, was added to the model.
     void (*take)(mission_builder_t* builder, mission_subsystem_t* subsystem, const char* path,
                  const subsystem_descriptor_t* descriptor);
-    void (*resolve)(mission_builder_t* builder); ///< All descriptors were added.
+    void (*resolve)(mission_builder_t* builder); ///< Called when all descriptors were added.
 };
 
 enum { // Kinds of elements.
@@ -46,13 +46,16 @@ enum { // Kinds of elements.
 struct mission_builder {
     source_t source;
     mission_descriptor_t* mission;
-    const mission_scope_t* scope;              ///< NULL: only subsystem `only` is read.
-    uint16_t only;                             ///< APID.
-    uint16_t power_seen;                       ///< Bit n: power of state n of the subsystem being read.
-    const char* rule_words[MISSION_RULES_MAX]; ///< Function or configuration still to be found, or NULL.
+    const mission_scope_t* scope; ///< NULL: only subsystem `only` is read.
+    uint16_t only;                ///< APID of that subsystem.
+    /// Bit n: the power of state n of the subsystem being read is defined.
+    uint16_t power_seen;
+    /// Function or configuration whose number is not known yet, or NULL.
+    const char* rule_words[MISSION_RULES_MAX];
     const mission_subsystem_t* bus_owners[MISSION_BUSES_MAX]; ///< Subsystem with the devices of each bus.
-    const char* link_words[MISSION_LINKS_MAX][2]; ///< Ports still to be found: producer, consumer.
-    const char* plan_events[MISSION_PLANS_MAX];   ///< Event still to be found, or NULL.
+    /// Ports whose numbers are not known yet: producer, consumer.
+    const char* link_words[MISSION_LINKS_MAX][2];
+    const char* plan_events[MISSION_PLANS_MAX]; ///< Event whose number is not known yet, or NULL.
 };
 
 /// Empty the model and begin. The builder outlives the document and its resolution. Without a scope only
@@ -60,17 +63,17 @@ struct mission_builder {
 void descriptor_mission_builder_begin(mission_builder_t* builder, mission_descriptor_t* mission,
                                       const char* path, uint16_t apid, const mission_scope_t* scope,
                                       text_t* error);
-/// Take in the descriptor of subsystem `index`, read from `path`. STATUS_OK, or the error of the source.
+/// Add the descriptor of subsystem `index`, read from `path`. STATUS_OK, or the error of the source.
 MUST_USE status_t descriptor_mission_builder_take(mission_builder_t* builder, uint16_t index,
                                                   const char* path, const subsystem_descriptor_t* descriptor);
-/// All descriptors were read: every name must have been found. Statuses as above.
+/// Call when all descriptors were read: every name must then be resolved. Statuses as above.
 MUST_USE status_t descriptor_mission_builder_resolve(mission_builder_t* builder);
 
-// Lists whose names attributes give: mission_elements.c
+// Lists of names that attributes use: mission_elements.c
 extern const source_list_t descriptor_mission_subsystems;
 extern const source_list_t descriptor_mission_modes;
 #define MISSION_SUBSYSTEM_WORDS                                                                              \
-    ((MISSION_SUBSYSTEMS_MAX + 1U) * (DESCRIPTOR_NAME_MAX + 1U)) ///< With room for " SELF NETWORK".
+    ((MISSION_SUBSYSTEMS_MAX + 1U) * (DESCRIPTOR_NAME_MAX + 1U)) ///< Includes room for " SELF NETWORK".
 #define MISSION_MODE_WORDS (MISSION_MODES_MAX * (DESCRIPTOR_NAME_MAX + 1U))
 
 static inline mission_builder_t* descriptor_mission_builder_of(const source_t* const source)
@@ -83,8 +86,8 @@ void descriptor_mission_builder_mission(source_t* source);
 void descriptor_mission_builder_whole(source_t* source); ///< The scope's handler, if there is a scope.
 void descriptor_mission_builder_end(source_t* source);
 void descriptor_mission_builder_link(source_t* source); // mission_resolver.c
-/// Report that the words of an attribute name nothing of the expected kind; `expected` begins with the
-/// element's name.
+/// Report that the words of an attribute do not name an item of the expected kind; `expected` begins with
+/// the element's name.
 void descriptor_mission_builder_refuse(source_t* source, uint32_t line, const char* attribute,
                                        const char* words, const char* expected);
 // Checks of the whole mission: mission_checks.c

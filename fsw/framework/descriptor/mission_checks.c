@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Conditions between the parts of a mission and the descriptors of its subsystems. Launcher and supervisor
-// check it before any subsystem starts; a subsystem's own program does not check it again.
+// check them before any subsystem starts; the program of a subsystem does not check them again.
 #include "fsw/framework/descriptor/mission_builder.h"
 
 #include <string.h>
 
-// The entry in a mission has room for the maximum of a subsystem.
+// The entry of a subsystem in the mission must have room for the largest descriptor.
 typedef char configurations_fit[(MISSION_CONFIGURATIONS_MAX >= DESCRIPTOR_CONFIGURATIONS_MAX) ? 1 : -1];
 typedef char ports_fit[(MISSION_PORTS_MAX >= DESCRIPTOR_PORTS_MAX) ? 1 : -1];
 
@@ -53,11 +53,11 @@ static void end_modes(source_t* const source)
         descriptor_source_fail(source, source->line,
                                "one <Mode> must have fallback=\"true\" or, where none has, id 0");
     } else {
-        // Each is one of them.
+        // Each item is one of these.
     }
 }
 
-/// Elements that refer to subsystems and modes must follow them.
+/// Check that the lists of subsystems and modes precede the elements that refer to them.
 static void check_lists(source_t* const source)
 {
     const mission_descriptor_t* const mission = source->item;
@@ -79,7 +79,7 @@ static void check_ground(source_t* const source)
         descriptor_source_fail(source, source->line,
                                "<Ground address=\"0.0.0.0\"> needs a key: only this machine has none");
     } else {
-        // The attributes are consistent.
+        // These attributes are consistent.
     }
 }
 
@@ -90,7 +90,7 @@ static const mission_bus_t* find_bus(const mission_descriptor_t* const mission, 
     return descriptor_named(mission->buses, mission->bus_count, sizeof mission->buses[0], name);
 }
 
-/// Check that each redundant bus belongs to another bus, and is its only one.
+/// Check that each redundant bus names another bus, and that this bus has no second one.
 static void end_buses(source_t* const source)
 {
     const mission_descriptor_t* const mission = source->item;
@@ -113,7 +113,8 @@ static void end_buses(source_t* const source)
     }
 }
 
-/// A bus has one master: SYNC and network management of two would act on each other's devices.
+/// Give a bus to a subsystem. A bus has one master only, because SYNC and network management act on all
+/// devices of the bus.
 static void take_bus(mission_builder_t* const builder, const mission_bus_t* const bus,
                      const mission_subsystem_t* const subsystem, const char* const path, const uint32_t line,
                      const char* const attribute)
@@ -200,7 +201,7 @@ void descriptor_mission_copy_ports(source_t* const source, mission_subsystem_t* 
     }
 }
 
-/// Port of SUBSYSTEM.PORT on the side wanted, or NULL after an error.
+/// Returns the port that the words SUBSYSTEM.PORT name, if it is of the expected side; NULL after an error.
 static const mission_port_t* resolve_end(mission_builder_t* const builder, const mission_link_t* const link,
                                          const char* const words, const bool is_provided)
 {
@@ -210,7 +211,7 @@ static const mission_port_t* resolve_end(mission_builder_t* const builder, const
         (subsystem != NULL) ? descriptor_named(subsystem->ports, subsystem->port_count,
                                                sizeof subsystem->ports[0], &words[strcspn(words, ".") + 1U])
                             : NULL;
-    if ((port != NULL) && (port->is_provided == is_provided)) { // It is the same in all configurations.
+    if ((port != NULL) && (port->is_provided == is_provided)) { // The port is the same in all configurations.
         return port;
     }
     descriptor_mission_builder_refuse(&builder->source, link->line, is_provided ? "from" : "to", words,
@@ -230,8 +231,8 @@ static uint16_t links_of_port(const mission_builder_t* const builder, const uint
     return found;
 }
 
-/// Check that a consumer has one producer, and that neither end has more links than it has room for. The
-/// links before this one are resolved.
+/// Check that a consumer has one producer, and that neither port has more links than it has room for. The
+/// links before this one have been resolved.
 static void check_room(mission_builder_t* const builder, const uint16_t index)
 {
     source_t* const source           = &builder->source;

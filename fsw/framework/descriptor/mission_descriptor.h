@@ -57,15 +57,20 @@ typedef struct {
     const char* executable; ///< Name of the program, without folder.
     const char* descriptor; ///< Path as written, relative to the mission descriptor's folder.
     bool is_autostart;
-    uint32_t memory_kib;             ///< Address space limit of its process; 0: derived from the program.
-    uint8_t restart_budget;          ///< Restarts after a death before the mission falls back to mode SAFE.
-    uint32_t restart_period_us;      ///< A life of this length clears the count of restarts; 0: never.
-    bool is_recommissioned;          ///< After a restart it is led back to its earlier state.
-    uint32_t boot_time_us;           ///< From the order to start its process to its first step [us].
-    uint32_t device_deadline_us;     ///< Between devices and master, with real clocks; 0: none.
+    uint32_t memory_kib;    ///< Address space limit of its process; 0: derived from the program.
+    uint8_t restart_budget; ///< Restarts after a death before the mission falls back to mode SAFE.
+    /// The count of restarts is cleared when the process has run for this time; 0: never.
+    uint32_t restart_period_us;
+    /// After a restart, the supervisor commands it back to its earlier state.
+    bool is_recommissioned;
+    /// Time from the command to start its process until its first step [us].
+    uint32_t boot_time_us;
+    /// Longest silence between devices and master that is tolerated with real clocks [us]; 0: not defined.
+    uint32_t device_deadline_us;
     uint32_t hang_after_us;          ///< Delay of a step after which its process is killed [us].
     uint32_t supervisor_patience_us; ///< How long it stays OPERATIONAL without the supervisor [us].
-    uint8_t computer; ///< On-board computer that it runs on, from 1, where the run has more than one.
+    /// Number of the on-board computer that it runs on, from 1; it matters if the run has several.
+    uint8_t computer;
     uint32_t power_w[DESCRIPTOR_STATES];
     uint64_t interface_hash;
     uint64_t configuration_hash;
@@ -78,16 +83,16 @@ typedef struct {
 
 typedef struct {
     const char* name;
-    uint8_t id; ///< As in TC[131,1], 0..7.
+    uint8_t id; ///< Mode number of TC[131,1], 0..7.
     bool is_initial;
     bool is_fallback;
     uint32_t line;
 } mission_mode_t;
 
-typedef struct { // One <Allow>. Everything not allowed is denied.
+typedef struct { // One <Allow>. A request that no rule allows is denied.
     uint8_t service;
     uint8_t subtype;    ///< 0: every subtype of the service.
-    const char* select; ///< Function name, or NULL where the selector is a number or anything.
+    const char* select; ///< Function name; NULL if the selector is a number or "*".
     uint16_t number;    ///< State, configuration or link, if is_numbered.
     bool is_numbered;   ///< Compare `number`.
     bool is_any;        ///< select="*": any selector.
@@ -99,8 +104,9 @@ typedef struct { // One <Allow>. Everything not allowed is denied.
 
 typedef struct { // Real-time link of the mission: producer.port -> consumer.port.
     const char* name;
-    uint16_t number; ///< 1.. in order of the file; selector of permissions for service 130. Not the link id
-                     ///< on the wire.
+    /// 1.. in the order of the file; selector of permissions for service 130. It is not the link id
+    uint16_t number;
+    ///< on the wire.
     uint16_t producer_apid;
     uint16_t producer_port;
     uint16_t consumer_apid;
@@ -110,25 +116,25 @@ typedef struct { // Real-time link of the mission: producer.port -> consumer.por
 } mission_link_t;
 
 typedef enum {
-    MISSION_ACTION_STATE, ///< Ask the target for a state.
+    MISSION_ACTION_STATE, ///< Request a state of the target.
     MISSION_ACTION_MODE,  ///< Set the mission mode.
-    MISSION_ACTION_LOG    ///< Only log.
+    MISSION_ACTION_LOG    ///< Only write to the log.
 } mission_action_kind_t;
 
 typedef struct {
     mission_action_kind_t kind;
     uint16_t target;   ///< APID, MISSION_SELF or MISSION_NETWORK (STATE).
-    uint8_t state;     ///< STATE.
-    uint8_t mode;      ///< MODE.
-    uint32_t after_us; ///< Since the event.
+    uint8_t state;     ///< STATE: the requested state.
+    uint8_t mode;      ///< MODE: id of the mode.
+    uint32_t after_us; ///< Delay after the event.
     uint32_t line;
 } mission_action_t;
 
-typedef struct { // Recovery plan: severity, and optionally reason.
+typedef struct { // Recovery plan: actions after an event.
     const char* name;
     descriptor_severity_t severity;
-    uint16_t apid;     ///< Only events of this subsystem, or MISSION_ANY_TARGET.
-    uint16_t event_id; ///< Only this event, or 0 = any.
+    uint16_t apid;     ///< Subsystem whose events start the plan, or MISSION_ANY_TARGET.
+    uint16_t event_id; ///< Event that starts the plan; 0: any event.
     uint16_t first_action;
     uint16_t action_count;
     uint32_t line;
@@ -136,8 +142,8 @@ typedef struct { // Recovery plan: severity, and optionally reason.
 
 typedef struct {
     const char* name;
-    const char* redundant_to; ///< This is channel B of the bus of that name; "": a bus of its own.
-    uint32_t bit_rate;        ///< Nominal [bit/s].
+    const char* redundant_to; ///< Name of the bus whose channel B this is; "": this is not a channel B.
+    uint32_t bit_rate;        ///< Nominal bit rate [bit/s].
     uint32_t data_bit_rate;   ///< CAN FD data phase [bit/s]; 0 = classic CAN.
     uint32_t line;
 } mission_bus_t;
@@ -158,10 +164,10 @@ typedef struct {
 typedef struct {
     const char* name;
     uint32_t epoch_s;            ///< Mission time 0 as TAI seconds since 1958-01-01.
-    uint64_t interface_hash;     ///< Over the interface hashes of all subsystems.
-    uint64_t configuration_hash; ///< Over this file and the configuration hashes of all subsystems.
+    uint64_t interface_hash;     ///< Hash over the interface hashes of all subsystems.
+    uint64_t configuration_hash; ///< Hash over this file and the configuration hashes of all subsystems.
     uint32_t power_available_w;
-    uint16_t initial_mode; ///< Id.
+    uint16_t initial_mode; ///< Id of the first mode.
     uint8_t fallback_mode; ///< Id of the mode that is entered when the mission cannot continue normally.
     uint8_t time_reports;  ///< Format of spacecraft time packets: the subtype of ST[09], 2 CUC, 3 CDS.
     mission_log_t log_strategy;
@@ -169,7 +175,7 @@ typedef struct {
     uint8_t message_method; ///< descriptor_method_t of messages between processes.
     uint8_t link_method;    ///< Preferred method of real-time links.
     uint16_t ground_port;
-    uint8_t is_ground_open; ///< The port is open to other machines; there is a key then.
+    uint8_t is_ground_open; ///< The port is open to other machines; the mission then has a key.
     const char* ground_key; ///< File with the key of telecommands, relative to this file; "": none.
 
     mission_subsystem_t subsystems[MISSION_SUBSYSTEMS_MAX]; ///< In the order of their turns in a time step.
@@ -193,15 +199,16 @@ typedef struct {
     uint32_t text_used;
 } mission_descriptor_t;
 
-/// Each returns the entry or NULL.
+/// Each of these functions returns the entry, or NULL if there is none.
 const mission_subsystem_t* descriptor_mission_find_subsystem(const mission_descriptor_t* mission,
                                                              uint16_t apid);
 const mission_mode_t* descriptor_mission_find_mode(const mission_descriptor_t* mission, uint8_t id);
-/// Link between two ports, as named by TC[130,3].
+/// Find the link between two ports, which TC[130,3] names.
 const mission_link_t* descriptor_mission_find_link(const mission_descriptor_t* mission,
                                                    uint16_t producer_apid, uint16_t producer_port,
                                                    uint16_t consumer_apid, uint16_t consumer_port);
-/// Plan for an event: first in the file that matches severity, subsystem and event; NULL = built-in reaction.
+/// Find the plan for an event: the first one in the file that matches severity, subsystem and event. NULL:
+/// the built-in reaction applies.
 const mission_plan_t* descriptor_mission_find_plan(const mission_descriptor_t* mission,
                                                    descriptor_severity_t severity, uint16_t apid,
                                                    uint16_t event_id);

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #define RING_RECORDS 4096U
-#define MISSION_TIME_CUC 2U // The first word.
+#define MISSION_TIME_CUC 2U // Number of the first word of the attribute timeReports.
 
 // ---- Lists ----
 
@@ -112,7 +112,7 @@ static const source_attribute_t transports_attributes[] = {
                   mission_descriptor_t, link_method),
 };
 static const source_attribute_t ground_attributes[] = {
-    {.name  = "address", // This machine only, or every interface.
+    {.name  = "address", // The port accepts connections from this machine only, or on every interface.
      .form  = SOURCE_WORD | SOURCE_NEEDED,
      .words = "127.0.0.1 0.0.0.0",
      SOURCE_TO(mission_descriptor_t, is_ground_open)},
@@ -125,7 +125,7 @@ static const source_attribute_t ground_attributes[] = {
 #define WITH(name, attributes) SOURCE_COUNT(attributes), (name), (attributes)
 #define PLAIN(name) 0U, (name), NULL
 
-// Parent, kind, how often, name with attributes, list, start, end.
+// Parent, kind, number of occurrences, name with attributes, list, start handler, end handler.
 static const source_row_t rows[] = {
     {SOURCE_ROOT, MISSION_KIND_MISSION, SOURCE_ANY, WITH("Mission", mission_attributes), NULL,
      descriptor_mission_builder_mission, descriptor_mission_builder_end},

@@ -11,14 +11,14 @@ void descriptor_mission_builder_refuse(source_t* const source, const uint32_t li
     descriptor_source_say(source, "%", expected, NULL, 0U);
 }
 
-/// True if SUBSYSTEM.PORT is a port of this subsystem.
+/// True if the words SUBSYSTEM.PORT name a port of this subsystem.
 static bool is_port_of(const char* const words, const char* const name)
 {
     const size_t length = strcspn(words, ".");
     return (words[length] == '.') && (strncmp(name, words, length) == 0) && (name[length] == '\0');
 }
 
-/// Ids of the ports of this subsystem that links join. An id stays 0 where there is no such port.
+/// Set the ids of the ports of this subsystem in all links. The id of a port that does not exist stays 0.
 static void find_ports(mission_builder_t* const builder, const mission_subsystem_t* const subsystem,
                        const subsystem_descriptor_t* const descriptor)
 {
@@ -65,7 +65,7 @@ void descriptor_mission_builder_link(source_t* const source)
     words[1] = descriptor_source_text(source, "to", SOURCE_TEXT, 2U * DESCRIPTOR_NAME_MAX);
 }
 
-/// APID of the subsystem of SUBSYSTEM.PORT; 0 if there is none.
+/// Returns the APID of the subsystem in the words SUBSYSTEM.PORT; 0 if there is none.
 static uint16_t apid_of_end(const mission_descriptor_t* const mission, const char* const words)
 {
     for (uint16_t s = 0U; s < mission->subsystem_count; s++) {

@@ -4,15 +4,15 @@
 #include <string.h>
 
 static const uint8_t rest_states[] = {0U, 3U, 4U, 5U, 6U};
-#define REST_STATES 0x79U ///< Bits of rest_states.
+#define REST_STATES 0x79U ///< The same states as a bit set.
 
-// Telecommands whose rules can select: service and subtype.
+// Telecommands whose rules may have a selector: service << 8 | subtype.
 #define TC_FUNCTION 0x0801U
 #define TC_STATE 0x8101U
 #define TC_CONFIGURATION 0x8103U
 #define SERVICE_LINKS 130U
 
-/// A number of 1..255 at *text, and its end. 0 if there is none.
+/// Read a number of 1..255 at *text, and move *text behind it. Returns 0 if there is none.
 static uint8_t number_at(const char** const text)
 {
     uint32_t number = 0U;
@@ -24,7 +24,7 @@ static uint8_t number_at(const char** const text)
     return ((digits <= 3U) && (number <= UINT8_MAX)) ? (uint8_t)number : 0U;
 }
 
-/// Service and subtype of a telecommand like 8,1, or 11,* for all of a service.
+/// Read service and subtype of a telecommand: "8,1", or "11,*" for all subtypes of a service.
 static void read_telecommand(source_t* const source, mission_rule_t* const rule)
 {
     const char* words = descriptor_source_raw(source, "tc");
@@ -40,7 +40,7 @@ static void read_telecommand(source_t* const source, mission_rule_t* const rule)
     }
 }
 
-/// Bits of the modes that a rule names.
+/// Returns the modes that a rule names, one bit for each.
 static uint8_t modes_of(source_t* const source, const mission_descriptor_t* const mission)
 {
     char words[MISSION_MODE_WORDS];
@@ -62,7 +62,8 @@ static uint8_t rest_state_of(source_t* const source, const char* const attribute
     return rest_states[descriptor_source_word(source, attribute, words)];
 }
 
-/// APID of a subsystem of the mission, or the number of one of the words in `behind`.
+/// Returns the APID of the subsystem that an attribute names, or the number of the word in `behind` that it
+/// contains.
 static uint16_t target_of(source_t* const source, const char* const attribute, const char* const behind,
                           const uint16_t* const numbers)
 {
@@ -76,7 +77,7 @@ static uint16_t target_of(source_t* const source, const char* const attribute, c
                                               : numbers[place - mission->subsystem_count];
 }
 
-/// Selector of a rule: which kind it is depends on the telecommand.
+/// Read the selector of a rule; its kind depends on the telecommand.
 static void read_select(source_t* const source, mission_rule_t* const rule, const char** const out_pending)
 {
     const char* const select = descriptor_source_raw(source, "select");
@@ -96,7 +97,7 @@ static void read_select(source_t* const source, mission_rule_t* const rule, cons
         descriptor_source_wrong(source, "select",
                                 "* where to is *, because each subsystem numbers its configurations");
     }
-    // Links follow the permissions in the file; their names are resolved with all others.
+    // The file lists the links after the permissions; therefore their names are resolved at the end.
     *out_pending =
         descriptor_source_text(source, "select", SOURCE_UPPER,
                                (tc == TC_FUNCTION) ? DESCRIPTOR_FUNCTION_NAME_MAX : DESCRIPTOR_NAME_MAX);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Further work of a reader of the whole mission: names in permissions and plans, found in the descriptors of
-// all subsystems, and the mission's hashes.
+// Work that only a reader of the whole mission does: it resolves the names in permissions and plans by the
+// descriptors of all subsystems, and computes the mission's hashes.
 #include "base/crc.h"
 #include "fsw/framework/descriptor/mission_builder.h"
 
 #define SERVICE_FUNCTIONS 8U
 #define SERVICE_LINKS 130U
 
-/// Function or configuration of this subsystem that a rule names; the name is then resolved.
+/// Resolve the name in a rule if it is a function or configuration of this subsystem.
 static const char* find_rule_name(mission_rule_t* const rule, const char* const words,
                                   const subsystem_descriptor_t* const descriptor)
 {
@@ -27,7 +27,7 @@ static const char* find_rule_name(mission_rule_t* const rule, const char* const 
     return NULL;
 }
 
-/// Functions and configurations of this subsystem that rules name.
+/// Resolve all names in rules that are functions and configurations of this subsystem.
 static void find_rule_names(mission_builder_t* const builder, const mission_subsystem_t* const subsystem,
                             const subsystem_descriptor_t* const descriptor)
 {
@@ -40,7 +40,7 @@ static void find_rule_names(mission_builder_t* const builder, const mission_subs
     }
 }
 
-/// Events of this subsystem that plans name.
+/// Resolve all names in plans that are events of this subsystem.
 static void find_plan_names(mission_builder_t* const builder, const mission_subsystem_t* const subsystem,
                             const subsystem_descriptor_t* const descriptor)
 {
@@ -90,7 +90,7 @@ static void resolve_rule(mission_builder_t* const builder, const uint16_t index)
                                                : "Allow>: expected a configuration of its target");
 }
 
-/// A subsystem holds a channel for each of its links. `link` is the last link for which there may be one.
+/// Check that a subsystem has a channel for each of its links, up to link number `link`.
 static void check_room(mission_builder_t* const builder, const uint16_t link, const uint16_t apid)
 {
     const mission_descriptor_t* const mission = builder->mission;

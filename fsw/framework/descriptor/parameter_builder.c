@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The contents of <Parameters>. A structure within a structure is a group of fields whose names have its name
-// and a dot in front; in memory it is a structure of its own.
+// The contents of <Parameters>. A structure within a structure is called a group: its fields have names
+// that begin with the name of the group and a dot; in memory it is a nested structure.
 #include "base/assertion.h"
 #include "fsw/framework/descriptor/subsystem_builder.h"
 
 #include <string.h>
 
 #define PARAMETER_OCTETS_MAX 4000U
-#define MEMBER_ID 1U ///< Place of the id among the attributes of a member.
+#define MEMBER_ID 1U ///< Index of the id in the attributes of a member.
 
 // Alignment of each scalar type inside a structure with this compiler.
 #define DEFINE_ALIGNED(type)                                                                                 \
@@ -24,8 +24,8 @@ DEFINE_ALIGNED(uint64_t);
 DEFINE_ALIGNED(float);
 DEFINE_ALIGNED(double);
 
-// A signed type has the alignment of its unsigned one (C99 6.2.5), and generated structures hold BOOL as
-// bool.
+// A signed type has the alignment of the corresponding unsigned type (C99 6.2.5). Generated structures use
+// bool for BOOL.
 typedef struct {
     char before;
     bool member;
@@ -52,8 +52,8 @@ static uint32_t round_up(const uint32_t offset, const uint32_t alignment)
     return ((offset + alignment - 1U) / alignment) * alignment;
 }
 
-/// Alignment of the structure of those fields of a range whose names begin with the `length` characters of
-/// `name`: a group, or with 0 the whole.
+/// Alignment of the structure that consists of those fields of a range whose names begin with the first
+/// `length` characters of `name`: a group; with length 0 the whole parameter.
 static uint32_t group_alignment(const subsystem_descriptor_t* const descriptor, const uint16_t first,
                                 const uint16_t count, const char* const name, const size_t length)
 {
@@ -67,7 +67,7 @@ static uint32_t group_alignment(const subsystem_descriptor_t* const descriptor, 
     return alignment;
 }
 
-/// Length of the groups that two names share, with their dots.
+/// Number of characters of the groups that two names share, including the dots.
 static size_t shared_groups(const char* const one, const char* const other)
 {
     size_t shared = 0U;
@@ -77,8 +77,8 @@ static size_t shared_groups(const char* const one, const char* const other)
     return shared;
 }
 
-/// The aligned offset if all groups of `name` beyond its first `kept` characters begin or end: each group is
-/// aligned as a structure, and its size is a multiple of its alignment.
+/// Returns the offset rounded up for all groups of `name` behind its first `kept` characters that begin or
+/// end here: a group is aligned as a structure, and its size is a multiple of its alignment.
 static uint32_t pass_groups(const subsystem_descriptor_t* const descriptor, const uint16_t first,
                             const uint16_t count, const char* const name, const size_t kept,
                             const uint32_t offset)
@@ -112,7 +112,7 @@ uint32_t descriptor_subsystem_builder_lay_out(subsystem_descriptor_t* const desc
 
 // ---- Elements ----
 
-/// Id and sizes of a parameter whose fields are complete.
+/// Set id and sizes of a parameter whose fields are complete.
 static void complete_parameter(source_t* const source, descriptor_parameter_t* const parameter,
                                const uint32_t layout)
 {
@@ -149,8 +149,8 @@ void descriptor_parameter_builder_struct(source_t* const source)
     parameter->is_struct                    = true;
 }
 
-/// Full name of the element, in `characters`: the groups around it, then its own. Refuses a name that a
-/// group, or a field of the same structure before `newest`, has already.
+/// Build the full name of the element in `characters`: the enclosing groups, then its own name. Refuse a
+/// name that a group or an earlier field of the same structure already has; `newest` is not compared.
 static text_t path_of(source_t* const source, char* const characters,
                       const descriptor_parameter_t* const parameter, const descriptor_field_t* const newest)
 {
@@ -186,7 +186,7 @@ void descriptor_parameter_builder_group(source_t* const source)
     builder->group_depth++;
 }
 
-/// Refuse a structure that holds no field.
+/// Refuse a structure without fields.
 static void check_filled(source_t* const source, const bool is_filled)
 {
     if (!is_filled) {
@@ -203,7 +203,7 @@ void descriptor_parameter_builder_group_end(source_t* const source)
     check_filled(source, (parameter->field_count > 0U) &&
                              (strncmp(descriptor->fields[descriptor->field_count - 1U].name, builder->group,
                                       length) == 0));
-    do { // Back to the dot of the group around it, if there is one.
+    do { // Cut the name back to the dot of the enclosing group, if there is one.
         length--;
     } while ((length > 0U) && (builder->group[length - 1U] != '.'));
     builder->group[length] = '\0';

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elements, lists, hash and errors; attributes' values are read in source_value.c.
+// Elements, lists, hash and errors. source_value.c reads the values of attributes.
 #include "fsw/framework/descriptor/source.h"
 
 #include "base/assertion.h"
@@ -56,7 +56,7 @@ void descriptor_source_taken(source_t* const source, const char* const attribute
     descriptor_source_refuse(source, source->line, "% % is taken in line #", attribute, value, line);
 }
 
-/// Ends an error with a limit.
+/// Complete an error text with a limit.
 static void add_limit(source_t* const source, const char* const what, const uint32_t most)
 {
     descriptor_source_say(source, "%, at most #", what, NULL, most);
@@ -88,10 +88,11 @@ static void hash_words(source_t* const source, const char* const words)
     source->hash = fnv64(source->hash, (const uint8_t*)words, strlen(words));
 }
 
-/// Attributes in the order of their names, by repeated selection: there are few.
+/// Add the attributes to the hash in the order of their names. Repeated selection is fast enough, because
+/// an element has few attributes.
 static void hash_attributes(source_t* const source, const xml_element_t* const element)
 {
-    const char* before = ""; // No name is less.
+    const char* before = ""; // The empty string precedes every name.
     for (;;) {
         const char* const* next = NULL;
         for (size_t i = 0U; element->attributes[i] != NULL; i += 2U) {
@@ -113,7 +114,7 @@ static void hash_attributes(source_t* const source, const xml_element_t* const e
 
 // ---- Lists ----
 
-/// A count in the model or in an item.
+/// Returns the place of a counter in the model or in an item.
 static uint16_t* count_at(void* const base, const uint32_t offset)
 {
     return (uint16_t*)(void*)((uint8_t*)base + offset);
@@ -247,7 +248,7 @@ static const source_row_t* row_of(const source_t* const source, const uint8_t pa
     return NULL;
 }
 
-/// Note that the parent has this element; no child of the element has been read yet.
+/// Note that the parent contains this element, and that no child of the element has been read yet.
 static void mark_seen(source_t* const source, const source_row_t* const row)
 {
     uint64_t* const seen = &source->seen[source->depth - 1U];
@@ -292,7 +293,7 @@ static status_t on_start(void* const context, const xml_element_t* const element
     const source_row_t* const row = row_of(source, parent, element->name);
     source->element               = element;
     source->line                  = element->line;
-    FSW_ASSERT(source->depth < SOURCE_DEPTH_MAX); // The elements are not nested that deep.
+    FSW_ASSERT(source->depth < SOURCE_DEPTH_MAX); // The tables of elements permit no deeper nesting.
     if (row == NULL) {
         refuse_element(source, parent);
         return source->status;
@@ -321,7 +322,8 @@ static status_t on_end(void* const context, const char* const name, const uint32
     FSW_ASSERT(source->depth > 0U);
     const source_row_t* const row = source->open[source->depth - 1U];
     source->item                  = source->items[source->depth];
-    source->line = source->open_line[source->depth - 1U]; // An element is named by the line where it begins.
+    // Errors about an element refer to the line where it begins.
+    source->line = source->open_line[source->depth - 1U];
     hash_words(source, ">\n");
     check_seen(source, row);
     if (row->end != NULL) {

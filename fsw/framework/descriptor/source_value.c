@@ -40,7 +40,7 @@ static bool is_digit(const char character)
     return (character >= '0') && (character <= '9');
 }
 
-/// True if `length` characters, at least one, are an identifier.
+/// True if the first `length` characters, at least one, form an identifier.
 static bool is_identifier(const char* const name, const size_t length, const bool is_upper)
 {
     const char first = is_upper ? 'A' : 'a';
@@ -54,7 +54,8 @@ static bool is_identifier(const char* const name, const size_t length, const boo
     return length > 0U;
 }
 
-/// True for identifiers of at most `longest` characters, as many as the form has.
+/// True if the value consists of as many identifiers as the form permits, each of at most `longest`
+/// characters.
 static bool are_identifiers(const char* const value, const uint8_t form, const uint32_t longest)
 {
     uint32_t order        = 0U;
@@ -96,7 +97,7 @@ const char* descriptor_source_text(source_t* const source, const char* const att
 
 // ---- Numbers ----
 
-/// Microseconds of a time with its unit, or UINT64_MAX.
+/// Returns the microseconds of a time with its unit, or UINT64_MAX if it is malformed.
 static uint64_t time_of(const char* const value)
 {
     static const struct {
@@ -126,7 +127,7 @@ static uint64_t unsigned_of(const char* const value)
     return is_right ? number : UINT64_MAX;
 }
 
-/// Number or time within its bounds.
+/// Read a number or a time, and check its bounds.
 static uint32_t bounded(source_t* const source, const source_attribute_t* const attribute,
                         const char* const value)
 {

@@ -9,7 +9,7 @@
 #include <string.h>
 
 #define AUXILIARY_OCTETS_MAX 1024U
-#define NUMBERS_CHARACTERS 512U // Initial values by name, as numbers.
+#define NUMBERS_CHARACTERS 512U // Longest list of numbers that replaces a list of names.
 #define RATE_DIGITS_MAX 4U
 #define RATE_MAX 1000U   // Maximum rate of an event [1/s].
 #define RATE_DEFAULT 10U // [1/s]
@@ -94,7 +94,7 @@ const char* descriptor_subsystem_builder_values(source_t* const source, const ch
     } else if (!is_within) {
         descriptor_source_wrong(source, attribute, "numbers within min and max");
     } else {
-        // As expected.
+        // Every name has been converted.
     }
     return descriptor_source_keep(source, values);
 }
@@ -117,7 +117,7 @@ static bool enumerate(source_t* const source, descriptor_field_t* const field)
     }
     field->min = field->enumeration->first;
     field->max = (double)last;
-    // Shifted in two steps, since one by all 64 bits is undefined.
+    // Two shifts, because a shift by all 64 bits is undefined in C.
     const size_t bits = (8U * value_size(field->type)) - ((field->type >= VALUE_INT8) ? 1U : 0U);
     return ((last >> (bits - 1U)) >> 1U) == 0U;
 }
@@ -227,7 +227,7 @@ void descriptor_subsystem_builder_event(source_t* const source)
             descriptor_source_wrong(source, "rate", "a rate like 10/s, from 1/s to 1000/s");
         }
     } else {
-        // Keep the default of its severity.
+        // Without the attribute, the default of the severity applies.
     }
 }
 
@@ -319,7 +319,8 @@ typedef struct { // Capacities of a service; gse/generator/services.py has the s
     uint16_t capacity; // Default.
     uint16_t functional_max;
     uint16_t functional;
-    bool is_of_spacecraft; // The supervisor always offers it, in storage of its own, listed or not.
+    // The supervisor always offers it, in its own storage, even if the descriptor does not list it.
+    bool is_of_spacecraft;
 } offer_t;
 
 #define OFFERED "2 4 6 12 11 15 18 19 21 22 23"
@@ -328,7 +329,7 @@ typedef struct { // Capacities of a service; gse/generator/services.py has the s
         (type), (most), (most), 0U, 0U, true                                                                 \
     }
 
-/// The number that an attribute gives, from 1 to `most`.
+/// Read a capacity from 1 to `most`; returns `otherwise` if the attribute is absent.
 static uint16_t capacity_of(source_t* const source, const char* const attribute, const uint16_t most,
                             const uint16_t otherwise)
 {
@@ -345,7 +346,7 @@ static uint16_t capacity_of(source_t* const source, const char* const attribute,
     } else if (most > 0U) {
         descriptor_source_read(source, &capacity, &form, 1U);
     } else {
-        // The attribute is missing, as required.
+        // The attribute is absent, as required.
     }
     return capacity;
 }

@@ -12,7 +12,8 @@
 
 typedef struct {
     source_t source;
-    const char* function_configurations[DESCRIPTOR_FUNCTIONS_MAX]; ///< Texts, resolved at the end.
+    /// Names of the functions' configurations; resolved at the end.
+    const char* function_configurations[DESCRIPTOR_FUNCTIONS_MAX];
     char group[DESCRIPTOR_PATH_MAX + 1U]; ///< Prefix of the structure being read: "OUTER.INNER.", or empty.
     uint8_t group_depth;
     uint16_t first_reference; ///< First reference of the report being read.
@@ -22,7 +23,7 @@ typedef struct {
 void descriptor_subsystem_builder_begin(subsystem_builder_t* builder, subsystem_descriptor_t* descriptor,
                                         const char* path, text_t* error);
 
-// Lists and attributes that handlers add to: subsystem_elements.c
+// Lists and attributes that handlers use: subsystem_elements.c
 extern const source_list_t descriptor_subsystem_configurations;
 extern const source_list_t descriptor_subsystem_parameter_fields;
 extern const source_list_t descriptor_subsystem_event_fields;
@@ -42,31 +43,33 @@ static inline subsystem_descriptor_t* descriptor_subsystem_builder_model(const s
     return source->items[0];
 }
 
-/// Enumeration, bounds and initial values of a field, whose other attributes are read.
+/// Set enumeration, bounds and initial values of a field whose other attributes have been read.
 void descriptor_subsystem_builder_complete(source_t* source, descriptor_field_t* field);
-/// Text of an attribute with `count` numbers of a field's type within its bounds, or with names of its
-/// enumeration, in whose place the text has their numbers. "" after an error.
+/// Read an attribute with as many values as the field has: numbers of its type within its bounds, or names
+/// of its enumeration. Returns them as a text of numbers; "" after an error.
 const char* descriptor_subsystem_builder_values(source_t* source, const char* attribute,
                                                 const descriptor_field_t* field);
-/// Offsets of a range of fields as the compiler lays out the structure of them; returns its size.
+/// Set the offsets of a range of fields as the compiler lays out their structure. Returns the size of the
+/// structure.
 uint32_t descriptor_subsystem_builder_lay_out(subsystem_descriptor_t* descriptor, uint16_t first,
                                               uint16_t count);
-/// Octets of a range of fields on the wire.
+/// Returns the size of a range of fields on the wire [octets].
 uint32_t descriptor_subsystem_builder_octets(const subsystem_descriptor_t* descriptor, uint16_t first,
                                              uint16_t count);
-/// Octets of a range of references to parameters on the wire.
+/// Returns the size on the wire [octets] of the parameters to which a range of references refers.
 uint32_t descriptor_subsystem_builder_referred(const subsystem_descriptor_t* descriptor, uint16_t first,
                                                uint16_t count);
-/// The parameter that an attribute names; NULL after an error.
+/// Returns the parameter that an attribute names; NULL after an error.
 const descriptor_parameter_t* descriptor_subsystem_builder_parameter(source_t* source, const char* attribute);
-/// Append a reference to the parameter of the element's name to the range of the element's item.
+/// Append a reference to the parameter that the element names to the range of references of the enclosing
+/// item.
 void descriptor_subsystem_builder_refer(source_t* source, const source_list_t* list);
 
 // Handlers: subsystem_builder.c
 void descriptor_subsystem_builder_resources(source_t* source);
 void descriptor_subsystem_builder_state(source_t* source);
 void descriptor_subsystem_builder_field(
-    source_t* source); ///< An item that is a field and is known by its order.
+    source_t* source); ///< Handler of a field that is identified by its order.
 void descriptor_subsystem_builder_event(source_t* source);
 void descriptor_subsystem_builder_event_value(source_t* source);
 void descriptor_subsystem_builder_event_end(source_t* source);
@@ -102,10 +105,11 @@ void descriptor_configuration_builder_supply(source_t* source);
 void descriptor_endnode_builder_start(source_t* source);
 void descriptor_endnode_builder_field(source_t* source); ///< A field of a record.
 
-/// End of the document: functions' configurations, ports that several configurations share, interface hash.
+/// Called at the end of the document: resolve the configurations of functions, check ports that occur in
+/// several configurations, and compute the interface hash.
 void descriptor_configuration_builder_resolve(source_t* source);
 
-/// FNV-1a over the interface part, one line per entry; gse/generator hashes the same text.
+/// Returns the FNV-1a hash of the interface part, one line per entry; gse/generator computes the same hash.
 uint64_t descriptor_subsystem_interface_hash(const subsystem_descriptor_t* descriptor);
 
 #endif // FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_BUILDER_H

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-typedef struct { // Common beginning of entries.
+typedef struct { // Common first members of all entries.
     const char* name;
     uint16_t id;
 } head_t;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// In-memory model of a subsystem descriptor (the paper's figure 3): read-only once loaded.
 ///
-/// Fixed capacities; strings lie in the model's own text, so a model must not be copied. Lists are kept flat:
-/// a structure, a function or a port owns the range [first, first + count) of the list it names.
+/// All capacities are fixed. Strings are stored in `text` of the model, so a model must not be copied.
+/// Lists are kept flat: a structure, a function or a port owns the range [first, first + count) of the list
+/// it names.
 ///
 /// Two kinds of content, never mixed: the interface part (names, ids, types, counts of parameters, events,
 /// functions, services, configurations, ports; enumerations and failures) is compiled into the program and
@@ -41,14 +42,14 @@
 #define DESCRIPTOR_LOOPS_MAX 16U
 #define DESCRIPTOR_CONFIGURATION_LOOPS_MAX 2U ///< Loops of services of one configuration.
 #define DESCRIPTOR_PORTS_MAX 16U
-#define DESCRIPTOR_DEVICES_MAX 128U ///< In all configurations together: 32 in each of four.
+#define DESCRIPTOR_DEVICES_MAX 128U ///< Devices of all configurations together: 32 in each of four.
 #define DESCRIPTOR_SETTINGS_MAX 640U
 #define DESCRIPTOR_QUANTITIES_MAX 128U
 #define DESCRIPTOR_SUPPLIES_MAX 32U
 #define DESCRIPTOR_ENDNODES_MAX DESCRIPTOR_DEVICES_MAX
 #define DESCRIPTOR_RECORD_FIELDS_MAX 128U
 #define DESCRIPTOR_STATES 10U
-#define DESCRIPTOR_STATE_WORDS 192U ///< Characters of the names of all states with a space behind each.
+#define DESCRIPTOR_STATE_WORDS 192U ///< Characters of the names of all states, each followed by a space.
 #define DESCRIPTOR_METHODS 5U
 #define DESCRIPTOR_NAME_MAX 32U   ///< Characters of a name.
 #define DESCRIPTOR_NESTING_MAX 3U ///< Structures within the structure of a parameter.
@@ -73,13 +74,14 @@ typedef enum {
     DESCRIPTOR_MESSAGE_QUEUE = 4
 } descriptor_method_t;
 #define DESCRIPTOR_METHOD_WORDS "SHARED_MEMORY TIPC UDP STREAM MESSAGE_QUEUE"
-#define DESCRIPTOR_SEVERITY_WORDS "INFORMATIVE LOW MEDIUM HIGH" ///< From DESCRIPTOR_INFORMATIVE on.
+/// Names of the severities, beginning with DESCRIPTOR_INFORMATIVE.
+#define DESCRIPTOR_SEVERITY_WORDS "INFORMATIVE LOW MEDIUM HIGH"
 
 typedef struct { // Names for the numbers of a field.
     const char* name;
     uint16_t first; ///< Number of the first name; the others have the numbers after it.
     uint32_t line;
-    const char* values; ///< The names, with single spaces between.
+    const char* values; ///< The names, separated by single spaces.
 } descriptor_enumeration_t;
 
 typedef struct { // A failure of functions that the subsystem defines itself.
@@ -89,15 +91,15 @@ typedef struct { // A failure of functions that the subsystem defines itself.
 } descriptor_failure_t;
 
 typedef struct { // One field of a parameter, an argument of a function, or an element of a port's layout.
-    const char* name; ///< Name of a structure within the parameter: "GROUP.NAME".
+    const char* name; ///< Name; in a structure within the parameter: "GROUP.NAME".
     value_type_t type;
-    uint16_t id;     ///< Arguments: argument id; otherwise the order within its owner, from 0.
+    uint16_t id;     ///< Id of an argument; for other fields the index within the owner, from 0.
     uint16_t count;  ///< >= 1.
     uint32_t offset; ///< [octets] in the generated C structure of its owner, as this compiler lays it out.
     uint32_t line;
     const char* unit;                            ///< "" if none.
     const char* init;                            ///< Text of `count` numbers, or NULL (zero).
-    double min;                                  ///< -DBL_MAX if none; of an enumeration its first number.
+    double min;                                  ///< -DBL_MAX if none; for an enumeration, its first number.
     double max;                                  ///< DBL_MAX if none; for an enumeration, its last number.
     const descriptor_enumeration_t* enumeration; ///< Enumeration of the same model; NULL: none.
 } descriptor_field_t;
@@ -105,12 +107,12 @@ typedef struct { // One field of a parameter, an argument of a function, or an e
 typedef struct {
     const char* name;
     uint32_t id;     ///< Full parameter id, APID << 21 | layout << 16 | number.
-    uint16_t number; ///< As in the descriptor.
+    uint16_t number; ///< Number of the parameter in the descriptor.
     uint16_t first_field;
     uint16_t field_count;
     uint32_t wire_size;   ///< [octets]
     uint32_t memory_size; ///< sizeof the generated structure or array.
-    bool is_struct;       ///< Otherwise one field of the parameter's own name.
+    bool is_struct;       ///< Otherwise the parameter has one field, with its own name.
     bool is_settable;
     uint32_t line;
 } descriptor_parameter_t;
@@ -121,18 +123,19 @@ typedef struct {
     descriptor_severity_t severity;
     uint16_t per_second;  ///< Occurrences reported on average; 0: no limit.
     uint8_t burst;        ///< Occurrences reported at once.
-    uint16_t first_field; ///< Auxiliary data passed by the caller that raises the event, or ..
+    uint16_t first_field; ///< First field of the auxiliary data that the caller of the event passes, or
     uint16_t field_count;
-    uint16_t first_reference; ///< .. parameters sampled into it. Never both.
+    /// first of the parameters that are sampled into the data. Only one of the two is used.
+    uint16_t first_reference;
     uint16_t reference_count;
-    uint32_t octets; ///< Auxiliary data on the wire.
+    uint32_t octets; ///< Size of the auxiliary data on the wire.
     uint32_t line;
 } descriptor_event_t;
 
 typedef struct {
     const char* name; ///< 1..8 characters: the wire id, padded with NUL.
     uint16_t id;
-    uint16_t first_argument; ///< In `fields`.
+    uint16_t first_argument; ///< Index in `fields`.
     uint16_t argument_count;
     uint32_t memory_size;    ///< sizeof the generated argument structure; 0 without arguments.
     uint16_t states;         ///< Bit n: allowed in state n.
@@ -140,8 +143,8 @@ typedef struct {
     uint32_t line;
 } descriptor_function_t;
 
-/// Static room of the supervisor: the most that a descriptor may grant its services of the whole
-/// spacecraft.
+/// Capacities of the supervisor's static storage: a descriptor may grant at most this number of entries to
+/// a service of the whole spacecraft.
 #define DESCRIPTOR_TIME_ACTIVITIES_MAX 12000U    ///< ST[11].
 #define DESCRIPTOR_PACKET_STORES_MAX 8U          ///< ST[15].
 #define DESCRIPTOR_PROCEDURES_MAX 64U            ///< ST[18].
@@ -152,8 +155,9 @@ typedef struct {
 
 typedef struct { // Service in addition to those that all subsystems have.
     uint8_t type;
-    /// Service of a subsystem: entries for which the program has room. Service of the whole spacecraft:
-    /// entries granted, no more than the maximum above; this is configuration.
+    /// Service of a subsystem: number of entries for which the program has room. Service of the whole
+    /// spacecraft: number of entries granted, at most the maximum above; this is part of the configuration,
+    /// not of the interface.
     uint16_t capacity;
     uint16_t functional; ///< ST[12]: functional monitoring definitions; others 0.
     bool is_of_spacecraft;
@@ -173,27 +177,29 @@ typedef struct { // Super-commutated set: its parameters are sampled nrep times 
     uint16_t reference_count;
 } descriptor_sampled_t;
 
-#define DESCRIPTOR_LOOP_TEST 0x01U       ///< Services of a loop: requests of ST[17];
+#define DESCRIPTOR_LOOP_TEST 0x01U       ///< Bits of the services of a loop: requests of ST[17];
 #define DESCRIPTOR_LOOP_PARAMETERS 0x02U ///< requests of ST[20] for values, not those that set them.
 
 typedef struct { // A loop for services that do not need the rate of the control.
     const char* name;
     uint32_t sampling_us;
     uint8_t priority;
-    uint8_t services; ///< DESCRIPTOR_LOOP_* whose requests it performs; structures of ST[03] name their loop.
+    /// DESCRIPTOR_LOOP_* bits of the services whose requests the loop performs. (Structures of ST[03] name
+    /// their loop themselves.)
+    uint8_t services;
     uint32_t line;
 } descriptor_loop_t;
 
 typedef struct { // Housekeeping report structure.
     uint16_t id;
     uint8_t loop;             ///< 0: the main loop; n: the n-th <Loop> of the configuration.
-    uint32_t interval_cycles; ///< Interval of its loop; a multiple of every nrep.
+    uint32_t interval_cycles; ///< Collection interval in cycles of its loop; a multiple of every nrep.
     bool is_enabled;          ///< Periodic generation starts when the configuration is applied.
-    uint16_t first_reference; ///< Sampled once.
+    uint16_t first_reference; ///< First of the parameters that are sampled once per interval.
     uint16_t reference_count;
-    uint16_t first_sampled; ///< In `sampled`.
+    uint16_t first_sampled; ///< Index in `sampled` of the first super-commutated set.
     uint16_t sampled_count;
-    uint32_t octets; ///< Values of one report on the wire.
+    uint32_t octets; ///< Size of the values of one report on the wire.
     uint32_t line;
 } descriptor_structure_t;
 
@@ -204,12 +210,13 @@ typedef struct { // Port of a real-time link.
     bool is_required; ///< Consumer: SAFE_OPERATIONAL is refused while the link is missing.
     uint16_t first_field;
     uint16_t field_count;
-    uint32_t layout_hash; ///< CRC-32 over the lines "name:type:count\n".
-    uint32_t octets;      ///< Payload on the wire.
+    uint32_t layout_hash; ///< CRC-32 of the lines "name:type:count\n".
+    uint32_t octets;      ///< Size of the payload on the wire.
     uint32_t memory_size; ///< sizeof the generated payload structure.
     uint32_t period_us;
-    uint32_t stale_us;                   ///< Consumer: age at which the link is stale; 0 for a producer.
-    uint8_t methods[DESCRIPTOR_METHODS]; ///< descriptor_method_t in order of preference.
+    uint32_t stale_us; ///< Consumer: age at which the link is stale; 0 for a producer.
+    /// Transfer methods (descriptor_method_t) in the order of preference.
+    uint8_t methods[DESCRIPTOR_METHODS];
     uint8_t method_count;
     uint32_t line;
 } descriptor_port_t;
@@ -218,11 +225,11 @@ typedef struct { // Value of one object of a device, written when the configurat
     uint16_t index;
     uint8_t subindex;
     value_type_t type; ///< An integer type or FLOAT.
-    uint64_t bits;     ///< The value as on the wire: two's complement or IEEE 754, low octets.
+    uint64_t bits;     ///< Bits of the value on the wire, two's complement or IEEE 754, in the low octets.
     uint32_t line;
 } descriptor_setting_t;
 
-typedef struct { // A quantity of a device in engineering units: an object times a scale.
+typedef struct { // A quantity of a device in engineering units: the value of an object times a scale.
     const char* name;
     const char* unit;
     uint16_t id; ///< Unique within the device.
@@ -248,7 +255,7 @@ typedef struct { // A field of the record that a stream device sends (IN) or tak
 typedef struct {  // The supply of a device: two output lines of a power unit on its bus switch it.
     uint8_t unit; ///< Node id of the power unit.
     uint8_t on;   ///< Line that switches on.
-    uint8_t off;  ///< Line that switches off, another.
+    uint8_t off;  ///< Line that switches off; not the same line.
     uint32_t line;
 } descriptor_supply_t;
 
@@ -271,10 +278,10 @@ typedef struct { // Address of a data flow; which fields are used depends on the
     const char* address;       ///< UDP, TCP: host.
     uint16_t port;             ///< UDP, TCP.
     flow_format_t format;
-    bool has_checksum;   ///< A record ends with its CRC-16/CCITT-FALSE, in the order of the flow.
-    uint32_t silence_us; ///< A device that sends no record for so long is lost.
+    bool has_checksum;   ///< A record ends with its CRC-16/CCITT-FALSE, in the byte order of the flow.
+    uint32_t silence_us; ///< A device that sends no record for this time is lost.
     uint32_t retry_us;   ///< First delay before the next attempt to connect.
-    uint32_t longest_us; ///< The delay doubles up to this one.
+    uint32_t longest_us; ///< Longest delay: each failure doubles the delay up to this.
     uint32_t line;
 } descriptor_endnode_t;
 
@@ -296,7 +303,7 @@ typedef struct {
 
 typedef struct {
     const char* name;
-    uint16_t id; ///< >= 1; 0 on the wire is "none".
+    uint16_t id; ///< >= 1; on the wire 0 means "no configuration".
     uint8_t priority;
     uint32_t sampling_us;
     uint16_t first_initial;
@@ -319,7 +326,7 @@ typedef struct {
     uint64_t configuration_hash;
     uint8_t pool_warn_percent;
     uint8_t pool_clear_percent;
-    uint32_t timeout_us[DESCRIPTOR_STATES]; ///< Longest entry action of each state.
+    uint32_t timeout_us[DESCRIPTOR_STATES]; ///< Time limit of the entry action of each state.
     uint32_t sampling_us;                   ///< Step period while no configuration is applied.
 
     descriptor_enumeration_t enumerations[DESCRIPTOR_ENUMERATIONS_MAX];
@@ -348,7 +355,8 @@ typedef struct {
     uint16_t structure_count;
     descriptor_sampled_t sampled[DESCRIPTOR_SAMPLED_MAX];
     uint16_t sampled_count;
-    descriptor_port_t ports[DESCRIPTOR_PORTS_MAX]; ///< One per configuration it appears in.
+    /// A port has one entry for each configuration in which it occurs.
+    descriptor_port_t ports[DESCRIPTOR_PORTS_MAX];
     uint16_t port_count;
     descriptor_device_t devices[DESCRIPTOR_DEVICES_MAX];
     uint16_t device_count;
@@ -367,13 +375,13 @@ typedef struct {
     uint32_t text_used;
 } subsystem_descriptor_t;
 
-/// Entry of a list, or NULL: the first of `count` entries of `size` octets with that name, or with that id.
-/// Entries begin with their name, directly followed by their id of 16 bits if they have one, for the searches
-/// below.
+/// Return the first of `count` entries of `size` octets with this name, or with this id; NULL if there is
+/// none. Every entry must begin with its name, directly followed by its id of 16 bits if it has one.
 const void* descriptor_named(const void* entries, uint16_t count, size_t size, const char* name);
 const void* descriptor_numbered(const void* entries, uint16_t count, size_t size, uint16_t id);
 
-/// Each returns the entry or NULL. Names compare exactly.
+/// Each of these functions returns the entry, or NULL if there is none. Upper and lower case are
+/// distinguished.
 const descriptor_parameter_t* descriptor_find_parameter(const subsystem_descriptor_t* descriptor,
                                                         const char* name);
 const descriptor_event_t* descriptor_find_event(const subsystem_descriptor_t* descriptor, uint16_t id);
@@ -384,11 +392,11 @@ const descriptor_configuration_t* descriptor_find_configuration(const subsystem_
 const descriptor_port_t* descriptor_find_port(const subsystem_descriptor_t* descriptor,
                                               const descriptor_configuration_t* configuration, uint16_t id);
 
-/// "OFFLINE".."SOFTWARE_DEINIT"; "UNKNOWN" beyond. Never null.
+/// Returns the name of a state, "OFFLINE" to "SOFTWARE_DEINIT", or "UNKNOWN". Never null.
 const char* descriptor_state_name(uint8_t state);
-/// Append the names of the states whose bits are set, with single spaces between.
+/// Append the names of the states whose bits are set, separated by single spaces.
 void descriptor_state_words(uint16_t states, text_t* out_words);
-/// Number of a state's name. STATUS_OK, STATUS_NOT_FOUND.
+/// Find the number of a state by its name. STATUS_OK, STATUS_NOT_FOUND.
 MUST_USE status_t descriptor_state_of(const char* name, uint8_t* out_state);
 
 #endif // FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H

@@ -166,7 +166,7 @@ static const source_attribute_t enumeration_attributes[] = {
 static const source_attribute_t failure_attributes[] = {
     SOURCE_NAMED(SOURCE_UPPER, descriptor_failure_t),
     SOURCE_NUMBERED(1U, DESCRIPTOR_FAILURE_IDS, descriptor_failure_t, id),
-    {.name = "detail", .form = SOURCE_UPPER, .high = DESCRIPTOR_NAME_MAX}, // For the ground.
+    {.name = "detail", .form = SOURCE_UPPER, .high = DESCRIPTOR_NAME_MAX}, // Only ground tools use it.
 };
 static const source_attribute_t struct_attributes[] = {
     SOURCE_NAMED(SOURCE_UPPER, descriptor_parameter_t),
@@ -223,7 +223,7 @@ static const source_attribute_t function_attributes[]    = {
        SOURCE_NUMBERED(1U, 65535U, descriptor_function_t, id),
        SOURCE_REQUIRED("states"),
        SOURCE_OPTION("configurations"),
-       SOURCE_CHECKED("critical", SOURCE_FLAG), // For the ground.
+       SOURCE_CHECKED("critical", SOURCE_FLAG), // Only ground tools use it.
 };
 static const source_attribute_t argument_attributes[] = {
     SOURCE_NAMED(SOURCE_UPPER, descriptor_field_t),
@@ -306,7 +306,7 @@ static const source_attribute_t record_field_attributes[] = {
     SOURCE_OPTION("safe"),
     SOURCE_STRING("unit", SOURCE_TEXT, 16U, descriptor_record_field_t, unit),
 };
-// The order of `type` and of the others is known to endnode_builder.c.
+// endnode_builder.c depends on the order of these attributes.
 static const source_attribute_t endnode_attributes[] = {
     SOURCE_CHOICE("type", SOURCE_WORD | SOURCE_NEEDED, "CAN SHM MQUEUE UDP TCP SERIAL FILE", 0U, 0U,
                   descriptor_endnode_t, type),
@@ -334,7 +334,7 @@ static const source_attribute_t endnode_attributes[] = {
 #define WITH(name, attributes) SOURCE_COUNT(attributes), (name), (attributes)
 #define PLAIN(name) 0U, (name), NULL
 
-// Parent, kind, how often, name with attributes, list, start, end.
+// Parent, kind, number of occurrences, name with attributes, list, start handler, end handler.
 static const source_row_t rows[] = {
     {SOURCE_ROOT, KIND_SUBSYSTEM, SOURCE_ANY, WITH("Subsystem", subsystem_attributes), NULL, NULL,
      descriptor_subsystem_builder_end},

@@ -167,7 +167,9 @@ static status_t make_room(journal_t* const journal, const size_t size)
     if (has_room(journal, journal->tail.offset, size)) {
         return STATUS_OK;
     }
-    const bool has_other = !journal->is_provisional; // Otherwise the other medium holds the last commit.
+    // While the generation is provisional, the other medium contains the last commit and must not be
+    // overwritten.
+    const bool has_other = !journal->is_provisional;
     if (!has_other || !has_room(journal, JOURNAL_HEAD_SIZE + journal->stats.live, size)) {
         return STATUS_FULL;
     }
@@ -324,7 +326,7 @@ static status_t build_index(journal_t* const journal)
         } else if ((record.kind == JOURNAL_ERASE) && (slot != NULL)) {
             note_erased(journal, slot);
         } else {
-            // A commit: all records up to the tail are known to be committed.
+            // Commits need no action: all records up to the tail are known to be committed.
         }
     }
     return STATUS_OK;
@@ -364,7 +366,7 @@ static status_t begin_journal(journal_t* const journal, const journal_survey_t s
     return (status == STATUS_OK) ? active_of(journal)->sync(active_of(journal)->context) : status;
 }
 
-/// Index of the medium that holds the last commit; 2 if none does.
+/// Returns the index of the medium that contains the last commit; 2 if neither does.
 static size_t valid_of(const journal_survey_t surveys[2])
 {
     if (!surveys[0].has_commit && !surveys[1].has_commit) {

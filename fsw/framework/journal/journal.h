@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A store of records that outlives power cuts: records by table and key on two media, written as a log.
-/// Media, generations, compaction and damage: docs/framework.md, "Journal".
+/// A store of records that survives power cuts. A table and a key identify each record; the records are
+/// written as a log to two media. Media, generations, compaction and damage: docs/framework.md, "Journal".
 ///
 /// A transaction consists of the puts and erasures up to a commit. After a power cut at any write, the store
-/// holds the last transaction whose commit was acknowledged, or all of the one whose commit was under way. A
-/// commit that fails does not change what was committed before; the next commit writes the failed one again.
+/// contains the last transaction whose commit was acknowledged, or all of the one whose commit was in
+/// progress. A commit that fails changes no earlier one; the next commit writes it again.
 ///
 /// Ownership  The journal borrows media and slots; they outlive it. One owner per pair of media.
 /// Context    One loop.
-/// Time       Put, erase O(record); commit one sync, now and then a compaction; open and replay O(octets on
+/// Time       Put, erase O(record); commit: one sync, sometimes a compaction; open, replay O(octets on
 ///            the medium).
 ///
 ///     static journal_slot_t slots[JOURNAL_SLOTS(16384U)];
@@ -25,7 +25,7 @@
 #include <stdint.h>
 
 #define JOURNAL_RECORD_MAX 8192U ///< Largest record [octets].
-/// Slots of the index for a number of records: at most three in four are used.
+/// Number of slots of the index for a number of records: at most three quarters of the slots are used.
 #define JOURNAL_SLOTS(records) ((records) + ((records) / 3U) + 1U)
 
 /// Size on a medium of a record with `size` octets (an erasure and a commit have none), and of the head.
@@ -42,11 +42,12 @@ typedef struct { // One per slot, placed by the owner. Private.
 } journal_slot_t;
 
 typedef struct {
-    medium_t media[2];     ///< Only the journal writes to them.
-    uint32_t limit;        ///< Largest size of each medium [octets].
-    uint32_t slack;        ///< Dead octets more than live ones before a commit compacts [octets].
+    medium_t media[2]; ///< Only the journal writes to them.
+    uint32_t limit;    ///< Largest size of each medium [octets].
+    /// A commit compacts if the dead octets exceed the live ones by more than this [octets].
+    uint32_t slack;
     journal_slot_t* slots; ///< JOURNAL_SLOTS(capacity).
-    size_t capacity;       ///< Records, 1 at least.
+    size_t capacity;       ///< Largest number of records, at least 1.
     /// Called by journal_open when the media are damaged, before it changes them; returns true if a copy was
     /// made. Null: no copy is made.
     bool (*keep)(void* context);
@@ -60,9 +61,9 @@ typedef struct {
     uint64_t octets;  ///< Octets of the media that are ignored.
 } journal_damage_t;
 
-typedef struct { // Private: place of a record, and the values it must contain to be valid.
+typedef struct { // Private: place of a record, and the values that the record must contain to be valid.
     uint32_t offset;
-    uint32_t chain; // Checksum of the record before.
+    uint32_t chain; // Checksum of the previous record.
     uint32_t sequence;
 } journal_place_t;
 
@@ -70,23 +71,23 @@ typedef struct { // Private, except `stats`, read-only, for telemetry, and `dama
     journal_configuration_t configuration;
     size_t slot_count;
     size_t active;          // Index of the medium that is written to.
-    bool is_provisional;    // Its generation holds no commit yet.
-    bool is_tail_unclean;   // Octets may lie behind `tail`.
+    bool is_provisional;    // The generation on that medium has no commit yet.
+    bool is_tail_unclean;   // The medium may contain octets behind `tail`.
     bool is_suspect;        // Octets after `synced` may be lost, even if a read returns them.
-    bool is_replaying;      // The buffer is lent to the callback.
+    bool is_replaying;      // The callback of journal_replay is using the buffer.
     uint32_t changes;       // Changes since the last valid commit.
-    journal_place_t tail;   // Tail of the next record.
-    journal_place_t synced; // Behind the last valid commit.
+    journal_place_t tail;   // Place of the next record.
+    journal_place_t synced; // Place behind the last valid commit.
     uint8_t buffer[JOURNAL_RECORD_SIZE(JOURNAL_RECORD_MAX)];
-    journal_damage_t damage; ///< Found when it was opened. Read-only.
+    journal_damage_t damage; ///< Damage found when the journal was opened. Read-only.
     struct {
         uint32_t generation;  ///< Generation of the medium written to.
-        uint32_t records;     ///< Live ones.
+        uint32_t records;     ///< Number of live records.
         uint32_t live;        ///< Octets of live records.
         uint32_t used;        ///< Octets of the medium.
         uint32_t commits;     ///< Valid commits that changed something.
         uint32_t compactions; ///< Generations begun.
-        uint32_t full;        ///< Puts refused for lack of room.
+        uint32_t full;        ///< Puts refused because there was no room.
         uint32_t unknown;     ///< Erasures of records that did not exist.
         uint32_t failed;      ///< Calls that failed because of an error of a medium.
         uint32_t unmarked;    ///< Commits whose mark could not be written.
@@ -100,11 +101,11 @@ typedef struct { // Private, except `stats`, read-only, for telemetry, and `dama
 MUST_USE status_t journal_open(journal_t* journal, const journal_configuration_t* configuration);
 
 #define JOURNAL_DAMAGE_SIZE 9U ///< Event data: octets u32 (saturates), records u32, is kept u8.
-/// Write the damage, and `refused` records that no service restored, as the data of an event. False: there is
-/// nothing to report.
+/// Write the damage, and `refused` records that no service restored, as the data of an event. False if
+/// there is no damage to report.
 bool journal_report_damage(const journal_t* journal, uint32_t refused, uint8_t octets[JOURNAL_DAMAGE_SIZE]);
 
-/// Restores a record. It may not call the journal; `octets` live during the call only.
+/// Callback that restores a record. It must not call the journal; `octets` are valid only during the call.
 typedef void (*journal_take_t)(void* context, uint8_t table, uint32_t key, const uint8_t* octets,
                                size_t size);
 /// Pass each live record once to `take`, in the order in which they were last put. STATUS_OK, STATUS_IO.
@@ -115,7 +116,8 @@ MUST_USE status_t journal_replay(journal_t* journal, journal_take_t take, void* 
 /// Store a record, replacing the previous one with its key. STATUS_OK; STATUS_FULL (no slot, or no room on
 /// the medium), STATUS_TOO_LARGE (size > JOURNAL_RECORD_MAX), STATUS_IO: nothing has changed.
 status_t journal_put(void* context, uint8_t table, uint32_t key, const uint8_t* octets, size_t size);
-/// Erase a record. STATUS_OK; STATUS_NOT_FOUND, STATUS_IO: nothing has changed. There is always room for it.
+/// Erase a record. STATUS_OK; STATUS_NOT_FOUND, STATUS_IO: nothing has changed. There is always room for an
+/// erasure.
 status_t journal_erase(void* context, uint8_t table, uint32_t key);
 /// Commit all puts and erasures since the last commit. STATUS_OK (at once if there were none), STATUS_IO: no
 /// change since the last commit is certain to survive a power cut; the next commit tries again with all of

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/journal/journal_damage.h"
 
-/// Records after the place where reading ends.
+/// Records found after the place where reading stops.
 typedef struct {
     uint32_t records;
     bool has_commit;
-    bool was_acknowledged; // Records follow a commit, so it had succeeded.
+    bool was_acknowledged; // A commit is followed by further records, so that commit had succeeded.
 } orphans_t;
 
 status_t journal_survey(const medium_t* const medium, journal_survey_t* const out_survey,
@@ -33,7 +33,7 @@ status_t journal_survey(const medium_t* const medium, journal_survey_t* const ou
     return ((status == STATUS_OK) || (status == STATUS_EMPTY)) ? STATUS_OK : STATUS_IO;
 }
 
-/// STATUS_OK, STATUS_IO.
+/// Count the valid records behind the place where reading stops. STATUS_OK, STATUS_IO.
 static status_t find_orphans(const medium_t* const medium, const journal_survey_t* const survey,
                              orphans_t* const out_orphans, uint8_t* const buffer)
 {

@@ -23,7 +23,7 @@ typedef struct { // Content of a medium.
     journal_mark_t mark;
 } journal_survey_t;
 
-/// STATUS_OK, STATUS_IO.
+/// Read a medium and describe its content. STATUS_OK, STATUS_IO.
 status_t journal_survey(const medium_t* medium, journal_survey_t* out_survey, uint8_t* buffer);
 /// Decide whether the media are damaged; `last` is the index of the one that holds the last commit, or 2.
 /// STATUS_OK, STATUS_IO.

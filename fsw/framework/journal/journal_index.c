@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/journal/journal_index.h"
 
-/// The slot where the search for a record begins. Keys are often consecutive numbers: odd multipliers and
-/// shifts spread them over all bits, and the product with the number of slots takes the upper ones.
+/// Returns the slot where the search for a record begins. Keys are often consecutive numbers: odd
+/// multipliers and shifts spread them over all bits, and the product with the number of slots takes the
+/// upper ones.
 static size_t home_of(const uint8_t table, const uint32_t key, const size_t count)
 {
     uint32_t hash = (key * 0x9E3779B1U) ^ ((uint32_t)table * 0x85EBCA6BU);

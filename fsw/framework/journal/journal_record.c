@@ -17,7 +17,7 @@ enum { // Offsets in a record.
     CHAIN    = 12
 };
 
-/// Make a head; returns its checksum.
+/// Encode a head; returns its checksum.
 static uint32_t make_head(const uint32_t generation, uint8_t* const head)
 {
     octets_put_u32(head, MAGIC);
@@ -124,7 +124,7 @@ static journal_record_t record_in(const uint8_t* const buffer)
                               .key   = octets_u32_at(&buffer[KEY])};
 }
 
-/// True if this may be the header of a record.
+/// True if the fields are possible in the header of a record.
 static bool is_header(const journal_record_t* const record)
 {
     const bool is_kind =
@@ -132,7 +132,7 @@ static bool is_header(const journal_record_t* const record)
     return is_kind && (record->size <= JOURNAL_RECORD_MAX);
 }
 
-/// True if the header in the buffer is that of the record at this place.
+/// True if the header in the buffer has the sequence number and the chain of the next record.
 static bool is_next(const journal_place_t* const place, const journal_record_t* const record,
                     const uint8_t* const buffer)
 {
@@ -165,14 +165,15 @@ status_t journal_read_record(const medium_t* const medium, journal_place_t* cons
     return STATUS_OK;
 }
 
-/// Where in the buffer a record at or after `place` may begin that ends at `end` at the latest; `size` - 19
-/// if there is none.
+/// Returns the offset in the buffer where a record may begin that lies at or after `place` and ends at
+/// `end` at the latest; `size` - 19 if there is none.
 static size_t candidate_in(const uint8_t* const buffer, const size_t size, const journal_place_t* const place,
                            const uint64_t end)
 {
     const uint64_t left = end - place->offset;
     const uint64_t sequence =
-        place->sequence + (left / JOURNAL_RECORD_SIZE(0U)); // No more records fit in between.
+        // Between `place` and here, at most this number of records has room.
+        place->sequence + (left / JOURNAL_RECORD_SIZE(0U));
     size_t at         = 0U;
     bool is_candidate = false;
     while (!is_candidate && ((at + JOURNAL_RECORD_SIZE(0U)) <= size)) {

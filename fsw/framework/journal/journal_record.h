@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Records of a journal on a medium. For the journal only. Numbers are big-endian.
+/// Records of a journal on a medium. Private to the journal. Numbers are big-endian.
 ///
 ///     head     "HJRN", version u16 = 1, spare u16, generation u32, CRC-32
 ///     record   kind u8, table u8, size u16, sequence u32, key u32, chain u32, octets, CRC-32
@@ -15,31 +15,31 @@ enum {
     JOURNAL_COMMIT = 0x43
 };
 
-#define JOURNAL_OCTETS_AT 16U ///< Where a record's octets begin.
+#define JOURNAL_OCTETS_AT 16U ///< Offset of a record's octets.
 
 typedef struct {
     uint8_t kind; ///< JOURNAL_*.
     uint8_t table;
-    uint16_t size; ///< Octets, in the buffer from JOURNAL_OCTETS_AT on.
+    uint16_t size; ///< Number of its octets, which begin in the buffer at JOURNAL_OCTETS_AT.
     uint32_t key;
 } journal_record_t;
 
-/// Where the first record of a generation lies.
+/// Returns the place of the first record of a generation.
 journal_place_t journal_first_place(uint32_t generation);
-/// Statuses of the medium's `write`.
+/// Write a head. Statuses of the medium's `write`.
 status_t journal_write_head(const medium_t* medium, uint32_t generation);
-/// STATUS_OK, STATUS_EMPTY (there is none), STATUS_IO.
+/// Read a head. STATUS_OK, STATUS_EMPTY (there is none), STATUS_IO.
 status_t journal_read_head(const medium_t* medium, uint32_t* out_generation);
 
-/// How far the other medium reached after a successful commit.
+/// Length of the other medium after a successful commit.
 typedef struct {
     uint32_t generation;
     uint32_t offset;
 } journal_mark_t;
 
-/// Statuses of the medium's `write`.
+/// Write a mark. Statuses of the medium's `write`.
 status_t journal_write_mark(const medium_t* medium, const journal_mark_t* mark);
-/// STATUS_OK, STATUS_EMPTY (there is none), STATUS_IO.
+/// Read a mark. STATUS_OK, STATUS_EMPTY (there is none), STATUS_IO.
 status_t journal_read_mark(const medium_t* medium, journal_mark_t* out_mark);
 
 /// Write a record whose octets are in the buffer already, and advance past it. Statuses of the medium's
@@ -52,7 +52,7 @@ status_t journal_read_record(const medium_t* medium, journal_place_t* place, jou
                              uint8_t* buffer);
 /// Find the next octets from `place` up to `end` that are a valid record with a possible sequence number,
 /// also if the record before it is unreadable; set `place` to the octet after it. STATUS_OK, STATUS_EMPTY,
-/// STATUS_IO. It takes O(octets looked at).
+/// STATUS_IO. It takes O(octets read).
 status_t journal_find_record(const medium_t* medium, uint64_t end, journal_place_t* place,
                              journal_record_t* out_record, uint8_t* buffer);
 

@@ -8,7 +8,7 @@
 
 #define FIRST_PROBE 4U         ///< Refusals in a row after which the endpoint sends a SYNC to the peer.
 #define STRAYS_MAX 3U          ///< Frames outside of the window in a row after which SYNC is sent.
-#define SYNC_SPACING 1024U     ///< Strays or refusals between two SYNCs, at most.
+#define SYNC_SPACING 1024U     ///< Largest number of strays or refusals between two SYNCs.
 #define LOST_AT_ONCE_MAX 4096U ///< A larger gap is not a loss: a number was forged or damaged.
 #define FIRST_LIFE 1U
 
@@ -52,7 +52,7 @@ status_t message_add_peer(message_endpoint_t* const endpoint, const uint16_t pee
     return STATUS_OK;
 }
 
-/// Write a frame around `size` octets of payload and hand it to the carrier.
+/// Complete the frame of `size` octets of payload, and pass it to the carrier.
 static status_t send_frame(message_endpoint_t* const endpoint, message_channel_t* const channel,
                            const uint8_t kind, const uint8_t* const octets, const size_t size)
 {
@@ -155,7 +155,7 @@ uint32_t message_credit_plain(const message_endpoint_t* const endpoint, const ui
     return credit_to(endpoint, peer, MESSAGE_RESERVE, MESSAGE_RESERVE_OCTETS);
 }
 
-/// Send if the window then has this many blocks and octets left.
+/// Send a message if at least this many blocks and octets of the window remain free afterwards.
 static status_t send_leaving(message_endpoint_t* const endpoint, const uint16_t to,
                              const uint8_t* const octets, const size_t size, const uint32_t reserve,
                              const uint32_t reserve_octets)
@@ -218,7 +218,7 @@ status_t message_deliver(message_endpoint_t* const endpoint, const uint8_t* cons
     while ((status == STATUS_FULL) && has_room) {
         status   = message_inbox_put(&channel->inbox, frame[MESSAGE_AT_KIND], endpoint->stamp, frame, size);
         has_room = (status == STATUS_FULL) && message_inbox_forget(&channel->inbox, life);
-        // The last frames of an earlier life were not taken, and are removed now.
+        // Frames of an earlier life that were not taken are removed now.
         endpoint->counters.stale += has_room ? 1U : 0U;
     }
     if (status != STATUS_OK) { // A correct sender never sends beyond its window.
@@ -296,8 +296,8 @@ static void clear_mismatch(message_channel_t* const channel)
     channel->sync_at = STRAYS_MAX;
 }
 
-/// Return to an earlier life of the peer. The present life answers a SYNC: if it is earlier than the known
-/// one, the known one was read from a forged or damaged frame. Another exchange determines the numbers.
+/// Return to an earlier life of the peer. Only its present life answers a SYNC, so the later life was read
+/// from a forged or damaged frame. A further exchange of SYNC determines the sequence numbers.
 static void correct_life(message_endpoint_t* const endpoint, message_channel_t* const channel,
                          const message_frame_t* const frame)
 {
@@ -319,7 +319,7 @@ static bool is_of_this_life(message_endpoint_t* const endpoint, message_channel_
     if (frame->from_life > channel->position.peer_life) {
         begin_peer_life(endpoint, channel, frame->from_life);
     } else if (frame->from_life == channel->position.peer_life) {
-        // The life is the known one.
+        // The frame is of the known life.
     } else if ((frame->kind == MESSAGE_SYNC_ACK) && channel->is_syncing) {
         correct_life(endpoint, channel, frame);
         return false;
@@ -334,18 +334,19 @@ static void answer(message_endpoint_t* const endpoint, message_channel_t* const 
                    const message_frame_t* const frame)
 {
     if (frame->kind == MESSAGE_SYNC) {
-        (void)send_frame(endpoint, channel, MESSAGE_SYNC_ACK, NULL, 0U); // If refused, SYNC comes again.
+        // If it is not sent, the peer repeats its SYNC.
+        (void)send_frame(endpoint, channel, MESSAGE_SYNC_ACK, NULL, 0U);
     }
 }
 
-/// True if the frame is for this life. A sender that has not received a frame of this endpoint may have sent
-/// to its predecessor, if there was one.
+/// True if the frame is addressed to this life. A sender that has not received a frame of this endpoint
+/// does not know its life: its frame may be addressed to a predecessor, if there was one.
 static bool is_own_life(const message_endpoint_t* const endpoint, const uint32_t life)
 {
     return (life == endpoint->life) || ((life == 0U) && (endpoint->life == FIRST_LIFE));
 }
 
-/// True for a frame to another life of this endpoint.
+/// True if a frame is addressed to another life of this endpoint.
 static bool is_of_past(message_endpoint_t* const endpoint, const uint8_t* const frame, const size_t size)
 {
     const message_channel_t* const channel = channel_of_frame(endpoint, frame, size);
@@ -369,11 +370,11 @@ status_t message_accept(message_endpoint_t* const endpoint, const status_t recei
         return STATUS_NOT_OURS;
     }
     const status_t delivered = message_deliver(endpoint, endpoint->frame, size);
-    (void)delivered; // Frames beyond the window of their sender are counted.
+    (void)delivered; // Frames beyond the window of their sender have been counted.
     return STATUS_OK;
 }
 
-/// Update the channel with a frame of its peer. False if the frame is to be dropped.
+/// Update the channel with a frame of its peer. False if the frame must be dropped.
 static bool is_current(message_endpoint_t* const endpoint, message_channel_t* const channel,
                        const message_frame_t* const frame)
 {
@@ -382,7 +383,8 @@ static bool is_current(message_endpoint_t* const endpoint, message_channel_t* co
     }
     const bool is_for_us = is_own_life(endpoint, frame->to_life);
     if (!is_for_us && (frame->kind == MESSAGE_SYNC)) {
-        endpoint->counters.stale++; // Its numbers are of another life; the answer contains this life.
+        // The numbers in the frame belong to another life; the answer tells the peer this life.
+        endpoint->counters.stale++;
         answer(endpoint, channel, frame);
         return false;
     }
@@ -402,7 +404,7 @@ static void catch_up(message_channel_t* const channel)
     }
 }
 
-/// Adopt the numbers of the peer: both sides have exchanged them, and no earlier frame is under way.
+/// Adopt the peer's numbers: both sides have exchanged them, and no earlier frame is on its way.
 static void resync(message_endpoint_t* const endpoint, message_channel_t* const channel,
                    const message_frame_t* const frame)
 {
@@ -427,7 +429,7 @@ static void resync(message_endpoint_t* const endpoint, message_channel_t* const 
 }
 
 /// True if a data frame is the next or a later one of its sequence. Credit carries the number of the next
-/// data frame: it shows a loss even where the whole window was lost and no data frame can follow.
+/// data frame: it reveals a loss even if the whole window was lost and no data frame can follow.
 static bool is_in_sequence(message_endpoint_t* const endpoint, message_channel_t* const channel,
                            const message_frame_t* const frame)
 {
@@ -438,7 +440,7 @@ static bool is_in_sequence(message_endpoint_t* const endpoint, message_channel_t
     if (is_claim_good) {
         credit_up_to(channel, frame->taken);
     }
-    if (ahead > limit) { // No sender may be further ahead than its credit, or have a lower number.
+    if (ahead > limit) { // A sender may neither exceed its credit nor repeat a number.
         drop_stray(endpoint, channel);
         return false;
     }
@@ -458,7 +460,7 @@ static void return_credit(message_endpoint_t* const endpoint, message_channel_t*
     if (((channel->position.taken - channel->position.acknowledged) >= (MESSAGE_WINDOW / 2U)) ||
         (channel->position.unacknowledged >= (MESSAGE_WINDOW_OCTETS / 2U))) {
         (void)send_frame(endpoint, channel, MESSAGE_CREDIT, NULL,
-                         0U); // If refused, again at the next receive.
+                         0U); // If it is not sent, it is sent again at the next receive.
     }
 }
 
@@ -496,7 +498,8 @@ static void process_all_of(message_endpoint_t* const endpoint, message_channel_t
     if (!waits) {
         catch_up(channel);
     }
-    if (credit_of(channel, 0U, 0U) > 0U) { // A frame without credit does not prove that nothing was lost.
+    // A frame that brings no credit does not prove that no frame was lost: refusals continue to count.
+    if (credit_of(channel, 0U, 0U) > 0U) {
         channel->refusals = 0U;
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Header of a message frame; its layout is in message.h.
+/// Header of a message frame; docs/framework.md, "Messages", defines its layout.
 ///
 /// Context    Any.
 /// Time       O(1).
@@ -14,7 +14,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define MESSAGE_AT_KIND 3U ///< Place of the kind in the header.
+#define MESSAGE_AT_KIND 3U ///< Offset of the kind in the header.
 #define MESSAGE_DATA 0U
 #define MESSAGE_CREDIT 1U
 #define MESSAGE_SYNC 2U
@@ -32,9 +32,9 @@ typedef struct {
 } message_frame_t;
 
 void message_frame_write(const message_frame_t* frame, uint8_t header[MESSAGE_HEADER_OCTETS]);
-/// The fields of a header of the given kind; `size` is the size of the frame.
+/// Decode a header of this kind; `size` is the size of the frame.
 message_frame_t message_frame_read(const uint8_t header[MESSAGE_HEADER_OCTETS], uint8_t kind, size_t size);
-/// Single fields of a header.
+/// Read single fields of a header.
 static inline uint16_t message_frame_from(const uint8_t header[MESSAGE_HEADER_OCTETS])
 {
     return octets_u16_at(&header[4]);
@@ -47,7 +47,7 @@ static inline uint32_t message_frame_sequence(const uint8_t header[MESSAGE_HEADE
 {
     return octets_u32_at(&header[16]);
 }
-/// False for octets that are not a frame to component `self`.
+/// True if the octets are a frame that is addressed to component `self`.
 bool message_frame_is_well_formed(const uint8_t* octets, size_t size, uint16_t self);
 
 #endif // FSW_FRAMEWORK_MESSAGE_MESSAGE_FRAME_H

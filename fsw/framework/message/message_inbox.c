@@ -6,10 +6,11 @@
 
 #include <string.h>
 
-#define AT_STAMP 0U // In the ring, in place of magic, version and kind, which were checked.
+#define AT_STAMP 0U // In the ring, the stamp replaces magic, version and kind, which have been checked.
 #define STAMP_OCTETS 4U
-#define AT_DROPPED 6U // Replaces the low octet of the addressee: 1 if the frame was dropped.
-#define AT_LIFE 8U    // Offset of the sender's life.
+// In the ring, this octet replaces the low octet of the addressee; 1 if the frame was dropped.
+#define AT_DROPPED 6U
+#define AT_LIFE 8U // Offset of the sender's life.
 #define KIND_DATA 0U
 
 void message_inbox_init(message_inbox_t* const inbox, uint8_t* const storage, const size_t octets)
@@ -43,8 +44,8 @@ status_t message_inbox_put(message_inbox_t* const inbox, const uint8_t kind, con
     return status;
 }
 
-/// The note that arrived first of those before the next data. Its content may be older than that of another
-/// note, so notes are processed in their order of arrival.
+/// Returns the oldest note that arrived before the next frame with data; null if there is none. Notes are
+/// processed in the order of their arrival, because a later one may have newer content.
 static message_note_t* next_note(message_inbox_t* const inbox)
 {
     message_note_t* found = NULL;
@@ -101,11 +102,11 @@ static void remove_first(message_inbox_t* const inbox)
     size_t size           = 0U;
     const size_t before   = inbox->blocks.used;
     const status_t status = message_ring_take(&inbox->blocks, &none, 0U, &size);
-    (void)status; // Capacity 0: the block is removed without a copy.
+    (void)status; // With capacity 0 the block is removed without a copy, and the status has no meaning.
     const size_t gone = before - inbox->blocks.used;
     if (inbox->place >= gone) {
         inbox->place -= gone;
-    } else { // Removed before it was checked.
+    } else { // The block was removed before it was checked.
         inbox->checked++;
     }
 }
@@ -145,7 +146,7 @@ bool message_inbox_oldest(message_inbox_t* const inbox, uint32_t* const out_stam
 status_t message_inbox_take(message_inbox_t* const inbox, uint8_t header[MESSAGE_INBOX_HEADER],
                             uint8_t* const octets, const size_t capacity, size_t* const out_size)
 {
-    FSW_ASSERT((inbox != NULL) && (inbox->place > 0U)); // message_inbox_oldest has found it.
+    FSW_ASSERT((inbox != NULL) && (inbox->place > 0U)); // message_inbox_oldest has found a checked block.
     const size_t before = inbox->blocks.used;
     const status_t status =
         message_ring_take_parts(&inbox->blocks, header, MESSAGE_INBOX_HEADER, octets, capacity, out_size);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Frames that have arrived from one peer: the frames with data in order of arrival, and only the newest
-/// frame of each kind without data, because it contains everything that an earlier frame of its kind
-/// contained. So an endpoint that takes no data can still receive credit, and frames without data always have
-/// room.
+/// Frames     that have arrived from one peer: all frames with data in the order of arrival, and only the
+/// newest frame of each kind without data, because its content replaces that of earlier frames of its kind.
+/// Therefore an endpoint that takes no data can still receive credit, and there is always room for frames
+/// without data.
 ///
 /// Each frame is checked once, in the order in which the frames of its peer arrived (message_inbox_next).
 /// Data that is not dropped then waits to be taken.
@@ -26,14 +26,14 @@
 typedef struct { // Private. A frame without data.
     uint8_t header[MESSAGE_INBOX_HEADER];
     uint32_t after; // Number of frames with data that arrived before it.
-    uint32_t stamp; // When it arrived.
+    uint32_t stamp; // Stamp of its arrival.
     bool is_set;
 } message_note_t;
 
 typedef struct {           // Private, except `blocks`, to be read.
     message_ring_t blocks; ///< Frames with data, the checked ones first.
-    uint32_t arrived;      // Frames with data so far.
-    uint32_t checked;      // Arrived frames that were checked.
+    uint32_t arrived;      // Number of frames with data that have arrived.
+    uint32_t checked;      // Number of these frames that were checked.
     size_t place;          // Position of the next frame to check, from the first octet of the ring.
     size_t last;           // Place of the frame that was checked last.
     uint32_t notes_set;    // Number of notes that are set.
@@ -45,16 +45,16 @@ void message_inbox_init(message_inbox_t* inbox, uint8_t* storage, size_t octets)
 /// endpoint. STATUS_OK; STATUS_FULL: no room for its data.
 MUST_USE status_t message_inbox_put(message_inbox_t* inbox, uint8_t kind, uint32_t stamp,
                                     const uint8_t* frame, size_t size);
-/// The next frame to check: its header without magic, version and kind; its kind and its size. False if all
-/// are checked.
+/// Get the next frame to check: its header (without magic, version and kind), kind and size. False if all
+/// frames have been checked.
 bool message_inbox_next(message_inbox_t* inbox, uint8_t header[MESSAGE_INBOX_HEADER], uint8_t* out_kind,
                         size_t* out_size);
 /// Drop the frame with data that was checked last; the caller does not get it.
 void message_inbox_drop(message_inbox_t* inbox);
-/// Make room: remove the oldest block, checked or not, if it belongs to a life before `life`. False if no
-/// block was removed.
+/// Make room: remove the oldest block, whether it was checked or not, if it belongs to a life before
+/// `life`. False if no block was removed.
 bool message_inbox_forget(message_inbox_t* inbox, uint32_t life);
-/// Stamp of the oldest block that was checked and not dropped. False if there is none.
+/// Get the stamp of the oldest block that was checked and not dropped. False if there is none.
 bool message_inbox_oldest(message_inbox_t* inbox, uint32_t* out_stamp);
 /// True if a frame waits to be checked.
 static inline bool message_inbox_has_arrivals(const message_inbox_t* inbox)

@@ -28,14 +28,14 @@ bool message_position_is_sound(const message_position_t* const position)
            (position->unacknowledged <= MESSAGE_WINDOW_OCTETS);
 }
 
-/// A peer may have begun another life after the position was noted. If message_set_life has set its life,
-/// that life is valid: the channel to it begins at 0.
+/// Continue a channel at a noted position. The peer may have begun another life since then; if
+/// message_set_life has set that life, the channel begins at 0.
 static void resume(message_channel_t* const channel, const message_position_t* const position)
 {
     if (!channel->is_life_set || (channel->position.peer_life == position->peer_life)) {
         channel->position = *position;
     }
-    channel->inbox.arrived = channel->inbox.blocks.blocks; // All waiting frames were checked.
+    channel->inbox.arrived = channel->inbox.blocks.blocks; // All waiting frames have been checked.
     channel->inbox.checked = channel->inbox.arrived;
     channel->inbox.place   = channel->inbox.blocks.used;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Positions of the channels of a message endpoint, as plain numbers. With them the endpoint of a new process
-/// continues the channels of a process that died, in the same life, and no peer notices. The caller can keep
-/// the frames that are sent and received for that process.
+/// Positions of the channels of a message endpoint, as plain numbers. They let the endpoint of a new
+/// process continue the channels of a process that died, in the same life; the peers do not notice the
+/// change. For this purpose the caller can store the frames that are sent and received.
 ///
 /// Ownership  The caller places positions.
 /// Context    As the endpoint.
@@ -13,30 +13,30 @@
 
 #include <stdbool.h>
 
-/// Position of the channel of that index. False: there is no such channel.
+/// Get the position of the channel with this index. False if there is no such channel.
 bool message_position(const message_endpoint_t* endpoint, size_t index, message_position_t* out_position);
 /// True if the fields of a position do not contradict each other.
 bool message_position_is_sound(const message_position_t* position);
 /// Continue the channel at `position`, which must be consistent. If message_set_life has set another life of
-/// the peer, the channel restarts in that life; the blocks of the earlier life that wait can still be taken.
-/// No effect if the endpoint does not have that peer.
+/// the peer, the channel restarts in that life; waiting blocks of the earlier life can still be taken. No
+/// effect if the endpoint does not have that peer.
 void message_resume(message_endpoint_t* endpoint, const message_position_t* position);
-/// The blocks that wait in the inbox of the channel with that index. All of them must have been checked,
-/// which is true when message_receive has just returned STATUS_EMPTY or left blocks to wait. Refill it before
-/// message_resume. Null: no such channel.
+/// Returns the blocks that wait in the inbox of the channel with this index; null if there is no such
+/// channel. All of them must have been checked, which is the case directly after a message_receive. To
+/// restore them, refill the ring before message_resume.
 message_ring_t* message_waiting(message_endpoint_t* endpoint, size_t index);
-/// Life of the endpoint as its peers know it, and the stamp of the next frame.
+/// Get the life of the endpoint that its peers know, and the stamp of the next frame.
 void message_clock(const message_endpoint_t* endpoint, uint32_t* out_life, uint32_t* out_stamp);
 void message_resume_clock(message_endpoint_t* endpoint, uint32_t life, uint32_t stamp);
 
-/// Give frames to `outlet` instead of the carrier. The caller passes them to message_forward later, in their
-/// order; until then they count as sent.
+/// Pass frames to `outlet` instead of the carrier. The caller passes them to message_forward later, in
+/// their order; until then they count as sent.
 void message_divert(message_endpoint_t* endpoint, message_carrier_t outlet);
-/// STATUS_OK; STATUS_FULL: try again; any other: the carrier cannot reach the peer, which will find the frame
-/// missing.
+/// Pass a diverted frame to the carrier. STATUS_OK; STATUS_FULL: try again; any other: the carrier cannot
+/// reach the peer, which will detect the loss by the sequence numbers.
 MUST_USE status_t message_forward(message_endpoint_t* endpoint, uint16_t to, const uint8_t* frame,
                                   size_t size);
-/// Call `arrival` with each frame that arrives from now on.
+/// Call `arrival` for each frame that arrives from now on.
 void message_watch(message_endpoint_t* endpoint, message_arrival_t arrival);
 
 #endif // FSW_FRAMEWORK_MESSAGE_MESSAGE_POSITIONS_H

@@ -5,7 +5,8 @@
 
 #include <string.h>
 
-#define LENGTH_OCTETS sizeof(uint32_t) // The size before each block, in native byte order.
+// Octets of the size field in front of each block; its byte order is native.
+#define LENGTH_OCTETS sizeof(uint32_t)
 #define BLOCK_MAX 65535U
 
 void message_ring_init(message_ring_t* const ring, uint8_t* const storage, const size_t capacity)
@@ -14,13 +15,13 @@ void message_ring_init(message_ring_t* const ring, uint8_t* const storage, const
     *ring = (message_ring_t){.storage = storage, .capacity = capacity};
 }
 
-/// Position modulo the capacity; it is less than twice the capacity.
+/// Returns a position modulo the capacity; `position` is less than twice the capacity.
 static size_t wrapped(const message_ring_t* const ring, const size_t position)
 {
     return (position >= ring->capacity) ? (position - ring->capacity) : position;
 }
 
-/// Copy to a position; returns the position behind.
+/// Copy octets to a position; returns the position behind them.
 static inline size_t write_at(const message_ring_t* const ring, const size_t position,
                               const uint8_t* const octets, const size_t size)
 {
@@ -34,7 +35,7 @@ static inline size_t write_at(const message_ring_t* const ring, const size_t pos
     return wrapped(ring, position + size);
 }
 
-/// Copy from a position; returns the position behind.
+/// Copy octets from a position; returns the position behind them.
 static inline size_t read_at(const message_ring_t* const ring, const size_t position, uint8_t* const octets,
                              const size_t size)
 {

@@ -20,11 +20,11 @@ typedef struct { // All fields are private, except the counters.
     size_t head;      ///< Next octet to read.
     size_t used;      ///< Octets in the ring, length fields included.
     uint32_t blocks;  ///< Blocks waiting.
-    uint32_t peak;    ///< Most octets ever used.
+    uint32_t peak;    ///< Largest value of `used` so far.
     uint32_t refused; ///< Blocks refused for lack of room.
 } message_ring_t;
 
-/// An empty ring. capacity >= 16 [octets]; each block takes its size plus four.
+/// Initialise an empty ring. capacity >= 16 [octets]; each block needs its size plus four.
 void message_ring_init(message_ring_t* ring, uint8_t* storage, size_t capacity);
 /// Append a block of 0..65535 octets. STATUS_OK, STATUS_FULL (counted).
 MUST_USE status_t message_ring_put(message_ring_t* ring, const uint8_t* octets, size_t size);
@@ -33,12 +33,12 @@ MUST_USE status_t message_ring_put_parts(message_ring_t* ring, const uint8_t* he
                                          const uint8_t* octets, size_t size);
 /// Take the oldest block. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (it does not fit `capacity`; dropped).
 MUST_USE status_t message_ring_take(message_ring_t* ring, uint8_t* octets, size_t capacity, size_t* out_size);
-/// Like message_ring_take, in two parts: the first `head_size` octets of the block, or all that it has, go to
-/// `head`, the rest to `octets`. *out_size counts both; it and the head are set also if the rest does not
-/// fit.
+/// Like message_ring_take, in two parts: the first `head_size` octets of the block, or all if it is
+/// shorter, are copied to `head`, the rest to `octets`. *out_size is the size of the whole block; it and
+/// `head` are also set if the rest does not fit.
 MUST_USE status_t message_ring_take_parts(message_ring_t* ring, uint8_t* head, size_t head_size,
                                           uint8_t* octets, size_t capacity, size_t* out_size);
-/// Copy the beginning of the oldest block, `capacity` octets at most, and leave it where it is; *out_size is
+/// Copy the first octets of the oldest block, at most `capacity`, without taking the block; *out_size is
 /// the size of the whole block. STATUS_OK, STATUS_EMPTY.
 MUST_USE status_t message_ring_peek(const message_ring_t* ring, uint8_t* octets, size_t capacity,
                                     size_t* out_size);
@@ -52,9 +52,10 @@ void message_ring_overwrite(message_ring_t* ring, size_t place, const uint8_t* o
 /// Copy all blocks as one sequence of octets, for message_ring_refill. Returns its size; 0: the ring is
 /// empty, or the sequence does not fit `capacity`.
 size_t message_ring_copy(const message_ring_t* ring, uint8_t* octets, size_t capacity);
-/// Append the blocks of such a sequence. A block that is cut or has no room is refused (counted).
+/// Append the blocks of a sequence that message_ring_copy has written. A block that is cut or has no room
+/// is refused (counted).
 void message_ring_refill(message_ring_t* ring, const uint8_t* octets, size_t size);
-/// Size of the largest block that message_ring_put would take now.
+/// Size of the largest block for which message_ring_put has room now.
 size_t message_ring_room(const message_ring_t* ring);
 
 #endif // FSW_FRAMEWORK_MESSAGE_MESSAGE_RING_H

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Separate, because only a restarted supervisor needs it, to restore its rings from a copy.
+// This function has its own file, because only a restarted supervisor needs it to restore its rings from a
+// copy.
 #include "base/assertion.h"
 #include "fsw/framework/message/message_ring.h"
 
@@ -23,7 +24,7 @@ void message_ring_refill(message_ring_t* const ring, const uint8_t* const octets
             return;
         }
         if (message_ring_put(ring, &octets[place + LENGTH_OCTETS], length) != STATUS_OK) {
-            return; // Later blocks must not overtake this one.
+            return; // There is no room for this block; later blocks must not be appended before it.
         }
         place += LENGTH_OCTETS + length;
     }

@@ -14,7 +14,7 @@ status_t message_ring_carrier_attach(message_ring_carrier_t* const hub, message_
     FSW_ASSERT((hub != NULL) && (endpoint != NULL));
     for (size_t i = 0U; i < hub->endpoint_count; i++) {
         if (hub->endpoints[i] == endpoint) {
-            return STATUS_OK; // It was attached in an earlier life.
+            return STATUS_OK; // The endpoint was already attached in an earlier life.
         }
     }
     if (hub->endpoint_count == MESSAGE_PEERS_MAX) {

@@ -22,7 +22,7 @@ typedef struct { // Private.
 void message_ring_carrier_init(message_ring_carrier_t* hub, message_delivery_notice_t notice);
 /// Make an opened endpoint reachable. STATUS_OK, STATUS_EXHAUSTED.
 MUST_USE status_t message_ring_carrier_attach(message_ring_carrier_t* hub, message_endpoint_t* endpoint);
-/// The carrier in the form an endpoint takes.
+/// Returns the carrier for message_open.
 message_carrier_t message_ring_carrier_port(message_ring_carrier_t* hub);
 
 #endif // FSW_FRAMEWORK_MESSAGE_RING_CARRIER_H

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Carrier of message frames over TIPC: one datagram a frame, one socket a component, each addressed by the
-/// name {mission instance, component}, independent of its on-board computer.
+/// Carrier of message frames over TIPC: one datagram for each frame, one socket for each component. The
+/// name {mission instance, component} addresses a component, independently of its on-board computer.
 ///
-/// A returned frame was never taken: it is counted, and the sequence numbers show its receiver the loss. The
-/// kernel's topology service reports names that disappear and appear: when the name of a peer appears again,
-/// a SYNC is sent at once. Decisions about a peer use only its own reports: its epoch, its heartbeat.
+/// The kernel returns a frame that was not delivered: the frame is counted, and the sequence numbers show
+/// the loss to its receiver. The kernel's topology service reports names that disappear and appear: when
+/// the name of a peer appears again, a SYNC is sent at once. These reports are hints only: decisions about
+/// a peer depend on its own frames, their life and heartbeats.
 ///
 /// Ownership  The caller places it; the sockets are opened or adopted by the program.
 /// Context    One task.
@@ -32,24 +33,25 @@ typedef struct { // Private, except the counters.
     } peers[MESSAGE_PEERS_MAX];
     size_t peer_count;
     message_delivery_notice_t notice;
-    uint32_t other_senders; ///< Datagrams of a socket that is no peer's, dropped.
-    uint32_t returned;      ///< Returned frames: no room at the receiver, or no receiver.
-    uint32_t withdrawn;     ///< Times that the name of a peer disappeared.
+    uint32_t other_senders; ///< Datagrams from a socket that belongs to no peer, dropped.
+    /// Frames that the kernel returned, because the receiver had no room or did not exist.
+    uint32_t returned;
+    uint32_t withdrawn; ///< Times that the name of a peer disappeared.
 } message_tipc_carrier_t;
 
-/// `type`: service type of the mission instance. `watch` of that type (osal_tipc_watch_open), or null: no
-/// hints.
+/// `type` is the service type of the mission instance. `watch` is a watch of that type
+/// (osal_tipc_watch_open), or null: no hints.
 void message_tipc_carrier_init(message_tipc_carrier_t* carrier, osal_socket_t* socket, osal_socket_t* watch,
                                uint32_t type, message_delivery_notice_t notice);
-/// `identity` of the peer's socket. STATUS_OK, STATUS_EXHAUSTED.
+/// Add a peer; `identity` is that of its socket. STATUS_OK, STATUS_EXHAUSTED.
 MUST_USE status_t message_tipc_carrier_add_peer(message_tipc_carrier_t* carrier, uint16_t component,
                                                 uint64_t identity);
-/// The carrier in the form an endpoint takes.
+/// Returns the carrier for message_open.
 message_carrier_t message_tipc_carrier_port(message_tipc_carrier_t* carrier);
-/// Deliver one received datagram to the endpoint, whose inboxes hold the full windows of its real peers.
+/// Deliver one received datagram to the endpoint, whose inboxes have room for the full window of each peer.
 /// STATUS_OK, STATUS_EMPTY, STATUS_NOT_OURS (dropped: not from a peer, or to another life), STATUS_IO.
 MUST_USE status_t message_tipc_carrier_pump(message_tipc_carrier_t* carrier, message_endpoint_t* endpoint);
-/// Process the notices of the topology service; send a SYNC to peers that appear again.
+/// Process the reports of the topology service; send a SYNC to peers whose names appear again.
 void message_tipc_carrier_take_hints(message_tipc_carrier_t* carrier, message_endpoint_t* endpoint);
 
 #endif // FSW_FRAMEWORK_MESSAGE_TIPC_CARRIER_H

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Carrier of message frames over UDP: one datagram a frame, one socket a component.
+/// Carrier of message frames over UDP: one datagram for each frame, one socket for each component.
 ///
 /// Ownership  The caller places it; the socket is opened or adopted by the program.
 /// Context    One task.
@@ -27,17 +27,17 @@ typedef struct { // Private, except the counters.
     } peers[MESSAGE_PEERS_MAX];
     size_t peer_count;
     message_delivery_notice_t notice;
-    uint32_t other_senders; ///< Datagrams from an address that is no peer's, dropped.
+    uint32_t other_senders; ///< Datagrams from an address that belongs to no peer, dropped.
 } message_udp_carrier_t;
 
 void message_udp_carrier_init(message_udp_carrier_t* carrier, osal_socket_t* socket,
                               message_delivery_notice_t notice);
-/// STATUS_OK, STATUS_EXHAUSTED.
+/// Add a peer with its address. STATUS_OK, STATUS_EXHAUSTED.
 MUST_USE status_t message_udp_carrier_add_peer(message_udp_carrier_t* carrier, uint16_t component,
                                                osal_address_t address);
-/// The carrier in the form an endpoint takes.
+/// Returns the carrier for message_open.
 message_carrier_t message_udp_carrier_port(message_udp_carrier_t* carrier);
-/// Deliver one received datagram to the endpoint, whose inboxes hold the full windows of its real peers.
+/// Deliver one received datagram to the endpoint, whose inboxes have room for the full window of each peer.
 /// STATUS_OK, STATUS_EMPTY, STATUS_NOT_OURS (dropped: not from a peer, or to another life), STATUS_IO.
 MUST_USE status_t message_udp_carrier_pump(message_udp_carrier_t* carrier, message_endpoint_t* endpoint);
 

@@ -8,9 +8,9 @@
 #include <string.h>
 
 #define NO_ENTRY UINT16_MAX
-#define SPREAD 2654435769U // 2^32 / golden ratio.
+#define SPREAD 2654435769U // 2^32 / golden ratio: multiplicative hash of an id.
 
-typedef union { // Any one scalar, aligned for all of them.
+typedef union { // One scalar of any type, aligned for all types.
     uint64_t u64;
     double f64;
     uint8_t octets[8];
@@ -18,8 +18,8 @@ typedef union { // Any one scalar, aligned for all of them.
 
 static void lock(parameter_dictionary_t* const dictionary)
 {
-    // STATUS_CLOSED, the death of a holder, cannot occur: the mutex belongs to this process, so a holder dies
-    // with it.
+    // STATUS_CLOSED (the owner of the mutex has died) cannot occur: the mutex belongs to this process, and
+    // so do all its owners.
     (void)osal_mutex_lock(&dictionary->mutex);
 }
 
@@ -28,7 +28,7 @@ static void unlock(parameter_dictionary_t* const dictionary)
     osal_mutex_unlock(&dictionary->mutex);
 }
 
-/// Lock, and mark for readers without the lock that values may change: `guard` is odd until they are
+/// Lock the mutex, and tell readers without the lock that values may change: `guard` is odd until they are
 /// consistent again.
 static void lock_values(parameter_dictionary_t* const dictionary)
 {
@@ -43,7 +43,7 @@ static void unlock_values(parameter_dictionary_t* const dictionary)
     unlock(dictionary);
 }
 
-/// Hash of a key: there are as many places as entries, and consecutive keys are distributed over all of them.
+/// Hash of a key: index of one of `capacity` lists. Consecutive keys are distributed over all lists.
 static uint16_t place_of(const parameter_dictionary_t* const dictionary, const uint32_t key)
 {
     const uint32_t spread = key * SPREAD;
@@ -87,7 +87,7 @@ status_t parameter_init(parameter_dictionary_t* const dictionary, parameter_entr
     return osal_mutex_create(&dictionary->mutex, false);
 }
 
-/// Put the new last entry first at the place of its id.
+/// Insert the new entry at the front of the list of its id's hash.
 static void enter(parameter_dictionary_t* const dictionary, parameter_entry_t* const entry)
 {
     parameter_entry_t* const of_id = &dictionary->entries[place_of(dictionary, entry->definition->id)];
@@ -174,7 +174,8 @@ status_t parameter_set_settable(parameter_dictionary_t* const dictionary, const 
     return (entry != NULL) ? STATUS_OK : STATUS_NOT_FOUND;
 }
 
-/// Parameter with that id and field, or NULL; the index of the field.
+/// Find a parameter with this id and a field of this name; NULL if there is none. Also returns the index of
+/// the field.
 static const parameter_entry_t* entry_of_field(const parameter_dictionary_t* const dictionary,
                                                const uint32_t id, const char* const name,
                                                uint16_t* const out_index)
@@ -215,7 +216,7 @@ static bool is_within(const value_type_t type, const scalar_t* const scalar,
     return is_finite && (value >= bounds->min) && (value <= bounds->max);
 }
 
-/// Check scalar number `place` of field `index`, and store it only if that `is_for_real`.
+/// Check scalar number `place` of field `index`, and store it only if `is_for_real`.
 static status_t take_scalar(const parameter_entry_t* const entry, const uint16_t index, const uint16_t place,
                             const scalar_t* const scalar, const bool is_for_real)
 {
@@ -277,7 +278,7 @@ static bool has_room(const octet_writer_t* const writer, const parameter_entry_t
     return !writer->failed && ((writer->capacity - writer->position) >= entry->definition->wire_size);
 }
 
-/// Put the values after the writer's last octet, without advancing it.
+/// Write the values behind the writer's last octet, without advancing the writer.
 static void put_values(const parameter_entry_t* const entry, const octet_writer_t* const writer)
 {
     uint8_t* octets = &writer->octets[writer->position];
@@ -312,8 +313,8 @@ status_t parameter_read(parameter_dictionary_t* const dictionary, const uint32_t
 }
 
 #ifdef THREAD_CHECKS
-/// In a build with the thread sanitizer every reader takes the lock: the sanitizer would report the values
-/// that change while they are read without it.
+/// In a build with the thread sanitizer every reader takes the lock: the sanitizer would report values that
+/// change while they are read without it.
 static bool read_unlocked(const parameter_dictionary_t* const dictionary,
                           const parameter_entry_t* const entry, octet_writer_t* const writer)
 {
@@ -323,7 +324,8 @@ static bool read_unlocked(const parameter_dictionary_t* const dictionary,
     return false;
 }
 #else
-/// Try to read without the lock. False if values change meanwhile or do not fit: the writer is unchanged.
+/// Try to read without the lock. False if values changed during the read or do not fit; the writer is then
+/// unchanged.
 static bool read_unlocked(const parameter_dictionary_t* const dictionary,
                           const parameter_entry_t* const entry, octet_writer_t* const writer)
 {
@@ -377,7 +379,7 @@ static status_t decode(const parameter_entry_t* const entry, octet_reader_t* con
     return STATUS_OK;
 }
 
-/// Check whether the value that follows may be written; advances the reader.
+/// Check whether the next value in the reader may be written; advances the reader.
 static status_t check_write(const parameter_entry_t* const entry, octet_reader_t* const reader)
 {
     if (entry == NULL) {
@@ -394,7 +396,7 @@ static void count_refusal(parameter_refusals_t* const refusals, const status_t s
     refusals->malformed += ((status == STATUS_TRUNCATED) || (status == STATUS_INVALID)) ? 1U : 0U;
 }
 
-/// Store a value that was checked before.
+/// Store a value that check_write has accepted.
 static void store(parameter_entry_t* const entry, octet_reader_t* const reader)
 {
     const status_t status = decode(entry, reader, true);

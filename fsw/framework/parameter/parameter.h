@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The parameter dictionary: data structures a subsystem shares with the framework, found by their ids.
+/// The parameter dictionary: data structures that a subsystem shares with the framework; their ids identify
+/// them.
 ///
 /// The parameter_definition_t tables of the generated header are the compiled interface. Bounds, settable
 /// flags and initial values are set after publishing, from the descriptor. On the wire a parameter is
@@ -57,7 +58,8 @@ typedef struct { // Placed by the caller, who may read the fields, but not write
     void* storage;
     parameter_bounds_t* bounds; ///< One per field.
     bool is_settable;
-    uint32_t writes; ///< Successful writes from the wire [calls, wraps]; shows the owner a change.
+    /// Successful writes from the wire [calls, wraps]; the owner can compare it to detect a change.
+    uint32_t writes;
     // Private: entries whose ids have the same hash form a list. In entry i, `first_of_id` is the first entry
     // of the list of hash i, and `next_of_id` the entry after i in its own list; UINT16_MAX: none.
     uint16_t first_of_id;
@@ -68,7 +70,7 @@ typedef struct {           // Refusals [calls, wraps], for telemetry.
     uint32_t unknown;      ///< No such id.
     uint32_t read_only;    ///< Write to a parameter that is not settable.
     uint32_t out_of_range; ///< Write outside the bounds, or not a finite number.
-    uint32_t malformed;    ///< Write with too few octets, or a BOOL other than 0 and 1.
+    uint32_t malformed;    ///< Write with too few octets, or with a BOOL that is neither 0 nor 1.
     uint32_t no_room;      ///< Read that did not fit the buffer, or publishing beyond the capacity.
 } parameter_refusals_t;
 
@@ -100,7 +102,7 @@ void parameter_withdraw_all(parameter_dictionary_t* dictionary);
 MUST_USE status_t parameter_find(parameter_dictionary_t* dictionary, uint32_t id,
                                  const parameter_entry_t** out_entry);
 
-/// Set what the descriptor specifies. STATUS_OK, STATUS_NOT_FOUND (id or field name).
+/// Set the properties that the descriptor specifies. STATUS_OK, STATUS_NOT_FOUND (id or field name).
 MUST_USE status_t parameter_set_settable(parameter_dictionary_t* dictionary, uint32_t id, bool is_settable);
 MUST_USE status_t parameter_set_bounds(parameter_dictionary_t* dictionary, uint32_t id, const char* field,
                                        double min, double max);
@@ -118,8 +120,8 @@ MUST_USE status_t parameter_read(parameter_dictionary_t* dictionary, uint32_t id
 MUST_USE status_t parameter_read_entry(parameter_dictionary_t* dictionary, const parameter_entry_t* entry,
                                        octet_writer_t* writer);
 
-/// Set the complete parameter from the wire. Success: all fields are set and the reader is behind them.
-/// Failure: neither the fields nor the reader change.
+/// Set the complete parameter from the wire. After STATUS_OK all fields are set and the reader is behind
+/// them; otherwise neither the fields nor the reader change.
 /// STATUS_OK, STATUS_NOT_FOUND, STATUS_READ_ONLY, STATUS_TRUNCATED, STATUS_INVALID, STATUS_OUT_OF_RANGE.
 MUST_USE status_t parameter_write(parameter_dictionary_t* dictionary, uint32_t id, octet_reader_t* reader);
 

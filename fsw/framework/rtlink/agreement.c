@@ -12,7 +12,7 @@ rtlink_order_t rtlink_native_order(void)
     return (*byte == 1U) ? RTLINK_LITTLE_ENDIAN : RTLINK_BIG_ENDIAN;
 }
 
-/// The lowest bit of a set, 0 for the empty set.
+/// Returns the lowest bit of a set; 0 for the empty set.
 static uint8_t lowest_bit(const uint8_t set)
 {
     return (uint8_t)(set & (uint8_t)(~set + 1U));

@@ -10,7 +10,7 @@
 
 #define RTLINK_PAYLOAD_MAX 1024U ///< Octets of one sample.
 
-typedef enum { // On the wire.
+typedef enum { // Transfer method; these numbers are used on the wire.
     RTLINK_METHOD_SHARED_MEMORY = 0,
     RTLINK_METHOD_TIPC          = 1,
     RTLINK_METHOD_UDP           = 2,
@@ -33,17 +33,17 @@ typedef enum { // Reasons of a refusal, on the wire (TM[130,5]).
     RTLINK_REFUSED_PORT     = 7
 } rtlink_verdict_t;
 
-typedef struct {            // Terms that one end offers or wants and, after negotiation, the terms of both.
+typedef struct {            // Terms that one end offers; after negotiation, the terms of both ends.
     uint32_t layout_hash;   ///< CRC-32 of the canonical text of the payload's fields.
     uint32_t layout_octets; ///< Payload size [octets], 1..RTLINK_PAYLOAD_MAX.
-    uint8_t order;          ///< rtlink_order_t.
+    uint8_t order;          ///< Byte order of the payload (rtlink_order_t).
     uint32_t period_us;     ///< Sampling period [us], >= 1.
     uint8_t methods;        ///< Offer: bit set of 1 << rtlink_method_t. Agreement: exactly one bit.
     uint32_t decimation;    ///< Agreement: samples in a period of the consumer, >= 1. Not on the wire.
-    uint32_t max_age_us;    ///< Age beyond which a sample is stale [us]; consumer decides.
+    uint32_t max_age_us;    ///< Age beyond which a sample is stale [us]; the consumer's value applies.
 } rtlink_terms_t;
 
-/// Byte order of this machine.
+/// Returns the byte order of this machine.
 rtlink_order_t rtlink_native_order(void);
 /// Agree on the terms of a link. Layouts must be equal; the byte order is the producer's; one of the periods
 /// must be an integer multiple of the other: a slower consumer reads every n-th sample (decimation), a faster

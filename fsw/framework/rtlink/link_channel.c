@@ -12,7 +12,8 @@
 #define HEADER_WORDS LINK_FRAME_HEADER_WORDS
 
 /// Content of the shared memory. `guard` is odd while the writer writes. The frame is written and read word
-/// by word with relaxed atomics between fences, so that a torn read is seen and never undefined.
+/// by word with relaxed atomics between fences, so that a torn read is detected and is not undefined
+/// behaviour.
 typedef struct link_slot {
     uint32_t guard;
     uint64_t words[HEADER_WORDS + WORDS_OF(RTLINK_PAYLOAD_MAX)];
@@ -34,7 +35,8 @@ static status_t create_slot(rtlink_producer_t* const producer)
     if (!producer->resolver->shm_name(producer->resolver->context, producer->link, name, sizeof name)) {
         return STATUS_NOT_FOUND;
     }
-    (void)osal_shm_remove(name); // Consumers of an earlier opening keep their mapping and go stale.
+    // Consumers of an earlier opening keep their mapping; their samples become stale.
+    (void)osal_shm_remove(name);
     const status_t status = osal_shm_create(&producer->shm, name, sizeof(link_slot_t));
     producer->slot        = (status == STATUS_OK) ? osal_shm_address(&producer->shm) : NULL;
     return ((status == STATUS_INVALID) || (status == STATUS_EXISTS)) ? STATUS_IO : status;
@@ -85,7 +87,8 @@ static void write_slot(link_slot_t* const slot, const rtlink_frame_header_t* con
 {
     uint64_t words[HEADER_WORDS];
     for (size_t i = 0U; i < (HEADER_WORDS + WORDS_OF(size)); i += LINE_WORDS) {
-        __builtin_prefetch(&slot->words[i], 1); // Request all lines at once from the reader's processor.
+        // Request all cache lines at once from the reader's processor.
+        __builtin_prefetch(&slot->words[i], 1);
     }
     rtlink_frame_pack(header, words);
     const uint32_t guard = __atomic_load_n(&slot->guard, __ATOMIC_RELAXED);
@@ -189,22 +192,22 @@ status_t rtlink_consumer_open(rtlink_consumer_t* const consumer, const rtlink_re
     return status;
 }
 
-/// Samples missed by a step of `ahead` in the sequence. Only those that the decimation selects are counted,
-/// so that a reader that runs a little early or late misses none.
+/// Returns the number of samples missed when the sequence number advances by `ahead`. Only samples that the
+/// decimation selects count, so that a reader which is slightly early or late misses none.
 static uint32_t missed_samples(const uint32_t ahead, const uint32_t decimation)
 {
     const uint32_t passed = (decimation > 1U) ? (ahead / decimation) : ahead;
     return (passed > 0U) ? (passed - 1U) : 0U;
 }
 
-/// A repeated or overtaken sample.
+/// True for a repeated sample, or one that a newer sample has overtaken.
 static bool is_old(const rtlink_consumer_t* const consumer, const uint32_t sequence)
 {
     const uint32_t ahead = sequence - consumer->sequence;
     return consumer->has_sample && ((ahead == 0U) || (ahead > (UINT32_MAX / 2U)));
 }
 
-/// The reader has this sample from now on.
+/// Make this the sample of the consumer.
 static void take_sample(rtlink_consumer_t* const consumer, const rtlink_frame_header_t* const header,
                         const uint8_t* const payload)
 {
@@ -257,8 +260,8 @@ static void take_played_out(rtlink_consumer_t* const consumer, const uint64_t no
     }
 }
 
-/// One attempt to copy the slot whole. *guard is the guard of the previous copy; an unchanged slot is not
-/// copied. False if the writer was writing.
+/// Make one attempt to copy the whole slot. *guard is the guard of the previous copy; an unchanged slot is
+/// not copied. False if the writer was writing.
 static bool copy_slot(const link_slot_t* const slot, const size_t words, uint32_t* const guard,
                       uint64_t* const out_words)
 {
@@ -328,7 +331,7 @@ status_t rtlink_consumer_deliver(rtlink_consumer_t* const consumer, const uint8_
     if (!consumer->is_open) {
         return STATUS_CLOSED;
     }
-    if (!comes_by_datagram(&consumer->terms)) { // Its samples do not arrive as datagrams.
+    if (!comes_by_datagram(&consumer->terms)) { // Samples of this link do not arrive as datagrams.
         consumer->counters.refused++;
         return STATUS_INVALID;
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The data frame of real-time links (not a PUS packet): 24 octets of header, big-endian, then the payload in
-/// the producer's byte order, then, on UDP and TIPC only, CRC-32 over all before it.
+/// the producer's byte order, then, on UDP and TIPC only, a CRC-32 over all octets before it.
 ///
 ///     magic u16 0x5254 | version u8 1 | producer state u8 | link id u16 | flags u16 0 | epoch u32 |
 ///     sequence u32 | time u64 [ns of the run]
@@ -27,19 +27,21 @@ typedef struct {
     uint64_t time_ns;
 } rtlink_frame_header_t;
 
-/// Write the header as numbers, for memory that both sides share: no value depends on the byte order.
+/// Write the header as 64-bit numbers for memory that both sides share; their values do not depend on the
+/// byte order.
 void rtlink_frame_pack(const rtlink_frame_header_t* header, uint64_t out_words[LINK_FRAME_HEADER_WORDS]);
-/// STATUS_OK, STATUS_INVALID (magic, version or flags).
+/// Read such a header. STATUS_OK, STATUS_INVALID (magic, version or flags).
 MUST_USE status_t rtlink_frame_unpack(const uint64_t words[LINK_FRAME_HEADER_WORDS],
                                       rtlink_frame_header_t* out_header);
 /// Encode header, payload and, if requested, CRC. Returns the frame's size [octets].
 /// payload_size 1..RTLINK_PAYLOAD_MAX.
 size_t rtlink_frame_encode(const rtlink_frame_header_t* header, const uint8_t* payload, size_t payload_size,
                            bool with_crc, uint8_t out_frame[LINK_FRAME_MAX]);
-/// Epoch of a frame; 0 for octets that are not a frame. It can be read before the payload layout is known.
+/// Returns the epoch of a frame, even if the layout of its payload is not known yet; 0 for octets that are
+/// not a frame.
 uint32_t rtlink_frame_epoch(const uint8_t* frame, size_t size);
-/// Decode. *out_payload points into `frame`. STATUS_OK; STATUS_INVALID: magic, version or flags;
-/// STATUS_TRUNCATED: size differs from the agreed payload's; STATUS_CHECKSUM.
+/// Decode a frame. *out_payload points into `frame`. STATUS_OK; STATUS_INVALID: magic, version or flags;
+/// STATUS_TRUNCATED: `size` does not match payload_size; STATUS_CHECKSUM.
 MUST_USE status_t rtlink_frame_decode(const uint8_t* frame, size_t size, size_t payload_size, bool with_crc,
                                       rtlink_frame_header_t* out_header, const uint8_t** out_payload);
 

@@ -37,7 +37,8 @@ void rtlink_play_out_put(rtlink_play_out_t* const buffer, const rtlink_frame_hea
     buffer->count++;
 }
 
-/// If the producer's clock is ahead, the time of a sample may lie in the future: such a sample is not due.
+/// True if a sample must be played now. A sample from the future is not due: the producer's clock may be
+/// ahead.
 static bool is_due(const rtlink_play_out_t* const buffer, const size_t index, const uint64_t now_ns)
 {
     const uint64_t wait_ns = ((uint64_t)buffer->delay_us + buffer->budget_us) * NS_PER_US;
@@ -45,7 +46,7 @@ static bool is_due(const rtlink_play_out_t* const buffer, const size_t index, co
     return (now_ns >= time_ns) && ((now_ns - time_ns) >= wait_ns);
 }
 
-/// True if sequence number `one` precedes `other`; they wrap.
+/// True if sequence number `one` precedes `other`; sequence numbers wrap.
 static bool is_before(const uint32_t one, const uint32_t other)
 {
     return (one - other) > (UINT32_MAX / 2U);

@@ -1,33 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Play-out buffer of a link whose frames have different delays: it makes the delay constant. A sample is
 /// played when its age reaches the delay of the link plus the jitter budget. A sample that arrives later is
-/// played at once if it is newer than the last one played, else it is dropped. Frames may arrive in any order
-/// and more than once. A sample is stale when it is older than its play-out time by more than the agreed age
-/// of the link and by more than RTLINK_PLAY_OUT_BUDGETS budgets.
+/// played at once if it is newer than the last one played; otherwise it is dropped. Frames may arrive in
+/// any order and more than once. A sample is stale when it is older than its play-out time by more than the
+/// agreed age of the link and by more than RTLINK_PLAY_OUT_BUDGETS budgets.
 ///
 /// Ownership  The caller places it; it belongs to one consumer while that is open.
-/// Context    That of the consumer.
+/// Context    The task of the consumer.
 /// Time       rtlink_play_out_put and rtlink_play_out_take: O(samples in it).
 #ifndef FSW_FRAMEWORK_RTLINK_PLAY_OUT_H
 #define FSW_FRAMEWORK_RTLINK_PLAY_OUT_H
 
 #include "fsw/framework/rtlink/link_frame.h"
 
-#define RTLINK_PLAY_OUT_SAMPLES 256U ///< Capacity; all samples together: RTLINK_PLAY_OUT_OCTETS.
+/// Largest number of samples; together they have at most RTLINK_PLAY_OUT_OCTETS.
+#define RTLINK_PLAY_OUT_SAMPLES 256U
 #define RTLINK_PLAY_OUT_OCTETS 16384U
 #define RTLINK_PLAY_OUT_BUDGETS 3U
 
 typedef struct {        // Private, except delay_us and budget_us, which are set before the link is opened.
     uint32_t delay_us;  ///< Mean delay of the link.
-    uint32_t budget_us; ///< Jitter that the buffer evens out.
+    uint32_t budget_us; ///< Jitter that the buffer compensates.
     size_t sample_octets;
-    size_t capacity; // Samples of that size.
+    size_t capacity; // Number of samples of that size for which the buffer has room.
     size_t count;
     rtlink_frame_header_t headers[RTLINK_PLAY_OUT_SAMPLES]; // The first `count`, in any order.
     uint8_t payloads[RTLINK_PLAY_OUT_OCTETS];
 } rtlink_play_out_t;
 
-/// Empty it, for samples of `sample_octets` (1..RTLINK_PAYLOAD_MAX).
+/// Empty the buffer, for samples of `sample_octets` (1..RTLINK_PAYLOAD_MAX).
 void rtlink_play_out_clear(rtlink_play_out_t* buffer, size_t sample_octets);
 /// Keep a sample until it is played. It is dropped if the buffer is full or has a sample of that sequence
 /// number.

@@ -39,8 +39,10 @@ status_t sdls_open(sdls_receiver_t* const self, const uint8_t key[SDLS_KEY_OCTET
                    const medium_t* const medium)
 {
     FSW_ASSERT((self != NULL) && (key != NULL) && (medium != NULL));
-    static const uint8_t unused[SDLS_VECTOR_OCTETS] = {0}; // No frame has this vector: sessions begin with 1.
-    uint8_t check[SESSION_MARK_CHECK]; // Identifies the key without revealing it: the cipher's first output.
+    // No frame uses this vector, because sessions begin with 1.
+    static const uint8_t unused[SDLS_VECTOR_OCTETS] = {0};
+    // The first output of the cipher identifies the key without revealing it.
+    uint8_t check[SESSION_MARK_CHECK];
     sdls_close(self);
     gcm_aes256_set_key(&self->cipher, key);
     gcm_aes256_set_iv(&self->cipher, sizeof unused, unused);
@@ -56,17 +58,18 @@ void sdls_begin(sdls_session_t* const session)
     (void)memset(session, 0, offsetof(sdls_session_t, packet));
 }
 
-/// Length of the frame; 0: not a frame of this link.
+/// Returns the length of the frame; 0 if it is not a frame of this link.
 static size_t length_of(const uint8_t* const octets)
 {
-    const uint16_t word = octets_u16_at(&octets[LENGTH_OFFSET]); // The channel, 0, and the length less 1.
+    const uint16_t word = octets_u16_at(&octets[LENGTH_OFFSET]); // Virtual channel 0, and the length minus 1.
     const size_t length = (size_t)word + 1U;
     const bool is_ours  = (octets_u16_at(octets) == FIRST_WORD) && (octets[NUMBER_OFFSET] == 0U) &&
                          (length >= SDLS_FRAME_MIN) && (length <= SDLS_FRAME_MAX);
     return is_ours ? length : 0U;
 }
 
-/// Decrypt to the position after the parts received so far. The octets are used only if the MAC is right.
+/// Decrypt the frame behind the parts of the packet that were received before. True if the MAC is correct;
+/// otherwise the decrypted octets must not be used.
 static bool is_authentic(sdls_receiver_t* const self, sdls_session_t* const session,
                          const uint8_t* const octets, const size_t content)
 {
@@ -99,7 +102,7 @@ static bool is_next(const sdls_receiver_t* const self, const sdls_session_t* con
 static bool is_part_expected(const sdls_session_t* const session, const uint8_t part)
 {
     const bool is_first = (part == PART_FIRST) || (part == PART_WHOLE);
-    const bool is_more  = (part == PART_MIDDLE) || (part == PART_LAST); // Otherwise it is of another MAP.
+    const bool is_more  = (part == PART_MIDDLE) || (part == PART_LAST); // Other frames belong to another MAP.
     return (session->held == 0U) ? is_first : is_more;
 }
 
@@ -113,7 +116,8 @@ static status_t refuse(sdls_receiver_t* const self, const sdls_refusal_t reason)
     return statuses[reason];
 }
 
-/// Handle the first frame of a session: from now on no other session of this number is accepted.
+/// Handle the first frame of a session: its session number, once stored, is not accepted for another
+/// session.
 static bool bind_session(sdls_receiver_t* const self, sdls_session_t* const session, const uint32_t number)
 {
     if (session->is_bound) {

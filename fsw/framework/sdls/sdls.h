@@ -28,7 +28,8 @@
 #define SDLS_VECTOR_OCTETS 12U
 #define SDLS_MAC_OCTETS 16U
 #define SDLS_HEADER_OCTETS 5U
-#define SDLS_CLEAR_OCTETS 20U ///< In front of the ciphertext: authenticated only.
+/// Octets in front of the ciphertext, which are authenticated but not encrypted.
+#define SDLS_CLEAR_OCTETS 20U
 #define SDLS_FRAME_MAX 1024U
 #define SDLS_FRAME_MIN (SDLS_CLEAR_OCTETS + 1U + SDLS_MAC_OCTETS)
 #define SDLS_PACKET_MAX 4096U
@@ -37,9 +38,10 @@ typedef enum {
     SDLS_REFUSED_FRAME = 0,   ///< Not a frame of this link: its length cannot be trusted.
     SDLS_REFUSED_ASSOCIATION, ///< Another security parameter index.
     SDLS_REFUSED_FORGED,      ///< The MAC is wrong.
-    SDLS_REFUSED_REPLAYED,    ///< Authentic, but its number is not the next one.
-    SDLS_REFUSED_PARTS,       ///< The parts do not make one packet, or are longer than one can be.
-    SDLS_REFUSED_NOT_KEPT,    ///< Its session could not be written to the disk, or the receiver is closed.
+    SDLS_REFUSED_REPLAYED,    ///< The frame is authentic, but its number is not the next one.
+    SDLS_REFUSED_PARTS,       ///< The parts do not form one packet, or are longer than a packet can be.
+    /// The session number could not be written to the disk, or the receiver is closed.
+    SDLS_REFUSED_NOT_KEPT,
     SDLS_REFUSALS
 } sdls_refusal_t;
 
@@ -47,8 +49,8 @@ typedef struct { // Private, except the counters.
     struct gcm_aes256_ctx cipher;
     bool is_open; // False: every frame is refused.
     sdls_session_mark_t mark;
-    uint32_t accepted;               ///< Frames [wraps].
-    uint32_t refused[SDLS_REFUSALS]; ///< Frames, by reason [wraps].
+    uint32_t accepted;               ///< Frames accepted [wraps].
+    uint32_t refused[SDLS_REFUSALS]; ///< Frames refused, by reason [wraps].
 } sdls_receiver_t;
 
 typedef struct { // Private: one connection.
@@ -58,7 +60,7 @@ typedef struct { // Private: one connection.
     bool is_spent;    // The last count was used.
     size_t held;      // Octets of the packet so far.
     size_t candidate; // Octets of the frame that sdls_look returned and that is not accepted yet.
-    bool is_last;     // It ends the packet.
+    bool is_last;     // The candidate ends the packet.
     uint8_t packet[SDLS_PACKET_MAX];
 } sdls_session_t;
 
@@ -68,18 +70,18 @@ typedef struct {
     size_t size;
 } sdls_frame_t;
 
-/// A receiver without a key: it refuses every frame (SDLS_REFUSED_NOT_KEPT).
+/// Make a receiver without a key, which refuses every frame (SDLS_REFUSED_NOT_KEPT).
 void sdls_close(sdls_receiver_t* receiver);
-/// Set the key, which the caller wipes afterwards, and open its mark.
+/// Set the key, and open the session mark of the key. The caller wipes its copy of the key afterwards.
 /// STATUS_OK; STATUS_INVALID, STATUS_FULL, STATUS_IO as sdls_session_mark_open: it stays closed.
 MUST_USE status_t sdls_open(sdls_receiver_t* receiver, const uint8_t key[SDLS_KEY_OCTETS],
                             const medium_t* medium);
 /// Begin a new connection.
 void sdls_begin(sdls_session_t* session);
-/// Check the frame at the start of `octets`. STATUS_OK: it is authentic and the next one; call sdls_accept to
-/// accept it, or check the same octets again later. STATUS_TRUNCATED: it is incomplete. Refused and counted:
-/// STATUS_INVALID (frame), STATUS_NOT_FOUND (association), STATUS_CHECKSUM (forged), STATUS_STALE (replayed),
-/// STATUS_OUT_OF_RANGE (parts), STATUS_IO (not kept).
+/// Check the frame at the start of `octets`. STATUS_OK: the frame is authentic and the next one; call
+/// sdls_accept to accept it, or check the same octets again later. STATUS_TRUNCATED: the frame is
+/// incomplete. Refused and counted: STATUS_INVALID (frame), STATUS_NOT_FOUND (association), STATUS_CHECKSUM
+/// (forged), STATUS_STALE (replayed), STATUS_OUT_OF_RANGE (parts), STATUS_IO (not kept).
 MUST_USE status_t sdls_look(sdls_receiver_t* receiver, sdls_session_t* session, const uint8_t* octets,
                             size_t size, sdls_frame_t* out_frame);
 /// Accept the frame that sdls_look has just returned.

@@ -15,7 +15,7 @@
 
 static const uint8_t heading[SESSION_OFFSET] = {'S', 'D', 'L', 'S', 1U, 0U, 0U, 0U};
 
-/// STATUS_OK, STATUS_INVALID (not whole, or of another key), STATUS_IO.
+/// Read one copy of the mark. STATUS_OK, STATUS_INVALID (damaged, or of another key), STATUS_IO.
 static status_t read_copy(const sdls_session_mark_t* const mark, const unsigned copy,
                           uint32_t* const out_session)
 {
@@ -34,7 +34,7 @@ static status_t read_copy(const sdls_session_mark_t* const mark, const unsigned 
     return STATUS_OK;
 }
 
-/// STATUS_OK (on the disk), STATUS_FULL, STATUS_IO.
+/// Write one copy of the mark. STATUS_OK (it is on the disk), STATUS_FULL, STATUS_IO.
 static status_t write_copy(const sdls_session_mark_t* const mark, const unsigned copy, const uint32_t session)
 {
     uint8_t record[SESSION_MARK_RECORD] = {0};
@@ -71,7 +71,8 @@ status_t sdls_session_mark_open(sdls_session_mark_t* const mark, const medium_t*
     if ((found[0] == STATUS_OK) && (found[1] == STATUS_OK) && (sessions[0] == sessions[1])) {
         return STATUS_OK;
     }
-    return write_copy(mark, 1U - mark->whole, mark->session); // The power was cut between the two writes.
+    // A power cut between the two writes left different copies: repair the older one.
+    return write_copy(mark, 1U - mark->whole, mark->session);
 }
 
 status_t sdls_session_mark_advance(sdls_session_mark_t* const mark, const uint32_t session)

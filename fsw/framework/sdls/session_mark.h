@@ -3,8 +3,8 @@
 ///
 /// The medium holds the record twice: a write torn by a power cut destroys at most one copy, and if one copy
 /// is damaged later the other remains. The number never decreases: a session is valid only after both copies
-/// are on the disk, and if no copy can be read the mark is not opened. The program that makes a key also
-/// makes its mark, with session 0; an empty medium means that the mark was lost.
+/// are on the disk, and if no copy can be read the mark is not opened. The program that generates a key
+/// also writes its mark, with session 0; therefore an empty medium means that the mark was lost.
 ///
 ///     copy at octet 0 and at octet 512: "SDLS" | version 1 | 3 zeros | session (4) | check of the key (8) |
 ///                                       8 zeros | CRC-32 (4); big-endian
@@ -17,14 +17,14 @@
 #include "base/medium.h"
 
 #define SESSION_MARK_RECORD 32U ///< Octets of a copy.
-#define SESSION_MARK_APART 512U ///< Distance of the copies [octets]: they share no sector.
+#define SESSION_MARK_APART 512U ///< Distance of the copies [octets], so that they are not in the same sector.
 #define SESSION_MARK_CHECK 8U   ///< Octets that distinguish keys.
 
 typedef struct { // Private, except `session`.
     medium_t medium;
     uint8_t check[SESSION_MARK_CHECK];
     uint32_t session; ///< Highest number in use.
-    unsigned whole;   // The copy that is known to be whole; the other is written first.
+    unsigned whole;   // Index of the copy that is known to be intact; the other copy is written first.
 } sdls_session_mark_t;
 
 /// Read the mark of the key with this check, and repair a damaged copy. STATUS_OK; STATUS_INVALID (no copy is

@@ -9,7 +9,8 @@ void subsystem_device_service_add(subsystem_t* const subsystem, device_service_t
 {
     FSW_ASSERT((subsystem != NULL) && (service != NULL) && (operations != NULL));
     const subsystem_callbacks_t* const callbacks = subsystem->config.callbacks;
-    FSW_ASSERT(callbacks->device_port != NULL); // A descriptor that lists the service is of such a subsystem.
+    // subsystem_fits has checked that the subsystem has this callback.
+    FSW_ASSERT(callbacks->device_port != NULL);
     const pus_device_config_t config = {.process         = subsystem_process(subsystem),
                                         .port            = callbacks->device_port(subsystem->config.self),
                                         .operations      = operations,

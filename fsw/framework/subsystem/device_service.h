@@ -4,7 +4,7 @@
 /// to answer.
 ///
 /// Ownership  The program places it (generated).
-/// Context    The component's own loop.
+/// Context    The main loop of the component.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_DEVICE_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_DEVICE_SERVICE_H
 
@@ -17,7 +17,7 @@ typedef struct { // Private, except `access.counters`.
     pus_device_access_t access;
 } device_service_t;
 
-/// Add the service to a component, with room for `count` requests at once.
+/// Add the service to a component, with room for `count` requests that run at the same time.
 void subsystem_device_service_add(subsystem_t* subsystem, device_service_t* service,
                                   pus_device_operation_t* operations, uint8_t count);
 

@@ -74,8 +74,8 @@ static bool housekeeping_fits(const subsystem_descriptor_t* const descriptor,
     return fits;
 }
 
-/// True if all devices are on CAN or the subsystem has none: for a subsystem that does not check its devices
-/// itself.
+/// Check the devices of a subsystem without the callback `fits`: true if the subsystem has no devices, or
+/// only devices on CAN.
 static bool devices_fit(const subsystem_descriptor_t* const descriptor,
                         const subsystem_callbacks_t* const callbacks, subsystem_misfit_t* const out_misfit)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Checks that a program supports its descriptor: before the program starts, and before a
-/// reloaded descriptor comes into force. It checks properties that the descriptor reader cannot know: the
+/// reloaded descriptor comes into force. It checks what the reader of descriptors cannot know: the
 /// callbacks of the subsystem, the sizes of the component, and the devices that the subsystem can drive.
 ///
 /// Context    At start and on TC[129,6].
@@ -13,7 +13,8 @@
 
 #include <stdbool.h>
 
-/// True if the program supports the descriptor; else *out_misfit is the first thing it cannot do.
+/// True if the program supports the descriptor; otherwise *out_misfit is the first content that the program
+/// does not support.
 bool subsystem_fits(const subsystem_descriptor_t* descriptor, const subsystem_callbacks_t* callbacks,
                     subsystem_misfit_t* out_misfit);
 

@@ -16,8 +16,8 @@ static uint32_t occupied(const parameter_entry_t* const entry)
     return ((size + PARAMETER_ALIGNMENT - 1U) / PARAMETER_ALIGNMENT) * PARAMETER_ALIGNMENT;
 }
 
-/// Contiguous octets of parameters from *address on, at most `size`: their place and number. Null: there are
-/// none.
+/// Find the parameter octets at `address`. Returns their place and the number of contiguous octets, at most
+/// `size`; null if there are none.
 static uint8_t* parameter_at(const subsystem_t* const subsystem, const uint32_t address, const size_t size,
                              size_t* const out_size)
 {
@@ -25,7 +25,7 @@ static uint8_t* parameter_at(const subsystem_t* const subsystem, const uint32_t 
     for (uint16_t i = 0U; i < subsystem->dictionary.count; i++) {
         const parameter_entry_t* const entry = &subsystem->entries[i];
         const uint32_t octets                = entry->definition->memory_size;
-        if ((address - begin) < octets) { // Wraps to a large number if the address is lower.
+        if ((address - begin) < octets) { // If the address is lower, the difference wraps to a large number.
             const size_t rest = octets - (address - begin);
             *out_size         = (rest < size) ? rest : size;
             return (uint8_t*)entry->storage + (address - begin);
@@ -35,8 +35,8 @@ static uint8_t* parameter_at(const subsystem_t* const subsystem, const uint32_t 
     return NULL;
 }
 
-/// Copy from parameters, or into them if `from` is given. An access that includes padding between two
-/// parameters is refused.
+/// Copy from parameters to `into`, or, if `from` is not null, from there into parameters. An access that
+/// includes padding between two parameters is refused.
 static status_t copy_parameters(subsystem_t* const subsystem, const uint32_t address,
                                 const uint8_t* const from, uint8_t* const into, const size_t size)
 {
@@ -115,7 +115,7 @@ static status_t find_component_object(void* const context, const uint32_t base_i
     return STATUS_NOT_FOUND;
 }
 
-/// The read octets are not used; scrubbing consists in the reading.
+/// The octets are read and not used: the read access is the scrubbing.
 static void scrub_component(void* const context, const uint32_t address, const size_t size)
 {
     const volatile uint8_t* const octets = (const uint8_t*)context + address;
@@ -124,7 +124,7 @@ static void scrub_component(void* const context, const uint32_t address, const s
     }
 }
 
-/// The memories of every subsystem.
+/// Describe the memories that every subsystem has.
 static void describe_memories(subsystem_t* const subsystem, pus_memory_t* const memories)
 {
     memories[0] = (pus_memory_t){.id      = MEMORY_PARAMETERS,
@@ -143,7 +143,7 @@ static void describe_memories(subsystem_t* const subsystem, pus_memory_t* const 
                                  .object  = find_component_object};
 }
 
-/// Let ST[20] define parameters by their place in these memories.
+/// Let ST[20] define parameters by their addresses in these memories.
 static void define_parameters(subsystem_t* const subsystem, memory_service_t* const service,
                               const uint8_t memory_count)
 {

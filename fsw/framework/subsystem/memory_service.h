@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[06] of a subsystem (`<Service type="6"/>` of its descriptor): memory 1 is the storage of the published
-/// parameters, memory 2 the component itself, read-only. The subsystem's callback `memories` adds others;
-/// loads from files and dumps to them (TC[6,19] to [6,22]) need the port to files that the same callback
-/// gives. Layout of both memories: docs/services/st06.md.
+/// ST[06] of a subsystem (`<Service type="6"/>` of its descriptor): memory 1 is the storage of the
+/// published parameters, memory 2 the component itself, read-only. The subsystem's callback `memories` adds
+/// further memories, and the port to files that loads from files and dumps to files (TC[6,19] to [6,22])
+/// need. Layout of both memories: docs/services/st06.md.
 ///
-/// With this service ST[20] takes definitions of parameters by their place in these memories (TC[20,4],
-/// [20,5]). The dictionary does not know them, so housekeeping and monitoring do not know them either.
+/// With this service ST[20] accepts definitions of parameters by their addresses in these memories
+/// (TC[20,4], [20,5]). Such parameters are not in the dictionary; therefore housekeeping and monitoring
+/// cannot use them.
 ///
 /// Ownership  The program places it (generated).
-/// Context    The component's own loop.
+/// Context    The main loop of the component.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_MEMORY_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_MEMORY_SERVICE_H
 
@@ -20,7 +21,7 @@
 #define MEMORY_COMPONENT 2U
 #define MEMORY_OBJECT_CALL_TOKENS 0U
 #define MEMORY_OBJECT_SAMPLES 1U
-#define MEMORY_PARAMETERS_OCTETS 0x10000U ///< Addresses of memory 1.
+#define MEMORY_PARAMETERS_OCTETS 0x10000U ///< Size of the address range of memory 1.
 #define MEMORY_COUNT 2U                   ///< Number of memories of every subsystem.
 #define MEMORY_FURTHER 4U                 ///< Maximum number of further memories.
 #define MEMORY_DEFINITIONS 16U            ///< Parameters defined by TC[20,4] and [20,5].
@@ -33,7 +34,7 @@ typedef struct { // Private, except `memory.counters`.
     pus_parameter_place_t places[MEMORY_DEFINITIONS];
 } memory_service_t;
 
-/// Add the service to a component, with room for `count` operations at once.
+/// Add the service to a component, with room for `count` operations that run at the same time.
 void subsystem_memory_service_add(subsystem_t* subsystem, memory_service_t* service,
                                   pus_memory_operation_t* operations, uint8_t count);
 

@@ -10,12 +10,13 @@ static bool is_event(void* const context, const uint16_t event_id)
     return descriptor_find_event(subsystem->descriptor, event_id) != NULL;
 }
 
-/// Only the caller that raises an event can supply its own values; parameters are sampled.
+/// True if a monitor can supply the auxiliary data of an event: the event has no fields of its own
+/// (parameters are sampled), or its fields have the size of the monitor's data.
 static bool can_fill(void* const context, const uint16_t event_id, const size_t size)
 {
     const subsystem_t* const subsystem    = context;
     const descriptor_event_t* const event = descriptor_find_event(subsystem->descriptor, event_id);
-    FSW_ASSERT(event != NULL); // Asked about events that are known.
+    FSW_ASSERT(event != NULL); // ST[12] asks only about events that exist.
     return (event->field_count == 0U) || (event->octets == size);
 }
 
@@ -25,7 +26,7 @@ static void raise_event(void* const context, const uint16_t event_id, const uint
     subsystem_t* const subsystem          = context;
     const descriptor_event_t* const event = descriptor_find_event(subsystem->descriptor, event_id);
     const bool is_own_data                = (event != NULL) && (event->octets == size);
-    (void)now_ns; // The component's own time.
+    (void)now_ns; // subsystem_raise uses the time of the component.
     (void)subsystem_raise(subsystem, event_id, is_own_data ? auxiliary : NULL, is_own_data ? size : 0U);
 }
 

@@ -19,11 +19,11 @@ enum {
 typedef enum {
     NO,
     BUSY,
-    DONE,          ///< Already in that state.
-    GO,            ///< Go towards it, one transition after the other.
+    DONE,          ///< The machine is already in that state.
+    GO,            ///< Go towards the state, one transition after the other.
     GO_CONFIGURED, ///< GO if a configuration is applied, otherwise NO.
-    UNDO,          ///< Turn back: the de-init states down to OFFLINE.
-    RETARGET       ///< On the way down already: end in OFFLINE.
+    UNDO,          ///< Turn back through the de-init states to OFFLINE.
+    RETARGET       ///< The machine is already on the way down: end in OFFLINE.
 } verdict_t;
 
 // Table "Requests" of docs/states.md: row = present state, column = requested rest state.
@@ -70,7 +70,8 @@ static const uint8_t steps[STEP_COUNT][3] = {
     [STEP_HARDWARE_DEINIT] = {STATE_HARDWARE_DEINIT, PHASE_ENTERING, ACTION_HARDWARE_DEINIT},
     [STEP_SOFTWARE_DEINIT] = {STATE_SOFTWARE_DEINIT, PHASE_ENTERING, ACTION_SOFTWARE_DEINIT}};
 
-// The next transition from a rest state towards a target. In the other states the action decides.
+// The next transition from a rest state towards a target. In the other states the result of the action
+// determines it.
 static const uint8_t step_table[STATE_COUNT][TARGET_COUNT] = {
     [STATE_OFFLINE]           = {STEP_NONE, STEP_SOFTWARE_INIT, STEP_NONE, STEP_NONE, STEP_NONE},
     [STATE_PRE_OPERATIONAL]   = {STEP_POST, STEP_NONE, STEP_START, STEP_NONE, STEP_SECURE},
@@ -80,11 +81,11 @@ static const uint8_t step_table[STATE_COUNT][TARGET_COUNT] = {
 
 typedef enum {
     STAY,
-    TURN_BACK,  ///< Undo what was initialised, down to OFFLINE.
-    TO_ERROR,   ///< ERROR_OPERATIONAL at once.
-    TO_SAFE,    ///< SAFE_OPERATIONAL.
-    TO_OFFLINE, ///< Like a request for OFFLINE.
-    END_OFFLINE ///< On the way down already: end in OFFLINE.
+    TURN_BACK,  ///< Undo the initialisation, down to OFFLINE.
+    TO_ERROR,   ///< Go to ERROR_OPERATIONAL immediately.
+    TO_SAFE,    ///< Go to SAFE_OPERATIONAL.
+    TO_OFFLINE, ///< React as to a request for OFFLINE.
+    END_OFFLINE ///< The machine is already on the way down: end in OFFLINE.
 } reaction_t;
 
 static const uint8_t reaction_targets[] = {[TURN_BACK]   = STATE_OFFLINE,
@@ -113,7 +114,7 @@ static unsigned column_of(const state_t target)
     return ((unsigned)target < (unsigned)STATE_COUNT) ? columns[target] : (unsigned)TARGET_NONE;
 }
 
-/// Take on a state and phase, and note the transition if either is new.
+/// Enter a state and phase, and record the transition if one of them is new.
 static void enter(state_machine_t* const machine, const state_t state, const state_phase_t phase,
                   const state_action_t action)
 {
@@ -148,7 +149,7 @@ static void rest_in_pre_operational(state_machine_t* const machine)
     rest(machine, STATE_PRE_OPERATIONAL, machine->is_configured ? PHASE_CONFIGURED : PHASE_UNCONFIGURED);
 }
 
-/// Take the next transition towards the target, or rest where it is reached.
+/// Start the next transition towards the target, or rest if the target is reached.
 static void advance(state_machine_t* const machine)
 {
     const unsigned column = column_of(machine->target);
@@ -158,7 +159,7 @@ static void advance(state_machine_t* const machine)
     }
 }
 
-/// Abort the present transition and start one to another target.
+/// Abort the present transition and start towards another target.
 static void set_off(state_machine_t* const machine, const state_t target, const state_cause_t cause)
 {
     machine->is_superseded  = (machine->action != ACTION_NONE); // At rest there is no request to supersede.
@@ -193,7 +194,7 @@ void subsystem_state_machine_validate(state_machine_t* const machine)
     }
 }
 
-/// A transition further down does not interrupt an action that makes the devices safe: the action ends first.
+/// True if the running action makes the devices safe: a transition further down must wait until it ends.
 static bool must_finish(const state_machine_t* const machine, const state_t target)
 {
     return (machine->action == ACTION_SECURE) ||
@@ -331,7 +332,7 @@ static void follow_done(state_machine_t* const machine)
     }
 }
 
-/// Continue after an entry action that failed; the request has failed with it.
+/// Continue after an entry action that failed; the request then has failed, too.
 static void follow_failed(state_machine_t* const machine)
 {
     machine->has_failed = true;

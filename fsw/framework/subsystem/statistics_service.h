@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[04] of a subsystem (`<Service type="4" capacity="32"/>` of its descriptor): statistics of its own
-/// scalar parameters. Capacity counts parameters. Sampling intervals are multiples of 1 ms; a component whose
-/// cycle is longer samples in each of its cycles at most.
+/// scalar parameters. `capacity` is the number of parameters. Sampling intervals are multiples of 1 ms; a
+/// component with a longer cycle samples at most once in each of its cycles.
 ///
 /// Ownership  The program places it (generated).
-/// Context    The component's own loop.
+/// Context    The main loop of the component.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_STATISTICS_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_STATISTICS_SERVICE_H
 
@@ -15,7 +15,7 @@ typedef struct { // Private, except `statistics.counters`.
     pus_statistics_t statistics;
 } statistics_service_t;
 
-typedef struct { // The arrays, as the generator places them: `capacity` of each.
+typedef struct { // The arrays that the generator places, each with `capacity` elements.
     pus_statistic_t* statistics;
     pus_due_t* due;
     uint16_t* places;

@@ -2,8 +2,8 @@
 /// The generic subsystem: state machine, cyclic step, services and links of one component.
 ///
 /// A specific subsystem is a table of callbacks (subsystem_callbacks_t) and one descriptor. The generic part
-/// answers telecommands, goes through the states, reads and writes links and samples housekeeping; the
-/// callbacks drive the devices. One cycle, every samplingTime of the applied configuration:
+/// answers telecommands, runs the state machine, reads and writes links and samples housekeeping; the
+/// callbacks control the devices. One cycle, every samplingTime of the applied configuration:
 ///
 ///     sense                       read device data
 ///     entry action of the state   once
@@ -33,7 +33,7 @@ typedef struct subsystem subsystem_t;
 
 /// A function command (ST[08]) that the specific subsystem completes now or later.
 typedef struct {
-    uint16_t function_id;  ///< As in the descriptor (generated enum).
+    uint16_t function_id;  ///< Id of the function in the descriptor (generated enum).
     const void* arguments; ///< Generated argument struct of that function; valid during the call.
     uint32_t call_token;   ///< For subsystem_function_done when perform returns STATUS_BUSY.
 } subsystem_function_t;
@@ -52,53 +52,57 @@ typedef struct {
     const char* says; ///< Value found, and value expected.
 } subsystem_misfit_t;
 
-/// Callbacks of a specific subsystem. `self` is its own context. A null callback means "nothing to do". Entry
-/// actions return STATUS_BUSY while running (called again each cycle), STATUS_OK when done, anything else
-/// when failed; the descriptor's time-out for the state ends an action that does not end by itself.
+/// Callbacks of a specific subsystem. `self` is the context of the subsystem. A null callback means that
+/// nothing is to be done. An entry action returns STATUS_BUSY while it runs (it is called again in each
+/// cycle), STATUS_OK when it is done, any other status when it has failed. The descriptor's time-out for
+/// the state ends an action that does not end by itself.
 typedef struct {
     status_t (*software_init)(void* self); ///< Publish parameters with subsystem_publish.
-    status_t (*hardware_init)(void* self); ///< Power on, wait for boot-up, initialise devices.
+    status_t (*hardware_init)(void* self); ///< Switch power on, wait for boot-up, initialise devices.
     status_t (*configure)(void* self, const descriptor_configuration_t* configuration); ///< Connect devices.
-    status_t (*start_control)(void* self);   ///< Controllers on, actuators off.
-    status_t (*stop_control)(void* self);    ///< Controllers off.
-    status_t (*engage)(void* self);          ///< Bumpless: actuators on.
-    status_t (*disengage)(void* self);       ///< Actuators off.
-    status_t (*secure)(void* self);          ///< Quick stop, brakes; must be safe to call in any state.
+    status_t (*start_control)(void* self);   ///< Switch controllers on; actuators stay off.
+    status_t (*stop_control)(void* self);    ///< Switch controllers off.
+    status_t (*engage)(void* self);          ///< Switch actuators on, without a jump of the motion.
+    status_t (*disengage)(void* self);       ///< Switch actuators off.
+    status_t (*secure)(void* self);          ///< Stop quickly, engage brakes; must be safe in any state.
     status_t (*post)(void* self);            ///< Disconnect devices.
-    status_t (*hardware_deinit)(void* self); ///< Devices and power off.
-    status_t (*software_deinit)(void* self); ///< Give everything back.
-    void (*sense)(void* self);               ///< Start of each cycle from HARDWARE_INIT to HARDWARE_DEINIT.
-    void (*control)(void* self);             ///< Each cycle in states 3 (CONFIGURED), 4, 5 and 6.
-    void (*emit)(void* self);                ///< End of each cycle from HARDWARE_INIT to HARDWARE_DEINIT.
-    /// STATUS_OK done; STATUS_BUSY continues (call token); STATUS_FORBIDDEN wrong state; STATUS_OUT_OF_RANGE
-    /// bad argument; anything else failed.
+    status_t (*hardware_deinit)(void* self); ///< Switch devices and power off.
+    status_t (*software_deinit)(void* self); ///< Release all resources.
+    /// Called at the start of each cycle from HARDWARE_INIT to HARDWARE_DEINIT.
+    void (*sense)(void* self);
+    void (*control)(void* self); ///< Called in each cycle in states 3 (CONFIGURED), 4, 5 and 6.
+    /// Called at the end of each cycle from HARDWARE_INIT to HARDWARE_DEINIT.
+    void (*emit)(void* self);
+    /// Perform a function command. STATUS_OK: done; STATUS_BUSY: continues (call token); STATUS_FORBIDDEN:
+    /// wrong state; STATUS_OUT_OF_RANGE: invalid argument; any other status: failed.
     status_t (*perform)(void* self, const subsystem_function_t* function);
-    /// A parameter was set by telecommand; `parameter_id` as in the generated header. May be null.
-    void (*parameter_set)(void* self, uint32_t parameter_id);
-    /// A report of another component arrived (`communication`, which carries them to the ground). May be
-    /// null.
-    void (*report)(void* self, const uint8_t* packet, size_t size);
-    /// The port by which ST[02] reaches its devices, if the descriptor lists that service. May be null
-    /// otherwise. Called once, at the start.
-    pus_device_port_t (*device_port)(void* self);
-    /// Further memories for ST[06], if the descriptor lists that service. May be null: none. Called once, at
-    /// the start.
-    subsystem_memories_t (*memories)(void* self);
-    /// The parameters that ST[12] monitors, if the descriptor lists that service. May be null: its own.
-    /// Called once, at the start.
-    pus_parameter_port_t (*watched)(void* self);
-    /// The program ends, in any state: close everything that is open and leave the devices as they are. May
+    /// Called when a telecommand has set a parameter; `parameter_id` is that of the generated header. May
     /// be null.
+    void (*parameter_set)(void* self, uint32_t parameter_id);
+    /// Called when a report of another component has arrived. Only `communication`, which sends them to
+    /// ground, has it. May be null.
+    void (*report)(void* self, const uint8_t* packet, size_t size);
+    /// Returns the port through which ST[02] accesses the devices. May be null if the descriptor does not
+    /// list that service. Called once, at the start.
+    pus_device_port_t (*device_port)(void* self);
+    /// Returns further memories for ST[06], if the descriptor lists that service. Null: there are none.
+    /// Called once, at the start.
+    subsystem_memories_t (*memories)(void* self);
+    /// Returns the port to the parameters that ST[12] monitors, if the descriptor lists that service. Null:
+    /// the subsystem's own parameters. Called once, at the start.
+    pus_parameter_port_t (*watched)(void* self);
+    /// Called when the program ends, in any state: close everything that is open and leave the devices as
+    /// they are. May be null.
     void (*release)(void* self);
-    /// True if the subsystem can drive the devices of a descriptor; else *out_misfit says what it cannot do.
-    /// Null: it can drive devices on CAN, if it has the callback sense. Called before the subsystem is set
-    /// up.
+    /// True if the subsystem can drive the devices of a descriptor; otherwise *out_misfit is the first
+    /// content that it does not support. Null: the subsystem supports devices on CAN if it has the callback
+    /// sense, otherwise no devices. Called before the subsystem is initialised.
     bool (*fits)(const subsystem_descriptor_t* descriptor, subsystem_misfit_t* out_misfit);
 } subsystem_callbacks_t;
 
 // ---- Called by a specific subsystem from its callbacks ----
 
-/// Time of this cycle [ns of the run] and number of cycles since the configuration was applied.
+/// Time of this cycle [ns of the run], and number of cycles since the configuration was applied.
 uint64_t subsystem_now_ns(const subsystem_t* subsystem);
 uint32_t subsystem_cycle(const subsystem_t* subsystem);
 /// Nominal cycle of the applied configuration [ns].
@@ -120,50 +124,50 @@ MUST_USE status_t subsystem_publish(subsystem_t* subsystem, const parameter_defi
 MUST_USE status_t subsystem_publish_all(subsystem_t* subsystem, const parameter_definition_t* definitions,
                                         const size_t* places, size_t count, void* storage);
 
-/// Raise an event of the descriptor with auxiliary octets (big-endian, as its ParamRefs say). With none
-/// given, the parameters that the event names are sampled now. After an event of severity HIGH the subsystem
-/// goes to ERROR_OPERATIONAL in this cycle, before anything else is emitted; after one of severity MEDIUM it
-/// waits 4 cycles for an order of the supervisor, then acts by itself. STATUS_OK, STATUS_NOT_FOUND (no such
-/// event).
+/// Raise an event of the descriptor with auxiliary octets (big-endian, in the order that the descriptor
+/// defines). If size is 0, the parameters to which the event refers are sampled now. After an event of
+/// severity HIGH the subsystem goes to ERROR_OPERATIONAL in this cycle, before any command is sent to a
+/// device; after an event of severity MEDIUM it waits 4 cycles for a command of the supervisor, then goes
+/// to SAFE_OPERATIONAL by itself. STATUS_OK, STATUS_NOT_FOUND (no such event).
 status_t subsystem_raise(subsystem_t* subsystem, uint16_t event_id, const uint8_t* auxiliary, size_t size);
-/// Raise an event by command, without data. Only events of severity LOW: the others have consequences.
-/// STATUS_OK, STATUS_OUT_OF_RANGE (another severity, or no such event).
+/// Raise an event by telecommand, without data. Only events of severity LOW are permitted, because others
+/// trigger reactions. STATUS_OK, STATUS_OUT_OF_RANGE (another severity, or no such event).
 status_t subsystem_raise_by_command(subsystem_t* subsystem, uint16_t event_id);
 
-/// End a function command that perform left running: code 0 is success, else a failure code and detail.
-/// Inside perform it ends the command under way; the status that perform returns is ignored then. No effect
-/// for token 0 and for a token that has ended.
+/// End a function command for which perform has returned STATUS_BUSY. Code 0 means success; otherwise a
+/// failure code and its detail. When called inside perform, it ends that command, and the status that
+/// perform returns is ignored. No effect for token 0 and for a command that has already ended.
 void subsystem_function_done(subsystem_t* subsystem, uint32_t call_token, uint16_t failure_code,
                              uint32_t detail);
 
-/// Copy the latest sample of a required port into `payload` (generated struct, its exact size). STATUS_OK,
-/// STATUS_EMPTY (nothing yet), STATUS_STALE (sample delivered, but older than allowed), STATUS_CLOSED (no
-/// link; payload untouched), STATUS_NOT_FOUND (no such port in this configuration).
+/// Copy the latest sample of a required port into `payload` (generated struct; `size` is its exact size).
+/// STATUS_OK, STATUS_EMPTY (no sample yet), STATUS_STALE (sample copied, but older than allowed),
+/// STATUS_CLOSED (no link; `payload` is unchanged), STATUS_NOT_FOUND (no such port in this configuration).
 MUST_USE status_t subsystem_link_read(subsystem_t* subsystem, uint16_t port, void* payload, size_t size);
 /// State of the producer of a required port from its last frame; STATE_OFFLINE without a link.
 state_t subsystem_link_peer_state(const subsystem_t* subsystem, uint16_t port);
-/// Age of the last sample [us]; UINT32_MAX if there is no sample or if it is older than that.
+/// Age of the last sample [us]; UINT32_MAX if there is no sample, or if the age exceeds this range.
 uint32_t subsystem_link_age_us(const subsystem_t* subsystem, uint16_t port);
-typedef struct { // Over all links this subsystem has consumed since it started [wrap].
+typedef struct { // Sums over all links that this subsystem has consumed since it started [wrap].
     uint32_t received;
-    uint32_t lost;    ///< Missing in the sequence.
+    uint32_t lost;    ///< Samples missing in the sequence.
     uint32_t late;    ///< Reads of a sample older than allowed.
     uint32_t refused; ///< Frames of another epoch, link or layout, or with a wrong CRC.
 } subsystem_link_totals_t;
 void subsystem_link_totals(const subsystem_t* subsystem, subsystem_link_totals_t* out_totals);
 typedef struct {                   // Refusals and losses since the start [wrap], for a COUNTERS parameter.
-    uint16_t pool_peak;            ///< Most blocks ever out at once (not wrapping).
+    uint16_t pool_peak;            ///< Largest number of blocks in use at the same time (does not wrap).
     uint32_t pool_refused;         ///< Allocations refused.
     uint32_t requests_refused;     ///< Telecommands rejected, or failed at their start.
-    uint32_t parameters_refused;   ///< Readings and settings of parameters.
-    uint32_t events_refused;       ///< Events of unknown id, with wrong data, or without room.
+    uint32_t parameters_refused;   ///< Reads and writes of parameters that were refused.
+    uint32_t events_refused;       ///< Events with unknown id or wrong data, or for which there was no room.
     uint32_t housekeeping_dropped; ///< Housekeeping reports that the port did not take.
     uint32_t reports_lost;         ///< Other reports for which there was no room.
     uint32_t events_suppressed;    ///< Occurrences of events that their limiters suppressed.
 } subsystem_health_t;
 void subsystem_health(const subsystem_t* subsystem, subsystem_health_t* out_health);
-/// Publish a sample on a provided port; sent at once with the present state. STATUS_OK, STATUS_CLOSED (no
-/// link open: nothing to do), STATUS_NOT_FOUND.
+/// Publish a sample on a provided port; it is sent immediately with the present state. STATUS_OK,
+/// STATUS_CLOSED (no link is open), STATUS_NOT_FOUND.
 status_t subsystem_link_write(subsystem_t* subsystem, uint16_t port, const void* payload, size_t size);
 
 #endif // FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_H

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions of several specific subsystems, based on subsystem.h.
+// Functions that several specific subsystems need, based on subsystem.h.
 #include "fsw/framework/subsystem/subsystem.h"
 
 #include "base/assertion.h"

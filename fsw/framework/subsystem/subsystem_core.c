@@ -9,7 +9,7 @@
 #include <string.h>
 
 #define AUXILIARY_MAX 256U
-#define IDLE_PERIOD_NS 10000000ULL ///< If the descriptor has none.
+#define IDLE_PERIOD_NS 10000000ULL ///< Period if the descriptor does not define one.
 
 void subsystem_set_pool_thresholds(subsystem_t* const subsystem)
 {
@@ -68,7 +68,8 @@ bool subsystem_may_accept(subsystem_t* const subsystem)
 {
     FSW_ASSERT(subsystem != NULL);
     if (!pus_app_process_may_answer(&subsystem->process)) {
-        (void)pus_app_process_flush(&subsystem->process); // The port may take it by now.
+        // Send waiting reports: the port may have room again.
+        (void)pus_app_process_flush(&subsystem->process);
     }
     return pus_app_process_may_answer(&subsystem->process) &&
            !pus_dispatcher_is_answering(&subsystem->dispatcher);
@@ -88,7 +89,7 @@ void subsystem_accept(subsystem_t* const subsystem, const uint8_t* const packet,
     } else if (subsystem->config.callbacks->report != NULL) {
         subsystem->config.callbacks->report(subsystem->config.self, packet, size);
     } else {
-        // A heartbeat of the supervisor; its arrival was noted above.
+        // This was a heartbeat of the supervisor; its arrival was noted above.
     }
 }
 
@@ -100,7 +101,8 @@ void subsystem_accept_large(subsystem_t* const subsystem, const uint8_t* const p
     (void)pus_dispatch_large(&subsystem->dispatcher, packet, size, now_ns);
 }
 
-/// After a MEDIUM error the component waits a few cycles for the supervisor, then reacts itself.
+/// After an event of severity MEDIUM the component waits a few cycles for a command of the supervisor, then
+/// reacts by itself.
 static void watch_medium(subsystem_t* const subsystem)
 {
     if (!subsystem->is_medium_pending) {
@@ -109,10 +111,10 @@ static void watch_medium(subsystem_t* const subsystem)
     if (subsystem->machine.state != STATE_OPERATIONAL) {
         subsystem->is_medium_pending = false;
     } else if ((subsystem->cycle - subsystem->medium_cycle) >= SUBSYSTEM_MEDIUM_CYCLES) {
-        // It leaves OPERATIONAL at once, and the next cycle clears is_medium_pending.
+        // The subsystem leaves OPERATIONAL immediately, and the next cycle clears is_medium_pending.
         subsystem_machine_event(subsystem, EVENT_MEDIUM_ORDER, CAUSE_OWN_ERROR, subsystem->last_code);
     } else {
-        // The order may still arrive.
+        // The command may still arrive.
     }
 }
 
@@ -153,7 +155,8 @@ static void run_cycle(subsystem_t* const subsystem)
         call(callbacks->control, self);
     }
     if ((subsystem->machine.action == ACTION_SECURE) && subsystem->is_action_fresh) {
-        subsystem_run_action(subsystem); // An error in this cycle: safe before anything is emitted.
+        // An error has occurred in this cycle: secure the devices before any command is sent to them.
+        subsystem_run_action(subsystem);
     }
     if (is_live || is_hardware_live(subsystem->machine.state)) {
         call(callbacks->emit, self);
@@ -196,7 +199,7 @@ static void report_status(subsystem_t* const subsystem)
     (void)pus_subsystem_status_report(&subsystem->process, PUS_USER_GROUND, &status, subsystem->now_ns);
 }
 
-/// The cycle after `now`, on the grid of the period from the start of the run.
+/// Time of the next cycle after `now_ns`: a multiple of the period since the start of the run.
 static uint64_t next_on_grid(const uint64_t now_ns, const uint64_t period_ns)
 {
     return ((now_ns / period_ns) + 1U) * period_ns;
@@ -208,7 +211,7 @@ void subsystem_set_time(subsystem_t* const subsystem, const uint64_t now_ns)
     subsystem->now_ns = now_ns;
 }
 
-/// True if the main loop has cycles: in OFFLINE only for optional services.
+/// True if the main loop has cycles. In OFFLINE it has cycles only for optional services.
 static bool is_cyclic(const subsystem_t* const subsystem)
 {
     return (subsystem->machine.state != STATE_OFFLINE) || (subsystem->optional_count > 0U);
@@ -229,7 +232,7 @@ static uint64_t step_own_loop(subsystem_t* const subsystem)
     subsystem_take_reload(subsystem);
     watch_supervisor(subsystem);
     watch_pools(subsystem);
-    (void)pus_events_step(&subsystem->events, now_ns); // The rest follows in later steps.
+    (void)pus_events_step(&subsystem->events, now_ns); // Reports that find no room follow in later steps.
     if (now_ns >= subsystem->next_status_ns) {
         report_status(subsystem);
         subsystem->next_status_ns = next_on_grid(now_ns, subsystem->config.status_interval_ns);
@@ -247,8 +250,9 @@ uint64_t subsystem_step(subsystem_t* const subsystem, const uint64_t now_ns)
     FSW_ASSERT(subsystem != NULL);
     subsystem->now_ns = now_ns;
     (void)subsystem_step_loops(subsystem);
-    const uint64_t own_ns   = step_own_loop(subsystem);
-    const uint64_t loops_ns = subsystem_step_loops(subsystem); // The configuration may have changed.
+    const uint64_t own_ns = step_own_loop(subsystem);
+    // Called last, because the configuration may have changed.
+    const uint64_t loops_ns = subsystem_step_loops(subsystem);
     return (loops_ns < own_ns) ? loops_ns : own_ns;
 }
 
@@ -317,15 +321,15 @@ status_t subsystem_raise(subsystem_t* const subsystem, const uint16_t event_id,
         octet_count = subsystem_sample_auxiliary(subsystem, event, sampled, sizeof sampled);
     }
     if (subsystem->config.supervisor_patience_ns == 0U) {
-        // Errors of the supervisor concern others: it reports them and keeps its state.
-    } else if (event->severity == DESCRIPTOR_HIGH) { // First the safe state, then the report.
+        // Events of the supervisor are about other subsystems: it reports them and keeps its state.
+    } else if (event->severity == DESCRIPTOR_HIGH) { // React first, then report the event.
         subsystem_machine_event(subsystem, EVENT_OWN_HIGH, CAUSE_OWN_ERROR, event_id);
     } else if ((event->severity == DESCRIPTOR_MEDIUM) && !subsystem->is_medium_pending) {
         subsystem->is_medium_pending = true;
         subsystem->medium_cycle      = subsystem->cycle;
         subsystem->last_code         = event_id;
     } else {
-        // Logged only.
+        // Other events are only reported.
     }
     (void)pus_event_raise(&subsystem->events, event_id, octets, octet_count, subsystem->now_ns);
     return STATUS_OK;

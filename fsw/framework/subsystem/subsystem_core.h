@@ -34,38 +34,41 @@
 #include "pus/st17/st17_test.h"
 #include "pus/st20/st20_parameters.h"
 
-#define SUBSYSTEM_STRUCTURES 16U      ///< HK structures, from descriptor and by request.
+#define SUBSYSTEM_STRUCTURES 16U      ///< Housekeeping structures, defined by the descriptor and by requests.
 #define SUBSYSTEM_FUNCTIONAL 8U       ///< Functional reporting definitions.
-#define SUBSYSTEM_SAMPLE_OCTETS 1024U ///< Values of one HK report.
+#define SUBSYSTEM_SAMPLE_OCTETS 1024U ///< Size of the values of one housekeeping report.
 #define SUBSYSTEM_LINKS CAPACITY_SUBSYSTEM_LINKS
 #define SUBSYSTEM_PORT_LINKS CAPACITY_PORT_LINKS ///< Readers of one provided port.
-#define SUBSYSTEM_CALL_TOKENS 8U ///< Function commands under way; the last one only for a user on ground.
-#define SUBSYSTEM_ARGUMENTS 96U  ///< Arguments of all functions.
+/// Function commands that run at the same time; the last entry is reserved for users on ground.
+#define SUBSYSTEM_CALL_TOKENS 8U
+#define SUBSYSTEM_ARGUMENTS 96U ///< Arguments of all functions.
 #define SUBSYSTEM_ARGUMENT_WORDS 64U
 #define SUBSYSTEM_SERVICES 24U
 #define SUBSYSTEM_OPTIONAL_SERVICES DESCRIPTOR_SERVICES_MAX ///< See optional_services.h.
 #define SUBSYSTEM_LOOPS DESCRIPTOR_CONFIGURATION_LOOPS_MAX  ///< Loops of services, without the main loop.
-#define SUBSYSTEM_MAILBOX_OCTETS 12288U                     ///< From a loop of services to the main loop.
-/// Room in a mailbox for all reports of one request; the process keeps further ones.
+/// Size of the mailbox from a loop of services to the main loop.
+#define SUBSYSTEM_MAILBOX_OCTETS 12288U
+/// Free room that a mailbox needs before a request is performed, for all its reports; the process keeps
+/// further reports.
 #define SUBSYSTEM_MAILBOX_RESERVE 8192U
 #define SUBSYSTEM_LOOP_KEPT 8192U
 #define SUBSYSTEM_INBOX_OCTETS 4096U ///< Size of the ring of requests to a loop of services.
 /// Application data of the longest request to such a loop: the identifiers of TC[20,1].
 #define SUBSYSTEM_LOOP_REQUEST_MAX (1U + (4U * PUS_COUNT_MAX))
 #define SUBSYSTEM_LOOP_SCRATCH (sizeof(pus_token_t) + SUBSYSTEM_LOOP_REQUEST_MAX)
-#define SUBSYSTEM_LOOP_REQUESTS 4U ///< Performed in one cycle of a loop of services, at most.
+#define SUBSYSTEM_LOOP_REQUESTS 4U ///< Largest number of requests in one cycle of a loop of services.
 #define SUBSYSTEM_LOOP_HEADER 10U  ///< Size of the header of a report in a mailbox [octets].
-#define SUBSYSTEM_LOOP_REPORTS 16U ///< Taken from one mailbox in one step, at most.
+#define SUBSYSTEM_LOOP_REPORTS 16U ///< Largest number of reports taken from one mailbox in one step.
 #define SUBSYSTEM_NEVER UINT64_MAX
 #define SUBSYSTEM_STATUS_INTERVAL_NS 1000000000ULL ///< Interval of unsolicited status reports.
-/// Cycles that a MEDIUM error waits for the supervisor's order.
+/// Cycles that the subsystem waits for a command of the supervisor after an event of severity MEDIUM.
 #define SUBSYSTEM_MEDIUM_CYCLES 4U
 
 CAPACITY_CHECK(firm_ring_holds_ends_of_requests, (SUBSYSTEM_CALL_TOKENS + 2U) <= 16U);
 CAPACITY_CHECK(firm_ring_holds_links, SUBSYSTEM_LINKS <= 8U);
 CAPACITY_CHECK(loop_scratch_holds_a_sample, SUBSYSTEM_LOOP_SCRATCH >= SUBSYSTEM_SAMPLE_OCTETS);
 
-/// Restore a record of a service. STATUS_OK; any other: the service cannot use it.
+/// Restore a record of a service. STATUS_OK; with any other status the service cannot use the record.
 typedef status_t (*subsystem_restore_t)(void* self, uint32_t key, const uint8_t* octets, size_t size);
 
 /// Storage of the services that the descriptor lists, and the function that adds them: both are generated.
@@ -85,32 +88,33 @@ typedef struct {
     uint64_t supervisor_patience_ns; ///< A supervisor silent for longer is lost; 0: this is the supervisor.
     uint64_t status_interval_ns;     ///< Time between two unsolicited status reports.
     uint32_t start_count;            ///< 1 for the first start of this component in the run.
-    pus_port_t port;                 ///< Where its packets go.
+    pus_port_t port;                 ///< Port to which the component's packets are sent.
     const rtlink_resolver_t* links;  ///< Null: no real-time links.
     uint8_t link_methods;            ///< Transfer methods of this run: bit set of 1 << rtlink_method_t.
     bool has_loop_tasks;             ///< Each loop of services has a task of its own.
     const pus_service_t* services;   ///< Further services (0..16).
     size_t service_count;
     subsystem_services_t optional;        ///< Services that the descriptor lists.
-    const pus_persistence_t* persistence; ///< Where records of services are kept; null: nothing is.
-    /// TC[129,6]: read the descriptor again, in the next rest state PRE_OPERATIONAL without a
-    /// configuration, or OFFLINE. STATUS_OK with the model to use from now on; else the old one stays in
-    /// force.
+    const pus_persistence_t* persistence; ///< Store for records of services; null: no records are stored.
+    /// Read the descriptor again (TC[129,6]). It is called in OFFLINE, or in PRE_OPERATIONAL without a
+    /// configuration. STATUS_OK with the model to be used from now on; with any other status the old model
+    /// stays in force.
     status_t (*reload)(void* context, const subsystem_descriptor_t** out_descriptor);
     void* reload_context;
 } subsystem_config_t;
 
 typedef struct {        // Private: a loop of services. `mutex` guards inbox and mailbox, loop_guard the rest.
-    uint64_t period_ns; // 0: the loop rests.
+    uint64_t period_ns; // 0: the loop does not run.
     uint64_t first_tick;
     uint32_t cycle;
     uint8_t priority;
-    uint8_t services; // DESCRIPTOR_LOOP_*: read only by the main loop.
+    uint8_t services; // DESCRIPTOR_LOOP_*; used only by the main loop.
     osal_mutex_t mutex;
-    message_ring_t inbox;   // Accepted requests: token, application data.
-    message_ring_t mailbox; // Finished: structure id, time of the values, values; or 0, 0, a whole report.
-    uint32_t lost;          // Housekeeping reports without room in the mailbox, not counted yet.
-    uint32_t reports_lost;  // Other reports.
+    message_ring_t inbox; // Accepted requests: token, application data.
+    // Finished reports: structure id, time of the values, values; or 0, 0 and a complete report.
+    message_ring_t mailbox;
+    uint32_t lost;         // Housekeeping reports lost because the mailbox was full, and not counted yet.
+    uint32_t reports_lost; // Other reports lost.
     uint8_t inbox_storage[SUBSYSTEM_INBOX_OCTETS];
     uint8_t storage[SUBSYSTEM_MAILBOX_OCTETS];
 } subsystem_loop_t;
@@ -138,21 +142,22 @@ typedef struct { // Private: one end of a real-time link.
 struct subsystem { // Private. The most frequently used members come first.
     const subsystem_descriptor_t* descriptor;
     uint64_t now_ns;
-    const descriptor_configuration_t* configuration; // Applied, or being applied.
+    const descriptor_configuration_t* configuration; // Configuration that is applied, or is being applied.
     uint64_t next_cycle_ns;
     uint32_t cycle;
-    uint16_t configuration_id;     // Selected; 0 none.
-    uint16_t last_code;            // Failure code or event id that caused the last transition.
-    state_action_t started_action; // Its time-out runs; a request that changes nothing does not restart it.
-    bool is_action_fresh;          // The present action has not been run yet.
-    bool has_pending;              // A request for a state or configuration is under way.
+    uint16_t configuration_id; // Id of the selected configuration; 0: none.
+    uint16_t last_code;        // Failure code or event id that caused the last transition.
+    // Action whose time-out runs; a request that changes nothing does not restart the time-out.
+    state_action_t started_action;
+    bool is_action_fresh; // The present action has not been called yet.
+    bool has_pending;     // A request for a state or configuration is being performed.
     bool is_medium_pending;
     bool is_supervisor_lost;
     uint16_t loop_count; // Number of loops of the applied configuration; read only by the main loop.
     bool has_reload;     // TC[129,6] waits for PRE_OPERATIONAL without a configuration, or OFFLINE.
     state_machine_t machine;
     pus_app_process_t process;
-    pus_rings_t rings; // Reports it keeps; the process of the loops uses the mailboxes.
+    pus_rings_t rings; // Reports that wait for the port. (Reports of the loops wait in the mailboxes.)
 
     subsystem_config_t config;
     uint64_t period_ns;
@@ -187,13 +192,13 @@ struct subsystem { // Private. The most frequently used members come first.
     size_t service_count;
     subsystem_optional_t optional[SUBSYSTEM_OPTIONAL_SERVICES];
     size_t optional_count;
-    uint32_t optional_cycle; // Steps of the optional services.
+    uint32_t optional_cycle; // Number of steps of the optional services.
 
     pool_t call_tokens;
     uint64_t call_token_storage[POOL_STORAGE_WORDS(sizeof(pus_token_t), SUBSYSTEM_CALL_TOKENS)];
     pool_slot_t call_token_slots[SUBSYSTEM_CALL_TOKENS];
     pus_token_t* open_call_tokens[SUBSYSTEM_CALL_TOKENS];
-    uint32_t token_in_call; // Token of the function that is being performed; its reply ends it.
+    uint32_t token_in_call; // Token of the function whose callback is running; its reply ends the token.
 
     osal_mutex_t loop_guard;
     subsystem_loop_t loops[SUBSYSTEM_LOOPS];
@@ -205,48 +210,52 @@ struct subsystem { // Private. The most frequently used members come first.
     pus_test_t loop_test;
     pus_parameters_t loop_parameters;
     pus_service_t loop_services[2];
-    uint8_t loop_scratch[SUBSYSTEM_LOOP_SCRATCH]; // First values of housekeeping, then one request at a time.
+    // First used for the values of housekeeping, then for one request at a time.
+    uint8_t loop_scratch[SUBSYSTEM_LOOP_SCRATCH];
     uint8_t loop_kept[SUBSYSTEM_LOOP_KEPT];
 
     subsystem_link_t links[SUBSYSTEM_LINKS];
     subsystem_link_totals_t closed_links; // Counters of links that are closed.
 };
 
-/// Begin in OFFLINE, with all services registered. The configuration is copied.
+/// Initialise the component in OFFLINE and register all services. `config` is copied.
 void subsystem_init(subsystem_t* subsystem, const subsystem_config_t* config);
-/// True if a request may be accepted: there is room for its reports. While it is false, leave packets in
-/// their inbox, so that their senders wait. It becomes true again in a later step, after the port accepts the
-/// reports of the component.
+/// True if a request may be accepted, because there is room for its reports. While it is false, packets
+/// must stay in the inbox, so that their senders wait. It becomes true in a later step, when the port
+/// accepts the reports of the component.
 bool subsystem_may_accept(subsystem_t* subsystem);
-/// Take in one packet (request or report). All its content is checked.
+/// Process one packet (request or report). Its whole content is checked.
 void subsystem_accept(subsystem_t* subsystem, const uint8_t* packet, size_t size, uint64_t now_ns);
-/// Take in one request that may be longer than a packet, as ST[13] has put it together.
+/// Process one request that may be longer than a packet, because ST[13] has assembled it.
 void subsystem_accept_large(subsystem_t* subsystem, const uint8_t* packet, size_t size, uint64_t now_ns);
 /// Set the time, for a program whose own callbacks raise events between two steps.
 void subsystem_set_time(subsystem_t* subsystem, uint64_t now_ns);
 /// Run the work that is due. Returns the time of the next wake [ns of the run].
 uint64_t subsystem_step(subsystem_t* subsystem, uint64_t now_ns);
-/// Priority of the loop that runs subsystem_step, 1..99: that of the applied configuration; before one is
-/// applied, the highest of all. The highest is necessary because the devices run from HARDWARE_INIT on and
-/// expect heartbeats.
+/// Priority of the loop that runs subsystem_step, 1..99: the priority of the applied configuration; without
+/// one, the highest of all configurations, because the devices run from HARDWARE_INIT on and expect
+/// heartbeats.
 uint8_t subsystem_component_priority(const subsystem_t* subsystem);
-/// The program ends: close everything that the component and its subsystem have open, without any message.
+/// Call when the program ends: close everything that the component and its subsystem have opened, without
+/// sending a message.
 void subsystem_release(subsystem_t* subsystem);
-/// Run the work that is due in a loop of services, 0..SUBSYSTEM_LOOPS - 1: only if it has a task of its own.
-/// Returns its next wake; SUBSYSTEM_NEVER while no configuration with such a loop is applied.
+/// Run the work that is due in loop `loop` of services, 0..SUBSYSTEM_LOOPS - 1. Only for loops that have
+/// their own tasks. Returns the time of the next wake; SUBSYSTEM_NEVER while no configuration with such a
+/// loop is applied.
 uint64_t subsystem_loop_step(subsystem_t* subsystem, uint8_t loop, uint64_t now_ns);
-/// Priority that the applied configuration gives to such a loop, 1..99; 0 while it rests.
+/// Priority of such a loop in the applied configuration, 1..99; 0 while the loop does not run.
 uint8_t subsystem_loop_priority(subsystem_t* subsystem, uint8_t loop);
-/// Restore one record that services have put, `table` being the service type; before the first step.
-/// STATUS_OK, STATUS_NOT_FOUND (no service of the component keeps such records), or why the service refuses
-/// it.
+/// Restore one record that a service has stored; `table` is the service type. Call it before the first
+/// step. STATUS_OK, STATUS_NOT_FOUND (no service of the component stores such records), or the status with
+/// which the service refuses the record.
 MUST_USE status_t subsystem_restore(subsystem_t* subsystem, uint8_t table, uint32_t key,
                                     const uint8_t* octets, size_t size);
-/// Take in a datagram of a real-time link.
+/// Process a datagram of a real-time link.
 void subsystem_link_datagram(subsystem_t* subsystem, const uint8_t* frame, size_t size);
-/// Its application process, for further services.
+/// Returns the component's application process, for further services.
 pus_app_process_t* subsystem_process(subsystem_t* subsystem);
-/// Ask the component itself for a state, without a request packet (the supervisor's own start).
+/// Request a state, or select a configuration, without a request packet. The supervisor uses this for its
+/// own start.
 state_answer_t subsystem_request(subsystem_t* subsystem, state_t target, state_cause_t cause);
 state_answer_t subsystem_select(subsystem_t* subsystem, uint16_t configuration_id);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Shared by the source files of the generic subsystem; private to them.
+/// Functions that only the source files of the generic subsystem share.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_INTERNAL_H
 #define FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_INTERNAL_H
 
@@ -17,9 +17,11 @@ void subsystem_raise_named(subsystem_t* subsystem, const char* name);
 void subsystem_register_services(subsystem_t* subsystem);
 /// Step the services that the descriptor lists.
 void subsystem_step_optional(subsystem_t* subsystem);
-/// Bounds, settable flags and initial values of all published parameters. STATUS_OK or the first refusal.
+/// Set bounds, settable flags and initial values of all published parameters. STATUS_OK or the first
+/// refusal.
 status_t subsystem_initialise_parameters(subsystem_t* subsystem);
-/// Housekeeping structures and initial values of the configuration. STATUS_OK or the first refusal.
+/// Define the housekeeping structures and set the initial values of the configuration. STATUS_OK or the
+/// first refusal.
 status_t subsystem_apply_configuration(subsystem_t* subsystem);
 /// Apply the descriptor that waits to be loaded if the subsystem is in a rest state that allows it, and
 /// complete the request.
@@ -47,7 +49,7 @@ void subsystem_empty_mailboxes(subsystem_t* subsystem);
 
 /// subsystem_state.c: run the entry action that is due; report changes.
 void subsystem_run_action(subsystem_t* subsystem);
-/// Report the last transitions of the machine: TM[129,2], progress, end of the pending request.
+/// Report the last transitions of the machine: TM[129,2], and the progress or end of the pending request.
 void subsystem_after_change(subsystem_t* subsystem);
 pus_reply_t subsystem_request_state(void* context, const pus_state_order_t* order, const pus_token_t* token,
                                     uint64_t now_ns);
@@ -60,7 +62,7 @@ void subsystem_machine_event(subsystem_t* subsystem, state_event_t event, state_
 pus_rtlink_port_t subsystem_link_port(subsystem_t* subsystem);
 void subsystem_watch_links(subsystem_t* subsystem);
 void subsystem_close_links(subsystem_t* subsystem, uint8_t reason);
-/// True if every required port of the configuration has an open, fresh link.
+/// True if every required port of the configuration has an open link with fresh samples.
 bool subsystem_has_required_links(subsystem_t* subsystem, uint16_t* out_missing_port);
 
 /// subsystem_link_table.c: a provided port can have several links (one for each reader), each with its own
@@ -72,8 +74,8 @@ subsystem_link_t* subsystem_link_of(subsystem_t* subsystem, uint16_t port);
 /// Next link of a port after `previous` in the table (null: first of all); null if there is none.
 subsystem_link_t* subsystem_link_next(subsystem_t* subsystem, const subsystem_link_t* previous,
                                       uint16_t port);
-/// The slot for a link of this number and port: that of the link it replaces, else a free slot. Null: there
-/// is no room, or the number belongs to a link of another port.
+/// Returns the slot for a link of this number and port: the slot of the link that it replaces, otherwise a
+/// free one. Null if no slot is free, or if the number belongs to a link of another port.
 subsystem_link_t* subsystem_link_slot(subsystem_t* subsystem, const descriptor_port_t* port, uint16_t number);
 
 #endif // FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_INTERNAL_H

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The member side of real-time links: offers, negotiation, opening, and monitoring of freshness.
+// The subsystem's side of real-time links: offers, negotiation, opening, and monitoring of freshness.
 #include "fsw/framework/subsystem/subsystem_internal.h"
 
 #include "base/assertion.h"
 
 #include <string.h>
 
-#define METHOD_ANY 0xFFU                 ///< Wanted method: any that both ends offer.
+#define METHOD_ANY 0xFFU                 ///< Requested method: any that both ends offer.
 #define ACCEPT_DEADLINE_NS 5000000000ULL ///< An accepted link that is not opened in time is closed.
 
 // ---- Terms ----
 
-/// Methods for one link of the port, or for any of its links (0).
+/// Returns the methods for one link of the port, or for any of its links (link 0).
 static uint8_t methods_of(const subsystem_t* const subsystem, const descriptor_port_t* const port,
                           const uint16_t link)
 {
@@ -68,7 +68,7 @@ static void read_terms(const pus_link_properties_t* const properties, rtlink_ter
     out_terms->period_us     = properties->period_us;
     out_terms->decimation    = 1U;
     out_terms->max_age_us    = properties->age_max_us;
-    out_terms->methods       = 0U; // An unknown method is not in any set.
+    out_terms->methods       = 0U; // With an unknown method the set stays empty.
     if (properties->method == METHOD_ANY) {
         out_terms->methods = 0xFFU;
     } else if (properties->method < (uint8_t)RTLINK_METHOD_COUNT) {
@@ -153,7 +153,8 @@ static bool offer_link(void* const context, const uint16_t index, pus_link_offer
         const descriptor_port_t* const port = &subsystem->descriptor->ports[configuration->first_port + i];
         rtlink_terms_t terms;
         describe_port(subsystem, port, 0U, &terms);
-        for (unsigned rest = terms.methods; rest != 0U; rest &= rest - 1U) { // One method after the other.
+        // Each method is a separate offer.
+        for (unsigned rest = terms.methods; rest != 0U; rest &= rest - 1U) {
             if (left == 0U) {
                 terms.methods   = (uint8_t)(rest & (0U - rest));
                 out_offer->port = port->id;
@@ -194,7 +195,8 @@ static void refuse(pus_link_answer_t* const answer, const rtlink_verdict_t verdi
     write_properties(terms, &answer->refuse.supported);
 }
 
-/// The endpoint's name is logical, so that no packet depends on where the program runs.
+/// Write the logical name of the endpoint. No packet contains a real address, so that packets do not depend
+/// on where the program runs.
 static void name_endpoint(const uint8_t methods, const uint16_t link, pus_endpoint_t* const out_endpoint)
 {
     (void)memset(out_endpoint, 0, sizeof *out_endpoint);
@@ -220,7 +222,7 @@ static const descriptor_port_t* port_of_request(const subsystem_t* const subsyst
     return ((found != NULL) && (found->is_provided == *out_is_producer)) ? found : NULL;
 }
 
-/// `link` has been cleared except for the agreed terms.
+/// Accept a request. `link` has been cleared except for the agreed terms.
 static void accept_request(subsystem_t* const subsystem, subsystem_link_t* const link,
                            const pus_link_request_t* const request, pus_link_answer_t* const answer)
 {
@@ -250,7 +252,7 @@ static pus_reply_t request_link(void* const context, const pus_link_request_t* c
     rtlink_terms_t agreed = {.methods = 0U};
     rtlink_terms_t wanted;
     read_terms(&request->properties, &wanted);
-    const rtlink_terms_t* supported = &wanted; // If there is no such port: the wanted terms.
+    const rtlink_terms_t* supported = &wanted; // Terms in the answer if there is no such port.
     if ((subsystem->machine.phase == PHASE_CONFIGURED) && (subsystem->config.links != NULL)) {
         port    = port_of_request(subsystem, request, &is_producer);
         verdict = RTLINK_REFUSED_PORT;
@@ -270,7 +272,7 @@ static pus_reply_t request_link(void* const context, const pus_link_request_t* c
         if (link->is_used) {
             close_link(subsystem, link, PUS_LINK_REASON_NONE);
         }
-        (void)memset(link, 0, sizeof *link); // LINK_CLOSED.
+        (void)memset(link, 0, sizeof *link); // The state becomes LINK_CLOSED.
         link->is_producer = is_producer;
         link->port        = port;
         link->terms       = agreed;
@@ -307,8 +309,8 @@ static pus_reply_t open_link(void* const context, const pus_link_open_t* const o
     return pus_done();
 }
 
-/// docs/states.md: a required link that is lost or stale is an error in OPERATIONAL and an event without
-/// reaction below it.
+/// Raise the event of a required link that is lost or stale. In OPERATIONAL it is an error; in lower states
+/// an event without a reaction (docs/states.md).
 static void report_lost(subsystem_t* const subsystem, const descriptor_port_t* const port)
 {
     const state_t state = subsystem->machine.state;
@@ -317,7 +319,7 @@ static void report_lost(subsystem_t* const subsystem, const descriptor_port_t* c
     } else if ((state == STATE_SAFE_OPERATIONAL) || (state == STATE_PRE_OPERATIONAL)) {
         subsystem_raise_named(subsystem, "LINK_CLOSED");
     } else {
-        // Going down or in error already.
+        // The subsystem is already in error, or on the way down.
     }
 }
 
@@ -397,9 +399,10 @@ static void watch_consumer(subsystem_t* const subsystem, subsystem_link_t* const
         link->is_stale_reported = false;
         change_state(subsystem, link, LINK_OPEN, PUS_LINK_REASON_NONE);
     } else {
-        // Still fresh, or the first sample is not overdue yet.
+        // The samples are fresh, or the first one is not overdue yet.
     }
-    const bool is_live = (subsystem->machine.state <= STATE_OPERATIONAL); // Earlier states have no links.
+    // States below PRE_OPERATIONAL have no links.
+    const bool is_live      = (subsystem->machine.state <= STATE_OPERATIONAL);
     const bool peer_is_lost = (status == STATUS_OK) && (link->consumer.peer_state == STATE_ERROR_OPERATIONAL);
     if (is_live && peer_is_lost && link->port->is_required) {
         subsystem_machine_event(subsystem, EVENT_NETWORK_FAILED, CAUSE_NETWORK, 0U);
@@ -420,7 +423,7 @@ void subsystem_watch_links(subsystem_t* const subsystem)
         } else if (!link->is_producer && ((link->state == LINK_OPEN) || (link->state == LINK_STALE))) {
             watch_consumer(subsystem, link);
         } else {
-            // Producers receive no samples.
+            // Only consumers receive samples.
         }
     }
 }
@@ -429,7 +432,7 @@ bool subsystem_has_required_links(subsystem_t* const subsystem, uint16_t* const 
 {
     const descriptor_configuration_t* const configuration = subsystem->configuration;
     if (configuration == NULL) {
-        return true; // The state machine refuses it: nothing is configured.
+        return true; // The state machine refuses the request, because no configuration is applied.
     }
     for (uint16_t i = 0U; i < configuration->port_count; i++) {
         const descriptor_port_t* const port = &subsystem->descriptor->ports[configuration->first_port + i];
@@ -522,7 +525,7 @@ uint32_t subsystem_link_age_us(const subsystem_t* const subsystem, const uint16_
     if ((link == NULL) || !link->consumer.has_sample) {
         return UINT32_MAX;
     }
-    const uint64_t sample_ns = link->consumer.sample_time_ns; // A producer's clock may be a little ahead.
+    const uint64_t sample_ns = link->consumer.sample_time_ns; // The producer's clock may be slightly ahead.
     const uint64_t age_us = (subsystem->now_ns > sample_ns) ? ((subsystem->now_ns - sample_ns) / 1000U) : 0U;
     return (age_us < UINT32_MAX) ? (uint32_t)age_us : UINT32_MAX;
 }
@@ -537,7 +540,7 @@ status_t subsystem_link_write(subsystem_t* const subsystem, const uint16_t port,
     status_t status = STATUS_CLOSED;
     for (subsystem_link_t* link = subsystem_link_of(subsystem, port); link != NULL;
          link                   = subsystem_link_next(subsystem, link, port)) {
-        if (is_open_end(link, true)) { // A producer's is never stale.
+        if (is_open_end(link, true)) { // A link of a producer is never stale.
             FSW_ASSERT(size == link->terms.layout_octets);
             (void)rtlink_producer_write(&link->producer, (uint8_t)subsystem->machine.state, subsystem->now_ns,
                                         (const uint8_t*)payload);

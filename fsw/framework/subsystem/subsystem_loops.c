@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops of services in addition to the main loop: each with its rate, its priority and its mailbox.
+// Loops of services that run in addition to the main loop. Each has its own rate, priority and mailbox.
 #include "fsw/framework/subsystem/subsystem_internal.h"
 
 #include "base/assertion.h"
@@ -7,15 +7,17 @@
 
 #include <string.h>
 
-#define OFFSET_TIME 2U ///< In the header of an entry of a mailbox, after the structure's id [octets].
-#define REPORT 0U      ///< In the place of a structure's id, which is never 0 in a loop: a whole report.
+/// Offset of the time in the header of a mailbox entry, behind the structure's id [octets].
+#define OFFSET_TIME 2U
+/// Value instead of a structure's id (never 0 in a loop), if the entry is a complete report.
+#define REPORT 0U
 
 static void lock(osal_mutex_t* const mutex)
 {
-    (void)osal_mutex_lock(mutex); // A holder belongs to this process: they die together.
+    (void)osal_mutex_lock(mutex); // The owner of the mutex belongs to this process, so it cannot die alone.
 }
 
-/// A loop puts each finished report into its mailbox, after a header.
+/// Put a finished report of the present loop into its mailbox, behind a header.
 static status_t put(subsystem_t* const subsystem, const uint16_t id, const uint64_t time_ns,
                     const uint8_t* const octets, const size_t size)
 {
@@ -29,13 +31,15 @@ static status_t put(subsystem_t* const subsystem, const uint16_t id, const uint6
     return status;
 }
 
-/// The port of loop_process: reports without numbers yet. The process keeps reports without room.
+/// Port of loop_process; its reports have no sequence numbers yet. The process keeps reports for which
+/// there is no room.
 static status_t put_report(void* const context, const uint8_t* const packet, const size_t size)
 {
     return put((subsystem_t*)context, REPORT, 0U, packet, size);
 }
 
-/// Put the values of a housekeeping report into the mailbox; a report without room is lost and counted.
+/// Put the values of a housekeeping report into the mailbox; if there is no room, the report is lost and
+/// counted.
 static void put_housekeeping(void* const context, const uint16_t id, const uint64_t now_ns,
                              const uint8_t* const values, const size_t size)
 {
@@ -48,7 +52,7 @@ static void put_housekeeping(void* const context, const uint16_t id, const uint6
     }
 }
 
-/// The loop of services that performs a request; null: the main loop.
+/// Returns the loop of services that performs a request; null if the main loop performs it.
 static subsystem_loop_t* loop_for(subsystem_t* const subsystem, const pus_token_t* const token)
 {
     const bool is_test = (token->service == PUS_SERVICE_TEST) && (token->subtype == PUS_TEST_ARE_YOU_ALIVE);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Connects descriptor, parameters and packet services; no other file uses all three.
+// Connects the descriptor, the parameters and the packet services.
 #include "fsw/framework/subsystem/subsystem_internal.h"
 
 #include "base/assertion.h"
@@ -46,7 +46,8 @@ static status_t write_parameter(void* const context, const uint16_t handle, cons
     return status;
 }
 
-/// A parameter that the subsystem did not publish is no error; it is unknown to all services.
+/// True if a status is an error. STATUS_NOT_FOUND is not: a parameter that the subsystem did not publish is
+/// unknown to all services.
 static bool is_fault(const status_t status)
 {
     return (status != STATUS_OK) && (status != STATUS_NOT_FOUND);
@@ -101,11 +102,13 @@ size_t subsystem_sample_auxiliary(subsystem_t* const subsystem, const descriptor
         if (parameter_read(&subsystem->dictionary, parameter->id, &writer) != STATUS_OK) {
             for (uint32_t k = 0U; k < parameter->wire_size; k++) {
                 octet_write_u8(&writer,
-                               0U); // Not published (yet): its place stays, so that the ground can decode.
+                               // A parameter that is not published is filled with zeros, so that the ground
+                               // can decode the rest.
+                               0U);
             }
         }
     }
-    while (writer.position < event->octets) { // Values that only the code that raises it could supply.
+    while (writer.position < event->octets) { // Fill values that only the caller of the event could supply.
         octet_write_u8(&writer, 0U);
     }
     return writer.position;
@@ -131,7 +134,7 @@ static status_t add_structure(subsystem_t* const subsystem, const descriptor_str
     for (uint16_t i = 0U; i < structure->sampled_count; i++) {
         used += descriptor->sampled[structure->first_sampled + i].reference_count;
     }
-    FSW_ASSERT(used <= HK_PARAMETERS_MAX); // Each parameter of the descriptor once.
+    FSW_ASSERT(used <= HK_PARAMETERS_MAX); // The descriptor lists each parameter at most once.
     if (structure->sampled_count > PUS_HK_SETS_MAX) {
         return STATUS_EXHAUSTED;
     }
@@ -191,7 +194,8 @@ static bool is_function_allowed(const subsystem_t* const subsystem,
     if ((function->states & (1U << (unsigned)subsystem->machine.state)) == 0U) {
         return false;
     }
-    if (subsystem->configuration == NULL) { // Only functions that every configuration allows.
+    // Without a configuration, only functions are allowed that every configuration allows.
+    if (subsystem->configuration == NULL) {
         const unsigned all = (1U << subsystem->descriptor->configuration_count) - 1U;
         return (function->configurations & all) == all;
     }
@@ -221,8 +225,8 @@ static uint16_t first_out_of_bounds(const subsystem_t* const subsystem,
     return function->argument_count;
 }
 
-/// An entry for the token of a function that continues, or 0 if there is none. The last one is reserved for
-/// the ground: requests released on board must not block its commands.
+/// Open an entry for the token of a function that continues. Returns its number, or 0 if none is free. The
+/// last entry is reserved for the ground, so that requests released on board cannot block its commands.
 static uint32_t open_call_token(subsystem_t* const subsystem, const pus_token_t* const token)
 {
     const bool is_ground = ((token->source & PUS_USER_ONBOARD) == 0U);
@@ -232,7 +236,8 @@ static uint32_t open_call_token(subsystem_t* const subsystem, const pus_token_t*
         return 0U;
     }
     uint32_t i = 0U;
-    while (subsystem->open_call_tokens[i] != NULL) { // The pool had a free block, so there is a free place.
+    // Ends, because a free block in the pool means a free place.
+    while (subsystem->open_call_tokens[i] != NULL) {
         i++;
         FSW_ASSERT(i < SUBSYSTEM_CALL_TOKENS);
     }
@@ -267,7 +272,7 @@ static pus_reply_t reply_of(subsystem_t* const subsystem, const status_t status,
         return pus_refused(PUS_FAILURE_STATE, function_id);
     case STATUS_OUT_OF_RANGE:
         return pus_refused(PUS_FAILURE_OUT_OF_RANGE, 0U);
-    case STATUS_BUSY: // Begun, and ended by an error that the function itself raised.
+    case STATUS_BUSY: // The function has begun, and an event that it raised has aborted it.
         return pus_failed(PUS_FAILURE_ABORTED, 0U);
     default:
         return pus_failed(PUS_FAILURE_DEVICE, (uint32_t)status);
@@ -301,7 +306,8 @@ static pus_reply_t perform_function(void* const context, const uint16_t index, c
     return reply_of(subsystem, status, call_token, function->id);
 }
 
-/// Offsets as a C compiler lays out the generated argument struct: each scalar aligned to its size.
+/// Make the table of functions and arguments. The offsets are those of the generated argument struct: the
+/// compiler aligns each scalar to its size.
 static void tabulate_functions(subsystem_t* const subsystem)
 {
     const subsystem_descriptor_t* const descriptor = subsystem->descriptor;
@@ -365,7 +371,7 @@ static bool may_change(const subsystem_t* const subsystem)
     return (subsystem->machine.state == STATE_OFFLINE) || (phase == PHASE_UNCONFIGURED);
 }
 
-/// Set up events and functions from their tables, with counters at zero.
+/// Initialise ST[05] and ST[08] from their tables, with counters at zero.
 static void init_tabulated(subsystem_t* const subsystem)
 {
     const pus_function_port_t functions = {subsystem, perform_function};
@@ -381,7 +387,8 @@ static void init_tabulated(subsystem_t* const subsystem)
                        sizeof subsystem->argument_area);
 }
 
-/// STATUS_OK, or the reason for which the old descriptor stays in force.
+/// Load the descriptor again and use it. If the status is not STATUS_OK, it says why the descriptor was
+/// refused.
 static status_t change_descriptor(subsystem_t* const subsystem)
 {
     const subsystem_descriptor_t* descriptor = NULL;
@@ -425,7 +432,8 @@ static pus_reply_t reload_descriptor(void* const context, const pus_token_t* con
     if (subsystem->has_reload) {
         return pus_refused(PUS_FAILURE_STATE, (uint32_t)subsystem->machine.state);
     }
-    if (!may_change(subsystem)) { // A file takes milliseconds to read: not while devices are controlled.
+    // Reading a file takes milliseconds, so the request waits while devices are controlled.
+    if (!may_change(subsystem)) {
         subsystem->has_reload = true;
         subsystem->reload     = *token;
         return pus_later();
@@ -436,7 +444,8 @@ static pus_reply_t reload_descriptor(void* const context, const pus_token_t* con
 
 // ---- Connection test: ST[17] ----
 
-/// A subsystem communicates only with the supervisor, which has sent the request.
+/// TC[17,3]: a subsystem communicates only with the supervisor, which has sent this request, so it can
+/// confirm only the supervisor and itself.
 static pus_reply_t connect(void* const context, const uint16_t apid, const pus_token_t* const token,
                            const uint64_t now_ns)
 {
@@ -508,7 +517,8 @@ status_t subsystem_restore(subsystem_t* const subsystem, const uint8_t table, co
     return STATUS_NOT_FOUND;
 }
 
-/// Add the services of the configuration, ST[17] and service 130, and those that the descriptor lists.
+/// Add the further services of the program, ST[17], service 130, and the services that the descriptor
+/// lists.
 static void add_further(subsystem_t* const subsystem)
 {
     const subsystem_services_t* const optional = &subsystem->config.optional;
@@ -519,11 +529,11 @@ static void add_further(subsystem_t* const subsystem)
         has_own_links |= (subsystem->config.services[i].type == PUS_SERVICE_RTLINK);
         has_own_test |= (subsystem->config.services[i].type == PUS_SERVICE_TEST);
     }
-    if (!has_own_test) { // The supervisor has its own.
+    if (!has_own_test) { // The supervisor passes its own ST[17].
         const pus_service_t test = pus_test_service(&subsystem->test);
         add(subsystem, &test);
     }
-    if (!has_own_links) { // The supervisor brings its own: it is the manager of the links.
+    if (!has_own_links) { // The supervisor passes its own service 130, because it manages the links.
         const pus_service_t links = pus_rtlink_service(&subsystem->rtlink);
         add(subsystem, &links);
     }
@@ -549,7 +559,7 @@ void subsystem_register_services(subsystem_t* const subsystem)
                                               subsystem_select_configuration, reload_descriptor, read_status};
     const pus_rtlink_port_t links          = subsystem_link_port(subsystem);
     const pus_test_port_t connection       = {subsystem, connect};
-    subsystem_create_guards(subsystem); // Services lock them from their own start on.
+    subsystem_create_guards(subsystem); // Services may lock the mutexes as soon as they are initialised.
     tabulate_functions(subsystem);
     tabulate_events(subsystem);
     pus_test_init(&subsystem->test, &connection);

@@ -50,7 +50,8 @@ static status_t run_software_deinit(subsystem_t* const subsystem)
 {
     const status_t status = call(subsystem->config.callbacks->software_deinit, subsystem->config.self);
     if (status != STATUS_BUSY) {
-        pus_hk_clear(&subsystem->housekeeping); // Structures made by request without a configuration.
+        // Removes structures that requests have created without a configuration.
+        pus_hk_clear(&subsystem->housekeeping);
         parameter_withdraw_all(&subsystem->dictionary);
     }
     return status;
@@ -87,19 +88,20 @@ static status_t perform(subsystem_t* const subsystem, const state_action_t actio
     }
 }
 
-/// An action that continues after a request or an event keeps its time-out: repeating a request does not
-/// extend the time-out.
+/// Start the time-out of a new action. An action that continues after a request or an event keeps its
+/// time-out, so that repeating a request does not extend it.
 static void start_action(subsystem_t* const subsystem)
 {
     const state_machine_t* const machine = &subsystem->machine;
-    if (machine->action != subsystem->started_action) { // Each action belongs to one state.
+    // Each action occurs in one state only, so a new action means a new start.
+    if (machine->action != subsystem->started_action) {
         subsystem->started_action  = machine->action;
         subsystem->is_action_fresh = true;
         subsystem->action_start_ns = subsystem->now_ns;
     }
 }
 
-/// Function commands still under way end when the hardware goes away.
+/// End the function commands that still run, because the devices are switched off.
 static void abort_call_tokens(subsystem_t* const subsystem)
 {
     for (uint32_t call_token = 1U; call_token <= SUBSYSTEM_CALL_TOKENS; call_token++) {
@@ -109,8 +111,9 @@ static void abort_call_tokens(subsystem_t* const subsystem)
     }
 }
 
-/// docs/states.md: devices that cannot be secured, and failures on the way down, are events; other failures
-/// end the request that led to them. STATE_TIMEOUT is the event's name in every descriptor.
+/// True if the failure of an action raises an event: devices cannot be secured, or the failure is on the
+/// way down. Other failures end the request that led to them (docs/states.md). The event is called
+/// STATE_TIMEOUT in every descriptor.
 static bool needs_event(const state_action_t action)
 {
     return (action == ACTION_SECURE) || (action == ACTION_POST) || (action == ACTION_HARDWARE_DEINIT) ||
@@ -129,7 +132,7 @@ static void end_action(subsystem_t* const subsystem, const state_action_t action
     if ((action == ACTION_POST) || ((action == ACTION_CONFIGURE) && (outcome != OUTCOME_DONE))) {
         subsystem_revoke_configuration(subsystem);
     }
-    subsystem_after_change(subsystem); // The transition is reported before the event.
+    subsystem_after_change(subsystem); // Report the transition before the event.
     if ((outcome != OUTCOME_DONE) && needs_event(action)) {
         subsystem_raise_named(subsystem, "STATE_TIMEOUT");
     }
@@ -141,7 +144,7 @@ void subsystem_run_action(subsystem_t* const subsystem)
     FSW_ASSERT(action != ACTION_NONE);
     const status_t status = perform(subsystem, action);
     if (subsystem->machine.action != action) {
-        return; // The action itself raised an error, which changed the state.
+        return; // The action has raised an event that changed the state.
     }
     subsystem->is_action_fresh = false;
     const uint64_t limit_ns = (uint64_t)subsystem->descriptor->timeout_us[subsystem->machine.state] * 1000U;
@@ -153,7 +156,7 @@ void subsystem_run_action(subsystem_t* const subsystem)
     } else if (is_late) {
         end_action(subsystem, action, OUTCOME_TIMEOUT);
     } else {
-        // It continues in the next cycle.
+        // The action continues in the next cycle.
     }
 }
 
@@ -191,7 +194,8 @@ void subsystem_after_change(subsystem_t* const subsystem)
         subsystem->started_action = ACTION_NONE;
     }
     report_transitions(subsystem);
-    if (subsystem->machine.state >= STATE_ERROR_OPERATIONAL) { // In error, or on the way down.
+    // ERROR_OPERATIONAL, or a state on the way down.
+    if (subsystem->machine.state >= STATE_ERROR_OPERATIONAL) {
         abort_call_tokens(subsystem);
     }
     if (subsystem->has_pending && (subsystem->machine.action == ACTION_NONE)) {
@@ -203,7 +207,7 @@ void subsystem_after_change(subsystem_t* const subsystem)
         (subsystem->machine.state == STATE_OFFLINE) ? subsystem->now_ns : subsystem->next_cycle_ns;
 }
 
-/// The request that was under way has been pre-empted.
+/// End the running request, if there is one, because another request or event has pre-empted it.
 static void supersede_pending(subsystem_t* const subsystem)
 {
     if (subsystem->has_pending) {
@@ -219,7 +223,8 @@ void subsystem_machine_event(subsystem_t* const subsystem, const state_event_t e
     }
     subsystem->last_code   = code;
     const bool was_pending = subsystem->has_pending;
-    subsystem->has_pending = false; // Its progress ends here; TM[129,2] comes first.
+    // Suppresses progress reports of the request while TM[129,2] is sent; the request ends afterwards.
+    subsystem->has_pending = false;
     subsystem_after_change(subsystem);
     subsystem->has_pending = was_pending;
     supersede_pending(subsystem);
@@ -227,7 +232,7 @@ void subsystem_machine_event(subsystem_t* const subsystem, const state_event_t e
 
 // ---- Requests ----
 
-/// The cycle runs at once when a transition begins in OFFLINE, else at its time.
+/// Make a request the pending one.
 static void take_on(subsystem_t* const subsystem, const pus_token_t* const token)
 {
     supersede_pending(subsystem);
@@ -267,7 +272,8 @@ pus_reply_t subsystem_request_state(void* const context, const pus_state_order_t
         return pus_refused(PUS_FAILURE_STATE, target);
     }
     take_on(subsystem, token);
-    pus_verify_started(&subsystem->process, token, now_ns); // Before the first transition.
+    // Must precede the reports of the first transition.
+    pus_verify_started(&subsystem->process, token, now_ns);
     (void)subsystem_request(subsystem, (state_t)target, (state_cause_t)order->cause);
     return pus_started();
 }

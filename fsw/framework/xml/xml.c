@@ -19,7 +19,7 @@ void xml_init(xml_parser_t* const parser, uint64_t* const arena, const size_t ar
     parser->arena = (xml_arena_t){.words = arena, .capacity = arena_words * sizeof(uint64_t)};
 }
 
-/// Keep the first error with its place, and stop expat.
+/// Store the first error with its position, and stop expat.
 static void refuse(xml_parser_t* const parser, const status_t status, const char* const message)
 {
     if (parser->status != STATUS_OK) {
@@ -108,7 +108,7 @@ static void XMLCALL on_doctype(void* const context, const XML_Char* const name, 
     refuse(context, STATUS_INVALID, "document type declarations are not allowed");
 }
 
-/// True for "UTF-8" in any case.
+/// True for "UTF-8" in upper or lower case.
 static bool is_utf8(const char* const encoding)
 {
     static const char wanted[] = "utf-8";
@@ -124,7 +124,7 @@ static void XMLCALL on_declaration(void* const context, const XML_Char* const ve
                                    const XML_Char* const encoding, const int standalone)
 {
     (void)standalone;
-    if (strcmp(version, "1.0") != 0) { // expat takes any.
+    if (strcmp(version, "1.0") != 0) { // expat accepts any version.
         refuse(context, STATUS_INVALID, "version is not 1.0");
     }
     if ((encoding != NULL) && !is_utf8(encoding)) {
@@ -156,8 +156,8 @@ status_t xml_begin(xml_parser_t* const parser, const xml_handler_t* const handle
     XML_Parser const expat = XML_ParserCreate_MM("UTF-8", &memory, NULL);
     parser->expat          = expat;
     if (expat != NULL) {
-        // A fixed salt: hashing must not differ from run to run; colliding names of a hostile document slow
-        // down only that document.
+        // The salt is fixed, so that hashing is the same in each run. A hostile document with colliding
+        // names slows down only its own parsing.
         (void)XML_SetHashSalt(expat, 1UL);
         XML_SetUserData(expat, parser);
         XML_SetElementHandler(expat, on_start, on_end);
@@ -171,7 +171,7 @@ status_t xml_begin(xml_parser_t* const parser, const xml_handler_t* const handle
     return parser->status;
 }
 
-/// Convert an error of expat to a status; a refusal of a handler is kept.
+/// Convert an error of expat to a status; an error that a handler has reported stays.
 static void take_error(xml_parser_t* const parser, const bool is_final)
 {
     const enum XML_Error code = XML_GetErrorCode(parser->expat);
@@ -206,7 +206,7 @@ status_t xml_feed(xml_parser_t* const parser, const void* const octets, const si
 {
     FSW_ASSERT((parser != NULL) && ((octets != NULL) || (size == 0U)));
     const uint8_t* const bytes = octets;
-    // expat keeps the incomplete token of the previous piece, so small pieces keep its buffer small.
+    // expat stores the incomplete token at the end of a piece; small pieces limit the size of its buffer.
     for (size_t done = 0U; (done < size) && (parser->status == STATUS_OK);) {
         const size_t piece = ((size - done) < PIECE_OCTETS) ? (size - done) : PIECE_OCTETS;
         if (piece > (XML_OCTETS_MAX - parser->octets)) {

@@ -6,7 +6,8 @@
 #include <stdbool.h>
 #include <string.h>
 
-#define HEADER_OCTETS 16U // Size of the block, and alignment for any type.
+// Room for the size of the block; also the alignment of blocks, which suits any type.
+#define HEADER_OCTETS 16U
 
 static __thread xml_arena_t* in_use; // MISRA deviation D-1.4, see the header.
 
@@ -29,7 +30,7 @@ void xml_arena_reset(xml_arena_t* const arena)
     arena->last = arena->used;
 }
 
-/// Octets of a block with its header, a multiple of the alignment; 0 if that is beyond any arena.
+/// Returns the octets of a block with its header, a multiple of the alignment; 0 if no arena is that large.
 static size_t footprint(const size_t octets)
 {
     return (octets > (SIZE_MAX / 2U))
@@ -75,7 +76,7 @@ void* xml_arena_resize(void* const block, const size_t octets)
         return block;
     }
     if ((uint8_t*)block == at(arena, arena->last + HEADER_OCTETS)) {
-        arena->used = arena->last; // The newest block grows in place: its content stays where it is.
+        arena->used = arena->last; // The newest block grows in place; its content is not moved.
         if (!has_room(arena, whole)) {
             arena->used = arena->last + footprint(before);
             return NULL;
@@ -96,6 +97,7 @@ void xml_arena_give(void* const block)
     xml_arena_t* const arena = in_use;
     FSW_ASSERT(arena != NULL);
     if ((block != NULL) && ((uint8_t*)block == at(arena, arena->last + HEADER_OCTETS))) {
-        arena->used = arena->last; // The newest block; older ones are released with the whole arena.
+        // Only the newest block is freed; older ones are freed with the whole arena.
+        arena->used = arena->last;
     }
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Memory functions that expat calls, all out of one arena. Internal to xml/.
+/// Memory functions that expat calls; they allocate from one arena. Internal to xml/.
 ///
-/// expat's functions have no context pointer, so the arena in use is named around each call into expat:
-/// xml_arena_enter, the call, xml_arena_leave. MISRA deviation D-1.4: the name is the only writable object of
-/// static storage in the framework; it belongs to one thread and is null outside those calls.
+/// expat's functions have no context pointer, so each call of expat is enclosed by xml_arena_enter, which
+/// selects the arena, and xml_arena_leave. MISRA deviation D-1.4: the pointer to the selected arena is the
+/// only writable object of static storage in the framework; each thread has its own, which is null outside
+/// these calls.
 #ifndef FSW_FRAMEWORK_XML_XML_ARENA_H
 #define FSW_FRAMEWORK_XML_XML_ARENA_H
 

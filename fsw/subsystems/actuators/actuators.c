@@ -7,9 +7,9 @@
 #include "fsw/drives/drives_homing.h"
 #include "pus/core/tailoring.h"
 
-typedef struct { // Places in the parameters that devices have taken.
+typedef struct { // Numbers of elements of the parameters that the devices so far use.
     uint16_t axes;
-    uint16_t values[2]; // Inputs, outputs.
+    uint16_t values[2]; // Numbers of inputs and outputs.
 } places_t;
 
 #define INPUTS 0U
@@ -38,7 +38,8 @@ static void watch_home(actuators_t* const own)
     } else if (status == STATUS_INVALID) {
         end_home(own, PUS_FAILURE_DEVICE, node);
     } else {
-        // No axis searches its reference, or a search continues. It ends when an axis leaves operation.
+        // No axis searches its reference, or a search continues. The search ends when an axis leaves
+        // operation.
     }
 }
 
@@ -49,14 +50,15 @@ static bool is_operational(const actuators_t* const own)
     return (subsystem_state(own->generic) == STATE_OPERATIONAL) && (own->drives.activity == DRIVES_ENGAGED);
 }
 
-/// The next point on the way to the target.
+/// Returns the next point on the way to the target, at most `step` away.
 static double approach(const double from, const double to, const double step)
 {
     const double away = to - from;
     return from + ((away > step) ? step : ((away < -step) ? -step : away));
 }
 
-/// An axis in CSV moves with VELOCITY as long as it is in OPERATIONAL; each operation begins at rest.
+/// Command VELOCITY to an axis in CSV while the subsystem is OPERATIONAL; otherwise set VELOCITY to 0, so
+/// that each operation begins at rest.
 static void command_velocity(actuators_t* const own, canopen_cia402_axis_t* const axis, const uint16_t place)
 {
     if (!is_operational(own)) {
@@ -73,7 +75,7 @@ static void serve_axis(actuators_t* const own, canopen_cia402_axis_t* const axis
     values->position[place]   = canopen_cia402_axis_position_rad(axis);
     values->torque[place]     = canopen_cia402_axis_torque_nm(axis);
     values->statusword[place] = axis->statusword;
-    if (!is_operational(own)) { // The motion begins at the present position.
+    if (!is_operational(own)) { // The next motion begins at the present position.
         own->reference_rad[place]     = values->position[place];
         own->parameters.target[place] = values->position[place];
     }
@@ -99,7 +101,7 @@ static void serve_values(actuators_t* const own, canopen_device_t* const device,
     }
 }
 
-/// Mode of a device of the applied configuration.
+/// Mode of operation of a device of the applied configuration.
 static int mode_of(const actuators_t* const own, const uint16_t position)
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(own->generic);

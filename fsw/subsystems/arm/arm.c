@@ -41,7 +41,8 @@ static void take_parameters(arm_t* const arm)
 static void take_ports(arm_t* const arm, const descriptor_configuration_t* const configuration)
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(arm->generic);
-    arm->is_telepresence = (configuration->port_count > 0U); // All ports are used or none, see fits.
+    // `fits` has checked that a configuration has either all ports or none.
+    arm->is_telepresence = (configuration->port_count > 0U);
     for (uint16_t i = 0U; i < configuration->port_count; i++) {
         const descriptor_port_t* const port = &descriptor->ports[configuration->first_port + i];
         if (port->is_provided) {
@@ -57,7 +58,7 @@ static status_t configure(void* const self, const descriptor_configuration_t* co
     arm_t* const arm                               = self;
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(arm->generic);
     const descriptor_device_t* const first         = &descriptor->devices[configuration->first_device];
-    // All devices have the same mode, see fits.
+    // `fits` has checked that all devices have the same mode of operation.
     arm->is_torque_mode = (drives_mode(descriptor, first) == CIA402_MODE_CST);
     take_parameters(arm);
     take_ports(arm, configuration);
@@ -66,8 +67,8 @@ static status_t configure(void* const self, const descriptor_configuration_t* co
     return drives_configure(arm, configuration);
 }
 
-/// Limits act at once; the model is settled when a configuration is applied. With new settings a hand takes
-/// over again, from the present pose.
+/// Apply new parameters. Limits act immediately; the model changes only when a configuration is applied.
+/// With new settings of telepresence, the hand is coupled again at the present pose.
 static void parameter_set(void* const self, const uint32_t parameter_id)
 {
     arm_t* const arm = self;
@@ -90,8 +91,8 @@ static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const 
 typedef struct {
     const char* name;
     uint16_t arguments;
-    uint16_t each[3];  // Values of an argument for each joint ..
-    uint16_t fixed[3]; // .. and in addition; all are DOUBLE.
+    uint16_t each[3];  // Number of values of an argument for each joint.
+    uint16_t fixed[3]; // Number of additional values; all are DOUBLE.
 } function_row_t;
 
 static const function_row_t functions[] = {
@@ -132,8 +133,8 @@ static bool function_fits(const subsystem_descriptor_t* const descriptor,
     return true;
 }
 
-/// HAND_POSITION: two angles of the hand. ROBOT_STATE: the offset of the tool as angles of the hand, and its
-/// force as torques.
+/// Check a port. HAND_POSITION has two angles of the hand; ROBOT_STATE has the offset of the tool as angles
+/// of the hand, and the force on the tool as torques.
 static bool port_fits(const subsystem_descriptor_t* const descriptor, const descriptor_port_t* const port,
                       subsystem_misfit_t* const out_misfit)
 {
@@ -175,12 +176,12 @@ static uint16_t largest_capacity(const uint8_t service_type)
         return ARM_STATISTICS;
     case PUS_SERVICE_MEMORY:
         return ARM_MEMORY_OPERATIONS;
-    default: // ST[12]; a descriptor lists no other one.
+    default: // ST[12]; the reader of descriptors admits no other service.
         return ARM_MONITORS;
     }
 }
 
-/// The program has the storage of arm.h for the services.
+/// Check that the capacities of the services fit the storage that arm.h defines.
 static bool services_fit(const subsystem_descriptor_t* const descriptor, subsystem_misfit_t* const out_misfit)
 {
     for (uint16_t i = 0U; i < descriptor->service_count; i++) {

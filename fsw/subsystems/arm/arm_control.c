@@ -7,7 +7,7 @@
 #include <stddef.h>
 
 #define FRICTION_SPEED_RAD_S                                                                                 \
-    0.02 // Below this the compensation of Coulomb friction goes linearly through zero.
+    0.02 // Speed below which the compensation of Coulomb friction is proportional to the speed.
 
 void arm_control_init(arm_control_t* const control)
 {
@@ -40,7 +40,7 @@ void arm_control_sense(arm_control_t* const control, const arm_setup_t* const se
     arm_kinematics(setup->model, control->link_rad, &control->kinematics);
 }
 
-/// A torque within the limit of its joint.
+/// Limit a torque to the range of its joint, and count the limitation.
 static double limited(arm_control_t* const control, const arm_setup_t* const setup, const unsigned joint,
                       const double wanted_nm)
 {
@@ -70,7 +70,7 @@ void arm_control_hold(arm_control_t* const control, const arm_setup_t* const set
     control->tool_error = (arm_twist_t){.linear_m_s = {{0.0}}};
 }
 
-/// Torque of a motor against friction in the gear, for a desired speed.
+/// Torque of a motor that compensates the friction in the gear at a desired speed.
 static double friction_of(const arm_setup_t* const setup, const unsigned joint, const double speed_rad_s)
 {
     const arm_drive_values_t* const drives = &setup->parameters->drives;
@@ -89,7 +89,7 @@ static void fade(arm_control_t* const control, const arm_setup_t* const setup)
     }
 }
 
-/// Compute the error from the measured pose of the tool to its pose in the desired motion.
+/// Compute the displacement from the measured pose of the tool to the desired one.
 static void compare_tool(arm_control_t* const control, const arm_setup_t* const setup,
                          const arm_motion_t* const desired)
 {
@@ -124,7 +124,7 @@ void arm_control_step(arm_control_t* const control, const arm_setup_t* const set
     }
 }
 
-/// Force and moment of the tool's springs and dampers.
+/// Compute force and moment of the virtual springs and dampers of the tool.
 static void tool_wrench(const arm_control_t* const control, const arm_setup_t* const setup,
                         const arm_jacobian_t* const jacobian, const arm_motion_t* const desired,
                         double out_wrench[6])
@@ -147,7 +147,9 @@ void arm_control_comply(arm_control_t* const control, const arm_setup_t* const s
     FSW_ASSERT((control != NULL) && (setup != NULL) && (desired != NULL));
     const unsigned joint_count = setup->model->joint_count;
     arm_motion_t motion =
-        *desired; // At the measured positions: a force may have moved the tool away from its path.
+        // Desired velocities and accelerations at the measured positions, because a force may have moved the
+        // tool away from its path.
+        *desired;
     for (unsigned i = 0U; i < joint_count; i++) {
         motion.position_rad[i] = control->link_rad[i];
     }

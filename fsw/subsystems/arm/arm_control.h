@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Control of an arm: from sensors and desired motion to the commands of the drives.
+/// Control law of an arm: computes the commands of the drives from sensors and desired motion.
 ///
-/// Each cycle calls arm_control_sense, then _hold (actuators off: engaging makes no step), _step or _comply.
+/// Each cycle calls arm_control_sense, then _hold (actuators off: engaging causes no step), _step or _comply.
 ///
 ///     motor target  th_d = q_d + tau / K + offset       tau: inverse dynamics of the desired motion
 ///     feed-forward  u_ff = tau + J a_d + friction(v_d)
@@ -9,8 +9,8 @@
 ///     compliant     u    = u_ff(q) + G (t_j - torque)
 ///                   t_j  = tau(q) + bias + Jac^T (Kt e + Dt (t_d - t)) - Dj v
 ///
-/// offset, bias: differences from the model at engagement, which decay. e, t: displacement of the tool from
-/// its desired pose, and its velocity.
+/// offset, bias: differences from the model at engagement, which decay. e: displacement of the tool to its
+/// desired pose; t: velocity of the tool.
 ///
 /// Ownership  The caller places arm_control_t.
 /// Context    One task. O(joints).
@@ -32,7 +32,7 @@ typedef struct {
 typedef struct { // Read-only outside.
     bool is_started;
     double motor_rad[ARM_JOINTS_MAX];
-    double torque_nm[ARM_JOINTS_MAX]; ///< Sensor, raw.
+    double torque_nm[ARM_JOINTS_MAX]; ///< Torque sensor, without correction.
     double link_rad[ARM_JOINTS_MAX];
     control_tracker_t motor[ARM_JOINTS_MAX]; ///< Velocity of the motor angle.
     arm_kinematics_t kinematics;             ///< Kinematics at link_rad.
@@ -41,19 +41,19 @@ typedef struct { // Read-only outside.
     double bias_nm[ARM_JOINTS_MAX];
     double motor_target_rad[ARM_JOINTS_MAX];
     double feed_forward_nm[ARM_JOINTS_MAX];
-    double command_nm[ARM_JOINTS_MAX]; ///< Torque mode.
+    double command_nm[ARM_JOINTS_MAX]; ///< Commands of torque mode.
     uint32_t limited;                  ///< Torque commands cut at their limits [commands, wraps].
 } arm_control_t;
 
 void arm_control_init(arm_control_t* control);
-/// Take in motor angles and joint torques.
+/// Process the measured motor angles and joint torques.
 void arm_control_sense(arm_control_t* control, const arm_setup_t* setup,
                        const double motor_rad[ARM_JOINTS_MAX], const double torque_nm[ARM_JOINTS_MAX]);
-/// Commands that hold the present pose.
+/// Compute commands that hold the present pose.
 void arm_control_hold(arm_control_t* control, const arm_setup_t* setup);
-/// Commands for a desired motion.
+/// Compute commands for a desired motion.
 void arm_control_step(arm_control_t* control, const arm_setup_t* setup, const arm_motion_t* desired);
-/// The same with a tool that yields; command_nm only.
+/// Compute command_nm for a desired motion with a compliant tool. The other commands are not computed.
 void arm_control_comply(arm_control_t* control, const arm_setup_t* setup, const arm_motion_t* desired);
 
 #endif // FSW_SUBSYSTEMS_ARM_ARM_CONTROL_H

@@ -46,7 +46,8 @@ void arm_sense(void* const self)
                                                                  sizeof arm->hand_rad) == STATUS_OK);
 }
 
-/// Commands of this cycle: those of the desired motion, or while the actuators are off of the present pose.
+/// Compute the commands of this cycle: for the desired motion, or for the present pose while the actuators
+/// are off.
 static void compute(arm_t* const arm, const arm_setup_t* const setup)
 {
     if (arm->drives.activity != DRIVES_ENGAGED) {

@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-#define TARE_RAD_S 10.0 // Corner of the low-pass of the zero.
+#define TARE_RAD_S 10.0 // Corner frequency of the low-pass that learns the zero.
 #define LEVER_M 0.01    // Shorter lever arms do not determine a force.
 
 void arm_force_init(arm_force_t* const force)
@@ -39,8 +39,8 @@ static arm_vector_t force_of(const arm_jacobian_t* const jacobian, const unsigne
                            arm_dot(row[0], arm_cross(row[1], right)) / determinant}};
 }
 
-/// Update the zero of a joint. It is limited to a share of the torque limit, because a larger torque is that
-/// of a contact.
+/// Update the zero of a joint. It is limited to a share of the torque limit, because a larger torque means a
+/// contact.
 static void learn_zero(arm_force_t* const force, const arm_setup_t* const setup, const unsigned joint,
                        const double difference_nm)
 {
@@ -52,7 +52,7 @@ static void learn_zero(arm_force_t* const force, const arm_setup_t* const setup,
         control_settle(force->zero_nm[joint] + (gain * (offset_nm - force->zero_nm[joint])));
 }
 
-/// Angles, velocities and accelerations of the links, as tracked.
+/// Update the trackers; returns the tracked angles, velocities and accelerations of the links.
 static arm_motion_t track(arm_force_t* const force, const arm_setup_t* const setup,
                           const arm_control_t* const control)
 {
@@ -70,7 +70,7 @@ static arm_motion_t track(arm_force_t* const force, const arm_setup_t* const set
     return motion;
 }
 
-/// One step of a low-pass of second order, which lags like the acceleration of the trackers.
+/// One step of a low-pass of second order, which has the same lag as the acceleration of the trackers.
 static void low_pass(arm_force_t* const force, const unsigned joint, const double gain,
                      const double sample_nm)
 {

@@ -4,11 +4,11 @@
 ///     tau    = M(q) a - low-pass(sensor - zero - h(q, v))     torques that the environment gives the joints
 ///     J^T F  = tau in the least squares                       J: of the position of the tool
 ///
-/// a is the acceleration of a tracker of the link angles with the bandwidth of the low-pass: both lag
-/// alike. h: gravity, centrifugal and Coriolis torques. What acts is taken to be a force at the tool,
-/// without a moment; a direction in which no joint has a lever of 1 cm is not felt. While the actuators
-/// are off, the arm learns the zero of the sensors, up to a limit: if it touches something, it feels what
-/// is beyond the limit.
+/// a is the acceleration of a tracker of the link angles with the bandwidth of the low-pass: both have the
+/// same lag. h: gravity, centrifugal and Coriolis torques. The environment is assumed to act by a force at
+/// the tool, without a moment; no force is estimated in directions in which no joint has a lever arm of 1
+/// cm. While the actuators are off, the zero of the sensors is learned, up to a limit: if the arm then
+/// touches an object, only the part of the force beyond the limit is estimated.
 ///
 /// Ownership  The caller places arm_force_t.
 /// Context    One task.
@@ -24,13 +24,13 @@ typedef struct { // Read-only outside.
     bool is_started;
     double zero_nm[ARM_JOINTS_MAX];
     control_tracker_t link[ARM_JOINTS_MAX];
-    double first_nm[ARM_JOINTS_MAX]; ///< Low-pass of second order: first stage ..
-    double slow_nm[ARM_JOINTS_MAX];  ///< .. and second.
-    arm_vector_t force_n;            ///< On the tool, in the axes of the base.
+    double first_nm[ARM_JOINTS_MAX]; ///< Low-pass of second order: first stage.
+    double slow_nm[ARM_JOINTS_MAX];  ///< Second stage.
+    arm_vector_t force_n;            ///< Force on the tool, in the axes of the base.
 } arm_force_t;
 
 void arm_force_init(arm_force_t* force);
-/// Take in the sensors of `control`. `is_at_rest`: the actuators are off, learn the zero.
+/// Process the sensors of `control`. `is_at_rest`: the actuators are off, so the zero is learned.
 void arm_force_sense(arm_force_t* force, const arm_setup_t* setup, const arm_control_t* control,
                      bool is_at_rest);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Function commands of the arm, and the motion that they ask for.
+// Function commands of the arm, and the motions that they start.
 #include "fsw/subsystems/arm/arm_internal.h"
 
 #include "base/assertion.h"
@@ -9,13 +9,13 @@
 #include <stddef.h>
 #include <string.h>
 
-/// Failure code of a motion that is refused: the descriptor names its reasons by the same numbers.
+/// Failure code of a refused motion; the descriptor lists the reasons with the same numbers.
 static uint16_t code_of(const arm_refusal_t refusal)
 {
     return (uint16_t)(PUS_FAILURE_OWN + (unsigned)refusal.reason);
 }
 
-/// Joint that a refused or ended motion concerns, from 1; 0: none.
+/// Joint that is the cause of a refused or ended motion, from 1; 0: none.
 static uint32_t joint_of(const arm_refusal_t refusal)
 {
     const bool has_joint = (refusal.reason == ARM_REFUSAL_POSITION) || (refusal.reason == ARM_REFUSAL_SPEED);
@@ -40,7 +40,7 @@ static void begin_path(arm_t* const arm, const arm_path_t* const path)
     arm->is_moving   = true;
 }
 
-/// Part of the check of a line; then the line begins, or is refused.
+/// Continue the check of a line. When the check has ended, begin the line or refuse it.
 static void check_line(arm_t* const arm)
 {
     arm_refusal_t refusal = {ARM_REFUSAL_NONE, 0U};
@@ -54,7 +54,7 @@ static void check_line(arm_t* const arm)
     }
 }
 
-/// A round of the plan of a trajectory; then it begins.
+/// Continue to plan a trajectory. When the plan is complete, begin the trajectory.
 static void plan_trajectory(arm_t* const arm)
 {
     const status_t status = arm_trajectory_plan(&arm->trajectory, &arm->limits);
@@ -65,11 +65,11 @@ static void plan_trajectory(arm_t* const arm)
     } else if (status != STATUS_BUSY) {
         end_move(arm, code_of((arm_refusal_t){ARM_REFUSAL_POINTS, 0U}), 0U);
     } else {
-        // The plan continues in the next cycle.
+        // Planning continues in the next cycle.
     }
 }
 
-/// A line that cannot be followed further: the joints brake from where they are.
+/// End a line that cannot be followed further: the joints brake from their present positions.
 static void abort_line(arm_t* const arm, const arm_refusal_t refusal)
 {
     uint8_t octets[2];
@@ -102,7 +102,7 @@ void arm_motion_step(arm_t* const arm, const double period_s)
         arm_path_rest(&arm->path, &arm->model, &arm->motion);
         end_move(arm, arm->is_stopping ? PUS_FAILURE_ABORTED : PUS_FAILURE_NONE, 0U);
     } else {
-        // In motion, or at rest.
+        // The motion continues, or the arm is at rest.
     }
 }
 
@@ -110,7 +110,8 @@ void arm_abandon(void* const self)
 {
     FSW_ASSERT(self != NULL);
     arm_t* const arm = self;
-    for (unsigned i = 0U; i < arm->model.joint_count; i++) { // At rest where the arm is.
+    // The desired motion becomes rest at the present position.
+    for (unsigned i = 0U; i < arm->model.joint_count; i++) {
         arm->motion.position_rad[i]        = arm->control.link_rad[i];
         arm->motion.velocity_rad_s[i]      = 0.0;
         arm->motion.acceleration_rad_s2[i] = 0.0;
@@ -122,7 +123,7 @@ void arm_abandon(void* const self)
 
 // ---- Functions ----
 
-/// Values of an argument.
+/// Returns the values of an argument.
 static const double* argument_of(const arm_t* const arm, const subsystem_function_t* const function,
                                  const descriptor_function_t* const described, const unsigned index)
 {
@@ -168,7 +169,7 @@ static status_t line_to(arm_t* const arm, const subsystem_function_t* const func
     return STATUS_BUSY;
 }
 
-/// Also while the arm moves: the points are those of the next trajectory.
+/// Add a point to the next trajectory; this is possible even while the arm moves.
 static status_t add_point(arm_t* const arm, const subsystem_function_t* const function,
                           const descriptor_function_t* const described)
 {
@@ -213,7 +214,7 @@ static status_t stop(arm_t* const arm)
     return STATUS_OK;
 }
 
-/// From rest only.
+/// Begin a motion, if the arm is at rest.
 static status_t begin_motion(arm_t* const arm, const subsystem_function_t* const function,
                              const descriptor_function_t* const described)
 {
@@ -238,7 +239,7 @@ status_t arm_perform(void* const self, const subsystem_function_t* const functio
     if (described == NULL) {
         return STATUS_NOT_FOUND;
     }
-    if (arm->is_telepresence) { // The hand leads.
+    if (arm->is_telepresence) { // The hand controls the motion.
         return STATUS_FORBIDDEN;
     }
     if (strcmp(described->name, "STOP") == 0) {

@@ -110,7 +110,7 @@ arm_rotation_t arm_rotation_of_rpy(const double rpy_rad[3])
     return arm_product(&yaw, &inner);
 }
 
-/// `to` times the transpose of `from`.
+/// Returns `to` times the transpose of `from`.
 static arm_rotation_t quotient(const arm_rotation_t* const from, const arm_rotation_t* const to)
 {
     arm_rotation_t turn;
@@ -126,8 +126,8 @@ static arm_rotation_t quotient(const arm_rotation_t* const from, const arm_rotat
 arm_vector_t arm_rotation_between(const arm_rotation_t* const from, const arm_rotation_t* const to)
 {
     FSW_ASSERT((from != NULL) && (to != NULL));
-    // The quaternion that belongs to the turn: 4 q q^T is known in all its elements, and the row with the
-    // largest diagonal element is taken, so that no small number is divided by.
+    // Find the quaternion q of the rotation. All elements of 4 q q^T are known; the row with the largest
+    // diagonal element is used, to avoid a division by a small number.
     const arm_rotation_t turn  = quotient(from, to);
     const double x             = turn.at[0][0];
     const double y             = turn.at[1][1];
@@ -144,7 +144,7 @@ arm_vector_t arm_rotation_between(const arm_rotation_t* const from, const arm_ro
     for (unsigned i = 1U; i < 4U; i++) {
         row = (product[i][i] > product[row][row]) ? i : row;
     }
-    // Of the two quaternions of one attitude, take the shorter turn.
+    // q and -q are the same rotation; use the one with the smaller angle.
     const double sign      = (product[row][0] < 0.0) ? -1.0 : 1.0;
     const arm_vector_t v   = arm_times(arm_vector(&product[row][1]), sign);
     const double sine      = arm_length(v);

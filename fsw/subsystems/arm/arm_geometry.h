@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Vectors, rotations and poses in three dimensions.
 ///
-/// A rotation has the axes of the inner frame as its columns: v_outer = rotation v_inner.
+/// The columns of a rotation are the axes of the inner frame: v_outer = rotation v_inner.
 ///
 /// Context    Any, no state.
 /// Time       O(1).
@@ -30,15 +30,15 @@ arm_vector_t arm_cross(arm_vector_t a, arm_vector_t b);
 double arm_dot(arm_vector_t a, arm_vector_t b);
 double arm_length(arm_vector_t a);
 
-/// Inner to outer frame, and back.
+/// Convert a vector from the inner to the outer frame, and back.
 arm_vector_t arm_rotated(const arm_rotation_t* rotation, arm_vector_t inner);
 arm_vector_t arm_rotated_back(const arm_rotation_t* rotation, arm_vector_t outer);
 arm_rotation_t arm_product(const arm_rotation_t* outer, const arm_rotation_t* inner);
 arm_pose_t arm_composed(const arm_pose_t* outer, const arm_pose_t* inner);
 
-/// About an axis of length 1.
+/// Rotation about an axis of length 1.
 arm_rotation_t arm_rotation_about(arm_vector_t axis, double angle_rad);
-/// Roll, pitch and yaw: about the fixed axes x, y and z, in that order (as in URDF).
+/// Rotation of roll, pitch and yaw: about the fixed axes x, y and z, in that order (as in URDF).
 arm_rotation_t arm_rotation_of_rpy(const double rpy_rad[3]);
 /// Rotation vector (axis times angle, 0 to pi) that turns `from` into `to`, in the outer frame [rad].
 arm_vector_t arm_rotation_between(const arm_rotation_t* from, const arm_rotation_t* to);

@@ -7,12 +7,14 @@
 #include <math.h>
 #include <stddef.h>
 
-#define KEEPING_1_S 20.0    // Rate at which deviations from the kept part of the pose decay.
-#define JOINTS_OF_A_POSE 6U // Joints that can keep an orientation while they move the tool.
-#define MARGIN_RAD 1.0e-4   // Distance from the end of its range at which a joint stops.
-#define CREEP_RAD_S 1.0e-7  // A joint that hardly takes part in a motion does not stop it.
-#define NEARING_1_S 4.0     // Rate at which the arm may near the limit of singular poses.
-#define BRAKING_SHARE 0.5   // Share of the acceleration limit with which a joint brakes before its end.
+#define KEEPING_1_S 20.0 // Rate at which deviations from the kept part of the pose decay.
+// Number of joints that an arm needs to keep an orientation while it moves the tool.
+#define JOINTS_OF_A_POSE 6U
+#define MARGIN_RAD 1.0e-4 // Distance from the end of its range at which a joint stops.
+// Smallest speed limit of a joint: a joint that hardly takes part in a motion must not stop it.
+#define CREEP_RAD_S 1.0e-7
+#define NEARING_1_S 4.0   // Rate at which the arm may approach the limit of singular poses.
+#define BRAKING_SHARE 0.5 // Share of the acceleration limit with which a joint brakes before its end.
 
 static arm_vector_t normalized(const arm_vector_t vector)
 {
@@ -39,7 +41,7 @@ void arm_hand_begin(arm_hand_t* const hand, const arm_model_t* const model, cons
 
 // ---- Goal ----
 
-/// Neither infinite nor not a number.
+/// True if a number is neither infinite nor NaN.
 static bool is_finite(const double value)
 {
     return (value - value) == 0.0;
@@ -78,10 +80,10 @@ typedef struct {
     arm_kinematics_t kinematics;
     arm_jacobian_t jacobian;
     double offset_m[ARM_HAND_AXES];
-    arm_twist_t deviation; ///< From the tool to the pose that it has to keep.
+    arm_twist_t deviation; ///< Displacement from the tool to the pose that it must keep.
 } place_t;
 
-/// Where a pose of the joints puts the tool.
+/// Compute the place of the tool for a pose of the joints.
 static place_t place_of(const arm_hand_t* const hand, const arm_hand_setup_t* const setup,
                         const double position_rad[ARM_JOINTS_MAX])
 {
@@ -104,8 +106,8 @@ static place_t place_of(const arm_hand_t* const hand, const arm_hand_setup_t* co
     return place;
 }
 
-/// Next speed of the tool in one direction: as a critically damped system, within the limits of the tool, and
-/// not faster than it can brake before the goal.
+/// Next speed of the tool in one direction: that of a critically damped system, within the limits of the
+/// tool, and so slow that the tool can brake before the goal.
 static double next_speed(const arm_hand_setup_t* const setup, const double left_m, const double speed_m_s)
 {
     const double omega        = setup->settings.bandwidth_rad_s;
@@ -120,7 +122,7 @@ static double next_speed(const arm_hand_setup_t* const setup, const double left_
     return control_settle(speed_m_s + control_clamp(change, -step, step));
 }
 
-/// Velocity of the tool that leads it towards the goal and back to the pose that it keeps.
+/// Velocity that moves the tool towards the goal, and back to the pose that it must keep.
 static arm_twist_t wanted_twist(const arm_hand_t* const hand, const arm_hand_setup_t* const setup,
                                 const place_t* const place, const arm_motion_t* const motion)
 {
@@ -143,7 +145,8 @@ static arm_twist_t wanted_twist(const arm_hand_t* const hand, const arm_hand_set
 
 // ---- Joints ----
 
-/// Time in which all joints can brake from these rates to rest, so that the tool keeps its direction.
+/// Time that all joints need to brake from these rates to rest together, so that the tool keeps its
+/// direction.
 static double braking_time(const arm_hand_setup_t* const setup, const double rate_rad_s[ARM_JOINTS_MAX])
 {
     double least_s = setup->period_s;
@@ -166,7 +169,7 @@ static double braking_speed(const arm_limits_t* const limits, const unsigned joi
     return (square > (CREEP_RAD_S * CREEP_RAD_S)) ? sqrt(square) : CREEP_RAD_S;
 }
 
-/// Scale all rates down by what the joint that is closest to its limits needs.
+/// Scale all rates down by the same factor, so that no joint exceeds its limits.
 static arm_hand_state_t limit_rates(const arm_hand_setup_t* const setup, const arm_motion_t* const motion,
                                     double rate_rad_s[ARM_JOINTS_MAX])
 {
@@ -188,7 +191,7 @@ static arm_hand_state_t limit_rates(const arm_hand_setup_t* const setup, const a
     return state;
 }
 
-/// Part of the way from the present velocities to these that the accelerations allow.
+/// Change the velocities towards these rates, as far as the accelerations permit.
 static void approach(const arm_hand_setup_t* const setup, const double rate_rad_s[ARM_JOINTS_MAX],
                      arm_motion_t* const motion)
 {
@@ -206,7 +209,7 @@ static void approach(const arm_hand_setup_t* const setup, const double rate_rad_
     }
 }
 
-/// Rates of the joints for a velocity of the tool. Returns the smallest singular value.
+/// Compute the rates of the joints for a velocity of the tool. Returns the smallest singular value.
 static double rates_of(const arm_hand_setup_t* const setup, const arm_jacobian_t* const jacobian,
                        const arm_twist_t* const twist, double out_rate_rad_s[ARM_JOINTS_MAX])
 {
@@ -215,8 +218,8 @@ static double rates_of(const arm_hand_setup_t* const setup, const arm_jacobian_t
     return arm_inverse(&settings, jacobian, setup->model->joint_count, twist, out_rate_rad_s);
 }
 
-/// Share of these rates with which the smallest singular value falls slowly enough: the arm comes to rest
-/// before it is singular.
+/// Factor for these rates with which the smallest singular value decreases so slowly that the arm comes to
+/// rest before it is singular.
 static double singular_share(const arm_hand_setup_t* const setup, const arm_motion_t* const motion,
                              const double smallest, const double rate_rad_s[ARM_JOINTS_MAX])
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Shared by the source files of the arm; private to them.
+/// Functions that only the source files of the arm share.
 #ifndef FSW_SUBSYSTEMS_ARM_ARM_INTERNAL_H
 #define FSW_SUBSYSTEMS_ARM_ARM_INTERNAL_H
 
@@ -9,7 +9,7 @@
 void arm_sense(void* self);
 void arm_cycle(void* self);
 
-/// arm_functions.c: function commands, and the motion they ask for.
+/// arm_functions.c: function commands, and the motions that they start.
 status_t arm_perform(void* self, const subsystem_function_t* function);
 /// Compute the next point of the desired motion; complete its function command at the last point.
 void arm_motion_step(arm_t* arm, double period_s);

@@ -7,16 +7,16 @@
 #include <stddef.h>
 
 #define DIRECTIONS 6U
-#define FLOOR 1.0e-12 // Keeps the factors of a singular matrix positive.
-// Steps of the inverse iteration; few suffice, because singular values of an arm lie far apart.
+#define FLOOR 1.0e-12 // Smallest pivot, which keeps the factors of a singular matrix positive.
+// Steps of the inverse iteration; few are sufficient, because the singular values of an arm differ much.
 #define ITERATIONS 6U
 
-typedef struct { // The smaller of J J^T and J^T J: both have the same singular values.
+typedef struct { // J J^T or J^T J, whichever is smaller; their nonzero eigenvalues are the same.
     unsigned size;
     double at[DIRECTIONS][DIRECTIONS];
 } square_t;
 
-/// Lower Cholesky factor of matrix + shift.
+/// Compute the lower Cholesky factor of matrix + shift.
 static void factorize(const square_t* const matrix, const double shift, square_t* const out_factor)
 {
     out_factor->size = matrix->size;
@@ -49,10 +49,12 @@ static void solve(const square_t* const factor, double x[DIRECTIONS])
     }
 }
 
-/// Smallest singular value of the Jacobian, from above, by inverse iteration.
+/// Estimate the smallest singular value of the Jacobian by inverse iteration; the estimate is not below the
+/// true value.
 static double smallest_singular_value(const square_t* const factor)
 {
-    static const double start[DIRECTIONS] = {0.51, -0.43, 0.37, 0.31, -0.41, 0.39}; // No symmetry of an arm.
+    // Not perpendicular to an axis of symmetry of an arm.
+    static const double start[DIRECTIONS] = {0.51, -0.43, 0.37, 0.31, -0.41, 0.39};
     double x[DIRECTIONS];
     double growth = 1.0;
     for (unsigned i = 0U; i < DIRECTIONS; i++) {
@@ -78,12 +80,12 @@ static double smallest_singular_value(const square_t* const factor)
 
 typedef struct {
     const arm_jacobian_t* jacobian;
-    unsigned directions; // Rows of the Jacobian that count.
+    unsigned directions; // Number of rows of the Jacobian that are used.
     unsigned joint_count;
-    bool is_wide; // Not fewer joints than directions.
+    bool is_wide; // There are at least as many joints as directions.
 } problem_t;
 
-/// Element of J J^T, or of J^T J.
+/// Returns an element of J J^T or J^T J.
 static double element(const problem_t* const problem, const unsigned row, const unsigned column)
 {
     const arm_jacobian_t* const jacobian = problem->jacobian;
@@ -96,7 +98,7 @@ static double element(const problem_t* const problem, const unsigned row, const 
     return sum;
 }
 
-/// Transposed Jacobian times a vector.
+/// Multiply the transposed Jacobian by a vector.
 static void transposed_times(const problem_t* const problem, const double direction[DIRECTIONS],
                              double* const out)
 {

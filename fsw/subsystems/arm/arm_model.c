@@ -5,7 +5,7 @@
 
 #include <stddef.h>
 
-/// Pose of link i in the previous one.
+/// Pose of a link relative to the previous link.
 static arm_pose_t pose_in_previous(const arm_link_t* const link, const double angle_rad)
 {
     if (link->is_prismatic) {
@@ -50,15 +50,15 @@ void arm_jacobian(const arm_model_t* const model, const arm_kinematics_t* const 
 // ---- Dynamics: all vectors of link i are in its own axes ----
 
 typedef struct {
-    arm_pose_t pose; // In the previous link.
+    arm_pose_t pose; // Pose relative to the previous link.
     arm_vector_t rate;
     arm_vector_t angular_acceleration;
     arm_vector_t acceleration; // Acceleration of the frame's origin, minus gravity.
-    arm_vector_t force;        // On the link, through its joint.
+    arm_vector_t force;        // Force on the link through its joint.
     arm_vector_t moment;
 } body_t;
 
-/// Acceleration of a point of a body, from that of the origin of its frame.
+/// Acceleration of a point of a body, computed from the acceleration of the origin of its frame.
 static arm_vector_t acceleration_at(const body_t* const body, const arm_vector_t point)
 {
     const arm_vector_t tangential  = arm_cross(body->angular_acceleration, point);
@@ -66,7 +66,8 @@ static arm_vector_t acceleration_at(const body_t* const body, const arm_vector_t
     return arm_sum(body->acceleration, arm_sum(tangential, centripetal));
 }
 
-/// Motion of a link from that of the previous one, and the force and moment that this motion needs.
+/// Compute the motion of a link from the motion of the previous link, and the force and moment that this
+/// motion needs.
 static void forward_recursion(const arm_link_t* const link, const body_t* const previous,
                               const arm_motion_t* const motion, const unsigned joint, body_t* const body)
 {
@@ -101,7 +102,7 @@ void arm_inverse_dynamics(const arm_model_t* const model, const arm_motion_t* co
 {
     FSW_ASSERT((model != NULL) && (motion != NULL));
     body_t bodies[ARM_JOINTS_MAX];
-    // Gravity acts like a base that accelerates upwards.
+    // Gravity has the same effect as a base that accelerates upwards.
     const body_t base = {.acceleration = arm_times(model->gravity_m_s2, -1.0)};
     for (unsigned i = 0U; i < model->joint_count; i++) {
         forward_recursion(&model->link[i], (i == 0U) ? &base : &bodies[i - 1U], motion, i, &bodies[i]);

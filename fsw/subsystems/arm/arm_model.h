@@ -22,26 +22,27 @@ typedef struct {
     arm_pose_t origin;
     arm_vector_t axis; ///< Unit vector.
     double mass_kg;
-    arm_vector_t centre_m;       ///< Centre of mass in the link's frame.
-    arm_rotation_t inertia_kgm2; ///< About the centre of mass, in the axes of the link; no rotation.
+    arm_vector_t centre_m; ///< Centre of mass in the link's frame.
+    /// Inertia about the centre of mass, in the axes of the link. (A symmetric matrix, not a rotation.)
+    arm_rotation_t inertia_kgm2;
     bool is_prismatic;
 } arm_link_t;
 
 typedef struct {
     unsigned joint_count; ///< 1 to ARM_JOINTS_MAX.
     arm_link_t link[ARM_JOINTS_MAX];
-    arm_pose_t tool;           ///< In the last link.
-    arm_vector_t gravity_m_s2; ///< In the axes of the base.
+    arm_pose_t tool;           ///< Pose of the tool relative to the last link.
+    arm_vector_t gravity_m_s2; ///< Gravity in the axes of the base.
 } arm_model_t;
 
-typedef struct { // All in the frame of the base.
+typedef struct { // Poses and axes in the frame of the base.
     arm_pose_t link[ARM_JOINTS_MAX];
     arm_vector_t axis[ARM_JOINTS_MAX];
     arm_pose_t tool;
 } arm_kinematics_t;
 
 /// Velocities of the tool for velocities of the joints: rows 0 to 2 linear [m], rows 3 to 5 angular [1], in
-/// the axes of the base; of a prismatic joint [1] and 0.
+/// the axes of the base; for a prismatic joint, linear [1], and angular 0.
 typedef struct {
     double at[6][ARM_JOINTS_MAX];
 } arm_jacobian_t;
@@ -56,8 +57,8 @@ void arm_kinematics(const arm_model_t* model, const double angle_rad[ARM_JOINTS_
                     arm_kinematics_t* out_kinematics);
 void arm_jacobian(const arm_model_t* model, const arm_kinematics_t* kinematics, arm_jacobian_t* out_jacobian);
 
-/// Torques of the joints that move the arm like this (recursive Newton-Euler method) [Nm]. Without velocities
-/// and accelerations they are those that hold it against gravity.
+/// Compute the torques of the joints that produce a motion (recursive Newton-Euler method) [Nm]. Without
+/// velocities and accelerations they are the torques that hold the arm against gravity.
 void arm_inverse_dynamics(const arm_model_t* model, const arm_motion_t* motion,
                           double out_torque_nm[ARM_JOINTS_MAX]);
 

@@ -9,18 +9,18 @@
 typedef struct {
     const char* name;
     value_type_t type;
-    uint16_t each;  // Values for each joint ..
-    uint16_t fixed; // .. and in addition.
-    size_t offset;  // In the structure of its parameter.
+    uint16_t each;  // Number of values for each joint.
+    uint16_t fixed; // Number of additional values.
+    size_t offset;  // Offset in the structure of the parameter.
 } field_row_t;
 
 typedef struct {
     const char* name;
-    size_t offset; // In arm_parameters_t.
+    size_t offset; // Offset in arm_parameters_t.
     size_t size;
     const field_row_t* rows;
     uint16_t count;
-    uint16_t optional; // The last fields, which a descriptor may omit.
+    uint16_t optional; // Number of fields at the end that a descriptor may omit.
 } parameter_row_t;
 
 #define FIELD(structure, name, type, each, fixed, member)                                                    \
@@ -144,7 +144,7 @@ unsigned arm_joint_count(const subsystem_descriptor_t* const descriptor)
     return (descriptor->configuration_count > 0U) ? descriptor->configurations[0].device_count : 0U;
 }
 
-/// Values of a field.
+/// Number of values of a field.
 static unsigned count_of(const field_row_t* const row, const unsigned joint_count)
 {
     return (row->each * joint_count) + row->fixed;
@@ -194,7 +194,8 @@ static bool parameter_fits(const subsystem_descriptor_t* const descriptor, const
     return true;
 }
 
-/// Number behind the name of a field and one underscore: "TORQUE_2" of "TORQUE" is 2. 0: another name.
+/// Returns the number behind the name of a field and an underscore: 2 for "TORQUE_2" and the field "TORQUE".
+/// 0 if the name has another form.
 static unsigned number_behind(const char* const name, const char* const field)
 {
     const size_t length = strlen(field);
@@ -212,7 +213,8 @@ static unsigned number_behind(const char* const name, const char* const field)
     return number;
 }
 
-/// Field of CUR_VALUES of which a parameter is one value, and the place of that value; NULL: none.
+/// Find the field of CUR_VALUES of which a parameter is a single value, and the offset of that value; NULL
+/// if there is none.
 static const field_row_t* source_of(const descriptor_parameter_t* const parameter, const unsigned joint_count,
                                     size_t* const out_offset)
 {
@@ -228,7 +230,7 @@ static const field_row_t* source_of(const descriptor_parameter_t* const paramete
     return NULL;
 }
 
-/// A parameter that is none of the structures.
+/// Check a parameter that is not one of the structures.
 static bool scalar_fits(const subsystem_descriptor_t* const descriptor,
                         const descriptor_parameter_t* const parameter, subsystem_misfit_t* const out_misfit)
 {
@@ -259,7 +261,7 @@ static bool is_structure(const char* const name)
     return false;
 }
 
-/// All parameters but the structures, which have been checked.
+/// Check all parameters that are not structures.
 static bool scalars_fit(const subsystem_descriptor_t* const descriptor, subsystem_misfit_t* const out_misfit)
 {
     for (uint16_t i = 0U; i < descriptor->parameter_count; i++) {
@@ -288,7 +290,7 @@ bool arm_parameters_fit(const subsystem_descriptor_t* const descriptor, subsyste
 
 // ---- Definitions ----
 
-/// Define a structure with its fields behind those already used. Returns how many fields there are then.
+/// Define a structure; its fields follow those already defined. Returns the new number of fields.
 static uint16_t define_structure(arm_definitions_t* const definitions, const parameter_row_t* const row,
                                  const descriptor_parameter_t* const parameter, const unsigned joint_count,
                                  const uint16_t used)

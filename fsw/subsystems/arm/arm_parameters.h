@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Parameters of the subsystem ARM. Their names, types and order are fixed; how many joints an arm has is the
-/// number of devices of its configurations, and the lengths of the lists in its descriptor follow from that.
-/// No header is generated for an arm: its descriptor is checked here instead, when the program starts.
-/// Single values of CUR_VALUES may be parameters of their own, for services that take scalars only: TORQUE_2
-/// is the second value of TORQUE.
+/// Parameters of the subsystem ARM. Their names, types and order are fixed. The number of joints of an arm
+/// is the number of devices of its configurations; it determines the lengths of the lists in the descriptor.
+/// No header is generated for an arm; instead its descriptor is checked here when the program starts. Single
+/// values of CUR_VALUES may also be separate parameters, for services that accept scalars only: TORQUE_2 is
+/// the second value of TORQUE.
 ///
 /// Ownership  The caller places the structures.
 /// Context    Any.
@@ -29,8 +29,8 @@ typedef struct { // CUR_VALUES
     double desired_rad[ARM_JOINTS_MAX];
     double tool_position_m[3];
     double tool_rotation_rad[3]; ///< Rotation vector in the frame of the base.
-    double tool_error[2];        ///< Measured from the desired pose [m, rad].
-    double tool_force_n[3];      ///< On the tool, in the axes of the base.
+    double tool_error[2];        ///< Distance and angle between the measured and the desired pose [m, rad].
+    double tool_force_n[3];      ///< Force on the tool, in the axes of the base.
     uint16_t statusword[ARM_JOINTS_MAX];
 } arm_cur_values_t;
 
@@ -55,11 +55,13 @@ typedef struct { // CONTROL, settable
     double fade_time;
     double singular_limit;
     double singular_damping;
-    bool is_compliant; ///< In torque mode the tool is held by springs and dampers, not the joints.
+    /// In torque mode, virtual springs and dampers hold the tool; the joints are not position-controlled.
+    bool is_compliant;
     double tool_stiffness[6];
     double tool_damping[6];
     double joint_damping;
-    double torque_gain; ///< Gain of measured joint torques, while the tool yields: 1 + gain divides friction.
+    /// Gain of the feedback of joint torques while the tool is compliant; it divides friction by 1 + gain.
+    double torque_gain;
 } arm_control_values_t;
 
 typedef struct { // GEOMETRY
@@ -68,7 +70,8 @@ typedef struct { // GEOMETRY
     double axis[3U * ARM_JOINTS_MAX];
     double tool[3];
     double tool_rpy[3];
-    bool is_prismatic[ARM_JOINTS_MAX]; ///< Without this member in the descriptor, all joints turn.
+    /// If the descriptor does not have this member, all joints are revolute.
+    bool is_prismatic[ARM_JOINTS_MAX];
 } arm_geometry_values_t;
 
 typedef struct { // MASSES
@@ -79,8 +82,8 @@ typedef struct { // MASSES
 } arm_mass_values_t;
 
 typedef struct {                          // DRIVES
-    double rotor_inertia[ARM_JOINTS_MAX]; ///< On the side of the joint.
-    double stiffness[ARM_JOINTS_MAX];     ///< Gear and torque sensor; 0: rigid.
+    double rotor_inertia[ARM_JOINTS_MAX]; ///< Inertia of the rotor, referred to the joint side of the gear.
+    double stiffness[ARM_JOINTS_MAX];     ///< Stiffness of gear and torque sensor; 0: rigid.
     double coulomb[ARM_JOINTS_MAX];
     double viscous[ARM_JOINTS_MAX];
 } arm_drive_values_t;
@@ -104,13 +107,13 @@ typedef struct {          // TELEPRESENCE, settable
     double bandwidth;
     double force_scale;
     double force_bandwidth;
-    double tare_limit; ///< Share of the torque limit of a joint.
+    double tare_limit; ///< Largest zero of a torque sensor, as a share of the torque limit of the joint.
 } arm_telepresence_values_t;
 
 typedef struct { // HAND
     double position_rad[ARM_HAND_AXES];
-    double offset_m[ARM_HAND_AXES]; ///< Desired, from the pose in which the arm was engaged.
-    uint8_t state;                  ///< arm_hand_state_t
+    double offset_m[ARM_HAND_AXES]; ///< Desired offset from the pose in which the hand was coupled.
+    uint8_t state;                  ///< State of the hand (arm_hand_state_t).
 } arm_hand_values_t;
 
 typedef struct {
@@ -125,10 +128,10 @@ typedef struct {
     arm_hand_values_t hand;
 } arm_parameters_t;
 
-#define ARM_PARAMETERS 9U         ///< Structures.
-#define ARM_SCALARS 48U           ///< At most, in addition: single values of CUR_VALUES.
-#define ARM_FIELDS 66U            ///< Fields of all structures together.
-#define ARM_PARAMETER_COUNTERS 6U ///< Places in the definitions.
+#define ARM_PARAMETERS 9U         ///< Number of structures.
+#define ARM_SCALARS 48U           ///< Largest number of additional scalars: single values of CUR_VALUES.
+#define ARM_FIELDS 66U            ///< Number of fields of all structures together.
+#define ARM_PARAMETER_COUNTERS 6U ///< Indices in the definitions.
 #define ARM_PARAMETER_TELEPRESENCE 7U
 
 typedef struct { // Private.
@@ -138,15 +141,16 @@ typedef struct { // Private.
     size_t places[ARM_PARAMETERS + ARM_SCALARS];
 } arm_definitions_t;
 
-/// Joints of the arm of a descriptor; 0 if it has no configuration.
+/// Returns the number of joints of the arm; 0 if the descriptor has no configuration.
 unsigned arm_joint_count(const subsystem_descriptor_t* descriptor);
-/// True if the descriptor has exactly these parameters, and single values of CUR_VALUES; else *out_misfit is
-/// the first difference.
+/// True if the descriptor has exactly these parameters, and possibly single values of CUR_VALUES; otherwise
+/// *out_misfit is the first difference.
 bool arm_parameters_fit(const subsystem_descriptor_t* descriptor, subsystem_misfit_t* out_misfit);
-/// Definitions of the parameters of a descriptor that fits; their storage is an arm_parameters_t.
+/// Make the definitions of the parameters of a descriptor that has been accepted; their storage is an
+/// arm_parameters_t.
 void arm_definitions_make(arm_definitions_t* definitions, const subsystem_descriptor_t* descriptor);
 
-/// The model of the arm and the limits of its motions from the parameters.
+/// Compute the model of the arm, and the limits of its motions, from the parameters.
 void arm_model_of_parameters(const arm_parameters_t* parameters, unsigned joint_count,
                              arm_model_t* out_model);
 void arm_limits_of_parameters(const arm_parameters_t* parameters, unsigned joint_count,
