@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The light station in a browser, beside a flight by the wall clock: what the page shows of telecommands, refusals, hand and lost link.
 
-UPDATE_PICTURES=1 writes the picture of the README again."""
+UPDATE_PICTURES=1 writes the pictures of README and docs again."""
 
+import io
 import json
 import os
 import re
 import signal
 import subprocess
+import sys
 
 import flying
 import pytest
@@ -19,6 +21,8 @@ WITHOUT_SCREEN = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "
 AXE = flying.ROOT / "build" / "station" / "node_modules" / "axe-core" / "axe.min.js"
 LIMIT_MS = flying.MOMENT_S * 1000
 PICTURE = flying.ROOT / "docs" / "images" / "telepresence.png"
+FILM = flying.ROOT / "docs" / "images" / "telepresence.webp"
+FILM_S = [20 + n * 0.25 for n in range(40)] + [43 + n * 0.25 for n in range(24)]  # contour, then spring
 REPORT_OCTETS = 1_200_000
 SEND = "station-work button.go"  # The time line has such a button, too: that of a replay, hidden in a flight.
 SIZES = {"laptop": (1440, 900), "tablet": (1024, 768), "phone": (390, 844)}
@@ -381,6 +385,29 @@ def test_a_report_moves_a_free_body(browser, hangar):
         assert not faults
 
 
+def write_film(browser, folder):
+    """Film of the page that replays a flight: four pictures for each second of it, played twice as fast."""
+    from PIL import Image  # Only this function needs it.
+
+    words = [sys.executable, "-m", "hirosco_gse.station", "--replay", folder, "--http-port", "0"]
+    station = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
+    try:
+        address = re.search(r"http://127\.0\.0\.1:\d+/", station.stdout.readline()).group()
+        with browser.new_context(viewport={"width": 1440, "height": 900}, color_scheme="dark") as context:
+            page = context.new_page()
+            page.goto(f"{address}?replay")
+            until(page, "Boolean(window.station?.replay?.film)")
+            pictures = []
+            for seconds in FILM_S:
+                page.evaluate("seconds => station.replay.seek(seconds)", seconds)
+                page.wait_for_timeout(100)  # For the scene and the charts to be drawn.
+                pictures.append(Image.open(io.BytesIO(page.screenshot())).convert("RGB").resize((1080, 675), Image.LANCZOS))
+    finally:
+        station.send_signal(signal.SIGINT)
+        station.wait(flying.MOMENT_S)
+    pictures[0].save(FILM, save_all=True, append_images=pictures[1:], duration=125, loop=0, quality=60, method=4)
+
+
 def test_a_report_is_one_file(browser, fleet, hangar):
     """Nothing is loaded but the file itself; film and figures are there, and both sizes and themes are accessible."""
     flight = fleet.flight(again=1, report="yes")
@@ -404,6 +431,8 @@ def test_a_report_is_one_file(browser, fleet, hangar):
         assert page.evaluate("station.scene.arm.brakes.map((brake) => brake.isHeld)") == [True, True]
         page.evaluate("station.replay.seek(26)")
         page.screenshot(path=str(PICTURE if os.environ.get("UPDATE_PICTURES") else hangar / "report-dark.png"))
+        if os.environ.get("UPDATE_PICTURES"):
+            write_film(browser, flight.folder)
         page.evaluate(AXE.read_text(encoding="utf-8"))
         found = page.evaluate("axe.run(document, {runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'best-practice']})")
         assert not [f"{rule['id']}: {rule['nodes'][0]['html']}" for rule in found["violations"] if rule["impact"] in ("serious", "critical")]
