@@ -17,7 +17,7 @@ compile-commands: $(GENERATED)
 
 CHECKS := check-format check-gcc check-clang check-analyzer check-tidy check-misra check-complexity check-layers \
           check-worlds check-symbols check-text check-spelling check-links check-python check-page coverage
-.PHONY: $(CHECKS) check-misra-all check-mutants check-fuzz mutants flight-objects tidied coverage-tests
+.PHONY: $(CHECKS) check-misra-all check-mutants check-fuzz mutants flight-objects test-objects tidied coverage-tests
 check: build/setup/check
 	+@$(MAKE) --no-print-directory -k $(CHECKS) && echo 'check: all passed'
 check-full: check build/setup/full
@@ -29,7 +29,11 @@ check-format: build/setup/check
 check-gcc: build/setup/check
 	$(PARALLEL) CC=gcc programs tests benches && echo 'check: no warning from gcc'
 check-clang: build/setup/check
-	$(PARALLEL) CC=clang programs tests benches && echo 'check: no warning from clang'
+	$(PARALLEL) CC=clang OPTIMIZE=-O0 programs test-objects && echo 'check: no warning from clang'
+# Warnings of clang do not depend on the optimization, nor on the link of each test, which gcc does.
+test-objects: $(call objects,$(sort $(TESTS) $(foreach t,$(TESTS),$(call fixtures,$t)) \
+                              $(wildcard test/bench/*.c test/support/*.c)))
+	@:
 check-analyzer: build/setup/check
 	$(PARALLEL) ANALYZE=1 flight-objects && echo 'check: the analyzer of gcc finds nothing'
 flight-objects: $(call objects,$(filter-out sim/%,$(SOURCES)))

@@ -28,19 +28,20 @@ OPTIMIZE += -Wa,-mbranches-within-32B-boundaries
 OPTIMIZE += -mprfchw
 endif
 ifdef SANITIZE
-OPTIMIZE := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all -DRESOURCE_CHECKS
+# The reports of these variants name functions and lines: -g1 has both.
+OPTIMIZE := -O1 -g1 -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all -DRESOURCE_CHECKS
 endif
 ifdef TSAN
-OPTIMIZE := -O1 -g -fno-omit-frame-pointer -fsanitize=thread -DTHREAD_CHECKS
+OPTIMIZE := -O1 -g1 -fno-omit-frame-pointer -fsanitize=thread -DTHREAD_CHECKS
 endif
 ifdef ANALYZE
-OPTIMIZE := -O0 -g -fanalyzer
+OPTIMIZE := -O0 -fanalyzer
 endif
 ifdef COVERAGE
-OPTIMIZE := -O0 -g --coverage -fprofile-update=atomic
+OPTIMIZE := -O0 --coverage -fprofile-update=atomic
 endif
 ifdef FUZZ # With CC=clang.
-OPTIMIZE := -O1 -g -fno-omit-frame-pointer -fsanitize=fuzzer-no-link,address,undefined,float-cast-overflow \
+OPTIMIZE := -O1 -g1 -fno-omit-frame-pointer -fsanitize=fuzzer-no-link,address,undefined,float-cast-overflow \
             -fno-sanitize-recover=all
 endif
 CFLAGS   := -std=c99 $(WARNINGS) $(OPTIMIZE) -ffp-contract=off

@@ -3,7 +3,7 @@
 once.
 
 New inputs are drawn for a number of seconds, or, with a seed, follow from it: then their number is fixed
-(runs.txt, about 20 s of each target), the time only bounds the run on a slow machine, and two runs do the
+(runs.txt has that of 20 s of each target), the time only bounds the run on a slow machine, and two runs do the
 same.
 
 Prints one line for each target (runs, runs a second, features, new units) and `N passed, M failed`. Failing

@@ -20,6 +20,7 @@ from place import ARITHMETIC, PYTHON
 
 HERE = range(180)
 THERE = range(17660, 17680)  # Each carrier has a member's death and a pulled plug in operation.
+THERE_QUICK = (17660, 17668, 17669, 17671, 17677)  # Each carrier once. The others are long: the micro-VM takes 8 s for each.
 AT_ONCE = min(2, len(os.sched_getaffinity(0)))
 THERE_S = 6000
 APIDS = {"joystick": 17, "manipulator": 16}
@@ -193,6 +194,24 @@ def judge_pull(case, end, facts, drives, packets):
 
 # --- flights ----------------------------------------------------------------------------------------------------------------
 
+def is_in_operation(case):
+    begin, end = deaths.ENABLED_US
+    return begin <= case.time_us <= end
+
+
+def first_of_each():
+    """The first number of each fault in operation, and of each at another time: the quick ones of HERE."""
+    found = {}
+    for number in HERE:
+        case = deaths.drawn(number)
+        found.setdefault((case.fault, is_in_operation(case)), number)
+    return set(found.values())
+
+
+def with_the_rest_long(numbers, quick):
+    return [number if number in quick else pytest.param(number, marks=pytest.mark.long) for number in numbers]
+
+
 def asked(request, test):
     """Numbers that this session flies."""
     return [item.callspec.params["number"] for item in request.session.items if item.name.startswith(f"{test}[")]
@@ -225,13 +244,13 @@ def ended(request, tmp_path_factory, undisturbed):
         pool.shutdown(cancel_futures=True)
 
 
-@pytest.mark.parametrize("number", HERE, ids=lambda number: str(deaths.drawn(number)))
+@pytest.mark.parametrize("number", with_the_rest_long(HERE, first_of_each()), ids=lambda number: str(deaths.drawn(number)))
 def test_death_on_shared_memory(ended, number):
     ended[number].result()
 
 
 @pytest.mark.timeout(THERE_S + 300)
-@pytest.mark.parametrize("number", THERE, ids=lambda number: str(deaths.drawn(number, True)))
+@pytest.mark.parametrize("number", with_the_rest_long(THERE, THERE_QUICK), ids=lambda number: str(deaths.drawn(number, True)))
 def test_death_on_real_buses(request, place, undisturbed, number):
     numbers = asked(request, "test_death_on_real_buses")
     group = place.group("deaths", f"{PYTHON} {deaths.PROGRAM} {' '.join(map(str, numbers))}", seconds=THERE_S)
@@ -242,13 +261,16 @@ def test_death_on_real_buses(request, place, undisturbed, number):
 
 
 def test_every_process_is_killed_and_every_device_is_unplugged():
-    """The numbers cover all kinds, also while all drives are in operation."""
-    cases = [deaths.drawn(number) for number in HERE]
+    """The numbers cover all kinds, also while all drives are in operation; so do those that are not long, but for each carrier
+    they have a death or a pulled plug."""
+    cases = [deaths.drawn(number) for number in first_of_each()]
     expected = {f"kill {name}" for name in (*deaths.PROCESSES, *deaths.IN_IMAGE)} | set(deaths.PULLS)
-    begin, end = deaths.ENABLED_US
     assert {case.fault for case in cases} == expected
-    assert {case.fault for case in cases if begin <= case.time_us <= end} == expected
+    assert {case.fault for case in cases if is_in_operation(case)} == expected
     for carrier in deaths.CARRIERS:
         met = [case for case in (deaths.drawn(number, True) for number in THERE)
-               if case.options[2:] == carrier and begin <= case.time_us <= end]
+               if case.options[2:] == carrier and is_in_operation(case)]
         assert [case for case in met if case.victim in APIDS] and [case for case in met if case.fault in deaths.PULLS[:-1]]
+    quick = [deaths.drawn(number, True) for number in THERE_QUICK]
+    assert {case.options[2:] for case in quick} == set(deaths.CARRIERS) and all(map(is_in_operation, quick))
+    assert {case.victim in APIDS for case in quick} == {True, False}

@@ -25,6 +25,8 @@ TIPC_TESTS = ("contract/osal/posix/test_tipc", "contract/osal/posix/test_network
 REACTION_US = 5000
 REPEATS = 5
 CASES = [case for case in places.cases(PROGRAM) if case != "repeats_give_one_sum"]
+# In each run also over TIPC; the others only over UDP, and over TIPC with LONG=1: the micro-VM takes 20 s and more for each.
+OVER_TIPC = ("two_nodes_fly_as_one_image", "unplug_between_nodes")
 DRIVES = 4
 ENVIRONMENT = "PYTHONPYCACHEPREFIX=$PWD/build/pycache"
 
@@ -49,11 +51,13 @@ def udp(place, hil_folder, two_readers):
 
 
 @pytest.fixture(scope="session")
-def tipc(place, two_readers):
+def tipc(request, place, two_readers):
     """The group over TIPC, and before it the C tests, whose results are in $OUT/c-tests."""
+    asked = {item.callspec.params["case"] for item in request.session.items if item.name.startswith("test_over_tipc[")}
+    names = " ".join(case for case in CASES if case in {*asked, "unplug_between_nodes"})
     programs = " ".join(f"build/test/{name}" for name in TIPC_TESTS)
     tests = f'for test in {programs}; do $test >"$OUT/$(basename $test).txt" 2>&1; echo "$test $?" >>"$OUT/c-tests"; done; '
-    return place.group("nodes-tipc", f"{tests} {two_readers} {places.PYTHON} {PROGRAM} tipc", GROUP_SECONDS)
+    return place.group("nodes-tipc", f"{tests} {two_readers} {places.PYTHON} {PROGRAM} tipc {names}", GROUP_SECONDS)
 
 
 @pytest.mark.timeout(GROUP_SECONDS)
@@ -63,7 +67,7 @@ def test_over_udp(udp, case):
 
 
 @pytest.mark.timeout(GROUP_SECONDS)
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", [case if case in OVER_TIPC else pytest.param(case, marks=pytest.mark.long) for case in CASES])
 def test_over_tipc(tipc, case):
     tipc.check(case)
 

@@ -234,16 +234,16 @@ def test_error_in_a_scenario_is_reported_with_its_line(folder, form, line, words
     flying.assert_clean(flight)
 
 
-def test_two_runs_at_once(hangar, fleet):
+def test_two_runs_at_once(hangar):
     """The runs take different ports, and each has the same octets as alone."""
-    options = ("--scenario", "telepresence", "--form", "processes")
+    options = ("--scenario", "hil", "--form", "processes")
     pair = [flying.start(hangar / f"pair-{seed}", *options, "--seed", seed) for seed in (1, 2)]
     for flight in pair:
         flight.wait()
         assert flight.code == 0, flight.told()
     assert pair[0].port() != pair[1].port()
     for seed, flight in zip((1, 2), pair):
-        alone = fleet.flight(form="processes", seed=seed)
+        alone = flying.fly(hangar / f"alone-{seed}", *options, "--seed", seed)
         for name in (*flying.TRACED, "truth.lcm"):
             assert flight.octets(name) == alone.octets(name), f"{name} of seed {seed}"
         flying.assert_clean(flight)

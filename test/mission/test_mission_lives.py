@@ -200,7 +200,7 @@ def test_a_start_that_does_not_join_is_ended_and_time_continues(folder):
     _assert_gone(flight)
 
 
-@pytest.mark.parametrize("kind", ["real", "free"])
+@pytest.mark.parametrize("kind", ["real", pytest.param("free", marks=pytest.mark.long)])  # Ten seconds of wall-clock time.
 def test_no_process_waits_for_a_start_in_real_time(folder, kind):
     """The others answer meanwhile; the life is ended, and the next life answers."""
     flight = flying.start(folder / "run", "--time", kind, "--scenario", "none", binaries=_programs(folder))

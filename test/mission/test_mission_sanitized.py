@@ -14,7 +14,7 @@ pytestmark = pytest.mark.skipif(not (SANITIZED / "hirosco").exists(), reason="no
 
 
 @pytest.mark.parametrize("form", ["image", "processes"])
-@pytest.mark.parametrize("scenario", ["commissioning", "standalone", "telepresence"])
+@pytest.mark.parametrize("scenario", ["commissioning", "standalone", "hil", pytest.param("telepresence", marks=pytest.mark.long)])
 def test_flight_without_a_report(folder, fleet, form, scenario):
     options = ("--scenario", scenario, "--form", form)
     flight = flying.fly(folder, *options, binaries=SANITIZED, environment=ENVIRONMENT)
@@ -26,8 +26,8 @@ def test_flight_without_a_report(folder, fleet, form, scenario):
     flying.assert_clean(flight)
 
 
-@pytest.mark.parametrize("links", ["udp"])
-def test_udp_links_without_a_report(folder, links):
-    flight = flying.fly(folder, "--scenario", "telepresence", "--links", links, binaries=SANITIZED, environment=ENVIRONMENT)
+@pytest.mark.parametrize("scenario", ["hil", pytest.param("telepresence", marks=pytest.mark.long)])
+def test_udp_links_without_a_report(folder, scenario):
+    flight = flying.fly(folder, "--scenario", scenario, "--links", "udp", binaries=SANITIZED, environment=ENVIRONMENT)
     assert not REPORT.search(flight.console + flight.output), flight.told()
     assert flight.code == 0, flight.told()

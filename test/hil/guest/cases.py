@@ -10,6 +10,7 @@ import os
 import pathlib
 import signal
 import sys
+import time
 import traceback
 
 SECONDS = 900  # Ends waits without end only: an emulated machine on a busy host is slow.
@@ -27,6 +28,7 @@ def run(names, seconds=SECONDS):
     with open(pathlib.Path(os.environ["OUT"]) / "results.jsonl", "w") as results:
         for name, function in functions.items():
             signal.alarm(seconds)
+            began = time.monotonic()
             try:
                 function()
                 passed, message = True, ""
@@ -35,5 +37,5 @@ def run(names, seconds=SECONDS):
             signal.alarm(0)
             failed += not passed
             print(json.dumps({"case": name, "passed": passed, "message": message}), file=results, flush=True)
-            print(f"{name}: {'passed' if passed else 'FAILED'}", flush=True)
+            print(f"{name}: {'passed' if passed else 'FAILED'}  {time.monotonic() - began:.1f} s", flush=True)
     sys.exit(1 if failed or not functions else 0)
