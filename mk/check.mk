@@ -16,13 +16,14 @@ compile-commands: $(GENERATED)
 	    separator=','; done >build/compile_commands.json && printf '\n]\n' >>build/compile_commands.json
 
 CHECKS := check-format check-gcc check-clang check-analyzer check-tidy check-misra check-complexity check-layers \
-          check-worlds check-symbols check-text check-spelling check-links check-python check-page coverage
+          check-worlds check-symbols check-text check-spelling check-links check-python check-page \
+          check-proofs coverage
 .PHONY: $(CHECKS) check-misra-all check-mutants check-fuzz mutants flight-objects test-objects tidied coverage-tests
 check: build/setup/check
 	+@$(MAKE) --no-print-directory -k $(CHECKS) && echo 'check: all passed'
 check-full: check build/setup/full
-	+@$(MAKE) --no-print-directory -k check-misra-all check-fuzz check-mutants check-flights check-times && \
-	    echo 'check-full: all passed'
+	+@$(MAKE) --no-print-directory -k check-misra-all check-all-proofs check-fuzz check-mutants check-flights \
+	    check-times && echo 'check-full: all passed'
 
 check-format: build/setup/check
 	@clang-format --dry-run -Werror $(C_FILES) && echo 'check: format is right'

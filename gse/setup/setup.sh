@@ -6,10 +6,11 @@
 #   build   the programs              run     a flight: Python packages    unit    C tests
 #   clang   data races, fuzz targets  s390x   big-endian programs          pytest  tests in Python
 #   docs    the documentation         test    tests of whole programs      hil     the micro-VM
-#   check   analysers                 station packages of the web page     full    all of them, and Yamcs
+#   check   analysers                 station packages of the web page     proofs  the model checker CBMC
+#   full    all of them, and Yamcs
 set -eu
 
-level=${1:?usage: setup.sh build|run|unit|clang|pytest|s390x|docs|station|test|hil|check|full}
+level=${1:?usage: setup.sh build|run|unit|clang|pytest|s390x|docs|station|test|hil|proofs|check|full}
 here=gse/setup
 case $level in
 build) levels='build' ;;
@@ -20,8 +21,9 @@ s390x) levels='build unit s390x' ;;
 pytest) levels='build run unit pytest' ;;
 test) levels='build run unit clang pytest docs station test' ;;
 hil) levels='build run unit clang pytest docs station test hil' ;;
-check) levels='build run unit clang pytest check' ;;
-full) levels='build run unit clang s390x pytest docs station test hil check full' ;;
+proofs) levels='build proofs' ;;
+check) levels='build run unit clang pytest proofs check' ;;
+full) levels='build run unit clang s390x pytest docs station test hil proofs check full' ;;
 *) echo "setup: unknown level '$level'" >&2 && exit 2 ;;
 esac
 
@@ -85,6 +87,9 @@ if has station; then
 fi
 if has s390x; then
     sh "$here/expat_s390x.sh" || failed=1
+fi
+if has proofs; then
+    sh "$here/cbmc.sh" || failed=1
 fi
 if has full; then
     sh "$here/yamcs.sh" || failed=1

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves: rtlink_negotiate accepts only equal layouts of a size that fits, periods of which one is a
+//     multiple of the other, and one common method; the agreed terms have exactly one method that both ends
+//     know and a decimation of at least 1; both ends agree on the same terms.
+// Bounds: any terms; periods up to 2^10 us (their remainder is the costly part).
+// Replaced: nothing.
+// Sources: fsw/framework/rtlink/agreement.c
+// Options:
+// Quick: yes
+// Fault: fsw/framework/rtlink/agreement.c
+//   - return (uint8_t)(set & (uint8_t)(~set + 1U));
+//   + return (uint8_t)(set & (uint8_t)(~set + 2U));
+// Fault: fsw/framework/rtlink/agreement.c
+//   - const uint8_t common = (uint8_t)(producer->methods & consumer->methods & known);
+//   + const uint8_t common = (uint8_t)(producer->methods & consumer->methods);
+#include "fsw/framework/rtlink/agreement.h"
+#include "test/proof/proof.h"
+
+void proof(void)
+{
+    rtlink_terms_t producer;
+    rtlink_terms_t consumer;
+    rtlink_terms_t agreed;
+    ASSUME((producer.period_us <= 1024U) && (consumer.period_us <= 1024U));
+    if (rtlink_negotiate(&producer, &consumer, &agreed) == RTLINK_ACCEPTED) {
+        const uint8_t method = agreed.methods;
+        PROVE((method == 1U) || (method == 2U) || (method == 4U), "exactly one method, which is known");
+        PROVE((method & producer.methods & consumer.methods) == method, "both ends have the method");
+        PROVE((agreed.layout_hash == consumer.layout_hash) &&
+                  (agreed.layout_octets == consumer.layout_octets) && (agreed.layout_octets >= 1U) &&
+                  (agreed.layout_octets <= RTLINK_PAYLOAD_MAX),
+              "the layout is that of both, and fits");
+        PROVE((agreed.order <= (uint8_t)RTLINK_LITTLE_ENDIAN) && (agreed.order == producer.order),
+              "the byte order is the producer's");
+        PROVE((agreed.decimation >= 1U) && (producer.period_us >= 1U) && (consumer.period_us >= 1U),
+              "decimation and periods are at least 1");
+        PROVE(agreed.max_age_us == consumer.max_age_us, "the consumer decides the age");
+    }
+}

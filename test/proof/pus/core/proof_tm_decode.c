@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves: pus_tm_decode accesses no octet outside a packet. What is accepted has the size that its length
+//     field says, a right checksum, a time of the format of this mission, and a view of its data inside the
+//     packet; what is refused names its failure and has no data.
+// Bounds: every packet of 0..4096 octets.
+// Replaced: crc16_ccitt returns any value; base/proof_crc16.c proves it.
+// Sources: pus/core/packet.c pus/core/packet_report.c base/octets.c
+// Options: --unwind 2
+// Quick: yes
+// Fault: pus/core/packet_report.c
+//   - if (time_status != STATUS_OK) {
+//   + if (time_status == STATUS_TRUNCATED) {
+// Fault: pus/core/packet.c
+//   - if (size_reported(octets) != size) {
+//   + if (size_reported(octets) < size) {
+#include "base/crc.h"
+#include "pus/core/packet.h"
+#include "test/proof/proof.h"
+
+#define SIZE_MAX_HERE 4096U
+
+static uint16_t crc;
+
+uint16_t crc16_ccitt(const uint8_t* const octets, const size_t size)
+{
+    PROVE((size == 0U) || __CPROVER_r_ok(octets, size), "the checksum reads inside the packet");
+    crc = nondet_u16();
+    return crc;
+}
+
+void proof(void)
+{
+    const size_t size = any_size(SIZE_MAX_HERE);
+    uint8_t octets[size];
+    pus_tm_t tm;
+    pus_failure_t failure;
+    const status_t status = pus_tm_decode(octets, size, &tm, &failure);
+    if (status == STATUS_OK) {
+        PROVE(failure.code == PUS_FAILURE_NONE, "what is accepted has no failure");
+        PROVE((size >= PUS_TM_MIN) && (crc == 0U),
+              "what is accepted has its least size, its checksum is right");
+        PROVE((size_t)octets_u16_at(&octets[4]) + 7U == size, "the length field tells the size");
+        PROVE((tm.size == size - PUS_TM_MIN) && (tm.data == &octets[PUS_TM_HEADER_SIZE]),
+              "the data are between header and checksum");
+        PROVE(octets[PUS_TM_HEADER_SIZE - PUS_TIME_SIZE] == PUS_TIME_P_FIELD, "the time is of this format");
+        PROVE(!pus_packet_is_tc(octets, size), "what is accepted is a report");
+    } else {
+        PROVE(failure.code != PUS_FAILURE_NONE, "what is refused has a failure");
+        PROVE((tm.data == NULL) && (tm.size == 0U), "what is refused has no data");
+    }
+}
