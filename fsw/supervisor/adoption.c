@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takeover by the next supervisor if one dies. At the end of each step all data that others rely on is
-// committed to the checkpoint. Only committed outputs are performed (output_commit.c, undo.h, packet_log.h),
-// and frames that arrive later are kept in an annex: whenever a supervisor dies, the next one continues
-// without losing or doubling a packet.
+// Takeover by the next supervisor if one dies. At the end of each step, all data that other components
+// depend on are committed to the checkpoint. Only committed outputs are performed (output_commit.c, undo.h,
+// packet_log.h), and frames that arrive later are stored in an annex. Therefore the next supervisor
+// continues without losing or repeating a packet, at whatever instant the previous one died.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "base/assertion.h"
@@ -59,21 +59,23 @@ static void keep_members(const supervisor_t* const supervisor, checkpoint_state_
     }
 }
 
-/// The supervisor itself starts again in OFFLINE; all others continue.
+/// Take over the states of the subsystems. The supervisor itself starts again in OFFLINE; all others
+/// continue.
 static void take_members(supervisor_t* const supervisor, const checkpoint_state_t* const state)
 {
     for (uint16_t i = 0U; i < state->subsystem_count; i++) {
         const checkpoint_subsystem_t* const subsystem = &state->subsystems[i];
         registry_entry_t* const entry                 = &supervisor->registry[i];
         entry->restarts                               = subsystem->restarts;
-        entry->deaths                                 = subsystem->restarts; // The strictest interpretation.
+        // Count every restart as a death, because the checkpoint does not distinguish them.
+        entry->deaths = subsystem->restarts;
         if (subsystem->apid == SUPERVISOR_APID) {
             continue;
         }
         entry->process = (process_state_t)subsystem->process;
         entry->is_start_due =
             (entry->process == PROCESS_LOST) &&
-            (subsystem->restarts < entry->mission->restart_budget); // A pause was under way.
+            (subsystem->restarts < entry->mission->restart_budget); // It was waiting for its restart.
         entry->is_heard                = subsystem->is_heard;
         entry->state                   = (state_t)subsystem->state;
         entry->phase                   = (state_phase_t)subsystem->phase;
@@ -156,7 +158,7 @@ void supervisor_adoption_commit(supervisor_t* const supervisor)
     }
 }
 
-/// True if a request continues: a negotiation or the shutdown.
+/// True if the request belongs to a negotiation or to the shutdown, which continue.
 static bool is_going_on(const supervisor_t* const supervisor, const pus_token_t* const token)
 {
     for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
@@ -201,7 +203,7 @@ static void take_messages(supervisor_t* const supervisor, const checkpoint_state
     for (; frame != NULL;
          frame = supervisor_checkpoint_next(checkpoint, &checkpoint->arrivals, &place, &size)) {
         const status_t status = message_deliver(endpoint, frame, size);
-        (void)status; // The ring had room for it before.
+        (void)status; // The ring has room, because it had room for the frame before.
     }
 }
 
@@ -255,7 +257,7 @@ void supervisor_adoption_begin(supervisor_t* const supervisor)
     for (size_t i = 0U; (i < MESSAGE_PEERS_MAX) && supervisor->config.is_endpoint_kept; i++) {
         rings.list[FIRST_INBOX + i] = NULL;
     }
-    rings.list[LOG_RING]  = NULL; // The packet log adopts its own ring.
+    rings.list[LOG_RING]  = NULL; // The packet log restores its ring itself.
     bool is_older         = false;
     const status_t status = supervisor_checkpoint_adopt(supervisor->config.checkpoint, &limits,
                                                         &supervisor->kept, &rings, &is_older);
@@ -294,7 +296,8 @@ static uint16_t end_own(supervisor_t* const supervisor)
     return count;
 }
 
-/// The report of a subsystem takes precedence: request its state, and its links if some were taken over.
+/// Request the states of all subsystems, and their links if some were taken over: these reports take
+/// precedence over the checkpoint.
 static void ask_members(supervisor_t* const supervisor)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
@@ -311,7 +314,8 @@ static void ask_members(supervisor_t* const supervisor)
             octet_write_u8(&writer, 0U);
             status = pus_tc_send(&supervisor->requester, &writer, NULL);
         }
-        (void)status; // A subsystem that cannot take it now reports its status once a second anyway.
+        // If the request cannot be sent, the subsystem still reports its status once per second.
+        (void)status;
     }
 }
 
@@ -320,7 +324,8 @@ void supervisor_adoption_reopen(supervisor_t* const supervisor)
     if (supervisor->checkpoint_damage != ADOPTION_NOTHING) {
         return;
     }
-    ask_members(supervisor); // The peers may expect other sequence numbers: these requests can be lost.
+    // These requests may be lost, because the peers may expect other sequence numbers.
+    ask_members(supervisor);
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         message_probe(supervisor->config.endpoint, supervisor->mission->subsystems[i].apid);
     }

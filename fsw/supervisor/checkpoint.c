@@ -12,7 +12,7 @@
 
 #define BANKS 2U
 #define PROCESS_STATES 3U
-#define SHUTDOWN_STEPS 6U // sequences.c.
+#define SHUTDOWN_STEPS 6U // Number of steps in sequences.c.
 #define SESSION_TIME_NS 10000000000ULL
 #define ANNEX_FRAME (2U * sizeof(uint32_t))
 #define WORD sizeof(uint64_t)
@@ -62,7 +62,8 @@ static size_t waiting_octets(const checkpoint_state_t* const state)
     return sum;
 }
 
-/// Every changed word is detected, the generation included. Octets of rings: CHECKPOINT_OCTETS at most.
+/// Sum of a bank, which shows each changed word, also of the generation. The rings must have at most
+/// CHECKPOINT_OCTETS.
 static uint64_t sum_of(const checkpoint_bank_t* const bank, const uint64_t generation)
 {
     const uint64_t sum =
@@ -104,7 +105,7 @@ static bool is_bank_sound(const checkpoint_bank_t* const bank, const checkpoint_
 {
     const uint64_t generation = generation_of(bank);
     size_t octets             = 0U;
-    for (size_t i = 0U; i < CHECKPOINT_RINGS; i++) { // The fields must be written before the sum reads them.
+    for (size_t i = 0U; i < CHECKPOINT_RINGS; i++) { // Check the sizes of the rings before the sum uses them.
         if (bank->state.rings[i].used > (CHECKPOINT_OCTETS - octets)) {
             return false;
         }
@@ -166,7 +167,7 @@ status_t supervisor_checkpoint_adopt(checkpoint_t* const checkpoint, const check
             fill_rings(bank, rings);
             return STATUS_OK;
         }
-        // A bank that was being written when the writer died has no generation: the other one is the newest.
+        // A bank without a generation is not newer: it was being written when the writer died.
         *out_older = *out_older || (generation_of(bank) != 0U);
         __atomic_store_n(&bank->generation, 0U, __ATOMIC_RELEASE);
     }
@@ -187,14 +188,15 @@ static void set_count(const checkpoint_t* const checkpoint, checkpoint_mark_t* c
 {
     const uint64_t generation = generation_of(newest(checkpoint));
     if (mark->generation != generation) {
-        // The annex is changed while it still belongs to an earlier commit.
+        // Until its generation is stored, the annex still belongs to an earlier commit and is empty.
         __atomic_store_n(&mark->count, 0U, __ATOMIC_SEQ_CST);
         __atomic_store_n(&mark->generation, generation, __ATOMIC_SEQ_CST);
     }
     __atomic_store_n(&mark->count, count, __ATOMIC_RELEASE);
 }
 
-/// Sizes that an annex states are not trusted: all blocks lie within it, whatever its content.
+/// Returns the used octets of an annex, limited to its size. The sizes in an annex are not trusted: no
+/// content lets a block exceed the annex.
 static size_t used_of(const checkpoint_t* const checkpoint, const checkpoint_annex_t* const annex)
 {
     const uint64_t used = count_of(checkpoint, &annex->used);
@@ -226,7 +228,7 @@ bool supervisor_checkpoint_add(const checkpoint_t* const checkpoint, checkpoint_
         (void)memcpy(&block[sizeof length + head_size], octets, size);
     }
     (void)memcpy(&block[sizeof length + length], (const uint8_t*)&length, sizeof length);
-    // From this store on the bank is valid.
+    // From this store on the block is valid.
     set_count(checkpoint, &annex->used, place + length + ANNEX_FRAME);
     return true;
 }
@@ -274,7 +276,8 @@ uint32_t supervisor_checkpoint_performed(const checkpoint_t* const checkpoint)
 
 // ---- Checks ----
 
-/// Octets that another process has written may be no boolean: they are not read as one before this check.
+/// True if an octet is a valid boolean. Another process has written it, so it must not be read as a boolean
+/// before this check.
 static bool is_boolean(const void* const value)
 {
     return *(const uint8_t*)value <= 1U;
@@ -306,7 +309,7 @@ static bool is_shutdown_sound(const checkpoint_state_t* const state)
            is_token_sound(&state->shutdown_token);
 }
 
-/// Check the fields of a recommissioning that is under way, or would start if the subsystem died now.
+/// Check the fields of a recommissioning that is running, or that would start if the subsystem died now.
 static bool is_run_sound(const checkpoint_subsystem_t* const subsystem, const uint64_t now_ns)
 {
     const recommission_t* const run = &subsystem->recommission;
@@ -337,7 +340,7 @@ static bool are_subsystems_sound(const checkpoint_state_t* const state,
     return true;
 }
 
-/// A link must be one of the mission, by its number and both ends.
+/// True if the mission has a link with this number and these ends.
 static bool is_link_sound(const uint16_t number, const pus_link_ends_t* const ends,
                           const checkpoint_limits_t* const limits)
 {

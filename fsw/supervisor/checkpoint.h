@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The data that a restarted supervisor takes over from the one that died: shared memory
+/// The data that a restarted supervisor takes over from the previous one, which has died: shared memory
 /// "/<identity>.checkpoint". The launcher creates it (all zeros); only the supervisor writes it. It contains
 /// no pointers; the supervisor checks each field before it uses the data.
 ///
-/// There are two banks. A commit writes the older bank, its sum, then its generation (release): whenever the
-/// writer dies, one bank is complete. A bank also holds the content of the rings that were given to the
-/// commit; usually these are empty.
+/// There are two banks. A commit writes the older bank, its sum, then its generation (release); so one bank
+/// is complete at any instant. A bank also contains the blocks in the rings that were passed to the commit;
+/// usually the rings are empty.
 ///
-/// Annexes belong to the last commit and are emptied by the next one: the frames that have arrived since, the
-/// data to undo the writes since, and how many outputs of the commit were performed. If the writer dies, a
-/// block of an annex is complete or absent.
+/// Annexes belong to the last commit and are emptied by the next one: the frames that have arrived since,
+/// the data to undo the writes since, and the number of outputs of the commit that were performed. A block
+/// of an annex is complete or absent at any instant.
 ///
 /// Ownership  The memory is the caller's.
 /// Context    One loop of one process at a time.
@@ -39,16 +39,16 @@
 #define CHECKPOINT_COUNTERS 16U
 #define CHECKPOINT_RELEASED_OCTETS 65536U
 #define CHECKPOINT_RINGS (4U + MESSAGE_PEERS_MAX)
-#define CHECKPOINT_STATES_MAX 32768U ///< The fields of both banks together [octets].
+#define CHECKPOINT_STATES_MAX 32768U ///< Largest size of the fields of both banks together [octets].
 /// Octets of all rings of a bank if all of them are full.
 #define CHECKPOINT_OCTETS                                                                                    \
     (MESSAGE_INBOX_OCTETS(CAPACITY_SUBSYSTEMS) + GROUND_OCTETS + CHECKPOINT_RELEASED_OCTETS +                \
      PACKET_LOG_RING_OCTETS + OUTPUT_COMMIT_OCTETS)
-/// Full windows of all peers, and frames without data.
+/// Room for the full windows of all peers, and for frames without data.
 #define OUTPUT_COMMIT_OCTETS (MESSAGE_INBOX_OCTETS(CAPACITY_SUBSYSTEMS) + 32768U)
 #define CHECKPOINT_ANNEX_OCTETS OUTPUT_COMMIT_OCTETS
 
-typedef struct { // A subsystem of the mission, in its order.
+typedef struct { // Data of a subsystem, in the order of the mission.
     uint64_t heard_ns;
     uint64_t started_ns;
     uint64_t interface_hash;
@@ -80,11 +80,11 @@ typedef enum {
     SESSION_CLOSING
 } session_step_t;
 
-typedef struct { // Negotiation, opening or closing of one link under way.
+typedef struct { // Running negotiation, opening or closing of one link.
     session_step_t step;
     uint16_t link;
     uint32_t asked;       ///< Transaction number of the requester.
-    uint32_t transaction; ///< Transaction number of the manager, by which members answer.
+    uint32_t transaction; ///< Transaction number of the manager; the answers of the subsystems contain it.
     uint32_t epoch;
     pus_link_ends_t ends;
     pus_token_t token; ///< Token of the request; source 0: the supervisor acts without a request.
@@ -99,18 +99,18 @@ typedef struct {   // Content of a message ring.
 typedef struct {
     uint64_t interface_hash;                   ///< Hash of the mission.
     uint64_t now_ns;                           ///< Time of the commit.
-    uint64_t log_number;                       ///< Number of the next record.
+    uint64_t log_number;                       ///< Number of the next record of the packet log.
     uint64_t log_written;                      ///< Last record that is in a file.
     uint64_t log_sizes[PACKET_LOG_STRATEGIES]; ///< Sizes of the files.
     uint64_t shutdown_ns;
     orbit_t path;
     pus_token_t shutdown_token;
     uint32_t lives;        ///< Number of lives of the supervisor in this run, this one included.
-    uint32_t message_life; ///< Life of its message channels, which outlive it.
+    uint32_t message_life; ///< Life of the supervisor's message channels, which outlive its process.
     uint32_t message_stamp;
     uint32_t link_epoch;
     uint32_t link_transaction;
-    uint32_t renewed; ///< Bit n: link n + 1 of the mission must be opened again.
+    uint32_t renewed; ///< Bit n: link number n + 1 of the mission must be opened again.
     uint16_t subsystem_count;
     uint16_t channel_count;
     uint8_t mode;
@@ -127,15 +127,15 @@ typedef struct {
     pus_link_properties_t wanted[MISSION_LINKS_MAX]; ///< Not checked here: the subsystems check them.
     uint8_t renewals[MISSION_LINKS_MAX];
     plan_runner_t plans;
-    pending_table_t pending; ///< To subsystems.
-    pending_table_t own;     ///< To the supervisor itself.
+    pending_table_t pending; ///< Pending requests to subsystems.
+    pending_table_t own;     ///< Pending requests to the supervisor itself.
     pus_counts_t counts;     ///< Counts of the supervisor's own packets.
     message_position_t channels[MESSAGE_PEERS_MAX];
     checkpoint_ring_t rings[CHECKPOINT_RINGS];
 } checkpoint_state_t;
 
 typedef struct {         // Private.
-    uint64_t generation; // 0: never written. Stored last.
+    uint64_t generation; // 0: never written. The generation is stored last.
     uint64_t sum;
     checkpoint_state_t state;
     uint8_t octets[CHECKPOINT_OCTETS]; // Content of the rings, one after the other.
@@ -151,14 +151,14 @@ typedef struct { // Private.
     uint8_t octets[CHECKPOINT_ANNEX_OCTETS]; // Blocks, each with its size u32 before and behind it.
 } checkpoint_annex_t;
 
-typedef struct {                 // Private, except the annexes' places.
-    checkpoint_annex_t arrivals; ///< Frames that message_watch has passed.
-    checkpoint_annex_t undo;     ///< See undo.h.
+typedef struct {                 // Private; other modules use only the addresses of the annexes.
+    checkpoint_annex_t arrivals; ///< Frames that have arrived, from message_watch.
+    checkpoint_annex_t undo;     ///< Data to undo writes, see undo.h.
     checkpoint_mark_t performed;
     checkpoint_bank_t banks[2];
 } checkpoint_t;
 
-/// The first field of a bank that is not sound.
+/// First field of a bank that is not consistent.
 typedef enum {
     CHECKPOINT_SOUND = 0,
     CHECKPOINT_MISSION,
@@ -177,41 +177,44 @@ typedef enum {
     CHECKPOINT_RING
 } checkpoint_flaw_t;
 
-typedef struct {                         // A bank is checked against these.
+typedef struct {                         // Values against which a bank is checked.
     const mission_descriptor_t* mission; ///< A checkpoint of another mission is refused.
     uint64_t now_ns;                     ///< A bank with a later time is refused.
 } checkpoint_limits_t;
 
-typedef struct { // Rings that outlive the process; null: there is none.
+typedef struct { // Rings whose content outlives the process; null: there is no such ring.
     message_ring_t* list[CHECKPOINT_RINGS];
 } checkpoint_rings_t;
 
-/// Make `state` and the content of `rings` the data that the next life takes over: completely or not at all,
-/// whenever the process ends. Writes `state->rings`.
+/// Commit `state` and the content of `rings` for the next life. If the process dies during this call, the
+/// next life finds either all of them or the previous commit. Writes `state->rings`.
 void supervisor_checkpoint_commit(checkpoint_t* checkpoint, checkpoint_state_t* state,
                                   const checkpoint_rings_t* rings);
-/// CHECKPOINT_SOUND, or the first field that is impossible: an index outside of its table, a subsystem or
-/// link that the mission does not have, a count that contradicts another, a time in the future.
+/// Returns CHECKPOINT_SOUND, or the first field that is impossible: an index outside of its table, a
+/// subsystem or link that the mission does not have, a count that contradicts another, a time in the future.
 checkpoint_flaw_t supervisor_checkpoint_check(const checkpoint_state_t* state,
                                               const checkpoint_limits_t* limits);
-/// Take over the newer sound bank; a bank that is not sound is cleared. *out_older: the newest bank was not
-/// sound. `rings` must be empty and get the waiting blocks; blocks without room are counted as refused.
-/// STATUS_OK; STATUS_NOT_FOUND: nothing was ever committed; STATUS_INVALID: no bank is sound.
+/// Take over the newest sound bank; banks that are not sound are cleared. *out_older is true if a newer bank
+/// was not sound. The waiting blocks are copied to `rings`, which must be empty; blocks without room are
+/// counted as refused. STATUS_OK; STATUS_NOT_FOUND: there was no commit yet; STATUS_INVALID: no bank is
+/// sound.
 MUST_USE status_t supervisor_checkpoint_adopt(checkpoint_t* checkpoint, const checkpoint_limits_t* limits,
                                               checkpoint_state_t* out_state, const checkpoint_rings_t* rings,
                                               bool* out_older);
 
-/// Add a block in two parts to an annex; the second may be null if its size is 0. False: no room.
+/// Add a block in two parts to an annex; the second part may be null if its size is 0. False if there is no
+/// room.
 bool supervisor_checkpoint_add(const checkpoint_t* checkpoint, checkpoint_annex_t* annex, const uint8_t* head,
                                size_t head_size, const uint8_t* octets, size_t size);
-/// The next block of an annex, from the first one on; null: there are no more. *place is 0 in the first call.
+/// Returns the next block of an annex, from the first one on; null if there are no more. *place is 0 in the
+/// first call.
 const uint8_t* supervisor_checkpoint_next(const checkpoint_t* checkpoint, const checkpoint_annex_t* annex,
                                           size_t* place, size_t* out_size);
-/// The previous block of an annex, from the last one backwards; null: there are no more. *place is 0 in the
-/// first call.
+/// Returns the previous block of an annex, from the last one backwards; null if there are no more. *place is
+/// 0 in the first call.
 const uint8_t* supervisor_checkpoint_before(const checkpoint_t* checkpoint, const checkpoint_annex_t* annex,
                                             size_t* place, size_t* out_size);
-/// Store, and return, how many outputs of the last commit were performed.
+/// Store and read the number of outputs of the last commit that were performed.
 void supervisor_checkpoint_note_performed(checkpoint_t* checkpoint, uint32_t count);
 uint32_t supervisor_checkpoint_performed(const checkpoint_t* checkpoint);
 /// Content of a ring in the adopted bank, as message_ring_copy wrote it; valid until the next commit.

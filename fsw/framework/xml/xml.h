@@ -30,7 +30,7 @@
 /// An arena of this size holds every document within the limits [64-bit words].
 #define XML_ARENA_WORDS 8192U
 
-    typedef struct {
+typedef struct {
     const char* name;
     const char* const* attributes; ///< name, value, name, value, .., NULL.
     uint32_t line;                 ///< Line in the document, from 1.

@@ -7,13 +7,14 @@
 #include <math.h>
 #include <stddef.h>
 
-// Peaks of a minimum-jerk motion over distance 1 in time 1.
+// Peak values of a minimum-jerk motion over distance 1 in time 1.
 #define PEAK_SPEED 1.875
 #define PEAK_ACCELERATION 5.7735026918962576 // 10 / sqrt 3
 
 #define DURATION_MIN_S 0.1
 #define STOP_MIN_S 0.05
-#define SPEED_MARGIN 1.001 // The duration makes the peak of a joint equal to its limit.
+// Tolerance of the check of speeds, because the duration makes the peak speed of a joint equal to its limit.
+#define SPEED_MARGIN 1.001
 #define CHECK_STEPS 400U
 #define CHECK_STEPS_CYCLE 10U
 
@@ -22,7 +23,7 @@ static double larger(const double a, const double b)
     return (a > b) ? a : b;
 }
 
-/// Shortest duration of a distance with a share of both limits.
+/// Shortest duration of a motion over a distance that uses a share of both limits.
 static double duration_of(const double distance, const double speed, const double acceleration,
                           const double share)
 {
@@ -114,7 +115,7 @@ static void step_joints(const arm_path_t* const path, const arm_model_t* const m
     }
 }
 
-/// What remains from the tool to the line's point.
+/// Displacement from the tool to the present point of the line.
 static arm_twist_t error_of(const arm_path_t* const path, const arm_pose_t* const tool, const double progress)
 {
     const arm_vector_t position = arm_sum(path->from.position_m, arm_times(path->shift_m, progress));
@@ -139,8 +140,8 @@ static arm_refusal_t check_motion(const arm_model_t* const model, const arm_limi
     return arm_path_check_positions(model, limits, motion->position_rad);
 }
 
-/// First the joints go to where the tool belongs (one step of Newton's method), then their velocities follow
-/// from the tool's.
+/// First move the joints so that the tool is at the point of the line (one step of Newton's method), then
+/// compute their velocities from the velocity of the tool.
 static arm_refusal_t step_line(const arm_path_t* const path, const arm_model_t* const model,
                                const arm_limits_t* const limits, const control_motion_point_t* const point,
                                const double period_s, arm_motion_t* const motion)
@@ -168,7 +169,7 @@ static arm_refusal_t step_line(const arm_path_t* const path, const arm_model_t* 
     return check_motion(model, limits, motion, &error);
 }
 
-/// The time of a trajectory goes on at its own rate, or slows down to rest.
+/// Advance along a trajectory. Its time runs at the normal rate, or slows down to rest.
 static void step_trajectory(arm_path_t* const path, const arm_model_t* const model,
                             const control_motion_point_t* const point, const double period_s,
                             arm_motion_t* const motion)
@@ -238,7 +239,7 @@ void arm_path_brake(arm_path_t* const path, const arm_model_t* const model, cons
                     const arm_motion_t* const motion)
 {
     FSW_ASSERT((path != NULL) && (model != NULL) && (limits != NULL) && (motion != NULL));
-    // Progress is a time that slows down from its own rate to rest.
+    // Progress is the time of the trajectory, which slows down from the normal rate to rest.
     const control_motion_point_t start = {.position = 0.0, .velocity = 1.0};
     arm_path_rest(path, model, motion);
     for (unsigned i = 0U; i < model->joint_count; i++) {

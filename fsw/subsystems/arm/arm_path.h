@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Motions of an arm from rest to rest: all joints at once, or the tool along a straight line while it turns
-/// about a fixed axis. Minimum jerk in time; the duration is the shortest that the limits allow. Or all
-/// joints along a trajectory through via points.
+/// Motions of an arm from rest to rest: all joints at the same time, or the tool along a straight line while
+/// it turns about a fixed axis, both with minimum jerk and in the shortest time that the limits permit; or
+/// all joints along a trajectory through via points.
 ///
-/// A line is followed by inverse kinematics cycle by cycle. Before it begins, a check goes along it with
-/// larger steps and tells whether the arm can do it; in motion the same checks go on.
+/// The arm follows a line by inverse kinematics in each cycle. Before the motion begins, a check follows the
+/// line with larger steps and finds out whether the motion is possible; the same conditions are checked
+/// during the motion.
 ///
 /// Ownership  The caller places the structures.
 /// Context    One task.
@@ -20,7 +21,7 @@
 
 #include <stdbool.h>
 
-/// Why a motion is refused or ended; the numbers are in telemetry.
+/// Reason for which a motion is refused or ended; telemetry contains these numbers.
 typedef enum {
     ARM_REFUSAL_NONE     = 0,
     ARM_REFUSAL_POSITION = 1, ///< A joint would leave its range.
@@ -31,15 +32,16 @@ typedef enum {
 
 typedef struct {
     arm_refusal_reason_t reason;
-    unsigned joint; ///< From 0; 0 if the refusal concerns none.
+    unsigned joint; ///< Number of the joint, from 0; 0 also if no joint is the cause.
 } arm_refusal_t;
 
 typedef struct { // All fields are private.
     bool is_line;
-    const arm_trajectory_t* trajectory; ///< Null: no trajectory.
-    bool is_slowing;                    ///< The trajectory is left in a slower time: `progress`.
-    double elapsed_s;                   ///< Time of the trajectory, otherwise.
-    control_motion_t progress;          ///< From 0 to 1; of a trajectory, its time.
+    const arm_trajectory_t* trajectory; ///< Trajectory; null if the motion is not a trajectory.
+    bool is_slowing;                    ///< The time of the trajectory slows down; it is `progress`.
+    double elapsed_s;                   ///< Time of the trajectory, if it does not slow down.
+    /// Progress of the motion from 0 to 1, or the time of a trajectory that slows down.
+    control_motion_t progress;
     double start_rad[ARM_JOINTS_MAX];
     double distance_rad[ARM_JOINTS_MAX];
     arm_pose_t from;
@@ -47,28 +49,30 @@ typedef struct { // All fields are private.
     arm_vector_t turn_rad;
 } arm_path_t;
 
-/// At rest where `motion` is.
+/// Rest at the position of `motion`.
 void arm_path_rest(arm_path_t* path, const arm_model_t* model, const arm_motion_t* motion);
-/// Joints to a goal. `share` of the limits, > 0, is used.
+/// Begin a motion of the joints to a goal. The motion uses a `share`, > 0, of the limits.
 arm_refusal_t arm_path_begin_joints(arm_path_t* path, const arm_model_t* model, const arm_limits_t* limits,
                                     const arm_motion_t* from, const double goal_rad[ARM_JOINTS_MAX],
                                     double share);
-/// Tool to a pose in the frame of the base. `share` of the limits, > 0, is used.
+/// Begin a motion of the tool to a pose in the frame of the base. The motion uses a `share`, > 0, of the
+/// limits.
 void arm_path_begin_line(arm_path_t* path, const arm_model_t* model, const arm_limits_t* limits,
                          const arm_motion_t* from, const arm_pose_t* goal, double share);
-/// Joints along a trajectory whose plan is ready; it is kept.
+/// Begin a motion of the joints along a trajectory whose plan is ready. `trajectory` must stay valid during
+/// the motion.
 void arm_path_begin_trajectory(arm_path_t* path, const arm_trajectory_t* trajectory);
-/// The first joint of a pose that is outside its range.
+/// Returns the first joint whose position is outside its range.
 arm_refusal_t arm_path_check_positions(const arm_model_t* model, const arm_limits_t* limits,
                                        const double position_rad[ARM_JOINTS_MAX]);
 /// Advance by one period: the next point of the motion replaces `motion`.
 arm_refusal_t arm_path_step(arm_path_t* path, const arm_model_t* model, const arm_limits_t* limits,
                             double period_s, arm_motion_t* motion);
-/// Come to rest on the path, with the accelerations of the limits; on a trajectory in addition to those of
-/// its blends.
+/// Come to rest on the path with the accelerations of the limits. On a trajectory they add to the
+/// accelerations of its blends.
 void arm_path_stop(arm_path_t* path, const arm_model_t* model, const arm_limits_t* limits,
                    const arm_motion_t* motion);
-/// The joints come to rest from where they are, with these accelerations, whatever the path was.
+/// Brake all joints with these accelerations from their present motion to rest, without following the path.
 void arm_path_brake(arm_path_t* path, const arm_model_t* model, const arm_limits_t* limits,
                     const arm_motion_t* motion);
 bool arm_path_is_done(const arm_path_t* path);
@@ -81,8 +85,8 @@ typedef struct { // All fields are private.
 } arm_line_check_t;
 
 void arm_line_check_begin(arm_line_check_t* check, const arm_path_t* path, const arm_motion_t* from);
-/// A part of the way, for one cycle. STATUS_BUSY; STATUS_OK: the arm can do it; STATUS_OUT_OF_RANGE with
-/// *out_refusal.
+/// Check the next part of the line, as much as one cycle permits. STATUS_BUSY; STATUS_OK: the motion is
+/// possible; STATUS_OUT_OF_RANGE: *out_refusal is the reason.
 MUST_USE status_t arm_line_check_step(arm_line_check_t* check, const arm_model_t* model,
                                       const arm_limits_t* limits, arm_refusal_t* out_refusal);
 

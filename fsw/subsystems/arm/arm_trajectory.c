@@ -8,9 +8,9 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-// A blend changes a velocity by s(x) = 3 x^2 - 2 x^3 in the share x of its duration.
-#define PEAK_ACCELERATION 1.5 // Of a change of velocity by 1 in time 1.
-#define DISTANCE 0.09375      // From the point, half-way through that blend.
+// A blend changes a velocity in proportion to s(x) = 3 x^2 - 2 x^3; x is the elapsed share of its duration.
+#define PEAK_ACCELERATION 1.5 // Peak acceleration if a velocity changes by 1 in time 1.
+#define DISTANCE 0.09375      // Distance from the point in the middle of that blend.
 
 #define LINE_MIN_S 0.1
 #define BLEND_MIN_S 0.05
@@ -42,7 +42,7 @@ status_t arm_trajectory_add(arm_trajectory_t* const trajectory, const arm_model_
     return STATUS_OK;
 }
 
-/// Velocity of a joint on a line; before the first and behind the last line: at rest.
+/// Velocity of a joint on a line; 0 before the first and behind the last line.
 static double velocity_on(const arm_trajectory_t* const trajectory, const unsigned line, const unsigned joint)
 {
     return (trajectory->point_rad[line + 1U][joint] - trajectory->point_rad[line][joint]) /
@@ -61,8 +61,8 @@ static double velocity_behind(const arm_trajectory_t* const trajectory, const un
     return (point == trajectory->point_count) ? 0.0 : velocity_on(trajectory, point, joint);
 }
 
-/// Duration of a line without its neighbours: at full speed, with time for the halves of its blends from and
-/// to rest.
+/// Shortest duration of a line alone: at full speed, but long enough for half of a blend from rest and half
+/// of a blend to rest.
 static double shortest_s(const arm_trajectory_t* const trajectory, const arm_limits_t* const limits,
                          const unsigned line)
 {
@@ -95,7 +95,8 @@ void arm_trajectory_begin(arm_trajectory_t* const trajectory, const arm_limits_t
     }
 }
 
-/// Shortest duration of the blend at a point. Returns the largest distance of a joint from the point.
+/// Set the shortest duration of the blend at a point. Returns the largest distance between a joint and the
+/// point.
 static double plan_blend(arm_trajectory_t* const trajectory, const arm_limits_t* const limits,
                          const unsigned point)
 {
@@ -112,7 +113,7 @@ static double plan_blend(arm_trajectory_t* const trajectory, const arm_limits_t*
     return DISTANCE * change * duration_s;
 }
 
-/// The start and the last point are reached; at the others the distance counts.
+/// True for points between the start and the last one: only there the motion passes at a distance.
 static bool is_via(const arm_trajectory_t* const trajectory, const unsigned point)
 {
     return (point > 0U) && (point < trajectory->point_count);
@@ -154,7 +155,8 @@ double arm_trajectory_duration_s(const arm_trajectory_t* const trajectory)
     return sum_s;
 }
 
-/// Within the blend at a point, `since_s` after its middle; before and behind it, on the line.
+/// Compute the motion in the blend at a point, or on the lines before and behind it, at `since_s` after the
+/// middle of the blend.
 static void move_near(const arm_trajectory_t* const trajectory, const unsigned point, const double since_s,
                       arm_motion_t* const motion)
 {
@@ -191,7 +193,7 @@ void arm_trajectory_at(const arm_trajectory_t* const trajectory, const double ti
     }
     double since_s = time_s - (0.5 * trajectory->blend_s[0]);
     for (unsigned point = 0U; point < trajectory->point_count; point++) {
-        // Up to the blend of the next point.
+        // This point is responsible up to the beginning of the next point's blend.
         if (since_s <= (trajectory->line_s[point] - (0.5 * trajectory->blend_s[point + 1U]))) {
             move_near(trajectory, point, since_s, out_motion);
             return;

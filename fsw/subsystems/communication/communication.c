@@ -12,11 +12,12 @@
 #define SOURCE_OFFSET 9U       ///< Source id of a request.
 #define DESTINATION_OFFSET 11U ///< Destination id of a report.
 #define NO_CLIENT COMMUNICATION_CLIENTS
-#define ANSWERS_ROOM 32768U ///< With less room for its reports no request of a client is accepted [octets].
+/// Room for reports that a client's queue must have before a request of the client is accepted [octets].
+#define ANSWERS_ROOM 32768U
 
 // ---- Connections ----
 
-/// The first connected client of this number or above, or NO_CLIENT.
+/// Returns the first connected client with this number or above, or NO_CLIENT.
 static unsigned connected_from(const communication_t* const self, const unsigned first)
 {
     unsigned client = first;
@@ -44,7 +45,8 @@ static void connected(void* const context, const unsigned client)
     self->parameters.counters.connected++;
     (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_CONNECTED, NULL, 0U);
     if (!is_participant(self, client)) {
-        self->hooks.intruded(self->hooks.context); // The client determines the instant of the event.
+        // The client, not the simulation, determines the instant of this event.
+        self->hooks.intruded(self->hooks.context);
     }
 }
 
@@ -56,8 +58,8 @@ static void disconnected(void* const context, const unsigned client)
     (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_LOST, NULL, 0U);
 }
 
-/// The client whose time in `since_ns` is the longest ago, if that is at least `bound_ns`. Never the
-/// participant of the scheduler: simulated time waits for it.
+/// Returns the client whose time in `since_ns` is the longest ago, if it is at least `bound_ns` ago. The
+/// participant of the scheduler is never returned, because simulated time waits for it.
 static unsigned oldest(const communication_t* const self, const uint64_t since_ns[COMMUNICATION_CLIENTS],
                        const uint64_t bound_ns)
 {
@@ -84,8 +86,8 @@ static bool is_valid(const uint8_t* const packet, const size_t size)
     return pus_tc_decode(packet, size, &tc, &failure) == STATUS_OK;
 }
 
-/// The supervisor refuses requests of a client that uses the source of an on-board user, and the refusal goes
-/// to that user: so the ground is informed here.
+/// Inform the ground of a request with the source id of an on-board user. The supervisor refuses such a
+/// request, but sends the refusal to that user.
 static void note_source(communication_t* const self, const uint8_t* const packet, const size_t size,
                         const unsigned client)
 {
@@ -116,15 +118,15 @@ static size_t frame(void* const context, const unsigned client, const uint8_t* c
     }
     if (!pus_packet_is_tc(unit.packet, unit.size)) {
         communication_ground_security_accept(&self->security, client);
-        self->not_requests++; // Reports from the ground are invalid.
+        self->not_requests++; // The ground must not send reports.
         return unit.taken;
     }
     if (communication_ground_queue_room(&self->queues[client]) < ANSWERS_ROOM) {
-        self->is_uplink_full = true; // The client has to read its answers first.
+        self->is_uplink_full = true; // The client must first read its reports.
         return FLOW_TCP_BUSY;
     }
     if (self->uplink.send(self->uplink.context, unit.packet, unit.size) != STATUS_OK) {
-        self->is_uplink_full = true; // The supervisor's mailbox is full: the packet stays in the buffer.
+        self->is_uplink_full = true; // The supervisor's inbox is full: the packet stays in the buffer.
         return FLOW_TCP_BUSY;
     }
     communication_ground_security_accept(&self->security, client);
@@ -156,16 +158,16 @@ static unsigned participant_client(const communication_t* const self)
     return NO_CLIENT;
 }
 
-/// Choose the client to disconnect for a new one. With a key: a client that has not proved that it has the
-/// key, otherwise one that is silent. Without a key the operator cannot be distinguished from other clients:
-/// a silent client, otherwise the one that has been connected longest. The participant of the scheduler gets
-/// a place at once, because simulated time does not pass while it waits.
+/// Choose the client to disconnect for a new one. With a key, it is a client that has not proved that it has
+/// the key, otherwise a silent one. Without a key the operator cannot be distinguished from other clients:
+/// it is a silent client, otherwise the one that has been connected longest. The participant of the
+/// scheduler gets a place immediately, because simulated time does not pass while it waits.
 static unsigned make_room(void* const context)
 {
     const communication_t* const self = (const communication_t*)context;
     const unsigned participant        = participant_client(self);
     if ((participant == NO_CLIENT) && (self->hooks.participant_port(self->hooks.context) != 0U)) {
-        return oldest(self, self->connected_ns, 0U); // The newcomer may be the participant.
+        return oldest(self, self->connected_ns, 0U); // The new client may be the participant.
     }
     const unsigned unauthenticated =
         communication_ground_security_unauthenticated(&self->security, participant);
@@ -189,7 +191,8 @@ static flow_tcp_user_t user_of(communication_t* const self)
 }
 
 /// True while the connection of a participant that has left the scheduler is open. It disconnects before it
-/// leaves, but the kernel may report that later, and the reports about it have a defined simulated time.
+/// leaves, but the kernel may report that later; simulated time waits, so that reports about it have a
+/// defined time.
 static bool is_disconnecting(communication_t* const self)
 {
     osal_address_t peer = {0U, 0U};
@@ -203,8 +206,8 @@ static bool is_disconnecting(communication_t* const self)
     return false;
 }
 
-/// The participant has named `port` and has connected before; the kernel may report it later. Returns whether
-/// that connection is still expected.
+/// Update the state of the participant's connection. The participant has connected before the scheduler
+/// names `port`, but the kernel may report it later. True if the connection is still expected.
 static bool is_expected(communication_t* const self, const uint16_t port, const bool is_connected)
 {
     if (is_connected && (self->participant != port)) {
@@ -214,7 +217,7 @@ static bool is_expected(communication_t* const self, const uint16_t port, const 
         self->outstanding = 0U;
         self->hooks.cut(self->hooks.context, port);
     } else {
-        // The connection is as before.
+        // The state of the connection has not changed.
     }
     return !is_connected && (self->participant != port);
 }
@@ -236,7 +239,7 @@ bool communication_take_in(communication_t* const self, const uint32_t octets_du
     self->outstanding += octets_due;
     self->is_uplink_full = false;
     if (flow_tcp_step(&self->flow, &user, FLOW_TCP_UNLIMITED, &taken) != STATUS_OK) {
-        return false; // Not listening in this state; pending connections wait in the kernel.
+        return false; // The port is closed in this state; connections wait in the kernel.
     }
     self->parameters.counters.octets_received += (uint64_t)(self->flow.counters.octets_in - of_all);
     const unsigned client = participant_client(self);
@@ -249,7 +252,7 @@ bool communication_take_in(communication_t* const self, const uint32_t octets_du
         return is_awaited;
     }
     self->outstanding -= flow_tcp_octets_in(&self->flow, client) - of_client;
-    // Received octets then wait until the supervisor has room.
+    // If the supervisor has no room, the received octets wait, and no further ones are expected now.
     return (self->outstanding > 0U) && !self->is_uplink_full;
 }
 
@@ -265,7 +268,7 @@ static void queue_for(communication_t* const self, const unsigned client, const 
     const status_t status         = communication_ground_queue_put(&self->queues[client], packet, size);
     self->parameters.counters.tm_dropped += self->queues[client].dropped - dropped_before;
     if (status != STATUS_OK) {
-        // The client reads nothing at all: end the connection instead of dropping reports.
+        // The client does not read at all: end the connection instead of dropping reports.
         const flow_tcp_user_t user = user_of(self);
         flow_tcp_end(&self->flow, &user, client);
     } else if ((self->queues[client].dropped != dropped_before) && !self->is_drop_reported) {
@@ -282,7 +285,7 @@ static void report(void* const context, const uint8_t* const packet, const size_
     if (size < (DESTINATION_OFFSET + 2U)) {
         return;
     }
-    const bool is_time = pus_is_time_packet(packet, size); // The report names no destination.
+    const bool is_time = pus_is_time_packet(packet, size); // A time packet has no destination id.
     const uint16_t destination =
         is_time ? (uint16_t)PUS_USER_GROUND : octets_u16_at(&packet[DESTINATION_OFFSET]);
     const uint32_t clients = (destination == PUS_USER_GROUND)
@@ -296,7 +299,7 @@ static void report(void* const context, const uint8_t* const packet, const size_
     }
 }
 
-/// Send to one client as much as the kernel takes; returns how much.
+/// Send to one client as many octets as the kernel accepts.
 static void send_to(communication_t* const self, const unsigned client)
 {
     uint32_t total      = 0U;
@@ -346,7 +349,7 @@ static status_t publish(void* const context)
 
 static status_t listen(void* const context, const descriptor_configuration_t* const configuration)
 {
-    (void)configuration; // The launcher has opened the port that the configuration names.
+    (void)configuration; // The launcher has already opened the port that the configuration defines.
     communication_t* const self = (communication_t*)context;
     const status_t status       = flow_tcp_adopt(&self->flow, self->listener);
     if ((status != STATUS_OK) && (status != STATUS_EXISTS)) {
@@ -356,7 +359,8 @@ static status_t listen(void* const context, const descriptor_configuration_t* co
     return STATUS_OK;
 }
 
-/// Events of refused or ended connections; their rate is limited, whatever clients do.
+/// Raise events about refused and ended connections. The rate is limited, so that clients cannot flood the
+/// event log.
 static void report_misuse(communication_t* const self)
 {
     const communication_clients_t* const misuse = &self->parameters.clients;
@@ -408,8 +412,8 @@ static void update_status(void* const context)
     report_misuse(self);
 }
 
-/// As at the end of the process: end every connection without notice on board; the listening socket belongs
-/// to the launcher.
+/// End every connection as the end of the process would, without telling the supervisor. The listening
+/// socket stays open, because it belongs to the launcher.
 static void end_connections(void* const context)
 {
     communication_t* const self  = (communication_t*)context;

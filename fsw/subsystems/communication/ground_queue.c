@@ -53,7 +53,7 @@ status_t communication_ground_queue_put(communication_ground_queue_t* const queu
     return message_ring_put(&queue->housekeeping, block, writer.position);
 }
 
-/// Stamp of the oldest block of a ring. False if there is none.
+/// Get the stamp of the oldest block of a ring. False if there is none.
 static bool oldest_stamp(const message_ring_t* const ring, uint32_t* const out_stamp)
 {
     uint8_t octets[GROUND_STAMP_OCTETS];
@@ -64,7 +64,7 @@ static bool oldest_stamp(const message_ring_t* const ring, uint32_t* const out_s
     return has_block;
 }
 
-/// The ring whose oldest report arrived first; null if both are empty.
+/// Returns the ring whose oldest report arrived first; null if both are empty.
 static message_ring_t* next_ring(communication_ground_queue_t* const queue)
 {
     uint32_t firm               = 0U;

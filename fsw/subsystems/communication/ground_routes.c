@@ -10,14 +10,15 @@
 #define SEQUENCE_OFFSET 2U
 #define ACK_OFFSET 6U
 #define SOURCE_OFFSET 9U
-#define SERVICE_OFFSET 7U // In a report.
+#define SERVICE_OFFSET 7U // Offset of the service type in a report.
 #define SUBTYPE_OFFSET 8U
 #define APID_MASK 0x7FFU
 #define SEQUENCE_MASK 0x3FFFU
 #define REQUEST_ID_SIZE 4U
 
 #define ACCEPTANCE_FAILED 2U
-#define START_FAILED 4U // Of one instruction: reports about others may follow.
+// Start of one instruction has failed: reports about other instructions of the request may follow.
+#define START_FAILED 4U
 #define COMPLETED 7U
 #define COMPLETION_FAILED 8U
 #define NOT_ROUTED 10U
@@ -60,7 +61,8 @@ static ground_request_t* find(communication_ground_routes_t* const routes, const
     return NULL;
 }
 
-/// A free place; otherwise that of the oldest request, first of those whose end is not awaited.
+/// Returns a free place. If there is none, returns the place of the oldest request whose end is not awaited,
+/// otherwise that of the oldest request.
 static ground_request_t* place_for(communication_ground_routes_t* const routes)
 {
     ground_request_t* found = &routes->requests[0];
@@ -92,7 +94,7 @@ void communication_ground_routes_note(communication_ground_routes_t* const route
         request  = place_for(routes);
         *request = (ground_request_t){.user = user, .apid = apid, .sequence = sequence};
     }
-    request->clients |= bit; // Two connections may have used the same number: both are informed.
+    request->clients |= bit; // Two connections may have used the same sequence number: both get the report.
     request->order = routes->order;
     if ((packet[ACK_OFFSET] & PUS_ACK_COMPLETION) != 0U) {
         request->is_awaited = 1U;
@@ -134,7 +136,8 @@ uint32_t communication_ground_routes_of(communication_ground_routes_t* const rou
     ground_request_t* const request = find(routes, user, octets_u16_at(id) & APID_MASK,
                                            octets_u16_at(&id[SEQUENCE_OFFSET]) & SEQUENCE_MASK);
     if (request == NULL) {
-        return of_user(routes, user); // A long request, which came in parts, or a forgotten one.
+        // The request was longer than a packet (ST[13]), or its place was used again.
+        return of_user(routes, user);
     }
     const uint32_t clients = request->clients;
     const uint8_t subtype  = packet[SUBTYPE_OFFSET];

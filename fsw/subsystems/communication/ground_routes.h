@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Which connections a report to a ground user goes to. Several connections may be the same user: a report of
-/// verification goes to the connection that has sent its request, as long as the request is remembered. All
-/// other reports of a user go to each connection that has sent a request as this user, so none is lost.
+/// Selects the connections to which a report to a ground user is sent. Several connections may use the same
+/// user id. A verification report is sent to the connection that has sent the request, as long as the
+/// request is stored here. All other reports to a user are sent to each connection that has sent a request
+/// as this user, so that none is lost.
 ///
 /// Ownership  Part of communication_t.
 /// Context    One loop.
@@ -14,16 +15,16 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define GROUND_USERS 16U     ///< If more users than this send requests, the last place is used again.
-#define GROUND_REQUESTS 256U ///< If more requests than this wait for their end, the oldest is forgotten.
+#define GROUND_USERS 16U     ///< Number of users that are stored; further users replace the last one.
+#define GROUND_REQUESTS 256U ///< Number of requests that are stored; further requests replace the oldest one.
 
 typedef struct {      // Private.
     uint32_t clients; // One bit for each connection; 0: the place is free.
-    uint32_t order;   // Of arrival [wraps].
+    uint32_t order;   // Order of arrival [wraps].
     uint16_t user;
     uint16_t apid;
     uint16_t sequence;
-    uint16_t is_awaited; // A report about its end is still to come.
+    uint16_t is_awaited; // A report about its end is still expected.
 } ground_request_t;
 
 typedef struct { // Private, except `forgotten`.
@@ -33,16 +34,17 @@ typedef struct { // Private, except `forgotten`.
     } users[GROUND_USERS];
     ground_request_t requests[GROUND_REQUESTS];
     uint32_t order;
-    uint32_t forgotten; ///< Users and requests whose place was needed [wraps].
+    uint32_t forgotten; ///< Users and requests that were replaced [wraps].
 } communication_ground_routes_t;
 
 void communication_ground_routes_init(communication_ground_routes_t* routes);
-/// A connection (0..31) has sent a request, of PUS_TC_HEADER_SIZE octets at least.
+/// Store that connection `client` (0..31) has sent a request, which has at least PUS_TC_HEADER_SIZE octets.
 void communication_ground_routes_note(communication_ground_routes_t* routes, unsigned client,
                                       const uint8_t* packet);
-/// The connection has ended.
+/// Remove a connection that has ended.
 void communication_ground_routes_left(communication_ground_routes_t* routes, unsigned client);
-/// The connections to which a report to `user` goes, one bit each. Remembers that a request has ended.
+/// Returns the connections to which a report to `user` is sent, one bit each. If the report ends a request,
+/// its place becomes free.
 uint32_t communication_ground_routes_of(communication_ground_routes_t* routes, uint16_t user,
                                         const uint8_t* packet, size_t size);
 

@@ -27,8 +27,9 @@ unsigned communication_ground_security_unauthenticated(const communication_groun
                                                        const unsigned spared)
 {
     FSW_ASSERT(self != NULL);
-    unsigned found   = GROUND_CLIENTS;
-    uint32_t longest = 0U; // A client accepted in this cycle could not send yet.
+    unsigned found = GROUND_CLIENTS;
+    // A client with age 0 is not chosen: it was accepted in this cycle and could not send yet.
+    uint32_t longest = 0U;
     for (unsigned client = 0U; (self->receiver != NULL) && (client < GROUND_CLIENTS); client++) {
         const uint32_t age = self->cycle - self->since[client];
         if ((client != spared) && !self->sessions[client].is_bound && (age > longest)) {
@@ -66,16 +67,17 @@ static status_t next_frame(communication_ground_security_t* const self, const un
     if (status != STATUS_OK) {
         return (status == STATUS_TRUNCATED) ? status : refused(self, client, frame.taken);
     }
-    if (frame.packet == NULL) { // Further parts follow.
+    if (frame.packet == NULL) { // Further parts of the packet follow.
         sdls_accept(self->receiver, &self->sessions[client]);
     } else if ((pus_packet_frame(frame.packet, frame.size, &packet_size) != STATUS_OK) ||
-               (packet_size != frame.size)) { // Sent with the key, but not a telecommand packet.
+               // The sender has the key, but the content is not one telecommand packet.
+               (packet_size != frame.size)) {
         sdls_accept(self->receiver, &self->sessions[client]);
         self->receiver->refused[SDLS_REFUSED_PARTS]++;
         out_unit->packet = NULL;
         return refused(self, client, frame.taken);
     } else {
-        // The caller accepts the frame.
+        // The caller accepts the frame when it has processed the packet.
     }
     return STATUS_OK;
 }
@@ -137,5 +139,5 @@ void communication_ground_security_report(communication_ground_security_t* const
     self->quiet          = GROUND_TELLING_CYCLES;
     self->reported       = all;
     self->lost           = lost;
-    (void)subsystem_raise(generic, event, NULL, 0U); // The first event shows the counters as they are now.
+    (void)subsystem_raise(generic, event, NULL, 0U); // The event samples the counters of all refusals so far.
 }

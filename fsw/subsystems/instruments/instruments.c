@@ -4,7 +4,8 @@
 #include "base/assertion.h"
 #include "fsw/framework/control/elementary.h"
 
-#define ARRIVED_RAD 2e-3 ///< Distance from the target; the coarsest record of a device has steps of 1e-3.
+/// Largest distance from the target at arrival; the coarsest record of a device has steps of 1e-3.
+#define ARRIVED_RAD 2e-3
 
 void instruments_init(instruments_t* const own, subsystem_t* const generic,
                       const flow_resolver_t* const resolver)
@@ -35,7 +36,7 @@ static status_t software_init(void* const self)
                                  INSTRUMENTS_PARAMETER_COUNT, &own->parameters);
 }
 
-/// Every axis stays where it is until the next command.
+/// Make the present position of every axis its target.
 static void hold(instruments_t* const own)
 {
     parameter_lock(subsystem_dictionary(own->generic));

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The subsystem INSTRUMENTS: simple axes behind data flows. In OPERATIONAL each device gets its value of
-/// TARGET; an event reports that all have arrived. The descriptor says which devices there are, their end
-/// nodes and their records, which need the fields COUNT and VALUE to flight, ENABLE and TARGET to the device.
+/// The subsystem INSTRUMENTS: simple axes that are connected by data flows. In OPERATIONAL each device gets
+/// its value of TARGET; an event reports that all devices have arrived. The descriptor lists the devices,
+/// their end nodes and their records, which must have the fields COUNT and VALUE in the direction to flight,
+/// and ENABLE and TARGET in the direction to the device.
 ///
 /// Ownership  The program places instruments_t and the generic subsystem; both must not be moved.
-/// Context    The task of the generic subsystem; its callbacks wait only as fsw/devices does.
+/// Context    The task of the generic subsystem; its callbacks block only as those of fsw/devices do.
 #ifndef FSW_SUBSYSTEMS_INSTRUMENTS_INSTRUMENTS_H
 #define FSW_SUBSYSTEMS_INSTRUMENTS_INSTRUMENTS_H
 
@@ -17,17 +18,18 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#define INSTRUMENTS_MAX 8U ///< Devices; as many as the parameters have places.
+#define INSTRUMENTS_MAX 8U ///< Largest number of devices; the number of elements of the parameters.
 
-typedef struct {              // All fields are private.
-    stream_devices_t devices; ///< First: the callbacks of stream_devices.h have the same context.
+typedef struct { // All fields are private.
+    /// First member, because the callbacks of stream_devices.h get the same context.
+    stream_devices_t devices;
     subsystem_t* generic;
     instruments_parameters_t parameters;
-    bool is_under_way; ///< Have not all arrived yet.
+    bool is_under_way; ///< A device has not arrived at its target yet.
 } instruments_t;
 CAPACITY_CHECK(instruments_begin_with_devices, offsetof(instruments_t, devices) == 0U);
 
-/// Once, before the generic subsystem runs. Pointers are kept.
+/// Call once, before the generic subsystem runs. The pointers must stay valid.
 void instruments_init(instruments_t* own, subsystem_t* generic, const flow_resolver_t* resolver);
 /// Callbacks for the generic subsystem; their context is the instruments_t.
 const subsystem_callbacks_t* instruments_callbacks(void);

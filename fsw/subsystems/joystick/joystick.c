@@ -45,7 +45,7 @@ static status_t configure(void* const self, const descriptor_configuration_t* co
 static status_t engage(void* const self)
 {
     joystick_t* const joystick = self;
-    joystick->share            = 0.0; // The torque of the robot is faded in.
+    joystick->share            = 0.0; // The reflected torque rises slowly from zero.
     control_port_energy_reset(&joystick->energy);
     joystick_remote_contact_reset(&joystick->contact);
     return drives_engage(joystick);

@@ -4,8 +4,8 @@
 /// TELEPRESENCE sends the hand's position to the robot and reflects the robot's external torque to the hand;
 /// TELEPRESENCE_REMOTE does the same through a link with delay, with a local model of the contact;
 /// STAND_ALONE displays a commanded torque (FORCE, or DES_TORQUE by telecommand). A configuration with the
-/// required port ROBOT_STATE or ROBOT_CONTACT reflects, one without displays. All tunable values are the
-/// parameters CONTROL and REMOTE.
+/// required port ROBOT_STATE or ROBOT_CONTACT reflects the torque of a robot; a configuration without these
+/// ports displays torques. All tunable values are in the parameters CONTROL and REMOTE.
 ///
 /// Ownership  The program places joystick_t and the generic subsystem; both must not be moved.
 /// Context    The task of the generic subsystem; its callbacks never block.
@@ -32,7 +32,7 @@
 #include <stdint.h>
 
 typedef struct {     // All fields are private.
-    drives_t drives; ///< First: the callbacks of drives.h have the same context.
+    drives_t drives; ///< First member, because the callbacks of drives.h get the same context.
     subsystem_t* generic;
     joystick_parameters_t parameters;
     bool is_reflecting; ///< The configuration reflects the torque of a robot.
@@ -44,11 +44,11 @@ typedef struct {     // All fields are private.
     joystick_remote_contact_t contact;
     double share; ///< Share of the reflection, 0..1; grows while both sides are operational.
     joystick_force_display_t display;
-    uint32_t force_call_token; ///< Function FORCE under way; 0 none.
+    uint32_t force_call_token; ///< Token of the running function FORCE; 0: none.
 } joystick_t;
 CAPACITY_CHECK(joystick_begins_with_drives, offsetof(joystick_t, drives) == 0U);
 
-/// Call once, before the generic subsystem runs. Pointers are kept.
+/// Call once, before the generic subsystem runs. The pointers must stay valid.
 void joystick_init(joystick_t* joystick, subsystem_t* generic, const flow_resolver_t* resolver);
 /// Callbacks for the generic subsystem; their context is the joystick_t.
 const subsystem_callbacks_t* joystick_callbacks(void);

@@ -29,7 +29,8 @@ void joystick_display_step(joystick_t* const joystick, const double period_s)
     if (!joystick->display.is_active) {
         return;
     }
-    // A ceiling of zero makes the torque zero; the display then lasts for its time, with the smallest rate.
+    // A ceiling of zero makes the torque zero; the display still lasts for its duration, with any rate above
+    // 0.
     const double rate = gains->torque_ceiling / gains->ramp_time;
     joystick_force_display_step(&joystick->display, period_s, (rate > 0.0) ? rate : 1.0);
     if (!joystick->display.is_active) {
@@ -91,7 +92,8 @@ status_t joystick_perform(void* const self, const subsystem_function_t* const fu
     }
 }
 
-/// DES_TORQUE set by telecommand: display it until STOP, where that is allowed.
+/// React to a parameter that a telecommand has set: DES_TORQUE is displayed until STOP, if the state permits
+/// it.
 void joystick_parameter_set(void* const self, const uint32_t parameter_id)
 {
     joystick_t* const joystick = self;

@@ -12,7 +12,8 @@ void joystick_remote_contact_reset(joystick_remote_contact_t* const contact)
     *contact = (joystick_remote_contact_t){.taken_j = 0.0};
 }
 
-/// Along the normal the contact pushes only; across it, friction is bounded.
+/// Limit the force to a possible contact force: along the normal it only pushes; across the normal, friction
+/// limits it.
 static void bound(const joystick_remote_t* const gains, const double normal[CONTROL_PLANAR_AXES],
                   double force_n[CONTROL_PLANAR_AXES])
 {

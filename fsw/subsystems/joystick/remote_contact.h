@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the hand feels of a robot behind a link with delay: a local model of the contact that the robot
-/// reports, and damping if the port to the hand gives away more energy than it may.
+/// Torque that the hand feels if the link to the robot has a delay: a local model of the contact that the
+/// robot reports, and damping if the port to the hand gives away more energy than permitted.
 ///
 ///     felt = r + J^T k J s_p (x_e - x)      r: external torque of the robot; x_e: angle of the joystick that
-///                                           the robot acted on when it felt r; x: angle now
+///                                           the robot followed when it felt r; x: angle now
 ///
-/// A hand at rest feels r exactly; a moving hand feels the model, and only the difference between its
-/// stiffness and the true one goes round the delayed loop. At the tip the force along the normal is >= 0, and
-/// the tangential force is a limited share of it. The torque fades in with the reported push: in free space r
-/// is the error of its estimate, and the hand feels nothing of it.
+/// A hand at rest feels exactly r; a moving hand feels the model, and only the difference between the
+/// model's stiffness and the true stiffness passes through the delayed loop. At the tip the force along the
+/// normal is >= 0, and the tangential force is limited to a share of it. The torque is proportional to the
+/// reported push as long as this is small: in free space r is only an estimation error, which the hand must
+/// not feel.
 ///
 /// Ownership  The caller places joystick_remote_contact_t. Settings are the parameter REMOTE.
 /// Context    One task.
@@ -25,18 +26,19 @@
 #include <stdbool.h>
 
 typedef struct {               // Read-only outside.
-    control_reserve_t reserve; ///< What the port to the hand may give away.
-    double taken_j;            ///< Net energy that the hand has put in, as of the last cycle.
+    control_reserve_t reserve; ///< Energy that the port to the hand may give away.
+    double taken_j;            ///< Net energy from the hand, up to the last cycle.
 } joystick_remote_contact_t;
 
-/// At engagement: no reserve.
+/// Set the reserve to zero. Call it at engagement.
 void joystick_remote_contact_reset(joystick_remote_contact_t* contact);
-/// Torque at the joints of the robot that the hand at position_rad shall feel.
+/// Compute the torque at the joints of the robot that a hand at position_rad must feel.
 void joystick_remote_contact_feel(const joystick_remote_t* gains,
                                   const joystick_robot_contact_payload_t* robot,
                                   const double position_rad[STICK_AXES], double out_felt_nm[STICK_AXES]);
-/// One cycle of the passivity controller, with the net energy that the hand has put in since engagement; the
-/// caller gives the sum that the robot tells to `reserve` before. Returns the damping to be added [Nms/rad].
+/// Perform one cycle of the passivity controller; `taken_j` is the net energy from the hand since
+/// engagement. Before this call, the caller must pass the robot's sum of energy to `reserve`. Returns the
+/// damping to be added [Nms/rad].
 double joystick_remote_contact_damp(joystick_remote_contact_t* contact, const joystick_remote_t* gains,
                                     double period_s, double taken_j, const double velocity_rad_s[STICK_AXES]);
 

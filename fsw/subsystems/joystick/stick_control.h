@@ -4,8 +4,9 @@
 ///
 ///     u = s_f r - (b0 + b1 s) v        s: 0 in free space .. 1 in contact; rises fast, falls slowly
 ///
-/// The damping keeps the loop over the robot stable; free space needs little, contact more. The larger torque
-/// gives s for both axes: while friction holds a joint of the robot, its external torque shows no contact.
+/// The damping keeps the control loop through the robot stable; it can be small in free space, but must be
+/// larger in contact. The larger torque determines s for both axes, because the external torque of a joint
+/// that friction holds does not show a contact.
 ///
 /// Ownership  The caller places joystick_stick_control_t. Gains are the parameter CONTROL.
 /// Context    One task.
@@ -25,21 +26,21 @@ typedef struct { // Read-only outside.
     bool is_started;
     double position_rad[STICK_AXES];
     control_tracker_t motion[STICK_AXES];
-    double contact;       ///< s
-    double added_damping; ///< In the reflection, set by the caller [Nms/rad].
+    double contact;       ///< Degree of contact, s.
+    double added_damping; ///< Additional damping of the reflection, set by the caller [Nms/rad].
     double command_nm[STICK_AXES];
     unsigned limited; ///< Commands cut at the ceiling [commands, wraps].
 } joystick_stick_control_t;
 
 void joystick_stick_control_init(joystick_stick_control_t* control);
-/// Take in the position, and compute the velocity from it.
+/// Process the measured position, and compute the velocity from it.
 void joystick_stick_control_sense(joystick_stick_control_t* control, const joystick_control_t* gains,
                                   double period_s, const double position_rad[STICK_AXES]);
-/// Command that reflects a torque felt by the robot. `share` 0..1 fades the reflection in; damping is never
-/// reduced.
+/// Compute the command that reflects a torque that the robot feels. `share`, 0..1, scales the reflection,
+/// but not the damping.
 void joystick_stick_control_reflect(joystick_stick_control_t* control, const joystick_control_t* gains,
                                     double period_s, const double felt_nm[STICK_AXES], double share);
-/// Command that displays a torque, with the damping of free space.
+/// Compute the command that displays a torque, with the damping of free space.
 void joystick_stick_control_display(joystick_stick_control_t* control, const joystick_control_t* gains,
                                     const double torque_nm[STICK_AXES]);
 

@@ -57,7 +57,7 @@ static status_t configure(void* const self, const descriptor_configuration_t* co
     manipulator_t* const manipulator               = self;
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(manipulator->generic);
     const descriptor_device_t* const first         = &descriptor->devices[configuration->first_device];
-    // All devices have the mode of the first, see fits.
+    // `fits` has checked that all devices have the same mode of operation.
     manipulator->is_torque_mode = (drives_mode(descriptor, first) == CIA402_MODE_CST);
     manipulator->is_remote =
         descriptor_find_port(descriptor, configuration, MANIPULATOR_PORT_HAND_MOTION) != NULL;
@@ -77,8 +77,9 @@ static status_t start_control(void* const self)
     return status;
 }
 
-/// In torque mode a tare is needed, and a running one is waited for: forces felt with a wrong zero would be
-/// worse than a late start. In position mode the arm may be moved out of a contact that bars taring.
+/// Engage the drives. Torque mode requires a tare, and waits for a running one: a late start is better than
+/// forces that are measured with a wrong zero. Position mode requires none, so that the arm can be moved out
+/// of a contact that prevents a tare.
 static status_t engage(void* const self)
 {
     manipulator_t* const manipulator = self;

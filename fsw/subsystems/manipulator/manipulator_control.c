@@ -7,7 +7,7 @@
 #include <stddef.h>
 
 #define FRICTION_SPEED_RAD_S                                                                                 \
-    0.02 // Below this the compensation of Coulomb friction goes linearly through zero.
+    0.02 // Speed below which the compensation of Coulomb friction is proportional to the speed.
 
 void manipulator_arm_control_init(manipulator_arm_control_t* const control)
 {
@@ -64,7 +64,8 @@ void manipulator_arm_control_hold(manipulator_arm_control_t* const control,
     }
 }
 
-/// Move the goal of one joint towards `wanted`: within the range about home, not faster than the speed limit.
+/// Move the goal of one joint towards `wanted`, but not beyond the range around home and not faster than the
+/// speed limit.
 static void lead_goal(manipulator_arm_control_t* const control, const manipulator_arm_setup_t* const setup,
                       const unsigned joint, const double wanted)
 {
@@ -79,7 +80,7 @@ static void lead_goal(manipulator_arm_control_t* const control, const manipulato
     control->goal_rad[joint] += control_clamp(reach - control->goal_rad[joint], -step, step);
 }
 
-/// How far a joint gives way to the fast part of the external torque.
+/// Angle by which a joint yields to the fast part of the external torque.
 static double yield(manipulator_arm_control_t* const control, const manipulator_arm_setup_t* const setup,
                     const unsigned joint)
 {
@@ -89,7 +90,7 @@ static double yield(manipulator_arm_control_t* const control, const manipulator_
     return control->yielding * gains->compliance * fast;
 }
 
-/// Share of what differs at engagement that is left after one period.
+/// Share of the differences at engagement that remains after one period.
 static double remaining_share(const manipulator_arm_setup_t* const setup)
 {
     return 1.0 - control_clamp(setup->period_s / setup->gains->fade_time, 0.0, 1.0);
@@ -103,8 +104,8 @@ manipulator_arm_motion_t manipulator_arm_control_follow(manipulator_arm_control_
     manipulator_arm_motion_t desired;
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
         if (hand_rad != NULL) {
-            if (!control->is_coupled) { // The hand came after the arm was engaged: it takes over where the
-                                        // arm is.
+            // The first sample of the hand arrived after the arm was engaged: couple it at the present pose.
+            if (!control->is_coupled) {
                 control->hand_zero_rad[i] = hand_rad[i];
                 control->link_zero_rad[i] = control->goal_rad[i];
             }

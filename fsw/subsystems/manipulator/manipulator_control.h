@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Joint control of the arm: from sensors and desired motion to the commands of the drives.
+/// Joint control of the arm: computes the commands of the drives from sensors and desired motion.
 ///
-/// Each cycle calls manipulator_arm_control_sense, then _hold (actuators off: the law is computed for the
-/// present pose, so that engaging makes no step) or _follow and _step. Torque mode closes the loop here; in
-/// position mode the drive does, with the motor angle and the torque fed forward. Laws: docs/control.md.
+/// Each cycle calls manipulator_arm_control_sense, then _hold (while actuators are off: commands for the
+/// present pose, so that engaging causes no step), or _follow and _step. In torque mode this control closes
+/// the loop; in position mode the drive does, and gets the motor angle and a feed-forward torque. Equations:
+/// docs/control.md.
 ///
 /// Ownership  The caller places manipulator_arm_control_t. Gains and model: parameters CONTROL and MODEL.
 /// Context    One task.
@@ -33,7 +34,7 @@ typedef struct { // Read-only outside.
     bool is_started;
     bool is_coupled; ///< hand_zero_rad is known.
     double motor_rad[ARM_JOINTS];
-    double torque_nm[ARM_JOINTS]; ///< Sensor, raw.
+    double torque_nm[ARM_JOINTS]; ///< Torque sensor, without correction.
     double link_rad[ARM_JOINTS];
     control_tracker_t motor[ARM_JOINTS];     ///< Velocity of the motor angle.
     control_tracker_t reference[ARM_JOINTS]; ///< Desired link motion.
@@ -42,29 +43,31 @@ typedef struct { // Read-only outside.
     double hand_zero_rad[ARM_JOINTS]; ///< Joystick angle that corresponds to link_zero_rad.
     double link_zero_rad[ARM_JOINTS];
     double goal_rad[ARM_JOINTS]; ///< Goal of the reference, limited in speed and range.
-    double slow_nm[ARM_JOINTS];  ///< Low-pass external torque.
-    double yielding;             ///< 0 at engagement .. 1: share of the compliance in force.
+    double slow_nm[ARM_JOINTS];  ///< Low-pass filtered external torque.
+    double yielding;             ///< Share of the compliance: 0 at engagement, then rising to 1.
     double offset_rad[ARM_JOINTS];
     double bias_nm[ARM_JOINTS];
     double motor_target_rad[ARM_JOINTS];
     double feed_forward_nm[ARM_JOINTS];
-    double command_nm[ARM_JOINTS]; ///< Torque mode.
+    double command_nm[ARM_JOINTS]; ///< Commands of torque mode.
     unsigned limited;              ///< Torque commands cut at the ceiling [commands, wraps].
 } manipulator_arm_control_t;
 
 void manipulator_arm_control_init(manipulator_arm_control_t* control);
-/// Take in motor angle and joint torque; estimates of link angle, velocities and external torque follow.
+/// Process the measured motor angles and joint torques; estimate link angles, velocities and external
+/// torques.
 void manipulator_arm_control_sense(manipulator_arm_control_t* control, const manipulator_arm_setup_t* setup,
                                    const double motor_rad[ARM_JOINTS], const double torque_nm[ARM_JOINTS]);
 /// Couple the arm to the hand in the present pose: the hand's present angle (null: no hand) corresponds to
 /// this pose, and the commands hold the arm in it.
 void manipulator_arm_control_hold(manipulator_arm_control_t* control, const manipulator_arm_setup_t* setup,
                                   const double* hand_rad);
-/// The desired motion that follows the hand: its angle, or null while it is not known (the arm is held).
+/// Compute the desired motion that follows the hand. `hand_rad` is null while there is no sample of the
+/// hand; the goal then stays.
 manipulator_arm_motion_t manipulator_arm_control_follow(manipulator_arm_control_t* control,
                                                         const manipulator_arm_setup_t* setup,
                                                         const double* hand_rad);
-/// Commands for a desired motion.
+/// Compute the commands for a desired motion.
 void manipulator_arm_control_step(manipulator_arm_control_t* control, const manipulator_arm_setup_t* setup,
                                   const manipulator_arm_motion_t* desired);
 

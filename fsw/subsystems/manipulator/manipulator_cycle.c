@@ -9,7 +9,8 @@
 
 #include <stddef.h>
 
-#define LIMIT_HYSTERESIS 0.95 // An excess is over when the torque has fallen to this share of the limit.
+// An excess of torque ends when the torque has fallen to this share of the limit.
+#define LIMIT_HYSTERESIS 0.95
 
 static canopen_cia402_axis_t* joint_axis(manipulator_t* const manipulator, const unsigned joint)
 {
@@ -77,7 +78,8 @@ static void step_identification(manipulator_t* const manipulator)
                                         manipulator->control.torque_nm);
 }
 
-/// Model and zero of the sensors change together: their sum is what was measured.
+/// Use the identified masses and offsets. Both change together, because the measurements determine only
+/// their sum.
 static void apply_identified(manipulator_t* const manipulator)
 {
     manipulator->model =
@@ -179,7 +181,8 @@ void manipulator_sense(void* const self)
 
 // ---- Control ----
 
-/// The angles that the arm follows: those of the hand, or those that it yields to; null: none.
+/// Returns the angles that the arm follows: those of the hand, modified by manipulator_yield if the link has
+/// a delay; null if there is no hand.
 static const double* angles_to_follow(manipulator_t* const manipulator,
                                       const manipulator_arm_setup_t* const setup)
 {

@@ -9,9 +9,10 @@
 
 #include <stddef.h>
 
-#define STOP_RAD_S2 4.0     // Deceleration of STOP.
-#define PARAMETER_SHARE 0.5 // A motion by setting DES_POSITION peaks at this share of the speed limit.
-#define PEAK_SPEED 1.875    // Peak speed of a minimum-jerk motion over distance 1 in time 1.
+#define STOP_RAD_S2 4.0 // Deceleration of STOP.
+// The peak speed of a motion that DES_POSITION starts is this share of the speed limit.
+#define PARAMETER_SHARE 0.5
+#define PEAK_SPEED 1.875 // Peak speed of a minimum-jerk motion over distance 1 in time 1.
 #define DURATION_MIN_S 0.1
 
 // ---- Motion ----
@@ -105,8 +106,8 @@ static status_t stop(manipulator_t* const manipulator)
     return STATUS_OK;
 }
 
-/// DES_POSITION set by telecommand: move there if allowed; otherwise the next cycle restores the present
-/// position.
+/// Move to DES_POSITION, which a telecommand has set, if that is permitted; otherwise the next cycle sets
+/// the parameter to the present position again.
 static void go_to_parameter(manipulator_t* const manipulator)
 {
     const double* const goal = manipulator->parameters.des_position;
@@ -145,7 +146,7 @@ void manipulator_abandon(void* const self)
 {
     FSW_ASSERT(self != NULL);
     manipulator_t* const manipulator = self;
-    for (unsigned i = 0U; i < ARM_JOINTS; i++) { // At rest where the arm is.
+    for (unsigned i = 0U; i < ARM_JOINTS; i++) { // The desired motion becomes rest at the present position.
         manipulator->point[i] = (control_motion_point_t){.position = manipulator->control.link_rad[i]};
         control_motion_rest(&manipulator->motion[i], manipulator->control.link_rad[i]);
     }
@@ -158,7 +159,7 @@ void manipulator_abandon(void* const self)
 
 // ---- Functions ----
 
-/// A command for a tare takes over one that was started automatically.
+/// Begin a tare, or take over a running tare that was started automatically.
 static status_t tare(manipulator_t* const manipulator, const uint32_t call_token)
 {
     if ((manipulator->drives.activity != DRIVES_PREPARED) || (manipulator->tare_token != 0U)) {

@@ -6,14 +6,16 @@
 
 #include <stddef.h>
 
-// The velocity in the momenta is noisy, and so are the residuals of unit masses, which the filter takes for
-// exact: with the gain of the observer (400 1/s) this alone would make the masses smaller by 3 %.
+// Gain of the residuals. The velocity in the momenta is noisy, and so are the residuals of unit masses,
+// which the filter treats as exact; with the gain of the observer (400 1/s) this noise alone would make the
+// masses 3 % too small.
 #define RESIDUAL_GAIN_1_S 30.0
 #define KEEP_CYCLES 2000U  // 1 s at 2 kHz.
-#define QUIET_CYCLES 1000U // After a contact, until its torque has left the residuals.
-#define UPDATE_CYCLES 10U  // The residuals of consecutive cycles are nearly equal.
-#define TARE_NOISE_NM 0.01 // A mean of many samples.
-#define DEVIATIONS_MAX 4.0 // Estimated masses are limited to this many standard deviations.
+#define QUIET_CYCLES 1000U // Cycles after a contact until the residuals no longer contain its torque.
+// Cycles between two updates, because residuals of consecutive cycles are nearly equal.
+#define UPDATE_CYCLES 10U
+#define TARE_NOISE_NM 0.01 // Noise of a tare, which is the mean of many samples.
+#define DEVIATIONS_MAX 4.0 // Estimated masses are limited to this number of standard deviations.
 
 /// Replace both earlier estimates by the present one.
 static void keep_all(manipulator_arm_identification_t* const identification)
@@ -52,8 +54,8 @@ static manipulator_model_t part_of(const manipulator_model_t* const model, const
     return unit;
 }
 
-/// Delay angle and torque as the tracker of the observer delays the velocity, by two equal poles. A velocity
-/// that is older than the torque would be taken for mass in a fast motion.
+/// Delay angle and torque by two equal poles, as the tracker of the observer delays the velocity. In a fast
+/// motion, the filter would otherwise mistake the later velocity for an effect of the masses.
 static void delay(manipulator_arm_identification_t* const identification,
                   const manipulator_arm_observer_gains_t* const gains, const double link_rad[ARM_JOINTS],
                   const double torque_nm[ARM_JOINTS])
@@ -115,7 +117,7 @@ static void effects_of(const manipulator_arm_identification_t* const identificat
     }
 }
 
-/// Torque that the unknowns do not explain.
+/// Measured torque minus the torque that the estimated unknowns explain.
 static double rest_of(const manipulator_arm_identification_t* const identification,
                       const double effect[ARM_UNKNOWNS], const double measured_nm)
 {
@@ -171,7 +173,7 @@ void manipulator_arm_identification_tare(manipulator_arm_identification_t* const
         double effect[ARM_UNKNOWNS];
         double torque = offset_nm[joint];
         effects_of(identification, joint, effect);
-        // At rest the residual of a unit mass is its gravity torque.
+        // Add the gravity torque of the model; at rest the residual of a unit mass is its gravity torque.
         for (unsigned i = 0U; i < ARM_JOINTS; i++) {
             torque += effect[i] * model->link_mass[i];
         }
@@ -181,7 +183,7 @@ void manipulator_arm_identification_tare(manipulator_arm_identification_t* const
 }
 
 /// Limit the masses to DEVIATIONS_MAX standard deviations around those of the model, so that a wrong sensor
-/// cannot give impossible masses.
+/// cannot lead to impossible masses.
 static void limit_masses(manipulator_arm_identification_t* const identification,
                          const manipulator_identification_t* const assumed,
                          const manipulator_model_t* const model)
@@ -193,7 +195,7 @@ static void limit_masses(manipulator_arm_identification_t* const identification,
     }
 }
 
-/// Keep the present estimate, every KEEP_CYCLES.
+/// Store the present estimate every KEEP_CYCLES cycles.
 static void keep(manipulator_arm_identification_t* const identification)
 {
     identification->age++;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Shared by the source files of the manipulator; private to them.
+/// Functions that only the source files of the manipulator share.
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_INTERNAL_H
 #define FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_INTERNAL_H
 
@@ -7,21 +7,21 @@
 
 /// Gains, model and period of this cycle.
 manipulator_arm_setup_t manipulator_setup(const manipulator_t* manipulator);
-/// Begin the identification anew, with the model of the parameters.
+/// Begin the identification again, with the model of the parameters.
 void manipulator_take_model(manipulator_t* manipulator);
 
 /// manipulator_cycle.c: the cyclic callbacks.
 void manipulator_sense(void* self);
 void manipulator_control(void* self);
 
-/// manipulator_functions.c: function commands, and the motion they ask for.
+/// manipulator_functions.c: function commands, and the motions that they start.
 status_t manipulator_perform(void* self, const subsystem_function_t* function);
 void manipulator_parameter_set(void* self, uint32_t parameter_id);
-/// Next point of the commanded motion; ends its function command.
+/// Compute the next point of the commanded motion; complete its function command at the last point.
 manipulator_arm_motion_t manipulator_motion_step(manipulator_t* manipulator);
-/// Abort everything commanded; the hook of drives.h.
+/// Abort all commanded motions: the callback `abandon` of drives.h.
 void manipulator_abandon(void* self);
-/// End a TARE under way with the result of the tare.
+/// Complete a running function TARE with the result of the tare.
 void manipulator_tare_ended(manipulator_t* manipulator);
 
 #endif // FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_INTERNAL_H

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Rigid-body model of the two-joint arm in its vertical plane, as the controller believes it to be.
+/// Rigid-body model of the two-joint arm in its vertical plane, which the controller uses.
 ///
 /// Angles are geometric: tip = (l1 cos q1 + l2 cos(q1 + q2), l1 sin q1 + l2 sin(q1 + q2)), x forward, z up.
 /// All values are those of the parameter MODEL. Pure functions of their arguments.
@@ -26,16 +26,16 @@ typedef struct { // Terms of the equations of motion in one pose.
 manipulator_arm_terms_t manipulator_arm_terms(const manipulator_model_t* model,
                                               const double angle_rad[ARM_JOINTS]);
 
-/// M a.
+/// Mass matrix times a vector.
 void manipulator_arm_inertia_times(const manipulator_arm_terms_t* terms, const double vector[ARM_JOINTS],
                                    double out[ARM_JOINTS]);
-/// C(q, v) v: centrifugal and Coriolis torque [Nm].
+/// Compute C(q, v) v, the centrifugal and Coriolis torque [Nm].
 void manipulator_arm_coriolis(const manipulator_arm_terms_t* terms, const double velocity_rad_s[ARM_JOINTS],
                               double out_nm[ARM_JOINTS]);
-/// C(q, v)^T v for the momentum observer [Nm].
+/// Compute C(q, v)^T v, which the momentum observer needs [Nm].
 void manipulator_arm_coriolis_transposed(const manipulator_arm_terms_t* terms,
                                          const double velocity_rad_s[ARM_JOINTS], double out_nm[ARM_JOINTS]);
-/// Jacobian of the tip, as in fsw/framework/control/planar.h.
+/// Compute the Jacobian of the tip, in the form of fsw/framework/control/planar.h.
 void manipulator_arm_jacobian(const manipulator_model_t* model, const double angle_rad[ARM_JOINTS],
                               double out[CONTROL_PLANAR_ENTRIES]);
 

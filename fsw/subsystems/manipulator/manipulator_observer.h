@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// External torque on the arm from the joint torque sensors: a momentum observer.
+/// Momentum observer: estimates the external torque on the arm from the joint torque sensors.
 ///
-/// The sensors are on the output side of the gears, so motor friction and rotor inertia do not matter;
-/// gravity, inertia and coupling of the links are taken out by the model without differentiating twice.
+/// The sensors are on the output side of the gears, so motor friction and rotor inertia have no influence.
+/// The model removes gravity, inertia and coupling of the links without a second derivative of the angle.
 ///
 /// Ownership  The caller places manipulator_arm_observer_t.
 /// Context    One task.
@@ -17,22 +17,22 @@
 
 typedef struct {                        // Read-only outside.
     control_tracker_t link[ARM_JOINTS]; ///< Follows the link angle.
-    double momentum[ARM_JOINTS];        ///< Integrated from the known torques [Nms].
-    double external_nm[ARM_JOINTS];     ///< Estimate.
+    double momentum[ARM_JOINTS];        ///< Momentum, integrated from the known torques [Nms].
+    double external_nm[ARM_JOINTS];     ///< Estimated external torque.
     bool is_started;
 } manipulator_arm_observer_t;
 
 typedef struct {
-    double bandwidth_rad_s; ///< Bandwidth of the velocity.
+    double bandwidth_rad_s; ///< Bandwidth of the tracker of the velocity.
     double gain_1_s;        ///< Gain of the estimate.
     double period_s;
 } manipulator_arm_observer_gains_t;
 
-/// Those of the parameter CONTROL.
+/// Returns the gains of the parameter CONTROL.
 manipulator_arm_observer_gains_t manipulator_arm_observer_gains(const manipulator_control_t* gains,
                                                                 double period_s);
-/// One cycle: link angle, and joint torque free of the sensor's offset. Before the first cycle the observer
-/// is all zero.
+/// Process one cycle: link angle, and joint torque without the sensor's offset. The observer must be zero
+/// before the first cycle.
 void manipulator_arm_observer_step(manipulator_arm_observer_t* observer, const manipulator_model_t* model,
                                    const manipulator_arm_observer_gains_t* gains,
                                    const double link_rad[ARM_JOINTS], const double torque_nm[ARM_JOINTS]);

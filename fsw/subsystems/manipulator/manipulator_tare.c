@@ -6,7 +6,8 @@
 
 #include <stddef.h>
 
-#define REST_RAD_S 0.02 // A faster joint is moving; a slower one is at rest with noise.
+// A joint that is faster is moving; below this speed, a joint is at rest and its speed is noise.
+#define REST_RAD_S 0.02
 
 void manipulator_arm_tare_init(manipulator_arm_tare_t* const tare)
 {

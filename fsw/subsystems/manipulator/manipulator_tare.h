@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Zero of the joint torque sensors: mean of measured minus gravity torque, at rest and free of contact.
+/// Tare: determines the zero of the joint torque sensors as the mean of measured minus gravity torque, at
+/// rest and without contact.
 ///
-/// Motion restarts the mean. An offset beyond the ceiling is treated as contact: the tare fails and the old
-/// zero stays.
+/// A motion restarts the mean. An offset beyond the ceiling counts as a contact: the tare fails and the old
+/// zero stays in force.
 ///
 /// Ownership  The caller places manipulator_arm_tare_t.
 /// Context    One task.
@@ -17,10 +18,10 @@
 #include <stdint.h>
 
 typedef struct {     // Read-only outside.
-    status_t result; ///< STATUS_EMPTY (never begun), STATUS_BUSY, STATUS_OK, STATUS_OUT_OF_RANGE (contact).
+    status_t result; ///< STATUS_EMPTY (not begun), STATUS_BUSY, STATUS_OK, STATUS_OUT_OF_RANGE (contact).
     uint32_t samples;
     double sum_nm[ARM_JOINTS];
-    double offset_nm[ARM_JOINTS]; ///< The zero in force.
+    double offset_nm[ARM_JOINTS]; ///< Zero of the last tare that succeeded.
 } manipulator_arm_tare_t;
 
 typedef struct {                      // One sample.
@@ -30,8 +31,8 @@ typedef struct {                      // One sample.
 
 void manipulator_arm_tare_init(manipulator_arm_tare_t* tare);
 void manipulator_arm_tare_begin(manipulator_arm_tare_t* tare);
-/// Take a sample in, if a tare is running. `samples` of them in a row, at rest, make the mean.
-/// Returns tare->result.
+/// Process a sample if a tare is running. The mean is that of `samples` consecutive samples at rest. Returns
+/// tare->result.
 status_t manipulator_arm_tare_step(manipulator_arm_tare_t* tare, const manipulator_arm_tare_sample_t* sample,
                                    uint32_t samples, double ceiling_nm);
 

@@ -7,7 +7,7 @@
 #include <stddef.h>
 
 #define LEAD_SHARE 0.01     // Share of the difference to the hand that one cycle removes.
-#define LEAD_MAX_RAD 2.0e-4 // Largest such change.
+#define LEAD_MAX_RAD 2.0e-4 // Largest change in one cycle.
 
 static bool has_hand(const manipulator_arm_yield_sample_t* const sample)
 {
@@ -31,8 +31,8 @@ void manipulator_arm_yield_reset(manipulator_arm_yield_t* const yield,
 }
 
 /// Estimate the contact. The motion of the arm disturbs the estimate of the force, so only the slow part of
-/// the force is used. The force contains friction, so the normal follows its direction with a longer time
-/// constant; at the beginning of a contact the normal is its direction.
+/// the force is used. The force contains friction, so the normal follows the direction of the force with a
+/// longer time constant; at the beginning of a contact the normal is set to this direction.
 static void follow_contact(manipulator_arm_yield_t* const yield,
                            const manipulator_arm_yield_setup_t* const setup, const double force_n[ARM_JOINTS])
 {
@@ -63,7 +63,7 @@ static void follow_contact(manipulator_arm_yield_t* const yield,
     yield->push_n      = (yield->slow_n[0] * yield->normal[0]) + (yield->slow_n[1] * yield->normal[1]);
 }
 
-/// How far the arm gives way, in angles of the joystick.
+/// Compute how far the arm yields, as angles of the joystick.
 static void give_way(manipulator_arm_yield_t* const yield, const manipulator_arm_yield_setup_t* const setup,
                      const manipulator_arm_yield_sample_t* const sample, double out_rad[ARM_JOINTS])
 {
@@ -86,7 +86,8 @@ static void give_way(manipulator_arm_yield_t* const yield, const manipulator_arm
     out_rad[1] /= setup->position_scale;
 }
 
-/// Take the step, shortened so that the arm gives away no more than its reserve.
+/// Perform a step of the angle that the arm follows. The step is shortened so that the arm gives away no
+/// more energy than its reserve.
 static void take_step(manipulator_arm_yield_t* const yield, const manipulator_arm_yield_setup_t* const setup,
                       const double torque_nm[ARM_JOINTS], double step_rad[ARM_JOINTS])
 {
