@@ -20,7 +20,7 @@ void tearDown(void)
 {
 }
 
-// Statuswords of each state, from the masks of CiA 402, with all other bits as given.
+// Statuswords of each state: the bits that the masks of CiA 402 define; all other bits are as given.
 static const uint16_t status_bits[] = {
     [CIA402_NOT_READY]          = 0x00U,
     [CIA402_SWITCH_ON_DISABLED] = 0x40U,
@@ -32,7 +32,7 @@ static const uint16_t status_bits[] = {
     [CIA402_FAULT]              = 0x08U,
 };
 
-static void every_statusword_is_read_as_its_masks_say(void)
+static void every_statusword_is_decoded_by_the_masks_of_the_standard(void)
 {
     unsigned counts[CIA402_UNKNOWN + 1] = {0U};
     for (uint32_t word = 0U; word <= 0xFFFFU; word++) {
@@ -65,7 +65,7 @@ static void every_statusword_is_read_as_its_masks_say(void)
     }
 }
 
-// A drive that follows the standard; faults end in FAULT after one step of reaction.
+// A drive that follows the standard. FAULT_REACTION lasts one step.
 static canopen_cia402_state_t obey(const canopen_cia402_state_t state, const uint16_t word,
                                    const uint16_t before)
 {
@@ -154,7 +154,7 @@ static void cycle(const canopen_cia402_state_t state)
     canopen_cia402_axis_step(&axis);
 }
 
-static void an_axis_that_drops_out_is_not_enabled_again(void)
+static void an_axis_that_leaves_operation_is_not_enabled_again(void)
 {
     canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
     cycle(CIA402_SWITCHED_ON);
@@ -175,7 +175,7 @@ static void an_axis_that_drops_out_is_not_enabled_again(void)
     TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_SHUTDOWN, axis.controlword);
 }
 
-static void an_axis_that_was_ordered_to_leave_operation_is_no_fault(void)
+static void leaving_operation_on_command_is_not_a_fault(void)
 {
     canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
     cycle(CIA402_OPERATION_ENABLED);
@@ -228,7 +228,7 @@ static void commands_never_pass_the_limits(void)
     TEST_ASSERT_EQUAL_INT32(2147483646, axis.target_position);
     canopen_cia402_axis_command_position(&axis, -(double)INFINITY, 0.0);
     TEST_ASSERT_EQUAL_INT32(-2147483646, axis.target_position);
-    // A maximum that the word cannot hold is cut to the word's range.
+    // A maximum that the word cannot hold is limited to the range of the word.
     axis.scale.torque_max_nm = 1000.0;
     canopen_cia402_axis_command_torque(&axis, 999.0);
     TEST_ASSERT_EQUAL_INT16(32766, axis.target_torque);
@@ -270,7 +270,7 @@ static void commands_stay_within_the_limits_of_the_axis(void)
     TEST_ASSERT_EQUAL_UINT32(3U, axis.limited);
 }
 
-/// The start bit is set in operation only, and a reference found before does not count.
+/// The start bit is set in operation only, and a reference that was found before does not count.
 static void homing_is_started_in_operation_and_ends_by_the_drive(void)
 {
     canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
@@ -278,14 +278,14 @@ static void homing_is_started_in_operation_and_ends_by_the_drive(void)
     cycle(CIA402_SWITCHED_ON);
     TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_ENABLE, axis.controlword);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, canopen_cia402_axis_homing(&axis));
-    axis.statusword = 0x1627U; // In operation, with the result of an earlier search.
+    axis.statusword = 0x1627U; // In operation; the bits still show the result of an earlier search.
     TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
     cycle(CIA402_OPERATION_ENABLED);
     TEST_ASSERT_EQUAL_HEX16(0x001FU, axis.controlword);
     TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
-    axis.statusword = 0x0627U; // At rest, without reference.
+    axis.statusword = 0x0627U; // The axis rests and has no reference.
     TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
-    axis.statusword = 0x1227U; // Found, still moving.
+    axis.statusword = 0x1227U; // The reference is found, but the axis still moves.
     TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
     axis.statusword = 0x1627U;
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_cia402_axis_homing(&axis));
@@ -295,15 +295,15 @@ static void homing_is_started_in_operation_and_ends_by_the_drive(void)
     cycle(CIA402_OPERATION_ENABLED);
     TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_QUICK_STOP, axis.controlword);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, canopen_cia402_axis_homing(&axis));
-    canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false); // The search is forgotten.
+    canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false); // The object forgets the search.
     cycle(CIA402_OPERATION_ENABLED);
     TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_ENABLE, axis.controlword);
     canopen_cia402_axis_home(&axis, true);
-    axis.statusword = 0x2627U; // The error of the last search does not count for the next,
+    axis.statusword = 0x2627U; // The error of the last search does not end the next one,
     TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
     cycle(CIA402_OPERATION_ENABLED);
     axis.statusword = 0x2627U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_cia402_axis_homing(&axis)); // but that of this one.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_cia402_axis_homing(&axis)); // but an error of this search does.
     canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
     TEST_ASSERT_TRUE(axis.is_homing);
     canopen_cia402_axis_home(&axis, false);
@@ -313,12 +313,12 @@ static void homing_is_started_in_operation_and_ends_by_the_drive(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(every_statusword_is_read_as_its_masks_say);
+    RUN_TEST(every_statusword_is_decoded_by_the_masks_of_the_standard);
     RUN_TEST(every_goal_is_reached_from_every_state);
     RUN_TEST(a_drive_is_enabled_only_for_the_goal_enabled);
-    RUN_TEST(an_axis_that_drops_out_is_not_enabled_again);
+    RUN_TEST(an_axis_that_leaves_operation_is_not_enabled_again);
     RUN_TEST(commands_stay_within_the_limits_of_the_axis);
-    RUN_TEST(an_axis_that_was_ordered_to_leave_operation_is_no_fault);
+    RUN_TEST(leaving_operation_on_command_is_not_a_fault);
     RUN_TEST(values_are_scaled_and_rounded);
     RUN_TEST(commands_never_pass_the_limits);
     RUN_TEST(a_velocity_is_commanded_with_a_torque_offset);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a device has from its data sheet: units, limits and emergency codes, on a bus with two drives.
+// What a device takes from its data sheet: units, limits and emergency codes. The bus has two drives.
 #include "test/unit/fsw/canopen/two_drives.h"
 
 #include "unity.h"
@@ -21,7 +21,8 @@ static void a_device_in_another_unit_is_refused(void)
     expect_refusal(0x12U, REFUSAL_VALUE, 0x60A800U, 0xFD410000U);
 }
 
-/// Limits of the data sheet, until a setting gives others; a boot-up brings back those of the sheet.
+/// Limits come from the data sheet until a setting changes them; a boot-up restores the limits of the data
+/// sheet.
 static void limits_follow_sheet_and_settings(void)
 {
     canopen_cia402_axis_t* const axis = &network.devices[1]->device.axes[0];
@@ -40,8 +41,8 @@ static void limits_follow_sheet_and_settings(void)
     TEST_ASSERT_EQUAL_INT32(-2800000, axis->target_position);
 }
 
-/// 0xFF01 stands in the data sheet, 0xFF02 does not.
-static void a_code_of_the_maker_has_the_severity_of_the_sheet(void)
+/// The data sheet defines the code 0xFF01, but not 0xFF02.
+static void a_manufacturer_code_has_the_severity_of_the_data_sheet(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     scripted_bus_emergency(&bus, 0x12U, 0xFF02U);
@@ -58,6 +59,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_device_in_another_unit_is_refused);
     RUN_TEST(limits_follow_sheet_and_settings);
-    RUN_TEST(a_code_of_the_maker_has_the_severity_of_the_sheet);
+    RUN_TEST(a_manufacturer_code_has_the_severity_of_the_data_sheet);
     return UNITY_END();
 }

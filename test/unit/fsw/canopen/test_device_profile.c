@@ -35,7 +35,7 @@ static void disable_transmit_pdo(void)
     TEST_ASSERT_EQUAL(STATUS_OK, map(0x1A00U, 0U, 0U));
 }
 
-static void entries_get_words_and_places(void)
+static void entries_become_words_at_their_places(void)
 {
     disable_transmit_pdo();
     TEST_ASSERT_EQUAL(STATUS_OK, map(0x1A00U, 1U, TORQUE));
@@ -49,13 +49,13 @@ static void entries_get_words_and_places(void)
     TEST_ASSERT_EQUAL_UINT8(6U, canopen_device_profile_pdo_octets(&own.transmit[0]));
 }
 
-static void the_order_of_cia_301_is_expected(void)
+static void a_mapping_must_follow_the_order_of_cia_301(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, map(0x1A00U, 0U, 0U)); // It exists.
-    TEST_ASSERT_EQUAL(STATUS_OK, map(0x1800U, 2U, 1U));        // Another parameter.
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, map(0x1A00U, 0U, 0U)); // The object already has an entry.
+    TEST_ASSERT_EQUAL(STATUS_OK, map(0x1800U, 2U, 1U));        // An entry of another object.
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, map(0x1A00U, 0U, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, map(0x1800U, 1U, DISABLED | 0x191U));
-    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, map(0x1A00U, 1U, TORQUE)); // It has entries.
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, map(0x1A00U, 1U, TORQUE)); // The number of entries is not 0.
     TEST_ASSERT_EQUAL(STATUS_OK, map(0x1A00U, 0U, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, map(0x1A00U, 1U, TORQUE));
 }
@@ -63,22 +63,22 @@ static void the_order_of_cia_301_is_expected(void)
 static void an_object_has_its_length_and_direction(void)
 {
     disable_transmit_pdo();
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, map(0x1A00U, 1U, 0x60640010U)); // Half a position.
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, map(0x1A00U, 1U, VENDOR));      // Not for process data.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, map(0x1A00U, 1U, 0x60640010U)); // The length of half a position.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, map(0x1A00U, 1U, VENDOR));      // The object cannot be mapped.
     TEST_ASSERT_EQUAL(STATUS_OK, map(0x1400U, 1U, DISABLED | 0x211U));
     TEST_ASSERT_EQUAL(STATUS_OK, map(0x1600U, 0U, 0U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, map(0x1600U, 1U, STATUSWORD)); // Read-only.
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, map(0x1600U, 1U, MODE));       // Nothing commands it in each cycle.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, map(0x1600U, 1U, MODE));       // No cyclic command uses the mode.
     TEST_ASSERT_EQUAL(STATUS_OK, map(0x1600U, 1U, CONTROLWORD));
     TEST_ASSERT_EQUAL(PROFILE_CONTROLWORD, own.receive[0].entries[0].word);
 }
 
-static void an_object_that_is_no_word_of_an_axis_is_a_value(void)
+static void an_object_that_is_not_a_word_of_an_axis_is_a_value(void)
 {
     const uint8_t values = own.value_count;
     disable_transmit_pdo();
     TEST_ASSERT_EQUAL(STATUS_OK, map(0x1A00U, 1U, TORQUE_DEMAND));
-    TEST_ASSERT_EQUAL(STATUS_OK, map(0x1A00U, 2U, TORQUE_DEMAND)); // Known already.
+    TEST_ASSERT_EQUAL(STATUS_OK, map(0x1A00U, 2U, TORQUE_DEMAND)); // The value is already known.
     TEST_ASSERT_EQUAL_UINT8(values + 1U, own.value_count);
     TEST_ASSERT_EQUAL(PROFILE_VALUE, own.transmit[0].entries[1].word);
     TEST_ASSERT_EQUAL_UINT8(values, own.transmit[0].entries[1].place);
@@ -90,7 +90,8 @@ static void pdos_entries_octets_and_values_are_limited(void)
 {
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, map(0x1A00U + own.transmit_count, 0U, 0U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, map(0x1600U + own.receive_count, 0U, 0U));
-    TEST_ASSERT_EQUAL(STATUS_OK, map(0x1800U + own.transmit_count, 1U, 0U)); // The device itself refuses it.
+    // The profile accepts it; the device itself refuses it.
+    TEST_ASSERT_EQUAL(STATUS_OK, map(0x1800U + own.transmit_count, 1U, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, map(0x13FFU, 0U, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, map(0x1C00U, 0U, 1U));
     disable_transmit_pdo();
@@ -110,10 +111,10 @@ static void pdos_entries_octets_and_values_are_limited(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(entries_get_words_and_places);
-    RUN_TEST(the_order_of_cia_301_is_expected);
+    RUN_TEST(entries_become_words_at_their_places);
+    RUN_TEST(a_mapping_must_follow_the_order_of_cia_301);
     RUN_TEST(an_object_has_its_length_and_direction);
-    RUN_TEST(an_object_that_is_no_word_of_an_axis_is_a_value);
+    RUN_TEST(an_object_that_is_not_a_word_of_an_axis_is_a_value);
     RUN_TEST(pdos_entries_octets_and_values_are_limited);
     return UNITY_END();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Process data that are no words of an axis: input and output modules (CiA 401), measuring devices (404),
-// manufacturer objects.
+// Process data that are not words of an axis: input and output modules (CiA 401), measuring devices (CiA
+// 404), manufacturer objects.
 #include "fsw/canopen/device.h"
 #include "test/support/scripted_bus.h"
 
@@ -11,7 +11,8 @@
 
 #define NODE 0x31U
 
-/// A gyro's rates and status byte, a valve box's outputs with an on-time, padding between them.
+/// The rates and the status octet of a gyro, the outputs and an on-time of a valve box, with padding between
+/// them.
 static const canopen_device_profile_t mixed = {
     .type           = "mixed",
     .profile        = 404U,
@@ -60,7 +61,7 @@ static const canopen_master_config_t config = {
 void setUp(void)
 {
     scripted_bus_open(&bus, "test-values");
-    (void)scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x7EU); // Acknowledges.
+    (void)scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x7EU); // Another node, which acknowledges frames.
     flow_can_init(&flow);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_can_open(&flow, &resolver, "robot"));
     canopen_master_init(&master, &config, &flow);
@@ -104,7 +105,7 @@ static void received_values_have_their_sign_and_unit(void)
     expect(0U, 2147.483647);
     expect(1U, 255.0);
     expect(2U, 3276.7);
-    scripted_bus_deliver(&bus, 0x180U + NODE, octets, 7U); // Another length: dropped.
+    scripted_bus_deliver(&bus, 0x180U + NODE, octets, 7U); // A frame of another length is dropped.
     canopen_master_receive(&master, 0U);
     expect(0U, 2147.483647);
     TEST_ASSERT_EQUAL_UINT32(1U, device.malformed);
@@ -112,7 +113,7 @@ static void received_values_have_their_sign_and_unit(void)
     expect(0U, 0.0);
 }
 
-static void sent_values_are_rounded_and_cut_at_their_object(void)
+static void sent_values_are_rounded_and_limited_to_their_object(void)
 {
     static const struct {
         double outputs;
@@ -133,7 +134,7 @@ static void sent_values_are_rounded_and_cut_at_their_object(void)
         TEST_ASSERT_EQUAL_UINT8(6U, bus.seen[0].length);
         TEST_ASSERT_EQUAL_HEX8_ARRAY(cases[i].octets, bus.seen[0].data, 6U);
     }
-    canopen_device_set_value(&device, 2U, -0.26); // One with sign.
+    canopen_device_set_value(&device, 2U, -0.26); // A signed value.
     expect(2U, -0.3);
     canopen_device_set_value(&device, 2U, -1e9);
     expect(2U, -3276.8);
@@ -141,7 +142,8 @@ static void sent_values_are_rounded_and_cut_at_their_object(void)
     expect(2U, 3276.7);
 }
 
-/// Those of an earlier configuration do not go out with the first process data of the next; inputs stay.
+/// Outputs of an earlier configuration are not sent with the first process data of the next; inputs keep
+/// their values.
 static void outputs_are_zero_in_a_new_configuration(void)
 {
     device.values[0] = 7U;
@@ -150,7 +152,8 @@ static void outputs_are_zero_in_a_new_configuration(void)
     canopen_device_emit(&device);
     scripted_bus_run(&bus);
     canopen_device_configure(&device, NULL, 0U);
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_device_configure_step(&device)); // They are still carried.
+    // The process data still carry these values.
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_device_configure_step(&device));
     canopen_device_emit(&device);
     scripted_bus_run(&bus);
     static const uint8_t zeros[6] = {0U};
@@ -158,8 +161,9 @@ static void outputs_are_zero_in_a_new_configuration(void)
     TEST_ASSERT_EQUAL_UINT32(7U, device.values[0]);
 }
 
-/// Two objects are in the first PDO only, one in both: what the second still carries is not written.
-static void values_that_no_process_data_carry_any_more_are_set_to_zero(void)
+/// Two objects are in the first PDO only, one is in both PDOs: the object that the second PDO still carries
+/// is not written.
+static void values_without_process_data_are_set_to_zero(void)
 {
     static const canopen_device_profile_t both = {
         .value_count   = 3U,
@@ -206,8 +210,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(values_are_found_by_their_object);
     RUN_TEST(received_values_have_their_sign_and_unit);
-    RUN_TEST(sent_values_are_rounded_and_cut_at_their_object);
+    RUN_TEST(sent_values_are_rounded_and_limited_to_their_object);
     RUN_TEST(outputs_are_zero_in_a_new_configuration);
-    RUN_TEST(values_that_no_process_data_carry_any_more_are_set_to_zero);
+    RUN_TEST(values_without_process_data_are_set_to_zero);
     return UNITY_END();
 }

@@ -72,7 +72,8 @@ static void nodes_and_routes_have_their_limits(void)
     TEST_ASSERT_EQUAL(STATUS_EXISTS, canopen_master_add_node(&master, 0x11U, &index));
     TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_master_add_node(&master, 0U, &index));
     TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_master_add_node(&master, 128U, &index));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_master_add_node(&master, 1U, &index)); // The master itself.
+    // The node id of the master itself.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_master_add_node(&master, 1U, &index));
     for (uint8_t id = 2U; id < (1U + MASTER_NODES_MAX); id++) {
         TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_add_node(&master, id, &index));
     }
@@ -98,7 +99,7 @@ static void sync_is_the_last_frame_of_a_cycle(void)
     TEST_ASSERT_EQUAL_HEX32(0x211U, bus.seen[0].id);
     TEST_ASSERT_EQUAL_HEX8(OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS, bus.seen[0].flags);
     TEST_ASSERT_EQUAL_HEX32(0x611U, bus.seen[1].id);
-    TEST_ASSERT_EQUAL_HEX8(0U, bus.seen[1].flags); // Everything but process data is classic.
+    TEST_ASSERT_EQUAL_HEX8(0U, bus.seen[1].flags); // Only process data are sent in FD frames.
     TEST_ASSERT_EQUAL_HEX32(0x701U, bus.seen[2].id);
     TEST_ASSERT_EQUAL_HEX32(0x080U, bus.seen[3].id);
     TEST_ASSERT_EQUAL_UINT8(0U, bus.seen[3].length);
@@ -116,7 +117,7 @@ static void the_heartbeat_has_a_period_of_20_ms(void)
     }
 }
 
-static void a_master_that_begins_anew_sends_its_heartbeat_at_once(void)
+static void a_master_on_a_new_channel_sends_its_heartbeat_at_once(void)
 {
     cycle();
     now_ns = 0U;
@@ -131,8 +132,8 @@ static void a_master_that_begins_anew_sends_its_heartbeat_at_once(void)
     TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus, 0x701U));
 }
 
-/// After the reset of a node its heartbeat is not monitored and no answer is expected; other nodes do not
-/// change.
+/// After the reset of a node, its heartbeat is not monitored and its transfers end; other nodes are not
+/// affected.
 static void a_reset_counts_for_the_nodes_that_it_reaches(void)
 {
     uint8_t index = 0U;
@@ -164,7 +165,7 @@ static void a_reset_counts_for_the_nodes_that_it_reaches(void)
                               canopen_sdo_client_upload(&nodes[k].sdo, 0x1000U, 0U));
         }
     }
-    flow_can_close(&flow); // A command that is not sent changes nothing.
+    flow_can_close(&flow); // A command that cannot be sent has no effect.
     TEST_ASSERT_NOT_EQUAL(STATUS_OK, canopen_master_command(&master, 0U, NMT_RESET_NODE));
     TEST_ASSERT_TRUE(nodes[0].has_heartbeat);
     TEST_ASSERT_TRUE(nodes[1].has_heartbeat);
@@ -201,7 +202,7 @@ static void a_heartbeat_is_missed_after_60_ms_and_not_before_the_first(void)
     TEST_ASSERT_FALSE(master.nodes[0].is_heartbeat_lost);
 }
 
-static void process_data_reach_their_taker(void)
+static void process_data_reach_their_receiver(void)
 {
     const uint8_t octets[8] = {9U, 8U, 7U};
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_route(&master, 0x191U, take, &master));
@@ -242,7 +243,7 @@ static void frames_of_the_wrong_kind_are_counted_and_dropped(void)
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_route(&master, 0x191U, take, &master));
     scripted_bus_deliver(&bus, 0x191U | OSAL_CAN_REMOTE, NULL, 0U);
     scripted_bus_deliver(&bus, 0x191U | OSAL_CAN_EXTENDED, octets, 8U);
-    scripted_bus_deliver(&bus, 0x712U, octets, 1U);     // Heartbeat of a node we do not know,
+    scripted_bus_deliver(&bus, 0x712U, octets, 1U);     // Heartbeat of an unknown node,
     scripted_bus_deliver(&bus, 0x711U, octets, 2U);     // one that is too long,
     scripted_bus_deliver(&bus, 0x711U, NULL, 0U);       // too short,
     scripted_bus_deliver(&bus, 0x711U, &octets[1], 1U); // of a state that does not exist.
@@ -305,7 +306,7 @@ static void a_flood_is_read_in_parts_and_does_not_delay_the_cycle(void)
     TEST_ASSERT_EQUAL_UINT32(OSAL_CAN_RING_FRAMES - 1U, master.counters.unknown);
 }
 
-/// Answers of the node from before its boot-up do not belong to a transfer that is begun after it.
+/// Responses from before the boot-up of a node do not belong to a transfer that starts after it.
 static void a_boot_up_ends_the_transfer_with_the_node(void)
 {
     static const uint8_t operational = 0x05U;
@@ -320,7 +321,7 @@ static void a_boot_up_ends_the_transfer_with_the_node(void)
     TEST_ASSERT_EQUAL_UINT32(1U, master.nodes[0].boots);
 }
 
-static void a_cleared_master_has_forgotten_nodes_routes_emergencies_and_sync(void)
+static void clearing_a_master_removes_nodes_routes_emergencies_and_sync(void)
 {
     uint8_t index = 9U;
     canopen_emergency_t emergency;
@@ -394,18 +395,18 @@ int main(void)
     RUN_TEST(nodes_and_routes_have_their_limits);
     RUN_TEST(sync_is_the_last_frame_of_a_cycle);
     RUN_TEST(the_heartbeat_has_a_period_of_20_ms);
-    RUN_TEST(a_master_that_begins_anew_sends_its_heartbeat_at_once);
+    RUN_TEST(a_master_on_a_new_channel_sends_its_heartbeat_at_once);
     RUN_TEST(a_reset_counts_for_the_nodes_that_it_reaches);
     RUN_TEST(a_boot_up_or_any_heartbeat_starts_the_monitoring_of_a_node);
     RUN_TEST(a_heartbeat_is_missed_after_60_ms_and_not_before_the_first);
-    RUN_TEST(process_data_reach_their_taker);
+    RUN_TEST(process_data_reach_their_receiver);
     RUN_TEST(emergencies_are_queued_and_counted_when_they_do_not_fit);
     RUN_TEST(frames_of_the_wrong_kind_are_counted_and_dropped);
     RUN_TEST(nothing_is_queued_without_acknowledge);
     RUN_TEST(a_sync_that_the_full_queue_refuses_is_counted_as_refused);
     RUN_TEST(a_flood_is_read_in_parts_and_does_not_delay_the_cycle);
     RUN_TEST(a_boot_up_ends_the_transfer_with_the_node);
-    RUN_TEST(a_cleared_master_has_forgotten_nodes_routes_emergencies_and_sync);
+    RUN_TEST(clearing_a_master_removes_nodes_routes_emergencies_and_sync);
     RUN_TEST(the_first_and_the_last_node_id_are_valid);
     RUN_TEST(emergencies_keep_their_order_beyond_the_end_of_the_queue);
     RUN_TEST(a_node_that_never_stops_sending_does_not_hold_the_cycle);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The life of two drives and of a joystick: commissioning, process data, other modes.
+// The operation of two drives and of a joystick: commissioning, process data, other modes.
 #include "test/unit/fsw/canopen/two_drives.h"
 
 #include "unity.h"
@@ -16,7 +16,7 @@ void tearDown(void)
 
 // ---- Commissioning ----
 
-static void drives_come_up_run_and_go_down(void)
+static void drives_are_commissioned_operated_and_stopped(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
     TEST_ASSERT_EQUAL_UINT(1U, joints[0]->boots);
@@ -31,7 +31,8 @@ static void drives_come_up_run_and_go_down(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_start));
     TEST_ASSERT_EQUAL_HEX8(0x05U, joints[0]->nmt);
     TEST_ASSERT_EQUAL_UINT(0U,
-                           joints[0]->pdos_received - 1U); // The first goes out with the cycle that starts.
+                           // The first frame is sent in the cycle of the start.
+                           joints[0]->pdos_received - 1U);
     TEST_ASSERT_EQUAL_UINT(2U, joints[0]->last_pdo);
     idle(5U);
     TEST_ASSERT_EQUAL_HEX16(0x0250U, joints[0]->status[0]);
@@ -52,7 +53,7 @@ static void drives_come_up_run_and_go_down(void)
     expect_no_fault();
 }
 
-static void process_data_go_both_ways(void)
+static void process_data_pass_in_both_directions(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     canopen_cia402_axis_t* const axis = &network.devices[1]->device.axes[0];
@@ -101,7 +102,7 @@ static void a_joystick_has_two_axes_behind_one_node(void)
     expect_no_fault();
 }
 
-/// A device that has no mapping besides those of its data sheet is identified.
+/// A device whose only mapping is that of its data sheet is identified.
 static void only_the_mappings_of_its_profile_are_read(void)
 {
     scripted_object(joints[0], 0x1602U, 0U)->abort_code = 0x06020000U;
@@ -130,8 +131,8 @@ static void the_network_checks_each_added_node(void)
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_set(&network, 0U, &setting));
 }
 
-/// A network with the maximum number of devices is in operation within 50 ms, like one with two.
-static void a_full_network_comes_up_and_is_secured(void)
+/// A network with the maximum number of devices is in operation within 50 ms, as a network of two devices is.
+static void a_full_network_is_commissioned_and_secured(void)
 {
     for (uint8_t i = 2U; i < NETWORK_DEVICES_MAX; i++) {
         canopen_network_close(&network);
@@ -186,7 +187,7 @@ static void a_node_that_does_not_boot_is_reported_again(void)
     for (unsigned i = 0U; i < 800U; i++) {
         TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
     }
-    // Raised once, though the device reports it twice more.
+    // The refusal is raised once, although the device reports it twice more.
     expect_refusal(0x12U, REFUSAL_NOT_BOOTED, 0U, 0U);
     joints[1]->is_boot_mute = false;
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
@@ -203,7 +204,7 @@ static void a_device_of_another_type_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, canopen_network_configure(&network, now_ns));
 }
 
-/// Like the one with another type, it has the same profile: only its identity differs.
+/// A device whose profile is the same as that of the class; only its identity differs.
 static void a_device_of_another_maker_or_kind_is_refused(void)
 {
     scripted_object(joints[1], 0x1018U, 1U)->value = 0x0000029CU;
@@ -254,7 +255,7 @@ static void an_abort_and_silence_end_commissioning(void)
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, run_action(canopen_network_configure));
     expect_refusal(0x12U, REFUSAL_TIMEOUT, 0x606000U, 0U);
     joints[1]->is_sdo_mute = false;
-    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure)); // The same once more.
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure)); // A second attempt succeeds.
 }
 
 static void starting_waits_for_the_process_data_of_each_device(void)
@@ -289,7 +290,8 @@ static void a_network_can_be_configured_again_for_another_mode(void)
     expect_no_fault();
 }
 
-/// RPDO1 carries position and torque offset, RPDO2 torque and velocity: the offset would act with the torque.
+/// RPDO1 carries position and torque offset, RPDO2 torque and velocity: the old offset would be added to the
+/// torque.
 static void nothing_commanded_in_one_configuration_acts_in_the_next(void)
 {
     canopen_cia402_axis_t* const axis = &network.devices[0]->device.axes[0];
@@ -304,12 +306,13 @@ static void nothing_commanded_in_one_configuration_acts_in_the_next(void)
     expect_refusal(0x11U, REFUSAL_ABORTED, 0x60B200U, 0x08000022U);
     scripted_object(joints[0], 0x60B2U, 0U)->abort_code = 0U;
     unsigned writes                                     = joints[0]->writes;
-    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure)); // The settings and one more.
+    // The settings and one write access more.
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
     TEST_ASSERT_EQUAL_UINT(writes + 4U + 1U, joints[0]->writes);
     TEST_ASSERT_EQUAL_HEX32(0U, scripted_object(joints[0], 0x60B2U, 0U)->value);
     TEST_ASSERT_EQUAL_UINT8(2U, scripted_object(joints[0], 0x60B2U, 0U)->octets);
     writes = joints[0]->writes;
-    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure)); // It is zero by now.
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure)); // The offset is already zero.
     TEST_ASSERT_EQUAL_UINT(writes + 4U, joints[0]->writes);
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_start));
     go(CIA402_GOAL_STANDBY);
@@ -321,7 +324,8 @@ static void nothing_commanded_in_one_configuration_acts_in_the_next(void)
     set(0U, 0x1401U, 1U, 4U, 0x80000311U);
     set(0U, 0x1400U, 1U, 4U, 0x00000211U);
     writes = joints[0]->writes;
-    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure)); // Targets act in no other mode.
+    // In no other mode do the targets act.
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
     TEST_ASSERT_EQUAL_UINT(writes + 2U, joints[0]->writes);
     expect_no_fault();
 }
@@ -342,7 +346,7 @@ static void an_idle_device_is_not_enabled(void)
     expect_no_fault();
 }
 
-/// Cycles until the first fault, which is this refusal.
+/// Run cycles until the first fault, which must be this refusal. Returns the number of cycles.
 static unsigned cycles_to_refusal(const action_t action, const uint8_t node,
                                   const canopen_network_refusal_t refusal)
 {
@@ -363,7 +367,8 @@ static void a_boot_is_repeated_every_300_ms_at_the_missing_node_only(void)
 {
     unsigned resets[2]      = {0U, 0U};
     joints[1]->is_boot_mute = true;
-    // The first cycle begins the call, the second sends the reset, the 600th after that repeats it.
+    // The first cycle starts the call, the second sends the reset, and the 600th after that repeats the
+    // reset.
     (void)cycle(canopen_network_boot);
     TEST_ASSERT_EQUAL_UINT(601U, cycles_to_refusal(canopen_network_boot, 0x12U, REFUSAL_NOT_BOOTED) + 1U);
     for (unsigned i = 0U; i < 1800U; i++) {
@@ -376,7 +381,7 @@ static void a_boot_is_repeated_every_300_ms_at_the_missing_node_only(void)
     }
     TEST_ASSERT_EQUAL_UINT(0U, resets[0]);
     TEST_ASSERT_EQUAL_UINT(3U, resets[1]);
-    expect_no_fault(); // It is reported once for each boot,
+    expect_no_fault(); // The refusal is reported once for each boot,
     canopen_network_stop(&network);
     (void)cycle(canopen_network_boot);
     (void)cycles_to_refusal(canopen_network_boot, 0x12U, REFUSAL_NOT_BOOTED); // and again for the next.
@@ -417,7 +422,7 @@ static void a_value_of_another_size_is_a_refusal_for_its_format(void)
     expect_refusal(0x12U, REFUSAL_FORMAT, 0x100000U, 0U);
 }
 
-/// A drive has one axis; the places of others are not its own.
+/// A drive has one axis; the other places of axes in its object are not used.
 static void axes_that_a_device_does_not_have_take_no_part(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
@@ -438,8 +443,8 @@ static void axes_that_a_device_does_not_have_take_no_part(void)
     TEST_ASSERT_TRUE(torque_nm == 0.0);
 }
 
-/// The parameters of PDOs that the class does not have, and other entries, leave the PDOs as they are.
-static void only_the_identifiers_of_its_own_pdos_move_a_device(void)
+/// Settings of PDOs that the class does not have, and of other entries, do not change the PDOs.
+static void only_identifiers_of_its_own_pdos_change_a_device(void)
 {
     static const struct {
         uint16_t index;
@@ -470,10 +475,10 @@ static void two_devices_cannot_send_under_one_identifier(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
     TEST_ASSERT_EQUAL(STATUS_EXISTS, cycle(canopen_network_start));
     TEST_ASSERT_FALSE(network.is_running);
-    TEST_ASSERT_EQUAL(0U, network.master.route_count); // Nothing is left of the start.
+    TEST_ASSERT_EQUAL(0U, network.master.route_count); // The start has left no route.
     idle(2U);
     TEST_ASSERT_EQUAL_UINT(0U, bus.syncs);
-    // A device that could not be connected does not take away the route of the other one.
+    // A device that could not be connected does not remove the route of the other device.
     canopen_device_t* const devices[2] = {&network.devices[0]->device, &network.devices[1]->device};
     devices[1]->transmit[1].is_valid   = true;
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_device_connect(devices[0]));
@@ -486,7 +491,7 @@ static void two_devices_cannot_send_under_one_identifier(void)
     TEST_ASSERT_EQUAL_HEX16(0x0250U, devices[0]->axes[0].statusword);
 }
 
-static void a_closed_network_begins_anew(void)
+static void a_closed_network_starts_from_the_beginning(void)
 {
     canopen_network_fault_t fault;
     run_to(CIA402_GOAL_ENABLED);
@@ -497,13 +502,14 @@ static void a_closed_network_begins_anew(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, canopen_network_take_fault(&network, &fault));
     TEST_ASSERT_FALSE(network.is_running);
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", NULL));
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, canopen_network_start(&network, now_ns)); // It has not booted.
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, canopen_network_start(&network, now_ns)); // The network has not booted.
     network.master.route_count = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_start));
     go(CIA402_GOAL_STANDBY);
     go(CIA402_GOAL_ENABLED);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure)); // From the quick stop on.
+    // Securing starts again with the quick stop.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure));
     TEST_ASSERT_EQUAL_HEX16(0x0002U, joints[0]->control[0]);
 }
 
@@ -533,8 +539,8 @@ static void settings_belong_to_their_device_until_they_are_cleared(void)
     TEST_ASSERT_EQUAL_UINT32(3U, scripted_object(joints[1], 0x6066U, 0U)->value);
 }
 
-/// A list that is shorter than the one before leaves nothing of that one in force.
-static void settings_of_an_earlier_configuration_do_not_move_pdos(void)
+/// After a shorter list of settings, no setting of the longer list before is in force.
+static void settings_of_an_earlier_configuration_do_not_change_pdos(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
     set(0U, 0x6065U, 0U, 4U, 1U);
@@ -552,12 +558,12 @@ static void settings_of_an_earlier_configuration_do_not_move_pdos(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(drives_come_up_run_and_go_down);
-    RUN_TEST(process_data_go_both_ways);
+    RUN_TEST(drives_are_commissioned_operated_and_stopped);
+    RUN_TEST(process_data_pass_in_both_directions);
     RUN_TEST(a_joystick_has_two_axes_behind_one_node);
     RUN_TEST(only_the_mappings_of_its_profile_are_read);
     RUN_TEST(the_network_checks_each_added_node);
-    RUN_TEST(a_full_network_comes_up_and_is_secured);
+    RUN_TEST(a_full_network_is_commissioned_and_secured);
     RUN_TEST(functions_called_out_of_order_are_refused);
     RUN_TEST(a_node_that_does_not_boot_is_reported_again);
     RUN_TEST(a_device_of_another_type_is_refused);
@@ -575,11 +581,11 @@ int main(void)
     RUN_TEST(a_silent_device_is_reported_after_100_ms_of_each_start);
     RUN_TEST(a_value_of_another_size_is_a_refusal_for_its_format);
     RUN_TEST(axes_that_a_device_does_not_have_take_no_part);
-    RUN_TEST(only_the_identifiers_of_its_own_pdos_move_a_device);
+    RUN_TEST(only_identifiers_of_its_own_pdos_change_a_device);
     RUN_TEST(two_devices_cannot_send_under_one_identifier);
-    RUN_TEST(a_closed_network_begins_anew);
+    RUN_TEST(a_closed_network_starts_from_the_beginning);
     RUN_TEST(a_boot_that_was_interrupted_by_closing_begins_with_the_reset);
     RUN_TEST(settings_belong_to_their_device_until_they_are_cleared);
-    RUN_TEST(settings_of_an_earlier_configuration_do_not_move_pdos);
+    RUN_TEST(settings_of_an_earlier_configuration_do_not_change_pdos);
     return UNITY_END();
 }

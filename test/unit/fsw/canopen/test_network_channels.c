@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A network on a bus with two channels: the master sends on the active one only, searches the devices there,
-// and changes the channel by order, never by itself.
+// A network on a bus with two channels: the master sends on the active channel only, searches for the devices
+// there, and changes the channel only on command.
 #include "fsw/canopen/network.h"
 #include "test/support/scripted_bus.h"
 
@@ -21,7 +21,7 @@ static canopen_network_device_t places[2];
 static uint64_t now_ns;
 static bool is_a_missing;
 static bool is_b_missing;
-static unsigned spoken[NETWORK_CHANNELS]; // Frames of the master.
+static unsigned spoken[NETWORK_CHANNELS]; // Frames that the master has sent.
 
 static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
                         flow_endnode_address_t* const out_address)
@@ -47,7 +47,7 @@ static const canopen_network_config_t config = {.master              = {.node_id
                                                 .silence_reported_ns = 300000000U,
                                                 .quick_stop_limit_ns = 200000000U};
 
-/// Plug both devices into one channel, or into none.
+/// Plug both devices into one channel, or into no channel.
 static void devices_on(const unsigned channel)
 {
     for (unsigned i = 0U; i < 2U; i++) {
@@ -66,7 +66,7 @@ static void open_network(void)
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", "robot-b"));
 }
 
-/// Counters of both channels together.
+/// Sum of the counters of both channels.
 static canopen_network_bus_counters_t counters_now(void)
 {
     canopen_network_bus_counters_t sum = {.sent = 0U};
@@ -159,12 +159,12 @@ static void the_master_speaks_on_the_active_channel_only(void)
     TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_DEVICE_LOST, 0U));
 }
 
-static void devices_on_the_other_channel_are_called_by_the_heartbeat(void)
+static void devices_on_the_other_channel_follow_the_heartbeat(void)
 {
     devices_on(B);
     open_network();
     unsigned resets = 0U;
-    for (unsigned i = 0U; i < 200U; i++) { // 100 ms: nothing but heartbeats.
+    for (unsigned i = 0U; i < 200U; i++) { // In 100 ms the master sends heartbeats only.
         TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
         resets += scripted_bus_count(&bus[A], 0U);
         TEST_ASSERT_EQUAL_UINT(bus[A].seen_count, scripted_bus_count(&bus[A], MASTER_HEARTBEAT));
@@ -190,7 +190,7 @@ static void a_call_ends_for_devices_that_are_not_heard(void)
     TEST_ASSERT_TRUE(resets >= 1U);
 }
 
-static void a_channel_cut_has_the_reaction_of_an_unplug_and_an_order_recovers_the_devices(void)
+static void a_cut_channel_counts_as_unplugged_and_a_command_recovers_the_devices(void)
 {
     open_network();
     run();
@@ -199,7 +199,7 @@ static void a_channel_cut_has_the_reaction_of_an_unplug_and_an_order_recovers_th
     TEST_ASSERT_EQUAL_UINT(2U, faults_of(NETWORK_DEVICE_LOST, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
     idle(2000U);
-    TEST_ASSERT_EQUAL_UINT8(A, network.channel); // The master does not change the channel by itself.
+    TEST_ASSERT_EQUAL_UINT8(A, network.channel); // The master does not change the channel without a command.
     TEST_ASSERT_EQUAL_UINT(0U, spoken[B]);
     const unsigned before = spoken[A];
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_select_channel(&network, B));
@@ -211,7 +211,7 @@ static void a_channel_cut_has_the_reaction_of_an_unplug_and_an_order_recovers_th
     TEST_ASSERT_TRUE(spoken[B] > 300U);
 }
 
-static void a_selection_while_closed_counts_for_the_next_opening(void)
+static void a_selection_while_closed_applies_to_the_next_opening(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, canopen_network_select_channel(&network, NETWORK_CHANNELS));
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_select_channel(&network, B));
@@ -222,13 +222,14 @@ static void a_selection_while_closed_counts_for_the_next_opening(void)
     canopen_network_reset_nodes(&network);
     idle(1U);
     canopen_network_close(&network);
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_select_channel(&network, B)); // The same again.
+    // Selecting the same channel again has no effect.
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_select_channel(&network, B));
     open_network();
     run();
     TEST_ASSERT_EQUAL_UINT(0U, spoken[A]);
 }
 
-static void a_switch_in_mid_run_stops_process_data_first(void)
+static void a_change_of_channel_first_stops_process_data(void)
 {
     open_network();
     run();
@@ -236,11 +237,12 @@ static void a_switch_in_mid_run_stops_process_data_first(void)
     TEST_ASSERT_FALSE(network.is_running);
     TEST_ASSERT_FALSE(network.is_booted);
     idle(1U);
-    TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus[A], 0U)); // NMT PRE-OPERATIONAL, the last frame there.
+    // NMT PRE-OPERATIONAL is the last frame on the old channel.
+    TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus[A], 0U));
     TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus[B], MASTER_HEARTBEAT));
     TEST_ASSERT_EQUAL_UINT(0U, scripted_bus_count(&bus[B], 0x080U));
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
-    // All devices are commissioned again.
+    // All devices must be commissioned again.
     TEST_ASSERT_EQUAL(STATUS_CLOSED, canopen_network_configure(&network, now_ns));
     devices_on(B);
     run();
@@ -295,7 +297,8 @@ static void conditions_of_a_controller_are_reported_and_counted(void)
     TEST_ASSERT_EQUAL_UINT(1U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_TRANSMIT_TIMEOUT));
     scripted_bus_error(&bus[A], OSAL_CAN_ERROR_LOST_ARBITRATION, 0U);
     idle(1U);
-    TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_BUS_WARNING, 0U)); // In normal operation it is only counted.
+    // In normal operation the warning is only counted.
+    TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_BUS_WARNING, 0U));
     scripted_bus_error(&bus[A], OSAL_CAN_ERROR_BUS_OFF, 0U);
     scripted_bus_error(&bus[A], OSAL_CAN_ERROR_RESTARTED, 0U);
     idle(1U);
@@ -323,7 +326,7 @@ static void unsent_frames_are_counted_with_the_reason(void)
     TEST_ASSERT_EQUAL_UINT32(before.full, after.full);
     status_t status = STATUS_OK;
     for (unsigned i = 0U; (i <= OSAL_CAN_RING_FRAMES) && (status == STATUS_OK); i++) {
-        status = flow_can_send(&network.flows[A], 0x7F0U, octets, 8U); // No node takes the frames.
+        status = flow_can_send(&network.flows[A], 0x7F0U, octets, 8U); // No node acknowledges the frames.
     }
     TEST_ASSERT_EQUAL(STATUS_FULL, status);
     after = counters_now();
@@ -331,7 +334,7 @@ static void unsent_frames_are_counted_with_the_reason(void)
     TEST_ASSERT_EQUAL_UINT32(before.full + 1U, after.full);
 }
 
-/// Each of both controllers counts for itself.
+/// Each controller has counters of its own.
 static void the_counters_of_both_channels_are_summed(void)
 {
     for (unsigned i = 0U; i < NETWORK_CHANNELS; i++) {
@@ -375,14 +378,14 @@ static unsigned cycles_to_reset(const unsigned channel)
     return cycles;
 }
 
-/// A heartbeat from before the call says nothing about the channel on which the node is now.
+/// A heartbeat from before the call does not show on which channel the node is now.
 static void a_call_ends_when_every_node_was_heard_since_or_after_160_ms(void)
 {
     static const uint8_t alive = 0x7FU;
     open_network();
     scripted_bus_deliver(&bus[A], 0x711U, &alive, 1U);
     scripted_bus_deliver(&bus[A], 0x712U, &alive, 1U);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot)); // They are received as the call begins.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot)); // The heartbeats arrive as the call begins.
     scripted_bus_deliver(&bus[A], 0x711U, &alive, 1U);
     TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
     TEST_ASSERT_EQUAL_UINT(0U, scripted_bus_count(&bus[A], 0U));
@@ -427,7 +430,7 @@ static void a_channel_that_does_not_exist_is_not_missing(void)
     TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_MISSING + NETWORK_BUS_CHANNEL_B));
 }
 
-/// Continuous loss is reported once; the time before the bus was opened does not belong to it.
+/// A continuous loss is reported once; losses before the opening of the bus do not count.
 static void lost_frames_are_reported_after_each_opening_on_both_channels(void)
 {
     for (unsigned i = 0U; i < 2U; i++) {
@@ -449,11 +452,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_master_speaks_on_the_active_channel_only);
-    RUN_TEST(devices_on_the_other_channel_are_called_by_the_heartbeat);
+    RUN_TEST(devices_on_the_other_channel_follow_the_heartbeat);
     RUN_TEST(a_call_ends_for_devices_that_are_not_heard);
-    RUN_TEST(a_channel_cut_has_the_reaction_of_an_unplug_and_an_order_recovers_the_devices);
-    RUN_TEST(a_selection_while_closed_counts_for_the_next_opening);
-    RUN_TEST(a_switch_in_mid_run_stops_process_data_first);
+    RUN_TEST(a_cut_channel_counts_as_unplugged_and_a_command_recovers_the_devices);
+    RUN_TEST(a_selection_while_closed_applies_to_the_next_opening);
+    RUN_TEST(a_change_of_channel_first_stops_process_data);
     RUN_TEST(frames_of_a_node_on_the_wrong_channel_are_dropped);
     RUN_TEST(a_missing_channel_b_is_reported_and_cannot_be_selected);
     RUN_TEST(conditions_of_a_controller_are_reported_and_counted);

@@ -124,7 +124,7 @@ static void a_fault_is_reported_once_with_its_code(void)
     expect_no_fault();
 }
 
-/// The last statusword of a device that is lost is no news.
+/// The last statusword of a lost device does not report a fault.
 static void only_a_device_that_is_present_can_be_faulty(void)
 {
     canopen_cia402_axis_t* const axis = &network.devices[0]->device.axes[0];
@@ -157,7 +157,7 @@ static void a_drive_that_leaves_operation_without_a_command_is_faulty(void)
     expect_fault(NETWORK_DRIVE_FAULT, 0x11U, 0x0250U);
     idle(20U);
     expect_no_fault();
-    TEST_ASSERT_EQUAL_HEX16(0x0250U, joints[0]->status[0]); // The drive is not switched on again.
+    TEST_ASSERT_EQUAL_HEX16(0x0250U, joints[0]->status[0]); // The master does not switch the drive on again.
 }
 
 static void an_emergency_is_reported_by_the_class_of_its_code(void)
@@ -173,7 +173,7 @@ static void an_emergency_is_reported_by_the_class_of_its_code(void)
     expect_no_fault();
 }
 
-static void an_emergency_before_the_reset_is_no_fault(void)
+static void an_emergency_before_the_reset_is_not_a_fault(void)
 {
     scripted_bus_emergency(&bus, 0x11U, 0x8130U);
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
@@ -195,7 +195,8 @@ static void a_fault_is_reset_only_for_the_goal_standby(void)
     TEST_ASSERT_EQUAL_HEX16(0x0233U, joints[0]->status[0]);
 }
 
-/// Emergencies of medium severity with codes from `first` on, in each cycle as many as the master keeps.
+/// Deliver emergencies of medium severity with codes from `first` on; in each cycle as many as the master can
+/// store.
 static void deliver_warnings(const unsigned count, const uint16_t first)
 {
     for (unsigned i = 0U; i < count; i++) {
@@ -270,8 +271,8 @@ static void securing_works_from_every_goal_and_keeps_a_fault(void)
     TEST_ASSERT_EQUAL_HEX16(0x0218U, joints[0]->status[0]);
 }
 
-/// A controller repeats a frame that is not acknowledged: the nodes would receive an old command when they
-/// are connected again.
+/// A controller repeats a frame that is not acknowledged. After a reconnection, the nodes would receive an
+/// old command.
 static void no_command_is_queued_without_an_acknowledging_node(void)
 {
     run_to(CIA402_GOAL_ENABLED);
@@ -312,7 +313,7 @@ static void a_sync_of_another_node_is_reported_once_while_it_continues(void)
     scripted_bus_deliver(&bus, 0x080U, NULL, 0U);
     idle(2U);
     run_to(CIA402_GOAL_ENABLED);
-    expect_no_fault(); // Faults from before the commissioning of the devices do not count.
+    expect_no_fault(); // Faults from before the commissioning are not reported.
     for (unsigned i = 0U; i < 400U; i++) {
         scripted_bus_deliver(&bus, 0x080U, NULL, 0U);
         idle(1U);
@@ -343,7 +344,7 @@ static void faults_keep_their_order_beyond_the_end_of_the_queue(void)
     }
     TEST_ASSERT_EQUAL_UINT32(0U, network.faults_lost);
     deliver_warnings(NETWORK_FAULTS_MAX, 0x4300U);
-    TEST_ASSERT_EQUAL_UINT32(0U, network.faults_lost); // The queue is exactly full.
+    TEST_ASSERT_EQUAL_UINT32(0U, network.faults_lost); // The queue is exactly full, and no fault is lost.
 }
 
 /// A loss and a fault are reported once per device and commissioning, and again after the next commissioning.
@@ -376,7 +377,7 @@ static void lost_frames_are_reported_again_after_a_second_without_loss(void)
     }
     expect_fault(NETWORK_BUS_WARNING, 0U, NETWORK_BUS_OVERRUN);
     expect_no_fault();
-    idle(1899U); // 100 cycles of the loop and these are 1999 cycles of 0.5 ms.
+    idle(1899U); // Together with the 100 cycles of the loop these are 1999 cycles of 0.5 ms.
     scripted_bus_error(&bus, OSAL_CAN_ERROR_CONTROLLER, 0x01U);
     idle(1U);
     expect_no_fault();
@@ -387,7 +388,7 @@ static void lost_frames_are_reported_again_after_a_second_without_loss(void)
 }
 
 /// canopen_network_stop also ends securing: the next securing begins with the quick stop.
-static void securing_begins_anew_after_a_stop(void)
+static void securing_starts_again_after_a_stop(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure));
@@ -430,7 +431,7 @@ int main(void)
     RUN_TEST(only_a_device_with_process_data_can_be_faulty);
     RUN_TEST(a_drive_that_leaves_operation_without_a_command_is_faulty);
     RUN_TEST(an_emergency_is_reported_by_the_class_of_its_code);
-    RUN_TEST(an_emergency_before_the_reset_is_no_fault);
+    RUN_TEST(an_emergency_before_the_reset_is_not_a_fault);
     RUN_TEST(a_fault_is_reset_only_for_the_goal_standby);
     RUN_TEST(faults_that_find_the_queue_full_are_counted);
     RUN_TEST(securing_sends_quick_stop_and_then_disable_voltage);
@@ -443,7 +444,7 @@ int main(void)
     RUN_TEST(faults_keep_their_order_beyond_the_end_of_the_queue);
     RUN_TEST(a_commissioned_device_can_be_lost_and_faulty_again);
     RUN_TEST(lost_frames_are_reported_again_after_a_second_without_loss);
-    RUN_TEST(securing_begins_anew_after_a_stop);
+    RUN_TEST(securing_starts_again_after_a_stop);
     RUN_TEST(a_device_is_lost_after_the_missing_answers_that_the_mission_sets);
     return UNITY_END();
 }

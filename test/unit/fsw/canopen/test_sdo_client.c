@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The client against a segmenting server written for this test after CiA 301, and against servers that
-// misbehave.
+// The client against a segmenting server that was written for this test after CiA 301, and against faulty
+// servers.
 #include "fsw/canopen/sdo_client.h"
 
 #include "unity.h"
@@ -90,7 +90,7 @@ static void reads_expedited_values_of_every_size(void)
     }
 }
 
-/// The server's side of a segmented download.
+/// Act as the server of a segmented download.
 static void serve_download(uint8_t* const taken, size_t* const count)
 {
     bool toggle = false;
@@ -131,7 +131,7 @@ static void writes_long_values_in_segments(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_sdo_client_download(&client, 0x2000U, 2U, octets, 0U));
 }
 
-/// The server's side of a segmented upload of `size` octets 0, 1, 2...
+/// Act as the server of a segmented upload of `size` octets 0, 1, 2...
 static void serve_upload(const size_t size, const bool is_announced)
 {
     answer(is_announced ? 0x41U : 0x40U, 0x08U, 0x10U, 0U, is_announced ? (uint8_t)size : 0U, 0U, 0U, 0U);
@@ -232,7 +232,7 @@ static void silence_ends_in_a_timeout_and_an_abort(void)
     TEST_ASSERT_EQUAL_UINT32(1U, client.counters.unasked);
 }
 
-static void a_segment_has_its_own_time(void)
+static void each_segment_has_its_own_time_out(void)
 {
     begin_upload();
     answer(0x41U, 0x08U, 0x10U, 0U, 20U, 0U, 0U, 0U);
@@ -280,7 +280,7 @@ static void an_answer_of_another_kind_is_refused_in_every_phase(void)
     }
 }
 
-static void too_long_a_value_is_refused(void)
+static void a_value_that_is_too_long_is_refused(void)
 {
     begin_upload();
     answer(0x41U, 0x08U, 0x10U, 0U, SDO_OCTETS_MAX + 1U, 0U, 0U, 0U);
@@ -325,11 +325,11 @@ static void a_size_that_disagrees_with_the_content_is_refused(void)
 
 static void answers_to_another_client_are_counted_and_dropped(void)
 {
-    answer(0x4BU, 0x08U, 0x10U, 0U, 1U, 2U, 0U, 0U); // There is no request.
+    answer(0x4BU, 0x08U, 0x10U, 0U, 1U, 2U, 0U, 0U); // A response without a request.
     begin_upload();
-    answer(0x4BU, 0x09U, 0x10U, 0U, 1U, 2U, 0U, 0U); // Another object,
-    answer(0x4BU, 0x08U, 0x10U, 1U, 1U, 2U, 0U, 0U); // another sub-index,
-    answer(0x80U, 0x09U, 0x10U, 0U, 0U, 0U, 2U, 6U); // abort of another access.
+    answer(0x4BU, 0x09U, 0x10U, 0U, 1U, 2U, 0U, 0U); // A response about another object,
+    answer(0x4BU, 0x08U, 0x10U, 1U, 1U, 2U, 0U, 0U); // about another sub-index,
+    answer(0x80U, 0x09U, 0x10U, 0U, 0U, 0U, 2U, 6U); // an abort of another access.
     TEST_ASSERT_EQUAL(STATUS_BUSY, result());
     TEST_ASSERT_EQUAL_UINT32(4U, client.counters.unasked);
     for (uint8_t length = 0U; length < 8U; length++) {
@@ -351,7 +351,7 @@ static void invalid_answers_of_a_server_are_ignored(void)
             seed      = (seed * 1664525U) + 1013904223U;
             octets[k] = (uint8_t)(seed >> 24);
         }
-        if ((seed & 0x300U) != 0U) { // Mostly about the requested object.
+        if ((seed & 0x300U) != 0U) { // Most frames are about the requested object.
             octets[1] = 0x08U;
             octets[2] = 0x10U;
             octets[3] = 0U;
@@ -384,10 +384,10 @@ int main(void)
     RUN_TEST(reads_long_values_in_segments);
     RUN_TEST(an_abort_of_the_server_ends_every_phase);
     RUN_TEST(silence_ends_in_a_timeout_and_an_abort);
-    RUN_TEST(a_segment_has_its_own_time);
+    RUN_TEST(each_segment_has_its_own_time_out);
     RUN_TEST(a_wrong_toggle_bit_is_refused_in_uploads_and_downloads);
     RUN_TEST(an_answer_of_another_kind_is_refused_in_every_phase);
-    RUN_TEST(too_long_a_value_is_refused);
+    RUN_TEST(a_value_that_is_too_long_is_refused);
     RUN_TEST(a_size_that_disagrees_with_the_content_is_refused);
     RUN_TEST(answers_to_another_client_are_counted_and_dropped);
     RUN_TEST(invalid_answers_of_a_server_are_ignored);

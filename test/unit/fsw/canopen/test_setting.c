@@ -23,7 +23,7 @@ void tearDown(void)
 {
 }
 
-/// One cycle of a node that answers with a value of some octets; true if there was a request.
+/// One cycle of a node that responds with a value of this many octets. Returns true if there was a request.
 static bool answer(const uint32_t value, const uint8_t octets)
 {
     now_ns += 500000U;
@@ -96,7 +96,8 @@ static void a_value_of_another_size_ends_the_list_of_settings(void)
         TEST_ASSERT_TRUE(answer(8U, octets));
         TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_setting_run_step(&run, &client));
     }
-    list[0].octets = 1U; // Two octets where one is expected; four may be an answer without size.
+    // Two octets where one is expected are refused; four may be a response without a size.
+    list[0].octets = 1U;
     canopen_setting_run_begin(&run, list, 1U);
     TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_setting_run_step(&run, &client));
     TEST_ASSERT_TRUE(answer(8U, 2U));
@@ -130,7 +131,8 @@ static void silence_and_reset_end_in_a_timeout(void)
     canopen_setting_run_begin(&run, list, 1U);
     (void)canopen_setting_run_step(&run, &client);
     TEST_ASSERT_TRUE(canopen_sdo_client_request(&client, now_ns, request));
-    TEST_ASSERT_TRUE(canopen_sdo_client_request(&client, now_ns + TIMEOUT_NS, request)); // The abort.
+    // The client sends an abort.
+    TEST_ASSERT_TRUE(canopen_sdo_client_request(&client, now_ns + TIMEOUT_NS, request));
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, canopen_setting_run_step(&run, &client));
 
     canopen_setting_run_begin(&run, list, 1U);
@@ -139,7 +141,7 @@ static void silence_and_reset_end_in_a_timeout(void)
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, canopen_setting_run_step(&run, &client));
 }
 
-static void a_transfer_waits_for_that_of_another_client(void)
+static void a_transfer_waits_for_the_end_of_another_transfer(void)
 {
     canopen_setting_t list[] = {{.index = 0x6060U, .octets = 1U, .kind = SETTING_WRITE}};
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_upload(&client, 0x1018U, 1U));
@@ -175,7 +177,7 @@ static void emergencies_are_decoded_and_ranked(void)
     TEST_ASSERT_EQUAL(EMERGENCY_CLEARED, canopen_emergency_class(NULL, 0U, 0x0000U));
 }
 
-static void a_class_ranks_the_codes_of_its_maker(void)
+static void a_class_ranks_its_manufacturer_codes(void)
 {
     const canopen_emergency_code_t codes[] = {{0xFF01U, EMERGENCY_HIGH}, {0x8611U, EMERGENCY_LOW}};
     TEST_ASSERT_EQUAL(EMERGENCY_HIGH, canopen_emergency_class(codes, 2U, 0xFF01U));
@@ -193,8 +195,8 @@ int main(void)
     RUN_TEST(a_value_of_another_size_ends_the_list_of_settings);
     RUN_TEST(an_abort_contains_its_code_and_its_object);
     RUN_TEST(silence_and_reset_end_in_a_timeout);
-    RUN_TEST(a_transfer_waits_for_that_of_another_client);
+    RUN_TEST(a_transfer_waits_for_the_end_of_another_transfer);
     RUN_TEST(emergencies_are_decoded_and_ranked);
-    RUN_TEST(a_class_ranks_the_codes_of_its_maker);
+    RUN_TEST(a_class_ranks_its_manufacturer_codes);
     return UNITY_END();
 }

@@ -71,7 +71,7 @@ status_t cycle(const action_t action)
     return status;
 }
 
-/// Cycles until the action ends; its status.
+/// Run cycles until the action ends. Returns its status.
 status_t run_action(const action_t action)
 {
     status_t status = STATUS_BUSY;
@@ -96,7 +96,7 @@ void set(const uint8_t index, const uint16_t object, const uint8_t subindex, con
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_set(&network, index, &setting));
 }
 
-/// Settings of torque mode, as a descriptor gives them.
+/// Set the settings of torque mode as a descriptor contains them.
 void set_torque_mode(void)
 {
     for (uint8_t i = 0U; i < 2U; i++) {

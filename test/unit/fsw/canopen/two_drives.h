@@ -22,22 +22,22 @@ typedef status_t (*action_t)(canopen_network_t* network, uint64_t now_ns);
 
 /// Add a device to the network.
 status_t add_device(const char* type, uint8_t node);
-/// Both drives on the bus and in the network, nothing sent yet.
+/// Put both drives on the bus and into the network; no frame is sent yet.
 void two_drives_open(void);
 void two_drives_close(void);
 
 status_t cycle(action_t action);
-/// Cycles until the action ends; its status.
+/// Run cycles until the action ends. Returns its status.
 status_t run_action(action_t action);
 void idle(unsigned cycles);
 void set(uint8_t index, uint16_t object, uint8_t subindex, uint8_t octets, uint32_t value);
-/// Settings of torque mode, as a descriptor gives them.
+/// Set the settings of torque mode as a descriptor contains them.
 void set_torque_mode(void);
 status_t at_goal(canopen_network_t* self, uint64_t time_ns);
 void go(canopen_cia402_goal_t goal);
 void run_to(canopen_cia402_goal_t goal);
 void expect_no_fault(void);
-/// A device that is not commissioned; nothing else is set.
+/// Expect this refusal of a device as the only fault.
 void expect_refusal(uint8_t node, canopen_network_refusal_t refusal, uint32_t object, uint32_t detail);
 void expect_fault(canopen_network_fault_kind_t kind, uint8_t node, uint16_t code);
 

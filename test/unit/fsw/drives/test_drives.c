@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mismatches between a descriptor and a bus; normal operation is tested with the subsystems that use the
-// library.
+// Mismatches between a descriptor and a bus. The tests of the subsystems cover normal operation.
 #include "fsw/drives/drives_counters.h"
 #include "fsw/drives/drives_fitting.h"
 #include "test/support/scripted_bus.h"
@@ -91,7 +90,7 @@ static const flow_resolver_t resolver = {NULL, resolve};
 static void load(void)
 {
     static char text[sizeof document + 256U];
-    size_t length = 0U; // With channel B, each message names its bus.
+    size_t length = 0U; // If a bus has a channel B, each message names the bus.
     for (const char* at = document; *at != '\0'; at++) {
         text[length++] = *at;
         if (has_channel_b && (at >= &document[11]) && (at[0] == ' ') &&
@@ -162,12 +161,13 @@ static void devices_of_all_configurations_are_brought_up_once(void)
     TEST_ASSERT_EQUAL_UINT(1U, nodes[1]->boots);
 }
 
-/// On clocks of their own, master and devices wait for each other as long as the mission says.
+/// If master and devices run on separate clocks, each side waits for the other for the time that the mission
+/// sets.
 static void a_deadline_of_the_mission_holds_at_both_ends(void)
 {
     static const struct {
         uint64_t deadline_ns;
-        uint32_t syncs; // Periods of 0.5 ms.
+        uint32_t syncs; // Deadline in periods of 0.5 ms.
         uint32_t event_ms;
     } cases[] = {{0U, 3U, 2U},
                  {1000000U, 3U, 2U},
@@ -200,7 +200,7 @@ static void devices_are_identified_by_their_position_in_the_configuration(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
     TEST_ASSERT_EQUAL_HEX8(0x11U, drives_device(&drives, 0U)->node);
     TEST_ASSERT_NULL(drives_device(&drives, 1U));
-    TEST_ASSERT_EQUAL_HEX32(0xFDU, scripted_object(nodes[0], 0x6060U, 0U)->value); // Octet of -3.
+    TEST_ASSERT_EQUAL_HEX32(0xFDU, scripted_object(nodes[0], 0x6060U, 0U)->value); // The octet of -3.
     TEST_ASSERT_EQUAL_INT(-3,
                           drives_mode(&descriptor, &descriptor.devices[generic.configuration->first_device]));
     select(2U);
@@ -234,7 +234,7 @@ static void a_configuration_that_timed_out_starts_again(void)
     select(2U);
     nodes[1]->is_pdo_mute = true;
     for (unsigned i = 0U; i < 50U; i++) {
-        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(configure)); // The generic subsystem times out,
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(configure)); // The attempt times out;
     }
     nodes[1]->is_pdo_mute = false;
     for (unsigned i = 0U; i < 100U; i++) {
@@ -242,14 +242,14 @@ static void a_configuration_that_timed_out_starts_again(void)
     }
     const unsigned syncs = bus.syncs;
     (void)cycle(NULL);
-    TEST_ASSERT_EQUAL_UINT(syncs, bus.syncs); // The network has stopped.
+    TEST_ASSERT_EQUAL_UINT(syncs, bus.syncs); // by then the network has stopped.
     TEST_ASSERT_EQUAL_HEX8(0x7FU, nodes[0]->nmt);
     const unsigned writes = nodes[1]->writes;
-    TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure)); // the operator tries again.
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure)); // The operator tries again.
     TEST_ASSERT_EQUAL_UINT(writes + 1U, nodes[1]->writes);
 }
 
-static void a_drive_that_drops_out_raises_an_event_with_its_statusword(void)
+static void a_drive_that_leaves_operation_raises_an_event_with_its_statusword(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     select(2U);
@@ -265,11 +265,11 @@ static void a_drive_that_drops_out_raises_an_event_with_its_statusword(void)
     TEST_ASSERT_EQUAL_UINT64(3U, generic.events[0].size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected_data, generic.events[0].octets, 3U);
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, generic.state);
-    TEST_ASSERT_EQUAL_HEX16(0x0002U, nodes[1]->control[0]); // The other one brakes in the same cycle.
+    TEST_ASSERT_EQUAL_HEX16(0x0002U, nodes[1]->control[0]); // The other drive brakes in the same cycle.
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_secure));
 }
 
-/// Last event DEVICE_REFUSED, the only one.
+/// Expect the event DEVICE_REFUSED with these data, and no other.
 static void expect_refusal(const uint8_t expected_data[10])
 {
     TEST_ASSERT_EQUAL_UINT(1U, double_events(&generic, 3U));
@@ -281,7 +281,7 @@ static void expect_refusal(const uint8_t expected_data[10])
 static void the_reason_for_a_failed_commissioning_is_reported_as_an_event(void)
 {
     scripted_object(nodes[1], 0x1000U, 0U)->value = 0x00010192U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, run_action(drives_hardware_init)); // Raised in the cycle that fails.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, run_action(drives_hardware_init)); // Raises the event at once.
     expect_refusal((const uint8_t[]){0x12U, 4U, 0U, 0x10U, 0U, 0U, 0U, 0x01U, 0x01U, 0x92U});
     scripted_object(nodes[1], 0x1000U, 0U)->value = 0x00020192U;
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_deinit));
@@ -301,10 +301,10 @@ static void the_reason_for_a_failed_commissioning_is_reported_as_an_event(void)
     TEST_ASSERT_EQUAL_UINT(0U, generic.event_count);
 }
 
-static void an_event_the_descriptor_does_not_have_is_left_out(void)
+static void an_event_that_the_descriptor_does_not_define_is_not_raised(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
-    scripted_bus_emergency(&bus, 0x11U, 0x4310U); // DRIVE_WARNING is not in this descriptor.
+    scripted_bus_emergency(&bus, 0x11U, 0x4310U); // The descriptor does not define DRIVE_WARNING.
     (void)cycle(NULL);
     TEST_ASSERT_EQUAL_UINT(0U, generic.event_count);
 }
@@ -312,7 +312,7 @@ static void an_event_the_descriptor_does_not_have_is_left_out(void)
 static void every_state_can_be_left_downwards(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, cycle(drives_hardware_deinit));
-    for (unsigned i = 0U; i < 20U; i++) { // During commissioning.
+    for (unsigned i = 0U; i < 20U; i++) { // The first cycles of commissioning.
         (void)cycle(drives_hardware_init);
         if (i == 10U) {
             TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(drives_hardware_deinit));
@@ -328,7 +328,7 @@ static void every_state_can_be_left_downwards(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
 }
 
-static void a_bus_without_channel_b_has_none_to_select(void)
+static void channel_b_can_only_be_selected_if_the_bus_has_one(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, drives_select_channel(&drives, 1U));
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, drives_select_channel(&drives, 2U));
@@ -344,12 +344,12 @@ static void the_selected_channel_is_the_one_that_is_opened(void)
     has_channel_b = false;
     TEST_ASSERT_EQUAL(STATUS_OK, drives_select_channel(&drives, 1U));
     TEST_ASSERT_EQUAL_UINT8(1U, double_last_event(&generic, 5U)->octets[0]);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, run_action(drives_hardware_init)); // This run has no such bus.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, run_action(drives_hardware_init)); // The run has no bus of this name.
     TEST_ASSERT_EQUAL(STATUS_OK, drives_select_channel(&drives, 0U));
-    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init)); // Channel A is enough,
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init)); // Channel A alone is sufficient;
     (void)cycle(NULL);
-    TEST_ASSERT_EQUAL_UINT64(0U, double_last_event(&generic, 4U)->size);     // a missing B is reported,
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_select_channel(&drives, 1U)); // and B is absent.
+    TEST_ASSERT_EQUAL_UINT64(0U, double_last_event(&generic, 4U)->size);     // the missing B is reported
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_select_channel(&drives, 1U)); // and cannot be selected.
 }
 
 static void limited_commands_of_all_axes_are_summed(void)
@@ -360,7 +360,7 @@ static void limited_commands_of_all_axes_are_summed(void)
     uint32_t sum  = 0U;
     for (uint8_t device = 0U; device < NETWORK_DEVICES_MAX; device++) {
         for (uint8_t axis = 0U; axis < PROFILE_AXES_MAX; axis++) {
-            // Powers of two, so that each counter shows in the sum exactly once.
+            // Powers of two: each counter occurs in the sum exactly once.
             drives.devices[device].device.axes[axis].limited = next;
             sum += (device < drives.device_count) ? next : 0U;
             next *= 2U;
@@ -370,12 +370,12 @@ static void limited_commands_of_all_axes_are_summed(void)
     TEST_ASSERT_EQUAL_UINT32(sum, drives_limited(&drives));
 }
 
-/// A command is abandoned once, when the activity changes; on the way up, when the axes are there.
-static void each_change_of_activity_ends_a_command_once(void)
+/// Each change of the activity abandons a command once; on the way up, when the axes have arrived.
+static void each_change_of_activity_abandons_a_command_once(void)
 {
     static const struct {
         action_t action;
-        drives_activity_t before; // While the axes are under way.
+        drives_activity_t before; // The activity while the axes move.
         drives_activity_t after;
     } steps[] = {{drives_start_control, DRIVES_RESTING, DRIVES_PREPARED},
                  {drives_engage, DRIVES_PREPARED, DRIVES_ENGAGED},
@@ -397,14 +397,14 @@ static void each_change_of_activity_ends_a_command_once(void)
         TEST_ASSERT_EQUAL(steps[i].after, drives.activity);
         TEST_ASSERT_EQUAL_UINT(i + 1U, abandoned);
     }
-    drives_init(&drives, &generic, &resolver, NULL); // Nothing can be commanded: nothing is called.
+    drives_init(&drives, &generic, &resolver, NULL); // Without a callback no command is abandoned.
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_start_control));
     TEST_ASSERT_EQUAL(DRIVES_PREPARED, drives.activity);
 }
 
-/// The descriptor says which counters there are and in which order.
+/// The descriptor determines which counters exist and in which order.
 static void counters_are_published_where_the_descriptor_names_them(void)
 {
     static const parameter_field_t fields[] = {
@@ -435,13 +435,13 @@ static void counters_are_published_where_the_descriptor_names_them(void)
     TEST_ASSERT_EQUAL_HEX32_ARRAY(expected, storage, 9U);
 }
 
-/// As at the end of its process: the bus is closed, nothing is sent, and a second call has no effect.
+/// At the end of its process the bus is closed without a frame, and a second call has no effect.
 static void a_release_closes_the_bus_without_a_reset(void)
 {
-    static drives_t unused; // Released before it was used.
+    static drives_t unused; // Released without having been used.
     drives_release(&unused);
     TEST_ASSERT_NULL(unused.buses[0].network.flow);
-    drives_release(&drives); // It has no bus yet.
+    drives_release(&drives); // There is no bus yet.
     TEST_ASSERT_FALSE(flow_can_is_open(drives.buses[0].network.flow));
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     TEST_ASSERT_TRUE(flow_can_is_open(drives.buses[0].network.flow));
@@ -451,13 +451,13 @@ static void a_release_closes_the_bus_without_a_reset(void)
         TEST_ASSERT_FALSE(flow_can_is_open(drives.buses[0].network.flow));
     }
     scripted_bus_run(&bus);
-    TEST_ASSERT_EQUAL_UINT(boots, nodes[0]->boots); // No reset, which an orderly end would send.
+    TEST_ASSERT_EQUAL_UINT(boots, nodes[0]->boots); // An orderly end would send a reset.
     TEST_ASSERT_EQUAL(STATUS_OK, drives_hardware_deinit(&drives));
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init)); // The hardware can be initialised again.
 }
 
 /// A configuration is aborted 20 ms after the last call of drives_configure.
-static void a_configuration_is_given_up_after_20_ms_without_a_call(void)
+static void a_configuration_is_aborted_after_20_ms_without_a_call(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     select(2U);
@@ -469,7 +469,7 @@ static void a_configuration_is_given_up_after_20_ms_without_a_call(void)
     for (unsigned i = 0U; i < 39U; i++) {
         (void)cycle(NULL);
     }
-    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(configure)); // After 20 ms exactly it continues.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(configure)); // Exactly 20 ms are allowed.
     TEST_ASSERT_EQUAL_UINT(writes, nodes[1]->writes);
     for (unsigned i = 0U; i < 41U; i++) {
         TEST_ASSERT_NOT_NULL(drives_device(&drives, 0U));
@@ -479,14 +479,14 @@ static void a_configuration_is_given_up_after_20_ms_without_a_call(void)
     nodes[1]->is_pdo_mute = false;
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
     TEST_ASSERT_EQUAL_UINT(writes + 1U, nodes[1]->writes);
-    for (unsigned i = 0U; i < 200U; i++) { // What has been applied stays.
+    for (unsigned i = 0U; i < 200U; i++) { // Settings that were already written remain.
         (void)cycle(NULL);
     }
     TEST_ASSERT_TRUE(drives_are_running(&drives));
     TEST_ASSERT_NOT_NULL(drives_device(&drives, 0U));
 }
 
-static void the_same_configuration_is_applied_again_when_it_runs(void)
+static void an_active_configuration_can_be_applied_again(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     select(2U);
@@ -513,7 +513,7 @@ static void a_failed_configuration_leaves_no_device_and_no_process_data(void)
     TEST_ASSERT_FALSE(drives_are_running(&drives));
 }
 
-/// The first call gives the command; its result counts from the next cycle on.
+/// The first call commands the goal; its result is valid from the next cycle on.
 static void a_goal_is_commanded_again_after_each_stop(void)
 {
     static const action_t stops[] = {drives_post, drives_secure};
@@ -581,17 +581,17 @@ int main(void)
     RUN_TEST(an_unknown_class_and_no_device_at_all_are_refused);
     RUN_TEST(a_device_that_was_not_brought_up_cannot_be_configured);
     RUN_TEST(a_configuration_that_timed_out_starts_again);
-    RUN_TEST(a_drive_that_drops_out_raises_an_event_with_its_statusword);
+    RUN_TEST(a_drive_that_leaves_operation_raises_an_event_with_its_statusword);
     RUN_TEST(the_reason_for_a_failed_commissioning_is_reported_as_an_event);
-    RUN_TEST(an_event_the_descriptor_does_not_have_is_left_out);
-    RUN_TEST(a_bus_without_channel_b_has_none_to_select);
+    RUN_TEST(an_event_that_the_descriptor_does_not_define_is_not_raised);
+    RUN_TEST(channel_b_can_only_be_selected_if_the_bus_has_one);
     RUN_TEST(the_selected_channel_is_the_one_that_is_opened);
     RUN_TEST(every_state_can_be_left_downwards);
-    RUN_TEST(each_change_of_activity_ends_a_command_once);
+    RUN_TEST(each_change_of_activity_abandons_a_command_once);
     RUN_TEST(counters_are_published_where_the_descriptor_names_them);
     RUN_TEST(a_release_closes_the_bus_without_a_reset);
-    RUN_TEST(a_configuration_is_given_up_after_20_ms_without_a_call);
-    RUN_TEST(the_same_configuration_is_applied_again_when_it_runs);
+    RUN_TEST(a_configuration_is_aborted_after_20_ms_without_a_call);
+    RUN_TEST(an_active_configuration_can_be_applied_again);
     RUN_TEST(a_failed_configuration_leaves_no_device_and_no_process_data);
     RUN_TEST(a_goal_is_commanded_again_after_each_stop);
     RUN_TEST(a_fault_is_reset_by_starting_the_control_only);

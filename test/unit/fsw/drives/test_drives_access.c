@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ST[02] by SDO: the device is the test itself, which answers the frames of the client.
+// ST[02] by SDO: the test acts as the device and answers the frames of the client.
 #include "fsw/drives/drives_access.h"
 
 #include "test/unit/fsw/drives/two_nodes.h"
@@ -45,7 +45,7 @@ static status_t poll(const uint8_t slot)
     return port.poll(port.context, slot, &result);
 }
 
-/// The frame that the client sends now, and an answer to it.
+/// Fetch the next frame of the client and answer it.
 static void answer(const uint8_t first, const char* const data)
 {
     TEST_ASSERT_TRUE(canopen_sdo_client_request(client, 1U, frame));
@@ -79,7 +79,7 @@ static void objects_are_read(void)
         const pus_device_action_t read = command(PUS_DEVICE_ACQUIRE, FIRST_NODE, cases[i].protocol, NULL);
         TEST_ASSERT_EQUAL(STATUS_OK, port.check(port.context, &read));
         TEST_ASSERT_EQUAL(STATUS_OK, begin(3U, &read));
-        answer(0x4BU, "xy\0"); // Two octets.
+        answer(0x4BU, "xy\0"); // A value of two octets.
         TEST_ASSERT_EQUAL(cases[i].status, poll(3U));
         if (cases[i].status == STATUS_OK) {
             TEST_ASSERT_EQUAL_UINT16(2U, result.size);
@@ -90,7 +90,7 @@ static void objects_are_read(void)
     }
 }
 
-static void registers_are_numbers(void)
+static void registers_are_accessed_by_number(void)
 {
     const uint8_t value[]          = {0x11, 0x22, 0x33, 0x44};
     const pus_device_action_t load = {.kind    = PUS_DEVICE_LOAD_REGISTER,
@@ -149,7 +149,7 @@ static void an_sdo_abort_of_the_device_is_reported(void)
     TEST_ASSERT_EQUAL_HEX16(0x0602U, result.return_code);
     TEST_ASSERT_EQUAL_HEX32(0x06020000U, result.detail);
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
-    answer(0x20U, "\0\0\0"); // The answer does not fit the request.
+    answer(0x20U, "\0\0\0"); // The response does not fit the request.
     TEST_ASSERT_EQUAL(STATUS_IO, poll(0U));
     TEST_ASSERT_EQUAL_HEX16(DRIVES_ACCESS_WRONG, result.return_code);
     canopen_sdo_client_reset(client);
@@ -160,19 +160,21 @@ static void an_sdo_abort_of_the_device_is_reported(void)
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_TIMEOUT, result.detail);
 }
 
-static void one_transfer_to_a_node_at_a_time(void)
+static void a_node_has_one_transfer_at_a_time(void)
 {
     static const uint8_t protocol[] = {0x60, 0x65, 0x01, 0};
     const pus_device_action_t first = command(PUS_DEVICE_ACQUIRE, FIRST_NODE, protocol, NULL);
     const pus_device_action_t other = command(PUS_DEVICE_ACQUIRE, SECOND_NODE, protocol, NULL);
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_upload(client, 1U, 0U)); // A transfer of another user.
+    // A transfer that another user has started.
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_upload(client, 1U, 0U));
     TEST_ASSERT_EQUAL(STATUS_FULL, begin(0U, &first));
     canopen_sdo_client_reset(client);
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &first));
     TEST_ASSERT_EQUAL(STATUS_FULL, begin(1U, &first));
     TEST_ASSERT_EQUAL(STATUS_OK, begin(2U, &other));
     answer(0x4FU, "x\0\0");
-    TEST_ASSERT_EQUAL(STATUS_FULL, begin(1U, &first)); // The result of the first has not been read.
+    // The result of the first transfer has not been read yet.
+    TEST_ASSERT_EQUAL(STATUS_FULL, begin(1U, &first));
     TEST_ASSERT_EQUAL(STATUS_OK, poll(0U));
     TEST_ASSERT_EQUAL(STATUS_OK, begin(1U, &first));
     port.abandon(port.context, 1U);
@@ -197,25 +199,25 @@ static void commissioning_ends_a_transfer(void)
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
     drives.buses[0].network.is_running = false;
     port.abandon(port.context, 0U);
-    // The client may serve another transfer by now.
+    // The client may already perform another transfer.
     TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_sdo_client_result(client, NULL));
 }
 
-/// A transfer that ended in any way leaves the device free for the next one.
+/// However a transfer ends, the device is free for the next one.
 static void each_end_of_a_transfer_frees_its_device(void)
 {
     static const uint8_t protocol[] = {0x60, 0x65, 0x01, 0};
     const pus_device_action_t read  = command(PUS_DEVICE_ACQUIRE, FIRST_NODE, protocol, NULL);
     static const uint8_t ends[]     = {0x4FU, 0x80U, 0x20U};
     for (size_t i = 0U; i < sizeof ends; i++) {
-        TEST_ASSERT_EQUAL(STATUS_OK, begin(DRIVES_ACCESS_SLOTS - 1U, &read)); // The last slot, too.
+        TEST_ASSERT_EQUAL(STATUS_OK, begin(DRIVES_ACCESS_SLOTS - 1U, &read)); // The last slot can be used.
         answer(ends[i], "\0\0\0");
         (void)poll(DRIVES_ACCESS_SLOTS - 1U);
         TEST_ASSERT_EQUAL_UINT8(0U, drives.access.owners[0]);
         canopen_sdo_client_reset(client);
     }
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
-    drives.buses[0].network.is_running = false; // Abandoned while the network is stopped.
+    drives.buses[0].network.is_running = false; // The access is abandoned while the network is stopped.
     port.abandon(port.context, 0U);
     canopen_sdo_client_reset(client);
     drives.buses[0].network.is_running = true;
@@ -238,7 +240,7 @@ static void objects_have_at_most_the_octets_of_a_transfer(void)
                                  8U);
 }
 
-static void nodes_of_registers_are_those_of_the_network(void)
+static void registers_exist_for_the_nodes_of_the_network(void)
 {
     pus_device_action_t dump = {.kind = PUS_DEVICE_DUMP_REGISTER, .address = (0xFFU << 24U) | 0x606500U};
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, port.check(port.context, &dump));
@@ -259,13 +261,13 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(objects_are_written);
     RUN_TEST(objects_are_read);
-    RUN_TEST(registers_are_numbers);
+    RUN_TEST(registers_are_accessed_by_number);
     RUN_TEST(a_command_with_an_invalid_device_or_address_is_refused);
     RUN_TEST(an_sdo_abort_of_the_device_is_reported);
-    RUN_TEST(one_transfer_to_a_node_at_a_time);
+    RUN_TEST(a_node_has_one_transfer_at_a_time);
     RUN_TEST(commissioning_ends_a_transfer);
     RUN_TEST(each_end_of_a_transfer_frees_its_device);
     RUN_TEST(objects_have_at_most_the_octets_of_a_transfer);
-    RUN_TEST(nodes_of_registers_are_those_of_the_network);
+    RUN_TEST(registers_exist_for_the_nodes_of_the_network);
     return UNITY_END();
 }

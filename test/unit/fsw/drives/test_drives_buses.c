@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Devices of one subsystem on one to four buses: they come up, act and are secured together.
+// Devices of one subsystem on one to four buses: they are commissioned, operated and secured together.
 #include "fsw/drives/drives_access.h"
 #include "fsw/drives/drives_fitting.h"
 #include "fsw/drives/drives_supply.h"
@@ -22,7 +22,7 @@ static scripted_bus_t buses[DRIVES_BUSES_MAX];
 static unsigned bus_count;
 static scripted_node_t* nodes[DRIVES_DEVICES_MAX];
 static unsigned node_count;
-static unsigned absent_bus; // One more than the index of a bus that cannot be opened.
+static unsigned absent_bus; // Index of a bus that cannot be opened, plus one.
 static subsystem_t generic;
 static drives_t drives;
 
@@ -174,7 +174,7 @@ static void fly(const unsigned on, const unsigned count)
         TEST_ASSERT_EQUAL_UINT32(0U, drives_missed(&drives, (uint16_t)i));
         expect_status(i, 0x27U);
     }
-    for (unsigned i = 1U; i < on; i++) { // From the first SYNC on.
+    for (unsigned i = 1U; i < on; i++) { // The first SYNC of all buses comes in the same cycle.
         TEST_ASSERT_EQUAL_UINT(buses[0].syncs, buses[i].syncs);
     }
     TEST_ASSERT_EQUAL_UINT(0U, generic.event_count);
@@ -185,32 +185,32 @@ static void fly(const unsigned on, const unsigned count)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_deinit));
 }
 
-static void six_drives_fly_on_one_bus(void)
+static void six_drives_operate_on_one_bus(void)
 {
     fly(1U, 6U);
 }
 
-static void seven_drives_fly_on_one_bus(void)
+static void seven_drives_operate_on_one_bus(void)
 {
     fly(1U, 7U);
 }
 
-static void seven_drives_fly_on_two_buses(void)
+static void seven_drives_operate_on_two_buses(void)
 {
     fly(2U, 7U);
 }
 
-static void full_buses_fly(void)
+static void drives_operate_on_full_buses(void)
 {
     fly(2U, 2U * NETWORK_DEVICES_MAX);
 }
 
-static void all_devices_on_all_buses_fly(void)
+static void all_devices_operate_on_all_buses(void)
 {
     fly(DRIVES_BUSES_MAX, DRIVES_DEVICES_MAX);
 }
 
-/// The settings of its mode are those of another configuration: it must not move.
+/// The settings of the mode belong to another configuration, so the device must not move.
 static void a_device_of_another_configuration_is_not_enabled(void)
 {
     make(2U, 3U, false);
@@ -242,8 +242,8 @@ static void sync_begins_on_all_buses_in_the_same_cycle(void)
     TEST_ASSERT_TRUE(buses[1].syncs > 0U);
 }
 
-/// A bus that comes up later is waited for, and the others are not commissioned again meanwhile.
-static void the_slowest_bus_decides(void)
+/// All wait for a bus that is commissioned later; the other buses are not commissioned again.
+static void the_slowest_bus_determines_the_end_of_a_step(void)
 {
     make(2U, 2U, false);
     nodes[1]->is_boot_mute = true;
@@ -263,11 +263,12 @@ static void the_slowest_bus_decides(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
     TEST_ASSERT_TRUE(drives_are_running(&drives));
     TEST_ASSERT_EQUAL_UINT(writes, nodes[1]->writes);
-    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init)); // All over again on both.
+    // Both buses are commissioned from the beginning.
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     TEST_ASSERT_EQUAL_UINT(2U, nodes[0]->boots);
 }
 
-/// No bus waits for another, and a second call acts on all again.
+/// All buses are secured without waiting for each other; a second call acts on all of them again.
 static void all_buses_are_secured_before_any_is_waited_for(void)
 {
     for (unsigned stuck = 0U; stuck < 2U; stuck++) {
@@ -285,7 +286,7 @@ static void all_buses_are_secured_before_any_is_waited_for(void)
         nodes[stuck]->is_stuck = false;
         TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_secure));
         expect_status(stuck, 0x40U);
-        // A call that was given up leaves nothing behind.
+        // The aborted call has no effect on the next one.
         TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_start_control));
         TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_engage));
         nodes[stuck]->is_stuck = true;
@@ -313,7 +314,7 @@ static void a_bus_that_cannot_be_opened_leaves_none_open(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
 }
 
-/// The failure of one bus ends the step for all; the next call begins anew.
+/// The failure of one bus ends the step on all buses; the next call starts from the beginning.
 static void a_failure_on_one_bus_ends_the_step(void)
 {
     make(2U, 2U, false);
@@ -325,7 +326,7 @@ static void a_failure_on_one_bus_ends_the_step(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
 }
 
-/// Another bus that is still at work does not hide the failure, whichever comes first.
+/// The failure is returned even if another bus is still busy, whichever has the lower number.
 static void a_failure_is_returned_while_another_bus_is_busy(void)
 {
     for (unsigned failing = 0U; failing < 2U; failing++) {
@@ -335,13 +336,13 @@ static void a_failure_is_returned_while_another_bus_is_busy(void)
         scripted_object(nodes[failing], 0x6060U, 0U)->abort_code = 0x06090030U;
         const uint64_t begin_ns                                  = generic.now_ns;
         TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, run_action(configure));
-        TEST_ASSERT_TRUE((generic.now_ns - begin_ns) < 20000000U); // Before the other one has timed out.
+        TEST_ASSERT_TRUE((generic.now_ns - begin_ns) < 20000000U); // The other bus has not timed out yet.
         tearDown();
         setUp();
     }
 }
 
-static void the_code_of_a_bus_names_it(void)
+static void the_code_of_an_event_names_its_bus(void)
 {
     make(3U, 3U, false);
     engage();
@@ -379,7 +380,7 @@ static void each_bus_has_its_own_channel_b(void)
     make(2U, 2U, true);
     scripted_bus_open(&buses[2], "test-buses-2");
     scripted_bus_open(&buses[3], "test-buses-3");
-    bus_count = 3U; // The last one is not there.
+    bus_count = 3U; // The last bus does not exist.
     engage();
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_select_channel(&drives, NETWORK_CHANNEL_B));
     TEST_ASSERT_EQUAL_UINT8(NETWORK_CHANNEL_A, drives.buses[0].network.channel);
@@ -421,7 +422,7 @@ static void pulses_and_accesses_reach_the_bus_of_the_device(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, result.data, 4U);
 }
 
-/// Also when the devices are brought up again.
+/// This is still true when the devices are commissioned again.
 static void only_devices_with_settings_of_a_mapping_have_one_of_their_own(void)
 {
     make(2U, 4U, false);
@@ -438,20 +439,20 @@ static void only_devices_with_settings_of_a_mapping_have_one_of_their_own(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(six_drives_fly_on_one_bus);
-    RUN_TEST(seven_drives_fly_on_one_bus);
-    RUN_TEST(seven_drives_fly_on_two_buses);
-    RUN_TEST(full_buses_fly);
-    RUN_TEST(all_devices_on_all_buses_fly);
+    RUN_TEST(six_drives_operate_on_one_bus);
+    RUN_TEST(seven_drives_operate_on_one_bus);
+    RUN_TEST(seven_drives_operate_on_two_buses);
+    RUN_TEST(drives_operate_on_full_buses);
+    RUN_TEST(all_devices_operate_on_all_buses);
     RUN_TEST(only_devices_with_settings_of_a_mapping_have_one_of_their_own);
     RUN_TEST(a_device_of_another_configuration_is_not_enabled);
     RUN_TEST(sync_begins_on_all_buses_in_the_same_cycle);
-    RUN_TEST(the_slowest_bus_decides);
+    RUN_TEST(the_slowest_bus_determines_the_end_of_a_step);
     RUN_TEST(all_buses_are_secured_before_any_is_waited_for);
     RUN_TEST(a_bus_that_cannot_be_opened_leaves_none_open);
     RUN_TEST(a_failure_on_one_bus_ends_the_step);
     RUN_TEST(a_failure_is_returned_while_another_bus_is_busy);
-    RUN_TEST(the_code_of_a_bus_names_it);
+    RUN_TEST(the_code_of_an_event_names_its_bus);
     RUN_TEST(a_channel_is_selected_on_every_bus_or_on_none);
     RUN_TEST(each_bus_has_its_own_channel_b);
     RUN_TEST(pulses_and_accesses_reach_the_bus_of_the_device);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where each counter of a subsystem with drives is published.
+// The field in which each counter of a subsystem with drives is published.
 #include "fsw/drives/drives_counters.h"
 #include "test/support/subsystem_double.h"
 #include "test/unit/fsw/drives/two_nodes.h"
@@ -22,8 +22,8 @@ void tearDown(void)
 {
 }
 
-/// Each source shows in the field of its name only.
-static void each_counter_is_the_one_of_its_name(void)
+/// A change of each source changes only the field of the same name.
+static void each_counter_is_published_under_its_name(void)
 {
     static const char* const names[] = {
         "FRAMES_RECEIVED",   "FRAMES_REFUSED",   "EMERGENCIES",  "TRANSMIT_FULL",    "CHANNEL",
@@ -67,6 +67,6 @@ static void each_counter_is_the_one_of_its_name(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(each_counter_is_the_one_of_its_name);
+    RUN_TEST(each_counter_is_published_under_its_name);
     return UNITY_END();
 }

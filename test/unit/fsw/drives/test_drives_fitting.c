@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Devices that a subsystem cannot drive are refused with their line before it starts.
+// Devices that a subsystem cannot operate are refused with their line before the start.
 #include "fsw/drives/drives.h"
 #include "fsw/drives/drives_fitting.h"
 
@@ -53,7 +53,7 @@ void tearDown(void)
 {
 }
 
-static void two_drives_on_one_bus_fit(void)
+static void two_drives_on_one_bus_are_accepted(void)
 {
     TEST_ASSERT_TRUE(fits(BEGIN DEVICE("A", "0x11") DEVICE("B", "0x12") END));
 }
@@ -136,7 +136,7 @@ static void add_device(char* const document, const size_t size, const unsigned n
                    node, bus, node);
 }
 
-/// A node of two configurations counts once.
+/// A node that occurs in two configurations counts once.
 static void a_bus_has_room_for_sixteen_nodes_of_all_configurations(void)
 {
     char document[8192] = BEGIN;
@@ -177,7 +177,7 @@ static void a_subsystem_has_room_for_four_buses_and_thirty_two_nodes(void)
     expect_refused(document, 6U + (3U * DRIVES_BUSES_MAX), "too many buses of one subsystem, at most 4");
 }
 
-static void any_number_of_devices_begins_with_one(void)
+static void at_least_one_device_is_needed(void)
 {
     TEST_ASSERT_TRUE(fits_count(BEGIN DEVICE("A", "1") END, 0U));
     TEST_ASSERT_FALSE(fits_count(BEGIN END, 0U));
@@ -210,8 +210,8 @@ static void a_mapping_that_the_data_sheet_allows_fits(void)
 #define REMAPPED(name, node)                                                                                 \
     "<Device name='" name "' type='joint-drive'>\n" MODE DISABLE ENDNODE(" node='" node "'")
 
-/// A node counts once, however many configurations map it.
-static void mappings_are_as_many_as_there_is_room_for(void)
+/// A node counts once, even if several configurations map it.
+static void the_number_of_mappings_is_limited(void)
 {
     static const char* const nine =
         BEGIN REMAPPED("A", "1") REMAPPED("B", "2") REMAPPED("C", "3") REMAPPED("D", "4") REMAPPED("E", "5")
@@ -247,7 +247,7 @@ static void another_unit_than_that_of_the_class_is_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(two_drives_on_one_bus_fit);
+    RUN_TEST(two_drives_on_one_bus_are_accepted);
     RUN_TEST(one_drive_is_refused_where_two_are_needed);
     RUN_TEST(another_class_is_refused);
     RUN_TEST(another_mode_is_refused_and_so_are_two);
@@ -255,10 +255,10 @@ int main(void)
     RUN_TEST(each_bus_has_one_channel_b_and_each_node_one_bus);
     RUN_TEST(a_bus_has_room_for_sixteen_nodes_of_all_configurations);
     RUN_TEST(a_subsystem_has_room_for_four_buses_and_thirty_two_nodes);
-    RUN_TEST(any_number_of_devices_begins_with_one);
+    RUN_TEST(at_least_one_device_is_needed);
     RUN_TEST(a_device_has_room_for_its_settings);
     RUN_TEST(a_mapping_that_the_data_sheet_allows_fits);
-    RUN_TEST(mappings_are_as_many_as_there_is_room_for);
+    RUN_TEST(the_number_of_mappings_is_limited);
     RUN_TEST(another_mapping_is_refused_with_its_line);
     RUN_TEST(another_unit_than_that_of_the_class_is_refused);
     return UNITY_END();

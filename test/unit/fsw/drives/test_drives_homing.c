@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Homing of the axes whose devices the descriptor puts into that mode, with modules and other drives beside.
+// Homing of the axes whose devices the descriptor puts into mode homing, together with modules and other
+// drives.
 #include "fsw/drives/drives_fitting.h"
 #include "fsw/drives/drives_homing.h"
 #include "test/support/scripted_bus.h"
@@ -111,7 +112,7 @@ static status_t result(uint8_t* const out_node)
 static void the_axes_in_mode_homing_search_and_no_others(void)
 {
     uint8_t node = 0U;
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_home(&drives, true)); // No configuration yet.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_home(&drives, true)); // No configuration is active yet.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, drives_homing(&drives, &node));
     engage();
     TEST_ASSERT_EQUAL(STATUS_EMPTY, drives_homing(&drives, &node));
@@ -120,7 +121,7 @@ static void the_axes_in_mode_homing_search_and_no_others(void)
     TEST_ASSERT_EQUAL_HEX16(0x001FU, nodes[0]->control[0]);
     TEST_ASSERT_EQUAL_HEX16(0x000FU, nodes[1]->control[0]);
     TEST_ASSERT_EQUAL_HEX16(0x001FU, nodes[2]->control[0]);
-    nodes[2]->status[0] |= 0x1400U; // One after the other.
+    nodes[2]->status[0] |= 0x1400U; // The axes end their search one after the other.
     TEST_ASSERT_EQUAL(STATUS_BUSY, result(&node));
     nodes[0]->status[0] |= 0x1400U;
     TEST_ASSERT_EQUAL(STATUS_OK, result(&node));
@@ -167,7 +168,7 @@ static void a_configuration_without_homing_has_no_search(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, drives_homing(&drives, &node));
 }
 
-/// Outputs are as dangerous as axes, and a module has no state to leave.
+/// Outputs are as dangerous as axes, but a module has no state that it could leave.
 static void securing_sets_outputs_to_zero(void)
 {
     engage();
@@ -183,7 +184,7 @@ static void securing_sets_outputs_to_zero(void)
     run(drives_secure);
 }
 
-static void modules_fit_only_where_they_are_taken(void)
+static void modules_are_accepted_only_where_the_subsystem_allows_them(void)
 {
     static const int modes[] = {8, 6, 0};
     drives_need_t need       = {1U, true, "type", 0U, "count", modes, "mode"};
@@ -198,7 +199,7 @@ static void modules_fit_only_where_they_are_taken(void)
     TEST_ASSERT_EQUAL_STRING("type", misfit.says);
     TEST_ASSERT_EQUAL_UINT32(5U, misfit.line);
     need.takes_modules         = true;
-    descriptor.devices[0].type = "joystick"; // Two axes.
+    descriptor.devices[0].type = "joystick"; // A joystick has two axes.
     TEST_ASSERT_FALSE(drives_fit(&descriptor, &need, &misfit));
     TEST_ASSERT_EQUAL_STRING("type", misfit.says);
     descriptor.devices[0].type                                    = "joint-drive";
@@ -215,6 +216,6 @@ int main(void)
     RUN_TEST(leaving_operation_ends_the_search);
     RUN_TEST(a_configuration_without_homing_has_no_search);
     RUN_TEST(securing_sets_outputs_to_zero);
-    RUN_TEST(modules_fit_only_where_they_are_taken);
+    RUN_TEST(modules_are_accepted_only_where_the_subsystem_allows_them);
     return UNITY_END();
 }

@@ -130,7 +130,7 @@ static void objects_become_values(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(value(-1.0), found, sizeof found);
 }
 
-/// The frame that the device's client sends now, and an answer to it.
+/// Fetch the next frame of the device's client and answer it.
 static void answer(uint8_t frame[SDO_FRAME_OCTETS], const uint8_t first, const uint8_t low)
 {
     canopen_sdo_client_t* const client =
@@ -202,7 +202,7 @@ static void wrong_lines_of_a_descriptor_are_reported(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, parse("id='2'", "id='1'"));
 }
 
-static void the_ends_of_each_range_can_be_set(void)
+static void the_limits_of_each_range_can_be_set(void)
 {
     static const struct {
         double real;
@@ -238,6 +238,6 @@ int main(void)
     RUN_TEST(logical_devices_are_read_and_set);
     RUN_TEST(an_unknown_or_unsettable_quantity_is_refused);
     RUN_TEST(wrong_lines_of_a_descriptor_are_reported);
-    RUN_TEST(the_ends_of_each_range_can_be_set);
+    RUN_TEST(the_limits_of_each_range_can_be_set);
     return UNITY_END();
 }

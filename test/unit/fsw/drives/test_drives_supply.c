@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// On/off devices and pulses of ST[02]: which exist, which frame is sent, and how long the bus is borrowed.
+// On/off devices and pulses of ST[02]: which of them exist, which frame is sent, and how long the bus is
+// borrowed.
 #include "fsw/drives/drives_supply.h"
 
 #include "fsw/drives/drives_access.h"
@@ -164,7 +165,7 @@ static void without_a_bus_the_command_fails(void)
     TEST_ASSERT_EQUAL_UINT16(DRIVES_ACCESS_CLOSED, result.return_code);
 }
 
-static void lines_of_a_supply_differ(void)
+static void each_line_of_a_supply_has_its_own_frame(void)
 {
     static char text[sizeof document];
     (void)strcpy(text, document);
@@ -175,7 +176,7 @@ static void lines_of_a_supply_differ(void)
     TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader), "another line than on"));
 }
 
-/// The bus is released 10 ms after the last frame, not earlier.
+/// The bus is released 10 ms after the last frame and not earlier.
 static void a_frame_has_10_ms_to_leave(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, turn(0x1F01U)));
@@ -185,12 +186,12 @@ static void a_frame_has_10_ms_to_leave(void)
     generic.now_ns += 1U;
     TEST_ASSERT_EQUAL(STATUS_OK, poll(0U));
     TEST_ASSERT_FALSE(flow_can_is_open(drives.buses[0].network.flow));
-    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, turn(0x1F01U))); // It can be borrowed again,
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, turn(0x1F01U))); // The bus can be borrowed again
     port.abandon(port.context, 0U);
-    TEST_ASSERT_FALSE(flow_can_is_open(drives.buses[0].network.flow)); // and given back again.
+    TEST_ASSERT_FALSE(flow_can_is_open(drives.buses[0].network.flow)); // and is released again.
 }
 
-/// An end of the hardware takes the bus over: a pulse that ends afterwards does not close it too early.
+/// hardware_deinit takes the bus over: a pulse that ends afterwards does not close the bus too early.
 static void hardware_deinit_keeps_the_bus_until_its_reset_has_left(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, turn(0x1F01U)));
@@ -221,7 +222,7 @@ int main(void)
     RUN_TEST(hardware_init_keeps_the_borrowed_resources);
     RUN_TEST(an_abandoned_pulse_releases_the_bus);
     RUN_TEST(without_a_bus_the_command_fails);
-    RUN_TEST(lines_of_a_supply_differ);
+    RUN_TEST(each_line_of_a_supply_has_its_own_frame);
     RUN_TEST(a_frame_has_10_ms_to_leave);
     RUN_TEST(hardware_deinit_keeps_the_bus_until_its_reset_has_left);
     RUN_TEST(pulses_wait_while_the_transmit_queue_is_full);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Drives of two nodes without a bus: the test itself answers.
+/// Drives of two nodes without a bus: the test answers for the nodes.
 #ifndef TEST_UNIT_FSW_DRIVES_TWO_NODES_H
 #define TEST_UNIT_FSW_DRIVES_TWO_NODES_H
 
@@ -8,7 +8,7 @@
 #define FIRST_NODE 0x11U
 #define SECOND_NODE 0x12U
 
-/// Clear them, and let their network run with both nodes.
+/// Clear the drives, and let their network run with both nodes.
 void two_nodes_run(drives_t* drives);
 
 #endif // TEST_UNIT_FSW_DRIVES_TWO_NODES_H

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A host for procedures under test: it answers every call at once and notes them as text.
+/// A host for procedures under test: it answers every call at once and writes the call down as text.
 #ifndef TEST_UNIT_FSW_PROCEDURES_PROCEDURES_H
 #define TEST_UNIT_FSW_PROCEDURES_PROCEDURES_H
 
@@ -14,7 +14,7 @@ typedef struct {
     procedure_engine_t engine;
     pus_procedure_port_t port;
     procedure_slot_t slots[HOST_SLOTS];
-    pus_call_t call;        ///< The last one.
+    pus_call_t call;        ///< The last call.
     unsigned pauses;        ///< Budgets used up since the start.
     uint32_t worst;         ///< Largest number of units spent in one budget.
     char log[HOST_LOG_MAX]; ///< Calls, `kind number text;`.
@@ -25,12 +25,13 @@ extern host_t host;
 void host_start(void);
 /// Begin a procedure in slot 0, without arguments.
 status_t host_begin(const char* code);
-/// Let it run with its answers, for `budgets` budgets at most; true if it has ended, with or without error.
+/// Run the procedure and answer its calls, for at most `budgets` budgets. Returns true if it has ended, with
+/// or without error.
 bool host_run(unsigned budgets);
-/// Begin it and let it run: it must end without error, having raised events of exactly these numbers ("1 2
-/// 3").
+/// Run a procedure from its begin. Expect that it ends without error and has raised exactly these events ("1
+/// 2 3").
 void expect_events(const char* code, const char* events);
-/// It must fail with a message that contains this text.
+/// Expect that the procedure fails with a message that contains this text.
 void expect_error(const char* code, const char* part);
 
 #endif // TEST_UNIT_FSW_PROCEDURES_PROCEDURES_H

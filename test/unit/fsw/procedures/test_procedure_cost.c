@@ -8,7 +8,7 @@
 
 #define BUDGET 2048U
 #define CYCLES 60U
-/// Beyond its budget: memory that is requested and refused is charged afterwards.
+/// Units beyond the budget: memory that is requested and refused is charged afterwards.
 #define OVERSHOOT (2U * PROCEDURE_ACT_MAX)
 #define MANY_CYCLES 3000U
 
@@ -33,7 +33,7 @@ static void begin(const uint16_t slot, const char* const text)
                               host.call.text);
 }
 
-/// A cycle of a procedure whose calls find nothing. Returns the units that it has used.
+/// Run one cycle of a procedure whose calls return no value. Returns the units used.
 static uint32_t cycle(const uint16_t slot)
 {
     const pus_answer_t answer = {.kind = PUS_ANSWER_MISSING};
@@ -71,13 +71,14 @@ static void no_program_uses_more_than_its_share(void)
                                      hostile_procedures[i].name);
             TEST_ASSERT_TRUE_MESSAGE(host.slots[0].is_running, host.call.text);
         }
-        // Endless loops.
+        // Endless loops use their budget completely.
         TEST_ASSERT_TRUE_MESSAGE(all >= ((CYCLES - 4U) * BUDGET), hostile_procedures[i].name);
         host.port.kill(host.port.context, 0U);
     }
 }
 
-/// Neither addresses nor the interpreter's hash seed, which differ between slots, change the units used.
+/// Neither addresses nor the interpreter's hash seed, which differ between slots, change the number of units
+/// used.
 static void the_cost_of_a_procedure_depends_on_its_code_alone(void)
 {
     static uint32_t first[CYCLES];
@@ -169,15 +170,15 @@ static void the_cost_of_work_is_proportional_to_the_data_it_touches(void)
     }
 }
 
-/// Ordinary programs of operators are not slowed down by the cost of what others could do.
-static void ordinary_work_is_cheap(void)
+/// Ordinary programs of operators are cheap.
+static void ordinary_programs_are_cheap(void)
 {
     TEST_ASSERT_TRUE(units_of("local n = 0 for i = 1, 1000 do n = n + i end") <= 2100U);
     TEST_ASSERT_TRUE(units_of("local t = {} for i = 1, 100 do t[i] = i end local n = 0 "
                               "for i, v in ipairs(t) do n = n + v end") <= 1900U);
     const uint32_t filled = units_of("local t = {} for i = 1, 100 do t[i] = i end");
     const uint32_t listed = units_of("local t = {} for i = 1, 100 do t[i] = i end for k in pairs(t) do end");
-    // The keys of a list are in order: sorting is not necessary.
+    // The keys of a list are already in order, so sorting them is cheap.
     TEST_ASSERT_TRUE((listed - filled) <= 1800U);
     TEST_ASSERT_TRUE(units_of("for i = 1, 10 do send(16, 17, 1, string.pack('>I2I4', i, 7), true) end") <=
                      1000U);
@@ -280,7 +281,7 @@ int main(void)
     RUN_TEST(no_program_uses_more_than_its_share);
     RUN_TEST(the_cost_of_a_procedure_depends_on_its_code_alone);
     RUN_TEST(the_cost_of_work_is_proportional_to_the_data_it_touches);
-    RUN_TEST(ordinary_work_is_cheap);
+    RUN_TEST(ordinary_programs_are_cheap);
     RUN_TEST(too_much_work_in_one_call_is_an_error);
     RUN_TEST(a_metatable_keeps_its_content_after_it_is_set);
     RUN_TEST(cost_beyond_the_budget_is_deducted_before_the_procedure_continues);

@@ -13,19 +13,19 @@ void tearDown(void)
 {
 }
 
-/// A procedure without an end uses its budgets and no more, and can be killed.
+/// Expect that a procedure without an end uses its budgets and no more, and can be killed.
 static void expect_endless(const char* const code)
 {
     host.call = (pus_call_t){.kind = PUS_CALL_PAUSED};
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, host_begin(code), host.call.text);
     TEST_ASSERT_FALSE_MESSAGE(host_run(300U), host.call.text);
-    TEST_ASSERT_UINT_WITHIN(1U, 300U, host.pauses); // The last run may have ended in another call.
+    TEST_ASSERT_UINT_WITHIN(1U, 300U, host.pauses); // The last budget may have ended within another call.
     host.port.kill(host.port.context, 0U);
     TEST_ASSERT_FALSE(host.slots[0].is_running);
-    expect_events("event(1)", "1"); // The slot works as a new one.
+    expect_events("event(1)", "1"); // A new procedure can use the slot.
 }
 
-static void a_procedure_calls_its_host(void)
+static void a_procedure_can_call_its_host(void)
 {
     static const char code[] = "step(5) wait(1.5)\n"
                                "local ok, code, detail = send(16, 17, 1)\n"
@@ -100,7 +100,7 @@ static void errors_contain_their_line(void)
     TEST_ASSERT_EQUAL_UINT64(PROCEDURE_TEXT_MAX - 1U, strlen(host.call.text));
 }
 
-/// An error names the procedure by at most thirty characters of its name.
+/// An error contains at most thirty characters of the procedure's name.
 static void errors_contain_the_name_of_their_procedure(void)
 {
     static const char code[]    = "error('x')";
@@ -291,7 +291,7 @@ static void the_same_code_gives_the_same_calls_in_every_slot(void)
     expect_error("return ('%s'):format({})", "expected");
 }
 
-static void slots_are_apart(void)
+static void slots_share_no_data(void)
 {
     static const uint8_t none[] = {0};
     const pus_answer_t answer   = {.kind = PUS_ANSWER_NONE};
@@ -339,7 +339,7 @@ static void without_memory_no_procedure_starts(void)
     TEST_ASSERT_TRUE((enough > 0U) && (enough <= 65536U));
 }
 
-/// Results that one instruction leaves on the stack for the next are the same after a pause between the two.
+/// Values that one instruction leaves on the stack for the next are not changed by a pause between the two.
 static void a_pause_after_any_instruction_changes_no_result(void)
 {
     static const char code[] = "local function three() return 1, 2, 3 end\n"
@@ -361,7 +361,7 @@ static void a_pause_after_any_instruction_changes_no_result(void)
     TEST_ASSERT_TRUE(pauses > 50U);
 }
 
-/// The price of a call depends on it.
+/// The price of a call depends on the size of the stack.
 static void the_size_of_the_stack_is_known_when_it_has_grown(void)
 {
     expect_events("event(1)", "1");
@@ -379,7 +379,7 @@ static void the_size_of_the_stack_is_known_when_it_has_grown(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_procedure_calls_its_host);
+    RUN_TEST(a_procedure_can_call_its_host);
     RUN_TEST(a_call_returns_the_request_of_the_procedure);
     RUN_TEST(arguments_have_their_types);
     RUN_TEST(errors_contain_their_line);
@@ -393,7 +393,7 @@ int main(void)
     RUN_TEST(precompiled_code_is_refused);
     RUN_TEST(an_error_during_error_handling_is_an_error);
     RUN_TEST(the_same_code_gives_the_same_calls_in_every_slot);
-    RUN_TEST(slots_are_apart);
+    RUN_TEST(slots_share_no_data);
     RUN_TEST(without_memory_no_procedure_starts);
     RUN_TEST(a_pause_after_any_instruction_changes_no_result);
     RUN_TEST(the_size_of_the_stack_is_known_when_it_has_grown);

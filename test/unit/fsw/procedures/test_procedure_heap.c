@@ -36,7 +36,8 @@ static void the_whole_heap_can_be_taken_and_given_back(void)
             procedure_heap_give(&heap, blocks[(i * 37U) % 100U], PROCEDURE_BLOCK);
         }
         TEST_ASSERT_EQUAL_UINT64(0U, heap.used);
-        void* const large = procedure_heap_take(&heap, 64U * PROCEDURE_BLOCK); // Joined again.
+        // The free blocks are joined again.
+        void* const large = procedure_heap_take(&heap, 64U * PROCEDURE_BLOCK);
         TEST_ASSERT_NOT_NULL(large);
         procedure_heap_give(&heap, large, 64U * PROCEDURE_BLOCK);
     }
@@ -57,7 +58,7 @@ static void blocks_grow_and_shrink_with_their_content(void)
     memset(block, 0x5A, 100U);
     uint8_t* const neighbour = procedure_heap_take(&heap, 100U);
     memset(neighbour, 0x33, 100U);
-    block = procedure_heap_resize(&heap, block, 100U, 120U); // Same block.
+    block = procedure_heap_resize(&heap, block, 100U, 120U); // The size is still that of the same block.
     block = procedure_heap_resize(&heap, block, 120U, 1000U);
     TEST_ASSERT_NOT_NULL(block);
     TEST_ASSERT_EACH_EQUAL_HEX8(0x5A, block, 100U);

@@ -13,7 +13,7 @@ void tearDown(void)
 {
 }
 
-/// An expression that must be true.
+/// Expect that this expression is true.
 static void expect_true(const char* const expression)
 {
     char code[512] = "if (";
@@ -27,7 +27,7 @@ static void expect_true(const char* const expression)
     TEST_ASSERT_EQUAL_STRING_MESSAGE("event 1 ;ended 0 ;", host.log, expression);
 }
 
-static void texts_are_made_and_taken_apart(void)
+static void texts_are_composed_and_decomposed(void)
 {
     static const char* const cases[] = {
         "('ab'):rep(3) == 'ababab'",
@@ -164,7 +164,7 @@ static void a_sort_with_an_inconsistent_comparison_ends(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(texts_are_made_and_taken_apart);
+    RUN_TEST(texts_are_composed_and_decomposed);
     RUN_TEST(patterns_find_the_text_they_describe);
     RUN_TEST(tables_are_used_as_lists);
     RUN_TEST(a_sort_with_an_inconsistent_comparison_ends);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A journal on real files, for which their medium is made.
+// A journal on real files, for which the file medium is made.
 #define _POSIX_C_SOURCE 200809L
 #include "fsw/programs/file_medium.h"
 
@@ -67,7 +67,7 @@ static void a_journal_on_files_keeps_its_records(void)
 {
     uint8_t octets[300];
     for (uint32_t round = 0U; round < 3U; round++) {
-        // Each round makes the octets of the one before obsolete.
+        // In each round the new records replace all octets of the round before.
         for (uint32_t i = 0U; i < RECORDS; i++) {
             memset(octets, (int)((i + round) & 0xFFU), sizeof octets);
             TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, 7U, i, octets, sizeof octets));
@@ -75,7 +75,7 @@ static void a_journal_on_files_keeps_its_records(void)
         TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
     }
     TEST_ASSERT_EQUAL_UINT32(1U, journal.stats.compactions);
-    TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, 7U, 9U, octets, 1U)); // Not committed.
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, 7U, 9U, octets, 1U)); // This put is not committed.
     close_files();
     open_journal();
     TEST_ASSERT_EQUAL_UINT32(RECORDS, journal.stats.records);

@@ -107,7 +107,8 @@ static void add_text(const char* const text)
     octet_write_octets(&writer, (const uint8_t*)text, strlen(text));
 }
 
-/// Send it, wait for its end, and return the subtype of the verification report that ended it.
+/// Send the request and wait for its end. Returns the subtype of the verification report that ended the
+/// request.
 static uint8_t send(const uint8_t subtype)
 {
     uint8_t packet[PUS_PACKET_MAX];
@@ -153,7 +154,7 @@ static uint8_t order(const uint8_t subtype, const char* const path, const char* 
     return send(subtype);
 }
 
-static void requests_do_their_work_on_disk(void)
+static void requests_are_performed_on_the_disk(void)
 {
     TEST_ASSERT_EQUAL_UINT8(7U, request(9U, "/", "logs"));
     TEST_ASSERT_EQUAL_UINT8(7U, request(1U, "/logs", "new"));
@@ -167,7 +168,7 @@ static void requests_do_their_work_on_disk(void)
     TEST_ASSERT_EQUAL_UINT8(7U, request(2U, "", "one"));
     TEST_ASSERT_FALSE(osal_file_exists(real("root/one")));
     TEST_ASSERT_EQUAL_UINT8(7U, request(3U, "", "moved"));
-    TEST_ASSERT_EQUAL_UINT8(7U, answer[answer_size - 2U]); // Its size.
+    TEST_ASSERT_EQUAL_UINT8(7U, answer[answer_size - 2U]); // The size of the file.
     TEST_ASSERT_EQUAL_UINT8(7U, request(7U, "", "*"));
     static const char found[] = "\0\1/\0\1*\0\2\0\x9/logs/new\0\6/moved";
     TEST_ASSERT_EQUAL_UINT64(sizeof found - 1U, answer_size);
@@ -211,7 +212,7 @@ static void hostile_requests_change_no_file(void)
         }
         TEST_ASSERT_EQUAL_UINT8_MESSAGE(4U, order(14U, path, name, "", "stolen"), name);
         TEST_ASSERT_EQUAL_UINT8_MESSAGE(4U, order(15U, path, name, "", "stolen"), name);
-        // A link in the place of the target is detected when the copy is to get its name.
+        // A symbolic link at the place of the target is detected when the copy gets its name.
         TEST_ASSERT_NOT_EQUAL_MESSAGE(7U, order(14U, "logs", "one", path, name), name);
         TEST_ASSERT_EQUAL_UINT8_MESSAGE(4U, order(15U, "logs", "one", path, name), name);
     }
@@ -226,7 +227,7 @@ static void hostile_requests_change_no_file(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(requests_do_their_work_on_disk);
+    RUN_TEST(requests_are_performed_on_the_disk);
     RUN_TEST(hostile_requests_change_no_file);
     return UNITY_END();
 }

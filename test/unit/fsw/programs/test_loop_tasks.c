@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #define _GNU_SOURCE
 // Loops of services as tasks in real time: each keeps its own rate beside the component's cycle, follows the
-// applied configuration, and ends when ordered.
+// applied configuration, and ends on request.
 #include "fsw/programs/loop_tasks.h"
 
 #include "unity.h"
@@ -165,7 +165,8 @@ static void without_loops_in_the_configuration_the_tasks_do_not_run(void)
     TEST_ASSERT_EQUAL(before, reports[FAST_REPORT].count);
 }
 
-/// In a child without privilege: a priority that it may not have is reported, and the loops still run.
+/// In a child process without privileges: a priority that is not permitted is reported, and the loops still
+/// run.
 static void a_priority_that_is_not_permitted_is_noted(void)
 {
     int ends[2];
@@ -194,18 +195,18 @@ static void a_priority_that_is_not_permitted_is_noted(void)
     TEST_ASSERT_NOT_NULL(strstr(console_text, "note: real-time priorities are not permitted here\n"));
 }
 
-static void tasks_end_only_when_ordered(void)
+static void tasks_end_only_on_request(void)
 {
     begin(1U);
     run_until_a_report();
     const uint64_t asked_ns = osal_clock_now_ns(&clock_of_run);
     loop_tasks_stop(&tasks);
     TEST_ASSERT_TRUE((osal_clock_now_ns(&clock_of_run) - asked_ns) < 2000000000ULL);
-    run_for(5U * CYCLE_NS); // Their finished reports are still sent.
+    run_for(5U * CYCLE_NS); // The reports that are finished are still sent.
     const unsigned before = reports[FAST_REPORT].count;
     run_for(30U * CYCLE_NS);
     TEST_ASSERT_EQUAL(before, reports[FAST_REPORT].count);
-    loop_tasks_stop(&tasks); // Again, and for tasks that never ran.
+    loop_tasks_stop(&tasks); // A second call, and a call for tasks that never ran.
     static loop_tasks_t none;
     loop_tasks_stop(&none);
 }
@@ -216,6 +217,6 @@ int main(void)
     RUN_TEST(each_loop_keeps_its_own_rate);
     RUN_TEST(without_loops_in_the_configuration_the_tasks_do_not_run);
     RUN_TEST(a_priority_that_is_not_permitted_is_noted);
-    RUN_TEST(tasks_end_only_when_ordered);
+    RUN_TEST(tasks_end_only_on_request);
     return UNITY_END();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calls that the tasks of the service loops make: how long each waits, which priority it asks for, and that
-// every task is joined, also if one of them cannot be started. The system and the component are mocked.
+// Calls that the tasks of the service loops make: how long each task waits, which priority it requests, and
+// that every task is joined even if one of them cannot be started. The system and the component are mocked.
 #include "fsw/programs/loop_tasks.h"
 
 #include <setjmp.h>
@@ -12,7 +12,8 @@
 
 #define ORIGIN_NS 5000U
 #define NOW_NS 1000000U
-#define LOOK_NS 20000000U ///< Longest wait: then the task checks whether it has a loop, or must end.
+/// Longest wait. After it the task checks whether it has a loop and whether it must end.
+#define LOOK_NS 20000000U
 
 static subsystem_t component;
 static loop_tasks_t tasks;
@@ -23,7 +24,7 @@ status_t __wrap_osal_task_start(osal_task_t* task, void (*entry)(void* context),
     loop_task_t* const one = context;
     check_expected_ptr(task);
     assert_ptr_equal(task, &one->task);
-    assert_int_equal(0, priority); // Each task follows the priority of its loop by itself.
+    assert_int_equal(0, priority); // A task sets the priority of its loop itself.
     assert_int_equal(OSAL_CLOCK_REAL, one->clock.mode);
     entry_of_task = entry;
     return mock_type(status_t);
@@ -31,7 +32,7 @@ status_t __wrap_osal_task_start(osal_task_t* task, void (*entry)(void* context),
 
 void __wrap_osal_task_join(osal_task_t* task)
 {
-    assert_true(tasks.is_over); // Otherwise the wait has no end.
+    assert_true(tasks.is_over); // Without this flag the wait would not end.
     check_expected_ptr(task);
 }
 
@@ -118,7 +119,7 @@ static void no_task_is_left_running_if_one_cannot_be_started(void** state)
         for (size_t i = 0U; i < failing; i++) {
             expect_start(i, STATUS_OK);
         }
-        expect_start(failing, STATUS_EXHAUSTED); // No further one is started.
+        expect_start(failing, STATUS_EXHAUSTED); // No further task is started.
         expect_joins();
         assert_int_equal(STATUS_EXHAUSTED, loop_tasks_start(&tasks, &component, ORIGIN_NS));
     }
@@ -140,9 +141,9 @@ static void a_task_waits_until_its_loop_is_due_or_until_it_checks_again(void** s
     expect_round(0U, NOW_NS + 1U, NOW_NS + 1U, STATUS_OK);
     expect_round(0U, NOW_NS + LOOK_NS - 1U, NOW_NS + LOOK_NS - 1U, STATUS_OK);
     expect_round(0U, NOW_NS + LOOK_NS + 1U, NOW_NS + LOOK_NS, STATUS_OK);
-    expect_round(0U, UINT64_MAX, NOW_NS + LOOK_NS, STATUS_CLOSED); // The clock is gone: it ends.
+    expect_round(0U, UINT64_MAX, NOW_NS + LOOK_NS, STATUS_CLOSED); // The clock is closed, so the task ends.
     entry_of_task(&tasks.tasks[1]);
-    tasks.is_over = true; // Told to end: no further round.
+    tasks.is_over = true; // The task must end, so there is no further round.
     entry_of_task(&tasks.tasks[1]);
 }
 
@@ -157,7 +158,7 @@ static void a_task_asks_for_each_new_priority_once(void** state)
     static const char note[] = "loop of services: note: real-time priorities are not permitted here";
     (void)state;
     start();
-    expect_round(0U, 0U, 0U, STATUS_OK); // The ordinary scheduling of the start.
+    expect_round(0U, 0U, 0U, STATUS_OK); // The ordinary priority of the start.
     expect_priority(30U, STATUS_OK);
     expect_round(30U, 0U, 0U, STATUS_OK);
     expect_round(30U, 0U, 0U, STATUS_OK);
@@ -165,7 +166,7 @@ static void a_task_asks_for_each_new_priority_once(void** state)
     expect_string(__wrap_osal_console_complain, text, note);
     expect_round(1U, 0U, 0U, STATUS_OK);
     expect_round(1U, 0U, 0U, STATUS_OK);
-    expect_priority(0U, STATUS_DENIED); // To give it up needs no permission: no note.
+    expect_priority(0U, STATUS_DENIED); // A task may always give up its priority, so no note is printed.
     expect_round(0U, 0U, 0U, STATUS_CLOSED);
     entry_of_task(&tasks.tasks[1]);
 }

@@ -71,7 +71,7 @@ static void records_outlive_the_program(void)
     record_store_close(&store);
 }
 
-static void two_flights_do_not_share_it(void)
+static void two_flights_cannot_open_the_same_store(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     TEST_ASSERT_EQUAL(STATUS_BUSY, record_store_open(&other, &runtime, other_slots, CAPACITY, true));
@@ -81,8 +81,8 @@ static void two_flights_do_not_share_it(void)
     record_store_close(&other);
 }
 
-/// The second file belongs to another flight: the first is given back.
-static void a_second_file_that_is_in_use_gives_the_first_back(void)
+/// Another flight uses the second file, so the first file is released.
+static void if_the_second_file_is_in_use_the_first_is_released(void)
 {
     char path[128];
     osal_file_t second;
@@ -96,8 +96,8 @@ static void a_second_file_that_is_in_use_gives_the_first_back(void)
     record_store_close(&other);
 }
 
-/// No descriptor is free for the folder whose names are written to the disk: both files are given back.
-static void a_folder_that_cannot_be_written_to_the_disk_gives_both_files_back(void)
+/// No descriptor is free for syncing the folder: both files are released.
+static void if_the_folder_cannot_be_synced_both_files_are_released(void)
 {
     struct rlimit before;
     const int lowest = dup(STDOUT_FILENO);
@@ -154,7 +154,8 @@ static void a_record_store_that_cannot_be_opened_is_reported(void)
     TEST_ASSERT_NOT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     TEST_ASSERT_EQUAL(0, rmdir(path));
     TEST_ASSERT_EQUAL(STATUS_OK,
-                      record_store_open(&store, &runtime, slots, CAPACITY, true)); // The first is free again.
+                      // The first file is free again.
+                      record_store_open(&store, &runtime, slots, CAPACITY, true));
     for (uint32_t key = 0U; key < CAPACITY; key++) {
         TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&store.journal, 1U, key, (const uint8_t*)"abc", 3U));
     }
@@ -163,7 +164,7 @@ static void a_record_store_that_cannot_be_opened_is_reported(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, record_store_open(&store, &runtime, slots, CAPACITY - 1U, false));
 }
 
-/// Change octet `place` of a file of the storage; returns its size.
+/// Change octet `place` of a file in the storage. Returns the size of the file.
 static size_t damage(const char* const name, const long place)
 {
     char path[128];
@@ -180,7 +181,7 @@ static size_t damage(const char* const name, const long place)
     return size;
 }
 
-/// Octet `place` of a file, 0 if there is none.
+/// Returns octet `place` of a file; 0 if there is no file.
 static int octet_of(const char* const name, const long place)
 {
     char path[128];
@@ -209,10 +210,10 @@ static void damaged_media_are_kept(void)
     TEST_ASSERT_FALSE(store.journal.damage.is_damaged);
     for (int i = 0; i < 6; i++) {
         char first[2] = {(char)('0' + i), '\0'};
-        put(7U, first); // At octet 16 + 16.
+        put(7U, first); // The record is at octet 16 + 16.
         put(8U, "second");
         record_store_close(&store);
-        (void)damage("ARM.journal.0", 33); // Its checksum.
+        (void)damage("ARM.journal.0", 33); // The checksum of the record.
         TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
         TEST_ASSERT_TRUE(store.journal.damage.is_damaged && store.journal.damage.is_kept);
         TEST_ASSERT_EQUAL_UINT32(0U, store.journal.stats.records);
@@ -229,7 +230,7 @@ static void damaged_media_are_kept(void)
     record_store_close(&store);
 }
 
-static void media_larger_than_a_piece_are_kept_whole(void)
+static void media_larger_than_a_piece_are_copied_completely(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     static uint8_t octets[JOURNAL_RECORD_MAX];
@@ -287,7 +288,7 @@ static void redirect_console(void)
     (void)fclose(to);
 }
 
-/// End the redirection; `said` gets the lines.
+/// End the redirection; `said` gets the redirected lines.
 static void restore_console(void)
 {
     char path[128];
@@ -319,8 +320,8 @@ static void the_console_names_the_damaged_file_and_its_copy(void)
     TEST_ASSERT_EQUAL_STRING("damaged: /nowhere/ARM.checkpoint; no copy: not found\n", said);
 }
 
-/// The disk is full before the copy is whole: no part of a copy stays.
-static void a_copy_that_is_cut_short_is_removed(void)
+/// The disk becomes full before the copy is complete: no part of the copy remains.
+static void an_incomplete_copy_is_removed(void)
 {
     static uint8_t octets[JOURNAL_RECORD_MAX];
     struct rlimit before;
@@ -332,7 +333,7 @@ static void a_copy_that_is_cut_short_is_removed(void)
     (void)damage("ARM.journal.0", 50);
     (void)signal(SIGXFSZ, SIG_IGN);
     TEST_ASSERT_EQUAL(0, getrlimit(RLIMIT_FSIZE, &before));
-    const struct rlimit limit = {4096U, before.rlim_max}; // One piece.
+    const struct rlimit limit = {4096U, before.rlim_max}; // The size of one piece.
     TEST_ASSERT_EQUAL(0, setrlimit(RLIMIT_FSIZE, &limit));
     const status_t status = record_store_open(&store, &runtime, slots, CAPACITY, true);
     TEST_ASSERT_EQUAL(0, setrlimit(RLIMIT_FSIZE, &before));
@@ -359,17 +360,17 @@ static void other_damaged_data_are_kept(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_second_file_that_is_in_use_gives_the_first_back);
-    RUN_TEST(a_folder_that_cannot_be_written_to_the_disk_gives_both_files_back);
+    RUN_TEST(if_the_second_file_is_in_use_the_first_is_released);
+    RUN_TEST(if_the_folder_cannot_be_synced_both_files_are_released);
     RUN_TEST(only_a_store_that_waits_writes_to_the_disk);
-    RUN_TEST(a_copy_that_is_cut_short_is_removed);
+    RUN_TEST(an_incomplete_copy_is_removed);
     RUN_TEST(other_damaged_data_are_kept);
     RUN_TEST(the_console_names_the_damaged_file_and_its_copy);
     RUN_TEST(records_outlive_the_program);
-    RUN_TEST(two_flights_do_not_share_it);
+    RUN_TEST(two_flights_cannot_open_the_same_store);
     RUN_TEST(a_record_store_that_cannot_be_opened_is_reported);
     RUN_TEST(damaged_media_are_kept);
-    RUN_TEST(media_larger_than_a_piece_are_kept_whole);
+    RUN_TEST(media_larger_than_a_piece_are_copied_completely);
     RUN_TEST(media_that_cannot_be_kept_are_reported);
     return UNITY_END();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A copy of damaged data is written, forced to the disk and closed; one that fails at any of these is
-// removed. The files are mocked.
+// A copy of damaged data is written, synced and closed; a copy is removed if one of these calls fails. The
+// files are mocked.
 #include "fsw/programs/record_store.h"
 
 #include <setjmp.h>
@@ -108,7 +108,7 @@ static void a_copy_that_cannot_be_written_or_forced_to_the_disk_is_removed(void*
         expect_open("/s/ARM.kind.damaged.0", STATUS_NOT_FOUND);
         expect_create("/s/ARM.kind.damaged.0", STATUS_OK);
         will_return(__wrap_osal_file_write, (failing == 0U) ? STATUS_IO : STATUS_OK);
-        if (failing == 1U) { // What was not written is not forced to the disk.
+        if (failing == 1U) { // A copy that could not be written is not synced.
             will_return(__wrap_osal_file_sync, STATUS_IO);
         }
         expect_function_call(__wrap_osal_file_close);
@@ -161,7 +161,7 @@ static void a_path_without_room_for_the_number_of_the_copy_is_refused(void** sta
     (void)state;
     run.storage[0] = '/';
     (void)memset(&run.storage[1], 's', sizeof run.storage - 2U);
-    run.storage[RUN_PATH_MAX - sizeof "/ARM.kind.damaged."] = '\0'; // The digit has no room.
+    run.storage[RUN_PATH_MAX - sizeof "/ARM.kind.damaged."] = '\0'; // The path has no room for the digit.
     (void)strcpy(line, "damaged: ");
     (void)strcat(line, run.storage);
     (void)strcat(line, "/ARM.kind; no copy: too large");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Messages between a proxy and its remote-endian program: contents as octets, independent of the byte order
-// here, and every other content refused.
+// of this machine, and the refusal of all other contents.
 #include "fsw/programs/remote_endian_wire.h"
 
 #include <string.h>
@@ -94,8 +94,8 @@ static void the_run_state_passes_the_wire_unchanged(void)
     TEST_ASSERT_EQUAL_UINT16_ARRAY(run.link_ports, heard.link_ports, RUN_LINKS_MAX);
 }
 
-/// Every octet that a message has room for; its sender waits while the socket is full.
-static void the_largest_message_arrives_whole(void)
+/// The largest content of a message; the sender waits while the socket is full.
+static void the_largest_message_arrives_completely(void)
 {
     octet_reader_t reader = octet_reader(NULL, 0U);
     octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
@@ -131,7 +131,7 @@ static void a_truncated_run_state_or_one_out_of_bounds_is_refused(void)
     }
     octet_reader_t longer = octet_reader(&one.octets[5], size + 1U);
     TEST_ASSERT_FALSE(remote_endian_read_run(&longer, &heard, &component));
-    // Identity, mission path and folders come before the component's index, each after its length.
+    // The component's index follows after identity, mission path and folders, each with its length in front.
     const size_t index =
         5U + 8U + strlen(run.identity) + strlen(run.mission_path) + strlen(run.folder) + strlen(run.storage);
     octets_put_u32(&one.octets[index], 2U);
@@ -203,7 +203,7 @@ static void receive_refuses(const uint8_t* const octets, const size_t size, cons
     TEST_ASSERT_EQUAL(expected, remote_endian_receive(&other, REMOTE_ENDIAN_GRANT, 0U, &reader));
 }
 
-static void octets_that_are_no_message_are_refused(void)
+static void invalid_messages_are_refused(void)
 {
     static const uint8_t empty[]      = {0U, 0U, 0U, 0U};
     static const uint8_t huge[]       = {0xFFU, 0xFFU, 0xFFU, 0xFFU};
@@ -251,10 +251,10 @@ static void messages_follow_each_other_in_both_directions(void)
     }
     octet_reader_t nothing = octet_reader((const uint8_t*)"x", 1U);
     octet_writer_t empty   = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
-    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &empty)); // A record of a kind without content.
+    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &empty)); // A message of a kind without content.
     TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_DONE, PATIENCE_MS, &nothing));
     TEST_ASSERT_TRUE(octet_reader_is_done(&nothing));
-    for (uint8_t i = 0U; i < 2U; i++) { // Two in one direction.
+    for (uint8_t i = 0U; i < 2U; i++) { // Two messages in one direction.
         octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
         octet_write_u8(&writer, i);
         TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &writer));
@@ -284,7 +284,7 @@ static void a_receiver_does_not_wait_longer_than_it_may(void)
     }
 }
 
-/// A peer that sends while it is to read is none.
+/// A peer that sends when it should read does not follow the protocol.
 static void a_peer_that_does_not_read_its_message_is_detected(void)
 {
     static const uint8_t octets[4096];
@@ -306,7 +306,7 @@ static void a_message_that_does_not_fit_is_not_sent(void)
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, remote_endian_receive(&other, REMOTE_ENDIAN_GRANT, 0U, &reader));
 }
 
-/// A bus of this process, both ends.
+/// Open both ends of a bus in this process.
 static void open_bus(char* const address, const char* const name, osal_can_t* const computer,
                      osal_can_t* const wire)
 {
@@ -353,7 +353,8 @@ static void full_buses_are_handed_over(void)
     TEST_ASSERT_TRUE(remote_endian_read_frames(&reader, &to));
     TEST_ASSERT_EQUAL_UINT32(0U, to.refused);
     reader = octet_reader(&one.octets[5], writer.position - 5U);
-    TEST_ASSERT_TRUE(remote_endian_read_frames(&reader, &to)); // Again: the rings are full.
+    // A second time, because the rings are full again.
+    TEST_ASSERT_TRUE(remote_endian_read_frames(&reader, &to));
     TEST_ASSERT_EQUAL_UINT32(2U * OSAL_CAN_RING_FRAMES, to.refused);
     for (unsigned i = 0U; i < (2U * OSAL_CAN_RING_FRAMES); i++) {
         osal_can_frame_t got;
@@ -380,9 +381,9 @@ static void full_buses_are_handed_over(void)
     osal_can_close(&to.ends[7]);
 }
 
-static void frames_that_are_none_are_refused(void)
+static void invalid_frames_are_refused(void)
 {
-    static remote_endian_buses_t buses; // None is open.
+    static remote_endian_buses_t buses; // No bus is open.
     static const uint8_t nothing[]  = {0xFFU};
     static const uint8_t trailing[] = {0xFFU, 0U};
     static const uint8_t no_bus[]   = {8U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0xFFU};
@@ -400,11 +401,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_run_state_passes_the_wire_unchanged);
-    RUN_TEST(the_largest_message_arrives_whole);
+    RUN_TEST(the_largest_message_arrives_completely);
     RUN_TEST(a_truncated_run_state_or_one_out_of_bounds_is_refused);
     RUN_TEST(numbers_are_big_endian);
     RUN_TEST(a_done_message_carries_its_values);
-    RUN_TEST(octets_that_are_no_message_are_refused);
+    RUN_TEST(invalid_messages_are_refused);
     RUN_TEST(a_message_may_come_in_pieces);
     RUN_TEST(messages_follow_each_other_in_both_directions);
     RUN_TEST(the_disappearance_of_an_end_is_detected);
@@ -412,6 +413,6 @@ int main(void)
     RUN_TEST(a_peer_that_does_not_read_its_message_is_detected);
     RUN_TEST(a_message_that_does_not_fit_is_not_sent);
     RUN_TEST(full_buses_are_handed_over);
-    RUN_TEST(frames_that_are_none_are_refused);
+    RUN_TEST(invalid_frames_are_refused);
     return UNITY_END();
 }

@@ -72,7 +72,7 @@ static void addresses_that_are_too_long_or_have_no_port_are_refused(void)
     name[sizeof name - 1U] = '\0';
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, run_flow_address(&run, ENDNODE_SHM, name, &address));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, run_flow_address(&run, ENDNODE_SERIAL, name, &address));
-    name[43] = '\0'; // Address and counts have room.
+    name[43] = '\0'; // The path and its counts just fit.
     TEST_ASSERT_EQUAL(STATUS_OK, run_flow_address(&run, ENDNODE_SERIAL, name, &address));
     run.has_simulator = false;
     name[43]          = 'x';

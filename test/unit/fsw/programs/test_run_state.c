@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The shared memory of a run: made once, found by its name; and the names that a run notes so that its
-// launcher can remove them.
+// The shared memory of a run, which is created once and found by its name, and the names that components
+// record in it so that the launcher can remove them.
 #include "fsw/programs/run_state.h"
 
 #include "osal/include/osal/task.h"
@@ -80,7 +80,7 @@ static void memory_of_another_version_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_state_create(&made, identity, &run));
     run->magic++;
     TEST_ASSERT_EQUAL(STATUS_INVALID, run_state_attach(&found, name_of_run, &found_run));
-    TEST_ASSERT_EQUAL(1U, mappings()); // Only that of the creator.
+    TEST_ASSERT_EQUAL(1U, mappings()); // Only the mapping of the creator.
     osal_shm_close(&made);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(name_of_run));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&made, name_of_run, sizeof(run_state_t) / 2U));
@@ -125,7 +125,7 @@ static void a_component_is_found_by_its_apid(void)
 {
     static const uint16_t apids[] = {16U, 17U, 1U};
     unsigned index                = 99U;
-    TEST_ASSERT_FALSE(run_state_find(&block, 0U, &index)); // There are none yet.
+    TEST_ASSERT_FALSE(run_state_find(&block, 0U, &index)); // The run has no components yet.
     block.component_count = 3U;
     for (unsigned i = 0U; i < 3U; i++) {
         block.components[i].apid = apids[i];
@@ -150,7 +150,7 @@ static void the_last_beat_of_each_component_is_kept(void)
     TEST_ASSERT_EQUAL_UINT64(0U, run_state_last_beat(&block, 0U).step_ns);
 }
 
-static void a_name_is_noted_once(void)
+static void a_name_is_recorded_once(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_state_note_flow(&block, "/run.flow.camera"));
     TEST_ASSERT_EQUAL(STATUS_OK, run_state_note_flow(&block, "/run.flow.camera"));
@@ -158,11 +158,11 @@ static void a_name_is_noted_once(void)
     TEST_ASSERT_EQUAL_STRING("", block.flows[1].name);
 }
 
-static void a_place_that_is_being_written_is_left_alone(void)
+static void a_place_that_is_being_written_is_not_changed(void)
 {
-    block.flows[0].is_taken = 1U; // By another component,
+    block.flows[0].is_taken = 1U; // Another component is writing this place,
     (void)strcpy(block.flows[0].name, "/run.flow.cam");
-    TEST_ASSERT_EQUAL(STATUS_OK, run_state_note_flow(&block, "/run.flow.cam")); // which may note this name.
+    TEST_ASSERT_EQUAL(STATUS_OK, run_state_note_flow(&block, "/run.flow.cam")); // perhaps with the same name.
     TEST_ASSERT_EQUAL_STRING("/run.flow.cam", block.flows[0].name);
     TEST_ASSERT_EQUAL_UINT32(1U, block.flows[0].is_taken);
     TEST_ASSERT_EQUAL_STRING("/run.flow.cam", block.flows[1].name);
@@ -222,7 +222,7 @@ static void lateness_is_counted_in_classes(void)
     run_state_beat(&block, 1U, 500U, 1000U);
     TEST_ASSERT_EQUAL_UINT64(500U, run_state_last_beat(&block, 1U).step_ns);
     TEST_ASSERT_EQUAL_UINT64(1000U, run_state_last_beat(&block, 1U).wake_ns);
-    run_state_wake(&block, 1U, 999U); // By a message.
+    run_state_wake(&block, 1U, 999U); // Woken by a message.
     for (size_t i = 0U; i < (sizeof late_ns / sizeof late_ns[0]); i++) {
         run_state_wake(&block, 1U, 1000U + late_ns[i]);
     }
@@ -238,8 +238,8 @@ int main(void)
     RUN_TEST(participants_and_types_follow_from_the_run);
     RUN_TEST(a_component_is_found_by_its_apid);
     RUN_TEST(the_last_beat_of_each_component_is_kept);
-    RUN_TEST(a_name_is_noted_once);
-    RUN_TEST(a_place_that_is_being_written_is_left_alone);
+    RUN_TEST(a_name_is_recorded_once);
+    RUN_TEST(a_place_that_is_being_written_is_not_changed);
     RUN_TEST(a_flow_name_that_does_not_fit_is_refused);
     RUN_TEST(components_record_their_names_concurrently);
     RUN_TEST(lateness_is_counted_in_classes);

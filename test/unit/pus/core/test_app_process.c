@@ -304,7 +304,7 @@ static void an_event_that_waits_is_kept_until_it_is_sent(void)
 {
     TEST_ASSERT_FALSE(pus_app_process_keeps_event(&bench.process, 7U));
     post_of_event(1U, 7U, 7U); // Not an event, whatever its octets are.
-    post_of_event(5U, 2U, 7U); // The queue does not search for a LOW event.
+    post_of_event(5U, 2U, 7U); // keeps_event reports HIGH events only.
     TEST_ASSERT_FALSE(pus_app_process_keeps_event(&bench.process, 7U));
     post_of_event(5U, 4U, 7U);
     post_of_event(129U, 7U, 8U); // The notice of another event,

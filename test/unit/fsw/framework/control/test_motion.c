@@ -40,7 +40,7 @@ static void a_motion_goes_from_rest_to_rest_in_its_time(void)
         point                               = control_motion_step(&motion, PERIOD_S);
         largest_speed                       = fmax(largest_speed, fabs(point.velocity));
         largest_jump = fmax(largest_jump, fabs(point.acceleration - before.acceleration));
-        // The derivatives are those of the position.
+        // Velocity is the derivative of the position.
         EXPECT_WITHIN(0.5 * (point.velocity + before.velocity), 1.0e-6,
                       (point.position - before.position) / PERIOD_S);
         steps++;

@@ -46,8 +46,8 @@ static void motions_of_tip_and_axes_are_inverse(void)
     }
 }
 
-/// The work is the same at the tip and at the axes.
-static void the_work_is_kept(void)
+/// Power is equal at the tip and at the axes.
+static void the_mapping_conserves_power(void)
 {
     for (size_t i = 0U; i < (sizeof poses / sizeof poses[0]); i++) {
         const double force[2] = {3.0, -11.0};
@@ -61,7 +61,7 @@ static void the_work_is_kept(void)
     }
 }
 
-static void a_stretched_mechanism_is_not_regular(void)
+static void a_stretched_mechanism_is_singular(void)
 {
     const double stretched[4] = {0.0, 0.0, 0.47, 0.25};
     const double least[4]     = {1.0e-3, 0.0, 0.0, -1.0};
@@ -89,8 +89,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(force_and_torque_are_inverse);
     RUN_TEST(motions_of_tip_and_axes_are_inverse);
-    RUN_TEST(the_work_is_kept);
-    RUN_TEST(a_stretched_mechanism_is_not_regular);
+    RUN_TEST(the_mapping_conserves_power);
+    RUN_TEST(a_stretched_mechanism_is_singular);
     RUN_TEST(a_length_is_that_of_the_vector);
     return UNITY_END();
 }

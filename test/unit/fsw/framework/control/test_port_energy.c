@@ -47,7 +47,7 @@ static void swing(const double seconds, const double sign, const double drift_ra
 }
 
 // Mean power 0.5 x 0.05 Nm x 0.5e-3 rad x 125.66 rad/s = 1.57 mW: 7.85 mJ in 5 s.
-static void an_oscillation_at_rest_is_told_once_in_each_window(void)
+static void an_oscillation_at_rest_is_reported_once_in_each_window(void)
 {
     swing(5.01, -1.0, 0.0);
     TEST_ASSERT_EQUAL_UINT(1U, alarms);
@@ -66,8 +66,8 @@ static void a_port_that_damps_is_passive(void)
     EXPECT_BELOW(1.0e-3, energy.given_j);
 }
 
-/// A moving port may give away the energy that it has stored.
-static void a_port_that_moves_is_not_judged(void)
+/// A moving port may give away the energy that it has stored, so it is not checked.
+static void a_moving_port_is_not_checked(void)
 {
     swing(20.0, -1.0, 0.5e-3);
     TEST_ASSERT_EQUAL_UINT(0U, alarms);
@@ -94,7 +94,7 @@ static void the_first_position_is_no_step(void)
     EXPECT_WITHIN(0.1, 1.0e-12, energy.given_j);
 }
 
-/// The received energy never decreases, not even while the port gives energy away.
+/// The received energy never decreases, even if the port gives energy away.
 static void the_received_energy_does_not_decrease(void)
 {
     double before = 0.0;
@@ -108,7 +108,7 @@ static void the_received_energy_does_not_decrease(void)
     EXPECT_ABOVE(1.0e-3, before);
 }
 
-/// A sum that is told every cycle and one of which most samples are lost lead to the same reserve.
+/// A reserve with every sum and a reserve that misses most sums reach the same value.
 static void lost_sums_only_delay_a_reserve(void)
 {
     control_reserve_t all  = {0};
@@ -116,7 +116,7 @@ static void lost_sums_only_delay_a_reserve(void)
     for (unsigned i = 0U; i <= 1000U; i++) {
         const double sum = 1.0 + (0.5 * (double)i);
         control_reserve_take_sum(&all, sum);
-        control_reserve_take_sum(&all, sum); // The newest is read again until another one comes.
+        control_reserve_take_sum(&all, sum); // The newest sum is read again until the next one comes.
         if (((i * 7U) % 10U) == 0U) {
             control_reserve_take_sum(&some, sum);
         }
@@ -125,7 +125,7 @@ static void lost_sums_only_delay_a_reserve(void)
     TEST_ASSERT_TRUE((all.reserve_j == 500.0) && (some.reserve_j == 500.0));
 }
 
-/// Whichever side was engaged first, and when the other one begins anew: nothing was paid before.
+/// Whichever side starts first or starts again, energy from before is not added.
 static void a_sum_begins_and_a_port_that_was_reset_adds_nothing(void)
 {
     control_reserve_t reserve = {0};
@@ -157,9 +157,9 @@ static void a_reserve_is_capped_and_can_be_owed(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(an_oscillation_at_rest_is_told_once_in_each_window);
+    RUN_TEST(an_oscillation_at_rest_is_reported_once_in_each_window);
     RUN_TEST(a_port_that_damps_is_passive);
-    RUN_TEST(a_port_that_moves_is_not_judged);
+    RUN_TEST(a_moving_port_is_not_checked);
     RUN_TEST(energy_below_the_limit_raises_no_alarm);
     RUN_TEST(the_first_position_is_no_step);
     RUN_TEST(the_received_energy_does_not_decrease);

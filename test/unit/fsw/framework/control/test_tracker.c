@@ -19,7 +19,7 @@ void tearDown(void)
 {
 }
 
-static void a_constant_is_left_alone(void)
+static void a_constant_is_not_changed(void)
 {
     control_tracker_reset(&tracker, 0.7);
     for (unsigned i = 0U; i < 1000U; i++) {
@@ -30,7 +30,7 @@ static void a_constant_is_left_alone(void)
     TEST_ASSERT_TRUE(tracker.acceleration == 0.0);
 }
 
-static void a_ramp_is_followed_without_lag(void)
+static void a_ramp_is_tracked_without_lag(void)
 {
     const double speed = 0.8;
     double target      = 0.0;
@@ -38,7 +38,7 @@ static void a_ramp_is_followed_without_lag(void)
         target = speed * PERIOD_S * (double)i;
         control_tracker_step(&tracker, target, 125.0, PERIOD_S);
     }
-    // The state is that at the next sample.
+    // The state is predicted for the next sample.
     EXPECT_WITHIN(target + (speed * PERIOD_S), 1.0e-9, tracker.position);
     EXPECT_WITHIN(speed, 1.0e-9, tracker.velocity);
     EXPECT_WITHIN(0.0, 1.0e-6, tracker.acceleration);
@@ -75,7 +75,7 @@ static void the_filter_has_its_stated_bandwidth(void)
     EXPECT_WITHIN(sqrt(5.0) / 2.0, 0.03, largest);
 }
 
-/// At zero no last digit ends the decay.
+/// At zero, rounding does not end the decay.
 static void a_velocity_that_decays_to_zero_does_not_become_subnormal(void)
 {
     control_tracker_reset(&tracker, 0.1);
@@ -91,8 +91,8 @@ static void a_velocity_that_decays_to_zero_does_not_become_subnormal(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_constant_is_left_alone);
-    RUN_TEST(a_ramp_is_followed_without_lag);
+    RUN_TEST(a_constant_is_not_changed);
+    RUN_TEST(a_ramp_is_tracked_without_lag);
     RUN_TEST(a_step_response_settles_without_oscillation);
     RUN_TEST(the_filter_has_its_stated_bandwidth);
     RUN_TEST(a_velocity_that_decays_to_zero_does_not_become_subnormal);

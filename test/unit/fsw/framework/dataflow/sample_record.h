@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A record that flows transfer in tests, and its octets in both byte orders.
+/// A record for tests of flows, and its octets in both byte orders.
 #ifndef TEST_UNIT_DATAFLOW_SAMPLE_RECORD_H
 #define TEST_UNIT_DATAFLOW_SAMPLE_RECORD_H
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One data flow on each type of end node; the device's end uses the objects of the system directly. Each test
-// of a message runs for all types.
+// One data flow on each type of end node; the device's end uses the operating system directly. Each test of a
+// message runs for all types.
 #define _GNU_SOURCE
 #include "fsw/framework/dataflow/flow.h"
 
@@ -32,7 +32,7 @@ static bool is_counted;
 static char counts_name[ENDNODE_ADDRESS_MAX];
 static osal_hand_over_t counts = OSAL_HAND_OVER_CLOSED;
 
-// The device's end.
+// Objects of the device's end.
 static flow_shm_t shm[2];
 static flow_mqueue_t mqueue[2];
 static osal_socket_t listener = OSAL_SOCKET_CLOSED;
@@ -198,7 +198,7 @@ static void send_message(const flow_endnode_kind_t kind, const uint8_t message[I
     send_octets(kind, is_stream(kind) ? framed : message, is_stream(kind) ? sizeof framed : IN);
 }
 
-/// The next message, which the kernel may deliver later.
+/// Expect this message next; the kernel may deliver it later.
 static void expect_message(const uint8_t message[IN])
 {
     uint8_t octets[FLOW_OCTETS_MAX];
@@ -235,7 +235,7 @@ static void expect_at_device(const flow_endnode_kind_t kind, const uint8_t messa
         } else if (is_stream(kind)) {
             (void)!osal_device_read(&far, &seen[held], sizeof seen - held, &size);
         } else {
-            // Nothing is there.
+            // No octet has arrived.
         }
         held += size;
         (void)usleep((size == 0U) ? 1000U : 0U);
@@ -286,7 +286,7 @@ void tearDown(void)
     }
 }
 
-static void messages_pass_both_ways_on_each_type_of_end_node(void)
+static void messages_pass_in_both_directions_on_each_type_of_end_node(void)
 {
     static const uint8_t there[IN] = {1U, 0xC0U, 0xDBU, 4U};
     static const uint8_t back[OUT] = {9U, 8U, 0xC0U};
@@ -310,7 +310,7 @@ static void messages_pass_both_ways_on_each_type_of_end_node(void)
     }
 }
 
-static void without_a_device_it_is_closed_with_a_reason_and_tries_again(void)
+static void without_a_device_the_flow_reports_the_reason_and_tries_again(void)
 {
     static const flow_endnode_kind_t noticing[] = {ENDNODE_SHM, ENDNODE_MQUEUE, ENDNODE_TCP, ENDNODE_SERIAL};
     (void)strcpy(terminal, "/nowhere/tty");
@@ -334,7 +334,7 @@ static void without_a_device_it_is_closed_with_a_reason_and_tries_again(void)
     }
 }
 
-static void it_connects_again_after_the_device_was_unplugged(void)
+static void a_flow_connects_again_after_the_device_was_unplugged(void)
 {
     static const flow_endnode_kind_t noticing[] = {ENDNODE_SHM, ENDNODE_TCP, ENDNODE_SERIAL};
     static const uint8_t message[IN]            = {5U, 6U, 7U, 8U};
@@ -366,12 +366,12 @@ static void it_connects_again_after_the_device_was_unplugged(void)
 static void a_stream_of_invalid_octets_is_closed_and_opened_again(void)
 {
     static const uint8_t message[IN] = {5U, 6U, 7U, 8U};
-    static const uint8_t garbage[IN] = {0xFFU, 0xFFU, 1U, 2U}; // Announces 65535 octets.
+    static const uint8_t garbage[IN] = {0xFFU, 0xFFU, 1U, 2U}; // The length field announces 65535 octets.
     uint8_t octets[FLOW_OCTETS_MAX];
     size_t size = 0U;
     begin_device(ENDNODE_SERIAL);
     begin_flow(ENDNODE_SERIAL, IN, OUT);
-    flow_give_up(&flow); // Not open: no effect.
+    flow_give_up(&flow); // The flow is not open: no effect.
     connect_flow(ENDNODE_SERIAL);
     send_octets(ENDNODE_SERIAL, garbage, sizeof garbage);
     for (unsigned i = 0U; i < 20U; i++) {
@@ -416,7 +416,7 @@ static void frames_too_long_for_a_message_are_counted_and_skipped(void)
     end_all();
 }
 
-static void a_device_that_only_takes_or_only_sends_has_one_queue(void)
+static void a_device_that_only_receives_or_only_sends_has_one_queue(void)
 {
     static const uint8_t back[OUT] = {1U, 2U, 3U};
     uint8_t octets[FLOW_OCTETS_MAX];
@@ -447,23 +447,23 @@ static void in_stepped_time_a_call_waits_for_announced_octets(void)
         TEST_ASSERT_EQUAL(STATUS_OK, osal_hand_over_create(&counts, counts_name));
         begin_device(counted[i]);
         begin_flow(counted[i], IN, OUT);
-        TEST_ASSERT_EQUAL(STATUS_OK, flow_step(&flow, now_ns)); // At once, also a connection of TCP.
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_step(&flow, now_ns)); // The flow opens in one step, also over TCP.
         TEST_ASSERT_EQUAL_UINT32(1U, osal_hand_over_connection(&counts));
         accept_flight(counted[i]);
         for (unsigned k = 0U; k < 50U; k++) {
             send_message(counted[i], message);
-            TEST_ASSERT_EQUAL(STATUS_OK, flow_receive(&flow, octets, &size)); // Without a second attempt.
+            TEST_ASSERT_EQUAL(STATUS_OK, flow_receive(&flow, octets, &size)); // One attempt is sufficient.
             TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_receive(&flow, octets, &size));
         }
         TEST_ASSERT_EQUAL(STATUS_OK, flow_send(&flow, message, OUT));
         TEST_ASSERT_EQUAL_UINT32(is_stream(counted[i]) ? (OUT + 2U) : 1U, osal_hand_over_due(&counts));
         TEST_ASSERT_EQUAL_UINT32(0U, osal_hand_over_lost(&counts));
-        osal_hand_over_announce(&counts, 1U); // It never comes.
+        osal_hand_over_announce(&counts, 1U); // The announced octet never comes.
         TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_receive(&flow, octets, &size));
         TEST_ASSERT_EQUAL_UINT32(1U, osal_hand_over_lost(&counts));
         TEST_ASSERT_TRUE(osal_hand_over_is_connected(&counts));
         flow_close(&flow);
-        TEST_ASSERT_FALSE(osal_hand_over_is_connected(&counts)); // The device is told.
+        TEST_ASSERT_FALSE(osal_hand_over_is_connected(&counts)); // The device learns of the disconnection.
         end_all();
         osal_hand_over_close(&counts);
         (void)osal_shm_remove(counts_name);
@@ -480,14 +480,15 @@ static void in_stepped_time_the_counts_show_that_a_device_is_gone(void)
     osal_hand_over_set_present(&counts, false);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_step(&flow, now_ns));
     now_ns += LONGEST_NS;
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_step(&flow, now_ns)); // The terminal is still there.
+    // The terminal still exists; the counts show the disconnection.
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_step(&flow, now_ns));
     osal_hand_over_set_present(&counts, true);
     now_ns += LONGEST_NS;
     TEST_ASSERT_EQUAL(STATUS_OK, flow_step(&flow, now_ns));
     end_all();
 }
 
-static void an_announced_datagram_that_is_too_long_is_taken(void)
+static void an_announced_datagram_that_is_too_long_is_received(void)
 {
     static const uint8_t message[IN] = {5U, 6U, 7U, 8U};
     uint8_t oversize[302]            = {0U};
@@ -506,14 +507,14 @@ static void an_announced_datagram_that_is_too_long_is_taken(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(messages_pass_both_ways_on_each_type_of_end_node);
-    RUN_TEST(without_a_device_it_is_closed_with_a_reason_and_tries_again);
-    RUN_TEST(it_connects_again_after_the_device_was_unplugged);
+    RUN_TEST(messages_pass_in_both_directions_on_each_type_of_end_node);
+    RUN_TEST(without_a_device_the_flow_reports_the_reason_and_tries_again);
+    RUN_TEST(a_flow_connects_again_after_the_device_was_unplugged);
     RUN_TEST(a_stream_of_invalid_octets_is_closed_and_opened_again);
     RUN_TEST(frames_too_long_for_a_message_are_counted_and_skipped);
-    RUN_TEST(a_device_that_only_takes_or_only_sends_has_one_queue);
+    RUN_TEST(a_device_that_only_receives_or_only_sends_has_one_queue);
     RUN_TEST(in_stepped_time_a_call_waits_for_announced_octets);
     RUN_TEST(in_stepped_time_the_counts_show_that_a_device_is_gone);
-    RUN_TEST(an_announced_datagram_that_is_too_long_is_taken);
+    RUN_TEST(an_announced_datagram_that_is_too_long_is_received);
     return UNITY_END();
 }

@@ -54,7 +54,7 @@ static void a_bus_is_opened_by_name_and_only_once(void)
     TEST_ASSERT_EQUAL(STATUS_OK, flow_can_open(&flow, &resolver, "robot"));
 }
 
-static void frames_go_out_as_the_bus_wants_them(void)
+static void frames_have_the_format_of_the_bus(void)
 {
     const uint8_t octets[8] = {1U, 2U, 3U};
     TEST_ASSERT_EQUAL(STATUS_OK, flow_can_send(&flow, 0x080U, NULL, 0U));
@@ -79,7 +79,7 @@ static void each_refusal_is_counted(void)
     const uint8_t octets[64] = {0U};
     TEST_ASSERT_EQUAL(STATUS_INVALID, flow_can_send(&flow, 0x100U, octets, 9U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, flow_can_send(&flow, 0x800U, octets, 8U));
-    // This is no FD length.
+    // 9 octets are not a length of FD frames.
     TEST_ASSERT_EQUAL(STATUS_INVALID, flow_can_send_process_data(&flow, 0x100U, octets, 9U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, flow_can_send_process_data(&flow, 0x100U, octets, 65U));
     TEST_ASSERT_EQUAL(STATUS_OK, flow_can_send_process_data(&flow, 0x100U, octets, 64U));
@@ -97,7 +97,7 @@ static void each_refusal_is_counted(void)
     TEST_ASSERT_EQUAL_UINT32(6U, flow.counters.refused);
 }
 
-static void error_frames_become_health(void)
+static void error_frames_determine_the_health_of_the_bus(void)
 {
     const struct {
         uint32_t class;
@@ -179,9 +179,9 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_bus_is_opened_by_name_and_only_once);
-    RUN_TEST(frames_go_out_as_the_bus_wants_them);
+    RUN_TEST(frames_have_the_format_of_the_bus);
     RUN_TEST(each_refusal_is_counted);
-    RUN_TEST(error_frames_become_health);
+    RUN_TEST(error_frames_determine_the_health_of_the_bus);
     RUN_TEST(error_frames_are_counted_by_class);
     RUN_TEST(a_missing_acknowledge_lasts_until_another_node_is_heard);
     RUN_TEST(frames_received_before_opening_are_discarded);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A CAN interface that is lost and comes back, on any kernel: the functions of osal/can.h are mocked. The
-// same on a virtual interface is in test_flow_can_socket.c.
+// A CAN interface that is lost and comes back. The functions of osal/can.h are mocked, so that the test runs
+// on any kernel; test_flow_can_socket.c has the same test on a virtual interface.
 #include "fsw/framework/dataflow/flow_can.h"
 
 #include <setjmp.h>
@@ -17,7 +17,7 @@ static bool is_there;
 static bool has_fd;
 static bool is_fd_wanted;
 static status_t filter_status;
-static unsigned attempts; // To open the interface.
+static unsigned attempts; // Attempts to open the interface.
 static int open_count;
 static unsigned left; // Frames in the queue.
 static uint32_t id;   // Id of each frame.
@@ -112,10 +112,10 @@ static void lose_and_find(const bool by_sending)
     assert_int_equal(STATUS_CLOSED, status);
     assert_int_equal(0, open_count);
     assert_int_equal(FLOW_CAN_BUS_OFF, flow.health.state);
-    assert_true(flow_can_is_open(&flow)); // For its user it is a bus without other nodes.
+    assert_true(flow_can_is_open(&flow)); // To its user the flow looks like a bus without other nodes.
     assert_int_equal(STATUS_CLOSED, flow_can_send(&flow, 0x080U, NULL, 0U));
     assert_int_equal(STATUS_CLOSED, flow_can_receive(&flow, &frame));
-    for (unsigned i = 0U; i < 1000U; i++) { // Half a second at 2 kHz: a few attempts, not a thousand.
+    for (unsigned i = 0U; i < 1000U; i++) { // Half a second at 2 kHz needs a few attempts, not a thousand.
         now_ns += MS / 2U;
         flow_can_attend(&flow, now_ns);
     }
@@ -138,12 +138,12 @@ static void lose_and_find(const bool by_sending)
     assert_int_equal(FLOW_CAN_ACTIVE, flow.health.state);
     assert_int_equal(STATUS_OK, flow_can_send(&flow, 0x080U, NULL, 0U));
     flow_can_attend(&flow, now_ns + (10000U * (uint64_t)MS));
-    assert_int_equal(in_advance + 1U, attempts); // Nothing to open any more.
+    assert_int_equal(in_advance + 1U, attempts); // The interface is open, so no further attempt is made.
     now_ns += 10000U * (uint64_t)MS;
     is_there = false;
     assert_int_equal(STATUS_CLOSED, flow_can_send(&flow, 0x080U, NULL, 0U));
     flow_can_attend(&flow, now_ns);
-    assert_int_equal(in_advance + 1U, attempts); // After the next loss it waits again.
+    assert_int_equal(in_advance + 1U, attempts); // After the next loss the first delay applies again.
     is_there = true;
     flow_can_attend(&flow, now_ns + (1000U * (uint64_t)MS));
     assert_int_equal(2U, flow.counters.reopened);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// flow_can over SocketCAN, on a virtual interface of the test's own. Without SocketCAN only the refusal is
-// tested; test/hil runs this program again on a kernel that has it.
+// flow_can over SocketCAN, on a virtual interface that the test makes. On a kernel without SocketCAN only the
+// refusal is tested; test/hil runs this program again on a kernel with SocketCAN.
 #define _GNU_SOURCE
 #include "fsw/framework/dataflow/flow_can.h"
 
@@ -17,7 +17,7 @@
 #define MS 1000000ULL
 
 static char interface[16];
-static char controllers[2][16]; // Two controllers on one wire, if the machine has them.
+static char controllers[2][16]; // Two controllers on one bus, if the machine has them.
 static bool is_fd;
 static flow_can_t flow;
 static osal_can_t peer;
@@ -47,14 +47,14 @@ void tearDown(void)
     (void)osal_can_interface_remove(interface);
 }
 
-static void an_interface_that_is_not_there_is_refused(void)
+static void a_missing_interface_is_refused(void)
 {
     const status_t status = flow_can_open(&flow, &resolver, interface);
     TEST_ASSERT_TRUE((status == STATUS_NOT_FOUND) || (status == STATUS_UNSUPPORTED));
     TEST_ASSERT_FALSE(flow_can_is_open(&flow));
 }
 
-static void process_data_in_fd_frames_need_an_interface_for_them(void)
+static void process_data_in_fd_frames_need_an_fd_interface(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_make(interface, false, LABEL));
     TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, flow_can_open(&flow, &resolver, interface));
@@ -77,7 +77,7 @@ static void a_lost_interface_is_bus_off_and_opened_again_when_it_is_back(void)
     TEST_ASSERT_EQUAL(FLOW_CAN_BUS_OFF, flow.health.state);
     TEST_ASSERT_TRUE(flow_can_is_open(&flow));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_can_receive(&flow, &frame));
-    for (unsigned i = 0U; i < 1000U; i++) { // Half a second at 2 kHz: a few attempts, not a thousand.
+    for (unsigned i = 0U; i < 1000U; i++) { // Half a second at 2 kHz needs a few attempts, not a thousand.
         now_ns += MS / 2U;
         flow_can_attend(&flow, now_ns);
     }
@@ -94,7 +94,7 @@ static void a_lost_interface_is_bus_off_and_opened_again_when_it_is_back(void)
     TEST_ASSERT_EQUAL(STATUS_OK, flow_can_send(&flow, 0x080U, NULL, 0U));
 }
 
-static void error_frames_of_others_reach_it_as_a_driver_sends_them(void)
+static void error_frames_of_other_programs_are_received(void)
 {
     osal_can_frame_t frame;
     char address[24];
@@ -120,7 +120,8 @@ static void error_frames_of_others_reach_it_as_a_driver_sends_them(void)
 static uint32_t arrived;
 static uint32_t reports;
 
-/// Take in what the peer has received until no frame comes for a while. True if the last one has arrived.
+/// Read what the peer has received until no frame comes for a while. Returns true if the last one has
+/// arrived.
 static bool drain(void)
 {
     osal_can_frame_t frame = {.id = 0U};
@@ -136,8 +137,8 @@ static bool drain(void)
     return frame.id == 0x7FFU;
 }
 
-/// Two controllers on one wire: frames beyond the transmit queue are refused and counted, the accepted ones
-/// arrive, and frames sent after the burst pass.
+/// Two controllers on one bus: frames beyond the transmit queue are refused and counted, the accepted ones
+/// arrive, and frames after the burst pass.
 static void a_burst_on_a_controller_is_refused_and_counted(void)
 {
     char address[24];
@@ -152,7 +153,7 @@ static void a_burst_on_a_controller_is_refused_and_counted(void)
     TEST_ASSERT_TRUE(flow.counters.full > 0U);
     TEST_ASSERT_EQUAL_UINT32(flow.counters.full, flow.counters.refused);
     TEST_ASSERT_EQUAL(FLOW_CAN_ACTIVE, flow.health.state);
-    // Then there is room for the last one, which carries the count of dropped frames.
+    // Now the queue has room for the last frame, which carries the count of dropped frames.
     TEST_ASSERT_FALSE(drain());
     status_t status = STATUS_FULL;
     for (unsigned i = 0U; (i < 20000U) && (status == STATUS_FULL); i++) {
@@ -184,13 +185,13 @@ int main(void)
     (void)snprintf(interface, sizeof interface, "vcf-%u", (unsigned)getpid() % 1000000U);
     peer.descriptor = -1;
     UNITY_BEGIN();
-    RUN_TEST(an_interface_that_is_not_there_is_refused);
+    RUN_TEST(a_missing_interface_is_refused);
     if (can_make_vcan()) {
-        RUN_TEST(process_data_in_fd_frames_need_an_interface_for_them);
+        RUN_TEST(process_data_in_fd_frames_need_an_fd_interface);
         RUN_TEST(a_lost_interface_is_bus_off_and_opened_again_when_it_is_back);
-        RUN_TEST(error_frames_of_others_reach_it_as_a_driver_sends_them);
+        RUN_TEST(error_frames_of_other_programs_are_received);
     }
-    const char* const both = getenv("CAN_CONTROLLERS"); // "can0 can1": up, 1 Mbit/s.
+    const char* const both = getenv("CAN_CONTROLLERS"); // "can0 can1": both interfaces are up, 1 Mbit/s.
     if ((both != NULL) && (sscanf(both, "%15s %15s", controllers[0], controllers[1]) == 2)) {
         RUN_TEST(a_burst_on_a_controller_is_refused_and_counted);
     }

@@ -87,7 +87,7 @@ static void the_latest_value_is_read_once(void)
     memset(found, 0xEE, sizeof found);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read(&reader, found));
     TEST_ASSERT_EQUAL_HEX8_ARRAY(value, found, latest.value_octets);
-    TEST_ASSERT_EQUAL_HEX8(0xEEU, found[latest.value_octets]); // Not one octet more was written.
+    TEST_ASSERT_EQUAL_HEX8(0xEEU, found[latest.value_octets]); // The octet after the value was not written.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_shm_read(&reader, found));
     TEST_ASSERT_EQUAL_UINT32(9U, writer.counters.written);
     TEST_ASSERT_EQUAL_UINT32(1U, reader.counters.read);
@@ -113,7 +113,7 @@ static void a_queue_keeps_order_and_refuses_when_full(void)
     TEST_ASSERT_EQUAL_UINT32(10U, writer.counters.refused);
 }
 
-static void each_end_does_its_own_part_only(void)
+static void a_reader_cannot_write_and_a_writer_cannot_read(void)
 {
     uint8_t value[5] = {0U};
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_write(&writer, value));
@@ -126,7 +126,7 @@ static void each_end_does_its_own_part_only(void)
     TEST_ASSERT_TRUE(reader.link.is_open && writer.link.is_open);
 }
 
-static void records_travel_in_the_flows_order(void)
+static void records_have_the_byte_order_of_the_flow(void)
 {
     uint8_t octets[SAMPLE_OCTETS];
     both_ends((flow_shm_shape_t){FLOW_SHM_QUEUE, SAMPLE_OCTETS, 2U});
@@ -139,7 +139,7 @@ static void records_travel_in_the_flows_order(void)
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read(&reader, octets));
         TEST_ASSERT_EQUAL_HEX8_ARRAY(sample_wire[order], octets, SAMPLE_OCTETS);
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write(&writer, octets));
-        octets[SAMPLE_OCTETS - 1U] = 2U; // A BOOL that is neither 0 nor 1.
+        octets[SAMPLE_OCTETS - 1U] = 2U; // The octet is a BOOL and neither 0 nor 1.
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write(&writer, octets));
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read_record(&reader, &sample_layout, &seen));
         TEST_ASSERT_TRUE(is_sample(&seen));
@@ -151,12 +151,12 @@ static void records_travel_in_the_flows_order(void)
     TEST_ASSERT_EQUAL_UINT32(2U, reader.counters.unfit);
 }
 
-static void write_what_has_another_size(void)
+static void write_a_value_of_another_size(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write_record(&writer, &sample_layout, &sample));
 }
 
-static void read_what_has_another_size(void)
+static void read_a_value_of_another_size(void)
 {
     sample_t seen;
     TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read_record(&reader, &sample_layout, &seen));
@@ -170,8 +170,8 @@ static void write_a_giant(void)
 static void records_of_another_size_are_coding_errors(void)
 {
     both_ends(queue);
-    TEST_ASSERT_TRUE(assertion_fails(write_what_has_another_size));
-    TEST_ASSERT_TRUE(assertion_fails(read_what_has_another_size));
+    TEST_ASSERT_TRUE(assertion_fails(write_a_value_of_another_size));
+    TEST_ASSERT_TRUE(assertion_fails(read_a_value_of_another_size));
     flow_shm_close(&writer);
     flow_shm_close(&reader);
     both_ends((flow_shm_shape_t){FLOW_SHM_LATEST, sizeof giant_record, 1U});
@@ -185,7 +185,7 @@ static void expect_refusal(flow_shm_t* const flow, const uint64_t now_ns, const 
     TEST_ASSERT_FALSE(flow->link.is_open);
 }
 
-static void opening_is_refused_for_a_reason_and_counted(void)
+static void a_refused_opening_is_counted_with_its_reason(void)
 {
     begin(&reader, "moon", false, queue);
     expect_refusal(&reader, 0U, STATUS_NOT_FOUND);
@@ -205,7 +205,7 @@ static void opening_is_refused_for_a_reason_and_counted(void)
         TEST_ASSERT_EQUAL_UINT32(1U, reader.link.reconnect.failed);
     }
     quota_init(&quota, 1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // The quota of the writer.
+    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // Takes the only place, as an open writer does.
     begin(&reader, "x", false, queue);
     expect_refusal(&reader, 0U, STATUS_EXHAUSTED);
 }
@@ -230,12 +230,12 @@ static void impossible_request_formats_are_coding_errors(void)
 
 static void a_reader_that_starts_first_waits_with_back_off(void)
 {
-    // Delays of 10, 20 and 40, and then no longer ones.
+    // Delays of 10, 20 and 40; 40 is the longest delay.
     static const uint64_t due[] = {0U, 10U, 30U, 70U, 110U};
     uint8_t value[5]            = {7U};
     for (uint32_t i = 0U; i < 5U; i++) {
         if (i > 0U) {
-            expect_refusal(&reader, due[i] - 1U, STATUS_NOT_FOUND); // No attempt yet.
+            expect_refusal(&reader, due[i] - 1U, STATUS_NOT_FOUND); // No attempt is made yet.
             TEST_ASSERT_EQUAL_UINT32(i, reader.link.reconnect.failed);
         }
         expect_refusal(&reader, due[i], STATUS_NOT_FOUND);
@@ -249,7 +249,7 @@ static void a_reader_that_starts_first_waits_with_back_off(void)
     TEST_ASSERT_EQUAL_UINT8(7U, value[0]);
 }
 
-/// Values in the queue when the writer closed it are read; then the reader gets STATUS_CLOSED.
+/// The reader reads the values that are in the queue when the writer closes it; then it gets STATUS_CLOSED.
 static void a_writer_that_closes_is_reported_after_its_last_value(void)
 {
     uint8_t value[5] = {1U};
@@ -268,8 +268,8 @@ static void a_writer_that_closes_is_reported_after_its_last_value(void)
     TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read(&reader, value));
 }
 
-/// A writer killed in another process leaves its memory; its successor makes it anew and the reader follows,
-/// even if the dead one was within a value.
+/// A writer that is killed in another process leaves its memory. Its successor creates the memory again and
+/// the reader follows, even if the dead writer was writing a value.
 static void a_writer_that_was_killed_comes_back(void)
 {
     static const flow_shm_shape_t shapes[] = {{FLOW_SHM_LATEST, 5U, 1U}, {FLOW_SHM_QUEUE, 5U, 3U}};
@@ -290,7 +290,8 @@ static void a_writer_that_was_killed_comes_back(void)
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 0U));
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read(&reader, value)); // The last value of the dead writer.
         TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_shm_read(&reader, value));
-        if (shapes[i].kind == FLOW_SHM_LATEST) { // As if it had died while writing the next one.
+        // As if the writer had been killed while writing the next value.
+        if (shapes[i].kind == FLOW_SHM_LATEST) {
             ((uint64_t*)osal_shm_address(&reader.shm))[2]++;
             TEST_ASSERT_EQUAL(STATUS_BUSY, flow_shm_read(&reader, value));
         }
@@ -298,7 +299,7 @@ static void a_writer_that_was_killed_comes_back(void)
         TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_read(&reader, value));
         TEST_ASSERT_EQUAL(STATUS_CLOSED, reader.link.failure);
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 10U));
-        TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_shm_read(&reader, value)); // Nothing of the old memory.
+        TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_shm_read(&reader, value)); // No value of the old memory is read.
         value[1] = 2U;
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write(&writer, value));
         value[1] = 0U;
@@ -309,7 +310,7 @@ static void a_writer_that_was_killed_comes_back(void)
     }
 }
 
-/// A writer that was believed dead leaves its successor's memory alone.
+/// A replaced writer that is still alive does not remove its successor's memory.
 static void a_replaced_writer_removes_nothing_of_its_successor(void)
 {
     flow_shm_t successor;
@@ -333,7 +334,8 @@ static void shared_memory_of_another_layout_is_refused(void)
         TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&strange, address, sizes[i]));
         begin(&reader, "x", false, queue);
         expect_refusal(&reader, 0U, STATUS_NOT_FOUND);
-        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&writer, 0U)); // Makes the memory under the name.
+        // The writer creates the memory of this name.
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&writer, 0U));
         TEST_ASSERT_EQUAL_HEX8(0U, *(uint8_t*)osal_shm_address(&strange));
         osal_shm_close(&strange);
         flow_shm_close(&writer);
@@ -388,9 +390,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(the_latest_value_is_read_once);
     RUN_TEST(a_queue_keeps_order_and_refuses_when_full);
-    RUN_TEST(each_end_does_its_own_part_only);
-    RUN_TEST(opening_is_refused_for_a_reason_and_counted);
-    RUN_TEST(records_travel_in_the_flows_order);
+    RUN_TEST(a_reader_cannot_write_and_a_writer_cannot_read);
+    RUN_TEST(a_refused_opening_is_counted_with_its_reason);
+    RUN_TEST(records_have_the_byte_order_of_the_flow);
     RUN_TEST(records_of_another_size_are_coding_errors);
     RUN_TEST(impossible_request_formats_are_coding_errors);
     RUN_TEST(a_reader_that_starts_first_waits_with_back_off);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of this test: one octet of length, then as many octets; length 0xFF is malformed.
+// Frames of this test: one octet with the length, then this number of octets; length 0xFF is malformed.
 #include "fsw/framework/dataflow/flow_tcp.h"
 
 #include "test/support/clients.h"
@@ -23,7 +23,7 @@ static struct {
     uint8_t served[8]; ///< Clients, in the order of their frames.
     unsigned served_count;
     uint8_t last[BUFFER];
-    bool ends_inside; ///< The framer ends the connection itself.
+    bool ends_inside; ///< The framer ends the connection.
 } seen;
 
 static void on_connected(void* const context, const unsigned client)
@@ -67,7 +67,7 @@ static size_t on_frame(void* const context, const unsigned client, const uint8_t
     return frame;
 }
 
-/// Listen at a port of the kernel's choice, as a program does with the descriptor it inherits.
+/// Listen at a port that the kernel chooses, as a program does with an inherited descriptor.
 static status_t listen_with(flow_tcp_t* const listening)
 {
     osal_socket_t inherited = OSAL_SOCKET_CLOSED;
@@ -107,14 +107,14 @@ void tearDown(void)
     close_flow();
 }
 
-/// Wait until the kernel has handed the octets over.
+/// Wait until the kernel has delivered the octets.
 static void wait(osal_socket_t* const socket)
 {
     const status_t status = osal_socket_wait_readable(socket, 50U);
     TEST_ASSERT_TRUE((status == STATUS_OK) || (status == STATUS_TIMEOUT));
 }
 
-/// Step when octets have arrived, or after a short wait; returns the octets taken in.
+/// Step when octets have arrived, or after a short wait. Returns the octets received.
 static size_t step(const size_t limit)
 {
     size_t octets = 0U;
@@ -142,7 +142,7 @@ static void say(const unsigned peer, const void* const octets, const size_t size
     TEST_ASSERT_EQUAL_UINT64(size, sent);
 }
 
-static void frames_are_found_however_they_are_cut(void)
+static void frames_are_found_however_they_are_divided(void)
 {
     join(0U);
     TEST_ASSERT_EQUAL_UINT(1U, seen.connected);
@@ -159,7 +159,7 @@ static void frames_are_found_however_they_are_cut(void)
     TEST_ASSERT_EQUAL_UINT32(12U, flow.counters.octets_in);
 }
 
-static void no_more_is_taken_in_than_allowed(void)
+static void a_step_reads_no_more_octets_than_its_limit(void)
 {
     join(0U);
     say(0U, "\003abc\003abc", 8U);
@@ -170,11 +170,11 @@ static void no_more_is_taken_in_than_allowed(void)
     TEST_ASSERT_EQUAL_UINT(2U, seen.frames[0]);
 }
 
-/// Also where the allowance ends in the middle of a second read.
-static void two_reads_have_one_allowance(void)
+/// The limit is also kept if it ends in the middle of a second read.
+static void two_reads_share_one_limit(void)
 {
     char octets[28 + 42];
-    octets[0] = 29; // A frame of 30 octets, of which two come later.
+    octets[0] = 29; // A frame of 30 octets; two of them come later.
     (void)memset(&octets[1], 'a', 29U);
     for (size_t i = 30U; i < sizeof octets; i += 2U) {
         octets[i]      = 1;
@@ -184,7 +184,7 @@ static void two_reads_have_one_allowance(void)
     say(0U, octets, 28U);
     TEST_ASSERT_EQUAL_UINT64(28U, step(FLOW_TCP_UNLIMITED));
     say(0U, &octets[28], sizeof octets - 28U);
-    TEST_ASSERT_EQUAL_UINT64(30U, step(30U)); // Four that have room behind the 28, then 26 of 32.
+    TEST_ASSERT_EQUAL_UINT64(30U, step(30U)); // Four octets that have room behind the 28, then 26 of 32.
     TEST_ASSERT_EQUAL_UINT(1U + 14U, seen.frames[0]);
 }
 
@@ -194,7 +194,7 @@ static size_t allow(void* const context, const unsigned client)
     return (client == 0U) ? 2U : FLOW_TCP_UNLIMITED;
 }
 
-static void each_client_has_its_own_allowance(void)
+static void each_client_has_its_own_limit(void)
 {
     const flow_tcp_user_t strict = {&seen, on_connected, on_disconnected, on_frame, allow, NULL};
     size_t octets                = 0U;
@@ -236,12 +236,12 @@ static void waiting_clients_are_served_in_turn_up_to_the_number_of_places(void)
     (void)step(FLOW_TCP_UNLIMITED);
     TEST_ASSERT_EQUAL_UINT(1U, seen.disconnected);
     TEST_ASSERT_FALSE(flow_tcp_is_connected(&flow, 0U));
-    join(3U); // The place is available again.
+    join(3U); // The place is free again.
     TEST_ASSERT_EQUAL_UINT32(3U, flow.counters.accepted);
     TEST_ASSERT_EQUAL_UINT32(2U, clients[0].epoch);
 }
 
-/// Three clients have sent more than one poll takes: each poll begins after the client that was served last.
+/// Three clients have sent more than one step reads: each step begins after the client that was served last.
 static void clients_are_served_in_turn(void)
 {
     enum {
@@ -291,7 +291,7 @@ static void a_client_may_be_disconnected_to_make_room_for_a_new_one(void)
     TEST_ASSERT_EQUAL_UINT32(3U, flow.counters.accepted);
     TEST_ASSERT_EQUAL_UINT(1U, seen.disconnected);
     TEST_ASSERT_TRUE(flow_tcp_is_connected(&flow, 1U));
-    victim = CLIENTS; // No client is to be dropped.
+    victim = CLIENTS; // The user lets no client be disconnected.
     TEST_ASSERT_EQUAL(STATUS_OK, connect_tcp(&peers[3], address));
     wait(&flow.listener);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_step(&flow, &generous, FLOW_TCP_UNLIMITED, &taken));
@@ -338,7 +338,7 @@ static void the_user_may_end_a_connection_inside_its_framer(void)
     TEST_ASSERT_EQUAL_UINT32(0U, flow.counters.malformed);
 }
 
-static void sending_takes_what_the_kernel_takes(void)
+static void sending_accepts_what_the_kernel_accepts(void)
 {
     static const uint8_t octets[65536] = {0U};
     size_t sent                        = 0U;
@@ -351,7 +351,7 @@ static void sending_takes_what_the_kernel_takes(void)
     wait(&peers[0]);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_receive(&peers[0], taken, sizeof taken, &sent));
     status_t status = STATUS_OK;
-    for (unsigned i = 0U; (i < 1000U) && (status == STATUS_OK); i++) { // A client that does not read.
+    for (unsigned i = 0U; (i < 1000U) && (status == STATUS_OK); i++) { // The client does not read.
         status = flow_tcp_send(&flow, 0U, octets, sizeof octets, &sent);
     }
     TEST_ASSERT_EQUAL(STATUS_FULL, status);
@@ -373,7 +373,7 @@ static void sockets_are_counted_where_a_quota_is_given(void)
     uint8_t room[BUFFER];
     join(0U);
     TEST_ASSERT_EQUAL_UINT16(2U, quota.stats.used);
-    join(1U); // There is a place, but no further socket.
+    join(1U); // A place is free, but no further socket.
     TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.turned_away);
     TEST_ASSERT_EQUAL_UINT32(1U, quota.stats.refused);
     flow_tcp_init(&second, places, 1U, room, BUFFER);
@@ -397,12 +397,13 @@ static void ending_all_connections_reports_each_client_once(void)
     flow_tcp_end_all(&flow, &user);
     TEST_ASSERT_EQUAL_UINT(2U, seen.disconnected);
     TEST_ASSERT_FALSE(flow_tcp_is_connected(&flow, 0U) || flow_tcp_is_connected(&flow, 1U));
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_step(&flow, &user, FLOW_TCP_UNLIMITED, &octets)); // It listens.
+    // The flow still listens.
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_step(&flow, &user, FLOW_TCP_UNLIMITED, &octets));
     flow_tcp_end_all(&flow, &user);
     TEST_ASSERT_EQUAL_UINT(2U, seen.disconnected);
 }
 
-static void opening_is_refused_for_a_reason(void)
+static void a_refused_opening_reports_the_reason(void)
 {
     TEST_ASSERT_EQUAL(STATUS_EXISTS, flow_tcp_adopt(&flow, 0));
     close_flow();
@@ -413,19 +414,19 @@ static void opening_is_refused_for_a_reason(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(frames_are_found_however_they_are_cut);
-    RUN_TEST(no_more_is_taken_in_than_allowed);
-    RUN_TEST(two_reads_have_one_allowance);
-    RUN_TEST(each_client_has_its_own_allowance);
+    RUN_TEST(frames_are_found_however_they_are_divided);
+    RUN_TEST(a_step_reads_no_more_octets_than_its_limit);
+    RUN_TEST(two_reads_share_one_limit);
+    RUN_TEST(each_client_has_its_own_limit);
     RUN_TEST(waiting_clients_are_served_in_turn_up_to_the_number_of_places);
     RUN_TEST(clients_are_served_in_turn);
     RUN_TEST(a_client_may_be_disconnected_to_make_room_for_a_new_one);
     RUN_TEST(malformed_and_endless_frames_end_the_connection);
     RUN_TEST(a_frame_as_long_as_the_buffer_still_fits);
     RUN_TEST(the_user_may_end_a_connection_inside_its_framer);
-    RUN_TEST(sending_takes_what_the_kernel_takes);
+    RUN_TEST(sending_accepts_what_the_kernel_accepts);
     RUN_TEST(sockets_are_counted_where_a_quota_is_given);
     RUN_TEST(ending_all_connections_reports_each_client_once);
-    RUN_TEST(opening_is_refused_for_a_reason);
+    RUN_TEST(a_refused_opening_reports_the_reason);
     return UNITY_END();
 }

@@ -14,9 +14,9 @@ static flow_udp_t left;
 static flow_udp_t right;
 static quota_t quota;
 static osal_socket_t stranger;
-static osal_address_t addresses[3]; // Addresses of left, of right, and one without a socket.
+static osal_address_t addresses[3]; // Addresses of left, of right, and of no socket.
 
-/// Names "0", "1", "2" are the addresses; "text" is no address.
+/// The names "0", "1", "2" have the addresses; "text" has none.
 static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
                         flow_endnode_address_t* const out_address)
 {
@@ -34,7 +34,7 @@ static status_t resolve(void* const context, const flow_endnode_kind_t kind, con
 
 static const flow_resolver_t resolver = {NULL, resolve};
 
-/// Ports that are free now.
+/// Find ports that are free.
 static void find_ports(void)
 {
     osal_socket_t sockets[3];
@@ -82,7 +82,7 @@ static status_t receive(flow_udp_t* const flow, uint8_t* const octets, size_t* c
     return flow_udp_receive(flow, octets, 16U, size);
 }
 
-static void datagrams_go_both_ways_whole(void)
+static void datagrams_pass_unchanged_in_both_directions(void)
 {
     const uint8_t hello[5] = {'h', 'e', 'l', 'l', 'o'};
     uint8_t octets[16];
@@ -134,7 +134,7 @@ static void one_call_skips_a_limited_number_of_datagrams_of_other_senders(void)
     TEST_ASSERT_EQUAL_UINT32(100U, right.counters.other_senders);
 }
 
-static void records_travel_in_the_flows_order(void)
+static void records_have_the_byte_order_of_the_flow(void)
 {
     uint8_t octets[16];
     size_t size = 0U;
@@ -178,7 +178,7 @@ static void expect_refusal(flow_udp_t* const flow, const status_t why)
     TEST_ASSERT_FALSE(flow_udp_is_open(flow));
 }
 
-static void opening_is_refused_for_a_reason_and_counted(void)
+static void a_refused_opening_is_counted_with_its_reason(void)
 {
     flow_udp_t third;
     begin(&third, "moon", "1");
@@ -193,7 +193,7 @@ static void opening_is_refused_for_a_reason_and_counted(void)
     flow_udp_close(&third);
     flow_udp_close(&third);
     quota_init(&quota, 2U);
-    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // Takes of left and right.
+    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // Takes the places of left and right.
     TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota));
     begin(&third, "2", "1");
     expect_refusal(&third, STATUS_EXHAUSTED);
@@ -207,7 +207,7 @@ static void a_port_in_use_is_tried_again_with_back_off(void)
     expect_refusal(&third, STATUS_EXISTS);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_udp_send(&third, octets, 2U));
     flow_udp_close(&left);
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_udp_step(&third, 9U)); // No attempt yet.
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_udp_step(&third, 9U)); // No attempt is made yet.
     TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_step(&third, 10U));
     TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_send(&third, octets, 2U));
     TEST_ASSERT_EQUAL_UINT32(1U, third.link.reconnect.connected);
@@ -215,7 +215,7 @@ static void a_port_in_use_is_tried_again_with_back_off(void)
     flow_udp_close(&third);
 }
 
-/// The system's socket is closed below the flow.
+/// The test closes the system's socket under the flow.
 static void a_socket_that_fails_is_opened_again(void)
 {
     const uint8_t hello[2] = {'h', 'i'};
@@ -238,7 +238,7 @@ static void a_socket_that_fails_is_opened_again(void)
     TEST_ASSERT_EQUAL_UINT32(1U, left.counters.refused);
 }
 
-static void sending_is_refused_for_a_reason(void)
+static void a_refused_message_is_reported_with_its_reason(void)
 {
     static const uint8_t giant[70000] = {0U};
     uint8_t octets[4];
@@ -253,14 +253,14 @@ static void sending_is_refused_for_a_reason(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(datagrams_go_both_ways_whole);
+    RUN_TEST(datagrams_pass_unchanged_in_both_directions);
     RUN_TEST(datagrams_of_unknown_peers_and_too_long_ones_are_skipped);
-    RUN_TEST(records_travel_in_the_flows_order);
+    RUN_TEST(records_have_the_byte_order_of_the_flow);
     RUN_TEST(a_record_that_is_too_long_is_a_coding_error);
     RUN_TEST(one_call_skips_a_limited_number_of_datagrams_of_other_senders);
-    RUN_TEST(opening_is_refused_for_a_reason_and_counted);
+    RUN_TEST(a_refused_opening_is_counted_with_its_reason);
     RUN_TEST(a_port_in_use_is_tried_again_with_back_off);
     RUN_TEST(a_socket_that_fails_is_opened_again);
-    RUN_TEST(sending_is_refused_for_a_reason);
+    RUN_TEST(a_refused_message_is_reported_with_its_reason);
     return UNITY_END();
 }

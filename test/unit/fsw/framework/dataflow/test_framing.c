@@ -47,7 +47,7 @@ static void add_frame(octets_t* const all, const void* const payload, const size
     add(all, payload, size);
 }
 
-/// Feed a piece; `seen` gets the frames.
+/// Feed octets to the assembler; `seen` gets the frames.
 static void feed(const uint8_t* const octets, const size_t size)
 {
     size_t used = 0U;
@@ -108,7 +108,7 @@ static void frames_have_the_documented_octets(void)
     }
 }
 
-/// The stream is cut at every pair of positions, and into single octets.
+/// The stream is divided at every pair of positions, and into single octets.
 static void frames_may_be_cut_anywhere(void)
 {
     for (size_t f = 0U; f < FORMATS; f++) {
@@ -164,15 +164,16 @@ static void frames_that_are_too_long_are_skipped(void)
     }
 }
 
-static void slip_recovers_from_garbage(void)
+static void slip_recovers_from_invalid_octets(void)
 {
     octets_t expected = {.size = 0U};
     begin(&formats[2]);
-    // Looks like a frame, and is one for a reader that starts here.
+    // The noise ends like a frame, and a reader that starts here cannot distinguish it from one.
     feed((const uint8_t*)"noise\300\300\300", 8U);
-    feed((const uint8_t*)"a\333xb\300good\300", 10U);      // Wrong escape.
-    feed((const uint8_t*)"a\333\300good\300", 8U);         // Escape of an end.
-    feed((const uint8_t*)"123456789\333x\300ok\300", 15U); // Too long, and then wrong: counted once.
+    feed((const uint8_t*)"a\333xb\300good\300", 10U); // A wrong escape sequence.
+    feed((const uint8_t*)"a\333\300good\300", 8U);    // An escaped end octet.
+    // A frame that is too long and has a wrong escape sequence is counted once.
+    feed((const uint8_t*)"123456789\333x\300ok\300", 15U);
     add_frame(&expected, "noise", 5U);
     add_frame(&expected, "good", 4U);
     add_frame(&expected, "good", 4U);
@@ -183,7 +184,7 @@ static void slip_recovers_from_garbage(void)
     TEST_ASSERT_EQUAL_UINT32(1U, assembler.counters.oversize);
 }
 
-static void lines_end_as_any_instrument_ends_them(void)
+static void lines_end_with_lf_or_cr_lf(void)
 {
     octets_t expected = {.size = 0U};
     size_t size       = 0U;
@@ -203,7 +204,7 @@ static void lines_end_as_any_instrument_ends_them(void)
                                                         sizeof octets, &size));
 }
 
-static void lengths_at_their_ends(void)
+static void lengths_from_zero_to_the_maximum_are_accepted(void)
 {
     static uint8_t payload[FRAMING_LENGTH_MAX + 1U];
     static uint8_t octets[FRAMING_LENGTH_MAX + 8U];
@@ -228,7 +229,7 @@ static void lengths_at_their_ends(void)
     }
 }
 
-static void raw_octets_are_handed_on_as_they_come(void)
+static void raw_octets_are_passed_on_as_they_come(void)
 {
     static const flow_format_t raw = {.framing = FLOW_FRAMING_RAW};
     octets_t expected              = {.size = 0U};
@@ -253,7 +254,7 @@ static void the_end_of_a_stream_discards_its_incomplete_frame(void)
         octets_t expected = {.size = 0U};
         put(&stream, &formats[f], "abc\333", 4U);
         add_frame(&expected, "abc\333", 4U);
-        const size_t before = (stream.octets[0] == 0300U) ? 1U : 0U; // An end octet begins no frame.
+        const size_t before = (stream.octets[0] == 0300U) ? 1U : 0U; // An end octet does not begin a frame.
         for (size_t cut = 0U; cut < stream.size; cut++) {
             begin(&formats[f]);
             feed(stream.octets, cut);
@@ -264,12 +265,12 @@ static void the_end_of_a_stream_discards_its_incomplete_frame(void)
             TEST_ASSERT_EQUAL_UINT32((cut > before) ? 1U : 0U, assembler.counters.cut);
         }
         TEST_ASSERT_EQUAL_UINT32(1U, assembler.counters.cut);
-        flow_frame_assembler_reset(&assembler); // After a whole frame nothing is cut.
+        flow_frame_assembler_reset(&assembler); // After a complete frame no octet is discarded.
         TEST_ASSERT_EQUAL_UINT32(1U, assembler.counters.cut);
     }
 }
 
-/// For any input: never more octets than fit, and after an end octet the next frame is found.
+/// For any input, a frame never has more octets than fit, and the next frame after an end octet is found.
 static void invalid_octets_never_close_a_flow(void)
 {
     uint32_t random = 12345U;
@@ -296,10 +297,10 @@ int main(void)
     RUN_TEST(frames_have_the_documented_octets);
     RUN_TEST(frames_may_be_cut_anywhere);
     RUN_TEST(frames_that_are_too_long_are_skipped);
-    RUN_TEST(slip_recovers_from_garbage);
-    RUN_TEST(lines_end_as_any_instrument_ends_them);
-    RUN_TEST(lengths_at_their_ends);
-    RUN_TEST(raw_octets_are_handed_on_as_they_come);
+    RUN_TEST(slip_recovers_from_invalid_octets);
+    RUN_TEST(lines_end_with_lf_or_cr_lf);
+    RUN_TEST(lengths_from_zero_to_the_maximum_are_accepted);
+    RUN_TEST(raw_octets_are_passed_on_as_they_come);
     RUN_TEST(the_end_of_a_stream_discards_its_incomplete_frame);
     RUN_TEST(invalid_octets_never_close_a_flow);
     return UNITY_END();

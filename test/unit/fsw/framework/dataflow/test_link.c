@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Attempts, losses and quota of a link. The test determines whether its object opens.
+// Attempts, losses and quota of a link. The test decides whether the link's object can be opened.
 #include "fsw/framework/dataflow/link.h"
 
 #include "unity.h"
@@ -61,12 +61,12 @@ static void an_object_that_is_lost_is_opened_again_after_the_delay(void)
 
 static void a_failed_attempt_is_closed_and_returns_its_quota(void)
 {
-    object.result = STATUS_BUSY; // Another program uses the object: the attempt is over.
+    object.result = STATUS_BUSY; // Another program uses the object, so the attempt fails.
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_link_step(&link, 0U));
     TEST_ASSERT_EQUAL(STATUS_BUSY, link.failure);
     TEST_ASSERT_EQUAL_UINT(1U, object.closed);
     TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
-    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // Another link has the last object.
+    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // Another link has taken the last place of the quota.
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_link_step(&link, 10U));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, link.failure);
     TEST_ASSERT_EQUAL_UINT(1U, object.opened);
@@ -80,7 +80,8 @@ static void an_attempt_of_several_steps_takes_its_quota_once(void)
     object.lasts  = true;
     object.result = STATUS_BUSY;
     TEST_ASSERT_EQUAL(STATUS_BUSY, flow_link_step(&link, 0U));
-    TEST_ASSERT_EQUAL(STATUS_BUSY, flow_link_step(&link, 1U)); // Tried in every step, without a delay.
+    // Each step continues the attempt without a delay.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, flow_link_step(&link, 1U));
     TEST_ASSERT_EQUAL_UINT(2U, object.opened);
     TEST_ASSERT_EQUAL_UINT16(1U, quota.stats.used);
     object.result = STATUS_OK;
@@ -103,7 +104,7 @@ static void an_attempt_of_several_steps_can_fail(void)
 
 static void closing_ends_an_attempt_of_several_steps_and_makes_the_next_one_due(void)
 {
-    flow_link_close(&link); // Nothing is open.
+    flow_link_close(&link); // No object is open yet.
     TEST_ASSERT_EQUAL_UINT(0U, object.closed);
     object.lasts  = true;
     object.result = STATUS_BUSY;

@@ -35,7 +35,7 @@ static void a_connection_as_long_as_the_delay_resets_it(void)
     flow_reconnect_failed(&reconnect, 10U);
     flow_reconnect_succeeded(&reconnect, 30U);
     TEST_ASSERT_FALSE(flow_reconnect_is_due(&reconnect, UINT64_MAX));
-    flow_reconnect_lost(&reconnect, 70U); // As long as the next delay, which is 40.
+    flow_reconnect_lost(&reconnect, 70U); // The connection lasted as long as the next delay, 40.
     TEST_ASSERT_FALSE(flow_reconnect_is_due(&reconnect, 79U));
     TEST_ASSERT_TRUE(flow_reconnect_is_due(&reconnect, 80U));
     TEST_ASSERT_EQUAL_UINT32(1U, reconnect.connected);
@@ -51,7 +51,7 @@ static void a_connection_that_is_lost_at_once_counts_as_a_failure(void)
         now = reconnect.due_ns;
     }
     TEST_ASSERT_EQUAL_UINT64(10U + 20U + 40U + 80U + 100U + 100U, now);
-    flow_reconnect_lost(&reconnect, now); // Not connected: no effect.
+    flow_reconnect_lost(&reconnect, now); // There is no connection: no effect.
     TEST_ASSERT_EQUAL_UINT32(6U, reconnect.lost);
 }
 

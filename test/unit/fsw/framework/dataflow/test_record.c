@@ -25,7 +25,7 @@ static const flow_record_field_t fields[] = {
 static const flow_record_layout_t layout = {fields, sizeof fields / sizeof fields[0]};
 static const sample_t sample             = {0x12U, {0x01020304U, 0xFFFEFDFCU}, -2, true, 1.0, -2.0F, -3};
 
-// Written by hand.
+// The expected octets, derived by hand.
 static const uint8_t big[]    = {0x12, 1,    2,    3,    4,    0xFF, 0xFE, 0xFD, 0xFC, 0xFF, 0xFE,
                                  1,    0x3F, 0xF0, 0,    0,    0,    0,    0,    0,    0xC0, 0,
                                  0,    0,    0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFD};
@@ -72,7 +72,7 @@ static void records_have_the_documented_octets_in_both_byte_orders(void)
     }
 }
 
-static void a_record_needs_its_room(void)
+static void a_record_is_written_only_if_it_fits(void)
 {
     uint8_t octets[sizeof big];
     size_t size = 1U;
@@ -85,12 +85,12 @@ static void a_record_needs_its_room(void)
                       flow_record_encode(&layout, FLOW_ORDER_BIG, &sample, octets, sizeof big, &size));
 }
 
-static void octets_that_are_no_record_change_no_value(void)
+static void invalid_octets_change_no_value(void)
 {
     uint8_t octets[sizeof big + 1U];
     sample_t seen = sample;
     memcpy(octets, big, sizeof big);
-    octets[0] = 0x77U; // A change would be seen.
+    octets[0] = 0x77U; // A changed value would be detected.
     for (size_t size = 0U; size < sizeof big; size++) {
         TEST_ASSERT_EQUAL(STATUS_TRUNCATED, flow_record_decode(&layout, FLOW_ORDER_BIG, octets, size, &seen));
     }
@@ -115,8 +115,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(records_have_the_documented_octets_in_both_byte_orders);
-    RUN_TEST(a_record_needs_its_room);
-    RUN_TEST(octets_that_are_no_record_change_no_value);
+    RUN_TEST(a_record_is_written_only_if_it_fits);
+    RUN_TEST(invalid_octets_change_no_value);
     RUN_TEST(a_layout_without_fields_has_no_octets);
     return UNITY_END();
 }

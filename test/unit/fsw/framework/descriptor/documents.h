@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Documents that the tests of the descriptor library read, and damage line by line.
+/// Documents for the tests of the descriptor library, which change single lines of them.
 #ifndef TEST_UNIT_FSW_FRAMEWORK_DESCRIPTOR_DOCUMENTS_H
 #define TEST_UNIT_FSW_FRAMEWORK_DESCRIPTOR_DOCUMENTS_H
 
 #include <stddef.h>
 
-extern const char arm_document[];    ///< A subsystem descriptor with one of everything.
-extern const char hand_document[];   ///< A second one, the other end of its link.
-extern const char flight_document[]; ///< A mission of both.
+extern const char arm_document[];    ///< A subsystem descriptor that has every element at least once.
+extern const char hand_document[];   ///< A second one with the other end of the link of the first.
+extern const char flight_document[]; ///< A mission of both subsystems.
 
-/// `document` with the first `find` in it replaced; fails the test if it does not contain it. The result is
+/// `document` with its first `find` replaced. Fails the test if `document` does not contain it. The result is
 /// valid until the next call.
 const char* damaged(const char* document, const char* find, const char* replacement);
 

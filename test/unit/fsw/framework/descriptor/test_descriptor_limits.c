@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists of a subsystem descriptor full, and one more; the parser's own limits; names that are too long
-// together.
+// Lists of a subsystem descriptor that are full or have one entry too many; limits of the parser; names that
+// are too long together.
 #include "fsw/framework/descriptor/descriptor.h"
 #include "test/unit/fsw/framework/descriptor/documents.h"
 #include "unity.h"
@@ -29,7 +29,7 @@ static void add(const char* const words)
     length += strlen(words);
 }
 
-/// `count` times a line in which %u is its number, from 1.
+/// Add this line `count` times; %u in it becomes its number, from 1.
 static void add_numbered(const char* const line, const unsigned count)
 {
     for (unsigned i = 1U; i <= count; i++) {
@@ -106,7 +106,7 @@ static void every_list_holds_its_stated_number_of_entries_and_no_more(void)
     }
 }
 
-static void references_are_counted_over_all_that_refer(void)
+static void references_are_counted_over_all_elements(void)
 {
     length = 0U;
     add("<Subsystem name='A' id='1'><Parameters>");
@@ -129,7 +129,7 @@ static void references_are_counted_over_all_that_refer(void)
                              descriptor_error(&loader));
 }
 
-/// Sixty octets, but a description of more than two thousand characters.
+/// The name has sixty octets, but the description of the port more than two thousand characters.
 static void a_port_with_too_long_names_is_refused(void)
 {
     length = 0U;
@@ -193,7 +193,7 @@ static void more_octets_than_allowed_are_refused_with_their_number(void)
     }
 }
 
-static void high_events_fill_their_room_exactly(void)
+static void reports_of_high_events_may_fill_their_reserved_octets(void)
 {
     length = 0U;
     add("<Subsystem name='A' id='1'><Events>"
@@ -217,8 +217,8 @@ static void high_events_fill_their_room_exactly(void)
     TEST_ASSERT_EQUAL(20U, arm.events[4].burst);
 }
 
-/// Six texts of 901 octets and the names fit into 6144; the seventh function stands in line 8.
-static void texts_beyond_the_models_room_are_refused(void)
+/// Six texts of 901 octets and the names fit into 6144 octets; the seventh function, in line 8, does not.
+static void texts_longer_than_the_model_can_hold_are_refused(void)
 {
     char function[1000];
     char zeros[901];
@@ -235,7 +235,7 @@ static void texts_beyond_the_models_room_are_refused(void)
                              descriptor_error(&loader));
 }
 
-static void the_bounds_of_a_field_are_within(void)
+static void the_bounds_of_a_field_belong_to_its_range(void)
 {
     const char* const text = damaged(arm_document, "value='0.25 0.5'", "value='-1.5 1.5'");
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK,
@@ -259,8 +259,7 @@ static void a_port_may_be_in_several_configurations(void)
     TEST_ASSERT_EQUAL_UINT32(2000U, arm.ports[1].period_us);
 }
 
-/// The arena is too small for the parser itself, and then for the document. setUp initializes the loader
-/// again.
+/// The arena is first too small for the parser, then for the document. setUp initialises the loader again.
 static void an_arena_that_is_used_up_is_reported(void)
 {
     loader.parser.arena.capacity = 1024U;
@@ -277,12 +276,12 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(every_list_holds_its_stated_number_of_entries_and_no_more);
-    RUN_TEST(references_are_counted_over_all_that_refer);
+    RUN_TEST(references_are_counted_over_all_elements);
     RUN_TEST(a_port_with_too_long_names_is_refused);
     RUN_TEST(more_octets_than_allowed_are_refused_with_their_number);
-    RUN_TEST(high_events_fill_their_room_exactly);
-    RUN_TEST(texts_beyond_the_models_room_are_refused);
-    RUN_TEST(the_bounds_of_a_field_are_within);
+    RUN_TEST(reports_of_high_events_may_fill_their_reserved_octets);
+    RUN_TEST(texts_longer_than_the_model_can_hold_are_refused);
+    RUN_TEST(the_bounds_of_a_field_belong_to_its_range);
     RUN_TEST(a_port_may_be_in_several_configurations);
     RUN_TEST(an_arena_that_is_used_up_is_reported);
     return UNITY_END();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hashes of a subsystem descriptor: of its interface, which is compiled into a program, and of all of it.
+// The two hashes of a subsystem descriptor: one of its interface, which is compiled into a program, and one
+// of the complete descriptor.
 #include "base/crc.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "test/unit/fsw/framework/descriptor/documents.h"
@@ -52,7 +53,7 @@ static void the_interface_hash_depends_on_the_interface_alone(void)
         {"name='COUPLED' id='2'", "name='COUPLED' id='3'"},
         {"name='HAND' id='2'", "name='HAND' id='3'"},
         {"<ParamRef name='COUNT'/></Event>", "</Event>"},
-        // The last field of each list.
+        // Change the last field of each list.
         {"name='FLAG'", "name='BRAKE'"},
         {"name='TARGET' id='1' type='DOUBLE'", "name='TARGET' id='1' type='FLOAT'"},
         {"name='TORQUE' type='DOUBLE'", "name='TORQUE' type='FLOAT'"},
@@ -76,15 +77,15 @@ static void the_interface_hash_depends_on_the_interface_alone(void)
     }
 }
 
-/// A program that was compiled elsewhere must find the same number.
-static void the_interface_hash_is_that_of_its_lines(void)
+/// A program that was compiled on another machine must have the same hash.
+static void the_interface_hash_is_computed_from_the_lines_of_the_interface(void)
 {
     static const char lines[] =
         "subsystem A 7\nparameter P 3 25\nfield P UINT8 4\nevent E 5\nfield V INT16 1\n"
         "event G 9\nsample P\nfunction F 6\nargument X 2 BOOL 1\n";
     TEST_ASSERT_EQUAL(STATUS_OK, load("<Subsystem name='A' id='7'/>"));
     TEST_ASSERT_EQUAL_HEX64(fnv64(FNV64_START, (const uint8_t*)lines, 14U), arm.interface_hash);
-    TEST_ASSERT_EQUAL_UINT32(2U, arm.text_used); // The name.
+    TEST_ASSERT_EQUAL_UINT32(2U, arm.text_used); // Only the name remains as text.
     TEST_ASSERT_EQUAL_MESSAGE(
         STATUS_OK,
         load("<Subsystem name='A' id='7'><Parameters><ParamRef name='P' id='3' type='UINT8' count='4'/>"
@@ -96,7 +97,7 @@ static void the_interface_hash_is_that_of_its_lines(void)
     TEST_ASSERT_EQUAL_HEX64(fnv64(FNV64_START, (const uint8_t*)lines, sizeof lines - 1U), arm.interface_hash);
 }
 
-static void hashes_do_not_see_comments_spaces_and_order_of_attributes(void)
+static void hashes_ignore_comments_spaces_and_order_of_attributes(void)
 {
     load_the_good_one();
     const uint64_t interface_hash      = arm.interface_hash;
@@ -126,7 +127,7 @@ static void a_component_compares_with_its_compiled_interface(void)
         descriptor_error(&loader));
 }
 
-static void the_interface_hash_sees_each_number_of_a_service(void)
+static void the_interface_hash_changes_with_each_number_of_a_service(void)
 {
     static const char* const services[] = {"<Service type='12'/>", "<Service type='12' capacity='33'/>",
                                            "<Service type='12' functional='5'/>", "<Service type='4'/>",
@@ -149,9 +150,9 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_interface_hash_depends_on_the_interface_alone);
-    RUN_TEST(the_interface_hash_is_that_of_its_lines);
-    RUN_TEST(the_interface_hash_sees_each_number_of_a_service);
-    RUN_TEST(hashes_do_not_see_comments_spaces_and_order_of_attributes);
+    RUN_TEST(the_interface_hash_is_computed_from_the_lines_of_the_interface);
+    RUN_TEST(the_interface_hash_changes_with_each_number_of_a_service);
+    RUN_TEST(hashes_ignore_comments_spaces_and_order_of_attributes);
     RUN_TEST(a_component_compares_with_its_compiled_interface);
     return UNITY_END();
 }

@@ -18,7 +18,7 @@ void tearDown(void)
 {
 }
 
-/// Load the good document with these lines of services.
+/// Load the correct document with these lines of services.
 static status_t load_with(const char* const services)
 {
     char replacement[256] = "</Functions><Services>";
@@ -40,7 +40,8 @@ static void services_are_read_with_their_capacities(void)
     const uint64_t with = arm.interface_hash;
     TEST_ASSERT_EQUAL(STATUS_OK, load_with("<Service type='6' capacity='16'/>"));
     TEST_ASSERT_EQUAL_UINT16(16U, arm.services[0].capacity);
-    TEST_ASSERT_TRUE((without != with) && (with != arm.interface_hash)); // Their storage is compiled.
+    // The storage of these services is compiled into the program.
+    TEST_ASSERT_TRUE((without != with) && (with != arm.interface_hash));
 }
 
 static status_t load_supervisor(const char* const service)
@@ -50,7 +51,7 @@ static status_t load_supervisor(const char* const service)
     return descriptor_parse_subsystem(&loader, "supervisor.xml", text, strlen(text), &arm);
 }
 
-static void the_supervisor_is_granted_entries_of_the_whole_spacecrafts(void)
+static void the_supervisor_is_granted_entries_of_the_services_of_the_spacecraft(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, load_supervisor(""));
     const uint64_t without = arm.interface_hash;
@@ -59,7 +60,7 @@ static void the_supervisor_is_granted_entries_of_the_whole_spacecrafts(void)
     TEST_ASSERT_EQUAL_UINT16(DESCRIPTOR_TIME_ACTIVITIES_MAX, arm.services[0].capacity);
     TEST_ASSERT_EQUAL(STATUS_OK, load_supervisor("<Service type='11' capacity='7'/>"));
     TEST_ASSERT_EQUAL_UINT16(7U, arm.services[0].capacity);
-    TEST_ASSERT_TRUE(without == arm.interface_hash); // Their storage does not depend on it.
+    TEST_ASSERT_TRUE(without == arm.interface_hash); // The storage does not depend on this number.
     TEST_ASSERT_EQUAL(STATUS_INVALID, load_supervisor("<Service type='15' capacity='9'/>"));
     TEST_ASSERT_EQUAL_STRING("supervisor.xml:2: capacity=\"9\" of <Service>: expected a number from 1 to 8",
                              descriptor_error(&loader));
@@ -70,7 +71,7 @@ static void each_service_has_its_type_and_its_largest_capacity(void)
     static const struct {
         unsigned type;
         unsigned most;       // Capacity.
-        unsigned functional; // Its largest value, or 0: it has none.
+        unsigned functional; // Largest functional capacity; 0 if the service has none.
         bool is_of_spacecraft;
     } services[] = {{2U, 16U, 0U, false},
                     {4U, 256U, 0U, false},
@@ -138,7 +139,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(services_are_read_with_their_capacities);
-    RUN_TEST(the_supervisor_is_granted_entries_of_the_whole_spacecrafts);
+    RUN_TEST(the_supervisor_is_granted_entries_of_the_services_of_the_spacecraft);
     RUN_TEST(each_service_has_its_type_and_its_largest_capacity);
     RUN_TEST(a_service_without_attributes_has_its_usual_capacity);
     RUN_TEST(an_error_in_a_service_list_is_reported_with_its_line);

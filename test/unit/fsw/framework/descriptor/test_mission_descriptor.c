@@ -212,7 +212,8 @@ static const damage_t damages[] = {
     {"mode='SAFE'/", "mode='MILD'/", 23U, "one of SAFE NOMINAL"},
     {"strategy='SQLITE'", "strategy='PAPER'", 25U, "one of ASCII SQLITE POSTGRESQL RING"},
     {"bitRate='1000000'", "bitRate='9999'", 26U, "a number from 10000"},
-    {"<Bus name='robot'", "<Bus name='other'", 47U, "expected a bus of the mission"}, // In arm.xml.
+    // The bus is named in arm.xml.
+    {"<Bus name='robot'", "<Bus name='other'", 47U, "expected a bus of the mission"},
     {"<Ground address='127.0.0.1' port='10015'/>\n", "", 1U, "<Mission> has no <Ground>"},
     {"address='127.0.0.1' port", "address='10.0.0.1' port", 28U, "one of 127.0.0.1"},
     {"address='127.0.0.1' port", "address='0.0.0.0' port", 28U, "needs a key"},
@@ -266,7 +267,8 @@ static void an_error_in_a_subsystem_names_its_file(void)
                "/flight.xml:5: descriptor=\"foot.xml\" of <Subsystem>: expected a file, found none"));
 }
 
-/// 1972-02-29, 2000-03-01 and 2093-12-31: `date -u -d DATE +%s` and 378691200 s from 1958 to 1970.
+/// Epochs of 1972-02-29, 2000-03-01 and 2093-12-31: `date -u -d DATE +%s` plus the 378691200 s from 1958 to
+/// 1970.
 static void reads_epochs_of_leap_years_and_at_the_ends(void)
 {
     static const struct {
@@ -322,8 +324,8 @@ static void the_selection_of_a_rule_may_be_any(void)
     TEST_ASSERT_FALSE(mission.rules[1].is_any);
 }
 
-/// If one element has several mistakes, the message names the first one only.
-static void of_several_mistakes_the_first_is_reported(void)
+/// If an element has several mistakes, the message is about the first one only.
+static void the_first_of_several_mistakes_is_reported(void)
 {
     TEST_ASSERT_EQUAL(STATUS_INVALID,
                       load(damaged(flight_document, "mode='SAFE'/", "state='OFFLINE' target='SELF'/")));
@@ -339,7 +341,7 @@ static void paths_are_relative_to_the_mission_or_absolute(void)
     TEST_ASSERT_NOT_NULL(getcwd(here, sizeof here));
     (void)snprintf(where, sizeof where, "descriptor='%s/hand.xml'", folder);
     TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "descriptor='hand.xml'", where)));
-    TEST_ASSERT_EQUAL(STATUS_OK, load(flight_document)); // Writes the files for the next call.
+    TEST_ASSERT_EQUAL(STATUS_OK, load(flight_document)); // This writes the files for the next call.
     TEST_ASSERT_EQUAL(0, chdir(folder));
     const status_t status = descriptor_load_mission(&loader, "flight.xml", MISSION_ANY_TARGET,
                                                     &descriptor_mission_whole, &mission, &scratch);
@@ -395,7 +397,7 @@ static void a_bus_is_the_redundant_one_of_at_most_one_other(void)
     "<Devices><Device name='D' type='x'>\n<Endnode type='CAN' bus='robot" bus                                \
     "' node='1'/></Device></Devices>"
 
-/// Two masters on one bus would act on each other's devices.
+/// Two masters on one bus would react to each other's devices.
 static void a_bus_has_the_devices_of_one_subsystem(void)
 {
     static const char* const buses[] = {"", "-b"};
@@ -469,7 +471,7 @@ static void the_hashes_of_a_mission_depend_on_every_subsystem(void)
     TEST_ASSERT_TRUE(mission.configuration_hash != configuration_hash);
 }
 
-/// For a subsystem's own program: the mission, and of the descriptors only that of the subsystem.
+/// The program of a subsystem reads the mission and the descriptor of this subsystem only.
 static void a_subsystem_reads_no_descriptor_but_its_own(void)
 {
     write_file("arm.xml", "<Nonsense>");
@@ -494,7 +496,7 @@ static void a_subsystem_reads_no_descriptor_but_its_own(void)
     TEST_ASSERT_TRUE((mission.interface_hash == 0U) && (mission.configuration_hash == 0U));
 }
 
-/// For the program of the supervisor: the whole mission as for all, with its own model at the end.
+/// The program of the supervisor reads the complete mission and keeps the supervisor's own model at the end.
 static void loading_a_mission_leaves_the_requested_model(void)
 {
     load_the_good_one();
@@ -520,7 +522,7 @@ static void loading_a_part_of_a_mission_without_a_subsystem_is_asserted(void)
     TEST_ASSERT_TRUE(assertion_fails(load_nothing_of_a_mission));
 }
 
-/// Conditions between descriptors that launcher and supervisor check before they start.
+/// Conditions between descriptors, which launcher and supervisor check before the start.
 static void a_subsystem_finds_the_errors_of_its_own_descriptor(void)
 {
     static const struct {
@@ -574,7 +576,7 @@ int main(void)
     RUN_TEST(the_mission_sets_the_time_a_subsystem_waits_for_its_supervisor);
     RUN_TEST(the_fallback_mode_is_the_one_marked_or_0);
     RUN_TEST(the_selection_of_a_rule_may_be_any);
-    RUN_TEST(of_several_mistakes_the_first_is_reported);
+    RUN_TEST(the_first_of_several_mistakes_is_reported);
     RUN_TEST(paths_are_relative_to_the_mission_or_absolute);
     RUN_TEST(a_bus_is_the_redundant_one_of_at_most_one_other);
     RUN_TEST(a_bus_has_the_devices_of_one_subsystem);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One writer, several readers: links that a mission may have, and the line in which a wrong one is refused.
+// One writer, several readers: links that a mission may have, and the lines in which wrong links are refused.
 #include "fsw/framework/descriptor/descriptor.h"
 #include "osal/include/osal/file.h"
 #include "unity.h"
@@ -95,8 +95,8 @@ typedef struct {
     const char* to;
 } link_t;
 
-/// Load a mission with the hub, nine other subsystems and these links, one link per line: for the program of
-/// the hub if `is_own`, otherwise the whole mission.
+/// Load a mission with the hub, nine other subsystems and these links, one link on each line. If `is_own`,
+/// load only what the program of the hub needs, otherwise the whole mission.
 static status_t load(const link_t* links, size_t count, bool is_own)
 {
     char words[128];
@@ -128,7 +128,7 @@ static void expect_loaded(const link_t* links, size_t count)
     }
 }
 
-/// The last one is refused, with its line, when the whole mission is read.
+/// Expect that the last link is refused with its line when the whole mission is read.
 static void expect_refused(const link_t* links, size_t count, const char* says)
 {
     char expected[200];
@@ -184,7 +184,7 @@ static void expect_ports(uint16_t link, uint16_t producer, uint16_t consumer)
     TEST_ASSERT_EQUAL_UINT16(consumer, mission.links[link].consumer_port);
 }
 
-/// From them it knows which of its links end on another computer.
+/// From all ports the subsystem learns which of its links end on another computer.
 static void a_subsystem_knows_its_own_ports(void)
 {
     static const link_t links[] = {

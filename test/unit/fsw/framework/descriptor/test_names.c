@@ -126,7 +126,7 @@ static void each_error_contains_line_and_cause(void)
     }
 }
 
-static void names_belong_to_the_interface(void)
+static void names_change_the_interface_hash(void)
 {
     static const char* const changes[][2] = {{"POSITION FORCE'", "FORCE POSITION'"},
                                              {"first='253'", "first='252'"},
@@ -138,7 +138,8 @@ static void names_belong_to_the_interface(void)
         TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(named_document, changes[i][0], changes[i][1])));
         TEST_ASSERT_TRUE_MESSAGE(arm.interface_hash != interface, changes[i][1]);
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(named_document, "JOINT", "AXIS"))); // A word for the ground.
+    // This name is only for the ground.
+    TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(named_document, "JOINT", "AXIS")));
     TEST_ASSERT_TRUE(arm.interface_hash == interface);
 }
 
@@ -149,6 +150,6 @@ int main(void)
     RUN_TEST(the_numbers_are_the_bounds_of_a_field);
     RUN_TEST(initial_values_by_name_become_numbers);
     RUN_TEST(each_error_contains_line_and_cause);
-    RUN_TEST(names_belong_to_the_interface);
+    RUN_TEST(names_change_the_interface_hash);
     return UNITY_END();
 }

@@ -56,7 +56,7 @@ typedef struct {
             } coil;
         } motor;
         uint16_t last;
-        uint8_t small; // Directly behind the one before, however large the alignment of the structure is.
+        uint8_t small; // Directly behind the field before, whatever the alignment of the structure is.
     } joint;
     struct {
         uint16_t flag;
@@ -64,7 +64,7 @@ typedef struct {
     int8_t end;
 } nested_t;
 
-static void structures_lie_within_structures_as_the_compiler_has_them(void)
+static void nested_structures_have_the_layout_of_the_compiler(void)
 {
     static const struct {
         const char* name;
@@ -97,7 +97,7 @@ static void structures_lie_within_structures_as_the_compiler_has_them(void)
 
 #define DEEPER(name, inside) "<StructRef name='" name "' type='STRUCT'>" inside "</StructRef>"
 
-static void mistakes_in_structures_within_structures_are_reported(void)
+static void mistakes_in_nested_structures_are_reported(void)
 {
     static const struct {
         const char* find;
@@ -134,8 +134,8 @@ static void mistakes_in_structures_within_structures_are_reported(void)
     }
 }
 
-/// A group may be the first of its structure, and one name may be the beginning of another.
-static void groups_stand_anywhere_and_share_beginnings(void)
+/// A group may be the first element of its structure, and one name may be the beginning of another.
+static void groups_may_be_anywhere_and_have_common_beginnings(void)
 {
     static const char* const good[][2] = {
         {"<ParamRef name='FIRST' type='UINT8'/>", ""},
@@ -152,8 +152,8 @@ static void groups_stand_anywhere_and_share_beginnings(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(structures_lie_within_structures_as_the_compiler_has_them);
-    RUN_TEST(mistakes_in_structures_within_structures_are_reported);
-    RUN_TEST(groups_stand_anywhere_and_share_beginnings);
+    RUN_TEST(nested_structures_have_the_layout_of_the_compiler);
+    RUN_TEST(mistakes_in_nested_structures_are_reported);
+    RUN_TEST(groups_may_be_anywhere_and_have_common_beginnings);
     return UNITY_END();
 }

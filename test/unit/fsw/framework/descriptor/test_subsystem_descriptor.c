@@ -86,7 +86,8 @@ static void reads_parameters_with_ids_and_layouts(void)
     TEST_ASSERT_EQUAL_DOUBLE(-1.5, arm.fields[target->first_field].min);
     TEST_ASSERT_NULL(arm.fields[target->first_field].init);
     const descriptor_parameter_t* const count = descriptor_find_parameter(&arm, "COUNT");
-    TEST_ASSERT_EQUAL_HEX32((16U << 21U) | (2U << 16U) | 1U, count->id); // Same number, other layout.
+    // The same number, but another layout.
+    TEST_ASSERT_EQUAL_HEX32((16U << 21U) | (2U << 16U) | 1U, count->id);
     TEST_ASSERT_EQUAL_DOUBLE(DBL_MAX, arm.fields[count->first_field].max);
     TEST_ASSERT_NULL(descriptor_find_parameter(&arm, "POSITION"));
 }
@@ -131,7 +132,7 @@ static void reads_functions(void)
     TEST_ASSERT_NULL(function_of("MOVE_T"));
 }
 
-static void reads_housekeeping_as_in_the_paper(void)
+static void reads_housekeeping_of_a_configuration(void)
 {
     load_the_good_one();
     const descriptor_configuration_t* const alone = descriptor_find_configuration(&arm, 1U);
@@ -275,7 +276,8 @@ static void reads_loops_of_a_configuration(void)
     TEST_ASSERT_EQUAL_UINT16(0U, descriptor_find_configuration(&arm, 2U)->loop_count);
     const uint64_t interface_hash = arm.interface_hash;
     load_the_good_one();
-    TEST_ASSERT_TRUE(arm.interface_hash == interface_hash); // Loops are configuration.
+    // Loops belong to the configuration, not to the interface.
+    TEST_ASSERT_TRUE(arm.interface_hash == interface_hash);
     const char* const many = LOOP("A") LOOP("B") LOOP("C") "<HKService id='4712'";
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, load(damaged(arm_document, "<HKService id='4712'", many)));
     TEST_ASSERT_NOT_NULL(
@@ -286,11 +288,11 @@ typedef struct {
     const char* find;
     const char* replacement;
     unsigned line;
-    const char* says; ///< These octets are part of the message.
+    const char* says; ///< Part of the expected message.
 } damage_t;
 
 static const damage_t damages[] = {
-    // Structure: which elements may stand where, and with which attributes.
+    // Structure: where each element may occur, and its attributes.
     {"<Subsystem ", "<Mission ", 1U, "<Mission>: expected <Subsystem>"},
     {"<Parameters>", "<Parameter>", 4U,
      "<Parameter> in <Subsystem>: expected <Resources> or <States> or <Enumerations> or <Failures> or "},
@@ -436,11 +438,11 @@ static const damage_t damages[] = {
      "</HKService>\n<RTLinkService><Provides name='HAND' id='2' methods='UDP'><ParamRef name='KIND' "
      "type='UINT8'/><ParamRef name='POSITION' type='DOUBLE' count='2'/></Provides></RTLinkService>"
      "</Configuration>",
-     39U, "port HAND differs from port HAND in line 34"}, // The same layout, the other direction.
+     39U, "port HAND differs from port HAND in line 34"}, // The same layout, but another direction.
     {"</HKService>\n</Configuration>",
      "</HKService>\n<RTLinkService><Requires name='HAND' id='2' methods='UDP'><ParamRef name='KIND' "
      "type='UINT8'/></Requires></RTLinkService></Configuration>",
-     39U, "port HAND differs from port HAND in line 34"}, // The same direction, another layout.
+     39U, "port HAND differs from port HAND in line 34"}, // The same direction, but another layout.
     {"</HKService>\n</Configuration>",
      "</HKService>\n<RTLinkService><Requires name='HAND' id='3' methods='UDP'><ParamRef name='KIND' "
      "type='UINT8'/><ParamRef name='POSITION' type='DOUBLE' count='2'/></Requires></RTLinkService>"
@@ -502,7 +504,7 @@ static void each_error_contains_file_line_and_cause(void)
                            damage->says, error);
             TEST_FAIL_MESSAGE(message);
         }
-        TEST_ASSERT_EQUAL_UINT16(0U, arm.apid); // Nothing of a partly read descriptor remains.
+        TEST_ASSERT_EQUAL_UINT16(0U, arm.apid); // A partly read descriptor leaves no content.
         TEST_ASSERT_EQUAL_STRING("", arm.name);
     }
     load_the_good_one();
@@ -532,7 +534,7 @@ static void hostile_documents_are_errors_with_a_line(void)
     TEST_ASSERT_EQUAL(STATUS_TRUNCATED, load(""));
 }
 
-static void names_states(void)
+static void states_have_names_and_are_found_by_them(void)
 {
     for (uint8_t state = 0U; state < DESCRIPTOR_STATES; state++) {
         uint8_t number = 99U;
@@ -544,13 +546,14 @@ static void names_states(void)
     TEST_ASSERT_EQUAL_STRING("UNKNOWN", descriptor_state_name(DESCRIPTOR_STATES));
 }
 
-static void a_missing_file_is_named(void)
+static void a_missing_file_is_reported(void)
 {
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, descriptor_load_subsystem(&loader, "no/such/file.xml", &arm));
     TEST_ASSERT_EQUAL_STRING("no/such/file.xml:0: cannot read: not found", descriptor_error(&loader));
 }
 
-/// Random damage: any verdict, no crash; an accepted document keeps its lists within their bounds.
+/// Random damage: the reader may accept or refuse the document, but must not crash; the lists of an accepted
+/// document are within their bounds.
 static void survives_random_damage(void)
 {
     static char document[8192];
@@ -578,7 +581,7 @@ int main(void)
     RUN_TEST(reads_parameters_with_ids_and_layouts);
     RUN_TEST(reads_events_of_both_kinds);
     RUN_TEST(reads_functions);
-    RUN_TEST(reads_housekeeping_as_in_the_paper);
+    RUN_TEST(reads_housekeeping_of_a_configuration);
     RUN_TEST(reads_quantities_of_a_device);
     RUN_TEST(reads_the_records_of_a_device_and_the_times_of_its_end_node);
     RUN_TEST(reads_each_bit_rate_of_a_serial_line);
@@ -587,8 +590,8 @@ int main(void)
     RUN_TEST(each_error_contains_file_line_and_cause);
     RUN_TEST(a_file_cut_at_every_octet_is_an_error);
     RUN_TEST(hostile_documents_are_errors_with_a_line);
-    RUN_TEST(names_states);
-    RUN_TEST(a_missing_file_is_named);
+    RUN_TEST(states_have_names_and_are_found_by_them);
+    RUN_TEST(a_missing_file_is_reported);
     RUN_TEST(survives_random_damage);
     return UNITY_END();
 }

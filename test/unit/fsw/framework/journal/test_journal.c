@@ -17,7 +17,7 @@ typedef struct {
     uint8_t table;
     uint32_t key;
     size_t size;
-    uint8_t first; // The octet with which the record is filled.
+    uint8_t first; // Value of the first octet; the others follow from it.
 } kept_t;
 
 static journal_t journal;
@@ -76,7 +76,7 @@ static void reopen(void)
     replay();
 }
 
-/// The power is cut, and everything that was not synced is lost.
+/// Cut the power, which loses everything that was not synced, and open the journal again.
 static void reopen_durable(void)
 {
     static image_t sure[2];
@@ -98,7 +98,7 @@ static void expect_kept(const size_t index, const uint32_t key, const size_t siz
     TEST_ASSERT_EQUAL_UINT8(first, kept[index].first);
 }
 
-static void records_come_back_in_the_order_of_their_last_put(void)
+static void records_are_replayed_in_the_order_of_their_last_put(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 0U, 0U));
@@ -118,7 +118,7 @@ static void records_come_back_in_the_order_of_their_last_put(void)
                              journal.stats.live);
 }
 
-static void an_erased_record_is_gone_and_erasing_a_missing_one_reports_not_found(void)
+static void an_erased_record_is_removed_and_a_missing_one_reports_not_found(void)
 {
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, journal_erase(&journal, 11U, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
@@ -134,7 +134,7 @@ static void an_erased_record_is_gone_and_erasing_a_missing_one_reports_not_found
 static void uncommitted_records_are_lost_at_reopening(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
-    reopen(); // All was written, but nothing was committed.
+    reopen(); // All records were written, but not committed.
     TEST_ASSERT_EQUAL_UINT64(0U, kept_count);
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
     commit();
@@ -185,7 +185,7 @@ static void too_large_a_record_is_refused(void)
     expect_kept(0U, 1U, 10U, 1U);
 }
 
-/// The limit leaves room to erase every record that was put.
+/// A put is refused while erasures of all existing records still fit.
 static void a_full_medium_refuses_puts_and_still_erases(void)
 {
     uint32_t count = 0U;
@@ -203,7 +203,7 @@ static void a_full_medium_refuses_puts_and_still_erases(void)
     }
     commit();
     TEST_ASSERT_TRUE((recorded.image[0].size <= LIMIT) && (recorded.image[1].size <= LIMIT));
-    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1000U, 1U)); // Compacts.
+    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1000U, 1U)); // This put compacts the journal.
     commit();
     reopen_durable();
     TEST_ASSERT_EQUAL_UINT64(1U, kept_count);
@@ -212,7 +212,7 @@ static void a_full_medium_refuses_puts_and_still_erases(void)
 static void a_commit_drops_octets_of_replaced_records(void)
 {
     uint64_t most       = 0U;
-    configuration.slack = 1044U; // Some put and its commit use it up to its last octet.
+    configuration.slack = 1044U; // One put and its commit fill the slack to its last octet.
     TEST_ASSERT_EQUAL(STATUS_OK, journal_open(&journal, &configuration));
     TEST_ASSERT_TRUE((put(77U, 10U, 9U) == STATUS_OK) && (put(78U, 10U, 8U) == STATUS_OK));
     for (uint32_t i = 0U; i < 1000U; i++) {
@@ -229,7 +229,7 @@ static void a_commit_drops_octets_of_replaced_records(void)
     expect_kept(2U, 1U, 80U, (uint8_t)999U);
 }
 
-/// A transaction that fills both media must not touch the one that holds the last commit.
+/// A transaction that would fill both media must not change the medium with the last commit.
 static void a_transaction_larger_than_a_medium_is_refused(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 8000U, 1U));
@@ -244,13 +244,13 @@ static void a_transaction_larger_than_a_medium_is_refused(void)
     commit();
     reopen_durable();
     expect_kept(0U, 1U, 8000U, 2U);
-    recorded_clear(saved); // If the power had been cut before the commit:
+    recorded_clear(saved); // As after a power cut before the commit:
     reopen();
     expect_kept(0U, 1U, 8000U, 1U);
 }
 
-/// Life 1 writes A, B and a commit, of which A is lost. Life 2 writes A again: B and the commit behind it
-/// would make sense.
+/// Life 1 writes A, B and a commit, and A is lost. Life 2 writes A again: then B and the old commit behind it
+/// could be taken for valid.
 static void a_stale_tail_is_not_accepted(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
@@ -260,8 +260,7 @@ static void a_stale_tail_is_not_accepted(void)
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 2U));
     TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 10U, 2U));
     commit();
-    for (size_t i = first + 1U; i < (recorded.count - 1U);
-         i++) { // Without the mark, because the commit was under way.
+    for (size_t i = first + 1U; i < (recorded.count - 1U); i++) { // Without the mark of the commit.
         recorded_apply(&recorded.operations[i], recorded.operations[i].size, saved);
     }
     recorded_clear(saved);
@@ -274,8 +273,8 @@ static void a_stale_tail_is_not_accepted(void)
     expect_kept(0U, 1U, 10U, 1U);
 }
 
-/// The same with a generation that was begun twice: by compactions whose first record is the same. The cut
-/// that ends the second one loses only the emptying of the medium, if that was not synced.
+/// The same for a generation that was started twice, by compactions whose first record is equal. The cut that
+/// ends the second compaction loses only the emptying of the medium, if that was not synced.
 static void a_stale_generation_is_not_accepted(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
@@ -285,7 +284,7 @@ static void a_stale_generation_is_not_accepted(void)
     commit();
     recorded_copy(saved, recorded.image);
     const size_t first = recorded.count;
-    TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 8000U, 50U)); // Compacts: emptying, sync, head, first record ...
+    TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 8000U, 50U)); // Compaction: emptying, sync, head, first record
     commit();
     TEST_ASSERT_EQUAL_UINT32(1U, journal.stats.compactions);
     for (size_t i = first; i < (recorded.count - 1U); i++) { // Without the mark.
@@ -297,9 +296,9 @@ static void a_stale_generation_is_not_accepted(void)
     reopen();
     expect_kept(1U, 2U, 8000U, 2U);
     const size_t second = recorded.count;
-    TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 8000U, 60U)); // Compacts.
+    TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 8000U, 60U)); // This put compacts the journal.
     TEST_ASSERT_EQUAL_UINT32(1U, journal.stats.compactions);
-    for (size_t i = second; i < (second + 4U); i++) { // Up to and without the first record.
+    for (size_t i = second; i < (second + 4U); i++) { // All up to the first record, which is missing.
         const bool is_sure = (i > second) || (recorded.operations[second + 1U].kind == OPERATION_SYNC);
         if (is_sure) {
             recorded_apply(&recorded.operations[i], recorded.operations[i].size, saved);
@@ -311,7 +310,7 @@ static void a_stale_generation_is_not_accepted(void)
     expect_kept(1U, 2U, 8000U, 2U);
 }
 
-/// Records with the right numbers, after records other than those before them.
+/// Records with the correct numbers that follow other records than those before which they were written.
 static void a_record_of_another_sequence_of_records_is_not_accepted(void)
 {
     static image_t other[2];
@@ -333,8 +332,9 @@ static void a_record_of_another_sequence_of_records_is_not_accepted(void)
     expect_kept(0U, 1U, 10U, 7U);
 }
 
-/// A damaged octet ends the log before it; nothing wrong is read, and the journal can continue after it.
-static void any_damaged_octet_is_noticed(void)
+/// The log ends before a damaged octet; no wrong record is read, and the journal can continue after the
+/// damage.
+static void any_damaged_octet_is_detected(void)
 {
     for (uint8_t i = 1U; i <= 3U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, put(i, 10U, i));
@@ -362,7 +362,7 @@ static void any_damaged_octet_is_noticed(void)
     }
 }
 
-/// The journal never writes such a record, but a reader does not rely on that.
+/// The journal never writes such a record, but the reader must be able to skip it.
 static void erasing_a_missing_record_is_skipped(void)
 {
     const medium_t medium = recorded_medium(1U);
@@ -378,7 +378,7 @@ static void erasing_a_missing_record_is_skipped(void)
     TEST_ASSERT_EQUAL_UINT32(9U, journal.stats.generation);
 }
 
-static void octets_that_are_no_journal_are_replaced(void)
+static void octets_that_are_not_a_journal_are_replaced(void)
 {
     memset(saved[0].octets, 'P', MEDIUM_MAX);
     memset(saved[1].octets, 'C', MEDIUM_MAX);
@@ -396,9 +396,9 @@ static void octets_that_are_no_journal_are_replaced(void)
 // ---- Errors of the media ----
 
 #define SCRIPT_KEYS 6U
-static uint8_t expected_first[SCRIPT_KEYS]; // 0: it does not exist.
+static uint8_t expected_first[SCRIPT_KEYS]; // 0: the record does not exist.
 
-/// Puts, erasures and commits with compactions of both kinds; the expected state leaves out what is refused.
+/// Puts, erasures and commits with compactions of both kinds; a refused call does not change the expected state.
 static void run_script(void)
 {
     for (uint32_t i = 0U; i < 14U; i++) {
@@ -445,8 +445,8 @@ static void start_script(const unsigned fail_from, const unsigned fail_count, co
     recorded.torn       = torn;
 }
 
-/// Each call of a medium fails once, or with all following ones: everything accepted is kept by the commit
-/// that finally succeeds.
+/// Each call of a medium fails, once or with all calls after it; the commit that finally succeeds keeps
+/// everything that was accepted.
 static void fail_everywhere(const uint32_t limit, const uint32_t slack)
 {
     static const status_t failures[] = {STATUS_IO, STATUS_FULL};
@@ -472,8 +472,8 @@ static void fail_everywhere(const uint32_t limit, const uint32_t slack)
 
 static void a_commit_that_failed_is_repeated(void)
 {
-    fail_everywhere(900U, 900U); // Puts compact,
-    fail_everywhere(3000U, 0U);  // commits do.
+    fail_everywhere(900U, 900U); // Puts compact the journal,
+    fail_everywhere(3000U, 0U);  // commits compact it.
 }
 
 /// The remains of a failed write are cut off before anything else is written.
@@ -492,7 +492,7 @@ static void a_torn_record_is_overwritten_completely_by_the_next_one(void)
     expect_kept(0U, 1U, 10U, 2U);
 }
 
-static void a_medium_that_stays_broken_keeps_what_was_committed(void)
+static void a_medium_that_fails_permanently_keeps_the_last_commit(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
     commit();
@@ -501,7 +501,7 @@ static void a_medium_that_stays_broken_keeps_what_was_committed(void)
     recorded.fail_count = 1000U;
     TEST_ASSERT_EQUAL(STATUS_IO, put(2U, 10U, 1U));
     TEST_ASSERT_EQUAL(STATUS_IO, journal_erase(&journal, 11U, 1U));
-    TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal)); // The journal accepted nothing.
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal)); // No record was accepted.
     TEST_ASSERT_EQUAL(STATUS_IO, journal_replay(&journal, take, &kept_count));
     TEST_ASSERT_EQUAL_UINT32(3U, journal.stats.failed);
     recorded.fail_from = 0U;
@@ -509,7 +509,7 @@ static void a_medium_that_stays_broken_keeps_what_was_committed(void)
     TEST_ASSERT_EQUAL_UINT64(1U, kept_count);
 }
 
-/// Data lost by a failed sync cannot be written again if it cannot be read any more.
+/// After a failed sync, data that cannot be read any more cannot be written again.
 static void a_commit_fails_as_long_as_its_records_cannot_be_read(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
@@ -530,7 +530,7 @@ static void a_commit_fails_as_long_as_its_records_cannot_be_read(void)
 
 static void every_error_at_open_is_reported(void)
 {
-    for (unsigned k = 0U; k < 3U; k++) { // Never used; without commit; with a tail to be cut off.
+    for (unsigned k = 0U; k < 3U; k++) { // Never used; without a commit; with an incomplete transaction.
         recorded_copy(saved, recorded.image);
         unsigned tries = 0U;
         for (status_t status = STATUS_IO; status != STATUS_OK; tries++) {
@@ -550,7 +550,7 @@ static void every_error_at_open_is_reported(void)
     }
     recorded_clear(empty);
     recorded.failure   = STATUS_FULL;
-    recorded.fail_from = 7U; // The head of an empty journal.
+    recorded.fail_from = 7U; // The head of an empty journal fails.
     TEST_ASSERT_EQUAL(STATUS_FULL, journal_open(&journal, &configuration));
 }
 
@@ -575,8 +575,8 @@ static void a_callback_that_calls_the_journal_is_a_coding_error(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(records_come_back_in_the_order_of_their_last_put);
-    RUN_TEST(an_erased_record_is_gone_and_erasing_a_missing_one_reports_not_found);
+    RUN_TEST(records_are_replayed_in_the_order_of_their_last_put);
+    RUN_TEST(an_erased_record_is_removed_and_a_missing_one_reports_not_found);
     RUN_TEST(uncommitted_records_are_lost_at_reopening);
     RUN_TEST(a_commit_without_changes_touches_no_medium);
     RUN_TEST(a_full_index_refuses_new_records_only);
@@ -587,12 +587,12 @@ int main(void)
     RUN_TEST(a_stale_tail_is_not_accepted);
     RUN_TEST(a_stale_generation_is_not_accepted);
     RUN_TEST(a_record_of_another_sequence_of_records_is_not_accepted);
-    RUN_TEST(any_damaged_octet_is_noticed);
+    RUN_TEST(any_damaged_octet_is_detected);
     RUN_TEST(erasing_a_missing_record_is_skipped);
-    RUN_TEST(octets_that_are_no_journal_are_replaced);
+    RUN_TEST(octets_that_are_not_a_journal_are_replaced);
     RUN_TEST(a_commit_that_failed_is_repeated);
     RUN_TEST(a_torn_record_is_overwritten_completely_by_the_next_one);
-    RUN_TEST(a_medium_that_stays_broken_keeps_what_was_committed);
+    RUN_TEST(a_medium_that_fails_permanently_keeps_the_last_commit);
     RUN_TEST(a_commit_fails_as_long_as_its_records_cannot_be_read);
     RUN_TEST(every_error_at_open_is_reported);
     RUN_TEST(a_callback_that_calls_the_journal_is_a_coding_error);

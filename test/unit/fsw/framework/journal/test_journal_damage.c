@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Damage to the media of a journal between two lives, at every place: either all records are there, or the
-// journal reports that it is damaged; never a silent loss. What opening finds is kept before it is changed,
-// and is reported once.
+// Damage at every place of the media of a journal between two lives: either all records are read, or the
+// journal reports that it is damaged; no record is lost without a report. The damaged content is preserved
+// before it is changed, and is reported once.
 #include "fsw/framework/journal/journal.h"
 
 #include "base/octets.h"
@@ -37,7 +37,7 @@ static uint32_t random_below(const uint32_t bound)
     return (uint32_t)(((uint64_t)random_state * bound) >> 32U);
 }
 
-/// No call has changed the media so far.
+/// Preserve the damaged content; no call may have changed the media before.
 static bool keep(void* const context)
 {
     TEST_ASSERT_EQUAL_PTR(&journal, context);
@@ -103,7 +103,7 @@ static void remember(void)
     recorded_clear(original);
 }
 
-/// A journal of several lives; `commits` of two puts each.
+/// Write a journal of several lives with `commits` commits of two puts each.
 static void write_journal(const unsigned commits)
 {
     recorded_clear((const image_t[2]){{.size = 0U}, {.size = 0U}});
@@ -124,7 +124,7 @@ static bool is_whole(void)
     return (found_size == whole_size) && (memcmp(found, whole, whole_size) == 0);
 }
 
-/// Open the media in `work`, which are damaged.
+/// Open the damaged media in `work` and check the result.
 static void judge(const char* const what, const size_t place)
 {
     char message[96];
@@ -140,7 +140,7 @@ static void judge(const char* const what, const size_t place)
                              message);
     tried++;
     damage_reports += is_reported ? 1U : 0U;
-    if ((tried % 16U) == 0U) { // The journal continues, and reports the damage once.
+    if ((tried % 16U) == 0U) { // Check also that the journal can continue and reports the damage only once.
         const size_t left = found_size;
         recorded_copy(work, recorded.image);
         recorded_clear(work);
@@ -204,7 +204,7 @@ void tearDown(void)
 static void damage_at_any_octet_is_reported_or_harmless(void)
 {
     char text[96];
-    write_journal(3U); // No compaction yet.
+    write_journal(3U); // Without a compaction.
     damage_everywhere();
     write_journal(1U);
     damage_everywhere();
@@ -218,7 +218,7 @@ static void damage_at_any_octet_is_reported_or_harmless(void)
     UNITY_PRINT_EOL();
 }
 
-/// Any two damages of one medium, in journals of any length. `LONG=1`: very many.
+/// Any two damaged places of one medium, in journals of different lengths; very many of them with LONG=1.
 static void several_damaged_octets_are_reported_or_harmless(void)
 {
     const unsigned count = (getenv("LONG") != NULL) ? RANDOM_LONG : RANDOM_SHORT;
@@ -253,12 +253,12 @@ static void several_damaged_octets_are_reported_or_harmless(void)
     }
 }
 
-/// Cases that operators have met: a flipped bit early in the file; a file of zeros.
+/// Cases from operations: a flipped bit early in the file; a file of zeros.
 static void lost_transactions_are_counted(void)
 {
     recorded_clear((const image_t[2]){{.size = 0U}, {.size = 0U}});
     open_journal();
-    TEST_ASSERT_FALSE(journal.damage.is_damaged); // A first start.
+    TEST_ASSERT_FALSE(journal.damage.is_damaged); // This is the first start.
     for (uint32_t key = 1U; key <= 4U; key++) {
         put(key, 1U, 10U);
         commit();
@@ -270,7 +270,9 @@ static void lost_transactions_are_counted(void)
     judge("second record", 60U);
     TEST_ASSERT_TRUE(journal.damage.is_damaged);
     TEST_ASSERT_EQUAL_UINT32(2U,
-                             journal.damage.records); // The third and the fourth; the second is no record.
+                             // Transactions three and four are counted; the damaged second one is not a
+                             // record any more.
+                             journal.damage.records);
     TEST_ASSERT_EQUAL_UINT64(3U * step, journal.damage.octets);
     TEST_ASSERT_EQUAL_UINT32(1U, journal.stats.records);
     recorded_copy(work, original);
@@ -289,7 +291,7 @@ static void lost_transactions_are_counted(void)
     TEST_ASSERT_TRUE(journal_report_damage(&journal, 1U, octets));
 }
 
-/// A record without octets that ends with the medium is found as any other.
+/// A record without content at the end of the medium is found like any other record.
 static void the_last_record_behind_the_damage_is_counted(void)
 {
     recorded_clear((const image_t[2]){{.size = 0U}, {.size = 0U}});
@@ -298,7 +300,7 @@ static void the_last_record_behind_the_damage_is_counted(void)
         put(key, 1U, 10U);
         commit();
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, journal_erase(&journal, 11U, 1U)); // Without a commit.
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_erase(&journal, 11U, 1U)); // This erasure has no commit.
     remember();
     recorded_copy(work, original);
     TEST_ASSERT_EQUAL_UINT64(
@@ -308,7 +310,7 @@ static void the_last_record_behind_the_damage_is_counted(void)
     recorded_clear(work);
     open_journal();
     TEST_ASSERT_TRUE(journal.damage.is_damaged);
-    TEST_ASSERT_EQUAL_UINT32(3U, journal.damage.records); // Two puts and what erases the first.
+    TEST_ASSERT_EQUAL_UINT32(3U, journal.damage.records); // Two puts and the erasure of the first.
     recorded_copy(work, original);
     work[0].octets[work[0].size - (2U * JOURNAL_RECORD_SIZE(0U))] ^= 1U; // The last commit.
     recorded_clear(work);
@@ -317,13 +319,13 @@ static void the_last_record_behind_the_damage_is_counted(void)
     TEST_ASSERT_EQUAL_UINT32(1U, journal.damage.records);
 }
 
-/// If both media are damaged, their content shows the damage, without a mark.
+/// If both media are damaged, their content shows the damage although there is no mark.
 static void damage_of_both_media_is_reported(void)
 {
     write_journal(3U);
     recorded_copy(work, original);
     work[1].size = 0U;
-    // Damage at the end looks as if the power had been cut in the last commit.
+    // Damage at the end cannot be distinguished from a power cut in the last commit.
     const size_t first = JOURNAL_HEAD_SIZE + JOURNAL_RECORD_SIZE(10U) + JOURNAL_RECORD_SIZE(5U);
     for (size_t i = 0U; i < first; i++) {
         work[0].octets[i] ^= 0x40U;
@@ -340,7 +342,7 @@ static void damage_of_both_media_is_reported(void)
     TEST_ASSERT_TRUE(journal.damage.is_damaged);
 }
 
-/// Each call of a medium fails, while damaged media are opened.
+/// Each call of a medium fails once while damaged media are opened.
 static void errors_of_damaged_media_are_reported(void)
 {
     write_journal(3U);
@@ -348,7 +350,7 @@ static void errors_of_damaged_media_are_reported(void)
                                                    .limit    = 1500U,
                                                    .slots    = slots,
                                                    .capacity = CAPACITY};
-    for (size_t place = 3U; place < 40U; place += 17U) { // Head, a record.
+    for (size_t place = 3U; place < 40U; place += 17U) { // A place in the head, then places in records.
         unsigned failures = 0U;
         status_t status   = STATUS_IO;
         for (unsigned i = 1U; (status != STATUS_OK) || (recorded.calls >= i); i++) {
@@ -378,7 +380,7 @@ static void a_damaged_journal_opens_without_a_preserving_callback(void)
     TEST_ASSERT_TRUE(journal.damage.is_damaged && !journal.damage.is_kept);
 }
 
-/// As journal_record.h says: kind, table, size, number, key, check of the record before.
+/// The format of journal_record.h: kind, table, size, number, key, check of the record before.
 static void records_on_the_medium_have_consecutive_numbers(void)
 {
     recorded_clear((const image_t[2]){{.size = 0U}, {.size = 0U}});

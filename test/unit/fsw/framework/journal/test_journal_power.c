@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A journal through many lives, each of which ends in a power cut at any of its writes: after each cut, the
-// state must be that of the last commit that was acknowledged, or of the one that was under way.
+// A journal through many lives, each of which ends with a power cut at any write. After each cut the state
+// must be that of the last acknowledged commit or of the commit in progress.
 #include "fsw/framework/journal/journal.h"
 
 #include "test/support/recorded_media.h"
@@ -33,11 +33,11 @@ typedef struct {
 
 static journal_t journal;
 static journal_slot_t slots[JOURNAL_SLOTS(CAPACITY)];
-static state_t states[COMMITS_MAX]; // After each commit of this life; the last one is under way.
+static state_t states[COMMITS_MAX]; // States after each commit of this life; the last commit is in progress.
 static size_t state_count;
 static state_t replayed;
 static bool is_content_right;
-static bool is_power_cut; // Nothing else has happened to the media.
+static bool is_power_cut; // A power cut is the only change of the media.
 static uint32_t random_state = 1U;
 static unsigned long cuts;
 static image_t images[2];
@@ -69,7 +69,7 @@ static void open_journal(void)
     TEST_ASSERT_EQUAL(STATUS_OK, journal_open(&journal, &configuration));
 }
 
-/// Versions are few, so that a record of an earlier life often comes again, octet by octet.
+/// There are few versions, so that a record of an earlier life often occurs again, octet by octet.
 static void take(void* const context, const uint8_t table, const uint32_t key, const uint8_t* const octets,
                  const size_t size)
 {
@@ -93,7 +93,7 @@ static void replay(void)
     open_journal();
     TEST_ASSERT_EQUAL(STATUS_OK, journal_replay(&journal, take, &replayed));
     TEST_ASSERT_TRUE(is_content_right);
-    TEST_ASSERT_FALSE(journal.damage.is_damaged && is_power_cut); // A power cut is no damage.
+    TEST_ASSERT_FALSE(journal.damage.is_damaged && is_power_cut); // A power cut must not count as damage.
     TEST_ASSERT_EQUAL_UINT32(replayed.count, journal.stats.records);
 }
 
@@ -119,7 +119,7 @@ static void model_erase(state_t* const state, const uint8_t table, const uint32_
     state->count = kept;
 }
 
-/// One put or erasure, in the journal and in what is expected of it.
+/// One put or erasure, in the journal and in the expected state.
 static void change(void)
 {
     state_t* const state   = &states[state_count - 1U];
@@ -144,7 +144,7 @@ static void change(void)
     }
 }
 
-/// An even mark is that of changes; an odd one that of the commit after them.
+/// Marks: even numbers for changes, the odd number after it for their commit.
 static void live(void)
 {
     for (unsigned i = 0U; i < TRANSACTIONS; i++) {
@@ -160,7 +160,7 @@ static void live(void)
     }
 }
 
-/// The media after a cut hold the state of one of two commits.
+/// After a cut, the media contain the state of one of two commits.
 static void judge(const unsigned mark)
 {
     recorded_t* const self = &recorded;
@@ -169,7 +169,7 @@ static void judge(const unsigned mark)
     const size_t count     = self->count;
     const size_t data_size = self->data_size;
     replay();
-    self->count     = count; // Operations of opening do not belong to the life that is tested.
+    self->count     = count; // The operations of opening do not belong to the tested life.
     self->data_size = data_size;
     cuts++;
     const bool is_acknowledged = is_same(&replayed, &states[last]);
@@ -179,10 +179,10 @@ static void judge(const unsigned mark)
     }
 }
 
-static size_t pending[PENDING_MAX]; // Operations that no sync has completed.
+static size_t pending[PENDING_MAX]; // Operations that are not synced yet.
 static size_t pending_count;
 
-/// What happens to pending operation `index`: some octets of it reach the medium, or none.
+/// Effect of a cut on pending operation `index`: some or none of its octets are on the medium.
 typedef struct {
     enum {
         ALL,
@@ -246,7 +246,7 @@ static void cut_in_all_ways(const size_t last)
     }
 }
 
-/// A sync of one medium completes its operations; those of the other one stay pending.
+/// A sync of one medium completes its operations; operations of the other medium stay pending.
 static void sync_medium(const size_t medium)
 {
     size_t kept = 0U;
@@ -262,7 +262,7 @@ static void sync_medium(const size_t medium)
     pending_count = kept;
 }
 
-/// Cut the power at each operation of this life; one of the cuts is what the next life begins with.
+/// Cut the power at each operation of this life. The next life starts from one of these cuts.
 static void die_everywhere(void)
 {
     const size_t count      = recorded.count;
@@ -325,9 +325,9 @@ static void every_power_cut_leaves_complete_transactions(void)
     UNITY_PRINT_EOL();
 }
 
-/// A medium holds octets that would be valid after a missing record. Emptying it fails, and then succeeds;
-/// that record is written, and the power is cut: the journal must not accept it together with the octets
-/// after it.
+/// A medium has octets that would be valid after a missing record. Emptying it first fails, then succeeds;
+/// the record is written, and the power is cut. The journal must not accept the record together with the
+/// octets after it.
 static void an_area_whose_erasure_failed_is_erased_again(void)
 {
     uint8_t octets[64];
@@ -342,7 +342,7 @@ static void an_area_whose_erasure_failed_is_erased_again(void)
     memset(&chosen[0].octets[JOURNAL_HEAD_SIZE], 0, JOURNAL_RECORD_SIZE(size));
     recorded_clear(chosen);
     const journal_configuration_t configuration = journal.configuration;
-    for (unsigned i = 1U; (recorded.count == 0U) || // Until the failing call is the sync of the emptying.
+    for (unsigned i = 1U; (recorded.count == 0U) || // Until the failing call is the sync after the emptying.
                           (recorded.operations[recorded.count - 1U].kind != OPERATION_LOST) ||
                           (recorded.operations[recorded.count - 1U].medium != 0U);
          i++) {

@@ -30,7 +30,7 @@ static void delivered(void* context, uint16_t to)
     party->members[to - party_id(0U)].announced++;
 }
 
-/// The carrier of each endpoint: counts frames, and lets the test decide about each.
+/// The carrier of each endpoint: it counts frames and asks the test what to do with each.
 static status_t send(void* context, uint16_t to, const uint8_t* frame, size_t size)
 {
     party_member_t* const member = context;
@@ -163,7 +163,7 @@ status_t party_send(party_t* party, unsigned from, unsigned to, const void* octe
     return message_send(&party->members[from].endpoint, party_id(to), octets, size);
 }
 
-/// Take in the announced datagrams; on loopback they may be a moment late.
+/// Receive the announced datagrams; on loopback they may be late by a moment.
 static void pump(party_member_t* member)
 {
     while ((member->party->form != PARTY_RING) && (member->announced > 0U)) {
@@ -173,7 +173,7 @@ static void pump(party_member_t* member)
         if (status == STATUS_EMPTY) {
             TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&member->socket, ARRIVAL_MS));
         } else {
-            // It was meant for another life.
+            // A datagram for another life is not accepted.
             TEST_ASSERT_TRUE((status == STATUS_OK) || (status == STATUS_NOT_OURS));
             member->announced--;
         }

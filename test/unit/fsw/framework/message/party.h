@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Components that exchange messages over any carrier: rings in one program, real UDP sockets, and TIPC if
-/// the kernel has it (the micro-VM does). A party takes in exactly what was announced for it, as programs in
+/// Components that exchange messages over any carrier: rings in one program, UDP sockets, and TIPC if the
+/// kernel has it (the micro-VM does). A party receives exactly what was announced to it, as programs in
 /// stepped time do.
 #ifndef TEST_UNIT_FSW_FRAMEWORK_MESSAGE_PARTY_H
 #define TEST_UNIT_FSW_FRAMEWORK_MESSAGE_PARTY_H
@@ -42,27 +42,27 @@ struct party {
     party_form_t form;
     message_ring_carrier_t hub;
     party_member_t members[PARTY_MEMBERS];
-    unsigned frames[PARTY_MEMBERS][PARTY_MEMBERS]; ///< Taken by the carrier, from and to.
-    /// What happens to a frame: STATUS_OK passes it on, STATUS_EMPTY loses it on the way, any other is the
-    /// carrier's refusal. May be null.
+    unsigned frames[PARTY_MEMBERS][PARTY_MEMBERS]; ///< Frames accepted by the carrier, from and to.
+    /// Fate of a frame: STATUS_OK passes it on, STATUS_EMPTY loses it, any other status is returned by the
+    /// carrier. May be null.
     status_t (*outcome)(party_t* party, unsigned from, unsigned to, const uint8_t* frame, size_t size);
 };
 
-/// Forms that this kernel carries: the first so many.
+/// Number of forms that this kernel supports; the first ones are these.
 unsigned party_forms(void);
 /// Address of a member: 16, 17, ...
 uint16_t party_id(unsigned index);
-/// All members with start count 1, each a peer of each.
+/// Open all members with start count 1, each a peer of all others.
 void party_open(party_t* party, party_form_t form);
 void party_close(party_t* party);
-/// Open it in each form in turn, run `act`, and close it.
+/// For each form: open the party, run `act`, and close the party.
 void party_in_each_form(party_t* party, void (*act)(void));
-/// The member dies and starts again: blocks in its inbox are lost, datagrams in its socket are not.
+/// The member dies and starts again: this loses blocks in its inbox, but not datagrams in its socket.
 void party_restart(party_t* party, unsigned index, uint32_t epoch);
 status_t party_send(party_t* party, unsigned from, unsigned to, const void* octets, size_t size);
-/// Deliver what was announced and has not been delivered yet.
+/// Deliver all announced frames that have not been delivered yet.
 void party_take_in(party_t* party, unsigned index);
-/// Take in what was announced, then one block. `*out_from` is an index.
+/// Deliver the announced frames, then receive one block. `*out_from` is an index.
 status_t party_receive(party_t* party, unsigned index, unsigned* out_from, uint8_t* octets, size_t capacity,
                        size_t* out_size);
 /// Deliver octets to a member as if `from` had sent them.

@@ -91,7 +91,7 @@ static void octets_arrive_unchanged(void)
     party_in_each_form(&party, send_each_size);
 }
 
-static void know_only_peers(void)
+static void send_to_unknown_peers(void)
 {
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, message_send(end(0U), 99U, block, 1U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, message_send(end(0U), party_id(0U), block, 1U));
@@ -110,7 +110,7 @@ static void no_more_peers_are_added_than_there_are_places(void)
     }
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, message_add_peer(&alone, 200U));
     TEST_ASSERT_EQUAL(STATUS_CLOSED,
-                      message_send(&alone, 100U, block, 1U)); // The carrier does not reach this peer.
+                      message_send(&alone, 100U, block, 1U)); // The carrier has no address of this peer.
     TEST_ASSERT_EQUAL(1U, alone.counters.unreachable);
     message_open(&alone, 1U, 1U, message_ring_carrier_port(&party.hub), places, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&alone, 100U));
@@ -126,7 +126,7 @@ static void addresses_that_are_no_peer_are_refused(void)
         party_close(&party);
     }
     party_open(&party, PARTY_RING);
-    know_only_peers();
+    send_to_unknown_peers();
     party_close(&party);
 }
 
@@ -134,7 +134,7 @@ static void read_with_too_little_room(void)
 {
     unsigned from = 0U;
     size_t size   = 0U;
-    for (unsigned i = 0U; i < (2U * MESSAGE_WINDOW); i++) { // The credit of a dropped block returns, too.
+    for (unsigned i = 0U; i < (2U * MESSAGE_WINDOW); i++) { // The credit of a dropped block is returned, too.
         TEST_ASSERT_EQUAL(STATUS_OK, party_send(&party, 0U, 1U, block, 10U));
         TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, party_receive(&party, 1U, &from, taken, 9U, &size));
         TEST_ASSERT_EQUAL(0U, size);
@@ -160,8 +160,8 @@ static void fill_the_window(void)
     TEST_ASSERT_EQUAL(0U, credit(0U, 1U));
     TEST_ASSERT_EQUAL(STATUS_FULL, send_number(0U, 1U, 99U));
     TEST_ASSERT_EQUAL(1U, end(0U)->counters.no_credit);
-    TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 2U, 7U)); // Each channel has its own credit.
-    TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 8U)); // Each direction has its own, too.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 2U, 7U)); // Each channel has credit of its own.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 8U)); // Each direction has credit of its own.
     for (uint32_t i = 0U; i < (MESSAGE_WINDOW / 2U); i++) {
         expect_number(1U, 0U, i);
     }
@@ -182,7 +182,7 @@ static void no_more_messages_than_a_window_are_unacknowledged(void)
     party_in_each_form(&party, fill_the_window);
 }
 
-static void answer_each(void)
+static void return_a_block_for_each(void)
 {
     for (uint32_t i = 0U; i < 200U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
@@ -195,8 +195,8 @@ static void answer_each(void)
     TEST_ASSERT_EQUAL(200U, party.frames[1][0]);
 }
 
-/// Blocks of the largest size reach the limit of octets of a window before its limit of blocks. When they are
-/// taken, the receiver returns credit.
+/// Blocks of the largest size reach the limit of octets of a window before the limit of blocks. When the
+/// receiver reads them, it returns credit.
 static void fill_the_octets_of_the_window(void)
 {
     size_t size = 0U;
@@ -212,7 +212,7 @@ static void fill_the_octets_of_the_window(void)
         TEST_ASSERT_EQUAL(STATUS_OK, party_receive(&party, 1U, &member, taken, sizeof taken, &size));
         TEST_ASSERT_EQUAL(MESSAGE_PAYLOAD_MAX, size);
     }
-    expect_nothing(0U); // No block arrives, but a frame with credit.
+    expect_nothing(0U); // A frame with credit arrives, but no block.
     TEST_ASSERT_TRUE(credit(0U, 1U) >= (LARGEST_BLOCKS / 2U));
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.overruns);
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
@@ -244,10 +244,10 @@ static void a_block_in_return_makes_credit_of_octets_unnecessary(void)
 
 static void frames_of_data_also_carry_credit(void)
 {
-    party_in_each_form(&party, answer_each);
+    party_in_each_form(&party, return_a_block_for_each);
 }
 
-static void push_and_pull(void)
+static void send_and_receive_in_random_order(void)
 {
     uint32_t sent[2] = {0U, 0U};
     uint32_t seen[2] = {0U, 0U};
@@ -268,7 +268,7 @@ static void push_and_pull(void)
         TEST_ASSERT_TRUE((sent[from] - seen[from]) <= MESSAGE_WINDOW);
         TEST_ASSERT_TRUE(credit(from, to) <= (MESSAGE_WINDOW - (sent[from] - seen[from])));
     }
-    for (unsigned from = 0U; from < 2U; from++) { // Receive the blocks that still wait.
+    for (unsigned from = 0U; from < 2U; from++) { // Receive the remaining blocks.
         while (seen[from] < sent[from]) {
             expect_number(1U - from, from, seen[from]);
             seen[from]++;
@@ -282,7 +282,7 @@ static void push_and_pull(void)
 
 static void accepted_blocks_arrive_in_order(void)
 {
-    party_in_each_form(&party, push_and_pull);
+    party_in_each_form(&party, send_and_receive_in_random_order);
 }
 
 // ---- Carriers that refuse or lose ----
@@ -382,7 +382,7 @@ static void lose_all_but_the_last(void)
     for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
     }
-    expect_number(1U, 0U, MESSAGE_WINDOW - 1U); // Its number is as far ahead as credit allows.
+    expect_number(1U, 0U, MESSAGE_WINDOW - 1U); // Its number is the greatest that the credit allows.
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW - 1U, end(1U)->counters.lost);
     expect_nothing(0U);
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));
@@ -431,7 +431,7 @@ static void refuse_all_credit(void)
     expect_nothing(2U);
     TEST_ASSERT_EQUAL(STATUS_FULL, send_number(2U, 1U, 99U));
     TEST_ASSERT_EQUAL(0U, credit(2U, 1U));
-    set_outcome(1U, 0U, 0U, STATUS_OK); // The carrier has room: credit is sent again, without new data.
+    set_outcome(1U, 0U, 0U, STATUS_OK); // The carrier has room again: credit is sent without new data.
     expect_nothing(1U);
     expect_nothing(2U);
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(2U, 1U));

@@ -38,7 +38,7 @@ static void send_number(unsigned from, unsigned to, uint32_t number)
     TEST_ASSERT_EQUAL(STATUS_OK, party_send(&party, from, to, &number, sizeof number));
 }
 
-/// Next number that arrives, or UINT32_MAX.
+/// Returns the next number that arrives; UINT32_MAX if there is none.
 static uint32_t next_number(unsigned index)
 {
     unsigned from  = 0U;
@@ -66,7 +66,7 @@ static void exchange(unsigned a, unsigned b, uint32_t first, uint32_t count)
 static void restart_the_receiver(void)
 {
     exchange(0U, 1U, 0U, 5U);
-    send_number(0U, 1U, 50U); // Under way when it dies.
+    send_number(0U, 1U, 50U); // In transit when the receiver dies.
     send_number(0U, 1U, 51U);
     party_restart(&party, 1U, 2U);
     TEST_ASSERT_EQUAL_MESSAGE(UINT32_MAX, next_number(1U),
@@ -86,7 +86,7 @@ static void transfer_starts_again_after_a_restart_of_the_receiver(void)
 static void restart_the_sender(void)
 {
     exchange(0U, 1U, 0U, 5U);
-    send_number(0U, 1U, 50U); // Its last frames are still accepted.
+    send_number(0U, 1U, 50U); // The last frames of the dead sender are still accepted.
     party_restart(&party, 0U, 2U);
     TEST_ASSERT_EQUAL(50U, next_number(1U));
     send_number(0U, 1U, 100U);
@@ -118,7 +118,7 @@ static void hear_an_old_sender_late(void)
 {
     exchange(0U, 1U, 0U, 2U);
     party.outcome = catch_frame;
-    send_number(0U, 1U, 50U); // Overtaken by the first frame of its successor.
+    send_number(0U, 1U, 50U); // The first frame of the next life overtakes this frame.
     party.outcome = NULL;
     party_restart(&party, 0U, 2U);
     send_number(0U, 1U, 60U);
@@ -143,7 +143,7 @@ static void restart_both(void)
     party_restart(&party, 1U, 3U);
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(0U));
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
-    send_number(0U, 1U, 60U); // Neither end has heard the other: at most one block is lost.
+    send_number(0U, 1U, 60U); // Neither end has heard of the other's new life: at most one block is lost.
     send_number(1U, 0U, 61U);
     (void)next_number(0U);
     (void)next_number(1U);
@@ -155,7 +155,7 @@ static void two_restarted_ends_agree_again(void)
     party_in_each_form(&party, restart_both);
 }
 
-/// The peer had received something before it was ever heard, said hello, and died with all of it unread.
+/// The peer had received a frame before its first own frame, said hello, and died before it read any block.
 static void die_after_hello(void)
 {
     for (uint32_t i = 0U; i < 5U; i++) {
@@ -183,10 +183,10 @@ static void messages_to_a_previous_life_consume_no_credit(void)
 
 static void restart_a_receiver_before_its_first_answer(void)
 {
-    send_number(0U, 1U, 1U); // Never heard before, but it can only be the first life.
+    send_number(0U, 1U, 1U); // The receiver was never heard before, so it can only be the first life.
     TEST_ASSERT_EQUAL(1U, next_number(1U));
     party_restart(&party, 1U, 2U);
-    send_number(0U, 1U, 2U); // It is unknown for which life it was meant.
+    send_number(0U, 1U, 2U); // The life for which this frame was meant is unknown.
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
     TEST_ASSERT_EQUAL(1U, end(1U)->counters.stale);
     send_number(1U, 0U, 3U);
@@ -200,10 +200,10 @@ static void a_restarted_component_is_heard_before_it_is_reported(void)
     party_in_each_form(&party, restart_a_receiver_before_its_first_answer);
 }
 
-/// Blocks of the largest size that may be under way.
+/// Blocks of the largest size in a window.
 #define LARGEST_BLOCKS (MESSAGE_WINDOW_OCTETS / MESSAGE_FRAME_MAX)
 
-/// A full window of the earlier life is in the inbox, unchecked, when that of the next one comes.
+/// A full, unchecked window of the earlier life is in the inbox when that of the next life comes.
 static void fill_twice(void)
 {
     static uint8_t block[MESSAGE_PAYLOAD_MAX];
@@ -224,7 +224,7 @@ static void fill_twice(void)
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
     TEST_ASSERT_EQUAL(LARGEST_BLOCKS, end(1U)->counters.stale);
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.overruns + end(1U)->counters.lost);
-    TEST_ASSERT_EQUAL(UINT32_MAX, next_number(0U)); // Takes the credit.
+    TEST_ASSERT_EQUAL(UINT32_MAX, next_number(0U)); // This receives the credit.
     exchange(0U, 1U, 200U, 2U * MESSAGE_WINDOW);
 }
 
@@ -236,7 +236,7 @@ static void a_full_window_of_an_earlier_life_makes_room_for_the_next(void)
 static void restart_at_random(void)
 {
     uint32_t epochs[2]  = {1U, 1U};
-    uint32_t last[2]    = {0U, 0U}; // Highest number that each has seen; numbers only increase.
+    uint32_t last[2]    = {0U, 0U}; // Highest number that each has received; numbers only increase.
     uint32_t number     = 1U;
     unsigned deliveries = 0U;
     for (unsigned step = 0U; step < 20000U; step++) {
@@ -325,7 +325,7 @@ static void cut_at_every_length(void)
     uint8_t octets[64];
     const size_t whole = write_frame(&good, octets, 0U);
     TEST_ASSERT_EQUAL(MESSAGE_HEADER_OCTETS, whole);
-    const size_t shortest = (party.form == PARTY_TIPC) ? 1U : 0U; // TIPC passes no empty message.
+    const size_t shortest = (party.form == PARTY_TIPC) ? 1U : 0U; // TIPC does not pass an empty message.
     for (size_t size = shortest; size < whole; size++) {
         party_inject(&party, 0U, 1U, octets, size);
         TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
@@ -372,7 +372,7 @@ static void each_field_is_checked(void)
     party_in_each_form(&party, break_each_field);
 }
 
-static void leap_in_the_sequence(void)
+static void jump_in_the_sequence(void)
 {
     exchange(0U, 1U, 0U, 3U);
     header_t header               = good;
@@ -380,7 +380,7 @@ static void leap_in_the_sequence(void)
     header.taken                  = 3U;
     static const uint32_t leaps[] = {2U, 3U + MESSAGE_WINDOW, 0x7FFFFFFFU, 0x80000002U, UINT32_MAX};
     for (unsigned i = 0U; i < (sizeof leaps / sizeof leaps[0]); i++) {
-        header.sequence = leaps[i]; // Behind, or further ahead than any credit allows.
+        header.sequence = leaps[i]; // Behind the window, or further ahead than any credit allows.
         inject(&header, 4U);
         TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
         TEST_ASSERT_EQUAL(i + 1U, end(1U)->counters.stale);
@@ -391,10 +391,10 @@ static void leap_in_the_sequence(void)
 
 static void a_sequence_beyond_the_window_is_not_accepted(void)
 {
-    party_in_each_form(&party, leap_in_the_sequence);
+    party_in_each_form(&party, jump_in_the_sequence);
 }
 
-static void claim_credit(void)
+static void acknowledge_more_than_was_sent(void)
 {
     for (uint32_t i = 0U; i < 10U; i++) {
         send_number(1U, 0U, i);
@@ -413,7 +413,7 @@ static void claim_credit(void)
     inject(&header, 0U);
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, message_credit(end(1U), party_id(0U)));
-    header.taken = 4U; // An older claim does not reduce the credit.
+    header.taken = 4U; // An older count does not reduce the credit.
     inject(&header, 0U);
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, message_credit(end(1U), party_id(0U)));
@@ -421,7 +421,7 @@ static void claim_credit(void)
 
 static void credit_beyond_what_was_sent_is_not_accepted(void)
 {
-    party_in_each_form(&party, claim_credit);
+    party_in_each_form(&party, acknowledge_more_than_was_sent);
 }
 
 static void messages_of_unknown_peers_are_dropped(void)
@@ -461,7 +461,7 @@ static void random_octets_cause_no_failure(void)
             for (size_t k = 0U; k < size; k++) {
                 octets[k] = (uint8_t)draw(256U);
             }
-        } else { // A good frame with a few octets changed.
+        } else { // A correct frame with a few octets changed.
             header_t header   = good;
             header.sequence   = draw(40U);
             header.taken      = draw(40U);
@@ -509,7 +509,7 @@ static result_t act(party_t* self, uint32_t kind, unsigned who, unsigned other, 
     return result;
 }
 
-static void both_forms_behave_as_one(void)
+static void all_forms_behave_equally(void)
 {
     uint32_t epoch = 1U;
     party_open(&party, PARTY_RING);
@@ -520,7 +520,9 @@ static void both_forms_behave_as_one(void)
         const unsigned other = (who + 1U + draw(PARTY_MEMBERS - 1U)) % PARTY_MEMBERS;
         const size_t size    = draw(3U) == 0U ? draw(MESSAGE_PAYLOAD_MAX) : draw(40U);
         kind                 = ((kind == 0U) && (draw(20U) > 0U)) ? 99U : kind;
-        if (kind == 0U) { // It dies with everything read, because unread blocks are kept in different places.
+        // The member dies after it has read all blocks, because each form keeps unread blocks in another
+        // place.
+        if (kind == 0U) {
             while (act(&party, 99U, who, 0U, 0U, 0U).status != STATUS_EMPTY) {
             }
             while (act(&udp_party, 99U, who, 0U, 0U, 0U).status != STATUS_EMPTY) {
@@ -563,6 +565,6 @@ int main(void)
     RUN_TEST(messages_of_unknown_peers_are_dropped);
     RUN_TEST(too_long_for_any_frame);
     RUN_TEST(random_octets_cause_no_failure);
-    RUN_TEST(both_forms_behave_as_one);
+    RUN_TEST(all_forms_behave_equally);
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One inbox for each peer, and the part of a window that is reserved for urgent requests.
+// An inbox for each peer, and the part of a window that is reserved for urgent requests.
 #include "fsw/framework/message/message.h"
 
 #include "test/unit/fsw/framework/message/party.h"
@@ -11,7 +11,7 @@ static party_t party;
 static uint8_t block[MESSAGE_PAYLOAD_MAX + 1U];
 static uint8_t taken[MESSAGE_PAYLOAD_MAX];
 
-/// Blocks of the largest size that may be under way.
+/// Blocks of the largest size in a window.
 #define LARGEST_BLOCKS (MESSAGE_WINDOW_OCTETS / MESSAGE_FRAME_MAX)
 
 void setUp(void)
@@ -117,7 +117,7 @@ static status_t receive_of_member_2(unsigned index, size_t* const out_size)
     return message_receive_if(end(index), &filter, &from, taken, sizeof taken, out_size);
 }
 
-/// Member 0 takes in nothing from member 1 any more, but its own channel to it stays open.
+/// Member 0 receives no data from member 1 any more, but its own channel to member 1 stays open.
 static void refuse_one_peer(void)
 {
     size_t size = 0U;
@@ -141,7 +141,7 @@ static void refuse_one_peer(void)
     TEST_ASSERT_EQUAL(0U, end(0U)->counters.lost + end(1U)->counters.lost);
 }
 
-static void a_receiver_that_takes_no_data_still_takes_credit(void)
+static void a_receiver_that_accepts_no_data_still_accepts_credit(void)
 {
     party_in_each_form(&party, refuse_one_peer);
 }
@@ -160,12 +160,13 @@ static void take_control_alone(void)
     expect_number(0U, 1U, 7U);
 }
 
-static void credit_is_taken_without_a_block(void)
+static void credit_is_received_without_a_block(void)
 {
     party_in_each_form(&party, take_control_alone);
 }
 
-/// The answer to a SYNC states that nothing was taken, the credit after it how much was: in this order.
+/// The answer to a SYNC reports that no block was taken; the credit after it reports how many were. The order
+/// must be kept.
 static void answer_then_give_credit(void)
 {
     for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
@@ -204,7 +205,7 @@ static void blocks_come_in_order_of_arrival(void)
     party_close(&party);
 }
 
-/// Only an attacker sends beyond its window.
+/// Only an attacker sends more than a window.
 static void flood_beyond_the_window(void)
 {
     static uint8_t frame[MESSAGE_FRAME_MAX] = {0x48U, 0x4DU, 1U, 0U, 0U, 16U, 0U, 17U, 0U, 0U, 0U, 1U};
@@ -240,8 +241,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(the_last_blocks_of_a_window_are_reserved);
     RUN_TEST(the_last_octets_of_a_window_are_reserved);
-    RUN_TEST(a_receiver_that_takes_no_data_still_takes_credit);
-    RUN_TEST(credit_is_taken_without_a_block);
+    RUN_TEST(a_receiver_that_accepts_no_data_still_accepts_credit);
+    RUN_TEST(credit_is_received_without_a_block);
     RUN_TEST(an_older_answer_on_credit_is_handled_before_a_newer_credit);
     RUN_TEST(blocks_come_in_order_of_arrival);
     RUN_TEST(frames_beyond_a_window_are_dropped_and_counted);

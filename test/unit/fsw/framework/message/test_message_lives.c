@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lives given by the run, and channels whose ends have different counts: whatever was lost, forged or
+// Lives that the run announces, and channels whose ends have different counts: whatever was lost, forged or
 // damaged, data passes again after one exchange of SYNC.
 #include "fsw/framework/message/message_positions.h"
 
@@ -45,7 +45,7 @@ static status_t send_number(unsigned from, unsigned to, uint32_t number)
     return party_send(&party, from, to, &number, sizeof number);
 }
 
-/// Next number that arrives, or UINT32_MAX.
+/// Returns the next number that arrives; UINT32_MAX if there is none.
 static uint32_t next_number(unsigned index)
 {
     unsigned from  = 0U;
@@ -74,7 +74,7 @@ static void take_all(unsigned index)
     }
 }
 
-/// A frame as member `from` sends it to `to`, to be changed.
+/// Make a frame as member `from` sends it to `to`, for the test to change.
 static void forge(uint8_t frame[MESSAGE_HEADER_OCTETS + 4U], unsigned from, unsigned to)
 {
     const message_endpoint_t* const sender = end(from);
@@ -94,19 +94,19 @@ static void inject(const uint8_t* frame, unsigned from, unsigned to)
 
 // ---- Lives given by the run ----
 
-static void say_the_lives_before_a_word(void)
+static void announce_the_lives_before_the_first_frame(void)
 {
     message_set_life(end(0U), party_id(1U), 1U);
     message_set_life(end(1U), party_id(0U), 1U);
-    message_set_life(end(0U), 99U, 4U); // There is no such member.
+    message_set_life(end(0U), 99U, 4U); // This member does not exist.
     exchange(0U, 5U);
-    TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, 50U)); // Under way when it dies.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, 50U)); // In transit when the receiver dies.
     party_restart(&party, 1U, 2U);
     message_set_life(end(0U), party_id(1U), 2U);
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, message_credit(end(0U), party_id(1U)));
     TEST_ASSERT_EQUAL(1U, end(0U)->counters.abandoned);
     message_set_life(end(1U), party_id(0U), 1U);
-    // It has not sent a frame, but the first one to it arrives.
+    // The new life has not sent a frame, but the first frame to it arrives.
     TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, 60U));
     TEST_ASSERT_EQUAL(60U, next_number(1U));
     TEST_ASSERT_EQUAL((party.form == PARTY_RING) ? 0U : 1U, end(1U)->counters.stale);
@@ -117,10 +117,10 @@ static void say_the_lives_before_a_word(void)
 
 static void a_life_given_by_the_run_needs_no_frame_first(void)
 {
-    party_in_each_form(&party, say_the_lives_before_a_word);
+    party_in_each_form(&party, announce_the_lives_before_the_first_frame);
 }
 
-static void hear_other_lives(void)
+static void receive_frames_of_other_lives(void)
 {
     uint8_t frame[MESSAGE_HEADER_OCTETS + 4U];
     message_set_life(end(1U), party_id(0U), 5U);
@@ -136,22 +136,22 @@ static void hear_other_lives(void)
         TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
         TEST_ASSERT_EQUAL(i + 1U, end(1U)->counters.stale);
     }
-    TEST_ASSERT_EQUAL(3U, party.frames[1][0]); // They are not answered, either.
+    TEST_ASSERT_EQUAL(3U, party.frames[1][0]); // Frames of other lives are not answered.
     exchange(10U, 3U);
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
 }
 
 static void messages_of_other_lives_change_nothing(void)
 {
-    party_in_each_form(&party, hear_other_lives);
+    party_in_each_form(&party, receive_frames_of_other_lives);
 }
 
-/// Without lives from the run, the first frame to a life that was never heard cannot be classified.
+/// If the run announces no lives, the first frame to a life that was never heard cannot be classified.
 static void send_to_a_life_that_was_never_heard(void)
 {
     party_restart(&party, 1U, 2U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, 1U));
-    TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U)); // But it is answered at once:
+    TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U)); // The receiver answers it at once:
     TEST_ASSERT_EQUAL(1U, end(1U)->counters.stale);
     TEST_ASSERT_EQUAL(1U, end(1U)->counters.syncs);
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(0U));
@@ -167,13 +167,14 @@ static void a_lost_first_frame_is_reported(void)
     party_in_each_form(&party, send_to_a_life_that_was_never_heard);
 }
 
-/// The supervisor has ordered a start and dies: its position is of the peer's previous life.
+/// The supervisor has commanded a start and dies: the position that it has kept belongs to the previous life
+/// of the peer.
 static void resume_after_a_start(void)
 {
     message_position_t position;
     uint8_t kept[64];
     exchange(0U, 5U);
-    TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 50U)); // The block waits when both die.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 50U)); // The block is not read yet when both die.
     party_take_in(&party, 0U);
     message_take_control(end(0U));
     TEST_ASSERT_TRUE(message_position(end(0U), 0U, &position));
@@ -258,10 +259,11 @@ static void one_exchange_later_all_is_counted_and_data_passes(void)
     party_in_each_form(&party, lose_at_random);
 }
 
-static void be_far_ahead(void)
+static void send_far_ahead(void)
 {
     exchange(0U, 3U);
-    end(0U)->places[0].channel.position.sent += 100U; // As after a forged credit, or in a copied endpoint.
+    // As after a forged credit, or in an endpoint that was copied.
+    end(0U)->places[0].channel.position.sent += 100U;
     end(0U)->places[0].channel.position.credited += 100U;
     unsigned passed = 0U;
     for (uint32_t i = 0U; i < 200U; i++) {
@@ -276,12 +278,12 @@ static void be_far_ahead(void)
 
 static void a_receiver_finds_a_sequence_number_far_ahead(void)
 {
-    party_in_each_form(&party, be_far_ahead);
+    party_in_each_form(&party, send_far_ahead);
 }
 
 // ---- Forged and damaged frames ----
 
-/// After what was injected, data passes again within HEAL_MAX frames in each direction.
+/// Expect that after the injected frames data passes again within HEAL_MAX frames in each direction.
 static void expect_healing(void)
 {
     unsigned good = 0U;
@@ -341,7 +343,7 @@ static void without_lives_from_the_run_a_forged_life_is_corrected(void)
     party_close(&party);
 }
 
-/// Good frames of both sides with octets changed, at random, with and without lives from the run.
+/// Correct frames of both sides with octets changed at random, with and without lives from the run.
 static void damage_at_random(void)
 {
     for (unsigned round = 0U; round < 3000U; round++) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A receiver that is too slow, and connections that are cut: nothing is lost without being counted, and data
-// passes again afterwards.
+// A receiver that is too slow, and interrupted connections: every loss is counted, and data passes again
+// afterwards.
 #include "test/unit/fsw/framework/message/party.h"
 
 #include "unity.h"
@@ -9,7 +9,7 @@
 
 #define PACKETS 60000U
 #define OCTETS 1000U
-#define STALL_MAX 400U ///< Packets offered while the receiver does not read, at most.
+#define STALL_MAX 400U ///< Largest number of packets sent while the receiver does not read.
 #define PATIENCE 64U   ///< Attempts to send within which a restored connection is detected.
 
 static party_t party;
@@ -48,7 +48,8 @@ static status_t send_numbered(unsigned from, unsigned to, uint32_t number)
     return party_send(&party, from, to, packet, sizeof packet);
 }
 
-/// The next packet of a member, complete and as it was sent: its number, or UINT32_MAX if there is none.
+/// Receive the next packet of a member, complete and unchanged. Returns its number; UINT32_MAX if there is no
+/// packet.
 static uint32_t take_numbered(unsigned index)
 {
     uint32_t number       = 0U;
@@ -73,7 +74,7 @@ static uint8_t accepted[PACKETS];
 static uint32_t next_expected;
 static uint32_t delivered;
 
-/// Take up to `limit` packets; each must be the next accepted one.
+/// Receive up to `limit` packets; each must be the next accepted one.
 static void take_some(uint32_t limit)
 {
     for (uint32_t i = 0U; i < limit; i++) {
@@ -90,7 +91,7 @@ static void take_some(uint32_t limit)
     }
 }
 
-static void send_to_a_sleeper(void)
+static void send_to_a_slow_receiver(void)
 {
     uint32_t refused = 0U;
     uint32_t stall   = 0U;
@@ -109,7 +110,7 @@ static void send_to_a_sleeper(void)
         } else {
             take_some(random_below(3U));
         }
-        (void)take_numbered(0U); // The sender takes in the frames that return credit.
+        (void)take_numbered(0U); // The sender receives the frames that return credit.
     }
     take_some(UINT32_MAX);
     TEST_ASSERT_EQUAL(PACKETS, delivered + refused);
@@ -123,12 +124,12 @@ static void send_to_a_sleeper(void)
 
 static void every_loss_of_a_slow_receiver_is_counted(void)
 {
-    party_in_each_form(&party, send_to_a_sleeper);
+    party_in_each_form(&party, send_to_a_slow_receiver);
 }
 
 // ---- Connections that are cut ----
 
-/// Lost on the way, without notice to the sender.
+/// Lose a frame without notice to the sender.
 static status_t lose(party_t* cut, unsigned from, unsigned to, const uint8_t* frame, size_t size)
 {
     (void)cut;
@@ -149,7 +150,8 @@ static void exchange(unsigned rounds)
     }
 }
 
-/// Both ends send into the cut connection until they are refused. Returns the packets that each has lost.
+/// Both ends send into the interrupted connection until they are refused. Returns the packets that each end
+/// has lost.
 static uint32_t lose_both_windows(void)
 {
     uint32_t lost = 0U;
@@ -195,14 +197,14 @@ static void the_loss_of_both_windows_is_counted_and_their_blocks_are_freed(void)
     party_in_each_form(&party, lose_both_directions_and_continue);
 }
 
-static void ask_after_a_hint(void)
+static void query_after_a_hint(void)
 {
     exchange(1U);
     TEST_ASSERT_TRUE(lose_both_windows() > 0U);
     message_probe(&party.members[0].endpoint, party_id(1U));
-    // Nothing was sent there, so nothing is requested.
+    // No frame was sent to this peer, so no query is sent.
     message_probe(&party.members[0].endpoint, party_id(2U));
-    message_probe(&party.members[0].endpoint, 99U); // There is no such peer.
+    message_probe(&party.members[0].endpoint, 99U); // This peer does not exist.
     TEST_ASSERT_EQUAL(0U, party.frames[0][2]);
     TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(1U));
     TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(0U));
@@ -212,7 +214,7 @@ static void ask_after_a_hint(void)
 
 static void a_hint_starts_a_query_at_once(void)
 {
-    party_in_each_form(&party, ask_after_a_hint);
+    party_in_each_form(&party, query_after_a_hint);
 }
 
 /// Lose only the frames of credit from 1 to 0.
@@ -248,7 +250,7 @@ static void credit_that_was_lost_is_reported_again(void)
     party_in_each_form(&party, offer_the_same_credit_again);
 }
 
-static void flood_a_receiver_that_sleeps(void)
+static void flood_a_receiver_that_does_not_read(void)
 {
     for (uint32_t i = 0U; i < 1000000U; i++) {
         TEST_ASSERT_EQUAL((i < MESSAGE_WINDOW) ? STATUS_OK : STATUS_FULL,
@@ -260,11 +262,11 @@ static void flood_a_receiver_that_sleeps(void)
 
 static void repeated_queries_do_not_fill_the_carrier(void)
 {
-    party_in_each_form(&party, flood_a_receiver_that_sleeps);
+    party_in_each_form(&party, flood_a_receiver_that_does_not_read);
 }
 
-/// The ends detect a cut of any length within a bounded number of attempts.
-static void cut_for_long(void)
+/// Both ends detect an interruption of any length within a bounded number of attempts.
+static void interrupt_for_a_long_time(void)
 {
     exchange(3U);
     const uint32_t lost = lose_both_windows();
@@ -287,7 +289,7 @@ static void cut_for_long(void)
 
 static void the_end_of_a_long_interruption_is_detected(void)
 {
-    party_in_each_form(&party, cut_for_long);
+    party_in_each_form(&party, interrupt_for_a_long_time);
 }
 
 int main(void)

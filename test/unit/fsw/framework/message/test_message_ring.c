@@ -94,7 +94,7 @@ static void a_block_too_large_for_the_reader_is_dropped_alone(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(octets, out, 3U);
 }
 
-static void a_block_comes_in_two_parts(void)
+static void a_block_may_be_put_in_two_parts(void)
 {
     static const uint8_t octets[8] = {1U, 2U, 3U, 4U, 5U, 6U, 7U, 8U};
     uint8_t storage[24];
@@ -113,7 +113,8 @@ static void a_block_comes_in_two_parts(void)
             TEST_ASSERT_EQUAL(size, size_out);
             TEST_ASSERT_TRUE(memcmp(octets, head, first) == 0);
             TEST_ASSERT_TRUE(memcmp(&octets[first], rest, size - first) == 0);
-            if (size > first) { // No room for the whole rest: the head is there, the next block is unchanged.
+            // The rest does not fit completely: its head is stored, and the next block is unchanged.
+            if (size > first) {
                 TEST_ASSERT_EQUAL(STATUS_OK, message_ring_put(&ring, octets, size));
                 TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, message_ring_take_parts(&ring, head, head_size, rest,
                                                                             size - first - 1U, &size_out));
@@ -126,7 +127,7 @@ static void a_block_comes_in_two_parts(void)
     }
 }
 
-static void the_largest_block_survives(void)
+static void the_largest_block_is_read_unchanged(void)
 {
     static uint8_t storage[65600];
     static uint8_t octets[65535];
@@ -137,7 +138,8 @@ static void the_largest_block_survives(void)
     for (size_t i = 0U; i < sizeof octets; i++) {
         octets[i] = (uint8_t)draw(256U);
     }
-    for (unsigned round = 0U; round < 3U; round++) { // The second and third cross the end of the storage.
+    // The second and third block cross the end of the storage.
+    for (unsigned round = 0U; round < 3U; round++) {
         TEST_ASSERT_EQUAL(STATUS_OK, message_ring_put(&ring, octets, sizeof octets));
         TEST_ASSERT_EQUAL(STATUS_OK, message_ring_take(&ring, out, sizeof out, &size));
         TEST_ASSERT_EQUAL(sizeof octets, size);
@@ -145,7 +147,7 @@ static void the_largest_block_survives(void)
     }
 }
 
-typedef struct { // Model: the same as a plain list.
+typedef struct { // The model: a plain list.
     uint8_t octets[MODEL_BLOCKS][MODEL_OCTETS];
     size_t sizes[MODEL_BLOCKS];
     unsigned count;
@@ -259,7 +261,7 @@ static void a_run_of_octets_fills_another_ring(void)
     TEST_ASSERT_EQUAL_MEMORY("defgh", block, 5U);
     message_ring_refill(&second, run, 16U);
     message_ring_refill(&second, run, 16U);
-    message_ring_refill(&second, run, 16U); // No room: all blocks in order, or none.
+    message_ring_refill(&second, run, 16U); // Not enough room: the ring accepts all blocks in order, or none.
     TEST_ASSERT_EQUAL(4U, second.blocks);
     TEST_ASSERT_EQUAL(1U, second.refused);
     (void)memset(run, 0xFF, sizeof run);
@@ -340,8 +342,8 @@ int main(void)
     RUN_TEST(a_block_fills_the_ring_to_the_last_octet);
     RUN_TEST(empty_blocks_count_as_blocks);
     RUN_TEST(a_block_too_large_for_the_reader_is_dropped_alone);
-    RUN_TEST(a_block_comes_in_two_parts);
-    RUN_TEST(the_largest_block_survives);
+    RUN_TEST(a_block_may_be_put_in_two_parts);
+    RUN_TEST(the_largest_block_is_read_unchanged);
     RUN_TEST(a_ring_behaves_like_a_list);
     RUN_TEST(blocks_are_read_in_place);
     RUN_TEST(a_run_of_octets_fills_another_ring);

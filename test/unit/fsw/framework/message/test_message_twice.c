@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames that the network delivers twice: a frame becomes a block once, credit is given once.
+// Frames that the network delivers twice: a frame gives one block, and credit is given once.
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/message/message_frame.h"
 
@@ -28,7 +28,7 @@ static void send_number(unsigned from, unsigned to, uint32_t number)
     TEST_ASSERT_EQUAL(STATUS_OK, party_send(&party, from, to, &number, sizeof number));
 }
 
-/// Next number that arrives, or UINT32_MAX.
+/// Returns the next number that arrives; UINT32_MAX if there is none.
 static uint32_t next_number(unsigned index)
 {
     unsigned from  = 0U;
@@ -87,14 +87,14 @@ static void deliver_twice(void)
     }
     again += window;
     drop_again(again);
-    for (uint32_t i = 0U; i < window; i++) { // Late, one by one.
+    for (uint32_t i = 0U; i < window; i++) { // Late, one after the other.
         header.sequence = 3U + i;
         inject(&header, 4U);
         again++;
         drop_again(again);
     }
-    TEST_ASSERT_EQUAL(UINT32_MAX, next_number(0U)); // Takes in its credit.
-    for (uint32_t i = 0U; i < window; i++) {        // Late, before the next ones.
+    TEST_ASSERT_EQUAL(UINT32_MAX, next_number(0U)); // This receives the credit.
+    for (uint32_t i = 0U; i < window; i++) {        // Late, before the next frames.
         header.sequence = 3U + i;
         inject(&header, 4U);
         again++;
@@ -117,8 +117,8 @@ static void a_duplicated_frame_is_delivered_once(void)
     party_in_each_form(&party, deliver_twice);
 }
 
-/// Credit that is stated twice is given once, also if more was sent in between.
-static void claim_credit_twice(void)
+/// Credit that is reported twice is given once, even if more was sent in between.
+static void report_credit_twice(void)
 {
     message_frame_t header = first;
     header.kind            = MESSAGE_CREDIT;
@@ -137,7 +137,7 @@ static void claim_credit_twice(void)
         send_number(1U, 0U, 10U + i);
     }
     for (unsigned k = 0U; k < 3U; k++) {
-        inject(&header, 0U); // States no more than before.
+        inject(&header, 0U); // The same count as before.
         TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
         TEST_ASSERT_EQUAL(MESSAGE_WINDOW - 5U, message_credit(end(1U), party_id(0U)));
         TEST_ASSERT_EQUAL(5U * (MESSAGE_HEADER_OCTETS + 4U), end(1U)->places[0].channel.position.under_way);
@@ -150,7 +150,7 @@ static void claim_credit_twice(void)
 
 static void credit_that_is_received_twice_is_given_once(void)
 {
-    party_in_each_form(&party, claim_credit_twice);
+    party_in_each_form(&party, report_credit_twice);
 }
 
 int main(void)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The TIPC carrier with a mocked kernel: destination of frames, returned messages, unknown senders, and
+// The TIPC carrier with a mocked kernel: destinations of frames, returned messages, unknown senders, and
 // hints.
 #include "fsw/framework/message/tipc_carrier.h"
 
@@ -118,7 +118,7 @@ static int set_up(void** state)
                : -1;
 }
 
-/// A message of three octets to the peer, which the kernel takes.
+/// Send a message of three octets to the peer; the kernel accepts it.
 static void send_to_peer(void)
 {
     will_send(PEER, MESSAGE_HEADER_OCTETS + sizeof octets, STATUS_OK);
@@ -147,7 +147,7 @@ static void a_message_that_the_kernel_refuses_is_reported_and_not_announced(void
     assert_int_equal(MESSAGE_WINDOW, message_credit(&endpoint, PEER));
 }
 
-static void no_more_peers_than_there_is_room_for(void** state)
+static void peers_beyond_the_capacity_are_refused(void** state)
 {
     (void)state;
     for (unsigned i = 2U; i < MESSAGE_PEERS_MAX; i++) {
@@ -172,10 +172,10 @@ static void returned_messages_are_counted_and_not_delivered(void** state)
     assert_int_equal(3U, carrier.returned);
 }
 
-static void a_stranger_is_not_heard(void** state)
+static void messages_of_unknown_senders_are_dropped(void** state)
 {
     (void)state;
-    will_receive(0x200000016ULL, MESSAGE_HEADER_OCTETS); // The peer's number on another node.
+    will_receive(0x200000016ULL, MESSAGE_HEADER_OCTETS); // The number of the peer, but on another node.
     assert_int_equal(STATUS_NOT_OURS, message_tipc_carrier_pump(&carrier, &endpoint));
     assert_int_equal(1U, carrier.other_senders);
 }
@@ -211,7 +211,7 @@ static void a_message_beyond_the_window_is_dropped_and_counted(void** state)
 
 // ---- Hints ----
 
-static void the_names_at_the_beginning_are_no_news(void** state)
+static void names_that_exist_at_the_beginning_give_no_hint(void** state)
 {
     (void)state;
     send_to_peer();
@@ -222,7 +222,7 @@ static void the_names_at_the_beginning_are_no_news(void** state)
     assert_int_equal(0U, carrier.withdrawn);
 }
 
-static void a_peer_that_is_there_again_is_asked(void** state)
+static void a_peer_that_is_back_is_queried(void** state)
 {
     (void)state;
     send_to_peer();
@@ -238,8 +238,8 @@ static void a_peer_that_is_there_again_is_asked(void** state)
     assert_int_equal(1U, endpoint.counters.syncs);
 }
 
-/// A removed name is no reason not to send: the peer itself reports its state.
-static void a_hint_forbids_nothing(void** state)
+/// The removal of a name does not forbid sending: only the peer reports its state.
+static void a_removed_name_does_not_stop_sending(void** state)
 {
     (void)state;
     will_report(false, PEER);
@@ -262,14 +262,14 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(a_frame_goes_to_the_name_of_its_component, set_up),
         cmocka_unit_test_setup(a_message_that_the_kernel_refuses_is_reported_and_not_announced, set_up),
-        cmocka_unit_test_setup(no_more_peers_than_there_is_room_for, set_up),
+        cmocka_unit_test_setup(peers_beyond_the_capacity_are_refused, set_up),
         cmocka_unit_test_setup(returned_messages_are_counted_and_not_delivered, set_up),
-        cmocka_unit_test_setup(a_stranger_is_not_heard, set_up),
+        cmocka_unit_test_setup(messages_of_unknown_senders_are_dropped, set_up),
         cmocka_unit_test_setup(errors_are_passed_on, set_up),
         cmocka_unit_test_setup(a_message_beyond_the_window_is_dropped_and_counted, set_up),
-        cmocka_unit_test_setup(the_names_at_the_beginning_are_no_news, set_up),
-        cmocka_unit_test_setup(a_peer_that_is_there_again_is_asked, set_up),
-        cmocka_unit_test_setup(a_hint_forbids_nothing, set_up),
+        cmocka_unit_test_setup(names_that_exist_at_the_beginning_give_no_hint, set_up),
+        cmocka_unit_test_setup(a_peer_that_is_back_is_queried, set_up),
+        cmocka_unit_test_setup(a_removed_name_does_not_stop_sending, set_up),
         cmocka_unit_test_setup(without_a_watch_there_are_no_hints, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

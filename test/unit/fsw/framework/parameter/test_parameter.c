@@ -108,7 +108,8 @@ static void refuses_parameters_already_published_or_without_room(void)
     same_name.id                     = UNKNOWN;
     TEST_ASSERT_EQUAL(STATUS_EXISTS, parameter_publish(&dictionary, &same_name, target));
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_init(&small, few, 1U, four, 3U));
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, parameter_publish(&small, &definitions[0], &values)); // Four fields.
+    // The structure has four fields.
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, parameter_publish(&small, &definitions[0], &values));
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&small, &definitions[1], target));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, parameter_publish(&small, &definitions[2], &rate));
     TEST_ASSERT_EQUAL_UINT32(2U, small.refusals.no_room);
@@ -138,7 +139,8 @@ static void an_entry_is_read_without_the_lock(void)
     const parameter_entry_t* entry = NULL;
     octet_writer_t writer          = octet_writer(octets, 23U);
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_find(&dictionary, VALUES, &entry));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_lock(&dictionary.mutex)); // Its holder may be in any operation.
+    // Another holder of the lock may be in any operation.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_lock(&dictionary.mutex));
 #ifndef THREAD_CHECKS
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_read_entry(&dictionary, entry, &writer));
     TEST_ASSERT_EQUAL_UINT64(23U, writer.position);
@@ -154,7 +156,7 @@ static void an_entry_is_read_without_the_lock(void)
     TEST_ASSERT_EQUAL_UINT32(24U, dictionary.refusals.no_room);
 }
 
-/// The octets of the value overlap the guard, as if the owner had written in between.
+/// The octets of the value overlap the guard: reading looks as if the owner had written in between.
 static void a_read_during_a_write_is_repeated_under_the_lock(void)
 {
     static const uint8_t expected[] = {0x3F, 0x80, 0x00, 0x00};
@@ -235,7 +237,7 @@ static void a_write_changes_all_fields_or_none(void)
 }
 
 /// NaN and infinity are refused even without bounds in the descriptor; a BOOL is 0 or 1.
-static void refuses_octets_that_are_no_value_of_the_type(void)
+static void refuses_octets_that_are_not_a_value_of_the_type(void)
 {
     octet_writer_t writer = octet_writer(octets, sizeof octets);
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_settable(&dictionary, VALUES, true));
@@ -250,8 +252,8 @@ static void refuses_octets_that_are_no_value_of_the_type(void)
     TEST_ASSERT_EQUAL_FLOAT(1.0F, rate);
 }
 
-/// Every structure that can be read can be written, and reads back the same.
-static void a_read_written_back_reads_the_same(void)
+/// Every structure that can be read can be written back, and then reads the same.
+static void a_structure_that_is_written_back_reads_the_same(void)
 {
     uint8_t first[23];
     uint8_t second[23];
@@ -291,11 +293,11 @@ static void sets_initial_values_from_text(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_set_initial(&dictionary, UNKNOWN, "RATE", "1"));
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_bounds(&dictionary, TARGET, "TARGET", -1.0, 1.0));
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, parameter_set_initial(&dictionary, TARGET, "TARGET", "0 1.5"));
-    TEST_ASSERT_EQUAL_DOUBLE(-1.5, target[0]); // All or nothing.
+    TEST_ASSERT_EQUAL_DOUBLE(-1.5, target[0]); // All values are set, or none.
 }
 
-/// The order of publishing does not change the order of finding.
-static void finds_all_of_many_in_any_order(void)
+/// Parameters are found in whatever order they were published.
+static void finds_all_parameters_in_any_order_of_publishing(void)
 {
     static char names[64][4];
     static parameter_definition_t many[64];
@@ -322,8 +324,8 @@ static void finds_all_of_many_in_any_order(void)
     }
 }
 
-/// Entries compared to find each of those that were published once.
-static uint32_t count_looks(void)
+/// Number of entries compared to find each published parameter once.
+static uint32_t count_comparisons(void)
 {
     uint32_t looks = 0U;
     for (uint16_t i = 0U; i < dictionary.capacity; i++) {
@@ -333,8 +335,8 @@ static uint32_t count_looks(void)
     return looks;
 }
 
-/// A parameter is found with two comparisons at most, on average, even in a full dictionary.
-static void finding_one_of_more_does_not_take_longer(void)
+/// On average at most two comparisons find a parameter, even in a full dictionary.
+static void finding_a_parameter_takes_at_most_two_comparisons_on_average(void)
 {
     static char names[MANY][24];
     static parameter_definition_t many[MANY];
@@ -350,7 +352,7 @@ static void finding_one_of_more_does_not_take_longer(void)
             TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&dictionary, &many[i], &storage));
         }
         TEST_ASSERT_TRUE(parameter_is_consistent(&dictionary));
-        TEST_ASSERT_TRUE(count_looks() <= (2U * number));
+        TEST_ASSERT_TRUE(count_comparisons() <= (2U * number));
     }
     setUp();
 }
@@ -395,11 +397,11 @@ int main(void)
     RUN_TEST(while_values_change_an_entry_is_read_with_the_lock);
     RUN_TEST(writes_only_settable_parameters);
     RUN_TEST(a_write_changes_all_fields_or_none);
-    RUN_TEST(refuses_octets_that_are_no_value_of_the_type);
-    RUN_TEST(a_read_written_back_reads_the_same);
+    RUN_TEST(refuses_octets_that_are_not_a_value_of_the_type);
+    RUN_TEST(a_structure_that_is_written_back_reads_the_same);
     RUN_TEST(sets_initial_values_from_text);
-    RUN_TEST(finds_all_of_many_in_any_order);
-    RUN_TEST(finding_one_of_more_does_not_take_longer);
+    RUN_TEST(finds_all_parameters_in_any_order_of_publishing);
+    RUN_TEST(finding_a_parameter_takes_at_most_two_comparisons_on_average);
     RUN_TEST(asserts_on_definitions_that_contradict_themselves);
     return UNITY_END();
 }

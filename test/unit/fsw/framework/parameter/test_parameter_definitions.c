@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Definitions that contradict themselves are coding errors, and the self-test of a dictionary finds damage.
+/// Contradictory definitions are coding errors, and the self-test of a dictionary finds damage.
 #include "fsw/framework/parameter/parameter.h"
 #include "test/support/assertion.h"
 #include "test/support/consistent_parameter.h"
@@ -47,7 +47,7 @@ static void a_definition_agrees_with_its_fields(void)
     field       = fields[0];
     field.count = 0U;
     TEST_ASSERT_TRUE(assertion_fails(publish));
-    field.count = 3U; // Beyond the storage.
+    field.count = 3U; // More elements than the storage has.
     TEST_ASSERT_TRUE(assertion_fails(publish));
     field        = fields[0];
     field.offset = 1U;
@@ -85,7 +85,7 @@ static void self_test_finds_damage(void)
     for (unsigned damage = 0U; damage < 5U; damage++) {
         entries[1].definition = (damage == 0U) ? NULL : entries[1].definition;
         entries[1].storage    = (damage == 1U) ? NULL : entries[1].storage;
-        // A list whose links point outside, form a circle, or skip one of its entries.
+        // A list with a link out of range, with a circle, or without one of its entries.
         entries[1].next_of_id = (damage == 2U) ? 2U : entries[1].next_of_id;
         entries[1].next_of_id = (damage == 3U) ? 1U : entries[1].next_of_id;
         for (unsigned i = 0U; i < 4U; i++) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The owner, two commanders and three readers of one dictionary, each in a task of its own: no task ever sees
-// half a structure, in any way of reading or writing.
+// The owner, two commanders and three readers use one dictionary, each in a task of its own: no task ever
+// reads a partly written structure, by any way of reading or writing.
 #include "fsw/framework/parameter/parameter.h"
 #include "test/support/consistent_parameter.h"
 
@@ -18,7 +18,7 @@
 #define SCALE PARAMETER_ID(16U, VALUE_DOUBLE, 3U)
 #define WIRE_OCTETS 45U
 
-typedef struct { // All numbers in it are equal.
+typedef struct { // All numbers of a structure are equal.
     uint32_t first;
     struct {
         double pair[2];
@@ -46,9 +46,9 @@ static const parameter_definition_t definitions[] = {
 
 typedef struct {
     osal_task_t task;
-    uint32_t number; ///< Index among its kind.
+    uint32_t number; ///< Index among the tasks of its kind.
     uint32_t rounds;
-    uint32_t halves; ///< Structures whose numbers do not belong together.
+    uint32_t halves; ///< Structures read whose numbers were not equal.
     uint32_t refused;
 } party_t;
 
@@ -110,7 +110,7 @@ void tearDown(void)
     TEST_ASSERT_TRUE(parameter_is_consistent(&dictionary));
 }
 
-/// Read the parameters by id, by an entry found before, and by name, in turn.
+/// Read the parameters in turn by id, by an entry found before, and by name.
 static void read_all(void* context)
 {
     party_t* const self = context;
@@ -132,7 +132,7 @@ static void read_all(void* context)
     }
 }
 
-/// Whole structures from the wire.
+/// Write complete structures.
 static void command_all(void* context)
 {
     party_t* const self = context;
@@ -146,7 +146,7 @@ static void command_all(void* context)
     }
 }
 
-/// A scalar; every other value is refused.
+/// Write a scalar; every second value is refused.
 static void command_scalar(void* context)
 {
     party_t* const self = context;
@@ -189,7 +189,7 @@ static bool have_all_taken_part(void)
     return all;
 }
 
-static void no_reader_sees_half_a_structure(void)
+static void no_reader_reads_a_partly_written_structure(void)
 {
     for (unsigned i = 0U; i < READERS; i++) {
         start(&readers[i], read_all);
@@ -222,6 +222,6 @@ static void no_reader_sees_half_a_structure(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(no_reader_sees_half_a_structure);
+    RUN_TEST(no_reader_reads_a_partly_written_structure);
     return UNITY_END();
 }

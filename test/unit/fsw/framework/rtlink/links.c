@@ -12,7 +12,7 @@ static osal_socket_t udp = OSAL_SOCKET_CLOSED;
 static osal_address_t address;
 static unsigned under_way;
 status_t links_tipc_status;
-static long owner; // Process that opened the links; a forked child uses the same names.
+static long owner; // The process that opened the links; a forked child uses the same names.
 
 void links_name(uint16_t link, char out_name[64])
 {
@@ -46,7 +46,7 @@ static bool tipc_route(void* context, uint16_t link, osal_socket_t** out_socket,
     return link != LINK_UNKNOWN;
 }
 
-/// Replaces the kernel's TIPC, which few machines have: the same socket carries what is sent to the name.
+/// Replaces TIPC, which few kernels have: a frame sent to the name goes to the same UDP socket.
 status_t osal_tipc_send(osal_socket_t* sock, osal_tipc_name_t to, const uint8_t* octets, size_t size)
 {
     TEST_ASSERT_EQUAL_PTR(&udp, sock);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Names and routes for links under test: shared memories of this process, and one UDP socket to itself.
+/// Names and routes of links under test: shared memories of this process, and one UDP socket that sends to
+/// itself.
 #ifndef TEST_UNIT_FSW_FRAMEWORK_RTLINK_LINKS_H
 #define TEST_UNIT_FSW_FRAMEWORK_RTLINK_LINKS_H
 
@@ -12,14 +13,14 @@ extern const rtlink_resolver_t links;
 rtlink_terms_t links_terms(rtlink_method_t method, uint32_t octets);
 /// Name of the shared memory of a link.
 void links_name(uint16_t link, char out_name[64]);
-/// Frames sent by UDP and not read yet.
+/// Number of frames sent by UDP that are not read yet.
 unsigned links_under_way(void);
-/// Take the next datagram (waits for it). Returns its size.
+/// Wait for the next datagram. Returns its size.
 size_t links_receive(uint8_t frame[LINK_FRAME_MAX]);
 /// Status that the kernel returns for a frame sent over TIPC; not STATUS_OK: the frame is not sent.
 /// links_open clears it.
 extern status_t links_tipc_status;
-/// Send octets to the socket as they are.
+/// Send these octets to the socket unchanged.
 void links_send(const uint8_t* octets, size_t size);
 void links_open(void);
 void links_close(void);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The refusal matrix, over small sets, against an independent form of the rules of the header.
+// All cases of refusal, over small sets of terms, against an independent form of the rules in the header.
 #include "fsw/framework/rtlink/agreement.h"
 
 #include "unity.h"
@@ -30,7 +30,7 @@ static const rtlink_terms_t plain = {.layout_hash   = 0x12345678U,
 #define METHODS 16U
 #define OFFERS (HASHES * SIZES * ORDERS * PERIODS * METHODS)
 
-/// Offer number n of all combinations.
+/// Offer number n of all combinations of terms.
 static rtlink_terms_t offer(uint32_t n)
 {
     static const uint32_t sizes[SIZES]     = {0U, 1U, 32U, 1024U, 1025U};
@@ -46,11 +46,11 @@ static rtlink_terms_t offer(uint32_t n)
     n /= PERIODS;
     terms.methods    = (uint8_t)(n % METHODS);
     terms.max_age_us = 1000U + terms.period_us;
-    terms.decimation = 77U; // It has no meaning in an offer.
+    terms.decimation = 77U; // The decimation has no meaning in an offer.
     return terms;
 }
 
-// Rows are the one period, columns the other, which is a multiple of it.
+// Row and column are the two periods; 1 if the column's period is a multiple of the row's.
 static const uint8_t is_multiple[PERIODS][PERIODS] = {
     {0U, 0U, 0U, 0U, 0U, 0U}, {0U, 1U, 1U, 1U, 1U, 1U}, {0U, 0U, 1U, 1U, 0U, 1U},
     {0U, 0U, 0U, 1U, 0U, 1U}, {0U, 0U, 0U, 0U, 1U, 0U}, {0U, 0U, 0U, 0U, 0U, 1U},
@@ -90,7 +90,7 @@ static void check_agreed(const rtlink_terms_t* producer, const rtlink_terms_t* c
     TEST_ASSERT_EQUAL(consumer->max_age_us, agreed->max_age_us);
 }
 
-static void every_pair_of_offers(void)
+static void every_pair_of_offers_is_judged_by_the_rules(void)
 {
     static rtlink_terms_t offers[OFFERS];
     unsigned seen[RTLINK_REFUSED_PORT + 1U] = {0U};
@@ -98,7 +98,8 @@ static void every_pair_of_offers(void)
         offers[i] = offer(i);
     }
     for (uint32_t i = 0U; i < OFFERS; i++) {
-        for (uint32_t k = (i * 7U) % 3U; k < OFFERS; k += 3U) { // A third of the pairs, all rows and columns.
+        // One third of the pairs, with all rows and columns.
+        for (uint32_t k = (i * 7U) % 3U; k < OFFERS; k += 3U) {
             rtlink_terms_t agreed          = {0};
             const rtlink_verdict_t verdict = rtlink_negotiate(&offers[i], &offers[k], &agreed);
             seen[verdict]++;
@@ -143,7 +144,7 @@ static void a_refusal_names_the_acceptable_value(void)
     TEST_ASSERT_EQUAL(RTLINK_ACCEPTED, rtlink_negotiate(&plain, &wanted, &reported));
 }
 
-static void the_native_order_is_this_machine_s(void)
+static void the_native_byte_order_is_that_of_the_machine(void)
 {
     const uint32_t number = 0x01020304U;
     uint8_t octets[4];
@@ -154,8 +155,8 @@ static void the_native_order_is_this_machine_s(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(every_pair_of_offers);
+    RUN_TEST(every_pair_of_offers_is_judged_by_the_rules);
     RUN_TEST(a_refusal_names_the_acceptable_value);
-    RUN_TEST(the_native_order_is_this_machine_s);
+    RUN_TEST(the_native_byte_order_is_that_of_the_machine);
     return UNITY_END();
 }

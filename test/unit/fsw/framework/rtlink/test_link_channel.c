@@ -42,7 +42,7 @@ static void write_number(uint32_t number, uint64_t now_ns)
     TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_write(&producer, (uint8_t)(number % 10U), now_ns, payload));
 }
 
-/// Take in what arrived by UDP, then read.
+/// Receive what arrived by UDP, then read.
 static status_t read_at(uint64_t now_ns)
 {
     while (links_under_way() > 0U) {
@@ -79,7 +79,7 @@ static void over_each_method(void (*act)(void))
 
 // ---- Samples ----
 
-static void live_and_die(void)
+static void open_write_and_close(void)
 {
     const uint8_t payload[OCTETS] = {0U};
     rtlink_producer_close(&producer);
@@ -96,7 +96,7 @@ static void live_and_die(void)
     TEST_ASSERT_EQUAL(100U * MS, consumer.sample_time_ns);
     rtlink_producer_close(&producer);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, rtlink_producer_write(&producer, 3U, 0U, payload));
-    TEST_ASSERT_EQUAL(STATUS_OK, read_at(101U * MS)); // A value stays known until it is old.
+    TEST_ASSERT_EQUAL(STATUS_OK, read_at(101U * MS)); // A value is available until it is stale.
     TEST_ASSERT_EQUAL(STATUS_STALE, read_at(103U * MS));
     rtlink_consumer_close(&consumer);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, rtlink_consumer_read(&consumer, 0U));
@@ -104,7 +104,7 @@ static void live_and_die(void)
 
 static void a_link_exists_from_open_to_close(void)
 {
-    over_each_method(live_and_die);
+    over_each_method(open_write_and_close);
 }
 
 static void overwrite(void)
@@ -116,7 +116,8 @@ static void overwrite(void)
             TEST_ASSERT_EQUAL(STATUS_OK, read_at(i * MS));
             expect_number(i);
             TEST_ASSERT_EQUAL(i, consumer.counters.last_sequence);
-            TEST_ASSERT_EQUAL(STATUS_OK, read_at(i * MS)); // Once more: the same sample, and none is missing.
+            // Read again: the same sample, and no sample is missing.
+            TEST_ASSERT_EQUAL(STATUS_OK, read_at(i * MS));
             expect_number(i);
         }
     }
@@ -139,7 +140,7 @@ static void age(void)
     TEST_ASSERT_EQUAL(STATUS_STALE, read_at((52U * MS) + 1U));
     TEST_ASSERT_EQUAL(STATUS_STALE, read_at(UINT64_MAX));
     TEST_ASSERT_EQUAL(2U, consumer.counters.late);
-    TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U)); // A sample of a producer whose clock is ahead is not old.
+    TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U)); // A sample of a producer whose clock is ahead is not stale.
     expect_number(1U);
     write_number(2U, 60U * MS);
     TEST_ASSERT_EQUAL(STATUS_OK, read_at(61U * MS));
@@ -153,7 +154,7 @@ static void a_sample_is_stale_beyond_its_age_and_not_at_it(void)
 
 static void skip(uint32_t decimation, const uint32_t* steps, uint32_t count, uint32_t expected_lost)
 {
-    method                     = RTLINK_METHOD_SHARED_MEMORY; // By UDP every frame is delivered.
+    method                     = RTLINK_METHOD_SHARED_MEMORY; // UDP would deliver every frame.
     const rtlink_terms_t terms = links_terms(method, OCTETS);
     rtlink_terms_t own         = terms;
     own.decimation             = decimation;
@@ -165,7 +166,7 @@ static void skip(uint32_t decimation, const uint32_t* steps, uint32_t count, uin
             write_number(number++, 0U);
         }
         TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U));
-        TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U)); // The same value again is not a new sample.
+        TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U)); // Reading the same value again gives no new sample.
     }
     TEST_ASSERT_EQUAL(expected_lost, consumer.counters.lost);
     TEST_ASSERT_EQUAL(count, consumer.counters.frames);
@@ -186,7 +187,7 @@ static void losses_are_counted_per_sample_that_should_have_come(void)
     skip(4U, fourths, 3U, 0U);
     skip(4U, missing, 4U, 3U);
     skip(4U, wavering, 8U, 0U);
-    skip(0U, gaps, 5U, 3U); // An agreement without decimation is one of every sample.
+    skip(0U, gaps, 5U, 3U); // An agreement without decimation delivers every sample.
 }
 
 static void wrap(void)
@@ -238,7 +239,7 @@ static void meet_an_old_producer(void)
     TEST_ASSERT_TRUE(consumer.counters.refused > 0U);
     rtlink_producer_t successor = {0};
     TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_open(&successor, &links, LINK, &terms, 2U));
-    write_number(2U, 0U); // The old one does not know that it is.
+    write_number(2U, 0U); // The replaced producer does not know that it was replaced.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
     rtlink_producer_close(&successor);
 }
@@ -279,7 +280,7 @@ static void opening_an_impossible_link_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rtlink_producer_open(&producer, &links, LINK_UNKNOWN, &terms, 1U));
     const rtlink_resolver_t without = {.shm_name = links.shm_name, .udp_route = links.udp_route};
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rtlink_producer_open(&producer, &without, LINK, &terms, 1U));
-    static const uint8_t others[] = {0x0U, 0x3U, 0x5U, 0x8U}; // None, two at once, unknown.
+    static const uint8_t others[] = {0x0U, 0x3U, 0x5U, 0x8U}; // No method, two methods, unknown methods.
     for (unsigned i = 0U; i < (sizeof others / sizeof others[0]); i++) {
         terms.methods = others[i];
         TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rtlink_producer_open(&producer, &links, LINK, &terms, 1U));
@@ -297,7 +298,7 @@ static void memory_of_another_size_is_not_read(void)
     TEST_ASSERT_EQUAL(STATUS_IO, rtlink_consumer_open(&consumer, &links, LINK, &terms, 1U));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, rtlink_consumer_read(&consumer, 0U));
     osal_shm_close(&other);
-    method = RTLINK_METHOD_SHARED_MEMORY; // The next opening replaces what is left over.
+    method = RTLINK_METHOD_SHARED_MEMORY; // The next opening replaces the memory that is left.
     open_both(1U);
     write_number(3U, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U));
@@ -319,10 +320,10 @@ static void a_damaged_slot_is_refused(void)
     open_both(1U);
     write_number(1U, 0U);
     uint8_t* const memory = osal_shm_address(&producer.shm);
-    *(uint64_t*)(void*)&memory[8] ^= 1ULL << 48U; // Behind the guard: the magic.
+    *(uint64_t*)(void*)&memory[8] ^= 1ULL << 48U; // The mark behind the guard.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
     TEST_ASSERT_EQUAL(1U, consumer.counters.refused);
-    *(uint32_t*)(void*)&memory[0] |= 1U; // The guard: a writer that died inside.
+    *(uint32_t*)(void*)&memory[0] |= 1U; // An odd guard: the writer died while it wrote.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
     TEST_ASSERT_EQUAL(1U, consumer.counters.torn);
 }
@@ -408,7 +409,7 @@ static void a_datagram_that_does_not_leave_is_counted(void)
     TEST_ASSERT_EQUAL(0U, links_under_way());
 }
 
-/// A full queue is distinguished from every other reason; in both cases the sample is lost and the next one
+/// A full queue is distinguished from all other reasons; in each case the sample is lost and the next one
 /// is sent.
 static void why_a_frame_over_tipc_does_not_leave_is_reported(void)
 {
@@ -450,7 +451,7 @@ static void an_impossible_name_of_shared_memory_is_refused(void)
     (void)strcpy(wanted_name, "no/name");
     TEST_ASSERT_EQUAL(STATUS_IO, rtlink_producer_open(&producer, &named, LINK, &terms, 1U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rtlink_consumer_open(&consumer, &named, LINK, &terms, 1U));
-    links_name(LINK, wanted_name); // Another program uses the name and does not release it.
+    links_name(LINK, wanted_name); // Another program keeps the name.
     char folder[80] = "/dev/shm";
     (void)strcat(folder, wanted_name);
     TEST_ASSERT_EQUAL(0, mkdir(folder, 0700));

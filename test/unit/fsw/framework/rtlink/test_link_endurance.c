@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Links at their rates for a long time: nothing lost, torn or out of order, and every read gets the latest
-// sample. In lock-step, so that simulated minutes take seconds and every figure is exact.
+// Links at their rates for a long time: no sample is lost, torn or out of order, and every read gets the
+// latest sample. The processes run in lock-step, so that simulated minutes take seconds and every figure is
+// exact.
 #include "fsw/framework/rtlink/link_channel.h"
 
 #include "osal/include/osal/lockstep_scheduler.h"
@@ -21,16 +22,16 @@
 
 typedef struct { // Figures of all readers of one process; all must be zero.
     uint32_t reads;
-    uint32_t torn;     ///< Payloads whose words do not belong together.
-    uint32_t not_last; ///< Reads of another sample than the last written.
+    uint32_t torn;     ///< Payloads whose words are of different samples.
+    uint32_t not_last; ///< Reads of a sample other than the last one written.
     uint32_t not_ok;   ///< Reads with another status.
-    uint32_t lost;     ///< Counters of the consumers, added up.
+    uint32_t lost;     ///< Sum of the counters of the consumers.
 } figures_t;
 
 static rtlink_producer_t producer;
 static rtlink_consumer_t readers[READERS];
 static rtlink_consumer_t decimated;
-static unsigned reader_count; // Readers of the test that runs, at most READERS.
+static unsigned reader_count; // Readers of the present test, at most READERS.
 
 void setUp(void)
 {
@@ -56,7 +57,7 @@ static rtlink_terms_t terms(rtlink_method_t method, uint32_t period_us)
     return agreed;
 }
 
-/// Every word of sample `number` follows from its number and place.
+/// Every word of the payload follows from the number of the sample and the word's index.
 static void fill(uint32_t number, uint32_t payload[WORDS])
 {
     for (uint32_t i = 0U; i < WORDS; i++) {
@@ -72,7 +73,7 @@ static void write_sample(uint32_t number, uint64_t now_ns)
                                                        (const uint8_t*)payload));
 }
 
-/// The sample read at `now_ns` must be sample `number`, which was written at that time.
+/// Expect that the sample read at `now_ns` is sample `number`, which was written at that time.
 static void read_sample(rtlink_consumer_t* consumer, uint32_t number, uint64_t now_ns, figures_t* figures)
 {
     uint32_t expected[WORDS];
@@ -133,7 +134,7 @@ static void two_kilohertz_for_thirty_minutes(void)
     static const uint32_t samples = 2000U * 60U * 30U;
     const rtlink_terms_t agreed   = terms(RTLINK_METHOD_SHARED_MEMORY, 500U);
     figures_t figures             = {0};
-    reader_count                  = 1U; // Beside the decimated one; the other tests have many.
+    reader_count                  = 1U; // In addition to the decimated one; the other tests have many.
     TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_open(&producer, &links, LINK, &agreed, EPOCH));
     TEST_ASSERT_TRUE(open_readers(&agreed));
     for (uint32_t number = 0U; number < samples; number++) {
@@ -153,7 +154,7 @@ static void two_kilohertz_for_thirty_minutes(void)
 typedef struct { // In shared memory.
     uint64_t scheduler[OSAL_LOCKSTEP_BYTES / sizeof(uint64_t)];
     figures_t figures;
-    uint32_t failed; ///< Processes that ended badly.
+    uint32_t failed; ///< Processes that have failed.
 } meeting_t;
 
 enum {
@@ -170,7 +171,7 @@ enum { // How a process ended.
     NOT_WRITTEN
 };
 
-/// Run the scheduler up to sample `number`. Returns WELL, or the failure.
+/// Run the scheduler up to sample `number`. Returns WELL or the failure.
 static int await(osal_lockstep_t* scheduler, unsigned participant, uint32_t number)
 {
     const uint64_t wake_ns = (uint64_t)number * STEP_NS;
@@ -181,12 +182,13 @@ static int await(osal_lockstep_t* scheduler, unsigned participant, uint32_t numb
     return (grant.now_ns == wake_ns) ? WELL : WRONG_TIME;
 }
 
-/// All findings go into the figures. Returns its exit code.
+/// Read all samples; the figures get the findings. Returns the exit code.
 static int consume(osal_lockstep_t* scheduler, figures_t* figures)
 {
     const rtlink_terms_t agreed = terms(RTLINK_METHOD_SHARED_MEMORY, STEP_NS / 1000U);
     int code                    = await(scheduler, CONSUMER, 0U);
-    if ((code == WELL) && !open_readers(&agreed)) { // The producer, whose turn was before, has opened it.
+    // The producer has its turn before and has created the link.
+    if ((code == WELL) && !open_readers(&agreed)) {
         return NOT_OPENED;
     }
     for (uint32_t number = 0U; (number < MINUTE) && (code == WELL); number++) {
@@ -228,7 +230,7 @@ static pid_t start(unsigned participant, osal_lockstep_t* scheduler, figures_t* 
 }
 
 /// The run has no time-out, because the processes may wait long for a processor. If one of them fails, the
-/// other is released.
+/// other one is released.
 static void ten_kilohertz_for_one_minute_between_processes(void)
 {
     osal_shm_t shm;

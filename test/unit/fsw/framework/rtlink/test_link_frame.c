@@ -70,7 +70,7 @@ static void every_size_of_record_is_read_back(void)
     }
 }
 
-/// In a block of its own size, so that a sanitizer sees a read beyond its end.
+/// Decode a copy of exactly this size, so that a sanitizer detects a read beyond its end.
 static status_t decode(const uint8_t* frame, size_t size, size_t payload_size, bool with_crc)
 {
     uint8_t copy[(2U * LINK_FRAME_MAX) + 1U];
@@ -140,7 +140,7 @@ static void the_epoch_is_read_without_decoding_the_frame(void)
     const size_t whole = rtlink_frame_encode(&header, payload, sizeof payload, true, frame);
     TEST_ASSERT_EQUAL_HEX32(header.epoch, rtlink_frame_epoch(frame, whole));
     TEST_ASSERT_EQUAL_HEX32(header.epoch, rtlink_frame_epoch(frame, LINK_FRAME_HEADER_OCTETS));
-    for (size_t size = 0U; size < LINK_FRAME_HEADER_OCTETS; size++) { // Too short to have one.
+    for (size_t size = 0U; size < LINK_FRAME_HEADER_OCTETS; size++) { // Too short for an epoch.
         TEST_ASSERT_EQUAL_HEX32(0U, rtlink_frame_epoch(frame, size));
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One writer and several readers of the same memory, each in a task of its own: no sample is ever torn.
+// One writer and several readers of the same memory, each in a task of its own: no reader gets a torn sample.
 #include "fsw/framework/rtlink/link_channel.h"
 
 #include "osal/include/osal/task.h"
@@ -10,16 +10,16 @@
 
 #define LINK 1U
 #define READERS 3U
-#define SAMPLES 800000U // At least this many.
-#define READS_AMID 10U  // By every reader before the writer ends, independent of scheduling.
+#define SAMPLES 800000U // At least this number.
+#define READS_AMID 10U  // Reads of every reader before the writer ends, whatever the scheduling is.
 #define OCTETS RTLINK_PAYLOAD_MAX
 
 typedef struct {
     rtlink_consumer_t consumer;
     osal_task_t task;
     uint32_t reads;
-    uint32_t torn;      // Payloads whose octets do not belong together.
-    uint32_t backwards; // Samples older than one seen before.
+    uint32_t torn;      // Payloads whose octets are of different samples.
+    uint32_t backwards; // Samples older than one read before.
 } reader_t;
 
 static rtlink_producer_t producer;
@@ -36,7 +36,7 @@ void tearDown(void)
     links_close();
 }
 
-/// Payload of a sample: every 32-bit word tells its number and place.
+/// Payload of a sample: every 32-bit word follows from the sample's number and the word's index.
 static void fill(uint32_t number, uint8_t payload[OCTETS])
 {
     for (uint32_t i = 0U; i < (OCTETS / 4U); i++) {
@@ -103,7 +103,7 @@ static void no_sample_is_ever_torn(void)
         TEST_ASSERT_EQUAL(0U, readers[i].backwards);
         TEST_ASSERT_TRUE(readers[i].reads >= READS_AMID);
         TEST_ASSERT_EQUAL(number - 1U, readers[i].consumer.sequence);
-        // Samples read and samples counted as missed are together all after the first.
+        // After the first sample, each sample was either read or counted as missed.
         TEST_ASSERT_EQUAL(0U, readers[i].consumer.counters.refused);
         TEST_ASSERT_TRUE((readers[i].consumer.counters.frames + readers[i].consumer.counters.lost) <= number);
         rtlink_consumer_close(&readers[i].consumer);

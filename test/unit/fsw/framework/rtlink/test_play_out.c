@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The play-out buffer of a link whose frames are delayed by different times, as its reader sees it.
+// The play-out buffer of a link whose frames have different delays, as its reader uses it.
 #include "fsw/framework/rtlink/link_channel.h"
 
 #include "test/unit/fsw/framework/rtlink/links.h"
@@ -68,7 +68,7 @@ static status_t arrive_in(uint32_t epoch, uint32_t sequence, uint64_t time_ns)
     return rtlink_consumer_deliver(&consumer, frame, size);
 }
 
-/// Samples are sent in a period, from 0.
+/// A sample arrives; samples are sent once in each period, from time 0.
 static void arrive(uint32_t sequence)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, arrive_in(EPOCH, sequence, sequence * PERIOD_NS));
@@ -104,7 +104,7 @@ static void a_clock_that_is_behind_the_producers_waits_for_its_time(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, rtlink_consumer_read(&consumer, UINT64_MAX));
 }
 
-static void reordered_and_doubled_samples_are_read_once_in_their_order(void)
+static void reordered_and_duplicated_samples_are_read_once_in_their_order(void)
 {
     static const uint32_t arrivals[] = {2U, 0U, 2U, 3U, 1U, 0U, 4U, 3U};
     for (size_t i = 0U; i < (sizeof arrivals / sizeof arrivals[0]); i++) {
@@ -125,8 +125,8 @@ static void put(uint32_t sequence)
     rtlink_play_out_put(&buffer, &header, payload);
 }
 
-/// Sequence number of the next sample that is due.
-static uint32_t taken(void)
+/// Returns the sequence number of the next sample that is due.
+static uint32_t next_due(void)
 {
     rtlink_frame_header_t header = {.sequence = 0U};
     const uint8_t* payload       = NULL;
@@ -142,7 +142,7 @@ static void expect_nothing_due(void)
 }
 
 /// The buffer keeps one copy of each sample.
-static void a_doubled_sample_takes_no_room(void)
+static void a_duplicated_sample_takes_no_place(void)
 {
     for (uint32_t round = 0U; round < 2U; round++) {
         for (uint32_t sequence = 0U; sequence < 3U; sequence++) {
@@ -150,28 +150,28 @@ static void a_doubled_sample_takes_no_room(void)
         }
     }
     for (uint32_t sequence = 0U; sequence < 3U; sequence++) {
-        TEST_ASSERT_EQUAL_UINT32(sequence, taken());
+        TEST_ASSERT_EQUAL_UINT32(sequence, next_due());
     }
     expect_nothing_due();
 }
 
-/// Half of the range of sequence numbers lies ahead of each, and half behind it.
+/// Half of the sequence numbers are ahead of any number, the other half behind it.
 static void samples_that_lie_far_apart_are_in_order(void)
 {
     static const uint32_t distances[] = {1U, 0x60000000U, 0x7FFFFFFFU};
     for (size_t i = 0U; i < (sizeof distances / sizeof distances[0]); i++) {
         put(5U);
         put(5U + distances[i]);
-        TEST_ASSERT_EQUAL_UINT32(5U, taken());
-        TEST_ASSERT_EQUAL_UINT32(5U + distances[i], taken());
+        TEST_ASSERT_EQUAL_UINT32(5U, next_due());
+        TEST_ASSERT_EQUAL_UINT32(5U + distances[i], next_due());
         put(5U + distances[i]);
         put(5U);
-        TEST_ASSERT_EQUAL_UINT32(5U, taken());
-        TEST_ASSERT_EQUAL_UINT32(5U + distances[i], taken());
+        TEST_ASSERT_EQUAL_UINT32(5U, next_due());
+        TEST_ASSERT_EQUAL_UINT32(5U + distances[i], next_due());
     }
     put(5U);
     put(5U + 0x80000001U);
-    TEST_ASSERT_EQUAL_UINT32(5U + 0x80000001U, taken());
+    TEST_ASSERT_EQUAL_UINT32(5U + 0x80000001U, next_due());
 }
 
 static void without_delay_and_budget_a_sample_is_due_at_its_time(void)
@@ -183,7 +183,7 @@ static void without_delay_and_budget_a_sample_is_due_at_its_time(void)
     expect(3U, 3U * PERIOD_NS);
 }
 
-static void several_that_are_due_at_one_read_are_all_counted_and_the_newest_is_read(void)
+static void of_several_samples_due_at_one_read_the_newest_is_read_and_all_are_counted(void)
 {
     arrive(3U);
     arrive(0U);
@@ -202,7 +202,7 @@ static void a_lost_sample_is_counted_when_the_next_is_due_and_the_last_is_held(v
     TEST_ASSERT_EQUAL_UINT32(0U, consumer.counters.lost);
     expect(3U, PLAY_NS + (3U * PERIOD_NS));
     TEST_ASSERT_EQUAL_UINT32(2U, consumer.counters.lost);
-    arrive(2U); // Late: it was counted as lost, and it is older than what is read.
+    arrive(2U); // This sample is late: it was counted as lost and is older than the sample read.
     expect(3U, PLAY_NS + (4U * PERIOD_NS));
     TEST_ASSERT_EQUAL_UINT32(2U, consumer.counters.frames);
     TEST_ASSERT_EQUAL_UINT32(2U, consumer.counters.lost);
@@ -231,7 +231,7 @@ static void a_sample_is_stale_three_budgets_after_its_play_out_time(void)
 }
 
 /// With a budget of 0.1 ms, the agreed 2 ms are more than three budgets.
-static void the_agreed_age_holds_with_a_small_budget(void)
+static void with_a_small_budget_the_agreed_age_applies(void)
 {
     buffer.budget_us = 100U;
     TEST_ASSERT_EQUAL_UINT64(DELAY_US + 100U + 2000U, rtlink_consumer_patience_us(&consumer));
@@ -240,7 +240,7 @@ static void the_agreed_age_holds_with_a_small_budget(void)
     TEST_ASSERT_EQUAL(STATUS_STALE, rtlink_consumer_read(&consumer, (12100U * US) + 1U));
 }
 
-static void a_link_that_is_opened_again_knows_nothing_of_its_earlier_samples(void)
+static void a_link_that_is_opened_again_has_no_earlier_samples(void)
 {
     arrive(7U);
     arrive(8U);
@@ -248,7 +248,8 @@ static void a_link_that_is_opened_again_knows_nothing_of_its_earlier_samples(voi
     rtlink_consumer_close(&consumer);
     open_with(OCTETS, EPOCH + 1U);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, rtlink_consumer_read(&consumer, 100U * MS));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, arrive_in(EPOCH, 9U, 9U * PERIOD_NS)); // It was still under way.
+    // Its frame was still in transit.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, arrive_in(EPOCH, 9U, 9U * PERIOD_NS));
     TEST_ASSERT_EQUAL_UINT32(1U, consumer.counters.refused);
     TEST_ASSERT_EQUAL(STATUS_OK, arrive_in(EPOCH + 1U, 0U, 100U * MS));
     TEST_ASSERT_EQUAL(STATUS_EMPTY, rtlink_consumer_read(&consumer, (100U * MS) + PLAY_NS - 1U));
@@ -270,7 +271,8 @@ static void sequence_numbers_wrap_in_the_buffer(void)
     TEST_ASSERT_EQUAL_UINT32(0U, consumer.counters.lost);
 }
 
-/// A producer whose times do not follow its sequence does not bring the reader back to an older sample.
+/// If a producer's times do not increase with the sequence numbers, the reader does not return to an older
+/// sample.
 static void a_sample_that_was_overtaken_in_the_buffer_is_dropped(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, arrive_in(EPOCH, 4U, 50U * MS));
@@ -281,8 +283,8 @@ static void a_sample_that_was_overtaken_in_the_buffer_is_dropped(void)
     TEST_ASSERT_EQUAL_UINT32(0U, consumer.counters.lost);
 }
 
-/// Short samples are bounded by their number, long ones by their octets; one without room is lost.
-static void the_room_is_bounded(void)
+/// Short samples are limited by their number, long ones by their octets; a sample beyond the limit is lost.
+static void the_buffer_is_limited_in_samples_and_octets(void)
 {
     static const struct {
         uint32_t octets;
@@ -328,19 +330,19 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_sample_is_read_at_its_play_out_time_and_not_before);
     RUN_TEST(a_clock_that_is_behind_the_producers_waits_for_its_time);
-    RUN_TEST(reordered_and_doubled_samples_are_read_once_in_their_order);
-    RUN_TEST(a_doubled_sample_takes_no_room);
+    RUN_TEST(reordered_and_duplicated_samples_are_read_once_in_their_order);
+    RUN_TEST(a_duplicated_sample_takes_no_place);
     RUN_TEST(samples_that_lie_far_apart_are_in_order);
     RUN_TEST(without_delay_and_budget_a_sample_is_due_at_its_time);
-    RUN_TEST(several_that_are_due_at_one_read_are_all_counted_and_the_newest_is_read);
+    RUN_TEST(of_several_samples_due_at_one_read_the_newest_is_read_and_all_are_counted);
     RUN_TEST(a_lost_sample_is_counted_when_the_next_is_due_and_the_last_is_held);
     RUN_TEST(a_late_sample_that_is_the_newest_is_read_at_once);
     RUN_TEST(a_sample_is_stale_three_budgets_after_its_play_out_time);
-    RUN_TEST(the_agreed_age_holds_with_a_small_budget);
-    RUN_TEST(a_link_that_is_opened_again_knows_nothing_of_its_earlier_samples);
+    RUN_TEST(with_a_small_budget_the_agreed_age_applies);
+    RUN_TEST(a_link_that_is_opened_again_has_no_earlier_samples);
     RUN_TEST(sequence_numbers_wrap_in_the_buffer);
     RUN_TEST(a_sample_that_was_overtaken_in_the_buffer_is_dropped);
-    RUN_TEST(the_room_is_bounded);
+    RUN_TEST(the_buffer_is_limited_in_samples_and_octets);
     RUN_TEST(a_link_without_buffer_is_read_as_its_samples_arrive);
     RUN_TEST(a_link_whose_buffer_is_missing_is_not_opened);
     return UNITY_END();

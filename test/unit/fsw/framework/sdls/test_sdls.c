@@ -64,7 +64,7 @@ static void accept(void)
     sdls_accept(&receiver, &session);
 }
 
-/// Accept takes the frame that was checked last, once, and only a valid one.
+/// Only a valid frame that was checked last can be accepted, and only once.
 static void accepting_a_frame_that_was_not_checked_is_a_coding_error(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(accept));
@@ -150,7 +150,7 @@ static void the_last_number_is_accepted_once(void)
 
 static void counts_are_taken_one_by_one(void)
 {
-    frame.count = 1U; // Not the first of its session.
+    frame.count = 1U; // A session must begin with the first count.
     TEST_ASSERT_EQUAL(STATUS_STALE, take_text("a"));
     TEST_ASSERT_EQUAL_UINT32(0U, receiver.mark.session);
     static const struct {
@@ -163,7 +163,7 @@ static void counts_are_taken_one_by_one(void)
         frame.count = steps[i].count;
         TEST_ASSERT_EQUAL(steps[i].status, take_text("a"));
     }
-    frame.session = 2U; // A connection keeps its session.
+    frame.session = 2U; // A connection cannot change its session.
     frame.count   = 4U;
     TEST_ASSERT_EQUAL(STATUS_STALE, take_text("a"));
     frame.count = 0U;
@@ -180,10 +180,10 @@ static void two_connections_keep_their_sessions(void)
     seal(&frame, sealer_key, (const uint8_t*)"b", 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, sdls_look(&receiver, &other, frame.octets, frame.size, &shown));
     sdls_accept(&receiver, &other);
-    frame.session = 1U; // The older session continues on the connection to which it is bound,
+    frame.session = 1U; // The older session continues on its own connection,
     frame.count   = 1U;
     TEST_ASSERT_EQUAL(STATUS_OK, take_text("c"));
-    frame.count = 2U; // and on no other.
+    frame.count = 2U; // but not on another one.
     seal(&frame, sealer_key, (const uint8_t*)"d", 1U);
     TEST_ASSERT_EQUAL(STATUS_STALE, sdls_look(&receiver, &other, frame.octets, frame.size, &shown));
     sdls_begin(&other);
@@ -205,7 +205,7 @@ static void opening_a_frame_again_before_acceptance_gives_the_same_packet(void)
     TEST_ASSERT_EQUAL(STATUS_STALE, look());
 }
 
-static void each_octet_and_each_bit_counts(void)
+static void a_change_of_any_octet_or_bit_is_detected(void)
 {
     seal(&frame, sealer_key, (const uint8_t*)"ping", 4U);
     for (size_t bit = 0U; bit < (8U * frame.size); bit++) {
@@ -222,7 +222,7 @@ static void each_octet_and_each_bit_counts(void)
     TEST_ASSERT_EQUAL(STATUS_OK, take());
 }
 
-/// Change a field of the primary header, with a correct MAC: the header is checked first.
+/// Change a field of the primary header and make the MAC correct: the header is checked first.
 static void header(const size_t offset, const uint8_t octet)
 {
     seal(&frame, sealer_key, (const uint8_t*)"ping", 4U);
@@ -231,22 +231,22 @@ static void header(const size_t offset, const uint8_t octet)
     TEST_ASSERT_EQUAL(0U, shown.taken);
 }
 
-static void headers_of_others(void)
+static void headers_of_other_frames_are_refused(void)
 {
     header(0U, 0x00U); // Sequence-controlled.
     header(0U, 0x60U); // Version 1.
     header(0U, 0x30U); // Control command.
     header(1U, 0x02U); // Another spacecraft.
     header(2U, 0x04U); // Another channel.
-    header(4U, 0x01U); // Numbered.
+    header(4U, 0x01U); // A frame with a sequence number.
     header(3U, SDLS_FRAME_MIN - 2U);
     refused(SDLS_REFUSED_FRAME, 7U);
-    frame.octets[2] = 0x03U; // The longest possible one: its end has not arrived.
+    frame.octets[2] = 0x03U; // The greatest length: the end of the frame has not arrived.
     frame.octets[3] = 0xFFU;
     TEST_ASSERT_EQUAL(STATUS_TRUNCATED, look());
 }
 
-static void other_keys_and_associations(void)
+static void other_keys_and_associations_are_refused(void)
 {
     uint8_t other[SDLS_KEY_OCTETS];
     memcpy(other, sealer_key, sizeof other);
@@ -287,7 +287,7 @@ static void part(const uint8_t flags, const size_t size, const status_t expected
     frame.count += (expected == STATUS_OK) ? 1U : 0U;
 }
 
-static void parts_make_a_packet(void)
+static void segments_are_assembled_to_a_packet(void)
 {
     for (unsigned i = 0U; i < 2U; i++) {
         part(SEALER_FIRST, CONTENT_MAX, STATUS_OK);
@@ -305,7 +305,7 @@ static void parts_make_a_packet(void)
     refused(SDLS_REFUSED_PARTS, 2U);
 }
 
-static void parts_in_the_wrong_order_are_refused(void)
+static void segments_in_the_wrong_order_are_refused(void)
 {
     part(SEALER_LAST, 1U, STATUS_OUT_OF_RANGE);
     part(SEALER_MIDDLE, 1U, STATUS_OUT_OF_RANGE);
@@ -316,7 +316,7 @@ static void parts_in_the_wrong_order_are_refused(void)
     part(SEALER_LAST | 1U, 1U, STATUS_OUT_OF_RANGE);
     part(SEALER_LAST, 1U, STATUS_OK);
     refused(SDLS_REFUSED_PARTS, 6U);
-    sdls_begin(&session); // Half a packet is discarded with its connection.
+    sdls_begin(&session); // An incomplete packet is discarded with its connection.
     frame.session++;
     frame.count = 0U;
     part(SEALER_FIRST, 1U, STATUS_OK);
@@ -327,7 +327,7 @@ static void parts_in_the_wrong_order_are_refused(void)
     TEST_ASSERT_EQUAL(2U, shown.size);
 }
 
-static void a_session_that_cannot_be_kept(void)
+static void a_session_whose_mark_cannot_be_stored_is_refused(void)
 {
     recorded.calls      = 0U;
     recorded.fail_from  = 1U;
@@ -339,7 +339,7 @@ static void a_session_that_cannot_be_kept(void)
     recorded.fail_from = 0U;
 }
 
-static void without_a_mark_nothing_is_opened(void)
+static void without_a_mark_no_frame_is_accepted(void)
 {
     recorded_clear(empty);
     const medium_t medium = recorded_medium(0U);
@@ -349,7 +349,7 @@ static void without_a_mark_nothing_is_opened(void)
     refused(SDLS_REFUSED_NOT_KEPT, 1U);
 }
 
-static void secrets_are_wiped(void)
+static void secrets_are_wiped_at_the_end(void)
 {
     uint8_t secret[3] = {1U, 2U, 3U};
     sdls_wipe(secret, 2U);
@@ -367,14 +367,14 @@ int main(void)
     RUN_TEST(counts_are_taken_one_by_one);
     RUN_TEST(two_connections_keep_their_sessions);
     RUN_TEST(opening_a_frame_again_before_acceptance_gives_the_same_packet);
-    RUN_TEST(each_octet_and_each_bit_counts);
-    RUN_TEST(headers_of_others);
-    RUN_TEST(other_keys_and_associations);
+    RUN_TEST(a_change_of_any_octet_or_bit_is_detected);
+    RUN_TEST(headers_of_other_frames_are_refused);
+    RUN_TEST(other_keys_and_associations_are_refused);
     RUN_TEST(a_vector_has_twelve_octets);
-    RUN_TEST(parts_make_a_packet);
-    RUN_TEST(parts_in_the_wrong_order_are_refused);
-    RUN_TEST(a_session_that_cannot_be_kept);
-    RUN_TEST(without_a_mark_nothing_is_opened);
-    RUN_TEST(secrets_are_wiped);
+    RUN_TEST(segments_are_assembled_to_a_packet);
+    RUN_TEST(segments_in_the_wrong_order_are_refused);
+    RUN_TEST(a_session_whose_mark_cannot_be_stored_is_refused);
+    RUN_TEST(without_a_mark_no_frame_is_accepted);
+    RUN_TEST(secrets_are_wiped_at_the_end);
     return UNITY_END();
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A hundred thousand hostile frames of each of ten seeds, with everything that an attacker on the link can
-// have: every frame that was ever sent, delivered or not, on the operator's connection and on others, before
-// and after restarts. The receiver must accept none of them, and each telecommand of the operator.
+// A hundred thousand hostile frames for each of ten seeds. The attacker has everything that can be had on the
+// link: every frame ever sent, delivered or not, for use on the operator's connection and on other ones,
+// before and after restarts. The receiver must accept none of them, and every telecommand of the operator.
 #include "base/octets.h"
 #include "test/support/recorded_media.h"
 #include "test/support/sealer.h"
@@ -28,7 +28,7 @@ static image_t disk[2];
 static medium_t medium;
 static sdls_receiver_t receiver;
 static sdls_session_t own;     // The operator's connection.
-static sdls_session_t hostile; // The attacker's.
+static sdls_session_t hostile; // The connection of the attacker.
 static sealed_t tape[TAPE];
 static size_t taped;
 static sealed_t next;
@@ -69,7 +69,7 @@ static void prepare(const uint32_t session, const uint32_t count)
     seal(&next, sealer_key, content, 1U + random_below(CONTENT));
 }
 
-static void hang_up(void)
+static void close_connections(void)
 {
     sdls_begin(&own);
     prepare(next.session + 1U, 0U);
@@ -81,7 +81,7 @@ static void restart(void)
     recorded_clear(disk);
     TEST_ASSERT_EQUAL(STATUS_OK, sdls_open(&receiver, sealer_key, &medium));
     sdls_begin(&hostile);
-    hang_up();
+    close_connections();
     restarts++;
 }
 
@@ -101,7 +101,7 @@ static void flip(sealed_t* const frame)
 {
     const uint32_t bits = 1U + random_below(4U);
     const size_t from   = random_below((uint32_t)frame->size);
-    for (uint32_t i = 0U; i < bits; i++) { // Never the same bit twice.
+    for (uint32_t i = 0U; i < bits; i++) { // A different bit each time.
         frame->octets[(from + i) % frame->size] ^= (uint8_t)(1U << random_below(8U));
     }
 }
@@ -110,12 +110,12 @@ static void truncate_frame(sealed_t* const frame)
 {
     frame->size -= 1U + random_below((uint32_t)frame->size - 1U);
     if ((random_below(2U) == 0U) && (frame->size >= SDLS_FRAME_MIN)) {
-        // Without a change of its length field.
+        // The length field keeps its value.
         octets_put_u16(&frame->octets[2], (uint16_t)(frame->size - 1U));
     }
 }
 
-/// Headers of an expected frame, the rest from a recorded one or at random.
+/// Take the headers of an expected frame; the rest is from a recorded frame or random.
 static void splice(sealed_t* const frame, const bool is_forged)
 {
     const sealed_t* const other = &tape[random_below(TAPE) % taped];
@@ -186,14 +186,16 @@ static void campaign(const uint64_t seed)
         if (what < 60U) {
             serve();
         } else if (what < 65U) {
-            hang_up();
+            close_connections();
         } else if (what < 70U) {
-            record(&next); // Lost on the way, and recorded by the attacker: the session is over.
-            hang_up();
+            record(&next); // The frame is lost, and the attacker records it: the session is over.
+            close_connections();
             serve();
         } else if (what < 75U) {
             restart();
-            serve(); // Before that, the attacker's frames of an unused session would be as good as ours.
+            // Before this frame, the attacker's frames of an unused session would be as valid as the
+            // operator's.
+            serve();
         } else if (what < 85U) {
             sdls_begin(&hostile);
         } else {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The session mark across power cuts, decay and failing disks: it never decreases.
+// The session mark with power cuts, damaged copies and failing disks: it never decreases.
 #include "fsw/framework/sdls/session_mark.h"
 #include "test/support/recorded_media.h"
 #include "test/support/sealer.h"
@@ -45,8 +45,8 @@ static void numbers_survive_a_restart(void)
     open_it(UINT32_MAX);
 }
 
-/// While a mark stays open, too, a number is in force only when both copies of it are on the disk.
-static void both_copies_follow(void)
+/// Also while a mark stays open, a number is valid only when both copies with it are on the disk.
+static void both_copies_are_updated(void)
 {
     const uint8_t* const octets = recorded.image[0].octets;
     open_it(0U);
@@ -59,7 +59,7 @@ static void both_copies_follow(void)
     open_it(SESSIONS);
 }
 
-static void a_copy_may_decay(void)
+static void one_damaged_copy_is_repaired(void)
 {
     open_it(0U);
     TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_advance(&mark, 5U));
@@ -79,7 +79,7 @@ static void missing_marks_and_marks_of_another_key_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, sdls_session_mark_open(&mark, &medium, check));
 }
 
-static void a_disk_that_refuses(void)
+static void failures_of_the_disk_are_reported(void)
 {
     open_it(0U);
     uint32_t session = 0U;
@@ -104,7 +104,7 @@ static void a_disk_that_refuses(void)
     recorded.fail_from = 0U;
 }
 
-/// A possible disk after a power cut in an operation: `size` octets of the operation are on it.
+/// A possible state of the disk after a power cut: `size` octets of an operation are written.
 static void cut(const size_t operation, const size_t size)
 {
     for (size_t i = 0U; i < operation; i++) {
@@ -113,7 +113,7 @@ static void cut(const size_t operation, const size_t size)
     recorded_apply(&recorded.operations[operation], size, media);
 }
 
-/// Session numbers that were accepted before an operation, and the highest one begun.
+/// For each operation: the session numbers accepted before, and the highest one started.
 static void power_cuts_keep_a_valid_mark(void)
 {
     static operation_t operations[OPERATIONS_MAX];
@@ -143,7 +143,7 @@ static void power_cuts_keep_a_valid_mark(void)
             TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_open(&mark, &medium, check));
             TEST_ASSERT_TRUE((mark.session == begun) || (mark.session == (begun - 1U)));
             const uint32_t found = mark.session;
-            memset(recorded.image[0].octets, 0, SESSION_MARK_RECORD); // The next cut, in the first copy.
+            memset(recorded.image[0].octets, 0, SESSION_MARK_RECORD); // The next cut is in the first copy.
             open_it(found);
             memset(&recorded.image[0].octets[SESSION_MARK_APART], 0, SESSION_MARK_RECORD);
             open_it(found);
@@ -155,10 +155,10 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(numbers_survive_a_restart);
-    RUN_TEST(both_copies_follow);
-    RUN_TEST(a_copy_may_decay);
+    RUN_TEST(both_copies_are_updated);
+    RUN_TEST(one_damaged_copy_is_repaired);
     RUN_TEST(missing_marks_and_marks_of_another_key_are_refused);
-    RUN_TEST(a_disk_that_refuses);
+    RUN_TEST(failures_of_the_disk_are_reported);
     RUN_TEST(power_cuts_keep_a_valid_mark);
     return UNITY_END();
 }

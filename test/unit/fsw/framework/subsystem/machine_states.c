@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#define MOST_ACTIONS 16U // More actions than any sequence of transitions has.
+#define MOST_ACTIONS 16U // More actions than any sequence of transitions needs.
 
 static void done(state_machine_t* machine)
 {
@@ -42,7 +42,7 @@ static state_machine_t machine_configured(void)
     return machine;
 }
 
-/// 1, 2, 7, 8 or 9 with its action running.
+/// A machine in state 1, 2, 7, 8 or 9 whose action is running.
 static state_machine_t machine_passing(state_t state)
 {
     state_machine_t machine = machine_configured();
@@ -143,7 +143,7 @@ void machine_check_transitions(const state_machine_t* machine, state_t before, s
     TEST_ASSERT_EQUAL(machine->phase, phase);
 }
 
-/// The states that the last call entered.
+/// Append the states that the last call entered.
 static size_t note_states(const state_machine_t* machine, char* states_passed, size_t length)
 {
     for (uint8_t i = 0U; i < machine->transition_count; i++) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Machines brought to each state of docs/states.md, and transitions followed to their end, for the tests of
-/// the table.
+/// For the tests of the table of states: machines in each state of docs/states.md, and transitions that are
+/// followed to their end.
 #ifndef TEST_UNIT_FSW_FRAMEWORK_SUBSYSTEM_MACHINE_STATES_H
 #define TEST_UNIT_FSW_FRAMEWORK_SUBSYSTEM_MACHINE_STATES_H
 
@@ -15,7 +15,8 @@
 state_machine_t machine_in(state_t state);
 /// A machine in PRE_OPERATIONAL without a configuration.
 state_machine_t machine_unconfigured(void);
-/// A machine whose `action` is running; those of states that can be left both ways on the way down.
+/// A machine whose `action` is running; in states that can be left upwards and downwards, it is on the way
+/// down.
 state_machine_t machine_running(state_action_t action);
 
 /// Answer every action with an outcome until the machine rests; adds the states to `states_passed`,

@@ -40,7 +40,7 @@ enum {
     FIXTURE_NETWORK       = 12
 };
 
-typedef struct { // Argument structure of MOVE.
+typedef struct { // Arguments of MOVE.
     double target[2];
     uint16_t speed;
 } fixture_move_t;
@@ -65,8 +65,8 @@ typedef struct {
     fixture_move_t moved;            ///< Arguments of the last MOVE.
     pus_link_properties_t supported; ///< Properties in the last refusal of a link.
     uint32_t last_call_token;
-    uint16_t next_sequence; ///< Number that the next report has.
-    uint32_t set_id;        ///< Last parameter_set.
+    uint16_t next_sequence; ///< Expected sequence count of the next report.
+    uint32_t set_id;        ///< Parameter id of the last parameter_set.
     unsigned releases;
     struct {
         int32_t state;
@@ -74,7 +74,7 @@ typedef struct {
     } values;
     double limit;
     uint16_t count;
-    const subsystem_descriptor_t* next_descriptor; ///< For TC[129,6]; null refuses.
+    const subsystem_descriptor_t* next_descriptor; ///< Descriptor for TC[129,6]; null refuses the request.
 } fixture_t;
 
 extern fixture_t fixture;
@@ -83,18 +83,18 @@ extern const uint32_t fixture_values_id;
 extern const uint32_t fixture_limit_id;
 extern const uint32_t fixture_count_id;
 
-/// A component in OFFLINE at time 0 with the built-in descriptor, or the one of `xml`.
+/// Start a component in OFFLINE at time 0, with the built-in descriptor (null) or with the descriptor `xml`.
 void fixture_open(const char* xml);
-/// The same after fixture_close, with the built-in descriptor in which `old` is replaced wherever it stands.
+/// Close and open the fixture, with the built-in descriptor in which every `old` is replaced.
 void fixture_open_with(const char* old, const char* with);
 /// Start again with another configuration of the component; time continues.
 void fixture_begin(const subsystem_config_t* config);
-/// A component with a descriptor that was refused.
+/// Start a component whose descriptor was refused.
 void fixture_open_invalid(void);
 void fixture_close(void);
-/// Parse a descriptor. False with the reason printed.
+/// Parse a descriptor. Returns false and prints the reason if it is refused.
 bool fixture_parse(const char* xml, subsystem_descriptor_t* out_descriptor);
-/// Names of the links of this fixture, for the other ends.
+/// Names of the fixture's links, for their other ends.
 const rtlink_resolver_t* fixture_links(void);
 /// Text of the built-in descriptor.
 const char* fixture_descriptor(void);
@@ -102,24 +102,24 @@ const char* fixture_descriptor(void);
 /// Send a telecommand; returns its number (#n in the lines).
 uint16_t fixture_command(uint8_t service, uint8_t subtype, const void* data, size_t size);
 uint16_t fixture_state(state_t target);
-/// The supervisor's, with its cause.
+/// A request of the supervisor, with its cause.
 uint16_t fixture_order(state_t target, state_cause_t cause);
 uint16_t fixture_select(uint16_t configuration);
-/// TC[8,1] with the arguments as they are on the wire.
+/// TC[8,1] with the encoded arguments.
 uint16_t fixture_function(const char* name, const void* arguments, size_t size);
 /// Deliver octets unchanged.
 void fixture_accept(const uint8_t* octets, size_t size);
-/// A report of the supervisor: its heartbeat.
+/// Deliver a report of the supervisor as its heartbeat.
 void fixture_heartbeat(void);
 /// Run the component at every wake of the next n cycles of its present period.
 void fixture_run(unsigned cycles);
 /// Run until a time, with heartbeats twice a second.
 void fixture_run_until(uint64_t end_ns);
-/// Bring it to a rest state by telecommands, with a configuration from 3 upwards (0: none), and forget all
-/// lines.
+/// Bring the component to a rest state by telecommands, from state 3 on with a configuration (0: none), and
+/// forget all lines.
 void fixture_bring(state_t state, uint16_t configuration);
 
-/// Note a line of the test itself.
+/// Add a line of the test.
 void fixture_note(const char* text);
 
 #endif // TEST_UNIT_FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_FIXTURE_H

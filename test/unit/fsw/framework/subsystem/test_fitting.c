@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A descriptor with something that the program cannot do is refused with its line before the program starts.
+// A descriptor that needs something that the program lacks is refused with its line before the program
+// starts.
 #include "fsw/framework/subsystem/fitting.h"
 
 #include "fsw/framework/descriptor/descriptor.h"
@@ -90,7 +91,7 @@ static void access_to_devices_needs_its_callback(void)
 
 // ---- Functions ----
 
-static void arguments_have_room(void)
+static void arguments_must_fit_the_program(void)
 {
     for (unsigned more = 0U; more < 2U; more++) {
         begin();
@@ -110,7 +111,7 @@ static void arguments_have_room(void)
     }
 }
 
-static void the_arguments_of_one_function_have_room_as_they_lie_in_memory(void)
+static void arguments_must_fit_with_their_padding(void)
 {
     for (unsigned more = 0U; more < 2U; more++) {
         begin();
@@ -129,7 +130,7 @@ static void the_arguments_of_one_function_have_room_as_they_lie_in_memory(void)
 #define CONFIGURATION "\n<Configuration name='C' id='1' priority='1' samplingTime='1ms'>\n"
 #define ONCE "<SampledOnce><ParamRef name='P'/></SampledOnce>"
 
-static void a_configuration_has_room_for_sixteen_structures(void)
+static void a_configuration_has_at_most_sixteen_structures(void)
 {
     for (unsigned more = 0U; more < 2U; more++) {
         begin();
@@ -140,7 +141,7 @@ static void a_configuration_has_room_for_sixteen_structures(void)
     }
 }
 
-static void a_structure_has_room_for_eight_sets(void)
+static void a_structure_has_at_most_eight_sets(void)
 {
     for (unsigned more = 0U; more < 2U; more++) {
         begin();
@@ -157,7 +158,7 @@ static void a_structure_has_room_for_eight_sets(void)
     }
 }
 
-static void a_structure_has_room_for_its_octets(void)
+static void the_octets_of_a_structure_are_limited(void)
 {
     for (unsigned more = 0U; more < 2U; more++) {
         begin();
@@ -175,7 +176,8 @@ static void structures_of_every_configuration_are_checked(void)
         begin();
         add("<Parameters><ParamRef name='P' id='1' type='DOUBLE' count='129'/><ParamRef name='Q' id='2' "
             "type='INT8'/></Parameters>");
-        for (unsigned i = 1U; i <= 4U; i++) { // Two in each of two configurations; one is too long.
+        // Two structures in each of two configurations; one structure is too long.
+        for (unsigned i = 1U; i <= 4U; i++) {
             char line[256];
             (void)snprintf(line, sizeof line,
                            "%s\n<HKService id='%u' interval='1'><SampledOnce><ParamRef name='%s'/>"
@@ -221,14 +223,14 @@ static void the_refusal_is_an_error_with_file_and_line(void)
     TEST_ASSERT_EQUAL_STRING("arm.xml:7: no", descriptor_error(&loader));
 }
 
-static void fit_nothing(void)
+static void check_without_a_descriptor(void)
 {
     (void)subsystem_fits(NULL, &callbacks, &misfit);
 }
 
-static void without_a_descriptor_nothing_is_asked(void)
+static void without_a_descriptor_the_program_is_not_asked(void)
 {
-    TEST_ASSERT_TRUE(assertion_fails(fit_nothing));
+    TEST_ASSERT_TRUE(assertion_fails(check_without_a_descriptor));
 }
 
 // ---- Devices ----
@@ -260,7 +262,7 @@ static void devices_without_an_end_node_on_can_are_refused(void)
     expect(true, 0U, "");
 }
 
-static void a_subsystem_that_senses_nothing_has_no_devices(void)
+static void a_subsystem_without_sense_callback_cannot_have_devices(void)
 {
     add(CONFIGURATION "<Devices>\n<Device name='D' type='x'><Endnode type='CAN' bus='b' node='3'/></Device>"
                       "</Devices></Configuration>");
@@ -271,16 +273,16 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(access_to_devices_needs_its_callback);
-    RUN_TEST(arguments_have_room);
-    RUN_TEST(the_arguments_of_one_function_have_room_as_they_lie_in_memory);
-    RUN_TEST(a_configuration_has_room_for_sixteen_structures);
-    RUN_TEST(a_structure_has_room_for_eight_sets);
-    RUN_TEST(a_structure_has_room_for_its_octets);
+    RUN_TEST(arguments_must_fit_the_program);
+    RUN_TEST(arguments_must_fit_with_their_padding);
+    RUN_TEST(a_configuration_has_at_most_sixteen_structures);
+    RUN_TEST(a_structure_has_at_most_eight_sets);
+    RUN_TEST(the_octets_of_a_structure_are_limited);
     RUN_TEST(structures_of_every_configuration_are_checked);
     RUN_TEST(a_subsystem_can_refuse_its_descriptor);
     RUN_TEST(the_refusal_is_an_error_with_file_and_line);
-    RUN_TEST(without_a_descriptor_nothing_is_asked);
+    RUN_TEST(without_a_descriptor_the_program_is_not_asked);
     RUN_TEST(devices_without_an_end_node_on_can_are_refused);
-    RUN_TEST(a_subsystem_that_senses_nothing_has_no_devices);
+    RUN_TEST(a_subsystem_without_sense_callback_cannot_have_devices);
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Services that a descriptor lists: how they are added, stepped and restored; ST[06] as the first of them.
+// Services that a descriptor lists: how they are added, stepped and restored, with ST[06] as example.
 #include "fsw/framework/subsystem/optional_services.h"
 
 #include "base/crc.h"
@@ -18,7 +18,7 @@ static struct {
     pus_memory_operation_t operations[MEMORY_OPERATIONS];
     device_service_t devices;
     pus_device_operation_t exchanges[1];
-    uint32_t steps; // Cycle number of the last one.
+    uint32_t steps; // Cycle number of the last step.
     uint32_t key;   // Key of the record restored.
 } storage;
 static pus_persistence_t persistence;
@@ -95,7 +95,8 @@ static void optional_services_are_stepped_in_every_cycle_also_in_offline(void)
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     const uint32_t before = storage.steps;
     fixture_run(100U);
-    TEST_ASSERT_EQUAL_UINT32(before + 100U, storage.steps); // Also after the component has started again.
+    // The steps continue after the component has started again.
+    TEST_ASSERT_EQUAL_UINT32(before + 100U, storage.steps);
 }
 
 static void each_record_is_restored_by_its_service(void)
@@ -178,8 +179,8 @@ static void add_without_a_port(void)
     subsystem_device_service_add(&fixture.subsystem, &storage.devices, storage.exchanges, 1U);
 }
 
-/// A descriptor lists service 2 for a subsystem without the callback device_port: its program is wrong, and
-/// ends at its start, before it takes any request.
+/// The descriptor lists service 2, but the subsystem has no callback device_port. This is an error of the
+/// program, which ends at its start before it accepts requests.
 static void the_device_service_without_a_port_ends_the_program_at_its_start(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(add_without_a_port));
@@ -242,7 +243,7 @@ static void parameters_are_loaded_and_dumped_as_objects(void)
     TEST_ASSERT_TRUE(fixture_has("1.4 #"));
 }
 
-static void parameters_are_reached_by_address_across_their_borders(void)
+static void addresses_may_span_several_parameters(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, 0U);
     fixture.values.position[1] = 1.5;
@@ -252,11 +253,11 @@ static void parameters_are_reached_by_address_across_their_borders(void)
     request(9U);
     TEST_ASSERT_TRUE(fixture_has("6.10 010001"));
     start_request(MEMORY_PARAMETERS, 0U, false);
-    add_area(32U, 3U); // COUNT has two octets.
+    add_area(32U, 3U); // COUNT has only two octets.
     request(9U);
     TEST_ASSERT_TRUE(fixture_has("1.8 #"));
     start_request(MEMORY_PARAMETERS, 0U, false);
-    add_data(0x8000U, "x", 1U); // No memory has this address.
+    add_data(0x8000U, "x", 1U); // This address belongs to no memory.
     request(2U);
     TEST_ASSERT_TRUE(fixture_has("1.8 #"));
 }
@@ -296,7 +297,7 @@ int main(void)
     RUN_TEST(devices_are_reached_by_the_port_of_the_subsystem);
     RUN_TEST(the_device_service_without_a_port_ends_the_program_at_its_start);
     RUN_TEST(parameters_are_loaded_and_dumped_as_objects);
-    RUN_TEST(parameters_are_reached_by_address_across_their_borders);
+    RUN_TEST(addresses_may_span_several_parameters);
     RUN_TEST(the_component_is_read_but_not_written);
     return UNITY_END();
 }

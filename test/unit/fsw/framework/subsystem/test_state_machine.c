@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of docs/states.md row by row. They are written here as the page has them, as lists of states,
-// and not as the code has them.
+// The tables of docs/states.md row by row. They are written here as on that page, as lists of states, and not
+// as in the code.
 #include "fsw/framework/subsystem/state_machine.h"
 
 #include "test/unit/fsw/framework/subsystem/machine_states.h"
@@ -116,7 +116,7 @@ static void configurations_are_selected_in_pre_operational_only(void)
     TEST_ASSERT_FALSE_MESSAGE(machine.is_configured, "the old configuration is revoked first");
 }
 
-static void a_refused_descriptor_stays_offline(void)
+static void with_a_refused_descriptor_the_machine_stays_offline(void)
 {
     state_machine_t machine;
     subsystem_state_machine_init(&machine, false);
@@ -181,7 +181,7 @@ static void an_error_leads_to_error_operational_before_its_action(void)
 typedef struct {
     state_action_t action;
     const char* on_done;
-    const char* on_failed; // If all later actions succeed.
+    const char* on_failed; // List of states if all later actions succeed.
     state_phase_t rests_done;
     state_phase_t rests_failed;
     state_action_t next_failed; // Action that follows the failure.
@@ -249,7 +249,7 @@ static void a_failure_on_the_way_down_does_not_stop_the_transition(void)
     }
 }
 
-/// The failure belongs to the request before: a later request that succeeds is not reported as failed.
+/// The failure belongs to the earlier request: a later request that succeeds is not reported as failed.
 static void the_next_request_clears_an_earlier_failure(void)
 {
     for (unsigned i = 0U; i < (sizeof outcome_rows / sizeof outcome_rows[0]); i++) {
@@ -272,7 +272,7 @@ static void the_next_request_clears_an_earlier_failure(void)
     TEST_ASSERT_FALSE(machine.has_failed);
 }
 
-static void requests_for_0_and_6_cut_an_action_short(void)
+static void requests_for_0_and_6_interrupt_an_action(void)
 {
     static const char* const after[ACTION_COUNT][2] = {
         [ACTION_SOFTWARE_INIT] = {"9 0", "9 0"},  [ACTION_HARDWARE_INIT] = {"8 9 0", "8 9 0"},
@@ -288,7 +288,7 @@ static void requests_for_0_and_6_cut_an_action_short(void)
             const state_t target    = (i == 0U) ? STATE_OFFLINE : STATE_ERROR_OPERATIONAL;
             const char* const name  = cell_name(action, i);
             if (after[action][i] == NULL) {
-                // Already on its way there: no action starts, no request is superseded.
+                // The machine is already on the way there: no action starts and no request is superseded.
                 TEST_ASSERT_EQUAL(ANSWER_DONE,
                                   subsystem_state_machine_request(&machine, target, CAUSE_REQUEST));
                 TEST_ASSERT_FALSE(machine.is_superseded);
@@ -341,7 +341,7 @@ static void the_secure_action_is_never_interrupted(void)
     TEST_ASSERT_EQUAL(ACTION_SECURE, machine.action);
     TEST_ASSERT_TRUE(subsystem_state_machine_event(&machine, EVENT_SHUTDOWN, CAUSE_SHUTDOWN));
     TEST_ASSERT_EQUAL(ACTION_SECURE, machine.action);
-    // The transition downwards still begins.
+    // The downward transition continues.
     subsystem_state_machine_outcome(&machine, OUTCOME_FAILED);
     TEST_ASSERT_EQUAL(ACTION_POST, machine.action);
     TEST_ASSERT_EQUAL(2U, machine.transition_count);
@@ -364,7 +364,7 @@ static void a_transition_during_the_secure_action_may_be_superseded(void)
                       subsystem_state_machine_request(&machine, STATE_ERROR_OPERATIONAL, CAUSE_NETWORK));
     TEST_ASSERT_TRUE(machine.is_superseded);
     subsystem_state_machine_outcome(&machine, OUTCOME_DONE);
-    TEST_ASSERT_FALSE(machine.is_superseded); // By the last call only.
+    TEST_ASSERT_FALSE(machine.is_superseded); // The flag is valid for the last call only.
     TEST_ASSERT_EQUAL(PHASE_SECURED, machine.phase);
     TEST_ASSERT_EQUAL(ACTION_NONE, machine.action);
 }
@@ -380,7 +380,7 @@ static void a_descriptor_may_come_later(void)
                       subsystem_state_machine_request(&machine, STATE_PRE_OPERATIONAL, CAUSE_REQUEST));
     machine                      = machine_running(ACTION_CONFIGURE);
     const state_machine_t before = machine;
-    subsystem_state_machine_validate(&machine); // If there is a configuration already, it changes nothing.
+    subsystem_state_machine_validate(&machine); // If the machine has a configuration, this changes nothing.
     TEST_ASSERT_EQUAL(before.phase, machine.phase);
     TEST_ASSERT_EQUAL(before.action, machine.action);
     TEST_ASSERT_EQUAL(0U, machine.transition_count);
@@ -393,13 +393,13 @@ int main(void)
     RUN_TEST(no_other_target_can_be_asked_for);
     RUN_TEST(going_up_needs_a_configuration);
     RUN_TEST(configurations_are_selected_in_pre_operational_only);
-    RUN_TEST(a_refused_descriptor_stays_offline);
+    RUN_TEST(with_a_refused_descriptor_the_machine_stays_offline);
     RUN_TEST(every_event_in_every_state);
     RUN_TEST(an_error_leads_to_error_operational_before_its_action);
     RUN_TEST(every_outcome_of_every_action);
     RUN_TEST(a_failure_on_the_way_down_does_not_stop_the_transition);
     RUN_TEST(the_next_request_clears_an_earlier_failure);
-    RUN_TEST(requests_for_0_and_6_cut_an_action_short);
+    RUN_TEST(requests_for_0_and_6_interrupt_an_action);
     RUN_TEST(all_other_requests_wait);
     RUN_TEST(a_request_at_rest_supersedes_nothing);
     RUN_TEST(the_secure_action_is_never_interrupted);

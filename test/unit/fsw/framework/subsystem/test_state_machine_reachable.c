@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Visits every configuration that any sequence of requests, events and outcomes can cause, and checks the
-// invariants of each configuration and of each step between two.
+// Visits every configuration of the machine that any sequence of requests, events and outcomes can cause.
+// Checks the invariants of each configuration and of each step between two configurations.
 #include "fsw/framework/subsystem/state_machine.h"
 
 #include "test/unit/fsw/framework/subsystem/machine_states.h"
@@ -9,7 +9,7 @@
 #include <string.h>
 
 #define VISITED_MAX 4096U
-#define TARGETS 12U // 0..9 and two beyond.
+#define TARGETS 12U // States 0..9 and two numbers beyond.
 #define STEP_CONFIGURE TARGETS
 #define STEP_EVENT (STEP_CONFIGURE + 1U)
 #define STEP_OUTCOME (STEP_EVENT + (unsigned)STATE_EVENT_COUNT)
@@ -26,7 +26,7 @@ void tearDown(void)
 static state_machine_t visited[VISITED_MAX];
 static unsigned visited_count;
 
-/// Properties that distinguish two machines: neither the transitions of the last call nor the cause.
+/// True if both machines are equal except for the transitions of the last call and the cause.
 static bool is_same(const state_machine_t* a, const state_machine_t* b)
 {
     return (a->state == b->state) && (a->phase == b->phase) && (a->target == b->target) &&
@@ -46,7 +46,7 @@ static void visit(const state_machine_t* machine)
     visited[visited_count++] = *machine;
 }
 
-/// One step of the environment. False if it cannot happen here.
+/// Make one step of the environment. Returns false if this step cannot occur here.
 static bool take_step(state_machine_t* machine, unsigned step)
 {
     if (step < TARGETS) {
@@ -110,7 +110,7 @@ static void check_step(const state_machine_t* before, const state_machine_t* aft
     if ((after->state == STATE_SAFE_OPERATIONAL) && (before->state == STATE_PRE_OPERATIONAL)) {
         TEST_ASSERT_EQUAL_MESSAGE(STATE_SAFE_OPERATIONAL, step, "went up without a request");
     }
-    if (step < STEP_OUTCOME) { // Only its own end ends the action that makes the devices safe.
+    if (step < STEP_OUTCOME) { // Only the outcome of the action that secures the devices ends this action.
         if (before->action == ACTION_SECURE) {
             TEST_ASSERT_EQUAL(ACTION_SECURE, after->action);
         }
@@ -131,7 +131,7 @@ static void check_answers(const state_machine_t* machine)
             TEST_ASSERT_EQUAL(machine->action, trial.action);
             TEST_ASSERT_EQUAL(machine->target, trial.target);
         }
-        if (target == STATE_OFFLINE) { // From every configuration the machine can go down.
+        if (target == STATE_OFFLINE) { // OFFLINE can be requested in every configuration.
             TEST_ASSERT_TRUE((verdict == ANSWER_DONE) || (verdict == ANSWER_STARTED));
             TEST_ASSERT_EQUAL((verdict == ANSWER_DONE) ? machine->target : STATE_OFFLINE, trial.target);
         }
@@ -163,11 +163,11 @@ static void explore(void)
     }
 }
 
-static void every_reachable_configuration_is_sound(void)
+static void every_reachable_configuration_satisfies_the_invariants(void)
 {
     explore();
     TEST_ASSERT_TRUE_MESSAGE(visited_count > 50U, "the exploration visited too few configurations");
-    for (unsigned state = 0U; state < STATE_COUNT; state++) { // All of the table is reached.
+    for (unsigned state = 0U; state < STATE_COUNT; state++) { // All states of the table are reached.
         bool is_reached = false;
         for (unsigned i = 0U; i < visited_count; i++) {
             is_reached = is_reached || (visited[i].state == (state_t)state);
@@ -176,7 +176,7 @@ static void every_reachable_configuration_is_sound(void)
     }
 }
 
-/// Longest chain of outcomes, whatever they are; the test fails where it does not end.
+/// Returns the length of the longest chain of outcomes; fails the test if a chain does not end.
 static unsigned longest_sequence(const state_machine_t* machine, unsigned depth)
 {
     TEST_ASSERT_TRUE_MESSAGE(depth < 16U, "transitions that do not end");
@@ -233,7 +233,7 @@ static void offline_can_be_reached_from_everywhere(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(every_reachable_configuration_is_sound);
+    RUN_TEST(every_reachable_configuration_satisfies_the_invariants);
     RUN_TEST(every_sequence_of_transitions_ends_with_every_failure);
     RUN_TEST(every_sequence_of_transitions_reaches_its_target_if_nothing_fails);
     RUN_TEST(offline_can_be_reached_from_everywhere);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// While the port refuses, requests are taken in as long as there is room for all their reports, and no report
+// While the port refuses reports, requests are accepted as long as all their reports have room, and no report
 // is lost.
 #include "pus/core/tailoring.h"
 #include "test/unit/fsw/framework/subsystem/subsystem_fixture.h"
@@ -48,7 +48,7 @@ static unsigned fill(const uint8_t service, const uint8_t subtype, const void* c
 
 static void an_accepted_request_receives_all_its_answers(void)
 {
-    for (unsigned round = 0U; round < 3U; round++) { // The room is available again.
+    for (unsigned round = 0U; round < 3U; round++) { // The room is free again.
         fixture.is_port_closed = true;
         const unsigned taken   = fill(PUS_SERVICE_TEST, 1U, NULL, 0U);
         TEST_ASSERT_TRUE((taken >= 8U) && (taken < 1000U));
@@ -103,7 +103,7 @@ static void no_request_is_read_while_an_answer_is_unfinished(void)
     TEST_ASSERT_EQUAL(0U, reports_lost());
 }
 
-static void events_that_wait_keep_no_request_out(void)
+static void waiting_events_do_not_prevent_requests(void)
 {
     fixture.is_port_closed = true;
     for (unsigned i = 0U; i < 10000U; i++) {
@@ -112,7 +112,7 @@ static void events_that_wait_keep_no_request_out(void)
     TEST_ASSERT_TRUE(subsystem_may_accept(&fixture.subsystem));
 }
 
-static void of_many_refused_instructions_the_first_and_their_number_are_reported(void)
+static void the_first_of_many_refused_instructions_and_their_number_are_reported(void)
 {
     uint8_t ids[1U + (2U * PUS_COUNT_MAX)] = {PUS_COUNT_MAX};
     ids[2]                                 = FIXTURE_NOTE; // One that is known.
@@ -131,7 +131,8 @@ static void of_many_refused_instructions_the_first_and_their_number_are_reported
     TEST_ASSERT_TRUE((reported >= taken) && (reported < 254U));
     TEST_ASSERT_EQUAL((254U * taken) - reported, reports_lost());
     fixture_forget();
-    (void)fixture_command(PUS_SERVICE_EVENTS, 6U, ids, sizeof ids); // All of them, once the port takes them.
+    // All events; reported when the port accepts packets again.
+    (void)fixture_command(PUS_SERVICE_EVENTS, 6U, ids, sizeof ids);
     TEST_ASSERT_EQUAL(254U, count_lines(fixture_look(), "1.4 #"));
 }
 
@@ -141,7 +142,7 @@ int main(void)
     RUN_TEST(an_accepted_request_receives_all_its_answers);
     RUN_TEST(a_high_event_leaves_room_for_the_report_of_its_transition);
     RUN_TEST(no_request_is_read_while_an_answer_is_unfinished);
-    RUN_TEST(events_that_wait_keep_no_request_out);
-    RUN_TEST(of_many_refused_instructions_the_first_and_their_number_are_reported);
+    RUN_TEST(waiting_events_do_not_prevent_requests);
+    RUN_TEST(the_first_of_many_refused_instructions_and_their_number_are_reported);
     return UNITY_END();
 }

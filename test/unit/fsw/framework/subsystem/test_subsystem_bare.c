@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Components without parts that others have: callbacks, a supervisor, events, published parameters, a loader.
+// Components without parts that are optional: callbacks, a supervisor, events, published parameters, a
+// loader.
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #include "test/unit/fsw/framework/subsystem/subsystem_fixture.h"
@@ -28,13 +29,14 @@ static void a_subsystem_without_callbacks_reaches_all_states(void)
     fixture.subsystem.config.callbacks = &nothing;
     (void)fixture_state(STATE_PRE_OPERATIONAL);
     fixture_run(6U);
-    // Its housekeeping has parameters that the program has not published.
+    // The housekeeping structure has parameters that the program has not published.
     (void)fixture_select(FIXTURE_ALONE);
     fixture_run(2U);
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "1.8 #1"));
     fixture_forget();
     TEST_ASSERT_EQUAL(STATUS_OK, subsystem_raise(&fixture.subsystem, FIXTURE_NOTE, NULL, 0U));
-    TEST_ASSERT_TRUE(fixture_has("5.2 event 3 aux 0000000000000000")); // Their places stay, as zeros.
+    // Parameters that are not published are reported as zeros.
+    TEST_ASSERT_TRUE(fixture_has("5.2 event 3 aux 0000000000000000"));
     (void)fixture_state(STATE_OFFLINE);
     fixture_run(20U);
     const subsystem_callbacks_t publishes = {.software_init = some.software_init};
@@ -108,7 +110,7 @@ static void a_subsystem_does_not_time_out_before_its_first_message_of_the_superv
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.subsystem));
 }
 
-static void an_event_the_descriptor_lacks_is_not_raised(void)
+static void an_event_that_the_descriptor_does_not_define_is_not_raised(void)
 {
     fixture_open_with("STATE_TIMEOUT", "OTHER_TIMEOUT");
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
@@ -128,13 +130,14 @@ static status_t go_on(const subsystem_function_t* function)
 static void the_mission_sets_the_deadline_of_devices(void)
 {
     subsystem_config_t config = fixture.subsystem.config;
-    TEST_ASSERT_EQUAL_UINT64(0U, subsystem_device_deadline_ns(&fixture.subsystem)); // The mission sets none.
+    // The mission has no deadline.
+    TEST_ASSERT_EQUAL_UINT64(0U, subsystem_device_deadline_ns(&fixture.subsystem));
     config.device_deadline_ns = 2500000U;
     fixture_begin(&config);
     TEST_ASSERT_EQUAL_UINT64(2500000U, subsystem_device_deadline_ns(&fixture.subsystem));
 }
 
-/// Rounded up: not one event more than the rate says. HIGH events have no limit.
+/// The time is rounded up, so that the rate is never exceeded. HIGH events have no limit.
 static void the_time_between_events_follows_from_their_rate(void)
 {
     static const struct {
@@ -159,7 +162,7 @@ static void the_time_between_events_follows_from_their_rate(void)
     }
 }
 
-/// Raise many events of one kind, with an event of this layout that reports suppressed ones.
+/// Raise one event many times; the descriptor has an event of this layout that reports suppressed events.
 static void suppress(const char* const reporter)
 {
     static char events[512];
@@ -214,12 +217,12 @@ static void a_function_that_ends_at_once_releases_its_token(void)
     const char* const text = fixture_look();
     const char* const end  = strstr(text, "1.7 #");
     TEST_ASSERT_NOT_NULL(end);
-    TEST_ASSERT_NULL(strstr(&end[1], "1.7 #")); // One end, not two.
+    TEST_ASSERT_NULL(strstr(&end[1], "1.7 #")); // The request ends once.
     TEST_ASSERT_EQUAL(0U, fixture.subsystem.call_tokens.stats.taken);
     TEST_ASSERT_TRUE(pool_is_consistent(&fixture.subsystem.call_tokens));
 }
 
-static void a_name_of_eight_characters_is_a_whole_name(void)
+static void a_name_of_eight_characters_is_accepted(void)
 {
     fixture_open_with("name='WAIT'", "name='WAIT4YOU'");
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
@@ -257,7 +260,7 @@ static void expect_refused_configuration(void)
     TEST_ASSERT_EQUAL(0U, fixture.subsystem.loop_count);
 }
 
-/// A difference that the reader of descriptors cannot detect: the program has published a narrower field.
+/// The reader of descriptors cannot detect this difference: the program has published a narrower field.
 static void an_initial_value_that_does_not_fit_refuses_the_configuration(void)
 {
     static subsystem_descriptor_t wide;
@@ -285,7 +288,7 @@ static void a_structure_may_have_several_sets(void)
     fixture.count        = 0xABCDU;
     fixture_run(20U);
     fixture_forget();
-    fixture_run(10U); // LIMIT is 7, COUNT its five samples.
+    fixture_run(10U); // LIMIT is 7; the five others are samples of COUNT.
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "ABCDABCDABCDABCDABCD401C000000000000401C000000000000\n"));
 }
 
@@ -348,7 +351,7 @@ static void a_program_may_bring_services_of_its_own(void)
     subsystem_init(&fixture.subsystem, &config);
     fixture.next_sequence = 0U;
     (void)fixture_command(PUS_SERVICE_RTLINK, PUS_LINK_REPORT_OFFERS, "\0", 1U);
-    TEST_ASSERT_TRUE(fixture_has("1.2 #0 ")); // It has no subtype.
+    TEST_ASSERT_TRUE(fixture_has("1.2 #0 ")); // The service has no such subtype.
     fixture_close();
     config.services = &other;
     subsystem_init(&fixture.subsystem, &config);
@@ -362,7 +365,7 @@ static void a_program_may_bring_services_of_its_own(void)
     fixture.next_sequence = 0U;
     fixture_forget();
     (void)fixture_command(PUS_SERVICE_TEST, 1U, NULL, 0U);
-    TEST_ASSERT_TRUE(fixture_has("1.2 #2 ")); // This one has no subtype either.
+    TEST_ASSERT_TRUE(fixture_has("1.2 #2 ")); // This service has no such subtype either.
 }
 
 int main(void)
@@ -373,13 +376,13 @@ int main(void)
     RUN_TEST(without_a_supervisor_errors_are_reported_and_change_nothing);
     RUN_TEST(reports_of_other_processes_go_to_their_carrier);
     RUN_TEST(a_subsystem_does_not_time_out_before_its_first_message_of_the_supervisor);
-    RUN_TEST(an_event_the_descriptor_lacks_is_not_raised);
+    RUN_TEST(an_event_that_the_descriptor_does_not_define_is_not_raised);
     RUN_TEST(the_mission_sets_the_deadline_of_devices);
     RUN_TEST(the_time_between_events_follows_from_their_rate);
     RUN_TEST(suppressed_events_are_reported_by_an_event_with_fitting_fields);
     RUN_TEST(a_pool_warns_only_where_there_is_an_event_for_it);
     RUN_TEST(a_function_that_ends_at_once_releases_its_token);
-    RUN_TEST(a_name_of_eight_characters_is_a_whole_name);
+    RUN_TEST(a_name_of_eight_characters_is_accepted);
     RUN_TEST(a_field_that_the_program_does_not_publish_is_accepted);
     RUN_TEST(an_initial_value_that_does_not_fit_ends_the_initialisation);
     RUN_TEST(an_initial_value_that_does_not_fit_refuses_the_configuration);

@@ -18,7 +18,7 @@ void tearDown(void)
     fixture_close();
 }
 
-/// Let an action hang for longer than its time-out, or fail at once.
+/// Make an action exceed its time-out, or fail at once.
 static void spoil(state_action_t action, bool hangs)
 {
     fixture.delays[action]  = hangs ? 1000U : 0U;
@@ -36,7 +36,7 @@ static void failing_actions_are_reported(void)
     fixture_run(4U);
     fixture_expect("129.2 8>9 ENTERING cause 1 code 0000 cfg 0\n1.5 #0 step 9\n"
                    "129.2 9>0 IDLE cause 1 code 0000 cfg 0\n1.5 #0 step 0\n1.8 #0 0301 0\n");
-    fixture.results[ACTION_HARDWARE_INIT] = STATUS_OK; // It can be tried again.
+    fixture.results[ACTION_HARDWARE_INIT] = STATUS_OK; // The transition can be requested again.
     fixture_bring(STATE_PRE_OPERATIONAL, 0U);
 }
 
@@ -56,7 +56,7 @@ static void a_hanging_action_is_ended(void)
     (void)fixture_state(STATE_PRE_OPERATIONAL);
     fixture_run(2U);
     fixture_forget();
-    fixture_run(3U); // 50 ms are five cycles, two of which have passed.
+    fixture_run(3U); // The time-out of 50 ms is five cycles, two of which have passed.
     fixture_expect("");
     fixture_run(1U);
     fixture_expect("129.2 2>8 ENTERING cause 5 code 0406 cfg 0\n1.5 #0 step 8\n");
@@ -138,7 +138,7 @@ static void devices_that_cannot_be_secured_are_an_event(void)
     fixture_expect("129.2 6>6 UNSECURED cause 1 code 0301 cfg 1\n5.4 event 10 aux \n");
 }
 
-static void failures_of_downward_transitions_are_reported_and_stop_nothing(void)
+static void failures_of_downward_transitions_are_reported_and_do_not_stop_them(void)
 {
     for (unsigned hangs = 0U; hangs < 2U; hangs++) {
         static const state_action_t actions[] = {ACTION_POST, ACTION_HARDWARE_DEINIT, ACTION_SOFTWARE_DEINIT};
@@ -158,7 +158,7 @@ static void failures_of_downward_transitions_are_reported_and_stop_nothing(void)
     }
 }
 
-/// Every state reported follows from the one reported before.
+/// Expect that each reported transition begins in the state in which the last one ended.
 static void check_chain(void)
 {
     unsigned state = 0U;
@@ -181,7 +181,7 @@ static uint32_t draw(uint32_t below)
     return (random_state >> 8U) % below;
 }
 
-static void do_anything(void)
+static void command_at_random(void)
 {
     static const status_t ends[] = {STATUS_OK, STATUS_OK, STATUS_OK, STATUS_IO};
     const state_action_t action  = (state_action_t)draw(ACTION_COUNT);
@@ -208,7 +208,7 @@ static void do_anything(void)
     }
 }
 
-/// Lines of verification that end requests, of all since the last call.
+/// Number of lines since the last call that report the end of a request.
 static unsigned count_ends(void)
 {
     unsigned ends = 0U;
@@ -227,7 +227,7 @@ static void random_histories_report_consecutive_states(void)
         fixture_close();
         fixture_open(NULL);
         for (unsigned i = 0U; i < 150U; i++) {
-            do_anything();
+            command_at_random();
             fixture_run(draw(8U));
         }
         check_chain();
@@ -243,7 +243,7 @@ static void every_request_ends_exactly_once(void)
         fixture.source    = FIXTURE_USER;
         for (unsigned i = 0U; i < 150U; i++) {
             const uint32_t before = fixture.subsystem.dispatcher.counters.accepted;
-            do_anything();
+            command_at_random();
             requests += fixture.subsystem.dispatcher.counters.accepted - before;
             fixture_run(draw(8U));
         }
@@ -300,7 +300,7 @@ static void an_error_secures_before_anything_is_emitted(void)
                    "* secure\n129.2 6>6 SECURED cause 1 code 0000 cfg 1\n* control\n* emit\n");
 }
 
-static void an_error_inside_an_action_takes_over(void)
+static void an_error_during_an_action_ends_the_action(void)
 {
     fixture_bring(STATE_SAFE_OPERATIONAL, FIXTURE_ALONE);
     arm(FIXTURE_BROKEN);
@@ -363,7 +363,7 @@ static void only_events_of_low_severity_are_raised_by_command(void)
     TEST_ASSERT_TRUE(fixture_has("5.2 event 3"));
 }
 
-static void publishing_all_ends_at_the_first_that_is_refused(void)
+static void publishing_several_parameters_ends_at_the_first_refused_one(void)
 {
     static const parameter_field_t field               = {"X", VALUE_UINT32, 1U, 0U};
     static const size_t places[]                       = {4U, 0U, 8U};
@@ -381,7 +381,7 @@ static void publishing_all_ends_at_the_first_that_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_find(dictionary, definitions[2].id, &entry));
 }
 
-static void a_medium_error_waits_four_cycles_for_the_order_of_the_supervisor(void)
+static void a_medium_error_waits_four_cycles_for_a_command_of_the_supervisor(void)
 {
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
     raise_left         = 1U;
@@ -409,7 +409,7 @@ static void requests_are_released_in_the_order_of_their_times(void)
     fixture_run(20U);
     fixture_expect(
         "129.2 5>4 ENTERING cause 1 code 0000 cfg 1\n129.2 4>4 IDLE cause 1 code 0000 cfg 1\n1.7 #0\n");
-    (void)fixture_state(STATE_OPERATIONAL); // The event has no effect any more.
+    (void)fixture_state(STATE_OPERATIONAL); // The disabled event has no effect any more.
     fixture_run(20U);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.subsystem));
 }
@@ -444,7 +444,7 @@ static void expect_to_stay_without_supervisor(uint64_t patience_ns)
     fixture_expect("");
     fixture_run(2U);
     fixture_expect("129.2 5>4 ENTERING cause 6 code 0000 cfg 1\n129.2 4>4 IDLE cause 6 code 0000 cfg 1\n");
-    for (unsigned i = 0U; i < 4000U; i++) { // Reported once; a state below OPERATIONAL is kept.
+    for (unsigned i = 0U; i < 4000U; i++) { // The loss is reported once; a state below OPERATIONAL is kept.
         fixture_run(1U);
     }
     fixture_expect("");
@@ -454,7 +454,7 @@ static void expect_to_stay_without_supervisor(uint64_t patience_ns)
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.subsystem));
 }
 
-/// Each waits for the supervisor as long as its mission allows.
+/// The subsystem waits for the supervisor as long as its mission allows.
 static void without_a_supervisor_nothing_stays_operational(void)
 {
     static const uint64_t patiences_ns[] = {3000000000U, 1000000000U, 10000000000U};
@@ -465,7 +465,7 @@ static void without_a_supervisor_nothing_stays_operational(void)
     }
 }
 
-static void heartbeats_keep_it_operational(void)
+static void heartbeats_keep_the_subsystem_operational(void)
 {
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
     fixture_run_until(fixture.now_ns + 10000000000ULL);
@@ -501,7 +501,7 @@ static void a_port_that_refuses_for_long_delays_no_cycle(void)
         fixture_run(1U);
     }
     TEST_ASSERT_EQUAL(before + 2000U, subsystem_cycle(&fixture.subsystem));
-    subsystem_health_t health; // 20 pass at once, and ten a second.
+    subsystem_health_t health; // The limiter passes 20 events at once and ten a second.
     subsystem_health(&fixture.subsystem, &health);
     TEST_ASSERT_EQUAL(2000U - 20U - 19U, health.events_suppressed);
     TEST_ASSERT_EQUAL(0U, health.reports_lost);
@@ -519,21 +519,21 @@ int main(void)
     RUN_TEST(actuators_that_do_not_disengage_are_secured);
     RUN_TEST(a_configuration_that_fails_is_revoked);
     RUN_TEST(devices_that_cannot_be_secured_are_an_event);
-    RUN_TEST(failures_of_downward_transitions_are_reported_and_stop_nothing);
+    RUN_TEST(failures_of_downward_transitions_are_reported_and_do_not_stop_them);
     RUN_TEST(random_histories_report_consecutive_states);
     RUN_TEST(every_request_ends_exactly_once);
     RUN_TEST(an_error_secures_before_anything_is_emitted);
-    RUN_TEST(an_error_inside_an_action_takes_over);
+    RUN_TEST(an_error_during_an_action_ends_the_action);
     RUN_TEST(an_error_during_initialisation_reverses_it);
     RUN_TEST(an_error_in_error_is_only_reported);
     RUN_TEST(events_without_their_data_sample_parameters);
     RUN_TEST(only_events_of_low_severity_are_raised_by_command);
-    RUN_TEST(publishing_all_ends_at_the_first_that_is_refused);
-    RUN_TEST(a_medium_error_waits_four_cycles_for_the_order_of_the_supervisor);
+    RUN_TEST(publishing_several_parameters_ends_at_the_first_refused_one);
+    RUN_TEST(a_medium_error_waits_four_cycles_for_a_command_of_the_supervisor);
     RUN_TEST(requests_are_released_in_the_order_of_their_times);
     RUN_TEST(a_medium_error_below_operational_is_logged_only);
     RUN_TEST(without_a_supervisor_nothing_stays_operational);
-    RUN_TEST(heartbeats_keep_it_operational);
+    RUN_TEST(heartbeats_keep_the_subsystem_operational);
     RUN_TEST(reports_that_the_port_refuses_are_sent_later_in_order);
     RUN_TEST(a_port_that_refuses_for_long_delays_no_cycle);
     return UNITY_END();

@@ -4,18 +4,18 @@
 
 #include <sys/socket.h>
 
-#define FIRST 2U ///< Links of OUT.
+#define FIRST 2U ///< Number of the first link of OUT.
 #define SECOND 3U
 #define FIRST_EPOCH 5U
 #define SECOND_EPOCH 9U
 #define CYCLES_OF_A_HANG 500U
 
 static rtlink_consumer_t second; // A second fake consumer of OUT.
-static uint8_t reaching_by_link; // Methods for SECOND; FIRST has shared memory.
+static uint8_t reaching_by_link; // Methods for link SECOND; FIRST has shared memory.
 static osal_socket_t sender;
 static osal_socket_t receiver;
 
-/// A reader of OUT on a subsystem of its own, with a period that is a multiple of the writer's.
+/// Request a link for a reader of OUT on another subsystem, with a period that is a multiple of the writer's.
 static void ask_reader(uint16_t link, uint32_t period_us)
 {
     pus_link_request_t request   = request_of(PORT_OUT, link);
@@ -34,7 +34,7 @@ static void open_reader(rtlink_consumer_t* consumer, uint16_t link, uint32_t epo
     TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_open(consumer, fixture_links(), link, &terms, epoch));
 }
 
-/// Cycles in which a reader always takes its sample.
+/// Run cycles in which each reader reads its sample.
 static void run_with(unsigned cycles, rtlink_consumer_t* one, rtlink_consumer_t* other_one)
 {
     for (unsigned i = 0U; i < cycles; i++) {
@@ -59,11 +59,12 @@ static void two_readers_of_one_port_get_every_sample(void)
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
     open_reader(&reader, FIRST, FIRST_EPOCH, 1U);
     open_reader(&second, SECOND, SECOND_EPOCH, 1U);
-    TEST_ASSERT_FALSE(fixture_has("130.10 link 2 3>0")); // The second link has no effect on the first.
+    TEST_ASSERT_FALSE(fixture_has("130.10 link 2 3>0")); // The second link does not affect the first.
     run_with(20U, &reader, &second);
     expect_lossless(&reader, 20U);
     expect_lossless(&second, 20U);
-    TEST_ASSERT_EQUAL(reader.sample_time_ns, second.sample_time_ns); // Written in one cycle.
+    // Both samples were written in the same cycle.
+    TEST_ASSERT_EQUAL(reader.sample_time_ns, second.sample_time_ns);
     TEST_ASSERT_EQUAL(STATUS_OK, out_status);
     rtlink_consumer_close(&second);
 }
@@ -76,7 +77,8 @@ static void a_reader_that_opens_and_closes_costs_the_other_no_sample(void)
         open_reader(&second, SECOND, SECOND_EPOCH + life, 1U);
         run_with(4U, &reader, &second);
         expect_lossless(&second, 4U);
-        if ((life % 2U) == 0U) { // Closed in order, or by death: then its link is negotiated again.
+        // Closed in order, or by the death of the reader; then its link is negotiated again.
+        if ((life % 2U) == 0U) {
             close_link(SECOND, PUS_LINK_REASON_PEER);
             run_with(3U, &reader, NULL);
         }
@@ -122,12 +124,12 @@ static void a_port_has_at_most_four_readers(void)
     ask_reader(FIRST + SUBSYSTEM_PORT_LINKS, 1000U);
     TEST_ASSERT_TRUE(fixture_has("130.5 reason 5"));
     fixture_forget();
-    ask_reader(FIRST, 1000U); // Replaces its own link.
+    ask_reader(FIRST, 1000U); // A second request for the same link replaces it.
     TEST_ASSERT_TRUE(fixture_has("130.10 link 2 2>0 reason 0"));
     TEST_ASSERT_TRUE(fixture_has("130.4 link 2"));
 }
 
-static void a_link_number_stands_for_one_port(void)
+static void a_link_number_belongs_to_one_port(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
     open_reader(&reader, FIRST, FIRST_EPOCH, 1U);
@@ -164,7 +166,7 @@ static bool route(void* context, uint16_t link, osal_socket_t** out_socket, osal
     return osal_socket_local_address(&receiver, out_consumer) == STATUS_OK;
 }
 
-/// The first reader has shared memory, the second one a socket.
+/// The first reader uses shared memory, the second one a socket.
 static void open_both_methods(void)
 {
     static rtlink_resolver_t resolver; // The end of the test closes the links that are still open.
@@ -211,7 +213,7 @@ static void each_reader_has_a_method_of_its_own(void)
     close_both_methods();
 }
 
-/// Datagrams are lost only at a socket that is not read.
+/// A datagram is lost only if its socket is full because it is not read.
 static void a_reader_whose_socket_is_full_costs_the_other_no_sample(void)
 {
     uint8_t frame[LINK_FRAME_MAX];
@@ -236,12 +238,12 @@ static void a_reader_whose_socket_is_full_costs_the_other_no_sample(void)
     run_with(1U, &reader, NULL);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&receiver, 1000U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&receiver, &from, frame, sizeof frame, &size));
-    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_deliver(&second, frame, size)); // The reader continues.
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_deliver(&second, frame, size)); // The reader reads again.
     expect_lossless(&reader, CYCLES_OF_A_HANG + 1U);
     close_both_methods();
 }
 
-/// A reader that hangs reads nothing for a while: it loses its own samples, whatever its method.
+/// A reader that hangs reads nothing for a while: it loses its own samples only, whatever its method is.
 static void a_reader_that_hangs_costs_the_other_no_sample(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
@@ -252,14 +254,14 @@ static void a_reader_that_hangs_costs_the_other_no_sample(void)
     run_with(500U, &reader, NULL);
     expect_lossless(&reader, 510U);
     TEST_ASSERT_EQUAL(STATUS_OK, out_status);
-    TEST_ASSERT_FALSE(fixture_has("130.10")); // The writer has no reader.
-    // It continues with the newest sample, and counts the missed ones.
+    TEST_ASSERT_FALSE(fixture_has("130.10")); // The writer is not affected.
+    // The reader continues with the newest sample and counts the missed ones.
     run_with(10U, &reader, &second);
     expect_lossless(&reader, 520U);
     TEST_ASSERT_EQUAL_UINT32(20U, second.counters.frames);
     TEST_ASSERT_EQUAL_UINT32(500U, second.counters.lost);
     TEST_ASSERT_EQUAL(reader.sample_time_ns, second.sample_time_ns);
-    run_with(500U, &second, NULL); // Now the first one hangs.
+    run_with(500U, &second, NULL); // Now the first reader hangs.
     TEST_ASSERT_EQUAL_UINT32(520U, second.counters.frames);
     TEST_ASSERT_EQUAL_UINT32(500U, second.counters.lost);
     rtlink_consumer_close(&second);
@@ -272,7 +274,7 @@ int main(void)
     RUN_TEST(a_reader_that_opens_and_closes_costs_the_other_no_sample);
     RUN_TEST(each_reader_has_a_decimation_of_its_own);
     RUN_TEST(a_port_has_at_most_four_readers);
-    RUN_TEST(a_link_number_stands_for_one_port);
+    RUN_TEST(a_link_number_belongs_to_one_port);
     RUN_TEST(a_required_port_has_one_writer);
     RUN_TEST(each_reader_has_a_method_of_its_own);
     RUN_TEST(a_reader_that_hangs_costs_the_other_no_sample);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// No packet, in any state, causes an assertion to fail, and the component works afterwards.
+// No packet in any state makes an assertion fail, and the component works afterwards.
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #include "test/unit/fsw/framework/subsystem/subsystem_fixture.h"
@@ -28,7 +28,7 @@ static uint32_t draw(uint32_t below)
     return (random_state >> 8U) % below;
 }
 
-/// Data that is nearly correct: small counts, existing identifiers, and names of functions.
+/// Application data that are nearly correct: small counts, existing identifiers, names of functions.
 static size_t fill(uint8_t* octets, size_t capacity)
 {
     static const uint8_t likely[] = {0U, 0U, 0U, 1U, 1U, 2U, 3U, 5U, 7U, 16U, 17U, 100U, 0xFFU};
@@ -41,7 +41,8 @@ static size_t fill(uint8_t* octets, size_t capacity)
         octets[8] = (uint8_t)draw(4U);
     }
     if ((size > 8U) && (draw(4U) == 0U)) {
-        static const uint8_t id[5] = {1U, 0x02U, 0x09U, 0x00U, 0x01U}; // LIMIT, after a count of one.
+        // A count of one, then the id of LIMIT.
+        static const uint8_t id[5] = {1U, 0x02U, 0x09U, 0x00U, 0x01U};
         (void)memcpy(octets, id, sizeof id);
     }
     return size;
@@ -62,7 +63,7 @@ static void send_one(void)
     }
 }
 
-/// A random packet: arbitrary octets, or a good one with some of them changed.
+/// Send a random packet: arbitrary octets, or a correct packet with some octets changed.
 static void send_noise(void)
 {
     uint8_t octets[64];
@@ -70,9 +71,9 @@ static void send_noise(void)
     for (size_t i = 0U; i < size; i++) {
         octets[i] = (uint8_t)draw(256U);
     }
-    // A request; without this it would be only a heartbeat.
+    // Make the packet a request, because any other packet is only a heartbeat.
     octets[0] = (uint8_t)(0x18U | (octets[0] & 0x07U));
-    fixture_forget_ends(); // It may have any number.
+    fixture_forget_ends(); // The request may have any number.
     fixture_accept(octets, size);
     subsystem_link_datagram(&fixture.subsystem, octets, size);
 }
@@ -84,7 +85,7 @@ static status_t any_answer(const subsystem_function_t* function)
     return answers[draw(5U)];
 }
 
-static void nothing_on_the_wire_fails_an_assertion(void)
+static void no_received_packet_makes_an_assertion_fail(void)
 {
     random_state           = 99U;
     fixture.in_perform     = any_answer;
@@ -107,7 +108,7 @@ static void nothing_on_the_wire_fails_an_assertion(void)
     }
     fixture.is_port_closed = false;
     fixture.ack            = 0U;
-    (void)fixture_state(STATE_OFFLINE); // Down from wherever it is,
+    (void)fixture_state(STATE_OFFLINE); // Down from any state,
     fixture_run(30U);
     TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&fixture.subsystem));
     TEST_ASSERT_EQUAL(0U, fixture.subsystem.call_tokens.stats.taken);
@@ -120,6 +121,6 @@ static void nothing_on_the_wire_fails_an_assertion(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(nothing_on_the_wire_fails_an_assertion);
+    RUN_TEST(no_received_packet_makes_an_assertion_fail);
     return UNITY_END();
 }

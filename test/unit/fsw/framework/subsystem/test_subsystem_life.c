@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole life of a component by telecommands: its reports, their order, and the actions of each cycle.
+// A component from its start to its end by telecommands: its reports, their order, and the actions of each
+// cycle.
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #include "test/unit/fsw/framework/subsystem/subsystem_fixture.h"
@@ -88,7 +89,7 @@ static void refused_requests_change_nothing(void)
     }
     fixture.ack = PUS_ACK_ALL;
     (void)fixture_state(STATE_OFFLINE);
-    fixture_expect("1.1 #9\n1.3 #9\n1.7 #9\n"); // There already.
+    fixture_expect("1.1 #9\n1.3 #9\n1.7 #9\n"); // The state is already reached.
     (void)fixture_select(FIXTURE_ALONE);
     fixture_expect("1.1 #10\n1.4 #10 0204 0\n");
     fixture_bring(STATE_PRE_OPERATIONAL, 0U);
@@ -188,12 +189,12 @@ static void no_loop_runs_without_an_active_configuration(void)
 {
     fixture.shows_cycle = true;
     fixture_run(5U);
-    fixture_expect(""); // OFFLINE.
+    fixture_expect(""); // In OFFLINE no callback is called.
     fixture.delays[ACTION_SOFTWARE_INIT] = 2U;
     (void)fixture_state(STATE_PRE_OPERATIONAL);
     fixture_forget();
     fixture_run(2U);
-    fixture_expect(""); // SOFTWARE_INIT: no hardware yet.
+    fixture_expect(""); // In SOFTWARE_INIT there is no hardware yet.
     fixture_run(3U);
     TEST_ASSERT_TRUE(fixture_has("* sense"));
     TEST_ASSERT_TRUE(fixture_has("* emit"));
@@ -223,7 +224,7 @@ static bool has_hardware(state_t state)
     return (state >= STATE_HARDWARE_INIT) && (state <= STATE_HARDWARE_DEINIT);
 }
 
-/// In the cycle in which the hardware starts nothing was sensed yet; in the one in which it ends, all was.
+/// In the first cycle of the hardware no value was sensed yet; in its last cycle all values were.
 static void a_cycle_emits_if_there_is_hardware_at_its_begin_or_its_end(void)
 {
     unsigned begins = 0U;
@@ -268,7 +269,7 @@ static struct {
     uint32_t cycle;
 } seen;
 
-static void see_time(void)
+static void note_time(void)
 {
     TEST_ASSERT_TRUE(subsystem_now_ns(&fixture.subsystem) > seen.now_ns);
     seen.now_ns = subsystem_now_ns(&fixture.subsystem);
@@ -278,7 +279,7 @@ static void see_time(void)
 static void callbacks_receive_the_time(void)
 {
     seen.now_ns                          = 0U;
-    fixture.in_sense                     = see_time;
+    fixture.in_sense                     = note_time;
     fixture.delays[ACTION_HARDWARE_INIT] = 2U;
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     const uint32_t before = seen.cycle;
@@ -309,7 +310,8 @@ static void the_cycle_follows_the_configuration(void)
 
 static void a_component_wakes_when_something_is_due(void)
 {
-    TEST_ASSERT_EQUAL(1000000000U, subsystem_step(&fixture.subsystem, 0U)); // OFFLINE: the next status.
+    // In OFFLINE the next status report is due.
+    TEST_ASSERT_EQUAL(1000000000U, subsystem_step(&fixture.subsystem, 0U));
     fixture.now_ns = 123456789U;
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     const uint64_t wake_ns = subsystem_step(&fixture.subsystem, fixture.now_ns);
@@ -317,7 +319,8 @@ static void a_component_wakes_when_something_is_due(void)
     TEST_ASSERT_TRUE((wake_ns - fixture.now_ns) <= FIXTURE_PERIOD_NS);
     TEST_ASSERT_EQUAL_MESSAGE(0U, wake_ns % FIXTURE_PERIOD_NS, "the cycle stands on the grid of the run");
     const uint32_t cycle = subsystem_cycle(&fixture.subsystem);
-    (void)subsystem_step(&fixture.subsystem, wake_ns - 1U); // Woken by a message: not a cycle.
+    // A message wakes the component, but this is not a cycle.
+    (void)subsystem_step(&fixture.subsystem, wake_ns - 1U);
     TEST_ASSERT_EQUAL(cycle, subsystem_cycle(&fixture.subsystem));
     (void)subsystem_step(&fixture.subsystem, wake_ns);
     TEST_ASSERT_EQUAL(cycle + 1U, subsystem_cycle(&fixture.subsystem));
@@ -343,7 +346,7 @@ static void status_comes_once_a_second_and_on_request(void)
 static void reconfiguring_revokes_the_old_configuration(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
-    TEST_ASSERT_EQUAL_DOUBLE(7.0, fixture.limit); // Initial value of the configuration.
+    TEST_ASSERT_EQUAL_DOUBLE(7.0, fixture.limit); // The initial value of the configuration.
     fixture.shows_actions = true;
     (void)fixture_select(FIXTURE_LINKED);
     fixture_run(2U);
@@ -354,7 +357,7 @@ static void reconfiguring_revokes_the_old_configuration(void)
     fixture_run(2U);
     fixture_forget();
     (void)fixture_state(
-        STATE_PRE_OPERATIONAL); // Through POST_OPERATIONAL, which takes the configuration away.
+        STATE_PRE_OPERATIONAL); // The way leads through POST_OPERATIONAL, which revokes the configuration.
     fixture_run(4U);
     fixture_expect("1.1 #1\n1.3 #1\n129.2 4>4 LEAVING cause 0 code 0000 cfg 1\n* stop_control\n"
                    "129.2 4>7 ENTERING cause 0 code 0000 cfg 1\n1.5 #1 step 7\n* post\n"
@@ -362,7 +365,7 @@ static void reconfiguring_revokes_the_old_configuration(void)
     TEST_ASSERT_NULL(subsystem_configuration(&fixture.subsystem));
 }
 
-static void a_refused_descriptor_keeps_it_offline(void)
+static void a_refused_descriptor_keeps_the_component_offline(void)
 {
     fixture_close();
     fixture_open_invalid();
@@ -397,6 +400,6 @@ int main(void)
     RUN_TEST(a_component_wakes_when_something_is_due);
     RUN_TEST(status_comes_once_a_second_and_on_request);
     RUN_TEST(reconfiguring_revokes_the_old_configuration);
-    RUN_TEST(a_refused_descriptor_keeps_it_offline);
+    RUN_TEST(a_refused_descriptor_keeps_the_component_offline);
     return UNITY_END();
 }

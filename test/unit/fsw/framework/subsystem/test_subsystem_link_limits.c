@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Links in rare circumstances: unreachable ends, no room, ends that differ from what was agreed.
+// Links in rare circumstances: unreachable ends, full tables, ends that differ from the agreement.
 #include "test/unit/fsw/framework/subsystem/link_fixture.inc"
 
 static uint8_t reaching; ///< Result of the resolver.
@@ -53,8 +53,8 @@ static void a_method_of_another_kind_is_never_offered(void)
     TEST_ASSERT_TRUE(fixture_has("130.5 reason 4 "));
 }
 
-/// Nine ports, and SUBSYSTEM_LINKS is eight.
-static void more_links_than_there_is_room_for_are_refused(void)
+/// The descriptor has nine ports; SUBSYSTEM_LINKS is eight.
+static void links_beyond_the_capacity_are_refused(void)
 {
     static char ports[2048] = "</RTLinkService>";
     size_t used             = 0U;
@@ -168,7 +168,7 @@ int main(void)
     RUN_TEST(a_method_that_cannot_reach_the_partner_is_not_offered);
     RUN_TEST(without_links_every_request_is_refused);
     RUN_TEST(a_method_of_another_kind_is_never_offered);
-    RUN_TEST(more_links_than_there_is_room_for_are_refused);
+    RUN_TEST(links_beyond_the_capacity_are_refused);
     RUN_TEST(a_subsystem_cannot_use_the_other_end_of_its_link);
     RUN_TEST(the_status_of_a_producer_contains_what_it_sent);
     RUN_TEST(a_lost_link_is_reported_only_where_there_is_an_event_for_it);

@@ -51,7 +51,7 @@ static void expect_stale_reaction(state_t state, const char* lines)
     bring_linked(state);
     other_writes = false;
     run(3U);
-    fixture_expect(""); // The last sample is 3 ms old, then 4.
+    fixture_expect(""); // The last sample is 3 ms old, then 4 ms.
     run(1U);
     fixture_expect("");
     run(1U);
@@ -114,7 +114,7 @@ static void samples_of_an_earlier_opening_do_not_count(void)
     fixture_expect("130.10 link 1 3>4 reason 9\n5.2 event 11 aux \n");
 }
 
-static void a_closed_link_is_as_lost_as_a_stale_one(void)
+static void a_closed_link_has_the_same_effect_as_a_stale_one(void)
 {
     bring_linked(STATE_OPERATIONAL);
     fixture.ack = 0U;
@@ -134,7 +134,7 @@ static void a_closed_link_is_as_lost_as_a_stale_one(void)
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "0111 100002\n"));
 }
 
-/// Bring the component into this state, with a third open link, which is not required.
+/// Bring the component into this state with a third open link, which is not required.
 static void bring_with_extra(state_t state)
 {
     const rtlink_terms_t terms = terms_of(PORT_EXTRA);
@@ -180,7 +180,7 @@ static void an_error_of_the_link_partner_is_an_error_of_the_subsystem(void)
         setUp();
         bring_linked(state);
         other_state = STATE_ERROR_OPERATIONAL;
-        run(1U); // In the cycle in which the sample comes.
+        run(1U); // The event is raised in the cycle in which the sample arrives.
         (void)snprintf(expected, sizeof expected,
                        "129.2 %d>6 ENTERING cause 2 code 0000 cfg 2\n5.1 event 12 aux \n"
                        "129.2 6>6 SECURED cause 2 code 0000 cfg 2\n",
@@ -218,7 +218,7 @@ int main(void)
     RUN_TEST(a_stale_link_prevents_operational_until_it_has_fresh_samples);
     RUN_TEST(a_link_that_never_receives_a_sample_is_stale);
     RUN_TEST(samples_of_an_earlier_opening_do_not_count);
-    RUN_TEST(a_closed_link_is_as_lost_as_a_stale_one);
+    RUN_TEST(a_closed_link_has_the_same_effect_as_a_stale_one);
     RUN_TEST(the_loss_of_an_optional_link_is_only_reported);
     RUN_TEST(a_closed_link_that_is_not_required_raises_no_event);
     RUN_TEST(an_error_of_the_link_partner_is_an_error_of_the_subsystem);

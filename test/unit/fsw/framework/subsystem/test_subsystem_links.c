@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The member side of real-time links: the handshake by telecommands, with fake other ends.
+// The subsystem's side of real-time links: the handshake by telecommands, with fake other ends.
 #include "test/unit/fsw/framework/subsystem/link_fixture.inc"
 
 // ---- Offers and refusals ----
@@ -14,7 +14,7 @@ static void ports_are_offered_once_per_method(void)
                    (unsigned long)port_of(PORT_IN)->layout_hash, native(), 4000U);
     fixture_expect(expected);
     (void)fixture_command(PUS_SERVICE_RTLINK, PUS_LINK_REPORT_OFFERS, "\x00", 1U);
-    TEST_ASSERT_TRUE(fixture_has("130.2 00030001")); // This run has shared memory only.
+    TEST_ASSERT_TRUE(fixture_has("130.2 00030001")); // This run offers shared memory only.
     fixture_forget();
     (void)fixture_command(PUS_SERVICE_RTLINK, PUS_LINK_REPORT_OFFERS, "\x01\x00\x63", 3U);
     fixture_expect("1.1 #2\n1.4 #2 0201 63\n");
@@ -48,7 +48,7 @@ static void each_refusal_names_its_field(void)
     spoiled                       = request_of(PORT_IN, 1U);
     spoiled.properties.byte_order = 2U;
     expect_refusal(&spoiled, 2U, 3U);
-    static const uint32_t periods[] = {0U, 700U, 1500U, UINT32_MAX}; // The consumer's is 1000.
+    static const uint32_t periods[] = {0U, 700U, 1500U, UINT32_MAX}; // The period of the consumer is 1000 us.
     for (unsigned i = 0U; i < 4U; i++) {
         spoiled                      = request_of(PORT_IN, 1U);
         spoiled.properties.period_us = periods[i];
@@ -60,7 +60,7 @@ static void each_refusal_names_its_field(void)
         spoiled.properties.method = methods[i];
         expect_refusal(&spoiled, 4U, 6U);
     }
-    spoiled = request_of(PORT_IN, 0U); // The manager's numbers begin with 1.
+    spoiled = request_of(PORT_IN, 0U); // Numbers of links begin with 1.
     expect_refusal(&spoiled, 5U, 0U);
     spoiled                    = request_of(PORT_IN, 1U);
     spoiled.ends.consumer_port = 99U;
@@ -68,15 +68,17 @@ static void each_refusal_names_its_field(void)
     spoiled                    = request_of(PORT_IN, 1U);
     spoiled.ends.consumer_apid = 99U; // Neither end is this subsystem.
     expect_refusal(&spoiled, 7U, 9U);
-    spoiled      = request_of(PORT_IN, 1U);
-    spoiled.ends = (pus_link_ends_t){FIXTURE_APID, PORT_IN, PEER, PEER_PORT}; // It provides no such port.
+    spoiled = request_of(PORT_IN, 1U);
+    // The subsystem provides no such port.
+    spoiled.ends = (pus_link_ends_t){FIXTURE_APID, PORT_IN, PEER, PEER_PORT};
     expect_refusal(&spoiled, 7U, 9U);
     spoiled      = request_of(PORT_OUT, 1U);
     spoiled.ends = (pus_link_ends_t){PEER, PEER_PORT, FIXTURE_APID, PORT_OUT};
     expect_refusal(&spoiled, 7U, 9U);
 }
 
-/// Make one field of an acceptable request wrong. False: this port accepts the request also with that value.
+/// Make one field of an acceptable request wrong. Returns false if the port accepts the request even with
+/// this value.
 static bool spoil(pus_link_request_t* request, unsigned what, bool is_producer)
 {
     switch (what) {
@@ -88,7 +90,7 @@ static bool spoil(pus_link_request_t* request, unsigned what, bool is_producer)
         return true;
     case 2U:
         request->properties.byte_order = 2U;
-        return !is_producer; // A producer accepts it: its own byte order applies.
+        return !is_producer; // A producer accepts it, because its own byte order applies.
     case 3U:
         request->properties.period_us = 700U;
         return true;
@@ -165,10 +167,10 @@ static void a_consumer_opens_and_reads(void)
     fixture_run(2U);
     TEST_ASSERT_EQUAL_UINT32(2U * FIXTURE_PERIOD_NS / 1000U,
                              subsystem_link_age_us(&fixture.subsystem, PORT_IN));
-    fixture.now_ns += 5000U * 1000000000ULL; // More than a parameter of 32 bits can hold.
+    fixture.now_ns += 5000U * 1000000000ULL; // A time that does not fit a parameter of 32 bits.
     fixture_run(1U);
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, subsystem_link_age_us(&fixture.subsystem, PORT_IN));
-    const double values[2] = {1.0, 2.0}; // A producer whose clock is ahead.
+    const double values[2] = {1.0, 2.0}; // The clock of the producer is ahead.
     (void)rtlink_producer_write(&other, 4U, fixture.now_ns + FIXTURE_PERIOD_NS, (const uint8_t*)values);
     fixture_run(1U);
     TEST_ASSERT_EQUAL_UINT32(0U, subsystem_link_age_us(&fixture.subsystem, PORT_IN));
@@ -195,7 +197,7 @@ static void a_producer_opens_and_writes_its_true_state(void)
     TEST_ASSERT_EQUAL_DOUBLE(1.5, value);
     TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, reader.peer_state);
     (void)subsystem_raise(&fixture.subsystem, FIXTURE_BROKEN, (const uint8_t*)"\x00\x01", 2U);
-    fixture_run(1U); // The next sample shows it.
+    fixture_run(1U); // The next sample has the new state.
     TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_read(&reader, fixture.now_ns));
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, reader.peer_state);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, subsystem_link_write(&fixture.subsystem, 99U, &value, sizeof value));
@@ -203,7 +205,7 @@ static void a_producer_opens_and_writes_its_true_state(void)
                       subsystem_link_write(&fixture.subsystem, PORT_IN, in_value, sizeof in_value));
 }
 
-static void octets_of_a_remote_endian_producer_are_swapped(void)
+static void octets_of_a_producer_of_the_other_byte_order_are_swapped(void)
 {
     const rtlink_terms_t terms = terms_of(PORT_IN);
     pus_link_request_t request = request_of(PORT_IN, 1U);
@@ -226,7 +228,7 @@ static void octets_of_a_remote_endian_producer_are_swapped(void)
     TEST_ASSERT_EQUAL_DOUBLE(-1e-3, in_value[1]);
 }
 
-static void a_slower_consumer_lets_samples_pass(void)
+static void a_slower_consumer_does_not_miss_the_samples_between(void)
 {
     pus_link_request_t request = request_of(PORT_IN, 1U);
     const rtlink_terms_t terms = terms_of(PORT_IN);
@@ -248,7 +250,7 @@ static void a_slower_consumer_lets_samples_pass(void)
     TEST_ASSERT_EQUAL(0U, totals.lost);
     close_link(1U, 0U);
     subsystem_link_totals(&fixture.subsystem, &totals);
-    TEST_ASSERT_EQUAL(40U, totals.received); // The totals outlive the link.
+    TEST_ASSERT_EQUAL(40U, totals.received); // The totals are kept when the link is closed.
 }
 
 /// The totals keep the counts of a link that is closed.
@@ -273,7 +275,8 @@ static void totals_of_links_count_what_was_received_lost_late_and_refused(void)
     other_writes = false;
     fixture_run(10U);
     const size_t size = rtlink_frame_encode(&header, payload, sizeof payload, true, frame);
-    subsystem_link_datagram(&fixture.subsystem, frame, size); // Its samples come through shared memory.
+    // This link uses shared memory and ignores the datagram.
+    subsystem_link_datagram(&fixture.subsystem, frame, size);
     subsystem_link_totals(&fixture.subsystem, &totals);
     TEST_ASSERT_TRUE((totals.late >= 5U) && (totals.late <= 20U));
     TEST_ASSERT_EQUAL(before.refused + 1U, totals.refused);
@@ -292,7 +295,7 @@ static void a_link_that_cannot_be_opened_is_refused(void)
     fixture_expect("1.1 #1\n1.4 #1 0201 1\n");
     accept_port(PORT_IN, 1U);
     fixture_forget();
-    open(1U, 1U); // No producer has made the memory.
+    open(1U, 1U); // The memory does not exist, because there is no producer.
     fixture_expect("1.1 #3\n130.10 link 1 2>5 reason 5\n1.3 #3\n1.8 #3 0404 4\n");
     open(1U, 1U);
     fixture_expect("1.1 #4\n1.4 #4 0201 1\n");
@@ -379,8 +382,8 @@ int main(void)
     RUN_TEST(links_are_made_in_pre_operational_with_a_configuration);
     RUN_TEST(a_consumer_opens_and_reads);
     RUN_TEST(a_producer_opens_and_writes_its_true_state);
-    RUN_TEST(octets_of_a_remote_endian_producer_are_swapped);
-    RUN_TEST(a_slower_consumer_lets_samples_pass);
+    RUN_TEST(octets_of_a_producer_of_the_other_byte_order_are_swapped);
+    RUN_TEST(a_slower_consumer_does_not_miss_the_samples_between);
     RUN_TEST(totals_of_links_count_what_was_received_lost_late_and_refused);
     RUN_TEST(a_link_that_cannot_be_opened_is_refused);
     RUN_TEST(an_accepted_link_waits_five_seconds);

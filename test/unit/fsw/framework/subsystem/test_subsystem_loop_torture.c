@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops in tasks of their own beside a component that is commanded without a pause: no report has half a
-// structure, none is of a former configuration, and every one is sent or counted.
+// Loops in tasks of their own beside a component that receives commands all the time: no report contains a
+// partly updated structure or belongs to an earlier configuration, and each report is sent or counted.
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #include "osal/include/osal/task.h"
@@ -29,9 +29,9 @@ static uint64_t present_ns; // Atomic: the tasks read it as the time.
 static uint32_t is_over;
 static uint32_t seed;
 static uint32_t reports;
-static uint32_t asked;    // Requests of ST[17]: each is answered,
-static uint32_t answered; // or refused for lack of room.
-static uint32_t values;   // TM[20,2].
+static uint32_t asked;    // Requests of ST[17]: each is answered
+static uint32_t answered; // or refused because the queue is full.
+static uint32_t values;   // Reports TM[20,2].
 
 void setUp(void)
 {
@@ -92,7 +92,7 @@ static void check_sample(const char* hex)
         TEST_ASSERT_EQUAL(1, sscanf(digits, "%16llX", &position.bits));
         TEST_ASSERT_EQUAL(1, sscanf(hex, "%8X", &state));
         const bool is_initial = (state == 0U) && (position.number == (double)(i + 1U));
-        if (!is_initial) { // 1 and 2 are the descriptor's initial values.
+        if (!is_initial) { // 1 and 2 are the initial values of the descriptor.
             TEST_ASSERT_EQUAL_DOUBLE_MESSAGE((double)state, position.number, hex);
         }
     }
@@ -124,7 +124,7 @@ static void check_reports(void)
             check_sample(&at[9]);
             reports++;
         } else {
-            // A structure of the component's own loop.
+            // A structure that the component's own loop samples.
         }
     }
 }
@@ -141,7 +141,7 @@ static void housekeeping(uint8_t subtype)
     (void)fixture_command(3U, subtype, data, sizeof data);
 }
 
-/// Requests to both loops.
+/// Send requests to both loops.
 static void ask(void)
 {
     const uint8_t id[] = {1U, (uint8_t)(fixture_values_id >> 24U), (uint8_t)(fixture_values_id >> 16U),
@@ -189,7 +189,7 @@ static void command(void)
     }
 }
 
-/// Wait until each task has run once more.
+/// Wait until each task has run once.
 static void let_the_tasks_run(void)
 {
     const struct timespec rest = {0, 20000};
@@ -202,7 +202,7 @@ static void let_the_tasks_run(void)
     }
 }
 
-static void reports_are_complete_for_every_command(void)
+static void every_report_is_consistent_and_sent_or_counted(void)
 {
     fixture.in_sense = update;
     for (uint8_t i = 0U; i < LOOPS; i++) {
@@ -241,6 +241,6 @@ static void reports_are_complete_for_every_command(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(reports_are_complete_for_every_command);
+    RUN_TEST(every_report_is_consistent_and_sent_or_counted);
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Services in loops of their own: rate, order, mailbox, and the end of their configuration.
+// Services in loops of their own: rate, order, mailbox, and what happens when their configuration ends.
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #include "base/octets.h"
@@ -9,12 +9,12 @@
 #include <stdio.h>
 #include <string.h>
 
-#define SLOW 0U ///< Places of the loops in configuration ALONE.
+#define SLOW 0U ///< Indices of the loops in configuration ALONE.
 #define FAST 1U
 #define SLOW_NS 4000000ULL
 #define FAST_NS 500000ULL
 #define SLOW_REPORT 101U ///< LIMIT once, COUNT three times, every 3 cycles of SLOW.
-#define FAST_REPORT 102U ///< COUNT every 5 cycles of FAST; disabled at first.
+#define FAST_REPORT 102U ///< COUNT every 5 cycles of FAST; initially disabled.
 
 /// The fixture's descriptor with two loops in configuration ALONE.
 static void open_with_loops(void)
@@ -35,7 +35,7 @@ static void open_with_loops(void)
     fixture_open(xml);
 }
 
-/// The samples show the time in half milliseconds.
+/// The values are the time in half milliseconds.
 static void count_time(void)
 {
     fixture.count = (uint16_t)(fixture.now_ns / FAST_NS);
@@ -66,7 +66,7 @@ static void begin(void)
     fixture.shows_status = true;
 }
 
-/// Values that structure 101 reports at a time: those of the cycles before the loop's own.
+/// Expect the values that structure 101 reports at a time: those of the cycles before the cycle of the loop.
 static void expect_slow_report(uint64_t at_ns)
 {
     char expected[96];
@@ -109,10 +109,11 @@ static void the_component_wakes_for_the_fastest_loop(void)
     for (const char* at = strstr(fixture_look(), "3.25 0066"); at != NULL; at = strstr(&at[1], "3.25 0066")) {
         reports++;
     }
-    TEST_ASSERT_EQUAL(4U, reports); // Every 2.5 ms, though the component's cycle is one millisecond.
+    // A report every 2.5 ms, although the cycle of the component is one millisecond.
+    TEST_ASSERT_EQUAL(4U, reports);
 }
 
-static void before_a_configuration_the_highest_priority_counts(void)
+static void before_a_configuration_the_highest_priority_applies(void)
 {
     TEST_ASSERT_EQUAL(10U, subsystem_component_priority(&fixture.subsystem));
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
@@ -129,7 +130,7 @@ static void without_its_configuration_a_loop_rests(void)
     begin();
     TEST_ASSERT_EQUAL(5U, subsystem_loop_priority(&fixture.subsystem, SLOW));
     TEST_ASSERT_EQUAL(20U, subsystem_loop_priority(&fixture.subsystem, FAST));
-    (void)fixture_select(FIXTURE_LINKED); // Which has none.
+    (void)fixture_select(FIXTURE_LINKED); // This configuration has no loops.
     fixture_run(3U);
     TEST_ASSERT_EQUAL(0U, subsystem_loop_priority(&fixture.subsystem, SLOW));
     TEST_ASSERT_TRUE(subsystem_loop_step(&fixture.subsystem, FAST, fixture.now_ns) == SUBSYSTEM_NEVER);
@@ -151,13 +152,13 @@ static void requests_reach_structures_of_every_loop(void)
     (void)fixture_look();
     fixture_run(40U);
     TEST_ASSERT_FALSE(fixture_has("3.25"));
-    (void)hk_request(27U, SLOW_REPORT); // Once, from the component's own loop.
+    (void)hk_request(27U, SLOW_REPORT); // One report, which the component's own loop samples.
     TEST_ASSERT_TRUE(fixture_has("3.25 0065401C000000000000"));
     (void)fixture_look();
     (void)fixture_command(3U, 31U, interval, sizeof interval);
     (void)hk_request(5U, SLOW_REPORT);
     fixture_run(13U);
-    TEST_ASSERT_FALSE(fixture_has("3.25")); // Four cycles of 4 ms are not over.
+    TEST_ASSERT_FALSE(fixture_has("3.25")); // Four cycles of 4 ms have not passed yet.
     fixture_run(4U);
     TEST_ASSERT_TRUE(fixture_has("3.25 0065"));
     (void)hk_request(6U, SLOW_REPORT);
@@ -179,7 +180,7 @@ static void begin_with_tasks(void)
     fixture.shows_status = true;
 }
 
-/// Step a loop this many of its cycles without the component; returns the time of the last one.
+/// Step a loop this number of its cycles without the component. Returns the time of the last cycle.
 static uint64_t step_loop(uint8_t loop, uint64_t period_ns, unsigned cycles)
 {
     uint64_t at_ns = (fixture.now_ns / period_ns) * period_ns;
@@ -191,13 +192,13 @@ static uint64_t step_loop(uint8_t loop, uint64_t period_ns, unsigned cycles)
     return at_ns;
 }
 
-static void the_component_leaves_loops_with_tasks_alone(void)
+static void the_component_does_not_step_loops_that_have_tasks(void)
 {
     begin_with_tasks();
     fixture_run(60U);
     TEST_ASSERT_FALSE(fixture_has("3.25"));
     const uint64_t at_ns = step_loop(FAST, FAST_NS, 5U);
-    TEST_ASSERT_FALSE(fixture_has("3.25")); // The loop itself numbers and sends nothing.
+    TEST_ASSERT_FALSE(fixture_has("3.25")); // The loop does not number and send its reports.
     fixture_run(1U);
     char expected[32];
     (void)snprintf(expected, sizeof expected, "3.25 0066%04X\n", (unsigned)(at_ns / FAST_NS));
@@ -214,7 +215,7 @@ static void a_loop_runs_each_of_its_cycles_once_and_keeps_its_period_when_late(v
     fixture_run(1U);
     TEST_ASSERT_FALSE(fixture_has("3.25"));
     (void)subsystem_loop_step(&fixture.subsystem, FAST,
-                              at_ns + (3U * FAST_NS)); // Two late: 7 of 5 and 2 of 5.
+                              at_ns + (3U * FAST_NS)); // Two cycles are late: 7 of 5 and 2 of 5.
     fixture_run(1U);
     TEST_ASSERT_TRUE(fixture_has("3.25 0066"));
     (void)fixture_look();
@@ -255,12 +256,12 @@ static void queued_samples_are_dropped_and_counted_when_the_configuration_ends(v
     const uint32_t before = fixture.subsystem.housekeeping.counters.dropped;
     (void)step_loop(FAST, FAST_NS, 15U);
     (void)fixture_state(STATE_OFFLINE);
-    fixture_run(20U); // The first cycle revokes it.
+    fixture_run(20U); // The first cycle revokes the configuration.
     TEST_ASSERT_FALSE(fixture_has("3.25 0066"));
     TEST_ASSERT_EQUAL_UINT32(before + 3U, fixture.subsystem.housekeeping.counters.dropped);
 }
 
-static void a_port_that_refuses_is_counted_as_in_every_loop(void)
+static void refused_reports_of_a_loop_are_counted(void)
 {
     begin_with_tasks();
     const uint32_t before = fixture.subsystem.housekeeping.counters.dropped;
@@ -271,8 +272,8 @@ static void a_port_that_refuses_is_counted_as_in_every_loop(void)
     TEST_ASSERT_EQUAL_UINT32(before + 2U, fixture.subsystem.housekeeping.counters.dropped);
 }
 
-/// Memory of a new process: a mutex that is locked before it is created fails an assertion
-/// (test/contract/osal/test_mutex.c), on every operating system.
+/// In a new process, locking a mutex before it is created fails an assertion on every operating system
+/// (test/contract/osal/test_mutex.c).
 static void mutexes_are_created_before_a_service_locks_them(void)
 {
     const subsystem_config_t config = fixture.subsystem.config;
@@ -288,13 +289,13 @@ int main(void)
     RUN_TEST(mutexes_are_created_before_a_service_locks_them);
     RUN_TEST(a_structure_keeps_the_rate_of_its_loop);
     RUN_TEST(the_component_wakes_for_the_fastest_loop);
-    RUN_TEST(before_a_configuration_the_highest_priority_counts);
+    RUN_TEST(before_a_configuration_the_highest_priority_applies);
     RUN_TEST(without_its_configuration_a_loop_rests);
     RUN_TEST(requests_reach_structures_of_every_loop);
-    RUN_TEST(the_component_leaves_loops_with_tasks_alone);
+    RUN_TEST(the_component_does_not_step_loops_that_have_tasks);
     RUN_TEST(a_loop_runs_each_of_its_cycles_once_and_keeps_its_period_when_late);
     RUN_TEST(a_full_mailbox_refuses_and_counts);
     RUN_TEST(queued_samples_are_dropped_and_counted_when_the_configuration_ends);
-    RUN_TEST(a_port_that_refuses_is_counted_as_in_every_loop);
+    RUN_TEST(refused_reports_of_a_loop_are_counted);
     return UNITY_END();
 }

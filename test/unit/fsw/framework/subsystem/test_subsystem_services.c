@@ -71,7 +71,7 @@ static void arguments_outside_their_bounds_are_refused(void)
         (void)snprintf(line, sizeof line, "1.4 #%u 0203", i);
         TEST_ASSERT_TRUE(fixture_has(line));
     }
-    TEST_ASSERT_EQUAL(0U, fixture.moved.speed); // None of them was performed.
+    TEST_ASSERT_EQUAL(0U, fixture.moved.speed); // No function was performed.
     TEST_ASSERT_EQUAL(0U, fixture.subsystem.call_tokens.stats.taken);
 }
 
@@ -147,7 +147,7 @@ static void a_function_may_end_later(void)
     subsystem_function_done(&fixture.subsystem, second, 0U, 0U);
     subsystem_function_done(&fixture.subsystem, first, PUS_FAILURE_NO_ANSWER, 17U);
     fixture_expect("1.7 #1\n1.8 #0 0402 11\n");
-    subsystem_function_done(&fixture.subsystem, first, 0U, 0U); // It has ended already.
+    subsystem_function_done(&fixture.subsystem, first, 0U, 0U); // The function has already ended.
     subsystem_function_done(&fixture.subsystem, 0U, 0U, 0U);
     subsystem_function_done(&fixture.subsystem, 99U, 0U, 0U);
     subsystem_function_done(&fixture.subsystem, UINT32_MAX, 0U, 0U);
@@ -166,7 +166,7 @@ static void too_many_functions_at_once_are_refused_after_a_warning(void)
     fixture_run(1U);
     TEST_ASSERT_FALSE(fixture_has("5.2"));
     fixture_forget();
-    (void)fixture_function("WAIT", NULL, 0U); // Six of eight tokens are 75 %.
+    (void)fixture_function("WAIT", NULL, 0U); // Six tokens of eight are 75 %.
     fixture_run(2U);
     fixture_expect("1.1 #5\n1.3 #5\n5.2 event 5 aux \n");
     (void)fixture_function("WAIT", NULL, 0U);
@@ -317,7 +317,8 @@ static void parameters_are_unknown_while_the_subsystem_is_offline(void)
     fixture_forget();
     report_parameter(fixture_values_id);
     TEST_ASSERT_TRUE(fixture_has("1.4 #3 0201 2180000"));
-    fixture_bring(STATE_PRE_OPERATIONAL, 0U); // After the next start from OFFLINE it has its initial value.
+    // After the next start from OFFLINE the parameter has its initial value.
+    fixture_bring(STATE_PRE_OPERATIONAL, 0U);
     TEST_ASSERT_EQUAL_DOUBLE(5.0, fixture.limit);
 }
 
@@ -344,7 +345,7 @@ static uint32_t next_report(void)
     return cycle;
 }
 
-static void housekeeping_is_sampled_as_the_descriptor_says(void)
+static void housekeeping_is_sampled_as_the_descriptor_defines(void)
 {
     fixture.in_control = count_cycles;
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
@@ -472,7 +473,7 @@ static void a_new_descriptor_waits_until_nothing_is_controlled(void)
     TEST_ASSERT_TRUE(subsystem_descriptor(&fixture.subsystem) == &changed);
 }
 
-static void a_component_without_a_descriptor_can_be_given_one(void)
+static void a_component_without_a_descriptor_accepts_one(void)
 {
     fixture_close();
     fixture_open_invalid();
@@ -501,12 +502,12 @@ int main(void)
     RUN_TEST(a_function_that_causes_an_error_ends_once);
     RUN_TEST(parameters_are_set_within_their_bounds);
     RUN_TEST(parameters_are_unknown_while_the_subsystem_is_offline);
-    RUN_TEST(housekeeping_is_sampled_as_the_descriptor_says);
+    RUN_TEST(housekeeping_is_sampled_as_the_descriptor_defines);
     RUN_TEST(structures_are_deleted_with_their_parameters);
     RUN_TEST(a_disabled_event_still_causes_the_error_state);
     RUN_TEST(a_new_descriptor_applies_at_once_if_nothing_is_controlled);
     RUN_TEST(a_refused_descriptor_leaves_the_old_one);
     RUN_TEST(a_new_descriptor_waits_until_nothing_is_controlled);
-    RUN_TEST(a_component_without_a_descriptor_can_be_given_one);
+    RUN_TEST(a_component_without_a_descriptor_accepts_one);
     return UNITY_END();
 }

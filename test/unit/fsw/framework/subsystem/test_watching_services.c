@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ST[12] and ST[04] of a subsystem: its own parameters, its own events, its own time.
+// ST[12] and ST[04] of a subsystem with its own parameters, events and time.
 #include "fsw/framework/subsystem/monitoring_service.h"
 #include "fsw/framework/subsystem/statistics_service.h"
 
@@ -11,8 +11,8 @@
 
 #define PMONS 2U
 #define STATISTICS 2U
-#define FIXTURE_CROSSED 20U // 16 octets of auxiliary data, as a PMON has them,
-#define FIXTURE_FAILED 21U  // and 4, as an FMON has them.
+#define FIXTURE_CROSSED 20U // 16 octets of auxiliary data, as a PMON fills them,
+#define FIXTURE_FAILED 21U  // and 4, as an FMON fills them.
 #define TICKS_PER_S 16777216U
 
 static struct {
@@ -121,8 +121,8 @@ static void accepted(uint8_t service, uint8_t subtype)
     fixture_forget();
 }
 
-/// The one kept record, given to a component that starts again; truncated it is refused.
-static void comes_back(uint8_t service)
+/// Restore the only record in a component that starts again; a truncated record is refused.
+static void restore_the_record(uint8_t service)
 {
     static uint8_t record[sizeof kept.octets];
     const uint32_t key = kept.key;
@@ -199,12 +199,12 @@ static void an_event_of_another_size_contains_the_parameters_of_its_definition(v
     fixture.count = 21U;
     fixture_run(1U);
     TEST_ASSERT_TRUE(fixture_has("5.4 event 6 aux \n"));
-    // As if the event were its own.
+    // The event has the effect of an event that the subsystem raises.
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, subsystem_state(&fixture.subsystem));
 }
 
-/// Values that only the raiser of the event knows: they are not reported as zeros.
-static void an_event_with_values_of_another_raiser_is_refused(void)
+/// The monitor cannot know these values, and does not report zeros instead.
+static void an_event_with_values_that_a_monitor_cannot_know_is_refused(void)
 {
     static const uint16_t events[][2] = {{FIXTURE_BROKEN, 0U}, {0U, FIXTURE_BROKEN}, {FIXTURE_FAILED, 0U}};
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
@@ -218,7 +218,7 @@ static void an_event_with_values_of_another_raiser_is_refused(void)
     }
 }
 
-static void only_events_of_the_descriptor_can_be_named(void)
+static void only_events_of_the_descriptor_are_accepted(void)
 {
     write_pmon(1U, 0U, 999U);
     fixture_forget();
@@ -306,7 +306,7 @@ static void parameters_that_are_absent_are_not_checked(void)
     fixture.count = 21U;
     fixture_run(10U);
     TEST_ASSERT_FALSE(fixture_has("5."));
-    fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE); // Its parameters are there again.
+    fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE); // The parameters exist again.
     fixture.count = 21U;
     fixture_run(1U);
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_HIGH, storage.pmons[storage.order[0]].status);
@@ -318,7 +318,7 @@ static void a_definition_is_restored_from_its_record(void)
     fixture_bring(STATE_PRE_OPERATIONAL, 0U);
     write_pmon(7U, FIXTURE_NOTE, FIXTURE_CROSSED);
     accepted(12U, 5U);
-    comes_back(12U);
+    restore_the_record(12U);
     TEST_ASSERT_EQUAL_UINT16(1U, storage.monitoring.monitoring.pmon_count);
 }
 
@@ -341,7 +341,7 @@ static uint32_t samples(void)
     return storage.statistics.statistics.counters.samples;
 }
 
-static void intervals_are_of_time_and_not_of_cycles(void)
+static void intervals_are_measured_in_time_and_not_in_cycles(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     fixture_run(1U);
@@ -354,7 +354,7 @@ static void intervals_are_of_time_and_not_of_cycles(void)
     fixture_run(1U);
     TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&fixture.subsystem));
     const uint32_t missing = storage.statistics.statistics.counters.missing;
-    fixture_run(10U); // Cycles of 10 ms: the loop steps once in each, although two steps were due.
+    fixture_run(10U); // Cycles of 10 ms: the loop steps once in each cycle, although two steps were due.
     TEST_ASSERT_EQUAL_UINT32(missing + 10U, storage.statistics.statistics.counters.missing);
 }
 
@@ -370,13 +370,13 @@ static void no_interval_is_shorter_than_a_millisecond(void)
     TEST_ASSERT_EQUAL_UINT32(10U, samples());
 }
 
-static void a_statistic_comes_back_from_its_record(void)
+static void a_statistic_is_restored_from_its_record(void)
 {
     begin(&persistence);
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     write_statistic(1U);
     accepted(4U, 6U);
-    comes_back(4U);
+    restore_the_record(4U);
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     fixture_run(10U);
     TEST_ASSERT_TRUE(samples() >= 10U);
@@ -387,15 +387,15 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(an_event_carries_the_values_of_its_monitor);
     RUN_TEST(an_event_of_another_size_contains_the_parameters_of_its_definition);
-    RUN_TEST(an_event_with_values_of_another_raiser_is_refused);
-    RUN_TEST(only_events_of_the_descriptor_can_be_named);
+    RUN_TEST(an_event_with_values_that_a_monitor_cannot_know_is_refused);
+    RUN_TEST(only_events_of_the_descriptor_are_accepted);
     RUN_TEST(an_event_that_a_new_descriptor_does_not_have_is_not_raised);
     RUN_TEST(a_callback_of_the_subsystem_selects_the_monitored_parameters);
     RUN_TEST(functional_monitoring_raises_events_too);
     RUN_TEST(parameters_that_are_absent_are_not_checked);
     RUN_TEST(a_definition_is_restored_from_its_record);
-    RUN_TEST(intervals_are_of_time_and_not_of_cycles);
+    RUN_TEST(intervals_are_measured_in_time_and_not_in_cycles);
     RUN_TEST(no_interval_is_shorter_than_a_millisecond);
-    RUN_TEST(a_statistic_comes_back_from_its_record);
+    RUN_TEST(a_statistic_is_restored_from_its_record);
     return UNITY_END();
 }

@@ -53,7 +53,7 @@ void tearDown(void)
 {
 }
 
-/// Whole document in pieces of `piece` octets.
+/// Parse the whole document in pieces of `piece` octets.
 static status_t parse_pieces(const char* const octets, const size_t size, const size_t piece)
 {
     trace[0]        = '\0';
@@ -81,7 +81,7 @@ static void elements_attributes_and_lines_are_reported(void)
     TEST_ASSERT_EQUAL_STRING(sample_trace, trace);
 }
 
-static void any_size_of_pieces_gives_the_same(void)
+static void the_size_of_pieces_does_not_change_the_result(void)
 {
     for (size_t piece = 1U; piece <= sizeof sample; piece++) {
         TEST_ASSERT_EQUAL(STATUS_OK, parse_pieces(sample, sizeof sample - 1U, piece));
@@ -168,7 +168,7 @@ static void refuses_encodings_other_than_utf8(void)
     TEST_ASSERT_EQUAL_STRING("<A@1.2#1 x=\xC3\xA4>A@1", trace);
 }
 
-static void refuses_versions_that_are_none(void)
+static void refuses_unknown_versions(void)
 {
     static const char* const versions[] = {"2", "1", "1.1", "", "one", "1.00"};
     for (size_t i = 0U; i < (sizeof versions / sizeof versions[0]); i++) {
@@ -180,7 +180,7 @@ static void refuses_versions_that_are_none(void)
     TEST_ASSERT_EQUAL_STRING("version is not 1.0", parser.error.message);
 }
 
-static void takes_nothing_before_the_beginning_and_after_the_end(void)
+static void refuses_octets_before_the_beginning_and_after_the_end(void)
 {
     xml_init(&parser, arena, XML_ARENA_WORDS);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, xml_feed(&parser, "<A/>", 4U));
@@ -213,7 +213,7 @@ static void refuses_nesting_of_a_hundred_thousand(void)
     TEST_ASSERT_EQUAL_UINT32(16U, started);
 }
 
-/// A document of that many octets: <A>, spaces, </A>.
+/// Parse a document of exactly this number of octets: <A>, spaces, </A>.
 static status_t parse_octets(const size_t octets)
 {
     static char document[XML_OCTETS_MAX + 2U];
@@ -224,7 +224,7 @@ static status_t parse_octets(const size_t octets)
     return parse(document);
 }
 
-/// A document element with that many elements in it.
+/// Parse a document element with this number of elements in it.
 static status_t parse_elements(const uint32_t inner)
 {
     static char document[(XML_ELEMENTS_MAX * 4U) + 8U];
@@ -238,7 +238,7 @@ static status_t parse_elements(const uint32_t inner)
     return parse(document);
 }
 
-/// An element with that many attributes, nested that deep.
+/// Parse an element with this number of attributes at this depth.
 static status_t parse_nested(const uint32_t depth, const uint32_t attributes)
 {
     static char document[512];
@@ -275,7 +275,7 @@ static void each_limit_is_reached_and_not_passed(void)
     TEST_ASSERT_EQUAL_STRING("too many attributes, at most 24", parser.error.message);
 }
 
-/// A hundred megabytes, never kept in memory: the limit ends it.
+/// A hundred megabytes that are never in memory at once: the limit of octets ends the parsing.
 static void refuses_a_document_of_a_hundred_megabytes(void)
 {
     static char spaces[65536];
@@ -292,7 +292,7 @@ static void refuses_a_document_of_a_hundred_megabytes(void)
     TEST_ASSERT_LESS_OR_EQUAL_UINT64((1U << 20U) + sizeof spaces, fed);
 }
 
-/// One name, or one value, longer than any arena: an error, not a crash.
+/// A name or a value longer than any arena is an error and causes no crash.
 static void a_token_without_end_exhausts_the_arena(void)
 {
     static char letters[4096];
@@ -315,7 +315,7 @@ static void stops_where_the_handler_refuses(void)
     TEST_ASSERT_EQUAL_UINT32(5U, parser.error.line);
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, xml_feed(&parser, "<Z/>", 4U)); // The first error is final.
     refuse_at = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, parse(sample)); // And forgotten with the next document.
+    TEST_ASSERT_EQUAL(STATUS_OK, parse(sample)); // The next document clears it.
 }
 
 /// Arenas of all sizes, from one in which the first allocation fails to one in which no allocation fails.
@@ -353,7 +353,8 @@ static void many_documents_use_no_more_than_one(void)
     TEST_ASSERT_EQUAL_UINT64(used, parser.arena.used);
 }
 
-/// Random damage to a good document: any verdict, no crash, and the arena's bounds hold (under ASan too).
+/// Random damage to a correct document: the parser may accept or refuse it, but must not crash or leave the
+/// bounds of the arena (also under ASan).
 static void survives_random_damage(void)
 {
     static char document[sizeof sample];
@@ -391,14 +392,14 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(elements_attributes_and_lines_are_reported);
-    RUN_TEST(any_size_of_pieces_gives_the_same);
+    RUN_TEST(the_size_of_pieces_does_not_change_the_result);
     RUN_TEST(finds_attributes_by_name);
     RUN_TEST(a_document_cut_at_every_octet_is_an_error_not_a_crash);
     RUN_TEST(refuses_malformed_documents_with_the_line);
     RUN_TEST(refuses_text_but_not_space_between_elements);
     RUN_TEST(refuses_encodings_other_than_utf8);
-    RUN_TEST(refuses_versions_that_are_none);
-    RUN_TEST(takes_nothing_before_the_beginning_and_after_the_end);
+    RUN_TEST(refuses_unknown_versions);
+    RUN_TEST(refuses_octets_before_the_beginning_and_after_the_end);
     RUN_TEST(a_cut_is_distinguished_from_an_error);
     RUN_TEST(refuses_entities_however_they_come);
     RUN_TEST(refuses_nesting_of_a_hundred_thousand);

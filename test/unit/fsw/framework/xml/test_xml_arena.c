@@ -12,7 +12,7 @@
 static uint64_t words[WORDS + 2U];
 static xml_arena_t arena;
 
-/// An arena of whole words from `first` on.
+/// Open an arena of whole words that begins at `first`.
 static void open_arena(const size_t first, const size_t count)
 {
     arena = (xml_arena_t){.words = &words[first], .capacity = count * sizeof words[0]};
@@ -56,7 +56,7 @@ static void the_newest_block_grows_in_place(void)
     (void)memcpy(block, "abc", 4U);
     TEST_ASSERT_EQUAL_PTR(block, xml_arena_resize(block, 500U));
     TEST_ASSERT_EQUAL_STRING("abc", block);
-    TEST_ASSERT_NOT_NULL(xml_arena_take(100U)); // Behind it.
+    TEST_ASSERT_NOT_NULL(xml_arena_take(100U)); // A block behind the first one.
     TEST_ASSERT_EQUAL_STRING("abc", block);
 }
 
@@ -73,18 +73,19 @@ static void an_older_block_moves_with_its_content(void)
     TEST_ASSERT_EQUAL_STRING("xyz", newer);
 }
 
-static void a_block_that_fits_stays(void)
+static void a_block_that_still_fits_is_not_moved(void)
 {
     char* const block = xml_arena_take(20U);
     (void)xml_arena_take(1U);
     TEST_ASSERT_EQUAL_PTR(block, xml_arena_resize(block, 3U));
-    TEST_ASSERT_EQUAL_PTR(block, xml_arena_resize(block, 32U)); // To the end of its last 16 octets.
+    // The size up to the end of its last 16 octets.
+    TEST_ASSERT_EQUAL_PTR(block, xml_arena_resize(block, 32U));
 }
 
-static void no_block_to_resize_is_a_new_one(void)
+static void resizing_no_block_takes_a_new_one(void)
 {
     TEST_ASSERT_TRUE(is_aligned(xml_arena_resize(NULL, 8U)));
-    TEST_ASSERT_EQUAL_UINT64(2U * ALIGNMENT, arena.used); // With the size in front of it.
+    TEST_ASSERT_EQUAL_UINT64(2U * ALIGNMENT, arena.used); // The block and its size field.
 }
 
 static void an_allocation_that_does_not_fit_changes_nothing(void)
@@ -127,8 +128,8 @@ int main(void)
     RUN_TEST(blocks_are_aligned_wherever_the_arena_begins);
     RUN_TEST(the_newest_block_grows_in_place);
     RUN_TEST(an_older_block_moves_with_its_content);
-    RUN_TEST(a_block_that_fits_stays);
-    RUN_TEST(no_block_to_resize_is_a_new_one);
+    RUN_TEST(a_block_that_still_fits_is_not_moved);
+    RUN_TEST(resizing_no_block_takes_a_new_one);
     RUN_TEST(an_allocation_that_does_not_fit_changes_nothing);
     RUN_TEST(only_the_newest_block_can_be_freed_alone);
     return UNITY_END();

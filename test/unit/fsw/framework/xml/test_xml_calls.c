@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Versions of expat may call handlers again after they were ordered to stop: here it parses to the end.
+// Some versions of expat call handlers again after they were told to stop; the mocked expat here parses to
+// the end.
 #include "fsw/framework/xml/xml.h"
 
 #include <expat.h>
@@ -62,7 +63,7 @@ static void after_a_refusal_no_element_is_reported(void** state)
     assert_int_equal(2U, parser.error.line);
 }
 
-static void text_after_a_refusal_does_not_move_the_place_of_the_error(void** state)
+static void text_after_a_refusal_does_not_change_the_line_of_the_error(void** state)
 {
     (void)state;
     expect_start("A", STATUS_OK);
@@ -77,7 +78,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(after_a_refusal_no_element_is_reported),
-        cmocka_unit_test(text_after_a_refusal_does_not_move_the_place_of_the_error),
+        cmocka_unit_test(text_after_a_refusal_does_not_change_the_line_of_the_error),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

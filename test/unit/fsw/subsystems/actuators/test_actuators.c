@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// ACTUATORS with its real descriptor and scripted devices: axes, outputs, inputs, homing, and what does not
-// fit.
+// ACTUATORS with its real descriptor and scripted devices: axes, outputs, inputs, homing, and devices that do
+// not fit.
 #include "fsw/subsystems/actuators/actuators.h"
 #include "pus/core/tailoring.h"
 #include "test/support/bounds.h"
@@ -13,7 +13,7 @@
 #include <string.h>
 
 #define DESCRIPTOR "descriptors/subsystems/actuators.xml"
-#define HOMING 0U ///< Places of the configurations.
+#define HOMING 0U ///< Indices of the configurations.
 #define NOMINAL 1U
 #define VELOCITY 2U
 #define TOKEN 7U
@@ -127,7 +127,7 @@ static status_t call(const uint16_t function_id)
     return generic.callbacks->perform(&own, &function);
 }
 
-/// The only result since the last call.
+/// Expect this result as the only one since the last call.
 static void expect_result(const uint16_t code, const uint32_t detail)
 {
     TEST_ASSERT_EQUAL_UINT(1U, generic.result_count);
@@ -141,7 +141,7 @@ static void an_axis_goes_to_its_target_with_its_speed(void)
 {
     boom->position[0] = 100000;
     bring(NOMINAL, STATE_OPERATIONAL);
-    TEST_ASSERT_EQUAL_INT32(100000, boom->target_position); // It holds where it is.
+    TEST_ASSERT_EQUAL_INT32(100000, boom->target_position); // The axis holds its position.
     own.parameters.target[0] = 0.3;
     cycles(500U); // 0.5 s.
     TEST_ASSERT_INT32_WITHIN(400, 200000, boom->target_position);
@@ -163,7 +163,8 @@ static void an_axis_goes_to_its_target_with_its_speed(void)
     TEST_ASSERT_EQUAL_INT32(STATE_OPERATIONAL, own.parameters.cur_values.state);
 }
 
-/// The second RPDO of the drive carries the velocity; STOP and each new operation begin at rest.
+/// The second RPDO of the drive carries the velocity; after STOP and in each new operation the velocity is
+/// zero.
 static void an_axis_in_csv_moves_with_its_velocity_in_operational_only(void)
 {
     bring(VELOCITY, STATE_SAFE_OPERATIONAL);
@@ -187,7 +188,7 @@ static void an_axis_in_csv_moves_with_its_velocity_in_operational_only(void)
     TEST_ASSERT_EQUAL_HEX32(0U, scripted_object(boom, 0x60FFU, 0U)->value);
 }
 
-/// The inputs after those of the valves, in rad/s.
+/// The rates [rad/s] are the inputs after those of the valves.
 static void the_rates_of_the_gyro_are_inputs(void)
 {
     gyro->rate[0] = 12345678;
@@ -227,7 +228,7 @@ static void homing_ends_with_the_result_of_the_drive(void)
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, call(ACTUATORS_FUNCTION_HOME));
     run(generic.callbacks->engage, STATE_OPERATIONAL);
     TEST_ASSERT_EQUAL(STATUS_BUSY, call(ACTUATORS_FUNCTION_HOME));
-    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, call(ACTUATORS_FUNCTION_HOME)); // One is under way.
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, call(ACTUATORS_FUNCTION_HOME)); // A search is in progress.
     cycles(5U);
     TEST_ASSERT_EQUAL_HEX16(0x001FU, boom->control[0]);
     generic.result_count = 0U; // Forget the results of earlier activities.
@@ -252,7 +253,7 @@ static void homing_ends_with_the_result_of_the_drive(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, call(99U));
 }
 
-static void nothing_is_searched_in_another_mode(void)
+static void no_search_is_made_in_another_mode(void)
 {
     bring(NOMINAL, STATE_OPERATIONAL);
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, call(ACTUATORS_FUNCTION_HOME));
@@ -260,7 +261,7 @@ static void nothing_is_searched_in_another_mode(void)
     TEST_ASSERT_EQUAL_HEX16(0x000FU, boom->control[0]);
 }
 
-/// In OPERATIONAL outputs act only when the axes are in operation, too.
+/// In OPERATIONAL, outputs act only if the axes are in operation, too.
 static void the_first_cycle_of_operational_is_safe(void)
 {
     bring(NOMINAL, STATE_SAFE_OPERATIONAL);
@@ -270,7 +271,7 @@ static void the_first_cycle_of_operational_is_safe(void)
     TEST_ASSERT_EQUAL_HEX8(0U, valves->outputs[0]);
 }
 
-/// `more` devices of a class in the first configuration.
+/// Expect this refusal of a descriptor with `more` devices of a class in the first configuration.
 static void expect_misfit(const char* type, const unsigned more, const char* says)
 {
     static char longer[sizeof text];
@@ -302,7 +303,7 @@ static void devices_above_the_capacities_do_not_fit(void)
 {
     expect_misfit("joint-drive", 7U, NULL);
     expect_misfit("joint-drive", 8U, "at most 8 axes, 16 inputs, 16 outputs");
-    expect_misfit("valve-box", 4U, NULL); // 10 inputs, 15 outputs.
+    expect_misfit("valve-box", 4U, NULL); // 10 inputs and 15 outputs fit.
     expect_misfit("valve-box", 5U, "at most 8 axes, 16 inputs, 16 outputs");
     expect_misfit("joystick", 1U, "expected a drive of CiA 402 with one axis, or a class without axes");
 }
@@ -315,7 +316,7 @@ int main(void)
     RUN_TEST(the_rates_of_the_gyro_are_inputs);
     RUN_TEST(outputs_act_in_operational_only);
     RUN_TEST(homing_ends_with_the_result_of_the_drive);
-    RUN_TEST(nothing_is_searched_in_another_mode);
+    RUN_TEST(no_search_is_made_in_another_mode);
     RUN_TEST(the_first_cycle_of_operational_is_safe);
     RUN_TEST(devices_above_the_capacities_do_not_fit);
     return UNITY_END();

@@ -51,18 +51,18 @@ extern subsystem_descriptor_t rig_descriptor;
 extern scripted_node_t* rig_joints[RIG_JOINTS];
 extern subsystem_t rig_generic;
 extern arm_t rig_arm;
-extern const double rig_pose_rad[RIG_JOINTS]; ///< Bent, away from singular poses.
+extern const double rig_pose_rad[RIG_JOINTS]; ///< A bent arm, far from singular poses.
 
-/// Load the descriptor; call once, before the tests.
+/// Load the descriptor; called once before the tests.
 void rig_load(void);
 void rig_set_up(void);
 void rig_tear_down(void);
-/// The drives report a motionless arm in a pose, which carries its weight.
+/// Let the drives report an arm at rest in this pose, with the torques of its weight.
 void rig_show(const double pose_rad[RIG_JOINTS]);
-/// One cycle with an entry action, or null.
+/// One cycle with an entry action; null: without one.
 status_t rig_cycle(rig_action_t action);
 void rig_idle(unsigned cycles);
-/// Entry actions up to a state, in a configuration.
+/// Perform the entry actions up to a state in a configuration.
 void rig_bring(uint16_t configuration, state_t state);
 status_t rig_perform(uint16_t function, const void* arguments, uint32_t call_token);
 /// The model and limits of the descriptor, without devices.

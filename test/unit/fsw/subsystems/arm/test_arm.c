@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MOTION_ENDED 3U // Event of the descriptor.
+#define MOTION_ENDED 3U // Event MOTION_ENDED of the descriptor.
 
 void setUp(void)
 {
@@ -27,7 +27,7 @@ static double target_rad(const unsigned joint)
     return 1.0e-6 * (double)rig_joints[joint]->target_position;
 }
 
-/// Tool pose in the present desired pose, shifted.
+/// The desired pose of the tool, shifted.
 static rig_line_to_t line_by(const double x, const double y, const double z)
 {
     static const arm_rotation_t none = {{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
@@ -65,10 +65,10 @@ static void in_torque_mode_the_arm_carries_its_weight(void)
         TEST_ASSERT_EQUAL_UINT(2U, rig_joints[i]->last_pdo);
         TEST_ASSERT_INT16_WITHIN(30, rig_joints[i]->torque[0], rig_joints[i]->target_torque[0]);
     }
-    TEST_ASSERT_TRUE(abs(rig_joints[1]->torque[0]) > 500); // It is a weight.
+    TEST_ASSERT_TRUE(abs(rig_joints[1]->torque[0]) > 500); // The torque carries a weight.
 }
 
-static void move_to_goes_there_and_ends_its_command(void)
+static void move_to_reaches_the_target_and_completes_its_command(void)
 {
     const rig_move_to_t to = {.position = {0.3, -1.2, 1.2, -1.3, -1.4, 0.5}, .share = 0.5};
     rig_bring(RIG_POSITION, STATE_OPERATIONAL);
@@ -78,15 +78,15 @@ static void move_to_goes_there_and_ends_its_command(void)
     TEST_ASSERT_EQUAL_UINT(1U, rig_generic.result_count);
     TEST_ASSERT_EQUAL_UINT32(9U, rig_generic.results[0].call_token);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NONE, rig_generic.results[0].code);
-    rig_idle(3000U); // What engaging has added decays.
+    rig_idle(3000U); // The error from engaging decays.
     for (unsigned i = 0U; i < RIG_JOINTS; i++) {
-        EXPECT_WITHIN(to.position[i], 0.01, target_rad(i)); // Plus the deflection of the gear.
+        EXPECT_WITHIN(to.position[i], 0.01, target_rad(i)); // The difference is the deflection of the gear.
         EXPECT_WITHIN(to.position[i], 1.0e-12, rig_arm.parameters.cur_values.desired_rad[i]);
     }
 }
 
-/// The share of the limits is the last argument of both motions.
-static void a_motion_takes_as_long_as_its_share_of_the_limits_asks_for(void)
+/// The last argument of both motions is their share of the limits.
+static void the_duration_of_a_motion_follows_from_its_share_of_the_limits(void)
 {
     const rig_move_to_t to      = {.position = {0.3, -1.2, 1.2, -1.3, -1.4, 0.5}, .share = 0.37};
     double goal[ARM_JOINTS_MAX] = {0.0};
@@ -118,7 +118,7 @@ static void a_value_outside_its_range_is_refused_with_its_joint(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rig_perform(99U, &to, 11U));
 }
 
-static void a_line_that_is_too_fast_for_a_joint_names_it(void)
+static void a_line_that_is_too_fast_is_refused_with_the_joint(void)
 {
     rig_bring(RIG_POSITION, STATE_OPERATIONAL);
     rig_arm.parameters.limits.speed[1] = 0.001;
@@ -130,14 +130,14 @@ static void a_line_that_is_too_fast_for_a_joint_names_it(void)
     TEST_ASSERT_EQUAL_UINT32(2U, rig_generic.results[0].detail);
 }
 
-static void nothing_moves_out_of_operation(void)
+static void out_of_operation_the_arm_does_not_move(void)
 {
     const rig_move_to_t to = {.position = {0.3, -1.2, 1.2, -1.3, -1.4, 0.5}, .share = 0.5};
     rig_bring(RIG_POSITION, STATE_SAFE_OPERATIONAL);
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_perform(RIG_MOVE_TO, &to, 9U));
 }
 
-/// Stiffness 0: the motor angle is that of the link.
+/// With stiffness 0 the angles of motor and link are equal.
 static void a_rigid_gear_does_not_deflect(void)
 {
     rig_bring(RIG_POSITION, STATE_OPERATIONAL);
@@ -157,7 +157,7 @@ static void a_line_is_checked_then_followed(void)
     TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(RIG_LINE_TO, &to, 5U));
     const double before = rig_arm.motion.position_rad[0];
     rig_idle(20U);
-    EXPECT_WITHIN(before, 1.0e-12, rig_arm.motion.position_rad[0]); // Nothing moves meanwhile.
+    EXPECT_WITHIN(before, 1.0e-12, rig_arm.motion.position_rad[0]); // During the check the arm does not move.
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_perform(RIG_LINE_TO, &to, 6U));
     idle_until_a_result(4000U);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NONE, rig_generic.results[0].code);
@@ -168,7 +168,7 @@ static void a_line_is_checked_then_followed(void)
     }
 }
 
-/// The line is over: limits that are narrowed later do not concern it.
+/// The line has ended: limits that become narrower afterwards do not affect it.
 static void an_arm_at_rest_after_a_line_is_not_checked(void)
 {
     rig_bring(RIG_POSITION, STATE_OPERATIONAL);
@@ -181,7 +181,7 @@ static void an_arm_at_rest_after_a_line_is_not_checked(void)
     TEST_ASSERT_EQUAL_UINT(0U, double_events(&rig_generic, MOTION_ENDED));
 }
 
-static void a_line_out_of_reach_is_refused_and_nothing_moves(void)
+static void a_line_out_of_reach_is_refused_without_motion(void)
 {
     rig_bring(RIG_POSITION, STATE_OPERATIONAL);
     const double before    = rig_arm.motion.position_rad[1];
@@ -192,10 +192,12 @@ static void a_line_out_of_reach_is_refused_and_nothing_moves(void)
     TEST_ASSERT_EQUAL_UINT32(0U, rig_generic.results[0].detail);
     EXPECT_WITHIN(before, 1.0e-12, rig_arm.motion.position_rad[1]);
     const rig_line_to_t nearer = line_by(0.02, 0.0, 0.0);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(RIG_LINE_TO, &nearer, 6U)); // Ready for the next.
+    // The arm accepts the next command.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(RIG_LINE_TO, &nearer, 6U));
 }
 
-/// The limits have been narrowed in motion: the arm brakes, reports why, and can be commanded again.
+/// The limits become narrower during the motion: the arm brakes, reports the reason, and accepts the next
+/// command.
 static void an_arm_that_must_leave_its_line_brakes_and_reports_the_reason(void)
 {
     rig_bring(RIG_POSITION, STATE_OPERATIONAL);
@@ -222,7 +224,7 @@ static void stop_ends_a_motion_and_the_check_of_a_line(void)
     rig_generic.state = STATE_OPERATIONAL;
     while (rig_cycle(rig_generic.callbacks->engage) == STATUS_BUSY) {
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, rig_perform(RIG_STOP, NULL, 1U)); // At rest.
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_perform(RIG_STOP, NULL, 1U)); // The arm is already at rest.
     const rig_line_to_t line = line_by(0.02, 0.0, 0.0);
     TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(RIG_LINE_TO, &line, 2U));
     TEST_ASSERT_EQUAL(STATUS_OK, rig_perform(RIG_STOP, NULL, 3U));
@@ -245,17 +247,17 @@ static void leaving_operation_aborts_a_motion(void)
     rig_bring(RIG_TORQUE, STATE_OPERATIONAL);
     TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(RIG_MOVE_TO, &to, 4U));
     rig_idle(100U);
-    rig_arm.motion.position_rad[RIG_JOINTS] = 77.0; // Behind the last joint.
+    rig_arm.motion.position_rad[RIG_JOINTS] = 77.0; // The element after the last joint.
     rig_generic.state                       = STATE_SAFE_OPERATIONAL;
     (void)rig_cycle(rig_generic.callbacks->disengage);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_ABORTED, rig_generic.results[0].code);
     rig_idle(10U);
-    TEST_ASSERT_EQUAL_UINT(1U, rig_generic.result_count); // It is answered once.
+    TEST_ASSERT_EQUAL_UINT(1U, rig_generic.result_count); // The command is completed once.
     EXPECT_WITHIN(rig_pose_rad[0], 1.0e-4, rig_arm.motion.position_rad[0]);
     TEST_ASSERT_TRUE(rig_arm.motion.position_rad[RIG_JOINTS] == 77.0);
 }
 
-/// The tool is pushed 10 mm aside: the joints' torques change by the Jacobian's share of 10 N.
+/// The tool is pushed 10 mm aside: the joint torques change by the transposed Jacobian times 10 N.
 static void a_compliant_tool_pushes_back_like_a_spring(void)
 {
     double pushed_rad[RIG_JOINTS];
@@ -268,7 +270,7 @@ static void a_compliant_tool_pushes_back_like_a_spring(void)
     before = rig_arm.control.kinematics;
     arm_jacobian(&rig_arm.model, &before, &jacobian);
     memcpy(pushed_rad, rig_pose_rad, sizeof pushed_rad);
-    pushed_rad[0] += 0.02; // About the vertical axis of joint 1: gravity stays as it is.
+    pushed_rad[0] += 0.02; // Joint 1 has a vertical axis, so the torques of gravity do not change.
     for (unsigned i = 0U; i < RIG_JOINTS; i++) {
         weight[i] = rig_joints[i]->target_torque[0];
     }
@@ -280,20 +282,20 @@ static void a_compliant_tool_pushes_back_like_a_spring(void)
     for (unsigned k = 0U; k < 3U; k++) {
         expected_nm -= jacobian.at[k][0] * 1000.0 * shift.at[k];
     }
-    expected_nm -= 60.0 * 0.02; // And the springs against rotation.
+    expected_nm -= 60.0 * 0.02; // The torque of the rotational springs.
     EXPECT_WITHIN(expected_nm, 0.1, 0.01 * (double)(rig_joints[0]->target_torque[0] - weight[0]));
     EXPECT_WITHIN(arm_length(shift), 1.0e-6, rig_arm.parameters.cur_values.tool_error[0]);
-    // The drives report the weight only: what friction holds back is asked for twice more.
+    // The drives report the torques of the weight only; the torque control adds twice the missing torque.
     rig_arm.parameters.control.torque_gain = 2.0;
     rig_idle(10U);
     EXPECT_WITHIN(3.0 * expected_nm, 0.3, 0.01 * (double)(rig_joints[0]->target_torque[0] - weight[0]));
     rig_generic.state = STATE_SAFE_OPERATIONAL;
     (void)rig_cycle(rig_generic.callbacks->disengage);
-    rig_idle(10U); // Where the arm is held, its tool is where it belongs.
+    rig_idle(10U); // In the desired pose the springs give no torque.
     EXPECT_WITHIN(0.0, 0.0, rig_arm.parameters.cur_values.tool_error[0]);
 }
 
-/// A joint that is moved along turns against the dampers of the tool.
+/// The arm brakes a joint that is moved, by the dampers of its tool.
 static void a_compliant_tool_brakes_like_a_damper(void)
 {
     const double speed_rad_s          = 0.1;
@@ -323,8 +325,8 @@ static void a_compliant_tool_brakes_like_a_damper(void)
     EXPECT_WITHIN(expected_nm, 0.1 * fabs(expected_nm), 0.01 * (rig_joints[0]->target_torque[0] - before));
 }
 
-/// Without springs the joints carry the weight of the pose in which the arm is, not of the desired one. Here
-/// gravity is horizontal, so that it acts on the first joint as well.
+/// Without springs, the joints carry the weight in the present pose, not in the desired one. Gravity is
+/// horizontal here, so that it also acts on the first joint.
 static void a_compliant_arm_carries_its_weight_in_every_position(void)
 {
     arm_control_values_t* const gains = &rig_arm.parameters.control;
@@ -510,15 +512,15 @@ int main(void)
     rig_load();
     RUN_TEST(engaging_makes_no_step);
     RUN_TEST(in_torque_mode_the_arm_carries_its_weight);
-    RUN_TEST(move_to_goes_there_and_ends_its_command);
-    RUN_TEST(a_motion_takes_as_long_as_its_share_of_the_limits_asks_for);
+    RUN_TEST(move_to_reaches_the_target_and_completes_its_command);
+    RUN_TEST(the_duration_of_a_motion_follows_from_its_share_of_the_limits);
     RUN_TEST(a_value_outside_its_range_is_refused_with_its_joint);
-    RUN_TEST(a_line_that_is_too_fast_for_a_joint_names_it);
-    RUN_TEST(nothing_moves_out_of_operation);
+    RUN_TEST(a_line_that_is_too_fast_is_refused_with_the_joint);
+    RUN_TEST(out_of_operation_the_arm_does_not_move);
     RUN_TEST(a_rigid_gear_does_not_deflect);
     RUN_TEST(a_line_is_checked_then_followed);
     RUN_TEST(an_arm_at_rest_after_a_line_is_not_checked);
-    RUN_TEST(a_line_out_of_reach_is_refused_and_nothing_moves);
+    RUN_TEST(a_line_out_of_reach_is_refused_without_motion);
     RUN_TEST(an_arm_that_must_leave_its_line_brakes_and_reports_the_reason);
     RUN_TEST(stop_ends_a_motion_and_the_check_of_a_line);
     RUN_TEST(leaving_operation_aborts_a_motion);
