@@ -15,8 +15,8 @@
 #define OFFSET_DESTINATION 11U
 #define OFFSET_TIME 13U
 #define NS_PER_S 1000000000ULL
-#define HIGH_EVENT 0x0504U   // TM[5,4], as in its header.
-#define EVENT_NOTICE 0x8107U // TM[129,7], as in its header.
+#define HIGH_EVENT 0x0504U   // TM[5,4]: service and subtype in the header.
+#define EVENT_NOTICE 0x8107U // TM[129,7]: service and subtype in the header.
 
 void pus_app_process_init(pus_app_process_t* const process, const uint16_t apid, const uint32_t epoch_s,
                           const pus_port_t* const port)
@@ -50,7 +50,8 @@ void pus_app_process_lengthen(pus_app_process_t* const process, const pus_long_p
     process->longer = *port;
 }
 
-/// Counter of a message type and destination; a new entry if there is none; null if the table is full.
+/// Counter of the message type and destination of a packet. A new entry is made if there is none; null if the
+/// table is full.
 static pus_message_counter_t* counter_of(pus_app_process_t* const process, const uint8_t* const packet)
 {
     const uint8_t service      = packet[OFFSET_SERVICE];
@@ -70,7 +71,7 @@ static pus_message_counter_t* counter_of(pus_app_process_t* const process, const
     return NULL;
 }
 
-/// Number a built packet and add the checksum, for which there is room.
+/// Write sequence count, message type counter and checksum into a built packet, which has room for them.
 static void number(const pus_app_process_t* const process, uint8_t* const packet, const size_t size,
                    const pus_message_counter_t* const counter)
 {
@@ -79,7 +80,7 @@ static void number(const pus_app_process_t* const process, uint8_t* const packet
     octets_put_u16(&packet[size], crc16_ccitt(packet, size));
 }
 
-/// Count a report whose number is final.
+/// Count a report with the numbers that it has.
 static void count(pus_app_process_t* const process, pus_message_counter_t* const counter)
 {
     if (counter != NULL) {
@@ -110,7 +111,7 @@ octet_writer_t pus_tm_begin_large(const pus_app_process_t* const process, uint8_
 {
     FSW_ASSERT((process != NULL) && (octets != NULL) && (capacity >= PUS_TM_MIN) && (service != 0U));
     octet_writer_t writer = octet_writer(octets, capacity - PUS_CRC_SIZE);
-    uint8_t* const header = octet_write_space(&writer, OFFSET_TIME); // It fits.
+    uint8_t* const header = octet_write_space(&writer, OFFSET_TIME); // Not null: the buffer has room.
     // Sequence, length and counter are written when the report is finished.
     octets_put_u16(header, (uint16_t)(0x0800U | process->apid));
     header[OFFSET_VERSION] = PUS_VERSION << 4U;
@@ -159,7 +160,7 @@ static status_t close_report(pus_app_process_t* const process, octet_writer_t* c
     return STATUS_OK;
 }
 
-/// Send the reports of a ring until the port refuses one. STATUS_OK (empty now), STATUS_FULL.
+/// Send the reports of a ring until the port refuses one. STATUS_OK (the ring is empty now), STATUS_FULL.
 static status_t send_kept(pus_app_process_t* const process, pus_kept_t* const kept)
 {
     size_t sent     = 0U;
@@ -223,14 +224,15 @@ bool pus_app_process_has_firm_room(const pus_app_process_t* const process)
     return room_of(&process->firm) >= (PUS_FIRM_OF_REQUEST + PUS_FIRM_STANDING + PUS_FIRM_EVENTS);
 }
 
-/// True if a report is not an answer: an event, a status, a notice.
+/// True if a report is not an answer to a request, but an event, a status or a notice.
 static bool is_unsolicited(const uint8_t* const packet)
 {
     return (octets_u16_at(&packet[OFFSET_DESTINATION]) == PUS_USER_GROUND) ||
            (octets_u16_at(&packet[OFFSET_SERVICE]) == EVENT_NOTICE);
 }
 
-/// True if an answer to the same user is kept: the end of a request follows its answer.
+/// True if the packet is a verification report and an answer to the same user is kept: the completion of a
+/// request must not overtake its answer.
 static bool follows_answer(const pus_app_process_t* const process, const uint8_t* const packet)
 {
     const pus_kept_t* const kept = &process->plain;
@@ -245,7 +247,7 @@ static bool follows_answer(const pus_app_process_t* const process, const uint8_t
     return is_found;
 }
 
-/// The ring that keeps the built report; the reports in it are sent before the built one.
+/// Ring for the built report. The reports that are in this ring already must be sent first.
 static pus_kept_t* ring_of(pus_app_process_t* const process, const pus_class_t of_report)
 {
     const bool is_first = (of_report == PUS_CLASS_FIRM) && !follows_answer(process, process->building);
@@ -278,7 +280,7 @@ static status_t keep(pus_app_process_t* const process, const size_t size)
     } else if ((kept == &process->plain) && is_unsolicited(process->building)) {
         reserve = PUS_ANSWER_ROOM;
     } else {
-        // All of the ring.
+        // The report may use the whole ring.
     }
     if ((of_report == PUS_CLASS_BULK) || ((step + reserve) > room_of(kept))) {
         process->counters.lost++;

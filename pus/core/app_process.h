@@ -6,12 +6,11 @@
 ///     octet_write_u8(&writer, state);
 ///     status_t status = pus_tm_post(process, &writer);
 ///
-/// A packet gets its number when the port takes it, so a refused packet leaves no gap. pus_tm_send returns
-/// the refusal of the port; pus_tm_post keeps the report and sends it later (docs/services.md, "Reports").
+/// A packet gets its sequence count when the port takes it, so a refused packet leaves no gap. If the port
+/// refuses, pus_tm_send returns its status, and pus_tm_post keeps the report (docs/services.md, "Reports").
 ///
-/// Ownership  The caller places the process and its rings. Reports are built in its one buffer: one at a
-///            time; a begin discards an unfinished report, whose later send is refused (a report is never
-///            torn).
+/// Ownership  The caller places the process and its rings. The process has one buffer, in which one report is
+///            built at a time. pus_tm_begin discards an unfinished report, and sending that one is refused.
 /// Context    One loop.
 /// Time       O(size + PUS_MESSAGE_COUNTERS).
 #ifndef PUS_CORE_APP_PROCESS_H
@@ -25,33 +24,34 @@
 
 #define PUS_MESSAGE_COUNTERS 128U ///< Pairs of message type and destination that are counted.
 #define PUS_KEPT_PREFIX 2U        ///< Additional octets for each report in a ring.
-/// The longest verification report, kept: request id, step, failure notice.
+/// Octets in a ring for the longest verification report: request id, step, failure notice.
 #define PUS_FIRM_REPORT 48U
-#define PUS_FIRM_OF_REQUEST (8U * PUS_FIRM_REPORT) ///< All that a request reports until its end.
+#define PUS_FIRM_OF_REQUEST (8U * PUS_FIRM_REPORT) ///< All verification reports of one request.
 /// Room that stays reserved when a new request is accepted: 16 requests in progress with a completion report
 /// each, transitions through 10 states with TM[129,2] and TM[1,5] each, 8 links that change state twice.
 #define PUS_FIRM_STANDING ((16U + (10U * 2U) + (8U * 2U)) * PUS_FIRM_REPORT)
-#define PUS_FIRM_EVENTS CAPACITY_HIGH_EVENTS ///< Each HIGH event is kept once at most, or its notice.
+#define PUS_FIRM_EVENTS CAPACITY_HIGH_EVENTS ///< At most one report or notice of each HIGH event is kept.
 #define PUS_FIRM_SIZE 5632U                  ///< Ring of FIRM reports [octets].
 #define PUS_PLAIN_SIZE 8192U                 ///< Ring of PLAIN reports [octets].
-/// An answer and the verification that follows it.
+/// Room for an answer and the verification reports that follow it.
 #define PUS_ANSWER_ROOM (PUS_KEPT_PREFIX + PUS_PACKET_MAX + PUS_FIRM_OF_REQUEST)
-CAPACITY_CHECK(firm_ring_holds_what_may_come,
+CAPACITY_CHECK(firm_ring_holds_all_reports_due,
                PUS_FIRM_SIZE >= (PUS_FIRM_OF_REQUEST + PUS_FIRM_STANDING + PUS_FIRM_EVENTS));
-CAPACITY_CHECK(high_event_has_its_head, CAPACITY_HIGH_EVENT_HEAD >= (PUS_KEPT_PREFIX + PUS_TM_MIN + 2U));
+CAPACITY_CHECK(high_event_head_has_room, CAPACITY_HIGH_EVENT_HEAD >= (PUS_KEPT_PREFIX + PUS_TM_MIN + 2U));
 CAPACITY_CHECK(plain_ring_holds_an_answer_and_others, PUS_PLAIN_SIZE >= (PUS_ANSWER_ROOM + 2048U));
 
-/// Port that takes packets. `send` copies the packet or refuses it; it may not call back into the process.
+/// Port that takes packets. `send` copies the packet or refuses it, and must not call functions of the
+/// process.
 typedef struct {
     void* context;
-    /// STATUS_OK, or any other status: not taken, try again later.
+    /// STATUS_OK, or any other status: the packet was refused, try again later.
     status_t (*send)(void* context, const uint8_t* packet, size_t size);
 } pus_port_t;
 
-/// Port that builds and sends reports that may be longer than a packet: ST[13].
+/// Port of ST[13], which builds and sends reports that may be longer than a packet.
 typedef struct {
     void* context;
-    size_t data_max; ///< Source data of the longest one [octets].
+    size_t data_max; ///< Source data of the longest report [octets].
     /// STATUS_OK, or STATUS_FULL: no buffer is free now.
     status_t (*begin)(void* context, uint8_t service, uint8_t subtype, uint16_t destination, uint64_t now_ns,
                       octet_writer_t* out_writer);
@@ -66,7 +66,7 @@ typedef struct {
     uint16_t count;
 } pus_message_counter_t;
 
-/// Private: reports that wait, oldest first, each preceded by its size.
+/// Private: reports that wait for the port, oldest first, each preceded by its size.
 typedef struct {
     uint8_t* octets;
     size_t capacity;
@@ -84,18 +84,18 @@ typedef struct { // All fields are private, except `counters`: read-only, for te
     uint16_t sequence;
     uint64_t epoch_ns;
     pus_port_t port;
-    pus_long_port_t longer; // `begin` is null: there is none.
+    pus_long_port_t longer; // `begin` is null if there is no such port.
     pus_message_counter_t messages[PUS_MESSAGE_COUNTERS];
     bool is_building;
     pus_kept_t firm;
     pus_kept_t plain;
     uint8_t building[PUS_PACKET_MAX];
     struct {
-        uint32_t sent;      ///< Reports the port took.
-        uint32_t refused;   ///< Sends the port refused.
+        uint32_t sent;      ///< Reports that the port took.
+        uint32_t refused;   ///< Sends that the port refused.
         uint32_t oversized; ///< Reports that did not fit a packet.
-        uint32_t kept;      ///< Reports that went to a ring.
-        uint32_t lost;      ///< Reports posted and lost: a full ring, or BULK that the port refused.
+        uint32_t kept;      ///< Reports that were stored in a ring.
+        uint32_t lost;      ///< Reports lost, because the ring was full or the port refused a BULK report.
         uint32_t lost_firm; ///< Lost reports that were FIRM.
         uint32_t discarded; ///< Reports begun and not sent, or sent without a begin.
         uint32_t uncounted; ///< Reports sent with message type counter 0 because the table was full.
@@ -108,23 +108,24 @@ void pus_app_process_init(pus_app_process_t* process, uint16_t apid, uint32_t ep
 
 /// From now on the process keeps reports that the port refuses. Call it before the first report.
 void pus_app_process_keep(pus_app_process_t* process, pus_rings_t* rings);
-/// As pus_app_process_keep, with one ring of `size` octets for all classes, for ports that do not distinguish
-/// them.
+/// As pus_app_process_keep, with one ring of `size` octets for reports of all classes, for a port that does
+/// not distinguish classes.
 void pus_app_process_keep_in_order(pus_app_process_t* process, uint8_t* octets, size_t size);
-/// Allow reports longer than a packet.
+/// From now on the process may send reports longer than a packet, by this port.
 void pus_app_process_lengthen(pus_app_process_t* process, const pus_long_port_t* port);
 
 /// Begin a report; the writer takes up to PUS_TM_DATA_MAX octets of source data.
 octet_writer_t pus_tm_begin(pus_app_process_t* process, uint8_t service, uint8_t subtype,
                             uint16_t destination, uint64_t now_ns);
-/// Finish and send. STATUS_OK, STATUS_FULL (the port refused it, or a report before it), STATUS_TOO_LARGE
-/// (writer failed), STATUS_INVALID (nothing was begun). In every case no report is being built afterwards.
+/// Finish and send the report. STATUS_OK, STATUS_FULL (the port refused it, or a kept report that comes
+/// first), STATUS_TOO_LARGE (writer failed), STATUS_INVALID (no report was begun). After each of them no
+/// report is being built.
 MUST_USE status_t pus_tm_send(pus_app_process_t* process, octet_writer_t* writer);
-/// Finish and send, or keep. STATUS_OK (sent or kept), STATUS_EXHAUSTED (no room to keep it, or BULK: lost,
-/// counted), STATUS_TOO_LARGE, STATUS_INVALID.
+/// Finish the report, and send or keep it. STATUS_OK (sent or kept), STATUS_EXHAUSTED (lost, and counted:
+/// there is no room to keep it, or it is BULK), STATUS_TOO_LARGE, STATUS_INVALID.
 status_t pus_tm_post(pus_app_process_t* process, octet_writer_t* writer);
-/// Send, or keep, a report that another process of the same APID has built: it gets the counts of this
-/// process and keeps its time. `packet` is whole, checksum included. Statuses of pus_tm_post but
+/// Send or keep a report that another process of the same APID has built. The report gets the counts of this
+/// process; its time does not change. `packet` is complete with its checksum. Statuses of pus_tm_post except
 /// STATUS_INVALID.
 status_t pus_tm_forward(pus_app_process_t* process, const uint8_t* packet, size_t size);
 /// Source data of the longest report of the process [octets]: PUS_TM_DATA_MAX, or more with ST[13].
@@ -134,18 +135,19 @@ size_t pus_tm_data_max(const pus_app_process_t* process);
 MUST_USE status_t pus_tm_begin_sized(pus_app_process_t* process, uint8_t service, uint8_t subtype,
                                      uint16_t destination, uint64_t now_ns, size_t size,
                                      octet_writer_t* out_writer);
-/// Finish and send, or keep, a report begun by pus_tm_begin_sized. Statuses of pus_tm_post.
+/// Finish a report begun by pus_tm_begin_sized, and send or keep it. Statuses of pus_tm_post.
 status_t pus_tm_post_sized(pus_app_process_t* process, octet_writer_t* writer);
 /// Begin a report that may be larger than a packet in a buffer of the caller, independent of the report in
 /// the buffer of the process. capacity >= PUS_TM_MIN.
 octet_writer_t pus_tm_begin_large(const pus_app_process_t* process, uint8_t* octets, size_t capacity,
                                   uint8_t service, uint8_t subtype, uint16_t destination, uint64_t now_ns);
-/// Finish a report of pus_tm_begin_large; it is not sent. It is counted, and carries the sequence count of
-/// the next packet that is sent. STATUS_OK, STATUS_TOO_LARGE (writer failed, or longer than PUS_LARGE_MAX).
+/// Finish a report of pus_tm_begin_large without sending it. The report is counted by its message type and
+/// has the sequence count of the next packet that is sent. STATUS_OK, STATUS_TOO_LARGE (writer failed, or
+/// longer than PUS_LARGE_MAX).
 MUST_USE status_t pus_tm_close_large(pus_app_process_t* process, octet_writer_t* writer, size_t* out_size);
-/// Discard the report begun.
+/// Discard the report that is being built.
 void pus_tm_cancel(pus_app_process_t* process);
-/// Try to send the reports in the rings; call once per step. STATUS_OK (nothing is left), STATUS_FULL.
+/// Try to send the reports in the rings; call once per step. STATUS_OK (the rings are empty), STATUS_FULL.
 status_t pus_app_process_flush(pus_app_process_t* process);
 /// True if reports wait for the port.
 bool pus_app_process_is_waiting(const pus_app_process_t* process);

@@ -27,7 +27,7 @@ static void release(pus_block_chains_t* const chains, pus_block_chain_block_t* c
     }
 }
 
-/// Take `count` blocks. STATUS_OK, STATUS_EXHAUSTED (none taken).
+/// Take `count` blocks. STATUS_OK, STATUS_EXHAUSTED (no block is taken).
 static status_t take(pus_block_chains_t* const chains, const size_t count,
                      pus_block_chain_block_t** const out_first)
 {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Octet strings of any size in chains of equal blocks: where services keep the requests they are given.
+/// Octet strings of any size in chains of equal blocks. Services store requests in them.
 ///
-/// Ownership  The caller places blocks and slots; both outlive the chains. A chain is owned by its user.
+/// Ownership  The caller places blocks and slots, which must exist as long as the chains. Each chain has one
+///            user, which frees it.
 /// Context    One loop.
-/// Time       O(octets); no search for room.
-/// Errors     A status reports that there are not enough blocks; nothing else can fail.
+/// Time       O(octets); no search for free blocks.
+/// Errors     The only error is that there are not enough blocks; a status reports it.
 #ifndef PUS_CORE_BLOCK_CHAIN_H
 #define PUS_CORE_BLOCK_CHAIN_H
 
@@ -48,11 +49,11 @@ void pus_block_chains_init(pus_block_chains_t* chains, uint64_t* storage, pool_s
 /// Add octets at the end. STATUS_OK, STATUS_EXHAUSTED (not enough blocks: nothing changed).
 MUST_USE status_t pus_block_chain_append(pus_block_chains_t* chains, pus_block_chain_t* chain,
                                          const uint8_t* octets, size_t size);
-/// Give the blocks back; the string is empty then.
+/// Return the blocks to the pool; the string is empty then.
 void pus_block_chain_free(pus_block_chains_t* chains, pus_block_chain_t* chain);
 /// Read from the beginning. The chain may not change meanwhile.
 pus_block_chain_reader_t pus_block_chain_reader(const pus_block_chain_t* chain);
-/// The next octets, `size` or as many as are left; returns how many.
+/// Copy the next octets, `size` or as many as are left. Returns their number.
 size_t pus_block_chain_read(pus_block_chain_reader_t* reader, uint8_t* out_octets, size_t size);
 /// Skip `size` octets, or as many as are left.
 void pus_block_chain_skip(pus_block_chain_reader_t* reader, size_t size);

@@ -24,7 +24,7 @@ static void put(pus_due_heap_t* const self, const uint16_t place, const pus_due_
     self->places[item.entry] = (uint16_t)(place + 1U);
 }
 
-/// Put an item where it belongs between `place` and the top.
+/// Insert an item at `place` or above, so that the heap is ordered.
 static void move_up(pus_due_heap_t* const self, uint16_t place, const pus_due_t item)
 {
     while (place > 0U) {
@@ -38,7 +38,7 @@ static void move_up(pus_due_heap_t* const self, uint16_t place, const pus_due_t 
     put(self, place, item);
 }
 
-/// Put an item where it belongs between `place` and the bottom.
+/// Insert an item at `place` or below, so that the heap is ordered.
 static void move_down(pus_due_heap_t* const self, uint16_t place, const pus_due_t item)
 {
     uint32_t child = (2U * (uint32_t)place) + 1U;
@@ -56,7 +56,7 @@ static void move_down(pus_due_heap_t* const self, uint16_t place, const pus_due_
     put(self, place, item);
 }
 
-/// Fill the hole at `place` with an item that may belong above or below it.
+/// Insert an item at the empty position `place`, or above or below it, so that the heap is ordered.
 static void fill(pus_due_heap_t* const self, const uint16_t place, const pus_due_t item)
 {
     move_down(self, place, item);

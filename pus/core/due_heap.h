@@ -4,7 +4,7 @@
 ///
 /// Ownership  The caller places the arrays, `capacity` of each, and gives numbers below it.
 /// Context    One loop.
-/// Time       O(log entries); looking at the next one O(1).
+/// Time       O(log entries); pus_due_next O(1).
 #ifndef PUS_CORE_DUE_HEAP_H
 #define PUS_CORE_DUE_HEAP_H
 
@@ -27,7 +27,7 @@ void pus_due_init(pus_due_heap_t* self, pus_due_t* heap, uint16_t* places, uint1
 void pus_due_set(pus_due_heap_t* self, uint16_t entry, uint64_t due);
 /// Remove an entry, if it is in the heap.
 void pus_due_remove(pus_due_heap_t* self, uint16_t entry);
-/// Whether an entry is due in cycle `now`; *out_entry is the first of them. It stays in the heap.
+/// True if an entry is due in cycle `now`; *out_entry is the first such entry, which stays in the heap.
 bool pus_due_next(const pus_due_heap_t* self, uint64_t now, uint16_t* out_entry);
 /// Make the first entry due again, a whole number of intervals (>= 1) later, after cycle `now`.
 void pus_due_repeat(pus_due_heap_t* self, uint64_t now, uint64_t interval);

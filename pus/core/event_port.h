@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The port by which services raise events: ST[05] of the process, or another owner of its definitions.
+/// The port by which services raise events. ST[05] of the process implements it, or another module that has
+/// the event definitions.
 #ifndef PUS_CORE_EVENT_PORT_H
 #define PUS_CORE_EVENT_PORT_H
 
@@ -9,12 +10,14 @@
 
 typedef struct {
     void* context;
-    /// Whether there is such an event definition.
+    /// True if the event is defined.
     bool (*is_known)(void* context, uint16_t event_id);
-    /// Whether `size` octets from the service that raises it fill all of its auxiliary data. Null: always.
+    /// True if `size` octets from the service that raises the event are all of its auxiliary data. Null:
+    /// always.
     bool (*can_fill)(void* context, uint16_t event_id, size_t size);
     /// Raise an event. The service that raises it defines `auxiliary` in its header; if the definition of the
-    /// event has no or other data, the port omits them. The port counts events that it cannot raise.
+    /// event has no auxiliary data or other ones, the port omits them. The port counts events that it cannot
+    /// raise.
     void (*raise)(void* context, uint16_t event_id, const uint8_t* auxiliary, size_t size, uint64_t now_ns);
 } pus_event_port_t;
 

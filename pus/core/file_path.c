@@ -8,7 +8,8 @@ static bool is_printable(const char character)
     return (character >= ' ') && (character <= '~');
 }
 
-/// Length of the name at the beginning of a text; 0 if it is malformed. It ends at `size` or a slash.
+/// Length of the name at the beginning of a text; 0 if the name is malformed. A name ends at `size` or a
+/// slash.
 static size_t name_length(const char* const text, const size_t size)
 {
     size_t length = 0U;
@@ -29,7 +30,7 @@ bool pus_file_name_is_good(const char* const name)
     return (size > 0U) && (name_length(name, size) == size);
 }
 
-/// The octets of a text; null if they are missing.
+/// Read a text with its size in front. Returns its octets; null if they are missing.
 static const char* read_text(octet_reader_t* const reader, size_t* const out_size)
 {
     *out_size = octet_read_u16(reader);
@@ -65,7 +66,7 @@ bool pus_file_path_read(octet_reader_t* const reader, pus_file_path_t* const out
     return true;
 }
 
-/// Append a name to a path, after a slash if there is anything before it.
+/// Append a name to a path, with a slash before it unless the path is empty.
 static bool append(pus_file_path_t* const path, const char* const name, const size_t size)
 {
     const size_t length = strlen(path->text);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Paths of the file service: names separated by `/`, beginning at the root; the root itself is "". A name
 /// has 1 to PUS_FILE_NAME_MAX printable ASCII characters; it does not begin with a dot, and contains neither
-/// `/` nor a wildcard. So no path leaves the root, and each file has one path only.
+/// `/` nor a wildcard. Therefore no path leads out of the root, and each file has only one path.
 ///
-/// On the wire a repository path may begin with a `/`, and does in reports; names are joined to it.
+/// A repository path in a request may begin with a `/`, and in a report it does; a file name follows as a
+/// field of its own.
 ///
 /// Context    Any; no state.
 /// Time       O(length).
@@ -26,12 +27,12 @@ bool pus_file_name_is_good(const char* name);
 bool pus_file_path_read(octet_reader_t* reader, pus_file_path_t* out_path);
 /// Read a name and append it to the folder *path. False: malformed, or the path becomes too long.
 bool pus_file_path_read_name(octet_reader_t* reader, pus_file_path_t* path);
-/// Append a name, which is well-formed, to the folder *path. False: the path would be too long; *path does
-/// not change.
+/// Append a well-formed name to the folder *path. False: the path would be too long, and *path does not
+/// change.
 bool pus_file_path_enter(pus_file_path_t* path, const char* name);
 /// The last name of a path; "" for the root.
 const char* pus_file_path_name(const pus_file_path_t* path);
-/// Remove the last name: the path of the parent folder. *path is not the root.
+/// Remove the last name, so that *path is that of the parent folder. *path must not be the root.
 void pus_file_path_leave(pus_file_path_t* path);
 bool pus_file_path_is_same(const pus_file_path_t* a, const pus_file_path_t* b);
 /// True if a path is the folder or below it.
@@ -44,7 +45,7 @@ void pus_file_path_write(octet_writer_t* writer, const pus_file_path_t* path);
 
 /// Read a search pattern into PUS_FILE_NAME_MAX + 1 characters. False: malformed.
 bool pus_file_pattern_read(octet_reader_t* reader, char* out_pattern);
-/// True if a name matches the pattern: `*` any characters or none, `?` one.
+/// True if a name matches the pattern: `*` stands for any characters or none, `?` for one character.
 bool pus_file_pattern_matches(const char* pattern, const char* name);
 
 #endif // PUS_CORE_FILE_PATH_H

@@ -18,14 +18,14 @@ typedef struct {
 
 typedef struct {
     void* context;
-    /// Open an existing file for reading, of *out_size octets. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID
+    /// Open an existing file for reading; *out_size is its size. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID
     /// (path or name), STATUS_FORBIDDEN (may not be read), STATUS_EXHAUSTED (too many are open), STATUS_IO.
     status_t (*open)(void* context, const pus_file_name_t* name, uint32_t* out_file, uint32_t* out_size);
     /// Create a file for writing, which must not exist. Statuses of open, and STATUS_EXISTS.
     status_t (*create)(void* context, const pus_file_name_t* name, uint32_t* out_file);
     /// Read exactly `size` octets from `offset` on. STATUS_OK, STATUS_TRUNCATED (beyond the end), STATUS_IO.
     status_t (*read)(void* context, uint32_t file, uint32_t offset, uint8_t* octets, size_t size);
-    /// Write all octets; the file grows. STATUS_OK, STATUS_FULL (no space), STATUS_IO.
+    /// Write all octets; the file grows if necessary. STATUS_OK, STATUS_FULL (no space), STATUS_IO.
     status_t (*write)(void* context, uint32_t file, uint32_t offset, const uint8_t* octets, size_t size);
     /// Make the written octets persistent and close the file. STATUS_OK, STATUS_IO; it is closed in both
     /// cases.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The port by which the file service reaches files. Paths are those of pus/core/file_path.h as texts, below
-/// a root that no path can leave. Acknowledged creations, removals and renamings survive a power cut; written
+/// a root that no path can leave. Successful creations, removals and renamings survive a power cut; written
 /// data survive it after `sync`.
 #ifndef PUS_CORE_FILE_STORE_H
 #define PUS_CORE_FILE_STORE_H
@@ -8,7 +8,7 @@
 #include "base/status.h"
 #include "pus/core/file_path.h"
 
-#define PUS_FILE_BATCH 16U ///< Entries that are listed at once, at most.
+#define PUS_FILE_BATCH 16U ///< Maximum number of entries that one call lists.
 
 typedef struct {
     bool is_directory;
@@ -20,22 +20,23 @@ typedef struct {
     bool is_directory;
 } pus_file_entry_t;
 
-/// Each may also return STATUS_NOT_FOUND (it, or its folder), STATUS_DENIED, STATUS_IO; the statuses listed
-/// here are in addition to these and STATUS_OK.
+/// Each function returns STATUS_OK, STATUS_NOT_FOUND (the file or folder, or its parent folder),
+/// STATUS_DENIED, STATUS_IO, or one of the statuses that its comment lists.
 typedef struct {
     void* context;
     status_t (*describe)(void* context, const char* path, pus_file_about_t* out_about);
-    /// Make an empty file, with `room` octets reserved. STATUS_EXISTS, STATUS_FULL.
+    /// Make an empty file and reserve `room` octets for it. STATUS_EXISTS, STATUS_FULL.
     status_t (*make_file)(void* context, const char* path, uint64_t room);
     status_t (*remove_file)(void* context, const char* path);
     /// STATUS_EXISTS, STATUS_FULL.
     status_t (*make_directory)(void* context, const char* path);
-    /// STATUS_FORBIDDEN: it is not empty.
+    /// STATUS_FORBIDDEN: the folder is not empty.
     status_t (*remove_directory)(void* context, const char* path);
-    /// Atomic; replaces nothing. STATUS_EXISTS, STATUS_INVALID (a folder into itself).
+    /// Rename in one operation; an existing file is never replaced. STATUS_EXISTS, STATUS_INVALID (a folder
+    /// would be moved into itself).
     status_t (*rename)(void* context, const char* path, const char* new_path);
-    /// The first entries whose names come after `after`, in the order of their octets; fewer than `capacity`:
-    /// there are no more. capacity 1..PUS_FILE_BATCH.
+    /// List the entries whose names come next after `after`, in the order of their octets. The listing is
+    /// complete if it has fewer than `capacity` entries. capacity 1..PUS_FILE_BATCH.
     status_t (*list)(void* context, const char* path, const char* after, pus_file_entry_t* entries,
                      size_t capacity, size_t* out_count);
     /// Read up to `size` octets; fewer only at the end of the file.

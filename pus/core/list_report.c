@@ -22,7 +22,7 @@ static void begin_packet(pus_list_report_t* const list)
     list->writer =
         pus_tm_begin(target->process, target->service, target->subtype, target->destination, target->now_ns);
     octet_write_octets(&list->writer, list->prefix, list->prefix_size);
-    list->head  = octet_write_space(&list->writer, sizeof(uint16_t)); // It fits.
+    list->head  = octet_write_space(&list->writer, sizeof(uint16_t)); // Not null: a packet has room.
     list->count = 0U;
 }
 
@@ -35,7 +35,7 @@ static void end_packet(pus_list_report_t* const list)
     } else if (pus_tm_post(list->target.process, &list->writer) != STATUS_OK) {
         list->lost++;
     } else {
-        // Sent, or kept.
+        // The packet was sent or kept.
     }
 }
 

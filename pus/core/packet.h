@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Space packets with PUS-C secondary headers: decoding to views, encoding into a caller's buffer, time.
 ///
-/// Ownership  A decoded view points into the packet's octets and is valid as long as they are.
+/// Ownership  A decoded view points into the octets of the packet and is valid as long as these exist.
 /// Context    Any; no state.
 /// Time       O(size), for the checksum.
-/// Errors     Nothing received can fail an assertion. Each function lists every status it returns.
+/// Errors     No received octets can make an assertion fail. Each function lists its statuses.
 #ifndef PUS_CORE_PACKET_H
 #define PUS_CORE_PACKET_H
 
@@ -18,15 +18,15 @@
 
 /// Failure notice of ST[01], 8 octets on the wire.
 typedef struct {
-    uint16_t code;        ///< PUS_FAILURE_*, PUS_FAILURE_NONE if all is well.
-    uint16_t instruction; ///< 1-based; 0 = the whole request.
-    uint32_t detail;      ///< Meaning by code.
+    uint16_t code;        ///< PUS_FAILURE_*; PUS_FAILURE_NONE: no failure.
+    uint16_t instruction; ///< Number of the failed instruction, from 1; 0: the whole request.
+    uint32_t detail;      ///< Its meaning depends on `code`.
 } pus_failure_t;
 
-/// Data of a request for the reports about it; small enough to keep until the request completes.
+/// The fields of a request that its verification reports need; a service keeps them until the request ends.
 typedef struct {
     uint32_t request_id; ///< First four octets of the request.
-    uint16_t source;     ///< Receives the reports.
+    uint16_t source;     ///< User that receives the reports.
     uint8_t ack;         ///< PUS_ACK_*.
     uint8_t service;
     uint8_t subtype;
@@ -68,8 +68,8 @@ bool pus_packet_is_tc(const uint8_t* octets, size_t size);
 
 /// Check and decode one request that fills `octets` exactly. The order of the checks is: size, length field,
 /// checksum, packet version, type, secondary header flag, sequence flags, PUS version; the first failed check
-/// is in *out_failure, as for TM[1,2]. *out_tc holds the header fields as far as they were received, else
-/// zero, so that the failure can be reported. STATUS_OK, STATUS_TRUNCATED (shorter than PUS_TC_MIN),
+/// is in *out_failure, as for TM[1,2]. *out_tc has the header fields that were received, and zeros for the
+/// others, so that the failure can be reported. STATUS_OK, STATUS_TRUNCATED (shorter than PUS_TC_MIN),
 /// STATUS_TOO_LARGE (longer than PUS_PACKET_MAX), STATUS_CHECKSUM, STATUS_INVALID (any other).
 MUST_USE status_t pus_tc_decode(const uint8_t* octets, size_t size, pus_tc_t* out_tc,
                                 pus_failure_t* out_failure);
@@ -95,14 +95,14 @@ pus_failure_t pus_no_failure(void);
 void pus_failure_write(octet_writer_t* writer, const pus_failure_t* failure);
 pus_failure_t pus_failure_read(octet_reader_t* reader);
 
-/// Absolute time, PUS_TIME_SIZE octets with P-field. Times beyond the field wrap, as on board after 2094.
+/// Write an absolute time, PUS_TIME_SIZE octets with P-field. Times after 2094 exceed the field and wrap.
 void pus_time_write(octet_writer_t* writer, uint64_t time_ns);
-/// STATUS_OK, STATUS_TRUNCATED, STATUS_INVALID (other P-field). The result is rounded up to
-/// the next ns, so that writing it gives the same octets again.
+/// Read an absolute time. STATUS_OK, STATUS_TRUNCATED, STATUS_INVALID (other P-field). The result is rounded
+/// up to the next ns, so that pus_time_write gives the same octets again.
 MUST_USE status_t pus_time_read(octet_reader_t* reader, uint64_t* out_time_ns);
 
-/// Relative time, PUS_RELATIVE_TIME_SIZE octets, in ticks of 1 / PUS_TIME_TICKS_PER_S s, about +-68 years; 0
-/// from a reader that fails.
+/// Read a relative time, PUS_RELATIVE_TIME_SIZE octets, in ticks of 1 / PUS_TIME_TICKS_PER_S s, about +-68
+/// years. Returns 0 if octets are missing.
 int64_t pus_relative_time_read(octet_reader_t* reader);
 
 #endif // PUS_CORE_PACKET_H

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Shared by packet.c, packet_report.c and packet_encode.c: the first fields of requests and reports.
-/// Internal to these files. The files are separate so that programs that decode no reports, or encode no
-/// complete packets, contain no code for it.
+/// Internal to these files. The files are separate so that a program that decodes no reports, or encodes no
+/// complete packets, does not contain the code for that.
 #ifndef PUS_CORE_PACKET_INTERNAL_H
 #define PUS_CORE_PACKET_INTERNAL_H
 
@@ -13,7 +13,7 @@
 #define PACKET_SEQUENCE_MASK 0x3FFFU
 #define PACKET_FLAGS_MASK 0x0FU
 #define PACKET_LENGTH_FIELD 4U
-#define PACKET_LENGTH_OFFSET 7U // A packet is its length field plus this long.
+#define PACKET_LENGTH_OFFSET 7U // Size of a packet minus the value of its length field [octets].
 
 typedef struct {
     uint16_t word0;
@@ -23,9 +23,9 @@ typedef struct {
     uint8_t subtype;
 } packet_header_t;
 
-typedef struct {  // Required properties of a packet of one direction.
-    size_t least; ///< [octets]
-    size_t most;
+typedef struct {   // Required properties of a packet of one direction.
+    size_t least;  ///< Smallest size [octets].
+    size_t most;   ///< Largest size [octets].
     uint16_t type; ///< PACKET_TYPE_TC, or 0 for a report.
 } packet_form_t;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reports are read by the supervisor and by tools; a subsystem writes them only.
+// Decoding of reports, for the supervisor and for tools; a subsystem only writes reports.
 #include "base/assertion.h"
 #include "pus/core/packet_internal.h"
 

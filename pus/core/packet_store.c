@@ -14,7 +14,7 @@
 #define CRC_SIZE 4U
 #define NUMBER_MAX (1ULL << 48U) // Maximum number of blocks, so that addresses do not wrap.
 
-// The buffer holds a record, preceded by the other octets that its checksum covers.
+// Layout of the buffer: the octets that the checksum covers but the medium does not contain, then a record.
 #define SEED_SIZE 12U // Address and generation.
 #define TIME_AT 14U
 #define PACKET_AT 22U
@@ -47,7 +47,7 @@ static uint64_t number_of(const uint64_t address)
     return address / PUS_STORE_BLOCK;
 }
 
-/// Place of a block's octet on the medium.
+/// Offset of an octet of a slot on the medium.
 static uint64_t place_on_medium(const uint16_t slot, const uint64_t offset)
 {
     return ((uint64_t)slot * PUS_STORE_BLOCK) + offset;
@@ -91,7 +91,7 @@ uint64_t pus_packet_store_head(const pus_packet_store_t* const store)
     return has_blocks(store) ? address_of(store->last, block_of(store, store->last)->end) : store->tail;
 }
 
-/// Count the failures of the medium.
+/// Count a failure of the medium. Returns the status unchanged.
 static status_t count_failure(pus_packet_store_t* const store, const status_t status)
 {
     store->counters.failed += (status != STATUS_OK) ? 1U : 0U;
@@ -116,7 +116,8 @@ status_t pus_packet_store_sync(pus_packet_store_t* const store)
 
 // ---- Records ----
 
-/// Checksum of the record of a packet of `size` octets in the buffer, which belongs to an address.
+/// Checksum of the record in the buffer, whose packet has `size` octets. The checksum covers the address,
+/// too.
 static uint32_t checksum_of(const pus_packet_store_t* const store, const uint64_t address, const size_t size)
 {
     uint8_t* const buffer = store->config.buffer;
@@ -178,7 +179,8 @@ static status_t write_header(pus_packet_store_t* const store, const uint16_t slo
     return write_at(store, place_on_medium(slot, 0U), header, sizeof header);
 }
 
-/// Write the closing of the newest block, so that its records need not be read to find its content.
+/// Write the closing of the newest block: its times, end and number of packets, so that pus_packet_store_open
+/// need not read its records.
 static status_t close_block(pus_packet_store_t* const store)
 {
     const pus_store_block_t* const block = block_of(store, store->last);
@@ -200,7 +202,7 @@ static void free_block(pus_packet_store_t* const store)
     store->first++;
 }
 
-/// The slot for a further block: the lowest that is free.
+/// Slot for a further block: the lowest free one.
 static uint16_t free_slot(const pus_packet_store_t* const store)
 {
     uint16_t slot = 0U;
@@ -220,7 +222,7 @@ static void overwrite_oldest(pus_packet_store_t* const store)
     store->tail           = (oldest > store->tail) ? oldest : store->tail;
 }
 
-/// Start a further block. STATUS_OK; STATUS_FULL, STATUS_IO: not started.
+/// Begin a further block. STATUS_OK; STATUS_FULL or STATUS_IO: no block was begun.
 static status_t begin_block(pus_packet_store_t* const store)
 {
     const bool is_full = pus_packet_store_blocks_used(store) >= store->limit;
@@ -242,7 +244,7 @@ static status_t begin_block(pus_packet_store_t* const store)
     status                = (status == STATUS_OK) ? pus_packet_store_sync(store) : status;
     if (status == STATUS_OK) {
         pus_store_block_t* const block = block_of(store, number);
-        const bool is_slot_taken       = block->is_slot_taken; // Belongs to the slot of this index.
+        const bool is_slot_taken       = block->is_slot_taken; // It belongs to the slot of this index.
         *block                         = (pus_store_block_t){
                                     .number = number, .end = RECORDS_AT, .slot = slot, .is_slot_taken = is_slot_taken};
         store->config.blocks[slot].is_slot_taken = true;
@@ -284,7 +286,7 @@ uint64_t pus_packet_store_place(const pus_packet_store_t* const store, const uin
     return (cursor > store->tail) ? cursor : store->tail;
 }
 
-/// True if there is a record at or after an address; *address moves to its block.
+/// True if there is a record at or after an address; *address then moves to the block of this record.
 static bool is_there(const pus_packet_store_t* const store, uint64_t* const address)
 {
     *address = pus_packet_store_place(store, *address);
@@ -295,7 +297,7 @@ static bool is_there(const pus_packet_store_t* const store, uint64_t* const addr
     if (*address >= address_of(number, block_of(store, number)->end)) {
         *address = address_of(number + 1U, RECORDS_AT);
     }
-    if ((*address % PUS_STORE_BLOCK) < RECORDS_AT) { // The block before is filled to its last octet.
+    if ((*address % PUS_STORE_BLOCK) < RECORDS_AT) { // The previous block is full to its last octet.
         *address = address_of(number, RECORDS_AT);
     }
     return *address < pus_packet_store_head(store);
@@ -317,7 +319,7 @@ status_t pus_packet_store_next(pus_packet_store_t* const store, uint64_t* const 
         store->counters.damaged++;
         *cursor = address_of(block->number, block->end);
     } else {
-        // A later read may succeed.
+        // STATUS_IO: a later read may succeed.
     }
     return status;
 }
@@ -393,7 +395,7 @@ uint64_t pus_packet_store_newest_ns(const pus_packet_store_t* const store)
 
 // ---- Recovery ----
 
-/// Octets of a slot that are on the medium.
+/// Number of octets of a slot that the medium has.
 static size_t size_of_slot(const uint64_t medium_size, const uint16_t slot)
 {
     const uint64_t begin = place_on_medium(slot, 0U);
@@ -401,7 +403,7 @@ static size_t size_of_slot(const uint64_t medium_size, const uint16_t slot)
     return (size_t)((left < PUS_STORE_BLOCK) ? left : PUS_STORE_BLOCK);
 }
 
-/// Number of the block of a header, 0 if it does not belong to this store.
+/// Number of the block in a header; 0 if the block does not belong to this store.
 static uint64_t number_in_header(const pus_packet_store_t* const store, const uint8_t* const header)
 {
     octet_reader_t reader     = octet_reader(header, HEADER_SIZE);
@@ -413,7 +415,7 @@ static uint64_t number_in_header(const pus_packet_store_t* const store, const ui
     return is_ours ? number : 0U;
 }
 
-/// Take the entry of a block from its closing; its end stays 0 if it was not closed.
+/// Fill the index entry of a block from its closing; `end` stays 0 if the block was not closed.
 static void read_closing(const pus_packet_store_t* const store, const uint8_t* const closing,
                          pus_store_block_t* const block)
 {
@@ -433,7 +435,7 @@ static void read_closing(const pus_packet_store_t* const store, const uint8_t* c
     }
 }
 
-/// Read which block is in a slot, and enter it in the index unless its entry belongs to a newer block.
+/// Read which block is in a slot. Enter the block in the index, unless a newer block has its entry.
 static status_t look_at_slot(pus_packet_store_t* const store, const uint16_t slot, const size_t present)
 {
     const medium_t* const medium = &store->config.medium;
@@ -472,7 +474,8 @@ static status_t scan_block(pus_packet_store_t* const store, pus_store_block_t* c
     return (status == STATUS_CHECKSUM) ? STATUS_OK : status;
 }
 
-/// Overwrite the octets after the last valid record: they must not appear between new ones.
+/// Overwrite the octets after the last valid record; otherwise a reader could find old records behind new
+/// ones.
 static status_t wipe_rest(pus_packet_store_t* const store, const pus_store_block_t* const block,
                           const uint64_t medium_size)
 {
@@ -487,7 +490,8 @@ static status_t wipe_rest(pus_packet_store_t* const store, const pus_store_block
     return (status == STATUS_OK) ? pus_packet_store_sync(store) : status;
 }
 
-/// Go back from the newest block over consecutive blocks, but not to deleted packets.
+/// Find the oldest block: go back from the newest one while block numbers are consecutive, up to the deleted
+/// packets.
 static void find_first(pus_packet_store_t* const store, const uint64_t tail)
 {
     store->first = store->last;
@@ -498,7 +502,7 @@ static void find_first(pus_packet_store_t* const store, const uint64_t tail)
     }
 }
 
-/// Count blocks that cannot be reached: not deleted, but before a missing one.
+/// Count the blocks that cannot be reached: they were not deleted, but a block after them is missing.
 static void count_unreachable(pus_packet_store_t* const store, const uint64_t tail)
 {
     const uint64_t oldest = (number_of(tail) > 1U) ? number_of(tail) : 1U;
@@ -546,7 +550,7 @@ status_t pus_packet_store_open(pus_packet_store_t* const store, const uint32_t g
         return (status == STATUS_FULL) ? STATUS_FULL : STATUS_IO;
     }
     store->tail = address_of(store->first, RECORDS_AT);
-    if (tail > pus_packet_store_head(store)) { // Lost packets were deleted as well: continue after them.
+    if (tail > pus_packet_store_head(store)) { // The deleted packets include lost ones: begin after them.
         pus_packet_store_create(store, generation, limit, is_circular);
         store->first = number_of(tail) + 1U;
         store->last  = store->first - 1U;

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 /// One packet store of ST[15]: packets in the order in which they were stored, each with its storage time, on
-/// a medium of its own. Circular: a full store deletes its oldest block; bounded: it accepts no more. Layout
-/// of the medium: docs/services/st15.md.
+/// a medium of its own. A full store deletes its oldest block if it is circular, and refuses packets if it is
+/// bounded. Layout of the medium: docs/services/st15.md.
 ///
 /// The medium is divided into blocks of PUS_STORE_BLOCK octets. The address of a packet is block number x
-/// PUS_STORE_BLOCK + offset; it only grows, so the position of a reader stays valid when the store wraps.
-/// Memory holds one entry for each block with its times, so a time is found without reading other blocks,
-/// also after the clock has jumped.
+/// PUS_STORE_BLOCK + offset; it only grows, so the position of a reader stays valid when the store wraps. An
+/// index in memory has the times of each block, so that a search for a time reads only blocks that have
+/// packets of that time, also after the clock has jumped.
 ///
-/// Ownership  The caller places index and buffer; the buffer may serve all stores of a loop.
+/// Ownership  The caller places index and buffer; all stores of a loop may share one buffer.
 /// Context    One loop.
-/// Time       Append O(size), and two syncs and O(blocks) once a block; next O(size); seek O(blocks) without
-///            the medium; find and cut O(blocks) and one block's records; open O(blocks).
+/// Time       Append O(size), and once a block two syncs and O(blocks); next O(size); seek O(blocks) in
+///            memory; find and cut O(blocks) and the records of one block; open O(blocks).
 #ifndef PUS_CORE_PACKET_STORE_H
 #define PUS_CORE_PACKET_STORE_H
 
@@ -23,14 +23,14 @@
 /// Room for one packet with its record fields [octets].
 #define PUS_STORE_BUFFER_SIZE (PUS_PACKET_MAX + 26U)
 
-typedef struct { // Private: one block that holds packets, at the place number % capacity.
+typedef struct { // Private: one block that has packets; its index is number % capacity.
     uint64_t number;
     uint64_t earliest_ns;
     uint64_t latest_ns;
     uint16_t end; // Offset after the last record.
     uint16_t packets;
-    uint16_t slot;      // Index of its place on the medium.
-    bool is_slot_taken; // True if the slot with this entry's index is taken.
+    uint16_t slot;      // Position of the block on the medium.
+    bool is_slot_taken; // Of the slot whose number is the index of this entry, not of `slot`.
 } pus_store_block_t;
 
 typedef struct {
@@ -45,17 +45,17 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     uint32_t generation;
     uint16_t limit; // Maximum number of blocks.
     bool is_circular;
-    bool is_dirty;  // Written since the last sync.
+    bool is_dirty;  // Octets were written since the last sync.
     uint64_t first; // Number of the oldest block.
     uint64_t last;  // Number of the newest block; less than `first` if there is none.
     uint64_t tail;  // Address of the oldest packet.
     uint64_t newest_ns;
     struct {
-        uint32_t stored;      ///< Packets.
-        uint32_t refused;     ///< Packets a full bounded store did not take.
-        uint32_t overwritten; ///< Packets that a circular store has overwritten by newer ones.
+        uint32_t stored;      ///< Packets stored.
+        uint32_t refused;     ///< Packets that a full bounded store refused.
+        uint32_t overwritten; ///< Packets that a circular store has deleted to make room for newer ones.
         uint32_t failed;      ///< Reads, writes and syncs that failed.
-        uint32_t damaged;     ///< Blocks that could no longer be reached, or not read to their end.
+        uint32_t damaged;     ///< Blocks that cannot be reached any more, or not read to their end.
     } counters;
 } pus_packet_store_t;
 
@@ -67,8 +67,8 @@ typedef struct {
 } pus_stored_packet_t;
 
 void pus_packet_store_init(pus_packet_store_t* store, const pus_packet_store_config_t* config);
-/// Begin an empty store. generation: never used before on this medium. limit: PUS_STORE_BLOCKS_MIN..
-/// block_capacity blocks. Writes nothing.
+/// Begin an empty store. generation: a number never used before on this medium. limit: PUS_STORE_BLOCKS_MIN..
+/// block_capacity blocks. The medium does not change.
 void pus_packet_store_create(pus_packet_store_t* store, uint32_t generation, uint16_t limit,
                              bool is_circular);
 /// Recover a store of this generation; packets before address `tail` have been deleted. STATUS_OK (with the
@@ -79,8 +79,8 @@ MUST_USE status_t pus_packet_store_open(pus_packet_store_t* store, uint32_t gene
 void pus_packet_store_change(pus_packet_store_t* store, uint16_t limit, bool is_circular);
 uint16_t pus_packet_store_blocks_used(const pus_packet_store_t* store);
 
-/// Store a packet of 1..PUS_PACKET_MAX octets, which may be the one just read. STATUS_OK; STATUS_FULL (a full
-/// bounded store, or no space on the medium), STATUS_IO: it is not stored.
+/// Store a packet of 1..PUS_PACKET_MAX octets; `packet` may point to the packet read last. STATUS_OK;
+/// STATUS_FULL (a full bounded store, or no space on the medium) or STATUS_IO: the packet is not stored.
 MUST_USE status_t pus_packet_store_append(pus_packet_store_t* store, uint64_t time_ns, const uint8_t* packet,
                                           size_t size);
 /// Make the stored packets persistent. STATUS_OK, STATUS_IO: try again.
@@ -89,24 +89,25 @@ status_t pus_packet_store_sync(pus_packet_store_t* store);
 /// Address of the oldest packet, and address after the newest packet; equal if the store is empty.
 uint64_t pus_packet_store_tail(const pus_packet_store_t* store);
 uint64_t pus_packet_store_head(const pus_packet_store_t* store);
-/// The address that a reader at *cursor reads next: the oldest packet if the packet there was deleted, else
-/// *cursor.
+/// The address that a reader at `cursor` reads next: that of the oldest packet if the packet at `cursor` was
+/// deleted, else `cursor`.
 uint64_t pus_packet_store_place(const pus_packet_store_t* store, uint64_t cursor);
-/// Read the packet at the cursor and move the cursor past it. STATUS_OK; STATUS_EMPTY (no packet yet);
-/// STATUS_CHECKSUM (the rest of the block is damaged: the cursor is after it); STATUS_IO (the cursor did not
-/// move).
+/// Read the packet at the cursor and move the cursor past it. STATUS_OK; STATUS_EMPTY (no packet there yet);
+/// STATUS_CHECKSUM (the rest of the block is damaged; the cursor is after the block); STATUS_IO (the cursor
+/// did not move).
 MUST_USE status_t pus_packet_store_next(pus_packet_store_t* store, uint64_t* cursor,
                                         pus_stored_packet_t* out_packet);
-/// The place of a cursor, moved over all blocks without a packet of from_ns..to_ns.
+/// Move a cursor over all blocks that have no packet of from_ns..to_ns. Returns the new cursor.
 uint64_t pus_packet_store_seek(const pus_packet_store_t* store, uint64_t cursor, uint64_t from_ns,
                                uint64_t to_ns);
 /// Address of the first packet stored at from_ns or later; the head if there is none.
 uint64_t pus_packet_store_find(pus_packet_store_t* store, uint64_t from_ns);
-/// Address after the packets, from the oldest on, that were stored at time_ns or earlier.
+/// Address after the oldest packets that were stored at time_ns or earlier: that of the first later packet,
+/// or the head.
 uint64_t pus_packet_store_find_after(pus_packet_store_t* store, uint64_t time_ns);
 /// Delete the packets before an address.
 void pus_packet_store_cut(pus_packet_store_t* store, uint64_t tail);
-/// Times of the oldest and the newest packet, 0 if there is none.
+/// Storage times of the oldest and the newest packet; 0 if the store is empty.
 uint64_t pus_packet_store_oldest_ns(pus_packet_store_t* store);
 uint64_t pus_packet_store_newest_ns(const pus_packet_store_t* store);
 

@@ -19,12 +19,13 @@
 
 typedef struct {
     void* context;
-    /// Store a record; `octets` is copied. STATUS_OK; STATUS_FULL (no room), STATUS_TOO_LARGE,
-    /// STATUS_IO: nothing changed.
+    /// Store a record; `octets` is copied. STATUS_OK; STATUS_FULL (no room), STATUS_TOO_LARGE or STATUS_IO:
+    /// the previous record stays.
     status_t (*put)(void* context, uint8_t table, uint32_t key, const uint8_t* octets, size_t size);
     /// Erase a record. STATUS_OK, STATUS_NOT_FOUND, STATUS_IO.
     status_t (*erase)(void* context, uint8_t table, uint32_t key);
-    /// Commit. STATUS_OK; STATUS_IO: changes since the last commit may be lost at a power cut.
+    /// Make all changes persistent. STATUS_OK; STATUS_IO: a power cut may undo the changes since the last
+    /// commit.
     status_t (*commit)(void* context);
 } pus_persistence_t;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Messages of fixed layout: one table of a struct's members, in the order of the wire, serves both writing
-/// and reading.
+/// Messages of fixed layout: one table of the members of a struct, in the order of the wire, is used to write
+/// and to read them.
 ///
 ///     static const pus_codec_field_t fields[] = {PUS_CODEC_FIELD(pus_transition_t, previous),
 ///                                          PUS_CODEC_FIELD(pus_transition_t, code), PUS_CODEC_END};
@@ -25,7 +25,7 @@ typedef struct {
     uint8_t type;   ///< value_type_t; VALUE_SCALARS ends a table.
 } pus_codec_field_t;
 
-/// The unsigned integer type of 1, 2, 4 or 8 octets.
+/// Code of the unsigned integer type of 1, 2, 4 or 8 octets.
 #define PUS_UNSIGNED_OF(octets)                                                                              \
     (((octets) == 8U) ? VALUE_UINT64                                                                         \
                       : (((octets) == 4U) ? VALUE_UINT32 : (((octets) == 2U) ? VALUE_UINT16 : VALUE_UINT8)))
@@ -48,13 +48,14 @@ typedef struct {
     const pus_codec_field_t* fields;
 } pus_layout_t;
 
-/// Write the members, one after the other. The writer fails if they do not fit.
+/// Write the members in the order of the table. The writer fails if they do not fit.
 void pus_codec_write(octet_writer_t* writer, const pus_codec_field_t* fields, const void* record);
-/// Read the members; missing ones make the reader fail and do not change.
+/// Read the members. If octets are missing, the reader fails, and the remaining members do not change.
 void pus_codec_read(octet_reader_t* reader, const pus_codec_field_t* fields, void* record);
-/// Read exactly the members. STATUS_OK, STATUS_INVALID (octets missing or left over).
+/// Read the members, which must be all of the octets. STATUS_OK, STATUS_INVALID (octets missing or left
+/// over).
 MUST_USE status_t pus_codec_read_all(octet_reader_t* reader, const pus_codec_field_t* fields, void* record);
-/// Report a record. Status of pus_tm_post.
+/// Send a report whose source data is the record. Status of pus_tm_post.
 status_t pus_codec_post(pus_app_process_t* process, const pus_layout_t* layout, uint16_t destination,
                         const void* record, uint64_t now_ns);
 

@@ -7,12 +7,12 @@
 
 // A key consists of list (2 bits), process (11), flag "has an identifier" (1) and identifier (16; for types:
 // service << 8 | subtype). A key without identifier means the whole process, a key with subtype 0 the whole
-// service; it precedes all keys that it includes.
+// service; such a key is less than all keys that it includes.
 
 #define LIST_SHIFT 28U
 #define APID_SHIFT 17U
 #define HAS_ID 0x10000U
-#define PROCESS_SPAN 0x1FFFFU ///< Keys of a process after the one of the whole process.
+#define PROCESS_SPAN 0x1FFFFU ///< Last key of a process minus the key of the whole process.
 #define SERVICE_SPAN 0xFFU
 #define APID_OF(key) ((uint16_t)(((key) >> APID_SHIFT) & 0x7FFU))
 #define ID_OF(key) ((uint16_t)((key)&0xFFFFU))
@@ -22,7 +22,7 @@
 
 #define HOUSEKEEPING_REPORT 25U
 #define DIAGNOSTIC_REPORT 26U
-#define EVENT_REPORTS 4U // Subtypes 1 to this.
+#define EVENT_REPORTS 4U // TM[5,1] to TM[5,4] are event reports.
 
 #define ENTRY_SIZE 6U // Size of a persistent record [octets].
 #define GROUP_ROOM 8U // Largest size of an entry in a report [octets].
@@ -46,7 +46,7 @@ static uint32_t key_of(const pus_selection_list_t list, const uint16_t apid, con
     return key_of_process(list, apid) | HAS_ID | id;
 }
 
-/// Index of the first entry whose key is not less.
+/// Index of the first entry whose key is `key` or greater.
 static uint16_t place_of(const pus_selection_t* const selection, const uint32_t key)
 {
     uint16_t low  = 0U;
@@ -74,7 +74,7 @@ static bool has(const pus_selection_t* const selection, const uint32_t key)
     return entry_of(selection, key) != NULL;
 }
 
-/// Remove the entries from `place` on whose key is at most `last`. Returns their number.
+/// Remove the entries from index `place` on whose keys are not greater than `last`. Returns their number.
 static uint16_t remove_range(pus_selection_t* const selection, const uint16_t place, const uint32_t last)
 {
     uint16_t end = place;
@@ -88,14 +88,14 @@ static uint16_t remove_range(pus_selection_t* const selection, const uint16_t pl
     return removed;
 }
 
-/// Replace all entries from `key` to `last` by one.
+/// Replace all entries from `key` to `last` by one entry. False: there is no room.
 static bool insert(pus_selection_t* const selection, const uint32_t key, const uint32_t last,
                    const uint16_t rate)
 {
     const uint16_t place   = place_of(selection, key);
     const uint16_t removed = remove_range(selection, place, last);
     if (selection->count >= selection->capacity) {
-        FSW_ASSERT(removed == 0U); // A removed entry would have made room.
+        FSW_ASSERT(removed == 0U); // If an entry had been removed, there would be room.
         return false;
     }
     (void)memmove(&selection->entries[place + 1U], &selection->entries[place],
@@ -115,7 +115,7 @@ status_t pus_selection_add_process(pus_selection_t* const selection, const uint1
     for (uint16_t list = 0U; list < lists; list++) {
         const uint32_t key = key_of_process((pus_selection_list_t)list, apid);
         if (!has(selection, key)) {
-            (void)insert(selection, key, key + PROCESS_SPAN, 1U); // There is room.
+            (void)insert(selection, key, key + PROCESS_SPAN, 1U); // Room was checked above.
         }
     }
     return STATUS_OK;
@@ -153,7 +153,7 @@ bool pus_selection_takes(pus_selection_t* const selection, const pus_tm_t* const
         return false;
     }
     octet_reader_t reader = octet_reader(tm->data, tm->size);
-    const uint16_t id     = octet_read_u16(&reader); // 0 if the report is too short to have one.
+    const uint16_t id     = octet_read_u16(&reader); // 0 if the report is too short for an identifier.
     if ((tm->service == PUS_SERVICE_HOUSEKEEPING) && (tm->subtype == HOUSEKEEPING_REPORT)) {
         return takes_structure(selection, PUS_SELECTED_HOUSEKEEPING, tm->apid, id);
     }
@@ -175,16 +175,16 @@ typedef struct {
     pus_selection_t selection;
     pus_selection_list_t list;
     pus_request_t* request;
-    uint16_t instruction; ///< Number of the last one.
+    uint16_t instruction; ///< Number of the last instruction.
     bool is_addition;
     bool is_changed;
 } edit_t;
 
-/// The entry that an instruction names.
+/// The entry that an instruction adds or deletes.
 typedef struct {
     uint32_t key;
-    uint32_t last;    ///< Key of the last entry that it comprises.
-    uint32_t service; ///< Key of its whole service; NO_KEY if it has no service or is that key.
+    uint32_t last;    ///< Last key that the entry includes.
+    uint32_t service; ///< Key of its whole service; NO_KEY if it has no service or is itself that key.
     uint16_t rate;
     bool is_valid;
 } selection_target_t;
@@ -257,7 +257,7 @@ static void instruct(edit_t* const edit, const selection_target_t* const target)
     }
 }
 
-/// Instructions on the services of a process, or on the subtypes of a service.
+/// Perform the instructions about the services of a process and their subtypes.
 static void edit_services(edit_t* const edit, const uint16_t apid, const uint8_t count)
 {
     octet_reader_t* const reader = &edit->request->reader;
@@ -285,7 +285,7 @@ static void edit_services(edit_t* const edit, const uint16_t apid, const uint8_t
     }
 }
 
-/// Instructions on the structures or events of a process.
+/// Perform the instructions about the structures or events of a process.
 static void edit_ids(edit_t* const edit, const uint16_t apid, const uint8_t count)
 {
     octet_reader_t* const reader = &edit->request->reader;
@@ -303,7 +303,7 @@ static void edit_entries(edit_t* const edit)
 {
     octet_reader_t* const reader = &edit->request->reader;
     const uint8_t processes      = octet_read_u8(reader);
-    if (processes == 0U) { // Only a deletion may have none.
+    if (processes == 0U) { // Only a request to delete may name no process: it deletes the whole list.
         const uint32_t first   = key_of_process(edit->list, 0U);
         const uint16_t removed = remove_range(&edit->selection, place_of(&edit->selection, first),
                                               key_of(edit->list, 0x7FFU, 0xFFFFU));
@@ -387,11 +387,11 @@ status_t pus_selection_put(const pus_selection_editor_t* const editor, const pus
         octet_write_u32(&writer, selection->entries[i].key);
         octet_write_u16(&writer, selection->entries[i].rate);
     }
-    FSW_ASSERT(!writer.failed); // PUS_SELECTION_ENTRIES_MAX fit.
+    FSW_ASSERT(!writer.failed); // The record has room for PUS_SELECTION_ENTRIES_MAX entries.
     return persistence->put(persistence->context, editor->table, key, record, writer.position);
 }
 
-/// True if a record's entries can be used: ascending, each of a list, a process and a rate.
+/// True if the entries of a record can be used: keys ascend, and list, process and rate of each are valid.
 static bool is_sound(octet_reader_t reader, const uint16_t count)
 {
     uint32_t least = 0U;
@@ -429,13 +429,13 @@ status_t pus_selection_restore(pus_selection_t* const selection, const uint8_t* 
 
 // ---- Reports ----
 
-/// A report that is being written; its open lists continue with the next entry.
+/// A report that is being written. The next entry is appended to the lists that are open.
 typedef struct {
     octet_writer_t writer;
-    size_t processes_at; ///< Places of the counts.
-    size_t ids_at;       ///< Place of the count of services, structures or events.
+    size_t processes_at; ///< Position of the count of processes.
+    size_t ids_at;       ///< Position of the count of services, structures or events.
     size_t subtypes_at;
-    uint32_t process; ///< Key of the one that is open, NO_KEY if none is.
+    uint32_t process; ///< Key of the process that is open; NO_KEY: none.
     uint32_t service;
 } page_t;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Selection of reports, for the forwarding of ST[14] to ground and for each packet store of ST[15]: report
+/// Selection of the reports that ST[14] forwards to ground, or that a packet store of ST[15] stores: report
 /// types by application process, service and subtype; housekeeping and diagnostic structures, each with a
 /// subsampling rate; and blocked events. Rules and refusals: docs/services/st14.md.
 ///
@@ -13,7 +13,7 @@
 #include "pus/core/persistence.h"
 #include "pus/core/service.h"
 
-#define PUS_SELECTION_ENTRIES_MAX 1300U ///< Sum over all lists: they fit a persistent record.
+#define PUS_SELECTION_ENTRIES_MAX 1300U ///< Entries of all lists, so that they fit a persistent record.
 
 typedef enum {
     PUS_SELECTED_TYPES = 0,
@@ -26,7 +26,7 @@ typedef enum {
 typedef struct { // Private.
     uint32_t key;
     uint16_t rate;
-    uint16_t phase; // Reports since the last that was selected.
+    uint16_t phase; // Number of reports since the last selected one.
 } pus_selection_entry_t;
 
 typedef struct {                    // Private.
@@ -35,37 +35,38 @@ typedef struct {                    // Private.
     uint16_t capacity;
 } pus_selection_t;
 
-/// An empty selection. capacity 1..PUS_SELECTION_ENTRIES_MAX.
+/// Make a selection empty. capacity 1..PUS_SELECTION_ENTRIES_MAX.
 void pus_selection_init(pus_selection_t* selection, pus_selection_entry_t* entries, uint16_t capacity);
-/// Select all of a process: types and structures, no event blocked. STATUS_OK; STATUS_EXHAUSTED: nothing
-/// changed. Existing entries stay.
+/// Select all report types and structures of a process; its blocked events do not change. STATUS_OK;
+/// STATUS_EXHAUSTED: the selection has not changed.
 MUST_USE status_t pus_selection_add_process(pus_selection_t* selection, uint16_t apid);
 /// True if a report is selected; counts the report if its structure is subsampled.
 bool pus_selection_takes(pus_selection_t* selection, const pus_tm_t* tm);
 
-/// Changes of selections: a change is made in `candidate`, which all selections share, before it is stored.
+/// Context for changes of selections. A change is first made in `candidate`, a copy that all selections
+/// share, and then stored.
 typedef struct {
-    const uint16_t* apids; ///< Processes that are controlled.
+    const uint16_t* apids; ///< Processes whose reports can be selected.
     uint16_t apid_count;
-    pus_selection_entry_t* candidate;     ///< As many as the largest selection has.
-    const pus_persistence_t* persistence; ///< Null: nothing is kept.
+    pus_selection_entry_t* candidate;     ///< As many entries as the largest selection has.
+    const pus_persistence_t* persistence; ///< Null: changes are not persistent.
     uint8_t table;                        ///< Table of the persistent records.
 } pus_selection_editor_t;
 
-/// Perform the instructions of a request, whose reader is at the count of processes, and put the whole
-/// selection as record `key`. PUS_DONE; PUS_FAILED (PUS_FAILURE_IO, status): nothing changed.
+/// Perform the instructions of a request, whose reader is at the count of processes, and store the whole
+/// selection as record `key`. PUS_DONE; PUS_FAILED (PUS_FAILURE_IO, status): the selection has not changed.
 pus_reply_t pus_selection_add(const pus_selection_editor_t* editor, pus_selection_t* selection,
                               pus_selection_list_t list, uint32_t key, pus_request_t* request);
 pus_reply_t pus_selection_delete(const pus_selection_editor_t* editor, pus_selection_t* selection,
                                  pus_selection_list_t list, uint32_t key, pus_request_t* request);
-/// Put a selection as record `key`. Statuses of pus_persistence_t.put, STATUS_OK if nothing is kept.
+/// Store a selection as record `key`. Statuses of pus_persistence_t.put; STATUS_OK without persistence.
 MUST_USE status_t pus_selection_put(const pus_selection_editor_t* editor, const pus_selection_t* selection,
                                     uint32_t key);
-/// Restore a record. STATUS_OK; STATUS_INVALID (malformed), STATUS_EXHAUSTED (more than the capacity): the
-/// selection stays.
+/// Restore a selection from a record. STATUS_OK; STATUS_INVALID (malformed) or STATUS_EXHAUSTED (more than
+/// the capacity): the selection has not changed.
 MUST_USE status_t pus_selection_restore(pus_selection_t* selection, const uint8_t* octets, size_t size);
-/// Answer with the content of a list, in as many reports as necessary: each is complete in itself and begins
-/// with `name` (PUS_NAME_SIZE octets) unless that is null.
+/// Answer with the content of a list, in as many reports as necessary. Each report can be decoded alone and
+/// begins with `name` (PUS_NAME_SIZE octets), unless `name` is null.
 void pus_selection_report(const pus_selection_t* selection, pus_selection_list_t list, pus_request_t* request,
                           uint8_t subtype, const uint8_t* name);
 

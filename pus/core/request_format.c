@@ -12,12 +12,12 @@
 
 typedef struct {
     const uint8_t* body;
-    const uint8_t* end; // Behind the body.
-    uint8_t left;       // Passes after the present one.
+    const uint8_t* end; // End of the body.
+    uint8_t left;       // Repetitions that follow the present one.
 } loop_t;
 
 typedef struct {
-    const uint8_t* next; // In the program.
+    const uint8_t* next; // Next word of the program.
     octet_reader_t* reader;
     uint32_t layouts[REGISTERS];
     uint8_t selector;
@@ -32,7 +32,7 @@ static uint8_t operand(interpreter_t* const interpreter)
     return value;
 }
 
-/// Enter the body, or skip it if the count is 0.
+/// Read a count, and enter the body, or skip the body if the count is 0.
 static bool count(interpreter_t* const interpreter)
 {
     const uint8_t least  = operand(interpreter);
@@ -52,7 +52,7 @@ static bool count(interpreter_t* const interpreter)
     return true;
 }
 
-/// At the end of a body: repeat it, or leave it.
+/// At the end of a body: enter it again, or continue after it.
 static void repeat(interpreter_t* const interpreter)
 {
     while ((interpreter->depth > 0U) &&
@@ -77,7 +77,7 @@ static bool value(interpreter_t* const interpreter)
     return true;
 }
 
-/// A request within the request: its size is in its own header; the rest is checked when it is used.
+/// Read a request within the request, whose header has its size. It is checked when it is used.
 static bool packet(octet_reader_t* const reader)
 {
     const size_t left = octet_reader_left(reader);

@@ -39,7 +39,7 @@ octet_writer_t pus_tc_begin(pus_requester_t* const requester, const uint16_t api
     requester->apid        = apid;
 
     octet_writer_t writer = octet_writer(requester->building, PUS_PACKET_MAX - PUS_CRC_SIZE);
-    uint8_t* const header = octet_write_space(&writer, PUS_TC_HEADER_SIZE); // It fits.
+    uint8_t* const header = octet_write_space(&writer, PUS_TC_HEADER_SIZE); // Not null.
     // Sequence and length are written when the request is finished.
     octets_put_u16(header, (uint16_t)(0x1800U | apid));
     header[OFFSET_ACK]     = (uint8_t)((PUS_VERSION << 4U) | (ack & PUS_ACK_ALL));

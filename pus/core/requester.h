@@ -5,7 +5,7 @@
 ///     octet_write_u8(&writer, target);
 ///     status_t status = pus_tc_send(&requester, &writer, &token);
 ///
-/// A refused request leaves no gap in the count.
+/// A request that the port refuses leaves no gap in the sequence count.
 ///
 /// Ownership  The caller places the requester.
 /// Context    One loop.
@@ -14,12 +14,12 @@
 
 #include "pus/core/app_process.h"
 
-#define PUS_ADDRESSEES 64U ///< Addressees a requester can count.
+#define PUS_ADDRESSEES 64U ///< Maximum number of addressees of a requester.
 
 typedef struct pus_requester { // All fields are private, except `counters`.
     uint16_t source;
     pus_port_t port;
-    struct pus_requester* counting; // Null: this one.
+    struct pus_requester* counting; // Requester whose sequence counts are used; null: its own.
     bool is_building;
     uint16_t apid;
     uint16_t addressee_count;
@@ -29,25 +29,25 @@ typedef struct pus_requester { // All fields are private, except `counters`.
     } addressees[PUS_ADDRESSEES];
     uint8_t building[PUS_PACKET_MAX];
     struct {
-        uint32_t sent;      ///< Requests the port took.
-        uint32_t refused;   ///< Requests the port refused.
+        uint32_t sent;      ///< Requests that the port took.
+        uint32_t refused;   ///< Requests that the port refused.
         uint32_t oversized; ///< Requests that did not fit a packet.
         uint32_t discarded; ///< Requests begun and not sent, or sent without a begin.
     } counters;
 } pus_requester_t;
 
-/// apid: of the user itself, 1..2046.
+/// apid: APID of the user itself, 1..2046.
 void pus_requester_init(pus_requester_t* requester, uint16_t apid, const pus_port_t* port);
-/// Take sequence counts from `other`, the same user with another port, which outlives it: together they use
-/// each count once, so that a verification report identifies one request.
+/// Use the sequence counts of `other`, a requester of the same user with another port; `other` must exist as
+/// long as this one. Together they use each count once, so that a verification report identifies one request.
 void pus_requester_count_with(pus_requester_t* requester, pus_requester_t* other);
-/// Begin a request to `apid`; the writer takes up to PUS_TC_DATA_MAX octets. A begin discards an unfinished
-/// one.
+/// Begin a request to `apid`; the writer takes up to PUS_TC_DATA_MAX octets. An unfinished request is
+/// discarded.
 octet_writer_t pus_tc_begin(pus_requester_t* requester, uint16_t apid, uint8_t service, uint8_t subtype,
                             uint8_t ack);
-/// Finish and send; *out_token (may be null) names the request for its verification reports.
-/// STATUS_OK, STATUS_FULL (port refused), STATUS_TOO_LARGE, STATUS_EXHAUSTED (too many addressees),
-/// STATUS_INVALID (nothing was begun).
+/// Finish and send the request; *out_token (may be null) identifies it in its verification reports.
+/// STATUS_OK, STATUS_FULL (the port refused), STATUS_TOO_LARGE, STATUS_EXHAUSTED (too many addressees),
+/// STATUS_INVALID (no request was begun).
 MUST_USE status_t pus_tc_send(pus_requester_t* requester, octet_writer_t* writer, pus_token_t* out_token);
 
 #endif // PUS_CORE_REQUESTER_H

@@ -166,7 +166,8 @@ pus_comparison_t pus_scalar_compare_delta(const value_type_t type, const uint64_
     if (falls != limit_falls) {
         return falls ? PUS_LESS : PUS_GREATER;
     }
-    // The whole change is compared with `count` times the threshold; a product beyond 64 bits exceeds any.
+    // Compare the whole difference with `count` times the threshold; a product beyond 64 bits exceeds every
+    // difference.
     const bool is_beyond = limit_amount > (UINT64_MAX / count);
     const uint64_t whole = is_beyond ? UINT64_MAX : (limit_amount * count);
     if (is_beyond || (amount < whole)) {

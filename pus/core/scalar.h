@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Values of scalar parameters as their bits, compared exactly: 64-bit integers without rounding, and NaN
-/// without order. Used by monitoring and statistics.
+/// Values of scalar parameters as bits, for monitoring and statistics. Comparisons are exact: 64-bit integers
+/// are not rounded, and NaN is neither less nor greater than any value.
 ///
 /// Bits are those of base/value.h: the octets of the value, the first octet on the wire being the most
 /// significant.
@@ -35,23 +35,23 @@ MUST_USE status_t pus_scalar_find(const pus_parameter_port_t* port, uint32_t par
                                   pus_scalar_t* out_scalar);
 /// Failure code for a status of pus_scalar_find other than STATUS_OK; its detail is the parameter id.
 uint16_t pus_scalar_failure(status_t status);
-/// The present value's bits. The parameter is looked up each time, since it may be withdrawn and come back
-/// while its owner's software is restarted. Status of pus_scalar_find, or STATUS_EMPTY (no value yet);
-/// *out_bits is 0 unless STATUS_OK.
+/// Read the bits of the present value. The parameter is found anew each time, since it may be withdrawn and
+/// come back when the software of its process restarts. Status of pus_scalar_find, or STATUS_EMPTY (no value
+/// yet); *out_bits is 0 unless STATUS_OK.
 MUST_USE status_t pus_scalar_sample(const pus_parameter_port_t* port, const pus_scalar_t* scalar,
                                     uint64_t* out_bits);
 
 uint64_t pus_scalar_read(octet_reader_t* reader, value_type_t type);
 void pus_scalar_write(octet_writer_t* writer, value_type_t type, uint64_t bits);
-/// As a double; 64-bit integers may round.
+/// Convert to a double; a 64-bit integer may be rounded.
 double pus_scalar_as_double(value_type_t type, uint64_t bits);
 
 /// Compare `one` with `other`.
 pus_comparison_t pus_scalar_compare(value_type_t type, uint64_t one, uint64_t other);
-/// Type of the difference of two values of a type: that of the same size with a sign.
+/// Type of the difference of two values of a type: the signed type of the same size.
 value_type_t pus_scalar_delta_type(value_type_t type);
-/// The mean difference over `count` (>= 1) steps from `first` to `last` against a threshold, whose type is
-/// pus_scalar_delta_type. Integers exactly, real numbers in double precision.
+/// Compare the mean difference over `count` (>= 1) steps from `first` to `last` with a threshold of the type
+/// pus_scalar_delta_type. Integers are compared exactly, real numbers in double precision.
 pus_comparison_t pus_scalar_compare_delta(value_type_t type, uint64_t first, uint64_t last, uint16_t count,
                                           uint64_t threshold);
 

@@ -46,7 +46,7 @@ uint64_t schedule_now(const pus_schedule_t* const schedule, const uint64_t now_n
     return schedule->kind->now(schedule->self, now_ns);
 }
 
-// ---- Lists of slots: the free ones, and those of a bucket ----
+// ---- Lists of slots: free slots, and slots of a bucket ----
 
 static void list_put(pus_schedule_t* const schedule, uint16_t* const first, const uint16_t slot)
 {
@@ -197,7 +197,7 @@ static status_t erase(const pus_schedule_t* const schedule, const uint32_t key)
     return (status == STATUS_NOT_FOUND) ? STATUS_OK : status;
 }
 
-/// Count a change of a step that could not be stored.
+/// Count a change of a step if it could not be stored.
 static void note(pus_schedule_t* const schedule, const status_t status)
 {
     schedule->counters.unsaved += (status != STATUS_OK) ? 1U : 0U;
@@ -390,7 +390,7 @@ static void append_to_release(pus_schedule_t* const schedule, const uint16_t slo
     schedule->releasing_last = slot;
 }
 
-/// Remove due activities from the schedule: each is deleted, or under release from now on.
+/// Remove due activities from the schedule: delete those that are disabled, and put the others under release.
 static void gather(pus_schedule_t* const schedule, const uint64_t now)
 {
     octet_writer_t writer = octet_writer(schedule->record, sizeof schedule->record);

@@ -4,15 +4,15 @@
 /// subtype. Activities, reports and refusals: docs/services/st11.md.
 ///
 /// Every change is stored before it is acknowledged. Each request is released at most once, also across a
-/// restart (docs/decisions/0017): due requests are moved into one record of identifiers before they are
-/// released; after a restart `lost` reports the requests in that record. If storing fails, due requests are
-/// still released (`unsaved`).
+/// restart (docs/decisions/0017): the identifiers of due requests are stored in one record before the
+/// requests are released; after a restart `lost` reports the requests in that record. If storing fails, due
+/// requests are still released (`unsaved`).
 ///
 /// Ownership  The caller places all arrays.
 /// Context    One loop.
-/// Time       A step with nothing due is O(1); insertion, release and deletion O(log activities); finding one
-///            by its identifier O(1); a step releases PUS_SCHEDULE_BATCH at most. Requests by filter, shifts
-///            of all and reports are O(activities that they select).
+/// Time       A step in which no request is due: O(1); insertion, release, deletion: O(log activities);
+///            search by identifier: O(1). A step releases at most PUS_SCHEDULE_BATCH activities. Requests by
+///            filter, shifts of all and reports: O(activities that they select).
 #ifndef PUS_CORE_SCHEDULE_H
 #define PUS_CORE_SCHEDULE_H
 
@@ -25,13 +25,13 @@
 #define PUS_SCHEDULE_BATCH 256U ///< Activities that one step takes out of the schedule.
 /// Largest request of an activity, so that TM[11,10] can report it in one packet [octets].
 #define PUS_SCHEDULE_REQUEST_MAX (PUS_TM_DATA_MAX - 12U)
-#define PUS_SCHEDULE_RECORD_HEAD 18U ///< Before the request in the record of an activity [octets].
+#define PUS_SCHEDULE_RECORD_HEAD 18U ///< Octets before the request in the record of an activity.
 
 /// The functions that differ for times and positions.
 typedef struct {
     uint8_t service;
     uint64_t tag_max; ///< Largest tag, < 2^62.
-    /// False: malformed. Both read all octets of the field.
+    /// False: malformed. This function and the next read all octets of the field.
     bool (*read_tag)(octet_reader_t* reader, uint64_t* out_tag);
     int64_t (*read_offset)(octet_reader_t* reader);
     void (*write_tag)(octet_writer_t* writer, uint64_t tag);
@@ -39,7 +39,7 @@ typedef struct {
     uint64_t (*now)(void* self, uint64_t now_ns);
 } pus_schedule_kind_t;
 
-typedef struct { // Names the request of an activity.
+typedef struct { // Identifier of the request of an activity.
     uint16_t source;
     uint16_t apid;
     uint16_t sequence;
@@ -50,25 +50,25 @@ typedef struct { // Private.
     pus_activity_id_t id;
     uint8_t sub_schedule;
     uint8_t group;
-    uint16_t next;     // In its bucket, among those that are being released, or among the free.
-    uint16_t previous; // In its bucket.
-    uint16_t chosen;   // Next of those that a shift has chosen.
-    uint32_t report;   // Number of the report that names it.
+    uint16_t next;     // Next in its bucket, in the list of requests under release, or in that of free slots.
+    uint16_t previous; // Previous activity in its bucket.
+    uint16_t chosen;   // Next activity that a shift has selected.
+    uint32_t report;   // Number of the report by identifiers that includes it.
     bool in_use;
 } pus_activity_t;
 
 typedef struct {
     pus_app_process_t* process;           ///< For reports that continue in a step.
-    pus_port_t release;                   ///< Takes requests that are due.
-    const pus_persistence_t* persistence; ///< Null: nothing is kept.
+    pus_port_t release;                   ///< Port that takes due requests.
+    const pus_persistence_t* persistence; ///< Null: the schedule is not persistent.
     pus_activity_t* activities;
     pus_sorted_index_node_t* nodes; ///< One for each activity.
     uint16_t activity_count;        ///< 1..65534.
-    uint16_t* buckets;              ///< For finding by identifier; about as many as activities.
+    uint16_t* buckets;              ///< Hash table by identifier; about as many as activities.
     uint32_t bucket_count;          ///< A power of two.
-    pus_block_chains_t* chains;     ///< Room for the requests; may be shared with others of the same loop.
-    uint16_t sub_schedule_count;    ///< At most, 1..256.
-    uint16_t group_count;           ///< At most, 1..256.
+    pus_block_chains_t* chains;     ///< Blocks for the requests; services of one loop may share them.
+    uint16_t sub_schedule_count;    ///< Maximum number of sub-schedules, 1..256.
+    uint16_t group_count;           ///< Maximum number of groups, 1..256.
     uint64_t margin;                ///< Minimum distance of a tag from now [ticks of the tag].
     void* context;                  ///< Context of `lost`.
     /// Called in the first step after a restart: the request may or may not have been released. May be null.
@@ -77,15 +77,15 @@ typedef struct {
 
 typedef struct { // Private: sub-schedules or groups.
     uint16_t count;
-    uint8_t flags[PUS_SCHEDULE_IDS]; // Exists, is enabled.
+    uint8_t flags[PUS_SCHEDULE_IDS]; // For each id: it exists, it is enabled.
 } pus_schedule_set_t;
 
 typedef struct {   // Private: the activities that a request selects.
-    uint64_t from; // Tag, and serial number among equal ones.
+    uint64_t from; // First tag; `serial` is the first serial number with this tag.
     uint64_t serial;
     uint64_t to;
     uint32_t report;        // Select only activities with this number; 0: any.
-    bool has_sub_schedules; // Restricted to those in the list.
+    bool has_sub_schedules; // Select only activities of the sub-schedules in the list.
     bool has_groups;
     uint8_t sub_schedules[PUS_SCHEDULE_IDS / 8U];
     uint8_t groups[PUS_SCHEDULE_IDS / 8U];
@@ -103,43 +103,43 @@ typedef struct { // Private, except `counters` and `count`: read-only, for telem
     pus_sorted_index_t order;
     pus_schedule_set_t sub_schedules;
     pus_schedule_set_t groups;
-    uint16_t group_uses[PUS_SCHEDULE_IDS]; // Activities in each.
+    uint16_t group_uses[PUS_SCHEDULE_IDS]; // Number of activities in each group.
     pus_long_report_t report;
     pus_schedule_filter_t report_filter;
     uint16_t releasing; // First activity that is being released.
     uint16_t releasing_last;
-    uint16_t lost_count; // Found at restart, not reported yet.
+    uint16_t lost_count; // Requests that a restart has found under release, and that are not reported yet.
     pus_activity_id_t lost[PUS_SCHEDULE_BATCH];
     uint8_t record[PUS_SCHEDULE_RECORD_HEAD + PUS_PACKET_MAX];
     struct {
         uint32_t inserted;
         uint32_t released;
-        uint32_t deferred; ///< Times the port did not take a request that was due.
+        uint32_t deferred; ///< Number of times that the port refused a due request.
         uint32_t dropped;  ///< Activities that became due while disabled.
         uint32_t lost;     ///< Activities that a restart found under release.
-        uint32_t refused;  ///< Requests and instructions.
-        uint32_t unsaved;  ///< Changes in steps that could not be kept.
+        uint32_t refused;  ///< Requests and instructions refused.
+        uint32_t unsaved;  ///< Changes in steps that could not be stored.
     } counters;
 } pus_schedule_t;
 
 /// `self` is the service, for kind->now and its own requests.
 void pus_schedule_init(pus_schedule_t* schedule, const pus_schedule_kind_t* kind, void* self,
                        const pus_schedule_config_t* config);
-/// Restore a persistent record; call it before the first request and step. STATUS_OK, STATUS_INVALID
-/// (malformed), STATUS_EXISTS (its slot is in use), STATUS_EXHAUSTED (no room for it).
+/// Restore a persistent record, before the first request and step. STATUS_OK, STATUS_INVALID (malformed),
+/// STATUS_EXISTS (the slot of the activity is in use), STATUS_EXHAUSTED (no room).
 MUST_USE status_t pus_schedule_restore(pus_schedule_t* schedule, uint32_t key, const uint8_t* octets,
                                        size_t size);
 /// Release due activities, and continue a report.
 void pus_schedule_step(pus_schedule_t* schedule, uint64_t now_ns);
-/// True if the next step has something to do at any time: the port did not take everything, or more was due
-/// than one step may do.
+/// True if the next step has work, whatever its time: the port has refused a request, or more activities were
+/// due than one step may release.
 bool pus_schedule_is_waiting(const pus_schedule_t* schedule);
 /// Tag of the next activity; UINT64_MAX if there is none.
 uint64_t pus_schedule_next(const pus_schedule_t* schedule);
 /// Store a record of the service itself in addition to those of the schedule. PUS_DONE; PUS_FAILED
 /// (PUS_FAILURE_IO, status).
 pus_reply_t pus_schedule_keep_own(pus_schedule_t* schedule, const uint8_t* octets, size_t size);
-#define PUS_SCHEDULE_KEY_OWN 2U ///< Its key; pus_schedule_restore refuses it.
+#define PUS_SCHEDULE_KEY_OWN 2U ///< Key of that record; pus_schedule_restore refuses it.
 
 /// Perform the requests; the object is a pus_schedule_t.
 pus_reply_t pus_schedule_enable(void* object, pus_request_t* request);

@@ -63,7 +63,7 @@ static bool is_selected(const pus_activity_t* const activity, const pus_schedule
            (!filter->has_groups || has_bit(filter->groups, activity->group));
 }
 
-/// The first activity from `first` on, in the order of the schedule, that the filter selects.
+/// First activity that the filter selects, from `first` on in the order of the schedule.
 static uint16_t select_from(const pus_schedule_t* const schedule, const pus_schedule_filter_t* const filter,
                             const uint16_t first)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private to pus/core/schedule*.c: the activities that the requests change.
+/// Private to pus/core/schedule*.c: functions on activities, for the requests.
 #ifndef PUS_CORE_SCHEDULE_INTERNAL_H
 #define PUS_CORE_SCHEDULE_INTERNAL_H
 
@@ -10,7 +10,7 @@
 #define EXISTS 0x01U // Flags of a sub-schedule or group.
 #define ENABLED 0x02U
 
-/// An activity as it is inserted. `request` is borrowed.
+/// An activity before its insertion. `request` must be valid until then.
 typedef struct {
     uint64_t tag;
     uint64_t serial;
@@ -22,7 +22,7 @@ typedef struct {
 } activity_draft_t;
 
 uint64_t schedule_now(const pus_schedule_t* schedule, uint64_t now_ns);
-/// Insert into memory, into a slot that is free. STATUS_OK, STATUS_EXHAUSTED (not enough blocks).
+/// Insert an activity into a free slot, in memory only. STATUS_OK, STATUS_EXHAUSTED (not enough blocks).
 MUST_USE status_t schedule_add(pus_schedule_t* schedule, uint16_t slot, const activity_draft_t* draft);
 /// Identifier of a decoded request.
 pus_activity_id_t schedule_id_of(const pus_tc_t* tc);
@@ -38,7 +38,7 @@ MUST_USE status_t schedule_abandon(pus_schedule_t* schedule);
 pus_reply_t schedule_put_state(pus_schedule_t* schedule);
 /// Give an activity another tag. Its serial number, which orders equal tags, does not change.
 void schedule_retag(pus_schedule_t* schedule, uint16_t slot, uint64_t tag);
-/// First activity with this request identifier, or the next after `slot`; NO_SLOT if there is none (left).
+/// First activity with this request identifier, and the next one after `slot`; NO_SLOT if there is none.
 uint16_t schedule_find(const pus_schedule_t* schedule, const pus_activity_id_t* id);
 uint16_t schedule_find_next(const pus_schedule_t* schedule, uint16_t slot);
 /// Copy the request of an activity to `out_octets` (PUS_PACKET_MAX). Returns its size.
@@ -47,23 +47,23 @@ size_t schedule_request(const pus_schedule_t* schedule, uint16_t slot, uint8_t* 
 pus_activity_id_t schedule_read_id(octet_reader_t* reader);
 uint32_t schedule_id_detail(const pus_activity_id_t* id);
 
-/// Refuse a request, or an instruction of it, and count that.
+/// Refuse a request, or one instruction of it, and count the refusal.
 pus_reply_t schedule_refuse(pus_schedule_t* schedule, uint16_t code, uint32_t detail);
 void schedule_refuse_one(pus_schedule_t* schedule, pus_request_t* request, uint16_t instruction,
                          uint16_t code, uint32_t detail);
 
-/// A filter that selects all.
+/// A filter that selects all activities.
 pus_schedule_filter_t schedule_filter_all(void);
 /// Read a filter. PUS_DONE, or PUS_REFUSED.
 pus_reply_t schedule_read_filter(pus_schedule_t* schedule, octet_reader_t* reader,
                                  pus_schedule_filter_t* out_filter);
 /// The first activity that the filter selects; NO_SLOT if there is none.
 uint16_t schedule_select(const pus_schedule_t* schedule, const pus_schedule_filter_t* filter);
-/// The next one after `slot`.
+/// The next selected activity after `slot`.
 uint16_t schedule_select_next(const pus_schedule_t* schedule, const pus_schedule_filter_t* filter,
                               uint16_t slot);
 
-/// Continue the report under way, and complete its request after the last packet.
+/// Continue an unfinished report, and complete its request after the last packet.
 void schedule_report_go_on(pus_schedule_t* schedule, uint64_t now_ns);
 
 #endif // PUS_CORE_SCHEDULE_INTERNAL_H

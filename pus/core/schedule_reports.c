@@ -9,7 +9,7 @@ enum {
     DETAIL_OF_ALL    = 16
 };
 
-/// Write the first entry at or after (tag, serial).
+/// Write the first entry at or after the cursor (tag, serial).
 static bool write_entry(void* const object, pus_report_cursor_t* const cursor, octet_writer_t* const writer)
 {
     pus_schedule_t* const schedule      = object;

@@ -46,7 +46,7 @@ pus_reply_t pus_schedule_disable(void* const object, pus_request_t* const reques
     return set_enabled(object, false);
 }
 
-/// Delete all that a filter selects. STATUS_OK, STATUS_IO: the rest is still there.
+/// Delete all activities that a filter selects. STATUS_OK, STATUS_IO (the remaining ones are not deleted).
 static status_t delete_selected(pus_schedule_t* const schedule, const pus_schedule_filter_t* const filter)
 {
     uint16_t slot = schedule_select(schedule, filter);
@@ -82,8 +82,8 @@ pus_reply_t pus_schedule_reset(void* const object, pus_request_t* const request)
 
 // ---- Insertion ----
 
-/// The first reason to refuse an instruction. `draft` is complete except for the identifier, which is
-/// taken from the embedded request.
+/// Check an instruction; returns the first reason to refuse it. `draft` is complete except for the
+/// identifier, which is read from the embedded request.
 static pus_failure_t check(const pus_schedule_t* const schedule, activity_draft_t* const draft,
                            const bool is_tag, const size_t tag_offset, const size_t request_offset,
                            const uint64_t earliest)
@@ -252,7 +252,7 @@ static void choose(const pus_schedule_t* const schedule, choice_t* const choice,
 static pus_failure_t shift(pus_schedule_t* const schedule, const choice_t* const choice, const int64_t offset,
                            const uint64_t earliest)
 {
-    // Tags are below 2^62, and so is the amount of an offset: no overflow.
+    // Tags and the amounts of offsets are below 2^62: the sums do not overflow.
     const int64_t first = (int64_t)choice->tag_min + offset;
     const int64_t last  = (int64_t)choice->tag_max + offset;
     if ((choice->first != NO_SLOT) && ((first < 0) || (last > (int64_t)schedule->kind->tag_max))) {

@@ -7,7 +7,7 @@ enum {
     GROUP_STATUS        = 27
 };
 
-/// After the instructions of a request: store their changes.
+/// Store the changes that the instructions of a request have made.
 static pus_reply_t keep_changes(pus_schedule_t* const schedule, const pus_request_t* const request)
 {
     return (request->performed > 0U) ? schedule_put_state(schedule) : pus_done();

@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#define REQUEST_ID_SIZE 4U // Octets a packet needs to be named in a report.
+#define REQUEST_ID_SIZE 4U // Octets that a report needs to identify a request.
 
 pus_reply_t pus_done(void)
 {
@@ -57,11 +57,11 @@ void pus_request_refuse(pus_request_t* const request, const uint16_t instruction
     const pus_failure_t failure = {.code = code, .instruction = instruction, .detail = detail};
     request->refused++;
     if (request->is_resumed) {
-        return; // It was reported in an earlier execution.
+        return; // The refusal was reported in an earlier execution.
     }
     if ((request->refused > 1U) && pus_app_process_is_waiting(request->process) &&
         !pus_app_process_has_firm_room(request->process)) {
-        request->process->counters.lost++; // The end of the request reports their number.
+        request->process->counters.lost++; // TM[1,8] of the request reports the number of refusals.
         return;
     }
     pus_verify_start_failed(request->process, &request->token, &failure, request->now_ns);
@@ -167,8 +167,8 @@ static const pus_subtype_t* subtype_of(const pus_service_t* const service, const
 typedef status_t (*decode_t)(const uint8_t* octets, size_t size, pus_tc_t* out_tc,
                              pus_failure_t* out_failure);
 
-/// Decode a packet, find its service and subtype, and check its format. The failure's code is
-/// PUS_FAILURE_NONE if all is well; otherwise *out_tc has the header fields that identify the packet.
+/// Decode a packet, find its service and subtype, and check its format. The code of the failure is
+/// PUS_FAILURE_NONE if no check failed; otherwise *out_tc has the header fields that identify the packet.
 static pus_failure_t find(const pus_dispatcher_t* const dispatcher, const uint8_t* const packet,
                           const size_t size, const decode_t decode, pus_tc_t* const out_tc,
                           const pus_service_t** const out_service, const pus_subtype_t** const out_subtype)
@@ -204,7 +204,7 @@ static pus_failure_t find(const pus_dispatcher_t* const dispatcher, const uint8_
     return failure;
 }
 
-/// Reports of completion of a request that was performed now.
+/// Report the completion of a request that has been performed.
 static void complete(pus_request_t* const request)
 {
     if (request->refused == 0U) {
@@ -214,11 +214,11 @@ static void complete(pus_request_t* const request)
         const pus_failure_t failure = pus_failure(PUS_FAILURE_SOME_FAILED, request->refused);
         pus_verify_failed(request->process, &request->token, &failure, request->now_ns);
     } else {
-        // All instructions were refused, each with its own report: nothing has started.
+        // All instructions were refused, each with its own TM[1,4]: the request has not started.
     }
 }
 
-/// Reports that follow from a service's reply.
+/// Send the verification reports for the reply of a service.
 static void report_reply(pus_request_t* const request, const pus_reply_t* const reply)
 {
     switch (reply->kind) {
@@ -249,8 +249,8 @@ static pus_reply_kind_t execute(pus_request_t* const request, const pus_service_
     request->reader       = octet_reader(data, size);
     pus_reply_t reply     = subtype->execute(service->self, request);
     const status_t status = (persistence != NULL) ? persistence->commit(persistence->context) : STATUS_OK;
-    // A request that continues reports its own end, and refusals are already reported: a second end would
-    // follow.
+    // A failed commit ends only a request that was performed now: one that continues reports its own end, and
+    // a refused one has been reported already.
     const bool is_performed =
         (reply.kind == PUS_DONE) && ((request->performed > 0U) || (request->refused == 0U));
     if (request->is_unfinished) {
@@ -261,7 +261,7 @@ static pus_reply_kind_t execute(pus_request_t* const request, const pus_service_
     } else if ((request->packets_lost > 0U) && (reply.kind == PUS_DONE)) {
         reply = pus_failed(PUS_FAILURE_SOME_FAILED, request->packets_lost);
     } else {
-        // The reply of the service is final.
+        // The reply of the service stands.
     }
     report_reply(request, &reply);
     return reply.kind;
@@ -306,7 +306,7 @@ bool pus_dispatcher_resume(pus_dispatcher_t* const dispatcher, const uint64_t no
     pus_unfinished_t* const unfinished = &dispatcher->unfinished;
     const status_t status              = pus_app_process_flush(dispatcher->process);
     if ((unfinished->service == NULL) || (status != STATUS_OK)) {
-        return unfinished->service != NULL; // The request that already waits has priority.
+        return unfinished->service != NULL; // Kept reports are sent before the answer continues.
     }
     pus_request_t request = {.token        = unfinished->token,
                              .now_ns       = now_ns,

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Services of one application process, and the dispatcher that verifies requests and passes them on.
 ///
-/// The dispatcher accepts a request (TM[1,1] or TM[1,2]): packet, APID, service, subtype, and the application
-/// data's format, which must end exactly on the last octet. Then it calls the service's `execute`, whose
+/// The dispatcher checks a request (TM[1,1] or TM[1,2]): packet, APID, service, subtype, and the format of
+/// the application data, which must have no further octets. Then it calls the service's `execute`, whose
 /// reply decides on the reports of start and completion (TM[1,3], [1,4], [1,7], [1,8]). A service that
-/// answers PUS_LATER copies the request's token and ends the request itself with the functions of ST[01].
+/// answers PUS_LATER copies the token of the request and ends the request itself (functions of ST[01]).
 ///
-/// A request of several instructions refuses each faulty one with its own TM[1,4] (instruction index from 1)
-/// and performs the others: `pus_request_refuse`, `pus_request_perform`, and reply pus_done(). If some but
-/// not all failed, the request ends with TM[1,8] PUS_FAILURE_SOME_FAILED; if all failed, the TM[1,4] are the
-/// end.
+/// If a request has several instructions, the service refuses each faulty one with its own TM[1,4]
+/// (instruction index from 1) and performs the others: `pus_request_refuse`, `pus_request_perform`, and reply
+/// pus_done(). If only some failed, the request ends with TM[1,8] PUS_FAILURE_SOME_FAILED; if all failed,
+/// with the TM[1,4].
 ///
 /// Ownership  The caller places dispatcher, service list and services; all outlive the dispatcher.
 /// Context    The loop of the process.
-/// Time       O(packet) plus the service's.
+/// Time       O(packet), and the time of the service.
 #ifndef PUS_CORE_SERVICE_H
 #define PUS_CORE_SERVICE_H
 
@@ -23,7 +23,7 @@
 #include "pus/core/app_process.h"
 
 typedef enum {
-    PUS_DONE,    ///< Performed: TM[1,3], TM[1,7] as requested.
+    PUS_DONE,    ///< Performed: TM[1,3] and TM[1,7], as requested.
     PUS_LATER,   ///< Started: TM[1,3] as requested; the service keeps the token and completes.
     PUS_STARTED, ///< As PUS_LATER, but the service has sent TM[1,3] itself, because reports of progress
                  ///< followed it.
@@ -34,7 +34,7 @@ typedef enum {
 /// Answer of a service, or of a service's port, to a request.
 typedef struct {
     pus_reply_kind_t kind;
-    pus_failure_t failure; ///< With PUS_REFUSED and PUS_FAILED.
+    pus_failure_t failure; ///< Valid for PUS_REFUSED and PUS_FAILED.
 } pus_reply_t;
 
 pus_reply_t pus_done(void);
@@ -45,15 +45,15 @@ pus_reply_t pus_failed(uint16_t code, uint32_t detail);
 
 /// A request under execution; valid during `execute` only.
 typedef struct {
-    pus_token_t token;     ///< Copy it to complete later.
-    octet_reader_t reader; ///< Over the application data; its format has been checked.
+    pus_token_t token;     ///< A service copies it to complete the request later.
+    octet_reader_t reader; ///< Reads the application data, whose format has been checked.
     uint64_t now_ns;
-    pus_app_process_t* process; ///< For reports in answer.
+    pus_app_process_t* process; ///< Process that sends the answer.
     uint16_t performed;         ///< Private: instructions performed.
     uint16_t refused;           ///< Private: instructions refused.
     bool is_started;            ///< Private: TM[1,3] was sent.
     bool may_resume;            ///< Private: the dispatcher can execute it again in a later step.
-    bool is_resumed;            ///< Private: this is such an execution.
+    bool is_resumed;            ///< Private: the request is executed again.
     bool is_unfinished;         ///< Private: the port did not take a packet of the answer.
     uint16_t packets;           ///< Private: packets of the answer, in this execution.
     uint16_t packets_out;       ///< Private: packets sent or lost, in this or an earlier execution.
@@ -62,8 +62,8 @@ typedef struct {
 
 /// Note that an instruction is about to be performed; the first call sends TM[1,3] if requested.
 void pus_request_perform(pus_request_t* request);
-/// Refuse one instruction with TM[1,4]. instruction >= 1. While reports wait and room is short, only the
-/// first refusal has its own report; TM[1,8] has the number of all.
+/// Refuse one instruction with TM[1,4]. instruction >= 1. While reports wait and there is little room, only
+/// the first refusal has a report of its own; TM[1,8] has the number of all.
 void pus_request_refuse(pus_request_t* request, uint16_t instruction, uint16_t code, uint32_t detail);
 
 /// Finish and send one packet of an answer that may need several. A packet that the port does not take is
@@ -90,9 +90,9 @@ typedef struct {
 /// One subtype of a service.
 typedef struct {
     uint8_t subtype;
-    /// Walk the application data without effect. The dispatcher refuses the request with PUS_FAILURE_DATA if
-    /// the reader has failed or is not at its end afterwards. False: inconsistent, at the reader's position.
-    /// Null: `format` is sufficient.
+    /// Read through the application data without effect. The dispatcher refuses the request with
+    /// PUS_FAILURE_DATA if the reader then has failed or is not at its end. False: the data is inconsistent
+    /// at the position of the reader. Null: `format` is sufficient.
     bool (*has_format)(void* self, octet_reader_t* reader);
     pus_reply_t (*execute)(void* self, pus_request_t* request);
     const uint8_t*
@@ -105,21 +105,22 @@ typedef struct {
         subtype, NULL, execute, PUS_REQUEST_FORMAT_##service##_##subtype                                     \
     }
 
-/// One service as the dispatcher sees it.
+/// One service of the dispatcher.
 typedef struct {
     uint8_t type;
     uint8_t subtype_count;
     const pus_subtype_t* subtypes;
     void* self; ///< First argument of the functions.
-    /// Called once per cycle; null if the service has nothing to do in time. `cycle` counts minimum sampling
+    /// Called once per cycle; null if the service does no periodic work. `cycle` counts minimum sampling
     /// intervals and may jump forward.
     void (*step)(void* self, uint64_t now_ns, uint32_t cycle);
 } pus_service_t;
 
-/// An entry without a step, from which each service makes its own entry. Pointers may not be null.
+/// Make the entry of a service without `step`; a service with periodic work sets it. Pointers must not be
+/// null.
 pus_service_t pus_service_of(uint8_t type, const pus_subtype_t* subtypes, size_t subtype_count, void* self);
 
-/// Formats for `has_format`: no data; one u8; one u16.
+/// Functions for `has_format`: no application data; one u8; one u16.
 bool pus_request_format_empty(void* self, octet_reader_t* reader);
 bool pus_request_format_u8(void* self, octet_reader_t* reader);
 bool pus_request_format_u16(void* self, octet_reader_t* reader);
@@ -129,7 +130,7 @@ bool pus_request_format_u16(void* self, octet_reader_t* reader);
 
 /// Private: a request whose answer is not sent completely.
 typedef struct {
-    const pus_service_t* service; // Null: there is none.
+    const pus_service_t* service; // Null: there is no such request.
     const pus_subtype_t* subtype;
     pus_token_t token;
     uint16_t packets_out;
@@ -143,12 +144,12 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     const pus_service_t* services;
     size_t service_count;
     pus_unfinished_t unfinished;
-    pus_performer_t performer;            // `take` is null: all is performed at once.
-    const pus_persistence_t* persistence; // Null: nothing is kept.
+    pus_performer_t performer;            // `take` is null: requests are performed at once.
+    const pus_persistence_t* persistence; // Null: changes are not persistent.
     struct {
         uint32_t accepted; ///< Requests accepted.
         uint32_t rejected; ///< Requests rejected with TM[1,2].
-        uint32_t ignored;  ///< Packets too short to name their request.
+        uint32_t ignored;  ///< Packets too short to identify their request.
         uint32_t refused;  ///< Requests whose start failed as a whole.
     } counters;
 } pus_dispatcher_t;
@@ -161,13 +162,13 @@ void pus_dispatcher_defer(pus_dispatcher_t* dispatcher, const pus_performer_t* p
 /// From now on changes of a request are committed before its completion is reported; a commit that fails ends
 /// the request with TM[1,8] (PUS_FAILURE_IO, status).
 void pus_dispatcher_persist(pus_dispatcher_t* dispatcher, const pus_persistence_t* persistence);
-/// Perform a request that a performer has taken, with all reports from its start on. `service` has the
-/// request's type and subtype; it may be another instance than the dispatcher's, and `process` another
-/// process of the same APID, so that neither is shared with the dispatcher's loop.
+/// Perform a request that a performer has taken, and send all its reports from the start on. `service` has
+/// the type and subtype of the request. It may be another instance than that of the dispatcher, and `process`
+/// another process of the same APID, so that the loop of the dispatcher uses neither of them.
 void pus_perform(pus_app_process_t* process, const pus_service_t* service, const pus_token_t* token,
                  const uint8_t* data, size_t size, uint64_t now_ns);
 /// Verify one packet and pass it on. STATUS_OK (accepted; verification reports the rest), STATUS_INVALID
-/// (rejected with TM[1,2]), STATUS_TRUNCATED (too short to name its request: ignored, counted).
+/// (rejected with TM[1,2]), STATUS_TRUNCATED (too short to identify its request: ignored and counted).
 status_t pus_dispatch(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_t size, uint64_t now_ns);
 /// As pus_dispatch, for a request that may be larger than a packet, as ST[13] has assembled it.
 status_t pus_dispatch_large(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_t size,

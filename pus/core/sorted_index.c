@@ -16,7 +16,8 @@ void pus_sorted_index_init(pus_sorted_index_t* const order, pus_sorted_index_nod
     *order = (pus_sorted_index_t){.nodes = nodes, .root = NONE, .first = NONE};
 }
 
-/// Priority of a slot in the heap: a hash, which differs for neighbouring slots (finalizer of MurmurHash3).
+/// Priority of a slot in the heap: a hash that is very different for neighbouring slots (finalizer of
+/// MurmurHash3).
 static uint32_t rank_of(const uint16_t slot)
 {
     uint32_t hash = slot + 0x9E3779B9U;
@@ -30,7 +31,7 @@ static bool is_before(const pus_sorted_index_node_t* const node, const uint64_t 
     return (node->tag < tag) || ((node->tag == tag) && (node->serial < serial));
 }
 
-/// `parent` gets `slot` in the place of its child `old`.
+/// Make `slot` a child of `parent`, in place of its child `old`.
 static void replace(pus_sorted_index_t* const order, const uint16_t parent, const uint16_t old,
                     const uint16_t slot)
 {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Slots (indices of a table of the caller) in the order of their tags; equal tags in the order of their
-/// serial numbers. A treap: a binary tree by (tag, serial) that is a heap by a hash of the slot, so its depth
-/// stays logarithmic, whatever the order of arrival of the tags.
+/// serial numbers. The index is a treap: a binary tree by (tag, serial) that is a heap by a hash of the slot,
+/// so that its depth is logarithmic for any order of insertion.
 ///
-/// Ownership  The caller places the nodes; they outlive the index. The caller knows which slots are in it.
+/// Ownership  The caller places the nodes, which must exist as long as the index. It knows which slots are in
+///            the index.
 /// Context    One loop.
 /// Time       Insert, remove, lower bound and next O(log count); first O(1). No recursion.
 #ifndef PUS_CORE_SORTED_INDEX_H
@@ -17,7 +18,7 @@ typedef struct { // Private, except tag and serial: read-only.
     uint64_t tag;
     uint64_t serial;
     uint16_t parent;
-    uint16_t children[2]; // Earlier, later.
+    uint16_t children[2]; // Subtrees of earlier and of later slots.
 } pus_sorted_index_node_t;
 
 typedef struct { // Private.
@@ -26,7 +27,7 @@ typedef struct { // Private.
     uint16_t first;
 } pus_sorted_index_t;
 
-/// An empty index. `nodes` has one node for each slot, PUS_SORTED_INDEX_NONE at most.
+/// Make an index empty. `nodes` has one node for each slot, at most PUS_SORTED_INDEX_NONE.
 void pus_sorted_index_init(pus_sorted_index_t* order, pus_sorted_index_node_t* nodes);
 /// Insert a slot that is not in the index.
 void pus_sorted_index_insert(pus_sorted_index_t* order, uint16_t slot, uint64_t tag, uint64_t serial);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The mission's tailoring of ECSS-E-ST-70-41C: every constant the standard leaves open, in one table.
+/// The tailoring of ECSS-E-ST-70-41C: every constant that the standard leaves to the mission, in one table.
 /// Widths are fixed for the whole mission: counts 8 bits in requests and 16 in reports, identifiers 16,
 /// parameter ids 32, statuses 8, names 8 octets padded with NUL. All numbers are big-endian.
 #ifndef PUS_CORE_TAILORING_H
@@ -40,7 +40,7 @@
 #define PUS_TIME_SIZE 8U ///< P-field included [octets].
 /// Relative time: 4 octets of seconds and 3 of fraction as one number in two's complement.
 #define PUS_RELATIVE_TIME_SIZE 7U
-#define PUS_TIME_TICKS_PER_S 16777216U ///< 2^24, the unit of both.
+#define PUS_TIME_TICKS_PER_S 16777216U ///< 2^24: resolution of absolute and relative time [1/s].
 
 /// Users: source ids of requests, destination ids of reports.
 #define PUS_USER_GROUND 0U       ///< All ground users: destination of unsolicited reports.
@@ -134,7 +134,7 @@ enum {
     PUS_FAILURE_RESTARTED    = 0x040B  ///< lives of the application in this run
 };
 
-/// Added to the id of a reason of the sender's own, which its descriptor names (<Failure>); any stage.
+/// Added to the id of a failure that the descriptor of the sender defines (<Failure>); any stage.
 #define PUS_FAILURE_OWN 0x8000U
 
 #endif // PUS_CORE_TAILORING_H

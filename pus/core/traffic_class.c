@@ -8,7 +8,7 @@
 #include "pus/private/st130_rtlink.h"
 #include "pus/private/st131_mission.h"
 
-#define OFFSET_SERVICE 7U // In both kinds of packet.
+#define OFFSET_SERVICE 7U // Offset in requests and in reports.
 #define OFFSET_SOURCE 9U  // Offset in a request.
 #define OFFSET_NOTICE_SEVERITY (PUS_TM_HEADER_SIZE + 2U)
 
@@ -31,7 +31,7 @@ static bool is_firm(const uint16_t type, const uint8_t* const packet, const size
     }
 }
 
-/// Reports whose senders continue later after a refusal, or count lost packets.
+/// True for reports whose sender continues later after a refusal, or counts lost packets.
 static bool is_bulk(const uint16_t type)
 {
     static const uint16_t types[] = {
@@ -50,7 +50,8 @@ static bool is_bulk(const uint16_t type)
     return false;
 }
 
-/// The supervisor changes states and links by requests: its own orders must not wait for requests of others.
+/// True for the requests by which the supervisor changes states and links; they must not wait for requests of
+/// other users.
 static bool is_order(const uint8_t* const packet)
 {
     const uint8_t service = packet[OFFSET_SERVICE];

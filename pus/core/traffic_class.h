@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Class of a packet: its priority, and whether it is kept, when the connection to its receiver is full.
+/// Class of a packet. It decides on the priority of the packet, and whether the packet is kept, if the
+/// connection to its receiver is full.
 ///
 ///     FIRM   packets that a receiver awaits or must react to: ST[01], transitions of states, links and modes
 ///            (TM[129,2], [130,10], [131,2]), HIGH events and their notices, orders of the supervisor
 ///     PLAIN  other events and notices, answers that fit one packet, other requests
-///     BULK   housekeeping, diagnostics, statistics, lists over many packets, dumps, parts: their sender
-///            continues later, or counts the lost packets
+///     BULK   housekeeping, diagnostics, statistics, lists over many packets, dumps, parts of large packets:
+///            the sender continues later, or counts the lost packets
 ///
 /// Context    Any.
 /// Time       O(1).
@@ -22,8 +23,8 @@ typedef enum {
 
 #define PUS_CLASSES 3U
 
-/// Class of a packet by its headers and, for a notice, its severity. Packets that are too short or malformed
-/// are BULK.
+/// Class of a packet, from its headers and, for a notice of an event, its severity. Packets that are too
+/// short or malformed are BULK.
 pus_class_t pus_class_of(const uint8_t* packet, size_t size);
 
 #endif // PUS_CORE_TRAFFIC_CLASS_H

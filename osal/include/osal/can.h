@@ -51,9 +51,9 @@
 #define OSAL_CAN_PATIENCE_MS 2000U ///< Longest wait for an announced frame, wall-clock time [ms].
 
 typedef struct {
-    uint64_t
-        time_ns;    ///< Time of a received frame [ns]. "shm:": end of frame, set by the wire end; SocketCAN:
-                    ///< monotonic time at which the kernel received the frame.
+    /// Time of a received frame [ns]. "shm:": end of frame, set by the wire end; SocketCAN: monotonic time at
+    /// which the kernel received the frame.
+    uint64_t time_ns;
     uint32_t id;    ///< Identifier and OSAL_CAN_EXTENDED, _REMOTE, _ERROR.
     uint8_t length; ///< Data octets, 0..8 classic, 0..64 FD.
     uint8_t flags;  ///< OSAL_CAN_FLAG_*.
