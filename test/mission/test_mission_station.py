@@ -90,6 +90,14 @@ def until(page, expression):
     flying.wait_until(lambda: page.evaluate(expression), expression)
 
 
+def accessibility(page, theme):
+    """Serious and critical findings of axe in a theme."""
+    page.evaluate("theme => { document.documentElement.dataset.theme = theme; window.station.store.tell('theme'); }", theme)
+    page.evaluate(AXE.read_text(encoding="utf-8"))
+    found = page.evaluate("axe.run(document, {runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'best-practice']})")
+    return [f"{rule['id']}: {rule['nodes'][0]['html']}" for rule in found["violations"] if rule["impact"] in ("serious", "critical")]
+
+
 def choose(page, name):
     """Open the form of a command."""
     page.click("#work-Command")
@@ -254,12 +262,9 @@ def test_time_stands_still_at_the_wish_of_the_page(page):
 @pytest.mark.parametrize("size", SIZES)
 def test_everybody_can_use_the_page(page, theme, size, hangar):
     page.set_viewport_size(dict(zip(("width", "height"), SIZES[size])))
-    page.evaluate("theme => { document.documentElement.dataset.theme = theme; window.station.store.tell('theme'); }", theme)
-    page.evaluate(AXE.read_text(encoding="utf-8"))
     tab = TABS[size, theme]
     page.evaluate("tab => document.getElementById(`work-${tab}`).click()", tab)
-    found = page.evaluate("axe.run(document, {runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'best-practice']})")
-    serious = [f"{rule['id']}: {rule['nodes'][0]['html']}" for rule in found["violations"] if rule["impact"] in ("serious", "critical")]
+    serious = accessibility(page, theme)
     page.screenshot(path=str(hangar / f"page-{size}-{theme}-{tab}.png"))
     page.set_viewport_size({"width": 1440, "height": 900})
     assert not serious
