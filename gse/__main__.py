@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""python3 -m gse, from the root of the repository, is the command `gse`."""
+"""Run the command `gse` as `python3 -m gse` in the root of the repository."""
 
 import pathlib
 import sys

@@ -33,7 +33,7 @@ def page_of(layer):
 
 
 def read_all():
-    """List of (layer, about, headers) in the order of LAYERS; a folder that LAYERS does not name is an error."""
+    """Read all headers: a list of (layer, about, headers) in the order of LAYERS. A folder that LAYERS does not name is an error."""
     known = {folder for folder, _, _ in LAYERS}
     there = {str(path.parent.relative_to(ROOT)) for top in ("base", "osal/include", "fsw/framework") for path in (ROOT / top).rglob("*.h")}
     missing = sorted(there - known)
@@ -48,7 +48,7 @@ def read_all():
 
 
 def index_of(layers):
-    """Dict name -> address of every declaration."""
+    """Addresses of all declarations in the reference, by name."""
     places = {}
     for layer, _, files in layers:
         for header in files:
@@ -59,7 +59,7 @@ def index_of(layers):
 
 
 def link_names(text, places, own=()):
-    """HTML in which names of declarations are links to them."""
+    """Make each name of a declaration in a text a link to the declaration."""
 
     def link(found):
         name = found[0]
@@ -82,7 +82,7 @@ def code_block(entry, places):
 
 
 def prose(lines, places):
-    """Comment as paragraphs, labelled lines and blocks of code."""
+    """HTML of a comment: paragraphs, labelled lines and blocks of code."""
     out, labels, paragraph, block = [], [], [], []
 
     def close():
@@ -120,7 +120,7 @@ def prose(lines, places):
 
 
 def ticks(text):
-    """HTML in which each `name` is marked as code."""
+    """Mark each `name` in a text as code."""
     return re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
 
 

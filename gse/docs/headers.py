@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads the project's headers: the contract at the beginning of a header, and the comment above each declaration.
+"""Read the project's headers: the contract at the beginning of a header, and the comment above each declaration.
 
 It parses the house format: `///` comments, `// ---- title` between sections, one or several declarations
 below a comment, followed by an empty line.
@@ -15,7 +15,7 @@ NAME = re.compile(
 
 @dataclass
 class Entry:
-    """Declarations under one comment; or a section's title."""
+    """Declarations below one comment, or the title of a section."""
 
     line: int
     text: list = field(default_factory=list)  # lines of the comment
@@ -29,7 +29,7 @@ class Entry:
 
     @property
     def is_private(self):
-        """A struct with private members."""
+        """True for a struct whose comment declares its members private."""
         return bool(self.code) and "Private" in self.code[0] and "except" not in self.code[0]
 
 
@@ -99,7 +99,7 @@ def read(path, name):
 
 
 def signature(lines):
-    """A declaration as it is shown: an inline function without its body."""
+    """Lines of a declaration as the reference shows them: an inline function without its body."""
     if lines[0].startswith("static inline"):
         head = lines[: next((i for i, line in enumerate(lines) if line == "{"), len(lines))]
         return [*head[:-1], head[-1] + ";"]

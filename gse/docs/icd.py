@@ -38,7 +38,7 @@ def number(value):
 
 
 def bounds(item):
-    """Text `min .. max` of a field; empty without bounds, and for an enumeration, which lists its numbers."""
+    """Text `min .. max` of a field. Empty if the field has no bounds or an enumeration, whose numbers are listed elsewhere."""
     if "enumeration" in item:
         return ""
     low, high = number(item.get("min")), number(item.get("max"))
@@ -46,7 +46,7 @@ def bounds(item):
 
 
 def initially(subsystem, item):
-    """Initial value of a field, with the names of an enumeration."""
+    """Initial value of a field. Numbers of an enumeration are given by their names."""
     text = item["init"] or ""
     if "enumeration" in item:
         words = {str(number): word for word, number in subsystem["enumerations"][item["enumeration"]].items()}
@@ -60,7 +60,7 @@ def unit(item):
 
 
 def meaning(item):
-    """Description of a field, with the words for its numbers and its warning limit."""
+    """Description of a field, the words for its numbers, and its warning limit."""
     numbers = item.get("words", {"numbers": {}})["numbers"]
     words = "".join(f"<br>{number}: {mono(word)}" for number, word in numbers.items())
     warning = f"; warning above {number(item['warning'])}" if "warning" in item else ""
@@ -72,7 +72,7 @@ def octets_of(item, sizes):
 
 
 def parameters(subsystem, sizes):
-    """Table of all parameters; fields of a structure below it with their offset in it."""
+    """Table of all parameters. The fields of a structure follow it with their offset in the structure."""
     rows, kinds = [], []
     for item in subsystem["parameters"]:
         place = f'<a id="{subsystem["name"].lower()}-{item["name"].lower()}"></a>'
@@ -103,7 +103,7 @@ def enumerations(subsystem, _):
 
 
 def failures(subsystem, _):
-    """Table of failure codes of its own."""
+    """Table of the failure codes that the subsystem defines itself."""
     rows = [[mono(f"0x{item['code']:04X}"), mono(item["name"]), escape(item["detail"])] for item in subsystem["failures"]]
     return table(["failure code", "meaning", "detail"], rows)
 
@@ -159,7 +159,7 @@ def functions(subsystem, sizes):
 
 
 def structure(subsystem, item):
-    """A housekeeping report: heading and layout."""
+    """Heading and layout of a housekeeping report."""
     size_of = {p["name"]: p["size"] for p in subsystem["parameters"]}
     rows, at = [], 0
     for name in item["once"]:

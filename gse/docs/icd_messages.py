@@ -24,7 +24,7 @@ def _octets(kind):
 
 
 class _Rows:
-    """Rows of a message's fields; those of a repetition or case are indented below its count or selector."""
+    """Rows of a message's fields. Fields of a repetition or case are indented below its count or selector."""
 
     def __init__(self, known, enumerations, direction):
         self.known, self.enumerations, self.direction = known, enumerations, direction

@@ -26,7 +26,7 @@ GROUPS = {
 
 
 def home_of(path, layers):
-    """Layer of a file, as the lint finds it."""
+    """Layer of a file according to test/lint/layers.txt; of the simulator, its folder."""
     if path.startswith("sim/"):
         return "/".join(path.split("/")[:2])
     return check_layers.first_match(layers, path)[0]
@@ -78,7 +78,7 @@ def label(layer):
 
 
 def dot(pairs, files, wanted):
-    """Graph of the layers that are wanted, for graphviz."""
+    """Text for graphviz: the graph of the layers for which `wanted` is true."""
     lines = ['digraph{rankdir=TB;ranksep=.42;nodesep=.22;bgcolor="transparent";node[shape=box,style="rounded,filled",'
              'color="#c9d0d8",fontname="Helvetica",fontsize=11,height=.32,margin=".12,.05"];edge[color="#9aa5b1",arrowsize=.55]']
     shown = sorted(layer for layer in files if layer and wanted(layer))

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Generate the documentation as pages under build/docs: architecture with the layer graph, tutorial, API from the headers,
-interface control documents from the descriptors, a search over all of them. Ends with an error if a link has no target.
+interface control documents from the descriptors, and a search in all of them. Exits with an error if a link has no target.
 """
 
 import argparse
@@ -35,7 +35,7 @@ FIXED = {
 
 
 def markdown_files():
-    """Dict path -> page of every Markdown file that becomes one."""
+    """Page of each Markdown file of the documentation, by the path of the file."""
     found = {ROOT / name: page for name, page in FIXED.items()}
     for path in sorted((ROOT / "docs").rglob("*.md")):
         prefix = "decision-" if path.parent.name == "decisions" else ""
@@ -46,7 +46,7 @@ def markdown_files():
 
 
 def prose_pages(out):
-    """Dict file -> HTML of the Markdown files; pictures are copied."""
+    """HTML of the Markdown files by file name. Copies their pictures to `out`."""
     places = markdown_files()
 
     def rename(path):
@@ -88,7 +88,7 @@ class Links(html.parser.HTMLParser):
 
 
 def dead_links(out):
-    """Every link within the pages without a target, as a line of text."""
+    """A line of text for each link between the pages whose target does not exist."""
     pages = {path.name: Links(path.read_text(encoding="utf-8")) for path in sorted(out.glob("*.html"))}
     for name, page in pages.items():
         for link in page.links:

@@ -68,7 +68,7 @@ def table(head, rows, numeric=(), classes=()):
 
 
 def shell(name, title, body, contents=()):
-    """Whole page; `contents` is a list of (level, anchor, text) for the column at its side."""
+    """Whole page. `contents` is a list of (level, anchor, text) for the table of contents beside the text."""
     part = next((file for file, _ in NAVIGATION if file == name or file[:3] == name[:3]), "")
     here = (' class="here"' if file == part else "" for file, _ in NAVIGATION)
     links = "".join(f'<a href="{file}"{mark}>{text}</a>' for (file, text), mark in zip(NAVIGATION, here))
@@ -92,7 +92,7 @@ def colour_diff(found):
 
 
 def from_markdown(path, rename):
-    """(title, HTML, contents) of a Markdown file; rename(path) gives the page of a file, or None."""
+    """(title, HTML, contents) of a Markdown file. rename(path) returns the page of a file, or None."""
     text = path.read_text(encoding="utf-8")
     engine = markdown.Markdown(extensions=["tables", "fenced_code", "toc", "sane_lists"], extension_configs={"toc": {"slugify": lambda t, _: anchor(t)}})
     body = engine.convert(text)

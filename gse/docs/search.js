@@ -25,7 +25,7 @@ function searchFind(index, question) {
         address: page[0] + (section[1] ? "#" + section[1] : ""),
         page: page[1],
         title: section[2] || page[1],
-        excerpt: section[3],
+        excerpt: section[3]
       };
     });
 }
@@ -68,7 +68,7 @@ function searchShow(question) {
     found.length +
       (found.length === 1 ? " section" : " sections") +
       " found" +
-      (found.length > 100 ? ", the first 100:" : ""),
+      (found.length > 100 ? ", the first 100:" : "")
   );
   found.slice(0, 100).forEach(function (section) {
     var line = add(results, "p", "");

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The search of the documentation: an index of all pages, and the page that searches it (search.js). It needs no
-server and no network: the index is a script in the folder of the pages.
+"""The search of the documentation: an index of all pages, and a page whose script (search.js) searches the index. Neither needs a
+server or a network: the index is a script in the folder of the pages.
 """
 
 import html
@@ -14,7 +14,7 @@ from page import shell
 FILE = "search.html"
 SCRIPT = pathlib.Path(__file__).with_name("search.js")
 HEADINGS = ("h1", "h2", "h3")
-SKIPPED = (("api.html", "names"),)  # It only repeats the names of all entries.
+SKIPPED = (("api.html", "names"),)  # This section only repeats the names of all entries.
 EXCERPT = 100  # Characters of a section that a result shows.
 USE = """<h1>Search</h1>
 <form action="search.html"><input type="search" name="q" id="q" size="40" autofocus> <button>Search</button></form>
@@ -57,7 +57,7 @@ def words_of(text):
 
 
 def index_of(pages):
-    """Pages [file, title], sections [number of the page, anchor, title, excerpt], dict word -> numbers of the sections with it."""
+    """Pages [file, title], sections [number of the page, anchor, title, excerpt], and for each word the numbers of the sections that contain it."""
     files, sections, words = [], [], {}
     for page, text in pages.items():
         files.append([page, html.unescape(re.search(r"<title>(.*?) - hirosco</title>", text)[1])])

@@ -11,7 +11,7 @@ KEYWORDS = frozenset(
 
 
 def header(subsystem, source):
-    """Text of the header; `source` names the descriptor in its first lines."""
+    """Text of the header. `source` is the name of the descriptor in its first lines."""
     return _Writer(subsystem).text(source)
 
 

@@ -28,7 +28,7 @@ class Message:
     answer: int
     identifier: str
     is_critical: bool
-    harmless: dict  # Field and its words with which the request is not critical; None: there are none.
+    harmless: dict  # Field, and its words for which the request is not critical. None: the request is always critical, or never.
     fields: list = field(default_factory=list)
 
 
@@ -141,7 +141,7 @@ class _Parser:
 
 
 def identifiers(path):
-    """Names of messages for the ground, whether they are critical, and with which words they are not, by (service, subtype)."""
+    """Read names.txt: by (service, subtype) the name of a message, whether it is critical, and the words for which it is not."""
     reader, found = Reader(path), {}
     while (line := reader.next()) is not None:
         matched = re.match(r"(\d+),(\d+) ([A-Z][A-Z0-9_]*)( critical(?: unless (\w+)((?: [A-Z_]+)+))?)?\Z", line)
@@ -182,7 +182,7 @@ def _service(path, known, names):
 
 
 def _check_harmless(message, enumerations, known, reader):
-    """The field that makes a request harmless is its first, an octet with these words."""
+    """Check the field that can make a request harmless: the first field, of one octet, whose enumeration has these words."""
     first, words = message.harmless["field"], message.harmless["words"]
     if not message.fields or message.fields[0].get("name") != first or known[message.fields[0]["kind"]]["coding"] != "u8":
         reader.wrong(first, f"the first field of {message.identifier}, of one octet, after `unless` in names.txt")
@@ -191,14 +191,14 @@ def _check_harmless(message, enumerations, known, reader):
 
 
 def load(folder):
-    """Kinds, and services by number, each with name, enumerations and messages."""
+    """Kinds, and the services by number. A service has name, enumerations and messages."""
     known, names = kinds(folder / "kinds.txt"), identifiers(folder / "names.txt")
     services = dict(_service(path, known, names) for path in sorted(folder.glob("st*.txt")))
     return known, services
 
 
 def private(folder):
-    """The mission's own services, as `load`."""
+    """Kinds and services of the private services, in the form of `load`."""
     known = kinds(folder / "kinds.txt") | kinds(folder / "private" / "kinds.txt")
     names = identifiers(folder / "names.txt")
     services = dict(_service(path, known, names) for path in sorted((folder / "private").glob("st*.txt")))
@@ -287,7 +287,7 @@ def _needs_definitions(fields):
 
 
 def ground(known, services):
-    """The catalogue as the ground reads it."""
+    """The catalogue in the form that the dictionary for the ground contains."""
     return {
         "kinds": known,
         "services": {

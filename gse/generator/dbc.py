@@ -24,7 +24,7 @@ POSITIONS = {0x6062, 0x6064, 0x6065, 0x607A, 0x60F4}
 VELOCITIES = {0x606B, 0x606C, 0x60B1, 0x60FF}
 TORQUES = {0x6071, 0x6072, 0x6074, 0x6077, 0x60B2, 0x60E0, 0x60E1}
 CURRENTS = {0x6073, 0x6078}
-TEMPERATURES = "temperature"  # Names of such objects of a maker end so: 0.1 degC, sim/devices/README.md
+TEMPERATURES = "temperature"  # Manufacturer objects whose name ends with this have the unit 0.1 degC (sim/devices/README.md).
 SI_UNITS = {0x01: "m", 0x03: "s", 0x10: "rad", 0x41: "deg"}  # CiA 303-2
 STATES = {0: "Boot up", 4: "Stopped", 5: "Operational", 127: "Pre operational"}
 NMT_COMMANDS = {1: "Start", 2: "Stop", 128: "Enter pre operational", 129: "Reset node", 130: "Reset communication"}
@@ -80,7 +80,7 @@ class Node:
 
 
 def databases(mission):
-    """{bus: text} of every bus of a mission."""
+    """Text of the database of each bus of a mission, by the name of the bus."""
     buses = mission.element.first("Buses")
     return {bus.attributes["name"]: database(mission, bus) for bus in (buses.children if buses else [])}
 
@@ -103,7 +103,7 @@ def database(mission, bus):
     return _text(mission, bus, names, [messages[key] for key in sorted(messages)])
 
 
-# --- from descriptors and sheets to messages ---------------------------------------------------------------------
+# ---- From descriptors and sheets to messages ----
 
 
 def _nodes(mission, bus):
@@ -130,7 +130,7 @@ def _sheet_of(device):
 
 
 def _check_objects(device, loaded):
-    """A setting or quantity of an object that the device does not have would be refused in flight only."""
+    """Refuse a setting or quantity of an object that the device does not have; otherwise it would only be refused in flight."""
     for child in [*device.element.all("Setting"), *device.element.all("Quantity")]:
         index, _, subindex = child.text("object").partition(":")
         if (int(index, 16), int(subindex, 16)) not in loaded.entries:
@@ -146,7 +146,7 @@ def _settings(device):
 
 
 def _names(nodes):
-    """{node id: name}; a name that another node has already is followed by the id."""
+    """Names by node id. If another node already has a name, the id is appended."""
     names = {}
     for node in nodes:
         if node.number not in names:
@@ -213,7 +213,7 @@ def _process_data(node, name, is_fd, place):
     parameter, mapping, kind = place
     signals, position = [], 0
     for index, subindex, bits in sheet.mapped(node.values, mapping):
-        if index >= 0x20:  # Smaller numbers are data types: padding.
+        if index >= 0x20:  # Smaller numbers are data types, which only fill a gap in the mapping.
             signals.append(_mapped(node, index, subindex, position, bits))
         position += bits
     if position % 8 or position > 512:
@@ -263,7 +263,7 @@ def _identifier(name):
     return "".join(word[0].upper() + word[1:] for word in words)[:NAME_MAX]
 
 
-# --- the file ----------------------------------------------------------------------------------------------------
+# ---- Text of the file ----
 
 
 def _text(mission, bus, names, messages):
@@ -298,7 +298,7 @@ def _words(messages):
 
 
 def _selections(messages):
-    """The value of the selector for each multiplexed signal."""
+    """Lines with the values of the selecting signal for which each multiplexed signal is present."""
     lines = []
     for message in messages:
         selector = next((signal.name for signal in message.signals if signal.selects), None)

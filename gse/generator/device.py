@@ -36,7 +36,7 @@ class Device:
 
 
 def device_of(element):
-    """Device that an element describes; the caller compares names and ids of its quantities."""
+    """Device that an element describes. The caller must check that names and ids of its quantities are unique."""
     device = Device(element, element.identifier(), element.lower_identifier("type"), [], [])
     for child in element.children:
         if child.name == "Setting":
@@ -91,7 +91,7 @@ def _supply(element):
 
 
 def _field(element):
-    """A field of the records of a stream device."""
+    """Check a field in the records of a stream device."""
     element.identifier()
     direction = element.word("direction", ("IN", "OUT"))
     element.word("type", tuple(name for name in TYPES if name != "BOOL"))
@@ -106,7 +106,7 @@ def _field(element):
 
 
 def _records(element, may_have):
-    """What an end node says about the records that it carries."""
+    """Check the attributes of an end node that describe the records which it transfers."""
     kind = element.attributes["type"]
     for attribute in RECORDS:
         if attribute in element.attributes and attribute not in may_have:

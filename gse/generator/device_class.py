@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Device classes of flight software, from the data sheets (EDS) in descriptors/devices: identity, process data, units.
 
-A class is named as its file. Its profile is that of object 0x1000: CiA 402 (drives), 401 (input and output modules),
-404 (measuring devices), or another number. Units of an axis are those of 0x60A8 and 0x60A9; without them, increments of
-0x608F behind the gear 0x6091. The rated torque, 0x6076, is read from each device."""
+A class has the name of its file. Object 0x1000 contains its profile: CiA 402 (drives), 401 (input and output modules),
+404 (measuring devices), or another number. Objects 0x60A8 and 0x60A9 define the units of an axis; without them the unit is an
+increment of the encoder (0x608F) behind the gear (0x6091). Flight software reads the rated torque, 0x6076, from each device."""
 
 import functools
 import math
@@ -107,7 +107,7 @@ class _Class:
         """(index, subindex, octets, word, place) of a mapped object."""
         if bits % 8 or not 0 < bits <= 32:
             self.fail(f"{bits} bits of {index:#06x}:{subindex:02x} in a PDO: expected 8, 16, 24 or 32")
-        if index < DATA_TYPES_END:  # Padding.
+        if index < DATA_TYPES_END:  # A data type as mapped object only fills a gap.
             return index, subindex, bits // 8, "PADDING", 0
         entry = self.sheet.entries.get((index, subindex))
         if entry is None:
@@ -144,7 +144,7 @@ class _Class:
             yield index, subindex, bits // 8, transmit, receive, axis if is_of_axis else 0, signed, self._scale(index, subindex)
 
     def _scale(self, index, subindex):
-        """Unit of a value: CiA 404 has decimal digits."""
+        """Scale of a value. CiA 404 defines the number of decimal digits of an analogue input."""
         digits = self.values.get((DECIMAL_DIGITS, subindex), 0) if self.profile == 404 and index in ANALOGUE_INPUTS else 0
         return float(f"1e{-digits}")
 
@@ -189,13 +189,13 @@ def _classes(folder):
 
 
 def _hash(classes):
-    """Hash of all data sheets: of the lines "class hash"."""
+    """Hash of all data sheets, computed over their lines "class hash"."""
     return fnv64("".join(f"{each.sheet.path.stem} {each.hash:016x}\n" for each in classes).encode(), FNV_START)
 
 
 @functools.cache
 def sheets_hash(folder=sheet.FOLDER):
-    """Hash of all data sheets, that flight software has as DEVICE_CLASSES_HASH."""
+    """Hash of all data sheets, which flight software contains as DEVICE_CLASSES_HASH."""
     return _hash(_classes(folder))
 
 

@@ -4,7 +4,7 @@
 import pathlib
 
 ENGINE = pathlib.Path(__file__).with_name("dissector.lua")
-LARGEST_WORD = (1 << 31) - 1  # Lua's value strings have no larger numbers.
+LARGEST_WORD = (1 << 31) - 1  # Largest number of a value string in Wireshark's interface to Lua.
 KIND_OF = {"u8": "UINT8", "u16": "UINT16", "u32": "UINT32", "u64": "UINT64", "i16": "INT16", "i32": "INT32", "i64": "INT64",
            "f64": "DOUBLE", "id": "UINT32", "layout": "UINT8", "bits": "UINT16", "time": "DOUBLE", "reltime": "DOUBLE",
            "position": "DOUBLE", "cds": "DOUBLE", "name": "STRING", "text": "STRING"}  # Others are octets.
@@ -111,7 +111,7 @@ class _Tables:
     # ---- layouts of the descriptors ----
 
     def _item(self, place, owner, one):
-        """{field, type, count} of a field of a descriptor, registered under a place."""
+        """Register a field of a descriptor under a place. Returns {field, type, count}."""
         words = None
         numbers = owner["enumerations"].get(one.get("enumeration"))
         if numbers and max(numbers.values()) <= LARGEST_WORD and one["type"] != "UINT64":
@@ -189,7 +189,7 @@ class _Tables:
         self._register(place, KIND_OF.get(kind["coding"], "OCTETS"), field["name"], words)
 
     def _register(self, place, kind, label, words=None):
-        """A field; a message that uses the name for another type of number has the wider one."""
+        """Register a field. If two messages use the name for numbers of different size, the field has the wider type."""
         known = self.fields.get(place)
         if known and known[0] != kind:
             raise ValueError(f"{place} is {known[0]} in one message and {kind} in another")

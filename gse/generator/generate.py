@@ -6,8 +6,8 @@
 
 Several missions may use the descriptor of a subsystem; one header is generated for it.
 
-Needs only Python's standard library; checks the files against their XML schemas, too, if xmllint is installed.
-A file is only written when its content changes. An error reads file:line, value found, what is expected; exit 1.
+Needs only Python's standard library. If xmllint is installed, the files are also checked against their XML schemas.
+A file is only written if its content changes. An error message gives file:line, the value and what is expected; the exit status is 1.
 """
 
 import argparse
@@ -40,7 +40,7 @@ TAILORING = ROOT / "pus" / "core" / "tailoring.h"
 
 
 def validate(path, schema):
-    """Check a file against a schema with xmllint, if that is installed."""
+    """Check a file against a schema with xmllint. No effect if xmllint is not installed."""
     if not shutil.which("xmllint"):
         return
     command = ["xmllint", "--noout", "--nonet", "--schema", str(SCHEMAS / schema), str(path)]
@@ -50,7 +50,7 @@ def validate(path, schema):
         raise SystemExit(line if str(path) in line else f"{path}: {line}")
 
 
-BUSES_MAX = 8  # Of the simulator.
+BUSES_MAX = 8  # Maximum in the simulator.
 
 
 def check_world(path):
@@ -68,13 +68,13 @@ def check_world(path):
     parser.StartElementHandler = start
     try:
         parser.Parse(path.read_bytes(), True)
-    except expat.ExpatError as error:  # Without xmllint this is the first check.
+    except expat.ExpatError as error:  # If xmllint is not installed, nothing has checked the syntax before.
         raise DescriptorError(path, error.lineno, f"not well-formed: {expat.ErrorString(error.code)}") from error
     return buses
 
 
 def check_buses(loaded, world, buses):
-    """Refuse the bus of a mission that is one too many beside those of its world."""
+    """Refuse the first bus of a mission with which mission and world have more than BUSES_MAX buses."""
     listed = loaded.element.first("Buses")
     for bus in listed.children if listed else ():
         buses = buses | {bus.attributes["name"]}
@@ -93,11 +93,11 @@ def write(path, text):
 
 
 def generate(path, out, described, messages, failures):
-    """Files of one mission; `described` keeps the path of each subsystem's descriptor, `failures` names by number."""
+    """Generate the files of one mission. `described` keeps the path of each subsystem's descriptor; `failures` has the names of failure codes by number."""
     loaded = mission_descriptor.load(path)
     validate(path, "mission.xsd")
     world = path.parent.parent / "worlds" / path.name
-    if world.exists():  # A mission without a world has real devices only.
+    if world.exists():  # A mission without a world flies with real devices only.
         check_buses(loaded, world, check_world(world))
     if loaded.name != path.stem:
         loaded.element.wrong("name", f"{path.stem}, as the file is named")
@@ -124,7 +124,7 @@ def generate(path, out, described, messages, failures):
 
 
 def generate_messages(out, failures):
-    """Formats of all requests and words of all failures; returns the catalogue of messages for the ground."""
+    """Generate the formats of all requests and the words of all failures. Returns the catalogue of messages for the ground."""
     known, services = catalogue.load(CATALOGUE)
     words = catalogue.failures(CATALOGUE / "failures.txt", failures)
     write(out / "pus/failure_words.h", catalogue.failures_header(words))
@@ -147,7 +147,7 @@ def main(arguments=None):
         for path in options.mission:
             generate(path, options.out, described, messages, failures)
         for world in sorted({found for path in options.mission for found in path.parent.parent.glob("worlds/*.xml")}):
-            check_world(world)  # Also those that no mission is named as.
+            check_world(world)  # Includes worlds that do not have the name of a mission.
     except (DescriptorError, SheetError) as error:
         print(error, file=sys.stderr)
         return 1

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loops of services of a configuration: the services that may have one, and why the others may not."""
+"""Loops of services of a configuration: which services may have a loop, and why other services may not."""
 
 from dataclasses import dataclass
 
 SERVICES = ["17", "20"]
-# Services of every subsystem that the main loop performs.
+# Services of every subsystem that only the main loop may perform, with the reason.
 BOUND = {
     "1": "the loop that performs a request verifies it",
     "3": "each <HKService> names its loop",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Mission descriptors: from XML to a checked model, every name resolved through the subsystems' descriptors."""
+"""Read mission descriptors: from XML to a checked model, in which every name is resolved by the descriptors of the subsystems."""
 
 import datetime
 import os
@@ -241,7 +241,7 @@ def _check_rules(mission, container):
 
 
 def _telecommand(element):
-    """Service and subtype; subtype 0 for all of the service."""
+    """Service and subtype of a telecommand; subtype 0 stands for all subtypes of the service."""
     matched = re.match(r"([0-9]{1,3}),([0-9]{1,3}|\*)\Z", element.attributes["tc"])
     numbers = [0 if word == "*" else int(word) or 256 for word in matched.groups()] if matched else [256]
     if max(numbers) > 255:
@@ -337,7 +337,7 @@ def _resolve_plan(mission, element):
 
 
 def _check_room(mission, element, producer, consumer):
-    """Check that a link adds a reader to a writer: each reader has one link, and a writer at most PORT_LINKS."""
+    """Check the number of links of both ports: a reader has one link, a writer at most PORT_LINKS."""
     if producer is consumer:
         element.wrong("to", "a port of another subsystem")
     if any(link["to"] == element.attributes["to"] for link in mission.links):

@@ -58,7 +58,7 @@ def failures(subsystem, container):
 
 
 def enumerate_field(subsystem, element, item):
-    """Enumeration of a field: its numbers are the bounds, and fit the type."""
+    """Set the enumeration of a field. Its first and last number become the bounds of the field and must fit its type."""
     if "enumeration" not in element.attributes:
         return
     above = [each for each in subsystem.enumerations if each.element.line <= element.line]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Optional services of a subsystem, and the generated header with the storage of those that its descriptor lists.
+"""Optional services of a subsystem, and the generated header with the storage of the services that its descriptor lists.
 
-A service is added by fsw/framework/subsystem/<name>_service.{h,c}: <name>_service_t is its storage, and
-subsystem_<name>_service_add(component, service, entries, number of them, ..) puts it into a component.
+fsw/framework/subsystem/<name>_service.{h,c} implements a service: <name>_service_t is its storage, and
+subsystem_<name>_service_add(component, service, entries, number of entries, ..) adds the service to a component.
 """
 
 from dataclasses import dataclass
@@ -51,17 +51,17 @@ class Service:
 
 
 def flown(services, apid):
-    """Types of all services of a subsystem that lists these."""
+    """Types of all services of a subsystem whose descriptor lists `services`."""
     return sorted({*OF_EVERY_SUBSYSTEM, *(service.type for service in services), *(OF_SUPERVISOR if apid == SUPERVISOR else ())})
 
 
 def compiled(services):
-    """Services whose storage in the program has exactly the number of entries in the descriptor."""
+    """Services whose storage the generated header defines, with the number of entries in the descriptor."""
     return [service for service in services if service.type in OFFERS]
 
 
 def service_of(element, apid):
-    """Service that an element describes, of the subsystem with that id."""
+    """Service that an element describes. `apid` is that of its subsystem."""
     number = int(element.word("type", [str(known) for known in (*OFFERS, *OF_SPACECRAFT)]))
     if number in OF_SPACECRAFT and apid != SUPERVISOR:
         element.fail(f"only the supervisor (id 1) can have service {number}")

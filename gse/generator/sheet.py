@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Electronic data sheets of devices (CiA 306): objects with their names, types and defaults; process data and units.
 
-The only reader of data sheets on the ground: the generator imports it, and so does the reader of a run's bus logs."""
+This is the only reader of data sheets on the ground: the generator and the reader of a run's bus logs import it."""
 
 import configparser
 import math
@@ -62,7 +62,7 @@ class Sheet:
 
 
 def load(path):
-    """Sheet of a file. Raises SheetError."""
+    """Read the sheet in a file. Raises SheetError."""
     reader = configparser.ConfigParser(interpolation=None, comment_prefixes=(";",), strict=True)
     try:
         with path.open(encoding="utf-8") as file:
@@ -86,7 +86,7 @@ def load(path):
 
 
 def _emergencies(path, reader):
-    """Emergency codes of the maker, from the only section of CiA 306 whose content is free."""
+    """Emergency codes of the manufacturer. They are in [Comments], the only section of CiA 306 with free content."""
     known = set()
     for key, line in reader.items("Comments") if reader.has_section("Comments") else ():
         if key == "lines" or line.split(" ")[0] != "EMCY":
@@ -107,8 +107,8 @@ def mapped(values, record):
 
 
 def units(values, axis=0):
-    """Units of position [rad] and velocity [rad/s] of an axis: 0x60A8 and 0x60A9, or increments of 0x608F behind the gear
-    0x6091. None: the sheet does not define it."""
+    """Units of position [rad] and velocity [rad/s] of an axis: 0x60A8 and 0x60A9, or increments of the encoder (0x608F) behind the
+    gear (0x6091). None in the place of a unit that the sheet does not define."""
     offset = axis * AXIS_STEP
     position, velocity = (values.get((index + offset, 0), 0) for index in (UNIT_POSITION, UNIT_VELOCITY))
     ratios = [values.get((index + offset, sub), 0) for index in (ENCODER, GEAR) for sub in (1, 2)]
@@ -119,7 +119,7 @@ def units(values, axis=0):
 
 
 def made_of(values, axis=0):
-    """Objects (index, subindex) from which units() has the units of an axis."""
+    """Objects (index, subindex) that units() uses for the units of an axis."""
     offset = axis * AXIS_STEP
     stated = [(index + offset, 0) for index in (UNIT_POSITION, UNIT_VELOCITY) if values.get((index + offset, 0), 0) != 0]
     ratios = [(index + offset, sub) for index in (ENCODER, GEAR) for sub in (1, 2)]
@@ -127,7 +127,7 @@ def made_of(values, axis=0):
 
 
 def prefix(code):
-    """Power of ten of a unit."""
+    """Factor of a unit object: the power of ten in its highest octet."""
     exponent = code >> 24 & 0xFF
     return float(f"1e{exponent - 256 if exponent > 127 else exponent}")
 

@@ -125,7 +125,7 @@ class Element:
         return value == "true"
 
     def word(self, attribute, words, default=None):
-        """One of a list of words."""
+        """Value of an attribute that must be one of a list of words."""
         if attribute not in self.attributes:
             return default
         if self.attributes[attribute] not in words:
@@ -133,7 +133,7 @@ class Element:
         return self.attributes[attribute]
 
     def words(self, attribute, known):
-        """Words of a list, each at most once."""
+        """Value of an attribute that is a list of words, each at most once."""
         found = self.attributes[attribute].split(" ")
         for word in found:
             if word not in known or found.count(word) > 1:
@@ -142,7 +142,7 @@ class Element:
 
 
 def unique(elements, *attributes):
-    """Refuse duplicates. Names are compared as written, ids as numbers."""
+    """Refuse two elements with the same value of an attribute. Names are compared as text, ids as numbers."""
     for attribute in attributes:
         seen = {}
         for element in elements:
@@ -156,7 +156,7 @@ def unique(elements, *attributes):
 
 
 def read_unsigned(text):
-    """Unsigned number of a word, or None."""
+    """Unsigned number that a word contains, or None."""
     if not INTEGER.match(text) or text.startswith("-"):
         return None
     value = int(text, 16) if text.startswith("0x") else int(text)
@@ -191,7 +191,7 @@ def _read_real(text, kind):
 
 
 def fnv64(octets, value=FNV_START):
-    """FNV-1a, 64 bit."""
+    """Hash FNV-1a of 64 bits."""
     for octet in octets:
         value = ((value ^ octet) * FNV_PRIME) & 0xFFFFFFFFFFFFFFFF
     return value
@@ -206,7 +206,7 @@ def canonical(element):
 
 
 def read(path, table, root):
-    """Tree of a file, structure checked against a table {(parent, element): "attribute! attribute ..."}."""
+    """Read the tree of a file and check its structure against a table {(parent, element): "attribute! attribute ..."}; `!` marks a required attribute."""
     try:
         octets = path.read_bytes()
     except OSError as error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Subsystem descriptors: from XML to a checked model, with interface and configuration hash."""
+"""Read subsystem descriptors: from XML to a checked model, with interface hash and configuration hash."""
 
 import binascii
 import re
@@ -142,7 +142,7 @@ class Event:
 
 @dataclass
 class Function:
-    """A function of TC[8,1]."""
+    """A function, which TC[8,1] performs."""
 
     element: object
     name: str
@@ -210,7 +210,7 @@ class Configuration:
 
 @dataclass
 class Subsystem:
-    """A whole descriptor."""
+    """The content of a subsystem descriptor."""
 
     element: object
     name: str
@@ -230,7 +230,7 @@ class Subsystem:
         return next((item for item in self.configurations if item.name == name), None)
 
     def ports(self):
-        """Every port once, in order of first appearance."""
+        """All ports in the order of their first appearance; a port of several configurations appears once."""
         found = {}
         for configuration in self.configurations:
             for port in configuration.ports:
@@ -332,7 +332,7 @@ def _field(subsystem, element, index, with_id):
 
 
 def numbers(element, attribute, item, text):
-    """Text with the values of a field, of an enumeration by name: as many as its count, of its type, within its bounds."""
+    """Check the values of a field in `text`, those of an enumeration by name: number, type and bounds. Returns them as text with numbers."""
     words = text.split(" ")
     if item.enumeration:
         known = item.enumeration.numbers
@@ -349,7 +349,7 @@ def numbers(element, attribute, item, text):
 
 
 def _members(subsystem, element, group, depth, first):
-    """Fields of a structure, those of nested structures as GROUP.NAME, counted from `first`."""
+    """Fields of a structure, numbered from `first`. Fields of nested structures are named GROUP.NAME."""
     fields = []
     for child in element.children:
         if child.name == "StructRef":

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """XTCE 1.2 database of a mission, and the templates of event texts for Yamcs, from dictionary and catalogue.
 
-A space system for the headers, one for each service (ST03) and one for each subsystem, with its parameters, housekeeping,
-events and functions. Extensions of Yamcs 5.13 to XTCE are used in three places; other readers can ignore them: verifiers,
-lengths before octets in commands, and aliases of parameters by id for TM[20,2]."""
+The database has a space system for the headers, one for each service (ST03, ...) and one for each subsystem with its parameters,
+housekeeping, events and functions. It uses extensions of Yamcs 5.13 to XTCE in three places: verifiers, lengths before octets in
+commands, and aliases of parameters by id for TM[20,2]. Other readers can ignore these."""
 
 import re
 import xml.etree.ElementTree as ET
@@ -24,14 +24,14 @@ def failure_names(tailoring):
 
 
 def _catalogue(dictionary, failures):
-    """The catalogue, the mission's own services included, with the values of its fields in this mission."""
+    """The catalogue with standard and private services, and the words for the values of its fields in this mission."""
     parameters, events, own = {}, {}, {}
     standard, private = dictionary["catalogue"], dictionary["catalogue"]["private"]
     for subsystem in dictionary["subsystems"]:
-        for failure in subsystem["failures"]:  # A code may be that of several subsystems.
+        for failure in subsystem["failures"]:  # Several subsystems may use the same code.
             own.setdefault(failure["code"], []).append(f"{subsystem['name']}.{failure['name']}")
         parameters |= {one["parameter_id"]: f"{subsystem['name']}.{one['name']}" for one in subsystem["parameters"]}
-        for event in subsystem["events"]:  # An id is that of an event of each subsystem.
+        for event in subsystem["events"]:  # Each subsystem may use the same id for another event.
             names = events.setdefault(event["id"], [])
             names += [event["name"]] if event["name"] not in names else []
     return {

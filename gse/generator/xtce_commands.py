@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands of an XTCE database: every request of the catalogue, functions, and setting of parameters by name.
+"""Commands of an XTCE database: one for each request of the catalogue, each function, and each parameter that can be set.
 
 Each case of a choice is a command of its own. Repeated groups are an array; if a group contains a choice, or a value whose type
 depends on the id before it, the command has one group, and such values are hexadecimal."""
@@ -21,7 +21,7 @@ STAGES = (
     ("Accepted", "AcceptedVerifier", 1, (2, 10), 30), ("Started", "ExecutionVerifier", 3, (4,), 60),
     ("Completed", "CompleteVerifier", 7, (6, 8), 600),
 )
-# A script of ours instead of the verifier for PUS in Yamcs, which knows neither TM[1,10] nor APIDs with names.
+# This script replaces the PUS verifier of Yamcs, which supports neither TM[1,10] nor an APID with words.
 VERIFIER = """
 if (!sent_apid || !sent_sequence || !apid || !sequence || !subtype) return null;
 if (sent_apid.rawValue != apid.rawValue || sent_sequence.value != sequence.rawValue) return null;
@@ -167,7 +167,7 @@ class Request:
         return f"{field['name'].replace('_', ' ')}: {self.catalogue['kinds'][field['kind']]['meaning']}"
 
     def choice(self, field, fields, variants):
-        """A variant for each case."""
+        """Make a variant for each case of a choice."""
         selector = next(one for one in fields if one.get("name") == field["choice"])
         words = self.catalogue["services"][self.message["service"]]["enumerations"].get(field["choice"], {})
         words = {int(number): word for number, word in words.items()}

@@ -160,7 +160,7 @@ class Message:
         self.entries.append(element(tag, location, repeat, include, instance, **reference))
 
     def parameter(self, word, type_path, extra=(), description=None):
-        """Enter a new parameter; its path."""
+        """Enter a new parameter. Returns its path."""
         path = self.system.parameter(self.name(word), type_path, description or _meaning(word))
         self.enter("ParameterRefEntry", extra=extra, parameterRef=path)
         return path
@@ -218,11 +218,11 @@ class Message:
         self.offset = None
 
     def sized(self, name, make):
-        """Enter a parameter of a type of its own."""
+        """Enter a parameter with a type that only this parameter uses."""
         self.parameter(name, self.system.type("Parameter", f"{self.prefix}{name}_type", make))
 
     def repeat(self, field):
-        """Enter a count and as many groups."""
+        """Enter a count, and the number of groups that it contains."""
         count = self.parameter(field["repeat"], xt.scalar(self.system.root, "Parameter", "UINT16", GROUPS))
         inner, name = field["fields"], f"{field['repeat']}_groups"
         self.offset = None
@@ -378,7 +378,7 @@ def octets(kind):
 
 
 def _layout(system, known, structure):
-    """Entries of a housekeeping structure, and its octets. The fields of structures are parameters of their own, because Yamcs
+    """Entries of a housekeeping structure, and its size in octets. The fields of structures are separate parameters, because Yamcs
     raises no alarm for a member of an aggregate."""
     entries, total = [], 0
     for name in structure["once"]:

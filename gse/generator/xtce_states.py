@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""State parameters of an XTCE database: of each subsystem its state, phase, configuration and links, from the reports of the mission's
-own services that it sends, and the packets that were lost on their way.
+"""State parameters of an XTCE database: state, phase, configuration and links of each subsystem, from its reports of the private
+services, and the number of lost packets.
 
-The containers are derived from those of the reports; their entries are read again at their place in the packet."""
+The containers are derived from the containers of the reports; they read the same octets of the packet again."""
 
 import xtce_reports as reports
 import xtce_types as xt
@@ -42,7 +42,7 @@ def _places(catalogue, service, subtype):
 
 
 def _derived(system, base, catalogue, subtype, name, entries, restrictions):
-    """A container of the report of one subsystem."""
+    """Add a container for the report of one subsystem."""
     report = reports.name_of(catalogue, int(base.name.removeprefix("ST")), subtype)
     system.containers.append(reports.container(name, entries, f"{base.path}/{report}", restrictions))
 
@@ -82,8 +82,8 @@ def of_links(systems, dictionary, catalogue, base):
 
 
 def lost_packets(root, source):
-    """The parameter lost_packets: gaps in the message type counters of the reports to all ground users and to this one. A sequence count
-    is that of all users of a subsystem, so it has gaps without a loss."""
+    """The parameter lost_packets: gaps in the message type counters of the reports to all ground users and to this user. Sequence counts
+    cannot be used: a subsystem counts the packets to all users together, so one user sees gaps without a loss."""
     kind = root.type("Parameter", "lost_packets", lambda made: xt.integer("Parameter", made, 32, unit="packets", high=LOST_ALARM))
     path = root.parameter(LOST, kind, "packets of the spacecraft that did not arrive", data_source="derived")
     names = {"apid": "apid", "service": "service", "subtype": "subtype", "message_counter": "counter", "destination": "destination"}

@@ -8,7 +8,7 @@ SCHEMA = "https://www.omg.org/spec/XTCE/20180204/SpaceSystem.xsd"
 SCALARS = {"UINT8": (8, False), "UINT16": (16, False), "UINT32": (32, False), "UINT64": (64, False)}
 SCALARS |= {"INT8": (8, True), "INT16": (16, True), "INT32": (32, True), "INT64": (64, True)}
 REALS = {"FLOAT": 32, "DOUBLE": 64}
-OPEN_WORDS = "words_"  # Begins the name of an enumerated type whose parameters may have numbers that no word names.
+OPEN_WORDS = "words_"  # Prefix of the names of enumerated types that do not have a word for every number.
 TEXT_MAX_BITS = 8 * 4096
 P_FIELD, CUC_FRACTION = 0x1F, 2.0**-24
 
@@ -117,7 +117,7 @@ def _unit(unit):
 
 
 def _range(what, low, high):
-    """Limits: the ground refuses an argument outside of them and warns of such a parameter."""
+    """Limits: the ground refuses an argument that is outside, and warns if a parameter is outside."""
     if low is None and high is None:
         return None
     if what == "Argument":
@@ -177,13 +177,13 @@ def label(what, name, octets):
 
 
 def text_of(name, length):
-    """Text of `length` octets, a parameter."""
+    """Text of `length` octets; `length` is a parameter."""
     variable = element("Variable", dynamic(reference(length), 0, 8), maxSizeInBits=TEXT_MAX_BITS)
     return element("StringParameterType", element("StringDataEncoding", variable, encoding="US-ASCII"), name=name)
 
 
 def text(what, name):
-    """Text after its length [octets]; the reference is one that Yamcs ignores."""
+    """Text that follows its length [octets]. Yamcs ignores the reference, which the schema requires."""
     nothing = element("DynamicValue", element("ParameterInstanceRef", parameterRef="_yamcs_ignore"))
     variable = element(
         "Variable", nothing, element("LeadingSize", sizeInBitsOfSizeTag="16"), maxSizeInBits=TEXT_MAX_BITS
@@ -204,7 +204,7 @@ def octets_of(name, length, intercept=0):
 
 
 def octets(what, name):
-    """Octets after their length, as algorithms of Yamcs read and write them."""
+    """Octets that follow their length; an algorithm of Yamcs reads and writes them."""
     direction, coder = ("From", "Decoder") if what == "Parameter" else ("To", "Encoder")
     algorithm = element("AlgorithmText", f"org.yamcs.algo.LeadingSizeBinary{coder}(16)", language="Java")
     transform = element(f"{direction}BinaryTransformAlgorithm", algorithm, name="leading_size")
@@ -223,7 +223,7 @@ def cuc_time(what, name):
 
 
 def aggregate(what, name, members):
-    """Members of (name, path of the type) and perhaps a description."""
+    """Structure. `members` are (name, path of the type), optionally with a description."""
     listed = [
         element("Member", name=member, typeRef=path, shortDescription=" ".join(words) or None) for member, path, *words in members
     ]
@@ -231,7 +231,7 @@ def aggregate(what, name, members):
 
 
 def array(what, name, item, size):
-    """Elements of one type: a fixed number, or the number in the parameter or argument `size`."""
+    """Array of a fixed size, or of the size that the parameter or argument `size` contains."""
     if isinstance(size, int):
         end = element("FixedValue", str(size - 1))
     elif what == "Parameter":

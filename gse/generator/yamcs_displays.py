@@ -39,7 +39,7 @@ def _command(path, comment="", **arguments):
 
 
 def _links_of(dictionary, parts):
-    """Links between configurations of different subsystems: name of the subsystem -> configuration; None if a required port has none."""
+    """Links between configurations of different subsystems; `parts` has the configuration by subsystem. None if a required port has no link."""
     def has(subsystem, role, number):
         return subsystem in parts and any(port["id"] == number for port in parts[subsystem][role])
 
@@ -51,7 +51,7 @@ def _links_of(dictionary, parts):
 
 
 def _together(dictionary, root, modes, members):
-    """Stacks of configurations of one name that feed each other by links, which are opened."""
+    """Stacks for configurations of the same name in several subsystems, between which links are opened."""
     made = {}
     for name in dict.fromkeys(one["name"] for subsystem in members for one in subsystem["configurations"]):
         parts = {subsystem["name"]: one for subsystem in members for one in subsystem["configurations"] if one["name"] == name}
@@ -71,8 +71,8 @@ def _together(dictionary, root, modes, members):
 
 
 def stacks(dictionary):
-    """Content of command stacks by file name. A configuration that needs the data of another subsystem has none of its own: it is brought
-    up together with that, with the links between them."""
+    """Content of command stacks by file name. A configuration that needs data of another subsystem has no stack of its own: a stack brings
+    both up together and opens the links between them."""
     root = f"/{dictionary['mission']}"
     members = [one for one in dictionary["subsystems"] if not one["autostart"]]
     modes = [mode["name"] for mode in dictionary["modes"] if not mode["fallback"] and mode["id"]]

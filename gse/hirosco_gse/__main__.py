@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""python3 -m hirosco_gse is the command `gse`."""
+"""Run the command `gse` as `python3 -m hirosco_gse`."""
 
 import sys
 

@@ -75,7 +75,7 @@ class _Console:
         self.run = pathlib.Path(arguments.run or LATEST)
 
     def spacecraft(self, **options):
-        """The client, not yet connected."""
+        """Client for the flight that the options name; it is not connected yet."""
         given = self.arguments
         return Spacecraft(
             self.run, host=given.host, port=given.port, key=given.key, dictionary=given.dictionary, timeout_s=given.timeout, **options
@@ -269,7 +269,7 @@ class _Console:
 
 
 def _append(log, text):
-    """Append a line to the operator's log. False: the disk accepts no more; that is reported, and the mission continues."""
+    """Append a line to the operator's log. If the disk is full, report this and return False; the mission continues."""
     whole, rest = log.tell(), text.encode()
     try:
         while rest:
@@ -287,7 +287,7 @@ def _print_if_possible(text):
     try:
         print(text, flush=True)
     except OSError:
-        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # Its buffered text would fail again at exit.
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # Otherwise Python would try to write the buffered text again at exit.
 
 
 def _is_event(packet):
@@ -354,11 +354,11 @@ def _run(arguments):
 
 
 def _words(argv):
-    """Values such as -0.5,0.3 are words, not options: a leading blank makes argparse accept them."""
+    """Make argparse accept values such as -0.5,0.3 as words, not as options: put a blank before them."""
     return [" " + word if re.match(r"-[\d.]", word) else word for word in argv]
 
 
-_PROBLEMS = {  # the exit code of each; the first kind that fits
+_PROBLEMS = {  # Exit code of each kind of exception. The first kind that matches applies.
     UsageError: USAGE,
     DictionaryError: USAGE,
     ScriptError: USAGE,

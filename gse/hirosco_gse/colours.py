@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Colours of texts on a terminal: only where they have a meaning, not in files and pipes, not with NO_COLOR (no-color.org)."""
+"""Colours of texts on a terminal. Only texts with a meaning are coloured; files, pipes and a user with NO_COLOR (no-color.org) get no colours."""
 
 import os
 import sys

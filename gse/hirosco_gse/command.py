@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A command of an operator: planned from words, performed by a procedure that sends requests and waits."""
+"""A command of an operator. It is planned from words and performed by a procedure, which sends requests and waits."""
 
 from dataclasses import dataclass
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Completion of commands with the names of the dictionary: for bash, zsh and `gse shell`.
+"""Completion of commands with the names of the dictionary, for bash, zsh and `gse shell`.
 
 The shells call `gse complete WORD...` with the words up to the cursor; the last one is completed. Its output has one candidate a line;
 a blank at the end of a line ends the word.
@@ -25,7 +25,7 @@ _gse()
     IFS=$' \\t' read -r -a words <<<"$word"
     [[ "$word" == *[[:blank:]] ]] && words+=("")
     local last="${words[${#words[@]}-1]}" cut=""
-    # Of a word with = or : bash replaces only what follows it.
+    # If a word contains = or :, bash replaces only the part behind this character.
     [[ "$last" == *[=:]* ]] && cut="${last%"${last##*[=:]}"}"
     local candidate
     COMPREPLY=()
@@ -71,7 +71,7 @@ def _assigned(prefix, known):
 
 
 class _Names:
-    """Candidates for a word in upper case. bound: the words before it, by their name in the usage."""
+    """Candidates for a word that the usage writes in upper case. bound: the words before it, by their names in the usage."""
 
     def __init__(self, dictionary, bound, prefix):
         self._dictionary, self._bound, self._prefix = dictionary, bound, prefix
@@ -186,7 +186,7 @@ def _of_token(token, dictionary, bound, prefix):
         try:
             found += names() if names else []
         except (ValueError, KeyError):
-            pass  # A word before it is not known.
+            pass  # A word before this one is not in the dictionary.
     return found
 
 
@@ -226,7 +226,7 @@ def _of_form(form, words, dictionary):
 
 
 def candidates(words, dictionary):
-    """Candidates for the last of these words: the first is the name of a command. One that ends with a blank ends the word."""
+    """Candidates for the last of these words, the first of which is the name of a command. A blank at the end of a candidate ends the word."""
     if len(words) == 1:
         found = _end(usage.table())
     elif words[0] in usage.table():
@@ -238,7 +238,7 @@ def candidates(words, dictionary):
 
 
 def complete(words, load):
-    """As candidates, of a command line with options; load() gives the dictionary, with the options found."""
+    """Candidates for the last word of a command line with options. load() returns the dictionary for the options that were found."""
     options, rest, words = {}, [], list(words) or [""]
     at = 0
     while at < len(words) - 1:

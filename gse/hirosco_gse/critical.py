@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which commands must be armed before they are sent: those that plan a request which the catalogue, or a function which its
-descriptor, calls critical. Requests within requests count, for example those of a schedule."""
+"""Decide which commands must be armed before they are sent: those with a request that the catalogue declares critical, or with a function
+that its descriptor declares critical. Requests within requests count too, for example those of a schedule."""
 
 from . import packets
 from .dictionary import DictionaryError
@@ -10,7 +10,7 @@ RAW = "raw"
 
 
 def is_critical(planned, dictionary):
-    """Whether a planned command is critical; octets as they are always are, because nothing checks them."""
+    """Whether a planned command is critical. Raw octets are always critical, because nothing checks them."""
     asked = (*planned.requests, *planned.later)
     return planned.text == RAW or any(_request(dictionary, one.apid, one.service, one.subtype, one.data) for one in asked)
 

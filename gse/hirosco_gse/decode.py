@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recorded octets in words: hexadecimal packets, packets.log, captures (pcap, pcapng) and bus logs of candump.
+"""Decode recorded octets to words: hexadecimal packets, packets.log, captures (pcap, pcapng) and bus logs of candump.
 
-`rows` gives a dict for each packet or frame, with "text" for people. Input that cannot be read raises DecodeError with file, line or
-offset, the value found, the value expected and what to do; a packet that is malformed itself is a row that says so.
+`rows` returns a dict for each packet or frame, with "text" for people. Input that cannot be read raises DecodeError with file, line or
+offset, the value found, the value expected and what to do. A malformed packet gives a row that describes the error.
 """
 
 import json
@@ -29,7 +29,7 @@ class DecodeError(ValueError):
 
 
 class _Decoder:
-    """State from one packet to the next: configurations decide about housekeeping, parts of long packets are put together."""
+    """State that is kept between packets: the configurations, on which the layout of housekeeping depends, and parts of long packets."""
 
     def __init__(self, dictionary, folder):
         self.dictionary, self._folder = dictionary, pathlib.Path(folder)
@@ -38,7 +38,7 @@ class _Decoder:
         self._facts, self._warnings = {}, []
 
     def compare_with_run(self, folder):
-        """Compare the dictionary with run.json beside the input, if there is one: what flew."""
+        """Compare the dictionary with the facts of the flight in run.json, if this file is in the folder of the input."""
         try:
             facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
         except (OSError, ValueError):
@@ -54,14 +54,14 @@ class _Decoder:
             self._warnings.append({"text": f"warning: {text}", "time": None, "warning": text})
 
     def with_warnings(self, found):
-        """These rows, each after the warnings that it has caused."""
+        """These rows. The warnings that a row has caused precede it."""
         for row in found:
             yield from self._warnings
             self._warnings.clear()
             yield row
 
     def packet(self, raw, seconds=None):
-        """Rows of one packet: one, or two with the long packet that it completes."""
+        """Rows of one packet: its own row, and a second one if it completes a long packet."""
         try:
             packet = packets.parse(raw)
         except packets.PacketError as error:
@@ -181,7 +181,7 @@ def _option(octets, order, wanted):
 
 
 def _pcapng_records(octets, path):
-    """The same of a pcapng file."""
+    """(link type, seconds, octets) of each record of a pcapng file."""
     at, order, interfaces = 0, "<", []
     while at < len(octets):
         if len(octets) - at < 12:
@@ -216,7 +216,7 @@ class _Stream:
         if self.next is not None:
             behind = (self.next - sequence) & 0xFFFFFFFF
             if behind < 0x80000000:
-                payload = payload[behind:]  # Sent again.
+                payload = payload[behind:]  # Drop octets that TCP has transmitted again.
                 sequence = self.next if payload else sequence
             else:
                 missing, self.splitter = (sequence - self.next) & 0xFFFFFFFF, packets.Splitter()
@@ -279,8 +279,8 @@ def _text(decoder, octets, path):
 
 
 def rows(words, dictionary, folder, port):
-    """Rows of what the words of the command are: a file, `-` for the standard input, or octets in hexadecimal. folder: that of the
-    databases of the buses; port: the ground port in a capture of TCP. Raises DecodeError, frames.DatabaseError."""
+    """Rows of the input that the words of the command name: a file, `-` for the standard input, or octets in hexadecimal. folder: folder with
+    the databases of the buses; port: the ground port in a capture of TCP. Raises DecodeError, frames.DatabaseError."""
     decoder = _Decoder(dictionary, folder)
     path = pathlib.Path(words[0])
     if len(words) > 1 or (re.fullmatch(r"(0[xX])?[0-9A-Fa-f]+", words[0]) and not os.path.exists(words[0])):

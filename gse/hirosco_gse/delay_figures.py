@@ -13,7 +13,7 @@ from .run import CYCLE_US
 HOLD_CYCLES = 7_000_000 // CYCLE_US
 END_CYCLES = 500_000 // CYCLE_US
 
-# By the round trip up to which they hold [ms].
+# Bounds by the longest round-trip time [ms] for which they are valid.
 BOUNDS = {
     100: {
         "delay_hold_oscillation_rad": ("<=", 2e-4),
@@ -38,15 +38,15 @@ BOUNDS = {
 
 
 def bounds_of(facts):
-    """Bounds of a run, selected by its round-trip time; empty without delay, for a delay that is longer than any with bounds, and for a
-    network that delays by wall-clock time."""
+    """Bounds of a run, selected by its round-trip time. Empty if there is no delay, if the delay is longer than all that have bounds, and for
+    a network that delays by wall-clock time."""
     relay = facts.get("relay", {})
     delay_ms = None if relay.get("network") else relay.get("round_trip_ms")
     return next((BOUNDS[limit] for limit in sorted(BOUNDS) if delay_ms is not None and delay_ms <= limit), {})
 
 
 def _hold(run, before):
-    """Last 7 s of the hold after a verb; the hold must last 2 s longer than that."""
+    """Last 7 s of the hold after a verb; the hold must last at least 9 s."""
     first, end = segment(run, "hold", before)
     if end - first < HOLD_CYCLES + SETTLED_US // CYCLE_US:
         raise Missing(f"the hold after '{before}' is too short: {(end - first) * CYCLE_US / 1e6:.1f} s")
@@ -76,7 +76,7 @@ def holds(run):
 
 
 def end_error(run):
-    """Distance at the end between the tip and its commanded place: the scaled motion of the stick since the first move."""
+    """Distance at the end between the tip and its commanded position, which is the scaled motion of the stick since the first move."""
     first, _ = segment(run, "move", None)
     end = max((end for verb, _, end in run.segments() if verb == "home"), default=None)
     if end is None:
@@ -88,7 +88,7 @@ def end_error(run):
 
 
 def free_drag(run):
-    """Torque that the hand has to overcome in the circle, its first and last 2 s left out; the larger axis."""
+    """Torque that the hand has to overcome in the circle without its first and last 2 s; the larger value of both axes."""
     first, end = segment(run, "circle", None)
     window = slice(first + SETTLED_US // CYCLE_US, end - SETTLED_US // CYCLE_US)
     torque = _felt(run, window.start, window.stop)

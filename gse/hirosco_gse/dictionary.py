@@ -44,7 +44,7 @@ class Field:
     name: str
     type: str
     count: int = 1
-    unit: str = ""  # or what is counted
+    unit: str = ""  # Unit, or what the number counts.
     id: int = 0
     words: dict = None  # number -> word
     min: float = None
@@ -243,7 +243,7 @@ class Configuration:
 
 @dataclass
 class Subsystem:
-    """Everything of one APID."""
+    """A subsystem: everything that the dictionary defines for one APID."""
 
     name: str
     apid: int
@@ -286,7 +286,7 @@ class Subsystem:
         return found or str(configuration_id)
 
     def structures_of_id(self, structure_id, configuration_id=None):
-        """Candidates for a report: of the given configuration first, then of the others, then created ones."""
+        """Structures that a report may have: first those of the given configuration, then those of the others, then created ones."""
         ordered = sorted(self.configurations.values(), key=lambda c: c.id != configuration_id)
         found = [c.structures[structure_id] for c in ordered if structure_id in c.structures]
         if structure_id in self.created:
@@ -316,7 +316,7 @@ def _lookup(table, name, what):
 
 
 def words_of(item, enumerations):
-    """Words for the numbers of an item of the dictionary (JSON): those of its enumeration, or those that the ground gives it; or None."""
+    """Words for the numbers of an item of the dictionary (JSON), from its enumeration or from descriptions.txt; None if it has no words."""
     numbers = enumerations.get(item.get("enumeration"))
     if numbers:
         return {number: word for word, number in numbers.items()}

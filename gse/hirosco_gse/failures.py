@@ -48,7 +48,7 @@ def _parameter(detail, dictionary):
 
 
 def _explain(code, detail, dictionary, apid):
-    """What failed, with its detail, in the words of pus/catalogue/failures.txt, or of the sender's descriptor."""
+    """Words for a failure code and its detail, from pus/catalogue/failures.txt or the sender's descriptor."""
     sender = dictionary.subsystem_of_apid(apid)
     if sender and code in sender.failures:
         name, of = sender.failures[code]
@@ -83,7 +83,7 @@ class Failure:
     instruction: int
     detail: int
     step: int = None
-    apid: int = None  # of the sender, whose own codes may be known
+    apid: int = None  # APID of the sender, whose descriptor may define the code.
 
     @classmethod
     def decode(cls, subtype, octets, apid=None):

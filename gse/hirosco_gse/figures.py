@@ -24,7 +24,7 @@ FORWARD_LAGS, LOOP_LAGS = range(-3, 30), range(12)
 BACK_LAGS, DAMPING_LAGS = range(-3, 8), range(50)
 FINE_COUNT_RAD = 2e-5  # an encoder of 20 bit has 6e-6, one of 16 bit 9.6e-5
 
-# Of the scenario telepresence.
+# Bounds of the scenario telepresence.
 BOUNDS = {
     "latency_forward_cycles": ("<=", 2),
     "latency_back_cycles": ("<=", 2),
@@ -43,7 +43,7 @@ BOUNDS = {
     "press_ripple_nm": ("<=", 0.5),
     "passivity_local_j": (">=", -1e-4),
 }
-# Of the scenario press.
+# Bounds of the scenario press.
 PRESS_BOUNDS = {
     "press_hold_oscillation_rad": ("<=", 2e-4),
     "press_hold_motion_rad": ("<=", 1e-4),
@@ -54,7 +54,8 @@ PRESS_BOUNDS = {
     "dynamic_transparency": ("<=", 0.07),
     "passivity_local_j": (">=", -1e-4),
 }
-# Of the scenario press. With 16 bits one count causes a torque spike by the damping: the stick oscillates within one count.
+# Bounds of the scenario press with an encoder of 16 bits. One count causes a torque spike by the damping, so
+# the stick oscillates within one count.
 COARSE_BOUNDS = {
     "press_hold_motion_rad": ("<=", 2e-4),
     "hold_force_ripple_nm": ("<=", 0.06),
@@ -92,7 +93,7 @@ def _robot_word(run, joint, start, end):
 
 
 def _free_space(run):
-    """From the start of the circle to the end of the last free segment before contact."""
+    """Window from the start of the circle to the end of the last free segment before contact."""
     first, end = segment(run, "circle", None)
     touch = np.flatnonzero(run.at_cycles("CONTACT", "in_contact")[first:] > 0)
     limit = first + int(touch[0]) if len(touch) else run.count
@@ -175,7 +176,7 @@ def joystick_count(run):
 
 
 def _circle_window(run):
-    """The last whole periods of constant amplitude, at most four: first and last cycle, and frequency [Hz]."""
+    """First and last cycle of the last whole periods of constant amplitude, at most four, and their frequency [Hz]."""
     first, end = segment(run, "circle", None)
     intent = run.at_cycles("OPERATOR", "intent_rad")[first:end]
     away = intent - intent[0]
@@ -194,7 +195,7 @@ def _circle_window(run):
 
 
 def _best_lag(reference, signal, start, end):
-    """(error, lag) of signal(k + lag) against reference(k), means removed."""
+    """(error, lag) of signal(k + lag) relative to reference(k), after their means are subtracted."""
     cycles = np.arange(start, end)
     wanted = reference[start:end] - reference[start:end].mean()
     best = (np.inf, 0.0)
@@ -257,13 +258,13 @@ def _reflection(run, window):
 
 
 def reflection(run):
-    """Mean reflected torque against truth in the spring hold."""
+    """Error of the mean reflected torque relative to the truth while the spring is held."""
     worst, block = _reflection(run, _spring_window(run))
     return {"reflection_error": worst, "reflection_error_1s": block}
 
 
 def reflection_contour(run):
-    """Mean reflected torque against truth in the contour hold."""
+    """Error of the mean reflected torque relative to the truth while the contour is held."""
     worst, block = _reflection(run, _contour_window(run))
     return {"reflection_error_contour": worst, "reflection_error_contour_1s": block}
 
@@ -358,7 +359,7 @@ def engagement_step(run):
     """Step of the joint command at engagement, and the motion of the motor within 10 ms after it.
 
     In position mode the command is on the bus; in torque mode the torque step is converted to a position step by
-    the joint loop's stiffness. A later motion is no step: the arm follows the hand and its load.
+    the stiffness of the joint's control loop. A later motion is not a step, because the arm then follows the hand and its load.
     """
     worst, count = 0.0, 0
     for joint in range(2):
@@ -526,7 +527,7 @@ TABLES = {
     ("rokviss", "relay"): (delay_figures.FIGURES, delay_figures.bounds_of),
     ("ur5e-telepresence", "ur5e-telepresence"): (tool_figures.FIGURES, lambda facts: tool_figures.BOUNDS),
 }
-# Of the other scenarios of a mission: figures without bounds.
+# Figures of the other scenarios of a mission; they have no bounds.
 OTHERS = {"rokviss": FIGURES, "classic": FIGURES}
 
 
@@ -562,7 +563,7 @@ def holds(name, value, bounds=BOUNDS):
 
 
 def failures(facts):
-    """A line for each figure of a run that is missing or out of its bound. A run that was ended early may miss some."""
+    """A line for each figure of a run that is missing or out of its bound. In a run that was ended early figures may be missing."""
     lines = []
     for name, (relation, bound) in (bounds := bounds_of(facts)).items():
         value = facts.get(name)

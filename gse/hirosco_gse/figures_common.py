@@ -35,7 +35,7 @@ def _configuration(run, subsystem):
 
 
 def setting(run, owner, name, field):
-    """Numbers of a field of a parameter in the flight: of the last telecommand, else of the configuration flown, else of the descriptor."""
+    """Numbers of a field of a parameter in the flight: from the last telecommand, else from the configuration flown, else from the descriptor."""
     if run.dictionary is None:
         raise Missing(f"no dictionary with {owner}.{name}.{field}")
     subsystem = run.dictionary.subsystem(owner)
@@ -60,7 +60,7 @@ def force_scale(run):
 
 
 def tip(run, joints):
-    """Place of the last link of the first robot for its joint angles, by the world of the run [m]."""
+    """Position [m] of the last link of the first robot for these joint angles, computed with the world of the run."""
     if run.world is None or not run.world.robots:
         raise Missing("no world with a robot")
     robot = run.world.robots[0]
@@ -86,7 +86,7 @@ def segment(run, verb, before):
 
 
 def filled(cycles, name, start, end):
-    """Words of a PDO in a window, a missing word replaced by the one before; Missing if there are gaps."""
+    """Words of a PDO in a window. A missing word is replaced by the one before; longer gaps raise Missing."""
     seen = cycles.seen[start:end]
     if not len(seen) or seen.mean() < 0.999:
         raise Missing(f"PDOs are missing between {start * CYCLE_US / 1e6:.1f} and {end * CYCLE_US / 1e6:.1f} s")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files between ground and the file store on board: through the supervisor's buffer, with requests of ST[06] and ST[23]."""
+"""Transfer files between the ground and the file store on board, through the supervisor's buffer, with requests of ST[06] and ST[23]."""
 
 import pathlib
 
@@ -11,7 +11,7 @@ from .session import Rejected, Request, SessionError
 BUFFER = 3  # Memory id.
 BUFFER_OCTETS = 131072
 PIECE_OCTETS = 3840  # Octets of a file in one request, whose packet has at most 4096 octets.
-VERIFY = 0x0401  # Failure: the octets differ; its detail is their checksum.
+VERIFY = 0x0401  # Failure code: the octets differ. The detail is the checksum of the octets on board.
 USAGE = "file upload FILE PATH, file download PATH FILE, file list [FOLDER], file delete PATH"
 
 
@@ -28,13 +28,13 @@ def _named(path):
 
 
 def _load(dictionary, path, offset, length, checksum):
-    """Request that loads the buffer with a part of a file of that checksum."""
+    """Request that loads a part of a file into the buffer, if the part has this checksum."""
     area = {"start_address": 0, "offset_in_file": offset, "length": length, "checksum": checksum}
     return _request(dictionary, (6, 19), {"memory_id": BUFFER, **_named(path), "n": [area]}, f"load the buffer from {path}")
 
 
 def _upload_requests(dictionary, octets, path):
-    """Fill the buffer, write it to a file, and compare the file with the sent octets on board."""
+    """Requests that fill the buffer, write it to a file, and compare the file with the sent octets on board."""
     if not octets:
         yield _request(dictionary, (23, 1), {**_named(path), "maximum_size": 0, "file_locked_status": 0}, f"create {path}")
         return

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames of a CAN bus in words, by the bus database (DBC) that the generator makes of the descriptors. Needs no packages."""
+"""Decode frames of a CAN bus to words with the database of the bus (DBC), which the generator makes from the descriptors. Needs no packages."""
 
 import re
 from dataclasses import dataclass, field
@@ -65,8 +65,8 @@ class Database:
                 self.signals[int(found[1])][found[2]].when = {number for low, high in spans for number in range(int(low), int(high) + 1)}
 
     def problem_with(self, content, whose):
-        """Text if the database is not of the descriptors of `content`, a dictionary or the facts of a run; otherwise None. Its hash is that of
-        the configuration, because identifiers and contents of frames are in devices and settings, which the interface hash does not cover."""
+        """Text if database and `content`, a dictionary or the facts of a run, are from different descriptors; otherwise None. The configuration
+        hash is compared, because devices and settings define identifiers and contents of frames, and the interface hash does not cover them."""
         wanted = str(content.get("configuration_hash") or "")
         if wanted.upper() in self.about.upper():
             return None
@@ -89,7 +89,7 @@ class Database:
         return self.names.get(key), found
 
     def describe(self, identifier, octets, is_extended=False):
-        """One line of text; octets in hexadecimal of a frame that the database does not have."""
+        """One line of text. The octets of a frame that the database does not contain are shown in hexadecimal."""
         name, signals = self.decode(identifier, octets, is_extended)
         if name is None:
             return f"0x{identifier:03X} (not in the database of the bus)  {octets.hex(' ')}".rstrip()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The gateway for ground systems that exchange packets over TCP, such as Yamcs: forwards telecommands in protected frames, telemetry
-unchanged. It listens on this machine only; each of its clients has its own connection to the spacecraft and its own session."""
+"""The gateway for ground systems that exchange packets over TCP, such as Yamcs. It forwards telecommands in protected frames, and telemetry
+unchanged. It listens on this machine only. Each of its clients has its own connection to the spacecraft and its own session."""
 
 import socket
 import threading

@@ -11,9 +11,9 @@ its connection.
     done <wake_ns|never> <octets sent> <local port> ->
     leave                                           ->
 
-The scheduler, not the socket, reports when `communication` begins to serve a connection and when the connection has ended, because
-the kernel reports it later. Telecommands wait until the connection is served. When it has ended, the octets on their way
-are lost, and the operator connects again at once.
+The scheduler reports when `communication` begins to serve a connection and when the connection has ended. The socket is not asked, because
+the kernel reports both later. Telecommands wait until the connection is served. When the connection has ended, octets in transit are lost,
+and the operator connects again at once.
 """
 
 import select
@@ -156,7 +156,7 @@ class StepClock:
         return int(words[1]), int(words[3]), int(words[4]) == self._port != 0
 
     def moved(self, local_port):
-        """Use another connection from the end of this grant on."""
+        """Use another connection after the end of this grant."""
         self._port = local_port
 
     def done(self, wake_ns, sent):

@@ -48,7 +48,7 @@ def taken(answer):
 
 
 def pace_of(answer):
-    """What else an accepted answer says: (speed of simulated time, name of the client that aims the hand or None)."""
+    """Decode the rest of an accepted answer: (speed of simulated time, name of the client that aims the hand or None)."""
     rest = [word for word in answer[2:] if word != "paused"]
     said = dict(zip(rest[::2], rest[1::2]))
     return float(said.get("speed", 1.0)), said.get("hand")
@@ -75,7 +75,7 @@ class LiveWorld:
         self.close()
 
     def report(self):
-        """The next line about a frame or the true state, that `frames` or `truth` has asked for; waits for it. Raises LinkLost."""
+        """Wait for the next line about a frame or the true state, which `frames` or `truth` has requested. Raises LinkLost."""
         if self.reports:
             return self.reports.popleft()
         try:

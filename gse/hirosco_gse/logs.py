@@ -116,7 +116,7 @@ def _second_space(text, starts, ends):
 
 
 def read_bus(path):
-    """BusLog of a file; an empty one if there is none."""
+    """BusLog of a file. Empty if there is no file."""
     path = pathlib.Path(path)
     try:
         return parse_bus(path.read_bytes())
@@ -132,7 +132,8 @@ def _u32(whole, at):
 
 
 def _events(whole):
-    """(places, ends) of the events of an LCM log: each begins where that before it ends; what looks like one within another is none."""
+    """(places, ends) of the events of an LCM log. An event begins where the one before it ends, so octets within an event that look like the
+    head of another event are not taken for one."""
     most = len(whole) - _LCM_HEADER.size
     at = np.flatnonzero(whole[: max(0, most + 1)] == LCM_SYNC >> 24)
     at = at[_u32(whole, at) == LCM_SYNC]
@@ -159,7 +160,7 @@ def parse_lcm(octets):
     at, ends = _events(whole)
     sizes = _u32(whole, at + 20)
     starts = at + _LCM_HEADER.size + sizes
-    codes = sizes.copy()  # Of the channels: equal for equal names.
+    codes = sizes.copy()  # Codes of the channels, equal for equal names.
     for octet in range(int(sizes.max(initial=0))):
         inside = octet < sizes
         codes[inside] = (codes[inside] * 1_000_003) ^ whole[at[inside] + _LCM_HEADER.size + octet]
@@ -175,7 +176,7 @@ def parse_lcm(octets):
 
 
 def read_lcm(path):
-    """As parse_lcm, of a file; empty if there is none."""
+    """Read a file as parse_lcm does. Empty if there is no file."""
     try:
         return parse_lcm(pathlib.Path(path).read_bytes())
     except FileNotFoundError:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run as an MCAP file for PlotJuggler and Lichtblick: truth, frames of the buses, housekeeping, states and events.
+"""Export a run as an MCAP file for PlotJuggler and Lichtblick: truth, frames of the buses, housekeeping, states and events.
 
-Truth and frames are ROS 2 messages (CDR) whose schemas are in the file, one field for each joint, axis or signal by its name; what the
-packets tell is JSON. Times are mission time. Frames whose signals the CAN database of the mission does not define are raw octets."""
+Truth and frames are ROS 2 messages (CDR), whose schemas are in the file, with one named field for each joint, axis or signal. Contents of
+packets are JSON. Times are mission time. Frames whose signals the CAN database of the mission does not define are raw octets."""
 
 import json
 import pathlib
@@ -19,11 +19,11 @@ from .values import Word
 
 ROS = {"f": "float64", "u1": "uint8", "b": "bool", "u4": "uint32"}
 ENTRIES = {"JOINTS": "joint", "STICK": "axis", "CONTACT": "contact", "SPRING": "spring", "BASE": "base"}  # Names in WORLD.
-LEVELS = {"INFORMATIVE": 2, "LOW": 3, "MEDIUM": 4, "HIGH": 5}  # Of foxglove.Log: information, warning, error, fatal.
+LEVELS = {"INFORMATIVE": 2, "LOW": 3, "MEDIUM": 4, "HIGH": 5}  # Levels of foxglove.Log: information, warning, error, fatal.
 LOG_SCHEMA = {"type": "object", "properties": {
     "timestamp": {"type": "object", "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}}},
     "level": {"type": "integer"}, "message": {"type": "string"}, "name": {"type": "string"}}}
-HEAD = b"\0\1\0\0"  # Of a CDR message: little-endian.
+HEAD = b"\0\1\0\0"  # First octets of a CDR message in little-endian order.
 
 
 class ExportError(ValueError):
@@ -42,7 +42,7 @@ def _names(texts):
 
 
 class _Cdr:
-    """Messages with numbers only, built column by column: (field, array with a row for each message)."""
+    """Messages that contain only numbers. They are built from columns: (field, array with a row for each message)."""
 
     def __init__(self):
         self.parts, self.size = [("head", "V4", None)], 0
@@ -90,7 +90,7 @@ class _File:
         self.rows += [(int(time), channel, octets) for time, octets in zip(times_ns, messages)]
 
     def json(self, topic, rows, name=None, schema=None):
-        """A channel of JSON objects: (time, object); the schema follows from the first one."""
+        """Add a channel of JSON objects from (time, object); the schema is that of the first object."""
         schema = schema or _schema(rows[0][1])
         channel = self.channel(topic, "json", (name or f"hirosco.{_name(topic)}", "jsonschema", json.dumps(schema)))
         self.rows += [(int(time), channel, json.dumps(entry, default=_plain).encode()) for time, entry in rows]
@@ -117,7 +117,7 @@ def _plain(value):
 
 
 def _schema(value, items=()):
-    """JSON schema of a value; items: the parameters or fields of its members, whose units it tells."""
+    """JSON schema of a value. items: the parameters or fields of its members, whose units the schema contains."""
     if isinstance(value, dict):
         known = {item.name: item for item in items}
         members = {name: _schema(member, getattr(known.get(name), "fields", ())) for name, member in value.items()}
@@ -130,7 +130,7 @@ def _schema(value, items=()):
 
 
 def _flat(value):
-    """Values of a report: lists of one as their only number; beside a number that has a word, the word, for viewers that plot numbers."""
+    """Values of a report for viewers that plot numbers: a list with one element becomes the element, and a number with a word is given with the word."""
     if isinstance(value, dict):
         flat = {name: _flat(item) for name, item in value.items()}
         return flat | {f"{name}_WORD": str(one) for name, one in flat.items() if isinstance(one, Word)}
@@ -143,7 +143,7 @@ def _flat(value):
 
 
 def _truth(file, channels):
-    """A ROS channel for each channel of columns, a JSON channel for each of records."""
+    """Add a ROS channel for each truth channel with columns, and a JSON channel for each with records."""
     decoded = truth_log.decode(channels)
     names = {name: decoded["WORLD"][0][key] for name, key in ENTRIES.items()} if decoded.get("WORLD") else {}
     names |= {entry["channel"]: entry["name"] for entry in decoded.get("NAMES", [])}
@@ -189,7 +189,7 @@ def _database(path, facts):
 def _values(words, signal):
     """Physical values of a signal in the little-endian words of its frames."""
     shift = np.uint64(64 - signal.bits)
-    values = words << np.uint64(64 - signal.bits - signal.start)  # What follows the signal is lost.
+    values = words << np.uint64(64 - signal.bits - signal.start)  # Shift out the bits above the signal.
     values = values.view(np.int64) >> np.int64(shift) if signal.is_signed else values >> shift
     return values * signal.factor + signal.offset
 
@@ -247,7 +247,7 @@ def _packets(file, run):
 
 
 def write(folder):
-    """Write run.mcap of a run; (path, count of messages, problems of the run's logs). Raises ExportError, OSError."""
+    """Write run.mcap of a run. Returns (path, count of messages, problems of the run's logs). Raises ExportError, OSError."""
     run = runs.load(folder)
     if run.dictionary is None:
         raise ExportError("; ".join(run.problems))

@@ -101,7 +101,7 @@ class Catalogue:
         return self._messages.get((direction, service, subtype))
 
     def flags(self, service, subtype):
-        """Entry of a request, of the mission's own services too, or None: its name, and whether it is critical."""
+        """Entry of a request of a standard or private service, with its name and whether it is critical; None if there is no such request."""
         return self._messages.get(("TC", service, subtype)) or self._private.get(("TC", service, subtype))
 
     def all(self, direction=None):
@@ -148,7 +148,7 @@ class Catalogue:
     # ---- reading ----
 
     def requests_in(self, entry, data):
-        """Octets of the requests within a request; those of the mission's own services have none."""
+        """Octets of the requests within a request. Requests of private services contain none."""
         if entry["service"] in self._own_numbers:
             return []
         reader = _Reader(self, entry, data, None, None)
@@ -157,7 +157,7 @@ class Catalogue:
         return reader.requests
 
     def is_harmless(self, entry, data):
-        """Whether a critical request has one of the words with which it is not critical."""
+        """Whether the first field of a critical request has one of the words for which the request is not critical."""
         if not entry.get("harmless") or not data:
             return False
         service = (self.services | self._private_services)[str(entry["service"])]
@@ -264,7 +264,7 @@ class _Writer:
         return octets
 
     def deduced(self, field, value):
-        """A value in the type of its parameter, layout or argument; hexadecimal if only a definition on board contains its type."""
+        """Write a value in the type of its parameter, layout or argument. It must be hexadecimal if only a definition on board contains its type."""
         of = self.layouts.get(field["of"])
         parameter = self.catalogue.parameter(of) if of is not None and of >> 21 else None
         if parameter is not None and (parameter.fields or parameter.count > 1 or parameter.words):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`gse monitor`: a live view of the flight in a terminal, also over ssh: states, modes, links, housekeeping with units and age, events, and
-commands with their verification. It reads the hub of the light station, as a ground user of its own. Needs the package textual."""
+"""`gse monitor`: a live view of the flight in a terminal, also over ssh. It shows states, modes, links, housekeeping with units and age,
+events, and commands with their verification. It uses the hub of the light station as a separate ground user. Needs the package textual."""
 
 import asyncio
 import contextlib
@@ -19,7 +19,7 @@ from .station.hub import Hub
 from .station.lights import LIGHTS
 
 REFRESH_S = 0.25
-STALE_S = 5.0  # without an interval in the dictionary
+STALE_S = 5.0  # A value that is older is shown dimmed, whatever its interval is.
 COMMANDS_SHOWN = 50
 STYLES = {"INFORMATIVE": "", "LOW": "cyan", "MEDIUM": "yellow", "HIGH": "bold red"}
 STATE_STYLES = {"OPERATIONAL": "green", "ERROR_OPERATIONAL": "bold red"}
@@ -27,7 +27,7 @@ MARKS = {"done": "+", "failed": "x", "waiting": ".", "none": "-", "empty": " "}
 
 
 class _Names(Suggester):
-    """Completes the command that is typed by the dictionary of the flight."""
+    """Completes the typed command with names of the flight's dictionary."""
 
     def __init__(self, hub):
         super().__init__(use_cache=False, case_sensitive=True)
@@ -74,7 +74,7 @@ class Monitor(App):
         yield Input(id="command", suggester=_Names(self.hub))
 
     def on_mount(self):
-        """Begin."""
+        """Set up the tables, and begin to follow the flight."""
         titles = {"states": ("subsystem", "state", "phase", "configuration", "since [s]"), "links": ("link", "state", "sent", "received", "lost", "late"),
                   "housekeeping": ("parameter", "value", "unit", "age [s]"), "commands": ("at [s]", "text", *LIGHTS, "result")}
         for name, columns in titles.items():
@@ -96,7 +96,7 @@ class Monitor(App):
             await self._task
 
     def on_input_submitted(self, message):
-        """A command."""
+        """Perform the command that the user has entered."""
         if not message.value.strip():
             return
         line = message.value
@@ -156,7 +156,7 @@ class Monitor(App):
         self._new_events.clear()
 
     def _fill(self, name, rows):
-        """Show these rows; only cells that have changed are drawn, so that little goes over a slow line."""
+        """Show these rows. Only cells that have changed are drawn, so that a slow connection transfers little."""
         table = self.query_one(f"#{name}", DataTable)
         if [key.value for key in table.rows] != list(rows):
             table.clear()

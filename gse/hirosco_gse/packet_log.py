@@ -47,7 +47,7 @@ def with_whole(found):
 
 
 def read_packets(path):
-    """As parse_packets and with_whole, of a file; empty if there is none."""
+    """Read a file as parse_packets and with_whole do. Empty if there is no file."""
     try:
         with open(path, encoding="ascii") as log:
             return with_whole(parse_packets(log, path))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CCSDS space packets with PUS-C secondary headers, as the ground sees them.
+"""CCSDS space packets with PUS-C secondary headers, as the ground uses them.
 
 It builds telecommands and parses telemetry; `Splitter` splits a byte stream into packets.
 Tailoring: CRC-16 always, time CUC 4+3 with explicit P-field 0x1F (TAI, epoch 1958), 16-bit user ids.
@@ -88,7 +88,7 @@ class Packet:
 
     @property
     def title(self):
-        """As written in the standard: TM[17,2]."""
+        """Name of the message type in the standard's notation, such as TM[17,2]."""
         return f"{self.direction}[{self.service},{self.subtype}]"
 
 
@@ -113,7 +113,7 @@ def build_tc(apid, sequence, service, subtype, data=b"", source=1, ack=ACK_ALL):
 
 
 def _time_packet(raw, sequence):
-    """A spacecraft time packet as the report that it represents: TM[9,2] if its time is CUC, otherwise TM[9,3]."""
+    """Parse a spacecraft time packet as the report that it represents: TM[9,2] if its time is CUC, otherwise TM[9,3]."""
     if len(raw) != TIME_PACKET:
         raise PacketError(f"spacecraft time packet of {len(raw)} octets, expected {TIME_PACKET}")
     field = raw[PRIMARY_HEADER + 1 : PRIMARY_HEADER + 9]

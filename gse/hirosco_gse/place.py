@@ -21,7 +21,7 @@ def default_port(run):
 
 
 def mission_of(run):
-    """Name of the mission of a run, as the launcher wrote it; otherwise that of the default mission."""
+    """Name of the mission of a run from the launcher's file; without this file the default mission."""
     try:
         return (run / "ground.mission").read_text(encoding="utf-8").strip() or DEFAULT_MISSION
     except OSError:
@@ -29,7 +29,7 @@ def mission_of(run):
 
 
 def world_of(run):
-    """File of the world of a run, as the launcher wrote it; otherwise that of the mission."""
+    """File of the world of a run from the launcher's file; without this file the world of the mission."""
     try:
         name = (run / "ground.world").read_text(encoding="utf-8").strip()
     except OSError:
@@ -39,7 +39,7 @@ def world_of(run):
 
 
 def default_key(run, host, port):
-    """Key file of the connected run, as the launcher wrote it; for another run that of the environment. None: telecommands
+    """Key file of a run from the launcher's file; for a flight on another host or port, the file that the environment names. None: telecommands
     are not protected."""
     if host != LOOPBACK or not (run / "ground.port").exists() or port != default_port(run):
         return os.environ.get("GSE_KEY")

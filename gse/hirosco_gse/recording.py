@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run in one compact form for the page of the station: what its store knows of a flight, over time.
+"""Write a run in one compact form for the page of the station: the contents of the page's store over the time of the flight.
 
 The form is a gzip stream of: length of the head (u32, little-endian), head (JSON), columns. A column of a table contains one number of each
-row. Its numbers, times "per", are whole 32-bit numbers; what is stored are their differences, zigzag coded, first the lowest octets of
-all rows, then the next. A column without "per" contains 64-bit floating point numbers, little-endian, in the same order of octets.
-The smallest 32-bit number is not a number."""
+row. Multiplied by "per", the numbers are 32-bit integers. Their differences are stored in zigzag code: first the lowest octets of all rows,
+then the next octets. A column without "per" contains 64-bit floating point numbers, little-endian, in the same order of octets. The smallest
+32-bit integer stands for "not a number"."""
 
 import gzip
 import json
@@ -23,7 +23,7 @@ from .station.geometry import as_lists
 from .station.hub import lights_of
 
 TRUTH_HZ = 50
-GROUND_USERS = 0x8000  # Those below are on the ground.
+GROUND_USERS = 0x8000  # Users with a smaller number are on the ground.
 FINEST = 1_000_000
 WIDEST = 2**31 - 2
 NONE = -(2**31)
@@ -31,7 +31,7 @@ FINAL = (2, 4, 7, 8, 10)
 
 
 def _per(numbers):
-    """By what to multiply the numbers of a column; None if 32 bits do not hold them well."""
+    """Factor by which the numbers of a column are multiplied; None if 32-bit integers cannot represent them well."""
     known = numbers[np.isfinite(numbers)]
     most = float(np.abs(known).max(initial=0.0))
     if len(known) < len(numbers) and not np.isnan(numbers[~np.isfinite(numbers)]).all():
@@ -48,7 +48,7 @@ def column(numbers):
     if per is None:
         return None, numbers.astype("<f8").view(np.uint8).reshape(-1, 8).T.tobytes()
     whole = np.where(np.isnan(numbers), NONE, np.rint(np.nan_to_num(numbers) * per)).astype(np.int64)
-    step = np.diff(whole, prepend=0).astype(np.int32)  # It wraps, and so does the sum of the reader.
+    step = np.diff(whole, prepend=0).astype(np.int32)  # A difference may wrap; the sum of the reader wraps back.
     coded = (step.astype(np.uint32) << 1) ^ (step >> 31).astype(np.uint32)
     return per, coded.astype("<u4").view(np.uint8).reshape(-1, 4).T.tobytes()
 
@@ -72,7 +72,7 @@ class _Tables:
 
 
 class _Commands:
-    """Telecommands of users on the ground with what their verification lights showed over time."""
+    """Telecommands of users on the ground, with the states of their verification lights over time."""
 
     def __init__(self, run):
         self.rows, self._open = [], {}
@@ -141,7 +141,7 @@ def _words(packet, dictionary):
 
 
 class _Telemetry:
-    """The reports of a run, sorted by what they tell."""
+    """The reports of a run, sorted by their content."""
 
     def __init__(self, run):
         self.dictionary = run.dictionary
@@ -196,7 +196,7 @@ class _Telemetry:
         self.tables.setdefault(key, []).append((seconds, leaves))
 
     def put(self, tables):
-        """Add the tables of housekeeping, and of when each subsystem was heard."""
+        """Add the tables of housekeeping, and the times at which reports of each subsystem arrived."""
         for (name, structure, leaves), rows in self.tables.items():
             times = [seconds for seconds, _ in rows]
             columns = {leaf: np.array([values[leaf] for _, values in rows], float) for leaf, _ in leaves}
@@ -263,7 +263,7 @@ def _truth(run, tables):
 
 
 def _phases(run):
-    """What the hand of the scenario does, until a fault is injected: [from, to, words]."""
+    """Actions of the scenario's hand until a fault is injected: [from, to, words]."""
     parts = [[first * runs.CYCLE_US / 1e6, end * runs.CYCLE_US / 1e6, verb] for verb, first, end in run.segments()]
     faults = [(fault["time_us"] / 1e6, f"{fault['kind']} {fault['target']}") for fault in run.truth["FAULT"] if fault["active"]]
     found = []

@@ -153,7 +153,7 @@ def _verdict(run, facts):
 
 
 def _shown(value, bound, unit):
-    """(value, bound, unit) as people read them: shares in percent, small lengths, angles and times in thousandths."""
+    """(value, bound, unit) for people: shares in percent, small lengths, angles and times in thousandths of their unit."""
     if unit == "":
         return value * 100, bound * 100, "%"
     if unit in ("rad", "s", "m", "J", "Nm", "N") and abs(bound) < 0.1:
@@ -235,7 +235,7 @@ def _side(facts):
 
 
 def _style(text, folder):
-    """The style of the page with its fonts inside; the fonts of old browsers are not there."""
+    """The style sheet of the page with its fonts included, except the font format of old browsers."""
     text = re.sub(r',\s*url\(\)\s*format\("?woff"?\)', "", text)
 
     def inside(match):
@@ -310,7 +310,7 @@ def _has_bounds(facts):
 
 
 def _not_written(folder, problem):
-    """Say why there is no report; a run with figures with bounds has failed then. Returns the exit code."""
+    """Print why there is no report. A run whose figures have bounds has then failed. Returns the exit code."""
     place = traceback.extract_tb(problem.__traceback__)[-1]
     words = f"{type(problem).__name__}: {problem}" if not isinstance(problem, OSError) else str(problem)
     print(f"report: not written: {words} ({pathlib.Path(place.filename).name}:{place.lineno}). Is a log of {folder} damaged? "
@@ -339,7 +339,7 @@ def main(argv=None):
         return 1
     try:
         facts = write(*arguments)
-    except Exception as problem:  # Whatever is wrong with the logs, the run says so.
+    except Exception as problem:  # Logs of a crashed run may contain any error; report it.
         return _not_written(arguments[0], problem)
     failed = facts.get("figures_failed", [])
     for line in failed:

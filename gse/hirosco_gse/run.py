@@ -23,7 +23,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 CYCLE_US = 500
 SYNC = 0x080
 NO_DEVICE = worlds.Device("", "", "", 0)
-JOINT_TORQUE_NM = 0.01  # Units of the words of Run, whatever those of the device are.
+JOINT_TORQUE_NM = 0.01  # Units of the words in a Run, to which the units of the devices are converted.
 STICK_TORQUE_NM = 1e-4
 POSITION_RAD = 1e-6
 STATE_MASK = 0x6F
@@ -56,8 +56,8 @@ def scene(truth):
 
 
 def decode_truth(channels):
-    """As truth.decode, with DRIVE and FAULT in any case. CONTACT has the first contact and the first spring of the world, in one table;
-    CONTACTS all contacts."""
+    """Decode as truth.decode does. DRIVE and FAULT are present even if the log does not have them. The table CONTACT contains the first contact
+    and the first spring of the world, CONTACTS all contacts."""
     decoded = {"DRIVE": [], "FAULT": [], **truth_log.decode(channels)}
     found = scene(decoded)
     if "CONTACT" in decoded:
@@ -106,7 +106,7 @@ class Run:
     """The logs of a run; a missing log is empty."""
 
     def __init__(self, folder, dictionary=None, has_buses=True):
-        """has_buses False: without the frames of the buses, which take the longest to read."""
+        """has_buses False: do not read the frames of the buses, which takes the longest."""
         self.folder = pathlib.Path(folder)
         self.problems = []
         self.facts = self._json("run.json") or {}
@@ -257,7 +257,7 @@ class Run:
 
 
 def mission_of(folder, facts):
-    """Name of the mission flown; run.json has it when the run has ended, before that the launcher's file."""
+    """Name of the mission flown, from run.json or, while the run has not ended, from the launcher's file."""
     return str(facts.get("mission") or place.mission_of(folder))
 
 

@@ -6,8 +6,8 @@ unless it starts with `nowait`. Besides the commands of commands.py there are
 
     nowait COMMAND ...                     send and continue; a failure is reported at the end of the script (not for commands
                                            whose first step is not a request, such as `at +60`)
-    try COMMAND ...                        as the command alone, but the script continues if it is refused or fails,
-                                           has no answer within 2 s, or the link is lost; the log contains the outcome. The outcome of
+    try COMMAND ...                        perform the command; the script continues even if the command is refused, fails or has no
+                                           answer within 2 s, or if the link is lost. The log contains the outcome. The outcome of
                                            `try nowait` is not checked
     expect-refusal CODE COMMAND ...        the command must be refused with this failure code: a number, or a name that the
                                            descriptor of the addressee has
@@ -145,7 +145,7 @@ class Script:
     """The operator's part of a scenario."""
 
     def __init__(self, steps, visits=()):
-        """visits: lines of the actor `ground` (visits.py)."""
+        """visits: the lines of the actor `ground` (visits.py)."""
         self.steps, self.visits = steps, visits
         self._open = []
 

@@ -11,7 +11,7 @@ from .session import Rejected, Request
 
 
 def _fields(words):
-    """field=value of a message; a value that is valid JSON is decoded, other text is used unchanged."""
+    """Read the words field=value of a message. A value that is valid JSON is decoded, other text is used unchanged."""
     given = {}
     for word in words:
         name, sign, text = word.partition("=")

@@ -48,7 +48,7 @@ class Shell:
 
     @contextlib.contextmanager
     def _editing(self):
-        """Keys of the prompt: Tab completes, arrows recall. A Python without readline has neither."""
+        """Set up the keys of the prompt: Tab completes, arrows recall. A Python without readline has neither."""
         try:
             import readline
         except ImportError:
@@ -122,7 +122,7 @@ class Shell:
             self._show(coloured(f"gse: {problem}", "failed"))
 
     def run(self):
-        """Until the end of the input, `exit` or `quit`."""
+        """Perform commands until the end of the input, `exit` or `quit`."""
         prompt = f"{self._craft.dictionary.mission}> "
         with self._editing():
             while True:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Meaning of telecommands in a log: a dict for programs and a line for people, as telemetry.py has of telemetry."""
+"""Decode telecommands in a log: a dict for programs and a line for people, as telemetry.py does for telemetry."""
 
 import struct
 
@@ -111,12 +111,12 @@ def beyond_limits(request, dictionary):
                 limits = " and ".join(filter(None, (f"at least {low:g}" if low is not None else "", f"at most {high:g}" if high is not None else "")))
                 words.append(f"{item.name} is {values.to_text(found)}{unit}, allowed is {limits}{unit}")
     except (struct.error, IndexError, KeyError, AttributeError, ValueError):
-        pass  # Octets that the user has given as they are.
+        pass  # The user has given raw octets that do not decode.
     return "; ".join(words)
 
 
 def decode(packet, dictionary):
-    """Content of a TC as a dict with at least "kind"; a content that does not decode has the problem under "error"."""
+    """Content of a TC as a dict with at least "kind". If the content does not decode, "error" contains the reason."""
     try:
         if packet.message == (8, 1):
             return _function(packet, dictionary)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Meaning of telemetry (and of telecommands in a log): a dict for programs and a line for people.
+"""Decode telemetry (and telecommands in a log): a dict for programs and a line for people.
 
-`decode` never raises an exception for a packet of a known spacecraft with unknown content: it returns the problem under "error".
+`decode` raises no exception for a packet of a known spacecraft with unknown content: "error" in the dict contains the reason.
 """
 
 import struct

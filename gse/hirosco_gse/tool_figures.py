@@ -68,7 +68,7 @@ def _circle(run):
 
 
 def tracking(run):
-    """Motion of the true tool against that of the stick in free space, at the lag that fits best."""
+    """Difference between the true motion of the tool and the motion of the stick in free space, at the lag that fits best."""
     first, end = _circle(run)
     tool = _along(run, _truth(run, "CONTACT", "tip_m"))
     stick = _truth(run, "STICK", "position_rad") * _led(run, "POSITION_SCALE")
@@ -93,7 +93,7 @@ def free(run):
 
 
 def pressing(run):
-    """The last 4 s of the hold on the table."""
+    """Figures of the last 4 s in which the hand holds the tool on the table."""
     press, _ = segment(run, "aim", "circle")
     _, end = segment(run, "hold", "aim")
     first = end - STILL_US // CYCLE_US
@@ -115,7 +115,7 @@ def pressing(run):
 
 
 def left_alone(run):
-    """Motion of the true tool while the arm is in operation without the hand, from 0.5 s after the loss on."""
+    """True motion of the tool while the arm is in operation without the hand, beginning 0.5 s after the loss of the hand."""
     cycles = [cycle for cycle, values, hand in _values(run) if np.ravel(values["STATE"])[0] == OPERATIONAL and np.ravel(hand["STATE"])[0] == NO_HAND]
     if len(cycles) < 2:
         raise Missing("the arm never held without a hand")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simulator's truth log, decoded by the types in sim/truth/*.lcm: the only description of its channels on the ground."""
+"""Decode the simulator's truth log with the types in sim/truth/*.lcm, which are the only description of its channels on the ground."""
 
 import functools
 import pathlib
@@ -115,7 +115,7 @@ def _columns(events, members):
 
 
 def _with_text_at_end(events, members):
-    """As _columns, with a text as last member; equal texts are decoded once."""
+    """Decode as _columns does, for members of which the last is a text. Equal texts are decoded once."""
     found, at = _columns(events, members[:-1])
     known = {}
     numbers = [known.setdefault(bytes(event[at + 4 : -1]), len(known)) for event in events]
@@ -160,13 +160,13 @@ def decode(channels):
 
 
 def held(table, want_us):
-    """Row of a table of columns that is valid at each of these instants. The log leaves rows out while its channel is at rest: each row is valid
-    until the next one; the first one before it, too."""
+    """Row of a table of columns that is valid at each of these instants. The log omits rows while its channel is at rest, so a row is valid
+    until the next one. The first row is also valid before its time."""
     return np.maximum(np.searchsorted(table["time_us"], want_us, side="right") - 1, 0)
 
 
 def at(table, name, want_us, end_us):
-    """Column of a table at these instants, as numbers; not a number after `end_us`, the end of the log."""
+    """Column of a table at these instants as floating point numbers; NaN after `end_us`, the end of the log."""
     found = table[name][held(table, want_us)].astype(float)
     found[np.asarray(want_us) > end_us] = np.nan
     return found

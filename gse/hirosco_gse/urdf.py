@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reader of a robot's URDF: its links and joints as they stand in the file, with their lines.
+"""Reader of a robot's URDF: its links and joints as the file defines them, with their lines.
 
-The simulator reads the same file with sim/world/urdf.c, which knows what it can simulate. Units are SI; roll, pitch and yaw are about the
-fixed axes x, y, z."""
+The simulator reads the same file with sim/world/urdf.c, which refuses what it cannot simulate. Units are SI; roll, pitch and yaw are about
+the fixed axes x, y, z."""
 
 import math
 import xml.parsers.expat
@@ -13,7 +13,7 @@ MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 class UrdfError(Exception):
-    """File, line, what is there, and what is expected."""
+    """An error in the file: file, line, the value found and the value expected."""
 
 
 @dataclass
@@ -132,7 +132,7 @@ def _parse(path):
 
 
 def _origin(element):
-    """Pose of the element's <origin>; without one, the pose of the frame itself."""
+    """Pose of the element's <origin>; the identity if there is none."""
     origin = element.first("origin")
     return Origin(origin.numbers("xyz", 3, ZERO), origin.numbers("rpy", 3, ZERO)) if origin else Origin()
 

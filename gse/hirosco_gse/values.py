@@ -53,7 +53,7 @@ class Word(int):
 
 
 def in_words(value):
-    """A value of decoded content for JSON that people read: words in the place of numbers that have one."""
+    """A value of decoded content for JSON that people read: a number that has a word is replaced by the word."""
     if isinstance(value, Word):
         return value.word
     if isinstance(value, dict):
@@ -101,7 +101,7 @@ class Names(dict):
 
 
 def number_of(words, text):
-    """Number of a word of an enumeration, or a number that has a word; of Names, any number."""
+    """Number of a word of an enumeration. A number is accepted if it has a word; if the words are Names, any number is accepted."""
     for number, word in words.items():
         if text.strip().upper() == word or text.strip() == str(number):
             return number

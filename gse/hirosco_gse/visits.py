@@ -131,9 +131,9 @@ def _effects(run):
 
 
 class _Connections:
-    """Which connection an action belongs to. The packet log has no connections, but the user of each telecommand: each user has one connection,
-    the oldest one that no user has yet. The connection that ends is one whose user is silent until the next connection begins, the newest
-    of those. Connections without telecommands are alike: what they receive is sent to all."""
+    """Assigns a connection to each action. The packet log does not contain connections, only the user of each telecommand. A user gets the
+    oldest connection that no user has yet. If a connection ends, it is the newest one whose user sends nothing until the next connection
+    begins. Connections without telecommands need not be distinguished, because what they receive is sent to all."""
 
     def __init__(self, effects):
         self._effects, self._at = effects, 0
@@ -181,7 +181,7 @@ def recorded(run):
         name = connections.name_of(verb, user)
         if name is None:
             if verb == "hang-up":
-                continue  # The operator's, at the end.
+                continue  # The connection of the operator, which ends with the flight.
             raise VisitError(f"{run}: a telecommand at {time_ns / 1e9:.4f} s came on no connection of the packet log; is the log complete?")
         most = max(most, connections.count)
         actions.append((max(0, time_ns - LEAD_NS), verb, raw, name))

@@ -30,7 +30,7 @@ class Shape:
 
 @dataclass
 class Link:
-    """`solid` is the box that has the mass and the moments of inertia of the link; None if there is none."""
+    """A link. `solid` is the box that has the mass and the moments of inertia of the link; None if the link has no mass."""
 
     name: str
     shapes: list = field(default_factory=list)
@@ -39,7 +39,7 @@ class Link:
 
 @dataclass
 class Joint:
-    """Connects the link `child` to `parent`; `pose` is that of the child at position 0, in the frame of the parent."""
+    """Connects the link `child` to `parent`. `pose` is the pose of the child at position 0 in the frame of the parent."""
 
     name: str
     kind: str
@@ -94,7 +94,7 @@ class Robot:
 
 @dataclass
 class Device:
-    """A device on a bus. `kind` is the name of its element, `joint` that of a drive's joint (`robot.joint`)."""
+    """A device on a bus. `kind` is the name of its element, `joint` the name of the joint (`robot.joint`) that a drive moves."""
 
     kind: str
     name: str
@@ -157,7 +157,7 @@ def _joint(joint):
 
 
 def _solid(inertial):
-    """Box of the mass and the moments of inertia of a link, without its products of inertia."""
+    """Box with the mass and the moments of inertia of a link; products of inertia are ignored."""
     if inertial is None:
         return None
     moments = dict(zip(urdf.MOMENTS, inertial.moments))

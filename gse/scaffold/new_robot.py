@@ -23,16 +23,16 @@ import urdf
 from new_subsystem import ROOT, Refusal, check_name, choose_apid, expect, fill, relative, write_all
 
 TEMPLATES = pathlib.Path(__file__).resolve().parent / "robot"
-GRAVITY = {"fixed": (0.0, 0.0, -9.81), "free": urdf.ZERO}  # By the base.
+GRAVITY = {"fixed": (0.0, 0.0, -9.81), "free": urdf.ZERO}  # By the kind of base.
 STEP_S = 0.0005
 JOINTS_OF_A_BUS = 4
 FIRST_NODE = 0x51
-# Values of a drive per Nm of its largest torque. They are those of the drives of rokviss, which have 40 Nm.
+# Values of a drive for each Nm of its largest torque, taken from the drives of rokviss, which have 40 Nm.
 ROTOR, STIFFNESS, DAMPING, COULOMB, STICTION, VISCOUS, BRAKE = 0.0064, 50.0, 0.05, 0.05, 0.06, 0.025, 2.5
 KP, KD = 100.0, 1.5
-# The same per N of a linear axis, if they are others: its gear gives way by 0.2 mm under the largest force.
+# Values for each N of a linear axis where they differ: its gear deflects by 0.2 mm under the largest force.
 LINEAR_STIFFNESS, LINEAR_DAMPING, LINEAR_KP, LINEAR_KD = 5000.0, 5.0, 125.0, 3.1
-# Units of values of joints: of arms whose joints turn, of linear axes, of arms with both.
+# Units of values of joints: unit of a revolute joint -> unit of a linear axis. An arm with both shows both.
 UNITS = {"rad": "m", "rad/s": "m/s", "rad/s2": "m/s2", "Nm": "N", "Nm/rad": "N/m", "Nms/rad": "Ns/m", "kgm2": "kg"}
 LED_JOINTS_MAX = 10  # A descriptor has at most 640 <Setting>, 16 of each joint in each configuration.
 # The ports of the subsystem of a joystick, from the arm's side.
@@ -144,7 +144,7 @@ def wanted_pose(robot, given):
 
 
 def drive_of(joint):
-    """Values of the drive of a joint, from its torque; the simulator's step limits the stiffness of a gear with a light link."""
+    """Values of the drive of a joint, computed from its torque. The time step of the simulator limits the stiffness of a gear with a light link."""
     effort = joint.effort
     inertia = sum(a * b for a, b in zip(joint.axis, urdf.turned(joint.link.inertia, joint.axis)))
     inertia = joint.link.mass if joint.is_prismatic else inertia
@@ -211,7 +211,7 @@ def device(joint, place, number, mode):
         ("0x1400:01", "UINT32", hexadecimal(by_first + 0x200 + node, 8)),
         ("0x1401:01", "UINT32", hexadecimal(by_second + 0x300 + node, 8)),
         ("0x6060:00", "INT8", str(mode)),
-        ("0x60B2:00", "INT16", "0"),  # The drive adds it to each torque; an earlier configuration may have set it.
+        ("0x60B2:00", "INT16", "0"),  # The drive adds this offset to each torque, and an earlier configuration may have set it.
         ("0x60C2:01", "UINT8", "10"),
         ("0x6072:00", "UINT16", str(limit)),
         ("0x60E0:00", "UINT16", str(limit)),
@@ -283,7 +283,7 @@ def units_of(robot):
 
 
 def prismatic(robot):
-    """Which joints are linear axes; without this member all joints turn."""
+    """Parameter of the descriptor that marks the linear axes; empty if all joints are revolute."""
     flags = " ".join("1" if joint.is_prismatic else "0" for joint in robot.joints)
     return f'\n      <ParamRef name="PRISMATIC" type="BOOL" count="{len(robot.joints)}" init="{flags}"/>' if "1" in flags else ""
 

@@ -94,7 +94,7 @@ def check_name(name):
 
 
 def check_names_of_c(name):
-    """Refuse a name whose types and functions the project has already: they would clash, or silently be the wrong ones."""
+    """Refuse a name whose types and functions exist in the project: the new ones would clash, or the wrong ones would be used without a warning."""
     expect(not STANDARD_TYPES.fullmatch(name), "NAME", name, f"a name that is no type of C: {name}_t is one")
     clash = re.compile(rf"\b({name}_({'|'.join(NAMED_AFTER)})|{name.upper()}_({'|'.join(MACROS_AFTER)}))\b")
     sources = [path for layer in ("base", "osal", "pus", "fsw", "launcher") for path in (ROOT / layer).rglob("*.[ch]")]
@@ -171,7 +171,7 @@ def write_all(files, mission_path, is_new):
 
 
 def format_sources(files):
-    """The format depends on the length of the name: use clang-format if it is installed."""
+    """Format the sources with clang-format, if it is installed, because the format depends on the length of the name."""
     sources = [str(path) for path in files if path.suffix in (".c", ".h")]
     if shutil.which("clang-format"):
         subprocess.run(["clang-format", "-i", *sources], check=True)

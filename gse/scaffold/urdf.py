@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The model that flies, from a robot's URDF: one chain of joints, and the link at its end. Links that fixed joints connect
-become one link."""
+"""Convert a robot's URDF to the model of flight software: one chain of joints, and the link at its end. Links that fixed joints
+connect become one link."""
 
 import math
 import pathlib
@@ -27,7 +27,7 @@ class Mass:
 
 @dataclass
 class Joint:
-    """A joint with the link that it moves; of a prismatic one, the values are in m and N."""
+    """A joint with the link that it moves. Values of a prismatic joint are in m and N."""
 
     name: str
     origin: tuple  # Position and rotation of the link in the previous one.
@@ -52,7 +52,7 @@ class Robot:
 
 
 def product(a, b):
-    """Of two matrices."""
+    """Product of two matrices."""
     return tuple(tuple(sum(a[i][k] * b[k][j] for k in range(3)) for j in range(3)) for i in range(3))
 
 
@@ -116,7 +116,7 @@ def parallel(mass, arm):
 
 
 def joined(a, b, pose):
-    """Mass a with mass b at a pose."""
+    """Mass properties of a rigid body of mass a and mass b, where b has this pose in the axes of a."""
     centre_b, rotation = composed(pose, (b.centre, IDENTITY))
     if b.mass == 0.0:
         return a
@@ -169,7 +169,7 @@ class _Chain:
         return roots[0]
 
     def rigid(self, link):
-        """Mass of a link with what fixed joints connect to it, the joints that leave it, and the frames on it."""
+        """Mass of a link together with the links that fixed joints connect to it, the movable joints that begin on it, and the frames on it."""
         mass, leaving, frames, pending = Mass(), [], {}, [(link, (ZERO, IDENTITY))]
         while pending:
             name, pose = pending.pop(0)

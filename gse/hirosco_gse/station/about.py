@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the page must know of a mission: its part of the dictionary."""
+"""The part of the dictionary of a mission that the page needs."""
 
 from .. import commands, live
 from ..dictionary import STATES, unit_of, words_of

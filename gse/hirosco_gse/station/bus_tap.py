@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames of a bus from the simulator's listen-only tap: load, the newest of each identifier with its rate, decoded; error frames in words.
+"""Frames of a bus from the simulator's listen-only tap: load, the decoded newest frame of each identifier with its rate, and error frames.
 
-A bus has thousands of frames a second, so a line is only counted when it arrives; what is shown is decoded a few times a second."""
+A bus has thousands of frames a second. A line is therefore only counted when it arrives; frames are decoded a few times a second, for display."""
 
 import collections
 
@@ -30,7 +30,8 @@ def error_of(identifier, octets):
 
 
 class BusTap:
-    """What was seen of one bus. Rates in bit/s; database: hirosco_gse.frames.Database, or None; warning: why names and values may be wrong."""
+    """Statistics and newest frames of one bus. Rates in bit/s; database: hirosco_gse.frames.Database, or None; warning: why names and values may be
+    wrong."""
 
     def __init__(self, name, rate, data_rate, database, warning=None):
         self.name, self._rate, self._data_rate, self._database, self.warning = name, rate, data_rate, database, warning
@@ -62,7 +63,7 @@ class BusTap:
         self.errors.append({"time": _time(line), "name": name, "symbol": symbol, "words": words})
 
     def message(self):
-        """What a page shows, for the time since the last call."""
+        """Message for the pages about the time since the last call."""
         times = [_time(line) for line, _ in self._newest.values()]
         now = max(times, default=0.0)
         span = now - self._since if self._since is not None else 0.0

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The housekeeping that a station enables while a page is open: one structure of its own for each member, and those of the page's tables."""
+"""The housekeeping that a station enables while a page is open: a structure that it creates for each member, and the structures that a page
+shows in tables."""
 
 import contextlib
 import shlex
@@ -33,11 +34,11 @@ class Display:
             self._seen[apid] = time.monotonic()
 
     def saw_status(self, apid):
-        """The subsystem lives."""
+        """A status report of the subsystem has arrived."""
         self._status_seen[apid] = time.monotonic()
 
     def saw_other(self, apid):
-        """The structure of another station or dictionary: this one cannot be decoded."""
+        """A report with the id of the display structure has arrived that another station has defined differently; it cannot be decoded."""
         self._other_reports.add(apid)
 
     # What is enabled ----------------------------------------------------------------------------------------
@@ -56,7 +57,7 @@ class Display:
                     self._hub.begin_own(self._create(subsystem, words))
 
     def _words(self, subsystem):
-        """Words of `hk create` for the first structure of the present configuration; empty if that is fast enough."""
+        """Words of `hk create` for a faster copy of the first structure of the present configuration; empty if that structure is fast enough."""
         present = self._hub.session.configurations[subsystem.apid]
         configuration = next((item for item in subsystem.configurations.values() if item.id == present), None)
         structure = next(iter(configuration.structures.values()), None) if configuration else None
@@ -77,13 +78,13 @@ class Display:
         yield from self._hub.quietly([*before, shlex.join(words), f"hk enable {own}"])
 
     def end(self):
-        """Disable what was enabled for pages that are closed now; returns the calls."""
+        """Disable the structures that were enabled for pages which are closed now. Returns the calls."""
         asked = [self._hub.begin_own(self._hub.quietly([f"hk disable {name} {number}"])) for name, number in sorted(self.enabled)]
         self.enabled.clear()
         return asked
 
     def after(self, words, is_for_pages):
-        """What follows a command about a housekeeping structure; None for other commands."""
+        """Function that is called after a command about a housekeeping structure; None for other commands."""
         if len(words) < 3 or words[0] != "hk":
             return None
         verb, subsystem = words[1], self._hub.dictionary.subsystem(words[2])
@@ -110,7 +111,7 @@ class Display:
         self._hub.begin_own(self._ask(subsystem))
 
     def _ask(self, subsystem):
-        """Procedure: the structures of the present configuration, and those that were heard."""
+        """Procedure: request the state of the structures of the present configuration, and of others whose reports have arrived."""
         hub = self._hub
         present = hub.session.configurations.get(subsystem.apid)
         of_present = next((item.structures for item in subsystem.configurations.values() if item.id == present), {})

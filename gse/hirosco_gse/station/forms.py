@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Forms of commands: one for each entry of the dictionary, and the words of the command line for what was typed into it.
+"""Forms of commands: one for each entry of the dictionary. The values that a user types are converted to words of the command line.
 
 A form is plain JSON: {"id", "name", "kind", "critical", "fields"}. A field has a name, and may have unit, min, max, options (nothing else
 can be chosen), suggest (a list of names that may be chosen) and hint; `repeat` is a field with groups of fields, `choice` has the fields of
@@ -36,7 +36,7 @@ class Form:
 
 
 def script_of(calls):
-    """Commands of a flight as a scenario that `gse script` runs, from the first one on; `try` precedes one that failed. Those with a file are left out."""
+    """Commands of a flight as a scenario for `gse script`. `try` precedes a command that failed. Commands with a file are left out."""
     lines = ["# commands of the ground station"]
     kept = [call for call in calls if call.line]
     for call in kept:
@@ -44,7 +44,7 @@ def script_of(calls):
     return "".join(f"{line}\n" for line in lines)
 
 
-# --- fields ------------------------------------------------------------------------------------------------------------------------------
+# ---- Fields ----
 
 
 def _scalars(item):
@@ -113,7 +113,7 @@ def _of_kind(catalogue, service, field):
     return found | ({"suggest": _SUGGEST[field["kind"]]} if field["kind"] in _SUGGEST else {})
 
 
-# --- what was typed ----------------------------------------------------------------------------------------------------------------------
+# ---- Values of a form ----
 
 
 def _label(field):
@@ -121,7 +121,7 @@ def _label(field):
 
 
 def _text(field, values):
-    """What was typed into a field. Raises UsageError: it is missing or out of range."""
+    """Text of a field. Raises UsageError if it is missing or out of range."""
     text = values.get(field["name"])
     if text is None or not str(text).strip():
         raise UsageError(f"{field['name']} is missing")
@@ -149,7 +149,7 @@ def _compact(field, values):
 
 
 def _number_or_text(field, text):
-    """JSON value of a field of a message: numbers as such, since the catalogue reads digits of a text as a text."""
+    """JSON value of a field of a message. Digits become a number, because the catalogue would read them as text otherwise."""
     if field["coding"] in NUMBERS or field["coding"] == "bits":
         try:
             return int(text, 0)
@@ -188,7 +188,7 @@ def _word(value):
     return json.dumps(value)
 
 
-# --- forms -------------------------------------------------------------------------------------------------------------------------------
+# ---- Forms ----
 
 
 def _plain(identity, name, kind, words):
@@ -275,7 +275,7 @@ def _of_mission(dictionary):
 
 
 def _of_world():
-    """Forms of the lines of the live port; what is sent there is no telecommand."""
+    """Forms of the lines of the live port, which are not telecommands."""
     for actor in live_forms.ACTORS:
         for verb, words in live_forms.verbs(actor):
             fields = tuple(live_forms.fields_of(words))

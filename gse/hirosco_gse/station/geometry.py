@@ -36,7 +36,7 @@ def _joint(joint):
 
 
 def _shapes(robot, link):
-    """What is drawn of a link; a free body without shapes is a box of its mass and moments of inertia."""
+    """Shapes that the page draws for a link. A free body without shapes is drawn as a box with its mass and moments of inertia."""
     if link.shapes or robot.base != "free" or link.name != robot.root or link.solid is None:
         return link.shapes
     return [link.solid]

@@ -30,13 +30,13 @@ from .targets import targets
 from .world_port import Taps, Truth, WorldPort
 
 EVERYBODY = 0  # All ground users, as the destination of a report.
-LISTS = {("schedule", "list"), ("store", "list"), ("procedure", "status"), ("file", "list")}  # Commands that ask only.
+LISTS = {("schedule", "list"), ("store", "list"), ("procedure", "status"), ("file", "list")}  # Commands that only read.
 PATIENCE_NS = 20_000_000_000  # For reports other than those of verification, in simulated time.
 SILENT_NS = 10_000_000_000  # A request without any report for this simulated time has no answer yet.
 TICK_S = 0.1
 RETRY_S = 0.5
 HAND_S = 1.0  # A page whose last `aim` is longer ago has left the hand.
-LEAVE_S = 2.0  # A page that is loaded again comes back within this time.
+LEAVE_S = 2.0  # A page that the user reloads connects again within this time.
 COUNT_S = 1.0  # Between two messages with the counts of packets.
 GAP_MAX = 1000  # A larger jump of a message type counter is a restart.
 KEPT_EVENTS = 10_000
@@ -77,8 +77,9 @@ class Call:
 
 
 class _WebSession(Session):
-    """Tells the hub which telecommands a command has sent. Its time is that of the telemetry: a command of any length, a pause and a
-    slow simulation end no request. Whether a request has failed is what the spacecraft says, or not known when the link is lost."""
+    """Session that reports to the hub which telecommands a command has sent. It uses the time of the telemetry, so that a long command, a
+    pause or a slow simulation causes no time-out. Only the spacecraft decides whether a request has failed; after a loss of the link it is
+    unknown."""
 
     on_sent = staticmethod(lambda verification: None)
     is_time_known = False
@@ -125,7 +126,7 @@ class Hub:
     # Flights ------------------------------------------------------------------------------------------------
 
     def _begin(self, flight):
-        """Forget the last flight."""
+        """Discard the state of the last flight."""
         self.flight = flight
         self.calls = []
         self.commands = collections.deque(maxlen=KEPT_COMMANDS)
@@ -252,7 +253,7 @@ class Hub:
         return self.viewers > 0 or time.monotonic() - self._left < LEAVE_S
 
     async def leave(self):
-        """The station ends: the structures that it has enabled for its pages are disabled."""
+        """Disable the structures that the station has enabled for its pages; called when the station ends."""
         if self._writer and self.display.enabled:
             asked = self.display.end()
             end = time.monotonic() + LEAVE_S
@@ -446,7 +447,7 @@ class Hub:
             self.publish_targets()
 
     def _say_mismatch(self, apid, subsystem):
-        """Another interface flies than the dictionary describes: said once, and in each snapshot."""
+        """Publish once, and in each snapshot, that the interface hash of a subsystem differs from the dictionary."""
         words = self.session.mismatches.get(apid)
         if words and subsystem not in self.mismatches:
             self.mismatches[subsystem] = {"kind": "mismatch", "subsystem": subsystem, "words": words}
@@ -512,7 +513,7 @@ class Hub:
         return {"kind": "live", "line": line, "time": seconds}
 
     def _hand_owner(self, page):
-        """Who else aims the hand now, in words; None if it is free or this page's."""
+        """Words that say which other page or program aims the hand now; None if the hand is free or belongs to this page."""
         other, since = self._aims
         if other is not None and other != page and time.monotonic() - since < HAND_S:
             return "another page"

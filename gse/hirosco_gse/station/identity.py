@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which ground user a station is: the first WEB user of the mission that no other station on this machine has taken.
+"""Choose the ground user of a station: the first WEB user of the mission that no other station on this machine uses.
 
-The spacecraft tells the connections of one user apart by the requests that they have sent, but not in reports that name no request: an
-answer to one of them goes to all. A station of its own user is not disturbed by the others."""
+If several connections belong to one user, the spacecraft sends a verification report to the connection that has sent the request, but other
+answers to all of them. A station with a user of its own does not receive the answers to other stations."""
 
 import contextlib
 import socket
@@ -25,7 +25,7 @@ class Identity:
         for number, name in users:
             held = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
             with contextlib.suppress(OSError):
-                held.bind(f"\0hirosco-user-{port}-{number}")  # The kernel gives it back however the process ends.
+                held.bind(f"\0hirosco-user-{port}-{number}")  # The kernel releases the name however the process ends.
                 return cls(number, name, True, held)
             held.close()
         return cls(*users[0], False) if users else cls(GROUND_USER, "CLI", False)

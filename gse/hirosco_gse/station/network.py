@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The real-time links as the pages show them: state, rate, age and losses, asked for while a page is open."""
+"""The real-time links for the pages: state, rate, age and losses, which are requested while a page is open."""
 
 import contextlib
 import time
@@ -9,7 +9,7 @@ from ..dictionary import SUPERVISOR_APID
 from ..session import SessionError
 
 POLL_S = 1.0  # Between two requests, and the least simulated time between them.
-IDLE_S = 10.0  # Without an open link.
+IDLE_S = 10.0  # Time between two requests while no link is open.
 ROLES = {"producer": ("sent",), "consumer": ("received", "lost", "late")}  # Who counts what.
 COUNTERS = ("sent", "received", "lost", "late")
 
@@ -25,7 +25,7 @@ class Network:
         self._asked_at, self._asked_s, self._is_asking = 0.0, None, False
 
     def keep(self):
-        """Ask again when it is time; not while simulated time stands still."""
+        """Send the requests when they are due, but not while simulated time stands still."""
         now, seconds = time.monotonic(), self._hub.seconds
         pause = POLL_S if any(row["state"] != "closed" for row in self._rows.values()) else IDLE_S
         has_passed = self._asked_s is None or seconds is None or abs(seconds - self._asked_s) >= POLL_S / 2
@@ -34,7 +34,7 @@ class Network:
             self._hub.begin_own(self.ask())
 
     def transition(self, decoded):
-        """A link has changed its state: the page hears it at once."""
+        """Publish at once that a link has changed its state."""
         for link in self._hub.dictionary.links:
             if link.number == decoded["link"]:
                 self._rows[link.name] = {**self._rows.get(link.name, {"name": link.name}), "state": decoded["state"], "cause": decoded["cause"]}
@@ -42,7 +42,7 @@ class Network:
         self._hub.begin_own_later(self.ask())
 
     def ask(self):
-        """Procedure: the supervisor knows the states, each member its counters."""
+        """Procedure: request the states of the links from the supervisor, and the counters from each member."""
         session, dictionary = self._hub.session, self._hub.dictionary
         if not dictionary.links:
             return
@@ -74,7 +74,7 @@ class Network:
         return self._hub.dictionary.subsystem(name).apid
 
     def _row(self, name, found):
-        """A row for the page: rate [1/s] and since when nothing has arrived [s of the mission]."""
+        """A row for the page, with the rate [1/s] and the mission time [s] of the last arrival."""
         before, seconds = self._rows.get(name, {}), self._hub.seconds
         if found is None:
             return {"name": name, "state": "closed"}

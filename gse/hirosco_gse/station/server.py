@@ -27,7 +27,7 @@ MESSAGE_MAX = 1 << 18  # A file of 128 KiB in base64.
 POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors {framed_by}; base-uri 'none'; form-action 'none'"
 READS = ("structures", "plan", "forms", "script", "watch")
 DISPLAY = ("hk", "enable")
-LIVE = [[verb] for verb in live.VERBS]  # They go to the simulator.
+LIVE = [[verb] for verb in live.VERBS]  # Commands for the simulator, not for the spacecraft.
 HEADERS = {"X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer", "Cache-Control": "no-cache"}
 
 
@@ -47,7 +47,7 @@ class _Browser:
         self._wake = asyncio.Event()
 
     def watch(self, order):
-        """What the page wants to see from now on."""
+        """Select the buses and the truth that the page receives from now on."""
         if "bus" in order:
             self.bus = str(order["bus"]) if order["bus"] else None
         self.has_truth = bool(order.get("truth", self.has_truth))
@@ -188,7 +188,7 @@ class Station:
             return {"kind": "answer", "refused": f"not understood: {problem!r}"}
 
     async def _answer(self, do, order, browser):
-        """Perform a request; what its answer contains."""
+        """Perform a request. Returns the content of its answer."""
         if do == "command":
             return await self._command(order, browser)
         if do == "structures":
@@ -214,7 +214,7 @@ class Station:
         return {"command": self.hub.command(text, bool(order.get("display")))}
 
     def _check_right(self, do, order):
-        """In a station that is read only a page may ask, and receive one more housekeeping structure. Raises UsageError."""
+        """In a read-only station, permit only requests that read, and the enabling of one housekeeping structure. Raises UsageError."""
         is_display = do == "command" and order.get("display") and tuple(shlex.split(str(order["text"]))[:2]) == DISPLAY
         if self.hub.is_read_only and do not in READS and not is_display:
             raise UsageError("this station is read only; start one without --read-only (make gse READ_ONLY=) to command")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which states can be requested of a subsystem now. The page shows it before a request; the spacecraft decides."""
+"""Determine which states can be requested of a subsystem now. The page only shows this; the spacecraft decides about each request."""
 
 from ..dictionary import STATES
 

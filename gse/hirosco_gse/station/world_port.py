@@ -64,7 +64,7 @@ class WorldPort:
                 self._close()
                 raise LinkLost(f"the simulator does not answer: {error or 'time-out'}") from error
             except asyncio.CancelledError:
-                self._close()  # An answer may still come; it belongs to no later line.
+                self._close()  # The answer to this line may still arrive, and must not be taken for that of a later line.
                 raise
         found = live.taken(answer)
         self.speed, hand = live.pace_of(answer)
@@ -73,8 +73,8 @@ class WorldPort:
 
 
 def poses_of(columns, values):
-    """Leaves of a row of the true state as the page knows them: positions and torques of all joints, the force of the first contact and
-    spring, the first free base."""
+    """Values of a row of the true state by the names that the page uses: positions and torques of all joints, the force of the first contact
+    and spring, and the pose of the first free base."""
     row = dict(zip(columns, values))
     joints = [name.removesuffix(".brake") for name in columns if name.endswith(".brake")]
     found = {"CUR_VALUES.POSITION": [row[f"{name}.position"] for name in joints], "CUR_VALUES.TORQUE": [row[f"{name}.torque"] for name in joints]}
@@ -95,7 +95,7 @@ def _force(row, contact, spring):
 
 
 def _first(columns, ending):
-    """What precedes this ending in the first column that has it; None without one."""
+    """Name of the first column with this ending, without the ending; None if no column has it."""
     return next((name.removesuffix(ending) for name in columns if name.endswith(ending)), None)
 
 
@@ -140,7 +140,7 @@ class Truth:
 
 
 class Taps:
-    """Frames of the buses that a page shows, by the listen-only tap of the live port: it changes nothing on them."""
+    """Frames of the buses that a page shows, from the listen-only tap of the live port, which does not influence the bus."""
 
     def __init__(self, publish):
         self._publish, self._tasks = publish, {}
@@ -178,7 +178,7 @@ class Taps:
         return BusTap(name, about.get("bit_rate") or 1e6, about.get("data_bit_rate") or 5e6, database, warning)
 
     def _said(self, tap):
-        """Message of a tap; the first subsystem that flies another interface is a warning for its frames, too."""
+        """Message of a tap. If a subsystem flies another interface, the message contains a warning about the frames."""
         message = tap.message()
         return message | {"warning": message["warning"] or next(iter(self._mismatches.values()), None)}
 
