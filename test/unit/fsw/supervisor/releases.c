@@ -44,7 +44,7 @@ void schedule_enable(uint8_t service)
     REQUEST(service, 1U, "");
 }
 
-/// Sub-schedule 1, one activity of group 1 with a tag of its kind.
+/// Begin TC[11,4] or TC[22,4]: sub-schedule 1, one activity of group 1 with a tag of the service.
 static void begin_activity(void)
 {
     request_begin();

@@ -11,13 +11,13 @@ extern octet_writer_t request_data;
 /// Begin application data; send them to the supervisor, which reports failures only, and give it a step.
 void request_begin(void);
 void request_send(uint8_t service, uint8_t subtype);
-/// The same for data of constant octets.
+/// Send a request with constant octets as data.
 #define REQUEST(service, subtype, octets) request_octets((service), (subtype), (octets), sizeof(octets) - 1U)
 void request_octets(uint8_t service, uint8_t subtype, const char* octets, size_t size);
-/// Append a TC[17,1] of user 1 to `apid`. When it reaches LONE, the fixture shows "18 TC 17.1 from 1".
+/// Append a TC[17,1] of user 1 for `apid`. If it reaches LONE, the fixture shows "18 TC 17.1 from 1".
 void request_within(uint16_t apid, uint16_t sequence);
 
-/// ST[11] or ST[22] is enabled, with sub-schedule 1 and group 1.
+/// Enable ST[11] or ST[22] with sub-schedule 1 and group 1.
 void schedule_enable(uint8_t service);
 /// Define the release of a request: by an activity at a time of the run, by an activity at a position, by an
 /// action on an event of ARM that may be raised at once, by the activated sequence SEQ.

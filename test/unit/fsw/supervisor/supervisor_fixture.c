@@ -47,7 +47,7 @@ static status_t start(void* context, uint16_t apid, uint32_t link_floor, uint64_
     fixture.starts++;
     member->start_count++;
     member->is_running = true;
-    // The promise of the earlier life is void.
+    // The promise of the earlier life is no longer valid.
     fixture.promise_ns = (apid == fixture.late_apid) ? UINT64_MAX : fixture.promise_ns;
     open_member(member);
     return STATUS_OK;
@@ -176,7 +176,8 @@ void fixture_place(unsigned index, state_t state)
     if (state >= STATE_PRE_OPERATIONAL) {
         member->configuration = 2U;
     }
-    member->state = STATE_SAFE_OPERATIONAL; // So that PRE_OPERATIONAL keeps the configuration.
+    // In this state a request for PRE_OPERATIONAL keeps the configuration.
+    member->state = STATE_SAFE_OPERATIONAL;
     enter(member, state);
     fixture_step();
 }
@@ -193,7 +194,8 @@ static void answer_link_request(fixture_member_t* member, octet_reader_t* reader
     }
     pus_link_accept_t accepted = {
         .transaction = request.transaction, .link = request.link, .properties = request.properties};
-    accepted.properties.depth = (uint8_t)(request.properties.depth + 1U); // To be seen on its way.
+    // A change that the tests can observe.
+    accepted.properties.depth = (uint8_t)(request.properties.depth + 1U);
     fixture_link_changed((unsigned)(member - fixture.members), request.link, PUS_LINK_STATE_CLOSED,
                          PUS_LINK_STATE_ACCEPTED);
     (void)pus_link_accept_report(&member->process, PUS_USER_SUPERVISOR, &accepted, fixture.now_ns);
@@ -204,7 +206,7 @@ static uint32_t bit_of(uint16_t link)
     return ((link >= 1U) && (link <= 32U)) ? ((uint32_t)1U << (link - 1U)) : 0U;
 }
 
-/// TM[130,9] of the links that it believes to be open.
+/// Send TM[130,9] of the links that the member considers open.
 static void report_links(fixture_member_t* member)
 {
     uint16_t count        = 0U;
@@ -443,7 +445,7 @@ void fixture_fill(unsigned member)
         (void)fixture_tc(full->apid, PUS_SERVICE_TEST, 1U, NULL, 0U);
         fixture_step();
     }
-    while (message_credit(&fixture.endpoint, full->apid) > 0U) { // The orders go into the mailbox.
+    while (message_credit(&fixture.endpoint, full->apid) > 0U) { // The requests go into the mailbox.
         TEST_ASSERT_EQUAL(STATUS_OK, message_send(&fixture.endpoint, full->apid, NULL, 0U));
     }
     fixture.ack = ack;

@@ -44,16 +44,16 @@ typedef struct {
     state_phase_t phase;
     uint16_t configuration;
     uint32_t start_count;
-    uint32_t open_links; ///< Bit n: it reports that link n + 1 is open.
-    unsigned heartbeats; ///< Reports of the supervisor that reached it.
+    uint32_t open_links; ///< Bit n: the member reports that link n + 1 is open.
+    unsigned heartbeats; ///< Heartbeats of the supervisor that reached the member.
     bool is_running;
-    bool is_silent;        ///< Sends no status.
-    bool takes_nothing;    ///< Takes no packets.
-    bool is_passive;       ///< Takes in, but answers nothing.
-    uint8_t refuses_links; ///< Reason of TM[130,5]; 0: accepts.
-    bool ignores_links;    ///< Answers no request of service 130.
+    bool is_silent;        ///< The member sends no status.
+    bool takes_nothing;    ///< The member reads no packets.
+    bool is_passive;       ///< The member reads packets, but answers none.
+    uint8_t refuses_links; ///< Reason of TM[130,5]; 0: the member accepts links.
+    bool ignores_links;    ///< The member answers no request of service 130.
     bool fails_to_open;
-    uint64_t interface_offset; ///< Difference of its descriptor's hashes from those of the supervisor.
+    uint64_t interface_offset; ///< Difference of the member's descriptor hashes from those of the supervisor.
     uint64_t configuration_offset;
 } fixture_member_t;
 
@@ -86,46 +86,47 @@ extern fixture_t fixture;
 /// nothing.
 extern void (*fixture_configure)(supervisor_config_t* config);
 
-/// Supervisor at time 0, all processes running, no report received yet.
+/// Open a supervisor at time 0; all processes run, and no report has been received yet.
 void fixture_open(void);
-/// The same after the autostart of supervisor and communication; lines forgotten.
+/// Open a supervisor and run until it and communication have started; forget the lines.
 void fixture_open_up(void);
 void fixture_close(void);
 /// Text of a file in the folder of the packet log.
 const char* fixture_log_file(const char* name);
 const char* fixture_folder(void);
 
-/// One tick: the supervisor steps, then the members take in and answer.
+/// One tick: the supervisor steps, then the members read and answer.
 void fixture_tick(void);
 void fixture_run(unsigned ticks);
-/// The same without time passing.
+/// The same without passing of time.
 void fixture_step(void);
 
-/// Telecommand of the ground; returns its sequence count (#n).
+/// Send a telecommand of the ground; returns its sequence count (#n).
 uint16_t fixture_tc(uint16_t apid, uint8_t service, uint8_t subtype, const void* data, size_t size);
 uint16_t fixture_request_state(uint16_t apid, state_t target);
-/// A member stops taking in, and requests have used its credit; lines forgotten.
+/// Let a member read no more packets, and use up its credit with requests; forget the lines.
 void fixture_fill(unsigned member);
 /// Send octets from a member unchanged.
 void fixture_send(unsigned member, const uint8_t* octets, size_t size);
-/// Report of a member to all ground users.
+/// Send a report of a member to all ground users.
 void fixture_report(unsigned member, uint8_t service, uint8_t subtype, const void* data, size_t size);
-/// Event of a member: severity 1..4.
+/// Send an event of a member: severity 1..4.
 void fixture_event(unsigned member, uint8_t severity, uint16_t event);
-/// Verification report about request number n of user 1 to this member.
+/// Send a verification report of this member about request number n of user 1.
 void fixture_verify(unsigned member, uint8_t subtype, uint16_t number);
-/// TM[130,10] of a member.
+/// Send TM[130,10] of a member.
 void fixture_link_changed(unsigned member, uint16_t link, uint8_t previous, uint8_t state);
-/// Put a member into a state, as if it had reported it; phase and configuration to match.
+/// Put a member into a state as if it had reported it, with phase and configuration that fit.
 void fixture_place(unsigned member, state_t state);
-/// Both members in PRE_OPERATIONAL with links negotiated and open, then in a state; lines forgotten.
+/// Bring both members to PRE_OPERATIONAL, negotiate and open their links, then put them into a state; forget
+/// the lines.
 void fixture_link_up(state_t state);
-/// TC[130,3] for a link of the mission to the supervisor.
+/// Send TC[130,3] for a link of the mission to the supervisor.
 uint16_t fixture_request_link(uint16_t link);
 uint16_t fixture_open_link(uint16_t link);
 uint16_t fixture_close_link(uint16_t link);
 
-/// Line of a packet that reached a member.
+/// Add the line of a packet that reached a member.
 void fixture_line_of_packet(fixture_member_t* member, const uint8_t* packet, size_t size);
 
 #endif // TEST_UNIT_FSW_SUPERVISOR_SUPERVISOR_FIXTURE_H

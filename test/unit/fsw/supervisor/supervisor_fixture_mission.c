@@ -46,9 +46,9 @@ static const char lone_document[] =
     "type='DOUBLE'/>\n"
     "</Requires></RTLinkService></Configuration></Subsystem>\n";
 
-// HIGH of HAND has a plan of its own, and ARM's BROKEN, whose number is that of the supervisor's
-// PROCESS_LOST; HIGH of the others has the built-in reaction. MEDIUM of STRAIN of ARM and LONE has a plan,
-// ARM's TIRED has none. Plans that run for a while: ARM's TORQUE and JAMMED.
+// HIGH events of HAND have a plan, and so has ARM's BROKEN, whose number is that of the supervisor's
+// PROCESS_LOST; for other HIGH events the built-in reaction applies. STRAIN (MEDIUM) of ARM and LONE has a
+// plan, ARM's TIRED has none. The plans of ARM's TORQUE and JAMMED take some time.
 static const char mission_document[] =
     "<Mission name='fixture' epoch='2026-06-01T12:00:00' power='100'><Subsystems>\n"
     "<Subsystem name='ARM' id='16' executable='arm' descriptor='arm.xml' restarts='2'>\n"

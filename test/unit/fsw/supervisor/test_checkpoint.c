@@ -28,7 +28,7 @@ static message_ring_t taken[2];
 static checkpoint_rings_t rings;
 static checkpoint_rings_t taken_rings;
 
-/// A mission of two subsystems, the supervisor and a link: all that the checks refer to.
+/// A mission of two subsystems, the supervisor and a link: everything that the checks need.
 static void make_mission(void)
 {
     mission                       = (mission_descriptor_t){.interface_hash  = 0x0102030405060708U,
@@ -47,7 +47,7 @@ static void make_mission(void)
     mission.plans[0] = (mission_plan_t){.action_count = 2U};
 }
 
-/// Something in every table.
+/// Put an entry into every table.
 static void make_state(void)
 {
     const link_edge_t edge = {1U, {16U, 1U, 17U, 2U}, false};
@@ -130,23 +130,24 @@ static void the_last_commit_is_adopted(void)
     }
 }
 
-// Whichever octet changes, the bank is refused, and the older one is used.
+// A change of any octet makes its bank invalid, and the older bank is used.
 static void any_octet_that_changes_refuses_its_bank(void)
 {
     for (size_t at = 0U; at < offsetof(checkpoint_bank_t, octets); at++) {
         checkpoint.banks[0].generation = 0U;
         checkpoint.banks[1].generation = 0U;
         state.log_number               = 1U;
-        supervisor_checkpoint_commit(&checkpoint, &state, &rings); // Into one bank,
+        supervisor_checkpoint_commit(&checkpoint, &state, &rings); // The first commit writes one bank,
         state.log_number = 2U;
-        supervisor_checkpoint_commit(&checkpoint, &state, &rings); // into the other.
+        supervisor_checkpoint_commit(&checkpoint, &state, &rings); // the second writes the other.
         const size_t newer = (checkpoint.banks[0].generation > checkpoint.banks[1].generation) ? 0U : 1U;
         ((uint8_t*)&checkpoint.banks[newer])[at] ^= 0x5AU;
         TEST_ASSERT_EQUAL(STATUS_OK, adopt());
         TEST_ASSERT_EQUAL_UINT64(1U, found.log_number);
         TEST_ASSERT_TRUE(is_older);
         state.log_number = 3U;
-        supervisor_checkpoint_commit(&checkpoint, &state, &rings); // The next life continues from there.
+        // The next life continues with these numbers.
+        supervisor_checkpoint_commit(&checkpoint, &state, &rings);
         TEST_ASSERT_EQUAL(STATUS_OK, adopt());
         TEST_ASSERT_EQUAL_UINT64(3U, found.log_number);
     }
@@ -162,7 +163,7 @@ static void two_damaged_banks_are_reported(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, adopt()); // No bank is valid any more.
 }
 
-// The writer ends after each octet of a commit.
+// The writer is killed after each octet of a commit.
 static void an_incomplete_commit_leaves_the_previous_one(void)
 {
     static checkpoint_t before;
@@ -182,12 +183,12 @@ static void an_incomplete_commit_leaves_the_previous_one(void)
         checkpoint.banks[newer].generation = 0U;
         TEST_ASSERT_EQUAL(STATUS_OK, adopt());
         TEST_ASSERT_EQUAL_UINT64(1U, found.log_number);
-        TEST_ASSERT_FALSE(is_older); // A commit that was not finished is not lost.
+        TEST_ASSERT_FALSE(is_older); // An unfinished commit does not count as lost.
     }
 }
 
-/// Commits states whose words all have the same number, until it is killed.
-static void commit_for_ever(checkpoint_t* const shared)
+/// Commit states whose words all have the same number, until the process is killed.
+static void commit_until_killed(checkpoint_t* const shared)
 {
     for (uint64_t i = 1U;; i++) {
         state.log_number  = i;
@@ -205,7 +206,7 @@ static void a_writer_that_is_killed_at_any_step_leaves_a_consistent_state(void)
     for (long i = 0; i < 50; i++) {
         const pid_t writer = fork();
         if (writer == 0) {
-            commit_for_ever(shared);
+            commit_until_killed(shared);
         }
         const struct timespec wait = {0, 1000000L + (i * 7919L)};
         (void)nanosleep(&wait, NULL);
@@ -214,7 +215,7 @@ static void a_writer_that_is_killed_at_any_step_leaves_a_consistent_state(void)
         TEST_ASSERT_EQUAL(writer, waitpid(writer, &result, 0));
         const status_t status = supervisor_checkpoint_adopt(shared, &limits, &found, &taken_rings, &is_older);
         if (status == STATUS_NOT_FOUND) {
-            continue; // The child had not begun.
+            continue; // The child had not started yet.
         }
         TEST_ASSERT_EQUAL(STATUS_OK, status);
         TEST_ASSERT_FALSE(is_older);
@@ -233,7 +234,7 @@ static void expect_flaw(checkpoint_flaw_t flaw)
     TEST_ASSERT_EQUAL(CHECKPOINT_SOUND, supervisor_checkpoint_check(&state, &limits));
 }
 
-/// An octet that is no boolean.
+/// Expect that an octet other than 0 and 1 in this boolean field is refused.
 #define NO_TRUTH_REFUSED(flaw, field)                                                                        \
     do {                                                                                                     \
         *(uint8_t*)&state.field = 2U;                                                                        \
@@ -301,9 +302,9 @@ static void a_link_that_the_mission_does_not_have_is_refused(void)
     NO_TRUTH_REFUSED(CHECKPOINT_LINK, graph.edges[0].is_stale);
     REFUSED(CHECKPOINT_LINK, renewals[MISSION_LINKS_MAX - 1U], RECOMMISSION_RENEWALS + 1U);
     REFUSED(CHECKPOINT_LINK, renewed, 2U);
-    state.accepted[1] = state.accepted[0]; // At another place than its own.
+    state.accepted[1] = state.accepted[0]; // The entry is at the place of another subsystem.
     expect_flaw(CHECKPOINT_LINK);
-    state.graph.count    = 2U; // The same twice.
+    state.graph.count    = 2U; // The same link twice.
     state.graph.edges[1] = state.graph.edges[0];
     expect_flaw(CHECKPOINT_LINK);
     REFUSED(CHECKPOINT_SESSION, sessions[0].step, 6U);
@@ -328,7 +329,7 @@ static void a_plan_that_the_mission_does_not_have_is_refused(void)
     REFUSED(CHECKPOINT_PLAN, plans.runs[0].start_ns, NOW);
 }
 
-/// The largest values of all fields that have a limit.
+/// The largest valid values of all fields that have a limit.
 static void values_at_their_limits_are_accepted(void)
 {
     checkpoint_subsystem_t* const subsystem = &state.subsystems[0];
@@ -420,7 +421,7 @@ static void a_checkpoint_keeps_the_blocks_of_rings_in_order(void)
     put(&waiting[0], "a second one that wraps around the end");
     put(&waiting[1], "three");
     supervisor_checkpoint_commit(&checkpoint, &state, &rings);
-    TEST_ASSERT_EQUAL(2U, waiting[0].blocks); // Waiting blocks stay in their rings.
+    TEST_ASSERT_EQUAL(2U, waiting[0].blocks); // Reading them for the checkpoint does not remove the blocks.
     TEST_ASSERT_EQUAL(STATUS_OK, adopt());
     expect_block(&taken[0], "one");
     expect_block(&taken[0], "a second one that wraps around the end");
@@ -437,7 +438,7 @@ static void an_octet_of_a_ring_that_changes_refuses_its_bank(void)
     TEST_ASSERT_EQUAL(0U, taken[0].blocks);
 }
 
-// Free entries of a table may hold anything.
+// Free entries of a table may have any content.
 static void the_content_of_free_entries_is_not_checked(void)
 {
     (void)memset(&state.sessions[7], 0xFF, sizeof state.sessions[7]);
@@ -451,7 +452,7 @@ static void the_content_of_free_entries_is_not_checked(void)
     TEST_ASSERT_EQUAL(CHECKPOINT_SOUND, supervisor_checkpoint_check(&state, &limits));
 }
 
-// Octets that a faulty writer has committed: checked, whatever they are.
+// Octets that a faulty writer has committed are checked, whatever they contain.
 static void random_octets_are_accepted_or_refused_without_a_crash(void)
 {
     uint32_t seed = 1U;
@@ -484,7 +485,7 @@ static void add(const char* head, const char* rest)
                                                (const uint8_t*)rest, strlen(rest)));
 }
 
-/// The blocks, each followed by a comma, in order or in reverse order.
+/// The blocks in order or in reverse order, each followed by a comma.
 static const char* blocks(bool is_backwards)
 {
     static char content[200];
@@ -522,7 +523,7 @@ static void an_annex_belongs_to_the_last_commit(void)
     TEST_ASSERT_EQUAL_STRING("e,", blocks(false));
 }
 
-static void an_annex_that_is_full_takes_no_more(void)
+static void a_full_annex_accepts_no_more_blocks(void)
 {
     static uint8_t octets[65536];
     commit();
@@ -537,13 +538,13 @@ static void an_annex_that_is_full_takes_no_more(void)
     TEST_ASSERT_FALSE(supervisor_checkpoint_add(&checkpoint, ANNEX, octets, 0U, NULL, 0U));
 }
 
-static void a_damaged_annex_is_read_without_harm(void)
+static void a_damaged_annex_is_read_up_to_its_damage(void)
 {
     commit();
     add("abc", "");
     add("def", "");
-    checkpoint.arrivals.octets[0] ^= 0xFFU;  // Size before the first block,
-    checkpoint.arrivals.octets[18] ^= 0xFFU; // and after the last.
+    checkpoint.arrivals.octets[0] ^= 0xFFU;  // The size before the first block
+    checkpoint.arrivals.octets[18] ^= 0xFFU; // and the size after the last.
     TEST_ASSERT_EQUAL_STRING("", blocks(false));
     TEST_ASSERT_EQUAL_STRING("", blocks(true));
     checkpoint.arrivals.used.count = 7U;
@@ -585,8 +586,8 @@ int main(void)
     RUN_TEST(the_content_of_free_entries_is_not_checked);
     RUN_TEST(random_octets_are_accepted_or_refused_without_a_crash);
     RUN_TEST(an_annex_belongs_to_the_last_commit);
-    RUN_TEST(an_annex_that_is_full_takes_no_more);
-    RUN_TEST(a_damaged_annex_is_read_without_harm);
+    RUN_TEST(a_full_annex_accepts_no_more_blocks);
+    RUN_TEST(a_damaged_annex_is_read_up_to_its_damage);
     RUN_TEST(performed_requests_are_noted_until_the_next_commit);
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reports that wait for the ground: order, classes, and blocks that are taken and returned.
+// Reports that wait for the ground: order, classes, and the taking and returning of blocks.
 #include "fsw/supervisor/ground_backlog.h"
 
 #include "unity.h"
@@ -37,7 +37,7 @@ void tearDown(void)
     TEST_ASSERT_EQUAL(0U, blocks_taken());
 }
 
-/// A report with its message type and an identifying number.
+/// A report with its message type and a number that identifies it.
 static void build(uint8_t packet[PUS_PACKET_MAX], uint8_t service, uint8_t subtype, uint8_t number)
 {
     (void)memset(packet, 0, PUS_PACKET_MAX);
@@ -84,8 +84,8 @@ static void firm_reports_overtake_but_no_verification_its_own_answer(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 17U, 2U, 1U, 30U)); // An answer,
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 7U, 2U, 30U));  // and its end;
-    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 5U, 4U, 3U, 30U));  // a HIGH event of the same,
-    TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 1U, 7U, 4U, 30U));  // the end of another's request.
+    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 5U, 4U, 3U, 30U));  // a HIGH event of the same subsystem,
+    TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 1U, 7U, 4U, 30U));  // the end of another subsystem's request.
     expect(false, 3U);
     expect(false, 4U);
     expect_none(false);
@@ -129,7 +129,8 @@ static void plain_reports_leave_the_blocks_reserved_for_firm_ones(void)
     TEST_ASSERT_EQUAL(STATUS_FULL, put(1U, 1U, 8U, 0U, 200U)); // No block is left.
 }
 
-/// A report of 60 octets as the router handles it: it takes a block before it knows the class.
+/// Handle a report of 60 octets as the router does, which takes a block before it knows the class of the
+/// report.
 static status_t put_routed(uint8_t service, uint8_t subtype)
 {
     uint8_t* const block = supervisor_ground_backlog_take(&backlog, 60U);
@@ -144,7 +145,7 @@ static status_t put_routed(uint8_t service, uint8_t subtype)
     return status;
 }
 
-/// Requests are taken in while there is room for their answers: waiting BULK reports do not prevent that.
+/// Requests are accepted while their answers have room; waiting BULK reports do not prevent this.
 static void bulk_reports_leave_room_for_requests(void)
 {
     unsigned plain = 0U;
@@ -157,13 +158,13 @@ static void bulk_reports_leave_room_for_requests(void)
     }
     TEST_ASSERT_EQUAL(65U, plain);
     for (unsigned i = 1U; i < GROUND_INTAKE_REPORTS; i++) {
-        // Every answer that is still to come, and its completion.
+        // Every outstanding answer and its completion.
         TEST_ASSERT_EQUAL(STATUS_OK, put_routed(17U, 2U));
         TEST_ASSERT_EQUAL(STATUS_OK, put_routed(1U, 7U));
     }
 }
 
-static void a_report_waits_in_the_block_it_lies_in(void)
+static void a_waiting_report_stays_in_its_block(void)
 {
     uint8_t* const block = supervisor_ground_backlog_take(&backlog, 100U);
     ground_report_t report;
@@ -171,7 +172,8 @@ static void a_report_waits_in_the_block_it_lies_in(void)
     build(block, 1U, 7U, 9U);
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_ground_backlog_put(&backlog, 3U, block, 100U, block));
     TEST_ASSERT_EQUAL(1U, blocks_taken());
-    supervisor_ground_backlog_give(&backlog, block); // The router has released it, the line still holds it.
+    // The router has released the block, but the queue still holds it.
+    supervisor_ground_backlog_give(&backlog, block);
     TEST_ASSERT_EQUAL(1U, blocks_taken());
     TEST_ASSERT_TRUE(supervisor_ground_backlog_next(&backlog, true, &report));
     TEST_ASSERT_EQUAL_PTR(block, report.packet);
@@ -188,7 +190,7 @@ static void routed_reports_leave_the_blocks_reserved_for_firm_ones(void)
         others += (put_routed(5U, 1U) == STATUS_OK) ? 1U : 0U;
         others += (put_routed(3U, 25U) == STATUS_OK) ? 1U : 0U;
     }
-    TEST_ASSERT_EQUAL(GROUND_PLAIN_REPORTS + 96U, others); // BULK ones among the first 192, half each.
+    TEST_ASSERT_EQUAL(GROUND_PLAIN_REPORTS + 96U, others); // BULK reports are half of the first 192.
     while (put_routed(1U, 7U) == STATUS_OK) {
         firm++;
     }
@@ -223,7 +225,7 @@ static void waiting_reports_are_copied_in_order(void)
     TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 3U, 25U, 5U, 300U));
     TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 5U, 4U, 6U, 30U));
     expect(false, 1U);
-    expect(false, 4U); // It leaves a hole in its line.
+    expect(false, 4U); // Its removal leaves a gap in the queue.
     supervisor_ground_backlog_copy(&backlog, &ring);
     static const uint8_t left[] = {2U, 3U, 5U, 6U};
     for (size_t i = 0U; i < sizeof left; i++) {
@@ -233,8 +235,8 @@ static void waiting_reports_are_copied_in_order(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, message_ring_take(&ring, packet, sizeof packet, &size));
 }
 
-/// All places of all lines, with one block: as many reports as can wait at all.
-static void full_lines_are_copied_whole(void)
+/// All places of all queues, which share one block: the largest number of waiting reports.
+static void full_queues_are_copied_completely(void)
 {
     static const uint8_t types[PUS_CLASSES][2] = {{1U, 7U}, {17U, 2U}, {3U, 25U}};
     static uint8_t storage[GROUND_OCTETS];
@@ -243,7 +245,7 @@ static void full_lines_are_copied_whole(void)
     size_t size       = 0U;
     unsigned expected = 0U;
     message_ring_init(&ring, storage, sizeof storage);
-    for (unsigned i = 0U; i < 300U; i++) { // So that the lines begin behind their first place.
+    for (unsigned i = 0U; i < 300U; i++) { // Afterwards the queues do not begin at their first place.
         TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 7U, 0U, 30U));
         expect(true, 0U);
     }
@@ -269,7 +271,7 @@ static void full_lines_are_copied_whole(void)
     }
 }
 
-/// Put this many reports of a class into its line, all in one block.
+/// Put this many reports of a class into its queue, all in one block.
 static void put_shared(uint8_t service, uint8_t subtype, size_t size, unsigned count)
 {
     uint8_t packet[PUS_PACKET_MAX];
@@ -282,7 +284,7 @@ static void put_shared(uint8_t service, uint8_t subtype, size_t size, unsigned c
     supervisor_ground_backlog_give(&backlog, block);
 }
 
-/// Room for the answers is counted in places, in octets and in blocks, for FIRM and for PLAIN reports.
+/// Room for answers is counted in places, octets and blocks, for FIRM and for PLAIN reports.
 static void requests_are_taken_up_to_the_exact_room_for_their_answers(void)
 {
     put_shared(1U, 7U, 30U, GROUND_FIRM_REPORTS - GROUND_INTAKE_REPORTS);
@@ -306,7 +308,7 @@ static void requests_are_taken_up_to_the_exact_room_for_their_answers(void)
     TEST_ASSERT_FALSE(supervisor_ground_backlog_takes_requests(&backlog));
     drain();
     uint8_t* blocks[257];
-    // The 768 blocks: 256 are for FIRM reports and 256 for the answers.
+    // 256 of the 768 blocks are reserved for FIRM reports, and 256 for the answers.
     for (unsigned i = 0U; i < 256U; i++) {
         blocks[i] = supervisor_ground_backlog_take(&backlog, 30U);
     }
@@ -318,7 +320,7 @@ static void requests_are_taken_up_to_the_exact_room_for_their_answers(void)
     }
 }
 
-/// Compared with a list: nothing is doubled, lost or out of order within a class.
+/// Compared with a list: no report is duplicated, lost or out of order within its class.
 static void random_operations_keep_order_and_blocks(void)
 {
     uint32_t random_state         = 5U;
@@ -354,11 +356,11 @@ int main(void)
     RUN_TEST(each_class_has_its_own_room);
     RUN_TEST(plain_reports_leave_the_blocks_reserved_for_firm_ones);
     RUN_TEST(bulk_reports_leave_room_for_requests);
-    RUN_TEST(a_report_waits_in_the_block_it_lies_in);
+    RUN_TEST(a_waiting_report_stays_in_its_block);
     RUN_TEST(routed_reports_leave_the_blocks_reserved_for_firm_ones);
     RUN_TEST(without_blocks_allocation_is_refused);
     RUN_TEST(waiting_reports_are_copied_in_order);
-    RUN_TEST(full_lines_are_copied_whole);
+    RUN_TEST(full_queues_are_copied_completely);
     RUN_TEST(requests_are_taken_up_to_the_exact_room_for_their_answers);
     RUN_TEST(random_operations_keep_order_and_blocks);
     return UNITY_END();

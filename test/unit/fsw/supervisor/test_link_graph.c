@@ -57,7 +57,7 @@ static void edges_are_found_replaced_and_removed(void)
     TEST_ASSERT_EQUAL(3U, supervisor_link_graph_into(&graph, 18U, 203U)->link);
     TEST_ASSERT_NULL(supervisor_link_graph_into(&graph, 18U, 201U));
     TEST_ASSERT_NULL(supervisor_link_graph_into(&graph, 16U, 203U));
-    add(&graph, 2U, 17U, 19U); // Replaced in place.
+    add(&graph, 2U, 17U, 19U); // The edge is replaced in its place.
     TEST_ASSERT_EQUAL(3U, graph.count);
     TEST_ASSERT_EQUAL(19U, graph.edges[1].ends.consumer_apid);
     TEST_ASSERT_TRUE(supervisor_link_graph_remove(&graph, 1U));
@@ -75,7 +75,7 @@ static void a_full_graph_refuses(void)
     }
     const link_edge_t more = edge(99U, 16U, 17U);
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, supervisor_link_graph_add(&graph, &more));
-    add(&graph, 5U, 16U, 18U); // Replacing an existing edge needs no room.
+    add(&graph, 5U, 16U, 18U); // Replacing an edge needs no free place.
     TEST_ASSERT_TRUE(supervisor_link_graph_remove(&graph, LINK_GRAPH_EDGES));
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_link_graph_add(&graph, &more));
 }
@@ -92,7 +92,7 @@ static void a_network_holds_a_bounded_number_of_members(void)
     TEST_ASSERT_EQUAL(0xBEEFU, members[LINK_GRAPH_MEMBERS]);
 }
 
-/// Connected members, found by repeating the rule until nothing changes.
+/// Connected members: repeat the rule until nothing changes.
 static void close_naively(const link_graph_t* graph, bool connected[APIDS + 1U][APIDS + 1U])
 {
     (void)memset(connected, 0, (APIDS + 1U) * (APIDS + 1U) * sizeof(bool));

@@ -23,7 +23,7 @@ static void the_first_node_is_at_time_0_whenever_the_period_is_reported(void)
                              supervisor_orbit_position(&orbit, 250U * S, 100000U));
 }
 
-static void a_change_of_the_period_continues_from_where_it_is(void)
+static void a_change_of_the_period_keeps_the_present_position(void)
 {
     static const uint32_t periods_ms[] = {100000U, 1U, 4294967295U, 0U, 5000U, 0U, 100000U};
     orbit_t orbit                      = {0};
@@ -44,6 +44,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_first_node_is_at_time_0_whenever_the_period_is_reported);
-    RUN_TEST(a_change_of_the_period_continues_from_where_it_is);
+    RUN_TEST(a_change_of_the_period_keeps_the_present_position);
     return UNITY_END();
 }

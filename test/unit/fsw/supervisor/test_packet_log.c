@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every strategy in a folder of its own, changes of strategy at any record, and a disk that is full.
+// Each strategy in a folder of its own, changes of the strategy at any record, and a full disk.
 #include "fsw/supervisor/packet_log.h"
 
 #include "base/octets.h"
@@ -128,7 +128,7 @@ static void the_ring_is_written_when_it_is_left(void)
     expect_text("packets.ring", "1 0.000000005 TM 0102\n2 0.000000006 TM 01\n");
 }
 
-/// Numbers of all lines, in order, from the open file; returns how many.
+/// Read the numbers of all lines of the open file in order. Returns how many there are.
 static size_t line_numbers(uint64_t* numbers, size_t capacity)
 {
     size_t count = 0U;
@@ -140,7 +140,7 @@ static size_t line_numbers(uint64_t* numbers, size_t capacity)
     return count;
 }
 
-static void the_ring_keeps_the_newest(void)
+static void the_ring_keeps_the_newest_records(void)
 {
     static uint8_t packet[PUS_PACKET_MAX];
     static uint64_t numbers[1024];
@@ -150,12 +150,12 @@ static void the_ring_keeps_the_newest(void)
     }
     supervisor_packet_log_close(&packets);
     read_file("packets.ring");
-    const char* const gap = strstr((const char*)content, " GAP\n"); // The records of the others.
+    const char* const gap = strstr((const char*)content, " GAP\n"); // The records that are missing.
     TEST_ASSERT_NOT_NULL(gap);
     (void)memmove(content, &gap[5], strlen(&gap[5]) + 1U);
     const size_t count = line_numbers(numbers, 1024U);
     TEST_ASSERT_TRUE((count > 100U) && (count < 600U));
-    for (size_t i = 0U; i < count; i++) { // The last ones, without a gap.
+    for (size_t i = 0U; i < count; i++) { // The newest records, without a gap.
         TEST_ASSERT_EQUAL(600U - count + 1U + i, numbers[i]);
     }
     TEST_ASSERT_EQUAL(0U, packets.failures);
@@ -193,7 +193,7 @@ static void mark_spool(void)
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
 }
 
-static void all_parts_together_are_the_whole(void)
+static void the_files_together_have_all_records(void)
 {
     static uint8_t packet[PUS_PACKET_MAX];
     static const packet_log_strategy_t strategies[] = {PACKET_LOG_ASCII, PACKET_LOG_SQLITE, PACKET_LOG_RING};
@@ -245,7 +245,7 @@ static void append(unsigned count)
 
 static void a_strategy_that_cannot_open_leaves_the_old_one(void)
 {
-    // A folder has the name, so the file cannot be made.
+    // A folder has this name, so the file cannot be created.
     TEST_ASSERT_EQUAL(0, mkdir(path_of("packets.spool"), 0755));
     open_log(PACKET_LOG_ASCII);
     append(1U);
@@ -278,20 +278,20 @@ static void the_mission_sets_the_number_of_records_in_the_ring(void)
     append(10U);
     supervisor_packet_log_close(&packets);
     expect_text("packets.ring", "1 7 GAP\n8 0.000000000 TC 18\n9 0.000000000 TC 18\n10 0.000000000 TC 18\n");
-    TEST_ASSERT_EQUAL(0U, packets.failures); // A ring loses old records by design.
+    TEST_ASSERT_EQUAL(0U, packets.failures); // Lost records of a ring are not failures.
 }
 
 // ---- A disk that is full, read-only or gone ----
 
 #define SECOND_NS 1000000000ULL
 
-/// From now on the file of that name accepts no octets.
+/// From now on the file of this name accepts no octets.
 static void fill_disk(const char* name)
 {
     TEST_ASSERT_EQUAL(0, symlink("/dev/full", path_of(name)));
 }
 
-/// Accept this many octets and no more.
+/// Let files accept this many octets and no more.
 static void limit_files(rlim_t octets)
 {
     struct rlimit limit;
@@ -305,7 +305,7 @@ static void allow_large_files_again(void)
 {
     struct rlimit limit;
     TEST_ASSERT_EQUAL(0, getrlimit(RLIMIT_FSIZE, &limit));
-    limit_files(limit.rlim_max); // Not RLIM_INFINITY: the user of the tests may have a hard limit.
+    limit_files(limit.rlim_max); // RLIM_INFINITY may be above the hard limit of the user.
 }
 
 static void opening_is_repeated_until_the_folder_exists(void)
@@ -331,7 +331,7 @@ static void opening_is_repeated_until_the_folder_exists(void)
     (void)rmdir(path_of("nowhere"));
 }
 
-/// If the disk is full within a record, the incomplete record is cut off.
+/// If the disk is full in the middle of a record, the incomplete record is removed.
 static void records_in_the_ring_survive_a_full_disk(void)
 {
     static const packet_log_strategy_t strategies[] = {PACKET_LOG_ASCII, PACKET_LOG_SQLITE};
@@ -389,7 +389,7 @@ static void packets_lost_in_the_ring_leave_a_gap_in_the_file(void)
     expect_text("packets.ascii", "1 0.000000000 TC 18\n2 4 GAP\n5 0.000000000 TC 18\n6 0.000000000 TC 18\n");
 }
 
-/// Within one step: records that no file has accepted wait in the ring, and then the file must get them.
+/// In one step: records that no file has accepted wait in the ring, and then the file must get them.
 static void more_than_the_ring_between_two_steps(void)
 {
     static uint8_t packet[PUS_PACKET_MAX];
@@ -411,10 +411,11 @@ static void more_than_the_ring_between_two_steps(void)
     TEST_ASSERT_EQUAL(140U, packets.ring.blocks + packets.failures);
     fill_disk("packets.ring");
     supervisor_packet_log_close(&packets);
-    TEST_ASSERT_EQUAL(140U, packets.failures); // No file has accepted the records that were in the ring.
+    TEST_ASSERT_EQUAL(140U, packets.failures); // The files accept none of the records that were in the ring.
 }
 
-/// 1 s, 2 s, 4 s and so on up to 32 s; the first delay again after a minute without failure.
+/// The delays are 1 s, 2 s, 4 s and so on up to 32 s; after a minute without failure the first delay applies
+/// again.
 static void the_delay_between_retries_doubles_up_to_32_s(void)
 {
     static const unsigned tries_s[] = {1U, 3U, 7U, 15U, 31U, 63U, 95U, 127U};
@@ -431,7 +432,8 @@ static void the_delay_between_retries_doubles_up_to_32_s(void)
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
     limit_files(1U);
     append(1U);
-    supervisor_packet_log_step(&packets, 160U * SECOND_NS); // Soon after: with the same delay as before.
+    // A failure soon after has the same delay as before.
+    supervisor_packet_log_step(&packets, 160U * SECOND_NS);
     TEST_ASSERT_EQUAL_UINT64(192U * SECOND_NS, packets.retry_ns);
     allow_large_files_again();
     supervisor_packet_log_step(&packets, 192U * SECOND_NS);
@@ -462,7 +464,7 @@ static void a_file_that_was_removed_is_made_again(void)
     expect_text("packets.ascii", "3 0.000000000 TC 18\n");
 }
 
-/// A long ring is written to the file in several steps, while new records come.
+/// A long ring is written to the file in several steps, while new records are added.
 static void a_long_ring_is_written_in_portions(void)
 {
     open_log(PACKET_LOG_ASCII);
@@ -486,7 +488,7 @@ static void a_long_ring_is_written_in_portions(void)
     }
 }
 
-static void at_the_end_the_ring_is_written_to_a_disk_with_room(void)
+static void at_the_end_the_ring_is_written_to_the_disk(void)
 {
     fill_disk("packets.ascii");
     open_log(PACKET_LOG_ASCII);
@@ -503,9 +505,9 @@ static void at_the_end_the_ring_is_written_to_a_disk_with_room(void)
     TEST_ASSERT_EQUAL(2U, packets.failures);
 }
 
-static void a_file_that_cannot_be_shortened_is_shortened_later(void)
+static void a_file_that_cannot_be_truncated_is_truncated_later(void)
 {
-    fill_disk("packets.spool"); // It can neither be written nor shortened.
+    fill_disk("packets.spool"); // The file can neither be written nor truncated.
     open_log(PACKET_LOG_SQLITE);
     append(1U);
     supervisor_packet_log_step(&packets, 0U);
@@ -513,7 +515,7 @@ static void a_file_that_cannot_be_shortened_is_shortened_later(void)
     TEST_ASSERT_EQUAL(0, unlink(path_of("packets.spool")));
     FILE* const file = fopen(path_of("packets.spool"), "wb");
     TEST_ASSERT_NOT_NULL(file);
-    TEST_ASSERT_EQUAL(3U, fwrite("abc", 1U, 3U, file)); // A part of a record.
+    TEST_ASSERT_EQUAL(3U, fwrite("abc", 1U, 3U, file)); // An incomplete record.
     (void)fclose(file);
     supervisor_packet_log_step(&packets, SECOND_NS);
     supervisor_packet_log_close(&packets);
@@ -528,8 +530,8 @@ int main(void)
     RUN_TEST(lines_are_numbered_and_timed);
     RUN_TEST(spool_records_are_binary);
     RUN_TEST(the_ring_is_written_when_it_is_left);
-    RUN_TEST(the_ring_keeps_the_newest);
-    RUN_TEST(all_parts_together_are_the_whole);
+    RUN_TEST(the_ring_keeps_the_newest_records);
+    RUN_TEST(the_files_together_have_all_records);
     RUN_TEST(an_unknown_log_strategy_is_refused);
     RUN_TEST(a_strategy_that_cannot_open_leaves_the_old_one);
     RUN_TEST(records_of_the_ring_are_written_to_the_next_file);
@@ -541,7 +543,7 @@ int main(void)
     RUN_TEST(the_delay_between_retries_doubles_up_to_32_s);
     RUN_TEST(a_file_that_was_removed_is_made_again);
     RUN_TEST(a_long_ring_is_written_in_portions);
-    RUN_TEST(at_the_end_the_ring_is_written_to_a_disk_with_room);
-    RUN_TEST(a_file_that_cannot_be_shortened_is_shortened_later);
+    RUN_TEST(at_the_end_the_ring_is_written_to_the_disk);
+    RUN_TEST(a_file_that_cannot_be_truncated_is_truncated_later);
     return UNITY_END();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The packet log closes a file that it cannot continue, and cuts off a part of a record before it continues
-// one. The files are mocked.
+// The packet log closes a file that it cannot continue, and removes an incomplete record before it continues
+// a file. The files are mocked.
 #include "fsw/supervisor/packet_log.h"
 
 #include <setjmp.h>
@@ -15,7 +15,7 @@
 
 static packet_log_t packets;
 static const uint8_t ring[1];
-/// The program before has written 100 octets of whole records.
+/// The program before has written 100 octets of complete records.
 static const packet_log_past_t past = {
     .next_number = 9U, .written_number = 8U, .sizes = {100U, 100U, 0U, 100U}, .ring = ring};
 
@@ -74,14 +74,14 @@ static void a_file_whose_size_is_unknown_is_closed_and_opened_again_later(void**
     open_log();
     assert_int_equal(PACKET_LOG_RING, packets.strategy);
     assert_int_equal(PACKET_LOG_ASCII, packets.wanted);
-    supervisor_packet_log_step(&packets, SECOND_NS - 1U); // Not yet.
+    supervisor_packet_log_step(&packets, SECOND_NS - 1U); // The delay is not over yet.
     expect_append(0U, STATUS_IO);
     expect_function_call(__wrap_osal_file_close);
     supervisor_packet_log_step(&packets, SECOND_NS);
     assert_int_equal(PACKET_LOG_RING, packets.strategy);
 }
 
-static void a_part_of_a_record_is_cut_off_before_the_file_is_continued(void** state)
+static void an_incomplete_record_is_removed_before_the_file_is_continued(void** state)
 {
     (void)state;
     expect_append(101U, STATUS_OK);
@@ -93,7 +93,7 @@ static void a_part_of_a_record_is_cut_off_before_the_file_is_continued(void** st
     supervisor_packet_log_abandon(&packets);
 }
 
-static void a_whole_or_shorter_file_is_continued_as_it_is(void** state)
+static void a_complete_or_shorter_file_is_continued_unchanged(void** state)
 {
     (void)state;
     for (uint64_t size = 99U; size <= 100U; size++) {
@@ -106,7 +106,7 @@ static void a_whole_or_shorter_file_is_continued_as_it_is(void** state)
     }
 }
 
-static void a_file_that_cannot_be_cut_is_closed(void** state)
+static void a_file_that_cannot_be_truncated_is_closed(void** state)
 {
     (void)state;
     expect_append(101U, STATUS_OK);
@@ -114,11 +114,11 @@ static void a_file_that_cannot_be_cut_is_closed(void** state)
     expect_function_call(__wrap_osal_file_close);
     open_log();
     assert_int_equal(PACKET_LOG_RING, packets.strategy);
-    supervisor_packet_log_abandon(&packets); // Nothing is open: nothing is closed.
+    supervisor_packet_log_abandon(&packets); // No file is open, so none is closed.
 }
 
-/// A write that fails is undone, and the file is closed once.
-static void a_file_that_takes_no_more_is_cut_and_closed(void** state)
+/// A failed write is undone, and the file is closed once.
+static void a_file_that_accepts_no_more_is_truncated_and_closed(void** state)
 {
     (void)state;
     expect_append(100U, STATUS_OK);
@@ -137,9 +137,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_file_whose_size_is_unknown_is_closed_and_opened_again_later),
-        cmocka_unit_test(a_part_of_a_record_is_cut_off_before_the_file_is_continued),
-        cmocka_unit_test(a_whole_or_shorter_file_is_continued_as_it_is),
-        cmocka_unit_test(a_file_that_cannot_be_cut_is_closed),
-        cmocka_unit_test(a_file_that_takes_no_more_is_cut_and_closed)};
+        cmocka_unit_test(an_incomplete_record_is_removed_before_the_file_is_continued),
+        cmocka_unit_test(a_complete_or_shorter_file_is_continued_unchanged),
+        cmocka_unit_test(a_file_that_cannot_be_truncated_is_closed),
+        cmocka_unit_test(a_file_that_accepts_no_more_is_truncated_and_closed)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

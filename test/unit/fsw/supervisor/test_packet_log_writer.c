@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The packet log with a task of its own for a disk that is slow, does not answer, or fails.
+// The packet log with a task of its own, for a disk that is slow, does not respond, or fails.
 #define _GNU_SOURCE
 #include "fsw/supervisor/packet_log.h"
 
@@ -50,7 +50,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    close_pipe(); // Otherwise a write never ends.
+    close_pipe(); // A write that waits for the pipe ends.
     supervisor_packet_log_close(&packets);
     (void)unlink(path_of("packets.ascii"));
     (void)unlink(path_of("packets.spool"));
@@ -94,7 +94,7 @@ static void read_pipe(void)
     content[content_size] = '\0';
 }
 
-/// Read until the writer is done, at this time.
+/// Read the pipe until the writer is done, at this time.
 static void let_it_finish(uint64_t now_ns)
 {
     while (__atomic_load_n(&packets.is_busy, __ATOMIC_ACQUIRE)) {
@@ -115,7 +115,7 @@ static void read_until_closed(void* context)
     content[content_size] = '\0';
 }
 
-/// The writer still waits: the log can be closed only when the pipe is read.
+/// The writer may still wait: the log can be closed only while the pipe is read.
 static void close_slow_log(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&reader, read_until_closed, NULL, 0));
@@ -145,15 +145,15 @@ static void expect_numbers(uint64_t first, uint64_t last)
     TEST_ASSERT_EQUAL_STRING("", line);
 }
 
-/// A step that waited for the disk would never return here: the pipe is not read.
-static void a_slow_disk_delays_no_other(void)
+/// The pipe is not read: a step that waited for the disk would not return.
+static void a_slow_disk_does_not_delay_the_supervisor(void)
 {
     open_slow_log(RING_RECORDS);
     append(300U); // More than the pipe holds.
     supervisor_packet_log_step(&packets, 0U);
     append(1U);
     supervisor_packet_log_step(&packets, SECOND_NS - 1U);
-    TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy); // Not slow yet.
+    TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy); // The disk does not count as slow yet.
     TEST_ASSERT_EQUAL(0U, packets.written_number);
     supervisor_packet_log_step(&packets, SECOND_NS);
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
@@ -162,7 +162,7 @@ static void a_slow_disk_delays_no_other(void)
     append(300U);
     supervisor_packet_log_step(&packets, 5U * SECOND_NS);
     TEST_ASSERT_EQUAL(0U, packets.written_number);
-    let_it_finish(6U * SECOND_NS); // The first piece; the next one begins.
+    let_it_finish(6U * SECOND_NS); // The first piece is written; the next one begins.
     TEST_ASSERT_EQUAL(300U, packets.written_number);
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
     let_it_finish(6U * SECOND_NS);
@@ -176,8 +176,8 @@ static void a_slow_disk_delays_no_other(void)
     TEST_ASSERT_EQUAL(0U, packets.failures);
 }
 
-/// Each piece takes longer than a second: the ring stays in force, and the file still gets all that it can
-/// take.
+/// Each piece takes longer than a second: the ring stays selected, and the file still gets everything that it
+/// accepts.
 static void the_ring_stays_selected_while_the_disk_is_slow(void)
 {
     open_slow_log(RING_RECORDS);
@@ -194,14 +194,14 @@ static void the_ring_stays_selected_while_the_disk_is_slow(void)
     expect_numbers(1U, 1800U);
 }
 
-/// The piece being written is not lost, even if the ring needs its room.
+/// The piece that is being written is not lost, even if the ring needs its place.
 static void the_ring_overflows_while_the_disk_is_slow(void)
 {
     open_slow_log(100U);
     append(300U);
     supervisor_packet_log_step(&packets, 0U);
     append(100U);
-    supervisor_packet_log_step(&packets, SECOND_NS); // From now on it keeps 100 records.
+    supervisor_packet_log_step(&packets, SECOND_NS); // From now on the ring keeps 100 records.
     append(100U);
     TEST_ASSERT_EQUAL(400U, packets.failures);
     let_it_finish(SECOND_NS);
@@ -212,7 +212,7 @@ static void the_ring_overflows_while_the_disk_is_slow(void)
     TEST_ASSERT_NOT_NULL(strstr(content, "\n500 0.000000000 TC 18\n"));
 }
 
-/// More than the ring holds, before the disk is reported to be slow.
+/// More records than the ring holds come before the disk is reported as slow.
 static void an_event_storm_while_the_disk_is_slow_loses_nothing(void)
 {
     static uint8_t packet[PUS_PACKET_MAX];
@@ -238,7 +238,7 @@ static void a_strategy_is_selected_while_the_disk_is_slow(void)
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_select(&packets, PACKET_LOG_RING));
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.wanted);
     let_it_finish(0U);
-    TEST_ASSERT_EQUAL(300U, packets.written_number); // The piece under way is in the file.
+    TEST_ASSERT_EQUAL(300U, packets.written_number); // The piece in progress is in the file.
     TEST_ASSERT_FALSE(packets.is_open);
     read_pipe();
     expect_numbers(1U, 300U);
@@ -251,8 +251,8 @@ static void a_strategy_is_selected_while_the_disk_is_slow(void)
     TEST_ASSERT_EQUAL(0U, packets.failures);
 }
 
-/// The disk fails while the writer writes; retries are the same as without a writer.
-static void a_disk_fails_below_the_writer(void)
+/// The disk fails during a write of the task; the log retries as without a task.
+static void a_disk_that_fails_during_a_write_is_retried(void)
 {
     open_slow_log(RING_RECORDS);
     append(300U);
@@ -263,7 +263,7 @@ static void a_disk_fails_below_the_writer(void)
     supervisor_packet_log_step(&packets, 0U);
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
     TEST_ASSERT_EQUAL_UINT64(SECOND_NS, packets.retry_ns);
-    TEST_ASSERT_EQUAL_UINT64(0U, packets.whole[PACKET_LOG_ASCII]); // The pipe could not be shortened.
+    TEST_ASSERT_EQUAL_UINT64(0U, packets.whole[PACKET_LOG_ASCII]); // A pipe cannot be truncated.
     TEST_ASSERT_EQUAL(0, unlink(path_of("packets.ascii")));
     for (unsigned i = 0U; (packets.strategy == PACKET_LOG_RING) && (i < 100000U); i++) {
         supervisor_packet_log_step(&packets, SECOND_NS);
@@ -276,7 +276,8 @@ static void a_disk_fails_below_the_writer(void)
     TEST_ASSERT_EQUAL(0U, packets.failures);
 }
 
-/// Killed at any moment of a write: the successor has each record once, whatever the file has received.
+/// The program is killed at any moment of a write: its successor has each record once, whatever the file has
+/// received.
 static void after_a_kill_during_a_write_the_log_has_each_record_once(void)
 {
     static uint8_t ring[PACKET_LOG_RING_OCTETS];
@@ -297,7 +298,7 @@ static void after_a_kill_during_a_write_the_log_has_each_record_once(void)
                                         .sizes          = {packets.whole[PACKET_LOG_ASCII]},
                                         .ring           = ring,
                                         .ring_octets    = octets};
-        supervisor_packet_log_close(&packets); // Records written after its last commit.
+        supervisor_packet_log_close(&packets); // These records were written after the last commit.
         TEST_ASSERT_EQUAL(
             STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, &past, RING_RECORDS));
         append(1U);
@@ -309,14 +310,14 @@ static void after_a_kill_during_a_write_the_log_has_each_record_once(void)
 
 int main(void)
 {
-    (void)alarm(120U); // A write to a disk that takes nothing never ends.
+    (void)alarm(120U); // A write to a disk that accepts no octets does not end.
     UNITY_BEGIN();
-    RUN_TEST(a_slow_disk_delays_no_other);
+    RUN_TEST(a_slow_disk_does_not_delay_the_supervisor);
     RUN_TEST(the_ring_stays_selected_while_the_disk_is_slow);
     RUN_TEST(the_ring_overflows_while_the_disk_is_slow);
     RUN_TEST(an_event_storm_while_the_disk_is_slow_loses_nothing);
     RUN_TEST(a_strategy_is_selected_while_the_disk_is_slow);
-    RUN_TEST(a_disk_fails_below_the_writer);
+    RUN_TEST(a_disk_that_fails_during_a_write_is_retried);
     RUN_TEST(after_a_kill_during_a_write_the_log_has_each_record_once);
     return UNITY_END();
 }

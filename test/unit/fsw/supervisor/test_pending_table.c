@@ -33,7 +33,8 @@ static void report(uint16_t apid, uint16_t destination, uint32_t id, uint8_t sub
     supervisor_pending_report(&table, apid, destination, &made);
 }
 
-// For each set of acknowledgement flags: the report of success that ends the request. 0: not tracked at all.
+// For each set of acknowledgement flags, the report of success that ends the request; 0: the request is not
+// tracked.
 static void the_last_report_asked_for_ends_a_request(void)
 {
     static const uint8_t last[16] = {0U, 1U, 3U, 3U, 3U, 3U, 3U, 3U, 7U, 7U, 7U, 7U, 7U, 7U, 7U, 7U};
@@ -67,7 +68,8 @@ static void later_instructions_are_performed_after_a_refused_one(void)
 {
     supervisor_pending_init(&table);
     add(16U, 5U, 1U, 0xFU);
-    report(16U, 1U, 5U, 4U, 1U); // One of several; the request ends with its own report.
+    // A report about one of several instructions; another report ends the request.
+    report(16U, 1U, 5U, 4U, 1U);
     report(16U, 1U, 5U, 4U, 2U);
     TEST_ASSERT_EQUAL(1U, table.count);
     report(16U, 1U, 5U, 8U, 0U);
@@ -75,7 +77,7 @@ static void later_instructions_are_performed_after_a_refused_one(void)
 }
 
 // All instructions were refused, and that was reported: the later loss of the subsystem is not reported for
-// it.
+// this request.
 static void a_request_of_which_only_refusals_are_known_is_not_reported_as_lost(void)
 {
     pus_token_t taken;
@@ -103,7 +105,7 @@ static void a_started_request_with_refused_instructions_is_reported_as_lost(void
     }
 }
 
-static void requests_of_which_only_refusals_are_known_make_room(void)
+static void requests_of_which_only_refusals_are_known_are_replaced_first(void)
 {
     pus_token_t taken;
     supervisor_pending_init(&table);
@@ -121,8 +123,8 @@ static void requests_of_which_only_refusals_are_known_make_room(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, supervisor_pending_add(&table, 17U, &one, 100U));
 }
 
-// The ground's sequence count has wrapped.
-static void a_request_that_is_like_a_refused_one_takes_its_place(void)
+// The sequence count of the ground has wrapped.
+static void an_equal_request_replaces_a_refused_one(void)
 {
     supervisor_pending_init(&table);
     add(16U, 4U, 1U, 0xFU);
@@ -153,7 +155,7 @@ static void reports_of_others_change_nothing(void)
 static void equal_requests_end_one_by_one(void)
 {
     supervisor_pending_init(&table);
-    add(16U, 5U, 1U, 0xFU); // A user whose count starts from 0 again.
+    add(16U, 5U, 1U, 0xFU); // The count of this user starts from 0 again.
     add(16U, 5U, 1U, 0xFU);
     report(16U, 1U, 5U, 7U, 0U);
     TEST_ASSERT_EQUAL(1U, table.count);
@@ -198,7 +200,7 @@ static void a_full_table_counts_what_it_cannot_track(void)
     TEST_ASSERT_EQUAL(PENDING_MAX, count);
 }
 
-static void only_overdue_unanswered_requests_are_taken(void)
+static void only_overdue_unanswered_requests_are_removed(void)
 {
     pus_token_t taken;
     supervisor_pending_init(&table);
@@ -238,13 +240,13 @@ int main(void)
     RUN_TEST(later_instructions_are_performed_after_a_refused_one);
     RUN_TEST(a_request_of_which_only_refusals_are_known_is_not_reported_as_lost);
     RUN_TEST(a_started_request_with_refused_instructions_is_reported_as_lost);
-    RUN_TEST(requests_of_which_only_refusals_are_known_make_room);
-    RUN_TEST(a_request_that_is_like_a_refused_one_takes_its_place);
+    RUN_TEST(requests_of_which_only_refusals_are_known_are_replaced_first);
+    RUN_TEST(an_equal_request_replaces_a_refused_one);
     RUN_TEST(reports_of_others_change_nothing);
     RUN_TEST(equal_requests_end_one_by_one);
     RUN_TEST(pending_requests_of_a_lost_subsystem_are_removed);
     RUN_TEST(a_full_table_counts_what_it_cannot_track);
-    RUN_TEST(only_overdue_unanswered_requests_are_taken);
+    RUN_TEST(only_overdue_unanswered_requests_are_removed);
     RUN_TEST(an_own_request_is_open_until_it_ends);
     return UNITY_END();
 }

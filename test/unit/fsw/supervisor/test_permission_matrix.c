@@ -59,7 +59,7 @@ static void a_permission_names_the_rule_that_allows(void)
     TEST_ASSERT_EQUAL(1, rule_for(request));
 }
 
-/// Each part of the key alone is enough to deny.
+/// A difference in any part of the key denies the request.
 static void denies_when_any_part_of_the_key_differs(void)
 {
     permission_request_t request = move_to();
@@ -89,7 +89,7 @@ static void denies_when_any_part_of_the_key_differs(void)
     }
 }
 
-/// Service * 1000 + subtype of the requests that only report, besides ST[17].
+/// True for service * 1000 + subtype of requests that only cause a report, in addition to ST[17].
 static bool is_in(const uint8_t service, const uint8_t subtype)
 {
     static const unsigned keys[] = {
@@ -122,7 +122,7 @@ static void a_rule_may_be_for_a_whole_service(void)
     }
 }
 
-/// Every service, subtype, state and selector without any rule: only the built-in set applies.
+/// Every service, subtype, state and selector without rules: only the built-in set is allowed.
 static void without_rules_only_the_built_in_set_is_allowed(void)
 {
     mission.rule_count = 0U;
@@ -130,7 +130,7 @@ static void without_rules_only_the_built_in_set_is_allowed(void)
         for (unsigned subtype = 1U; subtype < 256U; subtype++) {
             for (unsigned state = 0U; state < 10U; state++) {
                 if ((service == 129U) && (subtype == 1U)) {
-                    continue; // Tested below.
+                    continue; // Another test covers these.
                 }
                 const permission_request_t request = {.service = (uint8_t)service,
                                                       .subtype = (uint8_t)subtype,
@@ -148,12 +148,12 @@ static void without_rules_only_the_built_in_set_is_allowed(void)
     }
 }
 
-/// Lower states and ERROR_OPERATIONAL always; higher ones never without a rule. Rows: present state, columns:
-/// target.
+/// Lower states and ERROR_OPERATIONAL are always allowed; higher states never without a rule. Rows: present
+/// state; columns: target.
 static void requests_for_a_state_are_free_downwards_only(void)
 {
     static const char* const expected[10] = {
-        // 0123456789
+        // Target 0123456789
         "y.....y...", // OFFLINE
         "y.....y...", // SOFTWARE_INIT
         "y.....y...", // HARDWARE_INIT
@@ -177,7 +177,7 @@ static void requests_for_a_state_are_free_downwards_only(void)
     }
 }
 
-static void a_rule_lets_a_request_upwards_pass_from_its_state_only(void)
+static void a_rule_allows_an_upward_request_from_its_state_only(void)
 {
     permission_request_t request = {
         .service = 129U, .subtype = 1U, .number = 4U, .target = 16U, .mode = 1U, .state = 3U};
@@ -209,7 +209,7 @@ int main(void)
     RUN_TEST(a_rule_may_be_for_a_whole_service);
     RUN_TEST(without_rules_only_the_built_in_set_is_allowed);
     RUN_TEST(requests_for_a_state_are_free_downwards_only);
-    RUN_TEST(a_rule_lets_a_request_upwards_pass_from_its_state_only);
+    RUN_TEST(a_rule_allows_an_upward_request_from_its_state_only);
     RUN_TEST(any_selector_matches_a_request_without_one);
     return UNITY_END();
 }

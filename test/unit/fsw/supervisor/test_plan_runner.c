@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The run to which a subsystem belongs, when failures of all severities follow each other in any order.
+// The plan run to which a subsystem belongs when failures of all severities follow each other in any order.
 #include "fsw/supervisor/plan_runner.h"
 
 #include "unity.h"
@@ -38,7 +38,7 @@ static plan_run_t failure(descriptor_severity_t severity, uint16_t apid, uint16_
     return run;
 }
 
-/// Returns the number of runs that it ended.
+/// Report a failure. Returns the number of runs that it has ended.
 static unsigned fail(const plan_run_t* run, plan_verdict_t expected)
 {
     unsigned ended = 0U;
@@ -91,19 +91,19 @@ static void a_higher_severity_takes_all_members_and_ends_lesser_runs(void)
     TEST_ASSERT_NULL(supervisor_plan_runner_of(&runner, 5U));
 }
 
-static void a_lower_severity_starts_nothing_for_a_member_of_a_higher_one(void)
+static void a_lower_severity_starts_no_run_for_a_member_of_a_higher_one(void)
 {
     const plan_run_t high   = failure(DESCRIPTOR_HIGH, 1U, 1U, 2U);
     const plan_run_t medium = failure(DESCRIPTOR_MEDIUM, 2U, 1U, 3U);
     const plan_run_t beside = failure(DESCRIPTOR_MEDIUM, 3U, 1U, 3U);
     (void)fail(&high, PLAN_STARTED);
     TEST_ASSERT_EQUAL(0U, fail(&medium, PLAN_OUTRANKED));
-    TEST_ASSERT_EQUAL(0U, fail(&beside, PLAN_STARTED)); // 3 joined the network later: only that one is new.
+    TEST_ASSERT_EQUAL(0U, fail(&beside, PLAN_STARTED)); // 3 joined the network later, so only 3 is new.
     TEST_ASSERT_EQUAL(1U, supervisor_plan_runner_of(&runner, 3U)->member_count);
     TEST_ASSERT_EQUAL(1U, supervisor_plan_runner_of(&runner, 2U)->apid);
 }
 
-static void the_same_severity_joins_and_brings_its_members(void)
+static void a_failure_of_the_same_severity_joins_the_run_with_its_members(void)
 {
     const plan_run_t first  = failure(DESCRIPTOR_HIGH, 1U, 1U, 2U);
     const plan_run_t second = failure(DESCRIPTOR_HIGH, 2U, 1U, 3U);
@@ -153,12 +153,12 @@ static void no_sequence_of_failures_puts_a_subsystem_into_two_plan_runs(void)
     }
 }
 
-static void actions_come_in_their_time_and_the_run_ends(void)
+static void actions_are_due_at_their_times_and_the_run_ends(void)
 {
     plan_run_t run   = failure(DESCRIPTOR_HIGH, 1U, 1U, 1U);
     run.plan         = 0U;
     run.start_ns     = 1000000U;
-    run.member_count = 0U; // No run.
+    run.member_count = 0U; // There is no run.
     TEST_ASSERT_NULL(supervisor_plan_runner_next(&run, &mission, 1000000U));
     run.member_count = 1U;
     TEST_ASSERT_EQUAL_PTR(&mission.actions[0], supervisor_plan_runner_next(&run, &mission, 1000000U));
@@ -168,7 +168,7 @@ static void actions_come_in_their_time_and_the_run_ends(void)
     TEST_ASSERT_NULL(supervisor_plan_runner_next(&run, &mission, 4000000U));
     TEST_ASSERT_EQUAL(0U, run.member_count);
     run.member_count = 1U;
-    run.plan         = 1U; // Without actions.
+    run.plan         = 1U; // A plan without actions.
     run.next_action  = 0U;
     TEST_ASSERT_NULL(supervisor_plan_runner_next(&run, &mission, 4000000U));
     TEST_ASSERT_EQUAL(0U, run.member_count);
@@ -190,22 +190,22 @@ static void a_plan_run_ignores_a_subsystem_whose_process_died(void)
     const plan_run_t run = failure(DESCRIPTOR_HIGH, 1U, 1U, 3U);
     (void)fail(&run, PLAN_STARTED);
     supervisor_plan_runner_mark_lost(&runner, 2U);
-    supervisor_plan_runner_mark_lost(&runner, 9U); // It is in no run.
+    supervisor_plan_runner_mark_lost(&runner, 9U); // The subsystem is in no run.
     const plan_run_t* const present = supervisor_plan_runner_of(&runner, 2U);
     TEST_ASSERT_TRUE(supervisor_plan_runner_concerns(present, 1U));
     TEST_ASSERT_FALSE(supervisor_plan_runner_concerns(present, 2U));
-    TEST_ASSERT_TRUE(supervisor_plan_runner_concerns(present, 9U)); // Named by the plan.
+    TEST_ASSERT_TRUE(supervisor_plan_runner_concerns(present, 9U)); // The plan names it.
 }
 
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_higher_severity_takes_all_members_and_ends_lesser_runs);
-    RUN_TEST(a_lower_severity_starts_nothing_for_a_member_of_a_higher_one);
-    RUN_TEST(the_same_severity_joins_and_brings_its_members);
+    RUN_TEST(a_lower_severity_starts_no_run_for_a_member_of_a_higher_one);
+    RUN_TEST(a_failure_of_the_same_severity_joins_the_run_with_its_members);
     RUN_TEST(every_subsystem_of_the_largest_mission_has_room_for_its_run);
     RUN_TEST(no_sequence_of_failures_puts_a_subsystem_into_two_plan_runs);
-    RUN_TEST(actions_come_in_their_time_and_the_run_ends);
+    RUN_TEST(actions_are_due_at_their_times_and_the_run_ends);
     RUN_TEST(the_built_in_plan_takes_the_network_offline);
     RUN_TEST(a_plan_run_ignores_a_subsystem_whose_process_died);
     return UNITY_END();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// COMMUNICATION dies and is started again: reports of the meantime wait, in order, and those without room are
+// Communication dies and is started again: reports wait in order meanwhile, and reports without room are
 // counted.
 #include "fsw/supervisor/supervisor_internal.h"
 
@@ -20,7 +20,7 @@ static void die(void)
     fixture_run(1U);
 }
 
-/// Dead, and not started again before 100 ms have passed.
+/// Communication is dead, and is not started again before 100 ms have passed.
 static void be_dead(void)
 {
     ground()->restart_budget = 3U;
@@ -56,13 +56,13 @@ static void report_number(uint8_t service, uint8_t subtype, uint16_t number)
 }
 
 typedef struct {
-    const char* start;  // Begin of its lines.
+    const char* start;  // Begin of the lines.
     const char* format; // Format of the number after it.
     unsigned count;
     unsigned last;
 } arrivals_t;
 
-/// Lines of one kind, each with a higher number than the one before.
+/// Find the lines of one kind; each must have a higher number than the line before.
 static arrivals_t arrivals_of(const char* text, const char* start, const char* format)
 {
     arrivals_t found = {start, format, 0U, 0U};
@@ -90,7 +90,7 @@ static void reports_wait_in_order_while_communication_is_down(void)
 {
     char expected[2048] = "";
     be_dead();
-    for (uint16_t i = 0U; i < 20U; i++) { // Less than a window.
+    for (uint16_t i = 0U; i < 20U; i++) { // Fewer than a window.
         report_number(PUS_SERVICE_EVENTS, PUS_SEVERITY_INFORMATIVE, (uint16_t)(1000U + i));
         report_firm(i);
         report_number(PUS_SERVICE_HOUSEKEEPING, 26U, i);
@@ -119,26 +119,27 @@ static void dropped_reports_are_counted_and_no_firm_report_is_lost(void)
     }
     const supervisor_ground_t now = fixture.supervisor.ground;
     be_back();
-    const char* const text  = fixture_look();
-    const arrivals_t firm   = arrivals_of(text, "G/16 1.7 #", "%u");
-    const arrivals_t plain  = arrivals_of(text, "G/16 5.1 ", "%4X");
-    const arrivals_t bulk   = arrivals_of(text, "G/16 3.26 ", "%4X");
-    const arrivals_t behind = arrivals_of(text, "G 5.2 0028", "%c"); // GROUND_BEHIND: itself a PLAIN report.
+    const char* const text = fixture_look();
+    const arrivals_t firm  = arrivals_of(text, "G/16 1.7 #", "%u");
+    const arrivals_t plain = arrivals_of(text, "G/16 5.1 ", "%4X");
+    const arrivals_t bulk  = arrivals_of(text, "G/16 3.26 ", "%4X");
+    // GROUND_BEHIND is itself a PLAIN report.
+    const arrivals_t behind = arrivals_of(text, "G 5.2 0028", "%c");
     TEST_ASSERT_EQUAL(240U, firm.count);
     TEST_ASSERT_EQUAL_UINT32(before.dropped_firm, fixture.supervisor.ground.dropped_firm);
     TEST_ASSERT_EQUAL_UINT32(241U, plain.count + behind.count + (now.dropped_plain - before.dropped_plain));
     TEST_ASSERT_EQUAL_UINT32(240U, bulk.count + (now.dropped_bulk - before.dropped_bulk));
-    // The other smallest blocks are reserved for FIRM reports.
+    // The other blocks of the smallest size are reserved for FIRM reports.
     TEST_ASSERT_TRUE((plain.count + bulk.count) <= 512U);
     TEST_ASSERT_TRUE((plain.count >= 200U) && (bulk.count >= 60U));
     fixture_forget();
-    report_firm(7U); // All is as before.
+    report_firm(7U); // The supervisor works as before.
     fixture_run(1U);
     fixture_expect("G/16 1.7 #7\n");
 }
 
-/// More than there is room for in total: the first ones arrive, the others are counted.
-static void of_too_many_firm_reports_the_first_are_kept(void)
+/// More FIRM reports than have room: the first ones arrive, the others are counted.
+static void the_first_of_too_many_firm_reports_are_kept(void)
 {
     be_dead();
     for (uint16_t i = 0U; i < 600U; i++) {
@@ -159,6 +160,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(reports_wait_in_order_while_communication_is_down);
     RUN_TEST(dropped_reports_are_counted_and_no_firm_report_is_lost);
-    RUN_TEST(of_too_many_firm_reports_the_first_are_kept);
+    RUN_TEST(the_first_of_too_many_firm_reports_are_kept);
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The services of the whole spacecraft use no more than the supervisor's descriptor grants.
+// The services for the whole spacecraft use no more than the supervisor's descriptor grants.
 #include "fsw/supervisor/supervisor_internal.h"
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "test/unit/fsw/supervisor/releases.h"
@@ -16,7 +16,7 @@ static const uint8_t types[] = {
     PUS_SERVICE_TIME_SCHEDULE, PUS_SERVICE_STORAGE,   PUS_SERVICE_PROCEDURES, PUS_SERVICE_POSITION_SCHEDULE,
     PUS_SERVICE_EVENT_ACTION,  PUS_SERVICE_SEQUENCES, PUS_SERVICE_FILES};
 
-/// Two entries for each; the rest of the descriptor stays, with its texts where they are.
+/// Grant two entries to each service; the rest of the descriptor is not changed.
 static void grant_little(supervisor_config_t* config)
 {
     (void)memcpy(&granting, config->descriptor, sizeof granting);
@@ -88,7 +88,8 @@ static uint16_t take_until_it_warns(pool_t* pool)
     return count;
 }
 
-/// Memory for requests and sequences: three quarters in use raise one event each; peaks are parameters.
+/// Memory for requests and sequences: when three quarters of one are in use, an event is raised; the peaks
+/// are parameters.
 static void pools_of_requests_warn_and_are_reported(void)
 {
     const supervisor_blocks_t* const blocks = &fixture.supervisor.blocks;

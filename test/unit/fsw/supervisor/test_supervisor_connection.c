@@ -23,7 +23,7 @@ static void request_connection_test(const uint16_t apid)
     (void)fixture_tc(1U, PUS_SERVICE_TEST, 3U, data, sizeof data);
 }
 
-/// A report of ARM.
+/// Send a report of ARM.
 static void answer(const uint8_t service, const uint8_t subtype, const uint16_t destination)
 {
     octet_writer_t writer =
@@ -43,7 +43,7 @@ static void an_application_that_answers_is_reached(void)
     request_connection_test(ARM);
     fixture_run(1U);
     fixture_expect("G 1.1 #0\nG 1.3 #0\n16 TC 17.1 from 8001\n");
-    answer(PUS_SERVICE_TEST, 2U, PUS_USER_GROUND); // Not the expected answer.
+    answer(PUS_SERVICE_TEST, 2U, PUS_USER_GROUND); // This is not the expected answer.
     answer(PUS_SERVICE_TEST, 4U, PUS_USER_SUPERVISOR);
     answer(PUS_SERVICE_EVENTS, 2U, PUS_USER_SUPERVISOR);
     fixture_run(3U);
@@ -70,14 +70,14 @@ static void an_application_that_is_silent_is_reported_after_a_while(void)
     TEST_ASSERT_FALSE(fixture_has("G 1.8 #0"));
 }
 
-static void applications_that_are_not_there_are_refused(void)
+static void applications_that_do_not_exist_are_refused(void)
 {
     request_connection_test(99U);
     fixture_run(1U);
     fixture_expect("G 1.1 #0\nG 1.4 #0 0201 63\n");
 }
 
-static void the_number_of_tests_at_once_is_bounded(void)
+static void the_number_of_concurrent_tests_is_limited(void)
 {
     for (unsigned i = 0U; i <= SPACECRAFT_CONNECTIONS; i++) {
         request_connection_test(ARM);
@@ -92,7 +92,7 @@ static void the_number_of_tests_at_once_is_bounded(void)
     TEST_ASSERT_TRUE(fixture_has("G 1.7 #3"));
 }
 
-static void an_application_without_room_is_not_asked(void)
+static void an_application_without_room_gets_no_request(void)
 {
     fixture_fill(FIXTURE_ARM);
     request_connection_test(ARM);
@@ -108,8 +108,8 @@ int main(void)
     RUN_TEST(the_supervisor_reaches_itself);
     RUN_TEST(an_application_that_answers_is_reached);
     RUN_TEST(an_application_that_is_silent_is_reported_after_a_while);
-    RUN_TEST(applications_that_are_not_there_are_refused);
-    RUN_TEST(the_number_of_tests_at_once_is_bounded);
-    RUN_TEST(an_application_without_room_is_not_asked);
+    RUN_TEST(applications_that_do_not_exist_are_refused);
+    RUN_TEST(the_number_of_concurrent_tests_is_limited);
+    RUN_TEST(an_application_without_room_gets_no_request);
     return UNITY_END();
 }

@@ -33,7 +33,7 @@ static void note_arrival(void* context, const uint8_t* frame, size_t size)
     TEST_ASSERT_TRUE(supervisor_checkpoint_add(context, &checkpoint.arrivals, frame, size, NULL, 0U));
 }
 
-/// Watch received messages as the program does: the blocks outlive the supervisor.
+/// Watch received messages as the program does: the blocks are kept when the supervisor dies.
 static void watch(void)
 {
     message_watch(&fixture.endpoint, (message_arrival_t){&checkpoint, note_arrival});
@@ -53,13 +53,13 @@ void tearDown(void)
     fixture_close();
 }
 
-/// It is killed, and the next one opens: nothing of its memory is left.
+/// Kill the supervisor and open the next one, which has none of the memory of the first.
 static void die(void)
 {
     static message_place_t inbox[sizeof fixture.inbox / sizeof fixture.inbox[0]];
-    osal_file_close(&fixture.supervisor.log.file); // As the system closes it.
+    osal_file_close(&fixture.supervisor.log.file); // The system closes the file of a dead process.
     (void)memset(&fixture.supervisor, 0, sizeof fixture.supervisor);
-    life++; // Unless the next one takes over the life of the channels.
+    life++; // In most tests the next one begins a new life of the channels.
     message_open(&fixture.endpoint, SUPERVISOR_APID, life, fixture.endpoint.carrier, inbox,
                  sizeof inbox / sizeof inbox[0]);
     for (unsigned i = 0U; i < FIXTURE_MEMBERS; i++) {
@@ -70,8 +70,8 @@ static void die(void)
     fixture.now_ns += 5U * FIXTURE_TICK_NS;
 }
 
-/// Record numbers of the log: 1, 2, 3 and so on, each once.
-static void expect_whole_log(void)
+/// Expect that the record numbers of the log are 1, 2, 3 and so on, each once.
+static void expect_complete_log(void)
 {
     unsigned long number = 0UL;
     for (const char* line = fixture_log_file("packets.ascii"); line[0] != '\0';
@@ -87,20 +87,21 @@ static void a_restarted_supervisor_continues_and_reports_it(void)
     die();
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has(RESTARTED "000000020000"));
-    TEST_ASSERT_TRUE(fixture_has("16 TC 129.4 from 8001")); // The supervisor requests the state of each.
+    // The supervisor requests the state of each subsystem.
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.4 from 8001"));
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.4 from 8001"));
     fixture_run(60U);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.supervisor.subsystem));
     TEST_ASSERT_FALSE(fixture_has(DIFFERS));
-    TEST_ASSERT_FALSE(fixture_has("2 TC 129.8")); // A running subsystem keeps its state, and gets no order.
+    TEST_ASSERT_FALSE(fixture_has("2 TC 129.8")); // A running subsystem keeps its state and gets no command.
     fixture_forget();
     die();
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has(RESTARTED "000000030000"));
-    expect_whole_log();
+    expect_complete_log();
 }
 
-static void a_subsystem_that_was_stopped_is_not_asked_for_its_status(void)
+static void a_stopped_subsystem_gets_no_request_for_its_status(void)
 {
     const uint8_t apid[2] = {0U, LONE};
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_STOP_PROCESS, apid, sizeof apid);
@@ -111,7 +112,7 @@ static void a_subsystem_that_was_stopped_is_not_asked_for_its_status(void)
     TEST_ASSERT_FALSE(fixture_has("18 TC 129.4 from 8001"));
 }
 
-static void a_request_that_is_under_way_is_answered_once(void)
+static void a_request_in_progress_is_answered_once(void)
 {
     fixture.members[FIXTURE_ARM].is_passive = true;
     const uint16_t number                   = fixture_request_state(ARM, STATE_PRE_OPERATIONAL);
@@ -127,7 +128,7 @@ static void a_request_that_is_under_way_is_answered_once(void)
     TEST_ASSERT_TRUE(fixture_has("G/16 1.7 #0"));
     TEST_ASSERT_FALSE(fixture_has("G 1."));
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.pending.count);
-    expect_whole_log();
+    expect_complete_log();
 }
 
 static void a_request_received_while_the_supervisor_is_dead_is_performed_once(void)
@@ -170,7 +171,7 @@ static void requests_that_the_dead_supervisor_was_performing_fail_with_the_reaso
     fixture_forget();
     die();
     fixture_run(200U);
-    TEST_ASSERT_FALSE(fixture_has("G 1.8")); // Once.
+    TEST_ASSERT_FALSE(fixture_has("G 1.8")); // The failure is reported only once.
 }
 
 static void the_graph_follows_the_link_reports_of_subsystems(void)
@@ -179,7 +180,7 @@ static void the_graph_follows_the_link_reports_of_subsystems(void)
     die();
     fixture_run(5U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 130.8 00 from 8001"));
-    TEST_ASSERT_FALSE(fixture_has(LINK_DIFFERS)); // The link is as it was.
+    TEST_ASSERT_FALSE(fixture_has(LINK_DIFFERS)); // The link has not changed.
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
     fixture_forget();
     fixture.members[FIXTURE_ARM].open_links &= ~((uint32_t)1U << (LINK_ARM_STATE - 1U));
@@ -188,7 +189,7 @@ static void the_graph_follows_the_link_reports_of_subsystems(void)
     fixture_run(5U);
     TEST_ASSERT_TRUE(fixture_has(LINK_DIFFERS "00100001")); // Closed at one end during the death:
     TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 0001"));      // the supervisor closes the other end.
-    TEST_ASSERT_TRUE(fixture_has(LINK_DIFFERS "00110003")); // Open without an order.
+    TEST_ASSERT_TRUE(fixture_has(LINK_DIFFERS "00110003")); // Opened without a command.
     TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 0003"));
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.graph.count);
     fixture_forget();
@@ -197,7 +198,7 @@ static void the_graph_follows_the_link_reports_of_subsystems(void)
     TEST_ASSERT_FALSE(fixture_has(LINK_DIFFERS));
 }
 
-/// A link that was agreed and is not open yet can be opened as if nothing had happened.
+/// A link that was agreed and is not open yet can be opened as without the death.
 static void a_restarted_supervisor_has_the_link_agreements(void)
 {
     fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
@@ -229,7 +230,7 @@ static void a_restarted_supervisor_has_the_networks(void)
     die();
     fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     fixture_forget();
-    fixture_run(60U); // The plan runs to its end.
+    fixture_run(60U); // The plan continues to its end.
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 0003 from 8001"));
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0003 from 8001"));
 }
@@ -254,8 +255,8 @@ static void a_negotiation_continues(void)
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.graph.count);
 }
 
-/// ARM and HAND linked in OPERATIONAL; ARM's process dies, and both are being recommissioned.
-static void lead_back(void)
+/// ARM and HAND are linked in OPERATIONAL; the process of ARM dies, and both are being recommissioned.
+static void start_recommissioning(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     for (uint16_t i = 0U; i < fixture.supervisor.mission->subsystem_count; i++) {
@@ -267,18 +268,18 @@ static void lead_back(void)
     TEST_ASSERT_TRUE(fixture.supervisor.registry[0].recommission.is_active);
 }
 
-static void expect_led_back(void)
+static void expect_recommissioned(void)
 {
     TEST_ASSERT_TRUE(fixture_has(BACK "00100005"));
     TEST_ASSERT_TRUE(fixture_has(BACK "00110005"));
     TEST_ASSERT_FALSE(fixture_has(STOPPED));
-    TEST_ASSERT_FALSE(fixture_has("G 1.")); // No user has requested it.
+    TEST_ASSERT_FALSE(fixture_has("G 1.")); // No user has requested this.
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_ARM].state);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_HAND].state);
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
 }
 
-/// Data with which a recommissioning continues, or begins.
+/// Check the data with which a recommissioning continues or begins.
 static void expect_taken_over(const registry_entry_t* was, const registry_entry_t* entry)
 {
     TEST_ASSERT_EQUAL(was->is_restarted, entry->is_restarted);
@@ -297,22 +298,23 @@ static void expect_taken_over(const registry_entry_t* was, const registry_entry_
 
 static void who_is_on_the_way_back_arrives(unsigned ticks)
 {
-    lead_back();
+    start_recommissioning();
     fixture_run(ticks);
     const registry_entry_t was[2] = {fixture.supervisor.registry[0], fixture.supervisor.registry[1]};
     die();
     expect_taken_over(&was[0], &fixture.supervisor.registry[0]);
     expect_taken_over(&was[1], &fixture.supervisor.registry[1]);
     fixture_run(200U);
-    expect_led_back();
+    expect_recommissioned();
     fixture_forget();
-    fixture.members[FIXTURE_ARM].is_running = false; // The next supervisor still knows how to open the links.
+    // The next supervisor still knows how the links are opened.
+    fixture.members[FIXTURE_ARM].is_running = false;
     fixture_run(200U);
-    expect_led_back();
-    expect_whole_log();
+    expect_recommissioned();
+    expect_complete_log();
 }
 
-/// At each instant of the recommissioning.
+/// The supervisor dies at each instant of the recommissioning.
 static void a_recommissioning_continues(void)
 {
     for (unsigned ticks = 0U; ticks < 140U; ticks += 3U) {
@@ -322,17 +324,18 @@ static void a_recommissioning_continues(void)
     }
 }
 
-/// Both die, and the next supervisor detects it: it knows the earlier state of the subsystem.
+/// Supervisor and member die. The next supervisor detects the death of the member and knows its earlier
+/// state.
 static void a_member_that_dies_with_it_is_recommissioned(void)
 {
-    lead_back();
+    start_recommissioning();
     fixture_run(200U);
-    expect_led_back();
+    expect_recommissioned();
     fixture_forget();
     fixture.members[FIXTURE_ARM].is_running = false;
     die();
     fixture_run(200U);
-    expect_led_back();
+    expect_recommissioned();
 }
 
 static void a_restarted_supervisor_has_the_mode(void)
@@ -360,14 +363,14 @@ static void a_restarted_supervisor_has_the_records_in_memory(void)
     fixture_run(20U);
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, fixture.supervisor.log.strategy);
     select_log(PACKET_LOG_ASCII);
-    expect_whole_log();
+    expect_complete_log();
 }
 
 // ---- Within a step ----
 
 static message_carrier_t true_carrier;
 static unsigned sends_left;
-static bool is_killed_before; // The send that is its last one is not performed.
+static bool is_killed_before; // The last send is not performed.
 static jmp_buf killed;
 
 static status_t mortal_send(void* context, uint16_t to, const uint8_t* frame, size_t size)
@@ -384,7 +387,7 @@ static status_t mortal_send(void* context, uint16_t to, const uint8_t* frame, si
     return status;
 }
 
-/// One step in which it dies at its n-th send. False: it has fewer sends.
+/// Make one step in which the supervisor dies at its n-th send. Returns false if the step has fewer sends.
 static bool dies_within_a_step(unsigned sends)
 {
     true_carrier             = fixture.endpoint.carrier;
@@ -409,8 +412,8 @@ static unsigned count_lines(const char* text, const char* start)
     return count;
 }
 
-/// Requests to a subsystem, one to the supervisor itself, and a report: all taken in by one step.
-static void everything_arrives_once(unsigned sends)
+/// Requests to a subsystem, one to the supervisor, and a report are received in one step.
+static void expect_that_everything_arrives_once(unsigned sends)
 {
     fixture.members[FIXTURE_ARM].is_passive  = true;
     fixture.members[FIXTURE_HAND].is_passive = true;
@@ -429,7 +432,7 @@ static void everything_arrives_once(unsigned sends)
     TEST_ASSERT_EQUAL(1U, count_lines(text, "G 1.7 #1\n"));
     TEST_ASSERT_EQUAL(has_died ? 1U : 0U, count_lines(text, RESTARTED "000000020000"));
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.supervisor.subsystem));
-    expect_whole_log();
+    expect_complete_log();
 }
 
 static void an_interrupted_step_is_repeated(void)
@@ -438,7 +441,7 @@ static void an_interrupted_step_is_repeated(void)
     for (unsigned sends = 1U; sends <= 10U; sends++) {
         for (unsigned before = 0U; before < 2U; before++) {
             is_killed_before = (before != 0U);
-            everything_arrives_once(sends);
+            expect_that_everything_arrives_once(sends);
             deaths += (fixture.supervisor.lives > 1U) ? 1U : 0U;
             tearDown();
             setUp();
@@ -466,7 +469,7 @@ static void the_report_of_the_member_takes_precedence(void)
     fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
     fixture_step();
     die();
-    fixture.members[FIXTURE_ARM].state = STATE_ERROR_OPERATIONAL; // Its report was lost.
+    fixture.members[FIXTURE_ARM].state = STATE_ERROR_OPERATIONAL; // The report of this state was lost.
     fixture.members[FIXTURE_ARM].phase = PHASE_SECURED;
     fixture.next_status_ns             = 0U;
     fixture_run(3U);
@@ -474,7 +477,7 @@ static void the_report_of_the_member_takes_precedence(void)
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, fixture.supervisor.registry[0].state);
     fixture_forget();
     fixture_run(100U);
-    TEST_ASSERT_FALSE(fixture_has(DIFFERS)); // Once.
+    TEST_ASSERT_FALSE(fixture_has(DIFFERS)); // The difference is reported only once.
 }
 
 static void after_a_damaged_commit_the_previous_one_is_used(void)
@@ -497,11 +500,13 @@ static void without_a_checkpoint_the_supervisor_starts_anew_and_reports_it(void)
     die();
     fixture_step();
     TEST_ASSERT_TRUE(fixture.supervisor.lives == 1U);
-    TEST_ASSERT_TRUE(fixture_has("16 TC 129.4 from 8001")); // The members know the order.
+    // The members learn that the supervisor has restarted.
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.4 from 8001"));
     TEST_ASSERT_FALSE(fixture_has("1 TC 129.4"));
-    expect_whole_log();
+    expect_complete_log();
     TEST_ASSERT_TRUE(fixture_has(DAMAGED "0000"));
-    TEST_ASSERT_EQUAL_UINT8(MODE_SAFE, fixture.supervisor.mode); // It is unknown what was under way.
+    // It is unknown which requests and plans were in progress.
+    TEST_ASSERT_EQUAL_UINT8(MODE_SAFE, fixture.supervisor.mode);
     fixture_run(60U);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.supervisor.subsystem));
 }
@@ -516,7 +521,7 @@ static bool keep_checkpoint(void* context, const checkpoint_t* of)
     return can_keep;
 }
 
-/// Kept for analysis, before it is overwritten.
+/// A damaged checkpoint is kept for analysis before it is overwritten.
 static void a_damaged_checkpoint_is_preserved(void)
 {
     configuration.keep_checkpoint = keep_checkpoint;
@@ -535,7 +540,8 @@ static void a_damaged_checkpoint_is_preserved(void)
     }
 }
 
-/// If it ran as a thread, its messages are still there: they are not taken over a second time.
+/// If the supervisor ran as a thread, its messages are still in memory and must not be restored a second
+/// time.
 static void messages_that_were_kept_continue_as_they_are(void)
 {
     fixture_run(5U);
@@ -553,15 +559,15 @@ static void messages_that_were_kept_continue_as_they_are(void)
     fixture_run(60U);
     TEST_ASSERT_TRUE(fixture_has("G/16 1.7 #"));
     TEST_ASSERT_FALSE(fixture_has(DIFFERS));
-    expect_whole_log();
+    expect_complete_log();
 }
 
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_restarted_supervisor_continues_and_reports_it);
-    RUN_TEST(a_subsystem_that_was_stopped_is_not_asked_for_its_status);
-    RUN_TEST(a_request_that_is_under_way_is_answered_once);
+    RUN_TEST(a_stopped_subsystem_gets_no_request_for_its_status);
+    RUN_TEST(a_request_in_progress_is_answered_once);
     RUN_TEST(a_request_received_while_the_supervisor_is_dead_is_performed_once);
     RUN_TEST(a_subsystem_that_dies_meanwhile_still_ends_its_requests);
     RUN_TEST(requests_that_the_dead_supervisor_was_performing_fail_with_the_reason);

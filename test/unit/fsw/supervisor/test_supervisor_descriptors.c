@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A subsystem that runs with another descriptor than the supervisor has read: reported once for each change;
-// with another interface only transitions towards OFFLINE are permitted.
+// A subsystem that runs with another descriptor than the one the supervisor has read: reported once for each
+// change. If the interface differs, only transitions towards OFFLINE are permitted.
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
@@ -30,7 +30,7 @@ static unsigned count(const char* text, const char* part)
     return found;
 }
 
-/// Form of the event with a member's two hashes in the lines to the ground.
+/// Expect the event with a member's two hashes in the lines to the ground.
 static void expect_reported(const char* text, uint16_t event, uint64_t expected, uint64_t offset)
 {
     char line[96];
@@ -78,7 +78,7 @@ static void with_another_interface_a_subsystem_may_go_down_and_answer(void)
     TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_LONE].state);
 }
 
-static void with_the_right_interface_again_recommissioning_continues(void)
+static void with_the_correct_interface_recommissioning_continues(void)
 {
     fixture.members[FIXTURE_LONE].interface_offset = OTHER_HASH;
     fixture_run(TICKS_OF_A_STATUS);
@@ -88,7 +88,7 @@ static void with_the_right_interface_again_recommissioning_continues(void)
     (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL);
     fixture_run(3U);
     TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, fixture.members[FIXTURE_LONE].state);
-    // After a change the same difference is reported again.
+    // After an equal descriptor, the same difference is reported again.
     fixture.members[FIXTURE_LONE].interface_offset = OTHER_HASH;
     fixture_run(TICKS_OF_A_STATUS);
     expect_reported(fixture_look(), 9U, lone()->interface_hash, OTHER_HASH);
@@ -98,7 +98,7 @@ static void another_configuration_is_reported_once_for_each_and_not_refused(void
 {
     fixture.members[FIXTURE_LONE].configuration_offset = 1U;
     fixture_run(3U * TICKS_OF_A_STATUS);
-    fixture.members[FIXTURE_LONE].configuration_offset = 2U; // Read again, from another file.
+    fixture.members[FIXTURE_LONE].configuration_offset = 2U; // The subsystem has read another file.
     fixture_run(3U * TICKS_OF_A_STATUS);
     const char* const text = fixture_look();
     expect_reported(text, 10U, lone()->configuration_hash, 1U);
@@ -114,7 +114,7 @@ int main(void)
     RUN_TEST(equal_descriptors_are_not_reported);
     RUN_TEST(another_interface_is_reported_once_and_refused);
     RUN_TEST(with_another_interface_a_subsystem_may_go_down_and_answer);
-    RUN_TEST(with_the_right_interface_again_recommissioning_continues);
+    RUN_TEST(with_the_correct_interface_recommissioning_continues);
     RUN_TEST(another_configuration_is_reported_once_for_each_and_not_refused);
     return UNITY_END();
 }

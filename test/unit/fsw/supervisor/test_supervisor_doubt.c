@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The known state of a subsystem that was silent for a while decides nothing until the subsystem has
-// answered.
+// After a subsystem was silent for a while, the supervisor does not rely on its known state until the
+// subsystem has answered a query.
 #include "fsw/supervisor/supervisor.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -28,7 +28,7 @@ static const registry_entry_t* arm(void)
     return &fixture.supervisor.registry[0];
 }
 
-/// ARM is cut off in operation, and goes to a lower state by itself; no report of it arrives.
+/// Cut off ARM while it is OPERATIONAL; it then goes to a lower state, and none of its reports arrives.
 static void cut_off_arm(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
@@ -51,21 +51,21 @@ static void a_request_barred_only_by_an_unknown_state_is_refused_as_uncertain(vo
     (void)fixture_request_state(HAND, STATE_OPERATIONAL);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("G 1.2 #5 0115 10"));
-    // 41 W: more than is left with ARM in OPERATIONAL.
+    // 41 W is more than is left while ARM is OPERATIONAL.
     (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("G 1.2 #6 0115 10"));
-    (void)fixture_tc(ARM, 8U, 1U, "REST\0\0\0\0", 8U); // Not permitted in OPERATIONAL.
+    (void)fixture_tc(ARM, 8U, 1U, "REST\0\0\0\0", 8U); // This function is not permitted in OPERATIONAL.
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("G 1.2 #7 0115 10"));
 }
 
-static void a_subsystem_heard_again_is_queried_and_then_trusted(void)
+static void a_subsystem_heard_again_is_queried_before_its_state_is_used(void)
 {
     cut_off_arm();
     fixture_tick();
     fixture_report(FIXTURE_ARM, PUS_SERVICE_TEST, 2U, NULL,
-                   0U); // It may have been sent before, so it does not prove the state.
+                   0U); // The report may have been sent before, so it does not prove the state.
     fixture_run(2U);
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.reactions.asked);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, arm()->state);
@@ -83,7 +83,7 @@ static void a_subsystem_heard_again_is_queried_and_then_trusted(void)
     TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_HAND].state);
 }
 
-static void an_answer_that_does_not_come_is_asked_for_again(void)
+static void a_query_without_an_answer_is_repeated(void)
 {
     cut_off_arm();
     // ARM reports its status once a second, but does not answer.
@@ -100,7 +100,7 @@ static void an_answer_that_does_not_come_is_asked_for_again(void)
     TEST_ASSERT_TRUE(fixture.supervisor.reactions.asked <= 4U);
 }
 
-/// A report of completion to the supervisor, of the status request or of another one.
+/// Send a completion report to the supervisor, about the status request or about another request.
 static void end_of_request(uint32_t request_id, bool is_good)
 {
     const pus_token_t token = {
@@ -122,7 +122,8 @@ static void only_the_completion_of_the_query_ends_the_doubt(void)
     run_ms(1000);
     TEST_ASSERT_EQUAL(DOUBT_ASKED, arm()->doubt);
     const uint32_t asked = arm()->asked.request_id;
-    fixture_verify(FIXTURE_ARM, 7U, (uint16_t)(asked & 0x3FFFU)); // The same number, but of the ground.
+    // The same number, but in the name of the ground.
+    fixture_verify(FIXTURE_ARM, 7U, (uint16_t)(asked & 0x3FFFU));
     fixture_step();
     TEST_ASSERT_EQUAL(DOUBT_ASKED, arm()->doubt);
     end_of_request(asked ^ 1U, true);
@@ -165,8 +166,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_request_barred_only_by_an_unknown_state_is_refused_as_uncertain);
-    RUN_TEST(a_subsystem_heard_again_is_queried_and_then_trusted);
-    RUN_TEST(an_answer_that_does_not_come_is_asked_for_again);
+    RUN_TEST(a_subsystem_heard_again_is_queried_before_its_state_is_used);
+    RUN_TEST(a_query_without_an_answer_is_repeated);
     RUN_TEST(only_the_completion_of_the_query_ends_the_doubt);
     RUN_TEST(a_subsystem_that_returns_offline_has_no_links);
     RUN_TEST(a_process_that_starts_again_is_not_in_doubt);

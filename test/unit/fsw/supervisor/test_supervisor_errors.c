@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define BROKEN 1U ///< HIGH; a plan notes it for ARM, a plan takes HAND's network down.
+#define BROKEN 1U ///< HIGH; for ARM a plan only logs it, for HAND a plan takes the network down.
 #define STRAIN 2U
 #define TIRED 3U
 #define NOTE 4U
@@ -48,8 +48,8 @@ static void a_high_error_shuts_the_network_down_in_the_same_step(void)
     fixture_forget();
     fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
     fixture_step();
-    // HAND gets an order; ARM goes by itself; LONE is not in the network. Network 16 was shut down for 16;
-    // its plan began.
+    // HAND gets a command; ARM goes down without one; LONE is not in the network. The events report that
+    // network 16 was shut down because of 16, and that its plan has started.
     fixture_expect("G/16 5.4 0005\nG 5.1 000300100010\nG 5.1 000600100005\n17 TC 129.8 0602 from 8001\n");
     fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     run_ms(490);
@@ -60,12 +60,12 @@ static void a_high_error_shuts_the_network_down_in_the_same_step(void)
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0003 from 8001"));
     TEST_ASSERT_FALSE(fixture_has("18 TC"));
     fixture_forget();
-    run_ms(1000); // Once.
+    run_ms(1000); // The reaction does not occur again.
     TEST_ASSERT_FALSE(fixture_has("16 TC 129"));
     TEST_ASSERT_FALSE(fixture_has("17 TC 129"));
 }
 
-/// The report is disabled (TC[5,6]): the member sends a notice in its place.
+/// If the report of an event is disabled by TC[5,6], the member sends a notice instead.
 static void notice(unsigned member, uint8_t severity, uint16_t event)
 {
     const pus_event_notice_t content = {.event = event, .severity = severity};
@@ -89,7 +89,8 @@ static void an_event_whose_report_is_disabled_has_the_same_reaction(void)
     notice(FIXTURE_ARM, 4U, GRIPLESS);
     fixture_step();
     fixture_expect(
-        "G 5.1 000300100010\nG 5.1 000600100005\n17 TC 129.8 0602 from 8001\n"); // Not reported to ground.
+        // The event is not reported to the ground.
+        "G 5.1 000300100010\nG 5.1 000600100005\n17 TC 129.8 0602 from 8001\n");
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);
     fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     run_ms(520);
@@ -102,7 +103,7 @@ static void an_event_whose_report_is_disabled_has_the_same_reaction(void)
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 0401 from 8001"));
     fixture_forget();
     notice(FIXTURE_ARM, 2U, NOTE);
-    notice(FIXTURE_ARM, 9U, GRIPLESS); // This is no severity.
+    notice(FIXTURE_ARM, 9U, GRIPLESS); // 9 is not a severity.
     fixture_run(2U);
     TEST_ASSERT_FALSE(fixture_has("16 TC"));
     TEST_ASSERT_FALSE(fixture_has("17 TC"));
@@ -113,12 +114,13 @@ static void one_failure_has_one_plan(void)
     fixture_link_up(STATE_OPERATIONAL);
     fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
     fixture_step();
-    fixture_event(FIXTURE_HAND, 4U, BROKEN); // It is in the run of the other failure.
+    fixture_event(FIXTURE_HAND, 4U, BROKEN); // HAND belongs to the plan run of the other failure.
     fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
     fixture_run(2U);
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);
     run_ms(700);
-    fixture_event(FIXTURE_ARM, 4U, GRIPLESS); // After that run the next failure has its own.
+    // After the end of that run, the next failure has a run of its own.
+    fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
     fixture_run(2U);
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.counters.plans_started);
 }
@@ -137,7 +139,7 @@ static void failures_of_separate_networks_have_separate_plans(void)
     TEST_ASSERT_TRUE(fixture_has("18 TC 129.8 00"));
 }
 
-static void a_partner_in_error_or_lost_receives_no_second_order(void)
+static void a_partner_in_error_or_lost_receives_no_second_command(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
@@ -175,7 +177,7 @@ static void a_plan_of_the_mission_replaces_the_built_in_one(void)
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 00"));
 }
 
-static void a_plan_that_only_logs_does_nothing_else(void)
+static void a_plan_that_only_logs_has_no_other_effect(void)
 {
     fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     fixture_forget();
@@ -201,13 +203,13 @@ static void a_subsystem_without_links_goes_down_alone(void)
 
 static void a_medium_error_takes_the_subsystem_to_safe_operational_in_the_same_step(void)
 {
-    static const uint16_t events[] = {STRAIN, TIRED}; // With a plan, and without.
+    static const uint16_t events[] = {STRAIN, TIRED}; // The first has a plan, the second has none.
     for (unsigned i = 0U; i < 2U; i++) {
         fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
         fixture_forget();
         fixture_event(FIXTURE_ARM, 3U, events[i]);
         fixture_step();
-        // The cause is the plan, or the subsystem's own error.
+        // The cause is the plan or the error of the subsystem.
         TEST_ASSERT_TRUE(
             fixture_has((i == 0U) ? "16 TC 129.8 0403 from 8001" : "16 TC 129.8 0401 from 8001"));
         TEST_ASSERT_FALSE(fixture_has("17 TC"));
@@ -216,7 +218,7 @@ static void a_medium_error_takes_the_subsystem_to_safe_operational_in_the_same_s
     }
 }
 
-static void a_medium_error_never_orders_a_higher_state(void)
+static void a_medium_error_never_commands_a_higher_state(void)
 {
     static const state_t states[]  = {STATE_OFFLINE, STATE_PRE_OPERATIONAL, STATE_SAFE_OPERATIONAL,
                                       STATE_ERROR_OPERATIONAL};
@@ -232,7 +234,7 @@ static void a_medium_error_never_orders_a_higher_state(void)
     }
 }
 
-/// The plan of LONE's STRAIN stops it at once, if it runs and is not stopped yet.
+/// The plan of LONE's STRAIN stops LONE at once, if it is running.
 static void a_plan_may_take_a_member_to_its_safe_state(void)
 {
     static const state_t states[] = {STATE_OFFLINE, STATE_PRE_OPERATIONAL, STATE_OPERATIONAL,
@@ -255,7 +257,7 @@ static void low_and_informative_events_are_only_logged(void)
     fixture_expect("G/16 5.2 0004\nG/16 5.1 0004\n");
 }
 
-/// The supervisor reacts to its own findings when it makes them, not to their reports.
+/// The supervisor reacts to its own findings when it makes them, and not to their reports.
 static void only_events_of_other_subsystems_of_the_mission_have_a_reaction(void)
 {
     static const uint16_t others[] = {SUPERVISOR_APID, 99U};
@@ -291,7 +293,7 @@ static void a_process_that_dies_is_started_again(void)
     TEST_ASSERT_EQUAL(1U, fixture.starts);
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.restarts);
     TEST_ASSERT_TRUE(fixture.members[FIXTURE_ARM].is_running);
-    run_ms(600); // The plan is the built-in one, not that of ARM's own event number 1.
+    run_ms(600); // The built-in plan runs, and not that of ARM's own event number 1.
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 00"));
     fixture_forget();
     (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
@@ -300,7 +302,8 @@ static void a_process_that_dies_is_started_again(void)
     TEST_ASSERT_EQUAL(MODE_NOMINAL, fixture.supervisor.mode);
 }
 
-/// 20 ms after the promised step (the mission's hangAfter), not before; the restart takes its boot time.
+/// The process is killed 20 ms after the promised step (hangAfter of the mission) and not earlier; its
+/// restart takes the boot time.
 static void a_process_that_hangs_is_killed_and_started_again(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
@@ -314,12 +317,12 @@ static void a_process_that_hangs_is_killed_and_started_again(void)
     TEST_ASSERT_EQUAL_UINT64(50000000U, fixture.boot_ns);
     TEST_ASSERT_EQUAL_UINT32(fixture.supervisor.link_epoch, fixture.link_floor);
     fixture_run(1U);
-    TEST_ASSERT_TRUE(fixture_has("G 5.4 001E0010")); // PROCESS_HUNG, and not PROCESS_LOST as well.
+    TEST_ASSERT_TRUE(fixture_has("G 5.4 001E0010")); // PROCESS_HUNG; PROCESS_LOST is not raised in addition.
     TEST_ASSERT_FALSE(fixture_has("G 5.4 00010010"));
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
 }
 
-/// Let the supervisor find, at its next check, a process that is later by this than its mission allows.
+/// At its next check, the supervisor finds a process that is later than its mission allows by this time.
 static void see_late(uint16_t apid, uint64_t by_ns)
 {
     fixture_tick();
@@ -328,7 +331,7 @@ static void see_late(uint16_t apid, uint64_t by_ns)
     fixture_step();
 }
 
-/// Repeatedly as late as the mission allows, to the nanosecond: slow, and no reaction.
+/// A process that is repeatedly as late as its mission allows, to the nanosecond, has no reaction.
 static void a_process_that_is_slow_within_its_time_is_not_killed(void)
 {
     const uint64_t patience_ns = patience_of(ARM);
@@ -336,7 +339,7 @@ static void a_process_that_is_slow_within_its_time_is_not_killed(void)
     fixture.late_apid = ARM;
     for (unsigned i = 0U; i < 50U; i++) {
         fixture.promise_ns = fixture.now_ns;
-        fixture_run((unsigned)(patience_ns / FIXTURE_TICK_NS)); // The process does not step,
+        fixture_run((unsigned)(patience_ns / FIXTURE_TICK_NS)); // The process makes no step
         // and is checked at the last permitted instant, too.
         fixture_step();
         TEST_ASSERT_EQUAL_UINT64(patience_ns, fixture.supervisor.now_ns - fixture.promise_ns);
@@ -346,7 +349,7 @@ static void a_process_that_is_slow_within_its_time_is_not_killed(void)
     TEST_ASSERT_EQUAL(0U, supervisor_registry_find(&fixture.supervisor, ARM)->deaths);
     TEST_ASSERT_FALSE(fixture_has("G 5.4 "));
     TEST_ASSERT_FALSE(fixture_has("TC 129.8"));
-    see_late(ARM, 1U); // One nanosecond more.
+    see_late(ARM, 1U); // One nanosecond above the limit.
     TEST_ASSERT_EQUAL(1U, fixture.kills);
     TEST_ASSERT_EQUAL(1U, fixture.starts);
     fixture_run(1U);
@@ -362,18 +365,19 @@ static unsigned times_reported(const char* text, const char* line)
     return count;
 }
 
-/// The promise of the killed life is still there while the next one waits for its start: no second reaction.
+/// The promise of the killed life is still stored while the next life waits for its start: there must be no
+/// second reaction.
 static void a_repeated_detection_of_a_hang_has_one_reaction(void)
 {
     mission_of(LONE)->restart_budget = 2U;
-    static const unsigned started[]  = {1U, 1U, 2U, 2U}; // At once, after 100 ms; then never.
+    static const unsigned started[]  = {1U, 1U, 2U, 2U}; // Starts at once and after 100 ms, then none.
     for (unsigned hang = 1U; hang <= 3U; hang++) {
         see_late(LONE, 1U);
         TEST_ASSERT_EQUAL(hang, fixture.kills);
         TEST_ASSERT_EQUAL(started[hang - 1U], fixture.starts);
         for (unsigned i = 0U; i < 8U; i++) {
             fixture_tick();
-            fixture_step(); // Twice at one instant, too.
+            fixture_step(); // Two checks at one instant.
         }
         TEST_ASSERT_EQUAL(hang, fixture.kills);
         TEST_ASSERT_EQUAL(started[hang - 1U], fixture.starts);
@@ -390,7 +394,7 @@ static void a_repeated_detection_of_a_hang_has_one_reaction(void)
     TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
 }
 
-/// The request might reach its earlier life and never be answered.
+/// Otherwise a request could reach the earlier life and never be answered.
 static void nothing_is_sent_to_a_restarted_process_before_it_is_heard(void)
 {
     fixture.members[FIXTURE_LONE].is_silent  = true;
@@ -416,7 +420,7 @@ static void nothing_is_sent_to_a_restarted_process_before_it_is_heard(void)
 static void a_restart_budget_ends_in_mode_safe(void)
 {
     for (unsigned i = 0U; i < 2U; i++) {
-        fixture.members[FIXTURE_LONE].is_running = false; // Its budget is one restart.
+        fixture.members[FIXTURE_LONE].is_running = false; // LONE may be restarted once.
         run_ms(1000);
         TEST_ASSERT_EQUAL((i == 0U) ? MODE_NOMINAL : MODE_SAFE, fixture.supervisor.mode);
     }
@@ -439,7 +443,7 @@ static void a_start_that_fails_ends_in_mode_safe(void)
     TEST_ASSERT_EQUAL(PROCESS_LOST, fixture.supervisor.registry[2].process);
 }
 
-static void communication_comes_up_again_by_itself(void)
+static void communication_is_started_again_without_a_command(void)
 {
     fixture.members[FIXTURE_GROUND].is_running = false;
     run_ms(1000);
@@ -464,7 +468,7 @@ static void silence_is_an_error(void)
     fixture_forget();
     run_ms(2500);
     TEST_ASSERT_FALSE(fixture_has("G 5.4"));
-    run_ms(1500); // Reported again after the same silence.
+    run_ms(1500); // The silence is reported again after the same time.
     TEST_ASSERT_TRUE(fixture_has("G 5.4 00020010"));
 }
 
@@ -482,7 +486,7 @@ static void random_errors_leave_the_supervisor_consistent(void)
         const uint32_t chance = (random >> 10U) % 12U;
         const unsigned member = FIXTURE_ARM + ((random >> 16U) % 3U);
         if (!fixture.members[member].is_running) {
-            // It is dead: the supervisor decides.
+            // The process is dead and the supervisor decides.
         } else if (chance < 4U) {
             fixture_event(member, (uint8_t)(chance + 1U), (uint16_t)((random >> 20U) % 6U));
         } else if (chance == 5U) {
@@ -509,35 +513,35 @@ static void random_errors_leave_the_supervisor_consistent(void)
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.pending.count);
 }
 
-/// The event reports that a network was shut down: for a new failure, or if an order was given. A network of
-/// one member has nothing to shut down.
-static void a_network_is_reported_as_shut_down_once_for_each_failure_or_order(void)
+/// The event reports that a network was shut down: for each new failure, and if a command was sent. A network
+/// of one member is not reported.
+static void a_shutdown_of_a_network_is_reported_once_for_each_failure_or_command(void)
 {
     static const char shut_down[] = "G 5.1 000300100010";
-    fixture_event(FIXTURE_LONE, 4U, BROKEN); // Without links.
+    fixture_event(FIXTURE_LONE, 4U, BROKEN); // LONE has no links.
     fixture_step();
     TEST_ASSERT_FALSE(fixture_has("G 5.1 0003"));
     fixture_link_up(STATE_OPERATIONAL);
     fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
     fixture_forget();
-    fixture_event(FIXTURE_ARM, 4U, GRIPLESS); // A new failure; HAND needs no order.
+    fixture_event(FIXTURE_ARM, 4U, GRIPLESS); // A new failure; HAND needs no command.
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has(shut_down));
     TEST_ASSERT_FALSE(fixture_has("17 TC 129.8"));
     fixture_forget();
-    fixture_event(FIXTURE_ARM, 4U, GRIPLESS); // The same failure, and no order.
+    fixture_event(FIXTURE_ARM, 4U, GRIPLESS); // The same failure without a command.
     fixture_step();
     TEST_ASSERT_FALSE(fixture_has(shut_down));
     fixture_place(FIXTURE_HAND, STATE_OPERATIONAL);
     fixture_forget();
-    fixture_event(FIXTURE_ARM, 4U, GRIPLESS); // The same failure, and an order.
+    fixture_event(FIXTURE_ARM, 4U, GRIPLESS); // The same failure with a command.
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has(shut_down));
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
 }
 
-/// An order that is not answered stands for one second: until then no further event repeats it.
-static void an_order_without_an_answer_is_repeated_after_a_second(void)
+/// A command without an answer counts for one second: until then, further events do not repeat it.
+static void a_command_without_an_answer_is_repeated_after_a_second(void)
 {
     const registry_entry_t* const arm = supervisor_registry_find(&fixture.supervisor, ARM);
     fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
@@ -566,12 +570,12 @@ int main(void)
     RUN_TEST(an_event_whose_report_is_disabled_has_the_same_reaction);
     RUN_TEST(one_failure_has_one_plan);
     RUN_TEST(failures_of_separate_networks_have_separate_plans);
-    RUN_TEST(a_partner_in_error_or_lost_receives_no_second_order);
+    RUN_TEST(a_partner_in_error_or_lost_receives_no_second_command);
     RUN_TEST(a_plan_of_the_mission_replaces_the_built_in_one);
-    RUN_TEST(a_plan_that_only_logs_does_nothing_else);
+    RUN_TEST(a_plan_that_only_logs_has_no_other_effect);
     RUN_TEST(a_subsystem_without_links_goes_down_alone);
     RUN_TEST(a_medium_error_takes_the_subsystem_to_safe_operational_in_the_same_step);
-    RUN_TEST(a_medium_error_never_orders_a_higher_state);
+    RUN_TEST(a_medium_error_never_commands_a_higher_state);
     RUN_TEST(a_plan_may_take_a_member_to_its_safe_state);
     RUN_TEST(low_and_informative_events_are_only_logged);
     RUN_TEST(only_events_of_other_subsystems_of_the_mission_have_a_reaction);
@@ -583,11 +587,11 @@ int main(void)
     RUN_TEST(nothing_is_sent_to_a_restarted_process_before_it_is_heard);
     RUN_TEST(a_restart_budget_ends_in_mode_safe);
     RUN_TEST(a_start_that_fails_ends_in_mode_safe);
-    RUN_TEST(communication_comes_up_again_by_itself);
+    RUN_TEST(communication_is_started_again_without_a_command);
     RUN_TEST(silence_is_an_error);
     RUN_TEST(a_subsystem_that_reports_is_not_silent);
     RUN_TEST(random_errors_leave_the_supervisor_consistent);
-    RUN_TEST(an_order_without_an_answer_is_repeated_after_a_second);
-    RUN_TEST(a_network_is_reported_as_shut_down_once_for_each_failure_or_order);
+    RUN_TEST(a_command_without_an_answer_is_repeated_after_a_second);
+    RUN_TEST(a_shutdown_of_a_network_is_reported_once_for_each_failure_or_command);
     return UNITY_END();
 }

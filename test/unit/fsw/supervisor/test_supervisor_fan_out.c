@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A port with two readers: one network of three members, each link with its own session, epoch and end.
+// A port with two readers: one network of three members, and each link with its own session, epoch and end.
 #include "fsw/supervisor/supervisor.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -32,7 +32,7 @@ void tearDown(void)
 
 static void a_second_reader_does_not_affect_the_first(void)
 {
-    TEST_ASSERT_TRUE(fixture_has("16 TC 130.6 000300000003")); // An epoch of its own.
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.6 000300000003")); // The second link has an epoch of its own.
     TEST_ASSERT_TRUE(fixture_has("18 TC 130.6 000300000003"));
     TEST_ASSERT_FALSE(fixture_has("17 TC 130."));
     TEST_ASSERT_FALSE(fixture_has("130.7"));
@@ -77,7 +77,8 @@ static void a_reader_that_dies_fails_its_network_and_loses_only_its_own_link(voi
     fixture_forget();
     fixture.members[FIXTURE_LONE].is_running = false;
     fixture_run(3U);
-    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 06")); // The network: both others, through the writer.
+    // Both other members get the command, because the writer connects them.
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 06"));
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
     TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 00030A"));
     TEST_ASSERT_FALSE(fixture_has("17 TC 130.7"));

@@ -71,7 +71,7 @@ static void a_file_is_read_in_pieces(void)
     TEST_ASSERT_EQUAL(STATUS_OK, files->close(files->context, file));
 }
 
-static void a_file_is_written_and_lasts(void)
+static void a_written_file_is_complete_on_the_disk(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, create(NAME("a", "new")));
     TEST_ASSERT_EQUAL(STATUS_OK, files->write(files->context, file, 0U, (const uint8_t*)"abc", 3U));
@@ -102,7 +102,7 @@ static void each_failure_to_open_a_file_has_its_reason(void)
     TEST_ASSERT_EQUAL(STATUS_IO, create(NAME("a", "new")));
 }
 
-static void paths_and_names_are_those_of_st23(void)
+static void paths_and_names_follow_the_rules_of_st23(void)
 {
     static const uint8_t filler[2U * PUS_FILE_PATH_SIZE] = {'x'};
     const pus_file_name_t bad[]                          = {
@@ -129,7 +129,7 @@ static void the_number_of_open_files_is_bounded(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, open_one());
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, create(NAME("a", "new")));
     TEST_ASSERT_NULL(disk_find("a/new"));
-    fail_next_call(STATUS_IO); // The file is still closed.
+    fail_next_call(STATUS_IO); // The file is closed although the call fails.
     TEST_ASSERT_EQUAL(STATUS_IO, files->close(files->context, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, create(NAME("a", "new")));
     TEST_ASSERT_EQUAL_UINT32(1U, file);
@@ -161,7 +161,7 @@ static void copies_continue_while_no_other_event_wakes_the_supervisor(void)
                      SPACECRAFT_RETRY_NS);
 }
 
-/// Content of TC[21,1] after the identifier, as a file: one request without a delay.
+/// A file with the content of TC[21,1] after the identifier: one request without a delay.
 static void a_sequence_is_loaded_from_a_file(void)
 {
     uint8_t content[64];
@@ -183,9 +183,9 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_file_is_read_in_pieces);
-    RUN_TEST(a_file_is_written_and_lasts);
+    RUN_TEST(a_written_file_is_complete_on_the_disk);
     RUN_TEST(each_failure_to_open_a_file_has_its_reason);
-    RUN_TEST(paths_and_names_are_those_of_st23);
+    RUN_TEST(paths_and_names_follow_the_rules_of_st23);
     RUN_TEST(the_number_of_open_files_is_bounded);
     RUN_TEST(without_a_store_there_is_no_port);
     RUN_TEST(copies_continue_while_no_other_event_wakes_the_supervisor);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// No packet of the ground or of the members causes an assertion of the supervisor to fail, and it works
+// No packet of the ground or of a member makes an assertion of the supervisor fail, and the supervisor works
 // afterwards.
 #include "fsw/supervisor/supervisor.h"
 
@@ -53,7 +53,7 @@ static void send_request(void)
     (void)fixture_tc(apids[draw(10U)], service, subtype, data, (service == 129U) ? (size % 3U) : size);
 }
 
-/// Member reports that are nearly correct: states, events, link answers and verification of any kind.
+/// Send a nearly correct report of a member: states, events, link answers and verification of any kind.
 static void send_report(unsigned member)
 {
     static const uint8_t services[] = {1U, 1U, 3U, 5U, 129U, 129U, 130U, 130U, 130U, 131U};
@@ -71,7 +71,7 @@ static void send_octets(unsigned member)
     fixture_send(member, octets, size);
 }
 
-static void nothing_on_the_wire_fails_an_assertion(void)
+static void no_received_packet_makes_an_assertion_fail(void)
 {
     for (unsigned round = 0U; round < ROUNDS; round++) {
         const unsigned member = draw(FIXTURE_MEMBERS);
@@ -108,6 +108,6 @@ static void nothing_on_the_wire_fails_an_assertion(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(nothing_on_the_wire_fails_an_assertion);
+    RUN_TEST(no_received_packet_makes_an_assertion_fail);
     return UNITY_END();
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The supervisor dies at every point of one busy step: before and after each frame, each write to the packet
-// log, to the journal and to a packet store, each order to a process and each query to the platform. The next
-// one continues, and each effect has happened once.
+// log, to the journal and to a packet store, each command to a process and each query to the platform. The
+// next supervisor continues, and each effect must have occurred once.
 #define _GNU_SOURCE
 #include "fsw/supervisor/supervisor.h"
 #include "fsw/supervisor/undo.h"
@@ -100,7 +100,8 @@ static bool mortal_is_running(void* context, uint16_t apid)
 // ---- Media ----
 
 static uint8_t store_octets[STORE_OCTETS];
-static uint64_t store_size; // The context; a different one belongs to the store that accepts nothing.
+// Context of the medium; that of the other store, which accepts no octets, differs.
+static uint64_t store_size;
 
 static status_t read_store(void* context, uint64_t offset, uint8_t* octets, size_t size)
 {
@@ -196,14 +197,14 @@ static void open_media(void)
                                  mortal_sync, mortal_size, mortal_resize};
         media[i]              = supervisor_undo_open(&guards[i], &checkpoint, (uint8_t)i, &mortal);
     }
-    static uint64_t none; // The size of the others.
+    static uint64_t none; // Size of the other media.
     store_media[0] = media[2];
     for (unsigned i = 1U; i < SPACECRAFT_STORES; i++) {
         store_media[i] = (medium_t){&none, read_store, write_store, sync_store, size_of_store, resize_store};
     }
     const journal_configuration_t config = {.media    = {media[0], media[1]},
                                             .limit    = MEDIUM_MAX,
-                                            .slack    = 512U, // It is compacted occasionally.
+                                            .slack    = 512U, // Makes the journal compact now and then.
                                             .slots    = slots,
                                             .capacity = RECORDS};
     TEST_ASSERT_EQUAL(STATUS_OK, journal_open(&journal, &config));
@@ -232,11 +233,11 @@ static void watch_arrivals(void)
     message_watch(&fixture.endpoint, (message_arrival_t){NULL, note_arrival});
 }
 
-/// The next one opens: nothing of its predecessor's memory is left.
-static void succeed(void)
+/// Open the next supervisor, which has none of its predecessor's memory.
+static void open_successor(void)
 {
     static message_place_t inbox[sizeof fixture.inbox / sizeof fixture.inbox[0]];
-    osal_file_close(&fixture.supervisor.log.file); // As the system closes it.
+    osal_file_close(&fixture.supervisor.log.file); // The system closes the file of a dead process.
     (void)memset(&fixture.supervisor, 0, sizeof fixture.supervisor);
     message_open(&fixture.endpoint, SUPERVISOR_APID, 1U, carrier, inbox, sizeof inbox / sizeof inbox[0]);
     for (unsigned i = 0U; i < FIXTURE_MEMBERS; i++) {
@@ -248,7 +249,7 @@ static void succeed(void)
     fixture.now_ns += 5U * FIXTURE_TICK_NS;
 }
 
-/// One step that ends at the point `at`. False: it has fewer points.
+/// Make one step that ends at the point `at`. Returns false if the step has fewer points.
 static bool dies(unsigned at)
 {
     fixture.endpoint.carrier.send = mortal_send;
@@ -261,7 +262,7 @@ static bool dies(unsigned at)
         fixture.endpoint.carrier = carrier;
         return false;
     }
-    succeed();
+    open_successor();
     return true;
 }
 
@@ -329,11 +330,12 @@ static void see(uint64_t number, const char* hex)
     }
 }
 
-/// Text of the records in their order: those of ASCII first, because they are the earlier ones.
-static void expect_whole_log(void)
+/// Text of the records in order: first those of the ASCII file, which are earlier.
+static void expect_complete_log(void)
 {
     TEST_ASSERT_EQUAL(
-        STATUS_OK, supervisor_packet_log_select(&fixture.supervisor.log, PACKET_LOG_RING)); // All is written.
+        // All records are written.
+        STATUS_OK, supervisor_packet_log_select(&fixture.supervisor.log, PACKET_LOG_RING));
     (void)memset(seen, 0, sizeof seen);
     for (unsigned i = 0U; i < APIDS; i++) {
         last_count[i] = -1;
@@ -366,7 +368,7 @@ static void expect_whole_log(void)
     }
 }
 
-/// Every frame was taken once, in both directions, by the components that did not die.
+/// Expect that the components that did not die received every frame once, in both directions.
 static void expect_frames_once(void)
 {
     for (unsigned i = FIXTURE_GROUND; i <= FIXTURE_ARM; i++) {
@@ -374,7 +376,7 @@ static void expect_frames_once(void)
         const message_channel_t* const up      = &member->places[0].channel;
         const message_channel_t* const down    = &fixture.endpoint.places[i].channel;
         TEST_ASSERT_EQUAL(0U, member->counters.lost);
-        TEST_ASSERT_TRUE(member->counters.stale <= 2U); // For each death one frame may be sent again.
+        TEST_ASSERT_TRUE(member->counters.stale <= 2U); // Each death may cause one repeated frame.
         TEST_ASSERT_EQUAL(down->position.sent, member->counters.received);
         TEST_ASSERT_EQUAL(up->position.sent, down->position.taken);
     }
@@ -405,8 +407,8 @@ static struct { // Sequence counts of the requests.
     uint16_t insert;
 } busy;
 
-/// Work of one step: requests to a subsystem and to the supervisor itself, reports, a process that dies, one
-/// that is stopped, a release of the schedule, a new activity, a link, another packet log.
+/// Work for one step: requests to a subsystem and to the supervisor, reports, a process that dies, one that
+/// is stopped, a release of the schedule, a new activity, a link, another packet log.
 static void make_busy(void)
 {
     const uint8_t sqlite = PACKET_LOG_SQLITE;
@@ -415,7 +417,7 @@ static void make_busy(void)
     fixture.now_ns += FIXTURE_TICK_NS;
     fixture_forget();
     fixture.ack                              = PUS_ACK_ALL;
-    fixture.members[FIXTURE_HAND].is_running = false; // Its process.
+    fixture.members[FIXTURE_HAND].is_running = false; // The process of HAND dies.
     for (unsigned i = 0U; i < 6U; i++) {
         busy.pings[i] = fixture_tc((i < 4U) ? ARM : SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
     }
@@ -453,7 +455,8 @@ static void expect_all_once(void)
     expect_end(busy.stop);
     expect_end(busy.log);
     expect_end(busy.insert);
-    TEST_ASSERT_EQUAL(5U, count_lines("16 TC 17.1 from 1\n")); // With what the schedule has released.
+    // Including the request that the schedule has released.
+    TEST_ASSERT_EQUAL(5U, count_lines("16 TC 17.1 from 1\n"));
     TEST_ASSERT_EQUAL(1U, count_lines(numbered("G 1.1 #%u\n", busy.link)));
     TEST_ASSERT_EQUAL(1U, count_lines(numbered("G 1.8 #%u ", busy.link))); // HAND has died.
     TEST_ASSERT_EQUAL(2U, count_lines("G 17.2"));
@@ -466,11 +469,11 @@ static void expect_all_once(void)
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.spacecraft.schedules.time.schedule.count);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.supervisor.subsystem));
     expect_store_of_one();
-    expect_whole_log();
+    expect_complete_log();
     expect_frames_once();
 }
 
-static void begin_anew(void)
+static void begin_again(void)
 {
     tearDown();
     setUp();
@@ -487,12 +490,12 @@ static void a_supervisor_killed_at_any_step_performs_each_request_once(void)
         fixture_run(120U);
         expect_all_once();
         TEST_ASSERT_EQUAL(has_died ? 1U : 0U, count_lines(RESTARTED "000000020000"));
-        begin_anew();
+        begin_again();
     }
     TEST_ASSERT_TRUE_MESSAGE(at > 90U, "fewer points than expected");
 }
 
-/// The next one dies, too, in its first step.
+/// The next supervisor also dies in its first step.
 static void each_request_is_performed_once_wherever_two_supervisors_die(void)
 {
     for (unsigned first = 1U; first < 100U; first += 9U) {
@@ -502,7 +505,7 @@ static void each_request_is_performed_once_wherever_two_supervisors_die(void)
             (void)dies(second);
             fixture_run(120U);
             expect_all_once();
-            begin_anew();
+            begin_again();
         }
     }
 }

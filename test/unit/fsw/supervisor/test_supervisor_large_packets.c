@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A request that arrived in parts is routed like one that came in one packet; a report longer than a packet
-// is sent in parts.
+// A request that came in parts is routed like a request that came in one packet; a report longer than a
+// packet is sent in parts.
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
@@ -9,9 +9,10 @@
 #include <string.h>
 
 #define PART 400U
-#define SUPERVISOR_STATUS ((1UL << 21U) | (24UL << 16U)) // Its first parameter, a structure.
+// The first parameter of the supervisor, a structure.
+#define SUPERVISOR_STATUS ((1UL << 21U) | (24UL << 16U))
 #define VALUES_ASKED 255U
-#define REPORT_PARTS 12U // A report of 255 values of 24 octets, with a count and the packet around it.
+#define REPORT_PARTS 12U // Parts of a report of 255 values of 24 octets.
 
 static uint8_t whole[PUS_LARGE_MAX];
 static size_t whole_size;
@@ -26,7 +27,7 @@ void tearDown(void)
     fixture_close();
 }
 
-/// A request with `size` octets of data, which begin with `data` and continue with zeros; its number is 99.
+/// Make a request with number 99 and `size` octets of data: `data`, then zeros.
 static void make_request(const uint16_t apid, const uint8_t service, const uint8_t subtype,
                          const uint16_t source, const void* const data, const size_t begin, const size_t size)
 {
@@ -52,7 +53,7 @@ static void send_part(const uint16_t number, const size_t sent, const size_t siz
     fixture_run(1U);
 }
 
-/// Send it, in two parts at least; forget the reports about all parts but the last.
+/// Send the request in at least two parts; forget the reports about all parts but the last.
 static void send_request(void)
 {
     uint16_t number = 1U;
@@ -66,7 +67,7 @@ static void send_request(void)
     fixture.ack = PUS_ACK_ALL;
 }
 
-static void ask_for_values(void)
+static void request_values(void)
 {
     static uint8_t data[1U + (4U * VALUES_ASKED)] = {VALUES_ASKED};
     for (size_t i = 0U; i < VALUES_ASKED; i++) {
@@ -104,7 +105,7 @@ static void requests_in_parts_need_the_same_permission(void)
     fixture_expect("G 1.2 #99 0108 0\n");
 }
 
-static void a_request_to_another_subsystem_fits_a_packet(void)
+static void a_request_to_another_subsystem_must_fit_a_packet(void)
 {
     make_request(ARM, PUS_SERVICE_TEST, 1U, FIXTURE_USER, "", 0U, PUS_TC_DATA_MAX + 1U);
     fixture.ack = 0U;
@@ -113,7 +114,7 @@ static void a_request_to_another_subsystem_fits_a_packet(void)
     TEST_ASSERT_TRUE(fixture_has("G 1.4 #0 0205 1000"));
 }
 
-/// ARM's mailbox is full: the request waits for it.
+/// ARM's mailbox is full, so the request waits until it has room.
 static void a_request_waits_for_room(void)
 {
     fixture.members[FIXTURE_ARM].takes_nothing = true;
@@ -132,7 +133,7 @@ static void a_request_waits_for_room(void)
     TEST_ASSERT_TRUE(fixture_has("G/16 1.1 #99"));
 }
 
-/// The parts of a user on board become a request of that user.
+/// Parts from a user on board become a request of this user.
 static void a_user_on_board_may_send_parts(void)
 {
     uint8_t packet[PUS_TC_MIN + 4U + 32U];
@@ -160,7 +161,7 @@ static void a_user_on_board_may_send_parts(void)
 
 static void a_report_longer_than_a_packet_goes_in_parts(void)
 {
-    ask_for_values();
+    request_values();
     fixture_run(3U);
     TEST_ASSERT_TRUE(fixture_has("G 1.7 #99"));
     TEST_ASSERT_TRUE(fixture_has("G 13.1 00000001"));
@@ -171,19 +172,19 @@ static void a_report_longer_than_a_packet_goes_in_parts(void)
     TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.spacecraft.large_packets.service.counters.aborted);
 }
 
-/// They leave the credit that others need, and are not lost themselves.
+/// Parts leave the credit that other reports need, and no part is lost.
 static void parts_wait_for_ground(void)
 {
     const pus_large_t* const service              = &fixture.supervisor.spacecraft.large_packets.service;
     fixture.members[FIXTURE_GROUND].takes_nothing = true;
     for (unsigned i = 0U; i < 8U; i++) {
-        ask_for_values();
+        request_values();
         fixture_run(2U);
     }
     TEST_ASSERT_TRUE(service->counters.reports < 8U);
     TEST_ASSERT_TRUE(supervisor_ground_backlog_room(&fixture.supervisor.ground_backlog, PUS_CLASS_FIRM) >
                      16384U);
-    // A request without a buffer is reported.
+    // A request that finds no buffer is reported.
     const uint32_t lost                           = service->counters.refused;
     fixture.members[FIXTURE_GROUND].takes_nothing = false;
     fixture_run(100U);
@@ -198,7 +199,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_request_in_parts_is_routed);
     RUN_TEST(requests_in_parts_need_the_same_permission);
-    RUN_TEST(a_request_to_another_subsystem_fits_a_packet);
+    RUN_TEST(a_request_to_another_subsystem_must_fit_a_packet);
     RUN_TEST(a_request_waits_for_room);
     RUN_TEST(a_user_on_board_may_send_parts);
     RUN_TEST(a_report_longer_than_a_packet_goes_in_parts);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Actions of the supervisor itself from start to shutdown, and service 131.
+// The supervisor from start to shutdown, and service 131.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -60,7 +60,7 @@ static void supervisor_and_communication_come_up_by_themselves(void)
     fixture_expect("");
 }
 
-static void no_subsystem_gets_an_order_before_its_first_report(void)
+static void no_subsystem_gets_a_command_before_its_first_report(void)
 {
     fixture_open();
     fixture.members[FIXTURE_GROUND].is_silent = true;
@@ -71,7 +71,7 @@ static void no_subsystem_gets_an_order_before_its_first_report(void)
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_GROUND].state);
 }
 
-static void communication_ordered_down_comes_back(void)
+static void communication_is_started_again_after_a_command_to_offline(void)
 {
     fixture_open_up();
     (void)fixture_request_state(COMMUNICATION_APID, STATE_OFFLINE);
@@ -90,7 +90,7 @@ static void expect_heartbeats(unsigned count)
     }
 }
 
-static void members_hear_the_supervisor_once_a_second(void)
+static void members_get_a_heartbeat_once_a_second(void)
 {
     fixture_open_up();
     expect_heartbeats(10U);
@@ -105,7 +105,7 @@ static void make_impatient(supervisor_config_t* config)
     config->mission                              = &mission;
 }
 
-/// A subsystem that stays OPERATIONAL without the supervisor for a short time only gets three heartbeats in
+/// A subsystem that stays OPERATIONAL without the supervisor for only a short time gets three heartbeats in
 /// that time.
 static void the_subsystem_with_the_shortest_time_out_sets_the_interval(void)
 {
@@ -124,8 +124,8 @@ static const char* at(const char* text, const char* line)
     return found;
 }
 
-/// Wherever a subsystem stands in the table of the mission.
-static void the_first_subsystem_starts_by_itself_if_the_mission_says_so(void)
+/// This is true at any place in the table of the mission.
+static void an_autostart_subsystem_starts_at_any_place_of_the_table(void)
 {
     fixture_open();
     mission_subsystem_t* const first = (mission_subsystem_t*)fixture.supervisor.registry[0].mission;
@@ -148,7 +148,7 @@ static void check_order_of_shutdown(const char* text, bool has_request)
     TEST_ASSERT_TRUE(offline < ground);
     if (has_request) {
         const char* const done = at(text, "G 1.7 #");
-        // While the connection to ground is still open.
+        // The connection to the ground is still open.
         TEST_ASSERT_TRUE((offline < done) && (done < ground));
     }
 }
@@ -160,7 +160,7 @@ static void a_mission_goes_down_with_communication_last(void)
     fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
     fixture_forget();
     const uint8_t mode[1] = {MODE_SAFE};
-    (void)mission_tc(PUS_MISSION_SET_MODE, mode, 1U); // Allowed in every mode.
+    (void)mission_tc(PUS_MISSION_SET_MODE, mode, 1U); // This request is allowed in every mode.
     fixture_run(2U);
     fixture_forget();
     (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
@@ -171,11 +171,12 @@ static void a_mission_goes_down_with_communication_last(void)
     for (unsigned i = 0U; i < FIXTURE_MEMBERS; i++) {
         TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[i].state);
     }
-    const char* const log = fixture_log_file("packets.ascii"); // Flushed, including the last record.
+    // The log is complete, including the last record.
+    const char* const log = fixture_log_file("packets.ascii");
     TEST_ASSERT_EQUAL(fixture.supervisor.log.next_number - 1U, count_lines(log, ""));
 }
 
-/// A request that was lost on its way to a running subsystem.
+/// The request was lost on its way to a running subsystem.
 static void the_shutdown_ends_unanswered_requests(void)
 {
     fixture_open_up();
@@ -192,7 +193,7 @@ static void the_shutdown_ends_unanswered_requests(void)
     char line[32];
     (void)snprintf(line, sizeof line, "G 1.8 #%u 0406", number);
     const char* const lost = at(text, line);
-    // While the connection to ground is still open.
+    // The connection to the ground is still open.
     TEST_ASSERT_TRUE(lost < at(text, "2 TC 129.8 0004 from 8001"));
 }
 
@@ -216,7 +217,7 @@ static void a_stop_request_right_after_the_start_is_obeyed(void)
     TEST_ASSERT_TRUE(fixture.is_finished);
 }
 
-/// Each step waits three seconds for a member, wherever it stands in the table of the mission.
+/// Each step of the shutdown waits three seconds for a member, at any place in the table of the mission.
 static void shut_down_while_it_hangs(const unsigned member, const char* const order_to_offline)
 {
     fixture_open_up();
@@ -235,7 +236,7 @@ static void shut_down_while_it_hangs(const unsigned member, const char* const or
     TEST_ASSERT_TRUE(fixture.is_finished);
 }
 
-static void the_first_member_that_hangs_delays_no_other(void)
+static void the_first_member_delays_no_other_when_it_hangs(void)
 {
     shut_down_while_it_hangs(FIXTURE_ARM, "16 TC 129.8 00");
 }
@@ -248,7 +249,7 @@ static void a_member_that_hangs_delays_no_other(void)
 static void the_mission_shuts_down_without_communication(void)
 {
     fixture_open_up();
-    fixture.start_result                       = STATUS_NOT_FOUND; // It cannot be started again.
+    fixture.start_result                       = STATUS_NOT_FOUND; // Communication cannot be started again.
     fixture.members[FIXTURE_GROUND].is_running = false;
     fixture_run(100U);
     TEST_ASSERT_EQUAL(PROCESS_LOST,
@@ -275,13 +276,14 @@ static void no_recovery_plan_starts_during_the_shutdown(void)
 {
     fixture_open_up();
     fixture_link_up(STATE_OPERATIONAL);
-    fixture.members[FIXTURE_HAND].is_passive = true; // Keeps the sequence waiting.
+    fixture.members[FIXTURE_HAND].is_passive = true; // The shutdown waits for this member.
     (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
     fixture_run(5U);
     fixture_forget();
     fixture_event(FIXTURE_ARM, 4U, 5U);
     fixture_run(2U);
-    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06")); // The network is secured; no plan, no restart.
+    // The network is secured without a plan and without a restart.
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
     fixture.members[FIXTURE_ARM].is_running = false;
     fixture_run(20U);
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.counters.plans_started);
@@ -320,7 +322,8 @@ static void the_log_is_switched_at_a_record(void)
     fixture_open_up();
     select_log(PACKET_LOG_SQLITE);
     const char* const line = at(fixture_look(), "G 131.4 0001");
-    const uint64_t first   = strtoull(line + strlen("G 131.4 0001"), NULL, 16) >> 16U; // Code behind it.
+    // The number follows the code.
+    const uint64_t first = strtoull(line + strlen("G 131.4 0001"), NULL, 16) >> 16U;
     TEST_ASSERT_EQUAL(PACKET_LOG_SQLITE, fixture.supervisor.log.strategy);
     select_log(PACKET_LOG_ASCII);
     TEST_ASSERT_TRUE(fixture_has("G 1.1 #1"));
@@ -333,7 +336,7 @@ static void the_log_is_switched_at_a_record(void)
     TEST_ASSERT_NULL(strstr(log, first_after));
 }
 
-static void strategies_that_are_none_are_refused(void)
+static void unknown_strategies_are_refused(void)
 {
     fixture_open_up();
     select_log(PACKET_LOG_POSTGRESQL);
@@ -353,8 +356,8 @@ static void a_log_that_fails_is_reported_once_and_continues_in_the_ring(void)
     fixture_run(300U);
     const char* const reported = fixture_look();
     TEST_ASSERT_EQUAL(1U, count_lines(reported, "G 5.4 000801")); // LOG_FAILED, strategy 1.
-    TEST_ASSERT_EQUAL(1U, count_lines(reported, "G 131.4 0103")); // The ring in its place,
-    TEST_ASSERT_NOT_NULL(strstr(reported, "0404"));               // because of PUS_FAILURE_IO.
+    TEST_ASSERT_EQUAL(1U, count_lines(reported, "G 131.4 0103")); // The ring replaces it,
+    TEST_ASSERT_NOT_NULL(strstr(reported, "0404"));               // with the cause PUS_FAILURE_IO.
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.log.failures);
     select_log(PACKET_LOG_ASCII);
     TEST_ASSERT_TRUE(fixture_has("G 131.4 0300"));
@@ -372,7 +375,8 @@ static void a_log_that_can_be_written_again_is_reported(void)
     TEST_ASSERT_EQUAL(0, unlink(path));
     fixture_run(1500U);
     TEST_ASSERT_EQUAL(PACKET_LOG_SQLITE, fixture.supervisor.log.strategy);
-    TEST_ASSERT_EQUAL(1U, count_lines(fixture_look(), "G 131.4 0301")); // By itself, one second later.
+    // The log is selected again one second later, without a request.
+    TEST_ASSERT_EQUAL(1U, count_lines(fixture_look(), "G 131.4 0301"));
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.log.failures);
 }
 
@@ -405,7 +409,7 @@ static void processes_are_stopped_and_started(void)
     fixture_expect("G 1.1 #0\nG 1.3 #0\nG 1.7 #0\n");
     TEST_ASSERT_EQUAL(1U, fixture.stops);
     fixture_run(500U);
-    fixture_expect(""); // It is not lost: it was stopped by order.
+    fixture_expect(""); // The process is not reported as lost, because a command has stopped it.
     (void)fixture_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(2U);
     fixture_expect("G 1.10 #1 0002 12\n");
@@ -426,10 +430,10 @@ static void a_request_to_start_or_stop_is_refused_where_it_is_not_permitted(void
     fixture_open_up();
     fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
     fixture_forget();
-    (void)process_tc(PUS_MISSION_STOP_PROCESS, ARM); // Not OFFLINE.
+    (void)process_tc(PUS_MISSION_STOP_PROCESS, ARM); // The subsystem is not OFFLINE.
     (void)process_tc(PUS_MISSION_STOP_PROCESS, SUPERVISOR_APID);
     (void)process_tc(PUS_MISSION_STOP_PROCESS, 99U);
-    (void)process_tc(PUS_MISSION_START_PROCESS, ARM); // Runs.
+    (void)process_tc(PUS_MISSION_START_PROCESS, ARM); // The process is already running.
     (void)process_tc(PUS_MISSION_START_PROCESS, SUPERVISOR_APID);
     (void)process_tc(PUS_MISSION_START_PROCESS, 99U);
     fixture_run(2U);
@@ -451,7 +455,7 @@ static void requests_to_a_stopped_process_end(void)
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.pending.count);
 }
 
-/// Requests to LONE are under way; its answers come after the order in the inboxes of the supervisor.
+/// Requests to LONE are in progress; its answers are behind the command in the inboxes of the supervisor.
 static void end_life_before_the_answers(bool is_started_again)
 {
     fixture_open_up();
@@ -476,7 +480,7 @@ static void a_request_that_has_ended_is_not_answered(void)
     end_life_before_the_answers(false);
     fixture_expect("G/18 1.1 #0\nG/18 1.7 #0\nG 1.1 #2\nG 1.8 #1 0408 12\nG 1.3 #2\nG 1.7 #2\n");
     TEST_ASSERT_EQUAL(2U, fixture.endpoint.counters.stale);
-    fixture_verify(FIXTURE_LONE, 7U, 1U); // Its process has not ended yet.
+    fixture_verify(FIXTURE_LONE, 7U, 1U); // The process has not ended yet.
     fixture_run(2U);
     fixture_expect("");
     TEST_ASSERT_EQUAL(3U, fixture.endpoint.counters.stale);
@@ -494,11 +498,11 @@ static void reports_of_a_dead_life_do_not_count_for_the_next(void)
     TEST_ASSERT_TRUE(fixture.supervisor.registry[2].is_heard);
 }
 
-static void an_order_for_a_previous_life_is_dropped(void)
+static void a_command_for_a_previous_life_is_dropped(void)
 {
     fixture_open_up();
     fixture_report(FIXTURE_GROUND, PUS_SERVICE_TEST, 2U, NULL, 0U);
-    message_take_control(&fixture.endpoint); // The order waits.
+    message_take_control(&fixture.endpoint); // The command waits in the inbox.
     message_set_life(&fixture.endpoint, COMMUNICATION_APID, 9U);
     fixture_step();
     fixture_expect("");
@@ -520,7 +524,7 @@ static void a_start_that_fails_is_reported(void)
 
 // ---- Reports of members about themselves ----
 
-static void states_that_are_none_are_not_accepted(void)
+static void reports_of_unknown_states_are_ignored(void)
 {
     static const uint8_t states[] = {10U, 11U, 128U, 255U};
     fixture_open_up();
@@ -535,7 +539,7 @@ static void states_that_are_none_are_not_accepted(void)
         (void)pus_transition_report(&fixture.members[FIXTURE_ARM].process, &phase, fixture.now_ns);
         fixture_step();
         TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, fixture.supervisor.registry[0].state);
-        (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL); // The power is the sum over all states.
+        (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL); // The power is summed over all states.
         fixture_run(2U);
     }
 }
@@ -554,15 +558,15 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(supervisor_and_communication_come_up_by_themselves);
-    RUN_TEST(no_subsystem_gets_an_order_before_its_first_report);
-    RUN_TEST(communication_ordered_down_comes_back);
-    RUN_TEST(members_hear_the_supervisor_once_a_second);
+    RUN_TEST(no_subsystem_gets_a_command_before_its_first_report);
+    RUN_TEST(communication_is_started_again_after_a_command_to_offline);
+    RUN_TEST(members_get_a_heartbeat_once_a_second);
     RUN_TEST(the_subsystem_with_the_shortest_time_out_sets_the_interval);
     RUN_TEST(a_mission_goes_down_with_communication_last);
     RUN_TEST(a_stop_request_shuts_the_mission_down);
     RUN_TEST(a_stop_request_right_after_the_start_is_obeyed);
-    RUN_TEST(the_first_subsystem_starts_by_itself_if_the_mission_says_so);
-    RUN_TEST(the_first_member_that_hangs_delays_no_other);
+    RUN_TEST(an_autostart_subsystem_starts_at_any_place_of_the_table);
+    RUN_TEST(the_first_member_delays_no_other_when_it_hangs);
     RUN_TEST(a_member_that_hangs_delays_no_other);
     RUN_TEST(the_mission_shuts_down_without_communication);
     RUN_TEST(the_shutdown_ends_unanswered_requests);
@@ -570,7 +574,7 @@ int main(void)
     RUN_TEST(no_recovery_plan_starts_during_the_shutdown);
     RUN_TEST(modes_are_set_and_reported);
     RUN_TEST(the_log_is_switched_at_a_record);
-    RUN_TEST(strategies_that_are_none_are_refused);
+    RUN_TEST(unknown_strategies_are_refused);
     RUN_TEST(a_log_that_fails_is_reported_once_and_continues_in_the_ring);
     RUN_TEST(a_log_that_can_be_written_again_is_reported);
     RUN_TEST(subsystems_are_listed);
@@ -579,9 +583,9 @@ int main(void)
     RUN_TEST(requests_to_a_stopped_process_end);
     RUN_TEST(a_request_that_has_ended_is_not_answered);
     RUN_TEST(reports_of_a_dead_life_do_not_count_for_the_next);
-    RUN_TEST(an_order_for_a_previous_life_is_dropped);
+    RUN_TEST(a_command_for_a_previous_life_is_dropped);
     RUN_TEST(a_start_that_fails_is_reported);
-    RUN_TEST(states_that_are_none_are_not_accepted);
+    RUN_TEST(reports_of_unknown_states_are_ignored);
     RUN_TEST(the_supervisors_counters_are_parameters);
     return UNITY_END();
 }

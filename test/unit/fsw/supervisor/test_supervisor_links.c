@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The manager of real-time links: sessions with two members, their ends, and the graph of open links.
+// The manager of real-time links: sessions with two members, the end of sessions, and the graph of open
+// links.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -58,7 +59,8 @@ static void both_ends_agree_then_open_with_one_epoch(void)
     const char* text = fixture_look();
     TEST_ASSERT_TRUE(was_asked(text, ARM, "00010010000100110002"));
     TEST_ASSERT_TRUE(was_asked(text, HAND, "00010010000100110002"));
-    TEST_ASSERT_TRUE(strstr(text, "16 TC 130.3") < strstr(text, "17 TC 130.3")); // The producer first.
+    // The producer is requested first.
+    TEST_ASSERT_TRUE(strstr(text, "16 TC 130.3") < strstr(text, "17 TC 130.3"));
     // The last agreed record, with the transaction number of the requester: link 1, depth increased by either
     // member.
     TEST_ASSERT_NOT_NULL(strstr(text, "G 130.4 000000070001000000000000000800000003E800000003"));
@@ -92,7 +94,7 @@ static void each_opening_has_an_epoch_of_its_own(void)
 
 static void two_links_are_negotiated_at_once(void)
 {
-    (void)fixture_request_link(LINK_ARM_STATE); // Both with the same transaction number of the ground.
+    (void)fixture_request_link(LINK_ARM_STATE); // The ground uses the same transaction number for both.
     (void)fixture_request_link(LINK_HAND_POS);
     fixture_run(6U);
     const char* const text = fixture_look(); // Each request is answered with its own link.
@@ -114,7 +116,7 @@ static void two_links_are_negotiated_at_once(void)
 
 // ---- Refusals ----
 
-static void requests_that_make_no_sense_are_refused(void)
+static void impossible_requests_are_refused(void)
 {
     fixture_place(FIXTURE_HAND, STATE_SAFE_OPERATIONAL);
     fixture_forget();
@@ -125,7 +127,7 @@ static void requests_that_make_no_sense_are_refused(void)
     TEST_ASSERT_FALSE(fixture_has("16 TC"));
     fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
     fixture_forget();
-    (void)fixture_open_link(LINK_ARM_STATE); // Never negotiated.
+    (void)fixture_open_link(LINK_ARM_STATE); // This link was not negotiated.
     (void)fixture_open_link(0U);
     (void)fixture_open_link(99U);
     (void)fixture_close_link(LINK_ARM_STATE);
@@ -161,7 +163,7 @@ static void a_member_s_refusal_is_passed_on(void)
     TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001"));
     TEST_ASSERT_EQUAL(0U, sessions());
     fixture_forget();
-    (void)fixture_open_link(LINK_ARM_STATE); // It was not agreed.
+    (void)fixture_open_link(LINK_ARM_STATE); // This link was not agreed.
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("G 1.4 #1 0201 1"));
     fixture.members[FIXTURE_HAND].refuses_links = 0U;
@@ -226,7 +228,7 @@ static void a_member_that_dies_ends_its_sessions_at_once(void)
     (void)fixture_request_link(LINK_ARM_STATE);
     fixture_run(4U);
     TEST_ASSERT_EQUAL(1U, sessions());
-    fixture.members[FIXTURE_LONE].is_running = false; // LONE is neither of the two members.
+    fixture.members[FIXTURE_LONE].is_running = false; // LONE is not a member of the link.
     fixture_run(3U);
     TEST_ASSERT_EQUAL(1U, sessions());
     fixture_forget();
@@ -246,7 +248,7 @@ static void an_end_that_does_not_open_leaves_the_other_closed(void)
     (void)fixture_open_link(LINK_ARM_STATE);
     fixture_run(210U);
     TEST_ASSERT_TRUE(fixture_has("G 1.8 #1 0406 7D0"));
-    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001")); // The producer must not stay open alone.
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001")); // The producer must not stay open without a reader.
     TEST_ASSERT_EQUAL(0U, edges());
     fixture.members[FIXTURE_HAND].ignores_links = false;
     (void)fixture_request_link(LINK_ARM_STATE);
@@ -261,7 +263,7 @@ static void an_end_that_does_not_open_leaves_the_other_closed(void)
     TEST_ASSERT_EQUAL(0U, sessions());
 }
 
-static void a_producer_that_fails_to_open_ends_it(void)
+static void a_producer_that_fails_to_open_ends_the_session(void)
 {
     (void)fixture_request_link(LINK_ARM_STATE);
     fixture_run(5U);
@@ -310,7 +312,7 @@ static void closing_ends_although_no_member_answers(void)
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0201 1\n"));
 }
 
-static void a_negotiated_link_can_be_given_up(void)
+static void a_negotiated_link_can_be_closed_before_it_is_opened(void)
 {
     (void)fixture_request_link(LINK_ARM_STATE);
     fixture_run(5U);
@@ -331,12 +333,12 @@ static void closing_one_end_closes_the_other(void)
     TEST_ASSERT_EQUAL(1U, edges());
     TEST_ASSERT_NULL(supervisor_link_graph_find(&fixture.supervisor.graph, LINK_ARM_STATE));
     fixture_forget();
-    (void)fixture_open_link(LINK_ARM_STATE); // Nothing of the session is left.
+    (void)fixture_open_link(LINK_ARM_STATE); // The session no longer exists.
     fixture_run(2U);
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0201 1\n"));
 }
 
-static void an_end_that_closes_by_itself_receives_no_order_to_close(void)
+static void an_end_that_closes_by_itself_receives_no_request_to_close(void)
 {
     static const state_t downwards[] = {STATE_OFFLINE, STATE_POST_OPERATIONAL};
     fixture_link_up(STATE_PRE_OPERATIONAL);
@@ -345,7 +347,7 @@ static void an_end_that_closes_by_itself_receives_no_order_to_close(void)
     fixture_run(10U);
     TEST_ASSERT_FALSE(fixture_has("16 TC 130.7"));
     TEST_ASSERT_FALSE(fixture_has("17 TC 130.7"));
-    for (unsigned i = 0U; i < 2U; i++) { // The member goes to the state in which it closes all links.
+    for (unsigned i = 0U; i < 2U; i++) { // In this state the member closes all its links.
         tearDown();
         setUp();
         fixture_link_up(STATE_PRE_OPERATIONAL);
@@ -369,14 +371,15 @@ static void a_close_that_waits_comes_before_a_new_agreement(void)
     TEST_ASSERT_EQUAL(2U, edges());
 }
 
-static void an_agreement_that_ran_out_is_forgotten(void)
+static void an_expired_agreement_is_removed(void)
 {
     (void)fixture_request_link(LINK_ARM_STATE);
     fixture_run(5U);
     fixture_forget();
     fixture_link_changed(FIXTURE_HAND, LINK_ARM_STATE, PUS_LINK_STATE_ACCEPTED, PUS_LINK_STATE_CLOSED);
     fixture_run(3U);
-    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001")); // The other end need not wait for its own deadline.
+    // The other end does not have to wait for its own deadline.
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001"));
     fixture_forget();
     (void)fixture_open_link(LINK_ARM_STATE);
     fixture_run(2U);
@@ -392,7 +395,7 @@ static void a_lost_member_closes_its_links(void)
     TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 00020A"));
     TEST_ASSERT_EQUAL(0U, edges());
     fixture_forget();
-    (void)fixture_open_link(LINK_ARM_STATE); // The agreement of its predecessor is void.
+    (void)fixture_open_link(LINK_ARM_STATE); // The agreement with the dead process is no longer valid.
     fixture_run(2U);
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0201 1\n"));
 }
@@ -485,7 +488,7 @@ static void the_last_link_of_a_mission_is_negotiated_opened_and_closed(void)
     }
     mission->link_count                       = last;
     supervisor->wanted[last - 1U].layout_size = 8U;
-    TEST_ASSERT_TRUE(supervisor_link_manager_renew(supervisor, last)); // Negotiate,
+    TEST_ASSERT_TRUE(supervisor_link_manager_renew(supervisor, last)); // First negotiate,
     fixture_run(5U);
     TEST_ASSERT_EQUAL(last, supervisor->accepted[last - 1U].link);
     TEST_ASSERT_EQUAL(0U, sessions());
@@ -516,7 +519,7 @@ int main(void)
     RUN_TEST(both_ends_agree_then_open_with_one_epoch);
     RUN_TEST(each_opening_has_an_epoch_of_its_own);
     RUN_TEST(two_links_are_negotiated_at_once);
-    RUN_TEST(requests_that_make_no_sense_are_refused);
+    RUN_TEST(impossible_requests_are_refused);
     RUN_TEST(links_outside_the_mission_are_denied);
     RUN_TEST(a_member_s_refusal_is_passed_on);
     RUN_TEST(one_link_has_one_session);
@@ -524,14 +527,14 @@ int main(void)
     RUN_TEST(every_session_ends_in_time);
     RUN_TEST(a_member_that_dies_ends_its_sessions_at_once);
     RUN_TEST(an_end_that_does_not_open_leaves_the_other_closed);
-    RUN_TEST(a_producer_that_fails_to_open_ends_it);
+    RUN_TEST(a_producer_that_fails_to_open_ends_the_session);
     RUN_TEST(closing_a_link_closes_both_ends);
     RUN_TEST(closing_ends_although_no_member_answers);
-    RUN_TEST(a_negotiated_link_can_be_given_up);
+    RUN_TEST(a_negotiated_link_can_be_closed_before_it_is_opened);
     RUN_TEST(closing_one_end_closes_the_other);
-    RUN_TEST(an_end_that_closes_by_itself_receives_no_order_to_close);
+    RUN_TEST(an_end_that_closes_by_itself_receives_no_request_to_close);
     RUN_TEST(a_close_that_waits_comes_before_a_new_agreement);
-    RUN_TEST(an_agreement_that_ran_out_is_forgotten);
+    RUN_TEST(an_expired_agreement_is_removed);
     RUN_TEST(a_lost_member_closes_its_links);
     RUN_TEST(staleness_is_kept_in_the_graph);
     RUN_TEST(answers_of_uninvolved_subsystems_are_ignored);

@@ -44,7 +44,7 @@ static void request(const uint8_t subtype, const char* const data, const size_t 
 static void the_buffer_is_loaded_and_dumped(void)
 {
     REQUEST(2U, "\3\1\0\1\377\376\0\2ab\151\360"); // The last two octets.
-    REQUEST(2U, "\3\1\0\2\0\0\0\1a\0\0");          // Behind the end.
+    REQUEST(2U, "\3\1\0\2\0\0\0\1a\0\0");          // After the end of the buffer.
     TEST_ASSERT_EQUAL_MEMORY(
         "ab", &fixture.supervisor.spacecraft.memory.buffer[SPACECRAFT_MEMORY_BUFFER_OCTETS - 2U], 2U);
     TEST_ASSERT_TRUE(fixture_has("G 1.4 "));
@@ -53,7 +53,7 @@ static void the_buffer_is_loaded_and_dumped(void)
     TEST_ASSERT_TRUE(fixture_has("G 6.6 0300010001FFFE0002616269F0"));
 }
 
-static void without_a_store_there_are_no_files(void)
+static void without_a_store_requests_with_files_are_refused(void)
 {
     REQUEST(20U, "\3\0\1/\0\1a\1\0\0\0\0\0\0\0\1");
     TEST_ASSERT_TRUE(fixture_has("G 1.4 "));
@@ -63,6 +63,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_buffer_is_loaded_and_dumped);
-    RUN_TEST(without_a_store_there_are_no_files);
+    RUN_TEST(without_a_store_requests_with_files_are_refused);
     return UNITY_END();
 }

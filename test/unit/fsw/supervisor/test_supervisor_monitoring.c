@@ -65,10 +65,10 @@ static void a_value_that_is_no_longer_reported_is_absent(void)
 {
     uint16_t handle = 0U;
     report_force(1U);
-    fixture_run(1000U); // Reported once, possibly on request: it never becomes old.
+    fixture_run(1000U); // A value that is reported once, perhaps on request, never becomes old.
     TEST_ASSERT_EQUAL(STATUS_OK, find(FORCE, &handle));
     report_force(2U);
-    fixture_run(98U); // A second later.
+    fixture_run(98U); // Until the next second.
     report_force(3U);
     fixture_run(290U);
     TEST_ASSERT_EQUAL(STATUS_OK, find(FORCE, &handle));
@@ -110,7 +110,8 @@ static void a_parameter_without_a_descriptor_is_unknown(void)
 {
     uint16_t handle = 0U;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, find(PARAMETER_ID(ARM, VALUE_UINT16, 8U), &handle));
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, find(NOWHERE, &handle)); // No subsystem of this mission has it.
+    // The mission has no subsystem with this parameter.
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, find(NOWHERE, &handle));
     supervisor_telemetry_directory_init(&fixture.supervisor.spacecraft.directory);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, find(FORCE, &handle));
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// ST[18] of the supervisor: requests, readings and events of its procedures, and the cost of an endless one.
+// ST[18] of the supervisor: requests, readings and events of its procedures, and the cost of a procedure
+// without an end.
 #include "base/crc.h"
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
@@ -22,7 +23,7 @@ static status_t load_own(void* const context, const uint16_t index,
                : STATUS_NOT_FOUND;
 }
 
-/// The supervisor's own descriptor; those of the others cannot be read.
+/// Give the supervisor its own descriptor; the descriptors of other subsystems cannot be read.
 static void give_descriptors(supervisor_config_t* const config)
 {
     own                 = config->descriptor;
@@ -53,7 +54,7 @@ static const pus_procedures_t* service(void)
     return &fixture.supervisor.spacecraft.procedures.service;
 }
 
-/// Load a procedure under LOOK or a name of its own.
+/// Load a procedure under the name LOOK or under another name.
 static void load(const char* const name, const char* const code)
 {
     uint8_t data[2048];
@@ -111,7 +112,7 @@ static void a_procedure_is_notified_when_an_addressee_does_not_answer(void)
 {
     fixture.members[FIXTURE_ARM].is_passive = true;
     run("local ok, code = send(16, 17, 1, '', true) assert(not ok and code == 0x0406, code)");
-    fixture_run(1100U); // The supervisor ends a request that is not even accepted.
+    fixture_run(1100U); // The supervisor ends requests that are not accepted in time.
     expect_ends(1U, 0U);
 }
 
@@ -119,7 +120,7 @@ static void requests_share_the_counts_of_the_supervisor(void)
 {
     fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
     run("for i = 1, 3 do assert(send(16, 17, 1, '', true)) end");
-    fixture_event(FIXTURE_ARM, 3U, 2U); // Its plan gives orders to ARM.
+    fixture_event(FIXTURE_ARM, 3U, 2U); // The plan of this event commands ARM.
     fixture_run(10U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 "));
     expect_ends(1U, 0U);
@@ -131,14 +132,14 @@ static void telemetry_is_read_by_name_and_number(void)
 {
     static const uint8_t values[] = {0, 1, 0x02, 0x02, 0, 5, 0, 0, 0x10, 0x92}; // TM[20,2]: UINT32 5 of ARM.
     static const uint8_t large[]  = {0, 1, 0x02, 0x03, 0, 6, 0, 0, 0, 0, 0, 0, 0, 7};
-    fixture_run(600U); // Until the supervisor has reported itself.
+    fixture_run(600U); // Until the supervisor has reported its own values.
     fixture_report(FIXTURE_ARM, PUS_SERVICE_PARAMETERS, 2U, values, sizeof values);
     fixture_report(FIXTURE_ARM, PUS_SERVICE_PARAMETERS, 2U, large, sizeof large);
     fixture_step();
     run("assert(get('SUPERVISOR.STATUS.SUBSYSTEMS') == 5)\n"
         "assert(get(0x02020005) == 4242 and get(0x02030006) == 7)\n"
         "assert(get(0x02020007) == nil and get(0x02180005) == nil and get('ARM.NOTHING') == nil)\n"
-        "assert(get('SUPERVISOR.ORBIT.ANGLE') == nil)"); // Never reported.
+        "assert(get('SUPERVISOR.ORBIT.ANGLE') == nil)"); // This parameter was never reported.
     fixture_run(3U);
     expect_ends(1U, 0U);
 }
@@ -171,7 +172,7 @@ static void an_error_is_reported(void)
     expect_ends(0U, 1U);
 }
 
-/// The fixture checks in each step that the supervisor asks to be woken within a tick.
+/// In each step the fixture checks that the supervisor asks for its next wake within a tick.
 static void procedures_without_end_use_only_their_share(void)
 {
     char name[NAME_OCTETS] = "SPIN";
@@ -199,9 +200,9 @@ static void procedures_without_end_use_only_their_share(void)
     TEST_ASSERT_FALSE(pus_procedures_are_active(service()));
 }
 
-/// A request to a subsystem that takes nothing, does not run or does not exist delays requests to others by a
-/// tenth of a second at most.
-static void requests_to_a_subsystem_that_takes_nothing_end_in_time(void)
+/// A request to a subsystem that reads nothing, does not run or does not exist delays requests to other
+/// subsystems by at most a tenth of a second.
+static void requests_to_a_subsystem_that_reads_nothing_end_in_time(void)
 {
     fixture.members[FIXTURE_ARM].takes_nothing = true;
     fixture.members[FIXTURE_LONE].is_running   = false;
@@ -229,6 +230,6 @@ int main(void)
     RUN_TEST(only_events_for_procedures_are_raised);
     RUN_TEST(an_error_is_reported);
     RUN_TEST(procedures_without_end_use_only_their_share);
-    RUN_TEST(requests_to_a_subsystem_that_takes_nothing_end_in_time);
+    RUN_TEST(requests_to_a_subsystem_that_reads_nothing_end_in_time);
     return UNITY_END();
 }

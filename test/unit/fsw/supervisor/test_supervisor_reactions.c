@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two failures, in any order, one after the other: no running plan suppresses the built-in reaction.
+// Two failures in any order, one after the other: no running plan suppresses the built-in reaction.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -53,10 +53,10 @@ static void fail(const failure_t* failure)
     }
     fixture_event(failure->member, failure->severity, failure->event);
     fixture_step();
-    fixture_step(); // Their answers.
+    fixture_step(); // The members answer.
 }
 
-/// Both are operational again, by orders of the operator.
+/// Bring both members to OPERATIONAL again by commands of the operator.
 static void bring_back_up(void)
 {
     fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
@@ -72,7 +72,7 @@ static void check(const failure_t* failure, const char* text)
     } else if (failure->severity == 3U) {
         TEST_ASSERT_EQUAL_MESSAGE(STATE_SAFE_OPERATIONAL, fixture.members[failure->member].state, text);
     } else {
-        // Layer 1 does not react.
+        // The built-in reaction does not apply.
     }
 }
 
@@ -97,7 +97,7 @@ static void a_running_plan_does_not_suppress_a_reaction(void)
         if (second->severity == 4U) {
             run_ms(2100U);
             const bool is_log_only = (second->event == 1U) && (second->member == FIXTURE_ARM);
-            if (!is_log_only && (first->severity < 4U)) { // A HIGH plan finally takes both down.
+            if (!is_log_only && (first->severity < 4U)) { // Finally, a HIGH plan takes both down.
                 TEST_ASSERT_EQUAL_MESSAGE(STATE_OFFLINE, fixture.members[FIXTURE_ARM].state, text);
                 TEST_ASSERT_EQUAL_MESSAGE(STATE_OFFLINE, fixture.members[FIXTURE_HAND].state, text);
             }
@@ -126,7 +126,7 @@ static void a_high_error_ends_a_medium_plan(void)
     TEST_ASSERT_FALSE(fixture_has("16 TC"));
 }
 
-static void a_medium_error_under_a_high_plan_has_none(void)
+static void a_medium_error_during_a_high_plan_starts_no_plan(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
@@ -136,14 +136,14 @@ static void a_medium_error_under_a_high_plan_has_none(void)
     fixture_forget();
     fixture_event(FIXTURE_HAND, 3U, 2U);
     fixture_run(2U);
-    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0401 from 8001")); // Only layer 1.
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0401 from 8001")); // Only the built-in reaction.
     fixture_event(FIXTURE_ARM, 3U, 6U);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("G 5.1 00130010000600100007"));
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);
 }
 
-static void the_same_severity_is_joined(void)
+static void a_failure_of_the_same_severity_joins_the_plan(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_event(FIXTURE_ARM, 4U, 7U);
@@ -153,7 +153,7 @@ static void the_same_severity_is_joined(void)
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.reactions.joined);
 }
 
-static void an_order_that_was_sent_is_not_repeated(void)
+static void a_command_that_was_sent_is_not_repeated(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture.members[FIXTURE_ARM].is_passive = true;
@@ -164,12 +164,12 @@ static void an_order_that_was_sent_is_not_repeated(void)
     fixture_event(FIXTURE_ARM, 3U, 3U);
     run_ms(500);
     TEST_ASSERT_FALSE(fixture_has("16 TC 129.8 04"));
-    run_ms(600); // But the order may have been lost.
+    run_ms(600); // After this time the command may have been lost.
     fixture_event(FIXTURE_ARM, 3U, 3U);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 04"));
     fixture_forget();
-    // Another order is given at once, with the effect that the first should have had.
+    // Another command is sent at once and has the effect that the first should have had.
     fixture_event(FIXTURE_HAND, 4U, 1U);
     fixture_event(FIXTURE_ARM, 3U, 3U);
     fixture_run(2U);
@@ -177,7 +177,7 @@ static void an_order_that_was_sent_is_not_repeated(void)
     TEST_ASSERT_FALSE(fixture_has("16 TC 129.8 04"));
 }
 
-static void a_pending_order_is_not_replaced_by_one_of_lower_severity(void)
+static void a_pending_command_is_not_replaced_by_one_of_lower_severity(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_fill(FIXTURE_ARM);
@@ -204,7 +204,7 @@ static void an_error_during_the_shutdown_still_secures_the_network(void)
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.counters.plans_started);
-    run_ms(3100); // Late: all are ordered to OFFLINE, and no order interrupts that.
+    run_ms(3100); // Then all members are commanded to OFFLINE, and nothing interrupts this.
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 00"));
     fixture_forget();
     fixture_event(FIXTURE_ARM, 4U, 5U);
@@ -233,7 +233,7 @@ static void the_supervisors_own_errors_have_plans(void)
     break_the_log();
     run_ms(300);
     TEST_ASSERT_TRUE(fixture_has("G 5.4 000801"));
-    TEST_ASSERT_TRUE(fixture_has("G 5.1 000600010008")); // PLAN_STARTED: no subsystem but the supervisor.
+    TEST_ASSERT_TRUE(fixture_has("G 5.1 000600010008")); // PLAN_STARTED: only the supervisor takes part.
     TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
     TEST_ASSERT_TRUE(fixture_has("18 TC 129.8 0003 from 8001"));
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL,
@@ -253,7 +253,8 @@ static void a_disabled_report_does_not_disable_the_recovery_plan(void)
     TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
 }
 
-/// No event of the supervisor has this severity, except those about its members.
+/// Raise an event of the supervisor as HIGH; among its own events only those about its members have this
+/// severity.
 static void raise_as_high(uint16_t event)
 {
     subsystem_t* const subsystem = &fixture.supervisor.subsystem;
@@ -270,7 +271,7 @@ static void an_event_of_the_supervisor_concerns_the_subsystem_named_in_its_descr
     static const uint8_t unknown[2] = {0U, 99U};
     fixture_link_up(STATE_OPERATIONAL);
     raise_as_high(SUPERVISOR_EVENT_RESOURCE_REFUSED); // {APID}
-    // {PREVIOUS, MODE}: it has no APID, though the value could be one.
+    // {PREVIOUS, MODE}: neither value is an APID, although the number could be one.
     raise_as_high(SUPERVISOR_EVENT_MODE_CHANGED);
     (void)subsystem_raise(&fixture.supervisor.subsystem, SUPERVISOR_EVENT_RESOURCE_REFUSED, unknown, 2U);
     (void)subsystem_raise(&fixture.supervisor.subsystem, SUPERVISOR_EVENT_MODE_CHANGED, of_hand, 2U);
@@ -280,13 +281,14 @@ static void an_event_of_the_supervisor_concerns_the_subsystem_named_in_its_descr
     (void)subsystem_raise(&fixture.supervisor.subsystem, SUPERVISOR_EVENT_RESOURCE_REFUSED, of_hand, 2U);
     (void)subsystem_raise(&fixture.supervisor.subsystem, SUPERVISOR_EVENT_RESOURCE_REFUSED, of_hand, 2U);
     fixture_run(2U);
-    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06")); // It has not failed by itself: it is secured, too.
+    // This subsystem has not failed, so it is secured by a command, too.
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 06"));
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);
 }
 
-/// An event of the supervisor is noted once in a step; without a place it is counted.
-static void own_events_are_noted_once_and_counted_without_a_place(void)
+/// An event of the supervisor is recorded once in a step; an event without a place is counted.
+static void own_events_are_recorded_once_and_counted_without_a_place(void)
 {
     supervisor_t* const supervisor          = &fixture.supervisor;
     const uint8_t octets[3]                 = {0U, (uint8_t)SUPERVISOR_EVENT_LOG_FAILED, 0U};
@@ -320,14 +322,14 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_running_plan_does_not_suppress_a_reaction);
     RUN_TEST(a_high_error_ends_a_medium_plan);
-    RUN_TEST(a_medium_error_under_a_high_plan_has_none);
-    RUN_TEST(the_same_severity_is_joined);
-    RUN_TEST(an_order_that_was_sent_is_not_repeated);
-    RUN_TEST(a_pending_order_is_not_replaced_by_one_of_lower_severity);
+    RUN_TEST(a_medium_error_during_a_high_plan_starts_no_plan);
+    RUN_TEST(a_failure_of_the_same_severity_joins_the_plan);
+    RUN_TEST(a_command_that_was_sent_is_not_repeated);
+    RUN_TEST(a_pending_command_is_not_replaced_by_one_of_lower_severity);
     RUN_TEST(an_error_during_the_shutdown_still_secures_the_network);
     RUN_TEST(the_supervisors_own_errors_have_plans);
     RUN_TEST(a_disabled_report_does_not_disable_the_recovery_plan);
     RUN_TEST(an_event_of_the_supervisor_concerns_the_subsystem_named_in_its_descriptor);
-    RUN_TEST(own_events_are_noted_once_and_counted_without_a_place);
+    RUN_TEST(own_events_are_recorded_once_and_counted_without_a_place);
     return UNITY_END();
 }

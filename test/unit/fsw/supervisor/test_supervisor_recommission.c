@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A subsystem that died is started again within its budget and, if the mission requires it, recommissioned
-// with its network; and all causes that can stop that.
+// A subsystem that has died is started again within its restart budget and, if the mission requires it,
+// recommissioned with its network; and all causes that can stop recommissioning.
 #include "fsw/supervisor/recommission.h"
 
 #include "fsw/supervisor/supervisor_internal.h"
@@ -19,7 +19,7 @@ static mission_subsystem_t* mission_of(uint16_t apid)
     return (mission_subsystem_t*)supervisor_registry_find(&fixture.supervisor, apid)->mission;
 }
 
-/// ARM and HAND linked and in a state; the mission requires recommissioning for both.
+/// Link ARM and HAND and bring them to a state; the mission requires recommissioning for both.
 static void link_up(state_t state)
 {
     fixture_open_up();
@@ -51,7 +51,7 @@ static bool is_under_way(uint16_t apid)
     return supervisor_registry_find(&fixture.supervisor, apid)->recommission.is_active;
 }
 
-/// The recommissioning has ended, with an event that has the state and the failure code.
+/// Expect that recommissioning has ended, with an event that contains the state and the failure code.
 static void expect_stopped(uint16_t apid, state_t state, unsigned code)
 {
     char expected[64];
@@ -71,7 +71,7 @@ void tearDown(void)
 
 // ---- The way back ----
 
-static void the_network_is_back_with_its_links(void)
+static void a_network_is_recommissioned_with_its_links(void)
 {
     link_up(STATE_OPERATIONAL);
     die(FIXTURE_ARM);
@@ -86,7 +86,7 @@ static void the_network_is_back_with_its_links(void)
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
     TEST_ASSERT_TRUE(fixture_has("16 TC 130.6 000100000003")); // Other epochs.
     TEST_ASSERT_TRUE(fixture_has("17 TC 130.6 000200000004"));
-    TEST_ASSERT_FALSE(fixture_has("G 130.4")); // No user has requested it.
+    TEST_ASSERT_FALSE(fixture_has("G 130.4")); // No user has requested this.
     TEST_ASSERT_FALSE(fixture_has("G 1."));
     fixture_forget();
     fixture_run(SECOND);
@@ -157,7 +157,8 @@ static void a_mode_that_forbids_recommissioning_stops_it(void)
     expect_stopped(HAND, STATE_PRE_OPERATIONAL, 0x0110U);
 }
 
-/// The mission permits configuration 2. Another one whose number differs in its first octet is another one.
+/// The mission permits configuration 2. A configuration whose number differs in the first octet is not
+/// permitted.
 static void a_configuration_that_is_not_permitted_stops_it(void)
 {
     link_up(STATE_OPERATIONAL);
@@ -177,7 +178,7 @@ static unsigned lines_with(const char* start)
     return count;
 }
 
-/// It stays in OFFLINE: it gets one order, and five seconds.
+/// The member stays in OFFLINE: it gets one command and has five seconds.
 static void a_member_that_does_not_follow_an_order_stops_it_in_time(void)
 {
     link_up(STATE_OPERATIONAL);
@@ -191,7 +192,7 @@ static void a_member_that_does_not_follow_an_order_stops_it_in_time(void)
     TEST_ASSERT_EQUAL(1U, lines_with("16 TC 129.8 03"));
 }
 
-/// A configuration that is applied late, but in time, is progress: five seconds begin again.
+/// A configuration that is applied late, but in time, is progress: another five seconds begin.
 static void a_new_phase_is_progress(void)
 {
     link_up(STATE_OPERATIONAL);
@@ -205,7 +206,7 @@ static void a_new_phase_is_progress(void)
     fixture.members[FIXTURE_ARM].is_passive = true;
     fixture_run(4U * SECOND);
     TEST_ASSERT_EQUAL(PHASE_UNCONFIGURED, fixture.members[FIXTURE_ARM].phase);
-    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL); // Configured at last.
+    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL); // Now the member is configured.
     TEST_ASSERT_EQUAL(PHASE_CONFIGURED, fixture.members[FIXTURE_ARM].phase);
     fixture_run(4U * SECOND);
     TEST_ASSERT_TRUE(is_under_way(ARM));
@@ -226,7 +227,7 @@ static void recommissioning_stops_in_time_when_a_partner_does_not_arrive(void)
     TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, fixture.members[FIXTURE_ARM].state);
 }
 
-static void a_link_that_is_refused_is_asked_for_three_times(void)
+static void a_refused_link_is_requested_three_times(void)
 {
     link_up(STATE_OPERATIONAL);
     die(FIXTURE_ARM);
@@ -237,7 +238,7 @@ static void a_link_that_is_refused_is_asked_for_three_times(void)
          line             = strstr(line + 1, "17 TC 130.3")) {
         asked++;
     }
-    TEST_ASSERT_EQUAL(2U * RECOMMISSION_RENEWALS, asked); // Two links.
+    TEST_ASSERT_EQUAL(2U * RECOMMISSION_RENEWALS, asked); // For two links.
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.graph.count);
 }
 
@@ -253,7 +254,7 @@ static void a_member_that_fails_again_is_not_recommissioned(void)
     expect_stopped(ARM, STATE_ERROR_OPERATIONAL, PUS_FAILURE_STATE);
 }
 
-static void a_member_ordered_down_by_a_user_is_not_recommissioned(void)
+static void a_member_commanded_down_by_a_user_is_not_recommissioned(void)
 {
     link_up(STATE_OPERATIONAL);
     die(FIXTURE_ARM);
@@ -276,7 +277,7 @@ static void a_member_that_had_failed_before_is_not_recommissioned(void)
     TEST_ASSERT_FALSE(is_under_way(HAND));
 }
 
-/// A partner detects the silence of the dead one before the supervisor does.
+/// A partner detects the silence of the dead subsystem before the supervisor does.
 static void a_member_that_failed_by_the_same_death_is_recommissioned(void)
 {
     link_up(STATE_OPERATIONAL);
@@ -298,7 +299,7 @@ static void no_subsystem_is_recommissioned_at_the_end_of_the_mission(void)
     TEST_ASSERT_FALSE(is_under_way(ARM));
 }
 
-/// Its second failure has a plan of its own.
+/// The second failure has a plan.
 static void a_recovery_plan_for_a_recommissioned_subsystem_stops_recommissioning(void)
 {
     link_up(STATE_OPERATIONAL);
@@ -334,7 +335,7 @@ static unsigned times_reported(const char* text, const char* line)
     return count;
 }
 
-/// It neither steps, nor takes in, nor sends anything, until it is killed for that.
+/// The member makes no step, and neither receives nor sends, until it is killed for this.
 static void hang(unsigned member)
 {
     fixture_member_t* const one = &fixture.members[member];
@@ -344,7 +345,7 @@ static void hang(unsigned member)
     one->takes_nothing          = true;
     one->is_silent              = true;
     fixture_run(3U);
-    TEST_ASSERT_EQUAL(kills, fixture.kills); // As long as its mission allows.
+    TEST_ASSERT_EQUAL(kills, fixture.kills); // The member has the time that its mission allows.
     fixture_run(1U);
     TEST_ASSERT_EQUAL(kills + 1U, fixture.kills);
     one->takes_nothing = false;
@@ -356,8 +357,8 @@ static unsigned deaths_of(uint16_t apid)
     return supervisor_registry_find(&fixture.supervisor, apid)->deaths;
 }
 
-/// At each instant of its recommissioning it hangs, also while a link is being opened: it is killed, which
-/// uses its budget, and it and its partner start again and return to their states.
+/// At each instant of its recommissioning, also while a link is being opened, the member hangs. It is killed,
+/// which uses its restart budget; then it and its partner start again and return to their states.
 static void a_member_that_hangs_during_recommissioning_starts_again(void)
 {
     unsigned on_the_way = 0U;
@@ -369,7 +370,7 @@ static void a_member_that_hangs_during_recommissioning_starts_again(void)
         fixture_run(ticks);
         on_the_way += is_under_way(ARM) ? 1U : 0U;
         hang(FIXTURE_ARM);
-        TEST_ASSERT_TRUE_MESSAGE(is_under_way(ARM), where); // Again, if the recommissioning was complete.
+        TEST_ASSERT_TRUE_MESSAGE(is_under_way(ARM), where); // It starts again if it was complete.
         TEST_ASSERT_EQUAL_MESSAGE(1U, times_reported(fixture_look(), "G 5.4 001E0010"), where);
         fixture_run(5U * SECOND);
         const char* const text = fixture_look();
@@ -386,13 +387,13 @@ static void a_member_that_hangs_during_recommissioning_starts_again(void)
         TEST_ASSERT_EQUAL_MESSAGE(MODE_NOMINAL, fixture.supervisor.mode, where);
         fixture_close();
     }
-    // The recommissioning of the last ones was complete.
+    // At the last instants the recommissioning was complete.
     TEST_ASSERT_TRUE((on_the_way > 50U) && (on_the_way <= 60U));
     fixture_open();
 }
 
-/// The partner's plan takes the mission to a mode that forbids the further states: each recommissioning ends,
-/// and is reported.
+/// The plan of the partner changes the mission to a mode that forbids the further states: each
+/// recommissioning ends and is reported.
 static void the_recovery_plan_of_a_hanging_partner_ends_recommissioning(void)
 {
     for (unsigned ticks = 0U; ticks <= 52U; ticks += 4U) {
@@ -418,8 +419,8 @@ static void the_recovery_plan_of_a_hanging_partner_ends_recommissioning(void)
     fixture_open();
 }
 
-/// Each life hangs during its recommissioning: the pauses grow, and the last one of the budget ends in the
-/// fallback mode, reported once.
+/// Each life hangs during its recommissioning: the pauses grow, and the last life of the budget ends in the
+/// fallback mode, which is reported once.
 static void hangs_during_recommissioning_use_up_the_restart_budget(void)
 {
     link_up(STATE_OPERATIONAL);
@@ -493,7 +494,7 @@ static void after_a_long_life_earlier_deaths_do_not_count(void)
     }
     die(FIXTURE_LONE);
     fixture_run(SECOND);
-    die(FIXTURE_LONE); // Too soon.
+    die(FIXTURE_LONE); // The life was too short.
     fixture_run(2U * SECOND);
     TEST_ASSERT_EQUAL(4U, fixture.starts);
     TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
@@ -515,7 +516,7 @@ static void a_process_started_by_a_user_in_the_pause_is_not_started_twice(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(the_network_is_back_with_its_links);
+    RUN_TEST(a_network_is_recommissioned_with_its_links);
     RUN_TEST(recommissioning_ends_in_the_state_before_the_death);
     RUN_TEST(a_subsystem_that_was_not_up_stays_down);
     RUN_TEST(unless_the_mission_requires_it_no_subsystem_is_recommissioned);
@@ -525,9 +526,9 @@ int main(void)
     RUN_TEST(a_member_that_does_not_follow_an_order_stops_it_in_time);
     RUN_TEST(a_new_phase_is_progress);
     RUN_TEST(recommissioning_stops_in_time_when_a_partner_does_not_arrive);
-    RUN_TEST(a_link_that_is_refused_is_asked_for_three_times);
+    RUN_TEST(a_refused_link_is_requested_three_times);
     RUN_TEST(a_member_that_fails_again_is_not_recommissioned);
-    RUN_TEST(a_member_ordered_down_by_a_user_is_not_recommissioned);
+    RUN_TEST(a_member_commanded_down_by_a_user_is_not_recommissioned);
     RUN_TEST(a_member_that_had_failed_before_is_not_recommissioned);
     RUN_TEST(a_member_that_failed_by_the_same_death_is_recommissioned);
     RUN_TEST(no_subsystem_is_recommissioned_at_the_end_of_the_mission);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Persistent records of the supervisor's services, their state after a power cut, and the reports about
-// records that are lost.
+// Persistent records of the supervisor's services: their state after a power cut, and the reports about lost
+// records.
 #include "fsw/supervisor/supervisor_internal.h"
 #include "test/support/recorded_media.h"
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -18,7 +18,7 @@ static journal_t journal;
 static journal_slot_t slots[JOURNAL_SLOTS(RECORDS)];
 static medium_t media[SPACECRAFT_STORES];
 static image_t images[2];
-static bool has_store; // On `media`.
+static bool has_store; // A packet store on `media`.
 
 static void open_journal(void)
 {
@@ -52,8 +52,8 @@ void tearDown(void)
     fixture_configure = NULL;
 }
 
-/// Power is restored with media as they are in `images`.
-static void begin_anew(void)
+/// Restore the power; the media are as they are in `images`.
+static void restore_power(void)
 {
     fixture_close();
     recorded_clear(images);
@@ -65,7 +65,7 @@ static void begin_anew(void)
 static void power_cut(void)
 {
     recorded_durable(images);
-    begin_anew();
+    restore_power();
 }
 
 static void set_mode(uint8_t mode)
@@ -92,7 +92,7 @@ static void definitions_of_each_service_are_restored(void)
     release_in_sequence(LONE, 3U);
     REQUEST(PUS_SERVICE_FORWARDING, 1U, "\1\0\20\1\3\1\31");
     REQUEST(PUS_SERVICE_TIME, 1U, "\7");
-    // The component itself performs TC[3,29] of a structure.
+    // The component performs TC[3,29] of a structure.
     REQUEST(PUS_SERVICE_HOUSEKEEPING, 29U, "\1\0\1\1");
     fixture_forget();
     power_cut();
@@ -134,7 +134,7 @@ static void a_damaged_journal_is_reported(void)
     fixture_forget();
     recorded_durable(images);
     images[0].octets[60] ^= 1U;
-    begin_anew();
+    restore_power();
     TEST_ASSERT_TRUE(fixture_has("G 5.4 005A"));
     TEST_ASSERT_EQUAL_UINT8(0U, fixture.supervisor.mode);
     TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.spacecraft.schedules.time.schedule.count);
@@ -179,8 +179,8 @@ static void after_a_shutdown_the_spacecraft_starts_in_the_initial_mode(void)
     TEST_ASSERT_FALSE(fixture_has("G 5."));
 }
 
-/// If the record of an interrupted flight cannot be erased, the next flight begins in the fallback mode.
-static void the_record_stays_when_the_disk_refuses_to_erase_it(void)
+/// If the record of an interrupted flight cannot be erased, the next flight starts in the fallback mode.
+static void the_record_is_kept_if_the_disk_refuses_to_erase_it(void)
 {
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);
     recorded.failure    = STATUS_IO;
@@ -222,7 +222,7 @@ static void a_record_that_contains_no_mode_is_reported(void)
 
 static void the_mode_changes_although_the_disk_refuses_the_record(void)
 {
-    for (unsigned failing = 1U; failing <= 2U; failing++) { // Writing and syncing it.
+    for (unsigned failing = 1U; failing <= 2U; failing++) { // The write and the sync of the record.
         recorded.failure    = STATUS_IO;
         recorded.fail_from  = recorded.calls + failing;
         recorded.fail_count = 1U;
@@ -279,7 +279,8 @@ static void a_service_that_cannot_begin_is_reported(void)
     TEST_ASSERT_EQUAL_UINT32(1U, fixture.supervisor.spacecraft.refused);
 }
 
-/// Report of a supervisor that starts again: 0 the release is repeated, 1 it is in doubt, 2 it was done.
+/// Report of a supervisor that starts again: 0: the release is repeated; 1: its result is uncertain; 2: it
+/// was done.
 static unsigned outcome(void)
 {
     const bool is_reached  = fixture_has(LONE_REACHED);
@@ -288,8 +289,8 @@ static unsigned outcome(void)
     return is_reached ? 0U : (is_reported ? 1U : 2U);
 }
 
-/// At whatever instant the power is cut: a request not yet released is released, and one possibly released is
-/// reported, not repeated.
+/// At any instant of a power cut: a request that was not released is released; a request that may have been
+/// released is reported and not repeated.
 static void every_lost_release_is_reported(void)
 {
     static image_t before[2];
@@ -301,7 +302,7 @@ static void every_lost_release_is_reported(void)
     recorded_durable(before);
     for (size_t cut = 0U; !is_all; cut++) {
         recorded_copy(images, before);
-        begin_anew();
+        restore_power();
         const size_t start = recorded.count;
         fixture_run(20U);
         TEST_ASSERT_TRUE(fixture_has(LONE_REACHED));
@@ -310,7 +311,7 @@ static void every_lost_release_is_reported(void)
         for (size_t i = 0U; i < (start + cut); i++) {
             recorded_apply(&recorded.operations[i], recorded.operations[i].size, images);
         }
-        begin_anew();
+        restore_power();
         fixture_run(20U);
         const unsigned now = outcome();
         TEST_ASSERT_TRUE(now >= last);
@@ -328,7 +329,7 @@ int main(void)
     RUN_TEST(a_damaged_journal_is_reported);
     RUN_TEST(after_a_power_cut_the_spacecraft_starts_in_the_fallback_mode);
     RUN_TEST(after_a_shutdown_the_spacecraft_starts_in_the_initial_mode);
-    RUN_TEST(the_record_stays_when_the_disk_refuses_to_erase_it);
+    RUN_TEST(the_record_is_kept_if_the_disk_refuses_to_erase_it);
     RUN_TEST(the_mission_defines_the_fallback_mode);
     RUN_TEST(a_record_that_contains_no_mode_is_reported);
     RUN_TEST(the_mode_changes_although_the_disk_refuses_the_record);

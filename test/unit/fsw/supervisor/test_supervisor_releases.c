@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests that services of the supervisor release: the time of release, and the effect of missing room.
+// Requests that services of the supervisor release: the time of release, and what happens without room.
 #include "fsw/supervisor/services/spacecraft_services.h"
 
 #include "fsw/supervisor/supervisor_internal.h"
@@ -30,7 +30,8 @@ static void a_request_is_released_at_its_time(void)
     release_at(due_ns, LONE, 0U);
     fixture_run(2U);
     fixture_expect("");
-    const uint64_t wake_ns = supervisor_step(&fixture.supervisor, fixture.now_ns); // Between two ticks.
+    // The time is between two ticks.
+    const uint64_t wake_ns = supervisor_step(&fixture.supervisor, fixture.now_ns);
     TEST_ASSERT_TRUE((wake_ns <= due_ns) && (wake_ns > (due_ns - 100U)));
     fixture.now_ns = due_ns;
     fixture_run(1U);
@@ -46,7 +47,7 @@ static void a_request_is_released_at_its_position(void)
     release_where(here + 3U, LONE, 0U);
     fixture_run(10U);
     fixture_expect("");
-    fixture_run(20U); // A step of the angle takes 85 ms.
+    fixture_run(20U); // The angle changes every 85 ms.
     fixture_expect(LONE_REACHED);
 }
 
@@ -74,7 +75,7 @@ static void a_request_is_released_by_its_sequence(void)
 
 // ---- Without room ----
 
-static void a_request_waits_for_its_addressee_and_others_behind_it(void)
+static void a_request_that_waits_for_its_addressee_delays_the_requests_behind_it(void)
 {
     fixture_fill(FIXTURE_LONE);
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
@@ -113,7 +114,7 @@ static void a_malformed_request_delays_no_other(void)
     TEST_ASSERT_EQUAL_UINT32(before + 1U, fixture.supervisor.counters.tc_malformed);
 }
 
-/// The queue of released requests is full of requests to LONE, which has no credit.
+/// Fill the queue of released requests with requests to LONE, which has no credit.
 static void fill_queue(void)
 {
     static const uint8_t data[400];
@@ -152,7 +153,7 @@ static void a_service_that_finds_the_queue_full_tries_again(void)
     TEST_ASSERT_TRUE(pus_schedule_is_waiting(&fixture.supervisor.spacecraft.schedules.time.schedule));
 }
 
-static void an_event_that_finds_the_queue_full_is_remembered(void)
+static void an_event_that_finds_the_queue_full_is_kept(void)
 {
     release_on(NOTE, LONE, 0U);
     fill_queue();
@@ -177,11 +178,11 @@ int main(void)
     RUN_TEST(a_request_is_released_at_its_position);
     RUN_TEST(a_request_is_released_by_its_event);
     RUN_TEST(a_request_is_released_by_its_sequence);
-    RUN_TEST(a_request_waits_for_its_addressee_and_others_behind_it);
+    RUN_TEST(a_request_that_waits_for_its_addressee_delays_the_requests_behind_it);
     RUN_TEST(a_request_that_has_waited_too_long_is_refused);
     RUN_TEST(a_malformed_request_delays_no_other);
     RUN_TEST(a_service_that_finds_the_queue_full_tries_again);
-    RUN_TEST(an_event_that_finds_the_queue_full_is_remembered);
+    RUN_TEST(an_event_that_finds_the_queue_full_is_kept);
     RUN_TEST(a_sequence_that_finds_the_queue_full_waits);
     return UNITY_END();
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Links of which one end has no room for a request of the link manager, or gets two requests; a stale link.
+// Links of which one end has no room for a request of the link manager, or gets two requests; and a stale
+// link.
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Routing in both directions, refusals and their codes, permission and the gates for higher states.
+// Routing in both directions, refusals and their codes, permission, and the conditions for higher states.
 #include "fsw/supervisor/supervisor.h"
 
 #include "fsw/supervisor/supervisor_internal.h"
@@ -21,7 +21,7 @@ void tearDown(void)
 
 // ---- Routing ----
 
-static void requests_go_down_and_reports_come_up(void)
+static void requests_reach_subsystems_and_reports_reach_the_ground(void)
 {
     (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(2U);
@@ -95,7 +95,7 @@ static void each_malformed_packet_is_refused_with_its_code(void)
 {
     uint8_t packet[64];
     const size_t size = good_request(packet);
-    packet[12] ^= 1U; // Checksum.
+    packet[12] ^= 1U; // The checksum is wrong.
     fixture_send(FIXTURE_GROUND, packet, size);
     fixture_run(1U);
     TEST_ASSERT_TRUE(fixture_has("G 1.2 #341 0102"));
@@ -105,8 +105,8 @@ static void each_malformed_packet_is_refused_with_its_code(void)
     spoil_and_expect(0U, 0x10U, "G 1.2 #341 010C 0\n"); // Secondary header.
     spoil_and_expect(2U, 0x41U, "G 1.2 #341 010D 1\n"); // Sequence flags.
     spoil_and_expect(6U, 0x1FU, "G 1.2 #341 0103 1\n"); // PUS version.
-    spoil_and_expect(10U, 2U, "G 1.2 #341 0107 2\n");   // A user the mission does not have.
-    spoil_and_expect(10U, 0U, "G 1.2 #341 0107 0\n");   // 0 stands for all users, which is no source.
+    spoil_and_expect(10U, 2U, "G 1.2 #341 0107 2\n");   // This user does not exist in the mission.
+    spoil_and_expect(10U, 0U, "G 1.2 #341 0107 0\n");   // 0 means all users and cannot be a source.
     TEST_ASSERT_EQUAL(6U, fixture.supervisor.counters.tc_malformed);
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.counters.tc_forbidden);
 }
@@ -127,23 +127,23 @@ static void a_truncated_request_is_reported_if_it_contains_its_source(void)
     fixture_expect("");
 }
 
-static void no_subsystem_sends_in_the_name_of_another(void)
+static void the_source_of_another_user_is_refused(void)
 {
-    fixture.source = PUS_USER_ONBOARD | ARM; // The ground in the name of ARM.
+    fixture.source = PUS_USER_ONBOARD | ARM; // The ground uses the source of ARM.
     (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(2U);
-    fixture.source = PUS_USER_ONBOARD | COMMUNICATION_APID; // Or of communication: it may not command.
+    fixture.source = PUS_USER_ONBOARD | COMMUNICATION_APID; // Communication may not send requests.
     (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(2U);
     TEST_ASSERT_FALSE(fixture_has("17 TC"));
     TEST_ASSERT_EQUAL_UINT32(2U, fixture.supervisor.counters.tc_forbidden);
     uint8_t packet[64];
-    const size_t size = good_request(packet); // A packet of a member with the ground as its source.
+    const size_t size = good_request(packet); // A member sends a packet with the ground as source.
     fixture_send(FIXTURE_HAND, packet, size);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("G 1.2 #341 0107 1"));
     TEST_ASSERT_FALSE(fixture_has("16 TC"));
-    packet[9]  = 0x80U; // In its own name.
+    packet[9]  = 0x80U; // Now the member uses its own source.
     packet[10] = HAND;
     checksum(packet, size);
     fixture_forget();
@@ -152,7 +152,7 @@ static void no_subsystem_sends_in_the_name_of_another(void)
     fixture_expect("16 TC 17.1 from 8011\n");
 }
 
-static void reports_of_others_are_dropped(void)
+static void reports_with_the_apid_of_another_subsystem_are_dropped(void)
 {
     uint8_t packet[64];
     size_t size       = 0U;
@@ -160,7 +160,7 @@ static void reports_of_others_are_dropped(void)
         .apid = ARM, .service = 5U, .subtype = 4U, .data = (const uint8_t*)"\0\1", .size = 2U};
     const uint32_t malformed = fixture.supervisor.counters.tm_malformed;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_encode(&tm, packet, sizeof packet, &size));
-    fixture_send(FIXTURE_HAND, packet, size); // HAND sends an event of ARM.
+    fixture_send(FIXTURE_HAND, packet, size); // HAND sends an event with the APID of ARM.
     packet[8] ^= 1U;
     fixture_send(FIXTURE_ARM, packet, size);
     for (size_t cut = 0U; cut < size; cut++) {
@@ -182,10 +182,10 @@ static void a_request_to_an_unknown_addressee_is_reported_as_unrouted(void)
     fixture_expect("G 1.10 #1 0001 7FE\n");
 }
 
-#define PLAIN_WINDOW (MESSAGE_WINDOW - MESSAGE_RESERVE) // A mailbox holds one window, less what orders need.
+#define PLAIN_WINDOW (MESSAGE_WINDOW - MESSAGE_RESERVE) // The rest of a window is for commands.
 #define PATIENCE_TICKS 10U
 
-/// The ground's next request waits while its addressee has no room, and so do all after it.
+/// The next request of the ground waits while its addressee has no room, and so do all requests behind it.
 static void a_request_waits_for_room_at_its_addressee(void)
 {
     fixture.members[FIXTURE_ARM].takes_nothing = true;
@@ -196,7 +196,7 @@ static void a_request_waits_for_room_at_its_addressee(void)
     (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(PATIENCE_TICKS - 1U);
     fixture_expect("");
-    fixture.members[FIXTURE_ARM].takes_nothing = false; // Before the time-out.
+    fixture.members[FIXTURE_ARM].takes_nothing = false; // The time-out has not passed.
     fixture.members[FIXTURE_ARM].is_passive    = true;
     fixture_run(3U);
     const char* text = fixture_look();
@@ -209,7 +209,7 @@ static void a_request_waits_for_room_at_its_addressee(void)
     TEST_ASSERT_NULL(strstr(text, "G 1.10"));
 }
 
-/// Others are delayed once, for a limited time; reports and orders never.
+/// Other requests are delayed once and for a limited time; reports and commands are never delayed.
 static void a_subsystem_with_full_inboxes_does_not_delay_others(void)
 {
     fixture.members[FIXTURE_ARM].takes_nothing = true;
@@ -230,12 +230,12 @@ static void a_subsystem_with_full_inboxes_does_not_delay_others(void)
     TEST_ASSERT_TRUE(fixture_has(expected));
     TEST_ASSERT_TRUE(fixture_has("17 TC 17.1 from 1"));
     fixture_forget();
-    const uint16_t third = fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U); // Its state is known now.
+    const uint16_t third = fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U); // Known to be full.
     (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(1U);
     (void)snprintf(expected, sizeof expected, "G 1.10 #%u 0109 10\n", third);
     TEST_ASSERT_TRUE(fixture_has(expected) && fixture_has("17 TC 17.1 from 1"));
-    fixture.members[FIXTURE_ARM].takes_nothing = false; // Requests to it may wait again.
+    fixture.members[FIXTURE_ARM].takes_nothing = false; // Requests to this subsystem may wait again.
     fixture_run(2U);
     fixture_forget();
     for (unsigned i = 0U; i < (2U * PLAIN_WINDOW); i++) {
@@ -246,7 +246,7 @@ static void a_subsystem_with_full_inboxes_does_not_delay_others(void)
     TEST_ASSERT_FALSE(fixture_has("G 1.10"));
 }
 
-/// A process that has ended delays no request.
+/// Requests to a process that has ended do not wait.
 static void a_request_to_an_ended_process_does_not_wait(void)
 {
     fixture.members[FIXTURE_ARM].takes_nothing = true;
@@ -346,15 +346,15 @@ static void connection_tests_reads_and_status_are_always_allowed(void)
 
 // ---- Gates ----
 
-static void power_is_not_overdrawn(void)
+static void a_request_beyond_the_power_is_refused(void)
 {
     fixture_place(FIXTURE_ARM, STATE_SAFE_OPERATIONAL); // 20 W of 100.
     fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL); // 41 W.
     fixture_close_link(LINK_HAND_POS);
-    fixture.members[FIXTURE_ARM].configuration = 1U; // Without links.
+    fixture.members[FIXTURE_ARM].configuration = 1U; // Configuration 1 has no links.
     fixture_run(60U);
     fixture_forget();
-    (void)fixture_request_state(ARM, STATE_OPERATIONAL); // 60 W would make 101.
+    (void)fixture_request_state(ARM, STATE_OPERATIONAL); // 60 W more would be 101 W in total.
     fixture_run(2U);
     fixture_expect("G 5.2 00070010\nG 1.2 #1 0112 1\n"); // RESOURCE_REFUSED; 1 W is missing.
     (void)fixture_request_state(LONE, STATE_OFFLINE);
@@ -384,7 +384,7 @@ static void links_are_needed_on_the_way_up(void)
     TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, fixture.members[FIXTURE_ARM].state);
 }
 
-static void a_stale_link_is_a_missing_one(void)
+static void a_stale_link_counts_as_missing(void)
 {
     fixture_link_up(STATE_SAFE_OPERATIONAL);
     fixture_link_changed(FIXTURE_ARM, LINK_HAND_POS, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_STALE);
@@ -437,7 +437,7 @@ static void no_member_goes_down_while_a_partner_operates(void)
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.1 03"));
 }
 
-static void an_order_upwards_may_go_up_one_state_only(void)
+static void an_upward_request_may_go_up_by_one_state_only(void)
 {
     fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
     fixture_forget();
@@ -474,7 +474,7 @@ static void pending_requests_end_with_their_subsystem(void)
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.pending.count);
 }
 
-/// A subsystem that continues to report its status, but never answers a request.
+/// The subsystem continues to report its status, but never answers a request.
 static void a_request_that_is_not_accepted_ends(void)
 {
     fixture.members[FIXTURE_ARM].is_passive = true;
@@ -495,8 +495,8 @@ static void a_request_that_is_not_accepted_ends(void)
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.pending.count);
 }
 
-/// Its mailbox is full when it is to go to its safe state: the order is sent as soon as there is room.
-static void an_order_without_room_stays_pending(void)
+/// The mailbox is full when the subsystem must become safe: the command is sent as soon as it has room.
+static void a_command_without_room_stays_pending(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_fill(FIXTURE_HAND);
@@ -508,8 +508,8 @@ static void an_order_without_room_stays_pending(void)
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0602 from 8001"));
 }
 
-/// The ground has filled its mailbox with requests: there is still room for the supervisor's own order.
-static void an_order_does_not_wait_behind_requests(void)
+/// The ground has filled the mailbox with requests, but the supervisor's command still has room.
+static void a_command_does_not_wait_behind_requests(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture.members[FIXTURE_HAND].takes_nothing = true;
@@ -527,14 +527,14 @@ static void an_order_does_not_wait_behind_requests(void)
 static void answers_wait_by_class_and_requests_with_them(void)
 {
     fixture.members[FIXTURE_GROUND].takes_nothing = true;
-    for (unsigned i = 0U; i < 1000U; i++) { // Firm ones of a subsystem: all its verifications.
+    for (unsigned i = 0U; i < 1000U; i++) { // FIRM reports of a subsystem: all its verification reports.
         const uint8_t data[6] = {0x18U, 16U, 0xC0U, 0U, 0U, 0U};
         fixture_report(FIXTURE_ARM, PUS_SERVICE_VERIFICATION, 7U, data, 4U);
         fixture_report(FIXTURE_ARM, PUS_SERVICE_HOUSEKEEPING, 25U, data, 6U);
         fixture_step();
     }
     TEST_ASSERT_TRUE(fixture.supervisor.ground.dropped_bulk > 0U);
-    TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.counters.tc_unroutable); // It counts requests only.
+    TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.counters.tc_unroutable); // For requests only.
     TEST_ASSERT_FALSE(supervisor_ground_accepts(&fixture.supervisor, PUS_CLASS_BULK, 40U));
     fixture.members[FIXTURE_GROUND].takes_nothing = false;
     fixture_run(100U);
@@ -543,7 +543,7 @@ static void answers_wait_by_class_and_requests_with_them(void)
     for (const char* p = strstr(fixture_look(), "G 5.2 0028"); p != NULL; p = strstr(p + 1U, "G 5.2 0028")) {
         reported++;
     }
-    TEST_ASSERT_EQUAL(1U, reported); // GROUND_BEHIND, once.
+    TEST_ASSERT_EQUAL(1U, reported); // GROUND_BEHIND is raised once.
     TEST_ASSERT_TRUE(supervisor_ground_takes_requests(&fixture.supervisor));
 }
 
@@ -569,13 +569,13 @@ static void requests_wait_while_their_answers_have_no_room(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(requests_go_down_and_reports_come_up);
+    RUN_TEST(requests_reach_subsystems_and_reports_reach_the_ground);
     RUN_TEST(every_packet_is_logged_in_both_directions);
     RUN_TEST(a_refused_request_is_logged_too);
     RUN_TEST(each_malformed_packet_is_refused_with_its_code);
     RUN_TEST(a_truncated_request_is_reported_if_it_contains_its_source);
-    RUN_TEST(no_subsystem_sends_in_the_name_of_another);
-    RUN_TEST(reports_of_others_are_dropped);
+    RUN_TEST(the_source_of_another_user_is_refused);
+    RUN_TEST(reports_with_the_apid_of_another_subsystem_are_dropped);
     RUN_TEST(a_request_to_an_unknown_addressee_is_reported_as_unrouted);
     RUN_TEST(a_request_waits_for_room_at_its_addressee);
     RUN_TEST(a_subsystem_with_full_inboxes_does_not_delay_others);
@@ -584,16 +584,16 @@ int main(void)
     RUN_TEST(a_request_that_no_rule_allows_is_denied);
     RUN_TEST(a_rule_allows_a_request_in_its_mode_and_state);
     RUN_TEST(connection_tests_reads_and_status_are_always_allowed);
-    RUN_TEST(power_is_not_overdrawn);
+    RUN_TEST(a_request_beyond_the_power_is_refused);
     RUN_TEST(links_are_needed_on_the_way_up);
-    RUN_TEST(a_stale_link_is_a_missing_one);
+    RUN_TEST(a_stale_link_counts_as_missing);
     RUN_TEST(no_member_goes_up_while_a_partner_is_in_error);
     RUN_TEST(no_member_goes_down_while_a_partner_operates);
-    RUN_TEST(an_order_upwards_may_go_up_one_state_only);
+    RUN_TEST(an_upward_request_may_go_up_by_one_state_only);
     RUN_TEST(pending_requests_end_with_their_subsystem);
     RUN_TEST(a_request_that_is_not_accepted_ends);
-    RUN_TEST(an_order_without_room_stays_pending);
-    RUN_TEST(an_order_does_not_wait_behind_requests);
+    RUN_TEST(a_command_without_room_stays_pending);
+    RUN_TEST(a_command_does_not_wait_behind_requests);
     RUN_TEST(answers_wait_by_class_and_requests_with_them);
     RUN_TEST(requests_wait_while_their_answers_have_no_room);
     return UNITY_END();

@@ -40,7 +40,7 @@ static void request(const uint8_t subtype, const void* const data, const size_t 
 }
 #define REQUEST(subtype, octets) request((subtype), (octets), sizeof(octets) - 1U)
 
-/// A circular store of 64 KiB that takes all diagnostic reports of ARM.
+/// Create a circular store of 64 KiB that selects all diagnostic reports of ARM.
 static void open_store(void)
 {
     REQUEST(20U, "\1" RING "\0\1\0\0\0\0");
@@ -61,7 +61,8 @@ static void stored_reports_are_sent_again(void)
     open_store();
     report("ab");
     report("cd");
-    fixture_report(FIXTURE_HAND, PUS_SERVICE_HOUSEKEEPING, 26U, "ef", 2U); // Not selected.
+    // The store does not select this report.
+    fixture_report(FIXTURE_HAND, PUS_SERVICE_HOUSEKEEPING, 26U, "ef", 2U);
     fixture_run(1U);
     fixture_expect("G/16 3.26 6162\nG/16 3.26 6364\nG/17 3.26 6566\n");
     REQUEST(15U, "\1" RING "\0");
@@ -76,7 +77,7 @@ static void retrieved_reports_wait_for_ground(void)
     report("ab");
     fixture_expect("G/16 3.26 6162\n");
     fixture.members[FIXTURE_GROUND].takes_nothing = true;
-    for (unsigned i = 0U; i < 40U; i++) { // Until there is no credit, and reports wait.
+    for (unsigned i = 0U; i < 40U; i++) { // Until no credit is left and reports wait.
         fixture_report(FIXTURE_HAND, PUS_SERVICE_HOUSEKEEPING, 26U, "ef", 2U);
         fixture_step();
     }
@@ -87,7 +88,7 @@ static void retrieved_reports_wait_for_ground(void)
     const char* const lines = fixture_look();
     const char* const again = strstr(lines, "G/16 3.26 6162\n");
     TEST_ASSERT_NOT_NULL(again);
-    TEST_ASSERT_NULL(strstr(&again[1], "G/16")); // Once, and after all that waited.
+    TEST_ASSERT_NULL(strstr(&again[1], "G/16")); // The report comes once, behind all that waited.
     TEST_ASSERT_NULL(strstr(&again[1], "G/17"));
 }
 
@@ -106,7 +107,7 @@ static void without_media_no_report_is_stored(void)
     TEST_ASSERT_FALSE(fixture.supervisor.spacecraft.storage.service.stores[0].state.is_there);
 }
 
-static void time_is_reported_as_often_as_asked(void)
+static void time_is_reported_at_the_commanded_rate(void)
 {
     fixture.ack = 0U;
     fixture_run(200U);
@@ -115,7 +116,7 @@ static void time_is_reported_as_often_as_asked(void)
     fixture_run(400U); // Four seconds.
     fixture_expect("G time 1\nG time 1\n");
     fixture.members[FIXTURE_GROUND].takes_nothing = true;
-    fixture_run(1200U); // Until there is no credit: a refused time report is not sent late.
+    fixture_run(1200U); // Until no credit is left; a refused time report is not sent later.
     fixture.members[FIXTURE_GROUND].takes_nothing = false;
     fixture_forget();
     fixture_run(600U);
@@ -128,6 +129,6 @@ int main(void)
     RUN_TEST(stored_reports_are_sent_again);
     RUN_TEST(retrieved_reports_wait_for_ground);
     RUN_TEST(without_media_no_report_is_stored);
-    RUN_TEST(time_is_reported_as_often_as_asked);
+    RUN_TEST(time_is_reported_at_the_commanded_rate);
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All that a life of the supervisor leaves to the next one is there again before its first step.
+// Everything that one life of the supervisor leaves to the next is restored before its first step.
 #include "fsw/supervisor/supervisor.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -18,7 +18,7 @@ static void configure(supervisor_config_t* config)
     configuration      = *config;
 }
 
-/// ARM and HAND are being recommissioned; LONE answers no request.
+/// ARM and HAND are being recommissioned; LONE answers no requests.
 void setUp(void)
 {
     (void)memset(&checkpoint, 0, sizeof checkpoint);
@@ -43,7 +43,7 @@ static void take_over(void)
 {
     static message_place_t inbox[sizeof fixture.inbox / sizeof fixture.inbox[0]];
     was = fixture.supervisor;
-    osal_file_close(&fixture.supervisor.log.file); // As the system closes it.
+    osal_file_close(&fixture.supervisor.log.file); // The system closes the file of a dead process.
     (void)memset(&fixture.supervisor, 0, sizeof fixture.supervisor);
     message_open(&fixture.endpoint, SUPERVISOR_APID, 2U, fixture.endpoint.carrier, inbox,
                  sizeof inbox / sizeof inbox[0]);
@@ -53,7 +53,7 @@ static void take_over(void)
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_init(&fixture.supervisor, &configuration));
 }
 
-static void the_tables_of_links_are_there_again(void)
+static void the_tables_of_links_are_restored(void)
 {
     fixture.supervisor.renewals[2]     = 2U;
     fixture.supervisor.wanted[2].depth = 9U;
@@ -71,7 +71,7 @@ static void the_tables_of_links_are_there_again(void)
     TEST_ASSERT_EQUAL_MEMORY(was.sessions, is->sessions, sizeof was.sessions);
 }
 
-static void requests_plans_and_counters_are_there_again(void)
+static void requests_plans_and_counters_are_restored(void)
 {
     (void)fixture_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture.supervisor.orbit_period_ms = 7000U;
@@ -79,7 +79,7 @@ static void requests_plans_and_counters_are_there_again(void)
     fixture_run(2U);
     take_over();
     TEST_ASSERT_EQUAL(1U, was.pending.count);
-    TEST_ASSERT_TRUE(was.plans.runs[0].member_count > 0U); // By the death of ARM.
+    TEST_ASSERT_TRUE(was.plans.runs[0].member_count > 0U); // The death of ARM has started this run.
     TEST_ASSERT_EQUAL_MEMORY(&was.plans, &is->plans, sizeof was.plans);
     TEST_ASSERT_EQUAL_MEMORY(&was.pending, &is->pending, sizeof was.pending);
     TEST_ASSERT_EQUAL_MEMORY(&was.counters, &is->counters, sizeof was.counters);
@@ -111,11 +111,11 @@ static void expect_same_state(const registry_entry_t* before, const registry_ent
     TEST_ASSERT_EQUAL(before->process == PROCESS_RUNNING, after->are_links_in_doubt);
 }
 
-static void members_are_known_again(void)
+static void the_data_of_members_are_restored(void)
 {
     fixture.members[FIXTURE_HAND].interface_offset     = 1U;
     fixture.members[FIXTURE_HAND].configuration_offset = 2U;
-    fixture_run(110U); // It reports once a second.
+    fixture_run(110U); // The member reports once a second.
     take_over();
     for (uint16_t i = 0U; i < was.mission->subsystem_count; i++) {
         const registry_entry_t* const before = &was.registry[i];
@@ -123,7 +123,7 @@ static void members_are_known_again(void)
         TEST_ASSERT_EQUAL(before->restarts, after->restarts);
         TEST_ASSERT_EQUAL(before->restarts, after->deaths);
         if (before->mission->apid == SUPERVISOR_APID) {
-            continue; // It starts again in OFFLINE.
+            continue; // A restarted member begins in OFFLINE.
         }
         expect_same_state(before, after);
         TEST_ASSERT_EQUAL_UINT64(before->heard_ns, after->heard_ns);
@@ -160,8 +160,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(reports_that_wait_for_the_ground_wait_again);
-    RUN_TEST(the_tables_of_links_are_there_again);
-    RUN_TEST(requests_plans_and_counters_are_there_again);
-    RUN_TEST(members_are_known_again);
+    RUN_TEST(the_tables_of_links_are_restored);
+    RUN_TEST(requests_plans_and_counters_are_restored);
+    RUN_TEST(the_data_of_members_are_restored);
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time limits of the supervisor, each at its exact instant and at the one before or after it.
+// Time limits of the supervisor: each is tested at its exact instant and at the instant before or after it.
 #include "fsw/supervisor/supervisor_internal.h"
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
@@ -25,7 +25,7 @@ static registry_entry_t* entry_of(uint16_t apid)
     return supervisor_registry_find(&fixture.supervisor, apid);
 }
 
-/// One step at this time. All other members count as heard just before.
+/// Make one step at this time. All members but `silent_apid` count as heard just before.
 static void step_at(uint64_t now_ns, uint16_t silent_apid)
 {
     for (uint16_t i = 0U; i < fixture.supervisor.mission->subsystem_count; i++) {
@@ -36,7 +36,7 @@ static void step_at(uint64_t now_ns, uint16_t silent_apid)
     fixture_step();
 }
 
-/// An event of the supervisor whose first value is an APID.
+/// True if this event of the supervisor, whose first value is an APID, was raised for `apid`.
 static bool has_event(uint16_t event, uint16_t apid)
 {
     bool is_there = false;
@@ -58,7 +58,7 @@ static void a_member_is_silent_after_more_than_three_seconds(void)
     step_at(heard_ns + (3000U * MS) + TICK, LONE);
     TEST_ASSERT_TRUE(has_event(SUPERVISOR_EVENT_SUBSYSTEM_SILENT, LONE));
     fixture_forget();
-    step_at(heard_ns + (6000U * MS) + TICK, LONE); // The next event: again after more than 3 s.
+    step_at(heard_ns + (6000U * MS) + TICK, LONE); // The next event comes again after more than 3 s.
     TEST_ASSERT_FALSE(has_event(SUPERVISOR_EVENT_SUBSYSTEM_SILENT, LONE));
     step_at(heard_ns + (6000U * MS) + (2U * TICK), LONE);
     TEST_ASSERT_TRUE(has_event(SUPERVISOR_EVENT_SUBSYSTEM_SILENT, LONE));
@@ -76,7 +76,8 @@ static void a_state_is_in_doubt_after_a_second_and_a_half(void)
     TEST_ASSERT_EQUAL(DOUBT_SILENT, entry_of(LONE)->doubt);
     const uint64_t back_ns = heard_ns + (1500U * MS) + (2U * TICK);
     const uint32_t asked   = fixture.supervisor.reactions.asked;
-    step_at(back_ns, 0U); // Heard again: its status is requested, and again after more than a second.
+    // When the member is heard, its status is requested, and again after more than a second.
+    step_at(back_ns, 0U);
     TEST_ASSERT_EQUAL(DOUBT_ASKED, entry_of(LONE)->doubt);
     TEST_ASSERT_EQUAL_UINT32(asked + 1U, fixture.supervisor.reactions.asked);
     step_at(back_ns + (1000U * MS), 0U);
@@ -98,7 +99,7 @@ static void a_process_hangs_when_its_time_is_exceeded(void)
     TEST_ASSERT_TRUE(has_event(SUPERVISOR_EVENT_PROCESS_HUNG, LONE));
 }
 
-/// The process dies, and its death is detected at this time.
+/// Let the process die; its death is detected at this time.
 static void die_at(uint64_t now_ns)
 {
     fixture.members[FIXTURE_ARM].is_running = false;
@@ -138,7 +139,7 @@ static void earlier_deaths_do_not_count_after_a_life_of_the_restart_period(void)
         entry_of(ARM)->restart_ns = started_ns;
         die_at(started_ns + (5000U * MS) - ((i == 0U) ? TICK : 0U));
         TEST_ASSERT_EQUAL((i == 0U) ? 2U : 1U, entry_of(ARM)->deaths);
-        fixture_run(30U); // Started again, at the latest now.
+        fixture_run(30U); // By now it has been started again.
     }
 }
 
@@ -207,8 +208,8 @@ static void a_recommissioning_without_progress_ends_after_more_than_five_seconds
     TEST_ASSERT_TRUE(has_event(SUPERVISOR_EVENT_RECOMMISSION_STOPPED, ARM));
 }
 
-/// ARM dies after HAND has gone to ERROR_OPERATIONAL. Within 0.1 s both have the same cause, and both are
-/// recommissioned; later, HAND has failed by itself.
+/// ARM dies after HAND has entered ERROR_OPERATIONAL. Up to 0.1 s apart, both have the same cause and are
+/// recommissioned; later, HAND counts as failed by itself.
 static void a_partner_in_error_is_recommissioned_up_to_a_tenth_of_a_second(void)
 {
     for (unsigned i = 0U; i < 2U; i++) {
@@ -224,7 +225,7 @@ static void a_partner_in_error_is_recommissioned_up_to_a_tenth_of_a_second(void)
     }
 }
 
-static void a_step_of_the_shutdown_is_given_up_after_more_than_three_seconds(void)
+static void a_step_of_the_shutdown_ends_after_more_than_three_seconds(void)
 {
     fixture_place(FIXTURE_LONE, STATE_OPERATIONAL);
     fixture.members[FIXTURE_LONE].is_passive = true;
@@ -253,7 +254,7 @@ static void a_request_that_is_not_accepted_ends_after_more_than_ten_seconds(void
     TEST_ASSERT_TRUE(fixture_has("G 1.8 #0 0406 2710")); // 10000 ms.
 }
 
-/// An exact bound of power: a request is granted if all members, in the states after it, need all the power.
+/// A request is granted if all members together need exactly the available power in the states after it.
 static void a_request_may_use_all_the_power_of_the_mission(void)
 {
     mission_descriptor_t* const mission = (mission_descriptor_t*)fixture.supervisor.mission;
@@ -285,7 +286,7 @@ int main(void)
     RUN_TEST(senders_wait_for_the_ground_for_a_second);
     RUN_TEST(a_recommissioning_without_progress_ends_after_more_than_five_seconds);
     RUN_TEST(a_partner_in_error_is_recommissioned_up_to_a_tenth_of_a_second);
-    RUN_TEST(a_step_of_the_shutdown_is_given_up_after_more_than_three_seconds);
+    RUN_TEST(a_step_of_the_shutdown_ends_after_more_than_three_seconds);
     RUN_TEST(a_request_that_is_not_accepted_ends_after_more_than_ten_seconds);
     RUN_TEST(a_request_may_use_all_the_power_of_the_mission);
     return UNITY_END();

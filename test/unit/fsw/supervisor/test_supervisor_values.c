@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values that the supervisor publishes: each is taken from its source in every cycle.
+// Values that the supervisor publishes: in every cycle each value is read from its source.
 #include "fsw/supervisor/supervisor.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -32,7 +32,7 @@ static void the_status_counts_members_links_networks_requests_and_records(void)
     (void)fixture_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(3U);
     TEST_ASSERT_EQUAL(2U, status->links);
-    TEST_ASSERT_EQUAL(1U, status->networks); // Both links are between the same members.
+    TEST_ASSERT_EQUAL(1U, status->networks); // Both links connect the same members.
     TEST_ASSERT_EQUAL(2U, status->pending);
     TEST_ASSERT_EQUAL_UINT64(fixture.supervisor.log.next_number - 1U, status->records);
     const link_edge_t edge = {.link = LINK_LONE_STATE, .ends = {LONE, 1U, 99U, 1U}};
@@ -42,7 +42,7 @@ static void the_status_counts_members_links_networks_requests_and_records(void)
     TEST_ASSERT_EQUAL(2U, status->networks);
 }
 
-/// A message of an ended life is counted as stale; one without octets is always counted as malformed.
+/// A message of an ended life is counted as stale, but an empty message is always counted as malformed.
 static void an_empty_message_from_any_sender_is_malformed(void)
 {
     const uint32_t malformed               = fixture.supervisor.counters.tm_malformed;
@@ -55,7 +55,7 @@ static void an_empty_message_from_any_sender_is_malformed(void)
     TEST_ASSERT_EQUAL_UINT32(stale + 1U, fixture.endpoint.counters.stale);
 }
 
-static void packets_are_counted_by_what_became_of_them(void)
+static void packets_are_counted_by_their_outcome(void)
 {
     const supervisor_counters_t* const counters = &fixture.supervisor.counters;
     const supervisor_counters_t before          = *counters;
@@ -65,17 +65,18 @@ static void packets_are_counted_by_what_became_of_them(void)
     (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(2U);
     TEST_ASSERT_EQUAL_UINT32(before.tc_routed + 1U, counters->tc_routed);
-    TEST_ASSERT_EQUAL_UINT32(before.tm_routed + 4U, counters->tm_routed); // And the three about it.
-    fixture_send(FIXTURE_ARM, (const uint8_t*)"", 0U);                    // No packet,
+    // And the three reports about the request.
+    TEST_ASSERT_EQUAL_UINT32(before.tm_routed + 4U, counters->tm_routed);
+    fixture_send(FIXTURE_ARM, (const uint8_t*)"", 0U); // An empty message,
     fixture_run(1U);
     TEST_ASSERT_EQUAL_UINT32(before.tm_malformed + 1U, counters->tm_malformed);
-    fixture_send(FIXTURE_ARM, (const uint8_t*)"\x08", 1U); // one that is too short,
+    fixture_send(FIXTURE_ARM, (const uint8_t*)"\x08", 1U); // a packet that is too short,
     fixture_run(1U);
     TEST_ASSERT_EQUAL_UINT32(before.tm_malformed + 2U, counters->tm_malformed);
     TEST_ASSERT_EQUAL_UINT32(before.tm_routed + 4U, counters->tm_routed);
     TEST_ASSERT_EQUAL_UINT32(before.tc_malformed, counters->tc_malformed);
     const uint64_t records = fixture.supervisor.log.next_number;
-    fixture_send(FIXTURE_GROUND, (const uint8_t*)"\x18", 1U); // and a request that is too short.
+    fixture_send(FIXTURE_GROUND, (const uint8_t*)"\x18", 1U); // a request that is too short.
     fixture_run(1U);
     TEST_ASSERT_EQUAL_UINT32(before.tc_malformed + 1U, counters->tc_malformed);
     TEST_ASSERT_EQUAL_UINT32(before.tm_malformed + 2U, counters->tm_malformed);
@@ -88,7 +89,7 @@ static void packets_are_counted_by_what_became_of_them(void)
     TEST_ASSERT_EQUAL_UINT32(before.tc_forbidden, counters->tc_forbidden);
 }
 
-static void figures_of_its_parts_are_published(void)
+static void figures_of_the_parts_of_the_supervisor_are_published(void)
 {
     supervisor_t* const supervisor          = &fixture.supervisor;
     spacecraft_services_t* const spacecraft = &supervisor->spacecraft;
@@ -123,7 +124,7 @@ static void figures_of_its_parts_are_published(void)
     TEST_ASSERT_EQUAL_UINT32(health.reports_lost, supervisor->counters.reports_lost);
 }
 
-static void a_pool_that_runs_short_is_an_event_once(void)
+static void a_pool_that_runs_short_raises_one_event(void)
 {
     static bool* const news[] = {&fixture.supervisor.spacecraft.schedules.chains.pool.is_unpolled,
                                  &fixture.supervisor.spacecraft.sequences.chains.pool.is_unpolled};
@@ -213,9 +214,9 @@ int main(void)
     RUN_TEST(each_reported_phase_is_known);
     RUN_TEST(the_status_counts_members_links_networks_requests_and_records);
     RUN_TEST(an_empty_message_from_any_sender_is_malformed);
-    RUN_TEST(packets_are_counted_by_what_became_of_them);
-    RUN_TEST(figures_of_its_parts_are_published);
-    RUN_TEST(a_pool_that_runs_short_is_an_event_once);
+    RUN_TEST(packets_are_counted_by_their_outcome);
+    RUN_TEST(figures_of_the_parts_of_the_supervisor_are_published);
+    RUN_TEST(a_pool_that_runs_short_raises_one_event);
     RUN_TEST(the_position_on_the_orbit_follows_its_period);
     RUN_TEST(reports_that_wait_for_the_ground_are_counted_in_octets);
     return UNITY_END();

@@ -36,7 +36,7 @@ void tearDown(void)
 {
 }
 
-/// Pass what was written as a report, and begin a new one.
+/// Pass the written octets as a report, and begin a new report.
 static void observe(const uint8_t service, const uint8_t subtype, const uint64_t time_ns)
 {
     const pus_tm_t tm = {.apid    = 16U,
@@ -50,7 +50,7 @@ static void observe(const uint8_t service, const uint8_t subtype, const uint64_t
     writer = octet_writer(data, sizeof data);
 }
 
-/// TM[3,10] of structure 7: OCTET, STRUCT, and three samples of WORD with OCTET, and two of LONG.
+/// Define structure 7 by TM[3,10]: OCTET, STRUCT, three samples of {WORD, OCTET}, and two samples of LONG.
 static void define(const uint8_t subtype)
 {
     octet_write_u16(&writer, 7U);
@@ -70,7 +70,7 @@ static void define(const uint8_t subtype)
     observe(3U, subtype, EPOCH);
 }
 
-/// TM[3,25] of that structure: octets `first`, `first` + 1, ...; it has 17.
+/// Report this structure by TM[3,25]: 17 octets, `first`, `first` + 1, ...
 static void report(const uint8_t subtype, const uint8_t first, const size_t size, const uint64_t time_ns)
 {
     octet_write_u16(&writer, 7U);
@@ -105,12 +105,12 @@ static void expect_value(const uint32_t id, const uint64_t time_ns, const uint8_
 
 static void values_of_structures_are_kept(void)
 {
-    report(25U, 1U, 17U, EPOCH); // The content is unknown.
+    report(25U, 1U, 17U, EPOCH); // The structure is not defined yet.
     TEST_ASSERT_EQUAL_UINT32(0U, cache.counters.taken);
     define(10U);
     EXPECT(WORD, 0U, 0, 0);
     report(25U, 1U, 17U, 2000U);
-    EXPECT(OCTET, 2000U, 13); // The last sample of its set.
+    EXPECT(OCTET, 2000U, 13); // The last sample of the set.
     EXPECT(STRUCT, 2000U, 2, 3, 4);
     EXPECT(WORD, 2000U, 11, 12);
     EXPECT(LONG, 2000U, 14, 15, 16, 17);
@@ -155,19 +155,19 @@ static void a_definition_replaces_the_previous_one(void)
     TEST_ASSERT_EQUAL_UINT16(2U, cache.structure_count);
     report(25U, 1U, 2U, 2000U);
     EXPECT(WORD, 2000U, 1, 2);
-    report(26U, 1U, 17U, 3000U); // The other one is complete.
+    report(26U, 1U, 17U, 3000U); // The diagnostic structure is complete.
     EXPECT(LONG, 3000U, 14, 15, 16, 17);
     TEST_ASSERT_EQUAL_UINT32(0U, cache.counters.unfitting);
 }
 
-static void bad_definitions_are_no_definitions(void)
+static void bad_definitions_remove_the_structure(void)
 {
     define(10U);
     memset(data, 0, sizeof data);
     define(10U);
     const uint16_t whole = cache.entry_count;
     octet_reader_t reader;
-    for (size_t size = 0U; size < 34U; size++) { // Truncated anywhere.
+    for (size_t size = 0U; size < 34U; size++) { // Truncated at each length.
         uint8_t octets[34];
         writer = octet_writer(octets, sizeof octets);
         octet_write_u16(&writer, 1U);
@@ -186,8 +186,8 @@ static void bad_definitions_are_no_definitions(void)
         TEST_ASSERT_EQUAL((size == 28U) ? STATUS_OK : STATUS_INVALID,
                           supervisor_telemetry_cache_define(&cache, 16U, 25U, 8U, &reader));
     }
-    TEST_ASSERT_EQUAL_UINT16(whole, cache.entry_count);      // The good one was replaced by bad ones.
-    static const uint8_t never[] = {0, 0, 0, 1, 0, 0, 0, 0}; // A set of no samples.
+    TEST_ASSERT_EQUAL_UINT16(whole, cache.entry_count);      // Bad definitions have removed the correct one.
+    static const uint8_t never[] = {0, 0, 0, 1, 0, 0, 0, 0}; // A set without samples.
     reader                       = octet_reader(never, sizeof never);
     TEST_ASSERT_EQUAL(STATUS_INVALID, supervisor_telemetry_cache_define(&cache, 16U, 25U, 8U, &reader));
     writer = octet_writer(data, sizeof data);
@@ -228,7 +228,7 @@ static void reported_values_are_kept(void)
     octet_write_u16(&writer, 2U);
     octet_write_u32(&writer, WORD);
     octet_write_u8(&writer, 1U);
-    observe(20U, 2U, 7000U); // Cut.
+    observe(20U, 2U, 7000U); // A truncated report.
     octet_write_u16(&writer, 1U);
     octet_write_u16(&writer, 0U);
     observe(20U, 2U, 7000U);
@@ -290,7 +290,7 @@ static status_t large(void* const context, const uint32_t id, uint16_t* const ou
     return STATUS_OK;
 }
 
-static void octets_have_an_end(void)
+static void the_octets_of_the_cache_are_bounded(void)
 {
     const pus_parameter_port_t port = supervisor_telemetry_cache_port(&cache);
     uint16_t handle                 = 0U;
@@ -338,11 +338,11 @@ int main(void)
     RUN_TEST(values_of_structures_are_kept);
     RUN_TEST(reports_that_do_not_match_their_structure_are_ignored);
     RUN_TEST(a_definition_replaces_the_previous_one);
-    RUN_TEST(bad_definitions_are_no_definitions);
+    RUN_TEST(bad_definitions_remove_the_structure);
     RUN_TEST(reported_values_are_kept);
     RUN_TEST(an_unknown_subsystem_is_not_found);
     RUN_TEST(tables_of_the_cache_are_bounded);
-    RUN_TEST(octets_have_an_end);
+    RUN_TEST(the_octets_of_the_cache_are_bounded);
     RUN_TEST(a_value_that_is_no_longer_reported_is_old);
     return UNITY_END();
 }

@@ -103,7 +103,7 @@ static void the_name_of_a_structure_is_not_found_as_a_scalar(void)
     }
 }
 
-/// A report of structure 5 with this many octets, each one more than the one before.
+/// Send a report of structure 5 with this number of octets; each octet is greater than the one before by 1.
 static void report(const uint16_t size)
 {
     uint8_t data[64] = {0, 5};
@@ -143,8 +143,8 @@ static void the_telemetry_cache_takes_reports_of_the_configuration(void)
     report(6U);
     expect_value(GOAL, 6U, 1U);
     TEST_ASSERT_EQUAL_UINT32(0U, cache.counters.unfitting);
-    supervisor_telemetry_directory_define(&directory, &cache, ARM, 3U); // Has none,
-    supervisor_telemetry_directory_define(&directory, &cache, 17U, 1U); // nor has another.
+    supervisor_telemetry_directory_define(&directory, &cache, ARM, 3U); // Configuration 3 has no structures,
+    supervisor_telemetry_directory_define(&directory, &cache, 17U, 1U); // and APID 17 has none.
     report(6U);
     TEST_ASSERT_EQUAL_UINT32(0U, cache.counters.unfitting);
 }
@@ -170,7 +170,7 @@ static void entries_without_room_in_the_directory_are_counted(void)
     supervisor_telemetry_directory_learn(&directory, &descriptor);
     TEST_ASSERT_EQUAL_UINT32(13U, directory.full);
     directory.structure_count = 0U;
-    directory.content_used    = TELEMETRY_CONTENT - 8U; // Room for the second, not for the first.
+    directory.content_used    = TELEMETRY_CONTENT - 8U; // The second structure has room, the first has not.
     supervisor_telemetry_directory_learn(&directory, &descriptor);
     TEST_ASSERT_EQUAL_UINT32(18U, directory.full);
     TEST_ASSERT_EQUAL_UINT16(1U, directory.structure_count);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes to a medium that were not committed are undone when the next life opens it.
+// When the next life opens a medium, writes that were not committed are undone.
 #include "fsw/supervisor/undo.h"
 
 #include "test/support/recorded_media.h"
@@ -11,8 +11,8 @@ static checkpoint_t checkpoint;
 static checkpoint_state_t state;
 static undo_medium_t places[2];
 static medium_t inner;
-static medium_t medium;    // Guarded.
-static bool takes_nothing; // Reads fail, and some queries of the size.
+static medium_t medium;    // The medium with the undo record.
+static bool takes_nothing; // Reads and some queries of the size fail.
 static uint32_t random_state = 5U;
 
 static uint32_t draw(uint32_t below)
@@ -81,7 +81,7 @@ static void a_restart_restores_the_committed_content(void)
     TEST_ASSERT_EQUAL(STATUS_OK, medium.resize(medium.context, 9U));
     open_medium();
     expect_text("abcdef");
-    open_medium(); // The process died again before a commit.
+    open_medium(); // The process has died again before a commit.
     expect_text("abcdef");
 }
 
@@ -110,8 +110,8 @@ static void each_medium_has_its_own_undo_record(void)
     expect_text("abc");
 }
 
-/// An emptied medium had no content that matters; octets written later must not remain.
-static void many_octets_that_were_cut_off_do_not_reappear(void)
+/// The content of an emptied medium is not needed; octets written later must not remain.
+static void octets_written_after_emptying_do_not_reappear(void)
 {
     static uint8_t octets[UNDO_CUT_MAX + 1U];
     (void)memset(octets, 'a', sizeof octets);
@@ -129,7 +129,7 @@ static void many_octets_that_were_cut_off_do_not_reappear(void)
     TEST_ASSERT_EQUAL_MEMORY(octets, recorded.image[0].octets, UNDO_CUT_MAX);
 }
 
-static void a_medium_that_fails_is_written_all_the_same(void)
+static void writes_continue_if_the_undo_record_fails(void)
 {
     write_text(0U, "abcdef");
     commit();
@@ -184,8 +184,8 @@ int main(void)
     RUN_TEST(a_restart_restores_the_committed_content);
     RUN_TEST(the_rest_of_the_medium_is_unchanged);
     RUN_TEST(each_medium_has_its_own_undo_record);
-    RUN_TEST(many_octets_that_were_cut_off_do_not_reappear);
-    RUN_TEST(a_medium_that_fails_is_written_all_the_same);
+    RUN_TEST(octets_written_after_emptying_do_not_reappear);
+    RUN_TEST(writes_continue_if_the_undo_record_fails);
     RUN_TEST(a_damaged_block_changes_nothing);
     RUN_TEST(random_writes_are_undone);
     return UNITY_END();

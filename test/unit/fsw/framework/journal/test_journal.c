@@ -398,7 +398,7 @@ static void octets_that_are_not_a_journal_are_replaced(void)
 #define SCRIPT_KEYS 6U
 static uint8_t expected_first[SCRIPT_KEYS]; // 0: the record does not exist.
 
-/// Puts, erasures and commits with compactions of both kinds; a refused call does not change the expected state.
+/// Puts, erasures, commits, compactions of both kinds; a refused call does not change the expected state.
 static void run_script(void)
 {
     for (uint32_t i = 0U; i < 14U; i++) {

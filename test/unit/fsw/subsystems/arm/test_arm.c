@@ -358,7 +358,9 @@ static void in_torque_mode_a_joint_that_is_pushed_is_pulled_back_by_its_gain(voi
     rig_idle(4000U);
     const int16_t before = rig_joints[0]->target_torque[0];
     memcpy(pushed_rad, rig_pose_rad, sizeof pushed_rad);
-    pushed_rad[0] += 5.0 / rig_arm.parameters.control.kp[0]; // About the vertical axis: no change of weight.
+    pushed_rad[0] +=
+        5.0 /
+        rig_arm.parameters.control.kp[0]; // The axis is vertical: the torque of the weight is unchanged.
     rig_show(pushed_rad);
     rig_idle(1000U);
     TEST_ASSERT_INT16_WITHIN(5, -500, rig_joints[0]->target_torque[0] - before);
@@ -411,7 +413,7 @@ static void the_hand_leads_the_tool_of_an_engaged_arm(void)
     rig_idle(100U);
     show_hand(0.1, 0.1);
     rig_idle(100U);
-    EXPECT_WITHIN(before_m, 1.0e-6, desired_height_m()); // Not enabled.
+    EXPECT_WITHIN(before_m, 1.0e-6, desired_height_m()); // The hand is not enabled.
     TEST_ASSERT_EQUAL_UINT8(ARM_HAND_MISSING, rig_arm.parameters.hand.state);
     rig_generic.state = STATE_OPERATIONAL;
     while (rig_cycle(rig_generic.callbacks->engage) == STATUS_BUSY) {
@@ -433,7 +435,7 @@ static void the_hand_leads_the_tool_of_an_engaged_arm(void)
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, rig_generic.state);
 }
 
-static void where_the_hand_leads_no_motion_is_commanded(void)
+static void in_telepresence_no_motion_can_be_commanded(void)
 {
     const rig_move_to_t to = {.position = {0.3, -1.2, 1.2, -1.3, -1.4, 0.5}, .share = 0.5};
     rig_bring(RIG_TELEPRESENCE, STATE_OPERATIONAL);
@@ -442,7 +444,7 @@ static void where_the_hand_leads_no_motion_is_commanded(void)
 }
 
 /// 20 N upwards on the tool, as torques of the joints; ROBOT_STATE has them in the directions of the hand.
-static void the_force_on_the_tool_goes_to_the_hand(void)
+static void the_force_on_the_tool_is_sent_to_the_hand(void)
 {
     double robot[4];
     arm_jacobian_t jacobian;
@@ -468,7 +470,7 @@ static void the_force_on_the_tool_goes_to_the_hand(void)
     EXPECT_WITHIN(10.0, 0.2, robot[3]);
 }
 
-static void new_settings_take_effect_from_the_present_pose_on(void)
+static void new_settings_take_effect_from_the_present_pose(void)
 {
     double robot[4];
     rig_bring(RIG_TELEPRESENCE, STATE_OPERATIONAL);
@@ -531,9 +533,9 @@ int main(void)
     RUN_TEST(in_position_mode_a_compliant_arm_follows_its_motion);
     RUN_TEST(a_torque_beyond_its_limit_is_cut_and_counted);
     RUN_TEST(the_hand_leads_the_tool_of_an_engaged_arm);
-    RUN_TEST(where_the_hand_leads_no_motion_is_commanded);
-    RUN_TEST(the_force_on_the_tool_goes_to_the_hand);
-    RUN_TEST(new_settings_take_effect_from_the_present_pose_on);
+    RUN_TEST(in_telepresence_no_motion_can_be_commanded);
+    RUN_TEST(the_force_on_the_tool_is_sent_to_the_hand);
+    RUN_TEST(new_settings_take_effect_from_the_present_pose);
     RUN_TEST(telemetry_shows_pose_tool_and_counters);
     return UNITY_END();
 }

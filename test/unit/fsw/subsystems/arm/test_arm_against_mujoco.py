@@ -71,7 +71,7 @@ def text(values):
 
 
 def random_robot(dice, count):
-    """URDF of a chain with fixed joints in between, inertias with products, and a tool."""
+    """URDF of a chain with fixed joints in between, inertias with products of inertia, and a tool."""
     lines = ['<robot name="random"><mujoco><compiler fusestatic="false" balanceinertia="false"/></mujoco><link name="link0"/>']
 
     def link(name):
@@ -105,7 +105,8 @@ def fill(pose, given):
 
 
 def model_of(robot):
-    """The model as the flight software has it: rotations that it makes from roll, pitch and yaw are tested with them."""
+    """The model as the flight software builds it. The rotations are made from roll, pitch and yaw, so that
+    this step is tested as well."""
     model = Model(joint_count=len(robot.joints))
     for link, joint in zip(model.link, robot.joints):
         fill(link.origin, (joint.origin[0], urdf.rotation_of(urdf.rpy_of(joint.origin[1]))))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The force on the tool from the torques of the joints, against torques of a known force.
+// The force on the tool, estimated from the torques of the joints, with torques of a known force.
 #include "fsw/subsystems/arm/arm_force.h"
 #include "test/support/bounds.h"
 #include "test/unit/fsw/subsystems/arm/arm_rig.h"
@@ -31,7 +31,7 @@ void tearDown(void)
 {
 }
 
-/// What the sensors show while the arm moves and a force acts on its tool.
+/// The values that the sensors have while the arm moves and a force acts on its tool.
 static void show(const arm_motion_t* const motion, const arm_vector_t force_n, const double* const offset_nm)
 {
     arm_jacobian_t jacobian;
@@ -65,11 +65,11 @@ static void expect_force(const arm_vector_t expected_n, const double tolerance_n
     }
 }
 
-static void a_force_on_the_tool_is_felt(void)
+static void a_force_on_the_tool_is_measured(void)
 {
     const arm_vector_t pushed_n = {{3.0, -5.0, 20.0}};
-    sense_at_rest(pushed_n, NULL, false, 1U); // The first sample counts as a whole.
-    expect_force(pushed_n, 0.2);              // Within 1 %: directions without a lever are not divided by 0.
+    sense_at_rest(pushed_n, NULL, false, 1U); // The filter starts with the first sample.
+    expect_force(pushed_n, 0.2);              // Within 1 %: directions without a lever are excluded.
     const arm_vector_t none_n = {{0.0}};
     sense_at_rest(none_n, NULL, false, 17U); // One time constant of the low-pass.
     EXPECT_ABOVE(10.0, force.force_n.at[2]);
@@ -78,7 +78,7 @@ static void a_force_on_the_tool_is_felt(void)
 }
 
 /// The torque that accelerates the arm is not reported as an external force.
-static void an_arm_in_motion_feels_nothing_in_free_space(void)
+static void an_arm_that_moves_in_free_space_measures_no_force(void)
 {
     const arm_vector_t none_n = {{0.0}};
     double largest_n          = 0.0;
@@ -102,7 +102,7 @@ static void an_arm_in_motion_feels_nothing_in_free_space(void)
             largest_nm = fmax(largest_nm, fabs(control.torque_nm[1] - weight_nm[1]));
         }
     }
-    EXPECT_ABOVE(1.0, largest_nm); // There is something to be taken out.
+    EXPECT_ABOVE(1.0, largest_nm); // The torque of the motion is large enough for a test.
     EXPECT_BELOW(0.1, largest_n);
 }
 
@@ -131,7 +131,7 @@ static void a_contact_is_not_taken_for_an_offset(void)
     EXPECT_ABOVE(40.0, force.force_n.at[2]);
 }
 
-/// Two joints with axes that meet: only some directions have a lever.
+/// Two joints with axes that intersect: only some directions have a lever.
 static void directions_without_a_lever_stay_finite(void)
 {
     const arm_vector_t pushed_n = {{5.0, 5.0, 5.0}};
@@ -145,8 +145,8 @@ int main(void)
 {
     UNITY_BEGIN();
     rig_load();
-    RUN_TEST(a_force_on_the_tool_is_felt);
-    RUN_TEST(an_arm_in_motion_feels_nothing_in_free_space);
+    RUN_TEST(a_force_on_the_tool_is_measured);
+    RUN_TEST(an_arm_that_moves_in_free_space_measures_no_force);
     RUN_TEST(offsets_of_the_sensors_are_learned_at_rest);
     RUN_TEST(a_contact_is_not_taken_for_an_offset);
     RUN_TEST(directions_without_a_lever_stay_finite);

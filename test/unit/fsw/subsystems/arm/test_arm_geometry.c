@@ -33,7 +33,7 @@ static arm_vector_t draw_direction(void)
     return arm_times(vector, 1.0 / arm_length(vector));
 }
 
-static void a_rotation_vector_is_found_again_up_to_half_a_turn(void)
+static void a_rotation_vector_is_recovered_up_to_half_a_turn(void)
 {
     const double angles[] = {1.0e-9, 1.0e-4, 0.5, 1.5, 3.0, PI - 1.0e-7};
     for (unsigned i = 0U; i < CASES; i++) {
@@ -47,7 +47,7 @@ static void a_rotation_vector_is_found_again_up_to_half_a_turn(void)
     }
 }
 
-/// Two axes describe a turn by 180 degrees; either is right, and the angle must be 180 degrees.
+/// For a turn by 180 degrees two opposite axes are correct; the angle must be 180 degrees.
 static void half_a_turn_about_each_axis_has_its_angle(void)
 {
     for (unsigned k = 0U; k < 3U; k++) {
@@ -64,7 +64,8 @@ static void half_a_turn_about_each_axis_has_its_angle(void)
     EXPECT_WITHIN(1.0, 0.0, same.at[2][2]);
 }
 
-/// Yaw turns last: a pitch of 90 degrees takes x down, and yaw then leaves it there.
+/// Yaw acts last: a pitch of 90 degrees turns x downwards, and yaw about the vertical does not change it any
+/// more.
 static void roll_pitch_and_yaw_turn_about_fixed_axes_in_that_order(void)
 {
     const double rpy[3]       = {0.3, PI / 2.0, 1.1};
@@ -81,7 +82,7 @@ static void roll_pitch_and_yaw_turn_about_fixed_axes_in_that_order(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_rotation_vector_is_found_again_up_to_half_a_turn);
+    RUN_TEST(a_rotation_vector_is_recovered_up_to_half_a_turn);
     RUN_TEST(half_a_turn_about_each_axis_has_its_angle);
     RUN_TEST(roll_pitch_and_yaw_turn_about_fixed_axes_in_that_order);
     return UNITY_END();

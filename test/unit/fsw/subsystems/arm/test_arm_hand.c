@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tool led by a hand: where it goes, what it keeps, and what slows it down.
+// Telepresence of the tool: the motion that the hand commands, the parts of the pose that are kept, and what
+// limits the speed.
 #include "fsw/framework/control/elementary.h"
 #include "fsw/subsystems/arm/arm_hand.h"
 #include "test/support/bounds.h"
@@ -54,7 +55,7 @@ void tearDown(void)
 {
 }
 
-typedef struct { // Largest values of a flight.
+typedef struct { // Largest values of a run.
     double tool_speed_m_s;
     double speed_rad_s[RIG_JOINTS];
     double acceleration_rad_s2[RIG_JOINTS];
@@ -62,7 +63,8 @@ typedef struct { // Largest values of a flight.
 
 static extremes_t extremes;
 
-/// The hand stays at its angles, or is missing. Velocities must be the differences of positions.
+/// The hand keeps its angles, or has no sample (null). Checks that velocities are the differences of
+/// positions.
 static void lead(const double* const hand_rad, const unsigned steps)
 {
     extremes = (extremes_t){.tool_speed_m_s = 0.0};
@@ -92,7 +94,7 @@ static void expect_offset(const double x, const double y, const double z, const 
     EXPECT_WITHIN(z, tolerance, moved.at[2]);
 }
 
-static void the_hand_takes_over_where_the_tool_is(void)
+static void coupling_the_hand_does_not_move_the_tool(void)
 {
     const double at[2] = {0.3, -0.2};
     lead(at, 500U);
@@ -112,7 +114,7 @@ static void the_tool_moves_by_the_scale_and_keeps_the_rest_of_its_pose(void)
     EXPECT_WITHIN(0.04, 1.0e-6, hand.offset_m[0]);
     EXPECT_WITHIN(-0.08, 1.0e-6, hand.offset_m[1]);
     EXPECT_BELOW(SPEED_M_S * sqrt(2.0) * 1.001, extremes.tool_speed_m_s);
-    EXPECT_ABOVE(SPEED_M_S, extremes.tool_speed_m_s); // Both directions at their speed.
+    EXPECT_ABOVE(SPEED_M_S, extremes.tool_speed_m_s); // Each direction reaches its speed limit.
     for (unsigned i = 0U; i < RIG_JOINTS; i++) {
         EXPECT_BELOW(limits.acceleration_rad_s2[i] * 1.0001, extremes.acceleration_rad_s2[i]);
     }
@@ -131,7 +133,7 @@ static void within_the_dead_band_nothing_moves_and_beyond_it_no_step(void)
     expect_offset(0.05 * SCALE_M_RAD, 0.0, 0.0, 1.0e-6);
 }
 
-static void the_range_ends_the_way(void)
+static void the_range_of_the_hand_ends_the_motion(void)
 {
     const double first[2]  = {0.0, 0.0};
     const double far[2]    = {3.0, 0.0};
@@ -147,19 +149,19 @@ static void without_the_hand_the_tool_comes_to_rest_and_waits(void)
     const double then[2]  = {0.4, 0.0};
     const double other[2] = {-0.3, 0.3};
     lead(first, 1U);
-    lead(then, 200U); // On its way, with its whole speed.
+    lead(then, 200U); // The tool moves at its full speed.
     const double before_m = hand.offset_m[0];
     lead(NULL, 1000U);
     TEST_ASSERT_EQUAL(ARM_HAND_MISSING, hand.state);
     EXPECT_WITHIN(before_m, SPEED_M_S * SPEED_M_S / (2.0 * limits.tool_acceleration_m_s2), hand.offset_m[0]);
     EXPECT_BELOW(1.0e-9, fabs(motion.velocity_rad_s[1]));
     const arm_vector_t rest = tool().position_m;
-    lead(other, 1000U); // It takes over from there.
+    lead(other, 1000U); // The hand continues from here.
     EXPECT_BELOW(1.0e-6, arm_length(arm_difference(tool().position_m, rest)));
     TEST_ASSERT_EQUAL(ARM_HAND_LEADS, hand.state);
 }
 
-static void an_angle_that_is_no_number_is_no_hand(void)
+static void an_angle_that_is_not_a_number_counts_as_no_hand(void)
 {
     const double first[2]    = {0.0, 0.0};
     const double nan_[2]     = {0.0, (double)NAN};
@@ -172,7 +174,7 @@ static void an_angle_that_is_no_number_is_no_hand(void)
     expect_offset(0.0, 0.0, 0.0, 1.0e-12);
 }
 
-/// For each joint and each end of its range in turn.
+/// Test each joint at each end of its range.
 static void a_joint_stops_before_the_end_of_its_range_and_goes_back(void)
 {
     const double first[2] = {0.0, 0.0};
@@ -212,7 +214,7 @@ static void a_joint_beyond_its_range_only_goes_back(void)
     const double first[2] = {0.0, 0.0};
     const double out[2]   = {0.0, -0.4};
     const double in[2]    = {0.0, 0.4};
-    limits.upper_rad[2]   = rig_pose_rad[2] - 0.02; // Its angle grows when the tool goes down.
+    limits.upper_rad[2]   = rig_pose_rad[2] - 0.02; // The angle increases when the tool moves down.
     lead(first, 1U);
     lead(out, 1000U);
     TEST_ASSERT_EQUAL(ARM_HAND_POSITION, hand.state);
@@ -235,7 +237,8 @@ static void a_joint_at_its_speed_slows_the_tool_down(void)
     TEST_ASSERT_EQUAL(ARM_HAND_LEADS, hand.state);
 }
 
-/// Led out of reach the arm stretches, stays near the edge of its space with slow joints, and comes back.
+/// The hand leads the tool out of reach: the arm stretches, stays near the limit of its space with slow
+/// joints, and comes back.
 static void at_the_edge_of_its_reach_the_tool_waits_for_the_hand(void)
 {
     const double first[2]  = {0.0, 0.0};
@@ -252,13 +255,14 @@ static void at_the_edge_of_its_reach_the_tool_waits_for_the_hand(void)
     const arm_vector_t moved = arm_difference(tool().position_m, start.position_m);
     EXPECT_BELOW(3.0 * limits.tolerance, fabs(moved.at[1]));
     EXPECT_BELOW(3.0 * limits.tolerance, fabs(moved.at[2]));
-    TEST_ASSERT_EQUAL(motion.position_rad[2] > 0.0, rig_pose_rad[2] > 0.0); // The elbow has not gone through.
+    // The elbow has not passed through the straight pose.
+    TEST_ASSERT_EQUAL(motion.position_rad[2] > 0.0, rig_pose_rad[2] > 0.0);
     lead(first, 20000U);
     expect_offset(0.0, 0.0, 0.0, 1.0e-4);
     TEST_ASSERT_EQUAL(ARM_HAND_LEADS, hand.state);
 }
 
-/// Three joints move the position; the orientation is what it is.
+/// Three joints move the position; the orientation is not controlled.
 static void fewer_joints_lead_the_position_alone(void)
 {
     const double first[2] = {0.0, 0.0};
@@ -274,7 +278,7 @@ static void fewer_joints_lead_the_position_alone(void)
 
 static const arm_rotation_t unturned = {{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
 
-/// Two joints with parallel axes along y, bent, whose tool moves in a plane.
+/// A bent arm of two joints with parallel axes along y, whose tool moves in a plane.
 static void begin_in_a_plane(void)
 {
     const double bent[RIG_JOINTS] = {0.3, 0.8, 0.0, 0.0, 0.0, 0.0};
@@ -285,7 +289,7 @@ static void begin_in_a_plane(void)
     begin(bent);
 }
 
-static void a_direction_that_the_joints_do_not_have_is_left_alone(void)
+static void a_direction_that_the_joints_do_not_have_is_ignored(void)
 {
     const double first[2] = {0.0, 0.0};
     const double then[2]  = {0.2, 0.2};
@@ -297,7 +301,7 @@ static void a_direction_that_the_joints_do_not_have_is_left_alone(void)
     expect_offset(0.04, 0.0, 0.0, 1.0e-5);
 }
 
-/// The joints can perform only a part of the motion, which would move the tool away from its line.
+/// The joints can perform only a part of the motion, and this part would move the tool off its line.
 static void a_direction_that_the_joints_have_in_part_only_is_not_followed(void)
 {
     const double first[2] = {0.0, 0.0};
@@ -322,7 +326,7 @@ static void directions_become_perpendicular_and_of_length_1(void)
     EXPECT_WITHIN(1.0, 1.0e-12, setup.settings.direction[1].at[1]);
     arm_hand_directions(none, setup.settings.direction);
     lead(at, 1U);
-    lead(then, 2000U); // The first axis has no effect.
+    lead(then, 2000U); // The first axis of the hand has no effect.
     expect_offset(0.0, 0.04, 0.0, 1.0e-6);
 }
 
@@ -330,18 +334,18 @@ int main(void)
 {
     UNITY_BEGIN();
     rig_load();
-    RUN_TEST(the_hand_takes_over_where_the_tool_is);
+    RUN_TEST(coupling_the_hand_does_not_move_the_tool);
     RUN_TEST(the_tool_moves_by_the_scale_and_keeps_the_rest_of_its_pose);
     RUN_TEST(within_the_dead_band_nothing_moves_and_beyond_it_no_step);
-    RUN_TEST(the_range_ends_the_way);
+    RUN_TEST(the_range_of_the_hand_ends_the_motion);
     RUN_TEST(without_the_hand_the_tool_comes_to_rest_and_waits);
-    RUN_TEST(an_angle_that_is_no_number_is_no_hand);
+    RUN_TEST(an_angle_that_is_not_a_number_counts_as_no_hand);
     RUN_TEST(a_joint_stops_before_the_end_of_its_range_and_goes_back);
     RUN_TEST(a_joint_beyond_its_range_only_goes_back);
     RUN_TEST(a_joint_at_its_speed_slows_the_tool_down);
     RUN_TEST(at_the_edge_of_its_reach_the_tool_waits_for_the_hand);
     RUN_TEST(fewer_joints_lead_the_position_alone);
-    RUN_TEST(a_direction_that_the_joints_do_not_have_is_left_alone);
+    RUN_TEST(a_direction_that_the_joints_do_not_have_is_ignored);
     RUN_TEST(a_direction_that_the_joints_have_in_part_only_is_not_followed);
     RUN_TEST(directions_become_perpendicular_and_of_length_1);
     return UNITY_END();

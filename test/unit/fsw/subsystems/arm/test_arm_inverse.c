@@ -43,7 +43,7 @@ static void draw_jacobian(arm_jacobian_t* const jacobian, const unsigned joints)
 
 #define UNTOUCHED 77.0
 
-/// Rates that show which of them are written.
+/// Fill the rates with a mark, so that a test detects which of them were written.
 static void fill(double rates[ARM_JOINTS_MAX])
 {
     for (unsigned i = 0U; i < ARM_JOINTS_MAX; i++) {
@@ -74,7 +74,7 @@ static double residual(const arm_jacobian_t* const jacobian, const unsigned join
     return sum;
 }
 
-static void six_and_more_joints_meet_the_velocity_of_the_tool(void)
+static void six_and_more_joints_produce_the_velocity_of_the_tool(void)
 {
     for (unsigned joints = DIRECTIONS; joints <= ARM_JOINTS_MAX; joints++) {
         for (unsigned round = 0U; round < 50U; round++) {
@@ -86,7 +86,7 @@ static void six_and_more_joints_meet_the_velocity_of_the_tool(void)
             const double smallest = arm_inverse(&settings, &jacobian, joints, &twist, rates);
             expect_untouched_from(joints, rates);
             if (smallest < settings.limit) {
-                continue; // Damped.
+                continue; // Damping acts here.
             }
             for (unsigned row = 0U; row < DIRECTIONS; row++) {
                 EXPECT_WITHIN(0.0, 1.0e-9, residual(&jacobian, joints, rates, &twist, row));
@@ -116,8 +116,8 @@ static void fewer_joints_come_as_close_as_they_can(void)
     }
 }
 
-/// A diagonal Jacobian with one small value s: undamped it would need 1 / s. With a damping d (1 - s / d)
-/// below s = d, s / (s^2 + (d - s)^2) is largest at d / sqrt 2: 1.21 / d.
+/// A diagonal Jacobian with one small singular value s: without damping the rate is 1 / s. With a damping d
+/// (1 - s / d) for s below d, the gain s / (s^2 + (d - s)^2) is largest at s = d / sqrt 2: 1.21 / d.
 static void near_a_singular_pose_the_rates_stay_bounded(void)
 {
     const arm_twist_t twist = {.linear_m_s = {{1.0, 0.5, 0.0}}, .angular_rad_s = {{0.0, 0.0, 0.0}}};
@@ -141,7 +141,7 @@ static void near_a_singular_pose_the_rates_stay_bounded(void)
     }
 }
 
-/// Four joints have more than the three directions of a position, two have less.
+/// Four joints are more than the three directions of a position need, two are fewer.
 static void the_orientation_may_be_free(void)
 {
     for (unsigned joints = 2U; joints <= 7U; joints++) {
@@ -172,7 +172,7 @@ static void the_smallest_singular_value_is_found_to_six_digits(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(six_and_more_joints_meet_the_velocity_of_the_tool);
+    RUN_TEST(six_and_more_joints_produce_the_velocity_of_the_tool);
     RUN_TEST(fewer_joints_come_as_close_as_they_can);
     RUN_TEST(near_a_singular_pose_the_rates_stay_bounded);
     RUN_TEST(the_orientation_may_be_free);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kinematics and dynamics against closed formulas and difference quotients; test_arm_against_mujoco.py
-// compares them with an independent program.
+// compares them with MuJoCo.
 #include "fsw/subsystems/arm/arm_model.h"
 #include "test/support/bounds.h"
 #include "test/unit/fsw/subsystems/arm/arm_rig.h"
@@ -81,13 +81,13 @@ static void a_linear_axis_that_turns_needs_the_forces_of_the_textbook(void)
     EXPECT_WITHIN(2.0 * ((3.0 - (radius * 1.1 * 1.1)) + (9.81 * sin(0.4))), 1.0e-13, effort[1]);
 }
 
-static void the_tool_of_the_six_joint_arm_is_where_its_data_sheet_says(void)
+static void the_tool_of_the_six_joint_arm_has_the_position_of_the_data_sheet(void)
 {
     const double zero[ARM_JOINTS_MAX] = {0.0};
     arm_kinematics_t kinematics;
     arm_kinematics(&model, zero, &kinematics);
     EXPECT_WITHIN(-0.8172, 1.0e-9, kinematics.tool.position_m.at[0]);
-    EXPECT_WITHIN(-0.2329 - 0.12, 1.0e-9, kinematics.tool.position_m.at[1]); // With its gripper.
+    EXPECT_WITHIN(-0.2329 - 0.12, 1.0e-9, kinematics.tool.position_m.at[1]); // The tool is the gripper.
     EXPECT_WITHIN(0.0628, 1.0e-9, kinematics.tool.position_m.at[2]);
 }
 
@@ -127,7 +127,7 @@ int main(void)
     rig_load();
     RUN_TEST(a_double_pendulum_needs_the_torques_of_the_textbook);
     RUN_TEST(a_linear_axis_that_turns_needs_the_forces_of_the_textbook);
-    RUN_TEST(the_tool_of_the_six_joint_arm_is_where_its_data_sheet_says);
+    RUN_TEST(the_tool_of_the_six_joint_arm_has_the_position_of_the_data_sheet);
     RUN_TEST(the_jacobian_is_the_difference_quotient_of_the_pose);
     return UNITY_END();
 }

@@ -78,7 +78,7 @@ static void names_and_types_are_those_of_an_arm(void)
     expect_refusal(mass->line, "name of <ParamRef>");
 }
 
-static void all_parameters_are_there_and_no_other(void)
+static void all_parameters_and_no_others_are_required(void)
 {
     descriptor_parameter_t* const drives = &changed.parameters[5];
     drives->field_count--;
@@ -170,7 +170,7 @@ static void single_values_of_cur_values_may_be_parameters(void)
     }
 }
 
-static void names_that_are_no_values_of_cur_values_are_refused(void)
+static void names_other_than_values_of_cur_values_are_refused(void)
 {
     static const char* const names[] = {"TORQUE_7", "TORQUE_0",  "TORQUE_02", "TORQUE_", "TORQUE_4294967298",
                                         "TORQUE-1", "TORQUE_1A", "MASS_1",    "TORQUE",  "TORQUE_1/"};
@@ -193,7 +193,7 @@ static void names_that_are_no_values_of_cur_values_are_refused(void)
     expect_refusal(88U, "type of this value");
 }
 
-static void joints_that_turn_are_linear_axes_if_the_geometry_says_so(void)
+static void the_geometry_decides_which_joints_are_linear_axes(void)
 {
     static arm_definitions_t definitions;
     static arm_parameters_t values;
@@ -203,7 +203,7 @@ static void joints_that_turn_are_linear_axes_if_the_geometry_says_so(void)
         geometry = (strcmp(changed.parameters[i].name, "GEOMETRY") == 0) ? &changed.parameters[i] : geometry;
     }
     TEST_ASSERT_NOT_NULL(geometry);
-    TEST_ASSERT_EQUAL_UINT16(5U, geometry->field_count); // Without PRISMATIC.
+    TEST_ASSERT_EQUAL_UINT16(5U, geometry->field_count); // The list PRISMATIC is missing.
     descriptor_field_t* const fields = &changed.fields[changed.field_count];
     (void)memcpy(fields, &changed.fields[geometry->first_field], 5U * sizeof fields[0]);
     fields[5] = (descriptor_field_t){.name = "PRISMATIC", .type = VALUE_BOOL, .count = 6U, .line = 99U};
@@ -282,7 +282,7 @@ static void an_axis_of_no_length_becomes_z(void)
     TEST_ASSERT_TRUE(arm_length(model.link[2].axis) < 1.0000001);
 }
 
-/// Six numbers of a link, XX XY XZ YY YZ ZZ, are a symmetric matrix.
+/// The six numbers of a link, XX XY XZ YY YZ ZZ, form a symmetric matrix.
 static void each_number_of_an_inertia_has_its_place(void)
 {
     static const unsigned places[3][3] = {{0U, 1U, 2U}, {1U, 3U, 4U}, {2U, 4U, 5U}};
@@ -323,12 +323,12 @@ int main(void)
     RUN_TEST(an_arm_has_one_to_twelve_joints);
     RUN_TEST(the_lengths_of_lists_follow_from_the_joints);
     RUN_TEST(names_and_types_are_those_of_an_arm);
-    RUN_TEST(all_parameters_are_there_and_no_other);
+    RUN_TEST(all_parameters_and_no_others_are_required);
     RUN_TEST(functions_are_those_of_an_arm);
     RUN_TEST(services_may_use_the_storage_of_the_program);
     RUN_TEST(single_values_of_cur_values_may_be_parameters);
-    RUN_TEST(names_that_are_no_values_of_cur_values_are_refused);
-    RUN_TEST(joints_that_turn_are_linear_axes_if_the_geometry_says_so);
+    RUN_TEST(names_other_than_values_of_cur_values_are_refused);
+    RUN_TEST(the_geometry_decides_which_joints_are_linear_axes);
     RUN_TEST(at_most_48_single_values_are_parameters);
     RUN_TEST(ports_are_those_of_a_joystick);
     RUN_TEST(all_configurations_have_the_same_joints);

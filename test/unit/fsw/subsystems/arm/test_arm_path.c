@@ -28,7 +28,7 @@ void tearDown(void)
 {
 }
 
-typedef struct { // Largest values of a flight along a path.
+typedef struct { // Largest values of a motion along a path.
     double speed[RIG_JOINTS];
     double acceleration[RIG_JOINTS];
     double tool_speed;
@@ -49,7 +49,7 @@ static double distance_from(const arm_vector_t from, const arm_vector_t to, cons
     return arm_length(arm_cross(along, arm_difference(point, from)));
 }
 
-/// Fly to the end. Velocities must be the differences of positions.
+/// Follow the path to its end. Checks that velocities are the differences of positions.
 static arm_refusal_t fly(arm_motion_t* const motion, const arm_pose_t* const from, const arm_pose_t* const to,
                          extremes_t* const extremes)
 {
@@ -83,7 +83,7 @@ static arm_refusal_t fly(arm_motion_t* const motion, const arm_pose_t* const fro
 
 #define MARK 77.0
 
-/// Values behind the last joint, which no path may touch.
+/// Mark the values after the last joint, which no path may change.
 static void leave_mark(arm_motion_t* const motion)
 {
     motion->position_rad[RIG_JOINTS]        = MARK;
@@ -113,7 +113,7 @@ static void joints_arrive_together_and_the_slowest_uses_its_whole_limit(void)
     const arm_pose_t from = tool_at(&start);
     arm_pose_t anywhere   = from;
     anywhere.position_m.at[0] += 1.0;
-    limits.acceleration_rad_s2[5] = 100.0; // Its speed decides.
+    limits.acceleration_rad_s2[5] = 100.0; // The speed limit of this joint is decisive.
     leave_mark(&motion);
     const arm_refusal_t refusal = arm_path_begin_joints(&path, &model, &limits, &start, goal, 1.0);
     TEST_ASSERT_EQUAL(ARM_REFUSAL_NONE, refusal.reason);
@@ -161,7 +161,7 @@ static void a_goal_outside_the_range_names_the_joint(void)
                       arm_path_begin_joints(&path, &model, &limits, &start, goal, 1.0).reason);
 }
 
-/// A goal that is 0.2 m and 60 degrees away.
+/// A pose that is 0.2 m and 60 degrees away.
 static arm_pose_t near_goal(void)
 {
     arm_pose_t goal = tool_at(&start);
@@ -200,8 +200,8 @@ static void the_tool_stays_on_its_line_and_within_its_limits(void)
     TEST_ASSERT_TRUE(extremes.tool_speed <= (limits.tool_speed_m_s * 1.0001));
 }
 
-/// The velocities belong to the positions of the same step: the tool they move does not leave the line's
-/// direction, nor the axis about which it turns.
+/// The velocities belong to the positions of the same step: the resulting velocity of the tool keeps the
+/// direction of the line and the axis of the rotation.
 static void the_joints_move_the_tool_along_the_line_at_every_step(void)
 {
     const arm_pose_t from    = tool_at(&start);
@@ -231,7 +231,7 @@ static void the_joints_move_the_tool_along_the_line_at_every_step(void)
 }
 
 /// A speed at its limit and an error at its tolerance are accepted.
-static void a_line_of_no_length_needs_no_speed_and_no_tolerance(void)
+static void values_at_the_limits_of_speed_and_tolerance_are_accepted(void)
 {
     const arm_pose_t goal = tool_at(&start);
     arm_refusal_t refusal;
@@ -243,7 +243,7 @@ static void a_line_of_no_length_needs_no_speed_and_no_tolerance(void)
     TEST_ASSERT_EQUAL(STATUS_OK, check_line(&refusal));
 }
 
-/// 400 steps, ten in a cycle.
+/// The check has 400 steps, ten of them in each cycle.
 static void the_check_of_a_line_ends_within_forty_cycles(void)
 {
     const arm_pose_t goal = near_goal();
@@ -262,7 +262,7 @@ static void move_with_no_share(void)
     (void)arm_path_begin_joints(&path, &model, &limits, &start, start.position_rad, 0.0);
 }
 
-static void draw_with_no_share(void)
+static void plan_a_line_with_no_share(void)
 {
     const arm_pose_t goal = near_goal();
     arm_path_begin_line(&path, &model, &limits, &start, &goal, 0.0);
@@ -271,7 +271,7 @@ static void draw_with_no_share(void)
 static void a_motion_with_no_share_of_the_limits_is_a_coding_error(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(move_with_no_share));
-    TEST_ASSERT_TRUE(assertion_fails(draw_with_no_share));
+    TEST_ASSERT_TRUE(assertion_fails(plan_a_line_with_no_share));
 }
 
 static void a_line_out_of_reach_is_refused_before_it_begins(void)
@@ -288,7 +288,7 @@ static void a_line_through_a_singular_pose_is_refused_with_a_reason(void)
 {
     arm_motion_t straight = start;
     arm_refusal_t refusal;
-    straight.position_rad[4] = 0.02; // The wrist is nearly straight: turning across it needs endless rates.
+    straight.position_rad[4] = 0.02; // The wrist is nearly straight: a turn across it needs infinite rates.
     start                    = straight;
     arm_pose_t goal          = tool_at(&start);
     goal.rotation            = arm_rotation_turned_by(&goal.rotation, (arm_vector_t){{0.0, 0.0, 0.8}});
@@ -322,7 +322,8 @@ static void a_stop_ends_on_the_line_within_the_accelerations(void)
     arm_motion_t motion   = start;
     extremes_t extremes;
     arm_path_begin_line(&path, &model, &limits, &start, &goal, 1.0);
-    arm_path_stop(&path, &model, &limits, &motion); // At its begin: nothing to brake.
+    // The stop comes at the begin: there is no speed to reduce.
+    arm_path_stop(&path, &model, &limits, &motion);
     TEST_ASSERT_TRUE(arm_path_is_done(&path));
     arm_path_begin_line(&path, &model, &limits, &start, &goal, 1.0);
     for (unsigned step = 0U; step < 500U; step++) {
@@ -365,7 +366,7 @@ int main(void)
     RUN_TEST(a_goal_outside_the_range_names_the_joint);
     RUN_TEST(the_tool_stays_on_its_line_and_within_its_limits);
     RUN_TEST(the_joints_move_the_tool_along_the_line_at_every_step);
-    RUN_TEST(a_line_of_no_length_needs_no_speed_and_no_tolerance);
+    RUN_TEST(values_at_the_limits_of_speed_and_tolerance_are_accepted);
     RUN_TEST(the_check_of_a_line_ends_within_forty_cycles);
     RUN_TEST(a_motion_with_no_share_of_the_limits_is_a_coding_error);
     RUN_TEST(a_line_out_of_reach_is_refused_before_it_begins);

@@ -27,7 +27,7 @@ static void idle_until_a_result(const unsigned cycles)
 
 static const rig_move_through_t through = {.share = 1.0, .blend = 0.05};
 
-static void points_are_flown_through_without_a_stop(void)
+static void points_are_passed_without_a_stop(void)
 {
     const double first[RIG_JOINTS] = {0.3, -1.2, 1.2, -1.3, -1.4, 0.5};
     const double last[RIG_JOINTS]  = {0.6, -1.0, 1.4, -1.3, -1.4, 0.8};
@@ -40,11 +40,12 @@ static void points_are_flown_through_without_a_stop(void)
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_perform(RIG_MOVE_VIA, &through, 4U));
     for (; (cycles < 4000U) && (rig_generic.result_count == 0U); cycles++) {
         rig_idle(1U);
-        const double* const at = rig_arm.motion.position_rad; // The first joint moves all the way.
+        // The first joint moves during the whole trajectory.
+        const double* const at = rig_arm.motion.position_rad;
         if ((at[0] > 0.1) && (at[0] < 0.5)) {
             slowest_rad_s = fmin(slowest_rad_s, rig_arm.motion.velocity_rad_s[0]);
         }
-        if (cycles == 200U) { // For the next trajectory, while this one is flown.
+        if (cycles == 200U) { // A point for the next trajectory, while the present one runs.
             TEST_ASSERT_EQUAL(STATUS_OK, rig_perform(RIG_ADD_VIA, first, 5U));
         }
     }
@@ -91,7 +92,8 @@ static void points_that_are_missing_too_many_or_out_of_range_are_refused(void)
     expect_no_points(8U);
 }
 
-/// While it is planned, and on its way; and without actuators there is neither a motion nor a point.
+/// STOP works while the trajectory is planned and while it runs. When the actuators are disengaged, motion
+/// and points are discarded.
 static void stop_and_disengaging_end_a_trajectory(void)
 {
     const double point[RIG_JOINTS] = {0.6, -1.2, 1.2, -1.3, -1.4, 0.5};
@@ -118,7 +120,7 @@ static void stop_and_disengaging_end_a_trajectory(void)
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_perform(RIG_ADD_VIA, point, 8U));
 }
 
-/// Durations that are no numbers never fit: the command fails, nothing moves.
+/// Durations that are not numbers never fulfil the limits: the command fails and the arm does not move.
 static void a_plan_without_an_end_is_refused(void)
 {
     const double point[RIG_JOINTS] = {0.6, -1.2, 1.2, -1.3, -1.4, 0.5};
@@ -137,7 +139,7 @@ int main(void)
 {
     rig_load();
     UNITY_BEGIN();
-    RUN_TEST(points_are_flown_through_without_a_stop);
+    RUN_TEST(points_are_passed_without_a_stop);
     RUN_TEST(points_that_are_missing_too_many_or_out_of_range_are_refused);
     RUN_TEST(a_plan_without_an_end_is_refused);
     RUN_TEST(stop_and_disengaging_end_a_trajectory);

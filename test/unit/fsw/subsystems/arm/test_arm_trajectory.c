@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trajectories through via points: limits, smoothness, distance from the points, and what a stop does.
+// Trajectories through via points: limits, smoothness, distance from the points, and stopping.
 #include "fsw/subsystems/arm/arm_path.h"
 #include "test/support/bounds.h"
 #include "test/unit/fsw/subsystems/arm/arm_rig.h"
@@ -33,7 +33,7 @@ void tearDown(void)
 {
 }
 
-/// From 0 to 1, the same in each run.
+/// A pseudo-random number from 0 to 1; the same sequence in each run.
 static double drawn(void)
 {
     seed = (seed * 1664525U) + 1013904223U;
@@ -55,7 +55,8 @@ static void add(const double point_rad[ARM_JOINTS_MAX])
     TEST_ASSERT_EQUAL(STATUS_OK, arm_trajectory_add(&trajectory, &model, point_rad));
 }
 
-/// Velocities are the differences of positions, accelerations those of velocities; none exceeds its limit.
+/// Expect that velocities are the differences of positions, accelerations those of velocities, and that none
+/// exceeds its limit.
 static void expect_smooth(const arm_motion_t* const last, const arm_motion_t* const motion,
                           const double share)
 {
@@ -64,7 +65,7 @@ static void expect_smooth(const arm_motion_t* const last, const arm_motion_t* co
         const double change = (motion->velocity_rad_s[i] - last->velocity_rad_s[i]) / PERIOD_S;
         const double most   = share * limits.acceleration_rad_s2[i];
         EXPECT_WITHIN(0.5 * (motion->velocity_rad_s[i] + last->velocity_rad_s[i]), 1.0e-3, speed);
-        // The acceleration itself has no step: a blend takes 50 ms at least, and its jerk is bounded.
+        // The acceleration has no step: a blend takes at least 50 ms, and its jerk is limited.
         EXPECT_WITHIN(last->acceleration_rad_s2[i], most * 4.0 * PERIOD_S / 0.05,
                       motion->acceleration_rad_s2[i]);
         EXPECT_WITHIN(0.5 * (motion->acceleration_rad_s2[i] + last->acceleration_rad_s2[i]), 1.0e-2 * most,
@@ -74,7 +75,7 @@ static void expect_smooth(const arm_motion_t* const last, const arm_motion_t* co
     }
 }
 
-/// Largest distance of a joint.
+/// Largest distance between two poses in any joint.
 static double distance(const double a[ARM_JOINTS_MAX], const double b[ARM_JOINTS_MAX])
 {
     double largest = 0.0;
@@ -84,7 +85,8 @@ static double distance(const double a[ARM_JOINTS_MAX], const double b[ARM_JOINTS
     return largest;
 }
 
-/// Fly it; `out_nearest` is the nearest that the joints, all at one time, come to each point, in their order.
+/// Run the trajectory. `out_nearest` is the smallest distance of the joints from each point, in the order of
+/// the points.
 static void fly(const double share, double out_nearest[ARM_POINTS_MAX])
 {
     const double duration_s = arm_trajectory_duration_s(&trajectory);
@@ -146,8 +148,8 @@ static void random_points_are_passed_in_turn_within_the_limits(void)
     }
 }
 
-/// Two points on the same line: at the first, the joint goes on at full speed.
-static void there_is_no_stop_between(void)
+/// Two points on one line: the joint passes the first at full speed.
+static void a_point_on_the_line_is_passed_at_full_speed(void)
 {
     double point[ARM_JOINTS_MAX];
     memcpy(point, start.position_rad, sizeof point);
@@ -165,7 +167,7 @@ static void there_is_no_stop_between(void)
     EXPECT_WITHIN((3.0 / limits.speed_rad_s[0]) + blend_s, 1.0e-9, arm_trajectory_duration_s(&trajectory));
 }
 
-/// A joint that turns back: the smaller the blend, the slower.
+/// At a point where a joint reverses, a smaller blend needs a lower speed.
 static void a_smaller_blend_takes_longer(void)
 {
     double point[ARM_JOINTS_MAX];
@@ -181,13 +183,13 @@ static void a_smaller_blend_takes_longer(void)
         plan(1.0, blend);
         fly(1.0, nearest);
         TEST_ASSERT_TRUE(nearest[0] <= blend);
-        TEST_ASSERT_TRUE(nearest[0] >= 0.7 * blend); // Not slower than it must be.
+        TEST_ASSERT_TRUE(nearest[0] >= 0.7 * blend); // The speed is not lower than necessary.
         TEST_ASSERT_TRUE(arm_trajectory_duration_s(&trajectory) > last_s);
         last_s = arm_trajectory_duration_s(&trajectory);
     }
 }
 
-static void equal_points_are_no_motion(void)
+static void equal_points_cause_no_motion(void)
 {
     double nearest[ARM_POINTS_MAX];
     add(start.position_rad);
@@ -197,7 +199,7 @@ static void equal_points_are_no_motion(void)
     TEST_ASSERT_TRUE(arm_trajectory_duration_s(&trajectory) < 0.5);
 }
 
-static void there_is_room_for_sixteen_points(void)
+static void a_trajectory_has_at_most_sixteen_points(void)
 {
     for (unsigned i = 0U; i < ARM_POINTS_MAX; i++) {
         add(start.position_rad);
@@ -205,8 +207,8 @@ static void there_is_room_for_sixteen_points(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, arm_trajectory_add(&trajectory, &model, start.position_rad));
 }
 
-/// A limit that is not a number never becomes a plan.
-static void a_plan_has_an_end(void)
+/// A limit that is not a number must not produce a plan.
+static void a_plan_always_has_an_end(void)
 {
     double point[ARM_JOINTS_MAX];
     status_t status = STATUS_BUSY;
@@ -221,7 +223,7 @@ static void a_plan_has_an_end(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, status);
 }
 
-/// The joints stay on their path, whose time slows down.
+/// A stop keeps the joints on their path and slows down the time of the path.
 static void a_stop_brakes_along_the_path(void)
 {
     arm_path_t path;
@@ -253,7 +255,7 @@ static void a_stop_brakes_along_the_path(void)
             }
             last = motion;
         }
-        // A point of the trajectory, ahead of where the stop began.
+        // Find a point of the trajectory after the begin of the stop.
         double nearest = HUGE_VAL;
         for (double t = time_s; t <= arm_trajectory_duration_s(&trajectory) + PERIOD_S; t += PERIOD_S) {
             arm_motion_t there = start;
@@ -272,11 +274,11 @@ int main(void)
     rig_load();
     UNITY_BEGIN();
     RUN_TEST(random_points_are_passed_in_turn_within_the_limits);
-    RUN_TEST(there_is_no_stop_between);
+    RUN_TEST(a_point_on_the_line_is_passed_at_full_speed);
     RUN_TEST(a_smaller_blend_takes_longer);
-    RUN_TEST(equal_points_are_no_motion);
-    RUN_TEST(there_is_room_for_sixteen_points);
-    RUN_TEST(a_plan_has_an_end);
+    RUN_TEST(equal_points_cause_no_motion);
+    RUN_TEST(a_trajectory_has_at_most_sixteen_points);
+    RUN_TEST(a_plan_always_has_an_end);
     RUN_TEST(a_stop_brakes_along_the_path);
     return UNITY_END();
 }

@@ -35,7 +35,7 @@ static status_t send_up(void* context, const uint8_t* packet, size_t size)
         return STATUS_FULL;
     }
     const status_t decoded = pus_tc_decode(packet, size, &tc, &failure);
-    (void)decoded; // The supervisor decides about the request.
+    (void)decoded; // The supervisor decides whether to accept the request.
     TEST_ASSERT_TRUE(fixture.request_count < FIXTURE_PACKETS);
     fixture.requests[fixture.request_count++] = (fixture_request_t){tc.source, tc.sequence, size};
     return STATUS_OK;
@@ -250,7 +250,7 @@ uint32_t fixture_next_report(unsigned client)
     unsigned tries = 0U;
     while (held < wanted) {
         const size_t size = fixture_read(client, &packet[held], wanted - held);
-        if (size == 0U) { // The kernel takes the rest when there is room again.
+        if (size == 0U) { // The kernel accepts the rest when it has room again.
             tries++;
             if ((tries > 3U) && (held == 0U)) {
                 return UINT32_MAX;

@@ -27,27 +27,28 @@ typedef struct {
     osal_address_t address;
     uint64_t now_ns;
     osal_socket_t clients[FIXTURE_CLIENTS];
-    uint16_t ports[FIXTURE_CLIENTS];             ///< Ports of the clients' own ends.
-    fixture_request_t requests[FIXTURE_PACKETS]; ///< Requests that went up.
+    uint16_t ports[FIXTURE_CLIENTS]; ///< Ports of the clients' own ends.
+    /// Requests that communication has forwarded to the supervisor.
+    fixture_request_t requests[FIXTURE_PACKETS];
     unsigned request_count;
     unsigned events[32]; ///< Reports of events, by id.
     bool is_uplink_full;
-    unsigned uplink_room; ///< Requests that the supervisor takes before it is full; 0: no limit.
+    unsigned uplink_room; ///< Requests that the supervisor accepts before it is full; 0: no limit.
     uint16_t participant;
-    unsigned served; ///< Number of calls of the hook.
+    unsigned served; ///< Number of calls of the callback `served`.
     unsigned cut;
     unsigned intrusions;
-    uint32_t sent[FIXTURE_CLIENTS]; ///< As reported to the hook.
+    uint32_t sent[FIXTURE_CLIENTS]; ///< Octets sent to each client, as the callback reports them.
 } fixture_t;
 
 extern fixture_t fixture;
 
-/// Communication with its port, in OFFLINE.
+/// Open communication with its port, in OFFLINE.
 void fixture_open(void);
-/// The same, configured: it listens.
+/// Open it and apply its configuration: it listens.
 void fixture_open_up(void);
 void fixture_close(void);
-/// Take in, step, send out: what its program does at each wake.
+/// Receive, step, send: the work of the program at each wake.
 void fixture_step(void);
 void fixture_run(unsigned steps);
 /// Step until the supervisor has this many requests; fails the test otherwise.
@@ -56,17 +57,17 @@ void fixture_run_until_requests(unsigned count);
 void fixture_connect(unsigned client);
 void fixture_disconnect(unsigned client);
 void fixture_write(unsigned client, const uint8_t* octets, size_t size);
-/// Telecommand to APID 16 of a user with this many octets of data.
+/// Write a telecommand of a user to APID 16 with this number of octets of data.
 void fixture_write_request(unsigned client, uint16_t user, uint16_t sequence, size_t data);
 size_t fixture_request(uint8_t packet[PUS_PACKET_MAX], uint16_t user, uint16_t sequence, size_t data);
 /// True if communication has closed the connection.
 bool fixture_is_ended(unsigned client);
-/// Read what has arrived, at most `capacity` octets, waiting a moment for the first.
+/// Read at most `capacity` octets, waiting a moment for the first.
 size_t fixture_read(unsigned client, uint8_t* octets, size_t capacity);
 
-/// A report for a user (0: all), with its number, as it comes from the supervisor.
+/// A report for a user (0: all) with its number, as the supervisor passes it.
 void fixture_report(uint16_t destination, uint8_t service, uint8_t subtype, uint32_t number, size_t data);
-/// Next report that a client receives: its number. UINT32_MAX if there is none within a moment.
+/// Returns the number of the next report that a client receives; UINT32_MAX if none comes within a moment.
 uint32_t fixture_next_report(unsigned client);
 
 #endif // TEST_UNIT_FSW_SUBSYSTEMS_COMMUNICATION_COMMUNICATION_FIXTURE_H

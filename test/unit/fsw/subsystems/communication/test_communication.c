@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Communication over real loopback connections: framing up, reports down, and hostile clients.
+// Communication over real loopback connections: framing of requests, distribution of reports, and hostile
+// clients.
 #include "fsw/subsystems/communication/communication.h"
 
 #include "test/unit/fsw/subsystems/communication/communication_fixture.h"
@@ -78,7 +79,7 @@ static void the_largest_request_is_received(void)
     TEST_ASSERT_EQUAL(2U, fixture.requests[1].sequence);
 }
 
-static void garbage_ends_the_connection_and_no_other(void)
+static void invalid_octets_end_only_their_own_connection(void)
 {
     uint8_t garbage[64];
     (void)memset(garbage, 0xFF, sizeof garbage);
@@ -91,7 +92,7 @@ static void garbage_ends_the_connection_and_no_other(void)
     fixture_run_until_requests(1U);
     TEST_ASSERT_FALSE(fixture_is_ended(1U));
     TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_GROUND_LOST]);
-    fixture_connect(2U); // Its place is free again.
+    fixture_connect(2U); // The place is free again.
     fixture_write_request(2U, 1U, 2U, 0U);
     fixture_run_until_requests(2U);
 }
@@ -114,7 +115,7 @@ static void the_communication_forwards_every_framed_packet_unchecked(void)
     TEST_ASSERT_FALSE(fixture_is_ended(0U));
 }
 
-static void random_octets_break_nothing(void)
+static void random_octets_cause_no_failure(void)
 {
     uint32_t random = 17U;
     for (unsigned round = 0U; round < 100U; round++) {
@@ -142,7 +143,7 @@ static void a_full_mailbox_keeps_requests_waiting(void)
     fixture_connect(0U);
     fixture_connect(1U);
     fixture.is_uplink_full = true;
-    for (uint16_t i = 0U; i < 2000U; i++) { // More than the buffer of a client holds.
+    for (uint16_t i = 0U; i < 2000U; i++) { // More than the buffer of a client can hold.
         fixture_write_request(0U, 1U, i, 0U);
         if ((i % 100U) == 0U) {
             fixture_step();
@@ -152,7 +153,8 @@ static void a_full_mailbox_keeps_requests_waiting(void)
     TEST_ASSERT_EQUAL(0U, fixture.request_count);
     TEST_ASSERT_FALSE(fixture_is_ended(0U));
     fixture.is_uplink_full = false;
-    for (unsigned room = 32U; fixture.request_count < 2000U; room += 32U) { // A window at a time.
+    // The supervisor accepts one window at a time.
+    for (unsigned room = 32U; fixture.request_count < 2000U; room += 32U) {
         fixture.uplink_room = room;
         fixture_step();
         TEST_ASSERT_TRUE(room < 6400U);
@@ -175,7 +177,7 @@ static void reports_go_to_the_connections_of_their_user(void)
     fixture_report(1U, 1U, 7U, 100U, 0U);
     fixture_report(3U, 1U, 7U, 300U, 0U);
     fixture_report(0U, EVENT_SERVICE, 2U, 500U, 0U); // To all.
-    fixture_report(2U, 1U, 7U, 200U, 0U);            // To a user that never sent anything.
+    fixture_report(2U, 1U, 7U, 200U, 0U);            // To a user that has never sent a request.
     fixture_step();
     TEST_ASSERT_EQUAL(100U, fixture_next_report(0U));
     TEST_ASSERT_EQUAL(500U, fixture_next_report(0U));
@@ -189,7 +191,7 @@ static void reports_go_to_the_connections_of_their_user(void)
     TEST_ASSERT_EQUAL(101U, fixture_next_report(1U));
 }
 
-/// Time packets have no secondary header, so no destination: at its offset is a part of the time.
+/// Time packets have no secondary header and therefore no destination; at its offset is a part of the time.
 static void time_packets_go_to_all(void)
 {
     static const uint8_t packet[18] = {0x00, 0x00, 0xC0, 0x3F, 0x00, 0x0B, 0x00, 0x1F, 0x80,
@@ -220,7 +222,7 @@ static void a_user_is_removed_with_its_connection(void)
     fixture_report(1U, 1U, 7U, 1U, 0U);
     fixture_disconnect(0U);
     fixture_run(3U);
-    fixture_connect(1U); // Takes the same place.
+    fixture_connect(1U); // The client gets the same place.
     fixture_report(1U, 1U, 7U, 100U, 0U);
     fixture_run(2U);
     TEST_ASSERT_EQUAL_MESSAGE(UINT32_MAX, fixture_next_report(1U), "a report for another client");
@@ -228,7 +230,7 @@ static void a_user_is_removed_with_its_connection(void)
     TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_GROUND_LOST]);
 }
 
-static void more_users_than_places_share_the_last(void)
+static void users_beyond_the_table_share_its_last_place(void)
 {
     fixture_connect(0U);
     fixture_connect(1U);
@@ -244,14 +246,14 @@ static void more_users_than_places_share_the_last(void)
     }
 }
 
-static void reports_to_on_board_users_are_not_for_the_ground(void)
+static void reports_to_users_on_board_are_not_sent_to_the_ground(void)
 {
     fixture_connect(0U);
     fixture_report(0x8010U, 1U, 7U, 1U, 0U);
     fixture_report(0x8001U, 1U, 7U, 1U, 0U);
     fixture_step();
     TEST_ASSERT_EQUAL(UINT32_MAX, fixture_next_report(0U));
-    uint8_t cut[12] = {0x08U, 0x10U}; // Too short to have a destination.
+    uint8_t cut[12] = {0x08U, 0x10U}; // Too short for a destination.
     subsystem_accept(&fixture.component, cut, sizeof cut, fixture.now_ns);
     fixture_step();
     TEST_ASSERT_EQUAL(UINT32_MAX, fixture_next_report(0U));
@@ -330,12 +332,12 @@ static void a_client_that_never_reads_is_disconnected(void)
     fixture_connect(1U);
     fixture_report(0U, EVENT_SERVICE, 2U, 77U, 0U);
     fixture_step();
-    TEST_ASSERT_EQUAL(77U, fixture_next_report(1U)); // Nothing of its predecessor remains in the place.
+    TEST_ASSERT_EQUAL(77U, fixture_next_report(1U)); // No report for the client before is left in the place.
 }
 
 // ---- Clients ----
 
-static void clients_beyond_the_limit_are_turned_away(void)
+static void clients_beyond_the_limit_are_disconnected(void)
 {
     for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
         fixture_connect(i);
@@ -399,19 +401,21 @@ static void exactly_the_announced_octets_of_the_participant_are_taken(void)
     bool is_missing = communication_take_in(&fixture.communication, 13U);
     TEST_ASSERT_FALSE(is_missing);
     TEST_ASSERT_EQUAL(1U, fixture.request_count);
-    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 5U)); // Announced in two parts.
+    // Only a part of the announced octets has arrived.
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 5U));
     TEST_ASSERT_EQUAL(1U, fixture.request_count);
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 8U));
     TEST_ASSERT_EQUAL(2U, fixture.request_count);
-    TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 13U)); // The octets are on their way.
+    // The announced octets are in transit.
+    TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 13U));
     fixture_write_request(0U, 1U, 3U, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&fixture.communication.clients[0].socket, 1000U));
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
     TEST_ASSERT_EQUAL(3U, fixture.request_count);
     TEST_ASSERT_EQUAL(before, fixture.intrusions);
-    fixture_connect(1U); // Another client, whenever it connects,
+    fixture_connect(1U); // Another client may connect at any time
     TEST_ASSERT_EQUAL(before + 1U, fixture.intrusions);
-    fixture_write_request(1U, 3U, 1U, 0U); // and whatever it sends.
+    fixture_write_request(1U, 3U, 1U, 0U); // and send anything.
     fixture_run_until_requests(4U);
     TEST_ASSERT_EQUAL(before + 2U, fixture.intrusions);
 }
@@ -425,7 +429,8 @@ static void a_participant_waits_for_room_without_a_timeout(void)
         fixture_write_request(0U, 1U, i, 0U);
     }
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&fixture.communication.clients[0].socket, 1000U));
-    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 13000U)); // Not missing: refused above.
+    // These octets are not missing: they were refused above.
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 13000U));
     fixture.is_uplink_full = false;
     fixture_run_until_requests(1000U);
     TEST_ASSERT_EQUAL(0U, fixture.communication.outstanding);
@@ -444,21 +449,21 @@ static void no_reply_is_awaited_from_a_disconnected_participant(void)
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
 }
 
-/// It closes its connection within its last grant; the report of that belongs to the next grant of
-/// communication.
+/// The participant closes its connection within its last grant; the report about this belongs to the next
+/// grant of communication.
 static void the_end_of_a_participant_that_left_is_awaited(void)
 {
     fixture_connect(0U);
-    fixture_connect(1U); // Another client, which stays and is not waited for.
+    fixture_connect(1U); // This client stays, and communication does not wait for it.
     fixture.participant = fixture.ports[0];
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
-    fixture.participant = 0U; // It has left the scheduler.
+    fixture.participant = 0U; // The participant has left the scheduler.
     TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 0U));
     fixture_disconnect(0U);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&fixture.communication.clients[0].socket, 1000U));
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
     TEST_ASSERT_EQUAL(0U, fixture.communication.participant);
-    fixture_connect(0U); // The next client is another one.
+    fixture_connect(0U); // The next client is not the participant.
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
 }
 
@@ -474,14 +479,14 @@ static void a_client_that_disappeared_is_disconnected(void)
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
 }
 
-/// The scheduler names its port before the kernel shows its connection.
+/// The scheduler reports the participant's port before the kernel reports its connection.
 static void the_connection_of_a_participant_is_awaited_and_reported(void)
 {
     fixture.participant = 1U; // No client connects from this port.
     TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 0U));
     TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 13U));
     TEST_ASSERT_EQUAL(0U, fixture.served);
-    // Without a connection: the hook is informed that there is none.
+    // There is no connection; the callback is informed of this.
     communication_let_go(&fixture.communication);
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
     TEST_ASSERT_EQUAL(1U, fixture.cut);
@@ -490,7 +495,7 @@ static void the_connection_of_a_participant_is_awaited_and_reported(void)
     fixture.participant = fixture.ports[0];
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
-    TEST_ASSERT_EQUAL(1U, fixture.served); // Once.
+    TEST_ASSERT_EQUAL(1U, fixture.served); // The callback is called once.
 }
 
 static void a_participant_whose_connection_is_ended_is_reported(void)
@@ -504,7 +509,7 @@ static void a_participant_whose_connection_is_ended_is_reported(void)
     (void)communication_take_in(&fixture.communication, 20U);
     TEST_ASSERT_EQUAL(1U, fixture.cut);
     TEST_ASSERT_EQUAL(0U, fixture.communication.outstanding);
-    fixture_connect(1U); // It connects again.
+    fixture_connect(1U); // The participant connects again.
     fixture.participant = fixture.ports[1];
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
     TEST_ASSERT_EQUAL(2U, fixture.served);
@@ -516,19 +521,19 @@ int main(void)
     RUN_TEST(a_request_is_received_wherever_the_stream_is_divided);
     RUN_TEST(many_requests_in_one_segment_keep_their_order);
     RUN_TEST(the_largest_request_is_received);
-    RUN_TEST(garbage_ends_the_connection_and_no_other);
+    RUN_TEST(invalid_octets_end_only_their_own_connection);
     RUN_TEST(the_communication_forwards_every_framed_packet_unchecked);
-    RUN_TEST(random_octets_break_nothing);
+    RUN_TEST(random_octets_cause_no_failure);
     RUN_TEST(a_full_mailbox_keeps_requests_waiting);
     RUN_TEST(reports_go_to_the_connections_of_their_user);
     RUN_TEST(time_packets_go_to_all);
     RUN_TEST(a_user_is_removed_with_its_connection);
-    RUN_TEST(more_users_than_places_share_the_last);
-    RUN_TEST(reports_to_on_board_users_are_not_for_the_ground);
+    RUN_TEST(users_beyond_the_table_share_its_last_place);
+    RUN_TEST(reports_to_users_on_board_are_not_sent_to_the_ground);
     RUN_TEST(every_sent_octet_is_counted);
     RUN_TEST(a_slow_reader_loses_housekeeping_only);
     RUN_TEST(a_client_that_never_reads_is_disconnected);
-    RUN_TEST(clients_beyond_the_limit_are_turned_away);
+    RUN_TEST(clients_beyond_the_limit_are_disconnected);
     RUN_TEST(the_port_answers_when_it_is_configured);
     RUN_TEST(an_invalid_port_is_an_error);
     RUN_TEST(exactly_the_announced_octets_of_the_participant_are_taken);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Clients that are idle, slow or hostile: the operator gets a place, and an event reports them.
+// Clients that are idle, slow or hostile: the operator nevertheless gets a place, and an event reports these
+// clients.
 #include "fsw/subsystems/communication/communication.h"
 
 #include "test/unit/fsw/subsystems/communication/communication_fixture.h"
@@ -19,8 +20,8 @@ void tearDown(void)
     fixture_close();
 }
 
-/// Four idle connections, one of which has sent half a header: the operator, who connects fifth, gets a
-/// place.
+/// Four connections are idle, and one of them has sent half a header. The operator connects as the fifth
+/// client and gets a place.
 static void idle_clients_are_disconnected_to_make_room(void)
 {
     static const uint8_t half[3] = {0x18U, 0x01U, 0xC0U};
@@ -43,7 +44,8 @@ static void idle_clients_are_disconnected_to_make_room(void)
     fixture_connect(COMMUNICATION_CLIENTS);
     fixture_write_request(COMMUNICATION_CLIENTS, 3U, 1U, 0U);
     fixture_run_until_requests(3U);
-    TEST_ASSERT_TRUE(fixture_is_ended(1U)); // The one silent longest; client 0 has sent something.
+    // This client was silent for the longest time; client 0 has sent octets.
+    TEST_ASSERT_TRUE(fixture_is_ended(1U));
     TEST_ASSERT_FALSE(fixture_is_ended(0U));
     TEST_ASSERT_FALSE(fixture_is_ended(2U));
     fixture_run(200U);
@@ -52,7 +54,7 @@ static void idle_clients_are_disconnected_to_make_room(void)
     TEST_ASSERT_EQUAL(2U, fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED]);
 }
 
-/// Let time pass in which these clients send a valid request each 5 s.
+/// Let time pass; these clients send a valid request every 5 s.
 static void keep_busy(const unsigned first, const unsigned clients, const uint64_t time_ns)
 {
     for (uint64_t passed_ns = 0U; passed_ns < time_ns; passed_ns += COMMUNICATION_IDLE_NS / 2U) {
@@ -64,8 +66,8 @@ static void keep_busy(const unsigned first, const unsigned clients, const uint64
     }
 }
 
-/// All places are taken by clients that send valid requests without end. The operator, who connects last,
-/// gets a place after a bounded time, and keeps it for that time, whichever clients connect then.
+/// Clients that send valid requests all the time occupy all places. The operator connects last, gets a place
+/// after a bounded time, and keeps it for that time whichever clients connect then.
 static void busy_clients_are_served_in_turn(void)
 {
     for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
@@ -75,15 +77,16 @@ static void busy_clients_are_served_in_turn(void)
     keep_busy(0U, COMMUNICATION_CLIENTS, COMMUNICATION_HOLD_NS - COMMUNICATION_IDLE_NS);
     fixture_connect(COMMUNICATION_CLIENTS);
     fixture_run(2U);
-    TEST_ASSERT_TRUE(fixture_is_ended(COMMUNICATION_CLIENTS)); // No client has had its place for long.
+    TEST_ASSERT_TRUE(fixture_is_ended(COMMUNICATION_CLIENTS)); // No client has had its place for long enough.
     fixture_disconnect(COMMUNICATION_CLIENTS);
     keep_busy(0U, COMMUNICATION_CLIENTS, COMMUNICATION_IDLE_NS);
     fixture_connect(COMMUNICATION_CLIENTS);
     fixture_write_request(COMMUNICATION_CLIENTS, 3U, 1U, 0U);
     fixture_run_until_requests(fixture.request_count + 1U);
-    TEST_ASSERT_TRUE(fixture_is_ended(0U)); // The longest connected one.
+    TEST_ASSERT_TRUE(fixture_is_ended(0U)); // The client with the longest connection.
     TEST_ASSERT_EQUAL(1U, fixture.communication.flow.counters.evicted);
-    for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) { // Each one that has to go comes again at once.
+    // Each client that is disconnected connects again at once.
+    for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
         fixture_disconnect(i);
         fixture_connect(i);
         fixture_run(2U);
@@ -131,7 +134,7 @@ static void a_participant_keeps_its_place(void)
     TEST_ASSERT_TRUE(fixture_is_ended(1U));
 }
 
-/// Simulated time waits for it, so no bound of simulated time may keep it out.
+/// Simulated time waits for a participant, so a limit in simulated time must not keep it out.
 static void a_new_participant_gets_a_place_at_once(void)
 {
     osal_address_t own = {0U, 0U};
@@ -145,10 +148,10 @@ static void a_new_participant_gets_a_place_at_once(void)
     fixture.participant                  = own.port;
     fixture_run(2U);
     TEST_ASSERT_FALSE(fixture_is_ended(COMMUNICATION_CLIENTS));
-    TEST_ASSERT_TRUE(fixture_is_ended(0U)); // Connected longest.
+    TEST_ASSERT_TRUE(fixture_is_ended(0U)); // This client had the longest connection.
     TEST_ASSERT_FALSE(fixture_is_ended(1U));
     fixture_disconnect(0U);
-    fixture_connect(0U); // Another one has to wait as before.
+    fixture_connect(0U); // Another client has to wait as before.
     TEST_ASSERT_TRUE(fixture_is_ended(0U));
 }
 
@@ -175,8 +178,8 @@ static void misuse_is_counted_and_reported_once_a_second(void)
     TEST_ASSERT_TRUE(fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED] <= 4U);
 }
 
-/// The supervisor refuses it; the report of that goes to the user on board.
-static void a_client_that_poses_as_a_user_on_board_is_counted_and_reported(void)
+/// The supervisor refuses the request; its report about this goes to the user on board.
+static void a_client_with_the_source_of_a_user_on_board_is_counted_and_reported(void)
 {
     fixture_run(100U);
     fixture_connect(0U);
@@ -189,7 +192,7 @@ static void a_client_that_poses_as_a_user_on_board_is_counted_and_reported(void)
     TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED]);
 }
 
-/// A client that sends requests and does not read has to wait; its connection stays.
+/// Communication no longer reads a client that sends requests and does not read; the connection stays.
 static void a_client_that_does_not_read_is_no_longer_read(void)
 {
     fixture_connect(0U);
@@ -199,14 +202,14 @@ static void a_client_that_does_not_read_is_no_longer_read(void)
         fixture_report(1U, 1U, 7U, 1U, 1000U);
     }
     fixture_write_request(0U, 1U, 2U, 0U);
-    (void)communication_take_in(&fixture.communication, 0U); // Nothing is sent here, so nothing is read.
+    (void)communication_take_in(&fixture.communication, 0U); // No report is sent here, so no request is read.
     TEST_ASSERT_EQUAL(1U, fixture.request_count);
     fixture_run_until_requests(2U);
     TEST_ASSERT_FALSE(fixture_is_ended(0U));
 }
 
-/// As at the end of its process: every connection is closed, no component gets a notice, and the port, which
-/// is the launcher's, continues.
+/// At the end of its process every connection is closed without a notice to a component; the port belongs to
+/// the launcher and stays open.
 static void a_release_ends_every_connection(void)
 {
     const subsystem_callbacks_t* const callbacks = communication_callbacks();
@@ -215,7 +218,7 @@ static void a_release_ends_every_connection(void)
     fixture_write_request(1U, 1U, 1U, 0U);
     fixture_run_until_requests(1U);
     const uint32_t held = fixture.communication.sockets.stats.used;
-    for (unsigned i = 0U; i < 2U; i++) { // The second time there is nothing to end.
+    for (unsigned i = 0U; i < 2U; i++) { // The second call has no effect.
         callbacks->release(&fixture.communication);
         TEST_ASSERT_FALSE(flow_tcp_is_connected(&fixture.communication.flow, 0U));
         TEST_ASSERT_FALSE(flow_tcp_is_connected(&fixture.communication.flow, 1U));
@@ -239,7 +242,7 @@ static unsigned misuses_after(const unsigned steps)
     return fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED] - before;
 }
 
-/// Each counter of misuse, and any set of them, raises one event, 1 s after the last one at the earliest.
+/// Each counter of misuse, and any set of them, raises one event, at the earliest 1 s after the last event.
 static void each_kind_of_misuse_is_reported_alone_and_with_any_other(void)
 {
     flow_tcp_counters_t* const counters = &fixture.communication.flow.counters;
@@ -260,8 +263,8 @@ static void each_kind_of_misuse_is_reported_alone_and_with_any_other(void)
     TEST_ASSERT_EQUAL(1U, misuses_after(1U));
 }
 
-/// Exactly 10 s without a valid telecommand make room, one period less does not.
-static void a_place_is_given_up_after_10_s_of_silence(void)
+/// After exactly 10 s without a valid telecommand a client loses its place, one period earlier it does not.
+static void a_client_loses_its_place_after_10_s_of_silence(void)
 {
     for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
         fixture_connect(i);
@@ -274,7 +277,7 @@ static void a_place_is_given_up_after_10_s_of_silence(void)
     osal_socket_t* const last = &fixture.clients[COMMUNICATION_CLIENTS];
     TEST_ASSERT_EQUAL(STATUS_OK, connect_tcp(last, fixture.address));
     (void)communication_take_in(communication, 0U);
-    TEST_ASSERT_TRUE(fixture_is_ended(COMMUNICATION_CLIENTS)); // 9.99 s.
+    TEST_ASSERT_TRUE(fixture_is_ended(COMMUNICATION_CLIENTS)); // After 9.99 s.
     osal_socket_close(last);
     fixture_step();
     TEST_ASSERT_EQUAL_UINT64(heard_ns + COMMUNICATION_IDLE_NS, subsystem_now_ns(&fixture.component));
@@ -284,7 +287,7 @@ static void a_place_is_given_up_after_10_s_of_silence(void)
     TEST_ASSERT_TRUE(fixture_is_ended(0U));
 }
 
-/// The other clients may have come in the same instant.
+/// The other clients may have connected at the same instant.
 static void a_participant_gets_the_place_of_a_client_that_came_with_it(void)
 {
     osal_address_t own = {0U, 0U};
@@ -294,17 +297,17 @@ static void a_participant_gets_the_place_of_a_client_that_came_with_it(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&fixture.clients[COMMUNICATION_CLIENTS], &own));
     fixture.participant = own.port;
     for (unsigned i = 0U; (i < 100U) && (fixture.served == 0U); i++) {
-        (void)communication_take_in(&fixture.communication, 0U); // Time does not pass meanwhile.
+        (void)communication_take_in(&fixture.communication, 0U); // No time passes here.
     }
     TEST_ASSERT_EQUAL(1U, fixture.served);
     TEST_ASSERT_FALSE(fixture_is_ended(COMMUNICATION_CLIENTS));
 }
 
-/// Its octets are announced before the kernel shows its connection.
+/// The octets of the participant are announced before the kernel reports its connection.
 static void octets_announced_before_the_connection_are_taken_after_it(void)
 {
     osal_address_t own  = {0U, 0U};
-    fixture.participant = 1U; // Not yet.
+    fixture.participant = 1U; // The participant has not connected yet.
     TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 13U));
     TEST_ASSERT_EQUAL(STATUS_OK, connect_tcp(&fixture.clients[0], fixture.address));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&fixture.clients[0], &own));
@@ -317,7 +320,7 @@ static void octets_announced_before_the_connection_are_taken_after_it(void)
     TEST_ASSERT_EQUAL(1U, fixture.request_count); // 13 octets, one request.
 }
 
-/// After the supervisor had no room, missing octets are waited for again.
+/// When the supervisor has room again, communication waits for missing octets again.
 static void a_participant_is_waited_for_again_when_there_is_room_above(void)
 {
     fixture_connect(0U);
@@ -327,7 +330,7 @@ static void a_participant_is_waited_for_again_when_there_is_room_above(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&fixture.communication.clients[0].socket, 1000U));
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 26U));
     fixture.is_uplink_full = false;
-    TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 0U)); // The second request is on its way.
+    TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 0U)); // The second request is in transit.
     TEST_ASSERT_EQUAL(1U, fixture.request_count);
 }
 
@@ -338,7 +341,7 @@ static void no_participant_is_awaited_before_the_port_is_open(void)
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 13U));
 }
 
-/// The rest of a report may be a single octet.
+/// The rest of a report may be a single octet; it is counted as well.
 static void a_single_octet_that_is_sent_is_counted(void)
 {
     fixture_connect(0U);
@@ -354,7 +357,7 @@ static void a_single_octet_that_is_sent_is_counted(void)
     TEST_ASSERT_EQUAL_UINT32(before + 1U, fixture.sent[0]);
 }
 
-/// The shortest report with a destination, and one octet less.
+/// The shortest report with a destination, and a report shorter by one octet.
 static void a_report_that_ends_before_its_destination_goes_to_no_client(void)
 {
     const subsystem_callbacks_t* const callbacks = communication_callbacks();
@@ -368,7 +371,7 @@ static void a_report_that_ends_before_its_destination_goes_to_no_client(void)
     TEST_ASSERT_EQUAL_UINT32(before + 1U, communication_ground_queue_count(queue));
 }
 
-/// The shortest packet with a source, and one octet less: the source is that of the client.
+/// The shortest packet with a source, and a packet shorter by one octet: its source is that of the client.
 static void a_packet_that_ends_before_its_source_names_no_user(void)
 {
     uint8_t octets[11] = {0x18U, 0x10U, 0xC0U, 0x00U, 0x00U, 0x03U, 0x2FU, 17U, 1U, 0x00U, 0x07U};
@@ -393,7 +396,7 @@ static void waiting_reports_and_sockets_are_published(void)
     fixture.communication.sockets.stats.refused = 7U;
     fixture_report(0U, 5U, 1U, 1U, 0U);
     fixture_report(0U, 5U, 1U, 2U, 0U);
-    (void)subsystem_step(&fixture.component, fixture.now_ns); // Nothing is sent meanwhile.
+    (void)subsystem_step(&fixture.component, fixture.now_ns); // No report is sent in this step.
     TEST_ASSERT_EQUAL_UINT16(2U, shown->status.connections);
     TEST_ASSERT_EQUAL_UINT16(communication_ground_queue_count(&fixture.communication.queues[0]) +
                                  communication_ground_queue_count(&fixture.communication.queues[1]),
@@ -411,7 +414,7 @@ static uint32_t id_of(const uint16_t sequence)
     return number;
 }
 
-/// Two stations that are the same user, whose requests are under way at the same time.
+/// Two stations of one user have requests in progress at the same time.
 static void each_connection_of_a_user_gets_its_own_verifications(void)
 {
     fixture_connect(0U);
@@ -437,8 +440,8 @@ static void each_connection_of_a_user_gets_its_own_verifications(void)
     TEST_ASSERT_EQUAL(0U, fixture.communication.routes.forgotten);
 }
 
-/// Reports of forgotten requests still reach the connection that has sent them, and it is told.
-static void a_request_too_many_is_counted_and_loses_no_verification(void)
+/// Reports about forgotten requests still reach the connection that has sent them, and an event reports this.
+static void a_request_beyond_the_table_is_counted_and_loses_no_verification(void)
 {
     fixture_run(100U);
     fixture_connect(0U);
@@ -457,7 +460,7 @@ static void a_request_too_many_is_counted_and_loses_no_verification(void)
     fixture_step();
     TEST_ASSERT_EQUAL_HEX32(id_of(1U), fixture_next_report(0U));
     TEST_ASSERT_EQUAL(UINT32_MAX, fixture_next_report(0U));
-    TEST_ASSERT_EQUAL_HEX32(id_of(1U), fixture_next_report(1U)); // It may have been the sender.
+    TEST_ASSERT_EQUAL_HEX32(id_of(1U), fixture_next_report(1U)); // This connection may have sent the request.
     TEST_ASSERT_EQUAL_HEX32(id_of(1000U), fixture_next_report(1U));
 }
 
@@ -470,11 +473,11 @@ int main(void)
     RUN_TEST(a_participant_keeps_its_place);
     RUN_TEST(a_new_participant_gets_a_place_at_once);
     RUN_TEST(misuse_is_counted_and_reported_once_a_second);
-    RUN_TEST(a_client_that_poses_as_a_user_on_board_is_counted_and_reported);
+    RUN_TEST(a_client_with_the_source_of_a_user_on_board_is_counted_and_reported);
     RUN_TEST(a_client_that_does_not_read_is_no_longer_read);
     RUN_TEST(a_release_ends_every_connection);
     RUN_TEST(each_kind_of_misuse_is_reported_alone_and_with_any_other);
-    RUN_TEST(a_place_is_given_up_after_10_s_of_silence);
+    RUN_TEST(a_client_loses_its_place_after_10_s_of_silence);
     RUN_TEST(a_participant_gets_the_place_of_a_client_that_came_with_it);
     RUN_TEST(octets_announced_before_the_connection_are_taken_after_it);
     RUN_TEST(a_participant_is_waited_for_again_when_there_is_room_above);
@@ -484,6 +487,6 @@ int main(void)
     RUN_TEST(a_packet_that_ends_before_its_source_names_no_user);
     RUN_TEST(waiting_reports_and_sockets_are_published);
     RUN_TEST(each_connection_of_a_user_gets_its_own_verifications);
-    RUN_TEST(a_request_too_many_is_counted_and_loses_no_verification);
+    RUN_TEST(a_request_beyond_the_table_is_counted_and_loses_no_verification);
     return UNITY_END();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reports waiting for a slow reader: order across both kinds, housekeeping is dropped first, all others
-// never.
+// Reports that wait for a slow reader: their order across both kinds; housekeeping is dropped first, and
+// other reports never.
 #include "fsw/subsystems/communication/ground_queue.h"
 
 #include "unity.h"
@@ -112,7 +112,7 @@ static void a_partly_sent_packet_is_sent_to_its_end(void)
     TEST_ASSERT_EQUAL(STATUS_OK, put(true, 1U, 500U));
     TEST_ASSERT_NOT_NULL(communication_ground_queue_next(&queue, &size));
     communication_ground_queue_sent(&queue, 200U);
-    for (uint32_t i = 0U; i < 1000U; i++) { // Drops all others of its kind.
+    for (uint32_t i = 0U; i < 1000U; i++) { // All other reports of this kind are dropped.
         TEST_ASSERT_EQUAL(STATUS_OK, put(true, 100U + i, 1000U));
     }
     const uint8_t* const next = communication_ground_queue_next(&queue, &size);
@@ -151,7 +151,8 @@ static void other_reports_of_service_3_are_no_housekeeping(void)
         TEST_ASSERT_EQUAL((subtype == 25U) ? 1U : 0U, queue.housekeeping.blocks - before);
     }
     TEST_ASSERT_EQUAL(STATUS_OK,
-                      communication_ground_queue_put(&queue, packet, 8U)); // Too short to decide: kept.
+                      // A packet too short for its type is kept.
+                      communication_ground_queue_put(&queue, packet, 8U));
     TEST_ASSERT_EQUAL(1U, queue.housekeeping.blocks);
 }
 
@@ -230,7 +231,7 @@ static void a_report_that_is_being_sent_counts_as_waiting(void)
     }
 }
 
-/// A queue that is used again for another client holds nothing of the last one.
+/// A queue that is initialised for another client has no report of the client before.
 static void an_initialised_queue_is_empty(void)
 {
     size_t size         = 0U;
@@ -245,7 +246,7 @@ static void an_initialised_queue_is_empty(void)
     TEST_ASSERT_EQUAL(unused, communication_ground_queue_room(&queue));
 }
 
-/// Whatever lies behind it in memory.
+/// Whatever follows the packet in memory.
 static void a_packet_that_ends_before_its_subtype_is_no_housekeeping(void)
 {
     const uint8_t packet[9] = {[7] = 3U, [8] = 25U};

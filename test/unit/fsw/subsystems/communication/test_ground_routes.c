@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which connection a report goes to: users, requests, and tables that are full.
+// Connections to which a report is sent: by user, by request, and with full tables.
 #include "fsw/subsystems/communication/ground_routes.h"
 
 #include "unity.h"
@@ -62,7 +62,7 @@ static void a_request_is_known_by_user_apid_and_count(void)
     TEST_ASSERT_EQUAL_HEX32(0U, of(2U, 16U, 1U, 1U));
 }
 
-/// After the last report the same number belongs to the next request.
+/// After its last report, the same number belongs to the next request.
 static void a_request_is_known_until_its_end(void)
 {
     static const uint8_t ends[] = {2U, 7U, 8U, 10U};
@@ -105,7 +105,7 @@ static void other_reports_go_to_each_connection_of_the_user(void)
     note(2U, 3U, 16U, 3U, COMPLETION);
     TEST_ASSERT_EQUAL_HEX32(0x80000001U, communication_ground_routes_of(&routes, 1U, packet, sizeof packet));
     TEST_ASSERT_EQUAL_HEX32(4U, communication_ground_routes_of(&routes, 3U, packet, sizeof packet));
-    packet[7] = PUS_SERVICE_VERIFICATION; // It ends before its request id.
+    packet[7] = PUS_SERVICE_VERIFICATION; // The report ends before its request id.
     packet[8] = 7U;
     TEST_ASSERT_EQUAL_HEX32(4U, communication_ground_routes_of(&routes, 3U, packet, sizeof packet - 1U));
 }
@@ -115,14 +115,15 @@ static void a_connection_that_has_ended_gets_nothing(void)
     note(0U, 1U, 16U, 1U, COMPLETION);
     note(1U, 1U, 16U, 2U, COMPLETION);
     communication_ground_routes_left(&routes, 0U);
-    TEST_ASSERT_EQUAL_HEX32(2U, of(1U, 16U, 1U, 7U)); // The other one of this user.
+    TEST_ASSERT_EQUAL_HEX32(2U, of(1U, 16U, 1U, 7U)); // The other connection of this user.
     TEST_ASSERT_EQUAL_HEX32(2U, of(1U, 16U, 2U, 7U));
     communication_ground_routes_left(&routes, 1U);
     TEST_ASSERT_EQUAL_HEX32(0U, of(1U, 16U, 1U, 7U));
 }
 
-/// First requests without a report about their end, then the oldest; only these are counted.
-static void a_full_table_forgets_what_is_needed_least(void)
+/// A full table removes first a request without a report about its end, otherwise the oldest one; only the
+/// latter is counted.
+static void a_full_table_removes_the_least_needed_request(void)
 {
     note(0U, 1U, 16U, 0U, COMPLETION);
     note(0U, 1U, 16U, 1U, 0U);
@@ -136,7 +137,7 @@ static void a_full_table_forgets_what_is_needed_least(void)
     note(1U, 1U, 16U, 1001U, COMPLETION); // Replaces 0.
     TEST_ASSERT_EQUAL_UINT32(1U, routes.forgotten);
     TEST_ASSERT_EQUAL_HEX32(3U, of(1U, 16U, 0U, 1U));
-    TEST_ASSERT_EQUAL_HEX32(1U, of(1U, 16U, 2U, 7U)); // Its place is free.
+    TEST_ASSERT_EQUAL_HEX32(1U, of(1U, 16U, 2U, 7U)); // The request has been removed.
     note(1U, 1U, 16U, 1002U, COMPLETION);
     TEST_ASSERT_EQUAL_UINT32(1U, routes.forgotten);
     TEST_ASSERT_EQUAL_HEX32(1U, of(1U, 16U, 3U, 1U));
@@ -154,7 +155,7 @@ static void the_order_of_arrival_may_wrap(void)
     TEST_ASSERT_EQUAL_HEX32(1U, of(1U, 16U, 1U, 1U));
 }
 
-static void users_too_many_are_counted(void)
+static void users_beyond_the_table_are_counted(void)
 {
     for (uint16_t user = 1U; user <= GROUND_USERS; user++) {
         note(0U, user, 16U, user, COMPLETION);
@@ -176,8 +177,8 @@ int main(void)
     RUN_TEST(two_connections_with_the_same_count_are_both_informed);
     RUN_TEST(other_reports_go_to_each_connection_of_the_user);
     RUN_TEST(a_connection_that_has_ended_gets_nothing);
-    RUN_TEST(a_full_table_forgets_what_is_needed_least);
+    RUN_TEST(a_full_table_removes_the_least_needed_request);
     RUN_TEST(the_order_of_arrival_may_wrap);
-    RUN_TEST(users_too_many_are_counted);
+    RUN_TEST(users_beyond_the_table_are_counted);
     return UNITY_END();
 }

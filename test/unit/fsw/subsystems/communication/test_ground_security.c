@@ -139,7 +139,7 @@ static void the_third_refusal_ends_a_connection(void)
     fixture_write(0U, frame.octets, frame.size);
     fixture_write(0U, frame.octets, frame.size);
     run_until_refused(&receiver.refused[SDLS_REFUSED_FORGED], 2U);
-    send(0U, SEALER_WHOLE, packet, size); // The operator's own frame is taken in between.
+    send(0U, SEALER_WHOLE, packet, size); // A frame of the operator is accepted between the refused ones.
     fixture_run_until_requests(1U);
     TEST_ASSERT_FALSE(fixture_is_ended(0U));
     fixture_write(0U, frame.octets, frame.size);
@@ -188,7 +188,7 @@ static void an_authentic_frame_must_contain_exactly_one_request(void)
     TEST_ASSERT_EQUAL_UINT32(2U, fixture.communication.parameters.security.bad_parts);
 }
 
-static void many_refusals_are_few_events(void)
+static void many_refusals_are_reported_by_few_events(void)
 {
     for (unsigned i = 0U; i < 40U; i++) {
         connect(0U);
@@ -200,7 +200,8 @@ static void many_refusals_are_few_events(void)
     TEST_ASSERT_EQUAL_UINT32(40U, fixture.communication.parameters.security.no_frame);
     const unsigned reported = fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC];
     TEST_ASSERT_TRUE((reported >= 2U) &&
-                     (reported <= 4U)); // The first at once, the last when all are counted.
+                     // The first event comes at once, the last one when all refusals are counted.
+                     (reported <= 4U));
     fixture_run(2U * GROUND_TELLING_CYCLES);
     TEST_ASSERT_EQUAL(reported, fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC]);
 }
@@ -230,14 +231,14 @@ static void clients_without_authentication_make_room_for_others(void)
         connect(i);
     }
     const uint32_t sessions = session;
-    session                 = 1U; // One of them proves to have a key.
+    session                 = 1U; // One client proves that it has the key.
     send_request(2U, 1U, 0U);
     session = sessions;
     fixture_run_until_requests(1U);
     connect(GROUND_CLIENTS);
     send_request(GROUND_CLIENTS, 2U, 0U);
     fixture_run_until_requests(2U);
-    TEST_ASSERT_TRUE(ends(0U)); // The first that connected.
+    TEST_ASSERT_TRUE(ends(0U)); // The client that had connected first.
     connect(GROUND_CLIENTS + 1U);
     TEST_ASSERT_TRUE(ends(1U));
     connect(GROUND_CLIENTS + 2U);
@@ -245,14 +246,15 @@ static void clients_without_authentication_make_room_for_others(void)
     fixture_run(2U);
     TEST_ASSERT_FALSE(fixture_is_ended(2U) || fixture_is_ended(GROUND_CLIENTS) ||
                       fixture_is_ended(GROUND_CLIENTS + 1U) || fixture_is_ended(GROUND_CLIENTS + 2U));
-    fixture.participant = fixture.ports[4]; // It stays, though it has not proved to have a key yet.
+    // The participant stays although it has not yet proved that it has the key.
+    fixture.participant = fixture.ports[4];
     connect(GROUND_CLIENTS + 3U);
     TEST_ASSERT_TRUE(ends(5U));
     TEST_ASSERT_FALSE(fixture_is_ended(4U) || fixture_is_ended(GROUND_CLIENTS + 3U));
 }
 
-/// A key distinguishes the operator from others: a client that has proved to have it and continues to send
-/// keeps its place.
+/// The key identifies the operator: a client that has proved to have it and continues to send keeps its
+/// place.
 static void busy_clients_with_the_key_keep_their_places(void)
 {
     for (unsigned i = 0U; i < GROUND_CLIENTS; i++) {
@@ -304,7 +306,7 @@ static void each_refusal_is_published_under_its_name(void)
 }
 
 /// Once every GROUND_TELLING_CYCLES; the event tells whether frames could not be kept since the last one.
-static void refusals_are_reported_in_exact_distances_by_their_kind(void)
+static void refusals_of_each_kind_are_reported_at_exact_intervals(void)
 {
     const unsigned* const forged = &fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC];
     const unsigned* const lost   = &fixture.events[COMMUNICATION_EVENT_TC_NOT_KEPT];
@@ -318,7 +320,7 @@ static void refusals_are_reported_in_exact_distances_by_their_kind(void)
     TEST_ASSERT_EQUAL_UINT(1U, *lost);
     receiver.refused[SDLS_REFUSED_REPLAYED]++;
     fixture_run(GROUND_TELLING_CYCLES);
-    TEST_ASSERT_EQUAL_UINT(2U, *forged); // None that could not be kept.
+    TEST_ASSERT_EQUAL_UINT(2U, *forged); // None of them because the mark could not be stored.
     TEST_ASSERT_EQUAL_UINT(1U, *lost);
 }
 
@@ -331,12 +333,12 @@ int main(void)
     RUN_TEST(the_third_refusal_ends_a_connection);
     RUN_TEST(a_recorded_connection_cannot_be_replayed);
     RUN_TEST(an_authentic_frame_must_contain_exactly_one_request);
-    RUN_TEST(many_refusals_are_few_events);
+    RUN_TEST(many_refusals_are_reported_by_few_events);
     RUN_TEST(a_counter_that_cannot_be_stored_is_reported);
     RUN_TEST(clients_without_authentication_make_room_for_others);
     RUN_TEST(busy_clients_with_the_key_keep_their_places);
     RUN_TEST(without_a_key_every_client_counts_as_authenticated);
     RUN_TEST(each_refusal_is_published_under_its_name);
-    RUN_TEST(refusals_are_reported_in_exact_distances_by_their_kind);
+    RUN_TEST(refusals_of_each_kind_are_reported_at_exact_intervals);
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// INSTRUMENTS with its real descriptor reduced to the device MIRROR, whose other end the test is.
+// INSTRUMENTS with its real descriptor reduced to the device MIRROR; the test acts as the device.
 #include "fsw/subsystems/instruments/instruments.h"
 #include "test/support/subsystem_double.h"
 
@@ -34,7 +34,7 @@ static status_t resolve(void* const context, const flow_endnode_kind_t kind, con
 
 static const flow_resolver_t resolver = {NULL, resolve};
 
-/// The device: sends a record of its value, and takes the last command.
+/// Act as the device: send a record with its value, and receive the last command.
 static void live(uint8_t command[COMMAND_OCTETS])
 {
     static uint16_t count;

@@ -11,7 +11,7 @@
 static descriptor_loader_t loader;
 subsystem_descriptor_t rig_descriptor;
 scripted_bus_t rig_bus;
-static scripted_bus_t channel_b; // No device is on it.
+static scripted_bus_t channel_b; // No device is connected to it.
 scripted_node_t* rig_stick;
 subsystem_t rig_generic;
 joystick_t rig_joystick;

@@ -24,9 +24,9 @@ extern const subsystem_callbacks_t* rig_callbacks;
 
 typedef status_t (*rig_action_t)(void* self);
 
-/// Load the descriptor; call it once. False, with a message, if it cannot be loaded.
+/// Load the descriptor; called once. Returns false and prints a message if it cannot be loaded.
 bool rig_load(void);
-/// Call them before and after each test: a bus with the device, and the joystick in OFFLINE.
+/// Called before and after each test: a bus with the device, and the joystick in OFFLINE.
 void rig_set_up(void);
 void rig_tear_down(void);
 /// Run one cycle, with an entry action or null. Returns the status of the action.
@@ -39,7 +39,7 @@ status_t rig_configure(void* self);
 /// Go from OFFLINE up to a state in a configuration.
 void rig_bring(uint16_t configuration, state_t state);
 status_t rig_perform(uint16_t function, const void* arguments, uint32_t call_token);
-/// Torque that the device was commanded last [Nm].
+/// Torque of the last command to the device [Nm].
 double rig_torque(unsigned axis);
 
 #endif // TEST_UNIT_FSW_SUBSYSTEMS_JOYSTICK_JOYSTICK_RIG_H

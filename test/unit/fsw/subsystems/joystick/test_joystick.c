@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The joystick through its whole life, with its real descriptor, a scripted device and a scripted robot.
+// The joystick from OFFLINE to OPERATIONAL and back, with its real descriptor, a scripted device and a
+// scripted robot.
 #include "test/support/bounds.h"
 #include "test/unit/fsw/subsystems/joystick/joystick_rig.h"
 
@@ -34,7 +35,8 @@ static void telepresence_from_offline_and_back(void)
     TEST_ASSERT_EQUAL_HEX16(0x0250U, rig_stick->status[0]);
     joystick_hand_position_payload_t hand;
     TEST_ASSERT_EQUAL_UINT64(sizeof hand,
-                             rig_generic.ports[HAND].written_size); // As soon as a link may be open.
+                             // Links may be used as soon as they are open.
+                             rig_generic.ports[HAND].written_size);
     memcpy(&hand, rig_generic.ports[HAND].written, sizeof hand);
     EXPECT_WITHIN(0.05, 1.0e-9, hand.position[0]);
     EXPECT_WITHIN(-0.02, 1.0e-9, hand.position[1]);
@@ -59,7 +61,7 @@ static void telepresence_from_offline_and_back(void)
     TEST_ASSERT_EQUAL_UINT(0U, rig_generic.event_count);
 }
 
-/// The robot pushes the stick the way it moves, back and forth by 1 mrad.
+/// The torque of the robot has the direction of the motion of the stick, which oscillates by 1 mrad.
 static void a_stick_that_gives_energy_at_rest_is_reported(void)
 {
     robot_feels(0.0, 0.0);
@@ -78,7 +80,8 @@ static void a_stick_that_gives_energy_at_rest_is_reported(void)
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
     EXPECT_BELOW(0.0, rig_joystick.parameters.energy.taken);
     EXPECT_ABOVE(2.0e-3, rig_joystick.parameters.energy.given);
-    rig_bring(JOYSTICK_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL); // The sums begin anew.
+    // The energy is counted from zero again.
+    rig_bring(JOYSTICK_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
     TEST_ASSERT_TRUE(rig_joystick.energy.given_j == 0.0);
 }
 
@@ -90,7 +93,7 @@ static void the_displayed_torque_rises_smoothly_to_the_robot_s_torque(void)
     EXPECT_WITHIN(0.0, 0.02, rig_torque(0U));
     for (unsigned i = 0U; i < 8000U; i++) {
         (void)rig_cycle(NULL);
-        EXPECT_BELOW(0.005, fabs(rig_torque(0U) - before)); // 0.33 Nm in 400 cycles, smoothly.
+        EXPECT_BELOW(0.005, fabs(rig_torque(0U) - before)); // 0.33 Nm rise smoothly in 400 cycles.
         before = rig_torque(0U);
     }
     EXPECT_WITHIN(-0.33, 1.0e-4, rig_torque(0U));
@@ -115,11 +118,12 @@ static void no_torque_is_applied_until_engaged(void)
     rig_bring(JOYSTICK_CONFIGURATION_TELEPRESENCE, STATE_SAFE_OPERATIONAL);
     rig_idle(2000U);
     TEST_ASSERT_EQUAL_HEX16(0x0233U,
-                            rig_stick->status[0]); // Whatever is computed, the device applies no torque.
+                            // The device applies no torque, whatever the control computes.
+                            rig_stick->status[0]);
     TEST_ASSERT_EQUAL_HEX16(0x0007U, rig_stick->control[0]);
 }
 
-static void unplugging_is_noticed_at_once(void)
+static void unplugging_is_detected_at_once(void)
 {
     robot_feels(0.0, 0.0);
     rig_bring(JOYSTICK_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
@@ -163,7 +167,7 @@ static void force_displays_a_torque_for_a_time(void)
     EXPECT_WITHIN(0.0, 1.0e-4, rig_torque(0U));
 }
 
-/// The ceiling itself is allowed, on each axis and in each direction, and nothing above it.
+/// A force equal to the ceiling is allowed on each axis in both directions; a greater one is not.
 static void a_force_is_allowed_up_to_the_ceiling(void)
 {
     rig_bring(JOYSTICK_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
@@ -219,7 +223,7 @@ static void setting_the_desired_torque_lasts_until_stop(void)
     rig_callbacks->parameter_set(&rig_joystick, JOYSTICK_PARAMETER_CONTROL);
 }
 
-static void a_telepresence_joystick_displays_nothing(void)
+static void in_telepresence_no_commanded_force_is_displayed(void)
 {
     const joystick_force_arguments_t force = {{0.3, -0.15}, 5.0};
     robot_feels(0.0, 0.0);
@@ -253,7 +257,7 @@ static void events_and_counters_are_published(void)
     TEST_ASSERT_EQUAL_UINT32(1U, counters->emergencies);
     TEST_ASSERT_EQUAL_UINT32(0U, counters->pdo_missed);
     TEST_ASSERT_EQUAL_UINT32(1U, counters->transmit_refused);
-    TEST_ASSERT_EQUAL_UINT32(0U, counters->transmit_full); // The reason was another one.
+    TEST_ASSERT_EQUAL_UINT32(0U, counters->transmit_full); // The frames were refused for another reason.
     TEST_ASSERT_EQUAL_UINT32(500U, rig_joystick.parameters.link_age);
     TEST_ASSERT_EQUAL_INT32(STATE_OPERATIONAL, rig_joystick.parameters.cur_values.state);
     TEST_ASSERT_EQUAL_HEX16(0x0237U, rig_joystick.parameters.cur_values.statusword[1]);
@@ -277,7 +281,7 @@ static void the_channel_of_the_bus_is_selected_by_command(void)
     TEST_ASSERT_EQUAL_UINT(2U, double_events(&rig_generic, JOYSTICK_EVENT_CHANNEL_SELECTED));
 }
 
-static void a_function_that_it_does_not_have_is_refused(void)
+static void an_unknown_function_is_refused(void)
 {
     rig_bring(JOYSTICK_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rig_perform(UINT16_MAX, NULL, 1U));
@@ -285,13 +289,13 @@ static void a_function_that_it_does_not_have_is_refused(void)
 
 static void a_release_closes_the_bus(void)
 {
-    rig_callbacks->release(&rig_joystick); // Before it has one.
+    rig_callbacks->release(&rig_joystick); // The joystick has no bus yet.
     rig_bring(JOYSTICK_CONFIGURATION_TELEPRESENCE, STATE_PRE_OPERATIONAL);
     TEST_ASSERT_TRUE(flow_can_is_open(rig_joystick.drives.buses[0].network.flow));
     rig_callbacks->release(&rig_joystick);
     TEST_ASSERT_FALSE(flow_can_is_open(rig_joystick.drives.buses[0].network.flow));
     rig_generic.state = STATE_HARDWARE_DEINIT;
-    // It succeeds at once: there is no device to be reset.
+    // The action succeeds at once, because there is no device to reset.
     TEST_ASSERT_EQUAL(STATUS_OK, rig_cycle(rig_callbacks->hardware_deinit));
 }
 
@@ -301,7 +305,7 @@ static void only_a_descriptor_of_one_stick_fits(void)
     subsystem_misfit_t misfit = {0};
     TEST_ASSERT_TRUE(rig_callbacks->fits(&rig_descriptor, &misfit));
     TEST_ASSERT_NULL(misfit.says);
-    wrong = rig_descriptor; // The texts keep their addresses.
+    wrong = rig_descriptor; // The copy refers to the same texts.
     wrong.configurations[0].device_count++;
     TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
     TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected one <Device>, the stick"));
@@ -317,8 +321,8 @@ static void only_a_descriptor_of_one_stick_fits(void)
     TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected a class of CiA 402 with two axes"));
 }
 
-/// Forces felt before are not those of the robot that is coupled next.
-static void configuring_forgets_forces_and_the_command_of_before(void)
+/// Forces of the earlier configuration do not come from the robot that is coupled next.
+static void configuring_discards_earlier_forces_and_commands(void)
 {
     robot_feels(-11.0, 8.0);
     rig_bring(JOYSTICK_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
@@ -336,10 +340,10 @@ static void configuring_forgets_forces_and_the_command_of_before(void)
     TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->start_control));
     rig_generic.state = STATE_OPERATIONAL;
     (void)rig_cycle(rig_callbacks->engage);
-    EXPECT_BELOW(0.01, rig_joystick.share); // It is faded in again.
+    EXPECT_BELOW(0.01, rig_joystick.share); // The torque fades in again.
 }
 
-/// Without a commanded force, STOP and the end of operation report no further completion.
+/// Without a commanded force, STOP and the end of operation complete no command.
 static void a_force_ends_once(void)
 {
     const joystick_force_arguments_t force = {{0.3, -0.15}, 0.1};
@@ -353,8 +357,8 @@ static void a_force_ends_once(void)
     TEST_ASSERT_EQUAL_UINT(1U, rig_generic.result_count);
 }
 
-/// While FORCE is under way, and out of range, DES_TORQUE changes nothing.
-static void the_desired_torque_is_taken_only_where_it_is_allowed(void)
+/// DES_TORQUE has no effect while FORCE is performed, or if it is out of range.
+static void the_desired_torque_has_an_effect_only_where_it_is_allowed(void)
 {
     const joystick_force_arguments_t force = {{0.3, 0.0}, 5.0};
     rig_bring(JOYSTICK_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
@@ -416,20 +420,20 @@ int main(void)
     RUN_TEST(the_displayed_torque_rises_smoothly_to_the_robot_s_torque);
     RUN_TEST(a_torque_that_is_not_renewed_expires);
     RUN_TEST(no_torque_is_applied_until_engaged);
-    RUN_TEST(unplugging_is_noticed_at_once);
+    RUN_TEST(unplugging_is_detected_at_once);
     RUN_TEST(force_displays_a_torque_for_a_time);
     RUN_TEST(a_force_is_allowed_up_to_the_ceiling);
     RUN_TEST(stop_and_leaving_operation_end_a_force);
     RUN_TEST(setting_the_desired_torque_lasts_until_stop);
-    RUN_TEST(a_telepresence_joystick_displays_nothing);
+    RUN_TEST(in_telepresence_no_commanded_force_is_displayed);
     RUN_TEST(events_and_counters_are_published);
     RUN_TEST(the_channel_of_the_bus_is_selected_by_command);
-    RUN_TEST(a_function_that_it_does_not_have_is_refused);
+    RUN_TEST(an_unknown_function_is_refused);
     RUN_TEST(a_release_closes_the_bus);
     RUN_TEST(only_a_descriptor_of_one_stick_fits);
-    RUN_TEST(configuring_forgets_forces_and_the_command_of_before);
+    RUN_TEST(configuring_discards_earlier_forces_and_commands);
     RUN_TEST(a_force_ends_once);
-    RUN_TEST(the_desired_torque_is_taken_only_where_it_is_allowed);
+    RUN_TEST(the_desired_torque_has_an_effect_only_where_it_is_allowed);
     RUN_TEST(every_value_of_both_axes_is_published);
     return UNITY_END();
 }

@@ -18,7 +18,8 @@ void tearDown(void)
     rig_tear_down();
 }
 
-/// The robot feels 15 N upwards; it has acted on this angle of the stick, and tells this energy.
+/// The robot measures 15 N upwards. The sample contains the angle of the stick to which it has reacted, and
+/// its energy.
 static void robot_touches(const double first_rad, const double second_rad, const double energy_j)
 {
     const double force[2]                  = {0.0, 15.0};
@@ -52,7 +53,7 @@ static void a_hand_at_rest_feels_a_far_robot_and_a_moved_one_the_model(void)
     TEST_ASSERT_EQUAL_UINT64(0U, rig_generic.ports[HAND].written_size);
     EXPECT_WITHIN(0.05, 1.0e-9, told().position[0]);
     EXPECT_WITHIN(-0.02, 1.0e-9, told().position[1]);
-    rig_stick->position[0] -= 500; // 0.5 mrad down, the report is still that of before.
+    rig_stick->position[0] -= 500; // 0.5 mrad down; the last report of the robot is from before.
     rig_idle(4000U);
     const double model = 7000.0 * 2.0 * 0.5e-3 * ((0.3265 * 0.3265) + (0.0655 * 0.0655));
     EXPECT_WITHIN(0.03 * ((15.0 * 0.3265) + model), 5.0e-3, rig_torque(0U));
@@ -61,8 +62,9 @@ static void a_hand_at_rest_feels_a_far_robot_and_a_moved_one_the_model(void)
     EXPECT_WITHIN(0.0, 0.01, rig_torque(0U));
 }
 
-/// The hand pushes the stick for 0.1 s; then the torque moves it and gives more energy away than the hand has
-/// put in. Returns the largest damping; `paid_j`: energy that the robot tells more of in each cycle.
+/// The hand pushes the stick for 0.1 s; then the torque moves the stick and gives away more energy than the
+/// hand has put in. Returns the largest damping. `paid_j`: energy that the robot adds to its sum in each
+/// cycle.
 static double damping_of_a_driven_hand(const double paid_j)
 {
     robot_touches(0.05, -0.02, 0.0);
@@ -83,7 +85,7 @@ static double damping_of_a_driven_hand(const double paid_j)
     return largest;
 }
 
-static void a_port_that_gives_more_than_it_may_is_damped(void)
+static void a_port_that_gives_away_too_much_energy_is_damped(void)
 {
     EXPECT_WITHIN(0.8, 1.0e-12, damping_of_a_driven_hand(0.0));
 }
@@ -100,7 +102,7 @@ int main(void)
     }
     UNITY_BEGIN();
     RUN_TEST(a_hand_at_rest_feels_a_far_robot_and_a_moved_one_the_model);
-    RUN_TEST(a_port_that_gives_more_than_it_may_is_damped);
+    RUN_TEST(a_port_that_gives_away_too_much_energy_is_damped);
     RUN_TEST(energy_of_the_environment_may_be_given_to_the_hand);
     return UNITY_END();
 }

@@ -48,7 +48,7 @@ static void report(const double x_n, const double z_n)
     control_planar_torque(robot.jacobian, force, robot.external_torque);
 }
 
-/// Force at the tip that the hand at an angle feels.
+/// Displayed force at the tip for a position of the hand.
 static void feel(const double first_rad, const double second_rad, double out_n[2])
 {
     const double position[2] = {first_rad, second_rad};
@@ -57,7 +57,7 @@ static void feel(const double first_rad, const double second_rad, double out_n[2
     control_planar_force(robot.jacobian, felt, out_n);
 }
 
-static void a_hand_at_rest_feels_what_the_robot_feels(void)
+static void a_hand_at_rest_feels_the_reported_force(void)
 {
     double force[2];
     report(4.0, 15.0);
@@ -66,22 +66,23 @@ static void a_hand_at_rest_feels_what_the_robot_feels(void)
     EXPECT_WITHIN(15.0, 1.0e-12, force[1]);
 }
 
-/// A hand that moves the tip by 1 mm against the contact feels 7 N more, at once.
+/// If the hand moves the tip by 1 mm against the contact, it feels 7 N more at once.
 static void a_moving_hand_feels_the_model(void)
 {
-    const double down[2] = {0.0, -0.5e-3}; // The robot moves twice as far.
+    const double down[2] = {0.0, -0.5e-3}; // The robot moves by twice the distance.
     double angle[2];
     double force[2];
     control_planar_angles(robot.jacobian, down, angle);
     report(0.0, 15.0);
     feel(0.05 + angle[0], -0.02 + angle[1], force);
     EXPECT_WITHIN(22.0, 1.0e-9, force[1]);
-    feel(0.05 - (3.0 * angle[0]), -0.02 - (3.0 * angle[1]), force); // 3 mm away: it has left.
+    feel(0.05 - (3.0 * angle[0]), -0.02 - (3.0 * angle[1]), force); // 3 mm away the contact has ended.
     EXPECT_WITHIN(0.0, 1.0e-12, force[0]);
     EXPECT_WITHIN(0.0, 1.0e-12, force[1]);
 }
 
-/// If the wall is as stiff as the model, the hand feels the wall where the hand is, however old the report.
+/// If the stiffness of the model is correct, the hand feels the wall at its present position, whatever the
+/// age of the report.
 static void the_age_of_a_report_does_not_matter_if_the_stiffness_is_right(void)
 {
     const double touch[2] = {0.06, -0.01};
@@ -98,7 +99,7 @@ static void the_age_of_a_report_does_not_matter_if_the_stiffness_is_right(void)
         }
         double at_robot[2];
         double at_hand[2];
-        gains.tangential = 100.0; // Bounds are another test.
+        gains.tangential = 100.0; // This test does not need the bounds.
         control_planar_move(robot.jacobian, then, at_robot);
         control_planar_move(robot.jacobian, depth, at_hand);
         report(7000.0 * at_robot[0], 7000.0 * at_robot[1]);
@@ -129,8 +130,8 @@ static void a_contact_does_not_pull_and_its_friction_is_bounded(void)
     TEST_ASSERT_TRUE((bounded > left) && (left > 100U));
 }
 
-/// In free space the report is the error of an estimate.
-static void what_is_felt_fades_in_with_the_push(void)
+/// In free space, the reported force is only the error of the estimate.
+static void the_displayed_force_fades_in_with_the_measured_one(void)
 {
     double force[2];
     report(1.0, 10.0);
@@ -167,14 +168,14 @@ static void a_port_that_gave_no_energy_away_is_not_damped(void)
 {
     TEST_ASSERT_TRUE(damp(0.0, 0.3, 0.4) == 0.0);
     TEST_ASSERT_TRUE(damp(1.5e-3, 0.3, 0.4) == 0.0);
-    TEST_ASSERT_TRUE(damp(0.0, 0.3, 0.4) == 0.0); // It gives back what it took.
+    TEST_ASSERT_TRUE(damp(0.0, 0.3, 0.4) == 0.0); // The port gives back only energy that it has received.
     control_reserve_take_sum(&contact.reserve, 1.0);
-    control_reserve_take_sum(&contact.reserve, 1.0 + 1.0e-3); // The environment has paid.
+    control_reserve_take_sum(&contact.reserve, 1.0 + 1.0e-3); // The environment has added energy.
     TEST_ASSERT_TRUE(damp(-0.9e-3, 0.3, 0.4) == 0.0);
 }
 
-/// The damping takes the debt within one cycle, but is limited, and a hand at rest cannot pay.
-static void a_debt_is_paid_by_damping(void)
+/// The damping removes the debt within one cycle, but it is limited, and it needs motion of the hand.
+static void a_debt_of_energy_is_removed_by_damping(void)
 {
     const double alpha = damp(-1.0e-5, 0.3, 0.4);
     EXPECT_WITHIN(1.0e-5, 1.0e-18, alpha * 0.25 * PERIOD_S);
@@ -195,14 +196,14 @@ static void an_old_reserve_does_not_pay_for_more_than_the_cap(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_hand_at_rest_feels_what_the_robot_feels);
+    RUN_TEST(a_hand_at_rest_feels_the_reported_force);
     RUN_TEST(a_moving_hand_feels_the_model);
     RUN_TEST(the_age_of_a_report_does_not_matter_if_the_stiffness_is_right);
     RUN_TEST(a_contact_does_not_pull_and_its_friction_is_bounded);
-    RUN_TEST(what_is_felt_fades_in_with_the_push);
+    RUN_TEST(the_displayed_force_fades_in_with_the_measured_one);
     RUN_TEST(a_stretched_robot_has_no_model);
     RUN_TEST(a_port_that_gave_no_energy_away_is_not_damped);
-    RUN_TEST(a_debt_is_paid_by_damping);
+    RUN_TEST(a_debt_of_energy_is_removed_by_damping);
     RUN_TEST(an_old_reserve_does_not_pay_for_more_than_the_cap);
     return UNITY_END();
 }

@@ -57,7 +57,7 @@ static void a_motionless_stick_feels_the_scaled_torque(void)
     EXPECT_WITHIN(-0.165, 1.0e-12, control.command_nm[0]);
 }
 
-/// Command at a steady speed after a while.
+/// Torque command at a steady speed after a while.
 static double at_speed(const double speed_rad_s, const double felt_nm)
 {
     setUp();
@@ -72,10 +72,12 @@ static double at_speed(const double speed_rad_s, const double felt_nm)
 static void free_space_is_damped_little_and_contact_more(void)
 {
     EXPECT_WITHIN(-0.05 * 0.5, 1.0e-9, at_speed(0.5, 0.0));
-    EXPECT_WITHIN((0.03 * 0.2) - (0.05 * 0.5), 1.0e-9, at_speed(0.5, 0.2));  // Below the threshold.
-    EXPECT_WITHIN((0.03 * 0.8) - (0.475 * 0.5), 1.0e-6, at_speed(0.5, 0.8)); // Half way into it.
+    // Below the threshold of contact.
+    EXPECT_WITHIN((0.03 * 0.2) - (0.05 * 0.5), 1.0e-9, at_speed(0.5, 0.2));
+    // Half way between free space and contact.
+    EXPECT_WITHIN((0.03 * 0.8) - (0.475 * 0.5), 1.0e-6, at_speed(0.5, 0.8));
     EXPECT_WITHIN((0.03 * 9.0) - (0.9 * 0.5), 1.0e-6, at_speed(0.5, 9.0));
-    EXPECT_WITHIN((-0.03 * 9.0) + (0.9 * 0.5), 1.0e-6, at_speed(-0.5, -9.0)); // Both signs.
+    EXPECT_WITHIN((-0.03 * 9.0) + (0.9 * 0.5), 1.0e-6, at_speed(-0.5, -9.0)); // Negative speed and torque.
 }
 
 static void contact_rises_fast_and_falls_slowly(void)
@@ -89,7 +91,7 @@ static void contact_rises_fast_and_falls_slowly(void)
         reflect(0.0, 0.0);
     }
     EXPECT_WITHIN(exp(-1.0), 0.02, control.contact);
-    gains.contact_attack = 1.0e9; // Whatever the rate, s stays within 0..1.
+    gains.contact_attack = 1.0e9; // The share of contact stays within 0..1 for any rate.
     for (unsigned i = 0U; i < 50U; i++) {
         reflect(1.0e9, -1.0e9);
         TEST_ASSERT_TRUE((control.contact >= 0.0) && (control.contact <= 1.0));
@@ -107,8 +109,8 @@ static void contact_ends_without_subnormal_numbers(void)
     TEST_ASSERT_TRUE(control.contact == 0.0);
 }
 
-/// A finger that friction holds sideways presses along one joint only: the other axis is damped, too.
-static void an_axis_that_feels_nothing_is_damped_with_the_other(void)
+/// A finger that friction holds sideways loads one joint only; the damping must act on the other axis, too.
+static void both_axes_are_damped_if_one_is_in_contact(void)
 {
     for (unsigned i = 0U; i < 2000U; i++) {
         const double position[2] = {0.0, 0.5 * PERIOD_S * (double)i};
@@ -119,7 +121,7 @@ static void an_axis_that_feels_nothing_is_damped_with_the_other(void)
     EXPECT_WITHIN(-0.03 * 9.0, 1.0e-6, control.command_nm[0]);
 }
 
-static void the_ceiling_is_kept_at_every_torque(void)
+static void no_torque_exceeds_the_ceiling(void)
 {
     const double wild[] = {100.0, 1.0e300, (double)INFINITY, -(double)INFINITY, (double)NAN};
     still();
@@ -129,7 +131,7 @@ static void the_ceiling_is_kept_at_every_torque(void)
         TEST_ASSERT_TRUE(fabs(control.command_nm[1]) <= 1.5);
     }
     TEST_ASSERT_EQUAL_UINT(10U, control.limited);
-    reflect(1.0, 1.0); // Nothing of it remains.
+    reflect(1.0, 1.0); // The refused torque has no effect.
     TEST_ASSERT_TRUE(control.contact == control.contact);
 }
 
@@ -137,7 +139,7 @@ static void damping_takes_energy_from_a_swinging_stick(void)
 {
     double position[2] = {0.2, 0.0};
     double speed       = 0.0;
-    for (unsigned i = 0U; i < 4000U; i++) { // A hand like a spring of 3 Nm/rad.
+    for (unsigned i = 0U; i < 4000U; i++) { // The hand acts like a spring of 3 Nm/rad.
         joystick_stick_control_sense(&control, &gains, PERIOD_S, position);
         reflect(0.0, 0.0);
         speed += PERIOD_S * (control.command_nm[0] - (3.0 * position[0])) / INERTIA;
@@ -180,7 +182,7 @@ static void a_force_rises_holds_and_ends_within_its_time(void)
     TEST_ASSERT_TRUE((display.torque_nm[0] == 0.0) && (display.torque_nm[1] == 0.0));
 }
 
-static void a_short_force_never_passes_its_time(void)
+static void a_short_force_never_exceeds_its_duration(void)
 {
     const double goal[2] = {1.5, 0.0};
     unsigned steps       = 0U;
@@ -195,7 +197,7 @@ static void a_short_force_never_passes_its_time(void)
     EXPECT_WITHIN(0.375, 0.01, largest);
 }
 
-static void a_force_without_end_is_ended_by_stop_or_by_another_function(void)
+static void stop_or_another_function_ends_a_force_without_duration(void)
 {
     const double goal[2]  = {0.3, 0.3};
     const double other[2] = {-0.3, 0.3};
@@ -222,7 +224,7 @@ static void a_force_without_end_is_ended_by_stop_or_by_another_function(void)
     TEST_ASSERT_FALSE(display.is_active);
 }
 
-/// Powers of two, so that the instant at which it has to fall is met exactly.
+/// The numbers are powers of two, so that the ramp down must begin exactly at a cycle.
 static void a_force_is_zero_at_the_instant_its_duration_ends(void)
 {
     const double goal[2] = {1.0, -0.5};
@@ -230,7 +232,7 @@ static void a_force_is_zero_at_the_instant_its_duration_ends(void)
     for (unsigned i = 0U; i < 512U; i++) {
         TEST_ASSERT_TRUE(display.is_active);
         joystick_force_display_step(&display, 1.0 / 1024.0, 8.0);
-        TEST_ASSERT_TRUE((i != 384U) || (display.torque_nm[0] < 1.0)); // The first step down.
+        TEST_ASSERT_TRUE((i != 384U) || (display.torque_nm[0] < 1.0)); // Here the ramp down begins.
         TEST_ASSERT_TRUE((i != 383U) || (display.torque_nm[0] == 1.0));
     }
     TEST_ASSERT_TRUE(display.torque_nm[0] == 0.0);
@@ -267,7 +269,7 @@ static void a_cleared_force_is_zero_at_once(void)
     TEST_ASSERT_FALSE(display.is_active);
     TEST_ASSERT_TRUE((display.torque_nm[0] == 0.0) && (display.torque_nm[1] == 0.0));
     joystick_force_display_begin(&display, goal,
-                                 1.0); // This one ends, although the last one was lasting.
+                                 1.0); // This force ends, although the last one had no end.
     TEST_ASSERT_FALSE(display.is_lasting);
 }
 
@@ -278,13 +280,13 @@ int main(void)
     RUN_TEST(free_space_is_damped_little_and_contact_more);
     RUN_TEST(contact_rises_fast_and_falls_slowly);
     RUN_TEST(contact_ends_without_subnormal_numbers);
-    RUN_TEST(an_axis_that_feels_nothing_is_damped_with_the_other);
-    RUN_TEST(the_ceiling_is_kept_at_every_torque);
+    RUN_TEST(both_axes_are_damped_if_one_is_in_contact);
+    RUN_TEST(no_torque_exceeds_the_ceiling);
     RUN_TEST(damping_takes_energy_from_a_swinging_stick);
     RUN_TEST(a_displayed_torque_has_its_damping);
     RUN_TEST(a_force_rises_holds_and_ends_within_its_time);
-    RUN_TEST(a_short_force_never_passes_its_time);
-    RUN_TEST(a_force_without_end_is_ended_by_stop_or_by_another_function);
+    RUN_TEST(a_short_force_never_exceeds_its_duration);
+    RUN_TEST(stop_or_another_function_ends_a_force_without_duration);
     RUN_TEST(a_force_is_zero_at_the_instant_its_duration_ends);
     RUN_TEST(a_command_at_the_ceiling_is_not_counted_as_limited);
     RUN_TEST(contact_ends_when_a_torque_is_displayed);

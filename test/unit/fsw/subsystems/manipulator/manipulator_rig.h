@@ -26,9 +26,9 @@ extern const subsystem_callbacks_t* rig_callbacks;
 
 typedef status_t (*rig_action_t)(void* self);
 
-/// Load the descriptor; call it once. False, with a message, if it cannot be loaded.
+/// Load the descriptor; called once. Returns false and prints a message if it cannot be loaded.
 bool rig_load(void);
-/// Call them before and after each test: a bus with two drives, and the manipulator in OFFLINE.
+/// Called before and after each test: a bus with two drives, and the manipulator in OFFLINE.
 void rig_set_up(void);
 void rig_tear_down(void);
 /// Let the drives report a motionless arm in its home pose with these joint torques.

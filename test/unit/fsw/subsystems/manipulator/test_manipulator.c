@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The manipulator through its whole life.
+// The manipulator from OFFLINE to OPERATIONAL and back.
 #include "test/support/bounds.h"
 #include "test/unit/fsw/subsystems/manipulator/manipulator_rig.h"
 
@@ -28,11 +28,11 @@ static void telepresence_from_offline_and_back(void)
     TEST_ASSERT_EQUAL_HEX16(0x0250U, rig_joints[0]->status[0]); // No voltage yet.
     TEST_ASSERT_EQUAL_UINT(2U, rig_joints[0]->last_pdo);        // Torque mode.
     TEST_ASSERT_EQUAL_UINT32(10U, scripted_object(rig_joints[0], 0x6060U, 0U)->value);
-    TEST_ASSERT_TRUE(rig_generic.ports[ROBOT].writes > 5U); // Links work before the controllers do.
+    TEST_ASSERT_TRUE(rig_generic.ports[ROBOT].writes > 5U); // The links work before the controllers start.
     rig_hand_at(0.0, 0.0);
     rig_generic.state = STATE_SAFE_OPERATIONAL;
     TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->start_control));
-    TEST_ASSERT_EQUAL_HEX16(0x0233U, rig_joints[0]->status[0]); // Brakes hold.
+    TEST_ASSERT_EQUAL_HEX16(0x0233U, rig_joints[0]->status[0]); // The brakes hold the arm.
     TEST_ASSERT_EQUAL_HEX16(0x0233U, rig_joints[1]->status[0]);
     rig_generic.state = STATE_OPERATIONAL;
     TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->engage));
@@ -95,13 +95,13 @@ static void a_missing_bus_fails_at_once(void)
 
 static void a_release_closes_the_bus(void)
 {
-    rig_callbacks->release(&rig_manipulator); // Before it has one.
+    rig_callbacks->release(&rig_manipulator); // The manipulator has no bus yet.
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_PRE_OPERATIONAL);
     TEST_ASSERT_TRUE(flow_can_is_open(rig_manipulator.drives.buses[0].network.flow));
     rig_callbacks->release(&rig_manipulator);
     TEST_ASSERT_FALSE(flow_can_is_open(rig_manipulator.drives.buses[0].network.flow));
     rig_generic.state = STATE_HARDWARE_DEINIT;
-    // It succeeds at once: there is no device to be reset.
+    // The action succeeds at once, because there is no device to reset.
     TEST_ASSERT_EQUAL(STATUS_OK, rig_cycle(rig_callbacks->hardware_deinit));
 }
 
@@ -111,7 +111,7 @@ static void only_a_descriptor_of_two_joints_fits(void)
     subsystem_misfit_t misfit = {0};
     TEST_ASSERT_TRUE(rig_callbacks->fits(&rig_descriptor, &misfit));
     TEST_ASSERT_NULL(misfit.says);
-    wrong = rig_descriptor; // The texts keep their addresses.
+    wrong = rig_descriptor; // The copy refers to the same texts.
     wrong.configurations[0].device_count--;
     TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
     TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected two <Device>, one for each joint"));
@@ -125,7 +125,7 @@ static void joints_in_two_modes_do_not_fit(void)
 {
     static subsystem_descriptor_t wrong;
     subsystem_misfit_t misfit              = {0};
-    wrong                                  = rig_descriptor; // The texts keep their addresses.
+    wrong                                  = rig_descriptor; // The copy refers to the same texts.
     const descriptor_device_t* const joint = &wrong.devices[wrong.configurations[0].first_device + 1U];
     for (uint16_t i = 0U; i < joint->setting_count; i++) {
         descriptor_setting_t* const setting = &wrong.settings[joint->first_setting + i];
@@ -182,7 +182,7 @@ static void torque_mode_does_not_engage_in_contact_without_a_zero(void)
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_run_action(rig_callbacks->engage));
     TEST_ASSERT_EQUAL_UINT(0U, double_events(&rig_generic, MANIPULATOR_EVENT_TARE_DONE));
     rig_generic.state = STATE_SAFE_OPERATIONAL;
-    rig_show(GRAVITY1, GRAVITY2); // No contact any more: tare by command.
+    rig_show(GRAVITY1, GRAVITY2); // The contact has ended: tare on command.
     rig_idle(20U);
     TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_TARE, NULL, 5U));
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_perform(MANIPULATOR_FUNCTION_TARE, NULL, 6U));
@@ -202,7 +202,7 @@ static void a_sensor_zero_is_kept_while_the_hardware_is_initialised(void)
     rig_generic.state = STATE_SAFE_OPERATIONAL;
     (void)rig_run_action(rig_callbacks->disengage);
     (void)rig_run_action(rig_callbacks->stop_control);
-    rig_show(GRAVITY1 - 4.0, GRAVITY2); // In contact now.
+    rig_show(GRAVITY1 - 4.0, GRAVITY2); // The arm is in contact now.
     (void)rig_run_action(rig_callbacks->start_control);
     rig_idle(1500U);
     TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_TARE, NULL, 3U));
@@ -213,12 +213,13 @@ static void a_sensor_zero_is_kept_while_the_hardware_is_initialised(void)
     rig_generic.state = STATE_OPERATIONAL;
     TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->engage));
     const double zero[2] = {rig_manipulator.control.zero_nm[0], rig_manipulator.control.zero_nm[1]};
-    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_configure)); // Also when it is configured again.
+    // A second configuration keeps the zero, too.
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_configure));
     EXPECT_WITHIN(zero[0], 0.0, rig_manipulator.control.zero_nm[0]);
     EXPECT_WITHIN(zero[1], 0.0, rig_manipulator.control.zero_nm[1]);
 }
 
-static void a_command_takes_over_the_tare_that_began_by_itself(void)
+static void a_command_takes_over_the_automatic_tare(void)
 {
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_SAFE_OPERATIONAL);
     rig_idle(600U);
@@ -282,7 +283,7 @@ static void the_torque_limit_counts_in_operation_only(void)
     TEST_ASSERT_EQUAL_UINT(0U, double_events(&rig_generic, MANIPULATOR_EVENT_TORQUE_LIMIT));
 }
 
-static void an_unplugged_drive_takes_the_other_down_in_that_cycle(void)
+static void an_unplugged_drive_stops_the_other_drive_in_that_cycle(void)
 {
     rig_hand_at(0.0, 0.0);
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
@@ -297,7 +298,7 @@ static void an_unplugged_drive_takes_the_other_down_in_that_cycle(void)
     TEST_ASSERT_NOT_NULL(event);
     TEST_ASSERT_EQUAL_UINT64(MANIPULATOR_EVENT_DEVICE_LOST_OCTETS, event->size);
     TEST_ASSERT_EQUAL_HEX8(0x11U, event->octets[0]);
-    // The peer is informed.
+    // The sample to the joystick contains the state.
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, rig_generic.ports[ROBOT].written_state);
     rig_joints[1]->status[0] = 0x0250U;
     TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->secure));
@@ -387,7 +388,7 @@ static void current_values_and_counters_are_published(void)
     rig_idle(2U);
     TEST_ASSERT_EQUAL_UINT32(2U, counters->frames_refused);
     TEST_ASSERT_EQUAL_UINT32(1U, counters->transmit_refused);
-    TEST_ASSERT_EQUAL_UINT32(0U, counters->transmit_full); // The reason was another one.
+    TEST_ASSERT_EQUAL_UINT32(0U, counters->transmit_full); // The frames were refused for another reason.
     TEST_ASSERT_EQUAL_UINT32(1U, counters->emergencies);
     TEST_ASSERT_EQUAL_UINT32(1U, counters->pdo_missed[1]);
     rig_generic.ports[HAND].age_us = UINT32_MAX;
@@ -435,7 +436,7 @@ static void a_tare_that_is_left_is_aborted_once_and_can_be_repeated(void)
     TEST_ASSERT_EQUAL_UINT(3U, rig_generic.result_count);
 }
 
-/// The hardware may have been replaced: its zero is not that of before.
+/// Initialising the hardware discards the zero, because a sensor may have been replaced.
 static void initialising_the_hardware_forgets_the_zero(void)
 {
     rig_show(GRAVITY1 + 0.2, GRAVITY2 - 0.15);
@@ -453,7 +454,7 @@ static void initialising_the_hardware_forgets_the_zero(void)
     EXPECT_WITHIN(0.0, 0.0, rig_manipulator.control.zero_nm[1]);
 }
 
-/// An excess of before is reported again, if it still exists, when the arm is engaged again.
+/// An excess of torque from before is reported again if it still exists when the arm is engaged.
 static void the_torque_limit_is_watched_anew_after_each_engagement(void)
 {
     rig_hand_at(0.0, 0.0);
@@ -471,7 +472,7 @@ static void the_torque_limit_is_watched_anew_after_each_engagement(void)
     }
 }
 
-/// A torque at the limit is not reported; an excess has ended when the torque is below 95 % of the limit.
+/// A torque equal to the limit is not reported; an excess ends when the torque is below 95 % of the limit.
 static void the_torque_limit_is_the_largest_torque_that_is_allowed(void)
 {
     rig_hand_at(0.0, 0.0);
@@ -565,11 +566,11 @@ int main(void)
     RUN_TEST(torque_mode_waits_for_the_tare);
     RUN_TEST(torque_mode_does_not_engage_in_contact_without_a_zero);
     RUN_TEST(a_sensor_zero_is_kept_while_the_hardware_is_initialised);
-    RUN_TEST(a_command_takes_over_the_tare_that_began_by_itself);
+    RUN_TEST(a_command_takes_over_the_automatic_tare);
     RUN_TEST(engaging_commands_the_present_torques_of_the_joints);
     RUN_TEST(exceeding_the_torque_limit_is_reported_once_per_excess);
     RUN_TEST(the_torque_limit_counts_in_operation_only);
-    RUN_TEST(an_unplugged_drive_takes_the_other_down_in_that_cycle);
+    RUN_TEST(an_unplugged_drive_stops_the_other_drive_in_that_cycle);
     RUN_TEST(emergencies_become_events);
     RUN_TEST(a_lost_link_holds_the_arm);
     RUN_TEST(only_low_events_can_be_raised_by_command);

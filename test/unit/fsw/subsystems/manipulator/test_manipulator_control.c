@@ -39,7 +39,7 @@ static void sense(void)
     manipulator_arm_control_sense(&control, &setup, arm.motor, torque);
 }
 
-/// Follow the hand for one period with the torque loop closed.
+/// Follow the hand for one period, with the torque loop closed.
 static void follow(const double* const hand)
 {
     sense();
@@ -93,7 +93,7 @@ static void an_external_torque_is_displayed_unchanged(void)
     EXPECT_BELOW(0.02, rise_s);
 }
 
-static void an_offset_of_the_sensor_is_taken_out_by_its_zero(void)
+static void the_zero_removes_an_offset_of_the_sensor(void)
 {
     const double hand[2] = {0.0, 0.0};
     double torque[2];
@@ -132,7 +132,7 @@ static void a_tare_is_the_mean_at_rest(void)
     TEST_ASSERT_EQUAL(STATUS_OK, manipulator_arm_tare_step(&tare, &high, 4U, 1.0));
 }
 
-static void motion_starts_a_tare_anew(void)
+static void motion_restarts_a_tare(void)
 {
     manipulator_arm_tare_t tare;
     manipulator_arm_tare_init(&tare);
@@ -160,7 +160,7 @@ static void a_contact_force_is_not_taken_for_a_sensor_offset(void)
     TEST_ASSERT_EQUAL(STATUS_OK, manipulator_arm_tare_step(&tare, &free_arm, 1U, 1.0));
     manipulator_arm_tare_begin(&tare);
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, manipulator_arm_tare_step(&tare, &contact, 1U, 1.0));
-    EXPECT_WITHIN(0.2, 1.0e-15, tare.offset_nm[0]); // The old zero stays.
+    EXPECT_WITHIN(0.2, 1.0e-15, tare.offset_nm[0]); // The old zero is kept.
     const manipulator_arm_tare_sample_t broken = {{(double)NAN, 0.0}, {0.0, 0.0}};
     manipulator_arm_tare_begin(&tare);
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, manipulator_arm_tare_step(&tare, &broken, 1U, 1.0));
@@ -211,7 +211,7 @@ static void engaging_under_load_lets_the_arm_settle_slowly(void)
     arm.external_nm[0]   = -11.0; // The spring pulls.
     arm.external_nm[1]   = -8.0;
     engage(hand, &motion, &step);
-    EXPECT_BELOW(0.1, step); // No jump of the torque;
+    EXPECT_BELOW(0.1, step); // The torque has no step;
     EXPECT_BELOW((11.0 / 4000.0) + (11.0 / 8000.0) + 0.0003,
                  motion); // finally, the elastic deflection of loop and gear.
 }
@@ -254,7 +254,7 @@ static void range_and_speed_are_limited(void)
     double hand[2] = {0.0, 0.0};
     double before  = home[0];
     hold(hand);
-    hand[0] = 5.0; // Ten radians away, at once.
+    hand[0] = 5.0; // The hand jumps by ten radians.
     for (unsigned i = 0U; i < 8000U; i++) {
         follow(hand);
         EXPECT_BELOW((gains.speed_limit * PERIOD_S) + 1.0e-12, fabs(control.goal_rad[0] - before));
@@ -278,7 +278,7 @@ static void a_hand_position_that_is_not_a_number_is_ignored(void)
     EXPECT_WITHIN(home[1], 0.0001, arm.link[1]);
 }
 
-static void the_ceiling_of_the_torque_holds(void)
+static void the_torque_is_limited_by_its_ceiling(void)
 {
     const double hand[2]    = {0.0, 0.0};
     gains.torque_ceiling[0] = 7.0;
@@ -296,7 +296,7 @@ static void the_ceiling_of_the_torque_holds(void)
     TEST_ASSERT_TRUE(limited > 100U);
 }
 
-/// One period of following; how far the first joint yields.
+/// Follow the hand for one period. Returns how far the first joint yields.
 static double yielded(void)
 {
     const double hand[2] = {0.0, 0.0};
@@ -334,7 +334,7 @@ static void an_arm_just_engaged_does_not_yield(void)
         peak = fmin(peak, yielded());
     }
     EXPECT_ABOVE(-0.04 * 0.001 * 5.0, peak);
-    hold(hand); // A torque that the arm carries when it is engaged is no change.
+    hold(hand); // The torque that the arm carries when it is engaged does not count as a change.
     EXPECT_WITHIN(0.0, 1.0e-12, control.slow_nm[0] - control.observer.external_nm[0]);
 }
 
@@ -352,7 +352,7 @@ static void without_a_hand_the_arm_is_held(void)
     }
     EXPECT_WITHIN(held, 0.0005, arm.link[0]);
     EXPECT_WITHIN(0.0, 1.0e-4, arm.link_speed[0]);
-    for (unsigned i = 0U; i < 400U; i++) { // It continues from its last position.
+    for (unsigned i = 0U; i < 400U; i++) { // The hand continues from its last position.
         follow(hand);
     }
     EXPECT_WITHIN(held, 0.001, arm.link[0]);
@@ -370,7 +370,7 @@ static void a_joystick_that_connects_late_takes_over_at_the_position_of_the_arm(
     }
     EXPECT_WITHIN(home[0], 0.0005, arm.link[0]);
     EXPECT_WITHIN(home[1], 0.0005, arm.link[1]);
-    const double moved[2] = {hand[0] + 0.05, hand[1] - 0.05}; // From then on the hand leads.
+    const double moved[2] = {hand[0] + 0.05, hand[1] - 0.05}; // From then on the arm follows the hand.
     for (unsigned i = 0U; i < 4000U; i++) {
         follow(moved);
     }
@@ -419,13 +419,14 @@ static void the_command_has_every_term_of_the_law(void)
                           (gains.kd[i] * (speed - (0.1 - (0.3 * (double)i)))),
                       1.0e-5, control.command_nm[i]);
     }
-    gains.fade_time = 0.5 * PERIOD_S; // Shorter than a period: gone at once, and not beyond.
+    gains.fade_time = 0.5 * PERIOD_S; // A fade time below one period ends at once and does not overshoot.
     manipulator_arm_control_step(&control, &setup, &desired);
     EXPECT_WITHIN(0.0, 0.0, control.offset_rad[0]);
     EXPECT_WITHIN(0.0, 0.0, control.bias_nm[1]);
 }
 
-/// 0.02 rad/s are rest, the ceiling itself is free of contact, and a tare begins without what was before.
+/// 0.02 rad/s counts as rest, a torque equal to the ceiling as free of contact, and a tare uses no samples
+/// from before its begin.
 static void each_tare_has_its_own_samples_and_exact_bounds(void)
 {
     manipulator_arm_tare_t tare;
@@ -448,7 +449,7 @@ static void each_tare_has_its_own_samples_and_exact_bounds(void)
     EXPECT_WITHIN(-0.125, 0.0, tare.offset_nm[1]);
 }
 
-/// Another zero of the hand while the arm is held: the arm follows changes from there only.
+/// While the arm is held, the zero of the hand changes: the arm follows only later changes.
 static void holding_couples_the_hand_where_it_is(void)
 {
     const double first[2]  = {0.4, -0.2};
@@ -474,9 +475,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(no_torque_is_displayed_in_free_motion);
     RUN_TEST(an_external_torque_is_displayed_unchanged);
-    RUN_TEST(an_offset_of_the_sensor_is_taken_out_by_its_zero);
+    RUN_TEST(the_zero_removes_an_offset_of_the_sensor);
     RUN_TEST(a_tare_is_the_mean_at_rest);
-    RUN_TEST(motion_starts_a_tare_anew);
+    RUN_TEST(motion_restarts_a_tare);
     RUN_TEST(a_contact_force_is_not_taken_for_a_sensor_offset);
     RUN_TEST(engaging_is_without_a_step_wherever_hand_and_arm_are);
     RUN_TEST(engaging_under_load_lets_the_arm_settle_slowly);
@@ -484,7 +485,7 @@ int main(void)
     RUN_TEST(the_arm_follows_the_hand);
     RUN_TEST(range_and_speed_are_limited);
     RUN_TEST(a_hand_position_that_is_not_a_number_is_ignored);
-    RUN_TEST(the_ceiling_of_the_torque_holds);
+    RUN_TEST(the_torque_is_limited_by_its_ceiling);
     RUN_TEST(a_following_arm_yields_to_fast_torques_and_stays_stiff);
     RUN_TEST(an_arm_just_engaged_does_not_yield);
     RUN_TEST(without_a_hand_the_arm_is_held);

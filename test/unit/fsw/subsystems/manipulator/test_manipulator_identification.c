@@ -21,13 +21,13 @@ static rigid_arm_t arm;
 static manipulator_arm_control_t control;
 static manipulator_arm_identification_t identification;
 static manipulator_identification_t assumed;
-static manipulator_model_t model;    // What the parameters say.
-static manipulator_model_t in_force; // With the identified masses.
+static manipulator_model_t model;    // The model of the parameters.
+static manipulator_model_t in_force; // The model with the identified masses.
 static manipulator_arm_setup_t setup;
 static manipulator_arm_observer_gains_t gains;
 static unsigned learned;
-static double radius_rad; // Of the circle of the joystick.
-static double noise_nm;   // Of the torque sensors, uniform.
+static double radius_rad; // Radius of the joystick's circle.
+static double noise_nm;   // Amplitude of the uniform noise of the torque sensors.
 static uint32_t chance;
 
 void setUp(void)
@@ -94,7 +94,7 @@ static void tare(void)
     apply();
 }
 
-/// The circle of the mission in free space, or while something pushes.
+/// Follow the circle of the mission in free space, or with an external torque.
 static void circle(const double seconds, const double push_nm)
 {
     const unsigned cycles = (unsigned)(seconds / PERIOD_S);
@@ -122,7 +122,7 @@ static double gravity_error_nm(const unsigned joint, const double pose[2])
            (real.gravity_nm[joint] + offset_nm[joint]);
 }
 
-static void after_a_tare_nothing_is_felt_in_the_pose_of_the_tare(void)
+static void after_a_tare_no_torque_is_measured_in_the_pose_of_the_tare(void)
 {
     tare();
     for (unsigned i = 0U; i < 400U; i++) {
@@ -140,7 +140,7 @@ static void a_circle_in_free_space_finds_the_masses(void)
     EXPECT_WITHIN(2.0 * true_share[1], 0.03, identification.now.unknown[1]);
     EXPECT_WITHIN(offset_nm[0], 0.15, identification.now.unknown[2]);
     EXPECT_WITHIN(offset_nm[1], 0.05, identification.now.unknown[3]);
-    // The result must hold at another pose, where gravity by the model alone is wrong by 0.3 Nm.
+    // The result must also be correct in another pose, in which the model alone has an error of 0.3 Nm.
     const double contact[2] = {0.35, -1.15};
     EXPECT_WITHIN(0.0, 0.03, gravity_error_nm(0U, contact));
     EXPECT_WITHIN(0.0, 0.03, gravity_error_nm(1U, contact));
@@ -151,8 +151,8 @@ static void a_circle_in_free_space_finds_the_masses(void)
     TEST_ASSERT_TRUE(in_force.gravity == gravity_m_s2);
 }
 
-/// The noise of the sensors is in the measured torque and, by the angle of the links, in the residuals of
-/// unit masses.
+/// The noise of the sensors is in the measured torque and, through the angle of the links, in the residuals
+/// of unit masses.
 static void noise_at_rest_is_not_taken_for_mass(void)
 {
     tare();
@@ -165,7 +165,7 @@ static void noise_at_rest_is_not_taken_for_mass(void)
     EXPECT_WITHIN(before[1], 0.01, identification.now.unknown[1]);
 }
 
-/// Its torque is still in the residuals.
+/// The torque of the contact is still in the residuals.
 static void nothing_is_learned_in_the_half_second_after_a_contact(void)
 {
     tare();
@@ -185,13 +185,13 @@ static void a_contact_is_not_taken_for_mass(void)
     tare();
     const double before[2] = {identification.now.unknown[0], identification.now.unknown[1]};
     circle(1.0, -3.0);
-    TEST_ASSERT_TRUE(learned <= 2U); // While the residuals rise, and to forget that.
+    TEST_ASSERT_TRUE(learned <= 2U); // While the residuals rise, and when these samples are removed.
     TEST_ASSERT_TRUE((identification.now.unknown[0] == before[0]) &&
                      (identification.now.unknown[1] == before[1]));
 }
 
-/// Before the torque passes the ceiling a contact looks like mass.
-static void the_beginning_of_a_contact_is_forgotten(void)
+/// Until its torque exceeds the ceiling, a contact looks like an additional mass.
+static void samples_from_the_beginning_of_a_contact_are_removed(void)
 {
     tare();
     circle(3.0, 0.0);
@@ -206,7 +206,7 @@ static void the_beginning_of_a_contact_is_forgotten(void)
     TEST_ASSERT_TRUE(identification.now.unknown[0] == identification.kept[0].unknown[0]);
 }
 
-static void masses_stay_within_four_deviations(void)
+static void masses_stay_within_four_standard_deviations(void)
 {
     const double still[2] = {0.0, 0.0};
     const double wild[2]  = {100.0, -100.0};
@@ -273,7 +273,7 @@ static void a_tare_forgets_correlations_of_the_offsets(void)
     }
 }
 
-/// A ceiling of zero: any torque is a contact, also none.
+/// With a ceiling of zero any torque counts as a contact, even no torque.
 static void a_ceiling_of_zero_keeps_the_model_unchanged(void)
 {
     assumed.ceiling = 0.0;
@@ -288,13 +288,13 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_tare_forgets_correlations_of_the_offsets);
     RUN_TEST(a_ceiling_of_zero_keeps_the_model_unchanged);
-    RUN_TEST(after_a_tare_nothing_is_felt_in_the_pose_of_the_tare);
+    RUN_TEST(after_a_tare_no_torque_is_measured_in_the_pose_of_the_tare);
     RUN_TEST(a_circle_in_free_space_finds_the_masses);
     RUN_TEST(noise_at_rest_is_not_taken_for_mass);
     RUN_TEST(nothing_is_learned_in_the_half_second_after_a_contact);
     RUN_TEST(a_contact_is_not_taken_for_mass);
-    RUN_TEST(the_beginning_of_a_contact_is_forgotten);
-    RUN_TEST(masses_stay_within_four_deviations);
+    RUN_TEST(samples_from_the_beginning_of_a_contact_are_removed);
+    RUN_TEST(masses_stay_within_four_standard_deviations);
     RUN_TEST(a_nan_torque_does_not_change_the_estimates);
     RUN_TEST(a_new_tare_forgets_the_offsets_and_keeps_the_masses);
     return UNITY_END();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Masses and zeros of the sensors in the subsystem: tare, operation, new parameters.
+// Masses and zeros of the sensors in the running subsystem: tare, operation, new parameters.
 #include "test/support/bounds.h"
 #include "test/unit/fsw/subsystems/manipulator/manipulator_rig.h"
 
@@ -16,7 +16,7 @@ void tearDown(void)
     rig_tear_down();
 }
 
-/// Torque that the subsystem expects in its home pose without contact: gravity and zero of the sensor.
+/// Torque that the subsystem expects in its home pose without contact: gravity plus the zero of the sensor.
 static double expected_nm(const unsigned joint)
 {
     const manipulator_arm_terms_t terms =
@@ -24,7 +24,7 @@ static double expected_nm(const unsigned joint)
     return terms.gravity_nm[joint] + rig_manipulator.parameters.torque_offset[joint];
 }
 
-/// A tare attributes the torque that it finds to offsets, to masses, or to both.
+/// A tare attributes the measured torque to offsets, to masses, or to both.
 static void a_tare_is_shared_between_offsets_and_masses(void)
 {
     rig_show(GRAVITY1 + 0.2, GRAVITY2 - 0.15);
@@ -35,10 +35,11 @@ static void a_tare_is_shared_between_offsets_and_masses(void)
     EXPECT_WITHIN(GRAVITY2 - 0.15, 0.02, expected_nm(1U));
     EXPECT_ABOVE(3.03, rig_manipulator.parameters.identified.link_mass[0]);
     TEST_ASSERT_EQUAL_UINT32(1U, rig_manipulator.parameters.identified.updates);
-    rig_callbacks->parameter_set(&rig_manipulator, MANIPULATOR_PARAMETER_MODEL); // A new model begins anew.
+    // A new model restarts the identification.
+    rig_callbacks->parameter_set(&rig_manipulator, MANIPULATOR_PARAMETER_MODEL);
     TEST_ASSERT_TRUE(rig_manipulator.model.link_mass[0] == 3.0);
     TEST_ASSERT_EQUAL_UINT32(0U, rig_manipulator.identification.updates);
-    rig_idle(20U); // So do the assumptions.
+    rig_idle(20U); // So do new assumptions.
     TEST_ASSERT_EQUAL_UINT32(2U, rig_manipulator.identification.updates);
     rig_callbacks->parameter_set(&rig_manipulator, MANIPULATOR_PARAMETER_IDENTIFICATION);
     TEST_ASSERT_EQUAL_UINT32(0U, rig_manipulator.identification.updates);
@@ -57,7 +58,7 @@ static void without_identification_a_tare_is_the_zero(void)
     TEST_ASSERT_EQUAL_UINT32(0U, rig_manipulator.parameters.identified.updates);
 }
 
-/// The arm pushes what it touches back and forth by 1 mrad.
+/// The arm pushes the object that it touches back and forth by 1 mrad.
 static void an_arm_that_gives_energy_at_rest_is_reported(void)
 {
     rig_show(GRAVITY1, GRAVITY2);

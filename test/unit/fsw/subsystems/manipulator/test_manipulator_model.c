@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The model against energy: all its terms follow from kinetic and potential energy, which this test computes
-// from the positions of the centres of mass alone.
+// only from the positions of the centres of mass.
 #include "fsw/subsystems/manipulator/manipulator_model.h"
 #include "test/support/bounds.h"
 
@@ -48,7 +48,7 @@ static double potential(const double q[2])
     return model.gravity * ((model.link_mass[0] * at.z[0]) + (model.link_mass[1] * at.z[1]));
 }
 
-/// Velocities of the centres by differences of their positions.
+/// Kinetic energy; velocities of the centres of mass are differences of their positions.
 static double kinetic(const double q[2], const double v[2])
 {
     const double ahead[2]  = {q[0] + (STEP * v[0]), q[1] + (STEP * v[1])};
@@ -94,7 +94,8 @@ static void check_kinetic(const double q[2], const double v[2])
 {
     const manipulator_arm_terms_t terms = manipulator_arm_terms(&model, q);
     EXPECT_WITHIN(kinetic(q, v), 1.0e-8, quadratic(&terms, v));
-    EXPECT_ABOVE(0.0, (terms.m11 * terms.m22) - (terms.m12 * terms.m12)); // Positive definite.
+    // The mass matrix is positive definite.
+    EXPECT_ABOVE(0.0, (terms.m11 * terms.m22) - (terms.m12 * terms.m12));
 }
 
 static void check_gravity(const double q[2], const double v[2])
@@ -169,10 +170,10 @@ static void the_home_pose_needs_the_expected_holding_torques(void)
 {
     const double home[2]                = {1.0471975511966, -1.5707963267949};
     const manipulator_arm_terms_t terms = manipulator_arm_terms(&model, home);
-    EXPECT_WITHIN(5.9, 0.05, terms.gravity_nm[0]); // By hand: 1.62 + 2.16 + 2.12 Nm.
+    EXPECT_WITHIN(5.9, 0.05, terms.gravity_nm[0]); // Computed by hand: 1.62 + 2.16 + 2.12 Nm.
     EXPECT_WITHIN(2.124, 0.001, terms.gravity_nm[1]);
     double product[2] = {1.0, 0.0};
-    manipulator_arm_inertia_times(&terms, product, product); // In place.
+    manipulator_arm_inertia_times(&terms, product, product); // The result may replace the input.
     EXPECT_WITHIN(terms.m11, 0.0, product[0]);
     EXPECT_WITHIN(terms.m12, 0.0, product[1]);
 }

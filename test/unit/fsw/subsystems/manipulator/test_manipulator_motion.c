@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stand-alone manipulator: motions on command.
+// The stand-alone manipulator: commanded motions.
 #include "test/support/bounds.h"
 #include "test/unit/fsw/subsystems/manipulator/manipulator_rig.h"
 
@@ -20,7 +20,7 @@ void tearDown(void)
 
 // ---- Stand-alone ----
 
-static void move_to_moves_there_in_its_time(void)
+static void move_to_reaches_the_target_in_the_given_time(void)
 {
     rig_bring(MANIPULATOR_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
     TEST_ASSERT_EQUAL_UINT(1U, rig_joints[0]->last_pdo); // Position mode.
@@ -40,7 +40,7 @@ static void move_to_moves_there_in_its_time(void)
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NONE, rig_generic.results[0].code);
     TEST_ASSERT_EQUAL_UINT32(0U, rig_generic.results[0].detail);
     rig_idle(3000U);
-    // Plus the deflection of the gear.
+    // The difference is the deflection of the gear.
     EXPECT_WITHIN(0.9, 0.001, 1.0e-6 * (double)rig_joints[0]->target_position);
     EXPECT_WITHIN(-1.3, 0.001, 1.0e-6 * (double)rig_joints[1]->target_position);
     EXPECT_WITHIN(0.9, 1.0e-12, rig_manipulator.parameters.des_position[0]);
@@ -52,7 +52,8 @@ static void move_to_refuses_an_impermissible_motion(void)
         manipulator_move_to_arguments_t to;
         status_t status;
     } cases[] = {
-        {{{1.0471975511966 + 1.6, -1.57}, 100.0}, STATUS_OUT_OF_RANGE}, // Beyond the range about home.
+        // Beyond the range around the home pose.
+        {{{1.0471975511966 + 1.6, -1.57}, 100.0}, STATUS_OUT_OF_RANGE},
         {{{1.0, -1.5707963267949 - 1.6}, 100.0}, STATUS_OUT_OF_RANGE},
         {{{0.5, -1.57}, 0.9}, STATUS_OUT_OF_RANGE}, // Faster than the speed limit.
         {{{1.0, -1.57}, 0.0}, STATUS_OUT_OF_RANGE},
@@ -90,7 +91,8 @@ static void stop_ends_a_motion_smoothly(void)
     TEST_ASSERT_TRUE((after < before) && (after > (before - 80000))); // v^2 / 2a = 0.6^2 / 8 = 0.05 rad.
     rig_idle(100U);
     TEST_ASSERT_INT32_WITHIN(20, after, rig_joints[0]->target_position);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &to, 6U)); // Enabled again.
+    // The next motion is accepted.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &to, 6U));
 }
 
 static void leaving_operation_aborts_a_motion(void)
@@ -103,11 +105,11 @@ static void leaving_operation_aborts_a_motion(void)
     (void)rig_run_action(rig_callbacks->disengage);
     TEST_ASSERT_EQUAL_UINT(1U, rig_generic.result_count);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_ABORTED, rig_generic.results[0].code);
-    rig_idle(10U); // Held where the arm is, ready to be engaged again.
+    rig_idle(10U); // The arm is held in its pose and can be engaged again.
     TEST_ASSERT_INT32_WITHIN(20, rig_joints[0]->position[0], rig_joints[0]->target_position);
 }
 
-static void setting_the_desired_position_moves_there(void)
+static void setting_the_desired_position_moves_the_arm(void)
 {
     rig_bring(MANIPULATOR_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
     rig_manipulator.parameters.des_position[0] = 0.95;
@@ -116,7 +118,8 @@ static void setting_the_desired_position_moves_there(void)
     rig_idle(4000U);
     EXPECT_WITHIN(0.95, 1.0e-12, rig_manipulator.parameters.des_position[0]);
     EXPECT_WITHIN(-1.45, 0.001, 1.0e-6 * (double)rig_joints[1]->target_position);
-    rig_manipulator.parameters.des_position[0] = 2.75; // Out of range: it shows where the arm is.
+    // A value out of range is replaced by the position of the arm.
+    rig_manipulator.parameters.des_position[0] = 2.75;
     rig_callbacks->parameter_set(&rig_manipulator, MANIPULATOR_PARAMETER_DES_POSITION);
     rig_idle(10U);
     EXPECT_WITHIN(0.95, 1.0e-12, rig_manipulator.parameters.des_position[0]);
@@ -128,20 +131,20 @@ static void position_mode_engages_in_contact(void)
     rig_show(GRAVITY1 + 11.0, GRAVITY2 + 8.0);
     rig_bring(MANIPULATOR_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
     EXPECT_WITHIN(11.0 + GRAVITY1, 0.3,
-                  0.01 * (double)rig_joints[0]->torque_offset); // It keeps what it carries.
+                  0.01 * (double)rig_joints[0]->torque_offset); // The arm keeps the torque that it carries.
     rig_idle(4000U);
     // Then it reduces the torque slowly.
     EXPECT_WITHIN(GRAVITY1, 0.1, 0.01 * (double)rig_joints[0]->torque_offset);
 }
 
-/// Within the cycle that engages, too.
-static void a_motion_commanded_at_once_begins_where_the_arm_is(void)
+/// A motion that is commanded in the cycle of engaging starts there, too.
+static void a_motion_begins_at_the_present_pose(void)
 {
     const manipulator_move_to_arguments_t to = {{0.9, -1.3}, 1.0};
     rig_bring(MANIPULATOR_CONFIGURATION_STAND_ALONE, STATE_SAFE_OPERATIONAL);
     rig_generic.state = STATE_OPERATIONAL;
     TEST_ASSERT_EQUAL(STATUS_BUSY, rig_cycle(rig_callbacks->engage));
-    rig_joints[0]->position[0] += 30000; // Moved by hand, with the brakes released just now.
+    rig_joints[0]->position[0] += 30000; // The arm was moved by hand while the brakes were released.
     rig_idle(3U);
     TEST_ASSERT_EQUAL(STATUS_OK, rig_callbacks->engage(&rig_manipulator));
     TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &to, 1U));
@@ -162,7 +165,7 @@ static void a_motion_ends_once(void)
     TEST_ASSERT_EQUAL_UINT(1U, rig_generic.result_count);
 }
 
-/// The ends of the range and the shortest duration are allowed.
+/// The ends of the range and the shortest duration are accepted.
 static void a_motion_may_use_the_whole_range_and_the_shortest_time(void)
 {
     manipulator_control_t* const gains = &rig_manipulator.parameters.control;
@@ -187,7 +190,7 @@ static void a_motion_may_use_the_whole_range_and_the_shortest_time(void)
     TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &end, 1U));
 }
 
-/// Half of the speed limit, by the slower joint.
+/// The motion uses half of the speed limit for the joint with the longer way.
 static void setting_the_desired_position_takes_the_time_of_the_longer_way(void)
 {
     rig_bring(MANIPULATOR_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
@@ -215,13 +218,13 @@ int main(void)
         return 1;
     }
     UNITY_BEGIN();
-    RUN_TEST(move_to_moves_there_in_its_time);
+    RUN_TEST(move_to_reaches_the_target_in_the_given_time);
     RUN_TEST(move_to_refuses_an_impermissible_motion);
     RUN_TEST(stop_ends_a_motion_smoothly);
     RUN_TEST(leaving_operation_aborts_a_motion);
-    RUN_TEST(setting_the_desired_position_moves_there);
+    RUN_TEST(setting_the_desired_position_moves_the_arm);
     RUN_TEST(position_mode_engages_in_contact);
-    RUN_TEST(a_motion_commanded_at_once_begins_where_the_arm_is);
+    RUN_TEST(a_motion_begins_at_the_present_pose);
     RUN_TEST(a_motion_ends_once);
     RUN_TEST(a_motion_may_use_the_whole_range_and_the_shortest_time);
     RUN_TEST(setting_the_desired_position_takes_the_time_of_the_longer_way);

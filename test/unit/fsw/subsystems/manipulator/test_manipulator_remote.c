@@ -55,12 +55,12 @@ static void the_arm_follows_a_far_hand_and_tells_what_it_acts_on(void)
         EXPECT_WITHIN(jacobian[i], 1.0e-3, told().jacobian[i]);
     }
     rig_generic.ports[FAR_HAND].read_status = STATUS_STALE;
-    rig_idle(400U); // It stays where it is.
+    rig_idle(400U); // The arm holds its pose.
     EXPECT_WITHIN(0.211, 1.0e-5, told().echo[0]);
 }
 
-/// The torques are less than gravity: a force pushes the arm up. The arm presses down only with the energy
-/// that the hand has put in, and gives way to a force above the limit.
+/// The torques are less than gravity: a force pushes the arm up. The arm presses down only with energy that
+/// the hand has put in, and yields to a force above the limit.
 static void the_arm_yields_to_a_force_and_presses_only_what_is_paid_for(void)
 {
     far_hand_at(0.0, 0.0, 0.0);

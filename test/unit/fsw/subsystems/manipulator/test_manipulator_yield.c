@@ -40,7 +40,7 @@ void tearDown(void)
 {
 }
 
-/// Uniform within -1 and 1.
+/// A pseudo-random number between -1 and 1.
 static double draw(void)
 {
     state = (state * 1664525U) + 1013904223U;
@@ -54,7 +54,7 @@ static const double* run(const double* const hand_rad, const double* const exter
     return manipulator_arm_yield_step(&yield, &setup, &sample);
 }
 
-/// Torques of a force at the tip.
+/// Joint torques of a force at the tip.
 static void torques(const double x_n, const double z_n, double out[2])
 {
     const double force[2] = {x_n, z_n};
@@ -105,12 +105,13 @@ static void the_first_hand_couples_and_free_space_changes_nothing(void)
     TEST_ASSERT_TRUE((yield.taken_j == 0.0) && (yield.given_way_m == 0.0) && !yield.is_touching);
 }
 
-/// 10 N above the limit: 80 mm/s, along the normal; below it the arm comes back, and not beyond the hand.
+/// 10 N above the limit the arm yields with 80 mm/s along the normal. Below the limit it comes back, but not
+/// beyond the hand.
 static void the_arm_gives_way_above_the_force_limit(void)
 {
     couple();
     push(0.0, 20.0, 4000U);
-    EXPECT_WITHIN(0.0, 1.0e-12, yield.given_way_m); // The limit itself.
+    EXPECT_WITHIN(0.0, 1.0e-12, yield.given_way_m); // The force equals the limit.
     push(0.0, 30.0, 1000U);
     EXPECT_WITHIN(0.04, 1.0e-9, yield.given_way_m);
     const double moved[2] = {SCALE * (yield.acted_rad[0] - 0.1), SCALE * (yield.acted_rad[1] + 0.2)};
@@ -128,7 +129,7 @@ static void the_arm_gives_way_above_the_force_limit(void)
     EXPECT_WITHIN(-0.2, 1.0e-9, yield.acted_rad[1]);
 }
 
-/// The force contains friction: its direction counts at the touch, later only its slow part does.
+/// The force contains friction: at the touch its direction is the normal; later only its slow part is used.
 static void the_normal_is_that_of_the_touch_and_then_slow(void)
 {
     couple();
@@ -140,7 +141,7 @@ static void the_normal_is_that_of_the_touch_and_then_slow(void)
     EXPECT_ABOVE(0.2, yield.normal[0]);
     EXPECT_WITHIN(1.0, 1.0e-12, control_planar_length(yield.normal));
     const double at_touch = yield.normal[0];
-    push(-4.5, 15.0, 100U); // 50 ms: the finger slides back.
+    push(-4.5, 15.0, 100U); // For 50 ms the finger slides back.
     EXPECT_ABOVE(0.5 * at_touch, yield.normal[0]);
     push(-4.5, 15.0, 8000U);
     EXPECT_WITHIN(-0.2873, 1.0e-3, yield.normal[0]);
@@ -148,12 +149,12 @@ static void the_normal_is_that_of_the_touch_and_then_slow(void)
     push(0.0, 0.0, 2000U);
     TEST_ASSERT_FALSE(yield.is_touching);
     EXPECT_WITHIN(0.0, 0.0, yield.push_n);
-    push(0.0, -15.0, 200U); // A touch from the other side.
+    push(0.0, -15.0, 200U); // A touch from the opposite side.
     EXPECT_WITHIN(-1.0, 1.0e-6, yield.normal[1]);
     EXPECT_ABOVE(0.0, yield.push_n);
 }
 
-/// The motion of the arm shakes the estimate of the torque at 25 Hz: that is no touch.
+/// The motion of the arm disturbs the estimate of the torque at 25 Hz; this must not count as a touch.
 static void a_fast_shake_is_no_touch(void)
 {
     couple();
@@ -165,19 +166,19 @@ static void a_fast_shake_is_no_touch(void)
     }
 }
 
-/// Against the normal that it had before, a force is carried, not given way to.
+/// The arm carries a force against the former normal and does not yield to it.
 static void opposite_forces_leave_a_normal(void)
 {
     gains.contact_corner = 1.0 / PERIOD_S;
     gains.normal_corner  = 0.5 / PERIOD_S;
     couple();
     push(0.0, 5.0, 1U);
-    push(0.0, -5.0, 1U); // Half of each: no direction is left, so the last one stays.
+    push(0.0, -5.0, 1U); // Half of each force: they cancel, so the last direction is kept.
     EXPECT_WITHIN(1.0, 0.0, yield.normal[1]);
 }
 
-/// The hand moves, the environment pushes, energy arrives late and with loss: what the arm gives away never
-/// exceeds what has arrived and the tolerance, in any cycle.
+/// The hand moves, the environment pushes, and energy arrives late and with losses. In no cycle does the arm
+/// give away more than the received energy plus the tolerance.
 static void the_arm_never_gives_away_more_than_was_paid(void)
 {
     const double tolerance = gains.tolerance + 1.0e-12;
@@ -209,11 +210,11 @@ static void the_arm_never_gives_away_more_than_was_paid(void)
         received = yield.taken_j;
         held += ((fabs(yield.asked_rad[0] - yield.acted_rad[0]) > 1.0e-6) ? 1U : 0U);
     }
-    TEST_ASSERT_TRUE(held > 1000U); // The controller had to act.
+    TEST_ASSERT_TRUE(held > 1000U); // The controller had to intervene.
 }
 
 /// Without energy of the hand the arm does not press further. Later it follows the hand without a step.
-static void an_unpaid_press_waits_and_is_led_in_slowly(void)
+static void a_press_without_energy_waits_and_continues_slowly(void)
 {
     couple();
     double torque[2];
@@ -263,7 +264,7 @@ static void a_stretched_arm_follows_the_hand(void)
     couple();
     for (unsigned pass = 0U; pass < 2U; pass++) {
         setup.position_scale = (pass == 0U) ? SCALE : 0.0;
-        hand[0] += 0.01; // With the torque: nothing is given away.
+        hand[0] += 0.01; // The motion has the direction of the torque: no energy is given away.
         const manipulator_arm_yield_sample_t sample = {.jacobian    = (pass == 0U) ? stretched : home,
                                                        .external_nm = torque,
                                                        .hand_rad    = hand,
@@ -283,7 +284,7 @@ int main(void)
     RUN_TEST(a_fast_shake_is_no_touch);
     RUN_TEST(opposite_forces_leave_a_normal);
     RUN_TEST(the_arm_never_gives_away_more_than_was_paid);
-    RUN_TEST(an_unpaid_press_waits_and_is_led_in_slowly);
+    RUN_TEST(a_press_without_energy_waits_and_continues_slowly);
     RUN_TEST(an_old_reserve_does_not_pay_for_more_than_the_cap);
     RUN_TEST(a_stretched_arm_follows_the_hand);
     return UNITY_END();
