@@ -24,7 +24,8 @@
 ##                   symbols, words, lengths, spelling, links, Python, quick proofs, coverage; what has passed is not
 ##                   repeated
 ##   make check-full check, MISRA and clang's analyzer without bounds of the whole flight side, every proof, five
-##                   minutes of each fuzz target, 300 mutants, many deaths in flight, 24 h of flight, times to detect and repair deaths
+##                   minutes of each fuzz target, 300 mutants, many deaths in flight, 24 h of flight, times to detect
+##                   and repair deaths
 ##   make coverage   branches that C unit tests take, compared with test/lint/coverage.txt: build/coverage/index.html
 ##                   ONLY=<part of a test's path>  UPDATE=1 raises its required values
 ##   make proofs     prove parts of the flight side for all inputs up to stated bounds (CBMC), and that each proof finds

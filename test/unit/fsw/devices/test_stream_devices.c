@@ -28,28 +28,6 @@ static flow_shm_t to_device[2];
 static uint16_t count;
 
 static char udp_peer[ENDNODE_ADDRESS_MAX]; ///< Name of the last peer that was looked up.
-static bool is_endless;                    ///< The devices send without a pause.
-
-status_t __real_flow_receive(flow_t* flow, uint8_t* octets, size_t* out_size);
-status_t __wrap_flow_receive(flow_t* flow, uint8_t* octets, size_t* out_size)
-{
-    if (!is_endless) {
-        return __real_flow_receive(flow, octets, out_size);
-    }
-    (void)memset(octets, 0, RECORD_OCTETS);
-    *out_size = RECORD_OCTETS;
-    return STATUS_OK;
-}
-
-static unsigned given_up; ///< Connections that were given up.
-
-void __real_flow_give_up(flow_t* flow);
-void __wrap_flow_give_up(flow_t* flow)
-{
-    given_up++;
-    __real_flow_give_up(flow);
-}
-
 static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
                         flow_endnode_address_t* const out_address)
 {
@@ -108,7 +86,6 @@ static void begin(const char* const document)
 
 void setUp(void)
 {
-    given_up = 0U;
     begin(TWO_DEVICES);
     plug(0U);
     plug(1U);
@@ -404,30 +381,6 @@ static void the_same_configuration_again_takes_no_time(void)
     TEST_ASSERT_EQUAL(STATUS_OK, configuration_action(&devices));
 }
 
-/// A device may be silent because its connection is dead; one that was opened a moment ago gets its time.
-static void a_new_connection_is_not_given_up_before_its_time(void)
-{
-    unplug(1U);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, fly(stream_devices_hardware_init, 1U, 3U * SILENCE_MS));
-    TEST_ASSERT_EQUAL_UINT(0U, given_up);
-    plug(1U);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, fly(stream_devices_hardware_init, 1U, SILENCE_MS - 2U));
-    TEST_ASSERT_EQUAL_UINT(0U, given_up);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, fly(stream_devices_hardware_init, 1U, 5U));
-    TEST_ASSERT_TRUE(given_up > 0U);
-}
-
-static void a_device_that_never_pauses_does_not_hold_up_a_cycle(void)
-{
-    bring_up();
-    stream_device_t* const device = stream_devices_at(&devices, 0U);
-    const uint32_t before         = device->counters.received;
-    is_endless                    = true;
-    stream_device_sense(device, generic.now_ns);
-    is_endless = false;
-    TEST_ASSERT_EQUAL_UINT32(before + 64U, device->counters.received);
-}
-
 static void octets_that_are_not_a_record_are_counted_and_named_as_the_cause(void)
 {
     stream_devices_release(&devices);
@@ -504,8 +457,6 @@ int main(void)
     RUN_TEST(another_configuration_stops_the_devices_of_the_first);
     RUN_TEST(a_configuration_without_devices_stops_all_of_the_one_before);
     RUN_TEST(the_same_configuration_again_takes_no_time);
-    RUN_TEST(a_new_connection_is_not_given_up_before_its_time);
-    RUN_TEST(a_device_that_never_pauses_does_not_hold_up_a_cycle);
     RUN_TEST(octets_that_are_not_a_record_are_counted_and_named_as_the_cause);
     RUN_TEST(a_device_that_sends_nothing_is_present_while_its_end_node_is_open);
     RUN_TEST(events_that_the_descriptor_does_not_define_are_not_raised);

@@ -18,17 +18,6 @@ static char path[96];
 static char mark[112];
 static char error[GROUND_KEY_ERROR_MAX];
 static ground_key_t key;
-static size_t wiped; ///< Octets that held key material.
-
-void __real_sdls_wipe(void* octets, size_t size);
-void __wrap_sdls_wipe(void* octets, size_t size);
-/// Notes memory that begins with the key, or with its digits.
-void __wrap_sdls_wipe(void* octets, size_t size)
-{
-    const bool is_key = (memcmp(octets, sealer_key, SDLS_KEY_OCTETS) == 0);
-    wiped += (is_key || (memcmp(octets, "00010203", 8U) == 0)) ? size : 0U;
-    __real_sdls_wipe(octets, size);
-}
 
 static void put(const char* const name, const void* const octets, const size_t size)
 {
@@ -86,21 +75,6 @@ static void octets_and_digits_are_keys(void)
     opens();
     put(path, upper, strlen(upper));
     opens();
-}
-
-/// All copies of the key file and of the key in memory are wiped, except the one that the receiver uses.
-static void copies_of_the_key_are_wiped(void)
-{
-    const char* const digits = "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f\n";
-    wiped                    = 0U;
-    TEST_ASSERT_TRUE(ground_key_open(&key, path, error));
-    TEST_ASSERT_TRUE(wiped >= (2U * SDLS_KEY_OCTETS));
-    ground_key_close(&key);
-    put(path, digits, strlen(digits));
-    TEST_ASSERT_EQUAL(0, unlink(mark));
-    wiped = 0U;
-    refuses("mark of the key is missing");
-    TEST_ASSERT_TRUE(wiped >= (strlen(digits) + SDLS_KEY_OCTETS));
 }
 
 static void a_path_without_room_for_that_of_the_mark_is_refused(void)
@@ -220,7 +194,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(octets_and_digits_are_keys);
-    RUN_TEST(copies_of_the_key_are_wiped);
     RUN_TEST(a_path_without_room_for_that_of_the_mark_is_refused);
     RUN_TEST(other_content_is_refused);
     RUN_TEST(a_key_file_that_other_users_may_access_is_refused);

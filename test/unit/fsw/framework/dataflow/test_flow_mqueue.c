@@ -33,14 +33,6 @@ static status_t resolve(void* const context, const flow_endnode_kind_t kind, con
 
 static const flow_resolver_t resolver = {NULL, resolve};
 
-static bool is_broken; // Receiving fails.
-
-status_t __real_osal_mqueue_receive(osal_mqueue_t* queue, uint8_t* octets, size_t capacity, size_t* out_size);
-status_t __wrap_osal_mqueue_receive(osal_mqueue_t* queue, uint8_t* octets, size_t capacity, size_t* out_size)
-{
-    return is_broken ? STATUS_IO : __real_osal_mqueue_receive(queue, octets, capacity, out_size);
-}
-
 static void begin(flow_mqueue_t* const flow, const char* const name, const bool is_receiver,
                   const uint32_t octets)
 {
@@ -193,22 +185,6 @@ static void a_receiver_that_was_killed_comes_back(void)
     expect("alive");
 }
 
-static void a_queue_that_fails_is_closed_and_opened_again(void)
-{
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&receiver, 0U));
-    is_broken = true;
-    expect_nothing(STATUS_CLOSED);
-    is_broken = false;
-    TEST_ASSERT_FALSE(flow_mqueue_is_open(&receiver));
-    TEST_ASSERT_EQUAL(STATUS_IO, receiver.link.failure);
-    TEST_ASSERT_EQUAL_UINT32(1U, receiver.link.reconnect.lost);
-    TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&receiver, 100U));
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&sender, 100U));
-    TEST_ASSERT_EQUAL(STATUS_OK, say("again"));
-    expect("again");
-}
-
 static void a_queue_that_cannot_be_opened_reports_the_reason(void)
 {
     begin(&sender, "moon", false, OCTETS);
@@ -239,7 +215,6 @@ int main(void)
     RUN_TEST(a_record_that_is_too_long_is_a_coding_error);
     RUN_TEST(a_full_queue_and_a_message_that_is_too_large_are_reported);
     RUN_TEST(a_receiver_that_was_killed_comes_back);
-    RUN_TEST(a_queue_that_fails_is_closed_and_opened_again);
     RUN_TEST(a_queue_that_cannot_be_opened_reports_the_reason);
     return UNITY_END();
 }

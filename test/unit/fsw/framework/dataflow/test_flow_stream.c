@@ -44,59 +44,10 @@ static status_t resolve(void* const context, const flow_endnode_kind_t kind, con
 
 static const flow_resolver_t resolver = {NULL, resolve};
 
-static size_t write_limit; ///< Octets that a device takes at once; 0: all that the system takes.
-
-status_t __real_osal_device_write(osal_device_t* device, const uint8_t* octets, size_t size,
-                                  size_t* out_written);
-status_t __wrap_osal_device_write(osal_device_t* device, const uint8_t* octets, size_t size,
-                                  size_t* out_written)
-{
-    const size_t taken = ((write_limit > 0U) && (size > write_limit)) ? write_limit : size;
-    return __real_osal_device_write(device, octets, taken, out_written);
-}
-
-static struct {
-    uint32_t announced; ///< Octets that the partner has announced; 0: as they are.
-    const char* late;   ///< What the partner sends during a wait; null: nothing.
-    unsigned socket_waits;
-    unsigned device_waits;
-} partner;
-
-uint32_t __real_osal_hand_over_due(const osal_hand_over_t* hand_over);
-uint32_t __wrap_osal_hand_over_due(const osal_hand_over_t* hand_over)
-{
-    return (partner.announced > 0U) ? partner.announced : __real_osal_hand_over_due(hand_over);
-}
-
-/// Time limit of a wait during which the partner sends.
-static uint32_t send_late(const uint32_t timeout_ms)
-{
-    if (partner.late != NULL) {
-        TEST_ASSERT_EQUAL((ssize_t)strlen(partner.late), write(far, partner.late, strlen(partner.late)));
-    }
-    return ((partner.announced > 0U) && (partner.late == NULL)) ? 1U : timeout_ms;
-}
-
-status_t __real_osal_socket_wait_readable(osal_socket_t* sock, uint32_t timeout_ms);
-status_t __wrap_osal_socket_wait_readable(osal_socket_t* sock, uint32_t timeout_ms)
-{
-    partner.socket_waits += (partner.announced > 0U) ? 1U : 0U;
-    return __real_osal_socket_wait_readable(sock, send_late(timeout_ms));
-}
-
-status_t __real_osal_device_wait_readable(osal_device_t* device, uint32_t timeout_ms);
-status_t __wrap_osal_device_wait_readable(osal_device_t* device, uint32_t timeout_ms)
-{
-    partner.device_waits++;
-    return __real_osal_device_wait_readable(device, send_late(timeout_ms));
-}
-
 void setUp(void)
 {
-    (void)memset(&partner, 0, sizeof partner);
-    write_limit = 0U;
-    far         = -1;
-    now_ns      = 0U;
+    far    = -1;
+    now_ns = 0U;
     quota_init(&quota, 2U);
     (void)snprintf(path, sizeof path, "%s/device", folder);
 }
@@ -228,17 +179,6 @@ static void a_serial_line_carries_frames_both_ways(void)
     TEST_ASSERT_EQUAL_UINT32(6U, flow.counters.octets_out);
     TEST_ASSERT_EQUAL_UINT32(15U, flow.counters.octets_in);
     TEST_ASSERT_EQUAL_UINT16(1U, quota.stats.used);
-}
-
-static void a_line_that_takes_few_octets_at_once_gets_all_in_order(void)
-{
-    begin_line();
-    begin(ENDNODE_SERIAL, "imu", (flow_format_t){.framing = FLOW_FRAMING_SLIP, .baud = 115200U});
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_stream_step(&flow, now_ns));
-    write_limit = 3U;
-    TEST_ASSERT_EQUAL(STATUS_OK, say("0123456789", 10U));
-    expect_far("\3000123456789\300", 12U);
-    TEST_ASSERT_EQUAL_UINT32(12U, flow.counters.octets_out);
 }
 
 static void a_disconnected_serial_line_is_opened_again(void)
@@ -465,42 +405,6 @@ static void a_quota_that_is_used_up_is_a_refusal(void)
     TEST_ASSERT_EQUAL(STATUS_OK, step_on());
 }
 
-// ---- Announced octets ----
-
-static void expect_announced(void)
-{
-    const uint8_t* payload = NULL;
-    size_t held            = 0U;
-    expect_nothing(STATUS_EMPTY);
-    TEST_ASSERT_EQUAL_UINT(0U, partner.socket_waits + partner.device_waits); // Nothing is announced.
-    partner.announced = 4U;
-    expect_nothing(STATUS_EMPTY); // They do not come.
-    partner.late = "two\n";
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_stream_receive(&flow, &payload, &held));
-    TEST_ASSERT_EQUAL_UINT64(3U, held);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY("two", payload, 3U);
-}
-
-/// Octets that were announced and have not arrived are waited for at the flow's own end node, and the first
-/// call returns their frame.
-static void announced_octets_are_waited_for(void)
-{
-    begin_line();
-    begin(ENDNODE_SERIAL, "imu", (flow_format_t){.framing = FLOW_FRAMING_LINE, .baud = 115200U});
-    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
-    expect_announced();
-    TEST_ASSERT_TRUE((partner.device_waits == 2U) && (partner.socket_waits == 0U));
-    flow_stream_close(&flow);
-    (void)close(far);
-    (void)memset(&partner, 0, sizeof partner);
-    listen_at(0U);
-    begin(ENDNODE_TCP, "server", (flow_format_t){.framing = FLOW_FRAMING_LINE});
-    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
-    accept_far();
-    expect_announced();
-    TEST_ASSERT_TRUE((partner.device_waits == 0U) && (partner.socket_waits == 2U));
-}
-
 // ---- Files and devices ----
 
 static void a_file_is_read_as_it_grows(void)
@@ -578,7 +482,6 @@ int main(void)
     UNITY_BEGIN();
     begin(ENDNODE_FILE, "nothing", (flow_format_t){.baud = 0U});
     RUN_TEST(a_serial_line_carries_frames_both_ways);
-    RUN_TEST(a_line_that_takes_few_octets_at_once_gets_all_in_order);
     RUN_TEST(a_disconnected_serial_line_is_opened_again);
     RUN_TEST(a_refused_serial_line_is_reported_with_the_reason);
     RUN_TEST(records_travel_in_the_flows_order);
@@ -588,7 +491,6 @@ int main(void)
     RUN_TEST(octets_in_the_outbox_are_discarded_with_their_connection);
     RUN_TEST(frames_that_cannot_be_sent_are_refused);
     RUN_TEST(a_quota_that_is_used_up_is_a_refusal);
-    RUN_TEST(announced_octets_are_waited_for);
     RUN_TEST(a_file_is_read_as_it_grows);
     RUN_TEST(a_fifo_waits_for_its_reader);
     RUN_TEST(raw_octets_of_a_device);

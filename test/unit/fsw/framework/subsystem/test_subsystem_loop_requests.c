@@ -13,21 +13,6 @@
 #define SLOW_NS 4000000ULL
 #define UNKNOWN 0x0201FFFFU ///< Id of a parameter that does not exist.
 
-static struct {
-    uint32_t lost;
-    uint32_t oversized;
-} losses; ///< Reports that are lost while the next request is performed.
-
-void __real_pus_perform(pus_app_process_t* process, const pus_service_t* service, const pus_token_t* token,
-                        const uint8_t* data, size_t size, uint64_t now_ns);
-void __wrap_pus_perform(pus_app_process_t* process, const pus_service_t* service, const pus_token_t* token,
-                        const uint8_t* data, size_t size, uint64_t now_ns)
-{
-    process->counters.lost += losses.lost;
-    process->counters.oversized += losses.oversized;
-    __real_pus_perform(process, service, token, data, size, now_ns);
-}
-
 static void open_with(const char* services)
 {
     static char xml[8192];
@@ -292,24 +277,6 @@ static void reports_that_a_loop_lost_are_counted_in_the_health(void)
     }
 }
 
-static void reports_that_a_request_loses_are_counted_once(void)
-{
-    subsystem_health_t health;
-    begin();
-    subsystem_health(&fixture.subsystem, &health);
-    const uint32_t before = health.reports_lost;
-    losses.lost           = 2U;
-    losses.oversized      = 3U;
-    for (unsigned i = 1U; i <= 4U; i++) {
-        (void)fixture_command(17U, 1U, NULL, 0U);
-        fixture_run(8U);
-        subsystem_health(&fixture.subsystem, &health);
-        TEST_ASSERT_EQUAL_UINT32(before + ((i < 3U) ? (5U * i) : 10U), health.reports_lost);
-        losses.lost      = (i == 1U) ? 2U : 0U;
-        losses.oversized = (i == 1U) ? 3U : 0U;
-    }
-}
-
 int main(void)
 {
     UNITY_BEGIN();
@@ -323,7 +290,6 @@ int main(void)
     RUN_TEST(another_configuration_may_be_selected_with_requests_waiting);
     RUN_TEST(answers_wait_while_the_port_is_closed);
     RUN_TEST(a_mailbox_without_room_keeps_requests_waiting);
-    RUN_TEST(reports_that_a_request_loses_are_counted_once);
     RUN_TEST(reports_that_a_loop_lost_are_counted_in_the_health);
     return UNITY_END();
 }
