@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decides whether the known state of a subsystem is reliable. While the supervisor receives nothing from a
+// Decides whether the known state of a subsystem is reliable. While the supervisor receives no report of a
 // subsystem, the subsystem may have changed to a lower state; the first reports after the silence may be
-// older. So the supervisor requests the status, and relies on the state once that request has completed:
-// reports arrive in order.
+// older than that change. Therefore the supervisor requests the status after a silence. When this request
+// has completed, the state is reliable, because reports arrive in order.
 #include "fsw/supervisor/supervisor_internal.h"
 
 /// Silence after which the state is in doubt: a running subsystem reports its status once a second.
@@ -32,14 +32,14 @@ static void watch_one(supervisor_t* const supervisor, registry_entry_t* const en
     const uint64_t now_ns = supervisor->now_ns;
     const bool is_silent  = (now_ns - entry->heard_ns) > DOUBT_AFTER_NS;
     if ((entry->process != PROCESS_RUNNING) || !entry->is_heard) {
-        entry->doubt = DOUBT_NONE; // It starts again in OFFLINE.
+        entry->doubt = DOUBT_NONE; // A new process starts in OFFLINE.
     } else if (is_silent) {
         entry->doubt = DOUBT_SILENT;
     } else if ((entry->doubt == DOUBT_SILENT) ||
                ((entry->doubt == DOUBT_ASKED) && ((now_ns - entry->asked.time_ns) > ASK_AGAIN_NS))) {
         ask(supervisor, entry);
     } else {
-        // Heard regularly, or asked just now.
+        // Its reports arrive regularly, or its status was requested recently.
     }
 }
 
@@ -64,7 +64,7 @@ void supervisor_doubt_verification(supervisor_t* const supervisor, const pus_tm_
         return;
     }
     entry->doubt = DOUBT_NONE;
-    if (entry->state == STATE_OFFLINE) { // It has closed its links, and its reports were lost.
+    if (entry->state == STATE_OFFLINE) { // It has closed its links, but its reports about that were lost.
         supervisor_link_manager_member_lost(supervisor, tm->apid);
     }
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reaction to events by severity and reason (paper, 4.3 and 5), in layers:
 //     0  the subsystem itself, in its cycle (fsw/framework/subsystem)
-//     1  here, always: HIGH takes the real-time network to ERROR_OPERATIONAL, MEDIUM the subsystem from
-//        OPERATIONAL to SAFE_OPERATIONAL
+//     1  always, by this file: HIGH takes the real-time network to ERROR_OPERATIONAL, MEDIUM the subsystem
+//        from OPERATIONAL to SAFE_OPERATIONAL
 //     2  the recovery plan of the mission, or the built-in one for HIGH: the network to OFFLINE
-// Layer 1 always reacts, whatever plans are running and whatever they contain. LOW and informative events are
+// Layer 1 reacts independently of the plans that run and of their content. LOW and informative events are
 // logged.
 #include "fsw/supervisor/supervisor_internal.h"
 
@@ -13,14 +13,15 @@
 #include <stddef.h>
 #include <string.h>
 
-#define ORDER_STANDS_NS 1000000000ULL ///< After this time an order without an answer is repeated.
+#define ORDER_STANDS_NS 1000000000ULL ///< After this time an unanswered order is repeated.
 
-typedef struct { // An event and the subsystem it concerns.
+typedef struct { // An event, and the subsystem that it is about.
     descriptor_severity_t severity;
-    uint16_t apid; ///< The subsystem that failed; SUPERVISOR_APID for an event that concerns no other.
+    uint16_t apid; ///< The subsystem that failed; SUPERVISOR_APID for an event about the supervisor itself.
     uint16_t event_id;
-    const mission_plan_t* plan; ///< Null: the mission has none.
-    bool is_finding;            ///< Detected by the supervisor: the subsystem itself has not reacted.
+    const mission_plan_t* plan; ///< Recovery plan; null: the mission has none for this event.
+    /// The supervisor has detected the failure: the subsystem itself has not reacted.
+    bool is_finding;
 } failure_t;
 
 void supervisor_raise_u16(supervisor_t* const supervisor, const uint16_t event_id, const uint16_t first)
@@ -48,7 +49,8 @@ static uint16_t number_of(const supervisor_t* const supervisor, const mission_pl
 
 // ---- Orders ----
 
-/// True if `open` is an order that takes a subsystem to `state` or makes it safe on a way further down.
+/// True if an order for the state `open` also has the effect of an order for `state`: it leads there, or to
+/// a lower state on a safe way.
 static bool is_covered(const state_t open, const state_t state)
 {
     switch (state) {
@@ -62,7 +64,8 @@ static bool is_covered(const state_t open, const state_t state)
     }
 }
 
-/// True if an order that is kept, or was sent and not answered yet, has the effect of an order for `state`.
+/// True if an order that waits to be sent, or that was not answered yet, has the effect of an order for
+/// `state`.
 static bool is_ordered(const supervisor_t* const supervisor, const registry_entry_t* const entry,
                        const state_t state)
 {
@@ -104,8 +107,8 @@ static bool order_down(supervisor_t* const supervisor, const uint16_t apid, cons
 
 // ---- Layer 1 ----
 
-/// Order all members of the network to ERROR_OPERATIONAL. The failed one goes there by itself, unless the
-/// supervisor found the failure. Returns how many orders were given.
+/// Order all members of the network to ERROR_OPERATIONAL. The failed member goes there by itself, unless the
+/// supervisor has detected the failure. Returns the number of orders.
 static uint16_t secure_network(supervisor_t* const supervisor, const failure_t* const failure,
                                const uint16_t* const members, const uint16_t count)
 {
@@ -132,7 +135,7 @@ static plan_run_t run_for(supervisor_t* const supervisor, const failure_t* const
     return run;
 }
 
-/// Report that the plan for one event was replaced by the plan for another one.
+/// Report that the plan for another event has replaced a running plan.
 static void report_overruled(supervisor_t* const supervisor, const plan_run_t* const run,
                              const plan_run_t* const other)
 {
@@ -184,7 +187,7 @@ static void perform_action(supervisor_t* const supervisor, const plan_run_t* con
         } else if (supervisor_plan_runner_concerns(run, target)) {
             (void)order_down(supervisor, target, (state_t)action->state, PUS_CAUSE_PLAN);
         } else {
-            // Its process died: it starts again in OFFLINE.
+            // A member whose process has died gets no order: it starts again in OFFLINE.
         }
     } else {
         // MISSION_ACTION_LOG: the event itself is in the log.
@@ -223,7 +226,8 @@ static void handle_high(supervisor_t* const supervisor, const failure_t* const f
     }
 }
 
-/// Run the plan before layer 1: if the plan orders a lower state, layer 1 does not order again.
+/// React to an event of severity MEDIUM. The plan runs before layer 1, so that layer 1 gives no second order
+/// if the plan has already ordered a lower state.
 static void handle_medium(supervisor_t* const supervisor, const failure_t* const failure)
 {
     if ((failure->plan != NULL) && (supervisor->shutdown_step == 0U)) {
@@ -234,7 +238,7 @@ static void handle_medium(supervisor_t* const supervisor, const failure_t* const
     (void)order_down(supervisor, failure->apid, STATE_SAFE_OPERATIONAL, PUS_CAUSE_OWN_ERROR);
 }
 
-/// LOW and informative events are only logged, unless the mission has a plan for them.
+/// React to a LOW or informative event: run the plan, if the mission has one for it.
 static void handle_low(supervisor_t* const supervisor, const failure_t* const failure)
 {
     if ((failure->plan != NULL) && (supervisor->shutdown_step == 0U)) {
@@ -243,7 +247,8 @@ static void handle_low(supervisor_t* const supervisor, const failure_t* const fa
     }
 }
 
-/// Once the shutdown has ordered all subsystems to OFFLINE, no reaction may order another state.
+/// React to a failure. After the shutdown has ordered all subsystems to OFFLINE, no reaction may order
+/// another state.
 static void react(supervisor_t* const supervisor, const failure_t* const failure)
 {
     if (supervisor_sequence_is_ending(supervisor)) {
@@ -274,8 +279,9 @@ void supervisor_error_event(supervisor_t* const supervisor, const pus_event_occu
 
 // ---- Events of the supervisor itself ----
 
-/// A failure that the supervisor detects is an event of the supervisor. Its plan is one that names the
-/// supervisor, otherwise, if the event concerns a subsystem, one for any event of that subsystem.
+/// Returns the plan for a failure that the supervisor has detected, which is an event of the supervisor. The
+/// plan is one for the supervisor; otherwise, if the event is about a subsystem, one for any event of that
+/// subsystem.
 static const mission_plan_t* plan_of_finding(const supervisor_t* const supervisor,
                                              const descriptor_severity_t severity, const uint16_t apid,
                                              const uint16_t event_id)
@@ -300,8 +306,8 @@ static void handle_finding(supervisor_t* const supervisor, const descriptor_seve
     react(supervisor, &failure);
 }
 
-/// A process that hangs is killed, so it is lost: if no plan names `event_id`, one that names PROCESS_LOST
-/// applies.
+/// React to the loss of a process. A process that hangs is killed and then lost; therefore, if no plan is
+/// for `event_id`, a plan for PROCESS_LOST applies.
 void supervisor_error_member_lost(supervisor_t* const supervisor, const uint16_t apid,
                                   const uint16_t event_id)
 {
@@ -317,8 +323,8 @@ void supervisor_error_member_silent(supervisor_t* const supervisor, const uint16
     handle_finding(supervisor, DESCRIPTOR_HIGH, apid, SUPERVISOR_EVENT_SUBSYSTEM_SILENT);
 }
 
-/// The subsystem that an event of the supervisor concerns: its first value, if the descriptor calls it APID
-/// and the mission has that subsystem. SUPERVISOR_APID: none, or a notice, which has no values.
+/// Returns the subsystem that an event of the supervisor is about: the first value of the event, if its name
+/// in the descriptor is APID and the mission has that subsystem; otherwise SUPERVISOR_APID.
 static uint16_t subject_of(supervisor_t* const supervisor, const pus_tm_t* const tm, const uint16_t event_id)
 {
     const subsystem_descriptor_t* const descriptor = supervisor->config.descriptor;
@@ -328,13 +334,14 @@ static uint16_t subject_of(supervisor_t* const supervisor, const pus_tm_t* const
         return SUPERVISOR_APID;
     }
     const descriptor_field_t* const first = &descriptor->fields[event->first_field];
-    (void)octet_read_u16(&reader); // The event.
+    (void)octet_read_u16(&reader); // Event id.
     const bool is_named = (strcmp(first->name, "APID") == 0) && (first->type == VALUE_UINT16);
     const uint16_t apid = is_named ? octet_read_u16(&reader) : SUPERVISOR_APID;
     return (supervisor_registry_find(supervisor, apid) != NULL) ? apid : SUPERVISOR_APID;
 }
 
-/// True if there is a reaction to an event of the supervisor: a plan, or layer 1 for the subsystem concerned.
+/// True if an event of the supervisor needs a reaction: by a plan, or by layer 1 for the subsystem that it
+/// is about.
 static bool needs_reaction(const supervisor_t* const supervisor, const own_event_t* const event)
 {
     const descriptor_severity_t severity = (descriptor_severity_t)event->severity;
@@ -356,13 +363,13 @@ static bool is_noted(const supervisor_t* const supervisor, const own_event_t* co
 void supervisor_error_own_event(supervisor_t* const supervisor, const pus_tm_t* const tm,
                                 const pus_event_occurrence_t* const occurrence)
 {
-    const bool is_handled = (occurrence->event == SUPERVISOR_EVENT_PROCESS_LOST) || // Handled where raised.
+    const bool is_handled = (occurrence->event == SUPERVISOR_EVENT_PROCESS_LOST) || // Handled when raised.
                             (occurrence->event == SUPERVISOR_EVENT_PROCESS_HUNG) ||
                             (occurrence->event == SUPERVISOR_EVENT_SUBSYSTEM_SILENT);
     const own_event_t event = {.event_id = occurrence->event,
                                .severity = occurrence->severity,
                                .subject  = subject_of(supervisor, tm, occurrence->event)};
-    // No reaction to informative events: PLAN_STARTED would start plans without end.
+    // Informative events have no reaction, because PLAN_STARTED would start plans without end.
     if (is_handled || (event.severity < (uint8_t)PUS_SEVERITY_LOW) || is_noted(supervisor, &event) ||
         !needs_reaction(supervisor, &event)) {
         return;
@@ -380,7 +387,7 @@ void supervisor_error_own_events(supervisor_t* const supervisor)
     own_event_t events[SUPERVISOR_OWN_EVENTS];
     const uint16_t count = supervisor->own_event_count;
     (void)memcpy(events, supervisor->own_events, sizeof events);
-    supervisor->own_event_count = 0U; // Events raised by a reaction wait for the next step.
+    supervisor->own_event_count = 0U; // Events that a reaction raises are handled in the next step.
     for (uint16_t i = 0U; i < count; i++) {
         handle_finding(supervisor, (descriptor_severity_t)events[i].severity, events[i].subject,
                        events[i].event_id);

@@ -8,11 +8,11 @@
 #define OFFSET_SERVICE 7U
 #define VERIFICATION 1U
 
-/// Blocks of each size, and how many of them are reserved for FIRM reports.
+/// For each block size: octets, number of blocks, and number of these reserved for FIRM reports.
 static const resource_size_t sizes[GROUND_SIZES] = {
     {64U, 768U, 256U}, {256U, 128U, 48U}, {1024U, 16U, 6U}, {PUS_PACKET_MAX, 7U, 3U}};
-/// Further blocks that BULK reports do not use: while BULK reports wait, requests and answers still have
-/// room.
+/// Number of further blocks of each size that BULK reports may not use, so that requests and answers have
+/// room while BULK reports wait.
 static const uint16_t plain_reserve[GROUND_SIZES] = {320U, 32U, 0U, 0U};
 
 void supervisor_ground_backlog_init(ground_backlog_t* const backlog)
@@ -57,7 +57,8 @@ static size_t size_index(const size_t size)
     return i;
 }
 
-/// Free blocks of the size that a report of the class may use, without those reserved for other classes.
+/// Returns the number of free blocks that a report of this class and size may use, without those reserved
+/// for other classes. `has` blocks already belong to the report.
 static unsigned blocks_left(const ground_backlog_t* const backlog, const pus_class_t class, const size_t size,
                             const unsigned has)
 {
@@ -81,7 +82,7 @@ bool supervisor_ground_backlog_accepts(const ground_backlog_t* const backlog, co
     return has_place(&backlog->lines[class], size) && (blocks_left(backlog, class, size, 0U) > 0U);
 }
 
-/// The block that contains the report, with one more reference.
+/// Returns the block that contains the report, with one more reference; allocates one if `block` is null.
 static uint8_t* block_of(ground_backlog_t* const backlog, const uint8_t* const packet, const size_t size,
                          uint8_t* const block)
 {
@@ -91,7 +92,7 @@ static uint8_t* block_of(ground_backlog_t* const backlog, const uint8_t* const p
         return block;
     }
     uint8_t* const copy = supervisor_ground_backlog_take(backlog, size);
-    FSW_ASSERT(copy != NULL); // The caller has checked that one is free.
+    FSW_ASSERT(copy != NULL); // The caller has checked that a block is free.
     (void)memcpy(copy, packet, size);
     return copy;
 }
@@ -103,7 +104,7 @@ status_t supervisor_ground_backlog_put(ground_backlog_t* const backlog, const ui
                (size > OFFSET_SERVICE) && (size <= PUS_PACKET_MAX));
     const pus_class_t class   = pus_class_of(packet, size);
     ground_line_t* const line = &backlog->lines[class];
-    // Its block is already allocated.
+    // The block of the report is already allocated.
     const bool has_block = blocks_left(backlog, class, size, (block != NULL) ? 1U : 0U) > 0U;
     if (!has_place(line, size) || !has_block) {
         return STATUS_FULL;
@@ -130,7 +131,7 @@ static void offer(const ground_line_t* const line, const uint16_t place, const p
         (ground_report_t){.packet = entry->block, .size = entry->size, .class = class, .place = place};
 }
 
-/// Only FIRM reports can be sent.
+/// Get the next report while only FIRM reports can be sent.
 static bool next_firm(const ground_backlog_t* const backlog, ground_report_t* const out_report)
 {
     const ground_line_t* const line = &backlog->lines[PUS_CLASS_FIRM];
@@ -182,7 +183,7 @@ void supervisor_ground_backlog_sent(ground_backlog_t* const backlog, const groun
     supervisor_ground_backlog_give(backlog, entry->block);
     entry->block = NULL;
     while ((line->span > 0U) && (line->entries[line->head].block == NULL)) {
-        // Reports sent earlier are removed, too.
+        // Entries of reports that were sent earlier are removed, too.
         line->head = (uint16_t)((line->head + 1U) % line->capacity);
         line->span--;
     }
@@ -222,7 +223,7 @@ uint32_t supervisor_ground_backlog_room(const ground_backlog_t* const backlog, c
     return (line->span == line->capacity) ? 0U : (line->limit - line->octets);
 }
 
-/// Each request may bring a PLAIN report and FIRM ones: room for both.
+/// True if PLAIN and FIRM reports both have room, because each request may lead to reports of both classes.
 bool supervisor_ground_backlog_takes_requests(const ground_backlog_t* const backlog)
 {
     FSW_ASSERT(backlog != NULL);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reports that wait until they can be sent to the ground, by class (pus/core/traffic_class.h), and their
-/// blocks.
+/// Reports that wait until they can be sent to the ground, in one line for each class
+/// (pus/core/traffic_class.h), and the blocks that contain them.
 ///
-/// One packet is one block with a reference count: the router holds it while the packet is logged and
-/// observed, and a line holds it until the packet has been sent. So a waiting report is not copied again. The
-/// blocks have four sizes and come from one arena; of each size some are for FIRM reports only. A report
-/// without a block cannot wait; the rule of its class decides what happens then.
+/// A packet is in one block with a reference count: the router has a reference while the packet is logged
+/// and observed, and a line has one until the packet has been sent; so a waiting report is not copied. There
+/// are four sizes of blocks; some blocks of each size are for FIRM reports only. If no block is free, a
+/// report cannot wait; the rule of its class then decides what happens.
 ///
 /// Order      Reports are sent in order of arrival. While only FIRM reports can be sent, they overtake the
 ///            others; but a verification (ST[01]) does not overtake earlier reports of its own subsystem.
@@ -23,8 +23,8 @@
 #define GROUND_FIRM_OCTETS 32768U
 #define GROUND_PLAIN_OCTETS 16384U
 #define GROUND_BULK_OCTETS 16384U
-/// No request is accepted if FIRM or PLAIN reports have less room than this: octets, and number of the
-/// smallest reports.
+/// No request is accepted if FIRM or PLAIN reports have less room than this [octets], or than this number of
+/// the smallest reports.
 #define GROUND_INTAKE 8192U
 #define GROUND_INTAKE_REPORTS 128U
 #define GROUND_FIRM_REPORTS 512U
@@ -33,7 +33,7 @@
 #define GROUND_REPORTS (GROUND_FIRM_REPORTS + GROUND_PLAIN_REPORTS + GROUND_BULK_REPORTS)
 #define GROUND_OCTETS (GROUND_FIRM_OCTETS + GROUND_PLAIN_OCTETS + GROUND_BULK_OCTETS)
 #define GROUND_SIZES 4U
-/// Blocks of a size and their bookkeeping.
+/// Size of `count` blocks with their management data.
 #define GROUND_BLOCKS(octets, count) RESOURCE_ARENA_WORDS((size_t)(octets), (size_t)(count))
 #define GROUND_ARENA_WORDS                                                                                   \
     (GROUND_BLOCKS(64U, 768U) + GROUND_BLOCKS(256U, 128U) + GROUND_BLOCKS(1024U, 16U) +                      \
@@ -51,7 +51,8 @@ typedef struct { // Private.
     ground_entry_t* entries;
     uint16_t capacity;
     uint16_t head;
-    uint16_t span; // From the first waiting report to the last one; some in between may have been sent.
+    // Number of entries from the first to the last waiting report; some between them may have been sent.
+    uint16_t span;
     uint32_t limit;
     uint32_t octets;
 } ground_line_t;
@@ -73,25 +74,26 @@ typedef struct { // Private, except `blocks`, to be read.
 } ground_backlog_t;
 
 void supervisor_ground_backlog_init(ground_backlog_t* backlog);
-/// Take a block for a packet, with one reference; null: none is left. The caller returns it by
+/// Take a block for a packet, with one reference; null if none is free. The caller must return it by
 /// supervisor_ground_backlog_give.
 MUST_USE uint8_t* supervisor_ground_backlog_take(ground_backlog_t* backlog, size_t size);
 void supervisor_ground_backlog_give(ground_backlog_t* backlog, uint8_t* block);
-/// Let a report wait. If it lies in `block`, the block gets one more reference; if `block` is null, the
-/// report is copied into a new block. `source` is the number of the subsystem, below CAPACITY_SUBSYSTEMS.
-/// STATUS_OK; STATUS_FULL: its class has no room.
+/// Append a report to its line. If `block` contains the report, the block gets one more reference; if
+/// `block` is null, the report is copied into a new block. `source` is the number of the subsystem, below
+/// CAPACITY_SUBSYSTEMS. STATUS_OK; STATUS_FULL: its class has no room.
 MUST_USE status_t supervisor_ground_backlog_put(ground_backlog_t* backlog, uint8_t source,
                                                 const uint8_t* packet, size_t size, uint8_t* block);
-/// True if a report of that class and size that is in no block yet could wait.
+/// True if a report of this class and size, which is not in a block yet, could be appended.
 bool supervisor_ground_backlog_accepts(const ground_backlog_t* backlog, pus_class_t class, size_t size);
-/// The report to send next; `is_plain_open`: all classes can be sent now. False: no report may be sent.
+/// Get the report to be sent next. `is_plain_open`: all classes can be sent now, not only FIRM. False if no
+/// report may be sent.
 bool supervisor_ground_backlog_next(const ground_backlog_t* backlog, bool is_plain_open,
                                     ground_report_t* out_report);
 /// Remove a report that has been sent.
 void supervisor_ground_backlog_sent(ground_backlog_t* backlog, const ground_report_t* report);
 /// Copy the waiting reports into an empty ring, in order of arrival.
 void supervisor_ground_backlog_copy(const ground_backlog_t* backlog, message_ring_t* ring);
-/// Octets of room that are left for a class.
+/// Returns the free room for a class [octets].
 uint32_t supervisor_ground_backlog_room(const ground_backlog_t* backlog, pus_class_t class);
 /// True if there is room for the answers to the requests that are accepted now.
 bool supervisor_ground_backlog_takes_requests(const ground_backlog_t* backlog);

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sending to ground: reports that `communication` cannot take now wait by class; reports without room are
-// dropped and counted.
+// Sends reports to ground. Reports that cannot be sent to `communication` now wait, by class; if there is no
+// room, they are dropped and counted.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "base/assertion.h"
 
-#define AWAY_NS 1000000000ULL ///< Without progress for so long, senders stop waiting.
+#define AWAY_NS 1000000000ULL ///< If no report was sent for this time, senders stop waiting.
 
-/// Packets sent to `communication` while it is dead, or before its first report of a new life, are lost
-/// without notice.
+/// True if `communication` can receive packets. Packets that are sent while its process is dead, or before
+/// its first report in a new life, are lost without notice.
 static bool is_there(const supervisor_t* const supervisor)
 {
     const mission_subsystem_t* const one =
@@ -86,7 +86,7 @@ static void count_dropped(supervisor_t* const supervisor, const pus_class_t clas
 
 void supervisor_ground_report(supervisor_t* const supervisor)
 {
-    if (supervisor->is_ground_loss_unreported) { // Not while a report is being sent.
+    if (supervisor->is_ground_loss_unreported) { // Raised here, because no report is being sent now.
         supervisor->is_ground_loss_unreported = false;
         (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_GROUND_BEHIND, NULL, 0U);
     }
@@ -100,7 +100,7 @@ static void wait_for_ground(supervisor_t* const supervisor, const uint16_t apid,
     const uint8_t source = (uint8_t)(entry - supervisor->registry);
     if (supervisor_ground_backlog_put(&supervisor->ground_backlog, source, packet, size, block) !=
         STATUS_OK) {
-        count_dropped(supervisor, pus_class_of(packet, size)); // The packet is in the log.
+        count_dropped(supervisor, pus_class_of(packet, size)); // The dropped packet is still in the log.
     }
 }
 
@@ -156,7 +156,7 @@ status_t supervisor_router_send_time(void* const context, const uint8_t* const p
     supervisor_t* const supervisor = (supervisor_t*)context;
     if (supervisor_ground_is_waiting(supervisor) ||
         (message_send_plain(supervisor->config.endpoint, COMMUNICATION_APID, packet, size) != STATUS_OK)) {
-        return STATUS_FULL; // Reports that already wait go first.
+        return STATUS_FULL; // Waiting reports must be sent first.
     }
     supervisor_router_log(supervisor, packet, size);
     return STATUS_OK;
@@ -165,6 +165,6 @@ status_t supervisor_router_send_time(void* const context, const uint8_t* const p
 status_t supervisor_router_send_stored(void* const context, const uint8_t virtual_channel,
                                        const uint8_t* const packet, const size_t size)
 {
-    (void)virtual_channel; // There is one connection to ground.
+    (void)virtual_channel; // Not used, because there is only one connection to ground.
     return supervisor_router_send_time(context, packet, size);
 }

@@ -39,7 +39,7 @@ bool supervisor_link_graph_remove(link_graph_t* const graph, const uint16_t link
         return false;
     }
     for (link_edge_t* next = edge; next < &graph->edges[graph->count - 1U]; next++) {
-        *next = next[1]; // Keeps the order of opening, so that reports are stable.
+        *next = next[1]; // The order of opening is kept, so that the order in reports does not change.
     }
     graph->count--;
     return true;

@@ -19,7 +19,7 @@
 typedef struct {
     uint16_t link;
     pus_link_ends_t ends;
-    bool is_stale; ///< Last report of the consumer.
+    bool is_stale; ///< The consumer's last report says that the link is stale.
 } link_edge_t;
 
 typedef struct {
@@ -31,17 +31,18 @@ typedef struct {
 MUST_USE status_t supervisor_link_graph_add(link_graph_t* graph, const link_edge_t* edge);
 /// Remove the edge of a link. True if there was one.
 bool supervisor_link_graph_remove(link_graph_t* graph, uint16_t link);
-/// Edge of a link, or null.
+/// Returns the edge of a link, or null.
 link_edge_t* supervisor_link_graph_find(link_graph_t* graph, uint16_t link);
-/// Edge that arrives at a port of a consumer, or null.
+/// Returns the edge that ends at a port of a consumer, or null.
 const link_edge_t* supervisor_link_graph_into(const link_graph_t* graph, uint16_t consumer_apid,
                                               uint16_t consumer_port);
-/// All members connected with `apid`, itself first. Returns their number, >= 1, <= LINK_GRAPH_MEMBERS.
+/// List all members of the network of `apid`, `apid` first. Returns their number, >= 1, <=
+/// LINK_GRAPH_MEMBERS.
 uint16_t supervisor_link_graph_members(const link_graph_t* graph, uint16_t apid,
                                        uint16_t out_members[LINK_GRAPH_MEMBERS]);
 /// True if the edge is the first of its network, in the order of opening.
 bool supervisor_link_graph_is_first(const link_graph_t* graph, uint16_t index);
-/// Smallest member id of the network of `apid`: the number of the network.
+/// Returns the number of the network of `apid`, which is the smallest id of its members.
 uint16_t supervisor_link_graph_network(const link_graph_t* graph, uint16_t apid);
 
 #endif // FSW_SUPERVISOR_LINK_GRAPH_H

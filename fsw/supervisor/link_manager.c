@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Manager of real-time links: negotiates between two subsystems on request, opens both ends with one epoch,
-// and keeps the graph of open links. Link ids are the mission's link numbers.
+// and keeps the graph of open links. A link's id is its number in the mission.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "base/assertion.h"
@@ -38,7 +38,7 @@ static link_session_t* new_session(supervisor_t* const supervisor, const uint16_
     return NULL;
 }
 
-/// True if the supervisor itself has started the session: there is no request to answer.
+/// True if the supervisor itself has started the session, so that there is no request to answer.
 static bool is_own(const link_session_t* const session)
 {
     return session->token.source == 0U;
@@ -103,7 +103,7 @@ static status_t close_member(supervisor_t* const supervisor, const uint16_t apid
     return pus_tc_send(&supervisor->requester, &writer, NULL);
 }
 
-/// Note that the link is no longer agreed on or open.
+/// Record that a link is no longer agreed or open.
 static void drop_link(supervisor_t* const supervisor, const uint16_t link)
 {
     link_edge_t* const accepted = accepted_of(supervisor, link);
@@ -113,15 +113,15 @@ static void drop_link(supervisor_t* const supervisor, const uint16_t link)
     }
 }
 
-/// True if a subsystem is on the way to OFFLINE, where it closes its links by itself.
+/// True if a subsystem is in OFFLINE or on the way there: it then closes its links by itself.
 static bool is_going_offline(supervisor_t* const supervisor, const uint16_t apid)
 {
     const registry_entry_t* const entry = supervisor_registry_find(supervisor, apid);
-    FSW_ASSERT(entry != NULL); // Links are between subsystems of the mission.
+    FSW_ASSERT(entry != NULL); // Both ends of a link are subsystems of the mission.
     return (entry->state == STATE_OFFLINE) || (entry->state >= STATE_POST_OPERATIONAL);
 }
 
-/// Order the pending close if the end has not closed by itself.
+/// Close the other end of a link if it has not closed by itself.
 static void close_now(supervisor_t* const supervisor, const uint16_t link)
 {
     const uint16_t apid = supervisor->closings[link - 1U];
@@ -131,7 +131,8 @@ static void close_now(supervisor_t* const supervisor, const uint16_t link)
     supervisor->closings[link - 1U] = 0U;
 }
 
-/// Close the link at both ends, except at the one with this APID, which has nothing to close (0: close both).
+/// Close the link at both ends, but not at the end with the APID `without`, which has nothing to close (0:
+/// close both).
 static void forget_link(supervisor_t* const supervisor, const uint16_t link,
                         const pus_link_ends_t* const ends, const uint16_t without)
 {
@@ -150,7 +151,7 @@ static void give_up(supervisor_t* const supervisor, link_session_t* const sessio
 {
     const bool is_agreed = (accepted_of(supervisor, session->link) != NULL);
     if (session->step == SESSION_CLOSING) {
-        drop_link(supervisor, session->link); // Both ends were asked to close.
+        drop_link(supervisor, session->link); // Both ends have been requested to close.
     } else if ((session->step != SESSION_ASK_PRODUCER) || is_agreed) {
         forget_link(supervisor, session->link, &session->ends, failed);
     } else {
@@ -166,7 +167,7 @@ static bool no_offer(void* const context, const uint16_t index, pus_link_offer_t
     (void)context;
     (void)index;
     (void)out_offer;
-    return false; // Ports belong to the subsystems; ask them.
+    return false; // The supervisor has no ports; the subsystems report their own.
 }
 
 static bool is_configured(supervisor_t* const supervisor, const uint16_t apid)
@@ -184,7 +185,7 @@ static void refuse(pus_link_answer_t* const answer, const pus_link_reason_t reas
     answer->refuse.supported = *wanted;
 }
 
-/// Begin to negotiate a link. Null: the link has a session, or there is no room.
+/// Begin to negotiate a link. Null if the link already has a session, or no session is free.
 static link_session_t* begin_negotiation(supervisor_t* const supervisor, const mission_link_t* const link,
                                          const pus_link_properties_t* const wanted,
                                          const pus_token_t* const token)
@@ -195,7 +196,7 @@ static link_session_t* begin_negotiation(supervisor_t* const supervisor, const m
     if (session == NULL) {
         return NULL;
     }
-    close_now(supervisor, link->number); // Before the new negotiation.
+    close_now(supervisor, link->number); // A pending close must precede the new negotiation.
     supervisor->link_transaction++;
     session->ends =
         (pus_link_ends_t){link->producer_apid, link->producer_port, link->consumer_apid, link->consumer_port};
@@ -235,7 +236,8 @@ static pus_reply_t request_link(void* const context, const pus_link_request_t* c
     return pus_later();
 }
 
-/// Open with a new epoch. False: the request to the producer could not be sent, and the session is over.
+/// Begin to open a link with a new epoch. False: the request to the producer could not be sent, and the
+/// session has ended.
 static bool begin_opening(supervisor_t* const supervisor, link_session_t* const session,
                           const link_edge_t* const accepted)
 {
@@ -405,7 +407,8 @@ static void member_opened(supervisor_t* const supervisor, link_session_t* const 
         end_session(supervisor, session, (status == STATUS_OK) ? PUS_FAILURE_NONE : PUS_FAILURE_TABLE_FULL,
                     LINK_GRAPH_EDGES);
     } else {
-        // Out of turn: the time-out ends the session.
+        // The answer does not belong to this step; if the right one does not arrive, the time-out ends the
+        // session.
     }
 }
 
@@ -417,8 +420,8 @@ static void member_closed(supervisor_t* const supervisor, const uint16_t link, c
     if (session == NULL) {
         const bool is_producer = (ends->producer_apid == apid);
         drop_link(supervisor, link);
-        // The other end often closes at the same time, and its report is the next one:
-        // supervisor_link_manager_settle.
+        // The other end often closes at the same time, and its report arrives next. Therefore
+        // supervisor_link_manager_settle closes it later, if necessary.
         supervisor->closings[link - 1U] = is_producer ? ends->consumer_apid : ends->producer_apid;
         return;
     }
@@ -429,7 +432,7 @@ static void member_closed(supervisor_t* const supervisor, const uint16_t link, c
     }
 }
 
-/// An end of an agreed link has reported its state.
+/// Process a state that an end of an agreed link has reported.
 static void end_changed(supervisor_t* const supervisor, const uint16_t apid,
                         const pus_link_transition_t* const transition, const pus_link_ends_t* const ends)
 {
@@ -442,7 +445,7 @@ static void end_changed(supervisor_t* const supervisor, const uint16_t apid,
         } else if (session != NULL) {
             member_opened(supervisor, session, apid);
         } else {
-            // An end that opened without an order of this manager.
+            // The end has opened without a request of this manager.
         }
         break;
     case PUS_LINK_STATE_STALE:
@@ -458,12 +461,12 @@ static void end_changed(supervisor_t* const supervisor, const uint16_t apid,
             give_up(supervisor, session, apid, PUS_FAILURE_IO, apid);
         }
         break;
-    default: // Requested or accepted: not open yet.
+    default: // Requested or accepted: the link is not open yet.
         break;
     }
 }
 
-/// Reports about a link are accepted only from its two subsystems.
+/// Process a report about a link; it is accepted only from the two subsystems of the link.
 static void member_changed(supervisor_t* const supervisor, const uint16_t apid,
                            const pus_link_transition_t* const transition)
 {
@@ -481,14 +484,14 @@ static void member_changed(supervisor_t* const supervisor, const uint16_t apid,
     }
 }
 
-/// Status of one link from a subsystem, once after the takeover: it takes precedence, and no end stays open
-/// alone.
+/// Compare the status of a link that a subsystem reports after the takeover with the known one. The report
+/// takes precedence; an end that is open alone is closed.
 static void compare_link(supervisor_t* const supervisor, const uint16_t apid, const uint16_t link,
                          const bool is_reported_open)
 {
     const link_edge_t* const edge = supervisor_link_graph_find(&supervisor->graph, link);
     if (session_of_link(supervisor, link) != NULL) {
-        return; // A transition of the link is under way.
+        return; // The link has a session, which determines its state.
     }
     if (edge == NULL) {
         if (is_reported_open) {
@@ -548,7 +551,7 @@ void supervisor_link_manager_report(supervisor_t* const supervisor, const pus_tm
     } else if (tm->subtype == PUS_LINK_STATUS) {
         compare_links(supervisor, tm);
     } else {
-        // Offers are for the ground.
+        // Only the ground uses offers.
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Service 131 at the supervisor: modes, packet log, processes, tables, shutdown.
+// Service 131 of the supervisor: modes, packet log, processes, tables, shutdown.
 #include "fsw/supervisor/supervisor_internal.h"
 
 static pus_reply_t set_mode(void* const context, const uint8_t mode, const pus_token_t* const token,

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The operation mode of the mission. Its persistent record {mode, since} is in the journal from the first
-// step to the end of the shutdown. If a supervisor finds it and has taken over nothing, the previous flight
-// was cut off and the state of the spacecraft is unknown: the mission begins in its fallback mode.
+// step to the end of the shutdown. If a supervisor finds this record and has not taken over a checkpoint,
+// the previous flight ended without a shutdown, and the state of the spacecraft is unknown: the mission
+// begins in its fallback mode.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include <string.h>
 
-/// A mode is entered even if the disk does not accept its record.
+/// Store the record of the mode. A mode is entered even if the record cannot be written.
 static void keep(supervisor_t* const supervisor)
 {
     journal_t* const journal = supervisor->config.journal;
@@ -72,6 +73,6 @@ void supervisor_mode_end(supervisor_t* const supervisor)
 {
     journal_t* const journal = supervisor->config.journal;
     if ((journal != NULL) && (journal_erase(journal, PUS_SERVICE_MISSION, 0U) == STATUS_OK)) {
-        (void)journal_commit(journal); // If it fails, the next flight begins in the fallback mode.
+        (void)journal_commit(journal); // If the commit fails, the next flight begins in the fallback mode.
     }
 }

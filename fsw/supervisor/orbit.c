@@ -9,7 +9,7 @@
 #define NS_PER_MS 1000000ULL
 #define ANGLE_BITS 16U
 
-/// Change of the position in `age_ns` with this period.
+/// Returns the change of the position in the time `age_ns` with this period.
 static uint64_t position_change(const uint64_t age_ns, const uint32_t period_ms)
 {
     if (period_ms == 0U) {

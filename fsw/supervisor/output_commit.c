@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Outputs of a step of the supervisor: frames to subsystems, and orders to their processes. They are part of
-// the commit and performed after it. If a supervisor dies before the commit, the step had no output and the
-// next supervisor repeats it; if it dies later, the next one performs the remaining outputs. One output may
-// be performed twice, because it was performed but not noted: the receiver drops a frame with a known
+// the commit, and are performed after it. If a supervisor dies before the commit, the step had no output and
+// the next supervisor repeats it; if it dies later, the next one performs the remaining outputs. One output
+// may be performed twice, because it was performed but not noted: the receiver drops a frame with a known
 // sequence number, and a repeated order changes nothing.
 #include "fsw/supervisor/supervisor_internal.h"
 
@@ -11,7 +11,7 @@
 
 #include <string.h>
 
-#define NO_RECEIVER 0U ///< In place of a receiver: the output is an order to a process.
+#define NO_RECEIVER 0U ///< Value instead of a receiver, if the output is an order to a process.
 #define HEAD_OCTETS 2U
 #define ORDER_OCTETS 15U
 
@@ -47,7 +47,8 @@ static void send_order(supervisor_t* const supervisor, const order_t order, cons
     octet_write_u32(&writer, link_floor);
     octet_write_u64(&writer, boot_ns);
     const status_t status = keep_frame(supervisor, NO_RECEIVER, octets, writer.position);
-    FSW_ASSERT(status == STATUS_OK); // Windows bound the number of frames; the remaining room is for orders.
+    // There is room: the windows limit the number of frames, and the remaining room is for orders.
+    FSW_ASSERT(status == STATUS_OK);
 }
 
 void supervisor_output_commit_start(supervisor_t* const supervisor, registry_entry_t* const entry)
@@ -88,12 +89,13 @@ static void carry_out(supervisor_t* const supervisor, const uint8_t* const octet
     const uint64_t boot_ns                      = octet_read_u64(&reader);
     registry_entry_t* const entry               = supervisor_registry_find(supervisor, apid);
     if (entry == NULL) {
-        return; // Only a damaged commit names an unknown APID.
+        return; // Only a damaged commit contains an unknown APID.
     }
     entry->presumed = PRESUMED_NOTHING;
     if (order == (uint8_t)ORDER_START) {
         const status_t status = platform->start(platform->context, apid, link_floor, boot_ns);
-        if ((status != STATUS_OK) && (status != STATUS_EXISTS)) { // The previous supervisor has performed it.
+        // STATUS_EXISTS: the previous supervisor has performed it.
+        if ((status != STATUS_OK) && (status != STATUS_EXISTS)) {
             supervisor_registry_start_failed(supervisor, entry);
         }
     } else if (order == (uint8_t)ORDER_STOP) {
@@ -105,7 +107,8 @@ static void carry_out(supervisor_t* const supervisor, const uint8_t* const octet
     }
 }
 
-/// If a peer cannot take a frame now, its further frames wait as well, to keep their order.
+/// True if the frame was sent. If a peer cannot receive a frame now, its further frames wait as well, so
+/// that their order is kept.
 static bool is_taken(supervisor_t* const supervisor, bool* const is_full, const uint16_t to,
                      const uint8_t* const frame, const size_t size)
 {

@@ -23,8 +23,8 @@
 #define PAUSE_FIRST_NS 1000000000ULL
 #define PAUSE_LAST_NS 32000000000ULL
 #define HEALTHY_NS 60000000000ULL ///< After this time without a failure the first pause applies again.
-#define LOOK_NS 1000000000ULL     ///< Between checks that the file still has its name.
-#define SLOW_NS 1000000000ULL     ///< If a write takes longer, the ring takes over.
+#define LOOK_NS 1000000000ULL     ///< Time between two checks that the file still has its name.
+#define SLOW_NS 1000000000ULL     ///< If a write takes longer, the ring replaces the file.
 
 CAPACITY_CHECK(ring_holds_what_a_mission_may_ask_for,
                PACKET_LOG_RING_OCTETS >= (CAPACITY_RING_RECORDS * (LENGTH_OCTETS + RECORD_SHORT)));
@@ -32,7 +32,7 @@ CAPACITY_CHECK(a_line_fits_behind_a_gap, PACKET_LOG_PIECE > (2U * LINE_MAX_CHARA
 
 // ---- Records ----
 
-/// Head of a record; its packet follows.
+/// Encode the header of a record; the packet follows it.
 static void encode_header(uint8_t out_header[RECORD_HEADER], const uint64_t number, const uint64_t time_ns,
                           const uint8_t direction)
 {
@@ -50,7 +50,7 @@ static void add_line(text_t* const text, const uint8_t* const record, const size
     text_add_unsigned(text, number);
     text_add_character(text, ' ');
     if (direction == DIRECTION_GAP) {
-        text_add_unsigned(text, time_ns); // Number of the last record.
+        text_add_unsigned(text, time_ns); // In a gap record: number of the last record.
         text_add(text, " GAP");
     } else {
         text_add_seconds(text, time_ns);
@@ -72,10 +72,10 @@ static void path_of(const packet_log_t* const log, const packet_log_strategy_t s
     text_add(&text, log->folder);
     text_add(&text, "/");
     text_add(&text, names[strategy]);
-    FSW_ASSERT(!text.cut); // The folder was measured when the log was opened.
+    FSW_ASSERT(!text.cut); // The length of the folder's name was checked when the log was opened.
 }
 
-/// Open a strategy's file, to continue after its last complete record.
+/// Open the file of a strategy, to continue after its last complete record.
 static status_t open_file(const packet_log_t* const log, osal_file_t* const file, packet_log_job_t* const job)
 {
     char path[PACKET_LOG_PATH + 32U];
@@ -99,7 +99,7 @@ static status_t open_file(const packet_log_t* const log, osal_file_t* const file
     return STATUS_OK;
 }
 
-/// Write the whole piece, or nothing if it does not fit.
+/// Write the whole piece. If that fails, cut off the part that was written.
 static status_t write_piece(packet_log_t* const log)
 {
     packet_log_job_t* const job = &log->job;
@@ -114,8 +114,8 @@ static status_t write_piece(packet_log_t* const log)
     return status;
 }
 
-/// Perform the job, the only code that may wait for the disk. Called by the writer, or, without one, by the
-/// supervisor's loop.
+/// Perform the job. Only this code may wait for the disk. The writer calls it; without a writer, the
+/// supervisor's loop does.
 static void do_job(packet_log_t* const log)
 {
     packet_log_job_t* const job = &log->job;
@@ -125,7 +125,7 @@ static void do_job(packet_log_t* const log)
     }
     if (job->kind == PACKET_LOG_WRITE) {
         job->status = write_piece(log);
-    } else { // If it was removed, further writes would be lost.
+    } else { // Check that the file was not removed: further writes would be lost.
         job->status = osal_file_is_named(&log->file) ? STATUS_OK : STATUS_NOT_FOUND;
     }
     if (job->status != STATUS_OK) {
@@ -143,7 +143,7 @@ static void close_file(packet_log_t* const log)
 
 // ---- Ring ----
 
-/// Number of the oldest record in the ring, or of the next one.
+/// Returns the number of the oldest record in the ring; if it is empty, that of the next record.
 static uint64_t oldest_number(const packet_log_t* const log)
 {
     uint8_t number[8];
@@ -160,7 +160,7 @@ static void drop_oldest(packet_log_t* const log)
     FSW_ASSERT(status == STATUS_OK);
 }
 
-/// The ring takes over from now on; the file may still take the waiting records.
+/// Let the ring replace the file from now on; the waiting records may still be written to the file.
 static void switch_to_ring(packet_log_t* const log)
 {
     log->strategy     = PACKET_LOG_RING;
@@ -168,7 +168,7 @@ static void switch_to_ring(packet_log_t* const log)
     log->file_first   = log->first_number;
 }
 
-/// Close the file, and open it again after a pause.
+/// React to a failure of the file: use the ring, and open the file again after a pause.
 static void fall_back(packet_log_t* const log)
 {
     const bool was_healthy =
@@ -183,7 +183,7 @@ static void fall_back(packet_log_t* const log)
 
 // ---- Pieces ----
 
-/// Add a record as the strategy's file takes it. There is room.
+/// Add a record to the piece in the format of the strategy's file. The caller has checked the room.
 static void add_record(packet_log_t* const log, const uint8_t* const record, const size_t size)
 {
     packet_log_job_t* const job = &log->job;
@@ -201,7 +201,8 @@ static void add_record(packet_log_t* const log, const uint8_t* const record, con
     }
 }
 
-/// Make a piece of the oldest records in the ring, as many as fit, after a gap record if some are lost.
+/// Make a piece of the oldest records in the ring, as many as have room. If records were lost, a gap record
+/// precedes them.
 static void make_piece(packet_log_t* const log)
 {
     uint8_t record[RECORD_MAX];
@@ -223,7 +224,8 @@ static void make_piece(packet_log_t* const log)
     job->is_rest = (place >= log->ring.used);
 }
 
-/// Account for a piece that was written. Meanwhile the ring may have lost some of its records.
+/// Remove the records of a written piece from the ring. The ring may already have dropped some of them;
+/// these are then not lost.
 static void take_piece(packet_log_t* const log)
 {
     const uint64_t oldest = oldest_number(log);
@@ -266,18 +268,19 @@ static void finish_job(packet_log_t* const log)
         finish_write(log);
     }
     if ((log->wanted == PACKET_LOG_RING) && (job.strategy != PACKET_LOG_RING)) {
-        // A strategy was selected meanwhile.
+        // The ring was selected during the job.
         close_file(log);
     } else if (job.status != STATUS_OK) {
         fall_back(log);
     } else if (job.kind == PACKET_LOG_OPEN) {
         log->file_first = oldest_number(log);
     } else {
-        // Continue the file.
+        // The file stays in use.
     }
 }
 
-/// True while the writer has the job. If it needs too long, the ring takes over.
+/// True while the writer performs the job; finishes a completed job. If the job takes too long, the ring
+/// replaces the file.
 static bool is_busy(packet_log_t* const log)
 {
     if (log->job.kind == PACKET_LOG_NO_JOB) {
@@ -328,7 +331,7 @@ static void write_for_loop(void* const context)
     }
 }
 
-/// Wait for the job under way.
+/// Wait for the running job, then end the writer.
 static void end_writer(packet_log_t* const log)
 {
     status_t status = STATUS_OK;
@@ -356,7 +359,8 @@ static packet_log_job_kind_t next_job(const packet_log_t* const log)
     return (log->now_ns >= (log->looked_ns + LOOK_NS)) ? PACKET_LOG_LOOK : PACKET_LOG_NO_JOB;
 }
 
-/// Without a writer: write all waiting records; after the ring was in force, one piece in each step.
+/// Start the jobs that are due. Without a writer, all waiting records are written; only one piece in each
+/// step while the ring still replaces the file.
 static void write_waiting(packet_log_t* const log)
 {
     bool goes_on = !is_busy(log);
@@ -404,11 +408,11 @@ static void make_room(packet_log_t* const log, const size_t size)
     } else if (is_full) {
         flush(log);
     } else {
-        // There is room, or the oldest records are removed below.
+        // There is room, or the loop below removes the oldest records.
     }
     while (!has_room(log, size)) {
         drop_oldest(log);
-        // A selected ring loses old records by design.
+        // If the ring was selected, dropping old records is not a failure.
         log->failures += (log->wanted == PACKET_LOG_RING) ? 0U : 1U;
     }
 }
@@ -488,7 +492,8 @@ status_t supervisor_packet_log_open(packet_log_t* const log, const char* const f
     log->ring_records   = ring_records;
     for (unsigned i = 0U; i < (unsigned)PACKET_LOG_STRATEGIES; i++) {
         log->is_cut[i] = (past->ring != NULL);
-        log->whole[i]  = (past->ring != NULL) ? past->sizes[i] : UINT64_MAX; // Unknown until it is opened.
+        // Unknown until the file is opened.
+        log->whole[i] = (past->ring != NULL) ? past->sizes[i] : UINT64_MAX;
     }
     message_ring_init(&log->ring, log->ring_storage, sizeof log->ring_storage);
     if (past->ring_octets > 0U) {
@@ -522,7 +527,7 @@ void supervisor_packet_log_abandon(packet_log_t* const log)
     close_file(log);
 }
 
-/// Write all waiting records to the file of that strategy, if possible.
+/// Select a strategy and write all waiting records to its file, if possible.
 static void write_rest(packet_log_t* const log, const packet_log_strategy_t strategy)
 {
     log->wanted = strategy;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Packet log: every packet that passes the supervisor becomes one numbered record, kept by the selected
-/// strategy. The strategy can be changed at any record. The numbers continue, so the parts merge to one log
-/// at the end of a run, and a missing or doubled record is detected. File formats: docs/packet-log.md.
+/// Packet log: every packet that passes the supervisor becomes one numbered record, which the selected
+/// strategy stores. The strategy can be changed at any record. The numbers continue, so that the parts can
+/// be merged into one log at the end of a run, and missing or repeated records are detected. File formats:
+/// docs/packet-log.md.
 ///
 ///     ASCII       packets.ascii: lines of text
-///     SQLite      packets.spool: binary records, which a writer process takes into packets.db
+///     SQLite      packets.spool: binary records, which a separate process copies to packets.db
 ///     ring        the last records in memory; packets.ring (as ASCII) when the log is closed
 ///     PostgreSQL  refused in this build
 ///
@@ -25,11 +26,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define PACKET_LOG_PIECE 65536U ///< Octets of one write, at most.
+#define PACKET_LOG_PIECE 65536U ///< Largest number of octets in one write.
 #define PACKET_LOG_RING_OCTETS 524288U
 #define PACKET_LOG_PATH 256U
 
-typedef enum { // Numbers are those on the wire.
+typedef enum { // The numbers are used on the wire.
     PACKET_LOG_ASCII      = 0,
     PACKET_LOG_SQLITE     = 1,
     PACKET_LOG_POSTGRESQL = 2,
@@ -52,80 +53,83 @@ typedef struct { // Private: one job for the file. While busy, the writer owns i
     uint64_t last_number;
     size_t octets;
     bool is_rest;  // The piece held all waiting records when it was made.
-    uint64_t size; // Size of the file: whole records, before and after.
-    // Before: the file may end with a part of a record, which is cut off first. After: it could not be cut
-    // off.
+    uint64_t size; // Size of the complete records in the file, before and after the job.
+    // Before the job: the file may end with a part of a record, which must be cut off first. After the job:
+    // that part could not be cut off.
     bool is_cut;
     status_t status;  // Result of the job.
     uint64_t took_ns; // Result of the job: wall-clock time.
 } packet_log_job_t;
 
 typedef struct {                    // All fields are private, except the first seven: read-only.
-    packet_log_strategy_t strategy; ///< Strategy in force.
-    /// Strategy selected; `strategy` differs while its file cannot be written.
+    packet_log_strategy_t strategy; ///< Strategy in use.
+    /// Selected strategy; `strategy` is the ring while the file of the selected one cannot be written.
     packet_log_strategy_t wanted;
     uint64_t next_number;    ///< Number of the next record, from 1.
-    uint64_t first_number;   ///< First record that the strategy in force has.
-    uint64_t written_number; ///< Last record that was handed to the operating system.
-    uint32_t failures;       ///< Records that no strategy could keep.
+    uint64_t first_number;   ///< First record of the strategy in use.
+    uint64_t written_number; ///< Last record that was passed to the operating system.
+    uint32_t failures;       ///< Number of records that no strategy could store.
     uint64_t slowest_ns;     ///< Longest write [ns of wall-clock time]; never in a packet.
     char folder[PACKET_LOG_PATH];
-    uint32_t ring_records; // At most, while the ring is in force.
+    uint32_t ring_records; // Largest number of records while the ring is in use.
     osal_file_t file;
-    bool is_open;  // Also while the ring is in force and is being written to the file.
-    uint64_t size; // Size of the file: whole records.
-    uint64_t whole[PACKET_LOG_STRATEGIES]; // Whole records in each strategy's file [octets].
+    bool is_open;  // Also while the ring is in use and its records are being written to the file.
+    uint64_t size; // Size of the complete records in the file.
+    uint64_t whole[PACKET_LOG_STRATEGIES]; // Size of the complete records in each strategy's file.
     bool is_cut[PACKET_LOG_STRATEGIES];
     uint64_t now_ns;
-    uint64_t file_first; // First record of the ring that goes into the file.
+    uint64_t file_first; // First record of the ring that must be written to the file.
     uint64_t retry_ns;
     uint64_t pause_ns;  // Pause before the next retry.
     uint64_t looked_ns; // Last check that the file still has its name.
     uint64_t resumed_ns;
-    message_ring_t ring; // Records that no file has, as in the spool.
+    message_ring_t ring; // Records that are in no file yet, in the format of the spool.
     packet_log_job_t job;
     bool has_writer;
     osal_task_t writer;
     osal_event_t ordered;
     osal_event_t done;
-    bool is_busy; // The writer has the job.
-    bool is_over; // The writer shall end.
-    // Nothing below is read before it is written, so supervisor_packet_log_open does not clear it.
-    char piece[PACKET_LOG_PIECE]; // Records as the file takes them.
+    bool is_busy; // The writer is performing the job.
+    bool is_over; // The writer must end.
+    // The members below are written before they are read, so supervisor_packet_log_open does not clear them.
+    char piece[PACKET_LOG_PIECE]; // Records in the format of the file.
     uint8_t ring_storage[PACKET_LOG_RING_OCTETS];
 } packet_log_t;
 
 typedef struct {          // State of the log of a program that died, from its last commit.
-    uint64_t next_number; ///< 1: a new log.
+    uint64_t next_number; ///< Number of the next record; 1: a new log.
     uint64_t written_number;
     uint64_t sizes[PACKET_LOG_STRATEGIES]; ///< Sizes of the files (`whole`); later octets are cut off.
-    const uint8_t* ring;                   ///< Its ring, copied by message_ring_copy; null: no log before.
+    /// Copy of its ring, made by message_ring_copy; null: there was no log.
+    const uint8_t* ring;
     size_t ring_octets;
 } packet_log_past_t;
 
-/// Open in a folder with a strategy, and continue the log `past` with the records of its ring. The ring keeps
-/// at most `ring_records`. STATUS_OK (also if the file cannot be opened and the ring replaces it),
-/// STATUS_NOT_FOUND (the folder's name is too long), STATUS_UNSUPPORTED.
+/// Open a log in a folder with a strategy; it continues the log `past` with the records of its ring. The
+/// ring stores at most `ring_records`. STATUS_OK (also if the file cannot be opened and the ring replaces
+/// it), STATUS_NOT_FOUND (the folder's name is too long), STATUS_UNSUPPORTED.
 MUST_USE status_t supervisor_packet_log_open(packet_log_t* log, const char* folder,
                                              packet_log_strategy_t strategy, const packet_log_past_t* past,
                                              uint32_t ring_records);
-/// From now on a task performs the operations that wait for the disk, until the log is closed. For runs in
-/// which time advances while a program waits. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO (no task).
+/// Start a task that performs all operations that wait for the disk until the log is closed. It is needed in
+/// runs in which time advances while a program waits. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO (there is no
+/// task).
 MUST_USE status_t supervisor_packet_log_start_writer(packet_log_t* log);
-/// Close the file without writing, as at the end of the program; the log has no writer.
+/// Close the file without writing, as the end of the program would. The log must not have a writer.
 void supervisor_packet_log_abandon(packet_log_t* log);
 /// Append a packet to the log.
 void supervisor_packet_log_append(packet_log_t* log, uint64_t time_ns, bool is_tc, const uint8_t* packet,
                                   size_t size);
 /// Change the strategy from the next record on, with a writer from the first record that no file has.
 /// STATUS_OK; STATUS_UNSUPPORTED (this build does not have the strategy); STATUS_DENIED, STATUS_IO,
-/// STATUS_NOT_FOUND (its file cannot be opened), STATUS_BUSY (the writer waits for the disk; the ring can be
-/// still selected): the old one stays in force.
+/// STATUS_NOT_FOUND (its file cannot be opened), STATUS_BUSY (the writer waits for the disk; the ring can
+/// still be selected): the old strategy stays in use.
 MUST_USE status_t supervisor_packet_log_select(packet_log_t* log, packet_log_strategy_t strategy);
-/// Hand the waiting records to the operating system or to the writer; retry if an earlier write failed. Call
-/// it in each step.
+/// Pass the waiting records to the operating system or to the writer; try again if an earlier write failed.
+/// Call it in each step.
 void supervisor_packet_log_step(packet_log_t* log, uint64_t now_ns);
-/// Write all records and close. Records that the selected file does not accept go to packets.ring.
+/// Write all records and close the log. Records that cannot be written to the selected file are written to
+/// packets.ring.
 void supervisor_packet_log_close(packet_log_t* log);
 
 #endif // FSW_SUPERVISOR_PACKET_LOG_H

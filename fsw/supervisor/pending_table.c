@@ -19,9 +19,9 @@ static bool is_of(const pending_table_t* const table, const size_t index, const 
            (token->source == source);
 }
 
-/// Entry for a request: that of a refused request with the same sequence count (so that no report is
-/// attributed to the old one), otherwise a free one, otherwise that of any refused request. PENDING_MAX:
-/// none.
+/// Returns the entry for a new request: that of a refused request with the same sequence count (so that no
+/// report is attributed to the old request), otherwise a free one, otherwise that of any refused request;
+/// PENDING_MAX if there is none.
 static size_t place_for(const pending_table_t* const table, const uint16_t apid,
                         const pus_token_t* const token)
 {
@@ -37,7 +37,7 @@ static size_t place_for(const pending_table_t* const table, const uint16_t apid,
                 return i;
             }
         } else {
-            // The request is under way.
+            // The request of this entry is not finished.
         }
     }
     return (free < PENDING_MAX) ? free : refused;
@@ -66,7 +66,7 @@ status_t supervisor_pending_add(pending_table_t* const table, const uint16_t api
     return STATUS_OK;
 }
 
-/// The last report of a successful request with these flags.
+/// Returns the subtype of the last report of a successful request with these acknowledgement flags.
 static uint8_t last_success(const uint8_t ack)
 {
     if ((ack & PUS_ACK_COMPLETION) != 0U) {
@@ -75,7 +75,7 @@ static uint8_t last_success(const uint8_t ack)
     return ((ack & (PUS_ACK_START | PUS_ACK_PROGRESS)) != 0U) ? 3U : 1U;
 }
 
-/// The entry continues after a report that does not end the request.
+/// Returns the stage after a report that does not end the request.
 static pending_stage_t next_stage(const pending_stage_t stage, const uint8_t subtype)
 {
     if (stage == PENDING_STARTED) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decides whether a request may pass, by the mission's permission matrix, and for a request of a state also
-// by power, links and the states of the other members.
+// Decides whether a request is permitted: by the mission's permission matrix, and for a request of a state
+// also by power, links and the states of the other members of the network.
 #include "fsw/supervisor/permission_matrix.h"
 #include "fsw/supervisor/supervisor_internal.h"
 
@@ -43,18 +43,19 @@ static selector_t selector_of(const supervisor_t* const supervisor, const pus_tc
             selector.number = mission_link_of_ends(supervisor, &request.ends);
         }
     } else if (tc->service == PUS_SERVICE_RTLINK) {
-        selector.number = octet_read_u16(&reader); // Link ids are the mission's link numbers.
+        selector.number = octet_read_u16(&reader); // A link's id is its number in the mission.
     } else if (tc->service == PUS_SERVICE_MISSION) {
         selector.number = octet_read_u8(&reader);
     } else {
-        // The request selects nothing.
+        // The request has no selector.
     }
     return selector;
 }
 
 // ---- Conditions of a state ----
 
-/// Links: every required port of the target's configuration has an open, fresh link.
+/// Check the links: every required port of the target's configuration must have an open link with fresh
+/// samples.
 static pus_failure_t check_links(const supervisor_t* const supervisor, const registry_entry_t* const target)
 {
     for (uint16_t i = 0U; i < target->mission->port_count; i++) {
@@ -69,8 +70,9 @@ static pus_failure_t check_links(const supervisor_t* const supervisor, const reg
     return pus_failure(PUS_FAILURE_NONE, 0U);
 }
 
-/// MEMBER_ACTIVE: another member of the target's network is in a state. STATE_IN_DOUBT: a member may be in
-/// it; with `is_certain`, no member is known to be, but the state of one is in doubt.
+/// Check that no other member of the target's network is in a state. MEMBER_ACTIVE: a member is in it.
+/// STATE_IN_DOUBT: the last known state of a member is this one, but in doubt; with `is_certain`, also if
+/// any other state is in doubt.
 static pus_failure_t check_members(supervisor_t* const supervisor, const uint16_t apid, const state_t state,
                                    const bool is_certain)
 {
@@ -79,7 +81,7 @@ static pus_failure_t check_members(supervisor_t* const supervisor, const uint16_
     uint16_t doubted     = 0U;
     for (uint16_t i = 1U; i < count; i++) {
         const registry_entry_t* const member = supervisor_registry_find(supervisor, members[i]);
-        FSW_ASSERT(member != NULL); // Links are between subsystems of the mission.
+        FSW_ASSERT(member != NULL); // Both ends of a link are subsystems of the mission.
         const bool is_in_state = (member->state == state);
         if (is_in_state && !supervisor_doubt_is_about(member)) {
             return pus_failure(PUS_FAILURE_MEMBER_ACTIVE, members[i]);
@@ -90,7 +92,7 @@ static pus_failure_t check_members(supervisor_t* const supervisor, const uint16_
                            : pus_failure(PUS_FAILURE_NONE, 0U);
 }
 
-/// Power: enough electrical power for the requested state.
+/// Check that there is enough electrical power for the requested state.
 static pus_failure_t check_power(supervisor_t* const supervisor, const uint16_t apid, const state_t state)
 {
     const uint32_t needed_w    = supervisor_registry_power_w(supervisor, apid, state);
@@ -100,7 +102,7 @@ static pus_failure_t check_power(supervisor_t* const supervisor, const uint16_t 
     }
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         if (supervisor_doubt_is_about(&supervisor->registry[i])) {
-            // The new configuration may need less power.
+            // In its true state, a subsystem may need less power than in the known one.
             return pus_failure(PUS_FAILURE_STATE_IN_DOUBT, supervisor->registry[i].mission->apid);
         }
     }
@@ -114,7 +116,7 @@ static pus_failure_t check_state_request(supervisor_t* const supervisor, const p
     const state_t wanted           = (state_t)tc->data[0];
     FSW_ASSERT(target != NULL);
     if (((unsigned)wanted >= (unsigned)STATE_COUNT) || (wanted == STATE_ERROR_OPERATIONAL)) {
-        return pus_failure(PUS_FAILURE_NONE, 0U); // The addressee itself refuses an invalid value.
+        return pus_failure(PUS_FAILURE_NONE, 0U); // The target itself refuses an invalid value.
     }
     const bool is_up = (wanted > target->state) && (target->state <= STATE_OPERATIONAL);
     if (!is_up) {

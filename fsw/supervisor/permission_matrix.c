@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-/// Reports of ST[11] and ST[22], by filter, by id, or of all.
+/// Subtypes of ST[11] and ST[22] that request reports: by filter, by id, or about all activities.
 #define SCHEDULE_REPORTS                                                                                     \
     ((1ULL << 9U) | (1ULL << 11U) | (1ULL << 12U) | (1ULL << 14U) | (1ULL << 16U) | (1ULL << 17U) |          \
      (1ULL << 18U) | (1ULL << 26U))
@@ -14,10 +14,11 @@
 #define STATE_OPERATIONAL 5U
 #define STATE_ERROR_OPERATIONAL 6U
 
-/// Reports, reads, the test service, closing a link, and the shutdown of the mission.
+/// True for requests that are always permitted: for reports and reads, of the test service, to close a link,
+/// and to shut the mission down.
 static bool is_harmless(const uint8_t service, const uint8_t subtype)
 {
-    // Service, and its subtypes as bits: 1 << subtype.
+    // Service, and a bit set of its subtypes: 1 << subtype.
     static const struct {
         uint8_t service;
         uint64_t subtypes;
@@ -50,7 +51,7 @@ static bool is_harmless(const uint8_t service, const uint8_t subtype)
     return false;
 }
 
-/// A request for OFFLINE or ERROR_OPERATIONAL, or for a rest state below the present one.
+/// True for a request for OFFLINE or ERROR_OPERATIONAL, or for a rest state below the present one.
 static bool is_downwards(const permission_request_t* const request)
 {
     if ((request->service != 129U) || (request->subtype != 1U)) {

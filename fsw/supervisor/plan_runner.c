@@ -14,7 +14,7 @@ static const mission_action_t built_in = {.kind     = MISSION_ACTION_STATE,
                                           .state    = 0U, // OFFLINE.
                                           .after_us = PLAN_BUILT_IN_DELAY_US};
 
-/// Position of a subsystem among the members of a run; member_count if it is not a member.
+/// Returns the index of a subsystem in the members of a run; member_count if it is not a member.
 static uint16_t position_in(const plan_run_t* const run, const uint16_t apid)
 {
     uint16_t position = 0U;
@@ -29,7 +29,7 @@ static bool has_member(const plan_run_t* const run, const uint16_t apid)
     return position_in(run, apid) < run->member_count;
 }
 
-/// Place of the run that a subsystem belongs to; PLAN_RUNS if it belongs to none.
+/// Returns the index of the run to which a subsystem belongs; PLAN_RUNS if it belongs to none.
 static size_t place_of(const plan_runner_t* const runner, const uint16_t apid)
 {
     size_t place = 0U;
@@ -67,7 +67,7 @@ bool supervisor_plan_runner_overrule(plan_runner_t* const runner, const plan_run
     return false;
 }
 
-/// Add those of the wanted members that belong to no run.
+/// Add those members of `wanted` that do not belong to a run.
 static void add_members(plan_runner_t* const runner, plan_run_t* const run, const plan_run_t* const wanted)
 {
     for (uint16_t i = 0U; i < wanted->member_count; i++) {
@@ -85,7 +85,7 @@ static plan_run_t* free_run(plan_runner_t* const runner)
     while ((place < PLAN_RUNS) && (runner->runs[place].member_count > 0U)) {
         place++;
     }
-    // There is a free place: each run has a subsystem of its own, and the failed one has no run.
+    // There is a free place, because each run has another failed subsystem, and this one has no run yet.
     FSW_ASSERT(place < PLAN_RUNS);
     return &runner->runs[place];
 }
@@ -108,7 +108,7 @@ plan_verdict_t supervisor_plan_runner_start(plan_runner_t* const runner, const p
         add_members(runner, present, wanted);
         return PLAN_JOINED;
     }
-    FSW_ASSERT(present->severity > wanted->severity); // Runs of lower severity have ended before.
+    FSW_ASSERT(present->severity > wanted->severity); // The caller has ended runs of lower severity before.
     return PLAN_OUTRANKED;
 }
 

@@ -13,7 +13,7 @@ CAPACITY_CHECK(each_link_has_a_bit, MISSION_LINKS_MAX <= 32U);
 
 // ---- Beginning ----
 
-/// The state to which a member of the failed network is to be returned.
+/// Determine the state to which a member of the failed network must return.
 static void begin_member(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     recommission_t* const run = &entry->recommission;
@@ -23,7 +23,7 @@ static void begin_member(supervisor_t* const supervisor, registry_entry_t* const
     if (!entry->mission->is_recommissioned || has_failed || (!was_up && !run->is_active)) {
         return;
     }
-    // The process died again during its recommissioning.
+    // If the process has died again during its recommissioning, the earlier target stays.
     const state_t target         = run->is_active ? run->target : entry->rested;
     const uint16_t configuration = run->is_active ? run->configuration : entry->rested_with;
     *run                         = (recommission_t){.is_active     = true,
@@ -41,7 +41,7 @@ void supervisor_recommission_begin(supervisor_t* const supervisor, const uint16_
     const registry_entry_t* const first = supervisor_registry_find(supervisor, apid);
     FSW_ASSERT(first != NULL);
     if (!first->mission->is_recommissioned || (supervisor->shutdown_step != 0U)) {
-        return; // Its network is recommissioned only together with it.
+        return; // The network is recommissioned only if the subsystem that failed is.
     }
     for (uint16_t i = 0U; i < count; i++) {
         registry_entry_t* const member = supervisor_registry_find(supervisor, members[i]);
@@ -56,7 +56,8 @@ void supervisor_recommission_begin(supervisor_t* const supervisor, const uint16_
             supervisor->renewed |= (uint32_t)1U << (edge->link - 1U);
         }
     }
-    // Note all links again: a link that was being opened when its subsystem died again is not in the graph.
+    // All links get new attempts. Links that were recorded before stay recorded, because a link that was
+    // being opened when its subsystem died again is not in the graph.
     (void)memset(supervisor->renewals, (int)RECOMMISSION_RENEWALS, sizeof supervisor->renewals);
 }
 
@@ -104,7 +105,7 @@ static void order(supervisor_t* const supervisor, registry_entry_t* const entry,
     if ((entry->recommission.ordered != state) &&
         may_pass(supervisor, entry, PUS_MANAGEMENT_REQUEST_STATE, octets, sizeof octets)) {
         (void)supervisor_order_state(supervisor, entry->mission->apid, state,
-                                     PUS_CAUSE_REQUEST); // Use the properties that were requested before.
+                                     PUS_CAUSE_REQUEST); // Request the same properties as before.
         entry->recommission.ordered = state;
         entry->recommission.has_left_offline =
             entry->recommission.has_left_offline || (state != STATE_OFFLINE);
@@ -116,13 +117,14 @@ static void configure(supervisor_t* const supervisor, registry_entry_t* const en
     const uint16_t wanted                   = entry->recommission.configuration;
     const uint8_t octets[MANAGEMENT_OCTETS] = {(uint8_t)(wanted >> 8U), (uint8_t)wanted};
     if (wanted == 0U) {
-        report_end(supervisor, entry, PUS_FAILURE_NONE); // The subsystem had no configuration.
+        // The subsystem had no configuration before its process died.
+        report_end(supervisor, entry, PUS_FAILURE_NONE);
     } else if ((entry->recommission.ordered != STATE_PRE_OPERATIONAL) &&
                may_pass(supervisor, entry, PUS_MANAGEMENT_SELECT, octets, sizeof octets) &&
                (supervisor_order_configuration(supervisor, entry->mission->apid, wanted) == STATUS_OK)) {
         entry->recommission.ordered = STATE_PRE_OPERATIONAL;
     } else {
-        // Ordered; if not, the next step tries again.
+        // The order was sent, or the next step tries again.
     }
 }
 
@@ -131,7 +133,7 @@ static bool is_to_be_open(const supervisor_t* const supervisor, const uint16_t l
     return (supervisor->renewed & ((uint32_t)1U << (link - 1U))) != 0U;
 }
 
-/// True if every link of a subsystem that was open is open again.
+/// True if every link of a subsystem that was open before is open again.
 static bool is_linked(supervisor_t* const supervisor, const uint16_t apid)
 {
     for (uint16_t i = 0U; i < supervisor->mission->link_count; i++) {
@@ -169,11 +171,12 @@ static void order_next_step(supervisor_t* const supervisor, registry_entry_t* co
     } else if ((entry->state == STATE_ERROR_OPERATIONAL) && (entry->phase >= PHASE_SECURED)) {
         order(supervisor, entry, STATE_OFFLINE);
     } else {
-        // A transition is under way.
+        // A transition of the subsystem is running.
     }
 }
 
-/// True if the subsystem is in its state, and no plan or request is moving it.
+/// True if the subsystem can get the next order. Ends the recommissioning if the subsystem is lost or has
+/// failed again; waits while a plan concerns it.
 static bool is_free(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     recommission_t* const run = &entry->recommission;
@@ -184,7 +187,7 @@ static bool is_free(supervisor_t* const supervisor, registry_entry_t* const entr
     }
     const bool has_plan = supervisor_plan_runner_of(&supervisor->plans, entry->mission->apid) != NULL;
     if (run->has_left_offline && (has_plan || (entry->state == STATE_ERROR_OPERATIONAL))) {
-        report_end(supervisor, entry, PUS_FAILURE_STATE); // The subsystem failed again.
+        report_end(supervisor, entry, PUS_FAILURE_STATE); // The subsystem has failed again.
         return false;
     }
     if (!supervisor_registry_is_there(entry) || has_plan) {
@@ -204,7 +207,7 @@ static void step_member(supervisor_t* const supervisor, registry_entry_t* const 
         const bool is_back =
             run->has_left_offline && (run->seen != STATE_COUNT) && (entry->state < run->seen);
         if (is_back) {
-            report_end(supervisor, entry, PUS_FAILURE_STATE); // Another cause orders it to a lower state.
+            report_end(supervisor, entry, PUS_FAILURE_STATE); // It went to a lower state for another reason.
             return;
         }
         run->seen       = entry->state;
@@ -243,7 +246,7 @@ void supervisor_recommission_step(supervisor_t* const supervisor)
         } else if (entry->recommission.is_active) {
             step_member(supervisor, entry);
         } else {
-            // Nothing to do.
+            // The subsystem is not being recommissioned.
         }
         is_any = is_any || entry->recommission.is_active;
     }

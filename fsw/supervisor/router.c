@@ -6,11 +6,12 @@
 
 #define HOUSEKEEPING_REPORT 25U
 #define DIAGNOSTIC_REPORT 26U
-#define APID_MASK 0x07FFU                // In the first word of a packet.
-#define REQUEST_PATIENCE_NS 100000000ULL ///< A running subsystem takes packets more often than this.
+#define APID_MASK 0x07FFU                // Mask of the APID in the first word of a packet.
+#define REQUEST_PATIENCE_NS 100000000ULL ///< Longest time in which a running subsystem takes a packet.
 #define NO_PACKETS_LIMIT (MESSAGE_PEERS_MAX * MESSAGE_WINDOW)
 
-/// Report once that the ring replaces the selected strategy, and once that it no longer does.
+/// Report when the ring begins to replace the selected strategy of the packet log, and when this ends; each
+/// once.
 static void report_log(supervisor_t* const supervisor)
 {
     const packet_log_t* const log         = &supervisor->log;
@@ -31,7 +32,7 @@ static void report_log(supervisor_t* const supervisor)
                                     supervisor->now_ns);
 }
 
-/// A request longer than a packet is in the log already, in parts.
+/// Log a packet. A request that is longer than a packet is already in the log, in parts.
 void supervisor_router_log(supervisor_t* const supervisor, const uint8_t* const packet, const size_t size)
 {
     if (size <= PUS_PACKET_MAX) {
@@ -61,7 +62,7 @@ static bool is_ground(const uint16_t user)
 
 // ---- Reports ----
 
-/// Update the supervisor's data from a report. `is_own`: a report of the supervisor itself.
+/// Update the supervisor's data from a report.
 static void learn_from(supervisor_t* const supervisor, const pus_tm_t* const tm)
 {
     pus_verification_t verification;
@@ -77,7 +78,8 @@ static void learn_from(supervisor_t* const supervisor, const pus_tm_t* const tm)
     }
 }
 
-/// `block`: the block that contains the packet; null: it is in no block.
+/// Check, log and forward a report. `block` is the block that contains the packet; null if it is not in a
+/// block.
 static void route_report(supervisor_t* const supervisor, const uint16_t from, const uint8_t* const packet,
                          const size_t size, uint8_t* const block)
 {
@@ -117,7 +119,7 @@ static bool is_known_user(const supervisor_t* const supervisor, const uint16_t s
 {
     if (!is_ground(source)) {
         return (source == (PUS_USER_ONBOARD | from)) &&
-               (from != COMMUNICATION_APID); // `communication` only sends packets of others.
+               (from != COMMUNICATION_APID); // `communication` sends only packets of others.
     }
     for (uint16_t i = 0U; i < supervisor->mission->user_count; i++) {
         if ((supervisor->mission->users[i].id == source) && (from == COMMUNICATION_APID)) {
@@ -127,7 +129,7 @@ static bool is_known_user(const supervisor_t* const supervisor, const uint16_t s
     return false;
 }
 
-/// PUS_FAILURE_NONE if the request may pass, otherwise the reason of its refusal.
+/// Returns PUS_FAILURE_NONE if the request is permitted, otherwise the reason of its refusal.
 static pus_failure_t refusal_of(supervisor_t* const supervisor, const pus_tc_t* const tc, const uint16_t from)
 {
     if (!is_known_user(supervisor, tc->source, from)) {
@@ -143,7 +145,7 @@ static pus_failure_t refusal_of(supervisor_t* const supervisor, const pus_tc_t* 
     return supervisor_permission_of(supervisor, tc);
 }
 
-/// Pass a request to its addressee: a subsystem, or the supervisor itself.
+/// Send a request to its addressee, which is a subsystem or the supervisor itself.
 static status_t deliver_request(supervisor_t* const supervisor, const pus_tc_t* const tc,
                                 const uint8_t* const packet, const size_t size)
 {
@@ -174,7 +176,7 @@ static void route_request(supervisor_t* const supervisor, const uint16_t from, c
     if (decoded != STATUS_OK) {
         supervisor->counters.tc_malformed++;
         const pus_token_t token = pus_token_of(&tc);
-        if (size >= PUS_TC_HEADER_SIZE) { // Long enough to contain its source.
+        if (size >= PUS_TC_HEADER_SIZE) { // The packet is long enough to contain a source id.
             pus_verify_rejected(subsystem_process(&supervisor->subsystem), &token, &failure,
                                 supervisor->now_ns);
         }
@@ -221,7 +223,7 @@ status_t supervisor_router_route_whole(supervisor_t* const supervisor, const uin
     pus_tc_t tc;
     pus_failure_t failure;
     const status_t status = pus_tc_decode_large(packet, size, &tc, &failure);
-    FSW_ASSERT(status == STATUS_OK); // The packet has been checked.
+    FSW_ASSERT(status == STATUS_OK); // The caller has checked the packet.
     const registry_entry_t* const entry = supervisor_registry_find(supervisor, tc.apid);
     const bool is_there                 = (entry != NULL) && supervisor_registry_is_there(entry);
     if (is_there && !supervisor_router_has_room(supervisor, tc.apid)) {
@@ -234,7 +236,7 @@ status_t supervisor_router_route_whole(supervisor_t* const supervisor, const uin
 
 typedef struct { // State of one intake.
     supervisor_t* supervisor;
-    bool is_ground_held;                    // The ground's next request waits for its addressee.
+    bool is_ground_held;                    // The next request from the ground waits for its addressee.
     uint16_t taken[MISSION_SUBSYSTEMS_MAX]; // Packets taken from each subsystem.
 } intake_t;
 
@@ -244,15 +246,16 @@ static uint16_t* taken_of(intake_t* const intake, const uint16_t apid)
     return (entry == NULL) ? NULL : &intake->taken[entry - intake->supervisor->registry];
 }
 
-/// True if a packet of `peer` may be taken now. A flood of packets from one subsystem fills its own window,
-/// not the step of the supervisor. No request of the ground is accepted while there is no room for its
-/// answers: it waits in the window, then in the connection.
+/// True if a packet of `peer` may be taken now. The number of packets of each subsystem is limited, so that
+/// a flood from one subsystem cannot fill the step of the supervisor. No request from the ground is accepted
+/// while there is no room for its answers: it waits in the window, and finally in the connection.
 static bool may_receive(void* const context, const uint16_t peer)
 {
     intake_t* const intake              = (intake_t*)context;
     const registry_entry_t* const entry = supervisor_registry_find(intake->supervisor, peer);
     const uint16_t* const taken         = taken_of(intake, peer);
-    // The first packet of a new life: reports wait for it, so it must not wait for them.
+    // The first packet of a new life of `communication` must not wait for room, because waiting reports can
+    // only be sent after it.
     const bool is_first = (entry != NULL) && (entry->process == PROCESS_RUNNING) && !entry->is_heard;
     return (taken != NULL) && (*taken < MESSAGE_WINDOW) &&
            ((peer != COMMUNICATION_APID) || is_first ||
@@ -265,9 +268,9 @@ static bool is_peer(void* const context, const uint16_t peer)
     return *(const uint16_t*)context == peer;
 }
 
-/// True if the ground's next packet is a request to a subsystem that has no room for it now. The request
-/// waits, and all later packets of the ground with it, for the time in which a running subsystem takes a
-/// packet. If that subsystem needs longer, requests to it are refused at once until it takes a packet.
+/// True if the ground's next packet is a request to a subsystem that has no room for it now. The request,
+/// and all later packets from the ground, wait as long as a running subsystem may need to take a packet. If
+/// the subsystem needs longer, requests to it are refused immediately until it takes a packet.
 static bool must_wait(supervisor_t* const supervisor, const uint8_t* const head, const size_t size)
 {
     const bool is_request         = (size >= PUS_TC_HEADER_SIZE) && pus_packet_is_tc(head, size);
@@ -290,20 +293,20 @@ static bool must_wait(supervisor_t* const supervisor, const uint8_t* const head,
     return !entry->is_unresponsive;
 }
 
-/// True if the report taken last is of a life that the supervisor has declared over. The requests to that
-/// life have ended, and a new life begins with its own first report.
+/// True if the report taken last was sent by a life that has ended for the supervisor. The requests to that
+/// life have ended, and a new life begins with its own first report, so the report must be dropped.
 static bool is_of_ended_life(supervisor_t* const supervisor, const uint16_t from)
 {
     const registry_entry_t* const entry = supervisor_registry_find(supervisor, from);
-    FSW_ASSERT(entry != NULL); // Only peers send.
+    FSW_ASSERT(entry != NULL); // Packets arrive only from peers.
     const bool is_start_ordered = (entry->presumed == PRESUMED_RUNNING);
     return (entry->process != PROCESS_RUNNING) || is_start_ordered ||
            message_is_of_past(supervisor->config.endpoint);
 }
 
-/// Take the next packet into a block of its size, log and route it, and release the block: every further
-/// user holds a reference. Without a block the packet is still handled, but cannot wait. STATUS_OK,
-/// STATUS_EMPTY, STATUS_BUSY (a request of the ground, which waits).
+/// Take the next packet into a block of its size, log and route it, and release the block: users that need
+/// it longer have their own references. Without a free block, the packet is still handled, but it cannot
+/// wait. STATUS_OK, STATUS_EMPTY, STATUS_BUSY (a request from the ground must wait).
 static status_t take_one(supervisor_t* const supervisor, const message_filter_t* const filter,
                          uint16_t* const out_from)
 {
@@ -322,7 +325,7 @@ static status_t take_one(supervisor_t* const supervisor, const message_filter_t*
                                 : NULL;
     uint8_t* const packet = (block != NULL) ? block : supervisor->packet;
     const size_t capacity = (block != NULL) ? size : sizeof supervisor->packet;
-    // The intake may have changed which senders are admitted.
+    // Take the packet of this sender, even if the filter would no longer admit it.
     const message_filter_t same = {out_from, is_peer};
     status                      = message_receive_if(endpoint, &same, out_from, packet, capacity, &size);
     if ((status != STATUS_OK) || (size == 0U)) {
@@ -351,11 +354,12 @@ void supervisor_router_take_in(supervisor_t* const supervisor)
         intake.is_ground_held = intake.is_ground_held || (status == STATUS_BUSY);
         if (status == STATUS_OK) {
             uint16_t* const taken = taken_of(&intake, from);
-            FSW_ASSERT(taken != NULL); // Only peers send, and each has an entry.
+            FSW_ASSERT(taken != NULL); // Packets arrive only from peers, and each peer has an entry.
             *taken = (uint16_t)(*taken + 1U);
         }
     }
-    message_take_control(supervisor->config.endpoint); // Control frames also of peers whose packets wait.
+    // Processes control frames even of peers whose packets must wait.
+    message_take_control(supervisor->config.endpoint);
 }
 
 // ---- Packets of the supervisor itself ----
@@ -372,8 +376,8 @@ static void send_heartbeat(supervisor_t* const supervisor, const uint8_t* const 
     }
 }
 
-/// True if the sender of a report repeats it when the ground has no room now. Periodic reports are logged and
-/// not repeated, the heartbeat in particular.
+/// True if the sender of a report sends it again later when the ground has no room now. Periodic reports, in
+/// particular the heartbeat, are not sent again; they are only logged.
 static bool may_wait(const pus_tm_t* const tm)
 {
     const bool is_sampled = (tm->service == PUS_SERVICE_HOUSEKEEPING) &&
@@ -415,7 +419,7 @@ status_t supervisor_router_send(void* const context, const uint8_t* const packet
     }
     if (is_for_ground) {
         supervisor_ground_send(supervisor, tm.apid, packet, size,
-                               NULL); // Logged in any case; the ground may be absent.
+                               NULL); // If it cannot be sent, it is at least in the log.
     }
     if ((tm.service == PUS_SERVICE_MANAGEMENT) && (tm.subtype == PUS_MANAGEMENT_STATUS)) {
         send_heartbeat(supervisor, packet, size);

@@ -9,7 +9,8 @@
 
 // ---- Autostart ----
 
-/// Next order that takes a subsystem from its present state towards OPERATIONAL. True if it is OPERATIONAL.
+/// Give the next order that takes a subsystem from its present state towards OPERATIONAL. True if it is
+/// OPERATIONAL.
 static bool bring_up(supervisor_t* const supervisor, const registry_entry_t* const entry)
 {
     const uint16_t apid = entry->mission->apid;
@@ -29,7 +30,8 @@ static bool bring_up(supervisor_t* const supervisor, const registry_entry_t* con
     return false;
 }
 
-/// True if `communication` is OFFLINE: the ground cannot reach it then, so the autostart brings it up again.
+/// True if `communication` is OFFLINE. The ground cannot command anything then, so the autostart brings
+/// `communication` up again.
 static bool is_ground_cut_off(supervisor_t* const supervisor)
 {
     const registry_entry_t* const entry = supervisor_registry_find(supervisor, COMMUNICATION_APID);
@@ -56,7 +58,7 @@ void supervisor_sequence_autostart(supervisor_t* const supervisor)
         } else if (is_wanted) {
             are_all_up = false;
         } else {
-            // The operator brings it up.
+            // Without autostart, the operator brings the subsystem up.
         }
     }
     supervisor->autostart_step = are_all_up ? 1U : 0U;
@@ -67,9 +69,9 @@ void supervisor_sequence_autostart(supervisor_t* const supervisor)
 
 enum {
     SHUTDOWN_NONE = 0,
-    SHUTDOWN_TO_SAFE,       ///< First all OPERATIONAL subsystems go to SAFE_OPERATIONAL, together.
-    SHUTDOWN_TO_OFFLINE,    ///< All but communication and supervisor.
-    SHUTDOWN_COMMUNICATION, ///< The request is answered; communication goes down.
+    SHUTDOWN_TO_SAFE,       ///< First, all OPERATIONAL subsystems go to SAFE_OPERATIONAL at the same time.
+    SHUTDOWN_TO_OFFLINE,    ///< Then all except `communication` and the supervisor go to OFFLINE.
+    SHUTDOWN_COMMUNICATION, ///< The request is answered, and `communication` goes to OFFLINE.
     SHUTDOWN_SELF,
     SHUTDOWN_DONE
 };
@@ -106,7 +108,7 @@ static bool is_any_in(const supervisor_t* const supervisor, const bool is_operat
 
 static void enter_step(supervisor_t* const supervisor, const unsigned step)
 {
-    // The request was answered in the step before.
+    // The request was answered in the previous step.
     const uint64_t passed_ns  = supervisor->now_ns - supervisor->shutdown_ns;
     supervisor->shutdown_step = step;
     supervisor->shutdown_ns   = supervisor->now_ns;
@@ -118,8 +120,8 @@ static void enter_step(supervisor_t* const supervisor, const unsigned step)
         order_group(supervisor, STATE_COUNT, STATE_OFFLINE);
         break;
     case SHUTDOWN_COMMUNICATION:
-        // A subsystem in OFFLINE has answered all requests that reached it before that order. The others were
-        // lost.
+        // A subsystem in OFFLINE has answered all requests that it received before the order for OFFLINE.
+        // Unanswered requests were lost.
         supervisor_registry_end_unanswered(supervisor, passed_ns);
         if (supervisor->has_shutdown_token) {
             pus_verify_completed(subsystem_process(&supervisor->subsystem), &supervisor->shutdown_token,

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The known data of each subsystem: process, last reported state, heartbeat, power.
+// Registry of the known data of each subsystem: process, last reported state, heartbeat, power.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "base/assertion.h"
 
-#define SILENT_NS 3000000000ULL ///< Longest silence of a running subsystem; its status comes once a second.
-#define SHORT_PAUSE_NS 100000000ULL ///< Before the second start in a row, and before each further one:
+/// Longest silence of a running subsystem, which sends its status once per second.
+#define SILENT_NS 3000000000ULL
+/// Pause before the second consecutive start; LONG_PAUSE_NS before each further one.
+#define SHORT_PAUSE_NS 100000000ULL
 #define LONG_PAUSE_NS 1000000000ULL
 #define NS_PER_MS 1000000ULL
 #define NS_PER_US 1000ULL
@@ -31,7 +33,7 @@ registry_entry_t* supervisor_registry_find(supervisor_t* const supervisor, const
     return NULL;
 }
 
-/// A rest state other than ERROR_OPERATIONAL.
+/// True for a rest state other than ERROR_OPERATIONAL.
 static bool is_rest(const registry_entry_t* const entry)
 {
     const bool is_still = (entry->phase == PHASE_IDLE) || (entry->phase == PHASE_UNCONFIGURED) ||
@@ -41,7 +43,7 @@ static bool is_rest(const registry_entry_t* const entry)
     return is_still && is_one;
 }
 
-/// Ignore an invalid state.
+/// Store a reported state; an invalid one is ignored.
 static void keep(supervisor_t* const supervisor, registry_entry_t* const entry, const uint8_t state,
                  const uint8_t phase, const uint16_t configuration)
 {
@@ -72,8 +74,8 @@ static void raise_difference(supervisor_t* const supervisor, const uint16_t even
     (void)subsystem_raise(&supervisor->subsystem, event_id, octets, writer.position);
 }
 
-/// A subsystem may run on another computer with its own files. Report its descriptor hashes once for each
-/// change.
+/// Compare the descriptor hashes of a subsystem with those of the mission, because the subsystem may run on
+/// another computer with its own files. Each change is reported once.
 static void compare_descriptors(supervisor_t* const supervisor, registry_entry_t* const entry,
                                 const pus_subsystem_status_t* const status)
 {
@@ -115,7 +117,7 @@ void supervisor_registry_report(supervisor_t* const supervisor, const pus_tm_t* 
         keep(supervisor, entry, status.state, status.phase, status.configuration);
         compare_descriptors(supervisor, entry, &status);
     } else {
-        // This is another report of the service.
+        // Other reports of the service are not needed here.
     }
 }
 
@@ -168,7 +170,8 @@ void supervisor_registry_start(supervisor_t* const supervisor, registry_entry_t*
     entry->started_ns   = supervisor->now_ns;
 }
 
-/// Start at once, then after a pause: a process that dies at every start must not use up the processor.
+/// Returns the pause before the next start: none before the first one, then longer ones, so that a process
+/// that dies at every start cannot use up the processor.
 static uint64_t pause_ns(const uint8_t deaths)
 {
     return (deaths <= 1U) ? 0U : ((deaths == 2U) ? SHORT_PAUSE_NS : LONG_PAUSE_NS);
@@ -184,15 +187,15 @@ static void start_again(supervisor_t* const supervisor, registry_entry_t* const 
 {
     entry->is_start_due = false;
     if (supervisor->shutdown_step != 0U) {
-        return; // No process is started during the shutdown.
+        return; // During the shutdown no process is started.
     }
     entry->restarts++;
     supervisor->counters.restarts++;
     supervisor_registry_start(supervisor, entry);
 }
 
-/// Start it again while its restart budget lasts, then enter the fallback mode. A life as long as the restart
-/// period of the mission resets the count of deaths.
+/// Start a lost process again while its restart budget lasts; then enter the fallback mode. A life as long
+/// as the restart period of the mission resets the count of deaths.
 static void restart(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     const mission_subsystem_t* const mission = entry->mission;
@@ -219,7 +222,7 @@ static void process_lost(supervisor_t* const supervisor, registry_entry_t* const
                          const uint16_t event_id)
 {
     const uint16_t apid = entry->mission->apid;
-    supervisor_recommission_begin(supervisor, apid); // Before states and links are cleared.
+    supervisor_recommission_begin(supervisor, apid); // Must precede the clearing of states and links.
     entry->process          = PROCESS_LOST;
     entry->state            = STATE_OFFLINE;
     entry->phase            = PHASE_IDLE;
@@ -234,8 +237,8 @@ static void process_lost(supervisor_t* const supervisor, registry_entry_t* const
     restart(supervisor, entry);
 }
 
-/// A process hangs if it is alive and the time that it promised for its next step lies further back than its
-/// mission allows. This check needs no message.
+/// True if a process hangs: it is alive, and the promised time of its next step is further in the past than
+/// the mission permits. This check needs no message.
 static bool is_hung(const supervisor_t* const supervisor, const registry_entry_t* const entry)
 {
     const supervisor_platform_t* const platform = &supervisor->config.platform;
@@ -263,7 +266,7 @@ static void watch_one(supervisor_t* const supervisor, registry_entry_t* const en
     const uint64_t since_ns = (entry->heard_ns > entry->started_ns) ? entry->heard_ns : entry->started_ns;
     if ((entry->process == PROCESS_RUNNING) && ((supervisor->now_ns - since_ns) > SILENT_NS)) {
         supervisor_raise_u16(supervisor, SUPERVISOR_EVENT_SUBSYSTEM_SILENT, apid);
-        entry->started_ns = supervisor->now_ns; // The next event follows after another SILENT_NS.
+        entry->started_ns = supervisor->now_ns; // So the next event is raised after another SILENT_NS.
         supervisor_error_member_silent(supervisor, apid);
     }
 }

@@ -10,7 +10,8 @@
 #define ROUNDS 2U
 #define TICK_NS 10000000ULL
 #define UNANSWERED_NS 10000000000ULL ///< Longest wait for the acceptance of a request.
-#define HEARTBEATS 3U ///< Within the time for which a subsystem stays OPERATIONAL without the supervisor.
+/// Heartbeats in the time for which a subsystem stays OPERATIONAL without the supervisor.
+#define HEARTBEATS 3U
 
 // ---- The supervisor as a subsystem ----
 
@@ -97,8 +98,8 @@ const subsystem_callbacks_t* supervisor_callbacks(void)
 
 // ---- Life ----
 
-/// The status of the supervisor is its heartbeat. The subsystem with the shortest time-out gets three of
-/// them.
+/// Returns the interval of the supervisor's status reports, which are its heartbeat: three in the shortest
+/// time-out of a subsystem.
 static uint64_t heartbeat_interval_ns(const supervisor_t* const supervisor)
 {
     uint64_t interval_ns = SUBSYSTEM_STATUS_INTERVAL_NS;
@@ -158,9 +159,10 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
         &supervisor->log_past, config->mission->log_ring_records);
     if ((status == STATUS_OK) && config->has_log_writer) {
         const status_t started = supervisor_packet_log_start_writer(&supervisor->log);
-        (void)started; // Without the task the supervisor itself waits for the disk.
+        (void)started; // Without the task, the supervisor itself waits for the disk.
     }
-    spacecraft_restore(supervisor); // The reports of the supervisor are logged, too.
+    // Called after the log was opened, because reports of the supervisor are logged, too.
+    spacecraft_restore(supervisor);
     return status;
 }
 
@@ -179,7 +181,7 @@ static void tick(supervisor_t* const supervisor)
     supervisor_sequence_shutdown(supervisor);
 }
 
-/// Perform the outputs of the step. If one fails, handle that in the same step.
+/// Perform the outputs of the step. A failure of an output is handled in the same step.
 static void finish_step(supervisor_t* const supervisor)
 {
     bool has_changed = true;
@@ -197,9 +199,11 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
 {
     FSW_ASSERT(supervisor != NULL);
     supervisor->now_ns = now_ns;
-    // Messages are taken in before subsystem_step, and events about them have the time of this step.
+    // Set the time now, because messages are processed before subsystem_step, and events about them must
+    // have the time of this step.
     subsystem_set_time(&supervisor->subsystem, now_ns);
-    (void)supervisor_output_commit_perform(supervisor); // Outputs of the step before, or of the life before.
+    // Outputs that remain from the previous step, or from the previous life.
+    (void)supervisor_output_commit_perform(supervisor);
     if (!supervisor->has_begun) {
         supervisor_adoption_reopen(supervisor);
         spacecraft_report_damage(supervisor);

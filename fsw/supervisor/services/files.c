@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Connects ST[23] to the supervisor, and lets other services read and write files by path and name.
+// Connects ST[23] to the supervisor, and provides files to other services by path and name.
 #include "fsw/supervisor/services/files.h"
 
 #include "base/assertion.h"
@@ -14,7 +14,7 @@ static const pus_file_store_t* store_of(const supervisor_t* const supervisor)
 
 // ---- Whole files, for other services ----
 
-/// The path of a file from the names in a request. False: they are malformed.
+/// Build the path of a file from the names in a request. False if they are malformed.
 static bool path_of(const pus_file_name_t* const name, pus_file_path_t* const out_path)
 {
     uint8_t octets[2U * (sizeof(uint16_t) + PUS_FILE_PATH_SIZE)];
@@ -28,7 +28,7 @@ static bool path_of(const pus_file_name_t* const name, pus_file_path_t* const ou
            pus_file_path_read_name(&reader, out_path);
 }
 
-/// A free place, or SPACECRAFT_FILES_OPEN.
+/// Returns the index of a free place; SPACECRAFT_FILES_OPEN if there is none.
 static uint32_t free_place(const spacecraft_files_t* const files)
 {
     uint32_t place = 0U;
@@ -150,7 +150,7 @@ static pus_service_t open_files(supervisor_t* const supervisor)
         .persistence  = spacecraft_persistence(supervisor)};
     pus_files_init(&files->service, &config);
     pus_service_t service = pus_files_service(&files->service);
-    service.step          = NULL; // Stepped by the binding.
+    service.step          = NULL; // The binding calls the step.
     return service;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Storage of ST[23], and the port by which other services read and write whole files of it.
+/// Storage of ST[23], and the port through which other services read and write its files.
 #ifndef FSW_SUPERVISOR_SERVICES_FILES_H
 #define FSW_SUPERVISOR_SERVICES_FILES_H
 
@@ -10,9 +10,10 @@
 #define SPACECRAFT_FILE_LOCKS DESCRIPTOR_FILE_LOCKS_MAX
 #define SPACECRAFT_FILE_COPIES 8U
 #define SPACECRAFT_FILE_SEARCHES 4U
-#define SPACECRAFT_FILES_OPEN 4U           ///< Files that other services have open at once.
-#define SPACECRAFT_FILE_SIZE_MAX 67108864U ///< [octets]
-#define SPACECRAFT_FILE_SLICES 4U          ///< Number of slices of copies in a step.
+/// Largest number of files that other services have open at the same time.
+#define SPACECRAFT_FILES_OPEN 4U
+#define SPACECRAFT_FILE_SIZE_MAX 67108864U ///< Largest size of a file [octets].
+#define SPACECRAFT_FILE_SLICES 4U          ///< Largest number of slices that are copied in one step.
 
 typedef struct { // Private to fsw/supervisor.
     pus_files_t service;
@@ -27,7 +28,7 @@ typedef struct { // Private to fsw/supervisor.
 } spacecraft_files_t;
 
 struct supervisor;
-/// The port; null if the supervisor has no files.
+/// Returns the port; null if the supervisor has no files.
 const pus_file_port_t* spacecraft_file_port(struct supervisor* supervisor);
 
 #endif // FSW_SUPERVISOR_SERVICES_FILES_H

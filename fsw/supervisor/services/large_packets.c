@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Connects ST[13] to the supervisor: a request that arrived in parts is routed like any other, and reports of
-// its own process that are longer than a packet are sent in parts.
+// Connects ST[13] to the supervisor: a request that has arrived in parts is routed like any other request;
+// reports of the supervisor that are longer than a packet are sent in parts.
 #include "fsw/supervisor/services/spacecraft_services.h"
 
 #include "fsw/supervisor/supervisor_internal.h"
@@ -14,7 +14,7 @@ static size_t limit(void* const context, const uint16_t apid)
 static status_t take(void* const context, const uint8_t* const packet, const size_t size,
                      const uint64_t now_ns)
 {
-    (void)now_ns; // The request is for the supervisor itself.
+    (void)now_ns; // The router uses the time of the step.
     return supervisor_router_route_whole(context, packet, size);
 }
 
@@ -37,11 +37,11 @@ static pus_service_t open_large_packets(supervisor_t* const supervisor)
                                                .take           = take};
     pus_large_init(&large->service, &config);
     pus_service_t service = pus_large_service(&large->service);
-    service.step          = NULL; // Stepped by the binding.
+    service.step          = NULL; // The binding calls the step.
     return service;
 }
 
-/// The component has its application process by now.
+/// Start the service; the component has its application process now.
 static status_t start_large_packets(supervisor_t* const supervisor)
 {
     const pus_long_port_t port = pus_large_port(&supervisor->spacecraft.large_packets.service);

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Storage of the large packet transfer of ST[13]. A request to the supervisor itself may have any length
-/// that the length field allows; a request to another subsystem may be as long as a packet: a longer one is
-/// refused with the first part that contains its length (PUS_FAILURE_TABLE_FULL, PUS_PACKET_MAX). A report of
-/// the supervisor may be as long as a request.
+/// that the length field permits. A request to another subsystem may not be longer than a packet: a longer
+/// one is refused with the first part that contains its length (PUS_FAILURE_TABLE_FULL, PUS_PACKET_MAX). A
+/// report of the supervisor may be as long as a request.
 #ifndef FSW_SUPERVISOR_SERVICES_LARGE_PACKETS_H
 #define FSW_SUPERVISOR_SERVICES_LARGE_PACKETS_H
 
 #include "pus/st13/st13_large_packets.h"
 
-#define SPACECRAFT_LARGE_REPORTS 4U                 ///< Under way at once.
-#define SPACECRAFT_LARGE_UPLINKS 4U                 ///< Requests that are assembled at once.
-#define SPACECRAFT_LARGE_PARTS 8U                   ///< Sent in a step at most.
-#define SPACECRAFT_LARGE_TIMEOUT_NS 120000000000ULL ///< Between two parts of a request.
+/// Largest number of reports that are sent at the same time.
+#define SPACECRAFT_LARGE_REPORTS 4U
+/// Largest number of requests that are assembled at the same time.
+#define SPACECRAFT_LARGE_UPLINKS 4U
+#define SPACECRAFT_LARGE_PARTS 8U                   ///< Largest number of parts sent in one step.
+#define SPACECRAFT_LARGE_TIMEOUT_NS 120000000000ULL ///< Longest time between two parts of a request.
 
 typedef struct { // Private to fsw/supervisor.
     pus_large_t service;

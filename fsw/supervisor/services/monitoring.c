@@ -15,7 +15,8 @@ static bool is_described(supervisor_t* const supervisor, const uint32_t paramete
     return sizes.size_of(sizes.context, parameter_id, &size) == STATUS_OK;
 }
 
-/// A reported value is current while its subsystem runs, sends reports, and has parameters.
+/// True if a reported value is current: its subsystem runs, sends reports and has parameters, and still
+/// reports this one.
 static bool is_valid(supervisor_t* const supervisor, const registry_entry_t* const entry,
                      const uint32_t parameter_id)
 {

@@ -8,7 +8,7 @@
 
 #include "pus/core/parameter_port.h"
 
-/// Callback of the supervisor as a subsystem.
+/// Callback `watched` of the supervisor as a subsystem.
 pus_parameter_port_t spacecraft_watched(void* supervisor);
 
 #endif // FSW_SUPERVISOR_SERVICES_MONITORING_H

@@ -5,7 +5,8 @@
 #include "fsw/supervisor/supervisor_internal.h"
 #include "pus/core/scalar.h"
 
-#define OWN_EVENT_OCTETS 10U // Auxiliary data of an event that a procedure raises: its id, its step.
+// Size of the auxiliary data of an event that a procedure raises: id and step of the procedure.
+#define OWN_EVENT_OCTETS 10U
 
 // ---- Events ----
 
@@ -20,7 +21,7 @@ static void raise_event(void* const context, const uint16_t event_id, const uint
                         const size_t size, const uint64_t now_ns)
 {
     supervisor_t* const supervisor = context;
-    (void)now_ns; // Time of the component.
+    (void)now_ns; // subsystem_raise uses the time of the component.
     (void)subsystem_raise(&supervisor->subsystem, event_id, auxiliary, size);
 }
 
@@ -90,7 +91,7 @@ static pus_service_t open_procedures(supervisor_t* const supervisor)
     procedures->next_cycle_ns = 0U;
     pus_procedures_init(&procedures->service, &config);
     pus_service_t service = pus_procedures_service(&procedures->service);
-    service.step          = NULL; // Stepped by the binding.
+    service.step          = NULL; // The binding calls the step.
     return service;
 }
 

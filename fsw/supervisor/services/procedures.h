@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Storage of the on-board control procedures of ST[18], with the engine that runs them. Capacities are those
-/// of this mission class; all of it is static.
+/// Storage of the on-board control procedures of ST[18], with the engine that runs them. All of it is
+/// static; the capacities are those of this class of missions.
 ///
 /// A cycle of procedures is SPACECRAFT_PROCEDURE_CYCLE_NS, independent of the supervisor's wake times. In
-/// each cycle every running procedure has a budget of units (procedure_cost.h) and of calls with effects
-/// outside of it. So a procedure that never ends takes a bounded share of the supervisor's time, of the
+/// each cycle every running procedure has a budget of units (procedure_cost.h) and of calls with external
+/// effects. Therefore a procedure that never ends uses only a limited share of the supervisor's time, of the
 /// downlink and of the packet log. All running procedures share their budgets: 16 384 units a cycle, less
 /// than 1 ms even for the most expensive programs known (`make bench ONLY=procedures`).
 ///
-/// A request that a procedure sends is released: routed and checked like one from the ground. A procedure may
-/// raise those events of the supervisor's descriptor whose data are exactly what ST[18] gives them (id of the
-/// procedure, step): it cannot imitate the events by which the supervisor reports failures.
+/// A request of a procedure is released, and then checked and routed like a request from the ground. A
+/// procedure may raise those events of the supervisor's descriptor whose data are exactly the id and the
+/// step of the procedure, so it cannot raise the events with which the supervisor reports failures.
 #ifndef FSW_SUPERVISOR_SERVICES_PROCEDURES_H
 #define FSW_SUPERVISOR_SERVICES_PROCEDURES_H
 
@@ -18,13 +18,15 @@
 #include "fsw/procedures/procedure_engine.h"
 #include "pus/st18/st18_procedures.h"
 
-#define SPACECRAFT_PROCEDURES DESCRIPTOR_PROCEDURES_MAX ///< Loaded at a time.
-#define SPACECRAFT_PROCEDURE_SLOTS 8U                   ///< Running at a time.
-#define SPACECRAFT_PROCEDURE_OCTETS 262144U             ///< Memory of a running one, with its interpreter.
-#define SPACECRAFT_PROCEDURE_BUDGET 2048U               ///< Units of each procedure in a cycle.
-#define SPACECRAFT_PROCEDURE_CALLS 8U                   ///< Steps, events and requests in a cycle.
+#define SPACECRAFT_PROCEDURES DESCRIPTOR_PROCEDURES_MAX ///< Procedures that can be loaded.
+#define SPACECRAFT_PROCEDURE_SLOTS 8U                   ///< Procedures that can run at the same time.
+/// Memory of a running procedure and its interpreter.
+#define SPACECRAFT_PROCEDURE_OCTETS 262144U
+#define SPACECRAFT_PROCEDURE_BUDGET 2048U ///< Units of each procedure in a cycle.
+/// Steps, events and requests of each procedure in a cycle.
+#define SPACECRAFT_PROCEDURE_CALLS 8U
 #define SPACECRAFT_PROCEDURE_CYCLE_NS 10000000ULL
-/// Time limit of a request that is waited for: longer than any function of a subsystem.
+/// Time limit of a request for whose end a procedure waits; longer than any function of a subsystem.
 #define SPACECRAFT_PROCEDURE_PATIENCE_NS 900000000000ULL
 
 typedef struct { // Private to fsw/supervisor.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Connects ST[11], ST[22] and ST[19] to the supervisor: requests that are due by time, by position or by an
-// event.
+// Connects ST[11], ST[22] and ST[19] to the supervisor: these services release requests by time, by position
+// or after an event.
 #include "fsw/supervisor/services/spacecraft_services.h"
 
 #include "fsw/supervisor/orbit.h"
@@ -22,7 +22,7 @@ static pus_block_chains_t* chains_of(supervisor_t* const supervisor)
     return &schedules->chains;
 }
 
-/// A restart found the request under release: it is unknown whether it was released.
+/// Report a request whose release was interrupted by a restart: it is unknown whether it was released.
 static void report_lost(void* const context, const pus_activity_id_t* const id)
 {
     supervisor_t* const supervisor = (supervisor_t*)context;
@@ -109,7 +109,8 @@ static status_t restore_position(supervisor_t* const supervisor, const uint32_t 
     return pus_position_schedule_restore(&schedules_of(supervisor)->position, key, octets, size);
 }
 
-/// The supervisor's tick is finer than any angle of an orbit, so it need not be woken for a position.
+/// Step ST[22]. No wake time is needed, because the position changes by less than one unit in a tick of the
+/// supervisor.
 static uint64_t step_position(supervisor_t* const supervisor, const uint64_t now_ns)
 {
     pus_position_schedule_step(&schedules_of(supervisor)->position, now_ns);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Storage of the schedules of ST[11] and ST[22], and of ST[19]. It has room for the most that a descriptor
-/// may grant; all three share the blocks for their requests.
+/// Storage of the schedules of ST[11] and ST[22], and of ST[19]. It has room for the largest capacities that
+/// a descriptor may grant. The three services share the blocks for their requests.
 #ifndef FSW_SUPERVISOR_SERVICES_SCHEDULES_H
 #define FSW_SUPERVISOR_SERVICES_SCHEDULES_H
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Connects ST[21] to the supervisor. Its delays run on the time of the run, which counts cycles and is never
+// Connects ST[21] to the supervisor. Delays use the time of the run, which counts cycles and is never
 // corrected.
 #include "fsw/supervisor/services/spacecraft_services.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Storage of the request sequences of ST[21]. Capacities are those of this mission class.
+/// Storage of the request sequences of ST[21]. The capacities are those of this class of missions.
 #ifndef FSW_SUPERVISOR_SERVICES_SEQUENCES_H
 #define FSW_SUPERVISOR_SERVICES_SEQUENCES_H
 
@@ -7,8 +7,9 @@
 #include "pus/st21/st21_sequences.h"
 
 #define SPACECRAFT_SEQUENCES DESCRIPTOR_SEQUENCES_MAX
-#define SPACECRAFT_SEQUENCE_OCTETS 65535U ///< Octets of the content of a sequence, at most.
-#define SPACECRAFT_SEQUENCE_BLOCKS 8192U  ///< Blocks of PUS_BLOCK_CHAIN_BLOCK octets for all sequences.
+#define SPACECRAFT_SEQUENCE_OCTETS 65535U ///< Largest size of the content of a sequence [octets].
+/// Number of blocks of PUS_BLOCK_CHAIN_BLOCK octets for all sequences.
+#define SPACECRAFT_SEQUENCE_BLOCKS 8192U
 
 typedef struct { // Private to fsw/supervisor.
     pus_sequences_t service;

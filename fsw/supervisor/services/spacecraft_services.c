@@ -30,7 +30,8 @@ static void learn_telemetry(struct supervisor* const supervisor)
     }
 }
 
-/// When a configuration is applied, its housekeeping structures are those of the descriptor.
+/// Update the known housekeeping structures when a subsystem has applied a configuration: they are then
+/// those of the descriptor.
 static void follow_configuration(struct supervisor* const supervisor, const uint16_t apid)
 {
     spacecraft_services_t* const spacecraft = &supervisor->spacecraft;
@@ -93,7 +94,7 @@ void spacecraft_report_refused(struct supervisor* const supervisor, const uint8_
     (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_RECORD_REFUSED, octets, writer.position);
 }
 
-/// Give one record to the service of its table.
+/// Pass one record to the service to whose table it belongs.
 static void take_back(void* const context, const uint8_t table, const uint32_t key,
                       const uint8_t* const octets, const size_t size)
 {
@@ -148,8 +149,8 @@ status_t spacecraft_release(void* const context, const uint8_t* const packet, co
     return message_ring_put(&supervisor->spacecraft.released, packet, size);
 }
 
-/// True if the first released request may be routed now: its addressee has credit or is not running, or has
-/// been without credit for long enough.
+/// True if the first released request may be routed now: its addressee has credit, is not running, or has
+/// been without credit for SPACECRAFT_PATIENCE_NS.
 static bool may_go(struct supervisor* const supervisor, const size_t size)
 {
     spacecraft_services_t* const spacecraft = &supervisor->spacecraft;
@@ -158,7 +159,7 @@ static bool may_go(struct supervisor* const supervisor, const size_t size)
     const bool is_whole                 = pus_tc_decode(spacecraft->packet, size, &tc, &failure) == STATUS_OK;
     const registry_entry_t* const entry = is_whole ? supervisor_registry_find(supervisor, tc.apid) : NULL;
     if ((entry == NULL) || (entry->process != PROCESS_RUNNING)) {
-        return true; // Routing refuses the request at once.
+        return true; // Routing refuses the request immediately.
     }
     uint64_t* const since_ns = &spacecraft->full_since_ns[entry - supervisor->registry];
     if (supervisor_router_has_room(supervisor, tc.apid)) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Connects ST[15] to the supervisor: passes every report to the packet stores, and sends retrieved packets to
-// ground after the reports that already wait. There is no store before one is created.
+// ground after the reports that already wait. At first there are no packet stores; telecommands create them.
 #include "fsw/supervisor/services/spacecraft_services.h"
 
 #include "fsw/supervisor/supervisor_internal.h"
@@ -111,7 +111,7 @@ static void observe_report(supervisor_t* const supervisor, const pus_tm_t* const
                            const uint8_t* const packet, const size_t size)
 {
     spacecraft_storage_t* const storage = &supervisor->spacecraft.storage;
-    if (storage->is_started) { // Before `open`, no store is known.
+    if (storage->is_started) { // Before the start, no store is known.
         pus_storage_observe(&storage->service, tm, packet, size, supervisor->now_ns);
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Storage of ST[15] and ST[09] in the supervisor: the memory of packet stores in addition to their media.
+/// Storage of ST[15] and ST[09] in the supervisor. The packets themselves are on the media of the stores.
 #ifndef FSW_SUPERVISOR_SERVICES_STORAGE_H
 #define FSW_SUPERVISOR_SERVICES_STORAGE_H
 
@@ -12,9 +12,10 @@
 #define SPACECRAFT_STORE_BLOCKS 4096U ///< Number of blocks of the largest store: 64 MiB.
 #define SPACECRAFT_STORE_ENTRIES 256U ///< Number of entries of a store's selection.
 #define SPACECRAFT_VIRTUAL_CHANNELS 8U
-#define SPACECRAFT_RETRIEVAL_PACKETS 16U ///< Sent in a step at most.
+#define SPACECRAFT_RETRIEVAL_PACKETS 16U ///< Largest number of packets sent in one step.
 #define SPACECRAFT_RETRIEVAL_OCTETS 65536U
-#define SPACECRAFT_STORE_INTERVAL_NS 1000000000ULL ///< Between syncs, and between checkpoints of retrievals.
+/// Time between two syncs, and between two checkpoints of retrievals.
+#define SPACECRAFT_STORE_INTERVAL_NS 1000000000ULL
 
 typedef struct { // Private to fsw/supervisor.
     pus_storage_t service;
