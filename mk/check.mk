@@ -89,7 +89,7 @@ check-text:
 	@$(PYTHON) test/lint/check_text.py
 check-python: build/setup/check
 	@build/venv/bin/ruff check --quiet --no-cache --select E9,F gse test && echo 'check: Python is well-formed'
-# prettier reads width and indentation from .editorconfig; .prettierrc keeps the search of the documentation in ECMAScript 5.
+# prettier reads .editorconfig for width and indentation; .prettierrc keeps search.js in ECMAScript 5.
 check-page: build/setup/station
 	@$(PRETTIER) --check $(PAGE_FILES) && echo 'check: format of the JavaScript is right'
 check-spelling: build/setup/check
