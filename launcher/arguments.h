@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The argument list of a program to be started, as osal_process_start takes it: texts that end with null.
+/// The argument list of a program to be started, in the form that osal_process_start needs: a list of texts
+/// with null at the end.
 ///
 ///     arguments_t arguments = {.count = 0U};
 ///     arguments_add_joined(&arguments, folder, "simulator");
@@ -30,7 +31,7 @@ typedef struct { // Private, except list and count: read-only.
 void arguments_add(arguments_t* arguments, const char* argument);
 /// Add the concatenation of two texts as one argument.
 void arguments_add_joined(arguments_t* arguments, const char* first, const char* second);
-/// Add each word of a list that ends with null.
+/// Add each word of a list that has null at the end.
 void arguments_add_words(arguments_t* arguments, const char* const* words);
 /// Add an option and its value.
 void arguments_add_option(arguments_t* arguments, const char* option, const char* value);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `hirosco run`: fly a mission. Exit codes: 0 flown to the end, 1 something failed, 2 usage.
+// `hirosco run`: fly a mission. Exit codes: 0: flown to the end without a failure, 1: something failed, 2:
+// wrong usage.
 #include "launcher/launcher_guard.h"
 #include "launcher/launcher_internal.h"
 #include "base/text.h"
@@ -17,7 +18,7 @@ static int complain(const char* const what)
     return 2;
 }
 
-/// Folder of this program, with its trailing slash, which also contains the other programs.
+/// Returns the folder of this program, which also contains the other programs, with a slash at the end.
 static const char* folder_of(const char* const path)
 {
     static char folder[LAUNCH_PATH_MAX];
@@ -55,7 +56,7 @@ static void conclude(void)
     osal_console_say(line);
 }
 
-/// Fly, with a guard process.
+/// Fly the mission, with a guard process.
 static int run(const int argument_count, char* const arguments[], const launch_options_t* const options)
 {
     static guard_t guard;
@@ -77,7 +78,7 @@ static int run(const int argument_count, char* const arguments[], const launch_o
     return code;
 }
 
-/// Be the guard of another process: `hirosco guard IDENTITY`, and the options of its run.
+/// Act as the guard of another process: `hirosco guard IDENTITY`, with the options of its run.
 static int watch(char* const arguments[], const launch_options_t* const options)
 {
     if (launcher_owner_of(arguments[2]) == 0) {
@@ -90,7 +91,7 @@ static int watch(char* const arguments[], const launch_options_t* const options)
     } else if (code != 0) {
         (void)complain("the launcher was killed before its run began");
     } else {
-        // The launcher has cleaned up itself.
+        // The launcher has cleaned up by itself.
     }
     return code;
 }

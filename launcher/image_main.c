@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The image: all flight components and the simulator in one address space, run in order by one loop, messages
-// by octet rings. The launcher starts it in place of the processes.
+// The image: all flight components and the simulator in one address space. One loop runs them in order;
+// messages pass through rings in memory. The launcher starts the image instead of the processes.
 #include "fsw/programs/subsystem_host.h"
 #include "fsw/programs/component_instance.h"
 #include "launcher/launcher_relay.h"
@@ -20,7 +20,8 @@
 
 CAPACITY_CHECK(simulator_has_all_buses, SIMULATOR_BUSES_MAX >= MISSION_BUSES_MAX);
 
-#define COSIMULATION_PORT_PATIENCE_MS 200000U ///< Longer than the launcher waits for simulated time to move.
+/// Longer than the time for which the launcher waits for simulated time to advance.
+#define COSIMULATION_PORT_PATIENCE_MS 200000U
 #define COSIMULATION_PORT_ROUND_MS 100U
 #define COSIMULATION_PORT_ROUNDS 1800U
 
@@ -42,9 +43,9 @@ typedef struct { // Storage of the image in addition to that of its components.
     simulator_t* simulator;
     cosimulation_port_t cosimulation;
     bool has_cosimulation;
-    unsigned communication; // Participant that the operator's stream goes to.
+    unsigned communication; // Participant that receives the octets of the operator.
     return_budget_t returns;
-    uint64_t abandon_ns; // When a run without supervisor ends; 0: it has one.
+    uint64_t abandon_ns; // Time at which a run without supervisor ends; 0: the run has a supervisor.
     unsigned running;    // Participant that holds the grant.
     char error[SIMULATOR_ERROR_MAX];
 } image_t;
@@ -67,16 +68,16 @@ static int complain(const char* const what)
     return 1;
 }
 
-/// A frame was put into the inbox of `to` by the component that is running.
+/// Wake component `to`, because the running component has put a frame into its inbox.
 static void delivered(void* const context, const uint16_t to)
 {
     image_t* const self = (image_t*)context;
     unsigned component  = 0U;
     if (run_state_find(self->run, to, &component)) {
-        FSW_ASSERT(self->running > RUN_SIMULATOR); // Components send in their own turns only.
+        FSW_ASSERT(self->running > RUN_SIMULATOR); // Components send only in their own turns.
         component_runtime_note_sent(&self->runtimes[self->running - 1U], component,
                                     osal_lockstep_now_ns(self->scheduler));
-        // This only wakes the receiver: the frame is in its inbox and does not use sockets.
+        // The delivery of 0 octets only wakes the receiver: the frame is already in its inbox.
         osal_lockstep_deliver(self->scheduler, self->running, run_participant(component),
                               component_runtime_life_of(&self->runtimes[self->running - 1U], component), 0U,
                               0U);
@@ -112,7 +113,7 @@ static component_runtime_surroundings_t surroundings_of(image_t* const self)
                                               .hub       = &self->hub};
 }
 
-/// Open a component with `own` for its descriptor. Null, or the error.
+/// Open a component; `own` is the place for its descriptor. Returns null, or the error text.
 static const char* open_component(image_t* const self, const unsigned index,
                                   subsystem_descriptor_t* const own)
 {
@@ -155,7 +156,7 @@ static const char* component_runtime_all(image_t* const self)
 
 // ---- Lives ----
 
-/// Close everything that a component has open, as the end of its process would.
+/// Close everything that a component has opened, as the end of its process would.
 static void close_component(image_t* const self, const unsigned index)
 {
     if (self->is_open[index]) {
@@ -171,7 +172,7 @@ static void close_ended(image_t* const self)
     for (unsigned i = 0U; i < self->run->component_count; i++) {
         if (!osal_lockstep_is_present(self->scheduler, run_participant(i))) {
             if (self->run->components[i].apid == SUPERVISOR_APID) {
-                // The supervisor gets another life; its channels continue.
+                // The channels of the supervisor continue in its next life.
                 component_runtime_keep(&self->runtimes[i]);
             }
             close_component(self, i);
@@ -179,11 +180,11 @@ static void close_ended(image_t* const self)
     }
 }
 
-/// The supervisor is started again while its budget lasts, and takes the place of its earlier life.
+/// True if the supervisor may start again, because its budget is not used up.
 static bool may_return(image_t* const self)
 {
     const uint64_t now_ns = osal_lockstep_now_ns(self->scheduler);
-    uint64_t delay_ns     = 0U; // In wall-clock time; the image does not use it.
+    uint64_t delay_ns     = 0U; // Delay in wall-clock time, which the image does not use.
     const bool may        = return_budget_take(&self->returns, now_ns, &delay_ns);
     if (!may) {
         self->abandon_ns = now_ns + RETURN_ABANDON_NS;
@@ -198,7 +199,7 @@ static void give_up(image_t* const self, const unsigned participant)
     osal_lockstep_end(self->scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE);
 }
 
-/// Begin a life of a component: its storage is zero, as in a new process.
+/// Begin a life of a component. Its storage is cleared, as in a new process.
 static void begin_life(image_t* const self, const unsigned participant)
 {
     const unsigned index              = participant - 1U;
@@ -219,7 +220,7 @@ static void begin_life(image_t* const self, const unsigned participant)
         give_up(self, participant);
         return;
     }
-    // The beat of the earlier life is not valid any more.
+    // The beat of the earlier life is no longer valid.
     run_state_beat(self->run, index, 0U, OSAL_LOCKSTEP_NEVER);
     osal_lockstep_done(self->scheduler, participant, 0U);
 }
@@ -279,8 +280,8 @@ static const char* open_cosimulation(image_t* const self, const char* const path
         status = cosimulation_port_accept(&self->cosimulation, COSIMULATION_PORT_ROUND_MS);
     }
     if ((status == STATUS_TIMEOUT) && is_stop_requested(self)) {
-        osal_lockstep_end(self->scheduler, order,
-                          OSAL_LOCKSTEP_ANY_LIFE); // It ended before it joined: shut down in order.
+        // The operator ended before it joined: shut the mission down.
+        osal_lockstep_end(self->scheduler, order, OSAL_LOCKSTEP_ANY_LIFE);
         return NULL;
     }
     if (status != STATUS_OK) {
@@ -409,7 +410,8 @@ static void arm_refusal(void)
     take_check_refuse((number != NULL) ? (uint32_t)number_of(number) : 0U);
 }
 
-/// Number of blocks and sockets taken, which is the number of refusals that a test can cause.
+/// Print the number of blocks and sockets that were taken, which is the number of refusals that a test can
+/// cause.
 static void print_takes(void)
 {
     char line[64];

@@ -9,7 +9,8 @@
 
 #define WORDS_MAX 3U
 #define NS_PER_S 1000000000ULL
-#define SHOWN_MAX 120U ///< Characters of a wrong value in an error message, so that the reason fits after it.
+/// Largest number of characters of a wrong value in an error message, so that the reason has room behind it.
+#define SHOWN_MAX 120U
 
 const char* launch_options_help(void)
 {
@@ -191,7 +192,7 @@ static bool take_word(launch_options_t* const options, const size_t choice, cons
     return fail(error, choices[choice].option, value, choices[choice].expected);
 }
 
-/// A mission, scenario or world; nothing keeps the default.
+/// Read the name of a mission, scenario or world. An empty value keeps the default.
 static bool take_name(launch_options_t* const options, const char* const option, const char* const value,
                       char error[LAUNCH_ERROR_MAX])
 {
@@ -210,12 +211,12 @@ static bool take_name(launch_options_t* const options, const char* const option,
     } else if (value[0] != '\0') {
         *(is_scenario ? &options->scenario : &options->mission) = value;
     } else {
-        // The option was not given.
+        // The option is empty: the default stays.
     }
     return true;
 }
 
-/// "BUS=INTERFACE", several times.
+/// Read "BUS=INTERFACE"; the option may be given several times.
 static bool take_interface(launch_options_t* const options, const char* const option, const char* const value,
                            char error[LAUNCH_ERROR_MAX])
 {
@@ -336,7 +337,7 @@ static bool are_interfaces_sensible(const launch_options_t* const options, char 
     return true;
 }
 
-/// A remote-endian program shares no memory with the rest of the run.
+/// Check the options of a run with a remote-endian program, which shares no memory with the rest of the run.
 static bool is_remote_endian_sensible(launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
 {
     if (options->remote_endian[0] == '\0') {
@@ -370,7 +371,7 @@ static bool is_remote_endian_sensible(launch_options_t* const options, char erro
                                               "a proxy and its program run on one on-board computer");
 }
 
-/// The relay passes datagrams on in simulated time, beside the subsystems.
+/// Check the options of a run whose links have a delay: the relay needs UDP and a scheduler.
 static bool is_delay_sensible(launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
 {
     if (options->delay_ms == 0U) {
@@ -417,7 +418,7 @@ static bool is_image_sensible(const launch_options_t* const options, char error[
                 "the components of the image exchange messages in memory; use --form processes");
 }
 
-/// Combinations that make no sense, each with the reason.
+/// Check the combinations of options; the error text of an impossible one contains the reason.
 static bool is_sensible(const launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
 {
     if (!is_image_sensible(options, error)) {
@@ -474,7 +475,7 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
     if (out_options->world[0] == '\0') {
         out_options->world = out_options->mission;
     }
-    if (!is_time_given) { // Real devices keep real time.
+    if (!is_time_given) { // The default with real devices is real time.
         out_options->is_stepped = launch_has_simulator(out_options);
     }
     return is_remote_endian_sensible(out_options, error) && is_delay_sensible(out_options, error) &&

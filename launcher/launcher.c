@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The life of a run: its children, and what the end of each means for the run.
+// Supervises a run: its child processes, and the consequences of their ends.
 #include "launcher/launcher_guard.h"
 #include "launcher/launcher_internal.h"
 
@@ -10,14 +10,18 @@
 
 #define PROGRESS_NS 1000000000ULL      ///< Wall-clock time between lines of progress on a terminal.
 #define PROGRESS_FILE_NS 5000000000ULL ///< Wall-clock time between lines if the output is no terminal.
-#define LEFT_NS 2000000000ULL   ///< Simulated time for which a mission continues after its operator has left.
+/// Simulated time for which a mission continues after its operator has ended.
+#define LEFT_NS 2000000000ULL
 #define OPERATOR_HAS_NO_LINK 3  ///< Exit code of `gse`.
-#define STALL_NS 30000000000ULL ///< Wall-clock time without any progress of simulated time.
-#define START_NS 120000000000ULL ///< Wall-clock time until it first moves: all programs must start.
-#define ASK_NS 1000000000ULL     ///< Wall-clock time for a process to end by itself after its last grant.
-#define KILL_NS 2000000000ULL    ///< Wall-clock time until it is killed.
-#define DOWN_NS 30000000000ULL   ///< Simulated time for the mission to shut down; the supervisor needs 12 s.
-#define ABANDONED 1U             ///< Value of abandon_ns: end the run at once, even before time begins.
+#define STALL_NS 30000000000ULL ///< Longest wall-clock time without progress of simulated time.
+/// Longest wall-clock time until simulated time first advances, because all programs must start.
+#define START_NS 120000000000ULL
+/// Wall-clock time after its last grant in which a process must end by itself; then it is asked to end.
+#define ASK_NS 1000000000ULL
+#define KILL_NS 2000000000ULL ///< Wall-clock time after its last grant until a process is killed.
+/// Simulated time in which the mission must shut down; the supervisor needs 12 s.
+#define DOWN_NS 30000000000ULL
+#define ABANDONED 1U ///< Value of abandon_ns: end the run immediately, even before time begins.
 
 bool launcher_refuse(launcher_t* const launcher, const char* const* const words)
 {
@@ -33,7 +37,7 @@ bool launcher_fail(launcher_t* const launcher, const char* const what, const cha
     return launcher_refuse(launcher, (const char* const[]){what, detail, NULL});
 }
 
-/// Mission time: simulated time, or, without a scheduler, the time of the machine.
+/// Returns mission time: simulated time; without a scheduler, the time of the machine.
 uint64_t launcher_now_ns(const launcher_t* const launcher)
 {
     if (launcher->scheduler != NULL) {
@@ -43,8 +47,9 @@ uint64_t launcher_now_ns(const launcher_t* const launcher)
     return (wall_ns > launcher->run->origin_ns) ? (wall_ns - launcher->run->origin_ns) : 0U;
 }
 
-/// A participant of the scheduler has ended. True if simulated time determines the instant: the holder of a
-/// grant has ended its life before, or it held the grant itself.
+/// Record the end of a participant of the scheduler. True if simulated time determines the instant of the
+/// end: the holder of a grant has ended the participant's life before, or the participant held the grant
+/// itself.
 static bool end_participant(const launcher_t* const launcher, const child_t* const child)
 {
     if (launcher->scheduler == NULL) {
@@ -58,7 +63,8 @@ static bool end_participant(const launcher_t* const launcher, const child_t* con
         osal_lockstep_presence(launcher->scheduler, child->participant, &life) == OSAL_LOCKSTEP_ABSENT;
     const bool is_ended = is_absent || (child->is_component && (life != child->life));
     osal_lockstep_end(launcher->scheduler, child->participant, of);
-    // A terminating signal comes from outside at any instant; an error of the process itself does not.
+    // A terminating signal comes from outside and may arrive at any instant, unlike an error of the process
+    // itself.
     const bool is_from_outside = child->result.was_signalled && ((child->result.code == OSAL_SIGNAL_KILL) ||
                                                                  (child->result.code == OSAL_SIGNAL_END));
     return is_ended || (is_holder && !is_from_outside);
@@ -69,19 +75,21 @@ bool launcher_is_flag(const uint32_t* const flag)
     return __atomic_load_n(flag, __ATOMIC_ACQUIRE) != 0U;
 }
 
-/// If all processes hang, none of them can follow the request: the flight is ended after DOWN_NS.
+/// Request the shutdown of the mission. If no process can follow the request, the flight is ended after
+/// DOWN_NS.
 static void request_stop(launcher_t* const launcher)
 {
     __atomic_store_n(&launcher->run->is_stop_requested, 1U, __ATOMIC_RELEASE);
     if (launcher->scheduler != NULL) {
-        osal_lockstep_hold(launcher->scheduler, false); // A paused mission shuts down, too.
+        // Simulated time must run, so that a paused mission can shut down.
+        osal_lockstep_hold(launcher->scheduler, false);
     }
     if (launcher->abandon_ns == 0U) {
         launcher->abandon_ns = launcher_now_ns(launcher) + DOWN_NS;
     }
 }
 
-/// Let the run fail because a child has ended.
+/// Let the run fail, with the end of a child as the reason.
 static void note_end(launcher_t* const launcher, const child_t* const child, const char* const consequence)
 {
     char code[24];
@@ -100,25 +108,26 @@ void launcher_part_lost(launcher_t* const launcher, child_t* const child)
         run_component_t* const component = &launcher->run->components[child->component];
         __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_LOST, __ATOMIC_RELEASE);
         if (component->apid == SUPERVISOR_APID) {
-            // Without it the others go to their safe states on their own.
+            // Without the supervisor, the subsystems go to their safe states by themselves.
             launcher->abandon_ns = launcher_now_ns(launcher) + RETURN_ABANDON_NS;
         }
     } else if (strcmp(child->name, "packet-archive-sqlite") != 0) {
         request_stop(launcher);
-        launcher->is_undetermined = true; // Simulated time does not determine when the supervisor notices it.
+        // Simulated time does not determine when the supervisor detects this end.
+        launcher->is_undetermined = true;
         const bool is_vital  = (strcmp(child->name, "simulator") == 0) || (strcmp(child->name, "image") == 0);
         launcher->abandon_ns = is_vital ? ABANDONED : launcher->abandon_ns;
     } else {
-        // The spool contains its unwritten records; the merge at the end takes them.
+        // Its unwritten records are still in the spool; the merge at the end reads them.
     }
     const bool is_determined =
         (child->participant != LAUNCHER_NO_PARTICIPANT) && end_participant(launcher, child);
     launcher->is_undetermined = launcher->is_undetermined || !is_determined;
 }
 
-/// The supervisor died: it is started again, at once, after 0.1 s, after 1 s of wall-clock time, as long as
-/// its budget lasts; in stepped time the scheduler begins its next life after its boot time. Meanwhile the
-/// subsystems continue without a supervisor. False: its budget is used up, or it died before it had begun.
+/// Let a supervisor that has died start again: immediately, after 0.1 s, then after 1 s of wall-clock time.
+/// In stepped time the scheduler begins its next life after its boot time. Until then the subsystems
+/// continue without a supervisor. False if its budget is used up, or if it died before its first step.
 static bool may_return(launcher_t* const launcher, child_t* const child)
 {
     run_component_t* const component = &launcher->run->components[child->component];
@@ -131,12 +140,12 @@ static bool may_return(launcher_t* const launcher, child_t* const child)
     launcher->return_wall_ns  = osal_clock_monotonic_ns() + delay_ns;
     launcher->is_undetermined = !end_participant(launcher, child) || launcher->is_undetermined;
     __atomic_store_n(&component->wanted_life, child->life + 1U, __ATOMIC_RELEASE);
-    // The run fails, as with every death, but it continues.
+    // The run continues, but its result is a failure, as after every death.
     note_end(launcher, child, " and was restarted; see console.log");
     return true;
 }
 
-/// The supervisor is not started again: end the life that the scheduler expects, at the instant of its start.
+/// Give up the supervisor: end the life that the scheduler expects, at the instant of its start.
 static void give_supervisor_up(const launcher_t* const launcher, const child_t* const child)
 {
     const bool is_supervisor = (launcher->run->components[child->component].apid == SUPERVISOR_APID);
@@ -162,7 +171,7 @@ static void child_ended(launcher_t* const launcher, child_t* const child)
         run_component_t* const component = &launcher->run->components[child->component];
         if ((__atomic_load_n(&component->wanted_life, __ATOMIC_ACQUIRE) != child->life) && is_good) {
             __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_STOPPED, __ATOMIC_RELEASE);
-            (void)end_participant(launcher, child); // Stopped by the supervisor's order.
+            (void)end_participant(launcher, child); // The supervisor has ordered this end.
             return;
         }
         if (may_return(launcher, child)) {
@@ -173,25 +182,27 @@ static void child_ended(launcher_t* const launcher, child_t* const child)
     } else if (!is_good) {
         launcher_part_lost(launcher, child);
     } else if (!is_over && (strcmp(child->name, "operator") != 0)) {
-        launcher_part_lost(launcher, child); // Ended in good order, but before its time.
+        launcher_part_lost(launcher, child); // The exit code is 0, but the end is too early.
     } else if (strcmp(child->name, "operator") == 0) {
         launcher->left_ns = launcher_now_ns(launcher) + 1U;
         if (child->participant != LAUNCHER_NO_PARTICIPANT) {
-            (void)end_participant(launcher, child); // The participant may never have joined.
+            (void)end_participant(launcher, child); // It may have ended before it joined as a participant.
         } else if (launcher->options.is_image &&
-                   (launcher->left_ns == 1U)) { // The image waits for it before time begins.
+                   // Time has not begun, because the image waits for the operator.
+                   (launcher->left_ns == 1U)) {
             launcher->is_cut_short = true;
             request_stop(launcher);
         } else {
-            // The image notices it by itself.
+            // The image detects the end of the operator by itself.
         }
     } else {
         // The end was expected.
     }
 }
 
-/// A process may have ended because one started before it ended. So the processes are checked from the last
-/// to the first, and the cause is seen in the same pass and reported first.
+/// Handle the ends of children. A process may end because a process that was started earlier has ended. The
+/// children are checked from the last to the first, so that the cause is found in the same pass and reported
+/// first.
 static void reap(launcher_t* const launcher)
 {
     bool has_ended[LAUNCHER_CHILDREN_MAX] = {false};
@@ -206,8 +217,8 @@ static void reap(launcher_t* const launcher)
     }
 }
 
-/// End a process whose life is over. Participants of the scheduler end on their own; others, and those that
-/// have not ended in time, are asked to end; a process that hangs is killed.
+/// End a process whose life has ended. Participants of the scheduler end by themselves; others, and those
+/// that have not ended in time, are asked to end; a process that hangs is killed.
 static void end_child(child_t* const child, const run_component_t* const component,
                       const bool is_in_scheduler)
 {
@@ -224,11 +235,11 @@ static void end_child(child_t* const child, const run_component_t* const compone
         (void)osal_process_stop(&child->process, false);
         child->is_asked = true;
     } else {
-        // The scheduler has ended its life, or it was asked to end.
+        // The scheduler has ended its life, or it was asked to end: wait.
     }
 }
 
-/// Carry out the orders of the supervisor: start processes again, or stop them.
+/// Perform the orders of the supervisor: start processes again, or stop them.
 static void perform_orders(launcher_t* const launcher)
 {
     for (size_t i = 0U; i < launcher->child_count; i++) {
@@ -245,7 +256,7 @@ static void perform_orders(launcher_t* const launcher)
                     (osal_clock_monotonic_ns() >= launcher->return_wall_ns))) {
             launcher_start_component(launcher, child);
         } else {
-            // It ended as ordered, or died: the supervisor decides the reaction.
+            // The process has ended as ordered, or has died: the supervisor decides about the reaction.
         }
     }
 }

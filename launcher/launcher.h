@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The launcher: parent of all processes of a run, owner of its names and its folder. It makes the shared
-/// objects, starts the processes, restarts those that the supervisor orders, and removes everything at the
-/// end.
+/// The launcher: the parent of all processes of a run. It creates the shared objects and the folder of the
+/// run, starts the processes, starts those again that the supervisor orders, and removes the shared objects
+/// at the end.
 ///
 /// Ownership  The program places launcher_t.
 /// Context    One task.
@@ -27,34 +27,36 @@ typedef struct { // Private: one child process.
     bool is_alive;
     bool has_run;
     bool is_component;
-    bool is_seen;             // Its output goes to the terminal instead of console.log.
+    bool is_seen;             // Its output appears on the terminal instead of in console.log.
     unsigned component;       // Index of the component that it runs, if it runs one.
-    unsigned participant;     // Number in the scheduler; OSAL_LOCKSTEP_PARTICIPANTS_MAX: none.
+    unsigned participant;     // Number as participant of the scheduler; OSAL_LOCKSTEP_PARTICIPANTS_MAX: none.
     uint32_t life;            // Life of the component that it was started for.
     uint64_t started_ns;      // Wall-clock time at which this life of a component was started.
-    uint64_t asked_to_end_ns; // Wall-clock time since when it is to end; 0: it is to run.
-    bool is_asked;            // Asked by a signal.
+    uint64_t asked_to_end_ns; // Wall-clock time since which it must end; 0: it must run.
+    bool is_asked;            // A signal has asked it to end.
     osal_process_result_t result;
-    uint64_t memory_high_kib; // Peak of all its lives.
+    uint64_t memory_high_kib; // Peak memory of all its lives.
 } child_t;
 
-typedef struct { // Private: the interfaces of one bus, "" where it has none.
+typedef struct { // Private: the interfaces of one bus; "" if there is none.
     char flight[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
     char simulator[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
     char published[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
     bool is_fd;
-    bool is_flight_made; // Created by this or a killed launcher; to be removed.
+    bool is_flight_made; // The interface was created by this launcher or a killed one, and must be removed.
     bool is_published_made;
     osal_can_claim_t claim;
 } launcher_bus_t;
 
-typedef struct { // Private: the process that holds the grant of the scheduler; without one, the supervisor.
+// Private: the process that holds the grant of the scheduler; in a run without a scheduler, the supervisor.
+typedef struct {
     unsigned holder;
     uint32_t grants;
-    uint64_t since_ns;     // Wall-clock time at which it was first seen with this grant; 0: no holder.
-    uint64_t processor_ns; // Processor time that it had used by then.
-    uint64_t step_ns;      // Without a scheduler: last step of the supervisor by then.
-    uint64_t join_ns;      // Wall-clock time since which time waits for a participant to join; 0: none.
+    uint64_t since_ns;     // Wall-clock time at which it was first found to hold this grant; 0: no holder.
+    uint64_t processor_ns; // Processor time that it had used at that time.
+    uint64_t step_ns;      // Without a scheduler: last step of the supervisor at that time.
+    // Wall-clock time since which simulated time has waited for a participant to join; 0: none.
+    uint64_t join_ns;
 } launcher_watch_t;
 
 typedef struct { // Private, except `guard`, `exit_code` and `reason`.
@@ -67,50 +69,50 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     osal_shm_t run_shm;
     osal_shm_t scheduler_shm;
     osal_lockstep_t* scheduler;
-    osal_network_t home; // Network namespace of the launcher itself, while it is in another.
+    osal_network_t home; // Network namespace of the launcher itself, while it has entered another one.
     osal_socket_t ground;
     char key_path[RUN_PATH_MAX]; // Key of telecommands; "": telecommands need none.
     osal_socket_t messages[MISSION_SUBSYSTEMS_MAX];
     osal_socket_t links[RUN_LINKS_MAX];
     osal_socket_t relays[RUN_LINKS_MAX]; // Sockets to which the producers send, if there is a relay.
     launcher_bus_t buses[MISSION_BUSES_MAX];
-    uint32_t late_frames; // Sum over the counted hand-over of all buses.
+    uint32_t late_frames; // Sums over all buses with announced frames.
     uint32_t lost_frames;
     uint32_t external_frames;
-    uint32_t bus_cuts;                                 // How often an interface was lost while in use.
+    uint32_t bus_cuts;                                 // How often an interface was lost while it was in use.
     int tool_code;                                     // Exit code of the last tool.
-    uint32_t memory_limit_kib[MISSION_SUBSYSTEMS_MAX]; // Address space.
+    uint32_t memory_limit_kib[MISSION_SUBSYSTEMS_MAX]; // Limits of the address space.
     child_t children[LAUNCHER_CHILDREN_MAX];
     size_t child_count;
-    struct guard* guard; // Cleans up if this process is killed. Null: no guard.
-    bool is_taken_over;  // This is the guard: the launcher was killed.
+    struct guard* guard; // Process that cleans up if this one is killed; null: there is no guard.
+    bool is_taken_over;  // This process is the guard, and the launcher was killed.
     char cosimulation[LAUNCH_PATH_MAX];
     char scenario_path[LAUNCH_PATH_MAX];
     bool has_operator;
     char world_path[LAUNCH_PATH_MAX]; // File of the world that the simulator simulates.
-    uint64_t first_wall_ns;           // When simulated time first advanced.
+    uint64_t first_wall_ns;           // Wall-clock time at which simulated time first advanced.
     uint64_t first_simulated_ns;
     uint64_t last_wall_ns;
     uint64_t last_simulated_ns;
     uint64_t abandon_ns;         // Simulated time at which a run that does not shut down by itself is ended.
-    uint64_t left_ns;            // Simulated time at which the operator left in good order, + 1.
-    uint64_t moved_simulated_ns; // Last advance of simulated time: its value, and when.
+    uint64_t left_ns;            // Simulated time at which the operator ended with exit code 0, + 1.
+    uint64_t moved_simulated_ns; // Last advance of simulated time: its value, and the wall-clock time.
     uint64_t moved_wall_ns;
     launcher_watch_t watch;
-    bool is_cut_short;       // Ended at an instant that simulated time does not determine.
-    bool is_ended_by_user;   // Ctrl-C or --duration: the script of the operator may lose its link.
-    bool is_broken;          // A part died.
+    bool is_cut_short;       // The run was ended at an instant that simulated time does not determine.
+    bool is_ended_by_user;   // Ended by Ctrl-C or --duration: the script of the operator may lose its link.
+    bool is_broken;          // A process of the run has died.
     return_budget_t returns; // Budget of the supervisor.
-    uint64_t return_wall_ns; // When it is to be started again.
-    bool is_undetermined;    // It died at an instant that simulated time does not determine.
+    uint64_t return_wall_ns; // Wall-clock time at which the supervisor must be started again.
+    bool is_undetermined;    // A process died at an instant that simulated time does not determine.
     int exit_code;
     char reason[LAUNCHER_REASON_MAX];
 } launcher_t;
 
-/// Read the mission, make the folder and everything shared. False: `reason` is the error and what to
-/// do.
+/// Read the mission, and create the folder and the shared objects. False: `reason` contains the error and
+/// the next step.
 bool launcher_prepare(launcher_t* launcher, const launch_options_t* options, const char* program_folder);
-/// Start all processes and wait until the run has ended. exit_code and reason give the result.
+/// Start all processes and wait until the run has ended. exit_code and reason are the result.
 void launcher_fly(launcher_t* launcher);
 /// End remaining processes, remove every name of the run, complete the logs, write run.json and the report.
 void launcher_clean_up(launcher_t* launcher);

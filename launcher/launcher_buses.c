@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CAN buses of a run: shared memory, virtual interfaces made and removed, or real controllers checked.
+// The CAN buses of a run: shared memory; virtual interfaces, which are created and removed; or real
+// controllers, which are checked.
 #include "launcher/launcher_internal.h"
 
 #include "osal/include/osal/can.h"
@@ -20,7 +21,8 @@ static bool refuse(launcher_t* const launcher, const char* const first, const ch
     return launcher_refuse(launcher, (const char* const[]){first, second, third, fourth, NULL});
 }
 
-/// The command that creates a missing virtual interface, if this user may not create it.
+/// Refuse the run because a virtual interface is missing. If the user may not create it, the message
+/// contains the command that does.
 static bool refuse_to_make(launcher_t* const launcher, const launcher_bus_t* const bus, const status_t status)
 {
     text_t text         = text_in(launcher->reason, sizeof launcher->reason);
@@ -67,7 +69,8 @@ static bool refuse_rate(launcher_t* const launcher, const mission_bus_t* const w
     return false;
 }
 
-/// The message names the command that takes the interface down and up again with the change.
+/// Refuse the run because of the state of an interface. The message contains the command that takes the
+/// interface down and up again with the change.
 static bool refuse_state(launcher_t* const launcher, const char* const name, const char* const what,
                          const char* const change)
 {
@@ -134,7 +137,8 @@ static bool is_fit(launcher_t* const launcher, const mission_bus_t* const wanted
 
 // ---- Virtual interfaces ----
 
-/// Use the existing interface, or create it. An interface with the label is left from a run that was killed.
+/// Use the existing interface, or create it. An existing interface with our label was left by a run that was
+/// killed.
 static bool have_virtual(launcher_t* const launcher, launcher_bus_t* const bus,
                          const mission_bus_t* const wanted, const char* const name, bool* const out_is_made)
 {
@@ -155,7 +159,7 @@ static bool have_virtual(launcher_t* const launcher, launcher_bus_t* const bus,
     return is_fit(launcher, wanted, name, &seen);
 }
 
-/// False if the name of the bus is too long for the name of an interface.
+/// Make the name of the virtual interface of a bus. False if the name of the bus is too long for that.
 static bool name_virtual(launcher_bus_t* const bus, const mission_bus_t* const wanted)
 {
     return text_join(bus->published, sizeof bus->published,
@@ -183,7 +187,7 @@ static bool make_vcan(launcher_t* const launcher, launcher_bus_t* const bus,
 
 // ---- Real controllers ----
 
-/// The interface that the command line names for a bus; null if none.
+/// Returns the interface that the command line names for a bus; null if there is none.
 static const char* interface_of(const char* const* const list, const size_t count, const char* const bus)
 {
     const size_t length = strlen(bus);
@@ -212,7 +216,7 @@ static bool look_at_controllers(launcher_t* const launcher, launcher_bus_t* cons
     const char* const simulated =
         interface_of(options->sim_interfaces, options->sim_interface_count, wanted->name);
     if ((flight == NULL) && (wanted->redundant_to[0] != '\0')) {
-        return true; // This channel B does not exist in this run.
+        return true; // This bus is a channel B that does not exist in this run.
     }
     if (flight == NULL) {
         return refuse(launcher, "no interface is named for bus ", wanted->name,
@@ -237,7 +241,7 @@ static bool look_at_controllers(launcher_t* const launcher, launcher_bus_t* cons
     return true;
 }
 
-/// Each name that the command line gives must be a bus of the mission.
+/// Check that each bus that the command line names is a bus of the mission.
 static bool are_buses_known(launcher_t* const launcher, const char* const* const list, const size_t count)
 {
     for (size_t i = 0U; i < count; i++) {
@@ -254,7 +258,7 @@ static bool are_buses_known(launcher_t* const launcher, const char* const* const
 
 // ---- All of them ----
 
-/// "shm:SHARED", "can:INTERFACE" or "can:INTERFACE@SHARED".
+/// Write the address of a bus: "shm:SHARED", "can:INTERFACE" or "can:INTERFACE@SHARED".
 static void write_address(char out_address[RUN_NAME_MAX], const char* const interface,
                           const char* const shared)
 {
@@ -291,7 +295,8 @@ static bool make_bus(launcher_t* const launcher, const uint16_t index)
     if ((launcher->options.bus == LAUNCH_BUS_CAN) && (bus->flight[0] == '\0')) {
         return true;
     }
-    if (!launch_has_simulator(&launcher->options)) { // The devices are real: nothing is shared with them.
+    // The devices are real, so there is no shared memory for counts.
+    if (!launch_has_simulator(&launcher->options)) {
         write_address(address->flight, bus->flight, "");
         return true;
     }
@@ -318,7 +323,7 @@ bool launcher_make_buses(launcher_t* const launcher)
     return is_made;
 }
 
-/// Report problems of the counted hand-over of a bus.
+/// Report frames of a bus that did not arrive as announced.
 static void print_hand_over(launcher_t* const launcher, const char* const bus, const char* const address)
 {
     osal_can_hand_over_t counts;
@@ -382,7 +387,7 @@ void launcher_adopt_interfaces(launcher_t* const launcher)
     const bool are_made = (launcher->options.bus == LAUNCH_BUS_VCAN);
     for (uint16_t i = 0U; are_made && (i < launcher->mission.bus_count); i++) {
         launcher_bus_t* const bus = &launcher->buses[i];
-        // A run that has claimed the interfaces since then uses and removes them.
+        // If another run has claimed the interfaces since then, that run removes them.
         if (name_virtual(bus, &launcher->mission.buses[i]) &&
             (osal_can_interface_claim(bus->published, &bus->claim) == STATUS_OK)) {
             bus->is_published_made = is_left(bus->published);

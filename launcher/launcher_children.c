@@ -6,8 +6,8 @@
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/file.h"
 
-// The simulator has the most arguments: up to four options with a value for each bus, two for each subsystem,
-// and eleven others.
+// The simulator has the largest number of arguments: up to four options with a value for each bus, two for
+// each subsystem, and eleven others.
 CAPACITY_CHECK(arguments_fit,
                ARGUMENTS_MAX > ((8U * MISSION_BUSES_MAX) + (4U * MISSION_SUBSYSTEMS_MAX) + 24U));
 CAPACITY_CHECK(children_are_waited_for, OSAL_PROCESS_WAIT_MAX >= LAUNCHER_CHILDREN_MAX);
@@ -32,7 +32,8 @@ void launcher_start_child(launcher_t* const launcher, child_t* const child,
     char output[LAUNCH_PATH_MAX + 32U];
     (void)text_join(output, sizeof output,
                     (const char* const[]){launcher->run->folder, "/console.log", NULL});
-    // In stepped time only one process runs at a time: all use one processor, where the grant passes fastest.
+    // In stepped time only one process runs at a time: all processes share one processor, because the grant
+    // then passes fastest.
     osal_process_start_t start = {.arguments        = arguments->list,
                                   .descriptors      = descriptors,
                                   .descriptor_count = descriptor_count,
@@ -60,7 +61,8 @@ void launcher_start_component(launcher_t* const launcher, child_t* const child)
     child->life            = __atomic_load_n(&component->wanted_life, __ATOMIC_ACQUIRE);
     child->asked_to_end_ns = 0U;
     child->started_ns      = osal_clock_monotonic_ns();
-    if (!launcher->options.is_stepped) { // The supervisor's beat is still that of its earlier life.
+    // The recorded beat of the supervisor is still that of its earlier life.
+    if (!launcher->options.is_stepped) {
         run_state_beat(launcher->run, child->component, 0U, OSAL_LOCKSTEP_NEVER);
     }
     __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_RUNNING, __ATOMIC_RELEASE);
@@ -79,7 +81,7 @@ void launcher_start_component(launcher_t* const launcher, child_t* const child)
     }
 }
 
-/// Arguments about the simulated world, for the simulator and the image.
+/// Add the arguments about the simulated world, which simulator and image need.
 static void add_world(arguments_t* const arguments, const launcher_t* const launcher)
 {
     arguments_add_option(arguments, "--world", launcher->world_path);
@@ -124,8 +126,8 @@ static void add_buses(arguments_t* const arguments, const launcher_t* const laun
     }
 }
 
-/// Tell the simulator the participant of each component, by the name of its program (as in run.json) and by
-/// the name of the component.
+/// Add the participant of each component for the simulator: once with the name of its program (as in
+/// run.json), once with the name of the component.
 static void add_processes(arguments_t* const arguments, const launcher_t* const launcher)
 {
     for (uint16_t i = 0U; i < launcher->mission.subsystem_count; i++) {
@@ -163,7 +165,7 @@ static void start_simulator(launcher_t* const launcher)
         arguments_add_number(&arguments, "--cosimulation-participant", run_operator(launcher->run));
         arguments_add_number(&arguments, "--cosimulation-receiver", run_participant(communication));
     }
-    if (!launcher->options.is_stepped) { // Wall-clock time, of the simulator or of the scheduler.
+    if (!launcher->options.is_stepped) { // Real time of the simulator or of the scheduler.
         arguments_add_option(&arguments, "--time", "real");
         arguments_add_number(&arguments, "--origin", launcher->run->origin_ns);
         arguments_add(&arguments, "--live");
@@ -244,7 +246,7 @@ static void start_operator(launcher_t* const launcher)
     if (launcher->run->is_stepped) {
         arguments_add_option(&arguments, "--cosimulation", launcher->cosimulation);
     }
-    // The image creates its own scheduler; the operator does not take part in that of the launcher.
+    // The image creates its own scheduler; the operator does not take part in the scheduler of the launcher.
     const bool is_ours = (launcher->scheduler != NULL) && !launcher->options.is_image;
     child_t* const child =
         new_child(launcher, "operator", is_ours ? run_operator(launcher->run) : LAUNCHER_NO_PARTICIPANT);

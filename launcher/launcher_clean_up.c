@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The end of a run: children ended, names removed, logs completed, report drawn.
+// The end of a run: end the children, remove names, complete the logs, make the report.
 #include "launcher/launcher_internal.h"
 
 #include "launcher/run_summary.h"
@@ -9,8 +9,8 @@
 #include "osal/include/osal/mqueue.h"
 
 /// Wall-clock time after which remaining children are asked to end, and after which they are killed. An
-/// operator that has joined does not react to the request: it ends by itself, slowly on an emulated or loaded
-/// machine.
+/// operator that has joined does not react to the request; it ends by itself, but slowly on an emulated or
+/// loaded machine.
 #define END_ASKED_NS 500000000ULL
 #define END_FORCED_NS 30000000000ULL
 /// Exit codes of the report.
@@ -63,7 +63,7 @@ static void end_children(launcher_t* const launcher)
     }
 }
 
-/// Remove the names of data flows that a killed component has left, whether of memories or of queues.
+/// Remove the names of memories and queues of data flows that a killed component has left.
 static void remove_flows(const run_state_t* const run)
 {
     for (unsigned i = 0U; i < RUN_FLOWS_MAX; i++) {
@@ -84,7 +84,7 @@ void launcher_remove_all(const char* const identity)
 {
     char prefix[RUN_NAME_MAX];
     (void)text_join(prefix, sizeof prefix, (const char* const[]){"/", identity, ".", NULL});
-    (void)osal_shm_each(prefix, remove_name, NULL); // The co-simulation port as well.
+    (void)osal_shm_each(prefix, remove_name, NULL); // Also removes the co-simulation port.
     launcher_remove_computers(identity);
 }
 
@@ -92,11 +92,11 @@ static void remove_names(launcher_t* const launcher)
 {
     char name[RUN_NAME_MAX];
     if (run_name(launcher->run, "remote", 0U, name, sizeof name)) {
-        // Left by a remote-endian program that was killed.
+        // A remote-endian program that was killed may have left these names.
         (void)osal_shm_each(name, remove_name, NULL);
     }
     if (run_name(launcher->run, "flow", 0U, name, sizeof name)) {
-        // Left by a simulator that was killed: the device ends of data flows.
+        // A simulator that was killed may have left these names: the device ends of data flows.
         (void)osal_shm_each(name, remove_name, NULL);
     }
     for (unsigned link = 1U; link <= RUN_LINKS_MAX; link++) {
@@ -161,7 +161,7 @@ static void draw_report(launcher_t* const launcher)
     if (run_tool(launcher, &report, "report", true)) {
         return;
     }
-    if (launcher->tool_code == REPORT_FIGURES_FAILED) { // The report writes it into run.json as well.
+    if (launcher->tool_code == REPORT_FIGURES_FAILED) { // The report also writes this result into run.json.
         (void)launcher_fail(launcher, "figures missing or out of their bounds",
                             "; see report.html and run.json");
     } else if (launcher->tool_code == REPORT_FIGURES_UNKNOWN) {
@@ -175,7 +175,8 @@ static void draw_report(launcher_t* const launcher)
 void launcher_clean_up(launcher_t* const launcher)
 {
     if (launcher->run == NULL) {
-        launcher_remove_buses(launcher); // The interfaces were made before the run.
+        // Without a run state, only interfaces may exist, because they are created first.
+        launcher_remove_buses(launcher);
         return;
     }
     end_children(launcher);

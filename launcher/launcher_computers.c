@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The network between the components of a run: its on-board computers (network namespaces joined by a veth),
-// and the sockets of messages and links on them.
+// The network between the components of a run: its on-board computers (network namespaces that a virtual
+// Ethernet, veth, connects), and their sockets for messages and links.
 #include "launcher/launcher_internal.h"
 #include "launcher/launcher_relay.h"
 
@@ -16,11 +16,14 @@
 #define TOOL_PATH "PATH=/usr/sbin:/usr/bin:/sbin:/bin"
 #define WORDS_MAX 18U
 #define WORD_MAX 16U
-#define NETEM_FRAMES "10000" ///< Two seconds of two links at 2 kHz; the longest delay is half a second.
+/// Size of the queue: two seconds of two links at 2 kHz. The longest delay is half a second.
+#define NETEM_FRAMES "10000"
 #define RECEIVE_OCTETS 425984U
-#define NEIGHBOUR_PATIENCE_NS 15000000000ULL ///< Wall-clock time until all TIPC names are seen everywhere.
+/// Longest wall-clock time until each computer knows all TIPC names.
+#define NEIGHBOUR_PATIENCE_NS 15000000000ULL
 #define NEIGHBOUR_ROUND_MS 100U
-#define COMPUTER_IPV4 0x0A000001U ///< 10.0.0.1, then 10.0.0.2; used inside the namespaces only.
+/// 10.0.0.1; the second computer has 10.0.0.2. They exist only inside the namespaces.
+#define COMPUTER_IPV4 0x0A000001U
 
 static const char* const interfaces[RUN_COMPUTERS_MAX] = {"node1", "node2"};
 static const char* const addresses[RUN_COMPUTERS_MAX]  = {"10.0.0.1/30", "10.0.0.2/30"};
@@ -76,7 +79,7 @@ static bool is_by_tipc(const launcher_t* const launcher)
            ((launcher->run->link_methods & tipc) != 0U);
 }
 
-/// Addresses and bearer of one on-board computer. The veth already exists.
+/// Set addresses and TIPC bearer of one on-board computer. The veth already exists.
 static bool set_up_computer(launcher_t* const launcher, const char* const name, const unsigned computer)
 {
     const char* const interface                  = interfaces[computer];
@@ -97,8 +100,8 @@ static void write_us(char* const word, const size_t capacity, const uint32_t us)
     text_add(&text, "us");
 }
 
-/// What one end of the delayed network does to the frames that leave there: netem delays them, with jitter,
-/// which reorders them, and loses some. Its queue holds all frames under way.
+/// Configure one end of the delayed network: netem delays the frames that leave there, reorders them by
+/// jitter, and loses some. Its queue must have room for all delayed frames.
 static bool delay_link_end(launcher_t* const launcher, const char* const name, const unsigned computer)
 {
     char delay[WORD_MAX];
@@ -129,7 +132,7 @@ static bool set_up_link_end(launcher_t* const launcher, const char* const name, 
            delay_link_end(launcher, name, computer);
 }
 
-/// The second veth, on which links have a delay.
+/// Create the second veth, on which links have a delay.
 static bool make_link_network(launcher_t* const launcher, const char* const first, const char* const second)
 {
     const char* const commands[][WORDS_MAX + 1U] = {
@@ -141,7 +144,7 @@ static bool make_link_network(launcher_t* const launcher, const char* const firs
            set_up_link_end(launcher, first, 0U) && set_up_link_end(launcher, second, 1U);
 }
 
-/// Two namespaces and the veth that joins them.
+/// Create two namespaces and the veth that connects them.
 static bool make_namespaces(launcher_t* const launcher)
 {
     char first[RUN_NAME_MAX];
@@ -159,7 +162,7 @@ static bool make_namespaces(launcher_t* const launcher)
            (!launcher->run->relay.is_network || make_link_network(launcher, first, second));
 }
 
-/// True if a link goes from one on-board computer to the other.
+/// True if a link connects two on-board computers.
 static bool has_link_between(const launcher_t* const launcher)
 {
     const run_state_t* const run = launcher->run;
@@ -347,8 +350,8 @@ static bool open_on_computer(launcher_t* const launcher, const unsigned computer
     return is_open;
 }
 
-/// Wait until the TIPC topology service of this namespace has reported `expected` names. TIPC nodes discover
-/// each other only a moment after their bearers are up.
+/// Wait until the TIPC topology service of this namespace has reported `expected` names. The names appear
+/// with a delay, because TIPC nodes discover each other only some time after their bearers are up.
 static bool wait_for_names(launcher_t* const launcher, const uint32_t type, const unsigned expected)
 {
     const uint64_t end_ns = osal_clock_monotonic_ns() + NEIGHBOUR_PATIENCE_NS;
@@ -391,8 +394,8 @@ static bool wait_for_neighbours(launcher_t* const launcher)
     return is_seen;
 }
 
-/// Note the numbers by which receivers identify the sockets of their peers. A TIPC node gets its address a
-/// moment after its bearer is up, so this follows the wait for the names.
+/// Store the identities by which receivers recognise the sockets of their peers. Call it after the wait for
+/// the names, because a TIPC node gets its address some time after its bearer is up.
 static bool note_identities(launcher_t* const launcher)
 {
     const bool is_tipc =

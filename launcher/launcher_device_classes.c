@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The data sheets from which the device classes of this build were made.
+// Checks the data sheets from which the device classes of this build were made.
 #include "launcher/launcher_internal.h"
 
 #include "fsw/canopen/device_profile.h"
@@ -10,7 +10,7 @@
 #define PART_OCTETS 4096U
 #define HASH_DIGITS 16U
 
-/// FNV-1a of a file.
+/// Compute the FNV-1a hash of a file.
 static status_t hash_file(const char* const path, uint64_t* const out_hash)
 {
     uint8_t octets[PART_OCTETS];

@@ -7,9 +7,9 @@
 #include "osal/include/osal/console.h"
 
 #define LOOK_MS 20U     ///< Interval of checks until the run state exists.
-#define STAY_MS 60000U  ///< Interval afterwards; the end of the launcher ends the wait at once.
-#define GONE_MS 30000U  ///< Time for killed children to end.
-#define OWN_ARGUMENTS 3 ///< Program, word and identity, before the options.
+#define STAY_MS 60000U  ///< Interval of checks afterwards; the end of the launcher ends the wait immediately.
+#define GONE_MS 30000U  ///< Longest time until killed children have ended.
+#define OWN_ARGUMENTS 3 ///< Number of arguments before the options: program, word and identity.
 
 // ---- The launcher's side ----
 
@@ -67,7 +67,7 @@ void guard_stop(guard_t* const guard)
 
 // ---- The guard itself ----
 
-/// The run of a launcher; null as long as it has not made it.
+/// Returns the run state of a launcher; null as long as the launcher has not created it.
 static run_state_t* run_of(osal_shm_t* const shm, const char* const identity)
 {
     char name[RUN_NAME_MAX];
@@ -76,7 +76,7 @@ static run_state_t* run_of(osal_shm_t* const shm, const char* const identity)
     return (is_whole && (run_state_attach(shm, name, &run) == STATUS_OK)) ? run : NULL;
 }
 
-/// Wait until the launcher has ended. Returns its run, or null if it had none yet.
+/// Wait until the launcher has ended. Returns its run state, or null if it had not created one.
 static run_state_t* wait_for_end(osal_shm_t* const shm, const char* const identity)
 {
     osal_process_t owner        = {.id = 0, .descriptor = -1};

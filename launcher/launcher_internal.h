@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Shared by the source files of the launcher; private to them.
+/// Functions that only the source files of the launcher share.
 #ifndef LAUNCHER_LAUNCHER_INTERNAL_H
 #define LAUNCHER_LAUNCHER_INTERNAL_H
 
@@ -8,11 +8,12 @@
 #include "base/text.h"
 
 #define LAUNCHER_LOOP_MS 20U
-#define LAUNCHER_REAL_LOOP_MS 5U ///< In real time a hang must be found soon.
+/// Interval of checks in real time; short, because a hang must be detected soon.
+#define LAUNCHER_REAL_LOOP_MS 5U
 #define LAUNCHER_NO_PARTICIPANT OSAL_LOCKSTEP_PARTICIPANTS_MAX
 
 /// launcher_children.c: starting children.
-/// Path of the project's own Python if it exists, otherwise of the system's.
+/// Returns the path of the project's own Python interpreter if it exists, otherwise of the system's.
 const char* launcher_python(void);
 void launcher_start_child(launcher_t* launcher, child_t* child, const arguments_t* arguments,
                           const int* descriptors, size_t descriptor_count);
@@ -20,7 +21,7 @@ void launcher_start_component(launcher_t* launcher, child_t* child);
 void launcher_start_all(launcher_t* launcher);
 
 /// launcher_computers.c: on-board computers, and the sockets of messages and links on them. Check the
-/// requirements of the options before anything is made. False: `reason` says what is missing.
+/// requirements of the options before anything is created. False: `reason` says what is missing.
 bool launcher_check_system(launcher_t* launcher);
 bool launcher_make_computers(launcher_t* launcher);
 /// Remove the namespaces of a run with this identity; no effect if there are none.
@@ -28,34 +29,35 @@ void launcher_remove_computers(const char* identity);
 /// Open every socket of messages and links on the on-board computer of its owner. False: `reason` says what
 /// is missing.
 bool launcher_open_sockets(launcher_t* launcher);
-/// Sockets and processes that are created from now on belong to that computer; no effect with one.
+/// Let sockets and processes that are created from now on belong to that computer; no effect with one
+/// computer.
 bool launcher_enter_computer(launcher_t* launcher, unsigned computer);
 void launcher_leave_computer(launcher_t* launcher);
 
-/// launcher_device_classes.c: the data sheets in descriptors/devices are those that the device classes of
-/// this build were made from. A missing one is no error: flight software does not read them. False: `reason`
-/// says which one has changed and what to do.
+/// launcher_device_classes.c: check that the data sheets in descriptors/devices are those from which the
+/// device classes of this build were made. A missing sheet is no error, because flight software does not
+/// read them. False: `reason` says which one has changed and what to do.
 bool launcher_check_device_classes(launcher_t* launcher);
 
-/// launcher_remote_endian.c: a subsystem whose program is that of another processor. False: `reason` says
+/// launcher_remote_endian.c: check a subsystem whose program is for another processor. False: `reason` says
 /// what is missing and what to do.
 bool launcher_check_remote_endian(launcher_t* launcher);
 bool launcher_is_remote_endian(const launcher_t* launcher, unsigned component);
-/// Program and arguments of a component's process, or of its proxy.
+/// Add program and arguments of a component's process, or of its proxy.
 void launcher_add_component(const launcher_t* launcher, unsigned component, arguments_t* arguments);
 
-/// launcher_limits.c: limits of memory and descriptors of subsystems. False: `reason` says which limit is too
-/// low. If the mission gives no limit, it is derived from the program and printed.
+/// launcher_limits.c: set the limits of memory and descriptors of subsystems. False: `reason` says which
+/// limit is too low. A limit that the mission does not define is derived from the program and printed.
 bool launcher_set_limits(launcher_t* launcher, const char* mission_path);
 void launcher_limit(const launcher_t* launcher, const child_t* child, osal_process_start_t* start);
-/// Check once whether a child has ended, and note its peak memory. True only once for each end.
+/// Check whether a child has ended, and store its peak memory. True only once for each end.
 bool launcher_has_ended(const launcher_t* launcher, child_t* child);
 
-/// launcher_prepare.c: take over the remains of a run whose launcher was killed, to clean them up. `run`
-/// null: there are none yet.
+/// launcher_prepare.c: take over the remains of a run whose launcher was killed, to clean them up. `run` is
+/// null if the run state was not created yet.
 void launcher_take_over(launcher_t* launcher, const launch_options_t* options, const char* program_folder,
                         run_state_t* run);
-/// Number of the process behind "hirosco-" in an identity, 0 if there is none.
+/// Returns the process number behind "hirosco-" in an identity; 0 if there is none.
 int32_t launcher_owner_of(const char* identity);
 
 /// launcher_clean_up.c: remove every name of a run with this identity.
@@ -63,35 +65,37 @@ void launcher_remove_all(const char* identity);
 /// Run a tool to its end. False if it failed.
 bool launcher_run_tool(launcher_t* launcher, const arguments_t* arguments, const char* name);
 
-/// launcher_buses.c: interfaces of the buses, before there is a run; then shared memory, and the addresses in
-/// the run state. False: `reason` says what is wrong and what to do. Removing also reports problems of the
-/// hand-over.
+/// launcher_buses.c: prepare the interfaces of the buses before the run state exists; then create the shared
+/// memory, and write the addresses to the run state. False: `reason` says what is wrong and what to do.
+/// Removing the buses also reports frames that did not arrive as announced.
 bool launcher_ready_interfaces(launcher_t* launcher);
 bool launcher_make_buses(launcher_t* launcher);
 void launcher_remove_buses(launcher_t* launcher);
-/// Virtual interfaces that a launcher which was killed has made, to be removed with the buses.
+/// Take over virtual interfaces that a killed launcher has created, so that they are removed with the buses.
 void launcher_adopt_interfaces(launcher_t* launcher);
 
-/// launcher_watch.c: suspend a process that hangs while it holds the grant; end the life of one that was
-/// started again and does not join, or, where time does not wait for it, makes no step.
+/// launcher_watch.c: suspend a process that hangs while it holds the grant; end the life of a process that
+/// was started again and does not join or, in free-running time, makes no step.
 void launcher_watch_lives(launcher_t* launcher);
 /// True if the holder of the grant is ready to run but gets no processor.
 bool launcher_is_starved(launcher_t* launcher);
 /// Name of the process that holds the grant, for messages.
 const char* launcher_holder(launcher_t* launcher);
 
-/// launcher.c: mission time.
+/// launcher.c: returns mission time.
 uint64_t launcher_now_ns(const launcher_t* launcher);
 bool launcher_is_flag(const uint32_t* flag);
-/// Let the run fail, with the words of a list that ends with null as its reason; only the first reason is
+/// Let the run fail, with the words of a list (null at the end) as its reason; only the first reason is
 /// kept. Returns false.
 bool launcher_refuse(launcher_t* launcher, const char* const* words);
-/// Like launcher_refuse, with two words. Returns false, which a step of the preparation can return.
+/// Like launcher_refuse, with two words. Returns false, so that a step of the preparation can return it.
 bool launcher_fail(launcher_t* launcher, const char* what, const char* detail);
-/// A child ended with exit code 0. A mission that its user ends may end before the script of its operator,
-/// which then loses its link: that is no failure, but a step that failed is one.
+/// True if the end of a child is not a failure: its exit code is 0, or it is an operator that has lost its
+/// link because the user ended the mission before the script ended. A step of the script that failed is a
+/// failure.
 bool launcher_has_ended_well(const launcher_t* launcher, const child_t* child);
-/// A part has ended unexpectedly: the run continues as far as possible, and fails.
+/// React to the unexpected end of a process: the run continues as far as possible, and its result is a
+/// failure.
 void launcher_part_lost(launcher_t* launcher, child_t* child);
 
 #endif // LAUNCHER_LAUNCHER_INTERNAL_H

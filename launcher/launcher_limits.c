@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Resource limits of the process of a subsystem: those of its mission, or those that its program needs.
+// Resource limits of the process of a subsystem: those that the mission defines, otherwise derived from the
+// program.
 #include "launcher/launcher_internal.h"
 
 #include "osal/include/osal/console.h"
 
-/// Address space in addition to the program itself: shared libraries, stacks, and the memories that a run
-/// shares.
+/// Address space in addition to the program itself [KiB]: shared libraries, stacks, and the shared memories
+/// of a run.
 #define BESIDE_KIB 8192U
-/// Open descriptors: sockets and memories of all links, files of all stores, and as many again.
+/// Largest number of open descriptors: twice the sockets and memories of all links and the files of all
+/// stores.
 #define DESCRIPTORS 128U
 
 static void begin_line(text_t* const text, const char* const mission_path,
@@ -18,7 +20,7 @@ static void begin_line(text_t* const text, const char* const mission_path,
     text_add(text, ": ");
 }
 
-/// A quarter more than the program and the mappings around it need.
+/// Returns a quarter more than the program and its other mappings need [KiB].
 static uint32_t derived_kib(const uint64_t octets)
 {
     const uint64_t needed_kib = (octets / 1024U) + BESIDE_KIB;
@@ -33,7 +35,8 @@ static bool set_limit(launcher_t* const launcher, const char* const mission_path
     uint64_t octets = 0U;
     (void)text_join(path, sizeof path,
                     (const char* const[]){launcher->program_folder, subsystem->executable, NULL});
-    const status_t status = osal_process_loaded_size(path, &octets); // A script has no size of its own.
+    // Fails for a script, which has no size of its own.
+    const status_t status = osal_process_loaded_size(path, &octets);
     if ((status == STATUS_OK) && (subsystem->memory_kib > 0U) && (subsystem->memory_kib < (octets / 1024U))) {
         text_t text = text_in(launcher->reason, sizeof launcher->reason);
         begin_line(&text, mission_path, subsystem);
@@ -68,14 +71,14 @@ bool launcher_set_limits(launcher_t* const launcher, const char* const mission_p
 void launcher_limit(const launcher_t* const launcher, const child_t* const child,
                     osal_process_start_t* const start)
 {
-    // An emulator of another processor maps all that this processor could address.
+    // There is no limit for an emulator, because it maps the whole address space of the other processor.
     if (child->is_component && !launcher_is_remote_endian(launcher, child->component)) {
         start->memory_limit_bytes = (uint64_t)launcher->memory_limit_kib[child->component] * 1024U;
         start->descriptor_limit   = DESCRIPTORS;
     }
 }
 
-/// Report whether it was near its limit, to help to find the cause of an end.
+/// Report a child whose memory was near its limit, to help to find the cause of its end.
 static void print_memory(const launcher_t* const launcher, const child_t* const child)
 {
     char line[LAUNCHER_REASON_MAX];

@@ -13,8 +13,9 @@
 #include <string.h>
 
 #define IDENTITY "hirosco-"
-#define FAMILY "/" IDENTITY          ///< Beginning of the names of all runs.
-#define REAL_PATIENCE_NS 40000000ULL ///< For a process that is stopped in the middle of a hand-over.
+#define FAMILY "/" IDENTITY ///< Beginning of the names of all shared objects of runs.
+/// Time limit in the scheduler for a process that stops in the middle of a hand-over.
+#define REAL_PATIENCE_NS 40000000ULL
 #define PORT_TRIES 200U
 #define FOLDER_TRIES 1000U
 
@@ -35,7 +36,7 @@ static bool load_mission(launcher_t* const launcher, char* const path, const siz
     return true;
 }
 
-/// Each subsystem's program is in the folder of the launcher.
+/// Check that the program of each subsystem is in the folder of the launcher.
 static bool find_programs(launcher_t* const launcher, const char* const mission_path)
 {
     for (uint16_t i = 0U; i < launcher->mission.subsystem_count; i++) {
@@ -57,8 +58,8 @@ static bool find_programs(launcher_t* const launcher, const char* const mission_
     return true;
 }
 
-/// Choose the carrier of messages and the transfer method of links: those of the command line, else those of
-/// the mission.
+/// Choose the carrier of messages and the transfer method of links: those of the command line, otherwise
+/// those of the mission.
 static bool choose_methods(launcher_t* const launcher, const char* const mission_path)
 {
     launch_options_t* const options = &launcher->options;
@@ -81,14 +82,14 @@ static bool choose_methods(launcher_t* const launcher, const char* const mission
         static const char* const names[] = {"shm", "tipc", "udp"};
         const bool is_spread = (options->computers > 1U) && (links == (uint8_t)RTLINK_METHOD_SHARED_MEMORY);
         options->links       = names[links];
-        if (is_spread) { // Shared memory within a computer; the carrier of messages between them.
+        if (is_spread) { // Shared memory within a computer; between computers, the carrier of messages.
             options->links = (strcmp(options->transport, "tipc") == 0) ? "shm tipc" : "shm udp";
         }
     }
     return true;
 }
 
-/// Bit set of the methods that are named.
+/// Returns the bit set of the methods in a list of names.
 static uint8_t link_methods(const char* const names)
 {
     const unsigned shm  = (strstr(names, "shm") != NULL) ? (1U << (unsigned)RTLINK_METHOD_SHARED_MEMORY) : 0U;
@@ -147,7 +148,7 @@ static bool is_used(const char* const folder)
     return osal_file_exists(path);
 }
 
-/// Make the requested folder, or the first unused one of this scenario, form and seed.
+/// Create the requested folder, or the first unused one of this scenario, form and seed.
 static bool make_folder(launcher_t* const launcher, char* const folder, const size_t capacity)
 {
     const launch_options_t* const options = &launcher->options;
@@ -177,14 +178,14 @@ static bool make_folder(launcher_t* const launcher, char* const folder, const si
     const char* const base = (strncmp(folder, "runs/", 5U) == 0) ? &folder[5] : NULL;
     if (base != NULL) {
         const status_t status = osal_file_link(base, "runs/latest");
-        (void)status; // runs/latest is optional: the link of another run may have been made at the same time.
+        (void)status; // The link runs/latest is optional: another run may have created it at the same time.
     }
     return true;
 }
 
-/// Find the key of the ground link: that of the command line, else that of the mission, whose path is
-/// relative to the mission's file. Open it once before anything runs: a mission with a key must not fly
-/// without it.
+/// Find the key of the ground link: that of the command line, otherwise that of the mission, whose path is
+/// relative to the mission's file. It is opened once before the run begins, because a mission with a key
+/// must not fly without it.
 static bool check_key(launcher_t* const launcher, const char* const mission_path)
 {
     const char* const asked = launcher->options.key;
@@ -227,7 +228,7 @@ int32_t launcher_owner_of(const char* const identity)
     return owner;
 }
 
-/// Remove a name if its launcher has ended: a launcher that was killed could not remove it.
+/// Remove a name if its launcher has ended; a killed launcher could not remove it.
 static void sweep(void* const context, const char* const name)
 {
     (void)context;
@@ -235,7 +236,7 @@ static void sweep(void* const context, const char* const name)
     const int32_t id      = launcher_owner_of(&name[1]);
     const status_t status = (id > 0) ? osal_process_watch(&owner, id) : STATUS_OK;
     if (status == STATUS_NOT_FOUND) {
-        (void)osal_shm_remove(name); // The co-simulation port has such a name as well.
+        (void)osal_shm_remove(name); // The co-simulation port also has such a name.
         char identity[RUN_IDENTITY_MAX];
         text_t text = text_in(identity, sizeof identity);
         text_add(&text, &FAMILY[1]);
@@ -247,7 +248,8 @@ static void sweep(void* const context, const char* const name)
 
 // ---- Shared memory ----
 
-/// The file names the mission that uses the storage. If it is empty, this mission is written to it.
+/// Check that the storage belongs to this mission. The file contains the name of the mission; if it is
+/// empty, the name is written to it.
 static bool check_owner(launcher_t* const launcher, osal_file_t* const file, const char* const path)
 {
     char owner[LAUNCH_PATH_MAX] = {'\0'};
@@ -257,7 +259,8 @@ static bool check_owner(launcher_t* const launcher, osal_file_t* const file, con
         status =
             osal_file_read_at(file, 0U, owner, (size < sizeof owner) ? (size_t)size : (sizeof owner - 1U));
     }
-    if ((status == STATUS_OK) && (owner[0] == '\0')) { // New, or the power was cut while it was made.
+    // The file is new, or the power was cut while it was being created.
+    if ((status == STATUS_OK) && (owner[0] == '\0')) {
         status = osal_file_write(file, launcher->options.mission, strlen(launcher->options.mission));
         status = (status == STATUS_OK) ? osal_file_sync(file) : status;
     } else if ((status == STATUS_OK) && (strcmp(owner, launcher->options.mission) != 0)) {
@@ -268,7 +271,7 @@ static bool check_owner(launcher_t* const launcher, osal_file_t* const file, con
                 launcher->options.mission,
                 "'; choose another folder with --storage, or fly that mission with --mission", NULL});
     } else {
-        // The storage is that of this mission, or the file cannot be read.
+        // The storage belongs to this mission, or the file cannot be read.
     }
     return (status == STATUS_OK) ||
            launcher_refuse(launcher, (const char* const[]){status_text(status),
@@ -318,7 +321,8 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
         return false;
     }
     (void)text_join(run->key, sizeof run->key, (const char* const[]){launcher->key_path, NULL});
-    // Also in wall-clock time: simulated hardware belongs to the scheduler, unless all is free.
+    // A scheduler is also used in real time, because simulated devices need it; only free-running time has
+    // none.
     run->is_stepped      = launch_has_scheduler(&launcher->options);
     run->has_simulator   = launch_has_simulator(&launcher->options);
     run->is_real         = !launcher->options.is_stepped;
@@ -343,7 +347,8 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
         run->relay.descriptors[i] = -1;
     }
     run->relay.delay_us =
-        ((uint32_t)launcher->options.delay_ms * 1000U) / 2U; // One way is half of the round trip.
+        // The delay of one direction is half of the round trip.
+        ((uint32_t)launcher->options.delay_ms * 1000U) / 2U;
     run->relay.jitter_us  = (uint32_t)((double)run->relay.delay_us * LAUNCHER_RELAY_JITTER);
     run->relay.is_network = (launcher->options.delay_ms > 0U) && (launcher->options.computers > 1U);
     run->relay.seed       = launcher->options.seed;
@@ -364,7 +369,7 @@ static bool make_scheduler(launcher_t* const launcher)
 {
     char name[RUN_NAME_MAX];
     if (!launcher->run->is_stepped) {
-        return true; // Each component has a clock of its own.
+        return true; // There is no scheduler: each component has its own clock.
     }
     if (!run_name(launcher->run, "scheduler", 0U, name, sizeof name) ||
         (osal_shm_create(&launcher->scheduler_shm, name, OSAL_LOCKSTEP_BYTES) != STATUS_OK)) {
@@ -391,7 +396,7 @@ static bool make_scheduler(launcher_t* const launcher)
     return true;
 }
 
-/// Make the shared memory for the data that a restarted supervisor takes over.
+/// Create the shared memory for the data that a restarted supervisor takes over.
 static bool make_checkpoint(launcher_t* const launcher)
 {
     char name[RUN_NAME_MAX];
@@ -400,7 +405,7 @@ static bool make_checkpoint(launcher_t* const launcher)
         (osal_shm_create(&shm, name, sizeof(checkpoint_t)) != STATUS_OK)) {
         return launcher_fail(launcher, "cannot make shared memory for the supervisor ", name);
     }
-    osal_shm_close(&shm); // The memory stays as long as its name.
+    osal_shm_close(&shm); // The memory exists as long as its name.
     return true;
 }
 
@@ -448,7 +453,7 @@ static bool write_line(launcher_t* const launcher, const char* const name, const
     return is_written || launcher_fail(launcher, "cannot write ", path);
 }
 
-/// Write mission, world and port for ground tools that look them up.
+/// Write mission, world and port to files that ground tools read.
 static bool write_ground_files(launcher_t* const launcher)
 {
     char digits[16];
@@ -463,9 +468,9 @@ static bool write_ground_files(launcher_t* const launcher)
             launcher_fail(launcher, "no room for run.json in ", launcher->run->folder));
 }
 
-/// Name the co-simulation port in the folder of the run's shared memory. So a container with its own
-/// /dev/shm and process numbers from 1 has its own ports, and the clean-up after a killed launcher removes
-/// them as well.
+/// Place the co-simulation port in the folder of shared memories. Therefore a container with its own
+/// /dev/shm has its own ports even if its process numbers begin with 1, and the clean-up after a killed
+/// launcher removes the port.
 static void name_cosimulation(launcher_t* const launcher)
 {
     (void)text_join(launcher->cosimulation, sizeof launcher->cosimulation,
@@ -515,7 +520,8 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
         write_ground_files(launcher);
     if (is_ready) {
         name_cosimulation(launcher);
-        launcher->run->origin_ns = osal_clock_monotonic_ns() + 300000000U; // All processes are up by then.
+        // All processes have started by then.
+        launcher->run->origin_ns = osal_clock_monotonic_ns() + 300000000U;
     }
     return is_ready;
 }
@@ -528,11 +534,13 @@ void launcher_take_over(launcher_t* const launcher, const launch_options_t* cons
     if (load_mission(launcher, path, sizeof path) && choose_methods(launcher, path)) {
         launcher_adopt_interfaces(launcher);
     }
-    launcher->run             = run;
-    launcher->is_taken_over   = true;
-    launcher->is_undetermined = true; // The launcher died at an instant of wall-clock time.
+    launcher->run           = run;
+    launcher->is_taken_over = true;
+    // Simulated time does not determine the instant of the launcher's death.
+    launcher->is_undetermined = true;
     launcher->is_broken       = true;
-    launcher->reason[0]       = '\0'; // The mission may have become unreadable meanwhile.
+    // Drops an error of reading the mission, which may have become unreadable.
+    launcher->reason[0] = '\0';
     (void)launcher_fail(launcher, "launcher was killed; all others died with it", "");
     if (run == NULL) {
         return;

@@ -5,7 +5,7 @@
 #include "fsw/framework/rtlink/link_frame.h"
 
 #define PATIENCE_MS 100U
-#define TRIES 50U ///< Five seconds of wall-clock time for datagrams that the kernel has not delivered yet.
+#define TRIES 50U ///< Waits for announced datagrams: together five seconds of wall-clock time.
 
 CAPACITY_CHECK(a_frame_fits, RELAY_FRAME_MAX >= LINK_FRAME_MAX);
 CAPACITY_CHECK(every_link_is_relayed, RELAY_LINKS_MAX >= RUN_LINKS_MAX);
@@ -60,7 +60,7 @@ static uint32_t receive_all(launcher_relay_t* const self, const uint64_t now_ns)
     return taken;
 }
 
-/// Wait until a producer's frame can be read, PATIENCE_MS at most, divided among the open sockets.
+/// Wait until a frame of a producer can be read; at most PATIENCE_MS, divided among the open sockets.
 static void wait_for_frame(launcher_relay_t* const self)
 {
     uint32_t open = 0U;
@@ -75,8 +75,8 @@ static void wait_for_frame(launcher_relay_t* const self)
     }
 }
 
-/// Receive all frames that the producers have announced. The draws of the links are independent, so the order
-/// in which the kernel delivers frames of different links has no effect.
+/// Receive all frames that the producers have announced. The random numbers of the links are independent, so
+/// the order in which the kernel delivers frames of different links has no effect.
 static void take_announced(launcher_relay_t* const self, const osal_grant_t* const grant)
 {
     uint32_t taken = receive_all(self, grant->now_ns);
@@ -89,8 +89,8 @@ static void take_announced(launcher_relay_t* const self, const osal_grant_t* con
     }
 }
 
-/// Send a frame to its consumer and announce it, unless the present life of the consumer refuses frames of
-/// this epoch.
+/// Send a frame to its consumer and announce it, unless the present life of the consumer refuses the epoch
+/// of the frame.
 static void pass_on(launcher_relay_t* const self, const relay_frame_t* const frame)
 {
     const unsigned component         = self->run->relay.consumers[frame->link];
@@ -110,7 +110,7 @@ uint64_t launcher_relay_step(launcher_relay_t* const self, const osal_grant_t* c
     FSW_ASSERT((self != NULL) && (grant != NULL));
     run_relay_t* const shown = &self->run->relay;
     take_announced(self, grant);
-    // The relay runs last in a time step: a consumer receives the frames passed on now in the next one.
+    // The relay runs last in a time step: consumers receive the frames in the next step.
     const uint64_t read_ns = grant->now_ns + RUN_STEP_NS;
     for (const relay_frame_t* frame = relay_give(&self->relay, read_ns); frame != NULL;
          frame                      = relay_give(&self->relay, read_ns)) {

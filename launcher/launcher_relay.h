@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The relay of a run stands between the producers and the consumers of its links: it delays, loses and
-/// reorders their frames (sim/relay/relay.h). It is a participant of the scheduler, in a process of its own
-/// or in the image.
+/// The relay of a run passes frames from the producers to the consumers of links; it delays, loses and
+/// reorders them (sim/relay/relay.h). It is a participant of the scheduler, in its own process or in the
+/// image.
 ///
 /// Ownership  The program places launcher_relay_t.
 /// Context    One task.
@@ -13,22 +13,23 @@
 #include "osal/include/osal/socket.h"
 #include "sim/relay/relay.h"
 
-#define LAUNCHER_RELAY_JITTER 0.1 ///< Share of the delay.
+#define LAUNCHER_RELAY_JITTER 0.1 ///< Jitter as a share of the delay.
 #define LAUNCHER_RELAY_LOSS 0.05
-#define LAUNCHER_RELAY_LOSS_TEXT "5%" ///< The same for netem, which delays the network between two nodes.
+/// The same share for netem, which delays the network between two computers.
+#define LAUNCHER_RELAY_LOSS_TEXT "5%"
 
 typedef struct { // Private.
     run_state_t* run;
     osal_lockstep_t* scheduler;
-    osal_socket_t sockets[RUN_LINKS_MAX]; // From the producers.
+    osal_socket_t sockets[RUN_LINKS_MAX]; // Receive frames of the producers.
     osal_socket_t sender;
     relay_t relay;
 } launcher_relay_t;
 
-/// Take over the sockets of the run's relay; without one, no effect. Null, or the error.
+/// Take over the sockets of the run's relay; no effect if the run has none. Returns null, or the error text.
 const char* launcher_relay_open(launcher_relay_t* self, run_state_t* run, osal_lockstep_t* scheduler);
-/// One turn: receive the frames that the producers have announced, and pass on those that are due when the
-/// consumers run next. Returns when the next turn is needed [ns of the run].
+/// Perform one turn: receive the frames that the producers have announced, and send those that are due when
+/// the consumers run next. Returns the time of the next turn [ns of the run].
 uint64_t launcher_relay_step(launcher_relay_t* self, const osal_grant_t* grant);
 void launcher_relay_close(launcher_relay_t* self);
 

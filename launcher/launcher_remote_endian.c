@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A subsystem whose program is that of another processor: big-endian, emulated, with a native proxy.
+// Support of a subsystem whose program is for another, big-endian processor: it runs in an emulator, with a
+// native proxy.
 #include "launcher/launcher_internal.h"
 
 #include "base/assertion.h"

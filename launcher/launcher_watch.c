@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Watchdog of the scheduler. A process that holds the grant and does not pass it on stops simulated time for
-// all. A component that does so hangs: it is suspended, so that the others continue, and the supervisor kills
-// it. A decision by wall-clock time makes the run irreproducible.
+// all. Such a component hangs: it is suspended, so that the others continue, and the supervisor kills it.
+// This decision depends on wall-clock time, so it makes the run irreproducible.
 #include "launcher/launcher_internal.h"
 
 #include "osal/include/osal/clock.h"
@@ -9,17 +9,18 @@
 
 #define NS_PER_US 1000U
 #define NS_PER_MS 1000000ULL
-/// How long a holder may compute, or be stopped by a signal, before it counts as hanging: with simulated time
-/// paced by the wall clock (at least, and not less than `hangAfter` of the mission), and without.
+/// Time for which a holder may compute, or be stopped by a signal, before it counts as hanging. In real
+/// time, this is a minimum: `hangAfter` of the mission applies if it is longer.
 #define REAL_HANG_NS (20U * NS_PER_MS)
 #define STEPPED_HANG_NS (5000U * NS_PER_MS)
-#define FREE_HANG_NS (200U * NS_PER_MS) ///< In a run in which each process has its own clock.
-/// How long a holder may wait for the operating system, for example for a slow disk.
+#define FREE_HANG_NS (200U * NS_PER_MS) ///< The same time in a run in which each process has its own clock.
+/// Time for which a holder may wait for the operating system, for example for a slow disk.
 #define REAL_WAIT_NS (5000U * NS_PER_MS)
 #define STEPPED_WAIT_NS (20000U * NS_PER_MS)
 /// Wall-clock time in which a restarted component must join; simulated time waits for it.
 #define JOIN_NS (10000U * NS_PER_MS)
-#define POSTPONED_NS (20U * NS_PER_MS) ///< Simulated time, if it waits for the wall clock.
+/// Simulated time by which a life that has not joined is postponed in real time.
+#define POSTPONED_NS (20U * NS_PER_MS)
 
 static child_t* child_of(launcher_t* const launcher, const unsigned participant)
 {
@@ -32,8 +33,8 @@ static child_t* child_of(launcher_t* const launcher, const unsigned participant)
     return NULL;
 }
 
-/// How long a holder may compute where simulated time is paced by the wall clock. For a machine that is
-/// slower than that, for example an emulated one, a mission declares a longer `hangAfter`.
+/// Time for which a holder may compute in real time. For a slower machine, for example an emulated one, the
+/// mission can define a longer `hangAfter`.
 static uint64_t real_hang_ns(const launcher_t* const launcher, const child_t* const child)
 {
     const uint64_t declared_ns =
@@ -41,8 +42,8 @@ static uint64_t real_hang_ns(const launcher_t* const launcher, const child_t* co
     return (declared_ns > REAL_HANG_NS) ? declared_ns : REAL_HANG_NS;
 }
 
-/// True if a process hangs. A process that only waits for a processor does not hang: the result must not
-/// depend on the load of the machine.
+/// True if a process hangs. A process that only waits for a processor does not hang, so that the result does
+/// not depend on the load of the machine.
 static bool is_hanging(const launcher_t* const launcher, const child_t* const child,
                        const osal_process_look_t* const look, const uint64_t granted_ns)
 {
@@ -74,7 +75,7 @@ static void suspend(launcher_t* const launcher, child_t* const child)
         return;
     }
     complain(child, " hangs: suspended, so that the others continue; the supervisor kills it");
-    (void)osal_process_suspend(&child->process); // A suspended process does nothing outside of a grant.
+    (void)osal_process_suspend(&child->process); // Suspended, it cannot act without a grant.
     osal_lockstep_suspend(launcher->scheduler, child->participant);
     __atomic_store_n(&component->hung_life, child->life, __ATOMIC_RELEASE);
 }
@@ -104,7 +105,7 @@ static void watch_holder(launcher_t* const launcher, const uint64_t now_ns)
     }
 }
 
-/// Limit the time for which a process that starts and does not join delays the others.
+/// Limit the time for which a starting process that does not join delays the others.
 static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
 {
     const unsigned awaited   = osal_lockstep_awaited(launcher->scheduler);
@@ -132,12 +133,12 @@ static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
         osal_lockstep_end(launcher->scheduler, awaited, life);
         launcher->watch.join_ns = 0U;
     } else {
-        // The life still has time to join.
+        // The process still has time to join.
     }
 }
 
 /// In free-running time only the launcher detects a restarted process that never makes a step: before its
-/// first step it has announced no wake time that others could watch.
+/// first step it has not announced a wake time that other processes could check.
 static void watch_first_steps(launcher_t* const launcher, const uint64_t now_ns)
 {
     for (size_t i = 0U; i < launcher->child_count; i++) {
@@ -152,8 +153,8 @@ static void watch_first_steps(launcher_t* const launcher, const uint64_t now_ns)
     }
 }
 
-/// If each process has its own clock, no process on board watches the supervisor: the others only see that it
-/// is late, and it may be waiting for its disk.
+/// Kill a supervisor that hangs, if each process has its own clock. No process on board does this in that
+/// case: the others can only detect that the supervisor is late, but it may be waiting for its disk.
 static void watch_supervisor(launcher_t* const launcher, const uint64_t now_ns)
 {
     launcher_watch_t* const watch = &launcher->watch;
@@ -181,7 +182,7 @@ static void watch_supervisor(launcher_t* const launcher, const uint64_t now_ns)
 void launcher_watch_lives(launcher_t* const launcher)
 {
     if (launcher->options.is_image) {
-        return; // One loop runs all components.
+        return; // In the image one loop runs all components.
     }
     const uint64_t now_ns = osal_clock_monotonic_ns();
     if (!launcher->options.is_stepped) {
@@ -195,7 +196,7 @@ void launcher_watch_lives(launcher_t* const launcher)
     }
 }
 
-/// The child that was last seen with the grant; null: none.
+/// Returns the child that was last found to hold the grant; null if there is none.
 static const child_t* holder_of(launcher_t* const launcher)
 {
     const bool has_holder = (launcher->scheduler != NULL) && (launcher->watch.since_ns != 0U);

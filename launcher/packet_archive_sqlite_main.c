@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The writer of the SQLite packet log, a process of its own, and the merge of all parts of a run's packet
-// log.
+// The program that writes the SQLite packet log, and merges all parts of a run's packet log.
 //
 //     packet-archive-sqlite follow FOLDER   insert packets.spool into packets.db as it grows, until ended
 //     packet-archive-sqlite merge FOLDER [RECORDS]
 //                                           packets.ascii, .spool, .ring -> packets.db and packets.log
 //
-// The merge fails (exit code 1) if a record number up to RECORDS is missing, and names those, or occurs twice
-// with other content. packets.log is complete or absent. If the disk has no room for both, packets.db is
-// dropped: it can be made again from the parts.
+// The merge fails (exit code 1) if a record number up to RECORDS is missing, (it prints those), or occurs
+// twice with different content. packets.log is complete or absent. If the disk has no room for both,
+// packets.db is dropped: it can be created again from the parts.
 #include "base/octets.h"
 #include "base/text.h"
 #include "osal/include/osal/clock.h"
@@ -34,18 +33,19 @@ typedef struct {
     sqlite3* database;
     sqlite3_stmt* insert;
     uint64_t expected; ///< Number of the last record; 0: the last existing one.
-    uint64_t doubled;  ///< Records that were there already with other content.
+    uint64_t doubled;  ///< Records whose number already existed with other content.
     uint64_t gaps;     ///< Records that the log itself reports as lost.
     bool is_failed;    ///< The database accepts no more records.
 } archive_t;
 
-/// A file that grows. An incomplete record is read again, because a writer that failed cuts it off.
+/// A growing file. An incomplete record at its end is read again later, because the writer cuts it off after
+/// a failure.
 typedef struct {
     osal_file_t file;
     bool is_open;
     uint64_t position; ///< Position of the buffer in the file.
     size_t held;
-    size_t partial; ///< Octets of these that the last reading left over.
+    size_t partial; ///< Number of these octets that the last read left unprocessed.
     uint8_t buffer[CHUNK + LINE_MAX_CHARACTERS];
 } tail_t;
 
@@ -160,7 +160,7 @@ static void insert(archive_t* const archive, const uint8_t* const record, const 
     const uint8_t* const packet = &record[RECORD_HEADER];
     const header_t header       = header_of(packet, packet_size, is_tc);
     sqlite3_stmt* const row     = archive->insert;
-    if (direction == DIRECTION_GAP) { // Numbers that are missing: `number` to `time_ns`.
+    if (direction == DIRECTION_GAP) { // A gap record: the records `number` to `time_ns` are missing.
         archive->gaps += (time_ns >= number) ? ((time_ns - number) + 1U) : 0U;
         return;
     }
@@ -208,7 +208,7 @@ static void drop(tail_t* const tail, const size_t size)
     tail->position += size;
 }
 
-/// Whole records at the front of the spool's tail.
+/// Insert the complete records at the front of the spool's buffer.
 static void take_spool(archive_t* const archive, tail_t* const tail)
 {
     size_t used = 0U;
@@ -218,8 +218,10 @@ static void take_spool(archive_t* const archive, tail_t* const tail)
         if (reader.failed) {
             break;
         }
-        if ((size < RECORD_HEADER) || (size > RECORD_MAX)) { // Octets beyond it may never be written.
-            used = tail->held; // Framing lost: the rest is unreliable; the merge reports what is missing.
+        // A wrong size may refer to octets that are never written.
+        if ((size < RECORD_HEADER) || (size > RECORD_MAX)) {
+            // The framing is lost, and the rest is unreliable; the merge reports the missing records.
+            used = tail->held;
             break;
         }
         if (octet_reader_left(&reader) < size) {
@@ -250,7 +252,7 @@ static uint64_t read_number(const uint8_t* const line, const size_t size, size_t
     return number;
 }
 
-/// "<first> <last> GAP".
+/// Insert a line "<first> <last> GAP".
 static void insert_gap(archive_t* const archive, const uint8_t* const line, const size_t size)
 {
     uint8_t record[RECORD_HEADER];
@@ -262,7 +264,7 @@ static void insert_gap(archive_t* const archive, const uint8_t* const line, cons
     insert(archive, record, sizeof record);
 }
 
-/// "<number> <seconds>.<nanoseconds> TC|TM <hex>" as a record.
+/// Insert a line "<number> <seconds>.<nanoseconds> TC|TM <hex>" as a record.
 static void insert_line(archive_t* const archive, const uint8_t* const line, const size_t size)
 {
     static const uint8_t gap[] = {(uint8_t)' ', (uint8_t)'G', (uint8_t)'A', (uint8_t)'P'};
@@ -304,7 +306,7 @@ static void take_lines(archive_t* const archive, tail_t* const tail)
     }
     drop(tail, used);
     if (tail->held >
-        LINE_MAX_CHARACTERS) { // No line is that long, and the buffer has room for one line only.
+        LINE_MAX_CHARACTERS) { // No valid line is that long, and the buffer has room for one line only.
         drop(tail, tail->held);
     }
 }
@@ -312,7 +314,7 @@ static void take_lines(archive_t* const archive, tail_t* const tail)
 static void take_part(archive_t* const archive, const char* const name,
                       void (*const take)(archive_t* archive, tail_t* tail))
 {
-    static tail_t tail; // Static, because it is large; one part at a time.
+    static tail_t tail; // Static, because it is large; only one part is read at a time.
     (void)memset(&tail, 0, sizeof tail);
     (void)execute(archive, "BEGIN");
     while (fill(archive, &tail, name)) {
@@ -363,7 +365,7 @@ static status_t write_line(osal_file_t* const file, sqlite3_stmt* const row)
     return osal_file_write(file, line, text.length);
 }
 
-/// The file has another name until it is complete.
+/// Write packets.log. The file has another name until it is complete.
 static bool write_log(archive_t* const archive)
 {
     char part[PATH_MAX_CHARACTERS];
@@ -390,7 +392,7 @@ static bool write_log(archive_t* const archive)
     return status == STATUS_OK;
 }
 
-/// " first-last" for each of the first ranges that are missing; returns how many records are.
+/// Write " first-last" for each of the first missing ranges. Returns the number of missing records.
 static uint64_t find_missing(archive_t* const archive, text_t* const out_ranges)
 {
     sqlite3_stmt* row = NULL;
@@ -419,7 +421,7 @@ static uint64_t find_missing(archive_t* const archive, text_t* const out_ranges)
     return missing;
 }
 
-/// Numbers run from 1 to the last without a gap.
+/// Check that the numbers run from 1 to the last one without a gap.
 static bool check_numbers(archive_t* const archive)
 {
     char ranges[512];
@@ -452,7 +454,7 @@ static void take_parts(archive_t* const archive)
     take_part(archive, "packets.ring", take_lines);
 }
 
-/// Merge without packets.db, so that packets.log gets its disk space.
+/// Merge in memory, without packets.db, so that packets.log can use its disk space.
 static bool merge_in_memory(archive_t* const archive)
 {
     static const char* const names[] = {"packets.db", "packets.db-journal"};
@@ -486,7 +488,7 @@ static int merge(archive_t* const archive)
     return (is_stored && is_whole) ? 0 : 1;
 }
 
-/// The number in the words, 0 if there is none.
+/// Returns the number in a text; 0 if there is none.
 static uint64_t number_of(const char* const words)
 {
     size_t position = 0U;

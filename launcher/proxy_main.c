@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The proxy of a remote-endian program (remote_endian_wire.h): starts it, takes its component's place in the
-// scheduler and its ends of the buses, and passes data on. It ends with its program.
+// The proxy of a remote-endian program (remote_endian_wire.h): starts the program, takes the place of its
+// component in the scheduler and on the buses, and exchanges the data with it. The proxy ends with its
+// program.
 #include "fsw/programs/remote_endian_wire.h"
 #include "base/number.h"
 #include "base/text.h"
@@ -11,7 +12,7 @@
 
 #define LINE_MAX 512U
 #define SLICE_MS 50U          ///< Interval of checks whether the run has ended.
-#define END_PATIENCE_MS 5000U ///< Wall-clock time that the program has to end by itself.
+#define END_PATIENCE_MS 5000U ///< Wall-clock time in which the program must end by itself.
 
 typedef struct { // All storage of the program.
     osal_shm_t run_shm;
@@ -56,8 +57,8 @@ static const char* open_run(proxy_t* const self, const char* const name)
     return (self->scheduler != NULL) ? NULL : "the run's scheduler is of another version";
 }
 
-/// `runner` runs the program. The program gets the run's name, which shows in process lists, the sockets of
-/// the run and its end of the stream.
+/// Start the program with `runner`. The program inherits the sockets of the run and its end of the stream.
+/// It also gets the name of the run, so that process lists show it.
 static bool start_program(proxy_t* const self, const char* const name, const char* const runner)
 {
     osal_socket_t peer = OSAL_SOCKET_CLOSED;
@@ -84,7 +85,8 @@ static bool start_program(proxy_t* const self, const char* const name, const cha
     return status == STATUS_OK;
 }
 
-/// Buses that the program has opened in this turn: a controller that is switched on has received nothing yet.
+/// Open the ends of buses that the program has opened in this turn. Earlier frames are dropped: a controller
+/// that is switched on has not received them.
 static void open_buses(proxy_t* const self, const uint32_t opened)
 {
     for (unsigned bus = 0U; bus < MISSION_BUSES_MAX; bus++) {
@@ -112,7 +114,8 @@ static void deliver(const proxy_t* const self, const osal_deliveries_t* const de
     }
 }
 
-/// Wait for the program's answer. STATUS_OK, STATUS_TIMEOUT (the run is over), others: it is lost.
+/// Wait for the program's answer. STATUS_OK, STATUS_TIMEOUT (the run has ended); any other status: the
+/// program is lost.
 static status_t take_done(proxy_t* const self, remote_endian_done_t* const out_done)
 {
     octet_reader_t reader;
@@ -139,7 +142,7 @@ static status_t take_done(proxy_t* const self, remote_endian_done_t* const out_d
     return STATUS_OK;
 }
 
-/// Hand over until the run has ended (true) or the program has been lost.
+/// Exchange grants and answers until the run has ended (true) or the program is lost (false).
 static bool serve(proxy_t* const self)
 {
     octet_writer_t writer = remote_endian_begin(&self->wire, REMOTE_ENDIAN_RUN);
@@ -178,7 +181,7 @@ static bool serve(proxy_t* const self)
     return false;
 }
 
-/// The stream is closed: the program ends on its own, or is killed.
+/// Wait for the end of the program after the stream was closed; kill it if it does not end by itself.
 static osal_process_result_t await_end(proxy_t* const self)
 {
     osal_process_result_t result  = {.has_ended = false};

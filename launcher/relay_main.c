@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The relay of the links as a process: a participant of the run's scheduler (launcher_relay.h).
+// The relay of the links as a separate process, which is a participant of the run's scheduler
+// (launcher_relay.h).
 #include "launcher/launcher_relay.h"
 
 #include "base/text.h"

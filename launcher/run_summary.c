@@ -12,7 +12,7 @@
 #define SUMMARY_MAX 8192U
 #define SUMMARY_PATH (LAUNCH_PATH_MAX + 24U)
 
-/// A JSON string; characters that need escaping become spaces.
+/// Add a JSON string; characters that would need escaping become spaces.
 static void add_string(text_t* const text, const char* const value)
 {
     text_add_character(text, '"');
@@ -50,7 +50,7 @@ static void add_hash(text_t* const text, const char* const key, const uint64_t h
     text_add_character(text, '"');
 }
 
-/// value / 1000 with three decimals.
+/// Add value / 1000 with three decimals.
 static void add_thousandths(text_t* const text, const char* const key, const uint64_t value)
 {
     add_key(text, key);
@@ -86,7 +86,7 @@ static void add_relay(text_t* const text, const launcher_t* const launcher)
     text_add(text, "{\"round_trip_ms\": ");
     text_add_unsigned(text, launcher->options.delay_ms);
     if (relay->is_network) {
-        text_add(text, ", \"network\": true}"); // The links count what they lose: `link list`.
+        text_add(text, ", \"network\": true}"); // The links themselves count their losses (`link list`).
         return;
     }
     text_add(text, ", \"delayed\": ");
@@ -98,7 +98,7 @@ static void add_relay(text_t* const text, const launcher_t* const launcher)
     text_add(text, "}");
 }
 
-/// Frames of SocketCAN buses that did not arrive as announced, and interfaces that were removed.
+/// Add the numbers of frames of SocketCAN buses that did not arrive as announced, and of lost interfaces.
 static void add_bus_frames(text_t* const text, const launcher_t* const launcher)
 {
     add_number(text, "bus_frames_late", launcher->late_frames);
@@ -107,7 +107,8 @@ static void add_bus_frames(text_t* const text, const launcher_t* const launcher)
     add_number(text, "bus_interfaces_lost", launcher->bus_cuts);
 }
 
-/// For a component with its own clock: how many steps were late by less than 0.1, 1, 10, 100 ms, and by more.
+/// Add for a component with its own clock the numbers of steps that were late by less than 0.1, 1, 10, 100
+/// ms, and by more.
 static void add_lateness(text_t* const text, const launcher_t* const launcher, const unsigned component)
 {
     if (launcher->scheduler != NULL) {
@@ -151,7 +152,7 @@ static void add_speed(text_t* const text, const launcher_t* const launcher)
     const uint64_t simulated_ns = launcher->last_simulated_ns - launcher->first_simulated_ns;
     add_thousandths(text, "simulated_s", launcher->last_simulated_ns / 1000000U);
     if (launcher->first_wall_ns == 0U) {
-        return; // Simulated time never moved.
+        return; // Simulated time never advanced.
     }
     add_thousandths(text, "wall_s", wall_ns / 1000000U);
     if (wall_ns >= 1000000U) {
@@ -159,7 +160,7 @@ static void add_speed(text_t* const text, const launcher_t* const launcher)
     }
 }
 
-/// Temporary and final path.
+/// Build the temporary and the final path.
 static bool name_files(const launcher_t* const launcher, char out_part[SUMMARY_PATH],
                        char out_path[SUMMARY_PATH])
 {
@@ -181,7 +182,7 @@ bool run_summary_reserve(const launcher_t* const launcher)
     return (status == STATUS_OK) || (status == STATUS_UNSUPPORTED);
 }
 
-/// Write into the reserved space; at any moment the name refers to a complete file.
+/// Write the summary into the reserved space; the final name refers to a complete file at any moment.
 static bool write_whole(const launcher_t* const launcher, const char* const summary, const size_t size)
 {
     char part[SUMMARY_PATH];
@@ -197,7 +198,7 @@ static bool write_whole(const launcher_t* const launcher, const char* const summ
     return is_written && (osal_file_rename(part, path) == STATUS_OK);
 }
 
-/// Lines of the live port that changed the flight; nothing if the run had no live port.
+/// Add the number of lines of the live port that changed the flight; no text if the run had no live port.
 static void add_live(text_t* const text, const launcher_t* const launcher)
 {
     char path[SUMMARY_PATH];

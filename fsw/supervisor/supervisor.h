@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The supervisor: a subsystem itself, superior to the others. Routes and logs every packet, gives
-/// permission, keeps track of subsystems, processes and real-time networks, and reacts to errors
-/// (paper, 4.3).
+/// The supervisor: a subsystem that controls the others. It routes and logs every packet, checks
+/// permissions, monitors subsystems, processes and real-time networks, and reacts to errors (paper, 4.3).
 ///
 ///     spacecraft services   services/*.c
 ///     supervision           router.c, error_handling.c, link_manager.c, sequences.c, mission_service.c
@@ -31,32 +30,33 @@
 #include "pus/private/st130_rtlink.h"
 #include "pus/private/st131_mission.h"
 
-#define SUPERVISOR_MODE_RECORD 9U ///< Octets of a mode and the time of its beginning [ns of the run].
-#define SUPERVISOR_OWN_EVENTS 16U ///< Events of its own that wait for the end of the step.
+/// Octets of the record of a mode: mode, and time of its beginning [ns of the run].
+#define SUPERVISOR_MODE_RECORD 9U
+#define SUPERVISOR_OWN_EVENTS 16U ///< Largest number of its own events that wait for the end of the step.
 
-/// Access to processes, provided by the launcher. Orders are given after the commit of their step; if the
-/// supervisor dies at that moment, the next one may repeat one of them.
+/// Access to the processes, which the launcher manages. Orders are performed after the commit of their step;
+/// if the supervisor dies at that moment, the next one may repeat one of them.
 typedef struct {
     void* context;
     /// Start a new life of the process; its first step is `boot_ns` from now. Real-time links that it opens
     /// have epochs above `link_floor`. STATUS_OK, STATUS_EXISTS (it runs), STATUS_NOT_FOUND.
     status_t (*start)(void* context, uint16_t apid, uint32_t link_floor, uint64_t boot_ns);
-    status_t (*stop)(void* context, uint16_t apid); ///< Regular end. STATUS_OK, STATUS_NOT_FOUND.
-    /// End a process at once because it hangs. Statuses as of `stop`.
+    status_t (*stop)(void* context, uint16_t apid); ///< End a process regularly. STATUS_OK, STATUS_NOT_FOUND.
+    /// End a process immediately because it hangs. Statuses as of `stop`.
     status_t (*kill)(void* context, uint16_t apid);
     bool (*is_running)(void* context, uint16_t apid);
-    /// Latest time of the next step of the process, as it promised [ns of the run]; UINT64_MAX: it has not
-    /// stepped in this life.
+    /// Returns the latest time of the next step that the process has promised [ns of the run]; UINT64_MAX:
+    /// it has not stepped in this life.
     uint64_t (*promise)(void* context, uint16_t apid);
     bool (*is_stop_requested)(void* context); ///< The program was asked to end (Ctrl-C).
     void (*finished)(void* context);          ///< The mission is shut down; the run may end.
 } supervisor_platform_t;
 
-/// Access to the descriptors of the subsystems, for their telemetry, once at start.
+/// Access to the descriptors of the subsystems, which define their telemetry; used once, at start.
 typedef struct {
     void* context;
-    /// Descriptor of a subsystem, by its index in the mission; until the next call. Statuses of
-    /// descriptor_load_subsystem. Null: the telemetry of others is unknown.
+    /// Load the descriptor of a subsystem by its index in the mission; it is valid until the next call.
+    /// Statuses of descriptor_load_subsystem. Null: the telemetry of other subsystems is unknown.
     status_t (*load)(void* context, uint16_t index, const subsystem_descriptor_t** out_descriptor);
 } supervisor_descriptors_t;
 
@@ -68,11 +68,11 @@ typedef enum { // Process state in TM[131,9].
 
 typedef enum {
     DOUBT_NONE,
-    DOUBT_SILENT, ///< Silent for so long that its state may have changed.
-    DOUBT_ASKED   ///< Reports arrive again; its status was requested.
+    DOUBT_SILENT, ///< No report for so long that the state may have changed.
+    DOUBT_ASKED   ///< Reports arrive again, and the status was requested.
 } doubt_t;
 
-typedef enum { // Presumed state of a process whose order is not carried out yet.
+typedef enum { // Presumed state of a process for which an order is not performed yet.
     PRESUMED_NOTHING = 0,
     PRESUMED_RUNNING,
     PRESUMED_GONE
@@ -88,13 +88,13 @@ typedef struct { // Known data of one subsystem.
     uint16_t configuration;
     uint8_t restarts;
     uint8_t deaths;       ///< Deaths that count against its restart budget.
-    bool is_start_due;    ///< It is to be started at restart_ns.
+    bool is_start_due;    ///< It must be started at restart_ns.
     uint64_t restart_ns;  ///< Time of the last start, or of the next one.
     state_t rested;       ///< Last rest state, other than ERROR_OPERATIONAL.
-    uint16_t rested_with; ///< The configuration in that state.
-    uint64_t error_ns;    ///< When it first reported ERROR_OPERATIONAL.
+    uint16_t rested_with; ///< Configuration in that state.
+    uint64_t error_ns;    ///< Time of its first report of ERROR_OPERATIONAL.
     recommission_t recommission;
-    bool is_order_pending; ///< The order in `ordered` waits for room in its mailbox.
+    bool is_order_pending; ///< The order for the state `ordered` waits for room in its inbox.
     state_t ordered;
     pus_cause_t order_cause;
     struct {
@@ -104,23 +104,24 @@ typedef struct { // Known data of one subsystem.
     presumed_t presumed; ///< See output_commit.c.
     uint64_t heard_ns;
     uint64_t started_ns;
-    uint64_t interface_hash; ///< Hash of the descriptor with which it runs, as it last reported it.
+    uint64_t interface_hash; ///< Hash of its descriptor, as last reported.
     uint64_t configuration_hash;
     bool is_interface_mismatched; ///< The interface hash differs from that of the supervisor's descriptor.
-    bool is_in_doubt;             ///< Taken over from the previous supervisor, not reported since.
-    bool is_unresponsive;    ///< It has taken no packet for too long: requests to it are refused at once.
-    bool are_links_in_doubt; ///< Taken over, and not yet compared with its own report.
+    /// Its state was taken over from the previous supervisor, and it has not reported since.
+    bool is_in_doubt;
+    bool is_unresponsive;    ///< It has taken no packet for too long: requests to it are refused immediately.
+    bool are_links_in_doubt; ///< Its links were taken over, and not yet compared with its report.
     doubt_t doubt;
     struct {
-        uint32_t request_id; ///< TC[129,4], if DOUBT_ASKED.
+        uint32_t request_id; ///< Request id of TC[129,4], if DOUBT_ASKED.
         uint64_t time_ns;
     } asked;
 } registry_entry_t;
 
-typedef struct { // An event of the supervisor itself that has a reaction.
+typedef struct { // An event of the supervisor itself that needs a reaction.
     uint16_t event_id;
     uint8_t severity;
-    uint16_t subject; ///< The subsystem it concerns, or SUPERVISOR_APID.
+    uint16_t subject; ///< Subsystem that it is about, or SUPERVISOR_APID.
 } own_event_t;
 
 typedef struct {
@@ -131,24 +132,26 @@ typedef struct {
     supervisor_platform_t platform;
     supervisor_descriptors_t descriptors;
     const char* log_folder;
-    bool has_log_writer; ///< A task of its own waits for the disk of the packet log.
+    bool has_log_writer; ///< The packet log has a task that waits for the disk.
     uint32_t start_count;
     pus_file_store_t files; ///< Files of ST[23] and of services that load by reference.
-    journal_t* journal; ///< Open, with the persistent records of earlier lives; null: no persistent records.
-    subsystem_services_t optional; ///< Services that its descriptor lists.
-    const medium_t* store_media;   ///< SPACECRAFT_STORES media for packet stores; null: nothing fits.
-    bool is_endpoint_kept;         ///< The endpoint is that of the supervisor that died, unchanged.
+    /// Open journal with the persistent records of earlier lives; null: there are no persistent records.
+    journal_t* journal;
+    subsystem_services_t optional; ///< Services that the supervisor's descriptor lists.
+    const medium_t* store_media;   ///< SPACECRAFT_STORES media for packet stores; null: stores are refused.
+    bool is_endpoint_kept;         ///< The endpoint is the unchanged one of the supervisor that died.
     /// Number of records of the packet log in this run so far; used if there is no checkpoint.
     uint64_t log_records;
-    checkpoint_t* checkpoint; ///< Checkpoint of the supervisor that died, for the next one; null: none.
-    /// Copy a damaged checkpoint for analysis; the context is that of the platform. True: there is a copy.
-    /// Null: no copies.
+    /// Checkpoint for the next supervisor, with the data of the one that died; null: there is none.
+    checkpoint_t* checkpoint;
+    /// Copy a damaged checkpoint for analysis; the context is that of the platform. True if the copy was
+    /// made. Null: no copy is made.
     bool (*keep_checkpoint)(void* context, const checkpoint_t* checkpoint);
 } supervisor_config_t;
 
 typedef enum { // Result of reading the checkpoint.
     ADOPTION_WHOLE = 0,
-    ADOPTION_OLDER,  ///< The last commit is damaged; the one before it was used.
+    ADOPTION_OLDER,  ///< The last commit is damaged; the previous one was used.
     ADOPTION_NOTHING ///< Both commits are damaged.
 } adoption_damage_t;
 
@@ -158,18 +161,19 @@ typedef struct supervisor { // All fields are private.
     subsystem_t subsystem;
     uint64_t now_ns;
     uint64_t next_tick_ns;
-    bool has_begun; // Its first step is done.
+    bool has_begun; // The first step is done.
     uint8_t mode;
-    bool is_cut_off; // The previous flight ended without a shutdown, in the mode of this record:
+    bool is_cut_off; // The previous flight ended without a shutdown, in the mode of the record `cut_off`.
     uint8_t cut_off[SUPERVISOR_MODE_RECORD];
     registry_entry_t registry[MISSION_SUBSYSTEMS_MAX];
     bool is_log_failure_reported;
     pending_table_t pending;
     pending_table_t own;  // Requests to the supervisor itself.
-    pending_table_t left; // Requests of `own` that the previous supervisor began and that cannot continue.
+    pending_table_t left; // Requests in `own` that the previous supervisor began and that cannot continue.
     uint32_t lives;       // Number of supervisor lives in this run.
-    bool is_adopted;      // Taken over from the previous one, not reported yet.
-    bool is_continued;    // Taken over after the autostart: bring up only the supervisor itself.
+    bool is_adopted;      // Data were taken over from the previous supervisor, and this was not reported yet.
+    // Data were taken over after the autostart: only the supervisor itself must be brought up.
+    bool is_continued;
     adoption_damage_t checkpoint_damage;
     bool is_checkpoint_copied;
     uint8_t log_strategy; // First strategy of the packet log.
@@ -178,18 +182,19 @@ typedef struct supervisor { // All fields are private.
     pus_requester_t requester;
     link_graph_t graph;
     link_session_t sessions[SUPERVISOR_LINK_SESSIONS];
-    uint16_t closings[MISSION_LINKS_MAX]; // APIDs that must also close, by mission link number - 1; 0: none.
-    link_edge_t accepted[MISSION_LINKS_MAX]; // Negotiated, by mission link number - 1; link 0 = none.
+    // APID of the end that must also close, by mission link number - 1; 0: none.
+    uint16_t closings[MISSION_LINKS_MAX];
+    link_edge_t accepted[MISSION_LINKS_MAX]; // Negotiated links, by mission link number - 1; link 0: none.
     uint32_t link_epoch;
     uint32_t link_transaction;
-    pus_link_properties_t wanted[MISSION_LINKS_MAX]; // Requested last, by mission link number - 1.
+    pus_link_properties_t wanted[MISSION_LINKS_MAX]; // Properties requested last, by mission link number - 1.
     uint32_t renewed;                                // Bit n: link n + 1 was open and must be opened again.
-    uint8_t renewals[MISSION_LINKS_MAX];             // Attempts left.
+    uint8_t renewals[MISSION_LINKS_MAX];             // Remaining attempts.
     plan_runner_t plans;
     own_event_t own_events[SUPERVISOR_OWN_EVENTS];
     uint16_t own_event_count;
     unsigned autostart_step;
-    unsigned shutdown_step; // 0: not under way.
+    unsigned shutdown_step; // 0: there is no shutdown.
     uint64_t shutdown_ns;
     bool has_shutdown_token;
     pus_token_t shutdown_token;
@@ -211,32 +216,32 @@ typedef struct supervisor { // All fields are private.
     supervisor_messages_t messages;   // Published.
     ground_backlog_t ground_backlog;
     message_ring_t ground_kept; // Copy of the backlog for the next life.
-    // Addressee of the ground's next request, if that addressee has no room for it; 0: none.
+    // Addressee of the next request from the ground, if it has no room for this request; 0: none.
     uint16_t held_for;
-    uint64_t held_ns;               // Time since which it has had no room.
-    message_ring_t outputs;         // Outputs of this step, and those that were not taken yet.
-    uint32_t performed;             // Outputs of the last commit.
-    uint64_t ground_moved_ns;       // When a waiting report was sent last, or no report waited.
+    uint64_t held_ns;               // Time since which `held_for` has had no room.
+    message_ring_t outputs;         // Outputs of this step, and earlier ones that were not taken yet.
+    uint32_t performed;             // Number of outputs of the last commit that were performed.
+    uint64_t ground_moved_ns;       // Last time at which a waiting report was sent, or no report waited.
     bool is_ground_behind;          // Reports were dropped since the backlog was empty.
-    bool is_ground_loss_unreported; // That loss was not reported yet.
+    bool is_ground_loss_unreported; // The loss was not reported yet.
     packet_log_t log;
     uint8_t ground_storage[GROUND_OCTETS];
     uint8_t output_storage[OUTPUT_COMMIT_OCTETS];
     uint8_t packet[PUS_PACKET_MAX];
 } supervisor_t;
 
-/// Set up the supervisor and open the packet log. `supervisor` must be all zeros, as static storage is when a
-/// program begins: clearing it here would touch several megabytes at start. STATUS_OK, or the status of
-/// supervisor_packet_log_open.
+/// Initialise the supervisor and open the packet log. `supervisor` must be all zeros, like static storage at
+/// the start of a program; it is not cleared here, because that would write several megabytes at start.
+/// STATUS_OK, or the status of supervisor_packet_log_open.
 MUST_USE status_t supervisor_init(supervisor_t* supervisor, const supervisor_config_t* config);
 /// Process received messages and run the work that is due. Returns the time of the next wake [ns of the run].
 uint64_t supervisor_step(supervisor_t* supervisor, uint64_t now_ns);
 /// The callbacks of the supervisor as a subsystem; they publish status and counters.
 const subsystem_callbacks_t* supervisor_callbacks(void);
-/// Flush and close the log.
+/// Write out and close the packet log.
 void supervisor_close(supervisor_t* supervisor);
-/// Use it instead of supervisor_close to end as a process that dies: close everything that is open. The next
-/// supervisor takes over.
+/// Call it instead of supervisor_close to end like a process that dies: close everything that is open. The
+/// next supervisor takes over.
 void supervisor_abandon(supervisor_t* supervisor);
 
 #endif // FSW_SUPERVISOR_SUPERVISOR_H

@@ -1,73 +1,74 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Shared by the source files of the supervisor; private to them.
+/// Functions that only the source files of the supervisor share.
 #ifndef FSW_SUPERVISOR_SUPERVISOR_INTERNAL_H
 #define FSW_SUPERVISOR_SUPERVISOR_INTERNAL_H
 
 #include "fsw/supervisor/supervisor.h"
 
-/// output_commit.c: from now on frames leave only by supervisor_output_commit_perform.
+/// output_commit.c: from now on only supervisor_output_commit_perform sends frames.
 void supervisor_output_commit_init(supervisor_t* supervisor);
-/// Orders to the process of a subsystem. They are carried out by supervisor_output_commit_perform, but
-/// supervisor_output_commit_is_running answers as if they were carried out.
+/// Order to start or stop the process of a subsystem. supervisor_output_commit_perform performs the orders,
+/// but supervisor_output_commit_is_running already regards them as performed.
 void supervisor_output_commit_start(supervisor_t* supervisor, registry_entry_t* entry);
 void supervisor_output_commit_stop(supervisor_t* supervisor, registry_entry_t* entry, bool is_hung);
 bool supervisor_output_commit_is_running(const supervisor_t* supervisor, const registry_entry_t* entry);
-/// Tell the platform that the mission is over.
+/// Report to the platform that the mission has ended.
 void supervisor_output_commit_finish(supervisor_t* supervisor);
-/// Perform all outputs, which must be committed. True: a peer did not take a frame; the next call performs
-/// the rest, which must be committed again.
+/// Perform all outputs, which must have been committed. True if a peer could not take a frame; the next call
+/// performs the rest, which must be committed again.
 bool supervisor_output_commit_perform(supervisor_t* supervisor);
 /// Skip the outputs of the adopted commit that were already performed.
 void supervisor_output_commit_resume(supervisor_t* supervisor);
 
 /// router.c
 void supervisor_router_take_in(supervisor_t* supervisor);
-/// Write out the packet log; a failure is an event.
+/// Write out the packet log; a failure raises an event.
 void supervisor_router_flush_log(supervisor_t* supervisor);
 /// Append a packet to the log.
 void supervisor_router_log(supervisor_t* supervisor, const uint8_t* packet, size_t size);
-/// Port of the supervisor's own reports and requests: log, then deliver. STATUS_OK; STATUS_FULL: there is
-/// no room, nothing was done; the caller sends the packet again.
+/// Port of the supervisor's own reports and requests: logs and then delivers a packet. STATUS_OK;
+/// STATUS_FULL: there is no room, the packet was neither logged nor delivered; the caller sends it again.
 status_t supervisor_router_send(void* context, const uint8_t* packet, size_t size);
 /// Ports of ST[15] and ST[09] to ground; the context is the supervisor. STATUS_OK, STATUS_FULL (no room or no
 /// connection to ground now: try again later).
 status_t supervisor_router_send_stored(void* context, uint8_t virtual_channel, const uint8_t* packet,
                                        size_t size);
 status_t supervisor_router_send_time(void* context, const uint8_t* packet, size_t size);
-/// True if the mailbox of `apid` has room for a request now; that of the supervisor itself always has.
+/// True if the inbox of `apid` has room for a request now; the supervisor itself always has room.
 bool supervisor_router_has_room(const supervisor_t* supervisor, uint16_t apid);
-/// Route a request that a service on board has released, like one that its source has sent.
+/// Route a request that a service on board has released, as if its source had sent it.
 void supervisor_router_route_released(supervisor_t* supervisor, const uint8_t* packet, size_t size);
-/// Order a subsystem of the mission to a state by TC[129,8], with the cause. If the mailbox has no room, the
-/// order is kept and sent later, unless another one replaces it or the process dies. Statuses of pus_tc_send.
+/// Order a subsystem of the mission to a state by TC[129,8], with the cause. If the inbox has no room, the
+/// order is stored and sent later, unless another one replaces it or the process dies. Statuses of
+/// pus_tc_send.
 status_t supervisor_order_state(supervisor_t* supervisor, uint16_t apid, state_t target, pus_cause_t cause);
-/// Send the kept orders for which there is room now.
+/// Send the stored orders for which there is room now.
 void supervisor_send_pending_orders(supervisor_t* supervisor);
 /// Order a subsystem to apply a configuration by TC[129,3].
 status_t supervisor_order_configuration(supervisor_t* supervisor, uint16_t apid, uint16_t configuration);
 
-/// Route a request that was assembled from parts, from the user that sent them. STATUS_OK, STATUS_FULL (no
-/// room in the mailbox of its addressee: try again later).
+/// Route a request of a user that was assembled from parts. STATUS_OK, STATUS_FULL (no room in the inbox of
+/// its addressee: try again later).
 status_t supervisor_router_route_whole(supervisor_t* supervisor, const uint8_t* packet, size_t size);
 
 /// ground_link.c
 /// Send reports that wait for the ground.
 void supervisor_ground_flush(supervisor_t* supervisor);
-/// Send a report of a subsystem to the ground, or let it wait (in `block`, if the packet is in a block); if
-/// it cannot wait, it is dropped and counted.
+/// Send a report of a subsystem to the ground, or let it wait; if it cannot wait, it is dropped and counted.
+/// `block` is the block that contains the packet, or null.
 void supervisor_ground_send(supervisor_t* supervisor, uint16_t apid, const uint8_t* packet, size_t size,
                             uint8_t* block);
-/// True if a report of the class would be sent or would wait, or if the supervisor no longer waits for the
-/// ground.
+/// True if a report of this class could be sent or could wait, or if the supervisor has stopped waiting for
+/// the ground.
 bool supervisor_ground_accepts(const supervisor_t* supervisor, pus_class_t class, size_t size);
 /// True if reports wait, or the next one would have to wait.
 bool supervisor_ground_is_waiting(const supervisor_t* supervisor);
-/// True if requests of the ground may be accepted: there is room for the answers.
+/// True if requests of the ground may be accepted, because there is room for the answers.
 bool supervisor_ground_takes_requests(const supervisor_t* supervisor);
 /// Copy the reports that wait for the ground for the next life of the supervisor; in that life, restore them.
 void supervisor_ground_keep(supervisor_t* supervisor);
 void supervisor_ground_resume(supervisor_t* supervisor);
-/// Raise GROUND_BEHIND, once whenever reports begin to wait for the ground.
+/// Raise GROUND_BEHIND, once each time reports begin to wait for the ground.
 void supervisor_ground_report(supervisor_t* supervisor);
 /// Update the published state of the link to ground.
 void supervisor_ground_update(supervisor_t* supervisor);
@@ -76,75 +77,76 @@ void supervisor_ground_update(supervisor_t* supervisor);
 registry_entry_t* supervisor_registry_find(supervisor_t* supervisor, uint16_t apid);
 void supervisor_registry_init(supervisor_t* supervisor);
 /// True if its process runs and, if it was started again, has reported since: before its first report in a
-/// new life no packet is sent to it.
+/// new life, no packet may be sent to it.
 bool supervisor_registry_is_there(const registry_entry_t* entry);
-/// Order a new life of its process, and handle a refusal of the platform.
+/// Order a new life of the subsystem's process, and handle a refusal of the platform.
 void supervisor_registry_start(supervisor_t* supervisor, registry_entry_t* entry);
 void supervisor_registry_start_failed(supervisor_t* supervisor, registry_entry_t* entry);
-/// Update the entry from a report that passed.
+/// Update the registry from a report that was routed.
 void supervisor_registry_report(supervisor_t* supervisor, const pus_tm_t* tm);
 /// End every unanswered request to a subsystem whose process ended.
 void supervisor_registry_end_pending(supervisor_t* supervisor, uint16_t apid);
 /// End every request whose addressee runs but has not accepted it within `patience_ns`.
 void supervisor_registry_end_unanswered(supervisor_t* supervisor, uint64_t patience_ns);
-/// Check processes and heartbeats; every 10 ms.
+/// Check processes and heartbeats; called every 10 ms.
 void supervisor_registry_watch(supervisor_t* supervisor);
 /// Electrical power [W] of all subsystems, with one of them in another state.
 uint32_t supervisor_registry_power_w(const supervisor_t* supervisor, uint16_t apid, state_t state);
 
 /// adoption.c: commit the data that the next supervisor takes over, at the end of a step, before its outputs
-/// are performed. If the supervisor dies before, the next one repeats the step.
+/// are performed. If the supervisor dies before this, the next one repeats the step.
 void supervisor_adoption_commit(supervisor_t* supervisor);
-/// Take over from the previous supervisor, if there was one; before the packet log is opened.
+/// Take over the data of the previous supervisor, if there was one; called before the packet log is opened.
 void supervisor_adoption_begin(supervisor_t* supervisor);
-/// In the first step, if nothing could be taken over: agree with all subsystems on the numbers of messages,
-/// and request their status.
+/// Called in the first step, if no data could be taken over: agree with all subsystems on the sequence
+/// numbers of messages, and request their status.
 void supervisor_adoption_reopen(supervisor_t* supervisor);
-/// In the first step, after the packets of the previous supervisor are processed: report the losses,
+/// Called in the first step, after the packets of the previous supervisor were processed: report the losses,
 /// and request the status of all subsystems.
 void supervisor_adoption_report(supervisor_t* supervisor);
-/// A subsystem reports its state: compare it once with the state that was taken over.
+/// Compare a state that a subsystem reports with the state that was taken over; once for each subsystem.
 void supervisor_adoption_compare(supervisor_t* supervisor, registry_entry_t* entry, uint8_t state,
                                  uint16_t configuration);
 
 /// doubt.c: true if the state of a subsystem may differ from the known one; no decision may depend on it.
 bool supervisor_doubt_is_about(const registry_entry_t* entry);
-/// Request the status of subsystems whose reports arrive again after a silence; every 10 ms.
+/// Request the status of subsystems whose reports arrive again after a silence; called every 10 ms.
 void supervisor_doubt_watch(supervisor_t* supervisor);
 /// End the doubt about a subsystem that has answered.
 void supervisor_doubt_verification(supervisor_t* supervisor, const pus_tm_t* tm,
                                    const pus_verification_t* verification);
 
-/// permission.c: PUS_FAILURE_NONE or why the request may not pass.
+/// permission.c: returns PUS_FAILURE_NONE, or the reason why a request is not permitted.
 pus_failure_t supervisor_permission_of(supervisor_t* supervisor, const pus_tc_t* tc);
 
 /// link_manager.c
 pus_rtlink_port_t supervisor_link_manager_port(supervisor_t* supervisor);
 void supervisor_link_manager_report(supervisor_t* supervisor, const pus_tm_t* tm);
-/// For each link of which one end has closed, order the other end to close, too; after all reports of the
-/// step have been processed.
+/// For each link of which one end has closed, order the other end to close, too. Called after all reports of
+/// the step have been processed.
 void supervisor_link_manager_settle(supervisor_t* supervisor);
 void supervisor_link_manager_watch(supervisor_t* supervisor);
-/// Next step of opening a link again, with the properties requested last and without a request: negotiate,
-/// then open. True if a step was begun.
+/// Begin the next step of opening a link again (first negotiate, then open) with the properties requested
+/// last. True if a step was begun.
 bool supervisor_link_manager_renew(supervisor_t* supervisor, uint16_t link);
 /// Remove every edge of a subsystem whose process ended, and close the other end.
 void supervisor_link_manager_member_lost(supervisor_t* supervisor, uint16_t apid);
 
 /// error_handling.c
-/// React to an event of a subsystem: its report, or the notice that replaces a disabled report.
+/// React to an event of a subsystem, which its report or, if the report is disabled, a notice contains.
 void supervisor_error_event(supervisor_t* supervisor, const pus_event_occurrence_t* event);
-/// Note an event of the supervisor itself, reported by `tm`; supervisor_error_own_events reacts later. It is
-/// called while that report is being sent; no other report may be built then.
+/// Store an event of the supervisor itself, which `tm` reports. supervisor_error_own_events reacts later,
+/// because this is called while that report is being sent, and no other report may be built at that time.
 void supervisor_error_own_event(supervisor_t* supervisor, const pus_tm_t* tm,
                                 const pus_event_occurrence_t* event);
 void supervisor_error_own_events(supervisor_t* supervisor);
-/// The process of a subsystem died (event PROCESS_LOST or PROCESS_HUNG); its links are still in the graph.
+/// React to the death of a process (event PROCESS_LOST or PROCESS_HUNG); the links of the subsystem must
+/// still be in the graph.
 void supervisor_error_member_lost(supervisor_t* supervisor, uint16_t apid, uint16_t event_id);
-/// No report of a subsystem has arrived for too long.
+/// React to a subsystem that has not sent a report for too long.
 void supervisor_error_member_silent(supervisor_t* supervisor, uint16_t apid);
 void supervisor_error_run_plans(supervisor_t* supervisor);
-/// Raise an event of the supervisor with up to two u16 of auxiliary data.
+/// Raise an event of the supervisor with one or two u16 of auxiliary data.
 void supervisor_raise_u16(supervisor_t* supervisor, uint16_t event_id, uint16_t first);
 void supervisor_raise_u16_u16(supervisor_t* supervisor, uint16_t event_id, uint16_t first, uint16_t second);
 
@@ -154,9 +156,10 @@ void supervisor_mode_set(supervisor_t* supervisor, uint8_t mode, uint8_t cause);
 void supervisor_mode_fall_back(supervisor_t* supervisor);
 /// Restore the persistent record of the mode. STATUS_OK, STATUS_INVALID.
 status_t supervisor_mode_restore(supervisor_t* supervisor, const uint8_t* octets, size_t size);
-/// In the first step: enter the fallback mode if the previous flight was interrupted, and store the record.
+/// Called in the first step: enter the fallback mode if the previous flight was interrupted, and store the
+/// record.
 void supervisor_mode_begin(supervisor_t* supervisor);
-/// The mission is shut down: the next flight begins in its initial mode.
+/// Erase the record when the mission has been shut down, so that the next flight begins in its initial mode.
 void supervisor_mode_end(supervisor_t* supervisor);
 
 /// sequences.c

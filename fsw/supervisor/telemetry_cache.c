@@ -8,8 +8,8 @@
 
 #define LAYOUT_SHIFT 16U
 #define LAYOUT_MASK 0x1FU
-#define HASH_FACTOR 2654435761U // 2^32 / golden ratio: spreads ids that differ in few bits.
-#define HASH_SHIFT 20U          // 12 bits for TELEMETRY_CACHE_BUCKETS.
+#define HASH_FACTOR 2654435761U // 2^32 / golden ratio: distributes ids that differ in few bits.
+#define HASH_SHIFT 20U          // Leaves 12 bits for TELEMETRY_CACHE_BUCKETS.
 
 enum {
     HOUSEKEEPING_CONTENT = 10,
@@ -34,7 +34,7 @@ static uint32_t bucket_of(const uint32_t id)
     return ((uint32_t)(id * HASH_FACTOR) >> HASH_SHIFT) % TELEMETRY_CACHE_BUCKETS;
 }
 
-/// The bucket that has this id, or the free one where it would be.
+/// Returns the bucket that contains this id, or the free one where it belongs.
 static uint32_t place_of(const telemetry_cache_t* const cache, const uint32_t id)
 {
     uint32_t bucket = bucket_of(id);
@@ -44,7 +44,7 @@ static uint32_t place_of(const telemetry_cache_t* const cache, const uint32_t id
     return bucket;
 }
 
-/// Size of a parameter's value on the wire; 0 if unknown.
+/// Returns the size of a parameter's value on the wire; 0 if it is unknown.
 static uint16_t size_of(const telemetry_cache_t* const cache, const uint32_t id)
 {
     const uint32_t layout = (id >> LAYOUT_SHIFT) & LAYOUT_MASK;
@@ -60,8 +60,8 @@ static uint16_t size_of(const telemetry_cache_t* const cache, const uint32_t id)
     return size;
 }
 
-/// The value of a parameter, which gets a place if it has none. STATUS_OK, STATUS_NOT_FOUND (its size is not
-/// known), STATUS_EXHAUSTED.
+/// Get the value of a parameter; creates the value if there is none. STATUS_OK, STATUS_NOT_FOUND (its size
+/// is not known), STATUS_EXHAUSTED.
 static status_t get(telemetry_cache_t* const cache, const uint32_t id, uint16_t* const out_index)
 {
     const uint32_t bucket = place_of(cache, id);
@@ -87,13 +87,14 @@ static status_t get(telemetry_cache_t* const cache, const uint32_t id, uint16_t*
     return STATUS_OK;
 }
 
-/// Take a value that is at the reader's position; there are enough octets.
+/// Store the value at the reader's position. The caller has checked the number of octets.
 static void take(telemetry_cache_t* const cache, const uint16_t index, octet_reader_t* const reader,
                  const uint64_t time_ns)
 {
     telemetry_cache_value_t* const value = &cache->values[index];
     (void)memcpy(&cache->octets[value->offset], octet_read_octets(reader, value->size), value->size);
-    if (value->is_known && (time_ns > value->taken_ns)) { // Not another sample of the same report.
+    // A further sample of the same report does not change the interval.
+    if (value->is_known && (time_ns > value->taken_ns)) {
         value->interval_ns = time_ns - value->taken_ns;
     }
     value->is_known = true;
@@ -115,7 +116,7 @@ static telemetry_cache_structure_t* find_structure(telemetry_cache_t* const cach
     return NULL;
 }
 
-/// Forget a structure and close the gap in the entries.
+/// Remove a structure, and close the gap in the entries.
 static void forget(telemetry_cache_t* const cache, telemetry_cache_structure_t* const structure)
 {
     const uint16_t first = structure->first;
@@ -203,7 +204,8 @@ status_t supervisor_telemetry_cache_define(telemetry_cache_t* const cache, const
 
 // ---- Reports ----
 
-/// Values of a structure, in the order of its definition; sets sample by sample.
+/// Store the values of a report, which are in the order of the structure's definition; sets are reported
+/// sample by sample.
 static void take_structure(telemetry_cache_t* const cache, const telemetry_cache_structure_t* const structure,
                            octet_reader_t* const reader, const uint64_t time_ns)
 {
@@ -244,8 +246,8 @@ static void observe_definition(telemetry_cache_t* const cache, const pus_tm_t* c
         (uint8_t)((tm->subtype == (uint8_t)HOUSEKEEPING_CONTENT) ? HOUSEKEEPING_REPORT : DIAGNOSTIC_REPORT);
     octet_reader_t reader = octet_reader(tm->data, tm->size);
     const uint16_t id     = octet_read_u16(&reader);
-    (void)octet_read_u8(&reader);  // Whether it is periodic: not needed.
-    (void)octet_read_u32(&reader); // Its interval: not needed.
+    (void)octet_read_u8(&reader);  // Periodic generation flag: not needed.
+    (void)octet_read_u32(&reader); // Collection interval: not needed.
     if (supervisor_telemetry_cache_define(cache, tm->apid, subtype, id, &reader) == STATUS_INVALID) {
         cache->counters.unfitting++;
     }
@@ -280,7 +282,7 @@ void supervisor_telemetry_cache_observe(telemetry_cache_t* const cache, const pu
         case DIAGNOSTIC_CONTENT:
             observe_definition(cache, tm);
             break;
-        default: // No values, no definition.
+        default: // Other reports contain neither values nor a definition.
             break;
         }
     } else if ((tm->service == PUS_SERVICE_PARAMETERS) && (tm->subtype == (uint8_t)VALUE_REPORT)) {
@@ -316,7 +318,7 @@ pus_parameter_port_t supervisor_telemetry_cache_port(telemetry_cache_t* const ca
     return (pus_parameter_port_t){.context = cache, .find = find, .read = read};
 }
 
-/// The value of a parameter; null if it is not known.
+/// Returns the value of a parameter; null if it is not known.
 static const telemetry_cache_value_t* find_value(const telemetry_cache_t* const cache,
                                                  const uint32_t parameter_id)
 {

@@ -65,8 +65,8 @@ static void learn_parameter(telemetry_directory_t* const directory,
     }
 }
 
-/// Number in brackets at the end of a name; 0 and the whole name if there are no brackets. False: not a
-/// number.
+/// Split the index in brackets off the end of a name. Without brackets the index is 0. False if the brackets
+/// do not contain a number.
 static bool split_index(const char* const name, size_t* const out_size, uint32_t* const out_index)
 {
     const size_t size = strcspn(name, "[");
@@ -188,7 +188,8 @@ void supervisor_telemetry_directory_define(const telemetry_directory_t* const di
         octet_reader_t content = octet_reader(&directory->content[structure->offset], structure->size);
         if ((structure->apid == apid) && (structure->configuration == configuration)) {
             (void)supervisor_telemetry_cache_define(cache, apid, HOUSEKEEPING_REPORT, structure->id,
-                                                    &content); // The cache counts values without room.
+                                                    // The cache counts definitions for which it has no room.
+                                                    &content);
         }
     }
 }

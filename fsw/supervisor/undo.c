@@ -5,7 +5,7 @@
 #include "base/octets.h"
 
 #define PIECE 1024U
-#define HEAD_OCTETS 17U // Medium u8 | its size u64 | place u64; then the overwritten octets.
+#define HEAD_OCTETS 17U // Number of the medium u8 | its size u64 | offset u64; the overwritten octets follow.
 
 static void save(const undo_medium_t* const place, const uint64_t size, const uint64_t offset,
                  const uint8_t* const octets, const size_t count)
@@ -19,7 +19,7 @@ static void save(const undo_medium_t* const place, const uint64_t size, const ui
                                     count);
 }
 
-/// Save the size of the medium, and those of the `count` octets from `offset` on that exist.
+/// Save the size of the medium, and the existing octets among the `count` octets from `offset` on.
 static void save_all(const undo_medium_t* const place, const uint64_t offset, const uint64_t count)
 {
     const medium_t* const inner = &place->inner;
@@ -77,7 +77,7 @@ static status_t resize_medium(void* const context, const uint64_t size)
     return place->inner.resize(place->inner.context, size);
 }
 
-/// Undo one write. If that fails, the owner of the medium detects it when it reads.
+/// Undo one write. If that fails, the owner of the medium detects the damage when it reads.
 static void undo(const undo_medium_t* const place, const uint8_t* const block, const size_t block_size)
 {
     const medium_t* const inner = &place->inner;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A medium whose writes since the last commit of the checkpoint can be undone: before each write, the octets
-/// that it overwrites are saved in an annex of the checkpoint. When the next life opens the medium, it is as
-/// it was at the last commit. A write that goes beyond the end needs only the old size. Not saved: octets
-/// beyond UNDO_CUT_MAX of one truncation (a medium that is emptied has no content that matters), and what
-/// does not fit into the annex.
+/// that it overwrites are saved in an annex of the checkpoint. When the next life opens the medium, its
+/// content is that of the last commit. For a write beyond the end, only the old size is saved. Two kinds of
+/// octets are not saved: those beyond UNDO_CUT_MAX of one truncation (the content of a medium that is
+/// emptied is no longer needed), and those for which the annex has no room.
 ///
 /// Ownership  The caller places undo_medium_t.
 /// Context    One loop.
@@ -24,8 +24,9 @@ typedef struct { // Private.
     uint8_t number;
 } undo_medium_t;
 
-/// Undo the writes of the last life to `inner` after its last commit, and return the guarded medium.
-/// `number` is the same in each life. Null checkpoint: `inner` itself.
+/// Undo the writes to `inner` that the last life made after its last commit, and return the guarded medium.
+/// `number` identifies the medium and must be the same in each life. With a null checkpoint, returns
+/// `inner`.
 medium_t supervisor_undo_open(undo_medium_t* place, checkpoint_t* checkpoint, uint8_t number,
                               const medium_t* inner);
 
