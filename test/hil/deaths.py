@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Deaths and pulled plugs at instants of simulated time that are drawn from a number: the case, the flight,
-and what the flight leaves.
+"""Deaths and pulled plugs at instants of simulated time that are drawn from a number: the case, its flight,
+and what the flight leaves behind.
 
-As a program it flies the given numbers on SocketCAN, and leaves in $OUT a folder for each: logs, end.json."""
+As a program it flies the given numbers on SocketCAN and leaves a folder for each in $OUT: logs and
+end.json."""
 
 import json
 import os
@@ -29,9 +30,9 @@ PULLS = ("unplug robot", "unplug joystick", "unplug robot JOINT1", "unplug robot
          "cut robot FLIGHT", "cut robot-b")
 CARRIERS = (("--bus", "vcan"), ("--bus", "vcan", "--transport", "tipc"), ("--transport", "tipc", "--links", "tipc"),
             ("--transport", "tipc", "--nodes", "2"), ("--nodes", "2"))  # CAN interfaces belong to one node.
-FIRST_US, LAST_US = 20_000, 2_400_000  # From before the first command to the shutdown.
-ENABLED_US = (1_120_000, 2_290_000)  # The scenario holds all drives in operation.
-DURATION_S = 5  # For operators that wait for an answer that cannot come any more.
+FIRST_US, LAST_US = 20_000, 2_400_000  # From before the first command until the shutdown.
+ENABLED_US = (1_120_000, 2_290_000)  # Interval in which the scenario holds all drives in operation.
+DURATION_S = 5  # Limit for operators that wait for an answer that cannot come any more.
 LIMIT_S = 600.0
 
 
@@ -46,7 +47,7 @@ class Case:
 
     @property
     def victim(self):
-        """Process that is killed; None: a plug is pulled."""
+        """Name of the process that is killed; None if a plug is pulled."""
         verb, _, name = self.fault.partition(" ")
         return name if verb == "kill" else None
 
@@ -55,7 +56,8 @@ class Case:
 
 
 def drawn(number, on_real_buses=False):
-    """The case of a number: three of five are deaths, more than half are while all drives are in operation."""
+    """Draw the case of a number: three of five cases are deaths, and more than half occur while all drives
+    are in operation."""
     chance = random.Random(number)
     form = "processes" if on_real_buses else chance.choice(("processes", "processes", "processes", "image"))
     if chance.random() < 0.6:
@@ -68,14 +70,14 @@ def drawn(number, on_real_buses=False):
 
 
 def interfaces():
-    """Existing network interfaces and namespaces."""
+    """Names of the existing network interfaces and namespaces."""
     words = (["ip", "-o", "link", "show"], ["ip", "netns", "list"])
     texts = [subprocess.run(word, stdin=subprocess.DEVNULL, capture_output=True, text=True).stdout for word in words]
     return sorted(line.split(":")[1].strip() for line in texts[0].splitlines()) + texts[1].split()
 
 
 def fly(case, folder, scenario_folder):
-    """Fly the case of a number; (Flight, what the flight left behind)."""
+    """Fly the case of a number. Returns the flight and what it left behind."""
     scenario = scenario_folder / f"death-{case.number}.scn"
     scenario.write_text(f"{HIL.read_text()} {case.time_us / 1e6:.6f} fault {case.fault}\n")
     flight = flying.start(folder, "--scenario", scenario, "--duration", DURATION_S, *case.options,
@@ -97,7 +99,8 @@ def left_of(flight):
 
 
 def main(numbers):
-    """One flight after the other; results.jsonl has for each whether it ended, and what it left."""
+    """Fly one number after the other. results.jsonl has a line for each: whether the flight ended, and what
+    it left behind."""
     out, work = pathlib.Path(os.environ["OUT"]), pathlib.Path("/dev/shm/deaths")
     work.mkdir()
     before = interfaces()

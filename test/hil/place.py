@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The place where hardware-in-the-loop tests run: on the kernel of this machine, in namespaces of their own,
-if it has vcan, vxcan and TIPC and permits this account to use them; else in the micro-VM. `python3
-test/hil/place.py` prints the place and the reason."""
+"""The place where hardware-in-the-loop tests run. If the kernel of this machine has vcan, vxcan and TIPC and
+permits this account to use them, it is this kernel, in separate namespaces; otherwise it is the micro-VM.
+`python3 test/hil/place.py` prints the place and the reason."""
 
 import ast
 import contextlib
@@ -25,25 +25,25 @@ PROBE_SECONDS = 300
 SECONDS = 1200
 SHOWN_LINES = 40
 LIMIT_REACHED = microvm.LIMIT_REACHED
-# The micro-VM's processor has no fused multiply-add. With it, functions of the C library round differently,
-# so a flight that is compared with one in the micro-VM, or with one on the running kernel, must not use it.
+# The processor of the micro-VM has no fused multiply-add. With these instructions some functions of the C
+# library round differently; therefore a flight that is compared with one in the micro-VM must not use them.
 # Other libraries ignore this variable.
 ARITHMETIC = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2"}
-# Environment that commands have in the micro-VM: their own network, their own /run and /dev/shm, the loopback
-# up.
+# The environment of commands in the micro-VM: a separate network, /run and /dev/shm, and the loopback
+# interface up.
 SURROUNDINGS = "mount -t tmpfs run /run && mount -t tmpfs shm /dev/shm && ip link set lo up || exit 126; "
 
 
 class Result:
-    """Result of a command: `code` (124: its time was over), `stdout` and `stderr` as text, `folder` with what
-    it left in $OUT."""
+    """Result of a command: `code` (124: the time limit has ended it), `stdout` and `stderr` as text, `folder`
+    with the files that it left in $OUT."""
 
     def __init__(self, code, stdout, stderr, folder):
         self.code, self.folder = code, folder
         self.stdout, self.stderr = (text.decode(errors="replace") for text in (stdout, stderr))
 
     def end(self):
-        """Exit code and last lines, for messages of failed tests."""
+        """Exit code and last lines of the output, for the messages of failed tests."""
         lines = (self.stdout + self.stderr).splitlines()[-SHOWN_LINES:]
         limit = " (time limit)" if self.code == LIMIT_REACHED else ""
         return "\n".join([f"exit code {self.code}{limit}, results in {self.folder}, last lines:", *lines])
@@ -68,8 +68,8 @@ class Group(dict):
 
 
 class Place:
-    """Runs commands with buses. `folder` holds their results; `name` and `why` name the place and the reason
-    for it."""
+    """Runs commands that use buses. `folder` has their results; `name` and `why` are the name of the place
+    and the reason for its choice."""
 
     name = None
 
@@ -104,7 +104,7 @@ class Place:
 
 @contextlib.contextmanager
 def on_all_processors():
-    """Commands that this thread starts inside may run on any processor."""
+    """Within the block, this thread starts commands on any processor."""
     before = os.sched_getaffinity(0)
     os.sched_setaffinity(0, range(os.cpu_count()))
     try:
@@ -126,7 +126,7 @@ class MicroVm(Place):
 
 class RunningKernel(Place):
     """The kernel of this machine, with network, process and mount namespaces for each command. Unlike in the
-    micro-VM the tree is the real one: written files stay."""
+    micro-VM, the tree is not a copy: written files stay."""
 
     name = "running kernel"
 
@@ -139,13 +139,13 @@ class RunningKernel(Place):
 
 
 def in_namespaces(command, seconds, environment):
-    """(exit code, stdout, stderr) of a shell command in fresh namespaces; 124 when its time was over. Nothing
-    of it remains."""
+    """Run a shell command in new namespaces. Returns (exit code, stdout, stderr); the code is 124 if the time
+    limit has ended it. No process of it remains."""
     paths = environment.get("PATH", "").split(":")
     environment["PATH"] = ":".join([*paths, *(path for path in microvm.SYSTEM_PATHS if path not in paths)])
     line = ["unshare", *([] if os.geteuid() == 0 else ["--map-root-user"]), "--net", "--mount", "--pid", "--fork",
             "--kill-child", "--mount-proc", "--", "/bin/sh", "-c", SURROUNDINGS + command]
-    # Pipes would wait for processes that remain.
+    # Files, because a pipe would wait for processes that remain.
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
         process = subprocess.Popen(line, cwd=ROOT, env=environment, stdin=subprocess.DEVNULL, stdout=out, stderr=err,
                                    start_new_session=True)

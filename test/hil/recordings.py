@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Logs of candump, read and judged by tools of other projects."""
+"""Logs of candump, read and checked by tools of other projects."""
 
 import io
 import pathlib
@@ -9,8 +9,10 @@ import subprocess
 import can
 
 TOOLS = ("7FE#EE", "7FF#FF")  # Probe and sentinel of the recorder.
-FD_FLAG = 0x4  # candump shows the kernel's mark of an FD frame among its flags; our log has the frame's own flags only.
-REPORT = re.compile(r" [2-3][0-9A-F]{7}#")  # The report of a controller is no frame of the bus.
+# candump shows the kernel's mark of an FD frame among its flags; the simulator's log has only the flags of
+# the frame.
+FD_FLAG = 0x4
+REPORT = re.compile(r" [2-3][0-9A-F]{7}#")  # The report of a controller is not a frame of the bus.
 
 
 def frames(path, interface):
@@ -24,8 +26,8 @@ def frames(path, interface):
 
 
 def of_interface(path, interface):
-    """Two logs side by side: that of one interface out of a log of several, without the recorder's marks and
-    alignment blanks."""
+    """Extract the log of one interface from a log of several, without the recorder's marks and alignment
+    blanks. Returns the path of a file beside it."""
     own = pathlib.Path(path).with_name(f"{interface}.log")
     with open(path) as source, open(own, "w") as sink:
         rows = (line.split() for line in source)
@@ -34,7 +36,8 @@ def of_interface(path, interface):
 
 
 def assert_database_knows_all(path, database):
-    """cantools finds each frame's message, of its length and format, and a value for each signal."""
+    """Expect that cantools finds the message of each frame, with its length and format, and a value for each
+    signal."""
     lines = [line for line in path.read_text().splitlines() if not REPORT.search(line)]
     count = 0
     for count, frame in enumerate(can.CanutilsLogReader(io.StringIO("\n".join(lines))), 1):
@@ -45,7 +48,8 @@ def assert_database_knows_all(path, database):
 
 
 def assert_wireshark_names_all(path):
-    """Each frame is CANopen and none is malformed; the remaining frames are reports of a controller."""
+    """Expect that Wireshark decodes each frame as CANopen and none as malformed; the remaining frames are
+    reports of a controller."""
     arguments = ["tshark", "-r", path, "-d", "can.subdissector,canopen", "-T", "fields",
                  "-e", "_ws.col.Protocol", "-e", "can.flags.err", "-e", "_ws.malformed", "-e", "_ws.col.Info"]
     told = subprocess.run(arguments, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout.splitlines()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The scenario hil with all reports of a controller: in operation those after which it continues, and, when
-all drives hold, those that take it off its bus."""
+"""The scenario hil with all reports of a controller: during operation the reports after which the controller
+continues; when all drives hold, the reports that take it off its bus."""
 
 import pathlib
 

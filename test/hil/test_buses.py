@@ -23,7 +23,8 @@ COUNTERS = 4712  # Housekeeping structure.
 
 @pytest.fixture(scope="module")
 def group(place):
-    """Two processors: a frame that another processor delivers is late, and candump runs beside the flight."""
+    """Two processors: a frame that another processor delivers is late, and candump runs in parallel to the
+    flight."""
     return place.group("socketcan", f"{places.PYTHON} {PROGRAM}", seconds=SECONDS, cans=2, everywhere=True)
 
 
@@ -36,7 +37,8 @@ def flown(tmp_path_factory):
 
 
 def fly_here(folder, mission, scenario):
-    """A flight on shared memory with the same floating point as the flights with which it is compared."""
+    """Fly on shared memory with the same floating-point instructions as the flights with which this one is
+    compared."""
     ended = subprocess.run([places.ROOT / "build" / "bin" / "hirosco", "run", "--mission", mission, "--scenario", scenario,
                             "--report", "no", "--out", folder], cwd=places.ROOT, stdin=subprocess.DEVNULL, capture_output=True,
                            text=True, env=os.environ | places.ARITHMETIC, timeout=places.SECONDS)
@@ -77,7 +79,8 @@ def test_flight_over_vcan_has_met_the_reports_of_a_controller(group, bus):
 
 
 def test_a_flood_leaves_no_drive_in_operation(group):
-    """By the truth of the drives: their own reports wait for a SYNC that does not get through."""
+    """The truth of the drives is checked, because their own reports wait for a SYNC that does not get
+    through."""
     group.check("a_flood_on_the_wire_ends_in_a_safe_state")
     channels = logs.parse_lcm((group.result.folder / "flood" / "truth.lcm").read_bytes())
     histories = {}
@@ -104,8 +107,8 @@ def test_a_flood_is_counted(group):
 @pytest.mark.long
 @pytest.mark.timeout(TELEPRESENCE_S + 600)
 def test_whole_telepresence_is_that_of_shared_memory(place, tmp_path):
-    """Contact, springs, pulled plugs and return to operation: the logs, and the recording of candump as
-    cantools and Wireshark read it."""
+    """Contact, springs, pulled plugs and the return to operation: the logs are equal, and cantools and
+    Wireshark can read the recording of candump."""
     flight = fly_here(tmp_path / "telepresence", "rokviss", "telepresence")
     group = place.group("telepresence", f"{places.PYTHON} {TELEPRESENCE}", seconds=TELEPRESENCE_S,
                         memory=TELEPRESENCE_MB, everywhere=True)

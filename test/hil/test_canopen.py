@@ -21,7 +21,7 @@ LIMIT_S = 3000
 
 @pytest.fixture(scope="module")
 def here(hil_folder):
-    """The cases on this kernel, whatever it supports: frames pass through the simulator's port."""
+    """The cases on this kernel, whatever it supports, because frames pass through the simulator's port."""
     folder = hil_folder / "canopen-port"
     folder.mkdir()
     done = subprocess.run([PYTHON, MASTER], cwd=ROOT, env=dict(os.environ, OUT=str(folder)), capture_output=True, timeout=LIMIT_S)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""200 deaths and pulled plugs at instants drawn from their numbers: 180 on shared memory here, 20 over vcan
-and TIPC, on one or two nodes. Each ends as specified: the other subsystems in safe states, within the
-bounds, by the raw logs; the run ended and reported, nothing left."""
+"""200 deaths and pulled plugs at instants drawn from their numbers: 180 on shared memory on this machine, 20
+over vcan and TIPC on one or two nodes. Each ends as specified: by the raw logs the other subsystems are in
+safe states in time, and the run has ended with a report and left nothing behind."""
 
 import concurrent.futures
 import json
@@ -19,8 +19,10 @@ from hirosco_gse import run as runs
 from place import ARITHMETIC, PYTHON
 
 HERE = range(180)
-THERE = range(17660, 17680)  # Each carrier has a member's death and a pulled plug in operation.
-THERE_QUICK = (17660, 17668, 17669, 17671, 17677)  # Each carrier once. The others are long: the micro-VM takes 8 s for each.
+# For each carrier, these include the death of a member and a pulled plug in operation.
+THERE = range(17660, 17680)
+# One case for each carrier. The others are marked long, because the micro-VM takes 8 s for each.
+THERE_QUICK = (17660, 17668, 17669, 17671, 17677)
 AT_ONCE = min(2, len(os.sched_getaffinity(0)))
 THERE_S = 6000
 APIDS = {"joystick": 17, "manipulator": 16}
@@ -36,7 +38,7 @@ DRIVES = 4
 # --- logs ---------------------------------------------------------------------------------------------------------------
 
 def drives_of(folder):
-    """(entries of the faults, drive -> its entries in order) of the truth."""
+    """(entries of the faults, dictionary: drive -> its entries in order), from the truth log."""
     channels = logs.parse_lcm((folder / "truth.lcm").read_bytes())
     truth = runs.decode_truth({name: channels[name] for name in ("DRIVE", "FAULT") if name in channels})
     drives = {}
@@ -50,13 +52,13 @@ def is_enabled(entry):
 
 
 def enabled_at(drives, time_us):
-    """Drives that were in operation-enabled just before."""
+    """Drives that were in operation-enabled just before this time."""
     return {drive for drive, history in drives.items()
             if any(is_enabled(e) for e in [e for e in history if e["time_us"] < time_us][-1:])}
 
 
 def left_after(drives, drive, time_us):
-    """Microseconds from then until the drive first left operation; None: never."""
+    """Microseconds from this time until the drive first left operation; None if it never did."""
     return next((int(e["time_us"]) - time_us for e in drives[drive] if e["time_us"] >= time_us and not is_enabled(e)), None)
 
 
@@ -76,8 +78,8 @@ def reports(packets, service, subtype):
 # -------------------------------------------------------------------------------------------------------
 
 def judge(case, end, folder, undisturbed):
-    """Raise AssertionError unless the flight ended as specified; `undisturbed`: logs of the same flight
-    without the fault."""
+    """Raise AssertionError unless the flight ended as specified. `undisturbed` are the logs of the same
+    flight without the fault."""
     assert not end.left, end.left
     for log in ("can-robot.log", "can-joystick.log"):
         judge_before(case, folder / log, undisturbed / log)
@@ -106,7 +108,8 @@ def judge(case, end, folder, undisturbed):
 
 
 def judge_before(case, log, undisturbed):
-    """Until the fault the flight equals the undisturbed one; a simulator that dies has not written all."""
+    """Until the fault the flight must equal the undisturbed one; a simulator that dies has not written all
+    its logs."""
     seen, expected = lines_before(log, case.time_us), lines_before(undisturbed, case.time_us)
     if case.victim in ("simulator", "image", "launcher"):
         expected = expected[: len(seen)]
@@ -114,7 +117,7 @@ def judge_before(case, log, undisturbed):
 
 
 def judge_packets(folder):
-    """The archive has every packet of the log, in order and without a gap."""
+    """The archive must have every packet of the log, in order and without a gap."""
     packets = packet_log.read_packets(folder / "packets.log")
     with sqlite3.connect(f"file:{folder}/packets.db?mode=ro", uri=True) as database:
         rows = database.execute("SELECT number, raw FROM packet ORDER BY number").fetchall()
@@ -123,7 +126,7 @@ def judge_packets(folder):
 
 
 def judge_death(case, end, facts):
-    """The run has failed, and names the process that died and the cause."""
+    """The run must fail and report the process that died and the cause."""
     assert end.code == 1, end.output
     assert facts["exit_reason"].startswith(f"{case.victim} was ended by signal 9"), facts["exit_reason"]
     assert f"failed: {case.victim} was ended by signal 9" in end.output
@@ -142,7 +145,7 @@ def came_back(facts):
 
 
 def judge_launcher(end, facts):
-    """The guard has ended the run, and reports it."""
+    """The guard must end the run and report this."""
     assert end.code in (-9, 137), "the launcher is the one that was killed"
     assert facts["exit_code"] == 1 and facts["exit_reason"].startswith("launcher was killed"), facts
     assert "failed: launcher was killed" in end.output
@@ -150,8 +153,8 @@ def judge_launcher(end, facts):
 
 
 def judge_others(case, drives, packets, facts):
-    """A member: all drives as after a pulled plug. The supervisor: within its time-out. Other processes:
-    shutdown in order."""
+    """After the death of a member all drives react as after a pulled plug; after that of the supervisor,
+    within its time-out; after that of other processes, the shutdown is in order."""
     in_operation = enabled_at(drives, case.time_us)
     left = {drive: left_after(drives, drive, case.time_us) for drive in in_operation}
     if case.victim in APIDS and len(in_operation) == DRIVES:
@@ -168,7 +171,7 @@ def judge_others(case, drives, packets, facts):
 
 
 def judge_reported(case, packets, apids):
-    """TM[129,2] to ERROR_OPERATIONAL of each."""
+    """Expect a TM[129,2] to ERROR_OPERATIONAL of each APID."""
     for apid in apids:
         told = [(time_us - case.time_us, raw[22]) for time_us, source, raw in reports(packets, 129, 2)
                 if source == apid and time_us >= case.time_us and raw[21] != raw[22]]
@@ -176,9 +179,10 @@ def judge_reported(case, packets, apids):
 
 
 def judge_pull(case, end, facts, drives, packets):
-    """All drives leave operation, all members report, the owner raises a HIGH event; no process died of it."""
+    """All drives must leave operation, all members report, and the owner raise a HIGH event; no process may
+    die."""
     assert not [entry for entry in facts["processes"] if "signal" in entry or entry.get("starts", 1) != 1], facts["processes"]
-    if case.fault == "cut robot-b":  # The unused channel.
+    if case.fault == "cut robot-b":  # This cuts the unused channel.
         assert end.code == 0 and facts["reproducible"], end.output
         return
     assert end.code == 0 or facts["exit_reason"].startswith("operator ended with exit code"), facts["exit_reason"]
@@ -200,7 +204,8 @@ def is_in_operation(case):
 
 
 def first_of_each():
-    """The first number of each fault in operation, and of each at another time: the quick ones of HERE."""
+    """The first number of each fault in operation, and the first of each at another time: these of HERE are
+    quick."""
     found = {}
     for number in HERE:
         case = deaths.drawn(number)
@@ -213,7 +218,7 @@ def with_the_rest_long(numbers, quick):
 
 
 def asked(request, test):
-    """Numbers that this session flies."""
+    """Numbers that this session will fly."""
     return [item.callspec.params["number"] for item in request.session.items if item.name.startswith(f"{test}[")]
 
 
@@ -228,7 +233,8 @@ def undisturbed(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def ended(request, tmp_path_factory, undisturbed):
-    """Number -> future of its flight and judgement: two at a time, ahead of the tests that use them."""
+    """Dictionary: number -> future of its flight and its check. Two flights run at a time, ahead of the tests
+    that use them."""
     parent = tmp_path_factory.mktemp("deaths")
 
     def flown(number):
@@ -261,8 +267,8 @@ def test_death_on_real_buses(request, place, undisturbed, number):
 
 
 def test_every_process_is_killed_and_every_device_is_unplugged():
-    """The numbers cover all kinds, also while all drives are in operation; so do those that are not long, but for each carrier
-    they have a death or a pulled plug."""
+    """The numbers cover all kinds of faults, also while all drives are in operation. So do the quick ones,
+    except that they have only a death or a pulled plug for each carrier."""
     cases = [deaths.drawn(number) for number in first_of_each()]
     expected = {f"kill {name}" for name in (*deaths.PROCESSES, *deaths.IN_IMAGE)} | set(deaths.PULLS)
     assert {case.fault for case in cases} == expected

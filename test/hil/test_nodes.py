@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two on-board computers and TIPC. Network namespaces and UDP are tested on this kernel if it permits them;
-TIPC in one boot of the place that has it, with the C tests of its layer."""
+"""Two on-board computers and TIPC. Network namespaces and UDP are tested on this kernel if it permits them.
+TIPC is tested in one boot of a place that has it, together with the C tests of its layer."""
 
 import concurrent.futures
 import json
@@ -25,14 +25,15 @@ TIPC_TESTS = ("contract/osal/posix/test_tipc", "contract/osal/posix/test_network
 REACTION_US = 5000
 REPEATS = 5
 CASES = [case for case in places.cases(PROGRAM) if case != "repeats_give_one_sum"]
-# In each run also over TIPC; the others only over UDP, and over TIPC with LONG=1: the micro-VM takes 20 s and more for each.
+# Cases that every run also flies over TIPC. All others fly over UDP only, and with LONG=1 over TIPC, because
+# the micro-VM takes 20 s and more for each.
 OVER_TIPC = ("two_nodes_fly_as_one_image", "unplug_between_nodes")
 DRIVES = 4
 ENVIRONMENT = "PYTHONPYCACHEPREFIX=$PWD/build/pycache"
 
 
 def has_namespaces():
-    """This kernel permits this account to make network namespaces and join them."""
+    """True if this kernel permits this account to make network namespaces and to join them."""
     command = "ip netns add one && ip -n one link add name one type veth peer name two && ip netns delete one"
     return places.in_namespaces(command, places.PROBE_SECONDS, dict(os.environ))[0] == 0
 
@@ -45,14 +46,14 @@ def two_readers(hil_folder):
 
 @pytest.fixture(scope="session")
 def udp(place, hil_folder, two_readers):
-    """The group over UDP: natively if possible."""
+    """Results of the group over UDP, on this kernel if possible."""
     here = places.RunningKernel(hil_folder, "it has network namespaces") if has_namespaces() else place
     return here.group("nodes-udp", f"{two_readers} {places.PYTHON} {PROGRAM} udp", GROUP_SECONDS)
 
 
 @pytest.fixture(scope="session")
 def tipc(request, place, two_readers):
-    """The group over TIPC, and before it the C tests, whose results are in $OUT/c-tests."""
+    """Results of the group over TIPC. The C tests run before; their results are in $OUT/c-tests."""
     asked = {item.callspec.params["case"] for item in request.session.items if item.name.startswith("test_over_tipc[")}
     names = " ".join(case for case in CASES if case in {*asked, "unplug_between_nodes"})
     programs = " ".join(f"build/test/{name}" for name in TIPC_TESTS)
@@ -75,15 +76,15 @@ def test_over_tipc(tipc, case):
 @pytest.mark.long
 @pytest.mark.timeout(GROUP_SECONDS)
 def test_repeats_over_tipc_give_one_sum(place):
-    """Fewer than the twenty of the other forms (test/mission/test_mission_lives.py): the micro-VM is slow."""
+    """Fewer repetitions than the twenty of the other forms (test/mission/test_mission_lives.py), because the
+    micro-VM is slow."""
     command = f"{ENVIRONMENT} LIVES_REPEATS={REPEATS} {places.PYTHON} {PROGRAM} tipc repeats_give_one_sum"
     place.group("repeats-tipc", command, GROUP_SECONDS).check("repeats_give_one_sum")
 
 
 @pytest.mark.parametrize("name", TIPC_TESTS)
 def test_layer_over_tipc(tipc, name):
-    """The same test programs as everywhere, on a kernel with TIPC: a slow receiver loses nothing silently
-    there, too."""
+    """The same test programs on a kernel with TIPC: there, too, a slow receiver loses no block silently."""
     path = tipc.result.folder / "c-tests"
     outcomes = dict(line.split() for line in path.read_text().splitlines()) if path.exists() else {}
     text = (tipc.result.folder / f"{name.rpartition('/')[2]}.txt")
@@ -93,7 +94,7 @@ def test_layer_over_tipc(tipc, name):
 
 
 def cuts_and_reactions(folder):
-    """For each cut, the time [us] in which each drive left operation, by the truth of the drives."""
+    """For each cut, the time [us] at which each drive left operation, from the truth of the drives."""
     from hirosco_gse import run as runs
 
     run = runs.load(folder)
@@ -123,8 +124,9 @@ def test_unplug_between_nodes_stops_all_drives_within_5_ms(request, method):
 # --- links with delay ------------------------------------------------------------------------------------------------
 
 def delayed(hil_folder, case):
-    """Always in the micro-VM: it has netem and is slower than real time. A machine that catches up after a pause makes frames
-    of a network by wall-clock time late, and a link whose frames are late is stale."""
+    """This test always runs in the micro-VM, which has netem and is slower than real time. A machine that
+    catches up after a pause would receive the frames of this network, which has wall-clock delays, too late,
+    and its links would be stale."""
     vm = places.MicroVm(hil_folder, "netem")
     group = vm.group(case, f"{ENVIRONMENT} {places.PYTHON} test/hil/guest/delayed_links.py {case}", GROUP_SECONDS)
     group.check(case)
@@ -151,7 +153,7 @@ def test_the_arm_presses_through_netem(hil_folder):
 
 
 def test_a_kernel_without_netem_is_reported_with_the_next_step(tmp_path):
-    """A tree in which a link goes between the nodes; where the kernel has netem, there is nothing to refuse."""
+    """A mission in which a link goes between the nodes; a kernel with netem does not refuse it."""
     if not has_namespaces():
         pytest.skip("no namespaces on this kernel for this account")
     probe = "ip link add one type veth peer name two && tc qdisc add dev one root netem delay 1ms"
@@ -205,7 +207,7 @@ def refused(command):
 
 
 def test_namespaces_that_are_not_permitted_are_reported_with_the_next_step(tmp_path):
-    """As an account without privileges, here in a user namespace that maps no account to root."""
+    """The launcher runs without privileges, here in a user namespace that maps no account to root."""
     line = ["unshare", "--user", "--map-user=1000", "build/bin/hirosco", "run", "--nodes", "2", "--out", str(tmp_path / "run")]
     said = refused(line)
     assert "sudo make sim-run NODES=2" in said and "make vm SECONDS=" in said

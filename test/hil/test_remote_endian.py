@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Real byte order: a subsystem's program of a big-endian processor flies with little-endian ones, and the
-buses show no difference."""
+"""A real difference in byte order: the program of one subsystem, built for a big-endian processor, flies
+together with little-endian programs, and the buses are the same."""
 
 import binascii
 import concurrent.futures
@@ -40,7 +40,7 @@ def folder(hil_folder):
 
 @pytest.fixture(scope="module")
 def native(folder):
-    """The same flight, all little-endian."""
+    """The same flight with little-endian programs only."""
     flight = flying.fly(folder / "native", "--scenario", "hil", "--links", "udp")
     assert flight.code == 0, flight.told()
     return flight
@@ -70,7 +70,7 @@ def test_flight_is_in_order(remote_endian):
 
 
 def test_records_lie_in_the_storage_folder(native, remote_endian):
-    """Names of the remote-endian program included, under the names that they have without it."""
+    """The remote-endian program uses the same names of records as a native program."""
     name, flight = remote_endian
     records = sorted(path.name for path in (flight.folder / "storage").iterdir())
     assert records == sorted(path.name for path in (native.folder / "storage").iterdir())
@@ -89,7 +89,8 @@ def test_truth_is_the_same(native, remote_endian):
 
 
 def _differing(native, flight):
-    """Number of packets that differ; they may differ only in the byte order of an agreement, and the checksum."""
+    """Number of packets that differ. They may differ only in the byte order of an agreement and in the
+    checksum."""
     differing = 0
     assert len(flight.packets) == len(native.packets)
     for (time_ns, direction, here), (other_ns, other_direction, raw) in zip(native.packets, flight.packets):
@@ -117,7 +118,7 @@ def test_packets_differ_in_the_byte_order_of_its_link_only(native, remote_endian
 
 @pytest.mark.long
 def test_whole_telepresence(folder):
-    """Contact, springs, pulled plugs and return to operation: the same octets."""
+    """Contact, springs, pulled plugs and the return to operation have the same octets."""
     one = flying.fly(folder / "telepresence-native", "--scenario", "telepresence", "--links", "udp")
     other = flying.fly(folder / "telepresence", "--scenario", "telepresence", "--remote-endian", "MANIPULATOR")
     assert (one.code, other.code) == (0, 0), other.told()
@@ -149,8 +150,8 @@ def _below(pid):
 
 @pytest.mark.parametrize("victim", [RUNNER, "proxy"])
 def test_kill_in_operation_ends_in_the_safe_state(folder, scenario, victim):
-    """The program or its proxy dies: the subsystem is lost like any other, its drives leave operation, its
-    partner follows."""
+    """The program or its proxy dies: the subsystem is lost like any other one, its drives leave operation,
+    and its partner follows."""
     flight = _die(folder / f"death-{victim}", scenario, victim, len(flying.bring_up(0.1)) + 2)
     states = [raw[22] for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x81\x02"
               and int.from_bytes(raw[:2], "big") & 0x7FF == MEMBERS["JOYSTICK"]]
@@ -161,7 +162,7 @@ def test_kill_in_operation_ends_in_the_safe_state(folder, scenario, victim):
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(8))
 def test_kill_at_any_step(folder, scenario, seed):
-    """Also before the program has joined."""
+    """This also kills before the program has joined."""
     draw = random.Random(seed)
     victim, step = draw.choice([RUNNER, "proxy"]), draw.randint(0, FLIGHT_S)
     _assert_safe(_die(folder / f"death-{seed}", scenario, victim, step))
@@ -186,7 +187,7 @@ def _die(path, scenario, victim, step):
 
 
 def _assert_safe(flight):
-    """No drive is in operation at the end, and nothing is left."""
+    """Expect that no drive is in operation at the end and that nothing is left."""
     drives = {}
     for entry in runs.load(flight.folder).truth["DRIVE"]:
         drives[entry["bus"], int(entry["node"]), int(entry["axis"])] = entry
@@ -197,8 +198,8 @@ def _assert_safe(flight):
 
 @pytest.mark.parametrize("name", MEMBERS)
 def test_lives_are_those_of_a_native_program(folder, name):
-    """Stops, kills, hangs and restarts of the program of another byte order and of its partner: the same
-    buses, the same packets except for the byte order in reports of its link."""
+    """Stops, kills, hangs and restarts of the program of the other byte order and of its partner: the buses
+    are the same, and so are the packets except for the byte order in reports of its link."""
     path = lives.scenario(folder / f"lives-{name}.scn")
     native = lives.fly(folder / f"lives-native-{name}", path, "--links", "udp")
     flights = [lives.fly(folder / f"lives-{name}-{number}", path, "--remote-endian", name) for number in range(2)]
@@ -230,7 +231,7 @@ def test_subsystem_that_cannot_be_remote_endian(folder, name, told):
 
 
 def test_program_that_is_not_built(folder):
-    """The launcher looks for programs in its working folder, which has none here."""
+    """The launcher looks for programs in its working folder, which has none in this test."""
     root = folder / "bare"
     root.mkdir()
     shutil.copytree(places.ROOT / "descriptors", root / "descriptors")

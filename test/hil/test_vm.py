@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The micro-VM as users and tests use it: one command, a shell on a terminal, and all failures of it."""
+"""The micro-VM as users and tests use it: a single command, a shell on a terminal, and all failures."""
 
 import concurrent.futures
 import contextlib
@@ -19,7 +19,7 @@ import pytest
 import place as places
 from vm import microvm, prepare
 
-BOUND_S = 600  # far more than a boot takes on a busy machine
+BOUND_S = 600  # much more than a boot takes on a busy machine
 BUSES, CONTROLLERS = "test/hil/guest/buses.py", "test/hil/guest/controllers.py"
 RUNNER = [sys.executable, str(places.ROOT / "gse" / "vm" / "microvm.py")]
 
@@ -43,7 +43,7 @@ def mentioning(text):
 
 @pytest.fixture
 def kernel_folder(tmp_path):
-    """A boot folder for this test only: other micro-VMs do not show up in it."""
+    """A boot folder for this test only, so that other micro-VMs are not in it."""
     folder = tmp_path / "boot"
     folder.mkdir()
     for name in ("vmlinux", "initramfs.cpio"):
@@ -135,7 +135,8 @@ def test_folders_of_a_killed_runner_are_removed_and_those_in_use_are_not(tmp_pat
 
 @pytest.mark.long
 def test_two_run_side_by_side(tmp_path):
-    """Each machine waits for a file that only the host can give it: that the other one runs, too."""
+    """Each machine waits for a file that only the host can create: it shows that the other machine runs,
+    too."""
     command = "touch $OUT/here; while [ ! -e $OUT/both ]; do sleep 0.05; done; echo $OUT"
     outs = [tmp_path / "a", tmp_path / "b"]
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
@@ -190,7 +191,7 @@ def test_an_emulator_that_hangs_before_the_guest_begins_is_started_once_more(ker
 
 @pytest.mark.parametrize("knows, told", [(False, "the package lists do not know linux-image-amd64"), (True, "cannot be fetched")])
 def test_a_kernel_that_cannot_be_fetched_is_reported_with_the_next_step(tmp_path, monkeypatch, knows, told):
-    """No sources and no lists at all, or lists that name a server that does not exist."""
+    """There are no package sources and lists, or the lists name a server that does not exist."""
     (tmp_path / "lists" / "partial").mkdir(parents=True)
     sources = tmp_path / "sources.list"
     sources.write_text("")
@@ -297,7 +298,8 @@ def test_shell_on_a_terminal(tmp_path):
         # the shell that prints this already has the terminal
         terminal.type(b"sh -c 'echo slee\"\"ps; exec sleep 1000'\n")
         terminal.expect(b"sleeps")
-        terminal.type(b"\x03")  # this input goes to the command, not to the emulator; what is typed ahead goes with it
+        # This input goes to the command and not to the emulator, and so does input that was typed before.
+        terminal.type(b"\x03")
         terminal.expect(b"ready ")
         terminal.type(b"echo aft''er $?; tty; echo kept >$OUT/kept\n")
         terminal.expect(b"after 130")

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded into a subsystem's program: once the file of this name exists, it takes all memory, or all
-// descriptors, that it can get, and dies of it like a program with a leak. Without a limit it stops at a
-// bound of its own and continues.
+// Preloaded into a subsystem's program: once the file of this name exists, it allocates all memory or opens
+// all descriptors that it can get, and dies like a program with a leak. Without a limit it stops at a bound
+// of its own and continues.
 #define _GNU_SOURCE
 #include <fcntl.h>
 #include <pthread.h>

@@ -27,7 +27,7 @@ import campaign_faults as faults
 import campaign_rules as rules
 import flying
 
-SAME_IN = 10  # One flight of this many also flies in the other form, and both must have the same octets.
+SAME_IN = 10  # One of this number of flights is also flown in the other form; both must have the same octets.
 TRACED = (*flying.TRACED, "can-robot-b.log", "can-joystick-b.log")
 DRIVE_EVENT = re.compile(rb"\xed\xa1\xda\x01.{16}\x00\x00\x00\x05.{4}DRIVE(.{16}\x00\x00\x00.[a-z-]+\x00.{14})", re.DOTALL)
 LASTING = (
@@ -46,8 +46,8 @@ LASTING = (
 
 
 class Ground:
-    """Shared by all flights of a campaign: the probe, an initial record store, a mission with one member on
-    each node."""
+    """Data shared by all flights of a campaign: the probe, an initial record store, and a mission with one
+    member on each node."""
 
     def __init__(self, place):
         self.place = place
@@ -67,7 +67,7 @@ class Ground:
 
     @property
     def records(self):
-        """The record store that an earlier flight has left."""
+        """The record store of an earlier flight."""
 
         def make(path):
             scenario = flying.write_scenario(self.place / "records.scn", *LASTING)
@@ -94,7 +94,8 @@ class Ground:
 
 
 def drives(path):
-    """Entries of channel DRIVE in a truth log, as run.load gives them, without reading the other channels."""
+    """Entries of channel DRIVE in a truth log, as run.load returns them, without reading the other
+    channels."""
     found = []
     for event in DRIVE_EVENT.finditer(path.read_bytes()):
         octets = event[1]
@@ -163,7 +164,7 @@ def _options(ground, drawn, folder):
 
 
 def fly(ground, folder, drawn):
-    """A drawn flight, the finished flight, and the rules that it violates."""
+    """Fly a drawn flight. Returns the finished flight and the rules that it violates."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     (folder / "count").write_bytes(bytes(4))

@@ -15,18 +15,19 @@ from hirosco_gse import packets
 MEMBERS = ("JOYSTICK", "MANIPULATOR")
 DEVICES = (("robot", "JOINT1"), ("robot", "JOINT2"), ("joystick", "STICK"))
 SHORTEST_S, LONGEST_S = 10.0, 60.0
-SETTLE_S = 6.0  # From the last fault to the end of the flight: every time-out of a request is over by then.
-AGAIN_S = 2.5  # The operator brings up everything again this long after the middle of the flight.
-OUTAGE_S = 0.083  # A hang is found after 31 ms; the supervisor is back after its boot time and three time steps.
+SETTLE_S = 6.0  # From the last fault to the end of the flight: longer than every time-out of a request.
+AGAIN_S = 2.5  # The operator brings up the mission again this long after the middle of the flight.
+# A hang is detected after 31 ms; the supervisor is back after its boot time and three time steps.
+OUTAGE_S = 0.083
 STORM = "for i = 1, {0} do event(16) end"
 DAMAGES = ("flip", "zero", "cut", "empty", "noise")
-OPENED = 3  # Number of writes into a record store after which it is complete.
+OPENED = 3  # After this number of writes into a record store the store is complete.
 STORED = ("SUPERVISOR.journal.0", "SUPERVISOR.journal.1", "MANIPULATOR.journal.0", "MANIPULATOR.journal.1", "JOYSTICK.journal.0", "SUPERVISOR.store.0")
 
 
 @dataclass
 class Drawn:
-    """The mission and its form."""
+    """A drawn flight: its mission, form and faults."""
 
     seed: int
     count: int
@@ -34,8 +35,9 @@ class Drawn:
     end_s: float = SHORTEST_S
     lines: list = field(default_factory=list)
     kinds: list = field(default_factory=list)
-    disk: str = ""  # For the probe: writes that fail.
-    damages: list = field(default_factory=list)  # (file of the record store, kind of damage, place as a fraction of 1)
+    disk: str = ""  # Writes that fail, as the probe reads them.
+    # (file of the record store, kind of damage, place as a fraction of the length)
+    damages: list = field(default_factory=list)
     cuts: list = field(default_factory=list)  # (from, until [s]) in which the connection between the nodes is cut
     is_split: bool = False  # The members are on different nodes.
 
@@ -45,7 +47,7 @@ class Drawn:
         return not self.cuts
 
     def moment(self, rng):
-        """An instant between the bring-up and the end, on any grant of the scheduler."""
+        """An instant between the bring-up and the end; every grant of the scheduler is possible."""
         return rng.randrange(int(0.3e6), int((self.end_s - SETTLE_S) * 1e6), 500) / 1e6
 
 
@@ -109,8 +111,8 @@ def _requests(rng, flight):
 
 
 def _events(rng, flight):
-    """Load: a member raises notes as fast as it takes in requests, a procedure or monitors raise events, or
-    all at once."""
+    """Load: a member raises notes as fast as it accepts requests, a procedure or monitors raise events, or
+    all of them do."""
     at, name, kind = flight.moment(rng), rng.choice(MEMBERS), rng.choice(("notes", "notes", "procedure", "procedure", "monitor", "high"))
     if kind == "notes":
         flight.lines += [f"{at:.6f} operator try nowait cmd {name}.RAISE EVENT=9"] * rng.choice((50, 300))
@@ -128,10 +130,10 @@ def _events(rng, flight):
 
 
 def _disk(rng, flight):
-    """Some writes of the packet log or of a record store fail: the disk is full or read-only."""
+    """Some writes of the packet log or of a record store fail, because the disk is full or read-only."""
     text = rng.choice(("/packets.ascii", "/packets.ascii", "/storage/SUPERVISOR.", "/storage/MANIPULATOR."))
     first = rng.choice((1, rng.randrange(1, 300), rng.randrange(1, 30)))
-    # A component that cannot open its record store does not fly: the launcher refuses before the flight.
+    # The launcher refuses a flight whose component cannot open its record store.
     if "storage" in text:
         first = OPENED + rng.randrange(1, 25)
     number = rng.choice((1, 2, 3, 6))
@@ -143,7 +145,7 @@ def _damage(rng, flight):
 
 
 def _node_lost(rng, flight):
-    """The component on the second computer dies, or is suspended for a while."""
+    """The component on the second computer dies or is suspended for a while."""
     at = flight.moment(rng)
     flight.form = "nodes"
     if rng.random() < 0.5:
@@ -154,7 +156,7 @@ def _node_lost(rng, flight):
 
 
 def _way_cut(rng, flight):
-    """The connection between the computers is cut for a while."""
+    """The connection between the computers is interrupted for a while."""
     at = rng.uniform(1.5, 3.0)
     flight.form = "nodes"
     flight.is_split = rng.random() < 0.5
@@ -169,9 +171,9 @@ KINDS = {
 
 
 BEGIN = (
-    "mode NOMINAL",  # After damage to its records the mission is in SAFE.
+    "mode NOMINAL",  # After damage to its records the mission is in mode SAFE.
     "tc SUPERVISOR 11,22 'n=[{\"group_id\":1,\"group_status\":\"enabled\"}]'",
-    "at 100 ping MANIPULATOR",  # This request makes the sub-schedule.
+    "at 100 ping MANIPULATOR",  # This request creates the sub-schedule.
     "tc SUPERVISOR 11,20 n=[1]",
     "schedule enable",
 )

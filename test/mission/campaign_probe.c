@@ -38,7 +38,7 @@ __attribute__((constructor)) static void begin(void)
     }
 }
 
-/// Number of this write among the refused ones, from 1; 0: it is not refused.
+/// Number of this write among the refused writes, from 1; 0 if it is not refused.
 static unsigned refused(int descriptor)
 {
     char link[64];
@@ -93,7 +93,7 @@ __attribute__((destructor)) static void end(void)
     if (folder == NULL) {
         return;
     }
-    unsigned open_now = 0U; // The descriptor of the folder itself is included.
+    unsigned open_now = 0U; // Includes the descriptor of the folder.
     for (const struct dirent* entry = readdir(folder); entry != NULL; entry = readdir(folder)) {
         open_now += (entry->d_name[0] != '.') ? 1U : 0U;
     }

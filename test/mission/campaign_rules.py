@@ -17,14 +17,15 @@ PARTNER = {17: 16, 16: 17}
 SERVICE_1 = 1
 TERMINAL = {2, 4, 7, 8, 10}  # Subtypes of ST[01] after which a request has no further report.
 ON_BOARD = 0x8000  # Lowest number of users on board.
-CUT_S = 0.2  # Before the end of the flight: the mission may shut down before the last requests are answered.
-UPLINK_NS = NS_PER_S  # A request that was sent less than this before the connection was lost may be lost with it.
+CUT_S = 0.2  # The mission may shut down this long before the end, so that the last requests are not answered.
+# A request that was sent less than this time before the loss of the connection may be lost, too.
+UPLINK_NS = NS_PER_S
 MOVING = (0x27, 0x07)  # Statuswords of CiA 402: operation enabled, quick stop active.
 REACTION_NS = 2 * STEP_NS
-SILENCE_NS = 10_000_000  # A stale link: the limit, one cycle, and the time for the report.
+SILENCE_NS = 10_000_000  # A stale link: the limit, one cycle, and the time of the report.
 OPERATIONAL, ERROR_OPERATIONAL = 5, 6
 DEVICE_BUS = {"robot": 16, "joystick": 17}  # Owner of the drives.
-# Emergency 0x8250: the RPDOs have stopped.
+# Emergency 0x8250: no RPDO has arrived.
 EMERGENCY = re.compile(r"^\((\d+)\.(\d{6})\) (?:robot|joystick) 0(?:91|92|A1)#5082", re.MULTILINE)
 COMPLAINTS = re.compile(r"assertion|[0-9]+ missing|[1-9][0-9]* doubled|runtime error|Sanitizer", re.IGNORECASE)
 # Descriptors that a program may have open at its end.
@@ -34,19 +35,19 @@ COMPONENT_DESCRIPTORS = 11  # Four of these are links over sockets.
 
 @dataclass
 class Seen:
-    """A flight, and the faults that were drawn for it."""
+    """A flight and the faults that were drawn for it."""
 
     flight: object
     lines: list
     end_s: float
-    drives: tuple = ()  # Drives as the truth log of the flight shows them.
+    drives: tuple = ()  # Drives from the truth log of the flight.
     is_determined: bool = True
     has_cut: bool = False  # The connection between nodes was cut: datagrams are lost.
     ends: str = ""  # Files that the probe has written.
     memo: dict = field(default_factory=dict)
 
     def of(self, name, make):
-        """Computed once and kept."""
+        """The value that `make` computes, computed once and kept."""
         if name not in self.memo:
             self.memo[name] = make()
         return self.memo[name]
@@ -72,19 +73,21 @@ class Seen:
         return self.of("operator", lambda: [json.loads(line) for line in self.flight.read("operator.log").splitlines()])
 
     def shutdown_ns(self):
-        """When the operator commands the shutdown of the mission; members then leave OPERATIONAL by order."""
+        """Time at which the operator commands the shutdown of the mission; members then leave OPERATIONAL on
+        command."""
         times = [float(line.split()[0]) for line in self.lines if line.split()[-1] == "shutdown"]
         return round(min(times, default=self.end_s) * NS_PER_S)
 
     def faults(self):
-        """(time_ns, words) of each fault or order that concerns processes and buses, by scenario or operator."""
+        """(time_ns, words) of each fault and command of scenario or operator that concerns processes or
+        buses."""
         for line in self.lines:
             words = line.split()
             if words[1] == "fault" or words[2:4] == ["try", "process"]:
                 yield round(float(words[0]) * NS_PER_S), words
 
     def ends_of_lives(self):
-        """(time_ns, APID) of each time a process is killed, stopped or hangs."""
+        """(time_ns, APID) of each instant at which a process is killed, stopped or suspended."""
         for time_ns, words in self.faults():
             if words[2] in ("kill", "hang"):
                 yield time_ns, APIDS[words[3]]
@@ -92,12 +95,13 @@ class Seen:
                 yield time_ns, APIDS[words[5]]
 
     def is_alone(self, at_ns):
-        """True if one process is killed at an instant and nothing else happens within a second."""
+        """True if one process is killed at an instant and no other fault occurs within a second."""
         near = [words for time_ns, words in self.faults() if abs(time_ns - at_ns) < NS_PER_S]
         return len(near) == 1 and near[0][2] == "kill"
 
     def transitions(self):
-        """(time of the transition, APID, state before, state) of every TM[129,2], by the member's clock."""
+        """(time of the transition, APID, state before, state after) of every TM[129,2]; the time is by the
+        member's clock."""
 
         def found():
             return [(_stamp(time_ns, raw), _apid(raw), raw[21], raw[22]) for time_ns, direction, raw in self.packets if direction == "TM" and raw[7:9] == b"\x81\x02"]
@@ -105,17 +109,18 @@ class Seen:
         return self.of("transitions", found)
 
     def reported_state(self, apid, at_ns):
-        """(time, state) of a member's last report before a time; (-1, 0): none."""
+        """(time, state) of a member's last report before a time; (-1, 0) if there is none."""
         found = [(time_ns, state) for time_ns, of, _, state in self.transitions() if of == apid and time_ns < at_ns]
         return found[-1] if found else (-1, 0)
 
     def state_at(self, apid, at_ns, until_ns):
-        """State of a member that is alive until a time; 0: it dies before, or has reported none."""
+        """State of a member that is alive until a time; 0 if it dies before or has reported no state."""
         last, state = self.reported_state(apid, at_ns)
         return 0 if any(of == apid and last <= time_ns <= until_ns for time_ns, of in self.ends_of_lives()) else state
 
     def is_secured(self, apid, from_ns, until_ns):
-        """True if a member reaches ERROR_OPERATIONAL in time or, in a shutdown, any other state than OPERATIONAL."""
+        """True if a member reaches ERROR_OPERATIONAL in time or, during a shutdown, any state other than
+        OPERATIONAL."""
         return any(of == apid and from_ns <= time_ns <= until_ns + ROUNDING_NS and
                    (state == ERROR_OPERATIONAL or (state != OPERATIONAL and time_ns >= self.shutdown_ns()))
                    for time_ns, of, _, state in self.transitions())  # fmt: skip
@@ -126,7 +131,8 @@ def _apid(raw):
 
 
 def _stamp(log_ns, raw):
-    """Time in a report's header, in ns of the flight: the packet log has it a few seconds later at most."""
+    """Time in the header of a report [ns of the flight]; the packet log has the report at most a few seconds
+    later."""
     fraction = int.from_bytes(raw[18:21], "big") * NS_PER_S // (1 << 24)
     second = log_ns // NS_PER_S
     while second * NS_PER_S + fraction > log_ns + ROUNDING_NS:
@@ -135,7 +141,7 @@ def _stamp(log_ns, raw):
 
 
 def _requests(seen):
-    """Requests of the ground by (APID, sequence count): time of each, in order."""
+    """Requests of the ground: (APID, sequence count) -> times in order."""
     found = {}
     for time_ns, direction, raw in seen.packets:
         if direction == "TC" and int.from_bytes(raw[9:11], "big") < ON_BOARD:
@@ -164,7 +170,7 @@ def every_request_ends_once(seen):
 
 
 def _connections(seen):
-    """(begin, end) of each time in which the operator was connected, from its log."""
+    """(begin, end) of each interval in which the operator was connected, from its log."""
     begin_ns, found = 0, []
     for entry in seen.operator:
         if entry["verb"] == "link":
@@ -178,12 +184,13 @@ def _connections(seen):
 
 
 def every_request_arrives(seen):
-    """Requests of the operator are in the packet log soon after they are sent, unless the connection is lost by then. Requests
-    released on board have the operator's source as well, and numbers of their own."""
+    """Requests of the operator must be in the packet log soon after they are sent, unless the connection is
+    lost by then. Requests that are released on board have the source of the operator, too, but other sequence
+    counts."""
     logged, connections = _requests(seen), _connections(seen)
     for entry in seen.operator:
         asked_ns = round(entry["time"] * NS_PER_S)
-        # Between two connections a request waits on the ground for the next one.
+        # Between two connections a request waits on the ground for the next connection.
         begin_ns, end_ns = next(((begin, end) for begin, end in connections if asked_ns < end), (0, 0))
         sent_ns = max(begin_ns, asked_ns)
         if sent_ns + UPLINK_NS >= end_ns:
@@ -196,7 +203,7 @@ def every_request_arrives(seen):
 
 
 def _log_is_whole(seen):
-    """The packet log has each record number once, and packets.log has all records."""
+    """The packet log must have each record number once, and packets.log must have all records."""
     numbers = seen.numbers
     if numbers != list(range(1, len(numbers) + 1)):
         yield "the numbers of packets.db are not whole"
@@ -205,7 +212,8 @@ def _log_is_whole(seen):
 
 
 def _reports_are_whole(seen):
-    """The reports of an application process have consecutive numbers; each new life starts a new sequence."""
+    """The reports of an application process must have consecutive numbers; each new life starts a new
+    sequence."""
     counts = {}
     for time_ns, direction, raw in seen.packets:
         if direction == "TM" and not seen.has_cut:
@@ -216,7 +224,7 @@ def _reports_are_whole(seen):
 
 
 def _brakes_hold(seen):
-    """A joint that neither operates nor stops under control is braked."""
+    """A joint that is neither in operation nor in a controlled stop must be braked."""
     for entry in seen.drives:
         if entry["bus"] == "robot" and entry["statusword"] & 0x6F not in MOVING and not entry["brake_engaged"]:
             yield f"joint {entry['node']} at {entry['time_us'] / 1e6} s without its brake in {entry['statusword']:#06x}"
@@ -227,8 +235,8 @@ def _is_supervisor_away(seen, at_ns):
 
 
 def _high_comes_in_its_cycle(seen):
-    """HIGH events reach the supervisor; the member and its partner in operation are in ERROR_OPERATIONAL by
-    then or a cycle later."""
+    """HIGH events must reach the supervisor; by then, or a cycle later, the member and its partner in
+    operation must be in ERROR_OPERATIONAL."""
     for time_ns, direction, raw in seen.packets:
         if direction != "TM" or raw[7:9] != b"\x05\x04":
             continue
@@ -248,8 +256,8 @@ def _high_comes_in_its_cycle(seen):
 
 
 def failure_on_the_bus_is_seen(seen):
-    """The drives of a dead member stop and report it on the bus; two cycles later the partner in operation is
-    in ERROR_OPERATIONAL."""
+    """The drives of a dead member must stop and report this on the bus; two cycles later its partner in
+    operation must be in ERROR_OPERATIONAL."""
     for time_ns, apid in seen.ends_of_lives():
         if apid not in PARTNER or seen.has_cut:
             continue
@@ -267,7 +275,7 @@ def failure_on_the_bus_is_seen(seen):
 
 
 def _nothing_is_left(seen):
-    """The run leaves no process, no name, no open descriptor."""
+    """The run must leave no process, no name and no open descriptor."""
     yield from (f"left: {entry}" for entry in seen.flight.leftovers())
     for line in seen.ends.splitlines():
         name, number = line.rsplit(" ", 1)
@@ -283,7 +291,7 @@ def _ends_as_it_should(seen):
         yield f"the flight ended at {facts['simulated_s']} s: {facts['exit_reason']}"
     if seen.is_determined and not facts["reproducible"]:
         yield "the flight is not reproducible"
-    # These belong to the operator.
+    # These lines come from the operator.
     said = "\n".join(line for line in flight.console.splitlines() if not line.startswith("[")) + flight.output
     yield from (f"somebody said '{found[0]}'" for found in COMPLAINTS.finditer(said))
 
@@ -302,5 +310,5 @@ RULES = (
 
 
 def violations(seen):
-    """Texts of the invariants that do not hold."""
+    """Descriptions of the violated invariants."""
     return [what for rule in RULES for what in rule(seen)]

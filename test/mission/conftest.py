@@ -17,7 +17,7 @@ from hirosco_gse import figures
 from hirosco_gse import run as runs
 
 KEPT_S = 3600.0
-KEPT_RUNS = 2  # in memory: one image has hundreds of megabytes
+KEPT_RUNS = 2  # Kept in memory: one run has hundreds of megabytes.
 
 
 @pytest.fixture(scope="session")
@@ -48,7 +48,7 @@ def folder(hangar, request):
 
 
 class Fleet:
-    """Telepresence flights by their options; each flies when it is first requested."""
+    """Telepresence flights by their options; each is flown when it is first requested."""
 
     def __init__(self, hangar):
         self.hangar = hangar
@@ -64,7 +64,7 @@ class Fleet:
         return self.flights[key]
 
     def run(self, **key):
-        """Its logs as arrays."""
+        """The logs of a flight as arrays."""
         flight = self.flight(**key)
         if flight.folder not in self.runs:
             for oldest in list(self.runs)[: max(0, len(self.runs) - KEPT_RUNS + 1)]:
@@ -73,7 +73,7 @@ class Fleet:
         return self.runs[flight.folder]
 
     def computed(self, **key):
-        """Figures of the raw logs, and the reason for each missing figure."""
+        """Figures from the raw logs, and the reason for each missing figure."""
         folder = self.flight(**key).folder
         if folder not in self.figures:
             self.figures[folder] = figures.compute(self.run(**key))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Flying missions as a user does: the launcher's command line, what a run leaves, and what it must not leave."""
+"""Fly missions as a user does: with the launcher's command line. Check what a run leaves and what it must not
+leave."""
 
 import contextlib
 import json
@@ -30,7 +31,7 @@ sys.path.insert(0, str(ROOT / "gse"))
 
 @dataclass
 class Flight:
-    """A launcher that runs or has ended, and the folder of its run."""
+    """A launcher, running or ended, and the folder of its run."""
 
     folder: pathlib.Path
     process: subprocess.Popen
@@ -40,7 +41,7 @@ class Flight:
 
     @property
     def code(self):
-        """Exit code of the launcher; None while it flies."""
+        """Exit code of the launcher; None while it runs."""
         return self.process.returncode
 
     @property
@@ -87,7 +88,7 @@ class Flight:
         return self
 
     def abandon(self):
-        """End the launcher if it still lives."""
+        """End the launcher if it is still running."""
         if self.process.poll() is None:
             self.process.kill()
             self.output, _ = self.process.communicate()
@@ -96,11 +97,11 @@ class Flight:
                     os.unlink(entry)
 
     def told(self):
-        """All that a user could read about the run, for assertion messages."""
+        """Everything that a user could read about the run, for assertion messages."""
         return f"exit code {self.code}\n{self.output}\n{self.console[-3000:]}"
 
     def port(self, limit_s=MOMENT_S):
-        """The ground port, as soon as the run names it."""
+        """The ground port, as soon as the run has written it."""
         path = self.folder / "ground.port"
         wait_until(lambda: path.exists() and path.read_text(encoding="ascii").strip(), "no ground port", limit_s)
         return int(path.read_text(encoding="ascii"))
@@ -111,7 +112,7 @@ class Flight:
         return len(path.read_bytes().splitlines()) if path.exists() else 0
 
     def children(self):
-        """Dict program name -> process id of the launcher's children."""
+        """Dictionary: program name -> process id of the launcher's children."""
         return {name: pid for pid, parent, name in processes() if parent == self.process.pid}
 
     def leftovers(self):
@@ -182,7 +183,7 @@ def fly(folder, *options, limit_s=FLIGHT_LIMIT_S, **how):
 
 
 def fly_in_both_forms(folder, name, path, *options):
-    """Fly a scenario to its end in the image and in processes: form -> Flight."""
+    """Fly a scenario to its end in the image and in processes. Returns a dictionary: form -> Flight."""
     found = {}
     for form in ("image", "processes"):
         found[form] = fly(folder / f"{name}-{form}", "--scenario", path, "--form", form, *options)
@@ -191,7 +192,7 @@ def fly_in_both_forms(folder, name, path, *options):
 
 
 def refuse(*words, root=ROOT):
-    """Call the launcher with options that it must refuse; the finished process."""
+    """Call the launcher with options that it must refuse. Returns the finished process."""
     return subprocess.run(
         [root / "build" / "bin" / "hirosco", *map(str, words)],
         cwd=root,
@@ -203,7 +204,7 @@ def refuse(*words, root=ROOT):
 
 
 def gse(flight, *words, timeout=FLIGHT_LIMIT_S):
-    """Call the ground segment's command line as a user does; the finished process."""
+    """Call the command line of the ground segment as a user does. Returns the finished process."""
     return subprocess.run(
         [sys.executable, ROOT / "gse" / "gse", "--port", str(flight.port()), *map(str, words)],
         cwd=ROOT,
@@ -222,7 +223,7 @@ def free_port():
 
 
 def connect(port, limit_s=MOMENT_S):
-    """TCP connection to a ground port that is about to open."""
+    """Open a TCP connection to a ground port that is about to be opened."""
     end = time.monotonic() + limit_s
     while True:
         try:
@@ -234,7 +235,7 @@ def connect(port, limit_s=MOMENT_S):
 
 
 def assert_clean(flight):
-    """Soon after the end of the run, nothing of it is left."""
+    """Expect that soon after the end of the run nothing of it is left."""
     with contextlib.suppress(AssertionError):
         wait_until(lambda: not flight.leftovers(), "")
     left = flight.leftovers()
@@ -246,7 +247,8 @@ def assert_clean(flight):
 
 
 def descriptors_copied(folder):
-    """A copy of the descriptors in a new folder that otherwise refers to the project: XML may change, programs stay."""
+    """Make a folder with a copy of the descriptors that otherwise refers to the project: the XML files may be
+    changed, programs are those of the project."""
     folder.mkdir()
     shutil.copytree(ROOT / "descriptors", folder / "descriptors")
     for name in ("build", "sim", "gse"):
@@ -255,7 +257,7 @@ def descriptors_copied(folder):
 
 
 def replace(path, *changes):
-    """Replace words of a file, each (old, new), which must occur."""
+    """Replace texts of a file, each given as (old, new); `old` must occur."""
     text = path.read_text(encoding="utf-8")
     for old, new in changes:
         assert old in text, old
@@ -264,13 +266,14 @@ def replace(path, *changes):
 
 
 def write_scenario(path, *lines):
-    """Scenario file of these lines."""
+    """Write these lines to a scenario file. Returns its path."""
     path.write_text("# SPDX-License-Identifier: Apache-2.0\n" + "\n".join(lines) + "\n", encoding="utf-8")
     return path
 
 
 def bring_up(at, configuration="TELEPRESENCE", tare=True):
-    """Operator's lines that take both members from OFFLINE to OPERATIONAL in telepresence, beginning at `at` [s]."""
+    """Lines of the operator that take both members from OFFLINE to OPERATIONAL in telepresence, from `at` [s]
+    on."""
     both = ("JOYSTICK", "MANIPULATOR")
     lines = [f"{at:.6f} operator state {name} PRE_OPERATIONAL" for name in both]
     lines += [f"{at:.6f} operator config {name} {configuration}" for name in both]

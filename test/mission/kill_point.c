@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded into the supervisor: its first life ends at its n-th system call that receives, sends or writes,
-// n from the environment; for an even n before the call, for an odd one after it. Without n, the calls of the
-// first life are counted in the file whose name is given.
+// Preloaded into the supervisor: its first life ends at its n-th system call that receives, sends or writes.
+// The environment gives n; for an even n the life ends before the call, for an odd n after it. Without n, the
+// calls of the first life are counted in the file whose name is given.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -20,7 +20,7 @@ static unsigned long number(const char* name)
     return (text != NULL) ? strtoul(text, NULL, 10) : 0UL;
 }
 
-/// Set once in a run.
+/// Is set once in a run.
 static int is_first_life(void)
 {
     static int answer = -1;

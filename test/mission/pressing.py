@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Worlds and scenarios of press and hold with other values than those of the mission."""
+"""Worlds and scenarios of press and hold with values other than those of the mission."""
 
 import random
 import re
@@ -42,7 +42,7 @@ def write_world(folder, base="rokviss", masses=(1.0, 1.0), contact=None, hand=No
 
 
 def write_scenario(folder, x, force):
-    """press.scn at another place with another force. Returns its path."""
+    """Write press.scn for another place and another force. Returns its path."""
     text = SCENARIO.read_text(encoding="utf-8")
     text = text.replace("move 0.28 -0.020", f"move {x:.4f} -0.020").replace("press 15 ", f"press {force:.3f} ")
     path = folder / "press.scn"

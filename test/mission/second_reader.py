@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A mission with a port that feeds two readers: in addition to rokviss a second arm, SHADOW, also reads
-HAND_POSITION. It is the manipulator's code, compiled for a descriptor with a name and an id of its own;
-its two joints are motor benches on a bus of their own."""
+"""A mission with a port that feeds two readers: rokviss with a second arm, SHADOW, which also reads
+HAND_POSITION. SHADOW is the manipulator's code compiled for a descriptor with another name and id; its two
+joints are motor benches on a separate bus."""
 
 import pathlib
 import shutil
@@ -31,7 +31,7 @@ def _link_all(source, place, but=()):
 
 
 def _descriptors(place):
-    """The descriptors with SHADOW added; returns SHADOW's own."""
+    """Copy the descriptors and add SHADOW. Returns the path of SHADOW's descriptor."""
     shutil.copytree(flying.ROOT / "descriptors", place)
     arm, shadow = place / "subsystems" / "manipulator.xml", place / "subsystems" / "shadow.xml"
     text = arm.read_text(encoding="utf-8").replace('name="MANIPULATOR" id="16"', 'name="SHADOW" id="18"', 1)
@@ -70,7 +70,8 @@ def _link(name, place, tops, objects, *externals):
 
 
 def _compile(place, descriptor):
-    """The manipulator's sources, with the ids of another descriptor under the same names, as a program and in an image."""
+    """Compile the manipulator's sources with the ids of another descriptor under the same names, as a program
+    and into an image."""
     model = subsystem.load(descriptor)
     model.name = "MANIPULATOR"
     made = place / "build" / "shadow"
@@ -82,7 +83,8 @@ def _compile(place, descriptor):
     arm = [*own, *flying.ROOT.glob("fsw/subsystems/manipulator/*.c")]
     main = [path for path in flying.ROOT.glob("fsw/programs/manipulator_*.c") if path.name.endswith("_main.c")]
     _link("shadow", place, FLIGHT, [*arm, *main])
-    # In the image, beside the manipulator: only what opens the component has a name that others see.
+    # The image also contains the manipulator: only the function that opens the component may have a global
+    # name.
     _gcc(place, "-r", "-o", made / "arm.o", *arm)
     command = ["objcopy", "--redefine-sym", "manipulator_open=shadow_open", "--keep-global-symbol=shadow_open", made / "arm.o", made / "shadow.o"]
     subprocess.run(command, check=True)

@@ -32,18 +32,19 @@ MEMBERS = ("JOYSTICK", "MANIPULATOR")
 TARGETS = (*MEMBERS, "SUPERVISOR", "COMMUNICATION")
 STATES = ("OFFLINE", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL")
 UNLOGGED = ("truth.lcm", *(f"can-{bus}.{kind}" for bus in ("robot", "joystick", "robot-b", "joystick-b") for kind in ("log", "pcap")))
-HANDS = 200  # Movements of the hand, spread over the flight.
+HANDS = 200  # Movements of the hand, distributed over the flight.
 SAMPLE_S = 1.0
-# Growth from the second quarter of the flight to the last: static buffers count only after they were first used.
+# Permitted growth from the second quarter of the flight to the last: static buffers count only after their
+# first use.
 GROWTH_KIB = 1024
-# Names, descriptors, sockets: their number depends on the moment, for example while a bus or a process
+# The number of names, descriptors and sockets depends on the moment, for example while a bus or a process
 # starts.
 GROWTH_OPEN = 4
 REPORTS = {(129, 5): 1, (3, 25): 5}  # Periodic reports: period [s].
-PERIODIC = {1, 2}  # APIDs of the components that live all the time.
+PERIODIC = {1, 2}  # APIDs of the components that run all the time.
 ON_BOARD = 0x8000
 SEQUENCE = 0x4000
-LATE_NS = 100_000_000  # Delay of a periodic report behind others on a busy connection.
+LATE_NS = 100_000_000  # Permitted delay of a periodic report behind others on a busy connection.
 
 
 def _wrong(rng):
@@ -54,7 +55,7 @@ def _wrong(rng):
 
 
 def _light(rng):
-    """A request that changes little, and may be refused."""
+    """A request that changes little and may be refused."""
     target, member = rng.choice(TARGETS), rng.choice(MEMBERS)
     return rng.choice((
         f"ping {target}", "ping all", f"hk once {member} 1", f"hk once {member} 4711", "status", "networks", "link list",
@@ -94,7 +95,8 @@ def _rest(rng, at):
 
 
 def scenario(seed, hours, every_s=5.0):
-    """Lines of the scenario of a seed for this many hours, with a light request every so many seconds on average."""
+    """Lines of the scenario of a seed for this many hours; `every_s` is the mean interval of light
+    requests."""
     rng, end_s, at, steps = random.Random(f"soak/{seed}"), hours * HOUR_S, 1.0, []
     while at < end_s - 10:
         steps.append((at, "try mode NOMINAL"))
@@ -144,15 +146,15 @@ def _sample(flight, began):
 
 
 def _usual(samples, name, word):
-    """Median by size of a resource of a process in these samples; 0 if the process was in none."""
+    """Median of a resource of a process in these samples; 0 if the process is in none of them."""
     values = [sample["processes"][name][word] for sample in samples if name in sample["processes"]]
     return statistics.median_low(values) if values else 0
 
 
 def judge_samples(samples, form="image"):
-    """Texts of the growth from the second quarter, when start-up is over, to the last quarter."""
+    """Descriptions of the growth from the second quarter, when the start-up is over, to the last quarter."""
     there = {"image"} if form == "image" else {"supervisor", "communication", "simulator"}
-    # Without the end, when logs are merged.
+    # Ignore the end of the flight, when logs are merged.
     samples = [sample for sample in samples if there <= sample["processes"].keys()]
     quarter = len(samples) // 4
     warm, last = samples[quarter : 2 * quarter], samples[3 * quarter :]
@@ -172,7 +174,7 @@ def judge_samples(samples, form="image"):
 
 
 class Judge:
-    """Reads packets.log once, line by line: the log of a day is large."""
+    """Reads packets.log once, line by line, because the log of a day is large."""
 
     def __init__(self):
         self.problems, self.counts, self.lines = [], collections.Counter(), 0
@@ -181,7 +183,7 @@ class Judge:
         self.late_ns = 0
 
     def take(self, time_ns, direction, raw):
-        """Take one record."""
+        """Check one record."""
         apid, message = int.from_bytes(raw[:2], "big") & 0x7FF, (raw[7], raw[8])
         self.lines += 1
         self.counts[direction, apid, *message] += 1
@@ -221,7 +223,7 @@ class Judge:
 
 
 def judge_packets(folder):
-    """A Judge that has read the log."""
+    """Returns a Judge that has read the log."""
     judge = Judge()
     with (folder / "packets.log").open(encoding="ascii") as log:
         for line in log:
@@ -241,7 +243,7 @@ def _numbers_are_whole(folder):
 
 
 def watch(flight, sample_s=SAMPLE_S):
-    """Samples of a flight until it ends; they are also kept in its folder."""
+    """Take samples of a flight until it ends. Returns them and writes them to its folder."""
     began, samples = time.monotonic(), []
     with (flight.folder / "soak.jsonl").open("w", encoding="ascii") as log:
         while flight.process.poll() is None:
@@ -253,7 +255,7 @@ def watch(flight, sample_s=SAMPLE_S):
 
 
 def fly(folder, seed, hours, form="image", sample_s=SAMPLE_S):
-    """One flight; (flight, samples, judge, problems)."""
+    """Fly once. Returns (flight, samples, judge, problems)."""
     folder.mkdir(parents=True)
     for name in UNLOGGED:
         (folder / name).symlink_to("/dev/null")

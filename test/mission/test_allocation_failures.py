@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""In each pool and quota one of the first requests is refused, each in a flight of its own (without LONG=1 every fourth): no crash, nothing
-left behind, and the refusal is counted and reported. Flies the programs of SANITIZE=1, which can be told
-to refuse."""
+"""In each pool and quota one of the first requests is refused, in a separate flight for each (without LONG=1
+for every fourth): the flight does not crash and leaves nothing behind, and the refusal is counted and
+reported. The flights use the programs of SANITIZE=1, which can be told to refuse."""
 
 import json
 import re
@@ -46,7 +46,7 @@ SCENARIO = (
 
 
 def fly(folder, number):
-    """One flight in which the take of this number is refused (0: none)."""
+    """Fly once; the request with this number is refused (0: none)."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     scenario = flying.write_scenario(folder.parent / "allocation.scn", *SCENARIO)
     flight = flying.fly(
@@ -59,7 +59,7 @@ def fly(folder, number):
 
 
 def refusals(flight):
-    """Sum of the components' counters, as the operator read them; None if it could not."""
+    """Sum of the components' counters that the operator has read; None if it could not read them."""
     path = flight.folder / "operator.log"
     steps = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
     found = re.findall(r"(?:POOL|SOCKET|BLOCK|REQUEST|SEQUENCE)_REFUSED: (\d+)", " ".join(step["outcome"] for step in steps if step["verb"] == "get"))
@@ -83,7 +83,7 @@ def test_each_refusal_is_counted_and_ends_nothing(folder, every):
     for number in range(1, total + 1, every):
         flight = fly(folder / str(number), number)
         counted = refusals(flight)
-        if counted is None:  # The ground could not connect: then the run reports it.
+        if counted is None:  # The ground could not connect; then the run reports the refusal.
             assert flight.code != 0, flight.told()
         else:
             assert counted == 1, f"take {number}: {flight.read('operator.log')}"

@@ -26,7 +26,7 @@ PROGRESS = [(1, 1), (1, 3), (1, 5)]
 
 @dataclasses.dataclass
 class Told:
-    """The properties of a flight that the rules read beside its packets."""
+    """The properties of a flight that the rules read in addition to its packets."""
 
     code: int = 1
     facts: dict = dataclasses.field(default_factory=lambda: {"simulated_s": END_S, "exit_reason": "", "reproducible": True})
@@ -55,7 +55,8 @@ def _tc(time_s, apid, count, source=USER):
 
 
 def _tm(time_s, apid, message, data, destination=USER, logged_s=None):
-    """A report with one time that is logged at another; reports are numbered when the flight is built."""
+    """A report with a time in its header; `logged_s` is the time in the log. Reports are numbered when the
+    flight is built."""
     fraction = (_at(time_s) % rules.NS_PER_S) * (1 << 24) // rules.NS_PER_S
     stamp = bytes(5) + fraction.to_bytes(3, "big")
     raw = (0x0800 | apid).to_bytes(2, "big") + bytes((0xC0, 0, 0, 0, 0x20, *message, 0, 0)) + destination.to_bytes(2, "big") + stamp + data
@@ -89,17 +90,17 @@ def _key(raw):
 
 
 def _asked(time_s, *keys):
-    """Entry of the operator's log: packets that were sent."""
+    """An entry of the operator's log about requests that it has sent."""
     return {"time": time_s, "end": time_s, "verb": "ping", "outcome": "", "asked": list(map(list, keys))}
 
 
 def _link(time_s, outcome):
-    """Entry of the operator's log: the connection has changed."""
+    """An entry of the operator's log about a change of the connection."""
     return {"time": time_s, "verb": "link", "outcome": outcome}
 
 
 def _seen(packets, lines=(), numbers=None, drives=(), ends="", **how):
-    """Build a synthetic flight: the drawn faults go to Seen, everything else to Told."""
+    """Build a synthetic flight: the properties of the draw go to Seen, all others to Told."""
     drawn = {name: how.pop(name) for name in ("is_determined", "has_cut") if name in how}
     sent = [(time_ns, _key(raw)) for time_ns, direction, raw in packets if direction == "TC" and not raw[9] & 0x80]
     memo = {"packets": packets, "numbers": list(range(1, len(packets) + 1)) if numbers is None else numbers}
@@ -108,7 +109,7 @@ def _seen(packets, lines=(), numbers=None, drives=(), ends="", **how):
 
 
 def _violations(packets, lines=(), **how):
-    """A flight in which both members come up, and these packets are reported."""
+    """Violations of a flight in which both members come up and these packets are logged."""
     up = [_became(1.0, apid, 4, OPERATIONAL) for apid in (JOYSTICK, MANIPULATOR)]
     return rules.violations(_seen(list(_numbered(sorted([*up, *packets], key=lambda packet: packet[0]))), lines, **how))
 
@@ -134,7 +135,7 @@ def test_each_final_report_ends_a_request(end):
 
 
 def test_the_end_of_another_request_is_ignored():
-    """Neither the report of another request counts, nor one to a user on board."""
+    """A report about another request does not end a request, and neither does a report to a user on board."""
     other = _tc(2.0, MANIPULATOR, 8)
     assert len(_violations([PING, _reported(2.1, other)])) == 2
     assert len(_violations([PING, _reported(2.1, PING, destination=rules.ON_BOARD | 1)])) == 1
@@ -158,15 +159,16 @@ LOST, OPEN = "the link is lost; 1 request has no end of verification", "the link
     "operator, problems",
     [
         ([_asked(2.0, (16, 7))], 0),
-        ([_asked(2.0, (16, 7), (17, 3))], 1),  # Sent, and never received on board.
-        ([_asked(3.5, (16, 7))], 1),  # That on board was another one.
+        ([_asked(2.0, (16, 7), (17, 3))], 1),  # Sent, but never received on board.
+        ([_asked(3.5, (16, 7))], 1),  # The request that was received on board was another one.
         ([_asked(0.9, (16, 7))], 1),
         ([_asked(2.0, (16, 7)), _asked(END_S - 0.9, (17, 3))], 0),
         ([_asked(2.0, (16, 7)), _asked(3.0, (17, 3)), _link(3.9, LOST), _link(4.0, OPEN)], 0),  # Lost with the connection.
         ([_asked(2.0, (16, 7)), _asked(3.0, (17, 3)), _link(4.1, LOST), _link(4.2, OPEN)], 1),
-        ([_asked(2.0, (16, 7)), _link(4.1, LOST), _asked(4.15, (17, 3)), _link(4.2, OPEN)], 1),  # It waited for the next one.
+        # The request waited for the next connection.
+        ([_asked(2.0, (16, 7)), _link(4.1, LOST), _asked(4.15, (17, 3)), _link(4.2, OPEN)], 1),
         ([_asked(2.0, (16, 7)), _link(4.1, LOST), _asked(4.15, (17, 3)), _link(4.2, OPEN), _link(5.1, LOST)], 0),
-        ([_asked(2.0, (16, 7)), _link(4.1, LOST), _asked(4.15, (17, 3))], 0),  # There was none.
+        ([_asked(2.0, (16, 7)), _link(4.1, LOST), _asked(4.15, (17, 3))], 0),  # There was no next connection.
     ],
 )
 def test_a_request_is_followed_from_the_operator_to_the_packet_log(operator, problems):
@@ -197,15 +199,17 @@ def test_a_reaction_time_counts_from_the_frame_on_the_bus():
     later = [_became(DEATH_S + 0.0032, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)]
     assert _violations(later, [DEATH]) == []
     assert _violations(later, [DEATH], bus=ON_BUS.replace("4.002163", "4.002200")) == []
-    assert _violations(later, [DEATH], bus=ON_BUS.replace("0A1#50", "0A1#10")) == []  # A different emergency code.
-    assert _violations(later, [DEATH], bus=ON_BUS.replace("4.002163", "3.999999")) == []  # Before the failure.
+    # The emergency code is another one.
+    assert _violations(later, [DEATH], bus=ON_BUS.replace("0A1#50", "0A1#10")) == []
+    # The emergency is from before the failure.
+    assert _violations(later, [DEATH], bus=ON_BUS.replace("4.002163", "3.999999")) == []
 
 
 def test_a_partner_is_judged_in_operation():
     assert rules.violations(_seen(list(_numbered([_became(1.0, JOYSTICK, 4, OPERATIONAL)])), [DEATH], bus=ON_BUS)) == []
     assert _violations([_became(3.0, MANIPULATOR, OPERATIONAL, 4)], [DEATH], bus=ON_BUS) == []
     assert _violations([_became(3.0, JOYSTICK, OPERATIONAL, 4)], [DEATH], bus=ON_BUS) == []
-    # The partner is dead, too.
+    # The partner is also dead.
     assert _violations([], [DEATH, f"{DEATH_S + 0.005} fault hang MANIPULATOR"], bus=ON_BUS) == []
     assert _violations([], [DEATH], bus=ON_BUS, has_cut=True) == []
 
@@ -220,7 +224,7 @@ def test_a_partner_that_leaves_operation_by_order_in_a_shutdown_is_secure():
 def test_a_death_that_the_bus_does_not_show_is_judged_by_its_own_time():
     assert _violations([], [DEATH, f"{DEATH_S + 0.9} fault cut robot JOINT1"]) == []
     assert len(_violations([], [DEATH, f"{DEATH_S + 1.1} fault cut robot JOINT1", f"{DEATH_S} operator try ping all"])) == 1
-    # It may continue until another component detects its death.
+    # The process may continue until another component detects the hang.
     assert _violations([], [DEATH.replace("kill", "hang")]) == []
     assert len(_violations([], [DEATH.replace("kill", "hang")], bus=ON_BUS)) == 1
 
@@ -308,7 +312,7 @@ def test_permitted_observations_are_no_violation(how):
 
 
 def test_a_report_that_is_missing():
-    """Numbers count for each application process; those of its next life start again."""
+    """Each application process has a sequence of numbers, which starts again in its next life."""
     up = list(_numbered([_became(1.0 + i, JOYSTICK, 0, 0) for i in range(5)]))
     assert rules.violations(_seen(up)) == []
     for first, after in ((1, 2), (2, 4)):
@@ -347,7 +351,7 @@ def test_octets_that_differ(tmp_path):
 
 
 def _drawn_with_a_kill():
-    """The first seed by which one member is killed while both operate."""
+    """The first seed that kills one member while both operate."""
     for seed in range(1000):
         drawn = faults.draw(seed, 1, "image")
         if drawn.kinds == ["kill"] and any(" fault kill " in line and 2.0 < float(line.split()[0]) < 5.0 for line in drawn.lines):
@@ -356,7 +360,7 @@ def _drawn_with_a_kill():
 
 
 def test_each_end_and_the_reaction_of_a_real_flight_count(folder):
-    """One packet missing, one more, or one later, and a rule is violated."""
+    """If one packet of a real flight is removed, added or delayed, a rule is violated."""
     drawn = _drawn_with_a_kill()
     flight, found = campaign.fly(campaign.Ground(folder / "ground"), folder / "flight", drawn)
     assert found == []
@@ -364,7 +368,7 @@ def test_each_end_and_the_reaction_of_a_real_flight_count(folder):
     whole = flight.packets
 
     def broken(packets):
-        """Use the rules of this test; the numbering of reports is tested elsewhere."""
+        """Apply the rules of this test; another test checks the numbers of reports."""
         seen = rules.Seen(flight, drawn.lines, drawn.end_s, memo={"packets": packets})
         return [what for rule in (rules.every_request_ends_once, rules.failure_on_the_bus_is_seen) for what in rule(seen)]
 

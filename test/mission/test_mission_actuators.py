@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Homing and valves in flight: a boom that searches its end stop, thrusters that push and turn a satellite, valves that
-close when no commands arrive, and descriptors that are refused."""
+"""Homing and valves in flight: a boom searches its end stop, thrusters push and turn a satellite, valves
+close when no commands arrive, and wrong descriptors are refused."""
 
 import json
 import re
@@ -72,7 +72,8 @@ def test_both_forms_fly_the_same_octets(flights):
 
 
 def test_the_boom_finds_its_stop_and_counts_from_there(flights):
-    """Its stop is at -0.4 rad, where the drive begins with 0; the descriptor calls it -0.4 rad, so both agree again."""
+    """The stop is at -0.4 rad, where the encoder of the drive starts with 0. The descriptor defines it as
+    -0.4 rad, so that afterwards the telemetry equals the truth."""
     steps = [json.loads(line) for line in flights[0].read("operator.log").splitlines()]
     home = next(step for step in steps if step["words"] == ["ACTUATORS.HOME"])
     assert home["outcome"].endswith("completed") and 2.0 < home["end"] - home["time"] < 3.0
@@ -121,7 +122,7 @@ def _up(configuration):
 
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_valves_close_if_their_subsystem_dies(hangar, form):
-    """The RPDO deadline of 10 ms, and the valves' shortest pulse, at each end of the bus."""
+    """The valves close after the RPDO deadline of 10 ms and their shortest pulse."""
     scenario = flying.write_scenario(hangar / f"dies-{form}.scn", *_up("NOMINAL"),
                                      f"2.0 operator set ACTUATORS.OUTPUT 3,3,0{ZEROS[:26]}", "3.0 fault kill ACTUATORS", "4.0 operator shutdown")
     flight = flying.fly(hangar / f"dies-{form}", "--mission", "actuators", "--scenario", scenario, "--form", form)
@@ -132,13 +133,14 @@ def test_valves_close_if_their_subsystem_dies(hangar, form):
 
 
 def _reports(flight, pattern):
-    """Values that match in the lines of `operator hk`, as numbers, in the order of the reports."""
+    """Numbers that match in the lines of `operator hk`, in the order of the reports."""
     steps = [json.loads(line) for line in flight.read("operator.log").splitlines()]
     return [[float(number) for number in re.search(pattern, step["outcome"])[1].split(", ")] for step in steps if step["verb"] == "hk"]
 
 
 def test_the_boom_moves_with_a_velocity_and_the_gyro_measures_the_turn(hangar):
-    """CSV (CiA 402) by the second RPDO, and rates (CiA 404) in the telemetry, against the simulator's truth."""
+    """CSV (CiA 402) by the second RPDO, and the rates (CiA 404) in the telemetry, are compared with the truth
+    of the simulator."""
     lines = [*_up("VELOCITY"), f"1.5 operator set ACTUATORS.OUTPUT 0,3,0{ZEROS[:26]}", "1.6 operator set ACTUATORS.VELOCITY 0.1,0,0,0,0,0,0,0",
              "2.0 operator hk once ACTUATORS 1", "2.5 operator hk once ACTUATORS 1", f"2.5 operator set ACTUATORS.OUTPUT 0,0,0{ZEROS[:26]}",
              "3.0 operator cmd ACTUATORS.STOP", "3.3 operator hk once ACTUATORS 1", "3.5 operator hk once ACTUATORS 1", "3.6 operator shutdown"]
@@ -179,7 +181,7 @@ def test_homing_ends_with_a_fault_and_without_its_drive(hangar, fault):
 
 @pytest.fixture
 def house(tmp_path):
-    """Copies of the descriptors; programs and scenarios are those of the project."""
+    """A copy of the descriptors; programs and scenarios are those of the project."""
     return flying.descriptors_copied(tmp_path / "house")
 
 

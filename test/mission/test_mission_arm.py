@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The six-joint arm ur5e, which is descriptors, a world and a URDF only: its motions against the truth, and its refusals."""
+"""The six-joint arm ur5e, which consists of descriptors, a world and a URDF only: its motions compared with
+the truth, and its refusals."""
 
 import json
 import re
@@ -27,11 +28,11 @@ import urdf
 URDF = flying.ROOT / "descriptors" / "worlds" / "ur5e.urdf"
 FREE_URDF = flying.ROOT / "descriptors" / "worlds" / "free-flyer.urdf"
 OPERATIONAL = 5
-DELAY_US = 1000  # Values of a cycle are those sampled at the SYNC of the cycle before.
-RATIO = 100  # Of all gears.
-# Largest errors from the desired motion while the arm moves at up to 0.9 rad/s and 0.12 m/s. With the drives' loop a position
-# lags by 1.6 cycles of 1 ms.
-GANTRY_BOUNDS = {"POSITION": (0.001, 0.003), "TORQUE": (0.001, 0.003)}  # Its slide [m], its other joints [rad].
+DELAY_US = 1000  # The values of a cycle were sampled at the SYNC of the cycle before.
+RATIO = 100  # Ratio of all gears.
+# Largest errors from the desired motion while the arm moves at up to 0.9 rad/s and 0.12 m/s. The position
+# loop of the drives lags by 1.6 cycles of 1 ms.
+GANTRY_BOUNDS = {"POSITION": (0.001, 0.003), "TORQUE": (0.001, 0.003)}  # Slide [m], other joints [rad].
 BOUNDS = {"POSITION": (0.0025, 0.002), "TORQUE": (0.0015, 0.001)}  # Joint [rad], tool [m].
 
 
@@ -59,7 +60,7 @@ def samples(run, configuration):
 
 
 def tools(poses):
-    """Position of the tool in each pose, by the URDF."""
+    """Position of the tool in each pose, computed from the URDF."""
     robot = urdf.read(URDF)
     return np.array([new_robot.jacobian_columns(robot, angles)[0][0] for angles in poses])
 
@@ -77,7 +78,7 @@ def test_both_forms_fly_the_same_octets(flights):
 
 @pytest.mark.parametrize("configuration", BOUNDS)
 def test_joints_and_tool_follow_the_desired_motion(run, configuration):
-    """Telemetry has the desired motion, the truth has all links."""
+    """Telemetry contains the desired motion, and the truth contains all links."""
     times, values = samples(run, configuration)
     joint_bound, tool_bound = BOUNDS[configuration]
     desired = values["DESIRED"]
@@ -88,11 +89,12 @@ def test_joints_and_tool_follow_the_desired_motion(run, configuration):
     true = truth["position_rad"][np.searchsorted(truth["time_us"], np.array(times) - DELAY_US)]
     assert np.abs(true - desired).max() < joint_bound
     assert np.linalg.norm(tools(true) - tools(desired), axis=1).max() < tool_bound
-    assert np.abs(true - values["POSITION"]).max() < 0.0005  # What the arm measures is true.
+    assert np.abs(true - values["POSITION"]).max() < 0.0005  # The arm measures its true positions.
 
 
 def test_the_tool_moves_along_a_straight_line(run):
-    """The path of the tool, computed from the desired motion and the URDF; the scenario has a line straight up and back."""
+    """The path of the tool is computed from the desired motion and the URDF; the scenario has a line straight
+    up and back."""
     times, values = samples(run, "POSITION")
     tool = tools(values["DESIRED"])
     during = (np.array(times) > 9_300_000) & (np.array(times) < 10_000_000)
@@ -104,14 +106,15 @@ def test_the_tool_moves_along_a_straight_line(run):
 
 @pytest.fixture(scope="module")
 def pressed(hangar):
-    """A flight with the compliant tool, whose target lies below the top of a table."""
+    """A flight with the compliant tool; its target is below the top of a table."""
     flight = flying.fly(hangar / "ur5e-press", "--mission", "ur5e", "--scenario", "ur5e-press", "--form", "image")
     assert flight.code == 0, flight.told()
     return runs.load(flight.folder)
 
 
 def test_a_tool_that_yields_lies_on_the_table_with_the_force_of_its_springs(pressed):
-    """28.6 mm below the table at 1000 N/m; friction of the joints and offsets of the torque sensors cause the difference."""
+    """The target is 28.6 mm below the table, at 1000 N/m; friction of the joints and offsets of the torque
+    sensors cause the difference."""
     contact = pressed.truth["CONTACT"]
     force = contact["contact_force_n"][:, 2]
     held = (contact["time_us"] > 9_000_000) & (contact["time_us"] < 12_000_000)
@@ -121,12 +124,12 @@ def test_a_tool_that_yields_lies_on_the_table_with_the_force_of_its_springs(pres
     below = np.mean([value["TOOL_ERROR"][0] for time_ns, value in zip(times, values) if 9e9 < time_ns < 12e9])
     assert 0.025 < below < 0.03
     assert abs(force[held].mean() / (1000.0 * below) - 1.0) < 0.15
-    assert np.ptp(force[held]) < 0.1  # It lies still.
+    assert np.ptp(force[held]) < 0.1  # The tool rests.
     assert force.max() < 1.25 * force[held].mean()
 
 
 def test_a_joystick_leads_the_tool_and_feels_the_table(hangar):
-    """Unchanged subsystem of the joystick; all figures of the run have bounds."""
+    """The subsystem of the joystick is unchanged; all figures of the run have bounds."""
     flights = flying.fly_in_both_forms(hangar, "ur5e-telepresence", "ur5e-telepresence", "--mission", "ur5e-telepresence")
     for name in ("packets.log", "can-arm-1.log", "can-arm-2.log", "can-joystick.log", "truth.lcm"):
         assert flights["image"].octets(name) == flights["processes"].octets(name), name
@@ -136,7 +139,7 @@ def test_a_joystick_leads_the_tool_and_feels_the_table(hangar):
     assert set(figures.bounds_of(run.facts)) == set(tool_figures.BOUNDS) <= set(report.TEXTS) and found["tool_force_n"] > 10.0
     states = {int(np.ravel(decoded["values"]["HAND"]["STATE"])[0]) for _, _, decoded in run.reports_of("housekeeping")
               if "HAND" in decoded["values"]}
-    assert states == {0, 1}  # It leads, or is missing.
+    assert states == {0, 1}  # The hand leads the tool or is missing.
 
 
 def test_what_is_out_of_reach_is_refused_with_its_reason(run):
@@ -152,7 +155,7 @@ def fields_of(run, service, subtype):
 
 
 def snake(path, count):
-    """URDF of a chain of equal links that turn about y and z in turn, with a fixed flange."""
+    """URDF of a chain of equal links, which turn about y and z alternately, with a fixed flange."""
     lines = ['<robot name="snake"><link name="link0"/>']
     for i in range(count):
         axis = "0 1 0" if i % 2 else "0 0 1"
@@ -170,7 +173,7 @@ def snake(path, count):
 
 @pytest.fixture(scope="module")
 def free_flyer(hangar):
-    """An arm of seven joints on a satellite that flies freely."""
+    """A flight with an arm of seven joints on a free-flying satellite."""
     flight = flying.fly(hangar / "free-flyer", "--mission", "free-flyer", "--scenario", "free-flyer", "--form", "image")
     assert flight.code == 0, flight.told()
     flying.assert_clean(flight)
@@ -178,8 +181,9 @@ def free_flyer(hangar):
 
 
 def momenta(run, every):
-    """Linear and angular momentum of the whole robot, and the angular momentum of its base, about its centre of mass: by MuJoCo from the
-    URDF and the truth, plus that of the rotors, which turn RATIO times as fast as their joints."""
+    """Linear and angular momentum of the whole robot, and the angular momentum of its base, about its centre
+    of mass: computed by MuJoCo from URDF and truth, plus the momentum of the rotors, which turn RATIO times
+    as fast as their joints."""
     spec = mujoco.MjSpec.from_file(str(FREE_URDF))
     spec.compiler.fusestatic = False
     spec.bodies[1].add_freejoint()
@@ -190,7 +194,8 @@ def momenta(run, every):
     spin = [types[name] for name in re.findall(r'<Drive [^>]* type="(\w+)"', FREE_URDF.with_suffix(".xml").read_text(encoding="utf-8"))]
     base, joints = run.truth["BASE"], run.truth["JOINTS"]
     turn = np.zeros(9)
-    present = np.searchsorted(joints["time_us"], base["time_us"], side="right") - 1  # What does not move has no new sample.
+    # A body at rest has no new sample.
+    present = np.searchsorted(joints["time_us"], base["time_us"], side="right") - 1
     for i in range(0, len(base["time_us"]), every):
         joint = present[i]
         mujoco.mju_quat2Mat(turn, base["rotation"][i, 0])
@@ -206,8 +211,8 @@ def momenta(run, every):
 
 
 def test_a_free_base_turns_by_reaction_and_the_momentum_stays(free_flyer):
-    """0.2 % of what base and arm exchange: the truth gives the place of each link by the joints, whose bodies the integrator keeps together
-    within the error of its step."""
+    """The bound is 0.2 % of the momentum that base and arm exchange. The truth gives the pose of each link
+    through the joints, and the integrator keeps the bodies together only within the error of its step."""
     rotation = free_flyer.truth["BASE"]["rotation"][:, 0]
     turned = 2.0 * np.arccos(np.clip(np.abs(rotation @ rotation[0]), 0.0, 1.0))
     assert np.degrees(turned.max()) > 1.5
@@ -226,7 +231,8 @@ def test_the_arm_of_a_free_base_follows_its_desired_motion(free_flyer, configura
 
 
 def test_joints_pass_via_points_without_a_stop(free_flyer):
-    """The points are those of the scenario; the true joints come within BLEND of both in turn, and stop only at the last."""
+    """The points are those of the scenario. The true joints come within BLEND of both points in turn, and
+    stop only at the last."""
     lines = (flying.ROOT / "sim" / "scenarios" / "free-flyer.scn").read_text(encoding="utf-8")
     first, second, last = (np.array(list(map(float, words.split(",")))) for words in re.findall(r"ADD_VIA POSITION=(\S+)", lines)[:3])
     began, blend = (float(word) for word in re.search(r"(?m)^ *([0-9.]+)  operator cmd \S+MOVE_VIA SHARE=0.5 BLEND=([0-9.]+)$", lines).groups())
@@ -245,7 +251,7 @@ def test_joints_pass_via_points_without_a_stop(free_flyer):
 
 
 STRUCTURE, LIMITS = 24, 1  # Layout and number of a parameter.
-NODE = 0x52  # Drive of its second joint.
+NODE = 0x52  # Drive of the second joint.
 def gantry(path):
     """URDF of a linear axis that carries an arm of three joints."""
     lines = ['<robot name="gantry"><link name="rail"/>']
@@ -265,7 +271,8 @@ def gantry(path):
     return path
 
 
-# Another mapping of the slide's drive: the words of its first PDO in each direction in another order.
+# Another mapping for the drive of the slide: the words of its first PDO in each direction are in another
+# order.
 REMAPPED = {
     0x1A00: (("0x1800:01", "UINT32", "0x800001D1"), ("0x1A00:00", "UINT8", "0"), ("0x1A00:01", "UINT32", "0x60770010"),
              ("0x1A00:02", "UINT32", "0x60410010"), ("0x1A00:03", "UINT32", "0x60640020"), ("0x1A00:00", "UINT8", "3"),
@@ -276,7 +283,7 @@ REMAPPED = {
 
 
 def remap(path):
-    """Write the settings of REMAPPED before those of the slide, in each configuration."""
+    """Write the settings of REMAPPED before the other settings of the slide, in each configuration."""
     settings = "".join(f'<Setting object="{name}" type="{kind}" value="{value}"/>' for group in REMAPPED.values() for name, kind, value in group)
     text, count = re.subn(r'(<Device name="JOINT1" [^>]*>)', rf"\1{settings}", path.read_text(encoding="utf-8"))
     assert count == 4
@@ -289,8 +296,9 @@ def frames(path, identifier):
     return [(int(seconds) * 1_000_000 + int(fraction), bytes.fromhex(data)) for seconds, fraction, data in found]
 
 
-# While the first joint moves: its angle is monitored, and its statistics are taken; the torque of the second one violates its limits at
-# once. Then memory, where ranges of the first joints are, and the identity of a drive.
+# While the first joint moves, its angle is monitored and its statistics are taken; the torque of the second
+# joint violates its limits at once. Then memory is dumped, at the place of the ranges of the first joints,
+# and the identity of a drive is read.
 SERVICES = """
  2.8  operator monitor limit SNAKE 1 POSITION_1 {low} {high} VALUE_OUT_OF_LIMITS VALUE_OUT_OF_LIMITS
  2.8  operator monitor limit SNAKE 2 TORQUE_2 0.001 0.002 VALUE_OUT_OF_LIMITS VALUE_OUT_OF_LIMITS
@@ -307,14 +315,15 @@ SERVICES = """
 
 
 def make(place, path, *options):
-    """make new-robot in a copy of the project; the finished process."""
+    """Run make new-robot in a copy of the project. Returns the finished process."""
     command = [sys.executable, "gse/scaffold/new_robot.py", "--urdf", path, *options]
     return subprocess.run(command, cwd=place, capture_output=True, text=True, check=False)
 
 
 @pytest.fixture(scope="module")
 def made_robots(hangar):
-    """A copy of the project with two robots made from their URDF; and the refusal to overwrite one of them."""
+    """A copy of the project with two robots made from their URDF, and the process that was refused because it
+    would have overwritten one of them."""
     place = copy_of_tree(hangar / "robot")
     for path in (snake(hangar / "snake.urdf", 12), gantry(hangar / "gantry.urdf")):
         made = make(place, path)
@@ -341,7 +350,8 @@ def test_the_free_flyer_is_what_make_new_robot_makes(made_robots):
 
 @pytest.fixture(scope="module")
 def flown_snake(hangar, made_robots):
-    """A robot made from its URDF, which flies with services of its descriptor; and how often the tool refused to overwrite."""
+    """A flight of a robot made from its URDF, with services of its descriptor, and the refusal of the tool to
+    overwrite the robot."""
     place, again = made_robots
     scenario = place / "sim" / "scenarios" / "snake.scn"
     before, first, after = re.split(r"(?m)^( 3\.2 .*\n)", scenario.read_text(encoding="utf-8"))
@@ -356,7 +366,7 @@ def flown_snake(hangar, made_robots):
 
 
 def test_a_robot_of_twelve_joints_flies_from_its_urdf(flown_snake):
-    """As after make new-robot, on three buses; files that exist are not overwritten."""
+    """The robot flies as make new-robot made it, on three buses; existing files are not overwritten."""
     flight, again, _, _ = flown_snake
     assert again.returncode == 1 and "there is already descriptors/subsystems/snake.xml" in again.stderr
     assert flight.code == 0, flight.told()
@@ -364,7 +374,8 @@ def test_a_robot_of_twelve_joints_flies_from_its_urdf(flown_snake):
 
 
 def test_services_of_a_descriptor_fly_without_a_line_of_c(flown_snake):
-    """Monitoring of an angle and a torque, statistics of an angle, a dump of memory and an object of a drive."""
+    """The services are monitoring of an angle and a torque, statistics of an angle, a dump of memory, and
+    reading of an object of a drive."""
     flight, _, dictionary, (start, goal) = flown_snake
     run = runs.Run(flight.folder, dictionary)
     (statistics,) = fields_of(run, 4, 2)
@@ -380,7 +391,7 @@ def test_services_of_a_descriptor_fly_without_a_line_of_c(flown_snake):
     assert int.from_bytes(bytes.fromhex(acquired["data_block"]), "little") == vendor
     violations = [event["values"] for event in fields_of(run, 5, 2) if event["event"] == "VALUE_OUT_OF_LIMITS"]
     angle, torque = ([np.ravel(values["VALUE"])[0] for values in violations if np.ravel(values["MONITOR"])[0] == number] for number in (1, 2))
-    crossed = start + 0.5 * (goal - start)  # Two cycles of 1 ms at most behind the limit, at up to 1 rad/s.
+    crossed = start + 0.5 * (goal - start)  # At most two cycles of 1 ms after the limit, at up to 1 rad/s.
     assert angle and abs(angle[0] - crossed) < 0.002 and (angle[0] - crossed) * (goal - start) > 0.0
     assert torque and not 0.001 <= torque[0] <= 0.002
 
@@ -394,7 +405,8 @@ def flown_gantry(hangar, made_robots):
 
 
 def test_a_linear_axis_follows_as_the_joints_that_turn_do(flown_gantry, made_robots):
-    """The slide of the gantry moves with the arm that it carries, in both loops; its units are metres."""
+    """The slide of the gantry moves together with the arm that it carries, in both control loops; its unit is
+    metres."""
     place, flight = made_robots[0], flown_gantry
     dictionary = Dictionary.load(place / "build" / "generated" / "gantry.json")
     run = runs.Run(flight.folder, dictionary)
@@ -411,7 +423,8 @@ def test_a_linear_axis_follows_as_the_joints_that_turn_do(flown_gantry, made_rob
 
 
 def test_process_data_have_the_mapping_of_the_descriptor(flown_gantry, made_robots):
-    """python-canopen takes the settings from the bus in their order, and reads the process data by them; so does the CAN database."""
+    """python-canopen applies the settings that it reads from the bus in their order, and decodes the process
+    data accordingly; so does the CAN database."""
     log = flown_gantry.folder / "can-arm-1.log"
     drive = canopen.LocalNode(0x51, str(flying.ROOT / "descriptors" / "devices" / "joint-drive-large.eds"))
     network = canopen.Network()

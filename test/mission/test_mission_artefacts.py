@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that a run leaves in its folder, read without the project's own readers where possible."""
+"""Files that a run leaves in its folder, read by other programs than the project's readers where possible."""
 
 import hashlib
 import re
@@ -50,7 +50,7 @@ STEP_US = 500
 
 @pytest.fixture(scope="module", params=["processes", "image"])
 def flight(request, fleet):
-    """A flight with its report, of each form."""
+    """A flight of each form, with its report."""
     return fleet.flight(form=request.param, again=1, report="yes")
 
 
@@ -178,7 +178,7 @@ def test_truth_is_read_by_lcm_itself(flight):
 
 
 def test_report_says_what_was_flown(flight):
-    """The page that it becomes in a browser is tested in test_mission_station.py."""
+    """test_mission_station.py tests the page in a browser."""
     page = flight.read("report.html")
     for name in ("16 of 16 figures hold", "unplug_reaction_s", "seed 1"):
         assert name in page, name
@@ -186,7 +186,7 @@ def test_report_says_what_was_flown(flight):
 
 
 def test_a_figure_out_of_its_bound_fails_the_run(folder):
-    """The exit code, run.json and the report show it; here the test changes the bound, not the flight."""
+    """Exit code, run.json and report show the violation. The test changes the bound and not the flight."""
     root = folder / "root"
     root.mkdir(parents=True)
     for name in ("base", "build", "sim", "descriptors"):

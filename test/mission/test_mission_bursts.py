@@ -11,7 +11,7 @@ import flying
 import pytest
 from hirosco_gse import packets
 
-REQUESTS = 4000  # With four reports for each, the sequence count does not wrap.
+REQUESTS = 4000  # Each has four reports, so the sequence count does not wrap.
 SUPERVISOR, JOYSTICK = 1, 17
 COMPLETED, UNROUTED, ALIVE = (1, 7), (1, 10), (17, 2)
 ENDS = {(1, 2), (1, 4), (1, 8), COMPLETED, UNROUTED}
@@ -19,7 +19,7 @@ ENDLESS_S = 1_000_000
 
 
 def _read_packets(link):
-    """Packets as they arrive."""
+    """Yield the packets of a connection as they arrive."""
     octets = b""
     while True:
         received = link.recv(65536)
@@ -32,11 +32,12 @@ def _read_packets(link):
 
 
 def _burst(link, apid):
-    """Send pings without waiting for answers; (message -> count, request -> ends, sequence counts seen)."""
+    """Send pings without waiting for answers. Returns (message -> count, request -> final reports, sequence
+    counts received)."""
     requests = b"".join(packets.build_tc(apid, number, 17, 1, source=1) for number in range(REQUESTS))
     threading.Thread(target=link.sendall, args=(requests,), daemon=True).start()
     messages, ends, sequence = collections.Counter(), collections.Counter(), set()
-    # FIRM reports overtake others on the way to ground.
+    # FIRM reports overtake other reports on the way to the ground.
     for packet in itertools.islice(_read_packets(link), 10 * REQUESTS):
         sender, message = int.from_bytes(packet[:2], "big") & 0x7FF, tuple(packet[7:9])
         if not sender:
@@ -53,7 +54,7 @@ def _burst(link, apid):
 
 @pytest.mark.parametrize("apid", [SUPERVISOR, JOYSTICK])
 def test_each_request_of_a_burst_ends_once(hangar, apid):
-    """Requests wait for room at their addressee, and each is answered, without a gap in the numbers."""
+    """Requests wait for room at their addressee; each is answered, and the sequence counts have no gap."""
     flight = flying.start(hangar / f"burst-{apid}", "--scenario", "none", "--duration", ENDLESS_S, "--form", "image")
     try:
         with contextlib.closing(flying.connect(flight.port())) as link:
@@ -65,6 +66,6 @@ def test_each_request_of_a_burst_ends_once(hangar, apid):
     assert set(ends.values()) == {1}, "a request ended twice"
     assert messages[COMPLETED] == messages[ALIVE] == messages[(1, 1)] == messages[(1, 3)]
     assert messages[COMPLETED] == REQUESTS and messages[UNROUTED] == 0, "requests wait on the ground's side"
-    # If the ground is behind, it misses only housekeeping of the supervisor, which is in the packet log.
+    # A ground that is slow misses only housekeeping of the supervisor, which is in the packet log.
     if apid == JOYSTICK:
         assert len(sequence) == max(sequence) - min(sequence) + 1

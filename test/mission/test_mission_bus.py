@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The CAN frames of a flight: the commands to the drives, their answers, and the nodes that were silent."""
+"""The CAN frames of a flight: commands to the drives, their answers, and the nodes that do not send."""
 
 import itertools
 
@@ -11,8 +11,8 @@ SYNC, CYCLE_US = 0x080, 500
 JOINTS, STICK = (0x11, 0x12), 0x21
 STATE = 0x6F
 SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, QUICK_STOP, FAULT = 0x40, 0x21, 0x23, 0x27, 0x07, 0x08
-SYNC_JITTER_US = 65  # at most one more frame of flight's own in front of it
-LEGAL = {  # CiA 402: power state -> states that may be seen after it
+SYNC_JITTER_US = 65  # At most one more frame of the flight software is sent before SYNC.
+LEGAL = {  # CiA 402: power state -> states that may be reported after it
     0x40: {0x21, 0x40},
     0x21: {0x23, 0x40, 0x21},
     0x23: {0x27, 0x21, 0x40, 0x23},
@@ -22,7 +22,7 @@ LEGAL = {  # CiA 402: power state -> states that may be seen after it
     0x08: {0x40, 0x08},
     0x00: {0x40, 0x00},
 }
-WANTED = {  # command bits 0, 1, 2, 3 and 7 -> state that they lead to, from the state before
+WANTED = {  # Bits 0, 1, 2, 3 and 7 of the controlword -> state to which they lead from the state before.
     (0x40, 0x06): 0x21,
     (0x21, 0x07): 0x23,
     (0x23, 0x0F): 0x27,
@@ -30,7 +30,7 @@ WANTED = {  # command bits 0, 1, 2, 3 and 7 -> state that they lead to, from the
 
 
 def _state(words):
-    """CiA 402 power state of statuswords; bit 5 (quick stop) counts only if it distinguishes states."""
+    """CiA 402 power state of statuswords; bit 5 (quick stop) counts only where it distinguishes states."""
     words = words & STATE
     return np.where(words & 0x4F == 0x40, 0x40, np.where(words & 0x4F == 0x08, 0x08, np.where(words & 0x4F == 0x0F, 0x0F, words)))
 
@@ -54,7 +54,7 @@ def truth(fleet, flight):
 
 
 def _transitions(flight, apid):
-    """(time_us, state) of each TM[129,2] of a subsystem, in order, only changes of state."""
+    """(time_us, state) of each TM[129,2] of a subsystem that changes the state, in order."""
     found = []
     for time_ns, direction, raw in flight.packets:
         if direction == "TM" and raw[7:9] == b"\x81\x02" and int.from_bytes(raw[:2], "big") & 0x7FF == apid:
@@ -65,7 +65,7 @@ def _transitions(flight, apid):
 
 
 def _spans(flight, apid, state):
-    """[start_us, end_us) in which a subsystem was in a state."""
+    """Intervals [start_us, end_us) in which a subsystem was in a state."""
     found = _transitions(flight, apid) + [(10**9, -1)]
     return [(start, end) for (start, now), (end, _) in itertools.pairwise(found) if now == state]
 
@@ -95,13 +95,13 @@ APIDS = {"joint": 16, "stick": 17}
 
 
 def test_safe_operational_is_switched_on_with_everything_off(flight, buses):
-    """From the settled entry into SAFE_OPERATIONAL to its end every axis reports 0x23."""
+    """While SAFE_OPERATIONAL is settled, every axis reports 0x23."""
     checked = 0
     for name, times, words in _statuswords(buses):
         for start, end in _spans(flight, APIDS[name.split()[0]], 4):
             inside = (times > start + 4 * CYCLE_US) & (times < end - 2 * CYCLE_US)
             if inside.sum() < 20:
-                continue  # passed through on the way down
+                continue  # The state was only passed on the way down.
             checked += 1
             assert set(_state(words[inside]).tolist()) == {SWITCHED_ON}, f"{name} in {start / 1e6:.4f} to {end / 1e6:.4f} s"
     assert checked >= 4 * 4
@@ -148,7 +148,7 @@ def test_commands_lead_up_one_state_at_a_time(buses):
 
 
 def test_joystick_engages_without_a_push(flight, buses):
-    """In the first 50 ms of OPERATIONAL the mean force on the hand is below 0.05 Nm (one encoder tick may
+    """In the first 50 ms of OPERATIONAL the mean force on the hand is below 0.05 Nm (one encoder count may
     cause a peak)."""
     stick = buses["joystick"]
     rows = stick.frames(0x200 + STICK)
@@ -163,7 +163,7 @@ def test_joystick_engages_without_a_push(flight, buses):
 
 @pytest.mark.parametrize("bus", ["robot", "joystick"])
 def test_one_sync_every_cycle(buses, bus):
-    """One SYNC in each cycle of 500 us, without a gap, as long as a component sends it."""
+    """There is one SYNC in each cycle of 500 us, without a gap, while a component sends it."""
     times = buses[bus].time_us[buses[bus].frames(SYNC)]
     steps = np.diff(times // CYCLE_US)
     assert (steps >= 1).all(), "two SYNCs in one cycle"
@@ -172,8 +172,8 @@ def test_one_sync_every_cycle(buses, bus):
     assert (np.diff(times)[breaks] > 400_000).all()
     for part in np.split(times, breaks + 1):
         if len(part) == 1:
-            # The frame waited in the controller of a bus without partner, and was sent when a device was
-            # plugged in
+            # The frame waited in the controller of a bus without nodes, and was sent when a device was
+            # plugged in.
             continue
         assert len(part) > 1000
         period = (part[-1] - part[0]) / (len(part) - 1)
@@ -232,7 +232,8 @@ def test_no_node_sends_while_unplugged(buses, truth):
 
 
 def test_brakes_hold_whenever_actuators_are_off(truth):
-    """Truth: a joint that is not enabled has its brake engaged, at the latest 5 ms after it left operation."""
+    """In the truth, the brake of a joint that is not enabled is engaged, at the latest 5 ms after the joint
+    left operation."""
     for node in JOINTS:
         entries = [entry for entry in truth["DRIVE"] if entry["bus"] == "robot" and entry["node"] == node]
         assert entries[0]["brake_engaged"]

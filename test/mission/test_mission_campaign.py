@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Faults drawn from seeds, one or two in a flight: the invariants of campaign_rules.py hold for every flight."""
+"""Faults drawn from seeds, one or two in a flight: every flight keeps the invariants of campaign_rules.py."""
 
 import os
 
@@ -11,7 +11,7 @@ import campaign_faults as faults
 BATCHES = 8
 LONG = {1: 250, 2: 125}  # Flights in a batch.
 SHORT = 5  # Flights with two faults.
-SLOW = ("way_cut",)  # Kinds that wait in wall-clock time for a lost process.
+SLOW = ("way_cut",)  # Kinds of faults for which a flight waits in wall-clock time.
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +21,7 @@ def ground(hangar):
 
 
 def _drawn(seeds, count):
-    """The flights of seeds; those on two nodes only where namespaces can be made."""
+    """The flights of seeds; flights on two nodes only if namespaces can be made."""
     drawn = (faults.draw(seed, count) for seed in seeds)
     return [flight for flight in drawn if flight.form != "nodes" or os.geteuid() == 0]
 
@@ -35,7 +35,7 @@ def _judge(ground, folder, flights, in_both=None):
 
 
 def test_each_kind_of_fault_keeps_the_invariants(ground, folder):
-    """The first seed of each kind."""
+    """Fly the first seed of each kind."""
     drawn = _drawn(range(200), 1)
     kinds = {flight.kinds[0]: flight for flight in reversed(drawn) if flight.kinds[0] not in SLOW}
     assert len(kinds) >= len(faults.KINDS) - len(SLOW) - (os.geteuid() != 0)
@@ -47,12 +47,12 @@ def test_two_faults_keep_the_invariants(ground, folder):
 
 
 def test_processes_give_the_octets_of_the_image_with_faults(ground, folder):
-    """The same seed in both forms."""
+    """The same seed is flown in both forms."""
     _judge(ground, folder, [faults.draw(seed, 2) for seed in (1, 8)], in_both=True)
 
 
 def test_every_kind_of_fault_is_drawn():
-    """For the whole campaign, alone and with a second fault."""
+    """The whole campaign has every kind, alone and with a second fault."""
     for count, batch in LONG.items():
         seeds = range(1000, 1000 + BATCHES * batch)
         assert {kind for seed in seeds for kind in faults.draw(seed, count).kinds} == {kind.__name__[1:] for kind in faults.KINDS}

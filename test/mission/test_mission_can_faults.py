@@ -10,14 +10,15 @@ import pytest
 
 INTERVAL_S = 2.0
 FIRST_S = 0.3
-FAULT_S = 0.9  # after the start of an interval
+FAULT_S = 0.9  # Time of the fault after the start of an interval.
 OFFLINE, OPERATIONAL, ERROR = 0, 5, 6
 MANIPULATOR, DEVICE_LOST, DRIVE_FAULT, BUS_WARNING = 16, 1, 2, 8
 BOTH = {"11", "12"}
 WARNING, PASSIVE, BUS_OFF, OVERRUN, TIMEOUT, RESTARTED = "000001", "000002", "000003", "000004", "000005", "000006"
 
-# name: scenario lines (seconds after the fault's time), lost devices, conditions of our controller that must
-# be reported, counters that must have increased. Without a lost device the arm stays in operation.
+# name: lines of the scenario (seconds after the time of the fault), lost devices, conditions that the
+# controller of the flight software must report, counters that must increase. Without a lost device the arm
+# stays in operation.
 FAULTS = {
     "two_answers_missed": (["0 loss robot 1", "0.0009 loss robot 0"], set(), set(), {"PDO_MISSED"}),
     "answers_missed": (["0 loss robot 1", "0.01 loss robot 0"], BOTH, set(), {"PDO_MISSED"}),
@@ -103,8 +104,8 @@ def test_forms_are_identical(flights):
 
 @pytest.mark.parametrize("name", FAULTS)
 def test_lost_devices_end_in_the_safe_state(told, name):
-    """Each lost device: a HIGH event, ERROR_OPERATIONAL in that cycle, OFFLINE by the plan. Without a lost
-    device the arm keeps its state."""
+    """For each lost device: a HIGH event, ERROR_OPERATIONAL in that cycle, OFFLINE by the plan. Without a
+    lost device the arm keeps its state."""
     _, lost, _, _ = FAULTS[name]
     inside = _in_interval(told, name)
     high = [(t, event, data) for t, service, subtype, event, data in inside if (service, subtype) == (5, 4)]
@@ -116,7 +117,7 @@ def test_lost_devices_end_in_the_safe_state(told, name):
         assert states[0][0] <= high[0][0] <= 5000 + (10_000 if "missed" in name else 0)
     else:
         assert not high
-        assert [state for _, state in states] == [4, 7, 8, 9, 0]  # by command, later
+        assert [state for _, state in states] == [4, 7, 8, 9, 0]  # Later, by command.
         assert states[0][0] >= 400_000
 
 
@@ -151,8 +152,8 @@ def test_faults_are_counted(flights):
 
 
 def test_controller_that_waits_for_an_order(hangar):
-    """Bus-off without automatic restart: the bring-up names the silent devices and ends; after the restart it
-    succeeds."""
+    """After bus-off without automatic restart, the bring-up reports the silent devices and ends; after the
+    restart it succeeds."""
     path = flying.write_scenario(
         hangar / "restart.scn",
         "0.0 hand rest",
@@ -178,7 +179,8 @@ MANY, APART_S = 200, 0.005
 
 @pytest.fixture(scope="module")
 def sync_conflict(hangar):
-    """Another node sends SYNC: once, 200 times within a second, and once more after two seconds without one."""
+    """Another node sends SYNC: once, then 200 times within a second, and once more after two seconds without
+    SYNC."""
     path = flying.write_scenario(
         hangar / "sync-conflict.scn",
         "0.0 hand rest",
@@ -198,8 +200,8 @@ def sync_conflict(hangar):
 
 
 def test_sync_of_another_node_takes_the_arm_out_of_operation_and_is_reported_once(sync_conflict):
-    """MEDIUM: SAFE_OPERATIONAL in that cycle. While the fault lasts it is not reported again, and a command
-    up is still possible."""
+    """The MEDIUM event leads to SAFE_OPERATIONAL in that cycle. While the fault lasts, it is not reported
+    again, and commands to higher states are still accepted."""
     flight = sync_conflict["image"]
     told, states = [], []
     for time_ns, direction, raw in flight.packets:

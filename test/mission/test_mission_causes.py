@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A report of a transition has the cause that the supervisor gave with its order, whatever the target state is."""
+"""The report of a transition has the cause that the supervisor gave in its command, whatever the target state
+is."""
 
 import flying
 import pytest

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The Python example of gse/README.md as a user runs it: a program of its own beside a flight by the wall clock."""
+"""The Python example of gse/README.md, run as by a user: a separate program beside a flight that is paced by
+the wall clock."""
 
 import re
 import signal
@@ -13,7 +14,8 @@ from hirosco_gse.dictionary import Dictionary
 from hirosco_gse.place import default_dictionary
 
 README = flying.ROOT / "gse" / "README.md"
-# The example takes the flight in runs/latest, which belongs to the user of this tree: here another folder is that.
+# The example uses the flight in runs/latest, which belongs to the user of this tree; the prelude selects
+# another folder.
 PRELUDE = "import pathlib, sys\nfrom hirosco_gse import place\nplace.LATEST = pathlib.Path(sys.argv[1])\n"
 
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Deaths in flight: whichever process is killed, the run ends, names it, keeps its logs, and leaves nothing
-behind."""
+"""Deaths in flight: whichever process is killed, the run ends, reports the process, keeps its logs, and
+leaves nothing behind."""
 
 import json
 import os
@@ -22,8 +22,8 @@ SAFE_WITHIN_US = 20_000
 
 
 def _kill_at(flight, name, step):
-    """kill -9 of one child after this step of the operator; the simulated time of the kill is not determined
-    to the microsecond."""
+    """Kill a child after this step of the operator. The simulated time of the kill is not exactly
+    determined."""
     flying.wait_until(lambda: flight.steps() >= step or flight.process.poll() is not None, f"step {step} of the operator")
     assert flight.process.poll() is None, flight.told()
     pid = flight.children()[name]
@@ -31,8 +31,8 @@ def _kill_at(flight, name, step):
 
 
 def _lines():
-    """A flight of 20 s: up to OPERATIONAL, the hand in motion, one request to each subsystem every second,
-    and down."""
+    """Lines of a flight of 20 s: up to OPERATIONAL, the hand in motion, one request to each subsystem every
+    second, and down."""
     lines = ["0.0 hand rest", f"2 hand circle 0.1 0.5 1 {FLIGHT_S} 1", "0.0 operator ping all", *flying.bring_up(0.1)]
     for second in range(3, FLIGHT_S):
         steps = {5: "log sqlite", 9: "log ascii", 12: "hk once MANIPULATOR 4711"}
@@ -84,7 +84,7 @@ def _assert_log_is_complete(flight):
 
 
 def _enabled_at_end(flight):
-    """Drives that the truth shows in operation-enabled at the end of the flight."""
+    """Drives that are in operation-enabled at the end of the flight, by the truth."""
     drives = {}
     for entry in runs.load(flight.folder).truth["DRIVE"]:
         drives[entry["bus"], int(entry["node"]), int(entry["axis"])] = entry
@@ -120,7 +120,7 @@ def _die(folder, scenario, name, step, form="processes"):
 
 @pytest.mark.parametrize("name", PROCESSES)
 def test_kill_of_a_process(folder, scenario, name):
-    """After one of the operator's steps, chosen by the name."""
+    """The process is killed after a step of the operator that its name determines."""
     flight = _die(folder, scenario, name, random.Random(name).randint(3, len(STEPS) - 3))
     _assert_ended_as_it_should(flight, name)
     _assert_log_is_complete(flight)
@@ -130,8 +130,8 @@ def test_kill_of_a_process(folder, scenario, name):
 
 @pytest.mark.parametrize("name", MEMBERS)
 def test_kill_of_a_member_in_operation(folder, scenario, name):
-    """The other one reaches ERROR_OPERATIONAL by itself; the drives of the dead one leave operation by their
-    deadline."""
+    """The other member reaches ERROR_OPERATIONAL by itself; the drives of the dead member leave operation by
+    their deadline."""
     flight = _die(folder, scenario, name, IN_OPERATION)
     _assert_ended_as_it_should(flight, name)
     other = next(apid for member, apid in MEMBERS.items() if member != name)
@@ -144,8 +144,8 @@ def test_kill_of_a_member_in_operation(folder, scenario, name):
 
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_supervisor_that_dies_too_often_takes_members_to_safe_operational(folder, form):
-    """Without supervisor OPERATIONAL ends in SAFE_OPERATIONAL: actuators off, brakes engaged. After its
-    fourth death within a minute it is not started again."""
+    """Without a supervisor OPERATIONAL ends in SAFE_OPERATIONAL: actuators off, brakes engaged. After its
+    fourth death within a minute the supervisor is not started again."""
     folder.mkdir()
     deaths = [f"{4 + death} fault kill supervisor" for death in range(4)]
     path = flying.write_scenario(folder / "deaths.scn", "0.0 hand rest", *deaths, *flying.bring_up(0.1), f"{END_S} operator shutdown")
@@ -162,7 +162,7 @@ def test_supervisor_that_dies_too_often_takes_members_to_safe_operational(folder
 
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_operator_that_never_comes(folder, scenario, form):
-    """A process killed before it has joined the flight: nothing waits for it."""
+    """The process is killed before it has joined the flight: no other process waits for it."""
     flight = flying.start(folder, "--scenario", scenario, "--form", form, report="yes")
     flying.wait_until(lambda: "operator" in flight.children(), "an operator")
     os.kill(flight.children()["operator"], signal.SIGKILL)
@@ -185,7 +185,7 @@ def test_operator_that_leaves_early(folder, form, lines):
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["joystick", "simulator", "operator"])
 def test_the_launcher_ends_a_flight_with_a_suspended_process(folder, name):
-    """A process neither ends nor continues: the launcher gives up after half a minute."""
+    """A suspended process neither ends nor continues: the launcher ends the flight after half a minute."""
     flight = flying.start(folder, "--scenario", "telepresence")
     flying.wait_until(lambda: flight.steps() >= 10, "step 10")
     os.kill(flight.children()[name], signal.SIGSTOP)
@@ -203,7 +203,8 @@ def _guard_of(flight):
 
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_kill_of_the_launcher(folder, form):
-    """The launcher's children end with it, and its guard does the rest: names, logs, report."""
+    """The launcher's children end with it, and its guard does the rest: it removes names and writes logs and
+    report."""
     flight = flying.start(folder, "--scenario", "telepresence", "--form", form, report="yes")
     flying.wait_until(lambda: flight.steps() >= 10, "step 10")
     children = flight.children()
@@ -222,7 +223,7 @@ def test_kill_of_the_launcher(folder, form):
 
 @pytest.mark.parametrize("moment_s", [0.0, 0.002, 0.005, 0.01, 0.02])
 def test_kill_of_the_launcher_before_it_flies(folder, moment_s):
-    """Kill the launcher as soon as there is a guard: whatever was made of the run by then is removed."""
+    """Kill the launcher as soon as there is a guard: everything that exists of the run by then is removed."""
     flight = flying.start(folder, "--scenario", "commissioning")
     flying.wait_until(lambda: _guard_of(flight) or flight.process.poll() is not None, "a guard")
     time.sleep(moment_s)
@@ -234,8 +235,8 @@ def test_kill_of_the_launcher_before_it_flies(folder, moment_s):
 
 
 def _with_another_guard(folder, scenario):
-    """A flight whose guard was killed; its simulator is suspended, so that the flight does not end before the
-    test sees that."""
+    """A flight whose guard was killed. The simulator is suspended, so that the flight does not end before the
+    test detects the new guard."""
     flight = flying.start(folder, "--scenario", scenario)
     flying.wait_until(lambda: flight.steps() >= 1, "step 1")
     simulator = flight.children()["simulator"]
@@ -247,7 +248,7 @@ def _with_another_guard(folder, scenario):
 
 
 def test_kill_of_the_guard(folder, scenario):
-    """Another guard takes its place, and cleans up as well."""
+    """Another guard replaces the killed one and also cleans up."""
     flight, _ = _with_another_guard(folder, scenario)
     flight.process.kill()
     flight.wait()
@@ -283,7 +284,7 @@ def test_kill_of_the_simulator_keeps_the_logs_of_before(folder, scenario):
 
 
 def test_interrupted_flight_goes_down_in_order(folder, scenario):
-    """Ctrl-C in the middle: members to OFFLINE, no drive enabled, nothing left."""
+    """Ctrl-C during the flight: the members go to OFFLINE, no drive is enabled, nothing is left."""
     flight = flying.start(folder, "--scenario", scenario, report="yes")
     flying.wait_until(lambda: flight.steps() >= IN_OPERATION, "operation")
     os.kill(flight.process.pid, signal.SIGINT)
@@ -310,7 +311,7 @@ def test_interrupted_three_times_ends_at_once(folder):
 @pytest.mark.long
 @pytest.mark.parametrize("number", range(40))
 def test_kill_of_any_process_at_any_time(folder, number):
-    """Many deaths; process and instant of wall-clock time are drawn from the number."""
+    """Many deaths; the number determines the process and the instant of wall-clock time."""
     chance = random.Random(number)
     name, moment = chance.choice(PROCESSES), chance.uniform(0.05, 3.5)
     flight = flying.start(folder, "--scenario", "telepresence", report="yes")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Wrong descriptors: the run does not begin, and the message names file and line."""
+"""Wrong descriptors: the run does not start, and the message contains file and line."""
 
 import json
 import re
@@ -102,14 +102,14 @@ JOINT = '<Endnode type="CAN" bus="robot" redundantBus="robot-b" node="0x11"/>'
 )
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_devices_that_a_subsystem_cannot_drive_are_refused_before_the_flight(house, form, path, old, new, words):
-    """Refused before the flight, not by a failed step in it."""
+    """They are refused before the flight and not by a step that fails during the flight."""
     line = _replace(house, path, old, new)
     flight = _fly(house, form)
     assert flight.code == 1
     told = flight.output + flight.console
     place = re.search(r"(\w+\.xml):(\d+): [^\n]*" + re.escape(words), told)
     assert place, flight.told()
-    if "of its own" not in words:  # The message names the line of the second one that uses the bus.
+    if "of its own" not in words:  # The message contains the line of the second subsystem that uses the bus.
         assert (place[1], int(place[2])) == (path.rpartition("/")[2], line)
     assert "0x0301" not in told
     flying.assert_clean(flight)
@@ -143,7 +143,8 @@ def test_ground_elsewhere_is_refused(house, address):
 
 
 def test_a_mission_with_a_key_flies_with_it_only(house):
-    """The path of the key begins at the mission's file. With a key the port may be open to other machines."""
+    """The path of the key is relative to the mission's file. With a key the port may be open to other
+    machines."""
     line = _replace(house, MISSION, '<Ground address="127.0.0.1" port="10015"', '<Ground address="0.0.0.0" port="10015"')
     flight = _fly(house)
     assert f"rokviss.xml:{line}: <Ground address=\"0.0.0.0\"> needs a key" in flight.output
@@ -161,7 +162,7 @@ def test_a_mission_with_a_key_flies_with_it_only(house):
 
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_interface_that_differs_from_the_compiled_one(house, form):
-    """The message has the file, the compiled and the found hash, and what to do."""
+    """The message contains the file, the compiled and the read hash, and the next step."""
     _replace(house, MANIPULATOR, '<Event name="BUS_WARNING" id="8"', '<Event name="BUS_NOTE" id="8"')
     flight = _fly(house, form)
     assert flight.code not in (0, None)
@@ -173,7 +174,8 @@ def test_interface_that_differs_from_the_compiled_one(house, form):
 
 
 def test_configuration_part_needs_no_recompilation(house):
-    """Another rate of housekeeping, read at run time: the mission flies, and reports another configuration hash."""
+    """A different rate of housekeeping is read at run time: the mission flies and reports a different
+    configuration hash."""
     _replace(house, MANIPULATOR, '<HKService id="4711" interval="500">', '<HKService id="4711" interval="250">', count=2)
     flight = _fly(house)
     assert flight.code == 0, flight.told()
@@ -195,8 +197,8 @@ def test_configuration_part_needs_no_recompilation(house):
 
 
 def test_a_mistake_read_again_is_reported_with_its_place_and_leaves_the_old_in_force(house):
-    """TC[129,6] in the middle of a mission: refused with file, line, value and expected value; then the
-    flight continues."""
+    """TC[129,6] during a mission is refused with file, line, value and expected value; then the flight
+    continues."""
     flight = flying.start(house / "out", "--scenario", "none", "--duration", 36000, root=house)
     try:
         assert flying.gse(flight, "state", "MANIPULATOR", "PRE_OPERATIONAL").returncode == 0
@@ -214,7 +216,8 @@ def test_a_mistake_read_again_is_reported_with_its_place_and_leaves_the_old_in_f
 
 
 def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_reported_with_both_hashes(house):
-    """The subsystem reads its changed descriptor again; the supervisor keeps the one read at the start."""
+    """The subsystem reads its changed descriptor again; the supervisor keeps the descriptor that it has read
+    at the start."""
     flight = flying.start(house / "out", "--scenario", "none", "--duration", 36000, root=house)
     try:
         assert flying.gse(flight, "ping", "all").returncode == 0  # All components have read their descriptors.
@@ -237,8 +240,8 @@ def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_
 
 
 def _add_subsystems(house, count):
-    """Subsystems, each with a copy of communication's descriptor and program, which need no bus, under a name
-    and an id of their own. Returns the folder of the programs and the last one's line in the mission."""
+    """Add subsystems, each with a copy of communication's descriptor and program, which need no bus, under a
+    new name and id. Returns the folder of the programs and the line of the last one in the mission."""
     programs = house / "programs"
     shutil.copytree(flying.BIN, programs)
     plain = (house / "descriptors/subsystems/communication.xml").read_text(encoding="utf-8")

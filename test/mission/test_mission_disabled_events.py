@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An event whose report is disabled (TC[5,6]) still has effects: on the network, by its plan and by actions
+"""An event whose report is disabled (TC[5,6]) still has effects: on the network, by its plan, and by actions
 on board."""
 
 import flying
@@ -13,7 +13,7 @@ CUT_S = 2.0
 
 @pytest.fixture(scope="module")
 def disabled(hangar):
-    """A joint drive is cut off while the reports of all events of both members are disabled."""
+    """A joint drive is disconnected while the reports of all events of both members are disabled."""
     lines = ["0.0 hand rest", *flying.bring_up(0.5, tare=False)]
     lines += [f"1.9 operator event disable {name} {event}" for name in ("MANIPULATOR", "JOYSTICK") for event in ("DEVICE_LOST", "LINK_STALE")]
     lines += [

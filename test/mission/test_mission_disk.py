@@ -25,7 +25,7 @@ RESTARTED = bytes.fromhex("0014")
 
 @pytest.fixture
 def disk(folder):
-    """Mounts a small disk with this number of octets; its folder."""
+    """A function that mounts a small disk with this number of octets and returns its folder."""
     made = []
 
     def mount(size):
@@ -63,7 +63,7 @@ def _fill(path):
 
 
 def _is_logging(flight):
-    """True if the supervisor has the file of the packet log open."""
+    """True if the file of the packet log is open in the supervisor."""
     files = pathlib.Path(f"/proc/{flight.children().get('supervisor')}/fd")
     try:
         return any(os.readlink(entry).endswith("/packets.ascii") for entry in files.iterdir())
@@ -90,7 +90,7 @@ def test_full_disk_from_the_first_second(disk):
 
 
 def test_log_continues_when_there_is_room_again(disk, scenario):
-    """Records of that time were kept in memory, and nothing is missing at the end."""
+    """The records of this time were kept in memory, and no record is missing at the end."""
     place = disk(64_000_000)
     flight = flying.start(place / "out", "--scenario", scenario)
     try:
@@ -129,7 +129,7 @@ def test_folder_that_is_removed_in_flight(folder, scenario):
 
 
 def test_missing_records_are_named(folder):
-    """By the merge, also those after the last existing one."""
+    """The merge reports missing records, also those after the last existing record."""
     flight = flying.fly(folder / "out", "--scenario", "commissioning")
     lines = flight.read("packets.ascii").splitlines(keepends=True)
     count = len(lines)
@@ -147,7 +147,7 @@ def test_missing_records_are_named(folder):
 
 @pytest.fixture(scope="module")
 def programs(hangar):
-    """The programs of a mission whose supervisor has slow_disk.c preloaded."""
+    """Programs of a mission whose supervisor has slow_disk.c preloaded."""
     programs = hangar / "programs"
     shutil.copytree(flying.BIN, programs)
     subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", programs / "slow.so", pathlib.Path(__file__).with_name("slow_disk.c"), "-ldl"], check=True)
@@ -159,7 +159,8 @@ def programs(hangar):
 
 @contextlib.contextmanager
 def _station(folder, programs, time):
-    """A flight on a disk that the files `hold` and `readonly` in `folder` make hang or fail, and a ground station."""
+    """A ground station, and a flight on a disk that the files `hold` and `readonly` in `folder` cause to hang
+    or to fail."""
     gate = folder / "gate"
     gate.mkdir(parents=True)
     flight = flying.start(folder / "out", "--time", time, "--scenario", "none", binaries=programs, environment={"SLOW_DISK_FOLDER": str(gate)})
@@ -196,7 +197,7 @@ def _assert_whole(flight, changes):
 @pytest.mark.parametrize("time", ["real", "free"])
 def test_a_disk_that_does_not_answer_delays_no_other(folder, programs, time):
     """A write of the log does not end until every subsystem has answered and the log has reported that the
-    ring is in force."""
+    ring is selected."""
     with _station(folder, programs, time) as (flight, ground, gate):
         (gate / "hold").touch()
         flying.wait_until(lambda: ground.do("JOYSTICK", 17, 1).is_completed and (gate / "held").exists(), "a write that waits")
@@ -213,7 +214,7 @@ def test_a_disk_that_does_not_answer_delays_no_other(folder, programs, time):
 
 
 def test_death_while_the_disk_does_not_answer(folder, programs):
-    """The next supervisor writes the records that the writer had not written."""
+    """The next supervisor writes the records that the writer of the dead one had not written."""
     with _station(folder, programs, "free") as (flight, ground, gate):
         (gate / "hold").touch()
         flying.wait_until(lambda: ground.do("JOYSTICK", 17, 1).is_completed and (gate / "held").exists(), "a write that waits")
@@ -231,12 +232,13 @@ def test_death_while_the_disk_does_not_answer(folder, programs):
 
 @pytest.mark.parametrize("time", ["real", "free"])
 def test_disk_that_is_read_only_for_a_while(folder, programs, time):
-    """Writes fail, and the file can be neither shortened nor opened; later all works again."""
+    """Writes fail, and the file can be neither truncated nor opened; later everything works again."""
     with _station(folder, programs, time) as (flight, ground, gate):
         (gate / "readonly").touch()
         flying.wait_until(lambda: ground.do("JOYSTICK", 17, 1).is_completed and _strategies(ground) == [(0, 3)], "the log in the ring")
         began = ground.now()
-        while ground.now() <= began + 4.0:  # While retries fail. The ring holds the records of so few requests.
+        # Retries fail here. The ring holds the records of these few requests.
+        while ground.now() <= began + 4.0:
             assert ground.do("JOYSTICK", 17, 1).is_completed
             sleep(0.05)
         assert _strategies(ground) == [(0, 3)]
@@ -247,7 +249,7 @@ def test_disk_that_is_read_only_for_a_while(folder, programs, time):
 
 @pytest.fixture
 def failing_disk(folder):
-    """Mounts a file system that can be made to fail; its folder, and a function that makes it fail."""
+    """A function that mounts a file system and returns its folder, and a function that makes it fail."""
     image, path = folder / "image", folder / "disk"
     path.mkdir(parents=True)
     with image.open("wb") as file:
@@ -260,7 +262,7 @@ def failing_disk(folder):
 
 
 def test_file_system_that_the_kernel_makes_read_only(failing_disk, scenario):
-    """As after an error of the disk: open files fail, permanently. The flight continues to its end."""
+    """As after an error of the disk, open files fail permanently. The flight continues to its end."""
     place, fail = failing_disk
     flight = flying.start(place / "out", "--scenario", scenario)
     try:
@@ -277,7 +279,7 @@ def test_file_system_that_the_kernel_makes_read_only(failing_disk, scenario):
 
 
 def test_slow_disk_is_reported_and_changes_nothing(folder, programs):
-    """In stepped time wall-clock time passes, and simulated time stands still."""
+    """In stepped time, wall-clock time passes while simulated time stands still."""
     flight = flying.fly(folder / "slow", "--scenario", "commissioning", binaries=programs)
     assert flight.code == 0, flight.told()
     told = re.search(r"supervisor: one write of the packet log took (\d+) ms", flight.console)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One port with two readers in flight: whatever happens to one reader, the other loses no sample."""
+"""A port with two readers in flight: whatever happens to one reader, the other reader loses no sample."""
 
 import os
 import struct
@@ -9,12 +9,12 @@ import pytest
 import second_reader
 
 CYCLE_NS = 500_000
-TOGETHER_NS = 600_000_000  # Link reports before and after one closing or one death are at most this far apart.
+TOGETHER_NS = 600_000_000  # Largest interval between the link reports before and after a closing or a death.
 FIRST_DEATH_NS = 3_100_000_000
 ROW = struct.Struct(">HBHHHH21xIIIII")
-LOOK_NS = 100_000_000  # The members report one after the other.
+LOOK_NS = 100_000_000  # The members report one after the other within this time.
 APIDS = {"MANIPULATOR": 16, "JOYSTICK": 17, "SHADOW": 18}
-LINKS = {2: "MANIPULATOR", 5: "SHADOW"}  # by their number in the mission
+LINKS = {2: "MANIPULATOR", 5: "SHADOW"}  # By their number in the mission.
 
 
 @pytest.fixture(scope="module")
@@ -34,14 +34,15 @@ def _lists(flight):
 
 
 def _up(at):
-    """All three in PRE_OPERATIONAL, both links open."""
+    """Lines that bring all three members to PRE_OPERATIONAL and open both links."""
     lines = [f"{at} operator state {name} PRE_OPERATIONAL" for name in second_reader.MEMBERS]
     lines += [f"{at} operator config {name} TELEPRESENCE" for name in second_reader.MEMBERS]
     return lines + [f"{at} operator link open {link}" for link in second_reader.READERS.values()]
 
 
 def _closing(at):
-    """Each reader's link is closed and opened again, with link reports of all members before, between and after."""
+    """Lines that close and open the link of each reader, with link reports of all members before, between and
+    after."""
     lines = [f"{at} operator link list"]
     for reader, link in second_reader.READERS.items():
         lines += [f"{at} operator link close {link}", f"{at + 0.2} operator link list", f"{at + 0.2} operator link open {link}", f"{at + 0.4} operator link list"]
@@ -50,8 +51,8 @@ def _closing(at):
 
 
 def _dying(at):
-    """Each reader is killed, with link reports of all members before, and after it while the network waits
-    for its recovery plan; then all is brought up again."""
+    """Lines that kill each reader, with link reports of all members before, and after the death while the
+    network waits for its recovery plan; then all members are brought up again."""
     lines = []
     for reader in second_reader.READERS:
         lines += [f"{at} operator link list", f"{at + 0.1} fault kill {reader.lower()}", f"{at + 0.3} operator link list", *_up(at + 1.5)]
@@ -72,22 +73,24 @@ def fly(house, folder, *options):
     folder.mkdir()
     scenario = flying.write_scenario(folder / "readers.scn", *_up(0.0), *_closing(1.0), *_dying(3.0))
     flight = second_reader.fly(house, folder / "run", scenario, *options)
-    if "image" in options:  # In which a life ends without a process.
+    if "image" in options:  # In the image a life ends without the end of a process.
         assert flight.code == 0, flight.told()
     else:
-        assert "ended by signal 9" in flight.output, flight.told()  # A death fails a run; nothing else may fail this one.
+        # A death makes the run fail; no other failure is permitted.
+        assert "ended by signal 9" in flight.output, flight.told()
     assert "FAILED" not in flight.console, flight.told()
     return flight
 
 
 def _stretches(told, number, reader):
-    """Samples that a reader took from its link between two link reports, with the other link closed or not:
-    (end_ns, samples, cycles, is_away)."""
+    """Samples that a reader received from its link between two link reports, and whether the other link was
+    closed: (end_ns, samples, cycles, is_away)."""
     other = next(link for link in LINKS if link != number)
     mine = [(time_ns, rows[number][2]) for time_ns, apid, rows in told if apid == APIDS[reader] and number in rows]
     theirs = [(time_ns, other in rows) for time_ns, apid, rows in told if apid == APIDS["JOYSTICK"]]
     for (before_ns, before), (after_ns, after) in zip(mine, mine[1:]):
-        if after >= before and after_ns - before_ns <= TOGETHER_NS:  # else the link was opened again in between
+        # Otherwise the link was opened again in between.
+        if after >= before and after_ns - before_ns <= TOGETHER_NS:
             is_away = any(not is_there for at_ns, is_there in theirs if before_ns <= at_ns <= after_ns + LOOK_NS)
             yield after_ns, after - before, (after_ns - before_ns) // CYCLE_NS, is_away
 
@@ -105,8 +108,7 @@ def test_a_reader_that_closes_dies_and_comes_again_costs_the_other_nothing(house
 
 
 def judge(flight):
-    """Both readers of a flight have every sample of the cycles in which their link was open, whatever
-    happened to the other one."""
+    """Expect that both readers of a flight have every sample of the cycles in which their link was open."""
     told = _lists(flight)
     for time_ns, apid, rows in told:
         for number, (_, _, _, lost, late) in rows.items():

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ground link over the lives of communication: it ends and opens in simulated time, and each request ends
-once."""
+"""The ground link during several lives of communication: it ends and opens at instants of simulated time, and
+each request ends once."""
 
 import collections
 import itertools
@@ -28,7 +28,8 @@ SCHEDULE = (
     "tc SUPERVISOR 11,20 n=[1]",
     "schedule enable",
 )
-# In the time step after the end of each life that served the operator, or as soon as its hang is detected.
+# Each is in the time step after the end of a life that served the operator, or when the hang of a life is
+# detected.
 LINK_LOST = (3.0, 4.0, 5.5, 6.5, 7.6)
 
 
@@ -38,7 +39,7 @@ def _asked(begin_s, count, step_s, step):
 
 def _link_scenario(path):
     """Communication is killed, stopped, started and suspended while the operator sends requests, also before
-    its new life listens."""
+    the new life listens."""
     lines = ["0.0 hand rest", "2.0 hand circle 0.1 0.5 1 3 1"] + flying.bring_up(0.2)
     lines += ["3.0 fault kill communication"] + _asked(2.98, 60, 0.0005, "try nowait ping MANIPULATOR") + _asked(3.05, 10, 0.01, "ping MANIPULATOR")
     lines += [f"{3.8 + i * 0.02:.3f} operator {step}" for i, step in enumerate(SCHEDULE)]
@@ -63,7 +64,7 @@ def _losses(flight):
 
 
 def _assert_each_request_ends_once(flight):
-    """Every request in the packet log ends once there. Returns the number of requests."""
+    """Expect that every request in the packet log ends once. Returns the number of requests."""
     asked, ended = collections.Counter(), collections.Counter()
     for _, direction, raw in flight.packets:
         if direction == "TC" and raw[9:11] == OPERATOR:
@@ -77,7 +78,7 @@ def _assert_each_request_ends_once(flight):
 
 
 def _assert_numbers_whole(flight):
-    """No component but communication has a second life: the reports of all others have consecutive numbers."""
+    """Only communication has a second life: the reports of all other components have consecutive numbers."""
     numbers = collections.defaultdict(list)
     for _, direction, raw in flight.packets:
         if direction == "TM":
@@ -95,8 +96,8 @@ def _fly(folder, path, *options):
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces of two nodes need root")
 def test_the_link_to_ground_ends_and_opens_in_simulated_time(folder):
-    """The operator loses its connection with each life of communication, at one instant, and gets the next
-    one in the same way in every form."""
+    """The operator loses its connection with each life of communication at an instant that is the same in
+    every form, and so is the instant of its next connection."""
     folder.mkdir()
     path = _link_scenario(folder / "link.scn")
     flights = {name: _fly(folder / name, path, *options) for name, options in FORMS.items()}
@@ -109,7 +110,7 @@ def test_the_link_to_ground_ends_and_opens_in_simulated_time(folder):
 
 
 def _burst(at_s, count):
-    """Requests to all subsystems at one instant; some have long answers, and those to communication cannot
+    """Requests to all subsystems at one instant; some have long answers, and requests to communication cannot
     end while it is dead."""
     long = ("schedule list", "ping COMMUNICATION", "hk once MANIPULATOR 4711")
     short = ("ping MANIPULATOR", "ping SUPERVISOR", "ping JOYSTICK")
@@ -117,8 +118,8 @@ def _burst(at_s, count):
 
 
 def test_a_restart_under_load_reports_each_lost_request_and_doubles_none(folder):
-    """Queues are full and thousands of requests under way: each request that was not reported to the ground
-    as lost has an end."""
+    """Queues are full and thousands of requests are in progress: each request ends, unless its loss was
+    reported to the ground."""
     folder.mkdir()
     lines = ["0.0 hand rest", "2.0 operator " + SCHEDULE[0]] + flying.bring_up(0.2) + ["2.1 operator at 100 ping MANIPULATOR"] * 60
     lines += _burst(3.0, 1500) + ["3.004 fault kill communication"] + _burst(3.02, 600)

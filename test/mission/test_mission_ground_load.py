@@ -27,7 +27,7 @@ def _ping(apid, count, user=USER):
 
 
 class Ground:
-    """A client that reads all the time, and keeps the answers to its own requests."""
+    """A client that reads all the time and keeps the answers to its requests."""
 
     def __init__(self, port, user=USER):
         self.user = user
@@ -61,7 +61,7 @@ class Ground:
         return sum(self.answers[1, subtype] for subtype in (2, 7, 8, 10))
 
     def ask(self, apid, count):
-        """Send this number of pings as fast as the connection takes them."""
+        """Send this number of pings as fast as the connection accepts them."""
         self.stream.sendall(b"".join(_ping(apid, i, self.user) for i in range(count)))
 
 
@@ -85,8 +85,8 @@ def mission(folder, tmp_path):
 @pytest.mark.parametrize("apid", [SUPERVISOR, MANIPULATOR])
 @pytest.mark.parametrize("count", [5000, pytest.param(100_000, marks=pytest.mark.long)])
 def test_burst_of_requests_gets_every_answer(mission, apid, count):
-    """A storm of TC[17,1] is slowed down; each one still gets its acceptance, start, answer and completion,
-    without a gap."""
+    """A burst of TC[17,1] is slowed down; each request still gets its acceptance, start, answer and
+    completion, and the numbers have no gap."""
     ground = Ground(mission.port())
     ground.ask(apid, count)
     flying.wait_until(lambda: ground.answers[1, 7] >= count, f"{count} completions, not {ground.answers}", 60 + count / 200)
@@ -98,20 +98,22 @@ def test_burst_of_requests_gets_every_answer(mission, apid, count):
 
 PINGS, FLOODED, BURST = 200, 30, 5000
 FIRST_S, SPACING_S = 0.5, 0.02
-PATIENCE_S = 0.1  # The supervisor then fails requests to a subsystem that reads none.
+PATIENCE_S = 0.1  # After this time the supervisor fails requests to a subsystem that reads none.
 
 
 def _fly_under_burst(folder, path, *lines):
-    """The operator pings the joystick, at known times, while another client floods the manipulator until several pings
-    have ended; (flight, answers to the flood, its requests)."""
+    """The operator pings the joystick at known times, while another client floods the manipulator until
+    several pings have ended. Returns (flight, answers to the flood, number of its requests)."""
     pings = [f"{FIRST_S + SPACING_S * i:.6f} operator ping JOYSTICK" for i in range(PINGS)]
     scenario = flying.write_scenario(path, *pings, *lines, "3000.0 operator ping JOYSTICK")
     flight = flying.start(folder, "--scenario", scenario)
     try:
         ground = Ground(flight.port())
         asked = 0
-        while asked == 0 or flight.steps() < FLOODED:  # On a machine of any speed the flood lasts longer than the hang.
-            if asked - ground.ended() < BURST:  # What waits in the connection must be served after the flood, too.
+        # So the flood lasts longer than the hang on a machine of any speed.
+        while asked == 0 or flight.steps() < FLOODED:
+            # Requests that wait in the connection must also be served after the flood.
+            if asked - ground.ended() < BURST:
                 ground.ask(MANIPULATOR, BURST)
                 asked += BURST
             sleep(0.01)
@@ -131,8 +133,8 @@ def _delays_s(flight):
 
 
 def test_burst_to_one_subsystem_does_not_delay_others(folder, tmp_path):
-    """Requests that fill the mailbox of one subsystem wait in the connection; a request to another one passes
-    within few time steps."""
+    """Requests that fill the mailbox of one subsystem wait in the connection; a request to another subsystem
+    passes within a few time steps."""
     flight, answers, asked = _fly_under_burst(folder, tmp_path / "flood.scn")
     assert answers == {(1, 1): asked, (1, 3): asked, (17, 2): asked, (1, 7): asked}
     delays = _delays_s(flight)
@@ -140,8 +142,8 @@ def test_burst_to_one_subsystem_does_not_delay_others(folder, tmp_path):
 
 
 def test_burst_to_a_subsystem_that_hangs_delays_others_once(folder, tmp_path):
-    """Requests to the dead subsystem end with a reason: refused, or lost with it; others wait until its death
-    is detected, and no longer."""
+    """Requests to the dead subsystem end with a reason: they are refused or lost with the subsystem. Other
+    requests wait until its death is detected, and no longer."""
     flight, answers, asked = _fly_under_burst(folder, tmp_path / "hang.scn", f"{FIRST_S + 0.1:.6f} fault hang manipulator")
     assert sum(answers[1, subtype] for subtype in (2, 7, 8, 10)) == asked
     assert answers[1, 7] == answers[17, 2] < asked
@@ -151,7 +153,8 @@ def test_burst_to_a_subsystem_that_hangs_delays_others_once(folder, tmp_path):
 
 
 def test_operator_gets_the_place_of_an_idle_client(mission):
-    """Idle connections, one with half a header, take all places; the operator connects later and is served."""
+    """Idle connections, one of them with half a header, have all places; the operator connects later and is
+    served."""
     idle = [Ground(mission.port()) for _ in range(GROUND_CLIENTS)]
     idle[1].stream.sendall(_ping(SUPERVISOR, 1)[:3])
     served = None
@@ -172,7 +175,7 @@ def test_operator_gets_the_place_of_an_idle_client(mission):
 
 
 class Pinger(Ground):
-    """A client that pings twice a second, and connects again as soon as its connection has ended."""
+    """A client that pings twice a second and connects again as soon as its connection has ended."""
 
     def __init__(self, port):
         super().__init__(port)
@@ -196,8 +199,8 @@ class Pinger(Ground):
 
 @pytest.mark.long
 def test_operator_gets_a_place_among_hostile_clients_that_ping(folder):
-    """As many clients as there are places send valid requests without end and connect again when they are disconnected; the
-    operator, which retries as well, is served."""
+    """As many clients as there are places send valid requests all the time and connect again when they are
+    disconnected; the operator, which also retries, is served."""
     flight = flying.start(folder, "--time", "real", "--scenario", "none")
     try:
         hostile = [Pinger(flight.port()) for _ in range(PLACES)]
@@ -226,7 +229,7 @@ def test_operator_gets_a_place_among_hostile_clients_that_ping(folder):
 
 
 def _udp_port(pid):
-    """Port of the first UDP socket of a process: that of its messages."""
+    """Port of the first UDP socket of a process, which is the socket of its messages."""
     inodes = set()
     for entry in os.listdir(f"/proc/{pid}/fd"):
         with contextlib.suppress(OSError):
@@ -238,7 +241,7 @@ def _udp_port(pid):
 
 
 def _forge(source, target, payload):
-    """Send one datagram with the port of another component as its source."""
+    """Send one datagram whose source is the port of another component."""
     length = 8 + len(payload)
     datagram = struct.pack(">HHHH", source, target, length, 0) + payload
     head = struct.pack(">BBHHHBBH4s4s", 0x45, 0, 20 + length, 0, 0, 64, 17, 0, b"\x7f\0\0\1", b"\x7f\0\0\1")
@@ -249,7 +252,7 @@ def _forge(source, target, payload):
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root forges the source of a datagram")
 @pytest.mark.parametrize("life", [1, 0xFFFFFFFF], ids=("sequence", "life"))
 def test_channel_survives_forged_datagrams(mission, life):
-    """Datagrams in the supervisor's name with numbers far ahead, or of a later life: the next requests still
+    """Datagrams with the supervisor as source have numbers far ahead or a later life: the next requests still
     pass."""
     pids = mission.children()
     supervisor, manipulator = _udp_port(pids["supervisor"]), _udp_port(pids["manipulator"])

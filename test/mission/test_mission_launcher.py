@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The launcher's command line: what it refuses and why; two runs at once; programs started by hand."""
+"""The launcher's command line: options that it refuses, and why; two runs at once; programs started by
+hand."""
 
 import re
 import shutil
@@ -75,7 +76,7 @@ def test_a_missing_mission_scenario_or_interface_is_named(folder, options, reaso
 
 @pytest.mark.parametrize("options", [("--scenario", ""), ("--seed", ""), ("--port", "", "--form", "")])
 def test_empty_values_are_as_not_given(folder, options):
-    """A Makefile passes all of them."""
+    """A Makefile passes all options, also those without a value."""
     flight = flying.fly(folder, *options, "--scenario", "commissioning")
     assert flight.code == 0, flight.told()
 
@@ -109,7 +110,7 @@ PROGRAMS = sorted(path.name for path in flying.BIN.glob("*")) or ["hirosco"]
 @pytest.mark.parametrize("name", PROGRAMS)
 @pytest.mark.parametrize("words", [(), ("--help",), ("--no-such-option",), ("--run",), ("--run", "/hirosco-0.run", "--component", "0")])
 def test_program_called_by_hand_prints_its_usage(name, words):
-    """No program of the project crashes or waits without end, whatever its arguments."""
+    """No program of the project crashes or waits without end, whatever its arguments are."""
     done = subprocess.run([flying.BIN / name, *words], check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=flying.MOMENT_S, cwd="/tmp")
     assert done.returncode in (0, 1, USAGE), f"{name} {words} ended with {done.returncode}"
     told = done.stdout + done.stderr
@@ -119,7 +120,7 @@ def test_program_called_by_hand_prints_its_usage(name, words):
 
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_program_prints_its_version_and_its_usage(name):
-    """On standard output, with exit code 0; the version is the one of the project's header."""
+    """Both are on standard output, with exit code 0; the version is that of the project's header."""
     version = re.search(r'HIROSCO_VERSION "([^"]+)"', (flying.ROOT / "base" / "version.h").read_text(encoding="utf-8"))[1]
     for word in ("--version", "--help"):
         done = subprocess.run([flying.BIN / name, word], check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=flying.MOMENT_S, cwd="/tmp")
@@ -182,7 +183,7 @@ def _fly_with_storage(folder, storage, mission="rokviss"):
 
 
 def test_storage_of_another_mission_is_refused_and_left_as_it_is(folder, tmp_path):
-    """Its schedules, stores and definitions name subsystems by numbers that have another meaning in this mission."""
+    """The records name subsystems by numbers, which have another meaning in this mission."""
     folder.mkdir()
     storage = tmp_path / "storage"
     assert _fly_with_storage(folder / "1", storage).code == 0
@@ -194,13 +195,13 @@ def test_storage_of_another_mission_is_refused_and_left_as_it_is(folder, tmp_pat
         assert words in refused.output, refused.output
     assert {path.name: path.read_bytes() for path in storage.iterdir() if path.is_file()} == before
     assert _fly_with_storage(folder / "3", storage).code == 0
-    (storage / "mission").write_bytes(b"")  # As a power cut may leave it.
+    (storage / "mission").write_bytes(b"")  # A power cut may leave this file empty.
     assert _fly_with_storage(folder / "4", storage).code == 0
     assert (storage / "mission").read_bytes() == b"rokviss"
 
 
 def test_folders_that_cannot_be_written_are_distinguished(folder, tmp_path):
-    """A folder in the place of the first file that is written there has the effect of a read-only disk."""
+    """A folder with the name of the first file that is written has the effect of a read-only disk."""
     storage = tmp_path / "storage"
     (storage / "mission").mkdir(parents=True)
     refused = flying.refuse("run", "--scenario", "commissioning", "--storage", storage, "--out", folder / "1")
@@ -250,7 +251,7 @@ def test_two_runs_at_once(hangar):
 
 
 def test_latest_points_to_a_run_under_runs():
-    """Without --out a run makes its own folder under runs/."""
+    """Without --out a run creates its folder under runs/."""
     words = ("run", "--scenario", "commissioning", "--report", "no", "--seed", "77")
     done = flying.refuse(*words)
     assert done.returncode == 0, done

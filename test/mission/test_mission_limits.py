@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Limits of memory and descriptors of a subsystem's process: one with a leak dies, the others continue."""
+"""Limits of memory and descriptors of a subsystem's process: a process with a leak dies, the other processes
+continue."""
 
 import shutil
 import signal
@@ -14,8 +15,8 @@ OTHERS = ("simulator", "supervisor", "communication", "manipulator", "packet-arc
 
 
 def _programs_with_bomb(folder, kind):
-    """A copy of the programs in which the joystick's has a leak once the file `go` exists; the folder of the
-    programs, and that file."""
+    """A copy of the programs in which the joystick has a leak once the file `go` exists. Returns the folder
+    of the programs and this file."""
     programs, go = folder / "programs", folder / "go"
     shutil.copytree(flying.BIN, programs)
     subprocess.run(["gcc", "-O1", "-shared", "-fPIC", f'-DBOMB_TRIGGER="{go}"', f"-DBOMB_KIND={kind}", "-o", programs / "bomb.so", BOMB, "-lpthread"], check=True)
@@ -58,14 +59,15 @@ def test_a_leaking_subsystem_dies_alone(folder, kind):
     flying.assert_clean(flight)
 
 
-LIVES = 3  # the first life, and two restarts of its budget
+LIVES = 3  # The first life and the two restarts of the budget.
 TOLD = b"\x05\x04"
 PROCESS_LOST = (1).to_bytes(2, "big")
 MODE_CHANGED = b"\x83\x02"
 
 
 def _next_life(flight, before):
-    """The process of the joystick, once it is none of these or the run is over."""
+    """Wait for a process of the joystick that is not in `before`, or for the end of the run. Returns the
+    process."""
     flying.wait_until(lambda: flight.children().get("joystick.plain", 0) not in {0, *before} or flight.process.poll() is not None, "no further life")
     return flight.children().get("joystick.plain", 0)
 
@@ -86,8 +88,8 @@ def _explode(flight, go):
 
 
 def test_a_leak_in_each_life_uses_up_the_budget_and_ends_in_the_fallback(folder):
-    """It dies of its limit, is started again, and dies again: after its last start the mission enters its
-    fallback mode, once, and continues without it."""
+    """The limit ends each life, and the process is started again. After the last start the mission enters its
+    fallback mode once and continues without the joystick."""
     folder.mkdir()
     programs, go = _programs_with_bomb(folder, "take_memory")
     flight = flying.start(folder / "out", "--time", "real", "--scenario", "none", binaries=programs)
@@ -132,8 +134,8 @@ def test_without_a_limit_one_is_derived_and_reported(folder):
 
 
 def _copy(folder, old, new):
-    """A copy of the descriptors with the first of these words changed, in a folder that otherwise refers to
-    the project."""
+    """A copy of the descriptors with the first `old` replaced, in a folder that otherwise refers to the
+    project."""
     root = folder / "root"
     root.mkdir(parents=True)
     shutil.copytree(flying.ROOT / "descriptors", root / "descriptors")

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The live port, and other users: hand, faults and the pace of simulated time during a flight by the wall clock, and its recording."""
+"""The live port and other users: hand, faults and the pace of simulated time during a flight paced by the
+wall clock, and the recording of the flight."""
 
 import random
 import re
@@ -56,13 +57,14 @@ def _until(world, seconds):
 
 
 def _advance(world, seconds):
-    """So much simulated time passes, however fast the machine is."""
+    """Let this much simulated time pass, however fast the machine is."""
     world.ask(f"step {seconds:.4f}")
     world.stand_still()
 
 
 def _dropped(sleeper, world):
-    """Read until the simulator says how many lines this client has lost: with the first line that has room again."""
+    """Read until the simulator reports how many lines this client has lost, which it does with the first line
+    that has room again."""
     while True:
         while select.select([sleeper], [], [], 0.1)[0]:
             octets = sleeper.recv(1 << 20)
@@ -140,7 +142,8 @@ def test_another_user_commands_the_flight(flight):
 
 
 def test_a_client_listens_to_the_frames_of_a_bus(flight):
-    """The frames of the log, all of them, in their order; that it changes nothing is seen in the comparison with the recording."""
+    """The client receives all frames of the log in their order. The comparison with the recording shows that
+    listening changes nothing."""
     heard = [line.removeprefix("frame ") for line in flight.heard if line.startswith("frame ")]
     logged = flight.read("can-robot.log").splitlines()
     first = logged.index(heard[0])
@@ -153,7 +156,7 @@ def test_a_client_sees_the_true_state(flight):
     rows = [[float(word) for word in line.split()[1:]] for line in flight.heard if line.startswith("truth ")]
     assert {"time", "arm.joint1.position", "arm.joint2.torque", "STICK.1.hand", "arm.finger.contact-z"} <= set(columns)
     assert all(len(row) == len(columns) for row in rows)
-    times = [row[0] for row in rows[1:]]  # the first one was sent at once
+    times = [row[0] for row in rows[1:]]  # The first sample is sent at once.
     assert all(abs(late - early - 0.01) < 1e-6 for early, late in zip(times, times[1:], strict=False))
     assert 0.9 < rows[0][columns.index("arm.joint1.position")] < 1.2
 
@@ -175,7 +178,7 @@ def test_the_recording_repeats_the_flight_octet_for_octet(flight, hangar, form):
 
 
 def test_a_person_moves_the_hand_and_is_refused_in_words(folder):
-    """By the command line: time, refusal, pause, and a hand that is left alone holds and lets go."""
+    """On the command line: time, refusal and pause; a hand without input holds, then lets go."""
     flight = flying.start(folder, "--time", "real", "--scenario", "none")
     try:
         with _world(flight) as world:
@@ -197,7 +200,7 @@ def test_a_person_moves_the_hand_and_is_refused_in_words(folder):
 
 
 def test_a_refused_or_endless_line_changes_nothing(folder):
-    """Lines that are no lines, too many clients, clients that leave in the middle of a line."""
+    """The lines are malformed, there are too many clients, and clients disconnect in the middle of a line."""
     flight = flying.start(folder, "--time", "real", "--scenario", "none")
     try:
         with _world(flight) as world:

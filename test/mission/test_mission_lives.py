@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lives of processes: stop, start, kill, hang and restart are operations of simulated time, the same in every form."""
+"""Lives of processes: stop, start, kill, hang and restart take place in simulated time and are the same in
+every form."""
 
 import collections
 import itertools
@@ -57,7 +58,8 @@ def test_twenty_repeats_give_one_sum(folder, forms):
 
 
 def _stops_under_way(path):
-    """The arm is stopped and started again, ten times, while three pings are sent to it in each time step."""
+    """Write a scenario in which the arm is stopped and started ten times, while three pings are sent to it in
+    each time step."""
     lines = ["0.0 hand rest"]
     for stop_s in (1.0 + number * 0.1005 for number in range(10)):
         lines += [f"{stop_s + step * 0.0005:.4f} operator try nowait ping MANIPULATOR" for step in range(-8, 8) for _ in range(3)]
@@ -76,7 +78,8 @@ def test_a_request_ends_once_although_its_addressee_is_stopped(folder, time):
     ended = collections.Counter(raw[21:25] for raw in reports if raw[8] in campaign_rules.TERMINAL)
     assert sum(asked.values()) > 500
     assert asked == ended
-    assert {raw[8] for raw in reports if raw[8] in campaign_rules.TERMINAL} >= {7, 10}  # Done, refused.
+    # Completed or refused.
+    assert {raw[8] for raw in reports if raw[8] in campaign_rules.TERMINAL} >= {7, 10}
     flying.assert_clean(flight)
 
 
@@ -85,7 +88,7 @@ HIGH_EVENT = b"\x05\x04"
 
 
 def _hung(flight):
-    """APIDs of the processes that the supervisor has reported to hang."""
+    """APIDs of the processes whose hang the supervisor has reported."""
     return {
         int.from_bytes(raw[23:25], "big")
         for _, direction, raw in flight.packets
@@ -95,8 +98,8 @@ def _hung(flight):
 
 @pytest.mark.parametrize(("name", "apid"), [("joystick", 17), ("manipulator", 16), ("communication", 2)])
 def test_a_process_that_hangs_does_not_stop_the_others(folder, name, apid):
-    """In wall-clock time: the hang is detected by the beat; the process is killed and started again;
-    simulated time continues without it."""
+    """In wall-clock time the supervisor detects the hang by the missing beat. The process is killed and
+    started again; simulated time does not wait for it."""
     flight = flying.start(folder, "--time", "real", "--scenario", "none")
     try:
         flight.port()
@@ -116,17 +119,17 @@ def test_a_process_that_hangs_does_not_stop_the_others(folder, name, apid):
 
 
 def test_free_running_processes_fly_and_one_that_hangs_is_replaced(folder):
-    """Every process has its own clock, the simulator as well: the run is not declared reproducible, and
-    lateness is reported."""
+    """Every process has its own clock, also the simulator: the run is not declared reproducible, and lateness
+    is reported."""
     flight = flying.start(folder, "--time", "free", "--scenario", "none")
     try:
         flight.port()
         flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there")
         for name in ("JOYSTICK", "MANIPULATOR"):
-            # the simulator's devices answer on the bus
+            # The devices of the simulator answer on the bus.
             assert "completed" in flying.gse(flight, "state", name, "PRE_OPERATIONAL").stdout
-        # A subsystem that drives devices has the priority of its descriptor, 80, like the simulator, if the
-        # system permits that.
+        # A subsystem that drives devices has the priority of its descriptor, 80, as the simulator has, if the
+        # system permits it.
         assert len({os.sched_getparam(flight.children()[name]).sched_priority for name in ("joystick", "manipulator", "simulator")}) == 1
         stopped = flight.children()["joystick"]
         os.kill(stopped, signal.SIGSTOP)
@@ -148,7 +151,7 @@ def test_free_running_processes_fly_and_one_that_hangs_is_replaced(folder):
 
 @pytest.mark.parametrize("kind", ["real", "free"])
 def test_a_supervisor_that_hangs_is_replaced(folder, kind):
-    """In wall-clock time; the next life carries requests again."""
+    """In wall-clock time the next life of the supervisor forwards requests again."""
     flight = flying.start(folder, "--time", kind, "--scenario", "none")
     try:
         flight.port()
@@ -174,7 +177,7 @@ def _assert_gone(flight):
 
 
 def _programs(folder):
-    """The programs, except that the second life of the joystick begins and never joins."""
+    """Copy the programs; the second life of the joystick starts, but never joins."""
     programs, count = folder / "programs", folder / "starts"
     folder.mkdir()
     shutil.copytree(flying.BIN, programs)
@@ -188,8 +191,8 @@ def _programs(folder):
 
 
 def test_a_start_that_does_not_join_is_ended_and_time_continues(folder):
-    """Stepped: simulated time stands still for ten seconds of wall-clock time; then the life is given up, and
-    the next one joins."""
+    """In stepped time, simulated time stands still for ten seconds of wall-clock time; then the life is
+    ended, and the next one joins."""
     programs = _programs(folder)
     lines = ["0.0 hand rest", "0.5 fault kill joystick", "0.52 operator ping MANIPULATOR", "3.0 operator ping all", "3.1 operator shutdown"]
     flight = flying.fly(folder / "run", "--scenario", flying.write_scenario(folder / "join.scn", *lines), binaries=programs)
@@ -202,7 +205,7 @@ def test_a_start_that_does_not_join_is_ended_and_time_continues(folder):
 
 @pytest.mark.parametrize("kind", ["real", pytest.param("free", marks=pytest.mark.long)])  # Ten seconds of wall-clock time.
 def test_no_process_waits_for_a_start_in_real_time(folder, kind):
-    """The others answer meanwhile; the life is ended, and the next life answers."""
+    """The other processes answer meanwhile; the life is ended, and the next life answers."""
     flight = flying.start(folder / "run", "--time", kind, "--scenario", "none", binaries=_programs(folder))
     try:
         flight.port()

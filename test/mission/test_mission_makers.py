@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drives of another maker instead of the arm's (another vendor, product, unit, rated torque, mapping), or on two buses. Only world and
-descriptor change: no C code, no build."""
+"""Drives of another manufacturer for the arm (another vendor, product, unit, rated torque, mapping), or
+drives on two buses. Only world and descriptor change; no C code changes and nothing is built."""
 
 import re
 import struct
@@ -39,7 +39,8 @@ def _swap_in_descriptor(house, joints):
 
 
 def _device(text):
-    """A servo drive takes torques by its first RPDO and positions by its second one; it has no temperature and no brake state."""
+    """A servo drive receives torques in its first RPDO and positions in its second; it reports neither
+    temperature nor brake state."""
     text = text.replace('type="joint-drive"', 'type="servo-drive"').replace('scale="1e-6"', f'scale="{INCREMENT}"')
     text = re.sub(r"0x140([01]):", lambda found: f"0x140{1 - int(found[1])}:", text)
     text = re.sub(r'"0x([08])0000([23])(1[12])"', lambda found: f'"0x{found[1]}0000{5 - int(found[2])}{found[3]}"', text)
@@ -52,7 +53,7 @@ def _fly(house, scenario, form="image"):
 
 @pytest.mark.parametrize(("joints", "form"), [(("JOINT1", "JOINT2"), "processes"), (("JOINT2",), "image")], ids=["both", "one"])
 def test_drives_of_another_maker_fly_the_mission(house, joints, form):
-    """All figures hold; the bus has the other layout."""
+    """All figures have their bounds; the frames on the bus have the other layout."""
     _swap_in_world(house, joints)
     _swap_in_descriptor(house, joints)
     flight = _fly(house, "telepresence", form)
@@ -75,7 +76,7 @@ def _refusals(flight):
 
 @pytest.mark.parametrize("swap", [_swap_in_world, _swap_in_descriptor])
 def test_another_maker_than_the_descriptor_names_is_refused_by_its_vendor(house, swap):
-    """Commissioning reads the vendor before anything moves."""
+    """Commissioning reads the vendor before any motion."""
     swap(house, ("JOINT1",))
     flight = _fly(house, "commissioning")
     assert flight.code != 0
@@ -87,7 +88,8 @@ def test_another_maker_than_the_descriptor_names_is_refused_by_its_vendor(house,
     ("joint-drive", "DefaultValue=0xFA100000", "DefaultValue=0xFD410000", 0x60A800, 0xFD410000),
 ], ids=["product", "unit"])
 def test_a_device_that_is_not_of_its_class_is_refused(house, eds, old, new, object_, found):
-    """Another product code, and another unit of positions, each in the simulated device only: its sheet has another name."""
+    """The simulated device has another product code or another unit of positions; its data sheet has another
+    name."""
     text = (house / f"descriptors/devices/{eds}.eds").read_text(encoding="utf-8")
     assert text.count(old) == 1
     (house / "descriptors/devices/other.eds").write_text(text.replace(old, new), encoding="utf-8")
@@ -98,7 +100,8 @@ def test_a_device_that_is_not_of_its_class_is_refused(house, eds, old, new, obje
 
 
 def test_a_sheet_that_changed_after_the_build_is_told_with_both_hashes(house):
-    """Before anything starts: the classes of the programs are those of another sheet."""
+    """The change is reported before any process starts: the programs contain the classes of another data
+    sheet."""
     sheet = house / "descriptors/devices/gyro.eds"
     built = re.search(r'"gyro", .sheet_hash = 0x(\w+)ULL', (flying.ROOT / "build/generated/device_classes.h").read_text(encoding="utf-8"))[1]
     sheet.write_text(sheet.read_text(encoding="utf-8") + "; changed\n", encoding="utf-8")
@@ -112,7 +115,7 @@ ELBOW = '    <Bus name="elbow" bitRate="1000000" dataBitRate="5000000"/>\n'
 
 
 def test_the_arm_flies_with_its_joints_on_two_buses(house):
-    """All figures hold; SYNC leaves on both buses at the same instants."""
+    """All figures have their bounds; SYNC is sent on both buses at the same instants."""
     flying.replace(house / "descriptors/missions/rokviss.xml", ('    <Bus name="robot-b"', ELBOW + '    <Bus name="robot-b"'))
     flying.replace(house / WORLD, ('type="light" bus="robot" node="0x12"', 'type="light" bus="elbow" node="0x12"'))
     flying.replace(house / WORLD, ('    <Supply device="JOINT2"/>\n', ""))

@@ -27,7 +27,8 @@ PLACE = re.compile(r"\w+\.xml:\d+: ")
 
 
 def _mutate(place, chance):
-    """Change one descriptor until the readers accept it with the compiled interface; its name."""
+    """Change one place of a descriptor until the readers accept the result with the compiled interface.
+    Returns the name of the file."""
     plain = mission_reader.load(flying.ROOT / "descriptors" / FILES[0]).interface_hash
     while True:
         name = chance.choice(FILES)
@@ -61,7 +62,8 @@ def test_a_descriptor_is_refused_with_its_place_or_flies(folder, seed):
 
 
 def _explains(flight):
-    """The cause of a failed step is an event of its subsystem, the cause of any other failure the refusal itself."""
+    """Expect that an event of the subsystem explains a failed step; any other failure must be the refusal
+    itself."""
     if "0x0301" not in flight.console:
         return re.search(r"FAILED: .+|[Cc]annot|expected", flight.console + flight.output) is not None
     done = subprocess.run([flying.PUSDUMP, flight.folder / "packets.log"], capture_output=True, text=True, check=False)

@@ -25,7 +25,7 @@ ACK_ACCEPTANCE, ACK_START, ACK_COMPLETION = 0x1, 0x2, 0x8
 SUPERVISOR, COMMUNICATION, MANIPULATOR, JOYSTICK = 1, 2, 16, 17
 SUBSYSTEMS = {"SUPERVISOR": 1, "COMMUNICATION": 2, "MANIPULATOR": 16, "JOYSTICK": 17}
 CYCLE_NS = 500_000
-# The table of states: state -> states that may follow, rest and transition states alike.
+# The table of states: state -> states that may follow, both rest and pass states.
 NEXT = {
     0: {1},
     1: {2, 9, 0},
@@ -43,7 +43,7 @@ Seen = collections.namedtuple("Seen", "time_ns direction apid sequence service s
 
 
 def _independent(time_ns, direction, raw):
-    """The packet by PyPI spacepackets, which raises an exception for a malformed one."""
+    """The packet as PyPI spacepackets decodes it; raises an exception if it is malformed."""
     header = SpacePacketHeader.unpack(raw)
     assert check_pus_crc(raw), "CRC"
     assert header.packet_type == (PacketType.TC if direction == "TC" else PacketType.TM)
@@ -107,7 +107,8 @@ def test_verification_reports_decode_as_service_1(packets):
 
 
 def test_all_reports_read_the_same_by_the_database(packets, tmp_path):
-    """The generated XTCE file and space_packet_parser give the same values as our ground segment."""
+    """The generated XTCE file and space_packet_parser give the same values as the project's ground
+    segment."""
     generated = flying.ROOT / "build" / "generated"
     dictionary = Dictionary.load(generated / "rokviss.json")
     definition = Flattened(generated / "rokviss.xtce.xml").definition(tmp_path)
@@ -134,7 +135,7 @@ def test_pusdump_reads_all_and_agrees(flight, packets):
 
 
 def test_packet_time_is_epoch_and_simulated_time(packets):
-    """A report has the time at which it was made: at most a few time steps before it was logged."""
+    """A report has the time at which it was made, at most a few time steps before it was logged."""
     for packet in packets:
         if packet.direction == "TM":
             seconds, fraction = int.from_bytes(packet.raw[14:18], "big"), int.from_bytes(packet.raw[18:21], "big")
@@ -144,7 +145,8 @@ def test_packet_time_is_epoch_and_simulated_time(packets):
 
 
 def test_sequence_counts_have_no_gaps(packets):
-    """Per APID and direction; telecommands also per source, since each source counts its own."""
+    """Counts are per APID and direction; for telecommands also per source, because each source has its own
+    count."""
     expected = collections.defaultdict(int)
     for packet in packets:
         key = (packet.direction, packet.apid, packet.user if packet.direction == "TC" else None)
@@ -154,7 +156,7 @@ def test_sequence_counts_have_no_gaps(packets):
 
 
 def test_message_counters_have_no_gaps(packets):
-    """The message type counter counts for each APID, type and destination."""
+    """The message type counter is per APID, type and destination."""
     expected = collections.defaultdict(int)
     for packet in packets:
         if packet.direction == "TM":
@@ -165,7 +167,8 @@ def test_message_counters_have_no_gaps(packets):
 
 
 def _chains(packets):
-    """[(request, [its verification reports])]; a request id is used again after 16384 requests at the earliest."""
+    """[(request, [its verification reports])]; a request id occurs again after 16384 requests at the
+    earliest."""
     chains, open_chains = [], {}
     for packet in packets:
         if packet.direction == "TC":
@@ -178,7 +181,8 @@ def _chains(packets):
 
 
 def test_every_request_is_verified_to_its_end(packets):
-    """Acceptance, start, completion as requested, in this order, once; or a failure and nothing after it."""
+    """Each request has acceptance, start and completion as requested, once and in this order; or a failure
+    and no report after it."""
     chains = _chains(packets)
     assert len(chains) > 100
     for request, reports in chains:
@@ -248,7 +252,7 @@ def test_status_reports_the_state_of_the_last_transition(packets, name):
 
 
 def test_operation_is_refused_before_the_links(packets):
-    """TM[1,2] 0x0111 from APID 1 names consumer and port: MANIPULATOR, HAND_POSITION (2)."""
+    """TM[1,2] with code 0x0111 from APID 1 contains consumer and port: MANIPULATOR, HAND_POSITION (2)."""
     found = [r for r in _reports(packets, 1, 2, SUPERVISOR) if r.data[4:6] == b"\x01\x11"]
     assert len(found) == 1
     request = next(q for q, reports in _chains(packets) if found[0] in reports)
@@ -283,7 +287,7 @@ def test_every_high_event_takes_both_members_to_error_operational(packets):
 
 
 def test_the_subsystem_in_error_goes_first(packets):
-    """TM[129,2] to ERROR_OPERATIONAL stands before the HIGH event of the same subsystem, in the same cycle."""
+    """TM[129,2] to ERROR_OPERATIONAL comes before the HIGH event of the same subsystem, in the same cycle."""
     for event in _reports(packets, 5, 4):
         own = [p for p in _reports(packets, 129, 2, event.apid) if p.data[1] == 6 and p.data[0] != 6 and abs(p.time_ns - event.time_ns) <= CYCLE_NS]
         assert len(own) == 1
@@ -316,7 +320,8 @@ HK_4711_OCTETS = 2 + 4 + 5 * 16 + 2 * 2 + 4 + 5 * 16  # structure, STATE, five p
 
 
 def test_housekeeping_has_five_samples_and_comes_every_500_cycles(packets):
-    """4711 of the arm in telepresence: CUR_VALUES and LINK_AGE once, DES_POSITION five times, 250 ms apart."""
+    """Structure 4711 of the arm in telepresence: CUR_VALUES and LINK_AGE once, DES_POSITION five times, every
+    250 ms."""
     reports = [p for p in _reports(packets, 3, 25, MANIPULATOR) if p.data[:2] == struct.pack(">H", 4711)]
     flown = [p for p in reports if 6.5e9 < p.time_ns < 63.9e9]
     assert len(flown) == pytest.approx(57.4 / 0.25, abs=1)
@@ -327,7 +332,8 @@ def test_housekeeping_has_five_samples_and_comes_every_500_cycles(packets):
 
 
 def test_housekeeping_samples_move_with_the_hand(packets):
-    """The five samples are taken 100 cycles apart: on the circle all differ, and the last ones are the newest."""
+    """The five samples are taken 100 cycles apart: during the circle all differ, and the last sample is the
+    newest."""
     moving = [p for p in _reports(packets, 3, 25, MANIPULATOR) if p.data[:2] == struct.pack(">H", 4711) and 9.5e9 < p.time_ns < 17e9]
     steps = []
     for report in moving:
@@ -340,7 +346,8 @@ def test_housekeeping_samples_move_with_the_hand(packets):
 
 
 def test_links_open_at_both_ends_and_in_order(packets):
-    """TM[130,10]: link, previous state, state: requested, accepted, then open (3) at producer and consumer."""
+    """TM[130,10] contains link, previous and new state: requested, accepted, then open (3) at producer and
+    consumer."""
     for link in (1, 2):
         for apid in (MANIPULATOR, JOYSTICK):
             states = [p.data[3] for p in _reports(packets, 130, 10, apid) if p.data[:2] == struct.pack(">H", link)]
@@ -362,7 +369,7 @@ def _link_rows(report):
 
 
 def test_links_lose_nothing_by_the_counts_of_both_ends(packets):
-    """The consumer has received all samples that the producer had sent by then, except one under way."""
+    """The consumer has received all samples that the producer has sent by then, except one in transit."""
     at = [p for p in _reports(packets, 130, 9) if 63.4e9 < p.time_ns < 63.6e9]
     rows = {p.apid: _link_rows(p) for p in at}
     assert {MANIPULATOR, JOYSTICK} <= rows.keys()
@@ -376,7 +383,7 @@ def test_links_lose_nothing_by_the_counts_of_both_ends(packets):
 
 
 def test_processes_report_their_interface(flight, packets):
-    """The hash in TM[129,5] of each subsystem is that of the dictionary on ground."""
+    """The hash in TM[129,5] of each subsystem equals the hash of the ground's dictionary."""
     dictionary = json.loads((flying.ROOT / "build" / "generated" / "rokviss.json").read_text(encoding="utf-8"))
     wanted = {item["apid"]: int(str(item["interface_hash"]), 0) for item in dictionary["subsystems"]}
     for apid, interface in wanted.items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""While a MEDIUM plan runs, the supervisor still reacts to HIGH, and still runs the plan for it."""
+"""While a MEDIUM plan runs, the supervisor still reacts to HIGH events and runs their plan."""
 
 import shutil
 
@@ -19,7 +19,8 @@ SLOW = """<Plan name="SLOW" severity="MEDIUM">
 
 @pytest.fixture(scope="module")
 def packets(hangar):
-    """In operation the manipulator reports a strained drive (MEDIUM), then the joystick is unplugged (HIGH)."""
+    """In operation the manipulator reports an overloaded drive (MEDIUM), then the joystick is unplugged
+    (HIGH)."""
     house = hangar / "slow-plan"
     house.mkdir()
     shutil.copytree(flying.ROOT / "descriptors", house / "descriptors")

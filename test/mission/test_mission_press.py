@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Press and hold, with joysticks of 16 and of 20 bit: the contact without motion along the contour."""
+"""Press and hold with joysticks of 16 and of 20 bit: the contact is held without motion along the contour."""
 
 import flying
 import pressing
@@ -24,7 +24,8 @@ def test_press_and_hold_is_quiet(folder, world):
 
 
 def test_a_press_with_too_little_damping_raises_passivity_at_both_ports(folder):
-    """The contact oscillates while the hand holds; mean force and position look right. The event comes once in each window of 5 s."""
+    """The contact oscillates while the hand holds, although mean force and position are correct. The event is
+    raised once in each window of 5 s."""
     world = pressing.write_world(folder / "world", contact={"shear": 0})
     weak = (" 2.2  operator set JOYSTICK.CONTROL.DAMPING_CONTACT 0.2\n"
             " 2.2  operator set MANIPULATOR.CONTROL.COMPLIANCE 0\n")
@@ -35,7 +36,7 @@ def test_a_press_with_too_little_damping_raises_passivity_at_both_ports(folder):
     assert flight.code == 0, flight.told()
     run = runs.load(folder / "out")
     found, _ = figures.compute(run)
-    assert found["press_hold_oscillation_rad"] > 1e-3  # bound 2e-4
+    assert found["press_hold_oscillation_rad"] > 1e-3  # The bound is 2e-4.
     assert found["hold_force_mean_n"] == pytest.approx(found["hold_force_asked_n"], rel=0.02)
     raised = {"JOYSTICK": [], "MANIPULATOR": []}
     for time_ns, packet, decoded in run.reports_of("event"):
@@ -45,7 +46,7 @@ def test_a_press_with_too_little_damping_raises_passivity_at_both_ports(folder):
     for name, limit_j in (("JOYSTICK", 0.002), ("MANIPULATOR", 0.06)):
         times_s, energies_j = zip(*raised[name], strict=True)
         assert len(times_s) == 2 and 5 <= times_s[1] - times_s[0] < 5.5
-        assert 9.6 < times_s[0] < 22  # while the hand holds
+        assert 9.6 < times_s[0] < 22  # The hand holds during this time.
         assert min(energies_j) > 2 * limit_j
 
 
@@ -60,16 +61,17 @@ def test_a_run_whose_report_cannot_be_made_has_failed(folder):
 
 
 def test_telepresence_with_a_joystick_of_20_bit(folder):
-    """The device differs by XML only; every figure is defined with it as well."""
+    """The devices differ by their XML only; every figure is also defined for this joystick."""
     flight = flying.fly(folder, "--world", "rokviss-20bit", "--form", "image")
     assert flight.code == 0, flight.told()
     run = runs.load(folder)
     found, reasons = figures.compute(run)
     assert not figures.failures({**run.facts, **found, "figures_missing": reasons})
-    assert found["hold_motion_rad"] < 1e-4  # 0.19 mrad with 16 bit
+    assert found["hold_motion_rad"] < 1e-4  # It is 0.19 mrad with 16 bit.
 
 
-# Random place, force, wall, friction, hand and masses; half of the cases with friction that is rigid along the surface.
+# Random position, force, wall, friction, hand and masses; in half of the cases friction is rigid along the
+# surface.
 CASES = [*range(1, 4), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(4, pressing.CASES + 1))]
 
 
@@ -89,7 +91,9 @@ def test_a_random_press_is_quiet(folder, world, seed):
         assert found["press_hold_motion_rad"] <= 1e-4
         assert found["hold_force_ripple_nm"] <= 5e-3
         assert found["hold_energy_j"] >= -5e-5
-    else:  # a rotor may slip within its stiction: two to four counts of creep, which are not an oscillation (docs/control.md)
+    # A rotor may slip within its static friction: two to four counts of creep, which are not an oscillation
+    # (docs/control.md).
+    else:
         assert found["press_hold_oscillation_rad"] <= 2e-4
         assert found["press_hold_motion_rad"] <= 4e-4
 
@@ -116,7 +120,9 @@ def test_telepresence_on_a_soft_and_a_hard_wall(folder, base, stiffness):
     run = runs.load(folder / "out")
     found, reasons = figures.compute(run)
     failures = figures.failures({**run.facts, **found, "figures_missing": reasons})
-    if stiffness == 20000:  # The torque of joint 2 varies by up to 0.65 Nm while the finger touches the wall: bound 0.5 (docs/control.md).
+    # The torque of joint 2 varies by up to 0.65 Nm while the finger touches the wall; the general bound is
+    # 0.5 (docs/control.md).
+    if stiffness == 20000:
         failures = [failure for failure in failures if not failure.startswith("press_ripple_nm ")]
         assert found["press_ripple_nm"] <= 0.7
     assert not failures

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Wall-clock time and a user at the command line. No test depends on the speed of the machine."""
+"""Wall-clock time, and a user at the command line. No test depends on the speed of the machine."""
 
 import json
 import os
@@ -17,7 +17,7 @@ SUBSYSTEMS = ("JOYSTICK", "MANIPULATOR", "SUPERVISOR", "COMMUNICATION")
 
 @pytest.fixture
 def mission(folder):
-    """A mission in wall-clock time, up and listening."""
+    """A mission in wall-clock time that has started and listens."""
     flight = flying.start(folder, *OPTIONS)
     flying.wait_until(lambda: flying.gse(flight, "ping", "all").returncode == SUCCESS, "everybody alive")
     yield flight
@@ -31,12 +31,12 @@ def _reported(flight, *words):
 
 
 def _status(flight):
-    """Dict subsystem -> state, as `gse status` shows it."""
+    """Dictionary: subsystem -> state, from `gse status`."""
     return {line.split()[0]: line.split()[2] for line in _reported(flight, "status").splitlines()}
 
 
 def _last_states(flight):
-    """Dict APID -> last state in the packet log."""
+    """Dictionary: APID -> last state in the packet log."""
     found = {}
     for _, direction, raw in flight.packets:
         if direction == "TM" and raw[7:9] == b"\x81\x02":
@@ -45,7 +45,7 @@ def _last_states(flight):
 
 
 def test_a_person_commands_the_mission(mission):
-    """Ping, show, bring up, move, be refused, stop, shut down: each answered in words and by the exit code."""
+    """Ping, show, bring up, move, a refusal, stop, shut down: each has a text and an exit code."""
     assert {line.split()[0] for line in _reported(mission, "ping", "all").splitlines()} == set(SUBSYSTEMS)
     assert _status(mission) == {"JOYSTICK": "OFFLINE", "MANIPULATOR": "OFFLINE", "SUPERVISOR": "OPERATIONAL", "COMMUNICATION": "OPERATIONAL"}
 
@@ -81,7 +81,7 @@ def test_a_person_commands_the_mission(mission):
 
 
 def test_usage_errors_need_no_link():
-    """Exit code 2, and a message with the correct form."""
+    """They end with exit code 2 and a message with the correct form."""
 
     class Nobody:
         """Stands for a mission that does not exist."""
@@ -141,7 +141,7 @@ def test_interrupt_brings_every_subsystem_to_offline(mission, number):
 
 
 def test_ctrl_c_of_a_terminal_reaches_all_and_still_ends_in_order(mission):
-    """The terminal sends the signal to the whole process group, children and all."""
+    """The terminal sends the signal to the whole process group, including the children."""
     _reported(mission, "state", "MANIPULATOR", "PRE_OPERATIONAL")
     os.killpg(mission.process.pid, signal.SIGINT)
     mission.wait()
@@ -170,7 +170,7 @@ def test_following_ends_with_an_interrupt(mission):
 
 
 def test_scenario_in_wall_clock_time(folder):
-    """The same operator, the same steps, in free time."""
+    """The same operator makes the same steps in time paced by the wall clock."""
     flight = flying.fly(folder, "--time", "real", "--scenario", "commissioning")
     assert flight.code == 0, flight.told()
     assert flight.facts["simulated_s"] >= 3.5

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A subsystem whose process dies in OPERATIONAL telepresence returns to that state with its links, if the
+"""A subsystem whose process dies in OPERATIONAL telepresence returns to this state with its links if the
 mission requires it."""
 
 import shutil
@@ -8,7 +8,7 @@ import flying
 import pytest
 
 DEATH_S = 3.0
-BOUND_S = 0.2  # beside the arm's own calibration
+BOUND_S = 0.2  # Without the arm's calibration.
 APIDS = {"MANIPULATOR": 16, "JOYSTICK": 17}
 MARKS = ('executable="joystick"', 'executable="manipulator"')
 AT_ONCE = ('state="OFFLINE" after="500ms"', 'state="OFFLINE"')
@@ -72,8 +72,8 @@ def test_a_subsystem_that_dies_is_recommissioned_with_its_links(house, folder, v
     assert up_s - DEATH_S - calibration_s < BOUND_S, (back, safe_s)
     lists = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x82\x09" and raw[1] == 1]
     assert lists and lists[-1][21:23] == b"\x00\x02", "both links are open"
-    # Commanded settings of reports are not restored: a new process does not have them, and the configuration
-    # sets the periodic ones.
+    # Settings of reports made by command are not restored: a new process does not have them, and the
+    # configuration sets the periodic reports.
     before, after = (data.hex() for _, data in _replies(flight, 5, 8))
     assert (before, after) == ("00010009", "0000" if victim == "manipulator" else "00010009")
     told = [time_s for time_s, data in _replies(flight, 3, 25) if data[:2] == (4711).to_bytes(2, "big")]
@@ -81,7 +81,8 @@ def test_a_subsystem_that_dies_is_recommissioned_with_its_links(house, folder, v
     flying.assert_clean(flight)
 
 
-@pytest.mark.parametrize("later_s", [0.0101, 0.03, 0.09])  # The first supervisor: it has just ordered the start.
+# The first time: the supervisor has just commanded the start.
+@pytest.mark.parametrize("later_s", [0.0101, 0.03, 0.09])
 def test_the_supervisor_may_die_during_recommissioning(house, folder, later_s):
     lines = [f"{DEATH_S} fault kill manipulator", f"{DEATH_S + later_s} fault kill supervisor",
              "6.0 operator link list", "6.0 operator shutdown"]

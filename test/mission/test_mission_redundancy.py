@@ -22,8 +22,8 @@ CHANNEL_LOGS = ("can-robot-b.log", "can-joystick-b.log")
 
 
 def _scenario(path):
-    """In operation on A; robot's A is cut while the arm moves; on B again; then the joystick's; then up again
-    and moving."""
+    """In operation on A, the robot's channel A is cut while the arm moves, and the robot is brought up on B;
+    then the same for the joystick; then both operate again."""
     lines = ["0.0 hand rest", "0.2 hand circle 0.1 0.5 1 9 1", *flying.bring_up(0.2, tare=False)]
     for bus, (owner, _) in OWNER.items():
         cut, up = CUT_S[bus], UP_S[bus]
@@ -76,7 +76,8 @@ def test_forms_are_identical(flights):
 
 
 def test_cut_has_the_same_reaction_as_an_unplug(flights, run):
-    """All four axes leave operation within 5 ms, both subsystems report within 10 ms, then OFFLINE by the plan."""
+    """All four axes leave operation within 5 ms, both subsystems report within 10 ms, and then the plan takes
+    them to OFFLINE."""
     entries = {}
     for entry in run.truth["DRIVE"]:
         entries.setdefault((entry["bus"], int(entry["node"]), int(entry["axis"])), []).append(entry)
@@ -104,8 +105,8 @@ def test_arm_was_moving_and_stops(run):
 
 @pytest.mark.parametrize("bus", NODES)
 def test_all_nodes_are_heard_on_b_in_time(buses, run, bus):
-    """From the master's first heartbeat on B to the first frame of each node there: within Ttoggle x
-    heartbeat time."""
+    """The time from the master's first heartbeat on B to the first frame of each node on B is within Ttoggle
+    x heartbeat time."""
     b = buses[f"{bus}-b"]
     first = b.time_us[b.frames(MASTER)][0]
     assert first > UP_S[bus] * 1e6, "no command is sent there before the order"
@@ -120,7 +121,7 @@ def test_all_nodes_are_heard_on_b_in_time(buses, run, bus):
 
 @pytest.mark.parametrize("bus", NODES)
 def test_master_speaks_on_one_channel(buses, bus):
-    """Before the order flight sends nothing on B, after it nothing on A."""
+    """Before the command the flight software sends no frame on B, after it none on A."""
     order = UP_S[bus] * 1e6
     mine = [0x000, SYNC, MASTER, *(base + node for base in (0x200, 0x300, 0x600) for node in NODES[bus])]
     a, b = buses[bus], buses[f"{bus}-b"]
@@ -131,7 +132,8 @@ def test_master_speaks_on_one_channel(buses, bus):
 
 @pytest.mark.parametrize("bus", NODES)
 def test_mission_continues_over_b(flights, buses, run, bus):
-    """SYNC and the answer of each node in every cycle on B, subsystems in operation, the arm moves."""
+    """On B, SYNC and the answer of each node occur in every cycle; the subsystems are in operation, and the
+    arm moves."""
     b = buses[f"{bus}-b"]
     start, end = (END_S - 0.5) * 1e6, (END_S - 0.1) * 1e6
     for identifier in (SYNC, *(0x180 + node for node in NODES[bus])):
@@ -154,7 +156,7 @@ def _lost(at):
     return [f"{at:.6f} operator wait-event MANIPULATOR DEVICE_LOST 0.05", f"{at:.6f} operator wait-state MANIPULATOR OFFLINE 0.7"]
 
 
-NO_ANSWER = "expect-refusal 0x0301 state MANIPULATOR PRE_OPERATIONAL"  # the time-out of HARDWARE_INIT
+NO_ANSWER = "expect-refusal 0x0301 state MANIPULATOR PRE_OPERATIONAL"  # The time-out of HARDWARE_INIT.
 DIFFICULT = {
     "selected_in_error_operational": [
         "1.2 fault cut robot",
@@ -220,7 +222,7 @@ DIFFICULT = {
 
 @pytest.mark.parametrize("name", DIFFICULT)
 def test_the_arm_can_be_commanded_into_operation_after_cuts(folder, name):
-    """Cuts during a transition, of both channels, of one device: by command the arm is in operation again,
+    """Cuts during a transition, of both channels, or of one device: by command the arm is in operation again
     and moves."""
     lines = ["0.0 hand rest", *_arm(0.3), *DIFFICULT[name]]
     end = max(float(line.split()[0]) for line in lines) + 1.0

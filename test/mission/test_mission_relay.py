@@ -19,7 +19,8 @@ def fly(folder, delay_ms, form="image", seed=1, *options, report="no"):
 
 
 def holds(flight):
-    """The run judges itself: its exit code is 0, nothing is missing, and the report shows each figure."""
+    """Expect that the run has judged itself as good: its exit code is 0, no figure is missing, and the report
+    shows each figure."""
     facts = flight.facts
     assert facts["figures_missing"] == {}
     assert facts["figures_hold"] is True
@@ -47,14 +48,15 @@ def test_a_flight_with_delay_holds_its_figures_and_is_the_same_in_both_forms(fol
     assert sent > 210000
     assert counts["lost"] == pytest.approx(0.05 * sent, rel=0.05)
     assert counts["reordered"] > 0.25 * sent
-    # The play-out buffers restore the order: no sample is stale, and only what was lost is missing.
+    # The play-out buffers restore the order: no sample is stale, and only lost samples are missing.
     links = [line for line in first.read("operator.log").splitlines() if '"verb": "link", "words": ["list"]' in line]
-    assert links[-1].count("late=0") == 4  # Two links, in `text` and in `outcome`.
+    assert links[-1].count("late=0") == 4  # Two links, each in `text` and in `outcome`.
     holds(second)
 
 
 def test_a_flight_with_delay_whose_figures_fail_ends_with_an_exit_code_and_a_line_for_each(folder):
-    """The hand presses with 28 instead of 15 N, the arm does not limit it, and the flight ends before the circle."""
+    """The hand presses with 28 instead of 15 N without a limit by the arm, and the flight ends before the
+    circle."""
     lines = (flying.ROOT / "sim" / "scenarios" / "relay.scn").read_text(encoding="utf-8").replace("press 15 ", "press 28 ").splitlines()
     lines.insert(lines.index(" 4.5  operator state JOYSTICK OPERATIONAL"), " 4.0  operator set MANIPULATOR.REMOTE.FORCE_LIMIT 100")
     folder.mkdir()
@@ -86,7 +88,8 @@ def test_the_figures_hold_on_other_surfaces(folder, delay_ms, seed, contact):
 
 @pytest.mark.long
 def test_a_stiff_wall_is_held_but_the_force_at_the_bump_is_not_bounded_by_25_n(folder):
-    """20 kN/m and 100 ms: a known deviation, docs/control.md. Its bounds are those of the flight measured, with a margin."""
+    """20 kN/m with 100 ms is a known deviation (docs/control.md). The bounds are the values of the measured
+    flight with a margin."""
     world = pressing.write_world(folder, contact={"stiffness": 20000, "shear": 16000})
     flight = flying.fly(folder / "out", "--scenario", "relay", "--delay", "100", "--form", "image", "--world", world, report="yes")
     facts = flight.facts

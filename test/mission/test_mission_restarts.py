@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hundreds of restarts: stopped by command or killed, a member returns, and no name, descriptor, socket or
-memory remains."""
+"""Hundreds of restarts: after a stop by command or a kill, a member returns, and no name, descriptor, socket
+or memory remains."""
 
 import re
 import shutil
@@ -10,12 +10,13 @@ import pytest
 import soak
 
 MEMBERS = ("JOYSTICK", "MANIPULATOR")
-KILLS_MAX = 200  # A scenario has 256 faults at most.
-SHORT, LONG = {"processes": 40, "image": 200}, 1000  # The image flies fast, and the test samples it in wall-clock time.
+KILLS_MAX = 200  # A scenario has at most 256 faults.
+# The image is fast, but the test takes its samples in wall-clock time.
+SHORT, LONG = {"processes": 40, "image": 200}, 1000
 
 
 def _mission(folder):
-    """A copy of the tree in which the mission treats each death as the first."""
+    """A copy of the tree whose mission treats each death as the first one."""
     root = folder / "root"
     root.mkdir(parents=True)
     for name in ("build", "gse", "sim", "pus"):
@@ -30,8 +31,8 @@ def _mission(folder):
 
 
 def _scenario(path, count):
-    """Members take turns; a fifth are killed, the others stopped; every other one has its bus and a link open
-    at that time."""
+    """The members take turns; one fifth of the lives are killed, the others stopped; every second time the
+    bus and a link are open."""
     lines, at = ["0.0 hand rest"], 0.5
     for number in range(count):
         name, kills = MEMBERS[number % 2], number % 5 == 0 and number // 5 < KILLS_MAX

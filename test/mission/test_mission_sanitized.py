@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The same flights with programs built by SANITIZE=1: no report of AddressSanitizer or UBSan, the same packets."""
+"""The same flights with programs built by SANITIZE=1: AddressSanitizer and UBSan report nothing, and the
+packets are the same."""
 
 import re
 

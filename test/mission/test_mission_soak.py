@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hours of simulated time with random traffic (soak.py): nothing grows, drifts or stalls. The judge finds
+"""Hours of simulated time with random traffic (soak.py): nothing grows, drifts or stalls. The checks detect
 each of these."""
 
 import os

@@ -73,7 +73,8 @@ def browser():
 
 @pytest.fixture(scope="module")
 def page(address, browser):
-    """The page, with joints that telemetry has placed. Anything it asks of another machine is in page.outside, errors in page.faults."""
+    """The page, with joints whose position telemetry has set. page.outside has its requests to other
+    machines, page.faults its errors."""
     page = browser.new_page(viewport={"width": 1440, "height": 900})
     page.set_default_timeout(LIMIT_MS)
     page.outside, page.faults = [], []
@@ -86,7 +87,8 @@ def page(address, browser):
 
 
 def until(page, expression):
-    """Wait until an expression of the page is true. The page's own policy forbids Playwright's way of it, which compiles text there."""
+    """Wait until an expression of the page is true. Playwright's own function compiles text in the page,
+    which the page's policy forbids."""
     flying.wait_until(lambda: page.evaluate(expression), expression)
 
 
@@ -141,7 +143,7 @@ def test_a_critical_command_is_armed_first(page):
 
 
 def test_a_request_of_the_catalogue_is_filled_in_and_repeated(page):
-    """A request with a group of fields, and the same once more from the list of commands."""
+    """A request with a group of fields is sent, and sent once more from the list of commands."""
     choose(page, "TC[3,5]")
     page.select_option("label:has-text('Subsystem') select", "MANIPULATOR")
     page.fill("label:has-text('hk_structure_id') input", "4711")
@@ -194,7 +196,7 @@ def test_a_parameter_goes_into_the_strip_charts(page):
 
 
 def test_frames_of_a_bus_are_decoded_while_the_tab_is_open(page, flight):
-    """The tap is no node and no line of the recording."""
+    """Listening adds no node to the bus and no line to the recording."""
     page.click("#work-Bus")
     page.wait_for_selector(".frames td:has-text('JOINT1_TPDO1')")
     page.wait_for_selector(".frames .below td:has-text('PositionActualValue') >> nth=0")
@@ -204,7 +206,7 @@ def test_frames_of_a_bus_are_decoded_while_the_tab_is_open(page, flight):
 
 
 def test_a_procedure_and_a_file_are_uploaded_and_listed(page):
-    """A command on a listed procedure is prepared in the tab Command."""
+    """A command for a listed procedure is prepared in the tab Command."""
     page.click("#work-On-board")
     page.set_input_files("section[aria-label='Upload'] input[type=file]", {"name": "a.lua", "mimeType": "text/plain", "buffer": b"local a = 1\n"})
     for path, kind, section_ in (("STATION", "as procedure", "Procedures"), ("/station.lua", "as file", "Files")):
@@ -229,7 +231,8 @@ def test_a_stale_force_is_not_drawn(page):
 
 
 def pulled(page):
-    """Whether the stick follows; takes the hand and drags it if the page has given it back since, after 2 s without input."""
+    """True if the stick follows the hand. The page returns the hand after 2 s without input; then take and
+    drag it again."""
     if not page.evaluate("document.querySelector('station-work').hand.aim"):
         page.mouse.up()
         page.click("button:has-text('Take the hand')")
@@ -271,7 +274,8 @@ def test_everybody_can_use_the_page(page, theme, size, hangar):
 
 
 def test_the_truth_of_the_simulator_moves_the_robot_and_is_marked(page):
-    """Not a recorded line: the port only sends it. Telemetry comes back with the other button."""
+    """Selecting the truth is not recorded, because the port only sends it. The other button selects telemetry
+    again."""
     page.click("station-scene button:has-text('Simulator')")
     page.wait_for_selector("station-scene.truth .hud:has-text('truth 20 Hz')")
     until(page, "window.station.scene.last.values['CUR_VALUES.TORQUE'] && !window.station.scene.last.values['CUR_VALUES.STATE']")
@@ -300,7 +304,7 @@ def test_a_key_lists_the_keys(page):
 
 
 def test_only_the_present_state_is_marked(page):
-    """States that were passed do not keep their symbols."""
+    """States that were passed lose their symbols."""
     for state in ("SAFE_OPERATIONAL", "PRE_OPERATIONAL"):
         page.evaluate("state => window.station.store.command(`state MANIPULATOR ${state}`)", state)
         until(page, f"window.station.store.states.get('MANIPULATOR').state === '{state}'")
@@ -310,7 +314,7 @@ def test_only_the_present_state_is_marked(page):
 
 
 def test_a_lost_link_is_shown(page, flight):
-    """The last test: it ends the flight."""
+    """This test ends the flight, so it is the last one with it."""
     flight.process.send_signal(signal.SIGINT)
     flight.wait()
     page.wait_for_selector(".slot.critical:has-text('Link lost')")
@@ -327,7 +331,8 @@ def nearest(times, seconds):
 
 
 def test_the_flight_that_has_ended_is_replayed(page, address, flight):
-    """Scene, states and housekeeping at any instant are those of the logs; commands are barred, with the reason."""
+    """At any instant, scene, states and housekeeping are those of the logs; commands are disabled, and the
+    reason is shown."""
     page.goto(f"{address}?replay")
     until(page, "Boolean(window.station?.replay?.film)")
     run = runs.load(flight.folder, has_buses=False)
@@ -348,14 +353,15 @@ def test_the_flight_that_has_ended_is_replayed(page, address, flight):
         wanted = pytest.approx(list(decoded["values"]["CUR_VALUES"]["POSITION"]), abs=1e-5)
         assert page.evaluate("station.scene.joints") == wanted
         assert page.evaluate("station.store.value('MANIPULATOR', 'CUR_VALUES.POSITION')") == wanted
-    page.evaluate("station.replay.seek(0)")  # No subsystem is in a transition, whose phase is shown in the place of the reason.
+    # At this time no subsystem is in a transition, whose phase would replace the reason.
+    page.evaluate("station.replay.seek(0)")
     assert page.is_disabled(".stop")
     assert "takes no commands" in page.inner_text("station-states .reason")
     assert not page.faults
 
 
 def test_the_player_plays_and_seeks(page):
-    """Follows the test before it, on the same page."""
+    """Continues on the page of the test before."""
     page.evaluate("station.replay.seek(1)")
     page.click("station-player button[aria-label='Play (Space)']")
     until(page, "station.store.time > 1.05")
@@ -369,7 +375,7 @@ def test_the_player_plays_and_seeks(page):
 
 
 def test_a_report_moves_a_free_body(browser, hangar):
-    """Mission actuators: a satellite without joints, whose place is in the truth only."""
+    """Mission actuators: a satellite without joints, whose pose is in the truth only."""
     flight = flying.fly(hangar / "free-body", "--mission", "actuators", "--scenario", "actuators", "--form", "image", report="yes")
     bases = runs.load(flight.folder, has_buses=False).truth["BASE"]
     with browser.new_context(viewport={"width": 1024, "height": 768}, bypass_csp=True) as context:
@@ -391,7 +397,8 @@ def test_a_report_moves_a_free_body(browser, hangar):
 
 
 def write_film(browser, folder):
-    """Film of the page that replays a flight: four pictures for each second of it, played twice as fast."""
+    """Make a film of the page that replays a flight: four pictures for each second of the flight, played at
+    double speed."""
     from PIL import Image  # Only this function needs it.
 
     words = [sys.executable, "-m", "hirosco_gse.station", "--replay", folder, "--http-port", "0"]
@@ -405,7 +412,7 @@ def write_film(browser, folder):
             pictures = []
             for seconds in FILM_S:
                 page.evaluate("seconds => station.replay.seek(seconds)", seconds)
-                page.wait_for_timeout(100)  # For the scene and the charts to be drawn.
+                page.wait_for_timeout(100)  # Wait until scene and charts are drawn.
                 pictures.append(Image.open(io.BytesIO(page.screenshot())).convert("RGB").resize((1080, 675), Image.LANCZOS))
     finally:
         station.send_signal(signal.SIGINT)
@@ -414,7 +421,8 @@ def write_film(browser, folder):
 
 
 def test_a_report_is_one_file(browser, fleet, hangar):
-    """Nothing is loaded but the file itself; film and figures are there, and both sizes and themes are accessible."""
+    """Only the file itself is loaded; it contains film and figures, and is accessible in both sizes and
+    themes."""
     flight = fleet.flight(again=1, report="yes")
     subprocess.run([flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.report", flight.folder], cwd=flying.ROOT, check=True)
     assert json.loads(flight.read("run.json"))["report"]["octets"] < REPORT_OCTETS

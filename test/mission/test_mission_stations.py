@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Several stations at one flight of a mission that is not the default one: each gets its own verifications, all see the same telemetry, and
-one that stops or dies does not disturb the flight."""
+"""Several stations at one flight of a mission that is not the default one: each gets its own verifications,
+all show the same telemetry, and a station that stops or dies does not disturb the flight."""
 
 import contextlib
 import re
@@ -38,7 +38,7 @@ class Station:
         self.address = re.search(r"http://127\.0\.0\.1:\d+", self.process.stdout.readline()).group()
 
     def close(self):
-        """End it, whatever it does."""
+        """End the process, whatever it is doing."""
         with contextlib.suppress(ProcessLookupError):
             self.process.kill()
         self.process.wait(flying.MOMENT_S)
@@ -54,7 +54,7 @@ def stations(flight):
 
 
 def _ask(address, orders):
-    """Messages of a station: hello, then for each command that of its end."""
+    """Messages of a station: the greeting, then for each command the message about its end."""
     import asyncio
 
     from aiohttp import ClientSession
@@ -81,7 +81,7 @@ def _ask(address, orders):
 
 
 def test_stations_command_a_mission_that_is_not_the_default_one(stations):
-    """Both at once, each as a user of its own, and a refusal arrives with its reason."""
+    """Both stations command at once, each as another user, and a refusal has its reason."""
     users = set()
     for station in stations:
         hello, _, done, _, refused = _ask(station.address, ["ping UR5E", "state UR5E OPERATIONAL"])
@@ -93,7 +93,8 @@ def test_stations_command_a_mission_that_is_not_the_default_one(stations):
 
 
 def test_two_connections_of_one_user_get_their_own_verifications(flight):
-    """Requests of both are under way at the same time; each session hears of all of its own, and of none of the other's."""
+    """Requests of both connections are in progress at the same time; each session receives all reports about
+    its own requests and none about those of the other."""
     dictionary = Dictionary.load(flying.ROOT / "build" / "generated" / "ur5e.json")
     with Spacecraft(flight.folder, first_sequence=0) as one, Spacecraft(flight.folder, first_sequence=5000) as other:
         heard = {one: [], other: []}
@@ -117,7 +118,8 @@ def test_two_connections_of_one_user_get_their_own_verifications(flight):
 
 @pytest.mark.parametrize("stop", [signal.SIGSTOP, signal.SIGKILL])
 def test_a_station_that_stops_or_dies_does_not_disturb_the_flight(flight, stop):
-    """With its page open: the flight goes on, drops nothing for others, and another station takes over."""
+    """The page is open. The flight continues and drops nothing for other clients, and another station can
+    command."""
     station = Station(flight)
     _ask(station.address, ["ping UR5E"])
     with Spacecraft(flight.folder) as craft:

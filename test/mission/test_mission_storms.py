@@ -122,13 +122,14 @@ def _events(flight, apid, identity):
 
 
 def _made(flight):
-    """All occurrences of the storm's event: reported, or reported as suppressed."""
+    """All occurrences of the storm's event: reported, or counted as suppressed."""
     told = sum(int.from_bytes(p.data[4:8], "big") for _, p in _events(flight, JOYSTICK, SUPPRESSED.to_bytes(2, "big")) if p.data[2:4] == NOTE)
     return len(_events(flight, JOYSTICK, NOTE)) + told
 
 
 def _pings(flight):
-    """Time [ns] that each ping of the joystick waited in the supervisor for its answer; None: lost."""
+    """Time [ns] for which each ping of the joystick waited in the supervisor for its answer; None if the
+    answer was lost."""
     sent = [(at, p) for at, p in flight.parsed if p.direction == "TC" and p.message == (17, 1) and p.apid == JOYSTICK]
     answered = [at for at, p in flight.parsed if p.direction == "TM" and p.message == (17, 2) and p.apid == JOYSTICK]
     completed = [(p.data[:4], p.user) for _, p in flight.parsed if p.direction == "TM" and p.message == (1, 7) and p.apid == JOYSTICK]
@@ -158,7 +159,7 @@ def test_a_storm_of_a_subsystem_delays_neither_its_answers_nor_its_high_event(fo
 
 @pytest.mark.long
 def test_a_storm_of_a_minute(folder, stormy):
-    """Six million events."""
+    """The storm has six million events."""
     flight = _fly_storm(folder, stormy, 60)
     assert flight.code == 0, flight.told()
     _assert_storm_hides_nothing(flight, 60)
@@ -166,7 +167,7 @@ def test_a_storm_of_a_minute(folder, stormy):
 
 FAULTS = {
     "death": ("2.65 fault kill supervisor",),
-    "hang": ("2.65 fault hang supervisor",),  # The members detect its hang and kill it.
+    "hang": ("2.65 fault hang supervisor",),  # The members detect the hang of the supervisor and kill it.
     "short-hang": ("2.65 fault hang supervisor", "2.67 fault resume supervisor"),
     "ground": ("2.65 fault hang communication", "2.66 fault resume communication"),
 }
@@ -174,8 +175,8 @@ FAULTS = {
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_within_a_storm(folder, stormy, fault):
-    """Each process that carries reports is suspended for a while: no firm report is lost, doubled, or out of
-    order."""
+    """Each process that forwards reports is suspended for a while: no FIRM report is lost, duplicated or out
+    of order."""
     flight = _fly_storm(folder, stormy, 3, *FAULTS[fault])
     ends = fault in ("death", "hang")
     assert flight.code == (1 if ends else 0), flight.told()
@@ -190,8 +191,8 @@ def test_a_fault_within_a_storm(folder, stormy, fault):
 
 
 def test_the_process_that_raises_a_storm_dies(folder, stormy):
-    """Counts not yet reported are lost with the process: at most those of the second between two reports. No
-    other component is affected."""
+    """Counts that are not reported yet are lost with the process: at most those of the second between two
+    reports. No other component is affected."""
     flight = _fly_storm(folder, stormy, 3, "3.05 fault kill joystick")
     first_ns = _events(flight, JOYSTICK, NOTE)[0][0]
     raised = round((3_050_000_000 - first_ns) / STEP_NS) * EACH

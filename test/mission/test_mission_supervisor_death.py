@@ -20,23 +20,24 @@ import pytest
 from hirosco_gse import packets
 
 STEP_S = 0.0005
-BOOT_S = 0.050  # Boot time of the supervisor if its mission gives none.
-FOUND_S = 0.031  # Its promised step, 20 ms more, and the step of a member.
+BOOT_S = 0.050  # Boot time of the supervisor if its mission does not define one.
+FOUND_S = 0.031  # The promised step, 20 ms, and the step of a member.
 BRINGING_UP_S = (0.1, 1.5)
 BUSY_S = (2.0, 3.8)
 END_S = 4.4
 TICK_S = 0.010  # Steps of the supervisor are at most this far apart.
-APART_S = 0.2  # Two points of one flight.
-FLIGHTS, LONG_FLIGHTS = 6, 500  # Of two points each.
+APART_S = 0.2  # Between two points of one flight.
+FLIGHTS, LONG_FLIGHTS = 6, 500  # With two points each.
 CALLS, LONG_CALLS = 8, 300
-PARTS = 20  # Tests of a long campaign.
+PARTS = 20  # Number of tests of a long campaign.
 RESTARTED = bytes.fromhex("0014")
 SUPERVISOR = 1
 RESTARTED_CODE = 0x040B
 
 
 def _lines():
-    """Both members in operation, then commands of every kind that leaves no trace on a bus."""
+    """Lines that bring both members into operation, then commands of every kind without an effect on a
+    bus."""
     steps = [
         "ping MANIPULATOR",
         "nowait ping JOYSTICK",
@@ -73,7 +74,7 @@ def _write(folder, name, points=()):
 
 @pytest.fixture(scope="module")
 def undisturbed(hangar):
-    """The flight without a death."""
+    """The flight without a death of the supervisor."""
     flight = flying.fly(hangar / "alive", "--scenario", _write(hangar, "alive"), "--port", flying.free_port())
     assert flight.code == 0, flight.told()
     return flight
@@ -86,7 +87,7 @@ def _fly(folder, points, form="processes"):
 
 
 def _draw(count, seed, part=BUSY_S):
-    """Pairs of instants of a part of the flight."""
+    """Draw pairs of instants in a part of the flight."""
     drawn, pairs = random.Random(seed), []
     first, last = (round(time_s / STEP_S) for time_s in part)
     while len(pairs) < count:
@@ -98,7 +99,7 @@ def _draw(count, seed, part=BUSY_S):
 
 @pytest.fixture(scope="module")
 def mortal(hangar):
-    """Programs whose supervisor can be killed within a step."""
+    """Programs whose supervisor can be killed during a step."""
     programs = hangar / "mortal"
     shutil.copytree(flying.BIN, programs)
     subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", programs / "kill.so", pathlib.Path(__file__).with_name("kill_point.c"), "-ldl"], check=True)
@@ -109,7 +110,8 @@ def mortal(hangar):
 
 
 def _fly_to_call(folder, mortal, lines, call):
-    """A flight in which the supervisor dies at that call; 0: it does not die. The flight, and the number of calls."""
+    """Fly with the death of the supervisor at that call (0: without it). Returns the flight and the number of
+    calls."""
     folder.mkdir(parents=True, exist_ok=True)
     mark = folder / f"{call}.mark"
     path = flying.write_scenario(folder / f"call-{call}.scn", *lines)
@@ -132,7 +134,7 @@ def _assert_log_is_whole(flight):
 
 
 def _assert_nothing_is_doubled_or_missing(flight):
-    """Each application's reports have consecutive sequence counts."""
+    """Expect consecutive sequence counts in the reports of each application."""
     counts = {}
     for time_ns, direction, raw in flight.packets:
         if direction == "TM":
@@ -142,12 +144,12 @@ def _assert_nothing_is_doubled_or_missing(flight):
 
 
 def _assert_each_request_ends_once(flight):
-    """Each telecommand that asks for completion has one completion or one failure. Returns those that ended
-    because of the restart."""
+    """Expect one completion or one failure of each telecommand that requests completion. Returns the number
+    of those that ended because of the restart."""
     requests, ends, restarted = {}, {}, 0
     for _, direction, raw in flight.packets:
         if direction == "TC" and raw[6] & 0x08:
-            identity = raw[:4] + raw[9:11]  # with the source of each
+            identity = raw[:4] + raw[9:11]  # With the source of each.
             requests[identity] = requests.get(identity, 0) + 1
         elif direction == "TM" and raw[7] == 1 and raw[8] in (2, 4, 7, 8, 10):
             identity = raw[21:25] + raw[11:13]
@@ -165,7 +167,7 @@ def _assert_links_stay_fresh(flight):
 
 
 def _returns_s(flight):
-    """Time at which each next supervisor reported its restart, and the last record before."""
+    """Times at which each next supervisor reported its restart, and the last record before."""
     times_s, found = [0.0], []
     for time_ns, direction, raw in flight.packets:
         if time_ns / 1e9 > times_s[-1]:
@@ -176,7 +178,8 @@ def _returns_s(flight):
 
 
 def _assert_goes_on(flight, deaths, end_s=END_S):
-    assert flight.code == (0 if flight.facts["form"] == "image" else 1), flight.told()  # a death fails a run of processes
+    # A death makes a run of processes fail.
+    assert flight.code == (0 if flight.facts["form"] == "image" else 1), flight.told()
     assert flight.facts["simulated_s"] >= end_s
     assert len(_returns_s(flight)) == deaths
     _assert_log_is_whole(flight)
@@ -204,7 +207,8 @@ def _assert_nobody_notices(flight, undisturbed):
 
 
 def _fly_all(folder, undisturbed, pairs):
-    """Commands with effect on a bus are late if they wait for the supervisor: only the others leave no trace."""
+    """Commands with an effect on a bus are late if they wait for the supervisor; only the others leave the
+    bus logs unchanged."""
     for points in pairs:
         flight = _fly(folder, points)
         try:
@@ -232,33 +236,34 @@ def _fly_all_calls(folder, mortal, undisturbed, calls):
 
 
 def test_flight_without_faults_is_complete(undisturbed):
-    """The checks hold in a flight without a death."""
+    """The checks succeed in a flight without a death."""
     _assert_log_is_whole(undisturbed)
     _assert_nothing_is_doubled_or_missing(undisturbed)
     assert _assert_each_request_ends_once(undisturbed) == 0
 
 
 def test_death_by_points(folder, undisturbed):
-    """At instants drawn from a seed, or at those of POINTS."""
+    """At instants that are drawn from a seed, or at the instants of POINTS."""
     named = [[float(text) for text in pair.split(",")] for pair in os.environ.get("POINTS", "").split()]
     _fly_all(folder, undisturbed, named or _draw(FLIGHTS, "short"))
 
 
 def test_death_during_bring_up(folder, undisturbed):
-    """Configurations, negotiations and transitions under way continue."""
+    """Configurations, negotiations and transitions in progress continue."""
     _fly_all(folder, undisturbed, _draw(FLIGHTS // 2, "up", BRINGING_UP_S))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("part", range(PARTS))
 def test_death_by_many_points(folder, undisturbed, part):
-    """A thousand instants, two in each flight, one in ten while members are brought up."""
+    """A thousand instants, two in each flight; one in ten is during the bring-up of the members."""
     count = LONG_FLIGHTS // PARTS
     _fly_all(folder, undisturbed, _draw(count // 10, part, BRINGING_UP_S) + _draw(count - count // 10, part))
 
 
 def test_a_supervisor_that_hangs_is_killed_and_comes_back(folder):
-    """The members detect a hang by the beat, at the same instant in every form; after a shorter hang it continues."""
+    """The members detect a hang by the missing beat, at the same instant in every form; after a shorter hang
+    the supervisor continues."""
     folder.mkdir()
     for name, words, ends in (("hang", ["2.5 fault hang supervisor"], 1), ("blink", ["2.5 fault hang supervisor", "2.52 fault resume supervisor"], 0)):
         path = flying.write_scenario(folder / f"{name}.scn", *words, *_lines())
@@ -277,7 +282,8 @@ def test_a_supervisor_that_hangs_is_killed_and_comes_back(folder):
 
 @pytest.mark.parametrize("name", ["supervisor", "manipulator", "communication"])
 def test_a_life_that_hangs_before_its_first_step_is_killed(folder, name):
-    """Killed, and suspended at the instant at which the next life begins: that life has promised nothing yet."""
+    """The supervisor is killed, and suspended at the instant at which the next life begins: that life has
+    promised no step yet."""
     folder.mkdir()
     faults = [f"2.5 fault kill {name}", f"{2.5 + BOOT_S} fault hang {name}"]
     pings = [f"2.8 operator ping {one}" for one in ("SUPERVISOR", "MANIPULATOR", "COMMUNICATION")]
@@ -293,8 +299,8 @@ def test_a_life_that_hangs_before_its_first_step_is_killed(folder, name):
 
 
 def test_a_mission_is_ended_if_all_its_processes_hang(folder):
-    """No process is left that could follow the request to shut down: the launcher ends the flight after its
-    patience of 30 s."""
+    """No process is left that could follow the request to shut down: the launcher ends the flight after 30
+    s."""
     folder.mkdir()
     names = ("SUPERVISOR", "COMMUNICATION", "JOYSTICK", "MANIPULATOR")
     path = flying.write_scenario(folder / "all.scn", *(f"2.5 fault hang {name}" for name in names))
@@ -307,7 +313,7 @@ def test_a_mission_is_ended_if_all_its_processes_hang(folder):
 
 
 def test_death_in_the_image(folder, undisturbed):
-    """In one address space the same octets."""
+    """With all components in one address space, the octets are the same."""
     points = _draw(1, "image")[0]
     flights = [_fly(folder, points, form) for form in ("processes", "image")]
     for flight in flights:
@@ -337,7 +343,7 @@ def _draw_calls(count, seed, between):
 
 
 def test_death_by_calls(folder, mortal, busy_calls, undisturbed):
-    """At calls drawn from a seed, or at those of CALLS."""
+    """At calls that are drawn from a seed, or at the calls of CALLS."""
     named = [int(text) for text in os.environ.get("CALLS", "").split()]
     _fly_all_calls(folder, mortal, undisturbed, named or _draw_calls(CALLS, "short", busy_calls))
 
@@ -345,7 +351,7 @@ def test_death_by_calls(folder, mortal, busy_calls, undisturbed):
 @pytest.mark.long
 @pytest.mark.parametrize("part", range(PARTS))
 def test_death_by_many_calls(folder, mortal, busy_calls, undisturbed, part):
-    """Hundreds of them."""
+    """At hundreds of calls."""
     _fly_all_calls(folder, mortal, undisturbed, _draw_calls(LONG_CALLS // PARTS, part, busy_calls))
 
 
@@ -353,19 +359,19 @@ def test_death_by_many_calls(folder, mortal, busy_calls, undisturbed, part):
 
 WORK_S = (1.0, 1.5)
 WORK_END_S = 1.8
-ACTIVITIES = 750  # Such a report has more packets than one step sends.
-AT_END = 100  # Calls of the shutdown, approximately.
-DEATHS, LONG_DEATHS = 2, 20  # For each kind of work, at instants and at calls.
+ACTIVITIES = 750  # A report about this number of activities has more packets than one step sends.
+AT_END = 100  # Approximate number of calls of the shutdown.
+DEATHS, LONG_DEATHS = 2, 20  # For each kind of work; half at instants, half at calls.
 
 
 def _steps(step, each_s):
-    """Lines of the operator, one after the other while the work is done."""
+    """Lines of the operator, one after the other while the work takes place."""
     count = round((WORK_S[1] - WORK_S[0]) / each_s)
     return [f"{WORK_S[0] + number * each_s:.4f} operator {step(number)}" for number in range(count)]
 
 
 def _fill_schedule():
-    """Activities far in the future, five in each request."""
+    """Lines that insert activities far in the future, five in each request."""
     lines = []
     for first in range(0, ACTIVITIES, 5):
         requests = [packets.build_tc(17, first + number, 17, 1, source=2).hex() for number in range(5)]
@@ -393,7 +399,7 @@ WORKS = {
 
 
 def _assert_reports_are_whole(flight):
-    """A completed request for a report has sent all of the report."""
+    """Expect that a completed request for a report has sent the complete report."""
     entries, asked = 0, []
     for _, direction, raw in flight.packets:
         if direction == "TC" and raw[7:9] == bytes([11, 16]):
@@ -425,7 +431,8 @@ def _fly_work(folder, mortal, work, count):
 
 @pytest.mark.parametrize("work", WORKS)
 def test_death_at_work(folder, mortal, work):
-    """While the packet log is switched, a schedule releases, a long report is sent, or events storm."""
+    """The supervisor dies while the packet log is switched, a schedule releases requests, a long report is
+    sent, or there is a storm of events."""
     folder.mkdir(exist_ok=True)
     _fly_work(folder, mortal, work, DEATHS)
 
@@ -433,6 +440,6 @@ def test_death_at_work(folder, mortal, work):
 @pytest.mark.long
 @pytest.mark.parametrize("work", WORKS)
 def test_many_deaths_at_work(folder, mortal, work):
-    """The same, more often."""
+    """The same test with more deaths."""
     folder.mkdir(exist_ok=True)
     _fly_work(folder, mortal, work, LONG_DEATHS)

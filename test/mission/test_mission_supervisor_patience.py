@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A member without supervisor stays in OPERATIONAL as long as its mission allows, then goes to
+"""A member without a supervisor stays in OPERATIONAL as long as its mission allows, then goes to
 SAFE_OPERATIONAL by itself."""
 
 import datetime
@@ -17,7 +17,7 @@ SUPERVISOR_LOST = 6  # cause in TM[129,2]
 
 
 def _mission(hangar, patience):
-    """rokviss with a supervisor that is started again late."""
+    """rokviss with a supervisor that is restarted late."""
     place = hangar / f"patience-{patience or 'default'}"
     shutil.copytree(flying.ROOT / "descriptors", place / "descriptors")
     for name in ("build", "sim", "gse"):
@@ -35,7 +35,7 @@ def _mission(hangar, patience):
 
 
 def _left_s(flight):
-    """Time at which the arm left OPERATIONAL because of the supervisor, by its own report [s]."""
+    """Time [s] at which the arm left OPERATIONAL because of the lost supervisor, from its own report."""
     found = [packets.decode_time(raw[13:21]) / 1e9 - EPOCH_S for _, direction, raw in flight.packets
              if direction == "TM" and raw[7:9] == b"\x81\x02" and raw[1] == MANIPULATOR and raw[21:23] == b"\x05\x04" and raw[26] == SUPERVISOR_LOST]
     assert len(found) <= 1
@@ -53,6 +53,6 @@ def test_a_subsystem_waits_for_its_supervisor_as_long_as_the_mission_says(hangar
     if patience_s is None:
         assert left_s is None
     else:
-        # The last heartbeat was at most a third of the patience, or a second, before the death.
+        # The last heartbeat was at most a third of the time-out, or a second, before the death.
         assert DEATH_S - min(1.0, patience_s / 3) + patience_s < left_s <= DEATH_S + patience_s + 0.001, flight.told()
     flying.assert_clean(flight)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hardware swapped in flight by XML, without a build: node, bus, period, channel, bit rate, profile, number of axes. Other makers and other
-end nodes fly in test_mission_makers.py and test_mission_zoo.py, arms of other numbers of joints in test_mission_arm.py."""
+"""Hardware that is changed by XML only, without a build: node, bus, period, channel, bit rate, profile,
+number of axes. test_mission_makers.py flies drives of other manufacturers, test_mission_zoo.py other end
+nodes, test_mission_arm.py arms with other numbers of joints."""
 
 import json
 import re
@@ -28,7 +29,7 @@ LINES = (
 
 @pytest.fixture
 def house(tmp_path):
-    """Copies of the descriptors; programs and scenarios are those of the project."""
+    """A copy of the descriptors; programs and scenarios are those of the project."""
     return flying.descriptors_copied(tmp_path / "house")
 
 
@@ -41,7 +42,7 @@ def _fly(root, folder):
 
 @pytest.fixture(scope="module")
 def unchanged(hangar):
-    """The flight before any swap."""
+    """The flight before any change."""
     return _fly(flying.ROOT, hangar / "unchanged")
 
 
@@ -71,7 +72,8 @@ def _answer_s(flight):
 
 
 def _holds(flight):
-    """The boom is at its target, and the thrusters have turned the satellite: 1 Nm for 0.5 s, 60 kgm2."""
+    """Expect that the boom is at its target, and that the thrusters have turned the satellite: 1 Nm for 0.5
+    s, 60 kgm2."""
     assert abs(_reported(flight, "POSITION")[0] - 0.1) < 1e-3
     assert abs(_reported(flight, "INPUT")[4] - 0.5 / 60.0) < 3e-4
 
@@ -89,7 +91,7 @@ def test_before_the_swaps(unchanged):
     ('bitRate="800000"', 2.0, 4.0),
 ], ids=["slower", "classic", "slow-classic"])
 def test_another_bit_rate(house, tmp_path, unchanged, rates, least, most):
-    """Answers to SYNC need longer, as the rates say; FD frames exist only with a rate of their data."""
+    """Answers to SYNC take longer by the rates; FD frames occur only if the bus has a data rate."""
     flying.replace(house / MISSION, (BUS, f'<Bus name="platform" {rates}/>'))
     flight = _fly(house, tmp_path / "run")
     _holds(flight)
@@ -98,7 +100,7 @@ def test_another_bit_rate(house, tmp_path, unchanged, rates, least, most):
 
 
 def test_another_node_bus_and_period(house, tmp_path):
-    """The boom is node 0x05, the valves are on a bus of their own, and a cycle lasts 2 ms."""
+    """The boom is node 0x05, the valves are on a separate bus, and a cycle lasts 2 ms."""
     flying.replace(house / MISSION, (BUS, BUS + BUS.replace("platform", "thrusters")))
     flying.replace(house / SUBSYSTEM, ('node="0x25"', 'node="0x05"'), ("25\"/>", "05\"/>"), ('bus="platform" node="0x3A"', 'bus="thrusters" node="0x3A"'),
                    ('priority="60" samplingTime="1ms"', 'priority="60" samplingTime="2ms"'), ('0x60C2:01" type="UINT8" value="10"', '0x60C2:01" type="UINT8" value="20"'),
@@ -114,7 +116,8 @@ def test_another_node_bus_and_period(house, tmp_path):
 
 
 def test_another_channel(house, tmp_path):
-    """Every device gets a second channel, and the master begins with that one: devices change to it, the first one is silent."""
+    """Every device gets a second channel, on which the master begins: the devices change to it, and the first
+    channel has no frames."""
     flying.replace(house / MISSION, (BUS, BUS.replace("platform", "platform-b") + BUS.replace("/>", ' redundantTo="platform-b"/>')))
     flying.replace(house / SUBSYSTEM, ('bus="platform"', 'bus="platform-b" redundantBus="platform"'))
     flying.replace(house / WORLD, ('bus="platform"', 'bus="platform-b"'))
@@ -125,20 +128,21 @@ def test_another_channel(house, tmp_path):
 
 
 def test_another_profile(house, tmp_path):
-    """A star tracker, which has no profile of CiA, instead of the gyro of CiA 404: an attitude instead of rates."""
+    """A star tracker, which has no CiA profile, replaces the gyro of CiA 404: an attitude instead of
+    rates."""
     flying.replace(house / SUBSYSTEM, ('<Device name="GYRO" type="gyro">', '<Device name="TRACKER" type="star-tracker">'))
     flying.replace(house / WORLD, ('<Gyro name="GYRO" on="satellite.body" noise="1e-5" bias="2e-6"',
                                    '<StarTracker name="TRACKER" on="satellite.body" rate="20" noise="1e-5 1e-5 1e-5"'), ("gyro.eds", "star-tracker.eds"))
     flight = _fly(house, tmp_path / "run")
     attitude = [value * 1e-9 for value in _reported(flight, "INPUT")[2:6]]
-    turned = 0.5 / 60.0 * (0.25 + 1.0)  # rad, half of the time of thrust and all after it.
+    turned = 0.5 / 60.0 * (0.25 + 1.0)  # rad: during half of the thrust time and after it
     assert abs(attitude[0] - 1.0) < 1e-3 and abs(2.0 * attitude[3] - turned) < 1e-3
     assert max(map(abs, attitude[1:3])) < 1e-4
     assert abs(_reported(flight, "POSITION")[0] - 0.1) < 1e-3
 
 
 def test_another_number_of_axes(house, tmp_path):
-    """A second drive of another maker beside the first one: its target is the second one."""
+    """A second drive of another manufacturer is added; the target of the second axis is its own."""
     text = (house / SUBSYSTEM).read_text(encoding="utf-8")
     settings = ('<Setting object="0x1401:05" type="UINT16" value="4"/><Setting object="0x60C2:01" type="UINT8" value="10"/>'
                 '<Setting object="0x6060:00" type="INT8" value="8"/>')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Telepresence in both forms and with two seeds: the figures, the logs, and the logs that must be equal."""
+"""Telepresence in both forms and with two seeds: figures, logs, and logs that must be equal."""
 
 import flying
 import numpy as np
@@ -11,7 +11,7 @@ FLIGHTS = [("processes", 1), ("image", 1), ("processes", 2), ("image", 2)]
 
 @pytest.mark.parametrize(("form", "seed"), FLIGHTS)
 class TestFlight:
-    """Every flight, judged by its raw logs."""
+    """Checks of every flight, from its raw logs."""
 
     def test_ends_with_success(self, fleet, form, seed):
         flight = fleet.flight(form=form, seed=seed)
@@ -104,7 +104,8 @@ def test_another_seed_differs_in_sensor_noise(fleet):
     one, other = fleet.flight(seed=1), fleet.flight(seed=2)
     for name in flying.BUS_LOGS:
         assert one.octets(name) != other.octets(name)
-    start, end = 2000 * 5, 2000 * 6  # At rest with brakes: two seeds differ only in noise, of the same size.
+    # At rest with engaged brakes: two seeds differ only in the noise, which has the same standard deviation.
+    start, end = 2000 * 5, 2000 * 6
     first = [fleet.run(seed=1).joint_tpdo[joint]["torque"][start:end].astype(float) for joint in range(2)]
     second = [fleet.run(seed=2).joint_tpdo[joint]["torque"][start:end].astype(float) for joint in range(2)]
     for a, b in zip(first, second):

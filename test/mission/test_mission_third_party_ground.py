@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ground clients that take no part in simulated time: they are served, they disturb nothing, and the run
-reports them."""
+"""Ground clients that take no part in simulated time: they are served, they do not change the flight, and the
+run reports them."""
 
 import contextlib
 import socket
@@ -17,12 +17,12 @@ SUPERVISOR = 1
 
 
 def _ping(apid, count=0):
-    """TC[17,1] as an independent encoder makes it."""
+    """TC[17,1], encoded by spacepackets."""
     return PusTc(service=17, subservice=1, apid=apid, seq_count=count, source_id=OTHER_USER, app_data=b"").pack()
 
 
 def _packets(stream):
-    """Octets of whole packets from a connection until it ends."""
+    """Yield the octets of complete packets from a connection until it ends."""
     buffer = b""
     while True:
         try:
@@ -44,8 +44,8 @@ def quiet(fleet):
 
 
 def test_telecommand_of_a_third_party_client_is_served_and_reported(folder):
-    """TC[17,1] gets its reports on the connection that sent it; the run passes and reports that it is not
-    reproducible."""
+    """TC[17,1] gets its reports on the connection that has sent it; the run succeeds and reports that it is
+    not reproducible."""
     flight = flying.start(folder, *OPTIONS)
     stream = flying.connect(flight.port())
     stream.settimeout(flying.MOMENT_S)
@@ -71,13 +71,14 @@ def test_telecommand_of_a_third_party_client_is_served_and_reported(folder):
 
 
 def _of_others(flight):
-    """Packets of the members in the packet log, without `communication`, which reports its clients, and
-    without the supervisor."""
+    """Packets of the members in the packet log; without those of `communication`, which reports its clients,
+    and of the supervisor."""
     return [(t, raw) for t, direction, raw in flight.packets if direction == "TM" and int.from_bytes(raw[:2], "big") & 0x7FF in (16, 17)]
 
 
 def test_listeners_do_not_change_the_flight(folder, quiet):
-    """One client reads everything, one never reads: members and buses have the same octets as in the quiet flight."""
+    """One client reads everything, another reads nothing: members and buses have the same octets as in the
+    flight without clients."""
     flight = flying.start(folder, *OPTIONS)
     reader, sleeper = flying.connect(flight.port()), flying.connect(flight.port())
     sleeper.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
@@ -102,7 +103,7 @@ def test_listeners_do_not_change_the_flight(folder, quiet):
 
 @pytest.mark.parametrize("rubbish", [b"\x00" * 64, b"\xff" * 512, bytes(range(256)) * 64, b"GET / HTTP/1.0\r\n\r\n", _ping(16)[:-1] + b"\x00"], ids=("noughts", "ones", "all", "http", "crc"))
 def test_invalid_octets_are_ignored(folder, rubbish):
-    """The flight continues, whatever octets its ground port receives."""
+    """The flight continues whatever octets its ground port receives."""
     flight = flying.start(folder, "--scenario", "commissioning")
     stream = flying.connect(flight.port())
     with contextlib.suppress(OSError):
@@ -114,7 +115,7 @@ def test_invalid_octets_are_ignored(folder, rubbish):
 
 
 def test_request_with_a_wrong_crc_is_refused(folder):
-    """TM[1,2] from the supervisor, with the request's id, to the sender of the request."""
+    """The supervisor sends TM[1,2] with the id of the request to the sender of the request."""
     flight = flying.start(folder, *OPTIONS)
     stream = flying.connect(flight.port())
     stream.settimeout(flying.MOMENT_S)
@@ -136,7 +137,7 @@ def test_request_with_a_wrong_crc_is_refused(folder):
 
 
 def test_more_clients_than_places(folder):
-    """The client that exceeds the limit is refused; the operator is never that one, even if it connects last."""
+    """The client beyond the limit is refused; the operator always gets a place, even if it connects last."""
     flight = flying.start(folder, "--scenario", "commissioning")
     flight.port()
     streams = []

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Real-time links by UDP: the same behaviour of hand and robot, the same figures, forms still identical."""
+"""Real-time links by UDP: hand and robot behave in the same way, the figures are the same, and the forms are
+still identical."""
 
 import flying
 import pytest
@@ -31,7 +32,7 @@ def test_frames_on_the_buses_are_equal_with_links_over_udp_and_shared_memory(fle
 
 
 def test_the_method_is_agreed_and_reported(fleet):
-    """TM[130,4] of each link names UDP, and its end node is a logical name."""
+    """TM[130,4] of each link contains the method UDP; its end node is a logical name."""
     flight = fleet.flight(**UDP)
     accepted = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x82\x04"]
     assert accepted

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every device is cut off at 20 phases of the cycle, with the hand in motion: all drives leave operation, all
-members report it."""
+"""Every device is disconnected at 20 phases of the cycle while the hand moves: all drives leave operation,
+and all members report it."""
 
 import flying
 import numpy as np
@@ -12,7 +12,7 @@ PHASES = 20
 CYCLE_S = 500e-6
 PERIOD_S = 2.5
 FIRST_S = 0.5
-BRING_UP_S = 1.2  # devices may first have to change to the active channel
+BRING_UP_S = 1.2  # Devices may first have to change to the active channel.
 REACTION_US = 5000
 STOPPING_S = 0.015
 DRIVES = {("robot", 0x11, 0), ("robot", 0x12, 0), ("joystick", 0x21, 0), ("joystick", 0x21, 1)}
@@ -20,7 +20,7 @@ DEVICES = {"STICK": ("joystick", "JOYSTICK"), "JOINT1": ("robot", "MANIPULATOR")
 
 
 def _scenario(path, device):
-    """Up, cut at the next phase, down by the plan, plugged in, and again."""
+    """Bring up, cut at the next phase, wait for OFFLINE by the plan, plug in, and repeat."""
     bus, owner = DEVICES[device]
     lines = ["0.0 hand rest", f"0.2 hand circle 0.1 0.5 1 {PHASES * PERIOD_S:.0f} 1"]
     for phase in range(PHASES):
@@ -40,7 +40,7 @@ def _scenario(path, device):
 
 @pytest.fixture(scope="module", params=DEVICES)
 def unplugged(request, hangar):
-    """(device, flight, its logs) of each device cut at every phase."""
+    """(device, flight, its logs) for each device, cut at every phase."""
     device = request.param
     path = _scenario(hangar / f"unplug-{device}.scn", device)
     flight = flying.fly(hangar / f"unplug-{device}", "--scenario", path, "--form", "image")
@@ -59,8 +59,8 @@ def test_cuts_cover_the_cycle(unplugged):
 
 
 def test_all_drives_leave_operation_within_5_ms(unplugged):
-    """By the truth of the drives: each one that was enabled at the cut is disabled at most 5 ms later, and
-    stays so."""
+    """By the truth of the drives, each drive that was enabled at the cut is disabled at most 5 ms later and
+    stays disabled."""
     device, _, run = unplugged
     entries = {}
     for entry in run.truth["DRIVE"]:
@@ -77,7 +77,8 @@ def test_all_drives_leave_operation_within_5_ms(unplugged):
 
 
 def test_all_members_are_reported(unplugged):
-    """TM[129,2] of both to ERROR_OPERATIONAL within 10 ms, the owner's HIGH event, then OFFLINE by the plan."""
+    """TM[129,2] of both members to ERROR_OPERATIONAL within 10 ms, the HIGH event of the owner, then OFFLINE
+    by the plan."""
     device, flight, run = unplugged
     owner = {"JOYSTICK": 17, "MANIPULATOR": 16}[DEVICES[device][1]]
     packets = [(t // 1000, int.from_bytes(raw[:2], "big") & 0x7FF, raw) for t, direction, raw in flight.packets if direction == "TM"]

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Stream devices in flight: one on each type of end node but CAN, in stepped time; devices moved from one end node to
-another by XML only; devices unplugged, silent and sending invalid octets."""
+"""Stream devices in flight: one on each type of end node except CAN, in stepped time; devices moved to
+another end node by XML only; devices that are unplugged, are silent, or send invalid octets."""
 
 import json
 import re
@@ -16,7 +16,7 @@ WORLD = "descriptors/worlds/zoo.xml"
 NAMES = ("MIRROR", "SHUTTER", "FILTER", "COVER", "ANTENNA", "BAFFLE")
 KINDS = ("SHM", "UDP", "MQUEUE", "TCP", "SERIAL", "FILE")
 LOGS = ("packets.log", "records.log")
-# Attributes of the address in the descriptor, and the channel in the world, of each type.
+# For each type, the attributes of the address in the descriptor and the channel in the world.
 ADDRESSES = {
     "SHM": ('name="moved"', "moved"),
     "MQUEUE": ('name="moved"', "moved"),
@@ -38,7 +38,7 @@ def _fly(folder, scenario="zoo", form="image", root=flying.ROOT):
 
 
 def _records(flight, name, mark):
-    """(time s, octets) of the records that an instrument has sent (>) or taken (<)."""
+    """(time s, octets) of the records that an instrument has sent (>) or received (<)."""
     lines = (line.split(" ") for line in flight.read("records.log").splitlines())
     return [(float(time), bytes.fromhex(octets)) for time, who, way, octets in lines if (who, way) == (name, mark)]
 
@@ -68,7 +68,8 @@ def test_every_device_is_heard_and_commanded(flights):
 
 
 def test_the_truth_has_every_instrument(flights):
-    """The values that the devices have sent are those of the truth log, which holds each until the next."""
+    """The values that the devices have sent equal those of the truth log, in which each value is valid until
+    the next one."""
     channels = logs.read_lcm(flights[0].folder / "truth.lcm")
     found = truth.decode(channels)
     (names,) = (entry["name"] for entry in found["NAMES"] if entry["channel"] == "INSTRUMENT")
@@ -80,14 +81,15 @@ def test_the_truth_has_every_instrument(flights):
     assert not enabled[0].any() and enabled[-1].all()
 
 
-# Type, scale and offset of the value of each instrument, and its rest after both targets of the scenario, rounded to its steps.
+# Type, scale and offset of each instrument's value, and its value at rest after both targets of the scenario,
+# rounded to its resolution.
 VALUES = {"MIRROR": ("i", 1e-6, 0.0, -0.2), "SHUTTER": ("h", 1e-3, 2.0, -0.1), "FILTER": ("i", 1e-5, 0.0, 0.1),
           "COVER": ("f", 1.0, 0.0, 0.2), "ANTENNA": ("h", -2e-3, 0.1, -0.3), "BAFFLE": ("d", 1.0, 0.0, 0.0)}
 LITTLE = ("SHUTTER", "FILTER", "ANTENNA")
 
 
 def _values(flight, name, mark, order):
-    """(time s, value in rad) of the records: after the count and the word ENABLED, or after ENABLE."""
+    """(time s, value in rad) of the records; the value follows the count and the word ENABLED, or ENABLE."""
     kind, scale, offset, _ = VALUES[name]
     at = 3 if mark == ">" else 1
     return [(time, struct.unpack_from(order + kind, octets, at)[0] * scale + offset) for time, octets in _records(flight, name, mark)]
@@ -101,7 +103,8 @@ def _reported(flight):
 
 
 def _moves_as_commanded(flight, name, order):
-    """The device follows both targets, with its speed; flight software has read what it has sent."""
+    """Expect that the device moves to both targets with its speed, and that the flight software has read the
+    values that it has sent."""
     step, rest = abs(VALUES[name][1]) if VALUES[name][1] != 1.0 else 1e-6, VALUES[name][3]
     sent, commanded = _values(flight, name, ">", order), _values(flight, name, "<", order)
     first = (0.5, 0.4, 0.3, 0.6, 0.2, 0.7)[NAMES.index(name)]
@@ -114,7 +117,8 @@ def _moves_as_commanded(flight, name, order):
 
 
 def test_values_are_converted_in_both_directions(flights):
-    """Type, byte order, scale and offset of each device: what it sends, what it gets, and what the telemetry says."""
+    """Type, byte order, scale and offset of each device are those of the values that it sends and receives,
+    and of the telemetry."""
     for name in NAMES:
         _moves_as_commanded(flights[0], name, "<" if name in LITTLE else ">")
 
@@ -126,7 +130,7 @@ def test_a_run_leaves_no_names(flights):
 
 @pytest.fixture
 def house(tmp_path):
-    """Copies of the descriptors; programs and scenarios are those of the project."""
+    """A copy of the descriptors; programs and scenarios are those of the project."""
     return flying.descriptors_copied(tmp_path / "house")
 
 
@@ -184,7 +188,8 @@ def test_what_cannot_fly_is_refused_before_the_flight(house, tmp_path, old, new,
     ids=["unplug", "silent", "garbage"],
 )
 def test_a_faulty_device_is_lost_with_its_cause_and_returns(hangar, fault, end, cause):
-    """Each device in turn: DEVICE_LOST, out of operation, DEVICE_RETURNED, and the same octets in both forms."""
+    """Each device in turn: DEVICE_LOST, out of operation, DEVICE_RETURNED, and the same octets in both
+    forms."""
     lines = list(UP)
     for index, name in enumerate(NAMES):
         start = 2.0 + index * 1.5
@@ -213,7 +218,7 @@ def test_a_faulty_device_is_lost_with_its_cause_and_returns(hangar, fault, end, 
 @pytest.mark.parametrize("at", [0.1, 0.4, 0.7, 0.9, 1.5], ids=["offline", "initialized", "configured", "safe", "operational"])
 @pytest.mark.parametrize("name", NAMES)
 def test_a_device_unplugged_in_each_state_is_commissioned_again(tmp_path, name, at):
-    """The device is out for 0.5 s; afterwards all are brought up from OFFLINE."""
+    """The device is disconnected for 0.5 s; afterwards all are brought up from OFFLINE."""
     lines = sorted(
         [
             f"{at:.4f} fault unplug {name}",

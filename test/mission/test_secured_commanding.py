@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Authenticated commanding in flight: only the holder of the key commands; forged, replayed, changed,
+"""Authenticated commanding in flight: only the holder of the key can command. Forged, replayed, changed,
 truncated and reordered frames have no effect, whether they are sent before or after a restart of
 communication or of the whole mission."""
 
@@ -28,7 +28,7 @@ SEED = 1
 
 @pytest.fixture
 def key(tmp_path):
-    """A key and its marks, made by the command."""
+    """A key with its marks, made by the command of the ground segment."""
     path = tmp_path / "ground.key"
     done = subprocess.run([sys.executable, flying.ROOT / "gse/gse", "key", "make", path], capture_output=True, text=True, check=True)
     assert path.read_text(encoding="ascii").strip() not in done.stdout
@@ -40,13 +40,13 @@ def _ping(count):
 
 
 def _pings(flight):
-    """Sequence counts of the other user's pings that reached the supervisor."""
+    """Sequence counts of the pings of the other user that reached the supervisor."""
     found = [packets.parse(raw) for _, direction, raw in flight.packets if direction == "TC"]
     return [packet.sequence for packet in found if packet.message == (17, 1) and packet.user == OTHER_USER]
 
 
 def _counters(flight, key):
-    """Counters of the parameter SECURITY of COMMUNICATION, read with the key; it is on."""
+    """Counters of the parameter SECURITY of COMMUNICATION, read with the key. Expects that security is on."""
     done = flying.gse(flight, "--key", key, "get", "COMMUNICATION.SECURITY")
     assert done.returncode == SUCCESS, done
     assert "IS_ON: ON" in done.stdout, done
@@ -58,8 +58,8 @@ def _is_up(flight, key):
 
 
 def _throw(port, octets):
-    """Send on a connection of its own, and wait until it is ended, or end it when everything was read; the
-    received octets."""
+    """Send octets on a separate connection and wait until it is ended, or end it when everything was read.
+    Returns the received octets."""
     heard = b""
     with contextlib.suppress(ConnectionError), flying.connect(port) as stream:
         stream.sendall(octets)
@@ -107,7 +107,8 @@ class Tap:
 
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_the_operator_of_a_scenario_has_the_key(folder, key, form):
-    """Stepped time is unchanged: the same octets on the buses with the key, twice, and without it."""
+    """Stepped time is not affected: two flights with the key and one without it have the same octets on the
+    buses."""
     folder.mkdir()
     flights = [flying.fly(folder / str(i), "--scenario", "commissioning", "--form", form, *options)
                for i, options in enumerate((("--key", key), ("--key", key), ()))]
@@ -123,8 +124,8 @@ def test_the_operator_of_a_scenario_has_the_key(folder, key, form):
 
 
 def test_restarted_communication_uses_the_key_again(folder, key):
-    """Communication is killed twice and suspended once: the operator's link opens again each time, as a new
-    session of the key, in both forms; the same octets as without a key, except for the counters of
+    """Communication is killed twice and suspended once. The operator's link opens again each time, as a new
+    session of the key, in both forms; the octets are the same as without a key, except for the counters of
     communication."""
     folder.mkdir()
     pings = [f"{at + i * 0.01:.3f} operator ping MANIPULATOR" for at in (0.5, 1.2, 2.2, 3.2) for i in range(10)]
@@ -147,7 +148,7 @@ def test_restarted_communication_uses_the_key_again(folder, key):
 
 
 def test_only_the_holder_of_the_key_commands(folder, key):
-    """Also through the gateway, which secures the packets of programs without keys."""
+    """Commanding through the gateway is also possible, which secures the packets of programs without keys."""
     flight = flying.start(folder, *LIVE, "--key", key)
     try:
         flying.wait_until(_is_up(flight, key), "everybody alive")
@@ -155,7 +156,7 @@ def test_only_the_holder_of_the_key_commands(folder, key):
         before = _counters(flight, key)
         assert before["NO_FRAME"] == 1
         with contextlib.ExitStack() as idle:
-            for _ in range(8):  # More connections than there are places.
+            for _ in range(8):  # More connections than places.
                 idle.enter_context(flying.connect(flight.port()))
                 assert flying.gse(flight, "--key", key, "ping", "SUPERVISOR").returncode == SUCCESS, "no client is locked out"
         with _gateway(flight, key) as port, flying.connect(port) as stream:
@@ -194,17 +195,17 @@ def _gateway(flight, key):
 
 
 def _hostile(chance, tape, key):
-    """One attack as octets for a connection of its own: of three frames at most, since the third refused
-    frame ends it."""
+    """One attack as octets for a separate connection: at most three frames, because the third refused frame
+    ends the connection."""
     genuine = chance.choice(tape)
     kind = chance.randrange(6)
-    if kind == 0:  # Replay of a whole connection, or of the end of one.
+    if kind == 0:  # Replay of a complete connection or of its end.
         return genuine[chance.choice((0, genuine[3] + 1 + 256 * (genuine[2] & 3))) :]
     if kind == 1:  # Another key.
         cipher = sdls._cipher(chance.randbytes(32))
         return b"".join(sdls.frame(cipher, 10**6, count, sdls.WHOLE, _ping(99)) for count in range(3))
     octets = bytearray(genuine)
-    if kind == 2:  # Flipped bits; the session itself would be accepted.
+    if kind == 2:  # Flipped bits; the session alone would be accepted.
         for _ in range(chance.randrange(1, 5)):
             octets[chance.randrange(len(octets))] ^= 1 << chance.randrange(8)
         octets[12:16] = chance.choice((bytes(octets[12:16]), (10**6).to_bytes(4, "big")))
@@ -212,7 +213,7 @@ def _hostile(chance, tape, key):
         del octets[chance.randrange(1, len(octets)) :]
     elif kind == 4:  # Packets without protection, or no frame at all.
         return chance.choice((_ping(99), chance.randbytes(chance.randrange(1, 2000))))
-    else:  # With the key, but not in order.
+    else:  # With the key, but in the wrong order.
         cipher = sdls._cipher(sdls.read_key(key))
         return b"".join(sdls.frame(cipher, 10**6, count, sdls.WHOLE, _ping(99)) for count in (1, 2, chance.randrange(3, 2**32)))
     return bytes(octets)
@@ -226,7 +227,8 @@ def _attack(flight, key, tape, chance, times):
 
 
 def test_attackers_are_refused_over_restarts(folder, key):
-    """A recording of the link has no effect: at once, after communication has died, and in the next flight."""
+    """A recording of the link has no effect: neither at once, nor after communication has died, nor in the
+    next flight."""
     folder.mkdir()
     chance, tape = random.Random(SEED), []
     for number in range(2):
@@ -266,7 +268,7 @@ def _revive(flight):
 
 
 def test_a_mark_that_is_lost_in_flight_closes_the_link(folder, key):
-    """Telemetry continues and reports it; when the mark is there again, commanding works again."""
+    """Telemetry continues and reports the loss; when the mark is back, commanding works again."""
     flight = flying.start(folder, *LIVE, "--key", key)
     mark, away = key.with_name("ground.key.received"), key.with_name("away")
     try:

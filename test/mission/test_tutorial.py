@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tutorial, executed as it is written in a copy of the tree, and the logs of its flights."""
+"""The tutorial, executed step by step in a copy of the tree, and the logs of its flights."""
 
 import json
 import os
@@ -16,14 +16,14 @@ import flying
 
 TUTORIAL = flying.ROOT / "docs" / "tutorial.md"
 BLOCK = re.compile(r"^```(sh|diff|text)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-# What was built is copied, so that only the additions of the tutorial are compiled.
+# What is already built is copied, so that only the additions of the tutorial are compiled.
 BUILT = ("bin", "lib", "obj", "generated", "setup", "third_party", "flags", "sanitize")
 STEP_LIMIT_S = 900
 
 
 @dataclass
 class Step:
-    """A block of commands, and the output that the text block after it expects."""
+    """A block of commands and the output that the text block after it shows."""
 
     kind: str
     text: str
@@ -47,7 +47,7 @@ STEPS = read_steps()
 
 
 def copy_of_tree(place):
-    """A copy of the project, built as far as this one is."""
+    """A copy of the project with everything that is built here."""
     shutil.copytree(flying.ROOT, place, ignore=lambda folder, names: {"build", "runs", ".git", "__pycache__"} & set(names))
     (place / "build").mkdir()
     for name in BUILT:
@@ -70,19 +70,18 @@ class Pupil:
         self.said = {}  # line of the step -> output
 
     def run(self, command, **how):
-        """Run a command as in a user's own shell; the finished process."""
+        """Run a command as in a user's shell. Returns the finished process."""
         kept = {key: os.environ[key] for key in ("PATH", "HOME", "LANG") if key in os.environ}
         return subprocess.run(
             command, cwd=self.place, env=kept, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=STEP_LIMIT_S, **how
         )
 
     def do(self, step):
-        """Carry out a step; its output."""
+        """Perform a step. Returns its output."""
         if step.kind == "diff":
             done = self.run(["patch", "-p1", "--fuzz=0", "--no-backup-if-mismatch"], input=step.text)
         else:
-            # Each line must succeed; bash counts `! command` as success of a command that must fail only
-            # without -e.
+            # Each line must succeed. Without `|| exit 1`, bash would not stop at a failed `! command`.
             lines = [f"{line} || exit 1" for line in step.text.splitlines()]
             done = self.run(["bash", "-c", "\n".join(lines)])
         self.said[step.line] = done.stdout
@@ -100,12 +99,12 @@ def pupil(hangar):
 
 
 def expectation(line):
-    """Pattern of an expected line: ... stands for anything."""
+    """Pattern of an expected line, in which ... matches any text."""
     return ".*".join(re.escape(part) for part in line.split("..."))
 
 
 def assert_said(output, expected):
-    """The expected lines come in this order; a line of ... alone stands for any lines."""
+    """Expect these lines in this order; a line that consists of ... matches any number of lines."""
     said = output.splitlines()
     at = 0
     for line in expected.splitlines():
@@ -140,7 +139,7 @@ def reports(folder, apid, message):
 
 
 def test_housekeeping_contains_the_values_that_the_drive_sent(pupil):
-    """Structure 2 once and then five times per report; the jaw stops where it has touched something."""
+    """A report has structure 2 once, then five samples; the jaw stops at the object that it touches."""
     first, last = flights(pupil, "grasp")[0], flights(pupil, "grasp")[-1]
     for folder, samples in ((first, 1), (last, 5)):
         found = [bytes.fromhex(r["values"]) for r in reports(folder, 18, (3, 25)) if r["structure"] == 2]
@@ -151,7 +150,7 @@ def test_housekeeping_contains_the_values_that_the_drive_sent(pupil):
 
 
 def test_event_carries_the_jaw_at_that_moment(pupil):
-    """GRASPED samples JAW: more torque than GRASP_TORQUE, beyond the contact."""
+    """GRASPED samples JAW: the torque exceeds GRASP_TORQUE, and the position is beyond the contact."""
     for folder in flights(pupil, "grasp"):
         (event,) = [e for e in reports(folder, 18, (5, 1)) if e["event"] == 6]
         angle, torque, _ = struct.unpack(">ddH", bytes.fromhex(event["auxiliary"]))
@@ -160,7 +159,7 @@ def test_event_carries_the_jaw_at_that_moment(pupil):
 
 
 def test_rate_address_and_method_came_from_the_descriptor(pupil):
-    """Twice the SYNCs per second, another node, links by UDP; the binaries are the same as before."""
+    """Twice as many SYNCs per second, another node, links by UDP; the binaries are the same as before."""
     found = flights(pupil, "grasp")
     first, last = found[0], found[-1]
     for folder, node, link, period_us in ((first, 0x31, "shm", 1000), (last, 0x32, "udp", 500)):
@@ -174,9 +173,9 @@ def test_rate_address_and_method_came_from_the_descriptor(pupil):
 
 
 def test_ground_uses_the_dictionary_of_the_mission_flown(pupil):
-    """Without an option, the command line takes the dictionary of the mission of the latest run."""
+    """Without an option, the command line uses the dictionary of the mission of the latest run."""
     latest = pupil.place / "runs" / "latest"
-    latest.unlink()  # The tutorial has flown another mission after it.
+    latest.unlink()  # The tutorial has flown another mission after this one.
     latest.symlink_to(flights(pupil, "grasp")[-1].name)
     done = pupil.run(["gse/gse", "permissions"])
     assert done.returncode == 0, done.stdout
@@ -186,10 +185,11 @@ def test_ground_uses_the_dictionary_of_the_mission_flown(pupil):
 
 
 def test_nothing_was_compiled_for_a_change_of_configuration(pupil):
-    """After these changes make calls neither a compiler nor a linker."""
+    """After these changes make starts neither a compiler nor a linker."""
     flights(pupil, "grasp")
     at = next(step.line for step in STEPS if step.kind == "diff" and 'links="UDP"' in step.text)
-    end = next(step.line for step in STEPS if "jaw-drive.eds" in step.text)  # A new class of devices is compiled.
+    # Here a new class of devices is compiled.
+    end = next(step.line for step in STEPS if "jaw-drive.eds" in step.text)
     said = [text for line, text in pupil.said.items() if at < line < end]
     assert len(said) >= 3
     for text in said:
@@ -235,7 +235,8 @@ def snapshot(place):
 
 
 def test_long_and_short_names_fly_in_the_house_format(pupil):
-    """Names of 2 and of 24 characters: formatted, compiled without a warning, flown in both forms."""
+    """Subsystems with names of 2 and of 24 characters: formatted, compiled without a warning, flown in both
+    forms."""
     flights(pupil, "grasp")
     for name, apid in (("ox", "300"), ("a_star_tracker_of_size24", "2046")):
         done = pupil.run(["make", "new-subsystem", f"NAME={name}", f"APID={apid}", "MISSION=gripper"])

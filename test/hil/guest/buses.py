@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of the place itself: its buses work with tools and sockets of other projects."""
+"""Checks of the place: its buses work with tools and sockets of other projects."""
 
 import contextlib
 import os
@@ -23,7 +23,7 @@ def command(*words):
 
 
 def until(happened):
-    """Poll, with a generous time limit."""
+    """Poll until a condition holds, with a generous time limit."""
     end = time.monotonic() + BOUND_S
     while not happened():
         assert time.monotonic() < end, "it did not happen in time"
@@ -31,7 +31,7 @@ def until(happened):
 
 
 def command_lines():
-    """Commands of all processes."""
+    """Command lines of all processes."""
     for path in pathlib.Path("/proc").glob("[0-9]*/cmdline"):
         with contextlib.suppress(OSError):
             yield path.read_bytes()
@@ -43,7 +43,8 @@ def recorded(listen, send, *frames):
     with open(log, "w") as file:
         recorder = subprocess.Popen(["candump", "-L", listen], stdout=file, stdin=subprocess.DEVNULL)
         try:
-            # candump listens when a probe frame has arrived; it has all frames when the last one has arrived.
+            # candump listens as soon as a probe frame has arrived; it has all frames as soon as the last one
+            # has arrived.
             def heard(frame):
                 command("cansend", send, frame)
                 return f" {frame}\n" in log.read_text()

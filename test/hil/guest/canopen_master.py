@@ -31,7 +31,8 @@ SENTINEL = 0x7FF
 
 
 class Master:
-    """Master of one bus: the network, the bus in lock-step, and the functions that are called in each cycle."""
+    """The master of one bus: the network, the bus in lock-step, and the functions that are called in each
+    cycle."""
 
     def __init__(self, port, bus):
         interface = PREFIX + bus if PREFIX else None
@@ -49,7 +50,7 @@ class Master:
             self.network.send_message(SYNC, [])
 
     def pass_steps(self, count):
-        """Let simulated time pass, in steps of 0.5 ms."""
+        """Let simulated time pass in steps of 0.5 ms."""
         wanted = self.bus.steps + count
         until(lambda: self.bus.steps >= wanted, f"{count} steps")
 
@@ -61,7 +62,7 @@ class Master:
 
     @contextlib.contextmanager
     def cycles(self, *functions):
-        """In the block, call these functions and send SYNC in every cycle."""
+        """Within the block, call these functions and send SYNC in every cycle."""
         self.cyclic[:] = functions or (lambda: None,)
         try:
             yield

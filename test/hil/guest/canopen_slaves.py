@@ -14,7 +14,7 @@ import drive_deviations
 
 
 def refused(change, told):
-    """A device with a deviation is not brought up; the event gives the reason."""
+    """Expect that a device with a deviation is not brought up and that the event gives the reason."""
     STAGE.play(change)
     assert not STAGE.ground.request("PRE_OPERATIONAL")
     assert STAGE.refusals() == [told], STAGE.refusals()
@@ -34,7 +34,7 @@ def case_another_type_of_device():
 
 
 def case_a_node_of_another_kind():
-    """Same profile, same mapping, another product."""
+    """The slave has the same profile and mapping, but another product code."""
     refused(drive_deviations.other_product, (0x12, drive_deviations.VALUE, 0x101802, 0x2015))
 
 

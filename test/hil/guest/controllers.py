@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two emulated CAN controllers on one bus: frames go from one to the other, through Debian's driver."""
+"""Two emulated CAN controllers on one bus: each receives the frames of the other through Debian's driver."""
 
 import pathlib
 import subprocess

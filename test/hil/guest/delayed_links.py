@@ -17,7 +17,7 @@ import flying
 import nodes
 
 ROUND_TRIP_MS = 20
-LIMIT_S = 1200  # Ends waits without end only.
+LIMIT_S = 1200  # Only ends waits without end.
 FRAMES = 1000
 LOOK_S = 1
 NODES = {"link1": "node1", "link2": "node2"}
@@ -26,8 +26,8 @@ LINKS = {"HAND_MOTION", "ROBOT_CONTACT"}
 
 
 def slow_mission():
-    """The tree with the joystick on node 1, and a mission that does not take a slow process of an emulated machine for one that
-    hangs."""
+    """A copy of the tree with the joystick on node 1 and a mission whose time limits are long enough for the
+    slow processes of an emulated machine."""
     tree = nodes.split_mission()
     path = tree / "descriptors" / "missions" / "rokviss.xml"
     text = path.read_text(encoding="utf-8").replace(' hangAfter="10s"', "")
@@ -36,9 +36,10 @@ def slow_mission():
 
 
 def scenario(name, hand, end_s):
-    """Bring both into operation by links with delay, let the hand act, and list the links at the end."""
+    """Bring both subsystems into operation over links with delay, let the hand act, and list the links at the
+    end."""
     lines = flying.bring_up(0.4, "TELEPRESENCE_REMOTE")
-    # A link has its first sample a delay after it is open.
+    # The first sample of a link arrives only after the delay.
     lines[:4] = [line.replace("0.4", "0.2", 1) for line in lines[:4]] + [f"0.2 operator link open {link}" for link in sorted(LINKS)]
     end = [f"{end_s} operator expect-state {member} OPERATIONAL" for member in nodes.BOTH]
     end += [f"{end_s} operator link list", f"{end_s} operator shutdown"]
@@ -46,7 +47,8 @@ def scenario(name, hand, end_s):
 
 
 def netem(flight):
-    """Of each end of the delayed network, the settings and counters of its queue; empty before the network is made."""
+    """Settings and counters of the queue at each end of the delayed network; empty before the network is
+    made."""
     found = {}
     for interface, node in NODES.items():
         line = ["ip", "netns", "exec", f"{flight.identity}.{node}", "tc", "-j", "-s", "qdisc", "show", "dev", interface, "root"]
@@ -58,7 +60,7 @@ def netem(flight):
 
 
 def start(name, path, tree):
-    """A flight whose network is made."""
+    """Start a flight and wait until its network is made."""
     flight = flying.start(nodes.run(name), "--scenario", path, *OPTIONS, root=tree)
     flying.wait_until(lambda: len(netem(flight)) == 2 or flight.process.poll() is not None, "no network", LIMIT_S)
     assert flight.process.poll() is None, flight.wait(1).told()
@@ -74,7 +76,8 @@ def links_listed(flight):
 
 
 def assert_delays(end):
-    """A queue delays by half of the round trip, and has passed frames on and lost others."""
+    """Expect that each queue delays by half of the round trip and has passed some frames on and lost
+    others."""
     options = end["options"]
     assert options["delay"]["delay"] == 0.5e-3 * ROUND_TRIP_MS and options["delay"]["jitter"] == 0.05e-3 * ROUND_TRIP_MS, end
     assert options["loss-random"]["loss"] == 0.05, end
@@ -82,7 +85,7 @@ def assert_delays(end):
 
 
 def end_of(flight):
-    """Wait for the end of the flight; what its network has counted until shortly before."""
+    """Wait for the end of the flight. Returns the counters of its network from shortly before."""
     counters = {}
     while flight.process.poll() is None:
         shown = netem(flight)
@@ -93,8 +96,8 @@ def end_of(flight):
 
 
 def judge(flight, counters):
-    """Both links had delay and loss, the readers counted what was lost, neither side left operation for an error, and nothing
-    is left."""
+    """Expect that both links had delay and loss, that the readers counted the lost samples, that no error
+    ended the operation, and that nothing is left."""
     assert flight.code == 0, flight.told()
     nodes.assert_gone(flight)
     assert set(counters) == set(NODES), flight.told()
@@ -121,8 +124,8 @@ def case_frames_between_nodes_pass_netem():
 
 
 def case_the_arm_presses_through_netem():
-    """Another flight on the same machine has a network of its own; when its launcher is killed, only that one disappears. The
-    caller judges the contact."""
+    """A second flight on the same machine has its own network; when its launcher is killed, only this network
+    disappears. The caller checks the contact."""
     hand = ["2.0 hand move 0.28 -0.020 1.6", "3.6 hand press 15 0.02", "5.0 hand hold"]
     tree, path = slow_mission(), scenario("delay-press", hand, 5.6)
     killed = start("delay-killed", path, tree)

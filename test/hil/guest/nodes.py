@@ -23,7 +23,7 @@ METHOD = sys.argv[1] if len(sys.argv) > 1 else "udp"
 OUT = pathlib.Path(os.environ.get("OUT", "."))
 NUMBER = {"shm": 0, "tipc": 1, "udp": 2}
 REPEATS = int(os.environ.get("LIVES_REPEATS", "0"))
-LIMIT_S = 1200  # Ends waits without end only.
+LIMIT_S = 1200  # Only ends waits without end.
 NODES = ("--nodes", 2, "--transport", METHOD)
 BOTH = ("JOYSTICK", "MANIPULATOR")
 MANIPULATOR, JOYSTICK = 16, 17  # application process ids
@@ -48,8 +48,8 @@ def split_mission():
 
 
 def run(name):
-    """A folder for a run: the length of its path is limited, and not every output folder supports memory maps
-    of logs."""
+    """A folder for a run: the length of its path is limited, and some output folders do not support memory
+    maps of logs."""
     folder = pathlib.Path("/tmp" if pathlib.Path("/run/vm").is_dir() else OUT) / name
     shutil.rmtree(folder, ignore_errors=True)
     return folder
@@ -74,7 +74,7 @@ def assert_gone(flight):
 
 @contextlib.contextmanager
 def frozen(flight):
-    """Let simulated time stand still: the process that owns it is suspended."""
+    """Within the block simulated time stands still, because the process that owns it is suspended."""
     simulator = flight.children()["simulator"]
     os.kill(simulator, signal.SIGSTOP)
     yield
@@ -82,7 +82,8 @@ def frozen(flight):
 
 
 def begun(name, *options):
-    """A flight whose time stands still after the operator's first steps; one that ends before that is flown again."""
+    """A flight whose simulated time stands still after the operator's first steps; a flight that ends before
+    is repeated."""
     while True:
         flight = flying.start(run(name), *options)
         flying.wait_until(lambda: flight.steps() >= 1 or flight.process.poll() is not None, "the operator did not begin", LIMIT_S)
@@ -97,7 +98,7 @@ def begun(name, *options):
 
 
 def wait_for(flight, text):
-    """Wait until the operator's log has the text."""
+    """Wait until the operator's log contains the text."""
     path = flight.folder / "operator.log"
 
     def has():
@@ -122,14 +123,15 @@ def local_addresses(pid):
 
 
 def methods_accepted(flight):
-    """Transfer methods that TM[130,4] have named."""
+    """Transfer methods that the reports TM[130,4] contain."""
     return [raw[21 + 6 + 15] for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x82\x04"]
 
 
 # --- one mission on two computers ----------------------------------------------------------------------------------
 
 def case_two_nodes_fly_as_one_image():
-    """Same octets; each process on its node; sockets are bound to the ends of the veth only."""
+    """The two-node flight has the same octets; each process is on its node; sockets are bound only to the
+    ends of the veth."""
     flight = begun("two", "--scenario", "hil", *NODES, "--links", METHOD)
     pids = flight.children()
     places = {name: network_of(pids[name]) for name in ("supervisor", "communication", "joystick", "manipulator")}
@@ -157,7 +159,7 @@ def case_one_node_gives_the_same():
 
 
 def case_lives_are_those_of_the_image():
-    """Stops, kills, hangs and restarts, on one computer and on two, twice: the same octets."""
+    """Stops, kills, hangs and restarts, on one computer and on two, each twice, give the same octets."""
     path = lives.scenario(OUT / "lives.scn")
     forms = {"image": ("--form", "image"), "one": ("--transport", METHOD), "two": NODES, "again": NODES}
     flights = [lives.fly(run(f"lives-{name}"), path, *options, "--links", METHOD, limit_s=LIMIT_S) for name, options in forms.items()]
@@ -168,7 +170,8 @@ def case_lives_are_those_of_the_image():
 
 
 def case_repeats_give_one_sum():
-    """Stops, kills, hangs and restarts, as often as LIVES_REPEATS says, on one computer and on two: each log has one checksum."""
+    """Stops, kills, hangs and restarts, repeated LIVES_REPEATS times on one computer and on two: each log has
+    one checksum."""
     path, sums = lives.scenario(OUT / "repeats.scn"), set()
     for options in (("--transport", METHOD), NODES):
         for _ in range(REPEATS):
@@ -178,7 +181,7 @@ def case_repeats_give_one_sum():
 
 
 def case_one_port_feeds_readers_on_both_computers():
-    """Whatever happens to one reader, the other loses no sample."""
+    """Whatever happens to one reader, the other reader loses no sample."""
     judged = fan_out.fly(pathlib.Path(os.environ["SECOND_READER"]), run("shadowed"), *NODES, "--links", METHOD)
     fan_out.judge(judged)
     assert judged.facts["transport"] == METHOD
@@ -187,7 +190,8 @@ def case_one_port_feeds_readers_on_both_computers():
 # --- links between nodes -------------------------------------------------------------------------------------------
 
 def case_shared_memory_is_not_offered_between_nodes():
-    """Without an option: within a node shared memory, between nodes the carrier of the messages."""
+    """Without the option --links, links use shared memory within a node and the carrier of the messages
+    between nodes."""
     within = fly("within", "--scenario", "hil", *NODES)
     assert set(methods_accepted(within)) == {NUMBER["shm"]}
     between = fly("between", "--scenario", "hil", *NODES, root=split_mission())
@@ -205,7 +209,7 @@ def case_shared_memory_between_nodes_is_refused():
 
 
 def case_unplug_between_nodes():
-    """Plugs are pulled while the links go between the nodes; the caller judges the drives."""
+    """Plugs are pulled while the links go between the nodes; the caller checks the drives."""
     lines = ["0.0 hand rest", "0.2 hand circle 0.1 0.5 1 5 1"]
     for start, bus, device in ((0.3, "joystick", "STICK"), (2.6, "robot", "JOINT1")):
         cut = start + 0.9 + 0.000137
@@ -228,7 +232,7 @@ def set_veth(flight, state):
 
 
 def states_reported(flight, apid):
-    """(time [ns], state) of every report of the subsystem's own that names its state."""
+    """(time [ns], state) of each report in which the subsystem states its own state."""
     found = []
     for time_ns, direction, raw in flight.packets:
         if direction == "TM" and int.from_bytes(raw[:2], "big") & 0x7FF == apid and raw[7] == 129:
@@ -238,7 +242,7 @@ def states_reported(flight, apid):
 
 def cut_and_mend(name, root):
     """Cut the veth in operation, restore it when the supervisor has detected the loss of the component behind
-    it, and bring all up again by command."""
+    it, and bring the mission up again by command."""
     folder = run(name)
     lines = flying.bring_up(0.1, tare=False)
     lines += ["1.2 operator wait-event SUPERVISOR SUBSYSTEM_SILENT 1000",
@@ -255,8 +259,7 @@ def cut_and_mend(name, root):
         wait_for(flight, "SUBSYSTEM_SILENT")
         with frozen(flight):
             set_veth(flight, "up")
-        # While neighbours do not know of each other yet, commands have no answer: then everything is
-        # repeated.
+        # Until the neighbours know each other again, commands have no answer; then the sequence is repeated.
         end = time.monotonic() + LIMIT_S
         while True:
             done = flying.gse(flight, "script", again, timeout=LIMIT_S)
@@ -273,16 +276,16 @@ def cut_and_mend(name, root):
 
 
 def after_operation(flight, apid):
-    """The reported states from the first OPERATIONAL on, without repetitions."""
+    """The reported states from the first OPERATIONAL on, without repeated ones."""
     states = [state for _, state in states_reported(flight, apid)]
     after = states[states.index(OPERATIONAL):]
     return [state for index, state in enumerate(after) if index == 0 or after[index - 1] != state]
 
 
 def assert_safe_and_again(states, safely):
-    """The first state reported after OPERATIONAL is one of `safely`; it was reached again, as often as
-    commands were repeated, and ended in OFFLINE. Reports sent while the connection was cut may be lost, but
-    only reports of lower states."""
+    """Expect that the first state reported after OPERATIONAL is one of `safely`, that OPERATIONAL was reached
+    again, at most as often as the commands were repeated, and that the last state is OFFLINE. Reports sent
+    during the cut may be lost, but only reports of lower states."""
     assert states[0] == OPERATIONAL and states[1] in safely, states
     assert OPERATIONAL in states[2:] and states[-1] == OFFLINE, states
 
@@ -295,11 +298,11 @@ def case_members_cut_from_the_supervisor_hold_safely_and_come_again():
 
 def case_members_cut_from_each_other_secure_themselves_and_come_again():
     flight = cut_and_mend("cut-between", split_mission())
-    # Its link becomes stale: in that cycle, with or without a supervisor.
+    # The link becomes stale: the subsystem reacts in that cycle, with or without a supervisor.
     assert_safe_and_again(after_operation(flight, JOYSTICK), {ERROR_OPERATIONAL})
     assert_safe_and_again(after_operation(flight, MANIPULATOR), SAFELY)
 
 
 if __name__ == "__main__":
-    wanted = {f"case_{name}" for name in sys.argv[2:]}  # None named: all.
+    wanted = {f"case_{name}" for name in sys.argv[2:]}  # Without names, all cases are run.
     cases.run({name: what for name, what in globals().items() if not wanted or name in wanted}, 4 * LIMIT_S)

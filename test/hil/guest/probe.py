@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Features of the kernel that the hardware-in-the-loop tests need and that are missing, one on each line;
-exit code 0 if none is missing. Run it in a network namespace of its own: it makes interfaces."""
+"""Print the kernel features that the hardware-in-the-loop tests need and that are missing, one on each line;
+exit code 0 if none is missing. Run it in a separate network namespace, because it makes interfaces."""
 
 import socket
 import subprocess

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """SocketCAN as carrier of the buses: flights over vcan and over emulated controllers, recorded by can-utils;
-refused options."""
+and options that are refused."""
 
 import contextlib
 import json
@@ -22,7 +22,8 @@ OUT = pathlib.Path(os.environ["OUT"])
 BIN = pathlib.Path("build/bin")
 WORK = pathlib.Path("/dev/shm/flights")
 BOUND_S = 900
-BACKLOG = 1 << 25  # 80 000 frames: the kernel doubles it, and needs some 800 octets for each.
+# Room for 80 000 frames: the kernel doubles the number and needs about 800 octets for each frame.
+BACKLOG = 1 << 25
 CONTRACTS = ["contract/osal/test_can", "contract/osal/posix/test_can", "contract/osal/posix/test_can_socket",
              "contract/osal/posix/test_lockstep_scheduler_blocking", "unit/fsw/framework/dataflow/test_flow_can_socket"]
 CASES = {"test_can_socket": 16, "test_flow_can_socket": 4}
@@ -57,7 +58,7 @@ def facts(name):
 
 
 def kept(name):
-    """Files that the other side compares go to the output share."""
+    """Copy the files that the caller compares to the output share."""
     (OUT / name).mkdir()
     for file in KEPT:
         if (WORK / name / file).exists():
@@ -81,8 +82,9 @@ def last_of(path):
 
 @contextlib.contextmanager
 def recorder(path, probe, *interfaces, backlog=BACKLOG):
-    """Record these interfaces, or all, with candump, on the processor that the flight does not use. It records every
-    frame from the probe to the sentinel, as long as the backlog [octets of each interface] is not full."""
+    """Record these interfaces, or all of them, with candump on the processor that the flight does not use. It
+    records every frame from the probe to the sentinel unless the backlog [octets of each interface] is
+    full."""
     filters = [f"{interface},0:0,#FFFFFFFF" for interface in interfaces or ("any",)]
     with open(path, "w") as file:
         process = subprocess.Popen(["taskset", hex(1 << max(os.sched_getaffinity(0))), "candump", "-L", "-d", "-r", str(backlog), *filters],
@@ -108,13 +110,13 @@ def command_names(parent):
 
 
 def has_line(name, frame):
-    """Wait until the log of bus robot of a flight under way has the frame."""
+    """Wait until the log of bus robot of a running flight contains the frame."""
     log = WORK / name / "can-robot.log"
     return log.exists() and f" {frame}" in log.read_text()
 
 
 def shut_down(process):
-    """End the launcher in order, as Ctrl-C does; its output."""
+    """Shut the launcher down as Ctrl-C does. Returns its output."""
     process.send_signal(signal.SIGINT)
     said = process.communicate(timeout=BOUND_S)[0]
     assert process.returncode == 0, said
@@ -146,7 +148,7 @@ def case_contract_holds_on_this_kernel():
 # --- what is refused ------------------------------------------------------------------------------------------------
 
 def obey(said):
-    """The command that a refusal tells the user to type as root."""
+    """Run the command that a refusal tells the user to type as root."""
     subprocess.run(["sh", "-ec", said.rpartition("as root: ")[2]], check=True, timeout=BOUND_S)
 
 
@@ -194,7 +196,7 @@ def case_bad_interfaces_are_refused_with_the_next_step():
 
 def case_two_runs_at_once_are_refused():
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as other:
-        other.bind("\0hirosco.can.vcan-robot")  # As if another launcher had claimed it.
+        other.bind("\0hirosco.can.vcan-robot")  # As if another launcher had claimed the interface.
         assert "another run flies on vcan-robot" in refused("--bus", "vcan")
 
 
@@ -209,7 +211,7 @@ def case_without_permission_it_says_what_to_type():
 # --- flights ----------------------------------------------------------------------------------------------------------
 
 def case_vcan_flight_is_seen_by_candump():
-    """One of the interfaces exists before and delays frames on purpose; the run makes the others."""
+    """One of the interfaces exists before the run and delays frames on purpose; the run makes the others."""
     WORK.mkdir(exist_ok=True)
     ip("link", "add", "fsw-robot", "mtu", "72", "type", "vcan")
     ip("link", "set", "fsw-robot", "up")
@@ -257,8 +259,8 @@ ARM_UP = [f"0.0 operator {words}" for words in (
 
 
 def case_interfaces_that_are_lost_and_made_again_are_used_again():
-    """While simulated time stands still an interface goes down: its subsystems detect it when time continues,
-    go to safe states, and come up by command."""
+    """An interface goes down while simulated time stands still: its subsystems detect this when time
+    continues, go to safe states, and come up again by command."""
     script = WORK / "again.scn"
     script.write_text("\n".join(["0.0 hand rest", *ARM_UP, "0.0 operator wait-event MANIPULATOR DEVICE_LOST 100000",
                                  "0.0 operator wait-state MANIPULATOR OFFLINE 1", *ARM_UP,
@@ -287,7 +289,7 @@ def case_interfaces_that_are_lost_and_made_again_are_used_again():
 
 
 def case_emulated_controllers_carry_the_classic_mission():
-    """Channel B, which is also there on shared memory, is on a virtual interface: all controllers are on one wire."""
+    """Channel B is on a virtual interface, because all controllers are on one bus."""
     ip("link", "add", "spare", "type", "vcan")
     ip("link", "set", "spare", "up")
     for name in ("can0", "can1"):
@@ -322,8 +324,8 @@ def case_a_burst_on_a_controller_is_counted():
 
 
 def case_a_flood_on_the_wire_ends_in_a_safe_state():
-    """Another program sends as fast as it can on flight's own controller while the arm is in operation: the
-    arm goes to its safe state."""
+    """Another program sends as fast as it can on the controller of the flight software while the arm is in
+    operation: the arm goes to its safe state."""
     script = WORK / "up.scn"
     script.write_text("".join(f"0.0 operator {words}\n" for words in (
         "state MANIPULATOR PRE_OPERATIONAL", "config MANIPULATOR CLASSIC", "state MANIPULATOR SAFE_OPERATIONAL",
