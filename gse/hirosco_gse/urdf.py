@@ -43,11 +43,22 @@ class Shape:
 
 
 @dataclass
+class Visual:
+    """What viewers draw: a shape, or `mesh` (path of its file, as the URDF names it, and scale). `colour`: red, green, blue from 0 to 1, or None."""
+
+    shape: Shape
+    colour: tuple | None = None
+    mesh: str = ""
+    scale: tuple = (1.0, 1.0, 1.0)
+
+
+@dataclass
 class Link:
     name: str
     line: int
     inertial: Inertial | None = None
     shapes: list = field(default_factory=list)
+    visuals: list = field(default_factory=list)
 
 
 @dataclass
@@ -145,13 +156,30 @@ def _shape(collision):
     return Shape(shape.name, _origin(collision), shape.numbers("size", 3, ()), shape.number("radius", 0.0), shape.number("length", 0.0))
 
 
-def _link(element):
+def _colour(element, materials):
+    """Colour of a <visual>: its own, or that of the material of the robot that it names."""
+    material = element.first("material")
+    if material is None:
+        return None
+    colour = material.first("color")
+    return colour.numbers("rgba", 4)[:3] if colour else materials.get(material.attributes.get("name"))
+
+
+def _visual(element, materials):
+    mesh = element.need("geometry").first("mesh")
+    if mesh is None:
+        return Visual(_shape(element), _colour(element, materials))
+    return Visual(Shape("mesh", _origin(element)), _colour(element, materials), mesh.text("filename"), mesh.numbers("scale", 3, (1.0, 1.0, 1.0)))
+
+
+def _link(element, materials):
     inertial = element.first("inertial")
     mass = None
     if inertial:
         moments = inertial.need("inertia")
         mass = Inertial(inertial.need("mass").number("value"), _origin(inertial), tuple(moments.number(key) for key in MOMENTS))
-    return Link(element.text("name"), element.line, mass, [_shape(collision) for collision in element.all("collision")])
+    return Link(element.text("name"), element.line, mass, [_shape(collision) for collision in element.all("collision")],
+                [_visual(visual, materials) for visual in element.all("visual")])
 
 
 def _joint(element):
@@ -170,4 +198,6 @@ def read(path):
     root = _parse(path)
     if root.name != "robot":
         root.fail(f"<{root.name}>: expected <robot>")
-    return Document(root.text("name"), [_link(element) for element in root.all("link")], [_joint(element) for element in root.all("joint")])
+    materials = {item.text("name"): colour.numbers("rgba", 4)[:3] for item in root.all("material") if (colour := item.first("color"))}
+    return Document(root.text("name"), [_link(element, materials) for element in root.all("link")],
+                    [_joint(element) for element in root.all("joint")])

@@ -16,6 +16,8 @@ from . import urdf
 class WorldError(Exception):
     """There is no world, or it cannot be read."""
 
+MESH_OCTETS = 4_000_000  # of one file; each page gets all meshes of the world.
+
 
 @dataclass
 class Shape:
@@ -29,12 +31,23 @@ class Shape:
 
 
 @dataclass
+class Visual:
+    """What viewers draw: a shape, or the mesh of an STL file in the frame of shape.pose. `colour`: red, green, blue from 0 to 1, or None."""
+
+    shape: Shape
+    colour: tuple | None = None
+    mesh: pathlib.Path | None = None
+    scale: tuple = (1.0, 1.0, 1.0)
+
+
+@dataclass
 class Link:
     """A link. `solid` is the box that has the mass and the moments of inertia of the link; None if the link has no mass."""
 
     name: str
     shapes: list = field(default_factory=list)
     solid: Shape | None = None
+    visuals: list = field(default_factory=list)
 
 
 @dataclass
@@ -168,15 +181,33 @@ def _solid(inertial):
     return Shape("box", pose(inertial.origin.xyz, inertial.origin.rpy), size=tuple(float(np.sqrt(square)) for square in squares))
 
 
+def _in_world(shape):
+    return Shape(shape.kind, pose(shape.origin.xyz, shape.origin.rpy), shape.size, shape.radius, shape.length)
+
+
+def _visuals(link, folder):
+    """Visuals of a link that a viewer can draw: shapes, and STL files in the folder of the URDF or below it."""
+    found = []
+    for visual in link.visuals:
+        mesh = None
+        if visual.mesh:
+            mesh = (folder / visual.mesh).resolve()
+            if mesh.suffix.lower() != ".stl" or not mesh.is_relative_to(folder.resolve()) or not mesh.is_file():
+                continue
+            if mesh.stat().st_size > MESH_OCTETS:
+                continue
+        found.append(Visual(_in_world(visual.shape), visual.colour, mesh, visual.scale))
+    return found
+
+
 def read_urdf(path, name=None):
     """Robot of a URDF file."""
     try:
         document = urdf.read(path)
     except urdf.UrdfError as problem:
         raise WorldError(str(problem)) from problem
-    links = {link.name: Link(link.name, [Shape(shape.kind, pose(shape.origin.xyz, shape.origin.rpy), shape.size, shape.radius, shape.length)
-                                         for shape in link.shapes],
-                              _solid(link.inertial))
+    folder = pathlib.Path(path).parent
+    links = {link.name: Link(link.name, [_in_world(shape) for shape in link.shapes], _solid(link.inertial), _visuals(link, folder))
              for link in document.links}
     return Robot(name or document.name, links, [_joint(joint) for joint in document.joints])
 

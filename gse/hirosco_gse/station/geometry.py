@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The world of a mission as plain lists, for the scene of the page. Poses are 16 numbers, row by row."""
 
+import base64
 import math
 
 
@@ -20,6 +21,13 @@ def _shape(shape):
         "radius": shape.radius,
         "length": shape.length,
     }
+
+
+def _visual(visual):
+    found = _shape(visual.shape) | {"colour": visual.colour and list(visual.colour), "scale": list(visual.scale)}
+    if visual.mesh:
+        found["stl"] = base64.b64encode(visual.mesh.read_bytes()).decode("ascii")
+    return found
 
 
 def _joint(joint):
@@ -50,6 +58,7 @@ def _robot(robot):
         "at": _pose(robot.at),
         "free": robot.base == "free",
         "links": {name: [_shape(shape) for shape in _shapes(robot, link)] for name, link in robot.links.items()},
+        "visuals": {name: [_visual(visual) for visual in link.visuals] for name, link in robot.links.items() if link.visuals},
         "joints": [_joint(joint) for joint in robot.joints],
     }
 

@@ -3,6 +3,8 @@
 
 import * as THREE from "three";
 
+import { STLLoader } from "three/examples/jsm/loaders/STLLoader.js";
+
 import { moving, place } from "./kinematics.js";
 
 const matrix = (pose) => new THREE.Matrix4().set(...pose);
@@ -42,7 +44,23 @@ export function shape(about, look) {
   return mesh;
 }
 
-// A robot as nested groups; `set` moves its joints. Shells follow the links, and a housing surrounds each
+// Mesh of a <visual> of the URDF: a shape or the triangles of an STL file. `looks` without a stand is that of
+// a ghost, which has no colours.
+function visual(about, looks) {
+  const isGhost = !looks.stand;
+  const look =
+    about.colour && !isGhost ? material(new THREE.Color().setRGB(...about.colour, THREE.SRGBColorSpace), 0.5) : looks.shell;
+  if (!about.stl) return shape(about, look);
+  const octets = Uint8Array.from(atob(about.stl), (letter) => letter.charCodeAt(0));
+  const geometry = new STLLoader().parse(octets.buffer);
+  geometry.computeVertexNormals(); // Many programs write facets without normals.
+  const mesh = new THREE.Mesh(geometry, look);
+  mesh.applyMatrix4(matrix(about.pose).scale(new THREE.Vector3(...about.scale)));
+  return mesh;
+}
+
+// A robot as nested groups; `set` moves its joints. A robot whose URDF has visuals is drawn by them, and a link
+// without any by its collision shapes. For other robots, shells follow the links, and a housing surrounds each
 // joint.
 export class Arm {
   constructor(robot, looks) {
@@ -54,6 +72,8 @@ export class Arm {
     this.size = size;
     const frames = new Map([[robot.root, this.node]]);
     const wide = size * 0.16;
+    const visuals = robot.visuals ?? {};
+    const isDrawn = Object.keys(visuals).length > 0;
     for (let round = 0; round < robot.joints.length; round++)
       for (const joint of robot.joints) {
         if (!frames.has(joint.parent) || frames.has(joint.child)) continue;
@@ -65,21 +85,19 @@ export class Arm {
         frames.get(joint.parent).add(still);
         frames.set(joint.child, turning);
         if (joint.kind !== "fixed") this.groups.set(joint.name, { joint, still, turning });
-        this.shell(
-          frames.get(joint.parent),
-          joint,
-          wide,
-          looks,
-          joint.kind === "fixed" &&
-            Object.keys(robot.links).indexOf(joint.child) === Object.keys(robot.links).length - 1,
-        );
-        if (joint.kind !== "fixed" && looks.housing) this.housing(turning, joint, wide, looks);
+        if (!isDrawn) {
+          const names = Object.keys(robot.links);
+          const isLast = joint.kind === "fixed" && names.indexOf(joint.child) === names.length - 1;
+          this.shell(frames.get(joint.parent), joint, wide, looks, isLast);
+          if (joint.kind !== "fixed" && looks.housing) this.housing(turning, joint, wide, looks);
+        }
         if (joint.kind !== "fixed" && looks.stand) this.brake(still, joint, wide);
       }
     this.node.matrixAutoUpdate = false;
     for (const [name, shapes] of Object.entries(robot.links))
-      for (const about of shapes) frames.get(name)?.add(shape(about, looks.metal));
-    if (looks.stand && !robot.free) this.stand(robot, wide, looks);
+      if (visuals[name]) for (const about of visuals[name]) frames.get(name)?.add(visual(about, looks));
+      else for (const about of shapes) frames.get(name)?.add(shape(about, looks.metal));
+    if (looks.stand && !robot.free && !isDrawn) this.stand(robot, wide, looks);
   }
 
   // Two rings around a housing: filled while the brake holds, thin lines while it is released, hidden if

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reader of worlds, and worlds as the page gets them."""
 
+import base64
 import json
 import pathlib
 
@@ -81,3 +82,41 @@ def test_a_free_body_without_shapes_is_a_box_of_its_mass():
     x, y, z = (size**2 for size in box["size"])
     assert [25 * (y + z), 25 * (x + z), 25 * (x + y)] == pytest.approx([40, 50, 60])
     assert robots[0]["free"] and robots[0]["at"] == np.eye(4).ravel().tolist()
+
+
+TRIANGLE = b"\0" * 80 + (1).to_bytes(4, "little") + b"\0" * 12 + b"\0\0\x80?" + b"\0" * 32 + b"\0\0"
+VISUALS = """<robot name="r"><material name="gold"><color rgba="1 0.8 0 1"/></material>
+<link name="a"><visual><origin xyz="0 0 2"/><geometry><cylinder radius="0.5" length="3"/></geometry><material name="gold"/></visual>
+<visual><geometry><sphere radius="1"/></geometry><material name="own"><color rgba="0 0 1 1"/></material></visual></link>
+<link name="b"><visual><geometry><mesh filename="{mesh}" scale="0.001 0.001 0.001"/></geometry></visual></link>
+<joint name="turn" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/></joint></robot>"""
+
+
+def visuals_of(folder, mesh):
+    path = folder / "r.urdf"
+    path.write_text(VISUALS.format(mesh=mesh), encoding="utf-8")
+    return geometry._robot(world.read_urdf(path))["visuals"]
+
+
+def test_visuals_keep_shape_colour_and_mesh(tmp_path):
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes" / "b.STL").write_bytes(TRIANGLE)
+    found = visuals_of(tmp_path, "meshes/b.STL")
+    cylinder, sphere = found["a"]
+    assert (cylinder["kind"], cylinder["radius"], cylinder["length"], cylinder["colour"]) == ("cylinder", 0.5, 3.0, [1.0, 0.8, 0.0])
+    assert cylinder["pose"][11] == 2.0
+    assert (sphere["kind"], sphere["colour"]) == ("sphere", [0.0, 0.0, 1.0])
+    assert base64.b64decode(found["b"][0]["stl"]) == TRIANGLE
+    assert found["b"][0]["scale"] == [0.001] * 3 and found["b"][0]["colour"] is None
+
+
+@pytest.mark.parametrize("mesh", ["b.dae", "none.stl", "../outside.stl", "package://r/b.stl", "large.stl", "/etc/hostname"])
+def test_a_mesh_that_cannot_be_drawn_is_left_out(tmp_path, mesh, monkeypatch):
+    """Only STL files of a bounded size below the folder of the URDF reach the page."""
+    folder = tmp_path / "robot"
+    folder.mkdir()
+    monkeypatch.setattr(world, "MESH_OCTETS", len(TRIANGLE))
+    for place, octets in ((folder / "b.dae", b""), (tmp_path / "outside.stl", TRIANGLE), (folder / "large.stl", TRIANGLE + b"\0")):
+        place.write_bytes(octets)
+    found = visuals_of(folder, mesh)
+    assert "b" not in found and len(found["a"]) == 2
