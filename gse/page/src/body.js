@@ -49,7 +49,9 @@ export function shape(about, look) {
 function visual(about, looks) {
   const isGhost = !looks.stand;
   const look =
-    about.colour && !isGhost ? material(new THREE.Color().setRGB(...about.colour, THREE.SRGBColorSpace), 0.5) : looks.shell;
+    about.colour && !isGhost
+      ? material(new THREE.Color().setRGB(...about.colour, THREE.SRGBColorSpace), 0.5)
+      : looks.shell;
   if (!about.stl) return shape(about, look);
   const octets = Uint8Array.from(atob(about.stl), (letter) => letter.charCodeAt(0));
   const geometry = new STLLoader().parse(octets.buffer);
