@@ -61,7 +61,7 @@ SHELL         := /bin/sh
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
 JOBS ?= 2
-OPTIONS := ALL ANALYZE APID BASE BUS CANS CC CHECK CMD COUNT COVERAGE DELAY FLY FORM FRAMED_BY FUZZ HTTP JOBS \
+OPTIONS := ALL ANALYZE APID BASE BOARD BUS CANS CC CHECK CMD COUNT COVERAGE DELAY FLY FORM FRAMED_BY FUZZ HTTP JOBS \
            JOYSTICK_IF KEY LINKS MEMORY MISSION NAME NODES ONLY OUT PLACE PORT READ_ONLY REMOTE_ENDIAN REPLAY \
            ROBOT_IF S390X SANITIZE SCENARIO SECONDS SEED SIM_JOYSTICK_IF SIM_ROBOT_IF START STATION STORAGE TIME TOOL \
            TOOLS TRANSPORT TSAN UPDATE URDF V WORLD
@@ -83,7 +83,7 @@ include mk/compiler.mk mk/libraries.mk mk/generated.mk mk/programs.mk mk/tests.m
         mk/station.mk mk/check.mk mk/coverage.mk mk/proofs.mk
 
 .PHONY: force all help programs tests thread-tests kernel-tests remote-endian remote-endian-programs \
-        remote-endian-tests benches fuzzers fuzz fuzz-corpus sim-run report vm test test-hil check check-full bench \
+        remote-endian-tests board-tests benches fuzzers fuzz fuzz-corpus sim-run report vm test test-hil check check-full bench \
         doctor setup clean gse format new-subsystem new-robot docs
 help:
 	@sed -n 's/^## \{0,1\}//p' $(firstword $(MAKEFILE_LIST))

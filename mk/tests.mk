@@ -2,7 +2,20 @@
 # may include; benches; targets that run tests.
 
 selected   = $(if $(ONLY),$(foreach t,$1,$(if $(findstring $(ONLY),$t),$t)),$1)
-SUPPORT   := $(call objects,$(wildcard test/support/*.c))
+# Headers of POSIX and of libraries that only a machine with Linux has. C files without them are portable.
+MACHINE_HEADERS := <\(cmocka\|dirent\|expat\|fcntl\|linux/.*\|mqueue\|net.*/.*\|nettle/.*\|poll\|pthread\|sched\|\
+                   signal\|sys/.*\|time\|unistd\)\.h>\|test/support/clients\.h
+MACHINE_HEADERS := $(subst $() ,,$(MACHINE_HEADERS))
+portable   = $(if $1,$(shell grep -L '$(MACHINE_HEADERS)' $1))
+SUPPORT_SOURCES := $(wildcard test/support/*.c)
+ifdef BOARD
+SUPPORT_SOURCES := $(filter-out test/support/sealer.c,$(call portable,$(SUPPORT_SOURCES)))
+# What starts a test there and prints for it: the port of the operating system layer, and what the C library asks for.
+BOARD_SYSTEM := $(call objects,test/support/board/system.c) \
+                $(foreach d,base $(filter osal/%,$(DIRS)),$(call library,$d))
+CPPFLAGS  += -DUNITY_SUPPORT_64 -DTEST_FOLDER='"."' # The folder where the emulator runs.
+endif
+SUPPORT   := $(call objects,$(SUPPORT_SOURCES))
 SUPPORT_A := $B/lib/libtest_support.a
 LAYERS    := $(shell awk -F ' *: *' \
                'NF == 2 && /^[a-z]/ { gsub(/\*/, "%", $$1); gsub(/ +/, ",", $$2); print $$1 ":" $$2 }' \
@@ -28,8 +41,9 @@ WRAPPED   := $(shell grep -o '__wrap_[A-Za-z0-9_]*' $(TESTS) /dev/null | LC_ALL=
 wraps_of   = $(patsubst $1:__wrap_%,-Wl$(comma)--wrap=%,$(filter $1:%,$(WRAPPED)))
 # The runners of Unity and cmocka are replaced by runners that also count open descriptors:
 # test/support/descriptors.h.
-counted    = $(if $(S390X),,-Wl$(comma)--wrap=UnityDefaultTestRun -Wl$(comma)--wrap=_cmocka_run_group_tests)
-TEST_EXTERNALS = $(if $(S390X),,-lcmocka -lode -llcm -lsqlite3) $(LUA) $(NETTLE) -lexpat -lpthread -lm
+counted    = $(if $(S390X)$(BOARD),,-Wl$(comma)--wrap=UnityDefaultTestRun -Wl$(comma)--wrap=_cmocka_run_group_tests)
+TEST_EXTERNALS = $(if $(BOARD),-lm -lc -lgcc,\
+               $(if $(S390X),,-lcmocka -lode -llcm -lsqlite3) $(LUA) $(NETTLE) -lexpat -lpthread -lm)
 
 # Only a test that expects failing assertions links the fsw_assertion_failed of test/support; all others use
 # that of the port.
@@ -38,7 +52,7 @@ caught     = $(if $(filter $1,$(ASSERTING)),$B/obj/test/support/assertion.o)
 
 define test_rule
 $(call test_name,$1): $(call objects,$1 $(call fixtures,$1)) $(call caught,$1) \
-    $(call layer_libraries,$(call mirrored,$1)) $(SUPPORT_A)
+    $(call layer_libraries,$(call mirrored,$1)) $(SUPPORT_A) $(BOARD_SYSTEM) $(FOREIGN_A)
 	@mkdir -p $$(@D)
 	$(if $(V),,@echo "  link $$@")
 	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) $(call wraps_of,$1) $(counted) -o $$@ $$(filter %.o,$$^) \
@@ -51,9 +65,9 @@ $(SUPPORT_A): $(SUPPORT) $B/obj/unity.o
 	$(Q)$(AR) rcs $@ $^
 $B/obj/unity.o: | build/setup/unit
 	@mkdir -p $(@D)
-	$(Q)$(CC) -std=c99 $(OPTIMIZE) -c build/third_party/unity/src/unity.c -o $@
+	$(Q)$(CC) $(CPPFLAGS) $(PROCESSOR) -std=c99 $(OPTIMIZE) -c build/third_party/unity/src/unity.c -o $@
 $(call objects,$(TESTS)) $(SUPPORT): | build/setup/unit
--include $(patsubst %.o,%.d,$(call objects,$(wildcard test/support/*.c test/bench/*.c test/unit/*/fixtures/*.c \
+-include $(patsubst %.o,%.d,$(call objects,$(SUPPORT_SOURCES) $(wildcard test/bench/*.c test/unit/*/fixtures/*.c \
          $(addsuffix *.c,$(sort $(dir $(TESTS)))))))
 
 define bench_rule
@@ -85,6 +99,16 @@ remote-endian-tests: $(REMOTE_ENDIAN_PROGRAMS) $(foreach t,$(REMOTE_ENDIAN_TESTS
 	@:
 remote-endian-programs: $(REMOTE_ENDIAN_PROGRAMS)
 	@:
+# Portable tests run on a board too: those of the contracts of the operating system layer, of base, of the packet
+# services, and of what a subsystem links. Left out are those that need more memory than the board has, several
+# processes, or minutes.
+PORTABLE_TESTS := $(filter test/contract/osal/test_% test/unit/base/% test/unit/pus/% test/unit/fsw/canopen/% \
+    test/unit/fsw/drives/% $(foreach f,control dataflow parameter rtlink subsystem,test/unit/fsw/framework/$f/%),\
+    $(filter-out test/unit/pus/tool/% $(foreach s,st11 st15 st22,test/unit/pus/$s/%) %_torture.c %_endurance.c \
+    %_fuzz.c %/test_elementary.c,$(TESTS)))
+PORTABLE_TESTS := $(call portable,$(PORTABLE_TESTS))
+board-tests: $(foreach t,$(call selected,$(PORTABLE_TESTS)),$(call test_name,$t))
+	@:
 # Tests that test/hil runs again on a kernel with CAN buses and TIPC.
 KERNEL_TESTS := $(filter %/test_flow_can_socket.c test/unit/fsw/framework/message/% \
                 test/contract/osal/test_can.c \
@@ -103,9 +127,12 @@ HIL_TESTS      := $(filter test/hil/%,$(PYTHON_TESTS))
 NEEDS_PROGRAMS := $(if $(FLYING_TESTS),programs)
 NEEDS_FUZZERS  := $(filter test/fuzz/%,$(PYTHON_TESTS))
 NEEDS_REMOTE_ENDIAN  := $(filter test/hil/test_remote_endian.py,$(PYTHON_TESTS))
+TEST_BOARD     := mps2-an500
+BOARD_TESTS    := $(if $(wildcard osal/freertos/startup.c),$(strip $(call selected,$(PORTABLE_TESTS))))
 NEEDS_THREADS  := $(strip $(call selected,$(THREAD_TESTS)))
 TEST_SETUP     := $(if $(FLYING_TESTS),test) $(if $(HIL_TESTS),vm) $(if $(NEEDS_REMOTE_ENDIAN),s390x) \
-                  $(if $(PYTHON_TESTS),pytest) $(if $(NEEDS_THREADS)$(NEEDS_FUZZERS),clang) unit
+                  $(if $(BOARD_TESTS),rtos) $(if $(PYTHON_TESTS),pytest) \
+                  $(if $(NEEDS_THREADS)$(NEEDS_FUZZERS),clang) unit
 BUILD_REMOTE_ENDIAN   = $(MAKE) --no-print-directory -j$(JOBS) ONLY= S390X=1 remote-endian-tests
 test: $(TEST_SETUP:%=build/setup/%)
 	+@failed=; \
@@ -116,8 +143,11 @@ test: $(TEST_SETUP:%=build/setup/%)
 	$(if $(NEEDS_FUZZERS),$(BUILD_FUZZERS) -k ONLY= || failed="$$failed the fuzz build";) \
 	$(if $(NEEDS_THREADS),$(MAKE) -k --no-print-directory -j$(JOBS) TSAN=1 CC=clang thread-tests || \
 	    failed="$$failed the build against data races";) \
+	$(if $(BOARD_TESTS),$(MAKE) -k --no-print-directory -j$(JOBS) BOARD=$(TEST_BOARD) board-tests || \
+	    failed="$$failed the build for a board";) \
 	$(if $(NEEDS_REMOTE_ENDIAN),$(BUILD_REMOTE_ENDIAN) -k || failed="$$failed the big-endian build";) \
-	$(if $(PYTHON_TESTS),$(VENV),$(PYTHON)) test/support/run_tests.py --threads '$(NEEDS_THREADS)' --jobs $(JOBS) \
+	$(if $(PYTHON_TESTS),$(VENV),$(PYTHON)) test/support/run_tests.py --threads '$(NEEDS_THREADS)' \
+	    --board $(TEST_BOARD) --on-board '$(BOARD_TESTS)' --jobs $(JOBS) \
 	    --only '$(ONLY)' --failed "$$failed" $(call selected,$(TESTS))
 
 test-hil: build/setup/vm $(if $(NEEDS_REMOTE_ENDIAN),build/setup/s390x) all

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Run the C test programs, plain, with sanitizers and some against data races, then pytest; end with `N passed, M failed, K skipped`.
+"""Run the C test programs, plain, with sanitizers, some against data races and the portable ones on an emulated board, then
+pytest; end with `N passed, M failed, K skipped`.
 
 Prints the closing lines of each runner (Unity, cmocka) as soon as it ends, each test of pytest as it begins and ends, all output
 of what failed, and the slowest tests."""
@@ -12,10 +13,15 @@ import re
 import resource
 import subprocess
 import sys
+import tempfile
 import time
 import xml.etree.ElementTree
 
 VARIANTS = ["build", "build/sanitize"]
+# Programs without an operating system of their own run on an emulated board. Time there follows from the number of
+# instructions, 32 ns each, so that no result depends on the speed of this machine.
+EMULATOR = "qemu-system-arm -display none -monitor none -serial none -icount shift=5,sleep=off"
+BOARD = re.compile(r"build/(mps2-\w+)/")
 # Limits of processor time, which does not depend on the load of the machine, and of wall-clock time, for
 # tests that wait without end.
 PROCESSOR_SECONDS_ALLOWED = 300
@@ -60,13 +66,27 @@ def count_cases(output, code):
     return count
 
 
+def command_of(program):
+    """Words that run a test program: itself, or the emulator of its board."""
+    board = BOARD.match(program)
+    if not board:
+        return [program]
+    return [*EMULATOR.split(), "-machine", board[1], "-semihosting-config", "enable=on,target=native,arg=test",
+            "-kernel", os.path.abspath(program)]
+
+
 def run_program(program):
-    """(program, count, output, seconds) of one test program."""
+    """(program, count, output, seconds) of one test program. On a board, it runs in a folder of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        return run_in(folder if BOARD.match(program) else None, program)
+
+
+def run_in(folder, program):
     environment = dict(os.environ, ASAN_OPTIONS="detect_stack_use_after_return=1", UBSAN_OPTIONS="print_stacktrace=1")
     began = time.monotonic()
     if not os.access(program, os.X_OK):
         return program, Count(failed=1), "did not build", 0.0
-    with subprocess.Popen([program], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    with subprocess.Popen(command_of(program), cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                           env=environment) as run:
         resource.prlimit(run.pid, resource.RLIMIT_CPU, (PROCESSOR_SECONDS_ALLOWED, PROCESSOR_SECONDS_ALLOWED))
         try:
@@ -156,12 +176,15 @@ def main():
     parser.add_argument("--no-pytest", action="store_true", help="C test programs only")
     parser.add_argument("--failed", default="", help="what failed before the tests ran")
     parser.add_argument("--threads", default="", help="C sources of tests to run in the build against data races too")
+    parser.add_argument("--board", default="", help="board on which the portable tests run too")
+    parser.add_argument("--on-board", default="", help="C sources of these tests")
     parser.add_argument("sources", nargs="*", help="C sources of the test programs")
     arguments = parser.parse_args()
 
     programs = [program_of(source, folder) for folder in arguments.variant or VARIANTS for source in arguments.sources
                 if arguments.only in source]
     programs += [program_of(source, "build/thread") for source in arguments.threads.split() if arguments.only in source]
+    programs += [program_of(source, f"build/{arguments.board}") for source in arguments.on_board.split() if arguments.only in source]
     total, program_times = run_programs(programs, arguments.jobs)
     case_times = []
     if not arguments.no_pytest:

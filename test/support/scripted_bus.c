@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "test/support/scripted_bus.h"
 
+#include "osal/include/osal/process.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 static void must(const status_t status, const char* const what)
 {
@@ -17,7 +18,7 @@ static void must(const status_t status, const char* const what)
 void scripted_bus_open(scripted_bus_t* const bus, const char* const name)
 {
     memset(bus, 0, sizeof *bus);
-    (void)snprintf(bus->address, sizeof bus->address, "shm:%s-%ld", name, (long)getpid());
+    (void)snprintf(bus->address, sizeof bus->address, "shm:%s-%ld", name, (long)osal_process_own_id());
     (void)osal_can_destroy(bus->address); // Left over from a run that was killed.
     must(osal_can_create(bus->address), "create");
     must(osal_can_open(&bus->wire, bus->address, OSAL_CAN_WIRE), "open");

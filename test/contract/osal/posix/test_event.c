@@ -34,6 +34,13 @@ void tearDown(void)
     (void)munmap(shared, sizeof *shared);
 }
 
+static void memory_of_zeros_is_a_valid_event(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_event_wait(&shared->there, 0U));
+    osal_event_signal(&shared->there);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&shared->there, UINT32_MAX));
+}
+
 static void ignore_it(int number)
 {
     (void)number;
@@ -78,6 +85,7 @@ static void two_processes_take_turns_without_losing_one(void)
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(memory_of_zeros_is_a_valid_event);
     RUN_TEST(wait_is_never_early_though_signals_interrupt_it);
     RUN_TEST(two_processes_take_turns_without_losing_one);
     return UNITY_END();

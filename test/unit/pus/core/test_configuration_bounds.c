@@ -117,7 +117,7 @@ static status_t post_long(void* const context, octet_writer_t* const writer)
 
 static void begin_longer(void)
 {
-    const pus_long_port_t port = {.data_max = value, .begin = begin_long, .post = post_long};
+    const pus_long_port_t port = {.data_max = (uint32_t)value, .begin = begin_long, .post = post_long};
     pus_app_process_lengthen(&bench.process, &port);
 }
 
@@ -290,7 +290,7 @@ static const pus_function_port_t function_port = {.perform = perform};
 static void begin_functions_without_area(void)
 {
     static pus_functions_t functions;
-    pus_functions_init(&functions, NULL, 0U, &function_port, NULL, value);
+    pus_functions_init(&functions, NULL, 0U, &function_port, NULL, (size_t)value);
 }
 
 static void begin_functions_with_argument_at(void)
@@ -472,17 +472,17 @@ static void begin_large(const size_t reports, const size_t report_size, const si
 
 static void begin_large_with_report(void)
 {
-    begin_large(1U, value, 0U);
+    begin_large(1U, (size_t)value, 0U);
 }
 
 static void begin_large_with_uplink(void)
 {
-    begin_large(1U, PUS_PACKET_MAX, value);
+    begin_large(1U, PUS_PACKET_MAX, (size_t)value);
 }
 
 static void begin_large_with_count(void)
 {
-    begin_large(value, PUS_PACKET_MAX, 0U);
+    begin_large((size_t)value, PUS_PACKET_MAX, 0U);
 }
 
 static void begin_store(void)
