@@ -67,7 +67,7 @@ status_t pus_event_notice_read(octet_reader_t* const reader, pus_event_notice_t*
     return pus_codec_read_all(reader, notice_fields, out_notice);
 }
 
-/// TC[129,1], and TC[129,8], which contains the cause.
+/// Perform TC[129,1] or TC[129,8]; only the second contains the cause.
 static pus_reply_t request_state(void* const self, pus_request_t* const request)
 {
     const pus_management_port_t* const port = &((const pus_management_t*)self)->port;

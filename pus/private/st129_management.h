@@ -9,10 +9,10 @@
 ///                            cycle u32}
 ///     TM 5 status {state u8, phase u8, target u8, configuration u16, interface hash u64,
 ///                  configuration hash u64, epoch u32, cycle u32}
-///     TM 7 event notice {event u16, severity u8}: an event occurred whose report is disabled (TC[5,6]). It
-///          goes to the supervisor only, which reacts as it does to the report.
+///     TM 7 event notice {event u16, severity u8}: an event occurred whose report is disabled (TC[5,6]). The
+///          notice goes to the supervisor only, which reacts to it as to the report.
 ///
-/// State numbers are those of the generic subsystem; this service carries them and does not interpret them.
+/// State numbers are those of the generic subsystem; this service does not interpret them.
 #ifndef PUS_PRIVATE_ST129_MANAGEMENT_H
 #define PUS_PRIVATE_ST129_MANAGEMENT_H
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private part of service 130, shared by the side of subsystems (st130_codec.c) and that of the manager
-/// (st130_peer.c).
+/// Private to service 130: message layouts that both the side of subsystems (st130_codec.c) and that of the
+/// link manager (st130_peer.c) use.
 #ifndef PUS_PRIVATE_ST130_CODEC_H
 #define PUS_PRIVATE_ST130_CODEC_H
 
@@ -19,7 +19,7 @@ extern const pus_codec_field_t link_transition_fields[5U]; ///< A time follows t
 extern const pus_codec_field_t link_offer_fields[LINK_PROPERTIES + 3U];
 extern const pus_codec_field_t link_status_fields[LINK_ENDS + LINK_PROPERTIES + 8U];
 
-/// An endpoint longer than PUS_ENDPOINT_MAX makes the reader fail.
+/// Read an endpoint. The reader fails if the endpoint is longer than PUS_ENDPOINT_MAX.
 void link_endpoint_read(octet_reader_t* reader, pus_endpoint_t* out_endpoint);
 void link_endpoint_write(octet_writer_t* writer, const pus_endpoint_t* endpoint);
 

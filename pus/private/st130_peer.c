@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The other end of service 130: the link manager, not the subsystems, writes requests and reads reports.
+// The side of the link manager in service 130: writes requests and reads reports.
 #include "pus/private/st130_codec.h"
 
 #define STATUS_SIZE 52U // Size of an entry of TM[130,9] [octets].

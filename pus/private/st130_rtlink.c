@@ -13,7 +13,7 @@ void pus_rtlink_init(pus_rtlink_t* const rtlink, const pus_rtlink_port_t* const 
     *rtlink = (pus_rtlink_t){.port = *port};
 }
 
-// ---- Lists: a filter {N x {u16}} selects entries, N = 0 all ----
+// ---- Lists: a filter {N x {u16}} selects entries; N = 0 selects all ----
 
 static bool format_filter(void* const self, octet_reader_t* const reader)
 {
@@ -23,7 +23,7 @@ static bool format_filter(void* const self, octet_reader_t* const reader)
     return true;
 }
 
-/// Entries of a list: writes entry `index` if it exists, with its id. False past the last.
+/// Function that writes entry `index` of a list; *out_id is its id. False after the last entry.
 typedef bool (*entry_t)(const pus_rtlink_port_t* port, uint16_t index, uint16_t* out_id,
                         octet_writer_t* writer);
 
@@ -66,8 +66,8 @@ static bool has_entry(const pus_rtlink_port_t* const port, const entry_t entry, 
     return false;
 }
 
-/// Answer TC[130,1] or TC[130,8] with the list of the entries selected, and refuse each id of the filter that
-/// no entry has.
+/// Answer TC[130,1] or TC[130,8] with the list of the selected entries; refuse each id of the filter that no
+/// entry has.
 static pus_reply_t report_list(const pus_rtlink_port_t* const port, pus_request_t* const request,
                                const uint8_t subtype, const entry_t entry)
 {

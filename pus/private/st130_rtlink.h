@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Mission service 130, real-time links: offers, negotiation, opening, status. Layout of its messages:
-/// docs/services/st130.md. The same service serves a member (a subsystem, by its link data plane) and the
-/// manager (the supervisor); they differ in the port.
+/// docs/services/st130.md. The members of a network (subsystems) and the link manager (supervisor) use the
+/// same service with different ports.
 #ifndef PUS_PRIVATE_ST130_RTLINK_H
 #define PUS_PRIVATE_ST130_RTLINK_H
 
@@ -46,7 +46,7 @@ typedef enum {
 
 /// Reasons of TM[130,5], TC[130,7] and causes of TM[130,10].
 typedef enum {
-    PUS_LINK_REASON_NONE     = 0, ///< By request.
+    PUS_LINK_REASON_NONE     = 0, ///< A request is the cause.
     PUS_LINK_REASON_LAYOUT   = 1,
     PUS_LINK_REASON_ORDER    = 2,
     PUS_LINK_REASON_PERIOD   = 3,
@@ -55,11 +55,11 @@ typedef enum {
     PUS_LINK_REASON_STATE    = 6,
     PUS_LINK_REASON_PORT     = 7,
     PUS_LINK_REASON_DEADLINE = 8, ///< Accepted, but not opened in time.
-    PUS_LINK_REASON_STALE    = 9, ///< No sample within the largest age.
+    PUS_LINK_REASON_STALE    = 9, ///< The last sample is older than permitted.
     PUS_LINK_REASON_PEER     = 10 ///< The peer is lost or in error.
 } pus_link_reason_t;
 
-/// Offending field of TM[130,5].
+/// Field of the request for which TM[130,5] refuses it.
 typedef enum {
     PUS_LINK_FIELD_NONE        = 0,
     PUS_LINK_FIELD_LAYOUT_HASH = 1,
@@ -74,7 +74,7 @@ typedef enum {
     PUS_LINK_FIELD_ROLE        = 10
 } pus_link_field_t;
 
-/// P: properties of a link, as offered, wanted, supported or agreed.
+/// Properties of a link (P in the layouts of messages), as offered, wanted, supported or agreed.
 typedef struct {
     uint32_t layout_hash; ///< CRC-32 of the canonical text of the payload's layout.
     uint32_t layout_size; ///< [octets]
@@ -86,7 +86,7 @@ typedef struct {
     uint32_t age_max_us;
 } pus_link_properties_t;
 
-/// E: endpoint of one side.
+/// Endpoint of one side (E in the layouts of messages).
 typedef struct {
     uint8_t kind; ///< pus_link_method_t.
     uint8_t size; ///< 0..PUS_ENDPOINT_MAX.
@@ -165,10 +165,10 @@ typedef struct {
     uint8_t previous; ///< pus_link_state_t.
     uint8_t state;    ///< pus_link_state_t.
     uint8_t cause;    ///< pus_link_reason_t.
-    uint64_t time_ns; ///< Decoded: since 1958 TAI. Reported: mission time, the process adds its epoch.
+    uint64_t time_ns; ///< Decoded: since 1958 TAI. To be reported: mission time; the process adds its epoch.
 } pus_link_transition_t;
 
-/// Answer of a port to TC[130,3]; exactly one of the two is reported when the reply is PUS_DONE.
+/// Answer of a port to TC[130,3]: `accept` is reported if is_accepted, else `refuse`.
 typedef struct {
     bool is_accepted;
     pus_link_accept_t accept; ///< transaction is filled by the service.
@@ -178,18 +178,18 @@ typedef struct {
 /// All functions are mandatory.
 typedef struct {
     void* context;
-    /// Offer number `index` (0, 1, ...); false past the last. May not send reports.
+    /// Get offer number `index` (0, 1, ...); false after the last one. Must not send reports.
     bool (*offer)(void* context, uint16_t index, pus_link_offer_t* out_offer);
     /// Negotiate. PUS_DONE: *out_answer is the result; the service sends TM[130,4] and completes, or sends
-    /// TM[130,5] and fails the request with PUS_FAILURE_LINK_REFUSED. PUS_LATER: the port reports and
-    /// completes itself.
+    /// TM[130,5] and fails the request with PUS_FAILURE_LINK_REFUSED. PUS_LATER: the port itself reports the
+    /// result and completes the request.
     pus_reply_t (*request)(void* context, const pus_link_request_t* request, pus_link_answer_t* out_answer,
                            const pus_token_t* token, uint64_t now_ns);
     pus_reply_t (*open)(void* context, const pus_link_open_t* open, const pus_token_t* token,
                         uint64_t now_ns);
     pus_reply_t (*close)(void* context, const pus_link_close_t* close, const pus_token_t* token,
                          uint64_t now_ns);
-    /// Status of link number `index` (0, 1, ...); false past the last. May not send reports.
+    /// Get the status of link number `index` (0, 1, ...); false after the last one. Must not send reports.
     bool (*status)(void* context, uint16_t index, pus_link_status_t* out_status);
 } pus_rtlink_port_t;
 
@@ -205,18 +205,18 @@ status_t pus_link_accept_report(pus_app_process_t* process, uint16_t destination
                                 const pus_link_accept_t* accept, uint64_t now_ns);
 status_t pus_link_refuse_report(pus_app_process_t* process, uint16_t destination,
                                 const pus_link_refuse_t* refuse, uint64_t now_ns);
-/// Send TM[130,10] to all ground users; the supervisor, which routes it, also evaluates it. Status of
-/// pus_tm_post.
+/// Send TM[130,10] to all ground users; the supervisor, which forwards the report, also evaluates it. Status
+/// of pus_tm_post.
 status_t pus_link_transition_report(pus_app_process_t* process, const pus_link_transition_t* transition,
                                     uint64_t now_ns);
 
-/// Application data of requests, for a manager that sends them.
+/// Write the application data of requests, for the link manager.
 void pus_link_request_write(octet_writer_t* writer, const pus_link_request_t* request);
 void pus_link_open_write(octet_writer_t* writer, const pus_link_open_t* open);
 void pus_link_close_write(octet_writer_t* writer, const pus_link_close_t* close);
 
-/// Decode whole application or source data. STATUS_OK, STATUS_INVALID (octets missing or left over, or an
-/// endpoint longer than PUS_ENDPOINT_MAX).
+/// Decode application or source data, which must be complete. STATUS_OK, STATUS_INVALID (octets missing or
+/// left over, or an endpoint longer than PUS_ENDPOINT_MAX).
 MUST_USE status_t pus_link_request_read(octet_reader_t* reader, pus_link_request_t* out_request);
 MUST_USE status_t pus_link_accept_read(octet_reader_t* reader, pus_link_accept_t* out_accept);
 MUST_USE status_t pus_link_refuse_read(octet_reader_t* reader, pus_link_refuse_t* out_refuse);

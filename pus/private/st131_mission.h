@@ -48,7 +48,7 @@ typedef struct {
     uint8_t previous; ///< pus_log_strategy_t.
     uint8_t strategy; ///< pus_log_strategy_t.
     uint64_t first_record;
-    uint16_t code; ///< PUS_FAILURE_*: why the switch was made or failed.
+    uint16_t code; ///< PUS_FAILURE_*: the reason for which the strategy was changed, or the change failed.
 } pus_log_transition_t;
 
 /// One entry of TM[131,9].
@@ -61,7 +61,7 @@ typedef struct {
     uint8_t restarts;
 } pus_subsystem_entry_t;
 
-/// One entry of TM[131,11]; the port's arrays, valid until its next call.
+/// One entry of TM[131,11]. The arrays belong to the port and are valid until its next call.
 typedef struct {
     uint16_t network;
     uint16_t member_count;
@@ -78,7 +78,7 @@ typedef struct {
     pus_reply_t (*shut_down)(void* context, const pus_token_t* token, uint64_t now_ns);
     pus_reply_t (*start_process)(void* context, uint16_t apid, const pus_token_t* token, uint64_t now_ns);
     pus_reply_t (*stop_process)(void* context, uint16_t apid, const pus_token_t* token, uint64_t now_ns);
-    /// Entry number `index` (0, 1, ...); false past the last. May not send reports.
+    /// Get entry number `index` (0, 1, ...); false after the last one. Must not send reports.
     bool (*subsystem)(void* context, uint16_t index, pus_subsystem_entry_t* out_entry);
     bool (*network)(void* context, uint16_t index, pus_network_entry_t* out_entry);
 } pus_mission_port_t;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[01] request verification: reports of one request's stages, and their decoding.
+/// ST[01] request verification: reports about the stages of one request, and their decoding.
 ///
-/// Reports of success are sent only if the request asked for that stage; reports of failure always. All go to
-/// the request's source. None is lost while the process has room for it; the process counts lost ones.
+/// Reports of success are sent only if the acknowledgement flags of the request ask for that stage; reports
+/// of failure are always sent. All go to the source of the request. The process keeps them while it has room,
+/// and counts lost ones.
 #ifndef PUS_ST01_ST01_VERIFICATION_H
 #define PUS_ST01_ST01_VERIFICATION_H
 
@@ -17,7 +18,7 @@ void pus_verify_rejected(pus_app_process_t* process, const pus_token_t* token, c
 void pus_verify_started(pus_app_process_t* process, const pus_token_t* token, uint64_t now_ns);
 void pus_verify_start_failed(pus_app_process_t* process, const pus_token_t* token,
                              const pus_failure_t* failure, uint64_t now_ns);
-/// Progress: TM[1,5], TM[1,6]. After a failed step the caller ends the request with TM[1,8] later.
+/// Progress: TM[1,5], TM[1,6]. After a failed step the caller must later end the request with TM[1,8].
 void pus_verify_progress(pus_app_process_t* process, const pus_token_t* token, uint16_t step,
                          uint64_t now_ns);
 void pus_verify_progress_failed(pus_app_process_t* process, const pus_token_t* token, uint16_t step,
@@ -29,22 +30,23 @@ void pus_verify_failed(pus_app_process_t* process, const pus_token_t* token, con
 /// Completion: TM[1,7] if the code of `failure` is PUS_FAILURE_NONE, else TM[1,8].
 void pus_verify_ended(pus_app_process_t* process, const pus_token_t* token, pus_failure_t failure,
                       uint64_t now_ns);
-/// Routing: TM[1,10], by a router only.
+/// Routing: TM[1,10]; only a router sends it.
 void pus_verify_unrouted(pus_app_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
                          uint64_t now_ns);
 
-/// A verification report as read.
+/// A decoded verification report.
 typedef struct {
     uint8_t subtype; ///< 1..8, 10.
     uint32_t request_id;
-    uint16_t step;         ///< Subtypes 5 and 6, else 0.
-    pus_failure_t failure; ///< Subtypes 2, 4, 6, 8 and 10, else code PUS_FAILURE_NONE.
+    uint16_t step;         ///< For subtypes 5 and 6; else 0.
+    pus_failure_t failure; ///< For subtypes 2, 4, 6, 8 and 10; else its code is PUS_FAILURE_NONE.
 } pus_verification_t;
 
-/// STATUS_OK, STATUS_NOT_FOUND (not a report of ST[01]), STATUS_INVALID (octets missing or left over).
+/// Decode a verification report. STATUS_OK, STATUS_NOT_FOUND (not a report of ST[01]), STATUS_INVALID (octets
+/// missing or left over).
 MUST_USE status_t pus_verification_read(const pus_tm_t* tm, pus_verification_t* out_verification);
-/// True if the report ends the request's chain: completion, or a failure of any stage but progress. A step
-/// that failed is followed by others or by TM[1,8].
+/// True if the report is the last about its request: completion, or a failure of any stage except progress. A
+/// failed step is followed by other steps or by TM[1,8].
 bool pus_verification_is_final(const pus_verification_t* verification);
 
 #endif // PUS_ST01_ST01_VERIFICATION_H

@@ -15,14 +15,14 @@ enum { // Reports.
 
 enum { // Phases of a request.
     FREE,
-    NEXT,      // The next instruction is due.
+    NEXT,      // The next instruction is to be taken.
     BEGINNING, // The port has not taken the instruction yet.
     GOING_ON,  // The port performs the instruction.
     REPORTING, // The report of the instruction has to be sent.
     ENDING
 };
 
-#define TRANSITIONS_MAX 96U // Limit for a request in one step: about thirty instructions that end at once.
+#define TRANSITIONS_MAX 96U // Most phases of a request in a step: about 30 instructions that end at once.
 #define REGISTER_SIZE 4U
 #define LINE_SHIFT 4U // In a pulse: line 12 bits, reserved 1, exponent 3.
 #define PULSE_RESERVED 0x8U
@@ -120,7 +120,7 @@ static bool read_next(pus_device_cursor_t* const cursor, pus_device_action_t* co
     return true;
 }
 
-/// The device or register that a failure names.
+/// Detail of a failure: the device or register of the instruction.
 static uint32_t name_of(const pus_device_action_t* const action)
 {
     const bool is_register =
@@ -128,7 +128,7 @@ static uint32_t name_of(const pus_device_action_t* const action)
     return is_register ? action->address : action->device;
 }
 
-/// The failure for which an instruction is refused, or PUS_FAILURE_NONE.
+/// Check an instruction. Returns the failure for which it is refused, or PUS_FAILURE_NONE.
 static pus_failure_t check_instruction(const pus_device_access_t* const access,
                                        const pus_device_cursor_t* const cursor,
                                        const pus_device_action_t* const action)
@@ -221,7 +221,7 @@ static pus_reply_t take(void* const self, pus_request_t* const request)
     return reply;
 }
 
-/// Report an acquisition. False: the process does not take the report now.
+/// Report an acquisition. False: the process cannot take the report now.
 static bool report_acquired(const pus_device_access_t* const access,
                             const pus_device_operation_t* const operation, const uint64_t now_ns)
 {
@@ -237,7 +237,7 @@ static bool report_acquired(const pus_device_access_t* const access,
     return pus_tm_send(access->config.process, &writer) == STATUS_OK;
 }
 
-/// Report registers. False: the process does not take the report now.
+/// Report registers. False: the process cannot take the report now.
 static bool report_registers(const pus_device_access_t* const access,
                              const pus_device_operation_t* const operation, const uint64_t now_ns)
 {
@@ -309,7 +309,7 @@ static void take_next(pus_device_access_t* const access, pus_device_operation_t*
     operation->deadline_ns = now_ns + access->config.timeout_ns;
 }
 
-/// Begin an instruction or poll it. False: it waits, or has ended.
+/// Begin or poll the present instruction. False: it has to wait for the port.
 static bool begin_or_poll(pus_device_access_t* const access, pus_device_operation_t* const operation,
                           const uint64_t now_ns)
 {
@@ -339,7 +339,7 @@ static bool begin_or_poll(pus_device_access_t* const access, pus_device_operatio
     return true;
 }
 
-/// End a request. False: its report is not taken now.
+/// End a request. False: the process cannot take its report now.
 static bool end(pus_device_access_t* const access, pus_device_operation_t* const operation,
                 const uint64_t now_ns)
 {
@@ -357,7 +357,7 @@ static bool end(pus_device_access_t* const access, pus_device_operation_t* const
     return false;
 }
 
-/// Advance a request by one transition. False: it waits, or has ended.
+/// Advance a request by one phase. False: the request has to wait, or has ended.
 static bool advance(pus_device_access_t* const access, pus_device_operation_t* const operation,
                     const uint64_t now_ns)
 {

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[02] device access, all 11 messages: on/off devices, registers, command pulses, physical and logical
-/// devices, below the application that normally drives them. Rules and refusals: docs/services/st02.md.
+/// ST[02] device access, all 11 messages: direct access to on/off devices, registers, command pulses,
+/// physical and logical devices, without the application that normally drives them. Rules and refusals:
+/// docs/services/st02.md.
 ///
-/// A request is a list of instructions, performed one after the other behind a port. Each instruction is
-/// started and then polled in every step until it has ended. Several requests are under way at once.
+/// A request is a list of instructions, which a port performs one after the other. Each instruction is
+/// started and then polled in every step until it has ended. Several requests can be in progress at the same
+/// time.
 ///
 /// Protocol-specific data are four octets; the port knows their meaning. Return codes of acquisitions are
 /// those of the port; 0xFFFF is the time-out.
 ///
 /// Ownership  The caller places operations.
 /// Context    The loop of the process.
-/// Time       A step is O(requests under way).
+/// Time       A step is O(requests in progress).
 #ifndef PUS_ST02_ST02_DEVICE_ACCESS_H
 #define PUS_ST02_ST02_DEVICE_ACCESS_H
 
@@ -36,7 +38,7 @@ enum {
 /// One instruction; valid during the call.
 typedef struct {
     uint8_t kind;
-    uint8_t exponent;        ///< PULSE: its length is the base duration times 2^exponent.
+    uint8_t exponent;        ///< PULSE: its length is the basic duration times 2^exponent.
     uint16_t device;         ///< On/off address, CPDU, physical or logical device. Registers: 0.
     uint16_t command;        ///< LOGICAL_COMMAND: command id. PULSE: output line.
     uint32_t address;        ///< Register; LOGICAL_ACQUIRE: parameter id.
@@ -54,39 +56,39 @@ typedef struct {
 
 typedef struct {
     void* context;
-    /// Check without effect. STATUS_OK, STATUS_NOT_FOUND (device), STATUS_OUT_OF_RANGE (another field),
-    /// STATUS_FORBIDDEN (not now).
+    /// Check an instruction without effect. STATUS_OK, STATUS_NOT_FOUND (device), STATUS_OUT_OF_RANGE
+    /// (another field), STATUS_FORBIDDEN (not now).
     status_t (*check)(void* context, const pus_device_action_t* action);
     /// Begin an instruction in a free `slot`, 0..operations - 1. STATUS_OK, STATUS_FULL (try again in the
     /// next step), STATUS_IO (failed: *out_result is the reason).
     status_t (*begin)(void* context, uint8_t slot, const pus_device_action_t* action,
                       pus_device_result_t* out_result);
-    /// Poll the instruction of a slot. STATUS_BUSY, STATUS_OK (done, *out_result has the data), STATUS_IO
-    /// (failed).
+    /// Poll the instruction of a slot. STATUS_BUSY, STATUS_OK (performed, *out_result has the data),
+    /// STATUS_IO (failed).
     status_t (*poll)(void* context, uint8_t slot, pus_device_result_t* out_result);
-    /// Called at the time-out: forget the instruction, the slot is free.
+    /// Called at the time-out: abort the instruction and free its slot.
     void (*abandon)(void* context, uint8_t slot);
 } pus_device_port_t;
 
 typedef struct { // Private: position in the instructions of a request.
     octet_reader_t reader;
     uint8_t kind;
-    uint8_t left;  // Instructions, or CPDUs.
-    uint8_t inner; // Pulses of the CPDU.
+    uint8_t left;  // Remaining instructions, or remaining CPDUs.
+    uint8_t inner; // Remaining pulses of the CPDU.
     uint16_t cpdu;
     uint16_t transaction;
     uint16_t number; // Number of the instruction, from 1.
-    uint32_t place;  // Its octet offset.
+    uint32_t place;  // Octet offset of the instruction.
 } pus_device_cursor_t;
 
-typedef struct {   // Private: a request under way.
-    uint8_t phase; // 0: free.
+typedef struct {   // Private: a request in progress.
+    uint8_t phase; // 0: the structure is free.
     pus_device_cursor_t cursor;
     pus_device_action_t action;
     pus_device_result_t result;
     uint64_t deadline_ns;
     uint16_t refused;
-    pus_failure_t failure; // The first.
+    pus_failure_t failure; // The first failure.
     pus_token_t token;
     uint8_t left_out[PUS_DEVICE_INSTRUCTIONS_MAX / 8U]; // Bit n - 1: instruction n was refused, or failed.
     uint32_t values[PUS_COUNT_MAX];                     // Values of registers.
@@ -99,7 +101,7 @@ typedef struct {
     pus_device_port_t port;
     pus_device_operation_t* operations;
     uint8_t operation_count;
-    uint64_t timeout_ns; ///< For one instruction.
+    uint64_t timeout_ns; ///< Longest duration of one instruction.
 } pus_device_config_t;
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
@@ -114,7 +116,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 } pus_device_access_t;
 
 void pus_device_access_init(pus_device_access_t* access, const pus_device_config_t* config);
-/// The service's entry for a dispatcher; subtypes and step included.
+/// Entry of the service for a dispatcher, with subtypes and step.
 pus_service_t pus_device_access_service(pus_device_access_t* access);
 /// Continue all requests.
 void pus_device_access_step(pus_device_access_t* access, uint64_t now_ns);

@@ -110,7 +110,7 @@ status_t pus_hk_restore(void* const self, const uint32_t key, const uint8_t* con
 
 // ---- Changes of one definition ----
 
-/// Perform a request for one entry: the code of the failure is PUS_FAILURE_NONE if it succeeded.
+/// Function that performs a request for one entry. The code of its result is PUS_FAILURE_NONE on success.
 typedef pus_failure_t (*change_t)(pus_hk_functional_t* definition, const pus_hk_member_t* member);
 
 static pus_failure_t add_member(pus_hk_functional_t* const definition, const pus_hk_member_t* const member)
@@ -147,8 +147,8 @@ static pus_failure_t remove_member(pus_hk_functional_t* const definition, const 
     return pus_no_failure();
 }
 
-/// Change the scratch definition by the entries of a request. If all entries are good, the scratch definition
-/// replaces `place`; otherwise the whole request is refused.
+/// Change the copy of the definition by the entries of a request. If all entries succeed, the copy replaces
+/// `place`; otherwise the whole request is refused.
 static pus_reply_t change(pus_hk_t* const hk, pus_request_t* const request, pus_hk_functional_t* const place,
                           const change_t perform)
 {

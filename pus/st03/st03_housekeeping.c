@@ -118,7 +118,7 @@ static void read_entries(const pus_hk_t* const hk, const pus_hk_structure_t* con
         const pus_hk_entry_t* const entry = &structure->entries[first + i];
         const size_t end                  = writer->position + entry->size;
         port->read(port->context, entry->handle, writer);
-        FSW_ASSERT(writer->position == end); // The size that the port stated.
+        FSW_ASSERT(writer->position == end); // The port must write the size that it has reported.
     }
 }
 
@@ -135,7 +135,7 @@ static void sample_set(const pus_hk_t* const hk, const pus_hk_structure_t* const
     }
 }
 
-/// The values of a report at the end of an interval.
+/// Write the values of a report at the end of an interval.
 static void write_collected(const pus_hk_t* const hk, const pus_hk_structure_t* const structure,
                             const uint8_t* const samples, octet_writer_t* const writer)
 {
@@ -165,7 +165,7 @@ static void count(pus_hk_t* const hk, const status_t status)
     }
 }
 
-/// Send a report, or let the loop of the process send it.
+/// Send a report, or pass it to the outlet of its loop, so that the loop of the process sends it.
 static void hand_over(pus_hk_t* const hk, const pus_hk_structure_t* const structure,
                       const uint8_t* const samples, const uint64_t now_ns,
                       const pus_hk_outlet_t* const outlet)
@@ -181,7 +181,7 @@ static void hand_over(pus_hk_t* const hk, const pus_hk_structure_t* const struct
     }
 }
 
-/// One cycle of a structure whose periodic generation is enabled.
+/// Perform one cycle of a structure whose periodic generation is enabled.
 static void collect(pus_hk_t* const hk, pus_hk_structure_t* const structure, uint8_t* const samples,
                     const uint64_t now_ns, const uint32_t cycle, const pus_hk_outlet_t* const outlet)
 {
@@ -201,7 +201,7 @@ static void collect(pus_hk_t* const hk, pus_hk_structure_t* const structure, uin
     }
 }
 
-/// One cycle of the structures of a loop.
+/// Perform one cycle of the structures of a loop.
 static void step_loop(pus_hk_t* const hk, const uint8_t loop, const uint64_t now_ns, const uint32_t cycle,
                       const pus_hk_outlet_t* const outlet)
 {

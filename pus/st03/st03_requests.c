@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// Requests of ST[03] about structures; each exists twice, for housekeeping and for diagnostic structures.
+// SPDX-License-Identifier: Apache-2.0 Requests of ST[03] about structures. Each request has two subtypes: one
+// for housekeeping structures and one for diagnostic structures.
 #include "generated/pus/st03_request_formats.h"
 #include "pus/st03/st03_structures.h"
 
@@ -65,7 +65,7 @@ static pus_reply_t append(void* const self, pus_request_t* const request)
     return add_requested(hk, &request->reader, structure);
 }
 
-/// What a request does with each structure that it names.
+/// Properties of a request that names structures, and the function that it performs on each of them.
 typedef struct {
     bool needs_disabled; // Refused while the periodic generation is enabled.
     bool has_interval;   // An interval follows each id.
@@ -171,7 +171,7 @@ static void sample_one(pus_hk_t* const hk, pus_hk_structure_t* const structure, 
     hk_sample_now(hk, structure, request);
 }
 
-/// Do nothing: the caller only has to know that the structure exists.
+/// No effect: the caller only checks that the structure exists.
 static void note_one(pus_hk_t* const hk, pus_hk_structure_t* const structure, pus_request_t* const request,
                      const uint32_t interval)
 {

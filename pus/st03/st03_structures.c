@@ -26,7 +26,7 @@ static bool is_good(const pus_hk_t* const hk)
     return hk->verdict.code == PUS_FAILURE_NONE;
 }
 
-/// Append an entry. False without effect after an earlier failure, or if this one fails.
+/// Append an entry. False, without effect, after an earlier failure or if this entry fails.
 static bool add_parameter(pus_hk_t* const hk, const uint32_t parameter_id)
 {
     pus_hk_structure_t* const candidate = &hk->candidate;
@@ -95,7 +95,7 @@ void hk_candidate_add_to_set(pus_hk_t* const hk, const uint32_t parameter_id)
     }
 }
 
-/// Size of the values of some entries [octets].
+/// Size of the values of `count` entries from `first` on [octets].
 static uint32_t size_of(const pus_hk_structure_t* const structure, const uint8_t first, const uint8_t count)
 {
     uint32_t size = 0U;
@@ -159,7 +159,7 @@ void hk_candidate_begin(pus_hk_t* const hk, const bool is_diagnostic, const uint
     } else if (*out_place == NULL) {
         (void)fail(hk, PUS_FAILURE_TABLE_FULL, hk->config.structure_count);
     } else {
-        // There is room, and no such structure yet.
+        // The structure is possible.
     }
 }
 

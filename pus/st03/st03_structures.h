@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private part of ST[03]: report structures are assembled in the service's candidate, so that a failed
-/// request changes nothing. Checks return a failure with code PUS_FAILURE_NONE if all is well.
+/// Private to ST[03]: a structure is assembled in the candidate of the service, so that a failed request does
+/// not change any structure.
 #ifndef PUS_ST03_ST03_STRUCTURES_H
 #define PUS_ST03_ST03_STRUCTURES_H
 
@@ -10,22 +10,22 @@
 
 /// Structure of a kind with this id, or null.
 pus_hk_structure_t* hk_structure_of(const pus_hk_t* hk, bool is_diagnostic, uint16_t id);
-/// Begin an empty candidate. Its verdict says whether such a structure is possible; *out_place is its
-/// place in the table. After a failure nothing more is added, and the verdict does not change.
+/// Begin an empty candidate; *out_place is the structure that it will become. `verdict` is the failure if
+/// such a structure is not possible. After a failure, additions have no effect and `verdict` does not change.
 void hk_candidate_begin(pus_hk_t* hk, bool is_diagnostic, uint16_t id, uint32_t interval,
                         pus_hk_structure_t** out_place);
 /// Begin a candidate with the contents of an existing structure.
 void hk_candidate_extend(pus_hk_t* hk, const pus_hk_structure_t* structure);
-/// Add a simply commutated parameter. They come before the sets: sets already there move up by one entry.
+/// Add a simply commutated parameter. It is placed before the sets, which move up by one entry.
 void hk_candidate_add(pus_hk_t* hk, uint32_t parameter_id);
 /// Open a set of `count` parameters, which follow by hk_candidate_add_to_set. `offset`: detail of a failure.
 void hk_candidate_add_set(pus_hk_t* hk, uint16_t repetitions, uint8_t count, uint32_t offset);
 void hk_candidate_add_to_set(pus_hk_t* hk, uint32_t parameter_id);
-/// Called after the last addition, `entries` parameters and sets in all: assign offsets in the sample buffer
-/// to the candidate. `offset`: detail of the failure if nothing was added.
+/// Assign offsets in the sample buffer. Called after the last addition; `entries` is the number of parameters
+/// and sets added. `offset`: detail of the failure if it is 0.
 void hk_candidate_lay_out(pus_hk_t* hk, unsigned entries, uint32_t offset);
 
-/// The candidate becomes a structure if there was no failure.
+/// Copy the candidate to the structure `place` if there was no failure.
 void hk_candidate_settle(const pus_hk_t* hk, pus_hk_structure_t* place);
 
 /// Lock and unlock the guard, so that no other loop samples while structures change.
@@ -35,9 +35,9 @@ void hk_release(const pus_hk_t* hk);
 void hk_set_periodic(pus_hk_structure_t* structure, bool is_periodic);
 /// Shortest interval that a structure may have: the largest repetition number of its sets.
 uint32_t hk_interval_min(const pus_hk_structure_t* structure);
-/// Report a structure's values of now to a user.
+/// Answer a request with a report of the present values of a structure.
 void hk_sample_now(pus_hk_t* hk, const pus_hk_structure_t* structure, pus_request_t* request);
-/// st03_requests.c: the entry for a dispatcher, without its step.
+/// st03_requests.c: entry of the service for a dispatcher, without its step.
 pus_service_t hk_requests(pus_hk_t* hk);
 
 /// st03_functional.c: TC[3,37] to [3,44].

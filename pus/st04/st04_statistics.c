@@ -107,7 +107,7 @@ static void sample(pus_statistics_t* const self, pus_statistic_t* const statisti
         self->counters.samples++;
         add_sample(statistic, bits, value, self->config.process->epoch_ns + now_ns);
     } else {
-        // The counter of samples is at its maximum.
+        // The counter of samples is at its maximum: no further sample is included.
     }
 }
 
@@ -193,7 +193,7 @@ static pus_failure_t keep(pus_statistics_t* const self, const uint32_t key, cons
     return pus_failure((status == STATUS_OK) ? PUS_FAILURE_NONE : PUS_FAILURE_IO, (uint32_t)status);
 }
 
-/// Find a place for a definition. `offset`: its offset in the request.
+/// Check a definition and find its entry in the table. `offset`: its offset in the request.
 static pus_failure_t prepare(const pus_statistics_t* const self, pus_statistic_t* const candidate,
                              pus_statistic_t** const out_place, const uint32_t offset)
 {
@@ -229,7 +229,7 @@ static pus_failure_t add(pus_statistics_t* const self, pus_statistic_t* const ca
         failure = keep(self, candidate->scalar.id, candidate->interval_ticks);
     }
     if (failure.code == PUS_FAILURE_NONE) {
-        FSW_ASSERT(place != NULL); // Without a failure, it was found.
+        FSW_ASSERT(place != NULL); // `prepare` has found an entry, because there is no failure.
         define(self, place, candidate);
     }
     return failure;

@@ -33,8 +33,8 @@ typedef struct { // Private.
 typedef struct {
     pus_app_process_t* process;
     pus_parameter_port_t parameters;      ///< `write` is not used.
-    const pus_persistence_t* persistence; ///< Null: nothing is kept.
-    pus_statistic_t* statistics;          ///< `capacity` of each.
+    const pus_persistence_t* persistence; ///< Null: without persistent records.
+    pus_statistic_t* statistics;          ///< This array and the next two have `capacity` entries.
     pus_due_t* due;
     uint16_t* places;
     uint16_t capacity;
@@ -63,10 +63,10 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 
 /// Start without definitions and without periodic reports.
 void pus_statistics_init(pus_statistics_t* self, const pus_statistics_config_t* config);
-/// The service's entry for a dispatcher; subtypes and step included.
+/// Entry of the service for a dispatcher, with subtypes and step.
 pus_service_t pus_statistics_service(pus_statistics_t* self);
 /// Restore one record. STATUS_OK, STATUS_INVALID (malformed, not a scalar, or an interval out of range),
-/// STATUS_EXHAUSTED (no room). The parameter may come later.
+/// STATUS_EXHAUSTED (no room). The parameter need not exist yet.
 MUST_USE status_t pus_statistics_restore(pus_statistics_t* self, uint32_t key, const uint8_t* octets,
                                          size_t size);
 /// Take the samples that are due, and report. `cycle` counts minimum sampling intervals and may jump forward.

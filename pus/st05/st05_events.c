@@ -48,7 +48,8 @@ static status_t report(const pus_events_t* const events, const pus_event_definit
     return pus_tm_post(events->process, &writer);
 }
 
-/// TC[5,6] disables the report, not the reactions: recovery plans and ST[19] act on the notice.
+/// Send the notice of a disabled event. TC[5,6] disables only the report: recovery plans and ST[19] react to
+/// the notice.
 static status_t notice(const pus_events_t* const events, const pus_event_definition_t* const definition,
                        const uint64_t now_ns)
 {
@@ -56,8 +57,8 @@ static status_t notice(const pus_events_t* const events, const pus_event_definit
     return pus_event_notice_report(events->process, &content, now_ns);
 }
 
-/// True if the limiter lets the event pass; the event is then included in due_ms. Times are compared modulo
-/// 2^32 ms: a due_ms that is further ahead than a whole burst is in the past.
+/// True if the limiter passes the event; due_ms then increases by an interval. Times are compared modulo 2^32
+/// ms: a due_ms that is further ahead than a whole burst is in the past.
 static bool passes(const pus_events_t* const events, const pus_event_definition_t* const definition,
                    pus_event_state_t* const state, const uint64_t now_ns)
 {

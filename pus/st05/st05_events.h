@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[05] events: TM 1..4 by severity, TC 5 enable, 6 disable, 7 and TM 8 list of the disabled. A disabled
-/// event is not reported, but counted, and the supervisor gets a notice of it (TM[129,7]): on-board reactions
-/// depend on the event, not on its report. Reports go to all ground users and are kept by the process while
-/// the port refuses.
+/// ST[05] events: TM 1..4 by severity, TC 5 enable, TC 6 disable, TC 7 and TM 8 list of disabled events. The
+/// reports go to all ground users; the process keeps them while the port refuses. The supervisor gets a
+/// notice (TM[129,7]) of a disabled event instead, since on-board reactions depend on the event, not on its
+/// report.
+///
+/// Each event has a limiter, which passes `burst` occurrences at once and then one in each interval. A HIGH
+/// event passes unless its last report still waits for the port. Suppressed occurrences are counted, and an
+/// event {event u16, count u32} reports them, for at most one event in a second. Recovery plans, ST[12] and
+/// ST[19] get the events that pass; the reaction of the subsystem itself does not depend on the limiter.
 ///
 /// Ownership  The caller places definitions and state.
-///
-/// A limiter for each event lets `burst` occurrences pass at once, later one in each interval; a HIGH event
-/// passes unless its last report still waits for the port. Suppressed occurrences are counted and reported by
-/// an event {event u16, count u32}, for one event a second at most. Plans, ST[12] and ST[19] see the events
-/// that pass; the subsystem's own reaction is independent of the limiter.
 #ifndef PUS_ST05_ST05_EVENTS_H
 #define PUS_ST05_ST05_EVENTS_H
 
@@ -25,20 +25,20 @@ typedef enum {
 typedef struct {
     uint16_t id;
     uint8_t severity;     ///< pus_severity_t.
-    uint8_t burst;        ///< Occurrences that pass at once.
+    uint8_t burst;        ///< Number of occurrences that pass at once.
     uint16_t aux_size;    ///< Size of the auxiliary data [octets].
-    uint16_t interval_ms; ///< Then one passes in this time; 0: no limit.
+    uint16_t interval_ms; ///< After a burst, one occurrence passes in this time; 0: no limit.
 } pus_event_definition_t;
 
 typedef struct {
     bool is_disabled;
-    uint32_t raised;     ///< How often, reported or not [wraps].
-    uint32_t suppressed; ///< Private: by the limiter, and not reported yet.
-    uint32_t due_ms;     // When as many have passed as may on the average [wraps].
+    uint32_t raised;     ///< Number of occurrences, reported or not [wraps].
+    uint32_t suppressed; ///< Private: occurrences that the limiter suppressed and that are not reported yet.
+    uint32_t due_ms;     // Time at which the mean rate is that of the interval again [wraps].
 } pus_event_state_t;
 
-#define PUS_EVENT_BURST 20U        ///< Default: reports of an event at once.
-#define PUS_EVENT_INTERVAL_MS 100U ///< Default: time between further reports.
+#define PUS_EVENT_BURST 20U        ///< Default of `burst`.
+#define PUS_EVENT_INTERVAL_MS 100U ///< Default of `interval_ms`.
 #define PUS_SUPPRESSED_REPORT_NS 1000000000ULL
 #define PUS_SUPPRESSED_AUX 6U ///< Auxiliary data of the event that reports them: event u16, count u32.
 
@@ -49,7 +49,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     uint16_t count;
     uint16_t last_reported; // Index of the event whose suppressed occurrences were reported last.
     uint16_t unreported;    // Events with suppressed occurrences that were not reported yet.
-    uint16_t reporter_id;   // Event that reports them; 0: there is none.
+    uint16_t reporter_id;   // Event that reports suppressed occurrences; 0: none.
     uint64_t next_report_ns;
     struct {
         uint32_t suppressed; ///< Occurrences that the limiter did not let pass.
@@ -63,11 +63,13 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 void pus_events_init(pus_events_t* events, pus_app_process_t* process,
                      const pus_event_definition_t* definitions, pus_event_state_t* states, uint16_t count);
 pus_service_t pus_events_service(pus_events_t* events);
-/// The event that reports suppressed occurrences, with PUS_SUPPRESSED_AUX octets of auxiliary data; 0: none.
+/// Set the event that reports suppressed occurrences; it has PUS_SUPPRESSED_AUX octets of auxiliary data. 0:
+/// none.
 void pus_events_report_suppressed_by(pus_events_t* events, uint16_t event_id);
-/// Report suppressed occurrences if it is time; call once per step. True if more are to be reported later.
+/// Report suppressed occurrences of one event, once in a second; call once per step. True if more are to be
+/// reported later.
 bool pus_events_step(pus_events_t* events, uint64_t now_ns);
-/// Raise an event. STATUS_OK (reported, or disabled and noticed, or suppressed and counted),
+/// Raise an event. STATUS_OK (reported; or disabled, with a notice; or suppressed and counted),
 /// STATUS_NOT_FOUND, STATUS_INVALID (auxiliary data of another size), STATUS_EXHAUSTED (no room to report it;
 /// counted).
 status_t pus_event_raise(pus_events_t* events, uint16_t event_id, const uint8_t* aux, size_t aux_size,
@@ -80,8 +82,8 @@ typedef struct {
     uint8_t severity; ///< pus_severity_t.
 } pus_event_occurrence_t;
 
-/// The event of a TM[5,1..4] or a TM[129,7]. STATUS_OK, STATUS_NOT_FOUND (another message), STATUS_INVALID
-/// (octets missing or left over, severity unknown).
+/// Read the event from a TM[5,1..4] or a TM[129,7]. STATUS_OK, STATUS_NOT_FOUND (another message),
+/// STATUS_INVALID (octets missing or left over, severity unknown).
 MUST_USE status_t pus_event_occurrence_read(const pus_tm_t* tm, pus_event_occurrence_t* out_occurrence);
 
 #endif // PUS_ST05_ST05_EVENTS_H

@@ -23,7 +23,7 @@ status_t pus_event_occurrence_read(const pus_tm_t* const tm, pus_event_occurrenc
         status = pus_event_notice_read(&reader, &notice);
         status = ((status == STATUS_OK) && !is_severity(notice.severity)) ? STATUS_INVALID : status;
     } else {
-        // No event.
+        // The report is not about an event.
     }
     *out_occurrence =
         (pus_event_occurrence_t){.apid = tm->apid, .event = notice.event, .severity = notice.severity};

@@ -5,7 +5,7 @@
 
 #include "pus/st06/st06_memory.h"
 
-/// The memory of a request's areas, or one object of it.
+/// The memory that a request names, or one object in a memory.
 typedef struct {
     const pus_memory_t* memory;
     uint8_t index; ///< Index of the memory.
@@ -19,7 +19,7 @@ typedef struct {
 /// Read memory id and, for objects, base id. PUS_FAILURE_NONE, or PUS_FAILURE_UNKNOWN_ID.
 pus_failure_t memory_find(const pus_memory_t* memories, uint8_t count, octet_reader_t* reader, bool is_object,
                           memory_target_t* out_target);
-/// True if an area lies inside, without an overflow, and is aligned.
+/// True if an area is aligned and inside of the target; an overflow of its end is excluded.
 bool memory_is_inside(const memory_target_t* target, uint32_t address, uint32_t length);
 
 #endif // PUS_ST06_ST06_AREAS_H

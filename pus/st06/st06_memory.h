@@ -1,25 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[06] memory management, all 22 messages: load, dump and check of raw memory by address and of object
-/// memory by base and offset, by data in the request or by reference to a file; atomic load, scrubbing, write
+/// memory by base and offset, with data in the request or in a file; atomic load, scrubbing, write
 /// protection. Areas, operations and refusals: docs/services/st06.md.
 ///
-/// A memory is a range of addresses base .. base + size - 1 behind a port. Loads with data in the request are
-/// done at once. Dumps, checks and loads by reference are operations: each step of the service advances every
-/// operation by PUS_MEMORY_SLICE octets.
+/// A memory is a range of addresses base .. base + size - 1, accessed by a port. Loads with data in the
+/// request are performed at once. Dumps, checks and loads by reference are operations: each step of the
+/// service advances every operation by PUS_MEMORY_SLICE octets.
 ///
 /// Ownership  The caller places memories, their states and operations.
 /// Context    The loop of the process.
-/// Time       A step is O(operations under way and memories scrubbed), times the slice; nothing if there are
-///            none.
+/// Time       A step is O(operations in progress and scrubbed memories), times the slice.
 #ifndef PUS_ST06_ST06_MEMORY_H
 #define PUS_ST06_ST06_MEMORY_H
 
 #include "pus/core/file_port.h"
 #include "pus/core/service.h"
 
-#define PUS_MEMORY_SLICE                                                                                     \
-    1024U                    ///< Moved by one operation in one step [octets], a multiple of any access width.
-#define PUS_MEMORY_ATOMIC 4U ///< Octets that TC[6,11] loads at once.
+#define PUS_MEMORY_SLICE 1024U ///< Octets of one operation in one step, a multiple of any access width.
+#define PUS_MEMORY_ATOMIC 4U   ///< Octets that TC[6,11] loads at once.
 
 /// A memory, or a device that is accessed like one.
 typedef struct {
@@ -32,36 +30,36 @@ typedef struct {
     status_t (*read)(void* context, uint32_t address, uint8_t* octets, size_t size);
     /// Write `size` octets, up to PUS_MEMORY_ATOMIC of them without interruption. Null: read-only.
     status_t (*write)(void* context, uint32_t address, const uint8_t* octets, size_t size);
-    /// Let the hardware find and correct errors there. Null: this memory cannot be scrubbed.
+    /// Make the hardware find and correct errors in a range. Null: this memory cannot be scrubbed.
     void (*scrub)(void* context, uint32_t address, size_t size);
-    /// Begin and size of an object, inside the memory. STATUS_OK, STATUS_NOT_FOUND. Null: there are none.
+    /// Find the address and size of an object in the memory. STATUS_OK, STATUS_NOT_FOUND. Null: no objects.
     status_t (*object)(void* context, uint32_t base_id, uint32_t* out_address, uint32_t* out_size);
 } pus_memory_t;
 
 typedef struct { // Private.
     bool is_protected;
     bool is_scrubbed;
-    uint32_t scrubbed; // Octets of this pass.
+    uint32_t scrubbed; // Octets scrubbed in this pass.
 } pus_memory_state_t;
 
-typedef struct {  // Private: a request under way.
-    uint8_t kind; // 0: free.
+typedef struct {  // Private: a request in progress.
+    uint8_t kind; // 0: the structure is free.
     bool is_object;
-    uint8_t memory; // Its index in the list.
+    uint8_t memory; // Index of the memory.
     uint8_t phase;  // Phase of a load by reference.
-    uint8_t count;  // Areas.
-    uint8_t index;  // Area under way, from 0.
+    uint8_t count;  // Number of areas.
+    uint8_t index;  // Index of the present area.
     uint8_t refused;
-    uint16_t checksum; // Checksum of the area under way, as far as it has been read.
+    uint16_t checksum; // Checksum of the octets of the present area that have been read.
     uint32_t base_id;
     uint32_t origin; // Added to the offsets of areas.
-    uint32_t done;   // Octets of the area under way.
+    uint32_t done;   // Octets of the present area that have been processed.
     uint32_t file;
-    uint32_t written; // Octets of the file.
+    uint32_t written; // Octets written to the file.
     uint16_t list;    // Offset of the list of areas in `data`.
-    uint16_t entry;   // Octets of an area's entry.
+    uint16_t entry;   // Size of the entry of an area [octets].
     pus_token_t token;
-    pus_failure_t failure; // The first.
+    pus_failure_t failure; // The first failure.
     uint16_t checksums[PUS_COUNT_MAX];
     bool is_left_out[PUS_COUNT_MAX]; // Refused or failed.
     uint8_t data[PUS_TC_DATA_MAX];
@@ -75,19 +73,19 @@ typedef struct {
     pus_memory_operation_t* operations;
     uint8_t operation_count;
     const pus_file_port_t* files;         ///< Null: TC[6,19] to [6,22] are refused (PUS_FAILURE_UNKNOWN_ID).
-    const pus_persistence_t* persistence; ///< Null: nothing is kept.
+    const pus_persistence_t* persistence; ///< Null: without persistent records.
 } pus_memory_config_t;
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_memory_config_t config;
-    uint8_t running;  // Operations under way.
-    uint8_t scrubbed; // Memories.
+    uint8_t running;  // Number of operations in progress.
+    uint8_t scrubbed; // Number of memories that are scrubbed.
     struct {
         uint32_t loaded;  ///< Areas loaded.
         uint32_t dumped;  ///< Areas dumped.
         uint32_t checked; ///< Areas checked.
         uint32_t refused; ///< Areas refused, or failed later.
-        uint32_t passes;  ///< Times a memory has been scrubbed through.
+        uint32_t passes;  ///< Number of complete scrubbing passes of a memory.
     } counters;
     uint8_t octets[PUS_MEMORY_SLICE];
     uint8_t echo[PUS_MEMORY_SLICE];
@@ -96,7 +94,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 /// Memory ids must differ; nothing is protected or scrubbed. The configuration is copied; the objects to
 /// which it points are not.
 void pus_memory_init(pus_memory_service_t* memory, const pus_memory_config_t* config);
-/// The service's entry for a dispatcher; subtypes and step included.
+/// Entry of the service for a dispatcher, with subtypes and step.
 pus_service_t pus_memory_service(pus_memory_service_t* memory);
 /// Restore a record; `key` is a memory id. STATUS_OK, STATUS_NOT_FOUND (no such memory), STATUS_INVALID
 /// (no such record), STATUS_UNSUPPORTED (it can no longer be scrubbed).

@@ -76,7 +76,7 @@ static void finish(pus_memory_service_t* const service, pus_memory_operation_t* 
     pus_verify_ended(service->config.process, &operation->token, failure, now_ns);
 }
 
-/// Go on to the next area.
+/// Continue with the next area.
 static void next_area(pus_memory_operation_t* const operation)
 {
     operation->done     = 0U;
@@ -85,7 +85,7 @@ static void next_area(pus_memory_operation_t* const operation)
     operation->index++;
 }
 
-/// Note that the present area failed, and go on to the next.
+/// Record that the present area failed, and continue with the next.
 static void fail_area(pus_memory_service_t* const service, pus_memory_operation_t* const operation,
                       const pus_failure_t* const failure)
 {
@@ -105,7 +105,7 @@ static void fail_io(pus_memory_service_t* const service, pus_memory_operation_t*
     fail_area(service, operation, &failure);
 }
 
-/// Skip the refused areas. False: none is left.
+/// Skip the refused areas. False: no area is left.
 static bool seek(pus_memory_operation_t* const operation)
 {
     while ((operation->index < operation->count) && operation->is_left_out[operation->index]) {
@@ -119,7 +119,7 @@ static uint32_t smaller(const uint32_t a, const uint32_t b)
     return (a < b) ? a : b;
 }
 
-/// Begin a report of an operation: memory id, base id of an object.
+/// Begin a report of an operation with the memory id and, for an object, its base id.
 static octet_writer_t begin_report(const pus_memory_service_t* const service,
                                    const pus_memory_operation_t* const operation, const uint8_t subtype,
                                    const uint64_t now_ns)
@@ -139,7 +139,7 @@ static void put_count(octet_writer_t* const writer, const size_t place, const ui
     octets_put_u16(&writer->octets[place], count);
 }
 
-/// Send one report of a dump, with one slice of the areas. False: the process does not take it now.
+/// Send one report of a dump, with one slice of the areas. False: the process cannot take it now.
 static bool dump(pus_memory_service_t* const service, pus_memory_operation_t* const operation,
                  const uint64_t now_ns)
 {
@@ -181,7 +181,7 @@ static bool dump(pus_memory_service_t* const service, pus_memory_operation_t* co
     }
     put_count(&writer, place, entries);
     if (pus_tm_send(service->config.process, &writer) != STATUS_OK) {
-        operation->index = index; // Repeat it later with the content at that time.
+        operation->index = index; // A later step repeats the report with the content of that time.
         operation->done  = done;
         return false;
     }
@@ -212,7 +212,7 @@ static void check_slice(pus_memory_service_t* const service, pus_memory_operatio
     }
 }
 
-/// Report a check. False: the process does not take the report now.
+/// Report a check. False: the process cannot take the report now.
 static bool report_checks(const pus_memory_service_t* const service,
                           const pus_memory_operation_t* const operation, const uint64_t now_ns)
 {
@@ -281,7 +281,7 @@ static void load_slice(pus_memory_service_t* const service, pus_memory_operation
         operation->phase = PHASE_LOAD;
         operation->done  = 0U;
     } else {
-        // The rest follows in the next step.
+        // The next step continues.
     }
 }
 
@@ -300,7 +300,7 @@ static void dump_slice(pus_memory_service_t* const service, pus_memory_operation
     }
     if (status != STATUS_OK) {
         fail_io(service, operation, status);
-        operation->index = operation->count; // The following octets would be at a wrong place in the file.
+        operation->index = operation->count; // End: further octets would be at wrong offsets of the file.
         return;
     }
     *room -= piece;
@@ -326,7 +326,7 @@ static bool advance(pus_memory_service_t* const service, pus_memory_operation_t*
     } else if (operation->kind == (uint8_t)MEMORY_DUMP_FILE) {
         slice = dump_slice;
     } else {
-        // A check.
+        // The operation is a check.
     }
     while ((room > 0U) && seek(operation)) {
         slice(service, operation, &room);

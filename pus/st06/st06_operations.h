@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private part of ST[06]: areas of a request, the checks of an access to them, and the operations that take
-/// several steps.
+/// Private to ST[06]: areas of a request, checks of the access to them, and operations that take several
+/// steps.
 #ifndef PUS_ST06_ST06_OPERATIONS_H
 #define PUS_ST06_ST06_OPERATIONS_H
 
@@ -17,16 +17,17 @@ typedef enum {
 /// Read memory id and, for objects, base id. PUS_FAILURE_NONE, or the failure that refuses the request.
 pus_failure_t memory_target(const pus_memory_service_t* service, octet_reader_t* reader, bool is_object,
                             memory_target_t* out_target);
-/// The failure that refuses the access to an area, or PUS_FAILURE_NONE. `place`: octet offset of its entry.
+/// Check the access to an area. PUS_FAILURE_NONE, or the failure that refuses it. `place`: octet offset of
+/// its entry.
 pus_failure_t memory_check_access(const pus_memory_service_t* service, const memory_target_t* target,
                                   uint32_t address, uint32_t length, bool is_write, size_t place);
 /// Read back `size` octets and compare. PUS_FAILURE_NONE, PUS_FAILURE_VERIFY or PUS_FAILURE_IO.
 pus_failure_t memory_verify(pus_memory_service_t* service, const pus_memory_t* memory, uint32_t address,
                             const uint8_t* expected, size_t size);
-/// Note that an area failed.
+/// Count an area that failed, and return its failure.
 pus_failure_t memory_fail(pus_memory_service_t* service, uint16_t code, uint32_t detail);
 
-/// Requests for operations.
+/// Begin the operation that a request asks for.
 pus_reply_t memory_start(pus_memory_service_t* service, pus_request_t* request, memory_kind_t kind,
                          bool is_object);
 /// End all dumps.

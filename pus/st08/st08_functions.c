@@ -42,7 +42,7 @@ static uint16_t function_of(const pus_functions_t* const functions, const uint8_
     return index;
 }
 
-/// Place of an argument in the function's list, or its argument count if there is none.
+/// Index of an argument of a function, or the argument count if the function has no such argument.
 static uint8_t argument_of(const pus_function_t* const function, const uint16_t id)
 {
     uint8_t index = 0U;
@@ -58,7 +58,7 @@ static bool has_format(void* const self, octet_reader_t* const reader)
     const uint16_t index                   = function_of(functions, octet_read_octets(reader, PUS_NAME_SIZE));
     const uint8_t count                    = octet_read_u8(reader);
     if (index >= functions->count) {
-        // Arguments of an unknown function cannot be delimited; start of execution refuses it.
+        // The arguments of an unknown function cannot be delimited. The function is refused at its start.
         (void)octet_read_octets(reader, octet_reader_left(reader));
         return true;
     }
@@ -70,7 +70,7 @@ static bool has_format(void* const self, octet_reader_t* const reader)
     for (uint8_t i = 0U; (i < count) && !reader->failed; i++) {
         const uint8_t place = argument_of(function, octet_read_u16(reader));
         if (!reader->failed && (place >= function->argument_count)) {
-            (void)octet_read_octets(reader, octet_reader_left(reader)); // The same holds for its value.
+            (void)octet_read_octets(reader, octet_reader_left(reader)); // Its value cannot be delimited.
             return true;
         }
         (void)octet_read_octets(reader, reader->failed ? 0U : size_of(&function->arguments[place]));
@@ -88,7 +88,8 @@ static bool is_finite(const value_type_t type, const uint8_t* const octets)
     return (type != VALUE_DOUBLE) || (high != 0x7FU) || ((octets[1] & 0xF0U) != 0xF0U);
 }
 
-/// Decode all elements of one argument into the area. False: a value is not one of its type, or not finite.
+/// Decode all elements of one argument to the area. False: a value is not possible for its type, or not
+/// finite.
 static bool decode_argument(const pus_functions_t* const functions, const pus_argument_t* const argument,
                             octet_reader_t* const reader)
 {
@@ -104,7 +105,7 @@ static bool decode_argument(const pus_functions_t* const functions, const pus_ar
     return true;
 }
 
-/// Decode every argument. False: refused, *out_reply is the reason.
+/// Decode all arguments. False: they are refused for the reason *out_reply.
 static bool decode(const pus_functions_t* const functions, const pus_function_t* const function,
                    octet_reader_t* const reader, pus_reply_t* const out_reply)
 {
@@ -138,7 +139,7 @@ static pus_reply_t perform(void* const self, pus_request_t* const request)
 {
     const pus_functions_t* const functions = self;
     octet_reader_t name_reader             = request->reader;
-    const uint32_t id                      = octet_read_u32(&name_reader); // The name's first half.
+    const uint32_t id                      = octet_read_u32(&name_reader); // First half of the name.
     const uint16_t index = function_of(functions, octet_read_octets(&request->reader, PUS_NAME_SIZE));
     pus_reply_t reply    = pus_refused(PUS_FAILURE_UNKNOWN_ID, id);
     if ((index < functions->count) &&

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[08] function management: TC[8,1] {function name 8 octets, N u8 x {argument id u16, value}}.
 ///
-/// Every declared argument must be there exactly once, in any order, and no other. Values are decoded to host
-/// memory at the argument's offset in the argument area, so that the port gets a pointer to a plain C struct.
-/// The function is performed only if all arguments are valid: failures name the argument by its position
-/// (instruction). Floating-point values that are not finite are refused. The port checks bounds.
+/// A request must contain every declared argument exactly once, in any order, and no other. Values are
+/// decoded to the argument area, each at the offset of its argument, so that the port gets a pointer to a C
+/// struct. The function is performed only if all arguments are valid; a failure has the position of its
+/// argument as instruction number. Floating-point values that are not finite are refused. The port checks
+/// bounds.
 ///
 /// Ownership  The caller places definitions and area.
 #ifndef PUS_ST08_ST08_FUNCTIONS_H
@@ -44,7 +45,7 @@ typedef struct { // Private.
     size_t area_size;
 } pus_functions_t;
 
-/// `area` is aligned for every scalar type (declare it as uint64_t[]) and holds every function's arguments.
+/// `area` has room for the arguments of every function.
 void pus_functions_init(pus_functions_t* functions, const pus_function_t* table, uint16_t count,
                         const pus_function_port_t* port, uint64_t* area, size_t area_size);
 pus_service_t pus_functions_service(pus_functions_t* functions);

@@ -9,7 +9,7 @@
 #define HEADER_WORD 0x0000U // A report of APID 0 without secondary header.
 #define SEQUENCE_FLAGS 0xC000U
 #define SEQUENCE_MASK 0x3FFFU
-#define LENGTH_OFFSET 7U // A packet is its length field plus this long.
+#define LENGTH_OFFSET 7U // Size of a packet minus the value of its length field [octets].
 #define BODY_SIZE (PUS_TIME_PACKET_SIZE - PUS_CRC_SIZE)
 
 #define NS_PER_S 1000000000ULL
@@ -68,7 +68,7 @@ uint64_t pus_time_due_ns(const pus_time_t* const time, const uint64_t now_ns)
     return is_due(time, now_ns) ? now_ns : (now_ns + (period_ns(time) - passed_ns));
 }
 
-/// Milliseconds and microseconds of the day; a CUC time would be rounded to 2^-24 s, this one to 1 us.
+/// Write a CDS time: milliseconds and microseconds of the day. It is rounded to 1 us, a CUC time to 2^-24 s.
 static void write_cds(octet_writer_t* const writer, const uint64_t time_ns)
 {
     const uint64_t ms = time_ns / NS_PER_MS;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[09] time management: TC[9,1] sets the rate of the spacecraft's time reports, one every 2^v seconds.
-/// TM[9,2] has the time as CUC, TM[9,3] as CDS; the configuration selects one of the two. Layout and
+/// ST[09] time management: TC[9,1] sets the rate of the time reports of the spacecraft, one every 2^v
+/// seconds. TM[9,2] has the time as CUC, TM[9,3] as CDS; the configuration selects one of the two. Layout and
 /// refusals: docs/services/st09.md.
 ///
-/// A report is sent in the first step at or after each multiple of its period on the clock of the mission,
-/// once, however far the clock jumps. A report that the port refuses is built again in the next step, with
-/// the time of that step. The rate is one persistent record, key 0.
+/// A report is sent in the first step at or after each multiple of its period in mission time; after a jump
+/// of mission time only one report is sent. A report that the port refuses is built again in the next step,
+/// with the time of that step. The rate is one persistent record, key 0.
 ///
 /// Ownership  The caller places it.
 /// Context    One loop.
@@ -18,20 +18,20 @@
 
 #define PUS_TIME_PACKET_SIZE 18U
 #define PUS_TIME_EXPONENT_MAX 8U
-#define PUS_TIME_NO_REPORTS 255U ///< Instead of an exponent in the configuration: none before TC[9,1].
+#define PUS_TIME_NO_REPORTS 255U ///< As exponent in the configuration: no reports before TC[9,1].
 
 typedef enum {
-    PUS_TIME_CUC = 2, ///< The subtype of its report.
+    PUS_TIME_CUC = 2, ///< Each value is the subtype of the report.
     PUS_TIME_CDS = 3
 } pus_time_format_t;
 
 typedef struct {
     uint32_t epoch_s; ///< Epoch of the mission [seconds since 1958-01-01 TAI].
     pus_time_format_t format;
-    uint8_t exponent; ///< Exponent of the rate at first, 0..PUS_TIME_EXPONENT_MAX or PUS_TIME_NO_REPORTS.
+    uint8_t exponent; ///< Initial exponent of the rate, 0..PUS_TIME_EXPONENT_MAX or PUS_TIME_NO_REPORTS.
     uint8_t status;   ///< Spacecraft time reference status; the mission defines its meaning.
-    pus_port_t port;  ///< Takes time packets to ground.
-    const pus_persistence_t* persistence; ///< Null: nothing is kept.
+    pus_port_t port;  ///< Sends time packets to ground.
+    const pus_persistence_t* persistence; ///< Null: without persistent records.
 } pus_time_config_t;
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
@@ -41,7 +41,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     uint64_t period; // Number of the last period with a report; UINT64_MAX: none.
     struct {
         uint32_t sent;
-        uint32_t refused; ///< By the port.
+        uint32_t refused; ///< Reports that the port refused.
     } counters;
 } pus_time_t;
 
@@ -51,12 +51,13 @@ void pus_time_init(pus_time_t* time, const pus_time_config_t* config);
 MUST_USE status_t pus_time_restore(pus_time_t* time, uint32_t key, const uint8_t* octets, size_t size);
 /// Send a report if one is due.
 void pus_time_step(pus_time_t* time, uint64_t now_ns);
-/// When the next report is due [ns of the run]; now_ns if one is, UINT64_MAX if there are none.
+/// Time at which the next report is due [ns of the run]; now_ns if one is due now, UINT64_MAX without
+/// reports.
 uint64_t pus_time_due_ns(const pus_time_t* time, uint64_t now_ns);
-/// The service's entry for a dispatcher; call pus_time_step once per cycle.
+/// Entry of the service for a dispatcher; call pus_time_step once per cycle.
 pus_service_t pus_time_service(pus_time_t* time);
 
-/// True if these octets begin as a spacecraft time packet, which pus_tm_decode does not take.
+/// True if the octets begin a spacecraft time packet, which pus_tm_decode refuses.
 bool pus_is_time_packet(const uint8_t* octets, size_t size);
 
 #endif // PUS_ST09_ST09_TIME_H

@@ -44,7 +44,7 @@ bool monitoring_is_valid(const pus_monitoring_t* const self, const pus_validity_
 
 // ---- Reports of transitions ----
 
-/// Send the transitions, as far as the port takes them.
+/// Send the transitions in the list, until the port refuses a report.
 static void send_transitions(pus_monitoring_t* const self, const uint64_t now_ns)
 {
     pus_check_transition_t* const list = self->config.transitions;
@@ -52,7 +52,7 @@ static void send_transitions(pus_monitoring_t* const self, const uint64_t now_ns
     while ((self->transition_count > 0U) && (status == STATUS_OK)) {
         octet_writer_t writer =
             pus_tm_begin(self->config.process, PUS_SERVICE_MONITORING, 12U, PUS_USER_GROUND, now_ns);
-        uint8_t* const head = octet_write_space(&writer, sizeof(uint16_t)); // It fits.
+        uint8_t* const head = octet_write_space(&writer, sizeof(uint16_t)); // Not null: there is room.
         uint16_t count      = 0U;
         while ((count < self->transition_count) &&
                ((writer.capacity - writer.position) >= MONITORING_TRANSITION_MAX)) {

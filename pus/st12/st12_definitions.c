@@ -108,7 +108,7 @@ void monitoring_write_transition(octet_writer_t* const writer, const pus_check_t
 
 // ---- Checks of a definition ----
 
-/// Find a parameter; one that a record names may not exist yet.
+/// Find a parameter. The parameter in a record need not exist yet.
 static pus_failure_t find(const pus_monitoring_t* const self, const monitoring_origin_t origin,
                           pus_scalar_t* const scalar)
 {
@@ -144,8 +144,8 @@ pus_failure_t monitoring_check_event(const pus_monitoring_t* const self, const u
     return pus_failure(is_filled ? PUS_FAILURE_NONE : PUS_FAILURE_ACCESS, event_id);
 }
 
-/// True if some value satisfies the criteria.
-static bool has_sense(const pus_pmon_t* const pmon)
+/// True if the criteria are possible: at least one value satisfies them.
+static bool is_satisfiable(const pus_pmon_t* const pmon)
 {
     pus_comparison_t order = PUS_EQUAL;
     if (pmon->check_type == (uint8_t)PUS_CHECK_EXPECTED) {
@@ -166,8 +166,8 @@ pus_failure_t monitoring_check_pmon(const pus_monitoring_t* const self, const mo
     if (failure.code == PUS_FAILURE_NONE) {
         failure = monitoring_check_validity(self, origin, &pmon->validity, offset);
     }
-    if ((failure.code == PUS_FAILURE_NONE) &&
-        ((pmon->interval == 0U) || (pmon->repetition == 0U) || (pmon->deltas == 0U) || !has_sense(pmon))) {
+    if ((failure.code == PUS_FAILURE_NONE) && ((pmon->interval == 0U) || (pmon->repetition == 0U) ||
+                                               (pmon->deltas == 0U) || !is_satisfiable(pmon))) {
         failure = pus_failure(PUS_FAILURE_OUT_OF_RANGE, offset);
     }
     if (failure.code == PUS_FAILURE_NONE) {

@@ -46,11 +46,11 @@ void monitoring_link(pus_monitoring_t* const self)
         self->config.pmons[i].members = 0U;
     }
     for (uint16_t i = 0U; i < self->config.fmon_capacity; i++) {
-        const pus_fmon_t* const fmon = &self->config.fmons[i]; // One that is not in use has no members.
+        const pus_fmon_t* const fmon = &self->config.fmons[i]; // An unused one has no members.
         pus_fmon_member_t* member    = members_of(self, fmon);
         for (uint8_t k = 0U; k < fmon->count; k++) {
             pus_pmon_t* const pmon = monitoring_pmon(self, member->pmon_id);
-            if (pmon != NULL) { // Its record may be lost.
+            if (pmon != NULL) { // Null if the record of the PMON is lost.
                 member->next  = pmon->members;
                 pmon->members = (uint16_t)((member - self->config.members) + 1);
             }
@@ -59,7 +59,7 @@ void monitoring_link(pus_monitoring_t* const self)
     }
 }
 
-/// The FMON of a member (a number + 1), and the next member that names the same PMON.
+/// Returns the FMON of *member (its number + 1), and moves *member to the next one that names the same PMON.
 static pus_fmon_t* named_by(const pus_monitoring_t* const self, uint16_t* const member)
 {
     const uint16_t number = (uint16_t)(*member - 1U);
@@ -134,7 +134,7 @@ static void evaluate(pus_monitoring_t* const self, pus_fmon_t* const fmon, const
         fmon->status = PUS_FMON_FAILED;
         fail(self, fmon, count, now_ns);
     } else {
-        // It failed before, and was reported.
+        // The failure was reported before.
     }
 }
 
@@ -143,7 +143,7 @@ void monitoring_evaluate_touched(pus_monitoring_t* const self, const uint64_t no
     for (uint16_t i = 0U; i < self->touched_count; i++) {
         pus_fmon_t* const fmon = &self->config.fmons[self->config.touched[i]];
         fmon->is_touched       = false;
-        if (self->is_functional && fmon->is_enabled) { // It may have been disabled meanwhile.
+        if (self->is_functional && fmon->is_enabled) { // The FMON may have been disabled meanwhile.
             evaluate(self, fmon, now_ns);
         }
     }
@@ -152,14 +152,14 @@ void monitoring_evaluate_touched(pus_monitoring_t* const self, const uint64_t no
 
 // ---- Definitions ----
 
-/// A definition that is read: not yet in the table.
+/// A definition that was read and is not yet in the table.
 typedef struct {
     pus_fmon_t fmon;
     octet_reader_t members; // Their ids.
     uint16_t member_count;
 } candidate_t;
 
-/// False: malformed.
+/// Read a definition. False: malformed.
 static bool read_fmon(octet_reader_t* const reader, const monitoring_origin_t origin,
                       candidate_t* const out_candidate)
 {
@@ -220,7 +220,7 @@ static pus_failure_t check_fmon(const pus_monitoring_t* const self, const monito
                : monitoring_check_validity(self, origin, &fmon->validity, offset);
 }
 
-/// Enter the ids of the members in the table, for a new definition.
+/// Write the ids of the members of a new definition to the table.
 static pus_failure_t take_members(const pus_monitoring_t* const self, candidate_t* const candidate,
                                   pus_fmon_member_t* const members)
 {
@@ -248,7 +248,7 @@ static pus_failure_t save(pus_monitoring_t* const self, const pus_fmon_t* const 
     return monitoring_save(self, MONITORING_FMON_RECORD, fmon->id, octets, writer.position);
 }
 
-/// Replace a definition, here and in its record.
+/// Replace a definition in the table and in its record.
 static pus_failure_t replace(pus_monitoring_t* const self, pus_fmon_t* const place, pus_fmon_t* const fmon)
 {
     const pus_failure_t failure = save(self, fmon, members_of(self, place));

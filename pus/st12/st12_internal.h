@@ -6,17 +6,18 @@
 #include "pus/core/list_report.h"
 #include "pus/st12/st12_monitoring.h"
 
-#define MONITORING_NONE UINT16_MAX ///< No place in the order.
-#define MONITORING_PMON_RECORD 0U  ///< Kinds of records: the high half of a key.
+#define MONITORING_NONE UINT16_MAX ///< No position in the order.
+#define MONITORING_PMON_RECORD 0U  ///< Kind of a record, in the high half of its key.
 #define MONITORING_FMON_RECORD 1U
 #define MONITORING_SETTINGS_RECORD 2U
 #define MONITORING_RECORD_MAX 640U ///< Largest record [octets]: an FMON of 255 members.
 #define MONITORING_PMON_MAX 96U    ///< Largest entry of TM[12,9] [octets].
 #define MONITORING_TRANSITION_MAX 48U
 #define MONITORING_PMON_EVENT 16U ///< Auxiliary data of the event of a PMON [octets].
-#define MONITORING_FMON_EVENT 4U  ///< The same of an FMON.
+#define MONITORING_FMON_EVENT 4U  ///< Auxiliary data of the event of an FMON [octets].
 
-/// Source of a definition, which decides its fields: TC[12,5] and [12,23], TC[12,7], or a record.
+/// Source of a definition: TC[12,5] or [12,23], TC[12,7], or a record. The fields of a definition depend on
+/// it.
 typedef enum {
     MONITORING_FROM_ADD,
     MONITORING_FROM_MODIFY,
@@ -25,7 +26,7 @@ typedef enum {
 
 // ---- Definitions of parameter monitoring (st12_definitions.c) ----
 
-/// Read a definition. False: not a scalar, or no such check type.
+/// Read a definition. False: the parameter is not a scalar, or the check type is unknown.
 bool monitoring_read_pmon(octet_reader_t* reader, monitoring_origin_t origin, pus_pmon_t* out_pmon);
 /// Write a definition as in TM[12,9] and in a persistent record.
 void monitoring_write_pmon(octet_writer_t* writer, const pus_pmon_t* pmon);
@@ -33,8 +34,8 @@ void monitoring_write_pmon(octet_writer_t* writer, const pus_pmon_t* pmon);
 void monitoring_write_transition(octet_writer_t* writer, const pus_check_transition_t* transition);
 bool monitoring_read_validity(octet_reader_t* reader, pus_validity_t* out_validity);
 void monitoring_write_validity(octet_writer_t* writer, const pus_validity_t* validity);
-/// Find events and, for a request, parameters; check the definition. `offset`: offset of the definition, for
-/// the failure.
+/// Check a definition, and find its events and, if a request contains it, its parameters. `offset`: offset of
+/// the definition, for the failure.
 pus_failure_t monitoring_check_pmon(const pus_monitoring_t* self, monitoring_origin_t origin,
                                     pus_pmon_t* pmon, uint32_t offset);
 pus_failure_t monitoring_check_validity(const pus_monitoring_t* self, monitoring_origin_t origin,
@@ -43,7 +44,7 @@ pus_failure_t monitoring_check_event(const pus_monitoring_t* self, uint16_t even
 
 // ---- Tables and records (st12_monitoring.c) ----
 
-/// Null if there is none.
+/// Find a definition. Null if there is none.
 pus_pmon_t* monitoring_pmon(const pus_monitoring_t* self, uint16_t id);
 /// Store or erase a record. PUS_FAILURE_NONE or PUS_FAILURE_IO.
 pus_failure_t monitoring_save(pus_monitoring_t* self, uint32_t kind, uint16_t id, const uint8_t* octets,
@@ -53,7 +54,7 @@ pus_failure_t monitoring_save_settings(pus_monitoring_t* self, bool is_enabled, 
                                        uint32_t reporting_delay);
 /// PUS_DONE if there is no failure, otherwise PUS_REFUSED with the failure, which is counted.
 pus_reply_t monitoring_reply(pus_monitoring_t* self, const pus_failure_t* failure);
-/// Perform an instruction if there is no failure, otherwise refuse it and count that.
+/// Perform an instruction if there is no failure; otherwise refuse it and count the refusal.
 void monitoring_settle(pus_monitoring_t* self, pus_request_t* request, uint16_t instruction,
                        const pus_failure_t* failure);
 /// Apply a function to each id of a request.
@@ -67,20 +68,20 @@ status_t monitoring_status(const pus_failure_t* failure);
 // ---- Checking (st12_checks.c) ----
 
 bool monitoring_is_valid(const pus_monitoring_t* self, const pus_validity_t* validity);
-/// Let a PMON be checked from the next cycle on, if it and the function are enabled.
+/// Check a PMON from the next cycle on, if the PMON and the monitoring function are enabled.
 void monitoring_schedule(pus_monitoring_t* self, const pus_pmon_t* pmon);
 /// Stop checking a PMON; its status becomes unchecked.
 void monitoring_uncheck(pus_monitoring_t* self, pus_pmon_t* pmon);
 
 // ---- Functional monitoring (st12_functional.c) ----
 
-/// Update in each PMON which FMONs name it, if that has changed.
+/// Update the list of the FMONs that name each PMON, if the definitions have changed.
 void monitoring_link(pus_monitoring_t* self);
 /// Mark the FMONs that name a PMON for evaluation.
 void monitoring_touch(pus_monitoring_t* self, const pus_pmon_t* pmon);
 /// Evaluate the FMONs that were marked.
 void monitoring_evaluate_touched(pus_monitoring_t* self, uint64_t now_ns);
-/// Whether a protected FMON names a PMON.
+/// True if a protected FMON names the PMON.
 bool monitoring_is_protected(pus_monitoring_t* self, const pus_pmon_t* pmon);
 status_t monitoring_restore_fmon(pus_monitoring_t* self, octet_reader_t* reader);
 pus_reply_t monitoring_enable_functional(void* self, pus_request_t* request);

@@ -248,7 +248,7 @@ static pus_failure_t look_up(pus_monitoring_t* const self, const uint16_t id)
     return pus_failure((monitoring_pmon(self, id) == NULL) ? PUS_FAILURE_UNKNOWN_ID : PUS_FAILURE_NONE, id);
 }
 
-/// Store the record first: a change that cannot be stored is not made.
+/// Enable or disable a PMON. The record is stored first: a change that cannot be stored is refused.
 static pus_failure_t set_enabled(pus_monitoring_t* const self, pus_pmon_t* const pmon, const bool is_enabled)
 {
     const bool was_enabled      = pmon->is_enabled;
@@ -267,7 +267,7 @@ static pus_failure_t enable(pus_monitoring_t* const self, const uint16_t id)
         return pus_failure(PUS_FAILURE_UNKNOWN_ID, id);
     }
     if (pmon->is_enabled) {
-        return pus_no_failure(); // It is enabled already; its checking schedule does not change.
+        return pus_no_failure(); // The PMON is enabled already: its checks keep their times.
     }
     const pus_failure_t failure = set_enabled(self, pmon, true);
     monitoring_schedule(self, pmon);
@@ -339,7 +339,7 @@ static pus_reply_t change_delay(void* const context, pus_request_t* const reques
     return monitoring_reply(self, &failure);
 }
 
-/// Delete all definitions, also enabled ones: the function is disabled.
+/// Delete all definitions. Enabled ones can be deleted, too, because the monitoring function is disabled.
 static pus_reply_t delete_all(void* const context, pus_request_t* const request)
 {
     (void)request;
@@ -380,7 +380,7 @@ static pus_failure_t add(pus_monitoring_t* const self, pus_pmon_t* const pmon, c
     return failure;
 }
 
-/// Validity condition and interval are not in the request and do not change.
+/// Modify a definition. Its validity condition and interval are not in the request and do not change.
 static pus_failure_t modify(pus_monitoring_t* const self, pus_pmon_t* const pmon, const uint32_t offset)
 {
     pus_pmon_t* const there = monitoring_pmon(self, pmon->id);

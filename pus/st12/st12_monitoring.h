@@ -2,8 +2,8 @@
 /// ST[12] on-board monitoring: parameter monitoring (PMON) and functional monitoring (FMON) definitions. All
 /// 28 messages. Checks, statuses, events and restrictions: docs/services/st12.md.
 ///
-/// Definitions with their statuses, the statuses of both functions and the reporting delay are persistent;
-/// results of checks are not.
+/// Persistent are the definitions with their statuses, the statuses of both monitoring functions, and the
+/// reporting delay; the results of checks are not.
 ///
 /// Ownership  The caller places all storage.
 /// Context    The loop of the process.
@@ -27,7 +27,7 @@ typedef enum {
     PUS_CHECK_NOMINAL   = 0,
     PUS_CHECK_UNCHECKED = 1,
     PUS_CHECK_INVALID   = 2,
-    PUS_CHECK_LOW       = 3, ///< Unexpected, or below the low limit or threshold.
+    PUS_CHECK_LOW       = 3, ///< Unexpected value, or below the low limit or threshold.
     PUS_CHECK_HIGH      = 4
 } pus_check_status_t;
 
@@ -39,7 +39,7 @@ typedef enum {
 } pus_fmon_status_t;
 
 typedef struct {         // Private.
-    pus_scalar_t scalar; // Id 0: always valid.
+    pus_scalar_t scalar; // With id 0 the condition is always true.
     uint64_t mask;
     uint64_t expected;
 } pus_validity_t;
@@ -77,14 +77,14 @@ typedef struct { // Private.
     bool has_first;       // The block has its first value.
     uint64_t first;
     pus_check_transition_t last;
-    uint16_t members; // First FMON member that names it, + 1; 0 none.
+    uint16_t members; // Number of the first FMON member that names it, + 1; 0: none.
 } pus_pmon_t;
 
 typedef struct { // Private.
     uint16_t id;
     uint16_t event;
     uint16_t minimum;
-    uint8_t count; // Members.
+    uint8_t count; // Number of members.
     uint8_t status;
     bool in_use;
     bool is_enabled;
@@ -95,27 +95,27 @@ typedef struct { // Private.
 
 typedef struct { // Private. Member k of FMON f is number f * fmon_members + k.
     uint16_t pmon_id;
-    uint16_t next; // Member that names the same PMON, + 1; 0 none.
+    uint16_t next; // Number of the next member that names the same PMON, + 1; 0: none.
 } pus_fmon_member_t;
 
 typedef struct {
     pus_app_process_t* process;
     pus_parameter_port_t parameters; ///< `write` is not used.
     pus_event_port_t events;
-    const pus_persistence_t* persistence; ///< Null: nothing is kept.
-    pus_pmon_t* pmons;                    ///< pmon_capacity of each.
+    const pus_persistence_t* persistence; ///< Null: without persistent records.
+    pus_pmon_t* pmons;                    ///< This array and the next three have pmon_capacity entries.
     uint16_t* pmon_order;
     uint16_t* pmon_places;
     pus_due_t* due;
-    pus_fmon_t* fmons; ///< fmon_capacity.
+    pus_fmon_t* fmons; ///< This array and the next have fmon_capacity entries.
     uint16_t* touched;
-    pus_fmon_member_t* members;          ///< fmon_capacity * fmon_members, less than 65535.
-    pus_check_transition_t* transitions; ///< transition_capacity, >= 1.
+    pus_fmon_member_t* members;          ///< fmon_capacity * fmon_members entries, less than 65535.
+    pus_check_transition_t* transitions; ///< transition_capacity entries, >= 1.
     uint16_t pmon_capacity;
     uint16_t fmon_capacity;
     uint16_t transition_capacity;
-    uint8_t fmon_members;     ///< Largest number of PMONs an FMON names.
-    uint32_t reporting_delay; ///< Maximum transition reporting delay at first [cycles].
+    uint8_t fmon_members;     ///< Most PMONs that an FMON can name.
+    uint32_t reporting_delay; ///< Initial value of the maximum transition reporting delay [cycles].
 } pus_monitoring_config_t;
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
@@ -124,17 +124,17 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     uint64_t cycle;      // Cycle count, extended to 64 bits.
     uint32_t last_cycle; // Last cycle count of the caller.
     uint32_t reporting_delay;
-    uint16_t pmon_count; // Used entries of pmon_order, sorted by id; the free ones follow.
+    uint16_t pmon_count; // Used entries of pmon_order, sorted by id; the free entries follow.
     uint16_t touched_count;
     uint16_t transition_count;
-    uint64_t transitions_since; // Cycle of the first.
+    uint64_t transitions_since; // Cycle of the first transition in the list.
     bool is_enabled;
     bool is_functional; // The FMON function is enabled.
     bool is_unlinked;   // `members` is not up to date.
     struct {
         uint32_t checks;      ///< Samples checked, valid or not.
         uint32_t transitions; ///< Changes of status.
-        uint32_t lost;        ///< Transitions that were never reported: list full, and the port refused.
+        uint32_t lost;        ///< Transitions not reported, because the list was full and the port refused.
         uint32_t failures;    ///< FMONs that became failed.
         uint32_t refused;     ///< Instructions and requests refused.
         uint32_t unsaved;     ///< Records that could not be stored; their changes were refused.
@@ -143,14 +143,14 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 
 /// Start without definitions, with both functions disabled.
 void pus_monitoring_init(pus_monitoring_t* self, const pus_monitoring_config_t* config);
-/// The service's entry for a dispatcher; subtypes and step included.
+/// Entry of the service for a dispatcher, with subtypes and step.
 pus_service_t pus_monitoring_service(pus_monitoring_t* self);
 /// Restore one record. STATUS_OK, STATUS_INVALID (malformed, or a request with it would be refused),
-/// STATUS_NOT_FOUND (an event), STATUS_EXHAUSTED (no room). A parameter may come later.
+/// STATUS_NOT_FOUND (an event), STATUS_EXHAUSTED (no room). Its parameters need not exist yet.
 MUST_USE status_t pus_monitoring_restore(pus_monitoring_t* self, uint32_t key, const uint8_t* octets,
                                          size_t size);
 /// Perform the checks that are due, and report. `cycle` counts minimum sampling intervals and may jump
-/// forward; missed checks are then made once.
+/// forward; a PMON that has missed checks is then checked once.
 void pus_monitoring_step(pus_monitoring_t* self, uint64_t now_ns, uint32_t cycle);
 
 #endif // PUS_ST12_ST12_MONITORING_H

@@ -35,7 +35,7 @@ void pus_large_init(pus_large_t* const large, const pus_large_config_t* const co
     (void)memset(config->uplinks, 0, config->uplink_count * sizeof config->uplinks[0]);
 }
 
-// ---- Down ----
+// ---- Downlink ----
 
 /// The buffer of the next report to be posted.
 static size_t free_report(const pus_large_t* const large)
@@ -83,7 +83,7 @@ status_t pus_large_post(pus_large_t* const large, octet_writer_t* const writer)
     return status;
 }
 
-/// Send the next part of the first report. False: the port does not take it now.
+/// Send the next part of the first report. False: the port cannot take it now.
 static bool send_part(pus_large_t* const large, const uint64_t now_ns)
 {
     pus_large_report_t* const report = &large->config.reports[large->first_report];
@@ -110,7 +110,7 @@ static bool send_part(pus_large_t* const large, const uint64_t now_ns)
     return true;
 }
 
-// ---- Up ----
+// ---- Uplink ----
 
 static uint8_t* octets_of(const pus_large_t* const large, const pus_large_uplink_t* const uplink)
 {
@@ -136,7 +136,7 @@ static void give_up(pus_large_t* const large, pus_large_uplink_t* const uplink,
     large->counters.aborted++;
 }
 
-/// The uplink of a source and transaction, or with `is_free` one that is free; null if there is none.
+/// Find the uplink of a source and transaction or, with `is_free`, a free one; null if there is none.
 static pus_large_uplink_t* find_uplink(const pus_large_t* const large, const bool is_free,
                                        const uint16_t source, const uint16_t transaction)
 {
@@ -153,8 +153,8 @@ static pus_large_uplink_t* find_uplink(const pus_large_t* const large, const boo
     return NULL;
 }
 
-/// Maximum size of the request that is being assembled. *out_size: its size by its length field, 0 until that
-/// has arrived.
+/// Maximum size of the request that is being assembled. *out_size: its size according to its length field, 0
+/// until the length field has arrived.
 static size_t limit_of(const pus_large_t* const large, const pus_large_uplink_t* const uplink,
                        size_t* const out_size)
 {
@@ -169,7 +169,7 @@ static size_t limit_of(const pus_large_t* const large, const pus_large_uplink_t*
     return (limit < config->uplink_size) ? limit : config->uplink_size;
 }
 
-/// Append a part. PUS_DONE, or the uplink is aborted and the request refused.
+/// Append a part. PUS_DONE, or the refusal of the request; the uplink is then aborted.
 static pus_reply_t append(pus_large_t* const large, pus_large_uplink_t* const uplink,
                           const pus_request_t* const request, const uint8_t* const part, const size_t size)
 {
@@ -212,8 +212,8 @@ static pus_reply_t take_first(void* const self, pus_request_t* const request)
     return append(large, uplink, request, octet_read_octets(&request->reader, size), size);
 }
 
-/// Offset of the first field for which the assembled octets are not an acceptable request of this source; 0:
-/// they are acceptable.
+/// Check the assembled request. Returns the offset of the first field that is not acceptable from this
+/// source; 0: all are acceptable.
 static uint32_t fault_of(const pus_large_t* const large, const pus_large_uplink_t* const uplink)
 {
     pus_tc_t tc;
@@ -277,7 +277,7 @@ static void step_uplink(pus_large_t* const large, pus_large_uplink_t* const upli
             pus_verify_failed(config->process, &uplink->token, &failure, now_ns);
         }
     } else {
-        // It waits.
+        // The uplink waits for its next part.
     }
 }
 

@@ -3,13 +3,13 @@
 /// parts. The parts carry the whole packet, headers and checksum included, and are numbered from 1. Transfers
 /// and refusals: docs/services/st13.md.
 ///
-/// Down: a report of any service is built here instead of in the process. A report that fits a packet is sent
-/// in one packet. Up: when all parts of a request have arrived, `take` gets the request.
+/// Downlink: a report of any service is built here instead of in the process. A report that fits a packet is
+/// sent in one packet. Uplink: when all parts of a request have arrived, `take` gets the request.
 ///
 /// Ownership  The caller places buffers and lists, which outlive the service. The argument of `take` is valid
 ///            during the call.
 /// Context    One loop.
-/// Time       O(octets moved); a step `parts_per_step` parts, and O(uplinks).
+/// Time       O(octets moved); a step sends at most `parts_per_step` parts, and is O(uplinks).
 #ifndef PUS_ST13_ST13_LARGE_PACKETS_H
 #define PUS_ST13_ST13_LARGE_PACKETS_H
 
@@ -46,24 +46,24 @@ typedef struct {
     pus_app_process_t* process;
     pus_large_report_t* reports; ///< `report_count` of them, with `report_size` octets each.
     uint8_t* report_octets;
-    size_t report_count; ///< 1 at least.
+    size_t report_count; ///< >= 1.
     size_t report_size;  ///< PUS_PACKET_MAX..PUS_LARGE_MAX.
     uint16_t parts_per_step;
     pus_large_uplink_t* uplinks; ///< `uplink_count` of them, with `uplink_size` octets each.
     uint8_t* uplink_octets;
     size_t uplink_count;
     size_t uplink_size;  ///< Longest request that is assembled [octets], up to PUS_LARGE_MAX.
-    uint64_t timeout_ns; ///< Longest time between two parts, and until `take` takes it.
+    uint64_t timeout_ns; ///< Longest time between two parts, and until `take` accepts the request.
     void* context;
     /// Maximum size of a request to an application [octets]; `uplink_size` limits it.
     size_t (*limit)(void* context, uint16_t apid);
-    /// Accept a whole request, like one that was received. STATUS_OK, or any other status: try again later.
+    /// Accept a whole request as if received in one packet. STATUS_OK, or any other status: try again later.
     status_t (*take)(void* context, const uint8_t* packet, size_t size, uint64_t now_ns);
 } pus_large_config_t;
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_large_config_t config;
-    size_t first_report; // First report of a ring: the report that is sent, followed by the next ones.
+    size_t first_report; // Index of the report that is being sent; `posted` reports follow in the ring.
     size_t posted;
     bool is_building;
     uint16_t transaction; // Transaction of the next long report.
@@ -78,23 +78,23 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 
 void pus_large_init(pus_large_t* large, const pus_large_config_t* config);
 
-/// Begin a report of any service; the writer takes as much as its buffer holds. One at a time. STATUS_OK,
-/// STATUS_FULL (all buffers are under way: counted, try again later).
+/// Begin a report of any service, one at a time; the writer takes as much as the buffer holds. STATUS_OK,
+/// STATUS_FULL (all buffers are in use: counted, try again later).
 MUST_USE status_t pus_large_begin(pus_large_t* large, uint8_t service, uint8_t subtype, uint16_t destination,
                                   uint64_t now_ns, octet_writer_t* out_writer);
-/// Finish it: send it if it fits a packet (and keep it as pus_tm_post does), else send it in parts from the
-/// next step on. STATUS_OK, STATUS_TOO_LARGE (longer than the buffer: discarded), STATUS_EXHAUSTED (short,
-/// and the backlog is full: lost, counted).
+/// Finish the report: post it if it fits a packet (pus_tm_post), else send it in parts from the next step on.
+/// STATUS_OK, STATUS_TOO_LARGE (longer than the buffer: discarded), STATUS_EXHAUSTED (it fits a packet, but
+/// the process has no room: lost, counted).
 status_t pus_large_post(pus_large_t* large, octet_writer_t* writer);
 
 /// Send parts, pass complete requests on, abort uplinks that wait too long; call once per cycle.
 void pus_large_step(pus_large_t* large, uint64_t now_ns);
-/// True if the next step has something to do. An uplink that waits for its next part does not count: it is
-/// aborted in the first step after its time-out.
+/// True if the next step has work. An uplink that waits for its next part is not counted: the first step
+/// after its time-out aborts it.
 bool pus_large_is_busy(const pus_large_t* large);
 /// Port by which a process builds its long reports here (pus_app_process_lengthen); `context` is the service.
 pus_long_port_t pus_large_port(pus_large_t* large);
-/// The service's entry for a dispatcher.
+/// Entry of the service for a dispatcher.
 pus_service_t pus_large_service(pus_large_t* large);
 
 #endif // PUS_ST13_ST13_LARGE_PACKETS_H

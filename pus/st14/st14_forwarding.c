@@ -8,7 +8,7 @@
 
 // Each list has four consecutive subtypes: two that change it, the request for its content and the report.
 #define SUBTYPES_PER_LIST 4U
-#define ANSWER_OFFSET 1U // Offset of an answer's subtype from the request's.
+#define ANSWER_OFFSET 1U // Subtype of an answer minus that of its request.
 
 void pus_forwarding_init(pus_forwarding_t* const forwarding, const pus_forwarding_config_t* const config)
 {
@@ -23,7 +23,7 @@ void pus_forwarding_init(pus_forwarding_t* const forwarding, const pus_forwardin
     pus_selection_init(&forwarding->selection, config->entries, config->capacity);
     for (uint16_t i = 0U; i < config->apid_count; i++) {
         const status_t status = pus_selection_add_process(&forwarding->selection, config->apids[i]);
-        FSW_ASSERT(status == STATUS_OK); // The caller gave room for all.
+        FSW_ASSERT(status == STATUS_OK); // `capacity` is large enough for all.
     }
 }
 

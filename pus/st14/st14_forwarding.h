@@ -5,8 +5,8 @@
 /// the content of these four lists; TM[14,4], 8, 12 and 16 report it.
 ///
 /// Selection and refusals: docs/services/st14.md. Verification reports are selected by their type, too: if
-/// ground deletes TM[1,x] of a process, it gets no verification of its requests to that process. At first all
-/// reports of the controlled processes are forwarded. Spacecraft time packets (APID 0) are not controlled.
+/// ground deletes TM[1,x] of a process, it gets no verification of its requests to that process. Initially
+/// all reports of the controlled processes are forwarded. Time packets (APID 0) always are.
 ///
 /// The configuration is one persistent record, key 0. A content report that is longer than a packet is split
 /// into several reports, each complete in itself.
@@ -23,9 +23,9 @@ typedef struct {
     const uint16_t* apids; ///< Controlled processes, each once, 1..2046.
     uint16_t apid_count;
     pus_selection_entry_t* entries;       ///< `capacity` of them.
-    pus_selection_entry_t* candidate;     ///< As many; a request changes them first.
+    pus_selection_entry_t* candidate;     ///< `capacity` entries for the copy that a request changes first.
     uint16_t capacity;                    ///< 3 x apid_count..PUS_SELECTION_ENTRIES_MAX.
-    const pus_persistence_t* persistence; ///< Null: nothing is kept.
+    const pus_persistence_t* persistence; ///< Null: without persistent records.
 } pus_forwarding_config_t;
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
@@ -37,15 +37,15 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     } counters;
 } pus_forwarding_t;
 
-/// Forward everything of the controlled processes.
+/// Initially all reports of the controlled processes are forwarded.
 void pus_forwarding_init(pus_forwarding_t* forwarding, const pus_forwarding_config_t* config);
 /// Restore the persistent record. STATUS_OK; STATUS_NOT_FOUND (key other than 0), STATUS_INVALID (malformed),
 /// STATUS_EXHAUSTED (more entries than the capacity): nothing changed.
 MUST_USE status_t pus_forwarding_restore(pus_forwarding_t* forwarding, uint32_t key, const uint8_t* octets,
                                          size_t size);
-/// Decide about one report, and count it. True: it goes to ground now.
+/// Decide about one report, and count it. True: the report is forwarded to ground.
 bool pus_forwarding_allows(pus_forwarding_t* forwarding, const pus_tm_t* tm);
-/// The service's entry for a dispatcher.
+/// Entry of the service for a dispatcher.
 pus_service_t pus_forwarding_service(pus_forwarding_t* forwarding);
 
 #endif // PUS_ST14_ST14_FORWARDING_H

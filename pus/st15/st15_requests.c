@@ -30,7 +30,7 @@ enum { // Subtypes that are distinguished below.
     REPORT_HOUSEKEEPING = 35
 };
 
-#define ANSWER_OFFSET 1U // Offset of a content report's subtype from the request's.
+#define ANSWER_OFFSET 1U // Subtype of a content report minus that of its request.
 #define PER_CENT 100U
 
 static uint32_t id_of(const uint8_t* const name)
@@ -40,11 +40,11 @@ static uint32_t id_of(const uint8_t* const name)
 
 // ---- Instructions on stores ----
 
-/// One instruction, as far as its request has the fields.
+/// One instruction; fields that its request does not have are 0.
 typedef struct {
     pus_storage_t* storage;
     uint8_t subtype;
-    uint8_t number; ///< Number of its store.
+    uint8_t number; ///< Number of the store.
     const uint8_t* name;
     bool is_for_all;
     bool has_good_times;
@@ -54,7 +54,7 @@ typedef struct {
     uint32_t size;
     uint64_t from_ns;
     uint64_t to_ns;
-    status_t status; ///< With PUS_FAILURE_IO.
+    status_t status; ///< Valid after PUS_FAILURE_IO.
 } instruction_t;
 
 static void read_time(instruction_t* const instruction, octet_reader_t* const reader,
@@ -87,7 +87,7 @@ static void read_fields(instruction_t* const instruction, octet_reader_t* const 
     case CHANGE_CHANNEL:
         instruction->virtual_channel = octet_read_u8(reader);
         break;
-    default: // Nothing.
+    default: // The instruction has no further fields.
         break;
     }
 }
@@ -101,7 +101,8 @@ static bool is_in_use(const instruction_t* const instruction)
 
 // ---- Checks of instructions ----
 
-// Each checks an instruction for a store and computes its next state. PUS_FAILURE_NONE, or the failure.
+// Each function checks an instruction and computes the next state of the store. PUS_FAILURE_NONE, or the
+// failure.
 static uint16_t enable(const instruction_t* const instruction, pus_store_state_t* const next)
 {
     next->is_enabled = instruction->subtype == (uint8_t)ENABLE;
@@ -159,7 +160,7 @@ static uint16_t resume(const instruction_t* const instruction, pus_store_state_t
     return PUS_FAILURE_NONE;
 }
 
-/// Suspend an open retrieval or abort one by time range; the other kind continues.
+/// Suspend an open retrieval, or abort a retrieval by time range; a retrieval of the other kind continues.
 static uint16_t stop(const instruction_t* const instruction, pus_store_state_t* const next)
 {
     const pus_retrieval_t kind =
@@ -202,7 +203,7 @@ static uint16_t reconfigure(const instruction_t* const instruction, pus_store_st
 
 static uint16_t create(const instruction_t* const instruction, pus_store_state_t* const next)
 {
-    const uint32_t generation = next->generation + 1U; // Earlier content of the medium does not belong to it.
+    const uint32_t generation = next->generation + 1U; // Packets on the medium are not those of the store.
     *next                     = (pus_store_state_t){.is_there        = true,
                                                     .size            = instruction->size,
                                                     .type            = instruction->type,
@@ -239,7 +240,7 @@ static uint16_t decide(const instruction_t* const instruction, pus_store_state_t
     return (i < count) ? actions[i].decide(instruction, next) : reconfigure(instruction, next);
 }
 
-/// Number of the store for an instruction; a failure's code if there is none.
+/// Find the store of an instruction. PUS_FAILURE_NONE, or the failure.
 static uint16_t find_store(instruction_t* const instruction)
 {
     const pus_storage_t* const storage = instruction->storage;
@@ -259,7 +260,7 @@ static uint16_t find_store(instruction_t* const instruction)
     return (instruction->number < count) ? PUS_FAILURE_NONE : PUS_FAILURE_TABLE_FULL;
 }
 
-/// Perform an instruction for the store with its number.
+/// Perform an instruction, whose store has been found.
 static uint16_t carry_out(instruction_t* const instruction)
 {
     pus_storage_t* const storage = instruction->storage;
@@ -289,7 +290,7 @@ static uint16_t carry_out(instruction_t* const instruction)
     return PUS_FAILURE_NONE;
 }
 
-/// Detail of a refusal; `offset` is that after the instruction.
+/// Detail of a refusal. `offset` is the octet offset after the instruction.
 static uint32_t detail_of(const instruction_t* const instruction, const uint16_t code, const size_t offset)
 {
     switch (code) {
@@ -304,7 +305,7 @@ static uint32_t detail_of(const instruction_t* const instruction, const uint16_t
     }
 }
 
-/// Read the next instruction of a request and carry it out.
+/// Read and perform the next instruction of a request.
 static uint16_t next_instruction(instruction_t* const instruction, octet_reader_t* const reader)
 {
     instruction->name = octet_read_octets(reader, PUS_NAME_SIZE);
@@ -313,7 +314,7 @@ static uint16_t next_instruction(instruction_t* const instruction, octet_reader_
     return (code == PUS_FAILURE_NONE) ? carry_out(instruction) : code;
 }
 
-/// A request with a list of stores.
+/// Perform a request that has a list of stores.
 static pus_reply_t execute_list(void* const self, pus_request_t* const request)
 {
     octet_reader_t* const reader = &request->reader;
@@ -346,7 +347,7 @@ static pus_reply_t execute_list(void* const self, pus_request_t* const request)
     return pus_done();
 }
 
-/// A request for one store.
+/// Perform a request that has one store.
 static pus_reply_t execute_one(void* const self, pus_request_t* const request)
 {
     instruction_t instruction = {.storage = self, .subtype = request->token.subtype};
@@ -459,7 +460,7 @@ static pus_reply_t report_selection(void* const self, pus_request_t* const reque
 
 // ---- Reports on stores ----
 
-/// Part of a store after an address [per cent, rounded up].
+/// Share of a store that is filled from an address on [per cent, rounded up].
 static uint8_t filled_from(const pus_packet_store_t* const log, const uint64_t cursor)
 {
     const uint64_t place  = pus_packet_store_place(log, cursor);
@@ -493,7 +494,7 @@ static void write_configuration(octet_writer_t* const writer, pus_store_t* const
     octet_write_u8(writer, store->state.virtual_channel);
 }
 
-/// Answer with an entry for each store of a set, one bit each.
+/// Answer with an entry for each store of `set`, in which each store has one bit.
 static pus_reply_t report_stores(pus_storage_t* const storage, const pus_request_t* const request,
                                  const uint8_t subtype, const uint32_t set,
                                  void (*const write)(octet_writer_t*, pus_store_t*))

@@ -6,8 +6,8 @@
 
 /// Remaining packets and octets of a step.
 typedef struct {
-    uint16_t packets; ///< To send or copy.
-    uint32_t octets;  ///< To read.
+    uint16_t packets; ///< Packets that may still be sent or copied.
+    uint32_t octets;  ///< Octets that may still be read.
 } budget_t;
 
 static void spend(budget_t* const budget, const size_t octets)
@@ -20,7 +20,7 @@ static budget_t budget_of(const pus_storage_t* const storage)
     return (budget_t){.packets = storage->config.packets_per_step, .octets = storage->config.octets_per_step};
 }
 
-/// Packets of a range of times that lie before an address.
+/// Selects the packets before an address that were stored in a range of times.
 typedef struct {
     uint64_t end;
     uint64_t from_ns;
@@ -52,8 +52,8 @@ static status_t next_in(pus_packet_store_t* const log, const window_t* const win
 
 // ---- Retrieval ----
 
-/// The store to be served next: of the lowest priority number, after the one served last. store_count if
-/// nothing can be sent.
+/// The store to be served next: the next one after `last_served` among those with the lowest priority number.
+/// store_count if no store can send.
 static uint8_t next_store(const pus_storage_t* const storage)
 {
     const uint8_t count = storage->config.store_count;
@@ -92,7 +92,7 @@ static void pause(pus_storage_t* const storage, pus_store_t* const store)
     if (store->state.retrieval == (uint8_t)PUS_RETRIEVAL_RANGE) {
         store->state.retrieval     = (uint8_t)PUS_RETRIEVAL_NONE;
         store->is_moved            = true;
-        storage->is_checkpoint_due = true; // Store at once that it has ended.
+        storage->is_checkpoint_due = true; // Store the end of the retrieval at once.
     }
 }
 
@@ -132,7 +132,7 @@ static void serve(pus_storage_t* const storage, const uint8_t number, budget_t* 
     case STATUS_EMPTY:
         pause(storage, store);
         break;
-    default: // The medium failed, and may work again.
+    default: // The medium failed; the next step tries again.
         store->is_waiting = true;
         break;
     }
@@ -163,13 +163,14 @@ static void end_copy(pus_storage_t* const storage, const status_t status, const 
     } else if (status != STATUS_OK) {
         failure = pus_failure(PUS_FAILURE_IO, (uint32_t)status);
     } else {
-        // All is well.
+        // The copy has succeeded.
     }
     copy->is_active = false;
     pus_verify_ended(storage->config.process, &copy->token, failure, now_ns);
 }
 
-/// Copy one packet. STATUS_OK or STATUS_BUSY: continue; STATUS_EMPTY: all is copied; STATUS_FULL, STATUS_IO.
+/// Copy one packet. STATUS_OK or STATUS_BUSY: continue; STATUS_EMPTY: all packets are copied; STATUS_FULL,
+/// STATUS_IO.
 static status_t copy_one(pus_storage_t* const storage, budget_t* const budget)
 {
     pus_store_copy_t* const copy = &storage->copy;
@@ -199,6 +200,6 @@ void st15_copy(pus_storage_t* const storage, const uint64_t now_ns)
     } else if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
         end_copy(storage, status, now_ns);
     } else {
-        // The rest follows in later steps.
+        // Later steps continue.
     }
 }

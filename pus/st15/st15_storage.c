@@ -15,7 +15,7 @@ uint32_t st15_blocks_of(const uint32_t size)
     return size / PUS_STORE_BLOCK;
 }
 
-/// True if a name is printable characters, at least one, and then NUL.
+/// True if a name consists of one or more printable characters, padded with NUL.
 static bool is_name(const uint8_t* const name)
 {
     uint8_t length = 0U;
@@ -219,7 +219,7 @@ status_t pus_storage_start(pus_storage_t* const storage)
         } else if ((store->log.counters.damaged > 0U) && (result == STATUS_OK)) {
             result = STATUS_CHECKSUM;
         } else {
-            // All packets can be read, or another store has reported a failure.
+            // All packets can be read, or the status of another store is returned.
         }
         // Packets that were not on the medium at the power cut are lost.
         const uint64_t head = pus_packet_store_head(&store->log);
@@ -232,7 +232,7 @@ status_t pus_storage_start(pus_storage_t* const storage)
 
 // ---- Storage ----
 
-/// Round a time to the resolution of the wire, so that ground can refer to it exactly.
+/// Round a time to the resolution of the wire, so that ground can specify this time exactly.
 static uint64_t time_on_wire(const uint64_t time_ns)
 {
     uint8_t octets[PUS_TIME_SIZE];
@@ -266,7 +266,7 @@ static void sync_stores(pus_storage_t* const storage, const uint64_t now_ns)
     if ((now_ns - storage->synced_ns) >= storage->config.sync_interval_ns) {
         storage->synced_ns = now_ns;
         for (uint8_t i = 0U; i < storage->config.store_count; i++) {
-            (void)pus_packet_store_sync(&storage->stores[i].log); // Counted; tried again the next time.
+            (void)pus_packet_store_sync(&storage->stores[i].log); // Counts failures; repeated later.
         }
     }
 }

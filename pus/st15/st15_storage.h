@@ -4,11 +4,11 @@
 /// docs/services/st15.md.
 ///
 /// pus_storage_observe is called with every report on board. Each enabled store whose selection
-/// (pus/core/report_selection.h) takes the report stores it with the time of the call. Packets are on their
-/// medium after the next sync.
+/// (pus/core/report_selection.h) includes the report stores it with the time of the call. The packets are on
+/// the medium after the next sync.
 ///
-/// Ownership  The caller places everything the configuration points to.
-/// Context    One loop. `send` may not call back.
+/// Ownership  The caller places all objects to which the configuration points.
+/// Context    One loop. `send` must not call functions of this service.
 /// Time       Observe O(stores x log entries + size); step O(stores + slice); see pus/core/packet_store.h.
 #ifndef PUS_ST15_ST15_STORAGE_H
 #define PUS_ST15_ST15_STORAGE_H
@@ -19,17 +19,17 @@
 #define PUS_STORES_MAX 32U
 #define PUS_STORE_CIRCULAR 0U
 #define PUS_STORE_BOUNDED 1U
-#define PUS_STORE_SELECTION_KEY 256U ///< Key of the first selection's record.
+#define PUS_STORE_SELECTION_KEY 256U ///< Key of the record of the first selection.
 
-/// A port that sends packets again.
+/// Port that sends retrieved packets.
 typedef struct {
     void* context;
-    /// STATUS_OK, or any other status: not taken, try again later. `packet` is copied.
+    /// `packet` is copied. STATUS_OK, or any other status: refused, try again later.
     status_t (*send)(void* context, uint8_t virtual_channel, const uint8_t* packet, size_t size);
 } pus_retrieval_port_t;
 
 typedef struct {
-    pus_app_process_t* process;       ///< For reports of completion and the epoch.
+    pus_app_process_t* process;       ///< Sends reports of completion; its epoch is used.
     const medium_t* media;            ///< One for each store.
     uint8_t store_count;              ///< 1..PUS_STORES_MAX.
     uint16_t blocks_of_store;         ///< Blocks of the largest store, >= PUS_STORE_BLOCKS_MIN.
@@ -39,13 +39,13 @@ typedef struct {
     pus_selection_entry_t* candidate; ///< entries_of_selection.
     const uint16_t* apids;            ///< Processes whose reports may be selected, each once.
     uint16_t apid_count;
-    uint8_t virtual_channels; ///< Number of them: 0..virtual_channels - 1.
+    uint8_t virtual_channels; ///< Number of virtual channels, numbered from 0.
     pus_retrieval_port_t port;
-    uint16_t packets_per_step;            ///< Sent or copied at most, >= 1.
-    uint32_t octets_per_step;             ///< A step ends when it has read these, >= 1.
-    uint64_t sync_interval_ns;            ///< Between syncs of stored packets; 0: in each step.
-    uint64_t checkpoint_interval_ns;      ///< Between checkpoints of retrievals; 0: in each step.
-    const pus_persistence_t* persistence; ///< Null: nothing is kept.
+    uint16_t packets_per_step;            ///< Most packets that a step sends or copies, >= 1.
+    uint32_t octets_per_step;             ///< A step ends when it has read so many octets, >= 1.
+    uint64_t sync_interval_ns;            ///< Time between syncs of stored packets; 0: in each step.
+    uint64_t checkpoint_interval_ns;      ///< Time between checkpoints of retrievals; 0: in each step.
+    const pus_persistence_t* persistence; ///< Null: without persistent records.
 } pus_storage_config_t;
 
 typedef enum { // Private.
@@ -78,10 +78,10 @@ typedef struct { // Private, except `log.counters` and `sent`.
     pus_store_state_t state;
     pus_packet_store_t log;
     pus_selection_t selection;
-    uint32_t sent;   ///< Packets sent again.
-    bool is_failed;  // Its medium could not be read at the start.
-    bool is_moved;   // Its retrieval has continued since the last checkpoint.
-    bool is_waiting; // The port refused, or there is nothing to send, in this step.
+    uint32_t sent;   ///< Packets retrieved and sent.
+    bool is_failed;  // The medium could not be read at the start.
+    bool is_moved;   // The retrieval has continued since the last checkpoint.
+    bool is_waiting; // In this step the port refused, or there is no packet to send.
 } pus_store_t;
 
 typedef struct { // Private: the copy in progress.
@@ -104,7 +104,7 @@ typedef struct { // Private, except `counters` and `stores`: read-only, for tele
     bool is_stale[PUS_STORES_MAX]; // The medium contains packets of a deleted store.
     uint64_t synced_ns;
     uint64_t checkpoint_ns;
-    bool is_checkpoint_due; // Whatever the interval.
+    bool is_checkpoint_due; // A checkpoint is due, independent of the interval.
     pus_store_t stores[PUS_STORES_MAX];
     uint8_t buffer[PUS_STORE_BUFFER_SIZE];
     struct {
@@ -116,23 +116,23 @@ typedef struct { // Private, except `counters` and `stores`: read-only, for tele
 
 void pus_storage_init(pus_storage_t* storage, const pus_storage_config_t* config);
 /// Restore a persistent record, between pus_storage_init and pus_storage_start. STATUS_OK; STATUS_NOT_FOUND
-/// (no such store), STATUS_INVALID (malformed, or not possible here), STATUS_EXHAUSTED (a selection longer
-/// than there is room for): nothing changed.
+/// (no such store), STATUS_INVALID (malformed, or not possible in this configuration) or STATUS_EXHAUSTED
+/// (the selection has too many entries): the service has not changed.
 MUST_USE status_t pus_storage_restore(pus_storage_t* storage, uint32_t key, const uint8_t* octets,
                                       size_t size);
 /// Recover the content of the stores. STATUS_OK; STATUS_CHECKSUM: some packets that were not deleted can no
-/// longer be reached; STATUS_IO: the medium of a store failed, that store stores and sends nothing until the
-/// next start.
+/// longer be read; STATUS_IO: the medium of a store failed, and that store neither stores nor sends packets
+/// until the next start.
 MUST_USE status_t pus_storage_start(pus_storage_t* storage);
-/// Store a report, `tm` decoded, in all stores that select it.
+/// Store a report, whose decoded fields are in `tm`, in all stores that select it.
 void pus_storage_observe(pus_storage_t* storage, const pus_tm_t* tm, const uint8_t* packet, size_t size,
                          uint64_t now_ns);
-/// Send and copy a slice; sync stores and save states when due.
+/// Send and copy a slice; sync stores and store checkpoints when they are due.
 void pus_storage_step(pus_storage_t* storage, uint64_t now_ns);
-/// Time of the next step that has something to do [ns of the run]: now_ns or earlier if there is something
-/// now, or the port was busy; UINT64_MAX if there is nothing until something is stored or requested.
+/// Time of the next step that has work [ns of the run]: now_ns or earlier if there is work now, or the port
+/// was busy; UINT64_MAX if there is none until a report is stored or a request arrives.
 uint64_t pus_storage_due_ns(const pus_storage_t* storage, uint64_t now_ns);
-/// The service's entry for a dispatcher. It has no step: call pus_storage_step once per cycle.
+/// Entry of the service for a dispatcher. It has no step: call pus_storage_step once per cycle.
 pus_service_t pus_storage_service(pus_storage_t* storage);
 
 #endif // PUS_ST15_ST15_STORAGE_H

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[17] test: TC[17,1] are-you-alive answered by TM[17,2]; TC[17,3] {APID u16} on-board connection test
-/// answered by TM[17,4] {APID u16}, offered only where a port is configured.
+/// ST[17] test: TM[17,2] answers TC[17,1], are-you-alive. TM[17,4] {APID u16} answers TC[17,3] {APID u16},
+/// on-board connection test, which is available only with a port.
 #ifndef PUS_ST17_ST17_TEST_H
 #define PUS_ST17_ST17_TEST_H
 
@@ -11,7 +11,8 @@
 typedef struct {
     void* context;
     /// Begin a connection test with `apid`. PUS_LATER: end it with pus_test_connected and
-    /// pus_verify_completed, or pus_verify_failed. PUS_DONE: connected at once, the service reports.
+    /// pus_verify_completed, or with pus_verify_failed. PUS_DONE: connected at once; the service sends the
+    /// report.
     pus_reply_t (*connect)(void* context, uint16_t apid, const pus_token_t* token, uint64_t now_ns);
 } pus_test_port_t;
 
@@ -19,7 +20,7 @@ typedef struct { // Private.
     pus_test_port_t port;
 } pus_test_t;
 
-/// port may be null: no connection test, TC[17,3] is an unknown subtype.
+/// `port` may be null: without a connection test TC[17,3] is an unknown subtype.
 void pus_test_init(pus_test_t* test, const pus_test_port_t* port);
 pus_service_t pus_test_service(pus_test_t* test);
 /// Send TM[17,4] to the request's source. Status of pus_tm_post.

@@ -27,7 +27,7 @@ pus_procedure_t* procedures_find(const pus_procedures_t* const self, const uint8
     return NULL;
 }
 
-/// Null if all are in use.
+/// Find a free entry. Null if all are in use.
 static pus_procedure_t* find_free(const pus_procedures_t* const self)
 {
     for (uint16_t i = 0U; i < self->config.capacity; i++) {
@@ -168,7 +168,7 @@ status_t pus_procedures_restore(pus_procedures_t* const self, const uint32_t key
 
 // ---- Loading ----
 
-/// Find a place for new code of this size.
+/// Find an entry for new code of this size.
 static pus_failure_t prepare(const pus_procedures_t* const self, const uint8_t* const id, const size_t size,
                              pus_procedure_t** const out_place)
 {
@@ -250,7 +250,7 @@ pus_failure_t procedures_load_file(pus_procedures_t* const self, const uint8_t* 
     }
     failure = prepare(self, id, size, &place);
     if (failure.code == PUS_FAILURE_NONE) {
-        FSW_ASSERT(place != NULL); // Without a failure, there is one.
+        FSW_ASSERT(place != NULL); // `prepare` has found an entry, because there is no failure.
         failure = failure_of_file(files->read(files->context, file, 0U, place->code, size));
     }
     (void)files->close(files->context, file); // Nothing was written.

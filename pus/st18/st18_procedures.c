@@ -56,7 +56,7 @@ static const uint8_t* read_id(pus_request_t* const request)
     return octet_read_octets(&request->reader, PUS_NAME_SIZE);
 }
 
-/// Find the procedure that a request names; `is_active`: it must be active, otherwise inactive.
+/// Find the procedure that a request names. The procedure must be active if `is_active`, else inactive.
 static pus_failure_t find(const pus_procedures_t* const self, const uint8_t* const id, const bool is_active,
                           pus_procedure_t** const out_procedure)
 {
@@ -105,7 +105,7 @@ static pus_reply_t unload(void* const self, pus_request_t* const request)
 
 // ---- Activation ----
 
-/// Begin the procedure `id`, whose level and arguments follow in the request.
+/// Begin the procedure `id`, whose observability level and arguments follow in the request.
 static pus_reply_t begin(pus_procedures_t* const self, pus_request_t* const request, const uint8_t* const id)
 {
     pus_procedure_t* procedure  = NULL;
@@ -181,7 +181,7 @@ static pus_reply_t stop_and_unload(void* const self, pus_request_t* const reques
     return stop_at(self, request, true);
 }
 
-/// Find an active procedure; `is_held`: it must be suspended, otherwise running.
+/// Find an active procedure. The procedure must be suspended if `is_held`, else running.
 static pus_failure_t find_run(const pus_procedures_t* const self, const uint8_t* const id, const bool is_held,
                               pus_procedure_t** const out_procedure)
 {

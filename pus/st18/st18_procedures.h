@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[18] on-board control procedures: loading, running, suspending ("held"). All 20 messages. The engine
-/// behind pus/core/procedure_port.h defines the language of a procedure. Rules, observation and refusals:
-/// docs/services/st18.md.
+/// ST[18] on-board control procedures, all 20 messages: loading, running, suspending (status "held"). The
+/// engine that implements pus/core/procedure_port.h defines the language of procedures. Rules, observation
+/// and refusals: docs/services/st18.md.
 ///
-/// Loaded code and the status of the engine (running or stopped) are persistent; after a restart no procedure
-/// runs.
+/// Loaded code and the status of the engine (running or stopped) are persistent; after a restart all
+/// procedures are inactive.
 ///
 /// Ownership  The caller places all storage.
 /// Context    The loop of the process.
@@ -36,7 +36,7 @@ typedef enum {
     PUS_OBSERVE_ALL       = 3
 } pus_observability_t;
 
-/// Kind of observation, in the auxiliary data of an event.
+/// Kind of an observation, in the auxiliary data of the observation event.
 typedef enum {
     PUS_OBSERVED_STARTED  = 1,
     PUS_OBSERVED_ENDED    = 2,
@@ -50,12 +50,12 @@ typedef enum {
     PUS_OBSERVED_RECEIVED = 10
 } pus_observation_t;
 
-/// The last reported telemetry.
+/// Port to the last reported telemetry.
 typedef struct {
     void* context;
-    /// Value of a parameter. STATUS_OK, STATUS_NOT_FOUND (unknown, never reported, or no scalar).
+    /// Read the value of a parameter. STATUS_OK, STATUS_NOT_FOUND (unknown, never reported, or not a scalar).
     status_t (*read)(void* context, uint32_t parameter_id, value_type_t* out_type, uint64_t* out_bits);
-    /// The same by name, which may be that of a scalar within a parameter.
+    /// Read a value by name; `name` may be that of a scalar in a structured parameter. Same statuses.
     status_t (*read_named)(void* context, const char* name, value_type_t* out_type, uint64_t* out_bits);
 } pus_telemetry_port_t;
 
@@ -63,7 +63,7 @@ typedef struct { // Private: a loaded procedure.
     uint8_t id[PUS_NAME_SIZE];
     bool in_use;
     bool was_aborted;  // The last request to abort all has aborted it.
-    uint8_t parts;     // One bit for each of its records that was restored.
+    uint8_t parts;     // One bit for each record of the procedure that was restored.
     uint8_t level;     // pus_observability_t.
     uint16_t size;     // Size of the code [octets].
     uint16_t checksum; // Checksum of the code.
@@ -71,31 +71,31 @@ typedef struct { // Private: a loaded procedure.
     uint8_t code[PUS_PROCEDURE_CODE_MAX];
 } pus_procedure_t;
 
-/// Event or time for which a running procedure waits.
+/// Condition for which a running procedure waits.
 typedef enum {
     PUS_WAITS_NOT,
     PUS_WAITS_TIME,
-    PUS_WAITS_PORT, // To send.
+    PUS_WAITS_PORT, // The port has to take a request.
     PUS_WAITS_VERIFICATION,
     PUS_WAITS_PARAMETERS
 } pus_waiting_t;
 
-typedef struct { // Private: where a procedure is to be stopped or suspended.
+typedef struct { // Private: the step at which a procedure is to be stopped or suspended.
     bool is_wanted;
-    uint16_t step; // 0: the next one.
+    uint16_t step; // 0: the next step.
 } pus_hold_t;
 
 typedef struct {        // Private: a slot of the engine.
     uint16_t procedure; // PUS_PROCEDURE_NONE: free.
     bool is_held;
-    bool unloads; // The procedure is unloaded when it has stopped.
+    bool unloads; // When the procedure has stopped, it is unloaded.
     uint16_t step;
     pus_hold_t stop;
     pus_hold_t suspension;
-    pus_token_t token; // Token of the request that activated it.
+    pus_token_t token; // Token of the request that activated the procedure.
     pus_waiting_t waiting;
     uint64_t until;      // Cycle.
-    uint32_t request_id; // Id of the request for which it waits.
+    uint32_t request_id; // Id of the request for whose end the procedure waits.
     pus_call_t call;
     pus_answer_t answer;
     uint16_t communicated; // Octets in `values` that the procedure has not taken.
@@ -106,26 +106,26 @@ typedef struct {        // Private: a slot of the engine.
 typedef struct {
     pus_app_process_t* process;
     pus_procedure_port_t engine;
-    pus_requester_t* requester; ///< For this service alone.
+    pus_requester_t* requester; ///< Only this service uses it.
     pus_telemetry_port_t telemetry;
     pus_event_port_t events;
-    const pus_file_port_t* files;         ///< Null: nothing is loaded by reference.
-    const pus_persistence_t* persistence; ///< Null: nothing is kept.
+    const pus_file_port_t* files;         ///< Null: procedures cannot be loaded by reference.
+    const pus_persistence_t* persistence; ///< Null: without persistent records.
     pus_procedure_t* procedures;
-    pus_procedure_run_t* runs; ///< One for each slot of the engine.
-    uint16_t capacity;         ///< Capacity of `procedures`, 1..16383.
-    uint32_t budget;           ///< Units of the engine for a procedure in a cycle.
-    uint16_t calls;            ///< Steps, events and requests in a cycle, >= 1; the next one waits a cycle.
-    uint64_t cycle_ns;         ///< [ns], >= 1.
-    uint32_t verification_cycles; ///< Time limit of a request that is waited for.
+    pus_procedure_run_t* runs;    ///< One for each slot of the engine.
+    uint16_t capacity;            ///< Number of entries of `procedures`, 1..16383.
+    uint32_t budget;              ///< Units of the engine for a procedure in a cycle.
+    uint16_t calls;               ///< Most steps, events and requests of a procedure in a cycle, >= 1.
+    uint64_t cycle_ns;            ///< [ns], >= 1.
+    uint32_t verification_cycles; ///< Longest wait for the end of a request.
     uint16_t observation_event;   ///< 0: none.
     uint16_t failure_event;
 } pus_procedures_config_t;
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_procedures_config_t config;
-    bool is_stopped; // The engine.
-    uint64_t cycle;  // Extended to 64 bits.
+    bool is_stopped; // The engine is stopped.
+    uint64_t cycle;  // Cycle count, extended to 64 bits.
     uint32_t last_cycle;
     uint64_t now_ns;
     struct {
@@ -140,17 +140,17 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 } pus_procedures_t;
 
 void pus_procedures_init(pus_procedures_t* self, const pus_procedures_config_t* config);
-/// The service's entry for a dispatcher; subtypes and step included.
+/// Entry of the service for a dispatcher, with subtypes and step.
 pus_service_t pus_procedures_service(pus_procedures_t* self);
 /// Restore one record. STATUS_OK, STATUS_INVALID (malformed, or its checksum is wrong), STATUS_EXHAUSTED
-/// (no room). A procedure is loaded when all its records are back.
+/// (no room). A procedure is loaded when all its records have been restored.
 MUST_USE status_t pus_procedures_restore(pus_procedures_t* self, uint32_t key, const uint8_t* octets,
                                          size_t size);
-/// Pass a report: a verification that a procedure waits for becomes its answer.
+/// Evaluate a report: if a procedure waits for this verification report, the procedure gets its answer.
 void pus_procedures_observe(pus_procedures_t* self, const pus_tm_t* tm);
 /// Continue running procedures. `cycle` may jump forward.
 void pus_procedures_step(pus_procedures_t* self, uint64_t now_ns, uint32_t cycle);
-/// Whether any procedure is active.
+/// True if any procedure is active.
 bool pus_procedures_are_active(const pus_procedures_t* self);
 
 #endif // PUS_ST18_ST18_PROCEDURES_H

@@ -6,13 +6,13 @@
 #include <string.h>
 
 #define OBSERVATION_SIZE 60U // Auxiliary data of an observation [octets].
-#define OWN_EVENT_SIZE 10U   // The same of an event that a procedure raises.
+#define OWN_EVENT_SIZE 10U   // Auxiliary data of an event that a procedure raises [octets].
 #define NS_PER_S 1e9
 #define NS_PER_MS 1000000U
 
 // ---- Observing ----
 
-/// The run's step, 0 if there is no run.
+/// Present step of a procedure; 0 if it is inactive.
 static uint16_t step_of(const pus_procedures_t* const self, const pus_procedure_t* const procedure)
 {
     return (procedure->slot == PUS_PROCEDURE_NONE) ? 0U : self->config.runs[procedure->slot].step;
@@ -309,7 +309,7 @@ static void check_waiting(pus_procedures_t* const self, const pus_procedure_t* c
     } else if (run->waiting == PUS_WAITS_PARAMETERS) {
         (void)take_parameters(self, procedure, run);
     } else {
-        // It waits for a time or for a report.
+        // The procedure waits for a time or for a report.
     }
     const bool is_over = self->cycle >= run->until;
     if (is_over && (run->waiting == PUS_WAITS_VERIFICATION)) {
@@ -321,13 +321,13 @@ static void check_waiting(pus_procedures_t* const self, const pus_procedure_t* c
     }
 }
 
-/// True if a call has an effect outside of the procedure: a report or a request.
+/// True if a call causes a report or a request.
 static bool has_effect(const pus_call_kind_t kind)
 {
     return (kind == PUS_CALL_STEP) || (kind == PUS_CALL_EVENT) || (kind == PUS_CALL_SEND);
 }
 
-/// Step the procedure in a slot, with a budget of `share` at most. Returns the used units.
+/// Step the procedure in a slot, with a budget of at most `share` units. Returns the units used.
 static uint32_t step_run(pus_procedures_t* const self, const uint16_t slot, const uint32_t share)
 {
     const pus_procedure_port_t* const engine = &self->config.engine;

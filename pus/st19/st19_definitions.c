@@ -61,7 +61,7 @@ void event_action_enter(event_action_t* const self, const uint16_t slot, const d
 {
     definition_t* const definition = &self->config.definitions[slot];
     uint16_t* place                = &self->free;
-    while (*place != slot) { // It is the first, except when records are restored.
+    while (*place != slot) { // The slot is the first free one, except when records are restored.
         place = &self->config.definitions[*place].next;
     }
     *place                 = definition->next;

@@ -12,7 +12,7 @@ typedef pus_event_action_definition_t definition_t;
 
 /// Identifier of a definition in failures.
 uint32_t event_action_key(uint16_t apid, uint16_t event);
-/// The place of the index of the definition in a list, or NONE if there is no such definition.
+/// Pointer to the index that refers to the definition, in its list; it contains NONE if there is none.
 uint16_t* event_action_place(const event_action_t* self, uint16_t apid, uint16_t event);
 /// Set the content of a free definition.
 void event_action_enter(event_action_t* self, uint16_t slot, const definition_t* content);

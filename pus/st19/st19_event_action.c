@@ -12,7 +12,7 @@ enum {
 
 // ---- Events ----
 
-/// Release the request of a definition once. False: the port does not take it.
+/// Release the request of a definition once. False: the port refuses it.
 static bool release(event_action_t* const self, const definition_t* const definition)
 {
     const size_t size = event_action_request(definition, self->record);
@@ -52,7 +52,7 @@ void pus_event_action_observe(event_action_t* const self, const uint16_t apid, c
         return;
     }
     self->counters.observed++;
-    // Waiting requests keep their order.
+    // If other requests wait, this one waits behind them, so that the order of the events is kept.
     if ((self->queue_count > 0U) || !release(self, &self->config.definitions[slot])) {
         wait(self, slot);
     }
@@ -196,7 +196,7 @@ static pus_reply_t add_definitions(void* const object, pus_request_t* const requ
     return pus_done();
 }
 
-/// Read a key and find its definition. Failure: there is none.
+/// Read a key and find its definition. PUS_FAILURE_NONE, or the failure if there is none.
 static pus_failure_t find(const event_action_t* const self, octet_reader_t* const reader,
                           uint16_t** const out_place)
 {

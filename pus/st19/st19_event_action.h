@@ -2,14 +2,14 @@
 /// ST[19] event-action, all messages: when an event occurs, reported or not, the request of its definition is
 /// released. Definitions and refusals: docs/services/st19.md.
 ///
-/// The key of a definition is an application process and an event. Requests that the port does not take at
-/// once wait in the order of the events; they are dropped and counted when the function or the definition is
-/// disabled meanwhile.
+/// The key of a definition consists of an application process and an event. Requests that the port cannot
+/// take at once wait in the order of the events. They are dropped and counted if the function or the
+/// definition is disabled meanwhile.
 ///
 /// Ownership  The caller places all arrays.
 /// Context    One loop.
-/// Time       pus_event_action_observe is O(1) on average, whatever the number of definitions, and O(request)
-///            if it releases one; a step with nothing waiting O(1).
+/// Time       pus_event_action_observe is O(1) on average for any number of definitions, and O(request) if it
+///            releases one; a step is O(1) if no request waits.
 #ifndef PUS_ST19_ST19_EVENT_ACTION_H
 #define PUS_ST19_ST19_EVENT_ACTION_H
 
@@ -19,16 +19,16 @@
 
 /// Largest request, so that TM[19,11] can report it in one packet [octets].
 #define PUS_EVENT_ACTION_REQUEST_MAX (PUS_TM_DATA_MAX - 7U)
-#define PUS_EVENT_ACTION_RELEASES 256U ///< In a step, at most.
+#define PUS_EVENT_ACTION_RELEASES 256U ///< Most requests that one step releases.
 #define PUS_EVENT_ACTION_RECORD_HEAD 5U
 
 typedef struct { // Private.
     pus_block_chain_t request;
     uint16_t apid;
     uint16_t event;
-    uint16_t next;    // In its bucket, or among the free.
-    uint16_t waiting; // Events whose request the port has not taken yet.
-    uint32_t report;  // Number of the report that names it.
+    uint16_t next;    // Next definition in its bucket, or next free one.
+    uint16_t waiting; // Number of events whose request the port has not taken yet.
+    uint32_t report;  // Number of the report that includes it.
     bool in_use;
     bool is_enabled;
     bool is_queued;
@@ -37,13 +37,13 @@ typedef struct { // Private.
 typedef struct {
     pus_app_process_t* process; ///< For reports that continue in a step.
     pus_port_t release;
-    const pus_persistence_t* persistence; ///< Null: nothing is kept.
+    const pus_persistence_t* persistence; ///< Null: without persistent records.
     pus_event_action_definition_t* definitions;
     uint16_t definition_count;  ///< 1..65534.
     uint16_t* queue;            ///< One for each definition.
     uint16_t* buckets;          ///< About as many as definitions.
     uint32_t bucket_count;      ///< A power of two.
-    pus_block_chains_t* chains; ///< Room for the requests; may be shared with others of the same loop.
+    pus_block_chains_t* chains; ///< Blocks for the requests; services of one loop may share them.
 } pus_event_action_config_t;
 
 typedef struct { // Private, except `counters` and `count`: read-only, for telemetry.
@@ -54,20 +54,20 @@ typedef struct { // Private, except `counters` and `count`: read-only, for telem
     uint16_t queue_first;
     uint16_t queue_count;
     uint32_t report_number; // Number of the last report by identifiers.
-    uint32_t report_wanted; // Report number that the report under way selects; 0: all.
+    uint32_t report_wanted; // Number of the present report, which selects definitions; 0: all.
     pus_long_report_t report;
     uint8_t record[PUS_EVENT_ACTION_RECORD_HEAD + PUS_PACKET_MAX];
     struct {
-        uint32_t observed; ///< Events that enabled definitions waited for.
+        uint32_t observed; ///< Events that have an enabled definition.
         uint32_t released;
-        uint32_t deferred; ///< Times the port did not take a request.
-        uint32_t dropped;  ///< Waiting requests: function or definition was disabled, or too many waited.
-        uint32_t refused;  ///< Requests and instructions.
+        uint32_t deferred; ///< Number of times that the port refused a request.
+        uint32_t dropped;  ///< Waiting requests dropped: function or definition disabled, or too many waited.
+        uint32_t refused;  ///< Requests and instructions refused.
     } counters;
 } pus_event_action_t;
 
 void pus_event_action_init(pus_event_action_t* self, const pus_event_action_config_t* config);
-/// The service's entry for a dispatcher, without a step.
+/// Entry of the service for a dispatcher, without a step.
 pus_service_t pus_event_action_service(pus_event_action_t* self);
 /// Restore a persistent record; call it before the first request and event. STATUS_OK, STATUS_INVALID
 /// (malformed), STATUS_EXISTS (its slot is in use, or the definition exists), STATUS_EXHAUSTED (no room).
@@ -77,7 +77,7 @@ MUST_USE status_t pus_event_action_restore(pus_event_action_t* self, uint32_t ke
 void pus_event_action_observe(pus_event_action_t* self, uint16_t apid, uint16_t event);
 /// Release waiting requests, and continue a report.
 void pus_event_action_step(pus_event_action_t* self, uint64_t now_ns);
-/// True if the next step has something to do.
+/// True if the next step has work.
 bool pus_event_action_is_waiting(const pus_event_action_t* self);
 
 #endif // PUS_ST19_ST19_EVENT_ACTION_H

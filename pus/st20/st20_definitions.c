@@ -106,7 +106,7 @@ static status_t write(void* const context, const uint16_t handle, const uint8_t*
 
 // ---- Definitions ----
 
-/// Change an entry under the guard, so that no other loop reads it meanwhile.
+/// Change an entry while the guard is locked, so that no other loop reads it meanwhile.
 static void put(const pus_parameter_definitions_t* const definitions, pus_parameter_place_t* const place,
                 const pus_parameter_place_t* const wanted)
 {
@@ -120,7 +120,7 @@ static void put(const pus_parameter_definitions_t* const definitions, pus_parame
     }
 }
 
-/// Store a definition, then put it into force.
+/// Store the record of a definition, and then apply the definition.
 static pus_failure_t store_definition(const pus_parameter_definitions_t* const definitions,
                                       pus_parameter_place_t* const place,
                                       const pus_parameter_place_t* const wanted)
@@ -141,7 +141,7 @@ static pus_failure_t store_definition(const pus_parameter_definitions_t* const d
     return pus_no_failure();
 }
 
-/// The failure for which a definition is refused because of its id, PTC or PFC.
+/// Check id, PTC and PFC of a definition. PUS_FAILURE_NONE, or the failure.
 static pus_failure_t check_id(const pus_parameter_definitions_t* const definitions, const uint32_t id,
                               const uint8_t ptc, const uint16_t pfc, const size_t place)
 {

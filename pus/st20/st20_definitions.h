@@ -2,10 +2,11 @@
 /// Parameters of ST[20] that are defined by a place in memory, by TC[20,4] (address) and [20,5] (object and
 /// offset), and the parameter port that provides them and those of the dictionary.
 ///
-/// Such a parameter has an id of its own APID that the dictionary does not have, whose layout bits are the
-/// scalar type of PTC and PFC; its value is in memory in the machine's byte order. Defining it again
-/// moves it. PTC, PFC: unsigned 3 and 4, 12, 14, 16 for 8 to 64 bits; signed 4 and the same PFCs; real 5 and
-/// 1, 2; boolean 1 and 0 (one octet). Definitions are persistent records (key: parameter id).
+/// The id of such a parameter has the APID of the process, is not in the dictionary, and has in its layout
+/// bits the scalar type for PTC and PFC. The value is in memory in the byte order of the machine. A second
+/// definition replaces the first. PTC, PFC: unsigned 3 and 4, 12, 14, 16 for 8 to 64 bits; signed 4 and the
+/// same PFCs; real 5 and 1, 2; boolean 1 and 0 (one octet). Definitions are persistent records (key:
+/// parameter id).
 ///
 /// Ownership  The caller places the structure and its array `places`.
 /// Context    The loop of the process.
@@ -20,7 +21,7 @@
 
 typedef struct { // Private.
     bool in_use;
-    uint8_t memory; // Its index in the list.
+    uint8_t memory; // Index of the memory.
     uint8_t type;   // value_type_t
     uint32_t id;
     uint32_t address;
@@ -28,14 +29,14 @@ typedef struct { // Private.
 
 typedef struct {
     uint16_t apid;             ///< APID of ids that may be defined.
-    pus_parameter_port_t port; ///< To the parameters of the dictionary.
+    pus_parameter_port_t port; ///< Port to the parameters of the dictionary.
     const pus_memory_t* memories;
     const pus_memory_state_t* states; ///< States of ST[06]: a parameter in protected memory is not set.
     uint8_t memory_count;
     pus_parameter_place_t* places;
     uint16_t capacity;                    ///< <= 1024.
-    const pus_persistence_t* persistence; ///< Null: nothing is kept.
-    osal_mutex_t* guard; ///< Held by other loops that use the port and while a definition changes; or null.
+    const pus_persistence_t* persistence; ///< Null: without persistent records.
+    osal_mutex_t* guard; ///< Locked while another loop uses the port and while a definition changes; or null.
 } pus_parameter_definitions_config_t;
 
 typedef struct { // Private.
@@ -44,10 +45,10 @@ typedef struct { // Private.
 
 void pus_parameter_definitions_init(pus_parameter_definitions_t* definitions,
                                     const pus_parameter_definitions_config_t* config);
-/// What ST[20] needs of them (pus_parameters_define). Failures of `define`: PUS_FAILURE_ACCESS (the
-/// dictionary has that id), PUS_FAILURE_UNKNOWN_ID (another APID's, no such memory or object),
-/// PUS_FAILURE_OUT_OF_RANGE (PTC, PFC), PUS_FAILURE_ADDRESS, PUS_FAILURE_TABLE_FULL, PUS_FAILURE_IO (it
-/// cannot be kept).
+/// The functions for ST[20] (pus_parameters_define). Failures of `define`: PUS_FAILURE_ACCESS (the id is in
+/// the dictionary), PUS_FAILURE_UNKNOWN_ID (id of another APID, no such memory or object),
+/// PUS_FAILURE_OUT_OF_RANGE (PTC, PFC), PUS_FAILURE_ADDRESS, PUS_FAILURE_TABLE_FULL, PUS_FAILURE_IO (the
+/// record cannot be stored).
 pus_parameter_definer_t pus_parameter_definitions_definer(pus_parameter_definitions_t* definitions);
 
 #endif // PUS_ST20_ST20_DEFINITIONS_H

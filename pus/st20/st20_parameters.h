@@ -1,29 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[20] parameter management, all 7 messages: report and set values, define parameters by their place in
-/// memory (st20_definitions.h, where that is configured; else TC[20,4] and [20,5] are refused with
-/// PUS_FAILURE_ACCESS), and report definitions.
+/// ST[20] parameter management, all 7 messages: report and set values, report definitions, and define
+/// parameters by their place in memory (st20_definitions.h; if that is not configured, TC[20,4] and [20,5]
+/// are refused with PUS_FAILURE_ACCESS).
 ///
-/// Each instruction is independent: an unknown, unreadable, read-only or out-of-range one is refused by
-/// its own TM[1,4], the others are performed. TM[20,2] contains the values of all others; values beyond
-/// the longest report of the process are refused (PUS_FAILURE_TABLE_FULL). If the report is longer than a
-/// packet and there is no buffer, the request fails (PUS_FAILURE_IO, STATUS_FULL). In TC[20,3] the value of
-/// an unknown id is skipped by the scalar type in the id's layout bits; if they name no type, the rest of the
-/// request cannot be delimited and is refused as well.
+/// Instructions are independent: one with an unknown, unreadable or read-only parameter or a value out of
+/// range is refused by its own TM[1,4], the others are performed. TM[20,2] contains the values of the
+/// accepted ones; values beyond the longest report of the process are refused (PUS_FAILURE_TABLE_FULL). If
+/// the report is longer than a packet and there is no buffer, the request fails (PUS_FAILURE_IO,
+/// STATUS_FULL). In TC[20,3] the layout bits of an unknown id give the size of its value, which is skipped;
+/// if they are not a scalar type, the rest of the request cannot be delimited and is refused, too.
 #ifndef PUS_ST20_ST20_PARAMETERS_H
 #define PUS_ST20_ST20_PARAMETERS_H
 
 #include "pus/core/parameter_port.h"
 #include "pus/core/service.h"
 
-#define PUS_PARAMETERS_REPORT 1U ///< Subtype of a request for values; the other sets them.
+#define PUS_PARAMETERS_REPORT 1U ///< Subtype of TC[20,1], which requests values.
 
-/// Definition of parameters by request, as st20_definitions.h offers it. The functions get the context of
+/// Functions to define parameters by request, implemented by st20_definitions.h. They get the context of
 /// `port`.
 typedef struct {
-    pus_parameter_port_t port; ///< To all parameters.
+    pus_parameter_port_t port; ///< Port to all parameters.
     /// Read one instruction of TC[20,4], or [20,5] if `is_object`, and perform it.
     pus_failure_t (*define)(void* context, octet_reader_t* reader, bool is_object);
-    /// Place of a parameter that was defined by request. For any other parameter the outputs do not change.
+    /// Get the place of a parameter that was defined by request. For other parameters the outputs do not
+    /// change.
     void (*locate)(const void* context, uint32_t id, uint8_t* out_memory_id, uint32_t* out_address);
     /// Restore a record. STATUS_OK, STATUS_INVALID (no such record), STATUS_NOT_FOUND (its memory),
     /// STATUS_EXHAUSTED.
@@ -36,7 +37,7 @@ typedef struct { // Type of a parameter in the terms of PUS.
 } pus_parameter_code_t;
 
 typedef struct {                     // Private, except `counters`: read-only, for telemetry.
-    pus_parameter_definer_t definer; // Its port always, the rest only if parameters may be defined.
+    pus_parameter_definer_t definer; // The functions are null if parameters cannot be defined by request.
     struct {
         uint32_t read;    ///< Values reported.
         uint32_t set;     ///< Values set.
@@ -47,7 +48,7 @@ typedef struct {                     // Private, except `counters`: read-only, f
 void pus_parameters_init(pus_parameters_t* parameters, const pus_parameter_port_t* port);
 /// From now on parameters may be defined by request; the port of `definer` replaces the one given before.
 void pus_parameters_define(pus_parameters_t* parameters, const pus_parameter_definer_t* definer);
-/// PTC and PFC of the type in the layout bits of an id; of a structure or an array, those of octets.
+/// PTC and PFC of the type in the layout bits of an id; for a structure or an array those of an octet string.
 pus_parameter_code_t pus_parameter_code_of(uint32_t id);
 /// Restore a record. Statuses of `restore` of the definer; STATUS_UNSUPPORTED (no definitions).
 MUST_USE status_t pus_parameters_restore(pus_parameters_t* parameters, uint32_t key, const uint8_t* octets,

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-// Bit in the key of a record; the others are slot << 16 and the number of the part.
+// Key of a record: this bit, slot << 16, and the number of the part.
 #define KEY_PART 0x01000000U
 #define SLOT_SHIFT 16U
 #define PART_MASK 0xFFFFU
@@ -39,8 +39,8 @@ uint16_t sequences_find(const sequences_t* const self, const uint64_t id)
     return NO_SEQUENCE;
 }
 
-/// Find a slot for a sequence; it may contain a sequence that was not restored completely. NO_SEQUENCE if
-/// there is none.
+/// Find a slot for a new sequence: a free slot, or one with a sequence that was not restored completely.
+/// NO_SEQUENCE if there is none.
 static uint16_t find_place(const sequences_t* const self)
 {
     for (uint16_t i = 0U; i < self->config.sequence_count; i++) {
@@ -85,7 +85,7 @@ size_t sequences_read_entry(pus_block_chain_reader_t* const reader, uint8_t* con
     return size;
 }
 
-/// The first error in a content, with its offset.
+/// Check a content. PUS_FAILURE_NONE, or the first failure with its offset.
 static pus_failure_t check(sequences_t* const self, const sequence_t* const sequence)
 {
     uint8_t count                   = 0U;
@@ -110,7 +110,7 @@ static pus_failure_t check(sequences_t* const self, const sequence_t* const sequ
                                : pus_failure(PUS_FAILURE_OUT_OF_RANGE, sequence->content.size - reader.left);
 }
 
-// ---- Persistent records: a content in parts, each after identifier and size of the whole ----
+// ---- Persistent records: parts of a content, each after identifier and size of the whole content ----
 
 static uint32_t parts_of(const uint32_t size)
 {
@@ -145,7 +145,7 @@ static status_t put_parts(sequences_t* const self, const uint16_t slot)
             port->put(port->context, PUS_SERVICE_SEQUENCES, KEY_PART | ((uint32_t)slot << SLOT_SHIFT) | part,
                       self->octets, PUS_SEQUENCE_RECORD_HEAD + size);
         if (status != STATUS_OK) {
-            (void)erase_parts(self, slot, part); // If that fails, too, a restart drops the rest.
+            (void)erase_parts(self, slot, part); // If this fails, a restart discards the incomplete sequence.
             return status;
         }
     }
@@ -168,10 +168,10 @@ status_t sequences_unload(sequences_t* const self, const uint16_t slot)
     return status;
 }
 
-/// Part of a sequence, from a record.
+/// Part of a sequence in a record.
 typedef struct {
     uint64_t id;
-    uint32_t expected; // Octets of the whole content.
+    uint32_t expected; // Size of the whole content [octets].
     uint32_t part;
     const uint8_t* octets;
     size_t size;
@@ -276,7 +276,8 @@ static pus_reply_t append(sequences_t* const self, const uint16_t slot, const ui
                : pus_refused(PUS_FAILURE_TABLE_FULL, self->config.chains->pool.block_count);
 }
 
-/// If `reply` is PUS_DONE, the content is complete: check it and store the sequence. Otherwise discard it.
+/// End loading. If `reply` is PUS_DONE, the content is complete: check it and store the sequence. Otherwise
+/// discard the content.
 static pus_reply_t end(sequences_t* const self, const uint16_t slot, const size_t offset,
                        const pus_reply_t reply)
 {

@@ -24,7 +24,7 @@ static uint64_t ns_of(const int64_t delay)
            (((ticks % PUS_TIME_TICKS_PER_S) * NS_PER_S) / PUS_TIME_TICKS_PER_S);
 }
 
-/// Make a sequence due at this uptime, after those that are already due at that time.
+/// Make a sequence due at this uptime, after sequences that are due at the same time already.
 static void set_due(sequences_t* const self, const uint16_t slot, const uint64_t uptime_ns)
 {
     pus_sorted_index_insert(&self->due, slot, uptime_ns, self->serial);
@@ -36,7 +36,7 @@ static void activate_slot(sequences_t* const self, const uint16_t slot)
     sequence_t* const sequence = &self->config.sequences[slot];
     sequence->next             = sequences_entries(sequence, &sequence->left);
     sequence->is_active        = true;
-    sequence->is_late          = true; // The delays run from the next step.
+    sequence->is_late          = true; // The first delay starts in the next step.
     set_due(self, slot, self->uptime_ns);
     self->counters.activated++;
 }
@@ -47,7 +47,8 @@ static void deactivate(sequences_t* const self, const uint16_t slot)
     self->config.sequences[slot].is_active = false;
 }
 
-/// Release the next request of a sequence that is due, or end it. False: the port does not take it.
+/// Release the next request of a due sequence, or end the sequence after the last. False: the port refuses
+/// the request.
 static bool run(sequences_t* const self, const uint16_t slot)
 {
     sequence_t* const sequence = &self->config.sequences[slot];
@@ -205,7 +206,7 @@ static pus_reply_t abort_all(void* const object, pus_request_t* const request)
 
 // ---- Reports ----
 
-// A list of sequences fits a packet: there are 255 at most.
+// One packet has room for the list of all sequences: there are at most 255.
 static pus_reply_t report_status(void* const object, pus_request_t* const request)
 {
     const sequences_t* const self = object;
@@ -266,7 +267,7 @@ static bool write_entry(void* const object, pus_report_cursor_t* const cursor, o
 
 static pus_reply_t report_content(void* const object, pus_request_t* const request)
 {
-    static const pus_report_cursor_t first = {.first = 1U}; // After the count.
+    static const pus_report_cursor_t first = {.first = 1U}; // Offset 1: after the count.
     sequences_t* const self                = object;
     const pus_report_entries_t entries     = {.self = self, .write = write_entry};
     uint8_t front[sizeof(uint64_t)];

@@ -6,7 +6,7 @@
 #include <string.h>
 
 enum {
-    SUSPEND         = 16, // The subtype for a path is OF_PATH higher.
+    SUSPEND         = 16, // The subtype of the same request for a path is OF_PATH higher.
     RESUME          = 17,
     ABORT           = 18,
     OF_PATH         = 3,
@@ -74,7 +74,7 @@ static uint32_t key_of(const pus_files_t* const files, const pus_file_copy_t* co
 
 // ---- Beginning ----
 
-/// The paths in TC 14 and 15.
+/// Content of TC 14 and TC 15.
 typedef struct {
     uint16_t id;
     st23_place_t source;
@@ -115,7 +115,7 @@ static pus_reply_t read_copy_request(pus_files_t* const files, pus_request_t* co
     } else if (status == STATUS_NOT_FOUND) {
         status = STATUS_OK;
     } else {
-        // The store has failed.
+        // The status of the store is returned.
     }
     return st23_reply_of(files, status, out_wanted->target.name_offset);
 }
@@ -177,7 +177,7 @@ pus_reply_t st23_move(void* const self, pus_request_t* const request)
 
 // ---- Changing ----
 
-/// Delete a copy, and its temporary file if there is one.
+/// Free the entry of a copy, and delete its temporary file if there is one.
 static void forget(pus_files_t* const files, pus_file_copy_t* const copy, const bool has_part)
 {
     const pus_file_store_t* const store = &files->config.store;
@@ -337,7 +337,7 @@ static status_t begin_copy(const pus_files_t* const files, pus_file_copy_t* cons
 {
     const pus_file_store_t* const store = &files->config.store;
     status_t status                     = store->make_file(store->context, copy->part.text, copy->size);
-    if (status == STATUS_EXISTS) { // The file of an earlier life.
+    if (status == STATUS_EXISTS) { // An earlier life has left the file.
         (void)store->remove_file(store->context, copy->part.text);
         status = store->make_file(store->context, copy->part.text, copy->size);
     }
@@ -415,7 +415,7 @@ static void step_copy(pus_files_t* const files, pus_file_copy_t* const copy, con
         end_copy(files, copy, pus_no_failure(), files->config.process, now_ns);
         (void)st23_commit(files); // If this fails, the record has no effect.
     } else {
-        // The copy is not complete.
+        // The copy continues.
     }
 }
 
@@ -432,7 +432,7 @@ static bool has_turn(const pus_file_copy_t* const copy)
            (copy->status == PUS_FILE_COPY_LEFT);
 }
 
-/// The next copy in turn with work to do; null if there is none.
+/// The next copy in turn that has work; null if there is none.
 static pus_file_copy_t* next_copy(pus_files_t* const files)
 {
     for (size_t i = 0U; i < files->config.copy_count; i++) {
@@ -457,7 +457,7 @@ void st23_step_copies(pus_files_t* const files, const uint64_t now_ns, const uin
         } else if (has_more) {
             step_copy(files, copy, now_ns);
         } else {
-            // Nothing is to be done.
+            // The copy is on hold or free.
         }
     }
     report_if_due(files, now_ns, cycle);

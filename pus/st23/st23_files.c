@@ -108,7 +108,7 @@ bool st23_is_locked(const pus_files_t* const files, const pus_file_path_t* const
     return false;
 }
 
-/// The lock of a path, or with null a free one; null if there is none.
+/// Find the lock of a path, or a free lock if `path` is null; null if there is none.
 static pus_file_lock_t* find_lock(const pus_files_t* const files, const pus_file_path_t* const path)
 {
     for (size_t i = 0U; i < files->config.lock_count; i++) {
@@ -146,7 +146,8 @@ static status_t release_lock(const pus_files_t* const files, pus_file_lock_t* co
     return lock->is_used ? STATUS_IO : STATUS_OK;
 }
 
-/// In the first step: delete the lock of a new file whose creation a power cut has prevented.
+/// Delete the restored locks of files that do not exist, because a power cut prevented their creation. Called
+/// in the first step.
 static void drop_unused_locks(const pus_files_t* const files)
 {
     for (size_t i = 0U; i < files->config.lock_count; i++) {
@@ -183,7 +184,7 @@ static pus_reply_t lock_file(void* const self, pus_request_t* const request)
     } else if (status == STATUS_OK) {
         status = take_lock(files, lock, &place.path);
     } else {
-        // There is no such file.
+        // The status of the store is returned.
     }
     return st23_reply_of(files, status, place.name_offset);
 }
@@ -209,8 +210,9 @@ static pus_reply_t unlock_file(void* const self, pus_request_t* const request)
 
 // ---- Files ----
 
-/// Create a file with a lock. The lock is stored first: a power cut leaves both, none, or a lock without a
-/// file. STATUS_OK, or the status of the store or of the records.
+/// Create a locked file. The lock is stored first: after a power cut there are both, neither, or a lock
+/// without a file, but never a file without its lock. STATUS_OK, or the status of the store or of the
+/// records.
 static status_t make_locked_file(const pus_files_t* const files, const pus_file_path_t* const path,
                                  const uint32_t room, pus_file_lock_t* const lock)
 {

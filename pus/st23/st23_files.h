@@ -3,14 +3,14 @@
 /// Requests, copies, persistent records and refusals: docs/services/st23.md. Paths are those of
 /// pus/core/file_path.h.
 ///
-/// Copies take turns, one slice each, `slices` per step. A copy is made under a name that no request can
-/// have, synced, and renamed at the end: the target is complete or absent. A search reads one directory per
-/// step.
+/// A step copies `slices` slices, one of each copy in turn. A copy is written under a name that no request
+/// can have, synced, and renamed at the end, so that the target is either complete or absent. A search reads
+/// one directory per step.
 ///
-/// Ownership  The caller places the lists of the configuration, which outlive the service.
+/// Ownership  The caller places the lists of the configuration, which must exist as long as the service.
 /// Context    One loop.
-/// Time       A request is O(locks + copies) and some calls of the store; a step reads one directory and
-///            moves `slices` slices at most, and does not access the store if there is nothing to do.
+/// Time       A request is O(locks + copies) and some calls of the store. A step reads one directory and
+///            copies at most `slices` slices; without work it does not access the store.
 #ifndef PUS_ST23_ST23_FILES_H
 #define PUS_ST23_ST23_FILES_H
 
@@ -29,15 +29,15 @@ typedef enum {
     PUS_FILE_COPY_PENDING,
     PUS_FILE_COPY_RUNNING,
     PUS_FILE_COPY_ON_HOLD,
-    PUS_FILE_COPY_FREE, ///< No copy.
-    PUS_FILE_COPY_LEFT  ///< Partial file of an earlier life.
+    PUS_FILE_COPY_FREE, ///< The entry has no copy.
+    PUS_FILE_COPY_LEFT  ///< A partial file of an earlier life has to be removed.
 } pus_file_copy_status_t;
 
 typedef struct { // Private.
     pus_file_copy_status_t status;
     uint16_t id;
-    bool is_begun;    // `part` may be there.
-    uint8_t quarters; // Reported.
+    bool is_begun;    // The file `part` may exist.
+    uint8_t quarters; // Quarters of the copy whose end was reported.
     pus_token_t token;
     uint64_t size;
     uint64_t done;
@@ -48,7 +48,7 @@ typedef struct { // Private.
 
 typedef struct { // Private.
     bool is_used;
-    bool is_summary; // TC 12 instead of TC 7.
+    bool is_summary; // The request is TC 12, not TC 7.
     pus_token_t token;
     pus_file_path_t root;
     pus_file_path_t folder;             // Folder of the search.
@@ -69,8 +69,8 @@ typedef struct {
     pus_file_search_t* searches;
     size_t search_count;
     uint32_t size_max;                    ///< Largest maximum size of a file [octets].
-    uint16_t slices;                      ///< Per step, 1 at least.
-    const pus_persistence_t* persistence; ///< Null: nothing is kept.
+    uint16_t slices;                      ///< Slices copied in a step, >= 1.
+    const pus_persistence_t* persistence; ///< Null: without persistent records.
 } pus_files_config_t;
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
@@ -86,21 +86,21 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
         uint32_t refused; ///< Requests and instructions refused.
         uint32_t copied;  ///< Copies completed.
         uint32_t aborted; ///< Copies aborted by request.
-        uint32_t failed;  ///< Copies and searches that the store has failed.
-        uint32_t removed; ///< Parts of an earlier life that were removed.
-        uint32_t skipped; ///< Files and directories whose path no request could have.
+        uint32_t failed;  ///< Copies and searches that failed, because the store failed.
+        uint32_t removed; ///< Partial files of an earlier life that were removed.
+        uint32_t skipped; ///< Files and directories left out of searches: their path is not possible in PUS.
     } counters;
 } pus_files_t;
 
-/// No file is locked, no copy runs.
+/// Initially no file is locked and no copy runs.
 void pus_files_init(pus_files_t* files, const pus_files_config_t* config);
 /// Restore a persistent record. STATUS_OK; STATUS_NOT_FOUND (no such key), STATUS_INVALID (malformed).
 MUST_USE status_t pus_files_restore(pus_files_t* files, uint32_t key, const uint8_t* octets, size_t size);
 /// Copy, search, report; call once per cycle. `cycle` counts minimum sampling intervals and may jump forward.
 void pus_files_step(pus_files_t* files, uint64_t now_ns, uint32_t cycle);
-/// True if the next step has something to do besides the status report.
+/// True if the next step has work other than the status report.
 bool pus_files_is_busy(const pus_files_t* files);
-/// The service's entry for a dispatcher.
+/// Entry of the service for a dispatcher.
 pus_service_t pus_files_service(pus_files_t* files);
 
 #endif // PUS_ST23_ST23_FILES_H

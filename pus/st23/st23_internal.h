@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Shared by the files of ST[23]: files and directories, copies, searches. Each function that takes a request
-/// belongs to the service's table; the format of the request has been checked.
+/// Shared by the files of ST[23]: files and directories, copies, searches. A function with the parameter
+/// `request` is an entry of the service's table; the format of the request has been checked.
 #ifndef PUS_ST23_ST23_INTERNAL_H
 #define PUS_ST23_ST23_INTERNAL_H
 
@@ -13,7 +13,8 @@
 
 /// Refuse a request as a whole, and count it.
 pus_reply_t st23_refuse(pus_files_t* files, uint16_t code, uint32_t detail);
-/// The reply for a status of the store concerning the field at `offset`: done, refused or failed.
+/// The reply for a status of the store: done, refused or failed. `offset`: offset of the field that it
+/// concerns.
 pus_reply_t st23_reply_of(pus_files_t* files, status_t status, uint32_t offset);
 /// Store a record if the service has a persistence port. Statuses of `put`.
 status_t st23_keep(const pus_files_t* files, uint32_t key, const uint8_t* octets, size_t size);
@@ -28,19 +29,20 @@ typedef struct {
     uint32_t bad_offset; ///< Offset of the field that is not a path or not a name.
 } st23_place_t;
 
-/// False: one of the fields is malformed.
+/// Read a repository path and a name. False: one of the fields is malformed.
 bool st23_read_place(pus_request_t* request, st23_place_t* out_place);
-/// Describe a file (or a directory). STATUS_OK; STATUS_NOT_FOUND, also if it is the other kind.
+/// Describe a file, or a directory if `is_directory`. STATUS_OK; STATUS_NOT_FOUND, also if it is of the other
+/// kind.
 status_t st23_look(const pus_files_t* files, const pus_file_path_t* path, bool is_directory,
                    pus_file_about_t* out_about);
 
 /// Commit the changed records. STATUS_OK, STATUS_IO.
 status_t st23_commit(const pus_files_t* files);
-/// True if a file is locked, or one within a directory.
+/// True if the file is locked, or any file within the directory.
 bool st23_is_locked(const pus_files_t* files, const pus_file_path_t* path);
-/// True if a copy reads from, or writes to, a file or one within a directory.
+/// True if a copy reads or writes the file, or any file within the directory.
 bool st23_is_in_use(const pus_files_t* files, const pus_file_path_t* path);
-/// True if a copy will make this very file.
+/// True if this file is the target of a copy.
 bool st23_is_claimed(const pus_files_t* files, const pus_file_path_t* path);
 
 pus_reply_t st23_copy(void* self, pus_request_t* request);

@@ -67,7 +67,7 @@ pus_reply_t st23_summarise(void* const self, pus_request_t* const request)
     return begin_search(files, request, &root, NULL);
 }
 
-/// Send the found paths. False: not taken, try again later.
+/// Send the found paths. False: the process cannot take the report now.
 static bool send(const pus_files_t* const files, pus_file_search_t* const search, const uint64_t now_ns)
 {
     octet_writer_t writer = pus_tm_begin(files->config.process, PUS_SERVICE_FILES,
@@ -86,14 +86,15 @@ static bool send(const pus_files_t* const files, pus_file_search_t* const search
     return true;
 }
 
-/// Room for entries in a report: all but path, pattern and count.
+/// Room for entries in a report, that is, without path, pattern and count.
 static size_t room_of(const pus_file_search_t* const search)
 {
     const size_t pattern = search->is_summary ? 0U : (TEXT_SIZE_FIELD + strlen(search->pattern));
     return PUS_TM_DATA_MAX - (TEXT_SIZE_FIELD + 1U + strlen(search->root.text)) - pattern - sizeof(uint16_t);
 }
 
-/// Add an entry; send the earlier entries first if it does not fit. False: not taken, try again later.
+/// Add an entry; send the earlier entries first if it does not fit. False: the process cannot take the report
+/// now.
 static bool add(const pus_files_t* const files, pus_file_search_t* const search,
                 const pus_file_entry_t* const entry, const pus_file_path_t* const path, const uint64_t now_ns)
 {
@@ -115,11 +116,11 @@ static bool add(const pus_files_t* const files, pus_file_search_t* const search,
     return true;
 }
 
-/// Outcome for an entry.
+/// What a search does after an entry.
 typedef enum {
-    PASSED,  ///< It has been handled.
-    ENTERED, ///< The search continues in it.
-    WAITING  ///< Its report was not taken.
+    PASSED,  ///< It continues with the next entry.
+    ENTERED, ///< It continues in the entry, a directory.
+    WAITING  ///< It repeats the entry later: the process cannot take the report now.
 } passage_t;
 
 static passage_t pass(pus_files_t* const files, pus_file_search_t* const search,
@@ -138,7 +139,7 @@ static passage_t pass(pus_files_t* const files, pus_file_search_t* const search,
         search->after[0] = '\0';
         return ENTERED;
     } else {
-        // It does not match, or has been added.
+        // The entry does not match, or has been added.
     }
     (void)memcpy(search->after, entry->name, sizeof search->after);
     return PASSED;
@@ -156,7 +157,8 @@ static bool leave(pus_file_search_t* const search)
     return true;
 }
 
-/// Send the last report and end the request; if the report is not taken, try again in the next step.
+/// Send the last report and end the request; if the process cannot take the report, the next step tries
+/// again.
 static void finish(const pus_files_t* const files, pus_file_search_t* const search, const uint64_t now_ns)
 {
     if (send(files, search, now_ns)) {
@@ -174,7 +176,7 @@ static void step_search(pus_files_t* const files, pus_file_search_t* const searc
     status_t status =
         store->list(store->context, search->folder.text, search->after, entries, PUS_FILE_BATCH, &count);
     const bool is_below = !pus_file_path_is_same(&search->folder, &search->root);
-    if ((status == STATUS_NOT_FOUND) && is_below) { // Removed meanwhile.
+    if ((status == STATUS_NOT_FOUND) && is_below) { // The directory was removed meanwhile.
         status = STATUS_OK;
         count  = 0U;
     }

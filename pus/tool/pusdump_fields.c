@@ -146,7 +146,7 @@ static void put_value(decoder_t* const decoder, const char* const name, const ch
     }
 }
 
-/// Returns the layout after the list whose body begins at `body`.
+/// Returns the position in the layout after the list whose body begins at `body`.
 static const char* after_list(const char* body)
 {
     unsigned open = 1U;
@@ -164,7 +164,7 @@ static void open_entry(decoder_t* const decoder)
     decoder->needs_glue = false;
 }
 
-/// Begin a list; returns where the layout continues.
+/// Begin a list. Returns the position at which the layout continues.
 static const char* open_list(decoder_t* const decoder, const char* const name, const char* const width,
                              const char* const body)
 {
@@ -182,7 +182,8 @@ static const char* open_list(decoder_t* const decoder, const char* const name, c
     return body;
 }
 
-/// End an entry; returns where the layout continues: at the next entry or after the list.
+/// End an entry. Returns the position at which the layout continues: the body of the next entry, or after the
+/// list.
 static const char* close_entry(decoder_t* const decoder, const char* const next)
 {
     list_t* const list = &decoder->lists[decoder->depth - 1U];
@@ -199,7 +200,7 @@ static const char* close_entry(decoder_t* const decoder, const char* const next)
     return next;
 }
 
-/// Copy the characters up to any of `ends` (or the end); returns what follows them, without the separator.
+/// Copy the characters up to any of `ends` (or the end). Returns the text after this separator.
 static const char* take_word(const char* from, const char* const ends, char* const word, char* const out_end)
 {
     size_t length = 0U;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The fields of a message as text, after its layout.
+/// Converts the fields of a message to text, according to its layout.
 #ifndef PUS_TOOL_PUSDUMP_FIELDS_H
 #define PUS_TOOL_PUSDUMP_FIELDS_H
 
@@ -8,7 +8,8 @@
 #include <stdint.h>
 
 /// Write the fields as `name=value name=[..]`, or as a JSON object, NUL-terminated. False if the data does
-/// not fit the layout exactly, or the text not the buffer. `layout` is one of message_layout's.
+/// not match the layout exactly, or if the text does not fit the buffer. `layout` is a result of
+/// message_layout.
 bool dump_fields(const char* layout, const uint8_t* data, size_t size, bool as_json, char* text,
                  size_t capacity);
 

@@ -14,7 +14,7 @@
 typedef struct {
     FILE* stream;
     const dump_style_t* style;
-    uint8_t peeked[PEEK_MAX]; // These octets, to be read again.
+    uint8_t peeked[PEEK_MAX]; // First octets, read to recognize the format and to be read again.
     size_t peeked_count;
     size_t peeked_next;
     unsigned long malformed;
@@ -54,7 +54,7 @@ static bool read_line(input_t* const input, char* const line, bool* const out_is
     }
     while ((octet != EOF) && (octet != '\n')) {
         if (length < (LINE_MAX - 1U)) {
-            line[length] = (octet == '\0') ? '?' : (char)octet; // NUL belongs to no line and would end it.
+            line[length] = (octet == '\0') ? '?' : (char)octet; // A NUL would end the line.
             length++;
         } else {
             *out_is_cut = true;
@@ -72,7 +72,7 @@ static int digit_of(const char character)
     return (found != NULL) ? (int)((found - digits) % 16) : -1;
 }
 
-/// Octets of a text of hexadecimal digits. Returns null, or the error.
+/// Read octets from a text of hexadecimal digits. Returns null, or the error.
 static const char* read_hex(const char* text, uint8_t* const octets, size_t* const out_size)
 {
     size_t digits = 0U;
@@ -95,8 +95,8 @@ static const char* read_hex(const char* text, uint8_t* const octets, size_t* con
     return ((digits % 2U) != 0U) ? "odd number of hexadecimal digits" : NULL;
 }
 
-/// Split `<time> TC|TM <hex>`: ends the first two words in place. Returns the rest, or null if it is no such
-/// line.
+/// Split a line `<time> TC|TM <hex>`: write a NUL after each of the first two words. Returns the rest, or
+/// null if the line does not have this form.
 static char* split_log_line(char* const line, const char** const out_time, const char** const out_direction)
 {
     char* const direction = strchr(line, ' ');
@@ -129,7 +129,7 @@ static void dump_line(input_t* const input, char* const line, const bool is_cut,
     const char* const wrong = read_hex((rest != NULL) ? rest : line, octets, &size);
     dump_packet_read(octets, size, &packet);
     if ((wrong != NULL) || is_cut) {
-        packet.problem[0] = '\0'; // The content of the octets does not matter here.
+        packet.problem[0] = '\0'; // Report only the problem of the line, not those of incomplete octets.
         dump_packet_add_problem(&packet, "%s", is_cut ? "line too long" : wrong);
     }
     if ((format == DUMP_LOG) && (rest == NULL)) {
@@ -167,7 +167,7 @@ static void dump_lines(input_t* const input, const dump_format_t format)
 
 // ---- Packets back to back ----
 
-/// Read up to `count` octets; returns how many there were.
+/// Read up to `count` octets. Returns their number.
 static size_t read_octets(input_t* const input, uint8_t* const octets, const size_t count)
 {
     size_t size = 0U;
@@ -199,7 +199,7 @@ static void dump_binary(input_t* const input)
     }
 }
 
-/// Look at the beginning: text has nothing but printable characters and white space.
+/// True if the first octets of the stream are printable characters and white space only.
 static bool begins_like_text(input_t* const input)
 {
     bool is_text = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Packets out of a file: lines of hexadecimal digits, lines of a packet log, or packets back to back.
+/// Reads packets from a file: lines of hexadecimal digits, lines of a packet log, or packets back to back.
 #ifndef PUS_TOOL_PUSDUMP_INPUT_H
 #define PUS_TOOL_PUSDUMP_INPUT_H
 
@@ -8,14 +8,14 @@
 #include <stdio.h>
 
 typedef enum {
-    DUMP_AUTO,  ///< Binary if the file begins like a packet, else lines of either kind.
-    DUMP_HEX,   ///< Lines: one packet in hexadecimal digits each; spaces between digits do not matter.
+    DUMP_AUTO,  ///< The format is recognized: binary if the file does not begin like text, else lines.
+    DUMP_HEX,   ///< Lines: one packet each, in hexadecimal digits; spaces between digits are ignored.
     DUMP_LOG,   ///< Lines: `<time> TC|TM <hex>`.
     DUMP_BINARY ///< Packets back to back.
 } dump_format_t;
 
-/// Print every packet of a stream. Empty lines and lines that begin with '#' are skipped. Returns how many
-/// packets or lines were malformed.
+/// Print every packet of a stream. Empty lines and lines that begin with '#' are skipped. Returns the number
+/// of malformed packets and lines.
 unsigned long dump_stream(FILE* stream, dump_format_t format, const dump_style_t* style);
 
 #endif // PUS_TOOL_PUSDUMP_INPUT_H

@@ -69,7 +69,7 @@ static bool read_epoch(const char* const word, dump_style_t* const style)
     return is_good;
 }
 
-/// Exit code of wrong usage, or EXIT_GOOD.
+/// Read the options. Returns EXIT_GOOD, or the exit code for wrong usage.
 static int read_options(const int count, char** const arguments, options_t* const out_options)
 {
     int index = 1;

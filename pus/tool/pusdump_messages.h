@@ -17,9 +17,9 @@ const char* message_name(uint8_t service, uint8_t subtype);
 ///     name:id                request id, as APID/sequence
 ///     name:time              absolute time, 8 octets
 ///     name:text              function name, 8 octets
-///     name:octets            u8 count, so many octets
+///     name:octets            u8 count, and as many octets
 ///     name:rest              all octets that are left
-///     name[8 ... ]           list: u8 count, so many times the items up to the bracket; name[16: u16 count
+///     name[8 ... ]           list: u8 count, and as often the items up to the bracket; name[16: u16 count
 const char* message_layout(uint8_t service, uint8_t subtype);
 
 /// Words for a failure code of ST[01]; never null.

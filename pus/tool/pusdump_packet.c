@@ -67,7 +67,7 @@ static uint64_t read_cds(octet_reader_t* const reader, const uint8_t p_field)
     } else if ((p_field & 3U) == 2U) {
         time_ns += read_number(reader, 4U) / 1000U;
     } else {
-        // No field below the millisecond.
+        // The time code has no field below the millisecond.
     }
     return time_ns;
 }
@@ -150,7 +150,7 @@ static void read_secondary(dump_packet_t* const packet, octet_reader_t* const re
     }
 }
 
-/// Packets of APID 0 have no secondary header: rate, time, status.
+/// Read a packet of APID 0, which has no secondary header, but rate, time and status.
 static void read_spacecraft_time(dump_packet_t* const packet, octet_reader_t* const reader)
 {
     (void)octet_read_u8(reader);
@@ -209,7 +209,7 @@ void dump_packet_read(const uint8_t* const octets, const size_t size, dump_packe
         out_packet->data_size = left - PUS_CRC_SIZE;
         out_packet->data      = octet_read_octets(&reader, out_packet->data_size);
     } else {
-        // The data cannot be delimited.
+        // The data cannot be delimited: `data` stays null.
     }
     check_crc(out_packet);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Lenient reading of one packet: decodes all present fields and lists all errors.
+/// Decodes one packet even if it is malformed: all fields that are present, and a list of all errors.
 #ifndef PUS_TOOL_PUSDUMP_PACKET_H
 #define PUS_TOOL_PUSDUMP_PACKET_H
 
@@ -10,13 +10,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define PROBLEM_MAX 400U ///< Characters of the description of all that is wrong.
+#define PROBLEM_MAX 400U ///< Characters of the description of all errors.
 
 typedef struct {
     const uint8_t* octets;
     size_t size;
     bool has_primary;   ///< The packet has a primary header.
-    bool has_secondary; ///< Those of the secondary header too.
+    bool has_secondary; ///< The packet has a secondary header.
     bool has_time;      ///< The packet has a time, time_ns.
     bool has_crc;       ///< The packet has a checksum; crc_is_good is its result.
     bool crc_is_good;
@@ -26,9 +26,9 @@ typedef struct {
     uint8_t flags; ///< Acknowledgement flags of a request, time status of a report.
     uint8_t service;
     uint8_t subtype;
-    uint16_t counter; ///< Reports.
-    uint16_t user;    ///< Source or destination.
-    uint64_t time_ns; ///< Since the epoch of its time code.
+    uint16_t counter; ///< Message type counter of a report.
+    uint16_t user;    ///< Source of a request, or destination of a report.
+    uint64_t time_ns; ///< Time since the epoch of its time code.
     uint8_t p_field;
     const uint8_t* data; ///< Application or source data; null if it cannot be delimited.
     size_t data_size;
@@ -37,7 +37,7 @@ typedef struct {
 
 /// Read a packet from `octets`. Never fails; see `problem`.
 void dump_packet_read(const uint8_t* octets, size_t size, dump_packet_t* out_packet);
-/// Append one more problem.
+/// Append an error to the description.
 void dump_packet_add_problem(dump_packet_t* packet, const char* format, ...)
     __attribute__((format(printf, 2, 3)));
 /// True if the time code counts from 1958-01-01.

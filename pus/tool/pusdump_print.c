@@ -9,13 +9,13 @@
 #include <stdio.h>
 #include <string.h>
 
-#define FIELDS_MAX 262144U // Characters; more than any packet's fields need.
+#define FIELDS_MAX 262144U // Characters for the fields of a packet; no packet needs so many.
 #define HEX_MAX 64U        // Octets of a malformed packet that are shown.
 #define NS_PER_S ((uint64_t)1000000000)
 #define S_PER_DAY ((uint64_t)86400)
 #define DAYS_TO_1958 ((uint64_t)715085) // Days from 0000-03-01 to 1958-01-01.
 
-/// True if the packet's fields could be decoded into `text`.
+/// Decode the fields of a packet into `text`. False if that is not possible.
 static bool decode(const dump_packet_t* const packet, const bool as_json, char* const text,
                    const size_t capacity)
 {
@@ -127,7 +127,7 @@ static void print_text(const dump_style_t* const style, const dump_packet_t* con
         (void)printf("  data=");
         print_hex(packet->data, packet->data_size);
     } else {
-        // Nothing to show.
+        // The packet has no data.
     }
     (void)printf("\n");
 }
