@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+// The names of a run that are removed at its end, tools that run to their end, and what a guard takes over from a
+// launcher that was killed. Processes, memories and interfaces are mocked.
+#include "launcher/launcher_internal.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static launcher_t launcher;
+static run_state_t run;
+static const char* const arguments_of_a_tool[] = {"tool", NULL};
+
+status_t __wrap_osal_shm_each(const char* prefix, void (*visit)(void* context, const char* name),
+                              void* context)
+{
+    check_expected_ptr(prefix);
+    const char* const name = mock_ptr_type(const char*);
+    visit(context, name);
+    return STATUS_OK;
+}
+
+status_t __wrap_osal_shm_remove(const char* name)
+{
+    check_expected_ptr(name);
+    return STATUS_OK;
+}
+
+void __wrap_launcher_remove_computers(const char* identity)
+{
+    check_expected_ptr(identity);
+}
+
+status_t __wrap_osal_process_watch(osal_process_t* process, int32_t id)
+{
+    assert_int_equal(-1, process->descriptor);
+    check_expected(id);
+    return mock_type(status_t);
+}
+
+/// Whether the tool runs, and its result once it has ended.
+void __wrap_launcher_start_child(launcher_t* self, child_t* child, const arguments_t* arguments,
+                                 const int* descriptors, size_t descriptor_count)
+{
+    assert_ptr_equal(&launcher, self);
+    assert_string_equal("the tool", child->name);
+    assert_ptr_equal(arguments_of_a_tool[0], arguments->list[0]);
+    assert_null(descriptors);
+    assert_int_equal(0U, descriptor_count);
+    child->is_alive = mock_type(bool);
+    child->has_run  = child->is_alive;
+}
+
+status_t __wrap_osal_process_wait_any(osal_process_t* const* processes, size_t count, uint32_t timeout_ms)
+{
+    assert_non_null(processes[0]);
+    assert_int_equal(1U, count);
+    assert_true(timeout_ms > 0U);
+    function_called();
+    return STATUS_OK;
+}
+
+status_t __wrap_osal_process_poll(osal_process_t* process, osal_process_result_t* out_result)
+{
+    assert_non_null(process);
+    *out_result = *mock_ptr_type(const osal_process_result_t*);
+    return mock_type(status_t);
+}
+
+void __wrap_launcher_adopt_interfaces(launcher_t* self)
+{
+    assert_ptr_equal(&launcher, self);
+    assert_string_equal("udp", self->options.transport); // The method of the mission.
+    function_called();
+}
+
+status_t __wrap_osal_shm_open(osal_shm_t* shm, const char* name)
+{
+    assert_ptr_equal(&launcher.scheduler_shm, shm);
+    check_expected_ptr(name);
+    return mock_type(status_t);
+}
+
+void* __wrap_osal_shm_address(const osal_shm_t* shm)
+{
+    assert_ptr_equal(&launcher.scheduler_shm, shm);
+    return &run;
+}
+
+osal_lockstep_t* __wrap_osal_lockstep_attach(void* memory)
+{
+    assert_ptr_equal(&run, memory);
+    return mock_ptr_type(osal_lockstep_t*);
+}
+
+uint64_t __wrap_osal_lockstep_now_ns(const osal_lockstep_t* scheduler)
+{
+    assert_non_null(scheduler);
+    return mock_type(uint64_t);
+}
+
+static int set_up(void** state)
+{
+    (void)state;
+    (void)memset(&launcher, 0, sizeof launcher);
+    (void)memset(&run, 0, sizeof run);
+    launcher.run = &run;
+    (void)strcpy(run.identity, "hirosco-9");
+    return 0;
+}
+
+static void every_memory_of_an_identity_is_removed(void** state)
+{
+    (void)state;
+    expect_string(__wrap_osal_shm_each, prefix, "/hirosco-9.");
+    will_return(__wrap_osal_shm_each, "/hirosco-9.run");
+    expect_string(__wrap_osal_shm_remove, name, "/hirosco-9.run");
+    expect_string(__wrap_launcher_remove_computers, identity, "hirosco-9");
+    launcher_remove_all("hirosco-9");
+}
+
+// ---- Tools ----
+
+static bool run_tool(const bool has_started)
+{
+    const arguments_t arguments = {.list = {arguments_of_a_tool[0]}, .count = 1U};
+    will_return(__wrap_launcher_start_child, has_started);
+    return launcher_run_tool(&launcher, &arguments, "the tool");
+}
+
+static void expect_poll(const osal_process_result_t* const result, const status_t status)
+{
+    expect_function_call(__wrap_osal_process_wait_any);
+    will_return(__wrap_osal_process_poll, result);
+    will_return(__wrap_osal_process_poll, status);
+}
+
+static void a_tool_has_run_to_its_end(void** state)
+{
+    static const osal_process_result_t runs   = {.code = 5};
+    static const osal_process_result_t good   = {.has_ended = true};
+    static const osal_process_result_t failed = {.has_ended = true, .code = 3};
+    static const osal_process_result_t killed = {.has_ended = true, .was_signalled = true, .code = 0};
+    (void)state;
+    expect_poll(&runs, STATUS_OK);
+    expect_poll(&good, STATUS_IO); // Not known.
+    expect_poll(&good, STATUS_OK);
+    assert_true(run_tool(true));
+    assert_int_equal(0, launcher.tool_code);
+    expect_poll(&failed, STATUS_OK);
+    assert_false(run_tool(true));
+    assert_int_equal(3, launcher.tool_code);
+    expect_poll(&killed, STATUS_OK);
+    assert_false(run_tool(true));
+    assert_false(run_tool(false));
+}
+
+// ---- Guard ----
+
+static const launch_options_t options = {.mission = "rokviss", .transport = "", .links = "", .computers = 1U};
+
+static void a_run_that_was_not_prepared_leaves_nothing_to_map(void** state)
+{
+    (void)state;
+    expect_function_call(__wrap_launcher_adopt_interfaces);
+    launcher_take_over(&launcher, &options, "bin/", NULL);
+    assert_null(launcher.run);
+    assert_true(launcher.is_taken_over && launcher.is_undetermined && launcher.is_broken);
+    assert_string_equal("launcher was killed; all others died with it", launcher.reason);
+    assert_int_equal(1, launcher.exit_code);
+    assert_string_equal("", launcher.cosimulation);
+    assert_int_equal(-1, launcher.ground.descriptor);
+}
+
+static void the_guard_has_the_time_of_the_scheduler(void** state)
+{
+    (void)state;
+    run.is_stepped = true;
+    expect_function_call(__wrap_launcher_adopt_interfaces);
+    expect_string(__wrap_osal_shm_open, name, "/hirosco-9.scheduler");
+    will_return(__wrap_osal_shm_open, STATUS_OK);
+    will_return(__wrap_osal_lockstep_attach, &run);
+    will_return(__wrap_osal_lockstep_now_ns, 12345U);
+    launch_options_t stepped = options;
+    stepped.is_stepped       = true;
+    launcher_take_over(&launcher, &stepped, "bin/", &run);
+    assert_ptr_equal(&run, launcher.run);
+    assert_ptr_equal(&run, launcher.scheduler);
+    assert_int_equal(12345U, launcher.last_simulated_ns);
+    assert_string_equal("/dev/shm/hirosco-9.cosim", launcher.cosimulation);
+}
+
+static void a_scheduler_that_is_gone_is_no_scheduler(void** state)
+{
+    (void)state;
+    run.is_stepped = true;
+    run.origin_ns  = UINT64_MAX;
+    expect_function_call(__wrap_launcher_adopt_interfaces);
+    expect_string(__wrap_osal_shm_open, name, "/hirosco-9.scheduler");
+    will_return(__wrap_osal_shm_open, STATUS_NOT_FOUND);
+    launcher_take_over(&launcher, &options, "bin/", &run);
+    assert_null(launcher.scheduler);
+    assert_int_equal(0U, launcher.last_simulated_ns);
+}
+
+/// Remains of a launcher that was killed are removed before a run is prepared, those of one that lives are not.
+static void remains_of_a_killed_launcher_are_swept(void** state)
+{
+    static const launch_options_t none = {
+        .mission = "no-such-mission", .transport = "", .links = "", .world = "x"};
+    (void)state;
+    expect_string(__wrap_osal_shm_each, prefix, "/hirosco-");
+    will_return(__wrap_osal_shm_each, "/hirosco-77.link3");
+    expect_value(__wrap_osal_process_watch, id, 77);
+    will_return(__wrap_osal_process_watch, STATUS_NOT_FOUND);
+    expect_string(__wrap_osal_shm_remove, name, "/hirosco-77.link3");
+    expect_string(__wrap_launcher_remove_computers, identity, "hirosco-77");
+    assert_false(launcher_prepare(&launcher, &none, "bin/"));
+    expect_string(__wrap_osal_shm_each, prefix, "/hirosco-");
+    will_return(__wrap_osal_shm_each, "/hirosco-78.run");
+    expect_value(__wrap_osal_process_watch, id, 78);
+    will_return(__wrap_osal_process_watch, STATUS_OK);
+    assert_false(launcher_prepare(&launcher, &none, "bin/"));
+    expect_string(__wrap_osal_shm_each, prefix, "/hirosco-");
+    will_return(__wrap_osal_shm_each, "/hirosco-x"); // Not of a launcher.
+    assert_false(launcher_prepare(&launcher, &none, "bin/"));
+}
+
+static void the_owner_is_the_number_in_the_identity(void** state)
+{
+    (void)state;
+    assert_int_equal(1234, launcher_owner_of("hirosco-1234"));
+    assert_int_equal(56, launcher_owner_of("hirosco-56.run"));
+    assert_int_equal(0, launcher_owner_of("hirosco-"));
+    assert_int_equal(0, launcher_owner_of("other-12"));
+    assert_int_equal(100000000, launcher_owner_of("hirosco-1000000009")); // No further digit fits.
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(every_memory_of_an_identity_is_removed, set_up),
+        cmocka_unit_test_setup(a_tool_has_run_to_its_end, set_up),
+        cmocka_unit_test_setup(a_run_that_was_not_prepared_leaves_nothing_to_map, set_up),
+        cmocka_unit_test_setup(the_guard_has_the_time_of_the_scheduler, set_up),
+        cmocka_unit_test_setup(a_scheduler_that_is_gone_is_no_scheduler, set_up),
+        cmocka_unit_test_setup(remains_of_a_killed_launcher_are_swept, set_up),
+        cmocka_unit_test_setup(the_owner_is_the_number_in_the_identity, set_up),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

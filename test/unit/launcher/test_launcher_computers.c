@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+// The on-board computers of a run: which component is on which, the commands that make their network, and what
+// is refused. Tools and the operating system are mocked.
+#include "launcher/launcher_internal.h"
+
+#include "fsw/framework/rtlink/agreement.h"
+#include "launcher/launcher_relay.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static launcher_t launcher;
+static run_state_t run;
+
+/// The words of the command, behind `env PATH=...`.
+bool __wrap_launcher_run_tool(launcher_t* self, const arguments_t* arguments, const char* name)
+{
+    char words[512];
+    text_t text = text_in(words, sizeof words);
+    assert_ptr_equal(&launcher, self);
+    assert_string_equal("ip", name);
+    assert_string_equal("/usr/bin/env", arguments->list[0]);
+    for (size_t i = 2U; arguments->list[i] != NULL; i++) {
+        text_add(&text, (i > 2U) ? " " : "");
+        text_add(&text, arguments->list[i]);
+    }
+    check_expected_ptr(words);
+    return mock_type(bool);
+}
+
+bool __wrap_osal_file_exists(const char* path)
+{
+    check_expected_ptr(path);
+    return mock_type(bool);
+}
+
+status_t __wrap_osal_network_remove(const char* path)
+{
+    check_expected_ptr(path);
+    return mock_type(status_t);
+}
+
+static int set_up(void** state)
+{
+    (void)state;
+    (void)memset(&launcher, 0, sizeof launcher);
+    (void)memset(&run, 0, sizeof run);
+    launcher.run               = &run;
+    launcher.options.computers = 2U;
+    (void)strcpy(run.identity, "hirosco-9");
+    (void)strcpy(run.folder, "runs/x");
+    (void)strcpy(run.mission_path, "m.xml");
+    run.component_count = 3U;
+    for (uint16_t i = 0U; i < 3U; i++) {
+        run.components[i].apid                  = (uint16_t)(10U + i);
+        launcher.mission.subsystems[i].computer = (i == 2U) ? 2U : 1U;
+    }
+    return 0;
+}
+
+static void expect_ip(const char* const words, const bool is_good)
+{
+    expect_string(__wrap_launcher_run_tool, words, words);
+    will_return(__wrap_launcher_run_tool, is_good);
+}
+
+static void expect_first_network(const bool has_bearer)
+{
+    expect_ip("ip netns add hirosco-9.node1", true);
+    expect_ip("ip netns add hirosco-9.node2", true);
+    expect_ip("ip -n hirosco-9.node1 link add node1 type veth peer name node2", true);
+    expect_ip("ip -n hirosco-9.node1 link set node2 netns hirosco-9.node2", true);
+    expect_ip("ip -n hirosco-9.node1 link set lo up", true);
+    expect_ip("ip -n hirosco-9.node1 address add 10.0.0.1/30 dev node1", true);
+    expect_ip("ip -n hirosco-9.node1 link set node1 up", true);
+    if (has_bearer) {
+        expect_ip("ip netns exec hirosco-9.node1 tipc bearer enable media eth device node1", true);
+    }
+    expect_ip("ip -n hirosco-9.node2 link set lo up", true);
+    expect_ip("ip -n hirosco-9.node2 address add 10.0.0.2/30 dev node2", true);
+    expect_ip("ip -n hirosco-9.node2 link set node2 up", true);
+    if (has_bearer) {
+        expect_ip("ip netns exec hirosco-9.node2 tipc bearer enable media eth device node2", true);
+    }
+}
+
+static void one_computer_needs_no_network(void** state)
+{
+    (void)state;
+    launcher.options.computers = 1U;
+    assert_true(launcher_make_computers(&launcher));
+    assert_int_equal(1U, run.computer_count);
+    assert_int_equal(OSAL_IPV4_LOOPBACK, run.computer_ipv4[0]);
+    for (unsigned i = 0U; i < 3U; i++) {
+        assert_int_equal(0U, run.components[i].computer);
+    }
+    assert_true(launcher_enter_computer(&launcher, 1U));
+    launcher_leave_computer(&launcher);
+    assert_int_equal(0, launcher.exit_code);
+}
+
+static void two_computers_are_joined_by_a_veth(void** state)
+{
+    (void)state;
+    expect_first_network(false);
+    assert_true(launcher_make_computers(&launcher));
+    assert_int_equal(2U, run.computer_count);
+    assert_int_equal(0x0A000001U, run.computer_ipv4[0]);
+    assert_int_equal(0x0A000002U, run.computer_ipv4[1]);
+    assert_int_equal(0U, run.components[0].computer);
+    assert_int_equal(0U, run.components[1].computer);
+    assert_int_equal(1U, run.components[2].computer);
+}
+
+static void tipc_has_a_bearer_on_each(void** state)
+{
+    (void)state;
+    run.transport = (uint8_t)RUN_TRANSPORT_TIPC;
+    expect_first_network(true);
+    assert_true(launcher_make_computers(&launcher));
+    run.transport    = 0U;
+    run.link_methods = (uint8_t)(1U << (unsigned)RTLINK_METHOD_TIPC);
+    expect_first_network(true);
+    assert_true(launcher_make_computers(&launcher));
+}
+
+static void the_first_command_that_fails_is_the_last(void** state)
+{
+    (void)state;
+    expect_ip("ip netns add hirosco-9.node1", true);
+    expect_ip("ip netns add hirosco-9.node2", false);
+    assert_false(launcher_make_computers(&launcher));
+    assert_non_null(strstr(launcher.reason, "cannot make two network namespaces"));
+    assert_non_null(strstr(launcher.reason, "runs/x"));
+}
+
+static void a_mission_on_one_computer_is_refused_two(void** state)
+{
+    (void)state;
+    launcher.mission.subsystems[2].computer = 1U;
+    assert_false(launcher_make_computers(&launcher));
+    assert_non_null(strstr(launcher.reason, "the mission puts no subsystem on the second computer"));
+    assert_non_null(strstr(launcher.reason, "m.xml"));
+}
+
+/// A second veth, whose ends delay frames, if a link goes between the computers.
+static void a_delay_between_computers_is_a_network_of_its_own(void** state)
+{
+    (void)state;
+    run.relay.is_network                    = true;
+    run.relay.delay_us                      = 50000U;
+    run.relay.jitter_us                     = 2000U;
+    launcher.mission.link_count             = 1U;
+    launcher.mission.links[0].producer_apid = 10U;
+    launcher.mission.links[0].consumer_apid = 11U;
+    assert_false(launcher_make_computers(&launcher));
+    assert_non_null(strstr(launcher.reason, "no link goes from one node to the other"));
+    launcher.mission.links[0].consumer_apid = 12U;
+    expect_first_network(false);
+    expect_ip("ip -n hirosco-9.node1 link add link1 type veth peer name link2", true);
+    expect_ip("ip -n hirosco-9.node1 link set link2 netns hirosco-9.node2", true);
+    expect_ip("ip -n hirosco-9.node1 address add 10.0.0.5/30 dev link1", true);
+    expect_ip("ip -n hirosco-9.node1 link set link1 up", true);
+    expect_ip("ip netns exec hirosco-9.node1 tc qdisc add dev link1 root netem limit 10000 delay 50000us "
+              "2000us loss " LAUNCHER_RELAY_LOSS_TEXT,
+              true);
+    expect_ip("ip -n hirosco-9.node2 address add 10.0.0.6/30 dev link2", true);
+    expect_ip("ip -n hirosco-9.node2 link set link2 up", true);
+    expect_ip("ip netns exec hirosco-9.node2 tc qdisc add dev link2 root netem limit 10000 delay 50000us "
+              "2000us loss " LAUNCHER_RELAY_LOSS_TEXT,
+              true);
+    assert_true(launcher_make_computers(&launcher));
+}
+
+static void only_namespaces_that_are_there_are_removed(void** state)
+{
+    (void)state;
+    expect_string(__wrap_osal_file_exists, path, "/run/netns/hirosco-9.node1");
+    will_return(__wrap_osal_file_exists, false);
+    expect_string(__wrap_osal_file_exists, path, "/run/netns/hirosco-9.node2");
+    will_return(__wrap_osal_file_exists, true);
+    expect_string(__wrap_osal_network_remove, path, "/run/netns/hirosco-9.node2");
+    will_return(__wrap_osal_network_remove, STATUS_OK);
+    launcher_remove_computers("hirosco-9");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(one_computer_needs_no_network, set_up),
+        cmocka_unit_test_setup(two_computers_are_joined_by_a_veth, set_up),
+        cmocka_unit_test_setup(tipc_has_a_bearer_on_each, set_up),
+        cmocka_unit_test_setup(the_first_command_that_fails_is_the_last, set_up),
+        cmocka_unit_test_setup(a_mission_on_one_computer_is_refused_two, set_up),
+        cmocka_unit_test_setup(a_delay_between_computers_is_a_network_of_its_own, set_up),
+        cmocka_unit_test_setup(only_namespaces_that_are_there_are_removed, set_up),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
