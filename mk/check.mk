@@ -46,7 +46,8 @@ flight-objects: $(call objects,$(filter-out sim/%,$(SOURCES)))
 # six times as long.
 TIDY        ?= tidy
 TIDY_STATES := 20000
-TIDY_BOUND   = $(if $(filter tidy,$(TIDY)),$(addprefix --extra-arg=,-Xclang -analyzer-config -Xclang max-nodes=$(TIDY_STATES)))
+TIDY_BOUND   = $(if $(filter tidy,$(TIDY)),\
+               $(addprefix --extra-arg=,-Xclang -analyzer-config -Xclang max-nodes=$(TIDY_STATES)))
 check-tidy: build/setup/check
 	$(PARALLEL) -k tidied && echo 'check: clang-tidy finds nothing'
 check-tidy-all: build/setup/check

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which processes a run has, in which order they start, and with which arguments and descriptors. The start of a
-// process is mocked.
+// Which processes a run has, in which order they start, and with which arguments and descriptors. The start
+// of a process is mocked.
 #include "launcher/launcher_internal.h"
 
 #include <setjmp.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The names of a run that are removed at its end, tools that run to their end, and what a guard takes over from a
-// launcher that was killed. Processes, memories and interfaces are mocked.
+// The names of a run that are removed at its end, tools that run to their end, and what a guard takes over
+// from a launcher that was killed. Processes, memories and interfaces are mocked.
 #include "launcher/launcher_internal.h"
 
 #include <setjmp.h>
@@ -206,7 +206,8 @@ static void a_scheduler_that_is_gone_is_no_scheduler(void** state)
     assert_int_equal(0U, launcher.last_simulated_ns);
 }
 
-/// Remains of a launcher that was killed are removed before a run is prepared, those of one that lives are not.
+/// Remains of a launcher that was killed are removed before a run is prepared; those of one that lives are
+/// not.
 static void remains_of_a_killed_launcher_are_swept(void** state)
 {
     static const launch_options_t none = {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The on-board computers of a run: which component is on which, the commands that make their network, and what
-// is refused. Tools and the operating system are mocked.
+// The on-board computers of a run: which component is on which, the commands that make their network, and
+// what is refused. Tools and the operating system are mocked.
 #include "launcher/launcher_internal.h"
 
 #include "fsw/framework/rtlink/agreement.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run from its start to its end: what it does about the ends of its processes, the orders of the supervisor,
-// requests to end, and a time that stands still. Each wait of the launcher returns after a step of the test.
+// A run from its start to its end: what it does about the ends of its processes, the orders of the
+// supervisor, requests to end, and a time that stands still. Each wait of the launcher returns after a step
+// of the test.
 #include "launcher/launcher_internal.h"
 
 #include "osal/include/osal/clock.h"
