@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The plant against MuJoCo, from the same URDF: random trees of joints on a fixed base under gravity, and free-flying chains, also with
-joints that mimic others or are moved through elastic gears.
+joints that mimic others or are moved through elastic gears; and a cube that touches a table.
 
 The same springs, dampers and sines move both; MuJoCo integrates by Runge-Kutta at 0.1 ms. The plant integrates by its own step of
 0.5 ms, whose error is of first order and grows with accelerations, so gravity is weak where 20 s are compared. Two steps of
 different length tell that error from a difference of the equations. A wrong axis or a wrong rotation of an inertia in the plant's
 file must be found."""
 
+import math
 import pathlib
 import random
 import re
@@ -380,3 +381,86 @@ def turned_inertia(urdf):
 def test_a_planted_fault_is_found(probe, tmp_path, change):
     found, limit = compare(probe, tmp_path, Robot(4, 5), 1.0, change)
     assert found[2] > 2 * JOINT_RAD and limit[2] > 20 * EXTRAPOLATED
+
+
+class Block:
+    """A free cube of 0.2 m and 2 kg on or above a table whose surface is the plane z = 0."""
+
+    MASS, HALF = 2.0, 0.1
+    joints = ()
+
+    def __init__(self, gravity, height, velocity, friction=0.3, stiffness=2000.0, damping=10.0):
+        self.gravity, self.height, self.velocity = gravity, height, velocity
+        self.friction, self.stiffness, self.damping = friction, stiffness, damping
+
+    def urdf(self):
+        moment = self.MASS * (2 * self.HALF) ** 2 / 6
+        cube = f'<geometry><box size="{2 * self.HALF} {2 * self.HALF} {2 * self.HALF}"/></geometry>'
+        return (f'<robot name="block"><link name="cube"><inertial><mass value="{self.MASS}"/><inertia ixx="{moment!r}" ixy="0" ixz="0" '
+                f'iyy="{moment!r}" iyz="0" izz="{moment!r}"/></inertial><collision>{cube}</collision></link></robot>\n')
+
+    def world(self):
+        def words(values):
+            return " ".join(repr(float(value)) for value in values)
+
+        return (f'<World name="w" step="500us" gravity="{words(self.gravity)}">\n<Fixture name="table" at="0 0 -0.5"><Box size="8 8 1" at="0 0 0"/></Fixture>\n'
+                f'<Robot name="r" urdf="robot.urdf" base="free"><State at="0 0 {self.HALF + self.height!r}" rpy="0 0 0" rate="0 0 0" velocity="{words(self.velocity)}"/></Robot>\n'
+                f'<Contact a="r.cube" b="table" stiffness="{self.stiffness}" damping="{self.damping}" friction="{self.friction}"/>\n</World>\n')
+
+    def reference(self, seconds):
+        """Positions of the cube in the reference: a point mass on a spring and a damper, so that no contact of several points is weighted."""
+        spec = mujoco.MjSpec()
+        spec.option.timestep = REFERENCE_S
+        spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
+        spec.option.gravity = self.gravity
+        spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+        spec.option.impratio = 1e4
+        contact = {"solref": [-self.stiffness / self.MASS, -self.damping / self.MASS], "solimp": [0.9999, 0.9999, 0.001, 0.5, 2],
+                   "friction": [self.friction, 0, 0]}
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[4, 4, 1], **contact)
+        body = spec.worldbody.add_body(pos=[0, 0, self.HALF + self.height], mass=self.MASS, inertia=[1, 1, 1], explicitinertial=True)
+        for axis in numpy.eye(3):
+            body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[self.HALF, 0, 0], **contact)
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        data.qvel[:] = self.velocity
+        rows = []
+        for count in range(round(seconds / REFERENCE_S) + 1):
+            if count % 100 == 0:
+                rows.append([*(data.qpos + [0, 0, self.HALF + self.height])])
+            mujoco.mj_step(model, data)
+        return numpy.array(rows)
+
+
+SLOPE = (9.81 * math.sin(0.4), 0.0, -9.81 * math.cos(0.4))
+ON_TABLE_M = -9.81 * math.cos(0.4) * Block.MASS / 2000.0  # The spring of the contact carries the cube.
+
+
+def motions(probe, folder, block, seconds):
+    """Positions of the cube in the plant with steps of 0.5 and 0.25 ms, and in the reference."""
+    coarse, fine = (plant_motion(probe, folder, block, block.urdf(), seconds, step_us)[:, 1:4] for step_us in (500, 250))
+    return coarse, fine, block.reference(seconds)
+
+
+def test_a_cube_bounces_as_in_the_reference(probe, tmp_path):
+    """Spring and damper of a contact without other forces. The error of the step is that of the instant of the touch: of first order."""
+    coarse, fine, reference = motions(probe, tmp_path, Block((0, 0, 0), 0.05, (0, 0, -0.5)), 1.0)
+    assert reference[-1, 2] > 0.4 and reference[:, 2].min() < 0.09
+    assert abs(fine - reference).max() < 4e-3
+    assert abs(2 * fine - coarse - reference).max() < 1e-3
+
+
+def test_a_cube_slides_down_a_slope_as_in_the_reference(probe, tmp_path):
+    """Coulomb friction. The depth of a contact under load has another law in MuJoCo, so only the motion along the slope is compared."""
+    coarse, fine, reference = motions(probe, tmp_path, Block(SLOPE, ON_TABLE_M, (0.2, 0, 0), friction=0.2), 1.0)
+    assert reference[-1, 0] > 1.2
+    assert abs(coarse - reference)[:, 0].max() < 3e-3 and abs(fine - reference)[:, 0].max() < 3e-3
+
+
+def test_a_cube_lies_on_a_slope_with_enough_friction(probe, tmp_path):
+    """It sinks in as far as the spring carries it, and does not creep."""
+    block = Block(SLOPE, ON_TABLE_M, (0, 0, 0), friction=0.6)
+    positions = plant_motion(probe, tmp_path, block, block.urdf(), 4.0)[:, 1:4]
+    assert abs(positions[-1] - positions[-101]).max() < 1e-6
+    assert positions[-1, 2] == pytest.approx(Block.HALF + ON_TABLE_M, abs=2e-4)
