@@ -61,9 +61,9 @@ function visual(about, looks) {
   return mesh;
 }
 
-// A robot as nested groups; `set` moves its joints. A robot whose URDF has visuals is drawn by them, and a link
-// without any by its collision shapes. For other robots, shells follow the links, and a housing surrounds each
-// joint.
+// A robot as nested groups; `set` moves its joints. A robot whose URDF has visuals is drawn by them, and a
+// link without any by its collision shapes. For other robots, shells follow the links, and a housing
+// surrounds each joint.
 export class Arm {
   constructor(robot, looks) {
     this.robot = robot;
