@@ -1,5 +1,5 @@
 
--- Numbers in fields are those on the wire; times are seconds of mission time, as in the logs of a run.
+-- Fields show the numbers of the packets; times are seconds of mission time, as in the logs of a run.
 
 local PRIMARY, TC_HEADER, TM_HEADER, CRC = 6, 11, 21, 2
 local SIZES = { UINT8 = 1, UINT16 = 2, UINT32 = 4, UINT64 = 8, INT8 = 1, INT16 = 2, INT32 = 4, INT64 = 8, FLOAT = 4, DOUBLE = 8, BOOL = 1 }
@@ -43,7 +43,7 @@ local function checksum(range)
     return crc
 end
 
--- A reader of the data field [at, stop) of one packet; it raises a text if octets are missing.
+-- A reader of the data field [at, stop) of one packet; it raises an error text if octets are missing.
 local Reader = {}
 Reader.__index = Reader
 
@@ -149,7 +149,7 @@ function Reader:kind(tree, field, place)
         end
     elseif coding == "name" then
         local range = self:range(8)
-        local name = range:string():match("^%Z*") -- stringz() reads on after a name of eight characters.
+        local name = range:string():match("^%Z*") -- stringz() would read beyond a name of eight characters.
         self.seen[field.name] = name
         tree:add(own, range, name)
     elseif coding == "text" or coding == "octets" and not kind.size then
@@ -245,7 +245,7 @@ function Reader:group(tree, listed)
     end
 end
 
--- Configurations of the subsystems at each report, as found on the first pass over the packets in order.
+-- Configurations of the subsystems at each report, collected in the first pass, which visits the packets in order.
 local present, at_frame = {}, {}
 
 local function configuration_of(pinfo, apid, tvb, service, subtype)
@@ -281,7 +281,7 @@ local function headers(tree, tvb, is_tc)
     return apid, word, sequence
 end
 
--- What is wrong with the octets of a packet before its data field, or nil.
+-- Text of an error in the headers of a packet, or nil.
 local function problem_of(tvb, word, sequence, is_tc)
     local size = tvb:len()
     if bit.rshift(word, 13) ~= 0 then
@@ -379,7 +379,7 @@ local function show(tvb, pinfo, tree)
 end
 
 function pus.dissector(tvb, pinfo, tree)
-    if pinfo.port_type == 2 then -- TCP: packets follow each other without framing.
+    if pinfo.port_type == 2 then -- TCP: the packets follow each other without framing.
         dissect_tcp_pdus(tvb, tree, PRIMARY, function(buffer, _, offset) return buffer(offset + 4, 2):uint() + 7 end, show)
         return tvb:len()
     end

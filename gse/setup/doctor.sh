@@ -52,7 +52,7 @@ machine() {
     download Unity build/third_party/unity/src/unity.c 'cjson-*' unit 'unit tests of the portable core'
     download 'expat, s390x' build/third_party/expat-s390x/lib/libexpat.a 'libexpat1-dev_s390x.deb' s390x 'big-endian programs'
     download 'kernel, micro-VM' build/vm/vmlinux 'linux-image-*' hil 'vcan, TIPC where this kernel has none'
-    download 'packages of the page' build/station/node_modules/.package-lock.json 'page-*' station 'make gse, film and charts of a report'
+    download 'packages of the page' build/station/node_modules/.package-lock.json 'page-*' station 'make gse, film and charts of a report, make check-page'
     row 'Python wheels' "$(ls "$cache/wheels" 2>/dev/null | wc -l) cached" run 'new clones without a network'
     [ "$(id -u)" -eq 0 ] && state=root || { sudo -n true 2>/dev/null && state='sudo' || state=no; }
     row 'may install' "$state" setup 'apt-get without a question'

@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # Install the peers with which `make bench` compares this project, as far as this machine permits. A peer that cannot be
-# installed is reported here and skipped there. `peers.sh spacepackets` builds only that peer, from the Rust registry; the
-# conformance tests need it, too. The script never asks and never fails.
+# installed is reported here and skipped by `make bench`. `peers.sh spacepackets` builds only that peer, from the Rust registry; the
+# conformance tests need it, too. The script never asks for input and never fails.
 set -u
 
 # The versions are exact; the lock files stay in build/.

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # Install the Python packages of lists in the environment build/venv: `python.sh LIST...`. Wheels are installed from the cache of this
-# user. If one is not there, all are fetched from the package index into the cache, so that other clones need no network.
+# user. If one is missing there, all are fetched from the package index into the cache, so that other clones need no network.
 set -eu
 
 venv=build/venv

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Install what a target needs: `setup.sh LEVEL`. Each level contains those it builds on. Quick if all is installed. Installs
-# as root or through `sudo -n`; otherwise prints the exact command and stops. Never asks.
+# Install what a target needs: `setup.sh LEVEL`. Each level contains the levels on which it builds. If everything is installed, the
+# script ends at once. It installs as root or through `sudo -n`; otherwise it prints the exact command and stops. It never asks for input.
 #
 #   build   the programs              run     a flight: Python packages    unit    C tests
 #   clang   data races, fuzz targets  s390x   big-endian programs          pytest  tests in Python

@@ -13,7 +13,7 @@ fi
 version=$(sha256sum <"$from/package-lock.json" | cut -c 1-16)
 cached=${XDG_CACHE_HOME:-${HOME:-/tmp}/.cache}/hirosco/page-$version-$(uname -m).tar.gz
 
-# Print the packages of the lock that are installed on this machine.
+# Print the packages of the lock that belong on this machine, by its operating system and processor.
 wanted() {
     node -e '
         for (const [path, part] of Object.entries(require(process.argv[1]).packages)) {
