@@ -30,7 +30,7 @@ SEND = "station-work button.go"  # The time line has such a button, too: that of
 SIZES = {"laptop": (1440, 900), "tablet": (1024, 768), "phone": (390, 844)}
 TABS = {("laptop", "dark"): "Telemetry", ("laptop", "light"): "On-board", ("tablet", "dark"): "Command", ("tablet", "light"): "Bus",
         ("phone", "dark"): "Operate", ("phone", "light"): "Operate"}
-AGES_OUTSIDE = """[...document.querySelectorAll('.values .age')].filter((age) =>
+AGES_OUTSIDE = """[...document.querySelectorAll('.readings .age')].filter((age) =>
     age.getBoundingClientRect().right > age.closest('.scroll').getBoundingClientRect().right).length"""
 SCENARIO = """
 0.0 hand rest
@@ -312,7 +312,7 @@ def test_only_the_present_state_is_marked(page):
         until(page, f"window.station.store.states.get('MANIPULATOR').state === '{state}'")
         assert page.locator("station-states .box .mark:has(svg[aria-label='present'])").count() == 1
         assert page.evaluate(AGES_OUTSIDE) == 0, "a long name of a state hides the ages"
-    assert page.inner_text(".values .value.word >> nth=0") == "SAFE_OPERATIONAL"  # The last state that housekeeping reported.
+    assert page.inner_text(".readings .value.word >> nth=0") == "SAFE_OPERATIONAL"  # The last state that housekeeping reported.
 
 
 def test_a_lost_link_is_shown(page, flight):

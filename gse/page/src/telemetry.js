@@ -155,7 +155,7 @@ class Section {
       { "aria-label": `${name} ${id}` },
       el("div", { class: "head" }, this.sym, el("h2", {}, `${name} ${id}`), this.words, this.toggle),
       this.reason,
-      el("table", { class: "values" }, head(rows), el("tbody", {}, ...rows.map((row) => row.node))),
+      el("table", { class: "values readings" }, head(rows), el("tbody", {}, ...rows.map((row) => row.node))),
     );
   }
 
@@ -346,7 +346,7 @@ export class Fastest {
   constructor() {
     this.title_ = el("h2");
     this.words = el("span", { class: "hint" });
-    this.table = el("table", { class: "values" });
+    this.table = el("table", { class: "values readings" });
     this.node = el(
       "div",
       { style: "display:contents" },
