@@ -254,6 +254,7 @@ static bool is_file_name(const char* const option)
     return is_word(option, "--mission") || is_word(option, "--scenario") || is_word(option, "--world");
 }
 
+/// Read the value of one option. An empty value keeps the default.
 static bool take(launch_options_t* const options, const char* const option, const char* const value,
                  char error[LAUNCH_ERROR_MAX])
 {

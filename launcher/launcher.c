@@ -187,9 +187,8 @@ static void child_ended(launcher_t* const launcher, child_t* const child)
         launcher->left_ns = launcher_now_ns(launcher) + 1U;
         if (child->participant != LAUNCHER_NO_PARTICIPANT) {
             (void)end_participant(launcher, child); // It may have ended before it joined as a participant.
-        } else if (launcher->options.is_image &&
-                   // Time has not begun, because the image waits for the operator.
-                   (launcher->left_ns == 1U)) {
+        } else if (launcher->options.is_image && (launcher->left_ns == 1U)) {
+            // Time has not begun, because the image waits for the operator.
             launcher->is_cut_short = true;
             request_stop(launcher);
         } else {
@@ -261,6 +260,7 @@ static void perform_orders(launcher_t* const launcher)
     }
 }
 
+/// Print a line of progress if one is due.
 static void show_progress(launcher_t* const launcher, const uint64_t wall_ns)
 {
     const uint64_t simulated = launcher_now_ns(launcher);
@@ -322,6 +322,7 @@ static bool is_abandoned(launcher_t* const launcher, uint64_t simulated)
     return is_late;
 }
 
+/// Handle Ctrl-C, --duration and the end of the operator; true if the run has ended.
 static bool is_over(launcher_t* const launcher, unsigned* const stops_seen)
 {
     const unsigned stops = osal_process_stop_count();

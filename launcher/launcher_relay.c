@@ -110,7 +110,8 @@ uint64_t launcher_relay_step(launcher_relay_t* const self, const osal_grant_t* c
     FSW_ASSERT((self != NULL) && (grant != NULL));
     run_relay_t* const shown = &self->run->relay;
     take_announced(self, grant);
-    // The relay runs last in a time step: consumers receive the frames in the next step.
+    // The relay runs last in a time step: consumers receive the frames in the next step. Therefore a frame
+    // is due for the relay one step before it is due for its consumer.
     const uint64_t read_ns = grant->now_ns + RUN_STEP_NS;
     for (const relay_frame_t* frame = relay_give(&self->relay, read_ns); frame != NULL;
          frame                      = relay_give(&self->relay, read_ns)) {

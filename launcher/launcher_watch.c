@@ -80,6 +80,7 @@ static void suspend(launcher_t* const launcher, child_t* const child)
     __atomic_store_n(&component->hung_life, child->life, __ATOMIC_RELEASE);
 }
 
+/// Suspend the holder of the grant if it hangs. A new grant starts the measurement of its time again.
 static void watch_holder(launcher_t* const launcher, const uint64_t now_ns)
 {
     launcher_watch_t* const watch = &launcher->watch;

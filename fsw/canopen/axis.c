@@ -48,8 +48,8 @@ void canopen_cia402_axis_step(canopen_cia402_axis_t* const axis)
     FSW_ASSERT(axis != NULL);
     axis->controlword = canopen_cia402_controlword(canopen_cia402_axis_state(axis), axis->goal,
                                                    axis->may_reset_fault, axis->controlword);
+    // Bit 4 rises only in operation: the drive starts a search at this edge.
     if (axis->is_homing && (axis->controlword == CIA402_CONTROL_ENABLE) &&
-        // Bit 4 rises only in operation: the drive starts a search at this edge.
         (canopen_cia402_axis_state(axis) == CIA402_OPERATION_ENABLED)) {
         axis->controlword |= CIA402_CONTROL_HOMING_START;
     }
@@ -100,7 +100,7 @@ static double within(canopen_cia402_axis_t* const axis, const double value, cons
 
 static int16_t torque_units(canopen_cia402_axis_t* const axis, const double torque_nm)
 {
-    if (torque_nm != torque_nm) {
+    if (torque_nm != torque_nm) { // NaN.
         axis->limited++;
         return 0;
     }
@@ -113,7 +113,7 @@ void canopen_cia402_axis_command_position(canopen_cia402_axis_t* const axis, con
 {
     FSW_ASSERT(axis != NULL);
     const canopen_cia402_scale_t* const scale = &axis->scale;
-    if (position_rad == position_rad) {
+    if (position_rad == position_rad) { // Not NaN.
         const double limited_rad = (scale->low_rad < scale->high_rad)
                                        ? within(axis, position_rad, scale->low_rad, scale->high_rad)
                                        : position_rad;
@@ -129,7 +129,7 @@ void canopen_cia402_axis_command_velocity(canopen_cia402_axis_t* const axis, con
 {
     FSW_ASSERT(axis != NULL);
     const canopen_cia402_scale_t* const scale = &axis->scale;
-    if (velocity_rad_s == velocity_rad_s) {
+    if (velocity_rad_s == velocity_rad_s) { // Not NaN.
         const double limited_rad_s =
             (scale->speed_rad_s > 0.0) ? within(axis, velocity_rad_s, -scale->speed_rad_s, scale->speed_rad_s)
                                        : velocity_rad_s;

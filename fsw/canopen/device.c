@@ -27,7 +27,7 @@
 
 #define FIRST_UNIT 3U // Index of the first unit in the list of accesses that identify a device.
 
-/// Return to the mapping of the class: a boot-up of the device restores it there.
+/// Return to the mapping of the class, which the device itself restores at its boot-up.
 static void forget_mapping(canopen_device_t* const device)
 {
     if (device->mapping != NULL) {
@@ -231,8 +231,8 @@ void canopen_device_configure(canopen_device_t* const device, canopen_setting_t*
                               const uint16_t count)
 {
     FSW_ASSERT(device != NULL);
-    // Outputs of an earlier configuration must not act with the first process data of the next. Commands of
-    // axes act only in operation, and before that their controllers have renewed them.
+    // The first process data of this configuration must not contain outputs of an earlier one. Commands of
+    // axes need not be cleared: they act only in operation, and by then the controllers have set new ones.
     canopen_device_clear_outputs(device);
     if (device->mapping != NULL) {
         (void)memcpy(device->mapping->earlier, device->profile->receive, sizeof device->mapping->earlier);
@@ -282,7 +282,8 @@ static void follow_settings(canopen_device_t* const device)
         follow_setting(device->receive, device->profile->receive_count, OBJECT_RECEIVE_PARAMETER, setting);
         follow_limit(device, setting);
         if (device->mapping != NULL) {
-            // The device has accepted it; drives_fit has refused what flight software cannot carry.
+            // This cannot fail: the device has accepted the setting, and drives_fit has checked that flight
+            // software supports it.
             (void)canopen_device_profile_map(&device->mapping->profile, setting->index, setting->subindex,
                                              (uint32_t)setting->value);
         }
@@ -304,9 +305,9 @@ static bool is_carried(const canopen_device_t* const device, const canopen_profi
     return is_found;
 }
 
-/// Begin to set to zero the values that no process data carry any more: a device keeps them, and its next
-/// mode may still use them. CST adds the torque offset (0x60B2) of an earlier CSP, for example. Targets stay:
-/// they act only in their own mode, whose process data carry them.
+/// Begin to write zero to the objects that no process data carry any more, because the device keeps their
+/// values, and another mode may still use them: for example, CST adds the torque offset (0x60B2) of an
+/// earlier CSP. Targets are not cleared: they act only in their own mode, whose process data carry them.
 static void begin_clearing(canopen_device_t* const device, const uint8_t number)
 {
     const canopen_profile_pdo_t* const earlier =
@@ -426,7 +427,7 @@ void canopen_device_set_value(canopen_device_t* const device, const uint8_t valu
     const double low                            = object->is_signed ? -(double)half : 0.0;
     const double high                           = (double)((object->is_signed ? half : end) - 1U);
     double number                               = wanted / object->scale;
-    if (number != number) {
+    if (number != number) { // NaN.
         number = 0.0;
     }
     number                = (number < low) ? low : ((number > high) ? high : number);
@@ -442,7 +443,8 @@ static void take_process_data(void* const context, const uint16_t cob, const uin
     while (!device->transmit[number].is_valid || (device->transmit[number].cob != cob)) {
         number++;
         FSW_ASSERT(number <
-                   device->profile->transmit_count); // Only identifiers of this device are routed here.
+                   // The master routes only identifiers of this device to this function.
+                   device->profile->transmit_count);
     }
     const canopen_profile_pdo_t* const pdo = &device->profile->transmit[number];
     if (length != canopen_device_profile_pdo_octets(pdo)) {
@@ -468,8 +470,10 @@ status_t canopen_device_connect(canopen_device_t* const device)
         pdo->is_heard                   = false;
         pdo->heard_count                = device->master->sync_count;
         if (pdo->is_valid) {
-            status        = canopen_master_route(device->master, pdo->cob, take_process_data, device);
-            pdo->is_valid = (status == STATUS_OK); // A route of another device must not be removed.
+            status = canopen_master_route(device->master, pdo->cob, take_process_data, device);
+            // If the identifier belongs to another device, canopen_device_disconnect must not remove its
+            // route.
+            pdo->is_valid = (status == STATUS_OK);
         }
     }
     return status;

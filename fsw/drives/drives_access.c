@@ -199,6 +199,7 @@ static status_t take_value(const drives_transfer_t* const transfer, const canope
     return STATUS_OK;
 }
 
+/// Check the transfer of a slot. Its result frees the device for the next transfer.
 static status_t poll(void* const context, const uint8_t slot, pus_device_result_t* const out_result)
 {
     drives_t* const drives                  = context;

@@ -103,6 +103,7 @@ uint32_t procedure_price_of_key(const procedure_slot_t* const slot)
     return slot->nodes / NODES_SEARCHED;
 }
 
+/// Returns the worst-case price of an instruction.
 static uint32_t price_of(const procedure_slot_t* const slot, const uint32_t instruction)
 {
     const uint32_t operation = instruction & OPERATION_MASK;

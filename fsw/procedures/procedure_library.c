@@ -102,6 +102,7 @@ static uint64_t price_of_range(lua_State* const state)
     return (first == last) ? 0U : (size / 4U);
 }
 
+/// Returns the worst-case price of a call with the arguments on the stack.
 static uint64_t price_of(lua_State* const state, const row_t* const row)
 {
     const procedure_slot_t* const slot = procedure_slot_of(state);

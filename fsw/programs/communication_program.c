@@ -6,8 +6,8 @@
 #include "generated/communication_services.h"
 #include "osal/include/osal/console.h"
 
-#define OWED_PATIENCE_MS 100U
-#define ANNOUNCED_TRIES 50U ///< Waits for announced octets: together five seconds of wall-clock time.
+#define OWED_PATIENCE_MS 100U ///< Time of one wait for announced octets, divided among the sockets.
+#define ANNOUNCED_TRIES 50U   ///< Waits for announced octets: together five seconds of wall-clock time.
 
 typedef struct {
     subsystem_host_t host;

@@ -13,7 +13,7 @@
 
 /// Permitted lateness of a step in real time: other programs also use the computer.
 #define REAL_LATENESS_NS 200000000ULL
-#define SLOW_DISK_MS 100U
+#define SLOW_DISK_MS 100U ///< A write to the packet log that takes at least this long is reported.
 /// Largest number of persistent records: schedules, definitions, stores and files.
 #define RECORDS_MAX 20480U
 

@@ -12,8 +12,8 @@
 
 #define BANKS 2U
 #define PROCESS_STATES 3U
-#define SHUTDOWN_STEPS 6U // Number of steps in sequences.c.
-#define SESSION_TIME_NS 10000000000ULL
+#define SHUTDOWN_STEPS 6U              // Number of steps in sequences.c.
+#define SESSION_TIME_NS 10000000000ULL ///< A session with a later deadline than this is not possible.
 #define ANNEX_FRAME (2U * sizeof(uint32_t))
 #define WORD sizeof(uint64_t)
 #define LANES 4U

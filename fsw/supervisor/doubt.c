@@ -5,9 +5,9 @@
 // has completed, the state is reliable, because reports arrive in order.
 #include "fsw/supervisor/supervisor_internal.h"
 
-/// Silence after which the state is in doubt: a running subsystem reports its status once a second.
+/// Silence after which the state is in doubt: a running subsystem reports its status once per second.
 #define DOUBT_AFTER_NS 1500000000ULL
-#define ASK_AGAIN_NS 1000000000ULL
+#define ASK_AGAIN_NS 1000000000ULL ///< Time after which an unanswered request for the status is repeated.
 
 bool supervisor_doubt_is_about(const registry_entry_t* const entry)
 {

@@ -7,8 +7,8 @@
 
 #include <string.h>
 
-#define SESSION_TIMEOUT_NS 2000000000ULL
-#define OPEN_DEADLINE_MS 2000U
+#define SESSION_TIMEOUT_NS 2000000000ULL ///< Longest time between two steps of a session.
+#define OPEN_DEADLINE_MS 2000U           ///< Deadline that an end gets with the request to open.
 
 // ---- Sessions ----
 
@@ -349,6 +349,7 @@ static link_session_t* session_asking(supervisor_t* const supervisor, const uint
     return NULL;
 }
 
+/// Process the acceptance of an end: first the producer accepts, then the consumer; then the link is agreed.
 static void member_accepts(supervisor_t* const supervisor, const uint16_t apid,
                            const pus_link_accept_t* const accept)
 {
@@ -507,6 +508,7 @@ static void compare_link(supervisor_t* const supervisor, const uint16_t apid, co
     }
 }
 
+/// Compare all links of a subsystem with the first link status that it reports after a takeover.
 static void compare_links(supervisor_t* const supervisor, const pus_tm_t* const tm)
 {
     registry_entry_t* const entry = supervisor_registry_find(supervisor, tm->apid);

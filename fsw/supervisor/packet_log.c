@@ -20,11 +20,11 @@
 #define DIRECTION_TM 1U
 #define DIRECTION_GAP 2U
 
-#define PAUSE_FIRST_NS 1000000000ULL
-#define PAUSE_LAST_NS 32000000000ULL
-#define HEALTHY_NS 60000000000ULL ///< After this time without a failure the first pause applies again.
-#define LOOK_NS 1000000000ULL     ///< Time between two checks that the file still has its name.
-#define SLOW_NS 1000000000ULL     ///< If a write takes longer, the ring replaces the file.
+#define PAUSE_FIRST_NS 1000000000ULL ///< Pause before the file is opened again; each failure doubles it.
+#define PAUSE_LAST_NS 32000000000ULL ///< Longest pause.
+#define HEALTHY_NS 60000000000ULL    ///< After this time without a failure the first pause applies again.
+#define LOOK_NS 1000000000ULL        ///< Time between two checks that the file still has its name.
+#define SLOW_NS 1000000000ULL        ///< If a write takes longer, the ring replaces the file.
 
 CAPACITY_CHECK(ring_holds_what_a_mission_may_ask_for,
                PACKET_LOG_RING_OCTETS >= (CAPACITY_RING_RECORDS * (LENGTH_OCTETS + RECORD_SHORT)));

@@ -5,7 +5,7 @@
 
 #include "base/assertion.h"
 
-#define SHUTDOWN_STEP_TIMEOUT_NS 3000000000ULL
+#define SHUTDOWN_STEP_TIMEOUT_NS 3000000000ULL ///< Longest time of a step of the shutdown.
 
 // ---- Autostart ----
 

@@ -7,8 +7,8 @@
 
 #include <stddef.h>
 
-#define ROUNDS 2U
-#define TICK_NS 10000000ULL
+#define ROUNDS 2U           ///< Commits in one step: outputs that fail or add log records need another one.
+#define TICK_NS 10000000ULL ///< Interval of the supervisor's checks.
 #define UNANSWERED_NS 10000000000ULL ///< Longest wait for the acceptance of a request.
 /// Heartbeats in the time for which a subsystem stays OPERATIONAL without the supervisor.
 #define HEARTBEATS 3U

@@ -4,7 +4,7 @@
 #include "base/assertion.h"
 #include "base/octets.h"
 
-#define PIECE 1024U
+#define PIECE 1024U     // Largest number of octets that are saved as one block of the annex.
 #define HEAD_OCTETS 17U // Number of the medium u8 | its size u64 | offset u64; the overwritten octets follow.
 
 static void save(const undo_medium_t* const place, const uint64_t size, const uint64_t offset,

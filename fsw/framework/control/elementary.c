@@ -5,7 +5,7 @@
 
 #define PI 3.14159265358979323846
 #define TWO_OVER_PI 0.63661977236758134308
-#define ANGLE_MAX_RAD 1.0e6
+#define ANGLE_MAX_RAD 1.0e6 // Larger angles are not reduced; see elementary.h.
 
 // pi/2 in three parts; a product of the first two with a quadrant number below 2^20 is exact.
 #define HALF_PI_HIGH 1.57079632673412561417e+00

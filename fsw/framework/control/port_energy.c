@@ -50,7 +50,7 @@ double control_port_energy_step(control_port_energy_t* const energy, const contr
 void control_reserve_take_sum(control_reserve_t* const reserve, const double sum_j)
 {
     FSW_ASSERT(reserve != NULL);
-    if (sum_j != sum_j) {
+    if (sum_j != sum_j) { // NaN.
         return;
     }
     const double more = sum_j - reserve->told_j;

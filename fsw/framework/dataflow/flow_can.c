@@ -15,8 +15,8 @@
     (OSAL_CAN_ERROR_COUNTERS | OSAL_CAN_ERROR_CONTROLLER | OSAL_CAN_ERROR_NO_ACK | OSAL_CAN_ERROR_BUS_OFF |  \
      OSAL_CAN_ERROR_BUS | OSAL_CAN_ERROR_RESTARTED)
 #define STANDARD_ID_MAX 0x7FFU
-#define REOPEN_FIRST_NS 10000000ULL
-#define REOPEN_LONGEST_NS 1000000000ULL
+#define REOPEN_FIRST_NS 10000000ULL     ///< First delay before the bus is opened again.
+#define REOPEN_LONGEST_NS 1000000000ULL ///< Longest delay.
 
 // A master of an 11-bit protocol uses only standard frames; it counts remote requests.
 static const osal_can_filter_t standard_frames = {.id = 0U, .mask = OSAL_CAN_EXTENDED};
@@ -125,6 +125,7 @@ void flow_can_close(flow_can_t* const flow)
     }
 }
 
+/// Queue a frame for transmission, and count it as sent or refused.
 static status_t queue(flow_can_t* const flow, const uint16_t identifier, const uint8_t* const octets,
                       const uint8_t length, const uint8_t flags)
 {

@@ -98,6 +98,7 @@ static unsigned take_place(flow_tcp_t* const flow, const flow_tcp_user_t* const 
     return free_place(flow);
 }
 
+/// Accept the connections that wait, and refuse those for which there is no place or no quota.
 static void accept_clients(flow_tcp_t* const flow, const flow_tcp_user_t* const user)
 {
     for (unsigned i = 0U; i <= flow->capacity; i++) {

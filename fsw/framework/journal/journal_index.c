@@ -51,8 +51,8 @@ journal_slot_t* journal_index_insert(journal_slot_t* const slots, const size_t c
 void journal_index_remove(journal_slot_t* const slots, const size_t count, const journal_slot_t* const slot)
 {
     size_t hole = (size_t)(slot - slots);
-    // A record that a search would no longer find after a free slot moves into that slot, which frees another
-    // one.
+    // A search ends at a free slot. Therefore a record behind the hole that a search would no longer find is
+    // moved into the hole, and its own slot becomes the new hole.
     for (size_t index = next_of(hole, count); slots[index].is_taken; index = next_of(index, count)) {
         const size_t home = home_of(slots[index].table, slots[index].key, count);
         if (distance(home, index, count) >= distance(hole, index, count)) {

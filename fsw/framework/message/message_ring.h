@@ -19,7 +19,7 @@ typedef struct { // All fields are private, except the counters.
     size_t capacity;
     size_t head;      ///< Next octet to read.
     size_t used;      ///< Octets in the ring, length fields included.
-    uint32_t blocks;  ///< Blocks waiting.
+    uint32_t blocks;  ///< Number of blocks in the ring.
     uint32_t peak;    ///< Largest value of `used` so far.
     uint32_t refused; ///< Blocks refused for lack of room.
 } message_ring_t;

@@ -281,6 +281,7 @@ static pus_reply_t request_link(void* const context, const pus_link_request_t* c
     return pus_done();
 }
 
+/// Open this end of an accepted link, with the epoch that both ends get from the manager.
 static pus_reply_t open_link(void* const context, const pus_link_open_t* const open,
                              const pus_token_t* const token, const uint64_t now_ns)
 {

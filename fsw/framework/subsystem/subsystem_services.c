@@ -279,6 +279,7 @@ static pus_reply_t reply_of(subsystem_t* const subsystem, const status_t status,
     }
 }
 
+/// Perform a function command, if state, configuration and bounds of the arguments permit it.
 static pus_reply_t perform_function(void* const context, const uint16_t index, const void* const arguments,
                                     const pus_token_t* const token, const uint64_t now_ns)
 {

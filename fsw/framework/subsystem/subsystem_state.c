@@ -57,6 +57,7 @@ static status_t run_software_deinit(subsystem_t* const subsystem)
     return status;
 }
 
+/// Call the callback of an action, and do the work of the generic subsystem that belongs to it.
 static status_t perform(subsystem_t* const subsystem, const state_action_t action)
 {
     const subsystem_callbacks_t* const callbacks = subsystem->config.callbacks;

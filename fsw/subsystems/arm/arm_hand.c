@@ -47,6 +47,8 @@ static bool is_finite(const double value)
     return (value - value) == 0.0;
 }
 
+/// Move the goal of the tool as the hand moves, scaled, within its range and not faster than the tool may
+/// move. Without a sample of the hand, the goal is the present offset.
 static void lead_goal(arm_hand_t* const hand, const arm_hand_setup_t* const setup,
                       const double* const hand_rad)
 {

@@ -70,8 +70,8 @@ static status_t next_frame(communication_ground_security_t* const self, const un
     if (frame.packet == NULL) { // Further parts of the packet follow.
         sdls_accept(self->receiver, &self->sessions[client]);
     } else if ((pus_packet_frame(frame.packet, frame.size, &packet_size) != STATUS_OK) ||
-               // The sender has the key, but the content is not one telecommand packet.
                (packet_size != frame.size)) {
+        // The sender has the key, but the content is not one telecommand packet.
         sdls_accept(self->receiver, &self->sessions[client]);
         self->receiver->refused[SDLS_REFUSED_PARTS]++;
         out_unit->packet = NULL;

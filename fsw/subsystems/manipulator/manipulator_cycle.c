@@ -101,6 +101,7 @@ static void learn(manipulator_t* const manipulator)
 
 // ---- Tare ----
 
+/// Continue a running tare. At its end, use the new zero, also for the identification.
 static void step_tare(manipulator_t* const manipulator, const manipulator_arm_setup_t* const setup)
 {
     if (manipulator->tare.result != STATUS_BUSY) {
@@ -207,6 +208,7 @@ static const double* angles_to_follow(manipulator_t* const manipulator,
     return manipulator_arm_yield_step(&manipulator->yield, &yield_setup, &sample);
 }
 
+/// Compute the commands of this cycle and pass them to the drives.
 static void command(manipulator_t* const manipulator, const manipulator_arm_setup_t* const setup)
 {
     manipulator_arm_control_t* const control = &manipulator->control;

@@ -9,6 +9,7 @@
 #define ALIVE_REPORT 2U
 #define MILLISECOND_NS 1000000U
 
+/// Begin an on-board connection test (TC[17,3]); the answer of the other application ends it.
 static pus_reply_t connect(void* const context, const uint16_t apid, const pus_token_t* const token,
                            const uint64_t now_ns)
 {
