@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests marked `long` run only with LONG=1 in the environment (`make check-full`). Of several workers each has a processor of its
-own, and what it starts stays there: none slows another one down. The tests of a file share flights and go to one worker."""
+"""Tests marked `long` run only with LONG=1 in the environment (`make check-full`). If there are several
+workers, each has a processor, to which the processes that it starts are also bound: no worker slows another
+one down. The tests of a file share flights and run in one worker."""
 
 import os
 import signal
 
 import pytest
 
-ONE_FLIGHT = "test/conformance/pus/"  # All files of this folder share one, and go to one worker together.
+ONE_FLIGHT = "test/conformance/pus/"  # All files of this folder share one flight and run in one worker.
 
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "long: takes minutes; run with LONG=1")
-    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # Shells do so for commands in the background.
+    # Shells ignore the signal for commands in the background.
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     worker = os.environ.get("PYTEST_XDIST_WORKER", "")
     if worker:
@@ -34,7 +36,7 @@ def pytest_xdist_make_scheduler(config, log):
     from xdist.scheduler import LoadScopeScheduling
 
     class Scheduling(LoadScopeScheduling):
-        """By file, but for that folder."""
+        """Distribute tests by file, except for this folder."""
 
         def _split_scope(self, nodeid):
             return ONE_FLIGHT if nodeid.startswith(ONE_FLIGHT) else nodeid.split("::")[0]

@@ -25,7 +25,7 @@ static uint8_t packet[256];
 static size_t packet_size;
 static uint32_t words[WORDS];
 static uint32_t octet_table[256]; ///< Effect of each octet on the checksum.
-static volatile uint32_t sink;    // Keeps the compiler from dropping the work.
+static volatile uint32_t sink;    // Keeps the compiler from removing the work.
 
 static void crc_of_text(void)
 {
@@ -186,7 +186,7 @@ static void encode_and_decode_schedule(void)
     sink = ids + (uint32_t)time_ns;
 }
 
-// Functions of the peer's library, documented there.
+// Types of the functions of the peer's library, which documents them.
 typedef size_t tm_codec_t(const uint8_t* data, size_t size, uint64_t time_ns, uint8_t* octets,
                           size_t capacity);
 typedef size_t tc_codec_t(const uint8_t* data, size_t size, uint8_t* octets, size_t capacity);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Loading the manipulator's descriptor. Baseline: expat alone on the same octets, with the heap and the same
+/// Loading the manipulator's descriptor. Baseline: expat alone on the same octets, with the heap and an equal
 /// number of handlers. The value of parsing alone is per octet.
 #include "fsw/framework/descriptor/descriptor.h"
 #include "fsw/framework/xml/xml.h"

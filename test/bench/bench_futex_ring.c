@@ -23,7 +23,7 @@
 
 typedef struct {
     struct {
-        uint32_t turn; ///< Number of rounds that this participant may do.
+        uint32_t turn; ///< Number of rounds that this participant may make.
         uint32_t line[15];
     } participants[PARTICIPANTS];
     uint64_t begin_ns;

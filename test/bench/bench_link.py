@@ -43,7 +43,8 @@ def is_permitted(place):
 
 
 def move_to_own_place():
-    """Execute this program again in a separate mount namespace, once; without the permission, print that and go on."""
+    """Execute this program again in a separate mount namespace, once. Without the permission, print this and
+    continue without it."""
     if "BENCH_OWN_PLACE" in os.environ:
         return
     os.environ["BENCH_OWN_PLACE"] = "1"
@@ -54,7 +55,7 @@ def move_to_own_place():
 
 
 def round_trip(command):
-    """Microseconds of the median round trip, or None if the program does not work here."""
+    """Median of the round trip [us], or None if the program does not work here."""
     try:
         output = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=True,
                                 timeout=LIMIT_S).stdout
@@ -71,7 +72,7 @@ def command_of(transport, mode, size, own_network):
 
 
 def measure(wanted):
-    """{(transport, mode, size): [us of each round, None where it failed]}."""
+    """{(transport, mode, size): [us of each round, None for a round that failed]}."""
     taken = {key: [] for key in wanted}
     own_network = is_permitted(OWN_NETWORK)
     for number in range(ROUNDS):

@@ -40,7 +40,8 @@ class Round:
         shutil.rmtree(FOLDER, ignore_errors=True)
         self.flight = flying.start(FOLDER, "--time", kind, "--scenario", "none")
         self.station = stations.Station(self.flight, stations.Notes())
-        self.pings, self.sent, self.heard = [], [], []  # Machine's time [ns] of each ping of the manipulator, and of each answer.
+        # Time on the machine's clock [ns] of each ping of the manipulator and of each answer.
+        self.pings, self.sent, self.heard = [], [], []
         self.station.session.listeners.append(self._note)
         try:
             self.bring_up()
@@ -60,14 +61,14 @@ class Round:
             self.heard.append(time.monotonic_ns())
 
     def ping(self, count):
-        """Pings of the manipulator, at most 5 ms apart, without waiting for the answers."""
+        """Send pings to the manipulator, at most 5 ms apart, without waiting for the answers."""
         for _ in range(count):
             self.sent.append(time.monotonic_ns())
             self.pings.append(self.station.send("MANIPULATOR", 17, 1))
             self.station.pump(0.005)
 
     def strike(self, name, number):
-        """The fault, amid pings; the instant [ns] on the machine's clock."""
+        """Cause the fault amid pings. Returns the instant [ns] on the machine's clock."""
         self.ping(40)
         at_ns = time.monotonic_ns()
         os.kill(self.flight.children()[name], number)
@@ -75,7 +76,7 @@ class Round:
         return at_ns
 
     def wait_for(self, name):
-        """Ping the joystick until an answer comes."""
+        """Ping the joystick until it answers."""
         while True:
             ping = self.station.send(name, 17, 1)
             self.station.pump(0.005)
@@ -83,8 +84,8 @@ class Round:
                 return
 
     def end(self):
-        """End the flight; the packets with their times [ns of the run], the offset from the machine's clock
-        to that of the run, and the longest wait for an answer [ns on the machine's clock]."""
+        """End the flight. Returns the packets with their times [ns of the run], the offset from the machine's
+        clock to the clock of the run, and the longest wait for an answer [ns on the machine's clock]."""
         try:
             self.station.wait(lambda: all(ping.is_finished for ping in self.pings), "the end of each ping")
         except AssertionError:
@@ -101,17 +102,17 @@ class Round:
 
 
 def first(told, since_ns, apid, what):
-    """Time of the first report of an application from that instant on."""
+    """Time of the first report `what` of an application from this instant on."""
     return next(at for at, p in told if at > since_ns and p.direction == "TM" and p.apid == apid and what(p))
 
 
 def is_event(identity, subject=b""):
-    """True if a packet reports that event about that subject."""
+    """A condition that is true for packets that report this event about this subject."""
     return lambda p: p.service == 5 and p.data[:2] == identity and p.data[2:].startswith(subject)
 
 
 def hang(kind):
-    """(found, others wait) [ms]."""
+    """(time until the hang is found, longest wait of other requests) [ms]."""
     flown = Round(kind)
     at_ns = flown.strike("joystick", signal.SIGSTOP)
     told, offset_ns, wait_ns = flown.end()
@@ -120,7 +121,7 @@ def hang(kind):
 
 
 def death(name, apid, what):
-    """From the kill to the first such report [ms]."""
+    """Time from the kill to the first report `what` [ms]."""
     flown = Round("free")
     since_ns = flown.strike(name, signal.SIGKILL)
     flown.wait_for(name.upper())
@@ -129,7 +130,8 @@ def death(name, apid, what):
 
 
 def rounds(measure, *words):
-    """Its values; a round disturbed by other work of the machine is reported and flown again, a few times."""
+    """Values of the rounds; a round that other work of the machine disturbs is reported and flown again, a
+    few times."""
     values, spoilt = [], 0
     while len(values) < ROUNDS:
         try:
@@ -143,7 +145,7 @@ def rounds(measure, *words):
 
 
 def tell(name, values, bound):
-    """A row whose bound is the baseline."""
+    """Print a row whose baseline is the bound."""
     ratios = [value / bound for value in values]
     print(f"BENCH {name} {statistics.median(values):.3f} ms {bound} {statistics.median(ratios):.3f} {min(ratios):.3f} {max(ratios):.3f}")
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A message of 64 octets from one component to another in the same program: submit, route, dispatch to a
-/// handler. Baseline: the same by hand: block from a free list, copy, look-up of the queue, lock, queue,
-/// unlock; lock, queue, unlock, copy, block back, handler. Both get the size at run time.
+/// handler. Baseline, the same by hand: take a block from a free list, copy, find the queue, lock, put,
+/// unlock; then lock, get, unlock, copy, return the block, call the handler. In both, the size is known only
+/// at run time.
 #define _GNU_SOURCE
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/message/ring_carrier.h"
@@ -23,8 +24,8 @@ static message_endpoint_t ends[2];
 static message_ring_carrier_t hub;
 static message_place_t inboxes[2];
 static uint8_t message[OCTETS];
-static volatile uint32_t sink;              // Keeps the compiler from dropping the work.
-static volatile size_t octets_now = OCTETS; // Keeps the compiler from making code for one size.
+static volatile uint32_t sink;              // Keeps the compiler from removing the work.
+static volatile size_t octets_now = OCTETS; // Keeps the compiler from generating code for one size.
 
 typedef struct {
     uint8_t* block;
@@ -66,7 +67,8 @@ static void by_message(void)
             abort();
         }
         handle(taken, size);
-        if (i == (WORK - 1U)) { // As a loop does: read its own inbox, too, where the credits arrive.
+        // As in a loop of a component, also read the sender's inbox, where the credits arrive.
+        if (i == (WORK - 1U)) {
             (void)!message_receive(&ends[0], &from, taken, sizeof taken, &size);
         }
     }
@@ -130,7 +132,7 @@ static void* end_at_once(void* context)
 
 int main(void)
 {
-    pthread_t thread; // With a second thread the C library really locks.
+    pthread_t thread; // Only with a second thread does the C library really lock.
     if ((pthread_create(&thread, NULL, end_at_once, NULL) != 0) || (pthread_join(thread, NULL) != 0)) {
         return 1;
     }

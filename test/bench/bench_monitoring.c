@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// 1000 parameter monitors of ST[12] in one cycle: all due, as they are ten times a second, and none due. The
-/// value is microseconds a cycle: 1000 are one percent of a processor at 10 Hz. Baseline: reading the same
-/// values through the same port and comparing them with two bounds.
+/// 1000 parameter monitors of ST[12] in one cycle: all are due, as they are ten times a second, or none is
+/// due. The value is microseconds per cycle: 1000 are one percent of a processor at 10 Hz. Baseline: read the
+/// same values through the same port and compare them with two bounds.
 #include "pus/st12/st12_monitoring.h"
 #include "test/bench/measure.h"
 
@@ -9,7 +9,7 @@
 
 #define MONITORS 1000U
 #define TRANSITIONS 100U
-#define NEVER 0x7FFFFFFFU // Interval of those that are not due [cycles].
+#define NEVER 0x7FFFFFFFU // Interval of the monitors that are not due [cycles].
 #define NS_PER_US 1000.0
 
 static pus_app_process_t process;
@@ -24,7 +24,7 @@ static pus_fmon_member_t members[1];
 static pus_check_transition_t transitions[TRANSITIONS];
 static uint32_t values[MONITORS];
 static uint32_t cycle;
-static volatile unsigned sink; // Keeps the compiler from dropping the work.
+static volatile unsigned sink; // Keeps the compiler from removing the work.
 
 static status_t find(void* const context, const uint32_t id, uint16_t* const out_handle,
                      uint16_t* const out_size)
@@ -85,7 +85,7 @@ static void compare_plainly(void)
     sink = within;
 }
 
-/// Enabled monitors of UINT32 within 10..20, each of this interval, restored like records.
+/// Restore monitors from records: enabled, UINT32 within 10..20, each with this interval.
 static void monitors_added(const uint32_t interval)
 {
     static const uint8_t enabled[] = {1, 0, 0, 0, 0, 10};

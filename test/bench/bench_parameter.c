@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Encoding a parameter of 64 octets. Baseline: a bare mutex with the same guarantees (priority inheritance,
-/// robust, errors reported), and a copy.
+/// Encoding a parameter of 64 octets. Baseline: a copy under a bare mutex with the same guarantees (priority
+/// inheritance, robust, errors reported).
 #define _GNU_SOURCE
 #include "fsw/framework/parameter/parameter.h"
 #include "test/bench/measure.h"
@@ -23,7 +23,7 @@ static parameter_dictionary_t dictionary;
 static const parameter_entry_t* entry;
 static uint8_t wire[64];
 static pthread_mutex_t mutex;
-static volatile uint8_t sink; // Keeps the compiler from dropping the work.
+static volatile uint8_t sink; // Keeps the compiler from removing the work.
 
 static void read_entry(void)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bare plant loop, baseline of the flight image: arm, hand and simple regulators through the free space,
-// contact and spring part of the mission, no bus, no software.
+// The bare plant loop, which is the baseline of the flight image: arm, hand and simple controllers in the
+// free-space, contact and spring parts of the mission, without buses and flight software.
 #include "sim/operator/hand.h"
 #include "sim/plant/plant.h"
 
@@ -14,7 +14,7 @@
 #define REPEATS 3U
 #define STEP_NS 500000U
 
-/// Joint targets of one step, and the gravity torques at home.
+/// Desired joint positions of one step, and the gravity torques in the home pose.
 typedef struct {
     double wanted_rad[JOINTS];
     double weight_nm[JOINTS];
@@ -38,8 +38,8 @@ static double microseconds(void)
     return (double)now.tv_sec * 1.0e6 + (double)now.tv_nsec * 1.0e-3;
 }
 
-/// One flight; returns microseconds per step. Contact and spring must have occurred, or the measurement is
-/// void.
+/// One flight. Returns microseconds per step. The measurement is valid only if contact and spring have
+/// occurred.
 static double fly(unsigned* out_contact, unsigned* out_hooked)
 {
     static const char* const scenario = "sim/scenarios/telepresence.scn";

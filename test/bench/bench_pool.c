@@ -15,7 +15,7 @@
 static pool_t pool;
 static uint64_t storage[POOL_STORAGE_WORDS(BLOCK_OCTETS, BLOCKS)];
 static pool_slot_t slots[BLOCKS];
-static void* volatile sink; // Keeps the compiler from dropping the work.
+static void* volatile sink; // Keeps the compiler from removing the work.
 
 static struct {
     uint16_t first;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Time per cycle of eight procedures that try to use more than they are charged, for the most expensive of
-/// the known ones (test/support/hostile_procedures.h). The value is microseconds a cycle of 10 ms. Baseline:
-/// the same units spent on plain additions.
+/// Time per cycle of eight procedures that try to use more time than they are charged, for the most expensive
+/// of the known ones (test/support/hostile_procedures.h). The value is microseconds per cycle of 10 ms.
+/// Baseline: the same number of units spent on plain additions.
 #include "fsw/procedures/procedure_engine.h"
 #include "fsw/supervisor/services/procedures.h"
 #include "test/bench/measure.h"
@@ -13,7 +13,7 @@
 
 #define SLOTS SPACECRAFT_PROCEDURE_SLOTS
 #define WARM_UP 200U // Cycles in which a program reaches its loop.
-#define LOOK 300U    // Cycles in which the programs are compared.
+#define LOOK 300U    // Cycles in which the times are compared.
 #define NS_PER_US 1000.0
 #define NS_PER_S 1e9
 

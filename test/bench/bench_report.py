@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The report of a flight of the scenario telepresence: the time to make it, start of Python included, and its size.
+"""The report of a flight of the scenario telepresence: the time to make it, including the start of Python,
+and its size.
 
-The baselines are what is promised: 3 s and 1.2 MB."""
+The baselines are the promised limits: 3 s and 1.2 MB."""
 
 import json
 import pathlib

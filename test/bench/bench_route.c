@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Housekeeping of a subsystem through the supervisor, which logs each packet and passes it to communication:
-// against the same octets through message alone, from one component to another. The log goes to /dev/null.
+// Housekeeping of a subsystem passes the supervisor, which logs each packet and forwards it to communication.
+// Baseline: the same octets as a message from one component to another. The log is written to /dev/null.
 #include "fsw/framework/message/ring_carrier.h"
 #include "fsw/supervisor/supervisor.h"
 #include "test/bench/measure.h"
@@ -17,7 +17,7 @@
 #define SOURCE 1U
 #define NEAR 100U
 #define FAR 101U
-#define PACKETS 16U ///< In a step.
+#define PACKETS 16U ///< Packets in a step.
 #define STEPS 20U
 #define VALUES 64U
 #define START_STEPS 200U
@@ -95,7 +95,7 @@ static status_t send_up(void* context, const uint8_t* octets, size_t size)
 {
     (void)context;
     packet_size = size;
-    (void)memcpy(packet, octets, size); // Octets that by_message carries.
+    (void)memcpy(packet, octets, size); // The octets that by_message sends.
     return message_send(&members[SOURCE].endpoint, SUPERVISOR_APID, octets, size);
 }
 
@@ -106,7 +106,7 @@ static void must(bool is_right)
     }
 }
 
-/// Take in all packets of a member; count the housekeeping reports of the source.
+/// Receive all packets of a member; count the housekeeping reports of the source.
 static void read_mailbox(unsigned at)
 {
     static uint8_t taken[PUS_PACKET_MAX];
@@ -145,7 +145,7 @@ static void by_supervisor(void)
         }
         step();
     }
-    step(); // Packets that arrived late.
+    step(); // Receive packets that arrived late.
     must(routed >= (STEPS * PACKETS));
 }
 
@@ -157,7 +157,7 @@ static void by_message(void)
     for (unsigned i = 0U; i < (STEPS * PACKETS); i++) {
         must(message_send(&ends[0], FAR, packet, packet_size) == STATUS_OK);
         must(message_receive(&ends[1], &from, taken, sizeof taken, &size) == STATUS_OK);
-        if ((i % PACKETS) == (PACKETS - 1U)) { // Credits arrive in its own inbox.
+        if ((i % PACKETS) == (PACKETS - 1U)) { // The credits arrive in the sender's inbox.
             (void)!message_receive(&ends[0], &from, taken, sizeof taken, &size);
         }
     }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A time schedule with 10 000 activities: one request inserts an activity and a step releases one; a step
-/// with nothing due. Baselines: a sorted array that is moved to make room, with the same packets checked and
-/// copied; one comparison of times. The baseline of the last row is the first row with 100 activities: the
-/// additional cost of many.
+/// A time schedule with 10 000 activities: a request inserts one activity and a step releases one; and a step
+/// in which no activity is due. Baselines: a sorted array that is moved to make room, with the same packets
+/// checked and copied; and one comparison of times. The baseline of the last row is the first row with 100
+/// activities: it shows the additional cost of many.
 #include "pus/st11/st11_time_schedule.h"
 #include "test/bench/measure.h"
 
@@ -42,7 +42,7 @@ typedef struct {
 
 static held_t many;
 static held_t few;
-static row_t* rows[MANY + 1U]; // Latest first.
+static row_t* rows[MANY + 1U]; // The latest is the first.
 static row_t row_storage[MANY + 1U];
 static row_t* free_rows[MANY + 1U];
 static size_t row_count;
@@ -50,7 +50,7 @@ static size_t free_count;
 static uint64_t array_now_ns;
 static uint32_t array_state = 1U;
 static volatile uint64_t first_ns;
-static volatile unsigned sink; // Keeps the compiler from dropping the work.
+static volatile unsigned sink; // Keeps the compiler from removing the work.
 static unsigned released;
 
 static status_t take(void* const context, const uint8_t* const packet, const size_t size)
@@ -149,7 +149,7 @@ static void fill(held_t* const held, const uint16_t count)
     dispatch(held, packet, make(packet, PUS_SERVICE_TIME_SCHEDULE, 20U, 0U, all, sizeof all));
 }
 
-/// Insert one and advance to the time of the first, so that the number stays the same.
+/// Insert one activity and advance to the time of the first one, so that their number stays the same.
 static void insert_and_release(held_t* const held)
 {
     for (unsigned i = 0U; i < WORK; i++) {
@@ -159,7 +159,7 @@ static void insert_and_release(held_t* const held)
             held->now_ns = pus_time_schedule_next_ns(&held->schedule);
             pus_time_schedule_step(&held->schedule, held->now_ns);
         }
-        for (unsigned more = released - before; more > 1U; more--) { // Several were due together.
+        for (unsigned more = released - before; more > 1U; more--) { // Several activities were due together.
             insert(held);
         }
     }

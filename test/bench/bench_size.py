@@ -30,8 +30,9 @@ CORTEX_M = ["clang", "--target=thumbv7em-none-eabi", "-mcpu=cortex-m4", *FLAGS, 
 OUT = pathlib.Path("build/size")
 ALLOWED = 90000
 ALLOWED_CORTEX_M = 128 * 1024
-ALLOWED_RAM = 356 * 1024  # Of it 71 KiB the descriptor, and 56 KiB the table of 32 devices on four buses.
-ALLOWED_RAM_OF = {"arm": 384 * 1024}  # Also 12 joints, paths, and room for every optional service of a descriptor.
+# Of these, 71 KiB are the descriptor and 56 KiB the table of 32 devices on four buses.
+ALLOWED_RAM = 356 * 1024
+ALLOWED_RAM_OF = {"arm": 384 * 1024}  # For 12 joints, paths, and every optional service of a descriptor.
 SIZES = """
 #include "fsw/programs/component_runtime.h"
 #include "fsw/subsystems/communication/communication.h"
@@ -42,7 +43,7 @@ uint8_t queues[sizeof((const communication_t*)0)->queues];
 PUS = sorted(path for path in pathlib.Path("pus").glob("*/*.c") if path.parent.name != "tool")
 SERVICE = re.compile(r"pus/(?:st\d+|private)/st(\d+)_")
 EVERYWHERE = {1, 3, 5, 8, 17, 20, 129, 130} # Services of every subsystem.
-# Options, present only in programs that use them: a row's name, and its sources.
+# Options that only programs that use them contain: the name of the row and its sources.
 OPTIONAL = {
     **{f"endnode_{way}": re.compile(rf"fsw/framework/dataflow/flow_{way}\.c") for way in ("mqueue", "shm", "stream", "tcp", "udp")},
     "stream_devices": re.compile(r"fsw/(devices/|framework/dataflow/flow\.c)"),
@@ -53,17 +54,17 @@ OPTIONAL = {
     "takeover_of_channels": re.compile(r"fsw/framework/message/(message_positions|message_ring_refill)\.c"),
     "whole_mission": re.compile(r"fsw/framework/descriptor/mission_(checks|lookup|rules|whole)\.c"),
 }
-# Present only with what needs them: connection of an optional service to a component, its records; framing,
-# records and the link state of flows; parameters in memories of ST[06].
+# Sources that come only with what needs them: connection of an optional service to a component, its records;
+# framing, records and the link state of flows; parameters in memories of ST[06].
 NEEDED = re.compile(r"fsw/framework/(subsystem/\w+_service\.c|journal/|dataflow/(framing|link|record)\.c)|pus/st20/st20_definitions\.c")
-# Programs that show that sources of the common part are in all programs; a program with a device has the CAN
-# endnode and publishes whole tables of parameters; another may not.
+# Programs by which sources of the common part are shown to be in all programs. A program with a device has
+# the CAN end node and publishes complete tables of parameters; another program may not.
 PROGRAMS = ("communication", "joystick", "manipulator")
 WITH_DEVICES = re.compile(r"fsw/framework/(dataflow/(endnode|flow_can|reconnect)|subsystem/subsystem_common)\.c")
 
 
 def compiled(source, compiler=HOST):
-    """Object of one source file."""
+    """Compile a source file. Returns the path of the object file."""
     target = OUT / compiler[0] / f"{str(source).replace('/', '_')}.o"
     target.parent.mkdir(exist_ok=True)
     subprocess.run([*compiler, "-c", str(source), "-o", str(target)], check=True)
@@ -77,8 +78,8 @@ def text_of(target):
 
 
 def linked(objects, archive):
-    """Text of the objects in one program, with what they need of the archive; what they need of others is
-    left out."""
+    """Octets of text of the objects linked into one program, with what they need of the archive; needed parts
+    of other libraries do not count."""
     target = OUT / "linked"
     subprocess.run(["ld", "--entry=0", "--unresolved-symbols=ignore-all", "-o", str(target), *map(str, objects), str(archive)],
                    check=True)
@@ -92,7 +93,8 @@ def service_of(source):
 
 
 def option_of(source):
-    """Name of the option to which the source belongs; None: it is in all programs, or comes with what needs it."""
+    """Name of the option to which a source belongs; None if the source is in all programs or comes with what
+    needs it."""
     service = service_of(source)
     if service is not None and service not in EVERYWHERE:
         return f"st{service:02}"
@@ -111,7 +113,8 @@ def functions(target):
 
 
 def check_everywhere(objects):
-    """Each program of a subsystem has something of each source of the common part, so the row is correct."""
+    """Check that each program of a subsystem contains something of each source of the common part; only then
+    is the row correct."""
     programs = {name: functions(f"build/bin/{name}") for name in PROGRAMS if pathlib.Path("build/bin", name).is_file()}
     for source in filter(is_everywhere, objects):
         named = functions(objects[source])
@@ -121,7 +124,7 @@ def check_everywhere(objects):
 
 
 def report_options(objects):
-    """The framework with the common services, and the addition of each option."""
+    """Print the size of the framework with the common services, and the addition of each option."""
     archive = OUT / "all.a"
     subprocess.run(["ar", "rcs", str(archive), *map(str, objects.values())], check=True)
     core = [target for source, target in objects.items() if is_everywhere(source)]
@@ -141,14 +144,15 @@ def report_cortex_m(sources):
 
 
 def symbols(target):
-    """Size of each object in memory of an object file: name -> octets."""
+    """Dictionary: name -> octets of each object in memory of an object file."""
     lines = subprocess.run(["nm", "-S", str(target)], stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
     fields = [line.split() for line in lines]
     return {each[3]: int(each[1], 16) for each in fields if len(each) == 4 and each[2] in "bBdD"}
 
 
 def report_ram():
-    """Memory that each program of a subsystem reserves for it, with that of its host for each subsystem."""
+    """Print the memory that each program of a subsystem reserves for the subsystem, including the part of its
+    host."""
     source = OUT / "sizes.c"
     source.write_text(SIZES)
     sizes = symbols(compiled(source))

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Start of the mission's subsystems: from the first start of a program until all have parsed the
-/// descriptors, opened their resources and requested their first turn. Baseline: the same programs started
-/// the same way, ending at once.
+/// descriptors, opened their resources and requested their first turn. Baseline: the same programs, started
+/// in the same way, which end at once.
 #define _GNU_SOURCE
 #include "launcher/launcher_internal.h"
 #include "osal/include/osal/clock.h"
@@ -40,7 +40,7 @@ static void prepare(unsigned round)
     }
 }
 
-/// Milliseconds until every component waits for its turn: participant 0 gets the first only then.
+/// Milliseconds until every component waits for its turn; only then participant 0 gets the first turn.
 static double start_until_ready(void)
 {
     osal_grant_t grant;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Delay of the wake-ups of a loop of 2 kHz: the executive's wait (real clock, one socket to check) against a
-// bare absolute sleep, and cyclictest, alternating every second. All under SCHED_FIFO, on
-// processor 0.
+// Delay of the wake-ups of a loop of 2 kHz: the executive's wait (real clock, one socket to check), a bare
+// absolute sleep, and cyclictest, alternating every second. All run under SCHED_FIFO on processor 0.
 #define _GNU_SOURCE
 #include "osal/include/osal/clock.h"
 #include "test/bench/measure.h"
@@ -83,7 +82,7 @@ static bool cyclictest(lateness_t* lateness, unsigned round)
     }
     unsigned passed = 0U;
     for (unsigned at = HISTOGRAM; at > 0U;
-         at--) { // From above: the smallest bin that reaches the share is found last.
+         at--) { // From the top: the last hit is the smallest bin that reaches the share.
         lateness->p50_us[round] = (passed <= (total / 2U)) ? at - 1U : lateness->p50_us[round];
         lateness->p99_us[round] = (passed <= (total / 100U)) ? at - 1U : lateness->p99_us[round];
         passed += counts[at - 1U];

@@ -12,7 +12,7 @@
 #define ROUNDS 101U
 #define ROUND_NS 1000000.0
 #define PRIORITY 50
-/// Pause for other processes, since a comparison holds its processor for about a quarter of a second.
+/// Pause for other processes, because a comparison occupies its processor for about a quarter of a second.
 #define PAUSE_US 500000U
 
 static double now_ns(void)
@@ -70,7 +70,8 @@ void measure_report(const char* const name, const double* const values, const do
                  ratios[rounds - 1U - (rounds / 10U)]);
 }
 
-/// Run before all others if permitted, so that their turns do not count; with a pause, or return to normal.
+/// Run before all other processes, if permitted, so that their turns are not measured; or pause and return to
+/// normal priority.
 static void claim_processor(const bool is_claimed)
 {
     const struct sched_param parameters = {.sched_priority = is_claimed ? PRIORITY : 0};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Measuring: time of a call against a baseline in the same rounds, and the lines that run_bench.py reads.
+/// Measurement of a call against a baseline in the same rounds, and output of the lines that run_bench.py
+/// reads.
 #ifndef TEST_BENCH_MEASURE_H
 #define TEST_BENCH_MEASURE_H
 
@@ -10,7 +11,7 @@
 void measure_compare(const char* name, void (*act)(void), void (*baseline)(void), double work,
                      const char* unit, double ns_per_unit);
 
-/// The same figures for values measured elsewhere, one of each kind a round.
+/// Print the same figures for values that were measured elsewhere, one of each kind in a round.
 #define MEASURE_ROUNDS_MAX 128U
 void measure_report(const char* name, const double* values, const double* baselines, unsigned rounds,
                     const char* unit);

@@ -36,7 +36,7 @@ def row_of(words):
 
 
 def rows(command):
-    """The measurements of one program; raises CalledProcessError when it fails."""
+    """The measurements of one program; raises CalledProcessError if it fails."""
     output = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
     for line in output.splitlines():
         words = line.split()
@@ -62,7 +62,7 @@ def table(measured):
 
 
 def verdict(row, relation, limit):
-    """(True or False, or None if there is nothing to compare; text about it)."""
+    """(result, text): True or False, or None if there is nothing to compare."""
     if row is None:
         return None, "not measured"
     if "skipped" in row:
@@ -75,7 +75,8 @@ def verdict(row, relation, limit):
 
 
 def check(measured, is_part=False):
-    """Print which bounds hold; True if all do. is_part: only those of the rows that were measured."""
+    """Print which bounds are kept. Returns True if all are. is_part: check only the rows that were
+    measured."""
     by_name = {row["name"]: row for row in measured}
     lines = [line.split() for line in BOUNDS.read_text(encoding="utf-8").splitlines() if line and line[0] != "#"]
     lines = [line for line in lines if not is_part or line[0] in by_name]

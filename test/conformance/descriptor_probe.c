@@ -50,7 +50,8 @@ static const compiled_t all[] = {
     COMPILED(communication, COMMUNICATION),
 };
 
-/// Layout of one parameter: as the compiler made it, and as the descriptor library computes it.
+/// True if the layout of a parameter made by the compiler equals the one that the descriptor library
+/// computes.
 static bool agrees(const parameter_definition_t* const definition)
 {
     const descriptor_parameter_t* const found = descriptor_find_parameter(&descriptor, definition->name);
@@ -69,7 +70,7 @@ static bool agrees(const parameter_definition_t* const definition)
     return true;
 }
 
-/// Publish everything and set every initial value, as a subsystem does at its start.
+/// Publish all parameters and set every initial value, as a subsystem does at its start.
 static bool publishes(const compiled_t* const compiled)
 {
     static parameter_entry_t entries[DESCRIPTOR_PARAMETERS_MAX];

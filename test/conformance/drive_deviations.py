@@ -17,12 +17,12 @@ from hirosco_gse.dictionary import STATES, Dictionary  # noqa: E402
 MANIPULATOR, SUPERVISOR = 16, 1
 STAND_ALONE = 1
 NODES = (0x11, 0x12)
-LIMIT_S = 600.0  # Wall-clock; simulated time stands still while a slave computes.
+LIMIT_S = 600.0  # Wall-clock time; simulated time stands still while a slave computes.
 NOT_BOOTED, TIMEOUT, ABORTED, VALUE, FORMAT, REBOOTED, SILENT = 1, 2, 3, 4, 5, 6, 7
 
 
 class Ground:
-    """A ground user with wall-clock limits for waits only."""
+    """A ground user; its wall-clock limits only end waits."""
 
     def __init__(self, port):
         self.session = session.Session(Dictionary.load(ROOT / "build/generated/rokviss.json"))
@@ -49,7 +49,7 @@ class Ground:
             self.pump()
 
     def command(self, apid, service, subtype, data):
-        """Send a telecommand; its final verification report."""
+        """Send a telecommand and wait for the end of its verification. Returns the verification."""
         verification = self.session.send(session.Request(apid, service, subtype, bytes(data), f"TC[{service},{subtype}]"))
         self.wait(lambda: verification.is_finished, "end of verification")
         return verification
@@ -78,10 +78,11 @@ class Ground:
 
 
 class Stage:
-    """The flight, the ground and the slaves."""
+    """The flight, its ground user and its slaves."""
 
     def __init__(self, folder, interface=None, options=()):
-        """interface: SocketCAN interface of the slaves, if the run has one; options: further ones of the launcher."""
+        """interface: SocketCAN interface of the slaves, if the run has one; options: additional options of
+        the launcher."""
         scenario = flying.write_scenario(folder / "alone.scn", "0.0 hand rest", "0.0 fault unplug robot")
         tools = flying.free_port()
         self.flight = flying.start(folder / "run", "--scenario", scenario, "--tools", tools, "--duration", 36000, *options)
@@ -99,7 +100,7 @@ class Stage:
         return re.search(rf"127\.0\.0\.1:{port}\b", self.flight.console) is not None
 
     def drive(self, number):
-        """A slave."""
+        """The slave with this node id."""
         return self.slaves.drives[number]
 
     def play(self, change=None):
@@ -121,7 +122,7 @@ class Stage:
         return [tuple(values.values()) for name, values in self.events() if name == "DEVICE_REFUSED"]
 
     def close(self):
-        """Shut down and end."""
+        """Shut the mission down and end the flight."""
         self.ground.command(SUPERVISOR, 131, 5, [])
         self.ground.stream.close()
         self.flight.wait()
@@ -129,7 +130,7 @@ class Stage:
 
 
 def fly_without_deviations(stage):
-    """Two drives without deviations from OFFLINE to OPERATIONAL and back."""
+    """Bring two drives without deviations from OFFLINE to OPERATIONAL and back."""
     stage.play()
     assert stage.ground.request("PRE_OPERATIONAL")
     assert stage.ground.configure()

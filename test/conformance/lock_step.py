@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A python-can bus in lock-step with the simulator: time stands still until the received frames have been
-answered.
+"""A python-can bus in lock-step with the simulator: simulated time stands still until the received frames
+have been answered.
 
-Frames pass through the simulator's own port (socketcand), or an interface on which the simulator publishes
-the bus; the steps of time always through the port. Listeners run in the notifier's thread; `on_step` is
-called there at the end of each step."""
+Frames pass through the simulator's own port (socketcand) or through an interface on which the simulator
+publishes the bus; the steps of time always pass through the port. Listeners run in the notifier's thread,
+which calls `on_step` at the end of each step."""
 
 import re
 import socket
@@ -21,11 +21,11 @@ class LockStepBus(can.BusABC):
     """One bus of a simulator that serves tools on a port."""
 
     def __init__(self, port, bus, interface=None, every=1):
-        """interface: a SocketCAN interface for the frames, otherwise they pass through the port; every:
-        number of steps after which time waits."""
+        """interface: a SocketCAN interface for the frames; without one they pass through the port. every:
+        number of steps after which simulated time waits."""
         self.channel_info = f"{bus} in lock-step"
         self.on_step = []  # Called with the simulated time [s].
-        self.steps, self.every = 0, every  # Steps of the simulation since we joined.
+        self.steps, self.every = 0, every  # Steps since this bus has joined.
         self.ended = threading.Event()  # The simulator has closed the port.
         self._frames = can.Bus(interface="socketcan", channel=interface, fd=True) if interface else None
         self._socket = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
@@ -61,7 +61,8 @@ class LockStepBus(can.BusABC):
         self._input += octets
 
     def _recv_internal(self, timeout):
-        """The next frame. A step ends when all its frames have been delivered, which is when this is called again."""
+        """The next frame. This function is called again when all frames of a step have been delivered; then
+        the step ends."""
         while True:
             if self._reported is not None:
                 frame = self._frames.recv(0) if self._frames else None
@@ -80,7 +81,7 @@ class LockStepBus(can.BusABC):
                     return None, False
                 except (OSError, can.CanOperationError):
                     self.ended.set()
-                    time.sleep(0.05)  # This is called again until the bus is shut down.
+                    time.sleep(0.05)  # The function is called again until the bus is shut down.
                     return None, False
                 continue
             self._input = self._input[match.end():]
@@ -94,7 +95,7 @@ class LockStepBus(can.BusABC):
                                    is_extended_id=len(words[1]) > 3), False
 
     def send(self, msg, timeout=None):
-        """Send a frame; it is on the bus in the next step."""
+        """Send a frame, which is on the bus in the next step."""
         if self._frames:
             self._frames.send(msg, timeout)
         else:
@@ -102,7 +103,7 @@ class LockStepBus(can.BusABC):
             self._say(f"send {msg.arbitration_id:x} {msg.dlc} {octets}")
 
     def shutdown(self):
-        """Time continues without us."""
+        """Leave the simulation; time continues without this bus."""
         super().shutdown()
         self._socket.close()
         if self._frames:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A simulator without flight, for masters and tools of other projects."""
+"""A simulator without flight software, for masters and tools of other projects."""
 
 import pathlib
 import re
@@ -30,14 +30,14 @@ class Simulator:
         self.networks = []
 
     def connect(self, bus):
-        """A network on one of its buses, over the tool port."""
+        """A network on one of the simulator's buses, over the tool port."""
         network = canopen.Network()
         network.connect(interface="socketcand", host="127.0.0.1", port=self.port, channel=bus)
         self.networks.append(network)
         return network
 
     def close(self):
-        """End it; it must end without error."""
+        """End the simulator; it must end without error."""
         for network in self.networks:
             network.disconnect()
         self.process.send_signal(signal.SIGTERM)
@@ -46,13 +46,13 @@ class Simulator:
 
 
 def pass_time(network, milliseconds):
-    """For `--in-step --quantum 2000`: each frame buys 2 ms of simulated time."""
+    """Let simulated time pass; for `--in-step --quantum 2000`, in which each frame lets 2 ms pass."""
     for _ in range(milliseconds // 2):
         network.send_message(SYNC, [])
 
 
 def patient(node):
-    """A node of profile 402 with time-outs that suit a busy machine."""
+    """Give a node of profile 402 time-outs for a busy machine."""
     node.sdo.RESPONSE_TIMEOUT = BOUND_S
     node.TIMEOUT_SWITCH_STATE_FINAL = node.TIMEOUT_SWITCH_STATE_SINGLE = BOUND_S
     node.TIMEOUT_SWITCH_OP_MODE = node.TIMEOUT_CHECK_TPDO = node.TIMEOUT_HOMING_DEFAULT = BOUND_S
@@ -60,7 +60,7 @@ def patient(node):
 
 
 def until(condition, what):
-    """Poll; simulated time continues meanwhile if a client advances it."""
+    """Poll until a condition holds; simulated time continues only if a client advances it."""
     end = time.monotonic() + BOUND_S
     while not condition():
         assert time.monotonic() < end, f"{what}: not within {BOUND_S} s"

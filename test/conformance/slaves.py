@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Joint drives made from PyPI canopen's LocalNode, in the simulator's time; without deviations unless set
-otherwise.
+"""Joint drives made from PyPI canopen's LocalNode, in simulated time; without deviations unless a test sets
+some.
 
-SDO server, object dictionary and PDO packing are canopen's; the drive's states, NMT, SYNC and heartbeat are
-here, because canopen's own run in wall-clock time."""
+SDO server, object dictionary and PDO packing are those of canopen; the states of the drive, NMT, SYNC and
+heartbeat are implemented here, because those of canopen run in wall-clock time."""
 
 import contextlib
 import pathlib
@@ -37,14 +37,14 @@ class Slaves:
             function, done = self.calls.pop(0)
             try:
                 function()
-            except Exception as failure:  # Any exception is passed to the caller.
+            except Exception as failure:  # The caller gets the exception.
                 self.failure = failure
             done.set()
         for drive in self.drives.values():
             drive.step(now)
 
     def call(self, function):
-        """Call between two steps; wait until it is done."""
+        """Call a function between two steps and wait until it has returned."""
         done = threading.Event()
         self.calls.append((function, done))
         assert done.wait(lock_step.PATIENCE_S), "the simulation stands still"
@@ -52,7 +52,7 @@ class Slaves:
             raise self.failure
 
     def close(self):
-        """Time continues without them."""
+        """Leave the simulation; time continues without the drives."""
         self.network.disconnect()
 
 
@@ -92,7 +92,7 @@ class Drive:
         self._map()
 
     def forget(self, index):
-        """An object that this device does not have."""
+        """Remove an object, which this device then does not have."""
         del self.node.object_dictionary[index]
 
     def _unmap(self):
@@ -146,7 +146,7 @@ class Drive:
         self.last_boot = self.last_beat = self.now
 
     def step(self, now):
-        """End of a step of the simulation."""
+        """End a step of the simulation."""
         self.now = now
         if self.boot_again_every and now - self.last_boot >= self.boot_again_every:
             self._boot(0.0)

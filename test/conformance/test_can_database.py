@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The generated CAN databases against cantools, python-can and tshark, on all frames of a flight: none is
+"""The generated CAN databases and cantools, python-can and tshark, on all frames of a flight: no frame is
 unknown, and physical values equal those of the simulator."""
 
 import collections
@@ -53,7 +53,7 @@ def generate(mission, out):
 
 @pytest.fixture(scope="module")
 def generated(tmp_path_factory):
-    """Folder of the databases, made now."""
+    """Folder of the newly generated databases."""
     out = tmp_path_factory.mktemp("generated")
     done = generate(MISSION, out)
     assert done.returncode == 0, done.stderr
@@ -62,7 +62,7 @@ def generated(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def databases(generated):
-    """cantools' view of each, with all its checks."""
+    """The databases as cantools loads them, with all its checks."""
     return {bus: cantools.database.load_file(generated / f"rokviss-{bus}.dbc", strict=True) for bus in BUSES}
 
 
@@ -77,7 +77,7 @@ def flight(tmp_path_factory):
 
 
 def frames_of(flight, bus):
-    """python-can's frames of a whole log, each once."""
+    """All frames of a log as python-can reads them."""
     lines = [line for line in flight.read(f"can-{bus}.log").splitlines() if not REPORT.search(line)]
     count = 0
     for count, frame in enumerate(can.CanutilsLogReader(io.StringIO("\n".join(lines))), 1):
@@ -93,7 +93,7 @@ def values_of(database, frame):
 
 @pytest.fixture(scope="module")
 def decoded(flight, databases):
-    """By bus and message: frames of the whole log with their values."""
+    """Frames of the whole log with their values, by bus and message."""
     found = {}
     for bus in BUSES:
         messages = collections.defaultdict(list)
@@ -111,7 +111,7 @@ def series(decoded, bus, message, signal):
 
 
 def test_the_databases_of_the_flown_mission_are_in_build(generated):
-    """`make` has made the same files in the place that the README names."""
+    """`make` has made the same files in the folder that the README names."""
     for bus in BUSES:
         name = f"rokviss-{bus}.dbc"
         assert (ROOT / "build/generated" / name).read_text() == (generated / name).read_text()
@@ -144,7 +144,8 @@ def test_all_kinds_of_frames_were_there(decoded):
 
 
 def test_cantools_decodes_a_log_as_the_readme_says(flight, generated):
-    """Its command line takes a quarter of a millisecond per line, so it gets one line of each identifier."""
+    """The command line tool needs a quarter of a millisecond for a line, so it gets only one line of each
+    identifier."""
     lines = list({line.split(" ")[2].partition("#")[0]: line for line in flight.read("can-joystick.log").splitlines()}.values())
     command = [sys.executable, "-m", "cantools", "decode", "--single-line", generated / "rokviss-joystick.dbc"]
     told = subprocess.run(command, input="\n".join(lines) + "\n", check=True, capture_output=True, text=True).stdout
@@ -155,7 +156,8 @@ def test_cantools_decodes_a_log_as_the_readme_says(flight, generated):
 
 @pytest.mark.parametrize("joint", [1, 2])
 def test_positions_and_torques_are_those_of_the_truth(flight, decoded, joint):
-    """A drive samples its published values at SYNC; the truth has the end of each step of 0.5 ms."""
+    """A drive samples its published values at SYNC; the truth has the values at the end of each step of 0.5
+    ms."""
     truth = runs.load(flight.folder).truth
     times, positions = series(decoded, "robot", f"JOINT{joint}_TPDO1", "PositionActualValue")
     assert np.ptp(positions) > 0.08  # The arm has moved.
@@ -175,7 +177,8 @@ def test_telemetry_reports_the_same_positions(flight, decoded):
     assert len(told) > 8
     for time_us, values in told:
         last = positions[np.searchsorted(times, time_us) - 1]
-        assert abs(values["POSITION"][0] - last) < 1.5e-3  # After the elastic gear: up to 1 mrad at 8 Nm.
+        # The encoder is on the motor side of the elastic gear: up to 1 mrad at 8 Nm.
+        assert abs(values["POSITION"][0] - last) < 1.5e-3
 
 
 def test_other_physical_values_are_plausible(decoded):
@@ -206,7 +209,7 @@ def test_wireshark_names_every_frame(flight, bus, suffix):
 
 
 def assert_wireshark_names_every_frame(flight, bus, suffix):
-    """Each frame is CANopen and none is malformed; the others are reports of the controller."""
+    """Each frame is CANopen and none is malformed; the remaining frames are reports of the controller."""
     arguments = ["tshark", "-r", flight.folder / f"can-{bus}.{suffix}", "-d", "can.subdissector,canopen", "-T", "fields",
                  "-e", "_ws.col.Protocol", "-e", "can.flags.err", "-e", "_ws.malformed", "-e", "_ws.col.Info"]
     told = subprocess.run(arguments, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout
@@ -220,7 +223,7 @@ def assert_wireshark_names_every_frame(flight, bus, suffix):
 
 @pytest.mark.long
 def test_whole_telepresence_is_known(tmp_path, databases):
-    """A million frames, by cantools and by tshark."""
+    """cantools and tshark read a million frames."""
     flown = flying.fly(tmp_path / "telepresence", "--form", "image", "--scenario", "telepresence")
     assert flown.code == 0, flown.told()
     for bus in BUSES:
@@ -239,7 +242,7 @@ def test_whole_telepresence_is_known(tmp_path, databases):
 
 @pytest.fixture
 def copied(tmp_path):
-    """A copy of descriptors and generator for changes; edit(file, old, new), then make()."""
+    """A copy of descriptors and generator that may be changed: edit(file, old, new), then make()."""
     for part in ("descriptors", "gse/generator", "pus/catalogue"):
         shutil.copytree(ROOT / part, tmp_path / part)
     (tmp_path / "pus" / "core").mkdir()
@@ -277,7 +280,7 @@ def test_a_faulty_descriptor_or_sheet_is_refused_with_its_place(copied, file, ol
 
 
 def test_the_database_follows_the_settings(copied):
-    """Another identifier by a setting of one configuration is one more message."""
+    """If a setting of one configuration changes an identifier, the database has an additional message."""
     copied.edit("subsystems/manipulator.xml", 'object="0x1400:01" type="UINT32" value="0x00000211"',
                 'object="0x1400:01" type="UINT32" value="0x00000221"')
     made = copied.make()

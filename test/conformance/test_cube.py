@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A satellite in a world of its own, flown by an independent master (PyPI canopen): wheels turn it, sensors measure its rotation.
+"""A satellite in a separate world, controlled by an independent master (PyPI canopen): wheels turn it, and
+sensors measure its rotation.
 
-The simulator stands still until the master sends, so the results do not depend on the speed of the machine."""
+The simulator waits until the master sends, so the results do not depend on the speed of the machine."""
 
 import importlib
 import queue
@@ -23,7 +24,7 @@ TORQUES = (0.2, 0.1, -0.1, 0.05)
 
 @pytest.fixture(scope="module")
 def types(tmp_path_factory):
-    """The Python package that lcm-gen makes of the types of the truth log."""
+    """The Python package that lcm-gen makes from the types of the truth log."""
     folder = tmp_path_factory.mktemp("lcm")
     generator = ROOT / "build/venv/bin/lcm-gen"
     subprocess.run([generator, "-p", "--ppath", folder, *sorted((ROOT / "sim/truth").glob("*.lcm"))], check=True)
@@ -40,7 +41,7 @@ def truth(folder, types, channel):
 
 
 def at_each_step(messages):
-    """The messages of a channel of which the log leaves out those at rest: one for each step."""
+    """Messages of a channel, one for each step: those at rest, which the log leaves out, are filled in."""
     found = []
     for message, following in zip(messages, [*messages[1:], None]):
         found += [message] * (round((following.time_ns - message.time_ns) / STEP_NS) if following else 1)
@@ -52,7 +53,7 @@ def test_the_world_is_one_by_its_schema():
 
 
 def booted(simulator, numbers, sheet, kind=canopen.RemoteNode):
-    """The network, and nodes of one sheet on it, configured from the sheet."""
+    """The network with nodes of one data sheet, which are configured from the sheet."""
     network = simulator.networks[0] if simulator.networks else simulator.connect("platform")
     nodes = []
     for number in numbers:
@@ -70,7 +71,8 @@ def booted(simulator, numbers, sheet, kind=canopen.RemoteNode):
 
 
 def command(network, nodes, controlword, torques=(0, 0, 0, 0)):
-    """One cycle of the wheels: every RPDO, then SYNC, then the answer of the last, so that no cycle overtakes another."""
+    """One cycle of the wheels: every RPDO, SYNC, then the answer of the last wheel, so that no cycle
+    overtakes another."""
     for node, torque in zip(nodes, torques):
         node.rpdo[1]["Controlword"].raw = controlword
         node.rpdo[1]["Target torque"].raw = round(torque / TORQUE_NM)
@@ -107,7 +109,8 @@ def momentum(base, wheels):
 
 
 def test_wheels_take_and_give_momentum(tmp_path, types):
-    """Each wheel has the commanded torque times the time, the satellite has the opposite, and their sum stays."""
+    """Each wheel gets the commanded torque times the time, the satellite gets the opposite, and the sum does
+    not change."""
     simulator = Simulator(tmp_path, "--in-step", "--quantum", "2000", world=CUBE)
     network, nodes = booted(simulator, WHEELS, "wheel", BaseNode402)
     enable(network, nodes)
@@ -142,13 +145,13 @@ def of_angles(rpy):
 
 
 def values(node, *numbers):
-    """Numbers of the mapped objects of all TPDOs, one after the other, as they are."""
+    """Raw numbers of the mapped objects of all TPDOs in order."""
     mapped = [variable.raw for number in range(1, len(node.tpdo) + 1) for variable in node.tpdo[number]]
     return numpy.array([mapped[number] for number in numbers], float)
 
 
 def sync(network, node):
-    """One SYNC, and the last answer to it."""
+    """Send one SYNC and wait for the last answer to it."""
     network.sync.transmit()
     node.answers.get(timeout=BOUND_S)
 
@@ -158,7 +161,8 @@ def angle(turn):
 
 
 def test_a_master_stops_the_satellite_by_its_gyro(tmp_path, types):
-    """Rates of the gyro, torques of the wheels by their pseudo-inverse: the satellite stops, and the wheels have its momentum."""
+    """The master computes torques of the wheels from rates of the gyro, with the pseudo-inverse: the
+    satellite stops, and the wheels have its momentum."""
     simulator = Simulator(tmp_path, "--in-step", "--quantum", "8000", world=CUBE)
     network, wheels = booted(simulator, WHEELS, "wheel", BaseNode402)
     _, (gyro,) = booted(simulator, [SENSORS["gyro"]], "gyro")
@@ -182,7 +186,8 @@ def test_a_master_stops_the_satellite_by_its_gyro(tmp_path, types):
     assert numpy.linalg.norm(bases[0].rate_rad_s[0]) > 0.03
     assert numpy.linalg.norm(bases[-1].rate_rad_s[0]) < 3e-4
     assert drift < 1e-6
-    assert angle(rotation(measured).T @ rotation(bases[-1].rotation[0]) @ mount) < 1e-3  # Noise, and rate times 0.2 s.
+    # Within noise and rate times 0.2 s.
+    assert angle(rotation(measured).T @ rotation(bases[-1].rotation[0]) @ mount) < 1e-3
     assert 60 < len(seen) < 130  # 5 Hz.
     assert stamp[0] > 300 and stamp[1] < 50000 and stamp[2] == 0
 
@@ -210,7 +215,8 @@ def test_the_gyro_measures_the_rate_of_its_link(tmp_path, types):
     turn = rotation(bases[-1].rotation[0])
     place = numpy.array(other) + rotation(bases[-1].rotation[1]) @ [0.3, 0.1, 0.6]
     camera_at = numpy.array(ours) + turn @ [0.6, 0, 0]
-    assert numpy.linalg.norm((turn @ of_angles((0, 0.1, 0))).T @ (place - camera_at) - found) < 0.03  # 0.13 s old, and noise.
+    # The pose is 0.13 s old and has noise.
+    assert numpy.linalg.norm((turn @ of_angles((0, 0.1, 0))).T @ (place - camera_at) - found) < 0.03
 
 
 def test_faults_of_a_scenario_act_on_sensors_and_wheels(tmp_path, types):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The devices' data sheets (EDS) as PyPI canopen reads them, object by object against those of the simulated
-devices."""
+"""The data sheets (EDS) of the devices, as PyPI canopen reads them, compared object by object with the
+simulated devices."""
 
 import configparser
 import pathlib
@@ -18,10 +18,10 @@ from generator import sheet as reader  # noqa: E402
 
 # World, bus and node of the device that is simulated.
 PLACES = {"joint-drive": ("rokviss", "robot", 0x11), "joystick": ("rokviss", "joystick", 0x21), "valve-box": ("actuators", "platform", 0x3A)}
-# The sheets of a satellite are those of its own world.
+# The sheets of the satellite's devices belong to its own world.
 OF_CUBE = {element.get("eds").removesuffix(".eds"): (None, element.get("bus"), int(element.get("node"), 0))
            for element in ET.parse(CUBE).getroot() if element.get("eds")}
-# Any other sheet is that of a device in place of one of these, by the first object that it has.
+# Any other sheet replaces one of these devices, which the first object that it contains determines.
 MARKS = {"[6840]": "joystick", "[6200]": "valve-box", "[6040]": "joint-drive"}
 IN_PLACE_OF = {path.stem: next(name for mark, name in MARKS.items() if mark in path.read_text(encoding="utf-8"))
                for path in SHEETS.glob("*.eds") if path.stem not in OF_CUBE}
@@ -33,7 +33,7 @@ ACCESS = {"const", "ro", "rw", "rww", "rwr", "wo"}
 
 
 def variables(dictionary):
-    """Every variable: objects that are one, and the members of the others."""
+    """Every variable: objects that are variables, and the members of other objects."""
     for entry in dictionary.values():
         yield from [entry] if isinstance(entry, ODVariable) else entry.values()
 
@@ -70,7 +70,7 @@ def test_every_variable_is_described_in_full(sheet):
         assert variable.name and variable.data_type in canopen.objectdictionary.datatypes.NUMBER_TYPES + (9,), name
         assert variable.default is not None, name
     for index, entry in dictionary.items():
-        if not isinstance(entry, ODVariable) and index != 0x1003:  # There it is the number of errors.
+        if not isinstance(entry, ODVariable) and index != 0x1003:  # In 0x1003 it is the number of errors.
             highest = max(entry)
             assert entry[0].default == highest or 0x1600 <= index < 0x1C00 and entry[0].default < highest, f"{index:04X}"
 
@@ -106,7 +106,7 @@ def test_the_reader_of_the_ground_finds_the_same_objects(sheet):
 
 @pytest.fixture(scope="module")
 def device(sheet, tmp_path_factory):
-    """The simulated device, booted, behind canopen's node."""
+    """The simulated device, which has booted, as a node of canopen."""
     name, path, _ = sheet
     place, bus, number = DEVICES[name]
     folder = tmp_path_factory.mktemp("sheet")
@@ -147,7 +147,7 @@ def test_every_object_of_the_sheet_is_served_with_its_size_and_default(device):
 
 
 def test_nothing_is_served_that_is_not_in_the_sheet(device):
-    """The neighbours of every object, and the sub-index after the last one of each."""
+    """The neighbours of every object and the sub-index after the last one of each object do not exist."""
     dictionary = device.object_dictionary
     for index in dictionary:
         for neighbour in (index - 1, index + 1):
@@ -159,7 +159,8 @@ def test_nothing_is_served_that_is_not_in_the_sheet(device):
 
 
 def test_access_types_are_those_of_the_sheet(device):
-    """An object that can be written accepts its own value; any other refuses it with the right code."""
+    """An object that can be written accepts its own value; any other object refuses it with the correct
+    code."""
     counts = {"refused": 0, "taken": 0, "not now": 0}
     for variable in variables(device.object_dictionary):
         raw = device.sdo.upload(variable.index, variable.subindex)

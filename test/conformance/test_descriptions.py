@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Each parameter of each mission has a description, and a unit or words for its numbers, in dictionary and XTCE database; each
-message has a name."""
+"""Each parameter of each mission has a description, and a unit or words for its numbers, in the dictionary
+and in the XTCE database; each message has a name."""
 
 import json
 import pathlib
@@ -72,7 +72,7 @@ class _Types:
             self._collect(child, path)
 
     def bare(self, what, reference, name):
-        """Numbers without a unit, and members without a description, of a type."""
+        """Names of the numbers of a type that have no unit, and of the members that have no description."""
         kind = self.types[what, reference]
         form = kind.tag.removeprefix(SPACE).removesuffix("Type").removesuffix(what)
         if form == "Array":
@@ -87,7 +87,8 @@ class _Types:
 
 @pytest.mark.parametrize("mission", MISSIONS)
 def test_each_parameter_and_argument_of_the_database_has_a_description_and_a_unit_or_words(mission):
-    """All but those that only serve to find the entries behind them, with two underscores in their name."""
+    """This excludes entries that only serve to find the entries after them; their names contain two
+    underscores."""
     known = _Types(ET.parse(ROOT / "build" / "generated" / f"{mission}.xtce.xml").getroot())
     wrong = []
     for what, name, one in known.items:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names for numbers and for failures: two readers of one descriptor, C and Python, agree; the constants in C."""
+"""Names for numbers and for failures: the readers in C and Python agree about a descriptor; the names are
+constants in C."""
 
 import subprocess
 

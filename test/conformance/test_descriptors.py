@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The descriptors against their schemas; the generator's output; and two readers of one file, C and Python,
-that must agree on every verdict, line and hash - for the mission as it is and for hundreds of damaged
-copies of it."""
+"""The descriptors and their schemas; the generator's output; and two readers of one file, in C and Python,
+which must agree on every verdict, line and hash, for the mission as it is and for hundreds of damaged
+copies."""
 
 import json
 import pathlib
@@ -44,7 +44,7 @@ def generate(mission, out):
 
 @pytest.fixture(scope="module")
 def generated(tmp_path_factory):
-    """Folder that holds generated/."""
+    """Folder that contains generated/."""
     folder = tmp_path_factory.mktemp("generator")
     done = generate(MISSION, folder / "generated")
     assert done.returncode == 0, done.stderr
@@ -138,7 +138,7 @@ VALUES = (
 
 
 def damage(text, chance):
-    """A copy of a descriptor with one mistake (or, by chance, none)."""
+    """A copy of a descriptor with one mistake or, by chance, with none."""
     kind = chance.randrange(6)
     attributes = list(re.finditer(r' (\w+)="([^"]*)"', text))
     lines = text.split("\n")
@@ -157,7 +157,7 @@ def damage(text, chance):
 
 
 def line_of(error):
-    """Line that an error message names."""
+    """Line number in an error message."""
     return re.match(r".*?:(\d+): ", error)[1]
 
 
@@ -173,7 +173,7 @@ def test_both_readers_agree_on_damaged_subsystems(probe, tmp_path, seed):
 
 
 def test_both_readers_and_the_schema_agree_on_end_nodes(probe, tmp_path):
-    """Every type with each single attribute about the transfer of octets, right and wrong."""
+    """Every type of end node with each attribute for the transfer of octets, correct and wrong."""
     text = (DESCRIPTORS / "subsystems" / "joystick.xml").read_text()
     before = re.search(r"<Endnode [^>]*/>", text)[0]
     named = 'name="x"'
@@ -204,7 +204,8 @@ def test_both_readers_agree_on_damaged_missions(probe, tmp_path, seed):
 
 
 def test_both_readers_agree_on_the_readers_of_a_port_and_the_schema_on_its_writers(probe, tmp_path):
-    """The port of a mission with up to six readers, two writers for one port, and a port that reads its own subsystem."""
+    """A port of a mission with up to six readers, two writers for one port, and a subsystem that reads its
+    own port."""
     shutil.copytree(DESCRIPTORS / "subsystems", tmp_path / "subsystems")
     (tmp_path / "missions").mkdir()
     stick = re.sub(r"<Devices>.*?</Devices>", "", (tmp_path / "subsystems" / "joystick.xml").read_text(), flags=re.DOTALL)  # A bus has one master.
@@ -279,7 +280,7 @@ def test_both_readers_agree_on_damaged_structures_within_structures_and_loops(pr
 
 
 def compare_damaged(probe, tmp_path, document, seed):
-    """A document and many damaged copies of it."""
+    """Compare the readers on a document and on many damaged copies of it."""
     chance = random.Random(200 + seed)
     paths = []
     for number in range(250):
@@ -317,7 +318,8 @@ int main(void)
 
 
 def compare(probe, kind, paths):
-    """Same verdict; same hashes if accepted, same line if refused. What is accepted is valid against the schema."""
+    """Expect the same verdict of both readers, with the same hashes or the same line; an accepted file must
+    also be valid against the schema."""
     verdicts = {True: 0, False: 0}
     accepted = []
     for path, in_c in zip(paths, read_in_c(probe, kind, paths)):
@@ -344,7 +346,7 @@ def assert_valid(kind, paths):
 
 @pytest.fixture
 def copy(tmp_path):
-    """A copy of the descriptors for changes: returns (mission, function that replaces text in a file)."""
+    """A copy of the descriptors that may be changed: (mission, function that replaces text in a file)."""
     shutil.copytree(DESCRIPTORS, tmp_path / "descriptors")
 
     def spoil(name, old, new):
@@ -394,7 +396,7 @@ def test_the_build_checks_worlds_that_no_mission_is_named_as(copy, tmp_path):
 
 
 def test_the_build_refuses_more_buses_than_the_simulator_has(copy, tmp_path):
-    """The mission lists two buses of the world and two more; the world has up to five others."""
+    """The mission lists two buses of the world and two other ones; the world has up to five more."""
     mission, spoil = copy
     benches = [f'<Bench name="B{index}" type="light" bus="more-{index}" node="2" eds="e" contact="0" stiffness="0" range="1"/>\n'
                for index in range(5)]
@@ -415,12 +417,13 @@ def test_generator_writes_only_changed_files(copy, tmp_path):
     before = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
     assert generate(mission, out).returncode == 0
     assert {path.name: path.stat().st_mtime_ns for path in out.iterdir()} == before
-    spoil("subsystems/joystick.xml", 'init="0.85"', 'init="0.9"')  # Configuration: no header changes.
+    # A part of the configuration, so no header changes.
+    spoil("subsystems/joystick.xml", 'init="0.85"', 'init="0.9"')
     assert generate(mission, out).returncode == 0
     after = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
     changed = {name for name in after if after[name] != before.get(name)}
     buses = {f"rokviss-{bus}.dbc" for bus in ("robot", "robot-b", "joystick", "joystick-b")}
-    assert changed == {"rokviss.json", "rokviss.lua"} | buses  # They name the configuration.
+    assert changed == {"rokviss.json", "rokviss.lua"} | buses  # These contain the name of the configuration.
 
 
 @pytest.mark.parametrize(

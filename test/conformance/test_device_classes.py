@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of device classes that flight software gets from data sheets: modules of CiA 401 and 404, manufacturer
-objects, units of drives; and the sheets that it refuses."""
+"""The table of device classes that the flight software gets from data sheets: modules of CiA 401 and 404,
+manufacturer objects, units of drives; and data sheets that are refused."""
 
 import functools
 import math
@@ -99,7 +99,7 @@ def test_flight_finds_what_the_sheets_say(tmp_path):
         (_sheet({}), "no default of 0x1000:00"),
         (_sheet({(0x1000, 0): (7, "0x192")}), "no controlword 0x6040"),
         (_sheet(DRIVE), "units of axis 1: expected angles in 0x60A8 and 0x60A9, or 0x608F and 0x6091"),
-        (_sheet(DRIVE | {(0x60A8, 0): (7, "0xFA010000")}), "units of axis 1"),  # Metres.
+        (_sheet(DRIVE | {(0x60A8, 0): (7, "0xFA010000")}), "units of axis 1"),  # The unit is metres.
         (_sheet(DRIVE | TURNS, [(0x1400, "$NODEID+0x200", 1, [0x60710010])]), "torque 0x6071 in a PDO: expected the rated torque"),
         (_sheet(DRIVE | TURNS, [(0x1400, "0x211", 1, [0x60400010])]), "0x1400:01: expected $NODEID"),
         (_sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [0x60410010, 0x60640020, 0x60640020])]), "0x1a00: expected at most 8 octets"),
@@ -122,7 +122,7 @@ def test_a_sheet_that_flight_cannot_use_is_refused_with_its_file(tmp_path, text,
 
 
 def test_a_class_keeps_the_hash_of_its_sheet(tmp_path):
-    """FNV-1a of the octets, computed here in another way; all sheets together have one hash, too."""
+    """FNV-1a of the octets, computed here by another implementation; all sheets together have a hash, too."""
     def fnv(octets):
         return functools.reduce(lambda value, octet: ((value ^ octet) * 0x100000001B3) % 2**64, octets, 0xCBF29CE484222325)
 

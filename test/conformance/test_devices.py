@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated devices against an independent master: PyPI canopen over the simulator's socketcand port, for
-the cases that test/hil/test_canopen.py does not cover. The simulator stands still until the master sends,
-so the results do not depend on the speed of the machine."""
+"""The simulated devices and an independent master: PyPI canopen over the simulator's socketcand port, for the
+cases that test/hil/test_canopen.py does not cover. The simulator waits until the master sends, so the results
+do not depend on the speed of the machine."""
 
 import re
 import subprocess
@@ -64,7 +64,7 @@ def test_the_master_remaps_a_pdo(drive):
 
 
 def enable(drive, mode):
-    """To OPERATION ENABLED by the profile code of canopen."""
+    """Bring a drive to OPERATION ENABLED with the profile code of canopen."""
     drive.sdo[0x1400][5].raw = 0  # This master is no real-time master: no deadline.
     drive.sdo[0x6060].raw = mode
     drive.setup_402_state_machine()
@@ -105,12 +105,13 @@ def test_homing_ends_at_the_stop_and_moves_the_zero(drive):
     assert 0x0000 in bits
     assert sorted(set(bits)) == [0x0000, 0x0400, 0x1400]
     assert drive.is_homed()
-    assert abs(drive.tpdo[1]["Position actual value"].raw - 1234) < 15000  # It yields to gravity by load over gain.
+    # The drive yields to gravity by load over gain.
+    assert abs(drive.tpdo[1]["Position actual value"].raw - 1234) < 15000
     stop_cycle(drive)
 
 
 def tshark(path, *options):
-    """(protocol, info) of every frame, with CANopen on top of CAN."""
+    """(protocol, info) of every frame, which tshark decodes as CANopen on CAN."""
     arguments = ["tshark", "-r", str(path), "-d", "can.subdissector,canopen", "-T", "fields",
                  "-e", "_ws.col.Protocol", "-e", "_ws.col.Info", *options]
     output = subprocess.run(arguments, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The dictionary of each mission against descriptors/schema/dictionary.schema.json, and that schema against what the generator can write."""
+"""The dictionary of each mission and descriptors/schema/dictionary.schema.json: the dictionaries are valid,
+and the schema fits what the generator can write."""
 
 import copy
 import json
@@ -25,7 +26,7 @@ def dictionary(mission):
 
 
 def wrong(content):
-    """Places in a dictionary that the schema refuses, with the reason."""
+    """Places in a dictionary that the schema refuses, with the reasons."""
     found = jsonschema.Draft202012Validator(SCHEMA).iter_errors(content)
     return {"/".join(map(str, error.absolute_path)): error.message for error in found}
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The generated documentation: complete, in agreement with headers, descriptors and code, and without a
-broken link."""
+"""The generated documentation is complete, agrees with headers, descriptors and code, and has no broken
+link."""
 
 import json
 import pathlib
@@ -20,7 +20,7 @@ SCALARS = {"UINT8": "B", "UINT16": "H", "UINT32": "I", "UINT64": "Q", "INT8": "b
 
 
 def make(out):
-    """Run the generator as `make docs` does; the finished process."""
+    """Run the generator as `make docs` does. Returns the finished process."""
     return subprocess.run(["/usr/bin/python3", ROOT / "gse" / "docs" / "make_docs.py", "--out", out], capture_output=True, text=True)
 
 
@@ -49,7 +49,8 @@ def test_documentation_is_small_and_loads_nothing_from_outside(docs):
 
 
 def test_links_have_targets(docs):
-    """Independent of the generator's own check: every relative link is a file, every anchor an id or a name."""
+    """Independently of the generator's check: every relative link is a file, and every anchor is an id or a
+    name."""
     count = 0
     for path in docs.glob("*.html"):
         for link in re.findall(r'(?:href|src)="([^"]+)"', path.read_text(encoding="utf-8")):
@@ -92,14 +93,16 @@ def test_every_public_function_has_its_place(docs, library):
 
 
 def test_contracts_are_reported(docs):
-    """The contract of a header, a struct's fields, a function's statuses: as written."""
+    """The contract of a header, the fields of a struct and the statuses of a function are shown as they are
+    written."""
     text = re.sub(r"<[^>]+>", "", page(docs, "api-subsystem.html"))
     for words in ("A specific subsystem is a table of callbacks", "Bumpless: actuators on.", "STATUS_STALE (sample delivered, but older than allowed)"):
         assert words in text
 
 
 def searched(docs, question):
-    """Addresses that the search finds, the best first: runs its script by an interpreter without a browser."""
+    """Addresses that the search finds, the best first. Its script is run by an interpreter without a
+    browser."""
     code = docs.parent / "search-test.js"
     code.write_text(f"load({json.dumps(str(docs / 'search-index.js'))}); load({json.dumps(str(docs / 'search.js'))});\n"
                     f"searchFind(searchIndex, {json.dumps(question)}).forEach(function (found) {{ print(found.address); }});\n")
@@ -139,7 +142,7 @@ def test_every_page_has_the_field_of_the_search(docs):
 
 
 def test_layer_graph_is_that_of_the_code(docs):
-    """Edges are includes that exist; every include's layer is reached by edges."""
+    """Edges of the graph are includes that exist, and every include is covered by edges."""
     text = page(docs, "architecture.html")
     edges = set(re.findall(r"<title>([\w/]+)(?:&#45;|-)(?:&gt;|>)([\w/]+)</title>", text))
     assert len(edges) > 25
@@ -170,7 +173,7 @@ def test_layer_graph_is_that_of_the_code(docs):
 
 
 def test_interface_control_document_agrees_with_the_dictionary(docs):
-    """Ids, and offsets of structures as struct packs them."""
+    """Ids, and the offsets of structures as Python's struct computes them."""
     content = json.loads((ROOT / "build" / "generated" / "rokviss.json").read_text(encoding="utf-8"))
     text = page(docs, "icd-rokviss.html")
     for subsystem in content["subsystems"]:
@@ -192,7 +195,7 @@ def test_interface_control_document_agrees_with_the_dictionary(docs):
 
 
 def test_a_descriptor_with_a_mistake_is_reported(tmp_path):
-    """The generator ends with file, line, value and expected value; it leaves no incomplete result."""
+    """The generator ends with file, line, value and expected value, and leaves no incomplete result."""
     copy = tmp_path / "tree"
     copy.mkdir()
     for name in ("gse/docs", "gse/generator", "descriptors", "pus/catalogue", "pus/core/tailoring.h", "test/lint"):

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The flight side's master with slaves that it does not know: PyPI canopen's LocalNode, in lock-step with the
-flight.
+"""The flight software as master of unknown slaves: LocalNode of PyPI canopen, in lock-step with the flight.
 
 One flight of the manipulator with its own drives unplugged. In each case a drive has one deviation; the
-outcome is an event that names node and reason, and a defined state. In between, and at the end, two drives
-without deviations are flown."""
+result is an event with node and reason, and a defined state. In between and at the end, two drives without
+deviations are used."""
 
 import pytest
 import slaves
@@ -30,7 +29,7 @@ def stage(tmp_path_factory):
 
 @pytest.fixture
 def down(stage):
-    """Ends each case as an operator would: all off, nothing left over."""
+    """End each case as an operator would: the subsystem is OFFLINE and no event is left."""
     yield
     if stage.ground.state != "OFFLINE":
         assert stage.ground.request("OFFLINE")

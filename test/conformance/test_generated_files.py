@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the generator makes of the descriptors: the same octets each time, in every file the interface that it is made for, and the
-tables of a dissector as expected."""
+"""The files that the generator makes from the descriptors: they have the same octets each time, every file
+contains the interface for which it is made, and the tables of a dissector are as expected."""
 
 import json
 import os
@@ -21,7 +21,8 @@ import run as yamcs_run  # noqa: E402
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """Two folders, made with another order of sets and dicts by hash, from other working directories."""
+    """Two folders that were generated with different hash orders of sets and dictionaries and in different
+    working directories."""
     folders = []
     for seed in ("1", "2"):
         out = tmp_path_factory.mktemp(f"made-{seed}")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run as an MCAP file: its structure by the reader of mcap, its ROS 2 messages by mcap-ros2-support, its values against those of
-the logs, cantools and the ground."""
+"""A run as an MCAP file: mcap reads its structure, mcap-ros2-support its ROS 2 messages, and its values equal
+those of the logs, of cantools and of the ground segment."""
 
 import collections
 import json

@@ -20,11 +20,11 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SOURCES = [path for folder in ("sim/plant", "sim/world") for path in sorted((ROOT / folder).glob("*.c"))]
 REFERENCE_S = 1e-4
-BASE_RAD, JOINT_RAD = 1e-5, 1e-4  # Bounds over 20 s; of prismatic joints in m.
-EXTRAPOLATED = 5e-7  # Bound on what remains without the error of first order.
+BASE_RAD, JOINT_RAD = 1e-5, 1e-4  # Bounds over 20 s; for prismatic joints in m.
+EXTRAPOLATED = 5e-7  # Bound on the rest without the error of first order.
 WEAK, EARTH = (0.08, -0.05, -0.5), (0.5, -0.3, -9.81)
-STIFF = (-1e6, -2e3)  # Of a mimic in the reference: stiffness and damping by its inertia.
-OMEGA, DAMPING = 4.0, 0.5  # Of each joint's motion, by the inertia that it carries.
+STIFF = (-1e6, -2e3)  # Of a mimic joint in the reference: stiffness and damping per inertia.
+OMEGA, DAMPING = 4.0, 0.5  # Of the motion of each joint, per inertia that the joint carries.
 
 
 @pytest.fixture(scope="session")
@@ -152,7 +152,7 @@ def start_reference(robot, model, data, addresses):
 
 
 def reference_motion(robot, urdf, seconds):
-    """The same columns as those of the probe."""
+    """The motion of the reference, in the columns of the probe."""
     model = reference_model(robot, urdf)
     data = mujoco.MjData(model)
     addresses = [(model.joint(joint["name"]).qposadr[0], model.joint(joint["name"]).dofadr[0]) for joint in robot.joints]
@@ -176,7 +176,7 @@ def reference_motion(robot, urdf, seconds):
 
 
 def deviation(robot, plant, reference):
-    """Largest deviation of base attitude [rad], base position [m], joints."""
+    """Largest deviations of base attitude [rad], base position [m] and joints."""
     assert plant.shape == reference.shape
     assert numpy.ptp(reference[:, -len(robot.joints):], axis=0).min() > 0.01
     joints = abs(plant - reference)[:, -len(robot.joints):].max()
@@ -188,7 +188,8 @@ def deviation(robot, plant, reference):
 
 
 def compare(probe, folder, robot, seconds, change=lambda urdf: urdf):
-    """Deviation of the plant from the reference, and of the plant extrapolated from two steps to none."""
+    """Deviation of the plant from the reference, and deviation after extrapolation from two steps to a step
+    of zero."""
     urdf = robot.urdf()
     reference = reference_motion(robot, urdf, seconds)
     coarse, fine = (plant_motion(probe, folder, robot, change(urdf), seconds, step_us) for step_us in (500, 250))
@@ -244,7 +245,7 @@ class Elastic(Robot):
         super().__init__(seed, joints, is_free=True)
         for joint in self.joints:
             stiffness, damping, *motion = joint["law"]
-            joint["law"] = (stiffness + 4.0, damping + 2.0, *motion)  # For the rotor.
+            joint["law"] = (stiffness + 4.0, damping + 2.0, *motion)  # This acts on the rotor.
 
     def world(self):
         drives = "\n".join(f'<Drive name="D{index}" joint="r.{joint["name"]}" type="t" bus="b" node="{10 + index}" eds="e"/>'
@@ -255,7 +256,7 @@ class Elastic(Robot):
 
 
 def elastic_reference(robot, urdf, seconds):
-    """Links in the reference; rotors by themselves, in its steps."""
+    """Links move in the reference; rotors are integrated separately, in its steps."""
     model = reference_model(robot, urdf)
     data = mujoco.MjData(model)
     addresses = [(model.joint(joint["name"]).qposadr[0], model.joint(joint["name"]).dofadr[0]) for joint in robot.joints]
@@ -284,7 +285,7 @@ def test_elastic_drives_move_a_chain_as_in_the_reference(probe, tmp_path):
     found = deviation(robot, plant_motion(probe, tmp_path, robot, urdf, 3.0), reference)
     print(f"elastic: base {found[0]:.1e} rad, {found[1]:.1e} m, joints {found[2]:.1e}")
     expect_same(found)
-    GEAR["stiffness"] *= 0.5  # A softer gear in the plant is found.
+    GEAR["stiffness"] *= 0.5  # The test must detect a softer gear in the plant.
     softer = deviation(robot, plant_motion(probe, tmp_path, robot, urdf, 3.0), reference)
     GEAR["stiffness"] /= 0.5
     assert softer[2] > JOINT_RAD
@@ -292,7 +293,7 @@ def test_elastic_drives_move_a_chain_as_in_the_reference(probe, tmp_path):
 
 BODY = {"mass": 350.0, "inertia": numpy.array([[75, 1.5, -2], [1.5, 88, 1], [-2, 1, 82]])}
 ROTORS = [((1, 1, 1), 1.0, 0.05, 0.5), ((-1, 1, 1), -1.0, 0.04, 0.8), ((-1, -1, 1), 0.0, -0.04, 0.3), ((1, -1, 1), 2.0, 0.03, 1.1)]
-ROTOR_KG, ROTOR_KGM2 = 1.0, 0.019  # About its axis; half of that across it.
+ROTOR_KG, ROTOR_KGM2 = 1.0, 0.019  # About its axis; half of it about the other axes.
 RATE, SECONDS = (0.02, -0.03, 0.04), 20.0
 
 
@@ -302,7 +303,8 @@ def inertia_words(inertia):
 
 
 def wheels_of_the_plant(probe, folder, step_us):
-    """Rows as those of the probe. The body of the plant contains its rotors without their moments about their axes."""
+    """Rows of the probe. The body of the plant contains its rotors, but not their moments about their
+    axes."""
     inertia = BODY["inertia"].astype(float)
     for axis, *_ in ROTORS:
         along = numpy.array(axis) / numpy.linalg.norm(axis)
@@ -320,7 +322,7 @@ def wheels_of_the_plant(probe, folder, step_us):
 
 
 def wheels_of_the_reference():
-    """The same with rotors as bodies on hinges."""
+    """The same with rotors as separate bodies on hinges."""
     rotors = "".join(f'<body><joint name="w{number}" type="hinge" axis="{axis[0]} {axis[1]} {axis[2]}"/>'
                      f'<inertial pos="0 0 0" mass="{ROTOR_KG}" fullinertia="{full(rotor_inertia(axis))}"/></body>'
                      for number, (axis, *_) in enumerate(ROTORS))
@@ -372,7 +374,7 @@ def turned_axis(urdf):
 
 
 def turned_inertia(urdf):
-    """The last link's inertia is given in other axes."""
+    """The URDF in which the inertia of the last link refers to other axes."""
     before, after = urdf[: urdf.rindex("<inertial>")], urdf[urdf.rindex("<inertial>"):]
     return before + re.sub(r'rpy="(\S+) ', 'rpy="0.5 ', after, count=1)
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Packets against the independent implementation spacepackets, in both directions: a process of ours
-(pus_process.c) accepts its requests and its readers accept our reports; pusdump reads its packets, and
-refuses those that it must refuse."""
+"""Packets and the independent implementation spacepackets, in both directions: a process of this project
+(pus_process.c) accepts the requests of spacepackets, whose readers accept the reports of the process; pusdump
+reads packets of spacepackets, and refuses those that it must refuse."""
 
 import json
 import os
@@ -33,7 +33,7 @@ class Process:
         self.run = subprocess.Popen([program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
     def say(self, line):
-        """Packets it sends in answer to one line."""
+        """Send one line to the process. Returns the packets of its answer."""
         self.run.stdin.write(line + "\n")
         self.run.stdin.flush()
         return [bytes.fromhex(answer) for answer in iter(lambda: self.run.stdout.readline().strip(), ".")]
@@ -47,8 +47,8 @@ class Process:
 
 
 def build(path, *sources):
-    """Build a program with sanitizers from sources and our libraries as `make test` has built them; builds
-    these if necessary."""
+    """Build a program with sanitizers, from sources and from the project's libraries of `make test`; builds
+    the libraries if necessary."""
     pus = sorted(f"pus_{folder.name}" for folder in (ROOT / "pus").iterdir() if folder.name not in ("catalogue", "tool"))
     libraries = [f"build/sanitize/lib/lib{name}.a" for name in (*pus, "base", "osal_posix")]
     quiet = {name: value for name, value in os.environ.items() if name not in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL")}
@@ -91,7 +91,7 @@ def signed(octets):
 
 
 def dump(data, *options):
-    """(objects, exit code) of pusdump --json; text is encoded."""
+    """(objects, exit code) of pusdump --json; a text is encoded first."""
     data = data.encode() if isinstance(data, str) else data
     run = subprocess.run([PUSDUMP, "--json", *options], input=data, capture_output=True, timeout=300)
     assert run.stderr == b""
@@ -112,7 +112,8 @@ def test_our_reports_are_read_by_the_peer(process):
 
 
 def check_time_packet(octets):
-    """A spacecraft time packet by its header as the peer reads it: APID 0, no secondary header; its time field."""
+    """Check a spacecraft time packet with the peer's header: APID 0, no secondary header. Returns its time
+    field."""
     header = SpacePacketHeader.unpack(octets)
     assert header.packet_type == PacketType.TM and header.apid == 0 and not header.sec_header_flag
     assert header.seq_count == 0 and len(octets) == header.data_len + 7 == 18 and crc(octets) == 0

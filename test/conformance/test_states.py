@@ -31,7 +31,7 @@ FILLS = {0: "#f6f7f9", 4: "#fdf1dd", 5: "#e4f3ea", 6: "#fbe7e5"}
 
 @pytest.fixture(scope="module")
 def sequences(tmp_path_factory):
-    """Output of the probe: list of [words of the line, states passed after it]."""
+    """Output of the probe: a list of [words of the line, states passed after it]."""
     program = tmp_path_factory.mktemp("states") / "probe"
     subprocess.run(["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-D_POSIX_C_SOURCE=200809L", f"-I{ROOT}", "-o", program, *SOURCES], check=True)
     found = []
@@ -45,7 +45,7 @@ def sequences(tmp_path_factory):
 
 
 def names(prefix):
-    """Dict number -> name of an enumeration in the header."""
+    """Dictionary: number -> name of an enumeration in the header."""
     text = HEADER.read_text(encoding="utf-8")
     return {int(number): name for name, number in re.findall(rf"\b{prefix}_(\w+)\s*= (\d+)", text) if name != "COUNT"}
 
@@ -56,7 +56,7 @@ def cell(answer, passed):
 
 
 def tables(sequences):
-    """Dict name of a table -> its lines."""
+    """Dictionary: name of a table -> its lines."""
     states, phases = names("STATE"), names("PHASE")
     requests = {tuple(words[1:3]): cell(words[3], passed) for words, passed in sequences if words[0] == "request"}
     events = {tuple(words[1:3]): cell(words[3], passed) for words, passed in sequences if words[0] == "event"}
@@ -75,7 +75,7 @@ def tables(sequences):
 
 
 def drawing(sequences):
-    """The changes of state as a graph with fixed places, for graphviz."""
+    """The changes of state as a graph with fixed positions, for graphviz."""
     lines = ['digraph states{bgcolor="white";node[shape=box,style="rounded,filled",color="#9aa5b1",fillcolor="#eaf1fa",fontname="Helvetica",'
              'fontsize=11,width=2.1,height=.42,fixedsize=true];edge[arrowsize=.6]']
     for state, name in names("STATE").items():

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The truth log written by our own C code against LCM's tools: types from lcm-gen, file reader from PyPI lcm."""
+"""The truth log, written by the C code of this project, and LCM's tools: types from lcm-gen, file reader from
+PyPI lcm."""
 
 import importlib
 import os
@@ -21,7 +22,7 @@ TYPES = sorted((ROOT / "sim/truth").glob("*.lcm"))
 
 @pytest.fixture(scope="module")
 def types(tmp_path_factory):
-    """The Python package that lcm-gen makes of the type files."""
+    """The Python package that lcm-gen makes from the type files."""
     folder = tmp_path_factory.mktemp("lcm")
     generator = pathlib.Path(sys.executable).with_name("lcm-gen")
     subprocess.run([generator, "-p", "--ppath", folder, *TYPES], check=True)
@@ -72,7 +73,7 @@ def test_the_reader_of_the_ground_finds_the_same_members(types, events):
             elif member.name in read[channel]:
                 found = read[channel][member.name][0]
             else:
-                continue  # The count of the arrays.
+                continue  # Only counts the elements of the arrays.
             assert np.array_equal(found, getattr(message, member.name)), (channel, member.name)
 
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Yamcs itself with a flying mission, by the generated database: it reads the same as our ground, and
-commands the mission.
+"""Yamcs with a flying mission and the generated database: it reads the same values as the ground segment and
+can command the mission.
 
-It is also linked to a simulated spacecraft, which sends synthetic reports of every kind from the catalogue:
-Yamcs must find the encoded values in the encoded order. For every request Yamcs makes the same octets as our
-ground. Takes a minute: `long`."""
+Yamcs is also linked to a simulated spacecraft, which sends synthetic reports of every kind in the catalogue:
+Yamcs must find the encoded values in the encoded order. For every request Yamcs makes the same octets as the
+ground segment. This takes a minute, so the file is marked `long`."""
 
 import base64
 import contextlib
@@ -35,11 +35,11 @@ from tm_packets import build_tm
 from yamcs_server import MISSION, PATIENCE_S, Yamcs, plain, until
 
 pytestmark = pytest.mark.long
-APID = 16  # That of the manipulator.
-PACKETS_OF_EACH = 5  # of each structure are compared
+APID = 16  # The manipulator.
+PACKETS_OF_EACH = 5  # Number of packets of each structure that are compared.
 TAI_1970_S, LEAP_S = 378_691_200, 37  # From 1958 to 1970; UTC behind TAI.
-LATER_NS = 10**9 * 10**7  # Mission time of synthetic reports, different from that of all reports of the flight.
-DERIVED = re.compile(r"__[a-z]+\d*(_\d+)?\Z")  # Entries that only serve to find others.
+LATER_NS = 10**9 * 10**7  # Mission time of synthetic reports, after that of all reports of the flight.
+DERIVED = re.compile(r"__[a-z]+\d*(_\d+)?\Z")  # Entries that only serve to find other entries.
 SERVICE = re.compile(r"/ST\d\d/")
 
 
@@ -115,7 +115,8 @@ def test_requests_complete_with_their_verifiers(yamcs):
 
 
 def test_the_missions_own_services_have_commands_with_words(yamcs):
-    """States, modes, configurations, links and processes by name; a request that cannot be routed fails by TM[1,10]."""
+    """States, modes, configurations, links and processes have names; a request that cannot be routed fails by
+    TM[1,10]."""
     for name, arguments in (
         ("MANIPULATOR/SELECT_CONFIGURATION", {"configuration": "STAND_ALONE"}), ("JOYSTICK/REPORT_STATUS", {}),
         ("ST131/SUBSYSTEMS_REPORT", {"apid": "SUPERVISOR"}), ("ST131/NETWORKS_REPORT", {"apid": "SUPERVISOR"}),
@@ -137,7 +138,8 @@ def test_the_missions_own_services_have_commands_with_words(yamcs):
 
 
 def test_stacks_and_displays_are_there_and_the_steps_of_a_stack_complete(yamcs):
-    """In the buckets that its pages show; each parameter of a table and each command of a stack is in the database."""
+    """They are in the buckets that Yamcs' pages show; the database has each parameter of a display and each
+    command of a stack."""
     shown = {name: {one["name"] for one in yamcs.ask(f"storage/buckets/{name}/objects")["objects"]} for name in ("displays", "stacks")}
     assert shown["displays"] == {"SUPERVISOR.par", "COMMUNICATION.par", "JOYSTICK.par", "MANIPULATOR.par"}
     pages = [yamcs.ask(f"mdb/mission/parameters?limit=1000&details=false&pos={start}") for start in range(0, 5000, 1000)]
@@ -204,7 +206,8 @@ def test_it_commands_a_mission_with_a_key_through_the_gateway(place, synthetic_l
 
 
 def test_it_starts_ends_and_starts_again_in_one_folder(place, flight):
-    """By the command of `make yamcs`, with mission and port of the run folder; a second one in the folder is refused."""
+    """By the command of `make yamcs`, with mission and port of the run folder; a second instance in the
+    folder is refused."""
     words = [sys.executable, ROOT / "gse/yamcs/run.py", "--run", flight.folder, "--out", place / "twice", "--http-port"]
     for _ in range(2):
         server = subprocess.Popen([*words, str(flying.free_port())], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
@@ -235,7 +238,7 @@ def leaves(value):
 
 
 class Expected:
-    """Raw values of a report of the catalogue in the order of the wire, as Yamcs should find them."""
+    """Raw values of a report of the catalogue in the order of the packet, as Yamcs should find them."""
 
     def __init__(self, dictionary, entry):
         self.dictionary, self.catalogue, self.entry = dictionary, dictionary.catalogue, entry
@@ -283,7 +286,7 @@ class Expected:
 
 
 def seen(extracted):
-    """Raw values that Yamcs found, without those that it derived to find them."""
+    """Raw values that Yamcs has found, without those that it only needs to find them."""
     found = []
     for path, raw, _ in extracted:
         if (SERVICE.search(path) and not DERIVED.search(path)) or (path.count("/") == 3 and not SERVICE.search(path)):
@@ -292,7 +295,7 @@ def seen(extracted):
 
 
 def made_up(dictionary):
-    """(message, values, packet) of every kind of report, several each."""
+    """(message, values, packet) of every kind of report, several of each."""
     count = itertools.count()
     for entry in dictionary.catalogue.all("TM"):
         message = entry["service"], entry["subtype"]
@@ -337,13 +340,15 @@ def test_made_up_reports_have_the_values_that_were_put_in(yamcs, synthetic, dict
 
 
 def value_of(yamcs, name):
-    """The present value of a parameter, None before the first."""
+    """The present value of a parameter; None if it has none."""
     return plain(yamcs.ask(f"processors/mission/realtime/parameters/{MISSION}/{name}").get("engValue"))
 
 
 def test_a_stack_opens_links_and_brings_telepresence_up(yamcs, flight):
-    """The steps of ALL-TELEPRESENCE; states, phases, configurations and links of both subsystems are parameters of their own."""
-    slowed = flying.gse(flight, "--run", flight.folder, "speed", "0.2")  # A link is opened within 5 s of its request, however slow Yamcs is here.
+    """The stack is ALL-TELEPRESENCE; states, phases, configurations and links of both subsystems are separate
+    parameters."""
+    # A link must be opened within 5 s of its request, and Yamcs may be slow here.
+    slowed = flying.gse(flight, "--run", flight.folder, "speed", "0.2")
     assert slowed.returncode == 0, slowed.stderr
     for step in yamcs.ask("storage/buckets/stacks/objects/ALL-TELEPRESENCE.ycs")["steps"]:
         arguments = {one["name"]: one["value"] for one in step["arguments"]}
@@ -364,7 +369,8 @@ def near_enough(theirs, ours):
 
 
 def test_housekeeping_of_all_subsystems_has_the_values_of_the_packet_log(yamcs, dictionary, flight):
-    """Every structure that has flown: calibrated values, words included, against the log on board as our ground reads it."""
+    """For every structure of the flight, calibrated values and words equal those that the ground segment
+    reads in the log on board."""
     until(lambda: {packets.parse(base64.b64decode(one[3])).apid for one in yamcs.packets() if "/HK_" in one[0]} == {1, 2, 16, 17}, "housekeeping")
     newest = yamcs.packets()
     with (flight.folder / "packets.ascii").open(encoding="ascii") as log:
@@ -386,7 +392,8 @@ def test_housekeeping_of_all_subsystems_has_the_values_of_the_packet_log(yamcs, 
 
 
 def test_no_packet_is_lost_and_a_gap_is_told(yamcs, synthetic, dictionary):
-    """Several users leave gaps in the sequence counts and none in the message type counters, by which losses are counted."""
+    """Several users leave gaps in the sequence counts, but none in the message type counters; losses are
+    counted by the latter."""
     assert value_of(yamcs, "lost_packets") == 0
     data = dictionary.catalogue.encode("TM", 17, 2, {})
     for number, counter in enumerate((7, 8, 12)):
@@ -460,7 +467,7 @@ class Command:
         self.given = self.fields(entry["fields"], given)
 
     def fields(self, fields, given):
-        """Fill in the arguments of these fields; the values that the command can have."""
+        """Fill in the arguments of these fields. Returns the values that the command can have."""
         selectors, kept = {field["choice"] for field in fields if "choice" in field}, dict(given)
         for field in fields:
             if "choice" in field:
@@ -477,7 +484,7 @@ class Command:
         return kept
 
     def put(self, name, value):
-        """A name for an argument that is not used yet."""
+        """Add an argument under a name that is not used yet."""
         word, number = name, 2
         while word in self.found or word in ("ack", "service", "subtype", "source"):
             word, number = f"{name}_{number}", number + 1
@@ -515,19 +522,19 @@ class Command:
 
 
 def names(fields):
-    """Names of the fields of a group, and of its counts."""
+    """Names of the fields of a group and of its counts."""
     return {field.get("name", field.get("repeat")) for field in fields}
 
 
 def has_one_group(fields):
-    """True if a command has one group of these only."""
+    """True if a command can have only one group of these fields."""
     return any(
         "choice" in one or one.get("kind") == "value" or has_one_group(one.get("fields", [])) for one in fields
     )
 
 
 def near(value):
-    """A decoded value with real numbers to the millisecond, as Yamcs stores times."""
+    """A decoded value with real numbers rounded to the millisecond, because Yamcs stores times so."""
     if isinstance(value, dict):
         return {name: near(one) for name, one in value.items()}
     if isinstance(value, list):
@@ -536,7 +543,7 @@ def near(value):
 
 
 def read_back(dictionary, message, octets):
-    """A request as our ground reads it."""
+    """A request as the ground segment reads it."""
     return near(dictionary.catalogue.decode(packets.Packet("TC", 16, 0, *message, 2, octets, b"")))
 
 

@@ -24,7 +24,7 @@ GCOVR = ["gcovr", "--root", ".", "--object-directory", "build/coverage/obj", "--
 
 
 class Exclusion:
-    """One row: path | text of the source line | branches of it that nothing takes | reason."""
+    """One row: path | text of the source line | branches that no input takes | reason."""
 
     def __init__(self, number, line):
         fields = [field.strip() for field in line.split(" | ")]
@@ -66,13 +66,13 @@ def percent(part, whole):
 
 
 def library_of(path, names):
-    """Name of the library of a file: the row of coverage.txt that holds it, or its folder."""
+    """Name of the library of a file: the row of coverage.txt that contains it, or its folder."""
     folder = path.rpartition("/")[0]
     return next((name for name in names if f"{folder}/".startswith(f"{name}/")), folder)
 
 
 def measure(report, sources, exclusions, names=()):
-    """Library by name out of gcovr's report; `sources` gives the lines of a file."""
+    """Libraries by name from a report of gcovr; `sources` returns the lines of a file."""
     libraries = {}
     for file in report["files"]:
         path = file["file"]

@@ -13,7 +13,7 @@ TEST_HEADERS = {"unity.h"}
 
 
 def read_rules(path):
-    """The two tables of layers.txt as lists of (compiled pattern of the layer, what it may include)."""
+    """The two tables of layers.txt as lists of (compiled pattern of the layer, includes that it may have)."""
     layers, headers = [], []
     for line in path.read_text().splitlines():
         rule = re.fullmatch(r"\s*(\S+)\s*([:<])\s*(.*)", line.split("#")[0])
@@ -57,7 +57,7 @@ def breaches(path, layers, headers):
 
 
 def top_includes(files, read):
-    """Top folders that flight code and simulator have, with those that each includes: {folder: {other: file:line}}."""
+    """Top folders of flight code and simulator and those that each includes: {folder: {other: file:line}}."""
     graph = {}
     for path in files:
         top, text = path.split("/")[0], read(path)

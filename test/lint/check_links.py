@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check the links of all *.md files and of the generated documentation: files and anchors that are there, and paths
-in backticks that name a file of the project. Each page must be reached from docs/README.md, and the list of decisions
-must have their titles. Nothing is fetched. Prints each failure; exit code 1."""
+"""Check the links of all *.md files and of the generated documentation: files and anchors must exist, and so
+must files of the project whose paths are in backticks. Each page must be reached from docs/README.md, and the
+list of decisions must contain their titles. Nothing is fetched. Prints each failure; exit code 1."""
 
 import functools
 import html.parser
@@ -55,7 +55,7 @@ class Page(html.parser.HTMLParser):
 
 @functools.lru_cache(maxsize=None)
 def anchors_of(path):
-    """Anchors of a file; many links lead to the same."""
+    """Anchors of a file; cached, because many links lead to one file."""
     text = path.read_text(errors="replace")
     if path.suffix == ".md":
         return anchors_of_markdown(text)
@@ -88,7 +88,7 @@ def is_dead(path, target):
 
 
 def dead_links(path, root):
-    """Complaints about one file, as texts."""
+    """Descriptions of the broken links of a file."""
     shown = path.relative_to(root)
     for line, target in links_of(path):
         wrong = is_dead(path, target)
@@ -115,7 +115,7 @@ def unreached(root, clicks=2):
 
 
 def mistitled(root):
-    """Decisions that the list of decisions does not have with their titles, as texts."""
+    """Decisions that the list of decisions does not contain with their titles, as texts."""
     listed = (root / "docs/decisions/README.md").read_text()
     for path in sorted((root / "docs/decisions").glob("[0-9]*.md")):
         line = f"- [{path.read_text().splitlines()[0].removeprefix('# ')}]({path.name})"

@@ -20,7 +20,7 @@ FLIGHT = ("osal/", "pus/", "fsw/", "build/generated/")
 ROW = re.compile(r"^\| (?P<id>(?:D-[\d.]+|F-[\w.-]+)) \| (?P<scope>[^|]+) \|")
 FINDING = re.compile(r"^(?P<file>[^:]+):(?P<line>\d+): (?P<id>\S+)")
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
-# Rules that cppcheck decides over all sources together: half of them would give wrong answers.
+# Rules that cppcheck decides over all sources together; on a part of the sources it would give wrong answers.
 WHOLE_PROGRAM = {f"misra-c2012-{rule}" for rule in "2.3 2.4 2.5 5.6 5.7 5.8 5.9 8.5 8.6 8.7".split()}
 CPPCHECK = ["cppcheck", "--quiet", "--std=c99", "--addon=misra", "--enable=warning,portability,performance",
             "--suppress=missingIncludeSystem", "--suppress=unusedFunction", "--inline-suppr", "-I.", "-Ibuild",
@@ -68,7 +68,8 @@ def git_lines(*arguments):
 
 
 def changed_files():
-    """Paths that differ from the main branch, or on it from twenty commits ago; None when that is not known."""
+    """Paths that differ from the main branch, or on the main branch from twenty commits ago; None if this is
+    unknown."""
     head = git_lines("rev-parse", "HEAD")
     for branch in ("origin/main", "main"):
         base = git_lines("merge-base", "HEAD", branch)
@@ -82,7 +83,8 @@ def changed_files():
 
 
 def affected(sources, changed, text_of=lambda path: (ROOT / path).read_text()):
-    """Those sources that changed themselves, and for each changed header the source of its name, or else one that includes it."""
+    """The sources that have changed, and for each changed header the source of the same name or a source that
+    includes it."""
     changed = set(changed)
     chosen = {path for path in sources if path in changed}
     includes = {path: set(INCLUDE.findall(text_of(path))) for path in sources}
@@ -104,7 +106,7 @@ def main():
     sources = arguments.sources if changed is None else affected(arguments.sources, changed)
     findings = []
     if sources:
-        # One build directory for each of the two: cppcheck stores its results for a whole program there.
+        # Each of the two has a build directory, in which cppcheck stores its results for the whole program.
         memory = f"build/lint/cppcheck/{'all' if changed is None else 'changed'}"
         (ROOT / memory).mkdir(parents=True, exist_ok=True)
         command = [*CPPCHECK, f"--cppcheck-build-dir={memory}", f"-j{arguments.jobs}", *sources]

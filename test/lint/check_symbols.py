@@ -64,7 +64,7 @@ def prefixes(path):
 
 
 def is_misnamed(path, name, section, is_global):
-    """Whether a global symbol that this source defines has another prefix than its library."""
+    """True if a global symbol that this source defines has a prefix of another library."""
     if not is_global or section == "*UND*" or (name == "main" and path.endswith("_main.c")):
         return False
     return not any(name == prefix or name.startswith(prefix + "_") for prefix in prefixes(path))

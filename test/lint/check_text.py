@@ -21,7 +21,7 @@ def project_files():
 
 
 def c_functions(lines):
-    """(name line, length) of each function: the house format puts both of its braces into the first column."""
+    """(line of the name, length) of each function; the house format has both braces in the first column."""
     start = 0
     for number, line in enumerate(lines, 1):
         if line == "{":
@@ -53,7 +53,8 @@ LABEL_LINE = re.compile(r"^/// " + LABEL + r"(:| {2,})")
 
 
 def contract_breaches(path, lines):
-    """Labels of a contract stand at the beginning of a line with their text indented; a header's contract is short."""
+    """Labels of a contract must be at the beginning of a line with their text indented; a header's contract
+    must be short."""
     is_labelled = False
     for number, line in enumerate(lines, 1):
         label = MID_LABEL.search(line)
@@ -79,7 +80,7 @@ LITERAL = re.compile(r'"((?:[^"\\]|\\.)*)"')
 
 
 def comment_breaches(path, lines):
-    """Comments wider than the code, and banners of another form, such as a line alone."""
+    """Comments wider than the code, and banners in another form, such as a single line between blank ones."""
     for number, (before, line, after) in enumerate(zip(["-", *lines], lines, [*lines[1:], "-"]), 1):
         if (line.startswith("// --") or (line.startswith("// ") and before == after == "")) and not BANNER.match(line):
             yield f"{path}:{number}: a banner is written `// ---- Text ----`"
@@ -94,7 +95,7 @@ SIZE_OF = re.compile(r'\bsizeof ?\((?!\w+_t\)|(?:bool|char|double|float|int|long
 
 
 def dialect_breaches(path, lines):
-    """C tests with the prefix test_, and sizeof with parentheses around an expression, outside of macros."""
+    """C tests with the prefix test_, and sizeof with parentheses around an expression outside of macros."""
     for number, (before, line) in enumerate(zip(["", *lines], lines), 1):
         name, size = PREFIXED_TEST.match(line), SIZE_OF.search(line)
         if name:
@@ -104,7 +105,8 @@ def dialect_breaches(path, lines):
 
 
 def sentences(path, text):
-    """(line number, text) of what a text says to its readers: comments, docstrings, pages, and words of programs that fly."""
+    """(line number, text) of everything that is written for readers: comments, docstrings, pages, and texts
+    of the programs."""
     lines = text.splitlines()
     if path.suffix == ".py":
         for node in ast.walk(ast.parse(text)):
@@ -145,7 +147,8 @@ def breaches(path, words, turns):
 
 
 def read_words():
-    """Two patterns of words.txt: of words in any line, and of turns in comments, whose rules begin with `comment `."""
+    """Two patterns from words.txt: words in any line, and turns in comments, whose rules begin with `comment
+    `."""
     rules = [rule for rule in (ROOT / "test/lint/words.txt").read_text().splitlines() if rule and not rule.startswith("#")]
     turns = [rule.removeprefix("comment ") for rule in rules if rule.startswith("comment ")]
     words = [rule for rule in rules if not rule.startswith("comment ")]

@@ -12,7 +12,7 @@ import xml.etree.ElementTree as ElementTree
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 TEXT = re.compile(r'"((?:[^"\\\n]|\\.)*)"')
-# Words of a format or of the command line that happen to be names; this list only shrinks.
+# Words of a format or of the command line that are also names; entries are only removed.
 EXEMPT = {
     ("sim/world/urdf.c", "robot"): "element of URDF",
     ("sim/world/world.c", "joystick"): "attribute of Hand",
@@ -21,9 +21,9 @@ EXEMPT = {
     ("sim/app/usage.c", "classic"): "option: bit rate of classic CAN",
     ("sim/truth/truth.c", "STICK"): "channel of the log",
 }
-COMMON = {"classic"}  # Missions whose names are words of the sources, too: refused as text constants only.
+COMMON = {"classic"}  # Names of missions that are also words of the sources: refused only as text constants.
 
-WORDS = {"base", "lower", "upper"}  # Links whose names are words of the formats, too.
+WORDS = {"base", "lower", "upper"}  # Names of links that are also words of the formats.
 
 
 def names_of(folder):

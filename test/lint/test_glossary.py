@@ -9,7 +9,7 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 GLOSSARY = ROOT / "docs" / "glossary.md"
 ROWS = [[cell.strip() for cell in line.strip("|").split("|")] for line in GLOSSARY.read_text(encoding="utf-8").splitlines() if line.startswith("| ")][1:]
-# A source is a document with a clause or section, or the field whose common term it is.
+# A source is a document with a clause or section, or the field of engineering in which the term is common.
 SOURCE = re.compile(
     r"PUS \d+\.\d+|CCSDS \d+\.\d-B|CiA 30[16]|CiA 402|ECSS-E-ST-50-15C|paper (\d|figure \d)|POSIX: |Linux: |"
     r"(operating systems|databases|distributed systems|simulation|networks|data structures|design patterns|component models|"
@@ -19,7 +19,7 @@ SOURCE = re.compile(
 
 
 def key(term):
-    """Order of an alphabet: letters and digits only."""
+    """Key of the alphabetical order: letters and digits only."""
     return re.sub(r"[^a-z0-9]", "", term.lower())
 
 
@@ -31,7 +31,7 @@ def test_terms_are_in_alphabetical_order_and_unique():
 
 
 def everything():
-    """The text of the tree beside the glossary, in small letters, with one kind of space between words."""
+    """The text of the tree without the glossary, in lower case, with single spaces between words."""
     names = ("base", "osal", "pus", "fsw", "launcher", "sim", "gse", "descriptors", "docs", "README.md", "CONTRIBUTING.md")
     files = [path for name in names for path in ([ROOT / name] if (ROOT / name).is_file() else sorted((ROOT / name).rglob("*.*")))]
     texts = [path.read_text(encoding="utf-8").lower() for path in files

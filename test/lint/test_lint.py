@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The lints find violations: each rule is broken once on purpose."""
+"""The lints detect violations: each rule is broken once on purpose."""
 
 import json
 import os
@@ -134,7 +134,7 @@ def test_symbols(tmp_path, source, place, complaint):
 
 
 def test_a_prefix_belongs_to_one_library():
-    """The prefix of a symbol tells its library; only the services of PUS share one."""
+    """The prefix of a symbol shows its library; only the services of PUS share a prefix."""
     owners = {}
     for top in ("base", "osal", "pus", "fsw", "launcher"):
         for folder in sorted({source.parent for source in (check_layers.ROOT / top).rglob("*.c")}):
@@ -353,7 +353,7 @@ def test_links(tmp_path, text, complaint):
 
 
 def test_pages_are_reached_from_the_index(tmp_path):
-    """Two clicks reach a page; three do not, and a page without a link is reported."""
+    """A page is reached by two clicks; three are too many, and a page without a link is reported."""
     decisions = tmp_path / "docs" / "decisions"
     decisions.mkdir(parents=True)
     (tmp_path / "docs" / "README.md").write_text("[one](one.md) [list](decisions/README.md)\n")
@@ -369,7 +369,7 @@ def test_pages_are_reached_from_the_index(tmp_path):
 
 
 def coverage_report(*lines):
-    """Report of gcovr about one file with these (number, runs, counts of the branches)."""
+    """A report of gcovr about one file with these lines (number, runs, counts of the branches)."""
     return {"files": [{"file": "pus/a.c", "lines": [
         {"line_number": number, "count": runs, "branches": [{"count": count} for count in counts]}
         for number, runs, counts in lines]}]}
@@ -478,7 +478,7 @@ def test_marks_are_raised_and_never_lowered(tmp_path):
 
 
 def test_compile_commands_name_every_source_and_compile():
-    """For editors: each C file once, with a command that a compiler takes."""
+    """Editors need each C file once, with a command that a compiler accepts."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith("MAKE")}
     subprocess.run(["make", "-s", "compile-commands"], cwd=check_layers.ROOT, env=environment, check=True)
     entries = json.loads((check_layers.ROOT / "build" / "compile_commands.json").read_text(encoding="utf-8"))

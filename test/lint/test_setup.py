@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The setup caches fetched files for other clones, and names all that it cannot get. Unity: pinned by its
-checksum, complete or not at all. Scripts and folders replace the package client and the package index."""
+"""The setup caches fetched files for other clones and names everything that it cannot get. Unity is pinned by
+its checksum and installed completely or not at all. Scripts and folders replace the package client and the
+package index."""
 
 import base64
 import hashlib
@@ -48,7 +49,7 @@ def machine(tmp_path):
 
 
 def fetch(machine, clone, archive="archive.tar.gz", cache="cache"):
-    """Run the script in a clone; (finished process, calls of the package client so far)."""
+    """Run the script in a clone. Returns (finished process, calls of the package client so far)."""
     (machine / clone).mkdir(exist_ok=True)
     environment = {"PATH": f"{machine / 'bin'}:{os.environ['PATH']}", "XDG_CACHE_HOME": str(machine / cache), "HOME": str(machine),
                    "CALLS": str(machine / "calls"), "ARCHIVE": str(machine / archive)}
@@ -120,7 +121,7 @@ def publish(index, name, version):
 
 @pytest.fixture(scope="module")
 def fresh_venv(tmp_path_factory):
-    """An environment with nothing but pip: to copy, since making one takes seconds."""
+    """An environment with pip only, which tests copy because making one takes seconds."""
     place = tmp_path_factory.mktemp("fresh") / "venv"
     subprocess.run(["/usr/bin/python3", "-m", "venv", place], check=True)
     return place
@@ -141,7 +142,7 @@ def clone(place, fresh_venv):
 
 
 def environment_of(place, cache="cache", index="index"):
-    """Environment of a script: the index is a folder, and there is no network where that folder is not."""
+    """Environment of a script: the index is a folder; without the folder there is no network."""
     return {"PATH": f"{place / 'bin'}:{os.environ['PATH']}", "XDG_CACHE_HOME": str(place / cache), "HOME": str(place), "CALLS": str(place / "calls"),
             "ARCHIVE": str(place / "archive"), "PIP_INDEX_URL": f"file://{place / index}", "PIP_CONFIG_FILE": "/dev/null"}
 
@@ -205,7 +206,7 @@ def test_python_packages_without_a_place_for_a_cache(index, fresh_venv):
 
 
 class Registry(http.server.BaseHTTPRequestHandler):
-    """Packages of npm: `served` by path; every other path fails, as a registry without a network behind it does."""
+    """A server of npm packages: `served` by path; every other path fails, as without a network."""
 
     served, asked = {}, []
 
@@ -234,7 +235,7 @@ def npm_package(name):
 
 @pytest.fixture
 def registry(tmp_path):
-    """A registry with two packages, and a lock that names them and one for another operating system."""
+    """A server with two packages, and a lock file that names them and one for another operating system."""
     Registry.served, Registry.asked = {}, []
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Registry)
     threading.Thread(target=server.serve_forever, daemon=True).start()
@@ -255,7 +256,8 @@ def registry(tmp_path):
 
 
 def install_page(registry, clone):
-    """Install the packages of the page in a clone; (finished process, names of the installed packages)."""
+    """Install the packages of the page in a clone. Returns (finished process, names of the installed
+    packages)."""
     place, address = registry
     (place / clone / "gse" / "page").mkdir(parents=True, exist_ok=True)
     for name in ("package.json", "package-lock.json"):
@@ -317,7 +319,8 @@ def script(path, text):
 
 
 def test_everything_missing_is_reported_at_once(index, fresh_venv):
-    """Packages of the machine, of Python, and Unity: the setup does not stop at the first of them, and leaves no stamp."""
+    """Packages of the machine, of Python, and Unity are missing: the setup does not stop at the first one and
+    leaves no stamp."""
     place = clone(index / "a", fresh_venv)
     shutil.copytree(ROOT / "gse" / "setup", place / "gse" / "setup")
     (place / "test").mkdir()

@@ -30,11 +30,12 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 TREE = ROOT / "build" / "mutants"
 EQUIVALENT = ROOT / "test" / "mutants" / "equivalent.txt"
 FOLDERS = ("base", "pus", "fsw", "osal", "launcher")
-# Programs, the command line tool and the bindings of services to the supervisor are tried in flight only.
+# Programs, the command line tool and the bindings of services to the supervisor are tested only in flight.
 LEFT_OUT = re.compile(r"_main\.c$|_program\.c$|^pus/tool/|^fsw/supervisor/services/")
 COPIED = ("Makefile", "base", "descriptors", "fsw", "gse", "launcher", "mk", "osal", "pus", "sim", "test")
 BUILT = ("flags", "obj", "lib", "bin", "generated", "setup")
-# Flights that take seconds: packet services, states and control, faults, restarts, and for launcher/ its messages.
+# Flights that take seconds: packet services, states and control, faults, restarts. For launcher/ its
+# messages, too.
 FLIGHTS = ("test/mission/test_mission_causes.py", "test/mission/test_mission_unplug.py", "test/mission/test_mission_packets.py",
            "test/mission/test_mission_can_faults.py", "test/mission/test_mission_plans.py", "test/mission/test_mission_restarts.py",
            "test/mission/test_mission_telepresence.py", "test/conformance/pus",
@@ -42,10 +43,10 @@ FLIGHTS = ("test/mission/test_mission_causes.py", "test/mission/test_mission_unp
            "--deselect=test/conformance/pus/test_operations.py::test_every_example_works_as_it_stands")
 LAUNCHER_FLIGHTS = ("test/mission/test_mission_launcher.py",)
 NEAREST = 40  # Test programs tried for a mutant.
-FEW = 10  # With fewer mutants a folder has no bound.
-SECONDS = 60  # Of one test program.
-FLIGHT_SECONDS = 300  # Of one test in flight.
-# Time limit: this many times the time without a mutant, and ten seconds; it ends a mutant that runs without
+FEW = 10  # A folder with fewer mutants has no bound.
+SECONDS = 60  # Limit for one test program.
+FLIGHT_SECONDS = 300  # Limit for one test in flight.
+# Time limit: this multiple of the time without a mutant, plus ten seconds; it ends a mutant that runs without
 # end.
 PATIENCE = 20
 TOTAL_PERCENT, FOLDER_PERCENT = 95.0, 90.0
@@ -68,12 +69,12 @@ class Mutant:
         return f"{self.path}:{self.number}: {self.old.strip()}  ->  {self.new.strip() or '(nothing)'}"
 
     def row(self):
-        """As equivalent.txt names it."""
+        """The mutant as a row of equivalent.txt."""
         return self.path, self.old.strip(), self.new.strip()
 
 
 def code_of(line):
-    """The line with text, characters and comments blanked."""
+    """The line with string and character constants and comments blanked."""
     line = re.sub(r'"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])*\'', lambda found: "_" * len(found[0]), line)
     return re.sub(r"//.*", lambda found: " " * len(found[0]), line)
 
@@ -100,7 +101,7 @@ def mutants_of_line(path, number, line):
 def mutants_of(path):
     """All mutants of a file."""
     lines = (ROOT / path).read_text(encoding="utf-8").splitlines()
-    body = False  # Within a function: statements are not in the tables of a file.
+    body = False  # Statements count only within a function; outside there are tables.
     for number, line in enumerate(lines, 1):
         body = line == "{" or (body and line != "}")
         if body:
@@ -122,7 +123,8 @@ def drawn(only, seed):
 
 
 def symbols(path, kinds="TDBR"):
-    """Functions and objects that a program or an object file has and shows; of the kind U: those that it uses of others."""
+    """Functions and objects that a program or an object file exports; with kind U those that it uses from
+    others."""
     told = subprocess.run(["nm", "-g", path], capture_output=True, text=True, check=True).stdout
     return {line.split()[-1] for line in told.splitlines() if line.split()[-2] in kinds}
 
@@ -135,7 +137,7 @@ def code(path):
 
 
 class Tests:
-    """Which test programs link a source, the nearest first."""
+    """The test programs that link a source, the nearest first."""
 
     def __init__(self):
         names = [path.relative_to(ROOT).with_suffix("").as_posix() for folder in ("test/unit", "test/contract")
@@ -145,7 +147,7 @@ class Tests:
         self.called = {name: symbols(ROOT / "build" / "obj" / f"{name}.o", "U") for name in names}
 
     def of(self, source):
-        """Names of the programs."""
+        """Names of the programs for a source."""
         own = symbols(ROOT / "build" / "obj" / pathlib.Path(source).with_suffix(".o"))
         place, stem = pathlib.Path(source).parent.parts, pathlib.Path(source).stem
 
@@ -158,14 +160,14 @@ class Tests:
 
 
 def make(targets, jobs):
-    """Build targets in the copy; true if all are there."""
+    """Build targets in the copy. Returns true if all exist."""
     environment = {key: value for key, value in os.environ.items() if not key.startswith(("MAKE", "MFLAGS"))}
     run = subprocess.run(["make", "-s", "-k", f"-j{jobs}", *targets], cwd=TREE, env=environment, capture_output=True)
     return run.returncode == 0
 
 
 def alone():
-    """Command that gives a program name spaces of its own."""
+    """Command prefix that runs a program in separate name spaces."""
     enter = ["unshare", "--pid", "--ipc", "--fork", "--kill-child", "--mount", "--mount-proc"]
     if os.getuid() != 0:
         enter[1:1] = ["--user", "--map-root-user"]
@@ -189,12 +191,13 @@ def passes(command, seconds, processor_seconds=SECONDS, output=subprocess.DEVNUL
 
 
 def program_passes(name, seconds):
-    """The same for a test program."""
+    """True if a test program passes in that time."""
     return passes([f"build/{name}"], seconds)
 
 
 def flight_passes(folder):
-    """True if the flights of the copy pass: of a mutant in that folder. What they print is in build/flights.txt of the copy."""
+    """True if the flights with the programs of the copy pass, for a mutant in that folder. Their output is in
+    build/flights.txt of the copy."""
     tests = (*LAUNCHER_FLIGHTS, *FLIGHTS) if folder == "launcher" else FLIGHTS
     with open(TREE / "build" / "flights.txt", "wb") as output:
         return passes(["build/venv/bin/python", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider",
@@ -218,7 +221,7 @@ class Run:
             sys.exit(f"mutants: flights fail without a mutant, mend them first: {TREE / 'build' / 'flights.txt'}")
 
     def try_all(self, names):
-        """The first program that fails, built `jobs` at a time; None if all pass."""
+        """The first program that fails, with `jobs` of them built at a time; None if all pass."""
         with concurrent.futures.ThreadPoolExecutor(self.jobs) as pool:
             for begin in range(0, len(names), 2 * self.jobs):
                 some = [name for name in names[begin:begin + 2 * self.jobs] if self.seconds_of(name)]
@@ -229,7 +232,7 @@ class Run:
         return None
 
     def seconds_of(self, name):
-        """Time limit of the program, from its time without a mutant; None if it fails even so."""
+        """Time limit of a program, from its time without a mutant; None if it fails without a mutant."""
         if name not in self.seconds:
             copy = TREE / "build" / name
             copy.parent.mkdir(parents=True, exist_ok=True)
@@ -243,7 +246,8 @@ class Run:
         return self.seconds[name]
 
     def verdict(self, mutant):
-        """The program that kills it, None if none does, False if it does not build or is the same code."""
+        """The program that detects the mutant; None if none does; False if the mutant does not build or has
+        the same code."""
         source, target = TREE / mutant.path, f"build/obj/{mutant.path[:-2]}.o"
         lines = (ROOT / mutant.path).read_text(encoding="utf-8").splitlines(keepends=True)
         lines[mutant.number - 1] = mutant.new + "\n"

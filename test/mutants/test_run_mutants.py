@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The changes that `make mutants` makes, and that its list of equivalent ones fits the sources."""
+"""The changes that `make mutants` makes, and the agreement of the list of equivalent mutants with the
+sources."""
 
 import pathlib
 import sys

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Numbers within bounds, for Unity tests of physics; a failure prints value and bound. NaN fails every
-/// comparison.
+/// Expectations of real numbers within bounds, for Unity tests of physics; a failure prints value and bound.
+/// NaN fails every comparison.
 #ifndef TEST_SUPPORT_BOUNDS_H
 #define TEST_SUPPORT_BOUNDS_H
 

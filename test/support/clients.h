@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Clients of listening sockets, for tests: connected when the function returns. In flight nothing waits for
-/// a connection.
+/// Clients of listening sockets for tests: they are connected when the function returns. Flight code never
+/// waits for a connection.
 #ifndef TEST_SUPPORT_CLIENTS_H
 #define TEST_SUPPORT_CLIENTS_H
 
@@ -11,7 +11,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-/// Statuses of osal_tcp_connect_begin but STATUS_BUSY.
+/// Returns the statuses of osal_tcp_connect_begin, except STATUS_BUSY.
 static inline status_t connect_tcp(osal_socket_t* const sock, const osal_address_t to)
 {
     status_t status = osal_tcp_connect_begin(sock, to);
@@ -21,7 +21,7 @@ static inline status_t connect_tcp(osal_socket_t* const sock, const osal_address
     return status;
 }
 
-/// Connect to a socket of osal_local_listen. STATUS_OK, STATUS_CLOSED (no listener).
+/// Connect to a socket of osal_local_listen. Returns STATUS_OK or STATUS_CLOSED (no listener).
 static inline status_t connect_local(osal_socket_t* const sock, const char* const path)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};

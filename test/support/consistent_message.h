@@ -6,7 +6,7 @@
 #include "fsw/framework/message/message.h"
 #include "test/support/consistent_message_ring.h"
 
-/// Each inbox is consistent, and the frames it has checked come before those it has not.
+/// True if each inbox is consistent and its checked frames come before the unchecked ones.
 static inline bool message_is_consistent(const message_endpoint_t* endpoint)
 {
     bool is_sound = true;

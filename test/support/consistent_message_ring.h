@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-/// Lengths in the ring add up to `used`, and there are `blocks` of them.
+/// True if the lengths in the ring add up to `used` and their number is `blocks`.
 static inline bool octet_ring_is_consistent(const message_ring_t* ring)
 {
     size_t offset   = 0U;

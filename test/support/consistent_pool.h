@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-/// The list holds as many blocks as are free, none of them twice, and none that is held.
+/// True if the free list contains as many blocks as are free, none of them twice, and no held block.
 static inline bool pool_list_is_consistent(const pool_t* pool)
 {
     const uint16_t free_count = (uint16_t)(pool->block_count - pool->stats.taken);
@@ -29,7 +29,7 @@ static inline bool pool_list_is_consistent(const pool_t* pool)
     return true;
 }
 
-/// Free list, holders and counters agree.
+/// True if free list, holders and counters agree.
 static inline bool pool_is_consistent(const pool_t* pool)
 {
     uint16_t held = 0U;
@@ -49,7 +49,7 @@ static inline bool resource_is_consistent(const resource_t* resource)
     return is_consistent;
 }
 
-/// True if no block is taken: SOFTWARE_DEINIT must leave a pool so.
+/// True if no block is taken; SOFTWARE_DEINIT must leave a pool in this state.
 static inline bool resource_is_returned(const resource_t* resource)
 {
     uint32_t taken = 0U;

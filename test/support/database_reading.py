@@ -1,35 +1,36 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reports read by space_packet_parser and the XTCE database, compared with the values that our own ground reads."""
+"""Reports that space_packet_parser reads with the XTCE database, compared with the values that the ground
+segment reads."""
 
 import struct
 import warnings
 
 from hirosco_gse import packets
 
-NOT_IN_CATALOGUE = (129, 130, 131)  # The mission's own services.
+NOT_IN_CATALOGUE = (129, 130, 131)  # The services of the mission.
 
 
 def read(definition, octets):
     """Result of the library for a packet: raw and calibrated values by path."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # The checksum, and fields of variable size, are left over.
+        warnings.simplefilter("ignore")  # The checksum and fields of variable size remain unread.
         return definition.parse_bytes(octets)
 
 
 def octets_of(time):
-    """Octets of a CUC time, which the library has read as a number."""
+    """Octets of a CUC time, which the library reads as a number."""
     return time.raw_value.to_bytes(8, "big")
 
 
 def short(found, name):
-    """Value of the only parameter whose path ends in this way."""
+    """Value of the only parameter whose path ends with this name."""
     paths = [path for path in found if path.endswith(f"/{name}")]
     assert len(paths) == 1, (name, sorted(found))
     return found[paths[0]]
 
 
 def flattened(name, value):
-    """Scalars of a value of ours by the names of Flattened."""
+    """Scalars of a value of the ground segment, with the names of Flattened."""
     if isinstance(value, dict):
         return {key: one for member, inner in value.items() for key, one in flattened(f"{name}.{member}", inner).items()}
     if isinstance(value, list) and len(value) == 1:
@@ -53,7 +54,7 @@ def _octets(structure):
 
 
 def _samples(structure, ours):
-    """Values of ours by the names of the database's arrays of samples."""
+    """Values of the ground segment, with the names of the database's arrays of samples."""
     expected = {}
     for number, (repetitions, parameters) in enumerate(structure.repeated, 1):
         names = [parameter.name.replace(".", "_") for parameter in parameters]
@@ -65,7 +66,8 @@ def _samples(structure, ours):
 
 
 def check_housekeeping(found, packet, dictionary):
-    """A structure of the descriptors; the database has only the id of a structure that was defined in flight."""
+    """Check a structure of the descriptors; of a structure that was defined in flight, the database has only
+    the id."""
     subsystem = dictionary.subsystem_of_apid(packet.apid)
     (structure_id,) = struct.unpack_from(">H", packet.data)
     fitting = [one for one in subsystem.structures_of_id(structure_id) if 2 + _octets(one) == len(packet.data)]
@@ -88,7 +90,7 @@ def check_event(found, packet, dictionary):
     event = subsystem.event_of_id(int.from_bytes(packet.data[:2], "big"))
     if event is None:
         return False
-    label = short(found, "event_definition_id")  # Subsystems give one id to events of different names.
+    label = short(found, "event_definition_id")  # Events of different subsystems may have the same id.
     namesakes = {one.name for each in dictionary.subsystems.values() for one in each.events.values() if one.id == event.id}
     assert label.raw_value == event.id and set(label.split(" or ")) == namesakes, (label, namesakes)
     expected, own_fields = {}, {one.name for one in event.parameters if not hasattr(one, "parameter_id")}
@@ -140,7 +142,7 @@ def check_field(found, name, coding, ours, dictionary):
 
 
 def check_report(found, packet, dictionary):
-    """All fields before the first that varies in number, kind or presence."""
+    """Check all fields before the first one that varies in number, kind or presence."""
     catalogue = dictionary.catalogue
     entry, ours = catalogue.find("TM", packet.service, packet.subtype), catalogue.decode(packet)
     for field in entry["fields"]:
@@ -156,7 +158,8 @@ def check_report(found, packet, dictionary):
 
 
 def check(definition, packet, dictionary):
-    """Compare what the library and our ground read; false if only the header could be."""
+    """Compare what the library and the ground segment read. Returns false if only the header could be
+    compared."""
     try:
         found = read(definition, packet.raw)
     except UnicodeDecodeError as error:

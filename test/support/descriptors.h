@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The descriptors that this process has open, so that a test can show that it closes those it opens. The
-/// Makefile links tests so that each test of Unity and of cmocka counts: a test that leaves one open, or
-/// closes one that is not its own, fails.
+/// The descriptors that this process has open, by which a test shows that it closes those that it opens. The
+/// Makefile links all tests of Unity and cmocka so that this is checked: a test fails if it leaves a
+/// descriptor open or closes one that it has not opened.
 #ifndef TEST_SUPPORT_DESCRIPTORS_H
 #define TEST_SUPPORT_DESCRIPTORS_H
 
@@ -14,7 +14,7 @@ typedef struct {
 } descriptors_t;
 
 descriptors_t descriptors_now(void);
-/// Number of descriptors that are open now and were not, or the other way round; each is printed.
+/// Print each descriptor that was opened or closed since `before`. Returns their number.
 unsigned descriptors_changed(const descriptors_t* before);
 
 #endif // TEST_SUPPORT_DESCRIPTORS_H

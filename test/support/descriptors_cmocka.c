@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// See descriptors.h: the same for tests of cmocka. Those mock functions of the C library, so this calls the
-// kernel itself.
+// The check of descriptors.h for tests of cmocka. Such tests mock functions of the C library, so this file
+// calls the kernel directly.
 #define _GNU_SOURCE
 #include "test/support/descriptors.h"
 
@@ -15,7 +15,7 @@
 
 #define TESTS_MAX 64U
 
-static const struct CMUnitTest* wanted; // The test that runs, as its file declares it.
+static const struct CMUnitTest* wanted; // The present test as its file declares it.
 static descriptors_t before;
 
 static descriptors_t look(void)

@@ -7,7 +7,7 @@
 
 disk_t disk;
 
-/// True if this call is to fail.
+/// True if this call must fail.
 static bool fails(void)
 {
     disk.calls++;
@@ -68,7 +68,7 @@ void disk_remove(const char* const path)
     disk_find(path)->is_used = false;
 }
 
-/// The directory of a path exists.
+/// True if the directory of a path exists.
 static bool has_folder(const char* const path)
 {
     pus_file_path_t folder;
@@ -180,7 +180,7 @@ static status_t rename_it(void* const context, const char* const path, const cha
     return STATUS_OK;
 }
 
-/// The name of a file in a directory; null if it is not in it.
+/// Returns the name of a file within a directory; null if the file is not in the directory.
 static const char* name_in(const disk_file_t* const file, const char* const path)
 {
     pus_file_path_t whole;

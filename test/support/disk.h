@@ -14,12 +14,12 @@ typedef struct { // Private.
     bool is_directory;
     char path[PUS_FILE_PATH_SIZE];
     uint64_t size;
-    uint8_t* octets; // Null: none.
+    uint8_t* octets; // Null: the file has no content.
 } disk_file_t;
 
 typedef struct {
     unsigned calls;     ///< Number of calls of the store.
-    unsigned fail_call; ///< The call of this number returns `failure`; 0: none does.
+    unsigned fail_call; ///< Number of the call that returns `failure`; 0: no call fails.
     status_t failure;
     uint64_t room; ///< Size requested by the last file made [octets].
     unsigned syncs;
@@ -30,13 +30,13 @@ typedef struct {
 
 extern disk_t disk;
 
-/// Remove everything but the root.
+/// Remove everything except the root.
 void disk_start(void);
 pus_file_store_t disk_store(void);
-/// Add a directory, or a file of `size` octets with increasing values from `first` on.
+/// Add a directory, or a file of `size` octets with values that increase from `first` on.
 void disk_directory(const char* path);
 disk_file_t* disk_file(const char* path, uint64_t size, uint8_t first);
-/// Null: there is no such file.
+/// Returns null if there is no such file.
 disk_file_t* disk_find(const char* path);
 void disk_remove(const char* path);
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What tshark reads in packets with the generated dissector, and what our ground reads in the same packets."""
+"""The content of packets as tshark reads it with the generated dissector and as the ground segment reads
+it."""
 
 import collections
 import math
@@ -31,7 +32,8 @@ def capture(path, raws):
 
 
 def read(script, path):
-    """For each frame: dict field name -> list of texts, in the order of the packet; nested packets are left out."""
+    """For each frame a dictionary: field name -> list of texts in the order of the packet; nested packets are
+    left out."""
     found = []
     for packet in ET.fromstring(tshark(script, path, "-T", "pdml")).iter("packet"):
         fields = {}
@@ -49,7 +51,7 @@ def _collect(element, fields):
 
 
 def compare(script, path, raws, dictionary):
-    """Compare all values of packets; the count of values by message."""
+    """Compare all values of packets. Returns the number of values by message."""
     expected, compared = Expected(dictionary), collections.Counter()
     dissected = read(script, capture(path, raws))
     assert len(dissected) == len(raws)
@@ -63,16 +65,17 @@ def compare(script, path, raws, dictionary):
 
 
 class Expected:
-    """What our ground reads in packets, by the names of the dissector's fields."""
+    """The content of packets as the ground segment reads it, with the names of the dissector's fields."""
 
     def __init__(self, dictionary):
         self.dictionary, self.configurations = dictionary, {}
         content = dictionary.content["catalogue"]
-        both = {key: content[key] | content["private"][key] for key in ("kinds", "services")}  # The mission's own services, too.
+        # With the services of the mission.
+        both = {key: content[key] | content["private"][key] for key in ("kinds", "services")}
         self.catalogue = Catalogue(both, dictionary)
 
     def of(self, packet):
-        """Dict field name -> list of numbers and texts."""
+        """Dictionary: field name -> list of numbers and texts."""
         self.found = {}
         if packet.apid:
             self._add("apid", packet.apid)
@@ -90,7 +93,8 @@ class Expected:
                     event = owner.event(decoded["event"])
                     listed = {one.name: one for one in event.parameters}
                 for name, value in decoded["values"].items():
-                    own = isinstance(listed.get(name), Field)  # Otherwise a parameter that the event refers to.
+                    # Otherwise it is a parameter to which the event refers.
+                    own = isinstance(listed.get(name), Field)
                     place = f"{owner.name}.{decoded['event']}.{name}" if own else f"{owner.name}.{name}"
                     self._values(place.lower(), listed.get(name) or owner.parameters.get(name), value)
                 return self.found

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Observations of a test fixture as lines of text in their order, for tests that expect lines.
+/// Observations of a test fixture as lines of text in order, for tests that expect certain lines.
 #ifndef TEST_SUPPORT_FIXTURE_LINES_H
 #define TEST_SUPPORT_FIXTURE_LINES_H
 
@@ -7,19 +7,20 @@
 
 /// Add a line, as printf does.
 void fixture_line(const char* format, ...) __attribute__((format(printf, 1, 2)));
-/// Lines since the last call; the next call begins after them.
+/// Returns the lines since the last call; the next call begins after them.
 const char* fixture_look(void);
 void fixture_forget(void);
 /// True if a line since the last fixture_look begins with `start`; does not consume lines.
 bool fixture_has(const char* start);
-/// Check the lines since the last call.
+/// Expect exactly these lines since the last call.
 #define fixture_expect(lines) fixture_expect_at((lines), __LINE__)
 void fixture_expect_at(const char* lines, unsigned line);
 
-/// Requests by their number: of each that was sent one end is reported at most, whatever the test looks at.
+/// Note requests and their ends by number: at most one end may be reported for each request sent, whatever
+/// the test checks.
 void fixture_sent(unsigned number);
 void fixture_end(unsigned number);
-/// Numbers start again.
+/// Numbers of requests start again.
 void fixture_forget_ends(void);
 
 #endif // TEST_SUPPORT_FIXTURE_LINES_H

@@ -11,7 +11,8 @@ from space_packet_parser.xtce.definitions import XtcePacketDefinition
 
 SPACE = "{http://www.omg.org/spec/XTCE/20180204}"
 ROOT_CONTAINER = "ccsds"
-OPEN = ("application_process", "apid", "failure_code", "parameter_id")  # Enumerations that may get numbers without a label, which the library refuses.
+# Enumerations that may have numbers without a label, which the library refuses.
+OPEN = ("application_process", "apid", "failure_code", "parameter_id")
 
 
 def _tag(element):
@@ -19,7 +20,7 @@ def _tag(element):
 
 
 class Flattened:
-    """Result for one database."""
+    """A database in the supported form."""
 
     def __init__(self, path):
         tree = ET.parse(path).getroot()
@@ -57,7 +58,7 @@ class Flattened:
             self.whole.add(container.get("name"))
 
     def _expand(self, name, type_name):
-        """Names of the scalar parameters of one; None if their number is not fixed."""
+        """Names of the scalar parameters of a parameter; None if their number is not fixed."""
         made = self.types[type_name]
         if _tag(made) == "AggregateParameterType":
             parts = [(f"{name}.{one.get('name')}", one.get("typeRef")) for one in made.find(f"{SPACE}MemberList")]
@@ -73,8 +74,8 @@ class Flattened:
         return None if None in found else sum(found, [])
 
     def _plain(self, made):
-        """A type in the form that the library accepts: no end mark in a fixed size, numbers that may have no
-        label."""
+        """A type in a form that the library accepts: no end mark in a fixed size, and no label needed for a
+        number."""
         for holder in made.iter():
             for child in list(holder):
                 if _tag(child) == "TerminationChar":
@@ -87,7 +88,7 @@ class Flattened:
         return made
 
     def definition(self, folder):
-        """The library's definition, from a file written into the folder."""
+        """The library's definition, loaded from a file that is written into the folder."""
         system, telemetry = ET.Element(f"{SPACE}SpaceSystem", name="flat"), ET.Element(f"{SPACE}TelemetryMetaData")
         types, parameters, containers = (ET.Element(f"{SPACE}{tag}") for tag in ("ParameterTypeSet", "ParameterSet", "ContainerSet"))
         for name in sorted(set(self.made.values())):

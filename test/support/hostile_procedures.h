@@ -169,7 +169,7 @@ static const hostile_procedure_t hostile_procedures[] = {
 
 #define HOSTILE_PROCEDURES (sizeof(hostile_procedures) / sizeof(hostile_procedures[0]))
 
-/// Its code, in `out_code` of HOSTILE_CODE_MAX.
+/// Write the code of a procedure to `out_code` of HOSTILE_CODE_MAX.
 static inline const char* hostile_code(const hostile_procedure_t* const procedure, char* const out_code)
 {
     (void)snprintf(out_code, HOSTILE_CODE_MAX, "%s while true do %s end", procedure->before,

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Made-up reports whose layouts are those of the descriptors: housekeeping and events of every subsystem of a mission."""
+"""Synthetic reports whose layouts are those of the descriptors: housekeeping and events of every subsystem of
+a mission."""
 
 import struct
 
@@ -10,7 +11,7 @@ SEVERITIES = ("INFORMATIVE", "LOW", "MEDIUM", "HIGH")
 
 
 def _octets(chance, items):
-    """Octets of parameters or fields: random, of an enumeration those of its numbers."""
+    """Octets of parameters or fields: random ones; for an enumeration one of its numbers."""
     octets = b""
     for item in items:
         if getattr(item, "fields", ()):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values for any message of the catalogue, at random from a seed."""
+"""Values for any message of the catalogue, drawn from a seed."""
 
 import random
 
@@ -9,7 +9,7 @@ LAYOUT = {"UINT8": 0, "UINT16": 1, "DOUBLE": 9}
 
 
 class Values:
-    """Values of any message, at random."""
+    """Random values of any message."""
 
     def __init__(self, catalogue, seed):
         self.catalogue, self.random = catalogue, random.Random(seed)
@@ -19,7 +19,8 @@ class Values:
         found = {}
         for field in fields:
             if "repeat" in field:
-                is_open = "argument_id" in str(field)  # Fields whose value extends to the end: one group at most.
+                # The value of such a field extends to the end, so there is at most one group.
+                is_open = "argument_id" in str(field)
                 groups = 1 if is_open else self.random.randrange(field["least"], 4)
                 found[field["repeat"]] = [self.group(entry, field["fields"]) for _ in range(groups)]
             elif "choice" in field:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The dictionary of rokviss with names for numbers and for failures of MANIPULATOR, which its descriptor does not have."""
+"""The dictionary of rokviss with names for numbers and for failures of MANIPULATOR, which its descriptor does
+not define."""
 
 PACE = {"SLOW": 3, "QUICK": 4}
 CHOICE_ID = 16 << 21 | 25 << 16 | 99

@@ -34,28 +34,28 @@ typedef struct {
 
 typedef struct {
     image_t image[2];
-    image_t durable[2]; ///< Content when recording began.
+    image_t durable[2]; ///< Content when the recording began.
     size_t count;
     operation_t operations[OPERATIONS_MAX];
     size_t data_size;
     uint8_t data[1U << 21U];
-    unsigned mark;      ///< The test's own; noted with each operation.
+    unsigned mark;      ///< Set by the test and stored with each operation.
     unsigned calls;     ///< Number of calls of any kind, reads included, since the last clear.
     unsigned fail_from; ///< The call of this number and `fail_count` - 1 after it fail; 0: none.
     unsigned fail_count;
-    status_t failure; ///< With this status.
+    status_t failure; ///< Status that failing calls return.
     size_t torn;      ///< Octets that a failing write still writes.
 } recorded_t;
 
 extern recorded_t recorded;
 
 medium_t recorded_medium(size_t index);
-/// Begin a new record, on media as `images` shows them, as they were when the power came back.
+/// Begin a new recording on media with the content of `images`, as after the power is restored.
 void recorded_clear(const image_t images[2]);
-/// Carry out an operation on its image; of a write, the first `size` octets.
+/// Apply an operation to its image; of a write, the first `size` octets.
 void recorded_apply(const operation_t* operation, size_t size, image_t images[2]);
-/// The guaranteed content of the media: what was synced, and nothing else. A sync that failed has lost what
-/// was written before it, though it can still be read.
+/// The guaranteed content of the media: only what was synced. A failed sync loses what was written before it,
+/// although it can still be read.
 void recorded_durable(image_t images[2]);
 /// Copy both media.
 void recorded_copy(image_t to[2], const image_t from[2]);

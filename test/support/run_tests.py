@@ -28,7 +28,7 @@ PROCESSOR_SECONDS_ALLOWED = 300
 SECONDS_ALLOWED = 1200
 FLIGHT_SECONDS_ALLOWED = 1500
 SLOWEST = 10
-# Files, and one folder that shares a flight, that take more than half a minute.
+# Files, and one folder that shares a flight, which take more than half a minute.
 LONGEST = ["test/hil/test_nodes.py", "test/fuzz/test_fuzz.py", "test/hil/test_deaths.py", "test/hil/test_buses.py",
            "test/conformance/pus/"]
 UNITY = re.compile(r"^(\d+) Tests (\d+) Failures (\d+) Ignored", re.MULTILINE)
@@ -49,7 +49,8 @@ class Count:
 
 
 def count_cases(output, code):
-    """Cases out of a runner's own closing lines; a program that ends with an error has at least one failure."""
+    """Count the cases from a runner's closing lines; a program that ends with an error has at least one
+    failure."""
     count = Count()
     found = False
     for line in UNITY.finditer(output):
@@ -107,7 +108,8 @@ def program_of(source, folder):
 
 
 def run_programs(programs, jobs):
-    """Count of all programs and (seconds, program) of each. Each is shown when it ends, whatever the others do."""
+    """Run all programs. Returns the total count and (seconds, program) of each. Each program is shown when it
+    ends."""
     total, times = Count(), []
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         runs = [pool.submit(run_program, program) for program in programs]
@@ -130,7 +132,7 @@ def print_slowest(kind, times):
 
 
 def in_order(files):
-    """Slow ones first, so that the workers end together."""
+    """The slow files first, so that the workers end at about the same time."""
     def place(name):
         return next((rank for rank, begin in enumerate(LONGEST) if name.startswith(begin)), len(LONGEST)), name
 
@@ -138,7 +140,7 @@ def in_order(files):
 
 
 def read_report(report):
-    """Count of the cases in a report of pytest, and (seconds, case) of each, with what its fixtures took."""
+    """Count of the cases in a report of pytest, and (seconds, case) of each, including its fixtures."""
     count, times = Count(), []
     for suite in xml.etree.ElementTree.parse(report).getroot().iter("testsuite"):
         failed = int(suite.get("failures", 0)) + int(suite.get("errors", 0))
@@ -158,7 +160,7 @@ def run_pytest(folder, only, jobs):
     report.unlink(missing_ok=True)
     options = ["-v", "-rs", "-p", "no:cacheprovider", f"--timeout={FLIGHT_SECONDS_ALLOWED}", "--rootdir=.",
                f"--junitxml={report}"]
-    if min(jobs, len(files)) > 1:  # The tests of a file stay together: they share flights.
+    if min(jobs, len(files)) > 1:  # The tests of a file stay together because they share flights.
         options += ["-n", str(min(jobs, len(files))), "--dist", "loadfile", "--no-loadscope-reorder"]
     code = subprocess.run([sys.executable, "-m", "pytest", *options, *files]).returncode
     count, times = read_report(report) if report.exists() else (Count(), [])

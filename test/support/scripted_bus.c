@@ -19,7 +19,7 @@ void scripted_bus_open(scripted_bus_t* const bus, const char* const name)
 {
     memset(bus, 0, sizeof *bus);
     (void)snprintf(bus->address, sizeof bus->address, "shm:%s-%ld", name, (long)osal_process_own_id());
-    (void)osal_can_destroy(bus->address); // Left over from a run that was killed.
+    (void)osal_can_destroy(bus->address); // May be left from a run that was killed.
     must(osal_can_create(bus->address), "create");
     must(osal_can_open(&bus->wire, bus->address, OSAL_CAN_WIRE), "open");
 }
@@ -53,7 +53,7 @@ static void give(scripted_node_t* const node, const uint16_t index, const uint8_
     object->value                   = value;
 }
 
-/// Mapping of one PDO: entries end with 0.
+/// Set the mapping of one PDO; 0 ends the entries.
 static void map(scripted_node_t* const node, const uint16_t index, const uint32_t* const entries)
 {
     uint8_t count = 0U;
@@ -273,7 +273,7 @@ static void serve(scripted_bus_t* const bus, scripted_node_t* const node, const 
     } else if ((request[0] >> 5) == 2U) {
         answer[0] = (uint8_t)(0x43U | ((4U - object->octets) << 2));
     } else {
-        return; // An abort of the client.
+        return; // The client has aborted the transfer.
     }
     for (unsigned i = 0U; i < 4U; i++) {
         answer[4U + i] = (uint8_t)(value >> (8U * i));

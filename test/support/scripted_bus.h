@@ -34,12 +34,12 @@ typedef struct {
 typedef struct { // The test may read and write all fields.
     uint8_t id;
     scripted_kind_t kind;
-    bool is_plugged;   ///< False: it neither receives nor sends.
-    bool is_boot_mute; ///< Does not boot.
-    bool is_sdo_mute;  ///< Does not answer SDO requests.
-    bool is_pdo_mute;  ///< Does not answer SYNC.
-    bool is_stuck;     ///< Power state does not change.
-    uint8_t nmt;       ///< State as in heartbeats.
+    bool is_plugged;   ///< False: the node neither receives nor sends.
+    bool is_boot_mute; ///< The node does not boot.
+    bool is_sdo_mute;  ///< The node does not answer SDO requests.
+    bool is_pdo_mute;  ///< The node does not answer SYNC.
+    bool is_stuck;     ///< The power state does not change.
+    uint8_t nmt;       ///< NMT state as in heartbeats.
     unsigned boots;
     uint16_t status[SCRIPTED_AXES]; ///< Statusword.
     uint16_t control[SCRIPTED_AXES];
@@ -51,18 +51,18 @@ typedef struct { // The test may read and write all fields.
     uint8_t outputs[4]; ///< Process data to a valve box.
     int32_t rate[3];    ///< Of a gyro, 1e-7 rad/s.
     unsigned pdos_received;
-    unsigned last_pdo; ///< 1 or 2.
+    unsigned last_pdo; ///< Number of the RPDO received last, 1 or 2.
     scripted_object_t objects[SCRIPTED_OBJECTS];
     unsigned object_count;
-    unsigned writes; ///< SDO downloads taken.
+    unsigned writes; ///< SDO downloads accepted.
 } scripted_node_t;
 
 typedef struct {
     osal_can_t wire;
-    char address[64]; ///< Address for flight.
+    char address[64]; ///< Address for the flight software.
     scripted_node_t nodes[SCRIPTED_NODES];
     unsigned node_count;
-    osal_can_frame_t seen[SCRIPTED_FRAMES]; ///< Frames of flight since the last run, in order.
+    osal_can_frame_t seen[SCRIPTED_FRAMES]; ///< Frames of the flight software since the last run, in order.
     unsigned seen_count;
     unsigned syncs;
 } scripted_bus_t;
@@ -70,19 +70,19 @@ typedef struct {
 /// Make a bus with a name unique to this process, and open its wire end.
 void scripted_bus_open(scripted_bus_t* bus, const char* name);
 void scripted_bus_close(scripted_bus_t* bus);
-/// A node with the objects of its kind, plugged, not yet booted.
+/// Add a node with the objects of its kind, plugged and not yet booted.
 scripted_node_t* scripted_bus_add(scripted_bus_t* bus, scripted_kind_t kind, uint8_t id);
-/// The object of a node, made if it does not exist.
+/// The object of a node; it is made if it does not exist.
 scripted_object_t* scripted_object(scripted_node_t* node, uint16_t index, uint8_t subindex);
-/// Take in the frames of flight and answer. Without a plugged node, flight gets the error that no node
-/// acknowledged.
+/// Read the frames of the flight software and answer them. Without a plugged node, the flight software gets
+/// the error that no node acknowledged.
 void scripted_bus_run(scripted_bus_t* bus);
 /// Each plugged node sends a heartbeat.
 void scripted_bus_heartbeat(scripted_bus_t* bus);
-/// Send any frame to flight.
+/// Send any frame to the flight software.
 void scripted_bus_deliver(scripted_bus_t* bus, uint32_t id, const uint8_t* octets, uint8_t length);
 void scripted_bus_emergency(scripted_bus_t* bus, uint8_t node, uint16_t code);
-/// Send an error frame of flight's controller; class as in osal/can.h, detail is data[1].
+/// Send an error frame of the flight software's controller; class as in osal/can.h, detail in data[1].
 void scripted_bus_error(scripted_bus_t* bus, uint32_t class, uint8_t detail);
 /// Number of frames seen with an identifier.
 unsigned scripted_bus_count(const scripted_bus_t* bus, uint32_t id);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The sending side, for tests: protected frames with any field as the test requires.
+/// The sender's side for tests: protected frames, with any field as the test sets it.
 #ifndef TEST_SUPPORT_SEALER_H
 #define TEST_SUPPORT_SEALER_H
 
@@ -21,11 +21,11 @@ typedef struct {
     size_t size;
 } sealed_t;
 
-/// Frame with the content, 1..988 octets, under the key.
+/// Make a frame with the content (1..988 octets) under the key.
 void seal(sealed_t* frame, const uint8_t key[SDLS_KEY_OCTETS], const uint8_t* content, size_t size);
 /// The value that identifies a key in its mark, as the ground computes it.
 void sealer_key_check(const uint8_t key[SDLS_KEY_OCTETS], uint8_t out_check[SESSION_MARK_CHECK]);
-/// A medium with the mark of the key at a session, as the ground makes it.
+/// Make a medium with the mark of the key at a session, as the ground does.
 void sealer_make_mark(const medium_t* medium, const uint8_t key[SDLS_KEY_OCTETS], uint32_t session);
 
 #endif // TEST_SUPPORT_SEALER_H

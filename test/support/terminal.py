@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A program on a pseudo-terminal, to which a test types keys. Each wait has an end, also if the program draws without end."""
+"""A program on a pseudo-terminal, into which a test types keys. Each wait is limited, even if the program
+writes without end."""
 
 import pexpect
 

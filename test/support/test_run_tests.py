@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The test runner counts the results of the runners under it, and never counts a broken program as a success."""
+"""The test runner counts the results of the runners below it, and never counts a broken program as a
+success."""
 
 import os
 import pathlib
@@ -102,7 +103,8 @@ def program(folder, name, text):
 
 
 def test_a_program_is_shown_when_it_ends_whatever_the_first_does(tmp_path, capsys):
-    """The first waits for the second to have ended; with output in the order of the list, nothing would be shown until then."""
+    """The first program waits until the second has ended; in the order of the list, no result would be shown
+    until then."""
     first = program(tmp_path, "first", f"while [ ! -e {tmp_path}/ended ]; do sleep 0.05; done")
     second = program(tmp_path, "second", f"touch {tmp_path}/ended")
     total, times = run_tests.run_programs([first, second], jobs=2)

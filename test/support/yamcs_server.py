@@ -20,7 +20,7 @@ import run as yamcs_run
 
 MISSION = "rokviss"
 PATIENCE_S = 300.0
-NEWEST = 1000  # Packets in one answer.
+NEWEST = 1000  # Number of packets in one answer.
 SYNTHETIC = """
   - name: synthetic
     class: org.yamcs.tctm.TcpTmDataLink
@@ -38,7 +38,7 @@ mdb:"""
 
 
 def until(condition, what):
-    """Wait until the condition is true; its value."""
+    """Wait until the condition is true. Returns its value."""
     end = time.monotonic() + PATIENCE_S
     while not (found := condition()):
         assert time.monotonic() < end, f"{what} did not come within {PATIENCE_S} s"
@@ -68,7 +68,7 @@ class Yamcs:
         return "Yamcs started" in self.told()
 
     def ask(self, path, **content):
-        """Answer to a request to its interface."""
+        """The answer to a request to the interface."""
         data = json.dumps(content).encode() if content else None
         asked = urllib.request.Request(f"http://127.0.0.1:{self.port}/api/{path}", data=data)
         try:
@@ -78,7 +78,7 @@ class Yamcs:
             raise AssertionError(f"{path} {content}: {error.read().decode()}") from error
 
     def command(self, name, dry=False, **arguments):
-        """Issue a command; the answer."""
+        """Issue a command. Returns the answer."""
         path = f"processors/mission/realtime/commands/{MISSION}/{name}"
         return self.ask(path, args=arguments, dryRun=dry)
 
@@ -88,7 +88,7 @@ class Yamcs:
         return {one["name"]: next(iter(v for k, v in one["value"].items() if k != "type"), None) for one in found.get("attr", [])}
 
     def carried_out(self, name, **arguments):
-        """Issue a command and wait for its end; its history."""
+        """Issue a command and wait for its end. Returns its history."""
         identifier = self.command(name, **arguments)["id"]
         until(lambda: "CommandComplete_Status" in self.history(identifier), f"end of {name}")
         return self.history(identifier)
@@ -99,7 +99,7 @@ class Yamcs:
         return [(one["id"]["name"], one["generationTime"], one["sequenceNumber"], one["packet"]) for one in page.get("packet", [])]
 
     def extract(self, name, stamp, sequence):
-        """(path, raw value, calibrated value) of the content of a packet, in the order of the wire."""
+        """(path, raw value, calibrated value) of the content of a packet, in the order of the packet."""
         path = f"archive/mission/packets/{urllib.parse.quote(name, safe='')}/{stamp}/{sequence}:extract"
         found = self.ask(path).get("parameterValues", [])
         return [(one["parameter"]["qualifiedName"], plain(one.get("rawValue")), plain(one.get("engValue"))) for one in found]

@@ -13,7 +13,7 @@ static rtlink_consumer_t consumer;
 static rtlink_terms_t terms;
 static unsigned own;
 
-/// Link n is received by side 1 - n.
+/// Side 1 - n receives link n.
 static bool udp_route(void* context, uint16_t link, osal_socket_t** out_socket, osal_address_t* out_consumer)
 {
     (void)context;

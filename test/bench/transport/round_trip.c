@@ -39,10 +39,10 @@ static void settle_on(unsigned processor)
     (void)sched_setaffinity(0, sizeof set, &set);
     (void)sched_setscheduler(0, SCHED_FIFO, &parameters);
     (void)prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);
-    (void)alarm(LIMIT_S); // Its default action ends a process that hangs.
+    (void)alarm(LIMIT_S); // The default action of the signal ends a process that hangs.
 }
 
-/// Both sides are open when both have come here.
+/// Wait until both processes have called this; then both sides are open.
 static void pass(gate_t* gate)
 {
     (void)__atomic_add_fetch(&gate->ready, 1U, __ATOMIC_ACQ_REL);

@@ -18,10 +18,11 @@
 #define ROUND_TRIP_PAYLOAD_MAX 1024U
 
 typedef struct {
-    bool may_poll; ///< The transport has a receive that does not wait.
-    /// Before the processes are forked, for memory that both share; may be null.
+    bool may_poll; ///< The transport can receive without waiting.
+    /// Called before the processes are forked, for memory that both share; may be null.
     bool (*prepare)(size_t size);
-    /// In each process (side 0 or 1), before the first payload. False: not possible.
+    /// Called in each process (side 0 or 1) before the first payload. Returns false if the transport is not
+    /// possible here.
     bool (*open)(unsigned side, size_t size, bool is_polled);
     void (*send)(const uint8_t* payload);
     void (*receive)(uint8_t* payload); ///< Waits for the next payload.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The limit for polled readers: a sequence lock around the latest value in shared memory, and nothing else.
+// The limit for polled readers: only a sequence lock around the latest value in shared memory.
 #include "test/bench/transport/round_trip.h"
 
 #include <string.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The limit for datagrams: two sockets on the loopback interface, send and a receive that sleeps.
+// The limit for datagrams: two sockets on the loopback interface, and a receive call that sleeps.
 #include "test/bench/transport/round_trip.h"
 
 #include <arpa/inet.h>

@@ -20,7 +20,7 @@ NOTES = ROOT / "build" / "pus_coverage.json"
 
 @pytest.fixture(scope="session")
 def notes():
-    """Messages seen to work; written when the session ends."""
+    """Messages that a test has seen working; written when the session ends."""
     found = stations.Notes()
     yield found
     content = {
@@ -34,7 +34,7 @@ def notes():
 
 @pytest.fixture(scope="package")
 def flight():
-    """A mission that flies, as fast as it can, until the tests of this folder have ended."""
+    """A mission that flies as fast as it can until the tests of this folder have ended."""
     place = ROOT / "build" / "test"
     place.mkdir(parents=True, exist_ok=True)
     folder = pathlib.Path(tempfile.mkdtemp(prefix="pus-", dir=place))
@@ -48,7 +48,7 @@ def flight():
 
 @pytest.fixture(scope="package")
 def station(flight, notes):
-    """Its ground station."""
+    """The ground station of the flight."""
     ground = stations.Station(flight, notes)
     yield ground
     ground.close()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/pus-coverage.md from the results of the conformance tests."""
+"""Makes docs/pus-coverage.md from the results of the conformance tests."""
 
 HEAD = """# Coverage of the standard's messages
 
@@ -20,7 +20,7 @@ def _row(entry, seen, refused):
 
 
 def render(catalogue, notes):
-    """The page."""
+    """The text of the page."""
     rows, done = [], 0
     for entry in catalogue.all():
         message = entry["service"], entry["subtype"]

@@ -19,7 +19,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define CHANGES 256     // Beyond this number the system has written the oldest changes to the disk by itself.
+#define CHANGES 256     // Beyond this number, the oldest changes count as written to the disk.
 #define DESCRIPTORS 512 // Descriptors of this library begin here.
 
 typedef enum {
@@ -32,7 +32,7 @@ typedef enum {
 
 typedef struct {
     kind_t kind;
-    int place; // The file, or the folder of the name.
+    int place; // The changed file, or the folder of the name.
     int other; // The folder of the new name.
     bool is_folder;
     char name[NAME_MAX + 1];
@@ -46,9 +46,9 @@ typedef struct {
 static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
 static change_t changes[CHANGES];
 static unsigned change_count;
-static long rest = -1; // Changes up to the cut.
+static long rest = -1; // Number of changes until the cut.
 static char storage[PATH_MAX];
-static int removed_files = -1; // A folder that keeps removed files until the removal is synced.
+static int removed_files = -1; // A folder that keeps removed files until their removal is synced.
 
 #define REAL(name) ((__typeof__(&name))dlsym(RTLD_NEXT, #name))
 
@@ -178,7 +178,7 @@ static void cut(void)
     (void)pause();
 }
 
-/// Count a change: true if it is the last one.
+/// Count a change. Returns true if it is the last one.
 static bool is_last(void)
 {
     rest--;
@@ -189,7 +189,7 @@ static char* octets_of(int descriptor, off_t offset, size_t size, size_t* out_co
 {
     char* const octets = malloc(size + 1U);
     char link[64];
-    // The file may be open for writing only.
+    // The file may be open only for writing, so open it again for reading.
     (void)snprintf(link, sizeof link, "/proc/self/fd/%d", descriptor);
     const int reader  = open(link, O_RDONLY | O_CLOEXEC);
     const ssize_t got = (octets != NULL) ? pread(reader, octets, size, offset) : 0;
@@ -272,7 +272,7 @@ int fsync(int descriptor)
     return REAL(fsync)(descriptor);
 }
 
-/// After a change of names.
+/// Record a change of names.
 static int moved(kind_t kind, int folder, const char* name, int new_folder, const char* new_name,
                  bool is_folder)
 {

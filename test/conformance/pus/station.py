@@ -17,9 +17,9 @@ import flying
 from hirosco_gse.session import LinkLost, Request, TimedOut
 from hirosco_gse.spacecraft import Spacecraft, merged
 
-PATIENCE_S = 120.0  # Ends waits without end only.
+PATIENCE_S = 120.0  # Only ends waits without end.
 USER = 2
-ENDLESS_S = 1_000_000  # Of simulated time; the tests end the flight.
+ENDLESS_S = 1_000_000  # Simulated time; the tests end the flight.
 
 
 class LinkClosed(AssertionError):
@@ -27,7 +27,7 @@ class LinkClosed(AssertionError):
 
 
 class Outcome:
-    """Outcome of a request: the failures by stage and code, and the reports addressed to us."""
+    """Result of a request: its failures by stage and code, and the reports addressed to this station."""
 
     def __init__(self, verification):
         self.stages = verification.stages
@@ -42,7 +42,7 @@ class Outcome:
 
 
 class Notes:
-    """Messages seen to work, and by which tests."""
+    """Messages that have been seen working, with the tests that have seen them."""
 
     def __init__(self):
         self.requests, self.reports = collections.defaultdict(set), collections.defaultdict(set)
@@ -75,7 +75,7 @@ class Station(Spacecraft):
     # ---- waiting ----
 
     def wait(self, condition, what):
-        """Wait until the condition holds; its value."""
+        """Wait until the condition holds. Returns its value."""
         try:
             return self.wait_for(condition, what)
         except TimedOut as problem:
@@ -88,11 +88,12 @@ class Station(Spacecraft):
         return (self.reports[-1][0].time_ns - self.dictionary.epoch_ns) / 1e9 if self.reports else 0.0
 
     def wait_until(self, seconds):
-        """Wait until a report of that mission time or later has arrived."""
+        """Wait until a report of this mission time or later has arrived."""
         self.wait(lambda: self.now() >= seconds, f"mission time {seconds}")
 
     def report(self, service, subtype, apid=None, since=0, where=None):
-        """The first report of a message from this index of `reports` on whose fields match; waits for it."""
+        """Wait for the first report of a message whose fields match, from this index of `reports` on. Returns
+        it."""
 
         def found():
             for packet, decoded in self.reports[since:]:
@@ -108,7 +109,7 @@ class Station(Spacecraft):
     # ---- requests ----
 
     def send(self, subsystem, service, subtype, **fields):
-        """Send a request of the catalogue; its outcome."""
+        """Send a request of the catalogue. Returns its verification."""
         apid = self.dictionary.subsystem(subsystem).apid
         data = self.catalogue.encode("TC", service, subtype, fields)
         return self.send_data(apid, service, subtype, data)
@@ -119,7 +120,8 @@ class Station(Spacecraft):
         return self.session.send(request)
 
     def settle(self, verification):
-        """Wait for the end of a request's verification, and for the reports that were sent before it."""
+        """Wait for the end of a request's verification and for the reports that were sent before it. Returns
+        the outcome."""
         self.wait(lambda: verification.is_finished, f"end of {verification.request.text}")
         if verification.failure is not None and verification.failure.instruction:
             self.fence(verification.request.apid)  # Further instructions may have failed.
@@ -131,7 +133,7 @@ class Station(Spacecraft):
         self.wait(lambda: ping.is_finished, f"end of {ping.request.text}")
 
     def do(self, subsystem, service, subtype, **fields):
-        """A request that completes; its outcome."""
+        """Send a request that must complete. Returns its outcome."""
         verification = self.send(subsystem, service, subtype, **fields)
         outcome = self.settle(verification)
         assert outcome.is_completed, f"{verification.request.text}: {outcome.failure.words(self.dictionary)}"
@@ -139,7 +141,8 @@ class Station(Spacecraft):
         return outcome
 
     def ask(self, subsystem, service, subtype, **fields):
-        """A request that completes and is answered; the fields of its answer, the groups of several packets together."""
+        """Send a request that must complete and be answered. Returns the fields of its answer; groups in
+        several packets are joined."""
         outcome = self.do(subsystem, service, subtype, **fields)
         answer = self.catalogue.find("TC", service, subtype)["answer"]
 
@@ -152,7 +155,8 @@ class Station(Spacecraft):
         return merged(parts)
 
     def refuse(self, code, subsystem, service, subtype, **fields):
-        """A request that is refused as a whole, or in some instruction, with that code; its outcome."""
+        """Send a request that must be refused with this code, as a whole or in an instruction. Returns its
+        outcome."""
         verification = self.send(subsystem, service, subtype, **fields)
         outcome = self.settle(verification)
         assert outcome.failures, f"{verification.request.text} was performed, 0x{code:04X} expected"
@@ -161,10 +165,10 @@ class Station(Spacecraft):
         return outcome
 
     def command(self, *words):
-        """A command of an operator, run to its end; lines of its answer."""
+        """Run a command of an operator to its end. Returns the lines of its answer."""
         return "".join(f"{row['text']}\n" for row in super(Station, self).do(*words))
 
 
 def launch(folder, *options, **how):
-    """A flight without a scenario, which its station ends."""
+    """Start a flight without a scenario; its station ends it."""
     return flying.start(folder, "--scenario", "none", "--duration", ENDLESS_S, "--form", "image", *options, **how)

@@ -13,14 +13,15 @@ TEMPERATURE, BRAKE, ERROR_WINDOW = 1, 2, 3  # Quantities of a joint.
 
 
 def settle_state(station, apid, target):
-    """TC[129,1]."""
+    """Send TC[129,1] and wait for its end."""
     outcome = station.settle(station.send_data(apid, 129, 1, bytes([target])))
     assert outcome.is_completed, (target, outcome.failure)
 
 
 @pytest.fixture(scope="module")
 def arm(station):
-    """The manipulator, configured, so that its drives are commissioned; at the end it is as before."""
+    """The manipulator in a configuration, so that its drives are commissioned; at the end it returns to its
+    former state."""
     apid = station.dictionary.subsystem(SUBSYSTEM).apid
     nominal = next(mode["id"] for mode in station.dictionary.content["modes"] if mode["name"] == "NOMINAL")
     assert station.settle(station.send_data(1, 131, 1, bytes([nominal]))).is_completed

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Damage to the storage between two flights: an event reports it, the damaged files are kept, and the mission
-enters its fallback mode. The flight after that one reports nothing."""
+enters its fallback mode. The flight after the next one reports no damage."""
 
 import signal
 import subprocess
@@ -10,7 +10,7 @@ import pytest
 import station as stations
 from hirosco_gse import packets
 
-EVENT = "event=90"  # JOURNAL_DAMAGED of every component.
+EVENT = "event=90"  # JOURNAL_DAMAGED has this number in every component.
 CODE = b"step(1)"
 
 
@@ -30,7 +30,7 @@ def _cut(path):
 
 
 def _fly(folder, storage, act):
-    """Reports of damage by supervisor and arm, and whether the mode was changed."""
+    """Reports of damage by supervisor and arm, and whether the mode has changed."""
     flight = stations.launch(folder, "--storage", storage)
     ground = stations.Station(flight, stations.Notes())
     try:

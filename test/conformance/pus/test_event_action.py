@@ -21,7 +21,7 @@ def _ping(sequence=7):
 
 
 def _change_mode(station):
-    """Raises MODE_CHANGED twice."""
+    """Raise MODE_CHANGED twice."""
     for mode in (0, 1):
         station.settle(station.send_data(SUPERVISOR, 131, 1, bytes([mode])))
 

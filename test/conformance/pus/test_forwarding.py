@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ST[14] in flight: reports that are forwarded to ground at once."""
+"""ST[14] in flight: reports that are forwarded to the ground at once."""
 
 import pytest
 
@@ -8,11 +8,12 @@ ROBOT, HAND = 16, 17
 
 @pytest.fixture(autouse=True)
 def _everything_forwarded(station):
-    """Forwarded at the beginning, and again at the end."""
+    """All reports are forwarded at the beginning and again at the end."""
     before = station.ask("SUPERVISOR", 14, 3)
     yield
     station.do("SUPERVISOR", 14, 13, n1=[])
-    station.send("SUPERVISOR", 14, 2, n1=[])  # No report of verification either, until the next request.
+    # Verification reports are not forwarded either, until the next request.
+    station.send("SUPERVISOR", 14, 2, n1=[])
     station.send("SUPERVISOR", 14, 1, n1=before["n1"])
     station.fence(1)
 

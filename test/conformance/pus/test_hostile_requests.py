@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Requests that violate the catalogue, made from it: truncated at every length, longer by one octet, with
-other counts and lengths inside. Every addressee must reject at acceptance what the ground's own reader
-finds malformed."""
+changed counts and lengths inside. Every addressee must reject at acceptance what the ground's reader finds
+malformed."""
 
 import random
 
@@ -11,11 +11,11 @@ from message_values import Values
 
 SEEDS = 3
 MUTATIONS = 24  # Changes of single octets, for each message.
-TOGETHER = 32  # Requests under way.
+TOGETHER = 32  # Number of requests in progress.
 DATA, PERMISSION, SERVICE, SUBTYPE, QUEUE_FULL = 0x0108, 0x0110, 0x0105, 0x0106, 0x0109
 OUT_OF_RANGE, UNKNOWN_ID = 0x0203, 0x0201  # Only the reader of a time detects a wrong P-field.
-# Only definitions on board delimit their data: refused at acceptance or at start of execution, but never
-# performed.
+# Only definitions on board delimit the data of these: such a request is refused at acceptance or at its
+# start, and never performed.
 DELIMITED_ON_BOARD = {(8, 1), (20, 3)}
 
 
@@ -41,8 +41,8 @@ def _malformed(catalogue, entry):
 
 
 def _judge(station, entry, octets, verification):
-    """None if the request was refused as malformed; else a description. False if no application offers the
-    message."""
+    """None if the request was refused as malformed, otherwise a description. False if no application offers
+    the message."""
     outcome = station.settle(verification)
     codes = {failure.code for failure in outcome.failures}
     if codes & {SERVICE, SUBTYPE, PERMISSION}:
@@ -56,7 +56,8 @@ def _judge(station, entry, octets, verification):
 
 
 def _send(station, batch):
-    """Results of requests sent together; those that found a mailbox full are sent again, one by one."""
+    """Results of requests that are sent together; requests that find a full mailbox are sent again one by
+    one."""
     sent = [(apid, entry, octets, station.send_data(apid, entry["service"], entry["subtype"], octets)) for apid, entry, octets in batch]
     for apid, entry, octets, verification in sent:
         station.settle(verification)

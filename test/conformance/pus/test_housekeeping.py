@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ST[03] in flight, in SUPERVISOR: structures of both kinds, made, changed, reported and deleted, and
+"""ST[03] in flight, in SUPERVISOR: structures of both kinds are created, changed, reported and deleted;
 functional reporting definitions."""
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ UNKNOWN, EXISTS, STATE, RANGE = 0x0201, 0x0202, 0x0204, 0x0203
 
 @dataclass(frozen=True)
 class Kind:
-    """Housekeeping or diagnostic: the same requests by other numbers."""
+    """Housekeeping or diagnostic: the same requests with other numbers."""
 
     name: str
     field: str
@@ -39,7 +39,7 @@ NUMBER = 77
 
 @pytest.fixture(params=[HOUSEKEEPING, DIAGNOSTIC], ids=lambda kind: kind.name)
 def kind(request, station):
-    """A kind, with a structure of its own."""
+    """A kind with a structure made for the test."""
     found = request.param
     subsystem = station.dictionary.subsystem(WHO)
     station.do(WHO, 3, found.create, **{found.field: NUMBER}, collection_interval=50, n1=[PERIOD], nfa=[])
@@ -52,7 +52,7 @@ def kind(request, station):
 
 
 def _values(station, kind, since):
-    """Reports of the structure NUMBER, and of no other, since this index."""
+    """Values of the reports since this index, all of which must be of the structure NUMBER."""
     number = NUMBER.to_bytes(2, "big")
     return [packet for packet, _ in station.reports[since:]
             if packet.message == (3, kind.values) and packet.apid == APID and packet.data[:2] == number]

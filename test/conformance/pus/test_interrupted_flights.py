@@ -48,7 +48,7 @@ def _shut_down(flight, ground, code=0):
 
 
 def _cut_off(flight, ground):
-    """The launcher dies, and all others die with it."""
+    """Kill the launcher; all other processes end with it."""
     flight.process.kill()
     flight.wait()
     ground.close()
@@ -76,8 +76,8 @@ def test_a_flight_after_one_that_was_cut_off_begins_in_the_fallback_mode(tmp_pat
 
 
 def _flip_both_banks(identity):
-    """Change a bit of each page of the supervisor's checkpoint, and thus of both of its banks; returns the
-    octets as they are then."""
+    """Change a bit of each page of the supervisor's checkpoint, and so of both banks. Returns the changed
+    octets."""
     with open(f"/dev/shm/{identity}.checkpoint", "r+b") as file, mmap.mmap(file.fileno(), 0) as memory:
         for place in range(mmap.PAGESIZE // 2, len(memory), mmap.PAGESIZE):
             memory[place] ^= 1

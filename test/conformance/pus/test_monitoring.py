@@ -9,7 +9,7 @@ AGE = "MANIPULATOR.LINK_AGE"
 
 @pytest.fixture(scope="module", autouse=True)
 def _published(station):
-    """Its parameters are there from SOFTWARE_INIT on."""
+    """The parameters of the manipulator exist from SOFTWARE_INIT on."""
     station.command("state", "MANIPULATOR", "PRE_OPERATIONAL")
     yield
     station.command("state", "MANIPULATOR", "OFFLINE")
@@ -17,7 +17,7 @@ def _published(station):
 
 @pytest.fixture
 def functions(station):
-    """Nothing is defined, both functions are disabled; again at the end."""
+    """At the beginning and at the end, there are no definitions, and both functions are disabled."""
 
     def clear(subsystem):
         station.do(subsystem, 12, 18)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/operations.md, executed as it is written in the flight of this session."""
+"""The commands of docs/operations.md are executed in the flight of this session."""
 
 import re
 import shlex
@@ -14,7 +14,7 @@ BLOCK = re.compile(r"^```(sh|text|lua)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 def _pattern(expected):
-    """Expectation of a block of text: `...` stands for anything, on a line of its own for any lines."""
+    """Pattern of a block of text: `...` matches any text, and on a line of its own any lines."""
     return re.compile(".*".join(re.escape(part) for part in re.split(r"\.\.\.", expected.strip())), re.DOTALL)
 
 
@@ -33,7 +33,7 @@ def _steps():
 
 @pytest.fixture
 def real_time(notes, tmp_path):
-    """A flight in real time, as the page has it, and a station that receives it."""
+    """A flight in real time, as on the page, and a station that receives its reports."""
     flight = flying.start(tmp_path / "run", "--scenario", "none", "--time", "real")
     ground = stations.Station(flight, notes)
     yield ground

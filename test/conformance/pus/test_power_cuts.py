@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Power cuts in flight, at any change of the storage: the next flight has everything that was acknowledged,
-none of it twice, and nothing else but, complete, the one request that was under way.
+"""Power cuts in flight at any change of the storage. The next flight has everything that was acknowledged,
+nothing twice, and in addition at most the complete effect of the one request in progress.
 
-A campaign is drawn from its seed: requests with persistent effects one after the other, and the number of
+A campaign is drawn from its seed: requests with persistent effects, one after the other, and the number of
 changes of the storage after which the power is cut (power_cut.c, which also undoes what a disk would have
-lost). Each next flight gets the storage of the one before, reports its content, and continues."""
+lost). Each flight gets the storage of the one before, reports its content, and continues."""
 
 import collections
 import random
@@ -19,7 +19,7 @@ from hirosco_gse import packets
 
 HAND, USER = 17, 2
 FAR = 1_000_000.0  # Seconds of mission time that no flight of these tests reaches.
-# Flights of a campaign; changes up to a cut at most; requests of a flight at most.
+# Flights of a campaign; maximum number of changes up to a cut; maximum number of requests of a flight.
 LIVES, CHANGES, REQUESTS = 4, 120, 200
 OFTEN, MANY = 3, 60
 STORE_SIZES = (65536, 1 << 20)
@@ -31,8 +31,9 @@ def _ping(sequence):
 
 
 class Plan:
-    """Requests that can be performed in a state, a dict of all that lasts, drawn at random. Each is (service,
-    subtype, fields, new entries of the state: None for one that is removed)."""
+    """Requests that can be performed in a state, drawn at random. The state is a dictionary of everything
+    persistent. Each request is (service, subtype, fields, new entries of the state: None for a removed
+    one)."""
 
     def __init__(self, seed):
         self.chance = random.Random(seed)
@@ -50,7 +51,7 @@ class Plan:
         return self.number
 
     def _grows(self, state, kind):
-        """Whether to add one: the fuller the state, the less likely."""
+        """True if an entry should be added: the fuller the state, the less likely."""
         return self.chance.random() > len(_keys(state, kind)) / MOST[kind]
 
     def _some(self, state, kind, most=1, where=lambda value: True):
@@ -200,7 +201,7 @@ def _after(state, changes):
 
 
 def _lasting(station):
-    """The state by its reports; nothing occurs twice."""
+    """The state according to the reports; no entry may occur twice."""
     entries = [*_schedule(station), *_functions(station), *_stores(station), *_files(station, "")]
     doubled = [key for key, count in collections.Counter(key for key, _ in entries).items() if count > 1]
     assert not doubled
@@ -256,7 +257,7 @@ def _differences(one, other):
 
 @pytest.fixture(scope="module")
 def cutter(tmp_path_factory):
-    """power_cut.c, to be loaded before the C library."""
+    """power_cut.c as a library that is loaded before the C library."""
     path = tmp_path_factory.mktemp("cut") / "power_cut.so"
     options = "-std=c99 -O1 -Wall -Wextra -Werror -shared -fPIC".split()
     subprocess.run(["gcc", *options, "-o", path, flying.ROOT / "test/conformance/pus/power_cut.c", "-ldl"], check=True)
@@ -264,7 +265,7 @@ def cutter(tmp_path_factory):
 
 
 def _fly(folder, storage, environment=None):
-    """A flight and its station; none if the power was cut before the station could connect."""
+    """A flight and its station; no station if the power was cut before it could connect."""
     flight = stations.launch(folder, "--storage", storage, environment=environment)
     port = folder / "ground.port"
     flying.wait_until(lambda: flight.process.poll() is not None or (port.exists() and port.read_text()), "a ground port")
@@ -280,7 +281,7 @@ def _compare(found, possible, told):
 
 
 def _until_the_cut(ground, plan, possible, told):
-    """Compare the state, then send requests one by one up to the cut; returns the states that the storage may
+    """Compare the state, then send requests one by one until the cut. Returns the states that the storage may
     have then."""
     try:
         state = _lasting(ground)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ST[18] in flight: procedures that are loaded, run, held, and reported; their requests, readings and events."""
+"""ST[18] in flight: procedures are loaded, run, suspended and reported; their requests, readings and
+events."""
 
 import signal
 
@@ -58,7 +59,7 @@ def _ended(station, sent):
 
 
 def _failed(station, sent, code, detail=None):
-    """The same for one that fails."""
+    """Failure of an activation whose procedure ends with an error."""
     failure = station.settle(sent).failure
     assert (failure.stage, failure.code) == (8, code), failure.words(station.dictionary)
     assert detail in (None, failure.detail)
@@ -70,7 +71,7 @@ def _run(station, text, **fields):
 
 
 def _reported(station, since, event="PROCEDURE_OBSERVED"):
-    """Values of an event's reports: texts and single numbers as such."""
+    """Values of an event's reports; texts and single numbers are not in a list."""
     found = [told["values"] for _, told in station.reports[since:] if told.get("event") == event]
     return [{name: value[0] if len(value) == 1 else bytes(value).rstrip(b"\0").decode() for name, value in told.items()} for told in found]
 
@@ -143,7 +144,7 @@ def test_requests_are_routed_and_judged(station):
 
 
 def test_telemetry_is_read_as_it_was_reported(station):
-    """By name as in housekeeping, a scalar also by its id."""
+    """Telemetry is read by name as in housekeeping; a scalar also by its id."""
     period = station.dictionary.subsystem("SUPERVISOR").parameter("ORBIT_PERIOD").parameter_id
     station.ask("SUPERVISOR", 20, 1, n=["SUPERVISOR.ORBIT_PERIOD"])
     station.report(3, 25, apid=SUPERVISOR)
@@ -289,7 +290,7 @@ def test_the_engine_is_stopped_and_started(station):
 
 
 def test_procedures_without_an_end_take_their_share_only(station):
-    """As many procedures as there is room for, the last of them raising events: the supervisor routes,
+    """As many procedures as possible run, and the last one raises events: the supervisor still routes,
     reports and keeps its time."""
     for number in range(SLOTS - 1):
         _load(station, ENDLESS, f"SPIN{number}")
@@ -329,7 +330,7 @@ def test_faulty_procedure_requests_are_refused(station):
 
 
 def test_loaded_procedures_outlive_the_flight(notes, tmp_path):
-    """In the storage of a flight, for the next one."""
+    """They are in the storage of the flight, which the next flight uses."""
     for number in (1, 2):
         flight = stations.launch(tmp_path / str(number), "--storage", tmp_path / "storage")
         ground = stations.Station(flight, notes)

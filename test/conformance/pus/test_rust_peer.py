@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The Rust crate spacepackets reads the reports of a flight, headers, checksum and time, and the flight
-performs requests that it makes.
+"""The Rust crate spacepackets reads the reports of a flight (headers, checksum and time), and the flight
+performs requests that the crate makes.
 
-The library is that of the bench (test/bench/peers/spacepackets), built if the machine has cargo."""
+The library is that of the bench (test/bench/peers/spacepackets), which is built if the machine has cargo."""
 
 import ctypes
 import struct
@@ -38,12 +38,12 @@ class Peer:
         self._library.spacepackets_make.argtypes = [ctypes.c_uint16] * 3 + [ctypes.c_uint8] * 2 + [ctypes.c_char_p, ctypes.c_size_t] * 2
 
     def read(self, raw):
-        """Result of its reading, and the content."""
+        """Read a packet. Returns the result and the content."""
         report = Report()
         return self._library.spacepackets_read(raw, len(raw), ctypes.byref(report)), report
 
     def make(self, apid, count, service, subtype, data):
-        """A request that asks for all verification reports."""
+        """Make a request that asks for all verification reports."""
         buffer = ctypes.create_string_buffer(packets.PACKET_MAX)
         size = self._library.spacepackets_make(apid, count, USER, service, subtype, data, len(data), buffer, len(buffer))
         return buffer.raw[:size]
@@ -55,7 +55,7 @@ def peer():
 
 
 def _carry_out(station, peer, apid, service, subtype, data=b""):
-    """Send a request of the peer and wait for its end."""
+    """Send a request that the peer has made, and wait for its end."""
     count = station.session.sequence(apid)
     raw = peer.make(apid, count, service, subtype, data)
     assert raw == packets.build_tc(apid, count, service, subtype, data, USER)

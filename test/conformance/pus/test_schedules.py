@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ST[11] and ST[22] in flight: the same requests, by time and by position."""
+"""ST[11] and ST[22] in flight: the same requests with times and with positions."""
 
 import pytest
 from hirosco_gse import packets
@@ -33,7 +33,7 @@ class Kind:
         return {("time" if self.service == 11 else "position") + "_offset": value}
 
     def far(self, number):
-        """A tag far in the future, which increases with the number."""
+        """A tag far in the future; it increases with the number."""
         return self._far + number
 
 

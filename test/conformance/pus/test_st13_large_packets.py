@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ST[13] in flight: packets longer than 4096 octets, in parts, in both directions. spacepackets makes and
-reads the packets, and this file assembles them; other tests show that the ground does both by itself."""
+"""ST[13] in flight: packets longer than 4096 octets, sent in parts in both directions. spacepackets makes and
+reads the packets, and this file assembles them; other tests show that the ground segment can do both."""
 
 import random
 import struct
@@ -33,7 +33,8 @@ def _pieces(raw, size):
 
 
 def _uplink(station, raw, transaction, size):
-    """All parts of a request, each completed; the stages of the request itself, with the code of its failure."""
+    """Send all parts of a request, each of which must complete. Returns the stages of the request itself,
+    with the code of its failure."""
     since = len(station.reports)
     for subtype, number, octets in _pieces(raw, size):
         station.do("SUPERVISOR", 13, subtype, **_fields(transaction, number, octets))
@@ -59,7 +60,7 @@ def _aborted(station, transaction, reason, since):
 
 
 def _downlink(station, since):
-    """Octets of the report whose parts have arrived since this index, by spacepackets."""
+    """Octets of the report whose parts have arrived since this index, decoded by spacepackets."""
     for subtype in (1, 2, 3):
         station.report(13, subtype, apid=SUPERVISOR, since=since)
     told = [PusTm.unpack(packet.raw, TIME_SIZE) for packet, _ in station.reports[since:] if packet.message in ((13, 1), (13, 2), (13, 3))]
@@ -95,7 +96,7 @@ def test_a_long_schedule_is_loaded(station):
     assert _uplink(station, raw, 1, 2000) == ([1, 3, 7], [])
     assert len(station.ask("SUPERVISOR", 11, 17)["n"]) == 250
     station.do("SUPERVISOR", 11, 3)
-    station.do("SUPERVISOR", 11, 4, sub_schedule_id=1, n=activities)  # The ground splits it by itself.
+    station.do("SUPERVISOR", 11, 4, sub_schedule_id=1, n=activities)  # The ground segment splits the request.
     assert len(station.ask("SUPERVISOR", 11, 17)["n"]) == 250
     station.do("SUPERVISOR", 11, 3)
     station.do("SUPERVISOR", 11, 23, n=[])
@@ -118,7 +119,8 @@ def test_a_long_procedure_and_a_long_sequence_are_loaded(station, tmp_path):
 
 def test_the_longest_request_of_all_is_taken_in(station):
     raw = _request(SUPERVISOR, 17, 1, bytes(LARGE - 13))
-    assert _uplink(station, raw, 2, 4079) == ([2], [0x0108])  # TC[17,1] has no data, but all parts arrived.
+    # TC[17,1] has no data, but all parts have arrived.
+    assert _uplink(station, raw, 2, 4079) == ([2], [0x0108])
 
 
 def test_parts_are_routed_and_permitted_like_any_request(station):
@@ -141,7 +143,8 @@ def test_another_subsystem_takes_a_packet_at_most(station):
     raw, since = _request(MANIPULATOR, 17, 1, bytes(packets.PACKET_MAX - 12)), len(station.reports)
     station.refuse(TABLE_FULL, "SUPERVISOR", 13, 9, **_fields(6, 1, raw[:600]))
     _aborted(station, 6, INTERNAL, since)
-    whole = station.settle(station.send_data(MANIPULATOR, 20, 1, bytes(5000)))  # Split by the ground itself.
+    # The ground segment splits the request.
+    whole = station.settle(station.send_data(MANIPULATOR, 20, 1, bytes(5000)))
     assert [failure.code for failure in whole.failures] == [TABLE_FULL]
     assert whole.failure.detail == packets.PACKET_MAX
 
@@ -183,7 +186,7 @@ def test_a_large_packet_must_be_a_request_of_its_sender(station):
     report = bytes(PusTm(17, 2, bytes(8), apid=SUPERVISOR).pack())
     for raw in (torn, good[:-1] + bytes([good[-1] ^ 1]), other_source, nested, report, b"0123456789", b"01234567890123"):
         (_, _, first), (_, _, last) = _pieces(raw, len(raw) - 1)
-        # Octets other than a length field: too long at once.
+        # Octets that are not a length field give too large a length.
         if int.from_bytes(first[4:6], "big") + 7 > packets.PACKET_MAX:
             station.refuse(TABLE_FULL, "SUPERVISOR", 13, 9, **_fields(10, 1, first))
             continue
@@ -202,7 +205,7 @@ def test_the_number_of_large_packets_in_reception_is_limited(station):
     station.refuse(OUT_OF_RANGE, "SUPERVISOR", 13, 10, **_fields(100, 9, b"ab"))
     _aborted(station, 100, DISCONTINUITY, since)
     since = len(station.reports)
-    for transaction in range(1, UPLINKS):  # The others are given up when no further part arrives.
+    for transaction in range(1, UPLINKS):  # The other uploads are aborted when no further part arrives.
         found = lambda decoded, wanted=100 + transaction: decoded["large_message_transaction_id"] == wanted
         _, decoded = station.report(13, 16, since=since, where=found)
         assert decoded["failure_reason"] == TIMEOUT

@@ -33,7 +33,7 @@ def ring(station):
 
 
 def _ping(station, count):
-    """Answers of JOYSTICK, each as it first arrived."""
+    """Answers of JOYSTICK to pings, as they first arrived."""
     since = len(station.reports)
     for _ in range(count):
         station.ask("JOYSTICK", 17, 1)
@@ -41,7 +41,8 @@ def _ping(station, count):
 
 
 def _again(station, since, originals):
-    """Wait until each of these has arrived once more since then; no other report of that kind may arrive."""
+    """Wait until each of these has arrived once more since this index; no other report of this kind may
+    arrive."""
 
     def copies():
         return [p.raw for p, _ in station.reports[since:] if p.message == (17, 2) and p.apid == HAND and p.raw in originals]

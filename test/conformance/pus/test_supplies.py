@@ -63,7 +63,7 @@ def commission(station):
 
 
 def device_type(station, node):
-    """The drive itself answers."""
+    """True if the drive itself answers."""
     answer = station.ask(SUBSYSTEM, 2, 8, n=[{"transaction_id": 1, "physical_device_id": node, "protocol_specific_data": "10000004"}])
     return struct.unpack("<H", bytes.fromhex(answer["data_block"])[:2])[0]
 
@@ -79,7 +79,7 @@ def pulse(line, exponent=LATCH, unit=UNIT, reserved=0):
 
 
 def lose(station, subtype, fields):
-    """Cut the supply of the joint; wait until the network is down."""
+    """Cut the supply of the joint and wait until the network is down."""
     since = len(station.reports)
     station.do(SUBSYSTEM, 2, subtype, **fields)
     packet, _ = station.report(5, 4, apid=apid(station), since=since, where=lambda fields: fields["event"] == "DEVICE_LOST")
@@ -89,7 +89,8 @@ def lose(station, subtype, fields):
 
 
 def restore(station, subtype, fields):
-    """The subsystem is offline, so the service opens the bus; then the drive boots and is commissioned."""
+    """Restore the supply while the subsystem is OFFLINE, so that the service opens the bus; then commission
+    the drive, which boots."""
     station.do(SUBSYSTEM, 2, subtype, **fields)
     commission(station)
     assert [device_type(station, node) for node in (JOINT, OTHER)] == [402, 402]

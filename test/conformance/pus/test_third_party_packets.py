@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Requests made by spacepackets and puslib are performed in flight, and both libraries read the answers of
-the flight, time included.
+the flight, including their times.
 
-The two agree with us, and not with all others, on the order of the flags that request verification: the tests
-request none or all."""
+These two agree with this project on the order of the flags that request verification, but other libraries do
+not; therefore the tests request no verification or all of it."""
 
 import struct
 
@@ -39,7 +39,7 @@ def maker(request):
 
 
 def carry_out(station, maker, apid, service, subtype, data=b""):
-    """Send a third-party request and wait for its end; the reports addressed to us."""
+    """Send a third-party request and wait for its end. Returns the reports addressed to its source."""
     sequence = station.session.sequence(apid)
     raw = maker(apid, sequence, service, subtype, data, ALL)
     assert raw == packets.build_tc(apid, sequence, service, subtype, data, USER)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ST[09] of a mission whose descriptor has its time reported as CDS."""
+"""ST[09] of a mission whose descriptor selects CDS for its time reports."""
 
 import shutil
 import signal

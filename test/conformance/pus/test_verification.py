@@ -22,7 +22,7 @@ def _function(name, *arguments):
 
 
 def _about(verification):
-    """Condition on a report of verification."""
+    """A condition that is true for the verification reports of this request."""
     sequence = int.from_bytes(verification.request_id[2:4], "big") & 0x3FFF
     return lambda told: told["request_sequence"] == sequence and told["request_apid"] == verification.request.apid
 
@@ -68,7 +68,7 @@ def test_informative_and_low_events(station, hand):
 
 @pytest.mark.parametrize("severity, name", [(3, "VALUE_OUT_OF_LIMITS"), (4, "LINK_STALE")])
 def test_medium_and_high_events_by_a_monitor(station, severity, name):
-    """A limit that LINK_AGE violates while no link is open."""
+    """While no link is open, LINK_AGE violates this limit."""
     station.command("state", "MANIPULATOR", "PRE_OPERATIONAL")
     since = len(station.reports)
     station.command("monitor", "limit", "MANIPULATOR", "9", "LINK_AGE", "5", "10", name, "0")

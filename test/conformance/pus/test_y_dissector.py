@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The generated dissector in tshark reads the packets of the whole flight of these tests, and made-up packets of every kind, as
-our ground does."""
+"""The generated dissector, in tshark, reads the packets of the whole flight of these tests and synthetic
+packets of every kind in the same way as the ground segment."""
 
 import collections
 import random
@@ -41,7 +41,7 @@ def test_made_up_messages_of_every_kind_are_dissected_to_the_same_values(diction
     for entry in dictionary.catalogue.all():
         service, subtype = entry["service"], entry["subtype"]
         if (service, subtype) in ((3, 25), (3, 26), (8, 1)) or service == 5 and subtype <= 4:
-            continue  # Their layouts are those of the descriptors.
+            continue  # The descriptors define their layouts.
         for seed in range(2):
             data = dictionary.catalogue.encode(entry["direction"], service, subtype, Values(dictionary.catalogue, seed).group(entry, entry["fields"]))
             made = packets.build_tc(16, seed, service, subtype, data)

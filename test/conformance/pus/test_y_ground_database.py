@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The XTCE database against readers of other projects: the schema of XTCE 1.2, and space_packet_parser, which
-decodes the reports of the whole flight of these tests, and synthetic reports of every kind, to the same
-values as our ground."""
+"""The XTCE database and readers of other projects: the schema of XTCE 1.2, and space_packet_parser, which
+decodes the reports of the whole flight of these tests and synthetic reports of every kind to the same values
+as the ground segment."""
 
 import collections
 import json
@@ -57,7 +57,7 @@ def test_the_flight_reads_the_same_by_the_database(flight, station, definition, 
     station.do("SUPERVISOR", 3, 27, n=[{"hk_structure_id": 1}])
     station.refuse(0x0201, "MANIPULATOR", 3, 27, n=[{"hk_structure_id": 1}])
     kinds = collections.defaultdict(list)
-    dictionary = station.dictionary  # The station knows what was created.
+    dictionary = station.dictionary  # The station knows which structures were created.
     for packet, _ in station.reports:
         if packet.apid == 0:  # Spacecraft time packets have neither service nor subtype.
             continue
@@ -74,7 +74,7 @@ def test_made_up_reports_of_every_kind_read_the_same(definition, dictionary):
     for entry in dictionary.catalogue.all("TM"):
         message = entry["service"], entry["subtype"]
         if message in ((3, 25), (3, 26)) or (message[0] == 5 and message[1] <= 4):
-            continue  # Below.
+            continue  # These are tested below.
         for seed in range(3):
             data = dictionary.catalogue.encode("TM", *message, Values(dictionary.catalogue, seed).group(entry, entry["fields"]))
             raw = build_tm(16, seed, *message, data, 2, dictionary.epoch_ns + 10**9, seed)
