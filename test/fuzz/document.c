@@ -153,7 +153,7 @@ static size_t keep(const uint8_t* const data, const span_t span, uint8_t piece[P
     return count;
 }
 
-/// Replace a value by a word of the list, by another value, or by a mutation of itself.
+/// Replace a value by a word of the list, by another value, or by a mutation of the value.
 static size_t change_value(uint8_t* const data, const size_t size, const size_t max_size,
                            const outline_t* const outline, uint32_t* const random)
 {

@@ -20,7 +20,7 @@
     } while (0)
 void fuzz_fail(const char* file, int line, const char* condition) __attribute__((noreturn));
 
-/// The engine's interface.
+/// The interface of the fuzzing engine.
 int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
 int LLVMFuzzerInitialize(int* argc, char*** argv);
 size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max_size, unsigned seed);
@@ -37,7 +37,7 @@ typedef struct {
     uint8_t kind;
     uint8_t argument;
     size_t size;
-    /// A copy of its own, so that a read past its end is detected. Valid until the next record.
+    /// A separate copy, so that a read past its end is detected. Valid until the next record.
     const uint8_t* octets;
 } fuzz_record_t;
 
@@ -49,7 +49,8 @@ typedef struct { // Private.
 } fuzz_input_t;
 
 fuzz_input_t fuzz_input(const uint8_t* data, size_t size);
-/// False at the end, when the last copy is released. A size beyond the end of the input is cut.
+/// Read the next record. Returns false at the end, when the last copy is released. A record that is longer
+/// than the input is truncated.
 bool fuzz_next(fuzz_input_t* input, fuzz_record_t* out_record);
 
 /// Repairs the octets of one record in place.
@@ -58,17 +59,17 @@ typedef void (*fuzz_repair_t)(uint8_t kind, uint8_t* octets, size_t size, uint32
 /// Mutate the octets or the header of a record, or copy, remove or add a record. In 7 of 8 inputs
 /// the mutated octets are repaired.
 size_t fuzz_mutate_records(uint8_t* data, size_t size, size_t max_size, unsigned seed, fuzz_repair_t repair);
-/// Mutate, and in 7 of 8 inputs repair, an input that is one message as a whole.
+/// Mutate an input that consists of one message; in 7 of 8 inputs the message is repaired.
 size_t fuzz_mutate_message(uint8_t* data, size_t size, size_t max_size, unsigned seed, fuzz_repair_t repair);
 /// Mutate an XML document by elements and attributes, so that 7 of 8 stay well-formed.
 size_t fuzz_mutate_document(uint8_t* data, size_t size, size_t max_size, unsigned seed);
 
-/// A space packet: corrects versions, flags, length field and CRC, and the time of a report.
+/// Repair a space packet: versions, flags, length field, CRC, and the time of a report.
 void fuzz_repair_packet(uint8_t kind, uint8_t* octets, size_t size, uint32_t* random);
 
 // ---- Files ----
 
-/// Path of a file in memory with these octets; the same path each time.
+/// Path of a file in memory with these octets; it is always the same path.
 const char* fuzz_file(const uint8_t* data, size_t size);
 /// A folder for this target under build/fuzz/place, made if it does not exist.
 const char* fuzz_place(const char* name);

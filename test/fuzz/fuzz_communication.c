@@ -25,11 +25,12 @@ static subsystem_t component;
 static communication_t communication;
 static unsigned refusals;
 
-typedef struct { // Octets sent on one connection; they may go up long after the client has closed it.
+// Octets sent on one connection; communication may forward them long after the client has closed it.
+typedef struct {
     uint16_t port;
     uint8_t sent[STREAM_MAX];
     size_t sent_size;
-    size_t processed; // Octets that were forwarded or were no requests.
+    size_t processed; // Octets that were forwarded or were not requests.
 } stream_t;
 
 static stream_t streams[STREAMS];
@@ -42,7 +43,7 @@ static struct {
     size_t read_size;
 } clients[SPEAKERS];
 
-/// The next request in the octets of a client must be this packet. Reports in between are skipped.
+/// The next request in the octets of a client must be this packet; reports before it are skipped.
 static bool is_next_of(stream_t* const stream, const uint8_t* const packet, const size_t size)
 {
     size_t at = stream->processed;
@@ -79,7 +80,7 @@ static status_t take_request(void* const context, const uint8_t* const packet, c
         refusals--;
         return STATUS_FULL;
     }
-    // The index determines the connection, and this the port of the client.
+    // The index determines the connection, and the connection the port of the client.
     const unsigned place = (unsigned)((size_t)(packet - communication.buffers) / COMMUNICATION_BUFFER);
     osal_address_t peer  = {0U, 0U};
     bool is_known        = false;
@@ -106,7 +107,7 @@ static uint16_t participant_port(void* const context)
 static void of_participant(void* const context, const uint16_t port)
 {
     (void)context;
-    FUZZ_CHECK(port != port); // There is none.
+    FUZZ_CHECK(port != port); // Always fails: no such connection exists.
 }
 
 static void intruded(void* const context)
@@ -175,7 +176,7 @@ static void speak(const unsigned client, const uint8_t* const octets, const size
     }
 }
 
-/// Read what has arrived: complete packets, except the last.
+/// Read what has arrived. All packets must be complete, except the last one.
 static void listen_to(const unsigned client)
 {
     size_t size     = 0U;

@@ -19,7 +19,8 @@
 static bus_t* bus;
 static drive_t* drive;
 static unsigned master;
-static unsigned listener; // A node that acknowledges when master and drive send at the same time.
+// Another node, which acknowledges frames when master and drive send at the same time.
+static unsigned listener;
 static unsigned boots;
 
 static void hear(void* const context, const osal_can_frame_t* const frame)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Electronic data sheets: refused with the file's name, or a consistent dictionary, whose every object can be
-// found, read and reset.
+// Electronic data sheets: a sheet is refused with the file's name, or gives a consistent dictionary, of which
+// every object can be found, read and reset.
 #include "sim/devices/eds.h"
 #include "test/fuzz/fuzz.h"
 

@@ -66,7 +66,7 @@ static void read_all(reader_t* const reader, const uint8_t* const octets, const 
     }
 }
 
-/// In one piece and octet by octet: the same frames. RAW has no frames, only octets.
+/// The octets in one piece and octet by octet must give the same frames. RAW has only octets and no frames.
 static void check_pieces(const flow_format_t* const format, const uint8_t* const octets, const size_t size)
 {
     static reader_t whole;
@@ -211,13 +211,13 @@ static void repair(const uint8_t kind, uint8_t* const octets, const size_t size,
 {
     (void)kind;
     if ((size >= 3U) && ((fuzz_random(random) % 2U) == 0U)) {
-        // A length that fits, in one of the byte orders.
+        // A length that fits, in one of the two byte orders.
         const size_t length = fuzz_random(random) % (size - 1U);
         const size_t low    = fuzz_random(random) % 2U;
         octets[low]         = (uint8_t)length;
         octets[1U - low]    = 0U;
     }
-    if ((size >= 1U) && ((fuzz_random(random) % 2U) == 0U)) { // Something that ends a frame.
+    if ((size >= 1U) && ((fuzz_random(random) % 2U) == 0U)) { // Octets that end a frame.
         static const uint8_t ends[]        = {0xC0U, (uint8_t)'\n', 0xDBU};
         octets[fuzz_random(random) % size] = ends[fuzz_random(random) % sizeof ends];
     }

@@ -26,7 +26,7 @@ static status_t keep(void* const context, const uint8_t* const packet, const siz
     return STATUS_OK;
 }
 
-/// The last report must have this source data.
+/// Expect these source data in the last report.
 static void expect_data(const pus_tm_t* const tm)
 {
     pus_tm_t again;
@@ -50,7 +50,7 @@ static void read_management(const pus_tm_t* const tm)
         (void)pus_subsystem_status_report(&process, 1U, &status, 0U);
         expect_data(tm);
     } else {
-        // No report of these.
+        // There is no reader for this report.
     }
 }
 
@@ -84,7 +84,7 @@ static void read_link(const pus_tm_t* const tm)
         (void)pus_link_transition_report(&process, &transition, 0U); // The mission's epoch is 1958.
         expect_data(tm);
     } else {
-        // No report of these.
+        // There is no reader for this report.
     }
 }
 
@@ -101,7 +101,7 @@ static void read_report(const pus_tm_t* const tm)
     } else if (tm->service == PUS_SERVICE_RTLINK) {
         read_link(tm);
     } else {
-        // No reader.
+        // There is no reader for this service.
     }
 }
 

@@ -35,7 +35,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
         tail_t* const tail = ((record.kind % 2U) == 0U) ? &spool : &lines;
         const size_t room  = sizeof tail->buffer - tail->held;
         const size_t count = (record.size < CHUNK) ? record.size : CHUNK;
-        FUZZ_CHECK(room >= CHUNK); // A precondition of `fill`.
+        FUZZ_CHECK(room >= CHUNK); // `fill` requires this.
         (void)memcpy(&tail->buffer[tail->held], record.octets, count);
         tail->held += count;
         ((record.kind % 2U) == 0U) ? take_spool(&archive, tail) : take_lines(&archive, tail);
@@ -54,7 +54,7 @@ static void repair(const uint8_t kind, uint8_t* const octets, const size_t size,
     octets[1]           = 0U;
     octets[2]           = (uint8_t)(length >> 8U);
     octets[3]           = (uint8_t)length;
-    if ((fuzz_random(random) % 2U) == 0U) { // Close numbers, so that some occur twice.
+    if ((fuzz_random(random) % 2U) == 0U) { // Numbers close together, so that some occur twice.
         (void)memset(&octets[LEAST_SPOOL], 0, 7U);
         octets[LEAST_SPOOL + 7U] &= 3U;
     }

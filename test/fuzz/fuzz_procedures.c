@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any on-board procedure: its use of each cycle is bounded, and so is the processor time that its units take.
-// An even first octet: the rest is the code. An odd one: each octet selects a piece of code that alone is
-// expensive.
+// Any on-board procedure: the units that it uses in a cycle are bounded, and so is the processor time for
+// these units. If the first octet is even, the rest is the code; if it is odd, each octet selects a piece of
+// code that is expensive by itself.
 #include "fsw/procedures/procedure_cost.h"
 #include "test/fuzz/fuzz.h"
 
@@ -12,7 +12,7 @@
 #define BUDGET 2048U
 #define CYCLES 40U
 #define CODE_MAX 16384U
-/// Memory that is requested, refused and collected is charged afterwards.
+/// Units beyond the budget: memory that is requested, refused and collected is charged afterwards.
 #define OVERSHOOT ((4U * PROCEDURE_ACT_MAX) + PROCEDURE_GRACE)
 /// Limit of a cycle [ns]. The most expensive known program takes 0.1 ms.
 #define CYCLE_NS_MAX 20000000.0
@@ -78,7 +78,7 @@ static const char* const pieces[] = {"x = z < z ",
                                      "x = rawget(t, k) ",
                                      "x = next "};
 
-/// The code of an input. Returns its size.
+/// Make the code from an input. Returns its size.
 static size_t make_code(const uint8_t* const data, const size_t size, char* const code)
 {
     if ((data[0] & 1U) == 0U) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// TC[129,6] with any configurations: the manipulator's interface is fixed, the input is the rest of the
-// document. A refused document leaves the old one in force, including the configuration hash; an accepted one
-// is flown: each of its configurations is selected and brought up as far as possible, with drives on the bus,
-// and the subsystem returns to OFFLINE, where it takes the next.
+// TC[129,6] with any configurations: the manipulator's interface is fixed, and the input is the rest of the
+// document. After a refused document the old one is in force, with its configuration hash. An accepted
+// document is flown: each of its configurations is selected and brought up as far as possible with drives on
+// the bus; then the subsystem returns to OFFLINE, where it accepts the next document.
 #include "fsw/framework/subsystem/subsystem_core.h"
 #include "fsw/subsystems/manipulator/manipulator.h"
 #include "generated/manipulator_descriptor.h"
@@ -55,7 +55,7 @@ static status_t resolve(void* const context, const flow_endnode_kind_t kind, con
     return STATUS_OK;
 }
 
-/// Read the model that is not in force again, as a program does.
+/// Read the document again into the model that is not in force, as a program does.
 static status_t reload(void* const context, const subsystem_descriptor_t** const out_descriptor)
 {
     (void)context;
@@ -144,7 +144,7 @@ static void fly(const uint16_t configuration)
     request(PUS_MANAGEMENT_SELECT, data, sizeof data);
     step(STEPS_OF_A_STATE);
     go(STATE_SAFE_OPERATIONAL, STEPS_OF_A_STATE);
-    request(PUS_MANAGEMENT_RELOAD, NULL, 0U); // Waits for a rest state.
+    request(PUS_MANAGEMENT_RELOAD, NULL, 0U); // The reload waits for a rest state.
     step(20U);
     go_offline();
 }

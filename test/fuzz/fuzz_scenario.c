@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenario files, read by the hand, by the faults and for the operator: refused with file and line, or
-// played: the hand's torques stay finite for two seconds of any script.
+// Scenario files, as hand, faults and operator read them: a file is refused with file and line, or played;
+// for two seconds of any script the hand's torques stay finite.
 #include "sim/app/faults.h"
 #include "sim/operator/hand.h"
 #include "sim/operator/scenario.h"
@@ -48,7 +48,7 @@ static void play(hand_t* const hand)
 
 static scene_t scene;
 static hand_parameters_t grip;
-static drive_t* drive; // The scenarios name it; it is not used here.
+static drive_t* drive; // The scenarios name this drive; the target does not use it.
 static fault_world_t targets;
 
 static void begin(void)

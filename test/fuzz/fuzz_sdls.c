@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of the authenticated ground link. Octets of the input are never accepted unchanged: they are made
-// without the key. Frames that the target seals with the key are accepted exactly if their number is the next
-// one, over connections, restarts and disks that refuse. Each record is a frame, or content to be sealed.
+// Frames of the authenticated ground link. Octets of the input were made without the key and are never
+// accepted unchanged. Frames that the target seals with the key are accepted exactly if their number is the
+// next one, over connections, restarts and failing disks. Each record is a frame, or content that is sealed.
 #include "base/crc.h"
 #include "base/octets.h"
 #include "fsw/framework/sdls/sdls.h"
@@ -14,9 +14,9 @@
 
 // Bits of a record's kind.
 #define SEALED 0x01U  ///< session u8, count u8, segment header u8, content.
-#define HANG_UP 0x02U ///< Before it, the connection ends and a new one begins.
-#define RESTART 0x04U ///< Before it, all connections do, and the receiver is opened again.
-#define REFUSE 0x08U  ///< The disk refuses meanwhile.
+#define HANG_UP 0x02U ///< The connection ends before it, and a new one begins.
+#define RESTART 0x04U ///< All connections end before it, and the receiver is opened again.
+#define REFUSE 0x08U  ///< Meanwhile the disk refuses writes.
 #define LEAVE 0x10U   ///< The caller does not accept the frame.
 
 static const uint8_t secret[SDLS_KEY_OCTETS] = {0x77U, 0x13U};
@@ -26,7 +26,7 @@ typedef struct {
     bool refuses;
 } disk_t;
 
-typedef struct { // The frame must be accepted.
+typedef struct { // True if the frame must be accepted.
     bool is_bound;
     uint32_t session;
     uint32_t next;
@@ -117,7 +117,7 @@ static size_t seal(const fuzz_record_t* const record, uint8_t frame[SDLS_FRAME_M
     return size;
 }
 
-/// The number was the next one of its connection; it is used now.
+/// The number of the frame must be the next one of its connection; after this it counts as used.
 static void check_number(const size_t connection, const uint8_t* const frame, const bool is_taken)
 {
     expected_t* const own  = &expected[connection];

@@ -94,7 +94,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
     osal_socket_t later[SOCKETCAND_CLIENTS_MAX];
     for (unsigned i = 0U; i < ROUNDS; i++) {
         bus_run_until(bus, bus_now_ns(bus) + 1000000U);
-        socketcand_wait(server, 0U); // Accepts a client that still waits.
+        socketcand_wait(server, 0U); // Accepts a client that is still waiting.
         (void)socketcand_receive(server);
     }
     for (unsigned i = 0U; i < SOCKETCAND_CLIENTS_MAX; i++) {
@@ -105,7 +105,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
         socketcand_wait(server, 0U);
         (void)socketcand_receive(server);
         socketcand_send(server);
-        // All places are free again: each new client is greeted.
+        // All places are free again, so each new client gets the greeting.
         FUZZ_CHECK(osal_stream_receive(&later[i], octets, sizeof octets, &heard) == STATUS_OK);
     }
     for (unsigned i = 0U; i < SOCKETCAND_CLIENTS_MAX; i++) {

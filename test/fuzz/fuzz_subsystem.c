@@ -28,10 +28,10 @@ static scripted_bus_t bus;
 static scripted_node_t* joints[2];
 static uint64_t now_ns;
 static unsigned steps_left;
-static unsigned refusals; // Number of reports that the port refuses before it takes one.
+static unsigned refusals; // Number of reports that the port refuses before it accepts one.
 
-// Requests accepted and not ended: an end without one, or a second end, is an error. This is checked only
-// while the numbers of requests under way differ.
+// Requests that were accepted and have not ended: an end without a request, or a second end, is an error.
+// This is checked only while the numbers of open requests differ.
 static uint32_t open_requests[TOKENS];
 static unsigned open_count;
 
@@ -50,7 +50,7 @@ static void note_verification(const pus_verification_t* const verification)
             open_requests[at] = open_requests[open_count];
         }
     } else {
-        // Not counted.
+        // This service is not counted.
     }
 }
 
@@ -188,7 +188,7 @@ static void act(const fuzz_record_t* const record)
     }
 }
 
-/// After any input OFFLINE is reached, and all resources are returned.
+/// After any input the subsystem reaches OFFLINE, and all resources are returned.
 static void end(void)
 {
     for (unsigned i = 0U; (i < STEPS_TO_OFFLINE) && (subsystem_state(&component) != STATE_OFFLINE); i++) {

@@ -185,7 +185,8 @@ static void read_mailbox(const unsigned at)
     FUZZ_CHECK(members[at].endpoint.counters.malformed == 0U);
 }
 
-/// True if as many blocks wait in the lines as are taken from the pools. No line exceeds its limits.
+/// True if the number of blocks in the queues equals the number taken from the pools, and no queue exceeds
+/// its limits.
 static bool ground_is_consistent(void)
 {
     const ground_backlog_t* const backlog = &supervisor.ground_backlog;

@@ -16,7 +16,7 @@ static void check_address(const char* const words)
     if (flow_endnode_socket_address(words, &address) != STATUS_OK) {
         return;
     }
-    char canonical[32]; // Written and read again, it is the same.
+    char canonical[32]; // Reading and writing this text again gives the same text.
     text_t text = text_in(canonical, sizeof canonical);
     for (unsigned i = 0U; i < 4U; i++) {
         text_add_unsigned(&text, (address.ipv4 >> (24U - (8U * i))) & 0xFFU);

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Make the kept corpus of fuzz targets: seeds from our own vectors, the present corpus, and inputs that runs
-have found, reduced to those that add coverage (-merge=1), the smallest inputs first, at most SHARE for each
+"""Make the kept corpus of fuzz targets from seeds (the project's own vectors), the present corpus, and inputs
+found by runs; reduced to those that add coverage (-merge=1), the smallest first, up to SHARE for each
 target."""
 
 import binascii
@@ -24,7 +24,7 @@ def record(kind, octets=b"", argument=0):
 
 
 def packet(apid, is_tc, service, subtype, data, user=1):
-    """One packet as the ground, or a member, writes it."""
+    """One packet as the ground or a member writes it."""
     head = struct.pack(">BBBHH", 0x2F if is_tc else 0x20, service, subtype, *((user, 0) if is_tc else (0, user)))
     body = (head[:5] if is_tc else head + bytes([0x1F]) + bytes(7)) + data
     first = (0x1800 if is_tc else 0x0800) | apid

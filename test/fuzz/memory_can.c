@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// osal/can.h in memory, one bus: replaces the port's own in the fuzz targets. The flight side must send only
-// frames that a bus can carry.
+// osal/can.h in memory for one bus; it replaces the port in the fuzz targets. The flight software must send
+// only frames that a bus can carry.
 #include "osal/include/osal/can.h"
 #include "test/fuzz/fuzz.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// osal/socket.h in memory: replaces the port's own in the fuzz targets. A sent datagram is discarded, and one
-// arrives only if the target says so. No call waits.
+// osal/socket.h in memory; it replaces the port in the fuzz targets. A sent datagram is discarded; a datagram
+// arrives only if the target provides one. No call waits.
 #include "test/fuzz/memory_socket.h"
 
 #include "test/fuzz/fuzz.h"
@@ -16,18 +16,18 @@
 typedef struct {
     bool is_used;
     bool is_listener;
-    int peer; // -1: closed.
+    int peer; // -1: the peer is closed.
     uint16_t port;
-    int waiting[BACKLOG]; // For a listener: ends to be accepted.
+    int waiting[BACKLOG]; // Of a listener: ends that wait to be accepted.
     unsigned waiting_count;
     size_t first;
     size_t held;
-    uint8_t octets[STREAM_OCTETS]; // Received.
+    uint8_t octets[STREAM_OCTETS]; // Octets received.
 } end_t;
 
 static end_t ends[ENDS];
 static size_t send_limit  = SIZE_MAX;
-static uint16_t next_port = FIRST_PORT; // A port is used once, so that it identifies a connection.
+static uint16_t next_port = FIRST_PORT; // Each port is used once, so that it identifies a connection.
 
 static struct {
     bool is_there;

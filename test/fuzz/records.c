@@ -19,7 +19,7 @@ void fuzz_fail(const char* const file, const int line, const char* const conditi
     abort();
 }
 
-/// An assertion that an input violates is an error of the program under test.
+/// An assertion that an input makes fail is an error of the tested code.
 void fsw_assertion_failed(const char* const file, const int line)
 {
     fuzz_fail(file, line, "assertion");

@@ -22,7 +22,7 @@ import sys
 HERE = pathlib.Path("test/fuzz")
 BUILT = pathlib.Path("build/fuzz/target")
 FOUND = pathlib.Path("build/fuzz/found")
-# Whole files that are inputs without change.
+# Files that are inputs without change.
 VECTORS = {"subsystem_descriptor": "descriptors/subsystems", "mission_descriptor": "descriptors/missions",
            "eds": "descriptors/devices", "scenario": "sim/scenarios", "world": "descriptors/worlds", "xml": "descriptors/missions"}
 RUNS = HERE / "runs.txt"  # `target runs`, counted by --calibrate.
@@ -38,7 +38,7 @@ def targets():
 
 
 def kept(target):
-    """Folders of a target's kept inputs: those with coverage, and those that once failed."""
+    """Folders of a target's kept inputs: inputs with coverage, and inputs that once failed."""
     folders = [HERE / "corpus" / target, HERE / "regression" / target]
     return [str(folder) for folder in folders if folder.is_dir()]
 
@@ -62,8 +62,8 @@ def run(target, arguments, seconds_allowed, before=()):
 
 @functools.cache
 def fixed_places():
-    """Words before a command that give it the same addresses each time: the engine learns from compared values, and
-    addresses are among these. None if the machine does not permit it."""
+    """Words before a command that fix its addresses, because the engine learns from compared values, which
+    include addresses. None if the machine does not permit it."""
     words = ["setarch", "--addr-no-randomize"]
     try:
         return words if subprocess.run([*words, "true"], stderr=subprocess.DEVNULL).returncode == 0 else []
@@ -76,7 +76,7 @@ def files_of(folders):
 
 
 def replay(target):
-    """(exit code, output) of all kept inputs, once each."""
+    """Run all kept inputs once. Returns (exit code, output)."""
     return run(target, [*ENGINE, *files_of(kept(target) + vectors(target))], 300)
 
 

@@ -21,7 +21,7 @@ from visiting import answer, begin
 
 @pytest.fixture(scope="session")
 def dictionary_path_of(tmp_path_factory):
-    """Function: path of the dictionary of a mission, made now from the descriptors."""
+    """A function that returns the path of the dictionary of a mission, newly made from the descriptors."""
 
     @functools.cache
     def make(name):
@@ -36,13 +36,13 @@ def dictionary_path_of(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def dictionary_path(dictionary_path_of):
-    """Dictionary of rokviss."""
+    """Path of the dictionary of rokviss."""
     return dictionary_path_of("rokviss")
 
 
 @pytest.fixture
 def dictionary(dictionary_path):
-    """The same, loaded."""
+    """The dictionary of rokviss, loaded."""
     return Dictionary.load(dictionary_path)
 
 
@@ -63,7 +63,7 @@ def spacecraft():
 
 @pytest.fixture
 def place(tmp_path, spacecraft, dictionary_path, monkeypatch):
-    """Run folder `latest`, a link to a flight."""
+    """The run folder `latest`, a link to a flight."""
     monkeypatch.setattr(place_module, "default_dictionary", lambda run: dictionary_path)
     begin(tmp_path, "first", spacecraft.port)
     (tmp_path / "page").mkdir()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the figures of a contact read of a run, as signals that a test may change."""
+"""The part of a run that the figures of a contact read, as signals that a test may change."""
 
 import pathlib
 
@@ -8,11 +8,12 @@ from hirosco_gse import run as runs
 from hirosco_gse import world as worlds
 
 ROOT = pathlib.Path(__file__).resolve().parents[4]
-STRETCHED_M = (0.47, 0.25)  # torque of both joints per newton at the tip of the stretched arm of rokviss
+STRETCHED_M = (0.47, 0.25)  # Torque of both joints per newton at the tip of the stretched arm of rokviss.
 
 
 class Signals:
-    """An arm at rest that presses with `pressed` [N] for each cycle, felt without an error."""
+    """An arm at rest that presses with `pressed` [N] in each cycle; the joystick displays the force without
+    error."""
 
     def __init__(self, scenario, pressed, enabled, segments, dictionary):
         count = len(pressed)

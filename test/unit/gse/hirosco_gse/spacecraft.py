@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated spacecraft on a TCP port: answers telecommands by a table."""
+"""A simulated spacecraft on a TCP port, which answers telecommands by a table."""
 
 import socket
 import struct
@@ -10,7 +10,7 @@ from tm_packets import build_tm
 
 
 def notice(code, detail, instruction=0):
-    """Failure notice."""
+    """Octets of a failure notice."""
     return struct.pack(">HHI", code, instruction, detail)
 
 
@@ -61,7 +61,7 @@ class Spacecraft:
 
 
 def success(packet, *reports):
-    """Full verification of a request, reports before its completion."""
+    """All verification reports of a request; `reports` come before its completion."""
     request = packet.request_id
     return [
         (packet.apid, 1, 1, request, packet.user),

@@ -89,7 +89,7 @@ class Flight:
         gravity = np.array([5.0, 1.0])
         self.torque_word = np.round((gravity - self.external + self.noise_nm) / 0.01).astype(int)
         step = np.diff(self.stick, axis=0, prepend=self.stick[:1]) / COUNT_RAD
-        # The joint loop answers a count at once, then less and less.
+        # After a count, the joint loop responds at once, then less and less.
         fading = np.exp(-np.arange(200) / 16)
         answer = np.stack([np.convolve(step[:, axis], fading)[:COUNT] for axis in range(2)], axis=1)
         command = gravity + 0.1 * np.sin(self.time)[:, None] + 1.6 * np.roll(answer, FORWARD, axis=0)
@@ -143,7 +143,7 @@ def robot_log(flight):
     lines = []
     for k in range(COUNT):
         t = k * 500
-        # Slot k carries RPDO(k-1): computed from samples of cycle k-1, applied at SYNC k.
+        # Slot k carries RPDO(k-1), which was computed from samples of cycle k-1 and is applied at SYNC k.
         at = max(k - 1, 0)
         for joint, node in enumerate((0x11, 0x12)):
             data = struct.pack("<Hhi", flight.control[at], flight.command_word[at, joint], 0)

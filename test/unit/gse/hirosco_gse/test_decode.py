@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recorded octets in words: each form of input, and input that is damaged at each place."""
+"""Recorded octets decoded to text: each form of input, and input that is damaged at each place."""
 
 import io
 import json
@@ -30,7 +30,7 @@ def shown(dictionary_path, capsys):
 
 @pytest.fixture
 def telemetry(dictionary):
-    """A status with a configuration, housekeeping of it, an event and a refusal."""
+    """A status with a configuration, its housekeeping, an event and a refusal."""
     manipulator = dictionary.subsystem("MANIPULATOR")
     values = struct.pack(">H", 4711) + bytes(manipulator.parameter("CUR_VALUES").size) + struct.pack(">10d", *range(10))
     limit = manipulator.event("TORQUE_LIMIT")
@@ -84,7 +84,8 @@ def test_json_has_the_values(dictionary_path, telemetry, capsys):
 
 
 def test_the_packet_log_of_a_run(shown, telemetry, tmp_path):
-    """A malformed telecommand is in the log as it was received; the run may have ended in the middle of a line."""
+    """The log has a malformed telecommand as it was received; the run may have ended in the middle of a
+    line."""
     wrong = bytearray(packets.build_tc(MANIPULATOR, 5, 17, 1))
     wrong[-1] ^= 1
     log = f"0.031000000 TC {wrong.hex()}\n0.032000000 TM {telemetry[0].hex()}\n0.033000000 TM 080"
@@ -105,7 +106,7 @@ FRAMES = """(0000000025.170055) robot 191#3706414B4C00F4FF
 
 
 def test_a_log_of_candump(shown, dictionary_path, tmp_path):
-    """Values are those of cantools with the same database."""
+    """The values equal those of cantools with the same database."""
     (tmp_path / "bus.log").write_text(FRAMES + "(0000000025.1", encoding="ascii")
     code, lines, _ = shown(tmp_path / "bus.log")
     assert code == 0 and len(lines) == 7
@@ -149,7 +150,8 @@ def _segment(sequence, payload, ports=(PORT, 40000), version=4):
 
 @pytest.mark.parametrize(("link_type", "head", "version"), [(1, bytes(12) + b"\x08\0", 4), (0, bytes(4), 4), (101, b"", 6), (113, bytes(16), 4), (276, bytes(20), 4)])
 def test_a_capture_of_the_ground_port(shown, telemetry, tmp_path, link_type, head, version):
-    """Packets that go over several segments, one of which is sent twice; another connection of the machine is left out."""
+    """Packets are in several segments, one of which is sent twice; another connection of the machine is
+    ignored."""
     octets = b"".join(telemetry)
     parts = [(1000, octets[:30]), (1030, octets[30:90]), (1030, octets[30:90]), (1090, octets[90:])]
     segments = [head + _segment(sequence, part, version=version) for sequence, part in parts]
@@ -205,7 +207,8 @@ def test_damaged_input_is_named_by_its_place(shown, tmp_path, name, content, wor
 
 
 def test_another_interface_than_that_of_the_recording_is_told(shown, dictionary_path, dictionary, tmp_path):
-    """run.json beside a file says what flew; a bus database says of which descriptors it was made."""
+    """run.json in the same folder contains the flown interface; a bus database contains the interface for
+    which it was made."""
     (tmp_path / "can-robot.log").write_text(FRAMES, encoding="ascii")
     (tmp_path / "packets.log").write_text(f"0.031000000 TC {packets.build_tc(MANIPULATOR, 5, 17, 1).hex()}\n", encoding="ascii")
     facts = {name: dictionary.content[name].lower() for name in ("interface_hash", "configuration_hash")}
@@ -245,7 +248,7 @@ def test_what_is_not_there(shown, tmp_path, dictionary, monkeypatch):
 
 
 def test_every_octet_of_a_capture_may_be_wrong(dictionary, dictionary_path, telemetry, tmp_path):
-    """A damaged file is decoded in part or refused in words; no other exception leaves the decoder."""
+    """A damaged file is partly decoded or refused with a text; no other exception leaves the decoder."""
     raw = _pcapng(101, [_segment(1000, telemetry[0])])
     for at in range(0, len(raw), 3):
         for value in (0x00, 0xFF, raw[at] ^ 0x10):

@@ -246,7 +246,7 @@ def test_rejections_are_reported_in_words(console, subtype, code, detail, words)
     ],
 )
 def test_usage_errors(dictionary_path, capsys, words):
-    """Detected before a link is needed."""
+    """They are detected before a link is needed."""
     assert main(["--port", "1", "--dictionary", str(dictionary_path), *words]) == 2
     assert capsys.readouterr().err
 
@@ -269,7 +269,7 @@ def test_time_out_names_the_missing_report(console):
 
 
 def test_others_reports_are_not_ours(console):
-    """The verification of another client's request with another sequence count does not end ours."""
+    """The verification of another client's request with another sequence count does not end our request."""
 
     def answer(packet):
         other = bytes([packet.raw[0], packet.raw[1], 0xC0 | (packet.raw[2] ^ 1) & 0x3F, packet.raw[3]])

@@ -57,8 +57,8 @@ def test_energy_is_what_the_torque_takes_from_the_hand(run):
     stick, torque = run.truth["STICK", "position_rad"], run.truth["STICK", "motor_torque_nm"]
     phase = 2 * np.pi * 10 * TIME
     stick[:, 0] = 1e-3 * np.sin(phase)
-    torque[:, 0] = -0.1 * np.cos(phase)  # damping: against the velocity
-    work = 0.5 * 0.1 * 1e-3 * 2 * np.pi * 10 * 10  # mean power of 10 s
+    torque[:, 0] = -0.1 * np.cos(phase)  # Damping: the torque opposes the velocity.
+    work = 0.5 * 0.1 * 1e-3 * 2 * np.pi * 10 * 10  # Mean power during 10 s.
     assert contact_figures.press_hold(run)["hold_energy_j"] == pytest.approx(work, rel=0.01)
     torque[:, 0] *= -1
     assert contact_figures.press_hold(run)["hold_energy_j"] == pytest.approx(-work, rel=0.01)
@@ -74,7 +74,8 @@ def test_lost_contact_and_a_peak_are_seen(run):
 
 
 def test_a_press_with_more_than_the_force_asked_is_a_peak(run):
-    """The largest force is compared with the force that the hand intends, not with the mean, which grows with it."""
+    """The largest force is compared with the force that the hand intends, and not with the mean force, which
+    would grow with it."""
     run.truth["CONTACT", "contact_force_n"] *= 1.2
     found = contact_figures.press_hold(run)
     assert found["hold_force_mean_n"] == pytest.approx(18)
@@ -94,7 +95,8 @@ def test_energy_counts_from_each_coupling(run):
     joints, stick = run.truth["JOINTS", "position_rad"], run.truth["STICK", "position_rad"]
     run.truth["CONTACT", "external_torque_nm"][:] = 1.0
     stick[:, 0] = 0.0
-    joints[:, 0] = np.interp(TIME, [0, 4.4, 10, 20, 30], [0, -5, -5, 5, 4.9])  # falls before it is coupled
+    # The value falls before the coupling.
+    joints[:, 0] = np.interp(TIME, [0, 4.4, 10, 20, 30], [0, -5, -5, 5, 4.9])
     assert contact_figures.passivity(run)["passivity_local_j"] == pytest.approx(0.0, abs=1e-9)
     joints[:, 0] = np.interp(TIME, [0, 10, 20], [0, 0, -0.5])
     assert contact_figures.passivity(run)["passivity_local_j"] == pytest.approx(-0.0075, rel=0.01)
@@ -130,7 +132,7 @@ def test_a_coarse_encoder_has_bounds_of_its_own():
 
 
 def _set(run, owner, name, field, value, time_ns=10**9):
-    """The run contains a telecommand that sets one field of a parameter to a number."""
+    """Add a telecommand to the run that sets one field of a parameter to a number."""
     subsystem = run.dictionary.subsystem(owner)
     parameter = subsystem.parameter(name)
     numbers = [value if item.name == field else float(word) for item in parameter.fields for word in item.init.split()]
@@ -140,7 +142,7 @@ def _set(run, owner, name, field, value, time_ns=10**9):
 
 
 def test_the_scales_are_those_of_the_flight(run):
-    """Descriptor, then the initial values of the configuration, then telecommands."""
+    """They follow from the descriptor, then the initial values of the configuration, then telecommands."""
     run.stick_rpdo.words["0"] *= 2
     run.stick_rpdo.words["1"] *= 2
     assert contact_figures.dynamic_transparency(run)["dynamic_transparency"] > 0.5

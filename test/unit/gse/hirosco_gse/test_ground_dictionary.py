@@ -75,7 +75,7 @@ def test_housekeeping_interleaves_sample_by_sample(dictionary_path):
 
 
 def test_the_configuration_in_force_chooses_the_structure(dictionary):
-    """LINK_AGE makes 4711 differ between the configurations."""
+    """Because of LINK_AGE, structure 4711 differs between the configurations."""
     manipulator = dictionary.subsystem("MANIPULATOR")
     for configuration in manipulator.configurations.values():
         structure = configuration.structures[4711]
@@ -172,7 +172,8 @@ def test_structured_values_of_users(dictionary):
 
 
 def test_every_number_is_shown_with_its_unit_what_it_counts_or_its_word(dictionary):
-    """In reports of housekeeping, on the page and by name: words and quantities of descriptions.txt like enumerations and units."""
+    """Housekeeping reports, the page and requests by name use the words and quantities of descriptions.txt
+    like enumerations and units."""
     manipulator = dictionary.subsystem("MANIPULATOR")
     shown = [leaf for item in dictionary.content["subsystems"] for leaf in about.about(item)["parameters"]]
     bare = {leaf["name"] for leaf in shown if not leaf["unit"] and not leaf["words"] and leaf["type"] not in ("BOOL", *REALS)}

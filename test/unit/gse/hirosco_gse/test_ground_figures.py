@@ -21,7 +21,7 @@ def flown(flight_folder, dictionary_path):
 
 @pytest.fixture
 def run(flown):
-    """A copy whose arrays a test may change."""
+    """A copy of the run; a test may change its arrays."""
     return copy.deepcopy(flown)
 
 
@@ -269,7 +269,7 @@ def test_bus_log_lines():
     assert bus.data[0].tobytes().hex() == "010203040506070a"
     assert bus.field(np.array([0]), 2, "i4")[0] == 0x06050403
     assert len(logs.parse_bus(b"")) == 0
-    assert len(logs.parse_bus(text + b"(0000000003.0")) == 3  # cut off while it was written
+    assert len(logs.parse_bus(text + b"(0000000003.0")) == 3  # The last line is incomplete.
     for wrong in (b"hello world, this is no frame\n", b"(0000000001.000500) robot 191\n", b"(1.5) robot 191#00\n"):
         with pytest.raises(logs.LogError, match="line 4"):
             logs.parse_bus(text + wrong)

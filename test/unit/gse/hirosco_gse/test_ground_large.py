@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Packets in parts, on the ground: splitting, assembly, and the outcome of a request that went in parts."""
+"""Packets in parts on the ground: splitting, assembly, and the outcome of a request that was sent in
+parts."""
 
 import random
 import struct
@@ -13,7 +14,7 @@ USER, SUPERVISOR = 2, 1
 
 
 def _parts(raw, transaction=5, size=512):
-    """Reports that contain the parts of a long one."""
+    """Reports with the parts of a long report."""
     pieces = [raw[at : at + size] for at in range(0, len(raw), size)]
     for number, piece in enumerate(pieces, 1):
         subtype = 1 if number == 1 else 3 if number == len(pieces) else 2

@@ -44,7 +44,7 @@ def test_an_encoded_message_is_decoded_and_a_truncated_one_is_refused(dictionary
             packet = packets.Packet(direction, 16, 0, *message, 1, octets, b"")
             assert catalogue.decode(packet) == given, entry["name"]
             if any(word in json.dumps(entry) for word in ('"part"', '"values"', '"auxiliary"', "argument_id", "transaction")):
-                continue  # The last field takes the rest.
+                continue  # The last field accepts all remaining octets.
             with pytest.raises(MessageProblem):
                 catalogue.decode(packets.Packet(direction, 16, 0, *message, 1, octets + b"\0", b""))
 
@@ -122,7 +122,7 @@ def test_procedures_are_read_from_files(dictionary, tmp_path):
     assert request.data == b"LOOK\0\0\0\0\0\x07step(1)" + packets.crc16(b"step(1)").to_bytes(2, "big")
     place.write_bytes(b"x" * 16384)
     (request,) = commands.plan(["procedure", "load", "LOOK", str(place)], dictionary).requests
-    assert len(request.data) == 12 + 16384  # Longer than a packet: the session splits it.
+    assert len(request.data) == 12 + 16384  # This is longer than a packet, so the session splits it.
     place.write_bytes(b"x" * 16385)
     with pytest.raises(commands.UsageError, match="16385 octets"):
         commands.plan(["procedure", "load", "LOOK", str(place)], dictionary)

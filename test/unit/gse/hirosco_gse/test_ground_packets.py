@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ground's packet codec against the independent spacepackets, and with malformed packets."""
+"""The ground's packet codec, compared with spacepackets and tested with malformed packets."""
 
 import random
 import struct
@@ -31,7 +31,7 @@ def test_tc_equals_independent_encoder():
 def test_known_packets():
     """Worked examples made by other implementations."""
     assert packets.build_tc(100, 25, 17, 1).hex() == "1864c01900062f11010001ebe6"
-    # CUC 4+3 with another P-field (agency epoch): the error names the P-field.
+    # CUC 4+3 with another P-field (agency epoch): the error contains the P-field.
     with pytest.raises(packets.PacketError, match="P-field"):
         packets.parse(bytes.fromhex("0864c0020010201102000200012f0000002a800000e29d"))
 

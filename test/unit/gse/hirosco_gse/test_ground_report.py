@@ -25,7 +25,7 @@ def written(flight_folder, dictionary_path, tmp_path_factory):
 
 def test_run_json_is_complete(written):
     facts = json.loads((written / "run.json").read_text())
-    assert facts["seed"] == 1  # the launcher's facts stay
+    assert facts["seed"] == 1  # The facts of the launcher are kept.
     for name in figures.BOUNDS:
         assert isinstance(facts[name], (int, float)), name
     assert facts["figures_hold"] is True
@@ -59,7 +59,7 @@ def test_size_and_time_of_the_report_are_figures(written):
 
 @pytest.fixture
 def built(tmp_path):
-    """A page of the station as it is built, with a bundle that would end its own element."""
+    """A page of the station as it is built, with a bundle that contains the end tag of its own element."""
     folder = tmp_path / "page"
     folder.mkdir()
     (folder / "station.js").write_text('draw("</script>");')
@@ -102,7 +102,7 @@ def test_a_report_is_made_of_an_incomplete_run(flight_folder, dictionary_path, t
     for name in kept:
         octets = (flight_folder / name).read_bytes()
         (tmp_path / name).write_bytes(octets if name == "run.json" else octets[: len(octets) // 3 + 1])
-    is_judged = "run.json" in kept  # it names the scenario
+    is_judged = "run.json" in kept  # It contains the scenario.
     assert report.main([str(tmp_path), str(dictionary_path)]) == (report.FIGURES_FAILED if is_judged else 0)
     assert json.loads((tmp_path / "run.json").read_text()).get("tracking_error", "absent") == (None if is_judged else "absent")
     assert "</html>" in (tmp_path / "report.html").read_text()
@@ -132,7 +132,7 @@ def test_a_figure_out_of_its_bound_fails_the_run(flight_folder, dictionary_path,
     assert facts["exit_reason"] == f"figures missing or out of their bounds: {name}"
     assert f"figures missing or out of their bounds: {name}" in (tmp_path / "report.html").read_text()
     assert f"figure {name} >= 1e+09: {facts[name]:.4g}" in capsys.readouterr().out.splitlines()
-    monkeypatch.undo()  # a later report judges anew
+    monkeypatch.undo()  # A later report is judged again.
     assert report.main([str(tmp_path), str(dictionary_path)]) == 0
     assert json.loads((tmp_path / "run.json").read_text())["exit_code"] == 0
 
@@ -157,7 +157,8 @@ def test_another_scenario_is_not_measured_by_these_figures(tmp_path, dictionary_
 
 
 def test_a_report_that_cannot_be_made_fails_a_run_with_bounds(flight_folder, dictionary_path, tmp_path, capsys):
-    """Entries of a damaged operator.log are no steps, and no report can be made: one line, no stack trace."""
+    """Entries of a damaged operator.log are not steps, so no report can be made: one line is printed, without
+    a stack trace."""
     for path in flight_folder.iterdir():
         shutil.copy(path, tmp_path)
     (tmp_path / "operator.log").write_text("17\n")

@@ -27,7 +27,8 @@ SECOND = 1_000_000_000
 
 @pytest.mark.parametrize("path", sorted((ROOT / "sim" / "scenarios").glob("*.scn")), ids=lambda path: path.stem)
 def test_the_scenarios_of_the_repository_load(path, dictionary_path_of):
-    """With the dictionary of the mission of their name, or of the first word of it, else with that of rokviss."""
+    """Each is loaded with the dictionary of the mission that has its name or the first word of its name,
+    otherwise with that of rokviss."""
     missions = {file.stem for file in (ROOT / "descriptors" / "missions").glob("*.xml")}
     mission = next((name for name in (path.stem, path.stem.split("-")[0]) if name in missions), "rokviss")
     Script.load(path, Dictionary.load(dictionary_path_of(mission)))
@@ -81,7 +82,8 @@ def test_other_actors_are_skipped(dictionary):
 
 
 class Flight:
-    """Drives a script without sockets: answer(packet) -> reports, delivered `delay` later; events(session, now)."""
+    """Runs a script without sockets: answer(packet) -> reports, which are delivered `delay` later;
+    events(session, now)."""
 
     def __init__(self, dictionary, answer=success, delay_ns=1_000_000):
         self.dictionary, self.answer, self.delay_ns = dictionary, answer, delay_ns
@@ -89,7 +91,7 @@ class Flight:
         self.sent, self.told, self.pending = [], [], []
 
     def at(self, time_s, *reports):
-        """Reports that come by themselves: (apid, service, subtype, data)."""
+        """Deliver reports without a request: (apid, service, subtype, data)."""
         for apid, service, subtype, data in reports:
             self.pending.append((round(time_s * SECOND), build_tm(apid, 0, service, subtype, data, 0, 0)))
         return self
@@ -130,7 +132,7 @@ def test_steps_run_in_order_and_not_before_their_time(dictionary):
     assert [packet.message for _, packet in flight.sent] == [(17, 1), (131, 1), (131, 1)]
     times = [time for time, _ in flight.sent]
     assert times[0] == SECOND
-    assert times[1] == SECOND + 1_000_000  # after the verification of the ping
+    assert times[1] == SECOND + 1_000_000  # After the verification of the ping.
     assert times[2] == 2_500_000_000
     assert [entry["outcome"] for entry in flight.told][0] == "MANIPULATOR is alive"
     assert all({"time", "end", "line", "verb", "words", "outcome"} <= set(entry) for entry in flight.told)
@@ -198,13 +200,13 @@ def test_expect_state(dictionary):
 
 
 def note(dictionary):
-    """TM[5,2] OPERATOR_NOTE of the joystick."""
+    """TM[5,2] with OPERATOR_NOTE of the joystick."""
     return 17, 5, 2, struct.pack(">H", dictionary.subsystem("JOYSTICK").event("OPERATOR_NOTE").id)
 
 
 def test_each_event_answers_one_wait(dictionary):
     wait = "1 operator wait-event JOYSTICK OPERATOR_NOTE 1\n"
-    Flight(dictionary).at(0.5, note(dictionary)).run(wait)  # it arrived before
+    Flight(dictionary).at(0.5, note(dictionary)).run(wait)  # The event came before the wait.
     Flight(dictionary).at(0.5, note(dictionary)).at(1.5, note(dictionary)).run(wait + wait)
     with pytest.raises(ScriptFailure, match="the last event was OPERATOR_NOTE of JOYSTICK"):
         Flight(dictionary).at(0.5, note(dictionary)).run(wait + wait)
@@ -224,7 +226,7 @@ def test_end_leaves_the_rest(dictionary):
 
 
 class CosimulationPort(threading.Thread):
-    """The scheduler's side: grants by a script, checks that nothing is sent outside of a grant."""
+    """The scheduler's side: it grants by a script and checks that nothing is sent outside of a grant."""
 
     def __init__(self, path, port):
         super().__init__(daemon=True)
@@ -250,7 +252,8 @@ class CosimulationPort(threading.Thread):
         assert lines.readline().split() == ["join", "operator", str(self.served)]
         time_ns, octets = 0, b""
         while True:
-            # Octets are on the stream before they are announced; half a packet is announced, then the rest.
+            # Octets are on the stream before they are announced; first half a packet is announced, then the
+            # rest.
             half = len(octets) // 2
             stream.sendall(octets)
             if half:
@@ -290,8 +293,8 @@ def test_stepped_time_through_the_cosimulation_port(dictionary_path, tmp_path, c
     before = signal.getsignal(signal.SIGTERM)
     try:
         code = main([*words, "--run", str(tmp_path), "script", str(tmp_path / "s.scn")])
-        # The launcher's notice that the run is over has no effect until the process has ended: the
-        # interpreter would reset a handler.
+        # The launcher's signal that the run is over must be ignored until the process has ended: at its end
+        # the interpreter would reset a handler.
         assert signal.getsignal(signal.SIGTERM) == signal.SIG_IGN
     finally:
         signal.signal(signal.SIGTERM, before)
@@ -307,7 +310,7 @@ def test_stepped_time_through_the_cosimulation_port(dictionary_path, tmp_path, c
 
 @pytest.mark.parametrize("room", [0, 100])
 def test_a_full_disk_ends_the_log_and_not_the_script(dictionary_path, tmp_path, capsys, room):
-    """The log ends with a whole line."""
+    """The log ends with a complete line."""
     craft = Spacecraft(success)
     (tmp_path / "s.scn").write_text("0 operator mode SAFE\n0 operator mode NOMINAL\n")
     before, handler = resource.getrlimit(resource.RLIMIT_FSIZE), signal.getsignal(signal.SIGTERM)
@@ -370,7 +373,7 @@ def test_the_end_of_the_run_is_a_lost_link(dictionary, tmp_path):
 
 
 def test_a_command_to_a_spacecraft_that_closed_the_link_is_a_lost_link(dictionary, tmp_path):
-    """In stepped time the client does not check the stream before it has something to send; without a way to
+    """In stepped time the client does not read the stream before it has something to send. Here it cannot
     connect again."""
     server = socket.socket(socket.AF_UNIX)
     server.bind(str(tmp_path / "cosim"))
@@ -410,28 +413,29 @@ class Scheduler:
         server.close()
 
     def connect(self):
-        """Like the operator's reconnect()."""
+        """Connect as the operator's reconnect() does."""
         return socket.create_connection(self.port.getsockname())
 
     def grant(self, time_ns, octets, served):
-        """Before the driver runs: it answers in sequence."""
+        """Send a grant before the driver runs, because the driver answers in sequence."""
         self.client.sendall(f"grant {time_ns} 0 {octets} {served}\n".encode())
 
     def close(self):
-        """All sockets."""
+        """Close all sockets."""
         for stream in (self.client, self.port, *self.accepted):
             stream.close()
 
 
 def test_a_link_is_lost_and_opened_by_the_scheduler_and_not_by_the_socket(dictionary, tmp_path):
-    """The request under way is reported as lost; the one issued meanwhile waits for the next connection."""
+    """The request in progress is reported as lost; a request that is issued meanwhile waits for the next
+    connection."""
     scheduler, session, told = Scheduler(tmp_path), Session(dictionary, 0), []
     connections = []
 
     def reconnect():
         connections.append(scheduler.connect())
         scheduler.accepted.append(scheduler.port.accept()[0])
-        scheduler.grant(3000, 0, 0)  # On its way.
+        scheduler.grant(3000, 0, 0)  # The request is in transit.
         scheduler.grant(4000, 0, connections[-1].getsockname()[1])
         return connections[-1]
 
@@ -442,7 +446,7 @@ def test_a_link_is_lost_and_opened_by_the_scheduler_and_not_by_the_socket(dictio
         yield from session.wait_until(4000)
         assert not later.is_finished
 
-    scheduler.grant(0, 0, 0)  # Not served yet: the request waits.
+    scheduler.grant(0, 0, 0)  # The new connection is not served yet, so the request waits.
     scheduler.grant(1000, 3, scheduler.first)
     scheduler.accepted[0].sendall(b"\x08\x10\xc0")  # The begin of a packet that never ends.
     scheduler.grant(2000, 0, 0)
@@ -472,7 +476,8 @@ def test_a_wait_continues_when_telemetry_sets_the_clock_forward(dictionary):
     driver = RealDriver(None, session, epoch_ns=0)
     waiting = session.wait_for(lambda: False, 20 * SECOND, "an answer")
     due = next(waiting)
-    for seconds in (470, 471, 500):  # The mission flies faster than wall-clock time, or began before we connected.
+    # The mission is faster than wall-clock time, or started before this client connected.
+    for seconds in (470, 471, 500):
         for listener in session.listeners:
             listener(types.SimpleNamespace(time_ns=seconds * SECOND), None)
         session.now_ns = seconds * SECOND
@@ -485,13 +490,13 @@ def test_a_wait_continues_when_telemetry_sets_the_clock_forward(dictionary):
 
 
 def _alive(session, count):
-    """Which of these requests take in a report of the manipulator to this user."""
+    """Numbers of these requests that still accept a report of the manipulator to this user."""
     session.feed(build_tm(16, count & 0x3FFF, 17, 2, b"", session.source))
 
 
 def test_requests_without_a_further_report_are_removed(dictionary):
-    """In hours of such requests none may take in a later report: requests whose instructions were all
-    refused, and requests that time out."""
+    """After hours of such requests, none may accept a later report: requests of which all instructions were
+    refused, and requests that have timed out."""
     session = Session(dictionary, 0)
     old = session.send(Request(16, 3, 27, bytes(2), "old"))
     for count in range(100):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Keys, marks and frames of the ground: the frames that the spacecraft's tests use, numbers that are used
+"""Keys, marks and frames of the ground: the frames of the spacecraft's tests, numbers that are used only
 once, refused files."""
 
 import concurrent.futures
@@ -16,7 +16,7 @@ PACKET = bytes.fromhex("1801c0000006190811010001c5d2")
 
 @pytest.fixture
 def key(tmp_path):
-    """A key as the command makes it."""
+    """A key that the command has made."""
     path = tmp_path / "ground.key"
     sdls.make_key(path)
     return path
@@ -133,7 +133,7 @@ def test_a_mark_of_another_key_is_refused(key, tmp_path):
 
 
 def test_no_number_is_used_again_after_a_torn_write(key):
-    """The power may be cut within each write of the mark; a used number is never used again."""
+    """The power may be cut during each write of the mark; no number is used twice."""
     sdls.Sender(key)(PACKET)
     check, before = sdls.key_check(sdls.read_key(key)), _mark(key).read_bytes()
     sdls.next_session(key, check)

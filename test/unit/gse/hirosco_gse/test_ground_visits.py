@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lines of the actor `ground`, and what of a flight cannot be recorded."""
+"""Lines of the actor `ground`, and parts of a flight that cannot be recorded."""
 
 import socket
 
@@ -48,7 +48,7 @@ def test_octets_without_a_connection_are_refused():
 
 
 def _run(folder, *events):
-    """A run whose packet log has these events of COMMUNICATION: (time in s, event)."""
+    """A run whose packet log has these events of COMMUNICATION: (time [s], event)."""
     lines = []
     for sequence, (seconds, event) in enumerate(events):
         lines.append(f"{seconds:.9f} TM {build_tm(2, sequence, 5, 1, event).hex()}\n")
@@ -72,14 +72,15 @@ def _send(user, sequence):
 
 
 def _log(folder, *entries):
-    """A packet log with events of COMMUNICATION and telecommands: (time in s, octets)."""
+    """A packet log with events of COMMUNICATION and telecommands: (time [s], octets)."""
     lines = [f"{seconds:.9f} {'TC' if octets[0] & 0x10 else 'TM'} {octets.hex()}\n" for seconds, octets in entries]
     (folder / "packets.log").write_text("".join(lines), encoding="ascii")
     return folder
 
 
 def test_each_user_has_a_connection_of_its_own(tmp_path):
-    """A station comes, then two commands of the command line beside it, one after the other; then the station commands again and goes."""
+    """A station connects, then two commands of the command line one after the other; then the station sends
+    again and disconnects."""
     came, gone = build_tm(2, 0, 5, 1, CONNECTED), build_tm(2, 0, 5, 1, LOST)
     sent = [_send(3, 1), _send(1, 7), _send(1, 8), _send(3, 2)]
     run = _log(tmp_path, (1.0, came), (1.1, sent[0]), (2.0, came), (2.1, sent[1]), (2.2, gone), (3.0, came), (3.1, sent[2]), (3.2, gone), (4.0, sent[3]), (5.0, gone))
@@ -89,7 +90,7 @@ def test_each_user_has_a_connection_of_its_own(tmp_path):
 
 
 def test_the_connection_that_goes_on_sending_has_not_ended(tmp_path):
-    """The older one ends: the newer one sends afterwards."""
+    """The older connection has ended, because the newer one sends afterwards."""
     came, gone = build_tm(2, 0, 5, 1, CONNECTED), build_tm(2, 0, 5, 1, LOST)
     run = _log(tmp_path, (1.0, came), (1.1, _send(3, 1)), (2.0, came), (2.1, _send(4, 7)), (2.2, gone), (2.3, _send(4, 8)), (3.0, gone))
     assert [line.split()[2:][::len(line.split()[2:]) - 1] for _, line in visits.recorded(run)] == [

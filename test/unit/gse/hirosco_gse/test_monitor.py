@@ -21,7 +21,8 @@ MANIPULATOR, PATIENCE_S = 16, 60.0
 
 @pytest.fixture
 def reached(dictionary, dictionary_path, tmp_path):
-    """What Monitor needs to reach a spacecraft whose every answer comes with a state, an event and housekeeping."""
+    """What Monitor needs to reach a spacecraft that answers each request with a state, an event and
+    housekeeping."""
     manipulator = dictionary.subsystem("MANIPULATOR")
     event = manipulator.event("TORQUE_LIMIT")
     reports = [
@@ -54,7 +55,8 @@ async def _until(pilot, condition, what):
 
 
 def test_the_flight_is_shown_and_commanded(reached):
-    """States, values with unit, one beyond its limit, an event; a refused and a completed command with their lights."""
+    """States, values with units, a value beyond its limit, an event; a refused and a completed command with
+    their lights."""
     given, run, simulated = reached
 
     async def look():
@@ -88,7 +90,8 @@ def test_the_flight_is_shown_and_commanded(reached):
             assert await entry.suggester.get_suggestion("state MANI") == "state MANIPULATOR "
             assert await entry.suggester.get_suggestion("dance ") is None
             simulated.close()
-        assert [packet.message for packet in simulated.received if packet.message[0] == 3] == [(3, 27)]  # It creates no housekeeping.
+        # The monitor creates no housekeeping structure.
+        assert [packet.message for packet in simulated.received if packet.message[0] == 3] == [(3, 27)]
 
     asyncio.run(look())
 

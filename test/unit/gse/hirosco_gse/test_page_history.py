@@ -26,7 +26,7 @@ def modules(tmp_path_factory):
 
 
 def told(folder, script):
-    """What a script of ECMAScript prints, as JSON."""
+    """The JSON that an ECMAScript script prints."""
     (folder / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ placed, poses }} from "./kinematics.mjs";\n{script}')
     done = subprocess.run(["node", folder / "test.mjs"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -69,6 +69,7 @@ def test_each_robot_is_where_its_entries_of_the_truth_put_it(modules):
         console.log(JSON.stringify([placed(robot("a"), row, names), placed(robot("b"), row, names).brakes, tip(robot("b")), placed(robot("a"), { "CUR_VALUES.POSITION": [9] }, null, true),
           placed(robot("a"), undefined)]));""")
     assert found[0]["positions"] == [2] and found[0]["base"][3] == 7 and found[0]["brakes"] == [True] and found[1] == [False]
-    assert [found[2][3], found[2][7], found[2][11]] == pytest.approx([1, 5, 3])  # 3 m along x, which the base has turned to y.
+    # The base has turned x to y, so the link is 3 m along y.
+    assert [found[2][3], found[2][7], found[2][11]] == pytest.approx([1, 5, 3])
     assert found[3]["positions"] == [9] and found[3]["brakes"] is None
     assert found[4]["positions"] == [0.5]

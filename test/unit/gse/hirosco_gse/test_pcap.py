@@ -22,7 +22,8 @@ def gse(capsys):
 def test_a_capture_has_each_packet_with_its_time(gse, tmp_path):
     raws = [packets.build_tc(16, 1, 17, 1), bytes(3), packets.build_tc(17, 2, 17, 1)]
     lines = [f"{second}.{second:09d} TC {raw.hex()}\n" for second, raw in enumerate(raws)]
-    (tmp_path / "packets.log").write_text("".join(lines) + "3.00000", encoding="ascii")  # The run ended within a line.
+    # The run has ended in the middle of a line.
+    (tmp_path / "packets.log").write_text("".join(lines) + "3.00000", encoding="ascii")
     assert gse("pcap", tmp_path) == (0, f"{tmp_path / 'packets.pcap'}: 3 packets\n", "")
     octets = (tmp_path / "packets.pcap").read_bytes()
     assert struct.unpack_from("<IHHiIII", octets) == (0xA1B23C4D, 2, 4, 0, 0, 65542, 147)

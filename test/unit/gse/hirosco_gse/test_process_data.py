@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Places of objects in process data, and units, by data sheets."""
+"""Places of objects in process data, and units, from data sheets."""
 
 import math
 import pathlib
@@ -35,7 +35,7 @@ DefaultValue=0x60640020
 
 @pytest.fixture
 def load(tmp_path):
-    """Reader of a sheet with this text."""
+    """A function that reads a data sheet with this text."""
     def loaded(text):
         (tmp_path / "drive.eds").write_text(text, encoding="utf-8")
         return sheet.load(tmp_path / "drive.eds")
@@ -47,7 +47,7 @@ def test_padding_takes_place_and_signs_are_those_of_the_objects(load):
 
 
 class _Dictionary:
-    """Two configurations of a drive, of which the second maps the position alone."""
+    """Two configurations of a drive; the second maps only the position."""
 
     content = {"subsystems": [{"configurations": [
         {"devices": [{"endnodes": [{"type": "UDP", "address": "127.0.0.1"}], "settings": [{"object": "0x1A00:00", "value": "7"}]}]},

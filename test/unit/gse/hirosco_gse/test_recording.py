@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The recording of a run, read back without the writer's own code."""
+"""The recording of a run, read without the code of the writer."""
 
 import gzip
 import json
@@ -109,7 +109,7 @@ def _text(word):
 
 
 def _log(*events):
-    """truth.lcm of (time [us], channel, octets after time_ns)."""
+    """A truth.lcm of (time [us], channel, octets after time_ns)."""
     whole = b""
     for number, (time_us, channel, body) in enumerate(events):
         data = struct.pack(">Qq", truth.types()[channel].fingerprint, time_us * 1000) + body
@@ -118,7 +118,7 @@ def _log(*events):
 
 
 def test_a_world_without_joints_has_its_bodies_wheels_and_valves(tmp_path):
-    """Rows that the log leaves out are those before them; entries of a body stand beside each other."""
+    """Rows that the log leaves out equal the rows before them; entries of a body are adjacent."""
     def base(x):
         return struct.pack(">i26d", 2, x, 0, 0, 9, 8, 7, 1, 0, 0, 0, 0, 1, 0, 0, *[0.0] * 12)
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The client class with a simulated spacecraft: what it sends, what it returns, what it raises; and its fixture."""
+"""The client class with a simulated spacecraft: its requests, its results, its exceptions; and its pytest
+fixture."""
 
 import socket
 import struct
@@ -66,7 +67,7 @@ def test_a_refusal_has_its_reason_in_words(crafts):
 
 
 def test_several_requests_are_under_way_at_once(crafts):
-    """The first one completes with the second: the simulated spacecraft answers both then."""
+    """The simulated spacecraft completes the first request together with the second."""
     waiting = []
 
     def answer(packet):
@@ -103,7 +104,8 @@ def test_any_request_of_the_standard_is_answered(crafts):
 
 
 def _reporting(dictionary):
-    """Reports with each answer: a state, an event, and housekeeping with the number of requests as DES_POSITION."""
+    """Reports that come with each answer: a state, an event, and housekeeping whose DES_POSITION is the
+    number of requests."""
     manipulator = dictionary.subsystem("MANIPULATOR")
     structure = manipulator.configurations["STAND_ALONE"].structures[4711]
     numbers = []
@@ -132,7 +134,8 @@ def test_states_events_and_values_are_waited_for(crafts, dictionary):
     assert craft.wait_event("MANIPULATOR", "tare_done") == {"OFFSET": [0.0, 0.25]}
     craft.send("MANIPULATOR.TARE")
     assert craft.wait_value("MANIPULATOR.DES_POSITION", lambda value: value[0] == 1) == [1.0, 2.5]
-    assert craft.wait_event("MANIPULATOR", "TARE_DONE") == {"OFFSET": [1.0, 0.25]}  # The next one, not the first again.
+    # This is the next event, and not the first one again.
+    assert craft.wait_event("MANIPULATOR", "TARE_DONE") == {"OFFSET": [1.0, 0.25]}
     with pytest.raises(TimedOut, match="the last event was TARE_DONE of MANIPULATOR"):
         craft.wait_event("MANIPULATOR", "TARE_DONE", 0.05)
     with pytest.raises(TimedOut, match=r"the last was \[1.0, 2.5\]"):
@@ -140,7 +143,7 @@ def test_states_events_and_values_are_waited_for(crafts, dictionary):
 
 
 def test_a_jump_of_mission_time_is_no_time_out(crafts, dictionary):
-    """The first packet says mission time 1 s; the wait of 0.5 s goes on by the wall clock."""
+    """The first packet has mission time 1 s; the wait of 0.5 s continues by the wall clock."""
     craft, _ = crafts(lambda packet: success(packet))
     craft.cmd("MANIPULATOR.TARE")
     craft.cmd("MANIPULATOR.TARE")
@@ -161,7 +164,8 @@ def test_without_a_link(crafts, dictionary_path):
 
 @pytest.fixture
 def world(tmp_path):
-    """A simulated live port: takes all but `fault`, is paused at every second question for the time; the lines it has received."""
+    """A simulated live port: it accepts everything except `fault`, and is paused at every second query of the
+    time. Also returns the lines it has received."""
     server, lines = socket.create_server(("127.0.0.1", 0)), []
     (tmp_path / "live.port").write_text(str(server.getsockname()[1]), encoding="ascii")
 
@@ -198,7 +202,7 @@ def test_a_flight_without_a_live_port_has_no_live_world(crafts):
 
 
 def test_users_write_tests_with_the_fixture(pytester, dictionary_path):
-    """In a folder of their own, with the plug-in and the option, and with a run folder of their own."""
+    """In a separate folder with the plug-in and its option, and with a separate run folder."""
     simulated = Simulated(success)
     run = pytester.mkdir("run")
     (run / "ground.port").write_text(str(simulated.port), encoding="ascii")

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The light station with a simulated spacecraft: what browsers are told, what the spacecraft is asked, who is refused."""
+"""The light station with a simulated spacecraft: messages to browsers, requests to the spacecraft, refused
+clients."""
 
 import asyncio
 import base64
@@ -57,7 +58,7 @@ def test_the_words_of_a_command_are_checked_before_they_are_sent(place, spacecra
 
 
 def test_the_commands_of_a_flight_are_a_script_that_gse_runs(place, dictionary):
-    """What was refused is tried only; commands of forms are in words."""
+    """In the script, refused commands have the word `try`; commands of forms are written as text."""
 
     async def story(page, _):
         for order in ({"form": "config MANIPULATOR", "values": {"Configuration": "TELEPRESENCE"}}, {"text": "state MANIPULATOR OPERATIONAL"}):
@@ -74,7 +75,8 @@ def test_the_commands_of_a_flight_are_a_script_that_gse_runs(place, dictionary):
 
 
 def test_a_file_of_the_page_is_uploaded_and_a_list_is_asked_for(place, spacecraft):
-    """The command with a file cannot be repeated, so no script has it; a list is not among the commands."""
+    """A command with a file cannot be repeated, so no script contains it; a request for a list is not among
+    the commands."""
     code = b"local a = 1\n"
     listed = struct.pack(">H8sHB", 1, b"STATION", 7, 1)
     spacecraft._answer = lambda packet: success(packet, (18, 9, listed)) if packet.message == (18, 8) else answer(packet)
@@ -96,7 +98,7 @@ def test_a_file_of_the_page_is_uploaded_and_a_list_is_asked_for(place, spacecraf
 
 
 def test_a_list_is_asked_for_and_nothing_else(place, spacecraft):
-    """What is asked is not in the list of commands, so it may command nothing."""
+    """Such a request is not in the list of commands, so it must not command anything."""
 
     async def story(page, _):
         await page.socket.send_str('{"do":"ask","text":"stop","id":8}')
@@ -107,7 +109,8 @@ def test_a_list_is_asked_for_and_nothing_else(place, spacecraft):
 
 
 def test_a_station_that_is_read_only_commands_nothing(place, spacecraft):
-    """The server refuses whatever a page asks for, critical or not; housekeeping for display comes as in other stations."""
+    """The server refuses all commands of a page, critical or not; housekeeping for display arrives as in
+    other stations."""
     orders = (
         {"do": "command", "text": "ping JOYSTICK"},
         {"do": "command", "text": "stop", "display": True},
@@ -156,7 +159,8 @@ def test_display_housekeeping_is_created_and_enabled_once_and_disabled_at_the_en
 
 
 def test_what_was_enabled_for_pages_is_disabled_when_the_last_one_leaves(place, spacecraft, monkeypatch):
-    """That is the display structure, and a structure that a page has enabled in its tables; not one that an operator has enabled."""
+    """These are the display structure and a structure that a page has enabled in its tables, but not one that
+    an operator has enabled."""
     monkeypatch.setattr(hub_module, "LEAVE_S", 0.0)
 
     async def story(page, station):
@@ -208,7 +212,8 @@ def test_a_gap_in_the_counters_of_messages_is_a_loss(dictionary):
 
 
 def test_a_flight_that_ends_and_the_next(place, spacecraft):
-    """The page hears that the link is lost, then everything of the next flight, and commands reach that one."""
+    """The page is informed that the link is lost, then it gets all data of the next flight, and commands
+    reach that flight."""
     second = Spacecraft(answer)
 
     async def story(page, station):
@@ -229,7 +234,8 @@ def test_a_flight_that_ends_and_the_next(place, spacecraft):
 
 
 def test_another_flight_at_the_port_of_one_that_has_ended_is_left_alone(place, spacecraft):
-    """The launcher gives the first free port: after a flight, its port may be that of a flight with another run folder."""
+    """The launcher uses the first free port: the port of a flight that has ended may belong to a flight with
+    another run folder."""
 
     async def story(page, station):
         (place / "first" / "run.json").write_text("{}")
@@ -255,7 +261,8 @@ def test_a_command_under_way_ends_with_the_link(place, spacecraft):
 
 
 def test_only_the_page_of_the_station_is_served(place):
-    """A page of another origin, a client without one, and a name that leads here are refused."""
+    """A page of another origin, a client without an origin, and another host name for this address are
+    refused."""
 
     async def run():
         async with station_of(place) as (_, address), ClientSession() as session:
@@ -350,7 +357,7 @@ def test_only_a_page_of_this_machine_may_show_it_in_a_frame(tmp_path, capsys):
 
 
 def test_a_run_is_replayed_by_the_command_line(flight_folder, tmp_path, monkeypatch, capsys):
-    """`gse replay RUN`: the page opens as a replay, with the recording of this run."""
+    """`gse replay RUN` opens the page as a replay with the recording of this run."""
     found = {}
 
     async def visit_page(application, listener):

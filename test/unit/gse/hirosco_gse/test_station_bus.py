@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames of a bus on the page: the newest of each identifier, decoded, with its rate; errors in words."""
+"""Frames of a bus on the page: the newest frame of each identifier, decoded, with its rate; error frames as
+text."""
 
 import copy
 
@@ -38,7 +39,8 @@ def test_error_frames_are_single_and_in_words():
 
 
 def test_the_page_is_told_that_names_of_frames_may_be_wrong(dictionary):
-    """By a database of other descriptors than the dictionary, and by a subsystem that flies another interface."""
+    """This happens if the database was made from other descriptors than the dictionary, and if a subsystem
+    has another interface."""
     taps, mismatches = world_port.Taps(None), {}
     taps.move_to("run", dictionary, mismatches)
     tap = taps._tap("robot")

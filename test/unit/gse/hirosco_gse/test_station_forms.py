@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Forms of the light station: every entry of every mission's dictionary has one, and what it sends are the octets of the command line."""
+"""Forms of the light station: every entry of every mission's dictionary has a form, and a form sends the same
+octets as the command line."""
 
 import json
 import re
@@ -38,7 +39,7 @@ def entries(dictionary):
 
 
 def test_every_verb_of_hand_and_fault_has_a_form(mission):
-    """The verbs are those of the documentation, which a test compares with the simulator."""
+    """The verbs are those of the documentation, which another test compares with the simulator."""
     text = (ROOT / "docs" / "scenarios.md").read_text(encoding="utf-8")
     forms = Forms(mission).by_id
     for actor in ("fault", "hand"):
@@ -79,7 +80,7 @@ def octets(requests):
 
 
 def sample(field):
-    """A text that fits a field that is no group."""
+    """A text that fits a field that is not a group."""
     if field.get("options"):
         return field["options"][-1]["value"]
     if "coding" in field:
@@ -108,7 +109,7 @@ def test_what_a_form_sends_are_the_octets_of_the_command_line(mission):
 
 
 def filled(fields, case):
-    """(values typed, values for the encoder) of the fields of a message; `case` selects in its choices."""
+    """(typed values, values for the encoder) of the fields of a message; `case` selects the choices."""
     typed, given = {}, {}
     for field in fields:
         if "repeat" in field:
@@ -136,7 +137,7 @@ def test_a_request_of_the_catalogue_has_the_octets_of_its_encoder(mission, case)
     for entry in mission.catalogue.all("TC"):
         message = entry["service"], entry["subtype"]
         form = made.by_id.get("tc {},{}".format(*message))
-        if form is None:  # No subsystem of the mission has its service.
+        if form is None:  # No subsystem of the mission offers this service.
             continue
         typed, given = filled(form.fields[1:], case)
         try:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The light station among others and in time: its user, what it says of commands that last, faults and hand, links, the world of the flight."""
+"""The light station among other clients and over time: its user number, commands that last, faults and hand,
+links, the world of the flight."""
 
 import asyncio
 import re
@@ -22,7 +23,8 @@ from visiting import JOYSTICK, MANIPULATOR, TELEPRESENCE, answer, visit
 
 
 def test_each_station_at_a_flight_is_a_user_of_its_own(dictionary):
-    """Also in another process; a user that a station had is free again. With more stations than users the last ones share one."""
+    """Stations in other processes count, too; the user number of a station that has ended is free again. If
+    there are more stations than users, the last stations share one number."""
     numbers = [user["id"] for user in dictionary.content["users"] if user["name"].startswith("WEB")]
     claimed = [Identity.claim(dictionary, 40001) for _ in numbers]
     assert [each.number for each in claimed] == numbers and len(numbers) >= 4 and all(each.is_own for each in claimed)
@@ -38,14 +40,16 @@ def test_each_station_at_a_flight_is_a_user_of_its_own(dictionary):
 
 @pytest.mark.parametrize("mission", sorted(path.stem for path in (ROOT / "descriptors" / "missions").glob("*.xml")))
 def test_every_mission_has_users_for_stations(mission):
-    """Also the missions that the scaffolds make: they are copies of these or of gse/scaffold/robot/mission.xml."""
+    """This includes the missions that the scaffolds make: copies of these or of
+    gse/scaffold/robot/mission.xml."""
     for path in (ROOT / "descriptors" / "missions" / f"{mission}.xml", ROOT / "gse" / "scaffold" / "robot" / "mission.xml"):
         names = re.findall(r'<User name="(\w+)"', path.read_text(encoding="utf-8"))
         assert {"CLI", "YAMCS"} <= set(names) and sum(name.startswith("WEB") for name in names) >= 4
 
 
 def test_a_command_that_lasts_has_not_failed(place, spacecraft):
-    """600 s of simulated time between start and completion, in which telemetry comes: the lights wait for what the spacecraft says."""
+    """Between start and completion 600 s of simulated time pass, during which telemetry arrives: the lights
+    wait for the spacecraft's report."""
     pinged = []
 
     def late(packet):
@@ -80,7 +84,8 @@ def test_a_request_without_any_report_is_not_answered_and_has_not_failed(place, 
     async def story(page, station):
         asked = await page.ask(do="command", text="ping JOYSTICK")
         call = next(call for call in station.hub.calls if call.number == asked["command"])
-        while not call.is_silent:  # Its telecommand may wait until the first requests of the station have ended.
+        # The telecommand may wait until the first requests of the station have ended.
+        while not call.is_silent:
             station.hub.session.advance(station.hub.session.now_ns + 11 * 10**9)
             station.hub._resume_all()
             await asyncio.sleep(0.01)
@@ -94,7 +99,7 @@ def test_a_request_without_any_report_is_not_answered_and_has_not_failed(place, 
 
 
 class World:
-    """Answers of a live port."""
+    """Answers like those of a live port."""
 
     def __init__(self):
         self.lines, self.speed, self.hand = [], 1.0, None
@@ -105,7 +110,8 @@ class World:
 
 
 def test_a_page_causes_faults_and_moves_the_hand_and_one_page_has_it(place, monkeypatch):
-    """A fault as typed and from a form; while one page aims the hand, another one, and lines of other programs, are told who has it."""
+    """Faults are typed and come from a form. While one page aims the hand, another page and lines of other
+    programs are told which page has it."""
     world = World()
 
     async def story(page, station):
@@ -179,7 +185,7 @@ def test_the_world_is_that_of_the_flight(tmp_path):
 
 
 def links_answer(received):
-    """Answers of supervisor and members about link ROBOT_STATE, open, with this count."""
+    """Answers of supervisor and members about the link ROBOT_STATE, which is open and has this count."""
     def row(count):
         return struct.pack(">HHBHHHH", 1, 1, 3, MANIPULATOR, 1, JOYSTICK, 2) + struct.pack(">IIBIHBBI", 1, 32, 0, 500, 10, 0, 1, 2000) + struct.pack(">IIIII", 0, count, 2, 0, 0)
 
@@ -192,7 +198,7 @@ def links_answer(received):
 
 
 def test_links_are_asked_for_while_a_page_is_open(place, spacecraft, monkeypatch):
-    """Count, rate and age move; a transition is shown at once, with its cause."""
+    """Count, rate and age change; a transition is shown at once with its cause."""
     received = [1000]
     spacecraft._answer = links_answer(received)
     monkeypatch.setattr(network_module, "POLL_S", 0.0)
@@ -225,7 +231,8 @@ def test_rate_and_age_of_a_link_come_from_simulated_time():
 
 
 def test_the_first_telemetry_ends_no_request(dictionary):
-    """The time of the session begins with the telemetry: that is no time which a request has waited."""
+    """The time of the session begins with the first telemetry: a request has not waited for the time
+    before."""
     session = hub_module._WebSession(dictionary, source=3)
     waiting = session.wait_for(lambda: False, 10**9, "a report")
     next(waiting)
@@ -237,7 +244,7 @@ def test_the_first_telemetry_ends_no_request(dictionary):
 
 
 def test_the_page_hears_that_another_interface_flies(place, spacecraft):
-    """Each subsystem once, also a page that comes later."""
+    """Each subsystem is reported once, also to a page that connects later."""
     def other(packet):
         return answer(packet) + ([(MANIPULATOR, 129, 5, struct.pack(">BBBHQQII", 3, 0, 3, TELEPRESENCE, 7, 0, 0, 0), 1)] if packet.message == (17, 1) else [])
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reader of worlds, and worlds as the page gets them."""
+"""The reader of worlds, and the worlds as the page gets them."""
 
 import base64
 import json
@@ -22,7 +22,7 @@ URDF = """<robot name="r"><link name="a"/><link name="b"><collision><origin xyz=
 
 @pytest.mark.parametrize("path", WORLDS, ids=lambda path: path.stem)
 def test_the_page_can_read_every_world(path):
-    """JSON without numbers that JSON does not have."""
+    """The result is JSON without special numbers, which JSON does not allow."""
     found = world.read(path)
     lists = json.loads(json.dumps(geometry.as_lists(found), allow_nan=False))
     assert [len(robot["joints"]) for robot in lists["robots"]] == [len(robot.joints) for robot in found.robots]
@@ -43,7 +43,8 @@ def test_joints_in_any_order_of_the_file_move_in_the_frame_of_their_parent(tmp_p
     assert robot.root == "a"
     assert [joint.name for joint in robot.moving] == ["slide", "turn"]
     assert (robot.joints[1].lower, robot.joints[1].upper, robot.joints[1].effort, robot.joints[1].velocity) == (-1, 2, 3, 4)
-    # b is at (1, 0, 0), turned by 90 degrees about z and then about its y: its z points along the y of a.
+    # b is at (1, 0, 0), turned by 90 degrees about z and then about its own y: its z has the direction of a's
+    # y.
     poses = robot.poses([0.5, np.pi / 2])
     assert poses["b"][:3, 2] == pytest.approx([0, 1, 0], abs=1e-12)
     assert poses["c"][:3, 3] == pytest.approx([1, 1.5, 0], abs=1e-12)
@@ -63,7 +64,7 @@ def test_what_cannot_be_read_is_named(tmp_path):
 
 
 def test_a_body_starts_where_its_state_says(tmp_path):
-    """In the axes of the world or of a link of a robot before it."""
+    """The state refers to the axes of the world or of a link of an earlier robot."""
     urdf = ROOT / "descriptors" / "worlds" / "satellite.urdf"
     path = tmp_path / "w.xml"
     path.write_text(f'<World name="w"><Robot name="a" urdf="{urdf}" base="free"><State at="1 2 3" rpy="0 0 1.5707963267948966"/></Robot>'
@@ -76,7 +77,7 @@ def test_a_body_starts_where_its_state_says(tmp_path):
 
 
 def test_a_free_body_without_shapes_is_a_box_of_its_mass():
-    """300 kg with 40, 50 and 60 kg m2: the box has the same moments."""
+    """300 kg with 40, 50 and 60 kg m2: the box has these moments of inertia."""
     robots = geometry.as_lists(world.read(ROOT / "descriptors" / "worlds" / "actuators.xml"))["robots"]
     (box,) = robots[0]["links"]["body"]
     x, y, z = (size**2 for size in box["size"])

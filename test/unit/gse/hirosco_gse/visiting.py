@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests of the station: a simulated spacecraft, a station that serves, and a page that hears it."""
+"""For tests of the station: a simulated spacecraft, a running station, and a page that receives its
+messages."""
 
 import asyncio
 import json
@@ -21,7 +22,8 @@ def status(state, configuration):
 
 
 def answer(packet):
-    """Performs everything; says with each answer to a ping that the manipulator is in PRE_OPERATIONAL with a configuration."""
+    """Perform every request; with each answer to a ping, report that the manipulator is in PRE_OPERATIONAL
+    with a configuration."""
     if packet.message == (17, 1):
         reports = [(MANIPULATOR, 129, 5, status(3, TELEPRESENCE), 1)] if packet.apid == MANIPULATOR else []
         return success(packet, (17, 2, b"")) + reports
@@ -33,7 +35,7 @@ def answer(packet):
 
 
 def begin(place, name, port):
-    """A flight begins: its run folder is the latest."""
+    """Begin a flight: its run folder becomes the latest."""
     (place / name).mkdir()
     (place / name / "ground.port").write_text(f"{port}\n")
     (place / "new").symlink_to(name)
@@ -42,7 +44,7 @@ def begin(place, name, port):
 
 @asynccontextmanager
 async def station_of(place, **options):
-    """A station that serves; yields (station, address)."""
+    """Run a station; yields (station, address)."""
     station = Station(place / "latest", place / "page", **options)
     runner = web.AppRunner(station.application("127.0.0.1:0"))
     await runner.setup()
@@ -57,13 +59,13 @@ async def station_of(place, **options):
 
 
 class Page:
-    """What a browser has heard."""
+    """The messages that a browser has received."""
 
     def __init__(self, socket):
         self.socket, self.heard = socket, []
 
     async def until(self, condition):
-        """First message after the last call that fulfils the condition."""
+        """The first message after the last call that fulfils the condition."""
         while True:
             message = json.loads((await self.socket.receive(PATIENCE_S)).data)
             self.heard.append(message)
@@ -85,4 +87,5 @@ def visit(place, story, **options):
                 await page.until(lambda message: message["kind"] == "link" and message["is_live"])
                 return await story(page, station)
 
-    return asyncio.run(asyncio.wait_for(run(), 4 * PATIENCE_S))  # Messages that no test awaits come without end.
+    # Messages that no test awaits arrive all the time.
+    return asyncio.run(asyncio.wait_for(run(), 4 * PATIENCE_S))

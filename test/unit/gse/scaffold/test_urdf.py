@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The URDF reader of make new-robot: refused files, and links that become one; test_arm_against_mujoco.py compares the rest with MuJoCo."""
+"""The URDF reader of make new-robot: refused files, and links that are merged into one;
+test_arm_against_mujoco.py compares everything else with MuJoCo."""
 
 import math
 import pathlib
@@ -75,7 +76,8 @@ def test_the_line_of_what_is_refused_is_named(tmp_path):
 
 
 def test_links_that_fixed_joints_connect_become_one(read):
-    """Two masses of 1 and 3 kg, 0.1 and 0.5 m from the joint: centre 0.4 m, and 0.75 x 0.4^2 in addition across."""
+    """Masses of 1 and 3 kg, 0.1 and 0.5 m from the joint: the centre of mass is at 0.4 m, and the transverse
+    inertia increases by 0.75 x 0.4^2."""
     robot = read(*ARM, link("hand", 0.0, 3.0), joint("flange", "upper", "hand", "fixed", 0.5))
     moved = robot.joints[0].link
     assert moved.mass == 4.0 and moved.centre == pytest.approx((0.4, 0.0, 0.0))
@@ -98,7 +100,7 @@ def test_roll_pitch_and_yaw_are_found_again_also_straight_up():
 
 
 def test_a_robot_that_cannot_carry_itself_is_refused(read):
-    """Horizontal about y in each pose of its range: 1 kg at 0.1 m needs 1 Nm."""
+    """The arm is horizontal about y in each pose of its range: 1 kg at 0.1 m needs 1 Nm."""
     weak = [part.replace('effort="50"', 'effort="1"').replace('lower="-1" upper="2"', 'lower="-0.1" upper="0.1"') for part in ARM]
     with pytest.raises(Refusal, match="joint shoulder: carries 9[0-9]% of its effort in the best of 400 poses, expected less than 50%"):
         new_robot.start_pose(read(*weak))
@@ -113,7 +115,7 @@ def test_a_start_pose_has_an_angle_within_the_range_of_each_joint(read, given):
 
 
 def test_a_free_base_has_a_mass_and_no_weight_to_carry(read, tmp_path):
-    """Also an arm that could not carry itself on the ground."""
+    """Here this is an arm that could not carry itself on the ground."""
     weak = [part.replace('effort="50"', 'effort="0.1"') for part in ARM]
     assert read(*weak).base.mass == 1.0
     with pytest.raises(Refusal, match="BASE=floating: expected fixed or free"):
