@@ -35,6 +35,7 @@
 ##                   ONLY=<part of a source's path:line:>  COUNT=20  SEED=1  CHECK=1 fails below 95 % (90 % in a folder)
 ##   make pus-coverage   fly the conformance suite of the packet services and write docs/pus-coverage.md
 ##   make fuzz       run every fuzz target in turn on its kept corpus          ONLY=<part of a name>  SECONDS=20
+##                   HOURS=2: so long for each target; make check-full HOURS=2 does so too
 ##   make vm         a shell in a micro-VM with vcan and TIPC over this tree; files written there are lost, except
 ##                   in build/vm/out             CMD='one command instead'  SECONDS=300  CANS=0  MEMORY=1024  OUT=folder
 ##   make bench      measure, print a table, write build/bench.json         ONLY=<part of a name>  CHECK=1
@@ -61,10 +62,10 @@ SHELL         := /bin/sh
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
 JOBS ?= 2
-OPTIONS := ALL ANALYZE APID BASE BOARD BUS CANS CC CHECK CMD COUNT COVERAGE DELAY FLY FORM FRAMED_BY FUZZ HTTP JOBS \
-           JOYSTICK_IF KEY LINKS MEMORY MISSION NAME NODES ONLY OUT PLACE PORT READ_ONLY REMOTE_ENDIAN REPLAY \
-           ROBOT_IF S390X SANITIZE SCENARIO SECONDS SEED SIM_JOYSTICK_IF SIM_ROBOT_IF START STATION STORAGE TIME TOOL \
-           TOOLS TRANSPORT TSAN UPDATE URDF V WORLD
+OPTIONS := ALL ANALYZE APID BASE BOARD BUS CANS CC CHECK CMD COUNT COVERAGE DELAY FLY FORM FRAMED_BY FUZZ HOURS HTTP \
+           JOBS JOYSTICK_IF KEY LINKS MEMORY MISSION NAME NODES ONLY OUT PLACE PORT READ_ONLY REMOTE_ENDIAN REPLAY \
+           ROBOT_IF S390X SANITIZE SCENARIO SECONDS SEED SIM_JOYSTICK_IF SIM_ROBOT_IF START STATION STORAGE TIME \
+           TOOL TOOLS TRANSPORT TSAN UPDATE URDF V WORLD
 ifeq ($(MAKELEVEL),0)
 $(foreach v,$(filter-out $(OPTIONS),$(.VARIABLES)),$(if $(findstring command line,$(origin $v)),\
     $(error $v=$($v): there is no such option; there are: $(OPTIONS): see make help)))

@@ -102,4 +102,4 @@ check-links:
 check-mutants:
 	+@$(MAKE) --no-print-directory mutants ONLY= COUNT=300 FLY=1 CHECK=1
 check-fuzz: build/setup/check
-	+@$(MAKE) --no-print-directory fuzz SECONDS=300
+	+@$(MAKE) --no-print-directory fuzz $(if $(HOURS),,SECONDS=300)

@@ -15,7 +15,8 @@ $(if $(FUZZ),$(foreach t,$(FUZZ_TARGETS),$(eval $(call fuzz_rule,$t))))
 fuzzers: $(foreach t,$(call selected,$(FUZZ_TARGETS)),$B/target/$t)
 	@:
 BUILD_FUZZERS = $(MAKE) --no-print-directory -j$(JOBS) FUZZ=1 CC=clang fuzzers
-SECONDS ?= 20
+# HOURS=2: two hours of each target.
+SECONDS ?= $(if $(HOURS),$(shell echo $$(($(HOURS) * 3600))),20)
 fuzz: build/setup/clang
 	$(if $(strip $(call selected,$(FUZZ_TARGETS))),,\
 	    $(error ONLY=$(ONLY): no fuzz target has this in its name; there are: $(FUZZ_TARGETS)))

@@ -277,6 +277,69 @@ def test_pusdump_reads_reports_of_the_peer():
         assert bytes.fromhex(found["data"]) == tm.tm_data
 
 
+# --- the same octets for both decoders ----------------------------------------------------------------------------
+
+# What only we refuse: the peer reads these fields and does not judge them.
+STRICTER = ("packet version", "sequence flags", "PUS version", "time code", "ends within the time", "no secondary header",
+            "length field says")
+DRAWN = 20_000
+TIME_CODE = 13  # Place in a report. It stays: pusdump reads several formats of time, and the peer is told one.
+
+
+def drawn_packet(chance):
+    """A packet of the peer with up to three octets changed, cut or longer; most have a right checksum."""
+    if chance.random() < 0.5:
+        packet = request(chance.randrange(256), chance.randrange(256), chance.randbytes(chance.randrange(40)), chance.randrange(16384),
+                         chance.randrange(16), chance.randrange(65536), chance.randrange(2047)).pack()
+    else:
+        packet = PusTm(chance.randrange(256), chance.randrange(256), timestamp=TIME, source_data=chance.randbytes(chance.randrange(40)),
+                       apid=chance.randrange(2047), seq_count=chance.randrange(16384), message_counter=chance.randrange(65536),
+                       destination_id=chance.randrange(65536)).pack()
+    octets = bytearray(packet)
+    for _ in range(chance.choice((0, 0, 1, 1, 2, 3))):
+        octets[chance.randrange(min(len(octets), TIME_CODE))] = chance.randrange(256)
+    if not octets[0] & 0x10 and len(octets) > TIME_CODE:
+        octets[TIME_CODE] = TIME[0]
+    if chance.random() < 0.1:
+        octets = octets[:chance.randrange(7, len(octets))] if chance.random() < 0.5 else octets + chance.randbytes(chance.randrange(1, 4))
+    return signed(octets) if chance.random() < 0.9 else bytes(octets)
+
+
+def read_by_peer(octets):
+    """Fields of a packet as the peer reads them; None if it refuses the packet."""
+    try:
+        if octets[0] & 0x10:
+            tc = PusTc.unpack(octets)
+            return {"direction": "TC", "apid": tc.apid, "seq": tc.seq_count, "service": tc.service, "subtype": tc.subservice,
+                    "source": tc.source_id, "ack": tc.pus_tc_sec_header.ack_flags, "data": bytes(tc.app_data).hex()}
+        tm = PusTm.unpack(octets, TIME_SIZE)
+        return {"direction": "TM", "apid": tm.apid, "seq": tm.seq_count, "service": tm.service, "subtype": tm.subservice,
+                "destination": tm.pus_tm_sec_header.dest_id, "counter": tm.pus_tm_sec_header.message_counter,
+                "data": bytes(tm.tm_data).hex()}
+    except Exception:  # The peer refuses by exceptions of many classes, IndexError among them.
+        return None
+
+
+@pytest.mark.parametrize("seed", [1])
+def test_both_decoders_read_the_same_fields_of_drawn_packets(seed):
+    """Each packet that we accept, the peer accepts, with the same fields. What only we refuse breaks a rule that it does not judge."""
+    chance = random.Random(seed)
+    packets = [drawn_packet(chance) for _ in range(DRAWN)]
+    found, _ = dump("".join(f"1.0 {'TC' if octets[0] & 0x10 else 'TM'} {octets.hex()}\n" for octets in packets))
+    assert len(found) == DRAWN
+    accepted, refused = 0, 0
+    for octets, ours in zip(packets, found):
+        peer = read_by_peer(octets)
+        if ours["error"] is None:
+            assert peer is not None and {name: ours[name] for name in peer} == peer, octets.hex()
+            accepted += 1
+        elif peer is not None:
+            assert any(words in ours["error"] for words in STRICTER), (octets.hex(), ours["error"])
+        else:
+            refused += 1
+    assert accepted > DRAWN // 5 and refused > DRAWN // 50
+
+
 GOLDEN = """
 1864 c019 0006 | 2f 11 01 0001 | ebe6
 0864 c001 000f | 20 11 02 0001 0001 | 40 6249 02b32c95 | 7bf4
