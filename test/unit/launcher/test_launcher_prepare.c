@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a run has before its first process: its folder, the port of the ground, and what each missing part is
+// called. The other files of the launcher, shared memory and the socket are mocked; mission and folder are real.
+#define _GNU_SOURCE
+#include "launcher/launcher_internal.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+static launcher_t launcher;
+static run_state_t run;
+static launch_options_t options;
+static char folder[] = "/tmp/launcher-prepare-XXXXXX";
+static bool is_mission_there;
+
+// ---- Mocked functions ----
+
+status_t __wrap_osal_shm_each(const char* prefix, void (*visit)(void* context, const char* name),
+                              void* context)
+{
+    assert_string_equal("/hirosco-", prefix);
+    assert_non_null(visit);
+    assert_null(context);
+    return STATUS_OK; // Nothing is left of others.
+}
+
+bool __wrap_launcher_set_limits(launcher_t* self, const char* mission_path)
+{
+    assert_ptr_equal(&launcher, self);
+    assert_string_equal("descriptors/missions/rokviss.xml", mission_path);
+    return mock_type(bool);
+}
+
+bool __wrap_launcher_check_device_classes(launcher_t* self)
+{
+    assert_ptr_equal(&launcher, self);
+    return true;
+}
+
+bool __wrap_launcher_check_remote_endian(launcher_t* self)
+{
+    assert_ptr_equal(&launcher, self);
+    return true;
+}
+
+bool __wrap_launcher_check_system(launcher_t* self)
+{
+    assert_ptr_equal(&launcher, self);
+    return true;
+}
+
+bool __wrap_launcher_ready_interfaces(launcher_t* self)
+{
+    assert_ptr_equal(&launcher, self);
+    return true;
+}
+
+bool __wrap_launcher_make_buses(launcher_t* self)
+{
+    assert_ptr_equal(&launcher, self);
+    return true;
+}
+
+bool __wrap_launcher_make_computers(launcher_t* self)
+{
+    assert_ptr_equal(&launcher, self);
+    return true;
+}
+
+bool __wrap_launcher_open_sockets(launcher_t* self)
+{
+    assert_ptr_equal(&launcher, self);
+    return mock_type(bool);
+}
+
+status_t __wrap_run_state_create(osal_shm_t* shm, const char* identity, run_state_t** out_block)
+{
+    assert_ptr_equal(&launcher.run_shm, shm);
+    (void)text_join(run.identity, sizeof run.identity, (const char* const[]){identity, NULL});
+    *out_block = &run;
+    return STATUS_OK;
+}
+
+status_t __wrap_osal_shm_create(osal_shm_t* shm, const char* name, size_t size)
+{
+    assert_non_null(shm);
+    assert_non_null(strstr(name, ".checkpoint"));
+    assert_true(size > 0U);
+    return mock_type(status_t);
+}
+
+void __wrap_osal_shm_close(osal_shm_t* shm)
+{
+    assert_non_null(shm);
+    function_called();
+}
+
+/// Mission, world, scenario and programs are there; folders of runs as the test says.
+bool __wrap_osal_file_exists(const char* path)
+{
+    if ((strncmp(path, "runs/", 5U) == 0) && (strstr(path, "/run.json") == NULL)) {
+        check_expected_ptr(path);
+        return mock_type(bool);
+    }
+    return (strstr(path, "/run.json") == NULL) && (is_mission_there || (strstr(path, "missions/") == NULL));
+}
+
+status_t __real_osal_directory_create(const char* path);
+status_t __wrap_osal_directory_create(const char* path)
+{
+    check_expected_ptr(path);
+    const status_t status = mock_type(status_t);
+    return (status == STATUS_OK) ? __real_osal_directory_create(path) : status;
+}
+
+status_t __wrap_osal_tcp_listen(osal_socket_t* listener, osal_address_t local)
+{
+    const uint16_t port = local.port;
+    assert_ptr_equal(&launcher.ground, listener);
+    assert_int_equal(OSAL_IPV4_LOOPBACK, local.ipv4);
+    check_expected(port);
+    listener->descriptor = 33;
+    return mock_type(status_t);
+}
+
+// ---- Fixture ----
+
+static int set_up(void** state)
+{
+    (void)state;
+    (void)memset(&run, 0, sizeof run);
+    is_mission_there = true;
+    options          = (launch_options_t){.mission   = "rokviss",
+                                          .scenario  = "press",
+                                          .world     = "rokviss",
+                                          .seed      = 7U,
+                                          .is_free   = true,
+                                          .transport = "",
+                                          .links     = "",
+                                          .computers = 1U,
+                                          .output    = "",
+                                          .storage   = "",
+                                          .key       = ""};
+    (void)strcpy(&folder[sizeof folder - 7U], "XXXXXX");
+    return (mkdtemp(folder) != NULL) ? 0 : 1;
+}
+
+static int tear_down(void** state)
+{
+    static const char* const names[] = {"storage/mission", "storage",     "ground.mission",
+                                        "ground.world",    "ground.port", "run.json.part"};
+    char path[96];
+    (void)state;
+    for (size_t i = 0U; i < (sizeof names / sizeof names[0]); i++) {
+        (void)snprintf(path, sizeof path, "%s/%s", folder, names[i]);
+        if (unlink(path) != 0) {
+            (void)rmdir(path);
+        }
+    }
+    return rmdir(folder); // Nothing else was made.
+}
+
+static void prepare_fails(const char* const reason)
+{
+    assert_false(launcher_prepare(&launcher, &options, "bin/"));
+    assert_string_equal(reason, launcher.reason);
+}
+
+// ---- Inputs ----
+
+static void a_mission_that_is_missing_is_named(void** state)
+{
+    (void)state;
+    is_mission_there = false;
+    prepare_fails("no such mission (run hirosco in the project's folder): descriptors/missions/rokviss.xml");
+}
+
+static void a_limit_that_is_too_low_ends_the_preparation(void** state)
+{
+    (void)state;
+    will_return(__wrap_launcher_set_limits, false);
+    prepare_fails(""); // The reason is given there.
+}
+
+// ---- Folder ----
+
+static void expect_folder(const char* const path, const bool is_used)
+{
+    expect_string(__wrap_osal_file_exists, path, path);
+    will_return(__wrap_osal_file_exists, is_used);
+}
+
+static void expect_made(const char* const path, const status_t status)
+{
+    expect_string(__wrap_osal_directory_create, path, path);
+    will_return(__wrap_osal_directory_create, status);
+}
+
+/// The first that is free, named by scenario, form and seed.
+static void a_folder_that_is_not_given_is_named_by_the_run(void** state)
+{
+    (void)state;
+    will_return_count(__wrap_launcher_set_limits, true, 3);
+    expect_folder("runs/press-processes-7-001", true);
+    expect_folder("runs/press-processes-7-002", false);
+    expect_made("runs/press-processes-7-002", STATUS_DENIED);
+    prepare_fails("cannot make the output folder runs/press-processes-7-002");
+    options.scenario = "my/own.scn";
+    options.is_image = true;
+    expect_folder("runs/own-image-7-001", false);
+    expect_made("runs/own-image-7-001", STATUS_DENIED);
+    prepare_fails("cannot make the output folder runs/own-image-7-001");
+    options.scenario = "none";
+    expect_folder("runs/none-image-7-001", false);
+    expect_made("runs/none-image-7-001", STATUS_DENIED);
+    prepare_fails("cannot make the output folder runs/none-image-7-001");
+}
+
+// ---- Port of the ground ----
+
+static void begin_in_the_folder(void)
+{
+    static char storage[64];
+    options.output = folder;
+    (void)snprintf(storage, sizeof storage, "%s/storage", folder);
+    will_return(__wrap_launcher_set_limits, true);
+    expect_made(folder, STATUS_OK);
+    expect_made(storage, STATUS_OK);
+    will_return(__wrap_osal_shm_create, STATUS_OK);
+    expect_function_call(__wrap_osal_shm_close);
+    will_return(__wrap_launcher_open_sockets, true);
+}
+
+static void expect_listen(const uint16_t port, const status_t status)
+{
+    expect_value(__wrap_osal_tcp_listen, port, port);
+    will_return(__wrap_osal_tcp_listen, status);
+}
+
+static void the_first_port_that_is_free_is_that_of_the_ground(void** state)
+{
+    char path[96];
+    char line[16] = "";
+    (void)state;
+    begin_in_the_folder();
+    expect_listen(10015U, STATUS_EXISTS);
+    expect_listen(10016U, STATUS_EXISTS);
+    expect_listen(10017U, STATUS_OK);
+    assert_true(launcher_prepare(&launcher, &options, "bin/"));
+    assert_string_equal("", launcher.reason);
+    assert_int_equal(10017U, run.ground_port);
+    assert_int_equal(33, run.ground_descriptor);
+    (void)snprintf(path, sizeof path, "%s/ground.port", folder);
+    FILE* const file = fopen(path, "r");
+    assert_non_null(file);
+    assert_non_null(fgets(line, sizeof line, file));
+    assert_int_equal(0, fclose(file));
+    assert_string_equal("10017\n", line);
+    assert_string_equal("udp", launcher.options.transport);
+    assert_int_equal(launcher.mission.subsystem_count, run.component_count);
+    assert_null(launcher.scheduler); // Each process has a clock of its own.
+}
+
+static void a_port_that_was_asked_for_and_is_in_use_is_refused(void** state)
+{
+    (void)state;
+    options.port = 20000U;
+    begin_in_the_folder();
+    expect_listen(20000U, STATUS_EXISTS);
+    prepare_fails("the ground port is in use on 127.0.0.1: 20000");
+}
+
+static void another_problem_of_the_port_is_no_reason_to_try_the_next(void** state)
+{
+    (void)state;
+    begin_in_the_folder();
+    expect_listen(10015U, STATUS_DENIED);
+    prepare_fails("cannot listen on 127.0.0.1: 10015");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(a_mission_that_is_missing_is_named, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_limit_that_is_too_low_ends_the_preparation, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_folder_that_is_not_given_is_named_by_the_run, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(the_first_port_that_is_free_is_that_of_the_ground, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_port_that_was_asked_for_and_is_in_use_is_refused, set_up,
+                                        tear_down),
+        cmocka_unit_test_setup_teardown(another_problem_of_the_port_is_no_reason_to_try_the_next, set_up,
+                                        tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
