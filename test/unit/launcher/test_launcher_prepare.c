@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a run has before its first process: its folder, the port of the ground, and what each missing part is
-// called. The other files of the launcher, shared memory and the socket are mocked; mission and folder are real.
+// called. The other files of the launcher, shared memory and the socket are mocked; mission and folder are
+// real.
 #define _GNU_SOURCE
 #include "launcher/launcher_internal.h"
 

@@ -82,9 +82,18 @@ static void a_motion_stops_from_backward_speed_and_from_rest(void)
 {
     control_motion_brake(&motion, &(control_motion_point_t){.position = 0.3, .velocity = -0.4}, 4.0);
     control_motion_point_t point = {.position = 0.0};
+    unsigned steps               = 0U;
     while (!control_motion_is_done(&motion)) {
         point = control_motion_step(&motion, PERIOD_S);
+        steps++;
+        if (!control_motion_is_done(&motion)) {
+            const double t = (double)steps * PERIOD_S;
+            EXPECT_WITHIN(0.3 - (0.4 * t) + (2.0 * t * t), 1.0e-12, point.position);
+            EXPECT_WITHIN(-0.4 + (4.0 * t), 1.0e-12, point.velocity);
+            EXPECT_WITHIN(4.0, 1.0e-12, point.acceleration);
+        }
     }
+    TEST_ASSERT_EQUAL_UINT(200U, steps);
     EXPECT_WITHIN(0.3 - 0.02, 1.0e-12, point.position);
     control_motion_brake(&motion, &(control_motion_point_t){.position = 0.5}, 4.0);
     TEST_ASSERT_TRUE(control_motion_is_done(&motion));
