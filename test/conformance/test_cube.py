@@ -172,7 +172,7 @@ def test_a_master_stops_the_satellite_by_its_gyro(tmp_path, types):
     mount, share = of_angles(UNIT), numpy.linalg.pinv(axes_of_wheels())
     inertia = numpy.array([[75, 1.5, -2], [1.5, 88, 1], [-2, 1, 82]])
     seen = set()
-    for _ in range(480):
+    for _ in range(320):
         rate = mount @ (values(gyro, 0, 1, 2) * 1e-7)
         command(network, wheels, 0x0F, numpy.clip(share @ (inertia @ rate), -0.22, 0.22))
         gyro.answers.get(timeout=BOUND_S)
@@ -188,7 +188,7 @@ def test_a_master_stops_the_satellite_by_its_gyro(tmp_path, types):
     assert drift < 1e-6
     # Within noise and rate times 0.2 s.
     assert angle(rotation(measured).T @ rotation(bases[-1].rotation[0]) @ mount) < 1e-3
-    assert 60 < len(seen) < 130  # 5 Hz.
+    assert 45 < len(seen) < 85  # 5 Hz.
     assert stamp[0] > 300 and stamp[1] < 50000 and stamp[2] == 0
 
 
