@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Octet streams: a flow that is client of a peer in memory. Whatever the peer sends, and in whatever pieces,
+// Octet streams: a flow as client of a peer in memory. Whatever the peer sends, and in whatever pieces,
 // the same frames result; the outbox and the frame stay within their buffers; a flow that lost its peer
 // connects again. Encoded payloads are decoded to the same octets.
 //
 // The first octet of the input selects framing and order. Records: kind 0 the peer sends the octets; 1 the
-// flow sends them; 2 the flow receives; 3 the peer closes; 4 a send takes argument octets at most; 5 the peer
-// reads.
+// flow sends them; 2 the flow receives; 3 the peer closes; 4 a send accepts at most argument octets; 5 the
+// peer reads.
 #include "fsw/framework/dataflow/flow_stream.h"
 #include "test/fuzz/fuzz.h"
 #include "test/fuzz/memory_socket.h"
@@ -113,7 +113,7 @@ static void check_round_trip(const flow_format_t* const format, const uint8_t* c
     }
 }
 
-/// The peer accepts a waiting connection; a flow without a peer connects again within its longest delay.
+/// Step the flow, then let the peer accept a waiting connection.
 static void step(void)
 {
     osal_address_t from = {0U, 0U};

@@ -41,7 +41,7 @@ class Seen:
     lines: list
     end_s: float
     drives: tuple = ()  # Drives from the truth log of the flight.
-    is_determined: bool = True
+    is_determined: bool = True  # Every repetition must give the same octets.
     has_cut: bool = False  # The connection between nodes was cut: datagrams are lost.
     ends: str = ""  # Files that the probe has written.
     memo: dict = field(default_factory=dict)
@@ -234,7 +234,7 @@ def _is_supervisor_away(seen, at_ns):
     return any(apid == APIDS["SUPERVISOR"] and time_ns <= at_ns + STEP_NS and at_ns <= time_ns + OUTAGE_S * NS_PER_S for time_ns, apid in seen.ends_of_lives())
 
 
-def _high_comes_in_its_cycle(seen):
+def _high_event_arrives_in_its_cycle(seen):
     """HIGH events must reach the supervisor; by then, or a cycle later, the member and its partner in
     operation must be in ERROR_OPERATIONAL."""
     for time_ns, direction, raw in seen.packets:
@@ -293,7 +293,7 @@ def _ends_as_it_should(seen):
         yield "the flight is not reproducible"
     # These lines come from the operator.
     said = "\n".join(line for line in flight.console.splitlines() if not line.startswith("[")) + flight.output
-    yield from (f"somebody said '{found[0]}'" for found in COMPLAINTS.finditer(said))
+    yield from (f"the output contains '{found[0]}'" for found in COMPLAINTS.finditer(said))
 
 
 RULES = (
@@ -303,7 +303,7 @@ RULES = (
     _log_is_whole,
     _reports_are_whole,
     _brakes_hold,
-    _high_comes_in_its_cycle,
+    _high_event_arrives_in_its_cycle,
     failure_on_the_bus_is_seen,
     _nothing_is_left,
 )

@@ -16,7 +16,7 @@ SLOW = ("way_cut",)  # Kinds of faults for which a flight waits in wall-clock ti
 
 @pytest.fixture(scope="module")
 def ground(hangar):
-    """Shared by all flights."""
+    """Data that all flights of the campaign share."""
     return campaign.Ground(hangar / f"campaign-{os.getpid()}")
 
 

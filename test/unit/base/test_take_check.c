@@ -64,7 +64,7 @@ static void blocks_in_use_may_be_written(void)
     }
 }
 
-static void the_take_of_a_number_is_refused_and_counted(void)
+static void the_take_with_the_given_number_is_refused_and_counted(void)
 {
     quota_t quota;
     make_pool();
@@ -108,12 +108,12 @@ static void the_first_takes_of_each_object_have_numbers(void)
 
 static void more_objects_than_are_remembered_are_numbered(void)
 {
-    static const uint8_t askers[200];
+    static const uint8_t objects[200];
     take_check_refuse(0U);
-    for (unsigned i = 0U; i < sizeof askers; i++) {
-        TEST_ASSERT_FALSE(take_check_is_refused(&askers[i]));
+    for (unsigned i = 0U; i < sizeof objects; i++) {
+        TEST_ASSERT_FALSE(take_check_is_refused(&objects[i]));
     }
-    TEST_ASSERT_EQUAL_UINT32(sizeof askers, take_check_count());
+    TEST_ASSERT_EQUAL_UINT32(sizeof objects, take_check_count());
 }
 
 int main(void)
@@ -121,7 +121,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_write_after_the_release_is_found);
     RUN_TEST(blocks_in_use_may_be_written);
-    RUN_TEST(the_take_of_a_number_is_refused_and_counted);
+    RUN_TEST(the_take_with_the_given_number_is_refused_and_counted);
     RUN_TEST(the_first_takes_of_each_object_have_numbers);
     RUN_TEST(more_objects_than_are_remembered_are_numbered);
     return UNITY_END();

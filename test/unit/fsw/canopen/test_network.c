@@ -30,9 +30,8 @@ static void drives_are_commissioned_operated_and_stopped(void)
     TEST_ASSERT_EQUAL_UINT(0U, bus.syncs);
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_start));
     TEST_ASSERT_EQUAL_HEX8(0x05U, joints[0]->nmt);
-    TEST_ASSERT_EQUAL_UINT(0U,
-                           // The first frame is sent in the cycle of the start.
-                           joints[0]->pdos_received - 1U);
+    // The first frame is sent in the cycle of the start.
+    TEST_ASSERT_EQUAL_UINT(0U, joints[0]->pdos_received - 1U);
     TEST_ASSERT_EQUAL_UINT(2U, joints[0]->last_pdo);
     idle(5U);
     TEST_ASSERT_EQUAL_HEX16(0x0250U, joints[0]->status[0]);

@@ -153,9 +153,8 @@ static void a_record_store_that_cannot_be_opened_is_reported(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(path));
     TEST_ASSERT_NOT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     TEST_ASSERT_EQUAL(0, rmdir(path));
-    TEST_ASSERT_EQUAL(STATUS_OK,
-                      // The first file is free again.
-                      record_store_open(&store, &runtime, slots, CAPACITY, true));
+    // The first file is free again.
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     for (uint32_t key = 0U; key < CAPACITY; key++) {
         TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&store.journal, 1U, key, (const uint8_t*)"abc", 3U));
     }

@@ -88,9 +88,8 @@ static void an_event_whose_report_is_disabled_has_the_same_reaction(void)
     fixture_link_up(STATE_OPERATIONAL);
     notice(FIXTURE_ARM, 4U, GRIPLESS);
     fixture_step();
-    fixture_expect(
-        // The event is not reported to the ground.
-        "G 5.1 000300100010\nG 5.1 000600100005\n17 TC 129.8 0602 from 8001\n");
+    // The event is not reported to the ground.
+    fixture_expect("G 5.1 000300100010\nG 5.1 000600100005\n17 TC 129.8 0602 from 8001\n");
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);
     fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     run_ms(520);

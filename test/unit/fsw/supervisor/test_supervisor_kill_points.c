@@ -333,9 +333,8 @@ static void see(uint64_t number, const char* hex)
 /// Text of the records in order: first those of the ASCII file, which are earlier.
 static void expect_complete_log(void)
 {
-    TEST_ASSERT_EQUAL(
-        // All records are written.
-        STATUS_OK, supervisor_packet_log_select(&fixture.supervisor.log, PACKET_LOG_RING));
+    // All records are written.
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_select(&fixture.supervisor.log, PACKET_LOG_RING));
     (void)memset(seen, 0, sizeof seen);
     for (unsigned i = 0U; i < APIDS; i++) {
         last_count[i] = -1;

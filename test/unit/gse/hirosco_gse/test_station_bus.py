@@ -27,7 +27,7 @@ def test_the_newest_of_each_identifier_with_its_rate():
     assert said["load"] == pytest.approx(100 * (30 * 1.08 + 39 * 1.08 / 5) / 1e5, rel=0.05)
 
 
-def test_error_frames_are_single_and_in_words():
+def test_error_frames_are_listed_one_by_one_as_text():
     tap = BusTap("robot", 1e6, 5e6, None)
     tap.feed(b"frame (0000000064.000039) robot 20000220#0000000000008000\nframe (0000000064.000725) robot 20000204#0008000000006000\n")
     said = tap.message()

@@ -244,9 +244,8 @@ static void why_a_file_does_not_grow_is_reported(void** state)
         will_return(__wrap_posix_fallocate, unsupported[i]);
         assert_int_equal(STATUS_UNSUPPORTED, osal_file_reserve(&file, 500U));
     }
-    assert_int_equal(STATUS_FULL,
-                     // The port refuses the size without a call of the kernel.
-                     osal_file_resize(&file, (uint64_t)INT64_MAX + 1U));
+    // The port refuses the size without a call of the kernel.
+    assert_int_equal(STATUS_FULL, osal_file_resize(&file, (uint64_t)INT64_MAX + 1U));
     assert_int_equal(STATUS_FULL, osal_file_reserve(&file, (uint64_t)INT64_MAX + 1U));
     expect_value(__wrap_ftruncate, length, INT64_MAX);
     will_return(__wrap_ftruncate, 0);

@@ -186,9 +186,8 @@ static void a_sample_socket_has_its_kind_and_name(void** state)
     assert_int_equal(STATUS_OK, osal_tipc_open(&sock, OSAL_TIPC_SAMPLE, &name, OSAL_TIPC_NODE));
     assert_int_equal(TIPC_NODE_SCOPE, bound.scope);
     will_open(SOCK_DGRAM, DESCRIPTOR);
-    assert_int_equal(STATUS_OK,
-                     // A sample socket has no name.
-                     osal_tipc_open(&sock, OSAL_TIPC_SAMPLE, NULL, OSAL_TIPC_NODE));
+    // A sample socket has no name.
+    assert_int_equal(STATUS_OK, osal_tipc_open(&sock, OSAL_TIPC_SAMPLE, NULL, OSAL_TIPC_NODE));
 }
 
 static void a_socket_that_does_not_open_is_reported_and_closed(void** state)

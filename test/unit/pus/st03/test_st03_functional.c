@@ -116,7 +116,7 @@ static void diagnostic_structures_have_identifiers_of_their_own(void)
     static const uint8_t created[] = {0, 7, 0, 0, 0, 3, 1, 2, 0, 0, 1, 0};
     TEST_ASSERT_TRUE(P_U8 == (((uint32_t)TEST_APID << 21U) | 1U));
     run(4U);
-    EXPECT_MESSAGES(3, 26); // Structure 6.
+    EXPECT_MESSAGES(3, 26); // The report of structure 6.
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(2U, created, sizeof created));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
@@ -253,7 +253,7 @@ static void one_faulty_entry_refuses_the_request(void)
     request(38U);
     expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 0U, PUS_HK_MEMBERS_MAX);
     apply(0U, 40U);
-    expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 40U); // Nothing was created.
+    expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 40U); // No definition was created.
     EXPECT_MESSAGES(1, 1, 1, 4);
 }
 
@@ -288,11 +288,11 @@ static void applied_definitions_switch_their_structures(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7, 3, 26);
 }
 
-static void structures_that_cannot_follow_are_counted(void)
+static void structures_that_cannot_be_switched_are_counted(void)
 {
     begin_entries(40U, 3U);
     entry(25U, 77U, 1U, 1U);
-    entry(25U, 5U, 1U, 1U); // It has sets of two samples.
+    entry(25U, 5U, 1U, 1U); // Structure 5 has sets of two samples.
     entry(26U, 6U, 0U, 2U);
     request(38U);
     apply(0U, 40U);
@@ -363,9 +363,8 @@ static void definitions_outlive_a_power_cut(void)
     records_cut();
     start(records_port());
     TEST_ASSERT_EQUAL_UINT64(1U, records_replay(PUS_SERVICE_HOUSEKEEPING, pus_hk_restore, &hk));
-    TEST_ASSERT_EQUAL_UINT64(1U,
-                             // The record replaces the definition.
-                             records_replay(PUS_SERVICE_HOUSEKEEPING, pus_hk_restore, &hk));
+    // The record replaces the definition.
+    TEST_ASSERT_EQUAL_UINT64(1U, records_replay(PUS_SERVICE_HOUSEKEEPING, pus_hk_restore, &hk));
     list(1U, 40U);
     request(40U);
     EXPECT_MESSAGES(1, 1, 1, 3, 3, 41, 1, 7);
@@ -450,7 +449,7 @@ int main(void)
     RUN_TEST(definitions_are_created_and_reported);
     RUN_TEST(one_faulty_entry_refuses_the_request);
     RUN_TEST(applied_definitions_switch_their_structures);
-    RUN_TEST(structures_that_cannot_follow_are_counted);
+    RUN_TEST(structures_that_cannot_be_switched_are_counted);
     RUN_TEST(definitions_are_changed_entry_by_entry);
     RUN_TEST(definitions_outlive_a_power_cut);
     RUN_TEST(bad_records_are_refused);

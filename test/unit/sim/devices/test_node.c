@@ -397,16 +397,13 @@ static void a_mapping_is_changed_only_in_the_order_of_the_standard(void)
                             master_write(&master, ID, 0x1A00U, 0U, 3U, 1U)); // The PDO would have 10 octets.
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_VALUE, master_write(&master, ID, 0x1A00U, 0U, 9U, 1U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1A00U, 0U, 2U, 1U));
-    TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_VALUE,
-                            // An identifier of 29 bits.
-                            master_write(&master, ID, 0x1800U, 1U, 0x20000191U, 4U));
-    TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_VALUE,
-                            // The identifier of SYNC.
-                            master_write(&master, ID, 0x1800U, 1U, 0x00000080U, 4U));
+    // An identifier of 29 bits.
+    TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_VALUE, master_write(&master, ID, 0x1800U, 1U, 0x20000191U, 4U));
+    // The identifier of SYNC.
+    TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_VALUE, master_write(&master, ID, 0x1800U, 1U, 0x00000080U, 4U));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1800U, 1U, 0x1A0U, 4U));
-    TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_VALUE,
-                            // Transmission on remote request.
-                            master_write(&master, ID, 0x1800U, 2U, 252U, 1U));
+    // Transmission on remote request.
+    TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_VALUE, master_write(&master, ID, 0x1800U, 2U, 252U, 1U));
     start();
     object_set(node_object(node, 0x606CU, 0U), -2);
     object_set(node_object(node, 0x6064U, 0U), 7);

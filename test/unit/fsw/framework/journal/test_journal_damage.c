@@ -269,10 +269,8 @@ static void lost_transactions_are_counted(void)
     work[0].octets[JOURNAL_HEAD_SIZE + step + 16U] ^= 1U;
     judge("second record", 60U);
     TEST_ASSERT_TRUE(journal.damage.is_damaged);
-    TEST_ASSERT_EQUAL_UINT32(2U,
-                             // Transactions three and four are counted; the damaged second one is not a
-                             // record any more.
-                             journal.damage.records);
+    // Transactions three and four are counted; the damaged second one is not a record any more.
+    TEST_ASSERT_EQUAL_UINT32(2U, journal.damage.records);
     TEST_ASSERT_EQUAL_UINT64(3U * step, journal.damage.octets);
     TEST_ASSERT_EQUAL_UINT32(1U, journal.stats.records);
     recorded_copy(work, original);

@@ -150,9 +150,8 @@ static void other_reports_of_service_3_are_no_housekeeping(void)
         TEST_ASSERT_EQUAL(STATUS_OK, communication_ground_queue_put(&queue, packet, sizeof packet));
         TEST_ASSERT_EQUAL((subtype == 25U) ? 1U : 0U, queue.housekeeping.blocks - before);
     }
-    TEST_ASSERT_EQUAL(STATUS_OK,
-                      // A packet too short for its type is kept.
-                      communication_ground_queue_put(&queue, packet, 8U));
+    // A packet too short for its type is kept.
+    TEST_ASSERT_EQUAL(STATUS_OK, communication_ground_queue_put(&queue, packet, 8U));
     TEST_ASSERT_EQUAL(1U, queue.housekeeping.blocks);
 }
 

@@ -96,7 +96,7 @@ static void authentic_requests_are_forwarded(void)
     fixture_run(1U);
     TEST_ASSERT_EQUAL_UINT8(1U, fixture.communication.parameters.security.is_on);
     TEST_ASSERT_EQUAL_UINT32(7U, fixture.communication.parameters.security.accepted);
-    fixture_report(1U, 17U, 2U, 5U, 0U); // Answers find their client.
+    fixture_report(1U, 17U, 2U, 5U, 0U); // A report reaches the client of its user.
     TEST_ASSERT_EQUAL_UINT32(5U, fixture_next_report(0U));
 }
 
@@ -199,9 +199,8 @@ static void many_refusals_are_reported_by_few_events(void)
     fixture_run(GROUND_TELLING_CYCLES);
     TEST_ASSERT_EQUAL_UINT32(40U, fixture.communication.parameters.security.no_frame);
     const unsigned reported = fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC];
-    TEST_ASSERT_TRUE((reported >= 2U) &&
-                     // The first event comes at once, the last one when all refusals are counted.
-                     (reported <= 4U));
+    // The first event comes at once, the last one when all refusals are counted.
+    TEST_ASSERT_TRUE((reported >= 2U) && (reported <= 4U));
     fixture_run(2U * GROUND_TELLING_CYCLES);
     TEST_ASSERT_EQUAL(reported, fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC]);
 }
@@ -305,7 +304,7 @@ static void each_refusal_is_published_under_its_name(void)
     TEST_ASSERT_EQUAL_UINT32(9U, shown->accepted);
 }
 
-/// Once every GROUND_TELLING_CYCLES; the event tells whether frames could not be kept since the last one.
+/// Events come once every GROUND_TELLING_CYCLES; TC_NOT_KEPT if a mark could not be stored since the last one.
 static void refusals_of_each_kind_are_reported_at_exact_intervals(void)
 {
     const unsigned* const forged = &fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC];

@@ -34,9 +34,8 @@ static void telepresence_from_offline_and_back(void)
     rig_idle(5U);
     TEST_ASSERT_EQUAL_HEX16(0x0250U, rig_stick->status[0]);
     joystick_hand_position_payload_t hand;
-    TEST_ASSERT_EQUAL_UINT64(sizeof hand,
-                             // Links may be used as soon as they are open.
-                             rig_generic.ports[HAND].written_size);
+    // Links may be used as soon as they are open.
+    TEST_ASSERT_EQUAL_UINT64(sizeof hand, rig_generic.ports[HAND].written_size);
     memcpy(&hand, rig_generic.ports[HAND].written, sizeof hand);
     EXPECT_WITHIN(0.05, 1.0e-9, hand.position[0]);
     EXPECT_WITHIN(-0.02, 1.0e-9, hand.position[1]);
@@ -117,9 +116,8 @@ static void no_torque_is_applied_until_engaged(void)
     robot_feels(-11.0, 8.0);
     rig_bring(JOYSTICK_CONFIGURATION_TELEPRESENCE, STATE_SAFE_OPERATIONAL);
     rig_idle(2000U);
-    TEST_ASSERT_EQUAL_HEX16(0x0233U,
-                            // The device applies no torque, whatever the control computes.
-                            rig_stick->status[0]);
+    // The device applies no torque, whatever the control computes.
+    TEST_ASSERT_EQUAL_HEX16(0x0233U, rig_stick->status[0]);
     TEST_ASSERT_EQUAL_HEX16(0x0007U, rig_stick->control[0]);
 }
 
