@@ -304,7 +304,7 @@ static void each_refusal_is_published_under_its_name(void)
     TEST_ASSERT_EQUAL_UINT32(9U, shown->accepted);
 }
 
-/// Events come once every GROUND_TELLING_CYCLES; TC_NOT_KEPT if a mark could not be stored since the last one.
+/// Events come once every GROUND_TELLING_CYCLES; TC_NOT_KEPT if a mark could not be stored since then.
 static void refusals_of_each_kind_are_reported_at_exact_intervals(void)
 {
     const unsigned* const forged = &fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC];
