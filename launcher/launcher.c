@@ -100,7 +100,8 @@ static void note_end(launcher_t* const launcher, const child_t* const child, con
     (void)launcher_refuse(launcher, (const char* const[]){child->name, how, code, consequence, NULL});
 }
 
-/// A part has ended unexpectedly: the run continues as far as possible, and fails.
+/// React to the unexpected end of a process: the run continues as far as possible, and its result is a
+/// failure.
 void launcher_part_lost(launcher_t* const launcher, child_t* const child)
 {
     note_end(launcher, child, "; see console.log");

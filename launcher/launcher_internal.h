@@ -79,7 +79,7 @@ void launcher_adopt_interfaces(launcher_t* launcher);
 void launcher_watch_lives(launcher_t* launcher);
 /// True if the holder of the grant is ready to run but gets no processor.
 bool launcher_is_starved(launcher_t* launcher);
-/// Name of the process that holds the grant, for messages.
+/// Returns the name of the process that holds the grant, for messages.
 const char* launcher_holder(launcher_t* launcher);
 
 /// launcher.c: returns mission time.

@@ -17,7 +17,7 @@
 /// Time for which a holder may wait for the operating system, for example for a slow disk.
 #define REAL_WAIT_NS (5000U * NS_PER_MS)
 #define STEPPED_WAIT_NS (20000U * NS_PER_MS)
-/// Wall-clock time in which a restarted component must join; simulated time waits for it.
+/// Wall-clock time in which a restarted component must join, because simulated time waits for it.
 #define JOIN_NS (10000U * NS_PER_MS)
 /// Simulated time by which a life that has not joined is postponed in real time.
 #define POSTPONED_NS (20U * NS_PER_MS)

@@ -38,7 +38,7 @@ static int complain(const char* const first, const char* const second)
     return 1;
 }
 
-/// Null, or the error.
+/// Returns null, or the error text.
 static const char* open_run(proxy_t* const self, const char* const name)
 {
     char scheduler_name[RUN_NAME_MAX];

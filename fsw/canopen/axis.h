@@ -54,9 +54,9 @@ canopen_cia402_state_t canopen_cia402_axis_state(const canopen_cia402_axis_t* ax
 /// Set a new goal. A fault is reset on the way only with `may_reset_fault`.
 void canopen_cia402_axis_set_goal(canopen_cia402_axis_t* axis, canopen_cia402_goal_t goal,
                                   bool may_reset_fault);
-/// Once per cycle, after the process data were received: update the state of the axis.
+/// Update the state of the axis. Call it once per cycle, after the process data were received.
 void canopen_cia402_axis_observe(canopen_cia402_axis_t* axis);
-/// Once per cycle, before the process data go out: choose the next controlword.
+/// Choose the next controlword. Call it once per cycle, before the process data are sent.
 void canopen_cia402_axis_step(canopen_cia402_axis_t* axis);
 bool canopen_cia402_axis_is_at_goal(const canopen_cia402_axis_t* axis);
 
@@ -70,8 +70,8 @@ void canopen_cia402_axis_command_position(canopen_cia402_axis_t* axis, double po
 /// Command a velocity (CSV) with a torque offset. NaN: velocity 0.
 void canopen_cia402_axis_command_velocity(canopen_cia402_axis_t* axis, double velocity_rad_s,
                                           double torque_offset_nm);
-/// Mode homing (0x6060 = 6): in operation, start the search for the reference, or end it. Another goal than
-/// ENABLED ends it, too.
+/// Start or end the search for the reference, in mode homing (0x6060 = 6) and in operation. A goal other
+/// than ENABLED also ends it.
 void canopen_cia402_axis_home(canopen_cia402_axis_t* axis, bool is_wanted);
 /// Result of homing: STATUS_BUSY; STATUS_OK (reference found); STATUS_INVALID (error of the drive);
 /// STATUS_EMPTY (not started, or not in operation).

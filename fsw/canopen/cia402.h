@@ -53,8 +53,8 @@ typedef enum {
 #define CIA402_MODE_CST 10
 
 canopen_cia402_state_t canopen_cia402_state(uint16_t statusword);
-/// Controlword for the next cycle. `previous` is the last one sent: a fault reset is a rising edge of bit 7.
-/// If not `may_reset`, a fault is not reset.
+/// Returns the controlword for the next cycle. `previous` is the last one sent, because a fault reset is a
+/// rising edge of bit 7. A fault is reset only with `may_reset`.
 uint16_t canopen_cia402_controlword(canopen_cia402_state_t state, canopen_cia402_goal_t goal, bool may_reset,
                                     uint16_t previous);
 /// True if the state is that of the goal. A fault also fulfils DISABLED and QUICK_STOP, because the drive

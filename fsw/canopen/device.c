@@ -350,7 +350,7 @@ status_t canopen_device_configure_step(canopen_device_t* const device)
 
 // ---- Process data ----
 
-/// Axis of an entry that is a word of an axis.
+/// Returns the axis of an entry that is a word of an axis; 0 for other entries.
 static uint8_t axis_of(const canopen_profile_entry_t* const entry)
 {
     return (entry->word >= PROFILE_STATUSWORD) ? entry->place : 0U;

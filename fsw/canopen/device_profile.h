@@ -116,10 +116,10 @@ typedef struct {
     const canopen_emergency_code_t* emergencies; ///< Emergency codes of the manufacturer.
 } canopen_device_profile_t;
 
-/// Class number `place` (0..), in the order of their names; null after the last one.
+/// Returns class number `place` (0..) in the order of names; null after the last one.
 const canopen_device_profile_t* canopen_device_profile_at(size_t place);
 
-/// Profile of a class; null if there is none.
+/// Returns the profile of a class; null if there is no such class.
 const canopen_device_profile_t* canopen_device_profile_find(const char* type);
 /// Returns the number of the value of an object; PROFILE_NO_VALUE if the process data do not have it.
 uint8_t canopen_device_profile_value(const canopen_device_profile_t* profile, uint16_t index,

@@ -34,7 +34,7 @@ typedef struct {
     uint64_t sdo_timeout_ns;
 } canopen_master_config_t;
 
-/// Receiver of one process data frame.
+/// Function that receives one frame of process data.
 typedef void (*canopen_master_taker_t)(void* context, uint16_t cob, const uint8_t* octets, uint8_t length);
 
 typedef struct { // Read-only outside.
@@ -89,7 +89,7 @@ void canopen_master_use_flow(canopen_master_t* master, flow_can_t* flow);
 
 /// Monitor a node. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_INVALID (id).
 MUST_USE status_t canopen_master_add_node(canopen_master_t* master, uint8_t id, uint8_t* out_index);
-/// canopen_master_receive will pass each frame with the identifier `cob` to `take`. STATUS_OK, STATUS_EXISTS,
+/// Let canopen_master_receive pass each frame with the identifier `cob` to `take`. STATUS_OK, STATUS_EXISTS,
 /// STATUS_EXHAUSTED.
 MUST_USE status_t canopen_master_route(canopen_master_t* master, uint16_t cob, canopen_master_taker_t take,
                                        void* context);

@@ -46,13 +46,13 @@ typedef struct {
 } canopen_network_config_t;
 
 typedef enum {
-    /// Silent, rebooted, or the bus is dead. Reported once per device and commissioning.
+    /// The device is silent or has rebooted, or the bus is dead. Reported once per device and commissioning.
     NETWORK_DEVICE_LOST,
     /// Fault, high-severity emergency, or the drive left operation by itself. Reported once, as above.
     NETWORK_DRIVE_FAULT,
     NETWORK_DRIVE_WARNING,  ///< Medium-severity emergency.
     NETWORK_BUS_WARNING,    ///< Low-severity emergency (node), or a condition of the bus (node 0).
-    NETWORK_DEVICE_REFUSED, ///< Cannot be commissioned: see refusal.
+    NETWORK_DEVICE_REFUSED, ///< The device cannot be commissioned: see refusal.
     /// Another node sends SYNC. Reported once, and again after 1 s without a foreign SYNC.
     NETWORK_SYNC_CONFLICT
 } canopen_network_fault_kind_t;
@@ -60,13 +60,13 @@ typedef enum {
 /// Why a device is not commissioned; the numbers are those of the event DEVICE_REFUSED.
 typedef enum {
     REFUSAL_NONE       = 0,
-    REFUSAL_NOT_BOOTED = 1, ///< No boot-up message yet; it is reset again.
-    REFUSAL_TIMEOUT    = 2, ///< No answer about `object`.
+    REFUSAL_NOT_BOOTED = 1, ///< There is no boot-up message yet; the device is reset again.
+    REFUSAL_TIMEOUT    = 2, ///< The device has not answered about `object`.
     REFUSAL_ABORTED    = 3, ///< The device refuses access to `object`; detail: its abort code.
     REFUSAL_VALUE      = 4, ///< `object` has a value that is not the expected one; detail: the lower 32 bits.
     REFUSAL_FORMAT     = 5, ///< The answer about `object` has the wrong size, or is against the protocol.
-    REFUSAL_REBOOTED   = 6, ///< It has booted again meanwhile.
-    REFUSAL_SILENT     = 7  ///< No process data yet after the start.
+    REFUSAL_REBOOTED   = 6, ///< The device has booted again during commissioning.
+    REFUSAL_SILENT     = 7  ///< The device has sent no process data since the start.
 } canopen_network_refusal_t;
 
 /// Code of NETWORK_BUS_WARNING of node 0; + 0x100 for channel B.
@@ -97,7 +97,7 @@ typedef struct { // device.axes may be used as axis.h says; all else is read-onl
     bool is_faulty;
     bool is_idle;             ///< The configuration does not use the device: its axes stay out of operation.
     bool is_refusal_reported; ///< NOT_BOOTED or SILENT was reported since the last boot or start.
-    uint32_t missed;          ///< SYNCs left unanswered [wraps].
+    uint32_t missed;          ///< SYNCs that the device has not answered [wraps].
     canopen_setting_t settings[NETWORK_SETTINGS_MAX];
     uint16_t setting_count;
 } canopen_network_device_t;
@@ -151,7 +151,7 @@ typedef struct { // Read-only outside, but for the axes of its devices.
     canopen_network_phase_t phase;
     bool is_standby_missing; ///< The other channel exists, but could not be opened.
     bool is_booted;
-    bool is_running; ///< Process data flow.
+    bool is_running; ///< Process data are exchanged.
     bool is_securing;
     uint64_t phase_start_ns;
     uint64_t secure_start_ns;
@@ -164,7 +164,7 @@ typedef struct { // Read-only outside, but for the axes of its devices.
     uint32_t faults_lost; ///< Faults not queued, because the queue was full [wraps].
 } canopen_network_t;
 
-/// Begin closed, without devices; all counters are zero.
+/// Initialise as closed, without devices; all counters are zero.
 void canopen_network_init(canopen_network_t* network, const canopen_network_config_t* config);
 /// Remove all devices. Only while closed.
 void canopen_network_clear(canopen_network_t* network);
@@ -172,7 +172,7 @@ void canopen_network_clear(canopen_network_t* network);
 /// STATUS_NOT_FOUND (class), STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_INVALID.
 MUST_USE status_t canopen_network_add(canopen_network_t* network, canopen_network_device_t* place,
                                       const char* type, uint8_t node);
-/// Index of a node's device; NETWORK_NO_DEVICE if there is none.
+/// Returns the index of a node's device; NETWORK_NO_DEVICE if there is none.
 uint8_t canopen_network_find(const canopen_network_t* network, uint8_t node);
 
 /// Open both channels; `redundant_bus` is null without channel B. A channel that cannot be opened counts as
@@ -187,13 +187,14 @@ bool canopen_network_has_channel(const canopen_network_t* network, uint8_t chann
 status_t canopen_network_select_channel(canopen_network_t* network, uint8_t channel);
 /// Add the counters of both channels to a sum.
 void canopen_network_add_counters(const canopen_network_t* network, canopen_network_bus_counters_t* sum);
-/// With two channels: call the devices to the active one by the master's heartbeat. Reset all nodes, wait for
-/// the boot-up message of each, and identify it. STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not open, or a node
-/// has booted again meanwhile); statuses of canopen_device_identify_step. canopen_network_take_fault returns
-/// the failed device and the reason as DEVICE_REFUSED, also for the two functions below.
+/// Reset all nodes, wait for the boot-up message of each, and identify it. With two channels, first make the
+/// devices change to the active one by the master's heartbeat. STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not
+/// open, or a node has booted again meanwhile); statuses of canopen_device_identify_step.
+/// canopen_network_take_fault returns the failed device and the reason as DEVICE_REFUSED, also for the two
+/// functions below.
 status_t canopen_network_boot(canopen_network_t* network, uint64_t now_ns);
 
-/// A device is lost if it does not answer `syncs` SYNCs in a row, >= 1.
+/// Set the number of consecutive SYNCs, >= 1, after which a device that has not answered is lost.
 void canopen_network_set_patience(canopen_network_t* network, uint32_t syncs);
 /// Remove the settings of all devices; call it before canopen_network_set. Each device is then idle until
 /// canopen_network_include: it is supervised, but its axes stay out of operation, whatever the goal.

@@ -119,7 +119,7 @@ static void take_emergencies(canopen_network_t* const network)
     while (canopen_master_take_emergency(&network->master, &emergency) == STATUS_OK) {
         const uint8_t index = canopen_network_find(network, emergency.node);
         if (!network->is_booted || (index == NETWORK_NO_DEVICE)) {
-            continue; // Emergencies from before the commissioning of the node do not matter.
+            continue; // Emergencies of a node that is not commissioned are ignored.
         }
         const canopen_device_profile_t* const profile = network->devices[index]->device.profile;
         switch (canopen_emergency_class(profile->emergencies, profile->emergency_count, emergency.code)) {
@@ -184,8 +184,8 @@ static void watch_bus(canopen_network_t* const network, const uint8_t channel, c
     *reported = now;
 }
 
-/// All devices act on SYNC at once. A SYNC of another node makes them sample and actuate at an instant that
-/// the master did not compute, and their answers belong to no cycle.
+/// Report SYNCs of other nodes. All devices act on SYNC: a foreign SYNC makes them sample and actuate at an
+/// instant that the master did not choose, and their answers then belong to no cycle.
 static void watch_sync(canopen_network_t* const network, const uint64_t now_ns)
 {
     canopen_network_sync_conflict_t* const reported = &network->sync_conflict;

@@ -164,7 +164,7 @@ static void ask_segment(canopen_sdo_client_t* const client)
     client->is_clock_due = true;
 }
 
-/// Answers to initiate requests and aborts contain the object; true if it is that of the transfer.
+/// True if an answer to an initiate request, or an abort, contains the object of the transfer.
 static bool names_our_object(const canopen_sdo_client_t* const client, const uint8_t* const octets)
 {
     return (canopen_at(&octets[1], 2U) == client->index) && (octets[3] == client->subindex);

@@ -75,16 +75,17 @@ MUST_USE status_t canopen_sdo_client_download(canopen_sdo_client_t* client, uint
 /// Begin to read an object. STATUS_OK, STATUS_BUSY.
 MUST_USE status_t canopen_sdo_client_upload(canopen_sdo_client_t* client, uint16_t index, uint8_t subindex);
 
-/// Outcome of the last transfer: STATUS_BUSY while it runs; STATUS_OK; STATUS_TIMEOUT; STATUS_FORBIDDEN (the
-/// server aborted: *out_abort_code); STATUS_INVALID (the server violated the protocol); STATUS_TOO_LARGE
-/// (upload longer than SDO_OCTETS_MAX); STATUS_EMPTY (none begun). out_abort_code may be null.
+/// Returns the result of the last transfer: STATUS_BUSY while it runs; STATUS_OK; STATUS_TIMEOUT;
+/// STATUS_FORBIDDEN (the server aborted: *out_abort_code); STATUS_INVALID (the server violated the
+/// protocol); STATUS_TOO_LARGE (upload longer than SDO_OCTETS_MAX); STATUS_EMPTY (none begun).
+/// out_abort_code may be null.
 status_t canopen_sdo_client_result(const canopen_sdo_client_t* client, uint32_t* out_abort_code);
-/// Value read by an upload that ended in STATUS_OK; valid until the next transfer.
+/// Returns the value that an upload has read which ended in STATUS_OK; it is valid until the next transfer.
 const uint8_t* canopen_sdo_client_value(const canopen_sdo_client_t* client, size_t* out_size);
 
 /// Process one frame of the server.
 void canopen_sdo_client_answer(canopen_sdo_client_t* client, const uint8_t* octets, uint8_t length);
-/// Next frame to the server, if one is due; also checks the deadline. True if `out_frame` was filled.
+/// Get the next frame to the server, and check the deadline. True if `out_frame` was filled.
 bool canopen_sdo_client_request(canopen_sdo_client_t* client, uint64_t now_ns,
                                 uint8_t out_frame[SDO_FRAME_OCTETS]);
 

@@ -25,7 +25,7 @@ static status_t start_access(const canopen_setting_t* const setting, canopen_sdo
     return canopen_sdo_client_download(client, setting->index, setting->subindex, octets, setting->octets);
 }
 
-/// Value of a finished upload. STATUS_OK, STATUS_INVALID (another size or value).
+/// Take the value of a finished upload. STATUS_OK, STATUS_INVALID (another size or value).
 static status_t take_value(canopen_setting_run_t* const run, canopen_setting_t* const setting,
                            const canopen_sdo_client_t* const client)
 {

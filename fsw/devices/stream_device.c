@@ -22,7 +22,7 @@ static flow_endnode_kind_t kind_of(const descriptor_endnode_type_t type)
     return kinds[type];
 }
 
-/// Name of an end node for the resolver.
+/// Returns the name of an end node for the resolver.
 static const char* name_of(const descriptor_endnode_t* const endnode, char out_address[ENDNODE_ADDRESS_MAX])
 {
     if ((endnode->type != DESCRIPTOR_ENDNODE_UDP) && (endnode->type != DESCRIPTOR_ENDNODE_TCP)) {
@@ -108,7 +108,7 @@ status_t stream_device_take_fault(stream_device_t* const device, stream_device_f
 
 // ---- The cycle ----
 
-/// The device has shown that it is present.
+/// Record that the device has shown that it is present.
 static void mark_present(stream_device_t* const device, const uint64_t now_ns)
 {
     device->heard_ns         = now_ns;
@@ -144,8 +144,8 @@ static bool is_silent(const stream_device_t* const device, const uint64_t now_ns
     return (now_ns - device->heard_ns) >= device->silence_ns;
 }
 
-/// A device in use is lost as soon as its end node is closed, or after silence_ns without a record. A device
-/// that is not yet in use is refused after silence_ns without a record.
+/// Detect faults. A device in use is lost when its end node is closed, or after silence_ns without a record.
+/// A device that is not yet in use is refused after silence_ns without a record.
 static void watch(stream_device_t* const device, const uint64_t now_ns)
 {
     if (device->is_started && !device->is_lost && (is_silent(device, now_ns) || !device->is_open)) {

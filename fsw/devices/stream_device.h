@@ -80,12 +80,13 @@ typedef struct { // Private, except counters and name: read-only.
 /// node that is not on CAN.
 void stream_device_init(stream_device_t* device, const subsystem_descriptor_t* descriptor,
                         const descriptor_device_t* source, const flow_resolver_t* resolver);
-/// Index of the field of that name in the record of a direction; STREAM_DEVICE_NO_FIELD if there is none.
+/// Returns the index of a field in the record of a direction; STREAM_DEVICE_NO_FIELD if there is none.
 uint8_t stream_device_field(const stream_device_t* device, bool is_out, const char* name);
 
-/// STATUS_BUSY until the end node is open.
+/// Open the device. STATUS_BUSY until the end node is open.
 status_t stream_device_open(stream_device_t* device, uint64_t now_ns);
-/// STATUS_BUSY until the device has sent a record; for a device that sends none, until its end node is open.
+/// Wait for the device. STATUS_BUSY until it has sent a record; if it sends none, until its end node is
+/// open.
 status_t stream_device_boot(const stream_device_t* device);
 /// Put the device in use: from now on silence is a fault, and _command sends records, first the safe one.
 /// STATUS_OK, STATUS_BUSY (not open, or silent).
@@ -97,11 +98,13 @@ void stream_device_command(stream_device_t* device);
 /// Make the record of commands the safe one, and send it. STATUS_OK also if the device cannot be reached;
 /// STATUS_BUSY (the end node is full).
 status_t stream_device_secure(stream_device_t* device);
-/// As stream_device_secure; with STATUS_OK the device is no longer in use, and its silence is no fault.
+/// Secure the device as stream_device_secure does. After STATUS_OK it is no longer in use, and its silence
+/// is no fault.
 status_t stream_device_stop(stream_device_t* device);
 void stream_device_close(stream_device_t* device);
 
-/// Engineering value of a field of the last record received; 0 * scale + offset before the first one.
+/// Returns the engineering value of a field of the last record received; before the first record, `offset`
+/// of the field.
 double stream_device_value(const stream_device_t* device, uint8_t field);
 bool stream_device_is_lost(const stream_device_t* device);
 /// Set a field of the record of commands. STATUS_OK, STATUS_OUT_OF_RANGE (NaN).

@@ -48,7 +48,8 @@ bool stream_devices_fit(const subsystem_descriptor_t* descriptor, const stream_d
 
 /// Call once, before the generic subsystem runs. The pointers must stay valid.
 void stream_devices_init(stream_devices_t* devices, subsystem_t* generic, const flow_resolver_t* resolver);
-/// A device by its place in the descriptor; null: there is none, or HARDWARE_INIT has not begun.
+/// Returns a device by its index in the descriptor; null if there is none, or if HARDWARE_INIT has not
+/// begun.
 stream_device_t* stream_devices_at(stream_devices_t* devices, uint16_t place);
 
 status_t stream_devices_hardware_init(void* self);

@@ -65,7 +65,7 @@ uint32_t stream_record_octets(const stream_record_t* const record)
     return (uint32_t)(octets + (((octets > 0U) && record->has_checksum) ? CHECKSUM_OCTETS : 0U));
 }
 
-/// Place of the high octet among the two octets of the checksum, in the byte order of the end node.
+/// Returns the index of the high octet in the two octets of the checksum, by the byte order of the end node.
 static size_t high_place(const stream_record_t* const record)
 {
     return (record->order == FLOW_ORDER_BIG) ? 0U : 1U;

@@ -42,7 +42,7 @@ uint32_t stream_record_octets(const stream_record_t* record);
 MUST_USE status_t stream_record_take(stream_record_t* record, const uint8_t* octets, size_t size);
 /// Encode the record. Returns the octets written: stream_record_octets.
 size_t stream_record_put(const stream_record_t* record, uint8_t octets[STREAM_RECORD_OCTETS_MAX]);
-/// Engineering value of a field below field_count.
+/// Returns the engineering value of a field below field_count.
 double stream_record_value(const stream_record_t* record, uint8_t field);
 /// Set the raw value of a field. STATUS_OK, STATUS_OUT_OF_RANGE (NaN; the field keeps its value).
 status_t stream_record_set(stream_record_t* record, uint8_t field, double value);

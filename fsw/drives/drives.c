@@ -276,7 +276,7 @@ status_t drives_hardware_init(void* const self)
     return status;
 }
 
-/// Value of a setting; an RPDO's event timer [ms] is at least the mission's deadline for devices.
+/// Value of a setting. The event timer of an RPDO [ms] is at least the mission's deadline for devices.
 static uint64_t value_of(const drives_t* const drives, const descriptor_setting_t* const setting)
 {
     const uint64_t deadline_ns = subsystem_device_deadline_ns(drives->generic);
@@ -286,7 +286,7 @@ static uint64_t value_of(const drives_t* const drives, const descriptor_setting_
     return (is_event_timer && (deadline_ms > setting->bits)) ? deadline_ms : setting->bits;
 }
 
-/// Settings of one device of the descriptor.
+/// Pass the settings of one device of the descriptor to its network.
 static status_t add_settings(drives_t* const drives, const descriptor_device_t* const device)
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);

@@ -123,7 +123,7 @@ status_t drives_secure(void* self);
 status_t drives_post(void* self);
 /// Reset the nodes and close the buses. STATUS_BUSY; STATUS_OK.
 status_t drives_hardware_deinit(void* self);
-/// The program ends, in any state: close the buses and leave the devices as they are.
+/// Call when the program ends, in any state: close the buses and leave the devices as they are.
 void drives_release(void* self);
 
 /// Make channel 0 (A) or 1 (B) of every bus the active one, at once or for the next HARDWARE_INIT. It must be
@@ -136,18 +136,18 @@ void drives_sense(void* self);
 /// Call at the end of a cycle: send process data, requests and SYNC.
 void drives_emit(void* self);
 
-/// Device number `position` (0..) of the applied configuration, or null.
+/// Returns device number `position` (0..) of the applied configuration, or null.
 canopen_device_t* drives_device(drives_t* drives, uint16_t position);
 /// Index in drives->devices of the device with this node id, on any bus; NETWORK_NO_DEVICE if there is
 /// none.
 uint8_t drives_find(const drives_t* drives, uint32_t node);
-/// The network of an end node of the descriptor, while the buses are open.
+/// Returns the network of an end node of the descriptor, while the buses are open.
 canopen_network_t* drives_network(drives_t* drives, const descriptor_endnode_t* endnode);
 /// True if process data flow on every bus.
 bool drives_are_running(const drives_t* drives);
-/// SYNCs that a device of the applied configuration has not answered [wraps].
+/// Returns the SYNCs that a device of the applied configuration has not answered [wraps].
 uint32_t drives_missed(const drives_t* drives, uint16_t position);
-/// Commands of all axes that were cut at their limits [wraps].
+/// Returns the number of commands of all axes that were cut at their limits [wraps].
 uint32_t drives_limited(const drives_t* drives);
 
 #endif // FSW_DRIVES_DRIVES_H

@@ -32,7 +32,8 @@ bool drives_fit(const subsystem_descriptor_t* descriptor, const drives_need_t* n
 /// devices.
 bool drives_is_mapped(const subsystem_descriptor_t* descriptor, uint8_t node);
 
-/// Integer mode of operation (object 0x6060) that the configuration sets for the device; 0 if it sets none.
+/// Returns the mode of operation (object 0x6060) that the configuration sets for the device; 0 if it sets
+/// none.
 int drives_mode(const subsystem_descriptor_t* descriptor, const descriptor_device_t* device);
 
 /// CAN end node of a device that drives_fit has accepted.

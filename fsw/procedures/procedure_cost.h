@@ -36,7 +36,7 @@ int procedure_pay(lua_State* state, uint64_t price, lua_KFunction body, lua_KCon
 bool procedure_must_wait(lua_State* state);
 /// Charge work that is already done.
 void procedure_charge(procedure_slot_t* slot, uint64_t price);
-/// Worst-case price of finding one key in a table.
+/// Returns the worst-case price of finding one key in a table.
 uint32_t procedure_price_of_key(const procedure_slot_t* slot);
 /// Check the text at `index`; if it contains NUL, note that such texts exist, because comparing them is
 /// expensive.

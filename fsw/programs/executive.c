@@ -55,7 +55,7 @@ static unsigned number_of(const char* const digits)
     return number;
 }
 
-/// Null, or the error.
+/// Returns null, or the error text.
 static const char* take_runtime(run_state_t* const run, const unsigned component,
                                 osal_lockstep_t* const scheduler)
 {
@@ -96,7 +96,7 @@ static const char* open_run(const char* const name, const unsigned component,
     return take_runtime(run, component, *out_scheduler);
 }
 
-/// Null, or the error.
+/// Returns null, or the error text.
 static const char* join_by_proxy(const unsigned descriptor)
 {
     remote_endian_t* const remote = &storage.remote;
@@ -113,7 +113,7 @@ static const char* join_by_proxy(const unsigned descriptor)
     return error;
 }
 
-/// In real time each service loop has its own task.
+/// Start the tasks of the loops of services, which exist only in real time.
 static bool start_loop_tasks(const component_instance_t* const instance)
 {
     const component_runtime_t* const runtime = &storage.runtime;
@@ -136,7 +136,7 @@ static void note_attributes(const char* const executable)
     }
 }
 
-/// Where time is real, the loop runs at the priority that the descriptor gives it.
+/// In real time, set the priority that the descriptor defines for the loop, when it has changed.
 static void follow_priority(const char* const executable, const component_instance_t* const instance,
                             uint8_t* const priority)
 {
@@ -153,8 +153,8 @@ static void follow_priority(const char* const executable, const component_instan
     }
 }
 
-/// Run until the end of the run, or until the process is asked to end. STATUS_OK, STATUS_CLOSED; others:
-/// protocol error between the proxy and this program.
+/// Run until the end of the run, or until the process is asked to end. STATUS_OK, STATUS_CLOSED; any other
+/// status: protocol error between the proxy and this program.
 static status_t loop(const char* const executable, const component_instance_t* const instance)
 {
     component_runtime_t* const runtime = &storage.runtime;

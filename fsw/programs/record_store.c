@@ -7,7 +7,7 @@
 #include "osal/include/osal/console.h"
 
 #define JOURNAL_LIMIT (64U * 1024U * 1024U) ///< Maximum size of each file [octets].
-#define JOURNAL_SLACK (1024U * 1024U)       ///< Dead octets before a compaction.
+#define JOURNAL_SLACK (1024U * 1024U)       ///< A commit compacts if dead octets exceed live ones by this.
 #define PIECE 4096U                         ///< Octets copied at a time.
 
 static status_t complain(component_runtime_t* const runtime, const char* const path, const status_t status)

@@ -32,7 +32,8 @@ static uint64_t sum_word(const uint64_t sum, const uint8_t* const octets, const 
     return (sum ^ word) * PRIME;
 }
 
-/// Four sums, each over every fourth word: the processor can perform their multiplications in parallel.
+/// Compute four sums, each over every fourth word, because the processor can perform their multiplications
+/// in parallel.
 static uint64_t sum_words(const uint64_t start, const uint8_t* const octets, const size_t size)
 {
     uint64_t sums[LANES] = {start, start, start, start};

@@ -413,7 +413,7 @@ static void member_opened(supervisor_t* const supervisor, link_session_t* const 
     }
 }
 
-/// One end has closed the link: close the other end.
+/// React to an end that has closed the link: the other end must close, too.
 static void member_closed(supervisor_t* const supervisor, const uint16_t link, const uint16_t apid,
                           const pus_link_ends_t* const ends)
 {

@@ -364,7 +364,7 @@ void supervisor_router_take_in(supervisor_t* const supervisor)
 
 // ---- Packets of the supervisor itself ----
 
-/// The supervisor's status report is its heartbeat to every subsystem.
+/// Send the supervisor's status report to every subsystem as its heartbeat.
 static void send_heartbeat(supervisor_t* const supervisor, const uint8_t* const packet, const size_t size)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {

@@ -90,7 +90,7 @@ void supervisor_registry_end_pending(supervisor_t* supervisor, uint16_t apid);
 void supervisor_registry_end_unanswered(supervisor_t* supervisor, uint64_t patience_ns);
 /// Check processes and heartbeats; called every 10 ms.
 void supervisor_registry_watch(supervisor_t* supervisor);
-/// Electrical power [W] of all subsystems, with one of them in another state.
+/// Returns the electrical power [W] of all subsystems if one of them were in another state.
 uint32_t supervisor_registry_power_w(const supervisor_t* supervisor, uint16_t apid, state_t state);
 
 /// adoption.c: commit the data that the next supervisor takes over, at the end of a step, before its outputs

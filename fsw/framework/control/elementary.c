@@ -15,7 +15,7 @@
 #define TERMS 7U
 #define SETTLED 1.0e-30
 
-/// Horner's scheme, highest term first.
+/// Evaluates a polynomial by Horner's scheme, highest term first.
 static double series(const double y, const double coefficients[TERMS])
 {
     double sum = coefficients[0];
@@ -25,7 +25,7 @@ static double series(const double y, const double coefficients[TERMS])
     return sum;
 }
 
-/// Taylor series; for |x| <= pi/4 the remainder is below 5e-17.
+/// Sine for |x| <= pi/4 by a Taylor series; the remainder is below 5e-17.
 static double sine_of_eighth(const double x)
 {
     static const double coefficients[TERMS] = {

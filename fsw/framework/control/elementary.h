@@ -25,10 +25,10 @@ double control_tanh(double x);
 double control_angle(double sine, double cosine);
 
 double control_absolute(double x);
-/// x, limited to low..high. NaN becomes `low`. low <= high.
+/// Returns x, limited to low..high; `low` for NaN. low <= high.
 double control_clamp(double x, double low, double high);
-/// x, or zero if |x| < 1e-30. Otherwise a decaying value would become subnormal, and processors compute many
-/// times slower with subnormal numbers.
+/// Returns x, or zero if |x| < 1e-30. Otherwise a decaying value would become subnormal, and processors
+/// compute many times slower with subnormal numbers.
 double control_settle(double x);
 
 #endif // FSW_FRAMEWORK_CONTROL_ELEMENTARY_H

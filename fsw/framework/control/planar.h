@@ -29,7 +29,7 @@ void control_planar_move(const double jacobian[CONTROL_PLANAR_ENTRIES],
 /// Small motions of the axes that produce a motion of the tip; regular.
 void control_planar_angles(const double jacobian[CONTROL_PLANAR_ENTRIES],
                            const double move_m[CONTROL_PLANAR_AXES], double out_rad[CONTROL_PLANAR_AXES]);
-/// Length of a vector, within 1e-15 of it.
+/// Length of a vector; the relative error is below 1e-15.
 double control_planar_length(const double vector[CONTROL_PLANAR_AXES]);
 
 #endif // FSW_FRAMEWORK_CONTROL_PLANAR_H

@@ -41,7 +41,7 @@ typedef struct {
     bool is_fd; ///< CAN: process data travels in FD frames with bit rate switch.
 } flow_endnode_address_t;
 
-/// Port to the resolver of the addresses of this run.
+/// Resolver of the addresses of this run.
 typedef struct {
     void* context;
     /// Look up an address. STATUS_OK; STATUS_NOT_FOUND (no such end node in this run).

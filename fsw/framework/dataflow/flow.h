@@ -63,7 +63,8 @@ typedef struct {        // [wrap]
     uint32_t octets;    ///< Octets received on a stream; 0 on other end nodes.
 } flow_counters_t;
 
-/// The flow is closed at first. A name that is too long for its end node cannot be opened (STATUS_NOT_FOUND).
+/// Initialise a flow as closed. A name that is too long for its end node cannot be opened
+/// (STATUS_NOT_FOUND).
 void flow_init(flow_t* flow, const flow_setup_t* setup, const flow_resolver_t* resolver);
 /// Open the end node if an attempt is due, and pass queued octets to the system. STATUS_OK (open),
 /// STATUS_BUSY (an attempt is pending), STATUS_CLOSED (not open).

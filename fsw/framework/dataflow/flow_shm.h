@@ -67,7 +67,7 @@ typedef struct { // Private; read-only for housekeeping: counters, link.
     flow_shm_counters_t counters;
 } flow_shm_t;
 
-/// The flow begins closed. A shape out of its range is a coding error.
+/// Initialise a flow as closed. A shape out of its range is a coding error.
 void flow_shm_init(flow_shm_t* flow, const flow_shm_setup_t* setup, const flow_resolver_t* resolver);
 /// Make or open the memory if an attempt is due. STATUS_OK (open), STATUS_CLOSED (`link.failure` says why:
 /// STATUS_NOT_FOUND resolver, or no writer yet; STATUS_INVALID name, or another layout of the writer;

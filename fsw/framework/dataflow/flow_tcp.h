@@ -101,9 +101,9 @@ MUST_USE status_t flow_tcp_send(flow_tcp_t* flow, unsigned client, const uint8_t
 /// End one connection; reported to `user`. No effect on an empty place.
 void flow_tcp_end(flow_tcp_t* flow, const flow_tcp_user_t* user, unsigned client);
 
-/// Octets received on the present connection [wraps]; 0 for an empty place.
+/// Returns the octets received on the present connection [wraps]; 0 for an empty place.
 uint32_t flow_tcp_octets_in(const flow_tcp_t* flow, unsigned client);
-/// Address of the other end. STATUS_OK, STATUS_CLOSED (no such client).
+/// Get the address of the other end. STATUS_OK, STATUS_CLOSED (no such client).
 MUST_USE status_t flow_tcp_peer(const flow_tcp_t* flow, unsigned client, osal_address_t* out_peer);
 bool flow_tcp_is_connected(const flow_tcp_t* flow, unsigned client);
 /// List the open sockets, the listener first, for which the executive waits. Returns their number, <=

@@ -21,7 +21,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/// Longest record on the wire of a flow [octets].
+/// Size of the longest record on the wire [octets].
 #define RECORD_OCTETS_MAX 1024U
 
 typedef struct {

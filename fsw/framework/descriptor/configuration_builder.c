@@ -226,7 +226,7 @@ void descriptor_configuration_builder_port_end(source_t* const source)
 
 // ---- Devices ----
 
-/// Index and subindex of an object like 0x6060:00. False if malformed.
+/// Read index and subindex of an object like 0x6060:00. False if malformed.
 static bool read_object(const char* const words, uint16_t* const out_index, uint8_t* const out_subindex)
 {
     char number[9]; // Index and subindex as one number: 0x606000.

@@ -19,7 +19,7 @@ void descriptor_loader_init(descriptor_loader_t* const loader)
     loader->path[0]  = '\0';
 }
 
-/// Give the parser the octets of a file.
+/// Pass the octets of a file to the parser.
 static status_t feed_file(descriptor_loader_t* const loader, source_t* const source)
 {
     osal_file_t file;

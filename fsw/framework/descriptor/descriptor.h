@@ -47,7 +47,7 @@ MUST_USE status_t descriptor_parse_subsystem(descriptor_loader_t* loader, const 
                                              const void* octets, size_t size,
                                              subsystem_descriptor_t* out_descriptor);
 
-/// How much of a mission is read. A program that does not name `descriptor_mission_whole` is linked
+/// Extent to which a mission is read. A program that does not refer to `descriptor_mission_whole` is linked
 /// without the code for a whole mission.
 typedef struct mission_scope mission_scope_t;
 /// Permissions, recovery plans, hashes, and the descriptors of all subsystems: for supervisor and launcher.
@@ -74,7 +74,7 @@ MUST_USE status_t descriptor_check_interface(descriptor_loader_t* loader, const 
 /// Returns STATUS_UNSUPPORTED.
 status_t descriptor_refuse(descriptor_loader_t* loader, const char* path, uint32_t line, const char* says);
 
-/// Text of the last error; "" if there was none. Never null; valid until the loader's next use.
+/// Returns the text of the last error; "" if there was none. Never null; valid until the loader's next use.
 const char* descriptor_error(const descriptor_loader_t* loader);
 
 #endif // FSW_FRAMEWORK_DESCRIPTOR_DESCRIPTOR_H

@@ -58,8 +58,8 @@ struct mission_builder {
     const char* plan_events[MISSION_PLANS_MAX]; ///< Event whose number is not known yet, or NULL.
 };
 
-/// Empty the model and begin. The builder outlives the document and its resolution. Without a scope only
-/// subsystem `apid` will be read, and elements that need others are dropped.
+/// Clear the model and begin to read a document. The builder must outlive the document and its resolution.
+/// Without a scope only subsystem `apid` will be read, and elements that need other subsystems are dropped.
 void descriptor_mission_builder_begin(mission_builder_t* builder, mission_descriptor_t* mission,
                                       const char* path, uint16_t apid, const mission_scope_t* scope,
                                       text_t* error);

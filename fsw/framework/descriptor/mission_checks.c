@@ -68,7 +68,7 @@ static void check_lists(source_t* const source)
     }
 }
 
-/// Other machines may send telecommands only if the mission has a key.
+/// Check that the mission has a key if other machines may send telecommands.
 static void check_ground(source_t* const source)
 {
     const mission_descriptor_t* const mission = source->item;

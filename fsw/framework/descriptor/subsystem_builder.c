@@ -231,7 +231,7 @@ void descriptor_subsystem_builder_event(source_t* const source)
     }
 }
 
-/// Octets of one report of each HIGH event read so far; the queue of reports reserves this room.
+/// Returns the octets of one report of each HIGH event read so far; the queue of reports reserves this room.
 static uint32_t high_octets(const subsystem_descriptor_t* const descriptor)
 {
     uint32_t octets = 0U;

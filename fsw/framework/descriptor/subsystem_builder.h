@@ -19,7 +19,7 @@ typedef struct {
     uint16_t first_reference; ///< First reference of the report being read.
 } subsystem_builder_t;
 
-/// Empty the model and begin. The builder outlives the document.
+/// Clear the model and begin to read a document. The builder must outlive the document.
 void descriptor_subsystem_builder_begin(subsystem_builder_t* builder, subsystem_descriptor_t* descriptor,
                                         const char* path, text_t* error);
 

@@ -53,7 +53,7 @@ static status_t find_orphans(const medium_t* const medium, const journal_survey_
     return (status == STATUS_EMPTY) ? STATUS_OK : status;
 }
 
-/// The valid part of the media: up to the last commit of a generation, or nothing.
+/// The valid part of the media: the records up to the last commit of a generation, if there is one.
 typedef struct {
     bool is_there;
     uint32_t generation;

@@ -41,7 +41,7 @@ typedef struct {           // Private, except `blocks`, to be read.
 } message_inbox_t;
 
 void message_inbox_init(message_inbox_t* inbox, uint8_t* storage, size_t octets);
-/// Keep a frame of at least MESSAGE_INBOX_HEADER octets; kind 0 has data. `stamp` counts all frames of the
+/// Store a frame of at least MESSAGE_INBOX_HEADER octets; kind 0 has data. `stamp` counts all frames of the
 /// endpoint. STATUS_OK; STATUS_FULL: no room for its data.
 MUST_USE status_t message_inbox_put(message_inbox_t* inbox, uint8_t kind, uint32_t stamp,
                                     const uint8_t* frame, size_t size);

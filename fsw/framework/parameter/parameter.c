@@ -59,7 +59,7 @@ static parameter_entry_t* entry_of_id(const parameter_dictionary_t* const dictio
     return (index != NO_ENTRY) ? &dictionary->entries[index] : NULL;
 }
 
-/// Names are compared only when a parameter is published; later look-ups use ids.
+/// True if a parameter already has this name. Only publishing compares names; later look-ups use ids.
 static bool is_name_taken(const parameter_dictionary_t* const dictionary, const char* const name)
 {
     bool is_taken = false;

@@ -38,8 +38,8 @@ typedef struct {
     uint32_t call_token;   ///< For subsystem_function_done when perform returns STATUS_BUSY.
 } subsystem_function_t;
 
-/// Memories of the subsystem itself, each with its own id, and the files from which memories are loaded and
-/// to which they are dumped. The pointers must outlive the component.
+/// Further memories of the subsystem, each with its own id, and the port to the files from which memories
+/// are loaded and to which they are dumped. All of them must outlive the component.
 typedef struct {
     const pus_memory_t* memories;
     uint8_t count;
@@ -105,10 +105,10 @@ typedef struct {
 /// Time of this cycle [ns of the run], and number of cycles since the configuration was applied.
 uint64_t subsystem_now_ns(const subsystem_t* subsystem);
 uint32_t subsystem_cycle(const subsystem_t* subsystem);
-/// Nominal cycle of the applied configuration [ns].
+/// Nominal period of the applied configuration's cycle [ns].
 uint64_t subsystem_period_ns(const subsystem_t* subsystem);
-/// Silence after which devices and their master regard each other as lost [ns]; 0: use the times of the
-/// descriptor and of the protocol.
+/// Returns the silence after which devices and their master regard each other as lost [ns]; 0: use the times
+/// of the descriptor and of the protocol.
 uint64_t subsystem_device_deadline_ns(const subsystem_t* subsystem);
 state_t subsystem_state(const subsystem_t* subsystem);
 /// Applied configuration, or null.

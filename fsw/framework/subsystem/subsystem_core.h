@@ -204,7 +204,7 @@ struct subsystem { // Private. The most frequently used members come first.
     subsystem_loop_t loops[SUBSYSTEM_LOOPS];
     uint8_t loop_octets[SUBSYSTEM_LOOP_HEADER + PUS_PACKET_MAX]; // A report from a mailbox.
     uint32_t loop_reports_lost;
-    // The services of the loop that is being stepped and holds loop_guard.
+    // The loop that is being stepped (its step holds loop_guard), and the services that it uses.
     subsystem_loop_t* present_loop;
     pus_app_process_t loop_process;
     pus_test_t loop_test;

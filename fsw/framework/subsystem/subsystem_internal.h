@@ -67,11 +67,12 @@ bool subsystem_has_required_links(subsystem_t* subsystem, uint16_t* out_missing_
 
 /// subsystem_link_table.c: a provided port can have several links (one for each reader), each with its own
 /// slot; a required port has one link and one slot.
-/// Link of this number; null if there is none.
+/// Returns the link with this number; null if there is none.
 subsystem_link_t* subsystem_link_numbered(subsystem_t* subsystem, uint16_t number);
-/// First link of a port; null if there is none.
+/// Returns the first link of a port; null if there is none.
 subsystem_link_t* subsystem_link_of(subsystem_t* subsystem, uint16_t port);
-/// Next link of a port after `previous` in the table (null: first of all); null if there is none.
+/// Returns the link of a port that follows `previous` in the table (null: the first one); null if there is
+/// none.
 subsystem_link_t* subsystem_link_next(subsystem_t* subsystem, const subsystem_link_t* previous,
                                       uint16_t port);
 /// Returns the slot for a link of this number and port: the slot of the link that it replaces, otherwise a

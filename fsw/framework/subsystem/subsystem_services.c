@@ -203,7 +203,8 @@ static bool is_function_allowed(const subsystem_t* const subsystem,
     return (function->configurations & (1U << index)) != 0U;
 }
 
-/// Index of the first argument with an element outside its bounds, or argument_count.
+/// Returns the index of the first argument with an element outside its bounds; argument_count if there is
+/// none.
 static uint16_t first_out_of_bounds(const subsystem_t* const subsystem,
                                     const descriptor_function_t* const function, const uint16_t table_index,
                                     const void* const arguments)

@@ -16,7 +16,7 @@ void xml_arena_leave(void);
 /// Free all blocks of the arena.
 void xml_arena_reset(xml_arena_t* arena);
 
-/// The three functions of XML_Memory_Handling_Suite; null when the arena has no room.
+/// The three functions of XML_Memory_Handling_Suite. They return null if the arena has no room.
 void* xml_arena_take(size_t octets);
 void* xml_arena_resize(void* block, size_t octets);
 void xml_arena_give(void* block);

@@ -52,7 +52,7 @@ static void take_felt_torque(joystick_t* const joystick)
     }
 }
 
-/// Uses the command of the last cycle, because `control` is computed anew only later.
+/// Update the energy at the port to the hand with the command of the last cycle, which acted until now.
 static void watch_energy(joystick_t* const joystick)
 {
     const joystick_passivity_t* const passivity = &joystick->parameters.passivity;
@@ -104,8 +104,8 @@ static double fade(joystick_t* const joystick, const double period)
     return joystick->share * joystick->share * (3.0 - (2.0 * joystick->share));
 }
 
-/// The energy is computed from torques that have already acted. Therefore the damping removes exactly the
-/// energy that was given away.
+/// Returns the damping that the passivity controller adds. The energy is computed from torques that have
+/// already acted, so that the damping removes exactly the energy that was given away.
 static double damping(joystick_t* const joystick, const double period)
 {
     const joystick_stick_control_t* const control = &joystick->control;

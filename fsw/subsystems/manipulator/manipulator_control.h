@@ -58,8 +58,8 @@ void manipulator_arm_control_init(manipulator_arm_control_t* control);
 /// torques.
 void manipulator_arm_control_sense(manipulator_arm_control_t* control, const manipulator_arm_setup_t* setup,
                                    const double motor_rad[ARM_JOINTS], const double torque_nm[ARM_JOINTS]);
-/// Couple the arm to the hand in the present pose: the hand's present angle (null: no hand) corresponds to
-/// this pose, and the commands hold the arm in it.
+/// Hold the arm, and couple it to the hand in the present pose: the hand's present angle (null: no hand)
+/// corresponds to this pose, and the commands hold the arm in it.
 void manipulator_arm_control_hold(manipulator_arm_control_t* control, const manipulator_arm_setup_t* setup,
                                   const double* hand_rad);
 /// Compute the desired motion that follows the hand. `hand_rad` is null while there is no sample of the

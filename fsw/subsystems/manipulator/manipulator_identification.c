@@ -10,7 +10,7 @@
 // which the filter treats as exact; with the gain of the observer (400 1/s) this noise alone would make the
 // masses 3 % too small.
 #define RESIDUAL_GAIN_1_S 30.0
-#define KEEP_CYCLES 2000U  // 1 s at 2 kHz.
+#define KEEP_CYCLES 2000U  // Cycles between two stored estimates: 1 s at 2 kHz.
 #define QUIET_CYCLES 1000U // Cycles after a contact until the residuals no longer contain its torque.
 // Cycles between two updates, because residuals of consecutive cycles are nearly equal.
 #define UPDATE_CYCLES 10U
@@ -55,7 +55,7 @@ static manipulator_model_t part_of(const manipulator_model_t* const model, const
 }
 
 /// Delay angle and torque by two equal poles, as the tracker of the observer delays the velocity. In a fast
-/// motion, the filter would otherwise mistake the later velocity for an effect of the masses.
+/// motion, the filter would otherwise mistake the delay of the velocity for an effect of the masses.
 static void delay(manipulator_arm_identification_t* const identification,
                   const manipulator_arm_observer_gains_t* const gains, const double link_rad[ARM_JOINTS],
                   const double torque_nm[ARM_JOINTS])

@@ -34,7 +34,7 @@ static void report_lost(void* const context, const pus_activity_id_t* const id)
     (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_RELEASE_IN_DOUBT, octets, writer.position);
 }
 
-/// Common part of both schedules.
+/// Returns the common part of the configurations of both schedules.
 static pus_schedule_config_t common_config(supervisor_t* const supervisor)
 {
     return (pus_schedule_config_t){.process            = subsystem_process(&supervisor->subsystem),
