@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The reader of data sheets: entries and their defaults, process data, units, emergencies, and what it refuses."""
+
+import math
+import pathlib
+import sys
+
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[4] / "gse" / "generator"))
+
+import sheet
+
+SMALL = """[Comments]
+Lines=2
+Line1=EMCY 0x2310 HIGH Current too high
+Line2=Free text
+
+[1000]
+ParameterName=Device type
+DataType=0x0007
+DefaultValue=0x20192
+AccessType=RO
+
+[1018sub1]
+DataType=7
+
+[1800sub1]
+ParameterName=COB-ID
+DataType=0x0007
+DefaultValue=$NODEID + 0x180
+AccessType=rw
+PDOMapping=1
+
+[1a00]
+ParameterName=No type
+
+[2000]
+DataType=5
+DefaultValue=text
+"""
+
+
+def load(tmp_path, text):
+    path = tmp_path / "device.eds"
+    path.write_text(text, encoding="utf-8")
+    return sheet.load(path)
+
+
+def test_entries_have_names_types_access_and_defaults(tmp_path):
+    loaded = load(tmp_path, SMALL)
+    assert sorted(loaded.entries) == [(0x1000, 0), (0x1018, 1), (0x1800, 1), (0x2000, 0)]
+    entry = loaded.entries[0x1800, 1]
+    assert (entry.name, entry.kind, entry.access, entry.is_mappable) == ("COB-ID", 7, "rw", True)
+    assert loaded.entries[0x1018, 1].name == "1018sub1" and not loaded.entries[0x1000, 0].is_mappable
+    assert loaded.defaults(0x11) == {(0x1000, 0): 0x20192, (0x1800, 1): 0x191}
+    assert loaded.emergencies == ((0x2310, "HIGH", "Current too high"),)
+
+
+@pytest.mark.parametrize("line", ["EMCY 0x0000 HIGH Zero", "EMCY 0x12345 HIGH Long", "EMCY 0x1000 LOUD Word", "EMCY 0x1000 HIGH", "EMCY 4096 LOW x"])
+def test_a_wrong_emergency_is_refused(tmp_path, line):
+    with pytest.raises(sheet.SheetError, match=r"device.eds:0: \[Comments\] line1=.*: expected EMCY, a code from 0x0001 to 0xFFFF"):
+        load(tmp_path, f"[Comments]\nLine1={line}\n")
+
+
+def test_a_code_is_described_once(tmp_path):
+    with pytest.raises(sheet.SheetError, match="that no other line has"):
+        load(tmp_path, "[Comments]\nLine1=EMCY 0x1000 LOW a\nLine2=EMCY 0x1000 LOW b\n")
+
+
+@pytest.mark.parametrize("text, says", [("[1000]\nDataType=seven\n", r":0: \[1000\] DataType=seven: expected a number"),
+                                        ("[1000]\nDataType=7\n[1000]\nDataType=7\n", ":3: not a data sheet"), ("DataType=7\n", ":1: not a data sheet")])
+def test_what_is_no_sheet_is_refused(tmp_path, text, says):
+    with pytest.raises(sheet.SheetError, match=says):
+        load(tmp_path, text)
+
+
+def test_a_missing_sheet_is_refused(tmp_path):
+    with pytest.raises(sheet.SheetError, match="cannot read: No such file"):
+        sheet.load(tmp_path / "none.eds")
+
+
+def test_mapped_objects_are_those_of_the_count():
+    values = {(0x1A00, 0): 2, (0x1A00, 1): 0x60410010, (0x1A00, 2): 0x60640020, (0x1A00, 3): 0x606C0020}
+    assert sheet.mapped(values, 0x1A00) == [(0x6041, 0, 16), (0x6064, 0, 32)]
+    assert sheet.mapped({}, 0x1A00) == []
+
+
+@pytest.mark.parametrize("code, factor", [(0x00, 1.0), (0xFD, 1e-3), (0x03, 1e3), (0x80, 1e-128), (0x7F, 1e127)])
+def test_the_prefix_is_a_signed_power_of_ten(code, factor):
+    assert sheet.prefix(code << 24) == factor
+
+
+def test_units_are_stated_or_follow_from_encoder_and_gear():
+    position, velocity = 0xFA100000, 0xFD410300  # Millionths of a radian, thousandths of a degree per second.
+    assert sheet.units({(0x60A8, 0): position, (0x60A9, 0): velocity}) == pytest.approx((1e-6, 1e-3 * math.pi / 180))
+    ratios = {(0x608F, 1): 4096, (0x608F, 2): 1, (0x6091, 1): 100, (0x6091, 2): 1}
+    assert sheet.units(ratios) == pytest.approx((2 * math.pi / 409600,) * 2)
+    assert sheet.units({**ratios, (0x6091, 1): 0}) == (None, None)
+    assert sheet.units({(0x60A8, 0): position}) == pytest.approx((1e-6, 1e-6))  # Increments in a second.
+    assert sheet.units({(0x60A8, 0): 0x00990000})[0] is None
+    assert sheet.units({(0x60A9, 0): 0x00B44700})[1] == pytest.approx(2 * math.pi / 60)
+
+
+def test_units_of_another_axis_are_at_their_own_objects():
+    assert sheet.units({(0x68A8, 0): 0xFD100000}, 1) == pytest.approx((1e-3, 1e-3))
+    assert sheet.units({(0x68A8, 0): 0xFD100000}, 0) == (None, None)
+
+
+def test_the_objects_of_a_unit_are_named():
+    ratios = [(0x608F, 1), (0x608F, 2), (0x6091, 1), (0x6091, 2)]
+    assert sheet.made_of({}) == ratios
+    assert sheet.made_of({(0x60A8, 0): 1}) == [(0x60A8, 0)]
+    assert sheet.made_of({(0x60A9, 0): 1}) == [(0x60A9, 0), *ratios]
+    assert sheet.made_of({(0x68A8, 0): 1}, 1) == [(0x68A8, 0)]
