@@ -9,10 +9,10 @@
 
 /// Report an invalid value of an option on the console. Always returns false.
 bool argument_refuse(const char* option, const char* value, const char* expected);
-/// A whole number from 0 to `limit`, decimal, octal (0...) or hexadecimal (0x...).
+/// Read a whole number from 0 to `limit`, decimal, octal (0...) or hexadecimal (0x...). False: refused.
 bool argument_count(const char* option, const char* text, uint64_t limit, uint64_t* out_value);
 bool argument_unsigned(const char* option, const char* text, uint64_t limit, unsigned* out_value);
-/// A time in seconds, to nanoseconds.
+/// Read a time in seconds, and convert it to nanoseconds. False: refused.
 bool argument_seconds(const char* option, const char* text, uint64_t* out_ns);
 
 #endif // SIM_APP_ARGUMENT_VALUES_H

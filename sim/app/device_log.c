@@ -116,7 +116,7 @@ static status_t log_power(truth_t* const log, const device_log_t* const from, co
     return (from->supply_count > 0U) ? truth_power(log, now_ns, supplied, from->supply_count) : STATUS_OK;
 }
 
-/// Load, frames and errors of the interval that has ended.
+/// Compute load, frames and errors of the buses for the interval that has ended.
 static void end_interval(device_log_t* const from, const uint64_t now_ns)
 {
     for (unsigned i = 0U; i < from->bus_count; i++) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the truth log contains of devices and buses that are no part of the plant: drives on benches,
+/// Writes the devices and buses that are not part of the plant to the truth log: drives on benches,
 /// instruments, power units, buses.
 ///
-/// Ownership  The caller places device_log_t; what it points to outlives it.
+/// Ownership  The caller places device_log_t; the objects to which it points must exist as long as it does.
 #ifndef SIM_APP_DEVICE_LOG_H
 #define SIM_APP_DEVICE_LOG_H
 
@@ -21,7 +21,7 @@ typedef struct {
     const instrument_set_t* instruments; ///< Null: there are none.
     const segment_t* segments;
     unsigned bus_count;
-    // Private: devices behind power units; buses in the last interval.
+    // Private: devices that power units supply; figures of the buses for the last interval.
     size_t supply[DEVICE_LOG_SUPPLIES_MAX];
     unsigned supply_count;
     uint64_t next_ns;

@@ -15,7 +15,7 @@
 
 typedef struct device device_t;
 
-/// What a kind of device does; each may be null.
+/// Functions of a kind of device; each may be null.
 typedef struct {
     void (*report)(const device_t* device, uint64_t now_ns);
     void (*act)(const device_t* device, plant_input_t* out_input);
@@ -26,11 +26,11 @@ struct device {
     devices_t* devices;
     const world_device_t* place;
     const device_kind_t* kind;
-    device_model_t model; // Set by the creator.
-    drive_t* drive;       // Null: no drive.
-    joystick_t* joystick; // Null: no joystick.
+    device_model_t model; // The function that creates the device sets it.
+    drive_t* drive;       // Null: the device is not a drive.
+    joystick_t* joystick; // Null: the device is not a joystick.
     bool is_bench;
-    double most_nm; // Largest torque of a drive's motor; 0: that of its EDS.
+    double most_nm; // Largest torque of the motor of a drive; 0: the EDS defines it.
     unsigned joint; // Joint, or number of the joystick or wheel, in the plant; of the valve box in the world.
     motor_bench_t bench;
     plant_drive_t bench_drive;
@@ -79,7 +79,7 @@ static void report(const device_t* const device, const uint64_t now_ns, const un
     config->changed(config->context, now_ns, &event);
 }
 
-/// A device without a statusword.
+/// Report the state of a device that has no statusword.
 static void report_plain(const device_t* const device, const uint64_t now_ns)
 {
     report(device, now_ns, 0U, 0U, false);
@@ -228,7 +228,7 @@ static void read_wheel_truth(void* const context, wheel_truth_t* const out_truth
     *out_truth                 = (wheel_truth_t){wheel->momentum_nms, wheel->torque_nm, wheel->carrier_rad_s};
 }
 
-/// A wheel has no brake.
+/// Observe a wheel, which has no brake.
 static void on_wheel(void* const context, const uint8_t node, const unsigned axis, const uint16_t statusword,
                      const bool brake, const uint64_t now_ns)
 {
@@ -286,7 +286,7 @@ static const device_kind_t wheels = {.report = report_wheel, .act = act_wheel, .
 
 // ---- Valve boxes ----
 
-/// Number of the valve at an output of a box in the world; the number of all valves if there is none.
+/// Index of the valve at an output of a box; the number of all valves if the output has no valve.
 static unsigned valve_at(const device_t* const device, const unsigned output)
 {
     const world_t* world = device->devices->config.world;

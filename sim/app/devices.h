@@ -27,7 +27,7 @@
 
 typedef struct devices devices_t;
 
-/// The model of a device behind its node, of any kind.
+/// A device of any kind: its model and its node.
 typedef struct {
     void* model;
     node_t* node;
@@ -40,7 +40,7 @@ typedef struct {
     const world_t* world;
     const char* folder; ///< Folder of the EDS files.
     const plant_truth_t* truth;
-    const plant_t* plant;    ///< For sensors.
+    const plant_t* plant;    ///< Sensors measure it.
     segment_t* segments;     ///< The first are the buses of the world, in its order.
     bus_t* const* channel_b; ///< Redundant channel of each segment, or null.
     uint64_t seed;
@@ -50,8 +50,9 @@ typedef struct {
     void* context;
 } devices_config_t;
 
-/// Returns STATUS_OK; else *out_devices is null and `error` is filled: STATUS_EXHAUSTED (memory, nodes of a
-/// bus), STATUS_INVALID (a joystick of other than two axes), statuses of node_create.
+/// Make the devices of a world, without power. STATUS_OK; else *out_devices is null and `error` is filled:
+/// STATUS_EXHAUSTED (memory, nodes of a bus), STATUS_INVALID (a joystick that does not have two axes),
+/// statuses of node_create.
 MUST_USE status_t devices_open(const devices_config_t* config, devices_t** out_devices,
                                char error[SIMULATOR_ERROR_MAX]);
 /// Null is allowed.
@@ -59,9 +60,9 @@ void devices_close(devices_t* devices);
 
 size_t devices_count(const devices_t* devices);
 const world_device_t* device_place(const devices_t* devices, size_t index);
-/// The drive at an index; null: the device is no drive.
+/// The drive at an index; null if the device is not a drive.
 drive_t* device_drive(const devices_t* devices, size_t index);
-/// The test bench of the drive at an index; null: the device is on none.
+/// The test bench of the drive at an index; null if the device is not on a bench.
 const motor_bench_t* device_bench(const devices_t* devices, size_t index);
 const device_model_t* device_model(const devices_t* devices, size_t index);
 

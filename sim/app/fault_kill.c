@@ -33,7 +33,7 @@ static size_t read_of(const char* const id, const char* const file, char out_tex
     return octets;
 }
 
-/// True if the process is a child of this process's parent. Its /proc file is "id (program) state parent
+/// True if the process has the same parent as this process. Its /proc file is "id (program) state parent
 /// ...", and the name of a program may contain any character.
 static bool is_sibling(const char* const id)
 {

@@ -87,14 +87,14 @@ bool fault_is_onset(const fault_t* const fault)
     return fault->value != 0.0;
 }
 
-/// Add a name to a list in a message; one that does not fit is left out.
+/// Add a name to a list in a message, if it fits.
 static void list(char words[WORDS_MAX], const char* const name)
 {
     const size_t used = strlen(words);
     (void)snprintf(&words[used], WORDS_MAX - used, " %s", name);
 }
 
-/// Find a device by its name or id. It must be on the fault's bus.
+/// Find a device of this bus by its name or node id.
 static bool parse_device(const fault_world_t* const world, const char* const word, const unsigned bus,
                          unsigned* const out_device)
 {
@@ -172,7 +172,7 @@ static status_t take_code(const scenario_line_t* const line, const size_t index,
     return is_code ? STATUS_OK : scenario_error(line, word, "an emergency code 0x0001..0xFFFF", error);
 }
 
-/// Find a bus by its name, or channel B of a bus where that is allowed.
+/// Find a bus by its name, or channel B of a bus if `may_be_b`.
 static status_t take_bus(const loader_t* const loader, const scenario_line_t* const line, const size_t index,
                          const bool may_be_b, fault_t* const fault, char error[SCENARIO_ERROR_MAX])
 {
@@ -194,7 +194,7 @@ static status_t take_bus(const loader_t* const loader, const scenario_line_t* co
     return scenario_error(line, word, expected, error);
 }
 
-/// An instrument by its name.
+/// Find an instrument by its name.
 static bool find_instrument(const fault_world_t* const world, const char* const word, fault_t* const fault)
 {
     for (unsigned i = 0U; i < world->instrument_count; i++) {
@@ -221,14 +221,14 @@ static status_t take_instrument(const loader_t* const loader, const scenario_lin
     return scenario_error(line, line->word[index], expected, error);
 }
 
-/// A power unit only receives: it has no controller that a fault could disturb, and no error to send.
+/// True for the faults of power units, which only receive: other faults concern sending or error reports.
 static bool is_of_power_units(const fault_kind_t kind)
 {
     return (kind == FAULT_UNPLUG) || (kind == FAULT_PLUG) || (kind == FAULT_CUT) || (kind == FAULT_MEND) ||
            (kind == FAULT_RESET);
 }
 
-/// Find a device of the bus that the argument before it names, or the controller of the flight software.
+/// Find a device of the bus that the previous argument names, or the controller of the flight software.
 static status_t take_node(const loader_t* const loader, const scenario_line_t* const line, const size_t index,
                           fault_t* const fault, char error[SCENARIO_ERROR_MAX])
 {
@@ -446,7 +446,7 @@ static void switch_node(const fault_world_t* const world, const fault_t* const f
     }
 }
 
-/// Index on its bus of the node that a fault names; BUS_NODES_MAX: absent.
+/// Index of the node that a fault names, on its bus; BUS_NODES_MAX: the bus does not have it.
 static unsigned bus_node(const fault_world_t* const world, const fault_t* const fault)
 {
     return (fault->device < world->device_count)
@@ -473,7 +473,7 @@ static void order_restart(bus_t* const bus, const unsigned node, const fault_t* 
     }
 }
 
-/// Send SYNC from a node that is not the master: all devices of the bus act on it.
+/// Send SYNC frames from a node that is not the master; all devices of the bus react to them.
 static void send_syncs(bus_t* const bus, const unsigned node, const fault_t* const fault)
 {
     const osal_can_frame_t sync = {.id = SYNC_ID};
@@ -482,7 +482,7 @@ static void send_syncs(bus_t* const bus, const unsigned node, const fault_t* con
     }
 }
 
-/// Apply a fault of one controller.
+/// Apply a fault to one controller.
 static void apply_to_controller(const fault_world_t* const world, const fault_t* const fault)
 {
     bus_t* bus          = world->channel[fault->bus][fault->channel].bus;
@@ -507,7 +507,7 @@ static void apply_to_controller(const fault_world_t* const world, const fault_t*
     }
 }
 
-/// Apply a fault of the wire of one channel.
+/// Apply a fault to the wire of one channel.
 static void apply_to_wire(const fault_world_t* const world, const fault_t* const fault)
 {
     bus_t* bus = world->channel[fault->bus][fault->channel].bus;

@@ -61,8 +61,8 @@ typedef struct {
     fault_kind_t kind;
     unsigned bus;     ///< Index in fault_world_t; FAULT_BUSES_MAX: the fault names an instrument.
     unsigned channel; ///< NODE_CHANNEL_A, _B.
-    unsigned device;  ///< Index in fault_world_t, FAULT_DEVICE_ALL or _FLIGHT; of an instrument its index.
-    double value;     ///< Probability, us, Nm, degC, frames; 1 or 0 for on or off; fault_restart_t.
+    unsigned device;  ///< Index of device or instrument in fault_world_t, FAULT_DEVICE_ALL or _FLIGHT.
+    double value;     ///< Probability, us, Nm, degC, frames; 1 for on, 0 for off; fault_restart_t.
     uint16_t code;    ///< EMCY code.
     char target[FAULT_TARGET_MAX];
 } fault_t;
@@ -79,9 +79,9 @@ typedef struct {
     const char* name;
     unsigned bus;
     unsigned id;
-    node_t* node;       ///< Null: it is the power unit.
-    power_unit_t* unit; ///< Null: it is a node.
-    drive_t* drive;     ///< Null: the device is no drive.
+    node_t* node;       ///< Null: the device is a power unit.
+    power_unit_t* unit; ///< Null: the device is a node.
+    drive_t* drive;     ///< Null: the device is not a drive.
     /// An error of the device appears or disappears.
     void (*set_error)(void* model, uint16_t code, bool is_present, uint64_t now_ns);
     void* model;
@@ -99,14 +99,14 @@ typedef struct {
     size_t device_count;
     fault_instrument_t instrument[FAULT_INSTRUMENTS_MAX];
     size_t instrument_count;
-    /// FAULT_KILL, FAULT_HANG or FAULT_RESUME of a process. Null: the world has none.
+    /// Apply FAULT_KILL, FAULT_HANG or FAULT_RESUME to a process. Null: these faults have no effect.
     void (*process)(void* context, fault_kind_t kind, const char* process);
     void* process_context;
 } fault_world_t;
 
-/// Read the fault lines of a scenario, whose buses and devices are those of the world; without a scenario
-/// there are none. faults_free frees them, also after an error. Returns STATUS_OK, or a status of
-/// scenario_read with `error` filled; STATUS_EXHAUSTED: no memory.
+/// Read the fault lines of a scenario (null: no scenario, no faults). They name buses and devices of `world`.
+/// faults_free frees them, also after an error. Returns STATUS_OK, or a status of scenario_read with `error`
+/// filled; STATUS_EXHAUSTED: no memory.
 MUST_USE status_t faults_load(faults_t* faults, const fault_world_t* world, const char* scenario_path,
                               char error[SCENARIO_ERROR_MAX]);
 /// Add one line of the actor `fault`; its time must not be before that of the last fault applied. A refused
@@ -116,9 +116,9 @@ MUST_USE status_t faults_add(faults_t* faults, const fault_world_t* world, const
 void faults_free(faults_t* faults);
 /// Time of the next fault not yet applied; UINT64_MAX if there is none.
 uint64_t faults_next_ns(const faults_t* faults);
-/// Apply the next fault; the buses have run to its time. Returns it.
+/// Apply the next fault, and return it. The buses must have run up to its time.
 const fault_t* faults_apply_next(faults_t* faults, const fault_world_t* world);
-/// The verb of the scenario for a kind.
+/// The verb in scenarios for a kind of fault.
 const char* fault_word(fault_kind_t kind);
 /// True if the fault begins an effect, false if it ends one.
 bool fault_is_onset(const fault_t* fault);

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#define REOPEN_NS 100000000U ///< Simulated time between attempts.
+#define REOPEN_NS 100000000U ///< Simulated time between attempts to open the interface.
 #define ADDRESS_OCTETS 64U
 
 struct gateway {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Publishes a bus of the simulator on a SocketCAN interface for tools (candump, cansniffer, canplayer,
 /// Wireshark): every frame in the order of arbitration, and the error reports of the controller of the flight
-/// software. Frames that tools send go onto the bus from a separate controller, which is created when the
-/// first such frame arrives. An error frame that a tool sends goes to the flight software as a report of the
-/// flight software's controller.
+/// software. A separate controller, created when the first tool sends a frame, sends the frames of tools on
+/// the bus. The flight software gets an error frame that a tool sends as a report of its own controller.
 ///
 /// If the interface goes down or disappears, frames are counted as unpublished until it can be opened again.
 ///

@@ -16,11 +16,11 @@
 
 typedef struct instrument_set instrument_set_t;
 
-/// Without instruments in the world, or without a run (config->flows), there are none and no log. STATUS_OK;
-/// else *out_instruments is null and `error` is filled.
+/// Open the instruments and their log. If the world has no instruments, or there is no run (config->flows),
+/// the set is empty and has no log. STATUS_OK; else *out_instruments is null and `error` is filled.
 MUST_USE status_t instrument_set_open(const world_t* world, const simulator_config_t* config,
                                       instrument_set_t** out_instruments, char error[SIMULATOR_ERROR_MAX]);
-/// Null is allowed. STATUS_OK, STATUS_IO: the log is not complete.
+/// Close and free all; null is allowed. STATUS_OK, STATUS_IO: the log is not complete.
 status_t instrument_set_close(instrument_set_t* instruments);
 size_t instrument_set_count(const instrument_set_t* instruments);
 instrument_t* instrument_set_at(const instrument_set_t* instruments, size_t index);

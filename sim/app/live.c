@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ACCEPT_EVERY 20U ///< Calls of live_take: accepting costs a system call.
+#define ACCEPT_EVERY 20U ///< Calls of live_take between two checks for clients, which cost a system call.
 #define PATH_OCTETS 4096U
 #define ANSWER_OCTETS (SCENARIO_ERROR_MAX + 32U)
 #define NAME_OCTETS 24U
@@ -24,14 +24,14 @@
 
 typedef struct {
     osal_socket_t socket;
-    char name[NAME_OCTETS]; // Written into live.scn after its lines.
+    char name[NAME_OCTETS]; // The comment after each line of this client in live.scn.
     char text[SCENARIO_LINE_MAX];
     size_t size;
     unsigned line;
-    bool has_frames[CHANNELS_MAX]; // By the index of the bus in the world of the faults.
-    uint64_t truth_ns;             // Interval; 0: no truth.
+    bool has_frames[CHANNELS_MAX]; // True for the buses (indices of bus_index) whose frames it gets.
+    uint64_t truth_ns;             // Interval of the true state; 0: the client does not get it.
     uint64_t next_truth_ns;
-    uint32_t dropped; // Frames and rows dropped since the last report of that to the client.
+    uint32_t dropped; // Frames and rows dropped, and not yet reported to the client.
     size_t waiting_size;
     char waiting[WAITING_OCTETS];
 } client_t;
@@ -47,9 +47,9 @@ struct live {
     bool is_paused;
     uint64_t step_until_ns; // While paused.
     double speed;
-    char aims[NAME_OCTETS]; // The client that has sent it.
-    bool is_aimed;  // The last line of the hand from a client was `aim`, and the hand still has the stick.
-    bool is_silent; // No line followed: this port has made the hand hold.
+    char aims[NAME_OCTETS]; // Name of the client that has sent the last `aim`.
+    bool is_aimed;  // The last line of the hand from a client was `aim`, and the hand still holds the stick.
+    bool is_silent; // No line has followed the `aim`, and this port has made the hand hold.
     uint64_t aimed_ns;
 };
 
@@ -150,7 +150,7 @@ static status_t take_name(client_t* const client, const scenario_line_t* const l
     return STATUS_OK;
 }
 
-/// Send as much as the client takes now.
+/// Send as many waiting octets as the client takes now.
 static void flush(client_t* const client)
 {
     size_t sent = 0U;
@@ -166,7 +166,7 @@ static void flush(client_t* const client)
     }
 }
 
-/// False: there is no room.
+/// Queue octets for a client. False: there is no room.
 static bool put(client_t* const client, const char* const text, const size_t octets)
 {
     if (octets > (sizeof client->waiting - client->waiting_size)) {
@@ -177,8 +177,9 @@ static bool put(client_t* const client, const char* const text, const size_t oct
     return true;
 }
 
-/// Queue a frame or a row. After a line was dropped, the following ones are dropped as well until half of the
-/// room is free, so that a slow client gets long pieces without a gap; then their number is reported first.
+/// Queue a line with a frame or a row. When a line had to be dropped, the next lines are dropped, too, until
+/// half of the room is free, so that a slow client gets long pieces without a gap. Then the number of dropped
+/// lines is reported first.
 static void put_report(client_t* const client, const char* const text, const size_t octets)
 {
     char note[32];
@@ -195,11 +196,11 @@ static void put_report(client_t* const client, const char* const text, const siz
 static void answer(client_t* const client, const char* const text)
 {
     if (!put(client, text, strlen(text))) {
-        osal_socket_close(&client->socket); // The client does not read its answers.
+        osal_socket_close(&client->socket); // Disconnect a client that does not read its answers.
     }
 }
 
-/// Index of a bus, or of channel B of one; CHANNELS_MAX: there is none of that name.
+/// Index of the bus, or the channel B of a bus, with this name; CHANNELS_MAX if there is none.
 static size_t bus_index(const live_t* const live, const char* const name)
 {
     size_t index = 0U;
@@ -327,7 +328,7 @@ static void accept_client(live_t* const live)
     }
     size_t sent           = 0U;
     const status_t status = osal_stream_send(&socket, (const uint8_t*)refusal, sizeof refusal - 1U, &sent);
-    (void)status; // It is disconnected in any case.
+    (void)status; // The client is disconnected even if it has not got the refusal.
     osal_socket_close(&socket);
 }
 
@@ -342,7 +343,7 @@ static void take_lines(live_t* const live, client_t* const client)
         memmove(client->text, &client->text[octets], client->size);
         end = memchr(client->text, '\n', client->size);
     }
-    if (client->size == sizeof client->text) { // No line ends within it.
+    if (client->size == sizeof client->text) { // The text is full, and has no line end.
         osal_socket_close(&client->socket);
     }
 }
@@ -358,15 +359,16 @@ static void serve(live_t* const live, client_t* const client)
     } else if (status != STATUS_EMPTY) {
         osal_socket_close(&client->socket);
     } else {
-        // Nothing was received.
+        // No octets were received.
     }
 }
 
-/// If a client that was aiming sends no more lines, no person controls the stick: it must not stay under
-/// force.
+/// If the client that has sent `aim` sends no more lines, no person controls the stick: the hand must not
+/// keep its force on it.
 static void watch_hand(live_t* const live)
 {
-    // A line of the scenario may have taken the stick meanwhile; the hand has stepped since the last line.
+    // A line of the scenario may have given the hand another verb meanwhile. This is visible because the hand
+    // has stepped since the last line.
     if (live->is_aimed && (live->now_ns > live->aimed_ns)) {
         const char* const verb = hand_intent(live->config.hand)->verb;
         live->is_aimed = (strcmp(verb, "aim") == 0) || (live->is_silent && (strcmp(verb, "hold") == 0));
@@ -458,7 +460,7 @@ void live_frame(live_t* const live, const char* const name, const osal_can_frame
             continue;
         }
         if (index ==
-            CHANNELS_MAX) { // Each frame of each bus comes here: names are compared for clients only.
+            CHANNELS_MAX) { // Compare names only if there are clients, because every frame comes here.
             index = bus_index(live, name);
         }
         if ((index < CHANNELS_MAX) && client->has_frames[index]) {

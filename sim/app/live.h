@@ -3,9 +3,9 @@
 /// simulated time while the flight runs; they receive frames of the buses and the true state of the plant.
 /// docs/live.md describes the lines and their answers.
 ///
-/// A line acts at the start of the next step, as a line of the scenario with that time would; it is appended
-/// to live.scn in the run folder, so that the flight can be repeated. A refused line changes nothing. If no
-/// line follows an `aim`, the port lets the hand hold after LIVE_HOLD_NS and let go after LIVE_LET_GO_NS of
+/// A line acts at the start of the next step, like a line of the scenario with that time; it is appended to
+/// live.scn in the run folder, so that the flight can be repeated. A refused line changes nothing. If no line
+/// follows an `aim`, the port makes the hand hold after LIVE_HOLD_NS and let go after LIVE_LET_GO_NS of
 /// simulated time, and records both as lines.
 ///
 /// Ownership  live_open allocates, live_close frees. Hand, faults and world must outlive it.
@@ -31,7 +31,7 @@
 
 typedef struct {
     const char* folder; ///< Run folder: live.port and live.scn are written there.
-    hand_t* hand;       ///< Null: the world has no hand; its lines are refused.
+    hand_t* hand;       ///< Null: the world has no hand, and lines of the hand are refused.
     faults_t* faults;
     const fault_world_t* world;
     const world_t* place;
@@ -41,22 +41,22 @@ typedef struct {
 
 typedef struct live live_t;
 
-/// STATUS_OK; STATUS_IO (no port, or the folder cannot be written), STATUS_EXHAUSTED (memory): *out_live is
-/// null.
+/// Open the port. STATUS_OK; else *out_live is null: STATUS_IO (no port, or the folder cannot be written),
+/// STATUS_EXHAUSTED (memory).
 MUST_USE status_t live_open(const live_config_t* config, live_t** out_live);
-/// Take the lines that have arrived; they act at `now_ns`, the start of the next step. Not earlier than that
-/// of the last call.
+/// Take the lines that have arrived; they act at `now_ns`, the start of the next step, which must not be
+/// earlier than in the last call.
 void live_take(live_t* live, uint64_t now_ns);
-/// Pass a frame of bus `name` to the clients that asked for it. The port is no node of the bus: it does not
-/// acknowledge frames.
+/// Send a frame of bus `name` to the clients that have asked for frames of this bus. The port is not a node
+/// of the bus: it does not acknowledge frames.
 void live_frame(live_t* live, const char* name, const osal_can_frame_t* frame);
-/// End of a step: send what waits, and the true state to the clients for which it is due.
+/// At the end of a step: send the octets that wait, and the true state to the clients for which it is due.
 void live_report(live_t* live);
 /// True while simulated time is to stand still at `now_ns`.
 bool live_is_held(const live_t* live, uint64_t now_ns);
-/// Simulated time per wall-clock time, 1 at first; 0: as fast as possible.
+/// Simulated time per wall-clock time, initially 1; 0: as fast as possible.
 double live_speed(const live_t* live);
-/// STATUS_OK, STATUS_IO (live.scn is not complete). Null is allowed.
+/// Close the port; null is allowed. STATUS_OK, STATUS_IO (live.scn is not complete).
 status_t live_close(live_t* live);
 
 #endif // SIM_APP_LIVE_H

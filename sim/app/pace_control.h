@@ -16,10 +16,10 @@ typedef struct {            // Private.
     uint64_t since_ns;      // Simulated time at which the present speed began.
     uint64_t wall_since_ns; // Monotonic time of since_ns.
     double speed;
-    bool is_released; // The launcher has ended a hold: the mission shuts down, and nothing holds it again.
+    bool is_released; // The launcher has ended a hold, because the mission shuts down: no further holds.
 } pace_control_t;
 
-/// Speed 1; simulated time 0 is `origin_ns` of osal_clock_monotonic_ns.
+/// Begin with speed 1. Simulated time 0 is `origin_ns` of osal_clock_monotonic_ns.
 void pace_control_open(pace_control_t* pace, uint64_t origin_ns);
 /// Hold simulated time while the live port pauses it, then wait until the wall clock has reached `now_ns`. A
 /// run that is later than 20 ms does not catch up: its pace starts again at the present time.

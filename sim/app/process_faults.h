@@ -15,7 +15,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/// Each process may have two names.
+/// Most names in the table: each process may have two.
 #define PROCESS_FAULTS_NAMES_MAX ((size_t)2U * OSAL_LOCKSTEP_PARTICIPANTS_MAX)
 
 typedef struct { // Private, except `scheduler`: null if there is none.
@@ -29,8 +29,8 @@ typedef struct { // Private, except `scheduler`: null if there is none.
 
 /// Add a name of the process of a participant; `name` must outlive the table. False if the table is full.
 bool process_faults_name(process_faults_t* faults, const char* name, unsigned participant);
-/// Apply a fault to a process; used as fault_world_t.process. `context` is a process_faults_t. If no such
-/// process is running, a message on the console says so.
+/// Apply a fault to a process; used as fault_world_t.process. `context` is a process_faults_t. A line on the
+/// console names a process that is not running.
 void process_faults_act(void* context, fault_kind_t kind, const char* process);
 
 #endif // SIM_APP_PROCESS_FAULTS_H

@@ -3,7 +3,7 @@
 
 #include <stdio.h>
 
-#define REOPEN_NS 10000000U ///< Simulated time between attempts.
+#define REOPEN_NS 10000000U ///< Simulated time between attempts to open the controller.
 // Time after which the driver of the flight software's controller reports that a frame cannot be sent.
 #define TRANSMIT_TIMEOUT_NS 100000000U
 
@@ -160,7 +160,7 @@ static void take_from_flight(segment_t* const segment, const uint64_t now_ns)
         if (status != STATUS_OK) {
             break;
         }
-        // Error frames of this end's controller are not frames of flight software.
+        // Error frames are reports of the controller of this end, not frames of the flight software.
         const bool is_report = ((frame.id & OSAL_CAN_ERROR) != 0U);
         if (is_report || (bus_submit(segment->bus, segment->flight_node, &frame, now_ns) != STATUS_OK)) {
             segment->refused++;

@@ -29,7 +29,7 @@ typedef struct { // Private, except name, bus, flight_node and the listener.
     uint64_t refused; ///< Frames of the flight software that the bus did not accept.
     frame_log_t* log;
     gateway_t* gateway;
-    /// Called for every frame on the wire, without a node on the bus; null: none.
+    /// Called for every frame on the wire, without being a node of the bus; may be null.
     void (*listen)(void* context, const osal_can_frame_t* frame);
     void* listener;
     live_t* live; // Null: there is no live port.
@@ -46,8 +46,8 @@ typedef struct {
     uint64_t seed;
 } segment_config_t;
 
-/// Returns STATUS_OK; else `error` is filled: STATUS_NOT_FOUND (no such controller), STATUS_EXHAUSTED,
-/// STATUS_INVALID, STATUS_IO. segment_close is due in any case.
+/// Open a segment; segment_close must be called in any case. STATUS_OK; else `error` is filled:
+/// STATUS_NOT_FOUND (no such controller), STATUS_EXHAUSTED, STATUS_INVALID, STATUS_IO.
 MUST_USE status_t segment_open(segment_t* segment, const segment_config_t* config,
                                char error[SIMULATOR_ERROR_MAX]);
 /// Returns STATUS_OK, or STATUS_IO: the log is not complete.

@@ -54,7 +54,7 @@ static void into_axes(const double axes[4], const double in_world[3], double out
 
 static void of_matrix(const matrix_t* const m, double out[4])
 {
-    // The branch of the largest component; a rotation has one of at least 1/2.
+    // Divide by the largest component: every unit quaternion has one of at least 1/2.
     const double trace      = m->at[0][0] + m->at[1][1] + m->at[2][2];
     const double square[4]  = {1.0 + trace, 1.0 + 2.0 * m->at[0][0] - trace, 1.0 + 2.0 * m->at[1][1] - trace,
                                1.0 + 2.0 * m->at[2][2] - trace};
@@ -73,7 +73,7 @@ static void of_matrix(const matrix_t* const m, double out[4])
     }
 }
 
-/// Turn by small angles about the own axes, and make w positive.
+/// Turn an attitude by small angles about its own axes, and make w positive.
 static void disturb(const sensor_t* const sensor, const double deviation[3], const unsigned channel,
                     const uint64_t number, double quaternion[4])
 {
@@ -123,7 +123,7 @@ static bool measure_pose(const sensor_t* const sensor, const plant_base_t* const
     of_matrix(&mount.rotation, camera);
     multiply(frame->rotation, camera, camera);
     conjugate(frame->rotation, back);
-    into_axes(back, place->at, at); // From the link into the world.
+    into_axes(back, place->at, at); // From the axes of the link to those of the world.
     for (unsigned i = 0U; i < 3U; i++) {
         to_seen[i] = seen.position_m[i] - frame->position_m[i] - at[i];
     }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the sensors of a world measure: the truth with noise, bias and losses drawn by the seed.
+/// The measurements of the sensors of a world: the true values with noise, bias and losses drawn from the
+/// seed.
 ///
 /// A gyro has three values, the rate in the axes of its link [rad/s]. A star tracker has four, the quaternion
 /// w, x, y, z from the axes of its link to those of the world, w >= 0. A pose camera has six, the position of
@@ -15,13 +16,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define SENSOR_VALUES_MAX 8U ///< Values of a sensor, at most.
+#define SENSOR_VALUES_MAX 8U ///< Most values of a sensor.
 
 typedef struct {
     const plant_t* plant;
     const world_sensor_t* place;
     uint64_t seed;
-    uint32_t device; ///< Unique in the run: keys the noise.
+    uint32_t device; ///< Number of the device, unique in the run, for its noise.
 } sensor_t;
 
 /// Number of values of a kind of sensor.

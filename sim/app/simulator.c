@@ -19,11 +19,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define BUS_SEEDS 2U      ///< The seeds of the buses of a run begin at its seed times this.
-#define BIT_RATE 1000000U ///< Of a bus without stated rates.
+#define BUS_SEEDS 2U      ///< The first bus has the seed of the run times 2, the next buses those after it.
+#define BIT_RATE 1000000U ///< Bit rate of a bus without configured rates.
 #define DATA_BIT_RATE 5000000U
 #define DEFAULT_QUANTUM_NS 5000000U
-#define TOOL_PATIENCE_MS 20000U ///< For a tool in lock-step; shorter than the launcher's for simulated time.
+#define TOOL_PATIENCE_MS 20000U ///< Longest wait for a tool in lock-step; the launcher must wait longer.
 #define PATH_OCTETS 4096U
 
 struct simulator {
@@ -41,7 +41,7 @@ struct simulator {
     truth_t* truth_log;
     device_log_t device_log;
     bool is_truth_broken;
-    bool is_latched[WORLD_LATCHES_MAX]; // As the truth log has it.
+    bool is_latched[WORLD_LATCHES_MAX]; // State of each latch that was written to the truth log last.
     faults_t faults;
     fault_world_t world;
     live_t* live; // Null: there is no live port.
@@ -187,7 +187,7 @@ simulator_pace_t simulator_pace(simulator_t* const simulator)
     if (simulator->live == NULL) {
         return (simulator_pace_t){.speed = 1.0};
     }
-    if (live_is_held(simulator->live, simulator->time_ns)) { // Else the next step takes them.
+    if (live_is_held(simulator->live, simulator->time_ns)) { // Otherwise the next step takes the lines.
         live_take(simulator->live, simulator->time_ns);
     }
     return (simulator_pace_t){.is_held = live_is_held(simulator->live, simulator->time_ns),
@@ -341,7 +341,7 @@ static status_t open_devices(simulator_t* const simulator, const simulator_confi
     return status;
 }
 
-/// Enter buses and devices with the names that scenarios use.
+/// Fill the table of buses and devices with the names that scenarios use.
 static void name_targets(simulator_t* const simulator)
 {
     fault_world_t* world = &simulator->world;

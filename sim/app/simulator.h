@@ -8,7 +8,7 @@
 ///
 /// Ownership  simulator_open allocates everything, simulator_close frees it and completes the logs.
 /// Context    One task.
-/// Errors     A message for people is in the buffer given to simulator_open: one line, with the next step.
+/// Errors     simulator_open writes a message for users into a buffer: one line, with the next step.
 #ifndef SIM_APP_SIMULATOR_H
 #define SIM_APP_SIMULATOR_H
 
@@ -28,7 +28,7 @@ typedef struct {
     const char* address;      ///< Flight software's controller (osal/can.h); null or "": none.
     const char* published;    ///< Interface on which tools see the bus ("can:vcan-robot"); null or "": none.
     unsigned bit_rate;        ///< Nominal [bit/s], divides 10^9; 0: CAN FD with 1 and 5 Mbit/s.
-    unsigned data_bit_rate;   ///< Of the data of FD frames, divides 10^9; 0: classic bus.
+    unsigned data_bit_rate;   ///< Bit rate of the data of FD frames, divides 10^9; 0: classic bus.
     const char* redundant_to; ///< This is channel B of the bus of that name; null: a separate bus.
 } simulator_bus_t;
 
@@ -48,10 +48,10 @@ typedef struct {
     bool classic_bus;         ///< All buses 1 Mbit/s classic.
     bool serve_tools;         ///< Open the socketcand port.
     bool is_live;             ///< Open the live port (sim/app/live.h); needs output_path.
-    bool is_paced;            ///< The caller holds simulated time as simulator_pace says.
+    bool is_paced;            ///< The caller keeps the pace of simulator_pace.
     bool tools_in_step;       ///< Time waits until the tool sends; for deterministic tests.
     uint16_t tool_port;       ///< 0: any free port, see simulator_tool_port.
-    uint64_t tool_quantum_ns; ///< In step: time by which each frame of the tool advances the run; 0: 5 ms.
+    uint64_t tool_quantum_ns; ///< Tools in step: time by which each frame advances the run; 0: 5 ms.
 } simulator_config_t;
 
 typedef struct {
@@ -74,11 +74,11 @@ MUST_USE status_t simulator_open(const simulator_config_t* config, simulator_t**
 /// that diverges (simulator_failure) is not simulated further.
 uint64_t simulator_step(simulator_t* simulator, uint64_t now_ns);
 
-/// Why the run has to end: the world diverges (plant_failure). Null: it does not.
+/// The reason for which the run has to end: the world diverges (plant_failure). Null if it does not.
 const char* simulator_failure(const simulator_t* simulator);
 
 /// With tools_in_step: wait (wall-clock, at most timeout_ms) until the tool has sent frames for the next
-/// step. Returns true if the next step may be taken; always without tools_in_step.
+/// step. Returns true if the next step may be taken; without tools_in_step it always may.
 bool simulator_may_step(simulator_t* simulator, uint32_t timeout_ms);
 
 typedef struct {
@@ -86,7 +86,8 @@ typedef struct {
     double speed; ///< Simulated time per wall-clock time; 0: as fast as possible.
 } simulator_pace_t;
 
-/// The pace that lines of the live port ask for: 1 without it. While it is held, they are taken here.
+/// The pace that lines of the live port have set; 1 without a live port. While simulated time is held, this
+/// function takes the lines.
 simulator_pace_t simulator_pace(simulator_t* simulator);
 
 /// Flush and close the logs, free everything. Null is allowed. Returns STATUS_OK, or STATUS_IO: a log is

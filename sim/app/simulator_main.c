@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The simulator as a process: a participant of the run's scheduler, a real-time program, or on its own for
-/// external tools. See `simulator --help`.
+/// The simulator as a process: a participant of the scheduler of a run, a real-time program, or a program
+/// without flight software for external tools. See `simulator --help`.
 #include "osal/include/osal/lockstep_scheduler.h"
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/console.h"
@@ -30,9 +30,9 @@
 #define NO_LIMIT UINT64_MAX
 
 typedef enum {
-    PACE_SCHEDULER, ///< By grants of the run's scheduler.
-    PACE_REAL,      ///< Wall clock.
-    PACE_NONE       ///< As fast as possible.
+    PACE_SCHEDULER, ///< The scheduler of the run grants each step.
+    PACE_REAL,      ///< Simulated time follows the wall clock.
+    PACE_NONE       ///< Simulated time runs as fast as possible.
 } pace_t;
 
 typedef struct {
@@ -63,7 +63,7 @@ typedef struct {
     bool is_running;
 } port_server_t;
 
-static simulator_t* dying_simulator; // For the signal handler only.
+static simulator_t* dying_simulator; // Only the signal handler uses it.
 
 enum {
     OPTION_SCHEDULER = 256,
@@ -127,7 +127,7 @@ static const struct option long_options[] = {
 
 // ---- Command line ----
 
-/// Find the bus of that name, or add it; null if there are too many.
+/// Find the bus of that name, or add it; null if there are too many buses.
 static simulator_bus_t* bus_of(options_t* const options, const char* const name)
 {
     simulator_config_t* config = &options->simulator;
@@ -360,7 +360,7 @@ static bool check_options(options_t* const options)
     return true;
 }
 
-/// Returns 0 to continue, else the exit code + 1.
+/// Parse the command line. Returns 0 to continue, else the exit code + 1.
 static int parse(options_t* const options, const int count, char* arguments[])
 {
     opterr = 0;
@@ -436,7 +436,7 @@ static void close_cosimulation(port_server_t* const server, osal_lockstep_t* con
 {
     if (server->is_running) {
         if (!osal_lockstep_is_closed(scheduler)) {
-            osal_lockstep_close(scheduler); // Without the simulator there is no run.
+            osal_lockstep_close(scheduler); // A run cannot continue without the simulator.
         }
         osal_task_join(&server->task);
         cosimulation_port_close(&server->cosimulation);

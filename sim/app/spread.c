@@ -3,7 +3,7 @@
 
 #include "sim/plant/sensor.h"
 
-// Streams of what draws numbers beside the devices; an index follows.
+// First numbers of the random streams of bodies and starts; devices have lower numbers. An index is added.
 #define BODIES 0x53000000U
 #define STARTS 0x54000000U
 #define DRIVES 0x44000000U
@@ -12,19 +12,19 @@
 #define CAMERAS 0x43000000U
 #define BODY_SHIFT 8U
 
-/// A source of numbers; what is not spread keeps all its bits.
+/// A source of random numbers. A parameter without a spread keeps its exact value.
 typedef struct {
     uint64_t seed;
     uint32_t key;
 } stream_t;
 
-/// Number `index`, from +- `most`.
+/// Random number `index` of a stream, within +- `most`.
 static double draw(const stream_t* const stream, const double most, const uint64_t index)
 {
     return (most == 0.0) ? 0.0 : most * sensor_uniform(stream->seed, stream->key, index);
 }
 
-/// Add numbers from +- `most` to a vector.
+/// Add a random number within +- `most` to each component of a vector.
 static void vary(const stream_t* const stream, const double most, const uint64_t first, double vector[3])
 {
     for (unsigned i = 0U; (most != 0.0) && (i < 3U); i++) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The true parameters of a world, which differ from its files as the world allows. Flight knows the files.
+/// The true parameters of a world, which differ at random from those in its files. The flight software knows
+/// only the files.
 #ifndef SIM_APP_SPREAD_H
 #define SIM_APP_SPREAD_H
 
@@ -7,8 +8,8 @@
 
 #include <stdint.h>
 
-/// Draw by the seed what the world lets differ: masses, inertias, centres of mass and the start of robots
-/// with a Spread, friction and stiffness of drives, the gain of wheels, the mounting of cameras.
+/// Draw the differences from the seed: masses, inertias, centres of mass and start of robots with a Spread,
+/// friction and stiffness of drives, gain of wheels, mounting of cameras.
 void spread_apply(world_t* world, uint64_t seed);
 
 #endif // SIM_APP_SPREAD_H

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The power unit of a world: it receives on both channels of its bus without a node on the bus.
+/// The power unit of a world. It receives on both channels of its bus, but is not a node of the bus.
 #ifndef SIM_APP_SUPPLY_H
 #define SIM_APP_SUPPLY_H
 

@@ -19,7 +19,7 @@
 static void copy_frame(osal_can_frame_t* const to, const osal_can_frame_t* const from)
 {
     const size_t head = offsetof(osal_can_frame_t, data);
-    if (from->length <= 8U) { // The usual frame: a copy of constant size.
+    if (from->length <= 8U) { // Nearly all frames: a copy of constant size is faster.
         memcpy(to, from, head + 8U);
     } else {
         memcpy(to, from, head + from->length);
@@ -363,7 +363,7 @@ static void start_frame(bus_t* const bus, const uint64_t start_ns)
     }
 }
 
-/// Let the wire become free `bits` after now; error-passive senders wait longer.
+/// Make the wire free `bits` after now; error-passive senders must wait longer.
 static void end_frame(bus_t* const bus, const uint64_t bits)
 {
     bus->is_sending = false;
@@ -394,7 +394,7 @@ static void deliver(bus_t* const bus, const unsigned index)
     if (node->controller.receive_errors != 0U) {
         bus_account(bus, index, CONTROLLER_RECEIVED);
     }
-    if (node->overflows != 0U) { // Acknowledged on the wire, but there was no room.
+    if (node->overflows != 0U) { // The frame is acknowledged on the wire, but the receiver has no room.
         node->overflows--;
         report_event(bus, index, OSAL_CAN_ERROR_CONTROLLER, 0U, REPORT_RECEIVE_OVERFLOW);
         return;
@@ -462,7 +462,7 @@ static void watch_queue(bus_t* const bus, const unsigned index, const uint64_t n
     const uint64_t limit_ns = node->queue[node->head].ready_ns + node->timeout_ns;
     if (limit_ns > now_ns) {
         node->watch_ns = limit_ns;
-    } else { // The next submitted frame is watched again.
+    } else { // No frame waits. The next submitted frame sets the time of the check.
         report_event(bus, index, OSAL_CAN_ERROR_TX_TIMEOUT, 0U, 0U);
     }
 }

@@ -2,14 +2,14 @@
 /// A CAN bus in simulated time: controllers with transmit queues, arbitration by identifier, exact frame
 /// times, acknowledge, error confinement, and seeded faults.
 ///
-/// Frames of a node leave in the order of submission. When the bus is idle and heads of queues are ready, the
-/// lowest arbitration field wins. Equal identifiers with equal content become one frame on the wire; with
-/// different content they destroy each other. A frame arrives at the end of its end-of-frame field, at all
-/// nodes but the sender; the next may start three bits later. A frame may end after the call.
+/// A node sends its frames in the order of submission. When the bus is idle, the first ready frames of all
+/// queues compete, and the lowest arbitration field wins. Frames with equal identifiers become one frame on
+/// the wire if their contents are equal; otherwise they destroy each other. A frame is received at the end of
+/// its end-of-frame field, by all nodes except the sender; the next frame may start three bits later.
 ///
-/// Callbacks run inside bus_run_until in order of simulated time (node order at one instant). They may submit
-/// frames and set wake times, not in the past, and must not run or destroy the bus. on_wake may also plug and
-/// unplug its own node.
+/// Callbacks run inside bus_run_until in the order of simulated time, and in the order of nodes at one
+/// instant. They may submit frames and set wake times, but not in the past, and must not run or destroy the
+/// bus. on_wake may also plug and unplug its own node.
 ///
 /// Ownership  bus_create allocates everything; bus_destroy frees it.
 /// Context    One task. Results depend on calls and seed only.
@@ -39,7 +39,7 @@ typedef struct {
 /// Notifications of a node. Each may be null.
 typedef struct {
     void (*on_frame)(void* context, const osal_can_frame_t* frame); ///< time_ns: end of frame.
-    void (*on_error)(void* context, const osal_can_frame_t* frame); ///< Report of its own controller.
+    void (*on_error)(void* context, const osal_can_frame_t* frame); ///< Report of the node's own controller.
     void (*on_wake)(void* context, uint64_t now_ns); ///< The time set by bus_set_wake is reached.
     void* context;
 } bus_callbacks_t;
@@ -69,7 +69,7 @@ void bus_remove_node(bus_t* bus, unsigned node);
 /// Queue a frame, ready at `time_ns` (the present if earlier). On a classic bus FD flags are refused.
 /// Returns STATUS_OK, STATUS_FULL, STATUS_CLOSED (unplugged or bus-off), STATUS_INVALID (length, flags).
 status_t bus_submit(bus_t* bus, unsigned node, const osal_can_frame_t* frame, uint64_t time_ns);
-/// Frames waiting in the node's queue, the one on the wire included.
+/// Number of frames in the queue of a node, including the frame on the wire.
 unsigned bus_queued(const bus_t* bus, unsigned node);
 /// Call the node's on_wake at `time_ns`; BUS_NEVER cancels. One time per node.
 void bus_set_wake(bus_t* bus, unsigned node, uint64_t time_ns);
@@ -85,13 +85,13 @@ bool bus_is_fd(const bus_t* bus);
 /// Disconnect a node: its frame on the wire is destroyed, its queue is lost, and it neither sends nor
 /// receives. Its on_wake is still called.
 void bus_unplug(bus_t* bus, unsigned node);
-/// Connect it again with counters at zero.
+/// Connect a node again; its error counters start at zero.
 void bus_plug(bus_t* bus, unsigned node);
 bool bus_is_plugged(const bus_t* bus, unsigned node);
 const controller_t* bus_controller(const bus_t* bus, unsigned node);
 
-/// Faults. Each lasts until it is set back to zero or false. Probabilities per frame 0..1.
-void bus_set_loss(bus_t* bus, double probability);       ///< For each receiver separately.
+/// Faults. Each lasts until it is set to zero or false. Probabilities are per frame, 0..1.
+void bus_set_loss(bus_t* bus, double probability);       ///< Drawn for each receiver separately.
 void bus_set_corruption(bus_t* bus, double probability); ///< Error frame, then repetition.
 void bus_set_duplication(bus_t* bus,
                          double probability); ///< Error in the last bit: repeated though received.
@@ -111,7 +111,7 @@ void bus_set_arbitration_reports(bus_t* bus, unsigned node, bool on);
 /// Report a frame that waits longer than this in the transmit queue; 0 (default): none.
 void bus_set_transmit_timeout(bus_t* bus, unsigned node, uint64_t timeout_ns);
 
-/// Frames on the wire, and the error reports of node `reporter`. Null: none.
+/// Set the function that gets the frames on the wire and the error reports of node `reporter`; null: none.
 void bus_set_tap(bus_t* bus, bus_tap_t tap, void* context, unsigned reporter);
 const bus_statistics_t* bus_statistics(const bus_t* bus);
 

@@ -58,8 +58,8 @@ void bus_set_delay(bus_t* const bus, const unsigned node, const uint64_t delay_n
 
 void bus_set_babbling(bus_t* const bus, const unsigned node, const bool on)
 {
-    // The frame on the wire belongs to the queue from which it was taken: destroy it, rather than confuse
-    // queues.
+    // At the end of a frame `is_babbling` decides whether the frame came from the queue: destroy the present
+    // frame before the value changes.
     if (bus->is_sending && ((bus->senders & (1U << node)) != 0U)) {
         bus_break_frame(bus, CONTROLLER_TRANSMIT_ERROR);
     }

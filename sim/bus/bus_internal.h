@@ -9,7 +9,7 @@
 typedef struct {
     osal_can_frame_t frame;
     uint64_t ready_ns;
-    uint32_t key; // Arbitration field as the wire sees it; lower wins.
+    uint32_t key; // Arbitration field as a number; the lower one wins.
 } queued_t;
 
 typedef struct {
@@ -22,11 +22,11 @@ typedef struct {
     controller_t controller;
     bus_callbacks_t callbacks;
     uint64_t wake_ns;
-    uint64_t recover_ns; // End of bus-off.
-    uint64_t suspend_ns; // Earliest start of its next frame.
+    uint64_t recover_ns; // Time at which bus-off ends.
+    uint64_t suspend_ns; // Earliest start of the next frame of this node.
     uint64_t delay_ns;
-    uint64_t timeout_ns; // A frame that waits longer is reported; 0: none is.
-    uint64_t watch_ns;   // When to check the oldest frame; BUS_NEVER: no frame waits.
+    uint64_t timeout_ns; // A frame that waits longer is reported; 0: no reports.
+    uint64_t watch_ns;   // Time of the next check of the oldest frame; BUS_NEVER: no frame waits.
     unsigned head;
     unsigned count;
     queued_t queue[BUS_QUEUE_FRAMES];
@@ -34,13 +34,13 @@ typedef struct {
 
 typedef enum {
     OUTCOME_DELIVERED,
-    OUTCOME_DESTROYED, // Bit error seen by all.
+    OUTCOME_DESTROYED, // All nodes detect a bit error.
     OUTCOME_UNHEARD    // No node acknowledges.
 } outcome_t;
 
 struct bus {
-    uint64_t nominal_ns; // One bit.
-    uint64_t data_ns;    // One bit of the fast part; 0 on a classic bus.
+    uint64_t nominal_ns; // Duration of one bit.
+    uint64_t data_ns;    // Duration of one bit of the data phase; 0 on a classic bus.
     uint64_t now_ns;
     uint64_t idle_ns; // Time from which the wire is free.
     uint64_t next_wake_ns;

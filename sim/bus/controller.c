@@ -111,12 +111,12 @@ bool controller_apply(controller_t* const controller, const controller_event_t e
 {
     const controller_state_t before = controller->state;
     if ((before == CONTROLLER_STATE_BUS_OFF) && (event != CONTROLLER_RECOVERED)) {
-        return false; // The controller takes no part in the traffic.
+        return false; // A controller that is bus-off neither sends nor receives.
     }
     if (((event == CONTROLLER_TRANSMITTED) && (controller->transmit_errors == 0U) &&
          !controller->ack_reported) ||
         ((event == CONTROLLER_RECEIVED) && (controller->receive_errors == 0U))) {
-        return false; // The usual case: no counter changes.
+        return false; // Most frequent case: no counter changes.
     }
     count(controller, event);
     controller->state = present_state(controller);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fault confinement of one CAN controller: its error counters, its state, and what it reports to software.
+/// Fault confinement of one CAN controller: its error counters, its state, and its reports to software.
 ///
 /// Counters change by the rules of ISO 11898-1: transmit error +8 (an error-passive transmitter that misses
 /// an acknowledge keeps its counter, so a node alone on the bus becomes passive and never bus-off), receive
@@ -46,11 +46,11 @@ typedef enum {
 
 void controller_reset(controller_t* controller);
 
-/// Account for one event. Returns true if it is reported to software: then *out_report is the error frame,
-/// complete except its time.
+/// Account for one event. Returns true if the event is reported to software; *out_report is then the error
+/// frame, complete except for its time.
 bool controller_apply(controller_t* controller, controller_event_t event, osal_can_frame_t* out_report);
 
-/// An error frame of these classes with the counters as they are, without details and time.
+/// An error frame of these classes with the present counters, without details and time.
 osal_can_frame_t controller_report(const controller_t* controller, uint32_t classes);
 
 #endif // SIM_BUS_CONTROLLER_H

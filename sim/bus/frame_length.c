@@ -36,7 +36,8 @@ static void take(stuffing_t* const stuffing, const uint32_t next)
     stuffing->stuffed += next >> 3;
 }
 
-/// Two nibbles at once: state | stuff bits << 3, for each state and octet. Filled by the first use.
+/// Table of steps by whole octets: state | stuff bits << 3, for each state and octet. The first call fills
+/// it.
 static const uint8_t* octet_steps(void)
 {
     static uint8_t steps[8U * 256U];
@@ -97,7 +98,7 @@ typedef struct {
     uint32_t count;
 } header_t;
 
-/// Header of a classic frame; start of frame left out (the stuffing starts with it).
+/// Header of a classic frame without the start of frame, with which the stuffing starts.
 static header_t classic_header(const osal_can_frame_t* const frame)
 {
     const uint64_t remote = ((frame->id & OSAL_CAN_REMOTE) != 0U) ? 1U : 0U;
@@ -160,7 +161,7 @@ static frame_length_t classic_length(const osal_can_frame_t* const frame)
     return (frame_length_t){.nominal_bits = unstuffed + stuffing.stuffed + 2U + CAN_TAIL_BITS};
 }
 
-/// Bits after start of frame up to and with the bit rate switch.
+/// Bits after the start of frame, up to the bit rate switch, which is included.
 static header_t fd_arbitration(const osal_can_frame_t* const frame)
 {
     const uint64_t switches = ((frame->flags & OSAL_CAN_FLAG_BRS) != 0U) ? 1U : 0U;
@@ -185,7 +186,8 @@ static frame_length_t fd_length(const osal_can_frame_t* const frame)
     stuff_bits(&stuffing, passive | fd_length_code(frame->length), 5U);
     stuff_octets(&stuffing, frame->data, octets);
 
-    // A stuff bit due after the very last bit is the fixed one that opens the CRC field anyhow.
+    // A dynamic stuff bit after the last bit is the first fixed stuff bit of the CRC field: do not count it
+    // twice.
     const uint32_t last_level =
         (octets != 0U) ? (frame->data[octets - 1U] & 1U) : (uint32_t)(fd_length_code(frame->length) & 1U);
     const bool is_pending = (stuffing.state >> 2) != last_level;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Exact length of a CAN frame on the wire: every stuff bit counted, classic and FD.
+/// Exact length of a classic or FD frame on the wire, with every stuff bit.
 ///
 /// Classic: dynamic stuffing from start of frame to the end of the 15-bit CRC. FD with bit rate switch:
 /// dynamic stuffing from start of frame to the end of the data field, then the fixed stuff bits of the CRC
@@ -15,7 +15,7 @@
 #include <stdint.h>
 
 #define CAN_INTERMISSION_BITS 3U ///< Between two frames, at the nominal rate.
-#define CAN_TAIL_BITS 8U         ///< Acknowledge delimiter and end of frame: what follows the ACK slot.
+#define CAN_TAIL_BITS 8U         ///< Bits after the ACK slot: acknowledge delimiter and end of frame.
 
 /// Bits of a frame from start of frame to the last bit of end of frame, without intermission.
 typedef struct {
@@ -23,13 +23,13 @@ typedef struct {
     uint32_t data_bits;    ///< At the data bit rate (FD with bit rate switch), else 0.
 } frame_length_t;
 
-/// Length of a frame; error frames have none (zero). The length field must be a length CAN can carry.
+/// Length of a frame; zero for an error frame. The length field must be one that is possible in CAN.
 frame_length_t frame_length(const osal_can_frame_t* frame);
 
 /// CRC-15 of classic CAN over the unstuffed bits from start of frame to the end of the data field.
 uint16_t frame_crc15(const osal_can_frame_t* frame);
 
-/// Octets that an FD frame carries when asked for `length` (next of 0..8, 12, 16, 20, 24, 32, 48, 64).
+/// Data octets of an FD frame for `length` octets of payload (next of 0..8, 12, 16, 20, 24, 32, 48, 64).
 uint8_t frame_fd_length(uint8_t length);
 
 #endif // SIM_BUS_FRAME_LENGTH_H

@@ -13,7 +13,7 @@ typedef struct { // Private.
 void bus_random_seed(bus_random_t* random, uint64_t seed);
 /// Uniform 64 bits.
 uint64_t bus_random_next(bus_random_t* random);
-/// True with the given probability. Draws nothing when it is 0 or less.
+/// True with the given probability. No number is drawn if the probability is 0 or less.
 bool bus_random_chance(bus_random_t* random, double probability);
 
 #endif // SIM_BUS_RANDOM_H

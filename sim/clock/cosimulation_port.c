@@ -11,7 +11,7 @@
 
 #define NS_PER_MS 1000000ULL
 #define SLICE_MS 50U   ///< Longest wait between two checks whether the run has ended.
-#define ACCEPT_MS 500U ///< One round of cosimulation_port_serve.
+#define ACCEPT_MS 500U ///< Longest wait for a client in one round of cosimulation_port_serve.
 
 // ---- Lines ----
 
@@ -72,7 +72,7 @@ static bool parse_done(const char* const line, uint64_t* const out_wake_ns, uint
     } else if (!take_number(&at, ' ', UINT64_MAX, out_wake_ns)) {
         return false;
     } else {
-        // The word is a time.
+        // The word must be a time.
     }
     if (!take_number(&at, ' ', UINT32_MAX, &octets) || !take_number(&at, '\0', UINT16_MAX, &port)) {
         return false;
@@ -92,7 +92,7 @@ static void disconnect_client(cosimulation_port_t* const cosimulation, uint32_t*
     cosimulation->stream_port = 0U;
 }
 
-/// Move one whole line out of the received octets, its end replaced by '\0'. False if there is none yet.
+/// Move one line out of the received octets, and replace its end by '\0'. False if no line is complete yet.
 static bool take_line(cosimulation_port_t* const cosimulation, char* const out_line)
 {
     const char* const end = memchr(cosimulation->line, '\n', cosimulation->line_size);
@@ -259,7 +259,7 @@ status_t cosimulation_port_exchange(cosimulation_port_t* const cosimulation, con
     if (!osal_socket_is_open(&cosimulation->client)) {
         return STATUS_CLOSED;
     }
-    // At most one line is unread. If the socket does not take all of this one, the client does not read.
+    // The socket has at most one unread line. If it does not take this whole line, the client does not read.
     if ((osal_stream_send(&cosimulation->client, (const uint8_t*)line, (size_t)length, &sent) != STATUS_OK) ||
         (sent != (size_t)length)) {
         disconnect_client(cosimulation, &cosimulation->count.vanished);

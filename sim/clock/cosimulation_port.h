@@ -9,10 +9,10 @@
 ///
 /// The client receives exactly the messages and octets of its grant before it runs, and sends only while its
 /// stream is served. A stream that is no longer served has ended, and the client closes its socket. A client
-/// that disconnects, sends another line, or is silent for longer than the patience (given to _open) loses its
-/// place in the scheduler; that is counted and never stops or fails the run.
+/// that disconnects, sends another line, or is silent for longer than `patience_ms` is removed from the
+/// scheduler; this is counted, and the run continues.
 ///
-/// Ownership  The caller places cosimulation_port_t; it borrows the scheduler and the texts given to _open.
+/// Ownership  The caller places cosimulation_port_t. The arguments of _open must exist as long as it is open.
 /// Context    One task (processes: a task that runs _serve) or the loop of the image program.
 #ifndef SIM_CLOCK_COSIMULATION_PORT_H
 #define SIM_CLOCK_COSIMULATION_PORT_H
@@ -33,16 +33,16 @@ typedef struct { // All fields are private, except stream_port and count: read-o
     const char* path;
     const char* participant;
     uint32_t patience_ms;
-    char line[COSIMULATION_PORT_LINE_BYTES]; ///< Received and not yet used.
+    char line[COSIMULATION_PORT_LINE_BYTES]; ///< Octets received and not yet used.
     size_t line_size;
     uint64_t came_ns;     ///< Time at which the client connected (wall-clock).
     uint16_t stream_port; ///< Port of the client that takes part; 0: it has no stream.
     struct {
         uint32_t joined;
-        uint32_t left;      ///< Sent `leave`.
-        uint32_t vanished;  ///< Closed its end without `leave`.
-        uint32_t malformed; ///< Sent another line than expected.
-        uint32_t silent;    ///< Silent for longer than the co-simulation port's patience.
+        uint32_t left;      ///< Clients that sent `leave`.
+        uint32_t vanished;  ///< Clients that disconnected without `leave`.
+        uint32_t malformed; ///< Clients that sent another line than expected.
+        uint32_t silent;    ///< Clients that were silent for longer than `patience_ms`.
     } count;
 } cosimulation_port_t;
 
@@ -59,15 +59,16 @@ void cosimulation_port_close(cosimulation_port_t* cosimulation);
 /// has connected and not joined yet, the next call continues to wait for it until the patience of the
 /// co-simulation port ends. STATUS_OK, STATUS_TIMEOUT, STATUS_CLOSED (the run ended), STATUS_IO.
 MUST_USE status_t cosimulation_port_accept(cosimulation_port_t* cosimulation, uint32_t timeout_ms);
-/// Send the grant to the client and wait for its answer; `served_port`: of osal_lockstep_served_port.
-/// STATUS_OK, STATUS_CLOSED (it left, was removed, or the run ended; it no longer takes part).
+/// Send the grant to the client and wait for its answer; `served_port` is the result of
+/// osal_lockstep_served_port. STATUS_OK, STATUS_CLOSED (the client has left or was removed, or the run
+/// ended).
 MUST_USE status_t cosimulation_port_exchange(cosimulation_port_t* cosimulation, const osal_grant_t* grant,
                                              uint16_t served_port, uint64_t* out_wake_ns,
                                              uint32_t* out_octets_sent);
 /// Run the turn of the client, which is participant `order` of the scheduler and has its grant: call
 /// cosimulation_port_exchange and deliver the messages that the client reports as sent to `receiver`. If the
-/// client has disconnected, its place in the scheduler is ended. STATUS_OK, STATUS_NOT_FOUND (the
-/// client has disconnected), STATUS_CLOSED (the run ended).
+/// client has disconnected, its life in the scheduler is ended. STATUS_OK, STATUS_NOT_FOUND (the client has
+/// disconnected), STATUS_CLOSED (the run ended).
 MUST_USE status_t cosimulation_port_turn(cosimulation_port_t* cosimulation, osal_lockstep_t* scheduler,
                                          unsigned order, unsigned receiver, const osal_grant_t* grant,
                                          uint64_t* out_wake_ns);

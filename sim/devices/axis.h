@@ -2,9 +2,8 @@
 /// State machine of a CiA 402 power drive system, one per axis, and its objects controlword, statusword,
 /// mode.
 ///
-/// axis_next is the transition table of the standard as a pure function; axis_t connects it with the objects
-/// of a node (the indices of axis 2 are 0x800 higher). The device queries the state and reports the end of a
-/// ramp.
+/// axis_next is the transition table of the standard, a pure function. axis_t applies it to the objects of a
+/// node (the indices of axis 2 are 0x800 higher). The device reads the state and reports the end of a ramp.
 #ifndef SIM_DEVICES_AXIS_H
 #define SIM_DEVICES_AXIS_H
 
@@ -41,7 +40,8 @@ typedef enum {
 #define AXIS_STATUS_FOLLOWING_ERROR 0x2000U
 #define AXIS_STATUS_HOMING_ERROR 0x2000U
 
-/// State after a controlword. `before` is the controlword before this one: fault reset acts on its edge.
+/// State after a controlword. `before` is the previous controlword, because fault reset acts on a rising
+/// edge.
 axis_state_t axis_next(axis_state_t state, uint16_t controlword, uint16_t before);
 /// Bits 0..6 and 9 of the statusword in a state, voltage present.
 uint16_t axis_state_bits(axis_state_t state);
@@ -70,8 +70,8 @@ typedef struct { // Read-only for others.
     void* observer_context;
 } axis_t;
 
-/// Units of position [rad] and velocity [rad/s] of an axis: 0x60A8 and 0x60A9, or increments of 0x608F behind
-/// the gear 0x6091. Returns false if the objects give neither.
+/// Units of position [rad] and velocity [rad/s] of an axis: those of 0x60A8 and 0x60A9, or increments of the
+/// encoder 0x608F on the motor side of the gear 0x6091. Returns false if the objects define neither.
 bool axis_units(node_t* node, uint8_t number, double* out_position_rad, double* out_velocity_rad_s);
 /// Find the objects. Returns false if one is missing.
 bool axis_init(axis_t* axis, node_t* node, uint8_t number);

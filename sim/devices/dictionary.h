@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Object dictionary of a CANopen device: the objects an EDS file lists, with their present values.
+/// Object dictionary of a CANopen device: the objects that an EDS file lists, with their present values.
 ///
-/// Numbers are stored as their bits in a 64-bit word (two's complement cut to the object's size); text and
-/// octet strings in storage of their own. Objects stay where they are, so that a device may keep pointers to
-/// those it uses in every cycle.
+/// Numbers are stored as bits in a 64-bit word (two's complement cut to the size of the object); text and
+/// octet strings have storage of their own. The address of an object does not change, so that a device may
+/// keep pointers to the objects that it uses in every cycle.
 ///
 /// Ownership  eds_load allocates, dictionary_destroy frees.
-/// Time       Finding O(log n); values O(1).
+/// Time       Search O(log n); access to a value O(1).
 #ifndef SIM_DEVICES_DICTIONARY_H
 #define SIM_DEVICES_DICTIONARY_H
 
@@ -51,7 +51,7 @@ typedef struct {
     uint8_t initial_text[OBJECT_TEXT_MAX];
 } object_t;
 
-typedef struct { // Name of an index: of a variable, or of an array or record.
+typedef struct { // Name of a variable, an array or a record.
     uint16_t index;
     char name[OBJECT_NAME_MAX];
 } object_name_t;
@@ -73,8 +73,8 @@ object_t* dictionary_find(const dictionary_t* dictionary, uint16_t index, uint8_
 /// True if the index exists with any sub-index.
 bool dictionary_has_index(const dictionary_t* dictionary, uint16_t index);
 
-/// Index of the manufacturer-specific object (0x2000 to 0x5FFF) with a name, in capital or small letters; 0:
-/// there is none.
+/// Index of the manufacturer-specific object (0x2000 to 0x5FFF) with a name, which is not case-sensitive; 0
+/// if there is none.
 uint16_t dictionary_index_of(const dictionary_t* dictionary, const char* name);
 
 bool object_is_text(const object_t* object);

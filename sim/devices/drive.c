@@ -48,8 +48,8 @@ typedef struct {
     object_t* rated_torque;
 } drive_objects_t;
 
-/// Values of the objects in SI units, updated when one is written, so that the regulator only multiplies and
-/// adds.
+/// Values of the objects in SI units. They are updated when an object is written, so that the regulator only
+/// multiplies and adds.
 typedef struct {
     double torque_unit_nm;
     double target_nm;
@@ -153,7 +153,7 @@ static void read_truth(drive_t* const drive, drive_truth_t* const out_truth)
     drive->velocity_rad_s = out_truth->motor_velocity_rad_s;
 }
 
-/// Take the present position of the motor as reference, without a command.
+/// Make the present position of the motor the reference, until a command arrives.
 static void hold_here(drive_t* const drive)
 {
     drive->from_rad        = drive->position_rad;
@@ -251,7 +251,8 @@ static bool has_torque_sensor(const drive_t* const drive)
     return drive->config.torque_sensor.range_nm > 0.0;
 }
 
-/// Reading of the torque sensor; without one, the torque of the motor, which the drive knows by its current.
+/// Reading of the torque sensor. Without a sensor: the torque of the motor, which the drive measures by its
+/// current.
 static double measured_nm(const drive_t* const drive, const drive_truth_t* const truth, const uint64_t now_ns)
 {
     const double position_rad = truth->motor_position_rad + drive->zero_rad;
@@ -270,7 +271,7 @@ static void on_sample(void* const context, const uint64_t now_ns)
     drive_truth_t truth;
     read_truth(drive, &truth);
     if (!axis_moves(drive->axis.state)) {
-        hold_here(drive); // Not controlled: the target follows the actual position.
+        hold_here(drive); // While the motor is not controlled, the target follows the actual position.
     }
     if (objects->torque != NULL) {
         object_set(objects->torque, clamped(measured_nm(drive, &truth, now_ns) / unit, INT16_MAX));
@@ -432,7 +433,7 @@ static void watch_following_error(drive_t* const drive, const uint64_t now_ns)
     }
 }
 
-/// At the reference, the axis gets its zero and stays where it is.
+/// When homing has found the reference, set the zero of the axis and hold the present position.
 static void end_homing_step(drive_t* const drive)
 {
     if (homing_end_step(&drive->homing, drive->is_limited, drive->config.step_ns)) {
@@ -519,13 +520,13 @@ static bool find_objects(void* const context)
     };
     for (size_t i = 0U; i < (sizeof wanted / sizeof wanted[0]); i++) {
         *wanted[i].place = node_object(drive->node, wanted[i].index, wanted[i].subindex);
-        // One without a sensor may be without the torque.
+        // A drive without a torque sensor need not have the object of the torque.
         const bool is_optional = (wanted[i].place == &objects->torque) && !has_torque_sensor(drive);
         if ((*wanted[i].place == NULL) && !is_optional) {
             return false;
         }
     }
-    // Another maker's drive may be without these.
+    // Drives of other manufacturers need not have these objects.
     objects->position_gain = node_object_named(drive->node, "Regulator gains", 1U);
     objects->velocity_gain = node_object_named(drive->node, "Regulator gains", 2U);
     objects->temperature   = node_object_named(drive->node, "Drive temperature", 0U);

@@ -2,8 +2,8 @@
 /// Joint drive (joint-drive.eds): CiA 402 with CSP, CSV, CST and homing, an 8 kHz regulator, a holding brake,
 /// a torque sensor after the gear and an encoder on the motor.
 ///
-/// The bus side runs by the node's callbacks; the plant side calls drive_regulate in every rotor substep and
-/// drive_end_step after each plant step. Sensor errors and quantisation are those of sim/plant/sensor.h.
+/// Callbacks of the node process messages of the bus. The caller calls drive_regulate in every rotor substep
+/// and drive_end_step after each plant step. Sensor errors and quantisation are those of sim/plant/sensor.h.
 ///
 /// Ownership  drive_create allocates, drive_destroy frees.
 /// Time       About 20 ns per substep.
@@ -27,11 +27,11 @@ typedef struct {
 
 typedef struct {
     uint64_t seed;
-    uint32_t sensor_device; ///< Unique in the run: keys the sensor noise.
-    uint64_t step_ns;       ///< Step of the plant: the sensor's clock.
+    uint32_t sensor_device; ///< Number of the sensor, unique in the run, for its noise.
+    uint64_t step_ns;       ///< Step of the plant, which is the sampling period of the sensor.
     uint64_t substep_ns;    ///< Period of the regulator.
-    double most_nm;         ///< Largest torque of the motor, below the limits of the objects; 0: none.
-    /// Without a sensor (range 0), 0x6077 is the torque of the motor, and the EDS may be without it.
+    double most_nm;         ///< Largest torque of the motor, in addition to the limits of objects; 0: none.
+    /// Without a sensor (range 0), 0x6077 is the torque of the motor, and the EDS need not have this object.
     torque_sensor_parameters_t torque_sensor;
     encoder_parameters_t encoder;
     void (*read_truth)(void* context, drive_truth_t* out_truth);
@@ -42,7 +42,7 @@ typedef struct {
 
 typedef struct drive drive_t;
 
-/// Statuses of node_create.
+/// Create a drive. Statuses of node_create.
 MUST_USE status_t drive_create(bus_t* bus, const char* eds_path, uint8_t node_id,
                                const drive_config_t* config, drive_t** out_drive, char error[EDS_ERROR_MAX]);
 void drive_destroy(drive_t* drive);

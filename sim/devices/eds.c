@@ -15,7 +15,7 @@
 #define OBJECT_TYPE_ARRAY 0x8
 #define OBJECT_TYPE_RECORD 0x9
 
-/// A section of the file that describes an object, as far as it has been read.
+/// A section of the file that describes an object; the keys that have been read so far.
 typedef struct {
     bool is_open;
     unsigned line;
@@ -62,7 +62,7 @@ static char* trimmed(char* text)
     return text;
 }
 
-/// A term: decimal, hexadecimal or $NODEID.
+/// Read a term: a decimal or hexadecimal number, or $NODEID.
 static bool parse_term(const eds_reader_t* const reader, const char* const text, const size_t length,
                        int64_t* const out_value)
 {
@@ -192,7 +192,7 @@ static status_t append_name(eds_reader_t* const reader, const section_t* const s
     return STATUS_OK;
 }
 
-/// Add the object of the section that ends here to the dictionary.
+/// At the end of a section, add its object to the dictionary.
 static status_t close_section(eds_reader_t* const reader)
 {
     section_t* section = &reader->section;

@@ -14,8 +14,8 @@
 
 #define EDS_ERROR_MAX 320U
 
-/// Returns STATUS_OK; STATUS_NOT_FOUND (file), STATUS_INVALID (content), STATUS_EXHAUSTED (memory): then the
-/// dictionary is empty and `error` holds "file:line: what is wrong".
+/// Read an EDS file. STATUS_OK; STATUS_NOT_FOUND (file), STATUS_INVALID (content) or STATUS_EXHAUSTED
+/// (memory): the dictionary is empty, and `error` contains "file:line: error".
 MUST_USE status_t eds_load(const char* path, uint8_t node_id, dictionary_t* out_dictionary,
                            char error[EDS_ERROR_MAX]);
 

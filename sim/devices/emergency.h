@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Emergencies of a CANopen device: which errors are present, the error register 0x1001, the history 0x1003.
+/// Emergencies of a CANopen device: the errors that are present, the error register 0x1001, the history
+/// 0x1003.
 #ifndef SIM_DEVICES_EMERGENCY_H
 #define SIM_DEVICES_EMERGENCY_H
 

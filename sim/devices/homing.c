@@ -55,7 +55,7 @@ void homing_command(homing_t* const homing, const uint16_t controlword)
     } else if (!is_asked && (homing->state == HOMING_SEARCHING)) {
         homing->state = HOMING_IDLE;
     } else {
-        // The search goes on, or its result stays.
+        // The search continues, or its result is kept.
     }
     homing->is_asked = is_asked;
 }
@@ -107,7 +107,7 @@ bool homing_end_step(homing_t* const homing, const bool is_limited, const uint64
     } else if (!is_to_stop(method) || (homing->travelled_rad > range)) {
         homing->state = HOMING_FAILED;
     } else {
-        // The search goes on.
+        // The search continues.
     }
     return is_found;
 }

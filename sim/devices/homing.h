@@ -47,12 +47,12 @@ typedef struct { // Private, except state: read-only.
 bool homing_init(homing_t* homing, const axis_t* axis, double position_unit, double velocity_unit);
 /// End the search: the axis is no longer in operation in this mode.
 void homing_reset(homing_t* homing);
-/// Take a controlword that was received in operation.
+/// Process a controlword that was received in OPERATION ENABLED.
 void homing_command(homing_t* homing, uint16_t controlword);
 /// Speed of the reference for the next dt_s [rad/s].
 double homing_advance(homing_t* homing, double dt_s);
-/// After a step of step_ns, in which the torque was limited or not. True if the reference is found: the
-/// position is homing_position_rad from now on.
+/// Called after a step of step_ns; `is_limited`: the torque was at its limit. True if the reference is found:
+/// the present position is then homing_position_rad.
 bool homing_end_step(homing_t* homing, bool is_limited, uint64_t step_ns);
 double homing_position_rad(const homing_t* homing);
 /// Set bits 10, 12 and 13 of the statusword. The axis counts as at rest while its reference is at rest.

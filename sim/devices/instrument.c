@@ -157,7 +157,8 @@ static size_t write_record(const instrument_t* const instrument, uint8_t* const 
     return size;
 }
 
-/// Octets that differ from a record in length, checksum or frame. A queue takes only messages of its size.
+/// Send octets that differ from a record in length, checksum or frame. A queue only takes messages of one
+/// size.
 static void send_garbage(instrument_t* const instrument, const uint64_t now_ns)
 {
     uint8_t garbage[STREAM_PORT_MESSAGE_MAX];

@@ -31,7 +31,7 @@ typedef struct {
     double offset;
     double speed; ///< Largest change of the value [1/s].
     uint64_t period_ns;
-    /// Called with each record that was sent or taken, without its framing. May be null.
+    /// Called with each record that the instrument has sent or received, without framing. May be null.
     void (*seen)(void* context, uint64_t now_ns, bool is_sent, const uint8_t* octets, size_t size);
     void* context;
 } instrument_config_t;
@@ -43,13 +43,13 @@ MUST_USE status_t instrument_open(const instrument_config_t* config, instrument_
                                   char error[STREAM_PORT_ERROR_MAX]);
 /// Null is allowed.
 void instrument_close(instrument_t* instrument);
-/// One step of the run: take records, move, send.
+/// Perform one step: take records, move the axis, send a record if it is due.
 void instrument_step(instrument_t* instrument, uint64_t now_ns, uint64_t end_ns);
 void instrument_plug(instrument_t* instrument, bool is_plugged);
 bool instrument_is_plugged(const instrument_t* instrument);
 /// Fault: the instrument sends nothing.
 void instrument_set_silent(instrument_t* instrument, bool is_silent);
-/// Fault: the instrument sends octets that are no record.
+/// Fault: the instrument sends octets that are not a record.
 void instrument_set_garbage(instrument_t* instrument, bool is_garbage);
 double instrument_value(const instrument_t* instrument);
 bool instrument_is_enabled(const instrument_t* instrument);

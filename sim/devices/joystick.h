@@ -32,14 +32,14 @@ typedef struct {
 
 typedef struct joystick joystick_t;
 
-/// Statuses of node_create.
+/// Create a joystick. Statuses of node_create.
 MUST_USE status_t joystick_create(bus_t* bus, const char* eds_path, uint8_t node_id,
                                   const joystick_config_t* config, joystick_t** out_joystick,
                                   char error[EDS_ERROR_MAX]);
 void joystick_destroy(joystick_t* joystick);
 node_t* joystick_node(joystick_t* joystick);
 
-/// Motor torque of each axis now.
+/// Present motor torque of each axis.
 void joystick_torque(const joystick_t* joystick, double out_torque_nm[JOYSTICK_AXES]);
 /// After a plant step that ended at `now_ns`: end of quick stops.
 void joystick_end_step(joystick_t* joystick, uint64_t now_ns);

@@ -29,7 +29,7 @@ struct measuring_device {
     uint64_t next_ns;
     measurement_t delayed[MEASURING_DELAYED_MAX]; // From the oldest to the newest.
     unsigned delayed_count;
-    uint16_t error[ERRORS_MAX]; // Present ones that make measurements invalid; 0: none.
+    uint16_t error[ERRORS_MAX]; // Present errors that make measurements invalid; 0: free entry.
 };
 
 static bool is_failed(const measuring_device_t* const device)
@@ -109,7 +109,7 @@ static void on_written(void* const context, const object_t* const object, const 
 
 static void on_connection_lost(void* const context, const uint64_t now_ns)
 {
-    (void)context; // It continues to measure.
+    (void)context; // The device continues to measure.
     (void)now_ns;
 }
 

@@ -6,8 +6,8 @@
 ///            0x2102. The object is the measured value times ten to the power of its digits.
 /// Exposures  At each SYNC, or in each period. 0x2103 counts measurements. 0x2104:01, :02, if the data sheet
 ///            has them, stamp the exposure: SYNCs received in OPERATIONAL, time since the last of them [us].
-/// Errors     Before the first measurement, and while an error other than of temperature is present, values
-///            do not change and the status is 1, not valid.
+/// Errors     Before the first measurement, and while an error other than one of temperature is present,
+///            values do not change and the status is 1, not valid.
 /// Ownership   measuring_device_create allocates, measuring_device_destroy frees.
 #ifndef SIM_DEVICES_MEASURING_DEVICE_H
 #define SIM_DEVICES_MEASURING_DEVICE_H
@@ -26,21 +26,21 @@ typedef struct {
     uint64_t period_ns; ///< 0: measures at each SYNC.
     uint64_t delay_ns;  ///< From the exposure to the value; less than MEASURING_DELAYED_MAX periods.
     uint64_t step_ns;   ///< Step of the simulation: numbers the measurements at SYNC.
-    /// Measure now; `number` identifies the measurement, for noise. False: it failed.
+    /// Measure now. `number` identifies the measurement, for its noise. False: the measurement failed.
     bool (*measure)(void* context, uint64_t number, double* out_values);
     void* context;
 } measuring_config_t;
 
 typedef struct measuring_device measuring_device_t;
 
-/// Statuses of node_create.
+/// Create a measuring device. Statuses of node_create.
 MUST_USE status_t measuring_device_create(bus_t* bus, const char* eds_path, uint8_t node_id,
                                           const measuring_config_t* config, measuring_device_t** out_device,
                                           char error[EDS_ERROR_MAX]);
 void measuring_device_destroy(measuring_device_t* device);
 node_t* measuring_device_node(measuring_device_t* device);
 
-/// After a step of the world that ended at `now_ns`: exposures that are due.
+/// Called after a step of the world that ended at `now_ns`: make the exposures that are due.
 void measuring_device_end_step(measuring_device_t* device, uint64_t now_ns);
 /// Set by a scenario: an error of README.md's table appears or disappears.
 void measuring_device_set_error(measuring_device_t* device, uint16_t code, bool is_present, uint64_t now_ns);

@@ -2,8 +2,8 @@
 /// A CANopen node (CiA 301 slave): NMT, boot-up, heartbeat both ways, SYNC, PDOs, SDO server, emergencies.
 /// The application (a drive, a joystick) implements the effect of the objects.
 ///
-/// The node is connected to a simulated bus, whose callbacks run it. At SYNC the order is: apply the RPDOs
-/// received, let the application sample, queue TPDOs.
+/// The node runs in the callbacks of a simulated bus. At SYNC it applies the received RPDOs, then calls
+/// `sample` of the application, then queues TPDOs.
 ///
 /// A node may have a second channel (cold redundant): it uses one at a time and follows the heartbeat of the
 /// master (0x1016:01) by the rules of object 0x2000. From power-on, from a reset, and from the loss of that
@@ -34,7 +34,7 @@
 
 #define NODE_BOOT_NS 1000000U     ///< From power-on to boot-up, plus 10 us x node id.
 #define NODE_ANSWER_NS 200000U    ///< SDO server's time to answer.
-#define NODE_PROCESSING_NS 10000U ///< From SYNC to the TPDO being ready.
+#define NODE_PROCESSING_NS 10000U ///< Time from SYNC until the TPDO is ready.
 
 /// NMT states by their numbers in a heartbeat.
 typedef enum {
@@ -46,9 +46,9 @@ typedef enum {
 
 /// The callbacks of the device. Only `check` and `find` may be null.
 typedef struct {
-    const char* name; ///< What the device is, for errors; only with `find`.
-    /// Find the objects that the device needs, when node_create has set its node. False: one is missing, or
-    /// the device cannot use its value.
+    const char* name; ///< Kind of the device in error messages ("a joint drive"); used only with `find`.
+    /// Find the objects that the device needs; node_create has set *out_node before. False: an object is
+    /// missing, or the device cannot use its value.
     bool (*find)(void* context);
     /// Update the process values in the objects.
     void (*sample)(void* context, uint64_t now_ns);
@@ -58,7 +58,7 @@ typedef struct {
     uint32_t (*check)(void* context, const object_t* object, int64_t value);
     /// The heartbeat of the master is lost, or the master has stopped the node.
     void (*connection_lost)(void* context, uint64_t now_ns);
-    /// Power-on state; objects have their initial values again.
+    /// Set the power-on state; objects have their initial values again.
     void (*reset)(void* context, uint64_t now_ns);
     void* context;
 } node_application_t;
@@ -84,14 +84,15 @@ void node_power_off(node_t* node);
 bool node_is_powered(const node_t* node);
 /// Disconnect the node from both channels of its bus; it keeps its power, and its deadlines expire.
 void node_unplug(node_t* node);
-/// Connect it again after a power cycle; without power it stays off.
+/// Connect the node again, after a power cycle. If it has no power, it stays off.
 void node_plug(node_t* node);
 bool node_is_plugged(const node_t* node);
 /// Disconnect one channel only, or connect it again.
 void node_cut(node_t* node, unsigned channel, bool is_cut);
 
 object_t* node_object(const node_t* node, uint16_t index, uint8_t subindex);
-/// Member `subindex` of the manufacturer-specific object with a ParameterName in the EDS; 0: of a variable.
+/// Member `subindex` of the manufacturer-specific object with this ParameterName in the EDS; 0 for a
+/// variable.
 object_t* node_object_named(const node_t* node, const char* name, uint8_t subindex);
 uint8_t node_id(const node_t* node);
 /// SYNCs received since the node became operational, and the time of the last one; without one the time at
@@ -100,11 +101,11 @@ uint32_t node_syncs(const node_t* node, uint64_t* out_last_ns);
 /// Index of the node on the bus of a channel; BUS_NODES_MAX: it has no such channel.
 unsigned node_bus_index(const node_t* node, unsigned channel);
 
-/// An error of the device appears or disappears; the node sends an EMCY if it is a change.
+/// An error of the device appears or disappears; the node sends an EMCY if this is a change.
 void node_raise(node_t* node, uint16_t code, uint8_t axis, int32_t raw, uint64_t now_ns);
 void node_clear(node_t* node, uint16_t code, uint8_t axis, uint64_t now_ns);
 bool node_has_error(const node_t* node, uint16_t code, uint8_t axis);
-/// Values of asynchronous TPDOs (types 254, 255) may have changed: send those that have.
+/// Send the asynchronous TPDOs (types 254, 255) whose values have changed.
 void node_event(node_t* node, uint64_t now_ns);
 
 #endif // SIM_DEVICES_NODE_H

@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// The two channels of a redundant bus (ECSS-E-ST-50-15C, object 0x2000): which one the node uses, and its
-// search for the master.
+// SPDX-License-Identifier: Apache-2.0 The two channels of a redundant bus (ECSS-E-ST-50-15C, object 0x2000):
+// selection of the channel that the node uses, and search for the master.
 #include "sim/devices/node_internal.h"
 
 #define OBJECT_REDUNDANCY 0x2000U
@@ -14,7 +13,8 @@ void node_find_channels(node_t* const node)
     node->toggle_count    = dictionary_find(&node->dictionary, OBJECT_REDUNDANCY, 4U);
 }
 
-/// True with two channels, a complete object 0x2000, a master to monitor, and the search enabled.
+/// True if the node has two channels, a complete object 0x2000 and a master to monitor, and the search is
+/// enabled.
 static bool may_search(const node_t* const node)
 {
     return (node->channel[NODE_CHANNEL_B].bus != NULL) && (node->default_channel != NULL) &&

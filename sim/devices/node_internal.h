@@ -50,7 +50,7 @@ struct node {
     object_t* emergency_cob;
     object_t* producer_time; ///< 0x1017
     object_t* error_behaviour;
-    uint64_t heartbeat_ns; ///< Next one to send.
+    uint64_t heartbeat_ns; ///< Time at which the next heartbeat is sent.
     heartbeat_consumer_t consumer[NODE_CONSUMERS_MAX];
 
     sdo_server_t sdo;
@@ -77,7 +77,7 @@ void node_select_default_channel(node_t* node, uint64_t now_ns);
 void node_master_heard(node_t* node);
 /// Begin the search: the heartbeat time of the master has expired.
 void node_master_lost(node_t* node, uint64_t now_ns);
-/// Change the channel if it is time to. Returns the next time.
+/// Change the channel if the change is due. Returns the time of the next change.
 uint64_t node_run_search(node_t* node, uint64_t now_ns);
 
 /// node_process.c
@@ -90,7 +90,7 @@ void node_stop_pdos(node_t* node);
 void node_take_sync(node_t* node, const osal_can_frame_t* frame);
 /// True if the identifier is that of an RPDO of this node.
 bool node_take_pdo(node_t* node, const osal_can_frame_t* frame);
-/// Run deadlines and event timers. Returns the next time.
+/// Run deadlines and event timers. Returns the time at which the next one expires.
 uint64_t node_run_pdo_timers(node_t* node, uint64_t now_ns);
 
 #endif // SIM_DEVICES_NODE_INTERNAL_H

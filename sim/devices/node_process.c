@@ -15,7 +15,7 @@ bool node_find_pdos(node_t* const node)
                     &node->dictionary)) {
         node->transmit_count++;
     }
-    return node->transmit_count != 0U; // A device that only measures receives none.
+    return node->transmit_count != 0U; // A device that only measures has no RPDO.
 }
 
 void node_configure_pdos(node_t* const node)

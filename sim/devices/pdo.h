@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Process data objects of CiA 301: communication and mapping parameters of one PDO, packing and unpacking.
 ///
-/// A pdo_t is refreshed from its objects (pdo_configure) whenever one of them has been written; in the cycle
-/// only cached values are used. Mapped objects have whole octets, at most eight octets in total.
+/// When an object of a PDO has been written, pdo_configure updates the pdo_t; in a cycle only the values in
+/// pdo_t are used. Mapped objects have whole octets, at most eight octets in total.
 #ifndef SIM_DEVICES_PDO_H
 #define SIM_DEVICES_PDO_H
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A power unit: latching relays that switch the supply of nodes, each with a coil to close and one to open
-/// it.
+/// A power unit: latching relays that switch the supply of nodes. Each relay has a coil that closes it and a
+/// coil that opens it.
 ///
-/// It receives the process data at 0x200 + its node id and sends nothing, not even an acknowledge bit. Such a
-/// frame commands a pulse on an output line: line (u16, lowest octet first), exponent (u8, 0..7); it lasts
-/// POWER_UNIT_PULSE_NS x 2^exponent. Line 2k - 1 closes the relay of the k-th node, line 2k opens it. A relay
-/// moves when its coil has had current for POWER_UNIT_LATCH_NS, so that a shorter pulse has no effect. Other
-/// frames are ignored.
+/// The unit receives process data at 0x200 + its node id and sends no frame and no acknowledge bit. Such a
+/// frame commands a pulse on an output line: line (u16, lowest octet first), exponent (u8, 0..7). The pulse
+/// lasts POWER_UNIT_PULSE_NS x 2^exponent. Line 2k - 1 closes the relay of the k-th node, line 2k opens it. A
+/// relay moves when its coil has had current for POWER_UNIT_LATCH_NS, so that a shorter pulse has no effect.
+/// Other frames are ignored.
 ///
 /// Ownership  The caller places it; nodes outlive it.
 /// Context    One task.
@@ -48,7 +48,7 @@ void power_unit_init(power_unit_t* unit, uint8_t id);
 void power_unit_add(power_unit_t* unit, node_t* node);
 /// Process a frame on a channel of the bus of the unit.
 void power_unit_receive(const power_unit_port_t* port, const osal_can_frame_t* frame);
-/// Set by a scenario: connect or disconnect the unit. Pulses end; relays stay where they are.
+/// Set by a scenario: connect or disconnect the unit. Pulses end; the relays keep their positions.
 void power_unit_plug(power_unit_t* unit, bool is_connected);
 /// Set by a scenario: disconnect one channel only, or connect it again.
 void power_unit_cut(power_unit_t* unit, unsigned channel, bool is_cut);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// SDO server of CiA 301: expedited and segmented upload and download. Block transfer is refused.
 ///
-/// Pure protocol: eight octets in, eight octets out; no time and no bus.
+/// Protocol only: a request of eight octets gives a reply of eight octets, without time and bus.
 #ifndef SIM_DEVICES_SDO_H
 #define SIM_DEVICES_SDO_H
 
@@ -35,7 +35,7 @@ typedef struct {
     uint32_t (*check)(void* context, const object_t* object, int64_t value);
     /// The object has been written. May be null.
     void (*written)(void* context, object_t* object);
-    /// The object is about to be read: bring it up to date. May be null.
+    /// Update an object that is about to be read. May be null.
     void (*read)(void* context, object_t* object);
     void* context;
 } sdo_access_t;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Frames of messages in a stream of octets, at the device's end: a length of 16 bits before each message, or
-/// SLIP (RFC 1055).
+/// Framing of messages in a stream of octets, at the end of the device: a length of 16 bits before each
+/// message, or SLIP (RFC 1055).
 ///
 /// Context    One task.
 #ifndef SIM_DEVICES_STREAM_FRAME_H
@@ -20,8 +20,8 @@ typedef struct {
 
 /// Frame a message. Returns the octets of the frame.
 size_t stream_frame_put(const stream_framing_t* framing, const uint8_t* message, size_t size, uint8_t* frame);
-/// Remove the first message from the *held octets. False: none is complete. If its length is not that of any
-/// message, all octets are dropped.
+/// Remove the first message from the *held octets. False: no message is complete. If the length field is
+/// impossible, all octets are dropped.
 bool stream_frame_take(const stream_framing_t* framing, uint8_t* octets, size_t* held, uint8_t* message,
                        size_t* out_size);
 

@@ -18,7 +18,7 @@
 
 #define NAME_OCTETS 64U
 #define PATH_OCTETS 96U
-#define DEPTH 8U ///< Messages of a queue, as flight expects it.
+#define DEPTH 8U ///< Messages of a queue; the flight software expects this number.
 #define RECEIVED_OCTETS 512U
 #define QUEUE_MAGIC 0x464C4F57U // As in flow_shm.c.
 #define QUEUE_ENDED 0x454E4445U
@@ -147,7 +147,7 @@ static void write_queue(stream_port_t* const port, const uint8_t* const message)
     }
 }
 
-/// The memory that flight has made; it makes another one when it restarts.
+/// Find the memory that the flight software has made; after a restart it makes a new one.
 static queue_t* find_queue(stream_port_t* const port)
 {
     queue_t* queue = osal_shm_address(&port->to_device);
@@ -378,7 +378,7 @@ static void accept_connection(stream_port_t* const port)
         }
         port->connection = connection;
     }
-    while (osal_tcp_accept(&port->listener, &arrived, &from) == STATUS_OK) { // The last one counts.
+    while (osal_tcp_accept(&port->listener, &arrived, &from) == STATUS_OK) { // Keep only the last one.
         osal_socket_close(&port->socket);
         port->socket = arrived;
         port->held   = 0U;
@@ -429,7 +429,7 @@ void stream_port_send_raw(stream_port_t* const port, const uint8_t* const octets
     } else {
         // Flight is not connected.
     }
-    (void)status; // Octets that flight does not take are lost, as on a line.
+    (void)status; // Octets that the flight software does not take are lost, as on a real line.
 }
 
 void stream_port_send(stream_port_t* const port, const uint8_t* const message, const size_t size)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The device's end of a data flow: it sends and receives the messages of a device, on each type of end node
-/// but CAN. Formats and names are those of fsw/framework/dataflow in a separate implementation, so that a
-/// coding error on one side becomes visible.
+/// The end of a data flow at a device: it sends and receives the messages of the device, for each type of end
+/// node except CAN. Formats and names are those of fsw/framework/dataflow. The implementation is separate, so
+/// that an error on one side becomes visible.
 ///
 ///     SHM, MQUEUE   queues /RUN.flow.NAME.in (to flight) and .out
 ///     UDP, TCP      the device's address in this run (osal/socket.h) with the port of the channel
@@ -47,7 +47,7 @@ typedef struct {
 
 typedef struct stream_port stream_port_t;
 
-/// Plugged in. STATUS_OK; else *out_port is null and `error` is filled.
+/// Open a port; the device is plugged in. STATUS_OK; else *out_port is null and `error` is filled.
 MUST_USE status_t stream_port_open(const stream_port_config_t* config, stream_port_t** out_port,
                                    char error[STREAM_PORT_ERROR_MAX]);
 void stream_port_plug(stream_port_t* port, bool is_plugged);
@@ -56,9 +56,9 @@ bool stream_port_is_plugged(const stream_port_t* port);
 void stream_port_step(stream_port_t* port);
 /// Send a message, framed as the end node requires. If flight has not opened its end, the message is lost.
 void stream_port_send(stream_port_t* port, const uint8_t* message, size_t size);
-/// Send octets as they are; on queues, of the size of a message.
+/// Send octets without framing; on queues they must have the size of a message.
 void stream_port_send_raw(stream_port_t* port, const uint8_t* octets, size_t size);
-/// The next message into STREAM_PORT_MESSAGE_MAX octets. False: there is none.
+/// Receive the next message into STREAM_PORT_MESSAGE_MAX octets. False: there is none.
 bool stream_port_receive(stream_port_t* port, uint8_t* message, size_t* out_size);
 /// Announced messages and octets that never arrived [wraps]; if not 0, the run is not reproducible.
 uint32_t stream_port_lost(const stream_port_t* port);

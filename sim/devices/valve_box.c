@@ -17,9 +17,9 @@ struct valve_box {
     object_t* error_value[OCTETS];
     object_t* longest;
 
-    uint32_t wanted; // A bit for each output.
+    uint32_t wanted; // Commanded valves: one bit for each output.
     uint32_t open;
-    uint64_t close_ns; // All close at this time; UINT64_MAX: never.
+    uint64_t close_ns; // Time at which all valves close; UINT64_MAX: never.
     uint64_t opened_ns[VALVE_BOX_OUTPUTS];
 };
 

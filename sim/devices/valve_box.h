@@ -3,9 +3,9 @@
 /// pressure switch behind it, which is on while the valve is open.
 ///
 /// Outputs are 0x6200:01 and :02. With 0x2100 other than 0, all valves close that many 10 ms after the last
-/// command. If the master is lost (RPDO deadline, heartbeat) or leaves OPERATIONAL, each output with its bit
-/// in 0x6206 gets that of 0x6207: by default all valves close. A valve that has opened stays open for at
-/// least its shortest pulse; without power it closes at once.
+/// command. If the master is lost (RPDO deadline, heartbeat) or leaves OPERATIONAL, each output whose bit in
+/// 0x6206 is set gets its bit of 0x6207: by default all valves close. A valve that has opened stays open for
+/// at least its shortest pulse; without power it closes at once.
 ///
 /// Ownership  valve_box_create allocates, valve_box_destroy frees.
 #ifndef SIM_DEVICES_VALVE_BOX_H
@@ -28,7 +28,7 @@ typedef struct {
 
 typedef struct valve_box valve_box_t;
 
-/// Statuses of node_create; STATUS_INVALID also: an object is missing.
+/// Create a valve box. Statuses of node_create; STATUS_INVALID also if an object is missing.
 MUST_USE status_t valve_box_create(bus_t* bus, const char* eds_path, uint8_t node_id,
                                    const valve_box_config_t* config, valve_box_t** out_box,
                                    char error[EDS_ERROR_MAX]);
@@ -38,7 +38,7 @@ node_t* valve_box_node(valve_box_t* box);
 
 /// `output` is 0 to VALVE_BOX_OUTPUTS - 1.
 bool valve_box_is_open(const valve_box_t* box, unsigned output);
-/// After a step of the plant that ended at `now_ns`: close the valves whose time is over.
+/// Called after a step of the plant that ended at `now_ns`: close the valves whose time is over.
 void valve_box_end_step(valve_box_t* box, uint64_t now_ns);
 
 #endif // SIM_DEVICES_VALVE_BOX_H

@@ -27,7 +27,7 @@ struct wheel {
     double velocity_unit; // [rad/s]
     double torque_unit_nm;
     double inertia_kgm2;
-    double given_nm; // Wanted torque of the last step.
+    double given_nm; // Torque of the last step, before the limits.
     bool is_stopping;
     uint64_t stop_ns; // End of the quick stop.
 };
@@ -84,7 +84,7 @@ static void on_written(void* const context, const object_t* const object, const 
     } else if (object == wheel->axis.mode) {
         (void)axis_select_mode(&wheel->axis);
     } else {
-        // Targets and limits: the next step takes them from their objects.
+        // The next step reads targets and limits from their objects.
     }
 }
 
@@ -123,7 +123,7 @@ void wheel_end_step(wheel_t* const wheel, const uint64_t now_ns)
         axis_flag(&wheel->axis, AXIS_STATUS_INTERNAL_LIMIT,
                   fabs(wheel->given_nm - truth.torque_nm) > (0.5 * wheel->torque_unit_nm));
     } else {
-        // Without torque there is nothing to limit.
+        // The wheel produces no torque: no limit is active.
     }
     wheel->is_stopping = is_stopping;
 }

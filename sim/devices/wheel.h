@@ -2,9 +2,9 @@
 /// Motor of a reaction wheel (wheel.eds): CiA 402 with CST and CSV, a tachometer, no brake.
 ///
 /// An enabled wheel produces the commanded torque. In every other state the torque is zero and the wheel
-/// keeps its momentum, also after a quick stop, which ends after 1 ms: braking would turn the spacecraft. Its
-/// largest momentum is that at the largest motor speed 0x6080 [1/min]. Bit 11 is set while torque or momentum
-/// are at a limit.
+/// keeps its momentum, also after a quick stop, which ends after 1 ms: braking would turn the spacecraft. The
+/// momentum is largest at the largest motor speed, 0x6080 [1/min]. Bit 11 of the statusword is set while
+/// torque or momentum is at its limit.
 ///
 /// Ownership  wheel_create allocates, wheel_destroy frees.
 #ifndef SIM_DEVICES_WHEEL_H
@@ -18,7 +18,7 @@
 
 typedef struct {
     double momentum_nms;
-    double torque_nm;     ///< On the rotor in the last step.
+    double torque_nm;     ///< Torque on the rotor in the last step.
     double carrier_rad_s; ///< Rate of the housing about the axis.
 } wheel_truth_t;
 
@@ -32,7 +32,7 @@ typedef struct {
 
 typedef struct wheel wheel_t;
 
-/// Statuses of node_create.
+/// Create a wheel. Statuses of node_create.
 MUST_USE status_t wheel_create(bus_t* bus, const char* eds_path, uint8_t node_id,
                                const wheel_config_t* config, wheel_t** out_wheel, char error[EDS_ERROR_MAX]);
 void wheel_destroy(wheel_t* wheel);
@@ -40,7 +40,7 @@ node_t* wheel_node(wheel_t* wheel);
 
 /// Torque of the motor on the rotor for one step of the plant.
 double wheel_torque(wheel_t* wheel);
-/// After a step of the plant that ended at `now_ns`.
+/// Called after a step of the plant that ended at `now_ns`.
 void wheel_end_step(wheel_t* wheel, uint64_t now_ns);
 uint16_t wheel_statusword(const wheel_t* wheel);
 /// Set by a scenario, as axis_set_error.

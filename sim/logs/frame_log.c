@@ -106,7 +106,7 @@ size_t frame_log_line(const osal_can_frame_t* const frame, const char* const int
     end                      = put_decimal(end, time_us, MICROSECOND_PAIRS);
     *end++                   = ')';
     *end++                   = ' ';
-    memcpy(end, interface, name_octets); // NOLINT(bugprone-not-null-terminated-result): the line goes on.
+    memcpy(end, interface, name_octets); // NOLINT(bugprone-not-null-terminated-result): the line continues.
     end += name_octets;
     *end++ = ' ';
     end    = put_identifier(end, frame->id);

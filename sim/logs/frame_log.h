@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Log of the frames on one bus, twice: as `candump -L` prints it (simulated time, microseconds) and as pcap
-/// with link type 227 (SocketCAN, nanoseconds). Both are read by tshark and can-utils.
+/// Log of the frames on one bus, in two files: text like that of `candump -L` (simulated time, microseconds),
+/// and pcap with link type 227 (SocketCAN, nanoseconds). can-utils and tshark read them.
 ///
-/// Lines and records are formatted by hand into a buffer each; a full buffer is written by one system call.
+/// Lines and records are formatted without printf, each kind into its own buffer; one system call writes a
+/// full buffer.
 ///
 /// Ownership  frame_log_open allocates, frame_log_close writes the rest and frees.
 /// Context    One task; frame_log_flush may also be called from the signal handler of a program that crashes.
@@ -29,8 +30,8 @@ MUST_USE status_t frame_log_open(const char* folder, const char* interface, fram
 void frame_log_write(frame_log_t* log, const osal_can_frame_t* frame);
 /// Pass buffered records to the operating system.
 void frame_log_flush(frame_log_t* log);
-/// Write the rest, close the files and free the log. Null is allowed. Returns STATUS_OK, STATUS_IO: something
-/// was not written.
+/// Write the rest, close the files and free the log. Null is allowed. Returns STATUS_OK, STATUS_IO: some
+/// records were not written.
 status_t frame_log_close(frame_log_t* log);
 
 /// Write the line for a frame, with line end, into text[FRAME_LOG_LINE_MAX]. Returns its length.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// File of whole records (lines, events), written through a large buffer. After a failure, as on a full
-/// disk, it ends with a whole record and nothing more is written: a reader could not detect a gap.
+/// File of whole records (lines, events), written through a large buffer. After a failure, for example on a
+/// full disk, the file ends with a whole record and no more records are written, because a reader could not
+/// detect a gap.
 ///
 /// Ownership  The caller has the storage; record_file_open opens the file, record_file_close closes it.
 /// Context    One task; record_file_flush may also be called from the signal handler of a program that
@@ -12,7 +13,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define RECORD_FILE_BUFFER 131072U ///< Large, because the operating system takes few large writes fastest.
+#define RECORD_FILE_BUFFER 131072U ///< Large, because few large writes take less time than many small ones.
 
 typedef struct {
     int descriptor; ///< -1: not open.
@@ -22,17 +23,16 @@ typedef struct {
     uint8_t octets[RECORD_FILE_BUFFER];
 } record_file_t;
 
-/// Create or overwrite the file. False: it cannot be created; record_file_close is allowed then.
+/// Create or overwrite the file. False: it cannot be created; record_file_close may still be called.
 bool record_file_open(record_file_t* file, const char* path);
-/// Return room for one record of up to `octets`, at most RECORD_FILE_BUFFER; the caller then calls
-/// record_file_add.
+/// Returns a place for one record of up to `octets`, at most RECORD_FILE_BUFFER. The caller writes the record
+/// and calls record_file_add.
 uint8_t* record_file_room(record_file_t* file, size_t octets);
-/// Add the record that the caller wrote into the room; it has this many octets.
+/// Add the record of `octets` that the caller has written there.
 void record_file_add(record_file_t* file, size_t octets);
 /// Pass buffered records to the operating system.
 void record_file_flush(record_file_t* file);
-/// Write the rest and close the file. Returns whether all records were written; true if the file was never
-/// open.
+/// Write the rest and close the file. True if all records were written, or if the file was never open.
 bool record_file_close(record_file_t* file);
 
 #endif // SIM_LOGS_RECORD_FILE_H

@@ -168,8 +168,8 @@ static void play_home(hand_t* const hand, const command_t* const command, const 
     go_towards(hand, hand->home, elapsed_s / command->argument[0]);
 }
 
-/// The person at the stick sees and feels the robot, so the hand of `aim` expects no force. Later motions
-/// begin without an expected force, too, which rises slowly: the intent does not jump.
+/// Begin `aim`. The person at the stick sees and feels the robot, so the hand expects no force. The expected
+/// force of later motions rises slowly from zero, so that the intent does not jump.
 static void begin_aim(hand_t* const hand, const command_t* const command)
 {
     (void)command;
@@ -264,13 +264,13 @@ static const verb_t* find_verb(const char* const name)
     return NULL;
 }
 
-/// Verbs that name places and forces of the scene.
+/// True for verbs whose arguments are positions or forces in the scene.
 static bool needs_scene(const verb_t* const verb)
 {
     return (verb->play != NULL) && (verb->play != play_circle) && (verb->play != play_aim);
 }
 
-/// Targets out of reach are reported when the script is read, not during the flight.
+/// Check that the target of a command is within reach, when the script is read and not during the flight.
 static status_t check_reach(const hand_t* const hand, const scenario_line_t* const line,
                             const command_t* const command, char error[SCENARIO_ERROR_MAX])
 {
@@ -323,7 +323,7 @@ static status_t take_line(void* const context, const scenario_line_t* const line
 
 hand_parameters_t hand_parameters_of(const world_hand_t* const hand)
 {
-    if (!hand->knows_scene) { // Joints of its own, which are the axes of the stick.
+    if (!hand->knows_scene) { // The joints are then the axes of the stick.
         return (hand_parameters_t){.grip_stiffness_nm_rad = hand->stiffness,
                                    .grip_damping_nms_rad  = hand->damping,
                                    .position_scale        = 1.0,
@@ -478,7 +478,7 @@ void hand_step(hand_t* const hand, const uint64_t time_ns)
         hand->expectation = slew(hand->expectation, hand->expecting ? 1.0 : 0.0, SLEW_EXPECT_S, dt_s);
     }
     if (!hand->gripping) {
-        hand->grip = 0.0; // Letting go takes no time.
+        hand->grip = 0.0; // The hand lets go at once.
     }
     update_intent(hand);
 }

@@ -2,11 +2,12 @@
 /// The operator's hand on the joystick: an impedance whose rest point, the intent, follows a script. The
 /// lines of the actor `hand` are listed in docs/scenarios.md.
 ///
-/// A hand that only follows positions never reaches the intended force. So the hand models the scene: it
-/// expects the torque of contour and spring at the wanted pose and moves its rest point to produce it,
+/// A hand that only follows positions never reaches the intended force. Therefore the hand has a model of the
+/// scene: it computes the torque of contour and spring at the wanted pose, and moves its rest point to
+/// produce it,
 ///     intent = (wanted joint position - home) / s_p - s_f x expected torque / grip stiffness,
-/// with the wanted position corrected by the arm's own compliance. A hand without a scene leads its intent
-/// itself (`aim`, `circle`) and expects nothing.
+/// where the wanted position is corrected by the compliance of the arm. Without a scene, the script commands
+/// the intent directly (`aim`, `circle`), and the hand expects no torque.
 ///
 /// Ownership  hand_load allocates, hand_destroy frees.
 /// Use        hand_step once per plant step, hand_torque in each rotor substep (hand_act fits
@@ -22,7 +23,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define HAND_AXES SCENE_JOINTS ///< Each axis of the stick leads one joint.
+#define HAND_AXES SCENE_JOINTS ///< Each axis of the stick commands one joint.
 
 typedef struct {
     double grip_stiffness_nm_rad; ///< Valid until the first `grip`.
@@ -32,12 +33,12 @@ typedef struct {
     double arm_stiffness_nm_rad;  ///< Arm stiffness of a joint under control, as the operator has learned it.
 } hand_parameters_t;
 
-/// What the hand is doing now, for the truth log.
+/// Present action of the hand, for the truth log.
 typedef struct {
     double intent_rad[HAND_AXES];
     double wanted_tip_m[2]; ///< x, z.
     double wanted_joint_rad[SCENE_JOINTS];
-    double expected_torque_nm[SCENE_JOINTS]; ///< On the arm, by contour and spring.
+    double expected_torque_nm[SCENE_JOINTS]; ///< Torque of contour and spring on the arm.
     double grip;                             ///< 0 (off the stick) .. 1.
     const char* verb;                        ///< Static text; "rest" before the first line.
 } hand_intent_t;
@@ -46,15 +47,15 @@ typedef struct hand hand_t;
 
 hand_parameters_t hand_parameters_of(const world_hand_t* hand);
 
-/// Create a hand that plays the `hand` lines of a scenario; with `path` null it rests. Parameters and scene
-/// (null: none is known) are copied. Returns STATUS_OK; else *out_hand is null and `error` holds file:line,
-/// value and what is expected: STATUS_NOT_FOUND, STATUS_INVALID, STATUS_EXHAUSTED (no memory).
+/// Create a hand that plays the `hand` lines of a scenario; if `path` is null, the hand rests. Parameters and
+/// scene (null: the hand knows no scene) are copied. Returns STATUS_OK; else *out_hand is null and `error`
+/// contains file:line, value and expectation: STATUS_NOT_FOUND, STATUS_INVALID, STATUS_EXHAUSTED (no memory).
 MUST_USE status_t hand_load(const hand_parameters_t* parameters, const scene_t* scene, const char* path,
                             hand_t** out_hand, char error[SCENARIO_ERROR_MAX]);
 
-/// Add one line of the actor `hand`; its time must not be before that of the last hand_step. It begins after
-/// the lines of the same time that were there before. A refused line changes nothing. STATUS_OK; else `error`
-/// is filled: STATUS_INVALID, STATUS_EXHAUSTED (no memory).
+/// Add one line of the actor `hand`; its time must not be before that of the last hand_step. The line acts
+/// after earlier lines of the same time. A refused line changes nothing. STATUS_OK; else `error` is filled:
+/// STATUS_INVALID, STATUS_EXHAUSTED (no memory).
 MUST_USE status_t hand_add(hand_t* hand, const scenario_line_t* line, char error[SCENARIO_ERROR_MAX]);
 
 /// Null is allowed.

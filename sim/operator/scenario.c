@@ -8,7 +8,7 @@
 #include <string.h>
 
 #define SEPARATORS " \t\r\n"
-#define ROOM_FIRST 64U ///< Records for which memory is allocated first.
+#define ROOM_FIRST 64U ///< Number of records for which memory is allocated initially.
 #define LATEST_S 1.0e6 ///< Eleven days; a later time is refused as a typing error.
 
 static const char* const actors[] = {"hand", "fault", "operator", "ground"};
@@ -34,7 +34,7 @@ status_t scenario_number(const scenario_line_t* const line, const size_t index, 
     char* end          = NULL;
     const char* word   = line->word[index];
     const double value = strtod(word, &end);
-    // Written so that "nan" fails the comparison.
+    // NaN fails both comparisons, so "nan" is refused.
     if ((end == word) || (*end != '\0') || !((value >= low) && (value <= high))) {
         return scenario_error(line, word, expected, error);
     }

@@ -43,7 +43,7 @@ MUST_USE status_t scenario_read(const char* path, const char* actor, scenario_ta
 status_t scenario_error(const scenario_line_t* line, const char* found, const char* expected,
                         char error[SCENARIO_ERROR_MAX]);
 
-/// Interpret line->text, whose path and number are set: *out_mine is true if it is a line of `actor`, whose
+/// Interpret line->text; line->path and line->line are set. *out_mine is true if it is a line of `actor`; its
 /// words are then in `line`. Returns STATUS_OK (also for an empty line), STATUS_INVALID (error is filled).
 MUST_USE status_t scenario_interpret(scenario_line_t* line, const char* actor, bool* out_mine,
                                      char error[SCENARIO_ERROR_MAX]);
@@ -60,13 +60,13 @@ typedef struct {
     size_t room;
 } scenario_lines_t;
 
-/// Insert a record of `octets` octets that begins with its time (uint64_t, ns): after those of the same time,
-/// and not before `next`. A full array loses what has been played, or grows. STATUS_OK, STATUS_EXHAUSTED (no
-/// memory; nothing is changed).
+/// Insert a record of `octets` octets that begins with its time (uint64_t, ns), after records of the same
+/// time and not before `next`. If the array is full, played records are removed, or it grows. STATUS_OK,
+/// STATUS_EXHAUSTED (no memory; nothing is changed).
 MUST_USE status_t scenario_insert(scenario_lines_t* lines, const void* record, size_t octets);
 
-/// Read word `index` as a number in [low, high]; `name` is used in the message.
-/// Returns STATUS_OK, STATUS_INVALID (missing, not a number, outside the range; error is filled).
+/// Read word `index` as a number in [low, high]; `name` is its name in the message. Returns STATUS_OK,
+/// STATUS_INVALID (missing, not a number, outside the range; error is filled).
 MUST_USE status_t scenario_number(const scenario_line_t* line, size_t index, const char* name, double low,
                                   double high, double* out_value, char error[SCENARIO_ERROR_MAX]);
 

@@ -4,7 +4,7 @@
 #include <math.h>
 
 #define REACH_MARGIN_M 0.01
-#define HALVINGS 40U ///< Halvings of a few centimetres: far below the steps of any encoder.
+#define HALVINGS 40U ///< Halvings of a few centimetres: the error is far below the resolution of any encoder.
 
 /// Contact with one part of the contour: direction away from the contour, depth of the finger in it.
 typedef struct {
@@ -90,7 +90,7 @@ double scene_press_height(const scene_t* const scene, const double x_m, const do
     return high;
 }
 
-/// Torques about both joints of a force at a point, for the arm whose tip is at `tip`.
+/// Add the torques about both joints of a force at a point, for an arm with its tip at `tip`.
 static void add_torque(const scene_t* const scene, const plane_t tip, const plane_t point,
                        const plane_t force, double torque_nm[SCENE_JOINTS])
 {

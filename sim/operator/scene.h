@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The operator's knowledge of the scene: position of the finger by joint angles, and forces of contour and
-/// spring. Static models, written independently of the plant's.
+/// The operator's knowledge of the scene: position of the finger for joint angles, and forces of contour and
+/// spring. The models are static and independent of those of the plant.
 #ifndef SIM_OPERATOR_SCENE_H
 #define SIM_OPERATOR_SCENE_H
 
@@ -11,8 +11,8 @@
 #define SCENE_JOINTS 2U
 
 /// The operator's model of the scene, which is planar: a fixed robot at the origin whose two joints turn
-/// about -y and whose links lie along x; a sphere at its tip ("finger"), which touches a fixture of a box and
-/// a bump across it, and pulls one cable.
+/// about -y and whose links lie along x; a sphere at its tip ("finger"), which touches a fixture (a box with
+/// a bump across it) and pulls one cable.
 typedef struct {
     double link_length_m[SCENE_JOINTS];
     double home_rad[SCENE_JOINTS];
@@ -26,7 +26,7 @@ typedef struct {
     double hook_m[2];             ///< x, z of the spring's hook at rest.
     double cable_m;               ///< Rest length of the cable, straight down from the hook.
     double spring_stiffness_n_m;  ///< Stiffness beyond the preload.
-    double spring_preload_n;      ///< Reached over the first spring_preload_m.
+    double spring_preload_n;      ///< The force reaches it over the first spring_preload_m.
     double spring_preload_m;
 } scene_t;
 
@@ -43,13 +43,13 @@ typedef struct {
 /// True if the finger can reach `tip` with a margin of 1 cm.
 bool scene_reachable(const scene_t* scene, plane_t tip);
 
-/// Tip for joint angles.
+/// Position of the tip for joint angles.
 plane_t scene_tip(const scene_t* scene, const double joint_rad[SCENE_JOINTS]);
 
 /// Joint angles for a tip within reach, elbow up.
 void scene_joints(const scene_t* scene, plane_t tip, double out_joint_rad[SCENE_JOINTS]);
 
-/// Height of the finger's centre at which it presses on the contour with `force_n` (0: just touches).
+/// Height of the centre of the finger at which it presses on the contour with `force_n` (0: it touches only).
 double scene_press_height(const scene_t* scene, double x_m, double force_n);
 
 /// True if a finger at `tip` would overlap the contour, so that it presses on it.

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-#define ALIGNED 1e-9 // Largest deviation of a direction.
+#define ALIGNED 1e-9 // Largest deviation of a component of a direction.
 
 typedef struct {
     const world_t* world;

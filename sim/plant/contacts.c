@@ -80,7 +80,7 @@ static void follow(solid_t* const solid)
     place(solid, &now);
 }
 
-/// Number of a shape of a link; the shape is made when a contact first names it.
+/// Number of a shape of a link. The shape is made when the first contact names it.
 static unsigned solid_of_link(plant_t* const plant, const unsigned robot, const unsigned index)
 {
     const unsigned number      = robot * ROBOT_SHAPES_MAX + index;
@@ -127,7 +127,7 @@ static unsigned solid_of_fixture(plant_t* const plant, const unsigned fixture, c
 
 // ---- Pairs ----
 
-/// Write the numbers of the shapes of one side of a contact, at most `most`. Returns how many were written.
+/// Write the numbers of the shapes of one side of a contact, at most `most`. Returns their number.
 static unsigned shapes_of(plant_t* const plant, const world_side_t* const side, const unsigned most,
                           unsigned out_solid[])
 {
@@ -160,7 +160,7 @@ static status_t add_pair(plant_t* const plant, const unsigned contact, const uns
                                "a link that moves, or one on the other side", error);
     }
     if ((contacts->solid[a].shape->kind == SHAPE_CYLINDER) &&
-        (contacts->solid[b].shape->kind == SHAPE_CYLINDER)) { // ODE finds one point, also along a line.
+        (contacts->solid[b].shape->kind == SHAPE_CYLINDER)) { // ODE finds only one point of a line contact.
         return document_refuse(plant->world->path, own->line, "two cylinders",
                                "a box or a sphere on one side: cylinders do not support each other", error);
     }
@@ -266,7 +266,8 @@ static void set_directions(pair_t* const pair, const double normal[3])
     pair->is_steep = is_steep;
 }
 
-/// Where the force acts: on a ball, at the deepest point of its surface; else where ODE has found it.
+/// Set the point at which the force acts: the deepest point of the surface of a sphere, else the point that
+/// ODE has found.
 static void set_point(const solid_t* const a, const solid_t* const b, const dContactGeom* const found,
                       point_t* const point)
 {
@@ -278,13 +279,13 @@ static void set_point(const solid_t* const a, const solid_t* const b, const dCon
         } else if (b->shape->kind == SHAPE_SPHERE) {
             point->point_m[i] = b->position_m[i] + b->shape->radius_m * found->normal[i];
         } else {
-            // The point is that of ODE.
+            // Keep the point that ODE has found.
         }
     }
 }
 
-/// The contact is elastic along the surface as well: while it does not slide, a spring and a damper hold it.
-/// ODE integrates them implicitly if they are given as a slip in proportion to the force and a motion of the
+/// Add the elasticity along the surface: while the contact does not slide, a spring and a damper hold it. ODE
+/// integrates both implicitly if they are expressed as a slip proportional to the force and a motion of the
 /// surface that reduces the stretch.
 static void add_shear(const world_contact_t* const own, const pair_t* const pair, const double share,
                       const double dt_s, dSurfaceParameters* const surface)
@@ -329,8 +330,8 @@ static void add_joint(plant_t* const plant, pair_t* const pair, const dContactGe
     pair->count++;
 }
 
-/// The geometry of `solid` for contact with `other`. For a ball beside a cylinder it is a capsule, whose side
-/// is the same surface.
+/// The geometry of `solid` for contact with `other`. For a sphere at the side of a cylinder it is a capsule,
+/// whose side is the same surface.
 static dGeomID geometry(const solid_t* const solid, const solid_t* const other)
 {
     if ((solid->side == NULL) || (other->shape->kind != SHAPE_SPHERE)) {
@@ -356,7 +357,7 @@ static bool is_near(const solid_t* const a, const solid_t* const b)
 void contacts_touch(plant_t* const plant, const double dt_s)
 {
     contacts_t* contacts = &plant->contacts;
-    // The shapes of fixtures, behind those of the robots, do not move.
+    // Only shapes of robots move; those of fixtures follow them in the array.
     const size_t robots = (contacts->pair_count > 0U) ? plant->world->robot_count : 0U;
     for (size_t i = 0U; i < (robots * ROBOT_SHAPES_MAX); i++) {
         if (contacts->solid[i].body != NULL) {

@@ -35,8 +35,8 @@ double joint_rotor_step(const plant_drive_t* const drive, plant_rotor_t* const r
     const double ripple  = torque_ripple(&drive->ripple, rotor->position_rad);
     const double driving = torque_nm + ripple;
 
-    // Exact dry friction: it reduces the speed as much as it can in this substep, but never reverses it.
-    // Stable for any slope, and a rotor at rest keeps its position to the last bit.
+    // Exact dry friction reduces the speed as much as possible in this substep, but never reverses it. This
+    // is stable for any slope, and a rotor at rest keeps its position to the last bit.
     const double free = rotor->velocity_rad_s + h_s * (driving - gear_torque_nm - viscous + stop) / inertia;
     const double most = h_s * dry_friction(drive, rotor->velocity_rad_s, brake) / inertia;
     const double next = (fabs(free) <= most) ? 0.0 : free - ((free > 0.0) ? most : -most);

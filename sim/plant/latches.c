@@ -116,7 +116,7 @@ bool latches_step(plant_t* const plant, const plant_input_t* const input, const 
             close_latch(plant, i);
             has_closed = true;
         } else {
-            // It stays as it is.
+            // The latch does not change.
         }
         plant->truth.is_latched[i] = own->joint != NULL;
     }

@@ -4,9 +4,9 @@
 #include <math.h>
 #include <string.h>
 
-#define CORRECTION 0.2   // Share of a position error that a step takes back, as the ERP of ODE's joints.
+#define CORRECTION 0.2   // Share of a position error that a step corrects, like the ERP of joints in ODE.
 #define PROBE 1e-3       // Force of a trial step, relative to the force of the last step plus 1.
-#define LEAST_PIVOT 1e-9 // Response [1/kg] of a pair that cannot move.
+#define LEAST_PIVOT 1e-9 // A pair with a smaller response [1/kg] cannot move.
 
 /// A body before a step.
 typedef struct {
@@ -70,7 +70,7 @@ static void push(const joint_t* const joint, const double force)
     }
 }
 
-/// Distance of a mimic from the position that its leader asks for.
+/// Distance of a mimic from the position that its leader determines.
 static double error_of(const plant_t* const plant, const mimic_t* const mimic)
 {
     const double* before = plant->truth.link_position_rad;
@@ -106,8 +106,8 @@ static void eliminate(double row[MIMICS_MAX][MIMICS_MAX + 1U], const size_t coun
     }
 }
 
-/// Solve the equations whose right sides are in the last column. The matrix is symmetric and positive, up to
-/// friction of contacts, so it needs no exchange of rows; the unknown of a row without a pivot is zero.
+/// Solve the equations whose right sides are in the last column. Except for friction of contacts the matrix
+/// is symmetric and positive, so no exchange of rows is needed; the unknown of a row without a pivot is zero.
 static void solve(double row[MIMICS_MAX][MIMICS_MAX + 1U], const size_t count, double out[])
 {
     bool is_free[MIMICS_MAX];

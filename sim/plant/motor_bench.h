@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A motor without a robot: the rotor of a joint with friction, brake and end stops, whose output touches an
-/// elastic object at an angle. Sufficient for a gripper, the shutter of a lamp, or a drive on a table.
+/// A motor without a robot: the rotor of a joint with friction, brake and end stops. Above a given angle its
+/// output touches an elastic object. This model is sufficient for a gripper, a shutter, or a drive on a
+/// table.
 ///
 /// Ownership  The caller places motor_bench_t.
 /// Context    One task.
@@ -20,7 +21,7 @@ typedef struct { // Read-only for others.
     double output_torque_nm; ///< Gear torque on the output, as the drive's torque sensor measures it.
 } motor_bench_t;
 
-/// At rest at angle 0. The drive outlives the bench.
+/// Initialise a bench at rest at angle 0. The drive must exist as long as the bench.
 void motor_bench_init(motor_bench_t* bench, const plant_drive_t* drive, double contact_rad,
                       double stiffness_nm_rad);
 /// Advance by h_s under the torque of the motor, with the brake on or off.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/plant/parameters.h"
 
-/// Per turn of the motor: two lobes of a strain-wave gear.
+/// Periods of a ripple per turn of the motor: a strain-wave gear has two lobes.
 #define DEFAULT_PERIODS 2.0
 
 static torque_ripple_t ripple_of(const world_drive_type_t* const type, const double amplitude_nm,

@@ -7,9 +7,9 @@
 #include "sim/plant/sensor.h"
 #include "sim/world/world.h"
 
-/// A drive of a type, with its end stops.
+/// Parameters of a drive of a type with these end stops.
 plant_drive_t plant_drive_of(const world_drive_type_t* type, double lower_rad, double upper_rad);
-/// Apply what one drive differs by from its type.
+/// Apply the differences of one drive from its type.
 void plant_drive_vary(plant_drive_t* drive, const world_drive_difference_t* differs);
 torque_sensor_parameters_t torque_sensor_of(const world_drive_type_t* type);
 encoder_parameters_t encoder_of(const world_drive_type_t* type);

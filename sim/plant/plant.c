@@ -20,7 +20,7 @@
 
 #define NS_PER_S 1.0e9
 
-static unsigned open_plants; // ODE is initialised while any plant exists.
+static unsigned open_plants; // Number of plants. ODE is initialised while there is at least one.
 
 // ---- Creation ----
 
@@ -152,8 +152,9 @@ static void step_stick(plant_t* const plant, const plant_input_t* const input, c
     }
 }
 
-/// Torque of a rotor, of angular momentum J_m N w, on the parent link that carries it: the reaction to its
-/// acceleration, and the gyroscopic torque. A prismatic joint has none: the axis of its motor is not known.
+/// Apply the torque of a rotor, whose angular momentum is J_m N w, to the parent link that carries it: the
+/// reaction to its acceleration, and the gyroscopic torque. For a prismatic joint it is zero, because the
+/// axis of the motor is not known.
 static void rotor_reaction(const joint_t* const joint, const double speed_rad_s, const double before_rad_s,
                            const double dt_s)
 {
@@ -188,7 +189,7 @@ static void clear_sums(plant_t* const plant, const plant_input_t* const input)
     }
 }
 
-/// Integrate what is outside of ODE, rotors and joysticks; then apply the gear torques to the links.
+/// Integrate rotors and joysticks, which are outside of ODE; then apply the gear torques to the links.
 static void step_mechanisms(plant_t* const plant, const plant_input_t* const input, const double dt_s)
 {
     plant_truth_t* truth = &plant->truth;
@@ -233,7 +234,7 @@ static void pull_springs(plant_t* const plant)
     }
 }
 
-/// Thrust of the open valves on their links.
+/// Apply the thrust of the open valves to their links.
 static void push_valves(plant_t* const plant, const plant_input_t* const input)
 {
     for (unsigned i = 0U; i < plant->world->valve_count; i++) {
@@ -294,8 +295,8 @@ void plant_step(plant_t* const plant, const plant_input_t* const input, const ui
     if (plant_failure(plant) != NULL) {
         return;
     }
-    // ODE's velocities perpendicular to the arm's plane decay into denormals, which make a step eight times
-    // as long. Processors without this mode compute the same results, more slowly.
+    // Velocities perpendicular to the plane of a planar arm decay into denormal numbers, which make a step
+    // eight times as long. Processors without this mode compute the same results more slowly.
 #if defined(__SSE2__)
     const unsigned mode = _mm_getcsr();
     _mm_setcsr(mode | DENORMALS_ARE_ZERO);

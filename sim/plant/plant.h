@@ -4,15 +4,15 @@
 /// Bodies, joints and contacts live in an ODE world (dWorldStep). Rotors, gear elasticity, friction, brakes
 /// and joysticks are integrated PLANT_SUBSTEPS times per step outside of ODE, because they are stiff.
 ///
-/// Joints     A Drive moves its joint by a rotor and an elastic gear; its end stops act on the rotor. Without
-///            a Drive there is no friction: the caller's torque acts, and the limits stop without a bounce.
+/// Joints     A Drive moves its joint by a rotor and an elastic gear; its end stops act on the rotor. A joint
+///            without a Drive has no friction: the caller's torque acts on it; limits stop it at once.
 /// Wheels     A wheel is modelled as an angular momentum about an axis of its link, without a body.
-/// Indices    plant_joint gives those of joints; contacts, springs, joysticks have those of the world.
+/// Indices    plant_joint gives those of joints; contacts, springs and joysticks have those of the world.
 /// Units      For a prismatic joint, read m, N and kg where names contain rad, Nm and kgm2.
 /// Ownership  plant_create allocates, plant_destroy frees. The world outlives the plant. Any number of plants
 ///            may live in one process; one thread steps a given plant.
-/// Results    Bit-identical in every repeat of the same calls. A step restores the floating point mode of the
-///            caller; inside it denormals count as zero.
+/// Results    Bit-identical if the same calls are repeated. During a step denormal numbers count as zero; the
+///            step restores the floating point mode of the caller.
 /// Time       About 3 us per step of 0.5 ms for two joints with a contact.
 #ifndef SIM_PLANT_PLANT_H
 #define SIM_PLANT_PLANT_H
@@ -33,12 +33,12 @@ typedef struct {
     double gear_ratio;            ///< N: motor turns per joint turn.
     double rotor_inertia_kgm2;    ///< J_motor N^2.
     double gear_stiffness_nm_rad; ///< Harmonic drive and torque sensor in series.
-    double gear_damping_nms_rad;  ///< In parallel to the stiffness.
+    double gear_damping_nms_rad;  ///< Damping parallel to the stiffness.
     double coulomb_nm;            ///< Friction of the moving rotor.
     double stiction_nm;           ///< Friction at zero speed, >= coulomb_nm.
     double stribeck_rad_s;        ///< Speed at which the excess of stiction has halved.
     double viscous_nms_rad;       ///< Friction growing with speed.
-    torque_ripple_t ripple;       ///< Of motor and gear, on the rotor.
+    torque_ripple_t ripple;       ///< Torque ripple of motor and gear, acting on the rotor.
     double brake_torque_nm;       ///< Largest torque of the holding brake.
     double lower_rad;             ///< Position of the end stops.
     double upper_rad;
@@ -52,16 +52,16 @@ typedef struct {
     double velocity_rad_s;
 } plant_rotor_t;
 
-/// The operator's hand on a joystick. Called before each rotor step (substep 0 .. PLANT_SUBSTEPS-1): its
-/// torque on each axis of the stick.
+/// Function of the operator's hand on a joystick. It is called before each rotor step (substep 0 ..
+/// PLANT_SUBSTEPS-1) and writes the torque of the hand on each axis of the stick.
 typedef void (*plant_hand_t)(void* context, unsigned substep, const double* stick_position_rad,
                              const double* stick_velocity_rad_s, double* out_torque_nm);
 
-/// A reaction wheel. Its momentum is that of the rotor about its axis in the world; it includes the rotation
-/// of the link.
+/// A reaction wheel. Its momentum is that of the rotor about its axis relative to the world, so it includes
+/// the rotation of the link.
 typedef struct {
     double momentum_nms;
-    double torque_nm;     ///< On the rotor in the last step, after the limits of torque and momentum.
+    double torque_nm;     ///< Torque on the rotor in the last step, limited by torque and momentum.
     double carrier_rad_s; ///< Rate of its link about its axis.
 } plant_wheel_t;
 
@@ -74,7 +74,7 @@ typedef struct {
     plant_hand_t hand[WORLD_JOYSTICKS_MAX]; ///< Null: no hand on that joystick.
     void* hand_context[WORLD_JOYSTICKS_MAX];
     bool brake_engaged[PLANT_JOINTS_MAX]; ///< Holding brake of the rotor, during the whole step.
-    bool valve_open[WORLD_VALVES_MAX];    ///< During the whole step.
+    bool valve_open[WORLD_VALVES_MAX];    ///< Valves that are open during the whole step.
     /// Motor torques of the joysticks, during the whole step.
     double stick_torque_nm[WORLD_JOYSTICKS_MAX][PLANT_AXES_MAX];
     double wheel_torque_nm[WORLD_WHEELS_MAX]; ///< Motor torques of the wheels, during the whole step.
@@ -127,16 +127,16 @@ typedef struct {
     plant_spring_t spring[WORLD_SPRINGS_MAX];
     plant_stick_t stick[WORLD_JOYSTICKS_MAX];
     plant_wheel_t wheel[WORLD_WHEELS_MAX];
-    bool is_latched[WORLD_LATCHES_MAX]; ///< A fixed joint, at the pose in which it closed.
+    bool is_latched[WORLD_LATCHES_MAX]; ///< The latch is closed: a fixed joint at the pose of its closing.
     unsigned base_count;                ///< Robots with a free base, in the order of the world.
     plant_base_t base[WORLD_ROBOTS_MAX];
 } plant_truth_t;
 
 typedef struct plant plant_t;
 
-/// A world at rest in its start pose, gears relaxed, brakes as in the input of the first step, sticks at
-/// zero. Returns STATUS_OK; else *out_plant is null and `error` is filled: STATUS_INVALID (file and line of
-/// what the plant does not support), STATUS_EXHAUSTED.
+/// Create the plant of a world in its start pose, with relaxed gears and sticks at zero. Returns STATUS_OK;
+/// else *out_plant is null and `error` is filled: STATUS_INVALID (file and line of an element that the plant
+/// does not support), STATUS_EXHAUSTED.
 MUST_USE status_t plant_create(const world_t* world, plant_t** out_plant, char error[DOCUMENT_ERROR_MAX]);
 
 /// Free the world. Null is allowed.
@@ -145,11 +145,11 @@ void plant_destroy(plant_t* plant);
 /// Advance by dt_ns (500 000 in the mission; tests use others).
 void plant_step(plant_t* plant, const plant_input_t* input, uint64_t dt_ns);
 
-/// Why the world diverges: which body, when, and what to look at. plant_step changes nothing from then on.
-/// Null: it does not.
+/// The reason for which the world diverges: body, time, and parameters to check. From then on plant_step has
+/// no effect. Null if the world does not diverge.
 const char* plant_failure(const plant_t* plant);
 
-/// State after the last step; valid until plant_destroy, renewed by each plant_step.
+/// State after the last step; valid until plant_destroy, updated by each plant_step.
 const plant_truth_t* plant_truth(const plant_t* plant);
 
 /// Pose and motion of the frame of a link of a robot, at the end of the last step.

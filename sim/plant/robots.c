@@ -5,8 +5,8 @@
 #include <math.h>
 #include <string.h>
 
-/// Pose of a body at the start. Successive turns about one axis are added to one angle: in floating point the
-/// sum of angles is more exact than the product of rotations.
+/// Pose of a body at the start. Successive turns about the same axis are added to one angle, because in
+/// floating point the sum of angles is more exact than the product of rotations.
 typedef struct {
     pose_t pose;
     matrix_t still; ///< Rotation before the turn.
@@ -112,7 +112,7 @@ static void set_rotation(const dBodyID body, const start_pose_t* const place)
     dBodySetRotation(body, rotation);
 }
 
-/// A body whose ODE frame lies in its centre of mass, with the axes of the model.
+/// Create a body. Its frame in ODE has the origin in the centre of mass and the axes of the model.
 static dBodyID create_body(const plant_t* const plant, const robot_mass_t* const mass,
                            const start_pose_t* const place)
 {
@@ -132,7 +132,8 @@ static dBodyID create_body(const plant_t* const plant, const robot_mass_t* const
 
 // ---- Joints ----
 
-/// Set the limits of a joint without a drive as stops of ODE, whose positions count from the start.
+/// Set the limits of a joint without a drive as stops in ODE, whose joint positions are relative to the
+/// start.
 static status_t limit(const plant_t* const plant, const world_robot_t* const robot,
                       const joint_t* const joint, char error[DOCUMENT_ERROR_MAX])
 {
@@ -313,7 +314,8 @@ status_t robots_create(plant_t* const plant, char error[DOCUMENT_ERROR_MAX])
 
 // ---- State ----
 
-/// Speed of a prismatic joint. ODE's own figure ignores the velocity that a turning parent gives the body.
+/// Speed of a prismatic joint. The speed that ODE computes ignores the velocity of the body due to a turning
+/// parent.
 static double slider_speed(const joint_t* const joint)
 {
     const dBodyID body = dJointGetBody(joint->ode, 0);
@@ -338,7 +340,7 @@ double joint_position(const joint_t* const joint, const double before)
     return before + (change + turn);
 }
 
-/// Position and speed of a joint; angles keep counting beyond half a turn.
+/// Read position and speed of a joint; angles are not limited to half a turn.
 static void read_joint(joint_t* const joint, double* const position, double* const velocity)
 {
     *position = joint_position(joint, *position);

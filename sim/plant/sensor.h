@@ -2,7 +2,7 @@
 /// Sensor errors: computes the measured value from the true state.
 ///
 /// Noise is a function of (seed, device, step) only: adding a device or omitting a sample does not change the
-/// noise of the others. The noise does not use libm, so it is the same on every machine.
+/// noise of other devices. The noise does not use libm, so it is the same on every machine.
 #ifndef SIM_PLANT_SENSOR_H
 #define SIM_PLANT_SENSOR_H
 
@@ -11,10 +11,10 @@
 /// Standard normal variate (sum of twelve uniforms, within +-6) for (seed, device, step).
 double sensor_noise(uint64_t seed, uint32_t device, uint64_t step);
 
-/// Uniform variate in [-1, 1) for (seed, device, step); a stream of its own.
+/// Uniform variate in [-1, 1) for (seed, device, step), independent of sensor_noise.
 double sensor_uniform(uint64_t seed, uint32_t device, uint64_t step);
 
-/// A periodic torque of a motor or gear, or error of a torque sensor: a sine of the motor's angle.
+/// A periodic torque of a motor or gear, or a periodic error of a torque sensor: a sine of the motor angle.
 typedef struct {
     double amplitude_nm;
     double waves; ///< Radians of the sine per radian of the joint: periods per turn of the motor times N.
@@ -44,8 +44,8 @@ typedef struct {
 void torque_sensor_init(torque_sensor_t* sensor, const torque_sensor_parameters_t* parameters, uint64_t seed,
                         uint32_t device);
 
-/// Reading for a true torque at a step and position of the motor; the same arguments give the same reading.
-/// The device quantises.
+/// Reading for a true torque at a step and position of the motor, not quantised; the same arguments give the
+/// same reading.
 double torque_sensor_read(const torque_sensor_t* sensor, uint64_t step, uint64_t time_ns, double torque_nm,
                           double motor_position_rad);
 
@@ -54,7 +54,7 @@ typedef struct {
     double gear_ratio;        ///< Turns of that shaft per turn of the joint or stick; 1 without a gear.
 } encoder_parameters_t;
 
-/// Count of the encoder at a true position: floor, as an edge counter does.
+/// Count of the encoder at a true position, rounded down, as an edge counter does.
 int64_t encoder_count(const encoder_parameters_t* parameters, double position_rad);
 
 /// The position that a device reports: its count in radians.

@@ -5,12 +5,12 @@
 #include <stdio.h>
 #include <string.h>
 
-#define FASTEST_M_S 1e5 // Nothing that the simulator can simulate is faster. ODE asserts finite states only.
+#define FASTEST_M_S 1e5 // The simulator is not made for higher speeds. ODE asserts that states are finite.
 #define FASTEST_RAD_S 1e5
 #define NS_PER_S 1.0e9
 #define NS_PER_US 1000.0
 
-/// A body that is no longer sound, and why.
+/// A body that is no longer sound, and the reason.
 typedef struct {
     unsigned robot;
     unsigned body;
@@ -66,7 +66,7 @@ static void explain(plant_t* const plant, const finding_t* const finding)
         finding->value, finding->unit, (double)plant->truth.time_ns / NS_PER_S,
         has_drive ? "the DriveType of its joint " : (has_joint ? "its joint " : ""),
         has_joint ? robot->model.joint[joint].name : "", has_joint ? "," : "", world->step_ns / NS_PER_US);
-    if (size >= (int)sizeof plant->failure) { // The end is missing.
+    if (size >= (int)sizeof plant->failure) { // The text does not fit.
         (void)strcpy(&plant->failure[sizeof plant->failure - sizeof "..."], "...");
     }
 }

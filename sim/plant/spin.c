@@ -11,9 +11,9 @@ static void cross(const double a[3], const double b[3], double out[3])
 }
 
 /// Add the gyroscopic torque of a body. A step turns the body by its rate at the end of the step; the
-/// momentum is constant only if the torque belongs to this rate, to second order in the step. The torque of
-/// ODE belongs to the rate before the step, and its errors add up. This one extrapolates the rate from the
-/// last two.
+/// momentum is constant, to second order in the step, only if the torque is computed for this rate. ODE
+/// computes its torque for the rate before the step, and the errors add up. This function extrapolates the
+/// rate at the end of the step from the last two rates.
 static void spin(const dBodyID body, double before_rad_s[3], const double dt_s)
 {
     const dReal* now = dBodyGetAngularVel(body);

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-#define ROUNDING_M 1e-9 // Smaller distances from the plane of a planar robot are rounding errors: no force.
+#define ROUNDING_M 1e-9 // Smaller distances from the plane of a planar robot are rounding errors.
 
 /// Force of a cable stretched by `stretch_m`: zero while it is slack; the preload is reached over `travel`.
 static double cable_pull(const world_spring_t* const wire, const double stretch_m)

@@ -6,7 +6,7 @@
 
 #define NS_PER_S 1.0e9
 #define STEP_S 1e-3
-#define NUMBERS 12U ///< Rows of the rotation, rate in the body.
+#define NUMBERS 12U ///< Numbers of a state: the rows of the rotation, and the rate in the body.
 
 static void cross(const double a[3], const double b[3], double out[3])
 {
@@ -51,7 +51,7 @@ static void rates_of(const robot_mass_t* const mass, const matrix_t* const back,
     apply(back, torque, &out[9]);
 }
 
-/// One step of Runge and Kutta.
+/// Perform one step of the Runge-Kutta method.
 static void advance(const robot_mass_t* const mass, const matrix_t* const back, const double h_s,
                     double state[NUMBERS])
 {
@@ -90,7 +90,7 @@ void robot_start(const plant_t* const plant, const unsigned index, robot_start_t
     if (steps == 0U) {
         return;
     }
-    // The centre of mass falls freely, the body turns about it; both backwards.
+    // Backwards in time, the centre of mass falls freely, and the body turns about it without torque.
     const matrix_t back = inverse(&mass->inertia_kgm2);
     const matrix_t into = inverse(&robot->pose.rotation);
     memcpy(state, robot->pose.rotation.at, sizeof robot->pose.rotation.at);

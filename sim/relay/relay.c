@@ -4,7 +4,7 @@
 #include <string.h>
 
 #define TWO_POWER_MINUS_53 1.1102230246251565e-16
-#define LINK_STEP 0xD1B54A32D192ED03ULL ///< Odd: the links have different seeds for every seed of a run.
+#define LINK_STEP 0xD1B54A32D192ED03ULL ///< Difference of the seeds of two links; odd, so all are different.
 
 void relay_init(relay_t* const relay, const uint64_t seed, const relay_law_t* const law)
 {
@@ -40,7 +40,7 @@ void relay_take(relay_t* const relay, const unsigned link, const uint8_t* const 
                 const uint64_t now_ns)
 {
     bus_random_t* const random = &relay->random[link];
-    // Loss and delay are drawn for every frame, so the loss of one does not change the delay of the next.
+    // Draw loss and delay for every frame, so that the loss of a frame does not change the delay of the next.
     const bool is_lost  = bus_random_chance(random, relay->law.loss);
     const double spread = (2.0 * (double)(bus_random_next(random) >> 11U) * TWO_POWER_MINUS_53) - 1.0;
     const double factor = 1.0 + (relay->law.jitter * spread);

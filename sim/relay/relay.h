@@ -17,7 +17,7 @@
 
 #define RELAY_LINKS_MAX 32U
 #define RELAY_FRAME_MAX 1088U  ///< Octets.
-#define RELAY_FRAMES_MAX 4096U ///< Frames under way at a time, all links together.
+#define RELAY_FRAMES_MAX 4096U ///< Most frames of all links that are under way at a time.
 #define RELAY_NEVER UINT64_MAX
 
 typedef struct {
@@ -27,14 +27,14 @@ typedef struct {
 } relay_law_t;
 
 typedef struct {
-    uint64_t delayed;   ///< Frames given out.
-    uint64_t lost;      ///< Frames lost: by the draw, too long, or beyond RELAY_FRAMES_MAX under way.
-    uint64_t reordered; ///< Frames given out after a later frame of their link.
+    uint64_t delayed;   ///< Frames delivered.
+    uint64_t lost;      ///< Frames lost: at random, too long, or beyond RELAY_FRAMES_MAX.
+    uint64_t reordered; ///< Frames delivered after a later frame of their link.
 } relay_counters_t;
 
 typedef struct { // Private.
     uint64_t due_ns;
-    uint64_t number; // On its link, from 1.
+    uint64_t number; // Number of the frame on its link, from 1.
     uint16_t link;
     uint16_t size;
     uint8_t octets[RELAY_FRAME_MAX];
@@ -45,9 +45,9 @@ typedef struct { // Private, except counters.
     relay_counters_t counters;
     bus_random_t random[RELAY_LINKS_MAX];
     uint64_t taken[RELAY_LINKS_MAX];
-    uint64_t latest[RELAY_LINKS_MAX]; // Largest number given out.
+    uint64_t latest[RELAY_LINKS_MAX]; // Largest number of a delivered frame.
     size_t count;
-    size_t first;                     // Place in `order` of the frame that is due first.
+    size_t first;                     // Index in `order` of the frame that is due first.
     uint16_t order[RELAY_FRAMES_MAX]; // Ring of the frames under way, by due time, then by arrival.
     uint16_t unused[RELAY_FRAMES_MAX];
     relay_frame_t frames[RELAY_FRAMES_MAX];
@@ -58,7 +58,7 @@ void relay_init(relay_t* relay, uint64_t seed, const relay_law_t* law);
 void relay_take(relay_t* relay, unsigned link, const uint8_t* octets, size_t size, uint64_t now_ns);
 /// Give the next frame that is due at `now_ns`, valid until the next call of relay_take. Null: none is due.
 const relay_frame_t* relay_give(relay_t* relay, uint64_t now_ns);
-/// When the next frame is due; RELAY_NEVER: there is none.
+/// Time at which the next frame is due; RELAY_NEVER if there is none.
 uint64_t relay_next_ns(const relay_t* relay);
 
 #endif // SIM_RELAY_RELAY_H

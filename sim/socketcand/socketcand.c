@@ -24,13 +24,13 @@
 typedef struct {
     socketcand_t* server;
     bool is_used;
-    bool is_raw; // In raw mode: frames are exchanged.
-    // The client has read the answer to rawmode: it has sent something since, or OK_PATIENCE_NS has passed.
+    bool is_raw; // The client is in raw mode, in which frames are exchanged.
+    // The client has read the answer to rawmode: it has sent a message since, or OK_PATIENCE_NS has passed.
     bool has_heard_ok;
-    // In lock-step: number of steps after which time waits for it. 0: time does not wait.
+    // Number of steps after which simulated time waits for the client. 0: the client is not in lock-step.
     unsigned step_every;
     unsigned steps_unfinished; // Number of reported steps that it has not finished yet.
-    uint64_t raw_ns;           // Wall-clock time of rawmode.
+    uint64_t raw_ns;           // Wall-clock time of the answer to rawmode.
     osal_socket_t socket;
     bus_t* bus;
     unsigned node;
@@ -116,7 +116,7 @@ static void reply(client_t* const client, const char* const text)
     queue_text(client, text, strlen(text));
 }
 
-/// True if frames may be sent to the client. Some clients compare everything that one read returns with the
+/// True if frames may be sent to the client. Some clients compare all octets that one read returns with the
 /// answer to rawmode, so no frame may follow that answer directly.
 static bool may_send_frames(client_t* const client)
 {
@@ -215,12 +215,13 @@ static void handle_input(client_t* const client)
     }
     const size_t left = client->input_size - (size_t)(rest - client->input);
     memmove(client->input, rest, left);
-    client->input_size = (left < INPUT_OCTETS) ? left : 0U; // Discard them: no message is so long.
+    client->input_size = (left < INPUT_OCTETS) ? left : 0U; // Discard a text that is too long for a message.
 }
 
 static void receive_from(client_t* const client)
 {
-    // Read while the transmit queue has room; the rest waits in the socket, and finally in the client.
+    // Read while the transmit queue has room. Other octets wait in the socket, and when it is full, in the
+    // client.
     while (client->is_used) {
         size_t size = 0U;
         if ((client->node != NO_NODE) && (bus_queued(client->bus, client->node) > (BUS_QUEUE_FRAMES / 2U))) {

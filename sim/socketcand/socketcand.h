@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Server of the socketcand protocol on loopback: off-the-shelf tools (python-can, Kayak, SavvyCAN) become
-/// one more node of a simulated bus. One TCP port; the bus is chosen by `< open NAME >`; raw mode.
+/// Server of the socketcand protocol on loopback: a tool (python-can, Kayak, SavvyCAN) becomes an additional
+/// node of a simulated bus. There is one TCP port; `< open NAME >` selects the bus; raw mode.
 ///
-/// Time stamps are simulated. Messages that a slow client does not read are dropped and counted; it never
-/// delays the simulation. FD frames are sent as frames without a flag, because the protocol has none for
+/// Time stamps are simulated time. Messages that a slow client does not read are dropped and counted, so that
+/// it never delays the simulation. FD frames are sent without a flag, because the protocol has no flag for
 /// them.
 ///
 /// One message extends the protocol: a client that sends `< step N >` (1 to 1000) is in lock-step from then
-/// on. It receives `< step SEC.USEC >` after the frames of every N-th step, and simulated time waits until it
-/// sends `< step N >` again. The frames that it sends before are on the bus in the next step, however slow
-/// the client is.
+/// on. It receives `< step SEC.USEC >` after the frames of every N-th step, and simulated time waits until
+/// the client sends `< step N >` again. The frames that it has sent before are on the bus in the next step,
+/// however slow it is.
 ///
 /// Ownership  socketcand_open allocates; the buses outlive the server.
-/// Context    The task that runs the buses, between two runs.
+/// Context    The task that runs the buses, between two calls of bus_run_until.
 #ifndef SIM_SOCKETCAND_SOCKETCAND_H
 #define SIM_SOCKETCAND_SOCKETCAND_H
 
@@ -46,9 +46,9 @@ unsigned socketcand_receive(socketcand_t* server);
 /// Send the frames that the clients' nodes have received.
 void socketcand_send(socketcand_t* server);
 /// End a step at now_ns: report it to the clients in lock-step, and wait (wall-clock, at most timeout_ms)
-/// until each has finished it. A client that has not is dropped. Returns the number of dropped clients.
+/// until each has finished it. Clients that have not are disconnected. Returns their number.
 unsigned socketcand_end_step(socketcand_t* server, uint64_t now_ns, uint32_t timeout_ms);
-/// Wait (wall-clock) until a client has sent something or connects, at most timeout_ms.
+/// Wait (wall-clock) until a client has sent octets or connects, at most timeout_ms.
 void socketcand_wait(socketcand_t* server, uint32_t timeout_ms);
 
 /// Number of messages that were dropped because a client did not read them.

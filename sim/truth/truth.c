@@ -17,7 +17,7 @@
 #define TEXT_MAX 96U                ///< Longer texts are cut.
 #define CONTENT_AT 16U              ///< The content of an event begins after its fingerprint and its time.
 
-// What lcm-gen computes from the .lcm files; a test compares them.
+// Fingerprints of the types. lcm-gen computes them from the .lcm files, and a test compares them.
 #define WORLD_FINGERPRINT 0x887e8e9e77de14a2U
 #define SPRING_FINGERPRINT 0xa89b5a445320e88aU
 #define BASE_FINGERPRINT 0x2ae373c47d896116U
@@ -37,7 +37,7 @@
 #define LATCH_FINGERPRINT 0x6082048e59e35adaU
 #define FAULT_FINGERPRINT 0x80b9c8e8a82d7e4aU
 
-/// One event under construction: big-endian, as LCM encodes. All its floating point numbers are in one place.
+/// One event under construction, encoded big-endian as in LCM. Its floating point numbers are consecutive.
 typedef struct {
     uint8_t octet[EVENT_MAX];
     size_t used;
@@ -46,7 +46,7 @@ typedef struct {
     uint64_t time_ns;
 } event_t;
 
-/// The channels that are offered at every step, in the order of a step.
+/// The channels that are passed at every step, in the order of a step.
 typedef enum {
     JOINTS,
     STICK,
@@ -67,8 +67,8 @@ static const char* const state_names[STATE_CHANNELS] = {"JOINTS", "STICK", "CONT
                                                         "POWER",  "BUS",   "OPERATOR"};
 
 typedef struct {
-    event_t written;  ///< The last one in the log; nothing used: there is none.
-    event_t left_out; ///< The one after it that is not in the log; nothing used: there is none.
+    event_t written;  ///< Last event in the log; empty if there is none.
+    event_t left_out; ///< Later event that is not in the log; empty if there is none.
 } history_t;
 
 struct truth {
@@ -164,7 +164,7 @@ static void begin(event_t* const event, const uint64_t fingerprint, const uint64
     put_u64(event, time_ns);
 }
 
-/// What lcm_eventlog_write_event writes in nine pieces, of which each costs more than its octets.
+/// Write an event by one call. lcm_eventlog_write_event writes nine pieces, which takes longer.
 static status_t write_record(truth_t* const truth, const char* const channel, event_t* const event)
 {
     uint8_t head[HEADER_OCTETS + CHANNEL_MAX];
@@ -184,7 +184,7 @@ static status_t write_record(truth_t* const truth, const char* const channel, ev
     return truth->failed ? STATUS_IO : STATUS_OK;
 }
 
-/// The last event of a log that has reached its bound.
+/// Write CUT, the last event of a log that has reached its maximum size.
 static status_t cut(truth_t* const truth, const uint64_t time_ns)
 {
     event_t event;
@@ -206,7 +206,7 @@ static status_t write_event(truth_t* const truth, const char* const channel, eve
     return is_full ? cut(truth, event->time_ns) : write_record(truth, channel, event);
 }
 
-// ---- What is at rest ----
+// ---- Channels at rest ----
 
 static double number_of(const event_t* const event, const size_t index)
 {
@@ -216,7 +216,7 @@ static double number_of(const event_t* const event, const size_t index)
     return value;
 }
 
-/// Whether all numbers are equal but for TRUTH_RESOLUTION, and everything else exactly.
+/// True if all floating point numbers differ by at most TRUTH_RESOLUTION, and all other octets are equal.
 static bool is_same(const event_t* const a, const event_t* const b)
 {
     if ((a->used != b->used) || (a->numbers != b->numbers)) {
@@ -226,7 +226,7 @@ static bool is_same(const event_t* const a, const event_t* const b)
         a->numbers_at + (a->numbers * sizeof(double)); // Before the numbers, there is their count.
     bool is_equal = memcmp(&a->octet[end], &b->octet[end], a->used - end) == 0;
     for (size_t i = 0U; is_equal && (i < a->numbers); i++) {
-        is_equal = fabs(number_of(a, i) - number_of(b, i)) <= TRUTH_RESOLUTION; // Not if one is not a number.
+        is_equal = fabs(number_of(a, i) - number_of(b, i)) <= TRUTH_RESOLUTION; // False for NaN.
     }
     return is_equal;
 }
@@ -248,8 +248,8 @@ static status_t write_left_out(truth_t* const truth, const state_channel_t chann
     return status;
 }
 
-/// Write the event of a step if it differs from the last one of its channel. If the event of the step before
-/// has been left out, it comes first.
+/// Write the event of a step if it differs from the last event of its channel. If the event of the previous
+/// step was left out, write that one first, so that the log shows when the change began.
 static status_t write_state(truth_t* const truth, const state_channel_t channel, event_t* const event)
 {
     history_t* history    = &truth->history[channel];
@@ -276,7 +276,8 @@ status_t truth_open(const char* const path, const uint64_t most_octets, truth_t*
         free(truth);
         return STATUS_IO;
     }
-    // One task writes thousands of small pieces a second: it takes no lock for each, and uses a large buffer.
+    // One task writes thousands of small pieces a second: use a large buffer, and do not lock the file for
+    // each.
     (void)__fsetlocking(truth->log->f, FSETLOCKING_BYCALLER);
     (void)setvbuf(truth->log->f, truth->buffer, _IOFBF, sizeof truth->buffer);
     truth->most_octets = most_octets;
@@ -290,7 +291,7 @@ status_t truth_close(truth_t* const truth)
         return STATUS_OK;
     }
     for (unsigned i = 0U; i < STATE_CHANNELS; i++) {
-        (void)write_left_out(truth, (state_channel_t)i); // The log shows until when it was at rest.
+        (void)write_left_out(truth, (state_channel_t)i); // The log then shows the end of the rest.
     }
     const bool failed = truth->failed || (fflush(truth->log->f) != 0) || (ferror(truth->log->f) != 0);
     lcm_eventlog_destroy(truth->log);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The true state of the simulator as an LCM event log, stamped with simulated time. The figures of a run
-/// compare telemetry with it. Two runs of one seed give the same file, octet for octet.
+/// The true state of the simulator as an LCM event log with simulated time. The figures of a run compare
+/// telemetry with it. Two runs with the same seed give the same file, octet for octet.
 ///
-/// Types are the .lcm files in the folder of this header; encoding follows LCM's wire format. Channels and
-/// rates are in sim/truth/README.md. What is at rest is written every TRUTH_INTERVAL_NS only. Writing costs
-/// about 0.4 us per event, without waiting for the disk.
+/// The .lcm files in the folder of this header define the types; sim/truth/README.md describes channels and
+/// rates. A channel at rest is written only every TRUTH_INTERVAL_NS. Writing takes about 0.4 us per event and
+/// does not wait for the disk.
 ///
 /// Ownership  truth_open allocates, truth_close frees and flushes.
 #ifndef SIM_TRUTH_TRUTH_H
@@ -17,8 +17,8 @@
 
 #define TRUTH_OCTETS_MAX 4294967296U ///< A log of this size ends with an event CUT.
 
-#define TRUTH_INTERVAL_NS 100000000U ///< Between two events of a channel at rest.
-#define TRUTH_RESOLUTION 1e-9        ///< Smaller changes of a number count as rest, in its SI unit.
+#define TRUTH_INTERVAL_NS 100000000U ///< Time between two events of a channel at rest.
+#define TRUTH_RESOLUTION 1e-9        ///< A channel is at rest if its numbers change by less [SI units].
 
 typedef struct truth truth_t;
 
@@ -26,10 +26,10 @@ typedef struct truth truth_t;
 /// is null).
 MUST_USE status_t truth_open(const char* path, uint64_t most_octets, truth_t** out_truth);
 
-/// Give what is buffered to the operating system.
+/// Pass buffered events to the operating system.
 void truth_flush(truth_t* truth);
 
-/// Flush and close; null is allowed. Returns STATUS_OK or STATUS_IO: something was not written.
+/// Flush and close; null is allowed. Returns STATUS_OK or STATUS_IO: some events were not written.
 status_t truth_close(truth_t* truth);
 
 /// Channel JOINTS, at every step: arrays of `count`.
@@ -54,12 +54,12 @@ typedef struct {
     const double* hand_torque_nm;
 } truth_stick_t;
 
-/// A contact; a spring, whose force acts at its place.
+/// A contact, or a spring, whose force acts at `place_m`.
 typedef struct {
     double place_m[3];
     double point_m[3];
     double force_n[3];
-    bool is_active; ///< It touches; it is hooked.
+    bool is_active; ///< The contact touches, or the spring is hooked.
 } truth_touch_t;
 
 /// The root link of a free robot.
@@ -114,7 +114,7 @@ typedef struct {
     const uint64_t* errors; ///< Error frames on the wire.
     const int32_t* state;   ///< controller_state_t of the controller of flight software; -1: there is none.
     const uint32_t* off;    ///< Number of controllers that are bus-off.
-    const bool* plugged;    ///< The controller of flight software.
+    const bool* plugged;    ///< True if the controller of flight software is connected.
 } truth_buses_t;
 
 /// Channel OPERATOR, at every step.
@@ -155,9 +155,9 @@ typedef struct {
     bool active;
 } truth_fault_t;
 
-/// Write one event. All but WORLD, NAMES, DRIVE, VALVE, LATCH and FAULT are given at every step and left out
-/// while they are at rest. Returns STATUS_OK or STATUS_IO. After a failure nothing more is written; nor
-/// after the log has reached its bound, which returns STATUS_OK.
+/// Write one event. All channels except WORLD, NAMES, DRIVE, VALVE, LATCH and FAULT are passed at every step,
+/// and not written while they are at rest. Returns STATUS_OK or STATUS_IO. After a failure no more events are
+/// written. The same holds after the log has reached its maximum size, but then the status is STATUS_OK.
 status_t truth_world(truth_t* truth, uint64_t time_ns, const truth_world_t* world);
 status_t truth_joints(truth_t* truth, uint64_t time_ns, const truth_joints_t* joints);
 status_t truth_stick(truth_t* truth, uint64_t time_ns, const truth_stick_t* stick);
@@ -167,7 +167,7 @@ status_t truth_bases(truth_t* truth, uint64_t time_ns, const truth_base_t* base,
 status_t truth_wheels(truth_t* truth, uint64_t time_ns, const truth_wheel_t* wheel, unsigned count);
 status_t truth_benches(truth_t* truth, uint64_t time_ns, const truth_benches_t* benches);
 status_t truth_instruments(truth_t* truth, uint64_t time_ns, const truth_instruments_t* instruments);
-/// Channel POWER: whether devices behind power units are supplied.
+/// Channel POWER: true for each device that its power unit supplies.
 status_t truth_power(truth_t* truth, uint64_t time_ns, const bool* supplied, unsigned count);
 status_t truth_buses(truth_t* truth, uint64_t time_ns, const truth_buses_t* buses);
 /// Channel NAMES: the names of the entries of another channel.

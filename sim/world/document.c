@@ -93,7 +93,7 @@ static void XMLCALL on_end(void* const context, const XML_Char* const name)
     } else if (reader->skipped_depth == reader->depth) {
         reader->skipped_depth = 0U;
     } else {
-        // The element is inside a skipped one.
+        // The element is inside a skipped element.
     }
     reader->depth--;
 }
@@ -145,7 +145,7 @@ static void feed(document_reader_t* const reader, FILE* const file)
                                              XML_ErrorString(XML_GetErrorCode(reader->parser)),
                                              "well-formed XML", reader->error);
         } else {
-            // The piece is read.
+            // The parser has accepted the piece.
         }
     }
 }

@@ -2,10 +2,10 @@
 /// Reader of the XML files of a world: passes each element with its line to a handler, and copies attributes
 /// into a record as a table of fields describes.
 ///
-/// Refused, each with file and line: a document that is not well-formed, document type declarations (and with
-/// them entities), text between elements, an element deeper than DOCUMENT_DEPTH_MAX, a file of more than
-/// DOCUMENT_OCTETS_MAX octets; an attribute that the table does not have, or that is missing, malformed or
-/// outside its range.
+/// The reader refuses, each with file and line: a document that is not well-formed, document type
+/// declarations (and therefore entities), text between elements, an element deeper than DOCUMENT_DEPTH_MAX, a
+/// file of more than DOCUMENT_OCTETS_MAX octets; an attribute that the table does not have, or that is
+/// missing, malformed or outside its range.
 ///
 /// Ownership  Elements and their texts are valid until the handler returns; records contain copies.
 /// Context    One task.
@@ -34,15 +34,16 @@ typedef struct {
 } element_t;
 
 typedef struct {
-    /// If the handler sets *out_is_skipped, it gets neither the elements inside this one nor its end.
+    /// If it sets *out_is_skipped, the handler is not called for the elements inside this one, nor for its
+    /// end.
     status_t (*start)(void* context, const element_t* element, bool* out_is_skipped);
-    status_t (*end)(void* context, const element_t* element); ///< The element has no attributes here.
+    status_t (*end)(void* context, const element_t* element); ///< Without attributes.
     void* context;
 } document_handler_t;
 
-/// Read a file. A status of the handler other than STATUS_OK ends it and is returned. Else STATUS_OK,
-/// STATUS_NOT_FOUND (file), STATUS_INVALID (content), STATUS_TOO_LARGE, STATUS_EXHAUSTED (memory); for every
-/// status except STATUS_OK `error` is filled.
+/// Read a file. If the handler returns a status other than STATUS_OK, reading ends with this status.
+/// STATUS_OK, STATUS_NOT_FOUND (file), STATUS_INVALID (content), STATUS_TOO_LARGE, STATUS_EXHAUSTED (memory);
+/// for every status except STATUS_OK `error` is filled.
 MUST_USE status_t document_read(const char* path, const document_handler_t* handler,
                                 char error[DOCUMENT_ERROR_MAX]);
 

@@ -247,7 +247,7 @@ static status_t place_root(builder_t* const builder)
                                            builder->error);
 }
 
-/// Find the joint that a mimic follows.
+/// Find the leader of a mimic, and check it.
 static status_t lead(const builder_t* const builder, const urdf_joint_t* const joint)
 {
     robot_model_t* model  = builder->model;

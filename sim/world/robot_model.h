@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Reader of robots: a subset of URDF that describes the complete mechanics of a robot.
 ///
-/// Used: robot, link, inertial (origin, mass, inertia), collision (origin, geometry: box, sphere,
+/// Elements read: robot, link, inertial (origin, mass, inertia), collision (origin, geometry: box, sphere,
 /// cylinder), joint of type revolute, continuous, prismatic or fixed (origin, parent, child, axis, limit,
-/// mimic). Skipped: visual, material, transmission. All others are refused with file and line: they would
-/// describe physics that the simulator does not have. Friction belongs to drives: `dynamics` must be zero.
+/// mimic). Elements skipped: visual, material, transmission. All others are refused with file and line, as
+/// the simulator does not have their physics. Drives define friction: `dynamics` must be zero.
 ///
-/// Links that fixed joints connect become one body, in the frame of its topmost link; its inertia is that of
-/// all of them. Each link of the file stays a frame, by its name. Refused as well: a link with two parents, a
-/// loop, more than one root, a mimic of a joint that is unknown, fixed or itself a mimic, a mass or principal
-/// moment of inertia that is not positive, moments of which two are less than the third, and a moving body
-/// without mass.
+/// Links that fixed joints connect become one body with the frame of the topmost link and the inertia of all.
+/// Each link of the file is a frame with its name. The reader also refuses: a link with two parents, a loop,
+/// more than one root, a mimic of a joint that is unknown, fixed or itself a mimic, a mass or principal
+/// moment of inertia that is not positive, moments of which one exceeds the sum of the other two, and a
+/// moving body without mass.
 ///
 /// Ownership  The caller places robot_model_t; it has no pointers.
 /// Context    One task.
@@ -49,7 +49,7 @@ typedef enum {
     ROBOT_JOINT_REVOLUTE,
     ROBOT_JOINT_CONTINUOUS,
     ROBOT_JOINT_PRISMATIC,
-    ROBOT_JOINT_FIXED ///< Only while the file is read.
+    ROBOT_JOINT_FIXED ///< Occurs only while the file is read.
 } robot_joint_kind_t;
 
 /// A joint that moves body i + 1, where i is its own index.
@@ -59,11 +59,11 @@ typedef struct {
     robot_joint_kind_t kind;
     unsigned parent; ///< Index of the parent body.
     pose_t origin;   ///< Pose of the moved body in the parent at joint position 0.
-    double axis[3];  ///< In the moved body, of length 1.
+    double axis[3];  ///< Axis in the moved body; length 1.
     double lower;    ///< [rad] or [m]; not used for continuous joints.
     double upper;
     bool is_mimic;   ///< Its position is multiplier * position of the leader + offset.
-    unsigned leader; ///< Index of a joint that is no mimic.
+    unsigned leader; ///< Index of the leader, which is not itself a mimic.
     double multiplier;
     double offset;
 } robot_joint_t;
@@ -91,7 +91,7 @@ typedef struct {
 } shape_t;
 
 typedef struct {
-    robot_mass_t body[ROBOT_BODIES_MAX]; ///< 0: the root. Parents precede their children.
+    robot_mass_t body[ROBOT_BODIES_MAX]; ///< Body 0 is the root; parents precede their children.
     size_t joint_count;
     robot_joint_t joint[ROBOT_JOINTS_MAX];
     size_t frame_count;

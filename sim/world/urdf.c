@@ -60,7 +60,7 @@ static bool has_minors(const moments_t* const m, const double least)
 
 /// Check that a body can have these moments of inertia: all principal moments are positive, and none is
 /// greater than the sum of the other two (half the trace minus the tensor is positive semi-definite). Returns
-/// null, or the expectation that is not met.
+/// null, or the expectation that they do not meet.
 static const char* check_moments(const moments_t* const m)
 {
     const double half      = 0.5 * (m->xx + m->yy + m->zz);
@@ -364,7 +364,7 @@ static status_t on_end(void* const context, const element_t* const element)
 {
     urdf_reader_t* reader = context;
     if (element->depth != depth_of(reader->place)) {
-        return STATUS_OK; // An element that cannot contain others: the place is not changed.
+        return STATUS_OK; // The end of an element that cannot contain others does not change the place.
     }
     switch (reader->place) {
     case IN_NOTHING:

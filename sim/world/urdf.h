@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The elements of a URDF file with the values of the file, each checked separately. Private to sim/world.
+/// Reads the elements of a URDF file and checks each of them separately. Private to sim/world.
 #ifndef SIM_WORLD_URDF_H
 #define SIM_WORLD_URDF_H
 
@@ -37,7 +37,7 @@ typedef struct {
     unsigned leader_line;
     double multiplier;
     double offset;
-    double unused[4]; ///< Effort and velocity are for controllers; damping and friction are zero.
+    double unused[4]; ///< Effort and velocity, which only controllers use; damping and friction, which are 0.
     unsigned parent;  ///< Indices of the two links.
     unsigned child;
 } urdf_joint_t;
@@ -51,7 +51,7 @@ typedef struct {
     size_t shape_count;
 } urdf_t;
 
-/// Statuses of document_read.
+/// Read a URDF file. Statuses of document_read.
 MUST_USE status_t urdf_read(const char* path, urdf_t* out_urdf, char error[DOCUMENT_ERROR_MAX]);
 
 /// Add to `body` the mass that is rigidly connected to it at a pose. If the body has no mass, the numbers are

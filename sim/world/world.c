@@ -12,7 +12,7 @@
 #include <string.h>
 
 #define LEVELS 3U
-#define PERIODS_MAX 1e3 // Of a ripple, per turn of a motor.
+#define PERIODS_MAX 1e3 // Most periods of a ripple per turn of a motor.
 
 typedef struct kind kind_t;
 
@@ -54,7 +54,8 @@ static status_t take_world(world_t* const world, const element_t* const element)
 static const field_t robot_fields[] = {NAME(world_robot_t, "name", name), TEXT(world_robot_t, "urdf", urdf),
                                        NAME(world_robot_t, "base", base)};
 
-/// Start the mimics where their leaders start. Returns the first that is outside of its limits, or null.
+/// Set the start positions of the mimics from those of their leaders. Returns the first mimic that is then
+/// outside of its limits, or null.
 static const robot_joint_t* start_mimics(world_robot_t* const robot)
 {
     const robot_joint_t* outside = NULL;
@@ -93,12 +94,12 @@ static status_t finish_robot(world_t* const world, const element_t* const elemen
     if ((status == STATUS_OK) && robot->is_free && (robot->model.body[0].mass_kg == 0.0)) {
         return element_refuse(element, robot->name, "a free base that has a mass");
     }
-    (void)start_mimics(robot); // Without a Start, as of every joint, limits are not asked for.
+    (void)start_mimics(robot); // Limits are checked only for the positions of a Start element.
     return status;
 }
 
-/// Read an element whose attributes are named as joints of the robot. Numbers are limited by `limit`, and by
-/// the limits of the joints if it is 0.
+/// Read an element whose attributes have the names of joints of the robot. `limit` is the largest amount of
+/// each number; if it is 0, the limits of the joints apply.
 static status_t take_joints(const world_robot_t* const robot, const element_t* const element,
                             const double limit, double out_value[ROBOT_JOINTS_MAX])
 {
@@ -226,7 +227,7 @@ static const field_t gripper_fields[] = {
     ADDRESS(world_drive_t), TEXT(world_drive_t, "eds", device.eds), TEXT(world_drive_t, "joint", joint_name),
     NAME(world_drive_t, "type", type_name), NUMBER(world_drive_t, "force", force, 1e-6, GREAT)};
 
-/// A gripper is the drive of a joint that other joints mimic.
+/// Complete a Gripper, which is the drive of a joint that other joints mimic.
 static status_t finish_gripper(world_t* const world, const element_t* const element, void* const record)
 {
     const world_drive_t* drive = record;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Reader of worlds (descriptors/worlds/<mission>.xml, schema descriptors/schema/world.xsd): the robots of a
-/// mission, the objects around them, and the devices on each bus with what they move or measure.
+/// mission, the objects around them, and the devices on each bus with the objects that they move or measure.
 ///
-/// A name is defined before it is used. Joints and links are named robot.joint and robot.link. Refused, with
-/// file and line: unknown elements and attributes, values outside their range, unknown or repeated names, two
-/// devices with one node id on a bus, two drives of one joint.
+/// A name must be defined before it is used. Joints and links are named robot.joint and robot.link. The
+/// reader refuses, with file and line: unknown elements and attributes, values outside their range, unknown
+/// or repeated names, two devices with the same node id on a bus, two drives of one joint.
 ///
 /// Ownership  The caller places world_t; it has no pointers.
 /// Context    One task.
@@ -49,10 +49,10 @@ typedef struct {
     double rate;     ///< [rad/s]
 } world_start_spread_t;
 
-/// How the true parameters of one drive differ from those of its type; drawn by the seed.
+/// Differences of the true parameters of one drive from those of its type, drawn from the seed.
 typedef struct {
-    double friction;  ///< Share of coulomb, stiction and viscous friction.
-    double stiffness; ///< Share of the stiffness of its gear.
+    double friction;  ///< Relative difference of coulomb, stiction and viscous friction.
+    double stiffness; ///< Relative difference of the stiffness of its gear.
 } world_drive_difference_t;
 
 typedef struct {
@@ -68,10 +68,10 @@ typedef struct {
     /// Velocity of the root link; the robot moves as one rigid body at time 0.
     double velocity_m_s[3];
     double rate_rad_s[3];  ///< In the axes of the world.
-    double valid_ns;       ///< The state is that at this time, if nothing acts on the robot before.
-    double spread_mass;    ///< Share by which the true mass of each body differs at most.
-    double spread_inertia; ///< Share by which its inertia differs, in addition to that of its mass.
-    double spread_com;     ///< Distance by which its centre of mass differs along each axis [m].
+    double valid_ns;       ///< Time at which the robot has this state if only gravity acts on it before.
+    double spread_mass;    ///< Largest relative difference of the true mass of each body.
+    double spread_inertia; ///< The same for its inertia, in addition to the difference of its mass.
+    double spread_com;     ///< Largest difference of its centre of mass along each axis [m].
     world_start_spread_t spread_start;
 } world_robot_t;
 
@@ -82,7 +82,7 @@ typedef struct {
     double ratio;            ///< Motor turns per joint turn.
     double rotor_inertia;    ///< Referred to the joint [kgm2].
     double stiffness;        ///< Gear and torque sensor in series [Nm/rad].
-    double damping;          ///< In parallel to the stiffness [Nms/rad].
+    double damping;          ///< Damping parallel to the stiffness [Nms/rad].
     double coulomb;          ///< [Nm]
     double stiction;         ///< At zero speed, >= coulomb [Nm].
     double stribeck;         ///< Speed at which the excess of stiction has halved [rad/s].
@@ -90,11 +90,11 @@ typedef struct {
     double brake;            ///< Largest torque of the holding brake, on the joint side [Nm].
     double stop_stiffness;   ///< Stiffness of the end stops, which act on the rotor [Nm/rad].
     double stop_damping;     ///< [Nms/rad]
-    unsigned encoder_counts; ///< Per turn of the motor.
+    unsigned encoder_counts; ///< Counts per turn of the motor.
     double ripple;           ///< Amplitude of a periodic torque of motor and gear [Nm]; 0: none.
-    double ripple_periods;   ///< Per turn of the motor; 0: two.
+    double ripple_periods;   ///< Periods per turn of the motor; 0 means 2.
     bool has_torque_sensor;
-    double friction_spread;  ///< Largest share by which the friction of a drive differs.
+    double friction_spread;  ///< Largest relative difference of the friction of a drive.
     double stiffness_spread; ///< The same for the stiffness of its gear.
     double torque_noise;     ///< Standard deviation [Nm].
     double torque_offset;    ///< Drawn from +- this [Nm].
@@ -121,7 +121,7 @@ typedef struct {
     unsigned robot;
     unsigned joint;
     unsigned type;
-    double force; ///< Largest force of the motor of a Gripper on the joint [N]; 0: it is a Drive.
+    double force; ///< Gripper: largest force of its motor on the joint [N]; 0: the element is a Drive.
     world_drive_difference_t differs;
 } world_drive_t;
 
@@ -152,7 +152,7 @@ typedef struct {
     unsigned fixture;
 } world_side_t;
 
-/// Collision shapes of a link against those of a fixture or of another link.
+/// Contact between the collision shapes of a link and those of a fixture or of another link.
 typedef struct {
     char a[DOCUMENT_TEXT_MAX];
     char b[DOCUMENT_TEXT_MAX];
@@ -191,8 +191,8 @@ typedef struct {
     unsigned encoder_counts;
 } world_joystick_t;
 
-/// The operator's hand on a joystick, with the operator's knowledge of the robot's control. An operator
-/// without that knows no scene either (sim/operator/scene.h).
+/// The operator's hand on a joystick, with the operator's knowledge of the control of the robot. Without this
+/// knowledge the operator does not know the scene either (sim/operator/scene.h).
 typedef struct {
     char joystick_name[DOCUMENT_TEXT_MAX];
     unsigned line;
@@ -211,8 +211,8 @@ typedef struct {
     char supply[WORLD_SUPPLIES_MAX][DOCUMENT_TEXT_MAX]; ///< Names of devices.
 } world_power_unit_t;
 
-/// A reaction wheel: a momentum about an axis of a link. The inertia of the link in its URDF contains the
-/// wheel without its moment about the axis.
+/// A reaction wheel: an angular momentum about an axis of a link. The inertia of the link in its URDF
+/// includes the wheel, except for its moment of inertia about the axis.
 typedef struct {
     world_device_t device;
     char on[DOCUMENT_TEXT_MAX];
@@ -222,8 +222,8 @@ typedef struct {
     double momentum;     ///< Largest momentum, at the largest speed of its EDS [Nms].
     double torque;       ///< Largest torque of the motor [Nm].
     double start;        ///< Momentum at time 0 [Nms].
-    double gain_spread;  ///< Largest share by which its torque differs from the commanded one.
-    double gain_differs; ///< The share, drawn by the seed.
+    double gain_spread;  ///< Largest relative difference of its torque from the commanded torque.
+    double gain_differs; ///< The relative difference, drawn from the seed.
 } world_wheel_t;
 
 typedef struct {
@@ -276,8 +276,8 @@ typedef struct {
 
 typedef enum {
     WORLD_LATCH_TOUCHED, ///< Closes by itself when the links are near, and stays closed.
-    WORLD_LATCH_PRESSED, ///< A drive presses.
-    WORLD_LATCH_WIRED    ///< An output of a valve box is on.
+    WORLD_LATCH_PRESSED, ///< Closes when a drive presses.
+    WORLD_LATCH_WIRED    ///< Closes when an output of a valve box is on.
 } world_latch_trigger_t;
 
 /// Connects two links rigidly while it is closed. It closes only if their frames are near each other.
@@ -293,9 +293,9 @@ typedef struct {
     double speed;    ///< Largest speed of one origin relative to the other [m/s].
     world_latch_trigger_t trigger;
     unsigned drive;  ///< PRESSED: index in world_t.drive.
-    double force;    ///< PRESSED: gear torque or force from which on its joint presses [Nm or N].
-    double stall_ns; ///< PRESSED: it closes after this time.
-    double release;  ///< PRESSED: it opens when the joint has gone back this far [rad or m]; 0: never.
+    double force;    ///< PRESSED: smallest gear torque or force that counts as pressing [Nm or N].
+    double stall_ns; ///< PRESSED: the latch closes after this time of pressing.
+    double release;  ///< PRESSED: the latch opens after this way back of the joint [rad or m]; 0: never.
     unsigned box;
     unsigned output; ///< WIRED: from 1.
 } world_latch_t;

@@ -22,8 +22,8 @@ const field_t world_instrument_fields[WORLD_INSTRUMENT_FIELDS] = {
     {"offset", FIELD_NUMBER, offsetof(world_instrument_t, offset), -GREAT, GREAT, true},
     {"speed", FIELD_NUMBER, offsetof(world_instrument_t, speed), 0.0, GREAT, false}};
 
-/// Index of a word in a list; an empty word stands for the first. False: the list does not have it, and the
-/// error is filled.
+/// Find the index of a word in a list; an empty word means the first one. False: the list does not have the
+/// word, and the error is filled.
 static bool take_word(const element_t* const element, const char* const word, const char* const* const words,
                       const char* const expected, unsigned* const out_place)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Names, places and fields that the kinds of elements of a world share. Private to sim/world.
+/// Names, addresses and fields that several kinds of elements of a world have. Private to sim/world.
 #ifndef SIM_WORLD_WORLD_INTERNAL_H
 #define SIM_WORLD_WORLD_INTERNAL_H
 
@@ -8,7 +8,7 @@
 #define FAR_M 1e4
 #define TURNS_RAD 1e3
 #define GREAT 1e9     // Upper limit of every stiffness, torque and force in a world.
-#define SHARE_MAX 0.5 // Of a true parameter that differs from its nominal value.
+#define SHARE_MAX 0.5 // Largest relative difference of a true parameter from its nominal value.
 #define NODE_MIN 2.0
 #define NODE_MAX 127.0
 
@@ -41,7 +41,8 @@
     NAME(type, "name", device.name), NAME(type, "bus", device.bus_name),                                     \
         UNSIGNED(type, "node", device.node, NODE_MIN, NODE_MAX)
 
-/// Split "robot.name": the index of the robot, and the part after the dot. Null: there is no such robot.
+/// Split "robot.name": *out_robot is the index of the robot. Returns the part after the dot; null if there is
+/// no such robot.
 const char* world_find_robot(const world_t* world, const char* name, unsigned* out_robot);
 /// Find the frame that robot.link names. STATUS_OK, or STATUS_INVALID with the error.
 MUST_USE status_t world_find_frame(const world_t* world, const element_t* element, const char* name,

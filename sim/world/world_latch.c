@@ -82,7 +82,7 @@ static status_t find_trigger(const world_t* const world, const element_t* const 
                : STATUS_OK;
 }
 
-/// Index of the body of a link; bodies that are fixed to the world are one.
+/// True if both sides belong to the same body. All fixed bodies count as one: the world.
 static bool is_of_one_body(const world_t* const world, const world_side_t* const a,
                            const world_side_t* const b)
 {

@@ -17,7 +17,7 @@ typedef struct {
     char relative_to[DOCUMENT_TEXT_MAX];
 } state_t;
 
-/// Pose that a joint at its start position gives to the body that it moves, in the frame of the joint.
+/// Pose of the body that a joint moves, in the frame of the joint, at the start position of the joint.
 static pose_t moved(const robot_joint_t* const joint, const double position)
 {
     const double* a = joint->axis;

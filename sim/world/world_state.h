@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The elements of a robot that give its motion and vary its parameters. Internal to sim/world.
+/// The elements of a robot that define its motion at the start, and the spread of its parameters. Internal to
+/// sim/world.
 #ifndef SIM_WORLD_WORLD_STATE_H
 #define SIM_WORLD_WORLD_STATE_H
 
 #include "sim/world/document.h"
 #include "sim/world/world.h"
 
-/// Position and motion of the root link of the last robot. STATUS_OK, STATUS_INVALID (error is filled).
+/// Read State: position and motion of the root link of the last robot. STATUS_OK, STATUS_INVALID (error is
+/// filled).
 MUST_USE status_t world_take_state(world_t* world, const element_t* element);
-/// How far the true parameters of the last robot differ from its URDF. STATUS_OK, STATUS_INVALID.
+/// Read Spread: the largest differences of the true parameters of the last robot from its URDF. STATUS_OK,
+/// STATUS_INVALID.
 MUST_USE status_t world_take_spread(world_t* world, const element_t* element);
 
 #endif // SIM_WORLD_WORLD_STATE_H
