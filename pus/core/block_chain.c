@@ -44,7 +44,7 @@ static status_t take(pus_block_chains_t* const chains, const size_t count,
     return STATUS_OK;
 }
 
-/// Append the first of the allocated blocks to a chain. Returns the rest.
+/// Append the first of the allocated blocks to a chain. Returns the remaining blocks.
 static pus_block_chain_block_t* lengthen(pus_block_chain_t* const chain, pus_block_chain_block_t* const block)
 {
     FSW_ASSERT(block != NULL); // The needed number of blocks was taken before.
@@ -97,7 +97,7 @@ pus_block_chain_reader_t pus_block_chain_reader(const pus_block_chain_t* const c
     return (pus_block_chain_reader_t){.block = chain->first, .left = chain->size};
 }
 
-/// Read, or skip if `out_octets` is null.
+/// Read up to `size` octets, or skip them if `out_octets` is null. Returns their number.
 static size_t advance(pus_block_chain_reader_t* const reader, uint8_t* const out_octets, const size_t size)
 {
     const size_t wanted = (size < reader->left) ? size : reader->left;

@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+/// True for the statuses of a violated criterion.
 static bool is_out(const uint8_t status)
 {
     return (status == (uint8_t)PUS_CHECK_LOW) || (status == (uint8_t)PUS_CHECK_HIGH);
@@ -135,6 +136,7 @@ static void change(pus_monitoring_t* const self, pus_pmon_t* const pmon, const u
 
 // ---- Checks of a value ----
 
+/// Result of a limit check. NaN is neither less nor greater than a limit, and counts as low.
 static uint8_t check_limit(const pus_pmon_t* const pmon, const uint64_t value)
 {
     const pus_comparison_t low = pus_scalar_compare(pmon->scalar.type, value, pmon->low);
@@ -145,7 +147,8 @@ static uint8_t check_limit(const pus_pmon_t* const pmon, const uint64_t value)
                                                                                      : PUS_CHECK_NOMINAL;
 }
 
-/// Result of a delta check: PUS_CHECK_UNCHECKED until the block of differences is complete.
+/// Result of a delta check: PUS_CHECK_UNCHECKED until the block of differences is complete. The last value of
+/// a block is the first of the next. NaN counts as low.
 static uint8_t check_delta(pus_pmon_t* const pmon, const uint64_t value)
 {
     if (!pmon->has_first) {
@@ -186,6 +189,7 @@ static void check(pus_monitoring_t* const self, pus_pmon_t* const pmon, const ui
     const status_t status = pus_scalar_sample(&self->config.parameters, &pmon->scalar, &value);
     self->counters.checks++;
     monitoring_touch(self, pmon);
+    // Without a valid value the status becomes invalid at once, and the count of repetitions starts again.
     if ((status != STATUS_OK) || !monitoring_is_valid(self, &pmon->validity)) {
         pmon->verdict   = PUS_CHECK_UNCHECKED;
         pmon->verdicts  = 0U;

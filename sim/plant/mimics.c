@@ -26,7 +26,7 @@ typedef struct {
 
 // ---- Trial steps ----
 
-static void keep(const plant_t* const plant, before_t* const out_before)
+static void save_bodies(const plant_t* const plant, before_t* const out_before)
 {
     out_before->count = 0U;
     for (size_t r = 0U; r < plant->world->robot_count; r++) {
@@ -48,7 +48,7 @@ static void keep(const plant_t* const plant, before_t* const out_before)
     }
 }
 
-static void put_back(const before_t* const before)
+static void restore_bodies(const before_t* const before)
 {
     for (size_t i = 0U; i < before->count; i++) {
         const body_state_t* state = &before->body[i];
@@ -61,7 +61,7 @@ static void put_back(const before_t* const before)
     }
 }
 
-static void push(const joint_t* const joint, const double force)
+static void add_force(const joint_t* const joint, const double force)
 {
     if (joint->model->kind == ROBOT_JOINT_PRISMATIC) {
         dJointAddSliderForce(joint->ode, force);
@@ -84,8 +84,8 @@ static void step(plant_t* const plant, const double force[], const double dt_s, 
 {
     for (size_t i = 0U; i < plant->mimic_count; i++) {
         const mimic_t* mimic = &plant->mimic[i];
-        push(&plant->joint[mimic->joint], force[i]);
-        push(&plant->joint[mimic->leader], -mimic->multiplier * force[i]);
+        add_force(&plant->joint[mimic->joint], force[i]);
+        add_force(&plant->joint[mimic->leader], -mimic->multiplier * force[i]);
     }
     dWorldStep(plant->ode, dt_s);
     for (size_t i = 0U; i < plant->mimic_count; i++) {
@@ -131,15 +131,17 @@ void mimics_step(plant_t* const plant, const double dt_s)
     double error[MIMICS_MAX]                = {0.0};
     double changed[MIMICS_MAX]              = {0.0};
     double row[MIMICS_MAX][MIMICS_MAX + 1U] = {{0.0}};
-    keep(plant, &before);
+    save_bodies(plant, &before);
     for (size_t i = 0U; i < count; i++) {
         force[i] = plant->mimic[i].force;
         start[i] = error_of(plant, &plant->mimic[i]);
     }
+    // The first trial step uses the forces of the last step; each of the others adds a little to one force.
+    // Row i then has the response of mimic i to each force, and the change of its error that is wanted.
     step(plant, force, dt_s, error);
     for (size_t k = 0U; k < count; k++) {
         const double more = PROBE * (1.0 + fabs(force[k]));
-        put_back(&before);
+        restore_bodies(&before);
         force[k] += more;
         step(plant, force, dt_s, changed);
         force[k] = plant->mimic[k].force;
@@ -154,7 +156,7 @@ void mimics_step(plant_t* const plant, const double dt_s)
         force[i] = plant->mimic[i].force;
         plant->truth.joint_torque_nm[plant->mimic[i].joint] += force[i];
     }
-    put_back(&before);
+    restore_bodies(&before);
     step(plant, force, dt_s, error);
 }
 
