@@ -72,7 +72,7 @@ static void read(void* const context, const uint16_t handle, octet_writer_t* con
     }
     const pus_parameter_place_t* const place = &definitions->config.places[handle & (HANDLE - 1U)];
     const pus_memory_t* const memory         = &definitions->config.memories[place->memory];
-    uint64_t value                           = 0U; // Aligned for every type.
+    uint64_t value                           = 0U; // Aligned for every type; 0 if the memory cannot be read.
     uint8_t octets[sizeof value];
     const size_t size = value_size((value_type_t)place->type);
     if (memory->read(memory->context, place->address, octets, size) == STATUS_OK) {

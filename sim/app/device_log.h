@@ -31,7 +31,7 @@ typedef struct {
     double load[SIMULATOR_BUSES_MAX];
 } device_log_t;
 
-/// Write the names. Returns STATUS_OK or STATUS_IO, as truth_names.
+/// Write the names of devices and buses. Returns STATUS_OK or STATUS_IO.
 status_t device_log_names(truth_t* log, device_log_t* from);
 /// Write the state after a step. Returns STATUS_OK or STATUS_IO.
 status_t device_log_state(truth_t* log, device_log_t* from, uint64_t now_ns);

@@ -11,7 +11,7 @@
 #define PATH_OCTETS 4096U
 #define NS_PER_S 1000000000U
 #define NS_PER_US 1000U
-#define SECOND_PAIRS 5U // Number of pairs of digits.
+#define SECOND_PAIRS 5U // Pairs of decimal digits of the seconds and of the microseconds in a line.
 #define MICROSECOND_PAIRS 3U
 
 #define PCAP_HEADER_OCTETS 24U
@@ -49,14 +49,14 @@ static char* put_decimal(char* const text, uint32_t value, const size_t pairs)
     return text + (2U * pairs);
 }
 
-/// Two hexadecimal digits at once: spread the nibbles of `octets` (up to 4, first one highest) to characters.
+/// Convert four octets, the first one highest, to eight hexadecimal digits at once, without a loop.
 static uint64_t spread(const uint32_t octets)
 {
     uint64_t nibbles = octets;
     nibbles          = (nibbles | (nibbles << 16)) & 0x0000FFFF0000FFFFU;
     nibbles          = (nibbles | (nibbles << 8)) & 0x00FF00FF00FF00FFU;
     nibbles          = (nibbles | (nibbles << 4)) & 0x0F0F0F0F0F0F0F0FU;
-    // Above 9 a digit is 7 characters further on.
+    // In ASCII there are 7 characters between the digit 9 and the letter A.
     const uint64_t letters = ((nibbles + 0x0606060606060606U) >> 4) & 0x0101010101010101U;
     return nibbles + 0x3030303030303030U + (letters * 7U);
 }
@@ -125,7 +125,7 @@ size_t frame_log_line(const osal_can_frame_t* const frame, const char* const int
     return (size_t)(end - text);
 }
 
-static uint8_t* put_u32(uint8_t* octets, uint32_t value) // Little-endian, like the header's magic number.
+static uint8_t* put_u32(uint8_t* octets, uint32_t value) // Little-endian, like the magic number of the file.
 {
     octets[0] = (uint8_t)value;
     octets[1] = (uint8_t)(value >> 8);
@@ -134,6 +134,7 @@ static uint8_t* put_u32(uint8_t* octets, uint32_t value) // Little-endian, like 
     return octets + 4;
 }
 
+/// Write the identifier of a frame, which is big-endian in the pcap format of SocketCAN.
 static uint8_t* put_u32_big(uint8_t* const octets, const uint32_t value)
 {
     octets[0] = (uint8_t)(value >> 24);
