@@ -31,7 +31,7 @@ HEAD = """/* Device classes from the data sheets in descriptors/devices. Made by
 
 
 class _Class:
-    """The device class of one data sheet, and its row of the table."""
+    """The device class of one data sheet, and its row of the table. `slots` are the objects in PDOs that are not words of an axis."""
 
     def __init__(self, loaded):
         self.sheet = loaded
@@ -104,7 +104,7 @@ class _Class:
         return identifier & IDENTIFIER_MASK, not identifier & PDO_INVALID, is_each_sync, entries
 
     def _entry(self, index, subindex, bits, words):
-        """(index, subindex, octets, word, place) of a mapped object."""
+        """(index, subindex, octets, word, place) of a mapped object; place: axis of the word, or number of the value."""
         if bits % 8 or not 0 < bits <= 32:
             self.fail(f"{bits} bits of {index:#06x}:{subindex:02x} in a PDO: expected 8, 16, 24 or 32")
         if index < DATA_TYPES_END:  # A data type as mapped object only fills a gap.
@@ -139,7 +139,7 @@ class _Class:
                 continue
             transmit, receive = (words.get(first, "VALUE") if is_of_axis else "VALUE" for words in (TRANSMITTED, RECEIVED))
             transmit = transmit if entry.access in READ else "PADDING"
-            is_commanded = receive != "VALUE" or not is_of_axis  # Flight software would send 0 for other words of an axis.
+            is_commanded = receive != "VALUE" or not is_of_axis  # Flight software has no command for other objects of an axis.
             receive = receive if entry.access in WRITTEN and is_commanded else "PADDING"
             yield index, subindex, bits // 8, transmit, receive, axis if is_of_axis else 0, signed, self._scale(index, subindex)
 

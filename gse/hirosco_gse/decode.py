@@ -106,7 +106,7 @@ class _Decoder:
 
 
 def _packets_in(decoder, octets, place, seconds=None):
-    """Rows of packets one after the other."""
+    """Rows of packets that follow each other directly."""
     splitter, used = packets.Splitter(), 0
     for raw in splitter.feed(octets):
         used += len(raw)
@@ -146,7 +146,7 @@ def _candump_lines(decoder, lines, path):
         yield decoder.frame(f"{path}:{number}", found[2], int(found[3], 16), octets, float(found[1]), len(found[3]) == 8)
 
 
-# Captures ---------------------------------------------------------------------------------------------------
+# ---- Captures ----
 
 
 def _cut(path, offset, found, expected):
@@ -154,7 +154,7 @@ def _cut(path, offset, found, expected):
 
 
 def _pcap_records(octets, path):
-    """(link type, seconds, octets) of each record of a pcap file."""
+    """(link type, seconds, octets, offset) of each record of a pcap file."""
     order, unit = PCAP[octets[:4]]
     if len(octets) < 24:
         raise _cut(path, 0, len(octets), 24)
@@ -181,7 +181,7 @@ def _option(octets, order, wanted):
 
 
 def _pcapng_records(octets, path):
-    """(link type, seconds, octets) of each record of a pcapng file."""
+    """(link type, seconds, octets, offset) of each record of a pcapng file."""
     at, order, interfaces = 0, "<", []
     while at < len(octets):
         if len(octets) - at < 12:
@@ -235,7 +235,7 @@ def _tcp(octets):
     if version not in (4, 6) or octets[9 if version == 4 else 6] != 6 or len(octets) < head + 20:
         return None
     source, target, sequence = struct.unpack_from(">HHI", octets, head)
-    is_first = octets[head + 13] & 2
+    is_first = octets[head + 13] & 2  # A SYN takes one sequence number before the first octet.
     return (source, target), (sequence + 1 if is_first else sequence) & 0xFFFFFFFF, octets[head + (octets[head + 12] >> 4) * 4 : total]
 
 
@@ -265,7 +265,7 @@ def _capture(decoder, octets, path, port):
             raise DecodeError(f"{path}: offset {at}: found link type {link_type}, expected {known}; capture the ground port or the bus")
 
 
-# ------------------------------------------------------------------------------------------------------------
+# ---- Text and the choice of the format ----
 
 
 def _text(decoder, octets, path):

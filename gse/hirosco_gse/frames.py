@@ -27,7 +27,7 @@ class Signal:
     factor: float
     offset: float
     unit: str
-    selects: bool = False
+    selects: bool = False  # The value of this signal decides which other signals are present.
     when: set = field(default_factory=set)  # values of the selecting signal with which it is present; empty: always
     words: dict = field(default_factory=dict)
 
@@ -41,7 +41,7 @@ class Database:
     """Frames of one bus."""
 
     def __init__(self, path):
-        """Raises DatabaseError."""
+        """Read a generated database. Raises DatabaseError."""
         self.path, self.names, self.octets, self.signals, self.about = path, {}, {}, {}, ""
         try:
             lines = path.read_text(encoding="utf-8").splitlines()

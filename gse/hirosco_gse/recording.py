@@ -27,7 +27,7 @@ GROUND_USERS = 0x8000  # Users with a smaller number are on the ground.
 FINEST = 1_000_000
 WIDEST = 2**31 - 2
 NONE = -(2**31)
-FINAL = (2, 4, 7, 8, 10)
+FINAL = (2, 4, 7, 8, 10)  # Subtypes of ST[01] with which a verification ends.
 
 
 def _per(numbers):
@@ -83,7 +83,7 @@ class _Commands:
                 self._steps.setdefault(tuple(asked), []).append(step)
 
     def send(self, seconds, packet):
-        """A telecommand in the log."""
+        """Take a telecommand of the log. Telecommands of one step of the operator's script become one row."""
         if packet.user >= GROUND_USERS:
             return
         key = (packet.apid, packet.sequence)
@@ -99,7 +99,7 @@ class _Commands:
         self._light(row, seconds)
 
     def verify(self, seconds, packet, decoded):
-        """A report of verification in the log."""
+        """Take a verification report of the log, and change the lights of its telecommand."""
         row, request = self._open.get((decoded["request_apid"], decoded["request_sequence"]), (None, None))
         if row is None:
             return
@@ -205,7 +205,7 @@ class _Telemetry:
             tables.add({"kind": "heard", "subsystem": name}, times, {})
 
 
-ENTRIES = {"joint": "joints", "base": "bases", "contact": "contacts", "spring": "springs"}  # Names in WORLD -> in the head.
+ENTRIES = {"joint": "joints", "base": "bases", "contact": "contacts", "spring": "springs"}  # Name in the channel WORLD -> name in the head.
 
 
 def _truth_names(run):
@@ -233,7 +233,7 @@ TRUTH_LEAVES = (("POSITION", "JOINTS", "position_rad"), ("VELOCITY", "JOINTS", "
 
 
 def _truth(run, tables):
-    """Add what the simulator knows of bodies, joysticks, wheels and valves, TRUTH_HZ times a second. Returns the names of the entries."""
+    """Add the truth of bodies, joysticks, wheels and valves, TRUTH_HZ times a second. Returns the names of the entries."""
     known = {name: table for name, table in run.truth.items() if isinstance(table, dict) and len(table["time_us"])}
     starts = [known[name]["time_us"][0] for name in ("JOINTS", "BASE", "STICK", "WHEEL", "CONTACT") if name in known]
     if not starts:
@@ -244,7 +244,7 @@ def _truth(run, tables):
         return truth_log.at(known[channel], name, wanted, run.truth_end_us).reshape(len(wanted), -1)
 
     def entries(channel, *columns):
-        """Columns of three or four numbers, those of one entry beside each other."""
+        """Columns of three or four numbers; the columns of one entry are adjacent."""
         parts = [truth_log.at(known[channel], name, wanted, run.truth_end_us) for name in columns]
         return np.concatenate(parts, axis=2).reshape(len(wanted), -1)
 
@@ -252,7 +252,7 @@ def _truth(run, tables):
     if "CONTACT" in known:
         leaves["FORCE"] = at("CONTACT", "contact_force_n") + at("CONTACT", "spring_force_n")
     for channel in ("CONTACTS", "SPRING"):
-        if channel in known and known[channel]["place_m"].shape[1] > 1:  # One contact and one spring are what FORCE has.
+        if channel in known and known[channel]["place_m"].shape[1] > 1:  # FORCE covers one contact and one spring.
             leaves[channel] = entries(channel, "place_m", "force_n")
     if "BASE" in known:
         leaves["BASE"] = entries("BASE", "position_m", "rotation")

@@ -30,8 +30,9 @@ fetch() {
         mv "$cached.$$" "$cached" || true
 }
 
-echo "setup: expat for s390x out of the package libexpat1-dev"
+echo "setup: expat for s390x from the package libexpat1-dev"
 mkdir -p "$work"
+# `fetch` changes the folder, so it runs in a subshell.
 [ -f "$cached" ] && dpkg-deb -x "$cached" "$work/unpacked" 2>/dev/null || (fetch)
 mkdir -p "$target/lib" "$target/include"
 cp "$work"/unpacked/usr/include/expat.h "$work"/unpacked/usr/include/expat_external.h "$target/include/"

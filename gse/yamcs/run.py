@@ -39,11 +39,11 @@ END_S = 60
 
 
 def render(out, mission, ground_port, http_port, station=STATION):
-    """Configuration in out/etc; the archive of an earlier run, whose packets would hide equal ones, is removed."""
+    """Write the configuration to out/etc. Remove the archive of an earlier run: Yamcs would discard packets that are equal to archived ones."""
     shutil.rmtree(out / "data", ignore_errors=True)
     etc = out / "etc"
     etc.mkdir(parents=True, exist_ok=True)
-    for bucket in ("displays", "stacks"):  # A copy: users may change them in the web page.
+    for bucket in ("displays", "stacks"):  # Copy the files, because users may change them in the web page.
         shutil.copytree(GENERATED / "yamcs" / mission / bucket, out / bucket, dirs_exist_ok=True)
     (out / "view").mkdir(exist_ok=True)
     view = (pathlib.Path(__file__).parent / "view.js").read_text(encoding="utf-8")
@@ -60,7 +60,7 @@ def render(out, mission, ground_port, http_port, station=STATION):
 
 
 def lacking(mission):
-    """What is missing, with the next step; empty if nothing is."""
+    """Text that says what is missing and what to do; empty if nothing is missing."""
     missions = sorted(path.name.removesuffix(".xtce.xml") for path in GENERATED.glob("*.xtce.xml"))
     if mission not in missions:
         return f"--mission {mission}: expected one of {', '.join(missions) or 'none yet'}; `make` makes build/generated/MISSION.xtce.xml"
@@ -92,7 +92,7 @@ def _ask(port, dictionary, patience_s):
 
 
 def compare_files(mission, wanted):
-    """A line for each file of the mission for Yamcs that is not of this interface: database, event templates, displays and stacks."""
+    """A line for each generated file for Yamcs that was made for another interface: database, event templates, displays and stacks."""
     used = [GENERATED / f"{mission}.xtce.xml", GENERATED / f"{mission}.events.json", *sorted((GENERATED / "yamcs" / mission).glob("*/*"))]
     return [f"{path.relative_to(GENERATED)} is not of the dictionary's interface {wanted}: run make" for path in used
             if wanted not in path.read_text(encoding="utf-8")]
@@ -117,7 +117,7 @@ def compare(mission, port, patience_s=ANSWER_S):
 
 
 def free_port():
-    """The first port from FIRST_PORT on that no program listens at."""
+    """The first port, beginning with FIRST_PORT, on which no program listens."""
     for port in range(FIRST_PORT, FIRST_PORT + PORTS):
         with socket.socket() as probe:
             if probe.connect_ex(("127.0.0.1", port)):
@@ -135,7 +135,7 @@ def command(out):
 
 @contextlib.contextmanager
 def alone(out):
-    """The folder belongs to this process until the end. Raises SystemExit: another Yamcs runs in it."""
+    """Lock the folder until the end. Raises SystemExit if another Yamcs runs in it."""
     out.mkdir(parents=True, exist_ok=True)
     with (out / "lock").open("w", encoding="ascii") as lock:
         try:
@@ -146,11 +146,13 @@ def alone(out):
 
 
 def serve(out, lock):
-    """Run the server until it ends or this process is asked to end; the exit code."""
+    """Run the server until it ends or this process receives a signal to end. Returns the exit code."""
     asked = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, _: asked.append(number))
-    # Ctrl-C of the terminal reaches this process only; the lock is that of the server, too.
+    # In a session of its own the server does not receive the Ctrl-C of the terminal. It inherits the lock, so
+    # that the folder stays
+    # locked if this process is killed.
     server = subprocess.Popen(command(out), start_new_session=True, pass_fds=[lock.fileno()])
     while server.poll() is None and not asked:
         time.sleep(0.1)

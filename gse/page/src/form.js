@@ -8,7 +8,7 @@ import { el, lights, text } from "./dom.js";
 const ARMED_MS = 10000;
 const FOUND_MAX = 60,
   RECENT_MAX = 6;
-const AS_TYPED = { fields: [], kind: "as typed" };
+const AS_TYPED = { fields: [], kind: "as typed" }; // Form of a command whose words the user has typed.
 
 // Make the lists of names that inputs suggest: one list for all inputs of a kind.
 function suggestions(kinds) {
