@@ -96,7 +96,7 @@ def test_contracts_are_reported(docs):
     """The contract of a header, the fields of a struct and the statuses of a function are shown as they are
     written."""
     text = re.sub(r"<[^>]+>", "", page(docs, "api-subsystem.html"))
-    for words in ("A specific subsystem is a table of callbacks", "Bumpless: actuators on.", "STATUS_STALE (sample delivered, but older than allowed)"):
+    for words in ("A specific subsystem is a table of callbacks", "Switch actuators on, without a jump of the motion", "STATUS_STALE (sample copied, but older than allowed)"):
         assert words in text
 
 
