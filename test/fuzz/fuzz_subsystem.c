@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // A whole subsystem, the manipulator with its drives: packets, link frames and CAN frames in any order,
 // through dispatcher, every service of a subsystem, state machine, parameters and devices. Every report is
-// well-formed, the reported state is the present one, no request ends twice; afterwards the subsystem can go
-// to OFFLINE, where every pool is full again.
+// well-formed, the reported state is the present one, no request ends twice. In each cycle: OPERATIONAL
+// follows SAFE_OPERATIONAL only, and outside of OPERATIONAL no drive has torque, so every brake holds.
+// Afterwards the subsystem can go to OFFLINE, where every pool is full again.
 //
 // Records: kind 0..4 a packet, then argument cycles; 5 a CAN frame; 6 a link frame; 7 misbehaviour of a
 // drive.
@@ -20,6 +21,8 @@
 #define STEPS_TO_OFFLINE 100000U
 #define STEPS_MAX 3000U // Maximum number of steps of the records of one input.
 #define TOKENS 64U
+#define CYCLES_TO_SECURE 50U      // From leaving OPERATIONAL until each drive that obeys has its brake on.
+#define OPERATION_ENABLED 0x000FU // Controlword of CiA 402: torque, the brake is released.
 
 static subsystem_descriptor_t descriptor;
 static subsystem_t component;
@@ -28,7 +31,8 @@ static scripted_bus_t bus;
 static scripted_node_t* joints[2];
 static uint64_t now_ns;
 static unsigned steps_left;
-static unsigned refusals; // Number of reports that the port refuses before it accepts one.
+static unsigned idle_cycles; // Cycles in which the drives obeyed, since OPERATIONAL was left.
+static unsigned refusals;    // Number of reports that the port refuses before it accepts one.
 
 // Requests that were accepted and have not ended: an end without a request, or a second end, is an error.
 // This is checked only while the numbers of open requests differ.
@@ -140,19 +144,40 @@ static void begin(void)
                                             .reload                 = reload,
                                             .reload_context         = (void*)(uintptr_t)&is_good};
     scripted_bus_open(&bus, "shm:fuzz");
-    joints[0]  = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x11U);
-    joints[1]  = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x12U);
-    now_ns     = 0U;
-    refusals   = 0U;
-    open_count = 0U;
+    joints[0]   = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x11U);
+    joints[1]   = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x12U);
+    now_ns      = 0U;
+    refusals    = 0U;
+    open_count  = 0U;
+    idle_cycles = 0U;
     manipulator_init(&manipulator, &component, &flows);
     subsystem_init(&component, &config);
+}
+
+/// A drive whose cable, process data and power state work: what it was last told is what it does.
+static bool obeys(const scripted_node_t* const joint)
+{
+    return joint->is_plugged && !joint->is_sdo_mute && !joint->is_pdo_mute && !joint->is_stuck;
+}
+
+static void check_state(const state_t before)
+{
+    const state_t state = subsystem_state(&component);
+    FUZZ_CHECK((state != STATE_OPERATIONAL) || (before == STATE_OPERATIONAL) ||
+               (before == STATE_SAFE_OPERATIONAL));
+    const bool is_good = obeys(joints[0]) && obeys(joints[1]);
+    idle_cycles        = ((state == STATE_OPERATIONAL) || !is_good) ? 0U : (idle_cycles + 1U);
+    for (unsigned i = 0U; (i < 2U) && (idle_cycles > CYCLES_TO_SECURE); i++) {
+        FUZZ_CHECK((joints[i]->control[0] & OPERATION_ENABLED) != OPERATION_ENABLED);
+    }
 }
 
 static void step(const unsigned count)
 {
     for (unsigned i = 0U; i < count; i++) {
+        const state_t before   = subsystem_state(&component);
         const uint64_t wake_ns = subsystem_step(&component, now_ns);
+        check_state(before);
         FUZZ_CHECK(wake_ns > now_ns);
         scripted_bus_run(&bus);
         scripted_bus_heartbeat(&bus);
