@@ -44,6 +44,7 @@
 ##                   NAME=  TOOL=<link>  START=<angles in rad, with commas>  BASE=fixed|free  APID=
 ##   make remote-endian   programs of subsystems for the big-endian s390x: build/s390x/bin/
 ##                   S390X=1 make remote-endian-tests: unit tests for that processor: build/s390x/test/
+##   make rtos       programs of subsystems on FreeRTOS: build/mps2-an500/bin/          BOARD=mps2-an500|mps2-an385
 ##   make yamcs      run Yamcs with the flight of runs/latest     MISSION=  PORT=<ground port>  HTTP=8080
 ##                   STATION=http://127.0.0.1:8090/: page of make gse that its 3D view shows     OUT=runs/yamcs
 ##   make docs       API reference, architecture and interface control document: build/docs/index.html
@@ -64,8 +65,8 @@ MAKEFLAGS += --no-builtin-rules
 JOBS ?= 2
 OPTIONS := ALL ANALYZE APID BASE BOARD BUS CANS CC CHECK CMD COUNT COVERAGE DELAY FLY FORM FRAMED_BY FUZZ HOURS HTTP \
            JOBS JOYSTICK_IF KEY LINKS MEMORY MISSION NAME NODES ONLY OUT PLACE PORT READ_ONLY REMOTE_ENDIAN REPLAY \
-           ROBOT_IF S390X SANITIZE SCENARIO SECONDS SEED SIM_JOYSTICK_IF SIM_ROBOT_IF START STATION STORAGE TIME \
-           TOOL TOOLS TRANSPORT TSAN UPDATE URDF V WORLD
+           ROBOT_IF RTOS S390X SANITIZE SCENARIO SECONDS SEED SIM_JOYSTICK_IF SIM_ROBOT_IF START STATION STORAGE \
+           TIME TOOL TOOLS TRANSPORT TSAN UPDATE URDF V WORLD
 ifeq ($(MAKELEVEL),0)
 $(foreach v,$(filter-out $(OPTIONS),$(.VARIABLES)),$(if $(findstring command line,$(origin $v)),\
     $(error $v=$($v): there is no such option; there are: $(OPTIONS): see make help)))

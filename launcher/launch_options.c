@@ -43,6 +43,9 @@ const char* launch_options_help(void)
            "  --remote-endian SUBSYSTEM\n"
            "                     its program runs big-endian: built for s390x (make remote-endian),\n"
            "                     in qemu-s390x\n"
+           "  --rtos SUBSYSTEM[:BOARD],...\n"
+           "                     their programs run on FreeRTOS (make rtos), on a board that\n"
+           "                     qemu-system-arm emulates: mps2-an500 (default) or mps2-an385\n"
            "  --port N           ground port on 127.0.0.1 (default: the first free from the mission's)\n"
            "  --tools N          serve bus tools on 127.0.0.1 at this port (socketcand; python-can, "
            "SavvyCAN)\n"
@@ -249,6 +252,16 @@ static bool take_path(launch_options_t* const options, const char* const option,
     return (strlen(value) < (LAUNCH_PATH_MAX - 64U)) || fail(error, option, value, "the path is too long");
 }
 
+/// "SUBSYSTEM[:BOARD],..."
+static bool take_rtos(launch_options_t* const options, const char* const value, char error[LAUNCH_ERROR_MAX])
+{
+    static const char allowed[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_,:";
+    options->rtos               = value;
+    return (value[strspn(value, allowed)] == '\0') ||
+           fail(error, "--rtos", value,
+                "expected names of subsystems of the mission with commas, each with :BOARD or without");
+}
+
 static bool is_file_name(const char* const option)
 {
     return is_word(option, "--mission") || is_word(option, "--scenario") || is_word(option, "--world");
@@ -277,6 +290,9 @@ static bool take(launch_options_t* const options, const char* const option, cons
         options->remote_endian = value;
         return is_name(value) ||
                fail(error, option, value, "expected the name of a subsystem of the mission");
+    }
+    if (strcmp(option, "--rtos") == 0) {
+        return take_rtos(options, value, error);
     }
     if (is_word(option, "--out") || is_word(option, "--storage") || is_word(option, "--key")) {
         return take_path(options, option, value, error);
@@ -338,38 +354,47 @@ static bool are_interfaces_sensible(const launch_options_t* const options, char 
     return true;
 }
 
-/// Check the options of a run with a remote-endian program, which shares no memory with the rest of the run.
-static bool is_remote_endian_sensible(launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
+/// Check the options of a run with a program for another processor, which shares no memory with the rest of
+/// the run. `option` is the one that chooses such programs.
+static bool is_remote_sensible(launch_options_t* const options, const char* const option,
+                               char error[LAUNCH_ERROR_MAX])
 {
-    if (options->remote_endian[0] == '\0') {
-        return true;
-    }
+    char with[48];
     options->links     = (options->links[0] == '\0') ? "udp" : options->links;
     options->transport = (options->transport[0] == '\0') ? "udp" : options->transport;
     if (options->is_image) {
-        return fail(error, "--remote-endian", "--form image",
+        return fail(error, option, "--form image",
                     "a program for another processor needs a process of its own; use --form processes");
     }
     if (strcmp(options->links, "udp") != 0) {
+        (void)text_join(with, sizeof with, (const char* const[]){option, " --links", NULL});
         return fail(
-            error, "--remote-endian --links", options->links,
+            error, with, options->links,
             "it cannot read structures of another byte order in shared memory and has no TIPC; use udp");
     }
     if (strcmp(options->transport, "udp") != 0) {
-        return fail(error, "--remote-endian --transport", options->transport,
-                    "qemu-s390x has no TIPC; use udp");
+        (void)text_join(with, sizeof with, (const char* const[]){option, " --transport", NULL});
+        return fail(error, with, options->transport, "an emulated processor has no TIPC; use udp");
     }
     if (options->bus != LAUNCH_BUS_SHM) {
-        return fail(error, "--remote-endian --bus", launch_bus_text(options->bus),
+        (void)text_join(with, sizeof with, (const char* const[]){option, " --bus", NULL});
+        return fail(error, with, launch_bus_text(options->bus),
                     "its proxy forwards frames, but not the status of a controller; use --bus shm");
     }
     if (!options->is_stepped) {
-        return fail(error, "--remote-endian --time", options->is_free ? "free" : "real",
+        (void)text_join(with, sizeof with, (const char* const[]){option, " --time", NULL});
+        return fail(error, with, options->is_free ? "free" : "real",
                     "its proxy works in stepped time, and an emulated processor keeps no deadline; use "
                     "--time stepped");
     }
-    return (options->computers == 1U) || fail(error, "--remote-endian", "--nodes 2",
-                                              "a proxy and its program run on one on-board computer");
+    return (options->computers == 1U) ||
+           fail(error, option, "--nodes 2", "a proxy and its program run on one on-board computer");
+}
+
+static bool are_remotes_sensible(launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
+{
+    return ((options->remote_endian[0] == '\0') || is_remote_sensible(options, "--remote-endian", error)) &&
+           ((options->rtos[0] == '\0') || is_remote_sensible(options, "--rtos", error));
 }
 
 /// Check the options of a run whose links have a delay: the relay needs UDP and a scheduler.
@@ -391,6 +416,10 @@ static bool is_delay_sensible(launch_options_t* const options, char error[LAUNCH
         return fail(error, "--delay --nodes 2 --time", "stepped",
                     "the network between two nodes delays by wall-clock time; use --time real, or --nodes 1 "
                     "for a relay in simulated time");
+    }
+    if (options->rtos[0] != '\0') {
+        return fail(error, "--delay --rtos", options->rtos,
+                    "its proxy does not announce frames to the relay");
     }
     return (options->remote_endian[0] == '\0') ||
            fail(error, "--delay --remote-endian", options->remote_endian,
@@ -461,6 +490,7 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
                                             .storage       = "",
                                             .key           = "",
                                             .remote_endian = "",
+                                            .rtos          = "",
                                             .has_report    = true};
     error[0]           = '\0';
     bool is_time_given = false;
@@ -479,6 +509,6 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
     if (!is_time_given) { // The default with real devices is real time.
         out_options->is_stepped = launch_has_simulator(out_options);
     }
-    return is_remote_endian_sensible(out_options, error) && is_delay_sensible(out_options, error) &&
+    return are_remotes_sensible(out_options, error) && is_delay_sensible(out_options, error) &&
            is_sensible(out_options, error);
 }

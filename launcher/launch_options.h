@@ -49,7 +49,9 @@ typedef struct {
         storage; ///< Folder of persistent records, stores and files; empty: "storage" in the output folder.
     const char* key;           ///< File with the key of telecommands; empty: the mission's.
     const char* remote_endian; ///< Subsystem with a program of another byte order and a proxy; "": none.
-    uint64_t duration_ns;      ///< Shut the mission down after this simulated time; 0: never.
+    const char*
+        rtos; ///< Subsystems whose programs run on FreeRTOS on an emulated board, with commas; "": none.
+    uint64_t duration_ns; ///< Shut the mission down after this simulated time; 0: never.
     bool has_report;
 } launch_options_t;
 

@@ -42,7 +42,8 @@ bool launcher_check_device_classes(launcher_t* launcher);
 /// launcher_remote_endian.c: check a subsystem whose program is for another processor. False: `reason` says
 /// what is missing and what to do.
 bool launcher_check_remote_endian(launcher_t* launcher);
-bool launcher_is_remote_endian(const launcher_t* launcher, unsigned component);
+/// True if the program of the component runs on another processor and has a proxy.
+bool launcher_has_proxy(const launcher_t* launcher, unsigned component);
 /// Add program and arguments of a component's process, or of its proxy.
 void launcher_add_component(const launcher_t* launcher, unsigned component, arguments_t* arguments);
 

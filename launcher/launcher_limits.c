@@ -72,7 +72,7 @@ void launcher_limit(const launcher_t* const launcher, const child_t* const child
                     osal_process_start_t* const start)
 {
     // There is no limit for an emulator, because it maps the whole address space of the other processor.
-    if (child->is_component && !launcher_is_remote_endian(launcher, child->component)) {
+    if (child->is_component && !launcher_has_proxy(launcher, child->component)) {
         start->memory_limit_bytes = (uint64_t)launcher->memory_limit_kib[child->component] * 1024U;
         start->descriptor_limit   = DESCRIPTORS;
     }

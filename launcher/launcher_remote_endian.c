@@ -1,69 +1,209 @@
 // SPDX-License-Identifier: Apache-2.0
-// Support of a subsystem whose program is for another, big-endian processor: it runs in an emulator, with a
-// native proxy.
+// Support of subsystems whose programs are for another processor: of another byte order, or on a board with a
+// real-time operating system. Each runs in an emulator, with a native proxy.
 #include "launcher/launcher_internal.h"
 
 #include "base/assertion.h"
+#include "base/text.h"
 #include "osal/include/osal/file.h"
 
 #include <string.h>
 
-#define RUNNER "/usr/bin/qemu-s390x"
-#define PROGRAM_FOLDER "build/s390x/bin/"
+typedef struct {
+    const char* option;
+    const char* runner;
+    const char* package; ///< That has the runner.
+    const char* folder;  ///< Of its programs.
+    const char* target;  ///< Of make, which builds them.
+    const char* board;   ///< Null: the program is a process.
+} processor_t;
 
-bool launcher_is_remote_endian(const launcher_t* const launcher, const unsigned component)
+static const processor_t big_endian = {"--remote-endian: ", "/usr/bin/qemu-s390x", "qemu-user",
+                                       "build/s390x/bin/",  "make remote-endian",  NULL};
+// The first is the one of an option that names no board.
+static const processor_t boards[] = {{"--rtos: ", "/usr/bin/qemu-system-arm", "qemu-system-arm",
+                                      "build/mps2-an500/bin/", "make rtos", "mps2-an500"},
+                                     {"--rtos: ", "/usr/bin/qemu-system-arm", "qemu-system-arm",
+                                      "build/mps2-an385/bin/", "make rtos BOARD=mps2-an385", "mps2-an385"}};
+#define BOARDS (sizeof boards / sizeof boards[0])
+
+/// One part of `--rtos`, "SUBSYSTEM[:BOARD]".
+typedef struct {
+    const char* name;
+    size_t name_length;
+    const char* board;
+    size_t board_length;
+} choice_t;
+
+/// The next part of the list; *list is moved behind it. False: there is none.
+static bool next_choice(const char** const list, choice_t* const out_choice)
 {
-    return strcmp(launcher->mission.subsystems[component].name, launcher->options.remote_endian) == 0;
+    const char* const text = *list;
+    const size_t length    = strcspn(text, ",");
+    const size_t name      = strcspn(text, ",:");
+    if (text[0] == '\0') {
+        return false;
+    }
+    *out_choice = (choice_t){text, name, &text[name], 0U};
+    if (name < length) {
+        out_choice->board        = &text[name + 1U];
+        out_choice->board_length = length - name - 1U;
+    }
+    *list = (text[length] == ',') ? &text[length + 1U] : &text[length];
+    return true;
+}
+
+static bool is_same(const char* const name, const char* const text, const size_t length)
+{
+    return (strlen(name) == length) && (strncmp(name, text, length) == 0);
+}
+
+/// Null: there is no such board.
+static const processor_t* board_of(const choice_t* const choice)
+{
+    for (size_t i = 0U; i < BOARDS; i++) {
+        if ((choice->board_length == 0U) || is_same(boards[i].board, choice->board, choice->board_length)) {
+            return &boards[i];
+        }
+    }
+    return NULL;
+}
+
+/// The processor of a component's program; null: this one.
+static const processor_t* processor_of(const launcher_t* const launcher, const unsigned component)
+{
+    const char* const name = launcher->mission.subsystems[component].name;
+    const char* list       = launcher->options.rtos;
+    choice_t choice;
+    if (strcmp(name, launcher->options.remote_endian) == 0) {
+        return &big_endian;
+    }
+    while (next_choice(&list, &choice)) {
+        if (is_same(name, choice.name, choice.name_length)) {
+            return board_of(&choice);
+        }
+    }
+    return NULL;
+}
+
+bool launcher_has_proxy(const launcher_t* const launcher, const unsigned component)
+{
+    return processor_of(launcher, component) != NULL;
+}
+
+/// Append three texts to the reason.
+static bool refuse(launcher_t* const launcher, const char* const option, const char* const what,
+                   const char* const detail)
+{
+    char line[LAUNCH_PATH_MAX];
+    (void)text_join(line, sizeof line, (const char* const[]){option, what, NULL});
+    return launcher_fail(launcher, line, detail);
+}
+
+/// The program of a component can be that of the processor, and all that it needs is there.
+static bool check(launcher_t* const launcher, const processor_t* const processor, const unsigned component)
+{
+    char program[LAUNCH_PATH_MAX];
+    char what[LAUNCH_PATH_MAX];
+    const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[component];
+    if ((subsystem->apid == SUPERVISOR_APID) || (subsystem->apid == COMMUNICATION_APID)) {
+        return refuse(launcher, processor->option,
+                      "the launcher and the operator reach this subsystem in shared memory; choose one that "
+                      "drives devices: ",
+                      subsystem->name);
+    }
+    (void)text_join(program, sizeof program,
+                    (const char* const[]){processor->folder, subsystem->executable, NULL});
+    if (!osal_file_exists(program)) {
+        (void)text_join(
+            what, sizeof what,
+            (const char* const[]){"there is no such program (", processor->target, " builds it): ", NULL});
+        return refuse(launcher, processor->option, what, program);
+    }
+    if (!osal_file_exists(processor->runner)) {
+        (void)text_join(what, sizeof what,
+                        (const char* const[]){"install the package ", processor->package,
+                                              " (make setup does); there is no ", NULL});
+        return refuse(launcher, processor->option, what, processor->runner);
+    }
+    return true;
+}
+
+/// Index of the subsystem of that name, or the number of subsystems.
+static unsigned find(const launcher_t* const launcher, const char* const name, const size_t length)
+{
+    unsigned component = 0U;
+    while ((component < launcher->mission.subsystem_count) &&
+           !is_same(launcher->mission.subsystems[component].name, name, length)) {
+        component++;
+    }
+    return component;
+}
+
+/// Check one subsystem of an option whose text is `value`. `processor` null: there is no such board.
+static bool check_name(launcher_t* const launcher, const processor_t* const processor, const char* const name,
+                       const size_t length, const char* const value)
+{
+    const unsigned component = find(launcher, name, length);
+    if (processor == NULL) {
+        return refuse(launcher, boards[0].option,
+                      "there is no such board; there are mps2-an500, mps2-an385: ", value);
+    }
+    if (component == launcher->mission.subsystem_count) {
+        return refuse(launcher, processor->option, "the mission has no such subsystem: ", value);
+    }
+    if ((processor != &big_endian) &&
+        (strcmp(launcher->mission.subsystems[component].name, launcher->options.remote_endian) == 0)) {
+        return refuse(launcher, processor->option,
+                      "this subsystem runs big-endian (--remote-endian): ", value);
+    }
+    return check(launcher, processor, component);
+}
+
+/// Check each part of `--rtos`.
+static bool check_boards(launcher_t* const launcher)
+{
+    const char* const value                = launcher->options.rtos;
+    const char* list                       = value;
+    bool is_listed[MISSION_SUBSYSTEMS_MAX] = {false};
+    choice_t choice;
+    while (next_choice(&list, &choice)) {
+        if (!check_name(launcher, board_of(&choice), choice.name, choice.name_length, value)) {
+            return false;
+        }
+        bool* const is_again = &is_listed[find(launcher, choice.name, choice.name_length)];
+        if (*is_again) {
+            return refuse(launcher, boards[0].option, "a subsystem is listed twice: ", value);
+        }
+        *is_again = true;
+    }
+    return true;
 }
 
 bool launcher_check_remote_endian(launcher_t* const launcher)
 {
-    char program[LAUNCH_PATH_MAX];
-    unsigned component = 0U;
-    if (launcher->options.remote_endian[0] == '\0') {
-        return true;
-    }
-    while ((component < launcher->mission.subsystem_count) &&
-           !launcher_is_remote_endian(launcher, component)) {
-        component++;
-    }
-    if (component == launcher->mission.subsystem_count) {
-        return launcher_fail(launcher, "--remote-endian: the mission has no such subsystem: ",
-                             launcher->options.remote_endian);
-    }
-    const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[component];
-    if ((subsystem->apid == SUPERVISOR_APID) || (subsystem->apid == COMMUNICATION_APID)) {
-        return launcher_fail(
-            launcher,
-            "--remote-endian: the launcher and the operator reach this subsystem in shared memory; "
-            "choose one that drives devices: ",
-            launcher->options.remote_endian);
-    }
-    (void)text_join(program, sizeof program,
-                    (const char* const[]){PROGRAM_FOLDER, subsystem->executable, NULL});
-    if (!osal_file_exists(program)) {
-        return launcher_fail(
-            launcher, "--remote-endian: there is no such program (make remote-endian builds it): ", program);
-    }
-    return osal_file_exists(RUNNER) ||
-           launcher_fail(launcher,
-                         "--remote-endian: install the package qemu-user (make setup does); there is no ",
-                         RUNNER);
+    const char* const name = launcher->options.remote_endian;
+    return ((name[0] == '\0') || check_name(launcher, &big_endian, name, strlen(name), name)) &&
+           check_boards(launcher);
 }
 
 void launcher_add_component(const launcher_t* const launcher, const unsigned component,
                             arguments_t* const arguments)
 {
-    const char* const executable = launcher->mission.subsystems[component].executable;
-    const bool is_remote_endian  = launcher_is_remote_endian(launcher, component);
+    const char* const executable       = launcher->mission.subsystems[component].executable;
+    const processor_t* const processor = processor_of(launcher, component);
     char name[RUN_NAME_MAX];
     FSW_ASSERT(run_name(launcher->run, "run", 0U, name, sizeof name));
-    arguments_add_joined(arguments, launcher->program_folder, is_remote_endian ? "proxy" : executable);
+    arguments_add_joined(arguments, launcher->program_folder, (processor != NULL) ? "proxy" : executable);
     arguments_add_option(arguments, "--run", name);
     arguments_add_number(arguments, "--component", component);
-    if (is_remote_endian) {
-        arguments_add(arguments, "--program");
-        arguments_add_joined(arguments, PROGRAM_FOLDER, executable);
-        arguments_add_option(arguments, "--runner", RUNNER);
+    if (processor == NULL) {
+        return;
+    }
+    arguments_add(arguments, "--program");
+    arguments_add_joined(arguments, processor->folder, executable);
+    arguments_add_option(arguments, "--runner", processor->runner);
+    if (processor->board != NULL) {
+        arguments_add_option(arguments, "--board", processor->board);
     }
 }

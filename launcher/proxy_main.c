@@ -3,6 +3,7 @@
 // component in the scheduler and on the buses, and exchanges the data with it. The proxy ends with its
 // program.
 #include "fsw/programs/remote_endian_wire.h"
+#include "launcher/target_link.h"
 #include "base/number.h"
 #include "base/text.h"
 #include "osal/include/osal/console.h"
@@ -22,7 +23,9 @@ typedef struct { // All storage of the program.
     unsigned component;
     uint32_t life;
     const char* program;
+    const char* board; ///< Emulated board that its program runs on; null: a process of another byte order.
     osal_process_t process;
+    target_link_t target;
     remote_endian_wire_t wire;
     remote_endian_buses_t buses;
     bool has_reported_refused;
@@ -57,32 +60,73 @@ static const char* open_run(proxy_t* const self, const char* const name)
     return (self->scheduler != NULL) ? NULL : "the run's scheduler is of another version";
 }
 
+/// Start `runner` with its arguments. It inherits these descriptors and, unless it emulates a board, the
+/// sockets of the run.
+static bool start_runner(proxy_t* const self, const char* const* const arguments, const int* const ends,
+                         const size_t end_count)
+{
+    int descriptors[3U + RUN_LINKS_MAX];
+    size_t count = 0U;
+    while (count < end_count) {
+        descriptors[count] = ends[count];
+        count++;
+    }
+    if (self->board == NULL) { // A board reaches the sockets by this process.
+        descriptors[count++] = self->run->components[self->component].message_descriptor;
+        for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
+            if (self->run->link_descriptors[i] >= 0) {
+                descriptors[count++] = self->run->link_descriptors[i];
+            }
+        }
+    }
+    const osal_process_start_t start = {
+        .arguments = arguments, .descriptors = descriptors, .descriptor_count = count, .processor = -1};
+    return osal_process_start(&self->process, &start) == STATUS_OK;
+}
+
 /// Start the program with `runner`. The program inherits the sockets of the run and its end of the stream.
 /// It also gets the name of the run, so that process lists show it.
 static bool start_program(proxy_t* const self, const char* const name, const char* const runner)
 {
     osal_socket_t peer = OSAL_SOCKET_CLOSED;
-    int descriptors[2U + RUN_LINKS_MAX];
-    size_t count = 0U;
     char digits[16];
     if (osal_local_pair(&self->wire.socket, &peer) != STATUS_OK) {
         return false;
     }
     text_t text = text_in(digits, sizeof digits);
     text_add_unsigned(&text, (uint64_t)osal_socket_descriptor(&peer));
-    descriptors[count++] = osal_socket_descriptor(&peer);
-    descriptors[count++] = self->run->components[self->component].message_descriptor;
-    for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
-        if (self->run->link_descriptors[i] >= 0) {
-            descriptors[count++] = self->run->link_descriptors[i];
-        }
-    }
-    const char* const arguments[]    = {runner, self->program, "--run", name, "--proxy", digits, NULL};
-    const osal_process_start_t start = {
-        .arguments = arguments, .descriptors = descriptors, .descriptor_count = count, .processor = -1};
-    const status_t status = osal_process_start(&self->process, &start);
+    const int end                 = osal_socket_descriptor(&peer);
+    const char* const arguments[] = {runner, self->program, "--run", name, "--proxy", digits, NULL};
+    const bool is_started         = start_runner(self, arguments, &end, 1U);
     osal_socket_close(&peer);
-    return status == STATUS_OK;
+    return is_started;
+}
+
+/// `runner` emulates the board with the program. Semihosting gives it files, console and the two pipes.
+static bool start_board(proxy_t* const self, const char* const name, const char* const runner)
+{
+    target_link_t* const target = &self->target;
+    char semihosting[LINE_MAX];
+    if (target_link_open(target, self->run, self->component) != STATUS_OK) {
+        return false;
+    }
+    self->wire.carrier = target_link_carrier(target);
+    const int ends[]   = {target_link_peer_in(target), target_link_peer_out(target)};
+    text_t text        = text_in(semihosting, sizeof semihosting);
+    text_add(&text, "enable=on,target=native,arg=program,arg=wire=");
+    text_add_unsigned(&text, (uint64_t)ends[0]);
+    text_add(&text, ":");
+    text_add_unsigned(&text, (uint64_t)ends[1]);
+    text_add(&text, ",arg=--run,arg=");
+    text_add(&text, name);
+    text_add(&text, ",arg=--proxy,arg=0");
+    const char* const arguments[] = {
+        runner,      "-M",      self->board,   "-display", "none", "-monitor", "none",
+        "-serial",   "none",    "-parallel",   "none",     "-nic", "none",     "-semihosting-config",
+        semihosting, "-kernel", self->program, NULL};
+    const bool is_started = !text.cut && start_runner(self, arguments, ends, 2U);
+    target_link_release_peer(target);
+    return is_started;
 }
 
 /// Open the ends of buses that the program has opened in this turn. Earlier frames are dropped: a controller
@@ -174,9 +218,9 @@ static bool serve(proxy_t* const self)
         status = remote_endian_send(&self->wire, &writer);
     }
     if ((status == STATUS_INVALID) || (status == STATUS_TOO_LARGE)) {
-        (void)complain(
-            "the protocol between it and its program was violated; build both again: make remote-endian, ",
-            status_text(status));
+        (void)complain("the protocol between it and its program was violated; build both again: make "
+                       "remote-endian, make rtos, ",
+                       status_text(status));
     }
     return false;
 }
@@ -207,21 +251,14 @@ static void print_loss(const proxy_t* const self, const osal_process_result_t* c
     (void)complain(line, "");
 }
 
-int main(int argument_count, char* arguments[])
+/// Take component, program and board from the command line. False if it is not as the launcher writes it.
+static bool take_arguments(proxy_t* const self, const int count, char* const arguments[])
 {
-    static const char usage[]      = "usage: --run NAME --component INDEX --program PATH --runner PATH "
-                                     "(the launcher `hirosco run --remote-endian SUBSYSTEM` starts it)";
-    proxy_t* const self            = &storage;
-    const bool are_arguments_valid = (argument_count == 9) && (strcmp(arguments[1], "--run") == 0) &&
-                                     (strcmp(arguments[3], "--component") == 0) &&
-                                     (strcmp(arguments[5], "--program") == 0) &&
-                                     (strcmp(arguments[7], "--runner") == 0);
-    if (osal_console_introduce(argument_count, arguments, "proxy", usage)) {
-        return 0;
-    }
-    if (!are_arguments_valid) {
-        (void)complain(usage, "");
-        return 2;
+    const bool has_board = (count == 11) && (strcmp(arguments[9], "--board") == 0);
+    if (((count != 9) && !has_board) || (strcmp(arguments[1], "--run") != 0) ||
+        (strcmp(arguments[3], "--component") != 0) || (strcmp(arguments[5], "--program") != 0) ||
+        (strcmp(arguments[7], "--runner") != 0)) {
+        return false;
     }
     const char* text   = arguments[4];
     uint64_t component = 0U;
@@ -229,17 +266,40 @@ int main(int argument_count, char* arguments[])
         (number_read_unsigned(&text, &component) == STATUS_OK) && (component < MISSION_SUBSYSTEMS_MAX);
     self->component = is_component ? (unsigned)component : MISSION_SUBSYSTEMS_MAX;
     self->program   = arguments[6];
+    self->board     = has_board ? arguments[10] : NULL;
+    return true;
+}
+
+int main(int argument_count, char* arguments[])
+{
+    static const char usage[] = "usage: --run NAME --component INDEX --program PATH --runner PATH "
+                                "[--board NAME] (the launcher `hirosco run --remote-endian SUBSYSTEM` "
+                                "or `--rtos SUBSYSTEM` starts it)";
+    proxy_t* const self       = &storage;
+    if (osal_console_introduce(argument_count, arguments, "proxy", usage)) {
+        return 0;
+    }
+    if (!take_arguments(self, argument_count, arguments)) {
+        (void)complain(usage, "");
+        return 2;
+    }
     osal_process_catch_stop();
     osal_process_ignore_interrupt();
     const char* const error = open_run(self, arguments[2]);
     if (error != NULL) {
         return complain(error, "");
     }
-    if (!start_program(self, arguments[2], arguments[8])) {
+    const bool is_started = (self->board != NULL) ? start_board(self, arguments[2], arguments[8])
+                                                  : start_program(self, arguments[2], arguments[8]);
+    if (!is_started) {
         return complain("cannot start ", arguments[8]);
     }
     const bool is_good = serve(self);
-    osal_socket_close(&self->wire.socket);
+    if (self->board != NULL) {
+        target_link_close(&self->target);
+    } else {
+        osal_socket_close(&self->wire.socket);
+    }
     const osal_process_result_t result = await_end(self);
     if (!is_good) {
         print_loss(self, &result);

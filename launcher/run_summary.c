@@ -74,6 +74,9 @@ static void add_options(text_t* const text, const launch_options_t* const option
     if (options->remote_endian[0] != '\0') {
         add_word(text, "remote_endian", options->remote_endian);
     }
+    if (options->rtos[0] != '\0') {
+        add_word(text, "rtos", options->rtos);
+    }
 }
 
 static void add_relay(text_t* const text, const launcher_t* const launcher)

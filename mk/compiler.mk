@@ -15,11 +15,18 @@ override CC := s390x-linux-gnu-gcc
 AR      := s390x-linux-gnu-ar
 VARIANT := s390x
 endif
+ifdef BOARD # Programs on FreeRTOS, for a board without Linux that qemu-system-arm emulates.
+BOARDS := mps2-an385 mps2-an500
+$(if $(filter $(BOARD),$(BOARDS)),,$(error BOARD=$(BOARD): expected one of: $(BOARDS)))
+override CC := arm-none-eabi-gcc
+AR      := arm-none-eabi-ar
+VARIANT := $(BOARD)
+endif
 B       := build$(addprefix /,$(VARIANT))
 
 WARNINGS := -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Wstrict-prototypes -Wvla -Werror
 OPTIMIZE := -O2 -g
-ifeq ($(shell uname -m)$(S390X)$(findstring clang,$(CC)),x86_64)
+ifeq ($(shell uname -m)$(S390X)$(BOARD)$(findstring clang,$(CC)),x86_64)
 # The assembler places no jump across a boundary of 32 octets: Intel processors with the microcode correction
 # of 2019 run such jumps slowly, and the time of a function would depend on the code before it.
 OPTIMIZE += -Wa,-mbranches-within-32B-boundaries
@@ -50,4 +57,13 @@ ifdef S390X
 CPPFLAGS += -isystem build/third_party/expat-s390x/include
 CFLAGS   += -fexcess-precision=fast # Otherwise a float has the precision of a double until it is stored.
 LDFLAGS  := -static -Lbuild/third_party/expat-s390x/lib
+endif
+ifdef BOARD
+KERNEL := build/third_party/freertos
+KERNEL_PORT := $(KERNEL)/portable/GCC/$(if $(filter %an385,$(BOARD)),ARM_CM3,ARM_CM7/r0p1)
+PROCESSOR := -mthumb $(if $(filter %an385,$(BOARD)),-mcpu=cortex-m3,-mcpu=cortex-m7 -mfloat-abi=hard -mfpu=fpv5-d16)
+OPTIMIZE := -Os -g -ffunction-sections -fdata-sections
+CPPFLAGS += -isystem build/third_party/expat/lib -isystem $(KERNEL)/include -isystem $(KERNEL_PORT) -Iosal/freertos
+CFLAGS   := $(PROCESSOR) -std=c99 $(WARNINGS) $(OPTIMIZE) -ffp-contract=off
+LDFLAGS  := -nostartfiles -T osal/freertos/mps2.ld -Wl,-u,port_reset -Wl,--gc-sections
 endif

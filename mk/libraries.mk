@@ -5,6 +5,13 @@ SOURCES  := $(shell find base osal pus fsw launcher sim -name '*.c' 2>/dev/null 
 ifdef S390X # Lua runs procedures in the supervisor, which is never a remote-endian program.
 SOURCES  := $(filter-out fsw/procedures/%,$(SOURCES))
 endif
+ifdef BOARD # Nor Nettle: the ground link is protected by the subsystem `communication`.
+SOURCES  := $(filter-out osal/posix/% fsw/procedures/% fsw/framework/sdls/% fsw/programs/ground_key.c \
+            fsw/programs/supervisor_% fsw/programs/communication_% fsw/subsystems/communication/% pus/tool/% \
+            launcher/% sim/%,$(SOURCES))
+else
+SOURCES  := $(filter-out osal/freertos/%,$(SOURCES))
+endif
 TESTS    := $(shell find test/unit test/contract -name 'test_*.c' 2>/dev/null | LC_ALL=C sort)
 BENCHES  := $(wildcard test/bench/bench_*.c)
 FUZZ_SOURCES := $(wildcard test/fuzz/*.c)
@@ -16,8 +23,25 @@ objects   = $(patsubst %.c,$B/obj/%.o,$1)
 LIBRARIES := $(foreach d,$(DIRS),$(call library,$d))
 
 define library_rule
-$(call library,$1): $(call objects,$(filter-out %_main.c,$(wildcard $1/*.c))) $1
+$(call library,$1): $(call objects,$(filter $(wildcard $1/*.c),$(filter-out %_main.c,$(SOURCES)))) $1
 	@mkdir -p $$(@D) && rm -f $$@
 	$(Q)$(AR) rcs $$@ $$(filter %.o,$$^)
 endef
 $(foreach d,$(DIRS),$(eval $(call library_rule,$d)))
+
+ifdef BOARD # The kernel and the XML parser, compiled from their sources.
+FOREIGN_SOURCES := $(addprefix $(KERNEL)/,tasks.c queue.c list.c) $(KERNEL_PORT)/port.c \
+                   $(addprefix build/third_party/expat/lib/,xmlparse.c xmlrole.c xmltok.c)
+FOREIGN_A := $B/lib/libforeign.a
+$B/obj/build/third_party/%.o: build/third_party/%.c $B/flags osal/freertos/FreeRTOSConfig.h osal/freertos/board.h
+	@mkdir -p $(@D)
+	$(if $(V),,@echo "  $(CC) $(VARIANT) $<")
+	$(Q)$(CC) $(CPPFLAGS) $(PROCESSOR) -std=c99 $(OPTIMIZE) -w -c $< -o $@
+# It defines functions of the C library, which the compiler would otherwise declare itself.
+$B/obj/osal/freertos/c_library.o: CFLAGS += -fno-builtin
+$(FOREIGN_A): $(call objects,$(FOREIGN_SOURCES))
+	@mkdir -p $(@D) && rm -f $@
+	$(Q)$(AR) rcs $@ $^
+$(call objects,$(FOREIGN_SOURCES) $(SOURCES)): | build/setup/rtos
+$(FOREIGN_SOURCES): | build/setup/rtos ;
+endif

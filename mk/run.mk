@@ -4,8 +4,11 @@
 # Pass on only the options of the command line; the launcher has the defaults and refuses invalid values.
 option = $(if $(filter command%,$(origin $2)),$(if $($2),--$1 '$($2)'))
 adapter = $(if $(filter command%,$(origin $3)),$(if $($3),--$1 '$2=$($3)'))
+# The boards of RTOS=SUBSYSTEM[:BOARD],...: without a board, the first.
+rtos_boards = $(if $(findstring mps2-an385,$(RTOS)),rtos-mps2-an385) \
+              $(if $(filter-out %:mps2-an385,$(subst $(comma), ,$(RTOS))),rtos-mps2-an500)
 # A flight does not need the packages of the page. If they are installed, its report has a film and charts.
-sim-run: build/setup/run all $(if $(REMOTE_ENDIAN),remote-endian)
+sim-run: build/setup/run all $(if $(REMOTE_ENDIAN),remote-endian) $(if $(RTOS),$(rtos_boards))
 	@test ! -e build/setup/station || $(MAKE) --no-print-directory build/station/page/index.html || true
 	@build/bin/hirosco run $(call option,mission,MISSION) $(call option,scenario,SCENARIO) $(call option,world,WORLD) \
 	    $(call option,seed,SEED) \
@@ -13,6 +16,7 @@ sim-run: build/setup/run all $(if $(REMOTE_ENDIAN),remote-endian)
 	    $(call option,transport,TRANSPORT) $(call option,nodes,NODES) $(call option,links,LINKS) \
 	    $(call option,delay,DELAY) $(call option,port,PORT) $(call option,tools,TOOLS) $(call option,out,OUT) \
 	    $(call option,storage,STORAGE) $(call option,key,KEY) $(call option,remote-endian,REMOTE_ENDIAN) \
+	    $(call option,rtos,RTOS) \
 	    $(call adapter,interface,robot,ROBOT_IF) $(call adapter,interface,joystick,JOYSTICK_IF) \
 	    $(call adapter,sim-interface,robot,SIM_ROBOT_IF) $(call adapter,sim-interface,joystick,SIM_JOYSTICK_IF)
 

@@ -18,6 +18,29 @@
 CAPACITY_CHECK(a_run_fits, SIZE_RUN_OCTETS <= REMOTE_ENDIAN_ROOM);
 CAPACITY_CHECK(a_turn_fits, SIZE_DONE_OCTETS <= REMOTE_ENDIAN_ROOM);
 
+// ---- Carrier ----
+
+static status_t stream_send(remote_endian_wire_t* const wire, const uint8_t* const octets, const size_t size,
+                            size_t* const out_sent)
+{
+    return (wire->carrier.context != NULL) ? wire->carrier.send(wire->carrier.context, octets, size, out_sent)
+                                           : osal_stream_send(&wire->socket, octets, size, out_sent);
+}
+
+static status_t stream_receive(remote_endian_wire_t* const wire, uint8_t* const octets, const size_t capacity,
+                               size_t* const out_size)
+{
+    return (wire->carrier.context != NULL)
+               ? wire->carrier.receive(wire->carrier.context, octets, capacity, out_size)
+               : osal_stream_receive(&wire->socket, octets, capacity, out_size);
+}
+
+static status_t stream_wait(remote_endian_wire_t* const wire, const uint32_t timeout_ms)
+{
+    return (wire->carrier.context != NULL) ? wire->carrier.wait_readable(wire->carrier.context, timeout_ms)
+                                           : osal_socket_wait_readable(&wire->socket, timeout_ms);
+}
+
 // ---- Messages ----
 
 octet_writer_t remote_endian_begin(remote_endian_wire_t* const wire, const remote_endian_kind_t kind)
@@ -40,10 +63,10 @@ status_t remote_endian_send(remote_endian_wire_t* const wire, const octet_writer
     status_t status = STATUS_OK;
     while ((sent < writer->position) && (status == STATUS_OK)) {
         size_t size = 0U;
-        status      = osal_stream_send(&wire->socket, &wire->octets[sent], writer->position - sent, &size);
+        status      = stream_send(wire, &wire->octets[sent], writer->position - sent, &size);
         sent += size;
         if (status == STATUS_FULL) { // The peer will read the rest, because it waits for this message.
-            const status_t waited = osal_socket_wait_readable(&wire->socket, 1U);
+            const status_t waited = stream_wait(wire, 1U);
             status                = (waited == STATUS_TIMEOUT) ? STATUS_OK : STATUS_CLOSED;
         }
     }
@@ -70,8 +93,7 @@ static status_t take_in(remote_endian_wire_t* const wire)
     status_t status = STATUS_OK;
     while ((missing_octets(wire) > 0U) && (status == STATUS_OK)) {
         size_t size = 0U;
-        status =
-            osal_stream_receive(&wire->socket, &wire->octets[wire->received], missing_octets(wire), &size);
+        status      = stream_receive(wire, &wire->octets[wire->received], missing_octets(wire), &size);
         wire->received += size;
     }
     return status;
@@ -88,8 +110,7 @@ status_t remote_endian_receive(remote_endian_wire_t* const wire, const remote_en
         if (now_ns >= until_ns) {
             return STATUS_TIMEOUT;
         }
-        const status_t waited =
-            osal_socket_wait_readable(&wire->socket, (uint32_t)(((until_ns - now_ns) / NS_PER_MS) + 1U));
+        const status_t waited = stream_wait(wire, (uint32_t)(((until_ns - now_ns) / NS_PER_MS) + 1U));
         (void)waited; // Only the status of the read matters.
         status = take_in(wire);
     }

@@ -34,8 +34,16 @@ typedef enum {
     REMOTE_ENDIAN_GRANT = 3
 } remote_endian_kind_t;
 
-typedef struct { // Private, except `socket`: the end of the stream, to be opened and closed by the owner.
+typedef struct {   ///< Another carrier of the stream than a socket. Statuses as those of osal/socket.h.
+    void* context; ///< Null: the stream is `socket`.
+    status_t (*send)(void* context, const uint8_t* octets, size_t size, size_t* out_sent);
+    status_t (*receive)(void* context, uint8_t* octets, size_t capacity, size_t* out_size);
+    status_t (*wait_readable)(void* context, uint32_t timeout_ms);
+} remote_endian_carrier_t;
+
+typedef struct { // Private, except `socket` or `carrier`: this end, to be opened and closed by the owner.
     osal_socket_t socket;
+    remote_endian_carrier_t carrier;
     size_t received;
     uint8_t octets[REMOTE_ENDIAN_MESSAGE_MAX];
 } remote_endian_wire_t;

@@ -7,10 +7,10 @@
 #   clang   data races, fuzz targets  s390x   big-endian programs          pytest  tests in Python
 #   docs    the documentation         test    tests of whole programs      hil     the micro-VM
 #   check   analysers                 station packages of the web page     proofs  the model checker CBMC
-#   full    all of them, and Yamcs
+#   rtos    programs on FreeRTOS      full    all of them, and Yamcs
 set -eu
 
-level=${1:?usage: setup.sh build|run|unit|clang|pytest|s390x|docs|station|test|hil|proofs|check|full}
+level=${1:?usage: setup.sh build|run|unit|clang|pytest|s390x|rtos|docs|station|test|hil|proofs|check|full}
 here=gse/setup
 case $level in
 build) levels='build' ;;
@@ -18,12 +18,13 @@ run | unit | clang) levels="build $level" ;;
 docs) levels='build run docs' ;;
 station) levels='build run station' ;;
 s390x) levels='build unit s390x' ;;
+rtos) levels='build unit rtos' ;;
 pytest) levels='build run unit pytest' ;;
 test) levels='build run unit clang pytest docs station test' ;;
 hil) levels='build run unit clang pytest docs station test hil' ;;
 proofs) levels='build proofs' ;;
 check) levels='build run unit clang pytest proofs check' ;;
-full) levels='build run unit clang s390x pytest docs station test hil proofs check full' ;;
+full) levels='build run unit clang s390x rtos pytest docs station test hil proofs check full' ;;
 *) echo "setup: unknown level '$level'" >&2 && exit 2 ;;
 esac
 
@@ -35,8 +36,9 @@ missing_packages() {
         awk -v level="$wanted" '$1 !~ /^#/ && $2 == level { print $1 }' "$here/packages.txt"
     done | while read -r name; do
         status=$(dpkg-query -W -f '${db:Status-Status}' "$name" 2>/dev/null || true)
-        # The packages of Node.js itself contain npm.
-        [ "$status" = installed ] || { [ "$name" = npm ] && command -v npm >/dev/null; } || echo "$name"
+        # The packages of Node.js itself contain npm, and those of Rust itself contain cargo.
+        [ "$status" = installed ] ||
+            case $name in npm | cargo) command -v "$name" >/dev/null ;; *) false ;; esac || echo "$name"
     done
 }
 
@@ -87,6 +89,10 @@ if has station; then
 fi
 if has s390x; then
     sh "$here/expat_s390x.sh" || failed=1
+fi
+if has rtos; then
+    sh "$here/expat_source.sh" || failed=1
+    sh "$here/freertos.sh" || failed=1
 fi
 if has proofs; then
     sh "$here/cbmc.sh" || failed=1

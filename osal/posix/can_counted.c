@@ -3,7 +3,7 @@
 // numbers of frames announced and taken. Their difference, the frames on the way, is limited to the capacity
 // of a ring of the "shm:" carrier, so that a full queue has the same effect on both carriers.
 #define _GNU_SOURCE
-#include "osal/posix/can_port.h"
+#include "osal/common/can_port.h"
 
 #include "osal/include/osal/can_interface.h"
 #include "osal/include/osal/clock.h"

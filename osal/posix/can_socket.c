@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SocketCAN ("can:INTERFACE"): one raw socket, non-blocking.
 #define _GNU_SOURCE
-#include "osal/posix/can_port.h"
+#include "osal/common/can_port.h"
 
 #include "osal/include/osal/clock.h"
 

@@ -145,3 +145,19 @@ void osal_device_close(osal_device_t* const device)
     }
     *device = (osal_device_t)OSAL_DEVICE_CLOSED;
 }
+
+status_t osal_device_pipe(osal_device_t* const out_reader, osal_device_t* const out_writer)
+{
+    FSW_ASSERT((out_reader != NULL) && (out_writer != NULL));
+    int ends[2]        = {-1, -1};
+    const bool is_made = (pipe2(ends, O_CLOEXEC | O_NONBLOCK) == 0);
+    *out_reader        = (osal_device_t){.descriptor = is_made ? ends[0] : -1};
+    *out_writer        = (osal_device_t){.descriptor = is_made ? ends[1] : -1};
+    return is_made ? STATUS_OK : STATUS_EXHAUSTED;
+}
+
+int osal_device_descriptor(const osal_device_t* const device)
+{
+    FSW_ASSERT(device != NULL);
+    return device->descriptor;
+}

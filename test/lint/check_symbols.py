@@ -23,6 +23,7 @@ DEVIATIONS = {("fsw/framework/xml/xml_arena.c", "in_use")}
 # Prefixes of the global symbols of each folder; a folder that is not listed has its own name as prefix.
 PREFIXES = {
     "base": "crc16 crc32 fnv64 number octet pool quota resource status text value",
+    "osal/common": "osal can",
     "osal/posix": "osal can lockstep socket object_name fsw_assertion",
     "pus/core": "pus packet schedule",
     "pus/private": "pus link",
@@ -40,7 +41,7 @@ PREFIXES = {
     "fsw/procedures": "procedure",
     "fsw/programs": "component executive file ground_key loop_tasks record_store remote_endian run store_files subsystem_host",
     "fsw/supervisor/services": "spacecraft",
-    "launcher": "launcher launch arguments guard return_budget run_summary",
+    "launcher": "launcher launch arguments guard return_budget run_summary target_link",
 }
 MUTABLE = re.compile(r"(\.data(?!\.rel\.ro)|\.bss|\.tdata|\.tbss|COM).*")
 

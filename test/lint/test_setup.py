@@ -42,6 +42,7 @@ def machine(tmp_path):
     text, count = re.subn(r"(?m)^archive_sha256=[0-9a-f]{64}$", f"archive_sha256={pinned}", SCRIPT.read_text(encoding="utf-8"))
     assert count == 1, "the archive is pinned once"
     (tmp_path / "unity.sh").write_text(text)
+    shutil.copy(SETUP / "debian_source.sh", tmp_path)
     (tmp_path / "bin").mkdir()
     (tmp_path / "bin" / "apt-get").write_text(CLIENT)
     (tmp_path / "bin" / "apt-get").chmod(0o755)

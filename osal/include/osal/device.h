@@ -48,6 +48,11 @@ MUST_USE status_t osal_device_read(osal_device_t* device, uint8_t* octets, size_
 /// Wait (wall-clock) until octets can be read or the partner is gone, at most timeout_ms. STATUS_OK,
 /// STATUS_TIMEOUT.
 MUST_USE status_t osal_device_wait_readable(osal_device_t* device, uint32_t timeout_ms);
+/// Both ends of a pipe, for a child process that inherits one of them. STATUS_OK, STATUS_EXHAUSTED (no
+/// descriptor left), STATUS_UNSUPPORTED.
+MUST_USE status_t osal_device_pipe(osal_device_t* out_reader, osal_device_t* out_writer);
+/// The descriptor number, for osal_process_start_t.descriptors; -1: closed.
+int osal_device_descriptor(const osal_device_t* device);
 void osal_device_close(osal_device_t* device);
 
 #endif // OSAL_DEVICE_H

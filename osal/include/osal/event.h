@@ -9,8 +9,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-typedef struct { // Private; may lie in shared memory. All zeros is a valid event that is not signalled.
+typedef struct { // Private; may lie in shared memory. Create it before its first use.
     uint32_t word;
+    uintptr_t waiter; // The waiting task, where the system needs to know it.
 } osal_event_t;
 
 void osal_event_create(osal_event_t* event);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Mutual exclusion with priority inheritance. Not recursive. Critical sections are short and never wait.
-/// Robust: if a holder dies, the next lock succeeds (STATUS_CLOSED, once) and its caller may repair the data.
+/// Robust, where a task can die alone: if a holder dies, the next lock succeeds (STATUS_CLOSED, once) and its
+/// caller may repair the data.
 /// Errors   Coding errors (FSW_ASSERT): locking a mutex that was never created, and unlocking
 ///          a mutex that the caller does not hold.
 #ifndef OSAL_MUTEX_H
@@ -11,7 +12,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define OSAL_MUTEX_WORDS 8U
+#define OSAL_MUTEX_WORDS 12U ///< Room for the mutex of any port, and a mark that it was created.
 
 typedef struct { // Private; may lie in shared memory.
     uint64_t storage[OSAL_MUTEX_WORDS];
@@ -23,7 +24,7 @@ MUST_USE status_t osal_mutex_create(osal_mutex_t* mutex, bool is_shared);
 status_t osal_mutex_lock(osal_mutex_t* mutex);
 /// Like osal_mutex_lock, but wait (wall-clock) for `wait_ns` at most: STATUS_TIMEOUT, not locked.
 MUST_USE status_t osal_mutex_lock_within(osal_mutex_t* mutex, uint64_t wait_ns);
-/// Thread id of the task that holds the mutex now; 0: none.
+/// Number that the system gives the task that holds the mutex now; 0: none.
 int32_t osal_mutex_holder(const osal_mutex_t* mutex);
 void osal_mutex_unlock(osal_mutex_t* mutex);
 

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Tasks (threads). Priority 1..99 as SCHED_FIFO where permitted; 0 is the system's ordinary scheduling.
+///
+/// Memory   The port has the storage of stacks: each has OSAL_TASK_STACK_OCTETS or more. A port with static
+///          memory only has a fixed number of them.
 #ifndef OSAL_TASK_H
 #define OSAL_TASK_H
 
@@ -7,6 +10,8 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+
+#define OSAL_TASK_STACK_OCTETS 8192U
 
 typedef struct { // Private.
     uint64_t handle;

@@ -34,7 +34,7 @@ void __wrap_osal_console_complain(const char* line)
     check_expected_ptr(line);
 }
 
-bool __wrap_launcher_is_remote_endian(const launcher_t* self, unsigned component)
+bool __wrap_launcher_has_proxy(const launcher_t* self, unsigned component)
 {
     assert_ptr_equal(&launcher, self);
     return component == REMOTE;

@@ -68,7 +68,7 @@ static void without_the_option_nothing_is_needed(void** state)
     launcher.options.remote_endian = "";
     assert_true(launcher_check_remote_endian(&launcher));
     for (unsigned i = 0U; i < 3U; i++) {
-        assert_false(launcher_is_remote_endian(&launcher, i));
+        assert_false(launcher_has_proxy(&launcher, i));
     }
 }
 

@@ -5,7 +5,7 @@
 #include "osal/include/osal/can_interface.h"
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/shm.h"
-#include "osal/posix/can_port.h"
+#include "osal/common/can_port.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -3,7 +3,7 @@
 // mocked, so that the test also runs without CAN in the kernel; test/contract/osal/test_can_socket.c tests
 // with a real kernel.
 #define _GNU_SOURCE
-#include "osal/posix/can_port.h"
+#include "osal/common/can_port.h"
 
 #include <errno.h>
 #include <linux/can.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Private to the source files of osal/can.h: the interfaces of its carriers.
-#ifndef OSAL_POSIX_CAN_PORT_H
-#define OSAL_POSIX_CAN_PORT_H
+#ifndef OSAL_COMMON_CAN_PORT_H
+#define OSAL_COMMON_CAN_PORT_H
 
 #include "osal/include/osal/can.h"
 
@@ -33,4 +33,4 @@ status_t can_counted_receive(osal_can_t* can, osal_can_frame_t* out_frame);
 void can_counted_add_external(osal_can_t* can, uint32_t frames);
 status_t can_counted_look(const char* name, osal_can_hand_over_t* out_counts);
 
-#endif // OSAL_POSIX_CAN_PORT_H
+#endif // OSAL_COMMON_CAN_PORT_H

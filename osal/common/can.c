@@ -6,7 +6,7 @@
 #include "base/assertion.h"
 #include "osal/include/osal/can_interface.h"
 #include "osal/include/osal/shm.h"
-#include "osal/posix/can_port.h"
+#include "osal/common/can_port.h"
 
 #include <string.h>
 

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rings in shared memory ("shm:"). Each ring has one writer and one reader and needs no lock: the writer
 // alone moves `head`, the reader alone moves `tail`.
-#define _GNU_SOURCE
-#include "osal/posix/can_port.h"
+#include "osal/common/can_port.h"
 
 #include "osal/include/osal/shm.h"
 
 #include <stddef.h>
-#include <sys/mman.h>
 
 #define BUS_MAGIC 0x68697263616E6275ULL
 #define RING_MASK (OSAL_CAN_RING_FRAMES - 1U)
@@ -96,7 +94,8 @@ status_t can_shm_open(osal_can_t* const can, const char* const name)
 
 void can_shm_close(osal_can_t* const can)
 {
-    (void)munmap(can->shared, sizeof(bus_t));
+    osal_shm_t shm = {can->shared, sizeof(bus_t)};
+    osal_shm_close(&shm);
 }
 
 status_t can_shm_send(osal_can_t* const can, const osal_can_frame_t* const frame)

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// Accesses of 64 bits in one piece: the processor has none, so interrupts are held back meanwhile. GCC calls
+// these functions for __atomic_load_n and its like.
+#include "osal/freertos/port.h"
+
+#include <FreeRTOS.h>
+#include <task.h>
+
+typedef unsigned long long wide_t;
+
+wide_t wide_load(const volatile void* place, int order) __asm__("__atomic_load_8");
+void wide_store(volatile void* place, wide_t value, int order) __asm__("__atomic_store_8");
+wide_t wide_exchange(volatile void* place, wide_t value, int order) __asm__("__atomic_exchange_8");
+wide_t wide_add(volatile void* place, wide_t value, int order) __asm__("__atomic_fetch_add_8");
+bool wide_compare(volatile void* place, void* expected, wide_t value, bool is_weak, int success,
+                  int failure) __asm__("__atomic_compare_exchange_8");
+
+static uint32_t begin(void)
+{
+    return (uint32_t)portSET_INTERRUPT_MASK_FROM_ISR();
+}
+
+static void end(const uint32_t mask)
+{
+    portCLEAR_INTERRUPT_MASK_FROM_ISR(mask);
+}
+
+wide_t wide_load(const volatile void* const place, const int order)
+{
+    (void)order;
+    const uint32_t mask = begin();
+    const wide_t value  = *(const volatile wide_t*)place;
+    end(mask);
+    return value;
+}
+
+void wide_store(volatile void* const place, const wide_t value, const int order)
+{
+    (void)order;
+    const uint32_t mask      = begin();
+    *(volatile wide_t*)place = value;
+    end(mask);
+}
+
+wide_t wide_exchange(volatile void* const place, const wide_t value, const int order)
+{
+    (void)order;
+    const uint32_t mask      = begin();
+    const wide_t before      = *(volatile wide_t*)place;
+    *(volatile wide_t*)place = value;
+    end(mask);
+    return before;
+}
+
+wide_t wide_add(volatile void* const place, const wide_t value, const int order)
+{
+    (void)order;
+    const uint32_t mask      = begin();
+    const wide_t before      = *(volatile wide_t*)place;
+    *(volatile wide_t*)place = before + value;
+    end(mask);
+    return before;
+}
+
+bool wide_compare(volatile void* const place, void* const expected, const wide_t value, const bool is_weak,
+                  const int success, const int failure)
+{
+    (void)is_weak;
+    (void)success;
+    (void)failure;
+    const uint32_t mask = begin();
+    const wide_t before = *(volatile wide_t*)place;
+    const bool is_same  = (before == *(wide_t*)expected);
+    if (is_same) {
+        *(volatile wide_t*)place = value;
+    }
+    end(mask);
+    *(wide_t*)expected = before;
+    return is_same;
+}

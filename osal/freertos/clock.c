@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+// Two timers of the board, both with a resolution of one cycle: one runs free and gives the monotonic time,
+// the other wakes the tasks that wait for a time. The tick of the kernel is too coarse for loops of 0.5 ms.
+#include "osal/include/osal/clock.h"
+
+#include "base/assertion.h"
+#include "osal/freertos/board.h"
+#include "osal/freertos/port.h"
+
+#include <FreeRTOS.h>
+#include <task.h>
+
+typedef struct { // CMSDK timer: counts down, interrupts at 0, begins again at `reload`.
+    volatile uint32_t control;
+    volatile uint32_t value;
+    volatile uint32_t reload;
+    volatile uint32_t interrupt;
+} timer_t;
+
+typedef struct sleeper {
+    uint64_t until_ns;
+    TaskHandle_t task;
+    struct sleeper* next;
+} sleeper_t;
+
+#define FREE_TIMER ((timer_t*)BOARD_FREE_TIMER)
+#define ALARM_TIMER ((timer_t*)BOARD_ALARM_TIMER)
+#define TIMER_RUNS 1U
+#define TIMER_INTERRUPTS 8U
+#define INTERRUPT_ENABLE ((volatile uint32_t*)0xE000E100U)
+#define INTERRUPT_PRIORITY ((volatile uint8_t*)0xE000E400U)
+#define HALF 0x80000000U
+#define CYCLES_MAX HALF // Longest time between two alarms.
+
+static uint32_t wraps;      // Of the free-running timer.
+static sleeper_t* sleepers; // Placed by the waiting tasks.
+
+void port_free_interrupt(void);
+void port_alarm_interrupt(void);
+
+static void enable_interrupt(const uint32_t number)
+{
+    INTERRUPT_PRIORITY[number] = BOARD_TIMER_PRIORITY;
+    INTERRUPT_ENABLE[0]        = 1U << number;
+}
+
+void port_clock_start(void)
+{
+    FREE_TIMER->reload  = UINT32_MAX;
+    FREE_TIMER->value   = UINT32_MAX;
+    FREE_TIMER->control = TIMER_RUNS | TIMER_INTERRUPTS;
+    enable_interrupt(BOARD_FREE_TIMER_IRQ);
+    ALARM_TIMER->reload = 0U;
+    enable_interrupt(BOARD_ALARM_TIMER_IRQ);
+}
+
+void port_free_interrupt(void)
+{
+    const uint32_t mask   = (uint32_t)portSET_INTERRUPT_MASK_FROM_ISR();
+    FREE_TIMER->interrupt = 1U;
+    wraps++;
+    portCLEAR_INTERRUPT_MASK_FROM_ISR(mask);
+}
+
+uint64_t osal_clock_monotonic_ns(void)
+{
+    const uint32_t mask    = (uint32_t)portSET_INTERRUPT_MASK_FROM_ISR();
+    const uint32_t passed  = UINT32_MAX - FREE_TIMER->value;
+    const bool has_wrapped = ((FREE_TIMER->interrupt & 1U) != 0U) && (passed < HALF); // Not counted yet.
+    const uint64_t counted = (uint64_t)wraps + (has_wrapped ? 1U : 0U);
+    portCLEAR_INTERRUPT_MASK_FROM_ISR(mask);
+    return ((counted << 32U) + passed) * BOARD_CLOCK_NS;
+}
+
+/// Set the alarm for the first sleeper. Interrupts of the timers are masked.
+static void set_alarm(const uint64_t now_ns)
+{
+    uint64_t first_ns = OSAL_CLOCK_NEVER;
+    for (const sleeper_t* one = sleepers; one != NULL; one = one->next) {
+        first_ns = (one->until_ns < first_ns) ? one->until_ns : first_ns;
+    }
+    ALARM_TIMER->control = 0U;
+    if (first_ns == OSAL_CLOCK_NEVER) {
+        return;
+    }
+    const uint64_t rest  = (first_ns > now_ns) ? (((first_ns - now_ns) / BOARD_CLOCK_NS) + 1U) : 1U;
+    ALARM_TIMER->value   = (rest < CYCLES_MAX) ? (uint32_t)rest : CYCLES_MAX;
+    ALARM_TIMER->control = TIMER_RUNS | TIMER_INTERRUPTS;
+}
+
+void port_alarm_interrupt(void)
+{
+    BaseType_t is_switch_due = pdFALSE;
+    const uint32_t mask      = (uint32_t)portSET_INTERRUPT_MASK_FROM_ISR();
+    const uint64_t now_ns    = osal_clock_monotonic_ns();
+    ALARM_TIMER->interrupt   = 1U;
+    sleeper_t** link         = &sleepers;
+    while (*link != NULL) {
+        sleeper_t* const one = *link;
+        if (one->until_ns <= now_ns) {
+            *link = one->next;
+            vTaskNotifyGiveIndexedFromISR(one->task, PORT_NOTIFY_ALARM, &is_switch_due);
+        } else {
+            link = &one->next;
+        }
+    }
+    set_alarm(now_ns);
+    portCLEAR_INTERRUPT_MASK_FROM_ISR(mask);
+    portYIELD_FROM_ISR(is_switch_due);
+}
+
+static void sleep_until(const uint64_t until_ns)
+{
+    sleeper_t self = {.until_ns = until_ns, .task = xTaskGetCurrentTaskHandle()};
+    if (osal_clock_monotonic_ns() >= until_ns) {
+        return;
+    }
+    taskENTER_CRITICAL();
+    self.next = sleepers;
+    sleepers  = &self;
+    set_alarm(osal_clock_monotonic_ns());
+    taskEXIT_CRITICAL();
+    // The interrupt takes it off the list before it notifies.
+    (void)ulTaskNotifyTakeIndexed(PORT_NOTIFY_ALARM, pdTRUE, portMAX_DELAY);
+}
+
+void osal_clock_open_real(osal_clock_t* const clock, const uint64_t origin_ns)
+{
+    FSW_ASSERT(clock != NULL);
+    *clock = (osal_clock_t){.mode       = OSAL_CLOCK_REAL,
+                            .origin_ns  = origin_ns,
+                            .attributes = {.is_memory_locked = true, .is_slack_minimal = true}};
+}
+
+void osal_clock_open_stepped(osal_clock_t* const clock, osal_lockstep_t* const scheduler,
+                             const unsigned participant, const uint32_t life)
+{
+    FSW_ASSERT((clock != NULL) && (scheduler != NULL) && (participant < OSAL_LOCKSTEP_PARTICIPANTS_MAX));
+    *clock = (osal_clock_t){
+        .mode = OSAL_CLOCK_STEPPED, .scheduler = scheduler, .participant = participant, .life = life};
+}
+
+void osal_clock_open_granted(osal_clock_t* const clock, osal_deliveries_t* const deliveries)
+{
+    FSW_ASSERT((clock != NULL) && (deliveries != NULL));
+    *clock      = (osal_clock_t){.mode = OSAL_CLOCK_STEPPED, .deliveries = deliveries};
+    *deliveries = (osal_deliveries_t){.messages = {0U}};
+}
+
+void osal_clock_take_grant(osal_clock_t* const clock, const osal_grant_t* const grant)
+{
+    FSW_ASSERT((clock != NULL) && (grant != NULL) && (clock->deliveries != NULL));
+    clock->grant       = *grant;
+    *clock->deliveries = (osal_deliveries_t){.messages = {0U}};
+}
+
+uint64_t osal_clock_now_ns(const osal_clock_t* const clock)
+{
+    FSW_ASSERT(clock != NULL);
+    if (clock->mode == OSAL_CLOCK_STEPPED) {
+        return clock->grant.now_ns;
+    }
+    const uint64_t now_ns = osal_clock_monotonic_ns();
+    return (now_ns > clock->origin_ns) ? (now_ns - clock->origin_ns) : 0U;
+}
+
+status_t osal_clock_wait(osal_clock_t* const clock, const uint64_t wake_ns,
+                         osal_socket_t* const* const sockets, const size_t socket_count)
+{
+    FSW_ASSERT((clock != NULL) && (socket_count <= OSAL_CLOCK_SOCKETS_MAX) &&
+               ((sockets != NULL) || (socket_count == 0U)));
+    if (clock->mode == OSAL_CLOCK_STEPPED) {
+        FSW_ASSERT(clock->scheduler != NULL);
+        return osal_lockstep_wait(clock->scheduler, clock->participant, clock->life, wake_ns, &clock->grant);
+    }
+    const bool is_limited = (wake_ns < (OSAL_CLOCK_NEVER - clock->origin_ns));
+    sleep_until(is_limited ? (clock->origin_ns + wake_ns) : OSAL_CLOCK_NEVER);
+    return STATUS_OK;
+}
+
+static void add_saturating(uint32_t* const sum, const uint32_t more)
+{
+    *sum = (more < (UINT32_MAX - *sum)) ? (*sum + more) : UINT32_MAX;
+}
+
+void osal_clock_deliver(osal_clock_t* const clock, const unsigned receiver, const uint32_t life,
+                        const uint32_t messages, const uint32_t octets)
+{
+    FSW_ASSERT((clock != NULL) && (receiver < OSAL_LOCKSTEP_PARTICIPANTS_MAX));
+    if (clock->deliveries != NULL) {
+        clock->deliveries->lives[receiver] = life;
+        add_saturating(&clock->deliveries->messages[receiver], messages);
+        add_saturating(&clock->deliveries->octets[receiver], octets);
+    } else if (clock->mode == OSAL_CLOCK_STEPPED) {
+        osal_lockstep_deliver(clock->scheduler, clock->participant, receiver, life, messages, octets);
+    } else {
+        // Deliveries are not counted in real time.
+    }
+}
+
+uint32_t osal_clock_messages_due(const osal_clock_t* const clock)
+{
+    FSW_ASSERT(clock != NULL);
+    return clock->grant.messages;
+}
+
+uint32_t osal_clock_octets_due(const osal_clock_t* const clock)
+{
+    FSW_ASSERT(clock != NULL);
+    return clock->grant.octets;
+}

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Private to this port: uses of the task notifications of the kernel, limits, and what its files share.
+#ifndef OSAL_FREERTOS_PORT_H
+#define OSAL_FREERTOS_PORT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define PORT_NOTIFY_EVENT 0U ///< Entry of a task's notifications: an event was signalled.
+#define PORT_NOTIFY_ALARM 1U ///< Its time has come.
+#define PORT_NOTIFY_END 2U   ///< A task that it joins has ended.
+
+#define PORT_TLS_MAX 64U ///< Octets of the variables that each task has of its own.
+
+/// clock.c: start the timers, before the first task.
+void port_clock_start(void);
+/// tls.c: give a task its own variables, in storage of PORT_TLS_MAX octets.
+void port_tls_give(void* task, uint64_t storage[PORT_TLS_MAX / sizeof(uint64_t)]);
+/// process.c: end the program.
+void port_exit(int code) __attribute__((noreturn));
+
+#endif // OSAL_FREERTOS_PORT_H

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// A serial line as a file does not exist here.
+#include "osal/include/osal/serial.h"
+
+#include "base/assertion.h"
+
+#include <stddef.h>
+
+status_t osal_serial_open(osal_device_t* const line, const char* const path, const uint32_t baud)
+{
+    FSW_ASSERT((line != NULL) && (path != NULL));
+    (void)baud;
+    *line = (osal_device_t)OSAL_DEVICE_CLOSED;
+    return STATUS_UNSUPPORTED;
+}

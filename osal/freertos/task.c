@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "osal/include/osal/task.h"
+
+#include "base/assertion.h"
+#include "osal/freertos/port.h"
+
+#include <FreeRTOS.h>
+#include <task.h>
+
+#define PRIORITY_MAX 99
+#define TASKS_MAX 12U
+
+typedef struct {
+    StaticTask_t block;
+    StackType_t stack[OSAL_TASK_STACK_OCTETS / sizeof(StackType_t)] __attribute__((aligned(8)));
+    uint64_t tls[PORT_TLS_MAX / sizeof(uint64_t)];
+    bool is_taken;
+    bool has_ended;
+    TaskHandle_t joiner;
+} place_t;
+
+static place_t places[TASKS_MAX];
+
+/// Priorities 1..99 share 2..31 of the kernel; 0 is that of main().
+static UBaseType_t native_priority(const int priority)
+{
+    const unsigned highest = configMAX_PRIORITIES - 1U;
+    return (priority == 0) ? 1U : (UBaseType_t)(2U + (((unsigned)priority * (highest - 2U)) / PRIORITY_MAX));
+}
+
+static void run(void* const context)
+{
+    osal_task_t* const task = context;
+    place_t* const place    = &places[task->handle - 1U];
+    task->entry(task->context);
+    taskENTER_CRITICAL();
+    place->has_ended          = true;
+    const TaskHandle_t joiner = place->joiner;
+    taskEXIT_CRITICAL();
+    if (joiner != NULL) {
+        (void)xTaskNotifyGiveIndexed(joiner, PORT_NOTIFY_END);
+    }
+    vTaskSuspend(NULL); // osal_task_join deletes it.
+}
+
+static place_t* take_place(void)
+{
+    place_t* found = NULL;
+    taskENTER_CRITICAL();
+    for (unsigned i = 0U; (i < TASKS_MAX) && (found == NULL); i++) {
+        if (!places[i].is_taken) {
+            found            = &places[i];
+            found->is_taken  = true;
+            found->has_ended = false;
+            found->joiner    = NULL;
+        }
+    }
+    taskEXIT_CRITICAL();
+    return found;
+}
+
+status_t osal_task_start(osal_task_t* const task, void (*entry)(void* context), void* const context,
+                         const int priority)
+{
+    FSW_ASSERT((task != NULL) && (entry != NULL) && (priority >= 0) && (priority <= PRIORITY_MAX));
+    *task                = (osal_task_t){.entry = entry, .context = context};
+    place_t* const place = take_place();
+    if (place == NULL) {
+        return STATUS_EXHAUSTED;
+    }
+    task->handle     = (uint64_t)(place - places) + 1U;
+    task->is_running = true;
+    vTaskSuspendAll(); // It must not run before it has its own variables.
+    const TaskHandle_t made = xTaskCreateStatic(run, "task", sizeof place->stack / sizeof place->stack[0],
+                                                task, native_priority(priority), place->stack, &place->block);
+    port_tls_give(made, place->tls);
+    (void)xTaskResumeAll();
+    return STATUS_OK;
+}
+
+void osal_task_join(osal_task_t* const task)
+{
+    FSW_ASSERT(task != NULL);
+    if (!task->is_running) {
+        return;
+    }
+    place_t* const place = &places[task->handle - 1U];
+    taskENTER_CRITICAL();
+    place->joiner  = xTaskGetCurrentTaskHandle();
+    bool has_ended = place->has_ended;
+    taskEXIT_CRITICAL();
+    while (!has_ended) {
+        (void)ulTaskNotifyTakeIndexed(PORT_NOTIFY_END, pdTRUE, portMAX_DELAY);
+        taskENTER_CRITICAL();
+        has_ended = place->has_ended;
+        taskEXIT_CRITICAL();
+    }
+    vTaskDelete((TaskHandle_t)&place->block); // Not the caller: its block is free at once.
+    taskENTER_CRITICAL();
+    place->is_taken = false;
+    taskEXIT_CRITICAL();
+    task->is_running = false;
+}
+
+status_t osal_task_set_priority(const int priority)
+{
+    FSW_ASSERT((priority >= 0) && (priority <= PRIORITY_MAX));
+    vTaskPrioritySet(NULL, native_priority(priority));
+    return STATUS_OK;
+}

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Protocol between a program on a processor without network and the process that serves it: records in each
+/// direction, on two pipes. They carry the one stream of the program, and the datagrams of sockets that the
+/// serving process has.
+///
+/// A record is the number of octets that follow (u32), its kind (u8) and its content; numbers are big-endian.
+#ifndef OSAL_TARGET_WIRE_H
+#define OSAL_TARGET_WIRE_H
+
+#define TARGET_WIRE_HEADER_OCTETS 5U ///< Number of octets and kind.
+#define TARGET_WIRE_DATAGRAM_MAX 8192U
+#define TARGET_WIRE_DATAGRAM_OCTETS 10U ///< Socket and address, before the octets of a datagram.
+#define TARGET_WIRE_STREAM_MAX 16384U   ///< Octets of the stream in one record.
+/// Longest content of a record.
+#define TARGET_WIRE_CONTENT_MAX TARGET_WIRE_STREAM_MAX
+/// In place of a socket's number: one that only sends, from the address of the component's computer.
+#define TARGET_WIRE_SENDER 0xFFFFFFFFU
+
+typedef enum {
+    TARGET_WIRE_STREAM   = 1, ///< Both directions. Octets of the stream.
+    TARGET_WIRE_DATAGRAM = 2, ///< Both directions. Number of the socket (u32), address (u32, u16), octets.
+    TARGET_WIRE_ADOPT    = 3, ///< From the program. Serve the inherited socket of this number (u32).
+    TARGET_WIRE_WAIT     = 4, ///< From the program. Wait for datagrams to a socket (u32), at most ms (u32).
+    TARGET_WIRE_WAITED   = 5  ///< To the program. The wait is over; what arrived was sent before.
+} target_wire_kind_t;
+
+#endif // OSAL_TARGET_WIRE_H

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Programs of subsystems on FreeRTOS, on an emulated board with a Cortex-M, in one mission with native programs: every log is that of a
+flight with native programs only."""
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+
+import place as places
+import pytest
+
+sys.path.insert(0, str(places.ROOT / "test" / "mission"))
+
+import flying
+import lives
+
+M7, M3 = "mps2-an500", "mps2-an385"
+LOGS = ("packets.log", "truth.lcm", "can-robot.log", "can-robot-b.log", "can-joystick.log", "can-joystick-b.log")
+BUS_LOGS = LOGS[2:]
+EMULATOR = "qemu-system-arm"[:15]  # The name of a process has at most 15 characters.
+FLIGHT_S, END_S = 20, 60
+
+
+@pytest.fixture(scope="module")
+def folder(hil_folder):
+    path = hil_folder / "rtos"
+    path.mkdir()
+    return path
+
+
+def build(board):
+    subprocess.run(["make", "-s", "rtos", f"BOARD={board}"], cwd=places.ROOT, check=True)
+
+
+@pytest.fixture(scope="module")
+def board():
+    build(M7)
+    return M7
+
+
+@pytest.fixture(scope="module")
+def native(folder):
+    """The flight of the scenario hil with native programs only."""
+    flight = flying.fly(folder / "native", "--scenario", "hil", "--links", "udp")
+    assert flight.code == 0, flight.told()
+    return flight
+
+
+def expect_same(native, flight, logs=LOGS):
+    assert flight.code == 0, flight.told()
+    flying.assert_clean(flight)
+    for log in logs:
+        assert flight.octets(log) == native.octets(log), log
+
+
+def test_programs_are_for_a_cortex_m_without_an_allocator(board):
+    for name in ("manipulator", "joystick", "arm", "actuators", "instruments"):
+        program = places.ROOT / "build" / board / "bin" / name
+        head = program.read_bytes()[:20]
+        assert head[:6] == b"\x7fELF\x01\x01" and int.from_bytes(head[18:20], "little") == 40, "32 bits, little-endian, ARM"
+        symbols = subprocess.run(["arm-none-eabi-nm", program], capture_output=True, text=True, check=True).stdout
+        assert not re.findall(r" \w (pvPortMalloc|_malloc_r|_sbrk|_sbrk_r)$", symbols, re.MULTILINE)
+
+
+@pytest.mark.parametrize("names", ["MANIPULATOR", "MANIPULATOR,JOYSTICK"])
+def test_logs_are_those_of_native_programs(folder, native, board, names):
+    flight = flying.fly(folder / names, "--scenario", "hil", "--rtos", names)
+    expect_same(native, flight)
+    assert flight.facts["rtos"] == names and flight.facts["reproducible"] is True
+    records = sorted(path.name for path in (flight.folder / "storage").iterdir())
+    assert records == sorted(path.name for path in (native.folder / "storage").iterdir())
+
+
+@pytest.mark.long
+def test_a_processor_without_doubles_in_hardware_flies_the_same(folder, native):
+    build(M3)
+    expect_same(native, flying.fly(folder / "m3", "--scenario", "hil", "--rtos", f"MANIPULATOR:{M3}"))
+
+
+@pytest.mark.long
+def test_whole_telepresence(folder, board):
+    one = flying.fly(folder / "telepresence-native", "--links", "udp")
+    assert one.code == 0, one.told()
+    expect_same(one, flying.fly(folder / "telepresence", "--rtos", "MANIPULATOR"))
+
+
+@pytest.mark.long
+def test_three_processors_fly_one_mission(folder, native, board):
+    """A native supervisor, a manipulator on the board, and a joystick that is big-endian: the buses are the same."""
+    flight = flying.fly(folder / "three", "--scenario", "hil", "--rtos", "MANIPULATOR", "--remote-endian", "JOYSTICK")
+    expect_same(native, flight, (*BUS_LOGS, "truth.lcm"))
+
+
+def test_stops_kills_hangs_and_restarts_are_those_of_a_native_program(folder, board):
+    path = lives.scenario(folder / "lives.scn")
+    native = lives.fly(folder / "lives-native", path, "--links", "udp")
+    flight = lives.fly(folder / "lives-rtos", path, "--rtos", "MANIPULATOR")
+    assert lives.digest(flight) == lives.digest(native)
+    assert flight.octets("packets.log") == native.octets("packets.log")
+
+
+def _below(pid):
+    """Name -> process id of all descendants of a process."""
+    found, parents = {}, {pid}
+    for _ in range(3):
+        for child, parent, name in flying.processes():
+            if parent in parents:
+                found[name] = child
+        parents |= set(found.values())
+    return found
+
+
+def test_an_emulated_computer_that_is_killed_is_a_lost_process(folder, board):
+    """kill -9 of the emulator in operation: drives leave operation, and nothing is left of the run."""
+    lines = ["0.0 hand rest", f"2 hand circle 0.1 0.5 1 {FLIGHT_S} 1", *flying.bring_up(0.1)]
+    lines += [f"{second} operator ping all" for second in range(3, FLIGHT_S)]
+    scenario = flying.write_scenario(folder / "death.scn", *lines, f"{END_S} operator shutdown")
+    step = len(flying.bring_up(0.1)) + 2
+    flight = flying.start(folder / "death", "--scenario", scenario, "--rtos", "MANIPULATOR")
+    try:
+        flying.wait_until(lambda: flight.process.poll() is not None or flight.steps() >= step and EMULATOR in _below(flight.process.pid),
+                          f"step {step}")
+        assert flight.process.poll() is None, flight.told()
+        os.kill(_below(flight.process.pid)[EMULATOR], signal.SIGKILL)
+        flight.wait()
+    finally:
+        flight.abandon()
+    assert flight.code == 1, flight.told()
+    assert "manipulator" in flight.facts["exit_reason"]
+    assert "was ended by signal 9" in flight.console
+    flying.assert_clean(flight)
+
+
+@pytest.mark.parametrize("name, told", [("GRIPPER", "no such subsystem"), ("SUPERVISOR", "shared memory"),
+                                        ("MANIPULATOR:mps2", "mps2-an500"), ("MANIPULATOR,MANIPULATOR", "twice")])
+def test_what_cannot_run_on_a_board_is_refused(folder, board, name, told):
+    refused = flying.refuse("run", "--rtos", name, "--out", folder / "refused")
+    assert refused.returncode != 0
+    assert told in refused.stderr + refused.stdout
+
+
+def test_a_program_that_is_not_built_is_named_with_the_next_step(folder):
+    root = folder / "bare"
+    root.mkdir()
+    shutil.copytree(places.ROOT / "descriptors", root / "descriptors")
+    refused = subprocess.run([flying.BIN / "hirosco", "run", "--rtos", "MANIPULATOR"], cwd=root, stdin=subprocess.DEVNULL,
+                             capture_output=True, text=True, timeout=flying.MOMENT_S)
+    assert refused.returncode != 0
+    assert "make rtos" in refused.stderr + refused.stdout
