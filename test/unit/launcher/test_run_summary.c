@@ -59,7 +59,8 @@ void setUp(void)
                                                              .transport     = "udp",
                                                              .links         = "shm",
                                                              .computers     = 1U,
-                                                             .remote_endian = ""};
+                                                             .remote_endian = "",
+                                                             .rtos          = ""};
     launcher.mission.interface_hash     = 0x0123456789ABCDEFULL;
     launcher.mission.configuration_hash = 1U;
     launcher.scheduler                  = (osal_lockstep_t*)&run; // Only whether there is one.
@@ -181,6 +182,7 @@ static void what_only_some_runs_have_is_told_by_those(void)
 {
     static guard_t guard = {.starts = 3U};
     expect_without("remote_endian");
+    expect_without("rtos");
     expect_without("relay");
     expect_without("guards");
     expect_without("live_lines");
@@ -188,7 +190,9 @@ static void what_only_some_runs_have_is_told_by_those(void)
     launcher.guard                 = &guard;
     launcher.options.remote_endian = "ARM";
     put("live.scn", "1.0 hand rest\n2.0 fault kill arm\n");
+    launcher.options.rtos = "ARM,GRIPPER";
     expect("\"remote_endian\": \"ARM\"");
+    expect("\"rtos\": \"ARM,GRIPPER\"");
     expect("\"guards\": 3");
     expect("\"cut_short\": false,\n \"live_lines\": 2,\n \"exit_code\"");
     launcher.options.delay_ms = 100U;
