@@ -17,6 +17,7 @@
 ##                                                               BUS=can: ROBOT_IF=can0  JOYSTICK_IF=can1
 ##                                                                        SIM_ROBOT_IF=  SIM_JOYSTICK_IF=
 ##                                                               REMOTE_ENDIAN=<subsystem>: it runs big-endian, emulated
+##                                                               RTOS=<subsystem>[:<board>],...: on FreeRTOS, emulated
 ##   make test       build and run every test, end with a summary line      ONLY=<part of a test's path>
 ##   make test-hil   hardware in the loop only: on this kernel if it has vcan, vxcan and TIPC, else in the micro-VM
 ##                   ONLY=<part of a test's path>  PLACE=vm|kernel
