@@ -29,7 +29,7 @@ typedef struct { // Private.
 
 /// Make an index empty. `nodes` has one node for each slot, at most PUS_SORTED_INDEX_NONE.
 void pus_sorted_index_init(pus_sorted_index_t* order, pus_sorted_index_node_t* nodes);
-/// Insert a slot that is not in the index.
+/// Insert a slot that is not in the index. No slot in the index has the same tag and serial.
 void pus_sorted_index_insert(pus_sorted_index_t* order, uint16_t slot, uint64_t tag, uint64_t serial);
 /// Remove a slot that is in the index.
 void pus_sorted_index_remove(pus_sorted_index_t* order, uint16_t slot);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: a consumer takes a sample only from a frame of its own link and of the epoch of its own opening,
-//     newer than its last; all others change nothing but a counter. So a producer of an earlier opening is
-//     never heard: no two producers own an epoch (fsw/supervisor/proof_link_manager.c proves that each
-//     opening has a new one). No received octet leads outside the payload.
+//     newer than its last; all others change nothing but a counter. That each opening has a new epoch is not
+//     proved here. No received octet leads outside the payload.
 // Bounds: any consumer of datagrams without play-out buffer, with a payload of 1..16 octets; received
 //     frames of 0..48 octets.
 // Replaced: crc32_iso returns any value; shared memory, sockets and play-out buffers are not used.

@@ -6,7 +6,6 @@
 // Replaced: crc32_iso returns any value, the same for encoding and decoding of a frame.
 // Sources: fsw/framework/rtlink/link_frame.c
 // Options: --unwind 4
-// Quick: yes
 // Fault: fsw/framework/rtlink/link_frame.c
 //   - if (size != (checked + (with_crc ? LINK_FRAME_CRC_OCTETS : 0U))) {
 //   + if (size < checked) {
