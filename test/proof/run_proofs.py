@@ -165,7 +165,7 @@ def prove(proof):
         fault.copy_to(copies)
         result = run([*proof.command(copies), "--stop-on-fail"], folder / f"fault{number}.txt")
         seconds += result.seconds
-        finding = result.finding() or next(iter(re.findall(r"^  (?!file|line)(.+)$", tail(result.text), re.MULTILINE)), "")
+        finding = result.finding() or next(iter(re.findall(r"^  (?!file|line|unwinding assertion)(.+)$", tail(result.text), re.MULTILINE)), "")
         if result.code != FAILS or not finding:
             findings.append(f"{proof.path}: the fault planted in {fault.path} is not found (code {result.code}): {fault.new}: "
                             f"see {(folder / f'fault{number}.txt').relative_to(ROOT)}")

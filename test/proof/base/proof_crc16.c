@@ -55,6 +55,7 @@ void proof(void)
 {
     const uint8_t zeros[BLOCK] = {0};
     prove_tables_linear();
+    PROVE(CRC16_START == 0xFFFFU, "a checksum starts with ones");
     prove_equal(0U, zeros);
     for (unsigned bit = 0U; bit < 16U; bit++) {
         prove_equal((uint16_t)(1U << bit), zeros);

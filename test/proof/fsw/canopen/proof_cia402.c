@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: a statusword is decoded to the state whose bits CiA 402 gives, and to no other; torque is enabled
 //     only when the goal is ENABLED and the drive is switched on; power only for STANDBY and ENABLED; a
-//     fault is reset only if it may be, by a rising edge; each state has a controlword.
+//     fault is reset only if it may be, by a rising edge; DISABLED is reached only without power.
 // Bounds: every statusword, state, goal and previous controlword.
 // Replaced: nothing.
 // Sources: fsw/canopen/cia402.c
@@ -55,11 +55,11 @@ void proof(void)
     const uint16_t previous            = nondet_u16();
     const uint16_t word                = canopen_cia402_controlword(state, goal, may_reset, previous);
     const bool wants_power             = (goal == CIA402_GOAL_STANDBY) || (goal == CIA402_GOAL_ENABLED);
-    PROVE(IMPLIES(word == CIA402_CONTROL_ENABLE,
+    PROVE(IMPLIES((word & 0x0FU) == 0x0FU,
                   (goal == CIA402_GOAL_ENABLED) &&
                       ((state == CIA402_SWITCHED_ON) || (state == CIA402_OPERATION_ENABLED))),
           "torque only when wanted, and from SWITCHED_ON");
-    PROVE(IMPLIES((word & 0x0FU) == CIA402_CONTROL_SWITCH_ON, wants_power), "power only when wanted");
+    PROVE(IMPLIES((word & 0x0FU) == 0x07U, wants_power), "power only when wanted");
     PROVE(IMPLIES((word & CIA402_CONTROL_FAULT_RESET) != 0U,
                   may_reset && wants_power && (state == CIA402_FAULT) &&
                       ((previous & CIA402_CONTROL_FAULT_RESET) == 0U)),

@@ -10,6 +10,9 @@
 // Fault: pus/core/packet.c
 //   - out_tc->size = size - PUS_TC_MIN;
 //   + out_tc->size = size - PUS_TC_MIN + 1U;
+// Fault: pus/core/packet.c
+//   - if (crc16_ccitt(octets, size) != 0U) {
+//   + if (crc16_ccitt(octets, size - 1U) != 0U) {
 #include "base/crc.h"
 #include "pus/core/packet.h"
 #include "test/proof/proof.h"
@@ -17,11 +20,13 @@
 #define SIZE_MAX_HERE 1024U
 
 static uint16_t crc;
+static size_t summed;
 
 uint16_t crc16_ccitt(const uint8_t* const octets, const size_t size)
 {
     PROVE((size == 0U) || __CPROVER_r_ok(octets, size), "the checksum reads inside the packet");
-    crc = nondet_u16();
+    crc    = nondet_u16();
+    summed = size;
     return crc;
 }
 
@@ -39,8 +44,8 @@ void proof(void)
     const status_t status = pus_tc_decode(octets, size, &tc, &failure);
     if (status == STATUS_OK) {
         PROVE(failure.code == PUS_FAILURE_NONE, "what is accepted has no failure");
-        PROVE((size >= PUS_TC_MIN) && (crc == 0U),
-              "what is accepted has its least size and a right checksum");
+        PROVE((size >= PUS_TC_MIN) && (crc == 0U) && (summed == size),
+              "what is accepted has its least size and a right checksum of all its octets");
         PROVE((size_t)octets_u16_at(&octets[4]) + 7U == size, "the length field tells the size");
         PROVE((tc.size == size - PUS_TC_MIN) && (tc.data == &octets[PUS_TC_MIN - PUS_CRC_SIZE]),
               "the data are between header and checksum");

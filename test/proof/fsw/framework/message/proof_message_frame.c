@@ -11,6 +11,9 @@
 //   - return (size >= MESSAGE_HEADER_OCTETS) && (size <= MESSAGE_FRAME_MAX) &&
 //   + return (size > 20U) && (size <= MESSAGE_FRAME_MAX) &&
 // Fault: fsw/framework/message/message_frame.c
+//   - (octets_u16_at(&octets[AT_MAGIC]) == MAGIC) && (octets[AT_VERSION] == VERSION) &&
+//   + (octets_u16_at(&octets[AT_MAGIC]) == MAGIC) &&
+// Fault: fsw/framework/message/message_frame.c
 //   - octets_put_u32(&header[AT_TO_LIFE], frame->to_life);
 //   + octets_put_u16(&header[AT_TO_LIFE], (uint16_t)frame->to_life);
 #include "fsw/framework/message/message_frame.h"
@@ -23,6 +26,8 @@ static void prove_reading(void)
     const uint16_t self = nondet_u16();
     if (message_frame_is_well_formed(octets, size, self)) {
         const message_frame_t frame = message_frame_read(octets, octets[MESSAGE_AT_KIND], size);
+        PROVE((size >= MESSAGE_HEADER_OCTETS) && (size <= MESSAGE_FRAME_MAX), "the size exists");
+        PROVE((octets[0] == 0x48U) && (octets[1] == 0x4DU) && (octets[2] == 1U), "magic and version");
         PROVE(frame.kind <= MESSAGE_SYNC_ACK, "the kind exists");
         PROVE((frame.to == self) && (frame.from_life != 0U),
               "it is to this component, of a sender that lives");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: rtlink_negotiate accepts only equal layouts of a size that fits, periods of which one is a
 //     multiple of the other, and one common method; the agreed terms have exactly one method that both ends
-//     know and a decimation of at least 1; both ends agree on the same terms.
+//     know, and the decimation that brings the producer's period to the consumer's, or 1.
 // Bounds: any terms; periods up to 2^10 us (their remainder is the costly part).
 // Replaced: nothing.
 // Sources: fsw/framework/rtlink/agreement.c
@@ -10,6 +10,9 @@
 // Fault: fsw/framework/rtlink/agreement.c
 //   - return (uint8_t)(set & (uint8_t)(~set + 1U));
 //   + return (uint8_t)(set & (uint8_t)(~set + 2U));
+// Fault: fsw/framework/rtlink/agreement.c
+//   - ((producer->period_us % consumer->period_us) != 0U))) {
+//   + (producer->period_us < consumer->period_us))) {
 // Fault: fsw/framework/rtlink/agreement.c
 //   - const uint8_t common = (uint8_t)(producer->methods & consumer->methods & known);
 //   + const uint8_t common = (uint8_t)(producer->methods & consumer->methods);
@@ -34,6 +37,9 @@ void proof(void)
               "the byte order is the producer's");
         PROVE((agreed.decimation >= 1U) && (producer.period_us >= 1U) && (consumer.period_us >= 1U),
               "decimation and periods are at least 1");
+        PROVE((agreed.decimation * producer.period_us == consumer.period_us) ||
+                  ((agreed.decimation == 1U) && (producer.period_us % consumer.period_us == 0U)),
+              "one period is a multiple of the other, and the decimation fits");
         PROVE(agreed.max_age_us == consumer.max_age_us, "the consumer decides the age");
     }
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: a consumer takes a sample only from a frame of its own link and of the epoch of its own opening,
-//     newer than its last; all others change nothing but a counter. That each opening has a new epoch is not
-//     proved here. No received octet leads outside the payload.
+//     newer than its last; all others leave its sample as it was. So a producer of another epoch is never
+//     heard. That each opening has an epoch of its own is not proved here. No received octet leads outside
+//     the payload.
 // Bounds: any consumer of datagrams without play-out buffer, with a payload of 1..16 octets; received
-//     frames of 0..48 octets.
+//     frames of 0..48 octets; no decimation; counters at 0; one frame.
 // Replaced: crc32_iso returns any value; shared memory, sockets and play-out buffers are not used.
 // Sources: fsw/framework/rtlink/link_frame.c
 // Options: --unwind 4
@@ -51,6 +52,11 @@ void proof(void)
     ASSUME((consumer.terms.layout_octets >= 1U) && (consumer.terms.layout_octets <= PAYLOAD));
     const uint32_t sequence = consumer.sequence;
     const bool had_sample   = consumer.has_sample;
+    const size_t place      = any_size(PAYLOAD - 1U);
+    consumer.payload[place] = nondet_u8();
+    consumer.sample_time_ns = nondet_u64();
+    const uint8_t octet     = consumer.payload[place];
+    const uint64_t time_ns  = consumer.sample_time_ns;
 
     const size_t size = any_size(RECEIVED);
     uint8_t frame[size];
@@ -63,10 +69,13 @@ void proof(void)
         PROVE(octets_u32_at(&frame[12]) == consumer.sequence, "its number is noted");
         PROVE(!had_sample || ((consumer.sequence - sequence - 1U) < (UINT32_MAX / 2U)),
               "it is newer than the last");
-        PROVE(consumer.has_sample && (consumer.payload[0] == frame[LINK_FRAME_HEADER_OCTETS]),
-              "it is copied");
+        PROVE(consumer.has_sample, "there is a sample");
+        PROVE(consumer.payload[place] ==
+                  ((place < consumer.terms.layout_octets) ? frame[LINK_FRAME_HEADER_OCTETS + place] : octet),
+              "it is copied, and no more");
     } else {
-        PROVE((consumer.sequence == sequence) && (consumer.has_sample == had_sample),
+        PROVE((consumer.sequence == sequence) && (consumer.has_sample == had_sample) &&
+                  (consumer.payload[place] == octet) && (consumer.sample_time_ns == time_ns),
               "what is refused changes nothing");
     }
 }
