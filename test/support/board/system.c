@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the C library of a board asks of the system, for tests only: Unity prints by the console of the
 // operating system layer, and the formatting of numbers takes memory. Flight software does not call it.
+// The port has no memory to give; what a test allocates comes from the heap here (--wrap in mk/tests.mk).
 #include "osal/freertos/semihosting.h"
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/console.h"
 
+#include <reent.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -26,6 +28,10 @@ int _getpid(void);
 int _gettimeofday(struct timeval* now, void* zone);
 void* _sbrk(ptrdiff_t octets);
 void _exit(int code);
+void* __wrap_malloc(size_t octets);
+void* __wrap_calloc(size_t count, size_t octets);
+void* __wrap_realloc(void* block, size_t octets);
+void __wrap_free(void* block);
 
 static uint8_t heap[HEAP_OCTETS] __attribute__((aligned(8)));
 static size_t heap_taken;
@@ -118,4 +124,24 @@ void* _sbrk(const ptrdiff_t octets)
 void _exit(const int code)
 {
     semihosting_exit(code);
+}
+
+void* __wrap_malloc(const size_t octets)
+{
+    return _malloc_r(_REENT, octets);
+}
+
+void* __wrap_calloc(const size_t count, const size_t octets)
+{
+    return _calloc_r(_REENT, count, octets);
+}
+
+void* __wrap_realloc(void* const block, const size_t octets)
+{
+    return _realloc_r(_REENT, block, octets);
+}
+
+void __wrap_free(void* const block)
+{
+    _free_r(_REENT, block);
 }
