@@ -8,7 +8,6 @@
 // Replaced: crc32_iso returns any value; shared memory, sockets and play-out buffers are not used.
 // Sources: fsw/framework/rtlink/link_frame.c
 // Options: --unwind 4
-// Quick: yes
 // Fault: fsw/framework/rtlink/link_channel.c
 //   - (decoded == STATUS_OK) && (header->link == consumer->link) && (header->epoch == consumer->epoch);
 //   + (decoded == STATUS_OK) && (header->link == consumer->link) && (header->epoch >= consumer->epoch);
