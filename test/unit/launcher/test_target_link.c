@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: Apache-2.0
+// The serving side of the wire to a board, with pipes and sockets of this machine. The test is the program.
+#include "launcher/target_link.h"
+
+#include "base/octets.h"
+
+#include "unity.h"
+
+#include <string.h>
+
+#define PATIENCE_MS 1000U
+#define STRANGER 4321U ///< Number of a socket that the run has not given to the program.
+
+static target_link_t link;
+static run_state_t run;
+static remote_endian_carrier_t carrier;
+static osal_socket_t message; ///< Inherited by the component; closed by the link once it has adopted it.
+static osal_socket_t partner; ///< Of another component.
+static uint8_t record[TARGET_WIRE_HEADER_OCTETS + TARGET_WIRE_CONTENT_MAX + 1U];
+
+void setUp(void)
+{
+    const osal_address_t local = {OSAL_IPV4_LOOPBACK, 0U};
+    (void)memset(&run, 0, sizeof run);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&message, local, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&partner, local, 0U));
+    run.component_count                  = 1U;
+    run.components[0].message_descriptor = osal_socket_descriptor(&message);
+    run.computer_ipv4[0]                 = OSAL_IPV4_LOOPBACK;
+    for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
+        run.link_descriptors[i] = -1;
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, target_link_open(&link, &run, 0U));
+    TEST_ASSERT_TRUE((target_link_peer_in(&link) >= 0) && (target_link_peer_out(&link) >= 0));
+    carrier = target_link_carrier(&link);
+}
+
+void tearDown(void)
+{
+    if (link.socket_count == 0U) {
+        osal_socket_close(&message);
+    }
+    target_link_close(&link);
+    osal_socket_close(&partner);
+}
+
+/// Write octets as the program.
+static void put(const uint8_t* const octets, const size_t size)
+{
+    size_t sent = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_device_write(&link.peer_out, octets, size, &sent));
+    TEST_ASSERT_EQUAL_UINT(size, sent);
+}
+
+/// Write a record as the program, in two writes.
+static void put_record(const uint8_t kind, const void* const content, const size_t size)
+{
+    octets_put_u32(record, (uint32_t)(size + 1U));
+    record[4] = kind;
+    (void)memcpy(&record[TARGET_WIRE_HEADER_OCTETS], content, size);
+    put(record, 3U);
+    put(&record[3], (TARGET_WIRE_HEADER_OCTETS + size) - 3U);
+}
+
+static void put_number(const uint8_t kind, const uint32_t number)
+{
+    uint8_t content[4];
+    octets_put_u32(content, number);
+    put_record(kind, content, sizeof content);
+}
+
+static void put_datagram(const uint32_t socket, const osal_address_t to, const char* const text)
+{
+    uint8_t content[64];
+    octets_put_u32(content, socket);
+    octets_put_u32(&content[4], to.ipv4);
+    octets_put_u16(&content[8], to.port);
+    (void)memcpy(&content[TARGET_WIRE_DATAGRAM_OCTETS], text, strlen(text));
+    put_record(TARGET_WIRE_DATAGRAM, content, TARGET_WIRE_DATAGRAM_OCTETS + strlen(text));
+}
+
+/// Read exactly so many octets as the program.
+static void get(uint8_t* const octets, const size_t size)
+{
+    size_t done = 0U;
+    while (done < size) {
+        size_t got = 0U;
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_device_wait_readable(&link.peer_in, PATIENCE_MS));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_device_read(&link.peer_in, &octets[done], size - done, &got));
+        done += got;
+    }
+}
+
+/// Read a record as the program; the octets of its content.
+static size_t get_record(const uint8_t kind)
+{
+    get(record, TARGET_WIRE_HEADER_OCTETS);
+    const size_t size = octets_u32_at(record) - 1U;
+    TEST_ASSERT_EQUAL_UINT8(kind, record[4]);
+    TEST_ASSERT_TRUE(size <= TARGET_WIRE_CONTENT_MAX);
+    get(record, size);
+    return size;
+}
+
+static void get_datagram(const char* const text)
+{
+    osal_address_t sender = {0U, 0U};
+    TEST_ASSERT_EQUAL_UINT(TARGET_WIRE_DATAGRAM_OCTETS + strlen(text), get_record(TARGET_WIRE_DATAGRAM));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&partner, &sender));
+    TEST_ASSERT_EQUAL_INT32(run.components[0].message_descriptor, (int32_t)octets_u32_at(record));
+    TEST_ASSERT_EQUAL_UINT32(sender.ipv4, octets_u32_at(&record[4]));
+    TEST_ASSERT_EQUAL_UINT16(sender.port, octets_u16_at(&record[8]));
+    TEST_ASSERT_EQUAL_MEMORY(text, &record[TARGET_WIRE_DATAGRAM_OCTETS], strlen(text));
+}
+
+static osal_address_t address_of(const osal_socket_t* const socket)
+{
+    osal_address_t local = {0U, 0U};
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(socket, &local));
+    return local;
+}
+
+/// Take what the program has sent; no octet of the stream is among it.
+static status_t take(void)
+{
+    uint8_t octets[16];
+    size_t size           = 0U;
+    const status_t status = carrier.receive(carrier.context, octets, sizeof octets, &size);
+    TEST_ASSERT_EQUAL_UINT(0U, size);
+    return status;
+}
+
+static void adopt(void)
+{
+    put_number(TARGET_WIRE_ADOPT, (uint32_t)run.components[0].message_descriptor);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
+}
+
+/// A message to the program has arrived.
+static void send_to_program(const char* const text)
+{
+    const osal_address_t to = address_of(&message);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_send(&partner, to, (const uint8_t*)text, strlen(text)));
+}
+
+static void octets_of_the_stream_arrive_in_both_directions(void)
+{
+    uint8_t octets[16];
+    size_t size = 0U;
+    put_record(TARGET_WIRE_STREAM, "abcde", 5U);
+    put_record(TARGET_WIRE_STREAM, "fg", 2U);
+    TEST_ASSERT_EQUAL(STATUS_OK, carrier.wait_readable(carrier.context, PATIENCE_MS));
+    TEST_ASSERT_EQUAL(STATUS_OK, carrier.receive(carrier.context, octets, 3U, &size));
+    TEST_ASSERT_EQUAL_UINT(3U, size);
+    TEST_ASSERT_EQUAL(STATUS_OK, carrier.receive(carrier.context, &octets[3], 13U, &size));
+    TEST_ASSERT_EQUAL_UINT(2U, size);
+    TEST_ASSERT_EQUAL(STATUS_OK, carrier.receive(carrier.context, &octets[5], 11U, &size));
+    TEST_ASSERT_EQUAL_MEMORY("abcdefg", octets, 7U);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, carrier.wait_readable(carrier.context, 0U));
+
+    static uint8_t many[TARGET_WIRE_STREAM_MAX + 100U]; // More than one record.
+    for (size_t i = 0U; i < sizeof many; i++) {
+        many[i] = (uint8_t)(i * 7U);
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, carrier.send(carrier.context, many, sizeof many, &size));
+    TEST_ASSERT_EQUAL_UINT(sizeof many, size);
+    TEST_ASSERT_EQUAL_UINT(TARGET_WIRE_STREAM_MAX, get_record(TARGET_WIRE_STREAM));
+    TEST_ASSERT_EQUAL_MEMORY(many, record, TARGET_WIRE_STREAM_MAX);
+    TEST_ASSERT_EQUAL_UINT(100U, get_record(TARGET_WIRE_STREAM));
+    TEST_ASSERT_EQUAL_MEMORY(&many[TARGET_WIRE_STREAM_MAX], record, 100U);
+}
+
+static void a_record_that_is_not_whole_is_kept(void)
+{
+    uint8_t octets[16];
+    size_t size                  = 0U;
+    static const uint8_t first[] = {0U, 0U, 0U, 4U, TARGET_WIRE_STREAM, 'x'};
+    put(first, 2U);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
+    put(&first[2], 4U);
+    TEST_ASSERT_EQUAL(STATUS_OK, carrier.receive(carrier.context, octets, sizeof octets, &size));
+    TEST_ASSERT_EQUAL_UINT(1U, size);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
+    put((const uint8_t*)"yz", 2U);
+    TEST_ASSERT_EQUAL(STATUS_OK, carrier.receive(carrier.context, octets, sizeof octets, &size));
+    TEST_ASSERT_EQUAL_MEMORY("yz", octets, 2U);
+    static const uint8_t adoption[] = {0U, 0U, 0U, 5U, TARGET_WIRE_ADOPT, 0U, 0U};
+    put(adoption, sizeof adoption);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
+    TEST_ASSERT_EQUAL_UINT(0U, link.socket_count);
+}
+
+static void messages_that_have_arrived_reach_the_program_before_its_next_grant(void)
+{
+    size_t size = 0U;
+    adopt();
+    send_to_program("one");
+    send_to_program("two");
+    TEST_ASSERT_EQUAL(STATUS_OK, carrier.send(carrier.context, (const uint8_t*)"grant", 5U, &size));
+    get_datagram("one");
+    get_datagram("two");
+    TEST_ASSERT_EQUAL_UINT(5U, get_record(TARGET_WIRE_STREAM));
+    TEST_ASSERT_EQUAL_MEMORY("grant", record, 5U);
+}
+
+static void datagrams_of_the_program_leave_from_its_sockets(void)
+{
+    osal_address_t from = {0U, 0U};
+    uint8_t octets[16];
+    size_t size = 0U;
+    adopt();
+    const osal_address_t own = address_of(&message);
+    put_datagram((uint32_t)run.components[0].message_descriptor, address_of(&partner), "hello");
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&partner, PATIENCE_MS));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&partner, &from, octets, sizeof octets, &size));
+    TEST_ASSERT_EQUAL_UINT(5U, size);
+    TEST_ASSERT_EQUAL_MEMORY("hello", octets, 5U);
+    TEST_ASSERT_EQUAL_UINT16(own.port, from.port);
+    put_datagram(TARGET_WIRE_SENDER, address_of(&partner), "frame"); // A socket that only sends.
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&partner, PATIENCE_MS));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&partner, &from, octets, sizeof octets, &size));
+    TEST_ASSERT_EQUAL_MEMORY("frame", octets, 5U);
+    TEST_ASSERT_TRUE(own.port != from.port);
+}
+
+static void a_wait_ends_with_a_datagram_or_with_its_time(void)
+{
+    uint8_t content[8];
+    adopt();
+    octets_put_u32(content, (uint32_t)run.components[0].message_descriptor);
+    octets_put_u32(&content[4], 1U);
+    put_record(TARGET_WIRE_WAIT, content, sizeof content);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
+    TEST_ASSERT_EQUAL_UINT(0U, get_record(TARGET_WIRE_WAITED));
+    send_to_program("late");
+    octets_put_u32(&content[4], PATIENCE_MS);
+    put_record(TARGET_WIRE_WAIT, content, sizeof content);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
+    get_datagram("late");
+    TEST_ASSERT_EQUAL_UINT(0U, get_record(TARGET_WIRE_WAITED));
+}
+
+static void a_socket_of_a_link_is_adopted_once(void)
+{
+    run.link_descriptors[RUN_LINKS_MAX - 1U] = osal_socket_descriptor(&partner);
+    adopt();
+    put_number(TARGET_WIRE_ADOPT, (uint32_t)osal_socket_descriptor(&partner));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
+    TEST_ASSERT_EQUAL_UINT(2U, link.socket_count);
+    put_number(TARGET_WIRE_ADOPT, (uint32_t)run.components[0].message_descriptor);
+    TEST_ASSERT_EQUAL(STATUS_IO, take());
+    TEST_ASSERT_EQUAL_UINT(2U, link.socket_count);
+    partner = (osal_socket_t)OSAL_SOCKET_CLOSED; // The link closes it.
+}
+
+static void refuse(const uint8_t kind, const void* const content, const size_t size)
+{
+    put_record(kind, content, size);
+    TEST_ASSERT_EQUAL(STATUS_IO, take());
+    link.at = link.end; // The proxy ends; here the next record follows.
+}
+
+static void what_is_no_record_of_a_program_is_refused(void)
+{
+    uint8_t content[16] = {0U};
+    adopt();
+    octets_put_u32(content, STRANGER);
+    refuse(TARGET_WIRE_ADOPT, content, 4U); // Not inherited.
+    octets_put_u32(content, UINT32_MAX);
+    refuse(TARGET_WIRE_ADOPT, content, 4U);
+    refuse(TARGET_WIRE_ADOPT, content, 3U);
+    octets_put_u32(content, STRANGER);
+    refuse(TARGET_WIRE_DATAGRAM, content, TARGET_WIRE_DATAGRAM_OCTETS); // No such socket.
+    refuse(TARGET_WIRE_DATAGRAM, content, TARGET_WIRE_DATAGRAM_OCTETS - 1U);
+    refuse(TARGET_WIRE_WAIT, content, 8U);
+    refuse(TARGET_WIRE_WAIT, content, 7U);
+    refuse(TARGET_WIRE_WAITED, content, 0U); // Only to the program.
+    refuse(0U, content, 1U);
+    static const uint8_t empty[] = {0U, 0U, 0U, 0U, TARGET_WIRE_STREAM};
+    put(empty, sizeof empty);
+    TEST_ASSERT_EQUAL(STATUS_IO, take());
+    link.at                                  = link.end;
+    uint8_t large[TARGET_WIRE_HEADER_OCTETS] = {0U, 0U, 0U, 0U, TARGET_WIRE_STREAM};
+    octets_put_u32(large, TARGET_WIRE_CONTENT_MAX + 2U);
+    put(large, sizeof large);
+    TEST_ASSERT_EQUAL(STATUS_IO, take());
+}
+
+static void the_end_of_the_program_is_seen(void)
+{
+    uint8_t octets[4];
+    size_t size = 0U;
+    put_record(TARGET_WIRE_STREAM, "last", 4U);
+    target_link_release_peer(&link);
+    TEST_ASSERT_EQUAL(STATUS_OK, carrier.receive(carrier.context, octets, sizeof octets, &size));
+    TEST_ASSERT_EQUAL_MEMORY("last", octets, 4U);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, carrier.receive(carrier.context, octets, sizeof octets, &size));
+    TEST_ASSERT_TRUE(STATUS_OK != carrier.send(carrier.context, (const uint8_t*)"grant", 5U, &size));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(octets_of_the_stream_arrive_in_both_directions);
+    RUN_TEST(a_record_that_is_not_whole_is_kept);
+    RUN_TEST(messages_that_have_arrived_reach_the_program_before_its_next_grant);
+    RUN_TEST(datagrams_of_the_program_leave_from_its_sockets);
+    RUN_TEST(a_wait_ends_with_a_datagram_or_with_its_time);
+    RUN_TEST(a_socket_of_a_link_is_adopted_once);
+    RUN_TEST(what_is_no_record_of_a_program_is_refused);
+    RUN_TEST(the_end_of_the_program_is_seen);
+    return UNITY_END();
+}
