@@ -23,7 +23,7 @@ typedef struct { // All storage of the program.
     unsigned component;
     uint32_t life;
     const char* program;
-    const char* board; ///< Emulated board that its program runs on; null: a process of another byte order.
+    const char* board; ///< Emulated board; null: the program is a process of another byte order.
     osal_process_t process;
     target_link_t target;
     remote_endian_wire_t wire;
@@ -60,7 +60,7 @@ static const char* open_run(proxy_t* const self, const char* const name)
     return (self->scheduler != NULL) ? NULL : "the run's scheduler is of another version";
 }
 
-/// Start `runner` with its arguments. It inherits these descriptors and, unless it emulates a board, the
+/// Start the runner, arguments[0]. It inherits the descriptors `ends` and, unless it emulates a board, the
 /// sockets of the run.
 static bool start_runner(proxy_t* const self, const char* const* const arguments, const int* const ends,
                          const size_t end_count)
@@ -71,7 +71,7 @@ static bool start_runner(proxy_t* const self, const char* const* const arguments
         descriptors[count] = ends[count];
         count++;
     }
-    if (self->board == NULL) { // A board reaches the sockets by this process.
+    if (self->board == NULL) { // A program on a board sends and receives through the proxy.
         descriptors[count++] = self->run->components[self->component].message_descriptor;
         for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
             if (self->run->link_descriptors[i] >= 0) {
@@ -102,7 +102,8 @@ static bool start_program(proxy_t* const self, const char* const name, const cha
     return is_started;
 }
 
-/// `runner` emulates the board with the program. Semihosting gives it files, console and the two pipes.
+/// Start the emulator `runner` with the board and the program, which accesses files, the console and the two
+/// pipes to the proxy by semihosting.
 static bool start_board(proxy_t* const self, const char* const name, const char* const runner)
 {
     target_link_t* const target = &self->target;
@@ -218,7 +219,7 @@ static bool serve(proxy_t* const self)
         status = remote_endian_send(&self->wire, &writer);
     }
     if ((status == STATUS_INVALID) || (status == STATUS_TOO_LARGE)) {
-        (void)complain("the protocol between it and its program was violated; build both again: make "
+        (void)complain("the protocol between the proxy and its program was violated; build both again: make "
                        "remote-endian, make rtos, ",
                        status_text(status));
     }
@@ -251,7 +252,8 @@ static void print_loss(const proxy_t* const self, const osal_process_result_t* c
     (void)complain(line, "");
 }
 
-/// Take component, program and board from the command line. False if it is not as the launcher writes it.
+/// Take component, program and board from the command line. False if they do not have the
+/// form in which the launcher writes them.
 static bool take_arguments(proxy_t* const self, const int count, char* const arguments[])
 {
     const bool has_board = (count == 11) && (strcmp(arguments[9], "--board") == 0);

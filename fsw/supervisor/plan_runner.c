@@ -9,6 +9,7 @@
 CAPACITY_CHECK(run_has_room_for_every_subsystem, LINK_GRAPH_MEMBERS >= MISSION_SUBSYSTEMS_MAX);
 CAPACITY_CHECK(lost_has_a_bit_for_every_member, LINK_GRAPH_MEMBERS <= 16U);
 
+/// The only action of the plan PLAN_BUILT_IN.
 static const mission_action_t built_in = {.kind     = MISSION_ACTION_STATE,
                                           .target   = MISSION_NETWORK,
                                           .state    = 0U, // OFFLINE.
@@ -85,7 +86,7 @@ static plan_run_t* free_run(plan_runner_t* const runner)
     while ((place < PLAN_RUNS) && (runner->runs[place].member_count > 0U)) {
         place++;
     }
-    // There is a free place, because each run has another failed subsystem, and this one has no run yet.
+    // There is a free place, because each run has a different failed subsystem, and this one has no run yet.
     FSW_ASSERT(place < PLAN_RUNS);
     return &runner->runs[place];
 }

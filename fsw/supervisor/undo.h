@@ -2,8 +2,8 @@
 /// A medium whose writes since the last commit of the checkpoint can be undone: before each write, the octets
 /// that it overwrites are saved in an annex of the checkpoint. When the next life opens the medium, its
 /// content is that of the last commit. For a write beyond the end, only the old size is saved. Two kinds of
-/// octets are not saved: those beyond UNDO_CUT_MAX of one truncation (the content of a medium that is
-/// emptied is no longer needed), and those for which the annex has no room.
+/// octets are not saved: those that a truncation by more than UNDO_CUT_MAX removes (the content of a
+/// medium that is emptied is no longer needed), and those for which the annex has no room.
 ///
 /// Ownership  The caller places undo_medium_t.
 /// Context    One loop.

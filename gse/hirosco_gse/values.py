@@ -24,7 +24,7 @@ class ValueProblem(ValueError):
 
 
 class Word(int):
-    """A number that has a word: it computes and compares as the number, and is printed as the word, which it also equals."""
+    """A number of an enumeration with its word. Arithmetic uses the number, the text form is the word, and both equal the object."""
 
     def __new__(cls, number, word):
         made = super().__new__(cls, number)
@@ -97,7 +97,7 @@ def scalar_from_text(kind, text):
 
 
 class Names(dict):
-    """Words that the ground gives to some numbers (number -> word); the spacecraft may have others."""
+    """Words that the ground gives to some numbers (number -> word); other numbers are valid too."""
 
 
 def number_of(words, text):
@@ -111,7 +111,7 @@ def number_of(words, text):
 
 
 def from_text(kind, count, text, enumeration=None):
-    """List of exactly `count` scalars, separated by commas; with an enumeration (number -> word), of its words."""
+    """List of exactly `count` scalars, separated by commas. With an enumeration (number -> word), each is one of its words or numbers."""
     words = text.split(",")
     if len(words) != count:
         raise ValueProblem(f"'{text}' has {len(words)} value{'s' if len(words) != 1 else ''}, {count} expected")

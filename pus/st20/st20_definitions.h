@@ -2,11 +2,11 @@
 /// Parameters of ST[20] that are defined by a place in memory, by TC[20,4] (address) and [20,5] (object and
 /// offset), and the parameter port that provides them and those of the dictionary.
 ///
-/// The id of such a parameter has the APID of the process, is not in the dictionary, and has in its layout
-/// bits the scalar type for PTC and PFC. The value is in memory in the byte order of the machine. A second
-/// definition replaces the first. PTC, PFC: unsigned 3 and 4, 12, 14, 16 for 8 to 64 bits; signed 4 and the
-/// same PFCs; real 5 and 1, 2; boolean 1 and 0 (one octet). Definitions are persistent records (key:
-/// parameter id).
+/// The id of such a parameter has the APID of the process and is not in the dictionary; its layout bits are
+/// the scalar type that PTC and PFC define. The value is in memory in the byte order of the machine. A second
+/// definition replaces the first. Permitted are PTC 3 (unsigned) and 4 (signed) with PFC 4, 12, 14 and 16 (8,
+/// 16, 32 and 64 bits), PTC 5 (real) with PFC 1 and 2, and PTC 1 (boolean, one octet) with PFC 0. Definitions
+/// are persistent records (key: parameter id).
 ///
 /// Ownership  The caller places the structure and its array `places`.
 /// Context    The loop of the process.
@@ -36,7 +36,8 @@ typedef struct {
     pus_parameter_place_t* places;
     uint16_t capacity;                    ///< <= 1024.
     const pus_persistence_t* persistence; ///< Null: without persistent records.
-    osal_mutex_t* guard; ///< Locked while another loop uses the port and while a definition changes; or null.
+    /// Locked while another loop uses the port, and while a definition changes; null: no other loop uses it.
+    osal_mutex_t* guard;
 } pus_parameter_definitions_config_t;
 
 typedef struct { // Private.

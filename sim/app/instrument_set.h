@@ -16,18 +16,21 @@
 
 typedef struct instrument_set instrument_set_t;
 
-/// Open the instruments and their log. If the world has no instruments, or there is no run (config->flows),
-/// the set is empty and has no log. STATUS_OK; else *out_instruments is null and `error` is filled.
+/// Open the instruments and their log. If the world has no instruments, or config->flows is null, there is
+/// no log, and the set is empty: null. STATUS_OK; else *out_instruments is null and `error` is filled.
 MUST_USE status_t instrument_set_open(const world_t* world, const simulator_config_t* config,
                                       instrument_set_t** out_instruments, char error[SIMULATOR_ERROR_MAX]);
 /// Close and free all; null is allowed. STATUS_OK, STATUS_IO: the log is not complete.
 status_t instrument_set_close(instrument_set_t* instruments);
+/// Returns the number of instruments; 0 for null.
 size_t instrument_set_count(const instrument_set_t* instruments);
 instrument_t* instrument_set_at(const instrument_set_t* instruments, size_t index);
 const char* instrument_set_name(const instrument_set_t* instruments, size_t index);
+/// Step each instrument (instrument_step).
 void instrument_set_step(instrument_set_t* instruments, uint64_t now_ns, uint64_t end_ns);
 /// Number of announced octets and messages that never arrived.
 uint64_t instrument_set_lost(const instrument_set_t* instruments);
+/// Flush the log.
 void instrument_set_flush(instrument_set_t* instruments);
 
 #endif // SIM_APP_INSTRUMENT_SET_H

@@ -5,7 +5,8 @@
 
 #define ROUNDING_M 1e-9 // Smaller distances from the plane of a planar robot are rounding errors.
 
-/// Force of a cable stretched by `stretch_m`: zero while it is slack; the preload is reached over `travel`.
+/// Force of a cable stretched by `stretch_m`: zero while the cable is slack. The preload grows linearly to
+/// its full value over the first `travel`.
 static double cable_pull(const world_spring_t* const wire, const double stretch_m)
 {
     if (stretch_m <= 0.0) {
@@ -18,6 +19,7 @@ static double cable_pull(const world_spring_t* const wire, const double stretch_
 void spring_force(const world_spring_t* const wire, spring_t* const spring, const double place_m[3],
                   double out_force_n[3])
 {
+    // Vector from the fixed end of the cable, which is `length` below the rest position of the hook.
     const double along_x = place_m[0] - wire->hook[0];
     const double along_y = place_m[1] - wire->hook[1];
     const double along_z = place_m[2] - (wire->hook[2] - wire->length);
@@ -26,6 +28,8 @@ void spring_force(const world_spring_t* const wire, spring_t* const spring, cons
     const double pull    = cable_pull(wire, length - wire->length);
     const bool below     = place_m[2] < wire->hook[2];
 
+    // The link takes the hook when it passes it from below, and loses it when the cable is slack or pulls too
+    // hard.
     if (!spring->hooked) {
         const double off = sqrt(along_x * along_x + aside * aside);
         spring->hooked   = spring->below && !below && (off <= wire->catch);

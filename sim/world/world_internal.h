@@ -5,14 +5,16 @@
 
 #include "sim/world/world.h"
 
-#define FAR_M 1e4
-#define TURNS_RAD 1e3
+#define FAR_M 1e4     // Largest coordinate [m] or linear velocity [m/s] in a world.
+#define TURNS_RAD 1e3 // Largest angle [rad] in a world.
 #define GREAT 1e9     // Upper limit of every stiffness, torque and force in a world.
 #define SHARE_MAX 0.5 // Largest relative difference of a true parameter from its nominal value.
 #define NODE_MIN 2.0
 #define NODE_MAX 127.0
 
 #define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
+// Rows of a table of the attributes of an element: attribute, its form, the member that gets the value,
+// lowest and highest value, and whether the attribute is optional.
 #define NAME(type, attribute, member)                                                                        \
     {                                                                                                        \
         attribute, FIELD_NAME, offsetof(type, member), 0.0, 0.0, false                                       \
@@ -37,6 +39,7 @@
     {                                                                                                        \
         attribute, FIELD_UNSIGNED, offsetof(type, member), low, high, false                                  \
     }
+// The attributes that every device on a bus has.
 #define ADDRESS(type)                                                                                        \
     NAME(type, "name", device.name), NAME(type, "bus", device.bus_name),                                     \
         UNSIGNED(type, "node", device.node, NODE_MIN, NODE_MAX)

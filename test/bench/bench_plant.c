@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bare plant loop, which is the baseline of the flight image: arm, hand and simple controllers in the
-// free-space, contact and spring parts of the mission, without buses and flight software.
+// Step time of the plant alone, with which the step time of the flight image is compared: arm, hand and
+// simple controllers fly the scenario in free space, in contact and with the spring, without buses and flight
+// software.
 #include "sim/operator/hand.h"
 #include "sim/plant/plant.h"
 
@@ -38,8 +39,8 @@ static double microseconds(void)
     return (double)now.tv_sec * 1.0e6 + (double)now.tv_nsec * 1.0e-3;
 }
 
-/// One flight. Returns microseconds per step. The measurement is valid only if contact and spring have
-/// occurred.
+/// Fly the scenario once. Returns the mean wall-clock time of a step [us], and adds the steps in contact and
+/// with the spring: the measurement is valid only if both have occurred.
 static double fly(unsigned* out_contact, unsigned* out_hooked)
 {
     static const char* const scenario = "sim/scenarios/telepresence.scn";
@@ -92,7 +93,7 @@ int main(void)
         best              = (used < best) ? used : best;
     }
     if ((contact < 30000U * REPEATS) || (hooked < 20000U * REPEATS)) {
-        (void)fprintf(stderr, "contact in %u and spring in %u steps only: no mission flown\n", contact,
+        (void)fprintf(stderr, "contact in only %u and spring in only %u steps: scenario not flown\n", contact,
                       hooked);
         return 1;
     }

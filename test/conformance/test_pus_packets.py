@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Packets and the independent implementation spacepackets, in both directions: a process of this project
+"""Packets and the independent implementation spacepackets (the peer), in both directions: a process of this project
 (pus_process.c) accepts the requests of spacepackets, whose readers accept the reports of the process; pusdump
 reads packets of spacepackets, and refuses those that it must refuse."""
 
@@ -85,7 +85,7 @@ def crc(octets):
     return value
 
 
-def signed(octets):
+def with_checksum(octets):
     """The packet with a correct checksum in its last two octets."""
     return bytes(octets[:-2]) + struct.pack(">H", crc(octets[:-2]))
 
@@ -98,7 +98,7 @@ def dump(data, *options):
     return [json.loads(line) for line in run.stdout.splitlines()], run.returncode
 
 
-# --- their requests, our reports -----------------------------------------------------------------------------------
+# --- requests of the peer, our reports -----------------------------------------------------------------------------
 
 
 def test_our_reports_are_read_by_the_peer(process):
@@ -174,13 +174,13 @@ def test_failure_notices_are_read_by_the_peer(process, tc, stage, code, instruct
 
 
 @pytest.mark.parametrize("ack", range(16))
-def test_each_flag_asks_for_its_stage(process, ack):
+def test_each_acknowledgement_flag_requests_the_report_of_its_stage(process, ack):
     subtypes = [PusTm.unpack(octets, TIME_SIZE).subservice for octets in process.send(request(17, 1, ack=ack))]
     expected = [1] * bool(ack & 1) + [3] * bool(ack & 2) + [2] + [7] * bool(ack & 8)
     assert subtypes == expected
 
 
-def test_values_and_events_pass_both_ways(process):
+def test_parameter_values_and_events_are_read_by_the_peer(process):
     value = struct.pack(">BII", 1, 0x02020001, 0xCAFE0123)
     assert len(process.send(request(20, 3, value, ack=0))) == 0
     (report,) = process.send(request(20, 1, value[:5], ack=0))
@@ -201,11 +201,11 @@ def test_our_requests_are_read_by_the_peer(process):
 def test_malformed_requests_are_reported_by_code(process):
     good = bytes(request(17, 1).pack())
     cases = {
-        0x010A: signed(bytes([good[0] | 0x20]) + good[1:]),
-        0x010B: signed(bytes([good[0] & ~0x10]) + good[1:]),
-        0x010C: signed(bytes([good[0] & ~0x08]) + good[1:]),
-        0x010D: signed(good[:2] + bytes([good[2] & 0x3F]) + good[3:]),
-        0x0103: signed(good[:6] + b"\x1f" + good[7:]),
+        0x010A: with_checksum(bytes([good[0] | 0x20]) + good[1:]),
+        0x010B: with_checksum(bytes([good[0] & ~0x10]) + good[1:]),
+        0x010C: with_checksum(bytes([good[0] & ~0x08]) + good[1:]),
+        0x010D: with_checksum(good[:2] + bytes([good[2] & 0x3F]) + good[3:]),
+        0x0103: with_checksum(good[:6] + b"\x1f" + good[7:]),
         0x0101: good + b"\0",
         0x0102: good[:-1] + bytes([good[-1] ^ 1]),
     }
@@ -221,11 +221,11 @@ def test_random_octets_cause_no_crash(process):
         octets = bytearray(request(chance.choice((5, 8, 17, 20)), chance.choice((1, 3, 5, 6)), chance.randbytes(20)).pack())
         for _ in range(chance.randrange(4)):
             octets[chance.randrange(len(octets))] = chance.randrange(256)
-        for answer in process.say((signed(octets) if chance.random() < 0.7 else octets).hex()):
+        for answer in process.say((with_checksum(octets) if chance.random() < 0.7 else octets).hex()):
             assert PusTm.unpack(answer, TIME_SIZE).apid == APID
 
 
-# --- their packets, our pusdump ------------------------------------------------------------------------------------
+# --- packets of the peer, our pusdump ------------------------------------------------------------------------------
 
 
 def test_pusdump_reads_requests_of_the_peer():
@@ -279,15 +279,16 @@ def test_pusdump_reads_reports_of_the_peer():
 
 # --- the same octets for both decoders ----------------------------------------------------------------------------
 
-# What only we refuse: the peer reads these fields and does not judge them.
+# Errors that only pusdump reports: the peer reads these fields, but does not check them.
 STRICTER = ("packet version", "sequence flags", "PUS version", "time code", "ends within the time", "no secondary header",
             "length field says")
 DRAWN = 20_000
-TIME_CODE = 13  # Place in a report. It stays: pusdump reads several formats of time, and the peer is told one.
+# Offset of the time code in a report. This octet is not changed: pusdump reads several time formats, the peer only the configured one.
+TIME_CODE = 13
 
 
 def drawn_packet(chance):
-    """A packet of the peer with up to three octets changed, cut or longer; most have a right checksum."""
+    """Draw a packet of the peer, change up to three octets, and sometimes cut or extend it; most packets get a correct checksum."""
     if chance.random() < 0.5:
         packet = request(chance.randrange(256), chance.randrange(256), chance.randbytes(chance.randrange(40)), chance.randrange(16384),
                          chance.randrange(16), chance.randrange(65536), chance.randrange(2047)).pack()
@@ -302,7 +303,7 @@ def drawn_packet(chance):
         octets[TIME_CODE] = TIME[0]
     if chance.random() < 0.1:
         octets = octets[:chance.randrange(7, len(octets))] if chance.random() < 0.5 else octets + chance.randbytes(chance.randrange(1, 4))
-    return signed(octets) if chance.random() < 0.9 else bytes(octets)
+    return with_checksum(octets) if chance.random() < 0.9 else bytes(octets)
 
 
 def read_by_peer(octets):
@@ -322,7 +323,7 @@ def read_by_peer(octets):
 
 @pytest.mark.parametrize("seed", [1])
 def test_both_decoders_read_the_same_fields_of_drawn_packets(seed):
-    """Each packet that we accept, the peer accepts, with the same fields. What only we refuse breaks a rule that it does not judge."""
+    """Each packet that we accept, the peer accepts, with the same fields. A packet that only we refuse breaks a rule of STRICTER."""
     chance = random.Random(seed)
     packets = [drawn_packet(chance) for _ in range(DRAWN)]
     found, _ = dump("".join(f"1.0 {'TC' if octets[0] & 0x10 else 'TM'} {octets.hex()}\n" for octets in packets))
@@ -370,17 +371,17 @@ def test_pusdump_reads_golden_packets():
 def malformed():
     good = bytes(request(17, 1).pack())
     report = bytes(PusTm(17, 2, timestamp=TIME, apid=APID).pack())
-    yield signed(bytes([good[0] | 0x20]) + good[1:]), "packet version 1"
+    yield with_checksum(bytes([good[0] | 0x20]) + good[1:]), "packet version 1"
     for flags in range(3):
-        yield signed(good[:2] + bytes([good[2] & 0x3F | flags << 6]) + good[3:]), f"sequence flags {flags}"
-    yield signed(good[:6] + b"\x1f" + good[7:]), "PUS version 1"
-    yield signed(report[:6] + b"\x10" + report[7:]), "PUS version 1"
-    yield signed(bytes([good[0] & ~0x08]) + good[1:]), "no secondary header"
-    yield signed(good[:5] + b"\x07" + good[6:]), "length field says 14 octets, 13 are there"
-    yield signed(good[:5] + b"\x05" + good[6:]), "length field says 12 octets, 13 are there"
+        yield with_checksum(good[:2] + bytes([good[2] & 0x3F | flags << 6]) + good[3:]), f"sequence flags {flags}"
+    yield with_checksum(good[:6] + b"\x1f" + good[7:]), "PUS version 1"
+    yield with_checksum(report[:6] + b"\x10" + report[7:]), "PUS version 1"
+    yield with_checksum(bytes([good[0] & ~0x08]) + good[1:]), "no secondary header"
+    yield with_checksum(good[:5] + b"\x07" + good[6:]), "length field says 14 octets, 13 are there"
+    yield with_checksum(good[:5] + b"\x05" + good[6:]), "length field says 12 octets, 13 are there"
     yield good + b"\0", "length field says 13 octets, 14 are there"
     yield good[:-1] + bytes([good[-1] ^ 1]), "checksum"
-    yield signed(report[:13] + b"\x50" + report[14:]), "time code 0x50"
+    yield with_checksum(report[:13] + b"\x50" + report[14:]), "time code 0x50"
     for size in range(1, len(good)):
         yield good[:size], "too few for a packet" if size < 6 else "length field"
 
@@ -455,8 +456,7 @@ def test_pusdump_decodes_fields_it_knows():
     assert code == 0 and found["fields"] is None and found["data"] == "0505"
 
 
-# --- random input, our pusdump
-# -----------------------------------------------------------------------------------
+# --- random input, our pusdump -------------------------------------------------------------------------------------
 
 
 def any_packet(chance):
@@ -473,7 +473,7 @@ def any_packet(chance):
     if chance.random() < 0.3:
         octets = bytearray(octets)
         octets[chance.randrange(len(octets))] = chance.randrange(256)
-        octets = signed(octets) if chance.random() < 0.5 else bytes(octets)
+        octets = with_checksum(octets) if chance.random() < 0.5 else bytes(octets)
     return octets[: chance.randrange(len(octets))] if chance.random() < 0.05 else octets
 
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Octet streams: a flow as client of a peer in memory. Whatever the peer sends, and in whatever pieces,
+// A stream flow is the client of a peer in memory. Whatever the peer sends, and in whatever pieces,
 // the same frames result; the outbox and the frame stay within their buffers; a flow that lost its peer
 // connects again. Encoded payloads are decoded to the same octets.
 //
-// The first octet of the input selects framing and order. Records: kind 0 the peer sends the octets; 1 the
-// flow sends them; 2 the flow receives; 3 the peer closes; 4 a send accepts at most argument octets; 5 the
-// peer reads.
+// The first octet of the input selects framing and order. The kind of each record selects an action: 0 the
+// peer sends the octets; 1 the flow sends the octets; 2 the flow receives; 3 the peer closes; 4 from now on a
+// send accepts at most `argument` octets; 5 the peer reads.
 #include "fsw/framework/dataflow/flow_stream.h"
 #include "test/fuzz/fuzz.h"
 #include "test/fuzz/memory_socket.h"
@@ -104,6 +104,7 @@ static void check_round_trip(const flow_format_t* const format, const uint8_t* c
     size_t taken = 0U;
     size_t found = 0U;
     if (flow_frame_assembler_feed(&reader.assembler, encoded, length, &taken, &found) == STATUS_OK) {
+        // The reader of lines removes a carriage return at the end.
         const bool is_cut = (format->framing == FLOW_FRAMING_LINE) && (payload > 0U) &&
                             (octets[payload - 1U] == (uint8_t)'\r');
         FUZZ_CHECK((found == (is_cut ? (payload - 1U) : payload)) &&
@@ -211,15 +212,16 @@ static void repair(const uint8_t kind, uint8_t* const octets, const size_t size,
 {
     (void)kind;
     if ((size >= 3U) && ((fuzz_random(random) % 2U) == 0U)) {
-        // A length that fits, in one of the two byte orders.
+        // Write a length field that fits the record, in one of the two byte orders.
         const size_t length = fuzz_random(random) % (size - 1U);
         const size_t low    = fuzz_random(random) % 2U;
         octets[low]         = (uint8_t)length;
         octets[1U - low]    = 0U;
     }
-    if ((size >= 1U) && ((fuzz_random(random) % 2U) == 0U)) { // Octets that end a frame.
-        static const uint8_t ends[]        = {0xC0U, (uint8_t)'\n', 0xDBU};
-        octets[fuzz_random(random) % size] = ends[fuzz_random(random) % sizeof ends];
+    if ((size >= 1U) && ((fuzz_random(random) % 2U) == 0U)) {
+        // Octets that end a frame (SLIP, line) or begin an escape (SLIP).
+        static const uint8_t special[]     = {0xC0U, (uint8_t)'\n', 0xDBU};
+        octets[fuzz_random(random) % size] = special[fuzz_random(random) % sizeof special];
     }
 }
 

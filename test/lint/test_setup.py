@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The setup caches fetched files for other clones and names everything that it cannot get. Unity is pinned by
-its checksum and installed completely or not at all. Scripts and folders replace the package client and the
-package index."""
+its checksum and installed completely or not at all. A script replaces the package client, a folder the index
+of Python packages, and a local server the registry of npm."""
 
 import base64
 import hashlib
@@ -100,7 +100,7 @@ def test_a_missing_network_is_reported(machine):
     assert installed(machine, "one") == []
 
 
-def test_place_without_a_cache_still_serves(machine):
+def test_unity_is_installed_without_a_place_for_a_cache(machine):
     (machine / "file").write_text("")
     done, _ = fetch(machine, "one", cache="file")
     assert (done.returncode, installed(machine, "one")) == (0, WHOLE), done.stderr
@@ -176,14 +176,14 @@ def test_installed_packages_are_cached_too_and_need_no_network(index, fresh_venv
     assert (done.returncode, modules) == (0, {"one_part", "other"}), done.stderr
 
 
-def test_python_packages_that_cannot_be_had_are_named(index, fresh_venv):
+def test_python_packages_that_cannot_be_fetched_are_named(index, fresh_venv):
     place = clone(index / "a", fresh_venv)
     done, modules = install(index, place, index="no network")
     assert (done.returncode, modules) == (1, set())
     assert re.findall(r"(?m)^    (\S+)$", done.stderr) == ["one-part==1.0", "other==2.0"]
     install(index, place)
     (index / "list.txt").write_text("one-part==1.0\nother==3.0\n")
-    for where in (place, clone(index / "b", fresh_venv)):  # One is installed here and cached there.
+    for where in (place, clone(index / "b", fresh_venv)):  # one-part is in the first clone, and in the cache for the second.
         done, _ = install(index, where, index="no network")
         assert done.returncode == 1 and re.findall(r"(?m)^    (\S+)$", done.stderr) == ["other==3.0"]
     publish(index / "index", "other", "3.0")
@@ -200,14 +200,14 @@ def test_damaged_wheel_is_fetched_again(index, fresh_venv):
     assert (done.returncode, modules, cached.read_bytes()) == (0, {"one_part", "other"}, whole), done.stderr
 
 
-def test_python_packages_without_a_place_for_a_cache(index, fresh_venv):
+def test_python_packages_are_installed_without_a_place_for_a_cache(index, fresh_venv):
     (index / "file").write_text("")
     done, modules = install(index, clone(index / "a", fresh_venv), cache="file")
     assert (done.returncode, modules) == (0, {"one_part", "other"}), done.stderr
 
 
 class Registry(http.server.BaseHTTPRequestHandler):
-    """A server of npm packages: `served` by path; every other path fails, as without a network."""
+    """A server of npm packages. It answers the paths in `served`; every other request fails with status 503."""
 
     served, asked = {}, []
 
@@ -301,15 +301,16 @@ def test_a_damaged_archive_of_the_page_is_fetched_again(registry):
     archive.write_bytes(whole[:-9])
     done, names = install_page(registry, "b")
     assert (done.returncode, names) == (0, ["one", "two"]), done.stderr
+    # Times in the new archive may change its size by a few octets; the damaged one was 9 octets shorter.
     assert len(cached_page(registry).read_bytes()) >= len(whole) - 8
 
 
-def test_another_lock_is_not_served_by_the_archive(registry):
+def test_an_archive_is_not_used_for_another_lock_file(registry):
     install_page(registry, "a")
     lock = registry[0] / "package-lock.json"
     lock.write_text(lock.read_text() + "\n")
     Registry.served = {}
-    shutil.rmtree(registry[0] / ".npm", ignore_errors=True)
+    shutil.rmtree(registry[0] / ".npm", ignore_errors=True)  # The cache of npm itself.
     assert install_page(registry, "b")[0].returncode == 1
 
 

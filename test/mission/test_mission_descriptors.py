@@ -20,7 +20,7 @@ LINKED = ("build", "sim", "gse")
 
 
 @pytest.fixture
-def house(folder):
+def project_copy(folder):
     """A copy of the descriptors in a folder that otherwise refers to the project."""
     folder.mkdir()
     shutil.copytree(flying.ROOT / "descriptors", folder / "descriptors")
@@ -29,20 +29,20 @@ def house(folder):
     return folder
 
 
-def _replace(house, path, old, new, count=1):
+def _replace(project_copy, path, old, new, count=1):
     """Change a descriptor; returns the line of the change."""
-    text = (house / path).read_text(encoding="utf-8")
+    text = (project_copy / path).read_text(encoding="utf-8")
     assert old in text
-    (house / path).write_text(text.replace(old, new, count), encoding="utf-8")
+    (project_copy / path).write_text(text.replace(old, new, count), encoding="utf-8")
     return text[: text.index(old)].count("\n") + 1
 
 
-def _fly(house, form="processes", **how):
-    return flying.fly(house / "out", "--scenario", "commissioning", "--form", form, root=house, **how)
+def _fly(project_copy, form="processes", **how):
+    return flying.fly(project_copy / "out", "--scenario", "commissioning", "--form", form, root=project_copy, **how)
 
 
-def test_unchanged_copy_flies(house):
-    flight = _fly(house)
+def test_unchanged_copy_flies(project_copy):
+    flight = _fly(project_copy)
     assert flight.code == 0, flight.told()
 
 
@@ -66,9 +66,9 @@ def test_unchanged_copy_flies(house):
     ],
 )
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_error_is_reported_with_file_and_line(house, form, path, old, new, words):
-    line = _replace(house, path, old, new)
-    flight = _fly(house, form)
+def test_error_is_reported_with_file_and_line(project_copy, form, path, old, new, words):
+    line = _replace(project_copy, path, old, new)
+    flight = _fly(project_copy, form)
     assert flight.code not in (0, None)
     told = flight.output + flight.console
     name = path.rpartition("/")[2]
@@ -101,31 +101,31 @@ JOINT = '<Endnode type="CAN" bus="robot" redundantBus="robot-b" node="0x11"/>'
     ],
 )
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_devices_that_a_subsystem_cannot_drive_are_refused_before_the_flight(house, form, path, old, new, words):
-    """They are refused before the flight and not by a step that fails during the flight."""
-    line = _replace(house, path, old, new)
-    flight = _fly(house, form)
+def test_devices_that_a_subsystem_cannot_drive_are_refused_before_the_flight(project_copy, form, path, old, new, words):
+    """The run does not start; no step of a state transition fails during the flight."""
+    line = _replace(project_copy, path, old, new)
+    flight = _fly(project_copy, form)
     assert flight.code == 1
     told = flight.output + flight.console
     place = re.search(r"(\w+\.xml):(\d+): [^\n]*" + re.escape(words), told)
     assert place, flight.told()
     if "of its own" not in words:  # The message contains the line of the second subsystem that uses the bus.
         assert (place[1], int(place[2])) == (path.rpartition("/")[2], line)
-    assert "0x0301" not in told
+    assert "0x0301" not in told  # PUS_FAILURE_STEP.
     flying.assert_clean(flight)
 
 
-def test_missing_descriptor(house):
-    line = _replace(house, MISSION, 'descriptor="../subsystems/manipulator.xml"', 'descriptor="../subsystems/nowhere.xml"')
-    flight = _fly(house)
+def test_missing_descriptor(project_copy):
+    line = _replace(project_copy, MISSION, 'descriptor="../subsystems/manipulator.xml"', 'descriptor="../subsystems/nowhere.xml"')
+    flight = _fly(project_copy)
     assert flight.code not in (0, None)
     assert f'rokviss.xml:{line}: descriptor="../subsystems/nowhere.xml" of <Subsystem>: expected a file, found none' in flight.output, flight.told()
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_missing_executable(house, form):
-    line = _replace(house, MISSION, 'executable="joystick"', 'executable="joyride"')
-    flight = _fly(house, form)
+def test_missing_executable(project_copy, form):
+    line = _replace(project_copy, MISSION, 'executable="joystick"', 'executable="joyride"')
+    flight = _fly(project_copy, form)
     assert flight.code == 1
     assert f'rokviss.xml:{line}: executable="joyride" of <Subsystem>: expected a program in ' in flight.output
     assert not flight.folder.exists(), "a run that never began leaves no folder"
@@ -133,38 +133,38 @@ def test_missing_executable(house, form):
 
 
 @pytest.mark.parametrize("address", ["moon", "10.0.0.1", "127.0.0.1 "])
-def test_ground_elsewhere_is_refused(house, address):
+def test_ground_elsewhere_is_refused(project_copy, address):
     """The port is open to this machine only: an attribute that would have no effect is refused."""
-    line = _replace(house, MISSION, '<Ground address="127.0.0.1"', f'<Ground address="{address}"')
-    flight = _fly(house)
+    line = _replace(project_copy, MISSION, '<Ground address="127.0.0.1"', f'<Ground address="{address}"')
+    flight = _fly(project_copy)
     assert flight.code == 1
     assert f'rokviss.xml:{line}: address="{address}" of <Ground>: expected one of 127.0.0.1' in flight.output
     assert not flight.folder.exists()
 
 
-def test_a_mission_with_a_key_flies_with_it_only(house):
+def test_a_mission_with_a_key_flies_with_it_only(project_copy):
     """The path of the key is relative to the mission's file. With a key the port may be open to other
     machines."""
-    line = _replace(house, MISSION, '<Ground address="127.0.0.1" port="10015"', '<Ground address="0.0.0.0" port="10015"')
-    flight = _fly(house)
+    line = _replace(project_copy, MISSION, '<Ground address="127.0.0.1" port="10015"', '<Ground address="0.0.0.0" port="10015"')
+    flight = _fly(project_copy)
     assert f"rokviss.xml:{line}: <Ground address=\"0.0.0.0\"> needs a key" in flight.output
-    _replace(house, MISSION, 'port="10015"', 'port="10015" key="../ground.key"')
-    flight = _fly(house)
+    _replace(project_copy, MISSION, 'port="10015"', 'port="10015" key="../ground.key"')
+    flight = _fly(project_copy)
     assert flight.code == 1
     assert "descriptors/missions/../ground.key: cannot read the key" in flight.output
     assert not flight.folder.exists()
-    sdls.make_key(house / "descriptors" / "ground.key")
-    flight = _fly(house)
+    sdls.make_key(project_copy / "descriptors" / "ground.key")
+    flight = _fly(project_copy)
     assert flight.code == 0, flight.told()
     assert "ground port 0.0.0.0:" in flight.output
     assert flight.read("ground.key-file").strip() == "descriptors/missions/../ground.key"
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_interface_that_differs_from_the_compiled_one(house, form):
+def test_interface_that_differs_from_the_compiled_one(project_copy, form):
     """The message contains the file, the compiled and the read hash, and the next step."""
-    _replace(house, MANIPULATOR, '<Event name="BUS_WARNING" id="8"', '<Event name="BUS_NOTE" id="8"')
-    flight = _fly(house, form)
+    _replace(project_copy, MANIPULATOR, '<Event name="BUS_WARNING" id="8"', '<Event name="BUS_NOTE" id="8"')
+    flight = _fly(project_copy, form)
     assert flight.code not in (0, None)
     told = flight.output + flight.console
     assert "manipulator.xml" in told
@@ -173,36 +173,36 @@ def test_interface_that_differs_from_the_compiled_one(house, form):
     flying.assert_clean(flight)
 
 
-def test_configuration_part_needs_no_recompilation(house):
+def test_configuration_part_needs_no_recompilation(project_copy):
     """A different rate of housekeeping is read at run time: the mission flies and reports a different
     configuration hash."""
-    _replace(house, MANIPULATOR, '<HKService id="4711" interval="500">', '<HKService id="4711" interval="250">', count=2)
-    flight = _fly(house)
+    _replace(project_copy, MANIPULATOR, '<HKService id="4711" interval="500">', '<HKService id="4711" interval="250">', count=2)
+    flight = _fly(project_copy)
     assert flight.code == 0, flight.told()
-    plain = flying.fly(house / "plain", "--scenario", "commissioning")
+    plain = flying.fly(project_copy / "plain", "--scenario", "commissioning")
     assert plain.facts["interface_hash"] == flight.facts["interface_hash"]
 
-    def reports(flown):
+    def reports(flown):  # Times of TM[3,25] with structure 4711 of MANIPULATOR to destination 0.
         return [t for t, direction, raw in flown.packets if direction == "TM" and raw[7:9] == b"\x03\x19" and raw[21:23] == b"\x12\x67" and raw[1] == 16 and raw[11:13] == bytes(2)]
 
     gaps = {b - a for a, b in zip(reports(flight)[:4], reports(flight)[1:5])}
     assert gaps == {125_000_000}
     assert {b - a for a, b in zip(reports(plain)[:3], reports(plain)[1:4])} == {250_000_000}
 
-    def hashes(flown):
+    def hashes(flown):  # Configuration hashes in TM[129,5] of MANIPULATOR.
         return {raw[34:42] for _, direction, raw in flown.packets if direction == "TM" and raw[7:9] == b"\x81\x05" and raw[1] == 16}
 
     assert len(hashes(flight)) == 1
     assert hashes(flight) != hashes(plain)
 
 
-def test_a_mistake_read_again_is_reported_with_its_place_and_leaves_the_old_in_force(house):
+def test_a_wrong_descriptor_is_not_reloaded_and_the_old_one_stays_in_force(project_copy):
     """TC[129,6] during a mission is refused with file, line, value and expected value; then the flight
     continues."""
-    flight = flying.start(house / "out", "--scenario", "none", "--duration", 36000, root=house)
+    flight = flying.start(project_copy / "out", "--scenario", "none", "--duration", 36000, root=project_copy)
     try:
         assert flying.gse(flight, "state", "MANIPULATOR", "PRE_OPERATIONAL").returncode == 0
-        line = _replace(house, MANIPULATOR, 'samplingTime="500us"', 'samplingTime="500parsec"')
+        line = _replace(project_copy, MANIPULATOR, 'samplingTime="500us"', 'samplingTime="500parsec"')
         refused = flying.gse(flight, "reload", "MANIPULATOR")
         assert refused.returncode != 0, refused.stdout
         for words in (("config", "MANIPULATOR", "STAND_ALONE"), ("state", "MANIPULATOR", "SAFE_OPERATIONAL"), ("shutdown",)):
@@ -215,14 +215,14 @@ def test_a_mistake_read_again_is_reported_with_its_place_and_leaves_the_old_in_f
     assert re.search(rf"manipulator\.xml:{line}: .*500parsec.*not reloaded", flight.output + flight.console), flight.told()
 
 
-def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_reported_with_both_hashes(house):
+def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_reported_with_both_hashes(project_copy):
     """The subsystem reads its changed descriptor again; the supervisor keeps the descriptor that it has read
     at the start."""
-    flight = flying.start(house / "out", "--scenario", "none", "--duration", 36000, root=house)
+    flight = flying.start(project_copy / "out", "--scenario", "none", "--duration", 36000, root=project_copy)
     try:
         assert flying.gse(flight, "ping", "all").returncode == 0  # All components have read their descriptors.
-        _replace(house, MANIPULATOR, '<HKService id="4711" interval="500">', '<HKService id="4711" interval="250">', count=2)
-        script = flying.write_scenario(house / "anew.scn", "0.0 operator reload MANIPULATOR",
+        _replace(project_copy, MANIPULATOR, '<HKService id="4711" interval="500">', '<HKService id="4711" interval="250">', count=2)
+        script = flying.write_scenario(project_copy / "anew.scn", "0.0 operator reload MANIPULATOR",
                                        "0.0 operator wait-event SUPERVISOR CONFIGURATION_DIFFERS 10", "0.0 operator shutdown")
         done = flying.gse(flight, "script", script)
         assert done.returncode == 0, done.stdout + done.stderr
@@ -230,6 +230,7 @@ def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_
     finally:
         flight.abandon()
     assert flight.code == 0, flight.told()
+    # Auxiliary data of TM[5,2] with event 10, CONFIGURATION_DIFFERS.
     told = [raw[23:41] for _, direction, raw in flight.packets
             if direction == "TM" and raw[7:9] == b"\x05\x02" and raw[21:23] == b"\x00\x0a"]
     known = json.loads((flying.ROOT / "build" / "generated" / "rokviss.json").read_text(encoding="utf-8"))
@@ -239,38 +240,38 @@ def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_
     assert told[0][10:] != told[0][2:10]
 
 
-def _add_subsystems(house, count):
+def _add_subsystems(project_copy, count):
     """Add subsystems, each with a copy of communication's descriptor and program, which need no bus, under a
     new name and id. Returns the folder of the programs and the line of the last one in the mission."""
-    programs = house / "programs"
+    programs = project_copy / "programs"
     shutil.copytree(flying.BIN, programs)
-    plain = (house / "descriptors/subsystems/communication.xml").read_text(encoding="utf-8")
+    plain = (project_copy / "descriptors/subsystems/communication.xml").read_text(encoding="utf-8")
     program = (programs / "communication").read_bytes()
-    compiled = subsystem.load(house / "descriptors/subsystems/communication.xml").interface_hash.to_bytes(8, sys.byteorder)
+    compiled = subsystem.load(project_copy / "descriptors/subsystems/communication.xml").interface_hash.to_bytes(8, sys.byteorder)
     assert program.count(compiled) == 1
     listed = ""
     for number in range(1, count + 1):
-        path = house / f"descriptors/subsystems/copy{number}.xml"
+        path = project_copy / f"descriptors/subsystems/copy{number}.xml"
         path.write_text(plain.replace('name="COMMUNICATION" id="2"', f'name="COPY{number}" id="{100 + number}"', 1), encoding="utf-8")
         own = subsystem.load(path).interface_hash.to_bytes(8, sys.byteorder)
         (programs / f"copy{number}").write_bytes(program.replace(compiled, own))
         (programs / f"copy{number}").chmod(0o755)
         listed += f'    <Subsystem name="COPY{number}" id="{100 + number}" executable="copy{number}" descriptor="../subsystems/copy{number}.xml" memoryKiB="65536"/>\n'
-    return programs, _replace(house, MISSION, "  </Subsystems>\n", listed + "  </Subsystems>\n") + count - 1
+    return programs, _replace(project_copy, MISSION, "  </Subsystems>\n", listed + "  </Subsystems>\n") + count - 1
 
 
-def test_mission_with_as_many_subsystems_as_there_can_be_flies(house):
+def test_mission_with_as_many_subsystems_as_there_can_be_flies(project_copy):
     """Sixteen subsystems, the simulator and the operator take part in stepped time."""
-    programs, _ = _add_subsystems(house, 12)
-    flight = _fly(house, binaries=programs)
+    programs, _ = _add_subsystems(project_copy, 12)
+    flight = _fly(project_copy, binaries=programs)
     assert flight.code == 0, flight.told()
     assert flight.facts["exit_code"] == 0
     flying.assert_clean(flight)
 
 
-def test_one_subsystem_more_is_refused(house):
-    programs, line = _add_subsystems(house, 13)
-    flight = _fly(house, binaries=programs)
+def test_one_subsystem_more_is_refused(project_copy):
+    programs, line = _add_subsystems(project_copy, 13)
+    flight = _fly(project_copy, binaries=programs)
     assert flight.code == 1
     assert f"rokviss.xml:{line}: too many subsystems, at most 16" in flight.output, flight.told()
     assert not flight.folder.exists()

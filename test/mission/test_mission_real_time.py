@@ -19,7 +19,7 @@ SUBSYSTEMS = ("JOYSTICK", "MANIPULATOR", "SUPERVISOR", "COMMUNICATION")
 def mission(folder):
     """A mission in wall-clock time that has started and listens."""
     flight = flying.start(folder, *OPTIONS)
-    flying.wait_until(lambda: flying.gse(flight, "ping", "all").returncode == SUCCESS, "everybody alive")
+    flying.wait_until(lambda: flying.gse(flight, "ping", "all").returncode == SUCCESS, "all subsystems answer")
     yield flight
     flight.abandon()
 
@@ -80,16 +80,16 @@ def test_a_person_commands_the_mission(mission):
     flying.assert_clean(mission)
 
 
+class NoMission:
+    """Stands for a mission that does not exist: no process listens on its port."""
+
+    @staticmethod
+    def port():
+        return 1
+
+
 def test_usage_errors_need_no_link():
-    """They end with exit code 2 and a message with the correct form."""
-
-    class Nobody:
-        """Stands for a mission that does not exist."""
-
-        @staticmethod
-        def port():
-            return 1
-
+    """A usage error ends with exit code 2 and a message that contains the correct form or words."""
     for words, told in [
         (("cmd", "MANIPULATOR.FLY"), "MOVE_TO"),
         (("cmd", "MANIPULATOR.MOVE_TO", "POSITION=1"), "POSITION"),
@@ -104,21 +104,14 @@ def test_usage_errors_need_no_link():
         (("set", "MANIPULATOR.TORQUE_LIMIT", "1"), "TORQUE_LIMIT"),
         (("frobnicate",), "ping"),
     ]:
-        done = flying.gse(Nobody, *words)
+        done = flying.gse(NoMission, *words)
         assert done.returncode == USAGE, (words, done)
         assert told in done.stderr, (words, done)
         assert "Traceback" not in done.stderr
 
 
 def test_no_link_has_its_own_exit_code():
-    class Nobody:
-        """Stands for a mission that does not exist."""
-
-        @staticmethod
-        def port():
-            return 1
-
-    done = flying.gse(Nobody, "ping", "all")
+    done = flying.gse(NoMission, "ping", "all")
     assert done.returncode == NO_LINK, done
     assert "127.0.0.1" in done.stderr
 
@@ -140,7 +133,7 @@ def test_interrupt_brings_every_subsystem_to_offline(mission, number):
     flying.assert_clean(mission)
 
 
-def test_ctrl_c_of_a_terminal_reaches_all_and_still_ends_in_order(mission):
+def test_ctrl_c_at_a_terminal_shuts_the_mission_down_in_order(mission):
     """The terminal sends the signal to the whole process group, including the children."""
     _reported(mission, "state", "MANIPULATOR", "PRE_OPERATIONAL")
     os.killpg(mission.process.pid, signal.SIGINT)
@@ -170,7 +163,7 @@ def test_following_ends_with_an_interrupt(mission):
 
 
 def test_scenario_in_wall_clock_time(folder):
-    """The same operator makes the same steps in time paced by the wall clock."""
+    """The operator performs all steps of the scenario in wall-clock time too."""
     flight = flying.fly(folder, "--time", "real", "--scenario", "commissioning")
     assert flight.code == 0, flight.told()
     assert flight.facts["simulated_s"] >= 3.5

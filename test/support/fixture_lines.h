@@ -9,6 +9,7 @@
 void fixture_line(const char* format, ...) __attribute__((format(printf, 1, 2)));
 /// Returns the lines since the last call; the next call begins after them.
 const char* fixture_look(void);
+/// Remove all lines.
 void fixture_forget(void);
 /// True if a line since the last fixture_look begins with `start`; does not consume lines.
 bool fixture_has(const char* start);
@@ -20,7 +21,7 @@ void fixture_expect_at(const char* lines, unsigned line);
 /// the test checks.
 void fixture_sent(unsigned number);
 void fixture_end(unsigned number);
-/// Numbers of requests start again.
+/// Forget the noted requests, because their numbers start again.
 void fixture_forget_ends(void);
 
 #endif // TEST_SUPPORT_FIXTURE_LINES_H

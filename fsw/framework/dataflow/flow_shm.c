@@ -15,7 +15,7 @@
 #define READ_ATTEMPTS 4U
 
 typedef struct {
-    uint32_t magic; // MAGIC, written last by the creator; ENDED, written when it is closed or replaced.
+    uint32_t magic; // MAGIC, written last by the creator; ENDED: the memory was closed or replaced.
     uint32_t kind;
     uint32_t value_octets;
     uint32_t depth;
@@ -92,7 +92,8 @@ static void end_region(const osal_shm_t* const shm)
     }
 }
 
-/// Remove the memory of a predecessor; usually there is none.
+/// Remove the memory that a predecessor did not close, if there is one. It is marked as ended, so that its
+/// readers open the new memory.
 static void end_predecessor(const flow_shm_t* const flow)
 {
     osal_shm_t left;
@@ -186,6 +187,7 @@ static status_t write_value(const flow_shm_t* const flow, region_t* const region
     const uint64_t written       = __atomic_load_n(&region->written, __ATOMIC_RELAXED);
     if (shape.kind == FLOW_SHM_LATEST) {
         __atomic_store_n(&region->written, written + 1U, __ATOMIC_RELAXED);
+        // A reader that sees a changed word must also see the odd sequence.
         __atomic_thread_fence(__ATOMIC_RELEASE);
         store_words(region->words, value, shape.value_octets);
         __atomic_store_n(&region->written, written + 2U, __ATOMIC_RELEASE);
@@ -224,7 +226,7 @@ static status_t read_latest(flow_shm_t* const flow, const region_t* const region
             continue;
         }
         load_words(region->words, out_value, flow->setup.shape.value_octets);
-        __atomic_thread_fence(__ATOMIC_ACQUIRE);
+        __atomic_thread_fence(__ATOMIC_ACQUIRE); // Read all words before the sequence is read again.
         if (__atomic_load_n(&region->written, __ATOMIC_RELAXED) == before) {
             flow->last_sequence = before;
             flow->counters.read++;
@@ -254,7 +256,7 @@ status_t flow_shm_read(flow_shm_t* const flow, void* const out_value)
     if (!flow->link.is_open || flow->setup.is_writer) {
         return STATUS_CLOSED;
     }
-    // Checked before reading: a value that is written just before the end is then still read.
+    // Test this before the read: after the read, the last value before the end could be missed.
     const bool was_alive   = is_alive(&flow->shm);
     region_t* const region = region_of(flow);
     const status_t status = (flow->setup.shape.kind == FLOW_SHM_LATEST) ? read_latest(flow, region, out_value)

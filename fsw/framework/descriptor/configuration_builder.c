@@ -9,7 +9,7 @@
 /// Age from which a sample is stale, if the descriptor does not define it [sampling times].
 #define STALE_PERIODS 4U
 
-/// Configuration that contains the element being read.
+/// Returns the configuration that contains the element being read.
 static const descriptor_configuration_t* configuration_of(const source_t* const source)
 {
     return source->items[source->depth - 1U];
@@ -91,9 +91,8 @@ void descriptor_configuration_builder_loop(source_t* const source)
         return;
     }
     refuse_bound_services(source, services);
-    const uint32_t count =
-        // The words are in the order of the bits of `services`.
-        descriptor_source_words(source, "services", "17 20", indices);
+    // The words are in the order of the bits of `services`.
+    const uint32_t count = descriptor_source_words(source, "services", "17 20", indices);
     for (uint32_t i = 0U; i < count; i++) {
         loop->services = (uint8_t)(loop->services | (1U << indices[i]));
     }
@@ -226,7 +225,7 @@ void descriptor_configuration_builder_port_end(source_t* const source)
 
 // ---- Devices ----
 
-/// Read index and subindex of an object like 0x6060:00. False if malformed.
+/// Read index and subindex of an object like 0x6060:00. Returns false if the text does not have this form.
 static bool read_object(const char* const words, uint16_t* const out_index, uint8_t* const out_subindex)
 {
     char number[9]; // Index and subindex as one number: 0x606000.
@@ -304,7 +303,8 @@ static uint16_t configurations_of(source_t* const source, const char* const chos
     return (uint16_t)bits;
 }
 
-/// Check that a port which occurs in several configurations is the same in all of them.
+/// Check that ports of the same name have the same id, direction and layout in all configurations, and that
+/// ports of different names have different ids.
 static void check_same_ports(source_t* const source)
 {
     const subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);

@@ -8,11 +8,11 @@
 /// counts the items of a list; if the list has a range, the item of the enclosing element stores it.
 ///
 /// The first error is kept with file and line. Afterwards every call has no effect and returns its default,
-/// so that a handler needs no checks of its own and its caller checks `status` once. The canonical text,
-/// whose FNV-1a is the configuration hash, is for each element "<name
-/// ", its attributes sorted by name as "name=value
-/// ", its children, ">
-/// ": comments, spaces between elements and the order of attributes do not change it.
+/// so that a handler needs no checks of its own and its caller checks `status` once.
+///
+/// The configuration hash is the FNV-1a of the canonical text. Each element contributes the line "<name", one
+/// line "name=value" for each attribute, sorted by name, its children, and the line ">". Comments, spaces
+/// between elements and the order of attributes do not change the hash.
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_SOURCE_H
 #define FSW_FRAMEWORK_DESCRIPTOR_SOURCE_H
 
@@ -103,7 +103,7 @@ typedef struct {
 #define SOURCE_NUMBERED(from, to, type, place)                                                               \
     SOURCE_WITHIN("id", SOURCE_UNSIGNED | SOURCE_NEEDED | SOURCE_UNIQUE, from, to, 0U, type, place)
 
-// A list of items in the model. Offsets within an item are small; an offset that is used is not 0.
+// A list of items in the model. Offsets within an item fit in 16 bits; 0: the item has no such member.
 typedef struct {
     const char* what; ///< Name of the items in the error "too many ...".
     uint32_t items;   ///< Offset of the first item in the model; an item that has a name begins with it.
@@ -140,7 +140,7 @@ struct source {
     const char* path;
     text_t* error;
     status_t status;
-    bool is_reporting; ///< The error text begun last belongs to the first error.
+    bool is_reporting; ///< The text begun last is that of the first error and may be extended.
     const source_row_t* rows;
     size_t row_count;
     const xml_element_t* element; ///< Element being read; valid only in the handler `start`.

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of the place: its buses work with tools and sockets of other projects."""
+"""Checks of the place where hardware-in-the-loop tests run (place.py): its buses work with the tools of other
+projects and with plain sockets."""
 
 import contextlib
 import os
@@ -70,7 +71,7 @@ def case_loopback_is_up():
 def case_candump_records_what_cansend_sends_on_vcan():
     command("ip", "link", "add", "vcan-a", "type", "vcan")
     command("ip", "link", "set", "vcan-a", "mtu", "72", "up")
-    frames = ["123#DEADBEEF", "1ABCDEF0#11", "191##53302B4EE08004602"]  # 5: bit rate switch, and FD as kernels mark it
+    frames = ["123#DEADBEEF", "1ABCDEF0#11", "191##53302B4EE08004602"]  # Flags 5: CANFD_BRS (bit rate switch) and CANFD_FDF, which kernels set
     assert recorded("vcan-a", "vcan-a", *frames) == frames
 
 
@@ -107,7 +108,7 @@ def case_shared_memory_is_there():
     path.unlink()
 
 
-def case_this_kernel_is_chosen_and_its_commands_are_kept_apart():
+def case_this_kernel_is_chosen_and_its_commands_are_isolated():
     with tempfile.TemporaryDirectory() as folder:
         os.environ["HIL_PLACE"] = ""
         chosen = place.choose(folder)

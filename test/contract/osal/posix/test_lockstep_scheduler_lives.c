@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lives of participants with a process each: its end and its hang, independent of when it follows in
-// wall-clock time.
+// Lives of participants that are processes: the scheduler handles the end and the hang of a process at any
+// moment of wall-clock time.
 #define _GNU_SOURCE
 #include "osal/include/osal/lockstep_scheduler.h"
 
@@ -33,8 +33,8 @@ static osal_lockstep_t* shared_scheduler(void)
     return osal_lockstep_create(memory, STEP_NS, true);
 }
 
-/// A process that waits as life 1 of the second participant, and exits with 7 when its wait returns that it
-/// has ended.
+/// Start a process that waits as life 1 of the second participant, and exits with 7 when its wait returns
+/// that the life has ended.
 static pid_t wait_as_second(void)
 {
     const pid_t child = fork();
@@ -82,7 +82,7 @@ static void a_participant_that_returns_to_an_ended_life_is_refused(void)
     osal_grant_t grant = {0U, 0U, 0U};
     osal_lockstep_expect(scheduler, FIRST, 1U, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_lockstep_wait(scheduler, FIRST, 1U, 0U, &grant));
-    osal_lockstep_suspend(scheduler, FIRST); // It holds the grant, and stands still.
+    osal_lockstep_suspend(scheduler, FIRST); // It held the grant, and loses it.
     uint32_t grants = 0U;
     TEST_ASSERT_EQUAL_UINT(OSAL_LOCKSTEP_PARTICIPANTS_MAX, osal_lockstep_holder(scheduler, &grants));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_lockstep_wait(scheduler, FIRST, 1U, 0U, &grant));
@@ -95,8 +95,8 @@ static void a_participant_that_returns_to_an_ended_life_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_lockstep_wait(scheduler, FIRST, 2U, 0U, &grant));
 }
 
-/// A process that is inside the scheduler most of the time.
-static pid_t hammer_as_second(uint32_t life)
+/// Start a process that executes code of the scheduler most of the time.
+static pid_t deliver_as_second(uint32_t life)
 {
     const pid_t child = fork();
     if (child == 0) {
@@ -119,10 +119,12 @@ static void a_process_stopped_inside_the_scheduler_is_killed_and_the_others_cont
     scheduler = shared_scheduler();
     osal_lockstep_set_patience(scheduler, 2000000U);
     osal_lockstep_expect(scheduler, SECOND, 1U, 0U);
-    const pid_t child = hammer_as_second(1U);
+    const pid_t child = deliver_as_second(1U);
     int status        = 0;
     pid_t ended       = 0;
-    while (ended == 0) { // Until it was stopped inside; outside it disturbs no participant, and continues.
+    // Repeat until the signal stops the child inside the scheduler. Elsewhere the stopped child blocks no
+    // call, and continues.
+    while (ended == 0) {
         TEST_ASSERT_EQUAL(0, kill(child, SIGSTOP));
         uint32_t grants = 0U;
         (void)osal_lockstep_holder(scheduler, &grants);
@@ -142,7 +144,8 @@ static void the_scheduler_waits_for_a_participant_without_a_life_number(void)
 {
     scheduler = shared_scheduler();
     osal_lockstep_set_patience(scheduler, 2000000U);
-    const pid_t child = hammer_as_second(OSAL_LOCKSTEP_ANY_LIFE);
+    const pid_t child = deliver_as_second(OSAL_LOCKSTEP_ANY_LIFE);
+    // Repeat, so that some of the signals stop the child inside the scheduler.
     for (unsigned i = 0U; i < 50U; i++) {
         TEST_ASSERT_EQUAL(0, kill(child, SIGSTOP));
         const pid_t helper = fork();

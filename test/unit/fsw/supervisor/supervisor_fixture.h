@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A test fixture for the whole supervisor: a mission of its own, fake members on ring carriers that answer
-/// by themselves or stay silent, fake processes, and simulated time. What reaches a member or the ground is
-/// recorded as one line of text each:
+/// by themselves or stay silent, fake processes, and simulated time. Each packet that reaches a member or
+/// the ground is recorded as a line of text:
 ///
-///     "G 1.2 #5 0110 103"          a report to the ground: of APID 1 where none is given, else "G/16 ..."
+///     "G 1.2 #5 0110 103"          a report of the supervisor to the ground; of APID 16: "G/16 ..."
 ///     "G time 2"                   a spacecraft time packet of a report every 2^2 s
 ///     "16 TC 129.1 05 from 8001"   a request that reached a member, with its data
 ///
@@ -73,8 +73,8 @@ typedef struct {
     uint32_t link_floor; ///< Floor of the link epochs at the last start.
     uint64_t boot_ns;
     unsigned kills;
-    uint16_t
-        late_apid; ///< A member that has promised to step at promise_ns; the others have promised nothing.
+    /// The only member that has promised its next step, at promise_ns; 0: none has.
+    uint16_t late_apid;
     uint64_t promise_ns;
     unsigned starts;
     unsigned stops;
@@ -82,8 +82,8 @@ typedef struct {
 } fixture_t;
 
 extern fixture_t fixture;
-/// Gives the next supervisors what the fixture itself does not have: stores, files, optional services; null:
-/// nothing.
+/// If not null, called for the configuration of each supervisor that is opened, to add what the fixture does
+/// not have: stores, files, optional services.
 extern void (*fixture_configure)(supervisor_config_t* config);
 
 /// Open a supervisor at time 0; all processes run, and no report has been received yet.
@@ -98,7 +98,7 @@ const char* fixture_folder(void);
 /// One tick: the supervisor steps, then the members read and answer.
 void fixture_tick(void);
 void fixture_run(unsigned ticks);
-/// The same without passing of time.
+/// Like fixture_tick, but the time stays the same.
 void fixture_step(void);
 
 /// Send a telecommand of the ground; returns its sequence count (#n).

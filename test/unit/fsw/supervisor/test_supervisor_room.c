@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Links of which one end has no room for a request of the link manager, or gets two requests; and a stale
-// link.
+// The link manager handles an end that has no room for its request, a request for a link that is just being
+// opened, and a stale link.
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
@@ -44,7 +44,7 @@ static void a_consumer_without_room_ends_the_negotiation(void)
     fixture_run(4U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 130.3"));
     TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001")); // The manager closes the end that has accepted.
-    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0402 11\n"));
+    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0402 11\n")); // PUS_FAILURE_NO_ANSWER: HAND.
     expect_no_session();
 }
 
@@ -55,7 +55,7 @@ static void a_link_is_not_opened_if_an_end_has_no_room(void)
     fixture_fill(FIXTURE_ARM);
     (void)fixture_open_link(LINK_ARM_STATE);
     fixture_run(2U);
-    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0402 10\n"));
+    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0402 10\n")); // PUS_FAILURE_NO_ANSWER: ARM.
     expect_no_session();
     fixture.members[FIXTURE_ARM].takes_nothing = false;
     fixture_run(3U);
@@ -63,8 +63,8 @@ static void a_link_is_not_opened_if_an_end_has_no_room(void)
     (void)fixture_open_link(LINK_ARM_STATE);
     fixture_run(4U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 130.6 0001"));
-    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001")); // The manager closes the end that is open.
-    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0402 11\n"));
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001"));          // The manager closes the end that is open.
+    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0402 11\n")); // PUS_FAILURE_NO_ANSWER: HAND.
     expect_no_session();
 }
 
@@ -79,10 +79,10 @@ static void a_link_that_is_being_opened_is_neither_closed_nor_opened_again(void)
     const uint16_t closing = fixture_close_link(LINK_ARM_STATE);
     fixture_run(2U);
     TEST_ASSERT_EQUAL_UINT16(2U, closing);
-    TEST_ASSERT_TRUE(fixture_has("G 1.4 #2 0204 1"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.4 #2 0204 1")); // PUS_FAILURE_STATE.
     (void)fixture_open_link(LINK_ARM_STATE);
     fixture_run(2U);
-    TEST_ASSERT_TRUE(fixture_has("G 1.4 #3 0205 8"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.4 #3 0205 8")); // PUS_FAILURE_TABLE_FULL.
 }
 
 static void a_stale_link_is_reported_as_stale(void)

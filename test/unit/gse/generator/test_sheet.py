@@ -70,7 +70,7 @@ def test_a_code_is_described_once(tmp_path):
 
 @pytest.mark.parametrize("text, says", [("[1000]\nDataType=seven\n", r":0: \[1000\] DataType=seven: expected a number"),
                                         ("[1000]\nDataType=7\n[1000]\nDataType=7\n", ":3: not a data sheet"), ("DataType=7\n", ":1: not a data sheet")])
-def test_what_is_no_sheet_is_refused(tmp_path, text, says):
+def test_a_file_that_is_not_a_data_sheet_is_refused(tmp_path, text, says):
     with pytest.raises(sheet.SheetError, match=says):
         load(tmp_path, text)
 
@@ -80,7 +80,7 @@ def test_a_missing_sheet_is_refused(tmp_path):
         sheet.load(tmp_path / "none.eds")
 
 
-def test_mapped_objects_are_those_of_the_count():
+def test_sub_index_0_is_the_number_of_mapped_objects():
     values = {(0x1A00, 0): 2, (0x1A00, 1): 0x60410010, (0x1A00, 2): 0x60640020, (0x1A00, 3): 0x606C0020}
     assert sheet.mapped(values, 0x1A00) == [(0x6041, 0, 16), (0x6064, 0, 32)]
     assert sheet.mapped({}, 0x1A00) == []
@@ -97,7 +97,7 @@ def test_units_are_stated_or_follow_from_encoder_and_gear():
     ratios = {(0x608F, 1): 4096, (0x608F, 2): 1, (0x6091, 1): 100, (0x6091, 2): 1}
     assert sheet.units(ratios) == pytest.approx((2 * math.pi / 409600,) * 2)
     assert sheet.units({**ratios, (0x6091, 1): 0}) == (None, None)
-    assert sheet.units({(0x60A8, 0): position}) == pytest.approx((1e-6, 1e-6))  # Increments in a second.
+    assert sheet.units({(0x60A8, 0): position}) == pytest.approx((1e-6, 1e-6))  # Without 0x60A9: the unit of position, per second.
     assert sheet.units({(0x60A8, 0): 0x00990000})[0] is None
     assert sheet.units({(0x60A9, 0): 0x00B44700})[1] == pytest.approx(2 * math.pi / 60)
 

@@ -30,7 +30,7 @@ def shown(dictionary_path, capsys):
 
 @pytest.fixture
 def telemetry(dictionary):
-    """A status with a configuration, its housekeeping, an event and a refusal."""
+    """Four reports of MANIPULATOR: status, housekeeping, an event, and a failed start of execution."""
     manipulator = dictionary.subsystem("MANIPULATOR")
     values = struct.pack(">H", 4711) + bytes(manipulator.parameter("CUR_VALUES").size) + struct.pack(">10d", *range(10))
     limit = manipulator.event("TORQUE_LIMIT")
@@ -206,7 +206,7 @@ def test_damaged_input_is_named_by_its_place(shown, tmp_path, name, content, wor
     assert code == 1 and all(word in err for word in words), err
 
 
-def test_another_interface_than_that_of_the_recording_is_told(shown, dictionary_path, dictionary, tmp_path):
+def test_another_interface_than_that_of_the_recording_is_reported(shown, dictionary_path, dictionary, tmp_path):
     """run.json in the same folder contains the flown interface; a bus database contains the interface for
     which it was made."""
     (tmp_path / "can-robot.log").write_text(FRAMES, encoding="ascii")
@@ -236,7 +236,7 @@ def test_a_damaged_run_json_does_not_stop_the_decoder(shown, tmp_path, content):
     assert len(shown(tmp_path / "can-robot.log")[1]) == 7
 
 
-def test_what_is_not_there(shown, tmp_path, dictionary, monkeypatch):
+def test_missing_files_are_reported_and_standard_input_is_decoded(shown, tmp_path, dictionary, monkeypatch):
     assert "No such file or directory, expected packets.log, a log of candump -L" in shown(tmp_path / "nothing")[2]
     assert shown()[0] == 2
     with pytest.raises(frames.DatabaseError, match="rokviss-robot.dbc: No such file or directory; run make"):
@@ -266,7 +266,7 @@ def test_the_example_of_the_readme(shown):
     assert shown(octets)[1] == ["TC[17,1]   to MANIPULATOR: perform an are-you-alive connection test"]
 
 
-def test_a_status_of_another_interface_than_that_of_the_dictionary_is_told(shown, dictionary):
+def test_a_status_of_another_interface_than_that_of_the_dictionary_is_reported(shown, dictionary):
     own = dictionary.subsystem("MANIPULATOR").interface_hash
     for flown, is_told in ((own, False), (own ^ 1, True)):
         raw = build_tm(MANIPULATOR, 0, 129, 5, struct.pack(">BBBHQQII", 5, 0, 5, 1, flown, 0, 0, 0), 1, dictionary.epoch_ns)

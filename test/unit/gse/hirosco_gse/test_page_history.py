@@ -39,10 +39,11 @@ def test_a_line_over_an_hour_has_its_extremes_at_each_pixel(modules):
         console.log(JSON.stringify(history.drawn([line], [0, 3600], 900)));""")
     assert 1750 < len(times) < 1850 and all(a < b for a, b in zip(times, times[1:]))
     assert max(values) == 5 and min(values) == -7
+    # Each of the 900 pixels covers 4 s of the hour.
     assert abs(times[values.index(5)] - 77777 / 50) < 4 and abs(times[values.index(-7)] - 123456 / 50) < 4
 
 
-def test_a_short_part_is_drawn_as_it_is(modules):
+def test_a_short_part_is_drawn_with_all_samples(modules):
     times, values = told(modules, TABLES + "console.log(JSON.stringify(history.drawn([{ of: (row) => row.X[0] }], [1555, 1556], 900)));")
     assert times[0] == 1555 and times[-1] == pytest.approx(1556.02) and len(times) == 52
     assert values[27] == 5
@@ -59,7 +60,7 @@ def test_tables_are_one_history_with_gaps(modules):
     assert None in found[2][1] and [value for value in found[2][1] if value is not None][:2] == [0, 3]
 
 
-def test_each_robot_is_where_its_entries_of_the_truth_put_it(modules):
+def test_each_robot_is_placed_by_its_own_entries_of_the_truth(modules):
     found = told(modules, """
         const joint = { name: "j", kind: "prismatic", parent: "body", child: "tip", axis: [1, 0, 0], pose: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] };
         const robot = (name) => ({ name, root: "body", start: { j: 0.5 }, links: { body: [], tip: [] }, joints: [joint], at: [1, 0, 0, 7, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] });
@@ -69,7 +70,7 @@ def test_each_robot_is_where_its_entries_of_the_truth_put_it(modules):
         console.log(JSON.stringify([placed(robot("a"), row, names), placed(robot("b"), row, names).brakes, tip(robot("b")), placed(robot("a"), { "CUR_VALUES.POSITION": [9] }, null, true),
           placed(robot("a"), undefined)]));""")
     assert found[0]["positions"] == [2] and found[0]["base"][3] == 7 and found[0]["brakes"] == [True] and found[1] == [False]
-    # The base has turned x to y, so the link is 3 m along y.
+    # The base is rotated by 90 degrees about z, so the joint moves the link by 3 m along y of the world.
     assert [found[2][3], found[2][7], found[2][11]] == pytest.approx([1, 5, 3])
     assert found[3]["positions"] == [9] and found[3]["brakes"] is None
     assert found[4]["positions"] == [0.5]

@@ -47,6 +47,7 @@ void setUp(void)
         TEST_ASSERT_EQUAL_INT(STATUS_OK, osal_can_create(address[i]));
         TEST_ASSERT_EQUAL_INT(STATUS_OK, osal_can_open(&can[i], address[i], OSAL_CAN_NODE));
     }
+    // An unchanged copy: the world of open_with refers to this file in its own folder.
     (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
 }
 
@@ -76,9 +77,9 @@ static status_t open_with(const char* scenario)
     return simulator_open(&config, &simulator, error);
 }
 
-/// Frames of each node: heartbeats and boot-ups (`life`), or emergencies.
+/// Number of frames from each node of each bus: heartbeats with boot-ups, and emergencies.
 typedef struct {
-    unsigned life[BUSES][128];
+    unsigned heartbeat[BUSES][128];
     unsigned emergency[BUSES][128];
 } heard_t;
 
@@ -88,7 +89,7 @@ static void listen(heard_t* heard)
         osal_can_frame_t frame;
         while (osal_can_receive(&can[bus], &frame) == STATUS_OK) {
             const unsigned node = frame.id & 0x7FU;
-            heard->life[bus][node] += ((frame.id & ~0x7FU) == 0x700U) ? 1U : 0U;
+            heard->heartbeat[bus][node] += ((frame.id & ~0x7FU) == 0x700U) ? 1U : 0U;
             heard->emergency[bus][node] += ((frame.id & ~0x7FU) == 0x080U) ? 1U : 0U;
         }
     }
@@ -97,7 +98,7 @@ static void listen(heard_t* heard)
 /// An unplugged device sends nothing; a device that is plugged again boots; an error causes an emergency.
 static void a_fault_reaches_every_kind_of_device(void)
 {
-    static heard_t heard[3]; // Before, while unplugged, after it was plugged again.
+    static heard_t heard[3]; // Before a device is unplugged, while it is unplugged, afterwards.
     const unsigned count                 = sizeof devices / sizeof devices[0];
     static const char* const verbs[3][2] = {
         {"0.1 fault unplug", ""}, {"0.5 fault plug", ""}, {"0.9 fault error", "0x3220 on"}};
@@ -116,22 +117,23 @@ static void a_fault_reaches_every_kind_of_device(void)
     for (unsigned i = 0U; i < count; i++) {
         const unsigned bus  = devices[i].bus;
         const unsigned node = devices[i].node;
-        TEST_ASSERT_TRUE_MESSAGE(heard[0].life[bus][node] > 0U, devices[i].name);
-        TEST_ASSERT_EQUAL_UINT_MESSAGE(0U, heard[1].life[bus][node], devices[i].name);
-        TEST_ASSERT_TRUE_MESSAGE(heard[2].life[bus][node] > 0U, devices[i].name);
+        TEST_ASSERT_TRUE_MESSAGE(heard[0].heartbeat[bus][node] > 0U, devices[i].name);
+        TEST_ASSERT_EQUAL_UINT_MESSAGE(0U, heard[1].heartbeat[bus][node], devices[i].name);
+        TEST_ASSERT_TRUE_MESSAGE(heard[2].heartbeat[bus][node] > 0U, devices[i].name);
         TEST_ASSERT_TRUE_MESSAGE(heard[2].emergency[bus][node] > 0U, devices[i].name);
         TEST_ASSERT_EQUAL_UINT_MESSAGE(0U, heard[0].emergency[bus][node], devices[i].name);
     }
 }
 
+/// Send RPDO1 of the power unit (node 0x1F): a pulse on one of its lines.
 static void pulse(const uint8_t line)
 {
     const osal_can_frame_t frame = {.id = 0x21FU, .length = 3U, .data = {line, 0U, 1U}};
     TEST_ASSERT_EQUAL_INT(STATUS_OK, osal_can_send(&can[0], &frame));
 }
 
-/// Command the power unit to open the relay of JOINT1 and to close it again, twice. Returns how often the
-/// drive has booted since.
+/// Command the power unit to open the relay of JOINT1 and to close it again, twice. Returns the number
+/// of boots of the drive after 0.09 s.
 static unsigned boots(const char* scenario)
 {
     heard_t heard;
@@ -159,11 +161,16 @@ static unsigned boots(const char* scenario)
 
 static void faults_reach_the_power_unit(void)
 {
+    // Both commands to close the relay boot the drive, because the fault is later than the flight.
     TEST_ASSERT_EQUAL_UINT(2U, boots("0.9 fault reset robot SUPPLY\n"));
+    // The unit misses the commands of the first or the second cycle.
     TEST_ASSERT_EQUAL_UINT(1U, boots("0.05 fault unplug robot SUPPLY\n0.3 fault plug robot 0x1F\n"));
     TEST_ASSERT_EQUAL_UINT(1U, boots("0.3 fault cut robot SUPPLY\n"));
+    // The channel is connected again before the second cycle.
     TEST_ASSERT_EQUAL_UINT(2U, boots("0.3 fault cut robot SUPPLY\n0.35 fault mend robot SUPPLY\n"));
+    // The reset cancels the pulse that opens the relay, so the first cycle has no effect.
     TEST_ASSERT_EQUAL_UINT(1U, boots("0.11 fault reset robot SUPPLY\n"));
+    // The drive is unplugged too.
     TEST_ASSERT_EQUAL_UINT(0U, boots("0.05 fault unplug robot\n"));
 }
 

@@ -3,7 +3,8 @@
 #ifndef TEST_UNIT_SIM_OPERATOR_SCRIPT_FILE_H
 #define TEST_UNIT_SIM_OPERATOR_SCRIPT_FILE_H
 
-/// Write `text` to a new file; the path is valid until the next call. Fails the test if it cannot.
+/// Write `text` to a new file; the path is valid until the next call. Fails the test if the
+/// file cannot be written.
 const char* script_file_write(const char* text);
 
 /// Remove the file if there is one.

@@ -76,6 +76,7 @@ def random_robot(dice, count):
 
     def link(name):
         moments = sorted(dice.uniform(0.01, 0.1) for _ in range(3))
+        # No principal moment of a rigid body exceeds the sum of the two others; MuJoCo refuses such a body.
         moments[2] = min(moments[2], 0.9 * (moments[0] + moments[1]))
         lines.append(f'<link name="{name}"><inertial><origin xyz="{text(dice.uniform(-0.2, 0.2) for _ in range(3))}" '
                      f'rpy="{text(dice.uniform(-3, 3) for _ in range(3))}"/><mass value="{dice.uniform(0.3, 8)}"/>'
@@ -122,7 +123,7 @@ def model_of(robot):
 
 
 @pytest.mark.parametrize("seed", range(ROBOTS))
-def test_a_random_robot_moves_and_weighs_as_in_mujoco(flight, tmp_path, seed):
+def test_kinematics_and_dynamics_of_a_random_robot_equal_those_of_mujoco(flight, tmp_path, seed):
     dice = random.Random(seed)
     count = 1 + seed % JOINTS_MAX
     path = tmp_path / "random.urdf"
