@@ -104,12 +104,10 @@ remote-endian-programs: $(REMOTE_ENDIAN_PROGRAMS)
 # Portable tests run on a board too: those of the contracts of the operating system layer, of base, of the packet
 # services, and of what a subsystem links. Left out are those that need more memory than the board has, several
 # processes, or minutes.
-# Of the port's files the contract is open: append, lock, rename, the size of a file.
-NOT_ON_BOARD := test/contract/osal/test_file.c
 PORTABLE_TESTS := $(filter test/contract/osal/test_% test/unit/base/% test/unit/pus/% test/unit/fsw/canopen/% \
     test/unit/fsw/drives/% $(foreach f,control dataflow parameter rtlink subsystem,test/unit/fsw/framework/$f/%),\
     $(filter-out test/unit/pus/tool/% $(foreach s,st11 st15 st22,test/unit/pus/$s/%) %_torture.c %_endurance.c \
-    %_fuzz.c %/test_elementary.c %/test_long_lists.c %/test_packet_store_power.c $(NOT_ON_BOARD),$(TESTS)))
+    %_fuzz.c %/test_elementary.c %/test_long_lists.c %/test_packet_store_power.c,$(TESTS)))
 PORTABLE_TESTS := $(call portable,$(PORTABLE_TESTS))
 board-tests: $(foreach t,$(call selected,$(PORTABLE_TESTS)),$(call test_name,$t))
 	@:

@@ -87,7 +87,6 @@ static status_t open_file(osal_file_t* const file, const char* const path, const
         return status;
     }
     open_file_t* const entry = entry_of(file);
-    entry->appends           = (mode == SEMIHOSTING_APPEND);
     entry->handle            = semihosting_open(path, mode);
     if (entry->handle < 0) {
         status           = status_of_error();
@@ -107,22 +106,38 @@ status_t osal_file_create(osal_file_t* const file, const char* const path)
     return open_file(file, path, SEMIHOSTING_WRITE);
 }
 
-status_t osal_file_append(osal_file_t* const file, const char* const path)
-{
-    return open_file(file, path, SEMIHOSTING_APPEND);
-}
-
 status_t osal_file_update(osal_file_t* const file, const char* const path)
 {
     const status_t status = open_file(file, path, SEMIHOSTING_UPDATE);
     return (status == STATUS_NOT_FOUND) ? open_file(file, path, SEMIHOSTING_REWRITE) : status;
 }
 
-/// Semihosting writes through to the system, which keeps what this program can ask it to keep.
+status_t osal_file_append(osal_file_t* const file, const char* const path)
+{
+    const status_t status = osal_file_update(file, path);
+    if (status == STATUS_OK) {
+        entry_of(file)->appends = true;
+    }
+    return status;
+}
+
+/// Semihosting cannot sync: names and content are those of the system that serves it. STATUS_IO only if the
+/// folder of the path does not exist.
 status_t osal_file_sync_names(const char* const path)
 {
-    FSW_ASSERT(path != NULL);
-    return STATUS_OK;
+    char folder[PATH_OCTETS] = ".";
+    FSW_ASSERT((path != NULL) && (strlen(path) < PATH_OCTETS));
+    const char* const last = strrchr(path, '/');
+    if (last != NULL) {
+        const size_t length = (last == path) ? 1U : (size_t)(last - path);
+        (void)memcpy(folder, path, length);
+        folder[length] = '\0';
+    }
+    const int handle = semihosting_open(folder, SEMIHOSTING_READ);
+    if (handle >= 0) {
+        semihosting_close(handle);
+    }
+    return (handle >= 0) ? STATUS_OK : STATUS_IO;
 }
 
 status_t osal_file_sync(osal_file_t* const file)
@@ -134,7 +149,11 @@ status_t osal_file_write(osal_file_t* const file, const void* const octets, cons
 {
     open_file_t* const entry = entry_of(file);
     FSW_ASSERT((octets != NULL) || (size == 0U));
-    const bool is_good = (entry->appends || semihosting_seek(entry->handle, entry->position)) &&
+    const int32_t end = entry->appends ? semihosting_size(entry->handle) : 0;
+    if (entry->appends && (end >= 0)) {
+        entry->position = (uint32_t)end;
+    }
+    const bool is_good = (end >= 0) && semihosting_seek(entry->handle, entry->position) &&
                          semihosting_write(entry->handle, octets, size);
     entry->position += is_good ? (uint32_t)size : 0U;
     return status_of_write(is_good);
@@ -180,7 +199,7 @@ status_t osal_file_write_at(osal_file_t* const file, const uint64_t offset, cons
 {
     open_file_t* const entry = entry_of(file);
     FSW_ASSERT((octets != NULL) || (size == 0U));
-    if ((offset + size) > (uint64_t)INT32_MAX) {
+    if ((offset > (uint64_t)INT32_MAX) || (size > ((uint64_t)INT32_MAX - offset))) {
         return STATUS_FULL;
     }
     return status_of_write(semihosting_seek(entry->handle, (uint32_t)offset) &&
@@ -242,6 +261,9 @@ status_t osal_file_resize(osal_file_t* const file, const uint64_t size)
     if ((status == STATUS_OK) && (size < present)) {
         return cut(file, size);
     }
+    if ((status == STATUS_OK) && (size > (uint64_t)INT32_MAX)) {
+        status = STATUS_FULL;
+    }
     while ((status == STATUS_OK) && (present < size)) {
         const uint64_t rest = size - present;
         const size_t count  = (rest < sizeof zeros) ? (size_t)rest : sizeof zeros;
@@ -301,6 +323,9 @@ status_t osal_file_lock(osal_file_t* const file)
 {
     open_file_t* const entry = entry_of(file);
     bool is_free             = true;
+    if (entry->handle < 0) {
+        return STATUS_IO;
+    }
     taskENTER_CRITICAL();
     for (int i = 0; i < FILES_MAX; i++) {
         const bool is_same =

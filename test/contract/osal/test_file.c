@@ -189,7 +189,7 @@ static void a_lock_keeps_others_out_until_the_file_is_closed(void)
 static void rename_replaces_the_target(void)
 {
     char other[128];
-    (void)snprintf(other, sizeof other, "%s/other", folder);
+    (void)snprintf(other, sizeof other, "%s%sother", folder, has_folders ? "/" : "-");
     put("old", osal_file_create);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_rename(path, other));
     TEST_ASSERT_FALSE(osal_file_exists(path));
