@@ -3,6 +3,7 @@
 links, the world of the flight."""
 
 import asyncio
+import os
 import re
 import struct
 import subprocess
@@ -25,17 +26,18 @@ from visiting import JOYSTICK, MANIPULATOR, TELEPRESENCE, answer, visit
 def test_each_station_at_a_flight_is_a_user_of_its_own(dictionary):
     """Stations in other processes count, too; the user number of a station that has ended is free again. If
     there are more stations than users, the last stations share one number."""
+    here, elsewhere = 100_000 + 2 * os.getpid(), 100_001 + 2 * os.getpid()  # In place of ports, so that no other process uses the same ones.
     numbers = [user["id"] for user in dictionary.content["users"] if user["name"].startswith("WEB")]
-    claimed = [Identity.claim(dictionary, 40001) for _ in numbers]
+    claimed = [Identity.claim(dictionary, here) for _ in numbers]
     assert [each.number for each in claimed] == numbers and len(numbers) >= 4 and all(each.is_own for each in claimed)
     words = "import sys; from hirosco_gse.dictionary import Dictionary; from hirosco_gse.station.identity import Identity; " \
-            "found = Identity.claim(Dictionary.load(sys.argv[1]), 40001); print(found.number, found.is_own)"
+            "found = Identity.claim(Dictionary.load(sys.argv[1]), int(sys.argv[2])); print(found.number, found.is_own)"
     path = ROOT / "build" / "generated" / f"{dictionary.mission}.json"
-    shared = subprocess.run([sys.executable, "-c", words, path], env={"PYTHONPATH": str(ROOT / "gse")}, capture_output=True, text=True, check=True)
+    shared = subprocess.run([sys.executable, "-c", words, path, str(here)], env={"PYTHONPATH": str(ROOT / "gse")}, capture_output=True, text=True, check=True)
     assert shared.stdout.split() == [str(numbers[0]), "False"]
-    assert Identity.claim(dictionary, 40002).number == numbers[0]  # At another flight.
+    assert Identity.claim(dictionary, elsewhere).number == numbers[0]  # At another flight.
     claimed[1].release()
-    assert Identity.claim(dictionary, 40001).number == numbers[1]
+    assert Identity.claim(dictionary, here).number == numbers[1]
 
 
 @pytest.mark.parametrize("mission", sorted(path.stem for path in (ROOT / "descriptors" / "missions").glob("*.xml")))
