@@ -45,9 +45,10 @@ status_t __wrap_osal_process_watch(osal_process_t* process, int32_t id)
 void __wrap_launcher_start_child(launcher_t* self, child_t* child, const arguments_t* arguments,
                                  const int* descriptors, size_t descriptor_count)
 {
+    const char* const name = child->name;
     assert_ptr_equal(&launcher, self);
-    assert_string_equal("the tool", child->name);
-    assert_ptr_equal(arguments_of_a_tool[0], arguments->list[0]);
+    assert_non_null(arguments->list[0]);
+    check_expected_ptr(name);
     assert_null(descriptors);
     assert_int_equal(0U, descriptor_count);
     child->is_alive = mock_type(bool);
@@ -102,12 +103,20 @@ uint64_t __wrap_osal_lockstep_now_ns(const osal_lockstep_t* scheduler)
     return mock_type(uint64_t);
 }
 
+bool __wrap_run_summary_write(launcher_t* self)
+{
+    assert_ptr_equal(&launcher, self);
+    function_called();
+    return true;
+}
+
 static int set_up(void** state)
 {
     (void)state;
     (void)memset(&launcher, 0, sizeof launcher);
     (void)memset(&run, 0, sizeof run);
-    launcher.run = &run;
+    launcher.run            = &run;
+    launcher.program_folder = "bin/";
     (void)strcpy(run.identity, "hirosco-9");
     return 0;
 }
@@ -127,6 +136,7 @@ static void every_memory_of_an_identity_is_removed(void** state)
 static bool run_tool(const bool has_started)
 {
     const arguments_t arguments = {.list = {arguments_of_a_tool[0]}, .count = 1U};
+    expect_string(__wrap_launcher_start_child, name, "the tool");
     will_return(__wrap_launcher_start_child, has_started);
     return launcher_run_tool(&launcher, &arguments, "the tool");
 }
@@ -156,6 +166,84 @@ static void a_tool_has_run_to_its_end(void** state)
     expect_poll(&killed, STATUS_OK);
     assert_false(run_tool(true));
     assert_false(run_tool(false));
+}
+
+// ---- All of the end ----
+
+static void expect_tool(const char* const name, const osal_process_result_t* const result)
+{
+    expect_string(__wrap_launcher_start_child, name, name);
+    will_return(__wrap_launcher_start_child, true);
+    expect_poll(result, STATUS_OK);
+}
+
+static void expect_removal(const char* const what, const unsigned number)
+{
+    static char names[RUN_LINKS_MAX + 3U][RUN_NAME_MAX];
+    static size_t count = 0U;
+    char* const name    = names[count % (RUN_LINKS_MAX + 3U)];
+    count++;
+    assert_true(run_name(&run, what, number, name, RUN_NAME_MAX));
+    expect_string(__wrap_osal_shm_remove, name, name);
+}
+
+/// Names that killed programs have left are removed, and those of the run itself.
+static void expect_names_removed(void)
+{
+    expect_string(__wrap_osal_shm_each, prefix, "/hirosco-9.remote");
+    will_return(__wrap_osal_shm_each, "/hirosco-9.remote7");
+    expect_string(__wrap_osal_shm_remove, name, "/hirosco-9.remote7");
+    expect_string(__wrap_osal_shm_each, prefix, "/hirosco-9.flow");
+    will_return(__wrap_osal_shm_each, "/hirosco-9.flow3");
+    expect_string(__wrap_osal_shm_remove, name, "/hirosco-9.flow3");
+    for (unsigned link = 1U; link <= RUN_LINKS_MAX; link++) {
+        expect_removal("link", link);
+    }
+    expect_removal("scheduler", 0U);
+    expect_removal("checkpoint", 0U);
+    expect_removal("run", 0U);
+    expect_string(__wrap_launcher_remove_computers, identity, "hirosco-9");
+}
+
+/// The logs are merged before run.json is written; the report, if one was asked for, is made from both.
+static void a_report_is_made_only_if_asked_for(void** state)
+{
+    static const osal_process_result_t good = {.has_ended = true};
+    (void)state;
+    launcher.child_count       = 1U; // It has ended.
+    launcher.ground.descriptor = -1;
+    for (unsigned i = 0U; i < 2U; i++) {
+        launcher.options.has_report = (i == 1U);
+        run.is_cleaned_up           = 0U;
+        expect_names_removed();
+        expect_tool("packet-archive-sqlite", &good);
+        expect_function_call(__wrap_run_summary_write);
+        if (launcher.options.has_report) {
+            expect_tool("report", &good);
+        }
+        launcher_clean_up(&launcher);
+        assert_int_equal(1U, run.is_cleaned_up);
+        assert_int_equal(0, launcher.exit_code);
+    }
+}
+
+/// The exit code of the report tells whether its figures hold.
+static void figures_that_fail_are_the_result_of_the_run(void** state)
+{
+    static const osal_process_result_t good   = {.has_ended = true};
+    static const osal_process_result_t failed = {.has_ended = true, .code = 3};
+    (void)state;
+    launcher.child_count        = 1U;
+    launcher.ground.descriptor  = -1;
+    launcher.options.has_report = true;
+    expect_names_removed();
+    expect_tool("packet-archive-sqlite", &good);
+    expect_function_call(__wrap_run_summary_write);
+    expect_tool("report", &failed);
+    launcher_clean_up(&launcher);
+    assert_int_equal(1, launcher.exit_code);
+    assert_string_equal("figures missing or out of their bounds; see report.html and run.json",
+                        launcher.reason);
 }
 
 // ---- Guard ----
@@ -245,6 +333,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(every_memory_of_an_identity_is_removed, set_up),
         cmocka_unit_test_setup(a_tool_has_run_to_its_end, set_up),
+        cmocka_unit_test_setup(a_report_is_made_only_if_asked_for, set_up),
+        cmocka_unit_test_setup(figures_that_fail_are_the_result_of_the_run, set_up),
         cmocka_unit_test_setup(a_run_that_was_not_prepared_leaves_nothing_to_map, set_up),
         cmocka_unit_test_setup(the_guard_has_the_time_of_the_scheduler, set_up),
         cmocka_unit_test_setup(a_scheduler_that_is_gone_is_no_scheduler, set_up),

@@ -92,6 +92,9 @@ static void one_computer_needs_no_network(void** state)
 {
     (void)state;
     launcher.options.computers = 1U;
+    for (unsigned i = 0U; i < 3U; i++) {
+        run.components[i].computer = 7U;
+    }
     assert_true(launcher_make_computers(&launcher));
     assert_int_equal(1U, run.computer_count);
     assert_int_equal(OSAL_IPV4_LOOPBACK, run.computer_ipv4[0]);

@@ -55,7 +55,7 @@ bool __wrap_launcher_has_ended(const launcher_t* self, child_t* child)
 
 void __wrap_launcher_watch_lives(launcher_t* self)
 {
-    assert_ptr_equal(&launcher, self);
+    check_expected_ptr(self);
 }
 
 bool __wrap_launcher_is_starved(launcher_t* self)
@@ -95,7 +95,7 @@ bool __wrap_osal_console_is_terminal(void)
 
 void __wrap_osal_console_put(const char* text)
 {
-    assert_non_null(text);
+    check_expected_ptr(text);
 }
 
 void __wrap_osal_console_say(const char* line)
@@ -147,6 +147,12 @@ void __wrap_osal_lockstep_end(osal_lockstep_t* scheduler, unsigned participant, 
 }
 
 // ---- Steps of the test, each during one wait ----
+
+static void pass_five_seconds(void)
+{
+    wall_ns += 5U * S_NS;
+    simulated_ns += 27U * (S_NS / 10U);
+}
 
 static void finish(void)
 {
@@ -248,7 +254,13 @@ static void expect_wait(const size_t alive, void (*const step)(void), const unsi
     expect_value(__wrap_osal_process_wait_any, count, alive);
     expect_value(__wrap_osal_process_wait_any, timeout_ms, LAUNCHER_LOOP_MS);
     will_return(__wrap_osal_process_wait_any, (uintptr_t)step);
+    expect_value(__wrap_launcher_watch_lives, self, (uintptr_t)&launcher);
     will_return(__wrap_osal_process_stop_count, stops);
+}
+
+static void expect_progress(const char* const line)
+{
+    expect_string(__wrap_osal_console_put, text, line);
 }
 
 static void expect_end(const unsigned participant, const uint32_t life)
@@ -289,6 +301,23 @@ static void a_mission_that_has_finished_ends_the_run(void** state)
     assert_int_equal(1001U * S_NS, launcher.last_wall_ns);
 }
 
+/// A line is due after five seconds of wall-clock time, and begins the next interval.
+static void progress_is_shown_in_tenths(void** state)
+{
+    (void)state;
+    for (unsigned i = 0U; i < 4U; i++) {
+        expect_wait(3U, pass_a_second, 0U);
+    }
+    expect_wait(3U, pass_five_seconds, 0U);
+    expect_wait(3U, pass_five_seconds, 0U);
+    expect_wait(3U, finish, 0U);
+    expect_progress("  7.7 s flown, 0.8 x real time   \n");
+    expect_progress("  10.4 s flown, 0.5 x real time   \n");
+    fly();
+    assert_int_equal(2U * S_NS, launcher.first_simulated_ns);
+    assert_int_equal(1001U * S_NS, launcher.first_wall_ns);
+}
+
 static void ctrl_c_asks_the_mission_to_shut_down(void** state)
 {
     (void)state;
@@ -324,6 +353,12 @@ static void a_duration_asks_the_mission_to_shut_down_once(void** state)
     for (unsigned i = 0U; i < 29U; i++) {
         expect_wait(3U, pass_a_second, 0U);
     }
+    expect_progress("  6.0 s flown, 1.2 x real time   \n");
+    expect_progress("  11.0 s flown, 1.0 x real time   \n");
+    expect_progress("  16.0 s flown, 1.0 x real time   \n");
+    expect_progress("  21.0 s flown, 1.0 x real time   \n");
+    expect_progress("  26.0 s flown, 1.0 x real time   \n");
+    expect_progress("  31.0 s flown, 1.0 x real time   \n");
     expect_wait(3U, pass_a_second, 0U); // Thirty seconds later it is abandoned.
     launcher_fly(&launcher);
     assert_true(launcher.is_ended_by_user);
@@ -359,6 +394,12 @@ static void a_time_that_stands_still_ends_the_run(void** state)
     }
     expect_wait(3U, time_stands_still, 0U);
     expect_wait(3U, time_stands_still, 0U);
+    expect_progress("  2.0 s flown, 0.1 x real time   \n");
+    expect_progress("  3.0 s flown, 0.0 x real time   \n");
+    expect_progress("  4.0 s flown, 0.0 x real time   \n");
+    expect_progress("  5.0 s flown, 0.0 x real time   \n");
+    expect_progress("  5.0 s flown, 0.0 x real time   \n");
+    expect_progress("  5.0 s flown, 0.0 x real time   \n");
     fly();
     assert_string_equal("simulated time has stopped; the grant is held by the arm; see console.log",
                         launcher.reason);
@@ -479,6 +520,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(a_mission_that_has_finished_ends_the_run, set_up),
+        cmocka_unit_test_setup(progress_is_shown_in_tenths, set_up),
         cmocka_unit_test_setup(ctrl_c_asks_the_mission_to_shut_down, set_up),
         cmocka_unit_test_setup(ctrl_c_three_times_ends_it_at_once, set_up),
         cmocka_unit_test_setup(a_duration_asks_the_mission_to_shut_down_once, set_up),

@@ -5,6 +5,8 @@
 #define _GNU_SOURCE
 #include "launcher/launcher_internal.h"
 
+#include "fsw/framework/rtlink/agreement.h"
+
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -92,7 +94,7 @@ status_t __wrap_run_state_create(osal_shm_t* shm, const char* identity, run_stat
 status_t __wrap_osal_shm_create(osal_shm_t* shm, const char* name, size_t size)
 {
     assert_non_null(shm);
-    assert_non_null(strstr(name, ".checkpoint"));
+    assert_non_null(strstr(name, (shm == &launcher.scheduler_shm) ? ".scheduler" : ".checkpoint"));
     assert_true(size > 0U);
     return mock_type(status_t);
 }
@@ -129,6 +131,36 @@ status_t __wrap_osal_tcp_listen(osal_socket_t* listener, osal_address_t local)
     check_expected(port);
     listener->descriptor = 33;
     return mock_type(status_t);
+}
+
+osal_lockstep_t* __wrap_osal_lockstep_create(void* memory, uint64_t step_ns, bool is_shared)
+{
+    assert_ptr_equal(&run, memory);
+    assert_int_equal(RUN_STEP_NS, step_ns);
+    check_expected(is_shared);
+    return (osal_lockstep_t*)&run; // Opaque.
+}
+
+void* __wrap_osal_shm_address(const osal_shm_t* shm)
+{
+    assert_ptr_equal(&launcher.scheduler_shm, shm);
+    return &run;
+}
+
+void __wrap_osal_lockstep_expect(osal_lockstep_t* scheduler, unsigned participant, uint32_t life,
+                                 uint64_t at_ns)
+{
+    assert_ptr_equal(&run, scheduler);
+    assert_int_equal(1U, life);
+    assert_int_equal(0U, at_ns);
+    check_expected(participant);
+}
+
+void __wrap_osal_lockstep_set_succession(osal_lockstep_t* scheduler, unsigned participant, uint64_t delay_ns)
+{
+    assert_ptr_equal(&run, scheduler);
+    assert_true(delay_ns > 0U);
+    check_expected(participant);
 }
 
 // ---- Fixture ----
@@ -286,6 +318,57 @@ static void another_problem_of_the_port_is_no_reason_to_try_the_next(void** stat
     prepare_fails("cannot listen on 127.0.0.1: 10015");
 }
 
+// ---- Scheduler and links ----
+
+/// The scheduler waits for the first life of each participant, and for no operator if there is none.
+static void prepare_stepped(const char* const scenario, const char* const links)
+{
+    unsigned supervisor = 0U;
+    options.is_free     = false;
+    options.is_stepped  = true;
+    options.scenario    = scenario;
+    options.links       = links;
+    begin_in_the_folder();
+    will_return(__wrap_osal_shm_create, STATUS_OK);
+    expect_value(__wrap_osal_lockstep_create, is_shared, true);
+    expect_listen(10015U, STATUS_OK);
+    for (unsigned i = 0U; i < run_operator(&run); i++) {
+        expect_value(__wrap_osal_lockstep_expect, participant, i);
+    }
+    if (strcmp(scenario, "none") != 0) {
+        expect_value(__wrap_osal_lockstep_expect, participant, run_operator(&run));
+    }
+    assert_true(run_state_find(&run, 1U, &supervisor));
+    expect_value(__wrap_osal_lockstep_set_succession, participant, run_participant(supervisor));
+    assert_true(launcher_prepare(&launcher, &options, "bin/"));
+    assert_string_equal("", launcher.reason);
+    assert_ptr_equal(&run, launcher.scheduler);
+}
+
+/// The number of participants follows from the mission, which is read by the first preparation.
+static void read_the_mission(void)
+{
+    begin_in_the_folder();
+    expect_listen(10015U, STATUS_OK);
+    assert_true(launcher_prepare(&launcher, &options, "bin/"));
+}
+
+static void the_scheduler_waits_for_each_participant(void** state)
+{
+    (void)state;
+    read_the_mission();
+    prepare_stepped("press", "udp");
+    assert_int_equal(1U << (unsigned)RTLINK_METHOD_UDP, run.link_methods);
+}
+
+static void no_operator_is_expected_without_a_scenario(void** state)
+{
+    (void)state;
+    read_the_mission();
+    prepare_stepped("none", "shm");
+    assert_int_equal(1U << (unsigned)RTLINK_METHOD_SHARED_MEMORY, run.link_methods);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -297,6 +380,8 @@ int main(void)
                                         tear_down),
         cmocka_unit_test_setup_teardown(another_problem_of_the_port_is_no_reason_to_try_the_next, set_up,
                                         tear_down),
+        cmocka_unit_test_setup_teardown(the_scheduler_waits_for_each_participant, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(no_operator_is_expected_without_a_scenario, set_up, tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,6 +3,7 @@
 #include "launcher/target_link.h"
 
 #include "base/octets.h"
+#include "osal/include/osal/task.h"
 
 #include "unity.h"
 
@@ -171,6 +172,51 @@ static void octets_of_the_stream_arrive_in_both_directions(void)
     TEST_ASSERT_EQUAL_MEMORY(&many[TARGET_WIRE_STREAM_MAX], record, 100U);
 }
 
+#define PIECES 16U ///< Together more than a pipe holds.
+#define PIECE_OCTETS (TARGET_WIRE_HEADER_OCTETS + TARGET_WIRE_STREAM_MAX)
+
+static uint8_t pieces[PIECES * TARGET_WIRE_STREAM_MAX];
+static uint8_t arrived[PIECES * PIECE_OCTETS];
+static size_t arrived_count;
+
+/// Read as the program until all pieces have arrived, or none for a while.
+static void read_the_pieces(void* const context)
+{
+    (void)context;
+    while ((arrived_count < sizeof arrived) &&
+           (osal_device_wait_readable(&link.peer_in, PATIENCE_MS) == STATUS_OK)) {
+        size_t got = 0U;
+        if (osal_device_read(&link.peer_in, &arrived[arrived_count], sizeof arrived - arrived_count, &got) !=
+            STATUS_OK) {
+            return;
+        }
+        arrived_count += got;
+    }
+}
+
+/// The pipe accepts only a part of a record while the program does not read.
+static void a_record_that_the_pipe_accepts_in_parts_arrives_whole(void)
+{
+    osal_task_t task;
+    size_t size = 0U;
+    for (size_t i = 0U; i < sizeof pieces; i++) {
+        pieces[i] = (uint8_t)((i * 7U) + (i / 251U));
+    }
+    arrived_count = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, read_the_pieces, NULL, 0));
+    TEST_ASSERT_EQUAL(STATUS_OK, carrier.send(carrier.context, pieces, sizeof pieces, &size));
+    osal_task_join(&task);
+    TEST_ASSERT_EQUAL_UINT(sizeof pieces, size);
+    TEST_ASSERT_EQUAL_UINT(sizeof arrived, arrived_count);
+    for (size_t i = 0U; i < PIECES; i++) {
+        const uint8_t* const one = &arrived[i * PIECE_OCTETS];
+        TEST_ASSERT_EQUAL_UINT32(TARGET_WIRE_STREAM_MAX + 1U, octets_u32_at(one));
+        TEST_ASSERT_EQUAL_UINT8(TARGET_WIRE_STREAM, one[4]);
+        TEST_ASSERT_EQUAL_MEMORY(&pieces[i * TARGET_WIRE_STREAM_MAX], &one[TARGET_WIRE_HEADER_OCTETS],
+                                 TARGET_WIRE_STREAM_MAX);
+    }
+}
+
 static void a_record_that_is_not_whole_is_kept(void)
 {
     uint8_t octets[16];
@@ -253,6 +299,13 @@ static void a_socket_of_a_link_is_adopted_once(void)
     put_number(TARGET_WIRE_ADOPT, (uint32_t)run.components[0].message_descriptor);
     TEST_ASSERT_EQUAL(STATUS_IO, take());
     TEST_ASSERT_EQUAL_UINT(2U, link.socket_count);
+    link.at = link.end;
+    osal_socket_t foreign; // Open in this process, but not given to the program.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&foreign, (osal_address_t){OSAL_IPV4_LOOPBACK, 0U}, 0U));
+    put_number(TARGET_WIRE_ADOPT, (uint32_t)osal_socket_descriptor(&foreign));
+    TEST_ASSERT_EQUAL(STATUS_IO, take());
+    TEST_ASSERT_EQUAL_UINT(2U, link.socket_count);
+    osal_socket_close(&foreign);
     partner = (osal_socket_t)OSAL_SOCKET_CLOSED; // The link closes it.
 }
 
@@ -305,6 +358,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(octets_of_the_stream_arrive_in_both_directions);
+    RUN_TEST(a_record_that_the_pipe_accepts_in_parts_arrives_whole);
     RUN_TEST(a_record_that_is_not_whole_is_kept);
     RUN_TEST(messages_that_have_arrived_reach_the_program_before_its_next_grant);
     RUN_TEST(datagrams_of_the_program_leave_from_its_sockets);
