@@ -148,7 +148,10 @@ class Tests:
 
     def of(self, source):
         """Names of the programs for a source."""
-        own = symbols(ROOT / "build" / "obj" / pathlib.Path(source).with_suffix(".o"))
+        built = ROOT / "build" / "obj" / pathlib.Path(source).with_suffix(".o")
+        if not built.exists():  # Built for the emulated board only (osal/freertos/), whose tests `make test` runs.
+            return []
+        own = symbols(built)
         place, stem = pathlib.Path(source).parent.parts, pathlib.Path(source).stem
 
         def distance(name):
@@ -302,7 +305,7 @@ def main():
     shutil.rmtree(TREE, ignore_errors=True)
     print("\n".join(["", "survivors:", *map(str, survivors)]) if survivors else "\nno survivor")
     if flown:
-        print("not drawn, tried in flight only: " + " ".join(flown))
+        print("not drawn, tried only in flight or on the board: " + " ".join(flown))
     scores = {name: 100.0 * killed[name] / tried[name] for name in sorted(tried)}
     for name, score in scores.items():
         print(f"{name:<14} {killed[name]:4} of {tried[name]:4} killed  {score:5.1f} %")
