@@ -34,7 +34,8 @@ layer_libraries = $(foreach d,$(sort $(foreach s,$1 $(call home,$(call layer_of,
 
 mirrored   = $(patsubst test/unit/%,%,$(patsubst test/contract/%,%,$(patsubst %/,%,$(dir $1))))
 test_name  = $(patsubst %.c,$B/%,$1)
-fixtures   = $(filter-out $(dir $1)test_%,$(wildcard $(dir $1)*.c $(dir $(patsubst %/,%,$(dir $1)))fixtures/*.c))
+parent     = $(dir $(patsubst %/,%,$(dir $1)))
+fixtures   = $(filter-out $(dir $1)test_% $(parent)test_%,$(wildcard $(dir $1)*.c $(parent)*.c $(parent)fixtures/*.c))
 
 # If a test defines __wrap_x, the code that the test links calls it instead of x; __real_x calls x itself.
 WRAPPED   := $(shell grep -o '__wrap_[A-Za-z0-9_]*' $(TESTS) /dev/null | LC_ALL=C sort -u)
