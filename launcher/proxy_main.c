@@ -29,6 +29,7 @@ typedef struct { // All storage of the program.
     remote_endian_wire_t wire;
     remote_endian_buses_t buses;
     bool has_reported_refused;
+    bool has_reported_lost;
 } proxy_t;
 
 static proxy_t storage;
@@ -187,6 +188,26 @@ static status_t take_done(proxy_t* const self, remote_endian_done_t* const out_d
     return STATUS_OK;
 }
 
+static void print_lost(const proxy_t* const self)
+{
+    char line[LINE_MAX];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, self->run->components[self->component].name);
+    text_add(&text, ": datagrams lost that could not be sent, or were too long: ");
+    text_add_unsigned(&text, target_link_lost(&self->target));
+    (void)complain(line, "");
+}
+
+/// Print the first datagram that was lost between the board and the sockets; the run cannot be repeated.
+static void note_lost(proxy_t* const self)
+{
+    if ((self->board != NULL) && (target_link_lost(&self->target) > 0U) && !self->has_reported_lost) {
+        self->has_reported_lost = true;
+        __atomic_store_n(&self->run->is_lossy, 1U, __ATOMIC_RELAXED);
+        print_lost(self);
+    }
+}
+
 /// Exchange grants and answers until the run has ended (true) or the program is lost (false).
 static bool serve(proxy_t* const self)
 {
@@ -206,6 +227,7 @@ static bool serve(proxy_t* const self)
         if (done.is_lossy) {
             __atomic_store_n(&self->run->is_lossy, 1U, __ATOMIC_RELAXED);
         }
+        note_lost(self);
         deliver(self, &done.deliveries);
         run_state_beat(self->run, self->component, osal_lockstep_now_ns(self->scheduler), done.wake_ns);
         if ((osal_lockstep_wait(self->scheduler, run_participant(self->component), self->life, done.wake_ns,
@@ -298,6 +320,9 @@ int main(int argument_count, char* arguments[])
     }
     const bool is_good = serve(self);
     if (self->board != NULL) {
+        if (target_link_lost(&self->target) > 1U) { // The first was printed when it was lost.
+            print_lost(self);
+        }
         target_link_close(&self->target);
     } else {
         osal_socket_close(&self->wire.socket);

@@ -64,6 +64,17 @@ void target_link_close(target_link_t* const link)
     link->out          = no_device;
 }
 
+uint32_t target_link_lost(const target_link_t* const link)
+{
+    FSW_ASSERT(link != NULL);
+    return link->lost;
+}
+
+static void count_loss(target_link_t* const link)
+{
+    link->lost += (link->lost < UINT32_MAX) ? 1U : 0U;
+}
+
 // ---- To the program ----
 
 /// Write all. The program reads, because it waits for this process.
@@ -103,7 +114,8 @@ static status_t sweep_socket(target_link_t* const link, osal_socket_t* const soc
         const status_t has_received = osal_udp_receive(socket, &from, &content[TARGET_WIRE_DATAGRAM_OCTETS],
                                                        TARGET_WIRE_DATAGRAM_MAX, &size);
         if (has_received == STATUS_TOO_LARGE) {
-            continue; // Longer than any message or frame.
+            count_loss(link); // Longer than any message or frame.
+            continue;
         }
         if (has_received != STATUS_OK) {
             break;
@@ -175,7 +187,7 @@ static status_t adopt(target_link_t* const link, const uint32_t number)
     return STATUS_OK;
 }
 
-/// A datagram that cannot be sent is lost, as it is for a native program.
+/// A datagram that cannot be sent is lost, as it is for a native program, and counted.
 static status_t pass_on(target_link_t* const link, const uint8_t* const content, const size_t size)
 {
     osal_socket_t* const socket =
@@ -186,6 +198,9 @@ static status_t pass_on(target_link_t* const link, const uint8_t* const content,
     const osal_address_t to = {octets_u32_at(&content[4]), octets_u16_at(&content[8])};
     const status_t status =
         osal_udp_send(socket, to, &content[TARGET_WIRE_DATAGRAM_OCTETS], size - TARGET_WIRE_DATAGRAM_OCTETS);
+    if ((status != STATUS_OK) && (status != STATUS_IO)) {
+        count_loss(link);
+    }
     return (status == STATUS_IO) ? STATUS_IO : STATUS_OK;
 }
 

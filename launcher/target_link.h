@@ -28,6 +28,7 @@ typedef struct { // Private.
     size_t stream_rest; ///< Octets that the present record of the stream still has.
     size_t at;          ///< Octets [at, end) of `arrived` are not taken yet.
     size_t end;
+    uint32_t lost; ///< Datagrams that could not be passed on.
     uint8_t arrived[TARGET_LINK_BUFFER_OCTETS];
     uint8_t leaving[TARGET_WIRE_HEADER_OCTETS + TARGET_WIRE_CONTENT_MAX];
 } target_link_t;
@@ -40,6 +41,9 @@ int target_link_peer_out(const target_link_t* link);
 /// The program has inherited its ends.
 void target_link_release_peer(target_link_t* link);
 remote_endian_carrier_t target_link_carrier(target_link_t* link);
+/// Datagrams that were lost here: those of the program that could not be sent, and those to the program that
+/// are longer than any message or frame.
+uint32_t target_link_lost(const target_link_t* link);
 void target_link_close(target_link_t* link);
 
 #endif // LAUNCHER_TARGET_LINK_H

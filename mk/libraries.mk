@@ -13,6 +13,9 @@ else
 SOURCES  := $(filter-out osal/freertos/%,$(SOURCES))
 endif
 TESTS    := $(shell find test/unit test/contract -name 'test_*.c' 2>/dev/null | LC_ALL=C sort)
+# Those of the port to FreeRTOS run on the board alone.
+BOARD_ONLY_TESTS := $(filter test/unit/osal/freertos/%,$(TESTS))
+TESTS    := $(filter-out $(if $(BOARD),,$(BOARD_ONLY_TESTS)),$(TESTS))
 BENCHES  := $(wildcard test/bench/bench_*.c)
 FUZZ_SOURCES := $(wildcard test/fuzz/*.c)
 FUZZ_TARGETS := $(patsubst test/fuzz/fuzz_%.c,%,$(filter test/fuzz/fuzz_%,$(FUZZ_SOURCES)))

@@ -109,7 +109,7 @@ PORTABLE_TESTS := $(filter test/contract/osal/test_% test/unit/base/% test/unit/
     test/unit/fsw/drives/% $(foreach f,control dataflow parameter rtlink subsystem,test/unit/fsw/framework/$f/%),\
     $(filter-out test/unit/pus/tool/% $(foreach s,st11 st15 st22,test/unit/pus/$s/%) %_torture.c %_endurance.c \
     %_fuzz.c %/test_elementary.c %/test_long_lists.c %/test_packet_store_power.c,$(TESTS)))
-PORTABLE_TESTS := $(call portable,$(PORTABLE_TESTS))
+PORTABLE_TESTS := $(call portable,$(PORTABLE_TESTS)) $(BOARD_ONLY_TESTS)
 board-tests: $(foreach t,$(call selected,$(PORTABLE_TESTS)),$(call test_name,$t))
 	@:
 # Tests that test/hil runs again on a kernel with CAN buses and TIPC.

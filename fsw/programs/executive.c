@@ -4,6 +4,7 @@
 #include "fsw/programs/remote_endian.h"
 #include "fsw/programs/loop_tasks.h"
 #include "fsw/programs/component_instance.h"
+#include "base/number.h"
 #include "base/text.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "osal/include/osal/console.h"
@@ -42,17 +43,13 @@ static int complain(const char* const executable, const char* const what)
     return 1;
 }
 
-/// Returns the number in a decimal text; UINT32_MAX if it is malformed.
+/// Returns the number in a text; UINT32_MAX if it is malformed.
 static unsigned number_of(const char* const digits)
 {
-    unsigned number = 0U;
-    for (const char* next = digits; *next != '\0'; next++) {
-        if ((*next < '0') || (*next > '9') || (number > 9999U)) {
-            return UINT32_MAX;
-        }
-        number = (number * 10U) + (unsigned)(*next - '0');
-    }
-    return number;
+    const char* next    = digits;
+    uint64_t number     = 0U;
+    const bool is_valid = (number_read_unsigned(&next, &number) == STATUS_OK) && number_is_end(next);
+    return (is_valid && (number < UINT32_MAX)) ? (unsigned)number : UINT32_MAX;
 }
 
 /// Returns null, or the error text.

@@ -11,8 +11,12 @@
 #define PORT_NOTIFY_ALARM 1U ///< Its time has come.
 #define PORT_NOTIFY_END 2U   ///< A task that it joins has ended.
 
-#define PORT_TLS_MAX 64U ///< Octets of the variables that each task has of its own.
+#define PORT_ARGUMENTS_MAX 16 ///< Of main().
+#define PORT_TLS_MAX 64U      ///< Octets of the variables that each task has of its own.
 
+/// arguments.c: split the command line at its spaces. The argument `wire=IN:OUT` is for this port; the others
+/// are for main(). Null, or the error text.
+const char* port_take_arguments(char* line, char* list[PORT_ARGUMENTS_MAX + 1], int* out_count);
 /// clock.c: start the timers, before the first task.
 void port_clock_start(void);
 /// tls.c: give a task its own variables, in storage of PORT_TLS_MAX octets.

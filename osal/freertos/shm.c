@@ -21,6 +21,7 @@ typedef struct {
     size_t offset;
     size_t size; ///< That of the creator; 0: the entry is free.
     unsigned mappings;
+    bool is_zero; ///< The creator has cleared it: others may open it.
 } block_t;
 
 static uint8_t store[STORE_OCTETS] __attribute__((aligned(64)));
@@ -106,7 +107,8 @@ status_t osal_shm_create(osal_shm_t* const shm, const char* const name, const si
     (void)xTaskResumeAll();
     if (status == STATUS_OK) {
         *shm = (osal_shm_t){&store[block->offset], size};
-        (void)memset(shm->address, 0, span_of(size));
+        (void)memset(shm->address, 0, span_of(size)); // Takes long: the other tasks run meanwhile.
+        __atomic_store_n(&block->is_zero, true, __ATOMIC_RELEASE);
     }
     return status;
 }
@@ -120,12 +122,13 @@ status_t osal_shm_open(osal_shm_t* const shm, const char* const name)
     }
     vTaskSuspendAll();
     block_t* const block = find(name);
-    if (block != NULL) {
+    const bool is_there  = (block != NULL) && block->is_zero;
+    if (is_there) {
         block->mappings++;
         *shm = (osal_shm_t){&store[block->offset], block->size};
     }
     (void)xTaskResumeAll();
-    return (block != NULL) ? STATUS_OK : STATUS_NOT_FOUND;
+    return is_there ? STATUS_OK : STATUS_NOT_FOUND;
 }
 
 void* osal_shm_address(const osal_shm_t* const shm)

@@ -4,7 +4,6 @@
 #include "osal/freertos/board.h"
 #include "osal/freertos/port.h"
 #include "osal/freertos/semihosting.h"
-#include "osal/freertos/wire.h"
 
 #include <FreeRTOS.h>
 #include <string.h>
@@ -13,7 +12,6 @@
 #define COPROCESSORS (*(volatile uint32_t*)0xE000ED88U) // CPACR
 #define MAIN_STACK_OCTETS 32768U
 #define LINE_MAX 512U
-#define ARGUMENTS_MAX 16
 #define FAULT_CODE 134 // As that of an assertion: SIGABRT.
 
 extern uint64_t port_data_begin[];
@@ -36,7 +34,7 @@ static StackType_t main_stack[MAIN_STACK_OCTETS / sizeof(StackType_t)] __attribu
 static StaticTask_t main_task;
 static uint64_t main_tls[PORT_TLS_MAX / sizeof(uint64_t)];
 static char line[LINE_MAX];
-static char* arguments_of_main[ARGUMENTS_MAX + 1];
+static char* arguments_of_main[PORT_ARGUMENTS_MAX + 1];
 
 static void fault(void)
 {
@@ -76,38 +74,19 @@ void vApplicationStackOverflowHook(const TaskHandle_t task, char* const name)
     port_exit(FAULT_CODE);
 }
 
-/// Split the line at its spaces. The argument `wire=IN:OUT` is for this port; the others are for main().
-static int take_arguments(void)
-{
-    int count = 0;
-    char* at  = line;
-    while ((*at != '\0') && (count < ARGUMENTS_MAX)) {
-        char* const end  = strchr(at, ' ');
-        char* const next = (end != NULL) ? &end[1] : &at[strlen(at)];
-        if (end != NULL) {
-            *end = '\0';
-        }
-        if (strncmp(at, "wire=", 5U) == 0) {
-            wire_set(&at[5]);
-        } else if (*at != '\0') {
-            arguments_of_main[count++] = at;
-        } else {
-            // Two spaces.
-        }
-        at = next;
-    }
-    arguments_of_main[count] = NULL;
-    return count;
-}
-
 static void run_main(void* const context)
 {
     (void)context;
-    if (!semihosting_command_line(line, sizeof line)) {
-        semihosting_print("the command line is too long\n");
+    int count               = 0;
+    const char* const error = semihosting_command_line(line, sizeof line)
+                                  ? port_take_arguments(line, arguments_of_main, &count)
+                                  : "the command line has more than 511 characters";
+    if (error != NULL) {
+        semihosting_print(error);
+        semihosting_print("\n");
         port_exit(2);
     }
-    port_exit(main(take_arguments(), arguments_of_main));
+    port_exit(main(count, arguments_of_main));
 }
 
 void port_reset(void)

@@ -3,14 +3,17 @@
 
 #include "base/assertion.h"
 #include "base/octets.h"
+#include "base/text.h"
 #include "osal/freertos/datagrams.h"
 #include "osal/freertos/semihosting.h"
 #include "osal/include/osal/console.h"
 #include "osal/include/osal/target_wire.h"
 
+#include <limits.h>
 #include <string.h>
 
 #define BUFFER_OCTETS 32768U
+#define LINE_MAX 96U
 
 typedef struct {
     int in_number; ///< Of the inherited pipes.
@@ -25,6 +28,7 @@ typedef struct {
     size_t stream_rest;             ///< Octets that the present record of the stream still has.
     uint8_t leaving[BUFFER_OCTETS]; ///< Written to the pipe before the program waits.
     size_t leaving_size;
+    uint32_t lost; ///< Datagrams that had no room.
 } wire_t;
 
 static wire_t wire;
@@ -33,36 +37,35 @@ static wire_t wire;
 static int take_number(const char** const text)
 {
     int number = -1;
-    while ((**text >= '0') && (**text <= '9') && (number < 100000)) {
-        number = (((number < 0) ? 0 : number) * 10) + (**text - '0');
+    while ((**text >= '0') && (**text <= '9')) {
+        const int digit = **text - '0';
+        if (number > ((INT_MAX - digit) / 10)) {
+            return -1;
+        }
+        number = (((number < 0) ? 0 : number) * 10) + digit;
         (*text)++;
     }
     return number;
 }
 
-void wire_set(const char* const numbers)
+bool wire_set(const char* const numbers)
 {
-    const char* next = numbers;
-    wire.in_number   = take_number(&next);
-    next             = (*next == ':') ? &next[1] : next;
-    wire.out_number  = take_number(&next);
-    wire.has_numbers = (wire.in_number >= 0) && (wire.out_number >= 0);
+    const char* next    = numbers;
+    wire.in_number      = take_number(&next);
+    const bool has_both = (*next == ':');
+    next                = has_both ? &next[1] : next;
+    wire.out_number     = take_number(&next);
+    wire.has_numbers    = has_both && (wire.in_number >= 0) && (wire.out_number >= 0) && (*next == '\0');
+    return wire.has_numbers;
 }
 
 /// Open an inherited descriptor. -1: it cannot be opened.
 static int open_number(const int number, const semihosting_mode_t mode)
 {
-    char path[24] = "/dev/fd/";
-    size_t length = strlen(path);
-    int divisor   = 10000;
-    for (bool has_begun = false; divisor > 0; divisor /= 10) {
-        const int digit = (number / divisor) % 10;
-        has_begun       = has_begun || (digit > 0) || (divisor == 1);
-        if (has_begun) {
-            path[length++] = (char)('0' + digit);
-        }
-    }
-    path[length] = '\0';
+    char path[24];
+    text_t text = text_in(path, sizeof path);
+    text_add(&text, "/dev/fd/");
+    text_add_unsigned(&text, (uint64_t)number);
     return semihosting_open(path, mode);
 }
 
@@ -71,9 +74,14 @@ status_t wire_open(void)
     if (!wire.has_numbers) {
         return STATUS_INVALID;
     }
-    wire.in      = open_number(wire.in_number, SEMIHOSTING_READ);
-    wire.out     = open_number(wire.out_number, SEMIHOSTING_WRITE);
-    wire.is_open = (wire.in >= 0) && (wire.out >= 0);
+    wire.in           = open_number(wire.in_number, SEMIHOSTING_READ);
+    wire.out          = open_number(wire.out_number, SEMIHOSTING_WRITE);
+    wire.is_open      = (wire.in >= 0) && (wire.out >= 0);
+    wire.at           = 0U;
+    wire.end          = 0U;
+    wire.stream_rest  = 0U;
+    wire.leaving_size = 0U;
+    wire.lost         = 0U;
     return wire.is_open ? STATUS_OK : STATUS_INVALID;
 }
 
@@ -82,9 +90,26 @@ bool wire_is_open(void)
     return wire.is_open;
 }
 
+uint32_t wire_lost(void)
+{
+    return wire.lost;
+}
+
+static void tell_losses(void)
+{
+    char line[LINE_MAX];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, "wire: datagrams lost because there was no room for them: ");
+    text_add_unsigned(&text, wire.lost);
+    osal_console_complain(line);
+}
+
 void wire_close(void)
 {
     if (wire.is_open) {
+        if (wire.lost > 1U) { // The first is told when it is lost.
+            tell_losses();
+        }
         semihosting_close(wire.in);
         semihosting_close(wire.out);
     }
@@ -148,12 +173,41 @@ static void store_datagram(const uint8_t* const content, const size_t size)
     const osal_address_t from = {octets_u32_at(&content[4]), octets_u16_at(&content[8])};
     if (!datagrams_add(number, from, &content[TARGET_WIRE_DATAGRAM_OCTETS],
                        size - TARGET_WIRE_DATAGRAM_OCTETS)) {
-        osal_console_complain("wire: a datagram is lost: there is no room for more");
+        wire.lost += (wire.lost < UINT32_MAX) ? 1U : 0U;
+        if (wire.lost == 1U) {
+            tell_losses();
+        }
     }
 }
 
+/// Take the content of a record that is not of the stream. STATUS_OK; STATUS_CLOSED: the serving process has
+/// not sent a record of the protocol, so what follows has no meaning either.
+static status_t take_content(const target_wire_kind_t kind, const size_t size)
+{
+    const bool is_datagram = (kind == TARGET_WIRE_DATAGRAM) && (size >= TARGET_WIRE_DATAGRAM_OCTETS);
+    if (is_datagram) {
+        store_datagram(&wire.arrived[wire.at], size);
+    }
+    wire.at += size;
+    return (is_datagram || ((kind == TARGET_WIRE_WAITED) && (size == 0U))) ? STATUS_OK : STATUS_CLOSED;
+}
+
+/// Close the wire because of a record that the protocol does not have.
+static status_t refuse(const target_wire_kind_t kind, const uint32_t size)
+{
+    char line[LINE_MAX];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, "wire: no record of the protocol: kind ");
+    text_add_unsigned(&text, (uint64_t)kind);
+    text_add(&text, ", octets ");
+    text_add_unsigned(&text, size);
+    text_add(&text, "; build proxy and program again");
+    osal_console_complain(line);
+    return STATUS_CLOSED;
+}
+
 /// Take the next record. Of a record of the stream only its header: stream_rest says what follows. STATUS_OK
-/// with its kind, STATUS_CLOSED (also: no record).
+/// with its kind, STATUS_CLOSED (also: no record of the protocol).
 static status_t take_record(target_wire_kind_t* const out_kind)
 {
     if (await(TARGET_WIRE_HEADER_OCTETS) != STATUS_OK) {
@@ -162,7 +216,7 @@ static status_t take_record(target_wire_kind_t* const out_kind)
     const uint32_t size = octets_u32_at(&wire.arrived[wire.at]);
     *out_kind           = (target_wire_kind_t)wire.arrived[wire.at + 4U];
     if ((size < 1U) || (size > (TARGET_WIRE_CONTENT_MAX + 1U))) {
-        return STATUS_CLOSED;
+        return refuse(*out_kind, size);
     }
     const size_t content = (size_t)size - 1U;
     wire.at += TARGET_WIRE_HEADER_OCTETS;
@@ -173,11 +227,7 @@ static status_t take_record(target_wire_kind_t* const out_kind)
     if (await(content) != STATUS_OK) {
         return STATUS_CLOSED;
     }
-    if ((*out_kind == TARGET_WIRE_DATAGRAM) && (content >= TARGET_WIRE_DATAGRAM_OCTETS)) {
-        store_datagram(&wire.arrived[wire.at], content);
-    }
-    wire.at += content;
-    return STATUS_OK;
+    return (take_content(*out_kind, content) == STATUS_OK) ? STATUS_OK : refuse(*out_kind, size);
 }
 
 // ---- Stream ----

@@ -7,11 +7,13 @@
 #include "base/status.h"
 #include "osal/include/osal/socket.h"
 
-/// Numbers "IN:OUT" of the inherited pipes; called before main().
-void wire_set(const char* numbers);
+/// Numbers "IN:OUT" of the inherited pipes; called before main(). False: the text is not that.
+bool wire_set(const char* numbers);
 /// Open the pipes. STATUS_OK, STATUS_INVALID (the command line names none).
 status_t wire_open(void);
 bool wire_is_open(void);
+/// Datagrams that were lost because there was no room for them.
+uint32_t wire_lost(void);
 void wire_close(void);
 
 /// STATUS_OK, STATUS_CLOSED.

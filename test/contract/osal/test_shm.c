@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "osal/include/osal/shm.h"
 
+#include "osal/include/osal/clock.h"
 #include "osal/include/osal/process.h"
+#include "osal/include/osal/task.h"
 #include "unity.h"
 
 #include <stdint.h>
@@ -46,6 +48,61 @@ static void created_memory_is_zero_and_has_the_size_of_its_creator(void)
     osal_shm_close(&mine);
     TEST_ASSERT_NULL(osal_shm_address(&mine));
     osal_shm_close(&mine);
+}
+
+static uint32_t is_over;
+static unsigned opened;
+static unsigned dirty; ///< Octets that were not zero when another task could open them.
+
+static void pause_us(osal_clock_t* const clock, const uint64_t us)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(clock, osal_clock_now_ns(clock) + (1000U * us), NULL, 0U));
+}
+
+/// Looks for the block again and again, with a priority above that of its creator.
+static void look(void* context)
+{
+    osal_clock_t clock;
+    (void)context;
+    osal_clock_open_real(&clock, osal_clock_monotonic_ns());
+    while (__atomic_load_n(&is_over, __ATOMIC_ACQUIRE) == 0U) {
+        osal_shm_t shm;
+        if (osal_shm_open(&shm, name) == STATUS_OK) {
+            const uint8_t* const octets = osal_shm_address(&shm);
+            for (size_t i = 0U; i < osal_shm_size(&shm); i += 64U) {
+                dirty += (octets[i] != 0U) ? 1U : 0U;
+            }
+            dirty += (octets[osal_shm_size(&shm) - 1U] != 0U) ? 1U : 0U;
+            osal_shm_close(&shm);
+            (void)__atomic_add_fetch(&opened, 1U, __ATOMIC_RELEASE);
+        }
+        pause_us(&clock, 100U);
+    }
+}
+
+static void memory_is_zero_as_soon_as_it_can_be_opened(void)
+{
+    enum {
+        OCTETS = 600000
+    };
+    osal_task_t task;
+    osal_clock_t clock;
+    osal_clock_open_real(&clock, osal_clock_monotonic_ns());
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, look, NULL, 20));
+    for (unsigned i = 0U; i < 4U; i++) {
+        osal_shm_t shm;
+        const unsigned before = __atomic_load_n(&opened, __ATOMIC_ACQUIRE);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&shm, name, OCTETS));
+        while (__atomic_load_n(&opened, __ATOMIC_ACQUIRE) == before) { // The other task has seen it.
+            pause_us(&clock, 1000U);
+        }
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(name));
+        (void)memset(osal_shm_address(&shm), 0xA5, OCTETS);
+        osal_shm_close(&shm);
+    }
+    __atomic_store_n(&is_over, 1U, __ATOMIC_RELEASE);
+    osal_task_join(&task);
+    TEST_ASSERT_EQUAL_UINT(0U, dirty);
 }
 
 static void names_that_exist_and_do_not(void)
@@ -134,6 +191,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(created_memory_is_zero_and_has_the_size_of_its_creator);
+    RUN_TEST(memory_is_zero_as_soon_as_it_can_be_opened);
     RUN_TEST(names_that_exist_and_do_not);
     RUN_TEST(names_with_a_prefix_are_listed_and_can_be_removed);
     RUN_TEST(names_out_of_the_contract_are_invalid);

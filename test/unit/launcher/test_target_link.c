@@ -17,10 +17,21 @@ static run_state_t run;
 static remote_endian_carrier_t carrier;
 static osal_socket_t message; ///< Inherited by the component; closed by the link once it has adopted it.
 static osal_socket_t partner; ///< Of another component.
+static status_t send_status;  ///< STATUS_OK: the system sends.
 static uint8_t record[TARGET_WIRE_HEADER_OCTETS + TARGET_WIRE_CONTENT_MAX + 1U];
+
+status_t __wrap_osal_udp_send(osal_socket_t* sock, osal_address_t to, const uint8_t* octets, size_t size);
+status_t __real_osal_udp_send(osal_socket_t* sock, osal_address_t to, const uint8_t* octets, size_t size);
+
+status_t __wrap_osal_udp_send(osal_socket_t* const sock, const osal_address_t to, const uint8_t* const octets,
+                              const size_t size)
+{
+    return (send_status == STATUS_OK) ? __real_osal_udp_send(sock, to, octets, size) : send_status;
+}
 
 void setUp(void)
 {
+    send_status                = STATUS_OK;
     const osal_address_t local = {OSAL_IPV4_LOOPBACK, 0U};
     (void)memset(&run, 0, sizeof run);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&message, local, 0U));
@@ -309,6 +320,27 @@ static void a_socket_of_a_link_is_adopted_once(void)
     partner = (osal_socket_t)OSAL_SOCKET_CLOSED; // The link closes it.
 }
 
+static void a_datagram_that_is_lost_is_counted(void)
+{
+    static const uint8_t long_text[TARGET_WIRE_DATAGRAM_MAX + 1U] = {1U};
+    size_t size                                                   = 0U;
+    adopt();
+    TEST_ASSERT_EQUAL_UINT32(0U, target_link_lost(&link));
+    send_status = STATUS_FULL;
+    put_datagram(TARGET_WIRE_SENDER, address_of(&partner), "lost");
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, take()); // The program continues, as a native one.
+    send_status = STATUS_OK;
+    TEST_ASSERT_EQUAL_UINT32(1U, target_link_lost(&link));
+    put_datagram(TARGET_WIRE_SENDER, address_of(&partner), "good");
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
+    TEST_ASSERT_EQUAL_UINT32(1U, target_link_lost(&link));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_send(&partner, address_of(&message), long_text, sizeof long_text));
+    send_to_program("next");
+    TEST_ASSERT_EQUAL(STATUS_OK, carrier.send(carrier.context, (const uint8_t*)"grant", 5U, &size));
+    TEST_ASSERT_EQUAL_UINT32(2U, target_link_lost(&link));
+    get_datagram("next");
+}
+
 static void refuse(const uint8_t kind, const void* const content, const size_t size)
 {
     put_record(kind, content, size);
@@ -364,6 +396,7 @@ int main(void)
     RUN_TEST(datagrams_of_the_program_leave_from_its_sockets);
     RUN_TEST(a_wait_ends_with_a_datagram_or_with_its_time);
     RUN_TEST(a_socket_of_a_link_is_adopted_once);
+    RUN_TEST(a_datagram_that_is_lost_is_counted);
     RUN_TEST(what_is_no_record_of_a_program_is_refused);
     RUN_TEST(the_end_of_the_program_is_seen);
     return UNITY_END();
