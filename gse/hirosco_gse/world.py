@@ -118,6 +118,27 @@ class Device:
 
 
 @dataclass
+class Wheel:
+    """A reaction wheel about `axis` of the link `on` (`robot.link`); `momentum` is its largest one [Nms]."""
+
+    name: str
+    on: str
+    axis: tuple
+    momentum: float
+
+
+@dataclass
+class Valve:
+    """The valve of a thruster that pushes the link `on` (`robot.link`) at `at` along `direction`, both in the link, with `force` [N]."""
+
+    name: str
+    on: str
+    at: tuple
+    direction: tuple
+    force: float
+
+
+@dataclass
 class World:
     name: str
     path: pathlib.Path
@@ -125,6 +146,8 @@ class World:
     fixtures: dict
     springs: list
     devices: list
+    wheels: list = field(default_factory=list)
+    valves: list = field(default_factory=list)
 
 
 def rotation(rpy):
@@ -254,6 +277,15 @@ def _fixture(element):
     return [_shape(shape, own @ pose(_numbers(shape.get("at"), (0, 0, 0)), _numbers(shape.get("rpy"), (0, 0, 0)))) for shape in element]
 
 
+def _wheel(element):
+    return Wheel(element.get("name"), element.get("on"), _numbers(element.get("axis"), ()), float(element.get("momentum")))
+
+
+def _valve(element):
+    return Valve(element.get("name"), element.get("on"), _numbers(element.get("at"), ()), _numbers(element.get("direction"), ()),
+                 float(element.get("force")))
+
+
 def read(path):
     """World of a file."""
     path = pathlib.Path(path)
@@ -264,4 +296,4 @@ def read(path):
     return World(root.get("name"), path, _robots(root, path.parent),
                  {element.get("name"): _fixture(element) for element in root.findall("Fixture")},
                  [{key: _numbers(element.get(key), ()) for key in ("hook", "length")} for element in root.findall("CableSpring")],
-                 devices)
+                 devices, [_wheel(element) for element in root.findall("Wheel")], [_valve(element) for element in root.findall("ValveBox/Valve")])

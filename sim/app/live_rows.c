@@ -43,6 +43,8 @@ size_t live_rows_columns(const world_t* const world, char text[LIVE_ROW_OCTETS])
     static const char* const contact[] = {"contact", "contact-x", "contact-y", "contact-z"};
     static const char* const spring[]  = {"spring", "spring-x", "spring-y", "spring-z"};
     static const char* const base[]    = {"x", "y", "z", "qw", "qx", "qy", "qz"};
+    static const char* const wheel[]   = {"momentum"};
+    static const char* const valve[]   = {"open"};
     char name[(2U * DOCUMENT_TEXT_MAX) + 2U];
     row_t row = {.text = text};
     add(&row, "columns time");
@@ -69,6 +71,12 @@ size_t live_rows_columns(const world_t* const world, char text[LIVE_ROW_OCTETS])
         if (world->robot[r].is_free) {
             add_names(&row, world->robot[r].name, base, sizeof base / sizeof base[0]);
         }
+    }
+    for (size_t i = 0U; i < world->wheel_count; i++) {
+        add_names(&row, world->wheel[i].device.name, wheel, 1U);
+    }
+    for (size_t i = 0U; i < world->valve_count; i++) {
+        add_names(&row, world->valve[i].name, valve, 1U);
     }
     add(&row, "\n");
     return row.size;
@@ -101,6 +109,12 @@ size_t live_rows_row(const world_t* const world, const plant_truth_t* const trut
     for (unsigned i = 0U; i < truth->base_count; i++) {
         add_values(&row, truth->base[i].position_m, 3U);
         add_values(&row, truth->base[i].rotation, 4U);
+    }
+    for (size_t i = 0U; i < world->wheel_count; i++) {
+        add_values(&row, &truth->wheel[i].momentum_nms, 1U);
+    }
+    for (size_t i = 0U; i < world->valve_count; i++) {
+        add(&row, " %d", truth->valve_open[i] ? 1 : 0);
     }
     add(&row, "\n");
     return row.size;

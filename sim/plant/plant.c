@@ -176,6 +176,7 @@ static void rotor_reaction(const joint_t* const joint, const double speed_rad_s,
 static void clear_sums(plant_t* const plant, const plant_input_t* const input)
 {
     plant_truth_t* truth = &plant->truth;
+    memcpy(truth->valve_open, input->valve_open, sizeof truth->valve_open);
     for (unsigned i = 0U; i < truth->joint_count; i++) {
         truth->motor_torque_nm[i]    = 0.0;
         truth->joint_torque_nm[i]    = 0.0;

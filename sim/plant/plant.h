@@ -127,6 +127,7 @@ typedef struct {
     plant_spring_t spring[WORLD_SPRINGS_MAX];
     plant_stick_t stick[WORLD_JOYSTICKS_MAX];
     plant_wheel_t wheel[WORLD_WHEELS_MAX];
+    bool valve_open[WORLD_VALVES_MAX];  ///< As given.
     bool is_latched[WORLD_LATCHES_MAX]; ///< The latch is closed: a fixed joint at the pose of its closing.
     unsigned base_count;                ///< Robots with a free base, in the order of the world.
     plant_base_t base[WORLD_ROBOTS_MAX];

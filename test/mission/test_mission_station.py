@@ -287,6 +287,21 @@ def test_the_truth_of_the_simulator_moves_the_robot_and_is_marked(page):
     until(page, "window.station.scene.last.values['CUR_VALUES.STATE'] && !window.station.scene.classList.contains('truth')")
 
 
+def test_brakes_are_those_of_telemetry_and_agree_with_the_truth(page):
+    """The statusword says which drives control their motors: those have released their brakes. In the scene the rings are hollow then."""
+    held = "window.station.scene.arm.brakes.map(({ isHeld }) => isHeld)"
+    assert not page.evaluate("window.station.scene.classList.contains('truth')")
+    until(page, f"{held}.join() === 'false,false'")
+    assert page.evaluate("window.station.store.value('MANIPULATOR', 'CUR_VALUES.STATUSWORD').map((word) => word & 0x6f)") == [0x27, 0x27]
+    page.evaluate("""(() => { const { last } = window.station.scene, values = { ...last.values, "CUR_VALUES.STATUSWORD": [0x233, 0x237] };
+        window.station.scene.take({ subsystem: "MANIPULATOR", time: last.time + 0.001, values }); window.station.scene.frame(); })()""")
+    assert page.evaluate(held) == [True, False]
+    page.click("station-scene button:has-text('Simulator')")
+    until(page, f"window.station.scene.truth.last && {held}.join() === 'false,false'")
+    page.click("station-scene button:has-text('Telemetry')")
+    until(page, "window.station.scene.last.values['CUR_VALUES.STATE'] && !window.station.scene.classList.contains('truth')")
+
+
 def test_states_and_network_are_tabs_of_a_tablet(page):
     page.set_viewport_size({"width": 1024, "height": 768})
     page.click("#work-Network")

@@ -4,6 +4,11 @@
 import base64
 import math
 
+from ..place import ROOT
+
+SHEETS = ROOT / "descriptors" / "devices"
+BRAKE = "ParameterName=Holding brake state"
+
 
 def _pose(matrix):
     return [float(number) for number in matrix.flatten()]
@@ -50,7 +55,8 @@ def _shapes(robot, link):
     return [link.solid]
 
 
-def _robot(robot):
+def _robot(robot, braked=frozenset()):
+    """`braked`: joints (`robot.joint`) of drives with a holding brake."""
     return {
         "name": robot.name,
         "root": robot.root,
@@ -60,15 +66,25 @@ def _robot(robot):
         "links": {name: [_shape(shape) for shape in _shapes(robot, link)] for name, link in robot.links.items()},
         "visuals": {name: [_visual(visual) for visual in link.visuals] for name, link in robot.links.items() if link.visuals},
         "joints": [_joint(joint) for joint in robot.joints],
+        "braked": [joint.name for joint in robot.moving if f"{robot.name}.{joint.name}" in braked],
     }
 
 
+def _has_brake(device):
+    """Whether a drive has a holding brake: its data sheet has the object by whose name the simulator finds it."""
+    sheet = SHEETS / device.eds
+    return bool(device.eds) and sheet.is_file() and BRAKE in sheet.read_text(encoding="utf-8", errors="replace")
+
+
 def as_lists(world):
-    """Robots, fixtures, springs and drives of a world (hirosco_gse.world.World)."""
+    """Robots, fixtures, springs, drives, wheels and thrusters of a world (hirosco_gse.world.World)."""
+    braked = {device.joint for device in world.devices if device.joint and _has_brake(device)}
     return {
         "name": world.name,
-        "robots": [_robot(robot) for robot in world.robots],
+        "robots": [_robot(robot, braked) for robot in world.robots],
         "fixtures": {name: [_shape(shape) for shape in shapes] for name, shapes in world.fixtures.items()},
         "springs": [{"hook": list(spring["hook"]), "length": list(spring["length"])} for spring in world.springs],
         "drives": {device.name: device.joint for device in world.devices if device.joint},
+        "wheels": [{"name": wheel.name, "on": wheel.on, "axis": list(wheel.axis), "momentum": wheel.momentum} for wheel in world.wheels],
+        "valves": [{"name": valve.name, "on": valve.on, "at": list(valve.at), "direction": list(valve.direction)} for valve in world.valves],
     }

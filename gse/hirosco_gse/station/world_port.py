@@ -72,31 +72,37 @@ class WorldPort:
         return found
 
 
+BASE = ("x", "y", "z", "qw", "qx", "qy", "qz")
+# Names of the entries of a row, as those of a recording, and the ending of the column that each of them has.
+ENTRIES = {"joints": ".brake", "contacts": ".contact-x", "springs": ".spring-x", "bases": ".qw", "wheels": ".momentum", "valves": ".open"}
+
+
+def names_of(columns):
+    """Names of joints, contacts, springs, free bases, wheels and valves of a row of the true state, in their order."""
+    return {kind: [name.removesuffix(ending) for name in columns if name.endswith(ending)] for kind, ending in ENTRIES.items()}
+
+
 def poses_of(columns, values):
-    """Values of a row of the true state by the names that the page uses: positions and torques of all joints, the force of the first contact
-    and spring, and the pose of the first free base."""
-    row = dict(zip(columns, values))
-    joints = [name.removesuffix(".brake") for name in columns if name.endswith(".brake")]
-    found = {"CUR_VALUES.POSITION": [row[f"{name}.position"] for name in joints], "CUR_VALUES.TORQUE": [row[f"{name}.torque"] for name in joints]}
-    contact, spring, base = (_first(columns, ending) for ending in (".contact-x", ".spring-x", ".qw"))
+    """Values of a row of the true state by the names that the page uses: positions, torques and brakes of all joints, the force of the first
+    contact and spring, the poses of all free bases, the momenta of the wheels, and whether each valve is open."""
+    row, names = dict(zip(columns, values)), names_of(columns)
+    joints = names["joints"]
+    found = {"CUR_VALUES.POSITION": [row[f"{name}.position"] for name in joints], "CUR_VALUES.TORQUE": [row[f"{name}.torque"] for name in joints],
+             "BRAKE": [row[f"{name}.brake"] for name in joints]}
+    contact, spring = (next(iter(names[kind]), None) for kind in ("contacts", "springs"))
     if contact or spring:
         found["FORCE"] = _force(row, contact, spring)
     if spring:
         found["HOOKED"] = [row[f"{spring}.spring"]]
-    if base:
-        found["BASE"] = [row[f"{base}.{part}"] for part in ("x", "y", "z", "qw", "qx", "qy", "qz")]
-    return found
+    rest = {"BASE": [row[f"{base}.{part}"] for base in names["bases"] for part in BASE],
+            "WHEEL": [row[f"{wheel}.momentum"] for wheel in names["wheels"]], "VALVE": [row[f"{valve}.open"] for valve in names["valves"]]}
+    return found | {leaf: numbers for leaf, numbers in rest.items() if numbers}
 
 
 def _force(row, contact, spring):
     """Sum of the forces of a contact and a spring that may be None."""
     forces = [[row[f"{name}-{axis}"] for axis in "xyz"] for name in (contact and f"{contact}.contact", spring and f"{spring}.spring") if name]
     return [sum(parts) for parts in zip(*forces)]
-
-
-def _first(columns, ending):
-    """Name of the first column with this ending, without the ending; None if no column has it."""
-    return next((name.removesuffix(ending) for name in columns if name.endswith(ending)), None)
 
 
 class Truth:
@@ -134,7 +140,7 @@ class Truth:
                     columns = words
                 elif word == "truth" and len(words) == len(columns):
                     numbers = [float(number) for number in words]
-                    self._publish({"kind": "truth", "time": numbers[0], "values": poses_of(columns, numbers)})
+                    self._publish({"kind": "truth", "time": numbers[0], "values": poses_of(columns, numbers), "names": names_of(columns)})
         finally:
             writer.close()
 

@@ -72,7 +72,7 @@ export class Arm {
     this.node = new THREE.Group();
     const size = Math.max(0.2, ...robot.joints.map((joint) => Math.hypot(...place(joint.pose))));
     this.size = size;
-    const frames = new Map([[robot.root, this.node]]);
+    const frames = (this.frames = new Map([[robot.root, this.node]])); // Group of each link.
     const wide = size * 0.16;
     const visuals = robot.visuals ?? {};
     const isDrawn = Object.keys(visuals).length > 0;

@@ -67,25 +67,47 @@ export function poseOf([px, py, pz, w, x, y, z]) {
   ];
 }
 
-// Configuration of a robot: positions of its moving joints, pose of its root, and whether its brakes hold
-// (null: unknown). A row of the truth log contains all robots, in the order of `names`; a row of telemetry
-// contains only the joints of the lead robot, which the subsystem moves.
-export function placed(robot, row, names, isLead) {
+// Whether a drive of CiA 402 controls its motor, which releases its holding brake: operation enabled, quick
+// stop active or fault reaction active.
+export const controlsMotor = (statusword) =>
+  (statusword & 0x6f) === 0x27 || (statusword & 0x6f) === 0x07 || (statusword & 0x4f) === 0x0f;
+
+// Configuration of a robot in a row of the truth, which contains all robots, in the order of `names`:
+// positions of its moving joints, pose of its root, and for each joint whether its brake holds (null:
+// unknown).
+export function placedByTruth(robot, row, names) {
   const joints = moving(robot);
   const pick = (values, wanted, known, width = 1) => {
     const at = known?.indexOf(wanted) ?? -1;
     return values && at >= 0 ? values.slice(width * at, width * at + width) : null;
   };
-  const start = joints.map((joint) => robot.start[joint.name] ?? 0);
-  const base = pick(row?.BASE, robot.name, names?.bases, 7);
-  const at = base ? poseOf(base) : (robot.at ?? IDENTITY);
-  if (!names)
-    return { positions: (isLead ? row?.["CUR_VALUES.POSITION"] : null) ?? start, base: at, brakes: null };
   const each = (values, n) => pick(values, `${robot.name}.${joints[n].name}`, names.joints)?.[0];
+  const base = pick(row?.BASE, robot.name, names.bases, 7);
   return {
-    positions: joints.map((_, n) => each(row?.["CUR_VALUES.POSITION"], n) ?? start[n]),
-    base: at,
+    positions: joints.map(
+      (joint, n) => each(row?.["CUR_VALUES.POSITION"], n) ?? robot.start[joint.name] ?? 0,
+    ),
+    base: base ? poseOf(base) : (robot.at ?? IDENTITY),
     brakes: row?.BRAKE ? joints.map((_, n) => (each(row.BRAKE, n) ?? 0) > 0.5) : null,
+  };
+}
+
+// The same in a row of telemetry, which contains the joints of the lead robot only: the one that the
+// subsystem moves. `base` is the pose of its base that telemetry reports, x, y, z and w, x, y, z. What
+// telemetry does not contain is that of the truth, or of the start without a truth: `truth` has the members
+// row and names, or is null.
+export function placedByTelemetry(robot, row, isLead, base, truth) {
+  const known = placedByTruth(robot, truth?.row, truth?.names ?? {});
+  if (!isLead) return { ...known, brakes: null };
+  const words = row?.["CUR_VALUES.STATUSWORD"];
+  const isBraked = (joint) => robot.braked?.includes(joint.name);
+  return {
+    positions: row?.["CUR_VALUES.POSITION"] ?? known.positions,
+    base: base ? poseOf(base) : known.base,
+    brakes:
+      words?.length >= moving(robot).length
+        ? moving(robot).map((joint, n) => (isBraked(joint) ? !controlsMotor(words[n]) : null))
+        : null,
   };
 }
 

@@ -156,12 +156,12 @@ export class Replay {
 
   // Row of the film at a time, interpolated linearly between two reports. Null in a gap, more than GAP_S
   // before the first report and more than LAST_S after the last.
-  at(time) {
-    const { t } = this.film;
+  at(time, film = this.film) {
+    const { t } = film;
     const n = after(t, time) - 1;
-    if (n < 0) return t.length && t[0] - time < GAP_S ? this.film.row(0) : null;
-    const row = this.film.row(n),
-      next = this.film.row(n + 1);
+    if (n < 0) return t.length && t[0] - time < GAP_S ? film.row(0) : null;
+    const row = film.row(n),
+      next = film.row(n + 1);
     if (!next && time - t[n] > LAST_S) return null;
     if (!row || !next || t[n + 1] <= time) return row ?? null;
     const share = (time - t[n]) / (t[n + 1] - t[n]);
@@ -176,6 +176,12 @@ export class Replay {
       FORCE: mean("FORCE"),
       BASE: mean("BASE"),
     };
+  }
+
+  // The truth { row, names, time } at an instant; null if the recording has none.
+  truthAt(time) {
+    const row = this.truth && this.at(time, this.truth);
+    return row ? { row, names: this.names, time } : null;
   }
 
   // Rows [time, row] of the last `seconds` before the present instant, at most since the last gap; about 150

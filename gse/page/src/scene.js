@@ -5,11 +5,13 @@
 import * as THREE from "three";
 import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment.js";
 
+import { Actuators } from "./actuators.js";
 import { Arm, LOOK, shape } from "./body.js";
 import { SceneMarks, token } from "./scene_marks.js";
 import { store } from "./store.js";
 import { el, number, text } from "./dom.js";
-import { place, placed, poses, tipForce, tipOf } from "./kinematics.js";
+import { place, placedByTelemetry, placedByTruth, poses, tipForce, tipOf } from "./kinematics.js";
+import { LiveTruth, notReported, reportedBase } from "./truth.js";
 
 const TRACE_S = 6;
 const STALE_PERIODS = 3,
@@ -45,6 +47,7 @@ class Scene extends SceneMarks {
       { class: "hud tl choice", role: "group", "aria-label": "What moves the robot", hidden: true },
       ...Object.values(this.sourceButtons),
     );
+    this.supplement = el("div", { class: "hud tl lacking hint", hidden: true });
     this.values = {
       x: el("span", { class: "value" }),
       z: el("span", { class: "value" }),
@@ -80,6 +83,7 @@ class Scene extends SceneMarks {
       this.canvas,
       this.rate,
       this.sources,
+      this.supplement,
       this.views,
       this.hud,
       el(
@@ -110,8 +114,10 @@ class Scene extends SceneMarks {
       return;
     }
     store.on("hello", () => {
+      this.isWatching = false; // The station forgets it with the connection.
       this.build();
       this.mark("telemetry");
+      if (!store.replay) this.watch();
     });
     store.on("pace", () => this.offer());
     store.on("other-source", () => {
@@ -123,6 +129,7 @@ class Scene extends SceneMarks {
       if (this.which !== "truth") this.take(message);
     });
     store.on("truth", (message) => {
+      this.truth?.take(message);
       if (this.which === "truth") this.take({ ...message, subsystem: this.source });
     });
     store.on("theme", () => this.colours());
@@ -253,10 +260,12 @@ class Scene extends SceneMarks {
     this.bodies = world.robots.map((robot) => ({ robot, arm: new Arm(robot, LOOK) }));
     this.arm = this.bodies.find(({ robot }) => robot === this.robot).arm;
     for (const { robot, arm } of this.bodies) {
-      const { positions, base } = placed(robot);
+      const { positions, base } = placedByTruth(robot, null, {});
       arm.set(positions, base);
       this.content.add(arm.node);
     }
+    this.truth = new LiveTruth();
+    this.actuators = new Actuators(world, this.bodies);
     this.touches = [];
     this.addFixtures(Object.values(world.fixtures).flat());
     this.springs = world.springs.map((about) => {
@@ -288,7 +297,7 @@ class Scene extends SceneMarks {
         node.castShadow = node.receiveShadow = true;
     });
     this.colours();
-    this.pose(placed(this.robot).positions);
+    this.pose(placedByTruth(this.robot, null, {}).positions);
     this.view(this.viewName);
     this.dim();
   }
@@ -303,18 +312,25 @@ class Scene extends SceneMarks {
     box.getCenter(this.target);
   }
 
-  // Joint positions, base and brakes of a robot in a row of telemetry or truth.
-  where(robot, row) {
-    return placed(
-      robot,
-      row,
-      store.replay?.which === "truth" ? store.replay.names : null,
-      robot === this.robot,
-    );
+  // The simulator's truth { row, names, time } at an instant of a replay, in a flight the present one; null
+  // if there is none.
+  truthAt(time) {
+    return store.replay ? store.replay.truthAt(time) : (this.truth?.now() ?? null);
   }
 
-  tipAt(row) {
-    const { positions, base } = this.where(this.robot, row);
+  // Joint positions, base and brakes of a robot in a row of telemetry or truth. What telemetry does not
+  // contain is that of the truth.
+  where(robot, row, truth) {
+    const { replay } = store;
+    if ((replay ?? this).which !== "truth")
+      return placedByTelemetry(robot, row, robot === this.robot, reportedBase(), truth);
+    if (replay) return placedByTruth(robot, row, replay.names);
+    const BASE = truth?.row.BASE;
+    return placedByTruth(robot, BASE ? { ...row, BASE } : row, truth?.names ?? {});
+  }
+
+  tipAt(row, time) {
+    const { positions, base } = this.where(this.robot, row, this.truthAt(time));
     return place(poses(this.robot, positions, base).links.get(tipOf(this.robot)));
   }
 
@@ -337,6 +353,7 @@ class Scene extends SceneMarks {
     this.ghostEdge.color.set(token("desired"));
     this.line.material.color.set(token("measured"));
     for (const arrow of this.touches) arrow.setColor(token("force"));
+    this.actuators.colours(token);
     this.floor.material.color.set(isLight ? 0xb5c0ca : 0x2c3742);
     this.floor.material.vertexColors = false;
     this.floor.material.needsUpdate = true;
@@ -347,10 +364,11 @@ class Scene extends SceneMarks {
   // Show the numbers of the tip in a browser that cannot draw the scene.
   tell(row) {
     const robot = (this.robot = store.hello.world?.robots[0]);
-    this.joints = robot && row ? this.where(robot, row).positions : [];
     if (!robot || !row) return;
-    const tip = this.tipAt(row),
-      force = tipForce(robot, row, this.joints, this.where(robot, row).base);
+    const { positions, base } = this.where(robot, row, this.truthAt(store.time));
+    this.joints = positions;
+    const tip = this.tipAt(row, store.time),
+      force = tipForce(robot, row, positions, base);
     text(this.values.x, number(tip[0] * 1000, "mm"));
     text(this.values.z, number(tip[2] * 1000, "mm"));
     text(this.values.force, force ? number(force.size, "N") : "–");
@@ -371,11 +389,12 @@ class Scene extends SceneMarks {
     if (!row) return;
     const before = this.trace[this.trace.length - 1]?.[0] ?? -1;
     if (time < before || time > before + 0.5)
-      this.trace = store.replay.before(TRACE_S).map(([t, one]) => [t, ...this.tipAt(one)]);
-    const { positions } = this.where(this.robot, row);
+      this.trace = store.replay.before(TRACE_S).map(([t, one]) => [t, ...this.tipAt(one, t)]);
+    const { positions } = this.where(this.robot, row, this.truthAt(time));
     this.before = positions;
     this.last = { time, values: row, positions, at: 0, period: 1 };
     this.shownTime = time;
+    this.tellLacking();
     this.pose(positions);
   }
 
@@ -386,11 +405,34 @@ class Scene extends SceneMarks {
     this.sources.classList.add("below");
     this.sources.hidden = !store.pace.is_there;
     if (!store.pace.is_there && this.which === "truth") this.mark("telemetry");
+    this.watch();
+  }
+
+  // Ask for the truth while it moves the robot, or anything that telemetry does not contain. Returns whether
+  // the station has refused it.
+  async watch(which = this.which) {
+    const isWanted = store.pace.is_there && (which === "truth" || this.lacking.length > 0);
+    this.tellLacking();
+    if (isWanted === Boolean(this.isWatching)) return false;
+    this.isWatching = isWanted;
+    return Boolean((await store.ask({ do: "watch", truth: isWanted })).refused);
   }
 
   async use(which) {
-    const answer = await store.ask({ do: "watch", truth: which === "truth" });
-    if (!answer.refused) this.mark(which);
+    if (!(await this.watch(which))) this.mark(which);
+  }
+
+  // Say which parts of the scene telemetry does not contain, and what moves them instead.
+  tellLacking() {
+    const { replay } = store;
+    this.lacking =
+      store.hello?.world?.robots.length && this.robot ? notReported(store.hello.world, this.robot) : [];
+    this.supplement.hidden = !this.lacking.length || (replay ?? this).which === "truth";
+    if (this.supplement.hidden) return;
+    const hasTruth = replay ? Boolean(replay.truth) : store.pace.is_there;
+    const words = this.lacking.join(", ");
+    text(this.supplement, `${words}: ${hasTruth ? "simulator’s truth" : "not in the telemetry"}`);
+    this.supplement.classList.toggle("partly", hasTruth);
   }
 
   mark(which) {
@@ -401,8 +443,9 @@ class Scene extends SceneMarks {
       button.setAttribute("aria-pressed", String(name === which));
     // `take` drops older messages. The new source may be slightly behind, so accept it from 1 s before the
     // last message.
-    if (this.last) this.last = { ...this.last, time: this.last.time - 1 };
+    if (this.last) this.last = this.source ? { ...this.last, time: this.last.time - 1 } : null;
     this.trace = [];
+    this.tellLacking();
   }
 
   // Cover the scene with a veil while there is no link or no new report; the force is then not drawn.
@@ -430,11 +473,11 @@ class Scene extends SceneMarks {
       const source = this.which === "truth" ? "Simulator’s truth" : "Telemetry";
       text(this.rate, `${source} ${Math.round(1 / (period * (store.pace.speed || 1)))} Hz`);
     }
-    this.before = this.drawn ?? message.values["CUR_VALUES.POSITION"];
+    this.before = this.drawn ?? [];
     this.last = {
       time: message.time,
       values: message.values,
-      positions: message.values["CUR_VALUES.POSITION"],
+      positions: this.where(this.robot, message.values, this.truth.last).positions,
       at: performance.now(),
       period: Math.min(300, period * 1000),
     };
@@ -450,12 +493,13 @@ class Scene extends SceneMarks {
       if (
         !this.drawn ||
         now.some((value, n) => Math.abs(value - this.drawn[n]) > 1e-5) ||
-        this.shownTime !== this.last.time
+        this.shownTime !== this.last.time ||
+        this.truth.isNew
       ) {
         this.pose(now);
         this.shownTime = this.last.time;
       }
-    }
+    } else if (this.robot && this.truth.isNew) this.pose(this.drawn);
     if (this.isChanged) {
       this.isChanged = false;
       this.camera.lookAt(this.target);
@@ -467,14 +511,18 @@ class Scene extends SceneMarks {
 
   pose(positions) {
     this.drawn = this.joints = positions;
-    const values = this.last?.values ?? {};
+    const values = this.last?.values ?? {},
+      truth = this.truthAt(store.time);
+    let hasBrakes = false;
     for (const { robot, arm } of this.bodies) {
-      const found = this.where(robot, values);
+      const found = this.where(robot, values, truth);
       arm.set(robot === this.robot ? positions : found.positions, found.base);
       arm.showBrakes(found.brakes);
-      this.querySelector(".rings").hidden = !found.brakes?.length;
+      hasBrakes ||= Boolean(found.brakes?.some((brake) => brake !== null));
       if (robot === this.robot) this.follow(found.base);
     }
+    this.querySelector(".rings").hidden = !hasBrakes;
+    this.actuators.show(truth, token);
     const tip = place(poses(this.robot, positions, this.base).links.get(tipOf(this.robot)));
     this.tip = tip;
     text(this.values.x, number(tip[0] * 1000, "mm"));
@@ -518,7 +566,9 @@ class Scene extends SceneMarks {
     const [x, , z] = this.tip.map((value) => `${(value * 1000).toFixed(0)} mm`);
     this.canvas.setAttribute(
       "aria-label",
-      `The robot: tip at x ${x}, z ${z}, force ${this.force.toFixed(1)} N`,
+      [`The robot: tip at x ${x}, z ${z}, force ${this.force.toFixed(1)} N`, this.actuators.words()]
+        .filter(Boolean)
+        .join("; "),
     );
   }
 }

@@ -27,7 +27,7 @@ def modules(tmp_path_factory):
 
 def told(folder, script):
     """The JSON that an ECMAScript script prints."""
-    (folder / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ placed, poses }} from "./kinematics.mjs";\n{script}')
+    (folder / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ controlsMotor, placedByTelemetry, placedByTruth, poses }} from "./kinematics.mjs";\n{script}')
     done = subprocess.run(["node", folder / "test.mjs"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -66,11 +66,34 @@ def test_each_robot_is_placed_by_its_own_entries_of_the_truth(modules):
         const robot = (name) => ({ name, root: "body", start: { j: 0.5 }, links: { body: [], tip: [] }, joints: [joint], at: [1, 0, 0, 7, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] });
         const names = { joints: ["a.j", "b.j"], bases: ["b"] };
         const row = { "CUR_VALUES.POSITION": [2, 3], BRAKE: [1, 0], BASE: [1, 2, 3, Math.SQRT1_2, 0, 0, Math.SQRT1_2] };
-        const tip = (one) => { const { positions, base } = placed(one, row, names); return poses(one, positions, base).links.get("tip"); };
-        console.log(JSON.stringify([placed(robot("a"), row, names), placed(robot("b"), row, names).brakes, tip(robot("b")), placed(robot("a"), { "CUR_VALUES.POSITION": [9] }, null, true),
-          placed(robot("a"), undefined)]));""")
+        const tip = (one) => { const { positions, base } = placedByTruth(one, row, names); return poses(one, positions, base).links.get("tip"); };
+        console.log(JSON.stringify([placedByTruth(robot("a"), row, names), placedByTruth(robot("b"), row, names).brakes, tip(robot("b")),
+          placedByTelemetry(robot("a"), { "CUR_VALUES.POSITION": [9] }, true, null, null), placedByTruth(robot("a"), undefined, {})]));""")
     assert found[0]["positions"] == [2] and found[0]["base"][3] == 7 and found[0]["brakes"] == [True] and found[1] == [False]
     # The base is rotated by 90 degrees about z, so the joint moves the link by 3 m along y of the world.
     assert [found[2][3], found[2][7], found[2][11]] == pytest.approx([1, 5, 3])
     assert found[3]["positions"] == [9] and found[3]["brakes"] is None
     assert found[4]["positions"] == [0.5]
+
+
+def test_telemetry_places_the_lead_robot_and_the_truth_what_it_does_not_contain(modules):
+    """The base is that of telemetry, if it reports one, else that of the truth. Brakes are those of drives that have one, by their
+    statuswords: released in operation enabled, quick stop active and fault reaction active."""
+    found = told(modules, """
+        const identity = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+        const joint = (name) => ({ name, kind: "revolute", parent: "body", child: name, axis: [0, 0, 1], pose: identity });
+        const robot = (name) => ({ name, root: "body", free: true, start: {}, links: {}, joints: [joint("j1"), joint("j2")], braked: ["j1"], at: identity });
+        const truth = { names: { joints: ["b.j1", "b.j2", "a.j1", "a.j2"], bases: ["a", "b"] },
+          row: { "CUR_VALUES.POSITION": [0.1, 0.2, 0.3, 0.4], BRAKE: [1, 1, 1, 1], BASE: [1, 0, 0, 1, 0, 0, 0, 2, 0, 0, 1, 0, 0, 0] } };
+        const row = (one, other) => ({ "CUR_VALUES.POSITION": [5, 6], "CUR_VALUES.STATUSWORD": [one, other] });
+        const brief = ({ positions, base, brakes }) => [positions, base[3], brakes];
+        const lead = (one, other, base, given) => brief(placedByTelemetry(robot("a"), row(one, other), true, base, given));
+        console.log(JSON.stringify([lead(0x0237, 0x0237, null, truth), lead(0x0233, 0x0233, [7, 0, 0, 1, 0, 0, 0], truth), lead(0x0217, 0, null, null),
+          brief(placedByTelemetry(robot("b"), row(0x0237, 0x0237), false, null, truth)), brief(placedByTelemetry(robot("a"), undefined, true, null, truth)),
+          [0x0250, 0x0231, 0x0233, 0x0237, 0x0217, 0x021f, 0x0218].map(controlsMotor)]));""")
+    assert found[0] == [[5, 6], 1, [False, None]]
+    assert found[1] == [[5, 6], 7, [True, None]]
+    assert found[2] == [[5, 6], 0, [False, None]]
+    assert found[3] == [[0.1, 0.2], 2, None]
+    assert found[4] == [[0.3, 0.4], 1, None]
+    assert found[5] == [False, False, False, True, True, True, False]

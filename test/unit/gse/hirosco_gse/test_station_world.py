@@ -139,10 +139,15 @@ def test_a_page_causes_faults_and_moves_the_hand_and_one_page_has_it(place, monk
 def test_a_row_of_the_true_state_becomes_leaves_of_the_page():
     names = "time arm.j1.position arm.j1.torque arm.j1.brake arm.j2.position arm.j2.torque arm.j2.brake STICK.1.position STICK.1.torque STICK.1.hand " \
             "arm.tip.contact arm.tip.contact-x arm.tip.contact-y arm.tip.contact-z arm.hook.spring arm.hook.spring-x arm.hook.spring-y arm.hook.spring-z " \
-            "arm.x arm.y arm.z arm.qw arm.qx arm.qy arm.qz"
-    assert world_port_module.poses_of(names.split(), list(range(25))) == {
-        "CUR_VALUES.POSITION": [1, 4], "CUR_VALUES.TORQUE": [2, 5], "FORCE": [26, 28, 30], "HOOKED": [14], "BASE": [18, 19, 20, 21, 22, 23, 24]}
-    assert world_port_module.poses_of(["time", "a.j.position", "a.j.torque", "a.j.brake"], [0.0, 1.0, 2.0, 0.0]) == {"CUR_VALUES.POSITION": [1.0], "CUR_VALUES.TORQUE": [2.0]}
+            "arm.x arm.y arm.z arm.qw arm.qx arm.qy arm.qz target.x target.y target.z target.qw target.qx target.qy target.qz RW1.momentum RW2.momentum PUSH.open"
+    columns = names.split()
+    assert world_port_module.poses_of(columns, list(range(35))) == {
+        "CUR_VALUES.POSITION": [1, 4], "CUR_VALUES.TORQUE": [2, 5], "BRAKE": [3, 6], "FORCE": [26, 28, 30], "HOOKED": [14],
+        "BASE": list(range(18, 32)), "WHEEL": [32, 33], "VALVE": [34]}
+    assert world_port_module.names_of(columns) == {"joints": ["arm.j1", "arm.j2"], "contacts": ["arm.tip"], "springs": ["arm.hook"],
+                                                   "bases": ["arm", "target"], "wheels": ["RW1", "RW2"], "valves": ["PUSH"]}
+    assert world_port_module.poses_of(["time", "a.j.position", "a.j.torque", "a.j.brake"], [0.0, 1.0, 2.0, 0.0]) == {
+        "CUR_VALUES.POSITION": [1.0], "CUR_VALUES.TORQUE": [2.0], "BRAKE": [0.0]}
 
 
 def test_only_pages_that_want_the_truth_get_it(place):

@@ -121,3 +121,18 @@ def test_a_mesh_that_cannot_be_drawn_is_left_out(tmp_path, mesh, monkeypatch):
         place.write_bytes(octets)
     found = visuals_of(folder, mesh)
     assert "b" not in found and len(found["a"]) == 2
+
+
+def test_the_page_gets_wheels_thrusters_and_the_joints_with_a_brake(tmp_path):
+    """A servo drive, whose data sheet has no holding brake, is not among them."""
+    (tmp_path / "r.urdf").write_text(URDF, encoding="utf-8")
+    path = tmp_path / "w.xml"
+    path.write_text("""<World name="w" step="500us" gravity="0 0 0"><Robot name="r" urdf="r.urdf" base="free"/>
+        <Drive name="A" joint="r.slide" type="t" bus="b" node="1" eds="servo-drive.eds"/><Drive name="B" joint="r.turn" type="t" bus="b" node="2" eds="joint-drive.eds"/>
+        <Wheel name="RW" on="r.a" axis="0 0 1" momentum="12" torque="0.2" bus="b" node="3" eds="wheel.eds"/>
+        <ValveBox name="BOX" bus="b" node="4" eds="valve-box.eds"><Valve name="PUSH" on="r.a" at="1 2 3" direction="0 -1 0" force="5" output="1"/></ValveBox>
+        </World>""", encoding="utf-8")
+    lists = geometry.as_lists(world.read(path))
+    assert lists["wheels"] == [{"name": "RW", "on": "r.a", "axis": [0, 0, 1], "momentum": 12}]
+    assert lists["valves"] == [{"name": "PUSH", "on": "r.a", "at": [1, 2, 3], "direction": [0, -1, 0]}]
+    assert lists["robots"][0]["braked"] == ["turn"] and lists["drives"] == {"A": "r.slide", "B": "r.turn"}

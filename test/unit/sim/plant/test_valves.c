@@ -70,6 +70,7 @@ static void thrust_changes_momentum_by_force_and_torque_times_time(void)
     input.valve_open[2]      = true; // Two forces of 1 N with levers of 0.5 m: a couple about z.
     input.valve_open[3]      = true;
     run(2000U);
+    TEST_ASSERT_TRUE(plant_truth(plant)->valve_open[2] && !plant_truth(plant)->valve_open[0]);
     EXPECT_WITHIN(1.0 / 60.0, 1e-9, base->rate_rad_s[2]);
     EXPECT_WITHIN(0.0, 1e-9, base->velocity_m_s[0]);
     // Angular acceleration 0.5 rad/s2: torque over inertia.

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page of the station beside a satellite that flies freely: its base, a reaction wheel and the thrusters, of which the mission has no
+telemetry, are moved by the simulator's truth, and the page says so."""
+
+import re
+import shutil
+import signal
+import subprocess
+import sys
+
+import flying
+import pytest
+import test_mission_station as station
+from playwright.sync_api import sync_playwright
+
+WORLDS = flying.ROOT / "descriptors" / "worlds"
+WHEEL = '<Wheel name="WHEEL1" on="satellite.body" axis="0 0 1" momentum="12" torque="0.2" start="{start}" bus="platform" node="0x44" eds="wheel.eds"/>'
+SCENARIO = """
+0.2 operator state ACTUATORS PRE_OPERATIONAL
+0.6 operator config ACTUATORS NOMINAL
+0.8 operator state ACTUATORS SAFE_OPERATIONAL
+1.0 operator state ACTUATORS OPERATIONAL
+1.5 operator set ACTUATORS.OUTPUT 3,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0
+3600 operator shutdown
+"""
+# Place of the base in the scene, angle and share of momentum of the wheel, and the thrusters that fire.
+SEEN = """(() => { const { bodies, actuators } = window.station.scene; return [
+    bodies[0].arm.node.matrix.elements.slice(12, 15), actuators.wheels[0].angle, actuators.wheels[0].share,
+    actuators.thrusters.filter((one) => one.plume.visible).map((one) => one.name)]; })()"""
+
+
+@pytest.fixture(scope="module")
+def flight(hangar):
+    subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
+    folder = hangar / "bodies"
+    folder.mkdir()
+    shutil.copy(WORLDS / "satellite.urdf", folder)
+    world = folder / "actuators.xml"
+    text = (WORLDS / "actuators.xml").read_text(encoding="utf-8")
+    world.write_text(text.replace("</World>", f"{WHEEL.format(start=-11.4)}</World>"), encoding="utf-8")
+    scenario = folder / "push.scn"
+    scenario.write_text(SCENARIO, encoding="utf-8")
+    flight = flying.start(folder / "out", "--mission", "actuators", "--world", world, "--time", "real", "--scenario", scenario)
+    flight.port()
+    yield flight
+    flight.abandon()
+
+
+@pytest.fixture(scope="module")
+def page(flight):
+    words = [sys.executable, "-m", "hirosco_gse.station", "--run", flight.folder, "--http-port", "0"]
+    process = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
+    address = re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline()).group()
+    with sync_playwright() as playwright, playwright.chromium.launch(executable_path=station.CHROMIUM, args=station.WITHOUT_SCREEN) as browser:
+        page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="dark")
+        page.set_default_timeout(station.LIMIT_MS)
+        page.faults = []
+        page.on("pageerror", lambda error: page.faults.append(str(error)))
+        page.goto(address)
+        station.until(page, "window.station.store.states.get('ACTUATORS')?.state === 'OPERATIONAL' && window.station.scene.truth?.last")
+        yield page
+        assert not page.faults
+    process.send_signal(signal.SIGINT)
+    process.wait(flying.MOMENT_S)
+
+
+def test_base_wheel_and_thrusters_move_by_the_truth_and_are_marked(page, hangar):
+    station.until(page, "window.station.scene.actuators.thrusters.some((one) => one.plume.visible)")
+    station.until(page, "window.station.scene.bodies[0].arm.node.matrix.elements[12] > 0.02")
+    before = page.evaluate(SEEN)
+    station.until(page, f"window.station.scene.bodies[0].arm.node.matrix.elements[12] > {before[0][0]} + 0.02")
+    after = page.evaluate(SEEN)
+    assert after[3] == ["PUSH1", "PUSH2"]
+    assert after[1] < before[1] and after[2] == pytest.approx(-0.95, abs=0.01)  # The wheel turns backwards, with 11.4 of 12 Nms.
+    mark = page.locator("station-scene .lacking")
+    assert mark.inner_text() == "base, wheels, thrusters: simulator’s truth" and "partly" in mark.get_attribute("class")
+    assert not page.evaluate("window.station.scene.classList.contains('truth')")
+    page.evaluate("window.station.scene.describe()")
+    told = page.get_attribute("station-scene canvas", "aria-label")
+    assert "WHEEL1 -95 %" in told and "thrusters PUSH1, PUSH2 fire" in told
+    page.screenshot(path=str(hangar / "bodies.png"))
+
+
+def test_a_base_that_telemetry_reports_is_that_of_telemetry(page):
+    """No mission of this project reports one, so the page gets a report that a subsystem could send."""
+    page.evaluate("""window.station.store.take({ kind: "housekeeping", subsystem: "ACTUATORS", structure: 7, time: window.station.store.time,
+        values: { "ORBIT.BASE_POSITION": [5, 6, 7], "ORBIT.BASE_ATTITUDE": [1, 0, 0, 0] } })""")
+    station.until(page, "window.station.scene.bodies[0].arm.node.matrix.elements[13] === 6")
+    assert page.evaluate(SEEN)[0] == pytest.approx([5, 6, 7])
+    page.evaluate("window.station.scene.tellLacking()")
+    assert page.locator("station-scene .lacking").inner_text() == "wheels, thrusters: simulator’s truth"
+
+
+def test_all_of_it_is_truth_if_the_user_selects_the_truth(page):
+    page.click("station-scene button:has-text('Simulator')")
+    page.wait_for_selector("station-scene.truth")
+    station.until(page, "window.station.scene.bodies[0].arm.node.matrix.elements[13] < 1")
+    assert page.locator("station-scene .lacking").is_hidden()
+    page.click("station-scene button:has-text('Telemetry')")
+    page.wait_for_selector("station-scene:not(.truth)")
