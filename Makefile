@@ -22,13 +22,14 @@
 ##   make test-hil   hardware in the loop only: on this kernel if it has vcan, vxcan and TIPC, else in the micro-VM
 ##                   ONLY=<part of a test's path>  PLACE=vm|kernel
 ##   make check      format, warnings and analysers of gcc and clang, MISRA of what changed, complexity, layers,
-##                   symbols, words, lengths, spelling, links, Python, quick proofs, coverage; what has passed is not
-##                   repeated
+##                   symbols, words, lengths, spelling, links, Python, quick proofs, coverage, MC/DC; what has passed is
+##                   not repeated
 ##   make check-full check, MISRA and clang's analyzer without bounds of the whole flight side, every proof, five
 ##                   minutes of each fuzz target, 300 mutants, many deaths in flight, 24 h of flight, times to detect
 ##                   and repair deaths
 ##   make coverage   branches that C unit tests take, compared with test/lint/coverage.txt: build/coverage/index.html
 ##                   ONLY=<part of a test's path>  UPDATE=1 raises its required values
+##   make mcdc       modified condition/decision coverage of the sources in test/lint/mcdc.txt by their unit tests
 ##   make proofs     prove parts of the flight side for all inputs up to stated bounds (CBMC), and that each proof finds
 ##                   the fault planted for it            ONLY=<part of a proof's path>
 ##   make mutants    change the flight sources in COUNT places drawn by SEED, one at a time; count the changes
@@ -83,7 +84,7 @@ VENV     := build/venv/bin/python
 
 # The order matters: variables and rules use earlier ones.
 include mk/compiler.mk mk/libraries.mk mk/generated.mk mk/programs.mk mk/tests.mk mk/fuzz.mk mk/setup.mk mk/run.mk \
-        mk/station.mk mk/check.mk mk/coverage.mk mk/proofs.mk
+        mk/station.mk mk/check.mk mk/coverage.mk mk/proofs.mk mk/mcdc.mk
 
 .PHONY: force all help programs tests thread-tests kernel-tests remote-endian remote-endian-programs \
         remote-endian-tests board-tests benches fuzzers fuzz fuzz-corpus sim-run report vm test test-hil check \

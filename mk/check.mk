@@ -17,7 +17,7 @@ compile-commands: $(GENERATED)
 
 CHECKS := check-format check-gcc check-clang check-analyzer check-tidy check-misra check-complexity check-layers \
           check-worlds check-symbols check-text check-spelling check-links check-python check-page \
-          check-proofs coverage
+          check-proofs coverage mcdc
 .PHONY: $(CHECKS) check-misra-all check-tidy-all check-mutants check-fuzz mutants flight-objects test-objects tidied \
         coverage-tests
 check: build/setup/check

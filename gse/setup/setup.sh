@@ -7,10 +7,10 @@
 #   clang   data races, fuzz targets  s390x   big-endian programs          pytest  tests in Python
 #   docs    the documentation         test    tests of whole programs      hil     the micro-VM
 #   check   analysers                 station packages of the web page     proofs  the model checker CBMC
-#   rtos    programs on FreeRTOS      full    all of them, and Yamcs
+#   rtos    programs on FreeRTOS      mcdc    condition coverage           full    all of them, and Yamcs
 set -eu
 
-level=${1:?usage: setup.sh build|run|unit|clang|pytest|s390x|rtos|docs|station|test|hil|proofs|check|full}
+level=${1:?usage: setup.sh build|run|unit|clang|pytest|s390x|rtos|docs|station|test|hil|proofs|mcdc|check|full}
 here=gse/setup
 case $level in
 build) levels='build' ;;
@@ -23,8 +23,9 @@ pytest) levels='build run unit pytest' ;;
 test) levels='build run unit clang pytest docs station test' ;;
 hil) levels='build run unit clang pytest docs station test hil' ;;
 proofs) levels='build proofs' ;;
-check) levels='build run unit clang pytest proofs check' ;;
-full) levels='build run unit clang s390x rtos pytest docs station test hil proofs check full' ;;
+mcdc) levels='build unit mcdc' ;;
+check) levels='build run unit clang pytest proofs mcdc check' ;;
+full) levels='build run unit clang s390x rtos pytest docs station test hil proofs mcdc check full' ;;
 *) echo "setup: unknown level '$level'" >&2 && exit 2 ;;
 esac
 

@@ -10,6 +10,7 @@ import subprocess
 import check_coverage
 import check_layers
 import check_links
+import check_mcdc
 import check_misra
 import check_symbols
 import check_text
@@ -490,3 +491,42 @@ def test_compile_commands_name_every_source_and_compile():
     for name in ("base/crc.c", "launcher/hirosco_main.c", "test/unit/base/test_crc.c"):
         entry = next(entry for entry in entries if entry["file"] == name)
         subprocess.run([*shlex.split(entry["command"]), "-fsyntax-only"], cwd=entry["directory"], check=True)
+
+
+# ---- Conditions (MC/DC) ----
+
+
+def decisions(*shown):
+    """What llvm-cov exports of one decision: place, counts, kinds, and for each condition whether it decided alone."""
+    return {"mcdc_records": [[3, 5, 3, 30, 0, 0, 6, 0, [], list(shown)]]}
+
+
+LINES = ["", "", "    if (is_open && is_fresh) {"]
+
+
+def test_a_condition_that_never_decides_alone_is_found():
+    found = check_mcdc.decisions_of(decisions(True, False))
+    shown, total, findings = check_mcdc.compare("fsw/a.c", found, LINES, [])
+    assert (shown, total) == (1, 2)
+    assert findings == ["fsw/a.c:3: no test shows that condition 2 of 2 acts alone: if (is_open && is_fresh) {"]
+
+
+def test_a_condition_that_decides_alone_in_one_copy_of_a_function_is_shown():
+    record = {"mcdc_records": decisions(True, False)["mcdc_records"] + decisions(False, True)["mcdc_records"]}
+    assert check_mcdc.compare("fsw/a.c", check_mcdc.decisions_of(record), LINES, []) == (2, 2, [])
+
+
+def test_an_excluded_condition_needs_a_reason_and_must_exist():
+    paths, exclusions = check_mcdc.read_list(["# text", "fsw/a.c", "fsw/a.c | if (is_open && is_fresh) { | 2 | it is always fresh here"])
+    assert paths == ["fsw/a.c"]
+    assert check_mcdc.compare("fsw/a.c", check_mcdc.decisions_of(decisions(True, False)), LINES, exclusions) == (1, 1, [])
+    assert exclusions[0].is_used
+    _, exclusions = check_mcdc.read_list(["fsw/a.c | if (is_open && is_fresh) { | 2 | it is always fresh here"])
+    check_mcdc.compare("fsw/a.c", check_mcdc.decisions_of(decisions(True, True)), LINES, exclusions)
+    assert not exclusions[0].is_used
+    with pytest.raises(SystemExit, match="expected path"):
+        check_mcdc.read_list(["fsw/a.c | if (is_open && is_fresh) { | 2 |"])
+
+
+def test_an_assertion_is_no_decision():
+    assert check_mcdc.compare("fsw/a.c", check_mcdc.decisions_of(decisions(False, False)), ["", "", "FSW_ASSERT(a && b);"], []) == (0, 0, [])

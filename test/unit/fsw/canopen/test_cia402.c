@@ -154,6 +154,17 @@ static void cycle(const canopen_cia402_state_t state)
     canopen_cia402_axis_step(&axis);
 }
 
+/// A drive resets its fault at the rising edge of the bit, so the bit must fall before it is set again.
+static void a_fault_is_reset_by_a_rising_edge(void)
+{
+    const uint16_t first = canopen_cia402_controlword(CIA402_FAULT, CIA402_GOAL_ENABLED, true, 0U);
+    TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_FAULT_RESET, first);
+    const uint16_t second = canopen_cia402_controlword(CIA402_FAULT, CIA402_GOAL_ENABLED, true, first);
+    TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_DISABLE_VOLTAGE, second);
+    TEST_ASSERT_EQUAL_HEX16(first,
+                            canopen_cia402_controlword(CIA402_FAULT, CIA402_GOAL_ENABLED, true, second));
+}
+
 static void an_axis_that_leaves_operation_is_not_enabled_again(void)
 {
     canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
@@ -316,6 +327,7 @@ int main(void)
     RUN_TEST(every_statusword_is_decoded_by_the_masks_of_the_standard);
     RUN_TEST(every_goal_is_reached_from_every_state);
     RUN_TEST(a_drive_is_enabled_only_for_the_goal_enabled);
+    RUN_TEST(a_fault_is_reset_by_a_rising_edge);
     RUN_TEST(an_axis_that_leaves_operation_is_not_enabled_again);
     RUN_TEST(commands_stay_within_the_limits_of_the_axis);
     RUN_TEST(leaving_operation_on_command_is_not_a_fault);

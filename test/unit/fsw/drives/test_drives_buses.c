@@ -436,6 +436,32 @@ static void only_devices_with_settings_of_a_mapping_have_one_of_their_own(void)
     }
 }
 
+static void more_settings_than_a_device_has_room_for_are_refused(void)
+{
+    make(1U, 1U, false);
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
+    descriptor.devices[0].setting_count = NETWORK_SETTINGS_MAX + 2U;
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, run_action(configure));
+}
+
+/// The time since the last call counts, even if no cycle in between could abort the configuration.
+static void a_configuration_starts_again_after_a_gap_without_cycles(void)
+{
+    make(1U, 1U, false);
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
+    nodes[0]->is_pdo_mute = true;
+    for (unsigned i = 0U; i < 50U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(configure));
+    }
+    TEST_ASSERT_TRUE(drives.is_written);
+    generic.now_ns = drives.called_ns + 20000000U;
+    TEST_ASSERT_EQUAL(STATUS_BUSY, configure(&drives));
+    TEST_ASSERT_TRUE(drives.is_written);
+    generic.now_ns += 20000001U;
+    TEST_ASSERT_EQUAL(STATUS_BUSY, configure(&drives));
+    TEST_ASSERT_FALSE(drives.is_written);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -456,5 +482,7 @@ int main(void)
     RUN_TEST(a_channel_is_selected_on_every_bus_or_on_none);
     RUN_TEST(each_bus_has_its_own_channel_b);
     RUN_TEST(pulses_and_accesses_reach_the_bus_of_the_device);
+    RUN_TEST(more_settings_than_a_device_has_room_for_are_refused);
+    RUN_TEST(a_configuration_starts_again_after_a_gap_without_cycles);
     return UNITY_END();
 }

@@ -1,0 +1,389 @@
+// SPDX-License-Identifier: Apache-2.0
+// Conditions that the missions of the other tests leave the same: each decides alone in permission, recovery
+// and the handshake of links (make mcdc).
+#include "fsw/supervisor/supervisor_internal.h"
+
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define UNKNOWN 99U
+#define STATUS_ROW 52U // Octets of one link in TM[130,9].
+#define ANSWER_TICKS 5U
+#define SESSION_TICKS 205U
+
+static mission_descriptor_t* mission(void)
+{
+    return (mission_descriptor_t*)(uintptr_t)fixture.supervisor.mission; // Static storage of the fixture.
+}
+
+static registry_entry_t* entry_of(const uint16_t apid)
+{
+    registry_entry_t* const entry = supervisor_registry_find(&fixture.supervisor, apid);
+    TEST_ASSERT_NOT_NULL(entry);
+    return entry;
+}
+
+void setUp(void)
+{
+    fixture_open_up();
+}
+
+void tearDown(void)
+{
+    fixture_close(); // The next setUp loads the mission again.
+}
+
+// ---- Permission ----
+
+static uint16_t refusal_of(const uint16_t apid, const uint8_t state)
+{
+    const pus_tc_t tc = {.apid    = apid,
+                         .service = PUS_SERVICE_MANAGEMENT,
+                         .subtype = PUS_MANAGEMENT_REQUEST_STATE,
+                         .data    = &state,
+                         .size    = 1U};
+    return supervisor_permission_of(&fixture.supervisor, &tc).code;
+}
+
+static void only_a_doubt_about_the_barring_state_bars_the_way_down(void)
+{
+    fixture_link_up(STATE_SAFE_OPERATIONAL);
+    entry_of(HAND)->doubt = DOUBT_SILENT;
+    TEST_ASSERT_EQUAL(PUS_FAILURE_NONE, refusal_of(ARM, STATE_OFFLINE));
+    entry_of(HAND)->state = STATE_OPERATIONAL;
+    TEST_ASSERT_EQUAL(PUS_FAILURE_STATE_IN_DOUBT, refusal_of(ARM, STATE_OFFLINE));
+    entry_of(HAND)->doubt = DOUBT_NONE;
+    TEST_ASSERT_EQUAL(PUS_FAILURE_MEMBER_ACTIVE, refusal_of(ARM, STATE_OFFLINE));
+}
+
+static void any_doubt_bars_the_way_up_to_operation(void)
+{
+    fixture_link_up(STATE_SAFE_OPERATIONAL);
+    TEST_ASSERT_EQUAL(PUS_FAILURE_NONE, refusal_of(ARM, STATE_OPERATIONAL));
+    entry_of(HAND)->doubt = DOUBT_SILENT;
+    TEST_ASSERT_EQUAL(PUS_FAILURE_STATE_IN_DOUBT, refusal_of(ARM, STATE_OPERATIONAL));
+}
+
+static void a_mission_without_a_power_limit_needs_no_power(void)
+{
+    fixture_place(FIXTURE_ARM, STATE_OFFLINE);
+    mission()->power_available_w = 1U;
+    TEST_ASSERT_EQUAL(PUS_FAILURE_RESOURCES, refusal_of(ARM, STATE_PRE_OPERATIONAL));
+    mission()->power_available_w = 0U;
+    TEST_ASSERT_EQUAL(PUS_FAILURE_NONE, refusal_of(ARM, STATE_PRE_OPERATIONAL));
+}
+
+/// A mission may permit any state: the target itself refuses those that cannot be requested.
+static void states_that_cannot_be_requested_are_left_to_the_target(void)
+{
+    mission()->rules[0].is_any = true;
+    mission()->rules[0].modes  = UINT8_MAX;
+    mission()->rules[0].states = UINT16_MAX;
+    fixture_place(FIXTURE_ARM, STATE_OFFLINE);
+    mission()->power_available_w = 1U;
+    TEST_ASSERT_EQUAL(PUS_FAILURE_NONE, refusal_of(ARM, 77U));
+    TEST_ASSERT_EQUAL(PUS_FAILURE_NONE, refusal_of(ARM, STATE_ERROR_OPERATIONAL));
+    TEST_ASSERT_EQUAL(PUS_FAILURE_RESOURCES, refusal_of(ARM, STATE_PRE_OPERATIONAL));
+    fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
+    entry_of(ARM)->doubt = DOUBT_SILENT; // A request up would be refused as uncertain.
+    TEST_ASSERT_EQUAL(PUS_FAILURE_NONE, refusal_of(ARM, STATE_POST_OPERATIONAL));
+    entry_of(ARM)->state = STATE_OFFLINE;
+    TEST_ASSERT_EQUAL(PUS_FAILURE_STATE_IN_DOUBT, refusal_of(ARM, STATE_POST_OPERATIONAL));
+}
+
+// ---- Recovery ----
+
+static void occur(const uint16_t apid, const uint8_t severity, const uint16_t event)
+{
+    const pus_event_occurrence_t occurrence = {.apid = apid, .event = event, .severity = severity};
+    supervisor_error_event(&fixture.supervisor, &occurrence);
+}
+
+/// Order that stands after a reaction to `event` of ARM, while the order `open` waits to be sent.
+static state_t order_after(const state_t open, const uint16_t event)
+{
+    registry_entry_t* const arm = entry_of(ARM);
+    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    arm->is_order_pending = true;
+    arm->ordered          = open;
+    occur(ARM, PUS_SEVERITY_MEDIUM, event);
+    return arm->ordered;
+}
+
+static void an_open_order_that_leads_lower_is_not_replaced(void)
+{
+    enum {
+        TIRED  = 3,
+        STRAIN = 2
+    };
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, order_after(STATE_OFFLINE, TIRED));
+    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, order_after(STATE_PRE_OPERATIONAL, TIRED));
+    TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, order_after(STATE_SAFE_OPERATIONAL, TIRED));
+    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, order_after(STATE_ERROR_OPERATIONAL, TIRED));
+    TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, order_after(STATE_OPERATIONAL, TIRED));
+    const mission_plan_t* const plan =
+        descriptor_mission_find_plan(mission(), DESCRIPTOR_MEDIUM, ARM, STRAIN);
+    TEST_ASSERT_NOT_NULL(plan);
+    mission()->actions[plan->first_action].state = STATE_PRE_OPERATIONAL;
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, order_after(STATE_OFFLINE, STRAIN));
+    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, order_after(STATE_PRE_OPERATIONAL, STRAIN));
+    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, order_after(STATE_SAFE_OPERATIONAL, STRAIN));
+}
+
+static void the_loss_of_a_process_outside_of_the_mission_orders_nothing(void)
+{
+    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture_forget();
+    supervisor_error_member_lost(&fixture.supervisor, UNKNOWN, SUPERVISOR_EVENT_PROCESS_LOST);
+    fixture_run(2U);
+    TEST_ASSERT_FALSE(fixture_has("TC 129.8"));
+    supervisor_error_member_lost(&fixture.supervisor, ARM, SUPERVISOR_EVENT_PROCESS_LOST);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8"));
+}
+
+static unsigned plans_started_by(const uint16_t event, const uint16_t subject)
+{
+    const unsigned before              = fixture.supervisor.counters.plans_started;
+    fixture.supervisor.own_events[0]   = (own_event_t){event, PUS_SEVERITY_HIGH, subject};
+    fixture.supervisor.own_event_count = 1U;
+    fixture.supervisor.plans           = (plan_runner_t){0};
+    supervisor_error_own_events(&fixture.supervisor);
+    return fixture.supervisor.counters.plans_started - before;
+}
+
+static void a_high_finding_about_the_supervisor_needs_a_plan_of_its_own(void)
+{
+    TEST_ASSERT_EQUAL_UINT(0U, plans_started_by(SUPERVISOR_EVENT_CHECKPOINT_DAMAGED, SUPERVISOR_APID));
+    TEST_ASSERT_EQUAL_UINT(1U, plans_started_by(SUPERVISOR_EVENT_LOG_FAILED, SUPERVISOR_APID));
+    TEST_ASSERT_EQUAL_UINT(1U, plans_started_by(SUPERVISOR_EVENT_CHECKPOINT_DAMAGED, ARM));
+    fixture.supervisor.shutdown_step = 1U;
+    TEST_ASSERT_EQUAL_UINT(0U, plans_started_by(SUPERVISOR_EVENT_LOG_FAILED, SUPERVISOR_APID));
+    fixture.supervisor.shutdown_step = 0U;
+}
+
+static uint16_t event_of_loss(const uint16_t event)
+{
+    fixture.supervisor.plans = (plan_runner_t){0};
+    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    supervisor_error_member_lost(&fixture.supervisor, ARM, event);
+    const plan_run_t* const run = supervisor_plan_runner_of(&fixture.supervisor.plans, ARM);
+    TEST_ASSERT_NOT_NULL(run);
+    return run->event_id;
+}
+
+/// A plan for any subsystem is none for the events of the supervisor itself.
+static void only_a_plan_of_the_supervisor_is_for_the_event_of_a_loss(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(SUPERVISOR_EVENT_SUBSYSTEM_SILENT,
+                             event_of_loss(SUPERVISOR_EVENT_SUBSYSTEM_SILENT));
+    TEST_ASSERT_EQUAL_UINT16(SUPERVISOR_EVENT_PROCESS_LOST, event_of_loss(SUPERVISOR_EVENT_PROCESS_HUNG));
+    mission()->plans[0].apid = MISSION_ANY_TARGET;
+    TEST_ASSERT_EQUAL_UINT16(SUPERVISOR_EVENT_PROCESS_LOST, event_of_loss(SUPERVISOR_EVENT_SUBSYSTEM_SILENT));
+    const plan_run_t* const run = supervisor_plan_runner_of(&fixture.supervisor.plans, ARM);
+    TEST_ASSERT_EQUAL_UINT16(0U, run->plan); // It is the plan for a HIGH event of this subsystem.
+}
+
+/// Note an event of the supervisor about `apid`; number of noted events.
+static uint16_t noted_after(const uint16_t event, const uint16_t apid)
+{
+    const uint8_t data[4] = {(uint8_t)(event >> 8U), (uint8_t)event, (uint8_t)(apid >> 8U), (uint8_t)apid};
+    const pus_tm_t tm     = {
+            .apid = SUPERVISOR_APID, .service = PUS_SERVICE_EVENTS, .data = data, .size = sizeof data};
+    const pus_event_occurrence_t occurrence = {
+        .apid = SUPERVISOR_APID, .event = event, .severity = PUS_SEVERITY_HIGH};
+    supervisor_error_own_event(&fixture.supervisor, &tm, &occurrence);
+    return fixture.supervisor.own_event_count;
+}
+
+static void an_own_event_is_about_the_subsystem_that_its_first_field_names(void)
+{
+    subsystem_descriptor_t* const own =
+        (subsystem_descriptor_t*)(uintptr_t)fixture.supervisor.config.descriptor;
+    TEST_ASSERT_EQUAL_UINT16(0U, noted_after(999U, ARM)); // No such event.
+    TEST_ASSERT_EQUAL_UINT16(1U, noted_after(SUPERVISOR_EVENT_INTERFACE_DIFFERS, ARM));
+    TEST_ASSERT_EQUAL_UINT16(1U, noted_after(SUPERVISOR_EVENT_INTERFACE_DIFFERS, ARM));
+    TEST_ASSERT_EQUAL_UINT16(2U, noted_after(SUPERVISOR_EVENT_INTERFACE_DIFFERS, HAND));
+    TEST_ASSERT_EQUAL_UINT16(3U, noted_after(SUPERVISOR_EVENT_CONFIGURATION_DIFFERS, HAND));
+    const descriptor_event_t* const event = descriptor_find_event(own, SUPERVISOR_EVENT_RESOURCE_REFUSED);
+    TEST_ASSERT_NOT_NULL(event);
+    own->fields[event->first_field].type = VALUE_UINT8;
+    TEST_ASSERT_EQUAL_UINT16(3U, noted_after(SUPERVISOR_EVENT_RESOURCE_REFUSED, ARM));
+    own->fields[event->first_field].type = VALUE_UINT16;
+    TEST_ASSERT_EQUAL_UINT16(4U, noted_after(SUPERVISOR_EVENT_RESOURCE_REFUSED, ARM));
+}
+
+// ---- Handshake of links ----
+
+static void members_are_ready(void)
+{
+    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
+    fixture_forget();
+}
+
+static link_session_t* first_session(void)
+{
+    return &fixture.supervisor.sessions[0];
+}
+
+static void agree(void)
+{
+    members_are_ready();
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(ANSWER_TICKS);
+    TEST_ASSERT_EQUAL(LINK_ARM_STATE, fixture.supervisor.accepted[0].link);
+    fixture_forget();
+}
+
+static void a_new_negotiation_that_fails_ends_the_former_agreement(void)
+{
+    members_are_ready();
+    fixture.members[FIXTURE_ARM].ignores_links = true;
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(SESSION_TICKS);
+    TEST_ASSERT_FALSE(fixture_has("17 TC 130.7")); // Neither end has agreed yet.
+    fixture.members[FIXTURE_ARM].ignores_links = false;
+    agree();
+    fixture.members[FIXTURE_ARM].ignores_links = true;
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(SESSION_TICKS);
+    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 0001"));
+    TEST_ASSERT_EQUAL(0U, fixture.supervisor.accepted[0].link);
+}
+
+static void a_link_is_renewed_only_if_it_can_be_negotiated_again(void)
+{
+    supervisor_t* const supervisor = &fixture.supervisor;
+    members_are_ready();
+    TEST_ASSERT_FALSE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE)); // It was never requested.
+    supervisor->wanted[0].layout_size = 8U;
+    mission()->links[0].producer_apid = UNKNOWN;
+    TEST_ASSERT_FALSE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE));
+    mission()->links[0].producer_apid = ARM;
+    TEST_ASSERT_TRUE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE));
+    TEST_ASSERT_FALSE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE)); // It has a session.
+    first_session()->step = SESSION_FREE;
+    fixture_fill(FIXTURE_ARM); // The producer takes no request.
+    TEST_ASSERT_FALSE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE));
+    TEST_ASSERT_EQUAL(SESSION_FREE, first_session()->step);
+}
+
+static void an_agreed_link_is_opened_again_only_with_a_session_and_a_producer(void)
+{
+    supervisor_t* const supervisor = &fixture.supervisor;
+    agree();
+    for (unsigned i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
+        supervisor->sessions[i] =
+            (link_session_t){.step = SESSION_CLOSING, .link = 20U, .deadline_ns = UINT64_MAX};
+    }
+    TEST_ASSERT_FALSE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE));
+    (void)memset(supervisor->sessions, 0, sizeof supervisor->sessions);
+    TEST_ASSERT_TRUE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE));
+    TEST_ASSERT_EQUAL(SESSION_OPEN_PRODUCER, first_session()->step);
+    first_session()->step = SESSION_FREE;
+    fixture_fill(FIXTURE_ARM);
+    TEST_ASSERT_FALSE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE));
+    TEST_ASSERT_EQUAL(SESSION_FREE, first_session()->step);
+}
+
+static void end_reports(const unsigned member, const uint8_t state)
+{
+    fixture_link_changed(member, LINK_ARM_STATE, PUS_LINK_STATE_ACCEPTED, state);
+    fixture_run(1U);
+}
+
+static void each_end_is_heard_only_in_its_own_step(void)
+{
+    agree();
+    fixture.members[FIXTURE_ARM].ignores_links  = true;
+    fixture.members[FIXTURE_HAND].ignores_links = true;
+    (void)fixture_open_link(LINK_ARM_STATE);
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL(SESSION_OPEN_PRODUCER, first_session()->step);
+    end_reports(FIXTURE_HAND, PUS_LINK_STATE_OPEN); // It was not asked yet.
+    TEST_ASSERT_EQUAL(SESSION_OPEN_PRODUCER, first_session()->step);
+    end_reports(FIXTURE_HAND, PUS_LINK_STATE_CLOSED); // It was not open, and the session goes on.
+    TEST_ASSERT_EQUAL(SESSION_OPEN_PRODUCER, first_session()->step);
+    end_reports(FIXTURE_ARM, PUS_LINK_STATE_OPEN);
+    TEST_ASSERT_EQUAL(SESSION_OPEN_CONSUMER, first_session()->step);
+    end_reports(FIXTURE_ARM, PUS_LINK_STATE_OPEN); // Once more.
+    TEST_ASSERT_EQUAL(SESSION_OPEN_CONSUMER, first_session()->step);
+    TEST_ASSERT_EQUAL(0U, fixture.supervisor.graph.count);
+    end_reports(FIXTURE_HAND, PUS_LINK_STATE_OPEN);
+    TEST_ASSERT_EQUAL(SESSION_FREE, first_session()->step);
+    TEST_ASSERT_EQUAL(1U, fixture.supervisor.graph.count);
+}
+
+/// After a takeover, a subsystem reports the state of one link. True if the manager read the report.
+static bool reports_link(const uint16_t apid, const uint16_t destination, const uint16_t link,
+                         const uint8_t state, const size_t size)
+{
+    uint8_t data[2U + STATUS_ROW] = {0U, 1U, (uint8_t)(link >> 8U), (uint8_t)link, state};
+    const pus_tm_t tm             = {.apid        = apid,
+                                     .service     = PUS_SERVICE_RTLINK,
+                                     .subtype     = PUS_LINK_STATUS,
+                                     .destination = destination,
+                                     .data        = data,
+                                     .size        = size};
+    fixture_forget();
+    entry_of(ARM)->are_links_in_doubt = true;
+    supervisor_link_manager_report(&fixture.supervisor, &tm);
+    fixture_run(1U);
+    const bool is_read                = !entry_of(ARM)->are_links_in_doubt;
+    entry_of(ARM)->are_links_in_doubt = false;
+    return is_read;
+}
+
+static void only_a_whole_report_to_the_supervisor_settles_the_links(void)
+{
+    const uint16_t own = PUS_USER_SUPERVISOR;
+    members_are_ready();
+    TEST_ASSERT_TRUE(reports_link(ARM, own, LINK_ARM_STATE, PUS_LINK_STATE_CLOSED, 2U + STATUS_ROW));
+    TEST_ASSERT_FALSE(reports_link(UNKNOWN, own, LINK_ARM_STATE, PUS_LINK_STATE_CLOSED, 2U + STATUS_ROW));
+    TEST_ASSERT_FALSE(
+        reports_link(ARM, FIXTURE_USER, LINK_ARM_STATE, PUS_LINK_STATE_CLOSED, 2U + STATUS_ROW));
+    TEST_ASSERT_FALSE(reports_link(ARM, own, LINK_ARM_STATE, PUS_LINK_STATE_CLOSED, 1U + STATUS_ROW));
+}
+
+static void only_an_open_link_of_the_mission_is_closed_after_a_takeover(void)
+{
+    static const struct {
+        uint16_t link;
+        uint8_t state;
+        bool is_closed;
+    } cases[] = {
+        {LINK_ARM_STATE, PUS_LINK_STATE_CLOSED, false},       {LINK_ARM_STATE, PUS_LINK_STATE_OPEN, true},
+        {LINK_ARM_STATE, PUS_LINK_STATE_STALE, true},         {0U, PUS_LINK_STATE_OPEN, false},
+        {MISSION_LINKS_MAX + 1U, PUS_LINK_STATE_OPEN, false},
+    };
+    members_are_ready();
+    for (unsigned i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        TEST_ASSERT_TRUE(
+            reports_link(ARM, PUS_USER_SUPERVISOR, cases[i].link, cases[i].state, 2U + STATUS_ROW));
+        TEST_ASSERT_EQUAL_MESSAGE(cases[i].is_closed, fixture_has("16 TC 130.7"), "state of the link");
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(only_a_doubt_about_the_barring_state_bars_the_way_down);
+    RUN_TEST(any_doubt_bars_the_way_up_to_operation);
+    RUN_TEST(a_mission_without_a_power_limit_needs_no_power);
+    RUN_TEST(states_that_cannot_be_requested_are_left_to_the_target);
+    RUN_TEST(an_open_order_that_leads_lower_is_not_replaced);
+    RUN_TEST(the_loss_of_a_process_outside_of_the_mission_orders_nothing);
+    RUN_TEST(a_high_finding_about_the_supervisor_needs_a_plan_of_its_own);
+    RUN_TEST(only_a_plan_of_the_supervisor_is_for_the_event_of_a_loss);
+    RUN_TEST(an_own_event_is_about_the_subsystem_that_its_first_field_names);
+    RUN_TEST(a_new_negotiation_that_fails_ends_the_former_agreement);
+    RUN_TEST(a_link_is_renewed_only_if_it_can_be_negotiated_again);
+    RUN_TEST(an_agreed_link_is_opened_again_only_with_a_session_and_a_producer);
+    RUN_TEST(each_end_is_heard_only_in_its_own_step);
+    RUN_TEST(only_a_whole_report_to_the_supervisor_settles_the_links);
+    RUN_TEST(only_an_open_link_of_the_mission_is_closed_after_a_takeover);
+    return UNITY_END();
+}
