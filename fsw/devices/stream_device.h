@@ -24,7 +24,6 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define STREAM_DEVICE_TYPE "stream" ///< Attribute `type` of <Device>.
 #define STREAM_DEVICE_NO_FIELD 0xFFU
 
 typedef enum {
@@ -76,7 +75,7 @@ typedef struct { // Private, except counters and name: read-only.
     stream_device_counters_t counters;
 } stream_device_t;
 
-/// Initialise as closed, with counters zero. The device must have the type STREAM_DEVICE_TYPE and one end
+/// Initialise as closed, with counters zero. The device must have the type DESCRIPTOR_STREAM_TYPE and one end
 /// node that is not on CAN.
 void stream_device_init(stream_device_t* device, const subsystem_descriptor_t* descriptor,
                         const descriptor_device_t* source, const flow_resolver_t* resolver);

@@ -28,11 +28,18 @@ stream_device_t* stream_devices_at(stream_devices_t* const devices, const uint16
 static void raise_fault(const stream_devices_t* const devices, const uint8_t place,
                         const stream_device_fault_t* const fault)
 {
-    static const char* const names[] = {[STREAM_DEVICE_REFUSED]  = "DEVICE_REFUSED",
-                                        [STREAM_DEVICE_LOST]     = "DEVICE_LOST",
-                                        [STREAM_DEVICE_RETURNED] = "DEVICE_RETURNED"};
-    const descriptor_event_t* const event =
-        descriptor_find_event_name(subsystem_descriptor(devices->generic), names[fault->kind]);
+    static const char* const names[]               = {[STREAM_DEVICE_REFUSED]  = "STREAM_REFUSED",
+                                                      [STREAM_DEVICE_LOST]     = "STREAM_LOST",
+                                                      [STREAM_DEVICE_RETURNED] = "STREAM_RETURNED"};
+    static const char* const others[]              = {[STREAM_DEVICE_REFUSED]  = "DEVICE_REFUSED",
+                                                      [STREAM_DEVICE_LOST]     = "DEVICE_LOST",
+                                                      [STREAM_DEVICE_RETURNED] = "DEVICE_RETURNED"};
+    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(devices->generic);
+    const descriptor_event_t* event = descriptor_find_event_name(descriptor, names[fault->kind]);
+    if ((event == NULL) && (devices->count == descriptor->device_count)) {
+        // In a subsystem with devices on CAN, these events are those of fsw/drives.
+        event = descriptor_find_event_name(descriptor, others[fault->kind]);
+    }
     const uint8_t octets[EVENT_OCTETS] = {place, (uint8_t)fault->cause};
     if ((event != NULL) && (event->octets <= EVENT_OCTETS)) {
         (void)subsystem_raise(devices->generic, event->id, octets, event->octets);
@@ -64,10 +71,14 @@ static void close_all(stream_devices_t* const devices)
 static void begin(stream_devices_t* const devices)
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(devices->generic);
-    FSW_ASSERT(descriptor->device_count <= STREAM_DEVICES_MAX);
-    devices->count = descriptor->device_count;
-    for (uint16_t i = 0U; i < devices->count; i++) {
-        stream_device_init(&devices->devices[i], descriptor, &descriptor->devices[i], devices->resolver);
+    devices->count                                 = 0U;
+    for (uint16_t i = 0U; i < descriptor->device_count; i++) {
+        if (descriptor_is_stream(&descriptor->devices[i])) {
+            FSW_ASSERT(devices->count < STREAM_DEVICES_MAX); // stream_devices_fit has checked their number.
+            stream_device_init(&devices->devices[devices->count], descriptor, &descriptor->devices[i],
+                               devices->resolver);
+            devices->count++;
+        }
     }
     devices->is_open = true;
 }
@@ -106,11 +117,17 @@ static status_t stop_started(stream_devices_t* const devices)
     return status;
 }
 
-static bool is_started(const stream_devices_t* const devices,
-                       const descriptor_configuration_t* const configuration)
+/// Number of stream devices among `count` devices of the descriptor.
+static uint16_t count_streams(const stream_devices_t* const devices, const uint16_t first,
+                              const uint16_t count)
 {
-    return (devices->started_count == configuration->device_count) &&
-           (devices->first_started == configuration->first_device);
+    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(devices->generic);
+    uint16_t streams                               = 0U;
+    for (uint16_t i = 0U; i < count; i++) {
+        const bool is_one = descriptor_is_stream(&descriptor->devices[first + i]);
+        streams           = (uint16_t)(streams + (is_one ? 1U : 0U));
+    }
+    return streams;
 }
 
 status_t stream_devices_configure(void* const self, const descriptor_configuration_t* const configuration)
@@ -118,13 +135,16 @@ status_t stream_devices_configure(void* const self, const descriptor_configurati
     FSW_ASSERT((self != NULL) && (configuration != NULL));
     stream_devices_t* const devices = self;
     const uint64_t now_ns           = subsystem_now_ns(devices->generic);
-    status_t status                 = is_started(devices, configuration) ? STATUS_OK : stop_started(devices);
-    for (uint16_t i = 0U; (status == STATUS_OK) && (i < configuration->device_count); i++) {
-        status = stream_device_start(&devices->devices[configuration->first_device + i], now_ns);
+    const uint16_t first            = count_streams(devices, 0U, configuration->first_device);
+    const uint16_t count  = count_streams(devices, configuration->first_device, configuration->device_count);
+    const bool is_started = (devices->started_count == count) && (devices->first_started == first);
+    status_t status       = is_started ? STATUS_OK : stop_started(devices);
+    for (uint16_t i = 0U; (status == STATUS_OK) && (i < count); i++) {
+        status = stream_device_start(&devices->devices[first + i], now_ns);
     }
     if (status == STATUS_OK) {
-        devices->first_started = configuration->first_device;
-        devices->started_count = configuration->device_count;
+        devices->first_started = first;
+        devices->started_count = count;
     }
     return status;
 }

@@ -5,8 +5,11 @@
 ///
 /// HARDWARE_INIT opens the devices of all configurations and waits for a record of each; PRE_OPERATIONAL
 /// starts those of the configuration; ERROR_OPERATIONAL secures all devices, then waits for each. Faults
-/// raise events, if the descriptor defines them: DEVICE_REFUSED and DEVICE_LOST (UINT8 place of the device,
-/// UINT8 stream_device_cause_t), DEVICE_RETURNED (UINT8 place).
+/// raise events, if the descriptor defines them: STREAM_REFUSED and STREAM_LOST (UINT8 place of the device,
+/// UINT8 stream_device_cause_t), STREAM_RETURNED (UINT8 place). In a subsystem without devices on CAN they
+/// may be called DEVICE_REFUSED, DEVICE_LOST and DEVICE_RETURNED.
+///
+/// The subsystem may have devices on CAN, too: fsw/equipment/equipment.h.
 ///
 /// Ownership  The caller places stream_devices_t, which must not be moved.
 /// Context    The task of the generic subsystem.
@@ -26,7 +29,7 @@ typedef struct { // Private, except count.
     subsystem_t* generic;
     const flow_resolver_t* resolver;
     stream_device_t devices[STREAM_DEVICES_MAX];
-    uint16_t count;         ///< Devices of the descriptor, in its order.
+    uint16_t count;         ///< Stream devices of the descriptor, in its order.
     uint16_t first_started; // Devices of the configuration in use.
     uint16_t started_count;
     bool is_open;
@@ -40,16 +43,18 @@ typedef struct {
     const char* says_out; ///< Message about a device that lacks a field of `out`.
     uint16_t most;        ///< Devices of all configurations, at most STREAM_DEVICES_MAX.
     const char* says_most;
+    bool permits_drives; ///< Devices on CAN are permitted, and are left to fsw/drives.
 } stream_devices_need_t;
 
-/// True if the devices of a descriptor are stream devices that can be reached and have these fields.
+/// True if the stream devices of a descriptor can be reached and have these fields, and other devices are
+/// permitted.
 bool stream_devices_fit(const subsystem_descriptor_t* descriptor, const stream_devices_need_t* need,
                         subsystem_misfit_t* out_misfit);
 
 /// Call once, before the generic subsystem runs. The pointers must stay valid.
 void stream_devices_init(stream_devices_t* devices, subsystem_t* generic, const flow_resolver_t* resolver);
-/// Returns a device by its index in the descriptor; null if there is none, or if HARDWARE_INIT has not
-/// begun.
+/// Returns a device by its index among the stream devices of the descriptor; null if there is none, or if
+/// HARDWARE_INIT has not begun.
 stream_device_t* stream_devices_at(stream_devices_t* devices, uint16_t place);
 
 status_t stream_devices_hardware_init(void* self);

@@ -37,6 +37,10 @@ static uint16_t count_fields(const subsystem_descriptor_t* const descriptor,
 static bool endnode_fits(const subsystem_descriptor_t* const descriptor,
                          const descriptor_device_t* const device, subsystem_misfit_t* const out_misfit)
 {
+    if ((device->setting_count > 0U) || (device->quantity_count > 0U) || (device->supply_count > 0U)) {
+        return refuse(out_misfit, device->line,
+                      "<Device> of type \"stream\": expected no <Setting>, <Quantity> or <Supply>");
+    }
     if (device->endnode_count != 1U) {
         return refuse(out_misfit, device->line, "<Device> of type \"stream\": expected one <Endnode>");
     }
@@ -77,7 +81,8 @@ static bool endnode_is_free(const subsystem_descriptor_t* const descriptor, cons
     const descriptor_endnode_t* const endnode =
         &descriptor->endnodes[descriptor->devices[place].first_endnode];
     for (uint16_t i = 0U; i < place; i++) {
-        if (is_same(endnode, &descriptor->endnodes[descriptor->devices[i].first_endnode])) {
+        const descriptor_device_t* const other = &descriptor->devices[i];
+        if (descriptor_is_stream(other) && is_same(endnode, &descriptor->endnodes[other->first_endnode])) {
             return refuse(out_misfit, endnode->line,
                           "name or port of <Endnode>: expected one that no device above has");
         }
@@ -124,12 +129,17 @@ bool stream_devices_fit(const subsystem_descriptor_t* const descriptor,
 {
     FSW_ASSERT((descriptor != NULL) && (need != NULL) && (out_misfit != NULL));
     FSW_ASSERT(need->most <= STREAM_DEVICES_MAX);
+    uint16_t count = 0U;
     for (uint16_t i = 0U; i < descriptor->device_count; i++) {
         const descriptor_device_t* const device = &descriptor->devices[i];
-        if (i >= need->most) {
+        if (!descriptor_is_stream(device) && need->permits_drives) {
+            continue;
+        }
+        count++;
+        if (count > need->most) {
             return refuse(out_misfit, device->line, need->says_most);
         }
-        if (strcmp(device->type, STREAM_DEVICE_TYPE) != 0) {
+        if (!descriptor_is_stream(device)) {
             return refuse(out_misfit, device->line, "type of <Device>: expected \"stream\"");
         }
         if (!endnode_fits(descriptor, device, out_misfit) || !endnode_is_free(descriptor, i, out_misfit) ||

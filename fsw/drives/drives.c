@@ -126,6 +126,9 @@ static void list_buses(drives_t* const drives)
     for (uint16_t i = 0U; i < descriptor->device_count; i++) {
         const descriptor_endnode_t* const endnode = drives_endnode(descriptor, &descriptor->devices[i]);
         uint8_t bus                               = 0U;
+        if (endnode == NULL) { // A stream device.
+            continue;
+        }
         while ((bus < drives->bus_count) && (strcmp(drives->buses[bus].endnode->bus, endnode->bus) != 0)) {
             bus++;
         }
@@ -135,17 +138,6 @@ static void list_buses(drives_t* const drives)
             drives->bus_count++;
         }
     }
-}
-
-canopen_network_t* drives_network(drives_t* const drives, const descriptor_endnode_t* const endnode)
-{
-    FSW_ASSERT((drives != NULL) && (endnode != NULL));
-    uint8_t bus = 0U;
-    while (strcmp(drives->buses[bus].endnode->bus, endnode->bus) != 0) {
-        bus++;
-        FSW_ASSERT(bus < drives->bus_count); // list_buses has listed every bus.
-    }
-    return &drives->buses[bus].network;
 }
 
 /// Call `action` for each bus that has not completed `step` yet; each bus may need another number of
@@ -202,7 +194,7 @@ static status_t add_devices(drives_t* const drives)
     drives->mapping_count = 0U;
     for (uint16_t i = 0U; (status == STATUS_OK) && (i < descriptor->device_count); i++) {
         const descriptor_endnode_t* const endnode = drives_endnode(descriptor, &descriptor->devices[i]);
-        if (drives_find(drives, endnode->node) == NETWORK_NO_DEVICE) {
+        if ((endnode != NULL) && (drives_find(drives, endnode->node) == NETWORK_NO_DEVICE)) {
             status = add_device(drives, descriptor->devices[i].type, endnode);
         }
     }
@@ -291,6 +283,9 @@ static status_t add_settings(drives_t* const drives, const descriptor_device_t* 
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
     const descriptor_endnode_t* const endnode      = drives_endnode(descriptor, device);
+    if (endnode == NULL) { // A stream device.
+        return STATUS_OK;
+    }
     if (drives_find(drives, endnode->node) == NETWORK_NO_DEVICE) {
         return STATUS_NOT_FOUND;
     }
@@ -538,63 +533,4 @@ void drives_emit(void* const self)
     for (uint8_t i = 0U; i < drives->bus_count; i++) {
         canopen_network_emit(&drives->buses[i].network, subsystem_now_ns(drives->generic));
     }
-}
-
-uint8_t drives_find(const drives_t* const drives, const uint32_t node)
-{
-    FSW_ASSERT(drives != NULL);
-    for (uint8_t i = 0U; i < drives->device_count; i++) {
-        if (drives->devices[i].device.node == node) {
-            return i;
-        }
-    }
-    return NETWORK_NO_DEVICE;
-}
-
-/// Index in drives_t.devices of the applied configuration's device `position`, or NETWORK_NO_DEVICE.
-static uint8_t index_of(const drives_t* const drives, const uint16_t position)
-{
-    const descriptor_configuration_t* const configuration = drives->configuration;
-    if ((configuration == NULL) || (position >= configuration->device_count)) {
-        return NETWORK_NO_DEVICE;
-    }
-    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
-    const descriptor_device_t* const device = &descriptor->devices[configuration->first_device + position];
-    return drives_find(drives, drives_endnode(descriptor, device)->node);
-}
-
-canopen_device_t* drives_device(drives_t* const drives, const uint16_t position)
-{
-    FSW_ASSERT(drives != NULL);
-    const uint8_t index = index_of(drives, position);
-    return (index != NETWORK_NO_DEVICE) ? &drives->devices[index].device : NULL;
-}
-
-bool drives_are_running(const drives_t* const drives)
-{
-    FSW_ASSERT(drives != NULL);
-    bool are_all = (drives->bus_count > 0U);
-    for (uint8_t i = 0U; i < drives->bus_count; i++) {
-        are_all = are_all && drives->buses[i].network.is_running;
-    }
-    return are_all;
-}
-
-uint32_t drives_missed(const drives_t* const drives, const uint16_t position)
-{
-    FSW_ASSERT(drives != NULL);
-    const uint8_t index = index_of(drives, position);
-    return (index != NETWORK_NO_DEVICE) ? drives->devices[index].missed : 0U;
-}
-
-uint32_t drives_limited(const drives_t* const drives)
-{
-    FSW_ASSERT(drives != NULL);
-    uint32_t sum = 0U;
-    for (uint8_t i = 0U; i < drives->device_count; i++) {
-        for (uint8_t k = 0U; k < PROFILE_AXES_MAX; k++) {
-            sum += drives->devices[i].device.axes[k].limited;
-        }
-    }
-    return sum;
 }

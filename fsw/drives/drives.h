@@ -136,7 +136,7 @@ void drives_sense(void* self);
 /// Call at the end of a cycle: send process data, requests and SYNC.
 void drives_emit(void* self);
 
-/// Returns device number `position` (0..) of the applied configuration, or null.
+/// Returns device number `position` (0..) of the applied configuration, or null. Stream devices do not count.
 canopen_device_t* drives_device(drives_t* drives, uint16_t position);
 /// Index in drives->devices of the device with this node id, on any bus; NETWORK_NO_DEVICE if there is
 /// none.

@@ -177,8 +177,9 @@ bool drives_is_mapped(const subsystem_descriptor_t* const descriptor, const uint
     FSW_ASSERT(descriptor != NULL);
     bool is_mapped = false;
     for (uint16_t i = 0U; i < descriptor->device_count; i++) {
-        const descriptor_device_t* const device = &descriptor->devices[i];
-        is_mapped = is_mapped || ((drives_endnode(descriptor, device)->node == node) &&
+        const descriptor_device_t* const device   = &descriptor->devices[i];
+        const descriptor_endnode_t* const endnode = drives_endnode(descriptor, device);
+        is_mapped = is_mapped || ((endnode != NULL) && (endnode->node == node) &&
                                   (mapping_setting(descriptor, device) != NULL));
     }
     return is_mapped;
@@ -191,8 +192,9 @@ static bool mappings_fit(const subsystem_descriptor_t* const descriptor, subsyst
     uint8_t count = 0U;
     for (uint16_t i = 0U; i < descriptor->device_count; i++) {
         const descriptor_setting_t* const setting = mapping_setting(descriptor, &descriptor->devices[i]);
-        const uint8_t node                        = drives_endnode(descriptor, &descriptor->devices[i])->node;
-        if ((setting == NULL) || ((count > 0U) && (memchr(nodes, node, count) != NULL))) {
+        const descriptor_endnode_t* const endnode = drives_endnode(descriptor, &descriptor->devices[i]);
+        if ((endnode == NULL) || (setting == NULL) ||
+            ((count > 0U) && (memchr(nodes, endnode->node, count) != NULL))) {
             continue;
         }
         if (count == DRIVES_MAPPINGS_MAX) {
@@ -200,7 +202,7 @@ static bool mappings_fit(const subsystem_descriptor_t* const descriptor, subsyst
                           "<Setting> of a mapping: expected at most 8 devices with other mappings than their "
                           "class");
         }
-        nodes[count] = node;
+        nodes[count] = endnode->node;
         count++;
     }
     return true;
@@ -240,28 +242,32 @@ static bool configuration_fits(const subsystem_descriptor_t* const descriptor,
                                const drives_need_t* const need, subsystem_misfit_t* const out_misfit)
 {
     const descriptor_device_t* const devices = &descriptor->devices[configuration->first_device];
-    const bool is_count = (need->count > 0U) ? (configuration->device_count == need->count)
-                                             : (configuration->device_count > 0U);
-    if (!is_count) {
-        return refuse(out_misfit, configuration->line, need->says_count);
-    }
-    const int first_mode = drives_mode(descriptor, &devices[0]);
-    bool fits            = true;
+    uint16_t count                           = 0U; // Devices on CAN.
+    int first_mode                           = 0;
+    bool fits                                = true;
     for (uint16_t i = 0U; fits && (i < configuration->device_count); i++) {
-        fits = device_fits(descriptor, &devices[i], need, first_mode, out_misfit);
+        if (!descriptor_is_stream(&devices[i])) {
+            first_mode = (count == 0U) ? drives_mode(descriptor, &devices[i]) : first_mode;
+            fits       = device_fits(descriptor, &devices[i], need, first_mode, out_misfit);
+            count++;
+        }
     }
-    return fits;
+    const bool is_count = (need->count > 0U) ? (count == need->count) : (count > 0U);
+    return (fits && !is_count) ? refuse(out_misfit, configuration->line, need->says_count) : fits;
 }
 
 /// True if all nodes of all configurations, each counted once, can be brought up together.
-static bool nodes_fit(const subsystem_descriptor_t* const descriptor, subsystem_misfit_t* const out_misfit)
+static bool nodes_fit(const subsystem_descriptor_t* const descriptor, const drives_need_t* const need,
+                      subsystem_misfit_t* const out_misfit)
 {
     nodes_t nodes = {.node_count = 0U};
     bool fits     = true;
     for (uint16_t i = 0U; fits && (i < descriptor->device_count); i++) {
         const descriptor_device_t* const device = &descriptor->devices[i];
-        fits                                    = endnode_fits(descriptor, device, out_misfit) &&
-               node_fits(&nodes, &descriptor->endnodes[device->first_endnode], out_misfit);
+        if (!descriptor_is_stream(device) || !need->permits_streams) {
+            fits = endnode_fits(descriptor, device, out_misfit) &&
+                   node_fits(&nodes, &descriptor->endnodes[device->first_endnode], out_misfit);
+        }
     }
     return fits;
 }
@@ -270,7 +276,7 @@ bool drives_fit(const subsystem_descriptor_t* const descriptor, const drives_nee
                 subsystem_misfit_t* const out_misfit)
 {
     FSW_ASSERT((descriptor != NULL) && (need != NULL) && (out_misfit != NULL));
-    bool fits = nodes_fit(descriptor, out_misfit) && mappings_fit(descriptor, out_misfit);
+    bool fits = nodes_fit(descriptor, need, out_misfit) && mappings_fit(descriptor, out_misfit);
     for (uint16_t i = 0U; fits && (i < descriptor->configuration_count); i++) {
         fits = configuration_fits(descriptor, &descriptor->configurations[i], need, out_misfit);
     }
@@ -280,7 +286,11 @@ bool drives_fit(const subsystem_descriptor_t* const descriptor, const drives_nee
 const descriptor_endnode_t* drives_endnode(const subsystem_descriptor_t* const descriptor,
                                            const descriptor_device_t* const device)
 {
-    FSW_ASSERT((descriptor != NULL) && (device != NULL) && (device->endnode_count == 1U));
+    FSW_ASSERT((descriptor != NULL) && (device != NULL));
+    if (descriptor_is_stream(device)) {
+        return NULL;
+    }
+    FSW_ASSERT(device->endnode_count == 1U);
     const descriptor_endnode_t* const endnode = &descriptor->endnodes[device->first_endnode];
     FSW_ASSERT(endnode->type == DESCRIPTOR_ENDNODE_CAN);
     return endnode;

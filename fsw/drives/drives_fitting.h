@@ -16,10 +16,11 @@ typedef struct {  // Required contents of every configuration.
     /// Devices of classes without axes are permitted too, and each drive may have another mode.
     bool takes_modules;
     const char* says_type; ///< Message about a device of another class.
-    uint16_t count;        ///< Required number of devices; 0: any number from one.
+    uint16_t count;        ///< Required number of devices on CAN; 0: any number from one.
     const char* says_count;
     const int* modes; ///< Permitted modes of operation, 0 at the end; all devices must have the same.
     const char* says_mode;
+    bool permits_streams; ///< Stream devices are permitted, and are left to fsw/devices.
 } drives_need_t;
 
 /// True if the devices meet the need and are on CAN buses, within the limits of drives.h and network.h;
@@ -36,7 +37,7 @@ bool drives_is_mapped(const subsystem_descriptor_t* descriptor, uint8_t node);
 /// none.
 int drives_mode(const subsystem_descriptor_t* descriptor, const descriptor_device_t* device);
 
-/// CAN end node of a device that drives_fit has accepted.
+/// CAN end node of a device that drives_fit has accepted; null for a stream device.
 const descriptor_endnode_t* drives_endnode(const subsystem_descriptor_t* descriptor,
                                            const descriptor_device_t* device);
 

@@ -47,6 +47,12 @@ const void* descriptor_numbered(const void* const entries, const uint16_t count,
     return NULL;
 }
 
+bool descriptor_is_stream(const descriptor_device_t* const device)
+{
+    FSW_ASSERT(device != NULL);
+    return strcmp(device->type, DESCRIPTOR_STREAM_TYPE) == 0;
+}
+
 const descriptor_parameter_t* descriptor_find_parameter(const subsystem_descriptor_t* const descriptor,
                                                         const char* const name)
 {

@@ -287,7 +287,7 @@ typedef struct { // Address of a data flow; which fields are used depends on the
 
 typedef struct {
     const char* name;
-    const char* type; ///< Device class, e.g. "joint-drive".
+    const char* type; ///< Device class, e.g. "joint-drive", or DESCRIPTOR_STREAM_TYPE.
     uint16_t first_setting;
     uint16_t setting_count;
     uint16_t first_quantity;
@@ -374,6 +374,11 @@ typedef struct {
     char text[DESCRIPTOR_TEXT_OCTETS]; // Private: the strings.
     uint32_t text_used;
 } subsystem_descriptor_t;
+
+/// Type of a device that exchanges records over a data flow (docs/stream-devices.md).
+#define DESCRIPTOR_STREAM_TYPE "stream"
+/// True if the type of the device is DESCRIPTOR_STREAM_TYPE; all other types are classes of devices on CAN.
+bool descriptor_is_stream(const descriptor_device_t* device);
 
 /// Return the first of `count` entries of `size` octets with this name, or with this id; NULL if there is
 /// none. Every entry must begin with its name, directly followed by its id of 16 bits if it has one.

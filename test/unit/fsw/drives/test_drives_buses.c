@@ -44,7 +44,7 @@ static const flow_resolver_t resolver = {NULL, resolve};
 static bool fits(void)
 {
     static const int modes[]               = {10, 0};
-    static const drives_need_t drives_need = {1U, false, "type", 0U, "count", modes, "mode"};
+    static const drives_need_t drives_need = {1U, false, "type", 0U, "count", modes, "mode", false};
     subsystem_misfit_t misfit              = {0U, ""};
     return drives_fit(&descriptor, &drives_need, &misfit);
 }

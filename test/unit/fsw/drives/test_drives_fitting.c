@@ -24,7 +24,7 @@ static subsystem_misfit_t misfit;
 static bool fits_count(const char* document, const uint16_t count)
 {
     static const int modes[]  = {10, 8, 0};
-    const drives_need_t joint = {1U, false, "type", count, "count", modes, "mode"};
+    const drives_need_t joint = {1U, false, "type", count, "count", modes, "mode", false};
     TEST_ASSERT_EQUAL_MESSAGE(
         STATUS_OK, descriptor_parse_subsystem(&loader, "arm.xml", document, strlen(document), &descriptor),
         descriptor_error(&loader));

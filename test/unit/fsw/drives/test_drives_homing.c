@@ -187,7 +187,7 @@ static void securing_sets_outputs_to_zero(void)
 static void modules_are_accepted_only_where_the_subsystem_allows_them(void)
 {
     static const int modes[] = {8, 6, 0};
-    drives_need_t need       = {1U, true, "type", 0U, "count", modes, "mode"};
+    drives_need_t need       = {1U, true, "type", 0U, "count", modes, "mode", false};
     subsystem_misfit_t misfit;
     TEST_ASSERT_TRUE(drives_fit(&descriptor, &need, &misfit));
     need.takes_modules = false;

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// Devices and networks of drives.h: look-up and counters.
+#include "fsw/drives/drives.h"
+
+#include "fsw/drives/drives_fitting.h"
+#include "base/assertion.h"
+
+#include <stddef.h>
+#include <string.h>
+
+canopen_network_t* drives_network(drives_t* const drives, const descriptor_endnode_t* const endnode)
+{
+    FSW_ASSERT((drives != NULL) && (endnode != NULL));
+    uint8_t bus = 0U;
+    while (strcmp(drives->buses[bus].endnode->bus, endnode->bus) != 0) {
+        bus++;
+        FSW_ASSERT(bus < drives->bus_count); // list_buses has listed every bus.
+    }
+    return &drives->buses[bus].network;
+}
+
+uint8_t drives_find(const drives_t* const drives, const uint32_t node)
+{
+    FSW_ASSERT(drives != NULL);
+    for (uint8_t i = 0U; i < drives->device_count; i++) {
+        if (drives->devices[i].device.node == node) {
+            return i;
+        }
+    }
+    return NETWORK_NO_DEVICE;
+}
+
+/// Index in drives_t.devices of device number `position` on CAN of the applied configuration, or
+/// NETWORK_NO_DEVICE.
+static uint8_t index_of(const drives_t* const drives, const uint16_t position)
+{
+    const descriptor_configuration_t* const configuration = drives->configuration;
+    const uint16_t count = (configuration != NULL) ? configuration->device_count : 0U;
+    uint16_t passed      = 0U; // Devices on CAN so far.
+    for (uint16_t i = 0U; i < count; i++) {
+        const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
+        const descriptor_endnode_t* const endnode =
+            drives_endnode(descriptor, &descriptor->devices[configuration->first_device + i]);
+        if ((endnode != NULL) && (passed == position)) {
+            return drives_find(drives, endnode->node);
+        }
+        passed = (uint16_t)(passed + ((endnode != NULL) ? 1U : 0U));
+    }
+    return NETWORK_NO_DEVICE;
+}
+
+canopen_device_t* drives_device(drives_t* const drives, const uint16_t position)
+{
+    FSW_ASSERT(drives != NULL);
+    const uint8_t index = index_of(drives, position);
+    return (index != NETWORK_NO_DEVICE) ? &drives->devices[index].device : NULL;
+}
+
+bool drives_are_running(const drives_t* const drives)
+{
+    FSW_ASSERT(drives != NULL);
+    bool are_all = (drives->bus_count > 0U);
+    for (uint8_t i = 0U; i < drives->bus_count; i++) {
+        are_all = are_all && drives->buses[i].network.is_running;
+    }
+    return are_all;
+}
+
+uint32_t drives_missed(const drives_t* const drives, const uint16_t position)
+{
+    FSW_ASSERT(drives != NULL);
+    const uint8_t index = index_of(drives, position);
+    return (index != NETWORK_NO_DEVICE) ? drives->devices[index].missed : 0U;
+}
+
+uint32_t drives_limited(const drives_t* const drives)
+{
+    FSW_ASSERT(drives != NULL);
+    uint32_t sum = 0U;
+    for (uint8_t i = 0U; i < drives->device_count; i++) {
+        for (uint8_t k = 0U; k < PROFILE_AXES_MAX; k++) {
+            sum += drives->devices[i].device.axes[k].limited;
+        }
+    }
+    return sum;
+}
