@@ -88,7 +88,7 @@ include mk/compiler.mk mk/libraries.mk mk/generated.mk mk/programs.mk mk/tests.m
 
 .PHONY: force all help programs tests thread-tests kernel-tests remote-endian remote-endian-programs \
         remote-endian-tests board-tests benches fuzzers fuzz fuzz-corpus sim-run report vm test test-hil check \
-        check-full bench doctor setup clean gse format new-subsystem new-robot docs
+        check-full bench board-programs doctor setup clean gse format new-subsystem new-robot docs
 help:
 	@sed -n 's/^## \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
 

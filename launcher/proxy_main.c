@@ -104,7 +104,8 @@ static bool start_program(proxy_t* const self, const char* const name, const cha
 }
 
 /// Start the emulator `runner` with the board and the program, which accesses files, the console and the two
-/// pipes to the proxy by semihosting.
+/// pipes to the proxy by semihosting. Time on the board is that of its instructions, 32 ns each: it does not
+/// pass while the program waits for a grant. A reset of the board ends the emulator, and this life.
 static bool start_board(proxy_t* const self, const char* const name, const char* const runner)
 {
     target_link_t* const target = &self->target;
@@ -122,11 +123,28 @@ static bool start_board(proxy_t* const self, const char* const name, const char*
     text_add(&text, ",arg=--run,arg=");
     text_add(&text, name);
     text_add(&text, ",arg=--proxy,arg=0");
-    const char* const arguments[] = {
-        runner,      "-M",      self->board,   "-display", "none", "-monitor", "none",
-        "-serial",   "none",    "-parallel",   "none",     "-nic", "none",     "-semihosting-config",
-        semihosting, "-kernel", self->program, NULL};
-    const bool is_started = !text.cut && start_runner(self, arguments, ends, 2U);
+    const char* const arguments[] = {runner,
+                                     "-M",
+                                     self->board,
+                                     "-display",
+                                     "none",
+                                     "-monitor",
+                                     "none",
+                                     "-icount",
+                                     "shift=5,sleep=off",
+                                     "-no-reboot",
+                                     "-serial",
+                                     "none",
+                                     "-parallel",
+                                     "none",
+                                     "-nic",
+                                     "none",
+                                     "-semihosting-config",
+                                     semihosting,
+                                     "-kernel",
+                                     self->program,
+                                     NULL};
+    const bool is_started         = !text.cut && start_runner(self, arguments, ends, 2U);
     target_link_release_peer(target);
     return is_started;
 }

@@ -38,7 +38,8 @@ parent     = $(dir $(patsubst %/,%,$(dir $1)))
 fixtures   = $(filter-out $(dir $1)test_% $(parent)test_%,$(wildcard $(dir $1)*.c $(parent)*.c $(parent)fixtures/*.c))
 
 # If a test defines __wrap_x, the code that the test links calls it instead of x; __real_x calls x itself.
-WRAPPED   := $(shell grep -o '__wrap_[A-Za-z0-9_]*' $(TESTS) /dev/null | LC_ALL=C sort -u)
+WRAPPED   := $(shell grep -o '__wrap_[A-Za-z0-9_]*' $(TESTS) $(wildcard test/board/*.c) /dev/null | \
+               LC_ALL=C sort -u)
 wraps_of   = $(patsubst $1:__wrap_%,-Wl$(comma)--wrap=%,$(filter $1:%,$(WRAPPED)))
 # The runners of Unity and cmocka are replaced by runners that also count open descriptors:
 # test/support/descriptors.h.
@@ -111,6 +112,19 @@ PORTABLE_TESTS := $(filter test/contract/osal/test_% test/unit/base/% test/unit/
     %_fuzz.c %/test_elementary.c %/test_long_lists.c %/test_packet_store_power.c,$(TESTS)))
 PORTABLE_TESTS := $(call portable,$(PORTABLE_TESTS)) $(BOARD_ONLY_TESTS)
 board-tests: $(foreach t,$(call selected,$(PORTABLE_TESTS)),$(call test_name,$t))
+	@:
+# The manipulator's program with a part of test/board: build/mps2-an500/steps/manipulator.
+define board_program_rule
+$B/$1/manipulator: $(call objects,fsw/programs/manipulator_main.c test/board/$1.c) $(FLIGHT_LIBRARIES) $(FOREIGN_A) \
+    osal/freertos/mps2.ld
+	@mkdir -p $$(@D)
+	$(if $(V),,@echo "  link $$@")
+	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) $(call wraps_of,test/board/$1.c) -o $$@ $$(filter %.o,$$^) \
+	    $$(call group,$$^) -lm -lc -lgcc
+endef
+BOARD_PARTS := $(patsubst test/board/%.c,%,$(wildcard test/board/*.c))
+$(foreach p,$(if $(BOARD),$(BOARD_PARTS)),$(eval $(call board_program_rule,$p)))
+board-programs: $(BOARD_PARTS:%=$B/%/manipulator)
 	@:
 # Tests that test/hil runs again on a kernel with CAN buses and TIPC.
 KERNEL_TESTS := $(filter %/test_flow_can_socket.c test/unit/fsw/framework/message/% \

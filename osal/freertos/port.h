@@ -21,6 +21,21 @@ const char* port_take_arguments(char* line, char* list[PORT_ARGUMENTS_MAX + 1], 
 void port_clock_start(void);
 /// tls.c: give a task its own variables, in storage of PORT_TLS_MAX octets.
 void port_tls_give(void* task, uint64_t storage[PORT_TLS_MAX / sizeof(uint64_t)]);
+
+typedef struct {
+    const char* name; ///< Of the task, or "interrupts".
+    size_t size;      ///< [octets]
+    size_t used;      ///< The most that was ever used [octets].
+} port_stack_t;
+/// stacks.c: list the stacks of all tasks and of the interrupts. Returns their number.
+size_t port_stacks(port_stack_t* list, size_t capacity);
+/// An eighth of the stack was never used.
+bool port_has_margin(const port_stack_t* stack);
+/// Print each stack without that margin.
+void port_tell_stacks(void);
+/// Before the first task: mark the stack of the interrupts as unused.
+void port_paint_stack(void);
+
 /// process.c: end the program.
 void port_exit(int code) __attribute__((noreturn));
 

@@ -86,7 +86,9 @@ static void run_main(void* const context)
         semihosting_print("\n");
         port_exit(2);
     }
-    port_exit(main(count, arguments_of_main));
+    const int code = main(count, arguments_of_main);
+    port_tell_stacks();
+    port_exit(code);
 }
 
 void port_reset(void)
@@ -103,6 +105,7 @@ void port_reset(void)
     COPROCESSORS |= 0x00F00000U;
     __asm__ volatile("dsb\n isb");
 #endif
+    port_paint_stack();
     port_clock_start();
     const TaskHandle_t task = xTaskCreateStatic(run_main, "main", sizeof main_stack / sizeof main_stack[0],
                                                 NULL, 1U, main_stack, &main_task);

@@ -12,8 +12,9 @@ import sys
 import place as places
 import pytest
 
-sys.path.insert(0, str(places.ROOT / "test" / "mission"))
+sys.path[:0] = [str(places.ROOT / "test" / part) for part in ("mission", "board")]
 
+import flight as boards
 import flying
 import lives
 
@@ -22,6 +23,8 @@ LOGS = ("packets.log", "truth.lcm", "can-robot.log", "can-robot-b.log", "can-joy
 BUS_LOGS = LOGS[2:]
 EMULATOR = "qemu-system-arm"[:15]  # The name of a process has at most 15 characters.
 FLIGHT_S, END_S = 20, 60
+CYCLES = 108000
+CONTROLLED = {"PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL"}
 
 
 @pytest.fixture(scope="module")
@@ -92,6 +95,19 @@ def test_three_processors_fly_one_mission(folder, native, board):
     """A native supervisor, a manipulator on the board, and a joystick that is big-endian: the buses are the same."""
     flight = flying.fly(folder / "three", "--scenario", "hil", "--rtos", "MANIPULATOR", "--remote-endian", "JOYSTICK")
     expect_same(native, flight, (*BUS_LOGS, "truth.lcm"))
+
+
+def test_steps_and_stacks_on_the_board_keep_a_margin(folder):
+    """Half of the 108000 cycles that 216 MHz have in 0.5 ms, for each step in which drives are controlled; instructions do not depend on
+    this machine. Every state occurs."""
+    path = folder / "steps"
+    path.mkdir()
+    rows, stacks = boards.steps(path)
+    assert {row.before for row in rows} >= {"OFFLINE", "HARDWARE_INIT", *CONTROLLED, "HARDWARE_DEINIT", "SOFTWARE_DEINIT"}
+    assert all(row.longest <= CYCLES // 2 for row in rows if {row.before, row.after} <= CONTROLLED), rows
+    assert sum(row.count for row in rows if row.before == "OPERATIONAL") > 5000
+    assert {stack.task for stack in stacks} == {"main", "IDLE", "interrupts"}
+    assert all(0 < stack.used <= stack.octets * 7 // 8 for stack in stacks), stacks
 
 
 def test_stops_kills_hangs_and_restarts_are_those_of_a_native_program(folder, board):

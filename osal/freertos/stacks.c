@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// Use of the stacks: the kernel fills that of each task with a known octet, port_paint_stack that of the
+// interrupts; what has kept it was never used.
+#include "osal/freertos/port.h"
+
+#include "base/text.h"
+#include "osal/include/osal/console.h"
+
+#include <FreeRTOS.h>
+#include <task.h>
+
+#define TASKS_MAX 16U
+#define LINE_MAX 128U
+#define PAINT 0xA5A5A5A5U
+#define WORDS_NEAR 32U ///< Below the frame of the function that paints, it may use these itself.
+#define MARGIN 8U      ///< One part of so many of each stack must never be used.
+
+extern uint32_t port_stack_top[];
+extern uint32_t port_stack_begin[];
+
+void port_paint_stack(void)
+{
+    const uint32_t* const here = __builtin_frame_address(0);
+    for (uint32_t* word = port_stack_begin; word < &here[-(int)WORDS_NEAR]; word++) {
+        *word = PAINT;
+    }
+}
+
+static port_stack_t stack_of_interrupts(void)
+{
+    const uint32_t* word = port_stack_begin;
+    while ((word < port_stack_top) && (*word == PAINT)) {
+        word++;
+    }
+    return (port_stack_t){.name = "interrupts",
+                          .size = (size_t)(port_stack_top - port_stack_begin) * sizeof(uint32_t),
+                          .used = (size_t)(port_stack_top - word) * sizeof(uint32_t)};
+}
+
+size_t port_stacks(port_stack_t* const list, const size_t capacity)
+{
+    static TaskStatus_t tasks[TASKS_MAX];
+    const UBaseType_t count = uxTaskGetSystemState(tasks, TASKS_MAX, NULL);
+    size_t done             = 0U;
+    for (UBaseType_t i = 0U; (i < count) && (done < capacity); i++) {
+        const size_t words = (size_t)(tasks[i].pxEndOfStack - tasks[i].pxStackBase) + 2U; // 8 octets.
+        list[done]         = (port_stack_t){.name = tasks[i].pcTaskName, .size = words * sizeof(StackType_t)};
+        list[done].used    = list[done].size - (tasks[i].usStackHighWaterMark * sizeof(StackType_t));
+        done++;
+    }
+    if (done < capacity) {
+        list[done] = stack_of_interrupts();
+        done++;
+    }
+    return done;
+}
+
+bool port_has_margin(const port_stack_t* const stack)
+{
+    return (stack->size - stack->used) >= (stack->size / MARGIN);
+}
+
+void port_tell_stacks(void)
+{
+    port_stack_t stacks[TASKS_MAX + 1U];
+    const size_t count = port_stacks(stacks, TASKS_MAX + 1U);
+    for (size_t i = 0U; i < count; i++) {
+        char line[LINE_MAX];
+        text_t text = text_in(line, sizeof line);
+        text_add_pattern(&text, "the stack of % is too small: of # octets it used ", stacks[i].name, NULL,
+                         stacks[i].size);
+        text_add_unsigned(&text, stacks[i].used);
+        if (!port_has_margin(&stacks[i])) {
+            osal_console_complain(line);
+        }
+    }
+}

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Instructions of each step of the manipulator on the emulated board, and use of the stacks there; wall time of the scenario hil on
+the board and natively.
+
+The steps: longest, 99 of 100 and median for each state and each transition, in instructions. They follow from program
+and scenario alone, not from the machine. Baseline of the longest: the clock cycles of a period of 0.5 ms at 216 MHz. Stacks: the
+octets used, baseline those reserved. Wall time: the shorter of two flights each, baseline the native one.
+
+With UPDATE=1 the tables of docs/porting.md are written again."""
+
+import os
+import pathlib
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "test" / "board"))
+
+import flight
+
+flying = flight.flying
+PAGE = ROOT / "docs" / "porting.md"
+BUDGET = 108000  # Cycles of 0.5 ms at 216 MHz.
+FLIGHTS = 2
+
+
+def table_of(head, rows):
+    lines = [head, "|" + "|".join("---" for _ in head.strip("|").split("|")) + "|"]
+    return "\n".join(lines + ["| " + " | ".join(map(str, row)) + " |" for row in rows]) + "\n"
+
+
+def tables(rows, stacks):
+    """Name -> text of each table of the page."""
+    ordered = sorted(rows, key=lambda row: (row.before != row.after, flight.STATES.index(row.before), flight.STATES.index(row.after)))
+    steps = [(row.name, row.count, row.median, row.p99, row.longest, f"{100 * row.longest / BUDGET:.0f} %") for row in ordered]
+    used = [(stack.task, stack.octets, stack.used, f"{100 * (1 - stack.used / stack.octets):.0f} %") for stack in stacks]
+    return {"steps": table_of("| state, or transition | steps | median | 99 of 100 | longest | of 108000 |", steps),
+            "stacks": table_of("| stack of | octets | used | never used |", used)}
+
+
+def update(page, rows, stacks):
+    """Replace the tables of the page."""
+    text = page.read_text(encoding="utf-8")
+    for name, table in tables(rows, stacks).items():
+        begin, end = f"<!-- table: {name} -->\n", "<!-- end -->"
+        before, _, rest = text.partition(begin)
+        assert rest, f"{page}: no line {begin.strip()}"
+        text = before + begin + table + end + rest.partition(end)[2]
+    page.write_text(text, encoding="utf-8")
+
+
+def seconds(folder, *options):
+    """Wall time of the shortest flight of the scenario hil."""
+    times = []
+    for number in range(FLIGHTS):
+        flown = flying.fly(folder / f"{len(options)}-{number}", "--scenario", "hil", *options)
+        assert flown.code == 0, flown.told()
+        times.append(flown.seconds)
+    return min(times)
+
+
+def main():
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        rows, stacks = flight.steps(folder)
+        native, target = seconds(folder, "--links", "udp"), seconds(folder, "--rtos", "MANIPULATOR", "--seed", "1")
+    for row in rows:
+        place = row.name.replace(" ", "_")
+        print(f"BENCH target_{place}_longest {row.longest} instr {BUDGET}")
+        print(f"BENCH target_{place}_p99 {row.p99} instr -")
+        print(f"BENCH target_{place}_median {row.median} instr -")
+    for stack in stacks:
+        print(f"BENCH target_stack_{stack.task} {stack.used} octets {stack.octets}")
+    print(f"BENCH target_hil_wall_time {target:.2f} s {native:.2f}")
+    if os.environ.get("UPDATE"):
+        update(PAGE, rows, stacks)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

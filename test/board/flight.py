@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Flights in which the manipulator's program on the board contains a part of test/board."""
+
+import pathlib
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "test" / "mission"))
+
+import flying
+
+BOARD = "mps2-an500"
+STEP = re.compile(r"^STEP (\d+) (\d+) (\d+) (\d+) (\d+) (\d+)$", re.MULTILINE)
+STACK = re.compile(r"^STACK (\S+) (\d+) (\d+)$", re.MULTILINE)
+STATES = ("OFFLINE", "SOFTWARE_INIT", "HARDWARE_INIT", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL",
+          "POST_OPERATIONAL", "HARDWARE_DEINIT", "SOFTWARE_DEINIT")
+
+
+@dataclass(frozen=True)
+class Row:
+    """Instructions of the steps that begin in one state and end in one state."""
+
+    before: str
+    after: str
+    count: int
+    median: int
+    p99: int
+    longest: int
+
+    @property
+    def name(self):
+        return self.before if self.before == self.after else f"{self.before} to {self.after}"
+
+
+@dataclass(frozen=True)
+class Stack:
+    """Octets of the stack of a task."""
+
+    task: str
+    octets: int
+    used: int
+
+
+def start(folder, part, *options):
+    """Start a flight in which the manipulator is build/<board>/<part>/manipulator."""
+    subprocess.run(["make", "-s", "board-programs", f"BOARD={BOARD}"], cwd=ROOT, check=True)
+    root = folder / "root"
+    (root / "build" / BOARD).mkdir(parents=True)
+    (root / "build" / BOARD / "bin").symlink_to(ROOT / "build" / BOARD / part)
+    for name in ("descriptors", "gse"):
+        (root / name).symlink_to(ROOT / name)
+    for name in ("bin", "generated", "venv"):
+        if (ROOT / "build" / name).exists():
+            (root / "build" / name).symlink_to(ROOT / "build" / name)
+    return flying.start(folder / "run", "--rtos", "MANIPULATOR", *options, root=root)
+
+
+def lines():
+    """Lines of a scenario with every state and, but for a death, every transition of the manipulator."""
+    return ["0.0 hand rest", "0.0 operator ping all", "1.5 hand circle 0.1 0.5 1 3 1",
+            *flying.bring_up(0.2),
+            "2.5 operator hk once MANIPULATOR 4711",
+            "3.5 operator state MANIPULATOR SAFE_OPERATIONAL", "3.6 operator state MANIPULATOR OPERATIONAL",
+            "4.2 fault unplug robot JOINT1", "4.6 fault plug robot JOINT1",
+            "5.5 operator state MANIPULATOR PRE_OPERATIONAL", "5.6 operator config MANIPULATOR STAND_ALONE",
+            "5.7 operator state MANIPULATOR SAFE_OPERATIONAL", "6.2 operator state MANIPULATOR PRE_OPERATIONAL",
+            "6.4 operator shutdown"]
+
+
+def steps(folder):
+    """Fly these lines; the rows of its steps, and the stacks."""
+    scenario = flying.write_scenario(folder / "steps.scn", *lines())
+    flight = start(folder, "steps", "--scenario", scenario).wait()
+    assert flight.code == 0, flight.told()
+    rows = [Row(STATES[int(before)], STATES[int(after)], *map(int, numbers)) for before, after, *numbers in STEP.findall(flight.console)]
+    stacks = [Stack(task, int(octets), int(used)) for task, octets, used in STACK.findall(flight.console)]
+    assert rows and stacks, flight.told()
+    return rows, stacks
+
