@@ -63,6 +63,9 @@ def meaning(item):
     """Description of a field, the words for its numbers, and its warning limit."""
     numbers = item.get("words", {"numbers": {}})["numbers"]
     words = "".join(f"<br>{number}: {mono(word)}" for number, word in numbers.items())
+    if "bits" in item:
+        states = "".join(f"<br>mask 0x{mask:02X}, 0x{value:02X}: {mono(name)}" for mask, value, name in item["bits"]["states"])
+        words = states + "".join(f"<br>bit {bit}: {mono(name)}" for bit, name in item["bits"]["flags"].items())
     warning = f"; warning above {number(item['warning'])}" if "warning" in item else ""
     return escape(item.get("description", "") + warning) + words
 

@@ -13,6 +13,19 @@ FILE = pathlib.Path(__file__).resolve().parents[2] / "descriptors" / "descriptio
 LINE = re.compile(r"((?:(?:event|function) )?[A-Z0-9_.*]+) \| ([^|]+?) \| ([^|]+?)(?: \| (-?[0-9.]+))?\Z")
 # Words of the quantities =strategy and =hand, in the order of their numbers.
 STRATEGIES = ("ASCII", "SQLITE", "POSTGRESQL", "RING")
+# The statusword 0x6041 of CiA 402: states as (mask, value, name), and names of the flags. Bits 8, 14 and 15 are the maker's, 12 and 13 depend on
+# the mode of operation.
+STATUSWORD = {
+    "name": "statusword",
+    "state_bits": 7,
+    "states": [
+        [0x4F, 0x00, "NOT_READY_TO_SWITCH_ON"], [0x4F, 0x40, "SWITCH_ON_DISABLED"], [0x6F, 0x21, "READY_TO_SWITCH_ON"], [0x6F, 0x23, "SWITCHED_ON"],
+        [0x6F, 0x27, "OPERATION_ENABLED"], [0x6F, 0x07, "QUICK_STOP_ACTIVE"], [0x4F, 0x0F, "FAULT_REACTION_ACTIVE"], [0x4F, 0x08, "FAULT"],
+    ],
+    "flags": {"4": "VOLTAGE_ENABLED", "7": "WARNING", "8": "MAKER_BIT_8", "9": "REMOTE", "10": "TARGET_REACHED", "11": "INTERNAL_LIMIT_ACTIVE",
+              "12": "MODE_BIT_12", "13": "MODE_BIT_13", "14": "MAKER_BIT_14", "15": "MAKER_BIT_15"},
+}
+BITS = {"=statusword": STATUSWORD}
 HAND = ("LEADS", "NO_HAND", "RANGE", "SPEED", "SINGULAR")
 
 
@@ -34,7 +47,9 @@ def _add(item, line, words):
     if line is None:
         return
     quantity, item["description"], warning = line
-    if quantity in words:
+    if quantity in BITS:
+        item["bits"] = BITS[quantity]
+    elif quantity in words:
         item["words"] = {"name": quantity[1:], "numbers": words[quantity]}
     elif quantity != "-" and not item.get("unit") and "enumeration" not in item:
         item["kind" if quantity.startswith("#") else "quantity"] = quantity.removeprefix("#")

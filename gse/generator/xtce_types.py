@@ -159,9 +159,9 @@ def unit_word(text):
     return _word(text)
 
 
-def boolean(what, name):
-    """One octet, 0 or 1."""
-    return element(f"Boolean{what}Type", _integer_encoding(8), name=name)
+def boolean(what, name, bits=8):
+    """0 or 1, by default of one octet."""
+    return element(f"Boolean{what}Type", _integer_encoding(bits), name=name)
 
 
 def enumeration(what, name, words, bits, signed=False, unit=""):
@@ -262,6 +262,17 @@ def _word(text):
     return "".join(c if c.isalnum() else "_" for c in text)
 
 
+def _bits_type(root, what, kind, about):
+    """Path of the type of a number whose bits have names: an aggregate of the flags, from the highest bit, and of the state, whose bits are
+    the lowest; each combination of these bits has the word of its state."""
+    low, (width, _) = about["state_bits"], SCALARS[kind]
+    words = {number: next((name for mask, value, name in about["states"] if number & mask == value), "UNKNOWN") for number in range(1 << low)}
+    state = root.type(what, f"{about['name']}_state", lambda made: enumeration(what, made, words, low))
+    flag = root.type(what, "flag", lambda made: boolean(what, made, 1))
+    flags = [(about["flags"][str(bit)], flag, f"Bit {bit}") for bit in range(width - 1, low - 1, -1)]
+    return root.type(what, about["name"], lambda made: aggregate(what, made, [*flags, ("STATE", state, f"Bits {low - 1} to 0")]))
+
+
 def field_type(system, what, owner, field):
     """Path of the type of a field of the descriptors: name, type, count, unit, min, max, enumeration; and what the ground
     shows of it: quantity or kind, words, warning."""
@@ -271,6 +282,8 @@ def field_type(system, what, owner, field):
         words = {number: word for word, number in system.enumerations[field["enumeration"]].items()}
         own = f"{field['enumeration']}_{kind}_enumeration" + (f"_{_word(field['unit'])}" if field["unit"] else "")
         item = system.type(what, own, lambda made: enumeration(what, made, words, *SCALARS[kind], field["unit"]))
+    elif "bits" in field:
+        item = _bits_type(system.root, what, kind, field["bits"])
     elif "words" in field:
         words = field["words"]
         item = system.root.type(

@@ -73,6 +73,8 @@ def _decode(item, octets, offset):
 
 
 def _worded(words, number):
+    if isinstance(words, values.Bits):
+        return values.Word(number, words[number], words.members(number))
     return values.Word(number, words[number]) if number in words else number
 
 
@@ -317,6 +319,8 @@ def _lookup(table, name, what):
 
 def words_of(item, enumerations):
     """Words for the numbers of an item of the dictionary (JSON), from its enumeration or from descriptions.txt; None if it has no words."""
+    if "bits" in item:
+        return values.Bits(item["bits"])
     numbers = enumerations.get(item.get("enumeration"))
     if numbers:
         return {number: word for word, number in numbers.items()}

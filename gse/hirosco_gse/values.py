@@ -24,11 +24,12 @@ class ValueProblem(ValueError):
 
 
 class Word(int):
-    """A number of an enumeration with its word. Arithmetic uses the number, the text form is the word, and both equal the object."""
+    """A number of an enumeration with its word. Arithmetic uses the number, the text form is the word, and both equal the object. `members`:
+    the parts of a word of bits by name, None for others."""
 
-    def __new__(cls, number, word):
+    def __new__(cls, number, word, members=None):
         made = super().__new__(cls, number)
-        made.word = word
+        made.word, made.members = word, members
         return made
 
     def __str__(self):
@@ -49,7 +50,7 @@ class Word(int):
     __hash__ = int.__hash__
 
     def __getnewargs__(self):
-        return int(self), self.word
+        return int(self), self.word, self.members
 
 
 def in_words(value):
@@ -98,6 +99,37 @@ def scalar_from_text(kind, text):
 
 class Names(dict):
     """Words that the ground gives to some numbers (number -> word); other numbers are valid too."""
+
+
+class Bits(Names):
+    """Words for a number whose bits have names: that of the state, which a mask selects, and those of the flags that are set, joined by `+`.
+    `about` is the item `bits` of the dictionary."""
+
+    def __init__(self, about):
+        super().__init__()
+        self.about, self._known = about, {}
+        self._flags = {int(bit): name for bit, name in about["flags"].items()}
+
+    def __bool__(self):
+        return True
+
+    def __contains__(self, number):
+        return True
+
+    def __getitem__(self, number):
+        if number not in self._known:
+            flags = [name for bit, name in sorted(self._flags.items()) if number >> bit & 1]
+            self._known[number] = "+".join([self.state(number), *flags])
+        return self._known[number]
+
+    def state(self, number):
+        """Name of the state."""
+        return next((name for mask, value, name in self.about["states"] if number & mask == value), "UNKNOWN")
+
+    def members(self, number):
+        """The flags above the bits of the state, from the highest, and the state, as the XTCE database has them."""
+        above = [bit for bit in sorted(self._flags, reverse=True) if bit >= self.about["state_bits"]]
+        return {**{self._flags[bit]: number >> bit & 1 for bit in above}, "STATE": self.state(number)}
 
 
 def number_of(words, text):

@@ -30,7 +30,9 @@ def short(found, name):
 
 
 def flattened(name, value):
-    """Scalars of a value of the ground segment, with the names of Flattened."""
+    """Scalars of a value of the ground segment, with the names of Flattened. A number whose bits have names has one for each of them."""
+    if getattr(value, "members", None):
+        value = value.members
     if isinstance(value, dict):
         return {key: one for member, inner in value.items() for key, one in flattened(f"{name}.{member}", inner).items()}
     if isinstance(value, list) and len(value) == 1:

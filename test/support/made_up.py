@@ -16,6 +16,8 @@ def _octets(chance, items):
     for item in items:
         if getattr(item, "fields", ()):
             octets += _octets(chance, item.fields)
+        elif isinstance(item.words, values.Bits):
+            octets += b"".join(values.encode(item.type, [chance.getrandbits(8 * values.size_of(item.type))]) for _ in range(item.count))
         elif item.words:
             octets += b"".join(values.encode(item.type, [chance.choice(sorted(item.words))]) for _ in range(item.count))
         else:

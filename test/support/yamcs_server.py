@@ -95,8 +95,18 @@ class Yamcs:
 
     def packets(self):
         """(name, time, sequence, octets) of the newest packets in the archive by their own time, newest first."""
-        page = self.ask(f"archive/mission/packets?limit={NEWEST}&order=desc")
+        page = until(self._newest, "the packets")
         return [(one["id"]["name"], one["generationTime"], one["sequenceNumber"], one["packet"]) for one in page.get("packet", [])]
+
+    def _newest(self):
+        """Yamcs 5.13 answers with its own ConcurrentModificationException if a packet with a new name arrives while it reads the archive;
+        None in that case."""
+        try:
+            return self.ask(f"archive/mission/packets?limit={NEWEST}&order=desc")
+        except AssertionError as error:
+            if "ConcurrentModificationException" not in str(error):
+                raise
+            return None
 
     def extract(self, name, stamp, sequence):
         """(path, raw value, calibrated value) of the content of a packet, in the order of the packet."""

@@ -57,7 +57,8 @@ def about(item):
             bounds = {key: leaf[key] for key in ("min", "max") if leaf.get(key) is not None}
             parameters.append({"name": name, "type": leaf["type"], "count": leaf.get("count", 1), "unit": unit_of(leaf),
                                "settable": bool(parameter.get("settable")) and leaf is parameter,
-                               "words": words_of(leaf, item.get("enumerations", {})), "description": leaf.get("description", ""), **bounds})
+                               "words": None if "bits" in leaf else words_of(leaf, item.get("enumerations", {})), "bits": leaf.get("bits"),
+                               "description": leaf.get("description", ""), **bounds})
     return {
         "name": item["name"],
         "apid": item["apid"],

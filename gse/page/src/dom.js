@@ -117,7 +117,19 @@ export function number(value, unit, type) {
 }
 
 // Word that the dictionary gives to a number; undefined if it gives none.
-export const wordOf = (leaf, value) => leaf.words?.[Number(value)];
+export const wordOf = (leaf, value) => (leaf.bits ? stateOf(leaf, value) : leaf.words?.[Number(value)]);
+
+// Name of the state of a number whose bits have names; undefined without a number.
+const stateOf = ({ bits }, value) =>
+  value === undefined || value === null
+    ? undefined
+    : (bits.states.find(([mask, one]) => (value & mask) === one)?.[2] ?? "UNKNOWN");
+
+// Names of the flags that are set in such a number.
+export const flagsOf = ({ bits }, value) =>
+  Object.entries(bits?.flags ?? {})
+    .filter(([bit]) => (value >> bit) & 1)
+    .map(([, name]) => name);
 
 // Time as mm:ss.mmm.
 export function clock(seconds) {

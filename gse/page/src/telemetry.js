@@ -3,7 +3,7 @@
 // the strip charts.
 
 import { store } from "./store.js";
-import { el, number, show, svg, text, wordOf } from "./dom.js";
+import { el, flagsOf, number, show, svg, text, wordOf } from "./dom.js";
 
 const REFRESH_MS = 200;
 const NEAR = 0.1; // Share of the range that counts as near a limit.
@@ -75,6 +75,7 @@ export class Row {
       name: short,
       unit: leaf.unit,
       words: leaf.words,
+      bits: leaf.bits,
       title: `${report.split("/")[0]} ${short}`,
     };
     this.sym = el("span");
@@ -97,7 +98,7 @@ export class Row {
       { draggable: "true" },
       el("td", { class: "name", title: [leaf.name, leaf.description].filter(Boolean).join(": ") }, short),
       el("td", { class: "num" }, this.sym, " ", this.value),
-      el("td", { title: leaf.unit }, leaf.unit),
+      (this.unit = el("td", { title: leaf.unit }, leaf.unit)),
       hasGauges ? el("td", {}, this.gauge?.node) : null,
       this.age,
       el("td", {}, this.chart),
@@ -116,6 +117,13 @@ export class Row {
     return !settable && (share < NEAR || share > 1 - NEAR) ? ["caution", "near its limit"] : null;
   }
 
+  // The number itself beside the name of its state; its title lists the flags that are set.
+  tellBits(value) {
+    text(this.unit, `0x${value.toString(16).toUpperCase().padStart(4, "0")}`);
+    const flags = flagsOf(this.leaf, value).join(", ") || "no flag is set";
+    if (this.unit.title !== flags) this.unit.title = flags;
+  }
+
   draw(freshness) {
     const report = store.reports.get(this.report);
     const value = report?.values[this.leaf.name]?.[this.n];
@@ -127,6 +135,7 @@ export class Row {
     }
     const word = wordOf(this.leaf, value);
     text(this.value, word ?? number(value, this.leaf.unit, this.leaf.type));
+    if (this.leaf.bits && typeof value === "number") this.tellBits(value);
     this.value.classList.toggle("word", word !== undefined && word !== null);
     this.value.style.color = verdict ? `var(--${verdict[0]})` : "";
     this.node.classList.toggle("stale", freshness === "stale");
