@@ -71,9 +71,10 @@ check-complexity: build/setup/check
 .PHONY: check-flights
 # The long tests: many deaths and power cuts at random instants, and the comparison with other implementations
 # of PUS.
-check-flights: build/setup/vm build/setup/full build/setup/peer-spacepackets all remote-endian
+check-flights: build/setup/vm build/setup/full build/setup/peer-spacepackets all remote-endian random-flight
 	@LONG=1 SOAK_HOURS=24 $(VENV) -m pytest -q -p no:cacheprovider -m long -n $(JOBS) --dist loadfile \
-	    test/mission test/hil test/conformance && echo 'check: every flight ends as it should'
+	    test/mission test/hil test/conformance test/fuzz/test_random_flight.py && \
+	    echo 'check: every flight ends as it should'
 # Times in which hangs and deaths are detected and repaired, by the wall clock; the machine must have no other
 # load.
 .PHONY: check-times

@@ -27,3 +27,18 @@ fuzz: build/setup/clang
 fuzz-corpus: build/setup/pytest build/setup/clang
 	+@$(BUILD_FUZZERS)
 	@$(VENV) test/fuzz/make_corpus.py $(call selected,$(FUZZ_TARGETS))
+
+# The image of a mission that commands itself at random: test/fuzz/flight, started by random_flight.py through a
+# launcher beside it. Functions named __wrap_x replace x.
+FLIGHT_FUZZ := $(wildcard test/fuzz/flight/*.c)
+FLIGHT_WRAPS := $(patsubst __wrap_%,-Wl$(comma)--wrap=%,$(if $(FLIGHT_FUZZ),$(shell grep -oh '__wrap_[A-Za-z0-9_]*' \
+                $(FLIGHT_FUZZ) | LC_ALL=C sort -u)))
+$B/random-flight/image: $(call objects,launcher/image_main.c $(FLIGHT_FUZZ)) $(LIBRARIES)
+	@mkdir -p $(@D)
+	$(if $(V),,@echo "  link $@")
+	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) $(FLIGHT_WRAPS) -o $@ $(filter %.o,$^) $(call group,$^) -Wl,--as-needed \
+	    -lexpat $(LUA) $(NETTLE) -lode -llcm -lsqlite3 -lpthread -lm
+-include $(patsubst %.o,%.d,$(call objects,$(FLIGHT_FUZZ)))
+.PHONY: random-flight
+random-flight: $B/random-flight/image
+	@:

@@ -139,9 +139,9 @@ benches: $(patsubst test/bench/%.c,$B/bench/%,$(call selected,$(BENCHES))) $(TRA
 
 # The tests that ONLY selects, and their needs: only these are installed and built.
 PYTHON_TESTS   := $(strip $(call selected,$(shell find test -name 'test_*.py' | LC_ALL=C sort)))
-FLYING_TESTS   := $(filter test/conformance/% test/mission/% test/hil/%,$(PYTHON_TESTS))
+FLYING_TESTS   := $(filter test/conformance/% test/mission/% test/hil/% test/fuzz/test_random_flight.py,$(PYTHON_TESTS))
 HIL_TESTS      := $(filter test/hil/%,$(PYTHON_TESTS))
-NEEDS_PROGRAMS := $(if $(FLYING_TESTS),programs)
+NEEDS_PROGRAMS := $(if $(FLYING_TESTS),programs random-flight)
 NEEDS_FUZZERS  := $(filter test/fuzz/%,$(PYTHON_TESTS))
 NEEDS_REMOTE_ENDIAN  := $(filter test/hil/test_remote_endian.py,$(PYTHON_TESTS))
 TEST_BOARD     := mps2-an500

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A whole mission under random telecommands: no invariant is violated, the flight depends on its seed only, and each
+planted fault is found. The flight without a fault uses the image of the sanitizer build if there is one."""
+
+import random_flight
+import pytest
+
+SANITIZED = random_flight.ROOT / "build/sanitize/random-flight/image"
+COUNT = 2000
+SEED = 1
+LONG_COUNT, LONG_FLIGHTS = 20000, 50
+
+pytestmark = pytest.mark.skipif(not random_flight.PROGRAM.exists(), reason="not built: make random-flight")
+
+
+def test_no_telecommand_violates_an_invariant(tmp_path):
+    program = SANITIZED if SANITIZED.exists() else random_flight.PROGRAM
+    counts = random_flight.fly(SEED, COUNT, tmp_path, program)
+    assert counts["sent"] == COUNT
+    assert counts["followed"] > COUNT * 3 // 4
+    # Telecommands are accepted and refused, and subsystems operate with links meanwhile.
+    assert min(counts["accepted"], counts["refused"]) > COUNT // 5, counts
+    assert counts["linked_cycles"] > 100, counts
+
+
+def test_a_flight_depends_on_its_seed_only(tmp_path):
+    first, again, other = (random_flight.fly(seed, 200, tmp_path / name) for seed, name in ((SEED, "1"), (SEED, "2"), (SEED + 1, "3")))
+    assert first == again
+    assert first != other
+
+
+@pytest.mark.parametrize(
+    "fault, found",
+    [
+        ("links", "cycles_linkless <= LINKLESS_CYCLES"),
+        ("brakes", "is_braked"),
+        ("answers", "telecommands without an answer"),
+    ],
+)
+def test_a_planted_fault_is_found(tmp_path, fault, found):
+    with pytest.raises(AssertionError, match="seed 1") as caught:
+        random_flight.fly(SEED, COUNT if fault == "links" else 200, tmp_path, fault=fault)
+    assert found in str(caught.value)
+    if fault != "answers":
+        assert " TC 18" in str(caught.value), "the last telecommands"
+
+
+def test_requests_of_all_services_are_in_the_pool(tmp_path):
+    assert random_flight.write_pool(tmp_path / "pool") > 800
+    octets = (tmp_path / "pool").read_bytes()
+    services, at = set(), 4
+    while at < len(octets):
+        services.add(octets[at + 2])
+        at += 6 + int.from_bytes(octets[at + 4 : at + 6], "big")
+    assert services >= {2, 3, 4, 5, 6, 8, 11, 12, 13, 14, 15, 17, 18, 19, 20, 21, 22, 23, 129, 130, 131}
+
+
+@pytest.mark.long
+def test_a_million_telecommands(tmp_path):
+    total = sum(random_flight.fly(seed, LONG_COUNT, tmp_path)["sent"] for seed in range(1, LONG_FLIGHTS + 1))
+    assert total == LONG_COUNT * LONG_FLIGHTS
