@@ -243,7 +243,8 @@ class _Console:
             log = None
             if self.arguments.run:
                 path = pathlib.Path(self.arguments.run) / "operator.log"
-                log = stack.enter_context(path.open("wb", buffering=0))
+                path.write_bytes(b"")
+                log = stack.enter_context(path.open("ab", buffering=0))  # The simulator appends lines, too.
             return self._fly(craft, script, log)
 
     def _fly(self, craft, script, log):
@@ -270,7 +271,7 @@ class _Console:
 
 def _append(log, text):
     """Append a line to the operator's log. If the disk is full, report this and return False; the mission continues."""
-    whole, rest = log.tell(), text.encode()
+    whole, rest = os.fstat(log.fileno()).st_size, text.encode()
     try:
         while rest:
             rest = rest[log.write(rest) :]

@@ -109,7 +109,7 @@ def _operator_requests(run):
     found = set()
     with contextlib.suppress(FileNotFoundError):
         for line in (run / "operator.log").read_text(encoding="utf-8").splitlines():
-            found.update(tuple(key) for key in json.loads(line)["asked"])
+            found.update(tuple(key) for key in json.loads(line).get("asked") or ())
     return found
 
 

@@ -67,6 +67,43 @@ static void record(live_t* const live, const char* const actor, const scenario_l
     live->is_record_broken = live->is_record_broken || !is_written;
 }
 
+static void print_mark(const live_t* const live, FILE* const out, const scenario_line_t* const line,
+                       const char* const who)
+{
+    const double now = (double)live->now_ns / NS_PER_S;
+    (void)fprintf(out, "{\"text\": \"[%9.4f s] live", now);
+    for (size_t i = 0U; i < line->word_count; i++) {
+        (void)fprintf(out, " %s", line->word[i]);
+    }
+    (void)fprintf(out,
+                  " (%s)\", \"time\": %.9f, \"end\": %.9f, \"line\": 0, \"verb\": \"live\", \"words\": [",
+                  who, now, now);
+    for (size_t i = 0U; i < line->word_count; i++) {
+        (void)fprintf(out, "%s\"%s\"", (i == 0U) ? "" : ", ", line->word[i]);
+    }
+    (void)fprintf(out, "], \"outcome\": \"by %s\", \"asked\": []}\n", who);
+}
+
+/// Append an accepted line to the log of the operator, which the operator's program also appends to. In a
+/// flight without an operator the line goes to the standard output.
+static void mark(live_t* const live, const scenario_line_t* const line, const char* const who)
+{
+    char path[PATH_OCTETS];
+    (void)snprintf(path, sizeof path, "%s/operator.log", live->config.folder);
+    FILE* const existing = fopen(path, "r");
+    if (existing == NULL) {
+        print_mark(live, stdout, line, who);
+        (void)fflush(stdout);
+        return;
+    }
+    (void)fclose(existing);
+    FILE* const log = fopen(path, "a"); // The whole line is in the buffer, and is written at once.
+    if (log != NULL) {
+        print_mark(live, log, line, who);
+    }
+    live->is_record_broken = live->is_record_broken || (log == NULL) || (fclose(log) != 0);
+}
+
 // ---- Lines ----
 
 static status_t take_world_line(live_t* const live, scenario_line_t* const line, const char* const who,
@@ -86,11 +123,15 @@ static status_t take_world_line(live_t* const live, scenario_line_t* const line,
     }
     const status_t status = is_hand ? hand_add(live->config.hand, &rest, error)
                                     : faults_add(live->config.faults, live->config.world, &rest, error);
+    const bool is_aim     = is_hand && (strcmp(rest.word[0], "aim") == 0);
     if (status == STATUS_OK) {
         record(live, actor, &rest, who);
+        if (!is_aim || !live->is_aimed || live->is_silent || (strcmp(live->aims, who) != 0)) {
+            mark(live, line, who); // Of many lines that aim the hand, the first one.
+        }
     }
     if ((status == STATUS_OK) && is_hand) {
-        live->is_aimed  = strcmp(rest.word[0], "aim") == 0;
+        live->is_aimed  = is_aim;
         live->is_silent = false;
         live->aimed_ns  = live->now_ns;
         (void)snprintf(live->aims, sizeof live->aims, "%s", who);
@@ -145,6 +186,9 @@ static status_t take_name(client_t* const client, const scenario_line_t* const l
     }
     if (strlen(line->word[1]) >= NAME_OCTETS) {
         return scenario_error(line, line->word[1], "a name of at most 23 characters", error);
+    }
+    if (strpbrk(line->word[1], "\"\\") != NULL) {
+        return scenario_error(line, line->word[1], "a name without quotation marks and backslashes", error);
     }
     (void)snprintf(client->name, sizeof client->name, "%s", line->word[1]);
     return STATUS_OK;
@@ -263,7 +307,11 @@ static status_t take_words(live_t* const live, client_t* const client, scenario_
     }
     for (size_t i = 0U; i < (sizeof paces / sizeof paces[0]); i++) {
         if (strcmp(verb, paces[i]) == 0) {
-            return take_pace(live, line, error);
+            const status_t status = take_pace(live, line, error);
+            if (status == STATUS_OK) {
+                mark(live, line, client->name);
+            }
+            return status;
         }
     }
     if (strcmp(verb, "frames") == 0) {
@@ -382,7 +430,9 @@ static void watch_hand(live_t* const live)
     const scenario_line_t line = {
         .path = "live", .time_ns = live->now_ns, .word_count = 1U, .word = {lets_go ? "let_go" : "hold"}};
     if (hand_add(live->config.hand, &line, error) == STATUS_OK) {
+        const scenario_line_t whole = {.word_count = 2U, .word = {"hand", line.word[0]}};
         record(live, "hand", &line, "no line for a time");
+        mark(live, &whole, "no line for a time");
     }
     live->is_silent = true;
     live->is_aimed  = !lets_go;

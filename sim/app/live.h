@@ -4,7 +4,8 @@
 /// docs/live.md describes the lines and their answers.
 ///
 /// A line acts at the start of the next step, like a line of the scenario with that time; it is appended to
-/// live.scn in the run folder, so that the flight can be repeated. A refused line changes nothing. If no line
+/// live.scn in the run folder, so that the flight can be repeated, and marked in operator.log, as a change of
+/// the pace is; of the lines that aim the hand, the first one. A refused line changes nothing. If no line
 /// follows an `aim`, the port makes the hand hold after LIVE_HOLD_NS and let go after LIVE_LET_GO_NS of
 /// simulated time, and records both as lines.
 ///
@@ -56,7 +57,7 @@ void live_report(live_t* live);
 bool live_is_held(const live_t* live, uint64_t now_ns);
 /// Simulated time per wall-clock time, initially 1; 0: as fast as possible.
 double live_speed(const live_t* live);
-/// Close the port; null is allowed. STATUS_OK, STATUS_IO (live.scn is not complete).
+/// Close the port; null is allowed. STATUS_OK, STATUS_IO (live.scn or a mark is not complete).
 status_t live_close(live_t* live);
 
 #endif // SIM_APP_LIVE_H

@@ -2,15 +2,21 @@
 """The live port and other users: hand, faults and the pace of simulated time during a flight paced by the
 wall clock, and the recording of the flight."""
 
+import contextlib
+import json
 import random
 import re
 import select
 import signal
 import socket
+import subprocess
 import time
 
 import flying
 import pytest
+import test_mission_stations as stations
+from hirosco_gse import packets
+from hirosco_gse.dictionary import Dictionary
 from hirosco_gse.link import LinkLost
 from hirosco_gse.live import LiveRefused, LiveWorld
 from hirosco_gse.session import Rejected
@@ -18,6 +24,7 @@ from hirosco_gse.spacecraft import Spacecraft
 
 LOGS = ("packets.log", "can-robot.log", "can-joystick.log", "can-robot-b.log", "can-joystick-b.log", "truth.lcm")
 PAUSE_S = 33.0
+STOPPED_S = 5.0
 SCENARIO = """
 0.0 hand rest
 0.1 operator state JOYSTICK PRE_OPERATIONAL
@@ -33,9 +40,9 @@ SCENARIO = """
 1.1 operator state JOYSTICK OPERATIONAL
 1.1 operator state MANIPULATOR OPERATIONAL
 5.0 hand home 1
-40.0 operator state JOYSTICK SAFE_OPERATIONAL
-40.0 operator state MANIPULATOR SAFE_OPERATIONAL
-40.1 operator shutdown
+60.0 operator state JOYSTICK SAFE_OPERATIONAL
+60.0 operator state MANIPULATOR SAFE_OPERATIONAL
+60.1 operator shutdown
 """
 
 
@@ -60,6 +67,17 @@ def _advance(world, seconds):
     """Let this much simulated time pass, however fast the machine is."""
     world.ask(f"step {seconds:.4f}")
     world.stand_still()
+
+
+def _visit(flight, world):
+    """A page commands; then its station stands still for some seconds of simulated time and is killed. Returns what the page heard."""
+    subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
+    with contextlib.closing(stations.Station(flight)) as station:
+        heard = stations.ask(station.address, ["ping JOYSTICK", "cmd MANIPULATOR.RAISE EVENT=9"])
+        station.process.send_signal(signal.SIGSTOP)
+        world.ask("speed 0")
+        _until(world, world.ask("time")[0] + STOPPED_S)
+    return heard
 
 
 def _dropped(sleeper, world):
@@ -103,9 +121,9 @@ def flight(hangar):
         world.ask("hand press 10 0.05")
         _advance(world, 2)
         flight.missed = _dropped(sleeper, world)
-        world.ask("speed 1")
         world.ask("resume")
         with Spacecraft(flight.folder, user=3) as web, Spacecraft(flight.folder) as craft:
+            craft.speed(1)
             web.do("ping JOYSTICK")
             craft.do("ping all")
             web.do("ping MANIPULATOR")
@@ -115,7 +133,7 @@ def flight(hangar):
                 craft.do("state JOYSTICK PRE_OPERATIONAL")
             flight.answers.append(str(refusal.value))
             craft.wait_value("MANIPULATOR.CUR_VALUES.STATE")
-            craft.speed(0)
+        flight.page = _visit(flight, world)
     yield flight.wait()
     flight.abandon()
 
@@ -131,6 +149,35 @@ def test_every_line_is_recorded_with_who_gave_it(flight):
     assert all(line.endswith("# test") for line in lines if " aim " in line or " press " in line)
     times = [float(line.split()[0]) for line in lines]
     assert times == sorted(times)
+
+
+def test_what_persons_do_is_marked_in_the_log_of_the_operator(flight):
+    """With the time and the name of the client; of many lines that aim the hand, the first one."""
+    marks = [step for step in map(json.loads, flight.read("operator.log").splitlines()) if step["verb"] == "live"]
+    assert [mark["time"] for mark in marks] == sorted(mark["time"] for mark in marks)
+    recorded, aimer = [], None
+    for line in flight.read("live.scn").splitlines():
+        text, who = line.split(" # ")
+        words, before = text.split()[1:], aimer
+        if words[0] == "hand":
+            aimer = who if words[1] == "aim" else None
+        if words[:2] != ["hand", "aim"] or before != who:
+            recorded.append((float(text.split()[0]), words, who))
+    ours = [(mark["time"], mark["words"], mark["outcome"].removeprefix("by ")) for mark in marks if mark["words"][0] in ("hand", "fault")]
+    assert ours == recorded and ["hand", "aim"] in [words[:2] for _, words, _ in recorded]
+    paces = [mark["words"] for mark in marks if mark["words"][0] not in ("hand", "fault")]
+    assert paces[:2] == [["speed", "0"], ["pause"]] and paces[-3:] == [["resume"], ["speed", "1"], ["speed", "0"]]
+    assert marks[0]["text"] == f"[{marks[0]['time']:9.4f} s] live speed 0 (test)"
+
+
+def test_a_page_commands_the_flight(flight):
+    """The event that it causes is in the packet log, which the recording below repeats."""
+    _, _, done, _, raised = flight.page
+    assert done["lights"][-1] == raised["lights"][-1] == "done"
+    dictionary = Dictionary.load(flying.ROOT / "build" / "generated" / "rokviss.json")
+    note = dictionary.subsystem("MANIPULATOR").event("OPERATOR_NOTE").id
+    assert [packet for packet in map(packets.parse, (raw for _, direction, raw in flight.packets if direction == "TM"))
+            if packet.message == (5, 2) and packet.data[:2] == note.to_bytes(2, "big")]
 
 
 def test_another_user_commands_the_flight(flight):
@@ -167,6 +214,7 @@ def test_a_client_that_does_not_read_loses_lines_and_is_told_how_many(flight):
 
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_the_recording_repeats_the_flight_octet_for_octet(flight, hangar, form):
+    """Also the telecommands of the page. The repetition has no station, so one that stands still or is killed changes nothing."""
     recorded = flying.gse(flight, "record", flight.folder)
     assert recorded.returncode == 0, recorded
     path = hangar / f"recorded-{form}.scn"
@@ -178,7 +226,7 @@ def test_the_recording_repeats_the_flight_octet_for_octet(flight, hangar, form):
 
 
 def test_a_person_moves_the_hand_and_is_refused_in_words(folder):
-    """On the command line: time, refusal and pause; a hand without input holds, then lets go."""
+    """On the command line: time, refusal and pause; a hand without input holds, then lets go. Without an operator the marks are on the console."""
     flight = flying.start(folder, "--time", "real", "--scenario", "none")
     try:
         with _world(flight) as world:
@@ -197,6 +245,9 @@ def test_a_person_moves_the_hand_and_is_refused_in_words(folder):
         flight.process.send_signal(signal.SIGINT)
         flight.wait()
     assert flight.code == 0, flight.told()  # A paused mission shuts down, too.
+    for words in ("speed 0 (test)", "hand aim 0.1 -0.1 0.2 (gse)", "hand let_go (no line for a time)", "pause (gse)"):
+        assert f" s] live {words}" in flight.console
+    assert not (folder / "operator.log").exists()
 
 
 def test_a_refused_or_endless_line_changes_nothing(folder):

@@ -466,7 +466,7 @@ def write_film(browser, folder):
             pictures = []
             for seconds in FILM_S:
                 page.evaluate("seconds => station.replay.seek(seconds)", seconds)
-                page.wait_for_timeout(100)  # Wait until scene and charts are drawn.
+                page.wait_for_timeout(500)  # Wait until scene and charts are drawn, the scene with all pixels.
                 pictures.append(Image.open(io.BytesIO(page.screenshot())).convert("RGB").resize((1080, 675), Image.LANCZOS))
     finally:
         station.send_signal(signal.SIGINT)
@@ -497,6 +497,7 @@ def test_a_report_is_one_file(browser, fleet, hangar):
         page.evaluate("station.replay.seek(0.5)")
         assert page.evaluate("station.scene.arm.brakes.map((brake) => brake.isHeld)") == [True, True]
         page.evaluate("station.replay.seek(26)")
+        page.wait_for_timeout(500)  # A scene at rest is drawn with all pixels.
         page.screenshot(path=str(PICTURE if os.environ.get("UPDATE_PICTURES") else hangar / "report-dark.png"))
         if os.environ.get("UPDATE_PICTURES"):
             write_film(browser, flight.folder)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of the station beside a telepresence by the wall clock: its joystick presses on the contour, and a device is lost."""
 
+import math
 import re
 import signal
 import subprocess
@@ -15,6 +16,27 @@ SCENARIO = [*flying.bring_up(0.2), "3600 operator shutdown"]
 # Pixels from the centre of the field, to the right and down, above the contour; the lowest presses with more than 20 N.
 ABOVE_PIXELS = (-15, 25)
 LOWEST_PIXELS = 70
+# A gamepad as Chromium gives it to a page; pad.rumbles has what it was asked to play.
+PAD = """() => {
+    const pad = window.pad = {index: 1, id: "pad", connected: true, mapping: "standard", axes: [0, 0, 0, 0], buttons: [], rumbles: []};
+    pad.vibrationActuator = {playEffect: (kind, effect) => { pad.rumbles.push({kind, ...effect}); return Promise.resolve("complete"); }};
+    Object.defineProperty(navigator, "getGamepads", {value: () => [null, pad], configurable: true});
+}"""
+RANGE_RAD, DEAD_ZONE = 0.35, 0.08  # Of the page: what a full deflection is, and what counts as none.
+# What ends the control of the hand by the page -> what the page says.
+LOSSES = {
+    "window.dispatchEvent(new Event('blur'))": "the window lost the focus",
+    "document.querySelector('.field').dispatchEvent(new PointerEvent('pointercancel'))": "the pointer was lost",
+    "window.station.store.socket.close()": "link lost",
+}
+# The mission time of the page when it first shows that a link of telepresence is not open any more.
+WATCH_LINKS = """() => {
+    const rows = document.querySelector("station-network .links");
+    new MutationObserver(() => {
+        const said = rows.querySelector("[data-link=HAND_POSITION]")?.textContent ?? "";
+        if (!window.closedAt && /closed|failed|stale/.test(said)) window.closedAt = window.station.store.time;
+    }).observe(rows, {childList: true, subtree: true, characterData: true});
+}"""
 # Boxes of the regions of the page, rounded to pixels.
 BOXES = """[...document.querySelectorAll('station-bar, station-scene, nav > *, aside > *, station-work, station-log')].map((node) =>
     Object.values(node.getBoundingClientRect().toJSON()).map(Math.round))"""
@@ -76,6 +98,12 @@ class Drag:
         self.jitter = 0.2 - self.jitter
         self.page.mouse.move(self.centre[0] + ABOVE_PIXELS[0], self.centre[1] + down + self.jitter)
 
+    def is_held(self):
+        """Whether the pointer drags the hand; takes the hand otherwise."""
+        self.take()
+        self.move(ABOVE_PIXELS[1])
+        return self.page.evaluate("Boolean(document.querySelector('station-work').hand.from)")
+
     def take(self):
         """Take the hand and press the button of the mouse, if the page has given the hand back since."""
         page = self.page
@@ -106,16 +134,77 @@ def test_the_joystick_of_the_page_presses_on_the_contour(page, flight):
     flying.wait_until(lambda: "hand rest # station" in flight.read("live.scn"), "the hand is not given back")
 
 
+def rests(flight):
+    return flight.read("live.scn").count("hand rest # station")
+
+
+def aimed(axes):
+    """Rest point of the hand for a deflection of a gamepad's stick."""
+    size = math.hypot(*axes)
+    share = max(0.0, size - DEAD_ZONE) / (1 - DEAD_ZONE) / size * RANGE_RAD
+    return f" hand aim {axes[0] * share:.5f} {-axes[1] * share:.5f} "
+
+
+def deflect(page, x, y):
+    page.evaluate("axes => { window.pad.axes = [...axes, 0, 0]; }", [x, y])
+
+
+def test_a_gamepad_moves_the_hand_and_rumbles_with_the_felt_torque(page, flight):
+    """Chromium has no gamepad here, so the page is given one of its form. It presses on the contour, and is disconnected."""
+    page.click("#work-Operate")
+    page.evaluate(PAD)
+    before = rests(flight)
+    page.click("button:has-text('Take the hand'):not(:disabled)")
+    axes, low = (-0.25, 0.25), 0.25
+    deflect(page, *axes)
+    page.wait_for_selector("text=Your hand, gamepad 2")
+    flying.wait_until(lambda: aimed(axes) in flight.read("live.scn"), "the hand does not go where the gamepad points")
+
+    def rumbles():
+        nonlocal low
+        low = min(0.9, low + 0.005)
+        deflect(page, axes[0], low)
+        return page.evaluate("window.pad.rumbles.some((one) => one.strongMagnitude > 0.05)")
+
+    flying.wait_until(rumbles, "the gamepad does not rumble")
+    played = page.evaluate("window.pad.rumbles")
+    felt = page.evaluate("Math.hypot(...window.station.store.value('JOYSTICK', 'CUR_VALUES.FELT_TORQUE'))")
+    assert felt > 0.0 and {one["kind"] for one in played} == {"dual-rumble"} and max(one["strongMagnitude"] for one in played) <= 1
+    assert 1 <= sum(one["weakMagnitude"] == 1 for one in played) < sum(one["strongMagnitude"] > 0 for one in played)  # A pulse for a contact.
+    page.evaluate("window.pad.connected = false")
+    page.wait_for_selector("text=Hand given back: the gamepad was disconnected.")
+    flying.wait_until(lambda: rests(flight) == before + 1, "the hand is not given back")
+
+
+@pytest.mark.parametrize("loss", LOSSES)
+def test_the_hand_is_given_back_when_focus_pointer_or_station_is_lost(page, flight, loss):
+    """The connection ends: then the station, which misses the page, gives the hand back."""
+    drag = Drag(page)
+    flying.wait_until(drag.is_held, "the hand is not taken")
+    before = rests(flight)
+    page.evaluate(loss)
+    page.wait_for_selector(f"text=Hand given back: {LOSSES[loss]}.")
+    flying.wait_until(lambda: rests(flight) > before, "the hand is not given back")
+    assert page.evaluate("document.querySelector('station-work').hand.aim === null")
+    page.mouse.up()
+    station.until(page, "window.station.store.hasSocket && window.station.store.link.is_live")
+
+
 @pytest.mark.parametrize("theme", ["dark", "light"])
 def test_a_device_that_is_unplugged_is_an_alarm_that_everybody_can_read(page, flight, theme, hangar):
     """The fault comes from the command line; the page shows it without a change of the layout, and axe finds nothing serious."""
     if theme == "dark":
+        station.until(page, "['HAND_POSITION', 'ROBOT_STATE'].every((name) => window.station.store.links.some((row) => row.name === name && row.state === 'open'))")
         boxes = page.evaluate(BOXES)
+        page.evaluate(WATCH_LINKS)
         answer = flying.gse(flight, "--run", flight.folder, "fault", "unplug", "robot", "JOINT1")
         assert answer.returncode == 0, answer.stderr
         page.wait_for_selector("station-log .entry.critical:has-text('MANIPULATOR DEVICE_LOST')")
-        page.wait_for_selector(".link-row:has-text('closed') >> nth=0")
+        page.wait_for_selector("[data-link=HAND_POSITION]:has-text('closed')")
         assert page.evaluate(BOXES) == boxes
+        # Both in mission time, so that a slow machine changes nothing: the links are closed after the event.
+        lost = page.evaluate("window.station.store.events.findLast((event) => event.event === 'DEVICE_LOST').time")
+        assert lost - 1e-6 <= page.evaluate("window.closedAt") < lost + 1.0
     found = station.accessibility(page, theme)
     page.screenshot(path=str(hangar / f"page-alarm-{theme}.png"))
     assert not found

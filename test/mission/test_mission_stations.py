@@ -53,7 +53,7 @@ def stations(flight):
         station.close()
 
 
-def _ask(address, orders):
+def ask(address, orders):
     """Messages of a station: the greeting, then for each command the message about its end."""
     import asyncio
 
@@ -84,7 +84,7 @@ def test_stations_command_a_mission_that_is_not_the_default_one(stations):
     """Both stations command at once, each as another user, and a refusal has its reason."""
     users = set()
     for station in stations:
-        hello, _, done, _, refused = _ask(station.address, ["ping UR5E", "state UR5E OPERATIONAL"])
+        hello, _, done, _, refused = ask(station.address, ["ping UR5E", "state UR5E OPERATIONAL"])
         users.add(hello["user"]["name"])
         assert hello["mission"] == "ur5e" and hello["user"]["is_own"]
         assert done["lights"] == ["done", "done", "none", "done"] and "words" not in done
@@ -121,7 +121,7 @@ def test_a_station_that_stops_or_dies_does_not_disturb_the_flight(flight, stop):
     """The page is open. The flight continues and drops nothing for other clients, and another station can
     command."""
     station = Station(flight)
-    _ask(station.address, ["ping UR5E"])
+    ask(station.address, ["ping UR5E"])
     with Spacecraft(flight.folder) as craft:
         before = craft.get("COMMUNICATION.COUNTERS.TM_DROPPED"), craft.session.now_ns
         station.process.send_signal(stop)
@@ -132,5 +132,5 @@ def test_a_station_that_stops_or_dies_does_not_disturb_the_flight(flight, stop):
     station.close()
     again = Station(flight)
     with contextlib.closing(again):
-        assert _ask(again.address, ["ping UR5E"])[-1]["lights"][-1] == "done"
+        assert ask(again.address, ["ping UR5E"])[-1]["lights"][-1] == "done"
     assert flight.process.poll() is None

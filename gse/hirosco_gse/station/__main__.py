@@ -26,7 +26,7 @@ def _parser():
     parser.add_argument("--run", type=pathlib.Path, default=ROOT / "runs" / "latest", help="run folder (default runs/latest)")
     parser.add_argument("--http-port", type=int, help=f"port of the page (default: the first free from {PORT})")
     parser.add_argument("--page", type=pathlib.Path, default=ROOT / "build" / "station" / "page", help="the built page")
-    parser.add_argument("--replay", type=pathlib.Path, help="replay the run of this folder; no flight is started or followed")
+    parser.add_argument("--replay", type=pathlib.Path, help="replay the run of this folder, or this recording of a run; no flight is started or followed")
     parser.add_argument("--read-only", action="store_true", help="pages command nothing: no telecommand, no hand, no fault, no pace")
     parser.add_argument("--framed-by", type=_origin, default=FRAMED_BY, metavar="ORIGIN",
                         help=f"page of this machine that may show this one in a frame, or none (default {FRAMED_BY}, that of make yamcs)")
@@ -70,8 +70,8 @@ def main(argv=None):
     arguments = _parser().parse_args(argv)
     if not (arguments.page / "index.html").exists():
         raise SystemExit(f"station: {arguments.page} has no page; run make gse")
-    if arguments.replay and not arguments.replay.is_dir():
-        raise SystemExit(f"station: there is no run folder {arguments.replay}")
+    if arguments.replay and not arguments.replay.exists():
+        raise SystemExit(f"station: there is no run folder {arguments.replay}, and no recording of a run")
     listener = _listen(arguments.http_port)
     host = f"{LOOPBACK}:{listener.getsockname()[1]}"
     flight = None

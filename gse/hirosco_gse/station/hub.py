@@ -512,6 +512,11 @@ class Hub:
         self._say_hand()
         return {"kind": "live", "line": line, "time": seconds}
 
+    async def leave_hand(self, page):
+        """Give the hand back if this page, whose connection has ended, has aimed it last."""
+        if self._aims[0] == page:
+            await self.live("hand rest", page)
+
     def _hand_owner(self, page):
         """Words that say which other page or program aims the hand now; None if the hand is free or belongs to this page."""
         other, since = self._aims

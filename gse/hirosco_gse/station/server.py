@@ -73,7 +73,7 @@ class Station:
     """The web application: hub and browsers."""
 
     def __init__(self, run, page, replayed=None, is_read_only=False, framed_by="'none'"):
-        """replayed: folder of a run that is replayed; then no flight is followed. is_read_only: pages command nothing. framed_by: origin of
+        """replayed: folder or recording of a run that is replayed; then no flight is followed. is_read_only: pages command nothing. framed_by: origin of
         the page that may show this one in a frame."""
         self.hub = Hub(run, self.publish, is_read_only=is_read_only)
         self.browsers = set()
@@ -124,6 +124,8 @@ class Station:
         """The recording of the run that is replayed, or of the flight that has ended; made in a process of its own."""
         if not self._replayed and (self.hub.flight is None or self.hub.link["is_live"]):
             raise web.HTTPConflict(text="there is no flight that has ended")
+        if self._replayed and self._replayed.is_file():
+            return web.FileResponse(self._replayed, headers={"Content-Type": "application/octet-stream"})
         folder = str(self._replayed or self.hub.flight[0])
         if self._recorded[0] != folder:
             words = (sys.executable, "-m", "hirosco_gse.recording", folder)
@@ -167,6 +169,7 @@ class Station:
             sender.cancel()
             with contextlib.suppress(asyncio.CancelledError, ConnectionError):
                 await sender
+            await self.hub.leave_hand(browser.number)
         return socket
 
     def _look(self):

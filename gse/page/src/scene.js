@@ -15,10 +15,12 @@ import { LiveTruth, notReported, reportedBase } from "./truth.js";
 
 const TRACE_S = 6;
 const STALE_PERIODS = 3,
-  STALE_MS = 350;
-// Time between two pictures that are drawn without a graphics processor; it leaves time for the rest of the
-// page.
-const SOFTWARE_MS = 100;
+  STALE_MS = 200; // A robot without reports is covered within a second.
+// Without a graphics processor: time between two pictures; share of the pixels of each axis that is drawn
+// while the scene moves; time after which a scene at rest is drawn with all pixels.
+const SOFTWARE_MS = 50,
+  COARSE = 0.5,
+  REST_MS = 300;
 
 const VIEWS = { Iso: [0.62, -0.98, 0.36], Side: [0, -1.25, 0.05], Tool: [1.05, -0.42, 0.25] };
 
@@ -152,7 +154,9 @@ class Scene extends SceneMarks {
     const isSoftware = /swiftshader|llvmpipe|software/i.test(
       info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : "",
     );
-    this.renderer.setPixelRatio(isSoftware ? 1 : Math.min(2, devicePixelRatio));
+    this.isSoftware = isSoftware;
+    this.ratio = isSoftware ? 1 : Math.min(2, devicePixelRatio);
+    this.renderer.setPixelRatio(this.ratio);
     this.renderer.shadowMap.enabled = !isSoftware;
     this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
     this.world = new THREE.Scene();
@@ -500,6 +504,7 @@ class Scene extends SceneMarks {
         this.shownTime = this.last.time;
       }
     } else if (this.robot && this.truth.isNew) this.pose(this.drawn);
+    if (this.isSoftware) this.refine(performance.now());
     if (this.isChanged) {
       this.isChanged = false;
       this.camera.lookAt(this.target);
@@ -507,6 +512,16 @@ class Scene extends SceneMarks {
       this.renderer.render(this.world, this.camera);
       this.labels();
     }
+  }
+
+  // Draw a scene that moves with fewer pixels, and once with all of them when it has come to rest.
+  refine(now) {
+    if (this.isChanged) this.changed = now;
+    const ratio = now - this.changed < REST_MS ? COARSE : 1;
+    if (ratio === this.ratio) return;
+    this.ratio = ratio;
+    this.renderer.setPixelRatio(ratio);
+    this.isChanged = true;
   }
 
   pose(positions) {

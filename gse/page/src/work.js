@@ -13,6 +13,7 @@ const RANGE_RAD = 0.35;
 const AIM_MS = 20,
   AIM_S = 0.03;
 const IDLE_MS = 2000;
+const ANSWER_MS = 1000; // A hand whose line has no answer for so long is given back.
 const FIELD = 80; // Radius of the round field in units of its drawing.
 const CEILING_NM = 1.5;
 const TRACE_MS = 2000;
@@ -100,19 +101,32 @@ class Hand {
       this.field.setPointerCapture(event.pointerId);
       this.from = { x: event.clientX, y: event.clientY, aim: [...this.aim] };
     });
-    this.field.addEventListener("pointermove", (event) => {
+    // Raw movements do not wait for the next picture of the page. They are for secure pages only.
+    const moved = "onpointerrawupdate" in window ? "pointerrawupdate" : "pointermove";
+    this.field.addEventListener(moved, (event) => {
       if (!this.aim || !this.from) return;
       const scale = (RANGE_RAD / ((this.field.clientWidth * FIELD) / 184)) * (event.shiftKey ? 0.25 : 1);
       this.move(
         this.from.aim[0] + (event.clientX - this.from.x) * scale,
         this.from.aim[1] - (event.clientY - this.from.y) * scale,
       );
+      this.say();
     });
-    for (const kind of ["pointerup", "pointercancel"])
+    this.field.addEventListener("pointerup", () => {
+      this.from = null;
+    });
+    // The browser has taken the pointer away in the middle of a drag, for example for a gesture.
+    for (const kind of ["pointercancel", "lostpointercapture"])
       this.field.addEventListener(kind, () => {
-        this.from = null;
+        if (this.from) this.release("the pointer was lost");
       });
     window.addEventListener("blur", () => this.release("the window lost the focus"));
+    document.addEventListener("visibilitychange", () => {
+      if (document.hidden) this.release("the page is hidden");
+    });
+    window.addEventListener("gamepaddisconnected", (event) => {
+      if (event.gamepad.index === this.pad) this.release("the gamepad was disconnected");
+    });
     store.on("link", () => {
       if (!store.link.is_live) this.release("link lost");
     });
@@ -131,7 +145,7 @@ class Hand {
         event.preventDefault();
       }
     });
-    setInterval(() => this.send(), AIM_MS);
+    setInterval(() => this.tick(), AIM_MS);
   }
 
   toggle() {
@@ -166,7 +180,11 @@ class Hand {
 
   followStick() {
     const found = this.from || this.keys.size ? null : this.stick();
-    if (!found) return;
+    if (!found) {
+      if (this.pad !== undefined && !navigator.getGamepads()[this.pad]?.connected)
+        this.release("the gamepad was disconnected");
+      return;
+    }
     if (found.isMoved) this.move(...found.at);
     else this.aim = [...found.at];
     this.rumble(found.pad);
@@ -175,15 +193,16 @@ class Hand {
   // Rumble in proportion to the felt torque, and with one short pulse when a contact begins.
   rumble(pad) {
     const felt = Math.hypot(...(store.value(this.source_(), "CUR_VALUES.FELT_TORQUE") ?? [0]));
-    const isTouch = felt > TOUCH_NM && (this.felt ?? 0) <= TOUCH_NM;
+    this.isTouch ||= felt > TOUCH_NM && (this.felt ?? 0) <= TOUCH_NM; // Until the pulse is played.
     this.felt = felt;
     if (!pad.vibrationActuator || performance.now() - (this.rumbled ?? 0) < RUMBLE_MS - AIM_MS) return;
     this.rumbled = performance.now();
     const effect = {
       duration: RUMBLE_MS,
       strongMagnitude: Math.min(1, felt / CEILING_NM),
-      weakMagnitude: isTouch ? 1 : 0,
+      weakMagnitude: this.isTouch ? 1 : 0,
     };
+    this.isTouch = false;
     pad.vibrationActuator.playEffect("dual-rumble", effect).catch(() => {
       this.note = "This gamepad does not rumble.";
     });
@@ -196,7 +215,7 @@ class Hand {
     this.at = performance.now();
   }
 
-  // Release the hand: the spring of the operator's simulated arm returns it to its rest position.
+  // Give the hand back: the spring of the operator's simulated arm returns it to its rest position.
   release(why) {
     if (!this.aim) return;
     this.aim = this.from = null;
@@ -207,7 +226,8 @@ class Hand {
     this.draw();
   }
 
-  async send() {
+  // Follow gamepad and keys, and repeat the aim: without lines the simulator holds the hand.
+  tick() {
     if (!this.aim) return;
     this.followStick();
     if (performance.now() - this.at > IDLE_MS && !this.from && !this.keys.size) {
@@ -224,15 +244,29 @@ class Hand {
       }[key] ?? [0, 0];
       this.move(this.aim[0] + x, this.aim[1] + y);
     }
-    if (this.isAsking) return;
-    this.isAsking = true;
-    const answer = await store.live(`hand aim ${this.aim[0].toFixed(5)} ${this.aim[1].toFixed(5)} ${AIM_S}`);
-    this.isAsking = false;
-    if (answer.refused && this.aim) {
-      this.aim = null;
-      this.note = `The simulator refuses the hand: ${answer.refused}`;
-      this.draw();
+    this.say();
+  }
+
+  // Send the aim; if it is asked for again before the answer, send the present aim after the answer.
+  async say() {
+    this.isChanged = true;
+    if (this.isAsking) {
+      if (performance.now() - this.asked > ANSWER_MS) this.release("the station does not answer");
+      return;
     }
+    this.isAsking = true;
+    while (this.aim && this.isChanged) {
+      this.isChanged = false;
+      this.asked = performance.now();
+      const [x, y] = this.aim;
+      const answer = await store.live(`hand aim ${x.toFixed(5)} ${y.toFixed(5)} ${AIM_S}`);
+      if (answer.refused && this.aim) {
+        this.aim = this.from = null;
+        this.note = `The simulator refuses the hand: ${answer.refused}`;
+        this.draw();
+      }
+    }
+    this.isAsking = false;
   }
 
   // The subsystem that reports a felt torque.

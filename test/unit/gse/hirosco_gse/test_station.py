@@ -381,5 +381,8 @@ def test_a_run_is_replayed_by_the_command_line(flight_folder, tmp_path, monkeypa
     assert main(["replay", str(flight_folder), "--http-port", "0"]) == 0
     assert found["page"] == (302, "/?replay")
     assert found["recording"][0] == 200 and len(found["recording"][1]) > 1000
+    (tmp_path / "kept.recording").write_bytes(found["recording"][1][:500])
+    assert main(["replay", str(tmp_path / "kept.recording"), "--http-port", "0"]) == 0
+    assert found["recording"] == (200, (tmp_path / "kept.recording").read_bytes())  # A file is sent as it is.
     assert main(["replay", str(tmp_path / "nothing")]) == 2 and "there is no run folder" in capsys.readouterr().err
     assert main(["replay", "a", "b"]) == 2 and "usage: replay [RUN] [--http-port PORT]" in capsys.readouterr().err

@@ -136,6 +136,25 @@ def test_a_page_causes_faults_and_moves_the_hand_and_one_page_has_it(place, monk
     assert later["refused"] == "the hand is taken by station-WEB_2"
 
 
+@pytest.mark.parametrize("has_hand", [True, False])
+def test_a_page_that_disappears_gives_its_hand_back(place, has_hand):
+    """Only the page that has aimed last: another page that is closed leaves the hand as it is."""
+    world = World()
+
+    async def story(page, station):
+        station.hub.world_port = world
+        if has_hand:
+            await page.ask(do="live", line="hand aim 0.1 0 0.03")
+        else:
+            await station.hub.live("hand aim 0.1 0 0.03", -1)
+        await page.socket.close()
+        while station.browsers or has_hand and "hand rest" not in world.lines:
+            await asyncio.sleep(0.01)
+        return [line for line in world.lines if line.startswith("hand")]
+
+    assert visit(place, story) == ["hand aim 0.1 0 0.03", *(["hand rest"] if has_hand else [])]
+
+
 def test_a_row_of_the_true_state_becomes_leaves_of_the_page():
     names = "time arm.j1.position arm.j1.torque arm.j1.brake arm.j2.position arm.j2.torque arm.j2.brake STICK.1.position STICK.1.torque STICK.1.hand " \
             "arm.tip.contact arm.tip.contact-x arm.tip.contact-y arm.tip.contact-z arm.hook.spring arm.hook.spring-x arm.hook.spring-y arm.hook.spring-z " \
