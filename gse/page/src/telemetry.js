@@ -97,15 +97,27 @@ export class Row {
       "tr",
       { draggable: "true" },
       el("td", { class: "name", title: [leaf.name, leaf.description].filter(Boolean).join(": ") }, short),
-      el("td", { class: "num" }, this.sym, " ", this.value),
-      (this.unit = el("td", { title: leaf.unit }, leaf.unit)),
-      hasGauges ? el("td", {}, this.gauge?.node) : null,
+      ...this.cells(hasGauges),
       this.age,
       el("td", {}, this.chart),
     );
     this.node.addEventListener("dragstart", (event) =>
       event.dataTransfer.setData("text/plain", JSON.stringify(this.line)),
     );
+  }
+
+  // Cells of value, unit and limits. A value with words has no unit and no limits, and takes their place.
+  cells(hasGauges) {
+    const { words, bits, unit } = this.leaf;
+    const own = [this.sym, " ", this.value];
+    if ((words || bits) && !unit && !this.gauge)
+      return [(this.cell = el("td", { class: "num worded", colspan: hasGauges ? 3 : 2 }, ...own))];
+    this.cell = el("td", { class: "num" }, ...own);
+    return [
+      this.cell,
+      el("td", { title: unit }, unit),
+      ...(hasGauges ? [el("td", {}, this.gauge?.node)] : []),
+    ];
   }
 
   // Grade of a value: beyond a limit, or near a limit unless the value is a setting; null otherwise.
@@ -117,11 +129,11 @@ export class Row {
     return !settable && (share < NEAR || share > 1 - NEAR) ? ["caution", "near its limit"] : null;
   }
 
-  // The number itself beside the name of its state; its title lists the flags that are set.
+  // The title of a number whose bits have names: the number, and the flags that are set.
   tellBits(value) {
-    text(this.unit, `0x${value.toString(16).toUpperCase().padStart(4, "0")}`);
     const flags = flagsOf(this.leaf, value).join(", ") || "no flag is set";
-    if (this.unit.title !== flags) this.unit.title = flags;
+    const words = `0x${value.toString(16).toUpperCase().padStart(4, "0")}: ${flags}`;
+    if (this.cell.title !== words) this.cell.title = words;
   }
 
   draw(freshness) {
