@@ -3,6 +3,13 @@
 
 #include "base/assertion.h"
 
+void lockstep_use(osal_lockstep_t* const scheduler, const uint32_t participant)
+{
+    if (participant >= scheduler->used) {
+        scheduler->used = participant + 1U;
+    }
+}
+
 uint64_t lockstep_next_step_ns(const osal_lockstep_t* const scheduler)
 {
     const uint64_t into_step = scheduler->now_ns % scheduler->step_ns;
@@ -32,7 +39,7 @@ uint64_t lockstep_pending_wake_ns(const osal_lockstep_t* const scheduler, const 
 /// that grant, so that the wall-clock time at which they joined has no effect.
 static void admit_new(osal_lockstep_t* const scheduler)
 {
-    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
+    for (uint32_t i = 0U; i < scheduler->used; i++) {
         participant_t* const one = &scheduler->participants[i];
         if ((one->state == OSAL_LOCKSTEP_JOINED) && one->is_new) {
             if (one->wake_ns <= scheduler->now_ns) {
@@ -111,7 +118,7 @@ static uint32_t first_turn(const osal_lockstep_t* const scheduler, uint32_t* con
     uint32_t chosen   = NO_PARTICIPANT;
     uint64_t least_ns = OSAL_LOCKSTEP_NEVER;
     *out_awaited      = NO_PARTICIPANT;
-    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
+    for (uint32_t i = 0U; i < scheduler->used; i++) {
         const participant_t* const one = &scheduler->participants[i];
         const uint64_t time_ns         = turn_ns(one);
         if (time_ns < least_ns) {
@@ -182,6 +189,7 @@ bool lockstep_end_turn(osal_lockstep_t* const scheduler, const uint32_t particip
         self->wake_ns = lockstep_not_before_begin(
             self, lockstep_earlier(wake_ns, is_expected ? self->wake_ns : OSAL_LOCKSTEP_NEVER));
         self->is_new = true;
+        lockstep_use(scheduler, participant);
         __atomic_store_n(&self->state, (uint32_t)OSAL_LOCKSTEP_JOINED, __ATOMIC_RELEASE);
         return true;
     }

@@ -43,13 +43,15 @@ struct osal_lockstep {
     uint32_t awaited; ///< Expected participant for which time stands still, or NO_PARTICIPANT.
     uint64_t patience_ns;
     uint32_t is_held;
-    uint32_t reserved;
+    uint32_t used; ///< Participants from this one on have never been expected and have never joined.
     osal_mutex_t mutex;
     participant_t participants[PARTICIPANTS];
 };
 
 typedef char lockstep_fits_its_storage[(sizeof(osal_lockstep_t) <= OSAL_LOCKSTEP_BYTES) ? 1 : -1];
 
+/// Note that a participant is in use; call it before its state changes from ABSENT.
+void lockstep_use(osal_lockstep_t* scheduler, uint32_t participant);
 uint64_t lockstep_next_step_ns(const osal_lockstep_t* scheduler);
 /// True if `participant` still has its turn at the present instant.
 bool lockstep_is_turn_to_come(const osal_lockstep_t* scheduler, uint32_t participant);

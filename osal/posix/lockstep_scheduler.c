@@ -152,6 +152,7 @@ void osal_lockstep_expect(osal_lockstep_t* const scheduler, const unsigned parti
     lock(scheduler);
     participant_t* const one = &scheduler->participants[participant];
     if (one->state == OSAL_LOCKSTEP_ABSENT) {
+        lockstep_use(scheduler, participant);
         one->wake_ns  = OSAL_LOCKSTEP_NEVER;
         one->life     = life;
         one->begin_ns = at_ns;
