@@ -12,9 +12,10 @@
 #define PUMP_PATIENCE_MS 100U
 #define PUMP_TRIES 50U      ///< Waits for announced datagrams: together five seconds of wall-clock time.
 #define CUT_PATIENCE_MS 10U ///< Time of one wait after a loss, because the connection may be cut.
-#define CUT_TRIES 1U
-#define CUT_INTERVAL 16U ///< After this number of intakes without success, only one in this number waits.
-#define SWEEP_MAX 4096U  ///< Datagrams read from one socket at a time: a flood must not block the reader.
+#define CUT_INTERVAL 16U    ///< After this number of intakes without success, only one in this number waits.
+#define SWEEP_MAX 4096U     ///< Datagrams read from one socket at a time: a flood must not block the reader.
+#define SWEEP_EVERY                                                                                          \
+    16U ///< Of the intakes for which nothing was announced, one in this number reads the sockets.
 #define HINTS_EVERY 128U ///< Number of intakes between two reads of the topology service.
 
 // ---- Resolvers ----
@@ -155,9 +156,8 @@ static uint8_t methods_of_port(void* const context, const uint16_t port, const u
                                                 computer_of(runtime, link->consumer_apid));
         }
     }
-    const bool is_reached = is_any_on_node || !has_partner;
-    return is_reached ? runtime->run->link_methods
-                      : (uint8_t)(runtime->run->link_methods & (uint8_t)~shared_memory);
+    return (is_any_on_node || !has_partner) ? runtime->run->link_methods
+                                            : (uint8_t)(runtime->run->link_methods & (uint8_t)~shared_memory);
 }
 
 void component_runtime_note_sent(component_runtime_t* const runtime, const unsigned component,
@@ -501,10 +501,8 @@ static uint32_t sweep_link(component_runtime_t* const runtime, osal_socket_t* co
     uint8_t frame[LINK_FRAME_MAX];
     uint32_t taken = 0U;
     size_t size    = 0U;
-    for (unsigned i = 0U; i < SWEEP_MAX; i++) {
-        if (receive_sample(runtime, socket, frame, &size) != STATUS_OK) {
-            break;
-        }
+    for (unsigned i = 0U; (i < SWEEP_MAX) && (receive_sample(runtime, socket, frame, &size) == STATUS_OK);
+         i++) {
         if (rtlink_frame_epoch(frame, size) > runtime->link_floor) {
             link_datagram(context, frame, size);
             taken++;
@@ -546,9 +544,8 @@ static unsigned tries_of(const component_runtime_t* const runtime)
     if (runtime->outstanding == 0U) {
         return PUMP_TRIES;
     }
-    return ((runtime->short_intakes < CUT_INTERVAL) || ((runtime->short_intakes % CUT_INTERVAL) == 0U))
-               ? CUT_TRIES
-               : 0U;
+    const bool is_long_cut = (runtime->short_intakes >= CUT_INTERVAL);
+    return (!is_long_cut || ((runtime->short_intakes % CUT_INTERVAL) == 0U)) ? 1U : 0U;
 }
 
 /// Receive announced datagrams, and late ones of earlier announcements. If the connection is cut, simulated
@@ -556,7 +553,10 @@ static unsigned tries_of(const component_runtime_t* const runtime)
 static void take_due(component_runtime_t* const runtime, const uint32_t due,
                      void (*const link_datagram)(void* context, const uint8_t*, size_t), void* const context)
 {
-    const bool is_cut          = (runtime->outstanding > 0U);
+    const bool is_cut = (runtime->outstanding > 0U);
+    if ((due == 0U) && !is_cut && !runtime->run->relay.is_network && ((runtime->pumps % SWEEP_EVERY) != 0U)) {
+        return; // Only unannounced datagrams can be there, and those can wait.
+    }
     const unsigned tries       = tries_of(runtime);
     const uint32_t patience_ms = is_cut ? CUT_PATIENCE_MS : PUMP_PATIENCE_MS;
     uint32_t taken             = sweep(runtime, link_datagram, context);
