@@ -5,6 +5,7 @@ It builds telecommands and parses telemetry; `Splitter` splits a byte stream int
 Tailoring: CRC-16 always, time CUC 4+3 with explicit P-field 0x1F (TAI, epoch 1958), 16-bit user ids.
 """
 
+import binascii
 import struct
 from dataclasses import dataclass
 
@@ -19,29 +20,13 @@ LARGE_MAX = 65542  # Limit of the length field; packets longer than PACKET_MAX a
 FRACTION = 1 << 24
 
 
-def _crc_table():
-    table = []
-    for octet in range(256):
-        crc = octet << 8
-        for _ in range(8):
-            crc = ((crc << 1) ^ 0x1021 if crc & 0x8000 else crc << 1) & 0xFFFF
-        table.append(crc)
-    return table
-
-
-_CRC = _crc_table()
-
-
 class PacketError(ValueError):
     """A malformed packet; the text gives the reason."""
 
 
 def crc16(data):
     """CRC-16/CCITT-FALSE: polynomial 0x1021, initial value 0xFFFF."""
-    crc = 0xFFFF
-    for octet in data:
-        crc = ((crc << 8) & 0xFFFF) ^ _CRC[(crc >> 8) ^ octet]
-    return crc
+    return binascii.crc_hqx(data, 0xFFFF)
 
 
 def encode_time(time_ns):
