@@ -86,6 +86,8 @@ status_t bus_add_node(bus_t* const bus, const bus_callbacks_t* const callbacks, 
     node->recover_ns = BUS_NEVER;
     node->watch_ns   = BUS_NEVER;
     controller_reset(&node->controller);
+    bus->reporting &= ~(1U << index);
+    bus_note_presence(bus, index);
     bus_note_waiting(bus, index);
     *out_node = index;
     return STATUS_OK;
@@ -99,9 +101,17 @@ void bus_remove_node(bus_t* const bus, const unsigned node)
     bus_find_next_wake(bus);
 }
 
-static bool is_on_bus(const bus_node_t* const node)
+static bool is_member(const uint32_t set, const unsigned index)
 {
-    return node->is_plugged && (node->controller.state != CONTROLLER_STATE_BUS_OFF);
+    return ((set >> index) & 1U) != 0U;
+}
+
+void bus_note_presence(bus_t* const bus, const unsigned index)
+{
+    const bus_node_t* node = &bus->node[index];
+    const uint32_t bit     = 1U << index;
+    const bool is_present  = node->is_plugged && (node->controller.state != CONTROLLER_STATE_BUS_OFF);
+    bus->present           = is_present ? (bus->present | bit) : (bus->present & ~bit);
 }
 
 /// Arbitration field, most significant bit first: 11 bits, RTR or SRR, IDE, 18 bits, RTR.
@@ -134,7 +144,7 @@ status_t bus_submit(bus_t* const bus, const unsigned index, const osal_can_frame
     if (!is_valid(bus, frame)) {
         return STATUS_INVALID;
     }
-    if (!is_on_bus(node)) {
+    if (!is_member(bus->present, index)) {
         bus->statistics.refused++;
         return STATUS_CLOSED;
     }
@@ -218,6 +228,7 @@ void bus_account(bus_t* const bus, const unsigned index, const controller_event_
     if (!controller_apply(&node->controller, event, &report)) {
         return;
     }
+    bus_note_presence(bus, index);
     if ((node->controller.state == CONTROLLER_STATE_BUS_OFF) && (event != CONTROLLER_RECOVERED)) {
         bus_drop_queue(bus, index);
         node->recover_ns = node->restarts_by_order
@@ -232,24 +243,20 @@ static void account_all(bus_t* const bus, const controller_event_t sender_event,
                         const controller_event_t receiver_event)
 {
     for (unsigned i = 0U; i < bus->node_count; i++) {
-        if (bus->node[i].is_used && is_on_bus(&bus->node[i])) {
-            bus_account(bus, i, ((bus->senders & (1U << i)) != 0U) ? sender_event : receiver_event);
+        if (is_member(bus->present, i)) {
+            bus_account(bus, i, is_member(bus->senders, i) ? sender_event : receiver_event);
         }
     }
 }
 
-static bool is_waiting(const bus_t* const bus, const unsigned index)
-{
-    return ((bus->waiting >> index) & 1U) != 0U;
-}
-
 /// Time at which the next frame of a node that waits is ready to start; BUS_NEVER if the node is off the bus.
-static uint64_t ready_ns(const bus_node_t* const node, const uint64_t idle_ns)
+static uint64_t ready_ns(const bus_t* const bus, const unsigned index)
 {
-    if (!is_on_bus(node)) {
+    const bus_node_t* node = &bus->node[index];
+    if (!is_member(bus->present, index)) {
         return BUS_NEVER;
     }
-    const uint64_t ready = node->is_babbling ? idle_ns : node->queue[node->head].ready_ns;
+    const uint64_t ready = node->is_babbling ? bus->idle_ns : node->queue[node->head].ready_ns;
     return (ready > node->suspend_ns) ? ready : node->suspend_ns;
 }
 
@@ -257,10 +264,10 @@ static uint64_t next_start_ns(const bus_t* const bus)
 {
     uint64_t earliest = BUS_NEVER;
     for (unsigned i = 0U; (bus->waiting >> i) != 0U; i++) {
-        if (!is_waiting(bus, i)) {
+        if (!is_member(bus->waiting, i)) {
             continue;
         }
-        const uint64_t ready = ready_ns(&bus->node[i], bus->idle_ns);
+        const uint64_t ready = ready_ns(bus, i);
         earliest             = (ready < earliest) ? ready : earliest;
     }
     return (earliest > bus->idle_ns) ? earliest : bus->idle_ns;
@@ -287,7 +294,7 @@ static const bus_node_t* arbitrate(bus_t* const bus, const uint64_t start_ns)
     bus->senders             = 0U;
     for (unsigned i = 0U; (bus->waiting >> i) != 0U; i++) {
         const bus_node_t* node = &bus->node[i];
-        if (!is_waiting(bus, i) || (ready_ns(node, bus->idle_ns) > start_ns)) {
+        if (!is_member(bus->waiting, i) || (ready_ns(bus, i) > start_ns)) {
             continue;
         }
         const uint32_t key = node->is_babbling ? 0U : node->queue[node->head].key;
@@ -308,22 +315,16 @@ static const bus_node_t* arbitrate(bus_t* const bus, const uint64_t start_ns)
 
 static bool has_receiver(const bus_t* const bus)
 {
-    for (unsigned i = 0U; i < bus->node_count; i++) {
-        if (((bus->senders & (1U << i)) == 0U) && bus->node[i].is_used && is_on_bus(&bus->node[i])) {
-            return true;
-        }
-    }
-    return false;
+    return (bus->present & ~bus->senders) != 0U;
 }
 
 /// Report a lost arbitration to each node that had a frame ready, with the first bit that differs from the
 /// winner's frame.
 static void report_lost_arbitration(bus_t* const bus, const uint64_t start_ns, const uint32_t winning_key)
 {
-    for (unsigned i = 0U; i < bus->node_count; i++) {
-        const bus_node_t* node = &bus->node[i];
-        if (node->reports_arbitration && ((bus->senders & (1U << i)) == 0U) && is_waiting(bus, i) &&
-            (ready_ns(node, bus->idle_ns) <= start_ns)) {
+    for (unsigned i = 0U; (bus->reporting >> i) != 0U; i++) {
+        if (is_member(bus->reporting & ~bus->senders & bus->waiting, i) && (ready_ns(bus, i) <= start_ns)) {
+            const bus_node_t* node    = &bus->node[i];
             const uint32_t difference = node->queue[node->head].key ^ winning_key;
             uint8_t bit               = 0U;
             while ((bit < 31U) && ((difference & (0x80000000U >> bit)) == 0U)) {
@@ -369,9 +370,8 @@ static void end_frame(bus_t* const bus, const uint64_t bits)
     bus->is_sending = false;
     bus->idle_ns    = bus->now_ns + (bits * bus->nominal_ns);
     bus->statistics.busy_ns += bus->idle_ns - bus->start_ns;
-    for (unsigned i = 0U; i < bus->node_count; i++) {
-        if (((bus->senders & (1U << i)) != 0U) &&
-            (bus->node[i].controller.state == CONTROLLER_STATE_PASSIVE)) {
+    for (unsigned i = 0U; (bus->senders >> i) != 0U; i++) {
+        if (is_member(bus->senders, i) && (bus->node[i].controller.state == CONTROLLER_STATE_PASSIVE)) {
             bus->node[i].suspend_ns = bus->idle_ns + (SUSPEND_BITS * bus->nominal_ns);
         }
     }
@@ -414,18 +414,17 @@ static void deliver_frame(bus_t* const bus)
     // A sender that sees an error in the last bit repeats a frame that all receivers have taken already.
     const bool is_repeated = bus_random_chance(&bus->random, bus->duplication);
     const uint32_t senders = bus->senders;
-    for (unsigned i = 0U; i < bus->node_count; i++) {
-        bus_node_t* node = &bus->node[i];
-        if (((senders & (1U << i)) != 0U) && !node->is_babbling && !is_repeated) {
+    for (unsigned i = 0U; !is_repeated && ((senders >> i) != 0U); i++) {
+        if (is_member(senders, i) && !bus->node[i].is_babbling) {
             pop(bus, i);
         }
     }
     end_frame(bus, is_repeated ? (ERROR_FLAG_BITS + ERROR_DELIMITER_BITS + CAN_INTERMISSION_BITS)
                                : CAN_INTERMISSION_BITS);
     for (unsigned i = 0U; i < bus->node_count; i++) {
-        if ((senders & (1U << i)) != 0U) {
+        if (is_member(senders, i)) {
             bus_account(bus, i, is_repeated ? CONTROLLER_TRANSMIT_ERROR : CONTROLLER_TRANSMITTED);
-        } else if (bus->node[i].is_used && is_on_bus(&bus->node[i])) {
+        } else if (is_member(bus->present, i)) {
             deliver(bus, i);
         }
     }

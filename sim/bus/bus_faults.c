@@ -8,6 +8,7 @@ void bus_unplug(bus_t* const bus, const unsigned index)
     const uint32_t self = 1U << index;
     node->is_plugged    = false;
     node->recover_ns    = BUS_NEVER;
+    bus_note_presence(bus, index);
     bus_find_next_wake(bus);
     bus_drop_queue(bus, index);
     if (bus->is_sending && ((bus->senders & self) != 0U)) {
@@ -24,6 +25,7 @@ void bus_plug(bus_t* const bus, const unsigned index)
     node->is_plugged = true;
     node->suspend_ns = 0U;
     controller_reset(&node->controller);
+    bus_note_presence(bus, index);
 }
 
 bool bus_is_plugged(const bus_t* const bus, const unsigned node)
@@ -118,7 +120,8 @@ void bus_restart(bus_t* const bus, const unsigned index)
 
 void bus_set_arbitration_reports(bus_t* const bus, const unsigned node, const bool on)
 {
-    bus->node[node].reports_arbitration = on;
+    const uint32_t bit = 1U << node;
+    bus->reporting     = on ? (bus->reporting | bit) : (bus->reporting & ~bit);
 }
 
 void bus_set_transmit_timeout(bus_t* const bus, const unsigned node, const uint64_t timeout_ns)

@@ -16,9 +16,8 @@ typedef struct {
     bool is_used;
     bool is_plugged;
     bool is_babbling;
-    bool restarts_by_order;   // Bus-off ends only after bus_restart.
-    bool reports_arbitration; // Reports lost arbitrations to its software.
-    unsigned overflows;       // Number of frames that its receiver still has to lose.
+    bool restarts_by_order; // Bus-off ends only after bus_restart.
+    unsigned overflows;     // Number of frames that its receiver still has to lose.
     controller_t controller;
     bus_callbacks_t callbacks;
     uint64_t wake_ns;
@@ -49,8 +48,11 @@ struct bus {
     bool is_stuck;
     bool is_sending;
     outcome_t outcome;
-    uint32_t waiting; // Bit set of nodes that have a frame to send, or babble: nodes lie far apart in memory.
-    uint32_t senders; // Bit set of nodes whose frame is on the wire.
+    // Bit sets of nodes: the nodes themselves lie far apart in memory.
+    uint32_t present;   // Plugged and not bus-off.
+    uint32_t waiting;   // Has a frame to send, or babbles.
+    uint32_t reporting; // Reports lost arbitrations to its software.
+    uint32_t senders;   // Its frame is on the wire.
     uint64_t start_ns;
     uint64_t event_ns; // Time at which the frame ends or is destroyed.
     osal_can_frame_t wire;
@@ -76,5 +78,7 @@ void bus_find_next_wake(bus_t* bus);
 void bus_drop_queue(bus_t* bus, unsigned index);
 /// Update `waiting` after a change of a node's queue, or of its babbling.
 void bus_note_waiting(bus_t* bus, unsigned index);
+/// Update `present` after a node was plugged or unplugged, or after a change of its controller.
+void bus_note_presence(bus_t* bus, unsigned index);
 
 #endif // SIM_BUS_BUS_INTERNAL_H
