@@ -11,8 +11,9 @@
 #define PATH_OCTETS 4096U
 #define NS_PER_S 1000000000U
 #define NS_PER_US 1000U
-#define SECOND_PAIRS 5U // Pairs of decimal digits of the seconds and of the microseconds in a line.
-#define MICROSECOND_PAIRS 3U
+#define SECOND_DIGITS 10U // Decimal digits of the seconds and of the microseconds in a line.
+#define MICROSECOND_DIGITS 6U
+#define SECONDS_LOW 100000000U // The last eight digits of the seconds are below it.
 
 #define PCAP_HEADER_OCTETS 24U
 #define PCAP_FD_FRAME 0x04U
@@ -23,12 +24,7 @@ struct frame_log {
     record_file_t pcap;
 };
 
-static const char hexadecimal[]   = "0123456789ABCDEF";
-static const char decimal_pairs[] = "0001020304050607080910111213141516171819"
-                                    "2021222324252627282930313233343536373839"
-                                    "4041424344454647484950515253545556575859"
-                                    "6061626364656667686970717273747576777879"
-                                    "8081828384858687888990919293949596979899";
+static const char hexadecimal[] = "0123456789ABCDEF";
 
 static char* put_hex(char* const text, uint32_t value, const unsigned digits)
 {
@@ -39,14 +35,26 @@ static char* put_hex(char* const text, uint32_t value, const unsigned digits)
     return text + digits;
 }
 
-/// Write a number with 2 * `pairs` digits.
-static char* put_decimal(char* const text, uint32_t value, const size_t pairs)
+/// Convert a number below 10^8 to its eight decimal digits at once, without a loop; the first one is lowest.
+static uint64_t decimals(const uint32_t value)
 {
-    for (size_t i = pairs; i > 0U; i--) {
-        memcpy(&text[2U * (i - 1U)], &decimal_pairs[(size_t)2U * (value % 100U)], 2U);
-        value /= 100U;
+    // Two numbers of four digits, then four of two, then eight of one. The products with 10486 / 2^20 and
+    // 103 / 2^10 are the quotients by 100 and by 10 of all numbers that occur here.
+    const uint64_t fours    = (value / 10000U) | ((uint64_t)(value % 10000U) << 32);
+    const uint64_t hundreds = ((fours * 10486U) >> 20) & 0x0000007F0000007FU;
+    const uint64_t twos     = hundreds + ((fours - (100U * hundreds)) << 16);
+    const uint64_t tens     = ((twos * 103U) >> 10) & 0x000F000F000F000FU;
+    return tens + ((twos - (10U * tens)) << 8) + 0x3030303030303030U;
+}
+
+/// Write the last `digits` (at most 8) of a number below 10^8.
+static char* put_decimal(char* const text, const uint32_t value, const size_t digits)
+{
+    const uint64_t all = decimals(value) >> (8U * (8U - digits));
+    for (size_t i = 0U; i < digits; i++) {
+        text[i] = (char)(all >> (8U * i));
     }
-    return text + (2U * pairs);
+    return text + digits;
 }
 
 /// Convert four octets, the first one highest, to eight hexadecimal digits at once, without a loop.
@@ -101,9 +109,10 @@ size_t frame_log_line(const osal_can_frame_t* const frame, const char* const int
     const uint32_t time_us   = (uint32_t)(time_ns % NS_PER_S) / NS_PER_US;
     const size_t name_octets = strlen(interface);
     *end++                   = '(';
-    end                      = put_decimal(end, seconds, SECOND_PAIRS);
+    end                      = put_decimal(end, seconds / SECONDS_LOW, SECOND_DIGITS - 8U);
+    end                      = put_decimal(end, seconds % SECONDS_LOW, 8U);
     *end++                   = '.';
-    end                      = put_decimal(end, time_us, MICROSECOND_PAIRS);
+    end                      = put_decimal(end, time_us, MICROSECOND_DIGITS);
     *end++                   = ')';
     *end++                   = ' ';
     memcpy(end, interface, name_octets); // NOLINT(bugprone-not-null-terminated-result): the line continues.

@@ -70,6 +70,22 @@ static void lines_of_all_kinds_have_the_format_of_candump(void)
     TEST_ASSERT_EQUAL_UINT(20U + 6U + 3U + 3U + 128U + 1U, frame_log_line(&longest, "robot", text));
 }
 
+static void times_have_ten_digits_of_seconds_and_six_of_microseconds(void)
+{
+    static const uint32_t starts[] = {0U, 90U, 9990U, 99990U, 9999990U, 99999990U, 123456780U, 4294967286U};
+    for (size_t i = 0U; i < (sizeof starts / sizeof starts[0]); i++) {
+        for (uint32_t k = 0U; k < 10U; k++) {
+            const uint32_t seconds       = starts[i] + k;
+            const uint32_t time_us       = (starts[i] * 7U + k * 111111U) % 1000000U;
+            const osal_can_frame_t frame = {.time_ns = (seconds * 1000000000ULL) + (time_us * 1000ULL),
+                                            .id      = 1U};
+            char wanted[FRAME_LOG_LINE_MAX];
+            (void)snprintf(wanted, sizeof wanted, "(%010u.%06u) robot 001#\n", seconds, time_us);
+            expect_line(&frame, wanted);
+        }
+    }
+}
+
 static void every_octet_is_written_as_two_hexadecimal_digits(void)
 {
     for (unsigned value = 0U; value < 256U; value++) {
@@ -195,6 +211,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(lines_of_all_kinds_have_the_format_of_candump);
+    RUN_TEST(times_have_ten_digits_of_seconds_and_six_of_microseconds);
     RUN_TEST(every_octet_is_written_as_two_hexadecimal_digits);
     RUN_TEST(pcap_records_of_all_kinds_have_the_format_of_socketcan);
     RUN_TEST(files_hold_every_frame);
