@@ -6,7 +6,8 @@
 #define REACH_MARGIN_M 0.01
 #define HALVINGS 40U ///< Halvings of a few centimetres: the error is far below the resolution of any encoder.
 
-/// Contact with one part of the contour: direction away from the contour, depth of the finger in it.
+/// Contact with one part of the contour: direction away from the contour, depth of the finger in it. Without
+/// contact (depth 0 or less) the direction is zero.
 typedef struct {
     plane_t normal;
     double depth_m;
@@ -51,8 +52,10 @@ static void touches(const scene_t* const scene, const plane_t tip, touch_t out_t
     const double distance = sqrt(offset.x * offset.x + offset.z * offset.z);
     out_touch[0] =
         (touch_t){.normal = {0.0, 1.0}, .depth_m = scene->contour_top_m + scene->tip_radius_m - tip.z};
-    out_touch[1] =
-        (touch_t){.normal = {offset.x / distance, offset.z / distance}, .depth_m = reach - distance};
+    out_touch[1] = (touch_t){.depth_m = reach - distance};
+    if (out_touch[1].depth_m > 0.0) {
+        out_touch[1].normal = (plane_t){offset.x / distance, offset.z / distance};
+    }
 }
 
 static double press_force(const scene_t* const scene, const plane_t tip)
