@@ -2,8 +2,8 @@
 """Speed of whole flights of rokviss against their parts, in the same rounds: the bare plant loop, a bare futex ring.
 
     image       simulator, all flight components and all logs in one program, per step of 0.5 ms;
-                baseline: the bare ODE plant loop (bound 4)
-    processes   the same as processes; baseline: the image plus one round of a bare futex ring of five (bound 1.5)
+                baseline: the bare ODE plant loop (bound 3.5)
+    processes   the same as processes; baseline: the image plus one round of a bare futex ring of five (bound 1.1)
     free_flyer  an arm of seven joints on two buses at 1 kHz, on a free base, as an image
 
 A real-time factor is simulated time by wall-clock time. A processor factor is simulated time by the time of all processors, in user and
