@@ -22,7 +22,7 @@ from ..critical import is_critical
 from .forms import script_of
 from .hub import Hub
 
-QUEUE = 400  # Messages that wait for a slow browser; then the oldest housekeeping is dropped.
+QUEUE = 400  # Messages that wait for a slow browser; then the oldest housekeeping is dropped, and the page is told how much.
 MESSAGE_MAX = 1 << 18  # A file of 128 KiB in base64.
 POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors {framed_by}; base-uri 'none'; form-action 'none'"
 READS = ("structures", "plan", "forms", "script", "watch")
@@ -42,7 +42,7 @@ class _Browser:
         self.waiting = []
         self.bus = None  # Its frames are on the page.
         self.has_truth = False  # The simulator's truth moves the robot of the page.
-        self.dropped = 0
+        self.dropped = self._told = 0  # Dropped messages, and those of them that the page knows of.
         self.number = next(_NUMBERS)
         self._wake = asyncio.Event()
 
@@ -66,6 +66,9 @@ class _Browser:
             await self._wake.wait()
             self._wake.clear()
             while self.waiting:
+                if self.dropped > self._told:
+                    self._told = self.dropped
+                    await self.socket.send_str(json.dumps({"kind": "dropped", "updates": self.dropped}))
                 await self.socket.send_str(self.waiting.pop(0))
 
 

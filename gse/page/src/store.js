@@ -35,6 +35,7 @@ class Store {
     this.buses = new Map(); // Name of a bus -> last message of its tap
     this.charted = new Map(); // Key -> line that the user has added to the strip charts
     this.counts = {}; // SUBSYSTEM -> received and lost packets
+    this.dropped = 0; // Messages that the station has dropped because this page reads too slowly
     this.heard = new Map(); // "SUBSYSTEM" -> clock of the page at its last report
     this.lanes = new Map(); // "SUBSYSTEM" -> [[time, state], ...]
     this.events = [];
@@ -272,6 +273,10 @@ class Store {
 
   take_bus(message) {
     this.buses.set(message.bus, message);
+  }
+
+  take_dropped(message) {
+    this.dropped = message.updates;
   }
 
   take_counts(message) {

@@ -347,7 +347,8 @@ export class Telemetry {
   drawCounts() {
     const rows = Object.entries(store.counts);
     const sum = (key) => rows.reduce((total, [, row]) => total + row[key], 0);
-    text(this.total, `${sum("received")} packets received, ${sum("lost")} lost`);
+    const dropped = store.dropped ? `, ${store.dropped} reports dropped: this page reads too slowly` : "";
+    text(this.total, `${sum("received")} packets received, ${sum("lost")} lost${dropped}`);
     this.counts.replaceChildren(
       ...rows.map(([name, row]) =>
         el(

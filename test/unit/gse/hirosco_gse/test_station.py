@@ -284,12 +284,31 @@ def test_only_the_page_of_the_station_is_served(place):
 
 
 def test_a_slow_browser_loses_housekeeping_only():
-    browser = _Browser(None)
+    """It is told how many messages were dropped before it receives the rest."""
+    sent = []
+
+    class Socket:
+        async def send_str(self, text):
+            sent.append(json.loads(text))
+
+    browser = _Browser(Socket())
     browser.put('{"kind": "event"}')
     for number in range(QUEUE + 50):
         browser.put(json.dumps({"kind": "housekeeping", "n": number}))
     assert len(browser.waiting) == QUEUE and browser.dropped == 51
     assert browser.waiting[0] == '{"kind": "event"}' and json.loads(browser.waiting[-1])["n"] == QUEUE + 49
+
+    async def send():
+        sender = asyncio.create_task(browser.send())
+        while browser.waiting:
+            await asyncio.sleep(0)
+        browser.put('{"kind": "event", "n": 2}')
+        while browser.waiting:
+            await asyncio.sleep(0)
+        sender.cancel()
+
+    asyncio.run(send())
+    assert sent[:2] == [{"kind": "dropped", "updates": 51}, {"kind": "event"}] and len(sent) == QUEUE + 2 and sent[-1]["n"] == 2
 
 
 def test_requestable_states_are_those_of_the_documentation():
