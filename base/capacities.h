@@ -19,6 +19,12 @@
 /// Participants of stepped time: every subsystem, the simulator, the operator, and a reserve of six.
 #define CAPACITY_PARTICIPANTS (CAPACITY_SUBSYSTEMS + 8U)
 
+/// Items for which a model of a descriptor has room, of `most` that a file may have. A build for a target
+/// whose descriptors are compiled into its programs reads no file, and needs no room.
+#ifndef CAPACITY_OF_STORAGE
+#define CAPACITY_OF_STORAGE(most) (most)
+#endif
+
 /// Does not compile if the condition is false; `name` is the condition in words.
 #define CAPACITY_CHECK(name, condition)                                                                      \
     typedef char name[(condition) ? 1 : -1] // NOLINT(bugprone-macro-parentheses): declares the name

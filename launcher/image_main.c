@@ -3,12 +3,12 @@
 // messages pass through rings in memory. The launcher starts the image instead of the processes.
 #include "fsw/programs/subsystem_host.h"
 #include "fsw/programs/component_instance.h"
+#include "fsw/programs/descriptor_files.h"
 #include "launcher/launcher_relay.h"
 #include "launcher/return_budget.h"
 #include "base/assertion.h"
 #include "base/number.h"
 #include "base/text.h"
-#include "fsw/framework/descriptor/descriptor.h"
 #include "base/take_check.h"
 #include "osal/include/osal/console.h"
 #include "osal/include/osal/process.h"
@@ -31,7 +31,8 @@ typedef struct { // Storage of the image in addition to that of its components.
     osal_shm_t scheduler_shm;
     osal_lockstep_t* scheduler;
     mission_descriptor_t mission;
-    component_runtime_reader_t reader;
+    descriptor_files_t files; // For the components: each loads its own descriptor.
+    component_descriptors_t descriptors;
     component_play_outs_t play_outs;
     launcher_relay_t relay;
     message_ring_carrier_t hub;
@@ -94,23 +95,23 @@ static const char* attach(image_t* const self, const char* const run_name_text)
         (osal_shm_open(&self->scheduler_shm, name) != STATUS_OK)) {
         return "there is no such run; the image is started by `hirosco run --form image`";
     }
-    self->scheduler = osal_lockstep_attach(osal_shm_address(&self->scheduler_shm));
-    component_runtime_reader_init(&self->reader);
-    if (descriptor_load_mission(&self->reader.loader, self->run->mission_path, MISSION_ANY_TARGET,
+    self->scheduler   = osal_lockstep_attach(osal_shm_address(&self->scheduler_shm));
+    self->descriptors = descriptor_files(&self->files, &descriptor_mission_whole);
+    if (descriptor_load_mission(&self->files.loader, self->run->mission_path, MISSION_ANY_TARGET,
                                 &descriptor_mission_whole, &self->mission, &self->own[0]) != STATUS_OK) {
-        return descriptor_error(&self->reader.loader);
+        return descriptor_error(&self->files.loader);
     }
     return (self->scheduler == NULL) ? "the run's scheduler is gone" : NULL;
 }
 
 static component_runtime_surroundings_t surroundings_of(image_t* const self)
 {
-    return (component_runtime_surroundings_t){.run       = self->run,
-                                              .mission   = &self->mission,
-                                              .reader    = &self->reader,
-                                              .play_outs = &self->play_outs,
-                                              .scheduler = self->scheduler,
-                                              .hub       = &self->hub};
+    return (component_runtime_surroundings_t){.run         = self->run,
+                                              .mission     = &self->mission,
+                                              .descriptors = &self->descriptors,
+                                              .play_outs   = &self->play_outs,
+                                              .scheduler   = self->scheduler,
+                                              .hub         = &self->hub};
 }
 
 /// Open a component; `own` is the place for its descriptor. Returns null, or the error text.
@@ -121,8 +122,8 @@ static const char* open_component(image_t* const self, const unsigned index,
     char path[RUN_PATH_MAX];
     if (!subsystem_host_descriptor_path(self->run, self->mission.subsystems[index].descriptor, path,
                                         sizeof path) ||
-        (descriptor_load_subsystem(&self->reader.loader, path, own) != STATUS_OK)) {
-        return descriptor_error(&self->reader.loader);
+        (descriptor_load_subsystem(&self->files.loader, path, own) != STATUS_OK)) {
+        return descriptor_error(&self->files.loader);
     }
     if (!self->runtimes[index].is_kept &&
         (component_runtime_take(&self->runtimes[index], &surroundings, own, index) != STATUS_OK)) {

@@ -331,6 +331,7 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
                                                                                         : RUN_TRANSPORT_UDP);
     run->instance        = (uint32_t)osal_process_own_id();
     run->component_count = launcher->mission.subsystem_count;
+    run->mission_hash    = launcher->mission.configuration_hash;
     for (uint16_t i = 0U; i < run->component_count; i++) {
         run_component_t* const component           = &run->components[i];
         const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[i];

@@ -21,6 +21,9 @@ $(if $(filter $(BOARD),$(BOARDS)),,$(error BOARD=$(BOARD): expected one of: $(BO
 override CC := arm-none-eabi-gcc
 AR      := arm-none-eabi-ar
 VARIANT := $(BOARD)
+ifdef TARGET # What flies there: with the capacities of the target, and with descriptors that are compiled in.
+VARIANT := $(BOARD)/flight
+endif
 endif
 B       := build$(addprefix /,$(VARIANT))
 
@@ -65,5 +68,8 @@ PROCESSOR := -mthumb $(if $(filter %an385,$(BOARD)),-mcpu=cortex-m3,-mcpu=cortex
 OPTIMIZE := -Os -g -ffunction-sections -fdata-sections
 CPPFLAGS += -isystem build/third_party/expat/lib -isystem $(KERNEL)/include -isystem $(KERNEL_PORT) -Iosal/freertos
 CFLAGS   := $(PROCESSOR) -std=c99 $(WARNINGS) $(OPTIMIZE) -ffp-contract=off
+ifdef TARGET
+CPPFLAGS += -include osal/freertos/capacities.h
+endif
 LDFLAGS  := -nostartfiles -T osal/freertos/mps2.ld -Wl,-u,port_reset -Wl,--gc-sections
 endif

@@ -9,6 +9,12 @@ ifdef BOARD # Nor Nettle: the ground link is protected by the subsystem `communi
 SOURCES  := $(filter-out osal/posix/% fsw/procedures/% fsw/framework/sdls/% fsw/programs/ground_key.c \
             fsw/programs/supervisor_% fsw/programs/communication_% fsw/subsystems/communication/% pus/tool/% \
             launcher/% sim/%,$(SOURCES))
+ifdef TARGET # Its programs read no files of descriptors.
+MODELS   := $(addprefix fsw/framework/descriptor/,subsystem_descriptor.c mission_descriptor.c mission_lookup.c \
+            descriptor_refusal.c)
+SOURCES  := $(filter-out $(filter-out $(MODELS),$(filter fsw/framework/descriptor/%,$(SOURCES))) fsw/framework/xml/% \
+            fsw/supervisor/% fsw/programs/descriptor_files.c fsw/programs/executive_files.c %_main.c,$(SOURCES))
+endif
 else
 SOURCES  := $(filter-out osal/freertos/%,$(SOURCES))
 endif
@@ -34,7 +40,7 @@ $(foreach d,$(DIRS),$(eval $(call library_rule,$d)))
 
 ifdef BOARD # The kernel and the XML parser, compiled from their sources.
 FOREIGN_SOURCES := $(addprefix $(KERNEL)/,tasks.c queue.c list.c) $(KERNEL_PORT)/port.c \
-                   $(addprefix build/third_party/expat/lib/,xmlparse.c xmlrole.c xmltok.c)
+                   $(if $(TARGET),,$(addprefix build/third_party/expat/lib/,xmlparse.c xmlrole.c xmltok.c))
 FOREIGN_A := $B/lib/libforeign.a
 $B/obj/build/third_party/%.o: build/third_party/%.c $B/flags osal/freertos/FreeRTOSConfig.h osal/freertos/board.h
 	@mkdir -p $(@D)

@@ -13,20 +13,48 @@ program_name = $B/bin/$(subst _,-,$(patsubst %_main.c,%,$(notdir $1)))
 libraries_of = $(if $(findstring image,$1)$(findstring relay,$1),$(LIBRARIES),\
                $(if $(filter sim/%,$1),$(SIM_LIBRARIES),$(FLIGHT_LIBRARIES)))
 externals_of = $(if $(findstring image,$1)$(filter sim/%,$1),-lode -llcm) $(if $(findstring sqlite,$1),-lsqlite3) \
-               $(if $(BOARD),-lm -lc -lgcc,-lexpat $(if $(filter sim/%,$1),,$(LUA) $(NETTLE)) -lpthread -lm)
+               -lexpat $(if $(filter sim/%,$1),,$(LUA) $(NETTLE)) -lpthread -lm
 
 define program_rule
-$(call program_name,$1): $(call objects,$1) $(call libraries_of,$1) $(FOREIGN_A) $(if $(BOARD),osal/freertos/mps2.ld)
+$(call program_name,$1): $(call objects,$1) $(call libraries_of,$1) $(FOREIGN_A)
 	@mkdir -p $$(@D)
 	$(if $(V),,@echo "  link $$@")
 	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) -o $$@ $$(filter %.o,$$^) $$(call group,$$^) -Wl,--as-needed $(call externals_of,$1)
 endef
+ifndef BOARD
 $(foreach m,$(MAINS),$(eval $(call program_rule,$m)))
+endif
 PROGRAMS := $(foreach m,$(MAINS),$(call program_name,$m))
 # Programs that a proxy can replace: all components except supervisor and communication, whose shared memory
 # other components access.
-REMOTE_ENDIAN_PROGRAMS := $(foreach p,$(filter-out supervisor communication,$(patsubst %_program.c,%,\
-                    $(notdir $(wildcard fsw/programs/*_program.c)))),$B/bin/$(subst _,-,$p))
+REMOTE_NAMES := $(filter-out supervisor communication,$(patsubst %_program.c,%,\
+                $(notdir $(wildcard fsw/programs/*_program.c))))
+REMOTE_ENDIAN_PROGRAMS := $(foreach p,$(REMOTE_NAMES),$B/bin/$(subst _,-,$p))
+# Programs for a board without files: main function and descriptors are compiled from the descriptors of the missions.
+# The compiler of descriptors runs here.
+COMPILED := build/generated/compiled
+COMPILED_SOURCES  := $(foreach p,$(REMOTE_NAMES),$(COMPILED)/$p_main.c $(COMPILED)/$p_descriptors.c)
+$(COMPILED_SOURCES) &: descriptors/missions $(shell find descriptors -name '*.xml') \
+        $(wildcard fsw/framework/descriptor/*.[ch] launcher/descriptor_*.[ch] fsw/programs/*_program.c) \
+        $(if $(VARIANT),,build/bin/descriptor-compiler)
+	$(if $(VARIANT),+@$(MAKE) --no-print-directory CC=gcc BOARD= TARGET= S390X= SANITIZE= TSAN= COVERAGE= FUZZ= ANALYZE= \
+	    build/bin/descriptor-compiler)
+	@mkdir -p $(COMPILED)
+	@for name in $(REMOTE_NAMES); do build/bin/descriptor-compiler $(COMPILED) $$name $$(echo $$name | tr _ -) \
+	    $(MISSIONS) || exit 1; done
+define target_rule
+build/$(BOARD)/bin/$(subst _,-,$1): $(call objects,$(COMPILED)/$1_main.c $(COMPILED)/$1_descriptors.c) \
+    $(FLIGHT_LIBRARIES) $(FOREIGN_A) osal/freertos/mps2.ld
+	@mkdir -p $$(@D)
+	$(if $(V),,@echo "  link $$@")
+	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) -Wl,-Map,$B/$1.map -o $$@ $$(filter %.o,$$^) $$(call group,$$^) -lm -lc -lgcc
+endef
+ifdef TARGET
+$(foreach p,$(REMOTE_NAMES),$(eval $(call target_rule,$p)))
+-include $(foreach p,$(REMOTE_NAMES),$B/obj/$(COMPILED)/$p_main.d $B/obj/$(COMPILED)/$p_descriptors.d)
+endif
+target-programs: $(foreach p,$(REMOTE_NAMES),build/$(BOARD)/bin/$(subst _,-,$p))
+	@:
 
 all: build/setup/build
 	$(PARALLEL) programs
@@ -37,4 +65,4 @@ remote-endian: build/setup/s390x
 # Programs on FreeRTOS: `make rtos BOARD=mps2-an500`.
 rtos: rtos-$(or $(BOARD),mps2-an500)
 rtos-%: build/setup/rtos
-	$(PARALLEL) BOARD=$* remote-endian-programs
+	$(PARALLEL) BOARD=$* TARGET=1 target-programs

@@ -370,13 +370,6 @@ static status_t open_messages(component_runtime_t* const runtime, message_place_
     return status;
 }
 
-void component_runtime_reader_init(component_runtime_reader_t* const reader)
-{
-    FSW_ASSERT(reader != NULL);
-    descriptor_loader_init(&reader->loader);
-    reader->spare = &reader->model;
-}
-
 status_t component_runtime_open_inbox(component_runtime_t* const runtime, message_place_t* const places,
                                       const size_t place_count)
 {
@@ -405,20 +398,20 @@ status_t component_runtime_take(component_runtime_t* const runtime,
                                 subsystem_descriptor_t* const own, const unsigned index)
 {
     FSW_ASSERT((runtime != NULL) && (surroundings != NULL) && (surroundings->run != NULL) &&
-               (surroundings->mission != NULL) && (surroundings->reader != NULL) && (own != NULL) &&
+               (surroundings->mission != NULL) && (surroundings->descriptors != NULL) && (own != NULL) &&
                (index < surroundings->run->component_count));
     run_state_t* const run = surroundings->run;
     (void)memset(runtime, 0, sizeof *runtime);
-    runtime->run        = run;
-    runtime->mission    = surroundings->mission;
-    runtime->own        = own;
-    runtime->reader     = surroundings->reader;
-    runtime->play_outs  = surroundings->play_outs;
-    runtime->hub        = surroundings->hub;
-    runtime->component  = index;
-    runtime->apid       = run->components[index].apid;
-    runtime->life       = __atomic_load_n(&run->components[index].life, __ATOMIC_ACQUIRE);
-    runtime->link_floor = __atomic_load_n(&run->components[index].link_floor, __ATOMIC_RELAXED);
+    runtime->run         = run;
+    runtime->mission     = surroundings->mission;
+    runtime->own         = own;
+    runtime->descriptors = surroundings->descriptors;
+    runtime->play_outs   = surroundings->play_outs;
+    runtime->hub         = surroundings->hub;
+    runtime->component   = index;
+    runtime->apid        = run->components[index].apid;
+    runtime->life        = __atomic_load_n(&run->components[index].life, __ATOMIC_ACQUIRE);
+    runtime->link_floor  = __atomic_load_n(&run->components[index].link_floor, __ATOMIC_RELAXED);
     runtime->message_socket.descriptor = -1;
     runtime->link_sender.descriptor    = -1;
     runtime->topology.descriptor       = -1;

@@ -10,7 +10,7 @@
 
 #include "fsw/programs/run_state.h"
 #include "fsw/framework/dataflow/endnode.h"
-#include "fsw/framework/descriptor/descriptor.h"
+#include "fsw/framework/descriptor/mission_descriptor.h"
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/message/ring_carrier.h"
 #include "fsw/framework/message/tipc_carrier.h"
@@ -22,14 +22,19 @@
 #define COMPONENT_RUNTIME_SOCKETS_MAX OSAL_CLOCK_SOCKETS_MAX
 #define COMPONENT_RUNTIME_ERROR_MAX 512U
 
-typedef struct { // Reader of descriptors, which all components of a program use, one after the other.
-    descriptor_loader_t loader;
-    subsystem_descriptor_t model;
-    subsystem_descriptor_t*
-        /// Model for a reloaded descriptor; the component then uses it, and its old model becomes the spare
-        /// one.
-        spare;
-} component_runtime_reader_t;
+/// Where a program has its descriptors from: files (descriptor_files.h), or constants that were compiled into
+/// it (compiled_descriptors.h).
+typedef struct {
+    void* context;
+    /// Get the mission and the descriptor of component `index` of the run. Null, or the error text.
+    const char* (*load)(void* context, const run_state_t* run, unsigned index,
+                        const mission_descriptor_t** out_mission, subsystem_descriptor_t** out_own);
+    /// Read a descriptor from `path` into the spare model, which is valid until the next call. STATUS_OK; any
+    /// other status: the error text is appended.
+    status_t (*read)(void* context, const char* path, subsystem_descriptor_t** out_spare, text_t* error);
+    /// The spare model is used from now on; `old`, which it replaces, is the spare one.
+    void (*exchange)(void* context, subsystem_descriptor_t* old);
+} component_descriptors_t;
 
 #define COMPONENT_PLAY_OUTS_MAX 4U ///< Links with a relay that one program consumes.
 
@@ -45,7 +50,7 @@ typedef struct { // Private, except the members named below.
     uint16_t apid;
     subsystem_descriptor_t*
         own; ///< The component's descriptor, which was read with the mission; the component may reload it.
-    component_runtime_reader_t* reader; ///< Reads a descriptor again.
+    const component_descriptors_t* descriptors; ///< Reads a descriptor again.
     component_play_outs_t* play_outs;
     osal_clock_t clock;
     osal_deliveries_t deliveries; // Used if the program cannot access the scheduler.
@@ -76,13 +81,10 @@ typedef struct { // Private, except the members named below.
     message_ring_carrier_t* hub; // Null: messages by UDP or TIPC, as the run selects.
 } component_runtime_t;
 
-/// Call it before any component takes a runtime.
-void component_runtime_reader_init(component_runtime_reader_t* reader);
-
 typedef struct { // Shared by the components of a program.
     run_state_t* run;
     const mission_descriptor_t* mission;
-    component_runtime_reader_t* reader;
+    const component_descriptors_t* descriptors;
     component_play_outs_t* play_outs;
     osal_lockstep_t*
         scheduler; ///< Null: real time, or a granted clock (osal_clock_take_grant) in a stepped run.

@@ -6,7 +6,6 @@
 #include "fsw/programs/component_instance.h"
 #include "base/number.h"
 #include "base/text.h"
-#include "fsw/framework/descriptor/descriptor.h"
 #include "osal/include/osal/console.h"
 #include "osal/include/osal/process.h"
 #include "osal/include/osal/task.h"
@@ -18,10 +17,9 @@
 
 typedef struct { // All storage that the program itself needs, in addition to its component's.
     component_runtime_t runtime;
-    const mission_scope_t* scope;
-    mission_descriptor_t mission;
-    subsystem_descriptor_t own;
-    component_runtime_reader_t reader;
+    const component_descriptors_t* descriptors;
+    const mission_descriptor_t* mission;
+    subsystem_descriptor_t* own;
     component_play_outs_t play_outs;
     osal_shm_t run_shm;
     osal_shm_t scheduler_shm;
@@ -56,17 +54,17 @@ static unsigned number_of(const char* const digits)
 static const char* take_runtime(run_state_t* const run, const unsigned component,
                                 osal_lockstep_t* const scheduler)
 {
-    component_runtime_reader_init(&storage.reader);
-    if (descriptor_load_mission(&storage.reader.loader, run->mission_path, run->components[component].apid,
-                                storage.scope, &storage.mission, &storage.own) != STATUS_OK) {
-        return descriptor_error(&storage.reader.loader);
+    const char* const error = storage.descriptors->load(storage.descriptors->context, run, component,
+                                                        &storage.mission, &storage.own);
+    if (error != NULL) {
+        return error;
     }
-    const component_runtime_surroundings_t surroundings = {.run       = run,
-                                                           .mission   = &storage.mission,
-                                                           .reader    = &storage.reader,
-                                                           .play_outs = &storage.play_outs,
-                                                           .scheduler = scheduler};
-    return (component_runtime_take(&storage.runtime, &surroundings, &storage.own, component) == STATUS_OK)
+    const component_runtime_surroundings_t surroundings = {.run         = run,
+                                                           .mission     = storage.mission,
+                                                           .descriptors = storage.descriptors,
+                                                           .play_outs   = &storage.play_outs,
+                                                           .scheduler   = scheduler};
+    return (component_runtime_take(&storage.runtime, &surroundings, storage.own, component) == STATUS_OK)
                ? NULL
                : storage.runtime.error;
 }
@@ -188,14 +186,14 @@ static status_t loop(const char* const executable, const component_instance_t* c
     }
 }
 
-int executive_main(const int argument_count, char* const arguments[], const char* const executable,
-                   const component_open_t open, const mission_scope_t* const scope)
+int executive_run(const int argument_count, char* const arguments[], const char* const executable,
+                  const component_open_t open, const component_descriptors_t* const descriptors)
 {
     static const char usage[] = "usage: --run NAME --component INDEX (the launcher `hirosco run` starts it)";
     if (osal_console_introduce(argument_count, arguments, executable, usage)) {
         return 0;
     }
-    storage.scope                  = scope;
+    storage.descriptors            = descriptors;
     const bool are_arguments_valid = (argument_count == 5) && (strcmp(arguments[1], "--run") == 0);
     const bool is_remote_endian    = are_arguments_valid && (strcmp(arguments[3], "--proxy") == 0);
     if (!is_remote_endian && (!are_arguments_valid || (strcmp(arguments[3], "--component") != 0))) {

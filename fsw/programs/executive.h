@@ -4,14 +4,18 @@
 #define FSW_PROGRAMS_EXECUTIVE_H
 
 #include "fsw/programs/component_instance.h"
-#include "fsw/framework/descriptor/descriptor.h"
+
+struct mission_scope; // descriptor.h
 
 /// Command line `--run NAME --component INDEX`, which the launcher passes, or `--run NAME --proxy
 /// DESCRIPTOR`, which the proxy of a remote-endian program passes (remote_endian_wire.h). Returns the exit
 /// code: 0: the run has ended; 1: the program could not start (one line on standard error); 2: wrong usage.
-/// `scope`: `descriptor_mission_whole` for the supervisor; NULL for other components, which read only their
-/// own part of the mission; the launcher has checked the whole mission.
+int executive_run(int argument_count, char* const arguments[], const char* executable, component_open_t open,
+                  const component_descriptors_t* descriptors);
+/// Like executive_run, with descriptors from files. `scope`: `descriptor_mission_whole` for the supervisor;
+/// NULL for other components, which read only their own part of the mission; the launcher has checked the
+/// whole mission.
 int executive_main(int argument_count, char* const arguments[], const char* executable, component_open_t open,
-                   const mission_scope_t* scope);
+                   const struct mission_scope* scope);
 
 #endif // FSW_PROGRAMS_EXECUTIVE_H

@@ -155,6 +155,7 @@ void remote_endian_write_run(octet_writer_t* const writer, const run_state_t* co
     write_text(writer, run->mission_path);
     write_text(writer, run->folder);
     write_text(writer, run->storage);
+    octet_write_u64(writer, run->mission_hash);
     octet_write_u32(writer, component);
     octet_write_u8(writer, run->link_methods);
     octet_write_u32(writer, run->computer_ipv4[0]);
@@ -183,6 +184,7 @@ bool remote_endian_read_run(octet_reader_t* const reader, run_state_t* const out
                    read_text(reader, out_run->mission_path, sizeof out_run->mission_path) &&
                    read_text(reader, out_run->folder, sizeof out_run->folder) &&
                    read_text(reader, out_run->storage, sizeof out_run->storage);
+    out_run->mission_hash      = octet_read_u64(reader);
     *out_component             = octet_read_u32(reader);
     out_run->link_methods      = octet_read_u8(reader);
     out_run->computer_count    = 1U;

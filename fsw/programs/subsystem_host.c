@@ -22,13 +22,13 @@ bool subsystem_host_descriptor_path(const run_state_t* const run, const char* co
     return !text.cut;
 }
 
-static status_t check(subsystem_host_t* const host, const subsystem_descriptor_t* const descriptor)
+static status_t check(const subsystem_host_t* const host, const subsystem_descriptor_t* const descriptor,
+                      text_t* const error)
 {
-    descriptor_loader_t* const loader = &host->runtime->reader->loader;
-    subsystem_misfit_t misfit         = {0U, ""};
-    const status_t status = descriptor_check_interface(loader, host->path, descriptor, host->interface_hash);
+    subsystem_misfit_t misfit = {0U, ""};
+    const status_t status = descriptor_check_interface(error, host->path, descriptor, host->interface_hash);
     if ((status == STATUS_OK) && !subsystem_fits(descriptor, host->callbacks, &misfit)) {
-        return descriptor_refuse(loader, host->path, misfit.line, misfit.says);
+        return descriptor_refuse(error, host->path, misfit.line, misfit.says);
     }
     return status;
 }
@@ -44,10 +44,9 @@ bool subsystem_host_load(subsystem_host_t* const host, component_runtime_t* cons
     host->in_force       = runtime->own;
     host->interface_hash = interface_hash;
     host->callbacks      = callbacks;
+    text_t error         = text_in(runtime->error, sizeof runtime->error);
     if (!subsystem_host_descriptor_path(runtime->run, subsystem->descriptor, host->path, sizeof host->path) ||
-        (check(host, runtime->own) != STATUS_OK)) {
-        text_t text = text_in(runtime->error, sizeof runtime->error);
-        text_add(&text, descriptor_error(&runtime->reader->loader));
+        (check(host, runtime->own, &error) != STATUS_OK)) {
         return false;
     }
     return (component_runtime_open_inbox(runtime, host->inbox, 1U) == STATUS_OK) &&
@@ -56,11 +55,11 @@ bool subsystem_host_load(subsystem_host_t* const host, component_runtime_t* cons
 }
 
 /// Print file, line, found value and expected value, which the failure report in telemetry cannot contain.
-static void print_refusal(const subsystem_host_t* const host)
+static void print_refusal(const char* const refusal)
 {
     char line[LINE_CHARACTERS];
     text_t text = text_in(line, sizeof line);
-    text_add(&text, descriptor_error(&host->runtime->reader->loader));
+    text_add(&text, refusal);
     text_add(&text, " (not reloaded: the descriptor in force stays)");
     osal_console_complain(line);
 }
@@ -68,19 +67,21 @@ static void print_refusal(const subsystem_host_t* const host)
 /// Load the descriptor again for TC[129,6]. If it is refused, the old one stays in force.
 static status_t reload(void* const context, const subsystem_descriptor_t** const out_descriptor)
 {
-    subsystem_host_t* const host             = (subsystem_host_t*)context;
-    component_runtime_reader_t* const reader = host->runtime->reader;
-    status_t status = descriptor_load_subsystem(&reader->loader, host->path, reader->spare);
+    subsystem_host_t* const host                     = (subsystem_host_t*)context;
+    const component_descriptors_t* const descriptors = host->runtime->descriptors;
+    subsystem_descriptor_t* model                    = NULL;
+    char refusal[DESCRIPTOR_ERROR_CHARACTERS];
+    text_t error    = text_in(refusal, sizeof refusal);
+    status_t status = descriptors->read(descriptors->context, host->path, &model, &error);
     if (status == STATUS_OK) {
-        status = check(host, reader->spare);
+        status = check(host, model, &error);
     }
     if (status == STATUS_OK) {
-        subsystem_descriptor_t* const old = host->in_force;
-        host->in_force                    = reader->spare;
-        reader->spare                     = old;
-        *out_descriptor                   = host->in_force;
+        descriptors->exchange(descriptors->context, host->in_force);
+        host->in_force  = model;
+        *out_descriptor = model;
     } else {
-        print_refusal(host);
+        print_refusal(refusal);
     }
     return status;
 }

@@ -7,7 +7,6 @@
 #include "fsw/programs/component_instance.h"
 #include "fsw/programs/record_store.h"
 #include "fsw/programs/component_runtime.h"
-#include "fsw/framework/descriptor/descriptor.h"
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #define SUBSYSTEM_HOST_RECORDS 256U ///< Largest number of persistent records of its services.

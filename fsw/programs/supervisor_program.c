@@ -20,7 +20,6 @@
 typedef struct {
     component_runtime_t* runtime;
     supervisor_t supervisor;
-    subsystem_descriptor_t other; // Descriptor of another subsystem, which load_descriptor loaded last.
     record_store_t records;
     osal_directory_t files;
     store_files_t stores;
@@ -231,18 +230,14 @@ static bool is_fitting(component_runtime_t* const runtime)
     char path[RUN_PATH_MAX];
     const mission_subsystem_t* const subsystem =
         descriptor_mission_find_subsystem(runtime->mission, runtime->apid);
+    text_t error = text_in(runtime->error, sizeof runtime->error);
     const bool is_same =
         subsystem_host_descriptor_path(runtime->run, subsystem->descriptor, path, sizeof path) &&
-        (descriptor_check_interface(&runtime->reader->loader, path, runtime->own,
-                                    SUPERVISOR_INTERFACE_HASH) == STATUS_OK);
+        (descriptor_check_interface(&error, path, runtime->own, SUPERVISOR_INTERFACE_HASH) == STATUS_OK);
     subsystem_misfit_t misfit = {0U, ""};
     const bool fits           = is_same && subsystem_fits(runtime->own, supervisor_callbacks(), &misfit);
     if (is_same && !fits) {
-        (void)descriptor_refuse(&runtime->reader->loader, path, misfit.line, misfit.says);
-    }
-    if (!fits) {
-        text_t text = text_in(runtime->error, sizeof runtime->error);
-        text_add(&text, descriptor_error(&runtime->reader->loader));
+        (void)descriptor_refuse(&error, path, misfit.line, misfit.says);
     }
     return fits;
 }
@@ -252,15 +247,20 @@ static status_t load_descriptor(void* const context, const uint16_t index,
 {
     const component_runtime_t* const runtime   = (const component_runtime_t*)context;
     const mission_subsystem_t* const subsystem = &runtime->mission->subsystems[index];
+    subsystem_descriptor_t* other              = NULL;
     char path[RUN_PATH_MAX];
-    *out_descriptor = &storage.other;
+    char refusal[DESCRIPTOR_ERROR_CHARACTERS];
+    text_t error    = text_in(refusal, sizeof refusal);
+    *out_descriptor = runtime->own;
     if (subsystem->apid == runtime->apid) {
-        *out_descriptor = runtime->own;
         return STATUS_OK;
     }
-    return subsystem_host_descriptor_path(runtime->run, subsystem->descriptor, path, sizeof path)
-               ? descriptor_load_subsystem(&runtime->reader->loader, path, &storage.other)
-               : STATUS_TOO_LARGE;
+    const status_t status =
+        subsystem_host_descriptor_path(runtime->run, subsystem->descriptor, path, sizeof path)
+            ? runtime->descriptors->read(runtime->descriptors->context, path, &other, &error)
+            : STATUS_TOO_LARGE;
+    *out_descriptor = other;
+    return status;
 }
 
 /// Open the folder of the files of ST[23]; paths cannot refer to files outside of it.

@@ -163,7 +163,8 @@ def report_ram():
             octets -= sizes["queues"]
             print(f"BENCH ram_communication_queues {sizes['queues']} octets -")
         print(f"BENCH ram_{name} {octets} octets {'-' if name == 'supervisor' else ALLOWED_RAM_OF.get(name, ALLOWED_RAM)}")
-    once = symbols(compiled(pathlib.Path("fsw/programs/executive.c")))["storage"] - sizes["runtime"] - sizes["descriptor"]
+    parts = [symbols(compiled(pathlib.Path("fsw/programs", name)))["storage"] for name in ("executive.c", "executive_files.c")]
+    once = sum(parts) - sizes["runtime"] - sizes["descriptor"]
     print(f"BENCH ram_once_in_a_program {once} octets -")
 
 

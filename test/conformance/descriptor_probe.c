@@ -103,10 +103,12 @@ static int compare(const char* const folder)
     int differences = 0;
     for (size_t i = 0U; i < (sizeof all / sizeof all[0]); i++) {
         char path[512];
+        char characters[DESCRIPTOR_ERROR_CHARACTERS];
+        text_t error = text_in(characters, sizeof characters);
         (void)snprintf(path, sizeof path, "%s/%s", folder, all[i].file);
         if ((descriptor_load_subsystem(&loader, path, &descriptor) != STATUS_OK) ||
-            (descriptor_check_interface(&loader, path, &descriptor, all[i].hash) != STATUS_OK)) {
-            (void)printf("%s\n", descriptor_error(&loader));
+            (descriptor_check_interface(&error, path, &descriptor, all[i].hash) != STATUS_OK)) {
+            (void)printf("%s%s\n", descriptor_error(&loader), characters);
             differences++;
             continue;
         }

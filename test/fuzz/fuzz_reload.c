@@ -60,12 +60,14 @@ static status_t reload(void* const context, const subsystem_descriptor_t** const
 {
     (void)context;
     subsystem_descriptor_t* const other = &descriptors[1U - in_force];
+    char characters[DESCRIPTOR_ERROR_CHARACTERS];
+    text_t error    = text_in(characters, sizeof characters);
     status_t status = descriptor_parse_subsystem(&loader, "manipulator.xml", document, document_size, other);
     if (status == STATUS_OK) {
-        status = descriptor_check_interface(&loader, "manipulator.xml", other, MANIPULATOR_INTERFACE_HASH);
+        status = descriptor_check_interface(&error, "manipulator.xml", other, MANIPULATOR_INTERFACE_HASH);
     }
     was_taken = (status == STATUS_OK);
-    FUZZ_CHECK(was_taken == (descriptor_error(&loader)[0] == '\0'));
+    FUZZ_CHECK(was_taken == ((descriptor_error(&loader)[0] == '\0') && (characters[0] == '\0')));
     if (was_taken) {
         in_force        = 1U - in_force;
         *out_descriptor = other;

@@ -15,16 +15,17 @@ static subsystem_descriptor_t descriptor;
 
 static void describe(const uint8_t selector, const uint8_t* const types, const uint8_t count)
 {
-    (void)memset(&descriptor, 0, sizeof descriptor);
+    descriptor_subsystem_clear(&descriptor);
     descriptor.device_count       = 1U;
     descriptor.endnode_count      = 1U;
     descriptor.record_field_count = count;
-    descriptor.devices[0]         = (descriptor_device_t){
-                .name = "D", .type = "stream", .endnode_count = 1U, .record_field_count = count};
-    descriptor.endnodes[0].format.order = ((selector & 0x40U) != 0U) ? FLOW_ORDER_LITTLE : FLOW_ORDER_BIG;
-    descriptor.endnodes[0].has_checksum = (selector & 0x80U) != 0U;
+    descriptor.storage.devices[0] = (descriptor_device_t){
+        .name = "D", .type = "stream", .endnode_count = 1U, .record_field_count = count};
+    descriptor.storage.endnodes[0].format.order =
+        ((selector & 0x40U) != 0U) ? FLOW_ORDER_LITTLE : FLOW_ORDER_BIG;
+    descriptor.storage.endnodes[0].has_checksum = (selector & 0x80U) != 0U;
     for (uint8_t i = 0U; i < count; i++) {
-        descriptor.record_fields[i] =
+        descriptor.storage.record_fields[i] =
             (descriptor_record_field_t){.name   = "F",
                                         .unit   = "",
                                         .type   = (value_type_t)(types[i] % VALUE_BOOL),

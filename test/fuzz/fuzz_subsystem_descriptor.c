@@ -20,8 +20,8 @@ static bool is_range(const uint32_t first, const uint32_t count, const uint32_t 
 
 static void check_text(const char* const text)
 {
-    FUZZ_CHECK((text >= model.text) && (text < &model.text[model.text_used]));
-    FUZZ_CHECK(memchr(text, '\0', (size_t)(&model.text[model.text_used] - text)) != NULL);
+    FUZZ_CHECK((text >= model.storage.text) && (text < &model.storage.text[model.text_used]));
+    FUZZ_CHECK(memchr(text, '\0', (size_t)(&model.storage.text[model.text_used] - text)) != NULL);
 }
 
 static void check_fields(void)

@@ -66,6 +66,7 @@ def test_programs_are_for_a_cortex_m_without_an_allocator(board):
         assert head[:6] == b"\x7fELF\x01\x01" and int.from_bytes(head[18:20], "little") == 40, "32 bits, little-endian, ARM"
         symbols = subprocess.run(["arm-none-eabi-nm", program], capture_output=True, text=True, check=True).stdout
         assert not re.findall(r" \w (pvPortMalloc|_malloc_r|_sbrk|_sbrk_r)$", symbols, re.MULTILINE)
+        assert not re.findall(r" \w (XML_\w+|xml_\w+|descriptor_load_\w+)$", symbols, re.MULTILINE), "descriptors are compiled in"
 
 
 @pytest.mark.parametrize("names", ["MANIPULATOR", "MANIPULATOR,JOYSTICK"])
@@ -148,6 +149,23 @@ def test_an_emulated_computer_that_is_killed_is_a_lost_process(folder, board):
     assert "manipulator" in flight.facts["exit_reason"]
     assert "was ended by signal 9" in flight.console
     flying.assert_clean(flight)
+
+
+def test_a_mission_that_was_not_compiled_in_is_refused(folder, board):
+    """One number of the mission differs from the compiled one: the program ends with both hashes and the next step."""
+    root = folder / "changed"
+    shutil.copytree(places.ROOT / "descriptors", root / "descriptors")
+    for name in ("build", "sim"):
+        (root / name).symlink_to(places.ROOT / name)
+    mission = root / "descriptors/missions/rokviss.xml"
+    text, count = re.subn(r'(<Mission [^>]*power=")200"', r'\g<1>201"', mission.read_text())
+    assert count == 1
+    mission.write_text(text)
+    refused = subprocess.run([flying.BIN / "hirosco", "run", "--scenario", "hil", "--rtos", "MANIPULATOR", "--out", "flight"], cwd=root,
+                             stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=flying.MOMENT_S)
+    assert refused.returncode != 0
+    told = (root / "flight/console.log").read_text()
+    assert re.search(r"hash 0x[0-9A-F]{16}; the program was compiled for .*rokviss 0x[0-9A-F]{16}.*: run `make rtos`", told), told
 
 
 @pytest.mark.parametrize("name, told", [("GRIPPER", "no such subsystem"), ("SUPERVISOR", "shared memory"),

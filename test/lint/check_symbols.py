@@ -39,9 +39,9 @@ PREFIXES = {
     "fsw/devices": "stream",
     "fsw/framework/dataflow": "flow",
     "fsw/procedures": "procedure",
-    "fsw/programs": "component executive file ground_key loop_tasks record_store remote_endian run store_files subsystem_host",
+    "fsw/programs": "compiled_descriptors component descriptor_files executive file ground_key loop_tasks record_store remote_endian run store_files subsystem_host",
     "fsw/supervisor/services": "spacecraft",
-    "launcher": "launcher launch arguments guard return_budget run_summary target_link",
+    "launcher": "launcher launch arguments descriptor_model descriptor_writer guard return_budget run_summary target_link",
 }
 MUTABLE = re.compile(r"(\.data(?!\.rel\.ro)|\.bss|\.tdata|\.tbss|COM).*")
 

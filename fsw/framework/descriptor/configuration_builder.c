@@ -327,7 +327,7 @@ void descriptor_configuration_builder_resolve(source_t* const source)
     const char* const* const chosen = descriptor_subsystem_builder_of(source)->function_configurations;
     subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);
     for (uint16_t i = 0U; i < descriptor->function_count; i++) {
-        descriptor->functions[i].configurations =
+        descriptor->storage.functions[i].configurations =
             configurations_of(source, chosen[i], descriptor->functions[i].line);
     }
     check_same_ports(source);

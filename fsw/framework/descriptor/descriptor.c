@@ -69,8 +69,7 @@ static status_t read_subsystem(descriptor_loader_t* const loader, const char* co
     descriptor_subsystem_builder_begin(&builder, out_descriptor, path, &error);
     const status_t status = parse(loader, &builder.source, octets, size);
     if (status != STATUS_OK) { // Clear a model that is incomplete.
-        (void)memset(out_descriptor, 0, sizeof *out_descriptor);
-        out_descriptor->name = "";
+        descriptor_subsystem_clear(out_descriptor);
     }
     return status;
 }
@@ -166,38 +165,9 @@ status_t descriptor_load_mission(descriptor_loader_t* const loader, const char* 
         status = load_all(loader, &builder, apid, out_own);
     }
     if (status != STATUS_OK) {
-        (void)memset(out_mission, 0, sizeof *out_mission);
-        out_mission->name = "";
+        descriptor_mission_clear(out_mission);
     }
     return status;
-}
-
-status_t descriptor_check_interface(descriptor_loader_t* const loader, const char* const path,
-                                    const subsystem_descriptor_t* const descriptor,
-                                    const uint64_t compiled_hash)
-{
-    FSW_ASSERT((loader != NULL) && (path != NULL) && (descriptor != NULL));
-    text_t error = text_in(loader->error, sizeof loader->error);
-    if (descriptor->interface_hash == compiled_hash) {
-        return STATUS_OK;
-    }
-    text_add(&error, path);
-    text_add(&error, ":1: interface compiled ");
-    text_add_hex(&error, compiled_hash, 16U);
-    text_add(&error, ", found ");
-    text_add_hex(&error, descriptor->interface_hash, 16U);
-    text_add(&error, ": run make");
-    return STATUS_CHECKSUM;
-}
-
-status_t descriptor_refuse(descriptor_loader_t* const loader, const char* const path, const uint32_t line,
-                           const char* const says)
-{
-    FSW_ASSERT((loader != NULL) && (path != NULL) && (says != NULL));
-    text_t error = text_in(loader->error, sizeof loader->error);
-    text_add_pattern(&error, "%:#: ", path, NULL, line);
-    text_add(&error, says);
-    return STATUS_UNSUPPORTED;
 }
 
 const char* descriptor_error(const descriptor_loader_t* const loader)

@@ -9,8 +9,7 @@
 ///     static descriptor_loader_t    loader;
 ///     static subsystem_descriptor_t descriptor;
 ///     descriptor_loader_init(&loader);
-///     if (descriptor_load_subsystem(&loader, path, &descriptor) != STATUS_OK ||
-///         descriptor_check_interface(&loader, path, &descriptor, MANIPULATOR_INTERFACE_HASH) != STATUS_OK) {
+///     if (descriptor_load_subsystem(&loader, path, &descriptor) != STATUS_OK) {
 ///         report(descriptor_error(&loader));
 ///     }
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_DESCRIPTOR_H
@@ -25,7 +24,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define DESCRIPTOR_ERROR_CHARACTERS 384U
 #define DESCRIPTOR_PATH_CHARACTERS 256U
 
 typedef struct { // Private.
@@ -63,16 +61,6 @@ extern const mission_scope_t descriptor_mission_whole;
 MUST_USE status_t descriptor_load_mission(descriptor_loader_t* loader, const char* path, uint16_t apid,
                                           const mission_scope_t* scope, mission_descriptor_t* out_mission,
                                           subsystem_descriptor_t* out_own);
-
-/// Compare the interface read with the compiled one. STATUS_OK, or STATUS_CHECKSUM with an error text that
-/// gives file, compiled and found hash and says "run make".
-MUST_USE status_t descriptor_check_interface(descriptor_loader_t* loader, const char* path,
-                                             const subsystem_descriptor_t* descriptor,
-                                             uint64_t compiled_hash);
-
-/// Refuse a descriptor for a reason that only its program knows: sets the error text to "path:line: says".
-/// Returns STATUS_UNSUPPORTED.
-status_t descriptor_refuse(descriptor_loader_t* loader, const char* path, uint32_t line, const char* says);
 
 /// Returns the text of the last error; "" if there was none. Never null; valid until the loader's next use.
 const char* descriptor_error(const descriptor_loader_t* loader);

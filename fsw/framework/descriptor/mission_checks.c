@@ -255,7 +255,7 @@ static void check_room(mission_builder_t* const builder, const uint16_t index)
 void descriptor_mission_check_link(mission_builder_t* const builder, const uint16_t index)
 {
     source_t* const source               = &builder->source;
-    mission_link_t* const link           = &builder->mission->links[index];
+    mission_link_t* const link           = &builder->mission->storage.links[index];
     const char* const* const words       = builder->link_words[index];
     const mission_port_t* const producer = resolve_end(builder, link, words[0], true);
     const mission_port_t* const consumer = resolve_end(builder, link, words[1], false);

@@ -5,7 +5,8 @@
 /// the supervisor needs of them: names and ids of configurations and ports, what is required, and the hashes.
 /// So every name in permissions, links and plans is checked and resolved to its id at load time.
 ///
-/// Ownership  The caller places the model (static; about 50 KiB); strings lie inside: do not copy it.
+/// Ownership  The caller places the model (static; about 50 KiB); lists and strings lie inside: do not
+///            copy it.
 /// Context    Any, read-only after loading.
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_MISSION_DESCRIPTOR_H
 #define FSW_FRAMEWORK_DESCRIPTOR_MISSION_DESCRIPTOR_H
@@ -161,6 +162,18 @@ typedef struct {
     uint32_t line;
 } mission_user_t;
 
+typedef struct { // Private: lists and strings that were read from a file.
+    mission_subsystem_t subsystems[CAPACITY_OF_STORAGE(MISSION_SUBSYSTEMS_MAX)];
+    mission_mode_t modes[CAPACITY_OF_STORAGE(MISSION_MODES_MAX)];
+    mission_rule_t rules[CAPACITY_OF_STORAGE(MISSION_RULES_MAX)];
+    mission_link_t links[CAPACITY_OF_STORAGE(MISSION_LINKS_MAX)];
+    mission_plan_t plans[CAPACITY_OF_STORAGE(MISSION_PLANS_MAX)];
+    mission_action_t actions[CAPACITY_OF_STORAGE(MISSION_ACTIONS_MAX)];
+    mission_bus_t buses[CAPACITY_OF_STORAGE(MISSION_BUSES_MAX)];
+    mission_user_t users[CAPACITY_OF_STORAGE(MISSION_USERS_MAX)];
+    char text[CAPACITY_OF_STORAGE(MISSION_TEXT_OCTETS)];
+} mission_storage_t;
+
 typedef struct {
     const char* name;
     uint32_t epoch_s;            ///< Mission time 0 as TAI seconds since 1958-01-01.
@@ -178,26 +191,31 @@ typedef struct {
     uint8_t is_ground_open; ///< The port is open to other machines; the mission then has a key.
     const char* ground_key; ///< File with the key of telecommands, relative to this file; "": none.
 
-    mission_subsystem_t subsystems[MISSION_SUBSYSTEMS_MAX]; ///< In the order of their turns in a time step.
+    const mission_subsystem_t* subsystems; ///< In the order of their turns in a time step.
     uint16_t subsystem_count;
-    mission_mode_t modes[MISSION_MODES_MAX];
+    const mission_mode_t* modes;
     uint16_t mode_count;
-    mission_rule_t rules[MISSION_RULES_MAX];
+    const mission_rule_t* rules;
     uint16_t rule_count;
-    mission_link_t links[MISSION_LINKS_MAX];
+    const mission_link_t* links;
     uint16_t link_count;
-    mission_plan_t plans[MISSION_PLANS_MAX];
+    const mission_plan_t* plans;
     uint16_t plan_count;
-    mission_action_t actions[MISSION_ACTIONS_MAX];
+    const mission_action_t* actions;
     uint16_t action_count;
-    mission_bus_t buses[MISSION_BUSES_MAX];
+    const mission_bus_t* buses;
     uint16_t bus_count;
-    mission_user_t users[MISSION_USERS_MAX];
+    const mission_user_t* users;
     uint16_t user_count;
 
-    char text[MISSION_TEXT_OCTETS]; // Private: the strings.
-    uint32_t text_used;
+    uint32_t text_used; // Private.
+    mission_storage_t storage;
 } mission_descriptor_t;
+
+/// Make a model empty: its lists have no items, and their room is its own storage.
+void descriptor_mission_clear(mission_descriptor_t* mission);
+/// Let the lists of a model refer to its own storage, because the model is a copy.
+void descriptor_mission_use_storage(mission_descriptor_t* mission);
 
 /// Each of these functions returns the entry, or NULL if there is none.
 const mission_subsystem_t* descriptor_mission_find_subsystem(const mission_descriptor_t* mission,

@@ -10,8 +10,9 @@
 // ---- Lists ----
 
 #define LIST(plural, counter, most, type)                                                                    \
-    .items = offsetof(mission_descriptor_t, plural), .count = offsetof(mission_descriptor_t, counter),       \
-    .capacity = (most), .size = sizeof(type), .line = offsetof(type, line)
+    .items = offsetof(mission_descriptor_t, storage.plural),                                                 \
+    .count = offsetof(mission_descriptor_t, counter), .capacity = (most), .size = sizeof(type),              \
+    .line = offsetof(type, line)
 
 const source_list_t descriptor_mission_subsystems = {
     .what = "subsystems", LIST(subsystems, subsystem_count, MISSION_SUBSYSTEMS_MAX, mission_subsystem_t)};
@@ -168,9 +169,8 @@ void descriptor_mission_builder_begin(mission_builder_t* const builder, mission_
                                       const char* const path, const uint16_t apid,
                                       const mission_scope_t* const scope, text_t* const error)
 {
-    (void)memset(mission, 0, sizeof *mission);
+    descriptor_mission_clear(mission);
     (void)memset(builder, 0, sizeof *builder);
-    mission->name                 = "";
     mission->log_ring_records     = RING_RECORDS;
     mission->message_method       = DESCRIPTOR_UDP;
     mission->link_method          = DESCRIPTOR_SHARED_MEMORY;
@@ -182,7 +182,7 @@ void descriptor_mission_builder_begin(mission_builder_t* const builder, mission_
     builder->source.rows          = rows;
     builder->source.row_count     = SOURCE_COUNT(rows);
     builder->source.items[0]      = mission;
-    builder->source.text          = mission->text;
+    builder->source.text          = mission->storage.text;
     builder->source.text_capacity = MISSION_TEXT_OCTETS;
     builder->source.text_used     = &mission->text_used;
     builder->source.builder       = builder;

@@ -23,8 +23,8 @@ static void find_ports(mission_builder_t* const builder, const mission_subsystem
                        const subsystem_descriptor_t* const descriptor)
 {
     for (uint16_t i = 0U; i < builder->mission->link_count; i++) {
-        uint16_t* const ids[2] = {&builder->mission->links[i].producer_port,
-                                  &builder->mission->links[i].consumer_port};
+        uint16_t* const ids[2] = {&builder->mission->storage.links[i].producer_port,
+                                  &builder->mission->storage.links[i].consumer_port};
         for (unsigned end = 0U; end < 2U; end++) {
             const char* const words = builder->link_words[i][end];
             if (is_port_of(words, subsystem->name)) {
@@ -41,7 +41,7 @@ status_t descriptor_mission_builder_take(mission_builder_t* const builder, const
                                          const char* const path,
                                          const subsystem_descriptor_t* const descriptor)
 {
-    mission_subsystem_t* const subsystem = &builder->mission->subsystems[index];
+    mission_subsystem_t* const subsystem = &builder->mission->storage.subsystems[index];
     source_t* const source               = &builder->source;
     source->line                         = subsystem->line;
     if ((strcmp(subsystem->name, descriptor->name) != 0) || (subsystem->apid != descriptor->apid)) {
@@ -79,7 +79,7 @@ static uint16_t apid_of_end(const mission_descriptor_t* const mission, const cha
 status_t descriptor_mission_builder_resolve(mission_builder_t* const builder)
 {
     for (uint16_t i = 0U; i < builder->mission->link_count; i++) {
-        mission_link_t* const link = &builder->mission->links[i];
+        mission_link_t* const link = &builder->mission->storage.links[i];
         link->producer_apid        = apid_of_end(builder->mission, builder->link_words[i][0]);
         link->consumer_apid        = apid_of_end(builder->mission, builder->link_words[i][1]);
     }

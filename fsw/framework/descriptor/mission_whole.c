@@ -32,7 +32,7 @@ static void find_rule_names(mission_builder_t* const builder, const mission_subs
                             const subsystem_descriptor_t* const descriptor)
 {
     for (uint16_t i = 0U; i < builder->mission->rule_count; i++) {
-        mission_rule_t* const rule = &builder->mission->rules[i];
+        mission_rule_t* const rule = &builder->mission->storage.rules[i];
         const bool is_meant = (rule->target == MISSION_ANY_TARGET) || (rule->target == subsystem->apid);
         if ((builder->rule_words[i] != NULL) && is_meant && (rule->service != SERVICE_LINKS)) {
             builder->rule_words[i] = find_rule_name(rule, builder->rule_words[i], descriptor);
@@ -45,7 +45,7 @@ static void find_plan_names(mission_builder_t* const builder, const mission_subs
                             const subsystem_descriptor_t* const descriptor)
 {
     for (uint16_t i = 0U; i < builder->mission->plan_count; i++) {
-        mission_plan_t* const plan = &builder->mission->plans[i];
+        mission_plan_t* const plan = &builder->mission->storage.plans[i];
         if ((builder->plan_events[i] == NULL) || (plan->apid != subsystem->apid)) {
             continue;
         }
@@ -72,7 +72,7 @@ static void take(mission_builder_t* const builder, mission_subsystem_t* const su
 static void resolve_rule(mission_builder_t* const builder, const uint16_t index)
 {
     const mission_descriptor_t* const mission = builder->mission;
-    mission_rule_t* const rule                = &builder->mission->rules[index];
+    mission_rule_t* const rule                = &builder->mission->storage.rules[index];
     const char* const words                   = builder->rule_words[index];
     if (words == NULL) {
         return;

@@ -98,7 +98,7 @@ uint32_t descriptor_subsystem_builder_lay_out(subsystem_descriptor_t* const desc
     uint32_t offset    = 0U;
     const char* before = "";
     for (uint16_t i = first; i < (first + count); i++) {
-        descriptor_field_t* const field = &descriptor->fields[i];
+        descriptor_field_t* const field = &descriptor->storage.fields[i];
         const size_t kept               = shared_groups(before, field->name);
         offset                          = pass_groups(descriptor, first, count, before, kept, offset);
         offset                          = pass_groups(descriptor, first, count, field->name, kept, offset);

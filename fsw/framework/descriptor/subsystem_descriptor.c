@@ -16,6 +16,40 @@ typedef char entries_fit[(HAS_HEAD(descriptor_event_t) && HAS_HEAD(descriptor_fu
                              ? 1
                              : -1];
 
+void descriptor_subsystem_use_storage(subsystem_descriptor_t* const descriptor)
+{
+    FSW_ASSERT(descriptor != NULL);
+    const subsystem_storage_t* const storage = &descriptor->storage;
+    descriptor->enumerations                 = storage->enumerations;
+    descriptor->failures                     = storage->failures;
+    descriptor->fields                       = storage->fields;
+    descriptor->parameters                   = storage->parameters;
+    descriptor->events                       = storage->events;
+    descriptor->functions                    = storage->functions;
+    descriptor->services                     = storage->services;
+    descriptor->configurations               = storage->configurations;
+    descriptor->initials                     = storage->initials;
+    descriptor->references                   = storage->references;
+    descriptor->loops                        = storage->loops;
+    descriptor->structures                   = storage->structures;
+    descriptor->sampled                      = storage->sampled;
+    descriptor->ports                        = storage->ports;
+    descriptor->devices                      = storage->devices;
+    descriptor->settings                     = storage->settings;
+    descriptor->quantities                   = storage->quantities;
+    descriptor->supplies                     = storage->supplies;
+    descriptor->record_fields                = storage->record_fields;
+    descriptor->endnodes                     = storage->endnodes;
+}
+
+void descriptor_subsystem_clear(subsystem_descriptor_t* const descriptor)
+{
+    FSW_ASSERT(descriptor != NULL);
+    (void)memset(descriptor, 0, sizeof *descriptor);
+    descriptor->name = "";
+    descriptor_subsystem_use_storage(descriptor);
+}
+
 const void* descriptor_named(const void* const entries, const uint16_t count, const size_t size,
                              const char* const name)
 {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// In-memory model of a subsystem descriptor (the paper's figure 3): read-only once loaded.
 ///
-/// All capacities are fixed. Strings are stored in `text` of the model, so a model must not be copied.
 /// Lists are kept flat: a structure, a function or a port owns the range [first, first + count) of the list
-/// it names.
+/// it names. A model that was read from a file refers to its own storage, so it must not be copied; all
+/// capacities are fixed. A model that was compiled into a program refers to constants.
 ///
 /// Two kinds of content, never mixed: the interface part (names, ids, types, counts of parameters, events,
 /// functions, services, configurations, ports; enumerations and failures) is compiled into the program and
@@ -16,6 +16,7 @@
 #define FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H
 
 #include "base/apids.h"
+#include "base/capacities.h"
 #include "base/flow_format.h"
 #include "base/status.h"
 #include "base/text.h"
@@ -25,6 +26,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#define DESCRIPTOR_ERROR_CHARACTERS 384U ///< Longest text of an error, with its NUL.
 #define DESCRIPTOR_TEXT_OCTETS 6144U
 #define DESCRIPTOR_FIELDS_MAX 160U
 #define DESCRIPTOR_ENUMERATIONS_MAX 16U
@@ -319,6 +321,30 @@ typedef struct {
     uint32_t line;
 } descriptor_configuration_t;
 
+typedef struct { // Private: lists and strings that were read from a file.
+    descriptor_enumeration_t enumerations[CAPACITY_OF_STORAGE(DESCRIPTOR_ENUMERATIONS_MAX)];
+    descriptor_failure_t failures[CAPACITY_OF_STORAGE(DESCRIPTOR_FAILURES_MAX)];
+    descriptor_field_t fields[CAPACITY_OF_STORAGE(DESCRIPTOR_FIELDS_MAX)];
+    descriptor_parameter_t parameters[CAPACITY_OF_STORAGE(DESCRIPTOR_PARAMETERS_MAX)];
+    descriptor_event_t events[CAPACITY_OF_STORAGE(DESCRIPTOR_EVENTS_MAX)];
+    descriptor_function_t functions[CAPACITY_OF_STORAGE(DESCRIPTOR_FUNCTIONS_MAX)];
+    descriptor_service_t services[CAPACITY_OF_STORAGE(DESCRIPTOR_SERVICES_MAX)];
+    descriptor_configuration_t configurations[CAPACITY_OF_STORAGE(DESCRIPTOR_CONFIGURATIONS_MAX)];
+    descriptor_initial_t initials[CAPACITY_OF_STORAGE(DESCRIPTOR_INITIALS_MAX)];
+    uint16_t references[CAPACITY_OF_STORAGE(DESCRIPTOR_REFERENCES_MAX)];
+    descriptor_loop_t loops[CAPACITY_OF_STORAGE(DESCRIPTOR_LOOPS_MAX)];
+    descriptor_structure_t structures[CAPACITY_OF_STORAGE(DESCRIPTOR_STRUCTURES_MAX)];
+    descriptor_sampled_t sampled[CAPACITY_OF_STORAGE(DESCRIPTOR_SAMPLED_MAX)];
+    descriptor_port_t ports[CAPACITY_OF_STORAGE(DESCRIPTOR_PORTS_MAX)];
+    descriptor_device_t devices[CAPACITY_OF_STORAGE(DESCRIPTOR_DEVICES_MAX)];
+    descriptor_setting_t settings[CAPACITY_OF_STORAGE(DESCRIPTOR_SETTINGS_MAX)];
+    descriptor_quantity_t quantities[CAPACITY_OF_STORAGE(DESCRIPTOR_QUANTITIES_MAX)];
+    descriptor_supply_t supplies[CAPACITY_OF_STORAGE(DESCRIPTOR_SUPPLIES_MAX)];
+    descriptor_record_field_t record_fields[CAPACITY_OF_STORAGE(DESCRIPTOR_RECORD_FIELDS_MAX)];
+    descriptor_endnode_t endnodes[CAPACITY_OF_STORAGE(DESCRIPTOR_ENDNODES_MAX)];
+    char text[CAPACITY_OF_STORAGE(DESCRIPTOR_TEXT_OCTETS)];
+} subsystem_storage_t;
+
 typedef struct {
     const char* name;
     uint16_t apid;
@@ -329,56 +355,70 @@ typedef struct {
     uint32_t timeout_us[DESCRIPTOR_STATES]; ///< Time limit of the entry action of each state.
     uint32_t sampling_us;                   ///< Step period while no configuration is applied.
 
-    descriptor_enumeration_t enumerations[DESCRIPTOR_ENUMERATIONS_MAX];
+    const descriptor_enumeration_t* enumerations;
     uint16_t enumeration_count;
-    descriptor_failure_t failures[DESCRIPTOR_FAILURES_MAX];
+    const descriptor_failure_t* failures;
     uint16_t failure_count;
-    descriptor_field_t fields[DESCRIPTOR_FIELDS_MAX];
+    const descriptor_field_t* fields;
     uint16_t field_count;
-    descriptor_parameter_t parameters[DESCRIPTOR_PARAMETERS_MAX];
+    const descriptor_parameter_t* parameters;
     uint16_t parameter_count;
-    descriptor_event_t events[DESCRIPTOR_EVENTS_MAX];
+    const descriptor_event_t* events;
     uint16_t event_count;
-    descriptor_function_t functions[DESCRIPTOR_FUNCTIONS_MAX];
+    const descriptor_function_t* functions;
     uint16_t function_count;
-    descriptor_service_t services[DESCRIPTOR_SERVICES_MAX];
+    const descriptor_service_t* services;
     uint16_t service_count;
-    descriptor_configuration_t configurations[DESCRIPTOR_CONFIGURATIONS_MAX];
+    const descriptor_configuration_t* configurations;
     uint16_t configuration_count;
-    descriptor_initial_t initials[DESCRIPTOR_INITIALS_MAX];
+    const descriptor_initial_t* initials;
     uint16_t initial_count;
-    uint16_t references[DESCRIPTOR_REFERENCES_MAX]; ///< Indices in `parameters`.
+    const uint16_t* references; ///< Indices in `parameters`.
     uint16_t reference_count;
-    descriptor_loop_t loops[DESCRIPTOR_LOOPS_MAX];
+    const descriptor_loop_t* loops;
     uint16_t loop_count;
-    descriptor_structure_t structures[DESCRIPTOR_STRUCTURES_MAX];
+    const descriptor_structure_t* structures;
     uint16_t structure_count;
-    descriptor_sampled_t sampled[DESCRIPTOR_SAMPLED_MAX];
+    const descriptor_sampled_t* sampled;
     uint16_t sampled_count;
     /// A port has one entry for each configuration in which it occurs.
-    descriptor_port_t ports[DESCRIPTOR_PORTS_MAX];
+    const descriptor_port_t* ports;
     uint16_t port_count;
-    descriptor_device_t devices[DESCRIPTOR_DEVICES_MAX];
+    const descriptor_device_t* devices;
     uint16_t device_count;
-    descriptor_setting_t settings[DESCRIPTOR_SETTINGS_MAX];
+    const descriptor_setting_t* settings;
     uint16_t setting_count;
-    descriptor_quantity_t quantities[DESCRIPTOR_QUANTITIES_MAX];
+    const descriptor_quantity_t* quantities;
     uint16_t quantity_count;
-    descriptor_supply_t supplies[DESCRIPTOR_SUPPLIES_MAX];
+    const descriptor_supply_t* supplies;
     uint16_t supply_count;
-    descriptor_record_field_t record_fields[DESCRIPTOR_RECORD_FIELDS_MAX];
+    const descriptor_record_field_t* record_fields;
     uint16_t record_field_count;
-    descriptor_endnode_t endnodes[DESCRIPTOR_ENDNODES_MAX];
+    const descriptor_endnode_t* endnodes;
     uint16_t endnode_count;
 
-    char text[DESCRIPTOR_TEXT_OCTETS]; // Private: the strings.
-    uint32_t text_used;
+    uint32_t text_used; // Private.
+    subsystem_storage_t storage;
 } subsystem_descriptor_t;
 
 /// Type of a device that exchanges records over a data flow (docs/stream-devices.md).
 #define DESCRIPTOR_STREAM_TYPE "stream"
 /// True if the type of the device is DESCRIPTOR_STREAM_TYPE; all other types are classes of devices on CAN.
 bool descriptor_is_stream(const descriptor_device_t* device);
+
+/// Compare the interface of a descriptor with the one compiled into the program. STATUS_OK, or
+/// STATUS_CHECKSUM; then a text is appended that gives file, compiled and found hash, and says "run make".
+MUST_USE status_t descriptor_check_interface(text_t* out_error, const char* path,
+                                             const subsystem_descriptor_t* descriptor,
+                                             uint64_t compiled_hash);
+/// Refuse a descriptor for a reason that only its program knows: appends "path:line: says".
+/// Returns STATUS_UNSUPPORTED.
+status_t descriptor_refuse(text_t* out_error, const char* path, uint32_t line, const char* says);
+
+/// Make a model empty: its lists have no items, and their room is its own storage.
+void descriptor_subsystem_clear(subsystem_descriptor_t* descriptor);
+/// Let the lists of a model refer to its own storage, because the model is a copy.
+void descriptor_subsystem_use_storage(subsystem_descriptor_t* descriptor);
 
 /// Return the first of `count` entries of `size` octets with this name, or with this id; NULL if there is
 /// none. Every entry must begin with its name, directly followed by its id of 16 bits if it has one.

@@ -50,8 +50,8 @@ enum { // Kinds of elements.
 // ---- Lists ----
 
 #define LIST(plural, counter, most, type)                                                                    \
-    .items = offsetof(subsystem_descriptor_t, plural), .count = offsetof(subsystem_descriptor_t, counter),   \
-    .capacity = (most), .size = sizeof(type)
+    .items = offsetof(subsystem_descriptor_t, storage.plural),                                               \
+    .count = offsetof(subsystem_descriptor_t, counter), .capacity = (most), .size = sizeof(type)
 #define LINED(plural, counter, most, type) LIST(plural, counter, most, type), .line = offsetof(type, line)
 #define RANGE(type, begin, length) .first = offsetof(type, begin), .number = offsetof(type, length)
 
@@ -416,9 +416,8 @@ void descriptor_subsystem_builder_begin(subsystem_builder_t* const builder,
                                         subsystem_descriptor_t* const descriptor, const char* const path,
                                         text_t* const error)
 {
-    (void)memset(descriptor, 0, sizeof *descriptor);
+    descriptor_subsystem_clear(descriptor);
     (void)memset(builder, 0, sizeof *builder);
-    descriptor->name               = "";
     descriptor->pool_warn_percent  = SUBSYSTEM_WARN_PERCENT;
     descriptor->pool_clear_percent = SUBSYSTEM_CLEAR_PERCENT;
     builder->source.path           = path;
@@ -426,7 +425,7 @@ void descriptor_subsystem_builder_begin(subsystem_builder_t* const builder,
     builder->source.rows           = rows;
     builder->source.row_count      = SOURCE_COUNT(rows);
     builder->source.items[0]       = descriptor;
-    builder->source.text           = descriptor->text;
+    builder->source.text           = descriptor->storage.text;
     builder->source.text_capacity  = DESCRIPTOR_TEXT_OCTETS;
     builder->source.text_used      = &descriptor->text_used;
     builder->source.builder        = builder;

@@ -17,7 +17,7 @@
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_CORE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_CORE_H
 
-#include "fsw/framework/descriptor/descriptor.h"
+#include "fsw/framework/descriptor/subsystem_descriptor.h"
 #include "fsw/framework/message/message_ring.h"
 #include "fsw/framework/parameter/parameter.h"
 #include "base/pool.h"

@@ -95,13 +95,14 @@ static int set_up(void** state)
 {
     (void)state;
     (void)memset(&launcher, 0, sizeof launcher);
+    descriptor_mission_clear(&launcher.mission);
     (void)memset(&run, 0, sizeof run);
     (void)strcpy(run.identity, "hirosco-1");
     launcher.run               = &run;
     launcher.mission.bus_count = 1U;
-    launcher.mission.buses[0] =
+    launcher.mission.storage.buses[0] =
         (mission_bus_t){.name = "robot", .redundant_to = "", .bit_rate = 1000000U, .data_bit_rate = 4000000U};
-    launcher.mission.buses[1] = (mission_bus_t){
+    launcher.mission.storage.buses[1] = (mission_bus_t){
         .name = "robot-b", .redundant_to = "robot", .bit_rate = 1000000U, .data_bit_rate = 0U};
     can_fd = (osal_can_interface_t){
         .is_up = true, .carries_fd = true, .bit_rate = 1000000U, .data_bit_rate = 4000000U};
@@ -167,9 +168,9 @@ static void a_fitting_controller_is_taken(void** state)
 static void a_classic_bus_needs_no_fd(void** state)
 {
     (void)state;
-    launcher.mission.buses[0].data_bit_rate = 0U;
-    can_fd.carries_fd                       = false;
-    can_fd.data_bit_rate                    = 5U; // The data rate of a classic bus is not compared.
+    launcher.mission.storage.buses[0].data_bit_rate = 0U;
+    can_fd.carries_fd                               = false;
+    can_fd.data_bit_rate                            = 5U; // The data rate of a classic bus is not compared.
     use_controllers("robot=can0", NULL);
     expect_look("can0", &can_fd, STATUS_OK);
     assert_true(launcher_ready_interfaces(&launcher));
@@ -208,9 +209,9 @@ static void a_controller_that_does_not_fit_is_refused_with_the_command_that_chan
     expect_unfit(seen,
                  "can0 is bus-off; look at wiring and termination; as root: ip link set can0 down; ip link "
                  "set can0 up ");
-    launcher.mission.buses[0].data_bit_rate = 0U;
-    seen                                    = can_fd;
-    seen.bit_rate                           = 1U;
+    launcher.mission.storage.buses[0].data_bit_rate = 0U;
+    seen                                            = can_fd;
+    seen.bit_rate                                   = 1U;
     expect_unfit(seen, "up type can bitrate 1000000");
     assert_null(strstr(launcher.reason, "dbitrate"));
     use_controllers("robot=can1", "robot=can0"); // The simulator's controller is checked as well.
@@ -353,14 +354,14 @@ static void interfaces_that_cannot_be_made_are_reported_with_the_commands(void**
     expect_claim("vcan-robot", STATUS_OK);
     expect_look("vcan-robot", NULL, STATUS_UNSUPPORTED);
     assert_refused("no SocketCAN, or no vcan");
-    launcher.mission.buses[0].data_bit_rate = 0U;
+    launcher.mission.storage.buses[0].data_bit_rate = 0U;
     expect_claim("vcan-robot", STATUS_OK);
     expect_make("vcan-robot", false, STATUS_IO);
     assert_refused("cannot make the CAN interfaces; try as root: ip link add vcan-robot mtu 16");
     assert_false(launcher.buses[0].is_published_made);
     expect_claim("vcan-robot", STATUS_EXISTS);
     assert_refused("another run flies on vcan-robot");
-    launcher.mission.buses[0].name = "elevenchars";
+    launcher.mission.storage.buses[0].name = "elevenchars";
     assert_refused("the name of bus elevenchars is too long");
 }
 
@@ -431,7 +432,7 @@ static void a_bus_that_cannot_be_made_ends_the_preparation(void** state)
     assert_non_null(strstr(launcher.reason, "cannot make the bus shm:hirosco-1.can.robot: "));
     static char name[RUN_NAME_MAX];
     (void)memset(name, 'n', sizeof name - 1U);
-    launcher.mission.buses[0].name = name;
+    launcher.mission.storage.buses[0].name = name;
     assert_false(launcher_make_buses(&launcher)); // No address holds such a name.
 }
 

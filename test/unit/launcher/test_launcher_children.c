@@ -77,6 +77,7 @@ static int set_up(void** state)
 {
     (void)state;
     (void)memset(&launcher, 0, sizeof launcher);
+    descriptor_mission_clear(&launcher.mission);
     (void)memset(&run, 0, sizeof run);
     launcher.run                = &run;
     launcher.program_folder     = "bin/";
@@ -94,12 +95,12 @@ static int set_up(void** state)
     run.component_count              = 2U;
     launcher.mission.subsystem_count = 2U;
     for (unsigned i = 0U; i < 2U; i++) {
-        launcher.mission.subsystems[i].executable = (i == 0U) ? "communication" : "arm";
-        launcher.mission.subsystems[i].name       = (i == 0U) ? "COMMUNICATION" : "ARM";
-        run.components[i].apid                    = (i == 0U) ? 2U : 16U;
-        run.components[i].computer                = (uint8_t)i;
-        run.components[i].message_descriptor      = (int)(40U + i);
-        run.components[i].wanted_life             = 1U + i;
+        launcher.mission.storage.subsystems[i].executable = (i == 0U) ? "communication" : "arm";
+        launcher.mission.storage.subsystems[i].name       = (i == 0U) ? "COMMUNICATION" : "ARM";
+        run.components[i].apid                            = (i == 0U) ? 2U : 16U;
+        run.components[i].computer                        = (uint8_t)i;
+        run.components[i].message_descriptor              = (int)(40U + i);
+        run.components[i].wanted_life                     = 1U + i;
     }
     for (unsigned i = 0U; i < RUN_LINKS_MAX; i++) {
         run.link_descriptors[i]  = (i == 1U) ? 51 : -1;

@@ -114,6 +114,7 @@ static int set_up(void** state)
 {
     (void)state;
     (void)memset(&launcher, 0, sizeof launcher);
+    descriptor_mission_clear(&launcher.mission);
     (void)memset(&run, 0, sizeof run);
     launcher.run            = &run;
     launcher.program_folder = "bin/";

@@ -48,6 +48,7 @@ static int set_up(void** state)
 {
     (void)state;
     (void)memset(&launcher, 0, sizeof launcher);
+    descriptor_mission_clear(&launcher.mission);
     (void)memset(&run, 0, sizeof run);
     launcher.run               = &run;
     launcher.options.computers = 2U;
@@ -56,8 +57,8 @@ static int set_up(void** state)
     (void)strcpy(run.mission_path, "m.xml");
     run.component_count = 3U;
     for (uint16_t i = 0U; i < 3U; i++) {
-        run.components[i].apid                  = (uint16_t)(10U + i);
-        launcher.mission.subsystems[i].computer = (i == 2U) ? 2U : 1U;
+        run.components[i].apid                          = (uint16_t)(10U + i);
+        launcher.mission.storage.subsystems[i].computer = (i == 2U) ? 2U : 1U;
     }
     return 0;
 }
@@ -144,7 +145,7 @@ static void the_first_command_that_fails_is_the_last(void** state)
 static void a_mission_on_one_computer_is_refused_two(void** state)
 {
     (void)state;
-    launcher.mission.subsystems[2].computer = 1U;
+    launcher.mission.storage.subsystems[2].computer = 1U;
     assert_false(launcher_make_computers(&launcher));
     assert_non_null(strstr(launcher.reason, "the mission puts no subsystem on the second computer"));
     assert_non_null(strstr(launcher.reason, "m.xml"));
@@ -154,15 +155,15 @@ static void a_mission_on_one_computer_is_refused_two(void** state)
 static void a_delay_between_computers_is_a_network_of_its_own(void** state)
 {
     (void)state;
-    run.relay.is_network                    = true;
-    run.relay.delay_us                      = 50000U;
-    run.relay.jitter_us                     = 2000U;
-    launcher.mission.link_count             = 1U;
-    launcher.mission.links[0].producer_apid = 10U;
-    launcher.mission.links[0].consumer_apid = 11U;
+    run.relay.is_network                            = true;
+    run.relay.delay_us                              = 50000U;
+    run.relay.jitter_us                             = 2000U;
+    launcher.mission.link_count                     = 1U;
+    launcher.mission.storage.links[0].producer_apid = 10U;
+    launcher.mission.storage.links[0].consumer_apid = 11U;
     assert_false(launcher_make_computers(&launcher));
     assert_non_null(strstr(launcher.reason, "no link goes from one node to the other"));
-    launcher.mission.links[0].consumer_apid = 12U;
+    launcher.mission.storage.links[0].consumer_apid = 12U;
     expect_first_network(false);
     expect_ip("ip -n hirosco-9.node1 link add link1 type veth peer name link2", true);
     expect_ip("ip -n hirosco-9.node1 link set link2 netns hirosco-9.node2", true);

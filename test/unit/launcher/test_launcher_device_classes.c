@@ -47,6 +47,7 @@ static int set_up(void** state)
 {
     (void)state;
     (void)memset(&launcher, 0, sizeof launcher);
+    descriptor_mission_clear(&launcher.mission);
     return 0;
 }
 

@@ -227,6 +227,7 @@ static int set_up(void** state)
     static const char* const names[] = {"supervisor", "arm", "operator"};
     (void)state;
     (void)memset(&launcher, 0, sizeof launcher);
+    descriptor_mission_clear(&launcher.mission);
     (void)memset(&run, 0, sizeof run);
     wall_ns                         = 1000U * S_NS;
     simulated_ns                    = S_NS;

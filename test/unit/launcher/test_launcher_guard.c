@@ -128,6 +128,7 @@ static int set_up(void** state)
 {
     (void)state;
     (void)memset(&launcher, 0, sizeof launcher);
+    descriptor_mission_clear(&launcher.mission);
     (void)memset(&run, 0, sizeof run);
     (void)memset(&guard, 0, sizeof guard);
     wall_ns = S_NS;

@@ -51,10 +51,11 @@ static int set_up(void** state)
 {
     (void)state;
     (void)memset(&launcher, 0, sizeof launcher);
+    descriptor_mission_clear(&launcher.mission);
     launcher.program_folder          = "bin/";
     launcher.mission.subsystem_count = 2U;
     for (unsigned i = 0U; i < 2U; i++) {
-        mission_subsystem_t* const one = &launcher.mission.subsystems[i];
+        mission_subsystem_t* const one = &launcher.mission.storage.subsystems[i];
         one->name                      = (i == 0U) ? "ARM" : "GRIPPER";
         one->executable                = (i == 0U) ? "arm" : "gripper";
         one->line                      = 10U + i;
@@ -74,7 +75,7 @@ static void expect_program(const char* const path, const uint64_t octets, const 
 static void the_limit_of_the_mission_counts_if_the_program_fits(void** state)
 {
     (void)state;
-    launcher.mission.subsystems[1].memory_kib = 499U;
+    launcher.mission.storage.subsystems[1].memory_kib = 499U;
     expect_program("bin/arm", 500U * 1024U, STATUS_OK);
     expect_program("bin/gripper", (500U * 1024U) - 1U, STATUS_OK); // Less than 500 KiB.
     assert_true(launcher_set_limits(&launcher, "m.xml"));
@@ -98,7 +99,7 @@ static void a_limit_below_the_program_is_refused_with_file_and_line(void** state
 static void without_a_limit_it_is_derived_from_the_program_and_printed(void** state)
 {
     (void)state;
-    launcher.mission.subsystems[0].memory_kib = 0U;
+    launcher.mission.storage.subsystems[0].memory_kib = 0U;
     expect_program("bin/arm", (1000U * 1024U) + 1023U, STATUS_OK);
     expect_program("bin/gripper", 9999999U, STATUS_INVALID); // A script.
     expect_string(__wrap_osal_console_say, line, "m.xml:10: ARM has no memoryKiB: limited to 11490");

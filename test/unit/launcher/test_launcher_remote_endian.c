@@ -49,13 +49,14 @@ static int set_up(void** state)
                       {"GRIPPER", "gripper", GRIPPER_APID}};
     (void)state;
     (void)memset(&launcher, 0, sizeof launcher);
+    descriptor_mission_clear(&launcher.mission);
     launcher.run                     = &run;
     launcher.program_folder          = "bin/";
     launcher.options.remote_endian   = "ARM";
     launcher.options.rtos            = "";
     launcher.mission.subsystem_count = 4U;
     for (unsigned i = 0U; i < 4U; i++) {
-        mission_subsystem_t* const one = &launcher.mission.subsystems[i];
+        mission_subsystem_t* const one = &launcher.mission.storage.subsystems[i];
         one->name                      = subsystems[i].name;
         one->executable                = subsystems[i].executable;
         one->apid                      = subsystems[i].apid;

@@ -124,6 +124,7 @@ static int set_up(void** state)
     static const char* const names[] = {"supervisor", "arm", "simulator"};
     (void)state;
     (void)memset(&launcher, 0, sizeof launcher);
+    descriptor_mission_clear(&launcher.mission);
     (void)memset(&run, 0, sizeof run);
     run.component_count             = 2U;
     run.components[SUPERVISOR].apid = SUPERVISOR_APID;
@@ -221,11 +222,11 @@ static void a_holder_has_the_time_that_its_mission_declares(void** state)
     } cases[] = {{1000U, 20U * NS_PER_MS}, {20001U, 20001000U}, {60000000U, 60000U * NS_PER_MS}};
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         (void)set_up(state);
-        launcher.options.is_stepped                           = false;
-        launcher.mission.subsystems[ARM].hang_after_us        = cases[i].declared_us;
-        launcher.mission.subsystems[SUPERVISOR].hang_after_us = 1U;
-        look.is_stopped                                       = true;
-        look.is_runnable                                      = false;
+        launcher.options.is_stepped                                   = false;
+        launcher.mission.storage.subsystems[ARM].hang_after_us        = cases[i].declared_us;
+        launcher.mission.storage.subsystems[SUPERVISOR].hang_after_us = 1U;
+        look.is_stopped                                               = true;
+        look.is_runnable                                              = false;
         run_state_beat(&run, SUPERVISOR, 0U, 1U);
         run_state_beat(&run, ARM, 0U, 1U);
         watch_at(BEGIN_NS);

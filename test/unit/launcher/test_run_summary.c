@@ -47,6 +47,7 @@ static const char* written(void)
 void setUp(void)
 {
     (void)memset(&launcher, 0, sizeof launcher);
+    descriptor_mission_clear(&launcher.mission);
     (void)memset(&run, 0, sizeof run);
     (void)strcpy(run.folder, "/tmp/run-summary-XXXXXX");
     TEST_ASSERT_NOT_NULL(mkdtemp(run.folder));

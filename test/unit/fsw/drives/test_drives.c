@@ -213,7 +213,7 @@ static void devices_are_identified_by_their_position_in_the_configuration(void)
 
 static void an_unknown_class_and_no_device_at_all_are_refused(void)
 {
-    descriptor.devices[1].type = "toaster";
+    descriptor.storage.devices[1].type = "toaster";
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, cycle(drives_hardware_init));
     descriptor.device_count = 0U;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, cycle(drives_hardware_init));
@@ -224,7 +224,7 @@ static void a_device_that_was_not_brought_up_cannot_be_configured(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     select(1U);
-    descriptor.endnodes[descriptor.devices[generic.configuration->first_device].first_endnode].node = 0x33U;
+    descriptor.storage.endnodes[generic.configuration->first_device].node = 0x33U; // Each device has one.
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, run_action(configure));
 }
 
@@ -560,7 +560,7 @@ static void the_deadline_changes_event_timers_of_rpdos_only(void)
     generic.device_deadline_ns = 10000000U;
     select(2U);
     const descriptor_device_t* const device = &descriptor.devices[generic.configuration->first_device + 1U];
-    descriptor_setting_t* const setting     = &descriptor.settings[device->first_setting];
+    descriptor_setting_t* const setting     = &descriptor.storage.settings[device->first_setting];
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         setting->index    = cases[i].index;
         setting->subindex = cases[i].subindex;

@@ -426,7 +426,7 @@ static void pulses_and_accesses_reach_the_bus_of_the_device(void)
 static void only_devices_with_settings_of_a_mapping_have_one_of_their_own(void)
 {
     make(2U, 4U, false);
-    descriptor.settings[descriptor.devices[2].first_setting].index = 0x1A01U;
+    descriptor.storage.settings[descriptor.storage.devices[2].first_setting].index = 0x1A01U;
     for (unsigned i = 0U; i < 2U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
         TEST_ASSERT_EQUAL_UINT8(1U, drives.mapping_count);
@@ -440,7 +440,7 @@ static void more_settings_than_a_device_has_room_for_are_refused(void)
 {
     make(1U, 1U, false);
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
-    descriptor.devices[0].setting_count = NETWORK_SETTINGS_MAX + 2U;
+    descriptor.storage.devices[0].setting_count = NETWORK_SETTINGS_MAX + 2U;
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, run_action(configure));
 }
 

@@ -194,16 +194,16 @@ static void modules_are_accepted_only_where_the_subsystem_allows_them(void)
     TEST_ASSERT_FALSE(drives_fit(&descriptor, &need, &misfit)); // Two modes in one configuration.
     TEST_ASSERT_EQUAL_STRING("mode", misfit.says);
     TEST_ASSERT_EQUAL_UINT32(4U, misfit.line);
-    descriptor.settings[descriptor.devices[1].first_setting].bits = 6U;
+    descriptor.storage.settings[descriptor.storage.devices[1].first_setting].bits = 6U;
     TEST_ASSERT_FALSE(drives_fit(&descriptor, &need, &misfit));
     TEST_ASSERT_EQUAL_STRING("type", misfit.says);
     TEST_ASSERT_EQUAL_UINT32(5U, misfit.line);
-    need.takes_modules         = true;
-    descriptor.devices[0].type = "joystick"; // A joystick has two axes.
+    need.takes_modules                 = true;
+    descriptor.storage.devices[0].type = "joystick"; // A joystick has two axes.
     TEST_ASSERT_FALSE(drives_fit(&descriptor, &need, &misfit));
     TEST_ASSERT_EQUAL_STRING("type", misfit.says);
-    descriptor.devices[0].type                                    = "joint-drive";
-    descriptor.settings[descriptor.devices[0].first_setting].bits = 10U;
+    descriptor.storage.devices[0].type                                            = "joint-drive";
+    descriptor.storage.settings[descriptor.storage.devices[0].first_setting].bits = 10U;
     TEST_ASSERT_FALSE(drives_fit(&descriptor, &need, &misfit));
     TEST_ASSERT_EQUAL_STRING("mode", misfit.says);
 }

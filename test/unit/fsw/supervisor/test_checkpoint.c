@@ -31,20 +31,21 @@ static checkpoint_rings_t taken_rings;
 /// A mission of two subsystems, the supervisor and a link: everything that the checks need.
 static void make_mission(void)
 {
-    mission                       = (mission_descriptor_t){.interface_hash  = 0x0102030405060708U,
-                                                           .subsystem_count = 3U,
-                                                           .mode_count      = 2U,
-                                                           .link_count      = 1U,
-                                                           .plan_count      = 1U,
-                                                           .action_count    = 2U};
+    mission = (mission_descriptor_t){.interface_hash  = 0x0102030405060708U,
+                                     .subsystem_count = 3U,
+                                     .mode_count      = 2U,
+                                     .link_count      = 1U,
+                                     .plan_count      = 1U,
+                                     .action_count    = 2U};
+    descriptor_mission_use_storage(&mission);
     static const uint16_t apids[] = {16U, 17U, 1U};
     for (unsigned i = 0U; i < 3U; i++) {
-        mission.subsystems[i].apid = apids[i];
+        mission.storage.subsystems[i].apid = apids[i];
     }
-    mission.modes[1].id = 1U;
-    mission.links[0]    = (mission_link_t){
+    mission.storage.modes[1].id = 1U;
+    mission.storage.links[0]    = (mission_link_t){
            .number = 1U, .producer_apid = 16U, .producer_port = 1U, .consumer_apid = 17U, .consumer_port = 2U};
-    mission.plans[0] = (mission_plan_t){.action_count = 2U};
+    mission.storage.plans[0] = (mission_plan_t){.action_count = 2U};
 }
 
 /// Put an entry into every table.

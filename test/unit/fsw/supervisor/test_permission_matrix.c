@@ -24,9 +24,9 @@ static const mission_rule_t rules[] = {
 
 void setUp(void)
 {
-    mission.rule_count = 0U;
+    descriptor_mission_clear(&mission);
     for (size_t i = 0U; i < (sizeof rules / sizeof rules[0]); i++) {
-        mission.rules[i] = rules[i];
+        mission.storage.rules[i] = rules[i];
         mission.rule_count++;
     }
 }
@@ -108,9 +108,9 @@ static bool is_in(const uint8_t service, const uint8_t subtype)
 
 static void a_rule_may_be_for_a_whole_service(void)
 {
-    mission.rules[0].service = 11U;
-    mission.rules[0].subtype = 0U;
-    mission.rules[0].is_any  = true;
+    mission.storage.rules[0].service = 11U;
+    mission.storage.rules[0].subtype = 0U;
+    mission.storage.rules[0].is_any  = true;
     for (unsigned subtype = 1U; subtype < 256U; subtype++) {
         permission_request_t request = move_to();
         request.service              = 11U;
@@ -125,7 +125,7 @@ static void a_rule_may_be_for_a_whole_service(void)
 /// Every service, subtype, state and selector without rules: only the built-in set is allowed.
 static void without_rules_only_the_built_in_set_is_allowed(void)
 {
-    mission.rule_count = 0U;
+    descriptor_mission_clear(&mission);
     for (unsigned service = 1U; service < 256U; service++) {
         for (unsigned subtype = 1U; subtype < 256U; subtype++) {
             for (unsigned state = 0U; state < 10U; state++) {
@@ -165,7 +165,7 @@ static void requests_for_a_state_are_free_downwards_only(void)
         "y.....y...", // HARDWARE_DEINIT
         "y.....y...", // SOFTWARE_DEINIT
     };
-    mission.rule_count = 0U;
+    descriptor_mission_clear(&mission);
     for (uint8_t state = 0U; state < 10U; state++) {
         for (uint8_t target = 0U; target < 10U; target++) {
             const permission_request_t request = {

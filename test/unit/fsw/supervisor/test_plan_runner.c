@@ -12,11 +12,12 @@ static mission_descriptor_t mission;
 void setUp(void)
 {
     (void)memset(&runner, 0, sizeof runner);
-    mission.plans[0]   = (mission_plan_t){.first_action = 0U, .action_count = 2U};
-    mission.plans[1]   = (mission_plan_t){.first_action = 2U, .action_count = 0U};
-    mission.plan_count = 2U;
-    mission.actions[0] = (mission_action_t){.kind = MISSION_ACTION_LOG, .after_us = 0U};
-    mission.actions[1] = (mission_action_t){.kind = MISSION_ACTION_LOG, .after_us = 3000U};
+    descriptor_mission_clear(&mission);
+    mission.storage.plans[0]   = (mission_plan_t){.first_action = 0U, .action_count = 2U};
+    mission.storage.plans[1]   = (mission_plan_t){.first_action = 2U, .action_count = 0U};
+    mission.plan_count         = 2U;
+    mission.storage.actions[0] = (mission_action_t){.kind = MISSION_ACTION_LOG, .after_us = 0U};
+    mission.storage.actions[1] = (mission_action_t){.kind = MISSION_ACTION_LOG, .after_us = 3000U};
 }
 
 void tearDown(void)

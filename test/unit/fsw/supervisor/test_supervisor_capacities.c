@@ -20,8 +20,9 @@ static const uint8_t types[] = {
 static void grant_little(supervisor_config_t* config)
 {
     (void)memcpy(&granting, config->descriptor, sizeof granting);
+    descriptor_subsystem_use_storage(&granting);
     for (size_t i = 0U; i < granting.service_count; i++) {
-        granting.services[i].capacity = granting.services[i].is_of_spacecraft ? GRANTED : 4U;
+        granting.storage.services[i].capacity = granting.services[i].is_of_spacecraft ? GRANTED : 4U;
     }
     config->descriptor = &granting;
 }

@@ -78,9 +78,9 @@ static void a_mission_without_a_power_limit_needs_no_power(void)
 /// A mission may permit any state: the target itself refuses those that cannot be requested.
 static void states_that_cannot_be_requested_are_left_to_the_target(void)
 {
-    mission()->rules[0].is_any = true;
-    mission()->rules[0].modes  = UINT8_MAX;
-    mission()->rules[0].states = UINT16_MAX;
+    mission()->storage.rules[0].is_any = true;
+    mission()->storage.rules[0].modes  = UINT8_MAX;
+    mission()->storage.rules[0].states = UINT16_MAX;
     fixture_place(FIXTURE_ARM, STATE_OFFLINE);
     mission()->power_available_w = 1U;
     TEST_ASSERT_EQUAL(PUS_FAILURE_NONE, refusal_of(ARM, 77U));
@@ -126,7 +126,7 @@ static void an_open_order_that_leads_lower_is_not_replaced(void)
     const mission_plan_t* const plan =
         descriptor_mission_find_plan(mission(), DESCRIPTOR_MEDIUM, ARM, STRAIN);
     TEST_ASSERT_NOT_NULL(plan);
-    mission()->actions[plan->first_action].state = STATE_PRE_OPERATIONAL;
+    mission()->storage.actions[plan->first_action].state = STATE_PRE_OPERATIONAL;
     TEST_ASSERT_EQUAL(STATE_OFFLINE, order_after(STATE_OFFLINE, STRAIN));
     TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, order_after(STATE_PRE_OPERATIONAL, STRAIN));
     TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, order_after(STATE_SAFE_OPERATIONAL, STRAIN));
@@ -180,7 +180,7 @@ static void only_a_plan_of_the_supervisor_is_for_the_event_of_a_loss(void)
     TEST_ASSERT_EQUAL_UINT16(SUPERVISOR_EVENT_SUBSYSTEM_SILENT,
                              event_of_loss(SUPERVISOR_EVENT_SUBSYSTEM_SILENT));
     TEST_ASSERT_EQUAL_UINT16(SUPERVISOR_EVENT_PROCESS_LOST, event_of_loss(SUPERVISOR_EVENT_PROCESS_HUNG));
-    mission()->plans[0].apid = MISSION_ANY_TARGET;
+    mission()->storage.plans[0].apid = MISSION_ANY_TARGET;
     TEST_ASSERT_EQUAL_UINT16(SUPERVISOR_EVENT_PROCESS_LOST, event_of_loss(SUPERVISOR_EVENT_SUBSYSTEM_SILENT));
     const plan_run_t* const run = supervisor_plan_runner_of(&fixture.supervisor.plans, ARM);
     TEST_ASSERT_EQUAL_UINT16(0U, run->plan); // It is the plan for a HIGH event of this subsystem.
@@ -209,9 +209,9 @@ static void an_own_event_is_about_the_subsystem_that_its_first_field_names(void)
     TEST_ASSERT_EQUAL_UINT16(3U, noted_after(SUPERVISOR_EVENT_CONFIGURATION_DIFFERS, HAND));
     const descriptor_event_t* const event = descriptor_find_event(own, SUPERVISOR_EVENT_RESOURCE_REFUSED);
     TEST_ASSERT_NOT_NULL(event);
-    own->fields[event->first_field].type = VALUE_UINT8;
+    own->storage.fields[event->first_field].type = VALUE_UINT8;
     TEST_ASSERT_EQUAL_UINT16(3U, noted_after(SUPERVISOR_EVENT_RESOURCE_REFUSED, ARM));
-    own->fields[event->first_field].type = VALUE_UINT16;
+    own->storage.fields[event->first_field].type = VALUE_UINT16;
     TEST_ASSERT_EQUAL_UINT16(4U, noted_after(SUPERVISOR_EVENT_RESOURCE_REFUSED, ARM));
 }
 
@@ -259,10 +259,10 @@ static void a_link_is_renewed_only_if_it_can_be_negotiated_again(void)
     supervisor_t* const supervisor = &fixture.supervisor;
     members_are_ready();
     TEST_ASSERT_FALSE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE)); // It was never requested.
-    supervisor->wanted[0].layout_size = 8U;
-    mission()->links[0].producer_apid = UNKNOWN;
+    supervisor->wanted[0].layout_size         = 8U;
+    mission()->storage.links[0].producer_apid = UNKNOWN;
     TEST_ASSERT_FALSE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE));
-    mission()->links[0].producer_apid = ARM;
+    mission()->storage.links[0].producer_apid = ARM;
     TEST_ASSERT_TRUE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE));
     TEST_ASSERT_FALSE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE)); // It has a session.
     first_session()->step = SESSION_FREE;

@@ -480,11 +480,11 @@ static void the_last_link_of_a_mission_is_negotiated_opened_and_closed(void)
     mission_descriptor_t* const mission = (mission_descriptor_t*)supervisor->mission;
     const uint16_t link_count           = mission->link_count;
     for (uint16_t i = link_count; i < last; i++) {
-        mission->links[i] = (mission_link_t){.number        = (uint16_t)(i + 1U),
-                                             .producer_apid = ARM,
-                                             .producer_port = 1U,
-                                             .consumer_apid = HAND,
-                                             .consumer_port = (uint16_t)(100U + i)};
+        mission->storage.links[i] = (mission_link_t){.number        = (uint16_t)(i + 1U),
+                                                     .producer_apid = ARM,
+                                                     .producer_port = 1U,
+                                                     .consumer_apid = HAND,
+                                                     .consumer_port = (uint16_t)(100U + i)};
     }
     mission->link_count                       = last;
     supervisor->wanted[last - 1U].layout_size = 8U;

@@ -196,7 +196,8 @@ static void fall_back_to_nominal(supervisor_config_t* const config)
 {
     static mission_descriptor_t mission;
     give_journal(config);
-    mission               = *config->mission;
+    mission = *config->mission;
+    descriptor_mission_use_storage(&mission);
     mission.fallback_mode = MODE_NOMINAL;
     mission.initial_mode  = MODE_SAFE;
     config->mission       = &mission;

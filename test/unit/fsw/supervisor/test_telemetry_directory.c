@@ -174,7 +174,7 @@ static void entries_without_room_in_the_directory_are_counted(void)
     supervisor_telemetry_directory_learn(&directory, &descriptor);
     TEST_ASSERT_EQUAL_UINT32(18U, directory.full);
     TEST_ASSERT_EQUAL_UINT16(1U, directory.structure_count);
-    descriptor.parameters[0].wire_size = 65536U;
+    descriptor.storage.parameters[0].wire_size = 65536U;
     supervisor_telemetry_directory_init(&directory);
     supervisor_telemetry_directory_learn(&directory, &descriptor);
     TEST_ASSERT_EQUAL_UINT32(1U, directory.full);

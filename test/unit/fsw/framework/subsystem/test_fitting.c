@@ -219,8 +219,10 @@ static void a_subsystem_can_refuse_its_descriptor(void)
 
 static void the_refusal_is_an_error_with_file_and_line(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, descriptor_refuse(&loader, "arm.xml", 7U, "no"));
-    TEST_ASSERT_EQUAL_STRING("arm.xml:7: no", descriptor_error(&loader));
+    char characters[DESCRIPTOR_ERROR_CHARACTERS];
+    text_t error = text_in(characters, sizeof characters);
+    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, descriptor_refuse(&error, "arm.xml", 7U, "no"));
+    TEST_ASSERT_EQUAL_STRING("arm.xml:7: no", characters);
 }
 
 static void check_without_a_descriptor(void)

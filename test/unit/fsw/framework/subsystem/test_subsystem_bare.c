@@ -264,11 +264,12 @@ static void expect_refused_configuration(void)
 static void an_initial_value_that_does_not_fit_refuses_the_configuration(void)
 {
     static subsystem_descriptor_t wide;
-    wide                         = fixture.descriptor;
-    wide.initials[0].parameter   = 0U;
-    wide.initials[0].field       = wide.parameters[0].first_field;
-    wide.initials[0].text        = "5000000000";
-    fixture.subsystem.descriptor = &wide;
+    wide = fixture.descriptor;
+    descriptor_subsystem_use_storage(&wide);
+    wide.storage.initials[0].parameter = 0U;
+    wide.storage.initials[0].field     = wide.storage.parameters[0].first_field;
+    wide.storage.initials[0].text      = "5000000000";
+    fixture.subsystem.descriptor       = &wide;
     expect_refused_configuration();
 }
 

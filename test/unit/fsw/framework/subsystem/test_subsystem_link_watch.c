@@ -32,7 +32,7 @@ static void each_required_port_needs_its_link(void)
     const descriptor_configuration_t* const linked = subsystem_configuration(&fixture.subsystem);
     for (uint16_t i = 0U; i < linked->port_count; i++) {
         for (uint16_t k = 0U; k < linked->port_count; k++) {
-            fixture.descriptor.ports[linked->first_port + k].is_required = (k == i);
+            fixture.descriptor.storage.ports[linked->first_port + k].is_required = (k == i);
         }
         char expected[24];
         (void)snprintf(expected, sizeof expected, "0111 10000%u\n", i + 1U);

@@ -13,7 +13,8 @@ void setUp(void)
 {
     rig_load();
     changed = rig_descriptor;
-    misfit  = (subsystem_misfit_t){0U, ""};
+    descriptor_subsystem_use_storage(&changed);
+    misfit = (subsystem_misfit_t){0U, ""};
 }
 
 void tearDown(void)
@@ -25,7 +26,7 @@ static descriptor_field_t* field_of(const char* const parameter, const char* con
     const descriptor_parameter_t* const found = descriptor_find_parameter(&changed, parameter);
     TEST_ASSERT_NOT_NULL(found);
     for (uint16_t i = 0U; i < found->field_count; i++) {
-        descriptor_field_t* const place = &changed.fields[found->first_field + i];
+        descriptor_field_t* const place = &changed.storage.fields[found->first_field + i];
         if (strcmp(place->name, field) == 0) {
             return place;
         }
@@ -52,9 +53,9 @@ static void the_descriptor_of_six_joints_fits(void)
 
 static void an_arm_has_one_to_twelve_joints(void)
 {
-    changed.configurations[0].device_count = 0U;
+    changed.storage.configurations[0].device_count = 0U;
     expect_refusal(1U, "1 to 12 <Device>");
-    changed.configurations[0].device_count = 13U;
+    changed.storage.configurations[0].device_count = 13U;
     expect_refusal(1U, "1 to 12 <Device>");
     changed.configuration_count = 0U;
     TEST_ASSERT_EQUAL_UINT(0U, arm_joint_count(&changed));
@@ -80,7 +81,7 @@ static void names_and_types_are_those_of_an_arm(void)
 
 static void all_parameters_and_no_others_are_required(void)
 {
-    descriptor_parameter_t* const drives = &changed.parameters[5];
+    descriptor_parameter_t* const drives = &changed.storage.parameters[5];
     drives->field_count--;
     expect_refusal(drives->line, "with all their members");
     drives->field_count++;
@@ -89,23 +90,23 @@ static void all_parameters_and_no_others_are_required(void)
     drives->is_struct = true;
     drives->name      = "OTHERS";
     expect_refusal(1U, "with all their members");
-    drives->name                                     = "DRIVES";
-    changed.parameters[changed.parameter_count]      = changed.parameters[0];
-    changed.parameters[changed.parameter_count].name = "OTHERS";
+    drives->name                                             = "DRIVES";
+    changed.storage.parameters[changed.parameter_count]      = changed.storage.parameters[0];
+    changed.storage.parameters[changed.parameter_count].name = "OTHERS";
     changed.parameter_count++;
     expect_refusal(changed.parameters[0].line, "no other");
 }
 
 static void functions_are_those_of_an_arm(void)
 {
-    changed.functions[0].name = "JUMP";
+    changed.storage.functions[0].name = "JUMP";
     expect_refusal(changed.functions[0].line, "<Function>");
-    changed.functions[0].name           = "MOVE_TO";
-    changed.functions[0].argument_count = 1U;
+    changed.storage.functions[0].name           = "MOVE_TO";
+    changed.storage.functions[0].argument_count = 1U;
     expect_refusal(changed.functions[0].line, "<Function>");
-    changed.functions[0].argument_count = 2U;
-    descriptor_field_t* const position  = &changed.fields[changed.functions[0].first_argument];
-    position->count                     = 5U;
+    changed.storage.functions[0].argument_count = 2U;
+    descriptor_field_t* const position = &changed.storage.fields[changed.storage.functions[0].first_argument];
+    position->count                    = 5U;
     expect_refusal(position->line, "<Argument>");
     position->count = 6U;
     position->type  = VALUE_FLOAT;
@@ -120,21 +121,21 @@ static void services_may_use_the_storage_of_the_program(void)
         {.type = 6U, .capacity = ARM_MEMORY_OPERATIONS, .line = 73U},
         {.type = 12U, .capacity = ARM_MONITORS, .functional = ARM_FUNCTIONAL_MONITORS, .line = 74U}};
     changed.service_count = 4U;
-    (void)memcpy(changed.services, largest, sizeof largest);
+    (void)memcpy(changed.storage.services, largest, sizeof largest);
     TEST_ASSERT_TRUE(arm_callbacks()->fits(&changed, &misfit));
     for (unsigned i = 0U; i < 4U; i++) {
-        changed.services[i].capacity++;
+        changed.storage.services[i].capacity++;
         expect_refusal(largest[i].line, "<Service>");
-        changed.services[i].capacity--;
+        changed.storage.services[i].capacity--;
     }
-    changed.services[3].functional++;
+    changed.storage.services[3].functional++;
     expect_refusal(74U, "<Service>");
 }
 
 static descriptor_parameter_t* add_scalar(const char* const name, const value_type_t type)
 {
-    descriptor_parameter_t* const parameter = &changed.parameters[changed.parameter_count];
-    descriptor_field_t* const field         = &changed.fields[changed.field_count];
+    descriptor_parameter_t* const parameter = &changed.storage.parameters[changed.parameter_count];
+    descriptor_field_t* const field         = &changed.storage.fields[changed.field_count];
     *field     = (descriptor_field_t){.name = name, .type = type, .count = 1U, .line = 88U};
     *parameter = (descriptor_parameter_t){.name        = name,
                                           .id          = 0x04090100U + changed.parameter_count,
@@ -185,11 +186,11 @@ static void names_other_than_values_of_cur_values_are_refused(void)
     parameter->is_struct   = false;
     parameter->is_settable = true;
     expect_refusal(88U, "not settable");
-    parameter->is_settable                       = false;
-    changed.fields[parameter->first_field].count = 2U;
+    parameter->is_settable                               = false;
+    changed.storage.fields[parameter->first_field].count = 2U;
     expect_refusal(88U, "count 1");
-    changed.fields[parameter->first_field].count = 1U;
-    changed.fields[parameter->first_field].type  = VALUE_FLOAT;
+    changed.storage.fields[parameter->first_field].count = 1U;
+    changed.storage.fields[parameter->first_field].type  = VALUE_FLOAT;
     expect_refusal(88U, "type of this value");
 }
 
@@ -200,11 +201,13 @@ static void the_geometry_decides_which_joints_are_linear_axes(void)
     arm_model_t model;
     descriptor_parameter_t* geometry = NULL;
     for (uint16_t i = 0U; i < changed.parameter_count; i++) {
-        geometry = (strcmp(changed.parameters[i].name, "GEOMETRY") == 0) ? &changed.parameters[i] : geometry;
+        geometry = (strcmp(changed.storage.parameters[i].name, "GEOMETRY") == 0)
+                       ? &changed.storage.parameters[i]
+                       : geometry;
     }
     TEST_ASSERT_NOT_NULL(geometry);
     TEST_ASSERT_EQUAL_UINT16(5U, geometry->field_count); // The list PRISMATIC is missing.
-    descriptor_field_t* const fields = &changed.fields[changed.field_count];
+    descriptor_field_t* const fields = &changed.storage.fields[changed.field_count];
     (void)memcpy(fields, &changed.fields[geometry->first_field], 5U * sizeof fields[0]);
     fields[5] = (descriptor_field_t){.name = "PRISMATIC", .type = VALUE_BOOL, .count = 6U, .line = 99U};
     geometry->first_field = changed.field_count;
@@ -235,8 +238,8 @@ static void at_most_48_single_values_are_parameters(void)
 
 static void ports_are_those_of_a_joystick(void)
 {
-    descriptor_port_t* const robot = &changed.ports[0];
-    descriptor_port_t* const hand  = &changed.ports[1];
+    descriptor_port_t* const robot = &changed.storage.ports[0];
+    descriptor_port_t* const hand  = &changed.storage.ports[1];
     TEST_ASSERT_TRUE(robot->is_provided && !hand->is_provided);
     hand->name = "FOOT_POSITION";
     expect_refusal(hand->line, "<RTLinkService>");
@@ -244,27 +247,28 @@ static void ports_are_those_of_a_joystick(void)
     hand->field_count = 2U;
     expect_refusal(hand->line, "<RTLinkService>");
     hand->field_count                = 1U;
-    descriptor_field_t* const torque = &changed.fields[robot->first_field + 1U];
+    descriptor_field_t* const torque = &changed.storage.fields[robot->first_field + 1U];
     torque->count                    = 3U;
     expect_refusal(robot->line, "<RTLinkService>");
     torque->count = 2U;
     torque->type  = VALUE_FLOAT;
     expect_refusal(robot->line, "<RTLinkService>");
-    torque->type                         = VALUE_DOUBLE;
-    changed.configurations[3].port_count = 1U;
+    torque->type                                 = VALUE_DOUBLE;
+    changed.storage.configurations[3].port_count = 1U;
     expect_refusal(changed.configurations[3].line, "both ports of telepresence");
 }
 
 static void all_configurations_have_the_same_joints(void)
 {
-    changed.configurations[1].device_count = 5U;
+    changed.storage.configurations[1].device_count = 5U;
     expect_refusal(changed.configurations[1].line, "as many <Device>");
 }
 
 static void drives_are_in_torque_or_position_mode(void)
 {
     for (uint16_t i = 0U; i < changed.setting_count; i++) {
-        changed.settings[i].bits = (changed.settings[i].index == 0x6060U) ? 1U : changed.settings[i].bits;
+        changed.storage.settings[i].bits =
+            (changed.storage.settings[i].index == 0x6060U) ? 1U : changed.storage.settings[i].bits;
     }
     expect_refusal(changed.devices[0].line, "10 (torque) or 8 (position)");
 }

@@ -82,9 +82,9 @@ void setUp(void)
     descriptor_loader_init(&loader);
     TEST_ASSERT_EQUAL(
         STATUS_OK, descriptor_load_subsystem(&loader, "descriptors/subsystems/instruments.xml", &descriptor));
-    descriptor.device_count                   = 1U;
-    descriptor.configurations[0].device_count = 1U;
-    value                                     = 0;
+    descriptor.device_count                           = 1U;
+    descriptor.storage.configurations[0].device_count = 1U;
+    value                                             = 0;
     double_init(&generic, &descriptor, instruments_callbacks(), &own);
     instruments_init(&own, &generic, &resolver);
     TEST_ASSERT_EQUAL(STATUS_OK, double_software_init(&generic));

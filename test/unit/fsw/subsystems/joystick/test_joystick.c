@@ -304,17 +304,20 @@ static void only_a_descriptor_of_one_stick_fits(void)
     TEST_ASSERT_TRUE(rig_callbacks->fits(&rig_descriptor, &misfit));
     TEST_ASSERT_NULL(misfit.says);
     wrong = rig_descriptor; // The copy refers to the same texts.
-    wrong.configurations[0].device_count++;
+    descriptor_subsystem_use_storage(&wrong);
+    wrong.storage.configurations[0].device_count++;
     TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
     TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected one <Device>, the stick"));
-    wrong.configurations[0].device_count--;
+    wrong.storage.configurations[0].device_count--;
     for (uint16_t i = 0U; i < wrong.setting_count; i++) {
-        wrong.settings[i].bits = (wrong.settings[i].index == 0x6060U) ? 1U : wrong.settings[i].bits;
+        wrong.storage.settings[i].bits =
+            (wrong.storage.settings[i].index == 0x6060U) ? 1U : wrong.storage.settings[i].bits;
     }
     TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
     TEST_ASSERT_NOT_NULL(strstr(misfit.says, "0x6060:00 to 10 (torque)"));
-    wrong                                                    = rig_descriptor;
-    wrong.devices[wrong.configurations[0].first_device].type = "joint-drive";
+    wrong = rig_descriptor;
+    descriptor_subsystem_use_storage(&wrong);
+    wrong.storage.devices[wrong.storage.configurations[0].first_device].type = "joint-drive";
     TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
     TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected a class of CiA 402 with two axes"));
 }

@@ -112,11 +112,12 @@ static void only_a_descriptor_of_two_joints_fits(void)
     TEST_ASSERT_TRUE(rig_callbacks->fits(&rig_descriptor, &misfit));
     TEST_ASSERT_NULL(misfit.says);
     wrong = rig_descriptor; // The copy refers to the same texts.
-    wrong.configurations[0].device_count--;
+    descriptor_subsystem_use_storage(&wrong);
+    wrong.storage.configurations[0].device_count--;
     TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
     TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected two <Device>, one for each joint"));
-    wrong.configurations[0].device_count++;
-    wrong.devices[wrong.configurations[0].first_device].type = "joystick";
+    wrong.storage.configurations[0].device_count++;
+    wrong.storage.devices[wrong.storage.configurations[0].first_device].type = "joystick";
     TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
     TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected a class of CiA 402 with one axis"));
 }
@@ -124,11 +125,12 @@ static void only_a_descriptor_of_two_joints_fits(void)
 static void joints_in_two_modes_do_not_fit(void)
 {
     static subsystem_descriptor_t wrong;
-    subsystem_misfit_t misfit              = {0};
-    wrong                                  = rig_descriptor; // The copy refers to the same texts.
+    subsystem_misfit_t misfit = {0};
+    wrong                     = rig_descriptor; // The copy refers to the same texts.
+    descriptor_subsystem_use_storage(&wrong);
     const descriptor_device_t* const joint = &wrong.devices[wrong.configurations[0].first_device + 1U];
     for (uint16_t i = 0U; i < joint->setting_count; i++) {
-        descriptor_setting_t* const setting = &wrong.settings[joint->first_setting + i];
+        descriptor_setting_t* const setting = &wrong.storage.settings[joint->first_setting + i];
         if (setting->index == 0x6060U) {
             setting->bits = (setting->bits == 8U) ? 10U : 8U;
         }

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compiles the descriptors of a program for a target that cannot read files: for each mission with a
+// subsystem of this program, the constants that the reader of descriptors makes of the files. The compiled
+// program is refused in a run whose mission has another hash (fsw/programs/compiled_descriptors.h).
+#include "launcher/descriptor_writer.h"
+#include "base/text.h"
+#include "fsw/framework/descriptor/descriptor.h"
+#include "osal/include/osal/console.h"
+
+#include <string.h>
+
+#define ENTRIES_MAX 32U
+#define LINE_MAX 512U
+
+typedef struct { // A subsystem of the program in one mission.
+    uint64_t mission_hash;
+    uint16_t apid;
+    unsigned subsystem; ///< Number of its model in the source.
+} entry_t;
+
+typedef struct { // All storage of the program.
+    descriptor_loader_t loader;
+    mission_descriptor_t whole;
+    mission_descriptor_t mission;
+    subsystem_descriptor_t own;
+    const char* executable;
+    entry_t entries[ENTRIES_MAX];
+    unsigned count;
+    char paths[ENTRIES_MAX][DESCRIPTOR_PATH_CHARACTERS]; ///< Of the models in the source.
+    unsigned path_count;
+    osal_file_t file;
+    descriptor_writer_t writer;
+} compiler_t;
+
+static compiler_t storage;
+
+static int complain(const char* const first, const char* const second)
+{
+    char line[LINE_MAX];
+    (void)text_join(line, sizeof line, (const char* const[]){"descriptor-compiler: ", first, second, NULL});
+    osal_console_complain(line);
+    return 1;
+}
+
+/// Returns the number of the model that was read from the loader's last path; it is written if it is new.
+static unsigned number_of_model(compiler_t* const self)
+{
+    for (unsigned i = 0U; i < self->path_count; i++) {
+        if (strcmp(self->paths[i], self->loader.path) == 0) {
+            return i;
+        }
+    }
+    const unsigned number = self->path_count;
+    (void)text_join(self->paths[number], sizeof self->paths[number],
+                    (const char* const[]){self->loader.path, NULL});
+    self->path_count++;
+    descriptor_writer_subsystem(&self->writer, number, &self->own);
+    return number;
+}
+
+/// Compile one subsystem, as its program reads it. Null, or the error text.
+static const char* compile(compiler_t* const self, const char* const path, const uint16_t apid)
+{
+    if (self->count == ENTRIES_MAX) {
+        return "too many missions with this program";
+    }
+    if (descriptor_load_mission(&self->loader, path, apid, NULL, &self->mission, &self->own) != STATUS_OK) {
+        return descriptor_error(&self->loader);
+    }
+    self->entries[self->count] = (entry_t){self->whole.configuration_hash, apid, number_of_model(self)};
+    descriptor_writer_mission(&self->writer, self->count, &self->mission);
+    self->count++;
+    return NULL;
+}
+
+static const char* compile_mission(compiler_t* const self, const char* const path)
+{
+    if (descriptor_load_mission(&self->loader, path, MISSION_ANY_TARGET, &descriptor_mission_whole,
+                                &self->whole, &self->own) != STATUS_OK) {
+        return descriptor_error(&self->loader);
+    }
+    const char* error = NULL;
+    for (uint16_t i = 0U; (i < self->whole.subsystem_count) && (error == NULL); i++) {
+        const mission_subsystem_t* const subsystem = &self->whole.subsystems[i];
+        if (strcmp(subsystem->executable, self->executable) == 0) {
+            error = compile(self, path, subsystem->apid);
+        }
+    }
+    return error;
+}
+
+static void write_entries(compiler_t* const self)
+{
+    descriptor_writer_add(
+        &self->writer, (const char* const[]){"\nstatic const compiled_descriptor_t entries[] = {\n", NULL});
+    for (unsigned i = 0U; i < self->count; i++) {
+        char line[LINE_MAX];
+        text_t text = text_in(line, sizeof line);
+        text_add(&text, "    {");
+        text_add_hex(&text, self->entries[i].mission_hash, 16U);
+        text_add_pattern(&text, "ULL, #U, ", NULL, NULL, self->entries[i].apid);
+        text_add_pattern(&text, "&mission_#, ", NULL, NULL, i);
+        text_add_pattern(&text, "&subsystem_#},\n", NULL, NULL, self->entries[i].subsystem);
+        descriptor_writer_add(&self->writer, (const char* const[]){line, NULL});
+    }
+    descriptor_writer_add(
+        &self->writer,
+        (const char* const[]){
+            "};\nstatic compiled_descriptors_t compiled = {entries, sizeof entries / sizeof entries[0], "
+            "\"\"};\n\n"
+            "compiled_descriptors_t* compiled_descriptors_of_program(void)\n{\n    return &compiled;\n}\n",
+            NULL});
+}
+
+/// Write the main function of the program. `name`: of its function <name>_open.
+static void write_main(compiler_t* const self, const char* const name)
+{
+    descriptor_writer_begin(&self->writer, &self->file);
+    descriptor_writer_add(
+        &self->writer,
+        (const char* const[]){"#include \"fsw/programs/executive.h\"\n\n"
+                              "int main(int argument_count, char* arguments[])\n{\n"
+                              "    const component_descriptors_t descriptors =\n"
+                              "        compiled_descriptors(compiled_descriptors_of_program());\n"
+                              "    return executive_run(argument_count, arguments, \"",
+                              self->executable, "\", ", name, "_open, &descriptors);\n}\n", NULL});
+}
+
+/// Create a file of the folder: `<folder>/<name><ending>`.
+static bool create(compiler_t* const self, const char* const folder, const char* const name,
+                   const char* const ending)
+{
+    char path[DESCRIPTOR_PATH_CHARACTERS];
+    const bool fits = text_join(path, sizeof path, (const char* const[]){folder, "/", name, ending, NULL});
+    if (!fits || (osal_file_create(&self->file, path) != STATUS_OK)) {
+        (void)complain("cannot write ", path);
+        return false;
+    }
+    return true;
+}
+
+/// Finish the file that is being written.
+static bool finish(compiler_t* const self)
+{
+    const status_t status = descriptor_writer_end(&self->writer);
+    osal_file_close(&self->file);
+    if (status != STATUS_OK) {
+        (void)complain("cannot write the source: ", status_text(status));
+    }
+    return status == STATUS_OK;
+}
+
+int main(const int argument_count, char* arguments[])
+{
+    static const char usage[] = "usage: descriptor-compiler FOLDER NAME EXECUTABLE MISSION...: writes "
+                                "FOLDER/NAME_descriptors.c and FOLDER/NAME_main.c";
+    compiler_t* const self    = &storage;
+    if (osal_console_introduce(argument_count, arguments, "descriptor-compiler", usage)) {
+        return 0;
+    }
+    if (argument_count < 5) {
+        (void)complain(usage, "");
+        return 2;
+    }
+    descriptor_loader_init(&self->loader);
+    self->executable = arguments[3];
+    if (!create(self, arguments[1], arguments[2], "_descriptors.c")) {
+        return 1;
+    }
+    descriptor_writer_begin(&self->writer, &self->file);
+    for (int i = 4; i < argument_count; i++) {
+        const char* const error = compile_mission(self, arguments[i]);
+        if (error != NULL) {
+            return complain(error, "");
+        }
+    }
+    if (self->count == 0U) {
+        return complain(self->executable, ": no mission has a subsystem with this executable");
+    }
+    write_entries(self);
+    if (!finish(self) || !create(self, arguments[1], arguments[2], "_main.c")) {
+        return 1;
+    }
+    write_main(self, arguments[2]);
+    return finish(self) ? 0 : 1;
+}

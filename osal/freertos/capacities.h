@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Capacities of the programs that fly on a board; each replaces a default of the header that it belongs to.
+/// The compiler includes this file before each source of such a program, and not in tests.
+#ifndef OSAL_FREERTOS_CAPACITIES_H
+#define OSAL_FREERTOS_CAPACITIES_H
+
+#define CAPACITY_OF_STORAGE(most) 1U // base/capacities.h: descriptors are compiled in.
+
+#endif // OSAL_FREERTOS_CAPACITIES_H
