@@ -8,6 +8,7 @@ Each test/proof/<folder>/proof_*.c begins with its statement as lines `// Key: t
     Options    options of CBMC
     Quick      `yes`: part of `make check`
     Fault      a source, then lines `- text` and `+ text`: a fault that the proof must find (at least one)
+    Reduced    a header, then lines `- text` and `+ text`: a capacity that is smaller in the proof
 
 CBMC checks every access, every overflow of signed numbers, every shift and division, that each loop ends within its
 bound, and the statements of the proof, for all values at once. Then it checks copies of the sources with each planted
@@ -20,6 +21,7 @@ import json
 import pathlib
 import re
 import resource
+import shutil
 import subprocess
 import sys
 
@@ -32,22 +34,23 @@ FLAGS = ["--function", "proof", "--bounds-check", "--pointer-check", "--pointer-
          "--div-by-zero-check", "--undefined-shift-check", "--unwinding-assertions", "--slice-formula", "-D_POSIX_C_SOURCE=200809L"]
 MEMORY = 6_000_000 * 1024
 REQUIRED = ("Proves", "Bounds", "Replaced", "Sources", "Options", "Fault")
+OPTIONAL = ("Quick", "Reduced")
 PATIENCE_S = 900 # Of the processor, for one run.
 HOLDS, FAILS = 0, 10
 
 
-class Fault:
-    """One change of one source."""
+class Change:
+    """One change of one source: a planted fault, or a reduced capacity."""
 
     def __init__(self, path, old, new):
         self.path, self.old, self.new = path, old, new
 
     def copy_to(self, folder):
-        text = (ROOT / self.path).read_text()
-        if not self.old or text.count(self.old) != 1:
-            raise SystemExit(f"{self.path}: the planted fault replaces a text that is there {text.count(self.old)} times, "
-                             f"expected once: {self.old}")
         place = folder / self.path
+        text = (place if place.exists() else ROOT / self.path).read_text()
+        if not self.old or text.count(self.old) != 1:
+            raise SystemExit(f"{self.path}: the planted fault or reduction replaces a text that is there {text.count(self.old)} times, "
+                             f"expected once: {self.old}")
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_text(text.replace(self.old, self.new))
 
@@ -61,14 +64,15 @@ class Proof:
         entries = self.entries(path.read_text())
         keys = [key for key, _ in entries]
         missing = [key for key in REQUIRED if key not in keys]
-        unknown = [key for key in keys if key not in (*REQUIRED, "Quick")]
+        unknown = [key for key in keys if key not in (*REQUIRED, *OPTIONAL)]
         if missing or unknown:
             raise SystemExit(f"{self.path}: the statement lacks {missing}, and has unknown {unknown}; expected {REQUIRED}")
         texts = {key: " ".join(lines) for key, lines in entries}
         self.proves, self.bounds, self.replaced = texts["Proves"], texts["Bounds"], texts["Replaced"]
         self.sources, self.options = texts["Sources"].split(), texts["Options"].split()
         self.is_quick = texts.get("Quick") == "yes"
-        self.faults = [self.fault(lines) for key, lines in entries if key == "Fault"]
+        self.faults = [self.change(lines) for key, lines in entries if key == "Fault"]
+        self.reduced = [self.change(lines) for key, lines in entries if key == "Reduced"]
 
     @staticmethod
     def entries(text):
@@ -84,13 +88,20 @@ class Proof:
                 break
         return found
 
-    def fault(self, lines):
+    def change(self, lines):
         path, *changes = lines
         old = [line[1:].strip() for line in changes if line.startswith("-")]
         new = [line[1:].strip() for line in changes if line.startswith("+")]
         if len(old) != 1 or len(new) > 1:
-            raise SystemExit(f"{self.path}: a fault is a path, one line `- text` and at most one line `+ text`")
-        return Fault(path, old[0], new[0] if new else "")
+            raise SystemExit(f"{self.path}: a fault or reduction is a path, one line `- text` and at most one line `+ text`")
+        return Change(path, old[0], new[0] if new else "")
+
+    def copies(self, folder, fault=None):
+        """A new folder with the changed sources of one run."""
+        shutil.rmtree(folder, ignore_errors=True)
+        for change in [*self.reduced, *([fault] if fault else [])]:
+            change.copy_to(folder)
+        return folder
 
     def command(self, fault_folder=None):
         faulty = [f"-I{fault_folder}"] if fault_folder else []
@@ -110,7 +121,7 @@ class Proof:
             raise SystemExit(f"{self.path}: does not compile:\n{listed.stderr}")
         names = sorted({name for name in re.sub(r"\\\n|\S+\.o:", " ", listed.stdout).split()})
         digest = hashlib.sha256(" ".join(map(str, self.command())).encode())
-        for name in [*names, *(fault.path for fault in self.faults), "test/proof/run_proofs.py"]:
+        for name in [*names, *(change.path for change in (*self.faults, *self.reduced)), "test/proof/run_proofs.py"]:
             digest.update((ROOT / name).read_bytes())
         return digest.hexdigest()
 
@@ -153,7 +164,7 @@ def run(command, log):
 def prove(proof):
     """Findings as texts, and the row of the table."""
     folder = OUT / proof.name
-    held = run(proof.command(), folder / "proof.txt")
+    held = run(proof.command(proof.copies(folder / "copies")), folder / "proof.txt")
     findings, found, seconds = [], [], 0.0
     if held.code != HOLDS or held.checks == 0:
         findings.append(f"{proof.path}: does not hold (code {held.code}): {'; '.join(held.failed[:5])}: "
@@ -161,8 +172,7 @@ def prove(proof):
     if held.is_undefined:
         findings.append(f"{proof.path}: without a body, so without effect: {' '.join(held.is_undefined)}")
     for number, fault in enumerate(proof.faults):
-        copies = folder / f"fault{number}"
-        fault.copy_to(copies)
+        copies = proof.copies(folder / f"fault{number}", fault)
         result = run([*proof.command(copies), "--stop-on-fail"], folder / f"fault{number}.txt")
         seconds += result.seconds
         finding = result.finding() or next(iter(re.findall(r"^  (?!file|line|unwinding assertion)(.+)$", tail(result.text), re.MULTILINE)), "")

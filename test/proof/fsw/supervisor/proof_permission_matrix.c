@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves: without a rule that allows it, every request is forbidden but the built-in set: no function, no
+//     request up, no service outside the set is in it. A rule allows only what its service, subtype,
+//     target, modes, states and selector name; a request that a rule names is allowed.
+// Bounds: every request with a function name or none; every mission with 0 to 2 rules, which are looked at
+//     one after the other.
+// Replaced: strcmp says for the name of each rule at will whether it is the name in the request.
+// Sources: fsw/supervisor/permission_matrix.c
+// Options: --unwind 18
+// Reduced: fsw/framework/descriptor/mission_descriptor.h
+//   - #define MISSION_RULES_MAX 128U
+//   + #define MISSION_RULES_MAX 2U
+// Reduced: fsw/framework/descriptor/mission_descriptor.h
+//   - #define MISSION_TEXT_OCTETS 16384U
+//   + #define MISSION_TEXT_OCTETS 1U
+// Reduced: fsw/framework/descriptor/mission_descriptor.h
+//   - #define MISSION_SUBSYSTEMS_MAX CAPACITY_SUBSYSTEMS
+//   + #define MISSION_SUBSYSTEMS_MAX 1U
+// Reduced: fsw/framework/descriptor/mission_descriptor.h
+//   - #define MISSION_LINKS_MAX CAPACITY_LINKS
+//   + #define MISSION_LINKS_MAX 1U
+// Reduced: fsw/framework/descriptor/mission_descriptor.h
+//   - #define MISSION_ACTIONS_MAX 64U
+//   + #define MISSION_ACTIONS_MAX 1U
+// Fault: fsw/supervisor/permission_matrix.c
+//   - *out_rule = PERMISSION_RULE_NONE;
+//   + *out_rule = PERMISSION_RULE_NONE; return STATUS_OK;
+// Fault: fsw/supervisor/permission_matrix.c
+//   - (request->number <= request->state);
+//   + (request->number <= (request->state + 1U));
+// Fault: fsw/supervisor/permission_matrix.c
+//   - return (index < 16U) && (((bits >> index) & 1U) != 0U);
+//   + return (bits >> (index & 15U)) != 0U;
+#include "fsw/supervisor/permission_matrix.h"
+#include "test/proof/proof.h"
+
+#define RULES 2U
+
+static mission_descriptor_t mission;
+static bool is_named[RULES];
+static const char names[RULES + 1U] = "01r";
+
+int strcmp(const char* one, const char* other)
+{
+    PROVE((other == &names[RULES]) && ((one == &names[0]) || (one == &names[1])),
+          "the name of a rule is compared with that of the request");
+    return is_named[one == &names[1]] ? 0 : 1;
+}
+
+static bool selects(const mission_rule_t* const rule, const permission_request_t* const request)
+{
+    return rule->is_any || (rule->is_numbered && (rule->number == request->number)) ||
+           (!rule->is_numbered && (request->select != NULL) && is_named[rule == &mission.rules[1]]);
+}
+
+static bool allows(const mission_rule_t* const rule, const permission_request_t* const request)
+{
+    return (rule->service == request->service) &&
+           ((rule->subtype == 0U) || (rule->subtype == request->subtype)) &&
+           ((rule->target == MISSION_ANY_TARGET) || (rule->target == request->target)) &&
+           (request->mode < 16U) && (((1U << request->mode) & rule->modes) != 0U) && (request->state < 16U) &&
+           (((1U << request->state) & rule->states) != 0U) && selects(rule, request);
+}
+
+void proof(void)
+{
+    is_named[0] = nondet_bool();
+    is_named[1] = nondet_bool();
+    for (unsigned i = 0U; i < RULES; i++) {
+        mission_rule_t rule;
+        rule.is_any      = nondet_bool();
+        rule.is_numbered = nondet_bool();
+        rule.select      = (rule.is_any || rule.is_numbered) ? NULL : &names[i];
+        mission.rules[i] = rule;
+    }
+    mission.rule_count = nondet_u16();
+    ASSUME(mission.rule_count <= RULES);
+    permission_request_t request;
+    request.select = nondet_bool() ? &names[RULES] : NULL;
+
+    int rule              = 0;
+    const status_t status = supervisor_permission_check(&mission, &request, &rule);
+    const bool is_up      = (request.service == 129U) && (request.subtype == 1U) && (request.number != 0U) &&
+                       (request.number != 6U) && ((request.number > request.state) || (request.number < 3U));
+    const bool is_function = (request.service == 8U);
+    const bool is_unknown  = (request.service == 2U) || (request.service == 6U) || (request.service == 9U) ||
+                            (request.service == 13U) || (request.service > 131U);
+    PROVE((status == STATUS_OK) || (status == STATUS_FORBIDDEN), "allowed or forbidden");
+    PROVE((status == STATUS_OK) == (rule != PERMISSION_RULE_NONE), "what is allowed is allowed by something");
+    PROVE(IMPLIES(is_up || is_function || is_unknown, rule != PERMISSION_RULE_ALWAYS),
+          "no function and no request up is in the built-in set");
+    PROVE(IMPLIES((rule != PERMISSION_RULE_NONE) && (rule != PERMISSION_RULE_ALWAYS),
+                  (rule >= 0) && (rule < (int)mission.rule_count)),
+          "the rule exists");
+    for (int i = 0; i < (int)RULES; i++) {
+        PROVE(IMPLIES(rule == i, allows(&mission.rules[i], &request)), "the rule allows it");
+        PROVE(IMPLIES((status == STATUS_FORBIDDEN) && (i < (int)mission.rule_count),
+                      !allows(&mission.rules[i], &request)),
+              "what is forbidden no rule allows");
+    }
+}
