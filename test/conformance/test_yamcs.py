@@ -112,6 +112,8 @@ def test_requests_complete_with_their_verifiers(yamcs):
     parameter = f"processors/mission/realtime/parameters/{MISSION}/MANIPULATOR/TORQUE_LIMIT"
     yamcs.carried_out("ST20/PARAMETER_REPORT", apid="MANIPULATOR", n_groups=["MANIPULATOR.TORQUE_LIMIT"])
     until(lambda: plain(yamcs.ask(parameter).get("engValue")) == [1.25, 0.75], "the value that was set")
+    # With this limit the manipulator would leave OPERATIONAL at once; later tests need it there.
+    assert yamcs.carried_out("MANIPULATOR/SET_TORQUE_LIMIT", TORQUE_LIMIT=[38.0, 38.0])["CommandComplete_Status"] == "OK"
 
 
 def test_the_missions_own_services_have_commands_with_words(yamcs):
@@ -168,6 +170,8 @@ def test_another_ground_user_leaves_no_gap_and_finishes_no_command_of_yamcs(yamc
         assert history["CommandComplete_Status"] == "OK", history
     warned = [one for one in yamcs.ask("archive/mission/events?limit=1000").get("events", []) if "JUMP" in one.get("type", "") + one["message"]]
     assert not warned and "SEQ_COUNT_JUMP" not in yamcs.told()
+    # Tests after this one connect as the user of Yamcs, too; answers to them are not sent to this Yamcs, which counts them as lost.
+    assert value_of(yamcs, "lost_packets") == 0
 
 
 def test_its_database_is_compared_with_what_flies(flight, dictionary, monkeypatch, tmp_path):
@@ -395,14 +399,14 @@ def test_housekeeping_of_all_subsystems_has_the_values_of_the_packet_log(yamcs, 
     assert {apid for apid, *_ in compared} == {1, 2, 16, 17} and sum(compared.values()) >= 4 * PACKETS_OF_EACH
 
 
-def test_no_packet_is_lost_and_a_gap_is_told(yamcs, synthetic, dictionary):
+def test_a_gap_is_told(yamcs, synthetic, dictionary):
     """Several users leave gaps in the sequence counts, but none in the message type counters; losses are
     counted by the latter."""
-    assert value_of(yamcs, "lost_packets") == 0
+    before = value_of(yamcs, "lost_packets")
     data = dictionary.catalogue.encode("TM", 17, 2, {})
     for number, counter in enumerate((7, 8, 12)):
         synthetic.sendall(build_tm(99, 5000 + number, 17, 2, data, 0, dictionary.epoch_ns + LATER_NS + (9000 + number) * 10**9, counter))
-    until(lambda: value_of(yamcs, "lost_packets") == 3, "the loss")
+    until(lambda: value_of(yamcs, "lost_packets") == before + 3, "the loss")
 
 
 def test_a_violated_limit_raises_an_alarm(yamcs, synthetic, dictionary):
