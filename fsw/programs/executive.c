@@ -9,11 +9,14 @@
 #include "osal/include/osal/console.h"
 #include "osal/include/osal/process.h"
 #include "osal/include/osal/task.h"
+#include "osal/include/osal/watchdog.h"
 
 #include <string.h>
 
 /// Longest time between two checks in real time whether the run has ended.
 #define REAL_WAIT_MAX_NS 50000000ULL
+/// Longest time from one step to the next, on a computer with a watchdog [ms].
+#define WATCHDOG_MS 1000U
 
 typedef struct { // All storage that the program itself needs, in addition to its component's.
     component_runtime_t runtime;
@@ -148,6 +151,15 @@ static void follow_priority(const char* const executable, const component_instan
     }
 }
 
+/// Start the watchdog of a computer that has one.
+static void start_watchdog(const char* const executable)
+{
+    const status_t status = osal_watchdog_start(WATCHDOG_MS);
+    if ((status != STATUS_OK) && (status != STATUS_UNSUPPORTED)) {
+        (void)complain(executable, "note: the watchdog cannot be started");
+    }
+}
+
 /// Run until the end of the run, or until the process is asked to end. STATUS_OK, STATUS_CLOSED; any other
 /// status: protocol error between the proxy and this program.
 static status_t loop(const char* const executable, const component_instance_t* const instance)
@@ -172,6 +184,7 @@ static status_t loop(const char* const executable, const component_instance_t* c
         if ((status != STATUS_OK) || (osal_process_stop_count() > 0U)) {
             return status;
         }
+        osal_watchdog_feed();
         if (runtime->clock.mode == OSAL_CLOCK_REAL) {
             run_state_wake(runtime->run, runtime->component, osal_clock_now_ns(&runtime->clock));
         }
@@ -219,7 +232,9 @@ int executive_run(const int argument_count, char* const arguments[], const char*
     note_attributes(executable);
     run_state_beat(storage.runtime.run, storage.runtime.component, 0U,
                    OSAL_LOCKSTEP_NEVER); // The promise of the earlier life is not valid.
+    start_watchdog(executable);
     const status_t status = loop(executable, &instance);
+    osal_watchdog_stop();
     loop_tasks_stop(&storage.loop_tasks);
     instance.close(instance.self);
     if (storage.is_remote_endian) {

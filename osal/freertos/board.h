@@ -14,4 +14,6 @@
 #define BOARD_ALARM_TIMER 0x40001000U ///< CMSDK timer 1: wakes the tasks that wait for a time.
 #define BOARD_ALARM_TIMER_IRQ 9U
 
+#define BOARD_WATCHDOG 0x40008000U ///< CMSDK watchdog. Its interrupt is the one that cannot be masked.
+
 #endif // OSAL_FREERTOS_BOARD_H

@@ -36,6 +36,9 @@ void port_tell_stacks(void);
 /// Before the first task: mark the stack of the interrupts as unused.
 void port_paint_stack(void);
 
+/// watchdog.c: before the first task: find out whether the watchdog has caused this start.
+void port_watchdog_take_note(void);
+
 /// process.c: end the program.
 void port_exit(int code) __attribute__((noreturn));
 

@@ -25,6 +25,7 @@ int main(int argument_count, char* arguments[]);
 void port_reset(void) __attribute__((noreturn));
 void port_alarm_interrupt(void);
 void port_free_interrupt(void);
+void port_watchdog_interrupt(void);
 void SVC_Handler(void);
 void PendSV_Handler(void);
 void SysTick_Handler(void);
@@ -47,7 +48,7 @@ typedef void (*handler_t)(void);
 __attribute__((section(".vectors"), used)) static const handler_t vectors[16U + BOARD_INTERRUPTS] = {
     (handler_t)(uintptr_t)port_stack_top,
     port_reset,
-    fault,
+    port_watchdog_interrupt, // That cannot be masked.
     fault,
     fault,
     fault,
@@ -105,6 +106,7 @@ void port_reset(void)
     COPROCESSORS |= 0x00F00000U;
     __asm__ volatile("dsb\n isb");
 #endif
+    port_watchdog_take_note();
     port_paint_stack();
     port_clock_start();
     const TaskHandle_t task = xTaskCreateStatic(run_main, "main", sizeof main_stack / sizeof main_stack[0],

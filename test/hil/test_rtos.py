@@ -119,6 +119,23 @@ def test_stops_kills_hangs_and_restarts_are_those_of_a_native_program(folder, bo
     assert flight.octets("packets.log") == native.octets("packets.log")
 
 
+def test_a_program_that_hangs_is_reset_by_the_watchdog_of_the_board(folder, board):
+    """A step never ends: the watchdog resets the board, and the others see a death between two steps, as of a native program."""
+    path = folder / "hang"
+    path.mkdir()
+    lines = ["0.0 hand rest", *flying.bring_up(0.1), "2 hand circle 0.1 0.5 1 2 1", "3.2 operator ping MANIPULATOR", "3.3 operator shutdown"]
+    native = flying.fly(path / "native", "--links", "udp", "--scenario",
+                        flying.write_scenario(path / "native.scn", *lines[:-2], "2.9995 fault kill manipulator", *lines[-2:]))
+    flight = boards.start(path, "hang", "--scenario", flying.write_scenario(path / "hang.scn", *lines)).wait()
+    assert flight.code == native.code == 1, flight.told()
+    assert "the watchdog was not fed" in flight.console, flight.told()
+    assert "ping MANIPULATOR: MANIPULATOR is alive" in flight.console, flight.told()
+    assert flight.facts["reproducible"] is True
+    flying.assert_clean(flight)
+    for log in ("packets.log", *BUS_LOGS):
+        assert flight.octets(log) == native.octets(log), log
+
+
 def _below(pid):
     """Name -> process id of all descendants of a process."""
     found, parents = {}, {pid}

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "osal/include/osal/watchdog.h"
+
+#include "osal/include/osal/clock.h"
+#include "unity.h"
+
+#define PERIOD_MS 50U
+
+static bool has_watchdog;
+
+void setUp(void)
+{
+    has_watchdog = (osal_watchdog_start(PERIOD_MS) == STATUS_OK);
+}
+
+void tearDown(void)
+{
+    osal_watchdog_stop();
+}
+
+static void pause_ms(const uint32_t ms)
+{
+    const uint64_t until_ns = osal_clock_monotonic_ns() + (ms * 1000000ULL);
+    while (osal_clock_monotonic_ns() < until_ns) {
+    }
+}
+
+static void a_program_without_watchdog_is_told_so(void)
+{
+    const status_t started = osal_watchdog_start(PERIOD_MS);
+    TEST_ASSERT_TRUE((started == STATUS_OK) || (started == STATUS_UNSUPPORTED));
+    const status_t refused = has_watchdog ? STATUS_INVALID : STATUS_UNSUPPORTED;
+    TEST_ASSERT_EQUAL(refused, osal_watchdog_start(0U));
+    TEST_ASSERT_EQUAL(refused, osal_watchdog_start(UINT32_MAX));
+    TEST_ASSERT_FALSE(osal_watchdog_has_reset());
+}
+
+static void a_loop_that_feeds_it_is_not_reset(void)
+{
+    if (!has_watchdog) {
+        TEST_IGNORE_MESSAGE("this port has no watchdog");
+    }
+    for (unsigned i = 0U; i < 20U; i++) {
+        pause_ms(PERIOD_MS / 5U);
+        osal_watchdog_feed();
+    }
+    TEST_ASSERT_FALSE(osal_watchdog_has_reset());
+}
+
+static void a_stopped_one_does_nothing(void)
+{
+    osal_watchdog_stop();
+    osal_watchdog_feed(); // Does not start it.
+    pause_ms(3U * PERIOD_MS);
+    osal_watchdog_stop();
+    TEST_ASSERT_FALSE(osal_watchdog_has_reset());
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_program_without_watchdog_is_told_so);
+    RUN_TEST(a_loop_that_feeds_it_is_not_reset);
+    RUN_TEST(a_stopped_one_does_nothing);
+    return UNITY_END();
+}

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// A program that hangs is reset by the watchdog of the board. The program runs twice: in its first life a
+// task hangs, in its second it looks what happened.
+#include "osal/include/osal/watchdog.h"
+
+#include "osal/freertos/board.h"
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/task.h"
+#include "unity.h"
+
+#define PERIOD_MS 40U
+#define NS_PER_MS 1000000ULL
+
+extern volatile uint32_t port_reset_note[2];
+
+static volatile uint32_t initialised = 7U; ///< A reset gives it its first value again.
+static volatile uint32_t zero;
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static void hang(void* const context)
+{
+    (void)context;
+    for (;;) {
+    }
+}
+
+/// Does not return.
+static void live_and_hang(void)
+{
+    osal_task_t task;
+    initialised = 8U;
+    zero        = 1U;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_watchdog_start(PERIOD_MS));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, hang, NULL, 50)); // Above this task, which feeds.
+    for (;;) {
+        osal_watchdog_feed();
+    }
+}
+
+static void the_watchdog_has_reset_the_board(void)
+{
+    TEST_ASSERT_TRUE(osal_watchdog_has_reset());
+    TEST_ASSERT_EQUAL_UINT32(0U, port_reset_note[0]); // The note is taken: a next start is told no reset.
+}
+
+static void the_program_begins_anew(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(7U, initialised);
+    TEST_ASSERT_EQUAL_UINT32(0U, zero);
+    TEST_ASSERT_TRUE(osal_clock_monotonic_ns() < (PERIOD_MS * NS_PER_MS)); // Counted from the reset.
+}
+
+static void the_watchdog_does_not_run_before_it_is_started(void)
+{
+    const uint64_t until_ns = osal_clock_monotonic_ns() + (3U * PERIOD_MS * NS_PER_MS);
+    while (osal_clock_monotonic_ns() < until_ns) {
+    }
+    TEST_ASSERT_TRUE(osal_watchdog_has_reset());
+}
+
+int main(void)
+{
+    if (!osal_watchdog_has_reset()) {
+        live_and_hang();
+    }
+    UNITY_BEGIN();
+    RUN_TEST(the_watchdog_has_reset_the_board);
+    RUN_TEST(the_program_begins_anew);
+    RUN_TEST(the_watchdog_does_not_run_before_it_is_started);
+    return UNITY_END();
+}
