@@ -42,7 +42,8 @@ def breaches(path, layers, headers):
     home, sees = first_match(layers, place)
     system = ["*"] if is_test else first_match(headers, place)[1]
     folder = path.rpartition("/")[0]
-    extra = [folder, folder.rpartition("/")[0] + "/fixtures", "test/support"] if is_test else []
+    parent = folder.rpartition("/")[0]  # Its fixtures are also linked to the tests of its folders.
+    extra = [folder, parent + "/fixtures", "test/support"] if is_test else []
     for line in INCLUDE.finditer((ROOT / path).read_text()):
         kind, name = line.groups()
         if kind == "<":
@@ -50,7 +51,7 @@ def breaches(path, layers, headers):
         elif home is None:
             allowed = False
         else:
-            allowed = is_under(name, [home, *sees, *extra]) or (is_test and name in TEST_HEADERS)
+            allowed = is_under(name, [home, *sees, *extra]) or (is_test and (name in TEST_HEADERS or name.rpartition("/")[0] == parent))
         if not allowed:
             number = (ROOT / path).read_text()[: line.start(2)].count("\n") + 1
             yield f"{path}:{number}: {home or 'no layer'} may not include {line[0].split('include')[1].strip()}"
