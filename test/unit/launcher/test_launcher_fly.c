@@ -23,6 +23,7 @@ static launcher_t launcher;
 static run_state_t run;
 static uint64_t wall_ns;
 static uint64_t simulated_ns;
+static bool is_paused;
 
 // ---- Mocked functions ----
 
@@ -113,7 +114,7 @@ uint64_t __wrap_osal_lockstep_now_ns(const osal_lockstep_t* scheduler)
 bool __wrap_osal_lockstep_is_held(const osal_lockstep_t* scheduler)
 {
     assert_non_null(scheduler);
-    return false;
+    return is_paused;
 }
 
 void __wrap_osal_lockstep_hold(osal_lockstep_t* scheduler, bool is_held)
@@ -176,6 +177,17 @@ static void time_stands_still(void)
     wall_ns += 20U * S_NS;
 }
 
+static void pause_for_an_hour(void)
+{
+    wall_ns += 3600U * S_NS;
+    is_paused = true;
+}
+
+static void resume(void)
+{
+    is_paused = false;
+}
+
 static void end_by_itself(void)
 {
     launcher.children[ARM].result =
@@ -230,6 +242,7 @@ static int set_up(void** state)
     descriptor_mission_clear(&launcher.mission);
     (void)memset(&run, 0, sizeof run);
     wall_ns                         = 1000U * S_NS;
+    is_paused                       = false;
     simulated_ns                    = S_NS;
     launcher.run                    = &run;
     launcher.scheduler              = (osal_lockstep_t*)&run; // Opaque.
@@ -407,6 +420,25 @@ static void a_time_that_stands_still_ends_the_run(void** state)
     assert_int_equal(5U * S_NS, launcher.last_simulated_ns);
 }
 
+/// The live port holds simulated time. The time without progress is counted from the end of the pause.
+static void a_pause_of_an_hour_does_not_end_the_run(void** state)
+{
+    (void)state;
+    expect_wait(3U, pause_for_an_hour, 0U);
+    expect_wait(3U, time_stands_still, 0U);
+    expect_wait(3U, resume, 0U);
+    expect_wait(3U, time_stands_still, 0U);
+    expect_wait(3U, pass_twenty_seconds, 0U);
+    expect_wait(3U, finish, 0U);
+    for (unsigned i = 0U; i < 3U; i++) {
+        expect_progress("  1.0 s flown, 0.0 x real time   \n");
+    }
+    expect_progress("  2.0 s flown, 0.0 x real time   \n");
+    fly();
+    assert_int_equal(0, launcher.exit_code);
+    assert_string_equal("", launcher.reason);
+}
+
 // ---- Ends of processes ----
 
 static void an_error_of_the_holder_itself_is_at_a_determined_instant(void** state)
@@ -527,6 +559,7 @@ int main(void)
         cmocka_unit_test_setup(a_duration_asks_the_mission_to_shut_down_once, set_up),
         cmocka_unit_test_setup(a_mission_whose_operator_has_left_is_shut_down, set_up),
         cmocka_unit_test_setup(a_time_that_stands_still_ends_the_run, set_up),
+        cmocka_unit_test_setup(a_pause_of_an_hour_does_not_end_the_run, set_up),
         cmocka_unit_test_setup(an_error_of_the_holder_itself_is_at_a_determined_instant, set_up),
         cmocka_unit_test_setup(the_end_of_another_than_the_holder_is_not, set_up),
         cmocka_unit_test_setup(a_signal_from_outside_is_not_either, set_up),
