@@ -169,9 +169,9 @@ def prepare_programs(program):
     return folder / "hirosco"
 
 
-def fly(seed, count, out, program=PROGRAM, fault=""):
+def fly(seed, count, out, program=PROGRAM, fault="", keep=False):
     """Counts of the flight. Raises AssertionError with the reason and the last telecommands. `fault` plants one of
-    test/fuzz/flight/faults.c."""
+    test/fuzz/flight/faults.c; `keep` keeps the folder of the flight."""
     pool, result, folder = out / "pool", out / f"{seed}.json", out / f"{seed}"
     shutil.rmtree(folder, ignore_errors=True)
     for path in (result, result.with_suffix(".json.failure")):
@@ -187,7 +187,8 @@ def fly(seed, count, out, program=PROGRAM, fault=""):
     assert result.exists(), f"seed {seed}: the flight has no result\n{done.stdout[-2000:]}{done.stderr[-2000:]}"
     counts = json.loads(result.read_text())
     judge(counts)
-    shutil.rmtree(folder)
+    if not keep:
+        shutil.rmtree(folder)
     return counts
 
 

@@ -116,7 +116,7 @@ def test_all_reports_read_the_same_by_the_database(packets, tmp_path):
     for packet in packets:
         if packet.direction == "TM":
             compared[packet.service] += check(definition, packet_format.parse(packet.raw), dictionary)
-    assert compared[1] > 200 and compared[3] > 200 and compared[5] > 3, compared
+    assert compared[1] > 200 and compared[3] > 200 and compared[5] > 3 and compared[129] > 200 and compared[130] > 10, compared
 
 
 def test_pusdump_reads_all_and_agrees(flight, packets):

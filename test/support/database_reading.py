@@ -5,9 +5,23 @@ segment reads."""
 import struct
 import warnings
 
-from hirosco_gse import packets
+from hirosco_gse import packets, telemetry
 
-NOT_IN_CATALOGUE = (129, 130, 131)  # The services of the mission.
+MISSION_SERVICES = (129, 130, 131)
+# Their reports: names of the ground segment and of the database.
+PROPERTIES = {"layout_hash": "layout_hash", "octets": "layout_size", "byte_order": "byte_order", "period_us": "period",
+              "tolerance_permille": "tolerance", "depth": "depth", "max_age_us": "max_age"}  # fmt: skip
+STATES = {"state": "state", "phase": "phase", "configuration_id": "configuration", "cycle": "cycle"}
+OWN = {
+    (129, 2): {**STATES, "previous": "previous", "code": "code"},
+    (129, 5): {**STATES, "target": "target", "interface_hash": "interface_hash", "configuration_hash": "configuration_hash", "epoch": "epoch"},
+    (130, 2): {},
+    (130, 4): {**PROPERTIES, "transaction": "transaction", "link": "link"},
+    (130, 5): {**PROPERTIES, "transaction": "transaction", "reason": "reason", "field": "field"},
+    (130, 9): {},
+    (130, 10): {"link": "link", "previous": "previous", "state": "state"},
+    (131, 9): {},
+}
 
 
 def read(definition, octets):
@@ -159,6 +173,19 @@ def check_report(found, packet, dictionary):
     return True
 
 
+def check_own(found, packet, dictionary):
+    """Compare a report of the mission's own services: its values, and the number of its rows."""
+    ours = telemetry.decode(packet, dictionary)
+    ours |= ours.get("properties", {}) | ours.get("supported", {})
+    for name, theirs in OWN[packet.message].items():
+        value = short(found, f"tm{packet.subtype}_{theirs}")
+        own = int(ours[name], 0) if str(ours[name]).startswith("0x") else ours[name]
+        assert own in (value, value.raw_value), (packet.message, name, own, value)
+    if "rows" in ours:
+        assert short(found, f"tm{packet.subtype}_n") == len(ours["rows"])
+    return True
+
+
 def check(definition, packet, dictionary):
     """Compare what the library and the ground segment read. Returns false if only the header could be
     compared."""
@@ -167,8 +194,8 @@ def check(definition, packet, dictionary):
     except UnicodeDecodeError as error:
         raise AssertionError(packet.raw.hex()) from error
     check_header(found, packet, dictionary)
-    if packet.service in NOT_IN_CATALOGUE:
-        return False
+    if packet.service in MISSION_SERVICES:
+        return packet.message in OWN and check_own(found, packet, dictionary)
     if packet.message in ((3, 25), (3, 26)):
         name = "hk_structure_id" if packet.subtype == 25 else "diag_structure_id"
         assert short(found, f"tm{packet.subtype}_{name}") == int.from_bytes(packet.data[:2], "big")
