@@ -394,7 +394,7 @@ def main(arguments=None):
     try:
         expect(options.urdf, "URDF", "", "a file: make new-robot URDF=my-arm.urdf")
         files, mission, file, robot = plan(options.urdf, options.name, options.tool, options.start, options.apid, options.base)
-        write_all(files, mission, True)
+        write_all(files, mission)
     except Refusal as refusal:
         print(f"new-robot: {refusal}", file=sys.stderr)
         return 1

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Create a new subsystem: descriptor, C sources, test, scenario, and its entries in a mission. It can fly without changes.
+"""Create a new subsystem: descriptor, C sources, test, scenario, and its entries in a mission and its world. It can fly without changes.
 
     make new-subsystem NAME=gripper                  a mission of that name: rokviss with the new subsystem
     make new-subsystem NAME=lamp MISSION=gripper     in an existing mission
@@ -28,6 +28,7 @@ BASE_MISSION = "rokviss"
 FIRST_APID, LAST_APID = 18, 2046
 NAME_MAX = 24
 SUBSYSTEMS_MAX = 14  # the scheduler has 16 participants; simulator and operator are two of them
+BUSES_MAX = 8  # of a mission; base/capacities.h
 RESERVED = KEYWORDS | {"operator", "simulator", "image", "hirosco", "pusdump", "packet_archive_sqlite", "self", "network"}
 STANDARD_TYPES = re.compile(r"u?int(ptr|max|(_least|_fast)?(8|16|32|64))|s?size|ptrdiff|wchar")  # Followed by _t.
 # What the new sources and the generated header name after the subsystem.
@@ -40,7 +41,17 @@ ENTRY = """    <Subsystem name="@NAME@" id="@apid@" executable="@executable@" de
 PERMISSIONS = """    <!-- @NAME@ -->
     <Allow tc="129,3" select="NOMINAL" to="@NAME@" modes="SAFE NOMINAL" states="PRE_OPERATIONAL"/>
     <Allow tc="8,1" select="STOP" to="@NAME@" modes="SAFE NOMINAL" states="OPERATIONAL"/>
+    <Allow tc="8,1" select="MOVE" to="@NAME@" modes="NOMINAL" states="OPERATIONAL"/>
     <Allow tc="20,3" to="@NAME@" modes="NOMINAL" states="PRE_OPERATIONAL SAFE_OPERATIONAL OPERATIONAL"/>
+"""
+
+
+BUS = """    <Bus name="@file@" bitRate="1000000" dataBitRate="5000000"/>
+"""
+DEVICES = """  <!-- The motor and the probe of @NAME@. -->
+  <Bench name="@NAME@_MOTOR" type="light" bus="@file@" node="0x31" eds="joint-drive.eds" contact="1.5" stiffness="400" range="1.5708"/>
+  <Instrument name="@NAME@_PROBE" type="SERIAL" channel="/dev/tty-@file@" framing="SLIP" checksum="true" period="5ms" value="INT32" scale="1e-6"
+              speed="2"/>
 """
 
 
@@ -134,6 +145,33 @@ def insert_before(text, pattern, what, addition, path):
     return text[: found.start()] + addition + text[found.start() :]
 
 
+def with_bus(text, names, source):
+    """The mission with a bus for the motor; a mission without buses gets the list."""
+    if text.count("<Bus ") >= BUSES_MAX:
+        raise Refusal(f"{relative(source)}: has {BUSES_MAX} buses, and the new subsystem needs one of its own")
+    bus = fill(BUS, names)
+    if "</Buses>" in text:
+        return insert_before(text, r"^ *</Buses>", "a line </Buses>", bus, source)
+    return insert_before(text, r"^ *<Transports ", "a line <Transports ..", f"  <Buses>\n{bus}  </Buses>\n", source)
+
+
+def plan_world(names, mission_path, is_new):
+    """(path, text) of the mission's world with the devices of the new subsystem. A new mission has the world of the base mission."""
+    worlds = ROOT / "descriptors" / "worlds"
+    path = worlds / mission_path.name
+    source = worlds / f"{BASE_MISSION}.xml" if is_new else path
+    if not source.exists():
+        raise Refusal(f"{relative(source)}: expected the world of the mission, for the devices of the new subsystem")
+    text = source.read_text(encoding="utf-8")
+    if is_new:
+        text = re.sub(r'(<World name=")[^"]*"', rf'\g<1>{mission_path.stem}"', text, count=1)
+    devices = fill(DEVICES, names)
+    if '<DriveType name="light"' not in text:
+        base = (worlds / f"{BASE_MISSION}.xml").read_text(encoding="utf-8")
+        devices = re.search(r'^ *<DriveType name="light".*?</DriveType>\n', base, re.MULTILINE | re.DOTALL)[0] + devices
+    return path, insert_before(text, r"^</World>", "a line </World>", devices, source)
+
+
 def plan_mission(names, wanted):
     """(path, text, mission's name, whether it is new) of the mission with the new subsystem."""
     missions = ROOT / "descriptors" / "missions"
@@ -149,12 +187,13 @@ def plan_mission(names, wanted):
     supervisor = r'^ *<Subsystem name="\w+" id="1"'
     text = insert_before(text, supervisor, 'a line <Subsystem name=".." id="1"', fill(ENTRY, names), source)
     text = insert_before(text, r"^ *</Permissions>", "a line </Permissions>", fill(PERMISSIONS, names), source)
+    text = with_bus(text, names, source)
     return missions / f"{name}.xml", text, name, not wanted
 
 
-def write_all(files, mission_path, is_new):
+def write_all(files, mission_path):
     """Write the files, then read the mission as the build does; on any error restore the earlier state."""
-    old = None if is_new else mission_path.read_text(encoding="utf-8")
+    old = {path: path.read_text(encoding="utf-8") for path in files if path.exists()}
     made = []
     try:
         for path, text in files.items():
@@ -164,9 +203,10 @@ def write_all(files, mission_path, is_new):
         mission_descriptor.load(mission_path)
     except (OSError, DescriptorError) as error:
         for path in made:
-            path.unlink(missing_ok=True)
-        if old is not None:
-            mission_path.write_text(old, encoding="utf-8")
+            if path in old:
+                path.write_text(old[path], encoding="utf-8")
+            else:
+                path.unlink(missing_ok=True)
         raise Refusal(f"{error}; nothing was changed") from error
 
 
@@ -189,14 +229,12 @@ def begin(name, apid, mission):
     more = f" and {len(there) - 1} more" if len(there) > 1 else ""
     expect(not there, "NAME", name, f"a name that is new; there is already {''.join(there[:1])}{more}")
     check_names_of_c(name)
-    files[mission_path] = text
-    if is_new:
-        world = ROOT / "descriptors" / "worlds"
-        text = (world / f"{BASE_MISSION}.xml").read_text(encoding="utf-8")
-        files[world / mission_path.name] = re.sub(r'(<World name=")[^"]*"', rf'\g<1>{mission_name}"', text, count=1)
-    write_all(files, mission_path, is_new)
+    world_path, world = plan_world(names, mission_path, is_new)
+    files |= {mission_path: text, world_path: world}
+    inserted = set() if is_new else {mission_path, world_path}
+    write_all(files, mission_path)
     format_sources(files)
-    made = "\n".join(f"  {relative(path)}" + ("" if is_new or path != mission_path else "  (lines inserted)") for path in files)
+    made = "\n".join(f"  {relative(path)}" + ("  (lines inserted)" if path in inserted else "") for path in files)
     return (
         f"{name.upper()}, APID {number}, in mission {mission_name}:\n{made}\n"
         f"Next:\n  make sim-run MISSION={mission_name} SCENARIO={file}\n  make test ONLY={name}\n"

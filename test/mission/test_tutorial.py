@@ -144,16 +144,18 @@ def test_housekeeping_contains_the_values_that_the_drive_sent(pupil):
     for folder, samples in ((first, 1), (last, 5)):
         found = [bytes.fromhex(r["values"]) for r in reports(folder, 18, (3, 25)) if r["structure"] == 2]
         assert len(found) > 10
-        assert {len(octets) for octets in found} == {18 * samples}
-        angle, torque, statusword = struct.unpack(">ddH", found[-1][-18:])
+        assert {len(octets) for octets in found} == {19 * samples}
+        angle, torque, statusword, grip = struct.unpack(">ddHB", found[-1][-19:])
         assert 0.6 < angle < 0.65 and torque > 5.0 and statusword & 0x6F in (0x27, 0x23)
+        assert grip == 1, "HOLDING"
 
 
 def test_event_carries_the_jaw_at_that_moment(pupil):
     """GRASPED samples JAW: the torque exceeds GRASP_TORQUE, and the position is beyond the contact."""
     for folder in flights(pupil, "grasp"):
-        (event,) = [e for e in reports(folder, 18, (5, 1)) if e["event"] == 6]
-        angle, torque, _ = struct.unpack(">ddH", bytes.fromhex(event["auxiliary"]))
+        (event,) = [e for e in reports(folder, 18, (5, 1)) if e["event"] == 9]
+        angle, torque, _, grip = struct.unpack(">ddHB", bytes.fromhex(event["auxiliary"]))
+        assert grip == 1
         assert torque > 5.0
         assert 0.6 < angle < 0.65
 
@@ -168,8 +170,41 @@ def test_rate_address_and_method_came_from_the_descriptor(pupil):
         steps = [b - a for a, b in zip(stamps, stamps[1:])]
         assert sorted(steps)[len(steps) // 2] == period_us
         assert json.loads((folder / "run.json").read_text(encoding="utf-8"))["links"] == link
-    programs = [pupil.place / "build" / "bin" / name for name in ("gripper", "lamp", "supervisor", "hirosco", "image")]
+    programs = [pupil.place / "build" / "bin" / name for name in ("gripper", "dial", "supervisor", "hirosco", "image")]
     assert all(path.stat().st_mtime < (last / "ground.port").stat().st_mtime for path in programs)
+
+
+def records(folder, name, mark):
+    """(time s, octets) of the records that an instrument has sent (>) or taken (<)."""
+    lines = [line.split(" ") for line in (folder / "records.log").read_text(encoding="ascii").splitlines()]
+    return [(float(time), bytes.fromhex(octets)) for time, who, way, octets in lines if (who, way) == (name, mark)]
+
+
+def test_the_probe_follows_the_motor_over_each_end_node(pupil):
+    """By a serial line, then by UDP with the other byte order: the probe stands where the jaw was stopped, and its
+    last record is the safe one."""
+    found = flights(pupil, "grasp")
+    for folder, order in ((found[0], ">"), (found[-1], "<")):
+        sent, taken = records(folder, "GRIPPER_PROBE", ">"), records(folder, "GRIPPER_PROBE", "<")
+        (value,) = struct.unpack_from(order + "i", next(octets for time, octets in sent if time > 4.5), 3)
+        assert 0.6 < value * 1e-6 < 0.65
+        assert {octets[0] for time, octets in taken if 2.3 < time < 4.9} == {1}
+        assert taken[-1][1][0] == 0
+
+
+def test_own_failure_and_names_of_numbers_reach_the_ground(pupil):
+    """The failure codes are on the wire; XTCE database and dictionary have their names and those of the enumerations."""
+    folder = flights(pupil, "gripper")[-1]
+    codes = [failure["code"] for failure in reports(folder, 18, (1, 8))]
+    assert codes == [0x8001, 0x8002]
+    (arrived,) = [e for e in reports(folder, 18, (5, 1)) if e["event"] == 1 and e["auxiliary"].endswith("01")]
+    assert struct.unpack(">d", bytes.fromhex(arrived["auxiliary"])[:8])[0] == pytest.approx(0.2)
+    generated = pupil.place / "build" / "generated"
+    xtce = (generated / "gripper.xtce.xml").read_text(encoding="utf-8")
+    dictionary = (generated / "gripper.json").read_text(encoding="utf-8")  # Source of the interface control document.
+    for word in ("OBSTRUCTED", "HOLDING", "FAST"):
+        assert word in xtce, word
+        assert f'"{word}"' in dictionary, word
 
 
 def test_ground_uses_the_dictionary_of_the_mission_flown(pupil):
@@ -253,3 +288,6 @@ def test_long_and_short_names_fly_in_the_house_format(pupil):
             flying.assert_clean(flight)
         logs = [(pupil.place / "runs" / f"{scenario}-{form}" / "packets.log").read_bytes() for form in ("processes", "image")]
         assert logs[0] == logs[1]
+    done = pupil.run(["make", "new-subsystem", "NAME=newcomer", "MISSION=gripper"])
+    assert done.returncode != 0
+    assert "descriptors/missions/gripper.xml: has 8 buses, and the new subsystem needs one of its own" in done.stdout
