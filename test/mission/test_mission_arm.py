@@ -104,6 +104,34 @@ def test_the_tool_moves_along_a_straight_line(run):
     assert np.ptp(line[:, :2], axis=0).max() < 1e-5
 
 
+def test_the_tool_passes_poses_within_its_limits_without_a_stop(hangar):
+    """The true tool comes within BLEND of each via pose in turn, and rests at the last one; between them it does not
+    stop, and it is never faster than the scenario permits."""
+    name = "ur5e-poses"
+    flight = flying.fly(hangar / name, "--mission", "ur5e", "--scenario", name, "--form", "image")
+    assert flight.code == 0, flight.told()
+    lines = (flying.ROOT / "sim" / "scenarios" / f"{name}.scn").read_text(encoding="utf-8")
+    poses = np.array([list(map(float, words.split(","))) for words in re.findall(r"ADD_POSE POSITION=(\S+)", lines)])
+    began, share, blend = (float(word) for word in re.search(r"(?m)^ *([0-9.]+) .*LINE_VIA SHARE=(\S+) BLEND=(\S+)$", lines).groups())
+    steps = [json.loads(line) for line in (flight.folder / "operator.log").read_text(encoding="utf-8").splitlines()]
+    ended = next(step["end"] for step in steps if "LINE_VIA" in step["text"])
+    found = runs.load(flight.folder)
+    joints = found.truth["JOINTS"]
+    inside = (joints["time_us"] > 1e6 * began) & (joints["time_us"] < 1e6 * (ended + 0.8))
+    times, tool = joints["time_us"][inside][::10] * 1e-6, tools(joints["position_rad"][inside][::10])
+    away = np.linalg.norm(tool[:, None] - poses, axis=2)
+    passed = [away[:, number].argmin() for number in range(3)]
+    assert passed == sorted(passed)
+    assert (away[passed, range(3)] < blend + 0.001).all() and away[-1, 3] < 0.001
+    speed = np.linalg.norm(np.diff(tool, axis=0), axis=1) / np.diff(times)
+    (limits,) = (parameter for parameter in found.dictionary.content["subsystems"][0]["parameters"] if parameter["name"] == "LIMITS")
+    (most,) = (float(field["init"]) for field in limits["fields"] if field["name"] == "TOOL_SPEED")
+    smooth = np.convolve(speed, np.ones(5) / 5, "valid")
+    assert 0.05 < smooth.max() < 1.05 * share * most
+    assert smooth[passed[0] : passed[2]].min() > 0.01
+    assert smooth[-1] < 0.002
+
+
 @pytest.fixture(scope="module")
 def pressed(hangar):
     """A flight with the compliant tool; its target is below the top of a table."""

@@ -102,6 +102,8 @@ static const function_row_t functions[] = {
     {.name = "ADD_VIA", .arguments = 1U, .each = {1U}},
     {.name = "CLR_VIA"},
     {.name = "MOVE_VIA", .arguments = 2U, .fixed = {1U, 1U}},
+    {.name = "ADD_POSE", .arguments = 2U, .fixed = {3U, 3U}},
+    {.name = "LINE_VIA", .arguments = 2U, .fixed = {1U, 1U}},
 };
 
 static const function_row_t* row_of(const char* const name)

@@ -3,7 +3,8 @@
 /// of the arm, its limits and its gains (docs/arm.md); the program contains no data of a particular robot.
 ///
 /// MOVE_TO moves all joints at the same time, LINE_TO the tool along a straight line, MOVE_VIA all joints
-/// through the points that ADD_VIA has collected; STOP ends a motion. The drives close the control loop of
+/// through the points that ADD_VIA has collected, LINE_VIA the tool through the poses of ADD_POSE; STOP ends
+/// a motion. The drives close the control loop of
 /// the joints (mode of operation CSP), or the subsystem closes it (CST); in CST the tool can also be
 /// compliant. A motion that is not possible is refused with a reason (arm_refusal_reason_t).
 ///
@@ -54,9 +55,10 @@ typedef struct {     // All fields are private.
     arm_force_t force;
     arm_motion_t motion; ///< Desired motion.
     arm_path_t path;
-    arm_path_t line; ///< Line that is being checked.
+    arm_path_t line; ///< Line or trajectory of the tool that is being checked.
     arm_line_check_t check;
     arm_trajectory_t points;     ///< Points that ADD_VIA has collected.
+    arm_trajectory_t poses;      ///< Poses that ADD_POSE has collected.
     arm_trajectory_t trajectory; ///< Trajectory that is being planned or performed.
     bool is_planning;
     bool is_checking;

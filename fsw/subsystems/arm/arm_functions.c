@@ -40,7 +40,15 @@ static void begin_path(arm_t* const arm, const arm_path_t* const path)
     arm->is_moving   = true;
 }
 
-/// Continue the check of a line. When the check has ended, begin the line or refuse it.
+/// Begin to check whether the arm can follow `line` with its tool.
+static void begin_check(arm_t* const arm)
+{
+    arm_line_check_begin(&arm->check, &arm->line, &arm->motion);
+    arm->is_checking = true;
+}
+
+/// Continue the check of a line or of a trajectory of the tool. When the check has ended, begin the motion or
+/// refuse it.
 static void check_line(arm_t* const arm)
 {
     arm_refusal_t refusal = {ARM_REFUSAL_NONE, 0U};
@@ -59,9 +67,13 @@ static void plan_trajectory(arm_t* const arm)
 {
     const status_t status = arm_trajectory_plan(&arm->trajectory, &arm->limits);
     if (status == STATUS_OK) {
-        arm_path_t path;
-        arm_path_begin_trajectory(&path, &arm->trajectory);
-        begin_path(arm, &path);
+        arm_path_begin_trajectory(&arm->line, &arm->trajectory);
+        arm->is_planning = false;
+        if (arm->trajectory.is_tool) {
+            begin_check(arm);
+        } else {
+            begin_path(arm, &arm->line);
+        }
     } else if (status != STATUS_BUSY) {
         end_move(arm, code_of((arm_refusal_t){ARM_REFUSAL_POINTS, 0U}), 0U);
     } else {
@@ -118,6 +130,7 @@ void arm_abandon(void* const self)
     }
     arm_path_rest(&arm->path, &arm->model, &arm->motion);
     arm_trajectory_clear(&arm->points);
+    arm_trajectory_clear(&arm->poses);
     end_move(arm, PUS_FAILURE_ABORTED, 0U);
 }
 
@@ -163,9 +176,8 @@ static status_t line_to(arm_t* const arm, const subsystem_function_t* const func
                    .position_m = arm_vector(argument_of(arm, function, described, 0U))};
     const double share = *argument_of(arm, function, described, 2U);
     arm_path_begin_line(&arm->line, &arm->model, &arm->limits, &arm->motion, &goal, share);
-    arm_line_check_begin(&arm->check, &arm->line, &arm->motion);
-    arm->is_checking = true;
-    arm->move_token  = function->call_token;
+    begin_check(arm);
+    arm->move_token = function->call_token;
     return STATUS_BUSY;
 }
 
@@ -182,17 +194,34 @@ static status_t add_point(arm_t* const arm, const subsystem_function_t* const fu
     return (refusal.reason == ARM_REFUSAL_NONE) ? STATUS_OK : refuse(arm, function->call_token, refusal);
 }
 
+/// Add a pose of the tool to its next trajectory; this is possible even while the arm moves.
+static status_t add_pose(arm_t* const arm, const subsystem_function_t* const function,
+                         const descriptor_function_t* const described)
+{
+    const status_t status = arm_trajectory_add_pose(&arm->poses, argument_of(arm, function, described, 0U),
+                                                    argument_of(arm, function, described, 1U));
+    return (status == STATUS_OK) ? STATUS_OK
+                                 : refuse(arm, function->call_token, (arm_refusal_t){ARM_REFUSAL_POINTS, 0U});
+}
+
+/// Begin to plan a trajectory through the points, or through the poses of the tool.
 static status_t move_through(arm_t* const arm, const subsystem_function_t* const function,
-                             const descriptor_function_t* const described)
+                             const descriptor_function_t* const described, arm_trajectory_t* const points)
 {
     const double share = *argument_of(arm, function, described, 0U);
     const double blend = *argument_of(arm, function, described, 1U);
-    if ((arm->points.point_count == 0U) || !(blend > 0.0)) {
+    if ((points->point_count == 0U) || !(blend > 0.0)) {
         return refuse(arm, function->call_token, (arm_refusal_t){ARM_REFUSAL_POINTS, 0U});
     }
-    arm->trajectory = arm->points;
-    arm_trajectory_clear(&arm->points);
-    arm_trajectory_begin(&arm->trajectory, &arm->limits, &arm->motion, share, blend);
+    arm->trajectory = *points;
+    arm_trajectory_clear(points);
+    if (arm->trajectory.is_tool) {
+        arm_kinematics_t kinematics;
+        arm_kinematics(&arm->model, arm->motion.position_rad, &kinematics);
+        arm_trajectory_begin_tool(&arm->trajectory, &arm->limits, &kinematics.tool, share, blend);
+    } else {
+        arm_trajectory_begin(&arm->trajectory, &arm->limits, &arm->motion, share, blend);
+    }
     arm->is_planning = true;
     arm->move_token  = function->call_token;
     return STATUS_BUSY;
@@ -224,7 +253,10 @@ static status_t begin_motion(arm_t* const arm, const subsystem_function_t* const
     if (strcmp(described->name, "MOVE_TO") == 0) {
         return move_to(arm, function, described);
     }
-    return (strcmp(described->name, "MOVE_VIA") == 0) ? move_through(arm, function, described)
+    if (strcmp(described->name, "MOVE_VIA") == 0) {
+        return move_through(arm, function, described, &arm->points);
+    }
+    return (strcmp(described->name, "LINE_VIA") == 0) ? move_through(arm, function, described, &arm->poses)
                                                       : line_to(arm, function, described);
 }
 
@@ -251,8 +283,12 @@ status_t arm_perform(void* const self, const subsystem_function_t* const functio
     if (strcmp(described->name, "ADD_VIA") == 0) {
         return add_point(arm, function, described);
     }
+    if (strcmp(described->name, "ADD_POSE") == 0) {
+        return add_pose(arm, function, described);
+    }
     if (strcmp(described->name, "CLR_VIA") == 0) {
         arm_trajectory_clear(&arm->points);
+        arm_trajectory_clear(&arm->poses);
         return STATUS_OK;
     }
     return begin_motion(arm, function, described);

@@ -99,7 +99,7 @@ void arm_path_begin_trajectory(arm_path_t* const path, const arm_trajectory_t* c
 {
     FSW_ASSERT((path != NULL) && (trajectory != NULL));
     const double duration_s = arm_trajectory_duration_s(trajectory);
-    *path                   = (arm_path_t){.trajectory = trajectory};
+    *path                   = (arm_path_t){.is_line = trajectory->is_tool, .trajectory = trajectory};
     control_motion_begin(&path->progress, 0.0, duration_s, duration_s);
 }
 
@@ -115,14 +115,39 @@ static void step_joints(const arm_path_t* const path, const arm_model_t* const m
     }
 }
 
-/// Displacement from the tool to the present point of the line.
-static arm_twist_t error_of(const arm_path_t* const path, const arm_pose_t* const tool, const double progress)
+/// Displacement from a pose of the tool to the pose that it shall have.
+static arm_twist_t error_of(const arm_pose_t* const goal, const arm_pose_t* const tool)
 {
-    const arm_vector_t position = arm_sum(path->from.position_m, arm_times(path->shift_m, progress));
-    const arm_rotation_t rotation =
-        arm_rotation_turned_by(&path->from.rotation, arm_times(path->turn_rad, progress));
-    return (arm_twist_t){.linear_m_s    = arm_difference(position, tool->position_m),
-                         .angular_rad_s = arm_rotation_between(&tool->rotation, &rotation)};
+    return (arm_twist_t){.linear_m_s    = arm_difference(goal->position_m, tool->position_m),
+                         .angular_rad_s = arm_rotation_between(&tool->rotation, &goal->rotation)};
+}
+
+/// The time of a trajectory runs at the normal rate, or slows down to rest.
+static control_motion_point_t step_time(arm_path_t* const path, const control_motion_point_t* const point,
+                                        const double period_s)
+{
+    if (path->is_slowing) {
+        return *point;
+    }
+    path->elapsed_s += period_s;
+    return (control_motion_point_t){.position = arm_path_is_done(path) ? point->position : path->elapsed_s,
+                                    .velocity = 1.0};
+}
+
+/// Pose and velocity of the tool at the present point of the line, or of the trajectory.
+static void tool_goal(arm_path_t* const path, const control_motion_point_t* const point,
+                      const double period_s, arm_pose_t* const out_goal, arm_twist_t* const out_twist)
+{
+    if (path->trajectory != NULL) {
+        const control_motion_point_t time = step_time(path, point, period_s);
+        arm_trajectory_tool_at(path->trajectory, time.position, time.velocity, out_goal, out_twist);
+        return;
+    }
+    out_goal->position_m = arm_sum(path->from.position_m, arm_times(path->shift_m, point->position));
+    out_goal->rotation =
+        arm_rotation_turned_by(&path->from.rotation, arm_times(path->turn_rad, point->position));
+    out_twist->linear_m_s    = arm_times(path->shift_m, point->velocity);
+    out_twist->angular_rad_s = arm_times(path->turn_rad, point->velocity);
 }
 
 static arm_refusal_t check_motion(const arm_model_t* const model, const arm_limits_t* const limits,
@@ -142,25 +167,26 @@ static arm_refusal_t check_motion(const arm_model_t* const model, const arm_limi
 
 /// First move the joints so that the tool is at the point of the line (one step of Newton's method), then
 /// compute their velocities from the velocity of the tool.
-static arm_refusal_t step_line(const arm_path_t* const path, const arm_model_t* const model,
+static arm_refusal_t step_tool(arm_path_t* const path, const arm_model_t* const model,
                                const arm_limits_t* const limits, const control_motion_point_t* const point,
                                const double period_s, arm_motion_t* const motion)
 {
     arm_kinematics_t kinematics;
     arm_jacobian_t jacobian;
+    arm_pose_t goal;
+    arm_twist_t twist;
     double change[ARM_JOINTS_MAX];
+    tool_goal(path, point, period_s, &goal, &twist);
     arm_kinematics(model, motion->position_rad, &kinematics);
     arm_jacobian(model, &kinematics, &jacobian);
-    arm_twist_t error = error_of(path, &kinematics.tool, point->position);
+    arm_twist_t error = error_of(&goal, &kinematics.tool);
     (void)arm_inverse(&limits->inverse, &jacobian, model->joint_count, &error, change);
     for (unsigned i = 0U; i < model->joint_count; i++) {
         motion->position_rad[i] += change[i];
     }
     arm_kinematics(model, motion->position_rad, &kinematics);
     arm_jacobian(model, &kinematics, &jacobian);
-    error                   = error_of(path, &kinematics.tool, point->position);
-    const arm_twist_t twist = {.linear_m_s    = arm_times(path->shift_m, point->velocity),
-                               .angular_rad_s = arm_times(path->turn_rad, point->velocity)};
+    error = error_of(&goal, &kinematics.tool);
     (void)arm_inverse(&limits->inverse, &jacobian, model->joint_count, &twist, change);
     for (unsigned i = 0U; i < model->joint_count; i++) {
         motion->acceleration_rad_s2[i] = (change[i] - motion->velocity_rad_s[i]) / period_s;
@@ -169,17 +195,12 @@ static arm_refusal_t step_line(const arm_path_t* const path, const arm_model_t* 
     return check_motion(model, limits, motion, &error);
 }
 
-/// Advance along a trajectory. Its time runs at the normal rate, or slows down to rest.
+/// Advance along a trajectory of the joints.
 static void step_trajectory(arm_path_t* const path, const arm_model_t* const model,
                             const control_motion_point_t* const point, const double period_s,
                             arm_motion_t* const motion)
 {
-    control_motion_point_t time = *point;
-    if (!path->is_slowing) {
-        path->elapsed_s += period_s;
-        time = (control_motion_point_t){
-            .position = arm_path_is_done(path) ? point->position : path->elapsed_s, .velocity = 1.0};
-    }
+    const control_motion_point_t time = step_time(path, point, period_s);
     arm_trajectory_at(path->trajectory, time.position, motion);
     for (unsigned i = 0U; i < model->joint_count; i++) {
         motion->acceleration_rad_s2[i] = (motion->acceleration_rad_s2[i] * time.velocity * time.velocity) +
@@ -195,7 +216,7 @@ arm_refusal_t arm_path_step(arm_path_t* const path, const arm_model_t* const mod
     FSW_ASSERT((path != NULL) && (model != NULL) && (limits != NULL) && (motion != NULL));
     const control_motion_point_t point = control_motion_step(&path->progress, period_s);
     if (path->is_line) {
-        return step_line(path, model, limits, &point, period_s, motion);
+        return step_tool(path, model, limits, &point, period_s, motion);
     }
     if (path->trajectory != NULL) {
         step_trajectory(path, model, &point, period_s, motion);
@@ -266,8 +287,11 @@ void arm_line_check_begin(arm_line_check_t* const check, const arm_path_t* const
                           const arm_motion_t* const from)
 {
     FSW_ASSERT((check != NULL) && (path != NULL) && (from != NULL));
-    *check = (arm_line_check_t){
-        .path = *path, .motion = *from, .period_s = arm_path_duration_s(path) / (double)CHECK_STEPS};
+    // A trajectory has as many lines as points.
+    const unsigned lines = (path->trajectory != NULL) ? path->trajectory->point_count : 1U;
+    *check               = (arm_line_check_t){.path     = *path,
+                                              .motion   = *from,
+                                              .period_s = arm_path_duration_s(path) / (double)(CHECK_STEPS * lines)};
 }
 
 status_t arm_line_check_step(arm_line_check_t* const check, const arm_model_t* const model,

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Motions of an arm from rest to rest: all joints at the same time, or the tool along a straight line while
 /// it turns about a fixed axis, both with minimum jerk and in the shortest time that the limits permit; or
-/// all joints along a trajectory through via points.
+/// all joints, or the tool, along a trajectory through via points.
 ///
-/// The arm follows a line by inverse kinematics in each cycle. Before the motion begins, a check follows the
-/// line with larger steps and finds out whether the motion is possible; the same conditions are checked
-/// during the motion.
+/// The arm follows a line or a trajectory of the tool by inverse kinematics in each cycle. Before the motion
+/// begins, a check follows the line with larger steps and finds out whether the motion is possible; the same
+/// conditions are checked during the motion.
 ///
 /// Ownership  The caller places the structures.
 /// Context    One task.
@@ -35,8 +35,8 @@ typedef struct {
     unsigned joint; ///< Number of the joint, from 0; 0 also if no joint is the cause.
 } arm_refusal_t;
 
-typedef struct { // All fields are private.
-    bool is_line;
+typedef struct {                        // All fields are private.
+    bool is_line;                       ///< The tool follows a line, or a trajectory of its own.
     const arm_trajectory_t* trajectory; ///< Trajectory; null if the motion is not a trajectory.
     bool is_slowing;                    ///< The time of the trajectory slows down; it is `progress`.
     double elapsed_s;                   ///< Time of the trajectory, if it does not slow down.
@@ -59,8 +59,8 @@ arm_refusal_t arm_path_begin_joints(arm_path_t* path, const arm_model_t* model, 
 /// limits.
 void arm_path_begin_line(arm_path_t* path, const arm_model_t* model, const arm_limits_t* limits,
                          const arm_motion_t* from, const arm_pose_t* goal, double share);
-/// Begin a motion of the joints along a trajectory whose plan is ready. `trajectory` must stay valid during
-/// the motion.
+/// Begin a motion along a trajectory whose plan is ready, of the joints or of the tool. `trajectory` must
+/// stay valid during the motion.
 void arm_path_begin_trajectory(arm_path_t* path, const arm_trajectory_t* trajectory);
 /// Returns the first joint whose position is outside its range.
 arm_refusal_t arm_path_check_positions(const arm_model_t* model, const arm_limits_t* limits,

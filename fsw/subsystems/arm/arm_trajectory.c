@@ -16,9 +16,38 @@
 #define BLEND_MIN_S 0.05
 #define GROWTH 1.05
 
+#define TWO_PI 6.2831853071795865
+#define TOOL_COORDINATES 6U
+#define VECTOR 3U // Coordinates of the position of the tool; those of its rotation follow.
+// Below this square of the angle, the series of the velocity of rotation replaces its formula.
+#define SMALL_SQUARE 1.0e-6
+
 static double larger(const double a, const double b)
 {
     return (a > b) ? a : b;
+}
+
+static double speed_of(const arm_trajectory_t* const trajectory, const arm_limits_t* const limits,
+                       const unsigned i)
+{
+    const double tool = (i < VECTOR) ? limits->tool_speed_m_s : limits->tool_rate_rad_s;
+    return trajectory->share * (trajectory->is_tool ? tool : limits->speed_rad_s[i]);
+}
+
+static double acceleration_of(const arm_trajectory_t* const trajectory, const arm_limits_t* const limits,
+                              const unsigned i)
+{
+    const double tool =
+        (i < VECTOR) ? limits->tool_acceleration_m_s2 : limits->tool_angular_acceleration_rad_s2;
+    return trajectory->share * (trajectory->is_tool ? tool : limits->acceleration_rad_s2[i]);
+}
+
+/// Magnitude of a coordinate: of a joint by itself, of the tool the length of its vector.
+static double magnitude(const arm_trajectory_t* const trajectory, const double values[ARM_JOINTS_MAX],
+                        const unsigned i)
+{
+    return trajectory->is_tool ? arm_length(arm_vector(&values[(i / VECTOR) * VECTOR]))
+                               : control_absolute(values[i]);
 }
 
 void arm_trajectory_clear(arm_trajectory_t* const trajectory)
@@ -34,10 +63,28 @@ status_t arm_trajectory_add(arm_trajectory_t* const trajectory, const arm_model_
     if (trajectory->point_count >= ARM_POINTS_MAX) {
         return STATUS_EXHAUSTED;
     }
+    trajectory->is_tool     = false;
     trajectory->joint_count = model->joint_count;
     trajectory->point_count++;
     for (unsigned i = 0U; i < model->joint_count; i++) {
         trajectory->point_rad[trajectory->point_count][i] = point_rad[i];
+    }
+    return STATUS_OK;
+}
+
+status_t arm_trajectory_add_pose(arm_trajectory_t* const trajectory, const double position_m[3],
+                                 const double rotation_rad[3])
+{
+    FSW_ASSERT((trajectory != NULL) && (position_m != NULL) && (rotation_rad != NULL));
+    if (trajectory->point_count >= ARM_POINTS_MAX) {
+        return STATUS_EXHAUSTED;
+    }
+    trajectory->is_tool     = true;
+    trajectory->joint_count = TOOL_COORDINATES;
+    trajectory->point_count++;
+    for (unsigned i = 0U; i < VECTOR; i++) {
+        trajectory->point_rad[trajectory->point_count][i]          = position_m[i];
+        trajectory->point_rad[trajectory->point_count][VECTOR + i] = rotation_rad[i];
     }
     return STATUS_OK;
 }
@@ -68,31 +115,76 @@ static double shortest_s(const arm_trajectory_t* const trajectory, const arm_lim
 {
     const double ends = ((line == 0U) ? 1.0 : 0.0) + (((line + 1U) == trajectory->point_count) ? 1.0 : 0.0);
     double duration_s = LINE_MIN_S;
+    double way[ARM_JOINTS_MAX];
     for (unsigned i = 0U; i < trajectory->joint_count; i++) {
-        const double length =
-            control_absolute(trajectory->point_rad[line + 1U][i] - trajectory->point_rad[line][i]);
-        const double speed        = limits->speed_rad_s[i] * trajectory->share;
-        const double acceleration = limits->acceleration_rad_s2[i] * trajectory->share;
-        duration_s                = larger(duration_s, length / speed);
+        way[i] = trajectory->point_rad[line + 1U][i] - trajectory->point_rad[line][i];
+    }
+    for (unsigned i = 0U; i < trajectory->joint_count; i++) {
+        const double length       = magnitude(trajectory, way, i);
+        const double acceleration = acceleration_of(trajectory, limits, i);
+        duration_s                = larger(duration_s, length / speed_of(trajectory, limits, i));
         duration_s = larger(duration_s, sqrt(0.5 * ends * PEAK_ACCELERATION * length / acceleration));
     }
     return duration_s;
 }
 
-void arm_trajectory_begin(arm_trajectory_t* const trajectory, const arm_limits_t* const limits,
-                          const arm_motion_t* const from, const double share, const double blend)
+static void begin(arm_trajectory_t* const trajectory, const arm_limits_t* const limits, const double share,
+                  const double blend)
 {
-    FSW_ASSERT((trajectory != NULL) && (limits != NULL) && (from != NULL) && (trajectory->point_count > 0U) &&
-               (share > 0.0) && (blend > 0.0));
+    FSW_ASSERT((trajectory->point_count > 0U) && (share > 0.0) && (blend > 0.0));
     trajectory->share  = share;
     trajectory->blend  = blend;
     trajectory->rounds = 0U;
-    for (unsigned i = 0U; i < trajectory->joint_count; i++) {
-        trajectory->point_rad[0][i] = from->position_rad[i];
-    }
     for (unsigned line = 0U; line < trajectory->point_count; line++) {
         trajectory->line_s[line] = shortest_s(trajectory, limits, line);
     }
+}
+
+void arm_trajectory_begin(arm_trajectory_t* const trajectory, const arm_limits_t* const limits,
+                          const arm_motion_t* const from, const double share, const double blend)
+{
+    FSW_ASSERT((trajectory != NULL) && (limits != NULL) && (from != NULL) && !trajectory->is_tool);
+    for (unsigned i = 0U; i < trajectory->joint_count; i++) {
+        trajectory->point_rad[0][i] = from->position_rad[i];
+    }
+    begin(trajectory, limits, share, blend);
+}
+
+/// Of the two rotation vectors that turn to the same orientation within one turn, the one that is nearer to
+/// that of the point before.
+static arm_vector_t nearer(const arm_vector_t vector_rad, const arm_vector_t before_rad)
+{
+    const double angle_rad = arm_length(vector_rad);
+    if (!(angle_rad > 0.0)) {
+        return vector_rad;
+    }
+    const arm_vector_t other = arm_times(vector_rad, 1.0 - (TWO_PI / angle_rad));
+    return (arm_length(arm_difference(other, before_rad)) <
+            arm_length(arm_difference(vector_rad, before_rad)))
+               ? other
+               : vector_rad;
+}
+
+void arm_trajectory_begin_tool(arm_trajectory_t* const trajectory, const arm_limits_t* const limits,
+                               const arm_pose_t* const from, const double share, const double blend)
+{
+    FSW_ASSERT((trajectory != NULL) && (limits != NULL) && (from != NULL) && trajectory->is_tool);
+    static const arm_rotation_t none = {{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
+    arm_vector_t before_rad          = {{0.0, 0.0, 0.0}};
+    trajectory->start                = from->rotation;
+    for (unsigned i = 0U; i < VECTOR; i++) {
+        trajectory->point_rad[0][i]          = from->position_m.at[i];
+        trajectory->point_rad[0][VECTOR + i] = 0.0;
+    }
+    for (unsigned point = 1U; point <= trajectory->point_count; point++) {
+        double* const rotation_rad = &trajectory->point_rad[point][VECTOR];
+        const arm_rotation_t goal  = arm_rotation_turned_by(&none, arm_vector(rotation_rad));
+        before_rad                 = nearer(arm_rotation_between(&from->rotation, &goal), before_rad);
+        for (unsigned i = 0U; i < VECTOR; i++) {
+            rotation_rad[i] = before_rad.at[i];
+        }
+    }
+    begin(trajectory, limits, share, blend);
 }
 
 /// Set the shortest duration of the blend at a point. Returns the largest distance between a joint and the
@@ -101,16 +193,18 @@ static double plan_blend(arm_trajectory_t* const trajectory, const arm_limits_t*
                          const unsigned point)
 {
     double duration_s = BLEND_MIN_S;
-    double change     = 0.0;
+    double largest    = 0.0;
+    double change[ARM_JOINTS_MAX];
     for (unsigned i = 0U; i < trajectory->joint_count; i++) {
-        const double own =
-            control_absolute(velocity_behind(trajectory, point, i) - velocity_before(trajectory, point, i));
-        change     = larger(change, own);
-        duration_s = larger(duration_s,
-                            PEAK_ACCELERATION * own / (limits->acceleration_rad_s2[i] * trajectory->share));
+        change[i] = velocity_behind(trajectory, point, i) - velocity_before(trajectory, point, i);
+    }
+    for (unsigned i = 0U; i < trajectory->joint_count; i++) {
+        const double own = magnitude(trajectory, change, i);
+        largest          = larger(largest, own);
+        duration_s = larger(duration_s, PEAK_ACCELERATION * own / acceleration_of(trajectory, limits, i));
     }
     trajectory->blend_s[point] = duration_s;
-    return DISTANCE * change * duration_s;
+    return DISTANCE * largest * duration_s;
 }
 
 /// True for points between the start and the last one: only there the motion passes at a distance.
@@ -205,4 +299,32 @@ void arm_trajectory_at(const arm_trajectory_t* const trajectory, const double ti
         return;
     }
     move_near(trajectory, trajectory->point_count, since_s, out_motion);
+}
+
+/// Velocity of rotation when a rotation vector changes with `change`, in the frame in which both are given.
+static arm_vector_t rate_of(const arm_vector_t vector_rad, const arm_vector_t change)
+{
+    const double square              = arm_dot(vector_rad, vector_rad);
+    const double angle_rad           = sqrt(square);
+    const control_sine_cosine_t turn = control_sine_cosine(angle_rad);
+    const bool is_small              = (square < SMALL_SQUARE);
+    const double first               = is_small ? 0.5 : ((1.0 - turn.cosine) / square);
+    const double second       = is_small ? (1.0 / 6.0) : ((angle_rad - turn.sine) / (square * angle_rad));
+    const arm_vector_t across = arm_cross(vector_rad, change);
+    const arm_vector_t twice  = arm_cross(vector_rad, across);
+    return arm_sum(change, arm_sum(arm_times(across, first), arm_times(twice, second)));
+}
+
+void arm_trajectory_tool_at(const arm_trajectory_t* const trajectory, const double time_s, const double rate,
+                            arm_pose_t* const out_pose, arm_twist_t* const out_twist)
+{
+    FSW_ASSERT((trajectory != NULL) && trajectory->is_tool && (out_pose != NULL) && (out_twist != NULL));
+    arm_motion_t motion;
+    arm_trajectory_at(trajectory, time_s, &motion);
+    const arm_vector_t vector_rad = arm_vector(&motion.position_rad[VECTOR]);
+    const arm_vector_t change     = arm_vector(&motion.velocity_rad_s[VECTOR]);
+    out_pose->position_m          = arm_vector(motion.position_rad);
+    out_pose->rotation            = arm_rotation_turned_by(&trajectory->start, vector_rad);
+    out_twist->linear_m_s         = arm_times(arm_vector(motion.velocity_rad_s), rate);
+    out_twist->angular_rad_s      = arm_times(rate_of(vector_rad, change), rate);
 }

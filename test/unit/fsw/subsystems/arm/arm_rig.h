@@ -26,7 +26,9 @@ enum {
     RIG_STOP     = 3,
     RIG_ADD_VIA  = 4,
     RIG_CLR_VIA  = 5,
-    RIG_MOVE_VIA = 6
+    RIG_MOVE_VIA = 6,
+    RIG_ADD_POSE = 7,
+    RIG_LINE_VIA = 8
 }; // Functions.
 
 typedef status_t (*rig_action_t)(void* self);
@@ -46,6 +48,11 @@ typedef struct {
     double share;
     double blend;
 } rig_move_through_t;
+
+typedef struct {
+    double position[3];
+    double rotation[3];
+} rig_pose_t;
 
 extern subsystem_descriptor_t rig_descriptor;
 extern scripted_node_t* rig_joints[RIG_JOINTS];
