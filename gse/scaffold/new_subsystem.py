@@ -29,6 +29,7 @@ FIRST_APID, LAST_APID = 18, 2046
 NAME_MAX = 24
 SUBSYSTEMS_MAX = 14  # the scheduler has 16 participants; simulator and operator are two of them
 BUSES_MAX = 8  # of a mission; base/capacities.h
+BUS_NAME_MAX = 15  # characters, as an interface of Linux
 RESERVED = KEYWORDS | {"operator", "simulator", "image", "hirosco", "pusdump", "packet_archive_sqlite", "self", "network"}
 STANDARD_TYPES = re.compile(r"u?int(ptr|max|(_least|_fast)?(8|16|32|64))|s?size|ptrdiff|wchar")  # Followed by _t.
 # What the new sources and the generated header name after the subsystem.
@@ -46,10 +47,10 @@ PERMISSIONS = """    <!-- @NAME@ -->
 """
 
 
-BUS = """    <Bus name="@file@" bitRate="1000000" dataBitRate="5000000"/>
+BUS = """    <Bus name="@bus@" bitRate="1000000" dataBitRate="5000000"/>
 """
 DEVICES = """  <!-- The motor and the probe of @NAME@. -->
-  <Bench name="@NAME@_MOTOR" type="light" bus="@file@" node="0x31" eds="joint-drive.eds" contact="1.5" stiffness="400" range="1.5708"/>
+  <Bench name="@NAME@_MOTOR" type="light" bus="@bus@" node="0x31" eds="joint-drive.eds" contact="1.5" stiffness="400" range="1.5708"/>
   <Instrument name="@NAME@_PROBE" type="SERIAL" channel="/dev/tty-@file@" framing="SLIP" checksum="true" period="5ms" value="INT32" scale="1e-6"
               speed="2"/>
 """
@@ -223,6 +224,7 @@ def begin(name, apid, mission):
     file = name.replace("_", "-")
     number = choose_apid(apid)
     names = {"name": name, "NAME": name.upper(), "apid": str(number), "executable": file, "file": file}
+    names["bus"] = file if len(file) <= BUS_NAME_MAX else f"can-{number}"
     files = plan_files(names)
     mission_path, text, mission_name, is_new = plan_mission(names, mission)
     there = [relative(path) for path in (*files, *([mission_path] if is_new else [])) if path.exists()]

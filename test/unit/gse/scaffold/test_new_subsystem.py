@@ -12,7 +12,7 @@ sys.path.insert(0, str(ROOT / "gse" / "scaffold"))
 
 import new_subsystem
 
-NAMES = {"name": "sled", "NAME": "SLED", "apid": "99", "executable": "sled", "file": "sled"}
+NAMES = {"name": "sled", "NAME": "SLED", "apid": "99", "executable": "sled", "file": "sled", "bus": "sled"}
 MISSIONS = sorted(path.stem for path in (ROOT / "descriptors" / "missions").glob("*.xml"))
 
 
@@ -42,7 +42,7 @@ def test_a_mission_whose_buses_are_taken_is_refused():
     _, text, _, _ = new_subsystem.plan_mission(NAMES, "rokviss")
     source = ROOT / "descriptors" / "missions" / "rokviss.xml"
     for number in range(3):
-        text = new_subsystem.with_bus(text, NAMES | {"file": f"bus{number}"}, source)
+        text = new_subsystem.with_bus(text, NAMES | {"bus": f"bus{number}"}, source)
     assert text.count("<Bus ") == 8
     with pytest.raises(new_subsystem.Refusal, match=r"rokviss\.xml: has 8 buses"):
         new_subsystem.with_bus(text, NAMES, source)
