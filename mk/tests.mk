@@ -107,9 +107,11 @@ remote-endian-programs: $(REMOTE_ENDIAN_PROGRAMS)
 # services, and of what a subsystem links. Left out are those that need more memory than the board has, several
 # processes, or minutes.
 PORTABLE_TESTS := $(filter test/contract/osal/test_% test/unit/base/% test/unit/pus/% test/unit/fsw/canopen/% \
-    test/unit/fsw/drives/% $(foreach f,control dataflow parameter rtlink subsystem,test/unit/fsw/framework/$f/%),\
+    test/unit/fsw/drives/% test/unit/fsw/framework/message/test_message_ring.c \
+    $(foreach f,control dataflow journal parameter rtlink subsystem,test/unit/fsw/framework/$f/%),\
     $(filter-out test/unit/pus/tool/% $(foreach s,st11 st15 st22,test/unit/pus/$s/%) %_torture.c %_endurance.c \
-    %_fuzz.c %/test_elementary.c %/test_long_lists.c %/test_packet_store_power.c,$(TESTS)))
+    %_fuzz.c %/test_elementary.c %/test_long_lists.c %/test_packet_store_power.c %/test_journal_damage.c \
+    %/test_journal_power.c,$(TESTS)))
 PORTABLE_TESTS := $(call portable,$(PORTABLE_TESTS)) $(BOARD_ONLY_TESTS)
 board-tests: $(foreach t,$(call selected,$(PORTABLE_TESTS)),$(call test_name,$t))
 	@:

@@ -6,9 +6,7 @@
 #include "base/text.h"
 #include "osal/include/osal/console.h"
 
-#define JOURNAL_LIMIT (64U * 1024U * 1024U) ///< Maximum size of each file [octets].
-#define JOURNAL_SLACK (1024U * 1024U)       ///< A commit compacts if dead octets exceed live ones by this.
-#define PIECE 4096U                         ///< Octets copied at a time.
+#define PIECE 4096U ///< Octets copied at a time.
 
 static status_t complain(component_runtime_t* const runtime, const char* const path, const status_t status)
 {
@@ -183,8 +181,8 @@ status_t record_store_open(record_store_t* const store, component_runtime_t* con
     }
     const journal_configuration_t configuration = {
         .media        = {medium_of(store, 0U, waits), medium_of(store, 1U, waits)},
-        .limit        = JOURNAL_LIMIT,
-        .slack        = JOURNAL_SLACK,
+        .limit        = RECORD_STORE_LIMIT,
+        .slack        = RECORD_STORE_SLACK,
         .slots        = slots,
         .capacity     = capacity,
         .keep         = keep_media,

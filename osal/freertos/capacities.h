@@ -6,4 +6,8 @@
 
 #define CAPACITY_OF_STORAGE(most) 1U // base/capacities.h: descriptors are compiled in.
 
+// fsw/programs/record_store.h: the records are on a medium of 64 KiB.
+#define RECORD_STORE_LIMIT 32768U
+#define RECORD_STORE_SLACK 4096U
+
 #endif // OSAL_FREERTOS_CAPACITIES_H
