@@ -24,6 +24,7 @@ from .session import LinkLost
 
 NEVER = "never"
 CONNECT_PAUSE_S = 0.1
+CLOSED = "the spacecraft closed the link; if all its places for connections are taken, try again within 30 s"
 
 
 def connect(host, port, patience_s=0.0):
@@ -64,15 +65,15 @@ def _reporting(run, procedure):
         raise
 
 
-class RealDriver:
-    """Runs procedures in wall-clock time.
+class WallClock:
+    """The time of a session in wall-clock time.
 
     Mission time is unknown until the first telemetry; then it is taken from the packets' times (epoch_ns is the
     packet time of mission time 0), extrapolated by the local clock.
     """
 
-    def __init__(self, stream, session, epoch_ns=None):
-        self._stream, self._session, self._epoch_ns = stream, session, epoch_ns
+    def __init__(self, session, epoch_ns=None):
+        self._session, self._epoch_ns = session, epoch_ns
         self._origin_ns = time.monotonic_ns()
         session.listeners.append(self._synchronise)
 
@@ -86,6 +87,23 @@ class RealDriver:
     def _now(self):
         return time.monotonic_ns() - self._origin_ns
 
+    def resume(self, procedure):
+        """Resume a procedure at the present time; the time at which it wants to be resumed without telemetry, None: never."""
+        self._session.now_ns = max(self._session.now_ns, self._now())
+        return procedure.send(None)
+
+    def seconds_until(self, wake_ns):
+        """Seconds from now to a time of the session."""
+        return max(0.0, (wake_ns - self._now()) / 1e9)
+
+
+class RealDriver(WallClock):
+    """Runs procedures in wall-clock time, one after the other."""
+
+    def __init__(self, stream, session, epoch_ns=None):
+        super().__init__(session, epoch_ns)
+        self._stream = stream
+
     def run(self, procedure):
         """Run to the end. Returns the value of the procedure."""
         return _reporting(self._run, procedure)
@@ -93,21 +111,17 @@ class RealDriver:
     def _run(self, procedure):
         session = self._session
         try:
-            wake = self._resume(procedure)
+            wake = self.resume(procedure)
             while True:
                 _send(self._stream, session.outbox)
-                pause = None if wake is None else max(0.0, (wake - self._now()) / 1e9)
+                pause = None if wake is None else self.seconds_until(wake)
                 readable, _, _ = select.select([self._stream], [], [], pause)
                 if readable:
                     self._receive()
-                wake = self._resume(procedure)
+                wake = self.resume(procedure)
         except StopIteration as end:
             _send(self._stream, session.outbox)
             return end.value
-
-    def _resume(self, procedure):
-        self._session.now_ns = max(self._session.now_ns, self._now())
-        return procedure.send(None)
 
     def _receive(self):
         try:
@@ -115,7 +129,7 @@ class RealDriver:
         except OSError as error:
             raise LinkLost(f"link lost: {error.strerror}") from error
         if not octets:
-            raise LinkLost("the spacecraft closed the link; if all its places for connections are taken, try again within 30 s")
+            raise LinkLost(CLOSED)
         self._session.now_ns = max(self._session.now_ns, self._now())
         self._session.feed(octets)
 

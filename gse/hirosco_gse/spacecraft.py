@@ -24,9 +24,9 @@ Every call returns when its result is known, and raises otherwise:
     live.LiveRefused               the simulator refused a line of the live world
 
 A Spacecraft has one connection and belongs to one thread; several may command the same flight. Telemetry is taken in while a call waits,
-so events and states between two calls are known at the end of the second call. A server, or a scenario in stepped time, cannot wait in
-a call: there the same procedures run on a `session.Session` with another driver, station/hub.py with asyncio, or link.StepDriver within
-the grants of the scheduler.
+so events and states between two calls are known at the end of the second call. A program that must not block uses the same calls as
+`await craft.cmd(...)`, several at once: async_spacecraft.AsyncSpacecraft. A scenario in stepped time runs the same procedures with
+link.StepDriver within the grants of the scheduler.
 """
 
 import math
@@ -140,15 +140,20 @@ class Spacecraft:
         """Perform a command of `gse`, given as one line or as words; the lines of its answer, each a dict with "text"."""
         return self._perform(self.plan(*words), timeout_s)
 
-    def _perform(self, command, timeout_s):
-        return self.run(command.procedure(self.session, self._ns(timeout_s)))
+    # Each call below is one procedure that `run` runs, so that it is the same in AsyncSpacecraft, whose `run` is to be awaited.
+
+    def _perform(self, command, timeout_s, result=lambda rows: rows):
+        def performing():
+            return result((yield from command.procedure(self.session, self._ns(timeout_s))))
+
+        return self.run(performing())
 
     def _call(self, function, arguments):
         return self.plan("cmd", function, *(f"{name}={_text(value)}" for name, value in arguments.items()))
 
     def cmd(self, function, *, timeout_s=None, **arguments):
         """Perform SUBSYSTEM.FUNCTION to its completion."""
-        self._perform(self._call(function, arguments), timeout_s)
+        return self._perform(self._call(function, arguments), timeout_s, lambda rows: None)
 
     def send(self, function, **arguments):
         """Send SUBSYSTEM.FUNCTION without waiting; its session.Verification, which `finish` waits for."""
@@ -156,9 +161,12 @@ class Spacecraft:
 
     def send_request(self, request):
         """Send a session.Request without waiting; its session.Verification."""
-        verification = self.session.send(request)
-        self.run(self.session.wait_until(0))  # Sends what is queued.
-        return verification
+        def sending():
+            verification = self.session.send(request)
+            yield from self.session.wait_until(0)  # The driver sends what is queued.
+            return verification
+
+        return self.run(sending())
 
     def finish(self, verification, timeout_s=None):
         """Wait for the completion of a request; its verification. Raises Rejected."""
@@ -169,25 +177,30 @@ class Spacecraft:
         entry = self.dictionary.catalogue.find("TC", service, subtype)
         data = self.dictionary.catalogue.encode("TC", service, subtype, fields)
         request = Request(self.dictionary.subsystem(subsystem).apid, service, subtype, data, f"TC[{service},{subtype}] to {subsystem}")
-        verification = self.finish(self.send_request(request), timeout_s)
         message = (service, entry["answer"])
-
-        def answers():  # An answer longer than a packet comes in parts, after the completion of its request.
-            return [decoded for packet, decoded in verification.replies if packet.message == message]
-
         what = f"TM[{service},{entry['answer']}] in answer to {request.text}"
-        return merged(self.wait_for(answers, what, timeout_s)) if entry["answer"] else {}
+
+        def answering():
+            verification = yield from self.session.finish(self.session.send(request), self._ns(timeout_s))
+            if not entry["answer"]:
+                return {}
+
+            def answers():  # An answer longer than a packet comes in parts, after the completion of its request.
+                return [decoded for packet, decoded in verification.replies if packet.message == message]
+
+            return merged((yield from self.session.wait_for(answers, self._ns(timeout_s), what)))
+
+        return self.run(answering())
 
     # Parameters ---------------------------------------------------------------------------------------------
 
     def get(self, parameter, timeout_s=None):
         """Present value of SUBSYSTEM.PARAMETER[.FIELD], as of this call."""
-        rows = self._perform(self.plan("get", parameter), timeout_s)
-        return _plain(next(iter(rows[-1]["values"].values())))
+        return self._perform(self.plan("get", parameter), timeout_s, lambda rows: _plain(next(iter(rows[-1]["values"].values()))))
 
     def set(self, parameter, value, timeout_s=None):
         """Set SUBSYSTEM.PARAMETER[.FIELD]."""
-        self._perform(self.plan("set", parameter, value), timeout_s)
+        return self._perform(self.plan("set", parameter, value), timeout_s, lambda rows: None)
 
     def wait_value(self, parameter, is_wanted=lambda value: True, timeout_s=None):
         """Wait until the last value of SUBSYSTEM.PARAMETER[.FIELD] in housekeeping is wanted; returns the value."""
@@ -203,10 +216,13 @@ class Spacecraft:
             last = self.values.get(key)
             return [last[1]] if last and is_wanted(last[1]) else None
 
-        try:
-            return self.wait_for(reported, f"the wanted value of {key}", timeout_s)[0]
-        except TimedOut as problem:
-            raise TimedOut(f"{problem}; the last was {self.values[key][1] if key in self.values else 'not reported'}") from problem
+        def waiting():
+            try:
+                return (yield from self.session.wait_for(reported, self._ns(timeout_s), f"the wanted value of {key}"))[0]
+            except TimedOut as problem:
+                raise TimedOut(f"{problem}; the last was {self.values[key][1] if key in self.values else 'not reported'}") from problem
+
+        return self.run(waiting())
 
     # Reports ------------------------------------------------------------------------------------------------
 
@@ -228,7 +244,7 @@ class Spacecraft:
             while self.session.now_ns - self.session.slipped_ns < end:
                 yield None if math.isinf(end) else end + self.session.slipped_ns
 
-        self.run(waiting())
+        return self.run(waiting())
 
     def state(self, subsystem):
         """Last reported state of a subsystem, None before the first report."""
@@ -236,13 +252,17 @@ class Spacecraft:
 
     def wait_state(self, subsystem, state, timeout_s=None):
         """Wait until a subsystem has reported a state."""
-        self.run(self.session.wait_state(self.dictionary.subsystem(subsystem).apid, state.upper(), self._ns(timeout_s)))
+        return self.run(self.session.wait_state(self.dictionary.subsystem(subsystem).apid, state.upper(), self._ns(timeout_s)))
 
     def wait_event(self, subsystem, event, timeout_s=None):
         """Wait for the first event of this name since the connection that no earlier call has returned; its values."""
         source = self.dictionary.subsystem(subsystem)
-        _, decoded = self.run(self.session.wait_event(source.apid, source.event(event).name, self._ns(timeout_s)))
-        return {name: _plain(value) for name, value in decoded["values"].items()}
+
+        def waiting():
+            _, decoded = yield from self.session.wait_event(source.apid, source.event(event).name, self._ns(timeout_s))
+            return {name: _plain(value) for name, value in decoded["values"].items()}
+
+        return self.run(waiting())
 
     # The simulated world of a flight by the wall clock ------------------------------------------------------
 

@@ -15,6 +15,7 @@ import tempfile
 import time
 
 from .. import commands, sdls, telemetry, world
+from ..async_link import AsyncLink
 from ..command import UsageError
 from ..dictionary import SUPERVISOR_APID, Dictionary, DictionaryError
 from ..place import DEFAULT_PORT, LOOPBACK, Place, world_of
@@ -135,7 +136,7 @@ class Hub:
         self.network, self.display = Network(self), display.Display(self)
         self.mismatches = {}  # subsystem -> message about the interface that flies
         self.seconds = None
-        self._current = self._writer = self._sender = None
+        self._current = self._connection = self._sender = None
         self.counts = {"kind": "counts", "rows": {}}
         self._counters, self._counted = {}, 0.0
 
@@ -200,21 +201,19 @@ class Hub:
             self._say_link(False, str(problem))
         finally:
             writer.close()
-            self._writer = None
+            self._connection = None
             if self.session:
                 self.session.link_lost()
                 self._resume_all()
             self._say_link(False, f"link lost, trying {where}")
 
     async def _receive(self, reader, writer):
-        self._writer = writer
+        self._connection = AsyncLink(reader, writer, self.session)
         self._counters.clear()
         self.session.is_time_known = False
-        self._say_link(True, where := f"{LOOPBACK}:{writer.get_extra_info('peername')[1]}")
+        self._say_link(True, where := f"{LOOPBACK}:{self._connection.address[1]}")
         self.begin_own(self._ask_all())
-        while octets := await reader.read(65536):
-            self.session.feed(octets)
-            self._resume_all()
+        await self._connection.receive(self._resume_all)
         self._say_link(False, f"{where} closed the link")
 
     def _say_link(self, is_live, text):
@@ -226,7 +225,7 @@ class Hub:
     async def _tick(self):
         while True:
             await asyncio.sleep(TICK_S)
-            if self._writer:
+            if self._connection:
                 self._keep()
                 self._say_counts()
                 self._resume_all()
@@ -234,7 +233,7 @@ class Hub:
     @property
     def is_linked(self):
         """Whether there is a link to the spacecraft."""
-        return self._writer is not None
+        return self._connection is not None
 
     def _keep(self):
         if self._is_watched():
@@ -254,10 +253,10 @@ class Hub:
 
     async def leave(self):
         """Disable the structures that the station has enabled for its pages; called when the station ends."""
-        if self._writer and self.display.enabled:
+        if self._connection and self.display.enabled:
             asked = self.display.end()
             end = time.monotonic() + LEAVE_S
-            while self._writer and time.monotonic() < end and not all(call.is_over for call in asked):
+            while self._connection and time.monotonic() < end and not all(call.is_over for call in asked):
                 await asyncio.sleep(TICK_S / 4)
 
     # Procedures ---------------------------------------------------------------------------------------------
@@ -298,15 +297,14 @@ class Hub:
         self._flush()
 
     def _flush(self):
-        if self._writer and self.session.outbox:
-            self._writer.write(bytes(self.session.outbox))
-            self.session.outbox.clear()
+        if self._connection:
+            self._connection.flush()
 
     def command(self, text, is_for_display=False):
         """Start a command of an operator; its progress is published. is_for_display: structures that it enables are disabled
         when no page is open any more. Raises UsageError."""
         planned = self.plan(text)
-        if not self._writer:
+        if not self._connection:
             raise UsageError("no link to the spacecraft")
         at_end = self.display.after(shlex.split(text), is_for_display)
         call = Call(next(self._numbers), planned.text, planned.procedure(self.session, PATIENCE_NS), self.seconds, text, at_end)
@@ -336,7 +334,7 @@ class Hub:
         if tuple(text.split()[:2]) not in LISTS:
             raise UsageError(f"'{text}' is no list; lists are {', '.join(sorted(map(' '.join, LISTS)))}")
         planned = self.plan(text)
-        if not self._writer:
+        if not self._connection:
             raise UsageError("no link to the spacecraft")
         call = self.begin_own(planned.procedure(self.session, PATIENCE_NS))
         while not call.is_over:

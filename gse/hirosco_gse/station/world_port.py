@@ -26,14 +26,15 @@ class WorldPort:
         self._run = self._reader = self._writer = None
         self._turn = asyncio.Lock()
 
-    def _close(self):
+    def close(self):
+        """Close the connection; the next line opens another one."""
         if self._writer:
             self._writer.close()
         self._reader = self._writer = None
 
     def move_to(self, run, name):
         """Use the live port of another run, as a client of this name."""
-        self._close()
+        self.close()
         self._run, self._name = run, name
 
     async def _open(self):
@@ -58,13 +59,13 @@ class WorldPort:
                     await self._open()
                 answer = await self._exchange(line)
             except LinkLost:
-                self._close()
+                self.close()
                 raise
             except (OSError, asyncio.TimeoutError) as error:
-                self._close()
+                self.close()
                 raise LinkLost(f"the simulator does not answer: {error or 'time-out'}") from error
             except asyncio.CancelledError:
-                self._close()  # The answer to this line may still arrive, and must not be taken for that of a later line.
+                self.close()  # The answer to this line may still arrive, and must not be taken for that of a later line.
                 raise
         found = live.taken(answer)
         self.speed, hand = live.pace_of(answer)

@@ -219,7 +219,7 @@ def test_a_flight_that_ends_and_the_next(place, spacecraft):
     async def story(page, station):
         begin(place, "second", second.port)
         spacecraft.close()
-        station.hub._writer.transport.abort()
+        station.hub._connection.abort()
         await page.until(lambda message: message["kind"] == "link" and not message["is_live"])
         hello = await page.until(lambda message: message["kind"] == "hello")
         await page.until(lambda message: message["kind"] == "link" and message["is_live"])
@@ -239,7 +239,7 @@ def test_another_flight_at_the_port_of_one_that_has_ended_is_left_alone(place, s
 
     async def story(page, station):
         (place / "first" / "run.json").write_text("{}")
-        station.hub._writer.transport.abort()
+        station.hub._connection.abort()
         return await page.until(lambda message: message["kind"] == "link" and "ended" in message["text"])
 
     assert visit(place, story) == {"kind": "link", "is_live": False, "text": "the flight of first has ended"}

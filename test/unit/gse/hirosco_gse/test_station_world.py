@@ -92,7 +92,7 @@ def test_a_request_without_any_report_is_not_answered_and_has_not_failed(place, 
             station.hub._resume_all()
             await asyncio.sleep(0.01)
         silent = await page.until(lambda message: message["kind"] == "command" and message["silent"])
-        station.hub._writer.transport.abort()
+        station.hub._connection.abort()
         return silent, await page.until(lambda message: message["kind"] == "command" and message["over"])
 
     silent, lost = visit(place, story)
