@@ -36,7 +36,9 @@ typedef struct {
     void (*exchange)(void* context, subsystem_descriptor_t* old);
 } component_descriptors_t;
 
+#ifndef COMPONENT_PLAY_OUTS_MAX
 #define COMPONENT_PLAY_OUTS_MAX 4U ///< Links with a relay that one program consumes.
+#endif
 
 typedef struct {                             // Play-out buffers of a program; private, all zero at first.
     uint16_t links[COMPONENT_PLAY_OUTS_MAX]; // Number of the link that uses the buffer; 0: none.

@@ -10,4 +10,8 @@
 #define RECORD_STORE_LIMIT 32768U
 #define RECORD_STORE_SLACK 4096U
 
+#define SHM_STORE_OCTETS 393216U // osal/freertos/shm.c: the rings of all eight buses that a mission may have.
+#define COMPONENT_PLAY_OUTS_MAX                                                                              \
+    1U // fsw/programs/component_runtime.h: a program on a board has no link with a relay.
+
 #endif // OSAL_FREERTOS_CAPACITIES_H

@@ -13,7 +13,9 @@
 
 #define BLOCKS_MAX 16U
 #define NAME_OCTETS 62U
-#define STORE_OCTETS 786432U
+#ifndef SHM_STORE_OCTETS
+#define SHM_STORE_OCTETS 786432U
+#endif
 #define ALIGNMENT 64U
 
 typedef struct {
@@ -24,7 +26,7 @@ typedef struct {
     bool is_zero; ///< The creator has cleared it: others may open it.
 } block_t;
 
-static uint8_t store[STORE_OCTETS] __attribute__((aligned(64)));
+static uint8_t store[SHM_STORE_OCTETS] __attribute__((aligned(64)));
 static block_t blocks[BLOCKS_MAX];
 
 static bool is_name(const char* const name)
@@ -52,12 +54,12 @@ static size_t span_of(const size_t size)
     return (size + (ALIGNMENT - 1U)) & ~(size_t)(ALIGNMENT - 1U);
 }
 
-/// First octet from which `size` octets are free, or STORE_OCTETS.
+/// First octet from which `size` octets are free, or SHM_STORE_OCTETS.
 static size_t find_room(const size_t size)
 {
     size_t at    = 0U;
     bool is_good = false;
-    while (!is_good && ((at + size) <= STORE_OCTETS)) {
+    while (!is_good && ((at + size) <= SHM_STORE_OCTETS)) {
         is_good = true;
         for (unsigned i = 0U; i < BLOCKS_MAX; i++) {
             const block_t* const one = &blocks[i];
@@ -68,7 +70,7 @@ static size_t find_room(const size_t size)
             }
         }
     }
-    return is_good ? at : STORE_OCTETS;
+    return is_good ? at : SHM_STORE_OCTETS;
 }
 
 /// STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED. Other tasks do not run meanwhile.
@@ -81,8 +83,8 @@ static status_t reserve(const char* const name, const size_t size, block_t** con
     for (unsigned i = 0U; (i < BLOCKS_MAX) && (entry == NULL); i++) {
         entry = (blocks[i].size == 0U) ? &blocks[i] : NULL;
     }
-    const size_t at = (size <= STORE_OCTETS) ? find_room(span_of(size)) : STORE_OCTETS;
-    if ((entry == NULL) || (at == STORE_OCTETS)) {
+    const size_t at = (size <= SHM_STORE_OCTETS) ? find_room(span_of(size)) : SHM_STORE_OCTETS;
+    if ((entry == NULL) || (at == SHM_STORE_OCTETS)) {
         return STATUS_EXHAUSTED;
     }
     *entry = (block_t){.offset = at, .size = size, .mappings = 1U};
@@ -99,7 +101,7 @@ status_t osal_shm_create(osal_shm_t* const shm, const char* const name, const si
     if (!is_name(name) || (size == 0U)) {
         return STATUS_INVALID;
     }
-    if (size > STORE_OCTETS) {
+    if (size > SHM_STORE_OCTETS) {
         return STATUS_EXHAUSTED;
     }
     vTaskSuspendAll();
