@@ -87,16 +87,16 @@ def test_the_figures_hold_on_other_surfaces(folder, delay_ms, seed, contact):
 
 
 @pytest.mark.long
-def test_a_stiff_wall_is_held_but_the_force_at_the_bump_is_not_bounded_by_25_n(folder):
-    """20 kN/m with 100 ms is a known deviation (docs/control.md). The bounds are the values of the measured
-    flight with a margin."""
+@pytest.mark.parametrize(("delay_ms", "peak_n"), [(20, 25), (100, 40), (300, 50)])
+@pytest.mark.parametrize("seed", (1, 2))
+def test_a_wall_of_20_kn_per_m_has_its_own_bound_of_the_force_and_all_other_bounds(folder, delay_ms, peak_n, seed):
+    """The force grows until the arm gives way; on a stiff wall this is more force (docs/control.md)."""
     world = pressing.write_world(folder, contact={"stiffness": 20000, "shear": 16000})
-    flight = flying.fly(folder / "out", "--scenario", "relay", "--delay", "100", "--form", "image", "--world", world, report="yes")
-    facts = flight.facts
+    options = ("--scenario", "relay", "--delay", delay_ms, "--form", "image", "--seed", seed, "--world", world)
+    facts = flying.fly(folder / "out", *options, report="yes").facts
     assert facts["figures_missing"] == {}
-    assert {line.split()[0] for line in figures.failures(facts)} <= {"delay_force_peak_n", "passivity_local_j"}
-    assert facts["delay_force_peak_n"] <= 65
-    assert facts["passivity_local_j"] >= -0.01
+    assert {line.split()[0] for line in figures.failures(facts)} <= {"delay_force_peak_n"}
+    assert facts["delay_force_peak_n"] <= peak_n
 
 
 def test_the_seed_selects_what_is_lost(folder):
