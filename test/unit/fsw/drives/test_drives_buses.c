@@ -444,6 +444,15 @@ static void more_settings_than_a_device_has_room_for_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, run_action(configure));
 }
 
+/// A device on a stream is none of the drives: another library operates it.
+static void a_device_without_a_bus_is_not_brought_up(void)
+{
+    make(1U, 2U, false);
+    descriptor.storage.devices[1].type = DESCRIPTOR_STREAM_TYPE;
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
+    TEST_ASSERT_EQUAL_UINT8(1U, drives.device_count);
+}
+
 /// The time since the last call counts, even if no cycle in between could abort the configuration.
 static void a_configuration_starts_again_after_a_gap_without_cycles(void)
 {
@@ -482,6 +491,7 @@ int main(void)
     RUN_TEST(a_channel_is_selected_on_every_bus_or_on_none);
     RUN_TEST(each_bus_has_its_own_channel_b);
     RUN_TEST(pulses_and_accesses_reach_the_bus_of_the_device);
+    RUN_TEST(a_device_without_a_bus_is_not_brought_up);
     RUN_TEST(more_settings_than_a_device_has_room_for_are_refused);
     RUN_TEST(a_configuration_starts_again_after_a_gap_without_cycles);
     return UNITY_END();
