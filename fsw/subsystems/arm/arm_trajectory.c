@@ -46,7 +46,7 @@ static double acceleration_of(const arm_trajectory_t* const trajectory, const ar
 static double magnitude(const arm_trajectory_t* const trajectory, const double values[ARM_JOINTS_MAX],
                         const unsigned i)
 {
-    return trajectory->is_tool ? arm_length(arm_vector(&values[(i / VECTOR) * VECTOR]))
+    return trajectory->is_tool ? arm_length(arm_vector(&values[i - (i % VECTOR)]))
                                : control_absolute(values[i]);
 }
 
