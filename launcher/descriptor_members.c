@@ -11,11 +11,15 @@
 #define NUMBER(type, member) MEMBER(type, member, DESCRIPTOR_MEMBER_NUMBER)
 #define REAL(type, member) MEMBER(type, member, DESCRIPTOR_MEMBER_REAL)
 #define WORDS(type, member) MEMBER(type, member, DESCRIPTOR_MEMBER_WORDS)
-#define NAMES(type, member) MEMBER(type, member, DESCRIPTOR_MEMBER_NAMES)
+#define NAMES(type, member)                                                                                  \
+    {                                                                                                        \
+#member, offsetof(type, member), (uint8_t)sizeof(void*), 0U, DESCRIPTOR_MEMBER_NAMES                 \
+    }
+#define ITEM_WIDTH(type, member) ((uint8_t)sizeof *((const type*)NULL)->member)
 #define NUMBERS(type, member)                                                                                \
     {                                                                                                        \
-#member, offsetof(type, member), WIDTH(type, member[0]),                                             \
-            (uint8_t)(sizeof(((const type*)NULL)->member) / sizeof(((const type*)NULL)->member[0])),         \
+#member, offsetof(type, member), ITEM_WIDTH(type, member),                                           \
+            (uint8_t)(sizeof(((const type*)NULL)->member) / ITEM_WIDTH(type, member)),                       \
             DESCRIPTOR_MEMBER_NUMBER                                                                         \
     }
 #define LIST(model, type, list, number)                                                                      \

@@ -96,7 +96,7 @@ typedef struct { // The model that is written.
 static void add_names(const model_t* const model, text_t* const text, const void* const place)
 {
     const descriptor_enumeration_t* enumeration = NULL;
-    (void)memcpy(&enumeration, place, sizeof enumeration);
+    (void)memcpy(&enumeration, place, sizeof(void*));
     if (enumeration == NULL) {
         text_add(text, "NULL");
         return;
@@ -108,6 +108,7 @@ static void add_names(const model_t* const model, text_t* const text, const void
 static void add_member(const model_t* const model, const uint8_t* const item,
                        const descriptor_member_t* const member)
 {
+    FSW_ASSERT(member != NULL);
     text_t* const text   = room(model->writer);
     const uint8_t* place = &item[member->offset];
     const char* words    = NULL;
