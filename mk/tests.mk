@@ -117,17 +117,17 @@ board-tests: $(foreach t,$(call selected,$(PORTABLE_TESTS)),$(call test_name,$t)
 	@:
 # The manipulator's program with a part of test/board: build/mps2-an500/steps/manipulator.
 define board_program_rule
-$B/$1/manipulator: $(call objects,fsw/programs/manipulator_main.c test/board/$1.c) $(FLIGHT_LIBRARIES) $(FOREIGN_A) \
-    osal/freertos/mps2.ld
+build/$(BOARD)/$1/manipulator: $(call objects,$(COMPILED)/manipulator_main.c $(COMPILED)/manipulator_descriptors.c \
+    test/board/$1.c) $(FLIGHT_LIBRARIES) $(FOREIGN_A) osal/freertos/mps2.ld
 	@mkdir -p $$(@D)
 	$(if $(V),,@echo "  link $$@")
 	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) $(call wraps_of,test/board/$1.c) -o $$@ $$(filter %.o,$$^) \
 	    $$(call group,$$^) -lm -lc -lgcc
 endef
 BOARD_PARTS := $(patsubst test/board/%.c,%,$(wildcard test/board/*.c))
-$(foreach p,$(if $(BOARD),$(BOARD_PARTS)),$(eval $(call board_program_rule,$p)))
-board-programs: $(BOARD_PARTS:%=$B/%/manipulator)
-	@:
+$(foreach p,$(if $(TARGET),$(BOARD_PARTS)),$(eval $(call board_program_rule,$p)))
+board-programs: $(if $(TARGET),$(BOARD_PARTS:%=build/$(BOARD)/%/manipulator),build/setup/rtos)
+	$(if $(TARGET),@:,$(PARALLEL) BOARD=$(or $(BOARD),mps2-an500) TARGET=1 board-programs)
 # Tests that test/hil runs again on a kernel with CAN buses and TIPC.
 KERNEL_TESTS := $(filter %/test_flow_can_socket.c test/unit/fsw/framework/message/% \
                 test/contract/osal/test_can.c \
