@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The watchdog of the board counts down twice: at the end of the first half of the period it interrupts, at
-// the end of the second it resets the board.
+// The watchdog of the board counts down twice: at the end of the period it interrupts, and at the end of a
+// second count, which is short, it resets the board.
 #include "osal/include/osal/watchdog.h"
 
 #include "osal/freertos/board.h"
@@ -23,8 +23,8 @@ typedef char watchdog_has_its_registers[(offsetof(watchdog_t, lock) == 0xC00U) ?
 #define WATCHDOG ((watchdog_t*)BOARD_WATCHDOG)
 #define INTERRUPTS_AND_RESETS 3U
 #define UNLOCKED 0x1ACCE551U
-#define CYCLES_PER_HALF_MS (BOARD_CLOCK_HZ / 2000U)
-#define PERIOD_MAX_MS (UINT32_MAX / CYCLES_PER_HALF_MS)
+#define CYCLES_PER_MS (BOARD_CLOCK_HZ / 1000U)
+#define PERIOD_MAX_MS (UINT32_MAX / CYCLES_PER_MS)
 #define NOTE 0x57444F47U // "WDOG"
 
 /// Memory that a reset does not change: the note and its complement, if the watchdog causes the reset.
@@ -44,8 +44,9 @@ void port_watchdog_interrupt(void)
 {
     port_reset_note[0] = NOTE;
     port_reset_note[1] = ~NOTE;
-    semihosting_print("the watchdog was not fed within half of its period: the board will be reset\n");
-    for (;;) { // Until the other half has passed, too.
+    semihosting_print("the watchdog was not fed within its period: the board is reset\n");
+    WATCHDOG->load = CYCLES_PER_MS; // The second count.
+    for (;;) {
     }
 }
 
@@ -55,7 +56,7 @@ status_t osal_watchdog_start(const uint32_t period_ms)
         return STATUS_INVALID;
     }
     WATCHDOG->lock    = UNLOCKED;
-    WATCHDOG->load    = period_ms * CYCLES_PER_HALF_MS;
+    WATCHDOG->load    = period_ms * CYCLES_PER_MS;
     WATCHDOG->clear   = 1U;
     WATCHDOG->control = INTERRUPTS_AND_RESETS;
     is_running        = true;

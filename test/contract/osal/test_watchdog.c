@@ -47,6 +47,18 @@ static void a_loop_that_feeds_it_is_not_reset(void)
     TEST_ASSERT_FALSE(osal_watchdog_has_reset());
 }
 
+static void the_whole_period_may_pass_before_it_is_fed(void)
+{
+    if (!has_watchdog) {
+        TEST_IGNORE_MESSAGE("this port has no watchdog");
+    }
+    for (unsigned i = 0U; i < 4U; i++) {
+        pause_ms((PERIOD_MS * 9U) / 10U);
+        osal_watchdog_feed();
+    }
+    TEST_ASSERT_FALSE(osal_watchdog_has_reset());
+}
+
 static void a_stopped_one_does_nothing(void)
 {
     osal_watchdog_stop();
@@ -56,11 +68,22 @@ static void a_stopped_one_does_nothing(void)
     TEST_ASSERT_FALSE(osal_watchdog_has_reset());
 }
 
+/// The program begins anew after a reset. Then it ends here, else it would be reset again and again.
+static void no_test_was_reset(void)
+{
+    TEST_ASSERT_FALSE_MESSAGE(osal_watchdog_has_reset(), "a test before was reset by the watchdog");
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(no_test_was_reset);
+    if (osal_watchdog_has_reset()) {
+        return UNITY_END();
+    }
     RUN_TEST(a_program_without_watchdog_is_told_so);
     RUN_TEST(a_loop_that_feeds_it_is_not_reset);
+    RUN_TEST(the_whole_period_may_pass_before_it_is_fed);
     RUN_TEST(a_stopped_one_does_nothing);
     return UNITY_END();
 }
