@@ -453,6 +453,18 @@ static void a_device_without_a_bus_is_not_brought_up(void)
     TEST_ASSERT_EQUAL_UINT8(1U, drives.device_count);
 }
 
+/// The number of a drive does not count devices on streams before it.
+static void drives_are_numbered_without_devices_on_streams(void)
+{
+    make(1U, 2U, false);
+    descriptor.storage.devices[0].type = DESCRIPTOR_STREAM_TYPE;
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
+    drives.configuration = &descriptor.configurations[0];
+    TEST_ASSERT_NOT_NULL(drives_device(&drives, 0U));
+    TEST_ASSERT_EQUAL_UINT(FIRST_NODE + 1U, drives_device(&drives, 0U)->node);
+    TEST_ASSERT_NULL(drives_device(&drives, 1U));
+}
+
 /// The time since the last call counts, even if no cycle in between could abort the configuration.
 static void a_configuration_starts_again_after_a_gap_without_cycles(void)
 {
@@ -492,6 +504,7 @@ int main(void)
     RUN_TEST(each_bus_has_its_own_channel_b);
     RUN_TEST(pulses_and_accesses_reach_the_bus_of_the_device);
     RUN_TEST(a_device_without_a_bus_is_not_brought_up);
+    RUN_TEST(drives_are_numbered_without_devices_on_streams);
     RUN_TEST(more_settings_than_a_device_has_room_for_are_refused);
     RUN_TEST(a_configuration_starts_again_after_a_gap_without_cycles);
     return UNITY_END();

@@ -20,7 +20,8 @@ static subsystem_t generic;
 static instruments_t own;
 static flow_shm_t to_flight;
 static flow_shm_t to_device;
-static int32_t value; ///< Position of the axis [1e-6 rad].
+static int32_t value;  ///< Position of the axis [1e-6 rad].
+static uint16_t count; ///< Of the records that the device has sent.
 
 static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
                         flow_endnode_address_t* const out_address)
@@ -37,7 +38,6 @@ static const flow_resolver_t resolver = {NULL, resolve};
 /// Act as the device: send a record with its value, and receive the last command.
 static void live(uint8_t command[COMMAND_OCTETS])
 {
-    static uint16_t count;
     const uint32_t raw            = (uint32_t)value;
     uint8_t record[RECORD_OCTETS] = {
         (uint8_t)(count >> 8U), (uint8_t)count,       0U,          (uint8_t)(raw >> 24U),
@@ -120,6 +120,8 @@ static void the_axis_is_commanded_and_its_arrival_is_reported_once(void)
     fly(NULL, 10U, command);
     TEST_ASSERT_EQUAL_UINT(1U, double_events(&generic, INSTRUMENTS_EVENT_ARRIVED));
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.499, own.parameters.cur_values.value[0]);
+    // The last record was sent after the last cycle.
+    TEST_ASSERT_EQUAL_UINT16(count - 2U, own.parameters.cur_values.count[0]);
     TEST_ASSERT_EQUAL_UINT8(0U, own.parameters.cur_values.lost[0]);
     TEST_ASSERT_TRUE(own.parameters.counters.received[0] > 10U);
     TEST_ASSERT_TRUE(own.parameters.counters.sent[0] > 10U);
