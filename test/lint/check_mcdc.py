@@ -101,14 +101,23 @@ def main():
     PROFILES.mkdir(parents=True)
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
         failures = [text for text in pool.map(run_test, arguments.tests) if text]
+    if failures:
+        print("\n".join(failures))
+        return 1
+    try:
+        exported = export(arguments.tests)
+    except subprocess.CalledProcessError as failure:
+        raise SystemExit(f"{failure.cmd[0]} ended with exit code {failure.returncode}: {failure.stderr or 'see above'}") from None
     files = {str(pathlib.Path(file["filename"]).relative_to(ROOT)) if file["filename"].startswith("/") else file["filename"]: file
-             for file in export(arguments.tests)}
+             for file in exported}
     print(f"{'source':<48} {'conditions':>12} {'excluded':>9}")
     for path in paths:
         if path not in files:
             failures.append(f"{LIST.relative_to(ROOT)}: no test ran {path}")
             continue
         shown, total, findings = compare(path, decisions_of(files[path]), (ROOT / path).read_text().splitlines(), exclusions)
+        if total == 0:
+            failures.append(f"{LIST.relative_to(ROOT)}: of {path} no decision was recorded, expected at least one with two conditions")
         excluded = sum(row.is_used for row in exclusions if row.path == path)
         print(f"{path:<48} {shown:>5} of {total:<4} {excluded:>8}")
         failures += findings

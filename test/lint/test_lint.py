@@ -528,5 +528,17 @@ def test_an_excluded_condition_needs_a_reason_and_must_exist():
         check_mcdc.read_list(["fsw/a.c | if (is_open && is_fresh) { | 2 |"])
 
 
+@pytest.mark.parametrize("records, code, told", [(decisions(True, True), 0, "each condition is shown"), ({}, 1, "of a.c no decision was recorded")])
+def test_a_source_without_recorded_decisions_is_found(tmp_path, monkeypatch, capsys, records, code, told):
+    (tmp_path / "a.c").write_text("\n".join(LINES))
+    (tmp_path / "list").write_text("a.c\n")
+    for name, value in (("ROOT", tmp_path), ("LIST", tmp_path / "list"), ("PROFILES", tmp_path / "profiles"), ("run_test", lambda test: ""),
+                        ("export", lambda tests: [{"filename": "a.c", **records}])):
+        monkeypatch.setattr(check_mcdc, name, value)
+    monkeypatch.setattr("sys.argv", ["check_mcdc.py", "test_a.c"])
+    assert check_mcdc.main() == code
+    assert told in capsys.readouterr().out
+
+
 def test_an_assertion_is_no_decision():
     assert check_mcdc.compare("fsw/a.c", check_mcdc.decisions_of(decisions(False, False)), ["", "", "FSW_ASSERT(a && b);"], []) == (0, 0, [])
