@@ -183,7 +183,7 @@ def fly(seed, count, out, program=PROGRAM, fault="", keep=False):
     done = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE_S)
     failure = result.with_suffix(".json.failure")
     if failure.exists():
-        raise AssertionError(f"{failure.read_text()}to see it again: {pathlib.Path(__file__).relative_to(ROOT)} --seed {seed} --count {count}")
+        raise AssertionError(f"{failure.read_text()}to see it again: python3 {pathlib.Path(__file__).relative_to(ROOT)} --seed {seed} --count {count}")
     assert result.exists(), f"seed {seed}: the flight has no result\n{done.stdout[-2000:]}{done.stderr[-2000:]}"
     counts = json.loads(result.read_text())
     judge(counts)
@@ -208,6 +208,8 @@ def main():
     parser.add_argument("--flights", type=int, default=1, help="flights, with the following seeds")
     parser.add_argument("--program", type=pathlib.Path, default=PROGRAM)
     arguments = parser.parse_args()
+    if not arguments.program.exists():
+        parser.error(f"{arguments.program} is not there; run: make random-flight")
     total = 0
     for seed in range(arguments.seed, arguments.seed + arguments.flights):
         try:

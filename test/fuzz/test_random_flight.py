@@ -54,10 +54,10 @@ def test_reports_of_all_services_read_the_same_by_the_database(flown):
 
 def test_a_flight_depends_on_its_seed_only(tmp_path):
     logs = []
-    for name in ("first", "again"):
-        random_flight.fly(SEED, 100, tmp_path / name, keep=True)
-        logs.append((tmp_path / name / str(SEED) / "packets.log").read_bytes())
-    assert logs[0] == logs[1]
+    for name, seed in (("first", SEED), ("again", SEED), ("other", SEED + 1)):
+        random_flight.fly(seed, 100, tmp_path / name, keep=True)
+        logs.append((tmp_path / name / str(seed) / "packets.log").read_bytes())
+    assert logs[0] == logs[1] != logs[2]
 
 
 @pytest.mark.parametrize(
