@@ -105,8 +105,9 @@ def program(folder, name, text):
 def test_a_program_is_shown_when_it_ends_whatever_the_first_does(tmp_path, capsys):
     """The first program waits until the second has ended; in the order of the list, no result would be shown
     until then."""
-    first = program(tmp_path, "first", f"while [ ! -e {tmp_path}/ended ]; do sleep 0.05; done")
-    second = program(tmp_path, "second", f"touch {tmp_path}/ended")
+    pid = tmp_path / "pid"  # Of the second program, whose process exists until the runner has seen its end.
+    first = program(tmp_path, "first", f"until [ -s {pid} ]; do sleep 0.05; done; while kill -0 $(cat {pid}) 2>/dev/null; do sleep 0.05; done; sleep 1")
+    second = program(tmp_path, "second", f"echo $$ >{pid}")
     total, times = run_tests.run_programs([first, second], jobs=2)
     shown = [line.split()[:2] for line in capsys.readouterr().out.splitlines()]
     assert shown == [["[1/2]", second], ["[2/2]", first]]
@@ -152,4 +153,4 @@ def test_make_installs_and_builds_only_the_needs_of_the_selected_tests(only, lev
     value = dict(line.split(" := ", 1) for line in known.splitlines() if " := " in line)
     has_board = (ROOT / "osal/freertos/startup.c").exists()
     assert sorted(value["TEST_SETUP"].split()) == [level for level in levels.split() if level != "rtos" or has_board]
-    assert value.get("NEEDS_PROGRAMS", "").split() == ["programs"] * programs
+    assert value.get("NEEDS_PROGRAMS", "").split() == ["programs", "random-flight"] * programs

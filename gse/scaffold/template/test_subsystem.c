@@ -117,9 +117,9 @@ static void the_descriptor_fits_and_another_mode_does_not(void)
 {
     subsystem_misfit_t misfit = {0U, ""};
     TEST_ASSERT_TRUE_MESSAGE(generic.callbacks->fits(&descriptor, &misfit), misfit.says);
-    descriptor.settings[0].bits = 9U;
+    descriptor.storage.settings[0].bits = 9U;
     TEST_ASSERT_FALSE(generic.callbacks->fits(&descriptor, &misfit));
-    descriptor.settings[0].bits = 8U;
+    descriptor.storage.settings[0].bits = 8U;
 }
 
 static void stop_holds_the_present_value(void)
