@@ -246,7 +246,7 @@ static bool configuration_fits(const subsystem_descriptor_t* const descriptor,
     int first_mode                           = 0;
     bool fits                                = true;
     for (uint16_t i = 0U; fits && (i < configuration->device_count); i++) {
-        if (!descriptor_is_stream(&devices[i])) {
+        if (!descriptor_is_stream(&devices[i]) || !need->permits_streams) {
             first_mode = (count == 0U) ? drives_mode(descriptor, &devices[i]) : first_mode;
             fits       = device_fits(descriptor, &devices[i], need, first_mode, out_misfit);
             count++;

@@ -6,13 +6,17 @@
 
 #include <stddef.h>
 
-/// Device number `position` of the applied configuration if it is in mode homing, else null.
+/// Device number `position` of the applied configuration, which counts its stream devices too, if it is in
+/// mode homing; else null.
 static canopen_device_t* homing_device(drives_t* const drives, const uint16_t position)
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
     const descriptor_device_t* const device =
         &descriptor->devices[drives->configuration->first_device + position];
-    return (drives_mode(descriptor, device) == CIA402_MODE_HOMING) ? drives_device(drives, position) : NULL;
+    const descriptor_endnode_t* const endnode = drives_endnode(descriptor, device);
+    const bool is_homing = (endnode != NULL) && (drives_mode(descriptor, device) == CIA402_MODE_HOMING);
+    const uint8_t index  = is_homing ? drives_find(drives, endnode->node) : NETWORK_NO_DEVICE;
+    return (index != NETWORK_NO_DEVICE) ? &drives->devices[index].device : NULL;
 }
 
 static uint16_t device_count(const drives_t* const drives)

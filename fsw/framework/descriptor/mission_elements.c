@@ -11,8 +11,8 @@
 
 #define LIST(plural, counter, most, type)                                                                    \
     .items = offsetof(mission_descriptor_t, storage.plural),                                                 \
-    .count = offsetof(mission_descriptor_t, counter), .capacity = (most), .size = sizeof(type),              \
-    .line = offsetof(type, line)
+    .count = offsetof(mission_descriptor_t, counter), .capacity = CAPACITY_OF_STORAGE(most),                 \
+    .size = sizeof(type), .line = offsetof(type, line)
 
 const source_list_t descriptor_mission_subsystems = {
     .what = "subsystems", LIST(subsystems, subsystem_count, MISSION_SUBSYSTEMS_MAX, mission_subsystem_t)};
@@ -183,7 +183,7 @@ void descriptor_mission_builder_begin(mission_builder_t* const builder, mission_
     builder->source.row_count     = SOURCE_COUNT(rows);
     builder->source.items[0]      = mission;
     builder->source.text          = mission->storage.text;
-    builder->source.text_capacity = MISSION_TEXT_OCTETS;
+    builder->source.text_capacity = sizeof mission->storage.text;
     builder->source.text_used     = &mission->text_used;
     builder->source.builder       = builder;
 }

@@ -51,7 +51,8 @@ enum { // Kinds of elements.
 
 #define LIST(plural, counter, most, type)                                                                    \
     .items = offsetof(subsystem_descriptor_t, storage.plural),                                               \
-    .count = offsetof(subsystem_descriptor_t, counter), .capacity = (most), .size = sizeof(type)
+    .count = offsetof(subsystem_descriptor_t, counter), .capacity = CAPACITY_OF_STORAGE(most),               \
+    .size = sizeof(type)
 #define LINED(plural, counter, most, type) LIST(plural, counter, most, type), .line = offsetof(type, line)
 #define RANGE(type, begin, length) .first = offsetof(type, begin), .number = offsetof(type, length)
 
@@ -426,7 +427,7 @@ void descriptor_subsystem_builder_begin(subsystem_builder_t* const builder,
     builder->source.row_count      = SOURCE_COUNT(rows);
     builder->source.items[0]       = descriptor;
     builder->source.text           = descriptor->storage.text;
-    builder->source.text_capacity  = DESCRIPTOR_TEXT_OCTETS;
+    builder->source.text_capacity  = sizeof descriptor->storage.text;
     builder->source.text_used      = &descriptor->text_used;
     builder->source.builder        = builder;
 }

@@ -74,6 +74,15 @@ static void another_class_is_refused(void)
     TEST_ASSERT_EQUAL_STRING("type", misfit.says);
 }
 
+/// Also one with an end node on CAN: nothing would operate it.
+static void a_stream_device_is_refused_where_none_is_permitted(void)
+{
+    TEST_ASSERT_FALSE(fits(BEGIN DEVICE("A", "0x11") DEVICE(
+        "B", "0x12") "<Device name='C' type='stream'>\n" ENDNODE(" node='0x13'") END));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.says, "expected a class"), misfit.says);
+    TEST_ASSERT_EQUAL_UINT32(10U, misfit.line);
+}
+
 static void another_mode_is_refused_and_so_are_two(void)
 {
     expect_refused(BEGIN DEVICE("A", "0x11") "<Device name='B' type='joint-drive'>\n" ENDNODE(" node='0x12'")
@@ -250,6 +259,7 @@ int main(void)
     RUN_TEST(two_drives_on_one_bus_are_accepted);
     RUN_TEST(one_drive_is_refused_where_two_are_needed);
     RUN_TEST(another_class_is_refused);
+    RUN_TEST(a_stream_device_is_refused_where_none_is_permitted);
     RUN_TEST(another_mode_is_refused_and_so_are_two);
     RUN_TEST(every_device_has_one_end_node_on_can);
     RUN_TEST(each_bus_has_one_channel_b_and_each_node_one_bus);

@@ -14,13 +14,18 @@
     "<Device name='" name "' type='joint-drive'><Setting object='0x6060:00' type='INT8' value='" mode        \
     "'/><Endnode type='CAN' bus='robot' node='" node "'/></Device>\n"
 #define VALVES "<Device name='V' type='valve-box'><Endnode type='CAN' bus='robot' node='0x3A'/></Device>\n"
+// The stream device precedes the drives, so the place of a drive among all devices differs from its place
+// among the devices on CAN.
+#define STREAM                                                                                               \
+    "<Device name='S' type='stream'><Field name='V' direction='IN' type='UINT8'/>"                           \
+    "<Endnode type='SHM' name='s' silence='20ms' retry='1ms' retryLongest='2ms'/></Device>\n"
 #define CONFIGURATION(name, id, devices)                                                                     \
     "<Configuration name='" name "' id='" id "' priority='80' samplingTime='1ms'><Devices>\n" devices        \
     "</Devices></Configuration>\n"
 
 static const char document[] =
     "<Subsystem name='ARM' id='20'><Parameters/><Events/><Functions/>\n" CONFIGURATION(
-        "ONE", "1", DRIVE("A", "6", "0x11") DRIVE("B", "8", "0x12") VALVES DRIVE("C", "6", "0x13"))
+        "ONE", "1", STREAM DRIVE("A", "6", "0x11") DRIVE("B", "8", "0x12") VALVES DRIVE("C", "6", "0x13"))
         CONFIGURATION("NONE", "2", DRIVE("A", "8", "0x11")) "</Subsystem>\n";
 
 static descriptor_loader_t loader;
@@ -187,23 +192,23 @@ static void securing_sets_outputs_to_zero(void)
 static void modules_are_accepted_only_where_the_subsystem_allows_them(void)
 {
     static const int modes[] = {8, 6, 0};
-    drives_need_t need       = {1U, true, "type", 0U, "count", modes, "mode", false};
+    drives_need_t need       = {1U, true, "type", 0U, "count", modes, "mode", true};
     subsystem_misfit_t misfit;
     TEST_ASSERT_TRUE(drives_fit(&descriptor, &need, &misfit));
     need.takes_modules = false;
     TEST_ASSERT_FALSE(drives_fit(&descriptor, &need, &misfit)); // Two modes in one configuration.
     TEST_ASSERT_EQUAL_STRING("mode", misfit.says);
-    TEST_ASSERT_EQUAL_UINT32(4U, misfit.line);
-    descriptor.storage.settings[descriptor.storage.devices[1].first_setting].bits = 6U;
-    TEST_ASSERT_FALSE(drives_fit(&descriptor, &need, &misfit));
-    TEST_ASSERT_EQUAL_STRING("type", misfit.says);
     TEST_ASSERT_EQUAL_UINT32(5U, misfit.line);
-    need.takes_modules                 = true;
-    descriptor.storage.devices[0].type = "joystick"; // A joystick has two axes.
+    descriptor.storage.settings[descriptor.storage.devices[2].first_setting].bits = 6U;
     TEST_ASSERT_FALSE(drives_fit(&descriptor, &need, &misfit));
     TEST_ASSERT_EQUAL_STRING("type", misfit.says);
-    descriptor.storage.devices[0].type                                            = "joint-drive";
-    descriptor.storage.settings[descriptor.storage.devices[0].first_setting].bits = 10U;
+    TEST_ASSERT_EQUAL_UINT32(6U, misfit.line);
+    need.takes_modules                 = true;
+    descriptor.storage.devices[1].type = "joystick"; // A joystick has two axes.
+    TEST_ASSERT_FALSE(drives_fit(&descriptor, &need, &misfit));
+    TEST_ASSERT_EQUAL_STRING("type", misfit.says);
+    descriptor.storage.devices[1].type                                            = "joint-drive";
+    descriptor.storage.settings[descriptor.storage.devices[1].first_setting].bits = 10U;
     TEST_ASSERT_FALSE(drives_fit(&descriptor, &need, &misfit));
     TEST_ASSERT_EQUAL_STRING("mode", misfit.says);
 }
