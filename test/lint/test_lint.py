@@ -134,6 +134,16 @@ def test_symbols(tmp_path, source, place, complaint):
     assert (len(found) == 0) if complaint is None else any(complaint in text for text in found), found
 
 
+def test_the_top_folder_has_the_folders_of_the_house_and_the_files_that_tools_expect_there():
+    """A program that runs in the top folder may leave files there, which `git add` would take."""
+    listed = subprocess.run(["git", "ls-files", "--others", "--cached", "--exclude-standard"], cwd=check_layers.ROOT, capture_output=True, text=True, check=True).stdout
+    folders = {path.partition("/")[0] for path in listed.splitlines() if "/" in path}
+    files = {path for path in listed.splitlines() if "/" not in path}
+    assert folders == {".ci", ".github", "base", "descriptors", "docs", "fsw", "gse", "launcher", "mk", "osal", "pus", "sim", "test"}
+    assert files == {".clang-format", ".clang-tidy", ".editorconfig", ".git-blame-ignore-revs", ".gitignore", ".prettierrc", "CHANGELOG.md",
+                     "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "Makefile", "README.md", "SECURITY.md"}
+
+
 def test_a_prefix_belongs_to_one_library():
     """The prefix of a symbol shows its library; only the services of PUS share a prefix. The ports of the operating system layer and what
     they have in common are one library."""
