@@ -187,8 +187,12 @@ static status_t take_name(client_t* const client, const scenario_line_t* const l
     if (strlen(line->word[1]) >= NAME_OCTETS) {
         return scenario_error(line, line->word[1], "a name of at most 23 characters", error);
     }
-    if (strpbrk(line->word[1], "\"\\") != NULL) {
-        return scenario_error(line, line->word[1], "a name without quotation marks and backslashes", error);
+    for (const char* next = line->word[1]; *next != '\0'; next++) { // It is written into lines of JSON.
+        if ((*next < '!') || (*next > '~') || (*next == '"') || (*next == '\\')) {
+            return scenario_error(line, line->word[1],
+                                  "a name of ASCII characters without quotation marks and backslashes",
+                                  error);
+        }
     }
     (void)snprintf(client->name, sizeof client->name, "%s", line->word[1]);
     return STATUS_OK;

@@ -255,7 +255,7 @@ def test_a_refused_or_endless_line_changes_nothing(folder):
     flight = flying.start(folder, "--time", "real", "--scenario", "none")
     try:
         with _world(flight) as world:
-            for line in ("", "time\ntime", "dance", "hand", "hand aim 9 0 1", "speed 0.01", "speed -1", "step 0", "pause now", "fault kill", "name " + "x" * 24, " ".join(["time"] * 13)):
+            for line in ("", "time\ntime", "dance", "hand", "hand aim 9 0 1", "speed 0.01", "speed -1", "step 0", "pause now", "fault kill", "name " + "x" * 24, 'name a"b', "name a\x01", "name é", " ".join(["time"] * 13)):
                 with pytest.raises(LiveRefused):
                     world.ask(line)
             others = [_world(flight) for _ in range(7)]
