@@ -29,7 +29,7 @@ typedef struct { // All storage of the program.
     remote_endian_wire_t wire;
     remote_endian_buses_t buses;
     bool has_reported_refused;
-    bool has_reported_lost;
+    uint32_t reported_lost; ///< Lost datagrams when they were last printed.
 } proxy_t;
 
 static proxy_t storage;
@@ -206,21 +206,21 @@ static status_t take_done(proxy_t* const self, remote_endian_done_t* const out_d
     return STATUS_OK;
 }
 
-static void print_lost(const proxy_t* const self)
+static void print_lost(proxy_t* const self)
 {
     char line[LINE_MAX];
     text_t text = text_in(line, sizeof line);
     text_add(&text, self->run->components[self->component].name);
     text_add(&text, ": datagrams lost that could not be sent, or were too long: ");
     text_add_unsigned(&text, target_link_lost(&self->target));
+    self->reported_lost = target_link_lost(&self->target);
     (void)complain(line, "");
 }
 
 /// Print the first datagram that was lost between the board and the sockets; the run cannot be repeated.
 static void note_lost(proxy_t* const self)
 {
-    if ((self->board != NULL) && (target_link_lost(&self->target) > 0U) && !self->has_reported_lost) {
-        self->has_reported_lost = true;
+    if ((self->board != NULL) && (target_link_lost(&self->target) > 0U) && (self->reported_lost == 0U)) {
         __atomic_store_n(&self->run->is_lossy, 1U, __ATOMIC_RELAXED);
         print_lost(self);
     }
@@ -338,7 +338,7 @@ int main(int argument_count, char* arguments[])
     }
     const bool is_good = serve(self);
     if (self->board != NULL) {
-        if (target_link_lost(&self->target) > 1U) { // The first was printed when it was lost.
+        if (target_link_lost(&self->target) > self->reported_lost) { // Lost after the first were printed.
             print_lost(self);
         }
         target_link_close(&self->target);
