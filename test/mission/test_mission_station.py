@@ -3,6 +3,7 @@
 
 UPDATE_PICTURES=1 writes the pictures of README and docs again."""
 
+import contextlib
 import io
 import json
 import os
@@ -49,6 +50,36 @@ SCENARIO = """
 """
 
 
+@contextlib.contextmanager
+def serving(flight):
+    """Address of a station beside the flight."""
+    words = [flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.station", "--run", flight.folder, "--http-port", "0"]
+    process = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
+    yield re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline()).group()
+    process.send_signal(signal.SIGINT)
+    process.wait(flying.MOMENT_S)
+
+
+@contextlib.contextmanager
+def browsing():
+    """A browser without a screen."""
+    with sync_playwright() as playwright, playwright.chromium.launch(executable_path=CHROMIUM, args=WITHOUT_SCREEN) as browser:
+        yield browser
+
+
+def opened(browser, address, ready, **options):
+    """The page at an address, once the expression `ready` of the page is true. page.faults has its errors."""
+    page = browser.new_page(viewport={"width": 1440, "height": 900}, **options)
+    page.set_default_timeout(LIMIT_MS)
+    page.outside, page.faults = [], []  # page.outside: requests to other machines.
+    page.on("request", lambda request: request.url.startswith((address, "data:")) or page.outside.append(request.url))
+    page.on("pageerror", lambda error: page.faults.append(str(error)))
+    page.on("console", lambda line: line.type == "error" and page.faults.append(line.text))
+    page.goto(address)
+    until(page, ready)
+    return page
+
+
 @pytest.fixture(scope="module")
 def flight(hangar):
     subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
@@ -62,33 +93,20 @@ def flight(hangar):
 
 @pytest.fixture(scope="module")
 def address(flight):
-    """Address of a station beside the flight."""
-    words = [flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.station", "--run", flight.folder, "--http-port", "0"]
-    process = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
-    yield re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline()).group()
-    process.send_signal(signal.SIGINT)
-    process.wait(flying.MOMENT_S)
+    with serving(flight) as address:
+        yield address
 
 
 @pytest.fixture(scope="module")
 def browser():
-    with sync_playwright() as playwright, playwright.chromium.launch(executable_path=CHROMIUM, args=WITHOUT_SCREEN) as browser:
+    with browsing() as browser:
         yield browser
 
 
 @pytest.fixture(scope="module")
 def page(address, browser):
-    """The page, with joints whose position telemetry has set. page.outside has its requests to other
-    machines, page.faults its errors."""
-    page = browser.new_page(viewport={"width": 1440, "height": 900})
-    page.set_default_timeout(LIMIT_MS)
-    page.outside, page.faults = [], []
-    page.on("request", lambda request: request.url.startswith((address, "data:")) or page.outside.append(request.url))
-    page.on("pageerror", lambda error: page.faults.append(str(error)))
-    page.on("console", lambda line: line.type == "error" and page.faults.append(line.text))
-    page.goto(address)
-    until(page, "window.station.store.states.get('MANIPULATOR')?.state === 'OPERATIONAL' && window.station.scene.last")
-    yield page
+    """The page, with joints whose position telemetry has set."""
+    return opened(browser, address, "window.station.store.states.get('MANIPULATOR')?.state === 'OPERATIONAL' && window.station.scene.last")
 
 
 def until(page, expression):

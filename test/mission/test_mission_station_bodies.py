@@ -2,16 +2,12 @@
 """The page of the station beside a satellite that flies freely: its base, a reaction wheel and the thrusters, of which the mission has no
 telemetry, are moved by the simulator's truth, and the page says so."""
 
-import re
 import shutil
-import signal
 import subprocess
-import sys
 
 import flying
 import pytest
 import test_mission_station as station
-from playwright.sync_api import sync_playwright
 
 WORLDS = flying.ROOT / "descriptors" / "worlds"
 WHEEL = '<Wheel name="WHEEL1" on="satellite.body" axis="0 0 1" momentum="12" torque="0.2" start="{start}" bus="platform" node="0x44" eds="wheel.eds"/>'
@@ -48,20 +44,10 @@ def flight(hangar):
 
 @pytest.fixture(scope="module")
 def page(flight):
-    words = [sys.executable, "-m", "hirosco_gse.station", "--run", flight.folder, "--http-port", "0"]
-    process = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
-    address = re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline()).group()
-    with sync_playwright() as playwright, playwright.chromium.launch(executable_path=station.CHROMIUM, args=station.WITHOUT_SCREEN) as browser:
-        page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="dark")
-        page.set_default_timeout(station.LIMIT_MS)
-        page.faults = []
-        page.on("pageerror", lambda error: page.faults.append(str(error)))
-        page.goto(address)
-        station.until(page, "window.station.store.states.get('ACTUATORS')?.state === 'OPERATIONAL' && window.station.scene.truth?.last")
+    with station.serving(flight) as address, station.browsing() as browser:
+        page = station.opened(browser, address, "window.station.store.states.get('ACTUATORS')?.state === 'OPERATIONAL' && window.station.scene.truth?.last", color_scheme="dark")
         yield page
         assert not page.faults
-    process.send_signal(signal.SIGINT)
-    process.wait(flying.MOMENT_S)
 
 
 def test_base_wheel_and_thrusters_move_by_the_truth_and_are_marked(page, hangar):

@@ -2,15 +2,11 @@
 """The page of the station beside a telepresence by the wall clock: its joystick presses on the contour, and a device is lost."""
 
 import math
-import re
-import signal
 import subprocess
-import sys
 
 import flying
 import pytest
 import test_mission_station as station
-from playwright.sync_api import sync_playwright
 
 SCENARIO = [*flying.bring_up(0.2), "3600 operator shutdown"]
 # Pixels from the centre of the field, to the right and down, above the contour; the lowest presses with more than 20 N.
@@ -54,19 +50,9 @@ def flight(hangar):
 
 @pytest.fixture(scope="module")
 def page(flight):
-    words = [sys.executable, "-m", "hirosco_gse.station", "--run", flight.folder, "--http-port", "0"]
-    process = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
-    address = re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline()).group()
-    with sync_playwright() as playwright, playwright.chromium.launch(executable_path=station.CHROMIUM, args=station.WITHOUT_SCREEN) as browser:
-        page = browser.new_page(viewport={"width": 1440, "height": 900})
-        page.set_default_timeout(station.LIMIT_MS)
-        page.faults = []
-        page.on("pageerror", lambda error: page.faults.append(str(error)))
-        page.goto(address)
-        station.until(page, "window.station.store.states.get('MANIPULATOR')?.state === 'OPERATIONAL' && window.station.scene.last")
+    with station.serving(flight) as address, station.browsing() as browser:
+        page = station.opened(browser, address, "window.station.store.states.get('MANIPULATOR')?.state === 'OPERATIONAL' && window.station.scene.last")
         yield page
-    process.send_signal(signal.SIGINT)
-    process.wait(flying.MOMENT_S)
 
 
 class Drag:
