@@ -3,6 +3,7 @@
 // test double.
 #include "fsw/devices/stream_devices.h"
 
+#include "test/support/shm_device.h"
 #include "test/support/subsystem_double.h"
 #include "test/unit/fsw/devices/descriptors.h"
 #include "unity.h"
@@ -53,18 +54,10 @@ static void plug(const unsigned index)
 {
     static const char* const in[]  = {"a.in", "b.in"};
     static const char* const out[] = {"a.out", "b.out"};
-    const flow_shm_setup_t writer  = {.name             = in[index],
-                                      .is_writer        = true,
-                                      .shape            = {FLOW_SHM_QUEUE, RECORD_OCTETS, FLOW_DEPTH},
-                                      .retry_first_ns   = 1U,
-                                      .retry_longest_ns = 1U};
-    const flow_shm_setup_t reader  = {.name             = out[index],
-                                      .shape            = {FLOW_SHM_QUEUE, COMMAND_OCTETS, FLOW_DEPTH},
-                                      .retry_first_ns   = 1U,
-                                      .retry_longest_ns = 1U};
-    flow_shm_init(&to_flight[index], &writer, &resolver);
-    flow_shm_init(&to_device[index], &reader, &resolver);
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&to_flight[index], generic.now_ns));
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      shm_device_open(&to_flight[index], (shm_device_end_t){in[index], RECORD_OCTETS},
+                                      &to_device[index], (shm_device_end_t){out[index], COMMAND_OCTETS},
+                                      &resolver, generic.now_ns));
 }
 
 static void unplug(const unsigned index)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // INSTRUMENTS with its real descriptor reduced to the device MIRROR; the test acts as the device.
 #include "fsw/subsystems/instruments/instruments.h"
+#include "test/support/shm_device.h"
 #include "test/support/subsystem_double.h"
 
 #include "base/crc.h"
@@ -69,15 +70,6 @@ static status_t configure(void* const self)
 
 void setUp(void)
 {
-    const flow_shm_setup_t writer = {.name             = "mirror.in",
-                                     .is_writer        = true,
-                                     .shape            = {FLOW_SHM_QUEUE, RECORD_OCTETS, FLOW_DEPTH},
-                                     .retry_first_ns   = 1U,
-                                     .retry_longest_ns = 1U};
-    const flow_shm_setup_t reader = {.name             = "mirror.out",
-                                     .shape            = {FLOW_SHM_QUEUE, COMMAND_OCTETS, FLOW_DEPTH},
-                                     .retry_first_ns   = 1U,
-                                     .retry_longest_ns = 1U};
     uint8_t command[COMMAND_OCTETS];
     descriptor_loader_init(&loader);
     TEST_ASSERT_EQUAL(
@@ -88,9 +80,9 @@ void setUp(void)
     double_init(&generic, &descriptor, instruments_callbacks(), &own);
     instruments_init(&own, &generic, &resolver);
     TEST_ASSERT_EQUAL(STATUS_OK, double_software_init(&generic));
-    flow_shm_init(&to_flight, &writer, &resolver);
-    flow_shm_init(&to_device, &reader, &resolver);
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&to_flight, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      shm_device_open(&to_flight, (shm_device_end_t){"mirror.in", RECORD_OCTETS}, &to_device,
+                                      (shm_device_end_t){"mirror.out", COMMAND_OCTETS}, &resolver, 0U));
     generic.now_ns    = MS_NS;
     generic.period_ns = MS_NS;
     generic.state     = STATE_HARDWARE_INIT;
