@@ -108,7 +108,8 @@ status_t equipment_secure(void* const self)
     const bool is_waiting  = equipment->is_securing && equipment->are_drives_secure;
     const status_t drives  = is_waiting ? STATUS_OK : with_drives(equipment, drives_secure);
     const status_t streams = stream_devices_secure(&equipment->streams);
-    // drives_secure would begin again: while a stream is waited for, the drives stay as they are.
+    // While a stream device is not secure yet, drives that are secure are left alone: a further call of
+    // drives_secure would start the stop and the brakes again.
     equipment->are_drives_secure = (drives == STATUS_OK) && (streams != STATUS_OK);
     equipment->is_securing       = true;
     equipment->has_secured       = true;

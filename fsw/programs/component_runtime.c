@@ -504,8 +504,9 @@ static uint32_t sweep_link(component_runtime_t* const runtime, osal_socket_t* co
     return taken;
 }
 
-/// Read the sockets until they are empty, because unannounced datagrams (errors or attacks) would otherwise
-/// be mistaken for the next announced ones. Returns the number of datagrams that may have been announced.
+/// Read the sockets until they are empty. Returns the number of datagrams that may have been announced. An
+/// unannounced datagram (an error or an attack) that waits there is counted as announced if it is read in an
+/// intake with announced ones; then one of these may be read an intake later.
 static uint32_t sweep(component_runtime_t* const runtime,
                       void (*const link_datagram)(void* context, const uint8_t*, size_t), void* const context)
 {
@@ -548,7 +549,7 @@ static void take_due(component_runtime_t* const runtime, const uint32_t due,
 {
     const bool is_cut = (runtime->outstanding > 0U);
     if ((due == 0U) && !is_cut && !runtime->run->relay.is_network && ((runtime->pumps % SWEEP_EVERY) != 0U)) {
-        return; // Only unannounced datagrams can be there, and those can wait.
+        return; // Only unannounced datagrams can be there. A system call in each intake would cost more.
     }
     const unsigned tries       = tries_of(runtime);
     const uint32_t patience_ms = is_cut ? CUT_PATIENCE_MS : PUMP_PATIENCE_MS;

@@ -32,7 +32,7 @@ size_t port_stacks(port_stack_t* list, size_t capacity);
 /// An eighth of the stack was never used.
 bool port_has_margin(const port_stack_t* stack);
 /// Print each stack without that margin.
-void port_tell_stacks(void);
+void port_print_stacks(void);
 /// Before the first task: mark the stack of the interrupts as unused.
 void port_paint_stack(void);
 

@@ -43,9 +43,10 @@ size_t port_stacks(port_stack_t* const list, const size_t capacity)
     const UBaseType_t count = uxTaskGetSystemState(tasks, TASKS_MAX, NULL);
     size_t done             = 0U;
     for (UBaseType_t i = 0U; (i < count) && (done < capacity); i++) {
-        const size_t words = (size_t)(tasks[i].pxEndOfStack - tasks[i].pxStackBase) + 2U; // 8 octets.
-        list[done]         = (port_stack_t){.name = tasks[i].pcTaskName, .size = words * sizeof(StackType_t)};
-        list[done].used    = list[done].size - (tasks[i].usStackHighWaterMark * sizeof(StackType_t));
+        const size_t words = (size_t)(tasks[i].pxEndOfStack - tasks[i].pxStackBase) +
+                             2U; // pxEndOfStack is the last place for 8 octets.
+        list[done]      = (port_stack_t){.name = tasks[i].pcTaskName, .size = words * sizeof(StackType_t)};
+        list[done].used = list[done].size - (tasks[i].usStackHighWaterMark * sizeof(StackType_t));
         done++;
     }
     if (done < capacity) {
@@ -60,7 +61,7 @@ bool port_has_margin(const port_stack_t* const stack)
     return (stack->size - stack->used) >= (stack->size / MARGIN);
 }
 
-void port_tell_stacks(void)
+void port_print_stacks(void)
 {
     port_stack_t stacks[TASKS_MAX + 1U];
     const size_t count = port_stacks(stacks, TASKS_MAX + 1U);

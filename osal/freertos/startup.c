@@ -88,7 +88,7 @@ static void run_main(void* const context)
         port_exit(2);
     }
     const int code = main(count, arguments_of_main);
-    port_tell_stacks();
+    port_print_stacks();
     port_exit(code);
 }
 

@@ -95,7 +95,7 @@ uint32_t wire_lost(void)
     return wire.lost;
 }
 
-static void tell_losses(void)
+static void print_losses(void)
 {
     char line[LINE_MAX];
     text_t text = text_in(line, sizeof line);
@@ -107,8 +107,8 @@ static void tell_losses(void)
 void wire_close(void)
 {
     if (wire.is_open) {
-        if (wire.lost > 1U) { // The first is told when it is lost.
-            tell_losses();
+        if (wire.lost > 1U) { // The first was printed when it was lost.
+            print_losses();
         }
         semihosting_close(wire.in);
         semihosting_close(wire.out);
@@ -175,7 +175,7 @@ static void store_datagram(const uint8_t* const content, const size_t size)
                        size - TARGET_WIRE_DATAGRAM_OCTETS)) {
         wire.lost += (wire.lost < UINT32_MAX) ? 1U : 0U;
         if (wire.lost == 1U) {
-            tell_losses();
+            print_losses();
         }
     }
 }

@@ -67,7 +67,7 @@ status_t arm_trajectory_add(arm_trajectory_t* const trajectory, const arm_model_
     trajectory->joint_count = model->joint_count;
     trajectory->point_count++;
     for (unsigned i = 0U; i < model->joint_count; i++) {
-        trajectory->point_rad[trajectory->point_count][i] = point_rad[i];
+        trajectory->point[trajectory->point_count][i] = point_rad[i];
     }
     return STATUS_OK;
 }
@@ -83,8 +83,8 @@ status_t arm_trajectory_add_pose(arm_trajectory_t* const trajectory, const doubl
     trajectory->joint_count = TOOL_COORDINATES;
     trajectory->point_count++;
     for (unsigned i = 0U; i < VECTOR; i++) {
-        trajectory->point_rad[trajectory->point_count][i]          = position_m[i];
-        trajectory->point_rad[trajectory->point_count][VECTOR + i] = rotation_rad[i];
+        trajectory->point[trajectory->point_count][i]          = position_m[i];
+        trajectory->point[trajectory->point_count][VECTOR + i] = rotation_rad[i];
     }
     return STATUS_OK;
 }
@@ -92,8 +92,7 @@ status_t arm_trajectory_add_pose(arm_trajectory_t* const trajectory, const doubl
 /// Velocity of a joint on a line; 0 before the first and behind the last line.
 static double velocity_on(const arm_trajectory_t* const trajectory, const unsigned line, const unsigned joint)
 {
-    return (trajectory->point_rad[line + 1U][joint] - trajectory->point_rad[line][joint]) /
-           trajectory->line_s[line];
+    return (trajectory->point[line + 1U][joint] - trajectory->point[line][joint]) / trajectory->line_s[line];
 }
 
 static double velocity_before(const arm_trajectory_t* const trajectory, const unsigned point,
@@ -117,7 +116,7 @@ static double shortest_s(const arm_trajectory_t* const trajectory, const arm_lim
     double duration_s = LINE_MIN_S;
     double way[ARM_JOINTS_MAX];
     for (unsigned i = 0U; i < trajectory->joint_count; i++) {
-        way[i] = trajectory->point_rad[line + 1U][i] - trajectory->point_rad[line][i];
+        way[i] = trajectory->point[line + 1U][i] - trajectory->point[line][i];
     }
     for (unsigned i = 0U; i < trajectory->joint_count; i++) {
         const double length       = magnitude(trajectory, way, i);
@@ -145,7 +144,7 @@ void arm_trajectory_begin(arm_trajectory_t* const trajectory, const arm_limits_t
 {
     FSW_ASSERT((trajectory != NULL) && (limits != NULL) && (from != NULL) && !trajectory->is_tool);
     for (unsigned i = 0U; i < trajectory->joint_count; i++) {
-        trajectory->point_rad[0][i] = from->position_rad[i];
+        trajectory->point[0][i] = from->position_rad[i];
     }
     begin(trajectory, limits, share, blend);
 }
@@ -173,11 +172,11 @@ void arm_trajectory_begin_tool(arm_trajectory_t* const trajectory, const arm_lim
     arm_vector_t before_rad          = {{0.0, 0.0, 0.0}};
     trajectory->start                = from->rotation;
     for (unsigned i = 0U; i < VECTOR; i++) {
-        trajectory->point_rad[0][i]          = from->position_m.at[i];
-        trajectory->point_rad[0][VECTOR + i] = 0.0;
+        trajectory->point[0][i]          = from->position_m.at[i];
+        trajectory->point[0][VECTOR + i] = 0.0;
     }
     for (unsigned point = 1U; point <= trajectory->point_count; point++) {
-        double* const rotation_rad = &trajectory->point_rad[point][VECTOR];
+        double* const rotation_rad = &trajectory->point[point][VECTOR];
         const arm_rotation_t goal  = arm_rotation_turned_by(&none, arm_vector(rotation_rad));
         before_rad                 = nearer(arm_rotation_between(&from->rotation, &goal), before_rad);
         for (unsigned i = 0U; i < VECTOR; i++) {
@@ -258,11 +257,11 @@ static void move_near(const arm_trajectory_t* const trajectory, const unsigned p
     const double x          = control_clamp((since_s / duration_s) + 0.5, 0.0, 1.0);
     const double beyond_s   = larger(since_s - (0.5 * duration_s), 0.0);
     for (unsigned i = 0U; i < trajectory->joint_count; i++) {
-        const double before       = velocity_before(trajectory, point, i);
-        const double change       = velocity_behind(trajectory, point, i) - before;
-        const double gained       = (duration_s * x * x * x * (1.0 - (0.5 * x))) + beyond_s;
-        motion->position_rad[i]   = trajectory->point_rad[point][i] + (before * since_s) + (change * gained);
-        motion->velocity_rad_s[i] = before + (change * x * x * (3.0 - (2.0 * x)));
+        const double before            = velocity_before(trajectory, point, i);
+        const double change            = velocity_behind(trajectory, point, i) - before;
+        const double gained            = (duration_s * x * x * x * (1.0 - (0.5 * x))) + beyond_s;
+        motion->position_rad[i]        = trajectory->point[point][i] + (before * since_s) + (change * gained);
+        motion->velocity_rad_s[i]      = before + (change * x * x * (3.0 - (2.0 * x)));
         motion->acceleration_rad_s2[i] = change * 6.0 * x * (1.0 - x) / duration_s;
     }
 }
@@ -271,7 +270,7 @@ static void rest_at(const arm_trajectory_t* const trajectory, const unsigned poi
                     arm_motion_t* const motion)
 {
     for (unsigned i = 0U; i < trajectory->joint_count; i++) {
-        motion->position_rad[i]        = trajectory->point_rad[point][i];
+        motion->position_rad[i]        = trajectory->point[point][i];
         motion->velocity_rad_s[i]      = 0.0;
         motion->acceleration_rad_s2[i] = 0.0;
     }

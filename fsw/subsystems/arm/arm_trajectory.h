@@ -26,12 +26,13 @@
 #define ARM_POINTS_MAX 16U
 #define ARM_PLAN_ROUNDS 400U ///< Largest number of rounds; enough for 1.05^400 times the shortest durations.
 
-typedef struct {                                           // All fields are private.
-    bool is_tool;                                          ///< The coordinates are those of the tool.
-    unsigned joint_count;                                  ///< Number of coordinates.
-    unsigned point_count;                                  ///< Number of points without the start.
-    double point_rad[ARM_POINTS_MAX + 1U][ARM_JOINTS_MAX]; ///< The start, then the points.
-    double line_s[ARM_POINTS_MAX];                         ///< Duration of each line, from point to point.
+typedef struct {          // All fields are private.
+    bool is_tool;         ///< The coordinates are those of the tool.
+    unsigned joint_count; ///< Number of coordinates.
+    unsigned point_count; ///< Number of points without the start.
+    double point[ARM_POINTS_MAX + 1U]
+                [ARM_JOINTS_MAX];        ///< The start, then the points [rad; of the tool m, rad].
+    double line_s[ARM_POINTS_MAX];       ///< Duration of each line, from point to point.
     double blend_s[ARM_POINTS_MAX + 1U]; ///< Duration of the change of velocity at each point.
     double share;
     double blend;         ///< Largest distance of a joint, or of the tool, from a point [rad, m].

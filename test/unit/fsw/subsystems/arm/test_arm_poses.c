@@ -174,7 +174,7 @@ static void the_tool_turns_on_beyond_half_a_turn(void)
     poses[1] = add((arm_vector_t){{0.0, 0.0, 0.0}}, (arm_vector_t){{0.0, 0.0, 3.5}});
     plan(1.0, 0.05);
     fly(poses, 1.0, 0.05);
-    EXPECT_WITHIN(3.5, 1.0e-6, trajectory.point_rad[2][5]);
+    EXPECT_WITHIN(3.5, 1.0e-6, trajectory.point[2][5]);
 }
 
 static void a_tool_has_at_most_sixteen_poses(void)

@@ -102,12 +102,12 @@ static void fly(const double share, double out_nearest[ARM_POINTS_MAX])
         motion = start;
         arm_trajectory_at(&trajectory, step * PERIOD_S, &motion);
         expect_smooth(&last, &motion, share);
-        const double here = distance(motion.position_rad, trajectory.point_rad[next]);
+        const double here = distance(motion.position_rad, trajectory.point[next]);
         if (here < out_nearest[next - 1U]) {
             out_nearest[next - 1U] = here;
         }
         if ((next < trajectory.point_count) && (out_nearest[next - 1U] <= trajectory.blend)) {
-            const double further = distance(motion.position_rad, trajectory.point_rad[next + 1U]);
+            const double further = distance(motion.position_rad, trajectory.point[next + 1U]);
             out_nearest[next]    = further;
             next++;
         }
@@ -117,7 +117,7 @@ static void fly(const double share, double out_nearest[ARM_POINTS_MAX])
         }
     }
     TEST_ASSERT_EQUAL_UINT(trajectory.point_count, next);
-    TEST_ASSERT_EQUAL_MEMORY(trajectory.point_rad[trajectory.point_count], motion.position_rad,
+    TEST_ASSERT_EQUAL_MEMORY(trajectory.point[trajectory.point_count], motion.position_rad,
                              sizeof rig_pose_rad);
     for (unsigned i = 0U; i < RIG_JOINTS; i++) {
         TEST_ASSERT_TRUE((motion.velocity_rad_s[i] == 0.0) && (motion.acceleration_rad_s2[i] == 0.0));
