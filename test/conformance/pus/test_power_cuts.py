@@ -270,7 +270,11 @@ def _fly(folder, storage, environment=None):
     port = folder / "ground.port"
     flying.wait_until(lambda: flight.process.poll() is not None or (port.exists() and port.read_text()), "a ground port")
     try:
-        return flight, stations.Station(flight, stations.Notes())
+        station = stations.Station(flight, stations.Notes())
+        if flight.process.poll() is None:
+            return flight, station
+        station.close()  # The power was cut meanwhile; another flight may have got the port.
+        return flight, None
     except (ConnectionError, AssertionError):
         assert flight.process.poll() is not None or environment is not None, flight.told()
         return flight, None

@@ -51,8 +51,9 @@ static void created_memory_is_zero_and_has_the_size_of_its_creator(void)
 }
 
 static uint32_t is_over;
-static unsigned opened;
-static unsigned dirty; ///< Octets that were not zero when another task could open them.
+static unsigned created; ///< Blocks that were created, the one that is being created included.
+static unsigned opened;  ///< Blocks that the other task has opened and read; it reads each once.
+static unsigned dirty;   ///< Octets that were not zero when another task could open them.
 
 static void pause_us(osal_clock_t* const clock, const uint64_t us)
 {
@@ -67,7 +68,8 @@ static void look(void* context)
     osal_clock_open_real(&clock, osal_clock_monotonic_ns());
     while (__atomic_load_n(&is_over, __ATOMIC_ACQUIRE) == 0U) {
         osal_shm_t shm;
-        if (osal_shm_open(&shm, name) == STATUS_OK) {
+        if ((opened != __atomic_load_n(&created, __ATOMIC_ACQUIRE)) &&
+            (osal_shm_open(&shm, name) == STATUS_OK)) {
             const uint8_t* const octets = osal_shm_address(&shm);
             for (size_t i = 0U; i < osal_shm_size(&shm); i += 64U) {
                 dirty += (octets[i] != 0U) ? 1U : 0U;
@@ -91,9 +93,9 @@ static void memory_is_zero_as_soon_as_it_can_be_opened(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, look, NULL, 20));
     for (unsigned i = 0U; i < 4U; i++) {
         osal_shm_t shm;
-        const unsigned before = __atomic_load_n(&opened, __ATOMIC_ACQUIRE);
+        __atomic_store_n(&created, i + 1U, __ATOMIC_RELEASE);
         TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&shm, name, OCTETS));
-        while (__atomic_load_n(&opened, __ATOMIC_ACQUIRE) == before) { // The other task has seen it.
+        while (__atomic_load_n(&opened, __ATOMIC_ACQUIRE) != (i + 1U)) { // Until the other task has read it.
             pause_us(&clock, 1000U);
         }
         TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(name));
