@@ -7,9 +7,11 @@ adapter = $(if $(filter command%,$(origin $3)),$(if $($3),--$1 '$2=$($3)'))
 # The boards of RTOS=SUBSYSTEM[:BOARD],...: without a board, the first.
 rtos_boards = $(if $(findstring mps2-an385,$(RTOS)),rtos-mps2-an385) \
               $(if $(filter-out %:mps2-an385,$(subst $(comma), ,$(RTOS))),rtos-mps2-an500)
-# A flight does not need the packages of the page. If they are installed, its report has a film and charts.
+# The report of a flight has its film and its charts from the page. If the packages of the page cannot be installed, the
+# mission flies without them.
 sim-run: build/setup/run all $(if $(REMOTE_ENDIAN),remote-endian) $(if $(RTOS),$(rtos_boards))
-	@test ! -e build/setup/station || $(MAKE) --no-print-directory build/station/page/index.html || true
+	@$(MAKE) --no-print-directory -s build/station/page/index.html || \
+	    echo 'sim-run: the report will have no film and no charts'
 	@build/bin/hirosco run $(call option,mission,MISSION) $(call option,scenario,SCENARIO) $(call option,world,WORLD) \
 	    $(call option,seed,SEED) \
 	    $(call option,form,FORM) $(call option,time,TIME) $(call option,bus,BUS) \
