@@ -46,6 +46,10 @@ class TestFlight:
         assert found["engagements"] >= 4
         assert found["torque_limits_exceeded"] == 1
 
+    def test_no_port_at_rest_gives_energy_away(self, fleet, form, seed):
+        found = [decoded for _, _, decoded in fleet.run(form=form, seed=seed).reports_of("event")]
+        assert found and not [decoded for decoded in found if decoded["event"] == "PASSIVITY"]
+
     def test_leaves_nothing_behind(self, fleet, form, seed):
         flying.assert_clean(fleet.flight(form=form, seed=seed))
 

@@ -65,7 +65,8 @@ static void a_stick_that_gives_energy_at_rest_is_reported(void)
 {
     robot_feels(0.0, 0.0);
     rig_bring(JOYSTICK_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
-    rig_joystick.parameters.passivity.time = 0.5;
+    rig_joystick.parameters.passivity.limit = 2.0e-3;
+    rig_joystick.parameters.passivity.time  = 0.5;
     for (unsigned i = 0U; i < 2400U; i++) {
         const bool is_up = ((i / 50U) % 2U) == 0U;
         robot_feels(is_up ? 9.0 : -9.0, 0.0);
