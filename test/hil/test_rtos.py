@@ -17,6 +17,7 @@ sys.path[:0] = [str(places.ROOT / "test" / part) for part in ("mission", "board"
 import flight as boards
 import flying
 import lives
+from test_tutorial import copy_of_tree
 
 M7, M3 = "mps2-an500", "mps2-an385"
 LOGS = ("packets.log", "truth.lcm", "can-robot.log", "can-robot-b.log", "can-joystick.log", "can-joystick-b.log")
@@ -24,6 +25,7 @@ BUS_LOGS = LOGS[2:]
 EMULATOR = "qemu-system-arm"[:15]  # The name of a process has at most 15 characters.
 FLIGHT_S, END_S = 20, 60
 CYCLES = 108000
+PROCESSORS = places.ROOT / "test" / "hil" / "processors"  # A mission with three subsystems that drive devices.
 CONTROLLED = {"PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL"}
 
 
@@ -34,8 +36,12 @@ def folder(hil_folder):
     return path
 
 
+def make(*words, root=places.ROOT):
+    subprocess.run(["make", "-s", *words], cwd=root, check=True)
+
+
 def build(board):
-    subprocess.run(["make", "-s", "rtos", f"BOARD={board}"], cwd=places.ROOT, check=True)
+    make("rtos", f"BOARD={board}")
 
 
 @pytest.fixture(scope="module")
@@ -94,8 +100,36 @@ def test_whole_telepresence(folder, board):
 @pytest.mark.long
 def test_three_processors_fly_one_mission(folder, native, board):
     """A native supervisor, a manipulator on the board, and a joystick that is big-endian: the buses are the same."""
+    make("remote-endian")
     flight = flying.fly(folder / "three", "--scenario", "hil", "--rtos", "MANIPULATOR", "--remote-endian", "JOYSTICK")
     expect_same(native, flight, (*BUS_LOGS, "truth.lcm"))
+
+
+@pytest.fixture(scope="module")
+def house(folder):
+    """A copy of the tree with the mission of three subsystems, as docs/porting.md tells, and with all programs for it."""
+    make("remote-endian")
+    boards_built = [f"{board}/flight" for board in (M7, M3)]
+    root = copy_of_tree(folder / "house", ("bin", "lib", "obj", "generated", "setup", "third_party", "flags", "s390x/bin", *boards_built))
+    for kind in ("mission", "world"):
+        shutil.copy(PROCESSORS / f"{kind}.xml", root / f"descriptors/{kind}s/processors.xml")
+    for target in ("generated", f"rtos-{M7}", f"rtos-{M3}"):
+        make(target, root=root)
+    yield root
+    shutil.rmtree(root, ignore_errors=True)
+
+
+@pytest.mark.long
+def test_four_processors_fly_one_mission(house):
+    """Cortex-M7, Cortex-M3, a big-endian processor of 64 bits, and this one: every log is that of native programs."""
+    options = ("--mission", "processors", "--scenario", PROCESSORS / "flight.scn")
+    one = flying.fly(house / "out-native", *options, "--links", "udp", root=house)
+    flight = flying.fly(house / "out", *options, "--rtos", f"MANIPULATOR:{M7},JOYSTICK:{M3}", "--remote-endian", "ACTUATORS", root=house)
+    assert one.code == 0, one.told()
+    expect_same(one, flight, (*LOGS, "can-platform.log"))
+    for log in ("can-robot.log", "can-joystick.log", "can-platform.log"):
+        assert len(flight.read(log).splitlines()) > 1000, log
+    assert (flight.facts["rtos"], flight.facts["remote_endian"]) == (f"MANIPULATOR:{M7},JOYSTICK:{M3}", "ACTUATORS")
 
 
 def test_steps_and_stacks_on_the_board_keep_a_margin(folder):

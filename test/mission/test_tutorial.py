@@ -46,11 +46,11 @@ def read_steps():
 STEPS = read_steps()
 
 
-def copy_of_tree(place):
-    """A copy of the project with everything that is built here."""
+def copy_of_tree(place, built=BUILT):
+    """A copy of the project with what is built here, or these parts of it."""
     shutil.copytree(flying.ROOT, place, ignore=lambda folder, names: {"build", "runs", ".git", "__pycache__"} & set(names))
     (place / "build").mkdir()
-    for name in BUILT:
+    for name in built:
         source, target = flying.ROOT / "build" / name, place / "build" / name
         if source.is_dir():
             shutil.copytree(source, target, ignore=shutil.ignore_patterns("test"), symlinks=True)
