@@ -16,8 +16,8 @@
 ##                                                               KEY=<file>: accept only telecommands protected by it
 ##                                                               BUS=can: ROBOT_IF=can0  JOYSTICK_IF=can1
 ##                                                                        SIM_ROBOT_IF=  SIM_JOYSTICK_IF=
-##                                                               REMOTE_ENDIAN=<subsystem>: it runs big-endian, emulated
-##                                                               RTOS=<subsystem>[:<board>],...: on FreeRTOS, emulated
+##                                                               REMOTE_ENDIAN=<subsystem>: on an emulated s390x
+##                                                               RTOS=<subsystem>[:<board>],...: on FreeRTOS on a board
 ##   make test       build and run every test, end with a summary line      ONLY=<part of a test's path>
 ##   make test-hil   hardware in the loop only: on this kernel if it has vcan, vxcan and TIPC, else in the micro-VM
 ##                   ONLY=<part of a test's path>  PLACE=vm|kernel
@@ -36,26 +36,26 @@
 ##                   that the C tests detect                 FLY=1 also flies those that they do not detect
 ##                   ONLY=<part of a source's path:line:>  COUNT=20  SEED=1  CHECK=1 fails below 95 % (90 % in a folder)
 ##   make pus-coverage   fly the conformance suite of the packet services and write docs/pus-coverage.md
-##   make fuzz       run every fuzz target in turn on its kept corpus          ONLY=<part of a name>  SECONDS=20
-##                   HOURS=2: so long for each target; make check-full HOURS=2 does so too
+##   make fuzz       run every fuzz target in turn from its kept inputs        ONLY=<part of a name>  SECONDS=20
+##                   HOURS=2: two hours for each target, also for make check-full
 ##   make vm         a shell in a micro-VM with vcan and TIPC over this tree; files written there are lost, except
 ##                   in build/vm/out             CMD='one command instead'  SECONDS=300  CANS=0  MEMORY=1024  OUT=folder
-##   make bench      measure, print a table, write build/bench.json         ONLY=<part of a name>  CHECK=1
+##   make bench      measure speed and size, print a table, write build/bench.json    ONLY=<part of a name>  CHECK=1
 ##   make new-subsystem NAME=gripper    begin a subsystem that builds and flies     APID=  MISSION=<an existing one>
 ##   make new-robot URDF=arm.urdf       make a mission with that arm, which flies
 ##                   NAME=  TOOL=<link>  START=<angles in rad, with commas>  BASE=fixed|free  APID=
 ##   make remote-endian   programs of subsystems for the big-endian s390x: build/s390x/bin/
 ##                   S390X=1 make remote-endian-tests: unit tests for that processor: build/s390x/test/
 ##   make rtos       programs of subsystems on FreeRTOS: build/mps2-an500/bin/          BOARD=mps2-an500|mps2-an385
-##   make yamcs      run Yamcs with the flight of runs/latest     MISSION=  PORT=<ground port>  HTTP=8080
-##                   STATION=http://127.0.0.1:8090/: page of make gse that its 3D view shows     OUT=runs/yamcs
+##   make yamcs      run Yamcs for the flight of runs/latest      MISSION=  PORT=<ground port>  HTTP=8080
+##                   STATION=http://127.0.0.1:8090/: the station whose 3D view it shows     OUT=runs/yamcs
 ##   make docs       API reference, architecture and interface control document: build/docs/index.html
 ##   make gse        web page of the flight that runs, or of one that it starts     HTTP=8090  OUT=  MISSION=  SCENARIO=
-##                   REPLAY=runs/...: replay this run on the page instead     READ_ONLY=1: its pages command nothing
-##                   FRAMED_BY=http://127.0.0.1:8080: page of this machine that may show it in a frame; none
+##                   REPLAY=runs/...: replay this run on the page instead     READ_ONLY=1: without commands
+##                   FRAMED_BY=http://127.0.0.1:8080: the page that may show it in a frame
 ##   make report     write the report of a run again, with its film and charts      OUT=runs/latest
 ##   make compile-commands   write build/compile_commands.json, which clangd and other tools read
-##   make format     clang-format all C sources in place
+##   make format     format all C and JavaScript sources in place
 ##   make doctor     show what is installed, what is missing, and the next step
 ##   make setup      install all that any target needs (each target installs its own needs by itself)
 ##   make clean      remove build/ except the Python environment and fetched files; ALL=1 removes these, too

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Format and checks.
+# The format of the sources, and the checks of `make check` and `make check-full`.
 
 C_FILES = $(shell find base osal pus fsw launcher sim test -name '*.[ch]')
 PAGE_FILES = $(wildcard gse/page/src/*.js) gse/docs/search.js gse/yamcs/view.js
@@ -32,7 +32,8 @@ check-gcc: build/setup/check
 	$(PARALLEL) CC=gcc programs tests benches && echo 'check: no warning from gcc'
 check-clang: build/setup/check
 	$(PARALLEL) CC=clang OPTIMIZE=-O0 programs test-objects && echo 'check: no warning from clang'
-# Warnings of clang do not depend on the optimization, nor on the link of each test, which gcc does.
+# The warnings of clang depend neither on the optimization nor on linking, so clang only compiles the tests, and gcc
+# links them.
 test-objects: $(call objects,$(sort $(TESTS) $(foreach t,$(TESTS),$(call fixtures,$t)) \
                               $(wildcard test/bench/*.c test/support/*.c)))
 	@:
@@ -69,13 +70,13 @@ check-complexity: build/setup/check
 	@build/venv/bin/lizard -l c -l python -w -C 15 base osal pus fsw launcher sim gse && \
 	    echo 'check: no function is too complex'
 .PHONY: check-flights
-# The long tests: many deaths and power cuts at random instants, and the comparison with other implementations
-# of PUS.
+# The tests that are marked `long`: many deaths and power cuts at random instants, 24 h of flight, and comparisons
+# with other implementations of PUS.
 check-flights: build/setup/vm build/setup/full build/setup/peer-spacepackets all remote-endian random-flight
 	@LONG=1 SOAK_HOURS=24 $(VENV) -m pytest -q -p no:cacheprovider -m long -n $(JOBS) --dist loadfile \
 	    test/mission test/hil test/conformance test/fuzz/test_random_flight.py && \
 	    echo 'check: every flight ends as it should'
-# Times in which hangs and deaths are detected and repaired, by the wall clock; the machine must have no other
+# Measure the wall-clock time in which hangs and deaths are detected and repaired; the machine must have no other
 # load.
 .PHONY: check-times
 check-times: build/setup/test all

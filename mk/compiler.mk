@@ -6,7 +6,7 @@ CC := gcc
 endif
 VARIANT := $(firstword $(if $(FUZZ),fuzz) $(if $(COVERAGE),coverage) $(if $(SANITIZE),sanitize) \
            $(if $(ANALYZE),analyze) $(if $(findstring clang,$(CC)),clang))
-ifdef TSAN # With CC=clang.
+ifdef TSAN # Thread sanitizer; needs CC=clang.
 VARIANT := thread
 endif
 AR := ar
@@ -21,7 +21,7 @@ $(if $(filter $(BOARD),$(BOARDS)),,$(error BOARD=$(BOARD): expected one of: $(BO
 override CC := arm-none-eabi-gcc
 AR      := arm-none-eabi-ar
 VARIANT := $(BOARD)
-ifdef TARGET # What flies there: with the capacities of the target, and with descriptors that are compiled in.
+ifdef TARGET # Programs that fly on the board: with its capacities (capacities.h) and with compiled descriptors.
 VARIANT := $(BOARD)/flight
 endif
 endif
@@ -30,15 +30,15 @@ B       := build$(addprefix /,$(VARIANT))
 WARNINGS := -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Wstrict-prototypes -Wvla -Werror
 OPTIMIZE := -O2 -g
 ifeq ($(shell uname -m)$(S390X)$(BOARD)$(findstring clang,$(CC)),x86_64)
-# The assembler places no jump across a boundary of 32 octets: Intel processors with the microcode correction
-# of 2019 run such jumps slowly, and the time of a function would depend on the code before it.
+# The assembler places no jump across a boundary of 32 octets. Intel processors with the microcode correction of 2019
+# run such jumps slowly, so the time of a function would depend on its address.
 OPTIMIZE += -Wa,-mbranches-within-32B-boundaries
 # A prefetch for writing (prefetchw) takes the cache line from the other processors; a processor without this
 # instruction ignores it.
 OPTIMIZE += -mprfchw
 endif
 ifdef SANITIZE
-# The reports of these variants name functions and lines: -g1 has both.
+# -g1 suffices: the reports of the sanitizers need only the names of functions and the line numbers.
 OPTIMIZE := -O1 -g1 -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all -DRESOURCE_CHECKS
 endif
 ifdef TSAN
@@ -50,7 +50,7 @@ endif
 ifdef COVERAGE
 OPTIMIZE := -O0 --coverage -fprofile-update=atomic
 endif
-ifdef FUZZ # With CC=clang.
+ifdef FUZZ # Fuzz targets; needs CC=clang.
 OPTIMIZE := -O1 -g1 -fno-omit-frame-pointer -fsanitize=fuzzer-no-link,address,undefined,float-cast-overflow \
             -fno-sanitize-recover=all
 endif
@@ -58,7 +58,7 @@ CFLAGS   := -std=c99 $(WARNINGS) $(OPTIMIZE) -ffp-contract=off
 CPPFLAGS := -D_POSIX_C_SOURCE=200809L -I. -Ibuild -isystem build/third_party/unity/src
 ifdef S390X
 CPPFLAGS += -isystem build/third_party/expat-s390x/include
-CFLAGS   += -fexcess-precision=fast # Otherwise a float has the precision of a double until it is stored.
+CFLAGS   += -fexcess-precision=fast # Without it a float keeps the precision of a double until it is stored.
 LDFLAGS  := -static -Lbuild/third_party/expat-s390x/lib
 endif
 ifdef BOARD

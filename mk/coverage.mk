@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Coverage of the C tests, in a variant of the build of its own.
+# Branch coverage by the C tests, which are built in a variant of their own.
 
 COVERING = $(filter-out test/unit/sim/% test/unit/pus/tool/% %_endurance.c,$(TESTS))
 coverage: build/setup/check

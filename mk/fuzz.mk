@@ -15,7 +15,7 @@ $(if $(FUZZ),$(foreach t,$(FUZZ_TARGETS),$(eval $(call fuzz_rule,$t))))
 fuzzers: $(foreach t,$(call selected,$(FUZZ_TARGETS)),$B/target/$t)
 	@:
 BUILD_FUZZERS = $(MAKE) --no-print-directory -j$(JOBS) FUZZ=1 CC=clang fuzzers
-# HOURS=2: two hours of each target.
+# Seconds for each target; HOURS=2 gives 7200.
 SECONDS ?= $(if $(HOURS),$(shell echo $$(($(HOURS) * 3600))),20)
 fuzz: build/setup/clang
 	$(if $(strip $(call selected,$(FUZZ_TARGETS))),,\
@@ -28,8 +28,8 @@ fuzz-corpus: build/setup/pytest build/setup/clang
 	+@$(BUILD_FUZZERS)
 	@$(VENV) test/fuzz/make_corpus.py $(call selected,$(FUZZ_TARGETS))
 
-# The image of a mission that commands itself at random: test/fuzz/flight, started by random_flight.py through a
-# launcher beside it. Functions named __wrap_x replace x.
+# The image program with random telecommands (test/fuzz/flight): random_flight.py starts it by a launcher in the same
+# folder. A function named __wrap_x replaces the function x.
 FLIGHT_FUZZ := $(wildcard test/fuzz/flight/*.c)
 FLIGHT_WRAPS := $(patsubst __wrap_%,-Wl$(comma)--wrap=%,$(if $(FLIGHT_FUZZ),$(shell grep -oh '__wrap_[A-Za-z0-9_]*' \
                 $(FLIGHT_FUZZ) | LC_ALL=C sort -u)))

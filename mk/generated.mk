@@ -18,7 +18,8 @@ build/generated/programs.h: $(wildcard fsw/programs/*_program.c) fsw/programs
 	   for name in $(patsubst %_program.c,%,$(notdir $(sort $(wildcard fsw/programs/*_program.c)))); do \
 	       echo "COMPONENT($$name, \"$$(echo "$$name" | tr _ -)\")"; done; } >$@.part
 	@cmp -s $@.part $@ && rm $@.part || mv $@.part $@
-# The folders whose sources include generated files, and the folders of their tests.
+# Folders whose sources include generated files, and the folders of their tests: these objects need the generator
+# first.
 SEES_GENERATED := $(foreach p,pus fsw/canopen fsw/drives fsw/supervisor fsw/subsystems fsw/programs launcher, \
                   $p/% test/unit/$p/%) \
                   test/bench/% test/fuzz/%
@@ -28,7 +29,7 @@ $(call objects,$(filter $(SEES_GENERATED),$(SOURCES) $(TESTS) $(BENCHES) $(FUZZ_
 generated: $(GENERATED)
 	@:
 
-# This file changes when the flags or the compiler change; every object depends on it and is then built again.
+# This file changes when the flags or the compiler change. Every object depends on it, so all are built again.
 $B/flags: force
 	@mkdir -p $(@D) && echo '$(CC) $(CPPFLAGS) $(CFLAGS)' | cmp -s - $@ || echo '$(CC) $(CPPFLAGS) $(CFLAGS)' >$@
 force:

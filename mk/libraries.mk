@@ -2,14 +2,14 @@
 # Libraries: one for each folder.
 
 SOURCES  := $(shell find base osal pus fsw launcher sim -name '*.c' 2>/dev/null | LC_ALL=C sort)
-ifdef S390X # Lua runs procedures in the supervisor, which is never a remote-endian program.
+ifdef S390X # Without Lua: only the supervisor runs procedures, and it is never a remote-endian program.
 SOURCES  := $(filter-out fsw/procedures/%,$(SOURCES))
 endif
-ifdef BOARD # Nor Nettle: the ground link is protected by the subsystem `communication`.
+ifdef BOARD # Also without Nettle: only `communication`, which never runs on a board, protects the ground link.
 SOURCES  := $(filter-out osal/posix/% fsw/procedures/% fsw/framework/sdls/% fsw/programs/ground_key.c \
             fsw/programs/supervisor_% fsw/programs/communication_% fsw/subsystems/communication/% pus/tool/% \
             launcher/% sim/%,$(SOURCES))
-ifdef TARGET # Its programs read no files of descriptors.
+ifdef TARGET # Its programs contain their descriptors, so they need only the code that uses a descriptor that was read.
 MODELS   := $(addprefix fsw/framework/descriptor/,subsystem_descriptor.c mission_descriptor.c mission_lookup.c \
             descriptor_refusal.c)
 SOURCES  := $(filter-out $(filter-out $(MODELS),$(filter fsw/framework/descriptor/%,$(SOURCES))) fsw/framework/xml/% \
@@ -19,7 +19,7 @@ else
 SOURCES  := $(filter-out osal/freertos/%,$(SOURCES))
 endif
 TESTS    := $(shell find test/unit test/contract -name 'test_*.c' 2>/dev/null | LC_ALL=C sort)
-# Those of the port to FreeRTOS run on the board alone.
+# Tests of the port to FreeRTOS run only on a board.
 BOARD_ONLY_TESTS := $(filter test/unit/osal/freertos/%,$(TESTS))
 TESTS    := $(filter-out $(if $(BOARD),,$(BOARD_ONLY_TESTS)),$(TESTS))
 BENCHES  := $(wildcard test/bench/bench_*.c)
@@ -46,7 +46,7 @@ $B/obj/build/third_party/%.o: build/third_party/%.c $B/flags osal/freertos/FreeR
 	@mkdir -p $(@D)
 	$(if $(V),,@echo "  $(CC) $(VARIANT) $<")
 	$(Q)$(CC) $(CPPFLAGS) $(PROCESSOR) -std=c99 $(OPTIMIZE) -w -c $< -o $@
-# It defines functions of the C library, which the compiler would otherwise declare itself.
+# c_library.c defines functions of the C library; -fno-builtin keeps the compiler from using its own versions of them.
 $B/obj/osal/freertos/c_library.o: CFLAGS += -fno-builtin
 $(FOREIGN_A): $(call objects,$(FOREIGN_SOURCES))
 	@mkdir -p $(@D) && rm -f $@

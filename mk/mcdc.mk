@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Modified condition/decision coverage (MC/DC) of the sources in test/lint/mcdc.txt by their unit tests. Only these
-# sources are compiled by clang 19; everything else is that of the plain build.
+# Modified condition/decision coverage (MC/DC) of the sources in test/lint/mcdc.txt by their unit tests. clang 19
+# compiles only these sources; all other objects are those of the plain build.
 
 MCDC_SOURCES := $(shell sed -n 's/^\([a-z][^ ]*\.c\)$$/\1/p' test/lint/mcdc.txt)
 MCDC_DIRS    := $(sort $(patsubst %/,%,$(dir $(MCDC_SOURCES))))
@@ -15,7 +15,7 @@ build/mcdc/obj/%.o: %.c | build/setup/mcdc $(GENERATED)
 	    -fcoverage-mcdc -MMD -MP -c $< -o $@
 -include $(patsubst %.o,%.d,$(call mcdc_objects,$(MCDC_SOURCES)))
 
-# The libraries of these sources, with the instrumented objects in the place of the plain ones.
+# The libraries that contain these sources, with instrumented objects instead of the plain ones.
 define mcdc_library_rule
 $(call mcdc_library,$1): $(call mcdc_objects,$(filter $(wildcard $1/*.c),$(MCDC_SOURCES))) \
     $(call objects,$(filter $(wildcard $1/*.c),$(filter-out %_main.c $(MCDC_SOURCES),$(SOURCES)))) test/lint/mcdc.txt

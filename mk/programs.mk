@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Programs.
+# The rules that link programs.
 
 # A flight program links no library of the simulator; the simulator links only base and the operating system
 # layer of the flight side. The image program links both sides.
@@ -7,7 +7,7 @@ SIM_LIBRARIES    := $(foreach d,$(filter sim/% osal/% base,$(DIRS)),$(call libra
 FLIGHT_LIBRARIES := $(foreach d,$(filter-out sim/%,$(DIRS)),$(call library,$d))
 
 LUA   := $(if $(S390X)$(BOARD),,-llua5.4)
-NETTLE := $(if $(S390X)$(BOARD),,-lnettle) # No program for another processor protects frames.
+NETTLE := $(if $(S390X)$(BOARD),,-lnettle) # No program for s390x or a board protects frames.
 group = -Wl,--start-group $(filter %.a,$1) -Wl,--end-group
 program_name = $B/bin/$(subst _,-,$(patsubst %_main.c,%,$(notdir $1)))
 libraries_of = $(if $(findstring image,$1)$(findstring relay,$1),$(LIBRARIES),\
@@ -30,8 +30,8 @@ PROGRAMS := $(foreach m,$(MAINS),$(call program_name,$m))
 REMOTE_NAMES := $(filter-out supervisor communication,$(patsubst %_program.c,%,\
                 $(notdir $(wildcard fsw/programs/*_program.c))))
 REMOTE_ENDIAN_PROGRAMS := $(foreach p,$(REMOTE_NAMES),$B/bin/$(subst _,-,$p))
-# Programs for a board without files: main function and descriptors are compiled from the descriptors of the missions.
-# The compiler of descriptors runs here.
+# Programs for a board without files: `descriptor-compiler`, which runs on this machine, writes their main function
+# and their descriptors as C sources from the descriptors of the missions.
 COMPILED := build/generated/compiled
 COMPILED_SOURCES  := $(foreach p,$(REMOTE_NAMES),$(COMPILED)/$p_main.c $(COMPILED)/$p_descriptors.c)
 $(COMPILED_SOURCES) &: descriptors/missions $(shell find descriptors -name '*.xml') \

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 # Flights and other targets for users.
 
-# Pass on only the options of the command line; the launcher has the defaults and refuses invalid values.
+# Pass on only options of the command line, not variables of the environment. The launcher has the defaults and
+# refuses invalid values.
 option = $(if $(filter command%,$(origin $2)),$(if $($2),--$1 '$($2)'))
 adapter = $(if $(filter command%,$(origin $3)),$(if $($3),--$1 '$2=$($3)'))
-# The boards of RTOS=SUBSYSTEM[:BOARD],...: without a board, the first.
+# The boards of RTOS=SUBSYSTEM[:BOARD],...; the default board is mps2-an500.
 rtos_boards = $(if $(findstring mps2-an385,$(RTOS)),rtos-mps2-an385) \
               $(if $(filter-out %:mps2-an385,$(subst $(comma), ,$(RTOS))),rtos-mps2-an500)
-# The report of a flight has its film and its charts from the page. If the packages of the page cannot be installed, the
-# mission flies without them.
+# The report takes film and charts from the code of the web page. If the packages of the page cannot be installed, the
+# mission flies, and its report has neither.
 sim-run: build/setup/run all $(if $(REMOTE_ENDIAN),remote-endian) $(if $(RTOS),$(rtos_boards))
 	@$(MAKE) --no-print-directory -s build/station/page/index.html || \
 	    echo 'sim-run: the report will have no film and no charts'
@@ -25,17 +26,17 @@ sim-run: build/setup/run all $(if $(REMOTE_ENDIAN),remote-endian) $(if $(RTOS),$
 report: build/setup/station build/station/page/index.html $(GENERATED)
 	@build/venv/bin/python -m hirosco_gse.report $(or $(OUT),runs/latest) && echo '$(or $(OUT),runs/latest)/report.html'
 
-# The command is passed on unchanged: make does not expand its dollar signs.
 build/vm/initramfs.cpio: build/setup/hil gse/vm/prepare.py gse/vm/init.sh
 	@$(PYTHON) gse/vm/prepare.py && touch $@
 build/setup/vm: build/vm/initramfs.cpio
 	@touch $@
+# $(value CMD) passes the command on unchanged: make does not expand its dollar signs.
 vm: export VM_COMMAND := $(value CMD)
 vm: build/setup/vm
 	@$(PYTHON) gse/vm/microvm.py $(call option,seconds,SECONDS) $(call option,cans,CANS) $(call option,memory,MEMORY) \
 	    $(call option,out,OUT)
 
-# If no flight is running, the page starts one in real time.
+# If no flight is running, the station starts one with TIME=real.
 gse: build/setup/station build/station/page/index.html all
 	@echo 'The command line is build/venv/bin/gse --help'
 	@build/venv/bin/python -m hirosco_gse.station $(call option,http-port,HTTP) $(call option,run,OUT) \

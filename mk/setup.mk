@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Install what a target needs.
+# Install the packages that a target needs: build/setup/<level> is a stamp file for each level of
+# gse/setup/packages.txt.
 
 build/setup/%: gse/setup/setup.sh gse/setup/python.sh gse/setup/unity.sh gse/setup/station.sh gse/setup/expat_s390x.sh \
                gse/setup/debian_source.sh gse/setup/expat_source.sh gse/setup/freertos.sh gse/setup/cbmc.sh \

@@ -1,8 +1,8 @@
-# SPDX-License-Identifier: Apache-2.0 C tests, each linked with its own layer and the layers that this layer
-# may include; benches; targets that run tests.
+# SPDX-License-Identifier: Apache-2.0
+# C tests, each linked with its own layer and the layers that this layer may include; benches; targets that run tests.
 
 selected   = $(if $(ONLY),$(foreach t,$1,$(if $(findstring $(ONLY),$t),$t)),$1)
-# Headers of POSIX and of libraries that only a machine with Linux has. C files without them are portable.
+# Headers of POSIX and of libraries that need Linux. C files that include none of them are portable.
 MACHINE_HEADERS := <\(cmocka\|dirent\|expat\|fcntl\|linux/.*\|mqueue\|net.*/.*\|nettle/.*\|poll\|pthread\|sched\|\
                    signal\|sys/.*\|time\|unistd\)\.h>\|test/support/clients\.h
 MACHINE_HEADERS := $(subst $() ,,$(MACHINE_HEADERS))
@@ -10,10 +10,10 @@ portable   = $(if $1,$(shell grep -L '$(MACHINE_HEADERS)' $1))
 SUPPORT_SOURCES := $(wildcard test/support/*.c)
 ifdef BOARD
 SUPPORT_SOURCES := $(filter-out test/support/sealer.c,$(call portable,$(SUPPORT_SOURCES)))
-# What starts a test there and prints for it: the port of the operating system layer, and what the C library asks for.
+# What a test on a board needs: the port of the operating system layer, and the system calls that the C library uses.
 BOARD_SYSTEM := $(call objects,test/support/board/system.c) \
                 $(foreach d,base $(filter osal/%,$(DIRS)),$(call library,$d))
-CPPFLAGS  += -DUNITY_SUPPORT_64 -DTEST_FOLDER='"."' # The folder where the emulator runs.
+CPPFLAGS  += -DUNITY_SUPPORT_64 -DTEST_FOLDER='"."' # Relative to the folder in which the emulator was started.
 endif
 SUPPORT   := $(call objects,$(SUPPORT_SOURCES))
 SUPPORT_A := $B/lib/libtest_support.a
@@ -41,16 +41,15 @@ fixtures   = $(filter-out $(dir $1)test_% $(parent)test_%,$(wildcard $(dir $1)*.
 WRAPPED   := $(shell grep -o '__wrap_[A-Za-z0-9_]*' $(TESTS) $(wildcard test/board/*.c) /dev/null | \
                LC_ALL=C sort -u)
 wraps_of   = $(patsubst $1:__wrap_%,-Wl$(comma)--wrap=%,$(filter $1:%,$(WRAPPED)))
-# The runners of Unity and cmocka are replaced by runners that also count open descriptors:
-# test/support/descriptors.h.
-# On a board, memory that a test allocates comes from test/support/board, because the port gives none.
+# The runners of Unity and cmocka are replaced by runners that also count open descriptors (test/support/descriptors.h).
+# On a board, test/support/board provides the memory that a test allocates, because the port provides none.
 counted    = $(if $(BOARD),$(foreach f,malloc calloc realloc free,-Wl$(comma)--wrap=$f))
 counted   += $(if $(S390X)$(BOARD),,-Wl$(comma)--wrap=UnityDefaultTestRun -Wl$(comma)--wrap=_cmocka_run_group_tests)
 TEST_EXTERNALS = $(if $(BOARD),-lm -lc -lgcc,\
                $(if $(S390X),,-lcmocka -lode -llcm -lsqlite3) $(LUA) $(NETTLE) -lexpat -lpthread -lm)
 
-# Only a test that expects failing assertions links the fsw_assertion_failed of test/support; all others use
-# that of the port.
+# Only a test that expects a failing assertion links fsw_assertion_failed of test/support; all others link that of the
+# port.
 ASSERTING := $(shell grep -l assertion_fails $(TESTS) /dev/null)
 caught     = $(if $(filter $1,$(ASSERTING)),$B/obj/test/support/assertion.o)
 
@@ -92,9 +91,9 @@ thread-tests: $(foreach t,$(call selected,$(THREAD_TESTS)),$(call test_name,$t))
 	@:
 tests: $(foreach t,$(call selected,$(TESTS)),$(call test_name,$t))
 	@:
-# Tests of conversions between numbers and octets, to run for a big-endian processor: only tests with Unity,
-# because cmocka is not available for that processor, and only those that need neither several tasks (the
-# emulator has no locks with priority inheritance) nor wall-clock time.
+# Tests of conversions between numbers and octets, which also run for a big-endian processor. They use Unity, because
+# cmocka is not available for that processor, and they need neither several tasks (the emulator has no locks with
+# priority inheritance) nor wall-clock time.
 REMOTE_ENDIAN_TESTS := $(filter test/unit/pus/% test/unit/fsw/canopen/% %/test_remote_endian_wire.c test/unit/base/% \
                  $(foreach f,parameter rtlink message,test/unit/fsw/framework/$f/%),\
                  $(filter-out test/unit/pus/tool/% %_torture.c %_endurance.c,$(TESTS)))
@@ -103,9 +102,9 @@ remote-endian-tests: $(REMOTE_ENDIAN_PROGRAMS) $(foreach t,$(REMOTE_ENDIAN_TESTS
 	@:
 remote-endian-programs: $(REMOTE_ENDIAN_PROGRAMS)
 	@:
-# Portable tests run on a board too: those of the contracts of the operating system layer, of base, of the packet
-# services, and of what a subsystem links. Left out are those that need more memory than the board has, several
-# processes, or minutes.
+# Portable tests that also run on a board: tests of the contracts of the operating system layer, of base, of the
+# packet services, and of all that a subsystem links. The list omits tests that need more memory than the board has,
+# several processes, or minutes.
 PORTABLE_TESTS := $(filter test/contract/osal/test_% test/unit/base/% test/unit/pus/% test/unit/fsw/canopen/% \
     test/unit/fsw/drives/% test/unit/fsw/framework/message/test_message_ring.c \
     $(foreach f,control dataflow journal parameter rtlink subsystem,test/unit/fsw/framework/$f/%),\
@@ -115,7 +114,8 @@ PORTABLE_TESTS := $(filter test/contract/osal/test_% test/unit/base/% test/unit/
 PORTABLE_TESTS := $(call portable,$(PORTABLE_TESTS)) $(BOARD_ONLY_TESTS)
 board-tests: $(foreach t,$(call selected,$(PORTABLE_TESTS)),$(call test_name,$t))
 	@:
-# The manipulator's program with a part of test/board: build/mps2-an500/steps/manipulator.
+# The program of the manipulator, linked with one file of test/board: with steps.c it is
+# build/mps2-an500/steps/manipulator.
 define board_program_rule
 build/$(BOARD)/$1/manipulator: $(call objects,$(COMPILED)/manipulator_main.c $(COMPILED)/manipulator_descriptors.c \
     test/board/$1.c) $(FLIGHT_LIBRARIES) $(FOREIGN_A) osal/freertos/mps2.ld
@@ -139,7 +139,7 @@ kernel-tests: $(foreach t,$(KERNEL_TESTS),$(call test_name,$t))
 benches: $(patsubst test/bench/%.c,$B/bench/%,$(call selected,$(BENCHES))) $(TRANSPORTS:%=$B/bench/transport/%)
 	@:
 
-# The tests that ONLY selects, and their needs: only these are installed and built.
+# The tests that ONLY selects, and what they need: `make test` installs and builds nothing else.
 PYTHON_TESTS   := $(strip $(call selected,$(shell find test -name 'test_*.py' | LC_ALL=C sort)))
 FLYING_TESTS   := $(filter test/conformance/% test/mission/% test/hil/% test/fuzz/test_random_flight.py,$(PYTHON_TESTS))
 HIL_TESTS      := $(filter test/hil/%,$(PYTHON_TESTS))
