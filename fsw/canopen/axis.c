@@ -48,7 +48,7 @@ void canopen_cia402_axis_step(canopen_cia402_axis_t* const axis)
     FSW_ASSERT(axis != NULL);
     axis->controlword = canopen_cia402_controlword(canopen_cia402_axis_state(axis), axis->goal,
                                                    axis->may_reset_fault, axis->controlword);
-    // Bit 4 rises only in operation: the drive starts a search at this edge.
+    // Set bit 4 only in operation: the drive starts the search at its rising edge.
     if (axis->is_homing && (axis->controlword == CIA402_CONTROL_ENABLE) &&
         (canopen_cia402_axis_state(axis) == CIA402_OPERATION_ENABLED)) {
         axis->controlword |= CIA402_CONTROL_HOMING_START;
@@ -154,7 +154,7 @@ status_t canopen_cia402_axis_homing(const canopen_cia402_axis_t* const axis)
         return STATUS_EMPTY;
     }
     if ((axis->controlword & CIA402_CONTROL_HOMING_START) == 0U) {
-        return STATUS_BUSY; // The statusword still reports an earlier search.
+        return STATUS_BUSY; // The start bit is not sent yet: the statusword still reports an earlier search.
     }
     if ((axis->statusword & CIA402_STATUS_HOMING_ERROR) != 0U) {
         return STATUS_INVALID;

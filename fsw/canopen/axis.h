@@ -18,16 +18,17 @@
 #include <stdint.h>
 
 typedef struct {
-    double position_rad;   ///< One position unit [rad].
-    double velocity_rad_s; ///< One velocity unit [rad/s].
-    double torque_nm;      ///< One torque unit [Nm].
+    double position_rad;   ///< Size of one unit of the position words [rad].
+    double velocity_rad_s; ///< Size of one unit of the velocity words [rad/s].
+    double torque_nm;      ///< Size of one unit of the torque words [Nm].
     double torque_max_nm;  ///< Commands are limited to +- this torque [Nm].
-    double low_rad;        ///< Limits of positions; none if `low_rad` is not below `high_rad`.
+    /// Limits of commanded positions; not limited if `low_rad` is not below `high_rad`.
+    double low_rad;
     double high_rad;
-    double speed_rad_s; ///< Largest speed; 0: not limited.
+    double speed_rad_s; ///< Largest commanded speed; 0: not limited.
 } canopen_cia402_scale_t;
 
-typedef struct { // Raw words are written by the process data; the rest is read-only outside.
+typedef struct { // Process data write the raw words; all else is read-only outside.
     uint16_t statusword;
     int32_t position;
     int32_t velocity;
@@ -40,18 +41,20 @@ typedef struct { // Raw words are written by the process data; the rest is read-
     int32_t target_velocity;
     canopen_cia402_scale_t scale;
     canopen_cia402_goal_t goal;
+    /// A fault may be reset on the way to the goal.
     bool may_reset_fault;
     bool was_enabled; ///< OPERATION ENABLED was reached with this goal.
+    /// The axis has left OPERATION ENABLED without a command.
     bool has_dropped;
     bool is_homing;
-    uint32_t
-        limited; ///< Commands cut at a limit of the axis or at the range of their word [commands, wraps].
+    /// Commands cut at a limit of the axis or at the range of their word [commands, wraps].
+    uint32_t limited;
 } canopen_cia402_axis_t;
 
-/// Begin with the goal DISABLED and all words zero.
+/// Initialise the axis with the goal DISABLED; all words are 0.
 void canopen_cia402_axis_init(canopen_cia402_axis_t* axis, canopen_cia402_scale_t scale);
 canopen_cia402_state_t canopen_cia402_axis_state(const canopen_cia402_axis_t* axis);
-/// Set a new goal. A fault is reset on the way only with `may_reset_fault`.
+/// Set a new goal. A fault on the way to it is reset only if `may_reset_fault` is set.
 void canopen_cia402_axis_set_goal(canopen_cia402_axis_t* axis, canopen_cia402_goal_t goal,
                                   bool may_reset_fault);
 /// Update the state of the axis. Call it once per cycle, after the process data were received.
@@ -76,6 +79,7 @@ void canopen_cia402_axis_home(canopen_cia402_axis_t* axis, bool is_wanted);
 /// Result of homing: STATUS_BUSY; STATUS_OK (reference found); STATUS_INVALID (error of the drive);
 /// STATUS_EMPTY (not started, or not in operation).
 MUST_USE status_t canopen_cia402_axis_homing(const canopen_cia402_axis_t* axis);
+/// Command a torque (CST). NaN: torque 0.
 void canopen_cia402_axis_command_torque(canopen_cia402_axis_t* axis, double torque_nm);
 
 #endif // FSW_CANOPEN_AXIS_H

@@ -28,7 +28,7 @@ typedef enum {
     CIA402_GOAL_DISABLED,  ///< Switch on disabled (0x40), without braking first.
     CIA402_GOAL_STANDBY,   ///< Switched on (0x23).
     CIA402_GOAL_ENABLED,   ///< Operation enabled (0x27).
-    CIA402_GOAL_QUICK_STOP ///< Brake actively, then 0x40; immediately 0x40 from states without motion.
+    CIA402_GOAL_QUICK_STOP ///< Brake actively, then 0x40. From states without motion directly to 0x40.
 } canopen_cia402_goal_t;
 
 #define CIA402_CONTROL_DISABLE_VOLTAGE 0x0000U

@@ -31,6 +31,7 @@ static inline void canopen_put(uint8_t* octets, uint64_t value, size_t size)
     }
 }
 
+/// Read a number of 1 to 8 octets, the lowest octet first.
 static inline uint64_t canopen_at(const uint8_t* octets, size_t size)
 {
     uint64_t value = 0U;

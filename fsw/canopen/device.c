@@ -122,7 +122,7 @@ static void ask_identity(canopen_device_t* const device, uint16_t* const count)
     ask_number(device, count, OBJECT_DEVICE_TYPE, 0U, profile->device_type);
     ask_number(device, count, OBJECT_IDENTITY, IDENTITY_VENDOR, profile->vendor_id);
     ask_number(device, count, OBJECT_IDENTITY, IDENTITY_PRODUCT, profile->product_code);
-    for (uint8_t i = 0U; i < profile->axis_count; i++) { // take_units finds these in the same order.
+    for (uint8_t i = 0U; i < profile->axis_count; i++) { // take_units reads the results in this order.
         const uint16_t offset = (uint16_t)(i * PROFILE_AXIS_STEP);
         if (profile->axes[i].has_torque) {
             ask(device, count,

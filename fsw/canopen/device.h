@@ -20,8 +20,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// Accesses of one step of an identification: type, vendor, product, torques and units of each axis, or a
-/// mapping.
+/// Numbers of accesses in one step of an identification. The first step reads type, vendor and product of the
+/// device, and torque and units of each axis; each further step reads the mapping of one PDO.
 #define DEVICE_IDENTIFY_UNITS (3U + ((2U + PROFILE_UNITS_MAX) * PROFILE_AXES_MAX))
 #define DEVICE_IDENTIFY_MAPPING (1U + PROFILE_ENTRIES_MAX)
 #define DEVICE_IDENTIFY_MAX                                                                                  \
@@ -30,9 +30,11 @@
 typedef struct {
     uint16_t cob;
     bool is_valid;
-    bool is_sent;         ///< Receive PDO: the device may have values of it that are not yet set to zero.
-    bool is_heard;        ///< Transmit PDO: received at least once since canopen_device_connect.
-    uint32_t heard_count; ///< Transmit PDO: number of SYNCs sent when it was received last.
+    /// Receive PDO: it was sent, so that the device may hold values of it that are not zero.
+    bool is_sent;
+    bool is_heard; ///< Transmit PDO: received at least once since canopen_device_connect.
+    /// Transmit PDO: number of SYNCs that the master had sent when the PDO arrived last.
+    uint32_t heard_count;
 } canopen_device_pdo_t;
 
 typedef struct { // PDO mapping of a device whose settings change it.
@@ -69,17 +71,17 @@ MUST_USE status_t canopen_device_attach(canopen_device_t* device, canopen_master
 /// and must outlive the device. Without this call, settings are written to the device but its process data
 /// remain those of the class.
 void canopen_device_follow_mapping(canopen_device_t* device, canopen_mapping_t* mapping);
-/// Return to the defaults of the device's profile, as after a boot-up.
+/// Set the device object to the defaults of its profile, as the device itself does at its boot-up.
 void canopen_device_reset(canopen_device_t* device);
 
-/// Start to identify the device; continue with canopen_device_identify_step. STATUS_BUSY; STATUS_OK: type,
-/// identity, units and mapping are those of the profile, and torques have their unit; otherwise statuses of
-/// canopen_setting_run_step, and run.position is the access that failed.
+/// Start to identify the device; continue with canopen_device_identify_step. It returns STATUS_BUSY;
+/// STATUS_OK: type, identity, units and mapping are those of the profile, and the torque units of the axes
+/// are known; otherwise statuses of canopen_setting_run_step, and run.position is the access that failed.
 void canopen_device_identify(canopen_device_t* device);
 status_t canopen_device_identify_step(canopen_device_t* device);
-/// Start to write settings; continue with canopen_device_configure_step. The values of the next process
-/// data become zero; so do, in the device, the torque offsets and values that no process data carry any
-/// more. Statuses as canopen_setting_run_step, and run.position is the access that failed.
+/// Start to write settings; continue with canopen_device_configure_step. All values of the next process data
+/// become zero. Torque offsets and values that process data carry no longer are written to zero in the
+/// device. Statuses as canopen_setting_run_step, and run.position is the access that failed.
 void canopen_device_configure(canopen_device_t* device, canopen_setting_t* settings, uint16_t count);
 status_t canopen_device_configure_step(canopen_device_t* device);
 
@@ -87,7 +89,7 @@ status_t canopen_device_configure_step(canopen_device_t* device);
 /// STATUS_EXHAUSTED.
 MUST_USE status_t canopen_device_connect(canopen_device_t* device);
 void canopen_device_disconnect(canopen_device_t* device);
-/// Value number `value` of the profile, as received last, in its unit.
+/// Returns value number `value` of the profile, as received last, in its unit.
 double canopen_device_value(const canopen_device_t* device, uint8_t value);
 /// Set a value of the next process data, rounded to the nearest value that its object can hold; 0 for NaN.
 void canopen_device_set_value(canopen_device_t* device, uint8_t value, double wanted);
@@ -98,7 +100,8 @@ void canopen_device_emit(canopen_device_t* device);
 
 /// True if each PDO that is sent at every SYNC was received at least once.
 bool canopen_device_is_heard(const canopen_device_t* device);
-/// Number of SYNCs that the slowest of these PDOs has not answered; 0 if all were answered.
+/// Number of SYNCs that were sent since the slowest PDO of canopen_device_is_heard arrived; 0 if all have
+/// arrived.
 uint32_t canopen_device_silence(const canopen_device_t* device);
 
 #endif // FSW_CANOPEN_DEVICE_H

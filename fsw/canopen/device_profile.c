@@ -89,7 +89,7 @@ static status_t set_count(canopen_profile_pdo_t* const pdo, const uint32_t count
     return STATUS_OK;
 }
 
-/// Number of the value of an object. Adds a value if the profile has none for this object.
+/// Returns the number of the value of an object. Adds a value if the profile has none for this object.
 static uint8_t value_of(canopen_device_profile_t* const profile, const canopen_profile_object_t* const object)
 {
     const uint8_t known = canopen_device_profile_value(profile, object->index, object->subindex);

@@ -21,7 +21,7 @@
 #define PROFILE_ENTRIES_MAX 8U
 #define PROFILE_VALUES_MAX 16U
 #define PROFILE_UNITS_MAX 6U ///< Objects that state the units of an axis.
-/// Distance between the objects of one axis and those of the next (CiA 402).
+/// Distance between the object indices of one axis and those of the next one (CiA 402).
 #define PROFILE_AXIS_STEP 0x800U
 #define PROFILE_NO_VALUE 0xFFU
 
@@ -47,7 +47,7 @@ typedef struct {
     uint8_t subindex;
     uint8_t octets; ///< 1 to 4.
     canopen_profile_word_t word;
-    uint8_t place; ///< Of a word: its axis. Of a value: its number.
+    uint8_t place; ///< Axis of a word; number of a value.
 } canopen_profile_entry_t;
 
 typedef struct {
@@ -80,7 +80,8 @@ typedef struct { // An object that the data sheet allows in process data.
     uint16_t index;
     uint8_t subindex;
     uint8_t octets;
-    canopen_profile_word_t transmit; ///< In a transmit PDO; PROFILE_PADDING: not allowed there.
+    canopen_profile_word_t transmit; ///< Its word in a transmit PDO; PROFILE_PADDING: not allowed there.
+    /// Its word in a receive PDO; PROFILE_PADDING: not allowed there.
     canopen_profile_word_t receive;
     uint8_t axis;
     bool is_signed;
@@ -128,14 +129,14 @@ uint8_t canopen_device_profile_value(const canopen_device_profile_t* profile, ui
 bool canopen_device_profile_is_output(const canopen_device_profile_t* profile, uint8_t value);
 /// True for the objects of PDO mappings, 0x1600 to 0x17FF and 0x1A00 to 0x1BFF.
 bool canopen_device_profile_is_mapping(uint16_t index);
-/// Follow a write of a communication or mapping parameter of a PDO (0x1400 to 0x1BFF) in the profile of one
-/// device; a write of another object changes nothing. STATUS_OK; STATUS_FORBIDDEN (the PDO exists, or an
-/// entry changes while the number of entries is not 0, against the order of CiA 301); STATUS_NOT_FOUND (no
-/// such PDO, or an object that the data sheet does not allow there with this length); STATUS_TOO_LARGE
-/// (entries, octets or values).
+/// Apply a write of a communication or mapping parameter of a PDO (0x1400 to 0x1BFF) to the profile of one
+/// device; a write of another object changes nothing. STATUS_OK; STATUS_FORBIDDEN (CiA 301 forbids the write
+/// while the PDO exists, or while the number of entries is not 0); STATUS_NOT_FOUND (no such PDO, or an
+/// object that the data sheet does not allow there with this length); STATUS_TOO_LARGE (entries, octets or
+/// values).
 status_t canopen_device_profile_map(canopen_device_profile_t* profile, uint16_t index, uint8_t subindex,
                                     uint32_t value);
-/// Number of octets of all entries of a PDO.
+/// Returns the sum of the octets of all entries of a PDO.
 uint8_t canopen_device_profile_pdo_octets(const canopen_profile_pdo_t* pdo);
 
 #endif // FSW_CANOPEN_DEVICE_PROFILE_H

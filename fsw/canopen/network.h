@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 /// All CiA 402 devices of one bus under one master: commissioning, cycle, supervision, safe state.
 ///
-/// A subsystem calls, by state: canopen_network_open and _boot (HARDWARE_INIT); _configure and
-/// _start (PRE_OPERATIONAL); _set_goal (SAFE_OPERATIONAL, OPERATIONAL); _secure
-/// (ERROR_OPERATIONAL); _stop and _close on the way back. Each cycle begins with _sense
-/// and ends with _emit; _take_fault returns faults.
+/// A subsystem calls, by state: canopen_network_open and _boot (HARDWARE_INIT); _configure and _start
+/// (PRE_OPERATIONAL); _set_goal (SAFE_OPERATIONAL, OPERATIONAL); _secure (ERROR_OPERATIONAL); _stop and
+/// _close when it leaves these states. Each cycle begins with _sense and ends with _emit; _take_fault returns
+/// faults.
 ///
-/// With two channels (ECSS-E-ST-50-15C) the master sends on the active one only; _select_channel
-/// selects it. The controller of the other channel is open and watched; its frames are counted and dropped.
+/// With two channels (ECSS-E-ST-50-15C) the master sends only on the active one, which _select_channel
+/// selects. The controller of the other channel is open and monitored; frames received there are counted and
+/// dropped.
 ///
 /// Ownership  The caller places canopen_network_t and each device; they must not be moved.
 /// Context    One task. Never blocks.
@@ -40,8 +41,8 @@ typedef struct {
     uint32_t lost_after_syncs; ///< A device that does not answer this many SYNCs is lost.
     uint64_t call_ns;          ///< With two channels: longest time for devices to change to the active one.
     uint64_t boot_retry_ns;    ///< A node that has not booted after this time is reset again.
-    uint64_t
-        silence_reported_ns; ///< Process data that have not arrived after this time are reported as missing.
+    /// Process data that have not arrived after this time are reported as missing.
+    uint64_t silence_reported_ns;
     uint64_t quick_stop_limit_ns; ///< Longest time of braking before the voltage is switched off.
 } canopen_network_config_t;
 
@@ -181,17 +182,16 @@ MUST_USE status_t canopen_network_open(canopen_network_t* network, const flow_re
                                        const char* bus, const char* redundant_bus);
 /// True if the network is closed, or has the channel: 0 or 1.
 bool canopen_network_has_channel(const canopen_network_t* network, uint8_t channel);
-/// Make a channel the active one: now, with process data stopped, or for the next canopen_network_open. Every
-/// device has to be commissioned again. STATUS_OK; STATUS_OUT_OF_RANGE (no such channel); STATUS_NOT_FOUND
-/// (open, but without that channel).
+/// Make a channel the active one. Open: process data stop, and every device has to be commissioned again.
+/// Closed: the next canopen_network_open uses the channel. STATUS_OK; STATUS_OUT_OF_RANGE (no such channel);
+/// STATUS_NOT_FOUND (open, but without that channel).
 status_t canopen_network_select_channel(canopen_network_t* network, uint8_t channel);
 /// Add the counters of both channels to a sum.
 void canopen_network_add_counters(const canopen_network_t* network, canopen_network_bus_counters_t* sum);
-/// Reset all nodes, wait for the boot-up message of each, and identify it. With two channels, first make the
-/// devices change to the active one by the master's heartbeat. STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not
-/// open, or a node has booted again meanwhile); statuses of canopen_device_identify_step.
-/// canopen_network_take_fault returns the failed device and the reason as DEVICE_REFUSED, also for the two
-/// functions below.
+/// Reset all nodes, wait for the boot-up message of each, and identify it. With two channels, the master's
+/// heartbeat first makes the devices change to the active one. STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not
+/// open, or a node has booted again meanwhile); statuses of canopen_device_identify_step. If this function or
+/// one of the next two fails, canopen_network_take_fault returns the device and the reason as DEVICE_REFUSED.
 status_t canopen_network_boot(canopen_network_t* network, uint64_t now_ns);
 
 /// Set the number of consecutive SYNCs, >= 1, after which a device that has not answered is lost.

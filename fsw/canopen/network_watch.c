@@ -201,7 +201,7 @@ static void watch_sync(canopen_network_t* const network, const uint64_t now_ns)
     reported->time_ns = network->is_booted ? now_ns : 0U;
 }
 
-/// Drop the frames on the other channel: they are not for this master.
+/// Drop the frames on the channel that is not active: the devices answer on the active one.
 static void drain_standby(canopen_network_t* const network)
 {
     osal_can_frame_t frame;

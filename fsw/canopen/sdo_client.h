@@ -20,7 +20,7 @@
 #define SDO_OCTETS_MAX 64U ///< Longest value of one transfer.
 #define SDO_FRAME_OCTETS 8U
 
-// Abort codes this client sends; others arrive from servers.
+// Abort codes that this client sends; servers send others too.
 #define SDO_ABORT_TOGGLE 0x05030000U
 #define SDO_ABORT_TIMEOUT 0x05040000U
 #define SDO_ABORT_COMMAND 0x05040001U
@@ -77,10 +77,10 @@ MUST_USE status_t canopen_sdo_client_upload(canopen_sdo_client_t* client, uint16
 
 /// Returns the result of the last transfer: STATUS_BUSY while it runs; STATUS_OK; STATUS_TIMEOUT;
 /// STATUS_FORBIDDEN (the server aborted: *out_abort_code); STATUS_INVALID (the server violated the
-/// protocol); STATUS_TOO_LARGE (upload longer than SDO_OCTETS_MAX); STATUS_EMPTY (none begun).
+/// protocol); STATUS_TOO_LARGE (upload longer than SDO_OCTETS_MAX); STATUS_EMPTY (none has begun).
 /// out_abort_code may be null.
 status_t canopen_sdo_client_result(const canopen_sdo_client_t* client, uint32_t* out_abort_code);
-/// Returns the value that an upload has read which ended in STATUS_OK; it is valid until the next transfer.
+/// Returns the value that the last upload has read. Valid after STATUS_OK, until the next transfer begins.
 const uint8_t* canopen_sdo_client_value(const canopen_sdo_client_t* client, size_t* out_size);
 
 /// Process one frame of the server.

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #define US_NS 1000U
-#define RECORDS_PER_CALL 64U ///< Bound for a device that sends without a pause.
+#define RECORDS_PER_CALL 64U ///< Bound, so that a device that sends without a pause cannot hold the cycle.
 
 CAPACITY_CHECK(a_record_fits_a_message, STREAM_RECORD_OCTETS_MAX <= FLOW_OCTETS_MAX);
 

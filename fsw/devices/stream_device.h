@@ -61,8 +61,8 @@ typedef struct { // Private, except counters and name: read-only.
     flow_t flow;
     stream_record_t in;
     stream_record_t out;
-    uint64_t opened_ns;        // When the end node was opened last.
-    uint64_t heard_ns;         // When the last record was received, or the wait for it began.
+    uint64_t opened_ns;        // Time at which the end node was opened last.
+    uint64_t heard_ns;         // Time at which the last record was received, or the wait for it began.
     uint32_t arrivals_counted; // count_arrivals() at the last valid record.
     bool is_begun;             // Commissioning has begun.
     bool is_open;              // The end node is open.
@@ -84,8 +84,8 @@ uint8_t stream_device_field(const stream_device_t* device, bool is_out, const ch
 
 /// Open the device. STATUS_BUSY until the end node is open.
 status_t stream_device_open(stream_device_t* device, uint64_t now_ns);
-/// Wait for the device. STATUS_BUSY until it has sent a record; if it sends none, until its end node is
-/// open.
+/// Wait for the first record. STATUS_OK after it has arrived; for a device that sends no records, as soon as
+/// its end node is open. STATUS_BUSY until then.
 status_t stream_device_boot(const stream_device_t* device);
 /// Put the device in use: from now on silence is a fault, and _command sends records, first the safe one.
 /// STATUS_OK, STATUS_BUSY (not open, or silent).

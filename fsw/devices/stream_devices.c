@@ -37,7 +37,7 @@ static void raise_fault(const stream_devices_t* const devices, const uint8_t pla
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(devices->generic);
     const descriptor_event_t* event = descriptor_find_event_name(descriptor, names[fault->kind]);
     if ((event == NULL) && (devices->count == descriptor->device_count)) {
-        // In a subsystem with devices on CAN, these events are those of fsw/drives.
+        // In a subsystem with devices on CAN, the events with the other names are those of fsw/drives.
         event = descriptor_find_event_name(descriptor, others[fault->kind]);
     }
     const uint8_t octets[EVENT_OCTETS] = {place, (uint8_t)fault->cause};

@@ -42,6 +42,7 @@ typedef struct {
     const char* says_in;  ///< Message about a device that lacks a field of `in`.
     const char* says_out; ///< Message about a device that lacks a field of `out`.
     uint16_t most;        ///< Devices of all configurations, at most STREAM_DEVICES_MAX.
+    /// Message about more devices than `most`.
     const char* says_most;
     bool permits_drives; ///< Devices on CAN are permitted, and are left to fsw/drives.
 } stream_devices_need_t;

@@ -14,7 +14,7 @@ typedef struct {
     double high;
 } range_t;
 
-// The limits of 64-bit integers are the nearest doubles inside the range of the integer.
+// The limits for 64-bit integers are the outermost doubles that are inside the range of the integer.
 static const range_t ranges[VALUE_SCALARS] = {
     [VALUE_UINT8]  = {0.0, 255.0},
     [VALUE_UINT16] = {0.0, 65535.0},

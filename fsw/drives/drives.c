@@ -21,13 +21,14 @@
 #define EVENT_TIMER 5U ///< Subindex.
 
 static const canopen_network_config_t network_config = {
-    .master           = {.node_id              = 0x01U,
-                         .heartbeat_ns         = 20U * MILLISECOND_NS, // Devices expect it within 60 ms.
-                         .heartbeat_timeout_ns = 60U * MILLISECOND_NS,
-                         .sdo_timeout_ns       = 50U * MILLISECOND_NS},
-    .lost_after_syncs = LOST_AFTER_SYNCS, // Single frames are lost by chance; three in a row have one cause.
-    .call_ns          = 160U * MILLISECOND_NS, // Devices change channel every 120 ms; heartbeat 20 ms.
-    .boot_retry_ns    = 300U * MILLISECOND_NS,
+    .master = {.node_id              = 0x01U,
+               .heartbeat_ns         = 20U * MILLISECOND_NS, // Devices expect it within 60 ms.
+               .heartbeat_timeout_ns = 60U * MILLISECOND_NS,
+               .sdo_timeout_ns       = 50U * MILLISECOND_NS},
+    // A single frame can be lost by chance; three in a row are a failure.
+    .lost_after_syncs    = LOST_AFTER_SYNCS,
+    .call_ns             = 160U * MILLISECOND_NS, // Devices change channel every 120 ms; heartbeat 20 ms.
+    .boot_retry_ns       = 300U * MILLISECOND_NS,
     .silence_reported_ns = 100U * MILLISECOND_NS,
     .quick_stop_limit_ns = 200U * MILLISECOND_NS,
 };
@@ -126,7 +127,7 @@ static void list_buses(drives_t* const drives)
     for (uint16_t i = 0U; i < descriptor->device_count; i++) {
         const descriptor_endnode_t* const endnode = drives_endnode(descriptor, &descriptor->devices[i]);
         uint8_t bus                               = 0U;
-        if (endnode == NULL) { // A stream device.
+        if (endnode == NULL) { // Stream devices are not on CAN.
             continue;
         }
         while ((bus < drives->bus_count) && (strcmp(drives->buses[bus].endnode->bus, endnode->bus) != 0)) {
@@ -140,7 +141,7 @@ static void list_buses(drives_t* const drives)
     }
 }
 
-/// Call `action` for each bus that has not completed `step` yet; each bus may need another number of
+/// Call `action` for each bus that has not completed `step` yet; the buses may need different numbers of
 /// cycles. STATUS_BUSY until all have completed it; STATUS_OK; or the first status that is an error.
 static status_t step_buses(drives_t* const drives, const drives_step_t step,
                            status_t (*const action)(canopen_network_t* network, uint64_t now_ns))
@@ -283,7 +284,7 @@ static status_t add_settings(drives_t* const drives, const descriptor_device_t* 
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
     const descriptor_endnode_t* const endnode      = drives_endnode(descriptor, device);
-    if (endnode == NULL) { // A stream device.
+    if (endnode == NULL) { // Stream devices have no settings.
         return STATUS_OK;
     }
     if (drives_find(drives, endnode->node) == NETWORK_NO_DEVICE) {
@@ -349,7 +350,7 @@ status_t drives_configure(void* const self, const descriptor_configuration_t* co
         status             = step_buses(drives, DRIVES_STEP_CONFIGURE, canopen_network_configure);
         drives->is_written = (status == STATUS_OK);
     }
-    if (status == STATUS_OK) { // On all buses in one cycle, so that their SYNCs leave together.
+    if (status == STATUS_OK) { // All buses start in the same cycle, so that their SYNCs leave together.
         status = step_buses(drives, DRIVES_STEP_START, canopen_network_start);
     }
     raise_faults(drives);
@@ -470,7 +471,8 @@ status_t drives_secure(void* const self)
     drives_t* const drives = self;
     enter(drives, DRIVES_RESTING);
     drives->goal = CIA402_GOAL_DISABLED;
-    return step_buses(drives, DRIVES_STEP_SECURE, canopen_network_secure); // On all buses at once.
+    // All buses begin in the same cycle.
+    return step_buses(drives, DRIVES_STEP_SECURE, canopen_network_secure);
 }
 
 /// Check that every bus has the channel. STATUS_OK, STATUS_OUT_OF_RANGE, STATUS_NOT_FOUND.

@@ -2,7 +2,7 @@
 /// The part that every subsystem with drives on CAN buses has in common: commissioning from the descriptor,
 /// the cycle, supervision by events (docs/can-faults.md), counters, and the safe state. Functions with the
 /// parameter `self` are callbacks for subsystem_callbacks_t. drives_t is the first member of the subsystem's
-/// structure, so that `self` is both.
+/// structure, so that `self` points to both.
 ///
 /// HARDWARE_INIT brings up the devices of all configurations, PRE_OPERATIONAL writes the settings of one. The
 /// subsystem's callback `fits` must have accepted the descriptor by drives_fit (drives_fitting.h). Devices
@@ -91,20 +91,21 @@ typedef struct { // Private, except activity (read-only) and the axes of the dev
     } counters;
 } drives_t;
 
-/// `abandon` aborts what was commanded; it is called when the activity changes, and may be null.
+/// `abandon` aborts all commanded motions; it is called when the activity changes, and may be null.
 void drives_init(drives_t* drives, subsystem_t* generic, const flow_resolver_t* resolver,
                  void (*abandon)(void* self));
 
 /// Open the buses, boot and identify the devices. STATUS_BUSY; STATUS_OK; STATUS_NOT_FOUND (no device, its
 /// class, or bus); statuses of canopen_network_add, canopen_network_open and canopen_network_boot.
 status_t drives_hardware_init(void* self);
-/// Open the buses in order to send frames in a state in which they are closed; devices keep their states.
+/// Open the buses in order to send frames in a state in which they are closed; the devices keep their NMT
+/// states.
 /// Statuses of drives_hardware_init, except STATUS_BUSY.
 status_t drives_borrow(drives_t* drives);
 /// Close the buses if they were borrowed and HARDWARE_INIT was not entered meanwhile.
 void drives_give_back(drives_t* drives);
 /// Write the settings to the devices and start process data; the axes stay without voltage. Commands of an
-/// earlier configuration are cleared; its devices that this one does not have stay out of operation.
+/// earlier configuration are cleared; devices that only the earlier one has stay out of operation.
 /// STATUS_BUSY; STATUS_OK; STATUS_NOT_FOUND (device not brought up); STATUS_EXHAUSTED (settings); statuses of
 /// canopen_network_configure and _start.
 status_t drives_configure(void* self, const descriptor_configuration_t* configuration);
@@ -136,7 +137,8 @@ void drives_sense(void* self);
 /// Call at the end of a cycle: send process data, requests and SYNC.
 void drives_emit(void* self);
 
-/// Returns device number `position` (0..) of the applied configuration, or null. Stream devices do not count.
+/// Returns device number `position` (0..) of the applied configuration, or null. Stream devices are not
+/// counted.
 canopen_device_t* drives_device(drives_t* drives, uint16_t position);
 /// Index in drives->devices of the device with this node id, on any bus; NETWORK_NO_DEVICE if there is
 /// none.

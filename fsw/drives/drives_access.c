@@ -57,8 +57,7 @@ static status_t quantity_of(const drives_t* const drives, const pus_device_actio
 }
 
 /// Find the object that an action addresses. STATUS_OK, STATUS_NOT_FOUND (no such device),
-/// STATUS_OUT_OF_RANGE
-/// (length).
+/// STATUS_OUT_OF_RANGE (length).
 static status_t object_of(const drives_t* const drives, const pus_device_action_t* const action,
                           object_t* const out_object)
 {
@@ -128,7 +127,7 @@ static void data_of(const pus_device_action_t* const action, const object_t* con
         (void)drives_quantity_to_object(object->quantity, action->data, out_octets);
         return;
     }
-    for (uint8_t i = 0U; i < object->length; i++) { // A register has its highest octet first.
+    for (uint8_t i = 0U; i < object->length; i++) { // The value of a register begins with its highest octet.
         out_octets[i] = action->data[is_register(action) ? (REGISTER_SIZE - 1U - i) : i];
     }
 }
@@ -238,7 +237,8 @@ static void abandon(void* const context, const uint8_t slot)
         drives_give_back(drives);
         return;
     }
-    if (drives_are_running(drives)) { // Otherwise this module may not use the client.
+    // While process data do not flow, commissioning uses the client: do not reset it.
+    if (drives_are_running(drives)) {
         canopen_sdo_client_reset(client_of(drives, device));
     }
     drives->access.owners[device] = 0U;

@@ -19,7 +19,7 @@ typedef struct { // All counters at one instant.
 } counts_t;
 
 static const struct {
-    const char* name; // In the descriptor.
+    const char* name; // Name in the descriptor.
     size_t offset;    // Offset of an uint32_t in counts_t.
 } counters[DRIVES_COUNTERS] = {
     {"CYCLES", offsetof(counts_t, cycles)},

@@ -36,7 +36,7 @@ static uint8_t index_of(const drives_t* const drives, const uint16_t position)
 {
     const descriptor_configuration_t* const configuration = drives->configuration;
     const uint16_t count = (configuration != NULL) ? configuration->device_count : 0U;
-    uint16_t passed      = 0U; // Devices on CAN so far.
+    uint16_t passed      = 0U; // Devices on CAN that were counted so far.
     for (uint16_t i = 0U; i < count; i++) {
         const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
         const descriptor_endnode_t* const endnode =

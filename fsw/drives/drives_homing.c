@@ -6,8 +6,8 @@
 
 #include <stddef.h>
 
-/// Device number `position` of the applied configuration, which counts its stream devices too, if it is in
-/// mode homing; else null.
+/// Returns device number `position` of the applied configuration (stream devices are counted) if it is in
+/// mode homing; otherwise null.
 static canopen_device_t* homing_device(drives_t* const drives, const uint16_t position)
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Homing: the search of the axes for the references of their positions (CiA 402). The descriptor asks for it
-/// by a configuration with the mode of operation 6 (0x6060); method, speeds and offset are settings, too.
+/// Homing: the axes search the references of their positions (CiA 402). The descriptor requests it by a
+/// configuration with the mode of operation 6 (0x6060); method, speeds and offset are settings, too.
 ///
 /// Only axes in operation search; the search of an axis ends when the axis leaves operation for any reason.
 ///

@@ -19,13 +19,13 @@
 
 /// True if the instruction is a switch or a pulse.
 bool drives_supply_is(const pus_device_action_t* action);
-/// Check such an instruction. STATUS_OK, STATUS_NOT_FOUND (on/off address, or CPDU), STATUS_OUT_OF_RANGE
+/// Check a switch or pulse. STATUS_OK, STATUS_NOT_FOUND (on/off address, or CPDU), STATUS_OUT_OF_RANGE
 /// (output line).
 status_t drives_supply_check(const drives_t* drives, const pus_device_action_t* action);
 /// Send the pulse of a checked instruction. STATUS_OK, STATUS_FULL, STATUS_CLOSED; statuses of drives_borrow.
 status_t drives_supply_send(drives_t* drives, const pus_device_action_t* action);
-/// STATUS_BUSY for the time that sent frames need to leave; then the bus is released, and the result is
-/// STATUS_OK.
+/// Wait until sent frames have left the controller. STATUS_BUSY for DRIVES_SUPPLY_LEAVE_NS after the last
+/// frame; then the buses are given back, and the status is STATUS_OK.
 status_t drives_supply_poll(drives_t* drives);
 
 #endif // FSW_DRIVES_DRIVES_SUPPLY_H

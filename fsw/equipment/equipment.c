@@ -108,8 +108,8 @@ status_t equipment_secure(void* const self)
     const bool is_waiting  = equipment->is_securing && equipment->are_drives_secure;
     const status_t drives  = is_waiting ? STATUS_OK : with_drives(equipment, drives_secure);
     const status_t streams = stream_devices_secure(&equipment->streams);
-    // While a stream device is not secure yet, drives that are secure are left alone: a further call of
-    // drives_secure would start the stop and the brakes again.
+    // While a stream device is not secure yet, drives that are secure already are not secured again: a
+    // further call of drives_secure would start the stop and the brakes once more.
     equipment->are_drives_secure = (drives == STATUS_OK) && (streams != STATUS_OK);
     equipment->is_securing       = true;
     equipment->has_secured       = true;
@@ -150,7 +150,8 @@ void equipment_emit(void* const self)
 {
     equipment_t* const equipment = self;
     FSW_ASSERT(equipment != NULL);
-    equipment->is_securing = equipment->has_secured; // A pause of one cycle ends it.
+    // A cycle without a call of equipment_secure ends the securing.
+    equipment->is_securing = equipment->has_secured;
     equipment->has_secured = false;
     stream_devices_emit(&equipment->streams);
     drives_emit(&equipment->drives);

@@ -3,10 +3,10 @@
 /// descriptor decides which device is of which kind; a subsystem may have either kind or both.
 ///
 /// The functions with a `void* self` are callbacks for subsystem_callbacks_t; their context begins with an
-/// equipment_t. A subsystem whose table contains one of them contains all of them. What follows for each kind
-/// is in drives.h and stream_devices.h. HARDWARE_INIT and a configuration commission the stream devices
-/// first, and then the devices on CAN, whose power stages are thus the last to become ready. Securing acts
-/// on all devices of both kinds in the same cycle.
+/// equipment_t. A subsystem whose table contains one of them contains all of them. drives.h and
+/// stream_devices.h define what they do for each kind. HARDWARE_INIT and a configuration commission the
+/// stream devices first, and then the devices on CAN, whose power stages are thus the last to become ready.
+/// Securing acts on all devices of both kinds in the same cycle.
 ///
 /// Ownership  The caller places equipment_t, which must not be moved.
 /// Context    The task of the generic subsystem.
@@ -26,13 +26,13 @@
 typedef struct {              // Private, except the members of drives_t that are not.
     drives_t drives;          ///< First member: `abandon` of drives_init gets the context of the callbacks.
     stream_devices_t streams; ///< For stream_devices_at.
-    bool is_securing;         // equipment_secure was called in this cycle or the previous one.
-    bool has_secured;         // It was called in this cycle.
+    bool is_securing;         // equipment_secure was called in this cycle or in the previous one.
+    bool has_secured;         // equipment_secure was called in this cycle.
     bool are_drives_secure; // The devices on CAN are in the safe state, and are not secured again meanwhile.
 } equipment_t;
 
-/// True if drives_fit and stream_devices_fit accept the devices of their kind. Each need permits the other
-/// kind; a descriptor without devices on CAN need not meet `drives`.
+/// True if drives_fit and stream_devices_fit accept the devices of their kind. Each need must permit devices
+/// of the other kind; a descriptor without devices on CAN need not meet `drives`.
 bool equipment_fit(const subsystem_descriptor_t* descriptor, const drives_need_t* drives,
                    const stream_devices_need_t* streams, subsystem_misfit_t* out_misfit);
 

@@ -187,8 +187,8 @@ static uint32_t nodes_in(const size_t size)
     return (((size % NODE_OCTETS) == 0U) && ((nodes & (nodes - 1U)) == 0U)) ? (uint32_t)nodes : 0U;
 }
 
-/// Charge for a list of a table or a function, or a stack, that must be filled again. Colliding keys are
-/// searched one by one.
+/// Charge the work of filling a list of a table or function, or a stack, anew. Colliding keys are searched
+/// one by one.
 static void charge_list(procedure_slot_t* const slot, const size_t size, const uint32_t nodes)
 {
     const uint64_t price = (size / OCTETS_TAKEN) + (((uint64_t)nodes * nodes) / PAIRS_SEARCHED) + OBJECT;
@@ -217,8 +217,8 @@ static bool may_take_text(procedure_slot_t* const slot, const size_t size)
     return true;
 }
 
-/// Charge for a new function. It refers to variables outside of it; each of them is searched among those to
-/// which other functions refer.
+/// Charge a new function. It refers to variables outside of it; the interpreter searches each of them among
+/// the variables to which other functions refer.
 static void charge_function(procedure_slot_t* const slot, const size_t size)
 {
     const uint64_t variables = size / sizeof(void*);

@@ -23,8 +23,9 @@
 
 #define PROCEDURE_ACT_MAX 2048U ///< Largest cost of one instruction or call; a call that costs more fails.
 #define PROCEDURE_GRACE 256U    ///< Units of table rebuilding per budget that are not charged.
-#define PROCEDURE_LIST_MAX                                                                                   \
-    32752U ///< Largest list or stack of a running procedure; 1024 values as it grows [octets].
+/// Largest list of values or stack of a running procedure [octets]. A list that grows doubles its size, so it
+/// ends at 1024 values.
+#define PROCEDURE_LIST_MAX 32752U
 #define PROCEDURE_NODES_MAX 256U ///< Largest number of keys in a table that are not consecutive numbers.
 
 /// The count hook of the interpreter, called before every instruction.

@@ -222,7 +222,7 @@ static void run(void* const context, const uint16_t index, const pus_answer_t* c
     procedure_slot_t* const slot = slot_at(context, index);
     FSW_ASSERT(slot->is_running && (answer != NULL) && (out_call != NULL));
     if ((slot->spent > slot->budget) && (slot->call.kind == PUS_CALL_PAUSED)) {
-        *out_call = slot->call; // This budget does not cover the debt of the last one.
+        *out_call = slot->call; // This budget does not cover the debt of the previous one.
         return;
     }
     lua_State* const thread = slot->thread;

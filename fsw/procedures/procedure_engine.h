@@ -36,6 +36,7 @@ typedef struct { // Private.
     uint32_t nodes;      // Keys in a table.
     uint32_t largest;    // List [octets].
     uint32_t stack_size; // [octets]
+    /// Address of the procedure's stack.
     const void* stack;
     const void* list; // Block allocated last.
     size_t list_size; // Its size [octets].
@@ -54,9 +55,9 @@ typedef struct {
     uint16_t count;
 } procedure_engine_t;
 
-/// Initialise an engine. `memory` has count * memory_size octets, `map` has PROCEDURE_BLOCKS of that number
-/// of octets; each slot gets an equal part of both. memory_size: a multiple of PROCEDURE_BLOCK up to 1 MiB,
-/// of which the interpreter itself needs about 48 KiB.
+/// Initialise an engine. `memory` has count * memory_size octets, `map` has PROCEDURE_BLOCKS(count *
+/// memory_size) octets; each slot gets an equal part of both. memory_size: a multiple of PROCEDURE_BLOCK up
+/// to 1 MiB, of which the interpreter itself needs about 48 KiB.
 void procedure_engine_init(procedure_engine_t* engine, procedure_slot_t* slots, uint16_t count,
                            uint64_t* memory, size_t memory_size, uint8_t* map);
 pus_procedure_port_t procedure_engine_port(procedure_engine_t* engine);

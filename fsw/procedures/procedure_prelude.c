@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/procedures/procedure_sandbox.h"
 
-// The part of the library that is written in Lua: each of its instructions counts like those of a procedure,
-// so that a sort or a pattern match needs a budget too, and can be suspended at any instruction.
+// The part of the library that is written in Lua. Each of its instructions is charged like those of a
+// procedure, so that a sort or a pattern match needs a budget too, and can be suspended at any instruction.
 static const char* const lines[] = {
     "local G = ...\n",
     "local error, type, select, rawlen = error, type, select, rawlen\n",

@@ -59,9 +59,9 @@ static int to_text(lua_State* const state)
     return procedure_pay(state, NUMBER_PRICE, make_text, 0);
 }
 
-/// Copy the fields of a metatable (index 2) into a new one that the procedure cannot change: afterwards it
-/// cannot add a finalizer, a closer or a weak mode, or lengthen a chain of metatables that has been
-/// checked. Index 3 and 4 are functions that continue in the tables of __index and __newindex, or nil.
+/// Copy the fields of a metatable (index 2) into a new one that the procedure cannot change: it cannot add a
+/// finalizer, a closer or a weak mode later, nor lengthen a chain of metatables that has been checked. Index
+/// 3 and 4 are functions that continue in the tables of __index and __newindex, or nil.
 static void copy_metatable(lua_State* const state)
 {
     static const char* const events[] = {"__metatable", "__call", "__concat", "__len", "__eq",   "__lt",

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Descriptors that were compiled into a program for a target that has neither files of descriptors nor a
 /// parser of XML. The program descriptor-compiler writes the constants; it reads the files as a program on
-/// Linux does. A program contains them for each mission with a subsystem of this program. The configuration
-/// hash of the mission, which covers all its descriptors, selects the mission; a run with another hash is
-/// refused.
+/// Linux does. A program contains the descriptors of each mission that has a subsystem of this program. The
+/// configuration hash of the mission, which covers all its descriptors, selects the mission; a run with
+/// another hash is refused.
 ///
 /// Ownership  The generated source places everything (static).
 /// Context    One task.
@@ -15,7 +15,7 @@
 typedef struct {           // A subsystem of this program in one mission.
     uint64_t mission_hash; ///< Configuration hash of the whole mission.
     uint16_t apid;
-    const mission_descriptor_t* mission; ///< As its subsystem reads it: its own hashes are 0.
+    const mission_descriptor_t* mission; ///< The mission as a subsystem reads it: its hashes are 0.
     subsystem_descriptor_t* own;
 } compiled_descriptor_t;
 

@@ -17,6 +17,7 @@ typedef struct {
     uint64_t (*step)(void* self, uint64_t now_ns, uint32_t octets_due);
     /// List further sockets whose data wake the component. May be null.
     size_t (*sockets)(void* self, osal_socket_t** out_sockets, size_t capacity);
+    /// Process a datagram of a real-time link.
     void (*link_datagram)(void* self, const uint8_t* frame, size_t size);
     /// Release the system resources that the component has opened, without any message, as at the end of its
     /// process.

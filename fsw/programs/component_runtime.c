@@ -14,8 +14,8 @@
 #define CUT_PATIENCE_MS 10U ///< Time of one wait after a loss, because the connection may be cut.
 #define CUT_INTERVAL 16U    ///< After this number of intakes without success, only one in this number waits.
 #define SWEEP_MAX 4096U     ///< Datagrams read from one socket at a time: a flood must not block the reader.
-#define SWEEP_EVERY                                                                                          \
-    16U ///< Of the intakes for which nothing was announced, one in this number reads the sockets.
+/// One in this number of the intakes for which no datagram was announced reads the sockets.
+#define SWEEP_EVERY 16U
 #define HINTS_EVERY 128U ///< Number of intakes between two reads of the topology service.
 
 // ---- Resolvers ----
@@ -178,7 +178,7 @@ uint64_t component_runtime_promise_ns(const component_runtime_t* const runtime,
         return beat.wake_ns;
     }
     const uint64_t begin_ns = osal_lockstep_begin_ns(scheduler, run_participant(component));
-    return (begin_ns > beat.step_ns) ? begin_ns : OSAL_LOCKSTEP_NEVER; // In the first life it is 0.
+    return (begin_ns > beat.step_ns) ? begin_ns : OSAL_LOCKSTEP_NEVER; // In the first life, begin_ns is 0.
 }
 
 void component_runtime_watch_supervisor(const component_runtime_t* const runtime,

@@ -32,7 +32,7 @@ typedef struct {
     /// Read a descriptor from `path` into the spare model, which is valid until the next call. STATUS_OK; any
     /// other status: the error text is appended.
     status_t (*read)(void* context, const char* path, subsystem_descriptor_t** out_spare, text_t* error);
-    /// The spare model is used from now on; `old`, which it replaces, is the spare one.
+    /// Use the spare model from now on; `old`, the model that was used until now, becomes the spare one.
     void (*exchange)(void* context, subsystem_descriptor_t* old);
 } component_descriptors_t;
 
@@ -50,8 +50,8 @@ typedef struct { // Private, except the members named below.
     const mission_descriptor_t* mission;
     unsigned component; ///< Index in run->components.
     uint16_t apid;
-    subsystem_descriptor_t*
-        own; ///< The component's descriptor, which was read with the mission; the component may reload it.
+    /// The component's descriptor, which was read with the mission; the component may reload it.
+    subsystem_descriptor_t* own;
     const component_descriptors_t* descriptors; ///< Reads a descriptor again.
     component_play_outs_t* play_outs;
     osal_clock_t clock;
@@ -61,13 +61,15 @@ typedef struct { // Private, except the members named below.
     message_tipc_carrier_t tipc;
     osal_socket_t topology; // Notices of the kernel about TIPC names.
     uint32_t life;          // Life of this component.
-    uint32_t link_floor;    // Links of this life have later epochs.
-    struct {                // For each component, from the run state at the last intake.
+    uint32_t link_floor;    // Links of this life have later epochs than this number.
+    // For each component, from the run state at the last call of component_runtime_pump.
+    struct {
         uint32_t life;
         uint32_t link_floor;
         uint64_t reported_ns; // Time of the first message sent to it since its last step.
         bool is_gone;         // Its process of that life has ended, and its messages were received.
     } peers[MISSION_SUBSYSTEMS_MAX];
+    /// Number of calls of component_runtime_pump.
     uint32_t pumps;
     uint32_t outstanding;   // Datagrams that were announced and not received yet: the connection may be cut.
     uint32_t short_intakes; // Consecutive intakes that received less than was announced.
@@ -88,8 +90,8 @@ typedef struct { // Shared by the components of a program.
     const mission_descriptor_t* mission;
     const component_descriptors_t* descriptors;
     component_play_outs_t* play_outs;
-    osal_lockstep_t*
-        scheduler; ///< Null: real time, or a granted clock (osal_clock_take_grant) in a stepped run.
+    /// Null: real time, or a granted clock (osal_clock_take_grant) in a stepped run.
+    osal_lockstep_t* scheduler;
     message_ring_carrier_t* hub; ///< Null: messages by UDP or TIPC, as the run selects.
 } component_runtime_surroundings_t;
 
@@ -116,10 +118,11 @@ void component_runtime_pump(component_runtime_t* runtime, uint32_t messages,
                             void (*link_datagram)(void* context, const uint8_t*, size_t), void* context);
 /// Announce to the scheduler a message to component `to`, in the life to which it was sent.
 void component_runtime_delivered(void* context, uint16_t to);
-/// Note that a message was sent to another component at that time [ns of the run].
+/// Record that a message was sent to another component at `now_ns` [ns of the run].
 void component_runtime_note_sent(component_runtime_t* runtime, unsigned component, uint64_t now_ns);
-/// Latest time of the next step of another component: the promise of its last step, or, before the first step
-/// of a life, the beginning of that life. OSAL_LOCKSTEP_NEVER if it is unknown. `scheduler` may be null.
+/// Returns the latest time of the next step of another component: the promise of its last step, or, before
+/// the first step of a life, the beginning of that life. OSAL_LOCKSTEP_NEVER if it is unknown. `scheduler`
+/// may be null.
 uint64_t component_runtime_promise_ns(const component_runtime_t* runtime, osal_lockstep_t* scheduler,
                                       unsigned component);
 /// Kill the supervisor if it is later than its promise by more than the mission allows. Each component must
@@ -127,7 +130,7 @@ uint64_t component_runtime_promise_ns(const component_runtime_t* runtime, osal_l
 /// Call it after each step. No effect with a null scheduler (time is not stepped).
 void component_runtime_watch_supervisor(const component_runtime_t* runtime, osal_lockstep_t* scheduler,
                                         uint64_t now_ns);
-/// Life of another component to which messages are delivered now, as the scheduler counts lives.
+/// Returns the life of another component to which messages are delivered now, as the scheduler counts lives.
 uint32_t component_runtime_life_of(const component_runtime_t* runtime, unsigned component);
 /// Close everything that the runtime itself has opened; inherited sockets stay open for the next life.
 void component_runtime_leave(component_runtime_t* runtime);

@@ -13,7 +13,7 @@ typedef struct { // Private. All components of a program use it, one after the o
     descriptor_loader_t loader;
     const mission_scope_t* scope;
     mission_descriptor_t mission;
-    subsystem_descriptor_t models[2]; // Of its component, and the spare one for a reloaded descriptor.
+    subsystem_descriptor_t models[2]; // The model in use, and the spare one for a reloaded descriptor.
     subsystem_descriptor_t* spare;
 } descriptor_files_t;
 

@@ -84,7 +84,7 @@ static bool open_mark(ground_key_t* const self, const char* const path, char err
         return fail(error, path, ".received",
                     "the mark of the key is missing; `gse key make FILE` makes a new key");
     }
-    if (looked == STATUS_FORBIDDEN) { // Who can write the mark can make old sessions valid again.
+    if (looked == STATUS_FORBIDDEN) { // A user who can write the mark can make old sessions valid again.
         return fail(error, path, ".received",
                     "other users than its owner have access to the mark of the key; run chmod 600 on it");
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Reads the key of the ground link from FILE and the mark of its sessions from FILE.received; `gse key make
-/// FILE` generates both. No other copy of the key is kept than that in the receiver.
+/// FILE` generates both. Only the receiver keeps a copy of the key.
 ///
 /// Ownership  The program places it (static).
 /// Context    One task.

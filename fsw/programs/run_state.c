@@ -13,7 +13,7 @@ CAPACITY_CHECK(all_take_part, (MISSION_SUBSYSTEMS_MAX + 3U) <= OSAL_LOCKSTEP_PAR
 CAPACITY_CHECK(every_link_has_a_route, RUN_LINKS_MAX >= MISSION_LINKS_MAX);
 CAPACITY_CHECK(every_computer_has_an_address, RUN_COMPUTERS_MAX >= MISSION_COMPUTERS_MAX);
 
-// To be changed with the structure, so that a program of another build cannot use the run state.
+// Change this number with the structure, so that a program of another build cannot use the run state.
 #define MAGIC 0x48524E36U
 #define FLOW_FREE 0U
 #define FLOW_TAKEN 1U

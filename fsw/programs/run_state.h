@@ -63,13 +63,14 @@ typedef struct {      // Last step of one component, in its own cache line; only
     uint64_t wake_ns; ///< Latest time of its next step, as promised.
     /// Steps at a promised time that were late by less than 0.1 ms, 1 ms, 10 ms, 100 ms, and more.
     uint32_t late[RUN_LATENESS];
+    /// Padding to a cache line.
     uint32_t line[7];
 } run_beat_t;
 
 typedef struct {               // Addresses of one CAN bus (osal/can.h); in the mission's order.
     char flight[RUN_NAME_MAX]; ///< Controller of the flight side.
-    char
-        simulator[RUN_NAME_MAX]; ///< Wire end of the simulator; "": the simulator does not simulate this bus.
+    /// Wire end of the simulator; "": the simulator does not simulate this bus.
+    char simulator[RUN_NAME_MAX];
     char published[RUN_NAME_MAX]; ///< Address where the simulator publishes the bus to tools; "": none.
 } run_bus_t;
 
@@ -124,7 +125,8 @@ typedef struct {
     run_component_t components[MISSION_SUBSYSTEMS_MAX];
     run_beat_t beats[MISSION_SUBSYSTEMS_MAX];
     run_bus_t buses[MISSION_BUSES_MAX];
-    run_flow_t flows[RUN_FLOWS_MAX]; ///< If its component has died, the launcher removes the object.
+    /// Objects of flows. If a component has died, the launcher removes its objects.
+    run_flow_t flows[RUN_FLOWS_MAX];
     /// UDP or TIPC socket of the consumer of link number i + 1; -1 if there is none.
     int link_descriptors[RUN_LINKS_MAX];
     uint16_t link_ports[RUN_LINKS_MAX];
@@ -148,20 +150,24 @@ MUST_USE status_t run_state_create(osal_shm_t* shm, const char* identity, run_st
 
 /// Find the index of the component with an APID. False if there is none.
 bool run_state_find(const run_state_t* block, uint16_t apid, unsigned* out_index);
+/// Returns the participant number of a component.
 static inline unsigned run_participant(const unsigned component)
 {
     return component + 1U;
 }
-/// Record how late a component is that begins a step at `now_ns`. For components with their own clocks.
+/// Record how late a component is that begins a step at `now_ns`. For components with clocks of their own.
 void run_state_wake(run_state_t* block, unsigned component, uint64_t now_ns);
 /// Record that a component has stepped at `now_ns` and promises to step again at `wake_ns`, which is
 /// OSAL_LOCKSTEP_NEVER before the first step of a life.
 void run_state_beat(run_state_t* block, unsigned component, uint64_t now_ns, uint64_t wake_ns);
+/// Returns the last step of a component.
 run_beat_t run_state_last_beat(const run_state_t* block, unsigned component);
+/// Returns the participant number of the operator.
 static inline unsigned run_operator(const run_state_t* const block)
 {
     return (unsigned)block->component_count + 1U;
 }
+/// Returns the participant number of the relay of links.
 static inline unsigned run_relay(const run_state_t* const block)
 {
     return (unsigned)block->component_count + 2U;

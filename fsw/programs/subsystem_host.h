@@ -9,7 +9,7 @@
 #include "fsw/programs/component_runtime.h"
 #include "fsw/framework/subsystem/subsystem_core.h"
 
-#define SUBSYSTEM_HOST_RECORDS 256U ///< Largest number of persistent records of its services.
+#define SUBSYSTEM_HOST_RECORDS 256U ///< Largest number of persistent records of a component's services.
 
 typedef struct { // Private, except `component`.
     component_runtime_t* runtime;
@@ -40,7 +40,7 @@ uint64_t subsystem_host_step(subsystem_host_t* host, uint64_t now_ns);
 /// Release the system resources of the component, and close its records, without sending a message.
 void subsystem_host_close(void* self);
 void subsystem_host_link_datagram(void* self, const uint8_t* frame, size_t size);
-/// Returns the instance of a component that does no further work before or after its steps; `storage`
+/// Returns the instance of a component that does no work in addition to its subsystem_host_step; `storage`
 /// contains host and subsystem.
 component_instance_t subsystem_host_instance(subsystem_host_t* host, void* storage, size_t size);
 

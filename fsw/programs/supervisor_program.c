@@ -45,7 +45,8 @@ static run_component_t* component_of(void* const context, const uint16_t apid)
     return run_state_find(runtime->run, apid, &index) ? &runtime->run->components[index] : NULL;
 }
 
-/// True if the process of a component runs. In stepped time the scheduler knows that, otherwise the launcher.
+/// True if the process of a component runs. In stepped time the scheduler decides this, otherwise the
+/// launcher.
 static bool is_alive(const component_runtime_t* const runtime, const run_component_t* const component)
 {
     if (runtime->clock.mode == OSAL_CLOCK_STEPPED) {
@@ -138,11 +139,11 @@ static uint64_t promise_of(void* const context, const uint16_t apid)
     }
     const run_beat_t beat = run_state_last_beat(runtime->run, index);
     if (beat.wake_ns == OSAL_LOCKSTEP_NEVER) {
-        // It has made no step yet.
+        // The life has made no step yet.
         return component_runtime_promise_ns(runtime, runtime->clock.scheduler, index);
     }
     const bool is_late = (runtime->clock.mode == OSAL_CLOCK_REAL);
-    // A message lets it step before the promised time.
+    // A message makes the component step before the promised time.
     const uint64_t reported_ns = runtime->peers[index].reported_ns;
     const uint64_t due_ns =
         ((reported_ns > beat.step_ns) && (reported_ns < beat.wake_ns)) ? reported_ns : beat.wake_ns;
@@ -161,7 +162,7 @@ static void finished(void* const context)
     __atomic_store_n(&runtime->run->is_finished, 1U, __ATOMIC_RELEASE);
     if (runtime->clock.mode == OSAL_CLOCK_STEPPED) {
         osal_lockstep_close(
-            // Closed within this step, so that the run ends at a defined simulated time.
+            // The scheduler is closed within this step, so that the run ends at a defined simulated time.
             runtime->clock.scheduler);
     }
 }

@@ -63,8 +63,8 @@ static size_t waiting_octets(const checkpoint_state_t* const state)
     return sum;
 }
 
-/// Sum of a bank, which shows each changed word, also of the generation. The rings must have at most
-/// CHECKPOINT_OCTETS.
+/// Returns the sum of a bank; a change of any word, also of the generation, changes the sum. The rings must
+/// have at most CHECKPOINT_OCTETS.
 static uint64_t sum_of(const checkpoint_bank_t* const bank, const uint64_t generation)
 {
     const uint64_t sum =

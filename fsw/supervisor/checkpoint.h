@@ -11,7 +11,7 @@
 /// the data to undo the writes since, and the number of outputs of the commit that were performed. A block
 /// of an annex is complete or absent at any instant.
 ///
-/// Ownership  The memory is the caller's.
+/// Ownership  The caller places the memory.
 /// Context    One loop of one process at a time.
 /// Time       O(size), about 13 KiB.
 #ifndef FSW_SUPERVISOR_CHECKPOINT_H
@@ -48,7 +48,7 @@
 #define OUTPUT_COMMIT_OCTETS (MESSAGE_INBOX_OCTETS(CAPACITY_SUBSYSTEMS) + 32768U)
 #define CHECKPOINT_ANNEX_OCTETS OUTPUT_COMMIT_OCTETS
 
-typedef struct { // Data of a subsystem, in the order of the mission.
+typedef struct { // Data of a subsystem, in the order of the mission; supervisor.h explains the fields.
     uint64_t heard_ns;
     uint64_t started_ns;
     uint64_t interface_hash;

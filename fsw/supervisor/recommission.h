@@ -3,8 +3,8 @@
 /// network, to their earlier states. It applies to subsystems for which the mission sets
 /// `recommission="true"`. Configurations, links (negotiated again, with new epochs) and states are requested
 /// as by telecommand; the permission matrix must permit each step. Recommissioning waits while a recovery
-/// plan concerns the subsystem. It stops with an event if
-/// a step is refused, if a step takes longer than RECOMMISSION_STEP_NS, or if the subsystem fails again.
+/// plan concerns the subsystem. It stops with an event if a step is refused, if a step takes longer than
+/// RECOMMISSION_STEP_NS, or if the subsystem fails again.
 ///
 /// Context  The supervisor's loop; each step.
 #ifndef FSW_SUPERVISOR_RECOMMISSION_H

@@ -20,7 +20,7 @@ bool supervisor_output_commit_perform(supervisor_t* supervisor);
 /// Skip the outputs of the adopted commit that were already performed.
 void supervisor_output_commit_resume(supervisor_t* supervisor);
 
-/// router.c
+/// router.c: take in the packets that have arrived, and route them.
 void supervisor_router_take_in(supervisor_t* supervisor);
 /// Write out the packet log; a failure raises an event.
 void supervisor_router_flush_log(supervisor_t* supervisor);
@@ -73,7 +73,7 @@ void supervisor_ground_report(supervisor_t* supervisor);
 /// Update the published state of the link to ground.
 void supervisor_ground_update(supervisor_t* supervisor);
 
-/// subsystem_registry.c
+/// subsystem_registry.c: the data of all subsystems.
 registry_entry_t* supervisor_registry_find(supervisor_t* supervisor, uint16_t apid);
 void supervisor_registry_init(supervisor_t* supervisor);
 /// True if its process runs and, if it was started again, has reported since: before its first report in a
@@ -119,7 +119,7 @@ void supervisor_doubt_verification(supervisor_t* supervisor, const pus_tm_t* tm,
 /// permission.c: returns PUS_FAILURE_NONE, or the reason why a request is not permitted.
 pus_failure_t supervisor_permission_of(supervisor_t* supervisor, const pus_tc_t* tc);
 
-/// link_manager.c
+/// link_manager.c: port of service 130; the reports of the ends of links.
 pus_rtlink_port_t supervisor_link_manager_port(supervisor_t* supervisor);
 void supervisor_link_manager_report(supervisor_t* supervisor, const pus_tm_t* tm);
 /// For each link of which one end has closed, order the other end to close, too. Called after all reports of
@@ -150,7 +150,7 @@ void supervisor_error_run_plans(supervisor_t* supervisor);
 void supervisor_raise_u16(supervisor_t* supervisor, uint16_t event_id, uint16_t first);
 void supervisor_raise_u16_u16(supervisor_t* supervisor, uint16_t event_id, uint16_t first, uint16_t second);
 
-/// mode.c
+/// mode.c: set the mode and report it with its cause.
 void supervisor_mode_set(supervisor_t* supervisor, uint8_t mode, uint8_t cause);
 /// Enter the fallback mode of the mission.
 void supervisor_mode_fall_back(supervisor_t* supervisor);
@@ -162,7 +162,7 @@ void supervisor_mode_begin(supervisor_t* supervisor);
 /// Erase the record when the mission has been shut down, so that the next flight begins in its initial mode.
 void supervisor_mode_end(supervisor_t* supervisor);
 
-/// sequences.c
+/// sequences.c: give the next orders of the autostart; begin the shutdown, and perform its next step.
 void supervisor_sequence_autostart(supervisor_t* supervisor);
 void supervisor_sequence_shutdown_begin(supervisor_t* supervisor, const pus_token_t* token);
 void supervisor_sequence_shutdown(supervisor_t* supervisor);

@@ -4,10 +4,10 @@
 /// supervisor's services read parameters of other components from the cache; they cannot set them.
 ///
 /// Definitions list the values of a report; they come from supervisor_telemetry_cache_define, or from
-/// TM[3,10] and TM[3,12]. Of a super-commutated set the last sample is stored. The layout bits of a scalar's
-/// id contain its size; `size_of` returns the sizes of other parameters. Reports of unknown structures, and
-/// values of TM[20,2] after one of unknown size, are ignored; reports whose length differs from the
-/// definition are ignored and counted.
+/// TM[3,10] and TM[3,12]. The cache stores the last sample of a super-commutated set. The layout bits of a
+/// scalar's id contain its size; `size_of` returns the sizes of other parameters. Reports of unknown
+/// structures, and values of TM[20,2] after one of unknown size, are ignored; reports whose length differs
+/// from the definition are ignored and counted.
 ///
 /// A parameter is known after its first definition, report or look-up. Until its first report it is zero.
 ///

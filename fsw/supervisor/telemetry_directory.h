@@ -15,11 +15,11 @@
 #include "fsw/framework/descriptor/subsystem_descriptor.h"
 #include "fsw/supervisor/telemetry_cache.h"
 
-/// Parameters of all subsystems; the next capacities are also for all subsystems.
+/// Number of parameters. This and the next capacities are for all subsystems together.
 #define TELEMETRY_PARAMETERS 512U
 #define TELEMETRY_FIELDS 2048U
 #define TELEMETRY_STRUCTURES 128U ///< Structures; each counts once for each configuration.
-#define TELEMETRY_CONTENT 16384U  ///< Size of their definitions [octets].
+#define TELEMETRY_CONTENT 16384U  ///< Size of the definitions of these structures [octets].
 #define TELEMETRY_NAME_MAX (DESCRIPTOR_NAME_MAX + DESCRIPTOR_NAME_MAX + DESCRIPTOR_PATH_MAX + 16U)
 
 typedef struct { ///< A scalar in the value of a parameter.

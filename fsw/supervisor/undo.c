@@ -19,8 +19,8 @@ static void save(const undo_medium_t* const place, const uint64_t size, const ui
                                     count);
 }
 
-/// Save the size of the medium, and the existing octets among the `count` octets from `offset` on. What the
-/// medium cannot read is not saved; the write that follows is not prevented.
+/// Save the size of the medium, and the existing octets among the `count` octets from `offset` on. Octets
+/// that cannot be read are not saved; the write that follows is performed nevertheless.
 static void save_all(const undo_medium_t* const place, const uint64_t offset, const uint64_t count)
 {
     const medium_t* const inner = &place->inner;
@@ -73,7 +73,7 @@ static status_t resize_medium(void* const context, const uint64_t size)
     const undo_medium_t* const place = (const undo_medium_t*)context;
     uint64_t present                 = 0U;
     const bool is_known              = (place->inner.size(place->inner.context, &present) == STATUS_OK);
-    // Nothing of a long truncation is saved: its owner empties the medium.
+    // Save no octets of a long truncation, because the owner of the medium empties it.
     const bool is_long = is_known && (present > size) && ((present - size) > UNDO_CUT_MAX);
     save_all(place, size, is_long ? 0U : UNDO_CUT_MAX);
     return place->inner.resize(place->inner.context, size);

@@ -198,7 +198,7 @@ def _ground(_, element):
     if key is not None and len(key.encode()) > 127:
         element.wrong("key", "at most 127 characters")
     if address == ANY and key is None:
-        element.fail(f'<Ground address="{ANY}"> needs a key: only this machine has none')
+        element.fail(f'<Ground address="{ANY}"> needs a key; only 127.0.0.1 needs none')
 
 
 def _check_links(_, container):
@@ -232,7 +232,7 @@ def _check_rules(mission, container):
             elif service == 129 and subtype == 3:
                 element.identifier("select")
                 if target == "*":
-                    element.wrong("select", "* where to is *, because each subsystem numbers its configurations")
+                    element.wrong("select", "* if to is *, because each subsystem numbers its own configurations")
             elif service == 130:
                 element.identifier("select")
             else:

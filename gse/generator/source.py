@@ -137,7 +137,7 @@ class Element:
         found = self.attributes[attribute].split(" ")
         for word in found:
             if word not in known or found.count(word) > 1:
-                self.wrong(attribute, "some of " + " ".join(known) + ", each once, with one space between")
+                self.wrong(attribute, "one or more words, each once, separated by single spaces, of " + " ".join(known))
         return found
 
 

@@ -36,7 +36,8 @@ control_motion_point_t control_motion_step(control_motion_t* const motion, const
 {
     FSW_ASSERT(motion != NULL);
     motion->elapsed_s += period_s;
-    if ((motion->elapsed_s + (0.5 * period_s)) > motion->duration_s) { // Sums of periods are not exact.
+    // Sums of periods are not exact: less than half a period before the end counts as the end.
+    if ((motion->elapsed_s + (0.5 * period_s)) > motion->duration_s) {
         motion->elapsed_s = motion->duration_s;
     }
     if (control_motion_is_done(motion)) {

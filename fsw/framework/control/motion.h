@@ -33,7 +33,7 @@ void control_motion_brake(control_motion_t* motion, const control_motion_point_t
 /// Advance by one period; returns the point reached. After the end, the point is at rest at the goal.
 control_motion_point_t control_motion_step(control_motion_t* motion, double period_s);
 bool control_motion_is_done(const control_motion_t* motion);
-/// Largest speed of a motion over a distance.
+/// Returns the largest speed of a minimum-jerk motion over a distance.
 double control_motion_peak_speed(double distance, double duration_s);
 
 #endif // FSW_FRAMEWORK_CONTROL_MOTION_H

@@ -17,8 +17,8 @@
 #define CONTROL_PORT_AXES 2U
 
 typedef struct {
-    double limit_j;  ///< Energy that may be given away within `time_s` at rest.
-    double time_s;   ///< Length of a window of the monitor; windows follow each other.
+    double limit_j;  ///< Energy that may be given away during one window at rest.
+    double time_s;   ///< Length of a window of the monitor; the windows follow each other without gaps.
     double rest_rad; ///< An axis that moves further than this is not at rest; a new window then begins.
     double period_s;
 } control_port_watch_t;
@@ -30,13 +30,14 @@ typedef struct { // Read-only outside.
     double received_j; ///< Energy received; energy given away is not subtracted, so it never decreases.
     double position_rad[CONTROL_PORT_AXES];
     double begin_rad[CONTROL_PORT_AXES]; ///< Position when the window began.
+    /// Value of `taken_j` when the window began.
     double begin_j;
     double elapsed_s;
 } control_port_energy_t;
 
 typedef struct { // Read-only outside; all zero at the start.
     bool is_started;
-    double told_j;    ///< Latest sum of the other port.
+    double told_j;    ///< Latest sum that the other port has sent.
     double reserve_j; ///< Energy that may be given away; below 0: more was given away than had arrived.
 } control_reserve_t;
 

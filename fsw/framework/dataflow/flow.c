@@ -29,7 +29,7 @@ static const char* name_of(const flow_t* const flow, const unsigned place)
 
 // ---- Beginning ----
 
-/// Returns the text from the last colon on.
+/// Returns the text that begins with the last colon: ":PORT".
 static const char* port_of(const char* const name)
 {
     const char* const colon = strrchr(name, ':');

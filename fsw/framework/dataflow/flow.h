@@ -7,8 +7,8 @@
 ///     TCP, SERIAL, FILE  frames in a stream of octets (framing.h)
 ///     SHM, MQUEUE        a queue of messages in each direction: NAME.in to flight, NAME.out to the device
 ///
-/// Call flow_step once a cycle, then send and receive. After a loss it reconnects without limit, with
-/// back-off. A message longer than its limit is dropped and counted by the flow that carries it.
+/// Call flow_step once a cycle, then send and receive. After a loss, flow_step opens the end node again, with
+/// back-off and without an end. A message longer than its limit is dropped and counted.
 ///
 /// Ownership  The caller places flow_t, which must not be moved; name, resolver and quota outlive it.
 /// Context    One task. Blocks only in stepped time, until announced octets have arrived (osal/hand_over.h).
@@ -38,7 +38,7 @@ typedef struct {
     const char* name;         ///< Name that the resolver gets: object, path, or "HOST:PORT".
     flow_format_t format;
     uint32_t octets_in;  ///< Size of a message to flight [octets], at most FLOW_OCTETS_MAX; 0: no messages.
-    uint32_t octets_out; ///< Size of a message to the device, in the same way.
+    uint32_t octets_out; ///< Size of a message to the device, at most FLOW_OCTETS_MAX; 0: no messages.
     uint64_t retry_first_ns;
     uint64_t retry_longest_ns;
     quota_t* quota; ///< Quota of open end nodes; null: not counted.
@@ -74,8 +74,8 @@ MUST_USE status_t flow_send(flow_t* flow, const uint8_t* octets, size_t size);
 /// Read the next message. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
 MUST_USE status_t flow_receive(flow_t* flow, uint8_t octets[FLOW_OCTETS_MAX], size_t* out_size);
 flow_counters_t flow_counters(const flow_t* flow);
-/// Call it if no valid message has arrived for too long: a stream connects again after its delay, because
-/// invalid octets may have announced a long frame. No effect on other end nodes.
+/// Call it if no valid message has arrived for too long: a stream closes and connects again after its delay,
+/// because invalid octets may have announced a long frame. No effect on other end nodes.
 void flow_give_up(flow_t* flow);
 /// Close the end node; the next step opens it again.
 void flow_close(flow_t* flow);

@@ -10,7 +10,8 @@
 #define CONTROLLER_WARNING 0x0CU
 #define CONTROLLER_PASSIVE 0x30U
 #define CONTROLLER_ACTIVE 0x40U
-// Classes whose frames contain the error counters; drivers of newer kernels set them in others too.
+// Classes whose frames contain the error counters in all kernels; drivers of newer kernels set them in other
+// classes too.
 #define HAS_COUNTERS                                                                                         \
     (OSAL_CAN_ERROR_COUNTERS | OSAL_CAN_ERROR_CONTROLLER | OSAL_CAN_ERROR_NO_ACK | OSAL_CAN_ERROR_BUS_OFF |  \
      OSAL_CAN_ERROR_BUS | OSAL_CAN_ERROR_RESTARTED)

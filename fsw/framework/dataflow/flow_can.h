@@ -49,7 +49,7 @@ typedef struct { // [frames, wrap]
     uint32_t reopened; ///< Times that the interface was opened again.
 } flow_can_counters_t;
 
-typedef struct { // Error frames by class; one frame may be of several [wrap].
+typedef struct { // Error frames by class; one frame may belong to several classes [wrap].
     uint32_t transmit_timeouts;
     uint32_t lost_arbitrations;
     uint32_t controller_problems; ///< Overflow, or a change to warning, passive or active.
@@ -78,8 +78,8 @@ typedef struct { // Private, except health, counters and errors: read-only.
 void flow_can_init(flow_can_t* flow);
 /// Open the bus of that name and discard the frames in its receive queue. Health starts as ACTIVE. STATUS_OK,
 /// STATUS_EXISTS (open already), STATUS_NOT_FOUND (resolver or bus), STATUS_INVALID (address), STATUS_CLOSED
-/// (the interface is down), STATUS_UNSUPPORTED (this port has no such kind of bus, or process data need FD
-/// frames and the interface carries classic ones only), STATUS_DENIED, STATUS_IO.
+/// (the interface is down), STATUS_UNSUPPORTED (this port has no such kind of bus, or the bus needs FD frames
+/// and the interface carries classic ones only), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t flow_can_open(flow_can_t* flow, const flow_resolver_t* resolver, const char* bus);
 void flow_can_close(flow_can_t* flow);
 /// True from flow_can_open to flow_can_close, also while the interface is missing.

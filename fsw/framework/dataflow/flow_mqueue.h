@@ -52,10 +52,10 @@ typedef struct { // Private; read-only for housekeeping: counters, link.
 } flow_mqueue_t;
 
 void flow_mqueue_init(flow_mqueue_t* flow, const flow_mqueue_setup_t* setup, const flow_resolver_t* resolver);
-/// Make or open the queue if an attempt is due. STATUS_OK (open), STATUS_CLOSED (`link.failure` says why:
-/// STATUS_NOT_FOUND resolver, or no receiver yet; STATUS_INVALID name, or a queue of shorter messages;
-/// STATUS_EXHAUSTED quota or limits of the system; STATUS_EXISTS, STATUS_UNSUPPORTED, STATUS_DENIED,
-/// STATUS_IO).
+/// Create or open the queue if an attempt is due. STATUS_OK (open), STATUS_CLOSED; then `link.failure` is the
+/// reason: STATUS_NOT_FOUND (resolver, or no receiver yet), STATUS_INVALID (name, or a queue of shorter
+/// messages), STATUS_EXHAUSTED (quota or limits of the system), STATUS_EXISTS, STATUS_UNSUPPORTED,
+/// STATUS_DENIED or STATUS_IO.
 status_t flow_mqueue_step(flow_mqueue_t* flow, uint64_t now_ns);
 /// Send one message. STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (no queue, or the receiver
 /// restarts).

@@ -6,7 +6,8 @@
 #include <string.h>
 
 // The memory is read while the other end writes it, so every access to it is atomic, word by word (GNU
-// builtins: C99 has no atomics). LATEST guards the words with a sequence that is odd while they change.
+// builtins: C99 has no atomics). With LATEST, a sequence number that is odd during a write protects the words
+// (seqlock): a reader repeats its read if the number is odd or has changed.
 
 #define MAGIC 0x464C4F57U
 #define ENDED 0x454E4445U // Replaces the magic number when no more values follow.

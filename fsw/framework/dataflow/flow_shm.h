@@ -53,7 +53,7 @@ typedef struct { // [wrap]
     uint32_t written;
     uint32_t read;
     uint32_t refused; ///< Not written: no memory, or the queue is full.
-    uint32_t torn;    ///< Reads given up because the writer kept overwriting the value.
+    uint32_t torn;    ///< Reads that ended without a value because the writer kept overwriting it.
     uint32_t unfit;   ///< Read, but not a record of the expected layout.
 } flow_shm_counters_t;
 
@@ -69,10 +69,10 @@ typedef struct { // Private; read-only for housekeeping: counters, link.
 
 /// Initialise a flow as closed. A shape out of its range is a coding error.
 void flow_shm_init(flow_shm_t* flow, const flow_shm_setup_t* setup, const flow_resolver_t* resolver);
-/// Make or open the memory if an attempt is due. STATUS_OK (open), STATUS_CLOSED (`link.failure` says why:
-/// STATUS_NOT_FOUND resolver, or no writer yet; STATUS_INVALID name, or another layout of the writer;
-/// STATUS_EXHAUSTED quota or memory; STATUS_EXISTS another program is creating it at this moment;
-/// STATUS_DENIED, STATUS_IO).
+/// Create or open the memory if an attempt is due. STATUS_OK (open), STATUS_CLOSED; then `link.failure` is
+/// the reason: STATUS_NOT_FOUND (resolver, or no writer yet), STATUS_INVALID (name, or the writer uses
+/// another shape), STATUS_EXHAUSTED (quota or memory), STATUS_EXISTS (another program is creating it at this
+/// moment), STATUS_DENIED or STATUS_IO.
 status_t flow_shm_step(flow_shm_t* flow, uint64_t now_ns);
 
 /// Write one value of value_octets. STATUS_OK, STATUS_FULL (queue), STATUS_CLOSED (no memory, or this end is
@@ -82,12 +82,13 @@ MUST_USE status_t flow_shm_write(flow_shm_t* flow, const void* value);
 /// STATUS_EMPTY (no new value), STATUS_BUSY (LATEST: the writer kept overwriting it, try again in the next
 /// cycle), STATUS_CLOSED (no memory, its writer has closed it or restarts; or this end is the writer).
 MUST_USE status_t flow_shm_read(flow_shm_t* flow, void* out_value);
-/// Write a struct as one value, in the flow's byte order. It is a coding error if the layout has not
-/// value_octets, or more than RECORD_OCTETS_MAX. Statuses of flow_shm_write.
+/// Write a struct as one value, in the flow's byte order. A layout whose size is not value_octets, or above
+/// RECORD_OCTETS_MAX, is a coding error. Statuses of flow_shm_write.
 MUST_USE status_t flow_shm_write_record(flow_shm_t* flow, const flow_record_layout_t* layout,
                                         const void* record);
-/// Read a value as flow_shm_read does, as a struct, which changes only with STATUS_OK; the layout as above.
-/// Statuses of flow_shm_read; STATUS_INVALID: the value is not such a record; it is dropped and counted.
+/// Read a value as flow_shm_read does, into a struct, which changes only with STATUS_OK. The layout has the
+/// same restrictions as for flow_shm_write_record. Statuses of flow_shm_read; STATUS_INVALID: the value is
+/// not such a record; it is dropped and counted.
 MUST_USE status_t flow_shm_read_record(flow_shm_t* flow, const flow_record_layout_t* layout,
                                        void* out_record);
 /// Close this end. The writer also removes the name, and its readers get STATUS_CLOSED.

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-#define CHUNKS_PER_CALL 16U ///< Bound for a partner that sends without a pause.
+#define CHUNKS_PER_CALL 16U ///< Bound, so that a partner that sends without a pause cannot hold the cycle.
 
 // ---- Connection ----
 
@@ -127,8 +127,8 @@ static status_t read_some(flow_stream_t* const flow, size_t* const out_size)
     return status;
 }
 
-/// End the link as soon as the counts of stepped time show that the device is gone; the kernel may report it
-/// later.
+/// End the link as soon as the counts of stepped time show that the device is gone, because the kernel may
+/// report it later.
 static void look_for_device(flow_stream_t* const flow)
 {
     if (flow->link.is_open && !osal_hand_over_is_present(&flow->counts)) {

@@ -30,7 +30,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define FLOW_STREAM_CHUNK 256U ///< Octets taken from the system at once.
+#define FLOW_STREAM_CHUNK 256U ///< Octets that one read from the system takes at most.
 
 typedef struct {
     flow_endnode_kind_t kind; ///< ENDNODE_SERIAL, ENDNODE_TCP or ENDNODE_FILE.
@@ -50,7 +50,7 @@ typedef struct {        // [wrap]
     uint32_t sent;      ///< Frames sent.
     uint32_t received;  ///< Frames received.
     uint32_t refused;   ///< Frames not sent: no connection, outbox full, or malformed.
-    uint32_t discarded; ///< Octets in the outbox when a connection ended.
+    uint32_t discarded; ///< Octets that were in the outbox when a connection ended.
     uint32_t unfit;     ///< Frames received that were not records of the expected layout.
     uint32_t octets_in;
     uint32_t octets_out;
@@ -74,17 +74,19 @@ typedef struct { // Private; read-only for housekeeping: counters, link, assembl
 /// Initialise as not connected, with counters zero. A wrong kind or a missing buffer is a coding error.
 void flow_stream_init(flow_stream_t* flow, const flow_stream_setup_t* setup, const flow_resolver_t* resolver);
 /// Connect if an attempt is due, and pass queued octets to the system. STATUS_OK (connected), STATUS_BUSY
-/// (the partner has not answered), STATUS_CLOSED (not connected; `link.failure` says why: STATUS_NOT_FOUND
-/// resolver or device, STATUS_INVALID address or device, STATUS_OUT_OF_RANGE bit rate, STATUS_BUSY in use,
-/// STATUS_CLOSED refused, STATUS_EXHAUSTED quota or descriptors, STATUS_DENIED, STATUS_IO).
+/// (the partner has not answered), STATUS_CLOSED (not connected); then `link.failure` is the reason:
+/// STATUS_NOT_FOUND (resolver or device), STATUS_INVALID (address or device), STATUS_OUT_OF_RANGE (bit rate),
+/// STATUS_BUSY (in use), STATUS_CLOSED (refused), STATUS_EXHAUSTED (quota or descriptors), STATUS_DENIED or
+/// STATUS_IO.
 status_t flow_stream_step(flow_stream_t* flow, uint64_t now_ns);
 /// Queue one frame. STATUS_OK, STATUS_FULL, STATUS_INVALID and STATUS_TOO_LARGE as flow_frame_encode,
 /// STATUS_CLOSED.
 MUST_USE status_t flow_stream_send(flow_stream_t* flow, const uint8_t* payload, size_t size);
 /// Read the next frame, which is valid until the next call. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
 MUST_USE status_t flow_stream_receive(flow_stream_t* flow, const uint8_t** out_payload, size_t* out_size);
-/// Send a struct as one frame, in the flow's byte order. A layout of more than RECORD_OCTETS_MAX is a
-/// coding error. With RAW framing the octets may arrive in any pieces. Statuses of flow_stream_send.
+/// Send a struct as one frame, in the flow's byte order. A layout of more than RECORD_OCTETS_MAX is a coding
+/// error. RAW framing does not mark the end of a record: the receiver may get its octets in several pieces.
+/// Statuses of flow_stream_send.
 MUST_USE status_t flow_stream_send_record(flow_stream_t* flow, const flow_record_layout_t* layout,
                                           const void* record);
 /// Read the next frame as a struct, which changes only with STATUS_OK. Statuses of flow_stream_receive;

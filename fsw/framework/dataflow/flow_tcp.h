@@ -52,10 +52,10 @@ typedef struct {
     void* context;
     void (*connected)(void* context, unsigned client);
     void (*disconnected)(void* context, unsigned client);
-    /// Take complete frames from the front of `octets`; returns the number of octets taken, 0..size.
-    /// FLOW_TCP_MALFORMED ends the connection. FLOW_TCP_BUSY: the first frame cannot be taken now; it is
-    /// passed again in the next step, and until then no more is read from this client. Called repeatedly as
-    /// long as it takes octets.
+    /// Take complete frames from the front of `octets`; returns the number of octets taken, 0..size. Called
+    /// repeatedly as long as it takes octets. FLOW_TCP_MALFORMED ends the connection. FLOW_TCP_BUSY: the
+    /// first frame cannot be taken now; the flow passes it again in the next step, and until then reads no
+    /// more octets from this client.
     size_t (*frame)(void* context, unsigned client, const uint8_t* octets, size_t size);
     /// Returns the number of octets that may be read from a client in this step. Null: no limit.
     size_t (*allowance)(void* context, unsigned client);
@@ -94,8 +94,8 @@ void flow_tcp_end_all(flow_tcp_t* flow, const flow_tcp_user_t* user);
 /// `user`. *out_octets is the number of octets read. STATUS_OK, STATUS_CLOSED (not listening).
 MUST_USE status_t flow_tcp_step(flow_tcp_t* flow, const flow_tcp_user_t* user, size_t limit_octets,
                                 size_t* out_octets);
-/// Send as much as the kernel takes now. STATUS_OK with *out_sent >= 1; STATUS_FULL; STATUS_CLOSED (no such
-/// client, or it ended: reported by the next step).
+/// Send as many octets as the kernel accepts now. STATUS_OK with *out_sent >= 1; STATUS_FULL; STATUS_CLOSED
+/// (no such client, or its connection has ended, which the next step reports).
 MUST_USE status_t flow_tcp_send(flow_tcp_t* flow, unsigned client, const uint8_t* octets, size_t size,
                                 size_t* out_sent);
 /// End one connection; reported to `user`. No effect on an empty place.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Data flow of datagrams: one bound socket, one peer. If the port is in use or the socket fails, the flow
-/// retries with back-off. A datagram without a receiver is refused or lost, and the flow stays open. Call
-/// flow_udp_step once a cycle, then send and receive.
+/// opens it again with back-off. A datagram for which there is no receiver is refused or lost, and the flow
+/// stays open. Call flow_udp_step once a cycle, then send and receive.
 ///
 /// Ownership  The caller places flow_udp_t; names, the resolver and the quota outlive it.
 /// Context    One task. Blocks only in stepped time, until announced octets have arrived (osal/hand_over.h).
@@ -50,9 +50,9 @@ typedef struct { // Private; read-only for housekeeping: counters, link.
 } flow_udp_t;
 
 void flow_udp_init(flow_udp_t* flow, const flow_udp_setup_t* setup, const flow_resolver_t* resolver);
-/// Open the socket if an attempt is due. STATUS_OK (open), STATUS_CLOSED (`link.failure` says why:
-/// STATUS_NOT_FOUND, STATUS_INVALID address; STATUS_EXISTS port in use; STATUS_EXHAUSTED quota;
-/// STATUS_DENIED, STATUS_IO).
+/// Open the socket if an attempt is due. STATUS_OK (open), STATUS_CLOSED; then `link.failure` is the reason:
+/// STATUS_NOT_FOUND or STATUS_INVALID (address), STATUS_EXISTS (port in use), STATUS_EXHAUSTED (quota),
+/// STATUS_DENIED or STATUS_IO.
 status_t flow_udp_step(flow_udp_t* flow, uint64_t now_ns);
 
 /// Send one datagram. STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (no socket, or no route).

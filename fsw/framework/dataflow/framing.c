@@ -58,7 +58,7 @@ static void keep(flow_frame_assembler_t* const assembler, const uint8_t octet)
     assembler->held++;
 }
 
-/// Process one octet. True if it ends the frame; so return all functions take_...
+/// Process one octet. True if it ends the frame. All functions take_... return this value.
 static bool take_length(flow_frame_assembler_t* const assembler, const uint8_t octet)
 {
     if (assembler->prefix < LENGTH_OCTETS) {

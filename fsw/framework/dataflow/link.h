@@ -31,6 +31,7 @@ typedef struct { // Private; read-only for the flow: is_open, is_pending (see op
     quota_t* quota;
     bool is_open;
     bool is_pending;
+    /// Time of the present step.
     uint64_t now_ns;
     /// Why the last attempt failed, or why the last object was closed; STATUS_OK if neither has happened.
     status_t failure;

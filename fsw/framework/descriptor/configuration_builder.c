@@ -17,7 +17,7 @@ static const descriptor_configuration_t* configuration_of(const source_t* const 
 
 // ---- Initial values ----
 
-/// Returns the parameter that an <Initial> names, or NULL after an error.
+/// Returns the field that an <Initial> names; NULL after an error.
 static const descriptor_field_t* initial_field(source_t* const source,
                                                const descriptor_parameter_t* const parameter)
 {

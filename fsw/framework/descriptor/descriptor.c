@@ -53,7 +53,7 @@ static status_t parse(descriptor_loader_t* const loader, source_t* const source,
     if (status == STATUS_OK) {
         status = xml_finish(&loader->parser);
     }
-    if (status != STATUS_OK) { // Errors of the parser; errors of handlers are already reported.
+    if (status != STATUS_OK) { // Report an error of the parser; the handlers have already reported theirs.
         descriptor_source_fail_as(source, loader->parser.error.line, status, loader->parser.error.message);
     }
     return status;
@@ -136,7 +136,7 @@ static status_t load_all(descriptor_loader_t* const loader, mission_builder_t* c
         } else if (builder->scope != NULL) {
             status = load_listed(loader, builder, i, out_own);
         } else {
-            // Without a scope, only the own descriptor is read.
+            // Without a scope, only the descriptor of subsystem `own` is read.
         }
     }
     if ((status == STATUS_OK) && (last < mission->subsystem_count)) {

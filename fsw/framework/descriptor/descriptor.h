@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Loads subsystem and mission descriptors: XML -> model; every value is checked. The first error ends
-/// the loading and reads "file:line: what was found and what is expected"; the model is then empty.
+/// Loads subsystem and mission descriptors from XML into a model, and checks every value. The first error
+/// ends the loading; its text reads "file:line: what was found and what is expected"; the model is then
+/// empty.
 ///
 /// Ownership  The caller places loader and models; a loader can be used for any number of documents in turn.
 /// Context    At start and for TC[129,6]; not in the control cycle, because a document takes milliseconds.
@@ -45,19 +46,18 @@ MUST_USE status_t descriptor_parse_subsystem(descriptor_loader_t* loader, const 
                                              const void* octets, size_t size,
                                              subsystem_descriptor_t* out_descriptor);
 
-/// Extent to which a mission is read. A program that does not refer to `descriptor_mission_whole` is linked
-/// without the code for a whole mission.
+/// Extent to which a mission is read. The linker leaves out the code for a whole mission if a program does
+/// not refer to `descriptor_mission_whole`.
 typedef struct mission_scope mission_scope_t;
 /// Permissions, recovery plans, hashes, and the descriptors of all subsystems: for supervisor and launcher.
 extern const mission_scope_t descriptor_mission_whole;
 
-/// Load a mission, and the descriptors of its subsystems one after the other into `out_own` (their paths
-/// are relative to the mission's file). At the end `out_own` contains the descriptor of subsystem `apid`.
-/// With scope NULL, as a subsystem needs it, only this descriptor is read: then the mission has no
-/// permissions and no recovery plans, its hashes are 0, and about other subsystems it contains only what
-/// the mission's file says; the ports at their ends of links are 0. `apid` is 1..2046; with a scope
-/// MISSION_ANY_TARGET means the last subsystem. Statuses of descriptor_load_subsystem; STATUS_INVALID: the
-/// mission has no such subsystem.
+/// Load a mission, and the descriptors of its subsystems one after the other into `out_own` (their paths are
+/// relative to the mission's file). At the end `out_own` contains the descriptor of subsystem `apid`. With
+/// scope NULL, as a subsystem needs it, only this descriptor is read: the mission then has no permissions and
+/// no recovery plans, its hashes are 0, other subsystems have only what the mission's file defines, and their
+/// ends of links have port 0. `apid` is 1..2046; with a scope, MISSION_ANY_TARGET means the last subsystem.
+/// Statuses of descriptor_load_subsystem; STATUS_INVALID: the mission has no such subsystem.
 MUST_USE status_t descriptor_load_mission(descriptor_loader_t* loader, const char* path, uint16_t apid,
                                           const mission_scope_t* scope, mission_descriptor_t* out_mission,
                                           subsystem_descriptor_t* out_own);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Refusals of a descriptor that has no error in itself.
+// Refusals of a descriptor that is valid, but that this program does not support.
 #include "fsw/framework/descriptor/subsystem_descriptor.h"
 
 #include "base/assertion.h"

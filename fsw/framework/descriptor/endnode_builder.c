@@ -15,7 +15,7 @@
 #define STREAM 0x3C00U
 #define ATTRIBUTES 14U
 
-typedef struct { // Attributes that an end node of a type must have, and may have; others are refused.
+typedef struct { // Attributes that an end node of one type must have, and may have; others are refused.
     uint16_t needed;
     uint16_t allowed;
 } endnode_rule_t;

@@ -48,7 +48,7 @@ struct mission_builder {
     mission_descriptor_t* mission;
     const mission_scope_t* scope; ///< NULL: only subsystem `only` is read.
     uint16_t only;                ///< APID of that subsystem.
-    /// Bit n: the power of state n of the subsystem being read is defined.
+    /// Bit n: the power of state n is defined for the subsystem that is being read.
     uint16_t power_seen;
     /// Function or configuration whose number is not known yet, or NULL.
     const char* rule_words[MISSION_RULES_MAX];
@@ -66,7 +66,7 @@ void descriptor_mission_builder_begin(mission_builder_t* builder, mission_descri
 /// Add the descriptor of subsystem `index`, read from `path`. STATUS_OK, or the error of the source.
 MUST_USE status_t descriptor_mission_builder_take(mission_builder_t* builder, uint16_t index,
                                                   const char* path, const subsystem_descriptor_t* descriptor);
-/// Call when all descriptors were read: every name must then be resolved. Statuses as above.
+/// Call when all descriptors were read: resolve every name. Statuses of descriptor_mission_builder_take.
 MUST_USE status_t descriptor_mission_builder_resolve(mission_builder_t* builder);
 
 // Lists of names that attributes use: mission_elements.c

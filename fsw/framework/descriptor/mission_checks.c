@@ -53,7 +53,7 @@ static void end_modes(source_t* const source)
         descriptor_source_fail(source, source->line,
                                "one <Mode> must have fallback=\"true\" or, where none has, id 0");
     } else {
-        // Each item is one of these.
+        // The modes have one initial and one fallback mode.
     }
 }
 
@@ -77,9 +77,9 @@ static void check_ground(source_t* const source)
         descriptor_source_wrong(source, "key", "the path of a file, or no such attribute");
     } else if ((mission->is_ground_open != 0U) && !has_key) {
         descriptor_source_fail(source, source->line,
-                               "<Ground address=\"0.0.0.0\"> needs a key: only this machine has none");
+                               "<Ground address=\"0.0.0.0\"> needs a key; only 127.0.0.1 needs none");
     } else {
-        // These attributes are consistent.
+        // Address and key are consistent.
     }
 }
 

@@ -2,8 +2,8 @@
 /// In-memory model of a mission descriptor.
 ///
 /// Loading a mission also loads the descriptor of each of its subsystems, one after the other, and keeps what
-/// the supervisor needs of them: names and ids of configurations and ports, what is required, and the hashes.
-/// So every name in permissions, links and plans is checked and resolved to its id at load time.
+/// the supervisor needs of them: names and ids of configurations and ports, which ports are required, and the
+/// hashes. So every name in permissions, links and plans is checked and resolved to its id at load time.
 ///
 /// Ownership  The caller places the model (static; about 50 KiB); lists and strings lie inside: do not
 ///            copy it.
@@ -62,16 +62,19 @@ typedef struct {
     uint8_t restart_budget; ///< Restarts after a death before the mission falls back to mode SAFE.
     /// The count of restarts is cleared when the process has run for this time; 0: never.
     uint32_t restart_period_us;
-    /// After a restart, the supervisor commands it back to its earlier state.
+    /// After a restart, the supervisor commands the subsystem back to its earlier state.
     bool is_recommissioned;
     /// Time from the command to start its process until its first step [us].
     uint32_t boot_time_us;
     /// Longest silence between devices and master that is tolerated with real clocks [us]; 0: not defined.
     uint32_t device_deadline_us;
-    uint32_t hang_after_us;          ///< Delay of a step after which its process is killed [us].
-    uint32_t supervisor_patience_us; ///< How long it stays OPERATIONAL without the supervisor [us].
-    /// Number of the on-board computer that it runs on, from 1; it matters if the run has several.
+    uint32_t hang_after_us; ///< Delay of a step after which the process is killed [us].
+    /// How long the subsystem stays OPERATIONAL without the supervisor [us].
+    uint32_t supervisor_patience_us;
+    /// Number of the on-board computer that the subsystem runs on, from 1; used only if the run has several
+    /// computers.
     uint8_t computer;
+    /// Power consumption in each state [W].
     uint32_t power_w[DESCRIPTOR_STATES];
     uint64_t interface_hash;
     uint64_t configuration_hash;
@@ -105,9 +108,9 @@ typedef struct { // One <Allow>. A request that no rule allows is denied.
 
 typedef struct { // Real-time link of the mission: producer.port -> consumer.port.
     const char* name;
-    /// 1.. in the order of the file; selector of permissions for service 130. It is not the link id
+    /// 1.. in the order of the file; selector of permissions for service 130. The link id on the wire is
+    /// another number.
     uint16_t number;
-    ///< on the wire.
     uint16_t producer_apid;
     uint16_t producer_port;
     uint16_t consumer_apid;
@@ -118,7 +121,7 @@ typedef struct { // Real-time link of the mission: producer.port -> consumer.por
 
 typedef enum {
     MISSION_ACTION_STATE, ///< Request a state of the target.
-    MISSION_ACTION_MODE,  ///< Set the mission mode.
+    MISSION_ACTION_MODE,  ///< Set the mode of the mission.
     MISSION_ACTION_LOG    ///< Only write to the log.
 } mission_action_kind_t;
 
@@ -212,9 +215,9 @@ typedef struct {
     mission_storage_t storage;
 } mission_descriptor_t;
 
-/// Make a model empty: its lists have no items, and their room is its own storage.
+/// Make a model empty: its lists have no items and use the storage of the model.
 void descriptor_mission_clear(mission_descriptor_t* mission);
-/// Let the lists of a model refer to its own storage, because the model is a copy.
+/// Call for a model that was copied: its lists then refer to the storage of the copy.
 void descriptor_mission_use_storage(mission_descriptor_t* mission);
 
 /// Each of these functions returns the entry, or NULL if there is none.

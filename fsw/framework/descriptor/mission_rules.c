@@ -62,8 +62,8 @@ static uint8_t rest_state_of(source_t* const source, const char* const attribute
     return rest_states[descriptor_source_word(source, attribute, words)];
 }
 
-/// Returns the APID of the subsystem that an attribute names, or the number of the word in `behind` that it
-/// contains.
+/// Returns the APID of the subsystem that an attribute names. `behind` lists further permitted words; for one
+/// of them the result is its entry in `numbers`.
 static uint16_t target_of(source_t* const source, const char* const attribute, const char* const behind,
                           const uint16_t* const numbers)
 {
@@ -95,9 +95,9 @@ static void read_select(source_t* const source, mission_rule_t* const rule, cons
         descriptor_source_wrong(source, "select", "* for this telecommand");
     } else if ((tc == TC_CONFIGURATION) && (rule->target == MISSION_ANY_TARGET)) {
         descriptor_source_wrong(source, "select",
-                                "* where to is *, because each subsystem numbers its configurations");
+                                "* if to is *, because each subsystem numbers its own configurations");
     }
-    // The file lists the links after the permissions; therefore their names are resolved at the end.
+    // The file defines the links after the permissions; therefore their names are resolved at the end.
     *out_pending =
         descriptor_source_text(source, "select", SOURCE_UPPER,
                                (tc == TC_FUNCTION) ? DESCRIPTOR_FUNCTION_NAME_MAX : DESCRIPTOR_NAME_MAX);

@@ -77,8 +77,9 @@ static size_t shared_groups(const char* const one, const char* const other)
     return shared;
 }
 
-/// Returns the offset rounded up for all groups of `name` behind its first `kept` characters that begin or
-/// end here: a group is aligned as a structure, and its size is a multiple of its alignment.
+/// Returns `offset`, rounded up for each group of `name` behind its first `kept` characters; such a group
+/// begins or ends at this offset. A group is aligned as a structure, and its size is a multiple of its
+/// alignment.
 static uint32_t pass_groups(const subsystem_descriptor_t* const descriptor, const uint16_t first,
                             const uint16_t count, const char* const name, const size_t kept,
                             const uint32_t offset)

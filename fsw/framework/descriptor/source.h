@@ -43,7 +43,8 @@ typedef struct source source_t;
 #define SOURCE_TYPE 9U     ///< Scalar type: value_type_t.
 #define SOURCE_FORMS 0x3FU
 #define SOURCE_UNIQUE 0x40U ///< No earlier item of the list, or of its range, may have the same value.
-#define SOURCE_NEEDED 0x80U ///< Required. Otherwise an absent text is "", an absent number is `otherwise`.
+/// Required. Otherwise an absent text becomes "", and an absent number becomes `otherwise`.
+#define SOURCE_NEEDED 0x80U
 
 typedef struct {
     const char* name;
@@ -60,8 +61,8 @@ typedef struct {
 /// or a text.
 #define SOURCE_TO(type, place) .member = offsetof(type, place), .width = sizeof(((const type*)NULL)->place)
 
-// Rows of a table of attributes. `form_of`: the form, with SOURCE_NEEDED and SOURCE_UNIQUE where they apply;
-// `unset`: value of an attribute that is absent.
+// Rows of a table of attributes. `form_of` is the form, with SOURCE_NEEDED and SOURCE_UNIQUE if they apply;
+// `unset` is the value if the attribute is absent.
 /// An attribute that the handler of its element reads.
 #define SOURCE_OPTION(id)                                                                                    \
     {                                                                                                        \
@@ -72,6 +73,7 @@ typedef struct {
     {                                                                                                        \
         .name = (id), .form = (form_of)                                                                      \
     }
+/// A required attribute that the handler of its element reads.
 #define SOURCE_REQUIRED(id)                                                                                  \
     {                                                                                                        \
         .name = (id), .form = SOURCE_FREE | SOURCE_NEEDED                                                    \
@@ -93,6 +95,7 @@ typedef struct {
         .name = (id), .form = (form_of), .words = (choices), .low = (from), .otherwise = (unset),            \
         SOURCE_TO(type, place)                                                                               \
     }
+/// An attribute of the form SOURCE_FLAG.
 #define SOURCE_SWITCH(id, unset, type, place)                                                                \
     {                                                                                                        \
         .name = (id), .form = SOURCE_FLAG, .otherwise = (unset), SOURCE_TO(type, place)                      \
@@ -109,10 +112,11 @@ typedef struct {
     uint32_t items;   ///< Offset of the first item in the model; an item that has a name begins with it.
     uint32_t count;   ///< Offset of the number of items in the model (uint16_t).
     uint16_t capacity;
-    uint16_t size;   ///< Size of an item [octets].
-    uint16_t line;   ///< Offset of the line in an item (uint32_t), or 0.
-    uint16_t first;  ///< Offset, in the enclosing item, of the index of the range's first item (uint16_t).
-    uint16_t number; ///< Offset, in that item, of the length of the range (uint16_t), or 0: no range.
+    uint16_t size;  ///< Size of an item [octets].
+    uint16_t line;  ///< Offset of the line in an item (uint32_t), or 0.
+    uint16_t first; ///< Offset, in the enclosing item, of the index of the range's first item (uint16_t).
+    /// Offset, in the enclosing item, of the length of the range (uint16_t); 0: the list has no ranges.
+    uint16_t number;
 } source_list_t;
 
 typedef struct { // One permitted child element of a parent.
@@ -140,7 +144,8 @@ struct source {
     const char* path;
     text_t* error;
     status_t status;
-    bool is_reporting; ///< The text begun last is that of the first error and may be extended.
+    /// The error text that was begun last belongs to the first error, so that it may be extended.
+    bool is_reporting;
     const source_row_t* rows;
     size_t row_count;
     const xml_element_t* element; ///< Element being read; valid only in the handler `start`.
@@ -150,22 +155,22 @@ struct source {
     void* items[SOURCE_DEPTH_MAX + 1U]; ///< The model, and the item of each open element.
     void* item;                         ///< Item of the innermost open element.
     uint16_t depth;
-    uint16_t order; ///< Index of the newest item in its range, from 0; in its list if that has no ranges.
+    uint16_t order; ///< Index of the newest item in its range, from 0; in its list if the list has no ranges.
     uint64_t seen[SOURCE_DEPTH_MAX + 1U]; ///< Bit n for each open element: a child of kind n was read.
     uint64_t hash;
     char* text; ///< The model's strings.
     uint32_t text_capacity;
     uint32_t* text_used;
-    void* builder; ///< Builder of the handlers.
+    void* builder; ///< Builder that the handlers use.
 };
 
 /// Returns the handler for xml_begin that reads into this source; items[0] must be the model.
 xml_handler_t descriptor_source_handler(source_t* source);
 
-/// Report errors. Each function begins an error text, to which descriptor_source_say appends; if it is not
-/// the first error, the whole text is dropped. In a pattern, the first % is replaced by `one`, the second
-/// by `other`, and # by `number`. `fail` reports a message without replacements; `wrong` reports an
-/// attribute, its value and the expected value; `taken` reports the earlier line that uses the value.
+/// Report errors. Each function begins an error text, to which descriptor_source_say appends; if the error is
+/// not the first one, the whole text is dropped. In a pattern, `one` replaces the first %, `other` the second
+/// %, and `number` replaces #. `fail` reports a message without replacements; `wrong` reports an attribute,
+/// its value and the expected value; `taken` reports the earlier line that uses the value.
 void descriptor_source_refuse(source_t* source, uint32_t line, const char* pattern, const char* one,
                               const char* other, uint32_t number);
 void descriptor_source_say(source_t* source, const char* pattern, const char* one, const char* other,
@@ -198,8 +203,8 @@ bool descriptor_source_has(const source_t* source, const char* attribute);
 const char* descriptor_source_raw(const source_t* source, const char* attribute);
 /// Copy a text to the strings of the model. Returns the copy; "" after an error.
 const char* descriptor_source_keep(source_t* source, const char* words);
-/// Read an attribute of a form of text, at most `longest` characters, and copy it to the model. Returns the
-/// copy, or "".
+/// Read an attribute of the form SOURCE_UPPER, SOURCE_LOWER, SOURCE_NAMES or SOURCE_TEXT, at most `longest`
+/// characters, and copy it to the model. Returns the copy; "" after an error.
 const char* descriptor_source_text(source_t* source, const char* attribute, uint8_t form, uint32_t longest);
 /// Read attribute number `index` of the row: a number, a time or a word. Returns its value.
 uint32_t descriptor_source_value(source_t* source, size_t index);

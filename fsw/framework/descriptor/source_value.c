@@ -271,7 +271,8 @@ uint32_t descriptor_source_words(source_t* const source, const char* const attri
     const uint32_t number =
         descriptor_source_places(descriptor_source_raw(source, attribute), words, out_places);
     if (number == 0U) {
-        descriptor_source_wrong(source, attribute, "some, each once, with one space between, of ");
+        descriptor_source_wrong(source, attribute,
+                                "one or more words, each once, separated by single spaces, of ");
         descriptor_source_say(source, "%", words, NULL, 0U);
     }
     return number;

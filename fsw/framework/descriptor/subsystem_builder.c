@@ -9,7 +9,7 @@
 #include <string.h>
 
 #define AUXILIARY_OCTETS_MAX 1024U
-#define NUMBERS_CHARACTERS 512U // Longest list of numbers that replaces a list of names.
+#define NUMBERS_CHARACTERS 512U // Largest text of numbers that replaces a list of names [characters].
 #define RATE_DIGITS_MAX 4U
 #define RATE_MAX 1000U   // Maximum rate of an event [1/s].
 #define RATE_DEFAULT 10U // [1/s]
@@ -319,7 +319,8 @@ typedef struct { // Capacities of a service; gse/generator/services.py has the s
     uint16_t capacity; // Default.
     uint16_t functional_max;
     uint16_t functional;
-    // The supervisor always offers it, in its own storage, even if the descriptor does not list it.
+    // True: the supervisor always offers the service, in its own storage, even if the descriptor does not
+    // list it.
     bool is_of_spacecraft;
 } offer_t;
 

@@ -12,7 +12,7 @@
 
 typedef struct {
     source_t source;
-    /// Names of the functions' configurations; resolved at the end.
+    /// Names of the functions' configurations; they are resolved at the end.
     const char* function_configurations[DESCRIPTOR_FUNCTIONS_MAX];
     char group[DESCRIPTOR_PATH_MAX + 1U]; ///< Prefix of the structure being read: "OUTER.INNER.", or empty.
     uint8_t group_depth;
@@ -68,8 +68,8 @@ void descriptor_subsystem_builder_refer(source_t* source, const source_list_t* l
 // Handlers: subsystem_builder.c
 void descriptor_subsystem_builder_resources(source_t* source);
 void descriptor_subsystem_builder_state(source_t* source);
-void descriptor_subsystem_builder_field(
-    source_t* source); ///< Handler of a field that is identified by its order.
+/// Handler of a field that is identified by its order.
+void descriptor_subsystem_builder_field(source_t* source);
 void descriptor_subsystem_builder_event(source_t* source);
 void descriptor_subsystem_builder_event_value(source_t* source);
 void descriptor_subsystem_builder_event_end(source_t* source);

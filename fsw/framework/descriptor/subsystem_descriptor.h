@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/// In-memory model of a subsystem descriptor (the paper's figure 3): read-only once loaded.
+/// In-memory model of a subsystem descriptor (docs/descriptors.md): read-only once loaded.
 ///
-/// Lists are kept flat: a structure, a function or a port owns the range [first, first + count) of the list
-/// it names. A model that was read from a file refers to its own storage, so it must not be copied; all
-/// capacities are fixed. A model that was compiled into a program refers to constants.
+/// Lists are kept flat: a structure, a function or a port owns the range [first, first + count) of a list,
+/// and stores `first` and `count`. A model that was read from a file refers to its own storage, so it must
+/// not be copied; all capacities are fixed. A model that was compiled into a program refers to constants.
 ///
-/// Two kinds of content, never mixed: the interface part (names, ids, types, counts of parameters, events,
-/// functions, services, configurations, ports; enumerations and failures) is compiled into the program and
-/// guarded by interface_hash; all else is configuration, read at run time, guarded by configuration_hash
-/// (docs/descriptors.md defines both).
+/// Two kinds of content are never mixed: the interface part (names, ids, types, counts of parameters, events,
+/// functions, services, configurations, ports; enumerations and failures) is compiled into the program, and
+/// interface_hash protects it; all else is configuration, which is read at run time, and configuration_hash
+/// protects it (docs/descriptors.md defines both).
 ///
 /// Ownership  The caller places the model (static; about 71 KiB).
 /// Context    Any, read-only after loading.
@@ -96,7 +96,7 @@ typedef struct { // One field of a parameter, an argument of a function, or an e
     const char* name; ///< Name; in a structure within the parameter: "GROUP.NAME".
     value_type_t type;
     uint16_t id;     ///< Id of an argument; for other fields the index within the owner, from 0.
-    uint16_t count;  ///< >= 1.
+    uint16_t count;  ///< Number of scalars, >= 1.
     uint32_t offset; ///< [octets] in the generated C structure of its owner, as this compiler lays it out.
     uint32_t line;
     const char* unit;                            ///< "" if none.
@@ -123,11 +123,11 @@ typedef struct {
     const char* name;
     uint16_t id;
     descriptor_severity_t severity;
-    uint16_t per_second;  ///< Occurrences reported on average; 0: no limit.
+    uint16_t per_second;  ///< Occurrences reported per second on average; 0: no limit.
     uint8_t burst;        ///< Occurrences reported at once.
-    uint16_t first_field; ///< First field of the auxiliary data that the caller of the event passes, or
+    uint16_t first_field; ///< First field of the auxiliary data that the caller of the event passes.
     uint16_t field_count;
-    /// first of the parameters that are sampled into the data. Only one of the two is used.
+    /// First of the parameters that are sampled into the auxiliary data. Only one of the two ranges is used.
     uint16_t first_reference;
     uint16_t reference_count;
     uint32_t octets; ///< Size of the auxiliary data on the wire.
@@ -179,8 +179,8 @@ typedef struct { // Super-commutated set: its parameters are sampled nrep times 
     uint16_t reference_count;
 } descriptor_sampled_t;
 
-#define DESCRIPTOR_LOOP_TEST 0x01U       ///< Bits of the services of a loop: requests of ST[17];
-#define DESCRIPTOR_LOOP_PARAMETERS 0x02U ///< requests of ST[20] for values, not those that set them.
+#define DESCRIPTOR_LOOP_TEST 0x01U       ///< Bit of the services of a loop: requests of ST[17].
+#define DESCRIPTOR_LOOP_PARAMETERS 0x02U ///< Bit: requests of ST[20] for values, not those that set them.
 
 typedef struct { // A loop for services that do not need the rate of the control.
     const char* name;
@@ -278,7 +278,7 @@ typedef struct { // Address of a data flow; which fields are used depends on the
     uint8_t node;              ///< CAN: node id 1..127.
     const char* name;          ///< SHM, MQUEUE: name of the object; SERIAL, FILE: path of the device.
     const char* address;       ///< UDP, TCP: host.
-    uint16_t port;             ///< UDP, TCP.
+    uint16_t port;             ///< UDP, TCP: port.
     flow_format_t format;
     bool has_checksum;   ///< A record ends with its CRC-16/CCITT-FALSE, in the byte order of the flow.
     uint32_t silence_us; ///< A device that sends no record for this time is lost.
@@ -407,7 +407,7 @@ typedef struct {
 bool descriptor_is_stream(const descriptor_device_t* device);
 
 /// Compare the interface of a descriptor with the one compiled into the program. STATUS_OK, or
-/// STATUS_CHECKSUM; then a text is appended that gives file, compiled and found hash, and says "run make".
+/// STATUS_CHECKSUM; it then appends a text with file, compiled and found hash, and "run make".
 MUST_USE status_t descriptor_check_interface(text_t* out_error, const char* path,
                                              const subsystem_descriptor_t* descriptor,
                                              uint64_t compiled_hash);
@@ -415,9 +415,9 @@ MUST_USE status_t descriptor_check_interface(text_t* out_error, const char* path
 /// Returns STATUS_UNSUPPORTED.
 status_t descriptor_refuse(text_t* out_error, const char* path, uint32_t line, const char* says);
 
-/// Make a model empty: its lists have no items, and their room is its own storage.
+/// Make a model empty: its lists have no items and use the storage of the model.
 void descriptor_subsystem_clear(subsystem_descriptor_t* descriptor);
-/// Let the lists of a model refer to its own storage, because the model is a copy.
+/// Call for a model that was copied: its lists then refer to the storage of the copy.
 void descriptor_subsystem_use_storage(subsystem_descriptor_t* descriptor);
 
 /// Return the first of `count` entries of `size` octets with this name, or with this id; NULL if there is

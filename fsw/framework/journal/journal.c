@@ -124,7 +124,7 @@ static status_t begin_generation(const medium_t* const medium, const uint32_t ge
     return (status == STATUS_OK) ? journal_write_head(medium, generation) : status;
 }
 
-/// Continue at `tail` on a medium whose generation contains no commit yet.
+/// Make the medium `index` the active one and continue at `tail`. Its generation contains no commit yet.
 static void go_on(journal_t* const journal, const size_t index, const uint32_t generation,
                   const journal_place_t* const tail)
 {
@@ -326,7 +326,7 @@ static status_t build_index(journal_t* const journal)
         } else if ((record.kind == JOURNAL_ERASE) && (slot != NULL)) {
             note_erased(journal, slot);
         } else {
-            // Commits need no action: all records up to the tail are known to be committed.
+            // A commit needs no action: all records up to the tail are committed.
         }
     }
     return STATUS_OK;
@@ -354,7 +354,7 @@ static status_t begin_journal(journal_t* const journal, const journal_survey_t s
     const journal_place_t tail = journal_first_place(1U);
     status_t status            = STATUS_OK;
     go_on(journal, 0U, 1U, &tail);
-    if (surveys[1].size > 0U) { // A mark of an earlier journal must not be used later.
+    if (surveys[1].size > 0U) { // A later start must not use a mark of an earlier journal.
         status = empty_medium(medium_of(journal, 1U));
     }
     if ((status == STATUS_OK) && (surveys[0].size > 0U)) {

@@ -28,7 +28,8 @@
 /// Number of slots of the index for a number of records: at most three quarters of the slots are used.
 #define JOURNAL_SLOTS(records) ((records) + ((records) / 3U) + 1U)
 
-/// Size on a medium of a record with `size` octets (an erasure and a commit have none), and of the head.
+/// Size on a medium: of a record with `size` octets of data (0 for an erasure and for a commit), and of the
+/// head.
 #define JOURNAL_RECORD_SIZE(size) (20U + (size))
 #define JOURNAL_HEAD_SIZE 16U
 
@@ -84,11 +85,11 @@ typedef struct { // Private, except `stats`, read-only, for telemetry, and `dama
         uint32_t generation;  ///< Generation of the medium written to.
         uint32_t records;     ///< Number of live records.
         uint32_t live;        ///< Octets of live records.
-        uint32_t used;        ///< Octets of the medium.
+        uint32_t used;        ///< Octets in use on that medium.
         uint32_t commits;     ///< Valid commits that changed something.
         uint32_t compactions; ///< Generations begun.
         uint32_t full;        ///< Puts refused because there was no room.
-        uint32_t unknown;     ///< Erasures of records that did not exist.
+        uint32_t unknown;     ///< Erasures of records that do not exist.
         uint32_t failed;      ///< Calls that failed because of an error of a medium.
         uint32_t unmarked;    ///< Commits whose mark could not be written.
         uint64_t discarded;   ///< Octets after the last commit, cut off at open.

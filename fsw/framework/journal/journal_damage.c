@@ -53,7 +53,7 @@ static status_t find_orphans(const medium_t* const medium, const journal_survey_
     return (status == STATUS_EMPTY) ? STATUS_OK : status;
 }
 
-/// The valid part of the media: the records up to the last commit of a generation, if there is one.
+/// Valid part of the media: the records up to the last commit of a generation, if there is a commit.
 typedef struct {
     bool is_there;
     uint32_t generation;
@@ -83,7 +83,8 @@ status_t journal_assess(const medium_t media[2], const journal_survey_t surveys[
     }
     journal_damage_t damage = {.is_damaged = is_cut(surveys, &valid)};
     for (size_t i = 0U; i < 2U; i++) {
-        // The other medium, without mark or head, contains the generation that the valid one has replaced.
+        // Do not examine a medium without mark that is not newer than the valid one: it contains the
+        // generation that the valid one has replaced.
         const journal_survey_t* const survey = &surveys[i];
         const bool is_newer                  = survey->has_head && (survey->generation > valid.generation);
         if (!survey->has_mark && (!valid.is_there || (i == last) || is_newer)) {

@@ -3,7 +3,9 @@
 ///
 ///     head     "HJRN", version u16 = 1, spare u16, generation u32, CRC-32
 ///     record   kind u8, table u8, size u16, sequence u32, key u32, chain u32, octets, CRC-32
-///     mark     "HJMK", generation u32, offset u32, CRC-32: in the place of the other medium's head
+///     mark     "HJMK", generation u32, offset u32, CRC-32
+///
+/// The mark is on the medium that is not written to, at the place of its head.
 #ifndef FSW_FRAMEWORK_JOURNAL_JOURNAL_RECORD_H
 #define FSW_FRAMEWORK_JOURNAL_JOURNAL_RECORD_H
 
@@ -51,7 +53,7 @@ status_t journal_write_record(const medium_t* medium, journal_place_t* place, co
 status_t journal_read_record(const medium_t* medium, journal_place_t* place, journal_record_t* out_record,
                              uint8_t* buffer);
 /// Find the next octets from `place` up to `end` that are a valid record with a possible sequence number,
-/// also if the record before it is unreadable; set `place` to the octet after it. STATUS_OK, STATUS_EMPTY,
+/// even if the record before it is unreadable; set `place` to the octet after it. STATUS_OK, STATUS_EMPTY,
 /// STATUS_IO. It takes O(octets read).
 status_t journal_find_record(const medium_t* medium, uint64_t end, journal_place_t* place,
                              journal_record_t* out_record, uint8_t* buffer);

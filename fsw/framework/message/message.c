@@ -7,7 +7,7 @@
 #include <string.h>
 
 #define FIRST_PROBE 4U         ///< Refusals in a row after which the endpoint sends a SYNC to the peer.
-#define STRAYS_MAX 3U          ///< Frames outside of the window in a row after which SYNC is sent.
+#define STRAYS_MAX 3U          ///< Frames outside of the window in a row after which a SYNC is sent.
 #define SYNC_SPACING 1024U     ///< Largest number of strays or refusals between two SYNCs.
 #define LOST_AT_ONCE_MAX 4096U ///< A larger gap is not a loss: a number was forged or damaged.
 #define FIRST_LIFE 1U
@@ -79,8 +79,8 @@ static status_t send_frame(message_endpoint_t* const endpoint, message_channel_t
     return status;
 }
 
-/// Number of blocks that may be sent so that `blocks` and `octets` of the window stay free: 0 if the largest
-/// block would not fit.
+/// Returns the number of blocks that may be sent while `blocks` and `octets` of the window stay free; 0 if
+/// the largest block does not fit.
 static uint32_t credit_of(const message_channel_t* const channel, const uint32_t blocks,
                           const uint32_t octets)
 {
@@ -91,7 +91,7 @@ static uint32_t credit_of(const message_channel_t* const channel, const uint32_t
                : (left - blocks);
 }
 
-/// Note that the peer has taken all frames before number `taken`.
+/// Record that the peer has taken all frames before number `taken`, which frees their room in the window.
 static void credit_up_to(message_channel_t* const channel, const uint32_t taken)
 {
     for (; channel->position.credited != taken; channel->position.credited++) {
@@ -99,8 +99,8 @@ static void credit_up_to(message_channel_t* const channel, const uint32_t taken)
     }
 }
 
-/// Send both sequence numbers and request those of the peer: after a loss of whole windows no other frame
-/// would follow, and forged or damaged frames may have changed the numbers of either side.
+/// Send the sequence numbers of both directions and request those of the peer. After a loss of whole windows
+/// no other frame would follow, and forged or damaged frames may have changed the numbers of either side.
 static void sync(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
     if (send_frame(endpoint, channel, MESSAGE_SYNC, NULL, 0U) == STATUS_OK) {
@@ -109,8 +109,8 @@ static void sync(message_endpoint_t* const endpoint, message_channel_t* const ch
     }
 }
 
-/// Send a SYNC more rarely as refusals go on, down to one in SYNC_SPACING refusals: SYNCs must not fill a
-/// congested connection.
+/// Count a refusal, and send a SYNC at growing intervals, up to one in SYNC_SPACING refusals: SYNCs must not
+/// fill a congested connection.
 static void refused_for_credit(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
     endpoint->counters.no_credit++;
@@ -218,7 +218,7 @@ status_t message_deliver(message_endpoint_t* const endpoint, const uint8_t* cons
     while ((status == STATUS_FULL) && has_room) {
         status   = message_inbox_put(&channel->inbox, frame[MESSAGE_AT_KIND], endpoint->stamp, frame, size);
         has_room = (status == STATUS_FULL) && message_inbox_forget(&channel->inbox, life);
-        // Frames of an earlier life that were not taken are removed now.
+        // The removed frames belong to an earlier life of the peer.
         endpoint->counters.stale += has_room ? 1U : 0U;
     }
     if (status != STATUS_OK) { // A correct sender never sends beyond its window.
@@ -233,8 +233,8 @@ status_t message_deliver(message_endpoint_t* const endpoint, const uint8_t* cons
     return STATUS_OK;
 }
 
-/// Begin with another life of the peer: both directions are numbered from 0 again. Only a peer in its first
-/// life may have taken frames that were sent before its first frame arrived.
+/// Begin with another life of the peer: both directions are numbered from 0 again. In its first life a peer
+/// may have taken frames before its own first frame arrived: the sent numbers then continue.
 static void begin_peer_life(message_endpoint_t* const endpoint, message_channel_t* const channel,
                             const uint32_t life)
 {
@@ -460,7 +460,7 @@ static void return_credit(message_endpoint_t* const endpoint, message_channel_t*
     if (((channel->position.taken - channel->position.acknowledged) >= (MESSAGE_WINDOW / 2U)) ||
         (channel->position.unacknowledged >= (MESSAGE_WINDOW_OCTETS / 2U))) {
         (void)send_frame(endpoint, channel, MESSAGE_CREDIT, NULL,
-                         0U); // If it is not sent, it is sent again at the next receive.
+                         0U); // If this frame is not sent, the next receive sends it again.
     }
 }
 
@@ -492,7 +492,7 @@ static void process_all_of(message_endpoint_t* const endpoint, message_channel_t
         } else if (kind == MESSAGE_DATA) {
             message_inbox_drop(&channel->inbox);
         } else {
-            // The frame had no block; the channel is updated.
+            // The frame had no block; the channel has been updated.
         }
     }
     if (!waits) {

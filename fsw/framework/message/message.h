@@ -35,14 +35,14 @@
 /// Inboxes that hold full windows of `peers` channels: each block needs the octets of its frame plus four.
 #define MESSAGE_INBOX_OCTETS(peers) ((peers) * (MESSAGE_WINDOW_OCTETS + (MESSAGE_WINDOW * 4U)))
 
-/// Function that sends a frame to a peer. STATUS_OK; STATUS_FULL (try again); any other status: the peer
-/// cannot be reached now. Only a frame with STATUS_OK counts as sent.
+/// Function that sends a frame to a peer. STATUS_OK: the frame counts as sent; STATUS_FULL: try again; any
+/// other status: the peer cannot be reached now.
 typedef struct {
     void* context;
     status_t (*send)(void* context, uint16_t to, const uint8_t* frame, size_t size);
 } message_carrier_t;
 
-/// Callback that gets each frame which is stored in an inbox, before the carrier releases the frame.
+/// Callback that gets each frame that was stored in an inbox, before the carrier releases the frame.
 typedef struct {
     void* context;
     void (*arrived)(void* context, const uint8_t* frame, size_t size);
@@ -55,13 +55,15 @@ typedef struct {
     uint32_t lost;        ///< Blocks missing in the sequence.
     uint32_t stale;       ///< Frames of another life or outside of the window, dropped.
     uint32_t malformed;   ///< Octets that do not form a valid frame, dropped.
-    uint32_t overruns;    ///< Frames beyond the window of a peer, dropped.
+    uint32_t overruns;    ///< Frames beyond the window of their sender, dropped.
     uint32_t unreachable; ///< Frames that the carrier could not deliver.
     uint32_t syncs;       ///< SYNC frames sent.
-    uint32_t abandoned;   ///< Blocks sent to an earlier life of a peer and not credited by it.
+    /// Blocks that were sent to an earlier life of a peer, and for which it returned no credit.
+    uint32_t abandoned;
 } message_counters_t;
 
-typedef struct {             // Position of a channel: all that another process needs to continue it.
+// Position of a channel: the numbers that another process needs in order to continue the channel.
+typedef struct {
     uint32_t peer_life;      // 0: no frame of the peer has arrived.
     uint32_t sent;           // Data frames sent in this incarnation of the channel.
     uint32_t credited;       // Sent frames that the peer has taken.
@@ -82,7 +84,7 @@ typedef struct { // Private.
     bool is_life_set;      // Set by message_set_life: received frames do not change it.
     bool is_introduced;    // A frame was sent to the peer in this life of the endpoint.
     bool is_syncing;       // A SYNC was sent and not answered yet.
-    uint32_t strays;       // Frames dropped in a row.
+    uint32_t strays;       // Frames in a row that were dropped because their numbers were impossible.
     uint32_t sync_at;      // Number of strays at which the next SYNC is due.
     uint32_t refusals;     // Sends refused for lack of credit since the last frame of the peer.
 } message_channel_t;
@@ -128,8 +130,8 @@ void message_set_life(message_endpoint_t* endpoint, uint16_t peer, uint32_t life
 /// STATUS_NOT_FOUND: no such peer; STATUS_TOO_LARGE: more than MESSAGE_PAYLOAD_MAX octets; STATUS_CLOSED:
 /// the carrier cannot reach the peer.
 MUST_USE status_t message_send(message_endpoint_t* endpoint, uint16_t to, const uint8_t* octets, size_t size);
-/// Like message_send, for a block that may be sent later: also STATUS_FULL if only the reserve of the
-/// window is left.
+/// Like message_send, for a block that may be sent later: STATUS_FULL also if only the reserve of the window
+/// is left.
 MUST_USE status_t message_send_plain(message_endpoint_t* endpoint, uint16_t to, const uint8_t* octets,
                                      size_t size);
 /// Called by carriers when a frame has arrived. STATUS_OK: stored, or malformed and counted; STATUS_FULL:
@@ -152,18 +154,18 @@ MUST_USE status_t message_receive_if(message_endpoint_t* endpoint, const message
                                      uint16_t* out_from, uint8_t* octets, size_t capacity, size_t* out_size);
 /// True if the block taken last was sent by an earlier life of its peer, which has ended since it arrived.
 bool message_is_of_past(const message_endpoint_t* endpoint);
-/// Exchange SYNC with a peer, because the connection to it works again. No effect if no frame is
-/// uncredited.
+/// Exchange SYNC with a peer, because the connection to the peer works again. No effect if the peer has
+/// credited all frames.
 void message_probe(message_endpoint_t* endpoint, uint16_t peer);
-/// Called by carriers after receiving `size` octets into endpoint->frame; `received` is the status of that.
-/// Delivers a frame; counts a frame beyond the window of its sender. STATUS_OK; STATUS_NOT_OURS (dropped
-/// and counted: the frame is too large, or a peer whose life message_set_life has set addressed it to
-/// another life of this endpoint, so that the scheduler did not announce it to this life); or `received`.
+/// Called by carriers after receiving `size` octets into endpoint->frame; `received` is the status of that
+/// reception. Delivers a frame; counts a frame beyond the window of its sender. STATUS_OK; STATUS_NOT_OURS
+/// (dropped and counted: the frame is too large, or a peer whose life message_set_life has set addressed it
+/// to another life of this endpoint, so that the scheduler did not announce it to this life); or `received`.
 MUST_USE status_t message_accept(message_endpoint_t* endpoint, status_t received, size_t size);
 /// Returns the number of blocks that may be sent to a peer now, if their octets fit the window. If the
 /// number is not 0, a block of any size can be sent. 0 for an unknown peer.
 uint32_t message_credit(const message_endpoint_t* endpoint, uint16_t peer);
-/// Like message_credit, for message_send_plain: without the reserve.
+/// Like message_credit, but for message_send_plain: without the reserve.
 uint32_t message_credit_plain(const message_endpoint_t* endpoint, uint16_t peer);
 
 #endif // FSW_FRAMEWORK_MESSAGE_MESSAGE_H

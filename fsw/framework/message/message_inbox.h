@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Frames     that have arrived from one peer: all frames with data in the order of arrival, and only the
-/// newest frame of each kind without data, because its content replaces that of earlier frames of its kind.
+/// Frames that have arrived from one peer: all frames with data in the order of arrival, and only the newest
+/// frame of each kind without data, because its content replaces that of earlier frames of its kind.
 /// Therefore an endpoint that takes no data can still receive credit, and there is always room for frames
 /// without data.
 ///
@@ -51,8 +51,8 @@ bool message_inbox_next(message_inbox_t* inbox, uint8_t header[MESSAGE_INBOX_HEA
                         size_t* out_size);
 /// Drop the frame with data that was checked last; the caller does not get it.
 void message_inbox_drop(message_inbox_t* inbox);
-/// Make room: remove the oldest block, whether it was checked or not, if it belongs to a life before
-/// `life`. False if no block was removed.
+/// Make room: remove the oldest block, checked or not, if it belongs to a life before `life`. False if no
+/// block was removed.
 bool message_inbox_forget(message_inbox_t* inbox, uint32_t life);
 /// Get the stamp of the oldest block that was checked and not dropped. False if there is none.
 bool message_inbox_oldest(message_inbox_t* inbox, uint32_t* out_stamp);

@@ -28,7 +28,7 @@ bool message_position_is_sound(const message_position_t* const position)
            (position->unacknowledged <= MESSAGE_WINDOW_OCTETS);
 }
 
-/// Continue a channel at a noted position. The peer may have begun another life since then; if
+/// Continue a channel at a position that was stored. The peer may have begun another life since then; if
 /// message_set_life has set that life, the channel begins at 0.
 static void resume(message_channel_t* const channel, const message_position_t* const position)
 {

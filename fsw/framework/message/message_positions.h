@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Positions of the channels of a message endpoint, as plain numbers. They let the endpoint of a new
-/// process continue the channels of a process that died, in the same life; the peers do not notice the
+/// Positions of the channels of a message endpoint, as plain numbers. With them, the endpoint of a new
+/// process continues the channels of a process that died, in the same life; the peers do not notice the
 /// change. For this purpose the caller can store the frames that are sent and received.
 ///
 /// Ownership  The caller places positions.
@@ -15,7 +15,7 @@
 
 /// Get the position of the channel with this index. False if there is no such channel.
 bool message_position(const message_endpoint_t* endpoint, size_t index, message_position_t* out_position);
-/// True if the fields of a position do not contradict each other.
+/// True if the fields of a position do not contradict each other: the position is consistent.
 bool message_position_is_sound(const message_position_t* position);
 /// Continue the channel at `position`, which must be consistent. If message_set_life has set another life of
 /// the peer, the channel restarts in that life; waiting blocks of the earlier life can still be taken. No
@@ -32,8 +32,8 @@ void message_resume_clock(message_endpoint_t* endpoint, uint32_t life, uint32_t 
 /// Pass frames to `outlet` instead of the carrier. The caller passes them to message_forward later, in
 /// their order; until then they count as sent.
 void message_divert(message_endpoint_t* endpoint, message_carrier_t outlet);
-/// Pass a diverted frame to the carrier. STATUS_OK; STATUS_FULL: try again; any other: the carrier cannot
-/// reach the peer, which will detect the loss by the sequence numbers.
+/// Pass a diverted frame to the carrier. STATUS_OK; STATUS_FULL: try again; any other status: the carrier
+/// cannot reach the peer, which will detect the loss by the sequence numbers.
 MUST_USE status_t message_forward(message_endpoint_t* endpoint, uint16_t to, const uint8_t* frame,
                                   size_t size);
 /// Call `arrival` for each frame that arrives from now on.

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-// Octets of the size field in front of each block; its byte order is native.
+// Size of the length field in front of each block; its byte order is native.
 #define LENGTH_OCTETS sizeof(uint32_t)
 #define BLOCK_MAX 65535U
 

@@ -2,12 +2,12 @@
 /// Carrier of message frames over TIPC: one datagram for each frame, one socket for each component. The
 /// name {mission instance, component} addresses a component, independently of its on-board computer.
 ///
-/// The kernel returns a frame that was not delivered: the frame is counted, and the sequence numbers show
-/// the loss to its receiver. The kernel's topology service reports names that disappear and appear: when
-/// the name of a peer appears again, a SYNC is sent at once. These reports are hints only: decisions about
-/// a peer depend on its own frames, their life and heartbeats.
+/// The kernel returns a frame that was not delivered: the frame is counted, and its receiver detects the loss
+/// by the sequence numbers. The kernel's topology service reports names that disappear and appear: when the
+/// name of a peer appears again, a SYNC is sent at once. These reports are hints only: decisions about a peer
+/// depend on its own frames, on their life and on heartbeats.
 ///
-/// Ownership  The caller places it; the sockets are opened or adopted by the program.
+/// Ownership  The caller places it; the program opens or adopts the sockets.
 /// Context    One task.
 #ifndef FSW_FRAMEWORK_MESSAGE_TIPC_CARRIER_H
 #define FSW_FRAMEWORK_MESSAGE_TIPC_CARRIER_H

@@ -28,8 +28,8 @@ static void unlock(parameter_dictionary_t* const dictionary)
     osal_mutex_unlock(&dictionary->mutex);
 }
 
-/// Lock the mutex, and tell readers without the lock that values may change: `guard` is odd until they are
-/// consistent again.
+/// Lock the mutex, and mark the values for readers without the lock: `guard` is odd while the values may be
+/// inconsistent.
 static void lock_values(parameter_dictionary_t* const dictionary)
 {
     lock(dictionary);

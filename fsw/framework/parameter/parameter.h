@@ -32,7 +32,7 @@
 #define PARAMETER_LAYOUT(id) ((uint8_t)(((id) >> 16) & 0x1FU))
 #define PARAMETER_NUMBER(id) ((uint16_t)((id)&0xFFFFU))
 
-typedef struct { // One field: `count` scalars of one type at `offset` of the structure.
+typedef struct { // One field: `count` scalars of one type, at `offset` in the structure.
     const char* name;
     value_type_t type;
     uint16_t count;  ///< >= 1.
@@ -95,7 +95,8 @@ MUST_USE status_t parameter_init(parameter_dictionary_t* dictionary, parameter_e
 /// STATUS_OK; STATUS_EXISTS (id or name taken); STATUS_EXHAUSTED (entries or bounds used up).
 MUST_USE status_t parameter_publish(parameter_dictionary_t* dictionary,
                                     const parameter_definition_t* definition, void* storage);
-/// Withdraw every parameter (SOFTWARE_DEINIT); entries found before become invalid; `refusals` is kept.
+/// Withdraw every parameter (SOFTWARE_DEINIT); entries that were found earlier become invalid; `refusals`
+/// keeps its counts.
 void parameter_withdraw_all(parameter_dictionary_t* dictionary);
 
 /// Find the entry of an id; it is valid until parameter_withdraw_all. STATUS_OK, STATUS_NOT_FOUND.
@@ -115,7 +116,7 @@ MUST_USE status_t parameter_set_initial(parameter_dictionary_t* dictionary, uint
 /// Append the complete parameter to the writer. STATUS_OK; STATUS_NOT_FOUND; STATUS_TOO_LARGE (nothing is
 /// written, and `failed` of the writer is not set).
 MUST_USE status_t parameter_read(parameter_dictionary_t* dictionary, uint32_t id, octet_writer_t* writer);
-/// Like parameter_read, for an entry found before, as housekeeping does in each cycle. STATUS_OK,
+/// Like parameter_read, for an entry that was found earlier; housekeeping uses it in each cycle. STATUS_OK,
 /// STATUS_TOO_LARGE.
 MUST_USE status_t parameter_read_entry(parameter_dictionary_t* dictionary, const parameter_entry_t* entry,
                                        octet_writer_t* writer);

@@ -87,7 +87,8 @@ static void write_slot(link_slot_t* const slot, const rtlink_frame_header_t* con
 {
     uint64_t words[HEADER_WORDS];
     for (size_t i = 0U; i < (HEADER_WORDS + WORDS_OF(size)); i += LINE_WORDS) {
-        // Request all cache lines at once from the reader's processor.
+        // Request all cache lines at once from the reader's processor: each would otherwise be fetched in
+        // turn.
         __builtin_prefetch(&slot->words[i], 1);
     }
     rtlink_frame_pack(header, words);

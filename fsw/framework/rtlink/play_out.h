@@ -7,13 +7,13 @@
 ///
 /// Ownership  The caller places it; it belongs to one consumer while that is open.
 /// Context    The task of the consumer.
-/// Time       rtlink_play_out_put and rtlink_play_out_take: O(samples in it).
+/// Time       rtlink_play_out_put and rtlink_play_out_take: O(samples in the buffer).
 #ifndef FSW_FRAMEWORK_RTLINK_PLAY_OUT_H
 #define FSW_FRAMEWORK_RTLINK_PLAY_OUT_H
 
 #include "fsw/framework/rtlink/link_frame.h"
 
-/// Largest number of samples; together they have at most RTLINK_PLAY_OUT_OCTETS.
+/// Largest number of samples in the buffer; their payloads together have at most RTLINK_PLAY_OUT_OCTETS.
 #define RTLINK_PLAY_OUT_SAMPLES 256U
 #define RTLINK_PLAY_OUT_OCTETS 16384U
 #define RTLINK_PLAY_OUT_BUDGETS 3U

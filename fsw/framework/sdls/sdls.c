@@ -39,7 +39,7 @@ status_t sdls_open(sdls_receiver_t* const self, const uint8_t key[SDLS_KEY_OCTET
                    const medium_t* const medium)
 {
     FSW_ASSERT((self != NULL) && (key != NULL) && (medium != NULL));
-    // No frame uses this vector, because sessions begin with 1.
+    // The vector of session 0 is free for this purpose, because sessions begin with 1.
     static const uint8_t unused[SDLS_VECTOR_OCTETS] = {0};
     // The first output of the cipher identifies the key without revealing it.
     uint8_t check[SESSION_MARK_CHECK];
@@ -116,8 +116,8 @@ static status_t refuse(sdls_receiver_t* const self, const sdls_refusal_t reason)
     return statuses[reason];
 }
 
-/// Handle the first frame of a session: its session number, once stored, is not accepted for another
-/// session.
+/// Bind a session to its number at its first frame. The number is stored first, so that no other session can
+/// use it later.
 static bool bind_session(sdls_receiver_t* const self, sdls_session_t* const session, const uint32_t number)
 {
     if (session->is_bound) {

@@ -56,9 +56,9 @@ typedef struct { // Private, except the counters.
 typedef struct { // Private: one connection.
     bool is_bound;
     uint32_t session;
-    uint32_t next;    // Count of the next frame.
-    bool is_spent;    // The last count was used.
-    size_t held;      // Octets of the packet so far.
+    uint32_t next;    // Count that the next frame must have.
+    bool is_spent;    // The highest possible count was used: no further frame is accepted in this session.
+    size_t held;      // Octets of the packet received so far.
     size_t candidate; // Octets of the frame that sdls_look returned and that is not accepted yet.
     bool is_last;     // The candidate ends the packet.
     uint8_t packet[SDLS_PACKET_MAX];
@@ -76,7 +76,7 @@ void sdls_close(sdls_receiver_t* receiver);
 /// STATUS_OK; STATUS_INVALID, STATUS_FULL, STATUS_IO as sdls_session_mark_open: it stays closed.
 MUST_USE status_t sdls_open(sdls_receiver_t* receiver, const uint8_t key[SDLS_KEY_OCTETS],
                             const medium_t* medium);
-/// Begin a new connection.
+/// Prepare a session for a new connection.
 void sdls_begin(sdls_session_t* session);
 /// Check the frame at the start of `octets`. STATUS_OK: the frame is authentic and the next one; call
 /// sdls_accept to accept it, or check the same octets again later. STATUS_TRUNCATED: the frame is

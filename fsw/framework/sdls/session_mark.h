@@ -24,11 +24,11 @@ typedef struct { // Private, except `session`.
     medium_t medium;
     uint8_t check[SESSION_MARK_CHECK];
     uint32_t session; ///< Highest number in use.
-    unsigned whole;   // Index of the copy that is known to be intact; the other copy is written first.
+    unsigned whole;   // Index of the copy that is known to be intact; writing begins with the other copy.
 } sdls_session_mark_t;
 
 /// Read the mark of the key with this check, and repair a damaged copy. STATUS_OK; STATUS_INVALID (no copy is
-/// intact and of this key), STATUS_FULL, STATUS_IO: no frame may be accepted.
+/// both intact and of this key), STATUS_FULL, STATUS_IO: no frame may be accepted.
 MUST_USE status_t sdls_session_mark_open(sdls_session_mark_t* mark, const medium_t* medium,
                                          const uint8_t check[SESSION_MARK_CHECK]);
 /// Write a higher number to the disk. STATUS_OK; STATUS_FULL, STATUS_IO: the number is not in force; a later

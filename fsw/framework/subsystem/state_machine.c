@@ -70,8 +70,8 @@ static const uint8_t steps[STEP_COUNT][3] = {
     [STEP_HARDWARE_DEINIT] = {STATE_HARDWARE_DEINIT, PHASE_ENTERING, ACTION_HARDWARE_DEINIT},
     [STEP_SOFTWARE_DEINIT] = {STATE_SOFTWARE_DEINIT, PHASE_ENTERING, ACTION_SOFTWARE_DEINIT}};
 
-// The next transition from a rest state towards a target. In the other states the result of the action
-// determines it.
+// The next transition from a rest state towards a target. In other states, the outcome of the entry action
+// determines the next transition.
 static const uint8_t step_table[STATE_COUNT][TARGET_COUNT] = {
     [STATE_OFFLINE]           = {STEP_NONE, STEP_SOFTWARE_INIT, STEP_NONE, STEP_NONE, STEP_NONE},
     [STATE_PRE_OPERATIONAL]   = {STEP_POST, STEP_NONE, STEP_START, STEP_NONE, STEP_SECURE},

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The state machine of every subsystem, with ten states and its rules in tables (docs/states.md; paper
-/// figure 4).
+/// The state machine of every subsystem, with ten states and its rules in tables (docs/states.md).
 ///
 /// It uses no time, no messages and no devices. The generic subsystem passes requests, events and the
 /// outcomes of entry actions to the machine, and performs the action that the machine requests. The machine
@@ -36,9 +35,10 @@ typedef enum {              // Sub-division of a state, on the wire in TM[129,2]
     PHASE_UNCONFIGURED = 3, ///< PRE_OPERATIONAL without a configuration.
     PHASE_CONFIGURING  = 4, ///< PRE_OPERATIONAL: a configuration is being applied.
     PHASE_CONFIGURED   = 5, ///< PRE_OPERATIONAL with a configuration.
-    PHASE_LEAVING      = 6, ///< Controllers or actuators are being stopped on the way down.
-    PHASE_SECURED      = 7, ///< ERROR_OPERATIONAL: devices are in their safe state.
-    PHASE_UNSECURED    = 8  ///< ERROR_OPERATIONAL: the safe state could not be reached.
+    /// Controllers or actuators are being stopped, because the machine goes to a lower state.
+    PHASE_LEAVING   = 6,
+    PHASE_SECURED   = 7, ///< ERROR_OPERATIONAL: devices are in their safe state.
+    PHASE_UNSECURED = 8  ///< ERROR_OPERATIONAL: the safe state could not be reached.
 } state_phase_t;
 
 typedef enum { // Why a transition happened, on the wire in TM[129,2].
@@ -72,13 +72,14 @@ typedef enum {
     EVENT_NETWORK_FAILED, ///< A member of the subsystem's real-time network failed.
     /// After a medium-severity event, the supervisor has not commanded a reaction within 4 cycles.
     EVENT_MEDIUM_ORDER,
+    /// No message of the supervisor has arrived for too long.
     EVENT_SUPERVISOR_LOST,
     EVENT_SHUTDOWN, ///< Request for OFFLINE that overrides a network member in OPERATIONAL.
     STATE_EVENT_COUNT
 } state_event_t;
 
 typedef enum {
-    ANSWER_DONE,    ///< The machine is in that state already.
+    ANSWER_DONE,    ///< The machine is already in the requested state.
     ANSWER_STARTED, ///< The transition has begun; it ends as reached, failed or superseded.
     ANSWER_BUSY,    ///< The running action may not be pre-empted by this request.
     ANSWER_NO       ///< The present state does not allow the request.

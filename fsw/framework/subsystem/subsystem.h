@@ -35,7 +35,7 @@ typedef struct subsystem subsystem_t;
 typedef struct {
     uint16_t function_id;  ///< Id of the function in the descriptor (generated enum).
     const void* arguments; ///< Generated argument struct of that function; valid during the call.
-    uint32_t call_token;   ///< For subsystem_function_done when perform returns STATUS_BUSY.
+    uint32_t call_token;   ///< For subsystem_function_done if perform returns STATUS_BUSY.
 } subsystem_function_t;
 
 /// Further memories of the subsystem, each with its own id, and the port to the files from which memories
@@ -49,7 +49,7 @@ typedef struct {
 /// The first part of a descriptor that the program cannot support.
 typedef struct {
     uint32_t line;    ///< Line of the descriptor file.
-    const char* says; ///< Value found, and value expected.
+    const char* says; ///< Text: value found, and value expected.
 } subsystem_misfit_t;
 
 /// Callbacks of a specific subsystem. `self` is the context of the subsystem. A null callback means that
@@ -73,14 +73,15 @@ typedef struct {
     void (*control)(void* self); ///< Called in each cycle in states 3 (CONFIGURED), 4, 5 and 6.
     /// Called at the end of each cycle from HARDWARE_INIT to HARDWARE_DEINIT.
     void (*emit)(void* self);
-    /// Perform a function command. STATUS_OK: done; STATUS_BUSY: continues (call token); STATUS_FORBIDDEN:
-    /// wrong state; STATUS_OUT_OF_RANGE: invalid argument; any other status: failed.
+    /// Perform a function command. STATUS_OK: done; STATUS_BUSY: continues, until subsystem_function_done is
+    /// called with its token; STATUS_FORBIDDEN: wrong state; STATUS_OUT_OF_RANGE: invalid argument; any other
+    /// status: failed.
     status_t (*perform)(void* self, const subsystem_function_t* function);
     /// Called when a telecommand has set a parameter; `parameter_id` is that of the generated header. May
     /// be null.
     void (*parameter_set)(void* self, uint32_t parameter_id);
-    /// Called when a report of another component has arrived. Only `communication`, which sends them to
-    /// ground, has it. May be null.
+    /// Called when a report of another component has arrived. May be null; only `communication`, which sends
+    /// these reports to ground, has this callback.
     void (*report)(void* self, const uint8_t* packet, size_t size);
     /// Returns the port through which ST[02] accesses the devices. May be null if the descriptor does not
     /// list that service. Called once, at the start.
@@ -102,16 +103,17 @@ typedef struct {
 
 // ---- Called by a specific subsystem from its callbacks ----
 
-/// Time of this cycle [ns of the run], and number of cycles since the configuration was applied.
+/// Return the time of this cycle [ns of the run], and the number of cycles since the configuration was
+/// applied.
 uint64_t subsystem_now_ns(const subsystem_t* subsystem);
 uint32_t subsystem_cycle(const subsystem_t* subsystem);
-/// Nominal period of the applied configuration's cycle [ns].
+/// Returns the nominal period of the cycle in the applied configuration [ns].
 uint64_t subsystem_period_ns(const subsystem_t* subsystem);
 /// Returns the silence after which devices and their master regard each other as lost [ns]; 0: use the times
 /// of the descriptor and of the protocol.
 uint64_t subsystem_device_deadline_ns(const subsystem_t* subsystem);
 state_t subsystem_state(const subsystem_t* subsystem);
-/// Applied configuration, or null.
+/// Returns the applied configuration, or null.
 const descriptor_configuration_t* subsystem_configuration(const subsystem_t* subsystem);
 const subsystem_descriptor_t* subsystem_descriptor(const subsystem_t* subsystem);
 parameter_dictionary_t* subsystem_dictionary(subsystem_t* subsystem);
@@ -144,14 +146,15 @@ void subsystem_function_done(subsystem_t* subsystem, uint32_t call_token, uint16
 /// STATUS_OK, STATUS_EMPTY (no sample yet), STATUS_STALE (sample copied, but older than allowed),
 /// STATUS_CLOSED (no link; `payload` is unchanged), STATUS_NOT_FOUND (no such port in this configuration).
 MUST_USE status_t subsystem_link_read(subsystem_t* subsystem, uint16_t port, void* payload, size_t size);
-/// State of the producer of a required port from its last frame; STATE_OFFLINE without a link.
+/// Returns the state of the producer of a required port, from its last frame; STATE_OFFLINE without a link.
 state_t subsystem_link_peer_state(const subsystem_t* subsystem, uint16_t port);
-/// Age of the last sample [us]; UINT32_MAX if there is no sample, or if the age exceeds this range.
+/// Returns the age of the last sample [us]; UINT32_MAX if there is no sample, or if the age exceeds this
+/// range.
 uint32_t subsystem_link_age_us(const subsystem_t* subsystem, uint16_t port);
 typedef struct { // Sums over all links that this subsystem has consumed since it started [wrap].
     uint32_t received;
     uint32_t lost;    ///< Samples missing in the sequence.
-    uint32_t late;    ///< Reads of a sample older than allowed.
+    uint32_t late;    ///< Reads of a sample that was older than allowed.
     uint32_t refused; ///< Frames of another epoch, link or layout, or with a wrong CRC.
 } subsystem_link_totals_t;
 void subsystem_link_totals(const subsystem_t* subsystem, subsystem_link_totals_t* out_totals);
@@ -161,7 +164,7 @@ typedef struct {                   // Refusals and losses since the start [wrap]
     uint32_t requests_refused;     ///< Telecommands rejected, or failed at their start.
     uint32_t parameters_refused;   ///< Reads and writes of parameters that were refused.
     uint32_t events_refused;       ///< Events with unknown id or wrong data, or for which there was no room.
-    uint32_t housekeeping_dropped; ///< Housekeeping reports that the port did not take.
+    uint32_t housekeeping_dropped; ///< Housekeeping reports that the packet port did not accept.
     uint32_t reports_lost;         ///< Other reports for which there was no room.
     uint32_t events_suppressed;    ///< Occurrences of events that their limiters suppressed.
 } subsystem_health_t;

@@ -16,7 +16,7 @@ void subsystem_set_pool_thresholds(subsystem_t* const subsystem)
     const uint8_t warn  = subsystem->descriptor->pool_warn_percent;
     const uint8_t low   = subsystem->descriptor->pool_clear_percent;
     const uint8_t clear = (uint8_t)((low > 0U) ? low : 1U);
-    if (warn > clear) { // A refused descriptor has no content.
+    if (warn > clear) { // Without content, a refused descriptor has no thresholds.
         pool_set_thresholds(&subsystem->call_tokens, warn, clear);
     }
 }
@@ -199,7 +199,7 @@ static void report_status(subsystem_t* const subsystem)
     (void)pus_subsystem_status_report(&subsystem->process, PUS_USER_GROUND, &status, subsystem->now_ns);
 }
 
-/// Time of the next cycle after `now_ns`: a multiple of the period since the start of the run.
+/// Returns the time of the next cycle after `now_ns`: a multiple of the period since the start of the run.
 static uint64_t next_on_grid(const uint64_t now_ns, const uint64_t period_ns)
 {
     return ((now_ns / period_ns) + 1U) * period_ns;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How a program places and runs a generic subsystem (subsystem.h is for the developer of one).
+/// How a program places and runs a generic subsystem (subsystem.h is for developers of specific subsystems).
 ///
 ///     subsystem_init(&component, &config);
 ///     for (;;) {
@@ -12,8 +12,8 @@
 ///
 /// Ownership  The program places subsystem_t (static; about 120 KiB) and all that the configuration points
 ///            to.
-/// Context    One loop; subsystem_loop_step and subsystem_loop_priority may run in a task of each loop. They
-///            block only for short critical sections with priority inheritance.
+/// Context    One loop; subsystem_loop_step and subsystem_loop_priority may run in the task of their loop.
+///            They block only for short critical sections with priority inheritance.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_CORE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_CORE_H
 
@@ -48,8 +48,8 @@
 #define SUBSYSTEM_LOOPS DESCRIPTOR_CONFIGURATION_LOOPS_MAX  ///< Loops of services, without the main loop.
 /// Size of the mailbox from a loop of services to the main loop.
 #define SUBSYSTEM_MAILBOX_OCTETS 12288U
-/// Free room that a mailbox needs before a request is performed, for all its reports; the process keeps
-/// further reports.
+/// Free room that a mailbox must have before a request is performed, so that its reports fit; the application
+/// process of the loop keeps further reports in SUBSYSTEM_LOOP_KEPT octets.
 #define SUBSYSTEM_MAILBOX_RESERVE 8192U
 #define SUBSYSTEM_LOOP_KEPT 8192U
 #define SUBSYSTEM_INBOX_OCTETS 4096U ///< Size of the ring of requests to a loop of services.
@@ -82,17 +82,18 @@ typedef struct {
     bool is_descriptor_valid; ///< False: stay in OFFLINE / INVALID; only apid and name of the descriptor
                               ///< are used.
     const subsystem_callbacks_t* callbacks;
-    void* self;                      ///< First argument of the callbacks.
-    uint32_t mission_epoch_s;        ///< Mission time 0 [s of TAI since 1958].
-    uint64_t device_deadline_ns;     ///< See subsystem_device_deadline_ns.
-    uint64_t supervisor_patience_ns; ///< A supervisor silent for longer is lost; 0: this is the supervisor.
-    uint64_t status_interval_ns;     ///< Time between two unsolicited status reports.
-    uint32_t start_count;            ///< 1 for the first start of this component in the run.
-    pus_port_t port;                 ///< Port to which the component's packets are sent.
-    const rtlink_resolver_t* links;  ///< Null: no real-time links.
-    uint8_t link_methods;            ///< Transfer methods of this run: bit set of 1 << rtlink_method_t.
-    bool has_loop_tasks;             ///< Each loop of services has a task of its own.
-    const pus_service_t* services;   ///< Further services (0..16).
+    void* self;                  ///< First argument of the callbacks.
+    uint32_t mission_epoch_s;    ///< Mission time 0 [s of TAI since 1958].
+    uint64_t device_deadline_ns; ///< See subsystem_device_deadline_ns.
+    /// Silence after which the supervisor is lost [ns]; 0: this component is the supervisor.
+    uint64_t supervisor_patience_ns;
+    uint64_t status_interval_ns;    ///< Time between two unsolicited status reports.
+    uint32_t start_count;           ///< 1 for the first start of this component in the run.
+    pus_port_t port;                ///< Port to which the component's packets are sent.
+    const rtlink_resolver_t* links; ///< Null: no real-time links.
+    uint8_t link_methods;           ///< Transfer methods of this run: bit set of 1 << rtlink_method_t.
+    bool has_loop_tasks;            ///< Each loop of services has a task of its own.
+    const pus_service_t* services;  ///< Further services (0..16).
     size_t service_count;
     subsystem_services_t optional;        ///< Services that the descriptor lists.
     const pus_persistence_t* persistence; ///< Store for records of services; null: no records are stored.
@@ -232,9 +233,9 @@ void subsystem_accept_large(subsystem_t* subsystem, const uint8_t* packet, size_
 void subsystem_set_time(subsystem_t* subsystem, uint64_t now_ns);
 /// Run the work that is due. Returns the time of the next wake [ns of the run].
 uint64_t subsystem_step(subsystem_t* subsystem, uint64_t now_ns);
-/// Priority of the loop that runs subsystem_step, 1..99: the priority of the applied configuration; without
-/// one, the highest of all configurations, because the devices run from HARDWARE_INIT on and expect
-/// heartbeats.
+/// Returns the priority of the loop that runs subsystem_step, 1..99: the priority of the applied
+/// configuration. Without a configuration, the highest priority of all configurations, because the devices
+/// run from HARDWARE_INIT on and expect heartbeats.
 uint8_t subsystem_component_priority(const subsystem_t* subsystem);
 /// Call when the program ends: close everything that the component and its subsystem have opened, without
 /// sending a message.
@@ -243,7 +244,8 @@ void subsystem_release(subsystem_t* subsystem);
 /// their own tasks. Returns the time of the next wake; SUBSYSTEM_NEVER while no configuration with such a
 /// loop is applied.
 uint64_t subsystem_loop_step(subsystem_t* subsystem, uint8_t loop, uint64_t now_ns);
-/// Priority of such a loop in the applied configuration, 1..99; 0 while the loop does not run.
+/// Returns the priority of a loop of services in the applied configuration, 1..99; 0 while the loop does not
+/// run.
 uint8_t subsystem_loop_priority(subsystem_t* subsystem, uint8_t loop);
 /// Restore one record that a service has stored; `table` is the service type. Call it before the first
 /// step. STATUS_OK, STATUS_NOT_FOUND (no service of the component stores such records), or the status with

@@ -34,8 +34,8 @@ size_t subsystem_sample_auxiliary(subsystem_t* subsystem, const descriptor_event
 
 /// subsystem_loops.c: the loops of services run from the moment their configuration is applied until just
 /// before it is revoked. When they end, no loop samples any more, requests in their inboxes are performed,
-/// and housekeeping reports in their mailboxes are dropped and counted. `values` is the port of their own
-/// ST[20].
+/// and housekeeping reports in their mailboxes are dropped and counted. The ST[20] of the loops reads values
+/// through the port `values`.
 void subsystem_init_loops(subsystem_t* subsystem, const pus_parameter_port_t* values);
 /// Create the mutexes of the loops. Must be called before any service is initialised, because a service may
 /// lock loop_guard immediately.
@@ -51,6 +51,7 @@ void subsystem_empty_mailboxes(subsystem_t* subsystem);
 void subsystem_run_action(subsystem_t* subsystem);
 /// Report the last transitions of the machine: TM[129,2], and the progress or end of the pending request.
 void subsystem_after_change(subsystem_t* subsystem);
+/// Functions of the port of service 129: request a state; select a configuration.
 pus_reply_t subsystem_request_state(void* context, const pus_state_order_t* order, const pus_token_t* token,
                                     uint64_t now_ns);
 pus_reply_t subsystem_select_configuration(void* context, uint16_t configuration, const pus_token_t* token,
@@ -58,7 +59,7 @@ pus_reply_t subsystem_select_configuration(void* context, uint16_t configuration
 /// Pass an event to the state machine; TM[129,2] reports `code`.
 void subsystem_machine_event(subsystem_t* subsystem, state_event_t event, state_cause_t cause, uint16_t code);
 
-/// subsystem_links.c.
+/// subsystem_links.c: port of service 130; monitoring and closing of links.
 pus_rtlink_port_t subsystem_link_port(subsystem_t* subsystem);
 void subsystem_watch_links(subsystem_t* subsystem);
 void subsystem_close_links(subsystem_t* subsystem, uint8_t reason);

@@ -7,7 +7,7 @@
 #include "fsw/drives/drives_homing.h"
 #include "pus/core/tailoring.h"
 
-typedef struct { // Numbers of elements of the parameters that the devices so far use.
+typedef struct { // Numbers of parameter elements that the devices counted so far use.
     uint16_t axes;
     uint16_t values[2]; // Numbers of inputs and outputs.
 } places_t;

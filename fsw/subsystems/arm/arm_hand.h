@@ -22,9 +22,8 @@
 #define ARM_HAND_AXES 2U
 
 typedef struct {
-    arm_vector_t
-        /// Perpendicular vectors of length 1; with length 0 the axis of the hand has no effect.
-        direction[ARM_HAND_AXES];
+    /// Perpendicular vectors of length 1; with length 0 the axis of the hand has no effect.
+    arm_vector_t direction[ARM_HAND_AXES];
     double scale_m_rad;
     double dead_band_rad;
     double range_m; ///< Largest offset on both sides, in each direction.
@@ -59,8 +58,8 @@ typedef struct { // Read-only outside.
     double offset_m[ARM_HAND_AXES]; ///< Present offset of the desired motion.
 } arm_hand_t;
 
-/// Make two perpendicular unit vectors from any two vectors: the component of the second along the first is
-/// removed.
+/// Make two perpendicular unit vectors from any two vectors: the first is normalised, and the component along
+/// it is removed from the second.
 void arm_hand_directions(const double components[6], arm_vector_t out_direction[ARM_HAND_AXES]);
 /// Prepare to couple a hand at the present pose.
 void arm_hand_begin(arm_hand_t* hand, const arm_model_t* model, const arm_motion_t* motion);

@@ -53,7 +53,8 @@ static void solve(const square_t* const factor, double x[DIRECTIONS])
 /// true value.
 static double smallest_singular_value(const square_t* const factor)
 {
-    // Not perpendicular to an axis of symmetry of an arm.
+    // The start vector is not perpendicular to an axis of symmetry of an arm, so that the iteration finds
+    // every direction.
     static const double start[DIRECTIONS] = {0.51, -0.43, 0.37, 0.31, -0.41, 0.39};
     double x[DIRECTIONS];
     double growth = 1.0;

@@ -2,9 +2,9 @@
 /// Differential inverse kinematics: joint velocities for a velocity of the tool, by damped least squares.
 ///
 /// Away from singular poses the solution is exact. Near a singular pose the joints can hardly move the tool
-/// in one direction: there damping limits the joint velocities, and the tool lags. If the arm has fewer
-/// joints than the tool has directions (six, or three), the error of the tool's velocity is minimal; if it
-/// has more joints, the joint velocities are the smallest possible ones.
+/// in one direction: damping then limits the joint velocities, and the tool lags. If the arm has fewer joints
+/// than the tool has directions (six, or three), the error of the tool's velocity is minimal; if it has more
+/// joints, the joint velocities are the smallest possible ones.
 ///
 /// Context    Any, no state.
 /// Time       O(joints).

@@ -13,7 +13,8 @@
 
 #define DURATION_MIN_S 0.1
 #define STOP_MIN_S 0.05
-// Tolerance of the check of speeds, because the duration makes the peak speed of a joint equal to its limit.
+// Tolerance of the check of speeds: the duration of a motion is such that the peak speed of a joint equals
+// its limit.
 #define SPEED_MARGIN 1.001
 #define CHECK_STEPS 400U
 #define CHECK_STEPS_CYCLE 10U
@@ -122,7 +123,7 @@ static arm_twist_t error_of(const arm_pose_t* const goal, const arm_pose_t* cons
                          .angular_rad_s = arm_rotation_between(&tool->rotation, &goal->rotation)};
 }
 
-/// The time of a trajectory runs at the normal rate, or slows down to rest.
+/// Advance the time of a trajectory: at the normal rate, or slowing down to rest.
 static control_motion_point_t step_time(arm_path_t* const path, const control_motion_point_t* const point,
                                         const double period_s)
 {

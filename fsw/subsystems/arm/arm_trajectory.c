@@ -42,7 +42,8 @@ static double acceleration_of(const arm_trajectory_t* const trajectory, const ar
     return trajectory->share * (trajectory->is_tool ? tool : limits->acceleration_rad_s2[i]);
 }
 
-/// Magnitude of a coordinate: of a joint by itself, of the tool the length of its vector.
+/// Returns the magnitude of a coordinate: for a joint the coordinate itself, for the tool the length of the
+/// vector to which the coordinate belongs.
 static double magnitude(const arm_trajectory_t* const trajectory, const double values[ARM_JOINTS_MAX],
                         const unsigned i)
 {
@@ -149,8 +150,8 @@ void arm_trajectory_begin(arm_trajectory_t* const trajectory, const arm_limits_t
     begin(trajectory, limits, share, blend);
 }
 
-/// Of the two rotation vectors that turn to the same orientation within one turn, the one that is nearer to
-/// that of the point before.
+/// Two rotation vectors turn to the same orientation within one turn. Returns the one that is nearer to the
+/// vector of the point before.
 static arm_vector_t nearer(const arm_vector_t vector_rad, const arm_vector_t before_rad)
 {
     const double angle_rad = arm_length(vector_rad);
@@ -286,7 +287,7 @@ void arm_trajectory_at(const arm_trajectory_t* const trajectory, const double ti
     }
     double since_s = time_s - (0.5 * trajectory->blend_s[0]);
     for (unsigned point = 0U; point < trajectory->point_count; point++) {
-        // This point is responsible up to the beginning of the next point's blend.
+        // The blend of this point applies until the blend of the next point begins.
         if (since_s <= (trajectory->line_s[point] - (0.5 * trajectory->blend_s[point + 1U]))) {
             move_near(trajectory, point, since_s, out_motion);
             return;

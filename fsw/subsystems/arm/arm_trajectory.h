@@ -3,10 +3,11 @@
 ///
 /// Straight lines in joint space connect the points; near a point the velocities change from those of one
 /// line to those of the next, smooth to the second derivative, and the joints pass the point within the
-/// distance `blend`. No joint exceeds its speed or acceleration, and no joint leaves the range of its
-/// points. The plan begins with the shortest durations of the lines; each round lengthens lines by 5 % whose
-/// blends overlap or are too far from their point.
-///
+/// Straight lines in joint space connect the points; near a point the velocities change from those of one
+/// line to those of the next, smooth to the second derivative, and the joints pass the point within the
+/// distance `blend`. No joint exceeds its speed or acceleration, and no joint leaves the range of its points.
+/// The plan begins with the shortest durations of the lines; each round lengthens by 5 % the lines whose
+/// blends overlap or pass too far from their point.
 /// The tool has six coordinates: its position, and its rotation vector from the orientation at the start.
 /// Its limits and `blend` are those of the tool, for the length of each of the two vectors.
 ///
@@ -30,8 +31,8 @@ typedef struct {          // All fields are private.
     bool is_tool;         ///< The coordinates are those of the tool.
     unsigned joint_count; ///< Number of coordinates.
     unsigned point_count; ///< Number of points without the start.
-    double point[ARM_POINTS_MAX + 1U]
-                [ARM_JOINTS_MAX];        ///< The start, then the points [rad; of the tool m, rad].
+    /// The start, then the points [rad; of the tool m, rad].
+    double point[ARM_POINTS_MAX + 1U][ARM_JOINTS_MAX];
     double line_s[ARM_POINTS_MAX];       ///< Duration of each line, from point to point.
     double blend_s[ARM_POINTS_MAX + 1U]; ///< Duration of the change of velocity at each point.
     double share;

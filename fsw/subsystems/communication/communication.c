@@ -412,7 +412,7 @@ static void update_status(void* const context)
     report_misuse(self);
 }
 
-/// End every connection as the end of the process would, without telling the supervisor. The listening
+/// End every connection as the end of the process would, without a message to the supervisor. The listening
 /// socket stays open, because it belongs to the launcher.
 static void end_connections(void* const context)
 {

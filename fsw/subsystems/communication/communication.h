@@ -58,7 +58,7 @@ typedef struct { // Private.
     quota_t sockets;
     flow_tcp_client_t clients[COMMUNICATION_CLIENTS];
     communication_ground_routes_t routes;
-    // Last port of a participant that was connected or given up; 0: none, or the participant has closed the
+    // Last port of a participant that was connected or given up; 0: none, or the participant has closed its
     // connection.
     uint16_t participant;
     uint32_t outstanding; // Octets of the participant that were announced and not received yet.

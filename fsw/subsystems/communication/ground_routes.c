@@ -17,7 +17,7 @@
 #define REQUEST_ID_SIZE 4U
 
 #define ACCEPTANCE_FAILED 2U
-// Start of one instruction has failed: reports about other instructions of the request may follow.
+// The start of one instruction has failed: reports about other instructions of the request may follow.
 #define START_FAILED 4U
 #define COMPLETED 7U
 #define COMPLETION_FAILED 8U

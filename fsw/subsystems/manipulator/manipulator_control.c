@@ -6,8 +6,8 @@
 
 #include <stddef.h>
 
-#define FRICTION_SPEED_RAD_S                                                                                 \
-    0.02 // Speed below which the compensation of Coulomb friction is proportional to the speed.
+// Speed below which the compensation of Coulomb friction is proportional to the speed.
+#define FRICTION_SPEED_RAD_S 0.02
 
 void manipulator_arm_control_init(manipulator_arm_control_t* const control)
 {

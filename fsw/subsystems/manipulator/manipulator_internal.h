@@ -5,7 +5,7 @@
 
 #include "fsw/subsystems/manipulator/manipulator.h"
 
-/// Gains, model and period of this cycle.
+/// Returns gains, model and period of this cycle.
 manipulator_arm_setup_t manipulator_setup(const manipulator_t* manipulator);
 /// Begin the identification again, with the model of the parameters.
 void manipulator_take_model(manipulator_t* manipulator);

@@ -26,9 +26,9 @@ typedef struct { // Read-only outside.
     double slow_n[ARM_JOINTS]; ///< Slow part of the force at the tip.
     bool is_touching;          ///< slow_n exceeds TOUCH, and `normal` follows its direction.
     double push_n;             ///< Part of slow_n along the normal; 0 without a touch.
-    double normal
-        [ARM_JOINTS];   ///< Normal of the contact, outwards, of length 1; all zero before the first contact.
-    double given_way_m; ///< Distance s by which the arm yields.
+    /// Normal of the contact, outwards, of length 1; all zero before the first contact.
+    double normal[ARM_JOINTS];
+    double given_way_m;           ///< Distance s by which the arm yields.
     double hand_rad[ARM_JOINTS];  ///< Latest angle of the hand.
     double asked_rad[ARM_JOINTS]; ///< Angle of the hand, changed by the distance by which the arm yields.
     double acted_rad[ARM_JOINTS]; ///< Angle that the arm follows.
