@@ -73,7 +73,7 @@ double canopen_cia402_axis_torque_nm(const canopen_cia402_axis_t* const axis)
     return (double)axis->torque * axis->scale.torque_nm;
 }
 
-/// Converts a value to the nearest number of units within +-limit, and counts clipped values.
+/// Convert a value to the nearest number of units within +-limit, and count clipped values.
 static double to_units(canopen_cia402_axis_t* const axis, const double value, const double unit,
                        const double limit)
 {
@@ -89,7 +89,7 @@ static double to_units(canopen_cia402_axis_t* const axis, const double value, co
     return units + ((units < 0.0) ? -0.5 : 0.5);
 }
 
-/// Limits a value to the range from `low` to `high`, and counts clipped values.
+/// Limit a value to the range from `low` to `high`, and count clipped values.
 static double within(canopen_cia402_axis_t* const axis, const double value, const double low,
                      const double high)
 {

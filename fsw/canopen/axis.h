@@ -76,8 +76,8 @@ void canopen_cia402_axis_command_velocity(canopen_cia402_axis_t* axis, double ve
 /// Start or end the search for the reference, in mode homing (0x6060 = 6) and in operation. A goal other
 /// than ENABLED also ends it.
 void canopen_cia402_axis_home(canopen_cia402_axis_t* axis, bool is_wanted);
-/// Result of homing: STATUS_BUSY; STATUS_OK (reference found); STATUS_INVALID (error of the drive);
-/// STATUS_EMPTY (not started, or not in operation).
+/// Returns the result of homing: STATUS_BUSY; STATUS_OK (reference found); STATUS_INVALID (error of the
+/// drive); STATUS_EMPTY (not started, or not in operation).
 MUST_USE status_t canopen_cia402_axis_homing(const canopen_cia402_axis_t* axis);
 /// Command a torque (CST). NaN: torque 0.
 void canopen_cia402_axis_command_torque(canopen_cia402_axis_t* axis, double torque_nm);

@@ -100,8 +100,8 @@ void canopen_device_emit(canopen_device_t* device);
 
 /// True if each PDO that is sent at every SYNC was received at least once.
 bool canopen_device_is_heard(const canopen_device_t* device);
-/// Number of SYNCs that were sent since the slowest PDO of canopen_device_is_heard arrived; 0 if all have
-/// arrived.
+/// Returns the number of SYNCs that were sent since the slowest PDO of canopen_device_is_heard arrived; 0 if
+/// all have arrived.
 uint32_t canopen_device_silence(const canopen_device_t* device);
 
 #endif // FSW_CANOPEN_DEVICE_H

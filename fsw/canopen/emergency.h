@@ -34,8 +34,8 @@ typedef struct {
 
 /// Decode the 8 octets of a frame.
 canopen_emergency_t canopen_emergency_decode(uint8_t node, const uint8_t octets[EMERGENCY_OCTETS]);
-/// Severity of a code: as defined by the `count` codes of the device's class, otherwise by the standards.
-/// An unknown code is MEDIUM, because its effect is unknown.
+/// Returns the severity of a code: as defined by the `count` codes of the device's class, otherwise by the
+/// standards. An unknown code is MEDIUM, because its effect is unknown.
 canopen_emergency_class_t canopen_emergency_class(const canopen_emergency_code_t* codes, uint8_t count,
                                                   uint16_t code);
 

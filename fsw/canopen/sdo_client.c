@@ -242,7 +242,7 @@ static void answer_segment_upload(canopen_sdo_client_t* const client, const uint
     }
 }
 
-/// Command specifier of the answer that is expected in a phase.
+/// Returns the command specifier of the answer that is expected in a phase.
 static unsigned expected_specifier(const canopen_sdo_phase_t phase)
 {
     switch (phase) {

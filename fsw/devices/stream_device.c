@@ -78,8 +78,8 @@ static void set_fault(stream_device_t* const device, const stream_device_fault_k
     device->has_fault = true;
 }
 
-/// Number of octets and invalid records received. It changes with each arrival on a byte stream; on other
-/// end nodes with each invalid record.
+/// Returns the number of octets and invalid records received. It changes with each arrival on a byte stream;
+/// on other end nodes with each invalid record.
 static uint32_t count_arrivals(const stream_device_t* const device)
 {
     const flow_counters_t counters = flow_counters(&device->flow);

@@ -117,7 +117,7 @@ static status_t stop_started(stream_devices_t* const devices)
     return status;
 }
 
-/// Number of stream devices among `count` devices of the descriptor.
+/// Returns the number of stream devices among `count` devices of the descriptor.
 static uint16_t count_streams(const stream_devices_t* const devices, const uint16_t first,
                               const uint16_t count)
 {

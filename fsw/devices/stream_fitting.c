@@ -21,7 +21,7 @@ static bool is_framed(const descriptor_endnode_t* const endnode)
            (endnode->format.framing == FLOW_FRAMING_SLIP);
 }
 
-/// Number of fields in the record of one direction.
+/// Returns the number of fields in the record of one direction.
 static uint16_t count_fields(const subsystem_descriptor_t* const descriptor,
                              const descriptor_device_t* const device, const bool is_out)
 {

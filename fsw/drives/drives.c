@@ -269,7 +269,8 @@ status_t drives_hardware_init(void* const self)
     return status;
 }
 
-/// Value of a setting. The event timer of an RPDO [ms] is at least the mission's deadline for devices.
+/// Returns the value of a setting. The event timer of an RPDO [ms] is at least the mission's deadline for
+/// devices.
 static uint64_t value_of(const drives_t* const drives, const descriptor_setting_t* const setting)
 {
     const uint64_t deadline_ns = subsystem_device_deadline_ns(drives->generic);

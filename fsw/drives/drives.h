@@ -140,8 +140,8 @@ void drives_emit(void* self);
 /// Returns device number `position` (0..) of the applied configuration, or null. Stream devices are not
 /// counted.
 canopen_device_t* drives_device(drives_t* drives, uint16_t position);
-/// Index in drives->devices of the device with this node id, on any bus; NETWORK_NO_DEVICE if there is
-/// none.
+/// Returns the index in drives->devices of the device with this node id, on any bus; NETWORK_NO_DEVICE if
+/// there is none.
 uint8_t drives_find(const drives_t* drives, uint32_t node);
 /// Returns the network of an end node of the descriptor, while the buses are open.
 canopen_network_t* drives_network(drives_t* drives, const descriptor_endnode_t* endnode);

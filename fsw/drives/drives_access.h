@@ -14,7 +14,8 @@
 #define DRIVES_ACCESS_CLOSED 1U
 #define DRIVES_ACCESS_WRONG 2U
 
-/// The callback device_port; `self` is the subsystem's drives_t. At most DRIVES_ACCESS_SLOTS operations.
+/// Returns the port: this function is the callback device_port, and `self` is the subsystem's drives_t. At
+/// most DRIVES_ACCESS_SLOTS operations run at the same time.
 pus_device_port_t drives_access_port(void* self);
 
 #endif // FSW_DRIVES_DRIVES_ACCESS_H

@@ -30,7 +30,7 @@ uint8_t drives_find(const drives_t* const drives, const uint32_t node)
     return NETWORK_NO_DEVICE;
 }
 
-/// Index in drives_t.devices of device number `position` on CAN of the applied configuration, or
+/// Returns the index in drives_t.devices of device number `position` on CAN of the applied configuration, or
 /// NETWORK_NO_DEVICE.
 static uint8_t index_of(const drives_t* const drives, const uint16_t position)
 {

@@ -37,7 +37,7 @@ bool drives_is_mapped(const subsystem_descriptor_t* descriptor, uint8_t node);
 /// none.
 int drives_mode(const subsystem_descriptor_t* descriptor, const descriptor_device_t* device);
 
-/// CAN end node of a device that drives_fit has accepted; null for a stream device.
+/// Returns the CAN end node of a device that drives_fit has accepted; null for a stream device.
 const descriptor_endnode_t* drives_endnode(const subsystem_descriptor_t* descriptor,
                                            const descriptor_device_t* device);
 

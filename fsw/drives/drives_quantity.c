@@ -39,7 +39,7 @@ static bool is_signed(const value_type_t type)
     return (type == VALUE_INT8) || (type == VALUE_INT16) || (type == VALUE_INT32) || (type == VALUE_INT64);
 }
 
-/// 2 to the power of `bits`; the result is exact.
+/// Returns 2 to the power of `bits`; the result is exact.
 static double power_of_two(const size_t bits)
 {
     double power = 1.0;

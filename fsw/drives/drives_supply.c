@@ -55,7 +55,7 @@ status_t drives_supply_check(const drives_t* const drives, const pus_device_acti
     return STATUS_OK;
 }
 
-/// End node of the first device that a pulse switches; the power unit is on the same bus.
+/// Returns the end node of the first device that a pulse switches; the power unit is on the same bus.
 static const descriptor_endnode_t* endnode_of(const drives_t* const drives, const pulse_t* const pulse)
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);

@@ -179,8 +179,8 @@ void procedure_note_text(lua_State* const state, const int index)
 
 // ---- Memory ----
 
-/// Number of keys in a list of this size; 0 if the size is not that of such a list. A table keeps keys that
-/// are not consecutive numbers in a list whose length is a power of two.
+/// Returns the number of keys in a list of this size; 0 if the size is not that of such a list. A table keeps
+/// keys that are not consecutive numbers in a list whose length is a power of two.
 static uint32_t nodes_in(const size_t size)
 {
     const size_t nodes = size / NODE_OCTETS;

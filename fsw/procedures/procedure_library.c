@@ -66,7 +66,8 @@ static uint64_t octets_at(lua_State* const state, const int index)
     return (lua_type(state, index) == LUA_TSTRING) ? (uint64_t)lua_rawlen(state, index) : 0U;
 }
 
-/// Price of the conversions in a template. Raises an error for a conversion that prints an address.
+/// Returns the price of the conversions in a template. Raises an error for a conversion that prints an
+/// address.
 static uint64_t price_of_template(lua_State* const state)
 {
     const int count    = lua_gettop(state);

@@ -264,7 +264,8 @@ static int unpack(lua_State* const state)
 
 // ---- Iteration in the order of the keys ----
 
-/// Rank of a key's type: numbers, then texts, then booleans; -1 for other types, which have no order.
+/// Returns the rank of a key's type: numbers, then texts, then booleans; -1 for other types, which have no
+/// order.
 static int rank_of(lua_State* const state, const int index)
 {
     switch (lua_type(state, index)) {

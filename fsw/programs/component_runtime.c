@@ -141,7 +141,8 @@ static bool is_link_of(const component_runtime_t* const runtime, const mission_l
     return is_of_port && ((number == 0U) || (number == link->number));
 }
 
-/// Methods for a port. Shared memory requires that both partners are on the same on-board computer.
+/// Returns the methods for a port. Shared memory requires that both partners are on the same on-board
+/// computer.
 static uint8_t methods_of_port(void* const context, const uint16_t port, const uint16_t number)
 {
     const component_runtime_t* const runtime = (const component_runtime_t*)context;
@@ -386,7 +387,8 @@ status_t component_runtime_open_inbox(component_runtime_t* const runtime, messag
     return (status == STATUS_OK) ? STATUS_OK : fail(runtime, "too many components", status);
 }
 
-/// Life of this process. The supervisor restarts without a command, and its messages continue in their life.
+/// Returns the life of this process. The supervisor restarts without a command, and its messages continue in
+/// their life.
 static uint32_t process_life(const run_component_t* const component)
 {
     return (component->apid == SUPERVISOR_APID) ? __atomic_load_n(&component->found_life, __ATOMIC_ACQUIRE)

@@ -236,7 +236,7 @@ typedef struct supervisor { // All fields are private.
 MUST_USE status_t supervisor_init(supervisor_t* supervisor, const supervisor_config_t* config);
 /// Process received messages and run the work that is due. Returns the time of the next wake [ns of the run].
 uint64_t supervisor_step(supervisor_t* supervisor, uint64_t now_ns);
-/// The callbacks of the supervisor as a subsystem; they publish status and counters.
+/// Returns the callbacks of the supervisor as a subsystem; they publish status and counters.
 const subsystem_callbacks_t* supervisor_callbacks(void);
 /// Write out and close the packet log.
 void supervisor_close(supervisor_t* supervisor);

@@ -51,8 +51,7 @@ status_t supervisor_order_configuration(supervisor_t* supervisor, uint16_t apid,
 /// its addressee: try again later).
 status_t supervisor_router_route_whole(supervisor_t* supervisor, const uint8_t* packet, size_t size);
 
-/// ground_link.c
-/// Send reports that wait for the ground.
+/// ground_link.c: send reports that wait for the ground.
 void supervisor_ground_flush(supervisor_t* supervisor);
 /// Send a report of a subsystem to the ground, or let it wait; if it cannot wait, it is dropped and counted.
 /// `block` is the block that contains the packet, or null.
@@ -65,8 +64,9 @@ bool supervisor_ground_accepts(const supervisor_t* supervisor, pus_class_t class
 bool supervisor_ground_is_waiting(const supervisor_t* supervisor);
 /// True if requests of the ground may be accepted, because there is room for the answers.
 bool supervisor_ground_takes_requests(const supervisor_t* supervisor);
-/// Copy the reports that wait for the ground for the next life of the supervisor; in that life, restore them.
+/// Copy the reports that wait for the ground, for the next life of the supervisor.
 void supervisor_ground_keep(supervisor_t* supervisor);
+/// Restore the reports that the previous life has copied.
 void supervisor_ground_resume(supervisor_t* supervisor);
 /// Raise GROUND_BEHIND, once each time reports begin to wait for the ground.
 void supervisor_ground_report(supervisor_t* supervisor);
@@ -76,11 +76,12 @@ void supervisor_ground_update(supervisor_t* supervisor);
 /// subsystem_registry.c: the data of all subsystems.
 registry_entry_t* supervisor_registry_find(supervisor_t* supervisor, uint16_t apid);
 void supervisor_registry_init(supervisor_t* supervisor);
-/// True if its process runs and, if it was started again, has reported since: before its first report in a
-/// new life, no packet may be sent to it.
+/// True if the subsystem's process runs and, if it was started again, has reported since: before its first
+/// report in a new life, no packet may be sent to it.
 bool supervisor_registry_is_there(const registry_entry_t* entry);
 /// Order a new life of the subsystem's process, and handle a refusal of the platform.
 void supervisor_registry_start(supervisor_t* supervisor, registry_entry_t* entry);
+/// Handle a refusal of the platform: the process counts as lost, and the mission enters its fallback mode.
 void supervisor_registry_start_failed(supervisor_t* supervisor, registry_entry_t* entry);
 /// Update the registry from a report that was routed.
 void supervisor_registry_report(supervisor_t* supervisor, const pus_tm_t* tm);
@@ -125,6 +126,7 @@ void supervisor_link_manager_report(supervisor_t* supervisor, const pus_tm_t* tm
 /// For each link of which one end has closed, order the other end to close, too. Called after all reports of
 /// the step have been processed.
 void supervisor_link_manager_settle(supervisor_t* supervisor);
+/// End sessions whose time-out has passed; called every 10 ms.
 void supervisor_link_manager_watch(supervisor_t* supervisor);
 /// Begin the next step of opening a link again (first negotiate, then open) with the properties requested
 /// last. True if a step was begun.
@@ -132,19 +134,21 @@ bool supervisor_link_manager_renew(supervisor_t* supervisor, uint16_t link);
 /// Remove every edge of a subsystem whose process ended, and close the other end.
 void supervisor_link_manager_member_lost(supervisor_t* supervisor, uint16_t apid);
 
-/// error_handling.c
-/// React to an event of a subsystem, which its report or, if the report is disabled, a notice contains.
+/// error_handling.c: react to an event of a subsystem, which its report or, if the report is disabled, a
+/// notice contains.
 void supervisor_error_event(supervisor_t* supervisor, const pus_event_occurrence_t* event);
 /// Store an event of the supervisor itself, which `tm` reports. supervisor_error_own_events reacts later,
 /// because this is called while that report is being sent, and no other report may be built at that time.
 void supervisor_error_own_event(supervisor_t* supervisor, const pus_tm_t* tm,
                                 const pus_event_occurrence_t* event);
+/// React to the stored events of the supervisor itself.
 void supervisor_error_own_events(supervisor_t* supervisor);
 /// React to the death of a process (event PROCESS_LOST or PROCESS_HUNG); the links of the subsystem must
 /// still be in the graph.
 void supervisor_error_member_lost(supervisor_t* supervisor, uint16_t apid, uint16_t event_id);
 /// React to a subsystem that has not sent a report for too long.
 void supervisor_error_member_silent(supervisor_t* supervisor, uint16_t apid);
+/// Perform the actions of recovery plans that are due.
 void supervisor_error_run_plans(supervisor_t* supervisor);
 /// Raise an event of the supervisor with one or two u16 of auxiliary data.
 void supervisor_raise_u16(supervisor_t* supervisor, uint16_t event_id, uint16_t first);
@@ -169,7 +173,7 @@ void supervisor_sequence_shutdown(supervisor_t* supervisor);
 /// True after the shutdown has ordered all subsystems to OFFLINE.
 bool supervisor_sequence_is_ending(const supervisor_t* supervisor);
 
-/// mission_service.c
+/// mission_service.c: port of service 131.
 pus_mission_port_t supervisor_mission_service_port(supervisor_t* supervisor);
 
 #endif // FSW_SUPERVISOR_SUPERVISOR_INTERNAL_H

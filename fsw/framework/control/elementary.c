@@ -15,7 +15,7 @@
 #define TERMS 7U
 #define SETTLED 1.0e-30
 
-/// Evaluates a polynomial by Horner's scheme, highest term first.
+/// Evaluate a polynomial by Horner's scheme, highest term first.
 static double series(const double y, const double coefficients[TERMS])
 {
     double sum = coefficients[0];
@@ -25,7 +25,7 @@ static double series(const double y, const double coefficients[TERMS])
     return sum;
 }
 
-/// Sine for |x| <= pi/4 by a Taylor series; the remainder is below 5e-17.
+/// Returns the sine for |x| <= pi/4 by a Taylor series; the remainder is below 5e-17.
 static double sine_of_eighth(const double x)
 {
     static const double coefficients[TERMS] = {
@@ -67,8 +67,8 @@ control_sine_cosine_t control_sine_cosine(const double angle_rad)
     }
 }
 
-/// Arc tangent of a slope from 0 to 1: a first estimate within 0.004, then two iterations, each of which
-/// cubes the error.
+/// Returns the arc tangent of a slope from 0 to 1: a first estimate within 0.004, then two iterations, each
+/// of which cubes the error.
 static double angle_of_slope(const double slope)
 {
     double angle = slope * (0.25 * PI + (0.273 * (1.0 - slope)));

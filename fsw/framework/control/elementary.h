@@ -13,15 +13,15 @@ typedef struct {
     double cosine;
 } control_sine_cosine_t;
 
-/// Sine and cosine of an angle [rad]. Within 1e-15 for |angle| <= 1000; beyond 1e6 the result is sine 0,
-/// cosine 1 (no joint reaches such an angle).
+/// Returns the sine and cosine of an angle [rad]. Within 1e-15 for |angle| <= 1000; beyond 1e6 the result is
+/// sine 0, cosine 1 (no joint reaches such an angle).
 control_sine_cosine_t control_sine_cosine(double angle_rad);
 
-/// Hyperbolic tangent, within 2e-15.
+/// Returns the hyperbolic tangent, within 2e-15.
 double control_tanh(double x);
 
-/// Angle in [-pi, pi] of the point (cosine, sine), within 1e-15. The point need not be on the unit circle.
-/// Returns 0 for the origin and for NaN.
+/// Returns the angle in [-pi, pi] of the point (cosine, sine), within 1e-15. The point need not be on the
+/// unit circle. Returns 0 for the origin and for NaN.
 double control_angle(double sine, double cosine);
 
 double control_absolute(double x);

@@ -15,21 +15,21 @@
 /// True if the matrix can be inverted: the absolute value of its determinant is not below 1e-3 m2.
 /// Functions marked "regular" may be called only then.
 bool control_planar_is_regular(const double jacobian[CONTROL_PLANAR_ENTRIES]);
-/// Force at the tip that the torques of the axes produce; regular.
+/// Compute the force at the tip that the torques of the axes produce; regular.
 void control_planar_force(const double jacobian[CONTROL_PLANAR_ENTRIES],
                           const double torque_nm[CONTROL_PLANAR_AXES],
                           double out_force_n[CONTROL_PLANAR_AXES]);
-/// Torques of the axes that produce a force at the tip.
+/// Compute the torques of the axes that produce a force at the tip.
 void control_planar_torque(const double jacobian[CONTROL_PLANAR_ENTRIES],
                            const double force_n[CONTROL_PLANAR_AXES],
                            double out_torque_nm[CONTROL_PLANAR_AXES]);
-/// Motion of the tip that small motions of the axes produce.
+/// Compute the motion of the tool tip that small motions of the axes produce.
 void control_planar_move(const double jacobian[CONTROL_PLANAR_ENTRIES],
                          const double angle_rad[CONTROL_PLANAR_AXES], double out_m[CONTROL_PLANAR_AXES]);
-/// Small motions of the axes that produce a motion of the tip; regular.
+/// Compute the small motions of the axes that produce a motion of the tip; regular.
 void control_planar_angles(const double jacobian[CONTROL_PLANAR_ENTRIES],
                            const double move_m[CONTROL_PLANAR_AXES], double out_rad[CONTROL_PLANAR_AXES]);
-/// Length of a vector; the relative error is below 1e-15.
+/// Returns the length of a vector; the relative error is below 1e-15.
 double control_planar_length(const double vector[CONTROL_PLANAR_AXES]);
 
 #endif // FSW_FRAMEWORK_CONTROL_PLANAR_H

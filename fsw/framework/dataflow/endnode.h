@@ -49,7 +49,7 @@ typedef struct {
                         flow_endnode_address_t* out_address);
 } flow_resolver_t;
 
-/// Ask the resolver. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (an address without NUL).
+/// Get an address from the resolver. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (an address without NUL).
 MUST_USE status_t flow_endnode_resolve(const flow_resolver_t* resolver, flow_endnode_kind_t kind,
                                        const char* name, flow_endnode_address_t* out_address);
 

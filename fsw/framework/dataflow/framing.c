@@ -182,7 +182,7 @@ static bool is_line(const uint8_t* const payload, const size_t size)
     return true;
 }
 
-/// Number of octets that the framing adds to the payload.
+/// Returns the number of octets that the framing adds to the payload.
 static size_t overhead(const flow_framing_t framing, const uint8_t* const payload, const size_t size)
 {
     if (framing == FLOW_FRAMING_LENGTH) {

@@ -40,7 +40,7 @@ typedef struct {
     size_t field_count;
 } flow_record_layout_t;
 
-/// Size of one record on the wire [octets].
+/// Returns the size of one record on the wire [octets].
 size_t flow_record_octets(const flow_record_layout_t* layout);
 /// Convert a struct to octets. STATUS_OK, STATUS_FULL (capacity below flow_record_octets; no octet is
 /// written).

@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+// Largest size of the values of one housekeeping report [octets].
 #define REPORT_OCTETS_MAX 4000U
 /// Age from which a sample is stale, if the descriptor does not define it [sampling times].
 #define STALE_PERIODS 4U
@@ -193,7 +194,7 @@ void descriptor_configuration_builder_requires(source_t* const source)
     }
 }
 
-/// CRC-32 of the lines "name:type:count" of a layout.
+/// Returns the CRC-32 of the lines "name:type:count" of a layout.
 static uint32_t layout_hash(const subsystem_descriptor_t* const descriptor,
                             const descriptor_port_t* const port, bool* const out_is_cut)
 {
@@ -228,7 +229,7 @@ void descriptor_configuration_builder_port_end(source_t* const source)
 /// Read index and subindex of an object like 0x6060:00. Returns false if the text does not have this form.
 static bool read_object(const char* const words, uint16_t* const out_index, uint8_t* const out_subindex)
 {
-    char number[9]; // Index and subindex as one number: 0x606000.
+    char number[9]; // Index and subindex as one number with its NUL: 0x606000.
     const char* at  = number;
     uint64_t object = 0U;
     if ((strlen(words) != 9U) || (strncmp(words, "0x", 2U) != 0) || (words[6] != ':')) {

@@ -220,7 +220,7 @@ static const mission_port_t* resolve_end(mission_builder_t* const builder, const
     return NULL;
 }
 
-/// Number of links, among the first `count`, whose end names the same port.
+/// Returns the number of links, among the first `count`, whose end names the same port.
 static uint16_t links_of_port(const mission_builder_t* const builder, const uint16_t count,
                               const unsigned end, const char* const words)
 {

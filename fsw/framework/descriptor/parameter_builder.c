@@ -52,8 +52,8 @@ static uint32_t round_up(const uint32_t offset, const uint32_t alignment)
     return ((offset + alignment - 1U) / alignment) * alignment;
 }
 
-/// Alignment of the structure that consists of those fields of a range whose names begin with the first
-/// `length` characters of `name`: a group; with length 0 the whole parameter.
+/// Returns the alignment of the structure that consists of those fields of a range whose names begin with the
+/// first `length` characters of `name`: a group; with length 0 the whole parameter.
 static uint32_t group_alignment(const subsystem_descriptor_t* const descriptor, const uint16_t first,
                                 const uint16_t count, const char* const name, const size_t length)
 {
@@ -67,7 +67,7 @@ static uint32_t group_alignment(const subsystem_descriptor_t* const descriptor, 
     return alignment;
 }
 
-/// Number of characters of the groups that two names share, including the dots.
+/// Returns the number of characters of the groups that two names share, including the dots.
 static size_t shared_groups(const char* const one, const char* const other)
 {
     size_t shared = 0U;

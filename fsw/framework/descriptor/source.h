@@ -41,6 +41,7 @@ typedef struct source source_t;
 #define SOURCE_WORD 7U     ///< One of `words`. Its value is the index of the word plus `low`.
 #define SOURCE_FLAG 8U     ///< "true" or "false".
 #define SOURCE_TYPE 9U     ///< Scalar type: value_type_t.
+/// Mask of the form, without SOURCE_UNIQUE and SOURCE_NEEDED.
 #define SOURCE_FORMS 0x3FU
 #define SOURCE_UNIQUE 0x40U ///< No earlier item of the list, or of its range, may have the same value.
 /// Required. Otherwise an absent text becomes "", and an absent number becomes `otherwise`.

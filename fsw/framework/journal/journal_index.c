@@ -18,7 +18,7 @@ static size_t next_of(const size_t index, const size_t count)
     return ((index + 1U) < count) ? (index + 1U) : 0U;
 }
 
-/// Distance from slot `from` to slot `to`, modulo the number of slots.
+/// Returns the distance from slot `from` to slot `to`, modulo the number of slots.
 static size_t distance(const size_t from, const size_t to, const size_t count)
 {
     return (to >= from) ? (to - from) : ((to + count) - from);

@@ -195,7 +195,7 @@ status_t message_send_plain(message_endpoint_t* const endpoint, const uint16_t t
     return send_leaving(endpoint, to, octets, size, MESSAGE_RESERVE, MESSAGE_RESERVE_OCTETS);
 }
 
-/// Channel of the peer that a frame names as sender; null if there is none, or the frame is malformed.
+/// Returns the channel of the sender of a frame; null if there is none, or if the frame is malformed.
 static message_channel_t* channel_of_frame(const message_endpoint_t* const endpoint,
                                            const uint8_t* const frame, const size_t size)
 {

@@ -55,7 +55,7 @@ size_t message_ring_copy(const message_ring_t* ring, uint8_t* octets, size_t cap
 /// Append the blocks of a sequence that message_ring_copy has written. A block that is cut or has no room
 /// is refused (counted).
 void message_ring_refill(message_ring_t* ring, const uint8_t* octets, size_t size);
-/// Size of the largest block for which message_ring_put has room now.
+/// Returns the size of the largest block for which message_ring_put has room now.
 size_t message_ring_room(const message_ring_t* ring);
 
 #endif // FSW_FRAMEWORK_MESSAGE_MESSAGE_RING_H

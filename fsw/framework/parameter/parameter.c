@@ -43,7 +43,8 @@ static void unlock_values(parameter_dictionary_t* const dictionary)
     unlock(dictionary);
 }
 
-/// Hash of a key: index of one of `capacity` lists. Consecutive keys are distributed over all lists.
+/// Returns the hash of a key: index of one of `capacity` lists. Consecutive keys are distributed over all
+/// lists.
 static uint16_t place_of(const parameter_dictionary_t* const dictionary, const uint32_t key)
 {
     const uint32_t spread = key * SPREAD;

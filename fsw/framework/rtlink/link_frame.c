@@ -10,7 +10,8 @@
 #define MAGIC 0x5254U
 #define VERSION 1U
 
-/// First word of the header: magic, version, state, link and flags, from the most significant octet on.
+/// Returns the first word of the header: magic, version, state, link and flags, from the most significant
+/// octet on.
 static uint64_t first_word(const uint8_t state, const uint16_t link)
 {
     return ((uint64_t)MAGIC << 48U) | ((uint64_t)VERSION << 40U) | ((uint64_t)state << 32U) |

@@ -21,9 +21,13 @@
 
 typedef struct {
     uint8_t producer_state; ///< State number of the producing subsystem.
+    /// Number of the link.
     uint16_t link;
+    /// Number of the opening of the link.
     uint32_t epoch;
+    /// Number of the sample since the opening.
     uint32_t sequence;
+    /// Time of the sample [ns of the run].
     uint64_t time_ns;
 } rtlink_frame_header_t;
 

@@ -19,6 +19,7 @@
 
 #define MEMORY_PARAMETERS 1U
 #define MEMORY_COMPONENT 2U
+/// Objects of memory 2, which requests can use as base addresses.
 #define MEMORY_OBJECT_CALL_TOKENS 0U
 #define MEMORY_OBJECT_SAMPLES 1U
 #define MEMORY_PARAMETERS_OCTETS 0x10000U ///< Size of the address range of memory 1.

@@ -101,7 +101,7 @@ static void serve_values(actuators_t* const own, canopen_device_t* const device,
     }
 }
 
-/// Mode of operation of a device of the applied configuration.
+/// Returns the mode of operation of a device of the applied configuration.
 static int mode_of(const actuators_t* const own, const uint16_t position)
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(own->generic);

@@ -37,7 +37,7 @@ CAPACITY_CHECK(actuators_begin_with_drives, offsetof(actuators_t, drives) == 0U)
 
 /// Call once, before the generic subsystem runs. The pointers must stay valid.
 void actuators_init(actuators_t* own, subsystem_t* generic, const flow_resolver_t* resolver);
-/// Callbacks for the generic subsystem; their context is the actuators_t.
+/// Returns the callbacks for the generic subsystem; their context is the actuators_t.
 const subsystem_callbacks_t* actuators_callbacks(void);
 
 #endif // FSW_SUBSYSTEMS_ACTUATORS_ACTUATORS_H

@@ -70,7 +70,7 @@ CAPACITY_CHECK(arm_begins_with_drives, offsetof(arm_t, drives) == 0U);
 
 /// Call once, before the generic subsystem runs. The pointers must stay valid.
 void arm_init(arm_t* arm, subsystem_t* generic, const flow_resolver_t* resolver);
-/// Callbacks for the generic subsystem; their context is the arm_t.
+/// Returns the callbacks for the generic subsystem; their context is the arm_t.
 const subsystem_callbacks_t* arm_callbacks(void);
 
 #endif // FSW_SUBSYSTEMS_ARM_ARM_H

@@ -15,7 +15,7 @@ void arm_control_init(arm_control_t* const control)
     *control = (arm_control_t){.is_started = false};
 }
 
-/// Deflection of a gear under a torque.
+/// Returns the deflection of a gear under a torque.
 static double deflection_of(const arm_setup_t* const setup, const unsigned joint, const double torque_nm)
 {
     const double stiffness = setup->parameters->drives.stiffness[joint];
@@ -70,7 +70,7 @@ void arm_control_hold(arm_control_t* const control, const arm_setup_t* const set
     control->tool_error = (arm_twist_t){.linear_m_s = {{0.0}}};
 }
 
-/// Torque of a motor that compensates the friction in the gear at a desired speed.
+/// Returns the torque of a motor that compensates the friction in the gear at a desired speed.
 static double friction_of(const arm_setup_t* const setup, const unsigned joint, const double speed_rad_s)
 {
     const arm_drive_values_t* const drives = &setup->parameters->drives;

@@ -70,7 +70,8 @@ static arm_motion_t track(arm_force_t* const force, const arm_setup_t* const set
     return motion;
 }
 
-/// One step of a low-pass of second order, which has the same lag as the acceleration of the trackers.
+/// Perform one step of a low-pass of second order, which has the same lag as the acceleration of the
+/// trackers.
 static void low_pass(arm_force_t* const force, const unsigned joint, const double gain,
                      const double sample_nm)
 {

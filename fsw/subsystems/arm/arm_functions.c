@@ -9,13 +9,13 @@
 #include <stddef.h>
 #include <string.h>
 
-/// Failure code of a refused motion; the descriptor lists the reasons with the same numbers.
+/// Returns the failure code of a refused motion; the descriptor lists the reasons with the same numbers.
 static uint16_t code_of(const arm_refusal_t refusal)
 {
     return (uint16_t)(PUS_FAILURE_OWN + (unsigned)refusal.reason);
 }
 
-/// Joint that is the cause of a refused or ended motion, from 1; 0: none.
+/// Returns the joint that is the cause of a refused or ended motion, from 1; 0: none.
 static uint32_t joint_of(const arm_refusal_t refusal)
 {
     const bool has_joint = (refusal.reason == ARM_REFUSAL_POSITION) || (refusal.reason == ARM_REFUSAL_SPEED);

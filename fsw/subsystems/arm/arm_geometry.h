@@ -36,11 +36,12 @@ arm_vector_t arm_rotated_back(const arm_rotation_t* rotation, arm_vector_t outer
 arm_rotation_t arm_product(const arm_rotation_t* outer, const arm_rotation_t* inner);
 arm_pose_t arm_composed(const arm_pose_t* outer, const arm_pose_t* inner);
 
-/// Rotation about an axis of length 1.
+/// Returns the rotation about an axis of length 1.
 arm_rotation_t arm_rotation_about(arm_vector_t axis, double angle_rad);
-/// Rotation of roll, pitch and yaw: about the fixed axes x, y and z, in that order (as in URDF).
+/// Returns the rotation of roll, pitch and yaw: about the fixed axes x, y and z, in that order (as in URDF).
 arm_rotation_t arm_rotation_of_rpy(const double rpy_rad[3]);
-/// Rotation vector (axis times angle, 0 to pi) that turns `from` into `to`, in the outer frame [rad].
+/// Returns the rotation vector (axis times angle, 0 to pi) that turns `from` into `to`, in the outer frame
+/// [rad].
 arm_vector_t arm_rotation_between(const arm_rotation_t* from, const arm_rotation_t* to);
 /// Turn a rotation by a rotation vector of the outer frame.
 arm_rotation_t arm_rotation_turned_by(const arm_rotation_t* rotation, arm_vector_t vector_rad);

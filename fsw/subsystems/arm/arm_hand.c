@@ -108,8 +108,8 @@ static place_t place_of(const arm_hand_t* const hand, const arm_hand_setup_t* co
     return place;
 }
 
-/// Next speed of the tool in one direction: that of a critically damped system, within the limits of the
-/// tool, and so slow that the tool can brake before the goal.
+/// Returns the next speed of the tool in one direction: that of a critically damped system, within the limits
+/// of the tool, and so slow that the tool can brake before the goal.
 static double next_speed(const arm_hand_setup_t* const setup, const double left_m, const double speed_m_s)
 {
     const double omega        = setup->settings.bandwidth_rad_s;
@@ -124,7 +124,7 @@ static double next_speed(const arm_hand_setup_t* const setup, const double left_
     return control_settle(speed_m_s + control_clamp(change, -step, step));
 }
 
-/// Velocity that moves the tool towards the goal, and back to the pose that it must keep.
+/// Returns the velocity that moves the tool towards the goal, and back to the pose that it must keep.
 static arm_twist_t wanted_twist(const arm_hand_t* const hand, const arm_hand_setup_t* const setup,
                                 const place_t* const place, const arm_motion_t* const motion)
 {
@@ -147,8 +147,8 @@ static arm_twist_t wanted_twist(const arm_hand_t* const hand, const arm_hand_set
 
 // ---- Joints ----
 
-/// Time that all joints need to brake from these rates to rest together, so that the tool keeps its
-/// direction.
+/// Returns the time that all joints need to brake from these rates to rest together, so that the tool keeps
+/// its direction.
 static double braking_time(const arm_hand_setup_t* const setup, const double rate_rad_s[ARM_JOINTS_MAX])
 {
     double least_s = setup->period_s;
@@ -159,8 +159,8 @@ static double braking_time(const arm_hand_setup_t* const setup, const double rat
     return least_s;
 }
 
-/// Largest speed of a joint in the direction of `rate_rad_s` from which it can brake within its range, if all
-/// joints brake together in `braking_s` from these rates.
+/// Returns the largest speed of a joint in the direction of `rate_rad_s` from which it can brake within its
+/// range, if all joints brake together in `braking_s` from these rates.
 static double braking_speed(const arm_limits_t* const limits, const unsigned joint, const double position_rad,
                             const double rate_rad_s, const double braking_s)
 {
@@ -220,8 +220,8 @@ static double rates_of(const arm_hand_setup_t* const setup, const arm_jacobian_t
     return arm_inverse(&settings, jacobian, setup->model->joint_count, twist, out_rate_rad_s);
 }
 
-/// Factor for these rates with which the smallest singular value decreases so slowly that the arm comes to
-/// rest before it is singular.
+/// Returns the factor for these rates with which the smallest singular value decreases so slowly that the arm
+/// comes to rest before it is singular.
 static double singular_share(const arm_hand_setup_t* const setup, const arm_motion_t* const motion,
                              const double smallest, const double rate_rad_s[ARM_JOINTS_MAX])
 {

@@ -5,7 +5,7 @@
 
 #include <stddef.h>
 
-/// Pose of a link relative to the previous link.
+/// Returns the pose of a link relative to the previous link.
 static arm_pose_t pose_in_previous(const arm_link_t* const link, const double angle_rad)
 {
     if (link->is_prismatic) {
@@ -58,7 +58,7 @@ typedef struct {
     arm_vector_t moment;
 } body_t;
 
-/// Acceleration of a point of a body, computed from the acceleration of the origin of its frame.
+/// Returns the acceleration of a point of a body, computed from the acceleration of the origin of its frame.
 static arm_vector_t acceleration_at(const body_t* const body, const arm_vector_t point)
 {
     const arm_vector_t tangential  = arm_cross(body->angular_acceleration, point);

@@ -144,7 +144,7 @@ unsigned arm_joint_count(const subsystem_descriptor_t* const descriptor)
     return (descriptor->configuration_count > 0U) ? descriptor->configurations[0].device_count : 0U;
 }
 
-/// Number of values of a field.
+/// Returns the number of values of a field.
 static unsigned count_of(const field_row_t* const row, const unsigned joint_count)
 {
     return (row->each * joint_count) + row->fixed;

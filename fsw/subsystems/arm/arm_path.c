@@ -24,7 +24,7 @@ static double larger(const double a, const double b)
     return (a > b) ? a : b;
 }
 
-/// Shortest duration of a motion over a distance that uses a share of both limits.
+/// Returns the shortest duration of a motion over a distance that uses a share of both limits.
 static double duration_of(const double distance, const double speed, const double acceleration,
                           const double share)
 {
@@ -116,7 +116,7 @@ static void step_joints(const arm_path_t* const path, const arm_model_t* const m
     }
 }
 
-/// Displacement from a pose of the tool to the pose that it shall have.
+/// Returns the displacement from a pose of the tool to the pose that it shall have.
 static arm_twist_t error_of(const arm_pose_t* const goal, const arm_pose_t* const tool)
 {
     return (arm_twist_t){.linear_m_s    = arm_difference(goal->position_m, tool->position_m),
@@ -135,7 +135,7 @@ static control_motion_point_t step_time(arm_path_t* const path, const control_mo
                                     .velocity = 1.0};
 }
 
-/// Pose and velocity of the tool at the present point of the line, or of the trajectory.
+/// Compute pose and velocity of the tool at the present point of the line, or of the trajectory.
 static void tool_goal(arm_path_t* const path, const control_motion_point_t* const point,
                       const double period_s, arm_pose_t* const out_goal, arm_twist_t* const out_twist)
 {
@@ -166,8 +166,8 @@ static arm_refusal_t check_motion(const arm_model_t* const model, const arm_limi
     return arm_path_check_positions(model, limits, motion->position_rad);
 }
 
-/// First move the joints so that the tool is at the point of the line (one step of Newton's method), then
-/// compute their velocities from the velocity of the tool.
+/// Move the joints so that the tool is at the point of the line (one step of Newton's method), then compute
+/// their velocities from the velocity of the tool.
 static arm_refusal_t step_tool(arm_path_t* const path, const arm_model_t* const model,
                                const arm_limits_t* const limits, const control_motion_point_t* const point,
                                const double period_s, arm_motion_t* const motion)

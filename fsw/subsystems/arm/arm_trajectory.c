@@ -90,7 +90,7 @@ status_t arm_trajectory_add_pose(arm_trajectory_t* const trajectory, const doubl
     return STATUS_OK;
 }
 
-/// Velocity of a joint on a line; 0 before the first and behind the last line.
+/// Returns the velocity of a joint on a line; 0 before the first and behind the last line.
 static double velocity_on(const arm_trajectory_t* const trajectory, const unsigned line, const unsigned joint)
 {
     return (trajectory->point[line + 1U][joint] - trajectory->point[line][joint]) / trajectory->line_s[line];
@@ -108,8 +108,8 @@ static double velocity_behind(const arm_trajectory_t* const trajectory, const un
     return (point == trajectory->point_count) ? 0.0 : velocity_on(trajectory, point, joint);
 }
 
-/// Shortest duration of a line alone: at full speed, but long enough for half of a blend from rest and half
-/// of a blend to rest.
+/// Returns the shortest duration of a line alone: at full speed, but long enough for half of a blend from
+/// rest and half of a blend to rest.
 static double shortest_s(const arm_trajectory_t* const trajectory, const arm_limits_t* const limits,
                          const unsigned line)
 {
@@ -301,7 +301,8 @@ void arm_trajectory_at(const arm_trajectory_t* const trajectory, const double ti
     move_near(trajectory, trajectory->point_count, since_s, out_motion);
 }
 
-/// Velocity of rotation when a rotation vector changes with `change`, in the frame in which both are given.
+/// Returns the velocity of rotation when a rotation vector changes with `change`, in the frame in which both
+/// are given.
 static arm_vector_t rate_of(const arm_vector_t vector_rad, const arm_vector_t change)
 {
     const double square              = arm_dot(vector_rad, vector_rad);

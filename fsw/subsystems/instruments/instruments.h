@@ -31,7 +31,7 @@ CAPACITY_CHECK(instruments_begin_with_devices, offsetof(instruments_t, devices) 
 
 /// Call once, before the generic subsystem runs. The pointers must stay valid.
 void instruments_init(instruments_t* own, subsystem_t* generic, const flow_resolver_t* resolver);
-/// Callbacks for the generic subsystem; their context is the instruments_t.
+/// Returns the callbacks for the generic subsystem; their context is the instruments_t.
 const subsystem_callbacks_t* instruments_callbacks(void);
 
 #endif // FSW_SUBSYSTEMS_INSTRUMENTS_INSTRUMENTS_H

@@ -50,7 +50,7 @@ CAPACITY_CHECK(joystick_begins_with_drives, offsetof(joystick_t, drives) == 0U);
 
 /// Call once, before the generic subsystem runs. The pointers must stay valid.
 void joystick_init(joystick_t* joystick, subsystem_t* generic, const flow_resolver_t* resolver);
-/// Callbacks for the generic subsystem; their context is the joystick_t.
+/// Returns the callbacks for the generic subsystem; their context is the joystick_t.
 const subsystem_callbacks_t* joystick_callbacks(void);
 
 #endif // FSW_SUBSYSTEMS_JOYSTICK_JOYSTICK_H

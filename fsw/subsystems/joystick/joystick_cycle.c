@@ -91,9 +91,9 @@ void joystick_sense(void* const self)
     }
 }
 
-/// Share of the torque that is reflected. It rises smoothly from 0 to 1 when both sides are OPERATIONAL, and
-/// falls to 0 when the robot's brakes engage; otherwise a robot that starts under load would pull the hand
-/// away.
+/// Returns the share of the torque that is reflected. It rises smoothly from 0 to 1 when both sides are
+/// OPERATIONAL, and falls to 0 when the robot's brakes engage; otherwise a robot that starts under load would
+/// pull the hand away.
 static double fade(joystick_t* const joystick, const double period)
 {
     const double fade_time = joystick->parameters.control.fade_time;

@@ -60,7 +60,7 @@ CAPACITY_CHECK(manipulator_begins_with_drives, offsetof(manipulator_t, drives) =
 
 /// Call once, before the generic subsystem runs. The pointers must stay valid.
 void manipulator_init(manipulator_t* manipulator, subsystem_t* generic, const flow_resolver_t* resolver);
-/// Callbacks for the generic subsystem; their context is the manipulator_t.
+/// Returns the callbacks for the generic subsystem; their context is the manipulator_t.
 const subsystem_callbacks_t* manipulator_callbacks(void);
 
 #endif // FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_H

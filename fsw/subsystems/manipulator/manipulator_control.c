@@ -80,7 +80,7 @@ static void lead_goal(manipulator_arm_control_t* const control, const manipulato
     control->goal_rad[joint] += control_clamp(reach - control->goal_rad[joint], -step, step);
 }
 
-/// Angle by which a joint yields to the fast part of the external torque.
+/// Returns the angle by which a joint yields to the fast part of the external torque.
 static double yield(manipulator_arm_control_t* const control, const manipulator_arm_setup_t* const setup,
                     const unsigned joint)
 {
@@ -90,7 +90,7 @@ static double yield(manipulator_arm_control_t* const control, const manipulator_
     return control->yielding * gains->compliance * fast;
 }
 
-/// Share of the differences at engagement that remains after one period.
+/// Returns the share of the differences at engagement that remains after one period.
 static double remaining_share(const manipulator_arm_setup_t* const setup)
 {
     return 1.0 - control_clamp(setup->period_s / setup->gains->fade_time, 0.0, 1.0);

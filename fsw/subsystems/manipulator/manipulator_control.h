@@ -41,11 +41,14 @@ typedef struct { // Read-only outside.
     manipulator_arm_observer_t observer;
     double zero_nm[ARM_JOINTS];       ///< Zero point of the torque sensors.
     double hand_zero_rad[ARM_JOINTS]; ///< Joystick angle that corresponds to link_zero_rad.
+    /// Link angle when the hand was coupled.
     double link_zero_rad[ARM_JOINTS];
     double goal_rad[ARM_JOINTS]; ///< Goal of the reference, limited in speed and range.
     double slow_nm[ARM_JOINTS];  ///< Low-pass filtered external torque.
     double yielding;             ///< Share of the compliance: 0 at engagement, then rising to 1.
+    /// Difference of the motor angle from the model at engagement; it decays.
     double offset_rad[ARM_JOINTS];
+    /// Difference of the torque from the model at engagement; it decays.
     double bias_nm[ARM_JOINTS];
     double motor_target_rad[ARM_JOINTS];
     double feed_forward_nm[ARM_JOINTS];

@@ -41,8 +41,8 @@ void manipulator_arm_identification_init(manipulator_arm_identification_t* const
     keep_all(identification);
 }
 
-/// Model of an arm in which only link `part` - 1 has a mass, 1 kg. Part 0 is the torque alone: no link has a
-/// mass.
+/// Returns the model of an arm in which only link `part` - 1 has a mass, 1 kg. Part 0 is the torque alone: no
+/// link has a mass.
 static manipulator_model_t part_of(const manipulator_model_t* const model, const unsigned part)
 {
     manipulator_model_t unit = *model;
@@ -107,7 +107,7 @@ void manipulator_arm_identification_step(manipulator_arm_identification_t* const
     identification->is_started = true;
 }
 
-/// Row of the measurement matrix: effect of each unknown on the residual of one joint.
+/// Compute a row of the measurement matrix: the effect of each unknown on the residual of one joint.
 static void effects_of(const manipulator_arm_identification_t* const identification, const unsigned joint,
                        double out_effect[ARM_UNKNOWNS])
 {
@@ -117,7 +117,7 @@ static void effects_of(const manipulator_arm_identification_t* const identificat
     }
 }
 
-/// Measured torque minus the torque that the estimated unknowns explain.
+/// Returns the measured torque minus the torque that the estimated unknowns explain.
 static double rest_of(const manipulator_arm_identification_t* const identification,
                       const double effect[ARM_UNKNOWNS], const double measured_nm)
 {
@@ -128,7 +128,7 @@ static double rest_of(const manipulator_arm_identification_t* const identificati
     return rest;
 }
 
-/// Scalar update of the filter: measured = effect * unknown + noise.
+/// Perform a scalar update of the filter: measured = effect * unknown + noise.
 static void update(manipulator_arm_identification_t* const identification, const double effect[ARM_UNKNOWNS],
                    const double measured_nm, const double noise_nm)
 {

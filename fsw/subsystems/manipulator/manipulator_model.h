@@ -26,7 +26,7 @@ typedef struct { // Terms of the equations of motion in one pose.
 manipulator_arm_terms_t manipulator_arm_terms(const manipulator_model_t* model,
                                               const double angle_rad[ARM_JOINTS]);
 
-/// Mass matrix times a vector.
+/// Multiply the mass matrix by a vector.
 void manipulator_arm_inertia_times(const manipulator_arm_terms_t* terms, const double vector[ARM_JOINTS],
                                    double out[ARM_JOINTS]);
 /// Compute C(q, v) v, the centrifugal and Coriolis torque [Nm].
