@@ -178,17 +178,24 @@ static void deliver(const proxy_t* const self, const osal_deliveries_t* const de
     }
 }
 
-/// Wait for the program's answer. STATUS_OK, STATUS_TIMEOUT (the run has ended); any other status: the
+/// Wait for a message of the program. STATUS_OK, STATUS_TIMEOUT (the run has ended); any other status: the
 /// program is lost.
-static status_t take_done(proxy_t* const self, remote_endian_done_t* const out_done)
+static status_t receive_done(proxy_t* const self, octet_reader_t* const out_reader)
 {
-    octet_reader_t reader;
     status_t status = STATUS_TIMEOUT;
     bool is_over    = false;
     while ((status == STATUS_TIMEOUT) && !is_over) {
-        status  = remote_endian_receive(&self->wire, REMOTE_ENDIAN_DONE, SLICE_MS, &reader);
+        status  = remote_endian_receive(&self->wire, REMOTE_ENDIAN_DONE, SLICE_MS, out_reader);
         is_over = osal_lockstep_is_closed(self->scheduler);
     }
+    return status;
+}
+
+/// Wait for the program's answer. Statuses of receive_done.
+static status_t take_done(proxy_t* const self, remote_endian_done_t* const out_done)
+{
+    octet_reader_t reader;
+    status_t status = receive_done(self, &reader);
     if (status != STATUS_OK) {
         return status;
     }
@@ -196,14 +203,18 @@ static status_t take_done(proxy_t* const self, remote_endian_done_t* const out_d
         return STATUS_INVALID;
     }
     open_buses(self, out_done->opened);
-    if (!remote_endian_read_frames(&reader, &self->buses)) {
-        return STATUS_INVALID;
+    bool has_more = true;
+    while (has_more && (status == STATUS_OK)) {
+        if (!remote_endian_read_frames(&reader, &self->buses, &has_more)) {
+            return STATUS_INVALID;
+        }
+        status = has_more ? receive_done(self, &reader) : STATUS_OK;
     }
     if ((self->buses.refused > 0U) && !self->has_reported_refused) {
         self->has_reported_refused = true;
         (void)complain("a bus did not take all frames of ", self->program);
     }
-    return STATUS_OK;
+    return status;
 }
 
 static void print_lost(proxy_t* const self)
@@ -255,8 +266,7 @@ static bool serve(proxy_t* const self)
         }
         writer = remote_endian_begin(&self->wire, REMOTE_ENDIAN_GRANT);
         remote_endian_write_grant(&writer, &grant, self->run);
-        remote_endian_write_frames(&writer, &self->buses);
-        status = remote_endian_send(&self->wire, &writer);
+        status = remote_endian_send_frames(&self->wire, &writer, &self->buses);
     }
     if ((status == STATUS_INVALID) || (status == STATUS_TOO_LARGE)) {
         (void)complain("the protocol between the proxy and its program was violated; build both again: make "

@@ -102,6 +102,21 @@ void remote_endian_serve(remote_endian_t* const remote, component_runtime_t* con
     runtime->flows  = (flow_resolver_t){remote, resolve};
 }
 
+/// Take the frames of a grant, and those of the messages that continue it. Frames for a controller whose ring
+/// is full are lost, as on a real bus, and the ring counts them.
+static status_t take_frames(remote_endian_t* const remote, octet_reader_t* const reader)
+{
+    bool has_more   = true;
+    status_t status = STATUS_OK;
+    while (has_more && (status == STATUS_OK)) {
+        if (!remote_endian_read_frames(reader, &remote->buses, &has_more)) {
+            return STATUS_INVALID;
+        }
+        status = has_more ? receive(remote, REMOTE_ENDIAN_GRANT, reader) : STATUS_OK;
+    }
+    return status;
+}
+
 status_t remote_endian_wait(remote_endian_t* const remote, const uint64_t wake_ns)
 {
     FSW_ASSERT((remote != NULL) && (remote->runtime != NULL));
@@ -114,21 +129,21 @@ status_t remote_endian_wait(remote_endian_t* const remote, const uint64_t wake_n
     octet_reader_t reader;
     osal_grant_t grant = {0U, 0U, 0U};
     remote_endian_write_done(&writer, &done);
-    remote_endian_write_frames(&writer, &remote->buses);
-    status_t status = remote_endian_send(&remote->wire, &writer);
+    status_t status = remote_endian_send_frames(&remote->wire, &writer, &remote->buses);
     if (status == STATUS_OK) {
         status = receive(remote, REMOTE_ENDIAN_GRANT, &reader);
     }
     if (status != STATUS_OK) {
         return status;
     }
-    // Frames for a controller whose ring is full are lost, as on a real bus, and the ring counts them.
-    if (!remote_endian_read_grant(&reader, &grant, &remote->run) ||
-        !remote_endian_read_frames(&reader, &remote->buses)) {
+    if (!remote_endian_read_grant(&reader, &grant, &remote->run)) {
         return STATUS_INVALID;
     }
-    osal_clock_take_grant(&remote->runtime->clock, &grant);
-    return STATUS_OK;
+    status = take_frames(remote, &reader);
+    if (status == STATUS_OK) {
+        osal_clock_take_grant(&remote->runtime->clock, &grant);
+    }
+    return status;
 }
 
 void remote_endian_leave(remote_endian_t* const remote)

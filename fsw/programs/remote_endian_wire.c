@@ -13,10 +13,12 @@
 /// Size of a `done`, without its frames.
 #define SIZE_DONE_OCTETS (24U + (OSAL_LOCKSTEP_PARTICIPANTS_MAX * 8U))
 #define NO_BUS 0xFFU ///< Ends a list of frames.
+#define MORE 0xFEU   ///< Ends a list of frames that continues in the next message.
 #define NS_PER_MS 1000000ULL
 
-CAPACITY_CHECK(a_run_fits, SIZE_RUN_OCTETS <= REMOTE_ENDIAN_ROOM);
-CAPACITY_CHECK(a_turn_fits, SIZE_DONE_OCTETS <= REMOTE_ENDIAN_ROOM);
+CAPACITY_CHECK(a_run_fits, (HEADER_OCTETS + SIZE_RUN_OCTETS) <= REMOTE_ENDIAN_MESSAGE_MAX);
+CAPACITY_CHECK(a_turn_fits_with_a_frame, (HEADER_OCTETS + SIZE_DONE_OCTETS + REMOTE_ENDIAN_FRAME_OCTETS +
+                                          1U) <= REMOTE_ENDIAN_MESSAGE_MAX);
 
 // ---- Carrier ----
 
@@ -265,13 +267,19 @@ bool remote_endian_read_grant(octet_reader_t* const reader, osal_grant_t* const 
     return !reader->failed;
 }
 
-void remote_endian_write_frames(octet_writer_t* const writer, remote_endian_buses_t* const buses)
+/// True if the writer has room for one more frame and the end of the list.
+static bool has_room(const octet_writer_t* const writer)
 {
-    FSW_ASSERT((writer != NULL) && (buses != NULL));
+    return (writer->position + REMOTE_ENDIAN_FRAME_OCTETS + 1U) <= REMOTE_ENDIAN_MESSAGE_MAX;
+}
+
+/// Write the frames received at the ends, as many as fit. Returns false if some may be left.
+static bool write_frames(octet_writer_t* const writer, remote_endian_buses_t* const buses)
+{
     for (unsigned bus = 0U; bus < MISSION_BUSES_MAX; bus++) {
         const bool is_open = ((buses->open & (1U << bus)) != 0U);
         osal_can_frame_t frame;
-        while (is_open && (osal_can_receive(&buses->ends[bus], &frame) == STATUS_OK)) {
+        while (is_open && has_room(writer) && (osal_can_receive(&buses->ends[bus], &frame) == STATUS_OK)) {
             octet_write_u8(writer, (uint8_t)bus);
             octet_write_u64(writer, frame.time_ns);
             octet_write_u32(writer, frame.id);
@@ -280,14 +288,32 @@ void remote_endian_write_frames(octet_writer_t* const writer, remote_endian_buse
             octet_write_octets(writer, frame.data, frame.length);
         }
     }
-    octet_write_u8(writer, NO_BUS);
+    const bool is_whole = has_room(writer);
+    octet_write_u8(writer, is_whole ? NO_BUS : MORE);
+    return is_whole;
 }
 
-bool remote_endian_read_frames(octet_reader_t* const reader, remote_endian_buses_t* const buses)
+status_t remote_endian_send_frames(remote_endian_wire_t* const wire, octet_writer_t* const writer,
+                                   remote_endian_buses_t* const buses)
 {
-    FSW_ASSERT((reader != NULL) && (buses != NULL));
+    FSW_ASSERT((wire != NULL) && (writer != NULL) && (buses != NULL));
+    const remote_endian_kind_t kind = (remote_endian_kind_t)wire->octets[SIZE_OCTETS];
+    bool is_whole                   = write_frames(writer, buses);
+    status_t status                 = remote_endian_send(wire, writer);
+    while (!is_whole && (status == STATUS_OK)) {
+        *writer  = remote_endian_begin(wire, kind);
+        is_whole = write_frames(writer, buses);
+        status   = remote_endian_send(wire, writer);
+    }
+    return status;
+}
+
+bool remote_endian_read_frames(octet_reader_t* const reader, remote_endian_buses_t* const buses,
+                               bool* const out_more)
+{
+    FSW_ASSERT((reader != NULL) && (buses != NULL) && (out_more != NULL));
     unsigned bus = octet_read_u8(reader);
-    while (!reader->failed && (bus != NO_BUS)) {
+    while (!reader->failed && (bus != NO_BUS) && (bus != MORE)) {
         osal_can_frame_t frame      = {.time_ns = octet_read_u64(reader)};
         frame.id                    = octet_read_u32(reader);
         frame.flags                 = octet_read_u8(reader);
@@ -301,5 +327,6 @@ bool remote_endian_read_frames(octet_reader_t* const reader, remote_endian_buses
         buses->refused += (osal_can_send(&buses->ends[bus], &frame) == STATUS_OK) ? 0U : 1U;
         bus = octet_read_u8(reader);
     }
+    *out_more = (bus == MORE);
     return octet_reader_is_done(reader);
 }

@@ -8,7 +8,8 @@
 ///     program:  done   frames sent on its buses, deliveries by receiver, its next wake time
 ///     proxy: grant  time, deliveries to it, frames received on its buses
 ///
-/// done and grant alternate until one end closes the stream. A message consists of its size in octets (u32),
+/// done and grant alternate until one end closes the stream. If the frames do not fit a message, further
+/// messages of its kind follow, which contain only frames. A message consists of its size in octets (u32),
 /// its kind (u8) and its content; numbers are big-endian. Messages of the mission and link frames do not use
 /// the stream, but inherited sockets.
 ///
@@ -24,9 +25,7 @@
 #include "osal/include/osal/socket.h"
 
 #define REMOTE_ENDIAN_FRAME_OCTETS (15U + OSAL_CAN_DATA_MAX)
-#define REMOTE_ENDIAN_ROOM 4096U ///< Octets of a message without its frames.
-#define REMOTE_ENDIAN_MESSAGE_MAX                                                                            \
-    (REMOTE_ENDIAN_ROOM + (MISSION_BUSES_MAX * OSAL_CAN_RING_FRAMES * REMOTE_ENDIAN_FRAME_OCTETS))
+#define REMOTE_ENDIAN_MESSAGE_MAX 4096U ///< Largest message, with its size and its kind [octets].
 
 typedef enum {
     REMOTE_ENDIAN_RUN   = 1,
@@ -79,9 +78,12 @@ bool remote_endian_read_done(octet_reader_t* reader, remote_endian_done_t* out_d
 /// Write and read a grant with the lives of all components from the run state.
 void remote_endian_write_grant(octet_writer_t* writer, const osal_grant_t* grant, const run_state_t* run);
 bool remote_endian_read_grant(octet_reader_t* reader, osal_grant_t* out_grant, run_state_t* run);
-/// Write all frames received at the ends, as the last part of a message.
-void remote_endian_write_frames(octet_writer_t* writer, remote_endian_buses_t* buses);
-/// Send the frames of a message on the ends with the same numbers.
-bool remote_endian_read_frames(octet_reader_t* reader, remote_endian_buses_t* buses);
+/// Send the message with all frames received at the ends as its last part, and as many further messages of
+/// its kind as these frames need. Statuses of remote_endian_send.
+MUST_USE status_t remote_endian_send_frames(remote_endian_wire_t* wire, octet_writer_t* writer,
+                                            remote_endian_buses_t* buses);
+/// Send the frames of a message on the ends with the same numbers. *out_more: a further message of this kind
+/// follows, which contains only frames.
+bool remote_endian_read_frames(octet_reader_t* reader, remote_endian_buses_t* buses, bool* out_more);
 
 #endif // FSW_PROGRAMS_REMOTE_ENDIAN_WIRE_H
