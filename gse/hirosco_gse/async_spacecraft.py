@@ -26,7 +26,9 @@ class AsyncSpacecraft(Spacecraft):
     """One ground user of a flight, within one asyncio loop."""
 
     async def connect(self, patience_s=0.0):
-        """Open the connection, with attempts for patience_s; returns self. Raises LinkLost."""
+        """Open the connection, with attempts for patience_s; returns self. An earlier connection is closed first, as by close(). Raises
+        LinkLost."""
+        await self.close()
         loop = asyncio.get_running_loop()
         end = loop.time() + patience_s
         while True:

@@ -86,7 +86,8 @@ class Spacecraft:
     # Connection ---------------------------------------------------------------------------------------------
 
     def connect(self, patience_s=0.0):
-        """Open the connection, with attempts for patience_s; returns self. Raises LinkLost."""
+        """Open the connection, with attempts for patience_s; returns self. An earlier connection is closed first. Raises LinkLost."""
+        self.close()
         self._stream = self._open(patience_s)
         self._driver = link.RealDriver(self._stream, self.session, self.dictionary.epoch_ns)
         return self

@@ -140,6 +140,20 @@ def test_closing_ends_the_calls_under_way(fly):
     assert isinstance(fly(success, story), LinkLost)
 
 
+def test_connecting_again_closes_the_earlier_connection(fly):
+    async def story(craft, simulated):
+        waits = asyncio.create_task(craft.wait_state("MANIPULATOR", "OPERATIONAL", timeout_s=60))
+        await asyncio.sleep(0)
+        earlier = craft._driver
+        assert await craft.connect() is craft and craft.is_connected
+        ended = await asyncio.gather(waits, return_exceptions=True)
+        await craft.cmd("MANIPULATOR.TARE")
+        return earlier.is_lost, earlier._link._writer.is_closing(), ended[0], len(simulated.received)
+
+    lost, closing, ended, received = fly(success, story)
+    assert lost and closing and isinstance(ended, LinkLost) and received == 1
+
+
 def test_without_a_spacecraft_there_is_no_link(dictionary_path, tmp_path):
     async def story():
         with pytest.raises(LinkLost, match="no link to 127.0.0.1:1: .*make sim-run"):

@@ -150,6 +150,16 @@ def test_a_jump_of_mission_time_is_no_time_out(crafts, dictionary):
     assert craft.session.now_ns >= 1_000_000_000
 
 
+def test_connecting_again_closes_the_earlier_connection(crafts):
+    """The simulated spacecraft serves one connection at a time."""
+    craft, simulated = crafts(lambda packet: success(packet))
+    craft.cmd("MANIPULATOR.TARE")
+    earlier = craft._stream
+    assert craft.connect() is craft and earlier.fileno() == -1
+    craft.cmd("MANIPULATOR.TARE")
+    assert len(simulated.received) == 2
+
+
 def test_without_a_link(crafts, dictionary_path):
     with pytest.raises(LinkLost, match="no link"):
         Spacecraft(port=1, dictionary=dictionary_path).connect()
