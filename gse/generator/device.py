@@ -3,7 +3,7 @@
 
 from dataclasses import dataclass
 
-from source import NUMBER_OUT_OF_RANGE, TYPES, read_number
+from source import BUS_NAME_MAX, NUMBER_OUT_OF_RANGE, TYPES, read_number
 
 RECORDS = ("checksum", "silence", "retry", "retryLongest")
 ENDNODES = {  # type: required and optional attributes; all others are refused
@@ -134,9 +134,9 @@ def _endnode(element):
     if "redundantBus" in element.attributes and "bus" not in needs:
         element.fail(f"<Endnode> of type {element.attributes['type']} has no attribute redundantBus")
     if "bus" in needs:
-        element.lower_identifier("bus")
+        element.lower_identifier("bus", BUS_NAME_MAX)
         if "redundantBus" in element.attributes:
-            element.lower_identifier("redundantBus")
+            element.lower_identifier("redundantBus", BUS_NAME_MAX)
         element.unsigned("node", 1, 127)
     if "port" in needs:
         element.unsigned("port", 1, 65535)

@@ -8,7 +8,7 @@ import re
 from dataclasses import dataclass, field
 
 import subsystem as subsystem_descriptor
-from source import METHODS, REST_STATES, SEVERITIES, STATES, canonical, fnv64, read, unique
+from source import BUS_NAME_MAX, METHODS, REST_STATES, SEVERITIES, STATES, canonical, fnv64, read, unique
 
 TABLE = {
     ("", "Mission"): "name! epoch! power! timeReports",
@@ -164,9 +164,9 @@ def _users(_, container):
 
 def _buses(_, container):
     for index, element in enumerate(container.children):
-        element.lower_identifier()
+        element.lower_identifier("name", BUS_NAME_MAX)
         if "redundantTo" in element.attributes:
-            element.lower_identifier("redundantTo")
+            element.lower_identifier("redundantTo", BUS_NAME_MAX)
         element.unsigned("bitRate", 10000, 1000000)
         element.unsigned("dataBitRate", 10000, 8000000)
         unique(container.children[: index + 1], "name")

@@ -10,6 +10,8 @@ import xml.parsers.expat
 FNV_START = 0xCBF29CE484222325
 FNV_PRIME = 0x100000001B3
 IDENTIFIER = re.compile(r"[A-Z][A-Z0-9_]{0,31}\Z")
+NAME_MAX = 32  # characters of a name
+BUS_NAME_MAX = 15  # characters of the name of a bus, as of an interface of Linux; osal/include/osal/can_interface.h
 LOWER_IDENTIFIER = re.compile(r"[a-z][a-z0-9_-]{0,31}\Z")
 INTEGER = re.compile(r"-?[0-9]+\Z|0x[0-9A-Fa-f]+\Z")
 REAL = re.compile(r"-?([0-9]+)(?:\.([0-9]+))?(?:[eE]([+-]?[0-9]{1,4}))?\Z")
@@ -90,10 +92,10 @@ class Element:
             self.wrong(attribute, f"an upper-case identifier of at most {longest} characters")
         return value
 
-    def lower_identifier(self, attribute="name"):
+    def lower_identifier(self, attribute="name", longest=NAME_MAX):
         """Lower-case identifier: buses, missions, programs."""
-        if not LOWER_IDENTIFIER.match(self.attributes[attribute]):
-            self.wrong(attribute, "a lower-case identifier of at most 32 characters")
+        if not LOWER_IDENTIFIER.match(self.attributes[attribute]) or len(self.attributes[attribute]) > longest:
+            self.wrong(attribute, f"a lower-case identifier of at most {longest} characters")
         return self.attributes[attribute]
 
     def unsigned(self, attribute, low, high, default=None):

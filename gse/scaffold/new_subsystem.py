@@ -22,14 +22,13 @@ sys.path.insert(0, str(ROOT / "gse" / "generator"))
 
 import mission as mission_descriptor
 from c_header import KEYWORDS
-from source import DescriptorError
+from source import BUS_NAME_MAX, DescriptorError
 
 BASE_MISSION = "rokviss"
 FIRST_APID, LAST_APID = 18, 2046
 NAME_MAX = 24
 SUBSYSTEMS_MAX = 14  # the scheduler has 16 participants; simulator and operator are two of them
 BUSES_MAX = 8  # of a mission; base/capacities.h
-BUS_NAME_MAX = 15  # characters, as an interface of Linux
 RESERVED = KEYWORDS | {"operator", "simulator", "image", "hirosco", "pusdump", "packet_archive_sqlite", "self", "network"}
 STANDARD_TYPES = re.compile(r"u?int(ptr|max|(_least|_fast)?(8|16|32|64))|s?size|ptrdiff|wchar")  # Followed by _t.
 # What the new sources and the generated header name after the subsystem.

@@ -2,6 +2,7 @@
 /// The simulator as a process: a participant of the scheduler of a run, a real-time program, or a program
 /// without flight software for external tools. See `simulator --help`.
 #include "osal/include/osal/lockstep_scheduler.h"
+#include "osal/include/osal/can_interface.h"
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/console.h"
 #include "osal/include/osal/process.h"
@@ -127,8 +128,8 @@ static const struct option long_options[] = {
 
 // ---- Command line ----
 
-/// Find the bus of that name, or add it; null if there are too many buses.
-static simulator_bus_t* bus_of(options_t* const options, const char* const name)
+/// Find the bus that an option names, or add it; null if that is refused.
+static simulator_bus_t* bus_of(options_t* const options, const char* const option, const char* const name)
 {
     simulator_config_t* config = &options->simulator;
     for (size_t i = 0U; i < config->bus_count; i++) {
@@ -136,7 +137,10 @@ static simulator_bus_t* bus_of(options_t* const options, const char* const name)
             return &config->bus[i];
         }
     }
-    if (config->bus_count == SIMULATOR_BUSES_MAX) {
+    const bool is_long = strlen(name) > OSAL_CAN_INTERFACE_NAME_MAX;
+    if (is_long || (config->bus_count == SIMULATOR_BUSES_MAX)) {
+        (void)argument_refuse(option, name,
+                              is_long ? "a name of a bus with at most 15 characters" : "at most 8 buses");
         return NULL;
     }
     config->bus[config->bus_count] = (simulator_bus_t){.name = name};
@@ -153,9 +157,9 @@ static bool take_bus(options_t* const options, const char* const option, char* c
         return argument_refuse(option, text, "NAME=ADDRESS");
     }
     *equals              = '\0';
-    simulator_bus_t* bus = bus_of(options, text);
+    simulator_bus_t* bus = bus_of(options, option, text);
     if (bus == NULL) {
-        return argument_refuse(option, text, "at most 8 buses");
+        return false;
     }
     if (strcmp(option, "bus") == 0) {
         bus->address = &equals[1];
@@ -188,10 +192,9 @@ static bool take_bit_rates(options_t* const options, char* const text)
     }
     *equals              = '\0';
     *comma               = '\0';
-    simulator_bus_t* bus = bus_of(options, text);
-    return (bus == NULL) ? argument_refuse("bit-rate", text, "at most 8 buses")
-                         : (argument_unsigned("bit-rate", &equals[1], 8000000U, &bus->bit_rate) &&
-                            argument_unsigned("bit-rate", &comma[1], 8000000U, &bus->data_bit_rate));
+    simulator_bus_t* bus = bus_of(options, "bit-rate", text);
+    return (bus != NULL) && argument_unsigned("bit-rate", &equals[1], 8000000U, &bus->bit_rate) &&
+           argument_unsigned("bit-rate", &comma[1], 8000000U, &bus->data_bit_rate);
 }
 
 /// Parse "NAME=OF" for a bus that an earlier option names; the text is split in place.

@@ -13,13 +13,14 @@
 
 #include "base/status.h"
 #include "osal/include/osal/can.h"
+#include "osal/include/osal/can_interface.h"
 
 #include <stddef.h>
 #include <stdint.h>
 
 #define FRAME_LOG_LINE_MAX 200U  ///< Octets of the longest line: 64 octets of data, with line end.
 #define FRAME_LOG_RECORD_MAX 96U ///< Octets of the longest pcap record.
-#define FRAME_LOG_INTERFACE_MAX 16U
+#define FRAME_LOG_INTERFACE_MAX (OSAL_CAN_INTERFACE_NAME_MAX + 1U)
 
 typedef struct frame_log frame_log_t;
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/world/world_internal.h"
 
+#include "osal/include/osal/can_interface.h"
+
 #include <string.h>
 
 const char* world_find_robot(const world_t* const world, const char* const name, unsigned* const out_robot)
@@ -72,6 +74,9 @@ status_t world_take_device(world_t* const world, const element_t* const element,
     const world_device_t* other = NULL;
     device->line                = element->line;
     device->bus                 = 0U;
+    if (strlen(device->bus_name) > OSAL_CAN_INTERFACE_NAME_MAX) {
+        return element_refuse(element, device->bus_name, "a name of a bus with at most 15 characters");
+    }
     while ((device->bus < world->bus_count) && (strcmp(world->bus[device->bus], device->bus_name) != 0)) {
         device->bus++;
     }

@@ -534,6 +534,10 @@ def test_schema_and_generator_have_the_capacities_of_the_flight_software():
     at_most = {name: int(number) for name, number in re.findall(r'<xs:element name="(\w+)"[^>]*maxOccurs="(\d+)"', schema)}
     lists = {"Subsystem": "SUBSYSTEMS", "Mode": "MODES", "User": "USERS", "Allow": "RULES", "Link": "LINKS", "Plan": "PLANS", "Bus": "BUSES"}
     assert {name: at_most[name] for name in lists} == {name: capacities[kind] for name, kind in lists.items()}
+    interface = re.search(r"INTERFACE_NAME_MAX (\d+)U", (ROOT / "osal/include/osal/can_interface.h").read_text(encoding="utf-8"))
+    types = (DESCRIPTORS / "schema" / "types.xsd").read_text(encoding="utf-8")
+    longest = re.search(r'"BusName">\s*<xs:restriction base="xs:string"><xs:pattern value="\[a-z\]\[a-z0-9_\\-\]\{0,(\d+)\}"/>', types)
+    assert source.BUS_NAME_MAX == int(longest[1]) + 1 == int(interface[1])
     assert mission_descriptor.SUBSYSTEM_LINKS == capacities["SUBSYSTEM_LINKS"]
     assert mission_descriptor.PORT_LINKS == capacities["PORT_LINKS"]
     assert mission_descriptor.RING_RECORDS == capacities["RING_RECORDS"]

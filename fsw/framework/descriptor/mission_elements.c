@@ -2,6 +2,8 @@
 // The permitted contents of a mission descriptor, and their places in the model.
 #include "fsw/framework/descriptor/mission_builder.h"
 
+#include "osal/include/osal/can_interface.h"
+
 #include <string.h>
 
 #define RING_RECORDS 4096U
@@ -101,8 +103,9 @@ static const source_attribute_t packet_log_attributes[] = {
                   mission_descriptor_t, log_ring_records),
 };
 static const source_attribute_t bus_attributes[] = {
-    SOURCE_NAMED(SOURCE_LOWER, mission_bus_t),
-    SOURCE_STRING("redundantTo", SOURCE_LOWER, DESCRIPTOR_NAME_MAX, mission_bus_t, redundant_to),
+    SOURCE_STRING("name", SOURCE_LOWER | SOURCE_NEEDED | SOURCE_UNIQUE, OSAL_CAN_INTERFACE_NAME_MAX,
+                  mission_bus_t, name),
+    SOURCE_STRING("redundantTo", SOURCE_LOWER, OSAL_CAN_INTERFACE_NAME_MAX, mission_bus_t, redundant_to),
     SOURCE_WITHIN("bitRate", SOURCE_UNSIGNED | SOURCE_NEEDED, 10000U, 1000000U, 0U, mission_bus_t, bit_rate),
     SOURCE_WITHIN("dataBitRate", SOURCE_UNSIGNED, 10000U, 8000000U, 0U, mission_bus_t, data_bit_rate),
 };

@@ -2,6 +2,8 @@
 // The permitted contents of a subsystem descriptor, and their places in the model.
 #include "fsw/framework/descriptor/subsystem_builder.h"
 
+#include "osal/include/osal/can_interface.h"
+
 #include <string.h>
 
 enum { // Kinds of elements.
@@ -311,8 +313,9 @@ static const source_attribute_t record_field_attributes[] = {
 static const source_attribute_t endnode_attributes[] = {
     SOURCE_CHOICE("type", SOURCE_WORD | SOURCE_NEEDED, "CAN SHM MQUEUE UDP TCP SERIAL FILE", 0U, 0U,
                   descriptor_endnode_t, type),
-    SOURCE_STRING("bus", SOURCE_LOWER, DESCRIPTOR_NAME_MAX, descriptor_endnode_t, bus),
-    SOURCE_STRING("redundantBus", SOURCE_LOWER, DESCRIPTOR_NAME_MAX, descriptor_endnode_t, redundant_bus),
+    SOURCE_STRING("bus", SOURCE_LOWER, OSAL_CAN_INTERFACE_NAME_MAX, descriptor_endnode_t, bus),
+    SOURCE_STRING("redundantBus", SOURCE_LOWER, OSAL_CAN_INTERFACE_NAME_MAX, descriptor_endnode_t,
+                  redundant_bus),
     SOURCE_WITHIN("node", SOURCE_UNSIGNED, 1U, 127U, 0U, descriptor_endnode_t, node),
     SOURCE_STRING("name", SOURCE_TEXT, 255U, descriptor_endnode_t, name),
     SOURCE_STRING("address", SOURCE_TEXT, 255U, descriptor_endnode_t, address),

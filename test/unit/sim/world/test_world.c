@@ -219,6 +219,9 @@ static void repeated_names_are_refused(void)
     expect_refusal(WORLD(TYPE BENCH("C", "b", "5") BENCH("D", "b", "0x05")), 4U,
                    "'0x05', expected a node id that no device above");
     expect_world(WORLD(TYPE BENCH("C", "b", "5") BENCH("D", "c", "5")));
+    expect_world(WORLD(TYPE BENCH("C", "fifteen-letters", "5")));
+    expect_refusal(WORLD(TYPE BENCH("C", "sixteen-letters-", "5")), 3U,
+                   "'sixteen-letters-', expected a name of a bus with at most 15 characters");
     expect_refusal(WORLD(ROBOT TYPE DRIVE("A", "arm.axle", "b", "5") DRIVE("B", "arm.axle", "b", "6")), 5U,
                    "'arm.axle', expected a joint that no drive above moves");
     expect_refusal(WORLD("<Fixture name=\"f\" at=\"0 0 0\"/><Fixture name=\"f\" at=\"0 0 0\"/>\n"), 2U,

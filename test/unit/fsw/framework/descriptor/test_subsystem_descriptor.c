@@ -463,6 +463,8 @@ static const damage_t damages[] = {
     {"bus='robot' ", "", 47U, "<Endnode> of type CAN needs attribute bus"},
     {"bus='robot' node", "bus='robot' port='1' node", 47U, "<Endnode> of type CAN has no attribute port"},
     {"bus='robot'", "bus='Robot'", 47U, "a lower-case identifier"},
+    {"bus='robot'", "bus='sixteen-letters-'", 47U, "a lower-case identifier of at most 15 characters"},
+    {"bus='robot'", "bus='robot' redundantBus='sixteen-letters-'", 47U, "of at most 15 characters"},
     {"bus='robot'", "bus='robot' redundantBus='B'", 47U, "redundantBus=\"B\""},
     {"bus='robot' node='0x11'", "redundantBus='robot-b' node='0x11'", 47U, "needs attribute bus"},
     {"framing='LENGTH'", "framing='TLV'", 48U, "one of RAW LENGTH SLIP LINE"},
