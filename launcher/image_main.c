@@ -120,9 +120,12 @@ static const char* open_component(image_t* const self, const unsigned index,
 {
     const component_runtime_surroundings_t surroundings = surroundings_of(self);
     char path[RUN_PATH_MAX];
-    if (!subsystem_host_descriptor_path(self->run, self->mission.subsystems[index].descriptor, path,
-                                        sizeof path) ||
-        (descriptor_load_subsystem(&self->files.loader, path, own) != STATUS_OK)) {
+    text_t error = text_in(self->runtimes[index].error, sizeof self->runtimes[index].error);
+    if (descriptor_path_of(&error, self->run->mission_path, &self->mission.subsystems[index], path,
+                           sizeof path) != STATUS_OK) {
+        return self->runtimes[index].error;
+    }
+    if (descriptor_load_subsystem(&self->files.loader, path, own) != STATUS_OK) {
         return descriptor_error(&self->files.loader);
     }
     if (!self->runtimes[index].is_kept &&

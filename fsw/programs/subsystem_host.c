@@ -10,18 +10,6 @@
 
 #define LINE_CHARACTERS (DESCRIPTOR_ERROR_CHARACTERS + 64U)
 
-bool subsystem_host_descriptor_path(const run_state_t* const run, const char* const relative,
-                                    char* const out_path, const size_t capacity)
-{
-    const char* const slash = strrchr(run->mission_path, '/');
-    text_t text             = text_in(out_path, capacity);
-    for (const char* next = run->mission_path; (slash != NULL) && (next <= slash); next++) {
-        text_add_character(&text, *next);
-    }
-    text_add(&text, relative);
-    return !text.cut;
-}
-
 static status_t check(const subsystem_host_t* const host, const subsystem_descriptor_t* const descriptor,
                       text_t* const error)
 {
@@ -45,7 +33,8 @@ bool subsystem_host_load(subsystem_host_t* const host, component_runtime_t* cons
     host->interface_hash = interface_hash;
     host->callbacks      = callbacks;
     text_t error         = text_in(runtime->error, sizeof runtime->error);
-    if (!subsystem_host_descriptor_path(runtime->run, subsystem->descriptor, host->path, sizeof host->path) ||
+    if ((descriptor_path_of(&error, runtime->run->mission_path, subsystem, host->path, sizeof host->path) !=
+         STATUS_OK) ||
         (check(host, runtime->own, &error) != STATUS_OK)) {
         return false;
     }

@@ -44,8 +44,4 @@ void subsystem_host_link_datagram(void* self, const uint8_t* frame, size_t size)
 /// contains host and subsystem.
 component_instance_t subsystem_host_instance(subsystem_host_t* host, void* storage, size_t size);
 
-/// Build the path of a descriptor whose name is relative to the mission's file. False if it does not fit.
-bool subsystem_host_descriptor_path(const run_state_t* run, const char* relative, char* out_path,
-                                    size_t capacity);
-
 #endif // FSW_PROGRAMS_SUBSYSTEM_HOST_H

@@ -233,7 +233,7 @@ static bool is_fitting(component_runtime_t* const runtime)
         descriptor_mission_find_subsystem(runtime->mission, runtime->apid);
     text_t error = text_in(runtime->error, sizeof runtime->error);
     const bool is_same =
-        subsystem_host_descriptor_path(runtime->run, subsystem->descriptor, path, sizeof path) &&
+        (descriptor_path_of(&error, runtime->run->mission_path, subsystem, path, sizeof path) == STATUS_OK) &&
         (descriptor_check_interface(&error, path, runtime->own, SUPERVISOR_INTERFACE_HASH) == STATUS_OK);
     subsystem_misfit_t misfit = {0U, ""};
     const bool fits           = is_same && subsystem_fits(runtime->own, supervisor_callbacks(), &misfit);
@@ -256,10 +256,14 @@ static status_t load_descriptor(void* const context, const uint16_t index,
     if (subsystem->apid == runtime->apid) {
         return STATUS_OK;
     }
-    const status_t status =
-        subsystem_host_descriptor_path(runtime->run, subsystem->descriptor, path, sizeof path)
-            ? runtime->descriptors->read(runtime->descriptors->context, path, &other, &error)
-            : STATUS_TOO_LARGE;
+    status_t status = descriptor_path_of(&error, runtime->run->mission_path, subsystem, path, sizeof path);
+    if (status == STATUS_OK) {
+        status = runtime->descriptors->read(runtime->descriptors->context, path, &other, &error);
+    }
+    // Descriptors that are compiled into the program are not read.
+    if ((status != STATUS_OK) && (status != STATUS_UNSUPPORTED)) {
+        osal_console_complain(refusal);
+    }
     *out_descriptor = other;
     return status;
 }

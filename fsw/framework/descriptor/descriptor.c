@@ -87,28 +87,13 @@ status_t descriptor_parse_subsystem(descriptor_loader_t* const loader, const cha
     return read_subsystem(loader, name, (size > 0U) ? octets : "", size, out_descriptor);
 }
 
-/// Build the path of a file whose name is relative to the folder of the file `neighbour`. False if it is
-/// too long.
-static bool join(char* const out_path, const size_t capacity, const char* const neighbour,
-                 const char* const name)
-{
-    text_t path             = text_in(out_path, capacity);
-    const char* const slash = strrchr(neighbour, '/');
-    if ((slash != NULL) && (name[0] != '/')) {
-        for (const char* at = neighbour; at <= slash; at++) {
-            text_add_character(&path, *at);
-        }
-    }
-    text_add(&path, name);
-    return !path.cut;
-}
-
 static status_t load_listed(descriptor_loader_t* const loader, mission_builder_t* const builder,
                             const uint16_t index, subsystem_descriptor_t* const out_descriptor)
 {
     const mission_subsystem_t* const subsystem = &builder->mission->subsystems[index];
-    if (!join(loader->path, sizeof loader->path, builder->source.path, subsystem->descriptor)) {
-        descriptor_source_fail(&builder->source, subsystem->line, "the path of the descriptor is too long");
+    text_t refusal                             = text_in(loader->error, sizeof loader->error);
+    if (descriptor_path_of(&refusal, builder->source.path, subsystem, loader->path, sizeof loader->path) !=
+        STATUS_OK) {
         return STATUS_INVALID;
     }
     const status_t status = descriptor_load_subsystem(loader, loader->path, out_descriptor);

@@ -220,6 +220,12 @@ void descriptor_mission_clear(mission_descriptor_t* mission);
 /// Call for a model that was copied: its lists then refer to the storage of the copy.
 void descriptor_mission_use_storage(mission_descriptor_t* mission);
 
+/// Build the path of a descriptor that a mission lists: relative to the folder of the mission's file, or
+/// absolute. Returns STATUS_OK, or STATUS_TOO_LARGE (longer than `capacity`); then the error text, with file,
+/// line, value and expected length, is appended.
+MUST_USE status_t descriptor_path_of(text_t* out_error, const char* mission_path,
+                                     const mission_subsystem_t* subsystem, char* out_path, size_t capacity);
+
 /// Each of these functions returns the entry, or NULL if there is none.
 const mission_subsystem_t* descriptor_mission_find_subsystem(const mission_descriptor_t* mission,
                                                              uint16_t apid);
