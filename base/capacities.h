@@ -19,8 +19,9 @@
 /// Participants of stepped time: every subsystem, the simulator, the operator, and a reserve of six.
 #define CAPACITY_PARTICIPANTS (CAPACITY_SUBSYSTEMS + 8U)
 
-/// Items for which a model of a descriptor has room, of `most` that a file may have. A build for a target
-/// whose descriptors are compiled into its programs reads no file, and needs no room.
+/// Number of items for which a model of a descriptor in memory has room; a descriptor may have `most` items.
+/// A build for a target whose descriptors are compiled into its programs replaces this macro, because it
+/// reads no descriptor and needs no room.
 #ifndef CAPACITY_OF_STORAGE
 #define CAPACITY_OF_STORAGE(most) (most)
 #endif

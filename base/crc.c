@@ -36,14 +36,14 @@ static const uint32_t crc32_tables[8][16] = {
     NIBBLE(0x1DB71064U, 0x3B6E20C8U, 0x76DC4190U, 0xEDB88320U),
 };
 
-/// Contribution of an octet to the CRC if `following` octets of its block come after it.
+/// Contribution of an octet to a CRC-16 if `following` octets of its block come after it.
 static inline uint32_t crc16_of(const uint32_t octet, const size_t following)
 {
     return (uint32_t)crc16_tables[(2U * following) + 1U][octet >> 4U] ^
            crc16_tables[2U * following][octet & 0xFU];
 }
 
-/// Contribution of an octet to the CRC if `before` octets of its block come before it.
+/// Contribution of an octet to a CRC-32 if `before` octets of its block come before it.
 static inline uint32_t crc32_of(const uint32_t octet, const size_t before)
 {
     return crc32_tables[2U * before][octet & 0xFU] ^ crc32_tables[(2U * before) + 1U][octet >> 4U];

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #define REAL_DIGITS_MAX 15U // A double represents each integer of 15 digits exactly.
-#define REAL_POWER_MAX 22   // A double represents 10^22 exactly: the product of both is rounded only once.
+#define REAL_POWER_MAX 22   // A double represents 10^22 exactly, so digits * 10^power is rounded only once.
 
 static bool is_digit(const char character)
 {
@@ -105,7 +105,8 @@ static bool take_digits(const char** const at, decimal_t* const decimal, const b
     return *at != start;
 }
 
-/// Read the exponent after 'e'. False if it does not have one to four digits, the limit of the schema, too.
+/// Read the exponent after 'e'. False if it does not have one to four digits, which is also the limit of the
+/// schemas.
 static bool take_exponent(const char** const at, decimal_t* const decimal)
 {
     const bool is_negative = (**at == '-');

@@ -26,7 +26,7 @@ MUST_USE status_t number_read_real(const char** text, double* out_value);
 /// Read one scalar of a type into host memory (BOOL: true, false, 1, 0). Statuses as above;
 /// STATUS_OUT_OF_RANGE also if the value does not fit the type.
 MUST_USE status_t number_read_value(const char** text, value_type_t type, void* memory);
-/// True if nothing but spaces is left.
+/// True if only spaces follow.
 bool number_is_end(const char* text);
 
 #endif // BASE_NUMBER_H

@@ -2,7 +2,8 @@
 /// Bounded big-endian reader and writer of octet strings.
 ///
 /// The first access outside the bounds sets `failed`, which stays set; a failed reader returns zeros and a
-/// failed writer writes nothing, so that a codec can run through and check once at its end.
+/// failed writer writes nothing, so that a codec can process the whole string and check `failed` once at its
+/// end.
 ///
 /// Ownership  The octets must exist as long as the reader or writer is used.
 /// Context    Any; one task for each reader or writer.
@@ -74,7 +75,7 @@ double octet_read_f64(octet_reader_t* reader);
 /// Skip `size` octets and return a pointer to them in the reader's buffer, or NULL (and failed) if fewer are
 /// left.
 const uint8_t* octet_read_octets(octet_reader_t* reader, size_t size);
-/// Number of octets not read yet; 0 when failed.
+/// Number of octets not read yet; 0 if the reader has failed.
 size_t octet_reader_left(const octet_reader_t* reader);
 /// True if nothing failed and the last octet has been read.
 bool octet_reader_is_done(const octet_reader_t* reader);

@@ -85,7 +85,8 @@ MUST_USE void* pool_take(pool_t* pool);
 /// Like pool_take, but may use the reserve: for functions that must work when the pool is full (commanding).
 MUST_USE void* pool_take_reserved(pool_t* pool);
 
-/// Add a reference to a taken block. STATUS_OK; STATUS_NOT_OURS if `block` is not a taken block of this pool;
+/// Add a reference to a taken block. STATUS_OK; STATUS_NOT_OURS (counted in `rejected`) if `block` is not a
+/// taken block of this pool;
 /// STATUS_FULL if it has 65535 references.
 MUST_USE status_t pool_retain(pool_t* pool, void* block);
 

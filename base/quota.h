@@ -29,7 +29,8 @@ typedef struct { // Private, except `stats`: read-only, for housekeeping telemet
     } stats;
 } quota_t;
 
-/// All units are free. limit >= 1; the thresholds are those of pools (POOL_WARN_PERCENT, POOL_CLEAR_PERCENT).
+/// Make all units free and clear the counters. limit >= 1; the thresholds are those of pools
+/// (POOL_WARN_PERCENT, POOL_CLEAR_PERCENT).
 void quota_init(quota_t* quota, uint16_t limit);
 /// Take one unit. Null means no quota: STATUS_OK, and nothing is counted. STATUS_OK, STATUS_EXHAUSTED.
 MUST_USE status_t quota_take(quota_t* quota);

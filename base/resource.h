@@ -43,8 +43,8 @@ typedef struct { // Private, except that `pools[i].stats` may be read.
 MUST_USE status_t resource_init(resource_t* resource, uint64_t* arena, size_t arena_words,
                                 const resource_size_t* sizes, uint16_t size_count);
 
-/// Take one block of at least `octets`; the reserve may be used. STATUS_OK; STATUS_EXHAUSTED;
-/// STATUS_TOO_LARGE (no pool has such blocks).
+/// Take one block of at least `octets`; the block may be one of the reserve. STATUS_OK; STATUS_EXHAUSTED;
+/// STATUS_TOO_LARGE (no pool has blocks of that size).
 MUST_USE status_t resource_take_reserved(resource_t* resource, size_t octets, void** out_block);
 /// Add a reference to a block. STATUS_OK, STATUS_NOT_OURS, STATUS_FULL; see pool_retain.
 MUST_USE status_t resource_retain(resource_t* resource, void* block);

@@ -7,8 +7,8 @@
 
 #define FREE_PATTERN 0xFEEDFA11DEADB10CULL
 
-#define OWNERS 128U
-#define NUMBERED 8U
+#define OWNERS 128U // Pools and quotas of one program that can be told apart.
+#define NUMBERED 8U // Takes of each owner that are counted.
 
 typedef struct {
     const void* owner;
@@ -41,7 +41,7 @@ static uint32_t takes_of(const void* const owner)
             return takes[i].count;
         }
     }
-    return 1U; // The table is full: each take of a further owner counts as the first.
+    return 1U; // The table is full: every take of a further owner counts as its first.
 }
 
 bool take_check_is_refused(const void* const owner)

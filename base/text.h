@@ -20,10 +20,11 @@ typedef struct {
 
 /// Begin an empty text in `buffer`. capacity >= 1.
 text_t text_in(char* buffer, size_t capacity);
+/// Append one word, one character, or a number in decimal, at the end of the text.
 void text_add(text_t* text, const char* words);
 /// Append each word of a list that ends with null.
 void text_add_words(text_t* text, const char* const* words);
-/// Append a pattern, in which the first % stands for `one`, the next for `other`, and # for `number`.
+/// Append a pattern. The first % stands for the word `one`, the second for `other`, each # for `number`.
 void text_add_pattern(text_t* text, const char* pattern, const char* one, const char* other, uint64_t number);
 /// Join the words of a list that ends with null, in `buffer`. False: the text was cut.
 bool text_join(char* buffer, size_t capacity, const char* const* words);

@@ -20,7 +20,7 @@ void arguments_add_joined(arguments_t* const arguments, const char* const first,
     text_add(&arguments->text, first);
     text_add(&arguments->text, second);
     FSW_ASSERT(!arguments->text.cut);
-    arguments->text.length++; // The NUL stays; the next argument begins behind it.
+    arguments->text.length++; // The NUL stays in the storage; the next argument begins after it.
 }
 
 void arguments_add(arguments_t* const arguments, const char* const argument)

@@ -7,9 +7,9 @@
 ///     arguments_add_number(&arguments, "--seed", 7U);
 ///     const osal_process_start_t start = {.arguments = arguments.list, ...};
 ///
-/// Ownership  The caller places arguments_t, all zero; it must not be moved: the list points into it.
+/// Ownership  The caller places arguments_t, all zero. It must not be moved, because the list points into it.
 /// Context    Any.
-/// Errors     None: more arguments or text than there is room for is a coding error.
+/// Errors     None; more arguments or text than fit are a coding error.
 #ifndef LAUNCHER_ARGUMENTS_H
 #define LAUNCHER_ARGUMENTS_H
 
@@ -18,8 +18,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define ARGUMENTS_MAX 160U ///< Capacity of the list, including the null at its end.
-#define ARGUMENTS_TEXT_MAX 8192U
+#define ARGUMENTS_MAX 160U       ///< Capacity of the list, including the null at its end.
+#define ARGUMENTS_TEXT_MAX 8192U ///< Characters of all arguments, including a NUL after each.
 
 typedef struct { // Private, except list and count: read-only.
     const char* list[ARGUMENTS_MAX];
@@ -28,6 +28,7 @@ typedef struct { // Private, except list and count: read-only.
     text_t text;
 } arguments_t;
 
+/// Add one argument.
 void arguments_add(arguments_t* arguments, const char* argument);
 /// Add the concatenation of two texts as one argument.
 void arguments_add_joined(arguments_t* arguments, const char* first, const char* second);
@@ -35,6 +36,7 @@ void arguments_add_joined(arguments_t* arguments, const char* first, const char*
 void arguments_add_words(arguments_t* arguments, const char* const* words);
 /// Add an option and its value.
 void arguments_add_option(arguments_t* arguments, const char* option, const char* value);
+/// Add an option and a number in decimal.
 void arguments_add_number(arguments_t* arguments, const char* option, uint64_t number);
 
 #endif // LAUNCHER_ARGUMENTS_H

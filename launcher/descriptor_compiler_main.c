@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiles the descriptors of a program for a target that cannot read files: for each mission with a
-// subsystem of this program, the constants that the reader of descriptors makes of the files. The compiled
-// program is refused in a run whose mission has another hash (fsw/programs/compiled_descriptors.h).
+// Compiles the descriptors of a program for a target that cannot read files. For each mission with a
+// subsystem of this program, it writes the constants that the reader of descriptors would create from the
+// files. A run whose mission has another hash refuses the compiled program
+// (fsw/programs/compiled_descriptors.h).
 #include "launcher/descriptor_writer.h"
 #include "base/text.h"
 #include "fsw/framework/descriptor/descriptor.h"
@@ -15,7 +16,7 @@
 typedef struct { // A subsystem of the program in one mission.
     uint64_t mission_hash;
     uint16_t apid;
-    unsigned subsystem; ///< Number of its model in the source.
+    unsigned subsystem; ///< Number of the model of its descriptor in the generated source.
 } entry_t;
 
 typedef struct { // All storage of the program.
@@ -26,7 +27,8 @@ typedef struct { // All storage of the program.
     const char* executable;
     entry_t entries[ENTRIES_MAX];
     unsigned count;
-    char paths[ENTRIES_MAX][DESCRIPTOR_PATH_CHARACTERS]; ///< Of the models in the source.
+    /// Path of the descriptor of each model in the generated source.
+    char paths[ENTRIES_MAX][DESCRIPTOR_PATH_CHARACTERS];
     unsigned path_count;
     osal_file_t file;
     descriptor_writer_t writer;
@@ -42,7 +44,7 @@ static int complain(const char* const first, const char* const second)
     return 1;
 }
 
-/// Returns the number of the model that was read from the loader's last path; it is written if it is new.
+/// Returns the number of the model that the loader has read from its last path. A new model is written first.
 static unsigned number_of_model(compiler_t* const self)
 {
     for (unsigned i = 0U; i < self->path_count; i++) {
@@ -58,7 +60,7 @@ static unsigned number_of_model(compiler_t* const self)
     return number;
 }
 
-/// Compile one subsystem, as its program reads it. Null, or the error text.
+/// Compile one subsystem, with its descriptor read as its program reads it. Returns null, or the error text.
 static const char* compile(compiler_t* const self, const char* const path, const uint16_t apid)
 {
     if (self->count == ENTRIES_MAX) {
@@ -112,7 +114,7 @@ static void write_entries(compiler_t* const self)
             NULL});
 }
 
-/// Write the main function of the program. `name`: of its function <name>_open.
+/// Write the main function of the program, which calls <name>_open.
 static void write_main(compiler_t* const self, const char* const name)
 {
     descriptor_writer_begin(&self->writer, &self->file);
@@ -126,7 +128,7 @@ static void write_main(compiler_t* const self, const char* const name)
                               self->executable, "\", ", name, "_open, &descriptors);\n}\n", NULL});
 }
 
-/// Create a file of the folder: `<folder>/<name><ending>`.
+/// Create the file `<folder>/<name><ending>`. False on an error, which is printed.
 static bool create(compiler_t* const self, const char* const folder, const char* const name,
                    const char* const ending)
 {
@@ -139,7 +141,7 @@ static bool create(compiler_t* const self, const char* const folder, const char*
     return true;
 }
 
-/// Finish the file that is being written.
+/// Finish and close the file that is being written. False on an error, which is printed.
 static bool finish(compiler_t* const self)
 {
     const status_t status = descriptor_writer_end(&self->writer);

@@ -239,7 +239,7 @@ static const descriptor_list_t subsystem_lists[] = {
     LIST(subsystem_descriptor_t, descriptor_endnode_t, endnodes, endnode_count),
 };
 
-// Of a mission, a subsystem needs only these members.
+// A subsystem needs only these members of the model of a mission.
 static const descriptor_member_t subsystems[] = {
     WORDS(mission_subsystem_t, name),
     NUMBER(mission_subsystem_t, apid),

@@ -21,7 +21,7 @@ static void flush(descriptor_writer_t* const writer)
     writer->text = text_in(writer->characters, sizeof writer->characters);
 }
 
-/// Make room for a member.
+/// Returns the text; if it is more than half full, it is written to the file first, so that a member fits.
 static text_t* room(descriptor_writer_t* const writer)
 {
     if (writer->text.length > (DESCRIPTOR_WRITER_OCTETS / 2U)) {
@@ -43,7 +43,7 @@ static void add_words(text_t* const text, const char* const words)
             (code >= 0x20U) && (code < 0x7FU) && (*at != '"') && (*at != '\\') && (*at != '?');
         if (is_plain) {
             text_add_character(text, *at);
-        } else { // Three octal digits.
+        } else { // Another character: three octal digits.
             text_add_character(text, '\\');
             text_add_character(text, (char)('0' + (char)(code >> 6U)));
             text_add_character(text, (char)('0' + (char)((code >> 3U) & 7U)));
@@ -53,7 +53,7 @@ static void add_words(text_t* const text, const char* const words)
     text_add_character(text, '"');
 }
 
-/// Write a finite number exactly: 0x1.8000000000000p1.
+/// Write a finite number exactly, in hexadecimal, for example 0x1.8000000000000p1.
 static void add_real(text_t* const text, const void* const place)
 {
     uint64_t bits = 0U;
@@ -87,9 +87,9 @@ static void add_number(text_t* const text, const void* const place, const size_t
 
 // ---- Structures ----
 
-typedef struct { // The model that is written.
+typedef struct { // The model that is being written.
     descriptor_writer_t* writer;
-    const char* prefix; ///< Of the names of its lists.
+    const char* prefix; ///< Prefix of the names of its lists.
     const descriptor_enumeration_t* enumerations;
 } model_t;
 
@@ -165,7 +165,8 @@ static void add_list(const model_t* const model, const uint8_t* const whole,
     text_add(room(model->writer), "};\n");
 }
 
-/// Write the lists, and the model as an object whose name is the prefix without its last character.
+/// Write the lists, then the model as an object. The name of the object is the prefix without its last
+/// character.
 static void add_model(const model_t* const model, const uint8_t* const whole,
                       const descriptor_model_t* const parts)
 {
@@ -229,7 +230,7 @@ void descriptor_writer_mission(descriptor_writer_t* const writer, const unsigned
     add_model(&model, (const uint8_t*)mission, &descriptor_model_of_mission);
 }
 
-typedef struct { // A member behind one octet has the offset of its alignment.
+typedef struct { // In such a structure the offset of the member after one octet is the alignment of its type.
     char octet;
     uint16_t member;
 } aligned_u16_t;

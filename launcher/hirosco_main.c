@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `hirosco run`: fly a mission. Exit codes: 0: flown to the end without a failure, 1: something failed, 2:
-// wrong usage.
+// `hirosco run`: fly a mission. Exit codes: 0: flown to the end without a failure; 1: a failure; 2: wrong
+// usage.
 #include "launcher/launcher_guard.h"
 #include "launcher/launcher_internal.h"
 #include "base/text.h"
@@ -91,7 +91,7 @@ static int watch(char* const arguments[], const launch_options_t* const options)
     } else if (code != 0) {
         (void)complain("the launcher was killed before its run began");
     } else {
-        // The launcher has cleaned up by itself.
+        // The launcher has ended normally and has cleaned up itself.
     }
     return code;
 }

@@ -20,7 +20,8 @@
 
 CAPACITY_CHECK(simulator_has_all_buses, SIMULATOR_BUSES_MAX >= MISSION_BUSES_MAX);
 
-/// Longer than the time for which the launcher waits for simulated time to advance.
+/// Time for which the image waits for the operator [ms]; longer than the launcher waits until simulated time
+/// advances.
 #define COSIMULATION_PORT_PATIENCE_MS 200000U
 #define COSIMULATION_PORT_ROUND_MS 100U
 #define COSIMULATION_PORT_ROUNDS 1800U
@@ -31,7 +32,7 @@ typedef struct { // Storage of the image in addition to that of its components.
     osal_shm_t scheduler_shm;
     osal_lockstep_t* scheduler;
     mission_descriptor_t mission;
-    descriptor_files_t files; // For the components: each loads its own descriptor.
+    descriptor_files_t files; // Descriptor files, from which each component loads its own descriptor.
     component_descriptors_t descriptors;
     component_play_outs_t play_outs;
     launcher_relay_t relay;
@@ -44,7 +45,8 @@ typedef struct { // Storage of the image in addition to that of its components.
     simulator_t* simulator;
     cosimulation_port_t cosimulation;
     bool has_cosimulation;
-    unsigned communication; // Participant that receives the octets of the operator.
+    // Participant of the communication component, which receives the octets that the operator sends.
+    unsigned communication;
     return_budget_t returns;
     uint64_t abandon_ns; // Time at which a run without supervisor ends; 0: the run has a supervisor.
     unsigned running;    // Participant that holds the grant.
@@ -114,7 +116,7 @@ static component_runtime_surroundings_t surroundings_of(image_t* const self)
                                               .hub         = &self->hub};
 }
 
-/// Open a component; `own` is the place for its descriptor. Returns null, or the error text.
+/// Open a component; The component loads its descriptor into `own`. Returns null, or the error text.
 static const char* open_component(image_t* const self, const unsigned index,
                                   subsystem_descriptor_t* const own)
 {
@@ -160,7 +162,7 @@ static const char* component_runtime_all(image_t* const self)
 
 // ---- Lives ----
 
-/// Close everything that a component has opened, as the end of its process would.
+/// Close all objects that a component has opened, as the end of its process would.
 static void close_component(image_t* const self, const unsigned index)
 {
     if (self->is_open[index]) {
@@ -184,7 +186,8 @@ static void close_ended(image_t* const self)
     }
 }
 
-/// True if the supervisor may start again, because its budget is not used up.
+/// True if the supervisor may start again, because its budget is not used up. Takes one start from the
+/// budget.
 static bool may_return(image_t* const self)
 {
     const uint64_t now_ns = osal_lockstep_now_ns(self->scheduler);

@@ -9,7 +9,7 @@
 
 #define WORDS_MAX 3U
 #define NS_PER_S 1000000000ULL
-/// Largest number of characters of a wrong value in an error message, so that the reason has room behind it.
+/// Largest number of characters of a wrong value in an error message, so that the reason fits, too.
 #define SHOWN_MAX 120U
 
 const char* launch_options_help(void)
@@ -98,7 +98,7 @@ bool launch_is_path(const char* const text, const char* const ending)
     return (strchr(text, '/') != NULL) || ((length > end) && (strcmp(&text[length - end], ending) == 0));
 }
 
-/// Options that take a number.
+/// Options whose value is a number.
 static const struct {
     const char* option;
     uint64_t least;
@@ -214,7 +214,7 @@ static bool take_name(launch_options_t* const options, const char* const option,
     } else if (value[0] != '\0') {
         *(is_scenario ? &options->scenario : &options->mission) = value;
     } else {
-        // The option is empty: the default stays.
+        // The value is empty: keep the default.
     }
     return true;
 }
@@ -252,7 +252,7 @@ static bool take_path(launch_options_t* const options, const char* const option,
     return (strlen(value) < (LAUNCH_PATH_MAX - 64U)) || fail(error, option, value, "the path is too long");
 }
 
-/// "SUBSYSTEM[:BOARD],..."
+/// Check "SUBSYSTEM[:BOARD],...".
 static bool take_rtos(launch_options_t* const options, const char* const value, char error[LAUNCH_ERROR_MAX])
 {
     static const char allowed[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_,:";
@@ -339,11 +339,11 @@ static bool are_interfaces_sensible(const launch_options_t* const options, char 
     }
     if ((options->sim_interface_count > 0U) && (options->sim_interface_count != count)) {
         return fail(error, "--sim-interface", options->sim_interfaces[0],
-                    "the simulator needs a controller on each bus that flight has one on, or on none");
+                    "the simulator needs a controller on each bus on which flight has one, or on no bus");
     }
     if (!launch_has_simulator(options) && (options->tools != 0U)) {
         return fail(error, "--bus can", "--tools",
-                    "the simulator serves bus tools, and it has no part in this run; attach them to the "
+                    "the simulator serves bus tools, and this run has no simulator; attach them to the "
                     "interface (candump can0)");
     }
     if (!launch_has_simulator(options) && options->is_stepped) {
@@ -397,7 +397,7 @@ static bool are_remotes_sensible(launch_options_t* const options, char error[LAU
            ((options->rtos[0] == '\0') || is_remote_sensible(options, "--rtos", error));
 }
 
-/// Check the options of a run whose links have a delay: the relay needs UDP and a scheduler.
+/// Check the options of a run whose links have a delay, because the relay needs UDP and a scheduler.
 static bool is_delay_sensible(launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
 {
     if (options->delay_ms == 0U) {
@@ -448,7 +448,7 @@ static bool is_image_sensible(const launch_options_t* const options, char error[
                 "the components of the image exchange messages in memory; use --form processes");
 }
 
-/// Check the combinations of options; the error text of an impossible one contains the reason.
+/// Check the combinations of options. If one is impossible, the error text contains the reason.
 static bool is_sensible(const launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
 {
     if (!is_image_sensible(options, error)) {
@@ -506,7 +506,7 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
     if (out_options->world[0] == '\0') {
         out_options->world = out_options->mission;
     }
-    if (!is_time_given) { // The default with real devices is real time.
+    if (!is_time_given) { // With real devices the default is real time.
         out_options->is_stepped = launch_has_simulator(out_options);
     }
     return are_remotes_sensible(out_options, error) && is_delay_sensible(out_options, error) &&

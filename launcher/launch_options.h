@@ -30,7 +30,7 @@ typedef struct {
     uint64_t seed;
     bool is_image;
     bool is_stepped; ///< Discrete time; the default with a simulator.
-    bool is_free;    ///< Every process, also the simulator, has its own clock; there is no scheduler.
+    bool is_free;    ///< Every process, including the simulator, has its own clock; there is no scheduler.
     launch_bus_t bus;
     const char* interfaces[LAUNCH_INTERFACES_MAX]; ///< "BUS=INTERFACE": controllers of flight.
     size_t interface_count;
@@ -60,7 +60,7 @@ typedef struct {
 /// reason.
 bool launch_options_parse(int argument_count, char* const arguments[], launch_options_t* out_options,
                           char error[LAUNCH_ERROR_MAX]);
-/// True if a text is the path of a file, not a name: it has a slash or the ending.
+/// True if a text is the path of a file, not a name: it contains a slash or ends with `ending`.
 bool launch_is_path(const char* text, const char* ending);
 /// True if the simulator takes part: it simulates all buses, except buses with real devices.
 bool launch_has_simulator(const launch_options_t* options);
@@ -70,6 +70,7 @@ bool launch_has_scheduler(const launch_options_t* options);
 const char* launch_time_text(const launch_options_t* options);
 /// Returns the carrier of buses in the words of the command line: "shm", "vcan" or "can".
 const char* launch_bus_text(launch_bus_t bus);
+/// Returns the help text of `hirosco run`.
 const char* launch_options_help(void);
 
 #endif // LAUNCHER_LAUNCH_OPTIONS_H

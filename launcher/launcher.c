@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Supervises a run: its child processes, and the consequences of their ends.
+// Supervises a run: its child processes, and the consequences when one ends.
 #include "launcher/launcher_guard.h"
 #include "launcher/launcher_internal.h"
 
@@ -12,16 +12,18 @@
 #define PROGRESS_FILE_NS 5000000000ULL ///< Wall-clock time between lines if the output is no terminal.
 /// Simulated time for which a mission continues after its operator has ended.
 #define LEFT_NS 2000000000ULL
-#define OPERATOR_HAS_NO_LINK 3  ///< Exit code of `gse`.
+#define OPERATOR_HAS_NO_LINK 3  ///< Exit code of `gse` if it cannot connect.
 #define STALL_NS 30000000000ULL ///< Longest wall-clock time without progress of simulated time.
 /// Longest wall-clock time until simulated time first advances, because all programs must start.
 #define START_NS 120000000000ULL
-/// Wall-clock time after its last grant in which a process must end by itself; then it is asked to end.
+/// Wall-clock time after its last grant in which a process should end by itself; after it the launcher asks
+/// the process to end.
 #define ASK_NS 1000000000ULL
 #define KILL_NS 2000000000ULL ///< Wall-clock time after its last grant until a process is killed.
 /// Simulated time in which the mission must shut down; the supervisor needs 12 s.
 #define DOWN_NS 30000000000ULL
-#define ABANDONED 1U ///< Value of abandon_ns: end the run immediately, even before time begins.
+/// Value of abandon_ns that ends the run immediately, even before simulated time begins.
+#define ABANDONED 1U
 
 bool launcher_refuse(launcher_t* const launcher, const char* const* const words)
 {
@@ -48,8 +50,8 @@ uint64_t launcher_now_ns(const launcher_t* const launcher)
 }
 
 /// Record the end of a participant of the scheduler. True if simulated time determines the instant of the
-/// end: the holder of a grant has ended the participant's life before, or the participant held the grant
-/// itself.
+/// end: either the holder of a grant has already ended the participant's life, or the participant itself held
+/// the grant.
 static bool end_participant(const launcher_t* const launcher, const child_t* const child)
 {
     if (launcher->scheduler == NULL) {
@@ -63,8 +65,8 @@ static bool end_participant(const launcher_t* const launcher, const child_t* con
         osal_lockstep_presence(launcher->scheduler, child->participant, &life) == OSAL_LOCKSTEP_ABSENT;
     const bool is_ended = is_absent || (child->is_component && (life != child->life));
     osal_lockstep_end(launcher->scheduler, child->participant, of);
-    // A terminating signal comes from outside and may arrive at any instant, unlike an error of the process
-    // itself.
+    // SIGKILL and SIGTERM come from another process and may arrive at any instant; an error of the process
+    // itself happens at a determined instant.
     const bool is_from_outside = child->result.was_signalled && ((child->result.code == OSAL_SIGNAL_KILL) ||
                                                                  (child->result.code == OSAL_SIGNAL_END));
     return is_ended || (is_holder && !is_from_outside);
@@ -119,7 +121,7 @@ void launcher_part_lost(launcher_t* const launcher, child_t* const child)
         const bool is_vital  = (strcmp(child->name, "simulator") == 0) || (strcmp(child->name, "image") == 0);
         launcher->abandon_ns = is_vital ? ABANDONED : launcher->abandon_ns;
     } else {
-        // Its unwritten records are still in the spool; the merge at the end reads them.
+        // Records that it has not written are still in the spool; the merge at the end of the run reads them.
     }
     const bool is_determined =
         (child->participant != LAUNCHER_NO_PARTICIPANT) && end_participant(launcher, child);
@@ -146,7 +148,8 @@ static bool may_return(launcher_t* const launcher, child_t* const child)
     return true;
 }
 
-/// Give up the supervisor: end the life that the scheduler expects, at the instant of its start.
+/// Let the scheduler end the next life of the supervisor, which it expects, at the instant at which it would
+/// begin.
 static void give_supervisor_up(const launcher_t* const launcher, const child_t* const child)
 {
     const bool is_supervisor = (launcher->run->components[child->component].apid == SUPERVISOR_APID);
@@ -172,7 +175,7 @@ static void child_ended(launcher_t* const launcher, child_t* const child)
         run_component_t* const component = &launcher->run->components[child->component];
         if ((__atomic_load_n(&component->wanted_life, __ATOMIC_ACQUIRE) != child->life) && is_good) {
             __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_STOPPED, __ATOMIC_RELEASE);
-            (void)end_participant(launcher, child); // The supervisor has ordered this end.
+            (void)end_participant(launcher, child); // The supervisor has ordered the end of this process.
             return;
         }
         if (may_return(launcher, child)) {
@@ -183,11 +186,12 @@ static void child_ended(launcher_t* const launcher, child_t* const child)
     } else if (!is_good) {
         launcher_part_lost(launcher, child);
     } else if (!is_over && (strcmp(child->name, "operator") != 0)) {
-        launcher_part_lost(launcher, child); // The exit code is 0, but the end is too early.
+        launcher_part_lost(launcher, child); // The exit code is 0, but the process has ended too early.
     } else if (strcmp(child->name, "operator") == 0) {
         launcher->left_ns = launcher_now_ns(launcher) + 1U;
         if (child->participant != LAUNCHER_NO_PARTICIPANT) {
-            (void)end_participant(launcher, child); // It may have ended before it joined as a participant.
+            // The operator may have ended before it joined as a participant.
+            (void)end_participant(launcher, child);
         } else if (launcher->options.is_image && (launcher->left_ns == 1U)) {
             // Time has not begun, because the image waits for the operator.
             launcher->is_cut_short = true;
@@ -217,8 +221,8 @@ static void reap(launcher_t* const launcher)
     }
 }
 
-/// End a process whose life has ended. Participants of the scheduler end by themselves; others, and those
-/// that have not ended in time, are asked to end; a process that hangs is killed.
+/// End a process whose life has ended. Participants of the scheduler end by themselves. Other processes, and
+/// those that do not end in time, are asked to end by a signal; a process that does not react is killed.
 static void end_child(child_t* const child, const run_component_t* const component,
                       const bool is_in_scheduler)
 {
@@ -235,7 +239,7 @@ static void end_child(child_t* const child, const run_component_t* const compone
         (void)osal_process_stop(&child->process, false);
         child->is_asked = true;
     } else {
-        // The scheduler has ended its life, or it was asked to end: wait.
+        // The process ends by itself, or was asked to end a short time ago: wait.
     }
 }
 
@@ -256,7 +260,8 @@ static void perform_orders(launcher_t* const launcher)
                     (osal_clock_monotonic_ns() >= launcher->return_wall_ns))) {
             launcher_start_component(launcher, child);
         } else {
-            // The process has ended as ordered, or has died: the supervisor decides about the reaction.
+            // Either the process has ended as ordered, or it has died and the supervisor decides about the
+            // reaction.
         }
     }
 }

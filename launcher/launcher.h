@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The launcher: the parent of all processes of a run. It creates the shared objects and the folder of the
-/// run, starts the processes, starts those again that the supervisor orders, and removes the shared objects
-/// at the end.
+/// The launcher: the parent of all processes of a run. It creates the folder and the shared objects of the
+/// run, starts the processes, starts processes again when the supervisor orders this, and removes the shared
+/// objects at the end.
 ///
 /// Ownership  The program places launcher_t.
 /// Context    One task.
@@ -28,12 +28,12 @@ typedef struct { // Private: one child process.
     bool has_run;
     bool is_component;
     bool is_seen;             // Its output appears on the terminal instead of in console.log.
-    unsigned component;       // Index of the component that it runs, if it runs one.
+    unsigned component;       // Index of the component that the process runs, if is_component.
     unsigned participant;     // Number as participant of the scheduler; OSAL_LOCKSTEP_PARTICIPANTS_MAX: none.
     uint32_t life;            // Life of the component that it was started for.
     uint64_t started_ns;      // Wall-clock time at which this life of a component was started.
-    uint64_t asked_to_end_ns; // Wall-clock time since which it must end; 0: it must run.
-    bool is_asked;            // A signal has asked it to end.
+    uint64_t asked_to_end_ns; // Wall-clock time since which the process must end; 0: it must run.
+    bool is_asked;            // A signal has asked the process to end.
     osal_process_result_t result;
     uint64_t memory_high_kib; // Peak memory of all its lives.
 } child_t;
@@ -52,7 +52,8 @@ typedef struct { // Private: the interfaces of one bus; "" if there is none.
 typedef struct {
     unsigned holder;
     uint32_t grants;
-    uint64_t since_ns;     // Wall-clock time at which it was first found to hold this grant; 0: no holder.
+    // Wall-clock time at which the launcher first saw that it holds this grant; 0: no holder.
+    uint64_t since_ns;
     uint64_t processor_ns; // Processor time that it had used at that time.
     uint64_t step_ns;      // Without a scheduler: last step of the supervisor at that time.
     // Wall-clock time since which simulated time has waited for a participant to join; 0: none.
@@ -76,12 +77,13 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     osal_socket_t links[RUN_LINKS_MAX];
     osal_socket_t relays[RUN_LINKS_MAX]; // Sockets to which the producers send, if there is a relay.
     launcher_bus_t buses[MISSION_BUSES_MAX];
-    uint32_t late_frames; // Sums over all buses with announced frames.
+    uint32_t late_frames; // Sum over all buses with announced frames; the next two also.
     uint32_t lost_frames;
     uint32_t external_frames;
-    uint32_t bus_cuts;                                 // How often an interface was lost while it was in use.
+    // Number of times that an interface was lost while it was in use.
+    uint32_t bus_cuts;
     int tool_code;                                     // Exit code of the last tool.
-    uint32_t memory_limit_kib[MISSION_SUBSYSTEMS_MAX]; // Limits of the address space.
+    uint32_t memory_limit_kib[MISSION_SUBSYSTEMS_MAX]; // Limits of the address space of the components.
     child_t children[LAUNCHER_CHILDREN_MAX];
     size_t child_count;
     struct guard* guard; // Process that cleans up if this one is killed; null: there is no guard.
@@ -94,16 +96,17 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     uint64_t first_simulated_ns;
     uint64_t last_wall_ns;
     uint64_t last_simulated_ns;
-    uint64_t abandon_ns;         // Simulated time at which a run that does not shut down by itself is ended.
-    uint64_t left_ns;            // Simulated time at which the operator ended with exit code 0, + 1.
-    uint64_t moved_simulated_ns; // Last advance of simulated time: its value, and the wall-clock time.
+    uint64_t abandon_ns; // Simulated time at which a run that does not shut down by itself is ended.
+    uint64_t left_ns;    // Simulated time at which the operator ended with exit code 0, + 1.
+    // Simulated time when its last advance was seen; the next field has the wall-clock time.
+    uint64_t moved_simulated_ns;
     uint64_t moved_wall_ns;
     launcher_watch_t watch;
     bool is_cut_short;       // The run was ended at an instant that simulated time does not determine.
     bool is_ended_by_user;   // Ended by Ctrl-C or --duration: the script of the operator may lose its link.
     bool is_broken;          // A process of the run has died.
     return_budget_t returns; // Budget of the supervisor.
-    uint64_t return_wall_ns; // Wall-clock time at which the supervisor must be started again.
+    uint64_t return_wall_ns; // Wall-clock time at which the launcher must start the supervisor again.
     bool is_undetermined;    // A process died at an instant that simulated time does not determine.
     int exit_code;
     char reason[LAUNCHER_REASON_MAX];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CAN buses of a run: shared memory; virtual interfaces, which are created and removed; or real
-// controllers, which are checked.
+// The CAN buses of a run. They are rings in shared memory, or virtual interfaces, which the launcher creates
+// and removes, or real controllers, which it checks.
 #include "launcher/launcher_internal.h"
 
 #include "osal/include/osal/can.h"
@@ -130,15 +130,15 @@ static bool is_fit(launcher_t* const launcher, const mission_bus_t* const wanted
         return refuse(launcher, name, " is down; as root: ip link set up ", name, "");
     }
     if (seen->is_bus_off) {
-        return refuse_state(launcher, name, " is bus-off; look at wiring and termination", "");
+        return refuse_state(launcher, name, " is bus-off; check wiring and termination", "");
     }
     return true;
 }
 
 // ---- Virtual interfaces ----
 
-/// Use the existing interface, or create it. An existing interface with our label was left by a run that was
-/// killed.
+/// Use the existing interface, or create it. If an existing interface has LABEL, a run that was killed has
+/// created it, and this run removes it.
 static bool have_virtual(launcher_t* const launcher, launcher_bus_t* const bus,
                          const mission_bus_t* const wanted, const char* const name, bool* const out_is_made)
 {
@@ -216,7 +216,7 @@ static bool look_at_controllers(launcher_t* const launcher, launcher_bus_t* cons
     const char* const simulated =
         interface_of(options->sim_interfaces, options->sim_interface_count, wanted->name);
     if ((flight == NULL) && (wanted->redundant_to[0] != '\0')) {
-        return true; // This bus is a channel B that does not exist in this run.
+        return true; // The bus is a channel B, which this run does not have.
     }
     if (flight == NULL) {
         return refuse(launcher, "no interface is named for bus ", wanted->name,
@@ -258,7 +258,7 @@ static bool are_buses_known(launcher_t* const launcher, const char* const* const
 
 // ---- All of them ----
 
-/// Write the address of a bus: "shm:SHARED", "can:INTERFACE" or "can:INTERFACE@SHARED".
+/// Compose the address of a bus: "shm:SHARED", "can:INTERFACE" or "can:INTERFACE@SHARED".
 static void write_address(char out_address[RUN_NAME_MAX], const char* const interface,
                           const char* const shared)
 {
@@ -295,7 +295,7 @@ static bool make_bus(launcher_t* const launcher, const uint16_t index)
     if ((launcher->options.bus == LAUNCH_BUS_CAN) && (bus->flight[0] == '\0')) {
         return true;
     }
-    // The devices are real, so there is no shared memory for counts.
+    // If the devices are real, no simulator counts the frames: the bus has no shared memory for counts.
     if (!launch_has_simulator(&launcher->options)) {
         write_address(address->flight, bus->flight, "");
         return true;
@@ -349,7 +349,7 @@ static void print_hand_over(launcher_t* const launcher, const char* const bus, c
     text_add_unsigned(&text, counts.lost);
     text_add(&text, " not at all; ");
     text_add_unsigned(&text, counts.external);
-    text_add(&text, " came from others; an end lost its interface ");
+    text_add(&text, " came from outside the run; an end lost its interface ");
     text_add_unsigned(&text, counts.cuts);
     text_add(&text, " times");
     osal_console_say(line);

@@ -91,7 +91,7 @@ static void add_world(arguments_t* const arguments, const launcher_t* const laun
     arguments_add_number(arguments, "--seed", launcher->options.seed);
 }
 
-/// Add "--OPTION BUS=ADDRESS", if there is an address.
+/// Add "--OPTION BUS=ADDRESS" if the address is not empty.
 static void add_bus(arguments_t* const arguments, const char* const option, const char* const name,
                     const char* const address)
 {
@@ -126,8 +126,8 @@ static void add_buses(arguments_t* const arguments, const launcher_t* const laun
     }
 }
 
-/// Add the participant of each component for the simulator: once with the name of its program (as in
-/// run.json), once with the name of the component.
+/// Add the numbers of the components as participants, for the simulator: each with the name of its program
+/// (as in run.json) and again with the name of the component.
 static void add_processes(arguments_t* const arguments, const launcher_t* const launcher)
 {
     for (uint16_t i = 0U; i < launcher->mission.subsystem_count; i++) {
@@ -165,7 +165,8 @@ static void start_simulator(launcher_t* const launcher)
         arguments_add_number(&arguments, "--cosimulation-participant", run_operator(launcher->run));
         arguments_add_number(&arguments, "--cosimulation-receiver", run_participant(communication));
     }
-    if (!launcher->options.is_stepped) { // Real time of the simulator or of the scheduler.
+    // In real time, the simulator or the scheduler follows the clock of the machine.
+    if (!launcher->options.is_stepped) {
         arguments_add_option(&arguments, "--time", "real");
         arguments_add_number(&arguments, "--origin", launcher->run->origin_ns);
         arguments_add(&arguments, "--live");
@@ -246,7 +247,7 @@ static void start_operator(launcher_t* const launcher)
     if (launcher->run->is_stepped) {
         arguments_add_option(&arguments, "--cosimulation", launcher->cosimulation);
     }
-    // The image creates its own scheduler; the operator does not take part in the scheduler of the launcher.
+    // The image creates a scheduler of its own, in which the operator takes part.
     const bool is_ours = (launcher->scheduler != NULL) && !launcher->options.is_image;
     child_t* const child =
         new_child(launcher, "operator", is_ours ? run_operator(launcher->run) : LAUNCHER_NO_PARTICIPANT);

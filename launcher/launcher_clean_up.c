@@ -8,9 +8,9 @@
 #include "osal/include/osal/file.h"
 #include "osal/include/osal/mqueue.h"
 
-/// Wall-clock time after which remaining children are asked to end, and after which they are killed. An
-/// operator that has joined does not react to the request; it ends by itself, but slowly on an emulated or
-/// loaded machine.
+/// Wall-clock time after which remaining children are asked to end, and after which they are killed. The
+/// `operator` process does not react to the request after it has joined. It ends by itself, which takes long
+/// on an emulated or loaded machine.
 #define END_ASKED_NS 500000000ULL
 #define END_FORCED_NS 30000000000ULL
 /// Exit codes of the report.
@@ -63,7 +63,7 @@ static void end_children(launcher_t* const launcher)
     }
 }
 
-/// Remove the names of memories and queues of data flows that a killed component has left.
+/// Remove the names of shared memories and message queues of data flows that a killed component has left.
 static void remove_flows(const run_state_t* const run)
 {
     for (unsigned i = 0U; i < RUN_FLOWS_MAX; i++) {
@@ -84,7 +84,7 @@ void launcher_remove_all(const char* const identity)
 {
     char prefix[RUN_NAME_MAX];
     (void)text_join(prefix, sizeof prefix, (const char* const[]){"/", identity, ".", NULL});
-    (void)osal_shm_each(prefix, remove_name, NULL); // Also removes the co-simulation port.
+    (void)osal_shm_each(prefix, remove_name, NULL); // This also removes the co-simulation port.
     launcher_remove_computers(identity);
 }
 
@@ -161,7 +161,8 @@ static void draw_report(launcher_t* const launcher)
     if (run_tool(launcher, &report, "report", true)) {
         return;
     }
-    if (launcher->tool_code == REPORT_FIGURES_FAILED) { // The report also writes this result into run.json.
+    // The report program has already written this result into run.json.
+    if (launcher->tool_code == REPORT_FIGURES_FAILED) {
         (void)launcher_fail(launcher, "figures missing or out of their bounds",
                             "; see report.html and run.json");
     } else if (launcher->tool_code == REPORT_FIGURES_UNKNOWN) {
@@ -175,7 +176,7 @@ static void draw_report(launcher_t* const launcher)
 void launcher_clean_up(launcher_t* const launcher)
 {
     if (launcher->run == NULL) {
-        // Without a run state, only interfaces may exist, because they are created first.
+        // Interfaces are created before the run state, so they may exist without it.
         launcher_remove_buses(launcher);
         return;
     }

@@ -16,7 +16,7 @@
 #define TOOL_PATH "PATH=/usr/sbin:/usr/bin:/sbin:/bin"
 #define WORDS_MAX 18U
 #define WORD_MAX 16U
-/// Size of the queue: two seconds of two links at 2 kHz. The longest delay is half a second.
+/// Size of the netem queue [frames]: two seconds of two links at 2 kHz. The longest delay is half a second.
 #define NETEM_FRAMES "10000"
 #define RECEIVE_OCTETS 425984U
 /// Longest wall-clock time until each computer knows all TIPC names.
@@ -100,7 +100,7 @@ static void write_us(char* const word, const size_t capacity, const uint32_t us)
     text_add(&text, "us");
 }
 
-/// Configure one end of the delayed network: netem delays the frames that leave there, reorders them by
+/// Configure one end of the network with delay: netem delays the frames that leave this end, reorders them by
 /// jitter, and loses some. Its queue must have room for all delayed frames.
 static bool delay_link_end(launcher_t* const launcher, const char* const name, const unsigned computer)
 {
@@ -323,7 +323,7 @@ static bool has_relay(const run_state_t* const run)
     return (run->relay.delay_us > 0U) && !run->relay.is_network;
 }
 
-/// Open the sockets of all components of one on-board computer, in its namespace.
+/// Open the sockets of all components of one on-board computer in its network namespace.
 static bool open_on_computer(launcher_t* const launcher, const unsigned computer)
 {
     run_state_t* const run  = launcher->run;
@@ -367,12 +367,12 @@ static bool wait_for_names(launcher_t* const launcher, const uint32_t type, cons
             status = osal_socket_wait_readable(&watch, NEIGHBOUR_ROUND_MS);
             status = (status == STATUS_TIMEOUT) ? STATUS_OK : status;
         } else {
-            // The topology service has ended the watch.
+            // The topology service has ended the watch, so no more names are reported.
         }
     }
     osal_socket_close(&watch);
     return (seen >= expected) || launcher_fail(launcher,
-                                               "the on-board computers do not see each other's TIPC names; "
+                                               "the on-board computers do not know each other's TIPC names; "
                                                "see `tipc link list` in their namespaces",
                                                "");
 }
@@ -394,8 +394,8 @@ static bool wait_for_neighbours(launcher_t* const launcher)
     return is_seen;
 }
 
-/// Store the identities by which receivers recognise the sockets of their peers. Call it after the wait for
-/// the names, because a TIPC node gets its address some time after its bearer is up.
+/// Store the identities by which receivers recognise the sockets of their peers. Must be called after the
+/// wait for the names, because a TIPC node gets its address some time after its bearer is up.
 static bool note_identities(launcher_t* const launcher)
 {
     const bool is_tipc =
@@ -405,7 +405,8 @@ static bool note_identities(launcher_t* const launcher)
         is_noted = (osal_tipc_identity(&launcher->messages[i],
                                        &launcher->run->components[i].message_identity) == STATUS_OK);
     }
-    return is_noted || launcher_fail(launcher, "cannot number the TIPC sockets of the components", "");
+    return is_noted ||
+           launcher_fail(launcher, "cannot read the identities of the components' TIPC sockets", "");
 }
 
 bool launcher_open_sockets(launcher_t* const launcher)

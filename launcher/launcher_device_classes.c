@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks the data sheets from which the device classes of this build were made.
+// Checks that the data sheets of the device classes are those from which this build was made.
 #include "launcher/launcher_internal.h"
 
 #include "fsw/canopen/device_profile.h"

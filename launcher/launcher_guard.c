@@ -6,10 +6,10 @@
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/console.h"
 
-#define LOOK_MS 20U     ///< Interval of checks until the run state exists.
-#define STAY_MS 60000U  ///< Interval of checks afterwards; the end of the launcher ends the wait immediately.
+#define LOOK_MS 20U     ///< Interval of checks until the launcher has created the run state.
+#define STAY_MS 60000U  ///< Interval of checks afterwards; the end of the launcher ends the wait earlier.
 #define GONE_MS 30000U  ///< Longest time until killed children have ended.
-#define OWN_ARGUMENTS 3 ///< Number of arguments before the options: program, word and identity.
+#define OWN_ARGUMENTS 3 ///< Number of arguments before the options: program, the word `guard`, identity.
 
 // ---- The launcher's side ----
 

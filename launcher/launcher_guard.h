@@ -16,7 +16,7 @@ typedef struct guard { // Private, except `starts`.
     const char* arguments[GUARD_ARGUMENTS_MAX];
     char identity[RUN_IDENTITY_MAX];
     osal_process_t process;
-    unsigned starts; ///< 1, and 1 more for each time that it was killed.
+    unsigned starts; ///< 1, and one more for each time that a guard was killed and started again.
 } guard_t;
 
 /// Start the guard before a run is prepared, with the options of the run, which must stay valid. If it cannot

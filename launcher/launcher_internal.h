@@ -7,22 +7,27 @@
 #include "launcher/launcher.h"
 #include "base/text.h"
 
+/// Interval of checks in a run without a scheduler or in stepped time [ms].
 #define LAUNCHER_LOOP_MS 20U
-/// Interval of checks in real time; short, because a hang must be detected soon.
+/// Interval of checks if the scheduler works in real time [ms]; short, because a hang must be detected soon.
 #define LAUNCHER_REAL_LOOP_MS 5U
 #define LAUNCHER_NO_PARTICIPANT OSAL_LOCKSTEP_PARTICIPANTS_MAX
 
-/// launcher_children.c: starting children.
-/// Returns the path of the project's own Python interpreter if it exists, otherwise of the system's.
+/// launcher_children.c: start children. Returns the path of the project's own Python interpreter if it
+/// exists, otherwise of the system's.
 const char* launcher_python(void);
+/// Start a child with its arguments; it inherits the descriptors. If it cannot be started, the run fails.
 void launcher_start_child(launcher_t* launcher, child_t* child, const arguments_t* arguments,
                           const int* descriptors, size_t descriptor_count);
+/// Start the process of a component (or its proxy) for its present life.
 void launcher_start_component(launcher_t* launcher, child_t* child);
+/// Start all children of a run.
 void launcher_start_all(launcher_t* launcher);
 
 /// launcher_computers.c: on-board computers, and the sockets of messages and links on them. Check the
 /// requirements of the options before anything is created. False: `reason` says what is missing.
 bool launcher_check_system(launcher_t* launcher);
+/// Create the on-board computers of the run, if it has more than one. False: `reason` says why not.
 bool launcher_make_computers(launcher_t* launcher);
 /// Remove the namespaces of a run with this identity; no effect if there are none.
 void launcher_remove_computers(const char* identity);
@@ -32,6 +37,7 @@ bool launcher_open_sockets(launcher_t* launcher);
 /// Let sockets and processes that are created from now on belong to that computer; no effect with one
 /// computer.
 bool launcher_enter_computer(launcher_t* launcher, unsigned computer);
+/// Return to the network namespace of the launcher.
 void launcher_leave_computer(launcher_t* launcher);
 
 /// launcher_device_classes.c: check that the data sheets in descriptors/devices are those from which the
@@ -47,9 +53,10 @@ bool launcher_has_proxy(const launcher_t* launcher, unsigned component);
 /// Add program and arguments of a component's process, or of its proxy.
 void launcher_add_component(const launcher_t* launcher, unsigned component, arguments_t* arguments);
 
-/// launcher_limits.c: set the limits of memory and descriptors of subsystems. False: `reason` says which
-/// limit is too low. A limit that the mission does not define is derived from the program and printed.
+/// launcher_limits.c: determine the limits of memory and descriptors for each subsystem. False: `reason` says
+/// which limit is too low. A limit that the mission does not define is derived from the program and printed.
 bool launcher_set_limits(launcher_t* launcher, const char* mission_path);
+/// Write the limits of the child into the description of its start.
 void launcher_limit(const launcher_t* launcher, const child_t* child, osal_process_start_t* start);
 /// Check whether a child has ended, and store its peak memory. True only once for each end.
 bool launcher_has_ended(const launcher_t* launcher, child_t* child);
@@ -83,11 +90,13 @@ bool launcher_is_starved(launcher_t* launcher);
 /// Returns the name of the process that holds the grant, for messages.
 const char* launcher_holder(launcher_t* launcher);
 
-/// launcher.c: returns mission time.
+/// launcher.c: returns mission time [ns]: simulated time, or without a scheduler the time since the origin of
+/// the run.
 uint64_t launcher_now_ns(const launcher_t* launcher);
+/// Read a flag in shared memory.
 bool launcher_is_flag(const uint32_t* flag);
-/// Let the run fail, with the words of a list (null at the end) as its reason; only the first reason is
-/// kept. Returns false.
+/// Let the run fail, with the concatenated words of a list (null at the end) as its reason; only the first
+/// reason is kept. Returns false.
 bool launcher_refuse(launcher_t* launcher, const char* const* words);
 /// Like launcher_refuse, with two words. Returns false, so that a step of the preparation can return it.
 bool launcher_fail(launcher_t* launcher, const char* what, const char* detail);

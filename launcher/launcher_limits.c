@@ -5,8 +5,8 @@
 
 #include "osal/include/osal/console.h"
 
-/// Address space in addition to the program itself [KiB]: shared libraries, stacks, and the shared memories
-/// of a run.
+/// Address space for everything except the program itself [KiB]: shared libraries, stacks, and the shared
+/// memories of a run.
 #define BESIDE_KIB 8192U
 /// Largest number of open descriptors: twice the sockets and memories of all links and the files of all
 /// stores.
@@ -20,7 +20,8 @@ static void begin_line(text_t* const text, const char* const mission_path,
     text_add(text, ": ");
 }
 
-/// Returns a quarter more than the program and its other mappings need [KiB].
+/// Returns the limit for a program of this size [KiB]: what it and its other mappings need, and a quarter
+/// more.
 static uint32_t derived_kib(const uint64_t octets)
 {
     const uint64_t needed_kib = (octets / 1024U) + BESIDE_KIB;
@@ -35,7 +36,7 @@ static bool set_limit(launcher_t* const launcher, const char* const mission_path
     uint64_t octets = 0U;
     (void)text_join(path, sizeof path,
                     (const char* const[]){launcher->program_folder, subsystem->executable, NULL});
-    // Fails for a script, which has no size of its own.
+    // This fails for a script, which is no executable with a size of its own.
     const status_t status = osal_process_loaded_size(path, &octets);
     if ((status == STATUS_OK) && (subsystem->memory_kib > 0U) && (subsystem->memory_kib < (octets / 1024U))) {
         text_t text = text_in(launcher->reason, sizeof launcher->reason);

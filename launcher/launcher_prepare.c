@@ -14,7 +14,7 @@
 
 #define IDENTITY "hirosco-"
 #define FAMILY "/" IDENTITY ///< Beginning of the names of all shared objects of runs.
-/// Time limit in the scheduler for a process that stops in the middle of a hand-over.
+/// Longest wall-clock time for which a stopped process may block the scheduler in real time.
 #define REAL_PATIENCE_NS 40000000ULL
 #define PORT_TRIES 200U
 #define FOLDER_TRIES 1000U
@@ -82,7 +82,8 @@ static bool choose_methods(launcher_t* const launcher, const char* const mission
         static const char* const names[] = {"shm", "tipc", "udp"};
         const bool is_spread = (options->computers > 1U) && (links == (uint8_t)RTLINK_METHOD_SHARED_MEMORY);
         options->links       = names[links];
-        if (is_spread) { // Shared memory within a computer; between computers, the carrier of messages.
+        // Links within a computer use shared memory; links between computers use the carrier of messages.
+        if (is_spread) {
             options->links = (strcmp(options->transport, "tipc") == 0) ? "shm tipc" : "shm udp";
         }
     }
@@ -278,8 +279,9 @@ static bool check_owner(launcher_t* const launcher, osal_file_t* const file, con
                                                            ": the storage cannot be used: ", path, NULL});
 }
 
-/// Refuse the storage of another mission: its schedules, definitions and stores identify subsystems, modes
-/// and services by numbers that have another meaning in this mission.
+/// Claim the storage for this mission. The storage of another mission is refused, because its schedules,
+/// definitions and stores identify subsystems, modes and services by numbers that have another meaning in
+/// this mission.
 static bool claim_storage(launcher_t* const launcher)
 {
     char path[LAUNCH_PATH_MAX + 32U];
@@ -321,8 +323,8 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
         return false;
     }
     (void)text_join(run->key, sizeof run->key, (const char* const[]){launcher->key_path, NULL});
-    // A scheduler is also used in real time, because simulated devices need it; only free-running time has
-    // none.
+    // A scheduler is also used in real time, because simulated devices need it; only a run in free-running
+    // time has none.
     run->is_stepped      = launch_has_scheduler(&launcher->options);
     run->has_simulator   = launch_has_simulator(&launcher->options);
     run->is_real         = !launcher->options.is_stepped;
@@ -356,7 +358,7 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
     return true;
 }
 
-/// Let the scheduler begin the next life of a supervisor that dies after its declared boot time.
+/// Let the scheduler begin the next life of the supervisor one boot time after its death.
 static void let_supervisor_return(const launcher_t* const launcher)
 {
     unsigned index = 0U;
@@ -406,7 +408,7 @@ static bool make_checkpoint(launcher_t* const launcher)
         (osal_shm_create(&shm, name, sizeof(checkpoint_t)) != STATUS_OK)) {
         return launcher_fail(launcher, "cannot make shared memory for the supervisor ", name);
     }
-    osal_shm_close(&shm); // The memory exists as long as its name.
+    osal_shm_close(&shm); // The memory exists until its name is removed.
     return true;
 }
 
@@ -469,8 +471,8 @@ static bool write_ground_files(launcher_t* const launcher)
             launcher_fail(launcher, "no room for run.json in ", launcher->run->folder));
 }
 
-/// Place the co-simulation port in the folder of shared memories. Therefore a container with its own
-/// /dev/shm has its own ports even if its process numbers begin with 1, and the clean-up after a killed
+/// Place the co-simulation port in the folder of shared memories. Therefore containers, each with its own
+/// /dev/shm, have separate ports even if the process numbers are the same, and the clean-up after a killed
 /// launcher removes the port.
 static void name_cosimulation(launcher_t* const launcher)
 {
@@ -521,7 +523,7 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
         write_ground_files(launcher);
     if (is_ready) {
         name_cosimulation(launcher);
-        // All processes have started by then.
+        // Time begins 0.3 s later, when all processes have started.
         launcher->run->origin_ns = osal_clock_monotonic_ns() + 300000000U;
     }
     return is_ready;
@@ -540,7 +542,7 @@ void launcher_take_over(launcher_t* const launcher, const launch_options_t* cons
     // Simulated time does not determine the instant of the launcher's death.
     launcher->is_undetermined = true;
     launcher->is_broken       = true;
-    // Drops an error of reading the mission, which may have become unreadable.
+    // An error while the mission was read is dropped: the mission may have become unreadable.
     launcher->reason[0] = '\0';
     (void)launcher_fail(launcher, "launcher was killed; all others died with it", "");
     if (run == NULL) {

@@ -5,7 +5,8 @@
 #include "fsw/framework/rtlink/link_frame.h"
 
 #define PATIENCE_MS 100U
-#define TRIES 50U ///< Waits for announced datagrams: together five seconds of wall-clock time.
+/// Number of waits for announced datagrams: 50 waits of 100 ms are five seconds of wall-clock time.
+#define TRIES 50U
 
 CAPACITY_CHECK(a_frame_fits, RELAY_FRAME_MAX >= LINK_FRAME_MAX);
 CAPACITY_CHECK(every_link_is_relayed, RELAY_LINKS_MAX >= RUN_LINKS_MAX);
@@ -37,7 +38,7 @@ const char* launcher_relay_open(launcher_relay_t* const self, run_state_t* const
     return (status == STATUS_OK) ? NULL : "the relay cannot open a socket to send";
 }
 
-/// Read a socket until it is empty. Returns the number of datagrams.
+/// Receive from a socket until it is empty. Returns the number of datagrams received.
 static uint32_t receive_link(launcher_relay_t* const self, const unsigned link, const uint64_t now_ns)
 {
     uint8_t frame[LINK_FRAME_MAX];
@@ -60,7 +61,7 @@ static uint32_t receive_all(launcher_relay_t* const self, const uint64_t now_ns)
     return taken;
 }
 
-/// Wait until a frame of a producer can be read; at most PATIENCE_MS, divided among the open sockets.
+/// Wait until a frame of a producer can be read; at most PATIENCE_MS, which the open sockets share equally.
 static void wait_for_frame(launcher_relay_t* const self)
 {
     uint32_t open = 0U;
@@ -89,8 +90,8 @@ static void take_announced(launcher_relay_t* const self, const osal_grant_t* con
     }
 }
 
-/// Send a frame to its consumer and announce it, unless the present life of the consumer refuses the epoch
-/// of the frame.
+/// Send a frame to its consumer and announce it. A frame whose epoch the present life of the consumer refuses
+/// is dropped.
 static void pass_on(launcher_relay_t* const self, const relay_frame_t* const frame)
 {
     const unsigned component         = self->run->relay.consumers[frame->link];
@@ -110,8 +111,8 @@ uint64_t launcher_relay_step(launcher_relay_t* const self, const osal_grant_t* c
     FSW_ASSERT((self != NULL) && (grant != NULL));
     run_relay_t* const shown = &self->run->relay;
     take_announced(self, grant);
-    // The relay runs last in a time step: consumers receive the frames in the next step. Therefore a frame
-    // is due for the relay one step before it is due for its consumer.
+    // The relay runs last in a time step, so consumers receive the frames in the next step. Therefore the
+    // relay sends a frame one step before the frame is due for its consumer.
     const uint64_t read_ns = grant->now_ns + RUN_STEP_NS;
     for (const relay_frame_t* frame = relay_give(&self->relay, read_ns); frame != NULL;
          frame                      = relay_give(&self->relay, read_ns)) {

@@ -14,14 +14,14 @@
 #include "sim/relay/relay.h"
 
 #define LAUNCHER_RELAY_JITTER 0.1 ///< Jitter as a share of the delay.
-#define LAUNCHER_RELAY_LOSS 0.05
+#define LAUNCHER_RELAY_LOSS 0.05  ///< Share of the frames that are lost.
 /// The same share for netem, which delays the network between two computers.
 #define LAUNCHER_RELAY_LOSS_TEXT "5%"
 
 typedef struct { // Private.
     run_state_t* run;
     osal_lockstep_t* scheduler;
-    osal_socket_t sockets[RUN_LINKS_MAX]; // Receive frames of the producers.
+    osal_socket_t sockets[RUN_LINKS_MAX]; // Each receives the frames that the producer of one link sends.
     osal_socket_t sender;
     relay_t relay;
 } launcher_relay_t;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Support of subsystems whose programs are for another processor: of another byte order, or on a board with a
-// real-time operating system. Each runs in an emulator, with a native proxy.
+// Support of subsystems whose programs are for another processor: one of another byte order, or a board with
+// a real-time operating system. An emulator runs each program, and a native proxy connects it with the run.
 #include "launcher/launcher_internal.h"
 
 #include "base/assertion.h"
@@ -12,15 +12,16 @@
 typedef struct {
     const char* option;
     const char* runner;
-    const char* package; ///< That has the runner.
-    const char* folder;  ///< Of its programs.
-    const char* target;  ///< Of make, which builds them.
-    const char* board;   ///< Null: the program is a process.
+    const char* package; ///< Debian package that contains the emulator.
+    const char* folder;  ///< Folder of the programs for this processor.
+    const char* target;  ///< Command that builds these programs.
+    /// Name of the emulated board; null: the program is a process of another byte order.
+    const char* board;
 } processor_t;
 
 static const processor_t big_endian = {"--remote-endian: ", "/usr/bin/qemu-s390x", "qemu-user",
                                        "build/s390x/bin/",  "make remote-endian",  NULL};
-// The first is the one of an option that names no board.
+// The first board is the default of the option.
 static const processor_t boards[] = {{"--rtos: ", "/usr/bin/qemu-system-arm", "qemu-system-arm",
                                       "build/mps2-an500/bin/", "make rtos", "mps2-an500"},
                                      {"--rtos: ", "/usr/bin/qemu-system-arm", "qemu-system-arm",
@@ -35,7 +36,7 @@ typedef struct {
     size_t board_length;
 } choice_t;
 
-/// The next part of the list; *list is moved behind it. False: there is none.
+/// Take the next part of the list and move *list after it. False: the list has ended.
 static bool next_choice(const char** const list, choice_t* const out_choice)
 {
     const char* const text = *list;
@@ -58,7 +59,7 @@ static bool is_same(const char* const name, const char* const text, const size_t
     return (strlen(name) == length) && (strncmp(name, text, length) == 0);
 }
 
-/// Null: there is no such board.
+/// Returns the board of a choice, or null if there is no such board.
 static const processor_t* board_of(const choice_t* const choice)
 {
     for (size_t i = 0U; i < BOARDS; i++) {
@@ -69,7 +70,7 @@ static const processor_t* board_of(const choice_t* const choice)
     return NULL;
 }
 
-/// The processor of a component's program; null: this one.
+/// Returns the processor of a component's program, or null if the program is native.
 static const processor_t* processor_of(const launcher_t* const launcher, const unsigned component)
 {
     const char* const name = launcher->mission.subsystems[component].name;
@@ -91,7 +92,7 @@ bool launcher_has_proxy(const launcher_t* const launcher, const unsigned compone
     return processor_of(launcher, component) != NULL;
 }
 
-/// Append three texts to the reason.
+/// Refuse the run; the reason consists of the three texts. Returns false.
 static bool refuse(launcher_t* const launcher, const char* const option, const char* const what,
                    const char* const detail)
 {
@@ -100,7 +101,7 @@ static bool refuse(launcher_t* const launcher, const char* const option, const c
     return launcher_fail(launcher, line, detail);
 }
 
-/// The program of a component can be that of the processor, and all that it needs is there.
+/// Check that the component may use a program for this processor, and that program and emulator exist.
 static bool check(launcher_t* const launcher, const processor_t* const processor, const unsigned component)
 {
     char program[LAUNCH_PATH_MAX];
@@ -129,7 +130,7 @@ static bool check(launcher_t* const launcher, const processor_t* const processor
     return true;
 }
 
-/// Index of the subsystem of that name, or the number of subsystems.
+/// Returns the index of the subsystem of that name, or the number of subsystems if there is none.
 static unsigned find(const launcher_t* const launcher, const char* const name, const size_t length)
 {
     unsigned component = 0U;
@@ -140,7 +141,8 @@ static unsigned find(const launcher_t* const launcher, const char* const name, c
     return component;
 }
 
-/// Check one subsystem of an option whose text is `value`. `processor` null: there is no such board.
+/// Check one subsystem that an option names; `value` is the text of the option. `processor` null: there is no
+/// such board.
 static bool check_name(launcher_t* const launcher, const processor_t* const processor, const char* const name,
                        const size_t length, const char* const value)
 {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Watchdog of the scheduler. A process that holds the grant and does not pass it on stops simulated time for
-// all. Such a component hangs: it is suspended, so that the others continue, and the supervisor kills it.
-// This decision depends on wall-clock time, so it makes the run irreproducible.
+// all participants. Such a component hangs: the launcher suspends it, so that the others continue, and the
+// supervisor kills it. This decision depends on wall-clock time, so it makes the run irreproducible.
 #include "launcher/launcher_internal.h"
 
 #include "osal/include/osal/clock.h"
@@ -69,18 +69,18 @@ static void suspend(launcher_t* const launcher, child_t* const child)
 {
     run_component_t* const component = &launcher->run->components[child->component];
     launcher->is_undetermined        = true;
-    if (component->apid == SUPERVISOR_APID) { // No other process would kill it.
+    if (component->apid == SUPERVISOR_APID) { // Only the launcher can kill the supervisor.
         complain(child, " hangs: killed");
         (void)osal_process_stop(&child->process, true);
         return;
     }
     complain(child, " hangs: suspended, so that the others continue; the supervisor kills it");
-    (void)osal_process_suspend(&child->process); // Suspended, it cannot act without a grant.
+    (void)osal_process_suspend(&child->process); // The suspended process cannot act without a grant.
     osal_lockstep_suspend(launcher->scheduler, child->participant);
     __atomic_store_n(&component->hung_life, child->life, __ATOMIC_RELEASE);
 }
 
-/// Suspend the holder of the grant if it hangs. A new grant starts the measurement of its time again.
+/// Suspend the holder of the grant if it hangs. With each new grant the measurement of the time starts again.
 static void watch_holder(launcher_t* const launcher, const uint64_t now_ns)
 {
     launcher_watch_t* const watch = &launcher->watch;
@@ -106,7 +106,8 @@ static void watch_holder(launcher_t* const launcher, const uint64_t now_ns)
     }
 }
 
-/// Limit the time for which a starting process that does not join delays the others.
+/// In stepped time, end a life whose process does not join within JOIN_NS; in real time, let it begin later.
+/// Otherwise the other participants would wait for it.
 static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
 {
     const unsigned awaited   = osal_lockstep_awaited(launcher->scheduler);

@@ -5,9 +5,9 @@
 //     packet-archive-sqlite merge FOLDER [RECORDS]
 //                                           packets.ascii, .spool, .ring -> packets.db and packets.log
 //
-// The merge fails (exit code 1) if a record number up to RECORDS is missing, (it prints those), or occurs
-// twice with different content. packets.log is complete or absent. If the disk has no room for both,
-// packets.db is dropped: it can be created again from the parts.
+// The merge fails (exit code 1) if a record number up to RECORDS is missing (the program prints the missing
+// numbers) or occurs twice with different content. packets.log is complete or absent. If the disk has no room
+// for both files, packets.db is removed: it can be created again from the parts.
 #include "base/octets.h"
 #include "base/text.h"
 #include "osal/include/osal/clock.h"
@@ -33,19 +33,19 @@ typedef struct {
     sqlite3* database;
     sqlite3_stmt* insert;
     uint64_t expected; ///< Number of the last record; 0: the last existing one.
-    uint64_t doubled;  ///< Records whose number already existed with other content.
+    uint64_t doubled;  ///< Records with different content whose number already existed.
     uint64_t gaps;     ///< Records that the log itself reports as lost.
     bool is_failed;    ///< The database accepts no more records.
 } archive_t;
 
-/// A growing file. An incomplete record at its end is read again later, because the writer cuts it off after
-/// a failure.
+/// A growing file. An incomplete record at its end is read again later, because the writer may still complete
+/// it, or cut it off after a failure.
 typedef struct {
     osal_file_t file;
     bool is_open;
     uint64_t position; ///< Position of the buffer in the file.
     size_t held;
-    size_t partial; ///< Number of these octets that the last read left unprocessed.
+    size_t partial; ///< Octets of these that the last read left unprocessed.
     uint8_t buffer[CHUNK + LINE_MAX_CHARACTERS];
 } tail_t;
 
@@ -99,7 +99,7 @@ static void open_archive(archive_t* const archive)
     }
 }
 
-/// Header fields of a packet; -1 (NULL) for fields that it does not have.
+/// Header fields of a packet; -1, stored as NULL, for a field that the packet does not have.
 typedef struct {
     int apid;
     int service;
@@ -143,7 +143,8 @@ static bool is_same(archive_t* const archive, const uint64_t number, const uint8
         SQLITE_OK) {
         (void)sqlite3_bind_int64(query, 1, (sqlite3_int64)number);
         same = (sqlite3_step(query) == SQLITE_ROW) && ((size_t)sqlite3_column_bytes(query, 0) == size) &&
-               ((size == 0U) || (memcmp(sqlite3_column_blob(query, 0), packet, size) == 0)); // Empty: null.
+               ((size == 0U) || (memcmp(sqlite3_column_blob(query, 0), packet, size) ==
+                                 0)); // An empty value has a null pointer.
     }
     (void)sqlite3_finalize(query);
     return same;
@@ -160,7 +161,8 @@ static void insert(archive_t* const archive, const uint8_t* const record, const 
     const uint8_t* const packet = &record[RECORD_HEADER];
     const header_t header       = header_of(packet, packet_size, is_tc);
     sqlite3_stmt* const row     = archive->insert;
-    if (direction == DIRECTION_GAP) { // A gap record: the records `number` to `time_ns` are missing.
+    if (direction ==
+        DIRECTION_GAP) { // In a gap record `time_ns` is the last missing number, `number` the first.
         archive->gaps += (time_ns >= number) ? ((time_ns - number) + 1U) : 0U;
         return;
     }
@@ -218,7 +220,7 @@ static void take_spool(archive_t* const archive, tail_t* const tail)
         if (reader.failed) {
             break;
         }
-        // A wrong size may refer to octets that are never written.
+        // A wrong size could make the program wait for octets that are never written.
         if ((size < RECORD_HEADER) || (size > RECORD_MAX)) {
             // The framing is lost, and the rest is unreliable; the merge reports the missing records.
             used = tail->held;
@@ -305,8 +307,7 @@ static void take_lines(archive_t* const archive, tail_t* const tail)
         }
     }
     drop(tail, used);
-    if (tail->held >
-        LINE_MAX_CHARACTERS) { // No valid line is that long, and the buffer has room for one line only.
+    if (tail->held > LINE_MAX_CHARACTERS) { // No valid line is longer than LINE_MAX_CHARACTERS.
         drop(tail, tail->held);
     }
 }
@@ -454,7 +455,7 @@ static void take_parts(archive_t* const archive)
     take_part(archive, "packets.ring", take_lines);
 }
 
-/// Merge in memory, without packets.db, so that packets.log can use its disk space.
+/// Merge in memory, without packets.db, so that packets.log can use the disk space of packets.db.
 static bool merge_in_memory(archive_t* const archive)
 {
     static const char* const names[] = {"packets.db", "packets.db-journal"};

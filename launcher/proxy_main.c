@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The proxy of a remote-endian program (remote_endian_wire.h): starts the program, takes the place of its
-// component in the scheduler and on the buses, and exchanges the data with it. The proxy ends with its
-// program.
+// The proxy of a remote-endian program (remote_endian_wire.h): it starts the program, represents its
+// component in the scheduler and on the buses, and exchanges the data with the program. The proxy ends with
+// its program.
 #include "fsw/programs/remote_endian_wire.h"
 #include "launcher/target_link.h"
 #include "base/number.h"
@@ -29,7 +29,7 @@ typedef struct { // All storage of the program.
     remote_endian_wire_t wire;
     remote_endian_buses_t buses;
     bool has_reported_refused;
-    uint32_t reported_lost; ///< Lost datagrams when they were last printed.
+    uint32_t reported_lost; ///< Number of lost datagrams at the last print.
 } proxy_t;
 
 static proxy_t storage;
@@ -42,7 +42,7 @@ static int complain(const char* const first, const char* const second)
     return 1;
 }
 
-/// Returns null, or the error text.
+/// Attach to the shared memory of the run, and find the component. Returns null, or the error text.
 static const char* open_run(proxy_t* const self, const char* const name)
 {
     char scheduler_name[RUN_NAME_MAX];
@@ -104,8 +104,9 @@ static bool start_program(proxy_t* const self, const char* const name, const cha
 }
 
 /// Start the emulator `runner` with the board and the program, which accesses files, the console and the two
-/// pipes to the proxy by semihosting. Time on the board is that of its instructions, 32 ns each: it does not
-/// pass while the program waits for a grant. A reset of the board ends the emulator, and this life.
+/// pipes to the proxy by semihosting. Time on the board advances by 32 ns with each instruction, so it does
+/// not advance while the program waits for a grant. A reset of the board ends the emulator, and with it this
+/// life of the component.
 static bool start_board(proxy_t* const self, const char* const name, const char* const runner)
 {
     target_link_t* const target = &self->target;
@@ -149,8 +150,8 @@ static bool start_board(proxy_t* const self, const char* const name, const char*
     return is_started;
 }
 
-/// Open the ends of buses that the program has opened in this turn. Earlier frames are dropped: a controller
-/// that is switched on has not received them.
+/// Open the ends of buses that the program has opened in this turn. Earlier frames are dropped, because a
+/// controller does not receive frames from before it is switched on.
 static void open_buses(proxy_t* const self, const uint32_t opened)
 {
     for (unsigned bus = 0U; bus < MISSION_BUSES_MAX; bus++) {
@@ -237,7 +238,7 @@ static void note_lost(proxy_t* const self)
     }
 }
 
-/// Exchange grants and answers until the run has ended (true) or the program is lost (false).
+/// Exchange grants and answers. Returns true when the run has ended, false if the program is lost.
 static bool serve(proxy_t* const self)
 {
     octet_writer_t writer = remote_endian_begin(&self->wire, REMOTE_ENDIAN_RUN);

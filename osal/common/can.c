@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Implements osal/can.h on its carriers: selects the carrier from the address, checks lengths, applies
-// filters.
+// Implements osal/can.h: selects the carrier from the address, checks lengths and applies filters; the
+// carrier transfers the frames.
 #include "osal/include/osal/can.h"
 
 #include "base/assertion.h"
@@ -114,7 +114,7 @@ void osal_can_close(osal_can_t* const can)
     } else if (can->descriptor >= 0) {
         can_socket_close(can);
     } else {
-        // Closed already.
+        // The end is already closed.
     }
     can->shared     = NULL;
     can->descriptor = -1;
@@ -134,7 +134,7 @@ status_t osal_can_filter(osal_can_t* const can, const osal_can_filter_t* const f
     }
     can->filter_count = (uint8_t)count;
     can->is_filtered  = true;
-    // A counted bus must receive every frame to count it: the kernel must not filter.
+    // A counted bus must receive every frame to count it: then the kernel must not filter.
     return (can->shared == NULL) ? can_socket_filter(can) : STATUS_OK;
 }
 

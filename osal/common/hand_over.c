@@ -14,7 +14,7 @@ typedef struct {
 } direction_t;
 
 typedef struct {
-    uint32_t magic; // Written last by the device end.
+    uint32_t magic; // Written last by the device end: it marks the memory as complete.
     uint32_t is_present;
     uint32_t connection;
     uint32_t is_connected;
@@ -96,7 +96,7 @@ void osal_hand_over_begin(osal_hand_over_t* const hand_over)
 {
     FSW_ASSERT(hand_over != NULL);
     if (hand_over->shared != NULL) {
-        // Octets that were announced before this connection belong to the last one: do not wait for them.
+        // Octets announced before this connection belong to an earlier one: do not wait for them.
         counts_t* const counts    = hand_over->shared;
         direction_t* const both[] = {&counts->to_flight, &counts->to_device};
         for (unsigned i = 0U; i < 2U; i++) {

@@ -10,7 +10,7 @@
 #define configUSE_PREEMPTION 1
 #define configUSE_TIME_SLICING 1
 #define configUSE_PORT_OPTIMISED_TASK_SELECTION 0
-#define configMAX_PRIORITIES 32 // osal/task.h has 100: several of them share one of the kernel.
+#define configMAX_PRIORITIES 32 // Fewer than the 100 of osal/task.h: several of those share one of these.
 #define configMINIMAL_STACK_SIZE 256
 #define configMAX_TASK_NAME_LEN 12
 #define configTICK_TYPE_WIDTH_IN_BITS TICK_TYPE_WIDTH_32_BITS
@@ -26,13 +26,13 @@
 #define configUSE_RECURSIVE_MUTEXES 0
 #define configUSE_COUNTING_SEMAPHORES 0
 #define configUSE_TASK_NOTIFICATIONS 1
-#define configTASK_NOTIFICATION_ARRAY_ENTRIES 3 // port.h says which entry is whose.
+#define configTASK_NOTIFICATION_ARRAY_ENTRIES 3 // Their uses are in port.h.
 #define configUSE_TIMERS 0
 #define configUSE_CO_ROUTINES 0
 #define configUSE_QUEUE_SETS 0
 #define configQUEUE_REGISTRY_SIZE 0
 #define configNUM_THREAD_LOCAL_STORAGE_POINTERS 1
-#define configUSE_TRACE_FACILITY 1 // Number of a task, for osal_mutex_holder.
+#define configUSE_TRACE_FACILITY 1 // For osal_mutex_holder, which returns the number of a task.
 #define configUSE_IDLE_HOOK 0
 #define configUSE_TICK_HOOK 0
 #define configCHECK_FOR_STACK_OVERFLOW 2

@@ -18,10 +18,10 @@ const char* port_take_arguments(char* const line, char* list[PORT_ARGUMENTS_MAX 
         }
         if (strncmp(at, WIRE, strlen(WIRE)) == 0) {
             if (!wire_set(&at[strlen(WIRE)])) {
-                return "the argument wire= has two numbers of descriptors: wire=IN:OUT";
+                return "the argument wire= needs the numbers of two descriptors: wire=IN:OUT";
             }
         } else if (*at == '\0') {
-            // Two spaces.
+            // Two spaces follow each other: no argument.
         } else if (*out_count == PORT_ARGUMENTS_MAX) {
             return "the command line has more than 16 arguments";
         } else {

@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-#define ABORTED 134 // As the exit code of a shell for SIGABRT.
+#define ABORTED 134 // Exit code that a shell reports for SIGABRT.
 
 void fsw_assertion_failed(const char* const file, const int line)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Accesses of 64 bits in one piece: the processor has none, so interrupts are held back meanwhile. GCC calls
-// these functions for __atomic_load_n and its like.
+// Atomic accesses to 64 bits. The processor has no instruction for them, so interrupts are disabled during
+// each access. GCC generates calls of these functions for __atomic_load_n and similar built-in functions.
 #include "osal/freertos/port.h"
 
 #include <FreeRTOS.h>

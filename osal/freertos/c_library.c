@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions of the C library that linked code names (expat: where its caller gives it no memory functions,
-// and for messages that are switched off), without what they would need: there is no heap, no stream, no
-// environment. Memory is never available, which their callers check.
+// Functions of the C library to which linked code refers. expat refers to the memory functions for callers
+// that give it none, and to the others for messages that are switched off. This port has no heap, no streams
+// and no environment: requests for memory fail, and expat checks for that.
 #include "osal/freertos/port.h"
 #include "osal/freertos/semihosting.h"
 #include "osal/include/osal/clock.h"
 
-#define ABORTED 134
+#define ABORTED 134 // Exit code that a shell reports for SIGABRT.
 #define NS_PER_S 1000000000ULL
 #define NS_PER_US 1000ULL
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// SocketCAN does not exist here: buses are rings in memory (osal/common/can_shm.c).
+// SocketCAN does not exist on this system: CAN buses are rings in memory (osal/common/can_shm.c).
 #include "osal/common/can_port.h"
 
 #include "base/assertion.h"

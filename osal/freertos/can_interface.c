@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// There are no network interfaces for CAN: a bus is a ring in memory ("shm:").
+// This system has no network interfaces for CAN: a bus is a ring in memory ("shm:").
 #include "osal/include/osal/can_interface.h"
 
 #include "base/assertion.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two timers of the board, both with a resolution of one cycle: one runs free and gives the monotonic time,
-// the other wakes the tasks that wait for a time. The tick of the kernel is too coarse for loops of 0.5 ms.
+// Two timers of the board with a resolution of one clock cycle: timer 0 runs freely and gives the monotonic
+// time, timer 1 wakes the tasks that wait for a time. The tick of the kernel is too coarse for loops of 0.5
+// ms.
 #include "osal/include/osal/clock.h"
 
 #include "base/assertion.h"
@@ -32,8 +33,8 @@ typedef struct sleeper {
 #define HALF 0x80000000U
 #define CYCLES_MAX HALF // Longest time between two alarms.
 
-static uint32_t wraps;      // Of the free-running timer.
-static sleeper_t* sleepers; // Placed by the waiting tasks.
+static uint32_t wraps;      // Number of wraps of the free-running timer.
+static sleeper_t* sleepers; // List of the waiting tasks. Each entry is a variable of its task.
 
 void port_free_interrupt(void);
 void port_alarm_interrupt(void);
@@ -64,15 +65,17 @@ void port_free_interrupt(void)
 
 uint64_t osal_clock_monotonic_ns(void)
 {
-    const uint32_t mask    = (uint32_t)portSET_INTERRUPT_MASK_FROM_ISR();
-    const uint32_t passed  = UINT32_MAX - FREE_TIMER->value;
-    const bool has_wrapped = ((FREE_TIMER->interrupt & 1U) != 0U) && (passed < HALF); // Not counted yet.
+    const uint32_t mask   = (uint32_t)portSET_INTERRUPT_MASK_FROM_ISR();
+    const uint32_t passed = UINT32_MAX - FREE_TIMER->value;
+    // If the timer has wrapped, but its interrupt has not run, `wraps` does not count this yet.
+    const bool has_wrapped = ((FREE_TIMER->interrupt & 1U) != 0U) && (passed < HALF);
     const uint64_t counted = (uint64_t)wraps + (has_wrapped ? 1U : 0U);
     portCLEAR_INTERRUPT_MASK_FROM_ISR(mask);
     return ((counted << 32U) + passed) * BOARD_CLOCK_NS;
 }
 
-/// Set the alarm for the first sleeper. Interrupts of the timers are masked.
+/// Set the alarm timer for the sleeper with the earliest time. The caller has masked the interrupts of the
+/// timers.
 static void set_alarm(const uint64_t now_ns)
 {
     uint64_t first_ns = OSAL_CLOCK_NEVER;
@@ -120,7 +123,7 @@ static void sleep_until(const uint64_t until_ns)
     sleepers  = &self;
     set_alarm(osal_clock_monotonic_ns());
     taskEXIT_CRITICAL();
-    // The interrupt takes it off the list before it notifies.
+    // `self` ends with this function: the interrupt removes it from the list before it notifies this task.
     (void)ulTaskNotifyTakeIndexed(PORT_NOTIFY_ALARM, pdTRUE, portMAX_DELAY);
 }
 
@@ -194,7 +197,7 @@ void osal_clock_deliver(osal_clock_t* const clock, const unsigned receiver, cons
     } else if (clock->mode == OSAL_CLOCK_STEPPED) {
         osal_lockstep_deliver(clock->scheduler, clock->participant, receiver, life, messages, octets);
     } else {
-        // Deliveries are not counted in real time.
+        // In real time, deliveries are not counted.
     }
 }
 

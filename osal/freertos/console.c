@@ -9,7 +9,7 @@
 #include <string.h>
 #include <task.h>
 
-/// Lines of several tasks do not mix.
+/// While a line is written no other task runs, so that the lines of several tasks do not mix.
 static void put(const char* const text, const char* const line_end)
 {
     FSW_ASSERT(text != NULL);
@@ -51,7 +51,7 @@ bool osal_console_introduce(const int argument_count, char* const arguments[], c
     } else if (is_help) {
         osal_console_say(usage);
     } else {
-        // The program reads its arguments itself.
+        // The program itself evaluates its arguments.
     }
     return is_version || is_help;
 }

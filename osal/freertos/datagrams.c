@@ -6,11 +6,11 @@
 #define STORE_OCTETS 65536U
 #define ALIGNMENT 8U
 
-typedef struct { // Before the octets of a datagram.
+typedef struct { // Header of a record; the octets of the datagram follow it.
     uint32_t number;
     osal_address_t from;
-    uint32_t size;  ///< Of its octets.
-    uint32_t whole; ///< Of this record, a multiple of ALIGNMENT.
+    uint32_t size;  ///< Number of octets of the datagram.
+    uint32_t whole; ///< Size of the record with its header, rounded up to a multiple of ALIGNMENT [octets].
 } record_t;
 
 static uint64_t store[STORE_OCTETS / sizeof(uint64_t)];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Devices as files do not exist: drivers of this processor serve its own devices.
+// Devices are not files on this system: drivers of the processor serve its devices.
 #include "osal/include/osal/device.h"
 
 #include "base/assertion.h"

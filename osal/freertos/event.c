@@ -29,7 +29,8 @@ void osal_event_signal(osal_event_t* const event)
     taskEXIT_CRITICAL();
 }
 
-/// Clear it; true if it was signalled. Otherwise the caller is the one to notify.
+/// Clear the event. True if it was signalled; else the calling task is noted as the one that a signal
+/// notifies.
 static bool take(osal_event_t* const event)
 {
     taskENTER_CRITICAL();

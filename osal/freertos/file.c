@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files by semihosting: those of the machine that runs the debugger or the emulator.
+// Files by semihosting: the files of the machine that runs the debugger or the emulator.
 #include "osal/include/osal/file.h"
 
 #include "base/assertion.h"
@@ -12,7 +12,7 @@
 #define FILES_MAX 16
 #define PATH_OCTETS 288U
 #define PIECE_OCTETS 512U
-#define NO_SUCH_FILE 2 // Numbers of errors, as semihosting reports them.
+#define NO_SUCH_FILE 2 // Error numbers that semihosting reports.
 #define NO_PERMISSION 1
 #define NO_ACCESS 13
 #define NO_SPACE 28
@@ -22,7 +22,7 @@ typedef struct {
     bool is_locked;
     bool appends;
     int handle;
-    uint32_t position; ///< Of the sequential calls.
+    uint32_t position; ///< Offset of the next sequential read or write.
     char path[PATH_OCTETS];
 } open_file_t;
 
@@ -49,7 +49,7 @@ static status_t status_of_write(const bool is_good)
     return (semihosting_error() == NO_SPACE) ? STATUS_FULL : STATUS_IO;
 }
 
-/// A closed file has an entry too, whose handle semihosting refuses.
+/// Entry of an open file. For a closed file: an entry whose handle semihosting refuses.
 static open_file_t* entry_of(const osal_file_t* const file)
 {
     static open_file_t closed = {.handle = -1};
@@ -57,12 +57,12 @@ static open_file_t* entry_of(const osal_file_t* const file)
     return (file->descriptor >= 0) ? &files[file->descriptor] : &closed;
 }
 
-/// STATUS_OK; STATUS_IO: too many files are open, or the path is too long.
+/// Take a free entry for the file. STATUS_OK; STATUS_IO: too many files are open, or the path is too long.
 static status_t take_entry(osal_file_t* const file, const char* const path)
 {
     FSW_ASSERT((file != NULL) && (path != NULL));
     file->descriptor = -1;
-    if (strlen(path) >= (PATH_OCTETS - 4U)) { // Room for the ending of a copy.
+    if (strlen(path) >= (PATH_OCTETS - 4U)) { // Leaves room for the ending ".cut" of a copy.
         return STATUS_IO;
     }
     taskENTER_CRITICAL();
@@ -121,7 +121,7 @@ status_t osal_file_append(osal_file_t* const file, const char* const path)
     return status;
 }
 
-/// Semihosting cannot sync: names and content are those of the system that serves it. STATUS_IO only if the
+/// Semihosting cannot sync: the machine that serves it keeps names and content. Returns STATUS_IO only if the
 /// folder of the path does not exist.
 status_t osal_file_sync_names(const char* const path)
 {
@@ -228,7 +228,7 @@ static status_t copy_first(osal_file_t* const file, const int copy, const uint64
     return status;
 }
 
-/// Semihosting cannot cut a file: a copy of its first octets takes its place.
+/// Semihosting cannot shorten a file: a copy of its first `size` octets replaces it.
 static status_t cut(osal_file_t* const file, const uint64_t size)
 {
     open_file_t* const entry = entry_of(file);
@@ -308,7 +308,7 @@ status_t osal_file_load(const char* const path, void* const octets, const size_t
     return status;
 }
 
-/// Semihosting does not tell permissions, so no secret can be read safely.
+/// Semihosting does not report permissions, so it cannot be checked that only the owner can read a secret.
 status_t osal_file_load_secret(const char* const path, void* const octets, const size_t capacity,
                                size_t* const out_size)
 {
@@ -318,7 +318,7 @@ status_t osal_file_load_secret(const char* const path, void* const octets, const
     return STATUS_UNSUPPORTED;
 }
 
-/// Against the other tasks of this program: other programs do not see the lock.
+/// The lock excludes only other tasks of this program: other programs do not notice it.
 status_t osal_file_lock(osal_file_t* const file)
 {
     open_file_t* const entry = entry_of(file);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scheduler of stepped time lies in memory that processes share. A program of this port takes part by the
-// granted clock (clock.h); each function that needs a scheduler is a coding error here.
+// The scheduler of stepped time is in memory that processes share, which this system does not have. A program
+// of this port takes part through a granted clock (osal/clock.h); a call of any of these functions is a
+// coding error.
 #include "osal/include/osal/lockstep_scheduler.h"
 
 #include "base/assertion.h"

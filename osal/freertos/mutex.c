@@ -43,7 +43,8 @@ status_t osal_mutex_lock(osal_mutex_t* const mutex)
 status_t osal_mutex_lock_within(osal_mutex_t* const mutex, const uint64_t wait_ns)
 {
     FSW_ASSERT(xSemaphoreGetMutexHolder(native(mutex)) != xTaskGetCurrentTaskHandle());
-    const uint64_t ticks = (wait_ns / NS_PER_TICK) + 2U; // The present tick has begun.
+    // One tick more because the present tick has begun, and one to round up.
+    const uint64_t ticks = (wait_ns / NS_PER_TICK) + 2U;
     const TickType_t limit =
         (wait_ns == 0U) ? 0U : ((ticks < portMAX_DELAY) ? (TickType_t)ticks : (portMAX_DELAY - 1U));
     return (xSemaphoreTake(native(mutex), limit) == pdTRUE) ? STATUS_OK : STATUS_TIMEOUT;
@@ -56,7 +57,8 @@ int32_t osal_mutex_holder(const osal_mutex_t* const mutex)
     if (holder == NULL) {
         return 0;
     }
-    vTaskGetInfo(holder, &status, pdFALSE, eReady); // A given state: it is not determined.
+    // The state is given, so the kernel does not spend time on finding it.
+    vTaskGetInfo(holder, &status, pdFALSE, eReady);
     return (int32_t)status.xTaskNumber;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// This processor has no network of its own.
+// This system has no network stack.
 #include "osal/include/osal/network.h"
 
 #include "base/assertion.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One program runs on this processor: there are no child processes, no environment and no signals.
+// One program runs on this processor: it has no child processes, no environment and no signals.
 #include "osal/include/osal/process.h"
 
 #include "base/assertion.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A serial line as a file does not exist here.
+// Serial lines are not files on this system.
 #include "osal/include/osal/serial.h"
 
 #include "base/assertion.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Named memory that the tasks of the program share, from a static store. Blocks are given back when their
-// name is removed and nothing maps them.
+// Named memory that the tasks of the program share, taken from a static store. A block becomes free when its
+// name is removed and no task maps it.
 #include "osal/include/osal/shm.h"
 
 #include "base/assertion.h"
@@ -19,11 +19,11 @@
 #define ALIGNMENT 64U
 
 typedef struct {
-    char name[NAME_OCTETS]; ///< Empty: removed.
+    char name[NAME_OCTETS]; ///< Empty if the name was removed.
     size_t offset;
-    size_t size; ///< That of the creator; 0: the entry is free.
+    size_t size; ///< Size that the creator has given [octets]; 0: the entry is free.
     unsigned mappings;
-    bool is_zero; ///< The creator has cleared it: others may open it.
+    bool is_zero; ///< The creator has cleared the block: others may open it.
 } block_t;
 
 static uint8_t store[SHM_STORE_OCTETS] __attribute__((aligned(64)));
@@ -73,7 +73,8 @@ static size_t find_room(const size_t size)
     return is_good ? at : SHM_STORE_OCTETS;
 }
 
-/// STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED. Other tasks do not run meanwhile.
+/// Make an entry of this name and size, mapped once. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED. The caller
+/// has suspended the other tasks.
 static status_t reserve(const char* const name, const size_t size, block_t** const out_block)
 {
     block_t* entry = NULL;
@@ -109,7 +110,7 @@ status_t osal_shm_create(osal_shm_t* const shm, const char* const name, const si
     (void)xTaskResumeAll();
     if (status == STATUS_OK) {
         *shm = (osal_shm_t){&store[block->offset], size};
-        (void)memset(shm->address, 0, span_of(size)); // Takes long: the other tasks run meanwhile.
+        (void)memset(shm->address, 0, span_of(size)); // It takes long, so the other tasks may run meanwhile.
         __atomic_store_n(&block->is_zero, true, __ATOMIC_RELEASE);
     }
     return status;

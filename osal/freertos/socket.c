@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sockets of a processor without network: datagrams and the one stream of osal/target_wire.h. TCP and local
-// streams do not exist here.
+// Sockets on a processor without a network: datagrams and one stream, which the serving process transfers
+// (osal/target_wire.h). TCP connections and local streams do not exist on this system.
 #include "osal/include/osal/socket.h"
 
 #include "base/assertion.h"
@@ -11,7 +11,7 @@
 #include <limits.h>
 
 #define STREAM 0       ///< Descriptor of the stream.
-#define SENDER INT_MAX ///< Descriptor of a socket that only sends.
+#define SENDER INT_MAX ///< Descriptor of a socket that can only send.
 
 status_t osal_udp_open(osal_socket_t* const sock, const osal_address_t local, const size_t receive_bytes)
 {
@@ -35,7 +35,7 @@ status_t osal_socket_adopt(osal_socket_t* const sock, const int descriptor)
     } else if (wire_is_open() && (descriptor > 0)) {
         status = wire_adopt((uint32_t)descriptor);
     } else {
-        // No such descriptor.
+        // The descriptor of a socket is never negative.
     }
     if (status == STATUS_OK) {
         sock->descriptor = descriptor;
@@ -65,7 +65,8 @@ status_t osal_udp_receive(osal_socket_t* const sock, osal_address_t* const out_f
                : STATUS_IO;
 }
 
-/// What has arrived here is lost with the program; the messages of the mission are sent again.
+/// No effect: datagrams that have arrived in this program are lost when it ends. The mission protocols repeat
+/// lost messages.
 void osal_socket_defer(osal_socket_t* const sock)
 {
     FSW_ASSERT(sock != NULL);
@@ -111,7 +112,7 @@ status_t osal_stream_send(osal_socket_t* const sock, const uint8_t* const octets
     return status;
 }
 
-/// The stream has no way to ask what has arrived: this waits for octets.
+/// The port cannot ask whether octets of the stream have arrived: this call waits for octets.
 status_t osal_stream_receive(osal_socket_t* const sock, uint8_t* const octets, const size_t capacity,
                              size_t* const out_size)
 {
@@ -139,7 +140,7 @@ status_t osal_socket_wait_readable(osal_socket_t* const sock, const uint32_t tim
 {
     FSW_ASSERT(sock != NULL);
     if (sock->descriptor == STREAM) {
-        return STATUS_OK; // osal_stream_receive waits.
+        return STATUS_OK; // osal_stream_receive waits instead.
     }
     if (sock->descriptor < 0) {
         return STATUS_IO;
@@ -159,7 +160,7 @@ status_t osal_socket_local_address(const osal_socket_t* const sock, osal_address
 {
     FSW_ASSERT((sock != NULL) && (out_local != NULL));
     *out_local = (osal_address_t){0U, 0U};
-    return STATUS_UNSUPPORTED; // The serving process has the address.
+    return STATUS_UNSUPPORTED; // Only the serving process knows the address.
 }
 
 int osal_socket_descriptor(const osal_socket_t* const sock)
@@ -182,7 +183,7 @@ void osal_socket_close(osal_socket_t* const sock)
     } else if ((sock->descriptor > STREAM) && (sock->descriptor != SENDER)) {
         datagrams_drop(number_of(sock));
     } else {
-        // It has no storage.
+        // A socket that can only send has no datagrams.
     }
     *sock = (osal_socket_t)OSAL_SOCKET_CLOSED;
 }

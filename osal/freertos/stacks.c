@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Use of the stacks: the kernel fills that of each task with a known octet, port_paint_stack that of the
-// interrupts; what has kept it was never used.
+// Use of the stacks. The kernel fills the stack of each task with a known octet, and port_paint_stack that of
+// the interrupts; octets that still have this value were never used.
 #include "osal/freertos/port.h"
 
 #include "base/text.h"
@@ -12,8 +12,8 @@
 #define TASKS_MAX 16U
 #define LINE_MAX 128U
 #define PAINT 0xA5A5A5A5U
-#define WORDS_NEAR 32U ///< Below the frame of the function that paints, it may use these itself.
-#define MARGIN 8U      ///< One part of so many of each stack must never be used.
+#define WORDS_NEAR 32U ///< Words below the frame of port_paint_stack that it may itself use.
+#define MARGIN 8U      ///< One part in MARGIN of each stack must stay unused.
 
 extern uint32_t port_stack_top[];
 extern uint32_t port_stack_begin[];
@@ -44,7 +44,7 @@ size_t port_stacks(port_stack_t* const list, const size_t capacity)
     size_t done             = 0U;
     for (UBaseType_t i = 0U; (i < count) && (done < capacity); i++) {
         const size_t words = (size_t)(tasks[i].pxEndOfStack - tasks[i].pxStackBase) +
-                             2U; // pxEndOfStack is the last place for 8 octets.
+                             2U; // pxEndOfStack is the address of the last 8 octets.
         list[done]      = (port_stack_t){.name = tasks[i].pcTaskName, .size = words * sizeof(StackType_t)};
         list[done].used = list[done].size - (tasks[i].usStackHighWaterMark * sizeof(StackType_t));
         done++;

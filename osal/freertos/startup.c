@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From reset to main(): memory, coprocessor, timers, the task that runs main() with the arguments of the
-// command line.
+// From reset to main(): prepare memory, coprocessor and timers, and start the task that runs main() with the
+// arguments of the command line.
 #include "osal/freertos/board.h"
 #include "osal/freertos/port.h"
 #include "osal/freertos/semihosting.h"
@@ -12,7 +12,7 @@
 #define COPROCESSORS (*(volatile uint32_t*)0xE000ED88U) // CPACR
 #define MAIN_STACK_OCTETS 32768U
 #define LINE_MAX 512U
-#define FAULT_CODE 134 // As that of an assertion: SIGABRT.
+#define FAULT_CODE 134 // Exit code as for a failed assertion: SIGABRT.
 
 extern uint64_t port_data_begin[];
 extern uint64_t port_data_end[];
@@ -48,7 +48,7 @@ typedef void (*handler_t)(void);
 __attribute__((section(".vectors"), used)) static const handler_t vectors[16U + BOARD_INTERRUPTS] = {
     (handler_t)(uintptr_t)port_stack_top,
     port_reset,
-    port_watchdog_interrupt, // That cannot be masked.
+    port_watchdog_interrupt, // The non-maskable interrupt.
     fault,
     fault,
     fault,

@@ -21,7 +21,7 @@ typedef struct {
 
 static place_t places[TASKS_MAX];
 
-/// Priorities 1..99 share 2..31 of the kernel; 0 is that of main().
+/// Priorities 1..99 share 2..31 of the kernel; priority 0 is that of main(), 1 in the kernel.
 static UBaseType_t native_priority(const int priority)
 {
     const unsigned highest = configMAX_PRIORITIES - 1U;
@@ -40,7 +40,7 @@ static void run(void* const context)
     if (joiner != NULL) {
         (void)xTaskNotifyGiveIndexed(joiner, PORT_NOTIFY_END);
     }
-    vTaskSuspend(NULL); // osal_task_join deletes it.
+    vTaskSuspend(NULL); // The task must not return; osal_task_join deletes it.
 }
 
 static place_t* take_place(void)
@@ -70,7 +70,7 @@ status_t osal_task_start(osal_task_t* const task, void (*entry)(void* context), 
     }
     task->handle     = (uint64_t)(place - places) + 1U;
     task->is_running = true;
-    vTaskSuspendAll(); // It must not run before it has its own variables.
+    vTaskSuspendAll(); // The task must not run before it has its thread-local variables.
     const TaskHandle_t made = xTaskCreateStatic(run, "task", sizeof place->stack / sizeof place->stack[0],
                                                 task, native_priority(priority), place->stack, &place->block);
     port_tls_give(made, place->tls);
@@ -95,7 +95,8 @@ void osal_task_join(osal_task_t* const task)
         has_ended = place->has_ended;
         taskEXIT_CRITICAL();
     }
-    vTaskDelete((TaskHandle_t)&place->block); // Not the caller: its block is free at once.
+    // A task that another task deletes has a free block at once.
+    vTaskDelete((TaskHandle_t)&place->block);
     taskENTER_CRITICAL();
     place->is_taken = false;
     taskEXIT_CRITICAL();

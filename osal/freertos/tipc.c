@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// TIPC is a protocol of Linux.
+// This system has no TIPC, a protocol of Linux.
 #include "osal/include/osal/tipc.h"
 
 #include "base/assertion.h"
@@ -10,7 +10,7 @@ status_t osal_tipc_open(osal_socket_t* const socket, const osal_tipc_kind_t kind
                         const osal_tipc_name_t* const name, const osal_tipc_scope_t scope)
 {
     FSW_ASSERT(socket != NULL);
-    (void)name; // Null: only a sender.
+    (void)name; // Null: a socket that can only send.
     (void)kind;
     (void)scope;
     *socket = (osal_socket_t)OSAL_SOCKET_CLOSED;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Variables of one task (`__thread`): the compiler asks __aeabi_read_tp for their place.
+// Thread-local variables (`__thread`): the compiler calls __aeabi_read_tp for their address.
 #include "osal/freertos/port.h"
 
 #include "base/assertion.h"
@@ -8,7 +8,7 @@
 #include <string.h>
 #include <task.h>
 
-#define HEADER_OCTETS 8U // Before the variables, by the rules of the architecture.
+#define HEADER_OCTETS 8U // Octets before the variables, which the ABI of Arm reserves.
 
 extern const uint8_t port_tls_begin[];
 extern const uint8_t port_tls_values[]; // Sizes: the addresses of these symbols.
@@ -32,11 +32,12 @@ __attribute__((used)) void* port_tls_of_task(void)
     return pvTaskGetThreadLocalStoragePointer(NULL, 0);
 }
 
-/// May change no register but r0.
+/// The ABI permits this function to change r0 only, so it saves the other registers that a C function may
+/// change.
 __attribute__((naked)) void* __aeabi_read_tp(void)
 {
     __asm__ volatile("push {r1-r3, r12, lr}\n"
-                     "sub sp, #4\n" // Aligned to 8 octets.
+                     "sub sp, #4\n" // The ABI requires a stack that is aligned to 8 octets.
                      "bl port_tls_of_task\n"
                      "add sp, #4\n"
                      "pop {r1-r3, r12, pc}\n");

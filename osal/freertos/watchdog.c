@@ -15,7 +15,7 @@ typedef struct { // CMSDK watchdog.
     volatile uint32_t raw_status;
     volatile uint32_t status;
     uint32_t reserved[762];
-    volatile uint32_t lock; ///< At 0xC00.
+    volatile uint32_t lock; ///< At offset 0xC00.
 } watchdog_t;
 
 typedef char watchdog_has_its_registers[(offsetof(watchdog_t, lock) == 0xC00U) ? 1 : -1];
@@ -27,7 +27,8 @@ typedef char watchdog_has_its_registers[(offsetof(watchdog_t, lock) == 0xC00U) ?
 #define PERIOD_MAX_MS (UINT32_MAX / CYCLES_PER_MS)
 #define NOTE 0x57444F47U // "WDOG"
 
-/// Memory that a reset does not change: the note and its complement, if the watchdog causes the reset.
+/// Memory that a reset does not change. If the watchdog causes the reset, it contains NOTE and the
+/// complement.
 extern volatile uint32_t port_reset_note[2];
 
 static bool has_reset;
@@ -39,13 +40,13 @@ void port_watchdog_take_note(void)
     port_reset_note[0] = 0U;
 }
 
-/// A non-maskable interrupt: also a section without interrupts may hang.
+/// Called by the non-maskable interrupt, so that it also runs when a section with disabled interrupts hangs.
 void port_watchdog_interrupt(void)
 {
     port_reset_note[0] = NOTE;
     port_reset_note[1] = ~NOTE;
     semihosting_print("the watchdog was not fed within its period: the board is reset\n");
-    WATCHDOG->load = CYCLES_PER_MS; // The second count.
+    WATCHDOG->load = CYCLES_PER_MS; // Length of the second count: 1 ms.
     for (;;) {
     }
 }

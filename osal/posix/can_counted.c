@@ -14,7 +14,8 @@
 
 #define COUNTS_MAGIC 0x68697263616E636EULL
 #define PATIENCE_NS (OSAL_CAN_PATIENCE_MS * 1000000ULL)
-#define QUIET_NS 50000000ULL // Without a frame for so long, none is on the way: delivery takes milliseconds.
+// If no frame arrives for so long [ns], none is on the way: delivery takes milliseconds.
+#define QUIET_NS 50000000ULL
 
 typedef struct {
     uint32_t announced; ///< Frames that the sender has announced [wraps].
@@ -94,7 +95,8 @@ static direction_t* direction_of(const osal_can_t* const can, const bool is_rece
 }
 
 /// Discard the frames that were sent before this end was opened, also those that are still on the way; the
-/// "shm:" carrier does the same. Otherwise they would be counted as frames that are announced later.
+/// "shm:" carrier does the same. If they were received later, they would be taken for frames that are
+/// announced later.
 static void discard_pending(osal_can_t* const can, direction_t* const direction)
 {
     const uint32_t announced = load(&direction->announced);
@@ -153,7 +155,7 @@ status_t can_counted_send(osal_can_t* const can, const osal_can_frame_t* const f
     } else if (status == STATUS_CLOSED) {
         count(&counts->cuts, 1U);
     } else {
-        // Frames that are not sent are not announced.
+        // A frame that was not sent is not announced.
     }
     return status;
 }
@@ -172,14 +174,16 @@ static status_t receive_late(osal_can_t* const can, osal_can_frame_t* const out_
     } else if (status == STATUS_EMPTY) {
         count(&counts->lost, due);
         direction_t* const direction = direction_of(can, true);
-        store(&direction->taken, direction->taken + due); // Later arrivals are counted as external.
+        // If one of these frames arrives later, it is counted as external.
+        store(&direction->taken, direction->taken + due);
     } else {
         // STATUS_CLOSED: the caller opens the bus again.
     }
     return status;
 }
 
-/// The overruns of the node: frames that the kernel dropped and frames that the wire end could not send.
+/// Set the overruns of the node: the frames that the kernel dropped and those that the wire end could not
+/// send.
 static void note_overruns(osal_can_t* const can, const counts_t* const counts, const uint32_t by_kernel)
 {
     if (can->end == OSAL_CAN_NODE) {
@@ -203,7 +207,7 @@ status_t can_counted_receive(osal_can_t* const can, osal_can_frame_t* const out_
     }
     const bool is_own_report = ((out_frame->id & OSAL_CAN_ERROR) != 0U) && (counts->carries_errors == 0U);
     if (is_own_report) {
-        return STATUS_OK; // A real controller reports its own errors.
+        return STATUS_OK; // A real controller reports its own errors; the wire end did not send this frame.
     }
     if (due > 0U) {
         store(&direction->taken, direction->taken + 1U);

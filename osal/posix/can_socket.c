@@ -19,7 +19,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#define RECEIVE_OCTETS 1048576 ///< About 1 300 frames: the kernel counts about 770 octets for each.
+#define RECEIVE_OCTETS 1048576 ///< Room for about 1 300 frames: the kernel counts about 770 octets for each.
 #define NS_PER_MS 1000000U
 
 typedef char flags_are_those_of_linux[((OSAL_CAN_FLAG_BRS == CANFD_BRS) && (OSAL_CAN_FLAG_ESI == CANFD_ESI) &&
@@ -170,7 +170,8 @@ status_t can_socket_send(osal_can_t* const can, const osal_can_frame_t* const fr
         can->refused++;
         return STATUS_FULL;
     }
-    return (errno == EINVAL) ? STATUS_INVALID : STATUS_CLOSED; // EINVAL: the interface carries no FD frames.
+    // EINVAL: an FD frame on an interface for classic frames.
+    return (errno == EINVAL) ? STATUS_INVALID : STATUS_CLOSED;
 }
 
 /// Receive time on the monotonic clock, from the kernel's time stamp on the wall clock.
@@ -197,7 +198,7 @@ static void read_control(osal_can_t* const can, struct msghdr* const message,
             (void)memcpy(&can->kernel_overruns, CMSG_DATA(part), sizeof can->kernel_overruns);
             can->overruns = can->kernel_overruns;
         } else {
-            // The kernel sends no other control data, because none was requested.
+            // The kernel sends no other control data, because this program requests none.
         }
     }
     if (out_frame->time_ns == 0U) {
@@ -210,7 +211,7 @@ status_t can_socket_receive(osal_can_t* const can, osal_can_frame_t* const out_f
     struct canfd_frame raw;
     struct iovec place = {.iov_base = &raw, .iov_len = sizeof raw};
     union {
-        struct cmsghdr header; // For its alignment.
+        struct cmsghdr header; // Gives the buffer the alignment of a header.
         uint8_t octets[CMSG_SPACE(sizeof(struct timespec)) + CMSG_SPACE(sizeof(uint32_t))];
     } control;
     struct msghdr message = {.msg_iov        = &place,
@@ -225,7 +226,7 @@ status_t can_socket_receive(osal_can_t* const can, osal_can_frame_t* const out_f
         return ((errno == EAGAIN) || (errno == EWOULDBLOCK)) ? STATUS_EMPTY : STATUS_CLOSED;
     }
     if (((size_t)size != CAN_MTU) && ((size_t)size != CANFD_MTU)) {
-        return STATUS_CLOSED; // No frame has this size: the interface was removed.
+        return STATUS_CLOSED; // No frame has this size: the kernel reports that the interface was removed.
     }
     const bool is_fd = ((size_t)size == CANFD_MTU);
     *out_frame       = (osal_can_frame_t){.id = raw.can_id, .length = raw.len};

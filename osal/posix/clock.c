@@ -22,8 +22,8 @@ static struct timespec timespec_of(const uint64_t time_ns)
     return (struct timespec){.tv_sec = (time_t)(time_ns / NS_PER_S), .tv_nsec = (long)(time_ns % NS_PER_S)};
 }
 
-/// Lock the pages of the program in memory. Pages mapped later are locked only if no limit applies: beyond a
-/// limit, mapping them would fail.
+/// Lock the pages of the program in memory. Pages mapped later are locked only if no limit applies: beyond
+/// the limit, the kernel would refuse to map them.
 static bool lock_memory(void)
 {
     struct rlimit limit = {0, 0};
@@ -80,8 +80,8 @@ uint64_t osal_clock_now_ns(const osal_clock_t* const clock)
     return (now_ns > clock->origin_ns) ? (now_ns - clock->origin_ns) : 0U;
 }
 
-/// Sleep until a socket is readable, a stop signal arrives, or the absolute monotonic time is reached (NEVER:
-/// no limit).
+/// Sleep until a socket is readable, a stop signal arrives, or the absolute monotonic time is reached
+/// (OSAL_CLOCK_NEVER: no limit).
 static void poll_until(const uint64_t until_ns, osal_socket_t* const* const sockets,
                        const size_t socket_count)
 {
@@ -113,7 +113,7 @@ static void wait_real(const osal_clock_t* const clock, const uint64_t wake_ns,
     }
     const struct timespec until = timespec_of(until_ns);
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL) == EINTR) {
-        // Sleep again after a signal: the time of the sleep is absolute.
+        // A signal interrupted the sleep: sleep again until the same absolute time.
     }
 }
 
@@ -146,7 +146,7 @@ void osal_clock_deliver(osal_clock_t* const clock, const unsigned receiver, cons
     } else if (clock->mode == OSAL_CLOCK_STEPPED) {
         osal_lockstep_deliver(clock->scheduler, clock->participant, receiver, life, messages, octets);
     } else {
-        // Deliveries are not counted in real time.
+        // In real time, deliveries are not counted.
     }
 }
 

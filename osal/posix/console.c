@@ -12,9 +12,9 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
-#define PATIENCE_MS 100 ///< A reader that is slower than this loses text.
+#define PATIENCE_MS 100 ///< Text for a reader that takes nothing for this time is lost [ms].
 
-/// Write text and line end by one call. Text that a full pipe does not take within PATIENCE_MS is dropped,
+/// Write text and line end in one call. Text that a full pipe does not accept within PATIENCE_MS is dropped,
 /// because a program in flight must not wait for its console.
 static void put(const int descriptor, const char* const text, const char* const line_end)
 {
@@ -75,7 +75,7 @@ bool osal_console_introduce(const int argument_count, char* const arguments[], c
     } else if (is_help) {
         osal_console_say(usage);
     } else {
-        // The program evaluates its arguments.
+        // The program itself evaluates its arguments.
     }
     return is_version || is_help;
 }

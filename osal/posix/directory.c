@@ -119,7 +119,7 @@ static status_t describe_entry(const int folder, const char* const name,
 }
 
 /// Open a regular file. Its type is checked before it is opened, since opening a device may have effects, and
-/// again afterwards, since the name may have got another file in between.
+/// again afterwards, since another program may have replaced it in between.
 static status_t open_file(const osal_directory_t* const root, const char* const path, const int flags,
                           osal_file_t* const out_file)
 {
@@ -358,7 +358,7 @@ status_t osal_directory_list(const osal_directory_t* const root, const char* con
 {
     FSW_ASSERT((after != NULL) && (entries != NULL) && (capacity >= 1U) && (out_count != NULL));
     union {
-        struct dirent64 first; // For its alignment.
+        struct dirent64 first; // Gives the buffer the alignment of an entry.
         char octets[LISTING_SIZE];
     } block;
     listing_t listing = {.after = after, .entries = entries, .capacity = capacity};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Status for an error of the system on a file or folder. For osal/posix only.
+/// Statuses for errors of the system on files and folders. Only for osal/posix.
 #ifndef OSAL_POSIX_FILE_STATUS_H
 #define OSAL_POSIX_FILE_STATUS_H
 

@@ -16,27 +16,29 @@ typedef struct {
     uint32_t state;       ///< osal_lockstep_presence_t.
     uint64_t wake_ns;     ///< The earlier of the requested wake time and that of deliveries.
     uint32_t messages;    ///< Deliveries not yet reported.
-    uint32_t octets;      ///< Octets not yet reported.
-    uint32_t incarnation; ///< Changes with each join and end; a waiter of an older one returns.
-    bool is_new;          ///< Joined, but not yet placed in the order of the present instant.
+    uint32_t octets;      ///< Octets on the stream not yet reported.
+    uint32_t incarnation; ///< Changes with each join and end; a wait that began with an older value returns.
+    bool is_new;          ///< It has joined, but has no place in the order of the present instant yet.
     uint32_t stream_port;
     uint32_t stream_server; ///< Participant that serves the stream, from 1; 0: no participant does.
-    int32_t process;        ///< Process that joined last in its own life.
+    int32_t process;        ///< Process that joined last in a life of its own.
     uint32_t life;
-    uint64_t begin_ns;      ///< When the life begins; no grant before.
+    uint64_t begin_ns;      ///< Simulated time at which the life begins; no grant before.
     bool is_begun;          ///< The life has had a grant.
     bool is_failed;         ///< The process died before the life began: the life ends at `begin_ns`.
     bool is_suspended;      ///< The participant gets no grant.
     uint32_t killed_life;   ///< The last life that was killed.
-    uint64_t succession_ns; ///< From the end of a life to the start of the next; 0: no next life.
+    uint64_t succession_ns; ///< Delay from the end of a life to the start of the next; 0: no next life.
 } participant_t;
 
 struct osal_lockstep {
     uint64_t magic;
     uint64_t step_ns;
     uint64_t now_ns;
-    uint32_t running; ///< Holder of the grant, or NO_PARTICIPANT. Commits a hand-over.
-    uint32_t last;    ///< Last holder: at the present instant only higher orders still have their turn.
+    /// Holder of the grant, or NO_PARTICIPANT. A write to it commits a hand-over of the grant.
+    uint32_t running;
+    /// Last holder: at the present instant, only participants with a higher order still have their turn.
+    uint32_t last;
     uint32_t is_closed;
     uint32_t is_shared;
     uint32_t grants;  ///< Number of grants so far [wraps].
@@ -57,8 +59,11 @@ uint64_t lockstep_next_step_ns(const osal_lockstep_t* scheduler);
 bool lockstep_is_turn_to_come(const osal_lockstep_t* scheduler, uint32_t participant);
 uint64_t lockstep_earlier(uint64_t a_ns, uint64_t b_ns);
 /// Time at which `participant` is to wake, or OSAL_LOCKSTEP_NEVER. While it holds the grant, only a wake time
-/// after now is pending, from a delivery to itself: an earlier one has led to the grant.
+/// after now is pending, which comes from a delivery to itself; an earlier wake time has led to the present
+/// grant.
 uint64_t lockstep_pending_wake_ns(const osal_lockstep_t* scheduler, uint32_t participant);
+/// End the life of a participant: free its grant and its streams, and expect its next life if it has a
+/// succession.
 void lockstep_leave(osal_lockstep_t* scheduler, uint32_t participant);
 /// The stream of the participant has ended: remove it and wake the participant.
 void lockstep_cut_stream(osal_lockstep_t* scheduler, uint32_t participant);
@@ -69,10 +74,11 @@ void lockstep_schedule_wake(osal_lockstep_t* scheduler, uint32_t participant);
 void lockstep_grant_next(osal_lockstep_t* scheduler);
 /// The later of `wake_ns` and the start of the life: deliveries do not bring a grant before it begins.
 uint64_t lockstep_not_before_begin(const participant_t* one, uint64_t wake_ns);
-/// The turn of a participant is over, or it joins: note when it wants to run again. False: this life has
-/// ended, or has lost its grant.
+/// The turn of a participant is over, or it joins: note the time at which it wants to run again. False: this
+/// life has ended, or has lost its grant.
 bool lockstep_end_turn(osal_lockstep_t* scheduler, uint32_t participant, uint32_t life, uint64_t wake_ns);
 void lockstep_add_saturating(uint32_t* sum, uint32_t more);
+/// Fill `out_grant` with the time and the deliveries, and clear the deliveries.
 void lockstep_take_grant(osal_lockstep_t* scheduler, uint32_t participant, osal_grant_t* out_grant);
 
 #endif // OSAL_POSIX_LOCKSTEP_CORE_H

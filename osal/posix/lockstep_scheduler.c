@@ -94,10 +94,12 @@ static void unlock_and_pass_on(osal_lockstep_t* const scheduler)
     }
 }
 
-/// Sleep until the grant is given. False if the run is over or the participant was ended.
+/// Sleep until the participant has the grant. False if the run is over or its life has ended.
 static bool sleep_until_granted(osal_lockstep_t* const scheduler, const uint32_t participant,
                                 const uint32_t incarnation)
 {
+    // Read `word` before the checks: if a wake comes after them, it has changed `word`, and FUTEX_WAIT
+    // returns.
     participant_t* const self = &scheduler->participants[participant];
     for (;;) {
         const uint32_t seen = __atomic_load_n(&self->word, __ATOMIC_ACQUIRE);
@@ -205,7 +207,7 @@ void osal_lockstep_end(osal_lockstep_t* const scheduler, const unsigned particip
     } else if (running != NO_PARTICIPANT) {
         wake(scheduler, running);
     } else {
-        // Simulated time stands still for another expected participant, too.
+        // Another expected participant stops simulated time, so no participant has the grant.
     }
 }
 

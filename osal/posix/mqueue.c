@@ -23,7 +23,8 @@ static status_t status_of(const int error)
     case EACCES:
     case EPERM:
         return STATUS_DENIED;
-    case EINVAL: // The caller has excluded a size of 0, so a size is beyond the limit of the system.
+    // The functions above exclude a size of 0, so EINVAL means a size beyond the limit of the system.
+    case EINVAL:
     case EMFILE:
     case ENFILE:
     case ENOMEM:

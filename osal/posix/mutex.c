@@ -49,7 +49,7 @@ static status_t locked(osal_mutex_t* const mutex, const int result)
         FSW_ASSERT(repaired == 0);
         return STATUS_CLOSED;
     }
-    FSW_ASSERT(result == 0); // EDEADLK: locked twice by one task.
+    FSW_ASSERT(result == 0); // EDEADLK: this task has locked the mutex already.
     return STATUS_OK;
 }
 
@@ -64,7 +64,7 @@ status_t osal_mutex_lock_within(osal_mutex_t* const mutex, const uint64_t wait_n
     FSW_ASSERT((mutex != NULL) && (mutex->storage[MARK_WORD] == MARK));
     int result = pthread_mutex_trylock(native(mutex));
     if (result == EBUSY) {
-        struct timespec until = {0, 0}; // The mutex takes no clock but CLOCK_REALTIME.
+        struct timespec until = {0, 0}; // A robust mutex with time-out only supports CLOCK_REALTIME.
         (void)clock_gettime(CLOCK_REALTIME, &until);
         const uint64_t end_ns = (uint64_t)until.tv_nsec + (wait_ns % NS_PER_S);
         until.tv_sec += (time_t)((wait_ns / NS_PER_S) + (end_ns / NS_PER_S));
@@ -87,5 +87,5 @@ void osal_mutex_unlock(osal_mutex_t* const mutex)
 {
     FSW_ASSERT((mutex != NULL) && (mutex->storage[MARK_WORD] == MARK));
     const int result = pthread_mutex_unlock(native(mutex));
-    FSW_ASSERT(result == 0); // EPERM: not the holder.
+    FSW_ASSERT(result == 0); // EPERM: this task does not hold the mutex.
 }

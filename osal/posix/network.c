@@ -61,7 +61,8 @@ status_t osal_network_leave(osal_network_t* const home)
 status_t osal_network_remove(const char* const path)
 {
     FSW_ASSERT(path != NULL);
-    // A name is a file on which the namespace is mounted; EINVAL: it has no mount, but must be unlinked, too.
+    // A name is a file on which the namespace is mounted. EINVAL: nothing is mounted there, but the file must
+    // be removed.
     const bool is_mounted = (umount2(path, MNT_DETACH | UMOUNT_NOFOLLOW) == 0);
     if (!is_mounted && (errno != EINVAL)) {
         return status_of(errno);

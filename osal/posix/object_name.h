@@ -5,7 +5,8 @@
 
 #include <stdbool.h>
 
-/// A slash and 1 to 60 letters, digits, dots, underscores and hyphens, but not "." or ".." alone.
+/// True if the name is a slash and 1 to 60 letters, digits, dots, underscores and hyphens, but not "/." or
+/// "/..".
 bool object_name_is_valid(const char* name);
 
 #endif // OSAL_POSIX_OBJECT_NAME_H

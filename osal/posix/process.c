@@ -24,7 +24,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#define FIRST_UNNAMED 3U ///< Descriptors 0, 1, 2 are always kept.
+#define FIRST_UNNAMED 3U ///< Descriptors 0, 1 and 2 are always inherited.
 #define NS_PER_MS 1000000ULL
 #define EXIT_NOT_STARTED 127
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -119,11 +119,13 @@ static void default_signals(void)
 static void execute_program(const osal_process_start_t* const start, const pid_t parent)
 {
     if (start->outlives) {
-        (void)setsid(); // Signals to the parent's session or group do not reach it.
+        // The child gets no signals that are sent to the session or process group of the parent.
+        (void)setsid();
     } else {
         (void)prctl(PR_SET_PDEATHSIG, (unsigned long)SIGKILL);
         if (getppid() != parent) {
-            _exit(EXIT_NOT_STARTED); // The parent died before PR_SET_PDEATHSIG: its death sends no signal.
+            // The parent has died before PR_SET_PDEATHSIG, so its death has sent no signal.
+            _exit(EXIT_NOT_STARTED);
         }
     }
     default_signals();
@@ -304,7 +306,8 @@ status_t osal_process_suspend(osal_process_t* const process)
     return send_signal(process, SIGSTOP);
 }
 
-/// State letter of /proc/<id>/stat: "id (program) state ...", and the name may contain any character.
+/// State letter of /proc/<id>/stat: "id (program) state ...". The name of the program may contain any
+/// character, also ')'.
 char osal_process_state(const int32_t id)
 {
     char path[32];
@@ -402,7 +405,7 @@ static void on_stop(const int number)
     const uint64_t one = 1U;
     stop_count         = stop_count + 1;
     if (write((int)stop_descriptor, &one, sizeof one) < 0) {
-        errno = kept; // The descriptor is readable already: its counter is full.
+        errno = kept; // The counter is full, so the descriptor is already readable.
     }
     errno = kept;
 }
@@ -435,7 +438,7 @@ void osal_process_take_stop(void)
 {
     uint64_t count = 0U;
     if (read((int)stop_descriptor, &count, sizeof count) < 0) {
-        return; // Another wait has taken the stop signal.
+        return; // Another wait has already taken the stop signal.
     }
 }
 

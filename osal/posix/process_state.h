@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private to osal/posix: state of any process.
+/// Private to osal/posix: the state of any process.
 #ifndef OSAL_POSIX_PROCESS_STATE_H
 #define OSAL_POSIX_PROCESS_STATE_H
 

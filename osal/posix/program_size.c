@@ -7,7 +7,7 @@
 #include <link.h>
 #include <string.h>
 
-#define HEADERS_MAX 64U ///< Most segments of one executable.
+#define HEADERS_MAX 64U ///< Largest number of segments of one executable.
 
 typedef ElfW(Ehdr) program_header_t;
 

@@ -30,7 +30,7 @@ static const rate_t* rate_of(const uint32_t baud)
     return NULL;
 }
 
-/// Set the line raw, with this bit rate. False if it does not accept the settings.
+/// Set the line raw, with this bit rate. False if the line does not accept the settings.
 static bool make_raw(const int descriptor, const speed_t speed)
 {
     struct termios line = {0};

@@ -94,7 +94,7 @@ status_t osal_shm_open(osal_shm_t* const shm, const char* const name)
         return (refused == STATUS_EXHAUSTED) ? STATUS_IO : refused;
     }
     struct stat about;
-    status_t status = STATUS_NOT_FOUND; // Also if the size is 0: the creator has not set the size yet.
+    status_t status = STATUS_NOT_FOUND; // Also if the size is 0, because the creator has not set it yet.
     if (fstat(descriptor, &about) != 0) {
         status = STATUS_IO;
     } else if (about.st_size > 0) {

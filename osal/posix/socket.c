@@ -112,7 +112,7 @@ status_t osal_udp_open(osal_socket_t* const sock, const osal_address_t local, co
         const int bytes = (receive_bytes < (size_t)INT_MAX) ? (int)receive_bytes : INT_MAX;
         set_option(descriptor, SOL_SOCKET, SO_RCVBUF, bytes);
         set_option(descriptor, SOL_SOCKET, SO_RCVBUFFORCE,
-                   bytes); // A privileged program may exceed the limit of the system.
+                   bytes); // This option, for privileged programs, may exceed the limit of the system.
     }
     const struct sockaddr_in address = native(local);
     if (bind(descriptor, generic(&address), (socklen_t)sizeof address) != 0) {
@@ -173,7 +173,7 @@ status_t osal_udp_receive(osal_socket_t* const sock, osal_address_t* const out_f
     ssize_t size = 0;
     do {
         size = socket_receive(sock, &message);
-        // ECONNREFUSED reports that a datagram sent earlier had no receiver; it does not concern reception.
+        // ECONNREFUSED: a datagram sent earlier had no receiver. This error does not concern the reception.
     } while ((size < 0) && ((errno == EINTR) || (errno == ECONNREFUSED)));
     *out_size = 0U;
     if (size < 0) {
@@ -227,7 +227,8 @@ status_t osal_tcp_accept(osal_socket_t* const listener, osal_socket_t* const out
     *out_client         = (osal_socket_t)OSAL_SOCKET_CLOSED;
     *out_peer           = (osal_address_t){0U, 0U};
     if (poll(&queue, 1U, 0) == 0) {
-        return STATUS_EMPTY; // Faster than accept4, which makes a socket before it checks.
+        // poll is faster than accept4, which allocates a socket before it looks for a connection.
+        return STATUS_EMPTY;
     }
     (void)memset(&peer, 0, sizeof peer);
     do {

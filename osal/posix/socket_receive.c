@@ -11,7 +11,8 @@
 ssize_t socket_receive(osal_socket_t* const sock, struct msghdr* const message)
 {
     uint8_t octet = 0U;
-    while (sock->is_kept) { // Remove the kept datagram. An error of an earlier send leaves it there: repeat.
+    // Remove the kept datagram first. An error that belongs to an earlier send does not remove it: repeat.
+    while (sock->is_kept) {
         sock->is_kept = (recv(sock->descriptor, &octet, sizeof octet, MSG_DONTWAIT) < 0) &&
                         ((errno == EINTR) || (errno == ECONNREFUSED));
     }

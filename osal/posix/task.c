@@ -12,7 +12,8 @@
 #include <string.h>
 
 #define PRIORITY_MAX 99
-#define STACK_OCTETS 1048576U ///< Small, because a program that locks its memory locks the whole stack.
+/// Smaller than the default, because a program that locks its memory locks the whole stack.
+#define STACK_OCTETS 1048576U
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define HAS_SMALL_STACKS false
 #else

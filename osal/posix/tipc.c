@@ -11,7 +11,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#define CONTROL_OCTETS 64U ///< Room for the error code of a returned message, the first control data.
+/// Room for the error code of a returned message, which is the first control data.
+#define CONTROL_OCTETS 64U
 
 static struct sockaddr_tipc native(const osal_tipc_name_t name)
 {
@@ -108,7 +109,7 @@ status_t osal_tipc_open(osal_socket_t* const sock, const osal_tipc_kind_t kind,
     if (descriptor < 0) {
         return status_of_open(errno);
     }
-    // TIPC gives more important messages more room at the receiver.
+    // TIPC gives messages of higher importance more room at the receiver.
     const bool is_ready = (!is_message || (set_option(descriptor, TIPC_DEST_DROPPABLE, 0U) &&
                                            set_option(descriptor, TIPC_IMPORTANCE, TIPC_HIGH_IMPORTANCE))) &&
                           ((name == NULL) || bind_name(descriptor, *name, scope));

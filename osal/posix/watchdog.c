@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Processes are watched by the launcher and by the supervisor; the watchdog of the machine is not theirs.
+// Launcher and supervisor watch the processes; the watchdog of the machine is not used.
 #include "osal/include/osal/watchdog.h"
 
 status_t osal_watchdog_start(const uint32_t period_ms)

@@ -28,21 +28,23 @@
 #define OSAL_CAN_ERROR 0x20000000U    ///< Error frame; the low bits are the error classes.
 #define OSAL_CAN_ID_MASK 0x1FFFFFFFU
 
-#define OSAL_CAN_ERROR_TX_TIMEOUT 0x001U       ///< Set by the driver: a frame was not sent in time.
-#define OSAL_CAN_ERROR_LOST_ARBITRATION 0x002U ///< data[0]: the bit, 0 if unknown.
+/// Set by the controller's driver: a frame was not sent in time.
+#define OSAL_CAN_ERROR_TX_TIMEOUT 0x001U
+#define OSAL_CAN_ERROR_LOST_ARBITRATION 0x002U ///< data[0]: bit at which arbitration was lost, 0 if unknown.
 /// data[1]: 0x01/0x02 overflow rx/tx, 0x04/0x08 warning, 0x10/0x20 passive, 0x40 active again.
 #define OSAL_CAN_ERROR_CONTROLLER 0x004U
-#define OSAL_CAN_ERROR_PROTOCOL 0x008U    ///< data[2]: the violation, data[3]: where in the frame.
-#define OSAL_CAN_ERROR_TRANSCEIVER 0x010U ///< data[4]: which line.
+/// data[2]: type of the violation, data[3]: its place in the frame.
+#define OSAL_CAN_ERROR_PROTOCOL 0x008U
+#define OSAL_CAN_ERROR_TRANSCEIVER 0x010U ///< data[4]: the bus line concerned.
 #define OSAL_CAN_ERROR_NO_ACK 0x020U
 #define OSAL_CAN_ERROR_BUS_OFF 0x040U
 #define OSAL_CAN_ERROR_BUS 0x080U
 #define OSAL_CAN_ERROR_RESTARTED 0x100U
-/// data[6], data[7]: transmit and receive error counters are valid; also in frames of other classes.
+/// The transmit and receive error counters in data[6] and data[7] are valid; also in frames of other classes.
 #define OSAL_CAN_ERROR_COUNTERS 0x200U
 
 #define OSAL_CAN_FLAG_BRS 0x01U ///< Bit rate switch.
-#define OSAL_CAN_FLAG_ESI 0x02U ///< Sender was error passive.
+#define OSAL_CAN_FLAG_ESI 0x02U ///< Error state indicator: the sender was error passive.
 #define OSAL_CAN_FLAG_FD 0x04U  ///< CAN FD frame.
 
 #define OSAL_CAN_DATA_MAX 64U
@@ -71,7 +73,7 @@ typedef struct { ///< A frame passes if (its id & mask) == (id & mask). Error fr
     uint32_t mask;
 } osal_can_filter_t;
 
-typedef struct { // All fields are private, except the last four: read-only.
+typedef struct { // All fields are private, except the last four, which may be read.
     void* shared;
     int descriptor;
     osal_can_end_t end;
@@ -90,12 +92,12 @@ typedef struct {       // Counts of a counted hand-over, sums of both directions
     uint32_t late;     ///< Frames of `frames` for which the receiver had to wait.
     uint32_t lost;     ///< Frames announced but not received within OSAL_CAN_PATIENCE_MS.
     uint32_t external; ///< Frames received but not announced: another program sends on the interface.
-    uint32_t cuts;     ///< Calls that found the interface of their end down or removed.
+    uint32_t cuts;     ///< Calls that failed because the interface of their end was down or removed.
 } osal_can_hand_over_t;
 
 /// Make the shared memory of a "shm:" or counted bus. Exactly one process calls this, before either end
 /// opens. For a counted bus the address names the interface of the wire end. Returns STATUS_OK,
-/// STATUS_EXISTS, STATUS_INVALID (the address is not one, or has no shared memory), STATUS_NOT_FOUND
+/// Frames received but not announced: a program outside of the run sent them on the interface.
 /// (interface), STATUS_UNSUPPORTED (no SocketCAN here), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_can_create(const char* address);
 /// Remove the shared memory of a bus. Open ends stay usable. Returns STATUS_OK, STATUS_NOT_FOUND.
@@ -103,8 +105,8 @@ status_t osal_can_destroy(const char* address);
 /// Read the counts of a counted bus. Returns STATUS_OK, STATUS_NOT_FOUND (no such counted bus).
 MUST_USE status_t osal_can_hand_over(const char* address, osal_can_hand_over_t* out_counts);
 
-/// Add `frames` to the count of external frames, for frames that reached the bus from outside of the run by
-/// another way. No effect on a carrier that does not count.
+/// Add `frames` to the count of external frames, for frames that came from outside of the run and reached the
+/// bus by another way. No effect on a carrier that does not count.
 void osal_can_add_external(osal_can_t* can, uint32_t frames);
 
 /// Open one end. The receive queue of a node end is empty after opening. Returns STATUS_OK, STATUS_NOT_FOUND

@@ -25,7 +25,7 @@ typedef struct {
     bool carries_fd;                     ///< The largest frame (MTU) is that of CAN FD.
     uint32_t bit_rate;                   ///< Nominal [bit/s]; 0: none or unknown.
     uint32_t data_bit_rate;              ///< CAN FD data phase [bit/s]; 0: none or unknown.
-    char label[OSAL_CAN_LABEL_MAX + 1U]; ///< Argument of osal_can_interface_make, cut if longer.
+    char label[OSAL_CAN_LABEL_MAX + 1U]; ///< `label` of osal_can_interface_make, cut if longer.
 } osal_can_interface_t;
 
 /// Claim on an interface for one run. It ends with osal_can_interface_release, or with the process.
@@ -35,7 +35,7 @@ typedef struct { // Private; -1: none.
 
 /// Query the properties of an interface. Returns STATUS_OK, STATUS_INVALID (name empty, longer than 15
 /// characters, or with a '/' or a space), STATUS_UNSUPPORTED (no SocketCAN in this kernel), STATUS_NOT_FOUND
-/// (no such interface), STATUS_NOT_OURS (an interface, but not for CAN), STATUS_DENIED, STATUS_IO.
+/// (no such interface), STATUS_NOT_OURS (it is not an interface for CAN), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_can_interface_look(const char* name, osal_can_interface_t* out_interface);
 
 /// Make a vcan interface, classic or FD, with a label, and bring it up. Returns STATUS_OK, STATUS_EXISTS,

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The clock of a program. A program waits only here; components get the time from the executive.
+/// The clock of a program. The main loop of a program waits only here, and passes the time to its component.
 ///
-/// Real: monotonic time from a common origin; the sleep ends at an absolute time, or earlier by a socket.
-/// Stepped: simulated time from the scheduler. Granted: for a program that cannot reach the memory of the
-/// scheduler, because its byte order differs; its caller supplies the grants and collects its deliveries.
+/// Real: monotonic time from a common origin; a wait ends at an absolute time, or earlier if a socket has
+/// data. Stepped: simulated time from the scheduler. Granted: simulated time for a program that cannot reach
+/// the memory of the scheduler, because its byte order differs; its caller supplies the grants and collects
+/// its deliveries.
 ///
 /// In stepped time only osal_clock_wait waits for simulated time. Other calls of this layer that may wait
 /// (osal_event_wait, osal_mutex_lock, osal_task_join, osal_socket_wait_readable, osal_process_start,
@@ -33,8 +34,8 @@ typedef enum {
 } osal_clock_mode_t;
 
 typedef struct {
-    bool is_memory_locked; ///< No page of the program is swapped out.
-    bool is_slack_minimal; ///< Wake-ups are not combined with later ones.
+    bool is_memory_locked; ///< No page of the program can be swapped out.
+    bool is_slack_minimal; ///< The kernel does not delay wake-ups to combine them with later ones.
 } osal_clock_attributes_t;
 
 typedef struct { ///< Deliveries announced during a grant, by their receiver. Counts saturate.
@@ -51,11 +52,11 @@ typedef struct { // All fields are private, except `attributes`: read-only.
     uint32_t life;
     uint64_t origin_ns;
     osal_grant_t grant;
-    osal_clock_attributes_t attributes; ///< Attributes that a real clock was permitted.
+    osal_clock_attributes_t attributes; ///< Attributes that the system permitted to a real clock.
 } osal_clock_t;
 
 /// Open a real clock; time 0 is `origin_ns` of osal_clock_monotonic_ns. Requests timer slack 1 ns and locked
-/// memory; `attributes` has those that were permitted.
+/// memory; `attributes` shows which of them the system permitted.
 void osal_clock_open_real(osal_clock_t* clock, uint64_t origin_ns);
 /// Open a stepped clock for life `life` of `participant` of the scheduler.
 void osal_clock_open_stepped(osal_clock_t* clock, osal_lockstep_t* scheduler, unsigned participant,
@@ -67,7 +68,8 @@ void osal_clock_open_granted(osal_clock_t* clock, osal_deliveries_t* deliveries)
 /// Granted clocks only: set the next grant and clear the noted deliveries.
 void osal_clock_take_grant(osal_clock_t* clock, const osal_grant_t* grant);
 
-/// Monotonic time of the machine [ns]; for origins and measurements, not for flight decisions.
+/// Monotonic time of the machine [ns]; for origins and measurements, but not for decisions of flight
+/// software.
 uint64_t osal_clock_monotonic_ns(void);
 /// Time of the run [ns]: real time since the origin, or the time of the present grant.
 uint64_t osal_clock_now_ns(const osal_clock_t* clock);

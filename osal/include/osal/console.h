@@ -10,8 +10,9 @@
 void osal_console_say(const char* line);
 /// Write `line` and a line end to standard error.
 void osal_console_complain(const char* line);
-/// Write text without a line end (progress).
+/// Write text without a line end, for example progress.
 void osal_console_put(const char* text);
+/// True if standard output is a terminal.
 bool osal_console_is_terminal(void);
 /// If the only argument is --version, write `name version`; if it is --help and `usage` is not null, write
 /// the usage. True: text was written, and the program must end with exit code 0.

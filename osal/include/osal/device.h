@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Input and output of a device that the system offers as a file: a character device, a FIFO, a file that a
-/// driver fills. Octets in both directions, without waiting; one write of the partner may arrive in pieces. A
-/// serial line (serial.h) is opened as one of these.
+/// Input and output of a device that the system offers as a file: a character device, a FIFO, or a file that
+/// a driver writes. Octets pass in both directions, without waiting; one write of the partner may arrive in
+/// several pieces. A serial line (serial.h) is also opened as a device.
 ///
 /// Ownership  The caller places osal_device_t; closed by osal_device_close.
 /// Context    One task. Only osal_device_wait_readable blocks.

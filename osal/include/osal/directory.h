@@ -4,8 +4,8 @@
 /// A path consists of names with `/` between them, starting at the root; the root itself is "". A name has 1
 /// to OSAL_NAME_SIZE - 1 octets other than `/` and is neither "." nor "..". Each name is looked up in the
 /// folder before it, and symbolic links are not followed, so no path leaves the tree, whatever other programs
-/// do to it meanwhile. Links, devices, pipes and sockets are treated as absent, but their names cannot be
-/// used.
+/// do to it meanwhile. Links, devices, pipes and sockets are treated as absent, but a call cannot make an
+/// entry with the name of one.
 ///
 /// When a call that changes names returns STATUS_OK, the change is on the disk. STATUS_INVALID: the argument
 /// is not such a path.
@@ -33,6 +33,7 @@ typedef struct {
     uint64_t size; ///< Size of a file [octets], else 0.
 } osal_directory_about_t;
 
+/// One entry of a listing.
 typedef struct {
     char name[OSAL_NAME_SIZE];
     bool is_directory;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Event: one task waits for it, and any task signals it; in shared memory, tasks of other processes, too. A
-/// signal that comes before the wait is kept.
+/// signal before the wait is kept; several count as one.
 #ifndef OSAL_EVENT_H
 #define OSAL_EVENT_H
 
@@ -11,7 +11,7 @@
 
 typedef struct { // Private; may lie in shared memory. Create it before its first use.
     uint32_t word;
-    uintptr_t waiter; // The waiting task, where the system needs to know it.
+    uintptr_t waiter; // The waiting task, if the system needs it for the wake-up.
 } osal_event_t;
 
 void osal_event_create(osal_event_t* event);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Files: sequential reading, appending, random access, directories. This layer has no buffers; if the system
+/// Files: sequential reading, appending, random access, folders. This layer has no buffers; if the system
 /// writes only a part, the functions write the rest.
 #ifndef OSAL_FILE_H
 #define OSAL_FILE_H
@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-typedef struct { // Private; -1 when closed.
+typedef struct { // Private; the descriptor is -1 when closed.
     int descriptor;
 } osal_file_t;
 
@@ -21,7 +21,7 @@ MUST_USE status_t osal_file_open_read(osal_file_t* file, const char* path);
 MUST_USE status_t osal_file_create(osal_file_t* file, const char* path);
 /// Open for appending; a missing file is made. Same statuses as osal_file_create.
 MUST_USE status_t osal_file_append(osal_file_t* file, const char* path);
-/// Write all. STATUS_OK, STATUS_FULL (no space), STATUS_IO.
+/// Write all octets at the present position. STATUS_OK, STATUS_FULL (no space), STATUS_IO.
 MUST_USE status_t osal_file_write(osal_file_t* file, const void* octets, size_t size);
 /// Read up to `capacity` octets; *out_size is 0 at the end of the file. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_file_read(osal_file_t* file, void* octets, size_t capacity, size_t* out_size);
@@ -39,16 +39,16 @@ MUST_USE status_t osal_file_sync_names(const char* path);
 /// Read exactly `size` octets from `offset` on. STATUS_OK, STATUS_TRUNCATED (they go beyond the end),
 /// STATUS_IO.
 MUST_USE status_t osal_file_read_at(osal_file_t* file, uint64_t offset, void* octets, size_t size);
-/// Write all from `offset` on; a gap after the end is filled with zeros. STATUS_OK, STATUS_FULL (no space),
-/// STATUS_IO.
+/// Write all octets from `offset` on; a gap after the end is filled with zeros. STATUS_OK, STATUS_FULL (no
+/// space), STATUS_IO.
 MUST_USE status_t osal_file_write_at(osal_file_t* file, uint64_t offset, const void* octets, size_t size);
 /// Present size [octets]. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_file_size(osal_file_t* file, uint64_t* out_size);
 /// Cut the file to `size`, or extend it with zeros. STATUS_OK, STATUS_FULL (no space, or beyond what a file
 /// can have), STATUS_IO.
 MUST_USE status_t osal_file_resize(osal_file_t* file, uint64_t size);
-/// Reserve disk space for the first `size` octets, so that writing there cannot fail for lack of space. The
-/// file grows to `size`. STATUS_OK, STATUS_FULL (no space, or beyond what a file can have),
+/// Reserve disk space for the first `size` octets, so that a write to this part cannot fail for lack of
+/// space. The file grows to `size`. STATUS_OK, STATUS_FULL (no space, or beyond what a file can have),
 /// STATUS_UNSUPPORTED (this file system cannot reserve space), STATUS_IO.
 MUST_USE status_t osal_file_reserve(osal_file_t* file, uint64_t size);
 /// True while the file has a name in the file system. If it was removed, its content is lost on close.

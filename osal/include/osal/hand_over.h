@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Counted hand-over of a stream or of datagrams in stepped time. The kernel may deliver octets after the
-/// call that sent them has returned. Both ends therefore count in a shared memory what they send. The
-/// receiver reads until it has taken all announced octets or datagrams; it waits for those that the kernel
-/// has not delivered yet.
+/// call that sent them has returned. Therefore each end announces in shared memory how many octets or
+/// datagrams it has sent. The receiver reads until it has taken all announced octets or datagrams; it waits
+/// for those that the kernel has not delivered yet.
 ///
-/// The device end makes the memory and sets whether the device is present; the flight end opens it for each
-/// connection, which resets both counts.
+/// The device end makes the memory and sets whether the device is present. The flight end opens the memory
+/// and begins each connection with osal_hand_over_begin, so that nothing is due in either direction.
 ///
 /// Names      As in shm.h.
-/// Ownership  The caller places osal_hand_over_t. On a closed one the operations have no effect and nothing
-///            is due, so that a flow without counts needs no case of its own.
+/// Ownership  The caller places osal_hand_over_t. If it is closed, the operations have no effect and nothing
+///            is due, so that a flow without counts is no special case.
 /// Context    One task per end; the scheduler of the run grants one end at a time.
 /// Time       O(1).
 #ifndef OSAL_HAND_OVER_H
@@ -20,7 +20,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define OSAL_HAND_OVER_PATIENCE_MS 2000U ///< Longest wait for what was announced, wall-clock time [ms].
+/// Longest wait for announced octets or datagrams, wall-clock time [ms].
+#define OSAL_HAND_OVER_PATIENCE_MS 2000U
 
 typedef struct { // Private.
     void* shared;
@@ -48,7 +49,7 @@ bool osal_hand_over_is_connected(const osal_hand_over_t* hand_over);
 uint32_t osal_hand_over_connection(const osal_hand_over_t* hand_over);
 /// Device end: set whether the device is present.
 void osal_hand_over_set_present(osal_hand_over_t* hand_over, bool is_present);
-/// True if the device is present, or nothing is counted.
+/// True if the device is present, or if `hand_over` is closed.
 bool osal_hand_over_is_present(const osal_hand_over_t* hand_over);
 
 /// Announce `count` octets or datagrams that this end has sent.
@@ -59,7 +60,7 @@ uint32_t osal_hand_over_due(const osal_hand_over_t* hand_over);
 void osal_hand_over_take(osal_hand_over_t* hand_over, uint32_t count);
 /// Count all octets or datagrams that are due as lost, and do not wait for them any more.
 void osal_hand_over_give_up(osal_hand_over_t* hand_over);
-/// Octets or datagrams lost so far in both directions [wraps]. Other than 0: the run is not reproducible.
+/// Octets or datagrams lost so far in both directions [wraps]. If it is not 0, the run is not reproducible.
 uint32_t osal_hand_over_lost(const osal_hand_over_t* hand_over);
 
 #endif // OSAL_HAND_OVER_H

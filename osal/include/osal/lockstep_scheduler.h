@@ -4,8 +4,8 @@
 ///
 /// Time advances in time steps of `step_ns`; a participant that ends its turn asks for its next wake time. A
 /// delivery (osal_lockstep_deliver) wakes the receiver in the current time step if its order is higher than
-/// that of the running participant, else at the start of the next one. Each grant has the number of
-/// deliveries since the last.
+/// that of the running participant, else at the start of the next one. Each grant contains the number of
+/// deliveries since the last grant.
 ///
 /// The storage is plain memory: shared memory with one process per participant (futex hand-off), or memory of
 /// one program that calls osal_lockstep_next in a loop (image form). Both give the same sequence of grants.
@@ -25,8 +25,10 @@
 #include <stdint.h>
 
 #define OSAL_LOCKSTEP_PARTICIPANTS_MAX CAPACITY_PARTICIPANTS
-#define OSAL_LOCKSTEP_NEVER UINT64_MAX          ///< "Wake me only for a delivery."
-#define OSAL_LOCKSTEP_ANY_LIFE 0U               ///< In place of a life: the present one. Lives are 1, 2, ...
+/// Wake time that means: wake the participant only for a delivery.
+#define OSAL_LOCKSTEP_NEVER UINT64_MAX
+/// In place of a life: the present life. Lives are numbered 1, 2, ...
+#define OSAL_LOCKSTEP_ANY_LIFE 0U
 #define OSAL_LOCKSTEP_BYTES 4096U               ///< Storage of one scheduler.
 #define OSAL_LOCKSTEP_PATIENCE_NS 5000000000ULL ///< Default of osal_lockstep_set_patience.
 
@@ -34,6 +36,7 @@ typedef struct osal_lockstep osal_lockstep_t;
 
 typedef enum {
     OSAL_LOCKSTEP_ABSENT = 0, ///< The participant had no life yet, or its life has ended.
+    /// EXPECTED and JOINED: see the top of this file.
     OSAL_LOCKSTEP_EXPECTED,
     OSAL_LOCKSTEP_JOINED
 } osal_lockstep_presence_t;
@@ -48,9 +51,10 @@ typedef struct {
 /// 0. step_ns >= 1. `is_shared`: participants are tasks or processes and use osal_lockstep_wait; else one
 /// loop uses osal_lockstep_next and osal_lockstep_done. Null if the system does not support the lock.
 osal_lockstep_t* osal_lockstep_create(void* storage, uint64_t step_ns, bool is_shared);
-/// A process that is stopped by a signal inside one of these calls blocks the calls of all others. If such a
-/// process has a life and blocks another one for `patience_ns` of wall-clock time, it is killed and treated
-/// like any death; processes without a life are waited for. The initial value is OSAL_LOCKSTEP_PATIENCE_NS.
+/// A process that a signal stops inside one of these calls blocks the calls of all other processes. If such a
+/// process has a life and blocks another one for `patience_ns` of wall-clock time, it is killed, and its
+/// death is treated like any other; a process without a life is not killed. The initial value is
+/// OSAL_LOCKSTEP_PATIENCE_NS.
 void osal_lockstep_set_patience(osal_lockstep_t* scheduler, uint64_t patience_ns);
 /// The scheduler that another process has made in `storage`. Null if there is none.
 osal_lockstep_t* osal_lockstep_attach(void* storage);
@@ -105,6 +109,7 @@ MUST_USE status_t osal_lockstep_next(osal_lockstep_t* scheduler, unsigned* out_p
 void osal_lockstep_deliver(osal_lockstep_t* scheduler, unsigned sender, unsigned receiver, uint32_t life,
                            uint32_t messages, uint32_t octets);
 
+/// Present simulated time [ns].
 uint64_t osal_lockstep_now_ns(const osal_lockstep_t* scheduler);
 /// Presence of a participant. *out_life: number of its life, or of its last life if it is absent (0: none).
 osal_lockstep_presence_t osal_lockstep_presence(const osal_lockstep_t* scheduler, unsigned participant,
@@ -122,8 +127,8 @@ void osal_lockstep_postpone(osal_lockstep_t* scheduler, unsigned participant, ui
 /// far [wraps].
 unsigned osal_lockstep_holder(osal_lockstep_t* scheduler, uint32_t* out_grants);
 
-/// True: the holder of the grant keeps it, simulated time stands still, and a watchdog is to accept that.
-/// Initially false. Others may set it to false; the holder then continues.
+/// True: the holder of the grant keeps it, simulated time stands still, and a watchdog must accept that.
+/// Initially false. Any process may set it to false; the holder then continues.
 void osal_lockstep_hold(osal_lockstep_t* scheduler, bool is_held);
 bool osal_lockstep_is_held(const osal_lockstep_t* scheduler);
 

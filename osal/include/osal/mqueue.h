@@ -3,7 +3,8 @@
 /// creator owns the name; any number of senders may open it.
 ///
 /// A queue whose creator has died remains, with its messages, until its name is removed. A receiver restarts
-/// by removing the queue and making it again; a sender that has opened the removed one gets STATUS_CLOSED.
+/// by removing the queue and making it again; a sender that still has the removed queue open gets
+/// STATUS_CLOSED.
 ///
 /// Ownership  The caller places osal_mqueue_t.
 /// Names      '/' and then 1..60 of [A-Za-z0-9._-], but neither "." nor ".." alone.
@@ -20,8 +21,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define OSAL_MQUEUE_DEPTH_ALWAYS 10U    ///< Messages that every system grants.
-#define OSAL_MQUEUE_OCTETS_ALWAYS 8192U ///< Octets of a message that every system grants.
+#define OSAL_MQUEUE_DEPTH_ALWAYS 10U    ///< Depth that every system permits [messages].
+#define OSAL_MQUEUE_OCTETS_ALWAYS 8192U ///< Size of a message that every system permits [octets].
 
 typedef struct { // Private.
     int descriptor;

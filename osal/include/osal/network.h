@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Network namespaces: separate network stacks on one machine. The caller makes and removes them. A socket
-/// always belongs to the stack in which it was opened.
+/// Network namespaces: separate network stacks on one machine. The caller makes them. A socket always belongs
+/// to the stack in which it was opened.
 ///
 /// Ownership  The caller places osal_network_t.
 /// Context    One task; only that task changes its stack.

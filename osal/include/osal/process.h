@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Child processes. A child dies with its parent, unless it is started with `outlives`, and inherits only the
-/// named descriptors.
+/// descriptors that osal_process_start_t lists.
 ///
 /// Context  "Parent" is the task that started the child: when that task ends, the child is killed
 ///          unless it `outlives`.
@@ -26,14 +26,15 @@ typedef struct {
     const int* descriptors;       ///< Descriptors that the child inherits; 0, 1, 2 are always inherited.
     size_t descriptor_count;
     uint64_t memory_limit_bytes; ///< Address space limit; 0, or a build with sanitizers: none.
-    uint32_t descriptor_limit;   ///< Numbers of new descriptors are below this; 0: as for the parent.
-    int processor;           ///< Pin to processor n modulo those that this process may use; -1: not pinned.
+    uint32_t descriptor_limit;   ///< Numbers of new descriptors are below this; 0: the limit of the parent.
+    /// Pin to this processor, modulo the number of those that this process may use; -1: not pinned.
+    int processor;
     const char* output_path; ///< Standard output and error are appended to this file; null: inherited.
-    bool outlives;           ///< Continues when its parent ends, in its own session.
+    bool outlives;           ///< Continues when its parent ends, in a session of its own.
 } osal_process_start_t;
 
-#define OSAL_SIGNAL_KILL 9 ///< Code of a result: SIGKILL.
-#define OSAL_SIGNAL_END 15 ///< Code of a result: SIGTERM.
+#define OSAL_SIGNAL_KILL 9 ///< Value of osal_process_result_t.code: SIGKILL.
+#define OSAL_SIGNAL_END 15 ///< Value of osal_process_result_t.code: SIGTERM.
 
 typedef struct {
     bool has_ended;
@@ -49,7 +50,8 @@ typedef struct {
     uint64_t processor_ns; ///< Processor time it has used.
 } osal_process_look_t;
 
-/// Start a child. STATUS_OK, STATUS_NOT_FOUND (no such executable, or folder of output_path), STATUS_DENIED,
+/// Start a child. `process` is for the calls below. STATUS_OK, STATUS_NOT_FOUND (no such executable, or
+/// folder of output_path), STATUS_DENIED,
 /// STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t osal_process_start(osal_process_t* process, const osal_process_start_t* start);
 /// Octets of memory that an executable needs when it is loaded, without its shared libraries. STATUS_OK,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Named shared memory. The creator decides the size; the memory starts as zeros.
+/// Named shared memory. The creator sets the size; the memory initially contains zeros.
 ///
 /// Names      '/' and then 1..60 of [A-Za-z0-9._-], but neither "." nor ".." alone.
 /// Ownership  Mappings stay valid after removal of the name until closed.
@@ -24,7 +24,7 @@ MUST_USE status_t osal_shm_open(osal_shm_t* shm, const char* name);
 void* osal_shm_address(const osal_shm_t* shm);
 size_t osal_shm_size(const osal_shm_t* shm);
 void osal_shm_close(osal_shm_t* shm);
-/// Remove the name. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED.
+/// Remove the name; existing mappings stay valid. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED.
 status_t osal_shm_remove(const char* name);
 
 /// Call `visit` with the name of every shared memory that begins with `prefix` ('/' included); `visit` may

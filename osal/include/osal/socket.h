@@ -16,10 +16,10 @@
 
 typedef struct { // Private; descriptor < 0 when closed.
     int descriptor;
-    uint8_t blind; // Number of next waits that skip polling.
-    uint8_t pause; // Number of waits that skip polling after it was unsuccessful last.
+    uint8_t blind; // Number of the next waits that skip polling.
+    uint8_t pause; // Number of waits that skip polling after the last poll was unsuccessful.
     bool is_deferred;
-    bool is_kept; // The socket still has the datagram that was received last.
+    bool is_kept; // The datagram that was received last is still in the socket.
 } osal_socket_t;
 
 typedef struct {
@@ -28,11 +28,12 @@ typedef struct {
 } osal_address_t;
 
 #define OSAL_IPV4_LOOPBACK 0x7F000001U
-/// Loopback address of the devices of a run, and of its flight software. Each run has addresses of its own in
-/// 127.0.0.0/8, so that the ports of a descriptor are free in each run. `run` is its number, below 2^22.
+/// Loopback addresses of the devices of a run and of its flight software. Each run has addresses of its own
+/// in 127.0.0.0/8, so that the ports of a descriptor are free in each run. `run` is the number of the run,
+/// below 2^22.
 #define OSAL_IPV4_OF_DEVICES(run) (0x7F400000U + ((run)&0x3FFFFFU))
 #define OSAL_IPV4_OF_FLIGHT(run) (0x7F800000U + ((run)&0x3FFFFFU))
-#define OSAL_SOCKET_LOOK_NS 20000U
+#define OSAL_SOCKET_LOOK_NS 20000U ///< Time for which osal_socket_wait_readable polls [ns].
 
 /// Closed socket, for initialisation.
 #define OSAL_SOCKET_CLOSED                                                                                   \
@@ -77,9 +78,9 @@ MUST_USE status_t osal_stream_send(osal_socket_t* socket, const uint8_t* octets,
 MUST_USE status_t osal_stream_receive(osal_socket_t* socket, uint8_t* octets, size_t capacity,
                                       size_t* out_size);
 
-/// Local UNIX stream sockets: the co-simulation port of the scheduler and control channels. Path <= 100
-/// characters. Accept with osal_tcp_accept (peer address 0:0). The path stays until removed as a file.
-/// STATUS_OK, STATUS_EXISTS, STATUS_INVALID (path), STATUS_DENIED, STATUS_IO.
+/// Open a local (UNIX) stream socket that listens: for the co-simulation port of the scheduler and for
+/// control channels. Path <= 100 characters. Accept with osal_tcp_accept (peer address 0:0). The path stays
+/// until removed as a file. STATUS_OK, STATUS_EXISTS, STATUS_INVALID (path), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_local_listen(osal_socket_t* socket, const char* path);
 /// Make the two ends of a local stream, one of them for a child process. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_local_pair(osal_socket_t* socket, osal_socket_t* out_peer);
@@ -89,7 +90,7 @@ MUST_USE status_t osal_local_pair(osal_socket_t* socket, osal_socket_t* out_peer
 /// waits skip it, up to 127 of 128. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
 MUST_USE status_t osal_socket_wait_readable(osal_socket_t* socket, uint32_t timeout_ms);
 /// Wait (wall-clock) until the socket is writable, that is, until osal_tcp_connect_begin has a result, at
-/// most timeout_ms. Same statuses.
+/// most timeout_ms. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
 MUST_USE status_t osal_socket_wait_writable(osal_socket_t* socket, uint32_t timeout_ms);
 /// Local address of a bound socket. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_socket_local_address(const osal_socket_t* socket, osal_address_t* out_local);

@@ -13,15 +13,19 @@
 #define TARGET_WIRE_STREAM_MAX 16384U   ///< Octets of the stream in one record.
 /// Longest content of a record.
 #define TARGET_WIRE_CONTENT_MAX TARGET_WIRE_STREAM_MAX
-/// In place of a socket's number: one that only sends, from the address of the component's computer.
+/// In place of the number of a socket: a socket that only sends, from the address of the component's
+/// computer.
 #define TARGET_WIRE_SENDER 0xFFFFFFFFU
 
 typedef enum {
-    TARGET_WIRE_STREAM   = 1, ///< Both directions. Octets of the stream.
-    TARGET_WIRE_DATAGRAM = 2, ///< Both directions. Number of the socket (u32), address (u32, u16), octets.
-    TARGET_WIRE_ADOPT    = 3, ///< From the program. Serve the inherited socket of this number (u32).
-    TARGET_WIRE_WAIT     = 4, ///< From the program. Wait for datagrams to a socket (u32), at most ms (u32).
-    TARGET_WIRE_WAITED   = 5  ///< To the program. The wait is over; what arrived was sent before.
+    TARGET_WIRE_STREAM = 1, ///< Both directions: octets of the stream.
+    /// Both directions: number of the socket (u32), address (u32, u16), octets of the datagram.
+    TARGET_WIRE_DATAGRAM = 2,
+    TARGET_WIRE_ADOPT    = 3, ///< From the program: serve the inherited socket of this number (u32).
+    /// From the program: wait for datagrams to a socket (u32), at most this time [ms] (u32).
+    TARGET_WIRE_WAIT = 4,
+    /// To the program: the wait is over. Datagrams that arrived during the wait were sent before this record.
+    TARGET_WIRE_WAITED = 5
 } target_wire_kind_t;
 
 #endif // OSAL_TARGET_WIRE_H

@@ -18,7 +18,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define OSAL_TIPC_TYPE_MIN 64U ///< Lower service types are the kernel's own.
+#define OSAL_TIPC_TYPE_MIN 64U ///< The kernel itself uses the lower service types.
 
 typedef struct {
     uint32_t type; ///< Type of the service, >= OSAL_TIPC_TYPE_MIN.
@@ -45,8 +45,9 @@ typedef struct { // Event of the kernel's topology service: a hint, which may be
 /// (descriptors or memory), STATUS_IO.
 MUST_USE status_t osal_tipc_open(osal_socket_t* socket, osal_tipc_kind_t kind, const osal_tipc_name_t* name,
                                  osal_tipc_scope_t scope);
-/// Send a datagram; size >= 1, because TIPC passes no empty one. STATUS_OK, STATUS_FULL (the connection to
-/// its node is congested), STATUS_CLOSED (no socket has that name now), STATUS_TOO_LARGE, STATUS_IO.
+/// Send a datagram; size >= 1, because TIPC does not carry empty datagrams. STATUS_OK, STATUS_FULL (the
+/// connection to its node is congested), STATUS_CLOSED (no socket has that name now), STATUS_TOO_LARGE,
+/// STATUS_IO.
 MUST_USE status_t osal_tipc_send(osal_socket_t* socket, osal_tipc_name_t to, const uint8_t* octets,
                                  size_t size);
 /// Receive a datagram. *out_from: the sender's identity (osal_tipc_identity). STATUS_OK, STATUS_EMPTY,
@@ -54,14 +55,15 @@ MUST_USE status_t osal_tipc_send(osal_socket_t* socket, osal_tipc_name_t to, con
 /// because its receiver had no room or has ended; its content is lost), STATUS_IO.
 MUST_USE status_t osal_tipc_receive(osal_socket_t* socket, uint64_t* out_from, uint8_t* octets,
                                     size_t capacity, size_t* out_size);
-/// Number of a socket, unique in the cluster. The number does not change while the socket is open and its
+/// Number of the socket, unique in the cluster. The number does not change while the socket is open and its
 /// node keeps its address. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_tipc_identity(const osal_socket_t* socket, uint64_t* out_identity);
 
-/// Receive notices of the names of one service type that appear and disappear, beginning with the existing
-/// ones. STATUS_OK, STATUS_UNSUPPORTED, STATUS_EXHAUSTED, STATUS_IO.
+/// Watch the names of one service type: receive an event for each existing name, and later for each name that
+/// appears or disappears. STATUS_OK, STATUS_UNSUPPORTED, STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t osal_tipc_watch_open(osal_socket_t* socket, uint32_t type);
-/// Take the next event. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (the topology service has ended the watch),
+/// Take the next event of the watch. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (the topology service has ended
+/// the watch),
 /// STATUS_IO.
 MUST_USE status_t osal_tipc_watch_next(osal_socket_t* socket, osal_tipc_event_t* out_event);
 

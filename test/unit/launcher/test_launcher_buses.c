@@ -207,7 +207,7 @@ static void a_controller_that_does_not_fit_is_refused_with_the_command_that_chan
     seen            = can_fd;
     seen.is_bus_off = true;
     expect_unfit(seen,
-                 "can0 is bus-off; look at wiring and termination; as root: ip link set can0 down; ip link "
+                 "can0 is bus-off; check wiring and termination; as root: ip link set can0 down; ip link "
                  "set can0 up ");
     launcher.mission.storage.buses[0].data_bit_rate = 0U;
     seen                                            = can_fd;
@@ -448,15 +448,18 @@ static void frames_that_were_not_handed_over_are_summed_and_printed(void** state
 {
     static const osal_can_hand_over_t cases[] = {
         {9U, 1U, 0U, 0U, 0U}, {9U, 0U, 2U, 0U, 0U}, {9U, 0U, 0U, 3U, 0U}, {9U, 0U, 0U, 0U, 4U}};
-    static const char* const lines[] = {
-        "bus robot: of 9 frames handed over 1 came late, 0 not at all; 0 came from others; an end lost its "
-        "interface 0 times",
-        "bus robot: of 9 frames handed over 0 came late, 2 not at all; 0 came from others; an end lost its "
-        "interface 0 times",
-        "bus robot: of 9 frames handed over 0 came late, 0 not at all; 3 came from others; an end lost its "
-        "interface 0 times",
-        "bus robot: of 9 frames handed over 0 came late, 0 not at all; 0 came from others; an end lost its "
-        "interface 4 times"};
+    static const char* const lines[] = {"bus robot: of 9 frames handed over 1 came late, 0 not at all; 0 "
+                                        "came from outside the run; an end lost "
+                                        "its interface 0 times",
+                                        "bus robot: of 9 frames handed over 0 came late, 2 not at all; 0 "
+                                        "came from outside the run; an end lost "
+                                        "its interface 0 times",
+                                        "bus robot: of 9 frames handed over 0 came late, 0 not at all; 3 "
+                                        "came from outside the run; an end lost "
+                                        "its interface 0 times",
+                                        "bus robot: of 9 frames handed over 0 came late, 0 not at all; 0 "
+                                        "came from outside the run; an end lost "
+                                        "its interface 4 times"};
     (void)state;
     (void)strcpy(run.buses[0].simulator, "can:a@b");
     counts.frames = 9U;
