@@ -9,9 +9,32 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define PROVE(condition, text) __CPROVER_assert((condition), text)
+/// PROVE: a statement holds whenever it is reached. IMPLIES, only within PROVE: the condition has this
+/// consequence. NEVER: this place is not reached.
+///
+/// With PROOF_REACHED each statement says instead that it is never reached with all of its conditions true;
+/// run_proofs.py expects each to fail, because a statement that is not reached proves nothing.
 #define ASSUME(condition) __CPROVER_assume(condition)
+#ifdef PROOF_REACHED
+static bool proof_is_idle; // A condition in the statement is false, so that its consequence does not count.
+static inline bool proof_idle(void)
+{
+    proof_is_idle = true;
+    return true;
+}
+#define PROVE(statement, text)                                                                               \
+    do {                                                                                                     \
+        proof_is_idle          = false;                                                                      \
+        const bool proof_holds = (statement);                                                                \
+        __CPROVER_assert(!proof_holds || proof_is_idle, text);                                               \
+    } while (false)
+#define IMPLIES(condition, consequence) ((condition) ? (consequence) : proof_idle())
+#define NEVER(text) (void)0
+#else
+#define PROVE(statement, text) __CPROVER_assert((statement), text)
 #define IMPLIES(condition, consequence) (!(condition) || (consequence))
+#define NEVER(text) __CPROVER_assert(false, text)
+#endif
 
 // Any value: CBMC knows these by the beginning of their names.
 bool nondet_bool(void);

@@ -12,8 +12,9 @@ Each test/proof/<folder>/proof_*.c begins with its statement as lines `// Key: t
 
 CBMC checks every access, every overflow of signed numbers, every shift and division, that each loop ends within its
 bound, and the statements of the proof, for all values at once. Then it checks copies of the sources with each planted
-fault: a proof that does not find its fault proves nothing. Prints a table; exit code 1 if a proof fails, or if a planted
-fault is not found."""
+fault: a proof that does not find its fault proves nothing. Last it searches for each statement a way to reach it with all
+its conditions true: a statement that is never reached proves nothing, either. Prints a table; exit code 1 if a proof
+fails, if a planted fault is not found, or if a statement is not reached."""
 
 import argparse
 import hashlib
@@ -32,6 +33,10 @@ CBMC = ROOT / "build/third_party/cbmc"
 COMMON = ["test/proof/assertion.c"]
 FLAGS = ["--function", "proof", "--bounds-check", "--pointer-check", "--pointer-overflow-check", "--signed-overflow-check",
          "--div-by-zero-check", "--undefined-shift-check", "--unwinding-assertions", "--slice-formula", "-D_POSIX_C_SOURCE=200809L"]
+COMPILER = ["gcc", "-D_POSIX_C_SOURCE=200809L"]
+INCLUDES = ["-I.", "-Ibuild"]
+# For the search of ways to reach the statements: no checks but those.
+REACHING = ["--function", "proof", "--no-standard-checks", "--slice-formula", "-DPROOF_REACHED", "-D_POSIX_C_SOURCE=200809L"]
 MEMORY = 6_000_000 * 1024
 REQUIRED = ("Proves", "Bounds", "Replaced", "Sources", "Options", "Fault")
 OPTIONAL = ("Quick", "Reduced")
@@ -103,20 +108,19 @@ class Proof:
             change.copy_to(folder)
         return folder
 
-    def command(self, fault_folder=None):
+    def command(self, fault_folder=None, flags=FLAGS):
         faulty = [f"-I{fault_folder}"] if fault_folder else []
         def place(path):
             copy = fault_folder / path if fault_folder else None
             return str(copy) if copy and copy.exists() else path
         loader = next((CBMC / "lib").glob("ld-linux*"))
-        return [str(loader), "--library-path", str(CBMC / "lib"), str(CBMC / "cbmc"), *FLAGS, *self.options, *faulty, "-I.", "-Ibuild",
+        return [str(loader), "--library-path", str(CBMC / "lib"), str(CBMC / "cbmc"), *flags, *self.options, *faulty, *INCLUDES,
                 str(self.path), *COMMON, *(place(path) for path in self.sources)]
 
     def digest(self):
         """Of all that the result depends on."""
         files = [str(self.path), *COMMON, *self.sources]
-        listed = subprocess.run(["gcc", "-MM", "-D_POSIX_C_SOURCE=200809L", "-I.", "-Ibuild", *files], cwd=ROOT, capture_output=True,
-                                text=True, check=False)
+        listed = subprocess.run([*COMPILER, "-MM", *INCLUDES, *files], cwd=ROOT, capture_output=True, text=True, check=False)
         if listed.returncode != 0:
             raise SystemExit(f"{self.path}: does not compile:\n{listed.stderr}")
         names = sorted({name for name in re.sub(r"\\\n|\S+\.o:", " ", listed.stdout).split()})
@@ -125,6 +129,15 @@ class Proof:
             digest.update((ROOT / name).read_bytes())
         return digest.hexdigest()
 
+    def stale(self):
+        """Why the proof does not fit the sources any more, as a list; without running it."""
+        folder = OUT / self.name / "fits"
+        for fault in self.faults:
+            self.copies(folder, fault)
+        command = [*COMPILER, "-w", "-fsyntax-only", f"-I{self.copies(folder)}", *INCLUDES, str(self.path)]
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+        return [f"{self.path}: does not compile any more:\n{done.stderr}"] if done.returncode != 0 else []
+
 
 class Result:
     """What CBMC said."""
@@ -132,6 +145,7 @@ class Result:
     def __init__(self, code, text, seconds):
         self.code, self.text, self.seconds = code, text, seconds
         self.failed = re.findall(r"^\[\S+\] (?:line \d+ )?(.*): FAILURE$", text, re.MULTILINE)
+        self.unreached = re.findall(r"^\[\S+\.assertion\.\d+\] (?:line \d+ )?(.*): SUCCESS$", text, re.MULTILINE)
         self.is_undefined = sorted(set(re.findall(r"no body for function '?(\w+)'?", text)))
         count = re.search(r"\*\* \d+ of (\d+) failed", text)
         self.checks = int(count[1]) if count else 0
@@ -180,7 +194,11 @@ def prove(proof):
             findings.append(f"{proof.path}: the fault planted in {fault.path} is not found (code {result.code}): {fault.new}: "
                             f"see {(folder / f'fault{number}.txt').relative_to(ROOT)}")
         found.append(finding)
-    return findings, {"checks": held.checks, "seconds": held.seconds, "fault_seconds": seconds, "found": found}
+    reached = run(proof.command(proof.copies(folder / "reached"), REACHING), folder / "reached.txt")
+    if reached.code != FAILS or reached.unreached:
+        findings.append(f"{proof.path}: never reached with all conditions true (code {reached.code}): {'; '.join(reached.unreached)}: "
+                        f"see {(folder / 'reached.txt').relative_to(ROOT)}")
+    return findings, {"checks": held.checks, "seconds": held.seconds, "fault_seconds": seconds, "reach_seconds": reached.seconds, "found": found}
 
 
 def tail(text):
@@ -198,7 +216,7 @@ def kept(proof, digest):
 
 def print_row(proof, row, is_kept, is_passed):
     found = "; ".join(text or "NOT FOUND" for text in row["found"])
-    print(f"{proof.name:<34} {row['checks']:>6} {row['seconds']:>7.1f} {row['fault_seconds']:>7.1f}  "
+    print(f"{proof.name:<43} {row['checks']:>6} {row['seconds']:>7.1f} {row['fault_seconds']:>7.1f} {row['reach_seconds']:>7.1f}  "
           f"{'holds' if is_passed else 'FAILS'}{' (kept)' if is_kept else ''}; finds: {found}", flush=True)
 
 
@@ -216,8 +234,8 @@ def main():
         for proof in chosen:
             print(f"{proof.name}\n    {proof.proves}\n    Bounds: {proof.bounds}\n    Replaced: {proof.replaced}")
         return 0
-    print(f"{'proof':<34} {'checks':>6} {'s':>7} {'fault s':>7}  result")
-    failures = []
+    print(f"{'proof':<43} {'checks':>6} {'s':>7} {'fault s':>7} {'reach s':>7}  result")
+    failures = [finding for proof in proofs if proof not in chosen for finding in (proof.stale() if arguments.quick else [])]
     for proof in chosen:
         digest = proof.digest()
         row = kept(proof, digest) if arguments.quick else None
@@ -229,7 +247,7 @@ def main():
         print_row(proof, row, is_kept, not findings)
         failures += findings
     print(f"{len(chosen)} proofs in {used_s():.0f} s of the processor")
-    print("\n".join(failures) if failures else "check: every proof holds and finds the fault planted for it")
+    print("\n".join(failures) if failures else "check: every proof holds, reaches its statements and finds the fault planted for it")
     return 1 if failures else 0
 
 

@@ -25,10 +25,13 @@ STATEMENT = """// SPDX-License-Identifier: Apache-2.0
 REDUCED = STATEMENT.replace("// Fault:", "// Reduced: a.h\n//   - #define CAPACITY 128U\n//   + #define CAPACITY 2U\n// Fault:")
 HOLDS = "** 0 of 12 failed (1 iterations)\nVERIFICATION SUCCESSFUL\n"
 FOUND = "Violated property:\n  file a.c function twice line 4\n  the double is even\n  n % 2 == 0\n\nVERIFICATION FAILED\n"
+REACHED = "[f.assertion.1] line 4 the double is even: FAILURE\n** 1 of 1 failed (2 iterations)\nVERIFICATION FAILED\n"
+UNREACHED = REACHED + "[f.assertion.2] line 5 the half is small: SUCCESS\n"
 UNWOUND = "Violated property:\n  file a.c function twice line 4\n  unwinding assertion loop 0\n\nVERIFICATION FAILED\n"
 # The answers by what the run is given: a folder of copies with a fault, or not.
 CHECKER = """#!/bin/sh
 printf '%s\\n' "$@" >>log
+for word; do case $word in -DPROOF_REACHED) cat reached; exit $(cat reached.code) ;; esac; done
 for word; do case $word in -I*/fault*) cat with_fault; exit $(cat with_fault.code) ;; esac; done
 cat without_fault; exit $(cat without_fault.code)
 """
@@ -51,8 +54,8 @@ def tree(tmp_path, monkeypatch):
     for name in ("assertion.c", "run_proofs.py"):
         (tmp_path / "test/proof" / name).write_text("")
 
-    def write(statement=STATEMENT, without=(HOLDS, 0), with_fault=(FOUND, 10)):
-        for name, (text, code) in (("without_fault", without), ("with_fault", with_fault)):
+    def write(statement=STATEMENT, without=(HOLDS, 0), with_fault=(FOUND, 10), reached=(REACHED, 10)):
+        for name, (text, code) in (("without_fault", without), ("with_fault", with_fault), ("reached", reached)):
             (tmp_path / name).write_text(text)
             (tmp_path / f"{name}.code").write_text(str(code))
         path = tmp_path / "test/proof/proof_a.c"
@@ -99,6 +102,8 @@ def test_a_proof_that_holds_and_finds_its_fault_passes(tree):
         ({"with_fault": (HOLDS, 0)}, "the fault planted in a.c is not found (code 0)"),
         ({"with_fault": (UNWOUND, 10)}, "the fault planted in a.c is not found (code 10)"),  # A bound is no finding.
         ({"with_fault": ("out of memory\n", 6)}, "the fault planted in a.c is not found (code 6)"),
+        ({"reached": (UNREACHED, 10)}, "never reached with all conditions true (code 10): the half is small"),
+        ({"reached": ("out of memory\n", 6)}, "never reached with all conditions true (code 6)"),
     ],
 )
 def test_a_proof_fails(tree, answers, message):
@@ -122,7 +127,7 @@ def test_a_fault_must_be_there_once(tree):
 def test_a_capacity_is_reduced_in_each_run(tree, tmp_path):
     findings, _ = run_proofs.prove(tree(REDUCED))
     assert findings == []
-    for folder in ("copies", "fault0"):
+    for folder in ("copies", "fault0", "reached"):
         assert (tmp_path / f"build/proofs/proof_a/{folder}/a.h").read_text() == "#define CAPACITY 2U\n"
     assert (tmp_path / "a.h").read_text() == HEADER
 
@@ -138,9 +143,21 @@ def test_a_row_is_kept_while_nothing_changes(tree, tmp_path):
         (tmp_path / path).write_text(kept)
 
 
+def test_a_proof_that_is_not_run_must_fit_the_sources(tree, tmp_path):
+    (tmp_path / "a.c").write_text(SOURCE.replace("CAPACITY", "1"))
+    assert tree(REDUCED).stale() == []
+    (tmp_path / "a.h").write_text(HEADER + "extern const int limit;\n")
+    assert tree(REDUCED).stale() == []
+    text = REDUCED + "void proof(void);\nvoid proof(void)\n{\n    limit = 1;\n}\n"
+    assert "does not compile any more" in tree(text).stale()[0]
+    with pytest.raises(SystemExit, match="there 0 times, expected once"):
+        tree(REDUCED.replace("- return n + n;", "- return n * 2;")).stale()
+
+
 def test_limits_hold_for_the_checker(tree, tmp_path, monkeypatch):
     monkeypatch.setattr(run_proofs, "PATIENCE_S", 1)
-    (tmp_path / "cbmc/lib/ld-linux.so").write_text("#!/bin/sh\nwhile :; do :; done\n")
+    (tmp_path / "cbmc/lib/ld-linux.so").write_text('#!/bin/sh\ncase "$*" in *PROOF_REACHED*) exit 6 ;; esac\nwhile :; do :; done\n')
     findings, _ = run_proofs.prove(tree())
     assert [finding.partition(" (code")[0] for finding in findings] == [
-        "test/proof/proof_a.c: does not hold", "test/proof/proof_a.c: the fault planted in a.c is not found"]  # fmt: skip
+        "test/proof/proof_a.c: does not hold", "test/proof/proof_a.c: the fault planted in a.c is not found",
+        "test/proof/proof_a.c: never reached with all conditions true"]  # fmt: skip

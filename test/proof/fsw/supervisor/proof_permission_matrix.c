@@ -7,21 +7,6 @@
 // Replaced: strcmp says for the name of each rule at will whether it is the name in the request.
 // Sources: fsw/supervisor/permission_matrix.c
 // Options: --unwind 18
-// Reduced: fsw/framework/descriptor/mission_descriptor.h
-//   - #define MISSION_RULES_MAX 128U
-//   + #define MISSION_RULES_MAX 2U
-// Reduced: fsw/framework/descriptor/mission_descriptor.h
-//   - #define MISSION_TEXT_OCTETS 16384U
-//   + #define MISSION_TEXT_OCTETS 1U
-// Reduced: fsw/framework/descriptor/mission_descriptor.h
-//   - #define MISSION_SUBSYSTEMS_MAX CAPACITY_SUBSYSTEMS
-//   + #define MISSION_SUBSYSTEMS_MAX 1U
-// Reduced: fsw/framework/descriptor/mission_descriptor.h
-//   - #define MISSION_LINKS_MAX CAPACITY_LINKS
-//   + #define MISSION_LINKS_MAX 1U
-// Reduced: fsw/framework/descriptor/mission_descriptor.h
-//   - #define MISSION_ACTIONS_MAX 64U
-//   + #define MISSION_ACTIONS_MAX 1U
 // Fault: fsw/supervisor/permission_matrix.c
 //   - *out_rule = PERMISSION_RULE_NONE;
 //   + *out_rule = PERMISSION_RULE_NONE; return STATUS_OK;
@@ -36,7 +21,8 @@
 
 #define RULES 2U
 
-static mission_descriptor_t mission;
+static mission_rule_t rules[RULES];
+static mission_descriptor_t mission = {.rules = rules};
 static bool is_named[RULES];
 static const char names[RULES + 1U] = "01r";
 
@@ -50,7 +36,7 @@ int strcmp(const char* one, const char* other)
 static bool selects(const mission_rule_t* const rule, const permission_request_t* const request)
 {
     return rule->is_any || (rule->is_numbered && (rule->number == request->number)) ||
-           (!rule->is_numbered && (request->select != NULL) && is_named[rule == &mission.rules[1]]);
+           (!rule->is_numbered && (request->select != NULL) && is_named[rule == &rules[1]]);
 }
 
 static bool allows(const mission_rule_t* const rule, const permission_request_t* const request)
@@ -71,7 +57,7 @@ void proof(void)
         rule.is_any      = nondet_bool();
         rule.is_numbered = nondet_bool();
         rule.select      = (rule.is_any || rule.is_numbered) ? NULL : &names[i];
-        mission.rules[i] = rule;
+        rules[i]         = rule;
     }
     mission.rule_count = nondet_u16();
     ASSUME(mission.rule_count <= RULES);
@@ -93,9 +79,9 @@ void proof(void)
                   (rule >= 0) && (rule < (int)mission.rule_count)),
           "the rule exists");
     for (int i = 0; i < (int)RULES; i++) {
-        PROVE(IMPLIES(rule == i, allows(&mission.rules[i], &request)), "the rule allows it");
+        PROVE(IMPLIES(rule == i, allows(&rules[i], &request)), "the rule allows it");
         PROVE(IMPLIES((status == STATUS_FORBIDDEN) && (i < (int)mission.rule_count),
-                      !allows(&mission.rules[i], &request)),
+                      !allows(&rules[i], &request)),
               "what is forbidden no rule allows");
     }
 }

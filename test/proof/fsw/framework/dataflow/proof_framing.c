@@ -35,14 +35,14 @@ static flow_format_t any_format(void)
 static bool is_sound(const flow_frame_assembler_t* const assembler)
 {
     const bool is_length = (assembler->framing == FLOW_FRAMING_LENGTH);
+    const bool is_whole  = (assembler->prefix == 2U);
+    const bool is_filled = is_length && is_whole && !assembler->is_skipping && !assembler->is_done;
     return (assembler->held <= CAPACITY) && (assembler->prefix <= 2U) &&
            (is_length || (assembler->prefix == 0U)) && (assembler->length <= 65535U) &&
-           IMPLIES(is_length && (assembler->prefix < 2U),
-                   (assembler->held == 0U) && !assembler->is_skipping) &&
-           IMPLIES(is_length && (assembler->prefix == 2U) && !assembler->is_skipping && !assembler->is_done,
-                   (assembler->held < assembler->length) && (assembler->length <= CAPACITY)) &&
-           IMPLIES(is_length && assembler->is_skipping, assembler->length >= 1U) &&
-           IMPLIES(assembler->is_done, !assembler->is_skipping);
+           (!is_length || is_whole || ((assembler->held == 0U) && !assembler->is_skipping)) &&
+           (!is_filled || ((assembler->held < assembler->length) && (assembler->length <= CAPACITY))) &&
+           (!is_length || !assembler->is_skipping || (assembler->length >= 1U)) &&
+           (!assembler->is_done || !assembler->is_skipping);
 }
 
 static void prove_any_stream(void)

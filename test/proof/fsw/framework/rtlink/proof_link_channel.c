@@ -34,7 +34,7 @@ void rtlink_play_out_put(rtlink_play_out_t* const buffer, const rtlink_frame_hea
     (void)buffer;
     (void)header;
     (void)payload;
-    PROVE(false, "there is no play-out buffer");
+    NEVER("there is no play-out buffer");
 }
 
 void proof(void)
