@@ -361,13 +361,24 @@ static void the_link_status_contains_the_counters(void)
 
 static void datagrams_without_an_addressee_are_ignored(void)
 {
-    uint8_t frame[64] = {0x52U, 0x54U, 1U, 3U, 0U, 1U};
+    uint8_t frame[64]              = {0x52U, 0x54U, 1U, 3U, 0U, 1U};
+    subsystem_link_totals_t before = {0};
+    subsystem_link_totals_t totals = {0};
     bring_linked(STATE_OPERATIONAL);
-    for (size_t size = 0U; size <= sizeof frame; size++) {
+    subsystem_link_totals(&fixture.subsystem, &before);
+    for (size_t size = 0U; size < 6U; size++) { // Too short to name a link.
         subsystem_link_datagram(&fixture.subsystem, frame, size);
     }
     frame[5] = 9U;
     subsystem_link_datagram(&fixture.subsystem, frame, sizeof frame);
+    subsystem_link_totals(&fixture.subsystem, &totals);
+    TEST_ASSERT_EQUAL(before.refused, totals.refused);
+    frame[5] = 1U;
+    for (size_t size = 6U; size <= sizeof frame; size++) {
+        subsystem_link_datagram(&fixture.subsystem, frame, size);
+    }
+    subsystem_link_totals(&fixture.subsystem, &totals);
+    TEST_ASSERT_EQUAL(before.refused + (sizeof frame - 5U), totals.refused);
     run(1U);
     TEST_ASSERT_EQUAL_DOUBLE(0.25, in_value[0]);
     fixture_expect("");

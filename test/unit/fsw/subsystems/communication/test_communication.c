@@ -412,11 +412,20 @@ static void exactly_the_announced_octets_of_the_participant_are_taken(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&fixture.communication.clients[0].socket, 1000U));
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
     TEST_ASSERT_EQUAL(3U, fixture.request_count);
+    // One octet is in transit.
+    fixture_write_request(0U, 1U, 4U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&fixture.communication.clients[0].socket, 1000U));
+    TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 14U));
+    TEST_ASSERT_EQUAL(4U, fixture.request_count);
+    fixture_write_request(0U, 1U, 5U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&fixture.communication.clients[0].socket, 1000U));
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 12U));
+    TEST_ASSERT_EQUAL(5U, fixture.request_count);
     TEST_ASSERT_EQUAL(before, fixture.intrusions);
     fixture_connect(1U); // Another client may connect at any time
     TEST_ASSERT_EQUAL(before + 1U, fixture.intrusions);
     fixture_write_request(1U, 3U, 1U, 0U); // and send anything.
-    fixture_run_until_requests(4U);
+    fixture_run_until_requests(6U);
     TEST_ASSERT_EQUAL(before + 2U, fixture.intrusions);
 }
 
