@@ -51,9 +51,9 @@ SCENARIO = """
 
 
 @contextlib.contextmanager
-def serving(flight):
-    """Address of a station beside the flight."""
-    words = [flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.station", "--run", flight.folder, "--http-port", "0"]
+def serving(*options):
+    """Address of a station with these options."""
+    words = [flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.station", *options, "--http-port", "0"]
     process = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
     yield re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline()).group()
     process.send_signal(signal.SIGINT)
@@ -93,7 +93,7 @@ def flight(hangar):
 
 @pytest.fixture(scope="module")
 def address(flight):
-    with serving(flight) as address:
+    with serving("--run", flight.folder) as address:
         yield address
 
 
@@ -507,6 +507,15 @@ def write_film(browser, folder):
         station.send_signal(signal.SIGINT)
         station.wait(flying.MOMENT_S)
     pictures[0].save(FILM, save_all=True, append_images=pictures[1:], duration=125, loop=0, quality=60, method=4)
+
+
+@pytest.mark.usefixtures("flight")  # It has built the page.
+def test_a_wrong_recording_is_refused_in_words(browser, folder):
+    folder.mkdir(exist_ok=True)
+    (folder / "kept.recording").write_text("no recording", encoding="utf-8")
+    with serving("--replay", folder / "kept.recording") as address, contextlib.closing(opened(browser, address, "true")) as refused:
+        until(refused, "document.querySelector('station-bar').textContent.includes('Cannot replay: expected a recording of a run')")
+        assert "No open alarm" not in refused.locator("station-bar").text_content() and not refused.faults
 
 
 def test_a_report_is_one_file(browser, fleet, hangar):

@@ -44,7 +44,7 @@ def flight(hangar):
 
 @pytest.fixture(scope="module")
 def page(flight):
-    with station.serving(flight) as address, station.browsing() as browser:
+    with station.serving("--run", flight.folder) as address, station.browsing() as browser:
         page = station.opened(browser, address, "window.station.store.states.get('ACTUATORS')?.state === 'OPERATIONAL' && window.station.scene.truth?.last", color_scheme="dark")
         yield page
         assert not page.faults

@@ -50,7 +50,7 @@ def flight(hangar):
 
 @pytest.fixture(scope="module")
 def page(flight):
-    with station.serving(flight) as address, station.browsing() as browser:
+    with station.serving("--run", flight.folder) as address, station.browsing() as browser:
         page = station.opened(browser, address, "window.station.store.states.get('MANIPULATOR')?.state === 'OPERATIONAL' && window.station.scene.last")
         yield page
 

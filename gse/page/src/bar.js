@@ -215,9 +215,10 @@ class Bar extends HTMLElement {
       ORDER.map((severity) => [severity, store.events.filter((event) => event.severity === severity).length]),
     );
     const broken = store.links.filter((row) => ["stale", "failed"].includes(row.state));
-    const isLost = !store.link.is_live && !store.replay && store.hello !== null;
+    const isRefused = Boolean(store.link.is_refused);
+    const isLost = isRefused || (!store.link.is_live && !store.replay && store.hello !== null);
     this.slot_.classList.toggle("critical", failed.length > 0 || broken.length > 0 || isLost);
-    if (isLost) text(this.what, `Link lost: ${store.link.text}`);
+    if (isLost) text(this.what, isRefused ? store.link.text : `Link lost: ${store.link.text}`);
     else if (failed.length) {
       const names = failed.map((item) => item.subsystem).join(", ");
       const since = number(failed[0].since, "s").trim();

@@ -67,6 +67,21 @@ export function poseOf([px, py, pz, w, x, y, z]) {
   ];
 }
 
+// Rows of poses as above, one after the other, between two reports; `share` of the time between them has
+// passed. An attitude turns by the shorter way: q and -q are the same attitude.
+export function posesBetween(from, to, share) {
+  const found = [];
+  for (let n = 0; n + 7 <= to.length; n += 7) {
+    const a = from.slice(n, n + 7),
+      b = to.slice(n, n + 7);
+    const isOpposite = a.slice(3).reduce((sum, value, k) => sum + value * b[3 + k], 0) < 0;
+    const mean = b.map((value, k) => a[k] + ((k > 2 && isOpposite ? -value : value) - a[k]) * share);
+    const length = Math.hypot(...mean.slice(3));
+    found.push(...mean.map((value, k) => (k > 2 ? value / length : value)));
+  }
+  return found;
+}
+
 // Whether a drive of CiA 402 controls its motor, which releases its holding brake: operation enabled, quick
 // stop active or fault reaction active.
 export const controlsMotor = (statusword) =>

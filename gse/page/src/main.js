@@ -23,9 +23,20 @@ store.on("state", (message) => {
 
 document.getElementById("theme")?.addEventListener("click", toggleTheme);
 
+const refuse = (text) => store.take({ kind: "link", is_live: false, is_refused: true, text });
+
 async function replay(octets) {
+  let recording;
+  try {
+    recording = await unpack(octets);
+  } catch (error) {
+    refuse(
+      `Cannot replay: expected a recording of a run, found another or a damaged file (${error.message})`,
+    );
+    return;
+  }
   document.body.classList.add("replay");
-  window.station.replay = new Replay(await unpack(octets));
+  window.station.replay = new Replay(recording);
 }
 
 // A report contains its recording. A station supplies the recording of a flight that has ended, or the one
@@ -42,6 +53,6 @@ async function begin() {
   }
   const answer = await fetch("/recording");
   if (answer.ok) await replay(new Uint8Array(await answer.arrayBuffer()));
-  else store.take({ kind: "link", is_live: false, text: await answer.text() });
+  else refuse(`Cannot replay: ${await answer.text()}`);
 }
 begin();

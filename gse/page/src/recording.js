@@ -11,6 +11,7 @@ class Reader {
 
   take(size) {
     this.at += size;
+    if (this.at > this.octets.length) throw new Error("its end is missing");
     return this.octets.subarray(this.at - size, this.at);
   }
 

@@ -3,6 +3,7 @@
 
 import { store } from "./store.js";
 import { after, History } from "./history.js";
+import { posesBetween } from "./kinematics.js";
 
 const KEPT_COMMANDS = 500;
 const GAP_S = 1,
@@ -174,7 +175,7 @@ export class Replay {
       "CUR_VALUES.POSITION": mean("CUR_VALUES.POSITION"),
       "CUR_VALUES.EXTERNAL_TORQUE": mean("CUR_VALUES.EXTERNAL_TORQUE"),
       FORCE: mean("FORCE"),
-      BASE: mean("BASE"),
+      BASE: row.BASE && next.BASE ? posesBetween(row.BASE, next.BASE, share) : row.BASE,
     };
   }
 

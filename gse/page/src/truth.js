@@ -2,6 +2,7 @@
 // The simulator's truth: its last row in a flight, with poses of the bases between two rows, and what of a
 // world only the truth contains.
 
+import { posesBetween } from "./kinematics.js";
 import { store } from "./store.js";
 
 const PERIOD_MS = 50,
@@ -30,8 +31,7 @@ export class LiveTruth {
     const { row, names, time } = this.last;
     const from = this.before?.row.BASE;
     if (!row.BASE || from?.length !== row.BASE.length) return { row, names, time };
-    const BASE = from.map((value, n) => value + (row.BASE[n] - value) * share);
-    return { row: { ...row, BASE }, names, time };
+    return { row: { ...row, BASE: posesBetween(from, row.BASE, share) }, names, time };
   }
 }
 

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """History and kinematics of the page (gse/page/src/history.js, kinematics.js), run by Node.js."""
 
+import gzip
 import json
+import math
 import pathlib
 import shutil
+import struct
 import subprocess
 
 import pytest
@@ -20,14 +23,14 @@ const history = new History([{ t: hour, leaves: new Map([["X", [value]]]) }], (n
 @pytest.fixture(scope="module")
 def modules(tmp_path_factory):
     folder = tmp_path_factory.mktemp("page")
-    for name in ("history", "kinematics"):
+    for name in ("history", "kinematics", "recording"):
         shutil.copy(SOURCES / f"{name}.js", folder / f"{name}.mjs")
     return folder
 
 
 def told(folder, script):
     """The JSON that an ECMAScript script prints."""
-    (folder / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ controlsMotor, placedByTelemetry, placedByTruth, poses }} from "./kinematics.mjs";\n{script}')
+    (folder / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ controlsMotor, placedByTelemetry, placedByTruth, poses, posesBetween }} from "./kinematics.mjs";\nimport {{ unpack }} from "./recording.mjs";\n{script}')
     done = subprocess.run(["node", folder / "test.mjs"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -97,3 +100,27 @@ def test_telemetry_places_the_lead_robot_and_the_truth_what_it_does_not_contain(
     assert found[3] == [[0.1, 0.2], 2, None]
     assert found[4] == [[0.3, 0.4], 1, None]
     assert found[5] == [False, False, False, True, True, True, False]
+
+
+def test_an_attitude_turns_by_the_shorter_way_between_two_reports(modules):
+    """A quarter turn about z from -45 to 45 degrees; the second report is the same attitude with the other sign. Bases are interpolated one by one."""
+    half = 2 ** -0.5
+    found = told(modules, f"""
+        const c = Math.cos(Math.PI / 8), s = Math.sin(Math.PI / 8);
+        const from = [0, 0, 0, c, 0, 0, -s, 1, 1, 1, 1, 0, 0, 0], to = [2, 0, 0, -c, 0, 0, -s, 1, 1, 1, {half}, {half}, 0, 0];
+        console.log(JSON.stringify([0, 0.5, 1].map((share) => posesBetween(from, to, share))));""")
+    assert found[1][:7] == pytest.approx([1, 0, 0, 1, 0, 0, 0])
+    assert found[2][3:7] == pytest.approx([math.cos(math.pi / 8), 0, 0, math.sin(math.pi / 8)])
+    assert found[1][7:] == pytest.approx([1, 1, 1, math.cos(math.pi / 8), math.sin(math.pi / 8), 0, 0])
+    assert all(math.hypot(*row[n:n + 4]) == pytest.approx(1) for row in found for n in (3, 10))
+
+
+def test_what_is_no_whole_recording_is_refused(modules):
+    """Not compressed, without its end, with a damaged head; the last one is whole."""
+    head = b'{"tables": [{"rows": 2, "per": 1, "leaves": []}]}'
+    whole = gzip.compress(struct.pack("<I", len(head)) + head + bytes(8))
+    files = [b"no recording", whole[:40], gzip.compress(struct.pack("<I", len(head)) + head + bytes(7)), gzip.compress(b"\2\0\0\0{]"), whole]
+    found = told(modules, f"""
+        const all = {[list(octets) for octets in files]}.map((octets) => unpack(Uint8Array.from(octets)).then(() => "read", (error) => error.message));
+        console.log(JSON.stringify(await Promise.all(all)));""")
+    assert found[2] == "its end is missing" and found[4] == "read" and "read" not in found[:4], found
