@@ -92,7 +92,7 @@ static void watch_presence(canopen_network_t* const network, canopen_network_dev
     if (silence > 0U) {
         place->missed++;
     }
-    // // A device is lost if it is silent, has rebooted, or cannot be reached, because the controller is off
+    // A device is lost if it is silent, has rebooted, or cannot be reached, because the controller is off
     // the bus or no node acknowledges.
     const bool is_gone = (silence >= network->config.lost_after_syncs) || node->is_heartbeat_lost ||
                          (node->boots != device->boots) || (bus->state == FLOW_CAN_BUS_OFF) ||
@@ -110,7 +110,7 @@ static void watch_axes(canopen_network_t* const network, canopen_network_device_
         canopen_cia402_axis_observe(axis);
         const canopen_cia402_state_t state = canopen_cia402_axis_state(axis);
         const bool is_in_fault             = (state == CIA402_FAULT) || (state == CIA402_FAULT_REACTION);
-        // // A fault is expected while the goal resets it.
+        // A fault is expected while the goal resets it.
         if (axis->has_dropped || (is_in_fault && !axis->may_reset_fault)) {
             report_drive_fault(network, place, axis->statusword);
         }
@@ -157,7 +157,7 @@ static void report_conditions(canopen_network_t* const network, const uint8_t ch
                               const canopen_network_conditions_t* const reported,
                               const canopen_network_conditions_t* const now)
 {
-    // // Only a change to a worse state is reported.
+    // Only a change to a worse state is reported.
     if (now->state > reported->state) {
         canopen_network_report_condition(network, channel, (canopen_network_bus_condition_t)now->state);
     }
@@ -229,7 +229,7 @@ void canopen_network_sense(canopen_network_t* const network, const uint64_t now_
     }
     canopen_master_receive(&network->master, now_ns);
     drain_standby(network);
-    // // Emergencies come before the statuswords, so that a fault is reported with the code of its emergency.
+    // Emergencies come before the statuswords, so that a fault is reported with the code of its emergency.
     take_emergencies(network);
     watch_sync(network, now_ns);
     for (uint8_t i = 0U; i < NETWORK_CHANNELS; i++) {
