@@ -27,8 +27,13 @@ typedef struct {
     size_t size;      ///< [octets]
     size_t used;      ///< Largest use since the start [octets].
 } port_stack_t;
-/// stacks.c: list the stacks of all tasks and of the interrupts. Returns their number.
-size_t port_stacks(port_stack_t* list, size_t capacity);
+/// Tasks that osal_task_start can start at the same time.
+#define PORT_STARTED_MAX 12U
+/// Stacks of these tasks, of main, IDLE and the interrupts: there are no others.
+#define PORT_STACKS_MAX (PORT_STARTED_MAX + 3U)
+/// stacks.c: list the stacks of all tasks and of the interrupts. Returns their number. A task that was
+/// started without osal_task_start is a coding error if there is no room for it: no stack is left out.
+size_t port_stacks(port_stack_t list[PORT_STACKS_MAX]);
 /// True if at least an eighth of the stack was never used.
 bool port_has_margin(const port_stack_t* stack);
 /// Print each stack for which port_has_margin is false.

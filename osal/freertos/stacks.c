@@ -3,13 +3,14 @@
 // the interrupts; octets that still have this value were never used.
 #include "osal/freertos/port.h"
 
+#include "base/assertion.h"
 #include "base/text.h"
 #include "osal/include/osal/console.h"
 
 #include <FreeRTOS.h>
 #include <task.h>
 
-#define TASKS_MAX 16U
+#define TASKS_MAX (PORT_STACKS_MAX - 1U) ///< The last stack is that of the interrupts.
 #define LINE_MAX 128U
 #define PAINT 0xA5A5A5A5U
 #define WORDS_NEAR 32U ///< Words below the frame of port_paint_stack that it may itself use.
@@ -37,23 +38,19 @@ static port_stack_t stack_of_interrupts(void)
                           .used = (size_t)(port_stack_top - word) * sizeof(uint32_t)};
 }
 
-size_t port_stacks(port_stack_t* const list, const size_t capacity)
+size_t port_stacks(port_stack_t list[PORT_STACKS_MAX])
 {
     static TaskStatus_t tasks[TASKS_MAX];
     const UBaseType_t count = uxTaskGetSystemState(tasks, TASKS_MAX, NULL);
-    size_t done             = 0U;
-    for (UBaseType_t i = 0U; (i < count) && (done < capacity); i++) {
+    FSW_ASSERT(count > 0U); // 0: the kernel has more tasks than the list has room for.
+    for (UBaseType_t i = 0U; i < count; i++) {
         const size_t words = (size_t)(tasks[i].pxEndOfStack - tasks[i].pxStackBase) +
                              2U; // pxEndOfStack is the address of the last 8 octets.
-        list[done]      = (port_stack_t){.name = tasks[i].pcTaskName, .size = words * sizeof(StackType_t)};
-        list[done].used = list[done].size - (tasks[i].usStackHighWaterMark * sizeof(StackType_t));
-        done++;
+        list[i]      = (port_stack_t){.name = tasks[i].pcTaskName, .size = words * sizeof(StackType_t)};
+        list[i].used = list[i].size - (tasks[i].usStackHighWaterMark * sizeof(StackType_t));
     }
-    if (done < capacity) {
-        list[done] = stack_of_interrupts();
-        done++;
-    }
-    return done;
+    list[count] = stack_of_interrupts();
+    return (size_t)count + 1U;
 }
 
 bool port_has_margin(const port_stack_t* const stack)
@@ -63,8 +60,8 @@ bool port_has_margin(const port_stack_t* const stack)
 
 void port_print_stacks(void)
 {
-    port_stack_t stacks[TASKS_MAX + 1U];
-    const size_t count = port_stacks(stacks, TASKS_MAX + 1U);
+    port_stack_t stacks[PORT_STACKS_MAX];
+    const size_t count = port_stacks(stacks);
     for (size_t i = 0U; i < count; i++) {
         char line[LINE_MAX];
         text_t text = text_in(line, sizeof line);

@@ -8,7 +8,6 @@
 #include <task.h>
 
 #define PRIORITY_MAX 99
-#define TASKS_MAX 12U
 
 typedef struct {
     StaticTask_t block;
@@ -19,7 +18,7 @@ typedef struct {
     TaskHandle_t joiner;
 } place_t;
 
-static place_t places[TASKS_MAX];
+static place_t places[PORT_STARTED_MAX];
 
 /// Priorities 1..99 share 2..31 of the kernel; priority 0 is that of main(), 1 in the kernel.
 static UBaseType_t native_priority(const int priority)
@@ -47,7 +46,7 @@ static place_t* take_place(void)
 {
     place_t* found = NULL;
     taskENTER_CRITICAL();
-    for (unsigned i = 0U; (i < TASKS_MAX) && (found == NULL); i++) {
+    for (unsigned i = 0U; (i < PORT_STARTED_MAX) && (found == NULL); i++) {
         if (!places[i].is_taken) {
             found            = &places[i];
             found->is_taken  = true;

@@ -19,7 +19,6 @@
 #define BINS 8192U
 #define ROWS_MAX 48U
 #define LINE_MAX 128U
-#define STACKS_MAX 20U
 
 typedef struct {
     uint8_t before;
@@ -133,8 +132,8 @@ static void print_numbers(const char* const word, const char* const name, const 
 
 void __wrap_port_exit(const int code)
 {
-    port_stack_t stacks[STACKS_MAX];
-    const size_t stack_count = (code == 0) ? port_stacks(stacks, STACKS_MAX) : 0U; // Not after a fault.
+    port_stack_t stacks[PORT_STACKS_MAX];
+    const size_t stack_count = (code == 0) ? port_stacks(stacks) : 0U; // Not after a fault.
     for (size_t i = 0U; i < row_count; i++) {
         const row_t* const row   = &rows[i];
         const uint32_t numbers[] = {row->before,        row->after,         row->count,
