@@ -11,6 +11,14 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 MISSIONS = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "descriptors/missions").glob("*.xml"))
 SOURCES = ("fsw/framework/descriptor/*.c", "fsw/framework/xml/*.c", "base/*.c", "osal/posix/*.c", "osal/common/*.c")
 FLAGS = "-std=c99 -D_POSIX_C_SOURCE=200809L -Wall -Wextra -Werror -O1 -I. -Ibuild"
+HEADERS = ("fsw/framework/descriptor/mission_descriptor.h", "fsw/framework/descriptor/subsystem_descriptor.h", "base/flow_format.h")
+# Members that are not written: storage of the reader, and what a subsystem does not need of the mission.
+NOT_WRITTEN = {
+    "subsystem_descriptor_t": {"text_used", "storage"},
+    "mission_descriptor_t": {"text_used", "storage", "modes", "mode_count", "rules", "rule_count", "plans", "plan_count", "actions", "action_count",
+                             "users", "user_count"},
+    "mission_subsystem_t": {"ports", "port_count", "configurations", "configuration_count"},
+}
 PROGRAMS = ("actuators", "arm", "instruments", "joystick", "manipulator")
 
 
@@ -64,3 +72,52 @@ def test_what_cannot_be_compiled_is_refused(tmp_path, name, missions, told):
     done = compile_descriptors(tmp_path, name, *missions)
     assert done.returncode == 1
     assert told in done.stderr
+
+
+def members_of_headers():
+    """{structure: {member: its type}} of the models."""
+    found = {}
+    for header in HEADERS:
+        text = re.sub(r"//.*", "", (ROOT / header).read_text())
+        for body, structure in re.findall(r"typedef struct \{([^{}]*)\} (\w+);", text):
+            members = (re.fullmatch(r"(.*?)[\s*]+(\w+)(?:\[.*\])?", one.strip(), re.DOTALL) for one in body.split(";") if one.strip())
+            found[structure] = {member[2]: member[1].removeprefix("const ") for member in members}
+    return found
+
+
+def members_written(text):
+    """{structure: names of members} in the tables of the writer."""
+    found = {}
+    for structure, member in re.findall(r"\b(?:NUMBERS?|REAL|WORDS|NAMES|offsetof)\((\w+_t), ([\w.]+)\)", text):
+        found.setdefault(structure, set()).add(member)
+    for structure, items in re.findall(r"\bLIST\((\w+_t), \w+, (\w+), \w+\)", text):
+        found[structure].add(items)
+    return found
+
+
+def differences(text):
+    """Members that the tables of the writer leave out or name in excess, as `structure.member`."""
+    known, written = members_of_headers(), members_written(text)
+    found = set()
+    for structure, names in written.items():
+        expected = set()
+        for member, kind in known[structure].items():
+            is_apart = any(name.startswith(f"{member}.") for name in names)
+            expected |= {f"{member}.{inner}" for inner in known[kind]} if is_apart else {member}
+        expected -= NOT_WRITTEN.get(structure, set())
+        found |= {f"{structure}.{member}" for member in expected ^ names}
+    return found
+
+
+def test_each_member_of_a_model_is_written():
+    """A member that the writer forgets would be zero on every board; the comparison of items finds it only if a descriptor uses it."""
+    text = (ROOT / "launcher/descriptor_members.c").read_text()
+    assert len(members_written(text)) > 20
+    assert differences(text) == set()
+    for line, member in (
+        ("    NUMBER(descriptor_event_t, burst),\n", "descriptor_event_t.burst"),
+        ("NUMBER(descriptor_endnode_t, format.order),", "descriptor_endnode_t.format.order"),
+        ("    LIST(mission_descriptor_t, mission_link_t, links, link_count),\n", "mission_descriptor_t.links"),
+    ):
+        assert line in text
+        assert differences(text.replace(line, "")) == {member}
