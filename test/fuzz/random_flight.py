@@ -169,9 +169,10 @@ def prepare_programs(program):
     return folder / "hirosco"
 
 
-def fly(seed, count, out, program=PROGRAM, fault="", keep=False):
+def fly(seed, count, out, program=PROGRAM, fault="", keep=False, patience_s=PATIENCE_S):
     """Counts of the flight. Raises AssertionError with the reason and the last telecommands. `fault` plants one of
-    test/fuzz/flight/faults.c; `keep` keeps the folder of the flight."""
+    test/fuzz/flight/faults.c; `keep` keeps the folder of the flight; a flight that lasts longer than `patience_s` is
+    stopped."""
     pool, result, folder = out / "pool", out / f"{seed}.json", out / f"{seed}"
     shutil.rmtree(folder, ignore_errors=True)
     for path in (result, result.with_suffix(".json.failure")):
@@ -180,10 +181,16 @@ def fly(seed, count, out, program=PROGRAM, fault="", keep=False):
     environment = dict(os.environ, RANDOM_FLIGHT=f"{seed} {count} {pool} {result}", RANDOM_FLIGHT_FAULT=fault)
     words = [str(prepare_programs(program)), "run", "--mission", MISSION, "--form", "image", "--scenario", "none", "--report", "no", "--duration", str(LONGEST_S),
              "--seed", str(seed), "--out", str(folder)]
-    done = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE_S)
+    again = f"to see it again: python3 {pathlib.Path(__file__).relative_to(ROOT)} --seed {seed} --count {count}"
+    try:
+        done = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=patience_s)
+    except subprocess.TimeoutExpired as stuck:
+        told = b"".join(text[-2000:] for text in (stuck.stdout, stuck.stderr) if text).decode(errors="replace")
+        raise AssertionError(f"seed {seed}: the flight did not end within {patience_s:g} s of wall-clock time and was stopped; its files are in {folder}\n"
+                             f"{told}{again}") from None
     failure = result.with_suffix(".json.failure")
     if failure.exists():
-        raise AssertionError(f"{failure.read_text()}to see it again: python3 {pathlib.Path(__file__).relative_to(ROOT)} --seed {seed} --count {count}")
+        raise AssertionError(f"{failure.read_text()}{again}")
     assert result.exists(), f"seed {seed}: the flight has no result\n{done.stdout[-2000:]}{done.stderr[-2000:]}"
     counts = json.loads(result.read_text())
     judge(counts)

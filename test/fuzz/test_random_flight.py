@@ -3,6 +3,7 @@
 planted fault is found. The flight without a fault uses the image of the sanitizer build if there is one."""
 
 import collections
+import subprocess
 
 import pytest
 import random_flight
@@ -74,6 +75,17 @@ def test_a_planted_fault_is_found(tmp_path, fault, found):
     assert found in str(caught.value)
     if fault != "answers":
         assert " TC 18" in str(caught.value), "the last telecommands"
+
+
+def test_a_flight_that_does_not_end_is_stopped_and_told(tmp_path, monkeypatch):
+    def run(words, timeout, **_):
+        raise subprocess.TimeoutExpired(words, timeout, output=b"the flight begins\n")  # As subprocess.run: octets.
+
+    monkeypatch.setattr(random_flight.subprocess, "run", run)
+    with pytest.raises(AssertionError, match="did not end within 60 s of wall-clock time") as caught:
+        random_flight.fly(SEED, COUNT, tmp_path, patience_s=60)
+    assert "the flight begins" in str(caught.value)
+    assert f"--seed {SEED} --count {COUNT}" in str(caught.value)
 
 
 def test_requests_of_all_services_are_in_the_pool(tmp_path):
