@@ -21,17 +21,19 @@
 #define VECTOR 3U // Coordinates of the position of the tool; those of its rotation follow.
 // Below this square of the angle, the series of the velocity of rotation replaces its formula.
 #define SMALL_SQUARE 1.0e-6
+// The axis of a rotation by less than this angle is noise.
+#define AXIS_MIN_RAD 1.0e-9
+// Largest angular acceleration if a rotation vector changes evenly with velocity 1 rad/s.
+#define CURVATURE 0.32
 
 static double larger(const double a, const double b)
 {
     return (a > b) ? a : b;
 }
 
-static double speed_of(const arm_trajectory_t* const trajectory, const arm_limits_t* const limits,
-                       const unsigned i)
+static bool is_rotation(const arm_trajectory_t* const trajectory, const unsigned i)
 {
-    const double tool = (i < VECTOR) ? limits->tool_speed_m_s : limits->tool_rate_rad_s;
-    return trajectory->share * (trajectory->is_tool ? tool : limits->speed_rad_s[i]);
+    return trajectory->is_tool && (i >= VECTOR);
 }
 
 static double acceleration_of(const arm_trajectory_t* const trajectory, const arm_limits_t* const limits,
@@ -40,6 +42,17 @@ static double acceleration_of(const arm_trajectory_t* const trajectory, const ar
     const double tool =
         (i < VECTOR) ? limits->tool_acceleration_m_s2 : limits->tool_angular_acceleration_rad_s2;
     return trajectory->share * (trajectory->is_tool ? tool : limits->acceleration_rad_s2[i]);
+}
+
+static double speed_of(const arm_trajectory_t* const trajectory, const arm_limits_t* const limits,
+                       const unsigned i)
+{
+    const double tool  = (i < VECTOR) ? limits->tool_speed_m_s : limits->tool_rate_rad_s;
+    const double speed = trajectory->share * (trajectory->is_tool ? tool : limits->speed_rad_s[i]);
+    // Half of the angular acceleration is left for the blends.
+    const double even =
+        is_rotation(trajectory, i) ? sqrt(0.5 * acceleration_of(trajectory, limits, i) / CURVATURE) : speed;
+    return (even < speed) ? even : speed;
 }
 
 /// Returns the magnitude of a coordinate: for a joint the coordinate itself, for the tool the length of the
@@ -150,19 +163,20 @@ void arm_trajectory_begin(arm_trajectory_t* const trajectory, const arm_limits_t
     begin(trajectory, limits, share, blend);
 }
 
-/// Two rotation vectors turn to the same orientation within one turn. Returns the one that is nearer to the
-/// vector of the point before.
-static arm_vector_t nearer(const arm_vector_t vector_rad, const arm_vector_t before_rad)
+/// Of the rotation vectors that turn to the same orientation, returns the one that is nearest to the vector of
+/// the point before. After a whole turn the axis is undefined; the axis of the point before then applies.
+static arm_vector_t nearest(const arm_vector_t vector_rad, const arm_vector_t before_rad)
 {
-    const double angle_rad = arm_length(vector_rad);
-    if (!(angle_rad > 0.0)) {
+    const double angle_rad   = arm_length(vector_rad);
+    const bool has_axis      = (angle_rad > AXIS_MIN_RAD);
+    const arm_vector_t about = has_axis ? vector_rad : before_rad;
+    const double length      = arm_length(about);
+    if (!(length > 0.0)) {
         return vector_rad;
     }
-    const arm_vector_t other = arm_times(vector_rad, 1.0 - (TWO_PI / angle_rad));
-    return (arm_length(arm_difference(other, before_rad)) <
-            arm_length(arm_difference(vector_rad, before_rad)))
-               ? other
-               : vector_rad;
+    const double along_rad = (arm_dot(before_rad, about) / length) - (has_axis ? angle_rad : 0.0);
+    const double turns     = floor((along_rad / TWO_PI) + 0.5);
+    return arm_times(about, (has_axis ? 1.0 : 0.0) + (turns * TWO_PI / length));
 }
 
 void arm_trajectory_begin_tool(arm_trajectory_t* const trajectory, const arm_limits_t* const limits,
@@ -179,7 +193,7 @@ void arm_trajectory_begin_tool(arm_trajectory_t* const trajectory, const arm_lim
     for (unsigned point = 1U; point <= trajectory->point_count; point++) {
         double* const rotation_rad = &trajectory->point[point][VECTOR];
         const arm_rotation_t goal  = arm_rotation_turned_by(&none, arm_vector(rotation_rad));
-        before_rad                 = nearer(arm_rotation_between(&from->rotation, &goal), before_rad);
+        before_rad                 = nearest(arm_rotation_between(&from->rotation, &goal), before_rad);
         for (unsigned i = 0U; i < VECTOR; i++) {
             rotation_rad[i] = before_rad.at[i];
         }
@@ -194,14 +208,21 @@ static double plan_blend(arm_trajectory_t* const trajectory, const arm_limits_t*
 {
     double duration_s = BLEND_MIN_S;
     double largest    = 0.0;
+    double before[ARM_JOINTS_MAX];
+    double behind[ARM_JOINTS_MAX];
     double change[ARM_JOINTS_MAX];
     for (unsigned i = 0U; i < trajectory->joint_count; i++) {
-        change[i] = velocity_behind(trajectory, point, i) - velocity_before(trajectory, point, i);
+        before[i] = velocity_before(trajectory, point, i);
+        behind[i] = velocity_behind(trajectory, point, i);
+        change[i] = behind[i] - before[i];
     }
     for (unsigned i = 0U; i < trajectory->joint_count; i++) {
-        const double own = magnitude(trajectory, change, i);
-        largest          = larger(largest, own);
-        duration_s = larger(duration_s, PEAK_ACCELERATION * own / acceleration_of(trajectory, limits, i));
+        const double own     = magnitude(trajectory, change, i);
+        const double fastest = larger(magnitude(trajectory, before, i), magnitude(trajectory, behind, i));
+        const double even    = is_rotation(trajectory, i) ? (CURVATURE * fastest * fastest) : 0.0;
+        const double rest    = acceleration_of(trajectory, limits, i) - even;
+        largest              = larger(largest, own);
+        duration_s           = larger(duration_s, PEAK_ACCELERATION * own / rest);
     }
     trajectory->blend_s[point] = duration_s;
     return DISTANCE * largest * duration_s;

@@ -12,6 +12,7 @@
 
 #define PERIOD_S 0.001
 #define CASES 60U
+#define HALF_PI 1.5707963267948966
 #define ROUNDING 1.0e-9
 #define STEPS_MAX 200000U
 
@@ -93,6 +94,7 @@ static void expect_within_limits(const arm_pose_t* const last, const arm_twist_t
     const arm_vector_t moved  = arm_difference(pose->position_m, last->position_m);
     const arm_vector_t turned = arm_rotation_between(&last->rotation, &pose->rotation);
     const arm_vector_t change = arm_difference(twist->linear_m_s, last_twist->linear_m_s);
+    const arm_vector_t spin   = arm_difference(twist->angular_rad_s, last_twist->angular_rad_s);
     for (unsigned i = 0U; i < 3U; i++) {
         EXPECT_WITHIN(0.5 * (twist->linear_m_s.at[i] + last_twist->linear_m_s.at[i]), 1.0e-3,
                       moved.at[i] / PERIOD_S);
@@ -102,6 +104,8 @@ static void expect_within_limits(const arm_pose_t* const last, const arm_twist_t
     TEST_ASSERT_TRUE(arm_length(twist->linear_m_s) <= (share * limits.tool_speed_m_s) + ROUNDING);
     TEST_ASSERT_TRUE(arm_length(twist->angular_rad_s) <= (share * limits.tool_rate_rad_s) + ROUNDING);
     TEST_ASSERT_TRUE(arm_length(change) <= (share * limits.tool_acceleration_m_s2 * PERIOD_S) + ROUNDING);
+    TEST_ASSERT_TRUE(arm_length(spin) <=
+                     (share * limits.tool_angular_acceleration_rad_s2 * PERIOD_S) + ROUNDING);
 }
 
 /// Run the trajectory through these poses, from rest to rest.
@@ -153,6 +157,22 @@ static void random_poses_are_passed_within_the_limits_of_the_tool(void)
     }
 }
 
+/// A tool that turns fast is accelerated although its rotation vector changes evenly.
+static void a_fast_turn_stays_within_the_angular_acceleration(void)
+{
+    limits.tool_rate_rad_s                  = 3.0;
+    limits.tool_angular_acceleration_rad_s2 = 1.0;
+    for (unsigned k = 0U; k < 24U; k++) {
+        arm_pose_t poses[3];
+        arm_trajectory_clear(&trajectory);
+        for (unsigned n = 0U; n < 3U; n++) {
+            poses[n] = add((arm_vector_t){{0.0, 0.0, 0.0}}, vector(6.0));
+        }
+        plan(1.0, 3.0);
+        fly(poses, 1.0, 3.0);
+    }
+}
+
 /// On a diagonal the length of the velocity, not each coordinate, reaches the limit.
 static void a_diagonal_line_is_flown_at_full_speed(void)
 {
@@ -175,6 +195,20 @@ static void the_tool_turns_on_beyond_half_a_turn(void)
     plan(1.0, 0.05);
     fly(poses, 1.0, 0.05);
     EXPECT_WITHIN(3.5, 1.0e-6, trajectory.point[2][5]);
+}
+
+/// Half a turn has two axes, and a whole one any axis: the tool turns on through both, and beyond them.
+static void the_tool_turns_on_through_half_and_whole_turns(void)
+{
+    arm_pose_t poses[6];
+    for (unsigned n = 0U; n < 6U; n++) {
+        poses[n] = add((arm_vector_t){{0.0, 0.0, 0.0}}, (arm_vector_t){{0.0, 0.0, (n + 1U) * HALF_PI}});
+    }
+    plan(1.0, 0.05);
+    fly(poses, 1.0, 0.05);
+    for (unsigned n = 1U; n <= 6U; n++) {
+        EXPECT_WITHIN(n * HALF_PI, 1.0e-6, trajectory.point[n][5]);
+    }
 }
 
 static void a_tool_has_at_most_sixteen_poses(void)
@@ -304,8 +338,10 @@ int main(void)
     rig_load();
     UNITY_BEGIN();
     RUN_TEST(random_poses_are_passed_within_the_limits_of_the_tool);
+    RUN_TEST(a_fast_turn_stays_within_the_angular_acceleration);
     RUN_TEST(a_diagonal_line_is_flown_at_full_speed);
     RUN_TEST(the_tool_turns_on_beyond_half_a_turn);
+    RUN_TEST(the_tool_turns_on_through_half_and_whole_turns);
     RUN_TEST(a_tool_has_at_most_sixteen_poses);
     RUN_TEST(the_arm_moves_its_tool_through_the_poses_without_a_stop);
     RUN_TEST(poses_that_are_impossible_are_refused_before_the_motion);
