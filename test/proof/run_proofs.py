@@ -30,6 +30,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 HERE = ROOT / "test/proof"
 OUT = ROOT / "build/proofs"
 CBMC = ROOT / "build/third_party/cbmc"
+PAGE = "docs/assurance.md"
 COMMON = ["test/proof/assertion.c"]
 FLAGS = ["--function", "proof", "--bounds-check", "--pointer-check", "--pointer-overflow-check", "--signed-overflow-check",
          "--div-by-zero-check", "--undefined-shift-check", "--unwinding-assertions", "--slice-formula", "-D_POSIX_C_SOURCE=200809L"]
@@ -214,6 +215,12 @@ def kept(proof, digest):
     return row if row.pop("digest") == digest else None
 
 
+def unlisted(proofs):
+    """Proofs that the page for those who judge the software does not list, with property, bound and run time."""
+    page = (ROOT / PAGE).read_text()
+    return [f"{PAGE}: no row with `{proof.name}` in the table of proofs" for proof in proofs if f"`{proof.name}` |" not in page]
+
+
 def print_row(proof, row, is_kept, is_passed):
     found = "; ".join(text or "NOT FOUND" for text in row["found"])
     print(f"{proof.name:<43} {row['checks']:>6} {row['seconds']:>7.1f} {row['fault_seconds']:>7.1f} {row['reach_seconds']:>7.1f}  "
@@ -235,7 +242,7 @@ def main():
             print(f"{proof.name}\n    {proof.proves}\n    Bounds: {proof.bounds}\n    Replaced: {proof.replaced}")
         return 0
     print(f"{'proof':<43} {'checks':>6} {'s':>7} {'fault s':>7} {'reach s':>7}  result")
-    failures = [finding for proof in proofs if proof not in chosen for finding in (proof.stale() if arguments.quick else [])]
+    failures = unlisted(proofs) + [text for proof in proofs if arguments.quick and proof not in chosen for text in proof.stale()]
     for proof in chosen:
         digest = proof.digest()
         row = kept(proof, digest) if arguments.quick else None

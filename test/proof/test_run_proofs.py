@@ -154,6 +154,15 @@ def test_a_proof_that_is_not_run_must_fit_the_sources(tree, tmp_path):
         tree(REDUCED.replace("- return n + n;", "- return n * 2;")).stale()
 
 
+def test_each_proof_is_listed_with_its_run_time(tree, tmp_path):
+    (tmp_path / "docs").mkdir()
+    page = tmp_path / run_proofs.PAGE
+    page.write_text("| doubles: `proof_a` | even | every number | 0.1 |\n")
+    assert run_proofs.unlisted([tree()]) == []
+    page.write_text("| doubles: `proof_ab` | even | every number | 0.1 |\n")
+    assert run_proofs.unlisted([tree()]) == ["docs/assurance.md: no row with `proof_a` in the table of proofs"]
+
+
 def test_limits_hold_for_the_checker(tree, tmp_path, monkeypatch):
     monkeypatch.setattr(run_proofs, "PATIENCE_S", 1)
     (tmp_path / "cbmc/lib/ld-linux.so").write_text('#!/bin/sh\ncase "$*" in *PROOF_REACHED*) exit 6 ;; esac\nwhile :; do :; done\n')

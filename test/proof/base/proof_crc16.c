@@ -8,7 +8,6 @@
 // Replaced: nothing.
 // Sources:
 // Options: --unwind 17
-// Quick: yes
 // Fault: base/crc.c
 //   - NIBBLE(0x45A0U, 0x8B40U, 0x06A1U, 0x0D42U)
 //   + NIBBLE(0x45A0U, 0x8B40U, 0x06A1U, 0x0D43U)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: pus_tc_decode and pus_packet_frame access no octet outside a packet. What is accepted has the
-//     size that its length field says, a right checksum, and a view of its data inside the packet; what is
-//     refused names its failure and has no data.
-// Bounds: every packet of 0..1024 octets.
+//     size that its length field says, a right checksum, the fields of its headers, and a view of its data
+//     inside the packet; what is refused names its failure and has no data.
+// Bounds: every packet of 0..4096 octets, the largest of the mission, and one octet more.
 // Replaced: crc16_ccitt returns any value; base/proof_crc16.c proves it.
 // Sources: pus/core/packet.c base/octets.c
 // Options: --unwind 2
@@ -11,13 +11,16 @@
 //   - out_tc->size = size - PUS_TC_MIN;
 //   + out_tc->size = size - PUS_TC_MIN + 1U;
 // Fault: pus/core/packet.c
+//   - if (sequence_flags != PUS_UNSEGMENTED) {
+//   + if (sequence_flags == 0U) {
+// Fault: pus/core/packet.c
 //   - if (crc16_ccitt(octets, size) != 0U) {
 //   + if (crc16_ccitt(octets, size - 1U) != 0U) {
 #include "base/crc.h"
 #include "pus/core/packet.h"
 #include "test/proof/proof.h"
 
-#define SIZE_MAX_HERE 1024U
+#define SIZE_MAX_HERE (PUS_PACKET_MAX + 1U)
 
 static uint16_t crc;
 static size_t summed;
@@ -49,8 +52,13 @@ void proof(void)
         PROVE((size_t)octets_u16_at(&octets[4]) + 7U == size, "the length field tells the size");
         PROVE((tc.size == size - PUS_TC_MIN) && (tc.data == &octets[PUS_TC_MIN - PUS_CRC_SIZE]),
               "the data are between header and checksum");
-        PROVE(pus_packet_is_tc(octets, size), "what is accepted is a request");
-        PROVE((tc.apid <= 2047U) && (tc.sequence <= 16383U), "fields are in their range");
+        PROVE(pus_packet_is_tc(octets, size) && (size <= PUS_PACKET_MAX), "what is accepted is a request");
+        PROVE((octets_u16_at(octets) == (0x1800U | tc.apid)) && (tc.apid <= 2047U) &&
+                  (octets_u16_at(&octets[2]) == (0xC000U | tc.sequence)) && (tc.sequence <= 16383U),
+              "version, kind, APID, whole packet and sequence are those of the primary header");
+        PROVE((octets[6] == (0x20U | tc.ack)) && (octets[7] == tc.service) && (octets[8] == tc.subtype) &&
+                  (octets_u16_at(&octets[9]) == tc.source) && (octets_u32_at(octets) == tc.request_id),
+              "version, acknowledgements, message and source are those of the secondary header");
     } else {
         PROVE(failure.code != PUS_FAILURE_NONE, "what is refused has a failure");
         PROVE((tc.data == NULL) && (tc.size == 0U), "what is refused has no data");

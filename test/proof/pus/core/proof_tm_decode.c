@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: pus_tm_decode accesses no octet outside a packet. What is accepted has the size that its length
-//     field says, a right checksum, a time of the format of this mission, and a view of its data inside the
-//     packet; what is refused names its failure and has no data.
-// Bounds: every packet of 0..4096 octets.
+//     field says, a right checksum, the fields of its headers, a time of the format of this mission, and a
+//     view of its data inside the packet; what is refused names its failure and has no data.
+// Bounds: every packet of 0..4096 octets, the largest of the mission, and one octet more.
 // Replaced: crc16_ccitt returns any value; base/proof_crc16.c proves it.
 // Sources: pus/core/packet.c pus/core/packet_report.c base/octets.c
 // Options: --unwind 2
@@ -17,7 +17,7 @@
 #include "pus/core/packet.h"
 #include "test/proof/proof.h"
 
-#define SIZE_MAX_HERE 4096U
+#define SIZE_MAX_HERE (PUS_PACKET_MAX + 1U)
 
 static uint16_t crc;
 static size_t summed;
@@ -45,7 +45,14 @@ void proof(void)
         PROVE((tm.size == size - PUS_TM_MIN) && (tm.data == &octets[PUS_TM_HEADER_SIZE]),
               "the data are between header and checksum");
         PROVE(octets[PUS_TM_HEADER_SIZE - PUS_TIME_SIZE] == PUS_TIME_P_FIELD, "the time is of this format");
-        PROVE(!pus_packet_is_tc(octets, size), "what is accepted is a report");
+        PROVE(!pus_packet_is_tc(octets, size) && (size <= PUS_PACKET_MAX), "what is accepted is a report");
+        PROVE((octets_u16_at(octets) == (0x0800U | tm.apid)) && (tm.apid <= 2047U) &&
+                  (octets_u16_at(&octets[2]) == (0xC000U | tm.sequence)) && (tm.sequence <= 16383U),
+              "version, kind, APID, whole packet and sequence are those of the primary header");
+        PROVE((octets[6] == (0x20U | tm.time_status)) && (octets[7] == tm.service) &&
+                  (octets[8] == tm.subtype) && (octets_u16_at(&octets[9]) == tm.counter) &&
+                  (octets_u16_at(&octets[11]) == tm.destination),
+              "version, message, counter and destination are those of the secondary header");
     } else {
         PROVE(failure.code != PUS_FAILURE_NONE, "what is refused has a failure");
         PROVE((tm.data == NULL) && (tm.size == 0U), "what is refused has no data");
