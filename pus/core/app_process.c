@@ -50,8 +50,8 @@ void pus_app_process_lengthen(pus_app_process_t* const process, const pus_long_p
     process->longer = *port;
 }
 
-/// Counter of the message type and destination of a packet. A new entry is made if there is none; null if the
-/// table is full.
+/// Returns the counter of the message type and destination of a packet; makes an entry if there is none. Null
+/// if the table is full.
 static pus_message_counter_t* counter_of(pus_app_process_t* const process, const uint8_t* const packet)
 {
     const uint8_t service      = packet[OFFSET_SERVICE];
@@ -80,7 +80,7 @@ static void number(const pus_app_process_t* const process, uint8_t* const packet
     octets_put_u16(&packet[size], crc16_ccitt(packet, size));
 }
 
-/// Count a report with the numbers that it has.
+/// Count a report that was sent or closed with the numbers of `number`.
 static void count(pus_app_process_t* const process, pus_message_counter_t* const counter)
 {
     if (counter != NULL) {
@@ -111,7 +111,8 @@ octet_writer_t pus_tm_begin_large(const pus_app_process_t* const process, uint8_
 {
     FSW_ASSERT((process != NULL) && (octets != NULL) && (capacity >= PUS_TM_MIN) && (service != 0U));
     octet_writer_t writer = octet_writer(octets, capacity - PUS_CRC_SIZE);
-    uint8_t* const header = octet_write_space(&writer, OFFSET_TIME); // Not null: the buffer has room.
+    // Not null, because the buffer has room for the header.
+    uint8_t* const header = octet_write_space(&writer, OFFSET_TIME);
     // Sequence, length and counter are written when the report is finished.
     octets_put_u16(header, (uint16_t)(0x0800U | process->apid));
     header[OFFSET_VERSION] = PUS_VERSION << 4U;
@@ -224,7 +225,7 @@ bool pus_app_process_has_firm_room(const pus_app_process_t* const process)
     return room_of(&process->firm) >= (PUS_FIRM_OF_REQUEST + PUS_FIRM_STANDING + PUS_FIRM_EVENTS);
 }
 
-/// True if a report is not an answer to a request, but an event, a status or a notice.
+/// True if a report does not answer a request: an event, a status or a notice.
 static bool is_unsolicited(const uint8_t* const packet)
 {
     return (octets_u16_at(&packet[OFFSET_DESTINATION]) == PUS_USER_GROUND) ||
@@ -247,7 +248,7 @@ static bool follows_answer(const pus_app_process_t* const process, const uint8_t
     return is_found;
 }
 
-/// Ring for the built report. The reports that are in this ring already must be sent first.
+/// Ring for the built report. The reports that are already in this ring must be sent before it.
 static pus_kept_t* ring_of(pus_app_process_t* const process, const pus_class_t of_report)
 {
     const bool is_first = (of_report == PUS_CLASS_FIRM) && !follows_answer(process, process->building);

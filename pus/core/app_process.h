@@ -10,7 +10,8 @@
 /// refuses, pus_tm_send returns its status, and pus_tm_post keeps the report (docs/services.md, "Reports").
 ///
 /// Ownership  The caller places the process and its rings. The process has one buffer, in which one report is
-///            built at a time. pus_tm_begin discards an unfinished report, and sending that one is refused.
+///            built at a time. pus_tm_begin discards an unfinished report, whose writer can then no longer be
+///            sent.
 /// Context    One loop.
 /// Time       O(size + PUS_MESSAGE_COUNTERS).
 #ifndef PUS_CORE_APP_PROCESS_H
@@ -27,12 +28,13 @@
 /// Octets in a ring for the longest verification report: request id, step, failure notice.
 #define PUS_FIRM_REPORT 48U
 #define PUS_FIRM_OF_REQUEST (8U * PUS_FIRM_REPORT) ///< All verification reports of one request.
-/// Room that stays reserved when a new request is accepted: 16 requests in progress with a completion report
-/// each, transitions through 10 states with TM[129,2] and TM[1,5] each, 8 links that change state twice.
+/// Room that stays reserved when a new request is accepted: a completion report for each of 16 requests in
+/// progress, TM[129,2] and TM[1,5] for each of 10 state transitions, two reports for each of 8 links.
 #define PUS_FIRM_STANDING ((16U + (10U * 2U) + (8U * 2U)) * PUS_FIRM_REPORT)
-#define PUS_FIRM_EVENTS CAPACITY_HIGH_EVENTS ///< At most one report or notice of each HIGH event is kept.
-#define PUS_FIRM_SIZE 5632U                  ///< Ring of FIRM reports [octets].
-#define PUS_PLAIN_SIZE 8192U                 ///< Ring of PLAIN reports [octets].
+/// Kept reports of HIGH events: at most one report or notice of each event [octets].
+#define PUS_FIRM_EVENTS CAPACITY_HIGH_EVENTS
+#define PUS_FIRM_SIZE 5632U  ///< Ring of FIRM reports [octets].
+#define PUS_PLAIN_SIZE 8192U ///< Ring of PLAIN reports [octets].
 /// Room for an answer and the verification reports that follow it.
 #define PUS_ANSWER_ROOM (PUS_KEPT_PREFIX + PUS_PACKET_MAX + PUS_FIRM_OF_REQUEST)
 CAPACITY_CHECK(firm_ring_holds_all_reports_due,
@@ -55,12 +57,13 @@ typedef struct {
     /// STATUS_OK, or STATUS_FULL: no buffer is free now.
     status_t (*begin)(void* context, uint8_t service, uint8_t subtype, uint16_t destination, uint64_t now_ns,
                       octet_writer_t* out_writer);
+    /// Statuses of pus_tm_post.
     status_t (*post)(void* context, octet_writer_t* writer);
 } pus_long_port_t;
 
 /// Private: message type counter of one service, subtype and destination.
 typedef struct {
-    uint8_t service; // 0 = free entry.
+    uint8_t service; // 0: the entry is free.
     uint8_t subtype;
     uint16_t destination;
     uint16_t count;
@@ -102,13 +105,14 @@ typedef struct { // All fields are private, except `counters`: read-only, for te
     } counters;
 } pus_app_process_t;
 
-/// apid 1..2046; epoch_s: mission epoch [seconds since 1958-01-01 TAI], packet time = epoch + now_ns.
+/// apid 1..2046. epoch_s: mission epoch [seconds since 1958-01-01 TAI]; the time of a packet is epoch +
+/// now_ns.
 void pus_app_process_init(pus_app_process_t* process, uint16_t apid, uint32_t epoch_s,
                           const pus_port_t* port);
 
 /// From now on the process keeps reports that the port refuses. Call it before the first report.
 void pus_app_process_keep(pus_app_process_t* process, pus_rings_t* rings);
-/// As pus_app_process_keep, with one ring of `size` octets for reports of all classes, for a port that does
+/// Like pus_app_process_keep, with one ring of `size` octets for reports of all classes, for a port that does
 /// not distinguish classes.
 void pus_app_process_keep_in_order(pus_app_process_t* process, uint8_t* octets, size_t size);
 /// From now on the process may send reports longer than a packet, by this port.
@@ -118,11 +122,11 @@ void pus_app_process_lengthen(pus_app_process_t* process, const pus_long_port_t*
 octet_writer_t pus_tm_begin(pus_app_process_t* process, uint8_t service, uint8_t subtype,
                             uint16_t destination, uint64_t now_ns);
 /// Finish and send the report. STATUS_OK, STATUS_FULL (the port refused it, or a kept report that comes
-/// first), STATUS_TOO_LARGE (writer failed), STATUS_INVALID (no report was begun). After each of them no
-/// report is being built.
+/// first), STATUS_TOO_LARGE (writer failed), STATUS_INVALID (no report was begun). After any status no report
+/// is being built.
 MUST_USE status_t pus_tm_send(pus_app_process_t* process, octet_writer_t* writer);
-/// Finish the report, and send or keep it. STATUS_OK (sent or kept), STATUS_EXHAUSTED (lost, and counted:
-/// there is no room to keep it, or it is BULK), STATUS_TOO_LARGE, STATUS_INVALID.
+/// Finish the report, and send or keep it. STATUS_OK (sent or kept), STATUS_EXHAUSTED (the report is lost and
+/// counted, because there is no room to keep it or it is BULK), STATUS_TOO_LARGE, STATUS_INVALID.
 status_t pus_tm_post(pus_app_process_t* process, octet_writer_t* writer);
 /// Send or keep a report that another process of the same APID has built. The report gets the counts of this
 /// process; its time does not change. `packet` is complete with its checksum. Statuses of pus_tm_post except
@@ -130,8 +134,8 @@ status_t pus_tm_post(pus_app_process_t* process, octet_writer_t* writer);
 status_t pus_tm_forward(pus_app_process_t* process, const uint8_t* packet, size_t size);
 /// Source data of the longest report of the process [octets]: PUS_TM_DATA_MAX, or more with ST[13].
 size_t pus_tm_data_max(const pus_app_process_t* process);
-/// Begin a report of `size` octets of source data, at most pus_tm_data_max. STATUS_OK, STATUS_FULL (it is
-/// longer than a packet, and no buffer is free).
+/// Begin a report of `size` octets of source data, at most pus_tm_data_max. STATUS_OK, STATUS_FULL (the
+/// report is longer than a packet, and no buffer is free).
 MUST_USE status_t pus_tm_begin_sized(pus_app_process_t* process, uint8_t service, uint8_t subtype,
                                      uint16_t destination, uint64_t now_ns, size_t size,
                                      octet_writer_t* out_writer);
@@ -147,7 +151,8 @@ octet_writer_t pus_tm_begin_large(const pus_app_process_t* process, uint8_t* oct
 MUST_USE status_t pus_tm_close_large(pus_app_process_t* process, octet_writer_t* writer, size_t* out_size);
 /// Discard the report that is being built.
 void pus_tm_cancel(pus_app_process_t* process);
-/// Try to send the reports in the rings; call once per step. STATUS_OK (the rings are empty), STATUS_FULL.
+/// Try to send the reports in the rings; to be called once per step. STATUS_OK (the rings are empty),
+/// STATUS_FULL.
 status_t pus_app_process_flush(pus_app_process_t* process);
 /// True if reports wait for the port.
 bool pus_app_process_is_waiting(const pus_app_process_t* process);
@@ -156,7 +161,8 @@ bool pus_app_process_keeps_event(const pus_app_process_t* process, uint16_t even
 /// True if a request may be accepted: there is room for its verification and one answer, in addition to the
 /// reports of earlier requests.
 bool pus_app_process_may_answer(const pus_app_process_t* process);
-/// True if there is room for a dispensable FIRM report in addition to all reports that may still be due.
+/// True if there is room for a dispensable FIRM report in addition to all FIRM reports that requests and
+/// events may still cause.
 bool pus_app_process_has_firm_room(const pus_app_process_t* process);
 
 #endif // PUS_CORE_APP_PROCESS_H

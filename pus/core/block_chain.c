@@ -22,7 +22,7 @@ static void release(pus_block_chains_t* const chains, pus_block_chain_block_t* c
     while (block != NULL) {
         pus_block_chain_block_t* const next = block->next;
         const status_t status               = pool_release(&chains->pool, block);
-        FSW_ASSERT(status == STATUS_OK); // The block is from this pool.
+        FSW_ASSERT(status == STATUS_OK); // Always, because the block is from this pool.
         block = next;
     }
 }
@@ -47,7 +47,7 @@ static status_t take(pus_block_chains_t* const chains, const size_t count,
 /// Append the first of the allocated blocks to a chain. Returns the remaining blocks.
 static pus_block_chain_block_t* lengthen(pus_block_chain_t* const chain, pus_block_chain_block_t* const block)
 {
-    FSW_ASSERT(block != NULL); // The needed number of blocks was taken before.
+    FSW_ASSERT(block != NULL); // pus_block_chain_append has taken enough blocks before.
     pus_block_chain_block_t* const rest = block->next;
     block->next                         = NULL;
     if (chain->last == NULL) {

@@ -5,7 +5,7 @@
 ///            user, which frees it.
 /// Context    One loop.
 /// Time       O(octets); no search for free blocks.
-/// Errors     The only error is that there are not enough blocks; a status reports it.
+/// Errors     The only error is that too few blocks are free; a status reports it.
 #ifndef PUS_CORE_BLOCK_CHAIN_H
 #define PUS_CORE_BLOCK_CHAIN_H
 
@@ -15,7 +15,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define PUS_BLOCK_CHAIN_BLOCK 56U ///< Octets of a string that a block holds.
+#define PUS_BLOCK_CHAIN_BLOCK 56U ///< Octets of a string in one block.
 
 typedef struct pus_block_chain_block { // Private.
     struct pus_block_chain_block* next;
@@ -28,7 +28,7 @@ typedef struct pus_block_chain_block { // Private.
 #define PUS_BLOCK_CHAIN_BLOCKS(size) (((size) + (PUS_BLOCK_CHAIN_BLOCK - 1U)) / PUS_BLOCK_CHAIN_BLOCK)
 
 typedef struct { // Private, except pool.stats: read-only, for telemetry.
-    pool_t pool;
+    pool_t pool; // Pool of all blocks.
 } pus_block_chains_t;
 
 typedef struct { // Private, except `size`. All zero is the empty string.
@@ -39,14 +39,14 @@ typedef struct { // Private, except `size`. All zero is the empty string.
 
 typedef struct { // Private, except `left`.
     const pus_block_chain_block_t* block;
-    uint32_t offset; // In the block.
+    uint32_t offset; // Offset of the next octet in the block.
     uint32_t left;   ///< Octets not read yet.
 } pus_block_chain_reader_t;
 
-/// storage: PUS_BLOCK_CHAIN_WORDS(block_count) words; block_count 1..65534.
+/// Make all blocks free. storage: PUS_BLOCK_CHAIN_WORDS(block_count) words; block_count 1..65534.
 void pus_block_chains_init(pus_block_chains_t* chains, uint64_t* storage, pool_slot_t* slots,
                            uint16_t block_count);
-/// Add octets at the end. STATUS_OK, STATUS_EXHAUSTED (not enough blocks: nothing changed).
+/// Add octets at the end. STATUS_OK, STATUS_EXHAUSTED (too few blocks: nothing changes).
 MUST_USE status_t pus_block_chain_append(pus_block_chains_t* chains, pus_block_chain_t* chain,
                                          const uint8_t* octets, size_t size);
 /// Return the blocks to the pool; the string is empty then.

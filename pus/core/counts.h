@@ -23,11 +23,13 @@ typedef struct {
 } pus_request_count_t;
 
 typedef struct {
+    /// Counts of a process and of its requester.
     uint16_t sequence; ///< Sequence count of the next report.
     pus_message_count_t messages[PUS_MESSAGE_COUNTERS];
     pus_request_count_t requests[PUS_ADDRESSEES];
 } pus_counts_t;
 
+/// Copy the present counts.
 void pus_counts(const pus_app_process_t* process, const pus_requester_t* requester, pus_counts_t* out_counts);
 /// True if all numbers are in their ranges, so that pus_counts_resume accepts them.
 bool pus_counts_are_sound(const pus_counts_t* counts);

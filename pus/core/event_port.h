@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The port by which services raise events. ST[05] of the process implements it, or another module that has
-/// the event definitions.
+/// The port by which services raise events. ST[05] of the process implements it, or another module with the
+/// event definitions.
 #ifndef PUS_CORE_EVENT_PORT_H
 #define PUS_CORE_EVENT_PORT_H
 
@@ -12,11 +12,11 @@ typedef struct {
     void* context;
     /// True if the event is defined.
     bool (*is_known)(void* context, uint16_t event_id);
-    /// True if `size` octets from the service that raises the event are all of its auxiliary data. Null:
-    /// always.
+    /// True if `size` octets from the service that raises the event are all auxiliary data of the event. A
+    /// null pointer to this function means: always.
     bool (*can_fill)(void* context, uint16_t event_id, size_t size);
-    /// Raise an event. The service that raises it defines `auxiliary` in its header; if the definition of the
-    /// event has no auxiliary data or other ones, the port omits them. The port counts events that it cannot
+    /// Raise an event. The service that raises it defines `auxiliary` in its header; if the event is defined
+    /// without auxiliary data or with other ones, the port omits them. The port counts events that it cannot
     /// raise.
     void (*raise)(void* context, uint16_t event_id, const uint8_t* auxiliary, size_t size, uint64_t now_ns);
 } pus_event_port_t;

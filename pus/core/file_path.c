@@ -56,7 +56,8 @@ bool pus_file_path_read(octet_reader_t* const reader, pus_file_path_t* const out
         const size_t length = name_length(&text[at], size - at);
         at += length;
         const bool is_last = (at == size);
-        if ((length == 0U) || (!is_last && ((at + 1U) == size))) { // No name, or none after the last slash.
+        // The name is empty, or no name follows the last slash.
+        if ((length == 0U) || (!is_last && ((at + 1U) == size))) {
             return false;
         }
         at += is_last ? 0U : 1U;
@@ -166,7 +167,7 @@ bool pus_file_pattern_matches(const char* const pattern, const char* const name)
         } else if ((pattern[at] == '?') || (pattern[at] == name[place])) {
             at++;
             place++;
-        } else if (star > 0U) { // The star matches one more character.
+        } else if (star > 0U) { // Let the star match one more character.
             resume++;
             at    = star;
             place = resume;

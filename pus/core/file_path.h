@@ -3,8 +3,8 @@
 /// has 1 to PUS_FILE_NAME_MAX printable ASCII characters; it does not begin with a dot, and contains neither
 /// `/` nor a wildcard. Therefore no path leads out of the root, and each file has only one path.
 ///
-/// A repository path in a request may begin with a `/`, and in a report it does; a file name follows as a
-/// field of its own.
+/// A repository path in a request may begin with a `/`, and in a report it always does; the file name follows
+/// in a separate field.
 ///
 /// Context    Any; no state.
 /// Time       O(length).
@@ -34,6 +34,7 @@ bool pus_file_path_enter(pus_file_path_t* path, const char* name);
 const char* pus_file_path_name(const pus_file_path_t* path);
 /// Remove the last name, so that *path is that of the parent folder. *path must not be the root.
 void pus_file_path_leave(pus_file_path_t* path);
+/// True if both paths are equal.
 bool pus_file_path_is_same(const pus_file_path_t* a, const pus_file_path_t* b);
 /// True if a path is the folder or below it.
 bool pus_file_path_is_within(const pus_file_path_t* path, const pus_file_path_t* folder);

@@ -9,6 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/// Path and name of a file in a request.
 typedef struct {
     const uint8_t* path; ///< Repository path; not ended by NUL.
     const uint8_t* name; ///< Name of the file.
@@ -21,7 +22,7 @@ typedef struct {
     /// Open an existing file for reading; *out_size is its size. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID
     /// (path or name), STATUS_FORBIDDEN (may not be read), STATUS_EXHAUSTED (too many are open), STATUS_IO.
     status_t (*open)(void* context, const pus_file_name_t* name, uint32_t* out_file, uint32_t* out_size);
-    /// Create a file for writing, which must not exist. Statuses of open, and STATUS_EXISTS.
+    /// Create a file for writing, which must not exist yet. Statuses of open, and STATUS_EXISTS.
     status_t (*create)(void* context, const pus_file_name_t* name, uint32_t* out_file);
     /// Read exactly `size` octets from `offset` on. STATUS_OK, STATUS_TRUNCATED (beyond the end), STATUS_IO.
     status_t (*read)(void* context, uint32_t file, uint32_t offset, uint8_t* octets, size_t size);

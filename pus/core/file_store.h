@@ -28,9 +28,9 @@ typedef struct {
     /// Make an empty file and reserve `room` octets for it. STATUS_EXISTS, STATUS_FULL.
     status_t (*make_file)(void* context, const char* path, uint64_t room);
     status_t (*remove_file)(void* context, const char* path);
-    /// STATUS_EXISTS, STATUS_FULL.
+    /// Make an empty folder. STATUS_EXISTS, STATUS_FULL.
     status_t (*make_directory)(void* context, const char* path);
-    /// STATUS_FORBIDDEN: the folder is not empty.
+    /// Remove a folder. STATUS_FORBIDDEN: it is not empty.
     status_t (*remove_directory)(void* context, const char* path);
     /// Rename in one operation; an existing file is never replaced. STATUS_EXISTS, STATUS_INVALID (a folder
     /// would be moved into itself).
@@ -42,8 +42,9 @@ typedef struct {
     /// Read up to `size` octets; fewer only at the end of the file.
     status_t (*read)(void* context, const char* path, uint64_t offset, uint8_t* octets, size_t size,
                      size_t* out_size);
-    /// STATUS_FULL.
+    /// Write octets into an existing file. STATUS_FULL.
     status_t (*write)(void* context, const char* path, uint64_t offset, const uint8_t* octets, size_t size);
+    /// Force the written data of a file to the medium.
     status_t (*sync)(void* context, const char* path);
 } pus_file_store_t;
 

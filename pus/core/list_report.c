@@ -22,7 +22,8 @@ static void begin_packet(pus_list_report_t* const list)
     list->writer =
         pus_tm_begin(target->process, target->service, target->subtype, target->destination, target->now_ns);
     octet_write_octets(&list->writer, list->prefix, list->prefix_size);
-    list->head  = octet_write_space(&list->writer, sizeof(uint16_t)); // Not null: a packet has room.
+    // Not null, because a packet has room for it.
+    list->head  = octet_write_space(&list->writer, sizeof(uint16_t));
     list->count = 0U;
 }
 
@@ -35,7 +36,7 @@ static void end_packet(pus_list_report_t* const list)
     } else if (pus_tm_post(list->target.process, &list->writer) != STATUS_OK) {
         list->lost++;
     } else {
-        // The packet was sent or kept.
+        // The packet was sent, or it is kept and sent later.
     }
 }
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A report that is a list, in as many packets as its entries need. Each packet begins with the same prefix,
-/// if any, and the count of its own entries. A list without entries is one packet with the count 0.
+/// A report with a list of entries, in as many packets as the entries need. Each packet begins with the same
+/// prefix, if any, and the count of its own entries. A list without entries is one packet with the count 0.
 ///
 ///     pus_list_report_t list;
 ///     pus_list_report_begin(&list, &target, NULL, 0U);
 ///     octet_write_u16(pus_list_report_entry(&list, 2U), id);
 ///     return pus_list_report_end(&list);
 ///
-/// Ownership  The report is built in the buffer of the process: one report at a time.
+/// Ownership  The report is built in the buffer of the process: so only one report at a time.
 /// Context    The loop of the process.
 #ifndef PUS_CORE_LIST_REPORT_H
 #define PUS_CORE_LIST_REPORT_H
@@ -15,12 +15,15 @@
 #include "pus/core/service.h"
 
 #define PUS_LIST_PREFIX_MAX 16U ///< Octets before the count.
+/// Largest entry [octets].
 #define PUS_LIST_ENTRY_MAX (PUS_TM_DATA_MAX - PUS_LIST_PREFIX_MAX - 2U)
 
 /// Type, receiver and time of the report.
 typedef struct {
     pus_request_t*
-        request; ///< The request that it answers; null: none, and packets that the port refuses are lost.
+        /// Request that the report answers; null: it answers none, and packets that the port refuses are
+        /// lost.
+        request;
     pus_app_process_t* process;
     uint8_t service;
     uint8_t subtype;
@@ -33,7 +36,7 @@ typedef struct { // Private.
     octet_writer_t writer;
     uint8_t* head;  // Position of the count in the packet.
     uint16_t count; // Entries in the present packet.
-    uint16_t lost;  // Packets that the process could not keep.
+    uint16_t lost;  // Number of entries in the present packet.
     uint8_t prefix_size;
     uint8_t prefix[PUS_LIST_PREFIX_MAX];
 } pus_list_report_t;
@@ -47,7 +50,7 @@ void pus_list_report_begin(pus_list_report_t* list, const pus_list_target_t* tar
 /// no room for it. The writer is valid until the next call.
 octet_writer_t* pus_list_report_entry(pus_list_report_t* list, size_t size);
 /// Send the last packet. PUS_DONE; PUS_STARTED: the report continues in a later step; PUS_FAILED with
-/// PUS_FAILURE_SOME_FAILED and the number of packets lost, which neither port nor process could take.
+/// PUS_FAILURE_SOME_FAILED and the number of packets that neither the port nor the process could take.
 pus_reply_t pus_list_report_end(pus_list_report_t* list);
 
 #endif // PUS_CORE_LIST_REPORT_H

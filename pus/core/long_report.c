@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-/// Fill a packet and send it. False: the port has not taken it, and the report has not changed.
+/// Fill a packet and send it. False: the port has refused the packet, and the report has not changed.
 static bool send_packet(pus_long_report_t* const report, pus_app_process_t* const process,
                         const pus_report_entries_t* const entries, const uint64_t now_ns)
 {
@@ -14,7 +14,8 @@ static bool send_packet(pus_long_report_t* const report, pus_app_process_t* cons
     octet_writer_t writer =
         pus_tm_begin(process, report->token.service, report->subtype, report->token.source, now_ns);
     octet_write_octets(&writer, report->front, report->front_size);
-    uint8_t* const count_place = octet_write_space(&writer, sizeof(uint16_t)); // Not null.
+    // Not null, because a packet has room for it.
+    uint8_t* const count_place = octet_write_space(&writer, sizeof(uint16_t));
     octet_writer_t whole       = writer; // The packet up to its last complete entry.
     pus_report_cursor_t next   = begin;
     uint16_t count             = 0U;

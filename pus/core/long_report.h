@@ -11,8 +11,9 @@
 
 #include "pus/core/service.h"
 
-#define PUS_LONG_REPORT_PACKETS 4U ///< In a call, so that a step stays short.
-#define PUS_LONG_REPORT_FRONT 8U   ///< Octets before the count, at most.
+/// Largest number of packets sent in one call, so that a step stays short.
+#define PUS_LONG_REPORT_PACKETS 4U
+#define PUS_LONG_REPORT_FRONT 8U ///< Largest number of octets before the count.
 
 /// Position of the next entry; the service defines the numbers.
 typedef struct {
@@ -32,15 +33,15 @@ typedef struct {    // Private, except is_active and subtype: read-only.
     bool is_active; ///< The report continues in the next step.
     uint8_t subtype;
     uint8_t front_size;
-    uint16_t refused; // Refused instructions of the request.
+    uint16_t refused; // Number of refused instructions of the request.
     uint8_t front[PUS_LONG_REPORT_FRONT];
     pus_token_t token;
     pus_report_cursor_t cursor;
 } pus_long_report_t;
 
-/// Begin a report that answers a request; some instructions of the request may have been refused before.
-/// Sends TM[1,3] first. Returns PUS_DONE if the whole report was sent, PUS_STARTED if it continues. `front`
-/// may be null if front_size is 0.
+/// Begin a report that answers a request, some of whose instructions may have been refused. TM[1,3] is sent
+/// first. Returns PUS_DONE if the whole report was sent, PUS_STARTED if it continues. `front` may be null if
+/// front_size is 0.
 pus_reply_t pus_long_report_begin(pus_long_report_t* report, pus_request_t* request, uint8_t subtype,
                                   const pus_report_entries_t* entries, const pus_report_cursor_t* cursor,
                                   const uint8_t* front, size_t front_size);

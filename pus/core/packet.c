@@ -71,7 +71,7 @@ pus_failure_t pus_failure_read(octet_reader_t* const reader)
     return failure;
 }
 
-/// Checks that evaluate no field of the header except the length field.
+/// Check size, length field and checksum; no other field of the header is evaluated.
 static status_t check_frame(const uint8_t* const octets, const size_t size, const size_t least,
                             const size_t most, pus_failure_t* const out_failure)
 {
@@ -92,7 +92,7 @@ static status_t check_frame(const uint8_t* const octets, const size_t size, cons
     return STATUS_OK;
 }
 
-/// Checks of the header fields.
+/// Check the other header fields.
 static pus_failure_t check_header(const packet_header_t* const header, const uint16_t type)
 {
     const uint32_t packet_version = (uint32_t)header->word0 >> 13U;
@@ -176,8 +176,8 @@ pus_token_t pus_token_of(const pus_tc_t* const tc)
                          .subtype    = tc->subtype};
 }
 
-// Absolute time (CUC): P-field (1 octet), seconds (4) and fraction of a second (3), handled as one number of
-// 64 bits.
+// Absolute time (CUC): P-field (1 octet), seconds (4) and fraction of a second (3). It is processed as one
+// number of 64 bits.
 
 void pus_time_write(octet_writer_t* const writer, const uint64_t time_ns)
 {

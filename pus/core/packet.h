@@ -4,7 +4,7 @@
 /// Ownership  A decoded view points into the octets of the packet and is valid as long as these exist.
 /// Context    Any; no state.
 /// Time       O(size), for the checksum.
-/// Errors     No received octets can make an assertion fail. Each function lists its statuses.
+/// Errors     Received octets never make an assertion fail. Each function lists its statuses.
 #ifndef PUS_CORE_PACKET_H
 #define PUS_CORE_PACKET_H
 
@@ -53,10 +53,11 @@ typedef struct {
     uint8_t service;
     uint8_t subtype;
     uint16_t counter;     ///< Message type counter.
-    uint16_t destination; ///< User.
-    uint64_t time_ns;     ///< Since 1958-01-01 TAI; the wire rounds down to 2^-24 s.
-    const uint8_t* data;  ///< Source data; may be null if size is 0.
-    size_t size;          ///< [octets]
+    uint16_t destination; ///< User that receives the report.
+    /// Time since 1958-01-01 TAI [ns]; on the wire it is rounded down to a multiple of 2^-24 s.
+    uint64_t time_ns;
+    const uint8_t* data; ///< Source data; may be null if size is 0.
+    size_t size;         ///< [octets]
 } pus_tm_t;
 
 /// Size of the packet that starts at `octets`, from its length field; for framing a stream. STATUS_OK,
@@ -73,10 +74,10 @@ bool pus_packet_is_tc(const uint8_t* octets, size_t size);
 /// STATUS_TOO_LARGE (longer than PUS_PACKET_MAX), STATUS_CHECKSUM, STATUS_INVALID (any other).
 MUST_USE status_t pus_tc_decode(const uint8_t* octets, size_t size, pus_tc_t* out_tc,
                                 pus_failure_t* out_failure);
-/// As pus_tc_decode, for a request larger than a packet, up to PUS_LARGE_MAX, as ST[13] assembles it.
+/// Like pus_tc_decode, for a request larger than a packet, up to PUS_LARGE_MAX, as ST[13] assembles it.
 MUST_USE status_t pus_tc_decode_large(const uint8_t* octets, size_t size, pus_tc_t* out_tc,
                                       pus_failure_t* out_failure);
-/// As pus_tc_decode, for a report; a P-field other than the mission's is STATUS_INVALID with
+/// Like pus_tc_decode, for a report; a P-field other than the mission's is STATUS_INVALID with
 /// PUS_FAILURE_DATA.
 MUST_USE status_t pus_tm_decode(const uint8_t* octets, size_t size, pus_tm_t* out_tm,
                                 pus_failure_t* out_failure);
@@ -91,7 +92,9 @@ pus_token_t pus_token_of(const pus_tc_t* tc);
 
 /// Failure notice of the whole request.
 pus_failure_t pus_failure(uint16_t code, uint32_t detail);
+/// Failure notice with PUS_FAILURE_NONE.
 pus_failure_t pus_no_failure(void);
+/// Write or read a failure notice; 8 octets.
 void pus_failure_write(octet_writer_t* writer, const pus_failure_t* failure);
 pus_failure_t pus_failure_read(octet_reader_t* reader);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes whole packets from their fields, for ground tools and tests. On board, app_process.c and requester.c
-// write packets in place, so no flight program contains this code.
+// Composes whole packets from their fields, for ground tools and tests. On board, app_process.c and
+// requester.c write packets in place, so no flight program contains this code.
 #include "base/assertion.h"
 #include "base/crc.h"
 #include "pus/core/packet_internal.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Shared by packet.c, packet_report.c and packet_encode.c: the first fields of requests and reports.
-/// Internal to these files. The files are separate so that a program that decodes no reports, or encodes no
-/// complete packets, does not contain the code for that.
+/// Shared by packet.c, packet_report.c and packet_encode.c: the first fields of requests and reports. Private
+/// to these files. The files are separate, so that a program that decodes no reports or composes no whole
+/// packets does not contain that code.
 #ifndef PUS_CORE_PACKET_INTERNAL_H
 #define PUS_CORE_PACKET_INTERNAL_H
 
@@ -31,7 +31,7 @@ typedef struct {   // Required properties of a packet of one direction.
 
 /// Read the header; the reader fails if there are fewer octets.
 void packet_header_read(octet_reader_t* reader, packet_header_t* out_header);
-/// Check size, checksum and the header's fields. STATUS_OK, or as pus_tc_decode; *out_failure says why.
+/// Check size, checksum and the header's fields. Statuses of pus_tc_decode; *out_failure has the reason.
 MUST_USE status_t packet_check(const uint8_t* octets, size_t size, const packet_form_t* form,
                                const packet_header_t* header, pus_failure_t* out_failure);
 

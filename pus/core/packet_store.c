@@ -116,8 +116,8 @@ status_t pus_packet_store_sync(pus_packet_store_t* const store)
 
 // ---- Records ----
 
-/// Checksum of the record in the buffer, whose packet has `size` octets. The checksum covers the address,
-/// too.
+/// Checksum of the record in the buffer, whose packet has `size` octets. The checksum also covers address and
+/// generation, so that a record of an earlier store is not valid here.
 static uint32_t checksum_of(const pus_packet_store_t* const store, const uint64_t address, const size_t size)
 {
     uint8_t* const buffer = store->config.buffer;
@@ -180,7 +180,7 @@ static status_t write_header(pus_packet_store_t* const store, const uint16_t slo
 }
 
 /// Write the closing of the newest block: its times, end and number of packets, so that pus_packet_store_open
-/// need not read its records.
+/// does not need to read its records.
 static status_t close_block(pus_packet_store_t* const store)
 {
     const pus_store_block_t* const block = block_of(store, store->last);
@@ -202,7 +202,7 @@ static void free_block(pus_packet_store_t* const store)
     store->first++;
 }
 
-/// Slot for a further block: the lowest free one.
+/// Returns the slot for a further block: the free slot with the lowest number.
 static uint16_t free_slot(const pus_packet_store_t* const store)
 {
     uint16_t slot = 0U;
@@ -244,9 +244,11 @@ static status_t begin_block(pus_packet_store_t* const store)
     status                = (status == STATUS_OK) ? pus_packet_store_sync(store) : status;
     if (status == STATUS_OK) {
         pus_store_block_t* const block = block_of(store, number);
-        const bool is_slot_taken       = block->is_slot_taken; // It belongs to the slot of this index.
-        *block                         = (pus_store_block_t){
-                                    .number = number, .end = RECORDS_AT, .slot = slot, .is_slot_taken = is_slot_taken};
+        // `is_slot_taken` belongs to the slot with the index of this entry, so the new block does not change
+        // it.
+        const bool is_slot_taken = block->is_slot_taken;
+        *block                   = (pus_store_block_t){
+                              .number = number, .end = RECORDS_AT, .slot = slot, .is_slot_taken = is_slot_taken};
         store->config.blocks[slot].is_slot_taken = true;
         store->last                              = number;
     }
@@ -297,7 +299,8 @@ static bool is_there(const pus_packet_store_t* const store, uint64_t* const addr
     if (*address >= address_of(number, block_of(store, number)->end)) {
         *address = address_of(number + 1U, RECORDS_AT);
     }
-    if ((*address % PUS_STORE_BLOCK) < RECORDS_AT) { // The previous block is full to its last octet.
+    // The previous block is full to its last octet, so the address is the start of the next one.
+    if ((*address % PUS_STORE_BLOCK) < RECORDS_AT) {
         *address = address_of(number, RECORDS_AT);
     }
     return *address < pus_packet_store_head(store);
@@ -319,7 +322,7 @@ status_t pus_packet_store_next(pus_packet_store_t* const store, uint64_t* const 
         store->counters.damaged++;
         *cursor = address_of(block->number, block->end);
     } else {
-        // STATUS_IO: a later read may succeed.
+        // STATUS_IO: the cursor stays, because a later read may succeed.
     }
     return status;
 }
@@ -355,7 +358,7 @@ uint64_t pus_packet_store_find(pus_packet_store_t* const store, const uint64_t f
 uint64_t pus_packet_store_find_after(pus_packet_store_t* const store, const uint64_t time_ns)
 {
     uint64_t place = store->tail;
-    bool is_behind = false; // A later packet was found.
+    bool is_behind = false; // True if a packet stored later than time_ns was found.
     while (!is_behind && is_there(store, &place)) {
         const pus_store_block_t* const block = block_of(store, number_of(place));
         uint64_t cursor                      = place;
@@ -395,7 +398,7 @@ uint64_t pus_packet_store_newest_ns(const pus_packet_store_t* const store)
 
 // ---- Recovery ----
 
-/// Number of octets of a slot that the medium has.
+/// Number of octets of a slot that exist on the medium.
 static size_t size_of_slot(const uint64_t medium_size, const uint16_t slot)
 {
     const uint64_t begin = place_on_medium(slot, 0U);
@@ -435,7 +438,7 @@ static void read_closing(const pus_packet_store_t* const store, const uint8_t* c
     }
 }
 
-/// Read which block is in a slot. Enter the block in the index, unless a newer block has its entry.
+/// Read the header in a slot. Enter its block in the index, unless the entry has a newer block.
 static status_t look_at_slot(pus_packet_store_t* const store, const uint16_t slot, const size_t present)
 {
     const medium_t* const medium = &store->config.medium;
@@ -474,8 +477,8 @@ static status_t scan_block(pus_packet_store_t* const store, pus_store_block_t* c
     return (status == STATUS_CHECKSUM) ? STATUS_OK : status;
 }
 
-/// Overwrite the octets after the last valid record; otherwise a reader could find old records behind new
-/// ones.
+/// Overwrite the octets after the last valid record; otherwise a reader could take old records after it for
+/// valid ones.
 static status_t wipe_rest(pus_packet_store_t* const store, const pus_store_block_t* const block,
                           const uint64_t medium_size)
 {
@@ -490,8 +493,8 @@ static status_t wipe_rest(pus_packet_store_t* const store, const pus_store_block
     return (status == STATUS_OK) ? pus_packet_store_sync(store) : status;
 }
 
-/// Find the oldest block: go back from the newest one while block numbers are consecutive, up to the deleted
-/// packets.
+/// Find the oldest block: go back from the newest one while block numbers are consecutive, but not beyond the
+/// deleted packets.
 static void find_first(pus_packet_store_t* const store, const uint64_t tail)
 {
     store->first = store->last;
@@ -502,7 +505,8 @@ static void find_first(pus_packet_store_t* const store, const uint64_t tail)
     }
 }
 
-/// Count the blocks that cannot be reached: they were not deleted, but a block after them is missing.
+/// Count the blocks that cannot be read any more: their packets were not deleted, but a block between them
+/// and the newest one is missing.
 static void count_unreachable(pus_packet_store_t* const store, const uint64_t tail)
 {
     const uint64_t oldest = (number_of(tail) > 1U) ? number_of(tail) : 1U;
@@ -550,7 +554,8 @@ status_t pus_packet_store_open(pus_packet_store_t* const store, const uint32_t g
         return (status == STATUS_FULL) ? STATUS_FULL : STATUS_IO;
     }
     store->tail = address_of(store->first, RECORDS_AT);
-    if (tail > pus_packet_store_head(store)) { // The deleted packets include lost ones: begin after them.
+    // The records before `tail` are lost, but were deleted anyway: continue at `tail`.
+    if (tail > pus_packet_store_head(store)) {
         pus_packet_store_create(store, generation, limit, is_circular);
         store->first = number_of(tail) + 1U;
         store->last  = store->first - 1U;

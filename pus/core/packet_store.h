@@ -30,13 +30,13 @@ typedef struct { // Private: one block that has packets; its index is number % c
     uint16_t end; // Offset after the last record.
     uint16_t packets;
     uint16_t slot;      // Position of the block on the medium.
-    bool is_slot_taken; // Of the slot whose number is the index of this entry, not of `slot`.
+    bool is_slot_taken; // True if the slot with the index of this entry is taken; it does not concern `slot`.
 } pus_store_block_t;
 
 typedef struct {
     medium_t medium;
     pus_store_block_t* blocks; ///< Index: `block_capacity` entries.
-    uint16_t block_capacity;   ///< >= PUS_STORE_BLOCKS_MIN.
+    uint16_t block_capacity;   ///< At least PUS_STORE_BLOCKS_MIN.
     uint8_t* buffer;           ///< PUS_STORE_BUFFER_SIZE octets; valid until the next call.
 } pus_packet_store_config_t;
 
@@ -55,7 +55,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
         uint32_t refused;     ///< Packets that a full bounded store refused.
         uint32_t overwritten; ///< Packets that a circular store has deleted to make room for newer ones.
         uint32_t failed;      ///< Reads, writes and syncs that failed.
-        uint32_t damaged;     ///< Blocks that cannot be reached any more, or not read to their end.
+        uint32_t damaged;     ///< Blocks that cannot be found any more, or cannot be read to their end.
     } counters;
 } pus_packet_store_t;
 
@@ -66,17 +66,19 @@ typedef struct {
     size_t size;
 } pus_stored_packet_t;
 
+/// Prepare the structure; pus_packet_store_create or pus_packet_store_open must follow.
 void pus_packet_store_init(pus_packet_store_t* store, const pus_packet_store_config_t* config);
-/// Begin an empty store. generation: a number never used before on this medium. limit: PUS_STORE_BLOCKS_MIN..
-/// block_capacity blocks. The medium does not change.
+/// Begin an empty store. generation: a number that no earlier store on this medium had. limit:
+/// PUS_STORE_BLOCKS_MIN.. block_capacity blocks. The medium does not change.
 void pus_packet_store_create(pus_packet_store_t* store, uint32_t generation, uint16_t limit,
                              bool is_circular);
 /// Recover a store of this generation; packets before address `tail` have been deleted. STATUS_OK (with the
 /// packets found), STATUS_IO, STATUS_FULL: the medium failed, the store must not be used.
 MUST_USE status_t pus_packet_store_open(pus_packet_store_t* store, uint32_t generation, uint16_t limit,
                                         bool is_circular, uint64_t tail);
-/// Change type or size. limit: at least the blocks in use.
+/// Change type or size. limit: at least the number of blocks in use.
 void pus_packet_store_change(pus_packet_store_t* store, uint16_t limit, bool is_circular);
+/// Number of blocks in use.
 uint16_t pus_packet_store_blocks_used(const pus_packet_store_t* store);
 
 /// Store a packet of 1..PUS_PACKET_MAX octets; `packet` may point to the packet read last. STATUS_OK;

@@ -20,9 +20,9 @@ typedef struct {
     /// Write the present value, in exactly the size found; zeros if the parameter was withdrawn meanwhile.
     /// Must not send reports.
     void (*read)(void* context, uint16_t handle, octet_writer_t* writer);
-    /// Set the value, all of it or nothing; `octets` has exactly the size found. STATUS_OK, STATUS_READ_ONLY,
-    /// STATUS_OUT_OF_RANGE or STATUS_INVALID (value), STATUS_FORBIDDEN or STATUS_BUSY (not now). Null: no
-    /// parameter is settable.
+    /// Set the value as a whole or not at all; `octets` has exactly the size found. STATUS_OK,
+    /// STATUS_READ_ONLY, STATUS_OUT_OF_RANGE or STATUS_INVALID (value), STATUS_FORBIDDEN or STATUS_BUSY (not
+    /// now). Null: no parameter is settable.
     status_t (*write)(void* context, uint16_t handle, const uint8_t* octets, size_t size);
 } pus_parameter_port_t;
 

@@ -14,7 +14,7 @@
 #include <stdint.h>
 
 typedef enum {
-    PUS_CALL_PAUSED,     ///< The budget is used up; the procedure continues with the next one.
+    PUS_CALL_PAUSED,     ///< The budget is used up; the procedure continues when the slot gets a new budget.
     PUS_CALL_STEP,       ///< Step `number` (1..65535) begins.
     PUS_CALL_WAIT,       ///< Wait for `seconds` (0 .. 1e9).
     PUS_CALL_SEND,       ///< Release a request of `apid`, `service`, `subtype`, `octets`; answer: VERDICT.
@@ -59,14 +59,15 @@ typedef struct {
 
 typedef struct {
     void* context;
-    uint16_t slots; ///< Procedures that run at the same time.
+    uint16_t slots; ///< Number of procedures that can run at the same time.
     /// Begin a procedure in a free slot. Its error messages contain `name`. `arguments` are well-formed, as
     /// for PUS_ANSWER_VALUES. Code and arguments are not needed after the call. STATUS_OK; STATUS_INVALID
     /// (not a program) or STATUS_EXHAUSTED (no memory): *out_call is PUS_CALL_FAILED, and the slot stays
     /// free.
     status_t (*start)(void* context, uint16_t slot, const char* name, const uint8_t* code, size_t size,
                       const uint8_t* arguments, size_t arguments_size, pus_call_t* out_call);
-    /// Give a running slot a new budget [units of the engine], minus the overrun of the last one.
+    /// Give a running slot a new budget [units of the engine], from which the overrun of the last budget is
+    /// subtracted.
     void (*grant)(void* context, uint16_t slot, uint32_t budget);
     /// Units that a slot has used since it was given its budget; they may exceed it.
     uint32_t (*used)(void* context, uint16_t slot);

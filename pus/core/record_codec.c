@@ -15,7 +15,7 @@ void pus_codec_write(octet_writer_t* const writer, const pus_codec_field_t* cons
 void pus_codec_read(octet_reader_t* const reader, const pus_codec_field_t* const fields, void* const record)
 {
     FSW_ASSERT(record != NULL);
-    status_t status = STATUS_OK; // Not STATUS_OK if octets are missing: the reader has failed.
+    status_t status = STATUS_OK; // Other than STATUS_OK if octets are missing: then the reader has failed.
     for (size_t i = 0U; (status == STATUS_OK) && (fields[i].type != (uint8_t)VALUE_SCALARS); i++) {
         status = value_decode(reader, (value_type_t)fields[i].type, &((uint8_t*)record)[fields[i].offset]);
     }

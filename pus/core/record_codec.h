@@ -21,7 +21,7 @@
 #include <stddef.h>
 
 typedef struct {
-    uint8_t offset; ///< In the struct [octets].
+    uint8_t offset; ///< Offset of the member in the struct [octets].
     uint8_t type;   ///< value_type_t; VALUE_SCALARS ends a table.
 } pus_codec_field_t;
 

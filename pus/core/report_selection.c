@@ -24,7 +24,7 @@
 #define DIAGNOSTIC_REPORT 26U
 #define EVENT_REPORTS 4U // TM[5,1] to TM[5,4] are event reports.
 
-#define ENTRY_SIZE 6U // Size of a persistent record [octets].
+#define ENTRY_SIZE 6U // Size of an entry in a persistent record [octets].
 #define GROUP_ROOM 8U // Largest size of an entry in a report [octets].
 #define NO_KEY UINT32_MAX
 
@@ -46,7 +46,7 @@ static uint32_t key_of(const pus_selection_list_t list, const uint16_t apid, con
     return key_of_process(list, apid) | HAS_ID | id;
 }
 
-/// Index of the first entry whose key is `key` or greater.
+/// Index of the first entry whose key is at least `key`; `count` if there is none.
 static uint16_t place_of(const pus_selection_t* const selection, const uint32_t key)
 {
     uint16_t low  = 0U;
@@ -74,7 +74,7 @@ static bool has(const pus_selection_t* const selection, const uint32_t key)
     return entry_of(selection, key) != NULL;
 }
 
-/// Remove the entries from index `place` on whose keys are not greater than `last`. Returns their number.
+/// Remove the entries from index `place` on whose keys are at most `last`. Returns their number.
 static uint16_t remove_range(pus_selection_t* const selection, const uint16_t place, const uint32_t last)
 {
     uint16_t end = place;
@@ -95,7 +95,7 @@ static bool insert(pus_selection_t* const selection, const uint32_t key, const u
     const uint16_t place   = place_of(selection, key);
     const uint16_t removed = remove_range(selection, place, last);
     if (selection->count >= selection->capacity) {
-        FSW_ASSERT(removed == 0U); // If an entry had been removed, there would be room.
+        FSW_ASSERT(removed == 0U); // An insertion that has removed an entry has room.
         return false;
     }
     (void)memmove(&selection->entries[place + 1U], &selection->entries[place],
@@ -108,14 +108,16 @@ static bool insert(pus_selection_t* const selection, const uint32_t key, const u
 status_t pus_selection_add_process(pus_selection_t* const selection, const uint16_t apid)
 {
     FSW_ASSERT((selection != NULL) && (apid <= PUS_APID_MAX));
-    const uint16_t lists = (uint16_t)PUS_BLOCKED_EVENTS; // The lists before this one.
+    // Number of lists before PUS_BLOCKED_EVENTS: the entries for types and structures.
+    const uint16_t lists = (uint16_t)PUS_BLOCKED_EVENTS;
     if (((uint32_t)selection->count + lists) > selection->capacity) {
         return STATUS_EXHAUSTED;
     }
     for (uint16_t list = 0U; list < lists; list++) {
         const uint32_t key = key_of_process((pus_selection_list_t)list, apid);
         if (!has(selection, key)) {
-            (void)insert(selection, key, key + PROCESS_SPAN, 1U); // Room was checked above.
+            // pus_selection_add_process has checked that there is room.
+            (void)insert(selection, key, key + PROCESS_SPAN, 1U);
         }
     }
     return STATUS_OK;
@@ -183,8 +185,9 @@ typedef struct {
 /// The entry that an instruction adds or deletes.
 typedef struct {
     uint32_t key;
-    uint32_t last;    ///< Last key that the entry includes.
-    uint32_t service; ///< Key of its whole service; NO_KEY if it has no service or is itself that key.
+    uint32_t last; ///< Last key that the entry includes.
+    /// Key of the whole service to which it belongs; NO_KEY if there is none, or if it is `key` itself.
+    uint32_t service;
     uint16_t rate;
     bool is_valid;
 } selection_target_t;
@@ -199,7 +202,7 @@ static bool is_controlled(const pus_selection_editor_t* const editor, const uint
     return false;
 }
 
-/// Add an entry. PUS_FAILURE_NONE, or the failure.
+/// Add an entry. Returns PUS_FAILURE_NONE, or the failure code.
 static uint16_t add(edit_t* const edit, const selection_target_t* const target, const uint16_t apid)
 {
     pus_selection_t* const selection   = &edit->selection;
@@ -303,7 +306,7 @@ static void edit_entries(edit_t* const edit)
 {
     octet_reader_t* const reader = &edit->request->reader;
     const uint8_t processes      = octet_read_u8(reader);
-    if (processes == 0U) { // Only a request to delete may name no process: it deletes the whole list.
+    if (processes == 0U) { // Only a request to delete may name no process: then it deletes the whole list.
         const uint32_t first   = key_of_process(edit->list, 0U);
         const uint16_t removed = remove_range(&edit->selection, place_of(&edit->selection, first),
                                               key_of(edit->list, 0x7FFU, 0xFFFFU));
@@ -387,11 +390,12 @@ status_t pus_selection_put(const pus_selection_editor_t* const editor, const pus
         octet_write_u32(&writer, selection->entries[i].key);
         octet_write_u16(&writer, selection->entries[i].rate);
     }
-    FSW_ASSERT(!writer.failed); // The record has room for PUS_SELECTION_ENTRIES_MAX entries.
+    FSW_ASSERT(!writer.failed); // A record has room for PUS_SELECTION_ENTRIES_MAX entries, so all fit.
     return persistence->put(persistence->context, editor->table, key, record, writer.position);
 }
 
-/// True if the entries of a record can be used: keys ascend, and list, process and rate of each are valid.
+/// True if the entries of a record can be used: the keys ascend, and list, process and rate of each entry are
+/// valid.
 static bool is_sound(octet_reader_t reader, const uint16_t count)
 {
     uint32_t least = 0U;
@@ -429,13 +433,13 @@ status_t pus_selection_restore(pus_selection_t* const selection, const uint8_t* 
 
 // ---- Reports ----
 
-/// A report that is being written. The next entry is appended to the lists that are open.
+/// A report that is being written. The next entry is appended to the present process and service.
 typedef struct {
     octet_writer_t writer;
     size_t processes_at; ///< Position of the count of processes.
     size_t ids_at;       ///< Position of the count of services, structures or events.
     size_t subtypes_at;
-    uint32_t process; ///< Key of the process that is open; NO_KEY: none.
+    uint32_t process; ///< Key of the present process; NO_KEY: none.
     uint32_t service;
 } page_t;
 

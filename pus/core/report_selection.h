@@ -13,7 +13,8 @@
 #include "pus/core/persistence.h"
 #include "pus/core/service.h"
 
-#define PUS_SELECTION_ENTRIES_MAX 1300U ///< Entries of all lists, so that they fit a persistent record.
+/// Largest number of entries of all lists, so that they fit into a persistent record.
+#define PUS_SELECTION_ENTRIES_MAX 1300U
 
 typedef enum {
     PUS_SELECTED_TYPES = 0,
@@ -35,7 +36,7 @@ typedef struct {                    // Private.
     uint16_t capacity;
 } pus_selection_t;
 
-/// Make a selection empty. capacity 1..PUS_SELECTION_ENTRIES_MAX.
+/// Begin with an empty selection. capacity 1..PUS_SELECTION_ENTRIES_MAX.
 void pus_selection_init(pus_selection_t* selection, pus_selection_entry_t* entries, uint16_t capacity);
 /// Select all report types and structures of a process; its blocked events do not change. STATUS_OK;
 /// STATUS_EXHAUSTED: the selection has not changed.
@@ -53,8 +54,9 @@ typedef struct {
     uint8_t table;                        ///< Table of the persistent records.
 } pus_selection_editor_t;
 
-/// Perform the instructions of a request, whose reader is at the count of processes, and store the whole
-/// selection as record `key`. PUS_DONE; PUS_FAILED (PUS_FAILURE_IO, status): the selection has not changed.
+/// Perform the instructions of a request to add or delete entries. Its reader is at the count of processes.
+/// Then store the whole selection as record `key`. PUS_DONE; PUS_FAILED (PUS_FAILURE_IO, status): the
+/// selection has not changed.
 pus_reply_t pus_selection_add(const pus_selection_editor_t* editor, pus_selection_t* selection,
                               pus_selection_list_t list, uint32_t key, pus_request_t* request);
 pus_reply_t pus_selection_delete(const pus_selection_editor_t* editor, pus_selection_t* selection,
@@ -62,8 +64,8 @@ pus_reply_t pus_selection_delete(const pus_selection_editor_t* editor, pus_selec
 /// Store a selection as record `key`. Statuses of pus_persistence_t.put; STATUS_OK without persistence.
 MUST_USE status_t pus_selection_put(const pus_selection_editor_t* editor, const pus_selection_t* selection,
                                     uint32_t key);
-/// Restore a selection from a record. STATUS_OK; STATUS_INVALID (malformed) or STATUS_EXHAUSTED (more than
-/// the capacity): the selection has not changed.
+/// Restore a selection from a record. STATUS_OK; STATUS_INVALID (malformed) or STATUS_EXHAUSTED (more entries
+/// than the capacity): the selection has not changed.
 MUST_USE status_t pus_selection_restore(pus_selection_t* selection, const uint8_t* octets, size_t size);
 /// Answer with the content of a list, in as many reports as necessary. Each report can be decoded alone and
 /// begins with `name` (PUS_NAME_SIZE octets), unless `name` is null.

@@ -13,7 +13,7 @@
 typedef struct {
     const uint8_t* body;
     const uint8_t* end; // End of the body.
-    uint8_t left;       // Repetitions that follow the present one.
+    uint8_t left;       // Number of repetitions after the present one.
 } loop_t;
 
 typedef struct {
@@ -32,7 +32,8 @@ static uint8_t operand(interpreter_t* const interpreter)
     return value;
 }
 
-/// Read a count, and enter the body, or skip the body if the count is 0.
+/// Read a count, and enter the body; if the count is 0, skip the body. False: the count is too small or
+/// missing.
 static bool count(interpreter_t* const interpreter)
 {
     const uint8_t least  = operand(interpreter);
@@ -52,7 +53,7 @@ static bool count(interpreter_t* const interpreter)
     return true;
 }
 
-/// At the end of a body: enter it again, or continue after it.
+/// If the program is at the end of a body, enter the body again, or continue after it.
 static void repeat(interpreter_t* const interpreter)
 {
     while ((interpreter->depth > 0U) &&
@@ -77,7 +78,7 @@ static bool value(interpreter_t* const interpreter)
     return true;
 }
 
-/// Read a request within the request, whose header has its size. It is checked when it is used.
+/// Read a request inside the request; its length field gives its size. The service checks its content later.
 static bool packet(octet_reader_t* const reader)
 {
     const size_t left = octet_reader_left(reader);
@@ -134,7 +135,7 @@ static bool step(interpreter_t* const interpreter, const uint8_t word)
     case PUS_REQUEST_FORMAT_REST:
         (void)octet_read_octets(reader, octet_reader_left(reader));
         return true;
-    default: // PUS_REQUEST_FORMAT_FAIL: no case for the selector.
+    default: // PUS_REQUEST_FORMAT_FAIL: the selector has no case.
         return false;
     }
 }

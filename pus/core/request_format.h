@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Format of a request: a short program, generated from the catalogue of messages (pus/catalogue). It reads
-/// through application data without effect, so that every count, length and selector is checked before a
-/// service gets the request.
+/// Format of a request: a short program, generated from the catalogue of messages (pus/catalogue). The
+/// interpreter reads the application data without any other effect and checks every count, length and
+/// selector, before a service gets the request.
 ///
 ///     COUNT least length body   a count (u8) of at least `least`, and that many times the body
 ///     SELECT CASE value length body JUMP length ... FAIL   a selector (u8), and the body of its case
@@ -33,11 +33,11 @@ enum {
     PUS_REQUEST_FORMAT_REST
 };
 
-#define PUS_REQUEST_FORMAT_DEPTH 4U ///< Counts within counts.
+#define PUS_REQUEST_FORMAT_DEPTH 4U ///< Largest number of nested counts.
 
-/// Check application data. False: a count, a selector, a layout or an embedded request is wrong, at the
-/// position of the reader; or octets are missing, and the reader has failed. The caller checks whether octets
-/// are left over.
+/// Check application data. False: a count, a selector, a layout or an embedded request is wrong, and the
+/// reader is at its position; or octets are missing, and the reader has failed. The caller checks whether
+/// octets are left over.
 bool pus_request_format_check(const uint8_t* program, octet_reader_t* reader);
 
 #endif // PUS_CORE_REQUEST_FORMAT_H

@@ -39,7 +39,8 @@ octet_writer_t pus_tc_begin(pus_requester_t* const requester, const uint16_t api
     requester->apid        = apid;
 
     octet_writer_t writer = octet_writer(requester->building, PUS_PACKET_MAX - PUS_CRC_SIZE);
-    uint8_t* const header = octet_write_space(&writer, PUS_TC_HEADER_SIZE); // Not null.
+    // Not null, because the buffer has room.
+    uint8_t* const header = octet_write_space(&writer, PUS_TC_HEADER_SIZE);
     // Sequence and length are written when the request is finished.
     octets_put_u16(header, (uint16_t)(0x1800U | apid));
     header[OFFSET_ACK]     = (uint8_t)((PUS_VERSION << 4U) | (ack & PUS_ACK_ALL));
@@ -49,7 +50,7 @@ octet_writer_t pus_tc_begin(pus_requester_t* const requester, const uint16_t api
     return writer;
 }
 
-/// Sequence count of the addressee; null if there are too many addressees.
+/// Returns the sequence count of the addressee; null if there are too many addressees.
 static uint16_t* sequence_of(pus_requester_t* const requester, const uint16_t apid)
 {
     for (uint16_t i = 0U; i < requester->addressee_count; i++) {

@@ -4,7 +4,7 @@
 #include "base/assertion.h"
 #include "pus/core/tailoring.h"
 
-#define LAYOUT_SHIFT 16U // In a parameter id.
+#define LAYOUT_SHIFT 16U // Position of the layout bits in a parameter id.
 #define LAYOUT_MASK 0x1FU
 #define SIGN 0x8000000000000000ULL
 
@@ -103,8 +103,8 @@ static uint64_t extend(const value_type_t type, const uint64_t bits)
     return (bits ^ sign) - sign;
 }
 
-/// Map an integer to an unsigned number, so that the order and the differences of integers of one type do not
-/// change.
+/// Map an integer to an unsigned number, so that the order and the differences of the integers of one type
+/// are kept.
 static uint64_t rank_of(const value_type_t type, const uint64_t bits)
 {
     return has_sign(type) ? (extend(type, bits) ^ SIGN) : bits;

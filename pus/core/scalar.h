@@ -2,7 +2,7 @@
 /// Values of scalar parameters as bits, for monitoring and statistics. Comparisons are exact: 64-bit integers
 /// are not rounded, and NaN is neither less nor greater than any value.
 ///
-/// Bits are those of base/value.h: the octets of the value, the first octet on the wire being the most
+/// The bits are those of base/value.h: the octets of the value, with the first octet on the wire as the most
 /// significant.
 ///
 /// Context    Any; no state.
@@ -35,12 +35,13 @@ MUST_USE status_t pus_scalar_find(const pus_parameter_port_t* port, uint32_t par
                                   pus_scalar_t* out_scalar);
 /// Failure code for a status of pus_scalar_find other than STATUS_OK; its detail is the parameter id.
 uint16_t pus_scalar_failure(status_t status);
-/// Read the bits of the present value. The parameter is found anew each time, since it may be withdrawn and
-/// come back when the software of its process restarts. Status of pus_scalar_find, or STATUS_EMPTY (no value
-/// yet); *out_bits is 0 unless STATUS_OK.
+/// Read the bits of the present value. Each call finds the parameter again, because it may be withdrawn and
+/// defined again when its process restarts. Statuses of pus_scalar_find, or STATUS_EMPTY (no value yet);
+/// *out_bits is 0 unless STATUS_OK.
 MUST_USE status_t pus_scalar_sample(const pus_parameter_port_t* port, const pus_scalar_t* scalar,
                                     uint64_t* out_bits);
 
+/// Read or write the bits of a value in the layout of the wire.
 uint64_t pus_scalar_read(octet_reader_t* reader, value_type_t type);
 void pus_scalar_write(octet_writer_t* writer, value_type_t type, uint64_t bits);
 /// Convert to a double; a 64-bit integer may be rounded.
@@ -50,8 +51,8 @@ double pus_scalar_as_double(value_type_t type, uint64_t bits);
 pus_comparison_t pus_scalar_compare(value_type_t type, uint64_t one, uint64_t other);
 /// Type of the difference of two values of a type: the signed type of the same size.
 value_type_t pus_scalar_delta_type(value_type_t type);
-/// Compare the mean difference over `count` (>= 1) steps from `first` to `last` with a threshold of the type
-/// pus_scalar_delta_type. Integers are compared exactly, real numbers in double precision.
+/// Compare the mean difference over `count` (>= 1) steps from `first` to `last` with a threshold, whose type
+/// is pus_scalar_delta_type(type). Integers are compared exactly, real numbers in double precision.
 pus_comparison_t pus_scalar_compare_delta(value_type_t type, uint64_t first, uint64_t last, uint16_t count,
                                           uint64_t threshold);
 

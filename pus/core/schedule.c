@@ -197,7 +197,7 @@ static status_t erase(const pus_schedule_t* const schedule, const uint32_t key)
     return (status == STATUS_NOT_FOUND) ? STATUS_OK : status;
 }
 
-/// Count a change of a step if it could not be stored.
+/// Count a change made in a step that could not be stored.
 static void note(pus_schedule_t* const schedule, const status_t status)
 {
     schedule->counters.unsaved += (status != STATUS_OK) ? 1U : 0U;
@@ -390,7 +390,8 @@ static void append_to_release(pus_schedule_t* const schedule, const uint16_t slo
     schedule->releasing_last = slot;
 }
 
-/// Remove due activities from the schedule: delete those that are disabled, and put the others under release.
+/// Take the due activities out of the schedule: delete those that are disabled, and put the others under
+/// release.
 static void gather(pus_schedule_t* const schedule, const uint64_t now)
 {
     octet_writer_t writer = octet_writer(schedule->record, sizeof schedule->record);

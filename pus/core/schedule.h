@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A schedule of requests that are released when their tag is due: the common part of ST[11], whose tags are
-/// times, and ST[22], whose tags are positions along the orbit. It has all requests 1..27 of both, by
-/// subtype. Activities, reports and refusals: docs/services/st11.md.
+/// times, and ST[22], whose tags are positions along the orbit. It performs the requests 1..26 of both
+/// services, by subtype. Activities, reports and refusals: docs/services/st11.md.
 ///
 /// Every change is stored before it is acknowledged. Each request is released at most once, also across a
 /// restart (docs/decisions/0017): the identifiers of due requests are stored in one record before the
-/// requests are released; after a restart `lost` reports the requests in that record. If storing fails, due
-/// requests are still released (`unsaved`).
+/// requests are released; after a restart `lost` reports the requests in that record. If that record cannot
+/// be stored, the due requests are still released (counted in `unsaved`).
 ///
 /// Ownership  The caller places all arrays.
 /// Context    One loop.
@@ -22,7 +22,7 @@
 #include "pus/core/service.h"
 
 #define PUS_SCHEDULE_IDS 256U   ///< Maximum number of sub-schedules, and of groups.
-#define PUS_SCHEDULE_BATCH 256U ///< Activities that one step takes out of the schedule.
+#define PUS_SCHEDULE_BATCH 256U ///< Largest number of activities that one step takes out of the schedule.
 /// Largest request of an activity, so that TM[11,10] can report it in one packet [octets].
 #define PUS_SCHEDULE_REQUEST_MAX (PUS_TM_DATA_MAX - 12U)
 #define PUS_SCHEDULE_RECORD_HEAD 18U ///< Octets before the request in the record of an activity.
@@ -31,11 +31,12 @@
 typedef struct {
     uint8_t service;
     uint64_t tag_max; ///< Largest tag, < 2^62.
-    /// False: malformed. This function and the next read all octets of the field.
+    /// Read a tag or an offset; each function reads all octets of its field. read_tag returns false if the
+    /// tag is malformed.
     bool (*read_tag)(octet_reader_t* reader, uint64_t* out_tag);
     int64_t (*read_offset)(octet_reader_t* reader);
     void (*write_tag)(octet_writer_t* writer, uint64_t tag);
-    /// The present tag; `self` is that of pus_schedule_init.
+    /// The present tag; `self` is the argument of pus_schedule_init.
     uint64_t (*now)(void* self, uint64_t now_ns);
 } pus_schedule_kind_t;
 
@@ -50,38 +51,40 @@ typedef struct { // Private.
     pus_activity_id_t id;
     uint8_t sub_schedule;
     uint8_t group;
-    uint16_t next;     // Next in its bucket, in the list of requests under release, or in that of free slots.
+    // Next in its bucket, in the list of requests under release, or in the list of free slots.
+    uint16_t next;
     uint16_t previous; // Previous activity in its bucket.
     uint16_t chosen;   // Next activity that a shift has selected.
-    uint32_t report;   // Number of the report by identifiers that includes it.
+    uint32_t report;   // Number of the report by identifiers that includes this activity.
     bool in_use;
 } pus_activity_t;
 
 typedef struct {
-    pus_app_process_t* process;           ///< For reports that continue in a step.
+    pus_app_process_t* process;           ///< Sends reports that continue in a step.
     pus_port_t release;                   ///< Port that takes due requests.
     const pus_persistence_t* persistence; ///< Null: the schedule is not persistent.
     pus_activity_t* activities;
     pus_sorted_index_node_t* nodes; ///< One for each activity.
     uint16_t activity_count;        ///< 1..65534.
-    uint16_t* buckets;              ///< Hash table by identifier; about as many as activities.
+    uint16_t* buckets;              ///< Hash table by identifier, with about as many entries as activities.
     uint32_t bucket_count;          ///< A power of two.
     pus_block_chains_t* chains;     ///< Blocks for the requests; services of one loop may share them.
     uint16_t sub_schedule_count;    ///< Maximum number of sub-schedules, 1..256.
     uint16_t group_count;           ///< Maximum number of groups, 1..256.
     uint64_t margin;                ///< Minimum distance of a tag from now [ticks of the tag].
     void* context;                  ///< Context of `lost`.
-    /// Called in the first step after a restart: the request may or may not have been released. May be null.
+    /// Called in the first step after a restart for each request that was under release: it may or may not
+    /// have been released. May be null.
     void (*lost)(void* context, const pus_activity_id_t* id);
 } pus_schedule_config_t;
 
 typedef struct { // Private: sub-schedules or groups.
     uint16_t count;
-    uint8_t flags[PUS_SCHEDULE_IDS]; // For each id: it exists, it is enabled.
+    uint8_t flags[PUS_SCHEDULE_IDS]; // For each id: EXISTS, ENABLED.
 } pus_schedule_set_t;
 
-typedef struct {   // Private: the activities that a request selects.
-    uint64_t from; // First tag; `serial` is the first serial number with this tag.
+typedef struct {   // Private: conditions that an activity must meet to be selected.
+    uint64_t from; // Smallest tag; for this tag, `serial` is the smallest serial number.
     uint64_t serial;
     uint64_t to;
     uint32_t report;        // Select only activities with this number; 0: any.
@@ -96,9 +99,9 @@ typedef struct { // Private, except `counters` and `count`: read-only, for telem
     void* self; // The service.
     pus_schedule_config_t config;
     bool is_enabled;
-    uint16_t count; ///< Activities in the schedule.
+    uint16_t count; ///< Number of activities in the schedule.
     uint16_t free;
-    uint64_t serial;        // Serial of the next activity.
+    uint64_t serial;        // Serial number of the next activity.
     uint32_t report_number; // Number of the last report by identifiers.
     pus_sorted_index_t order;
     pus_schedule_set_t sub_schedules;
@@ -106,7 +109,7 @@ typedef struct { // Private, except `counters` and `count`: read-only, for telem
     uint16_t group_uses[PUS_SCHEDULE_IDS]; // Number of activities in each group.
     pus_long_report_t report;
     pus_schedule_filter_t report_filter;
-    uint16_t releasing; // First activity that is being released.
+    uint16_t releasing; // First activity under release.
     uint16_t releasing_last;
     uint16_t lost_count; // Requests that a restart has found under release, and that are not reported yet.
     pus_activity_id_t lost[PUS_SCHEDULE_BATCH];
@@ -131,17 +134,17 @@ MUST_USE status_t pus_schedule_restore(pus_schedule_t* schedule, uint32_t key, c
                                        size_t size);
 /// Release due activities, and continue a report.
 void pus_schedule_step(pus_schedule_t* schedule, uint64_t now_ns);
-/// True if the next step has work, whatever its time: the port has refused a request, or more activities were
-/// due than one step may release.
+/// True if the next step has work, independent of its time: the port has refused a request, or more
+/// activities were due than one step may release.
 bool pus_schedule_is_waiting(const pus_schedule_t* schedule);
 /// Tag of the next activity; UINT64_MAX if there is none.
 uint64_t pus_schedule_next(const pus_schedule_t* schedule);
-/// Store a record of the service itself in addition to those of the schedule. PUS_DONE; PUS_FAILED
+/// Store a record of the service itself in addition to the records of the schedule. PUS_DONE; PUS_FAILED
 /// (PUS_FAILURE_IO, status).
 pus_reply_t pus_schedule_keep_own(pus_schedule_t* schedule, const uint8_t* octets, size_t size);
 #define PUS_SCHEDULE_KEY_OWN 2U ///< Key of that record; pus_schedule_restore refuses it.
 
-/// Perform the requests; the object is a pus_schedule_t.
+/// Functions `execute` of the requests; the object is a pus_schedule_t.
 pus_reply_t pus_schedule_enable(void* object, pus_request_t* request);
 pus_reply_t pus_schedule_disable(void* object, pus_request_t* request);
 pus_reply_t pus_schedule_reset(void* object, pus_request_t* request);

@@ -12,7 +12,7 @@ pus_schedule_filter_t schedule_filter_all(void)
     return (pus_schedule_filter_t){.to = TAG_NEVER};
 }
 
-/// Read N x {id} into a list of bits. PUS_DONE, or PUS_REFUSED.
+/// Read N x {id} into a bit set. PUS_DONE, or PUS_REFUSED.
 static pus_reply_t read_ids(pus_schedule_t* const schedule, octet_reader_t* const reader,
                             const pus_schedule_set_t* const set, bool* const out_has, uint8_t* const bits)
 {
@@ -63,7 +63,7 @@ static bool is_selected(const pus_activity_t* const activity, const pus_schedule
            (!filter->has_groups || has_bit(filter->groups, activity->group));
 }
 
-/// First activity that the filter selects, from `first` on in the order of the schedule.
+/// First activity at or after `first`, in the order of the schedule, that the filter selects; NO_SLOT: none.
 static uint16_t select_from(const pus_schedule_t* const schedule, const pus_schedule_filter_t* const filter,
                             const uint16_t first)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private to pus/core/schedule*.c: functions on activities, for the requests.
+/// Private to pus/core/schedule*.c: functions on activities, which the requests use.
 #ifndef PUS_CORE_SCHEDULE_INTERNAL_H
 #define PUS_CORE_SCHEDULE_INTERNAL_H
 
@@ -21,6 +21,7 @@ typedef struct {
     size_t size; // [octets]
 } activity_draft_t;
 
+/// The present tag.
 uint64_t schedule_now(const pus_schedule_t* schedule, uint64_t now_ns);
 /// Insert an activity into a free slot, in memory only. STATUS_OK, STATUS_EXHAUSTED (not enough blocks).
 MUST_USE status_t schedule_add(pus_schedule_t* schedule, uint16_t slot, const activity_draft_t* draft);
@@ -28,13 +29,14 @@ MUST_USE status_t schedule_add(pus_schedule_t* schedule, uint16_t slot, const ac
 pus_activity_id_t schedule_id_of(const pus_tc_t* tc);
 /// Remove an activity from the schedule and free its slot.
 void schedule_drop(pus_schedule_t* schedule, uint16_t slot);
-/// Store an activity with this tag. Status of the port.
+/// Store the record of an activity, with this tag. Statuses of the persistence port.
 MUST_USE status_t schedule_put(pus_schedule_t* schedule, uint16_t slot, uint64_t tag);
 /// Erase the record of an activity. STATUS_OK, STATUS_IO.
 MUST_USE status_t schedule_erase(const pus_schedule_t* schedule, uint16_t slot);
-/// Clear the requests under release, and their record. STATUS_OK, STATUS_IO.
+/// Clear the list of requests under release and erase its record. STATUS_OK, STATUS_IO.
 MUST_USE status_t schedule_abandon(pus_schedule_t* schedule);
-/// Store the status of function, sub-schedules and groups. PUS_DONE; PUS_FAILED (PUS_FAILURE_IO, status).
+/// Store the status of the function, of the sub-schedules and of the groups. PUS_DONE; PUS_FAILED
+/// (PUS_FAILURE_IO, status).
 pus_reply_t schedule_put_state(pus_schedule_t* schedule);
 /// Give an activity another tag. Its serial number, which orders equal tags, does not change.
 void schedule_retag(pus_schedule_t* schedule, uint16_t slot, uint64_t tag);

@@ -49,7 +49,7 @@ void schedule_report_go_on(pus_schedule_t* const schedule, const uint64_t now_ns
     pus_long_report_go_on(&schedule->report, schedule->config.process, &entries, now_ns);
 }
 
-/// Subtype of the report that a request asks for.
+/// Subtype of the report that answers a request.
 static uint8_t subtype_of(const pus_request_t* const request)
 {
     const uint8_t asked = request->token.subtype;

@@ -136,7 +136,7 @@ static void insert_one(pus_schedule_t* const schedule, pus_request_t* const requ
     const size_t request_offset  = reader->position;
     const status_t status =
         pus_packet_frame(&reader->octets[request_offset], octet_reader_left(reader), &draft.size);
-    FSW_ASSERT(status == STATUS_OK); // The format has been checked.
+    FSW_ASSERT(status == STATUS_OK); // The dispatcher has checked the format.
     draft.request         = octet_read_octets(reader, draft.size);
     pus_failure_t failure = check(schedule, &draft, is_tag, tag_offset, request_offset, earliest);
     if (failure.code == (uint16_t)PUS_FAILURE_NONE) {
@@ -178,7 +178,7 @@ pus_reply_t pus_schedule_insert(void* const object, pus_request_t* const request
 
 // ---- Deletion ----
 
-/// Delete every activity that an identifier names, from `first` on.
+/// Delete all activities with the identifier of `first`, from `first` on.
 static status_t delete_named(pus_schedule_t* const schedule, const uint16_t first)
 {
     uint16_t slot = first;
@@ -248,11 +248,12 @@ static void choose(const pus_schedule_t* const schedule, choice_t* const choice,
     choice->first = slot;
 }
 
-/// Shift all selected activities, unless storing fails.
+/// Shift all selected activities, or none if one of them may not be shifted. If storing fails, the rest is
+/// not shifted.
 static pus_failure_t shift(pus_schedule_t* const schedule, const choice_t* const choice, const int64_t offset,
                            const uint64_t earliest)
 {
-    // Tags and the amounts of offsets are below 2^62: the sums do not overflow.
+    // Tags and magnitudes of offsets are below 2^62, so the sums do not overflow.
     const int64_t first = (int64_t)choice->tag_min + offset;
     const int64_t last  = (int64_t)choice->tag_max + offset;
     if ((choice->first != NO_SLOT) && ((first < 0) || (last > (int64_t)schedule->kind->tag_max))) {

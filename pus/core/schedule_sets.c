@@ -18,7 +18,7 @@ static void set_flag(pus_schedule_set_t* const set, const uint16_t id, const boo
     set->flags[id] = is_enabled ? (EXISTS | ENABLED) : EXISTS;
 }
 
-/// Enable or disable N x {id}; N = 0: all.
+/// Enable or disable the sub-schedules or groups of N x {id}; all if N is 0.
 static pus_reply_t set_status(pus_schedule_t* const schedule, pus_request_t* const request,
                               pus_schedule_set_t* const set, const bool is_enabled)
 {

@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#define REQUEST_ID_SIZE 4U // Octets that a report needs to identify a request.
+#define REQUEST_ID_SIZE 4U // Octets of a packet that identify the request in a report.
 
 pus_reply_t pus_done(void)
 {
@@ -34,7 +34,7 @@ pus_reply_t pus_failed(const uint16_t code, const uint32_t detail)
     return (pus_reply_t){.kind = PUS_FAILED, .failure = pus_failure(code, detail)};
 }
 
-/// Send TM[1,3] once if requested.
+/// Send TM[1,3], if the request asks for it and it was not sent before.
 static void start(pus_request_t* const request)
 {
     if (!request->is_started) {
@@ -57,7 +57,7 @@ void pus_request_refuse(pus_request_t* const request, const uint16_t instruction
     const pus_failure_t failure = {.code = code, .instruction = instruction, .detail = detail};
     request->refused++;
     if (request->is_resumed) {
-        return; // The refusal was reported in an earlier execution.
+        return; // An earlier execution of the request has reported this refusal.
     }
     if ((request->refused > 1U) && pus_app_process_is_waiting(request->process) &&
         !pus_app_process_has_firm_room(request->process)) {
@@ -80,7 +80,8 @@ void pus_answer_send(pus_request_t* const request, octet_writer_t* const writer)
     FSW_ASSERT((request != NULL) && (writer != NULL));
     request->packets++;
     if (request->is_unfinished || (request->packets <= request->packets_out)) {
-        pus_tm_cancel(request->process); // An earlier packet waits, or this one was sent before.
+        // An earlier packet waits, or an earlier execution has sent this packet.
+        pus_tm_cancel(request->process);
         return;
     }
     const status_t status =
@@ -214,7 +215,7 @@ static void complete(pus_request_t* const request)
         const pus_failure_t failure = pus_failure(PUS_FAILURE_SOME_FAILED, request->refused);
         pus_verify_failed(request->process, &request->token, &failure, request->now_ns);
     } else {
-        // All instructions were refused, each with its own TM[1,4]: the request has not started.
+        // Each instruction was refused with its own TM[1,4], so no execution has started or ended.
     }
 }
 
@@ -249,8 +250,8 @@ static pus_reply_kind_t execute(pus_request_t* const request, const pus_service_
     request->reader       = octet_reader(data, size);
     pus_reply_t reply     = subtype->execute(service->self, request);
     const status_t status = (persistence != NULL) ? persistence->commit(persistence->context) : STATUS_OK;
-    // A failed commit ends only a request that was performed now: one that continues reports its own end, and
-    // a refused one has been reported already.
+    // A failed commit ends only a request that was performed now. A request that continues reports its own
+    // end, and a refused one has already been reported.
     const bool is_performed =
         (reply.kind == PUS_DONE) && ((request->performed > 0U) || (request->refused == 0U));
     if (request->is_unfinished) {
@@ -261,7 +262,7 @@ static pus_reply_kind_t execute(pus_request_t* const request, const pus_service_
     } else if ((request->packets_lost > 0U) && (reply.kind == PUS_DONE)) {
         reply = pus_failed(PUS_FAILURE_SOME_FAILED, request->packets_lost);
     } else {
-        // The reply of the service stands.
+        // Report the reply of the service unchanged.
     }
     report_reply(request, &reply);
     return reply.kind;
@@ -278,7 +279,7 @@ void pus_perform(pus_app_process_t* const process, const pus_service_t* const se
     (void)execute(&request, service, subtype, data, size, NULL);
 }
 
-/// Keep a request whose answer is not sent completely, to execute it again.
+/// Keep a request whose answer is not completely sent, so that it can be executed again.
 static void put_off(pus_unfinished_t* const unfinished, const pus_request_t* const request,
                     const pus_service_t* const service, const pus_subtype_t* const subtype,
                     const pus_tc_t* const tc)
@@ -306,7 +307,8 @@ bool pus_dispatcher_resume(pus_dispatcher_t* const dispatcher, const uint64_t no
     pus_unfinished_t* const unfinished = &dispatcher->unfinished;
     const status_t status              = pus_app_process_flush(dispatcher->process);
     if ((unfinished->service == NULL) || (status != STATUS_OK)) {
-        return unfinished->service != NULL; // Kept reports are sent before the answer continues.
+        // The reports that are kept must be sent before the answer continues.
+        return unfinished->service != NULL;
     }
     pus_request_t request = {.token        = unfinished->token,
                              .now_ns       = now_ns,
@@ -346,7 +348,8 @@ static status_t dispatch(pus_dispatcher_t* const dispatcher, const uint8_t* cons
         pus_verify_rejected(request.process, &request.token, &failure, now_ns);
         return STATUS_INVALID;
     }
-    FSW_ASSERT((service != NULL) && (subtype != NULL)); // Without a failure, both were found.
+    // If no check has failed, service and subtype were found.
+    FSW_ASSERT((service != NULL) && (subtype != NULL));
     dispatcher->counters.accepted++;
     pus_verify_accepted(request.process, &request.token, now_ns);
     const pus_performer_t* const performer = &dispatcher->performer;

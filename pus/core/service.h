@@ -25,8 +25,8 @@
 typedef enum {
     PUS_DONE,    ///< Performed: TM[1,3] and TM[1,7], as requested.
     PUS_LATER,   ///< Started: TM[1,3] as requested; the service keeps the token and completes.
-    PUS_STARTED, ///< As PUS_LATER, but the service has sent TM[1,3] itself, because reports of progress
-                 ///< followed it.
+    PUS_STARTED, ///< Like PUS_LATER, but the service has sent TM[1,3] itself, because reports of progress
+                 ///< had to follow it.
     PUS_REFUSED, ///< Not started: TM[1,4].
     PUS_FAILED   ///< Started and failed: TM[1,3] as requested, TM[1,8].
 } pus_reply_kind_t;
@@ -37,6 +37,7 @@ typedef struct {
     pus_failure_t failure; ///< Valid for PUS_REFUSED and PUS_FAILED.
 } pus_reply_t;
 
+/// Make replies. PUS_LATER and PUS_STARTED differ only in who sends TM[1,3].
 pus_reply_t pus_done(void);
 pus_reply_t pus_later(void);
 pus_reply_t pus_started(void);
@@ -68,29 +69,30 @@ void pus_request_refuse(pus_request_t* request, uint16_t instruction, uint16_t c
 
 /// Finish and send one packet of an answer that may need several. A packet that the port does not take is
 /// sent in a later step: the dispatcher executes the request again, without the reports and refusals already
-/// sent, so `execute` of such a request may change nothing. The request ends after the last packet; a lost
-/// packet ends it with TM[1,8] (PUS_FAILURE_SOME_FAILED, packets).
+/// sent, so `execute` of such a request must not change any state. The request ends after the last packet; a
+/// lost packet ends it with TM[1,8] (PUS_FAILURE_SOME_FAILED, packets).
 void pus_answer_send(pus_request_t* request, octet_writer_t* writer);
 /// Begin a report of the request's service in answer to it; the request's process finishes it.
 octet_writer_t pus_answer_begin(const pus_request_t* request, uint8_t subtype);
 /// Begin a report that is a list: its count comes first, and pus_list_end writes it.
 octet_writer_t pus_list_begin(const pus_request_t* request, uint8_t subtype);
-/// Finish a list and post it. PUS_DONE; PUS_FAILED with PUS_FAILURE_TABLE_FULL if it is too long for a
+/// Finish a list and post it. PUS_DONE; PUS_FAILED with PUS_FAILURE_TABLE_FULL if the list is too long for a
 /// packet.
 pus_reply_t pus_list_end(const pus_request_t* request, octet_writer_t* writer, uint16_t count);
 
-/// Performs requests of some services later, in another loop, with pus_perform.
+/// A performer executes requests of some services later, in another loop, with pus_perform.
 typedef struct {
     void* context;
     /// Called for each accepted request. PUS_STARTED: it has copied token and `data` and will perform the
-    /// request; PUS_REFUSED: it has no room; PUS_DONE: not responsible, perform the request now.
+    /// request; PUS_REFUSED: it has no room; PUS_DONE: the request is not for the performer, and the
+    /// dispatcher performs it now.
     pus_reply_t (*take)(void* context, const pus_token_t* token, const uint8_t* data, size_t size);
 } pus_performer_t;
 
 /// One subtype of a service.
 typedef struct {
     uint8_t subtype;
-    /// Read through the application data without effect. The dispatcher refuses the request with
+    /// Read the application data without any other effect. The dispatcher refuses the request with
     /// PUS_FAILURE_DATA if the reader then has failed or is not at its end. False: the data is inconsistent
     /// at the position of the reader. Null: `format` is sufficient.
     bool (*has_format)(void* self, octet_reader_t* reader);
@@ -116,11 +118,11 @@ typedef struct {
     void (*step)(void* self, uint64_t now_ns, uint32_t cycle);
 } pus_service_t;
 
-/// Make the entry of a service without `step`; a service with periodic work sets it. Pointers must not be
-/// null.
+/// Make the entry of a service without `step`; a service with periodic work sets `step` itself. Pointers must
+/// not be null.
 pus_service_t pus_service_of(uint8_t type, const pus_subtype_t* subtypes, size_t subtype_count, void* self);
 
-/// Functions for `has_format`: no application data; one u8; one u16.
+/// Functions for `has_format` of a request without application data, with one u8, or with one u16.
 bool pus_request_format_empty(void* self, octet_reader_t* reader);
 bool pus_request_format_u8(void* self, octet_reader_t* reader);
 bool pus_request_format_u16(void* self, octet_reader_t* reader);
@@ -128,7 +130,7 @@ bool pus_request_format_u16(void* self, octet_reader_t* reader);
 /// Application data of the longest request that is executed again [octets]: a list of identifiers.
 #define PUS_RESUMED_DATA_MAX (1U + (2U * PUS_COUNT_MAX))
 
-/// Private: a request whose answer is not sent completely.
+/// Private: a request whose answer is not completely sent.
 typedef struct {
     const pus_service_t* service; // Null: there is no such request.
     const pus_subtype_t* subtype;
@@ -163,20 +165,20 @@ void pus_dispatcher_defer(pus_dispatcher_t* dispatcher, const pus_performer_t* p
 /// the request with TM[1,8] (PUS_FAILURE_IO, status).
 void pus_dispatcher_persist(pus_dispatcher_t* dispatcher, const pus_persistence_t* persistence);
 /// Perform a request that a performer has taken, and send all its reports from the start on. `service` has
-/// the type and subtype of the request. It may be another instance than that of the dispatcher, and `process`
-/// another process of the same APID, so that the loop of the dispatcher uses neither of them.
+/// the type and subtype of the request. So that the loop of the dispatcher uses neither of them, `service`
+/// may be another instance than that of the dispatcher, and `process` another process of the same APID.
 void pus_perform(pus_app_process_t* process, const pus_service_t* service, const pus_token_t* token,
                  const uint8_t* data, size_t size, uint64_t now_ns);
 /// Verify one packet and pass it on. STATUS_OK (accepted; verification reports the rest), STATUS_INVALID
 /// (rejected with TM[1,2]), STATUS_TRUNCATED (too short to identify its request: ignored and counted).
 status_t pus_dispatch(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_t size, uint64_t now_ns);
-/// As pus_dispatch, for a request that may be larger than a packet, as ST[13] has assembled it.
+/// Like pus_dispatch, for a request that may be larger than a packet, as ST[13] has assembled it.
 status_t pus_dispatch_large(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_t size,
                             uint64_t now_ns);
-/// Send the reports that the process keeps, then continue an answer that is not sent completely. True if the
+/// Send the reports that the process keeps, then continue an answer that is not completely sent. True if the
 /// answer is still incomplete: a second request of that kind then fails if the port does not take its answer.
 bool pus_dispatcher_resume(pus_dispatcher_t* dispatcher, uint64_t now_ns);
-/// True if an answer is not sent completely; sends nothing.
+/// True if an answer is not completely sent. Sends nothing.
 bool pus_dispatcher_is_answering(const pus_dispatcher_t* dispatcher);
 
 #endif // PUS_CORE_SERVICE_H

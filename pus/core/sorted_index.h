@@ -3,8 +3,8 @@
 /// serial numbers. The index is a treap: a binary tree by (tag, serial) that is a heap by a hash of the slot,
 /// so that its depth is logarithmic for any order of insertion.
 ///
-/// Ownership  The caller places the nodes, which must exist as long as the index. It knows which slots are in
-///            the index.
+/// Ownership  The caller places the nodes, which must exist as long as the index. The caller knows which
+///            slots are in the index.
 /// Context    One loop.
 /// Time       Insert, remove, lower bound and next O(log count); first O(1). No recursion.
 #ifndef PUS_CORE_SORTED_INDEX_H
@@ -27,7 +27,7 @@ typedef struct { // Private.
     uint16_t first;
 } pus_sorted_index_t;
 
-/// Make an index empty. `nodes` has one node for each slot, at most PUS_SORTED_INDEX_NONE.
+/// Begin with an empty index. `nodes` has one node for each slot, at most PUS_SORTED_INDEX_NONE.
 void pus_sorted_index_init(pus_sorted_index_t* order, pus_sorted_index_node_t* nodes);
 /// Insert a slot that is not in the index. No slot in the index has the same tag and serial.
 void pus_sorted_index_insert(pus_sorted_index_t* order, uint16_t slot, uint64_t tag, uint64_t serial);

@@ -43,13 +43,13 @@
 #define PUS_TIME_TICKS_PER_S 16777216U ///< 2^24: resolution of absolute and relative time [1/s].
 
 /// Users: source ids of requests, destination ids of reports.
-#define PUS_USER_GROUND 0U       ///< All ground users: destination of unsolicited reports.
+#define PUS_USER_GROUND 0U       ///< Destination of unsolicited reports: all ground users.
 #define PUS_USER_CLI 1U          ///< Command line and operator script.
-#define PUS_USER_ONBOARD 0x8000U ///< Or-ed with the APID of an on-board user.
+#define PUS_USER_ONBOARD 0x8000U ///< Bit of the user id of an on-board user, combined with its APID.
 /// The supervisor as a user: it reacts to event notices, TM[129,7].
 #define PUS_USER_SUPERVISOR (PUS_USER_ONBOARD | SUPERVISOR_APID)
 
-#define PUS_NAME_SIZE 8U   ///< Function ids: the function's name, padded with NUL [octets].
+#define PUS_NAME_SIZE 8U   ///< Size of a function id: the name of the function, padded with NUL [octets].
 #define PUS_COUNT_MAX 255U ///< Largest count in a request.
 
 /// Service types.
@@ -77,8 +77,8 @@
 #define PUS_SERVICE_RTLINK 130U
 #define PUS_SERVICE_MISSION 131U
 
-/// Failure codes of ST[01]; the high octet is the stage. The comment names the 32-bit detail that goes with
-/// it.
+/// Failure codes of ST[01]; the high octet is the stage. The comment of each gives the meaning of its 32-bit
+/// detail.
 enum {
     PUS_FAILURE_NONE = 0,
     // Routing, TM[1,10].

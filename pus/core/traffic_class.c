@@ -8,8 +8,8 @@
 #include "pus/private/st130_rtlink.h"
 #include "pus/private/st131_mission.h"
 
-#define OFFSET_SERVICE 7U // Offset in requests and in reports.
-#define OFFSET_SOURCE 9U  // Offset in a request.
+#define OFFSET_SERVICE 7U // Offset of the service type in requests and in reports.
+#define OFFSET_SOURCE 9U  // Offset of the source id in a request.
 #define OFFSET_NOTICE_SEVERITY (PUS_TM_HEADER_SIZE + 2U)
 
 /// A message type: service << 8 | subtype.
@@ -31,7 +31,7 @@ static bool is_firm(const uint16_t type, const uint8_t* const packet, const size
     }
 }
 
-/// True for reports whose sender continues later after a refusal, or counts lost packets.
+/// True for reports whose sender continues later after a refusal, or counts the lost packets.
 static bool is_bulk(const uint16_t type)
 {
     static const uint16_t types[] = {
@@ -50,8 +50,8 @@ static bool is_bulk(const uint16_t type)
     return false;
 }
 
-/// True for the requests by which the supervisor changes states and links; they must not wait for requests of
-/// other users.
+/// True for the requests by which the supervisor changes states and links. They are FIRM, so that they do not
+/// wait for requests of other users.
 static bool is_order(const uint8_t* const packet)
 {
     const uint8_t service = packet[OFFSET_SERVICE];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Class of a packet. It decides on the priority of the packet, and whether the packet is kept, if the
+/// Traffic class of a packet. It determines the priority of the packet, and whether the packet is kept if the
 /// connection to its receiver is full.
 ///
 ///     FIRM   packets that a receiver awaits or must react to: ST[01], transitions of states, links and modes

@@ -116,7 +116,8 @@ pus_service_t pus_management_service(pus_management_t* const management)
         {PUS_MANAGEMENT_SELECT, pus_request_format_u16, select_configuration, NULL},
         {PUS_MANAGEMENT_REPORT_STATUS, pus_request_format_empty, report_status, NULL},
         {PUS_MANAGEMENT_RELOAD, pus_request_format_empty, reload_descriptor, NULL},
-        {PUS_MANAGEMENT_ORDER_STATE, pus_request_format_u16, request_state, NULL}, // Two octets.
+        // TC[129,8] has two octets: target and cause.
+        {PUS_MANAGEMENT_ORDER_STATE, pus_request_format_u16, request_state, NULL},
     };
     return pus_service_of(PUS_SERVICE_MANAGEMENT, subtypes, sizeof subtypes / sizeof subtypes[0], management);
 }

@@ -71,13 +71,13 @@ typedef struct {
     uint32_t cycle;
 } pus_subsystem_status_t;
 
-/// TM[129,7].
+/// TM[129,7]: the notice of a disabled event.
 typedef struct {
     uint16_t event;
     uint8_t severity; ///< pus_severity_t.
 } pus_event_notice_t;
 
-/// All functions are mandatory.
+/// Port of the service to the subsystem. All functions are mandatory.
 typedef struct {
     void* context;
     pus_reply_t (*request_state)(void* context, const pus_state_order_t* order, const pus_token_t* token,

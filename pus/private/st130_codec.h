@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private to service 130: message layouts that both the side of subsystems (st130_codec.c) and that of the
-/// link manager (st130_peer.c) use.
+/// Private to service 130: the layouts of messages that both st130_codec.c (for subsystems) and st130_peer.c
+/// (for the link manager) use.
 #ifndef PUS_PRIVATE_ST130_CODEC_H
 #define PUS_PRIVATE_ST130_CODEC_H
 

@@ -66,8 +66,8 @@ static bool has_entry(const pus_rtlink_port_t* const port, const entry_t entry, 
     return false;
 }
 
-/// Answer TC[130,1] or TC[130,8] with the list of the selected entries; refuse each id of the filter that no
-/// entry has.
+/// Answer TC[130,1] or TC[130,8] with the list of the selected entries; refuse each id in the filter for
+/// which there is no entry.
 static pus_reply_t report_list(const pus_rtlink_port_t* const port, pus_request_t* const request,
                                const uint8_t subtype, const entry_t entry)
 {

@@ -74,7 +74,7 @@ typedef enum {
     PUS_LINK_FIELD_ROLE        = 10
 } pus_link_field_t;
 
-/// Properties of a link (P in the layouts of messages), as offered, wanted, supported or agreed.
+/// Properties of a link: those that are offered, wanted, supported or agreed (P in docs/services/st130.md).
 typedef struct {
     uint32_t layout_hash; ///< CRC-32 of the canonical text of the payload's layout.
     uint32_t layout_size; ///< [octets]
@@ -86,7 +86,7 @@ typedef struct {
     uint32_t age_max_us;
 } pus_link_properties_t;
 
-/// Endpoint of one side (E in the layouts of messages).
+/// Endpoint of one side of a link (E in docs/services/st130.md).
 typedef struct {
     uint8_t kind; ///< pus_link_method_t.
     uint8_t size; ///< 0..PUS_ENDPOINT_MAX.
@@ -165,17 +165,18 @@ typedef struct {
     uint8_t previous; ///< pus_link_state_t.
     uint8_t state;    ///< pus_link_state_t.
     uint8_t cause;    ///< pus_link_reason_t.
-    uint64_t time_ns; ///< Decoded: since 1958 TAI. To be reported: mission time; the process adds its epoch.
+    /// Decoded: time since 1958 TAI. To be reported: mission time, to which the process adds its epoch.
+    uint64_t time_ns;
 } pus_link_transition_t;
 
-/// Answer of a port to TC[130,3]: `accept` is reported if is_accepted, else `refuse`.
+/// Answer of a port to TC[130,3]: if is_accepted, the service reports `accept`, else `refuse`.
 typedef struct {
     bool is_accepted;
     pus_link_accept_t accept; ///< transaction is filled by the service.
     pus_link_refuse_t refuse; ///< transaction is filled by the service.
 } pus_link_answer_t;
 
-/// All functions are mandatory.
+/// Port of the service to the links of a process. All functions are mandatory.
 typedef struct {
     void* context;
     /// Get offer number `index` (0, 1, ...); false after the last one. Must not send reports.
@@ -200,7 +201,7 @@ typedef struct { // Private.
 void pus_rtlink_init(pus_rtlink_t* rtlink, const pus_rtlink_port_t* port);
 pus_service_t pus_rtlink_service(pus_rtlink_t* rtlink);
 
-/// Send TM[130,4], TM[130,5]. Status of pus_tm_post.
+/// Send TM[130,4] or TM[130,5]. Status of pus_tm_post.
 status_t pus_link_accept_report(pus_app_process_t* process, uint16_t destination,
                                 const pus_link_accept_t* accept, uint64_t now_ns);
 status_t pus_link_refuse_report(pus_app_process_t* process, uint16_t destination,
@@ -223,8 +224,8 @@ MUST_USE status_t pus_link_refuse_read(octet_reader_t* reader, pus_link_refuse_t
 MUST_USE status_t pus_link_open_read(octet_reader_t* reader, pus_link_open_t* out_open);
 MUST_USE status_t pus_link_close_read(octet_reader_t* reader, pus_link_close_t* out_close);
 MUST_USE status_t pus_link_transition_read(octet_reader_t* reader, pus_link_transition_t* out_transition);
-/// TM[130,9]: read the count first (*out_count, checked against the octets left), then that many entries, in
-/// order. STATUS_OK, STATUS_INVALID.
+/// Read TM[130,9]: first the count (*out_count, checked against the octets that follow), then that many
+/// entries, in order. STATUS_OK, STATUS_INVALID.
 MUST_USE status_t pus_link_statuses_read(octet_reader_t* reader, uint16_t* out_count);
 void pus_link_status_read(octet_reader_t* reader, pus_link_status_t* out_status);
 

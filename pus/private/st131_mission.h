@@ -70,7 +70,7 @@ typedef struct {
     const uint16_t* links;   ///< Link ids.
 } pus_network_entry_t;
 
-/// All functions are mandatory.
+/// Port of the service to the supervisor. All functions are mandatory.
 typedef struct {
     void* context;
     pus_reply_t (*set_mode)(void* context, uint8_t mode, const pus_token_t* token, uint64_t now_ns);
@@ -90,7 +90,7 @@ typedef struct { // Private.
 void pus_mission_init(pus_mission_t* mission, const pus_mission_port_t* port);
 pus_service_t pus_mission_service(pus_mission_t* mission);
 
-/// Reports to all ground users. Status of pus_tm_post.
+/// Send a report to all ground users. Status of pus_tm_post.
 status_t pus_mode_transition_report(pus_app_process_t* process, const pus_mode_transition_t* transition,
                                     uint64_t now_ns);
 status_t pus_log_transition_report(pus_app_process_t* process, const pus_log_transition_t* transition,

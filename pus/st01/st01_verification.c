@@ -15,7 +15,7 @@ enum {
     UNROUTED        = 10
 };
 
-/// Post one report. `step` and `failure` are null if the subtype does not have them.
+/// Send or keep one report. `step` and `failure` are null if the subtype has no such field.
 static void report(pus_app_process_t* const process, const pus_token_t* const token, const uint8_t subtype,
                    const uint16_t* const step, const pus_failure_t* const failure, const uint64_t now_ns)
 {
@@ -31,7 +31,7 @@ static void report(pus_app_process_t* const process, const pus_token_t* const to
     (void)pus_tm_post(process, &writer); // The process counts lost reports.
 }
 
-/// Post a report of success, which contains only the request id, if the request asks for it.
+/// Send a report of success if the request asks for it; it contains only the request id.
 static void report_if_asked(pus_app_process_t* const process, const pus_token_t* const token,
                             const uint8_t ack, const uint8_t subtype, const uint64_t now_ns)
 {

@@ -2,35 +2,35 @@
 /// ST[01] request verification: reports about the stages of one request, and their decoding.
 ///
 /// Reports of success are sent only if the acknowledgement flags of the request ask for that stage; reports
-/// of failure are always sent. All go to the source of the request. The process keeps them while it has room,
-/// and counts lost ones.
+/// of failure are always sent. All reports go to the source of the request. If the port refuses them, the
+/// process keeps them while it has room, and counts those that are lost.
 #ifndef PUS_ST01_ST01_VERIFICATION_H
 #define PUS_ST01_ST01_VERIFICATION_H
 
 #include "pus/core/packet.h"
 #include "pus/core/app_process.h"
 
-/// Acceptance: TM[1,1], TM[1,2].
+/// Acceptance: send TM[1,1] or TM[1,2].
 void pus_verify_accepted(pus_app_process_t* process, const pus_token_t* token, uint64_t now_ns);
 void pus_verify_rejected(pus_app_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
                          uint64_t now_ns);
-/// Start of execution: TM[1,3], TM[1,4].
+/// Start of execution: send TM[1,3] or TM[1,4].
 void pus_verify_started(pus_app_process_t* process, const pus_token_t* token, uint64_t now_ns);
 void pus_verify_start_failed(pus_app_process_t* process, const pus_token_t* token,
                              const pus_failure_t* failure, uint64_t now_ns);
-/// Progress: TM[1,5], TM[1,6]. After a failed step the caller must later end the request with TM[1,8].
+/// Progress: send TM[1,5] or TM[1,6]. After a failed step the caller must later end the request with TM[1,8].
 void pus_verify_progress(pus_app_process_t* process, const pus_token_t* token, uint16_t step,
                          uint64_t now_ns);
 void pus_verify_progress_failed(pus_app_process_t* process, const pus_token_t* token, uint16_t step,
                                 const pus_failure_t* failure, uint64_t now_ns);
-/// Completion: TM[1,7], TM[1,8].
+/// Completion: send TM[1,7] or TM[1,8].
 void pus_verify_completed(pus_app_process_t* process, const pus_token_t* token, uint64_t now_ns);
 void pus_verify_failed(pus_app_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
                        uint64_t now_ns);
-/// Completion: TM[1,7] if the code of `failure` is PUS_FAILURE_NONE, else TM[1,8].
+/// Completion: send TM[1,7] if the code of `failure` is PUS_FAILURE_NONE, else TM[1,8].
 void pus_verify_ended(pus_app_process_t* process, const pus_token_t* token, pus_failure_t failure,
                       uint64_t now_ns);
-/// Routing: TM[1,10]; only a router sends it.
+/// Routing: send TM[1,10]. Only a router does this.
 void pus_verify_unrouted(pus_app_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
                          uint64_t now_ns);
 

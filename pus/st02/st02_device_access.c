@@ -13,18 +13,19 @@ enum { // Reports.
     LOGICAL_DATA  = 12
 };
 
-enum { // Phases of a request.
+enum { // Phases of a request in progress.
     FREE,
     NEXT,      // The next instruction is to be taken.
-    BEGINNING, // The port has not taken the instruction yet.
+    BEGINNING, // The port has not accepted the instruction yet.
     GOING_ON,  // The port performs the instruction.
     REPORTING, // The report of the instruction has to be sent.
     ENDING
 };
 
-#define TRANSITIONS_MAX 96U // Most phases of a request in a step: about 30 instructions that end at once.
+// Largest number of phases of a request in one step: about 30 instructions that end at once.
+#define TRANSITIONS_MAX 96U
 #define REGISTER_SIZE 4U
-#define LINE_SHIFT 4U // In a pulse: line 12 bits, reserved 1, exponent 3.
+#define LINE_SHIFT 4U // Fields of a pulse: line (12 bits), reserved (1), exponent (3).
 #define PULSE_RESERVED 0x8U
 #define PULSE_EXPONENT 0x7U
 
@@ -54,7 +55,7 @@ static void read_sized(octet_reader_t* const reader, pus_device_action_t* const 
     action->data = octet_read_octets(reader, action->size);
 }
 
-/// Read a pulse; a set reserved bit makes the exponent invalid.
+/// Read a pulse. If the reserved bit is set, the exponent gets an invalid value.
 static void read_pulse(pus_device_cursor_t* const cursor, pus_device_action_t* const action)
 {
     if (cursor->inner == 0U) {
@@ -64,9 +65,10 @@ static void read_pulse(pus_device_cursor_t* const cursor, pus_device_action_t* c
     }
     const uint16_t pulse = octet_read_u16(&cursor->reader);
     cursor->inner--;
-    cursor->left    = (uint8_t)(cursor->left + ((cursor->inner > 0U) ? 1U : 0U)); // The CPDU has more pulses.
-    action->device  = cursor->cpdu;
-    action->command = (uint16_t)(pulse >> LINE_SHIFT);
+    // The CPDU has further pulses, so it still counts.
+    cursor->left     = (uint8_t)(cursor->left + ((cursor->inner > 0U) ? 1U : 0U));
+    action->device   = cursor->cpdu;
+    action->command  = (uint16_t)(pulse >> LINE_SHIFT);
     action->exponent = (uint8_t)(pulse & (PULSE_RESERVED | PULSE_EXPONENT));
 }
 
@@ -202,7 +204,8 @@ static pus_reply_t take(void* const self, pus_request_t* const request)
     if (operation == NULL) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, access->config.operation_count);
     }
-    if (request->reader.size > sizeof operation->data) { // The request was transferred in parts.
+    // The request was transferred in parts (ST[13]) and is longer than a packet.
+    if (request->reader.size > sizeof operation->data) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, sizeof operation->data);
     }
     operation->refused = 0U;
@@ -259,7 +262,7 @@ static bool report_registers(const pus_device_access_t* const access,
     return pus_tm_send(access->config.process, &writer) == STATUS_OK;
 }
 
-/// End an instruction; an acquisition is reported, whether it succeeded or failed.
+/// End an instruction. An acquisition is reported, even if it failed.
 static void end_instruction(pus_device_access_t* const access, pus_device_operation_t* const operation,
                             const status_t status, const uint64_t now_ns)
 {

@@ -3,12 +3,11 @@
 /// physical and logical devices, without the application that normally drives them. Rules and refusals:
 /// docs/services/st02.md.
 ///
-/// A request is a list of instructions, which a port performs one after the other. Each instruction is
-/// started and then polled in every step until it has ended. Several requests can be in progress at the same
-/// time.
+/// A request is a list of instructions. A port performs them one after the other. Each instruction is started
+/// and then polled in every step until it has ended. Several requests can be in progress at the same time.
 ///
-/// Protocol-specific data are four octets; the port knows their meaning. Return codes of acquisitions are
-/// those of the port; 0xFFFF is the time-out.
+/// Protocol-specific data are four octets; the port knows their meaning. The port defines the return codes of
+/// acquisitions; 0xFFFF is the time-out.
 ///
 /// Ownership  The caller places operations.
 /// Context    The loop of the process.
@@ -21,7 +20,7 @@
 #define PUS_DEVICE_DATA_MAX 512U          ///< Maximum size of the data of one acquisition [octets].
 #define PUS_DEVICE_PROTOCOL_SIZE 4U       ///< Protocol-specific data [octets].
 #define PUS_DEVICE_INSTRUCTIONS_MAX 2048U ///< More than any request can contain.
-#define PUS_DEVICE_TIMED_OUT 0xFFFFU      ///< Return code.
+#define PUS_DEVICE_TIMED_OUT 0xFFFFU      ///< Return code of an acquisition that timed out.
 
 /// Kind of an instruction: the subtype of its request.
 enum {
@@ -41,7 +40,7 @@ typedef struct {
     uint8_t exponent;        ///< PULSE: its length is the basic duration times 2^exponent.
     uint16_t device;         ///< On/off address, CPDU, physical or logical device. Registers: 0.
     uint16_t command;        ///< LOGICAL_COMMAND: command id. PULSE: output line.
-    uint32_t address;        ///< Register; LOGICAL_ACQUIRE: parameter id.
+    uint32_t address;        ///< Register address; LOGICAL_ACQUIRE: parameter id.
     const uint8_t* protocol; ///< COMMAND, ACQUIRE: PUS_DEVICE_PROTOCOL_SIZE octets.
     const uint8_t* data;     ///< LOAD_REGISTER (4 octets), COMMAND, LOGICAL_COMMAND.
     uint16_t size;           ///< Size of data [octets].
@@ -57,7 +56,7 @@ typedef struct {
 typedef struct {
     void* context;
     /// Check an instruction without effect. STATUS_OK, STATUS_NOT_FOUND (device), STATUS_OUT_OF_RANGE
-    /// (another field), STATUS_FORBIDDEN (not now).
+    /// (another field), STATUS_FORBIDDEN (not permitted now).
     status_t (*check)(void* context, const pus_device_action_t* action);
     /// Begin an instruction in a free `slot`, 0..operations - 1. STATUS_OK, STATUS_FULL (try again in the
     /// next step), STATUS_IO (failed: *out_result is the reason).
@@ -78,7 +77,7 @@ typedef struct { // Private: position in the instructions of a request.
     uint16_t cpdu;
     uint16_t transaction;
     uint16_t number; // Number of the instruction, from 1.
-    uint32_t place;  // Octet offset of the instruction.
+    uint32_t place;  // Octet offset of the instruction in the application data.
 } pus_device_cursor_t;
 
 typedef struct {   // Private: a request in progress.
@@ -88,7 +87,7 @@ typedef struct {   // Private: a request in progress.
     pus_device_result_t result;
     uint64_t deadline_ns;
     uint16_t refused;
-    pus_failure_t failure; // The first failure.
+    pus_failure_t failure; // First failure of the request.
     pus_token_t token;
     uint8_t left_out[PUS_DEVICE_INSTRUCTIONS_MAX / 8U]; // Bit n - 1: instruction n was refused, or failed.
     uint32_t values[PUS_COUNT_MAX];                     // Values of registers.

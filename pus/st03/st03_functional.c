@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functional reporting of ST[03], TC[3,37] to [3,44]: named sets of structures that are switched together.
+// Functional reporting of ST[03], TC[3,37] to [3,44]: named sets of structures that one request enables or
+// disables together.
 #include "base/assertion.h"
 #include "pus/st03/st03_structures.h"
 
@@ -7,12 +8,12 @@
 
 enum {
     DEFINITION_REPORT = 41,
-    HOUSEKEEPING      = 25, // Types of structures, as in requests.
+    HOUSEKEEPING      = 25, // Types of structures in requests.
     DIAGNOSTIC        = 26
 };
 
-#define RECORD_HEAD 1U // Number of entries before the entries of a record [octets].
-#define ENTRY_SIZE 8U  // Size of an entry in a record.
+#define RECORD_HEAD 1U // Octets before the entries of a record: the number of entries.
+#define ENTRY_SIZE 8U  // Size of an entry in a record [octets].
 
 static pus_hk_functional_t* definition_of(const pus_hk_t* const hk, const uint16_t id)
 {
@@ -34,7 +35,7 @@ static pus_hk_functional_t* free_definition(const pus_hk_t* const hk)
     return NULL;
 }
 
-/// Entry of a structure, or null.
+/// Returns the entry of a structure in a definition, or null.
 static pus_hk_member_t* member_of(pus_hk_functional_t* const definition, const bool is_diagnostic,
                                   const uint16_t id)
 {

@@ -29,7 +29,8 @@ void pus_hk_init(pus_hk_t* const hk, const pus_hk_config_t* const config)
 void hk_guard(const pus_hk_t* const hk)
 {
     if (hk->config.guard != NULL) {
-        (void)osal_mutex_lock(hk->config.guard); // Cannot fail: a task that dies ends the process.
+        // This cannot fail: a task that dies ends the process, so no other task is left to lock the mutex.
+        (void)osal_mutex_lock(hk->config.guard);
     }
 }
 
@@ -118,7 +119,7 @@ static void read_entries(const pus_hk_t* const hk, const pus_hk_structure_t* con
         const pus_hk_entry_t* const entry = &structure->entries[first + i];
         const size_t end                  = writer->position + entry->size;
         port->read(port->context, entry->handle, writer);
-        FSW_ASSERT(writer->position == end); // The port must write the size that it has reported.
+        FSW_ASSERT(writer->position == end); // The port must write exactly the size that it has reported.
     }
 }
 
@@ -189,7 +190,8 @@ static void collect(pus_hk_t* const hk, pus_hk_structure_t* const structure, uin
         structure->is_collecting = true;
         restart(structure, cycle - 1U);
     }
-    const uint32_t elapsed = cycle - structure->start; // Unsigned: correct also when the counter wraps.
+    // Unsigned subtraction: correct also after the counter has wrapped.
+    const uint32_t elapsed = cycle - structure->start;
     const bool is_complete = elapsed >= structure->interval;
     for (uint8_t k = 0U; k < structure->set_count; k++) {
         sample_set(hk, structure, &structure->sets[k], is_complete ? structure->interval : elapsed, samples);
@@ -197,7 +199,8 @@ static void collect(pus_hk_t* const hk, pus_hk_structure_t* const structure, uin
     if (is_complete) {
         hand_over(hk, structure, samples, now_ns, outlet);
         restart(structure,
-                cycle - (elapsed % structure->interval)); // Keeps the phase if cycles were missed.
+                // The phase of the intervals is kept if cycles were missed.
+                cycle - (elapsed % structure->interval));
     }
 }
 
@@ -246,7 +249,7 @@ void pus_hk_count_lost(pus_hk_t* const hk, const uint32_t reports)
 void hk_set_periodic(pus_hk_structure_t* const structure, const bool is_periodic)
 {
     if (is_periodic && !structure->is_periodic) {
-        structure->is_collecting = false; // The interval begins with the next step.
+        structure->is_collecting = false; // The next step begins the interval.
     }
     structure->is_periodic = is_periodic;
 }

@@ -18,22 +18,24 @@
 #include "osal/include/osal/mutex.h"
 #include "pus/core/service.h"
 
-#define PUS_HK_PARAMETERS_MAX 64U ///< Parameters of one structure, those of its sets included.
-#define PUS_HK_SETS_MAX 8U        ///< Super-commutated sets of one structure.
-#define PUS_HK_MEMBERS_MAX 32U    ///< Structures of one functional reporting definition.
+/// Largest number of parameters of one structure, including those in its sets.
+#define PUS_HK_PARAMETERS_MAX 64U
+#define PUS_HK_SETS_MAX 8U     ///< Largest number of super-commutated sets of one structure.
+#define PUS_HK_MEMBERS_MAX 32U ///< Largest number of structures of one functional reporting definition.
 
-/// A structure that the configuration defines; needed during the call only.
+/// A super-commutated set of a structure that the configuration defines. Used only during the call.
 typedef struct {
     uint16_t repetitions; ///< Samples per interval, 1..interval.
     uint8_t parameter_count;
     const uint32_t* parameters; ///< Ids.
 } pus_hk_set_definition_t;
 
+/// A structure that the configuration defines. Used only during the call.
 typedef struct {
     uint16_t id;
     bool is_diagnostic;
     uint32_t interval; ///< [cycles], >= 1.
-    bool is_periodic;  ///< Periodic generation enabled from the start.
+    bool is_periodic;  ///< Periodic generation is enabled from the start.
     uint8_t loop;      ///< Loop that samples the structure; 0: the loop of the process.
     uint8_t parameter_count;
     uint8_t set_count;
@@ -50,7 +52,7 @@ typedef struct { // Private.
 typedef struct { // Private.
     uint16_t repetitions;
     uint16_t taken;  // Samples of the present interval so far.
-    uint16_t offset; // Offset of the set's first sample in the sample buffer.
+    uint16_t offset; // Position of the set's first sample in the sample buffer.
     uint16_t size;   // Size of one sample [octets].
     uint8_t first;   // Index of its first entry.
     uint8_t count;   // Number of its entries.
@@ -92,9 +94,11 @@ typedef struct {
     pus_parameter_port_t parameters; ///< `write` is not used.
     pus_hk_structure_t* structures;
     uint16_t structure_count;
-    uint8_t* samples;                ///< structure_count * sample_size octets.
-    uint16_t sample_size;            ///< Largest report's values [octets], <= PUS_TM_DATA_MAX - 2.
-    osal_mutex_t* guard;             ///< Protects structures from other loops; null: there are none.
+    uint8_t* samples; ///< structure_count * sample_size octets.
+    /// Size of the values of the largest report [octets], <= PUS_TM_DATA_MAX - 2.
+    uint16_t sample_size;
+    /// Protects the structures from other loops; null: there are no other loops.
+    osal_mutex_t* guard;
     pus_hk_functional_t* functional; ///< Room for functional reporting definitions.
     uint16_t functional_count;
     const pus_persistence_t* persistence; ///< Null: without persistent records.
@@ -124,17 +128,17 @@ void pus_hk_init(pus_hk_t* hk, const pus_hk_config_t* config);
 pus_service_t pus_hk_service(pus_hk_t* hk);
 /// Add a structure from the configuration. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED (no structure left, or
 /// too many parameters, sets or octets), STATUS_NOT_FOUND (a parameter), STATUS_FORBIDDEN (not readable),
-/// STATUS_INVALID (no parameter, same one twice, interval or repetitions out of range).
+/// STATUS_INVALID (no parameter, a parameter twice, interval or repetitions out of range).
 MUST_USE status_t pus_hk_add(pus_hk_t* hk, const pus_hk_definition_t* definition);
 /// Restore a functional reporting definition from its record. STATUS_OK, STATUS_EXHAUSTED (no room),
 /// STATUS_INVALID (no such record).
 MUST_USE status_t pus_hk_restore(void* self, uint32_t key, const uint8_t* octets, size_t size);
 /// Delete all structures, when the configuration is revoked.
 void pus_hk_clear(pus_hk_t* hk);
-/// Take due samples and send complete reports. `cycle` may jump forward; the missed samples then have the
+/// Take due samples and send complete reports. `cycle` may jump forward; the missed samples then get the
 /// present values.
 void pus_hk_step(pus_hk_t* hk, uint64_t now_ns, uint32_t cycle);
-/// As pus_hk_step, for the structures of another loop (1..255). Called in that loop, which holds the guard;
+/// Like pus_hk_step, for the structures of another loop (1..255). Called in that loop, which holds the guard;
 /// `cycle` counts the cycles of that loop.
 void pus_hk_loop_step(pus_hk_t* hk, uint8_t loop, uint64_t now_ns, uint32_t cycle,
                       const pus_hk_outlet_t* outlet);

@@ -65,7 +65,7 @@ static pus_reply_t append(void* const self, pus_request_t* const request)
     return add_requested(hk, &request->reader, structure);
 }
 
-/// Properties of a request that names structures, and the function that it performs on each of them.
+/// Properties of a request with a list of structures, and the function that it performs on each of them.
 typedef struct {
     bool needs_disabled; // Refused while the periodic generation is enabled.
     bool has_interval;   // An interval follows each id.

@@ -14,7 +14,7 @@ pus_hk_structure_t* hk_structure_of(const pus_hk_t* const hk, const bool is_diag
     return NULL;
 }
 
-/// Note a failure. Returns false: the caller must not continue.
+/// Store the failure in `verdict`. Returns false, because the caller must not continue.
 static bool fail(pus_hk_t* const hk, const uint16_t code, const uint32_t detail)
 {
     hk->verdict = pus_failure(code, detail);
@@ -26,7 +26,8 @@ static bool is_good(const pus_hk_t* const hk)
     return hk->verdict.code == PUS_FAILURE_NONE;
 }
 
-/// Append an entry. False, without effect, after an earlier failure or if this entry fails.
+/// Append an entry. False after an earlier failure or if this entry fails; then nothing changes except
+/// `verdict`.
 static bool add_parameter(pus_hk_t* const hk, const uint32_t parameter_id)
 {
     pus_hk_structure_t* const candidate = &hk->candidate;
@@ -159,7 +160,7 @@ void hk_candidate_begin(pus_hk_t* const hk, const bool is_diagnostic, const uint
     } else if (*out_place == NULL) {
         (void)fail(hk, PUS_FAILURE_TABLE_FULL, hk->config.structure_count);
     } else {
-        // The structure is possible.
+        // Such a structure is possible.
     }
 }
 

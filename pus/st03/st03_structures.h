@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private to ST[03]: a structure is assembled in the candidate of the service, so that a failed request does
-/// not change any structure.
+/// Private to ST[03]: a structure is first assembled as the candidate of the service, so that a failed
+/// request changes no structure.
 #ifndef PUS_ST03_ST03_STRUCTURES_H
 #define PUS_ST03_ST03_STRUCTURES_H
 
 #include "pus/st03/st03_housekeeping.h"
 
-#define HK_ID_SIZE 2U ///< Structure id before the values of a report [octets].
+#define HK_ID_SIZE 2U ///< Size of the structure id before the values of a report [octets].
 
-/// Structure of a kind with this id, or null.
+/// Returns the structure of this kind with this id, or null.
 pus_hk_structure_t* hk_structure_of(const pus_hk_t* hk, bool is_diagnostic, uint16_t id);
 /// Begin an empty candidate; *out_place is the structure that it will become. `verdict` is the failure if
 /// such a structure is not possible. After a failure, additions have no effect and `verdict` does not change.
@@ -18,11 +18,11 @@ void hk_candidate_begin(pus_hk_t* hk, bool is_diagnostic, uint16_t id, uint32_t 
 void hk_candidate_extend(pus_hk_t* hk, const pus_hk_structure_t* structure);
 /// Add a simply commutated parameter. It is placed before the sets, which move up by one entry.
 void hk_candidate_add(pus_hk_t* hk, uint32_t parameter_id);
-/// Open a set of `count` parameters, which follow by hk_candidate_add_to_set. `offset`: detail of a failure.
+/// Open a set of `count` parameters; hk_candidate_add_to_set then adds each. `offset`: detail of a failure.
 void hk_candidate_add_set(pus_hk_t* hk, uint16_t repetitions, uint8_t count, uint32_t offset);
 void hk_candidate_add_to_set(pus_hk_t* hk, uint32_t parameter_id);
 /// Assign offsets in the sample buffer. Called after the last addition; `entries` is the number of parameters
-/// and sets added. `offset`: detail of the failure if it is 0.
+/// and sets added. If it is 0, the candidate fails with detail `offset`.
 void hk_candidate_lay_out(pus_hk_t* hk, unsigned entries, uint32_t offset);
 
 /// Copy the candidate to the structure `place` if there was no failure.

@@ -28,7 +28,7 @@ void pus_statistics_init(pus_statistics_t* const self, const pus_statistics_conf
     }
 }
 
-/// Whole cycles of an interval; 0 if it is shorter than one, or negative.
+/// Number of whole cycles in an interval; 0 if the interval is shorter than one cycle, or negative.
 static uint64_t cycles_of(const pus_statistics_t* const self, const int64_t ticks)
 {
     if (ticks <= 0) {
@@ -101,13 +101,13 @@ static void sample(pus_statistics_t* const self, pus_statistic_t* const statisti
         return;
     }
     const double value = pus_scalar_as_double(statistic->scalar.type, bits);
-    if (!(fabs(value) <= DBL_MAX)) { // False also for NaN.
+    if (!(fabs(value) <= DBL_MAX)) { // Also refuses NaN, for which the comparison is false.
         self->counters.not_finite++;
     } else if (statistic->samples < UINT32_MAX) {
         self->counters.samples++;
         add_sample(statistic, bits, value, self->config.process->epoch_ns + now_ns);
     } else {
-        // The counter of samples is at its maximum: no further sample is included.
+        // The number of samples is at its maximum: no further sample is included.
     }
 }
 

@@ -19,7 +19,7 @@
 typedef struct { // Private.
     bool in_use;
     pus_scalar_t scalar;
-    int64_t interval_ticks; // Value of the request [2^-24 s].
+    int64_t interval_ticks; // Interval of the request [2^-24 s].
     uint64_t interval;      // [cycles]
     uint32_t samples;
     uint64_t maximum;
@@ -50,7 +50,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     uint64_t start_ns;
     int64_t reporting_ticks; // 0: no periodic reports.
     uint64_t reporting_interval;
-    uint64_t next_report; // Cycle.
+    uint64_t next_report; // Cycle of the next periodic report.
     struct {
         uint32_t samples;    ///< Samples taken.
         uint32_t missing;    ///< Samples not taken because the parameter was unavailable.
@@ -66,7 +66,7 @@ void pus_statistics_init(pus_statistics_t* self, const pus_statistics_config_t* 
 /// Entry of the service for a dispatcher, with subtypes and step.
 pus_service_t pus_statistics_service(pus_statistics_t* self);
 /// Restore one record. STATUS_OK, STATUS_INVALID (malformed, not a scalar, or an interval out of range),
-/// STATUS_EXHAUSTED (no room). The parameter need not exist yet.
+/// STATUS_EXHAUSTED (no room). The parameter does not need to exist yet.
 MUST_USE status_t pus_statistics_restore(pus_statistics_t* self, uint32_t key, const uint8_t* octets,
                                          size_t size);
 /// Take the samples that are due, and report. `cycle` counts minimum sampling intervals and may jump forward.

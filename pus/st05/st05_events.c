@@ -57,8 +57,8 @@ static status_t notice(const pus_events_t* const events, const pus_event_definit
     return pus_event_notice_report(events->process, &content, now_ns);
 }
 
-/// True if the limiter passes the event; due_ms then increases by an interval. Times are compared modulo 2^32
-/// ms: a due_ms that is further ahead than a whole burst is in the past.
+/// True if the event passes the limiter; due_ms then increases by an interval. Times are compared modulo 2^32
+/// ms: a due_ms that seems to be further in the future than a whole burst is in the past.
 static bool passes(const pus_events_t* const events, const pus_event_definition_t* const definition,
                    pus_event_state_t* const state, const uint64_t now_ns)
 {
@@ -85,8 +85,8 @@ void pus_events_report_suppressed_by(pus_events_t* const events, const uint16_t 
     events->reporter_id = event_id;
 }
 
-/// The next event with suppressed occurrences, after the one reported last. The caller has checked that there
-/// is one.
+/// Returns the index of the next event with suppressed occurrences, after the event that was reported last.
+/// The caller has checked that there is such an event.
 static uint16_t next_suppressed(const pus_events_t* const events)
 {
     uint16_t index = (uint16_t)((events->last_reported + 1U) % events->count);

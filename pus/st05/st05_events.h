@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[05] events: TM 1..4 by severity, TC 5 enable, TC 6 disable, TC 7 and TM 8 list of disabled events. The
 /// reports go to all ground users; the process keeps them while the port refuses. The supervisor gets a
-/// notice (TM[129,7]) of a disabled event instead, since on-board reactions depend on the event, not on its
+/// notice (TM[129,7]) of a disabled event instead, because on-board reactions depend on the event, not on its
 /// report.
 ///
 /// Each event has a limiter, which passes `burst` occurrences at once and then one in each interval. A HIGH
@@ -34,13 +34,16 @@ typedef struct {
     bool is_disabled;
     uint32_t raised;     ///< Number of occurrences, reported or not [wraps].
     uint32_t suppressed; ///< Private: occurrences that the limiter suppressed and that are not reported yet.
-    uint32_t due_ms;     // Time at which the mean rate is that of the interval again [wraps].
+    // Limiter: time at which the mean rate has fallen to one occurrence per interval [ms, wraps].
+    uint32_t due_ms;
 } pus_event_state_t;
 
 #define PUS_EVENT_BURST 20U        ///< Default of `burst`.
 #define PUS_EVENT_INTERVAL_MS 100U ///< Default of `interval_ms`.
+/// Shortest time between two reports of suppressed occurrences [ns].
 #define PUS_SUPPRESSED_REPORT_NS 1000000000ULL
-#define PUS_SUPPRESSED_AUX 6U ///< Auxiliary data of the event that reports them: event u16, count u32.
+/// Auxiliary data of the event that reports suppressed occurrences: event u16, count u32.
+#define PUS_SUPPRESSED_AUX 6U
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_app_process_t* process;
@@ -54,8 +57,8 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     struct {
         uint32_t suppressed; ///< Occurrences that the limiter did not let pass.
         uint32_t reported;   ///< TM[5,1..4] sent or kept.
-        uint32_t disabled;   ///< Raised while disabled: TM[129,7] sent or kept.
-        uint32_t refused;    ///< Unknown id, wrong auxiliary data, or no room.
+        uint32_t disabled;   ///< TM[129,7] sent or kept for a disabled event.
+        uint32_t refused;    ///< Events refused: unknown id, wrong auxiliary data, or no room.
     } counters;
 } pus_events_t;
 
@@ -63,15 +66,15 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 void pus_events_init(pus_events_t* events, pus_app_process_t* process,
                      const pus_event_definition_t* definitions, pus_event_state_t* states, uint16_t count);
 pus_service_t pus_events_service(pus_events_t* events);
-/// Set the event that reports suppressed occurrences; it has PUS_SUPPRESSED_AUX octets of auxiliary data. 0:
+/// Set the event that reports suppressed occurrences; its auxiliary data have PUS_SUPPRESSED_AUX octets. 0:
 /// none.
 void pus_events_report_suppressed_by(pus_events_t* events, uint16_t event_id);
-/// Report suppressed occurrences of one event, once in a second; call once per step. True if more are to be
-/// reported later.
+/// Report suppressed occurrences of one event, at most once in a second; to be called once per step. True if
+/// more must be reported later.
 bool pus_events_step(pus_events_t* events, uint64_t now_ns);
 /// Raise an event. STATUS_OK (reported; or disabled, with a notice; or suppressed and counted),
-/// STATUS_NOT_FOUND, STATUS_INVALID (auxiliary data of another size), STATUS_EXHAUSTED (no room to report it;
-/// counted).
+/// STATUS_NOT_FOUND, STATUS_INVALID (auxiliary data of another size), STATUS_EXHAUSTED (there was no room to
+/// report it; counted).
 status_t pus_event_raise(pus_events_t* events, uint16_t event_id, const uint8_t* aux, size_t aux_size,
                          uint64_t now_ns);
 

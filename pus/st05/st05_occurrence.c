@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A separate file, because only programs that react to events of other processes need this code.
+// This is a separate file, because only programs that react to events of other processes need it.
 #include "base/assertion.h"
 #include "pus/st05/st05_events.h"
 #include "pus/private/st129_management.h"
@@ -17,7 +17,7 @@ status_t pus_event_occurrence_read(const pus_tm_t* const tm, pus_event_occurrenc
     status_t status           = STATUS_NOT_FOUND;
     if ((tm->service == PUS_SERVICE_EVENTS) && is_severity(tm->subtype)) {
         notice.severity = tm->subtype;
-        notice.event    = octet_read_u16(&reader); // Auxiliary data may follow.
+        notice.event    = octet_read_u16(&reader); // Auxiliary data may follow, which are not read.
         status          = reader.failed ? STATUS_INVALID : STATUS_OK;
     } else if ((tm->service == PUS_SERVICE_MANAGEMENT) && (tm->subtype == (uint8_t)PUS_MANAGEMENT_NOTICE)) {
         status = pus_event_notice_read(&reader, &notice);

@@ -53,8 +53,9 @@ pus_failure_t memory_target(const pus_memory_service_t* const service, octet_rea
 
 bool memory_is_inside(const memory_target_t* const target, const uint32_t address, const uint32_t length)
 {
-    const uint8_t access  = target->memory->access;
-    const uint32_t offset = address - target->first; // Wraps to a large number if the address is lower.
+    const uint8_t access = target->memory->access;
+    // If the address is lower, the difference wraps to a large number.
+    const uint32_t offset = address - target->first;
     const bool is_inside =
         (address >= target->first) && (offset <= target->size) && (length <= (target->size - offset));
     return is_inside && (((target->origin + address) % access) == 0U) && ((length % access) == 0U);

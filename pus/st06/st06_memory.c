@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-#define FLAG_PROTECTED 0x01U // In a record.
+#define FLAG_PROTECTED 0x01U // Flags in a record.
 #define FLAG_SCRUBBED 0x02U
 #define RECORD_SIZE 1U
 
@@ -32,7 +32,7 @@ void pus_memory_init(pus_memory_service_t* const memory, const pus_memory_config
 
 // ---- Loads with data ----
 
-/// Write an area and read it back.
+/// Write an area, and read it back to verify it.
 static pus_failure_t store(pus_memory_service_t* const service, const pus_memory_t* const memory,
                            const uint32_t address, const uint8_t* const octets, const size_t size)
 {
@@ -91,7 +91,7 @@ static pus_reply_t load_raw(void* const self, pus_request_t* const request)
     return load(self, request, false);
 }
 
-/// Load the bits that a mask selects, in one write.
+/// Load only the bits that a mask selects, in one write.
 static pus_reply_t load_atomic(void* const self, pus_request_t* const request)
 {
     pus_memory_service_t* const service = self;

@@ -16,30 +16,33 @@
 #include "pus/core/file_port.h"
 #include "pus/core/service.h"
 
-#define PUS_MEMORY_SLICE 1024U ///< Octets of one operation in one step, a multiple of any access width.
-#define PUS_MEMORY_ATOMIC 4U   ///< Octets that TC[6,11] loads at once.
+/// Octets that one operation processes in one step, a multiple of each access width.
+#define PUS_MEMORY_SLICE 1024U
+#define PUS_MEMORY_ATOMIC 4U ///< Octets that TC[6,11] loads in one write.
 
-/// A memory, or a device that is accessed like one.
+/// A memory, or a device that is accessed in the same way.
 typedef struct {
     uint8_t id;
     uint8_t access; ///< Width of an access: 1, 2, 4 or 8 [octets]; base and size are multiples.
     uint32_t base;  ///< First address.
     uint32_t size;  ///< [octets], >= 1; base + size <= 2^32.
     void* context;
-    /// Read `size` octets from an address on, within the memory and aligned. STATUS_OK or the error.
+    /// Read `size` octets from an address on; the area is within the memory and aligned. STATUS_OK, or the
+    /// error.
     status_t (*read)(void* context, uint32_t address, uint8_t* octets, size_t size);
     /// Write `size` octets, up to PUS_MEMORY_ATOMIC of them without interruption. Null: read-only.
     status_t (*write)(void* context, uint32_t address, const uint8_t* octets, size_t size);
-    /// Make the hardware find and correct errors in a range. Null: this memory cannot be scrubbed.
+    /// Let the hardware find and correct errors in an area. Null: this memory cannot be scrubbed.
     void (*scrub)(void* context, uint32_t address, size_t size);
-    /// Find the address and size of an object in the memory. STATUS_OK, STATUS_NOT_FOUND. Null: no objects.
+    /// Find the address and size of an object in the memory. STATUS_OK, STATUS_NOT_FOUND. Null: the memory
+    /// has no objects.
     status_t (*object)(void* context, uint32_t base_id, uint32_t* out_address, uint32_t* out_size);
 } pus_memory_t;
 
 typedef struct { // Private.
     bool is_protected;
     bool is_scrubbed;
-    uint32_t scrubbed; // Octets scrubbed in this pass.
+    uint32_t scrubbed; // Octets scrubbed in the present pass.
 } pus_memory_state_t;
 
 typedef struct {  // Private: a request in progress.
@@ -59,9 +62,9 @@ typedef struct {  // Private: a request in progress.
     uint16_t list;    // Offset of the list of areas in `data`.
     uint16_t entry;   // Size of the entry of an area [octets].
     pus_token_t token;
-    pus_failure_t failure; // The first failure.
+    pus_failure_t failure; // First failure of the request.
     uint16_t checksums[PUS_COUNT_MAX];
-    bool is_left_out[PUS_COUNT_MAX]; // Refused or failed.
+    bool is_left_out[PUS_COUNT_MAX]; // The area was refused, or has failed.
     uint8_t data[PUS_TC_DATA_MAX];
 } pus_memory_operation_t;
 
@@ -84,7 +87,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
         uint32_t loaded;  ///< Areas loaded.
         uint32_t dumped;  ///< Areas dumped.
         uint32_t checked; ///< Areas checked.
-        uint32_t refused; ///< Areas refused, or failed later.
+        uint32_t refused; ///< Areas that were refused or failed.
         uint32_t passes;  ///< Number of complete scrubbing passes of a memory.
     } counters;
     uint8_t octets[PUS_MEMORY_SLICE];
@@ -96,10 +99,10 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 void pus_memory_init(pus_memory_service_t* memory, const pus_memory_config_t* config);
 /// Entry of the service for a dispatcher, with subtypes and step.
 pus_service_t pus_memory_service(pus_memory_service_t* memory);
-/// Restore a record; `key` is a memory id. STATUS_OK, STATUS_NOT_FOUND (no such memory), STATUS_INVALID
-/// (no such record), STATUS_UNSUPPORTED (it can no longer be scrubbed).
+/// Restore a record; `key` is a memory id. STATUS_OK, STATUS_NOT_FOUND (no such memory), STATUS_INVALID (no
+/// such record), STATUS_UNSUPPORTED (scrubbing was enabled, but the memory cannot be scrubbed any more).
 MUST_USE status_t pus_memory_restore(void* self, uint32_t key, const uint8_t* octets, size_t size);
-/// Advance all operations and scrubbing.
+/// Continue all operations and the scrubbing.
 void pus_memory_step(pus_memory_service_t* memory, uint64_t now_ns);
 
 #endif // PUS_ST06_ST06_MEMORY_H

@@ -15,7 +15,7 @@ enum { // Reports.
     OBJECT_CHECK  = 18
 };
 
-enum { // Phases of an area that is loaded by reference.
+enum { // Phases of the load of an area from a file.
     PHASE_CHECK,
     PHASE_LOAD
 };
@@ -85,7 +85,7 @@ static void next_area(pus_memory_operation_t* const operation)
     operation->index++;
 }
 
-/// Record that the present area failed, and continue with the next.
+/// Record that the present area failed, and continue with the next area.
 static void fail_area(pus_memory_service_t* const service, pus_memory_operation_t* const operation,
                       const pus_failure_t* const failure)
 {
@@ -139,7 +139,8 @@ static void put_count(octet_writer_t* const writer, const size_t place, const ui
     octets_put_u16(&writer->octets[place], count);
 }
 
-/// Send one report of a dump, with one slice of the areas. False: the process cannot take it now.
+/// Send one report of a dump, with the next slice of its areas. False: the process cannot take the report
+/// now.
 static bool dump(pus_memory_service_t* const service, pus_memory_operation_t* const operation,
                  const uint64_t now_ns)
 {
@@ -175,13 +176,13 @@ static bool dump(pus_memory_service_t* const service, pus_memory_operation_t* co
             next_area(operation);
         }
     }
-    if (entries == 0U) { // The remaining octets could not be read.
+    if (entries == 0U) { // None of the remaining areas could be read: there is nothing to report.
         pus_tm_cancel(service->config.process);
         return true;
     }
     put_count(&writer, place, entries);
     if (pus_tm_send(service->config.process, &writer) != STATUS_OK) {
-        operation->index = index; // A later step repeats the report with the content of that time.
+        operation->index = index; // A later step builds the report again, with the content at that time.
         operation->done  = done;
         return false;
     }
@@ -189,7 +190,7 @@ static bool dump(pus_memory_service_t* const service, pus_memory_operation_t* co
     return true;
 }
 
-/// Include a slice of the present area in its checksum. *room: octets left of the slice.
+/// Include the next slice of the present area in its checksum. *room: octets left in the slice of this step.
 static void check_slice(pus_memory_service_t* const service, pus_memory_operation_t* const operation,
                         uint32_t* const room)
 {
@@ -245,7 +246,8 @@ static bool report_checks(const pus_memory_service_t* const service,
     return pus_tm_send(service->config.process, &writer) == STATUS_OK;
 }
 
-/// Read a slice of a file: a first pass computes the checksum of the area, a second one loads it.
+/// Read the next slice of a file: a first pass computes the checksum of the area, a second pass loads the
+/// area.
 static void load_slice(pus_memory_service_t* const service, pus_memory_operation_t* const operation,
                        uint32_t* const room)
 {
@@ -281,11 +283,11 @@ static void load_slice(pus_memory_service_t* const service, pus_memory_operation
         operation->phase = PHASE_LOAD;
         operation->done  = 0U;
     } else {
-        // The next step continues.
+        // The next step continues with this area.
     }
 }
 
-/// Append a slice of memory to a file.
+/// Append the next slice of the memory to the file.
 static void dump_slice(pus_memory_service_t* const service, pus_memory_operation_t* const operation,
                        uint32_t* const room)
 {
@@ -300,7 +302,8 @@ static void dump_slice(pus_memory_service_t* const service, pus_memory_operation
     }
     if (status != STATUS_OK) {
         fail_io(service, operation, status);
-        operation->index = operation->count; // End: further octets would be at wrong offsets of the file.
+        // End the operation: further octets would be at wrong offsets in the file.
+        operation->index = operation->count;
         return;
     }
     *room -= piece;
@@ -312,7 +315,7 @@ static void dump_slice(pus_memory_service_t* const service, pus_memory_operation
     }
 }
 
-/// Advance an operation by a slice. True: it has ended.
+/// Advance an operation by one slice. Returns true if the operation has ended.
 static bool advance(pus_memory_service_t* const service, pus_memory_operation_t* const operation,
                     const uint64_t now_ns)
 {
@@ -401,7 +404,7 @@ static pus_file_name_t read_name(octet_reader_t* const reader)
     return name;
 }
 
-/// The failure for a status of opening a file; `place`: octet offset of its name.
+/// Failure for the status of opening a file; `place`: octet offset of the file name in the request.
 static pus_failure_t failure_of(const status_t status, const size_t place)
 {
     switch (status) {
@@ -444,8 +447,8 @@ static bool check_areas(pus_memory_service_t* const service, pus_request_t* cons
     return operation->refused < operation->count;
 }
 
-/// Set up an operation for a request. Its areas follow in the request; MEMORY_CHECK_OBJECT has one area, the
-/// whole object.
+/// Set up an operation for a request. Its areas follow in the request; MEMORY_CHECK_OBJECT has only one area,
+/// the whole object.
 static void take(pus_memory_operation_t* const operation, const pus_request_t* const request,
                  const memory_kind_t kind, const memory_target_t* const target)
 {
@@ -491,7 +494,8 @@ static pus_failure_t begin_areas(pus_memory_service_t* const service, pus_reques
     if ((status == STATUS_OK) && !check_areas(service, request, operation, target, size)) {
         operation->kind = 0U;
         if (is_load) {
-            (void)files->close(files->context, operation->file); // Nothing was written.
+            // The new file is closed again; nothing was written to it.
+            (void)files->close(files->context, operation->file);
         }
         return none();
     }
@@ -516,7 +520,8 @@ pus_reply_t memory_start(pus_memory_service_t* const service, pus_request_t* con
     if (operation == NULL) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, service->config.operation_count);
     }
-    if (request->reader.size > sizeof operation->data) { // The request was transferred in parts.
+    // The request was transferred in parts (ST[13]) and is longer than a packet.
+    if (request->reader.size > sizeof operation->data) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, sizeof operation->data);
     }
     if (has_file && (service->config.files == NULL)) {
@@ -532,7 +537,7 @@ pus_reply_t memory_start(pus_memory_service_t* const service, pus_request_t* con
         return pus_refused(failure.code, failure.detail);
     }
     if (operation->kind == 0U) {
-        return pus_done(); // Each refusal has its own report.
+        return pus_done(); // Each refused area has a report of its own.
     }
     service->running++;
     return pus_later();

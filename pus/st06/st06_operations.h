@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private to ST[06]: areas of a request, checks of the access to them, and operations that take several
-/// steps.
+/// Private to ST[06]: the areas of a request, the checks whether they may be accessed, and the operations
+/// that take several steps.
 #ifndef PUS_ST06_ST06_OPERATIONS_H
 #define PUS_ST06_ST06_OPERATIONS_H
 
@@ -18,7 +18,7 @@ typedef enum {
 pus_failure_t memory_target(const pus_memory_service_t* service, octet_reader_t* reader, bool is_object,
                             memory_target_t* out_target);
 /// Check the access to an area. PUS_FAILURE_NONE, or the failure that refuses it. `place`: octet offset of
-/// its entry.
+/// the entry of the area.
 pus_failure_t memory_check_access(const pus_memory_service_t* service, const memory_target_t* target,
                                   uint32_t address, uint32_t length, bool is_write, size_t place);
 /// Read back `size` octets and compare. PUS_FAILURE_NONE, PUS_FAILURE_VERIFY or PUS_FAILURE_IO.
@@ -27,7 +27,7 @@ pus_failure_t memory_verify(pus_memory_service_t* service, const pus_memory_t* m
 /// Count an area that failed, and return its failure.
 pus_failure_t memory_fail(pus_memory_service_t* service, uint16_t code, uint32_t detail);
 
-/// Begin the operation that a request asks for.
+/// Begin the operation for a request.
 pus_reply_t memory_start(pus_memory_service_t* service, pus_request_t* request, memory_kind_t kind,
                          bool is_object);
 /// End all dumps.

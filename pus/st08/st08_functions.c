@@ -37,7 +37,7 @@ static uint16_t function_of(const pus_functions_t* const functions, const uint8_
     uint16_t index = 0U;
     while ((index < functions->count) &&
            ((name == NULL) || (memcmp(functions->functions[index].name, name, PUS_NAME_SIZE) != 0))) {
-        index++; // Both names are padded with NUL.
+        index++; // A byte comparison is sufficient, because both names are padded with NUL.
     }
     return index;
 }
@@ -58,7 +58,8 @@ static bool has_format(void* const self, octet_reader_t* const reader)
     const uint16_t index                   = function_of(functions, octet_read_octets(reader, PUS_NAME_SIZE));
     const uint8_t count                    = octet_read_u8(reader);
     if (index >= functions->count) {
-        // The arguments of an unknown function cannot be delimited. The function is refused at its start.
+        // The end of an unknown function's arguments cannot be found. The function is refused when it should
+        // start.
         (void)octet_read_octets(reader, octet_reader_left(reader));
         return true;
     }
@@ -70,7 +71,8 @@ static bool has_format(void* const self, octet_reader_t* const reader)
     for (uint8_t i = 0U; (i < count) && !reader->failed; i++) {
         const uint8_t place = argument_of(function, octet_read_u16(reader));
         if (!reader->failed && (place >= function->argument_count)) {
-            (void)octet_read_octets(reader, octet_reader_left(reader)); // Its value cannot be delimited.
+            // The length of its value is unknown, so the end of the arguments cannot be found.
+            (void)octet_read_octets(reader, octet_reader_left(reader));
             return true;
         }
         (void)octet_read_octets(reader, reader->failed ? 0U : size_of(&function->arguments[place]));
@@ -88,14 +90,15 @@ static bool is_finite(const value_type_t type, const uint8_t* const octets)
     return (type != VALUE_DOUBLE) || (high != 0x7FU) || ((octets[1] & 0xF0U) != 0xF0U);
 }
 
-/// Decode all elements of one argument to the area. False: a value is not possible for its type, or not
+/// Decode all elements of one argument to the area. False: a value is not possible for its type, or is not
 /// finite.
 static bool decode_argument(const pus_functions_t* const functions, const pus_argument_t* const argument,
                             octet_reader_t* const reader)
 {
     const size_t size = value_size(argument->type);
     for (uint16_t i = 0U; i < argument->count; i++) {
-        const uint8_t* const octets = &reader->octets[reader->position]; // The format has been checked.
+        // The dispatcher has checked the format.
+        const uint8_t* const octets = &reader->octets[reader->position];
         uint8_t* const memory       = &functions->area[argument->offset + (i * size)];
         if (!is_finite(argument->type, octets) ||
             (value_decode(reader, argument->type, memory) != STATUS_OK)) {

@@ -68,7 +68,8 @@ uint64_t pus_time_due_ns(const pus_time_t* const time, const uint64_t now_ns)
     return is_due(time, now_ns) ? now_ns : (now_ns + (period_ns(time) - passed_ns));
 }
 
-/// Write a CDS time: milliseconds and microseconds of the day. It is rounded to 1 us, a CUC time to 2^-24 s.
+/// Write a CDS time: days, milliseconds of the day and microseconds of the millisecond. It is rounded down to
+/// 1 us.
 static void write_cds(octet_writer_t* const writer, const uint64_t time_ns)
 {
     const uint64_t ms = time_ns / NS_PER_MS;

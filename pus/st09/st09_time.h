@@ -7,7 +7,7 @@
 /// of mission time only one report is sent. A report that the port refuses is built again in the next step,
 /// with the time of that step. The rate is one persistent record, key 0.
 ///
-/// Ownership  The caller places it.
+/// Ownership  The caller places pus_time_t.
 /// Context    One loop.
 /// Time       O(1).
 #ifndef PUS_ST09_ST09_TIME_H
@@ -16,12 +16,12 @@
 #include "pus/core/persistence.h"
 #include "pus/core/service.h"
 
-#define PUS_TIME_PACKET_SIZE 18U
-#define PUS_TIME_EXPONENT_MAX 8U
-#define PUS_TIME_NO_REPORTS 255U ///< As exponent in the configuration: no reports before TC[9,1].
+#define PUS_TIME_PACKET_SIZE 18U ///< Size of a time report [octets].
+#define PUS_TIME_EXPONENT_MAX 8U ///< Largest exponent v of the rate.
+#define PUS_TIME_NO_REPORTS 255U ///< Value of `exponent` in the configuration: no reports before TC[9,1].
 
 typedef enum {
-    PUS_TIME_CUC = 2, ///< Each value is the subtype of the report.
+    PUS_TIME_CUC = 2, ///< The value of each format is the subtype of its report.
     PUS_TIME_CDS = 3
 } pus_time_format_t;
 
@@ -38,7 +38,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_time_config_t config;
     uint8_t exponent;
     uint16_t sequence;
-    uint64_t period; // Number of the last period with a report; UINT64_MAX: none.
+    uint64_t period; // Number of the last period in which a report was sent; UINT64_MAX: none.
     struct {
         uint32_t sent;
         uint32_t refused; ///< Reports that the port refused.
@@ -51,10 +51,10 @@ void pus_time_init(pus_time_t* time, const pus_time_config_t* config);
 MUST_USE status_t pus_time_restore(pus_time_t* time, uint32_t key, const uint8_t* octets, size_t size);
 /// Send a report if one is due.
 void pus_time_step(pus_time_t* time, uint64_t now_ns);
-/// Time at which the next report is due [ns of the run]; now_ns if one is due now, UINT64_MAX without
+/// Time at which the next report is due [ns of the run]; now_ns if one is due now, UINT64_MAX if there are no
 /// reports.
 uint64_t pus_time_due_ns(const pus_time_t* time, uint64_t now_ns);
-/// Entry of the service for a dispatcher; call pus_time_step once per cycle.
+/// Entry of the service for a dispatcher. It has no `step`: the caller calls pus_time_step once per cycle.
 pus_service_t pus_time_service(pus_time_t* time);
 
 /// True if the octets begin a spacecraft time packet, which pus_tm_decode refuses.

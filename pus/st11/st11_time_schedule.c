@@ -5,7 +5,7 @@
 #include "generated/pus/st11_request_formats.h"
 
 #define NS_PER_S 1000000000ULL
-#define FIELD_BITS 56U // Bits of a time without its P-field, and of a relative time.
+#define FIELD_BITS 56U // Size of a time without its P-field, and of a relative time [bits].
 #define FIELD_MASK ((1ULL << FIELD_BITS) - 1U)
 #define SECONDS_SHIFT 24U
 

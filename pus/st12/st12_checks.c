@@ -53,7 +53,8 @@ static void send_transitions(pus_monitoring_t* const self, const uint64_t now_ns
     while ((self->transition_count > 0U) && (status == STATUS_OK)) {
         octet_writer_t writer =
             pus_tm_begin(self->config.process, PUS_SERVICE_MONITORING, 12U, PUS_USER_GROUND, now_ns);
-        uint8_t* const head = octet_write_space(&writer, sizeof(uint16_t)); // Not null: there is room.
+        // Not null, because there is room.
+        uint8_t* const head = octet_write_space(&writer, sizeof(uint16_t));
         uint16_t count      = 0U;
         while ((count < self->transition_count) &&
                ((writer.capacity - writer.position) >= MONITORING_TRANSITION_MAX)) {
@@ -101,7 +102,7 @@ static void raise_event(const pus_monitoring_t* const self, const pus_check_tran
     self->config.events.raise(self->config.events.context, event_id, octets, sizeof octets, now_ns);
 }
 
-/// Value of limit_crossed in the report of a transition.
+/// Value for the field limit_crossed in the report of a transition.
 static uint64_t limit_of(const pus_pmon_t* const pmon, const uint8_t status)
 {
     if (pmon->check_type == (uint8_t)PUS_CHECK_EXPECTED) {
@@ -136,7 +137,7 @@ static void change(pus_monitoring_t* const self, pus_pmon_t* const pmon, const u
 
 // ---- Checks of a value ----
 
-/// Result of a limit check. NaN is neither less nor greater than a limit, and counts as low.
+/// Result of a limit check. NaN, which is neither less nor greater than a limit, counts as low.
 static uint8_t check_limit(const pus_pmon_t* const pmon, const uint64_t value)
 {
     const pus_comparison_t low = pus_scalar_compare(pmon->scalar.type, value, pmon->low);
@@ -147,8 +148,8 @@ static uint8_t check_limit(const pus_pmon_t* const pmon, const uint64_t value)
                                                                                      : PUS_CHECK_NOMINAL;
 }
 
-/// Result of a delta check: PUS_CHECK_UNCHECKED until the block of differences is complete. The last value of
-/// a block is the first of the next. NaN counts as low.
+/// Result of a delta check: PUS_CHECK_UNCHECKED until the number of differences is that of a block. The last
+/// value of a block is the first value of the next block. NaN counts as low.
 static uint8_t check_delta(pus_pmon_t* const pmon, const uint64_t value)
 {
     if (!pmon->has_first) {

@@ -108,7 +108,8 @@ void monitoring_write_transition(octet_writer_t* const writer, const pus_check_t
 
 // ---- Checks of a definition ----
 
-/// Find a parameter. The parameter in a record need not exist yet.
+/// Find a parameter. For a definition from a record this always succeeds, because the parameter may exist
+/// later.
 static pus_failure_t find(const pus_monitoring_t* const self, const monitoring_origin_t origin,
                           pus_scalar_t* const scalar)
 {

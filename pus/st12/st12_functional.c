@@ -46,7 +46,7 @@ void monitoring_link(pus_monitoring_t* const self)
         self->config.pmons[i].members = 0U;
     }
     for (uint16_t i = 0U; i < self->config.fmon_capacity; i++) {
-        const pus_fmon_t* const fmon = &self->config.fmons[i]; // An unused one has no members.
+        const pus_fmon_t* const fmon = &self->config.fmons[i]; // An unused FMON has no members.
         pus_fmon_member_t* member    = members_of(self, fmon);
         for (uint8_t k = 0U; k < fmon->count; k++) {
             pus_pmon_t* const pmon = monitoring_pmon(self, member->pmon_id);
@@ -59,7 +59,8 @@ void monitoring_link(pus_monitoring_t* const self)
     }
 }
 
-/// Returns the FMON of *member (its number + 1), and moves *member to the next one that names the same PMON.
+/// Returns the FMON to which *member (number of a member + 1) belongs, and moves *member to the next member
+/// that names the same PMON.
 static pus_fmon_t* named_by(const pus_monitoring_t* const self, uint16_t* const member)
 {
     const uint16_t number = (uint16_t)(*member - 1U);
@@ -134,7 +135,7 @@ static void evaluate(pus_monitoring_t* const self, pus_fmon_t* const fmon, const
         fmon->status = PUS_FMON_FAILED;
         fail(self, fmon, count, now_ns);
     } else {
-        // The failure was reported before.
+        // The failure has already been reported.
     }
 }
 
@@ -143,7 +144,7 @@ void monitoring_evaluate_touched(pus_monitoring_t* const self, const uint64_t no
     for (uint16_t i = 0U; i < self->touched_count; i++) {
         pus_fmon_t* const fmon = &self->config.fmons[self->config.touched[i]];
         fmon->is_touched       = false;
-        if (self->is_functional && fmon->is_enabled) { // The FMON may have been disabled meanwhile.
+        if (self->is_functional && fmon->is_enabled) { // The FMON may have been disabled since it was marked.
             evaluate(self, fmon, now_ns);
         }
     }
@@ -155,7 +156,7 @@ void monitoring_evaluate_touched(pus_monitoring_t* const self, const uint64_t no
 /// A definition that was read and is not yet in the table.
 typedef struct {
     pus_fmon_t fmon;
-    octet_reader_t members; // Their ids.
+    octet_reader_t members; // Ids of the members, not read yet.
     uint16_t member_count;
 } candidate_t;
 
@@ -202,7 +203,7 @@ static void write_fmon(octet_writer_t* const writer, const pus_fmon_t* const fmo
     }
 }
 
-/// Check the size and the contents of a definition, except its PMONs.
+/// Check the size and the contents of a definition, except whether its PMONs exist.
 static pus_failure_t check_fmon(const pus_monitoring_t* const self, const monitoring_origin_t origin,
                                 candidate_t* const candidate, const uint32_t offset)
 {
@@ -286,7 +287,8 @@ pus_reply_t monitoring_add_fmons(void* const context, pus_request_t* const reque
     for (uint16_t i = 1U; i <= count; i++) {
         candidate_t candidate;
         const uint32_t offset = (uint32_t)request->reader.position;
-        (void)read_fmon(&request->reader, MONITORING_FROM_ADD, &candidate); // Its format has been checked.
+        // The dispatcher has checked the format.
+        (void)read_fmon(&request->reader, MONITORING_FROM_ADD, &candidate);
         const pus_failure_t failure = add(self, &candidate, offset);
         monitoring_settle(self, request, i, &failure);
     }
@@ -306,7 +308,7 @@ status_t monitoring_restore_fmon(pus_monitoring_t* const self, octet_reader_t* c
     }
     const pus_failure_t failure = check_fmon(self, MONITORING_FROM_RECORD, &candidate, 0U);
     if (failure.code == PUS_FAILURE_NONE) {
-        // The records of its PMONs may follow later.
+        // The records of its PMONs may be restored later.
         pus_fmon_member_t* const members = members_of(self, place);
         for (uint8_t i = 0U; i < candidate.fmon.count; i++) {
             members[i] = (pus_fmon_member_t){.pmon_id = octet_read_u16(&candidate.members)};
@@ -343,7 +345,7 @@ static pus_failure_t set(pus_monitoring_t* const self, const uint16_t id, const 
                          const bool is_protected)
 {
     pus_fmon_t* const fmon = fmon_of(self, id);
-    FSW_ASSERT(fmon != NULL); // The caller has found it.
+    FSW_ASSERT(fmon != NULL); // Always, because the caller has found it.
     pus_fmon_t changed   = *fmon;
     changed.is_enabled   = is_enabled;
     changed.is_protected = is_protected;

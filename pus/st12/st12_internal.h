@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Parts of ST[12] that its files share. Internal to pus/.
+/// Private to ST[12]: functions that its files share.
 #ifndef PUS_ST12_ST12_INTERNAL_H
 #define PUS_ST12_ST12_INTERNAL_H
 
@@ -7,7 +7,7 @@
 #include "pus/st12/st12_monitoring.h"
 
 #define MONITORING_NONE UINT16_MAX ///< No position in the order.
-#define MONITORING_PMON_RECORD 0U  ///< Kind of a record, in the high half of its key.
+#define MONITORING_PMON_RECORD 0U  ///< Kinds of records, in the high half of their keys.
 #define MONITORING_FMON_RECORD 1U
 #define MONITORING_SETTINGS_RECORD 2U
 #define MONITORING_RECORD_MAX 640U ///< Largest record [octets]: an FMON of 255 members.
@@ -16,8 +16,8 @@
 #define MONITORING_PMON_EVENT 16U ///< Auxiliary data of the event of a PMON [octets].
 #define MONITORING_FMON_EVENT 4U  ///< Auxiliary data of the event of an FMON [octets].
 
-/// Source of a definition: TC[12,5] or [12,23], TC[12,7], or a record. The fields of a definition depend on
-/// it.
+/// Source of a definition: TC[12,5] or [12,23], TC[12,7], or a record. The source determines which fields the
+/// definition has.
 typedef enum {
     MONITORING_FROM_ADD,
     MONITORING_FROM_MODIFY,
@@ -26,7 +26,7 @@ typedef enum {
 
 // ---- Definitions of parameter monitoring (st12_definitions.c) ----
 
-/// Read a definition. False: the parameter is not a scalar, or the check type is unknown.
+/// Read a definition of a PMON. False: the parameter is not a scalar, or the check type is unknown.
 bool monitoring_read_pmon(octet_reader_t* reader, monitoring_origin_t origin, pus_pmon_t* out_pmon);
 /// Write a definition as in TM[12,9] and in a persistent record.
 void monitoring_write_pmon(octet_writer_t* writer, const pus_pmon_t* pmon);
@@ -34,8 +34,8 @@ void monitoring_write_pmon(octet_writer_t* writer, const pus_pmon_t* pmon);
 void monitoring_write_transition(octet_writer_t* writer, const pus_check_transition_t* transition);
 bool monitoring_read_validity(octet_reader_t* reader, pus_validity_t* out_validity);
 void monitoring_write_validity(octet_writer_t* writer, const pus_validity_t* validity);
-/// Check a definition, and find its events and, if a request contains it, its parameters. `offset`: offset of
-/// the definition, for the failure.
+/// Check a definition: its values, its events and, if it comes from a request, its parameters. `offset`:
+/// octet offset of the definition, for the failure.
 pus_failure_t monitoring_check_pmon(const pus_monitoring_t* self, monitoring_origin_t origin,
                                     pus_pmon_t* pmon, uint32_t offset);
 pus_failure_t monitoring_check_validity(const pus_monitoring_t* self, monitoring_origin_t origin,
@@ -44,7 +44,7 @@ pus_failure_t monitoring_check_event(const pus_monitoring_t* self, uint16_t even
 
 // ---- Tables and records (st12_monitoring.c) ----
 
-/// Find a definition. Null if there is none.
+/// Returns the PMON with this id, or null.
 pus_pmon_t* monitoring_pmon(const pus_monitoring_t* self, uint16_t id);
 /// Store or erase a record. PUS_FAILURE_NONE or PUS_FAILURE_IO.
 pus_failure_t monitoring_save(pus_monitoring_t* self, uint32_t kind, uint16_t id, const uint8_t* octets,
@@ -52,7 +52,7 @@ pus_failure_t monitoring_save(pus_monitoring_t* self, uint32_t kind, uint16_t id
 pus_failure_t monitoring_forget(pus_monitoring_t* self, uint32_t kind, uint16_t id);
 pus_failure_t monitoring_save_settings(pus_monitoring_t* self, bool is_enabled, bool is_functional,
                                        uint32_t reporting_delay);
-/// PUS_DONE if there is no failure, otherwise PUS_REFUSED with the failure, which is counted.
+/// Returns PUS_DONE if there is no failure; otherwise counts the failure and returns PUS_REFUSED with it.
 pus_reply_t monitoring_reply(pus_monitoring_t* self, const pus_failure_t* failure);
 /// Perform an instruction if there is no failure; otherwise refuse it and count the refusal.
 void monitoring_settle(pus_monitoring_t* self, pus_request_t* request, uint16_t instruction,
@@ -61,12 +61,14 @@ void monitoring_settle(pus_monitoring_t* self, pus_request_t* request, uint16_t 
 typedef pus_failure_t (*monitoring_act_t)(pus_monitoring_t* self, uint16_t id);
 pus_reply_t monitoring_for_each(pus_monitoring_t* self, pus_request_t* request, monitoring_act_t act);
 /// Refuse each id of a request for reports that `look_up` does not find, and perform the rest; a request
-/// without ids means all. False if nothing is to be reported.
+/// without ids concerns all. False if there is nothing to report.
 bool monitoring_accept_ids(pus_monitoring_t* self, pus_request_t* request, monitoring_act_t look_up);
+/// Status of a restored record for a failure of its checks.
 status_t monitoring_status(const pus_failure_t* failure);
 
 // ---- Checking (st12_checks.c) ----
 
+/// True if the validity condition is met.
 bool monitoring_is_valid(const pus_monitoring_t* self, const pus_validity_t* validity);
 /// Check a PMON from the next cycle on, if the PMON and the monitoring function are enabled.
 void monitoring_schedule(pus_monitoring_t* self, const pus_pmon_t* pmon);
@@ -75,7 +77,7 @@ void monitoring_uncheck(pus_monitoring_t* self, pus_pmon_t* pmon);
 
 // ---- Functional monitoring (st12_functional.c) ----
 
-/// Update the list of the FMONs that name each PMON, if the definitions have changed.
+/// Update the chains of FMON members that name the same PMON, if the definitions have changed.
 void monitoring_link(pus_monitoring_t* self);
 /// Mark the FMONs that name a PMON for evaluation.
 void monitoring_touch(pus_monitoring_t* self, const pus_pmon_t* pmon);
@@ -83,6 +85,7 @@ void monitoring_touch(pus_monitoring_t* self, const pus_pmon_t* pmon);
 void monitoring_evaluate_touched(pus_monitoring_t* self, uint64_t now_ns);
 /// True if a protected FMON names the PMON.
 bool monitoring_is_protected(pus_monitoring_t* self, const pus_pmon_t* pmon);
+/// Restore an FMON from its record. Statuses of pus_monitoring_restore.
 status_t monitoring_restore_fmon(pus_monitoring_t* self, octet_reader_t* reader);
 pus_reply_t monitoring_enable_functional(void* self, pus_request_t* request);
 pus_reply_t monitoring_disable_functional(void* self, pus_request_t* request);

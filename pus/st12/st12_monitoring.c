@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#define KIND_SHIFT 16U // Shift of a record's key.
+#define KIND_SHIFT 16U // Position of the kind in a record's key.
 #define SETTINGS_SIZE 6U
 
 void pus_monitoring_init(pus_monitoring_t* const self, const pus_monitoring_config_t* const config)
@@ -29,7 +29,7 @@ void pus_monitoring_init(pus_monitoring_t* const self, const pus_monitoring_conf
 
 // ---- Tables ----
 
-/// Position of an id in the order, or the position where it would be inserted.
+/// Position of an id in the order, or the position at which it would be inserted.
 static uint16_t place_of(const pus_monitoring_t* const self, const uint16_t id)
 {
     uint16_t low  = 0U;
@@ -267,7 +267,7 @@ static pus_failure_t enable(pus_monitoring_t* const self, const uint16_t id)
         return pus_failure(PUS_FAILURE_UNKNOWN_ID, id);
     }
     if (pmon->is_enabled) {
-        return pus_no_failure(); // The PMON is enabled already: its checks keep their times.
+        return pus_no_failure(); // The PMON is already enabled: the times of its checks do not change.
     }
     const pus_failure_t failure = set_enabled(self, pmon, true);
     monitoring_schedule(self, pmon);
@@ -339,7 +339,8 @@ static pus_reply_t change_delay(void* const context, pus_request_t* const reques
     return monitoring_reply(self, &failure);
 }
 
-/// Delete all definitions. Enabled ones can be deleted, too, because the monitoring function is disabled.
+/// Delete all definitions, also those that are enabled: this is permitted because the monitoring function is
+/// disabled.
 static pus_reply_t delete_all(void* const context, pus_request_t* const request)
 {
     (void)request;
@@ -418,7 +419,7 @@ static pus_reply_t define_each(pus_monitoring_t* const self, pus_request_t* cons
     for (uint16_t i = 1U; i <= count; i++) {
         pus_pmon_t pmon;
         const uint32_t offset = (uint32_t)request->reader.position;
-        (void)monitoring_read_pmon(&request->reader, origin, &pmon); // Its format has been checked.
+        (void)monitoring_read_pmon(&request->reader, origin, &pmon); // The dispatcher has checked the format.
         const pus_failure_t failure = define(self, &pmon, offset);
         monitoring_settle(self, request, i, &failure);
     }

@@ -2,8 +2,8 @@
 /// ST[12] on-board monitoring: parameter monitoring (PMON) and functional monitoring (FMON) definitions. All
 /// 28 messages. Checks, statuses, events and restrictions: docs/services/st12.md.
 ///
-/// Persistent are the definitions with their statuses, the statuses of both monitoring functions, and the
-/// reporting delay; the results of checks are not.
+/// The definitions with their statuses, the statuses of both monitoring functions and the reporting delay are
+/// persistent; the results of checks are not.
 ///
 /// Ownership  The caller places all storage.
 /// Context    The loop of the process.
@@ -39,12 +39,12 @@ typedef enum {
 } pus_fmon_status_t;
 
 typedef struct {         // Private.
-    pus_scalar_t scalar; // With id 0 the condition is always true.
+    pus_scalar_t scalar; // If its id is 0, the condition is always true.
     uint64_t mask;
     uint64_t expected;
 } pus_validity_t;
 
-/// A change of status, as in TM[12,11] and TM[12,12].
+/// A change of the status of a PMON, as in TM[12,11] and TM[12,12].
 typedef struct { // Private.
     uint16_t pmon_id;
     uint32_t parameter_id;
@@ -72,12 +72,12 @@ typedef struct { // Private.
     bool is_enabled;
     uint8_t status;
     uint8_t verdict;      // Result of the last check.
-    uint16_t verdicts;    // Equal results in a row, at most `repetition`.
+    uint16_t verdicts;    // Number of equal results in a row, at most `repetition`.
     uint16_t differences; // Number of differences in the present block.
     bool has_first;       // The block has its first value.
     uint64_t first;
     pus_check_transition_t last;
-    uint16_t members; // Number of the first FMON member that names it, + 1; 0: none.
+    uint16_t members; // Number of the first FMON member that names this PMON, plus 1; 0: none.
 } pus_pmon_t;
 
 typedef struct { // Private.
@@ -89,13 +89,13 @@ typedef struct { // Private.
     bool in_use;
     bool is_enabled;
     bool is_protected;
-    bool is_touched; // To be evaluated.
+    bool is_touched; // The FMON must be evaluated.
     pus_validity_t validity;
 } pus_fmon_t;
 
 typedef struct { // Private. Member k of FMON f is number f * fmon_members + k.
     uint16_t pmon_id;
-    uint16_t next; // Number of the next member that names the same PMON, + 1; 0: none.
+    uint16_t next; // Number of the next member that names the same PMON, plus 1; 0: none.
 } pus_fmon_member_t;
 
 typedef struct {
@@ -114,7 +114,7 @@ typedef struct {
     uint16_t pmon_capacity;
     uint16_t fmon_capacity;
     uint16_t transition_capacity;
-    uint8_t fmon_members;     ///< Most PMONs that an FMON can name.
+    uint8_t fmon_members;     ///< Largest number of PMONs that an FMON can name.
     uint32_t reporting_delay; ///< Initial value of the maximum transition reporting delay [cycles].
 } pus_monitoring_config_t;
 
@@ -124,13 +124,13 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     uint64_t cycle;      // Cycle count, extended to 64 bits.
     uint32_t last_cycle; // Last cycle count of the caller.
     uint32_t reporting_delay;
-    uint16_t pmon_count; // Used entries of pmon_order, sorted by id; the free entries follow.
+    uint16_t pmon_count; // Number of used entries of pmon_order, sorted by id; the free entries follow.
     uint16_t touched_count;
     uint16_t transition_count;
     uint64_t transitions_since; // Cycle of the first transition in the list.
     bool is_enabled;
     bool is_functional; // The FMON function is enabled.
-    bool is_unlinked;   // `members` is not up to date.
+    bool is_unlinked;   // The chains in `members` are not up to date.
     struct {
         uint32_t checks;      ///< Samples checked, valid or not.
         uint32_t transitions; ///< Changes of status.
@@ -146,7 +146,7 @@ void pus_monitoring_init(pus_monitoring_t* self, const pus_monitoring_config_t* 
 /// Entry of the service for a dispatcher, with subtypes and step.
 pus_service_t pus_monitoring_service(pus_monitoring_t* self);
 /// Restore one record. STATUS_OK, STATUS_INVALID (malformed, or a request with it would be refused),
-/// STATUS_NOT_FOUND (an event), STATUS_EXHAUSTED (no room). Its parameters need not exist yet.
+/// STATUS_NOT_FOUND (an event), STATUS_EXHAUSTED (no room). The parameters do not need to exist yet.
 MUST_USE status_t pus_monitoring_restore(pus_monitoring_t* self, uint32_t key, const uint8_t* octets,
                                          size_t size);
 /// Perform the checks that are due, and report. `cycle` counts minimum sampling intervals and may jump

@@ -14,12 +14,12 @@ enum {
     ABORTED     = 16
 };
 
-#define PART_NUMBER_OFFSET 2U // In the application data [octets].
+#define PART_NUMBER_OFFSET 2U // Offsets in the application data of a part [octets].
 #define PART_OFFSET 4U
-#define SOURCE_OFFSET 9U // In a request [octets].
+#define SOURCE_OFFSET 9U // Offsets in the assembled request [octets].
 #define SERVICE_OFFSET 7U
 #define LENGTH_OFFSET 4U
-#define LENGTH_EXCESS 7U // Octets of a packet beyond the value of its length field.
+#define LENGTH_EXCESS 7U // Size of a packet minus the value of its length field [octets].
 #define APID_MASK 0x7FFU
 
 void pus_large_init(pus_large_t* const large, const pus_large_config_t* const config)
@@ -37,7 +37,7 @@ void pus_large_init(pus_large_t* const large, const pus_large_config_t* const co
 
 // ---- Downlink ----
 
-/// The buffer of the next report to be posted.
+/// Index of the buffer in which the next report is built.
 static size_t free_report(const pus_large_t* const large)
 {
     return (large->first_report + large->posted) % large->config.report_count;
@@ -136,7 +136,7 @@ static void give_up(pus_large_t* const large, pus_large_uplink_t* const uplink,
     large->counters.aborted++;
 }
 
-/// Find the uplink of a source and transaction or, with `is_free`, a free one; null if there is none.
+/// Find the uplink of a source and transaction or, with `is_free`, an unused uplink; null if there is none.
 static pus_large_uplink_t* find_uplink(const pus_large_t* const large, const bool is_free,
                                        const uint16_t source, const uint16_t transaction)
 {
@@ -277,7 +277,7 @@ static void step_uplink(pus_large_t* const large, pus_large_uplink_t* const upli
             pus_verify_failed(config->process, &uplink->token, &failure, now_ns);
         }
     } else {
-        // The uplink waits for its next part.
+        // The uplink waits for its next part, and has time left.
     }
 }
 

@@ -17,7 +17,8 @@
 
 #define PUS_LARGE_PART 512U ///< Size of a part of a report; the last may be shorter [octets].
 
-#define PUS_LARGE_LAST_DOWN 3U ///< Subtype of a report's last part; the others have smaller ones.
+/// Subtype of the last part of a report; the subtypes of the other parts are smaller.
+#define PUS_LARGE_LAST_DOWN 3U
 
 typedef enum {
     PUS_LARGE_TIMEOUT       = 1,
@@ -44,20 +45,21 @@ typedef struct { // Private.
 
 typedef struct {
     pus_app_process_t* process;
-    pus_large_report_t* reports; ///< `report_count` of them, with `report_size` octets each.
+    pus_large_report_t* reports; ///< `report_count` entries; the buffer of each has `report_size` octets.
     uint8_t* report_octets;
     size_t report_count; ///< >= 1.
     size_t report_size;  ///< PUS_PACKET_MAX..PUS_LARGE_MAX.
     uint16_t parts_per_step;
-    pus_large_uplink_t* uplinks; ///< `uplink_count` of them, with `uplink_size` octets each.
+    pus_large_uplink_t* uplinks; ///< `uplink_count` entries; the buffer of each has `uplink_size` octets.
     uint8_t* uplink_octets;
     size_t uplink_count;
     size_t uplink_size;  ///< Longest request that is assembled [octets], up to PUS_LARGE_MAX.
     uint64_t timeout_ns; ///< Longest time between two parts, and until `take` accepts the request.
     void* context;
-    /// Maximum size of a request to an application [octets]; `uplink_size` limits it.
+    /// Size of the largest request that an application takes [octets]; `uplink_size` also limits it.
     size_t (*limit)(void* context, uint16_t apid);
-    /// Accept a whole request as if received in one packet. STATUS_OK, or any other status: try again later.
+    /// Take a whole request, as if it was received in one packet. STATUS_OK, or any other status: try again
+    /// later.
     status_t (*take)(void* context, const uint8_t* packet, size_t size, uint64_t now_ns);
 } pus_large_config_t;
 
@@ -69,7 +71,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     uint16_t transaction; // Transaction of the next long report.
     struct {
         uint32_t reports;  ///< Reports of which all parts were sent.
-        uint32_t parts;    ///< Their parts.
+        uint32_t parts;    ///< Parts of these reports.
         uint32_t requests; ///< Requests that were assembled and taken.
         uint32_t aborted;  ///< Aborted uplinks.
         uint32_t refused;  ///< Parts refused, and reports for which there was no buffer.
@@ -87,9 +89,9 @@ MUST_USE status_t pus_large_begin(pus_large_t* large, uint8_t service, uint8_t s
 /// the process has no room: lost, counted).
 status_t pus_large_post(pus_large_t* large, octet_writer_t* writer);
 
-/// Send parts, pass complete requests on, abort uplinks that wait too long; call once per cycle.
+/// Send parts, pass complete requests on, abort uplinks that wait too long; to be called once per cycle.
 void pus_large_step(pus_large_t* large, uint64_t now_ns);
-/// True if the next step has work. An uplink that waits for its next part is not counted: the first step
+/// True if the next step has work. An uplink that waits for its next part does not count; the first step
 /// after its time-out aborts it.
 bool pus_large_is_busy(const pus_large_t* large);
 /// Port by which a process builds its long reports here (pus_app_process_lengthen); `context` is the service.

@@ -23,7 +23,7 @@ void pus_forwarding_init(pus_forwarding_t* const forwarding, const pus_forwardin
     pus_selection_init(&forwarding->selection, config->entries, config->capacity);
     for (uint16_t i = 0U; i < config->apid_count; i++) {
         const status_t status = pus_selection_add_process(&forwarding->selection, config->apids[i]);
-        FSW_ASSERT(status == STATUS_OK); // `capacity` is large enough for all.
+        FSW_ASSERT(status == STATUS_OK); // `capacity` is large enough for the entries of all processes.
     }
 }
 

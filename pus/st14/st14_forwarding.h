@@ -5,8 +5,8 @@
 /// the content of these four lists; TM[14,4], 8, 12 and 16 report it.
 ///
 /// Selection and refusals: docs/services/st14.md. Verification reports are selected by their type, too: if
-/// ground deletes TM[1,x] of a process, it gets no verification of its requests to that process. Initially
-/// all reports of the controlled processes are forwarded. Time packets (APID 0) always are.
+/// ground deletes TM[1,x] of a process, it gets none for its requests to that process. Initially all reports
+/// of the controlled processes are forwarded. Time packets (APID 0) always are forwarded.
 ///
 /// The configuration is one persistent record, key 0. A content report that is longer than a packet is split
 /// into several reports, each complete in itself.
@@ -22,8 +22,9 @@
 typedef struct {
     const uint16_t* apids; ///< Controlled processes, each once, 1..2046.
     uint16_t apid_count;
-    pus_selection_entry_t* entries;       ///< `capacity` of them.
-    pus_selection_entry_t* candidate;     ///< `capacity` entries for the copy that a request changes first.
+    pus_selection_entry_t* entries; ///< `capacity` entries.
+    /// `capacity` entries, for the copy in which a request first makes its changes.
+    pus_selection_entry_t* candidate;
     uint16_t capacity;                    ///< 3 x apid_count..PUS_SELECTION_ENTRIES_MAX.
     const pus_persistence_t* persistence; ///< Null: without persistent records.
 } pus_forwarding_config_t;

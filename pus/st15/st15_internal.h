@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Shared by the files of ST[15]; private to them.
+/// Private to ST[15]: functions that its files share.
 #ifndef PUS_ST15_ST15_INTERNAL_H
 #define PUS_ST15_ST15_INTERNAL_H
 
@@ -13,10 +13,10 @@ bool st15_is_possible(const pus_storage_t* storage, const pus_store_state_t* sta
 uint8_t st15_find(const pus_storage_t* storage, const uint8_t* name);
 /// Store a new state of a store; on success it replaces the present state. Statuses of pus_persistence_t.put.
 MUST_USE status_t st15_replace(pus_storage_t* storage, uint8_t number, const pus_store_state_t* next);
-/// True if the copy in progress reads or writes this store, so that the store must not change.
+/// True if the copy in progress reads from or writes to this store, so that the store must not change.
 bool st15_is_copying(const pus_storage_t* storage, uint8_t number);
 
-/// Send a slice of a retrieval.
+/// Send a slice of each retrieval.
 void st15_retrieve(pus_storage_t* storage);
 /// Copy a slice; after the last one, report the end of the copy.
 void st15_copy(pus_storage_t* storage, uint64_t now_ns);

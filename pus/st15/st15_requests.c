@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-enum { // Subtypes that are distinguished below.
+enum { // Subtypes that the functions of this file distinguish.
     ENABLE              = 1,
     DISABLE             = 2,
     ADD_TYPES           = 3,
@@ -40,7 +40,7 @@ static uint32_t id_of(const uint8_t* const name)
 
 // ---- Instructions on stores ----
 
-/// One instruction; fields that its request does not have are 0.
+/// One instruction; fields that the request does not contain are 0.
 typedef struct {
     pus_storage_t* storage;
     uint8_t subtype;
@@ -160,7 +160,7 @@ static uint16_t resume(const instruction_t* const instruction, pus_store_state_t
     return PUS_FAILURE_NONE;
 }
 
-/// Suspend an open retrieval, or abort a retrieval by time range; a retrieval of the other kind continues.
+/// Suspend an open retrieval, or abort a retrieval by time range; a retrieval of another kind continues.
 static uint16_t stop(const instruction_t* const instruction, pus_store_state_t* const next)
 {
     const pus_retrieval_t kind =
@@ -203,7 +203,8 @@ static uint16_t reconfigure(const instruction_t* const instruction, pus_store_st
 
 static uint16_t create(const instruction_t* const instruction, pus_store_state_t* const next)
 {
-    const uint32_t generation = next->generation + 1U; // Packets on the medium are not those of the store.
+    // Packets on the medium have an older generation, so they are not packets of the new store.
+    const uint32_t generation = next->generation + 1U;
     *next                     = (pus_store_state_t){.is_there        = true,
                                                     .size            = instruction->size,
                                                     .type            = instruction->type,
@@ -260,7 +261,7 @@ static uint16_t find_store(instruction_t* const instruction)
     return (instruction->number < count) ? PUS_FAILURE_NONE : PUS_FAILURE_TABLE_FULL;
 }
 
-/// Perform an instruction, whose store has been found.
+/// Perform an instruction whose store has been found.
 static uint16_t carry_out(instruction_t* const instruction)
 {
     pus_storage_t* const storage = instruction->storage;
@@ -314,7 +315,7 @@ static uint16_t next_instruction(instruction_t* const instruction, octet_reader_
     return (code == PUS_FAILURE_NONE) ? carry_out(instruction) : code;
 }
 
-/// Perform a request that has a list of stores.
+/// Perform a request with a list of stores.
 static pus_reply_t execute_list(void* const self, pus_request_t* const request)
 {
     octet_reader_t* const reader = &request->reader;
@@ -347,7 +348,7 @@ static pus_reply_t execute_list(void* const self, pus_request_t* const request)
     return pus_done();
 }
 
-/// Perform a request that has one store.
+/// Perform a request for one store.
 static pus_reply_t execute_one(void* const self, pus_request_t* const request)
 {
     instruction_t instruction = {.storage = self, .subtype = request->token.subtype};
@@ -414,7 +415,7 @@ static pus_selection_list_t list_of(const uint8_t subtype)
     }
     const uint8_t first =
         (subtype < (uint8_t)REPORT_HOUSEKEEPING) ? (uint8_t)ADD_HOUSEKEEPING : (uint8_t)REPORT_HOUSEKEEPING;
-    return (pus_selection_list_t)(((subtype - first) / 2U) + 1U); // Two subtypes for each list.
+    return (pus_selection_list_t)(((subtype - first) / 2U) + 1U); // Each list has two subtypes.
 }
 
 /// Read the name of a store. Returns the number of the store, or store_count if there is none.
@@ -460,7 +461,7 @@ static pus_reply_t report_selection(void* const self, pus_request_t* const reque
 
 // ---- Reports on stores ----
 
-/// Share of a store that is filled from an address on [per cent, rounded up].
+/// Share of a store that the packets from an address on fill [per cent, rounded up].
 static uint8_t filled_from(const pus_packet_store_t* const log, const uint64_t cursor)
 {
     const uint64_t place  = pus_packet_store_place(log, cursor);
@@ -494,7 +495,7 @@ static void write_configuration(octet_writer_t* const writer, pus_store_t* const
     octet_write_u8(writer, store->state.virtual_channel);
 }
 
-/// Answer with an entry for each store of `set`, in which each store has one bit.
+/// Answer with an entry for each store in `set`, a bit set with one bit per store.
 static pus_reply_t report_stores(pus_storage_t* const storage, const pus_request_t* const request,
                                  const uint8_t subtype, const uint32_t set,
                                  void (*const write)(octet_writer_t*, pus_store_t*))
