@@ -3,7 +3,8 @@
 //     received; a packet that is given lies inside them whole and has the size that its length field says;
 //     an incomplete one waits; a stream that lost its framing is closed; so the stream always advances or
 //     waits for octets.
-// Bounds: 0..32 octets received of any content, any client, without security of the ground link.
+// Bounds: 0..4128 octets received (32 more than the largest packet) of any content, any client, without
+//     security of the ground link.
 // Replaced: the security layer (SDLS) is not used.
 // Sources: fsw/subsystems/communication/ground_security.c pus/core/packet.c base/octets.c
 // Options: --unwind 2
@@ -19,7 +20,7 @@
 #include "pus/core/packet.h"
 #include "test/proof/proof.h"
 
-#define RECEIVED 32U
+#define RECEIVED (PUS_PACKET_MAX + 32U)
 
 uint16_t crc16_ccitt(const uint8_t* const octets, const size_t size)
 {
