@@ -9,10 +9,11 @@
 
 /// Report an invalid value of an option on the console. Always returns false.
 bool argument_refuse(const char* option, const char* value, const char* expected);
-/// Read a whole number from 0 to `limit`, decimal, octal (0...) or hexadecimal (0x...). False: refused.
+/// Read a whole number from 0 to `limit`, decimal, octal (0...) or hexadecimal (0x...). Returns false if the
+/// value is refused.
 bool argument_count(const char* option, const char* text, uint64_t limit, uint64_t* out_value);
 bool argument_unsigned(const char* option, const char* text, uint64_t limit, unsigned* out_value);
-/// Read a time in seconds, and convert it to nanoseconds. False: refused.
+/// Read a time in seconds, and convert it to nanoseconds. Returns false if the value is refused.
 bool argument_seconds(const char* option, const char* text, uint64_t* out_ns);
 
 #endif // SIM_APP_ARGUMENT_VALUES_H

@@ -27,7 +27,7 @@ status_t channels_pair(const segment_t* const segments, const unsigned count,
         if ((a == count) || (b == count) || (a == b) || (out_channel_b[a] != NULL)) {
             (void)snprintf(error, SIMULATOR_ERROR_MAX,
                            "simulator: bus %s cannot be the redundant channel of %s: expected another bus of "
-                           "this run that has none yet",
+                           "this run that has no channel B yet",
                            bus->name, bus->redundant_to);
             return STATUS_INVALID;
         }

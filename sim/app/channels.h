@@ -11,8 +11,8 @@
 /// null. STATUS_OK; else `error` is filled: STATUS_INVALID (no such bus, or it has a channel B already).
 MUST_USE status_t channels_pair(const segment_t* segments, unsigned count, const simulator_config_t* config,
                                 bus_t** out_channel_b, char error[SIMULATOR_ERROR_MAX]);
-/// Connect a node to channel B of its bus; null: the bus has none. STATUS_OK; else `error` is filled:
-/// STATUS_EXHAUSTED.
+/// Connect a node to channel B of its bus. No effect if `channel_b` is null, because the bus then has none.
+/// STATUS_OK; else `error` is filled: STATUS_EXHAUSTED.
 MUST_USE status_t channels_connect(node_t* node, bus_t* channel_b, const char* bus_name,
                                    char error[SIMULATOR_ERROR_MAX]);
 

@@ -21,7 +21,7 @@ typedef struct {
     const instrument_set_t* instruments; ///< Null: there are none.
     const segment_t* segments;
     unsigned bus_count;
-    // Private: devices that power units supply; figures of the buses for the last interval.
+    // Private: indices of the devices that power units supply; figures of the buses for the last interval.
     size_t supply[DEVICE_LOG_SUPPLIES_MAX];
     unsigned supply_count;
     uint64_t next_ns;

@@ -40,7 +40,7 @@ typedef struct {
     const world_t* world;
     const char* folder; ///< Folder of the EDS files.
     const plant_truth_t* truth;
-    const plant_t* plant;    ///< Sensors measure it.
+    const plant_t* plant;    ///< The plant that the sensors measure.
     segment_t* segments;     ///< The first are the buses of the world, in its order.
     bus_t* const* channel_b; ///< Redundant channel of each segment, or null.
     uint64_t seed;
@@ -59,6 +59,7 @@ MUST_USE status_t devices_open(const devices_config_t* config, devices_t** out_d
 void devices_close(devices_t* devices);
 
 size_t devices_count(const devices_t* devices);
+/// The entry of the device in the world.
 const world_device_t* device_place(const devices_t* devices, size_t index);
 /// The drive at an index; null if the device is not a drive.
 drive_t* device_drive(const devices_t* devices, size_t index);
@@ -72,7 +73,7 @@ void devices_report(devices_t* devices, uint64_t now_ns);
 
 /// Set the plant inputs that brakes and joystick motors determine in the next step.
 void devices_act(const devices_t* devices, plant_input_t* out_input);
-/// plant_input_t.drive; the context is the devices.
+/// Callback plant_input_t.drive: compute the torque of a motor. `context` is the devices_t.
 void devices_regulate(void* context, unsigned substep, const plant_rotor_t* motor, double* out_torque_nm);
 /// Update the devices after a step of the plant from `now_ns` to `end_ns`; this also moves the benches.
 void devices_end_step(devices_t* devices, uint64_t now_ns, uint64_t end_ns);

@@ -14,7 +14,7 @@
 
 #define OPERATOR "operator"
 #define OPERATOR_VERB "script" ///< Verb of `gse`, whose program is an interpreter.
-#define VERB_AT 2U
+#define VERB_AT 2U ///< Number of the words before the verb: the interpreter and the script of `gse`.
 #define TEXT_OCTETS 512U
 
 /// Read the beginning of a /proc file of a process, followed by NUL. Returns the number of octets; 0: the
@@ -79,9 +79,10 @@ static void signal_process(const char* const process, const char* const verb, co
     }
     if (!is_found) {
         char line[TEXT_OCTETS];
-        (void)snprintf(line, sizeof line,
-                       "simulator: fault %.8s %.64s: no such process is running; run.json names them", verb,
-                       process);
+        (void)snprintf(
+            line, sizeof line,
+            "simulator: fault %.8s %.64s: no such process is running; run.json lists the processes", verb,
+            process);
         osal_console_complain(line);
     }
 }

@@ -7,10 +7,11 @@
 #define SIM_APP_FAULT_KILL_H
 
 /// Kill a process of this run (SIGKILL) by its name in run.json (supervisor, joystick, operator, simulator,
-/// image, ...) or as `launcher`. Does not return when the caller kills itself. A line on the console names a
-/// process that the run does not have.
+/// image, ...) or as `launcher`. Does not return when the caller kills itself. If the run has no such
+/// process, a message on the console says so.
 void fault_kill(const char* process);
-/// Suspend and resume a process in the same way (SIGSTOP, SIGCONT), if no scheduler can do it.
+/// Suspend and resume a process by a signal (SIGSTOP, SIGCONT). Used for processes that no scheduler
+/// controls.
 void fault_suspend(const char* process);
 void fault_resume(const char* process);
 

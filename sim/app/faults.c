@@ -16,9 +16,9 @@ typedef struct {
     const fault_world_t* world;
 } loader_t;
 
-/// Arguments of a fault in their order: B bus, P bus or instrument, i instrument, b bus or channel B of it,
-/// n node, m node or none, p probability, u us, s on or off, c code, j joint, t Nm, k degC, f frames, q
-/// frames of a queue, r way to restart, x process.
+/// The letters stand for the arguments of a fault, in their order: B bus, P bus or instrument, i instrument,
+/// b bus or channel B of it, n node, m node or none, p probability, u us, s on or off, c code, j joint, t Nm,
+/// k degC, f frames, q frames of a queue, r way to restart, x process.
 typedef struct {
     const char* word;
     const char* arguments;

@@ -17,8 +17,8 @@
 
 #define FAULT_BUSES_MAX 8U
 #define FAULT_DEVICES_MAX 96U
-#define FAULT_DEVICE_ALL FAULT_DEVICES_MAX ///< All devices of the bus.
-#define FAULT_DEVICE_FLIGHT (FAULT_DEVICES_MAX + 1U)
+#define FAULT_DEVICE_ALL FAULT_DEVICES_MAX           ///< All devices of the bus.
+#define FAULT_DEVICE_FLIGHT (FAULT_DEVICES_MAX + 1U) ///< The controller of the flight software.
 #define FAULT_INSTRUMENTS_MAX 16U
 #define FAULT_TARGET_MAX 48U
 
@@ -62,12 +62,13 @@ typedef struct {
     unsigned bus;     ///< Index in fault_world_t; FAULT_BUSES_MAX: the fault names an instrument.
     unsigned channel; ///< NODE_CHANNEL_A, _B.
     unsigned device;  ///< Index of device or instrument in fault_world_t, FAULT_DEVICE_ALL or _FLIGHT.
-    double value;     ///< Probability, us, Nm, degC, frames; 1 for on, 0 for off; fault_restart_t.
-    uint16_t code;    ///< EMCY code.
+    /// Unit of the kind: probability, us, Nm, degC or frames; 1 for on, 0 for off; fault_restart_t.
+    double value;
+    uint16_t code; ///< EMCY code.
     char target[FAULT_TARGET_MAX];
 } fault_t;
 
-typedef scenario_lines_t faults_t; ///< Entries: fault_t; read-only for others.
+typedef scenario_lines_t faults_t; ///< Its records are fault_t; read-only for others.
 
 typedef struct {
     const char* name;     ///< Null: scenario lines cannot name it.

@@ -45,7 +45,7 @@ struct live {
     uint64_t now_ns;
     unsigned calls;
     bool is_paused;
-    uint64_t step_until_ns; // While paused.
+    uint64_t step_until_ns; // While paused: time up to which the command `step` lets the run advance.
     double speed;
     char aims[NAME_OCTETS]; // Name of the client that has sent the last `aim`.
     bool is_aimed;  // The last line of the hand from a client was `aim`, and the hand still holds the stick.
@@ -97,7 +97,8 @@ static void mark(live_t* const live, const scenario_line_t* const line, const ch
         return;
     }
     (void)fclose(existing);
-    FILE* const log = fopen(path, "a"); // The whole line is in the buffer, and is written at once.
+    // The buffer holds the whole line, so that one write appends it: lines of both programs do not mix.
+    FILE* const log = fopen(path, "a");
     if (log != NULL) {
         print_mark(live, log, line, who);
     }
@@ -127,7 +128,7 @@ static status_t take_world_line(live_t* const live, scenario_line_t* const line,
     if (status == STATUS_OK) {
         record(live, actor, &rest, who);
         if (!is_aim || !live->is_aimed || live->is_silent || (strcmp(live->aims, who) != 0)) {
-            mark(live, line, who); // Of many lines that aim the hand, the first one.
+            mark(live, line, who); // Of consecutive `aim` lines of a client only the first gets a mark.
         }
     }
     if ((status == STATUS_OK) && is_hand) {
@@ -187,7 +188,8 @@ static status_t take_name(client_t* const client, const scenario_line_t* const l
     if (strlen(line->word[1]) >= NAME_OCTETS) {
         return scenario_error(line, line->word[1], "a name of at most 23 characters", error);
     }
-    for (const char* next = line->word[1]; *next != '\0'; next++) { // It is written into lines of JSON.
+    // The name is written into strings of JSON.
+    for (const char* next = line->word[1]; *next != '\0'; next++) {
         if ((*next < '!') || (*next > '~') || (*next == '"') || (*next == '\\')) {
             return scenario_error(line, line->word[1],
                                   "a name of ASCII characters without quotation marks and backslashes",

@@ -3,14 +3,14 @@
 /// simulated time while the flight runs; they receive frames of the buses and the true state of the plant.
 /// docs/live.md describes the lines and their answers.
 ///
-/// A line acts at the start of the next step, like a line of the scenario with that time; it is appended to
-/// live.scn in the run folder, so that the flight can be repeated, and marked in operator.log, as a change of
-/// the pace is; of the lines that aim the hand, the first one. A refused line changes nothing. If no line
-/// follows an `aim`, the port makes the hand hold after LIVE_HOLD_NS and let go after LIVE_LET_GO_NS of
-/// simulated time, and records both as lines.
+/// A line acts at the start of the next step, like a line of the scenario with that time. The port appends it
+/// to live.scn in the run folder, so that the flight can be repeated. It also writes a mark to operator.log
+/// for each line and each change of the pace; of consecutive `aim` lines of a client, only the first gets a
+/// mark. A refused line changes nothing. If no line follows an `aim`, the port makes the hand hold after
+/// LIVE_HOLD_NS and let go after LIVE_LET_GO_NS of simulated time, and records both as lines.
 ///
 /// Ownership  live_open allocates, live_close frees. Hand, faults and world must outlive it.
-/// Context    The task of the simulator. Nothing waits.
+/// Context    The task of the simulator. No function waits.
 /// Errors     A client whose line does not end, or that reads no answers, is disconnected. A client that
 ///            reads too slowly loses whole frames and rows, and gets their number.
 #ifndef SIM_APP_LIVE_H
@@ -37,7 +37,8 @@ typedef struct {
     const fault_world_t* world;
     const world_t* place;
     const plant_truth_t* truth;
-    bool is_paced; ///< Simulated time can be held; else pause, step and speed are refused.
+    /// True if simulated time can be held; otherwise lines that pause, step or set the speed are refused.
+    bool is_paced;
 } live_config_t;
 
 typedef struct live live_t;
@@ -53,7 +54,7 @@ void live_take(live_t* live, uint64_t now_ns);
 void live_frame(live_t* live, const char* name, const osal_can_frame_t* frame);
 /// At the end of a step: send the octets that wait, and the true state to the clients for which it is due.
 void live_report(live_t* live);
-/// True while simulated time is to stand still at `now_ns`.
+/// True while simulated time must stand still at `now_ns`.
 bool live_is_held(const live_t* live, uint64_t now_ns);
 /// Simulated time per wall-clock time, initially 1; 0: as fast as possible.
 double live_speed(const live_t* live);

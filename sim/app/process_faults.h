@@ -29,8 +29,8 @@ typedef struct { // Private, except `scheduler`: null if there is none.
 
 /// Add a name of the process of a participant; `name` must outlive the table. False if the table is full.
 bool process_faults_name(process_faults_t* faults, const char* name, unsigned participant);
-/// Apply a fault to a process; used as fault_world_t.process. `context` is a process_faults_t. A line on the
-/// console names a process that is not running.
+/// Apply a fault to a process; used as fault_world_t.process. `context` is a process_faults_t. If the process
+/// is not running, a message on the console says so.
 void process_faults_act(void* context, fault_kind_t kind, const char* process);
 
 #endif // SIM_APP_PROCESS_FAULTS_H

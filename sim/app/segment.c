@@ -63,10 +63,10 @@ static status_t open_controller(segment_t* const segment, const char* const addr
         bus_set_transmit_timeout(segment->bus, segment->flight_node, TRANSMIT_TIMEOUT_NS);
     }
     if (status != STATUS_OK) {
-        (void)snprintf(
-            error, SIMULATOR_ERROR_MAX,
-            "simulator: bus %s: no controller at '%s' (%s); the launcher makes it before it starts us",
-            segment->name, address, status_text(status));
+        (void)snprintf(error, SIMULATOR_ERROR_MAX,
+                       "simulator: bus %s: no controller at '%s' (%s); the launcher makes it before it "
+                       "starts the simulator",
+                       segment->name, address, status_text(status));
     }
     return status;
 }
@@ -89,7 +89,7 @@ static status_t open_gateway(segment_t* const segment, const char* const address
     const status_t status = gateway_open(address, segment->bus, report_of_tool, segment, &segment->gateway);
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX,
-                       "simulator: bus %s: cannot show it on '%s' (%s); is the interface there and up?",
+                       "simulator: bus %s: cannot publish it on '%s' (%s); is the interface there and up?",
                        segment->name, address, status_text(status));
     }
     return status;

@@ -17,7 +17,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-typedef struct { // Private, except name, bus, flight_node and the listener.
+typedef struct { // Private, except name, bus, flight_node, listen and listener.
     const char* name;
     bus_t* bus;
     unsigned flight_node; ///< BUS_NODES_MAX: flight software has no controller on this bus.
@@ -31,6 +31,7 @@ typedef struct { // Private, except name, bus, flight_node and the listener.
     gateway_t* gateway;
     /// Called for every frame on the wire, without being a node of the bus; may be null.
     void (*listen)(void* context, const osal_can_frame_t* frame);
+    /// Context of `listen`.
     void* listener;
     live_t* live; // Null: there is no live port.
 } segment_t;

@@ -37,26 +37,30 @@ typedef struct {
     const char* scenario_path; ///< Null: no motion of the hand, no faults.
     const char* output_path;   ///< Folder for logs and truth, exists; null: nothing is written.
     const char* devices_path;  ///< Folder of the EDS files; null: "descriptors/devices".
-    /// Scenario faults of processes (kill, hang, resume). Null: there are none.
+    /// Called for the faults of the scenario that act on processes (kill, hang, resume). Null: they have no
+    /// effect.
     void (*process_fault)(void* context, fault_kind_t kind, const char* process);
     void* process_context;
     simulator_bus_t bus[SIMULATOR_BUSES_MAX]; ///< The buses of the world always exist.
     size_t bus_count;
-    const char* flows;      ///< Identity of the run, part of the addresses of its instruments; null: none.
-    bool are_flows_counted; ///< Stepped time: osal/hand_over.h.
+    const char* flows; ///< Identity of the run, part of the addresses of its instruments; null: none.
+    /// Stepped time: octets and datagrams of instruments are counted (osal/hand_over.h).
+    bool are_flows_counted;
     uint64_t seed;
-    bool classic_bus;         ///< All buses 1 Mbit/s classic.
-    bool serve_tools;         ///< Open the socketcand port.
-    bool is_live;             ///< Open the live port (sim/app/live.h); needs output_path.
-    bool is_paced;            ///< The caller keeps the pace of simulator_pace.
-    bool tools_in_step;       ///< Time waits until the tool sends; for deterministic tests.
-    uint16_t tool_port;       ///< 0: any free port, see simulator_tool_port.
-    uint64_t tool_quantum_ns; ///< Tools in step: time by which each frame advances the run; 0: 5 ms.
+    bool classic_bus;   ///< All buses are classic buses of 1 Mbit/s.
+    bool serve_tools;   ///< Open the socketcand port.
+    bool is_live;       ///< Open the live port (sim/app/live.h); needs output_path.
+    bool is_paced;      ///< The caller keeps the pace that simulator_pace returns.
+    bool tools_in_step; ///< Simulated time waits until the tool sends; for deterministic tests.
+    uint16_t tool_port; ///< 0: any free port, see simulator_tool_port.
+    /// With tools_in_step: time by which each frame of a tool advances the run; 0: 5 ms.
+    uint64_t tool_quantum_ns;
 } simulator_config_t;
 
 typedef struct {
     uint64_t busy_ns[SIMULATOR_BUSES_MAX]; ///< Per bus: first the buses of the world, in its order.
-    uint64_t refused; ///< Frames of flight software lost: transmit queue full or node disconnected.
+    /// Lost frames of flight software: its transmit queue was full, or its node was disconnected.
+    uint64_t refused;
     uint64_t tool_dropped;
     uint64_t tools_lost;  ///< Tools in lock-step that did not finish a step within 20 s.
     uint64_t tool_frames; ///< Frames of tools on the interfaces that publish buses.
@@ -82,7 +86,7 @@ const char* simulator_failure(const simulator_t* simulator);
 bool simulator_may_step(simulator_t* simulator, uint32_t timeout_ms);
 
 typedef struct {
-    bool is_held; ///< The next step is not to be taken yet.
+    bool is_held; ///< The next step must not be taken yet.
     double speed; ///< Simulated time per wall-clock time; 0: as fast as possible.
 } simulator_pace_t;
 
@@ -100,7 +104,7 @@ const char* simulator_bus_name(const simulator_t* simulator, unsigned index);
 uint16_t simulator_tool_port(const simulator_t* simulator);
 void simulator_statistics(const simulator_t* simulator, simulator_statistics_t* out_statistics);
 
-/// Write buffered log records: for a run that is about to be killed from outside.
+/// Write buffered log records: for a run that will be killed from outside.
 void simulator_flush(simulator_t* simulator);
 
 #endif // SIM_APP_SIMULATOR_H

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The power unit of a world. It receives on both channels of its bus, but is not a node of the bus.
+/// Connects the power unit of a world. The unit receives on both channels of its bus, but is not a node of
+/// the bus.
 #ifndef SIM_APP_SUPPLY_H
 #define SIM_APP_SUPPLY_H
 

@@ -66,12 +66,12 @@ MUST_USE status_t bus_add_node(bus_t* bus, const bus_callbacks_t* callbacks, uns
 /// Remove a tool's controller permanently; the slot may be used again.
 void bus_remove_node(bus_t* bus, unsigned node);
 
-/// Queue a frame, ready at `time_ns` (the present if earlier). On a classic bus FD flags are refused.
-/// Returns STATUS_OK, STATUS_FULL, STATUS_CLOSED (unplugged or bus-off), STATUS_INVALID (length, flags).
+/// Queue a frame, ready at `time_ns` (the present if earlier). On a classic bus FD flags are refused. Returns
+/// STATUS_OK, STATUS_FULL, STATUS_CLOSED (the node is unplugged or bus-off), STATUS_INVALID (length, flags).
 status_t bus_submit(bus_t* bus, unsigned node, const osal_can_frame_t* frame, uint64_t time_ns);
 /// Number of frames in the queue of a node, including the frame on the wire.
 unsigned bus_queued(const bus_t* bus, unsigned node);
-/// Call the node's on_wake at `time_ns`; BUS_NEVER cancels. One time per node.
+/// Call the node's on_wake at `time_ns`; BUS_NEVER cancels. A new time replaces the earlier time of the node.
 void bus_set_wake(bus_t* bus, unsigned node, uint64_t time_ns);
 
 /// Simulate the bus over [present, time_ns).

@@ -6,7 +6,8 @@
 /// field as ISO 11898-1:2015 defines them (one in front of the stuff count and one after each fourth bit). A
 /// dynamic stuff bit due right at the end of the data field is the first fixed stuff bit.
 ///
-/// Time  About 50 ns for a PDO; by tables of 256 entries per state of the stuffing rule.
+/// Time  About 50 ns for a PDO, because each octet takes one look-up in a table (256 entries per state of the
+///       stuffing rule).
 #ifndef SIM_BUS_FRAME_LENGTH_H
 #define SIM_BUS_FRAME_LENGTH_H
 
@@ -15,7 +16,7 @@
 #include <stdint.h>
 
 #define CAN_INTERMISSION_BITS 3U ///< Between two frames, at the nominal rate.
-#define CAN_TAIL_BITS 8U         ///< Bits after the ACK slot: acknowledge delimiter and end of frame.
+#define CAN_TAIL_BITS 8U         ///< Bits after the ACK slot: acknowledge delimiter and end of frame field.
 
 /// Bits of a frame from start of frame to the last bit of end of frame, without intermission.
 typedef struct {

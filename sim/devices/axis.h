@@ -3,7 +3,8 @@
 /// mode.
 ///
 /// axis_next is the transition table of the standard, a pure function. axis_t applies it to the objects of a
-/// node (the indices of axis 2 are 0x800 higher). The device reads the state and reports the end of a ramp.
+/// node (the indices of axis 2 are 0x800 higher). The device reads the state, and calls axis_ramp_done at the
+/// end of a ramp.
 #ifndef SIM_DEVICES_AXIS_H
 #define SIM_DEVICES_AXIS_H
 
@@ -33,12 +34,12 @@ typedef enum {
 
 /// Statusword bits in addition to the state.
 #define AXIS_STATUS_WARNING 0x0080U
-#define AXIS_STATUS_TARGET_REACHED 0x0400U ///< Homing.
-#define AXIS_STATUS_INTERNAL_LIMIT 0x0800U
-#define AXIS_STATUS_FOLLOWS 0x1000U
-#define AXIS_STATUS_HOMING_ATTAINED 0x1000U
-#define AXIS_STATUS_FOLLOWING_ERROR 0x2000U
-#define AXIS_STATUS_HOMING_ERROR 0x2000U
+#define AXIS_STATUS_TARGET_REACHED 0x0400U ///< In mode homing.
+#define AXIS_STATUS_INTERNAL_LIMIT 0x0800U ///< A target, the torque or the momentum is at its limit.
+#define AXIS_STATUS_FOLLOWS 0x1000U ///< In modes CSP, CSV and CST: the drive follows the command value.
+#define AXIS_STATUS_HOMING_ATTAINED 0x1000U ///< In mode homing.
+#define AXIS_STATUS_FOLLOWING_ERROR 0x2000U ///< In mode CSP.
+#define AXIS_STATUS_HOMING_ERROR 0x2000U    ///< In mode homing.
 
 /// State after a controlword. `before` is the previous controlword, because fault reset acts on a rising
 /// edge.
@@ -54,7 +55,7 @@ typedef void (*axis_observer_t)(void* context, uint8_t node, unsigned axis, uint
 
 typedef struct { // Read-only for others.
     node_t* node;
-    uint8_t number; ///< 0, 1.
+    uint8_t number; ///< 0 or 1.
     axis_state_t state;
     uint16_t last_controlword;
     uint16_t flags; ///< AXIS_STATUS_*.
@@ -83,7 +84,7 @@ void axis_reset(axis_t* axis, uint64_t now_ns);
 bool axis_command(axis_t* axis, uint64_t now_ns);
 /// Copy the mode of operation to its display object. Returns true if the mode has changed.
 bool axis_select_mode(axis_t* axis);
-/// Abort code for a mode of operation, or 0.
+/// Returns the SDO abort code for a mode of operation; 0 if the device supports the mode.
 uint32_t axis_check_mode(const axis_t* axis, int64_t mode);
 int axis_mode(const axis_t* axis);
 
@@ -93,8 +94,8 @@ void axis_connection_lost(axis_t* axis, uint64_t now_ns);
 void axis_fault(axis_t* axis, uint16_t code, uint64_t now_ns);
 /// Report that the ramp of quick stop or fault reaction has ended.
 void axis_ramp_done(axis_t* axis, uint64_t now_ns);
-/// Set by a scenario: an error of README.md's table appears or disappears. Faults stop the axis; other errors
-/// only set the warning flag. For nodes of one axis.
+/// Set by a scenario: an error of the table in README.md appears or disappears. Faults stop the axis; other
+/// errors only set the warning flag. Only for nodes with one axis.
 void axis_set_error(axis_t* axis, uint16_t code, bool is_present, uint64_t now_ns);
 /// Set or clear a flag of the statusword.
 void axis_flag(axis_t* axis, uint16_t flag, bool on);

@@ -30,7 +30,8 @@ typedef struct {
     uint32_t sensor_device; ///< Number of the sensor, unique in the run, for its noise.
     uint64_t step_ns;       ///< Step of the plant, which is the sampling period of the sensor.
     uint64_t substep_ns;    ///< Period of the regulator.
-    double most_nm;         ///< Largest torque of the motor, in addition to the limits of objects; 0: none.
+    /// Largest torque of the motor, in addition to the limits of the objects; 0: no such limit.
+    double most_nm;
     /// Without a sensor (range 0), 0x6077 is the torque of the motor, and the EDS need not have this object.
     torque_sensor_parameters_t torque_sensor;
     encoder_parameters_t encoder;
@@ -50,14 +51,14 @@ node_t* drive_node(drive_t* drive);
 
 /// Torque of the motor on the joint side for one substep, from the motor's position and velocity.
 double drive_regulate(drive_t* drive, double position_rad, double velocity_rad_s);
-/// After a plant step that ended at `now_ns`: end of ramps, following error, sensor range.
+/// Called after a plant step that ended at `now_ns`: checks end of ramps, following error and sensor range.
 void drive_end_step(drive_t* drive, uint64_t now_ns);
 bool drive_brake_is_engaged(const drive_t* drive);
 uint16_t drive_statusword(const drive_t* drive);
 
 /// Set by a scenario: an extra offset of the torque sensor [Nm].
 void drive_set_torque_offset(drive_t* drive, double offset_nm);
-/// Set by a scenario: an error of README.md's table appears or disappears. Faults stop the drive; other
+/// Set by a scenario: an error of the table in README.md appears or disappears. Faults stop the drive; other
 /// errors only set the warning flag.
 void drive_set_error(drive_t* drive, uint16_t code, bool is_present, uint64_t now_ns);
 /// Set by a scenario: temperature in 0x2210 [degC]. At 80 or more EMCY 0x4310 is present; below 75 the error

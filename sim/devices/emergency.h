@@ -52,7 +52,8 @@ void emergencies_reset(emergencies_t* emergencies);
 /// An error appears. Returns true and the message to send if it was not present.
 bool emergency_raise(emergencies_t* emergencies, uint16_t code, uint8_t axis, int32_t raw,
                      uint8_t message[EMERGENCY_OCTETS]);
-/// An error has ended. Returns true and the message to send (code 0) if it was present and none remains.
+/// An error has ended. Returns true and the message to send (code 0) if it was present and no other error
+/// remains.
 bool emergency_clear(emergencies_t* emergencies, uint16_t code, uint8_t axis,
                      uint8_t message[EMERGENCY_OCTETS]);
 bool emergency_is_present(const emergencies_t* emergencies, uint16_t code, uint8_t axis);

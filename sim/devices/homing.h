@@ -4,9 +4,9 @@
 ///
 /// Methods (0x6098): 35 and 37 take the present position; -1 and -2 are manufacturer-specific and run with
 /// 0x6099:01 against the negative or positive end stop, until the torque has been at its limit for
-/// HOMING_STALL_NS. The search fails if the axis has travelled further than its range 0x607D without a stop,
-/// and with any other method. 0x609A limits the acceleration. At the reference the position becomes -0x607C:
-/// the zero of the axis is the home position plus the home offset.
+/// HOMING_STALL_NS. The search fails if the axis has travelled further than its range 0x607D without a stop.
+/// Any other method fails at once. 0x609A limits the acceleration. At the reference the position becomes
+/// -0x607C: the zero of the axis is the home position plus the home offset.
 ///
 /// Ownership  The caller places homing_t; node and axis outlive it.
 #ifndef SIM_DEVICES_HOMING_H
@@ -28,7 +28,8 @@ typedef enum {
 
 typedef struct { // Private, except state: read-only.
     homing_state_t state;
-    object_t* method; // 0x6098, and so on; null: the drive has no homing.
+    // 0x6098; the next five are 0x6099:01, 0x609A, 0x607C, 0x607D:01 and :02. Null: the drive has no homing.
+    object_t* method;
     object_t* speed;
     object_t* acceleration;
     object_t* offset;
@@ -36,7 +37,7 @@ typedef struct { // Private, except state: read-only.
     object_t* high_position;
     double position_unit;
     double velocity_unit;
-    bool is_asked; // Bit 4 of the last controlword.
+    bool is_asked; // Bit 4 of the last controlword: start of homing.
     bool is_halted;
     double reference_rad_s; // Speed of the reference.
     double travelled_rad;
@@ -49,7 +50,7 @@ bool homing_init(homing_t* homing, const axis_t* axis, double position_unit, dou
 void homing_reset(homing_t* homing);
 /// Process a controlword that was received in OPERATION ENABLED.
 void homing_command(homing_t* homing, uint16_t controlword);
-/// Speed of the reference for the next dt_s [rad/s].
+/// Returns the speed of the reference for the next dt_s [rad/s].
 double homing_advance(homing_t* homing, double dt_s);
 /// Called after a step of step_ns; `is_limited`: the torque was at its limit. True if the reference is found:
 /// the present position is then homing_position_rad.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A simple axis that exchanges records over an end node: each period it sends COUNT (UINT16), ENABLED
-/// (UINT8) and VALUE; a record to it has ENABLE (UINT8) and TARGET. While enabled, its value follows the
-/// target at a limited speed. Value and target are integers or real numbers on the wire: raw = (value -
-/// offset) / scale.
+/// An instrument with one axis that exchanges records with the flight software over an end node: each period
+/// it sends COUNT (UINT16), ENABLED (UINT8) and VALUE; a record to it has ENABLE (UINT8) and TARGET. While
+/// enabled, its value follows the target at a limited speed. Value and target are integers or real numbers on
+/// the wire: raw = (value - offset) / scale.
 ///
 /// Ownership  instrument_open allocates, instrument_close frees.
 /// Context    One task.

@@ -19,7 +19,7 @@
 typedef struct {
     double position_rad[JOYSTICK_AXES];
     double velocity_rad_s[JOYSTICK_AXES];
-    uint32_t buttons; ///< Bit 0, bit 1.
+    uint32_t buttons; ///< Bit 0 is the first button, bit 1 the second.
 } joystick_truth_t;
 
 typedef struct {
@@ -41,11 +41,11 @@ node_t* joystick_node(joystick_t* joystick);
 
 /// Present motor torque of each axis.
 void joystick_torque(const joystick_t* joystick, double out_torque_nm[JOYSTICK_AXES]);
-/// After a plant step that ended at `now_ns`: end of quick stops.
+/// Called after a plant step that ended at `now_ns`: completes quick stops.
 void joystick_end_step(joystick_t* joystick, uint64_t now_ns);
 uint16_t joystick_statusword(const joystick_t* joystick, unsigned axis);
 
-/// Set by a scenario: an error of README.md's table appears or disappears, on both axes.
+/// Set by a scenario: an error of the table in README.md appears or disappears, on both axes.
 void joystick_set_error(joystick_t* joystick, uint16_t code, bool is_present, uint64_t now_ns);
 
 #endif // SIM_DEVICES_JOYSTICK_H

@@ -6,7 +6,7 @@
 ///            0x2102. The object is the measured value times ten to the power of its digits.
 /// Exposures  At each SYNC, or in each period. 0x2103 counts measurements. 0x2104:01, :02, if the data sheet
 ///            has them, stamp the exposure: SYNCs received in OPERATIONAL, time since the last of them [us].
-/// Errors     Before the first measurement, and while an error other than one of temperature is present,
+/// Errors     Before the first measurement, and while an error is present that is not one of temperature,
 ///            values do not change and the status is 1, not valid.
 /// Ownership   measuring_device_create allocates, measuring_device_destroy frees.
 #ifndef SIM_DEVICES_MEASURING_DEVICE_H
@@ -42,7 +42,7 @@ node_t* measuring_device_node(measuring_device_t* device);
 
 /// Called after a step of the world that ended at `now_ns`: make the exposures that are due.
 void measuring_device_end_step(measuring_device_t* device, uint64_t now_ns);
-/// Set by a scenario: an error of README.md's table appears or disappears.
+/// Set by a scenario: an error of the table in README.md appears or disappears.
 void measuring_device_set_error(measuring_device_t* device, uint16_t code, bool is_present, uint64_t now_ns);
 
 #endif // SIM_DEVICES_MEASURING_DEVICE_H

@@ -402,7 +402,7 @@ static status_t connect_node(node_t* const node, const char* const eds_path, cha
     }
     if (!find_objects(node)) {
         (void)snprintf(error, EDS_ERROR_MAX,
-                       "%s: a device needs objects 1001, 1005, 1014, 1017 and one PDO each way", eds_path);
+                       "%s: a device needs objects 1001, 1005, 1014, 1017 and at least one TPDO", eds_path);
         return STATUS_INVALID;
     }
     status = bus_add_node(node->bus, &callbacks, &node->bus_index);

@@ -54,7 +54,7 @@ typedef struct {
     void (*sample)(void* context, uint64_t now_ns);
     /// An object was written by RPDO or SDO.
     void (*written)(void* context, const object_t* object, uint64_t now_ns);
-    /// Abort code for an SDO write, or 0. May be null.
+    /// Returns the abort code for an SDO write, or 0 if it is allowed. May be null.
     uint32_t (*check)(void* context, const object_t* object, int64_t value);
     /// The heartbeat of the master is lost, or the master has stopped the node.
     void (*connection_lost)(void* context, uint64_t now_ns);

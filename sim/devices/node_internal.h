@@ -8,7 +8,7 @@
 
 typedef struct {
     object_t* entry;      ///< 0x1016:k, node id << 16 | time [ms].
-    uint64_t deadline_ns; ///< BUS_NEVER: no heartbeat heard yet.
+    uint64_t deadline_ns; ///< BUS_NEVER: no heartbeat has been heard yet.
 } heartbeat_consumer_t;
 
 typedef struct {
@@ -22,7 +22,8 @@ struct node {
     unsigned bus_index;
     node_channel_t channel[NODE_CHANNELS];
     unsigned active;
-    object_t* default_channel; ///< 0x2000:01 Bdefault, and so on; each may be null.
+    /// 0x2000:01 Bdefault; the next three are :02 Ttoggle, :03 Ntoggle, :04 Ctoggle. Each may be null.
+    object_t* default_channel;
     object_t* toggle_factor;
     object_t* toggle_limit;
     object_t* toggle_count;
@@ -74,6 +75,7 @@ void node_connect(node_t* node, bool is_plugged);
 void node_supply(node_t* node, bool is_powered);
 /// Change to the channel of Bdefault, and begin to search for the master.
 void node_select_default_channel(node_t* node, uint64_t now_ns);
+/// Stop the search: the heartbeat of the master was received.
 void node_master_heard(node_t* node);
 /// Begin the search: the heartbeat time of the master has expired.
 void node_master_lost(node_t* node, uint64_t now_ns);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// SDO server of CiA 301: expedited and segmented upload and download. Block transfer is refused.
 ///
-/// Protocol only: a request of eight octets gives a reply of eight octets, without time and bus.
+/// Implements the protocol only: a request of eight octets gives a reply of eight octets, without time and
+/// bus.
 #ifndef SIM_DEVICES_SDO_H
 #define SIM_DEVICES_SDO_H
 
@@ -31,7 +32,7 @@
 
 /// Checks and reactions of the device to an access.
 typedef struct {
-    /// Abort code for setting a number to `value`, 0 if it may be set. May be null.
+    /// Returns the abort code for setting a number to `value`; 0 if it may be set. May be null.
     uint32_t (*check)(void* context, const object_t* object, int64_t value);
     /// The object has been written. May be null.
     void (*written)(void* context, object_t* object);

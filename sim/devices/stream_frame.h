@@ -14,8 +14,8 @@
 #define STREAM_FRAME_OCTETS(message) ((2U * (message)) + 2U) ///< Longest frame of a message.
 
 typedef struct {
-    bool is_slip;   ///< SLIP, else LENGTH.
-    bool is_little; ///< Byte order of a length.
+    bool is_slip;   ///< True: SLIP; false: a length before each message (LENGTH).
+    bool is_little; ///< Byte order of the length: true if little-endian.
 } stream_framing_t;
 
 /// Frame a message. Returns the octets of the frame.

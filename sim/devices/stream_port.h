@@ -40,7 +40,7 @@ typedef struct {
     const char* run;     ///< Identity of the run, "NAME-NUMBER".
     const char* channel; ///< Name, path, or "HOST:PORT".
     stream_framing_t framing;
-    bool is_counted;   ///< Stepped time.
+    bool is_counted;   ///< In stepped time octets and datagrams are counted.
     size_t octets_out; ///< Octets of a message to flight.
     size_t octets_in;  ///< Octets of a message to the device.
 } stream_port_config_t;
@@ -52,7 +52,7 @@ MUST_USE status_t stream_port_open(const stream_port_config_t* config, stream_po
                                    char error[STREAM_PORT_ERROR_MAX]);
 void stream_port_plug(stream_port_t* port, bool is_plugged);
 bool stream_port_is_plugged(const stream_port_t* port);
-/// Accept connections. Once a step, before receiving.
+/// Accept connections. Must be called once a step, before stream_port_receive.
 void stream_port_step(stream_port_t* port);
 /// Send a message, framed as the end node requires. If flight has not opened its end, the message is lost.
 void stream_port_send(stream_port_t* port, const uint8_t* message, size_t size);

@@ -43,7 +43,7 @@ double wheel_torque(wheel_t* wheel);
 /// Called after a step of the plant that ended at `now_ns`.
 void wheel_end_step(wheel_t* wheel, uint64_t now_ns);
 uint16_t wheel_statusword(const wheel_t* wheel);
-/// Set by a scenario, as axis_set_error.
+/// Set by a scenario: an error appears or disappears, as in axis_set_error.
 void wheel_set_error(wheel_t* wheel, uint16_t code, bool is_present, uint64_t now_ns);
 
 #endif // SIM_DEVICES_WHEEL_H

@@ -10,8 +10,8 @@
 /// the intent directly (`aim`, `circle`), and the hand expects no torque.
 ///
 /// Ownership  hand_load allocates, hand_destroy frees.
-/// Use        hand_step once per plant step, hand_torque in each rotor substep (hand_act fits
-///            plant_input_t.hand).
+/// Use        hand_step once per plant step; hand_torque in each rotor substep, or hand_act, which has the
+///            type of plant_input_t.hand.
 #ifndef SIM_OPERATOR_HAND_H
 #define SIM_OPERATOR_HAND_H
 
@@ -26,8 +26,8 @@
 #define HAND_AXES SCENE_JOINTS ///< Each axis of the stick commands one joint.
 
 typedef struct {
-    double grip_stiffness_nm_rad; ///< Valid until the first `grip`.
-    double grip_damping_nms_rad;  ///< Valid until the first `grip`.
+    double grip_stiffness_nm_rad; ///< Initial value: a line `grip` changes it.
+    double grip_damping_nms_rad;  ///< Initial value: a line `grip` changes it.
     double position_scale;        ///< s_p: joint angle per stick angle.
     double force_scale;           ///< s_f: stick torque per joint torque.
     double arm_stiffness_nm_rad;  ///< Arm stiffness of a joint under control, as the operator has learned it.
@@ -39,8 +39,9 @@ typedef struct {
     double wanted_tip_m[2]; ///< x, z.
     double wanted_joint_rad[SCENE_JOINTS];
     double expected_torque_nm[SCENE_JOINTS]; ///< Torque of contour and spring on the arm.
-    double grip;                             ///< 0 (off the stick) .. 1.
-    const char* verb;                        ///< Static text; "rest" before the first line.
+    /// Share of the grip that acts: 0 (the hand is off the stick) to 1.
+    double grip;
+    const char* verb; ///< Static text; "rest" before the first line.
 } hand_intent_t;
 
 typedef struct hand hand_t;
@@ -68,7 +69,7 @@ void hand_step(hand_t* hand, uint64_t time_ns);
 void hand_torque(const hand_t* hand, const double stick_position_rad[HAND_AXES],
                  const double stick_velocity_rad_s[HAND_AXES], double out_torque_nm[HAND_AXES]);
 
-/// hand_torque in the form of plant_input_t.hand; context is the hand_t.
+/// hand_torque in the form of plant_input_t.hand; `context` is the hand_t.
 void hand_act(void* context, unsigned substep, const double* stick_position_rad,
               const double* stick_velocity_rad_s, double* out_torque_nm);
 

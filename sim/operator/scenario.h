@@ -43,8 +43,9 @@ MUST_USE status_t scenario_read(const char* path, const char* actor, scenario_ta
 status_t scenario_error(const scenario_line_t* line, const char* found, const char* expected,
                         char error[SCENARIO_ERROR_MAX]);
 
-/// Interpret line->text; line->path and line->line are set. *out_mine is true if it is a line of `actor`; its
-/// words are then in `line`. Returns STATUS_OK (also for an empty line), STATUS_INVALID (error is filled).
+/// Interpret line->text; line->path and line->line are set. *out_mine is true if it is a line of `actor`;
+/// then `line` contains its words. Returns STATUS_OK (also for an empty line), STATUS_INVALID (error is
+/// filled).
 MUST_USE status_t scenario_interpret(scenario_line_t* line, const char* actor, bool* out_mine,
                                      char error[SCENARIO_ERROR_MAX]);
 
@@ -54,7 +55,7 @@ void scenario_words(scenario_line_t* line);
 
 /// The lines of an actor in the order of their times; those before `next` have been played.
 typedef struct {
-    void* record; ///< Array of `count` records, room for `room`.
+    void* record; ///< Array of `count` records, with room for `room` records.
     size_t count;
     size_t next;
     size_t room;

@@ -17,9 +17,9 @@ typedef struct {
     double link_length_m[SCENE_JOINTS];
     double home_rad[SCENE_JOINTS];
     double tip_radius_m;
-    double contour_top_m;         ///< Height of the flat part.
-    double bump_x_m;              ///< Top of the bump.
-    double bump_height_m;         ///< Above the flat part.
+    double contour_top_m;         ///< Height of the flat part of the contour.
+    double bump_x_m;              ///< Position of the top of the bump.
+    double bump_height_m;         ///< Height of the bump above the flat part.
     double bump_radius_m;         ///< Radius of the bump, a cylinder across the plane.
     double contour_stiffness_n_m; ///< Normal contact stiffness.
     double contour_friction;      ///< Coulomb coefficient.

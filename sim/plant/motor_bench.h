@@ -5,7 +5,7 @@
 ///
 /// Ownership  The caller places motor_bench_t.
 /// Context    One task.
-/// Results    Bit-identical in every repeat.
+/// Results    Bit-identical if the same calls are repeated.
 #ifndef SIM_PLANT_MOTOR_BENCH_H
 #define SIM_PLANT_MOTOR_BENCH_H
 

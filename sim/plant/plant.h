@@ -4,13 +4,15 @@
 /// Bodies, joints and contacts live in an ODE world (dWorldStep). Rotors, gear elasticity, friction, brakes
 /// and joysticks are integrated PLANT_SUBSTEPS times per step outside of ODE, because they are stiff.
 ///
-/// Joints     A Drive moves its joint by a rotor and an elastic gear; its end stops act on the rotor. A joint
-///            without a Drive has no friction: the caller's torque acts on it; limits stop it at once.
+/// Joints     An element Drive of the world moves its joint by a rotor and an elastic gear; its end stops act
+///            on the rotor. A joint without a Drive has no friction: the caller's torque acts on it; limits
+///            stop it at once.
 /// Wheels     A wheel is modelled as an angular momentum about an axis of its link, without a body.
-/// Indices    plant_joint gives those of joints; contacts, springs and joysticks have those of the world.
+/// Indices    plant_joint computes the index of a joint; contacts, springs and joysticks have those of the
+///            world.
 /// Units      For a prismatic joint, read m, N and kg where names contain rad, Nm and kgm2.
 /// Ownership  plant_create allocates, plant_destroy frees. The world outlives the plant. Any number of plants
-///            may live in one process; one thread steps a given plant.
+///            may exist in one process; one thread steps a given plant.
 /// Results    Bit-identical if the same calls are repeated. During a step denormal numbers count as zero; the
 ///            step restores the floating point mode of the caller.
 /// Time       About 3 us per step of 0.5 ms for two joints with a contact.
@@ -46,7 +48,8 @@ typedef struct {
     double stop_nms_rad;
 } plant_drive_t;
 
-/// Motor of a joint, referred to the joint (motor angle / N); of a joint without a Drive the joint itself.
+/// Motor of a joint, referred to the joint (motor angle / N). For a joint without a Drive these are the
+/// values of the joint itself.
 typedef struct {
     double position_rad;
     double velocity_rad_s;
@@ -67,7 +70,7 @@ typedef struct {
 
 /// Inputs of the world during one step.
 typedef struct {
-    /// Called before each rotor step; gives the torque of each motor on the joint side for that substep.
+    /// Called before each rotor step; computes the torque of each motor on the joint side for that substep.
     /// Null: the motors have no current.
     void (*drive)(void* context, unsigned substep, const plant_rotor_t* motor, double* out_torque_nm);
     void* drive_context;
@@ -78,20 +81,20 @@ typedef struct {
     /// Motor torques of the joysticks, during the whole step.
     double stick_torque_nm[WORLD_JOYSTICKS_MAX][PLANT_AXES_MAX];
     double wheel_torque_nm[WORLD_WHEELS_MAX]; ///< Motor torques of the wheels, during the whole step.
-    bool latch_on[WORLD_LATCHES_MAX];         ///< Outputs of the latches that a valve box closes.
+    bool latch_on[WORLD_LATCHES_MAX];         ///< Output of the valve box that closes each latch.
 } plant_input_t;
 
 /// State of a Contact of the world.
 typedef struct {
     double place_m[3]; ///< Origin of its link `a`.
     bool is_touching;
-    double point_m[3]; ///< Centre of its points, weighted by force; zero without contact.
-    double force_n[3]; ///< On `a`, sum over all points.
+    double point_m[3]; ///< Centre of the contact points, weighted by force; zero without contact.
+    double force_n[3]; ///< Force on link `a`, sum over all points.
 } plant_contact_t;
 
 /// State of a CableSpring of the world.
 typedef struct {
-    double place_m[3]; ///< Origin of the link that pulls it.
+    double place_m[3]; ///< Origin of the link that pulls the cable.
     bool is_hooked;
     double force_n[3]; ///< On the link, at its origin.
 } plant_spring_t;
@@ -99,7 +102,7 @@ typedef struct {
 typedef struct {
     double position_rad[PLANT_AXES_MAX];
     double velocity_rad_s[PLANT_AXES_MAX];
-    double torque_nm[PLANT_AXES_MAX];      ///< Motor torque as given.
+    double torque_nm[PLANT_AXES_MAX];      ///< Motor torque of the input.
     double hand_torque_nm[PLANT_AXES_MAX]; ///< Mean over the step.
 } plant_stick_t;
 
@@ -118,16 +121,17 @@ typedef struct {
     plant_rotor_t motor[PLANT_JOINTS_MAX];
     double link_position_rad[PLANT_JOINTS_MAX];
     double link_velocity_rad_s[PLANT_JOINTS_MAX];
-    double motor_torque_nm[PLANT_JOINTS_MAX]; ///< Mean over the step, as the drives gave it.
+    /// Motor torque that the drives have computed, mean over the step.
+    double motor_torque_nm[PLANT_JOINTS_MAX];
     double joint_torque_nm[PLANT_JOINTS_MAX]; ///< Gear torque on the link, as the sensor measures it.
-    double friction_nm[PLANT_JOINTS_MAX];     ///< On the rotor, brake included; opposes motion.
+    double friction_nm[PLANT_JOINTS_MAX];     ///< Friction on the rotor, brake included; opposes motion.
     bool brake_engaged[PLANT_JOINTS_MAX];
     double external_torque_nm[PLANT_JOINTS_MAX]; ///< J^T F of contacts and springs, at their true points.
     plant_contact_t contact[WORLD_CONTACTS_MAX];
     plant_spring_t spring[WORLD_SPRINGS_MAX];
     plant_stick_t stick[WORLD_JOYSTICKS_MAX];
     plant_wheel_t wheel[WORLD_WHEELS_MAX];
-    bool valve_open[WORLD_VALVES_MAX];  ///< As given.
+    bool valve_open[WORLD_VALVES_MAX];  ///< Valves of the input.
     bool is_latched[WORLD_LATCHES_MAX]; ///< The latch is closed: a fixed joint at the pose of its closing.
     unsigned base_count;                ///< Robots with a free base, in the order of the world.
     plant_base_t base[WORLD_ROBOTS_MAX];
@@ -143,7 +147,7 @@ MUST_USE status_t plant_create(const world_t* world, plant_t** out_plant, char e
 /// Free the world. Null is allowed.
 void plant_destroy(plant_t* plant);
 
-/// Advance by dt_ns (500 000 in the mission; tests use others).
+/// Advance by dt_ns (500 000 in the missions; tests use other values).
 void plant_step(plant_t* plant, const plant_input_t* input, uint64_t dt_ns);
 
 /// The reason for which the world diverges: body, time, and parameters to check. From then on plant_step has

@@ -11,7 +11,7 @@ typedef struct {
     dBodyID body[ROBOT_BODIES_MAX];           ///< Bodies of the model; null: fixed to the world.
     uint32_t moved_by[ROBOT_BODIES_MAX];      ///< Bit i is set if joint i of the robot moves this body.
     pose_t base;                              ///< Pose of body 0 at the start.
-    unsigned first_joint;                     ///< plant_joint of its joint 0.
+    unsigned first_joint;                     ///< Index (plant_joint) of its joint 0.
     double before_rad_s[ROBOT_BODIES_MAX][3]; ///< Rates of the bodies of a free robot before the last step.
 } robot_t;
 
@@ -81,13 +81,13 @@ typedef struct {
     unsigned robot;
     unsigned body_index;
     double centre_m[3];   ///< Position relative to the centre of mass of its body.
-    matrix_t rotation;    ///< Rotation in its body.
+    matrix_t rotation;    ///< Rotation relative to its body.
     double reach_m;       ///< Radius of a ball around it.
-    double position_m[3]; ///< In the world, before the step.
+    double position_m[3]; ///< Position in the world, before the step.
 } solid_t;
 
 typedef struct {
-    double normal[3];   ///< Into `a`.
+    double normal[3];   ///< Normal of the surface, directed into `a`.
     double along[2][3]; ///< Directions of friction.
     double point_m[3];
     dJointFeedback feedback;
@@ -154,11 +154,12 @@ void robot_point(const plant_t* plant, unsigned robot, unsigned body, const doub
 /// Add J^T F of a load to the truth; robots_look was called before the step.
 void robots_add_load(plant_t* plant, const load_t* load);
 
-/// Position of a joint, from ODE, if it was at `before` when robots_read was called last.
+/// Returns the position of a joint, from ODE, unwrapped from its position `before`, which robots_read has
+/// read last.
 double joint_position(const joint_t* joint, double before);
 
 /// Check before a step of dt_s that no body has or gets an absurd speed, for which ODE would end the program
-/// by an assertion. If a body has, set the failure and return false.
+/// by an assertion. If a body has or gets one, set the failure and return false.
 bool plant_is_sound(plant_t* plant, double dt_s);
 
 /// Find the mimics of all robots. Statuses of plant_create.

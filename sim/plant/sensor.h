@@ -25,8 +25,8 @@ double torque_ripple(const torque_ripple_t* ripple, double motor_position_rad);
 
 typedef struct {
     double noise_rms_nm;
-    double offset_max_nm;  ///< The offset is drawn from +- this.
-    double drift_max_nm_s; ///< The drift is drawn from +- this.
+    double offset_max_nm;  ///< Largest offset: the offset is drawn from +- this.
+    double drift_max_nm_s; ///< Largest drift: the drift is drawn from +- this.
     torque_ripple_t ripple;
     double range_nm; ///< Saturates at +- this; 0: the drive has no torque sensor.
 } torque_sensor_parameters_t;

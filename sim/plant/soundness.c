@@ -60,7 +60,7 @@ static void explain(plant_t* const plant, const finding_t* const finding)
         has_joint && (plant->joint[plant->robot[finding->robot].first_joint + joint].drive_of != NULL);
     const int size = snprintf(
         plant->failure, sizeof plant->failure,
-        "%s:%u: link %s.%s gets a %s of %.1e %s at %.4f s: the world diverges; look at %s%s%s the "
+        "%s:%u: link %s.%s gets a %s of %.1e %s at %.4f s: the world diverges; check %s%s%s the "
         "stiffness and damping of its Contacts, what acts on it, and the step of %.0f us",
         world->path, robot->line, robot->name, link_of(&robot->model, finding->body), finding->what,
         finding->value, finding->unit, (double)plant->truth.time_ns / NS_PER_S,

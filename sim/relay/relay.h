@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A network with delay, jitter, loss and reordering, for the frames of several links. Delays and losses are
-/// drawn from a seed, for each link independently: those of a frame depend only on the seed, its link and its
-/// number on that link.
+/// drawn from a seed, for each link independently: the delay and the loss of a frame depend only on the seed,
+/// its link and its number on that link.
 ///
 /// Ownership  The caller places relay_t (5 MB).
 /// Context    One task.

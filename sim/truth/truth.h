@@ -15,7 +15,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define TRUTH_OCTETS_MAX 4294967296U ///< A log of this size ends with an event CUT.
+#define TRUTH_OCTETS_MAX 4294967296U ///< When the log reaches this size, it ends with an event CUT.
 
 #define TRUTH_INTERVAL_NS 100000000U ///< Time between two events of a channel at rest.
 #define TRUTH_RESOLUTION 1e-9        ///< A channel is at rest if its numbers change by less [SI units].
@@ -155,9 +155,10 @@ typedef struct {
     bool active;
 } truth_fault_t;
 
-/// Write one event. All channels except WORLD, NAMES, DRIVE, VALVE, LATCH and FAULT are passed at every step,
-/// and not written while they are at rest. Returns STATUS_OK or STATUS_IO. After a failure no more events are
-/// written. The same holds after the log has reached its maximum size, but then the status is STATUS_OK.
+/// Write one event. The caller passes all channels except WORLD, NAMES, DRIVE, VALVE, LATCH and FAULT at
+/// every step; a channel at rest is not written. Returns STATUS_OK or STATUS_IO. After a failure no more
+/// events are written. The same holds after the log has reached its maximum size, but then the status is
+/// STATUS_OK.
 status_t truth_world(truth_t* truth, uint64_t time_ns, const truth_world_t* world);
 status_t truth_joints(truth_t* truth, uint64_t time_ns, const truth_joints_t* joints);
 status_t truth_stick(truth_t* truth, uint64_t time_ns, const truth_stick_t* stick);

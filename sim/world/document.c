@@ -76,7 +76,7 @@ static void XMLCALL on_start(void* const context, const XML_Char* const name,
     }
     const element_t element = element_here(reader, name, (const char* const*)attributes);
     if (reader->depth > DOCUMENT_DEPTH_MAX) {
-        note_status(reader, element_refuse(&element, name, "fewer elements in each other"));
+        note_status(reader, element_refuse(&element, name, "at most 16 levels of elements"));
         return;
     }
     note_status(reader, reader->handler->start(reader->handler->context, &element, &is_skipped));

@@ -2,7 +2,7 @@
 /// Reader of the XML files of a world: passes each element with its line to a handler, and copies attributes
 /// into a record as a table of fields describes.
 ///
-/// The reader refuses, each with file and line: a document that is not well-formed, document type
+/// The reader refuses the following, with file and line: a document that is not well-formed, document type
 /// declarations (and therefore entities), text between elements, an element deeper than DOCUMENT_DEPTH_MAX, a
 /// file of more than DOCUMENT_OCTETS_MAX octets; an attribute that the table does not have, or that is
 /// missing, malformed or outside its range.
@@ -37,7 +37,8 @@ typedef struct {
     /// If it sets *out_is_skipped, the handler is not called for the elements inside this one, nor for its
     /// end.
     status_t (*start)(void* context, const element_t* element, bool* out_is_skipped);
-    status_t (*end)(void* context, const element_t* element); ///< Without attributes.
+    /// Called at the end of an element; `attributes` is not valid.
+    status_t (*end)(void* context, const element_t* element);
     void* context;
 } document_handler_t;
 
@@ -58,7 +59,7 @@ typedef enum {
     FIELD_NUMBER,   ///< double.
     FIELD_VECTOR,   ///< double[3], each in the range.
     FIELD_UNSIGNED, ///< unsigned, decimal or hexadecimal.
-    FIELD_TIME      ///< double [ns], a whole number of us, ms or s.
+    FIELD_TIME      ///< double [ns]; the text is a whole number with the unit us, ms or s.
 } field_kind_t;
 
 typedef struct {

@@ -3,8 +3,8 @@
 ///
 /// Elements read: robot, link, inertial (origin, mass, inertia), collision (origin, geometry: box, sphere,
 /// cylinder), joint of type revolute, continuous, prismatic or fixed (origin, parent, child, axis, limit,
-/// mimic). Elements skipped: visual, material, transmission. All others are refused with file and line, as
-/// the simulator does not have their physics. Drives define friction: `dynamics` must be zero.
+/// mimic). Elements skipped: visual, material, transmission. All other elements are refused with file and
+/// line, because the simulator does not model their physics. Drives define friction: `dynamics` must be zero.
 ///
 /// Links that fixed joints connect become one body with the frame of the topmost link and the inertia of all.
 /// Each link of the file is a frame with its name. The reader also refuses: a link with two parents, a loop,
@@ -32,7 +32,7 @@ typedef struct {
     double at[3][3];
 } matrix_t;
 
-/// Position and orientation in a frame: p_outer = rotation * p_inner + position.
+/// Position and orientation of an inner frame in an outer frame: p_outer = rotation * p_inner + position.
 typedef struct {
     matrix_t rotation;
     double position_m[3];

@@ -17,7 +17,7 @@ typedef struct {
     char name[DOCUMENT_TEXT_MAX];
     unsigned line;
     robot_mass_t mass; ///< In the link's frame.
-    unsigned joint;    ///< Joint that has this link as its child; URDF_ROOT: none.
+    unsigned joint;    ///< Joint that has this link as its child; URDF_ROOT: there is none.
     bool is_placed;
 } urdf_link_t;
 

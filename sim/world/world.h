@@ -41,7 +41,8 @@
 #define WORLD_LATCHES_MAX 4U
 #define WORLD_SUPPLIES_MAX 4U ///< Devices that one power unit supplies.
 
-/// Largest differences of the true start from the State, along or about each axis; rates in the world's axes.
+/// Largest differences of the true state at the start from the element State, along or about each axis; rates
+/// are in the axes of the world.
 typedef struct {
     double at;       ///< [m]
     double rpy;      ///< [rad]
@@ -59,6 +60,7 @@ typedef struct {
     char name[DOCUMENT_TEXT_MAX];
     char urdf[DOCUMENT_TEXT_MAX];
     char base[DOCUMENT_TEXT_MAX];
+    /// Line of the element in the file of the world.
     unsigned line;
     bool is_free; ///< The base is not fixed to the world.
     robot_model_t model;
@@ -95,10 +97,10 @@ typedef struct {
     double ripple_periods;   ///< Periods per turn of the motor; 0 means 2.
     bool has_torque_sensor;
     double friction_spread;  ///< Largest relative difference of the friction of a drive.
-    double stiffness_spread; ///< The same for the stiffness of its gear.
+    double stiffness_spread; ///< Largest relative difference of the stiffness of the gear of a drive.
     double torque_noise;     ///< Standard deviation [Nm].
-    double torque_offset;    ///< Drawn from +- this [Nm].
-    double torque_drift;     ///< Drawn from +- this [Nm/s].
+    double torque_offset;    ///< Largest offset: drawn from +- this [Nm].
+    double torque_drift;     ///< Largest drift: drawn from +- this [Nm/s].
     double torque_range;     ///< Readings saturate at +- this [Nm]; 0: there is no sensor.
     double torque_ripple;    ///< Amplitude of a periodic error [Nm]; 0: none.
     double torque_periods;
@@ -226,6 +228,7 @@ typedef struct {
     double gain_differs; ///< The relative difference, drawn from the seed.
 } world_wheel_t;
 
+/// A CiA 401 module with outputs for valves (sim/devices/valve_box.h).
 typedef struct {
     world_device_t device;
 } world_valve_box_t;
@@ -259,7 +262,7 @@ typedef struct {
     unsigned robot;
     unsigned frame;
     double rate_hz;    ///< Exposures; 0: at each SYNC.
-    double gyro_noise; ///< [rad/s]
+    double gyro_noise; ///< Noise of the rates of a gyro [rad/s].
     double bias;       ///< Bias of each axis of a gyro, drawn from +- this [rad/s].
     double noise[3];   ///< For a tracker, of the angles about its axes [rad]; for a camera, of positions [m].
     double angle_noise[3];        ///< Noise of the angles of a camera [rad].
@@ -295,7 +298,9 @@ typedef struct {
     unsigned drive;  ///< PRESSED: index in world_t.drive.
     double force;    ///< PRESSED: smallest gear torque or force that counts as pressing [Nm or N].
     double stall_ns; ///< PRESSED: the latch closes after this time of pressing.
-    double release;  ///< PRESSED: the latch opens after this way back of the joint [rad or m]; 0: never.
+    /// PRESSED: the latch opens when the joint has moved back by this distance [rad or m]; 0: it stays
+    /// closed.
+    double release;
     unsigned box;
     unsigned output; ///< WIRED: from 1.
 } world_latch_t;

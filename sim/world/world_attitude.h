@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The elements of a world that turn a spacecraft or measure its attitude. Internal to sim/world.
+/// The elements of a world that turn a spacecraft or measure its attitude: wheels, gyros, star trackers,
+/// cameras. Private to sim/world.
 #ifndef SIM_WORLD_WORLD_ATTITUDE_H
 #define SIM_WORLD_WORLD_ATTITUDE_H
 

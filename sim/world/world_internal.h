@@ -44,8 +44,8 @@
     NAME(type, "name", device.name), NAME(type, "bus", device.bus_name),                                     \
         UNSIGNED(type, "node", device.node, NODE_MIN, NODE_MAX)
 
-/// Split "robot.name": *out_robot is the index of the robot. Returns the part after the dot; null if there is
-/// no such robot.
+/// Find the robot of "robot.name", and set *out_robot to its index. Returns the part after the dot; null if
+/// there is no such robot.
 const char* world_find_robot(const world_t* world, const char* name, unsigned* out_robot);
 /// Find the frame that robot.link names. STATUS_OK, or STATUS_INVALID with the error.
 MUST_USE status_t world_find_frame(const world_t* world, const element_t* element, const char* name,

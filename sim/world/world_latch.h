@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reader of the element Latch of a world.
+/// The element Latch of a world. Private to sim/world.
 #ifndef SIM_WORLD_WORLD_LATCH_H
 #define SIM_WORLD_WORLD_LATCH_H
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The elements of a robot that define its motion at the start, and the spread of its parameters. Internal to
+/// The elements of a robot that define its motion at the start, and the spread of its parameters. Private to
 /// sim/world.
 #ifndef SIM_WORLD_WORLD_STATE_H
 #define SIM_WORLD_WORLD_STATE_H

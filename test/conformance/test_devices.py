@@ -212,4 +212,4 @@ def test_a_world_that_diverges_ends_the_run_with_its_reason(tmp_path):
     (tmp_path / "w.xml").write_text(WORLD.read_text().replace('damping="8"', 'damping="80000"'))
     done = subprocess.run([SIMULATOR, "--world", tmp_path / "w.xml", "--free-run", "1"], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 1
-    assert re.search(r"w\.xml:\d+: link arm\.\w+ gets a .*: the world diverges; look at the DriveType of its joint", done.stderr)
+    assert re.search(r"w\.xml:\d+: link arm\.\w+ gets a .*: the world diverges; check the DriveType of its joint", done.stderr)

@@ -91,7 +91,7 @@ static void a_gear_that_is_too_stiff_is_reported_with_its_link(void)
         torque = (i == 2U) ? 1.0 : 0.0;
         run(2.0);
         expect_words("w.xml:2: link r.");
-        expect_words("s: the world diverges; look at ");
+        expect_words("s: the world diverges; check ");
         expect_words("and the step of 500 us");
         const uint64_t time_ns = plant_truth(plant)->time_ns;
         TEST_ASSERT_TRUE(time_ns < 2000000000U);
